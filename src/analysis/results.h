@@ -1,0 +1,98 @@
+#pragma once
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "analysis/estimate.h"
+#include "storage/ensemble_file.h"
+
+namespace granuscope {
+
+/// The double-Gaussian fit of the response at one layer (the paper's G(x), integrated over the bead width).
+struct DepthFit {
+  int layer = 0;
+  double z = 0;               ///< bead diameters
+  Estimate peak_position;     ///< x_p, bead diameters
+  Estimate width;             ///< W, bead diameters
+  Estimate width_squared;     ///< W^2
+  Estimate thrust_ratio;      ///< alpha_n of the contacts leaving this layer
+  double chi2_per_dof = 0;    ///< with the noise spectrum estimated from the ensemble
+  int degrees_of_freedom = 0;
+  bool identifiable = false;
+  std::string reason;         ///< why not identifiable
+};
+
+/// A measured mean response at one layer with its fit, for a figure. Vectors have one entry per bead, x ascending.
+struct ResponseProfile {
+  int layer = 0;
+  double z = 0;
+  std::vector<double> x;               ///< bead diameters from the overload
+  std::vector<double> pressure;        ///< P(x, z), mirror symmetrised, unit overload
+  std::vector<double> standard_error;
+  std::vector<double> fit;             ///< the fitted G, integrated over the bead width
+};
+
+/// Everything measured at one friction coefficient.
+struct Transport {
+  double mu = 0;
+  std::string law;
+  std::string estimator;
+  std::uint64_t samples = 0;  ///< piles that entered the averages
+  std::vector<FailedSample> failed;
+  bool exact = false;         ///< zero variance: exact moments, standard errors 0, no part in log-log fits
+
+  Estimate c;                 ///< slope of x_p over the window
+  Estimate D;                 ///< slope of W^2 over the window
+  Estimate position_offset;   ///< x_0 of x_p = x_0 + c z
+  Estimate width_offset;      ///< w_0 of W^2 = w_0 + D z
+  Estimate alpha_thrust;      ///< mean thrust ratio over the window
+  Estimate c_thrust;          ///< tan30 * sqrt(alpha_thrust)
+  Estimate c_minus_c_thrust;  ///< their difference, with its own (correlated) error
+  std::array<int, 2> window_layers{};  ///< first and last layer of the fit window
+  int depths_in_window = 0;
+
+  double draws_per_bead = 0;
+  double mended_per_bead = 0;
+  double climbed_per_bead = 0;
+
+  std::vector<DepthFit> depths;           ///< ascending, also shallower than the window
+  std::vector<ResponseProfile> profiles;  ///< the layers asked for by figures
+};
+
+/// A power law y = exp(intercept) x^exponent fitted on log-log axes.
+struct ScalingFit {
+  Estimate exponent;
+  Estimate intercept;               ///< ln of the prefactor
+  std::array<double, 2> window{};   ///< of mu, inclusive
+  int points = 0;
+};
+
+struct ScalingFits {
+  ScalingFit beta;   ///< D against mu
+  ScalingFit gamma;  ///< c0 - c against mu
+  ScalingFit alpha;  ///< c0 - c against D
+};
+
+/// One claim of the paper held against the measurement.
+struct Claim {
+  std::string id;         ///< "D-of-mu", ...
+  std::string statement;  ///< the claim in one sentence
+  std::string verdict;    ///< "reproduced", "not reproduced" or "undetermined"
+  std::string expected;   ///< the verdict the experiment file expects, empty if none
+  Estimate measured;
+  double paper = 0;
+  double paper_error = 0;
+  double z_score = 0;      ///< NaN where undetermined without a number
+  std::string explanation; ///< one sentence
+};
+
+/// What the analysis stage hands on.
+struct Analysis {
+  std::vector<Transport> results;  ///< ascending in mu
+  ScalingFits scaling;             ///< over the primary window
+  std::vector<ScalingFits> other_windows;
+  std::vector<Claim> claims;
+};
+
+}  // namespace granuscope

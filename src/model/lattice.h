@@ -1,0 +1,57 @@
+#pragma once
+#include <cstddef>
+
+namespace granuscope {
+
+/// Size of a pile. Layers counts the layers computed, not only those that are used.
+struct LatticeSpec {
+  int columns = 500;  ///< beads per layer, periodic in x; at least 4
+  int layers = 200;   ///< layer 0 is the top one
+};
+
+/// Layers at the bottom whose law differs from the bulk, because failures below them reach up.
+inline constexpr int bottom_margin = 20;
+
+/// tan 30°: direction of the contacts, and the propagation coefficient without friction (c0 of the paper).
+inline constexpr double tan30 = 0.57735026918962576451;
+inline constexpr double sqrt3 = 1.7320508075688772935;
+
+/// The triangular lattice, periodic in x. Lengths in bead diameters, x to the right, z down.
+/// Bead (n, i) has its centre at x = i + (n mod 2)/2; it rests on its lower-left and lower-right neighbours in layer n+1.
+class Lattice {
+ public:
+  /// Throws InputError unless columns >= 4 and layers >= 1.
+  explicit Lattice(LatticeSpec spec);
+
+  int columns() const { return spec_.columns; }
+  int layers() const { return spec_.layers; }
+  std::size_t beads() const { return static_cast<std::size_t>(spec_.columns) * static_cast<std::size_t>(spec_.layers); }
+  std::size_t index(int layer, int bead) const {
+    return static_cast<std::size_t>(layer) * static_cast<std::size_t>(spec_.columns) + static_cast<std::size_t>(bead);
+  }
+
+  /// Bead of layer n+1 below and to the right of bead (n, i).
+  int lower_right(int layer, int bead) const { return layer % 2 == 0 ? bead : next(bead); }
+  int lower_left(int layer, int bead) const { return layer % 2 == 0 ? previous(bead) : bead; }
+  /// Bead of layer n-1 above and to the left of bead (n, i).
+  int upper_left(int layer, int bead) const { return layer % 2 == 0 ? previous(bead) : bead; }
+  int upper_right(int layer, int bead) const { return layer % 2 == 0 ? bead : next(bead); }
+  int next(int bead) const { return bead + 1 == spec_.columns ? 0 : bead + 1; }
+  int previous(int bead) const { return bead == 0 ? spec_.columns - 1 : bead - 1; }
+
+  /// The bead of the top layer that carries the overload; x of a response counts from it.
+  int middle() const { return spec_.columns / 2; }
+  /// x of bead (n, i) relative to the overloaded bead, in [-columns/2, columns/2).
+  double x(int layer, int bead) const;
+  /// Layers 0 .. usable_layers()-1 follow the bulk law (at least 0).
+  int usable_layers() const { return spec_.layers > bottom_margin ? spec_.layers - bottom_margin : 0; }
+
+  /// Depth of layer n: z_n = 1/2 + n sqrt(3)/2, in bead diameters. (The only form that fits the depths in the caption
+  /// of the paper's Fig. 2: layers 110 and 170 of 200.)
+  static double depth(int layer) { return 0.5 + layer * (sqrt3 / 2); }
+
+ private:
+  LatticeSpec spec_;
+};
+
+}  // namespace granuscope

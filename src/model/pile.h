@@ -1,0 +1,32 @@
+#pragma once
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "model/lattice.h"
+
+namespace granuscope {
+
+/// One complete contact-force network. Forces are those a bead pushes onto the bead below it, V down > 0, H right > 0,
+/// in units of the load on one ordinary top bead. All four arrays have shape [layers, columns], row-major, and hold the
+/// contacts leaving bead (n, i): _R towards its lower-right, _L towards its lower-left neighbour.
+struct Pile {
+  explicit Pile(Lattice lattice_)
+      : lattice(lattice_),
+        V_R(lattice_.beads()),
+        V_L(lattice_.beads()),
+        H_R(lattice_.beads()),
+        H_L(lattice_.beads()),
+        load(static_cast<std::size_t>(lattice_.columns()), 1.0) {}
+
+  Lattice lattice;
+  std::vector<double> V_R, V_L, H_R, H_L;
+  std::vector<double> load;  ///< vertical force on each top bead, shape [columns]
+
+  double mu = 0;            ///< friction coefficient
+  std::string law;          ///< name of the law that drew it ("granusolve", "rejection", ...)
+  std::uint64_t seed = 0;   ///< with `sample` the key of every random number in it
+  std::uint64_t sample = 0;
+};
+
+}  // namespace granuscope

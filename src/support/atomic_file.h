@@ -1,0 +1,36 @@
+#pragma once
+#include <filesystem>
+#include <string_view>
+
+namespace granuscope {
+
+/// A file that appears whole or not at all: written beside its target, fsynced, then renamed onto it.
+/// The temporary file is removed if commit() is never reached. Errors are EnvironmentError naming the target.
+class AtomicFile {
+ public:
+  explicit AtomicFile(std::filesystem::path target);
+  AtomicFile(const AtomicFile&) = delete;
+  AtomicFile& operator=(const AtomicFile&) = delete;
+  ~AtomicFile();
+
+  /// Where to write (any library may open it by name). Same folder as the target, so that the rename is atomic.
+  const std::filesystem::path& temporary_path() const { return temporary_; }
+  /// Flushes the temporary file to disk and renames it onto the target.
+  void commit();
+
+ private:
+  std::filesystem::path target_;
+  std::filesystem::path temporary_;
+  bool committed_ = false;
+};
+
+/// Writes `bytes` to `target` atomically. Throws EnvironmentError (disk full, no permission, no such folder).
+void write_file(const std::filesystem::path& target, std::string_view bytes);
+
+/// The whole file. Throws InputError if it cannot be read.
+std::string read_file(const std::filesystem::path& source);
+
+/// Makes the folder and its parents. Throws EnvironmentError naming the folder and the system's reason.
+void make_folder(const std::filesystem::path& folder);
+
+}  // namespace granuscope

@@ -1,0 +1,32 @@
+#pragma once
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace granuscope {
+
+/// One program to run, without any shell.
+struct ProcessSpec {
+  std::vector<std::string> arguments;                ///< arguments[0] is the program, looked up in PATH
+  std::filesystem::path working_folder;              ///< empty: the caller's
+  std::map<std::string, std::string> environment;    ///< the whole environment of the child (PATH is added if absent)
+  double timeout_seconds = 120;                      ///< after this the child's process group is killed
+};
+
+struct ProcessResult {
+  int exit_code = 0;  ///< 128 + signal if it was killed by one
+  bool timed_out = false;
+  std::string standard_output;
+  std::string standard_error;
+  double seconds = 0;
+};
+
+/// Runs the program with an empty standard input and waits for it. Throws EnvironmentError if it cannot be started.
+ProcessResult run_process(const ProcessSpec& spec);
+
+/// The program's full path, if PATH has it.
+std::optional<std::filesystem::path> find_program(const std::string& name);
+
+}  // namespace granuscope

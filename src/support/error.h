@@ -1,0 +1,44 @@
+#pragma once
+#include <stdexcept>
+#include <string>
+
+namespace granuscope {
+
+/// What the program's exit status tells its caller.
+enum class ExitCode : int {
+  done = 0,             ///< everything asked for was made
+  verdict_differs = 1,  ///< a claim's verdict is not the expected one (only with --gate)
+  bad_input = 2,        ///< bad usage, configuration or input file
+  environment = 3,      ///< missing program, no GL context, disk full, no permission
+  interrupted = 4,      ///< stopped half way; finished parts are kept and a second run resumes
+};
+
+/// Base of every error the program raises on purpose. A message reads: what is wrong, why that is a problem, what to do.
+class Error : public std::runtime_error {
+ public:
+  Error(ExitCode code, const std::string& message) : std::runtime_error(message), code_(code) {}
+  ExitCode exit_code() const { return code_; }
+
+ private:
+  ExitCode code_;
+};
+
+/// The user's input (command line, experiment, file) cannot be used as it stands.
+class InputError : public Error {
+ public:
+  explicit InputError(const std::string& message) : Error(ExitCode::bad_input, message) {}
+};
+
+/// The machine lacks something: a program, a GL context, space, permission.
+class EnvironmentError : public Error {
+ public:
+  explicit EnvironmentError(const std::string& message) : Error(ExitCode::environment, message) {}
+};
+
+/// The user or the system asked to stop; what was finished is on disk.
+class Interrupted : public Error {
+ public:
+  explicit Interrupted(const std::string& message) : Error(ExitCode::interrupted, message) {}
+};
+
+}  // namespace granuscope

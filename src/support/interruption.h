@@ -1,0 +1,13 @@
+#pragma once
+
+namespace granuscope {
+
+/// From now on SIGINT and SIGTERM only set a flag (a second one ends the process at once, status 4).
+void install_interruption_handlers();
+bool interruption_requested();
+/// Throws Interrupted if the flag is set. Called between samples and between stages.
+void throw_if_interrupted();
+/// Sets or clears the flag by hand (tests).
+void request_interruption(bool requested);
+
+}  // namespace granuscope

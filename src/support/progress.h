@@ -1,0 +1,49 @@
+#pragma once
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <mutex>
+#include <string>
+
+namespace granuscope {
+
+/// How progress is shown on stderr.
+enum class ProgressStyle {
+  automatic,  ///< terminal if stderr is one, plain otherwise
+  terminal,   ///< one line, rewritten: stage, share, rate, ETA
+  plain,      ///< a new line at most every ten seconds and at each stage's end
+  silent,
+};
+
+/// Progress of one stage with a known number of steps. advance() may be called from any thread and is cheap.
+class Progress {
+ public:
+  Progress(std::string stage, std::uint64_t total_steps, ProgressStyle style = ProgressStyle::automatic);
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+  ~Progress();
+  void advance(std::uint64_t steps = 1);
+  /// Prints the closing line with the stage's duration (also done by the destructor unless an exception is in flight).
+  void finish();
+
+ private:
+  void show(bool closing);
+
+  std::string stage_;
+  std::uint64_t total_;
+  ProgressStyle style_;
+  std::atomic<std::uint64_t> done_{0};
+  std::chrono::steady_clock::time_point started_;
+  std::atomic<std::int64_t> next_show_milliseconds_{0};
+  std::mutex mutex_;
+  bool finished_ = false;
+  int uncaught_at_start_ = 0;
+};
+
+/// One line on stderr, unless silent. The only way libraries speak is through objects they are handed.
+void say(ProgressStyle style, const std::string& line);
+
+/// "41 s", "3 min 12 s", "2 h 05 min".
+std::string describe_duration(double seconds);
+
+}  // namespace granuscope

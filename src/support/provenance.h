@@ -1,0 +1,31 @@
+#pragma once
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace granuscope {
+
+/// Where a result comes from. Everything that differs between machines or moments is here and in manifest.json only.
+struct Provenance {
+  std::string program_version;  ///< "granuscope 0.1.0"
+  std::string git_commit;       ///< 40 digits at build time, or "unknown" outside a checkout
+  bool git_dirty = false;       ///< the checkout had uncommitted changes when the program was built
+  std::string compiler;         ///< name and version
+  std::string compiler_flags;
+  std::string build_type;
+  std::vector<std::pair<std::string, std::string>> libraries;  ///< name, version (at run time where the library tells)
+  std::string host_cpu;
+  std::string operating_system;
+  unsigned hardware_threads = 0;
+};
+
+/// What is known of the running program and its machine.
+Provenance collect_provenance();
+
+/// The stable part (version, commit, dirty flag, compiler) in one line, for a picture's metadata.
+std::string provenance_line(const Provenance& provenance);
+
+/// The current time as ISO 8601 in UTC, for manifest.json.
+std::string current_time();
+
+}  // namespace granuscope
