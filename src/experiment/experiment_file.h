@@ -1,0 +1,25 @@
+#pragma once
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+#include "experiment/experiment.h"
+
+namespace granuscope {
+
+/// Reads and checks an experiment file (TOML). Throws InputError, naming file, line, column and key, for a file that
+/// cannot be read or is not TOML, for an unknown key (with the nearest known one), for a value of the wrong type or out
+/// of its range, and for values that contradict each other (check_experiment).
+Experiment read_experiment(const std::filesystem::path& file);
+
+/// The same from text; `file` is only what messages call it.
+Experiment parse_experiment(std::string_view text, const std::string& file);
+
+/// The experiment as TOML with every key written out and commented. It reads back to an equal experiment, and the same
+/// experiment gives the same bytes.
+std::string print_experiment(const Experiment& experiment);
+
+/// The reference of all keys as a Markdown table (key, default, unit, meaning).
+std::string describe_experiment_keys();
+
+}  // namespace granuscope
