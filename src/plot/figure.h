@@ -7,16 +7,16 @@ namespace granuscope {
 
 /// One finished figure with its files; paths are relative to the run's folder.
 struct Figure {
-  std::string id;            ///< "response-profiles", also the stem of its files
+  std::string id;  ///< "response-profiles", also the stem of its files
   std::string title;
-  std::string caption;       ///< can be pasted into a paper; plain text, UTF-8
-  std::string alternative;   ///< what a reader who cannot see it must know
-  std::string paper_says;    ///< what the paper reports about it, paraphrased
-  std::filesystem::path screen;  ///< SVG, or PNG for a rendered picture
-  std::filesystem::path print;   ///< PDF, or PNG for a rendered picture
-  std::filesystem::path script;  ///< gnuplot script, empty for a rendered picture
+  std::string caption;                      ///< can be pasted into a paper; plain text, UTF-8
+  std::string alternative;                  ///< what a reader who cannot see it must know
+  std::string paper_says;                   ///< what the paper reports about it, paraphrased
+  std::filesystem::path screen;             ///< SVG, or PNG for a rendered picture
+  std::filesystem::path print;              ///< PDF, or PNG for a rendered picture
+  std::filesystem::path script;             ///< gnuplot script, empty for a rendered picture
   std::vector<std::filesystem::path> data;  ///< CSV
-  std::string redraw;        ///< the command that draws it again
+  std::string redraw;                       ///< the command that draws it again
 };
 
 }  // namespace granuscope

@@ -19,16 +19,16 @@ struct StageTiming {
 
 /// Everything the report says. Nothing here is computed by the report itself.
 struct ReportData {
-  std::string experiment_name;   ///< as given by the user; untrusted text
-  std::string description;       ///< one paragraph from the experiment file, may be empty; untrusted text
+  std::string experiment_name;  ///< as given by the user; untrusted text
+  std::string description;      ///< one paragraph from the experiment file, may be empty; untrusted text
   int columns = 0, layers = 0;
   std::uint64_t seed = 0;
   double overload = 1;
-  std::string resolved_experiment;      ///< the TOML text with every default resolved
-  std::string resolved_experiment_key;  ///< its cache_key
+  std::string resolved_experiment;        ///< the TOML text with every default resolved
+  std::string resolved_experiment_key;    ///< its cache_key
   std::vector<std::string> law_in_words;  ///< the choices that shape the law, one sentence each
   Analysis analysis;
-  std::vector<Figure> figures;   ///< in reading order
+  std::vector<Figure> figures;  ///< in reading order
   Provenance provenance;
   std::vector<std::pair<std::string, std::string>> environment;  ///< GL renderer, gnuplot, WeasyPrint versions
   std::vector<StageTiming> timings;

@@ -1,0 +1,36 @@
+#pragma once
+#include <filesystem>
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace granuscope {
+
+/// One drawing to be made by gnuplot: a script that reads its data and writes <stem>.svg and <stem>.pdf, all by names
+/// relative to the folder it stands in.
+struct GnuplotJob {
+  std::string stem;
+  std::string script;
+  std::map<std::string, std::string> data;  ///< file name -> contents (CSV)
+  int curves = 0;                           ///< plot elements the script draws, each with at least one visible mark
+};
+
+/// Runs the job in a folder of its own below `folder`, checks all that gnuplot's exit status does not tell (silence on
+/// stderr, whole files, every curve drawn), then moves script, data and drawings into `folder`. The same job gives the
+/// same bytes. Throws EnvironmentError (gnuplot missing, failing, hanging, or a drawing that is not whole); `folder`
+/// then holds what it held before.
+void draw_with_gnuplot(const GnuplotJob& job, const std::filesystem::path& folder, double timeout_seconds = 60);
+
+/// Text as a gnuplot string that nothing inside can leave: in single quotes, ' doubled, line breaks and other control
+/// characters made spaces. To be drawn with noenhanced.
+std::string gnuplot_string(std::string_view text);
+
+/// Overwrites the creation date that pdfcairo stamps (and SOURCE_DATE_EPOCH does not govern) with fixed digits of the
+/// same length. Throws EnvironmentError if there is none.
+std::string with_fixed_creation_date(std::string pdf);
+
+/// Plot elements of a gnuplot SVG that hold at least one visible mark (line, area, point).
+int count_drawn_curves(std::string_view svg);
+
+}  // namespace granuscope

@@ -1,0 +1,23 @@
+#pragma once
+#include <filesystem>
+#include <vector>
+
+#include "analysis/results.h"
+#include "plot/figure.h"
+
+namespace granuscope {
+
+/// What the figure of mean response profiles shows.
+struct ResponseProfilesSpec {
+  double mu = 0.3;                    ///< the nearest measured one is drawn, and the caption says which
+  std::vector<int> layers{110, 170};  ///< one panel each; where one has no profile, the nearest that has
+  int layers_computed = 200;          ///< of the lattice: the caption counts the layers from the bottom too
+};
+
+/// The paper's Fig. 2: the measured response P(x) with its standard error and the fitted double Gaussian.
+/// Writes figures/response-profiles*.csv, .gp, .svg and .pdf below `run_folder`.
+/// Throws InputError if no result holds a profile, EnvironmentError if gnuplot is missing or fails.
+Figure draw_response_profiles(const std::vector<Transport>& results, const ResponseProfilesSpec& spec,
+                              const std::filesystem::path& run_folder);
+
+}  // namespace granuscope

@@ -1,0 +1,24 @@
+#pragma once
+#include <filesystem>
+#include <string>
+
+#include "report/report_data.h"
+
+namespace granuscope {
+
+/// How a run ended.
+struct RunOutcome {
+  std::string status = "done";  ///< "done", "failed" or "interrupted"
+  int exit_code = 0;
+  std::string error;  ///< the message, empty if all went well
+};
+
+/// Provenance, environment, timings, what was skipped, how the run ended, and the SHA-256 and size of every file in
+/// `run_folder` except manifest.json itself and hidden (temporary) files. Everything that differs between machines or
+/// moments is here. A file that cannot be read is listed with a null hash, so that a failing run still gets a manifest.
+std::string manifest_json(const ReportData& data, const std::filesystem::path& run_folder, const RunOutcome& outcome);
+
+/// manifest_json into manifest.json, atomically. Call it last.
+void write_manifest(const ReportData& data, const std::filesystem::path& run_folder, const RunOutcome& outcome);
+
+}  // namespace granuscope

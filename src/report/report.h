@@ -1,0 +1,32 @@
+#pragma once
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "report/report_data.h"
+
+namespace granuscope {
+
+/// What to do about report.pdf, which needs WeasyPrint.
+enum class PdfPolicy {
+  none,         ///< not asked for
+  if_possible,  ///< written where WeasyPrint works; otherwise reported as skipped, with the reason
+  required,     ///< EnvironmentError if it cannot be written (every other file is written first)
+};
+
+/// What write_report left in the run's folder.
+struct ReportFiles {
+  std::filesystem::path summary;             ///< summary.json
+  std::filesystem::path claims;              ///< claims.xml (JUnit)
+  std::filesystem::path markdown;            ///< summary.md
+  std::filesystem::path html;                ///< report.html
+  std::optional<std::filesystem::path> pdf;  ///< report.pdf
+  std::string pdf_skipped;                   ///< one sentence why there is no PDF; empty if there is one
+};
+
+/// Writes summary.json, claims.xml, summary.md, report.html and report.pdf into `run_folder`, each whole or not at all.
+/// Figures are read from `run_folder` by the relative paths they carry. Throws InputError for a figure that cannot be
+/// read, EnvironmentError for files that cannot be written.
+ReportFiles write_report(const ReportData& data, const std::filesystem::path& run_folder, PdfPolicy pdf);
+
+}  // namespace granuscope
