@@ -24,8 +24,8 @@ struct FigureSpec {
 /// The rendered force network of one named pile (the paper's Fig. 1, right): never a chosen sample.
 struct ForceChainSpec {
   bool draw = true;
-  int columns = 70;          ///< of the pile, periodic; all are shown
-  int layers = 60;           ///< shown; bottom_margin more are computed, so that the shown ones follow the bulk law
+  int columns = 70;  ///< of the pile, periodic; all are shown
+  int layers = 60;   ///< shown; bottom_margin more are computed, so that the shown ones follow the bulk law
   double mu = 0.1;
   std::uint64_t sample = 0;  ///< of the experiment's seed
   SceneSpec scene;           ///< its window is ignored: columns and layers above say what is shown

@@ -1,0 +1,340 @@
+#include "experiment/experiment_check.h"
+
+#include <fmt/core.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "support/error.h"
+
+namespace granuscope {
+namespace {
+
+using Problem = std::optional<ExperimentProblem>;
+
+// Limits that no sensible experiment meets; beyond them a slip of the keyboard is more likely than an intention.
+constexpr double most_memory = 32e9;  // bytes
+constexpr std::uint64_t most_samples = 1'000'000'000;
+constexpr std::size_t most_friction_values = 1000;
+constexpr int most_blocks = 10'000;
+constexpr int most_columns = 1'000'000;
+constexpr int most_layers = 1'000'000;
+// The rejection law accepts 4.5 % of the piles of 6 x 6 beads at mu = 0.3 and exponentially fewer of larger ones.
+constexpr int most_beads_by_rejection = 256;
+// Contacts reach the horizontal at mu = sqrt(3): the interval of each bead is then unbounded.
+constexpr double mu_limit = sqrt3;
+
+template <class... Args>
+Problem problem(const char* key, fmt::format_string<Args...> text, Args&&... args) {
+  return ExperimentProblem{key, fmt::format(text, std::forward<Args>(args)...)};
+}
+
+std::string describe_bytes(double bytes) {
+  return bytes < 1e12 ? fmt::format("{:.1f} GB", bytes / 1e9) : fmt::format("{:.3g} TB", bytes / 1e12);
+}
+
+bool has_control_character(const std::string& text, bool newlines_allowed) {
+  return std::any_of(text.begin(), text.end(), [&](char c) {
+    const auto byte = static_cast<unsigned char>(c);
+    return (byte < 0x20 && !(newlines_allowed && (c == '\n' || c == '\t'))) || byte == 0x7f;
+  });
+}
+
+Problem find_text_problem(const Experiment& e) {
+  if (e.name.empty()) return problem("experiment.name", "the name is empty, but it titles the report; give one");
+  if (e.name.size() > 200 || has_control_character(e.name, false)) {
+    return problem("experiment.name",
+                   "the name is longer than 200 bytes or holds control characters, but it must fit on one line; "
+                   "shorten it and put the rest into experiment.description");
+  }
+  if (e.description.size() > 10'000 || has_control_character(e.description, true)) {
+    return problem("experiment.description",
+                   "the description is longer than 10000 bytes or holds control characters, but the report shows it "
+                   "as one paragraph; shorten it");
+  }
+  return {};
+}
+
+Problem find_lattice_problem(const Experiment& e, const char* columns_key, int columns, const char* layers_key,
+                             int layers, int least_layers) {
+  if (columns < 4) {
+    return problem(columns_key,
+                   "{} columns are too few: on a ring of fewer than 4 a bead meets its neighbour twice; "
+                   "give at least 4",
+                   columns);
+  }
+  if (layers < least_layers) {
+    return problem(layers_key, "{} layers are too few; give at least {}", layers, least_layers);
+  }
+  const double memory = estimate_memory(e);
+  if (columns > most_columns || layers > most_layers || memory > most_memory) {
+    return problem(columns > layers ? columns_key : layers_key,
+                   "{} x {} beads with these blocks would need about {} of memory (the limit is {}, and {} columns or "
+                   "{} layers); make the pile smaller",
+                   columns, layers, describe_bytes(memory), describe_bytes(most_memory), most_columns, most_layers);
+  }
+  return {};
+}
+
+Problem find_mu_problem(const char* key, double mu) {
+  if (std::isfinite(mu) && mu >= 0 && mu < mu_limit) return {};
+  return problem(key,
+                 "{} is not a friction coefficient that this model has: below 0 it means nothing, and at sqrt(3) "
+                 "= 1.7320 the cone reaches the horizontal; give 0 <= mu < 1.7320",
+                 mu);
+}
+
+Problem find_friction_problem(const Experiment& e) {
+  if (e.mu.empty()) return problem("friction.mu", "the list is empty, so there is nothing to do; give at least one");
+  if (e.mu.size() > most_friction_values) {
+    return problem("friction.mu", "{} values are more than {}; split the experiment", e.mu.size(),
+                   most_friction_values);
+  }
+  for (const double mu : e.mu) {
+    if (auto found = find_mu_problem("friction.mu", mu)) return found;
+  }
+  for (std::size_t k = 1; k < e.mu.size(); ++k) {
+    if (e.mu[k] == e.mu[k - 1]) {
+      return problem("friction.mu", "{} stands in the list twice, which would count the same piles twice; remove one",
+                     e.mu[k]);
+    }
+    if (e.mu[k] < e.mu[k - 1]) {
+      return problem("friction.mu", "{} follows {}, but the list must ascend; sort it", e.mu[k], e.mu[k - 1]);
+    }
+  }
+  return {};
+}
+
+Problem find_sampling_problem(const Experiment& e) {
+  const SamplerSpec& sampling = e.sampling;
+  if (sampling.seed > static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max())) {
+    return problem("sampling.seed", "{} does not fit into a TOML number; give at most {}", sampling.seed,
+                   std::numeric_limits<std::int64_t>::max());
+  }
+  if (!(std::isfinite(sampling.effort) && sampling.effort >= 1 && sampling.effort <= 1e9)) {
+    return problem("sampling.effort",
+                   "{} solutions per bead cannot work: each bead is solved at least once, and "
+                   "every pile must end; give 1 to 1e9 (200 is plenty)",
+                   sampling.effort);
+  }
+  if (sampling.max_tries < 1 || sampling.max_tries > 1'000'000'000'000) {
+    return problem("sampling.max_tries", "{} tries cannot work: every pile needs one, and must end; give 1 to 1e12",
+                   sampling.max_tries);
+  }
+  const double beads = static_cast<double>(e.lattice.columns) * e.lattice.layers;
+  if (sampling.law == Law::rejection && beads > most_beads_by_rejection && e.mu.back() > 0) {
+    return problem("sampling.law",
+                   "the law rejection throws a whole pile away for one failing bead, so that with {} x {} beads it "
+                   "would never finish; use granusolve, or at most {} beads",
+                   e.lattice.columns, e.lattice.layers, most_beads_by_rejection);
+  }
+  return {};
+}
+
+Problem find_response_problem(const Experiment& e) {
+  const ResponseSpec& response = e.response;
+  if (response.estimator != "point") {
+    return problem("response.estimator", "\"{}\" is not an estimator; write \"point\"", response.estimator);
+  }
+  if (!(std::isfinite(response.overload) && response.overload >= 1e-6 && response.overload <= 1e6)) {
+    return problem("response.overload",
+                   "{} cannot be measured: the response is divided by the overload, and the load "
+                   "of its neighbours is 1; give 1e-6 to 1e6 (the paper has 1)",
+                   response.overload);
+  }
+  if (response.blocks < 8 || response.blocks > most_blocks) {
+    return problem("response.blocks",
+                   "{} blocks: fewer than 8 give no reliable standard error, and more than {} no "
+                   "better one; give 8 to {} (32 is usual)",
+                   response.blocks, most_blocks, most_blocks);
+  }
+  const auto least = 8 * static_cast<std::uint64_t>(response.blocks);
+  if (response.samples < least || response.samples > most_samples) {
+    return problem("response.samples",
+                   "{} samples in {} blocks: each block needs a whole group of eight, which share "
+                   "the start and direction of their layers; give {} to {}, or fewer blocks",
+                   response.samples, response.blocks, least, most_samples);
+  }
+  return {};
+}
+
+Problem find_window_problem(const char* key, const std::array<double, 2>& window) {
+  if (std::isfinite(window[0]) && std::isfinite(window[1]) && window[0] >= 0 && window[0] < window[1]) return {};
+  return problem(key, "[{}, {}] is not a range of mu: it must ascend from 0 or more; write [low, high]", window[0],
+                 window[1]);
+}
+
+Problem find_fit_problem(const Experiment& e) {
+  const FitSpec& fit = e.fit;
+  const int last_usable = e.lattice.layers - bottom_margin - 1;
+  if (fit.layer_step < 1) {
+    return problem("fit.layer_step", "{} would never reach the end of the window; give 1 or more (3 is usual)",
+                   fit.layer_step);
+  }
+  if (fit.shallow_layer < 0 || fit.shallow_layer > fit.first_layer) {
+    return problem("fit.shallow_layer", "layer {} must lie between 0 and fit.first_layer = {}", fit.shallow_layer,
+                   fit.first_layer);
+  }
+  if (fit.last_layer > last_usable) {
+    return problem("fit.last_layer",
+                   "layer {} lies beyond the last usable one, {}: the lowest {} of lattice.layers = {} "
+                   "follow another law; end the window at {} or compute {} layers",
+                   fit.last_layer, last_usable, bottom_margin, e.lattice.layers, last_usable,
+                   static_cast<std::int64_t>(fit.last_layer) + bottom_margin + 1);
+  }
+  const int depths = fit.last_layer < fit.first_layer ? 0 : 1 + (fit.last_layer - fit.first_layer) / fit.layer_step;
+  if (depths < 3) {
+    return problem("fit.first_layer",
+                   "the window from layer {} to {} in steps of {} holds {} depths, but a slope with "
+                   "a test of it needs 3; widen the window",
+                   fit.first_layer, fit.last_layer, fit.layer_step, depths);
+  }
+  if (!(std::isfinite(fit.min_identifiable_width) && fit.min_identifiable_width >= 0.1 &&
+        fit.min_identifiable_width <= 100)) {
+    return problem("fit.min_identifiable_width",
+                   "{} bead diameters: below about half a bead the width of a peak "
+                   "cannot be told from the bead's; give 0.1 to 100 (0.5 is usual)",
+                   fit.min_identifiable_width);
+  }
+  if (auto found = find_window_problem("fit.scaling_window", fit.scaling_window)) return found;
+  for (const auto& window : fit.other_scaling_windows) {
+    if (auto found = find_window_problem("fit.other_scaling_windows", window)) return found;
+  }
+  return {};
+}
+
+Problem find_figure_problem(const Experiment& e) {
+  const FigureSpec& figures = e.figures;
+  if (!figures.response_profiles) return {};
+  const int last_usable = e.lattice.layers - bottom_margin - 1;
+  if (std::find(e.mu.begin(), e.mu.end(), figures.profile_mu) == e.mu.end()) {
+    return problem("figures.response_profiles.mu",
+                   "{} is not one of friction.mu = [{}], so that there is no response "
+                   "to draw; choose one of them or set figures.response_profiles.draw = false",
+                   figures.profile_mu, fmt::join(e.mu, ", "));
+  }
+  if (figures.profile_layers.empty() || figures.profile_layers.size() > 8) {
+    return problem("figures.response_profiles.layers", "{} layers cannot be shown in one figure; give 1 to 8",
+                   figures.profile_layers.size());
+  }
+  int previous = -1;
+  for (const int layer : figures.profile_layers) {
+    if (layer < 0 || layer > last_usable) {
+      return problem("figures.response_profiles.layers",
+                     "layer {} is not usable: with lattice.layers = {} the usable "
+                     "ones are 0 to {}; choose among them or compute more layers",
+                     layer, e.lattice.layers, last_usable);
+    }
+    if (layer <= previous) {
+      return problem("figures.response_profiles.layers",
+                     "layer {} follows {}, but the list must ascend without "
+                     "repetition; sort it",
+                     layer, previous);
+    }
+    previous = layer;
+  }
+  return {};
+}
+
+// The two peaks run apart at c0 on either side and would meet again behind the ring.
+Problem find_ring_problem(const Experiment& e) {
+  int deepest = e.fit.last_layer;
+  if (e.figures.response_profiles) deepest = std::max(deepest, e.figures.profile_layers.back());
+  const double mu = e.mu.back();
+  const auto needed = [mu](int layer) {
+    const double z = Lattice::depth(layer);
+    return 2 * tan30 * z + 8 * expected_width(mu, z);
+  };
+  if (e.lattice.columns > needed(deepest)) return {};
+  int layer = deepest;
+  while (layer > 0 && e.lattice.columns <= needed(layer - 1)) --layer;
+  const bool by_figure = deepest > e.fit.last_layer;
+  return problem("lattice.columns",
+                 "with {} columns the two peaks of the response at mu = {} meet behind the ring from "
+                 "layer {} on, but layer {} is used ({}), and the fit would take one for the other; give more than {} "
+                 "columns or stop at layer {}",
+                 e.lattice.columns, mu, layer, deepest,
+                 by_figure ? "figures.response_profiles.layers" : "fit.last_layer", std::floor(needed(deepest)),
+                 std::max(0, layer - 1));
+}
+
+Problem find_scene_problem(const Experiment& e) {
+  const ForceChainSpec& chains = e.force_chains;
+  if (!chains.draw) return {};
+  if (auto found = find_lattice_problem(e, "scenes.force_chains.columns", chains.columns, "scenes.force_chains.layers",
+                                        chains.layers, 1)) {
+    return found;
+  }
+  if (auto found = find_mu_problem("scenes.force_chains.mu", chains.mu)) return found;
+  if (chains.sample > static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max())) {
+    return problem("scenes.force_chains.sample", "{} does not fit into a TOML number; give less", chains.sample);
+  }
+  if (chains.scene.width_px < 200 || chains.scene.width_px > 32768) {
+    return problem("scenes.force_chains.width_px",
+                   "{} pixels: narrower than 200 the legend does not fit, wider than "
+                   "32768 hardly any program opens the picture; give 200 to 32768",
+                   chains.scene.width_px);
+  }
+  if (!(std::isfinite(chains.scene.dpi) && chains.scene.dpi >= 30 && chains.scene.dpi <= 2400)) {
+    return problem("scenes.force_chains.dpi", "{} pixels per inch cannot carry readable text; give 30 to 2400",
+                   chains.scene.dpi);
+  }
+  const std::array<const char*, 3> backends{"auto", "osmesa", "egl"};
+  if (std::find(backends.begin(), backends.end(), chains.scene.backend) == backends.end()) {
+    return problem("scenes.force_chains.backend", "\"{}\" is no way to reach OpenGL; write one of {}",
+                   chains.scene.backend, fmt::join(backends, ", "));
+  }
+  return {};
+}
+
+Problem find_gate_problem(const Experiment& e) {
+  const std::array<const char*, 3> verdicts{"reproduced", "not reproduced", "undetermined"};
+  for (const auto& [claim, verdict] : e.expected_verdicts) {
+    if (std::find(verdicts.begin(), verdicts.end(), verdict) == verdicts.end()) {
+      return ExperimentProblem{"gate.expect." + claim, fmt::format("\"{}\" is not a verdict; write one of {}", verdict,
+                                                                   fmt::join(verdicts, ", "))};
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
+double expected_width(double mu, double z) { return std::sqrt(1 + 2.2 * std::pow(mu, 2.5) * z); }
+
+double estimate_memory(const Experiment& e) {
+  const double numbers_per_bead = 4 + 8;  // a pile's forces, and what a solver keeps beside them
+  const double bytes_per_number = 8;
+  const double beads = std::max(
+      static_cast<double>(e.lattice.columns) * e.lattice.layers,
+      static_cast<double>(e.force_chains.columns) * (static_cast<double>(e.force_chains.layers) + bottom_margin));
+  const double layers_recorded = static_cast<double>(e.lattice.layers) / std::max(1, e.fit.layer_step);
+  const double sums = 2.0 * e.response.blocks * layers_recorded * e.lattice.columns;
+  return bytes_per_number * (numbers_per_bead * beads + sums);
+}
+
+std::optional<ExperimentProblem> find_problem(const Experiment& e) {
+  if (auto found = find_text_problem(e)) return found;
+  if (auto found = find_lattice_problem(e, "lattice.columns", e.lattice.columns, "lattice.layers", e.lattice.layers,
+                                        bottom_margin + 4)) {
+    return found;
+  }
+  if (auto found = find_friction_problem(e)) return found;
+  if (auto found = find_sampling_problem(e)) return found;
+  if (auto found = find_response_problem(e)) return found;
+  if (auto found = find_fit_problem(e)) return found;
+  if (auto found = find_figure_problem(e)) return found;
+  if (auto found = find_ring_problem(e)) return found;
+  if (auto found = find_scene_problem(e)) return found;
+  return find_gate_problem(e);
+}
+
+void check_experiment(const Experiment& experiment) {
+  if (const auto found = find_problem(experiment)) throw InputError(found->key + ": " + found->message);
+}
+
+}  // namespace granuscope

@@ -1,0 +1,228 @@
+#include "experiment/experiment_keys.h"
+
+#include <fmt/core.h>
+
+#include <limits>
+#include <type_traits>
+#include <utility>
+
+#include "support/error.h"
+
+namespace granuscope {
+namespace {
+
+KeyValue to_value(bool field) { return field; }
+KeyValue to_value(int field) { return std::int64_t{field}; }
+KeyValue to_value(std::uint64_t field) { return static_cast<std::int64_t>(field); }
+KeyValue to_value(double field) { return field; }
+KeyValue to_value(const std::string& field) { return field; }
+KeyValue to_value(const std::vector<double>& field) { return field; }
+KeyValue to_value(const std::vector<int>& field) { return std::vector<std::int64_t>(field.begin(), field.end()); }
+KeyValue to_value(const std::array<double, 2>& field) { return std::vector<double>(field.begin(), field.end()); }
+KeyValue to_value(const NumberPairs& field) { return field; }
+KeyValue to_value(Law field) { return name_of(field); }
+KeyValue to_value(LayerOrder field) { return std::string(field == LayerOrder::random ? "random" : "fixed"); }
+
+int to_int(std::int64_t number) {
+  if (number < std::numeric_limits<int>::min() || number > std::numeric_limits<int>::max()) {
+    throw InputError(fmt::format("{} is beyond what this key can hold ({} at most); give a smaller number", number,
+                                 std::numeric_limits<int>::max()));
+  }
+  return static_cast<int>(number);
+}
+
+// The plain alternatives need no conversion.
+template <class Field>
+void from_value(Field& field, const KeyValue& value) {
+  field = std::get<Field>(value);
+}
+void from_value(int& field, const KeyValue& value) { field = to_int(std::get<std::int64_t>(value)); }
+void from_value(std::uint64_t& field, const KeyValue& value) {
+  const auto number = std::get<std::int64_t>(value);
+  if (number < 0) throw InputError(fmt::format("{} is negative; give 0 or more", number));
+  field = static_cast<std::uint64_t>(number);
+}
+void from_value(std::vector<int>& field, const KeyValue& value) {
+  std::vector<int> numbers;
+  for (const auto number : std::get<std::vector<std::int64_t>>(value)) numbers.push_back(to_int(number));
+  field = std::move(numbers);
+}
+void from_value(std::array<double, 2>& field, const KeyValue& value) {
+  const auto& numbers = std::get<std::vector<double>>(value);
+  if (numbers.size() != 2) {
+    throw InputError(
+        fmt::format("a window needs two ends but {} numbers are given; write [low, high]", numbers.size()));
+  }
+  field = {numbers[0], numbers[1]};
+}
+void from_value(Law& field, const KeyValue& value) { field = law_named(std::get<std::string>(value)); }
+void from_value(LayerOrder& field, const KeyValue& value) {
+  const auto& name = std::get<std::string>(value);
+  if (name != "random" && name != "fixed") {
+    throw InputError(fmt::format("\"{}\" is not an order of the beads; write \"random\" or \"fixed\"", name));
+  }
+  field = name == "random" ? LayerOrder::random : LayerOrder::fixed;
+}
+
+/// `access` returns a reference to the field of the experiment it is given, const or not.
+template <class Access>
+ExperimentKey key(std::string table, std::string name, std::string unit, std::string meaning, Access access) {
+  return {std::move(table),
+          std::move(name),
+          std::move(unit),
+          std::move(meaning),
+          [access](const Experiment& experiment) { return to_value(access(experiment)); },
+          [access](Experiment& experiment, const KeyValue& value) { from_value(access(experiment), value); }};
+}
+
+std::vector<ExperimentKey> make_keys() {
+  const std::string lattice = "lattice";
+  const std::string sampling = "sampling";
+  const std::string response = "response";
+  const std::string fit = "fit";
+  const std::string profiles = "figures.response_profiles";
+  const std::string chains = "scenes.force_chains";
+  return {
+      key(
+          "experiment", "name", "", "title of the report, one line", [](auto& e) -> auto& { return e.name; }),
+      key(
+          "experiment", "description", "", "a paragraph for the reader of the report",
+          [](auto& e) -> auto& { return e.description; }),
+
+      key(
+          lattice, "columns", "beads", "beads per layer, periodic in x; even or odd, at least 4",
+          [](auto& e) -> auto& { return e.lattice.columns; }),
+      key(
+          lattice, "layers", "layers",
+          "layers computed; the lowest 20 follow another law, since no failure below reaches up into them, and are not "
+          "used",
+          [](auto& e) -> auto& { return e.lattice.layers; }),
+
+      key(
+          "friction", "mu", "", "friction coefficients of the contacts, each at least 0 and below sqrt(3)",
+          [](auto& e) -> auto& { return e.mu; }),
+
+      key(
+          sampling, "law", "", "what a random pile means: granusolve, or rejection (tiny piles only)",
+          [](auto& e) -> auto& { return e.sampling.law; }),
+      key(
+          sampling, "seed", "", "together with the sample's number the key of every random number",
+          [](auto& e) -> auto& { return e.sampling.seed; }),
+      key(
+          sampling, "effort", "solutions per bead",
+          "granusolve: a pile counts as failed, by name, after this many bead solutions per bead",
+          [](auto& e) -> auto& { return e.sampling.effort; }),
+      key(
+          sampling, "max_tries", "piles", "rejection: a pile counts as failed, by name, after this many tries",
+          [](auto& e) -> auto& { return e.sampling.max_tries; }),
+      key(
+          sampling, "layer_order", "",
+          "random start and direction in each layer, or fixed (breaks the mirror symmetry: for comparison only)",
+          [](auto& e) -> auto& { return e.sampling.order; }),
+
+      key(
+          response, "estimator", "", "point: overloaded piles minus the uniform load, mirror symmetrised",
+          [](auto& e) -> auto& { return e.response.estimator; }),
+      key(
+          response, "overload", "loads of one top bead", "extra force on the middle top bead",
+          [](auto& e) -> auto& { return e.response.overload; }),
+      key(
+          response, "samples", "piles", "piles per friction coefficient, at least eight per block",
+          [](auto& e) -> auto& { return e.response.samples; }),
+      key(
+          response, "blocks", "blocks", "blocks of the jackknife, each of whole groups of eight piles; at least 8",
+          [](auto& e) -> auto& { return e.response.blocks; }),
+
+      key(
+          fit, "first_layer", "layer", "first layer of the window over which the slopes c and D are taken",
+          [](auto& e) -> auto& { return e.fit.first_layer; }),
+      key(
+          fit, "last_layer", "layer", "last layer of that window, at most lattice.layers - 21",
+          [](auto& e) -> auto& { return e.fit.last_layer; }),
+      key(
+          fit, "layer_step", "layers", "distance of the fitted layers; an odd one alternates the two kinds of rows",
+          [](auto& e) -> auto& { return e.fit.layer_step; }),
+      key(
+          fit, "shallow_layer", "layer", "from here down to the window layers are fitted for the figures only",
+          [](auto& e) -> auto& { return e.fit.shallow_layer; }),
+      key(
+          fit, "min_identifiable_width", "bead diameters", "below it the size of a bead hides the width of a peak",
+          [](auto& e) -> auto& { return e.fit.min_identifiable_width; }),
+      key(
+          fit, "scaling_window", "", "range of mu, both ends included, of the exponents beta, gamma and alpha",
+          [](auto& e) -> auto& { return e.fit.scaling_window; }),
+      key(
+          fit, "other_scaling_windows", "", "further ranges of mu whose exponents are shown beside it",
+          [](auto& e) -> auto& { return e.fit.other_scaling_windows; }),
+
+      key(
+          profiles, "draw", "", "draw the response at a few layers with its fits (the paper's Fig. 2)",
+          [](auto& e) -> auto& { return e.figures.response_profiles; }),
+      key(
+          profiles, "mu", "", "friction coefficient shown, one of friction.mu",
+          [](auto& e) -> auto& { return e.figures.profile_mu; }),
+      key(
+          profiles, "layers", "layers", "layers shown", [](auto& e) -> auto& { return e.figures.profile_layers; }),
+      key(
+          "figures.transport_against_depth", "draw", "", "draw c and D against depth and against mu (Fig. 3)",
+          [](auto& e) -> auto& { return e.figures.transport_against_depth; }),
+      key(
+          "figures.propagation_against_diffusion", "draw", "", "draw c against D (Fig. 4)",
+          [](auto& e) -> auto& { return e.figures.propagation_against_diffusion; }),
+
+      key(
+          chains, "draw", "", "draw the force chains of one pile (Fig. 1)",
+          [](auto& e) -> auto& { return e.force_chains.draw; }),
+      key(
+          chains, "columns", "beads", "beads per layer of that pile, all shown",
+          [](auto& e) -> auto& { return e.force_chains.columns; }),
+      key(
+          chains, "layers", "layers", "layers shown; 20 more are computed below them",
+          [](auto& e) -> auto& { return e.force_chains.layers; }),
+      key(
+          chains, "mu", "", "friction coefficient of that pile", [](auto& e) -> auto& { return e.force_chains.mu; }),
+      key(
+          chains, "sample", "", "number of that pile under sampling.seed",
+          [](auto& e) -> auto& { return e.force_chains.sample; }),
+      key(
+          chains, "width_px", "pixels", "width of the picture; mm = 25.4 width_px / dpi",
+          [](auto& e) -> auto& { return e.force_chains.scene.width_px; }),
+      key(
+          chains, "dpi", "pixels per inch", "resolution of the picture; its text is laid out in points",
+          [](auto& e) -> auto& { return e.force_chains.scene.dpi; }),
+      key(
+          chains, "colour_map", "", "colour map of the forces",
+          [](auto& e) -> auto& { return e.force_chains.scene.colour_map; }),
+      key(
+          chains, "backend", "", "how OpenGL is reached: auto, osmesa or egl",
+          [](auto& e) -> auto& { return e.force_chains.scene.backend; }),
+      key(
+          chains, "skip_invisible", "", "leave out contacts that cannot change a pixel",
+          [](auto& e) -> auto& { return e.force_chains.scene.skip_invisible; }),
+
+      key(
+          "report", "pdf", "", "also write report.pdf, if WeasyPrint is installed",
+          [](auto& e) -> auto& { return e.report.pdf; }),
+  };
+}
+
+}  // namespace
+
+std::string kind_of(const KeyValue& value) {
+  static constexpr const char* kinds[] = {"true or false",
+                                          "a whole number",
+                                          "a number",
+                                          "a string",
+                                          "a list of whole numbers",
+                                          "a list of numbers",
+                                          "a list of pairs of numbers"};
+  static_assert(std::size(kinds) == std::variant_size_v<KeyValue>);
+  return kinds[value.index()];
+}
+
+const std::vector<ExperimentKey>& experiment_keys() {
+  static const std::vector<ExperimentKey> keys = make_keys();
+  return keys;
+}
+
+}  // namespace granuscope
