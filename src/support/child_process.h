@@ -9,10 +9,10 @@ namespace granuscope {
 
 /// One program to run, without any shell.
 struct ProcessSpec {
-  std::vector<std::string> arguments;                ///< arguments[0] is the program, looked up in PATH
-  std::filesystem::path working_folder;              ///< empty: the caller's
-  std::map<std::string, std::string> environment;    ///< the whole environment of the child (PATH is added if absent)
-  double timeout_seconds = 120;                      ///< after this the child's process group is killed
+  std::vector<std::string> arguments;              ///< arguments[0] is the program, looked up in PATH
+  std::filesystem::path working_folder;            ///< empty: the caller's
+  std::map<std::string, std::string> environment;  ///< the whole environment of the child (PATH is added if absent)
+  double timeout_seconds = 120;                    ///< after this the child's process group is killed
 };
 
 struct ProcessResult {
@@ -23,7 +23,9 @@ struct ProcessResult {
   double seconds = 0;
 };
 
-/// Runs the program with an empty standard input and waits for it. Throws EnvironmentError if it cannot be started.
+/// Runs the program with an empty standard input and waits for its end; what it leaves running in its process group is
+/// ended too. A program named with a slash is found from the caller's folder. Throws EnvironmentError if it cannot be
+/// started or floods its output, Interrupted (after ending it) if a stop is requested meanwhile.
 ProcessResult run_process(const ProcessSpec& spec);
 
 /// The program's full path, if PATH has it.

@@ -13,7 +13,8 @@ enum class ExitCode : int {
   interrupted = 4,      ///< stopped half way; finished parts are kept and a second run resumes
 };
 
-/// Base of every error the program raises on purpose. A message reads: what is wrong, why that is a problem, what to do.
+/// Base of every error the program raises on purpose. A message reads: what is wrong, why that is a problem, what to
+/// do.
 class Error : public std::runtime_error {
  public:
   Error(ExitCode code, const std::string& message) : std::runtime_error(message), code_(code) {}

@@ -1,0 +1,131 @@
+#include "support/atomic_file.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cerrno>
+#include <system_error>
+#include <utility>
+
+#include "support/error.h"
+#include "support/file_descriptor.h"
+#include "support/read_chunks.h"
+#include "support/system_reason.h"
+
+namespace granuscope {
+namespace fs = std::filesystem;
+namespace {
+
+[[noreturn]] void fail(const fs::path& target, const std::string& reason) {
+  throw EnvironmentError(fmt::format("cannot write '{}': {}", target.string(), reason));
+}
+
+[[noreturn]] void fail(const fs::path& target, int error_number) { fail(target, system_reason(error_number)); }
+
+fs::path folder_of(const fs::path& file) { return file.has_parent_path() ? file.parent_path() : fs::path("."); }
+
+/// Where the bytes really go: a link keeps pointing to the file it points to. Refuses what a rename would destroy.
+fs::path resolve(fs::path target) {
+  if (target.empty()) throw EnvironmentError("cannot write a file without a name: give a path");
+  std::error_code ignored;
+  if (fs::is_symlink(target, ignored) && fs::exists(target, ignored)) target = fs::canonical(target, ignored);
+  const fs::file_status status = fs::status(target, ignored);
+  if (fs::is_directory(status) || !target.has_filename()) fail(target, EISDIR);
+  // A device or pipe would be replaced by an ordinary file.
+  if (fs::exists(status) && !fs::is_regular_file(status))
+    fail(target, "It is not an ordinary file. Name another file.");
+  return target;
+}
+
+/// Creates an empty file beside the target under a name nobody else uses. Hidden, and with the target's last letters,
+/// so that programs that look at the suffix see the right one; shortened to stay below the system's limit on names.
+fs::path create_beside(const fs::path& target) {
+  static std::atomic<unsigned long> counter{0};
+  constexpr std::size_t kept_letters = 100;
+  std::string name = target.filename().string();
+  if (name.size() > kept_letters) name = name.substr(name.size() - kept_letters);
+  for (;;) {
+    const fs::path candidate = folder_of(target) / fmt::format(".tmp-{}-{}-{}", ::getpid(), counter.fetch_add(1), name);
+    const FileDescriptor file(::open(candidate.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
+    if (file.valid()) return candidate;
+    // Another host with the same folder and process number, or the remains of a killed run.
+    if (errno == EEXIST || errno == EINTR) continue;
+    fail(target, errno);
+  }
+}
+
+/// Closes with the status checked: some file systems tell of a full disk only now.
+void close_checked(FileDescriptor& file, const fs::path& target) {
+  // Linux frees the descriptor even when close is interrupted.
+  if (::close(file.release()) != 0 && errno != EINTR) fail(target, errno);
+}
+
+void sync_checked(const FileDescriptor& file, const fs::path& target) {
+  while (::fsync(file.get()) != 0) {
+    if (errno != EINTR) fail(target, errno);
+  }
+}
+
+}  // namespace
+
+AtomicFile::AtomicFile(fs::path target) : target_(resolve(std::move(target))), temporary_(create_beside(target_)) {}
+
+AtomicFile::~AtomicFile() {
+  if (!committed_) ::unlink(temporary_.c_str());
+}
+
+void AtomicFile::commit() {
+  FileDescriptor file(::open(temporary_.c_str(), O_RDONLY | O_CLOEXEC));
+  if (!file.valid()) fail(target_, errno);
+  sync_checked(file, target_);
+  close_checked(file, target_);
+
+  if (::rename(temporary_.c_str(), target_.c_str()) != 0) fail(target_, errno);
+  committed_ = true;
+
+  // The rename itself lives in the folder. Some file systems cannot sync a folder, and say EINVAL: then it is theirs.
+  const FileDescriptor folder(::open(folder_of(target_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (folder.valid() && ::fsync(folder.get()) != 0 && errno != EINVAL && errno != EINTR) fail(target_, errno);
+}
+
+void write_file(const fs::path& target, std::string_view bytes) {
+  AtomicFile output(target);
+  FileDescriptor file(::open(output.temporary_path().c_str(), O_WRONLY | O_CLOEXEC));
+  if (!file.valid()) fail(target, errno);
+  // A full disk shows as a short count first and as an error on the next attempt.
+  while (!bytes.empty()) {
+    const ssize_t written = ::write(file.get(), bytes.data(), bytes.size());
+    if (written > 0) {
+      bytes.remove_prefix(static_cast<std::size_t>(written));
+    } else if (written == 0) {
+      fail(target, EIO);
+    } else if (errno != EINTR) {
+      fail(target, errno);
+    }
+  }
+  sync_checked(file, target);
+  close_checked(file, target);
+  output.commit();
+}
+
+std::string read_file(const fs::path& source) {
+  std::string bytes;
+  read_chunks(source, [&bytes](std::string_view chunk) { bytes.append(chunk); });
+  return bytes;
+}
+
+void make_folder(const fs::path& folder) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  // libstdc++ reports a file in the folder's place as ENOTDIR, and no error if the folder was there already.
+  if (!error && !fs::is_directory(folder, error) && !error) error = std::make_error_code(std::errc::not_a_directory);
+  if (error) {
+    throw EnvironmentError(
+        fmt::format("cannot make the folder '{}': {}", folder.string(), system_reason(error.value())));
+  }
+}
+
+}  // namespace granuscope

@@ -1,0 +1,42 @@
+#include "support/interruption.h"
+
+#include <signal.h>  // NOLINT(modernize-deprecated-headers): sigaction is POSIX, not in <csignal>
+#include <unistd.h>
+
+#include <atomic>
+#include <initializer_list>
+
+#include "support/error.h"
+
+namespace granuscope {
+namespace {
+
+std::atomic<bool> requested_flag{false};
+static_assert(std::atomic<bool>::is_always_lock_free, "the flag is set inside a signal handler");
+
+extern "C" void on_signal(int /*signal*/) {
+  if (requested_flag.exchange(true)) ::_exit(static_cast<int>(ExitCode::interrupted));
+}
+
+}  // namespace
+
+void install_interruption_handlers() {
+  struct sigaction action = {};
+  action.sa_handler = on_signal;
+  sigemptyset(&action.sa_mask);
+  // Reads and writes inside libraries carry on; they need not know about EINTR.
+  action.sa_flags = SA_RESTART;
+  for (const int signal : {SIGINT, SIGTERM}) ::sigaction(signal, &action, nullptr);
+}
+
+bool interruption_requested() { return requested_flag.load(std::memory_order_relaxed); }
+
+void throw_if_interrupted() {
+  if (interruption_requested()) {
+    throw Interrupted("stopped on request: what was finished is kept, and the same command goes on from there");
+  }
+}
+
+void request_interruption(bool requested) { requested_flag.store(requested); }
+
+}  // namespace granuscope

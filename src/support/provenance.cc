@@ -1,0 +1,113 @@
+#include "support/provenance.h"
+
+#include <fmt/format.h>
+#include <gnu/libc-version.h>
+#include <openssl/crypto.h>
+#include <sys/utsname.h>
+#include <xxhash.h>
+
+#include <chrono>
+#include <ctime>
+#include <fstream>
+#include <string_view>
+#include <thread>
+
+#include "generated/build_facts.h"
+#include "generated/git_state.h"
+
+namespace granuscope {
+namespace {
+
+std::string without_spaces_and_quotes(std::string text) {
+  const char* unwanted = " \t\r\"'";
+  const std::size_t first = text.find_first_not_of(unwanted);
+  if (first == std::string::npos) return "";
+  return text.substr(first, text.find_last_not_of(unwanted) - first + 1);
+}
+
+/// The value of the first line "name <separator> value", or nothing.
+std::string value_in(const char* file, std::string_view name, char separator) {
+  std::ifstream input(file);
+  std::string line;
+  while (std::getline(input, line)) {
+    const std::size_t mark = line.find(separator);
+    if (mark != std::string::npos && without_spaces_and_quotes(line.substr(0, mark)) == name) {
+      return without_spaces_and_quotes(line.substr(mark + 1));
+    }
+  }
+  return "";
+}
+
+std::string host_cpu(const utsname& system) {
+  // x86 has "model name"; ARM and others often only the machine's name, or nothing.
+  for (const char* name : {"model name", "Model", "Hardware", "cpu"}) {
+    const std::string value = value_in("/proc/cpuinfo", name, ':');
+    if (!value.empty()) return value;
+  }
+  const std::string machine = system.machine;
+  return machine.empty() ? "unknown" : machine;
+}
+
+std::string operating_system(const utsname& system) {
+  std::string name = value_in("/etc/os-release", "PRETTY_NAME", '=');
+  if (name.empty()) name = "unknown distribution";
+  return fmt::format("{}, {} {} {}", name, system.sysname, system.release, system.machine);
+}
+
+/// "name version;name version" as the build wrote it.
+std::vector<std::pair<std::string, std::string>> listed(std::string_view text) {
+  std::vector<std::pair<std::string, std::string>> result;
+  while (!text.empty()) {
+    const std::size_t end = text.find(';');
+    const std::string_view entry = text.substr(0, end);
+    const std::size_t space = entry.rfind(' ');
+    if (space != std::string_view::npos && space + 1 < entry.size()) {
+      result.emplace_back(entry.substr(0, space), entry.substr(space + 1));
+    }
+    text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
+  }
+  return result;
+}
+
+std::vector<std::pair<std::string, std::string>> libraries() {
+  std::vector<std::pair<std::string, std::string>> result = listed(build_facts::libraries);
+  const unsigned xxhash = XXH_versionNumber();
+  result.emplace_back("OpenSSL", OpenSSL_version(OPENSSL_VERSION_STRING));
+  result.emplace_back("xxHash", fmt::format("{}.{}.{}", xxhash / 10000, xxhash / 100 % 100, xxhash % 100));
+  result.emplace_back("glibc", gnu_get_libc_version());
+  return result;
+}
+
+}  // namespace
+
+Provenance collect_provenance() {
+  utsname system = {};
+  ::uname(&system);
+  Provenance result;
+  result.program_version = build_facts::program_version;
+  result.git_commit = git_state::commit;
+  result.git_dirty = git_state::dirty;
+  result.compiler = build_facts::compiler;
+  result.compiler_flags = build_facts::compiler_flags;
+  result.build_type = build_facts::build_type;
+  result.libraries = libraries();
+  result.host_cpu = host_cpu(system);
+  result.operating_system = operating_system(system);
+  result.hardware_threads = std::thread::hardware_concurrency();
+  return result;
+}
+
+std::string provenance_line(const Provenance& provenance) {
+  return fmt::format("{}, commit {}{}, {}", provenance.program_version, provenance.git_commit,
+                     provenance.git_dirty ? " with uncommitted changes" : "", provenance.compiler);
+}
+
+std::string current_time() {
+  const std::time_t now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
+  std::tm parts = {};
+  ::gmtime_r(&now, &parts);
+  return fmt::format("{:04}-{:02}-{:02}T{:02}:{:02}:{:02}Z", parts.tm_year + 1900, parts.tm_mon + 1, parts.tm_mday,
+                     parts.tm_hour, parts.tm_min, parts.tm_sec);
+}
+
+}  // namespace granuscope
