@@ -164,8 +164,8 @@ std::vector<ExperimentKey> make_keys() {
       key(
           profiles, "layers", "layers", "layers shown", [](auto& e) -> auto& { return e.figures.profile_layers; }),
       key(
-          "figures.transport_against_depth", "draw", "", "draw c and D against depth and against mu (Fig. 3)",
-          [](auto& e) -> auto& { return e.figures.transport_against_depth; }),
+          "figures.transport_with_depth", "draw", "", "draw c and D against depth and against mu (Fig. 3)",
+          [](auto& e) -> auto& { return e.figures.transport_with_depth; }),
       key(
           "figures.propagation_against_diffusion", "draw", "", "draw c against D (Fig. 4)",
           [](auto& e) -> auto& { return e.figures.propagation_against_diffusion; }),
