@@ -1,0 +1,179 @@
+#include "experiment/experiment_check.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <string>
+
+#include "experiment/experiment_file.h"
+#include "support/error.h"
+
+using namespace granuscope;
+using Catch::Matchers::Contains;
+
+namespace {
+
+/// The problem of the default experiment after a change: "key: message".
+std::string problem_after(const std::function<void(Experiment&)>& change) {
+  Experiment e;
+  change(e);
+  const auto found = find_problem(e);
+  return found ? found->key + ": " + found->message : "(none)";
+}
+
+constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+}  // namespace
+
+TEST_CASE("The default experiment can be run") {
+  CHECK_FALSE(find_problem(Experiment{}));
+  CHECK_NOTHROW(check_experiment(Experiment{}));
+}
+
+TEST_CASE("Friction coefficients outside [0, sqrt 3) are refused") {
+  for (const double mu : {-0.1, -1e-300, 1.7320508075688773, 2.0, not_a_number, infinity, -infinity}) {
+    CHECK_THAT(problem_after([&](Experiment& e) { e.mu = {mu}; }), Contains("friction.mu: ") && Contains("sqrt(3)"));
+    CHECK_THAT(problem_after([&](Experiment& e) { e.force_chains.mu = mu; }), Contains("scenes.force_chains.mu: "));
+  }
+  CHECK(problem_after([](Experiment& e) { e.mu = {0.0, 0.3, 1.73}; }) == "(none)");
+  CHECK_THAT(problem_after([](Experiment& e) { e.mu = {}; }), Contains("empty"));
+  CHECK_THAT(problem_after([](Experiment& e) { e.mu = {0.3, 0.3}; }), Contains("0.3 stands in the list twice"));
+  CHECK_THAT(problem_after([](Experiment& e) { e.mu = {0.3, 0.1}; }), Contains("must ascend"));
+  CHECK_THAT(problem_after([](Experiment& e) { e.mu.assign(2000, 0.1); }), Contains("2000 values"));
+}
+
+TEST_CASE("Duplicates in a file are found although the list is sorted when read") {
+  CHECK_THROWS_WITH(parse_experiment("[friction]\nmu = [0.3, 0.1, 0.3]\n", "x.toml"),
+                    Contains("x.toml:2:1: friction.mu: 0.3 stands in the list twice"));
+  CHECK_THROWS_WITH(parse_experiment("[friction]\nmu = [nan]\n", "x.toml"), Contains("friction.mu: nan is not"));
+}
+
+TEST_CASE("A pile that cannot be held in memory is refused with the memory it would need") {
+  // 1e6 x 1e6 beads x 12 numbers x 8 bytes = 96 TB, and 2 x 32 x 333333 x 1e6 sums x 8 bytes = 171 TB.
+  CHECK_THAT(problem_after([](Experiment& e) {
+               e.lattice = {1'000'000, 1'000'000};
+             }),
+             Contains("lattice.layers: ") && Contains("267 TB"));
+  CHECK_THAT(problem_after([](Experiment& e) { e.lattice = {2147483647, 2147483647}; }), Contains("TB of memory"));
+  CHECK_THAT(problem_after([](Experiment& e) { e.force_chains.columns = 2147483647; }),
+             Contains("lattice.columns: ") || Contains("scenes.force_chains.columns: "));
+  CHECK_THAT(problem_after([](Experiment& e) { e.force_chains.layers = 2147483647; }), Contains("of memory"));
+  CHECK(estimate_memory(Experiment{}) < 1e9);
+}
+
+TEST_CASE("Lattices that are too small are refused") {
+  CHECK_THAT(problem_after([](Experiment& e) { e.lattice.columns = 3; }), Contains("lattice.columns: 3 columns"));
+  CHECK_THAT(problem_after([](Experiment& e) { e.lattice.columns = -1; }), Contains("lattice.columns: "));
+  CHECK_THAT(problem_after([](Experiment& e) { e.lattice.layers = 0; }), Contains("lattice.layers: "));
+  CHECK_THAT(problem_after([](Experiment& e) { e.force_chains.layers = 0; }), Contains("scenes.force_chains.layers: "));
+}
+
+TEST_CASE("Windows must lie within the usable layers") {
+  // 200 layers, the lowest 20 follow another law: the last usable one is 179.
+  CHECK(problem_after([](Experiment& e) { e.fit.last_layer = 179; }) == "(none)");
+  CHECK_THAT(problem_after([](Experiment& e) { e.fit.last_layer = 180; }),
+             Contains("fit.last_layer: layer 180") && Contains("end the window at 179 or compute 201 layers"));
+  CHECK_THAT(problem_after([](Experiment& e) { e.fit.last_layer = 2147483647; }), Contains("fit.last_layer: "));
+  CHECK_THAT(problem_after([](Experiment& e) {
+               e.figures.profile_layers = {110, 180};
+             }),
+             Contains("figures.response_profiles.layers: layer 180 is not usable") && Contains("0 to 179"));
+  CHECK_THAT(problem_after([](Experiment& e) { e.figures.profile_layers = {-1}; }), Contains("not usable"));
+  CHECK_THAT(problem_after([](Experiment& e) { e.figures.profile_layers = {110, 110}; }), Contains("must ascend"));
+  CHECK_THAT(problem_after([](Experiment& e) { e.figures.profile_layers = {}; }), Contains("give 1 to 8"));
+  CHECK_THAT(problem_after([](Experiment& e) { e.fit.first_layer = 178; }), Contains("holds 1 depths"));
+  CHECK_THAT(problem_after([](Experiment& e) { e.fit.layer_step = 0; }), Contains("fit.layer_step: "));
+  CHECK_THAT(problem_after([](Experiment& e) { e.fit.shallow_layer = 59; }), Contains("fit.shallow_layer: "));
+  CHECK_THAT(problem_after([](Experiment& e) { e.fit.min_identifiable_width = not_a_number; }),
+             Contains("nan bead diameters"));
+}
+
+TEST_CASE("The profile shown must be one that is computed, if it is shown at all") {
+  CHECK_THAT(problem_after([](Experiment& e) { e.figures.profile_mu = 0.25; }),
+             Contains("0.25 is not one of friction.mu = [0, 0.1, 0.2, 0.3]"));
+  CHECK(problem_after([](Experiment& e) {
+          e.figures.profile_mu = 0.25;
+          e.figures.response_profiles = false;
+        }) == "(none)");
+}
+
+TEST_CASE("Peaks that would meet behind the ring are refused with the layer") {
+  // At mu = 0 the width is taken as 1; 2 tan30 z_n + 8 = n + 8.577 columns are needed, one more for each layer.
+  const auto with_columns = [](int columns) {
+    return problem_after([columns](Experiment& e) {
+      e.mu = {0.0};
+      e.figures.response_profiles = false;
+      e.lattice.columns = columns;
+    });
+  };
+  CHECK(with_columns(188) == "(none)");
+  CHECK_THAT(with_columns(187), Contains("lattice.columns: ") && Contains("from layer 179 on") &&
+                                    Contains("layer 179 is used (fit.last_"));
+  CHECK_THAT(with_columns(181), Contains("from layer 173 on") && Contains("give more than 187 columns"));
+  // Friction widens the peaks.
+  CHECK_THAT(problem_after([](Experiment& e) {
+               e.mu = {0.3, 1.0};
+               e.lattice.columns = 200;
+             }),
+             Contains("at mu = 1 meet"));
+}
+
+TEST_CASE("Samples come in whole groups of eight per block, in at least eight blocks") {
+  CHECK(problem_after([](Experiment& e) { e.response.samples = 256; }) == "(none)");
+  CHECK_THAT(problem_after([](Experiment& e) { e.response.samples = 255; }),
+             Contains("response.samples: 255 samples in 32 blocks") && Contains("give 256 to"));
+  CHECK_THAT(problem_after([](Experiment& e) { e.response.samples = 0; }), Contains("response.samples: "));
+  CHECK_THAT(problem_after([](Experiment& e) { e.response.samples = 1u << 31; }), Contains("response.samples: "));
+  CHECK_THAT(problem_after([](Experiment& e) { e.response.blocks = 7; }), Contains("fewer than 8 give no reliable"));
+  CHECK_THAT(problem_after([](Experiment& e) { e.response.blocks = -8; }), Contains("response.blocks: "));
+  CHECK(problem_after([](Experiment& e) { e.response.blocks = 8; }) == "(none)");
+}
+
+TEST_CASE("Loads, estimators and laws that cannot work are refused") {
+  for (const double overload : {0.0, -1.0, not_a_number, infinity, 1e9, 1e-9}) {
+    CHECK_THAT(problem_after([&](Experiment& e) { e.response.overload = overload; }), Contains("response.overload: "));
+  }
+  CHECK_THAT(problem_after([](Experiment& e) { e.response.estimator = "pont"; }), Contains("response.estimator: "));
+  CHECK_THAT(problem_after([](Experiment& e) { e.sampling.law = Law::rejection; }),
+             Contains("sampling.law: ") && Contains("500 x 200"));
+  CHECK_THAT(problem_after([](Experiment& e) { e.sampling.effort = 0; }), Contains("sampling.effort: "));
+  CHECK_THAT(problem_after([](Experiment& e) { e.sampling.max_tries = 0; }), Contains("sampling.max_tries: "));
+  CHECK_THAT(problem_after([](Experiment& e) { e.sampling.seed = ~std::uint64_t{0}; }), Contains("sampling.seed: "));
+}
+
+TEST_CASE("Ranges of mu must ascend") {
+  for (const auto& window :
+       {std::array{0.3, 0.1}, std::array{0.1, 0.1}, std::array{not_a_number, 1.0}, std::array{-1.0, 1.0}}) {
+    CHECK_THAT(problem_after([&](Experiment& e) { e.fit.scaling_window = window; }), Contains("fit.scaling_window: "));
+    CHECK_THAT(problem_after([&](Experiment& e) { e.fit.other_scaling_windows = {window}; }),
+               Contains("fit.other_scaling_windows: "));
+  }
+}
+
+TEST_CASE("Pictures that nobody could open or read are refused, unless none is drawn") {
+  CHECK_THAT(problem_after([](Experiment& e) { e.force_chains.scene.width_px = 10; }), Contains("width_px: "));
+  CHECK_THAT(problem_after([](Experiment& e) { e.force_chains.scene.width_px = 100'000; }), Contains("width_px: "));
+  CHECK_THAT(problem_after([](Experiment& e) { e.force_chains.scene.dpi = not_a_number; }), Contains("dpi: "));
+  CHECK_THAT(problem_after([](Experiment& e) { e.force_chains.scene.backend = "glx"; }), Contains("backend: "));
+  CHECK(problem_after([](Experiment& e) {
+          e.force_chains.draw = false;
+          e.force_chains.scene.width_px = 10;
+        }) == "(none)");
+}
+
+TEST_CASE("Names must fit on one line and verdicts must be known") {
+  CHECK_THAT(problem_after([](Experiment& e) { e.name = ""; }), Contains("experiment.name: "));
+  CHECK_THAT(problem_after([](Experiment& e) { e.name = "two\nlines"; }), Contains("experiment.name: "));
+  CHECK_THAT(problem_after([](Experiment& e) { e.description = std::string(20'000, 'x'); }), Contains("description"));
+  CHECK_THAT(problem_after([](Experiment& e) { e.expected_verdicts["D-of-mu"] = "true"; }),
+             Contains("gate.expect.D-of-mu: \"true\" is not a verdict"));
+}
+
+TEST_CASE("A contradiction names the line of the key that was written, or says that the default causes it") {
+  CHECK_THROWS_WITH(parse_experiment("[fit]\nlast_layer = 300\n", "x.toml"),
+                    Contains("x.toml:2:1: fit.last_layer: layer 300 lies beyond"));
+  CHECK_THROWS_WITH(parse_experiment("[lattice]\nlayers = 100\n", "x.toml"),
+                    Contains("x.toml: fit.last_layer (not in the file, default): layer 179 lies beyond"));
+}

@@ -1,0 +1,196 @@
+#include "experiment/experiment_file.h"
+
+#include <fmt/core.h>
+
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "experiment/experiment_keys.h"
+#include "support/error.h"
+
+using namespace granuscope;
+using Catch::Matchers::Contains;
+using Catch::Matchers::StartsWith;
+
+namespace {
+
+std::string refusal(const std::string& text) {
+  try {
+    parse_experiment(text, "mine.toml");
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "(accepted)";
+}
+
+/// A folder that is removed at the end of its scope.
+struct ScratchFolder {
+  std::filesystem::path path = std::filesystem::path(GRANUSCOPE_BINARY_DIR) / "scratch-experiment";
+  ScratchFolder() { std::filesystem::create_directories(path); }
+  ~ScratchFolder() { std::filesystem::remove_all(path); }
+};
+
+void require_equal(const Experiment& a, const Experiment& b) {
+  for (const ExperimentKey& key : experiment_keys()) {
+    INFO(key.path());
+    CHECK(key.get(a) == key.get(b));
+  }
+  CHECK(a.expected_verdicts == b.expected_verdicts);
+}
+
+/// Every field differs from its default.
+Experiment unusual_experiment() {
+  Experiment e;
+  e.name = "a \"quoted\" name \\ with µ";
+  e.description = "two\nlines\tand a tab";
+  e.lattice = {801, 333};
+  e.mu = {0.0, 1e-5, 0.1 + 0.2, 0.7, 1.7};
+  e.sampling.seed = 9223372036854775807u;
+  e.sampling.effort = 1234.5;
+  e.sampling.max_tries = 77;
+  e.sampling.order = LayerOrder::fixed;
+  e.response.overload = 0.25;
+  e.response.samples = 1001;
+  e.response.blocks = 16;
+  e.fit.first_layer = 61;
+  e.fit.last_layer = 200;
+  e.fit.layer_step = 5;
+  e.fit.shallow_layer = 11;
+  e.fit.min_identifiable_width = 0.75;
+  e.fit.scaling_window = {0.05, 0.35};
+  e.fit.other_scaling_windows = {{0.1, 1.0 / 3.0}, {0.2, 0.9}};
+  e.figures.response_profiles = true;
+  e.figures.profile_mu = 0.7;
+  e.figures.profile_layers = {40, 90, 222};
+  e.figures.transport_with_depth = false;
+  e.figures.propagation_against_diffusion = false;
+  e.force_chains.draw = false;
+  e.force_chains.columns = 44;
+  e.force_chains.layers = 33;
+  e.force_chains.mu = 0.2;
+  e.force_chains.sample = 5;
+  e.force_chains.scene.width_px = 999;
+  e.force_chains.scene.dpi = 150;
+  e.force_chains.scene.colour_map = "viridis";
+  e.force_chains.scene.backend = "osmesa";
+  e.force_chains.scene.skip_invisible = false;
+  e.report.pdf = false;
+  e.expected_verdicts = {{"D-of-mu", "reproduced"}, {"c-of-mu", "not reproduced"}};
+  return e;
+}
+
+}  // namespace
+
+TEST_CASE("An empty file is the default experiment") { require_equal(parse_experiment("", "x"), Experiment{}); }
+
+TEST_CASE("A printed experiment reads back to an equal one, and prints to the same bytes again") {
+  for (const Experiment& written : {Experiment{}, unusual_experiment()}) {
+    const std::string text = print_experiment(written);
+    const Experiment read = parse_experiment(text, "printed.toml");
+    require_equal(read, written);
+    CHECK(print_experiment(read) == text);
+  }
+}
+
+TEST_CASE("The unusual experiment exercises every key") {
+  // Guards the test above: a key it leaves at its default would not be tested.
+  const Experiment unusual = unusual_experiment();
+  const Experiment usual;
+  for (const ExperimentKey& key : experiment_keys()) {
+    if (key.path() == "figures.response_profiles.draw" || key.path() == "sampling.law" ||
+        key.path() == "response.estimator") {
+      continue;  // its other value would make the rest meaningless, or there is no other value
+    }
+    INFO(key.path());
+    CHECK(key.get(unusual) != key.get(usual));
+  }
+}
+
+TEST_CASE("A printed experiment holds every key with its meaning") {
+  const std::string text = print_experiment(Experiment{});
+  for (const ExperimentKey& key : experiment_keys()) {
+    CHECK_THAT(text, Contains("# " + key.meaning));
+    CHECK_THAT(text, Contains("\n" + key.name + " = "));
+  }
+  CHECK_THAT(text, Contains("\ncolumns = 500\n"));
+  CHECK_THAT(text, Contains("\nmu = [0.0, 0.1, 0.2, 0.3]\n"));
+}
+
+TEST_CASE("The reference names every key once, with unit and default") {
+  const std::string reference = describe_experiment_keys();
+  for (const ExperimentKey& key : experiment_keys()) {
+    const std::string cell = "| `" + key.path() + "` |";
+    INFO(cell);
+    const auto at = reference.find(cell);
+    REQUIRE(at != std::string::npos);
+    CHECK(reference.find(cell, at + 1) == std::string::npos);
+    CHECK(!key.meaning.empty());
+  }
+  CHECK_THAT(reference, Contains("| `lattice.columns` | `500` | beads |"));
+}
+
+TEST_CASE("Lists are sorted when read, numbers may be written whole") {
+  const Experiment e = parse_experiment("[friction]\nmu = [0.3, 0, 1]\n[response]\noverload = 2\n", "x");
+  CHECK(e.mu == std::vector<double>{0, 0.3, 1});
+  CHECK(e.response.overload == 2);
+  CHECK(parse_experiment("figures.response_profiles.layers = [170, 20]", "x").figures.profile_layers ==
+        std::vector<int>{20, 170});
+}
+
+TEST_CASE("An unknown key is refused with file, line, column and the nearest known key") {
+  CHECK(refusal("[lattice]\ncolumns = 500\nlayer = 200\n") ==
+        "mine.toml:3:1: unknown key lattice.layer: a mistyped key would silently keep its default; did you mean "
+        "lattice.layers?");
+  CHECK_THAT(refusal("[latice]\ncolumns = 500\n"), StartsWith("mine.toml:1:2: ") && Contains("did you mean lattice?"));
+  // The right key in the wrong table.
+  CHECK_THAT(refusal("[response]\nseed = 3\n"), Contains("did you mean sampling.seed?"));
+  CHECK_THAT(refusal("[figures.response_profile]\nmu = 0.3\n"), Contains("did you mean figures.response_profiles?"));
+  CHECK_THAT(refusal("[lattice]\nqqqqqqqqqqq = 3\n"), Contains("[lattice] knows columns, layers"));
+  CHECK_THAT(refusal("zzzzzzzzzzzzzzz = 3\n"), Contains("the tables are experiment,"));
+  CHECK_THAT(refusal("seed = 3\n"), Contains("did you mean sampling.seed?"));
+  CHECK_THAT(refusal("\"" + std::string(5000, 'k') + "\" = 3\n"), Contains("unknown key"));
+}
+
+TEST_CASE("A value of the wrong type is refused with what is expected") {
+  CHECK(refusal("[lattice]\n  columns = 500.0\n") ==
+        "mine.toml:2:3: lattice.columns must be a whole number but is a number with a fraction; beads per layer, "
+        "periodic in x; even or odd, at least 4");
+  CHECK_THAT(refusal("[lattice]\ncolumns = \"500\"\n"), Contains("must be a whole number but is a string"));
+  CHECK_THAT(refusal("[friction]\nmu = 0.3\n"), Contains("must be a list of numbers but is a number with a fraction"));
+  CHECK_THAT(refusal("[friction]\nmu = [0.3, \"0.4\"]\n"), Contains("a list that holds something else"));
+  CHECK_THAT(refusal("[friction]\nmu = 2024-01-01\n"), Contains("is a date or time"));
+  CHECK_THAT(refusal("lattice = 3\n"), Contains("lattice must be a table but is a whole number; write [lattice]"));
+  CHECK_THAT(refusal("[[lattice]]\ncolumns = 3\n"), Contains("lattice must be a table"));
+  CHECK_THAT(refusal("[lattice.columns]\nx = 3\n"), Contains("must be a whole number but is a table"));
+  CHECK_THAT(refusal("[report]\npdf = 1\n"), Contains("must be true or false"));
+  CHECK_THAT(refusal("[gate.expect]\nD-of-mu = 1\n"), Contains("gate.expect.D-of-mu must be a string"));
+  CHECK_THAT(refusal("[fit]\nother_scaling_windows = [0.1, 0.3]\n"), Contains("a list of pairs of numbers"));
+  CHECK_THAT(refusal("[fit]\nscaling_window = [0.1, 0.2, 0.3]\n"), Contains("two ends but 3 numbers"));
+  CHECK_THAT(refusal("[sampling]\nlaw = \"granulosve\"\n"), StartsWith("mine.toml:2:1: sampling.law: "));
+  CHECK_THAT(refusal("[sampling]\nlayer_order = \"left\"\n"), Contains("random\" or \"fixed"));
+  CHECK_THAT(refusal("[sampling]\nseed = -1\n"), Contains("-1 is negative"));
+  CHECK_THAT(refusal("[lattice]\ncolumns = 5000000000\n"), Contains("beyond what this key can hold"));
+}
+
+TEST_CASE("Text that is not TOML is refused with its place") {
+  CHECK_THAT(refusal("[lattice\ncolumns = 500\n"), StartsWith("mine.toml:1:") && Contains("not valid TOML"));
+  CHECK_THAT(refusal("[lattice]\ncolumns = 500\ncolumns = 600\n"), StartsWith("mine.toml:3:"));
+  CHECK_THAT(refusal("[lattice]\nlayers = \xff\xfe\n"), StartsWith("mine.toml:2:") && Contains("not valid TOML"));
+  CHECK_THAT(refusal("[experiment]\nname = \"\xc3\x28\"\n"), Contains("not valid TOML"));
+  CHECK_THAT(refusal("[sampling]\nseed = 99999999999999999999\n"), Contains("not valid TOML"));
+  CHECK_THAT(refusal("a = " + std::string(100'000, '[')), Contains("not valid TOML"));
+  CHECK_THAT(refusal(std::string(2'000'000, '#')), Contains("2000000 bytes are too many"));
+}
+
+TEST_CASE("What is no readable file is refused") {
+  const ScratchFolder scratch;
+  CHECK_THROWS_WITH(read_experiment(scratch.path / "missing.toml"), Contains("no such file"));
+  CHECK_THROWS_WITH(read_experiment(scratch.path), Contains("this is a folder"));
+  CHECK_THROWS_WITH(read_experiment("/dev/zero"), Contains("not a plain file"));
+  std::ofstream(scratch.path / "huge.toml") << std::string(3'000'000, ' ');
+  CHECK_THROWS_WITH(read_experiment(scratch.path / "huge.toml"), Contains("too many"));
+  std::ofstream(scratch.path / "good.toml") << "[lattice]\ncolumns = 600\n";
+  CHECK(read_experiment(scratch.path / "good.toml").lattice.columns == 600);
+}
