@@ -1,0 +1,179 @@
+// The order of the rooms and the doors of heavy headers, read from the #include lines themselves.
+#include <fmt/core.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <regex>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path source_folder = GRANUSCOPE_SOURCE_DIR;
+
+std::string text_of(const fs::path& file) {
+  std::ifstream in(file);
+  std::ostringstream text;
+  text << in.rdbuf();
+  return text.str();
+}
+
+std::vector<fs::path> sources_in(const fs::path& folder) {
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    const auto extension = entry.path().extension();
+    if (entry.is_regular_file() && (extension == ".cc" || extension == ".h")) files.push_back(entry.path());
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+std::vector<std::string> includes_of(const std::string& text) {
+  static const std::regex include(R"re(^[ \t]*#[ \t]*include[ \t]*[<"]([^>"]+)[>"])re", std::regex::multiline);
+  std::vector<std::string> names;
+  for (std::sregex_iterator at(text.begin(), text.end(), include), end; at != end; ++at) names.push_back((*at)[1]);
+  return names;
+}
+
+/// The rooms each room may include, itself apart.
+const std::map<std::string, std::set<std::string>>& rooms_below() {
+  static const std::map<std::string, std::set<std::string>> below = [] {
+    std::map<std::string, std::set<std::string>> rooms;
+    rooms["support"] = {};
+    rooms["model"] = {"support"};
+    rooms["storage"] = {"support", "model"};
+    rooms["sampling"] = {"support", "model", "storage"};
+    rooms["ensemble"] = {"support", "model", "storage", "sampling"};
+    rooms["analysis"] = {"support", "model", "storage", "sampling", "ensemble"};
+    rooms["render"] = {"support", "model", "storage"};
+    rooms["plot"] = {"support", "model", "storage", "sampling", "ensemble", "analysis", "render"};
+    std::string previous = "plot";
+    for (const std::string room : {"report", "experiment", "pipeline", "bench", "cli"}) {
+      rooms[room] = rooms[previous];
+      rooms[room].insert(previous);
+      previous = room;
+    }
+    return rooms;
+  }();
+  return below;
+}
+
+std::string room_of(const fs::path& file, const fs::path& root) { return fs::relative(file, root).begin()->string(); }
+
+/// Violations of the rooms' order in `includes` of a file of `room`.
+std::vector<std::string> higher_includes(const std::string& room, const std::vector<std::string>& includes) {
+  std::vector<std::string> found;
+  for (const std::string& name : includes) {
+    const std::string included = name.substr(0, name.find('/'));
+    if (included == room || name.find('/') == std::string::npos || rooms_below().count(included) == 0) continue;
+    if (rooms_below().at(room).count(included) == 0) found.push_back(name);
+  }
+  return found;
+}
+
+struct Door {
+  std::string header;  // beginning of the include
+  std::string room;
+};
+
+const std::vector<Door> doors{
+    {"CLI/", "cli"},          {"toml++/", "experiment"}, {"nlohmann/", "report"}, {"mustache", "report"},
+    {"kainjow/", "report"},   {"Eigen/", "analysis"},    {"eigen3/", "analysis"}, {"gsl/", "analysis"},
+    {"hdf5", "storage"},      {"GL/", "render"},         {"EGL/", "render"},      {"png.h", "render"},
+    {"ft2build.h", "render"}, {"freetype", "render"},    {"hwy/", "sampling"},    {"Random123/", "sampling"},
+};
+
+}  // namespace
+
+TEST_CASE("Every room of src is known to the order") {
+  for (const auto& entry : fs::directory_iterator(source_folder / "src")) {
+    if (!entry.is_directory()) continue;
+    INFO(entry.path());
+    CHECK(rooms_below().count(entry.path().filename().string()) == 1);
+  }
+}
+
+TEST_CASE("No room includes a higher one") {
+  const fs::path root = source_folder / "src";
+  std::size_t files = 0;
+  for (const fs::path& file : sources_in(root)) {
+    if (file.parent_path() == root) continue;  // main.cc stands above all rooms
+    ++files;
+    INFO(file);
+    CHECK(higher_includes(room_of(file, root), includes_of(text_of(file))) == std::vector<std::string>{});
+  }
+  CHECK(files > 20);  // an empty walk proves nothing
+}
+
+TEST_CASE("The order test sees a violation") {
+  CHECK(higher_includes("model", includes_of("#include <vector>\n#include \"sampling/sampler.h\"\n")) ==
+        std::vector<std::string>{"sampling/sampler.h"});
+  CHECK(higher_includes("render", includes_of("  #  include \"sampling/sampler.h\"\n#include \"model/pile.h\"\n")) ==
+        std::vector<std::string>{"sampling/sampler.h"});
+  CHECK(higher_includes("cli", includes_of("#include \"report/report.h\"\n")).empty());
+}
+
+TEST_CASE("main.cc only calls the command line") {
+  const fs::path main = source_folder / "src" / "main.cc";
+  for (const std::string& name : includes_of(text_of(main))) {
+    INFO(name);
+    CHECK((name.find('/') == std::string::npos || name.rfind("cli/", 0) == 0));
+  }
+}
+
+TEST_CASE("Heavy headers have one door each") {
+  const fs::path root = source_folder / "src";
+  for (const fs::path& file : sources_in(root)) {
+    for (const std::string& name : includes_of(text_of(file))) {
+      for (const Door& door : doors) {
+        if (name.rfind(door.header, 0) != 0) continue;
+        INFO(file << " includes " << name);
+        CHECK(room_of(file, root) == door.room);
+      }
+    }
+  }
+}
+
+TEST_CASE("Headers guard themselves and lie in one subject of readable size") {
+  for (const fs::path& folder : {source_folder / "src", source_folder / "tests"}) {
+    for (const fs::path& file : sources_in(folder)) {
+      const std::string text = text_of(file);
+      INFO(file);
+      if (file.extension() == ".h") CHECK(text.find("#pragma once") != std::string::npos);
+      CHECK(std::count(text.begin(), text.end(), '\n') <= 500);
+    }
+  }
+}
+
+TEST_CASE("Nothing depends on where the project lies or on the machine that builds it") {
+  // Spelt in two parts, so that this file does not find itself.
+  const std::vector<std::string> forbidden{std::string("/ho") + "me/", std::string("/wo") + "rk/",
+                                           std::string("-march=na") + "tive", std::string("/Us") + "ers/"};
+  std::vector<fs::path> files;
+  for (const char* folder : {"src", "tests", "templates", "examples", "cmake"}) {
+    if (!fs::exists(source_folder / folder)) continue;
+    for (const auto& entry : fs::recursive_directory_iterator(source_folder / folder)) {
+      if (entry.is_regular_file()) files.push_back(entry.path());
+    }
+  }
+  for (const char* file : {"CMakeLists.txt", "CMakePresets.json", "reproduce", "check", "README.md", "Makefile.docs",
+                           "packages.txt", "CITATION.cff"}) {
+    REQUIRE(fs::exists(source_folder / file));
+    files.push_back(source_folder / file);
+  }
+  for (const fs::path& file : files) {
+    const std::string text = text_of(file);
+    for (const std::string& word : forbidden) {
+      INFO(file << " holds " << word);
+      CHECK(text.find(word) == std::string::npos);
+    }
+  }
+}
