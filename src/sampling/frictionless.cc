@@ -1,0 +1,20 @@
+#include "sampling/frictionless.h"
+
+namespace granuscope {
+
+void fill_frictionless(std::span<const double> load, Pile& pile) {
+  const Lattice& lattice = pile.lattice;
+  pile.load.assign(load.begin(), load.end());
+  for (int n = 0; n < lattice.layers(); ++n) {
+    for (int i = 0; i < lattice.columns(); ++i) {
+      const std::size_t at = lattice.index(n, i);
+      // A bead hands the force of its upper-left contact on to its lower right and the other way round.
+      pile.V_R[at] = n == 0 ? load[at] / 2 : pile.V_R[lattice.index(n - 1, lattice.upper_left(n, i))];
+      pile.V_L[at] = n == 0 ? load[at] / 2 : pile.V_L[lattice.index(n - 1, lattice.upper_right(n, i))];
+      pile.H_R[at] = pile.V_R[at] * tan30;
+      pile.H_L[at] = -pile.V_L[at] * tan30;
+    }
+  }
+}
+
+}  // namespace granuscope

@@ -1,0 +1,110 @@
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "model/equilibrium.h"
+#include "model/friction_cone.h"
+#include "sampling/random_key.h"
+#include "sampling/sampler.h"
+
+namespace granuscope {
+
+/// The law "granusolve": layers are solved from top to bottom, each from a random bead in a random direction; every
+/// bead draws H_R uniformly on its interval. A bead whose interval is empty makes the beads above it change the forces
+/// they share with it (GranuSolve, Breton 2000, as described in the paper). The choices that shape the law:
+///
+///  1. pair: the split of H in its two parents is redrawn uniformly on what leaves this bead and the already solved
+///     siblings solvable; then this bead and the siblings draw again.
+///  2. arc: if that set is empty, the same for the 4, 8, 16, ... parents around the bead, parents outside held. A
+///     filter of intervals runs along the arc in the layer's direction, then back along it each parent is uniform on what
+///     the filter and the parent before it leave. If the arc is infeasible even without the held neighbours, climb.
+///  3. ring: if the arc would meet itself, all parents of the layer: two rounds of tightening both ways, one parent
+///     drawn, the others as an arc between its two sides.
+///  4. climb: the ancestors 2 + (climbs of this bead so far) layers up, and all their solved descendants, are unsolved
+///     and solved again, topmost layer first; above the top layer the set widens sideways instead.
+///
+/// Beads of the layer whose turn has not come yet restrict nothing.
+class GranusolveSampler final : public Sampler {
+ public:
+  GranusolveSampler(const SamplerSpec& spec, const Lattice& lattice);
+  std::optional<SamplingFailure> draw(std::uint64_t sample, std::span<const double> load, Pile& pile) override;
+
+ private:
+  /// Which rule gave a bead its value, for the counts.
+  enum class Rule : std::uint8_t { first_draw, pair, arc, ring, climb };
+  enum class Mend { done, climbed };
+  enum class Attempt { first, later };
+  enum class ArcOutcome { mended, too_narrow, hopeless };
+
+  /// Neighbouring parents of one layer, first + k step for k = 0 .. count-1, changed together.
+  struct Arc {
+    int layer;  ///< of the beads below the parents
+    int first, count, step;
+  };
+
+  void begin_pile(std::uint64_t sample, std::span<const double> load, Pile& pile);
+  void draw_layer_in_bulk(int layer);
+  std::optional<SamplingFailure> solve_layer(int layer);
+  /// Solves everything that a climb has unsolved, topmost layer first. False if the effort ran out.
+  bool solve_pending();
+  int next_pending(int layer);
+  void count_pile();
+
+  Incoming incoming(int layer, int bead) const;
+  Interval interval_of(int layer, int bead) const;
+  Interval difference_band(int layer, int bead) const;
+  bool solved(int layer, int bead) const;
+  int position(int layer, int bead) const;
+
+  bool try_draw(int layer, int bead, Attempt attempt);
+  Mend solve_bead(int layer, int bead, Attempt attempt);
+  Mend mend(int layer, int bead);
+  bool change_parents(int layer, int bead);
+  bool mend_by_pair(int layer, int bead);
+  ArcOutcome mend_by_arc(int layer, int bead, int parents);
+  bool mend_by_ring(int layer, int bead);
+  void climb(int layer, int bead);
+  void unsolve(int layer, int bead);
+
+  int parent(const Arc& arc, int k) const;
+  int child_after(const Arc& arc, int k) const;
+  Interval step_band(const Arc& arc, int k, int failed) const;
+  void draw_backwards(const Arc& arc, int from, int to);
+  void set_split(int layer, int bead, double H_R);
+  void renew_child(int layer, int bead);
+  UniformPair next_uniforms(int layer, int bead, int used);
+
+  std::size_t at(int layer, int bead) const { return lattice_.index(layer, bead); }
+
+  Lattice lattice_;
+  FrictionCone cone_;
+  SamplerSpec spec_;
+
+  // State of the pile being drawn; arrays have shape [layers, columns].
+  Pile* pile_ = nullptr;
+  RandomKey key_{0, 0};
+  std::vector<double> H_;                    ///< total horizontal force entering each bead
+  std::vector<std::uint32_t> attempts_;      ///< attempts after the first, per bead
+  std::vector<std::uint8_t> unsolved_;       ///< set by a climb until the bead is solved again
+  std::vector<Rule> rule_;
+  std::vector<RandomKey::Order> order_;      ///< per layer
+  std::vector<std::vector<int>> pending_;    ///< per layer: beads that a climb has unsolved
+  int topmost_pending_ = 0;                  ///< no layer above it has any
+  std::unordered_map<std::size_t, int> climbs_;
+  int front_ = 0;                            ///< layer being solved
+  int cursor_ = 0;                           ///< position in its order; beads from there on are not solved yet
+  std::vector<double> first_uniform_;        ///< of the front layer, shape [columns]
+  std::vector<std::uint8_t> drawn_;          ///< front layer: drawn in bulk, and nothing above has changed since
+  std::uint64_t solutions_ = 0, max_solutions_ = 0;
+
+  // Work space of the arcs and the ring, one entry per parent.
+  std::vector<Interval> own_, filter_, bands_;
+  std::vector<double> split_;
+  std::vector<std::pair<int, int>> stack_;
+};
+
+}  // namespace granuscope

@@ -1,0 +1,93 @@
+#include "sampling/sampler.h"
+
+#include <cmath>
+#include <fmt/format.h>
+
+#include "sampling/frictionless.h"
+#include "sampling/granusolve.h"
+#include "sampling/random_key.h"
+#include "sampling/rejection.h"
+#include "support/error.h"
+
+namespace granuscope {
+namespace {
+
+/// Every law at mu = 0, where the only solution is the frictionless pile.
+class FrictionlessSampler final : public Sampler {
+ public:
+  explicit FrictionlessSampler(const SamplerSpec& spec) : spec_(spec) {}
+  std::optional<SamplingFailure> draw(std::uint64_t sample, std::span<const double> load, Pile& pile) override {
+    fill_frictionless(load, pile);
+    pile.mu = 0;
+    pile.law = name_of(spec_.law);
+    pile.seed = spec_.seed;
+    pile.sample = sample;
+    ++counts_.tries;
+    counts_.beads += pile.lattice.beads();
+    return std::nullopt;
+  }
+
+ private:
+  SamplerSpec spec_;
+};
+
+/// Guards the contract of draw() once, for every law.
+class CheckedSampler final : public Sampler {
+ public:
+  CheckedSampler(std::unique_ptr<Sampler> inner, const Lattice& lattice) : inner_(std::move(inner)), lattice_(lattice) {}
+  std::optional<SamplingFailure> draw(std::uint64_t sample, std::span<const double> load, Pile& pile) override {
+    if (sample >= max_samples) {
+      throw InputError(fmt::format("sample {} is out of range: one seed names {} samples; use another seed", sample,
+                                   max_samples));
+    }
+    if (load.size() != static_cast<std::size_t>(lattice_.columns()) || pile.V_R.size() != lattice_.beads()) {
+      throw std::logic_error("a sampler was handed a load or a pile of another lattice");
+    }
+    for (std::size_t i = 0; i < load.size(); ++i) {
+      if (!(load[i] > 0) || !std::isfinite(load[i])) {
+        throw InputError(fmt::format("the load {} on top bead {} is not a positive finite number: a bead without load has "
+                                     "no solution beside loaded ones at small friction; load every top bead",
+                                     load[i], i));
+      }
+    }
+    auto failure = inner_->draw(sample, load, pile);
+    counts_ = inner_->counts();
+    return failure;
+  }
+
+ private:
+  std::unique_ptr<Sampler> inner_;
+  Lattice lattice_;
+};
+
+}  // namespace
+
+std::string name_of(Law law) { return law == Law::granusolve ? "granusolve" : "rejection"; }
+
+Law law_named(const std::string& name) {
+  for (Law law : {Law::granusolve, Law::rejection}) {
+    if (name_of(law) == name) return law;
+  }
+  throw InputError(fmt::format("there is no law \"{}\": known are granusolve and rejection", name));
+}
+
+std::unique_ptr<Sampler> make_sampler(const SamplerSpec& spec, const Lattice& lattice) {
+  if (!(spec.effort >= 1)) {
+    throw InputError(fmt::format("effort {} is out of range: a pile needs at least one solution per bead", spec.effort));
+  }
+  if (spec.max_tries < 1 || spec.max_tries >= (std::uint64_t{1} << 24)) {
+    throw InputError(fmt::format("max_tries {} is out of range: use 1 to 16777215", spec.max_tries));
+  }
+  const FrictionCone cone(spec.mu);
+  std::unique_ptr<Sampler> sampler;
+  if (cone.mu() == 0) {
+    sampler = std::make_unique<FrictionlessSampler>(spec);
+  } else if (spec.law == Law::granusolve) {
+    sampler = std::make_unique<GranusolveSampler>(spec, lattice);
+  } else {
+    sampler = std::make_unique<RejectionSampler>(spec, lattice);
+  }
+  return std::make_unique<CheckedSampler>(std::move(sampler), lattice);
+}
+
+}  // namespace granuscope

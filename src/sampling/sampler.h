@@ -1,0 +1,38 @@
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+
+#include "model/pile.h"
+#include "sampling/sampler_spec.h"
+#include "storage/ensemble_file.h"
+
+namespace granuscope {
+
+/// Where a pile could not be completed within the stated effort.
+struct SamplingFailure {
+  int layer;
+};
+
+/// Draws piles of one law at one friction coefficient on one lattice. Not thread-safe: one sampler per thread.
+/// A pile depends on (spec, lattice, load, sample) only, never on what was drawn before.
+class Sampler {
+ public:
+  virtual ~Sampler() = default;
+
+  /// Fills `pile` (of this sampler's lattice) with sample number `sample` under `load` (shape [columns], each > 0).
+  /// Returns where it got stuck if the effort ran out; the pile's contents are then not a solution.
+  virtual std::optional<SamplingFailure> draw(std::uint64_t sample, std::span<const double> load, Pile& pile) = 0;
+
+  /// What was done since construction.
+  const SamplerCounts& counts() const { return counts_; }
+
+ protected:
+  SamplerCounts counts_;
+};
+
+/// Throws InputError if the spec is out of range.
+std::unique_ptr<Sampler> make_sampler(const SamplerSpec& spec, const Lattice& lattice);
+
+}  // namespace granuscope
