@@ -17,22 +17,22 @@ struct FailedSample {
 
 /// What the sampler did over an ensemble, counted, never timed. Plain counts: merging is adding.
 struct SamplerCounts {
-  std::uint64_t beads = 0;            ///< beads x samples that entered
-  std::uint64_t uniforms = 0;         ///< uniform numbers drawn, abandoned tries included
-  std::uint64_t tries = 0;            ///< piles begun (differs from samples for the rejection law)
-  std::uint64_t mended_by_pair = 0;   ///< beads whose final value came from the pair rule
-  std::uint64_t mended_by_arc = 0;    ///< ... from an arc of 4 or more parents
-  std::uint64_t mended_by_ring = 0;   ///< ... from the whole ring
-  std::uint64_t climbed = 0;          ///< beads that had to climb at least once
+  std::uint64_t beads = 0;           ///< beads x samples that entered
+  std::uint64_t uniforms = 0;        ///< uniform numbers drawn, abandoned tries included
+  std::uint64_t tries = 0;           ///< piles begun (differs from samples for the rejection law)
+  std::uint64_t mended_by_pair = 0;  ///< beads whose final value came from the pair rule
+  std::uint64_t mended_by_arc = 0;   ///< ... from an arc of 4 or more parents
+  std::uint64_t mended_by_ring = 0;  ///< ... from the whole ring
+  std::uint64_t climbed = 0;         ///< beads that had to climb at least once
   std::uint64_t pairs = 0, arcs = 0, rings = 0, climbs = 0;  ///< how often each rule was entered and applied
-  std::uint64_t rounded = 0;          ///< beads put onto a band's end by the 64-ulp rule
+  std::uint64_t rounded = 0;                                 ///< beads put onto a band's end by the 64-ulp rule
 };
 
 /// An ensemble as stored: its sums, what the sampler did, which piles failed, and what it is an ensemble of.
 struct EnsembleRecord {
-  std::string configuration;     ///< resolved, canonical text; two ensembles may be merged only if it is equal
-  std::string configuration_key; ///< cache_key(configuration)
-  std::string sampling_version;  ///< changes whenever the samples change
+  std::string configuration;      ///< resolved, canonical text; two ensembles may be merged only if it is equal
+  std::string configuration_key;  ///< cache_key(configuration)
+  std::string sampling_version;   ///< changes whenever the samples change
   BlockSums sums;
   SamplerCounts counts;
   std::vector<FailedSample> failed;

@@ -9,7 +9,8 @@ namespace granuscope {
 /// seed, sample, units. The same pile gives the same bytes. Throws EnvironmentError (disk full, no permission).
 void write_pile(const std::filesystem::path& file, const Pile& pile);
 
-/// Reads a pile. Throws InputError for a missing, damaged or foreign file, wrong shapes, or numbers that are not finite.
+/// Reads a pile. Throws InputError for a missing, damaged or foreign file, wrong shapes, or numbers that are not
+/// finite.
 Pile read_pile(const std::filesystem::path& file);
 
 }  // namespace granuscope

@@ -1,0 +1,324 @@
+#include "storage/hdf5_reader.h"
+
+#include <fmt/format.h>
+#include <hdf5.h>
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstdio>
+#include <utility>
+
+#include "support/error.h"
+#include "support/system_reason.h"
+
+namespace granuscope {
+namespace {
+
+/// No pile or ensemble is larger; a number above it comes from a damaged file.
+constexpr std::uint64_t max_dataset_bytes = std::uint64_t{64} << 30;
+/// Deflate, the densest filter in use, makes at most 1032 bytes of one.
+constexpr std::uint64_t max_compression = 1032;
+constexpr std::size_t max_text_bytes = std::size_t{16} << 20;
+constexpr int max_rank = 3;
+
+constexpr const char* make_again = "Make the file again or name another one.";
+
+Hdf5Handle open_file(const std::filesystem::path& source) {
+  const Hdf5Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+  // Files appear whole, by rename, so there is nothing to lock out; and some network folders know no locks.
+  H5Pset_file_locking(access.get(), false, true);
+  return {H5Fopen(source.c_str(), H5F_ACC_RDONLY, access.get()), H5Fclose};
+}
+
+std::string position(std::size_t index, const Shape& shape) {
+  Shape subscripts(shape.size());
+  for (std::size_t axis = shape.size(); axis-- > 0;) {
+    subscripts[axis] = index % shape[axis];
+    index /= shape[axis];
+  }
+  return describe_shape(subscripts);
+}
+
+/// Drops the zero padding of a fixed-length text.
+std::string unpadded(const char* text, std::size_t length) {
+  while (length > 0 && text[length - 1] == '\0') --length;
+  return std::string(text, length);
+}
+
+}  // namespace
+
+std::string describe_shape(const Shape& shape) { return fmt::format("[{}]", fmt::join(shape, ", ")); }
+
+/// A dataset whose type class and size have been looked at.
+struct Hdf5Reader::OpenDataset {
+  std::string path;
+  Hdf5Handle handle;
+  Hdf5Handle type;
+  std::size_t values = 0;
+};
+
+Hdf5Reader::Hdf5Reader(std::filesystem::path source, std::string kind)
+    : source_(std::move(source)), kind_(std::move(kind)), file_(-1, H5Fclose) {
+  struct stat status = {};
+  if (::stat(source_.c_str(), &status) != 0) fail(system_reason(errno));
+  if (S_ISDIR(status.st_mode)) fail(system_reason(EISDIR));
+  if (!S_ISREG(status.st_mode)) fail(fmt::format("it is not an ordinary file. Name a {}.", kind_));
+  if (status.st_size == 0) fail(fmt::format("it is empty. {}", make_again));
+  file_bytes_ = static_cast<std::uint64_t>(status.st_size);
+  if (FILE* readable = std::fopen(source_.c_str(), "re")) {
+    std::fclose(readable);
+  } else {
+    fail(system_reason(errno));
+  }
+
+  if (H5Fis_hdf5(source_.c_str()) <= 0) fail(fmt::format("it is not an HDF5 file. Name a {}.", kind_));
+  file_ = open_file(source_);
+  if (!file_.valid()) fail_with_library_reason("it is damaged or cut short");
+}
+
+void Hdf5Reader::fail(const std::string& reason) const {
+  throw InputError(fmt::format("cannot read '{}' as a {}: {}", source_.string(), kind_, reason));
+}
+
+void Hdf5Reader::fail_with_library_reason(const std::string& what) const {
+  const std::string reason = hdf5_reason();
+  fail(fmt::format("{}{}. {}", what, reason.empty() ? "" : fmt::format(" (HDF5: {})", reason), make_again));
+}
+
+bool Hdf5Reader::has_dataset(const std::string& path) const {
+  // Each part of the path must be there, as a plain link: others lead to other files.
+  for (std::size_t slash = path.find('/', 1);; slash = path.find('/', slash + 1)) {
+    const std::string part = path.substr(0, slash);
+    H5L_info_t link = {};
+    if (H5Lexists(file_.get(), part.c_str(), H5P_DEFAULT) <= 0 ||
+        H5Lget_info(file_.get(), part.c_str(), &link, H5P_DEFAULT) < 0 || link.type != H5L_TYPE_HARD) {
+      return false;
+    }
+    if (slash == std::string::npos) break;
+  }
+  const Hdf5Handle object(H5Oopen(file_.get(), path.c_str(), H5P_DEFAULT), H5Oclose);
+  return object.valid() && H5Iget_type(object.get()) == H5I_DATASET;
+}
+
+bool Hdf5Reader::has_attribute(const std::string& path, const std::string& name) const {
+  return H5Aexists_by_name(file_.get(), path.c_str(), name.c_str(), H5P_DEFAULT) > 0;
+}
+
+std::vector<std::string> Hdf5Reader::groups() const {
+  std::vector<std::string> names;
+  const auto take_name = [](hid_t group, const char* name, const H5L_info_t* link, void* list) -> herr_t {
+    if (link->type != H5L_TYPE_HARD) return 0;
+    const Hdf5Handle object(H5Oopen(group, name, H5P_DEFAULT), H5Oclose);
+    if (!object.valid()) return -1;
+    if (H5Iget_type(object.get()) == H5I_GROUP) static_cast<std::vector<std::string>*>(list)->emplace_back(name);
+    return 0;
+  };
+  hsize_t next = 0;
+  if (H5Literate(file_.get(), H5_INDEX_NAME, H5_ITER_INC, &next, take_name, &names) < 0) {
+    fail_with_library_reason("its list of contents is damaged");
+  }
+  return names;
+}
+
+Shape Hdf5Reader::shape(const std::string& dataset) const {
+  if (!has_dataset(dataset)) {
+    fail(fmt::format("it has no dataset '{}', so another program wrote it or it is damaged. Name a {}.", dataset,
+                     kind_));
+  }
+  const Hdf5Handle opened(H5Dopen2(file_.get(), dataset.c_str(), H5P_DEFAULT), H5Dclose);
+  if (!opened.valid()) fail_with_library_reason(fmt::format("its dataset '{}' is damaged", dataset));
+  const Hdf5Handle space(H5Dget_space(opened.get()), H5Sclose);
+  const int rank = space.valid() ? H5Sget_simple_extent_ndims(space.get()) : -1;
+  if (rank < 1 || rank > max_rank || H5Sget_simple_extent_type(space.get()) != H5S_SIMPLE) {
+    fail(fmt::format("its dataset '{}' is not an array of 1 to {} dimensions. {}", dataset, max_rank, make_again));
+  }
+  std::vector<hsize_t> lengths(static_cast<std::size_t>(rank));
+  if (H5Sget_simple_extent_dims(space.get(), lengths.data(), nullptr) != rank) {
+    fail_with_library_reason(fmt::format("the shape of its dataset '{}' is damaged", dataset));
+  }
+  return Shape(lengths.begin(), lengths.end());
+}
+
+Hdf5Reader::OpenDataset Hdf5Reader::open_dataset(const std::string& path, const Shape& expected) const {
+  const Shape actual = shape(path);
+  if (actual != expected) {
+    fail(fmt::format("its dataset '{}' has the shape {} where {} is needed. {}", path, describe_shape(actual),
+                     describe_shape(expected), make_again));
+  }
+  Hdf5Handle handle(H5Dopen2(file_.get(), path.c_str(), H5P_DEFAULT), H5Dclose);
+  Hdf5Handle type(H5Dget_type(handle.get()), H5Tclose);
+  const Hdf5Handle creation(H5Dget_create_plist(handle.get()), H5Pclose);
+  if (!handle.valid() || !type.valid() || !creation.valid()) {
+    fail_with_library_reason(fmt::format("its dataset '{}' is damaged", path));
+  }
+
+  const H5D_layout_t layout = H5Pget_layout(creation.get());
+  if ((layout != H5D_COMPACT && layout != H5D_CONTIGUOUS && layout != H5D_CHUNKED) ||
+      H5Pget_external_count(creation.get()) > 0) {
+    fail(
+        fmt::format("its dataset '{}' keeps its numbers in other files, which is not supported. Copy them into one "
+                    "file.",
+                    path));
+  }
+
+  // The size is a claim until the file is seen to be large enough for it.
+  const std::uint64_t value_bytes = H5Tget_size(type.get());
+  const std::uint64_t capacity = layout == H5D_CHUNKED && file_bytes_ < max_dataset_bytes
+                                     ? std::min(max_dataset_bytes, file_bytes_ * max_compression)
+                                     : std::min(max_dataset_bytes, file_bytes_);
+  std::uint64_t values = 1;
+  bool plausible = value_bytes > 0 && value_bytes <= capacity;
+  for (const std::uint64_t length : actual) {
+    plausible = plausible && (length == 0 || values <= capacity / value_bytes / length);
+    if (plausible) values *= length;
+  }
+  if (!plausible) {
+    fail(fmt::format("its dataset '{}' claims the shape {}, more than a file of {} bytes can hold. {}", path,
+                     describe_shape(actual), file_bytes_, make_again));
+  }
+  if (layout == H5D_CONTIGUOUS && H5Dget_storage_size(handle.get()) != values * value_bytes) {
+    fail(fmt::format("its dataset '{}' was never filled or is cut short. {}", path, make_again));
+  }
+  return {path, std::move(handle), std::move(type), static_cast<std::size_t>(values)};
+}
+
+std::uint64_t Hdf5Reader::size_on_disk() const {
+  std::error_code error;
+  const std::uintmax_t size = std::filesystem::file_size(source_, error);
+  return error ? 0 : size;
+}
+
+void Hdf5Reader::read(const OpenDataset& dataset, Hdf5Id in_memory, void* values) const {
+  if (dataset.values == 0) return;
+  if (H5Dread(dataset.handle.get(), in_memory, H5S_ALL, H5S_ALL, H5P_DEFAULT, values) < 0) {
+    fail_with_library_reason(fmt::format("its dataset '{}' cannot be read to its end", dataset.path));
+  }
+  // Past the end of a file the library delivers zeros without a word.
+  if (size_on_disk() != file_bytes_) fail("it changed while it was read. Try again once it is complete.");
+}
+
+std::vector<double> Hdf5Reader::numbers(const std::string& dataset, const Shape& expected) const {
+  const OpenDataset opened = open_dataset(dataset, expected);
+  // Only these two: the library's conversions from other formats round, and trust what a damaged type says.
+  if (H5Tequal(opened.type.get(), H5T_IEEE_F64LE) <= 0 && H5Tequal(opened.type.get(), H5T_IEEE_F64BE) <= 0) {
+    fail(fmt::format("its dataset '{}' does not hold 64-bit floating-point numbers. {}", dataset, make_again));
+  }
+  std::vector<double> values(opened.values);
+  read(opened, H5T_NATIVE_DOUBLE, values.data());
+  const auto wrong = std::find_if_not(values.begin(), values.end(), [](double value) { return std::isfinite(value); });
+  if (wrong != values.end()) {
+    const auto index = static_cast<std::size_t>(wrong - values.begin());
+    fail(fmt::format("'{}' at {} is {}, not a finite number. {}", dataset, position(index, expected),
+                     std::isnan(*wrong) ? "nan" : "infinite", make_again));
+  }
+  return values;
+}
+
+std::vector<std::uint64_t> Hdf5Reader::counts(const std::string& dataset, const Shape& expected) const {
+  const OpenDataset opened = open_dataset(dataset, expected);
+  if (H5Tequal(opened.type.get(), H5T_STD_U64LE) <= 0 && H5Tequal(opened.type.get(), H5T_STD_U64BE) <= 0) {
+    fail(fmt::format("its dataset '{}' does not hold 64-bit counts. {}", dataset, make_again));
+  }
+  std::vector<std::uint64_t> values(opened.values);
+  read(opened, H5T_NATIVE_UINT64, values.data());
+  return values;
+}
+
+std::vector<int> Hdf5Reader::integers(const std::string& dataset, const Shape& expected) const {
+  const OpenDataset opened = open_dataset(dataset, expected);
+  if (H5Tequal(opened.type.get(), H5T_STD_I32LE) <= 0 && H5Tequal(opened.type.get(), H5T_STD_I32BE) <= 0) {
+    fail(fmt::format("its dataset '{}' does not hold 32-bit integers. {}", dataset, make_again));
+  }
+  std::vector<int> values(opened.values);
+  read(opened, H5T_NATIVE_INT, values.data());
+  return values;
+}
+
+std::vector<std::string> Hdf5Reader::texts(const std::string& dataset, const Shape& expected) const {
+  const OpenDataset opened = open_dataset(dataset, expected);
+  if (H5Tget_class(opened.type.get()) != H5T_STRING || H5Tis_variable_str(opened.type.get()) != 0) {
+    fail(fmt::format("its dataset '{}' does not hold texts of fixed length. {}", dataset, make_again));
+  }
+  const std::size_t length = H5Tget_size(opened.type.get());
+  std::string padded(opened.values * length, '\0');
+  read(opened, opened.type.get(), padded.data());
+  std::vector<std::string> values;
+  for (std::size_t i = 0; i < opened.values; ++i) values.push_back(unpadded(padded.data() + i * length, length));
+  return values;
+}
+
+Hdf5Handle Hdf5Reader::open_attribute(const std::string& path, const std::string& name) const {
+  if (!has_attribute(path, name)) {
+    fail(fmt::format("'{}' has no attribute '{}', so another program wrote the file or it is damaged. Name a {}.", path,
+                     name, kind_));
+  }
+  Hdf5Handle attribute(H5Aopen_by_name(file_.get(), path.c_str(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+  const Hdf5Handle space(attribute.valid() ? H5Aget_space(attribute.get()) : -1, H5Sclose);
+  if (!space.valid()) fail_with_library_reason(fmt::format("its attribute '{}' is damaged", name));
+  if (H5Sget_simple_extent_npoints(space.get()) != 1) {
+    fail(fmt::format("its attribute '{}' is not a single value. {}", name, make_again));
+  }
+  return attribute;
+}
+
+double Hdf5Reader::number(const std::string& path, const std::string& name) const {
+  const Hdf5Handle attribute = open_attribute(path, name);
+  const Hdf5Handle type(H5Aget_type(attribute.get()), H5Tclose);
+  const H5T_class_t kind = H5Tget_class(type.get());
+  double value = 0;
+  if ((kind != H5T_FLOAT && kind != H5T_INTEGER) || H5Tget_size(type.get()) > sizeof value ||
+      H5Aread(attribute.get(), H5T_NATIVE_DOUBLE, &value) < 0 || !std::isfinite(value)) {
+    fail(fmt::format("its attribute '{}' is not a finite number. {}", name, make_again));
+  }
+  return value;
+}
+
+std::uint64_t Hdf5Reader::count(const std::string& path, const std::string& name) const {
+  const Hdf5Handle attribute = open_attribute(path, name);
+  const Hdf5Handle type(H5Aget_type(attribute.get()), H5Tclose);
+  bool good = H5Tget_class(type.get()) == H5T_INTEGER && H5Tget_size(type.get()) <= sizeof(std::uint64_t);
+  std::uint64_t value = 0;
+  if (good && H5Tget_sign(type.get()) != H5T_SGN_NONE) {
+    // Other programs write small numbers as signed ones; the library would turn a negative one into 0.
+    std::int64_t with_sign = 0;
+    good = H5Aread(attribute.get(), H5T_NATIVE_INT64, &with_sign) >= 0 && with_sign >= 0;
+    value = static_cast<std::uint64_t>(with_sign);
+  } else if (good) {
+    good = H5Aread(attribute.get(), H5T_NATIVE_UINT64, &value) >= 0;
+  }
+  if (!good) fail(fmt::format("its attribute '{}' is not a whole number from 0 on. {}", name, make_again));
+  return value;
+}
+
+std::string Hdf5Reader::text(const std::string& path, const std::string& name) const {
+  const Hdf5Handle attribute = open_attribute(path, name);
+  const Hdf5Handle type(H5Aget_type(attribute.get()), H5Tclose);
+  if (H5Tget_class(type.get()) != H5T_STRING) {
+    fail(fmt::format("its attribute '{}' is not a text. {}", name, make_again));
+  }
+  if (H5Tis_variable_str(type.get()) > 0) {  // what Python's h5py writes
+    const Hdf5Handle in_memory(H5Tcopy(H5T_C_S1), H5Tclose);
+    H5Tset_size(in_memory.get(), H5T_VARIABLE);
+    H5Tset_cset(in_memory.get(), H5Tget_cset(type.get()));
+    char* value = nullptr;
+    if (H5Aread(attribute.get(), in_memory.get(), &value) < 0) {
+      fail_with_library_reason(fmt::format("its attribute '{}' is damaged", name));
+    }
+    std::string result = value == nullptr ? "" : value;
+    H5free_memory(value);
+    return result;
+  }
+  const std::size_t length = H5Tget_size(type.get());
+  if (length == 0 || length > max_text_bytes || length > file_bytes_) {
+    fail(fmt::format("its attribute '{}' claims a length of {} bytes. {}", name, length, make_again));
+  }
+  std::string value(length, '\0');
+  if (H5Aread(attribute.get(), type.get(), value.data()) < 0) {
+    fail_with_library_reason(fmt::format("its attribute '{}' is damaged", name));
+  }
+  return unpadded(value.data(), value.size());
+}
+
+}  // namespace granuscope
