@@ -9,6 +9,7 @@
 #include <limits>
 #include <vector>
 
+#include "ensemble/ensemble_runner.h"
 #include "support/error.h"
 
 namespace granuscope {
@@ -146,13 +147,13 @@ Problem find_response_problem(const Experiment& e) {
                    "of its neighbours is 1; give 1e-6 to 1e6 (the paper has 1)",
                    response.overload);
   }
-  if (response.blocks < 8 || response.blocks > most_blocks) {
+  if (response.blocks < min_blocks || response.blocks > most_blocks) {
     return problem("response.blocks",
                    "{} blocks: fewer than 8 give no reliable standard error, and more than {} no "
                    "better one; give 8 to {} (32 is usual)",
                    response.blocks, most_blocks, most_blocks);
   }
-  const auto least = 8 * static_cast<std::uint64_t>(response.blocks);
+  const auto least = group_size * static_cast<std::uint64_t>(response.blocks);
   if (response.samples < least || response.samples > most_samples) {
     return problem("response.samples",
                    "{} samples in {} blocks: each block needs a whole group of eight, which share "

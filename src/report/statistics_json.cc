@@ -1,0 +1,64 @@
+#include "report/statistics_json.h"
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+namespace granuscope {
+namespace {
+
+using nlohmann::ordered_json;
+
+/// NaN and infinity do not exist in JSON.
+ordered_json finite_or_null(double number) { return std::isfinite(number) ? ordered_json(number) : ordered_json(); }
+
+/// A value whose standard error alone is unknown keeps its value; the reason then tells of the error.
+ordered_json estimate_json(const Estimate& estimate) {
+  ordered_json json{{"value", finite_or_null(estimate.value)}, {"stderr", finite_or_null(estimate.standard_error)}};
+  if (!estimate.reason.empty()) json["reason"] = estimate.reason;
+  return json;
+}
+
+double share(std::uint64_t part, std::uint64_t whole) {
+  return whole == 0 ? 0 : static_cast<double>(part) / static_cast<double>(whole);
+}
+
+}  // namespace
+
+std::string sample_statistics_json(const SampleStatistics& statistics) {
+  const SamplerCounts& counts = statistics.counts;
+  const std::uint64_t mended = counts.mended_by_pair + counts.mended_by_arc + counts.mended_by_ring;
+  ordered_json per_layer = ordered_json::array();
+  for (const LayerStatistics& layer : statistics.per_layer) {
+    per_layer.push_back({{"layer", layer.layer},
+                         {"alpha", estimate_json(layer.alpha)},
+                         {"weight_variance", estimate_json(layer.weight_variance)}});
+  }
+  const ordered_json json{{"law", statistics.law},
+                          {"mu", statistics.mu},
+                          {"columns", statistics.columns},
+                          {"layers", statistics.layers},
+                          {"samples", statistics.samples},
+                          {"tries", counts.tries},
+                          {"draws_per_bead", share(counts.uniforms, counts.beads)},
+                          {"mended_per_bead", share(mended, counts.beads)},
+                          {"climbed_per_bead", share(counts.climbed, counts.beads)},
+                          {"seconds", statistics.seconds},
+                          {"per_layer", per_layer},
+                          {"audit",
+                           {{"max_balance_residual", finite_or_null(statistics.audit.max_balance_residual)},
+                            {"max_cone_violation", finite_or_null(statistics.audit.max_cone_violation)}}}};
+  return json.dump(2) + "\n";
+}
+
+std::string render_statistics_json(const SceneCounts& counts, const RenderTimes& times) {
+  const ordered_json json{
+      {"drawn", counts.drawn},
+      {"outside", counts.outside},
+      {"too_faint", counts.too_faint},
+      {"aggregated", counts.aggregated},
+      {"pixels", counts.pixels},
+      {"seconds", {{"read", times.read}, {"build", times.build}, {"draw", times.draw}, {"encode", times.encode}}}};
+  return json.dump(2) + "\n";
+}
+
+}  // namespace granuscope

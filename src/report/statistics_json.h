@@ -1,0 +1,41 @@
+#pragma once
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "analysis/estimate.h"
+#include "model/audit.h"
+#include "render/scene.h"
+#include "storage/ensemble_file.h"
+
+namespace granuscope {
+
+/// What `granuscope sample --statistics` measures on one layer.
+struct LayerStatistics {
+  int layer = 0;
+  Estimate alpha;            ///< thrust ratio of the contacts leaving the layer
+  Estimate weight_variance;  ///< of the weights entering its beads, about the known mean 1
+};
+
+/// What `granuscope sample --statistics` prints.
+struct SampleStatistics {
+  std::string law;
+  double mu = 0;
+  int columns = 0, layers = 0;
+  std::uint64_t samples = 0;  ///< piles that entered the averages
+  SamplerCounts counts;
+  double seconds = 0;  ///< wall time of the sampling
+  std::vector<LayerStatistics> per_layer;
+  AuditResult audit;  ///< worst over the audited piles
+};
+
+/// Wall time of the steps of one picture, in seconds.
+struct RenderTimes {
+  double read = 0, build = 0, draw = 0, encode = 0;
+};
+
+/// One JSON object with a final newline. Unknown numbers are null beside a "reason".
+std::string sample_statistics_json(const SampleStatistics& statistics);
+std::string render_statistics_json(const SceneCounts& counts, const RenderTimes& times);
+
+}  // namespace granuscope
