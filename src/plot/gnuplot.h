@@ -13,7 +13,7 @@ struct GnuplotJob {
   std::string stem;
   std::string script;
   std::map<std::string, std::string> data;  ///< file name -> contents (CSV)
-  int curves = 0;                           ///< plot elements the script draws, each with at least one visible mark
+  int curves = 0;  ///< plot elements without a title, each with at least one visible mark (titles come by keyentry)
 };
 
 /// Runs the job in a folder of its own below `folder`, checks all that gnuplot's exit status does not tell (silence on
@@ -30,7 +30,9 @@ std::string gnuplot_string(std::string_view text);
 /// same length. Throws EnvironmentError if there is none.
 std::string with_fixed_creation_date(std::string pdf);
 
-/// Plot elements of a gnuplot SVG that hold at least one visible mark (line, area, point).
+/// Untitled plot elements of a gnuplot SVG that hold at least one visible mark (line, area, point). Titled ones do not
+/// count, because their sample in the key is a mark whatever became of the curve: a script names its curves by
+/// keyentry.
 int count_drawn_curves(std::string_view svg);
 
 }  // namespace granuscope

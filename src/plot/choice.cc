@@ -1,0 +1,55 @@
+#include "plot/choice.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace granuscope {
+
+const Transport* nearest_result(const std::vector<Transport>& results, double mu,
+                                const std::function<bool(const Transport&)>& usable) {
+  const Transport* nearest = nullptr;
+  for (const Transport& result : results) {
+    if (!usable(result)) continue;
+    if (nearest == nullptr || std::abs(result.mu - mu) < std::abs(nearest->mu - mu)) nearest = &result;
+  }
+  return nearest;
+}
+
+void Range::add(double number) {
+  if (!std::isfinite(number)) return;
+  low = empty ? number : std::min(low, number);
+  high = empty ? number : std::max(high, number);
+  empty = false;
+}
+
+std::string log_ticks(const Range& range) {
+  std::string list;
+  const bool decades_only = std::log10(range.high / range.low) > 1.5;
+  for (int exponent = static_cast<int>(std::floor(std::log10(range.low))); std::pow(10, exponent) <= range.high;
+       ++exponent) {
+    for (int digit = 1; digit <= 9; ++digit) {
+      const double mark = digit * std::pow(10, exponent);
+      if (mark < range.low * (1 - 1e-9) || mark > range.high * (1 + 1e-9)) continue;
+      const bool labelled = digit == 1 || (!decades_only && (digit == 2 || digit == 5));
+      if (!list.empty()) list += ", ";
+      list += labelled ? fmt::format("'{:.6g}' {:.6g} 0", mark, mark) : fmt::format("'' {:.6g} 1", mark);
+    }
+  }
+  return list;
+}
+
+Range widened_by_factor(const Range& range, double factor) {
+  Range wider = range;
+  wider.low /= factor;
+  wider.high *= factor;
+  return wider;
+}
+
+bool in_window(double mu, const std::array<double, 2>& window) {
+  constexpr double rounding = 1e-9;
+  return mu >= window[0] - rounding && mu <= window[1] + rounding;
+}
+
+}  // namespace granuscope

@@ -1,0 +1,35 @@
+#pragma once
+#include <array>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "analysis/results.h"
+
+namespace granuscope {
+
+/// The result nearest in mu among those that `usable` accepts (the lower mu of two equally near), or nullptr.
+const Transport* nearest_result(const std::vector<Transport>& results, double mu,
+                                const std::function<bool(const Transport&)>& usable);
+
+/// The ends of an axis that shows every number added to it.
+struct Range {
+  double low = 0;
+  double high = 0;
+  bool empty = true;
+
+  void add(double number);  ///< numbers that are not finite are ignored
+  double size() const { return high - low; }
+};
+
+/// Gnuplot's list of tick marks for a logarithmic axis: labels at 1, 2, 5 of each decade, or at the decades alone if
+/// there are more than one and a half; small unlabelled marks at the other whole multiples.
+std::string log_ticks(const Range& range);
+
+/// A logarithmic axis with a margin of `factor` beyond both ends.
+Range widened_by_factor(const Range& range, double factor);
+
+/// Whether mu lies in the closed window (with room for the rounding of decimal fractions).
+bool in_window(double mu, const std::array<double, 2>& window);
+
+}  // namespace granuscope

@@ -1,0 +1,26 @@
+#pragma once
+#include <string>
+#include <vector>
+
+namespace granuscope {
+
+/// Numbers in named columns, as comma-separated text with one header line. Unknown numbers are written as NaN, which
+/// gnuplot leaves out; all others in the shortest form that reads back to the same double.
+class CsvTable {
+ public:
+  explicit CsvTable(const std::vector<std::string>& columns);
+  void add_row(const std::vector<double>& numbers);
+  bool empty() const { return rows_ == 0; }
+  const std::string& text() const { return text_; }
+
+ private:
+  std::size_t columns_;
+  std::size_t rows_ = 0;
+  std::string text_;
+};
+
+/// The first column of a CSV text (header line, numbers) that holds no finite number, or nothing: a curve drawn from it
+/// would silently be empty.
+std::string column_without_numbers(const std::string& csv);
+
+}  // namespace granuscope

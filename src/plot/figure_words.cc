@@ -1,0 +1,64 @@
+#include "plot/figure_words.h"
+
+#include <fmt/format.h>
+
+#include <map>
+#include <sstream>
+#include <stdexcept>
+
+#include "support/template_file.h"
+
+namespace granuscope {
+
+namespace {
+
+std::map<std::string, std::string> paragraphs_by_heading(const std::string& text) {
+  std::map<std::string, std::string> paragraphs;
+  std::string heading;
+  std::stringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    if (line.size() > 2 && line.front() == '[' && line.back() == ']') {
+      heading = line.substr(1, line.size() - 2);
+      continue;
+    }
+    std::stringstream words(line);
+    for (std::string word; words >> word;) {
+      std::string& paragraph = paragraphs[heading];
+      if (!paragraph.empty()) paragraph += ' ';
+      paragraph += word;
+    }
+  }
+  return paragraphs;
+}
+
+}  // namespace
+
+void set_words(Figure& figure, const std::string& wording_template, const Gaps& gaps) {
+  const auto paragraphs = paragraphs_by_heading(fill_in(template_file(wording_template), gaps));
+  const auto paragraph = [&](const std::string& heading) {
+    const auto found = paragraphs.find(heading);
+    if (found == paragraphs.end()) throw std::logic_error(wording_template + " lacks [" + heading + "]");
+    return found->second;
+  };
+  figure.title = paragraph("title");
+  figure.caption = paragraph("caption");
+  figure.alternative = paragraph("alternative");
+  figure.paper_says = paragraph("paper_says");
+}
+
+std::string enumeration(const std::vector<std::string>& items) {
+  std::string text;
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    if (i > 0) text += i + 1 == items.size() ? " and " : ", ";
+    text += items[i];
+  }
+  return text;
+}
+
+std::string caption_number(double value, int digits) {
+  std::string text = fmt::format("{:.{}g}", value, digits);
+  if (text.front() == '-') text.replace(0, 1, "−");
+  return text;
+}
+
+}  // namespace granuscope

@@ -1,0 +1,20 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "plot/figure.h"
+#include "plot/fill_in.h"
+
+namespace granuscope {
+
+/// Fills `figure`'s title, caption, alternative and paper_says from a wording template: headings in square brackets,
+/// each followed by its text, which becomes one paragraph. Throws std::logic_error if one of the four is missing.
+void set_words(Figure& figure, const std::string& wording_template, const Gaps& gaps);
+
+/// "a", "a and b", "a, b and c".
+std::string enumeration(const std::vector<std::string>& items);
+
+/// A number as a caption shows it: at most `digits` significant digits, no trailing zeros, typographic minus.
+std::string caption_number(double value, int digits = 4);
+
+}  // namespace granuscope

@@ -1,0 +1,149 @@
+#include "plot/gnuplot.h"
+
+#include <fmt/format.h>
+
+#include <cctype>
+
+#include "plot/csv_table.h"
+#include "plot/scratch_folder.h"
+#include "support/atomic_file.h"
+#include "support/child_process.h"
+#include "support/error.h"
+
+namespace granuscope {
+
+namespace {
+
+constexpr std::string_view creation_date_key = "/CreationDate (D:";
+constexpr std::string_view fixed_creation_date = "20000101000000";
+
+bool ends_with_mark(std::string_view text, std::string_view mark) {
+  while (!text.empty() && std::isspace(static_cast<unsigned char>(text.back())) != 0) text.remove_suffix(1);
+  return text.ends_with(mark);
+}
+
+std::string first_lines(const std::string& text, std::size_t most = 400) {
+  return text.size() <= most ? text : text.substr(0, most) + " …";
+}
+
+[[noreturn]] void fail(const GnuplotJob& job, const std::string& what) {
+  throw EnvironmentError(
+      fmt::format("gnuplot did not draw {}: {}; the figure would be missing or wrong. Run `granuscope doctor` to see "
+                  "whether gnuplot-nox and fonts-dejavu-core are as expected",
+                  job.stem, what));
+}
+
+std::string read_drawing(const GnuplotJob& job, const std::filesystem::path& file, std::string_view end) {
+  std::error_code error;
+  const auto size = std::filesystem::file_size(file, error);
+  if (error || size == 0) fail(job, fmt::format("{} is missing or empty", file.filename().string()));
+  std::string bytes = read_file(file);
+  if (!ends_with_mark(bytes, end)) {
+    fail(job, fmt::format("{} is cut off (it does not end with {})", file.filename().string(), end));
+  }
+  return bytes;
+}
+
+/// Length of the <g> element at the start of `svg`, nested groups included.
+std::size_t group_length(std::string_view svg) {
+  int depth = 0;
+  for (std::size_t at = svg.find('<'); at != std::string_view::npos; at = svg.find('<', at + 1)) {
+    const std::string_view tag = svg.substr(at);
+    if (tag.starts_with("<g ") || tag.starts_with("<g>")) ++depth;
+    if (tag.starts_with("</g>") && --depth == 0) return at + 4;
+  }
+  return svg.size();
+}
+
+ProcessSpec gnuplot_process(const GnuplotJob& job, const std::filesystem::path& folder, double timeout_seconds) {
+  ProcessSpec process;
+  // -d ignores ~/.gnuplot. C.UTF-8 rather than C: the same number formats, but with C gnuplot warns on stderr that it
+  // cannot convert the degree sign as soon as a script says `set encoding utf8`, and stderr has to stay empty.
+  process.arguments = {"gnuplot", "-d", job.stem + ".gp"};
+  process.working_folder = folder;
+  process.environment = {{"LC_ALL", "C.UTF-8"}, {"HOME", folder.string()}, {"XDG_CACHE_HOME", folder.string()}};
+  process.timeout_seconds = timeout_seconds;
+  return process;
+}
+
+}  // namespace
+
+void draw_with_gnuplot(const GnuplotJob& job, const std::filesystem::path& folder, double timeout_seconds) {
+  if (!find_program("gnuplot")) {
+    throw EnvironmentError(
+        "gnuplot is not installed, so no plot can be drawn; install it with "
+        "`apt-get install gnuplot-nox fonts-dejavu-core`");
+  }
+  for (const auto& [name, csv] : job.data) {
+    if (const std::string column = column_without_numbers(csv); !column.empty()) {
+      fail(job, fmt::format("column {} of {} holds no number at all", column, name));
+    }
+  }
+
+  const ScratchFolder scratch(folder, job.stem);
+  write_file(scratch.path() / (job.stem + ".gp"), job.script);
+  for (const auto& [name, csv] : job.data) write_file(scratch.path() / name, csv);
+
+  const ProcessResult result = run_process(gnuplot_process(job, scratch.path(), timeout_seconds));
+  if (result.timed_out) fail(job, fmt::format("it was still running after {:.0f} s", timeout_seconds));
+  if (result.exit_code != 0) {
+    fail(job, fmt::format("it ended with status {}: {}", result.exit_code, first_lines(result.standard_error)));
+  }
+  if (!result.standard_error.empty()) fail(job, "it complained: " + first_lines(result.standard_error));
+
+  const std::string svg = read_drawing(job, scratch.path() / (job.stem + ".svg"), "</svg>");
+  const std::string pdf = with_fixed_creation_date(read_drawing(job, scratch.path() / (job.stem + ".pdf"), "%%EOF"));
+  if (const int drawn = count_drawn_curves(svg); drawn != job.curves) {
+    fail(job, fmt::format("{} of {} curves are visible", drawn, job.curves));
+  }
+
+  for (const auto& [name, csv] : job.data) write_file(folder / name, csv);
+  write_file(folder / (job.stem + ".gp"), job.script);
+  write_file(folder / (job.stem + ".pdf"), pdf);
+  write_file(folder / (job.stem + ".svg"), svg);
+}
+
+std::string gnuplot_string(std::string_view text) {
+  std::string quoted = "'";
+  for (const char c : text) {
+    if (c == '\'') {
+      quoted += "''";
+    } else if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) {
+      quoted += ' ';
+    } else {
+      quoted += c;
+    }
+  }
+  return quoted + "'";
+}
+
+std::string with_fixed_creation_date(std::string pdf) {
+  const std::size_t key = pdf.find(creation_date_key);
+  const std::size_t digits = key + creation_date_key.size();
+  if (key == std::string::npos || pdf.size() < digits + fixed_creation_date.size()) {
+    throw EnvironmentError(
+        "a PDF drawn by gnuplot has no creation date where Debian 12's gnuplot 5.4 puts one, so its bytes cannot be "
+        "made reproducible; run `granuscope doctor` to see which gnuplot is installed");
+  }
+  return pdf.replace(digits, fixed_creation_date.size(), fixed_creation_date);
+}
+
+int count_drawn_curves(std::string_view svg) {
+  constexpr std::string_view curve_start = "<g id=\"gnuplot_plot_";
+  constexpr std::string_view untitled = "<title>gnuplot_plot_";
+  int drawn = 0;
+  for (std::size_t start = svg.find(curve_start); start != std::string_view::npos;
+       start = svg.find(curve_start, start + curve_start.size())) {
+    const std::string_view curve = svg.substr(start, group_length(svg.substr(start)));
+    if (curve.find(untitled) == std::string_view::npos) continue;
+    for (const std::string_view mark : {"<path", "<polygon", "<polyline", "<use", "<circle", "<rect"}) {
+      if (curve.find(mark) != std::string_view::npos) {
+        ++drawn;
+        break;
+      }
+    }
+  }
+  return drawn;
+}
+
+}  // namespace granuscope

@@ -1,0 +1,57 @@
+#include "plot/plot_script.h"
+
+#include <fmt/format.h>
+
+#include "plot/plot_colours.h"
+#include "support/number_format.h"
+#include "support/template_file.h"
+
+namespace granuscope {
+
+namespace {
+
+constexpr double width_inches = 6.69;  // 170 mm: the text width of the printed report, so that 9 pt stay 9 pt there
+
+std::string plot_template(const std::string& name) {
+  return std::string(template_file(fmt::format("plot/{}.gp.mustache", name)));
+}
+
+/// Colours the script does not use are no mistake; every other gap must be asked for.
+void add_colours_used(Gaps& gaps, const std::string& script) {
+  for (const auto& [name, colour] : plot_colours()) {
+    if (script.find("{{" + name + "}}") != std::string::npos) gaps.emplace(name, colour);
+  }
+}
+
+}  // namespace
+
+Figure draw_plot(const PlotPlan& plan, const Gaps& gaps, const std::filesystem::path& run_folder) {
+  const std::string script_template = plot_template(plan.script);
+  const std::string height = exact(plan.height);
+  Gaps all = gaps;
+  all["stem"] = plan.id;
+  all["height"] = height;
+  all["setup"] = fill_in(plot_template("setup"), {{"stem", plan.id}});
+  all["terminal"] =
+      fill_in(plot_template("terminal"), {{"stem", plan.id}, {"width", exact(width_inches)}, {"height", height}});
+  add_colours_used(all, script_template);
+
+  GnuplotJob job;
+  job.stem = plan.id;
+  job.script = fill_in(script_template, all);
+  job.data = plan.data;
+  job.curves = plan.curves;
+  draw_with_gnuplot(job, run_folder / "figures");
+
+  Figure figure;
+  figure.id = plan.id;
+  const std::filesystem::path folder = "figures";
+  figure.screen = folder / (plan.id + ".svg");
+  figure.print = folder / (plan.id + ".pdf");
+  figure.script = folder / (plan.id + ".gp");
+  for (const auto& [name, csv] : plan.data) figure.data.push_back(folder / name);
+  figure.redraw = fmt::format("cd figures && gnuplot -d {}.gp", plan.id);
+  return figure;
+}
+
+}  // namespace granuscope

@@ -1,0 +1,24 @@
+#pragma once
+#include <filesystem>
+#include <string>
+
+#include "plot/figure.h"
+#include "plot/fill_in.h"
+#include "plot/gnuplot.h"
+
+namespace granuscope {
+
+/// A figure as it is being made: its id, the size of its drawing, and the data files it reads.
+struct PlotPlan {
+  std::string id;                           ///< "response-profiles": stem of all its files
+  std::string script;                       ///< script template below templates/plot/, without .gp.mustache
+  double height = 3;                        ///< inches; every plot is as wide as the text of the printed report
+  int curves = 0;                           ///< plot elements the script draws
+  std::map<std::string, std::string> data;  ///< file name -> CSV
+};
+
+/// Fills the script template (common set-up, terminals and colours are given; `gaps` has the rest), draws it into
+/// `run_folder`/figures, and returns the figure without its words.
+Figure draw_plot(const PlotPlan& plan, const Gaps& gaps, const std::filesystem::path& run_folder);
+
+}  // namespace granuscope

@@ -1,0 +1,196 @@
+#include "plot/response_profiles.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+
+#include "plot/choice.h"
+#include "plot/csv_table.h"
+#include "plot/figure_words.h"
+#include "plot/plot_script.h"
+#include "support/error.h"
+#include "support/number_format.h"
+
+namespace granuscope {
+
+namespace {
+
+constexpr const char* figure_id = "response-profiles";
+constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+
+struct Panel {
+  const ResponseProfile* profile = nullptr;
+  const DepthFit* fit = nullptr;  ///< nullptr if the layer was not fitted or the fit identifies no peak
+  bool has_curve = false;         ///< the fitted G is drawn
+};
+
+const ResponseProfile& nearest_profile(const Transport& result, int layer) {
+  return *std::min_element(result.profiles.begin(), result.profiles.end(),
+                           [layer](const ResponseProfile& a, const ResponseProfile& b) {
+                             return std::abs(a.layer - layer) < std::abs(b.layer - layer);
+                           });
+}
+
+Panel make_panel(const Transport& result, const ResponseProfile& profile) {
+  Panel panel;
+  panel.profile = &profile;
+  for (const DepthFit& fit : result.depths) {
+    if (fit.layer == profile.layer && fit.identifiable && fit.peak_position.known()) panel.fit = &fit;
+  }
+  panel.has_curve = std::any_of(profile.fit.begin(), profile.fit.end(), [](double g) { return std::isfinite(g); });
+  return panel;
+}
+
+/// The panels for the layers asked for, each profile once; `nearest` collects what had to be replaced.
+std::vector<Panel> choose_panels(const Transport& result, const std::vector<int>& layers,
+                                 std::vector<std::string>& nearest) {
+  std::vector<Panel> panels;
+  std::set<int> taken;
+  for (const int layer : layers) {
+    const ResponseProfile& profile = nearest_profile(result, layer);
+    if (profile.layer != layer) {
+      nearest.push_back(
+          fmt::format("Layer {} was not measured; the nearest one, {}, stands for it", layer, profile.layer));
+    }
+    if (taken.insert(profile.layer).second) panels.push_back(make_panel(result, profile));
+  }
+  return panels;
+}
+
+std::string data_of(const Panel& panel) {
+  const ResponseProfile& profile = *panel.profile;
+  std::vector<std::string> columns = {"x", "P", "standard_error"};
+  if (panel.has_curve) columns.emplace_back("fit");
+  CsvTable table(columns);
+  for (std::size_t i = 0; i < profile.x.size(); ++i) {
+    std::vector<double> row = {profile.x[i], profile.pressure[i], profile.standard_error[i]};
+    if (panel.has_curve) row.push_back(profile.fit[i]);
+    table.add_row(row);
+  }
+  return table.text();
+}
+
+/// Half the width shown: both peaks with five widths of surroundings, the same in every panel, in tens of beads.
+double half_width(const std::vector<Panel>& panels) {
+  double shown = 0, available = 0;
+  for (const Panel& panel : panels) {
+    available = std::max(available, -panel.profile->x.front());
+    if (panel.fit == nullptr) continue;
+    const double width = panel.fit->width.known() ? panel.fit->width.value : 1;
+    shown = std::max(shown, panel.fit->peak_position.value + 5 * width + 5);
+  }
+  if (shown == 0) return available;
+  return std::min(available, 10 * std::ceil(shown / 10));
+}
+
+Range heights(const std::vector<Panel>& panels, double half_width) {
+  Range range;
+  range.add(0);
+  for (const Panel& panel : panels) {
+    const ResponseProfile& profile = *panel.profile;
+    for (std::size_t i = 0; i < profile.x.size(); ++i) {
+      if (std::abs(profile.x[i]) > half_width) continue;
+      range.add(profile.pressure[i] - profile.standard_error[i]);
+      range.add(profile.pressure[i] + profile.standard_error[i]);
+      if (panel.has_curve) range.add(profile.fit[i]);
+    }
+  }
+  return range;
+}
+
+std::string head_of(const Panel& panel, int layers_computed) {
+  const int layer = panel.profile->layer;
+  return fmt::format("z = {:.1f}: layer {}, {} above the bottom", panel.profile->z, layer, layers_computed - layer);
+}
+
+std::string note_of(const Panel& panel) {
+  if (panel.fit == nullptr) return "peaks not identified by the fit";
+  std::string note =
+      "xₚ = " + value_with_error(panel.fit->peak_position.value, panel.fit->peak_position.standard_error);
+  if (panel.fit->width.known()) {
+    note += ",  W = " + value_with_error(panel.fit->width.value, panel.fit->width.standard_error);
+  }
+  return note;
+}
+
+struct PanelLists {
+  std::vector<std::string> layers, heads, notes, peaks, curves, depths, unfitted;
+};
+
+PanelLists lists_of(const std::vector<Panel>& panels, int layers_computed) {
+  PanelLists lists;
+  for (const Panel& panel : panels) {
+    const int layer = panel.profile->layer;
+    lists.layers.push_back(std::to_string(layer));
+    lists.heads.push_back(gnuplot_string(head_of(panel, layers_computed)));
+    lists.notes.push_back(gnuplot_string(note_of(panel)));
+    lists.peaks.push_back(panel.fit != nullptr ? exact(panel.fit->peak_position.value) : "NaN");
+    lists.curves.push_back(panel.has_curve ? "1" : "0");
+    lists.depths.push_back(fmt::format("z = {:.1f} (layer {}, {} layers above the bottom)", panel.profile->z, layer,
+                                       layers_computed - layer));
+    if (panel.fit == nullptr || !panel.has_curve) lists.unfitted.push_back(fmt::format("layer {}", layer));
+  }
+  return lists;
+}
+
+bool shows_the_papers_layers(const std::vector<Panel>& panels, int layers_computed) {
+  return layers_computed == 200 && panels.size() == 2 && panels[0].profile->layer == 110 &&
+         panels[1].profile->layer == 170;
+}
+
+}  // namespace
+
+Figure draw_response_profiles(const std::vector<Transport>& results, const ResponseProfilesSpec& spec,
+                              const std::filesystem::path& run_folder) {
+  const Transport* result =
+      nearest_result(results, spec.mu, [](const Transport& transport) { return !transport.profiles.empty(); });
+  if (result == nullptr || spec.layers.empty()) {
+    throw InputError(
+        "the figure of response profiles has no profile to show, because no friction coefficient was measured at its "
+        "layers; list usable layers for it, or switch the figure off");
+  }
+  std::vector<std::string> nearest;
+  const std::vector<Panel> panels = choose_panels(*result, spec.layers, nearest);
+  const PanelLists lists = lists_of(panels, spec.layers_computed);
+  const double shown = half_width(panels);
+  const Range range = heights(panels, shown);
+  const double room = range.size() > 0 ? range.size() : 1;
+
+  PlotPlan plan;
+  plan.id = figure_id;
+  plan.script = "response_profiles";
+  plan.height = panels.size() > 2 ? 0.3 + 2.9 * std::ceil(static_cast<double>(panels.size()) / 2) : 3.3;
+  for (const Panel& panel : panels) {
+    plan.data[fmt::format("{}-layer-{}.csv", figure_id, panel.profile->layer)] = data_of(panel);
+    plan.curves += panel.has_curve ? 3 : 2;
+  }
+  const std::string mu = caption_number(result->mu);
+  const Gaps gaps = {{"mu", mu},
+                     {"panels", std::to_string(panels.size())},
+                     {"layers", fmt::format("{}", fmt::join(lists.layers, ", "))},
+                     {"heads", fmt::format("{}", fmt::join(lists.heads, ", "))},
+                     {"notes", fmt::format("{}", fmt::join(lists.notes, ", "))},
+                     {"peaks", fmt::format("{}", fmt::join(lists.peaks, ", "))},
+                     {"curves", fmt::format("{}", fmt::join(lists.curves, ", "))},
+                     {"x_limit", exact(shown)},
+                     {"y_low", exact(range.low - 0.05 * room)},
+                     {"y_high", exact(range.high + 0.22 * room)}};  // room for the labels above the peaks
+  Figure figure = draw_plot(plan, gaps, run_folder);
+  set_words(figure, "plot/response_profiles.words",
+            {{"mu", mu},
+             {"mu_differs", result->mu == spec.mu ? "" : caption_number(spec.mu)},
+             {"samples", std::to_string(result->samples)},
+             {"depths", enumeration(lists.depths)},
+             {"how_many", panels.size() == 1 ? "one depth" : fmt::format("{} depths", panels.size())},
+             {"panels", panels.size() == 1 ? "One panel" : fmt::format("{} panels", panels.size())},
+             {"deeper", panels.size() > 1 ? "yes" : ""},
+             {"unfitted", enumeration(lists.unfitted)},
+             {"nearest", fmt::format("{}", fmt::join(nearest, ". "))},
+             {"paper_depths", shows_the_papers_layers(panels, spec.layers_computed) ? "yes" : ""}});
+  return figure;
+}
+
+}  // namespace granuscope

@@ -1,0 +1,241 @@
+#include "plot/transport_with_depth.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "model/lattice.h"
+#include "plot/choice.h"
+#include "plot/csv_table.h"
+#include "plot/figure_words.h"
+#include "plot/plot_script.h"
+#include "support/error.h"
+#include "support/number_format.h"
+
+namespace granuscope {
+
+namespace {
+
+constexpr const char* figure_id = "transport-with-depth";
+
+bool shows(const DepthFit& fit) { return fit.identifiable && fit.peak_position.known() && fit.width_squared.known(); }
+
+bool has_depths(const Transport& result) { return std::any_of(result.depths.begin(), result.depths.end(), shows); }
+
+std::string file_name(const std::string& part) { return fmt::format("{}-{}.csv", figure_id, part); }
+
+/// The share of a panel's height, at its bottom, that its inset takes.
+constexpr double inset_share = 0.56;
+
+/// The axis of a large panel: the data in the upper part, room for the inset below them.
+Range with_room_below(const Range& data) {
+  const double size = data.size() > 0 ? data.size() : 0.1 * std::max(std::abs(data.high), 0.01);
+  Range axis;
+  axis.high = data.high + 0.08 * size;
+  axis.low = data.low - 0.05 * size;
+  axis.low = axis.high - axis.size() / (1 - inset_share);
+  return axis;
+}
+
+/// Everything one figure consists of, filled step by step.
+struct Draft {
+  PlotPlan plan;
+  Gaps script;
+  Gaps words;
+  std::vector<std::string> unknown;          ///< "c at mu = 0.4 (reason)"
+  std::vector<std::string> not_logarithmic;  ///< "mu = 0 (exact)"
+};
+
+void set_both(Draft& draft, const std::string& name, const std::string& text) {
+  draft.script[name] = text;
+  draft.words[name] = text;
+}
+
+std::string with_reason(const std::string& what, double mu, const std::string& reason) {
+  return fmt::format("{} at μ = {} ({})", what, caption_number(mu), reason);
+}
+
+void add_depths(Draft& draft, const Transport& result) {
+  CsvTable positions({"z", "x_p/z", "standard_error"});
+  CsvTable widths({"z", "W^2/z", "standard_error"});
+  Range position_range, width_range, z_range;
+  position_range.add(tan30);
+  width_range.add(0);
+  int shown = 0, unidentified = 0;
+  for (const DepthFit& fit : result.depths) {
+    if (!shows(fit)) {
+      ++unidentified;
+      continue;
+    }
+    ++shown;
+    const double position = fit.peak_position.value / fit.z;
+    const double position_error = fit.peak_position.standard_error / fit.z;
+    const double width = fit.width_squared.value / fit.z;
+    const double width_error = fit.width_squared.standard_error / fit.z;
+    positions.add_row({fit.z, position, position_error});
+    widths.add_row({fit.z, width, width_error});
+    for (const int sign : {-1, 1}) {
+      position_range.add(position + sign * position_error);
+      width_range.add(width + sign * width_error);
+    }
+    z_range.add(fit.z);
+  }
+  draft.plan.data[file_name("position")] = positions.text();
+  draft.plan.data[file_name("width")] = widths.text();
+  draft.plan.curves += 3;  // both point sets and the line at c0
+
+  const Range position_axis = with_room_below(position_range);
+  const Range width_axis = with_room_below(width_range);
+  draft.script["position_low"] = exact(position_axis.low);
+  draft.script["position_high"] = exact(position_axis.high);
+  draft.script["width_low"] = exact(width_axis.low);
+  draft.script["width_high"] = exact(width_axis.high);
+  draft.script["z_first"] = exact(z_range.low);
+  draft.script["z_limit"] = exact(10 * std::ceil((z_range.high + 1) / 10));
+  draft.words["depths"] = std::to_string(shown);
+  draft.words["unidentified"] = unidentified == 0   ? ""
+                                : unidentified == 1 ? "one depth"
+                                                    : fmt::format("{} depths", unidentified);
+}
+
+/// The slope of one large panel: line, band and the ratio it implies at finite depth.
+void add_slope(Draft& draft, const std::string& name, const Estimate& slope, const std::string& offset_name,
+               const Estimate& offset) {
+  const bool known = slope.known() && offset.known();
+  draft.script[name] = known ? exact(slope.value) : "";
+  draft.script[name + "_error"] = known ? exact(slope.standard_error) : "";
+  draft.script[offset_name] = known ? exact(offset.value) : "";
+  draft.words[name] = known ? "known" : "";
+  draft.words[name + "_reason"] = known ? "" : slope.known() ? offset.reason : slope.reason;
+  if (known) draft.plan.curves += 3;
+}
+
+void add_c_inset(Draft& draft, const Analysis& analysis) {
+  CsvTable speeds({"mu", "c", "standard_error"});
+  CsvTable thrusts({"mu", "c_thrust", "standard_error"});
+  Range c_range, mu_range;
+  for (const Transport& result : analysis.results) {
+    if (result.c.known()) {
+      speeds.add_row({result.mu, result.c.value, result.c.standard_error});
+      c_range.add(result.c.value - result.c.standard_error);
+      c_range.add(result.c.value + result.c.standard_error);
+      mu_range.add(result.mu);
+    } else {
+      draft.unknown.push_back(with_reason("c", result.mu, result.c.reason));
+    }
+    if (result.c_thrust.known()) {
+      thrusts.add_row({result.mu, result.c_thrust.value, result.c_thrust.standard_error});
+      c_range.add(result.c_thrust.value - result.c_thrust.standard_error);
+      c_range.add(result.c_thrust.value + result.c_thrust.standard_error);
+      mu_range.add(result.mu);
+    }
+  }
+  const bool drawn = !speeds.empty();
+  const bool with_thrust = drawn && !thrusts.empty();
+  const ScalingFit& gamma = analysis.scaling.gamma;
+  const bool with_law = drawn && gamma.exponent.known() && gamma.intercept.known();
+  if (drawn) draft.plan.data[file_name("c-of-mu")] = speeds.text();
+  if (with_thrust) draft.plan.data[file_name("c-thrust-of-mu")] = thrusts.text();
+  draft.plan.curves += (drawn ? 1 : 0) + (with_thrust ? 1 : 0) + (with_law ? 1 : 0);
+  const double margin = 0.08 * std::max(c_range.size(), 0.005);
+  set_both(draft, "inset_c", drawn ? "yes" : "");
+  set_both(draft, "inset_c_thrust", with_thrust ? "yes" : "");
+  set_both(draft, "gamma", with_law ? exact(gamma.exponent.value) : "");
+  set_both(draft, "gamma_low", caption_number(gamma.window[0]));
+  set_both(draft, "gamma_high", caption_number(gamma.window[1]));
+  draft.script["gamma_intercept"] = with_law ? exact(gamma.intercept.value) : "";
+  draft.script["mu_limit"] = exact(1.06 * std::max(mu_range.high, 0.01));
+  draft.script["c_low"] = exact(c_range.low - margin);
+  draft.script["c_high"] = exact(c_range.high + margin);
+}
+
+void add_D_inset(Draft& draft, const Analysis& analysis) {
+  CsvTable inside({"mu", "D", "low", "high"});
+  CsvTable outside({"mu", "D", "low", "high"});
+  const ScalingFit& beta = analysis.scaling.beta;
+  Range mu_range, D_range;
+  for (const Transport& result : analysis.results) {
+    const std::string mu = "μ = " + caption_number(result.mu);
+    if (!result.D.known()) {
+      draft.unknown.push_back(with_reason("D", result.mu, result.D.reason));
+    } else if (result.exact) {
+      draft.not_logarithmic.push_back(mu + " (exact)");
+    } else if (result.D.value <= 0) {
+      draft.not_logarithmic.push_back(mu + " (D is not positive)");
+    } else {
+      mu_range.add(result.mu);
+      D_range.add(result.D.value);
+      D_range.add(result.D.value + result.D.standard_error);
+    }
+  }
+  const bool drawn = !mu_range.empty;
+  const Range mu_axis = widened_by_factor(mu_range, 1.25);
+  const Range D_axis = widened_by_factor(D_range, 2);
+  for (const Transport& result : analysis.results) {
+    if (!result.D.known() || result.exact || result.D.value <= 0) continue;
+    const double low = std::max(result.D.value - result.D.standard_error, D_axis.low);
+    (in_window(result.mu, beta.window) ? inside : outside)
+        .add_row({result.mu, result.D.value, low, result.D.value + result.D.standard_error});
+  }
+  const bool with_law = drawn && beta.exponent.known() && beta.intercept.known();
+  if (!inside.empty()) draft.plan.data[file_name("D-of-mu-inside")] = inside.text();
+  if (!outside.empty()) draft.plan.data[file_name("D-of-mu-outside")] = outside.text();
+  draft.plan.curves += (inside.empty() ? 0 : 1) + (outside.empty() ? 0 : 1) + (with_law ? 2 : 0);
+  set_both(draft, "inset_D", drawn ? "yes" : "");
+  set_both(draft, "beta", with_law ? exact(beta.exponent.value) : "");
+  set_both(draft, "beta_low", caption_number(beta.window[0]));
+  set_both(draft, "beta_high", caption_number(beta.window[1]));
+  draft.script["beta_intercept"] = with_law ? exact(beta.intercept.value) : "";
+  draft.script["D_inside"] = inside.empty() ? "" : "yes";
+  draft.script["D_outside"] = outside.empty() ? "" : "yes";
+  draft.script["mu_log_low"] = drawn ? exact(mu_axis.low) : "";
+  draft.script["mu_log_high"] = drawn ? exact(mu_axis.high) : "";
+  draft.script["D_log_low"] = drawn ? exact(D_axis.low) : "";
+  draft.script["D_log_high"] = drawn ? exact(D_axis.high) : "";
+  draft.script["mu_ticks"] = drawn ? log_ticks(mu_axis) : "";
+  draft.script["D_ticks"] = drawn ? log_ticks(D_axis) : "";
+}
+
+}  // namespace
+
+Figure draw_transport_with_depth(const Analysis& analysis, const TransportWithDepthSpec& spec,
+                                 const std::filesystem::path& run_folder) {
+  // The exact frictionless pile settles at once: it is shown only if there is nothing else.
+  const Transport* result = nearest_result(
+      analysis.results, spec.mu, [](const Transport& transport) { return !transport.exact && has_depths(transport); });
+  if (result == nullptr) result = nearest_result(analysis.results, spec.mu, has_depths);
+  if (result == nullptr) {
+    throw InputError(
+        "the figure of c and D against depth has nothing to show, because the fit identified the peaks at no depth; "
+        "use "
+        "more samples or deeper layers, or switch the figure off");
+  }
+
+  Draft draft;
+  draft.plan.id = figure_id;
+  draft.plan.script = "transport_with_depth";
+  draft.plan.height = 4.7;
+  set_both(draft, "mu", caption_number(result->mu));
+  draft.words["mu_differs"] = result->mu == spec.mu ? "" : caption_number(spec.mu);
+  const double window_top = Lattice::depth(result->window_layers[0]);
+  const double window_bottom = Lattice::depth(result->window_layers[1]);
+  draft.script["c0"] = exact(tan30);
+  draft.script["window_top"] = exact(window_top);
+  draft.script["window_bottom"] = exact(window_bottom);
+  draft.words["window_top"] = caption_number(window_top);
+  draft.words["window_bottom"] = caption_number(window_bottom);
+  add_depths(draft, *result);
+  add_slope(draft, "c", result->c, "x_0", result->position_offset);
+  add_slope(draft, "D", result->D, "w_0", result->width_offset);
+  add_c_inset(draft, analysis);
+  add_D_inset(draft, analysis);
+  draft.words["unknown"] = enumeration(draft.unknown);
+  draft.words["not_logarithmic"] = enumeration(draft.not_logarithmic);
+
+  Figure figure = draw_plot(draft.plan, draft.script, run_folder);
+  set_words(figure, "plot/transport_with_depth.words", draft.words);
+  return figure;
+}
+
+}  // namespace granuscope
