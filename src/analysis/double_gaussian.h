@@ -1,0 +1,27 @@
+#pragma once
+#include <span>
+#include <vector>
+
+namespace granuscope {
+
+/// The paper's G(x): two mirror Gaussians of area 1/2 each at +-peak, integrated over the width of a bead, on a ring.
+struct DoubleGaussian {
+  double peak = 0;   ///< x_p, bead diameters
+  double width = 1;  ///< W, bead diameters
+};
+
+/// Value at each bead centre x (shape of `x`, bead diameters) on a ring of `columns`; sums to 1 over the ring.
+std::vector<double> evaluate(const DoubleGaussian& shape, std::span<const double> x, int columns);
+
+/// One Fourier mode of the sampled shape and its derivatives.
+struct ModeValue {
+  double value, by_peak, by_width;
+};
+
+/// sum_j G(x_j) cos(k x_j) over the beads of one layer, k = 2 pi mode / columns, for beads at integer x
+/// (`half_shifted` false) or half-integer x (true). Exact: with q = k + 2 pi l,
+///   sum over l of (-1)^(l half_shifted) cos(q x_p) exp(-q^2 W^2 / 2) sin(q/2)/(q/2),
+/// the sum running over the aliases that sampling at bead centres folds onto k.
+ModeValue fourier_mode(const DoubleGaussian& shape, int mode, int columns, bool half_shifted);
+
+}  // namespace granuscope

@@ -1,0 +1,36 @@
+#pragma once
+#include <vector>
+
+#include "storage/block_sums.h"
+
+namespace granuscope {
+
+/// The mirror-symmetric Fourier modes of the mean response of one layer, by block:
+///   y_m = sum_j P(x_j) cos(2 pi m x_j / columns),   m = 1 .. (columns-1)/2.
+/// The mode m = 0 is the area, known exactly; the mode m = columns/2 vanishes on every other layer and is left out.
+/// Cosines alone are the mirror symmetrisation x -> -x.
+struct LayerSpectrum {
+  int columns = 0;
+  bool half_shifted = false;                  ///< beads at half-integer x
+  std::vector<double> whole;                  ///< from the whole ensemble, entry m-1 for mode m
+  std::vector<std::vector<double>> without_block;
+  /// Standard deviation of each entry of `whole`, from the scatter of the block means, smoothed over neighbouring
+  /// modes. Noise is nearly invariant under translation, so its modes are nearly uncorrelated and this is its covariance
+  /// (for a point load an approximation).
+  std::vector<double> noise;
+  bool exact = false;                         ///< no scatter at all: noise is 0
+};
+
+/// Mean of a profile or number over the whole ensemble and without each block, shape [width] each.
+struct BlockMeans {
+  std::vector<double> whole;
+  std::vector<std::vector<double>> without_block;
+};
+
+/// Means of one quantity at recorded layer number `row` (an index into sums.layers).
+BlockMeans block_means(const BlockSums& sums, const std::string& quantity, std::size_t row);
+
+/// Spectrum of the response (w - 1)/overload at recorded layer number `row`.
+LayerSpectrum layer_spectrum(const BlockSums& sums, std::size_t row, double overload);
+
+}  // namespace granuscope

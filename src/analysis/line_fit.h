@@ -1,0 +1,14 @@
+#pragma once
+#include <span>
+
+namespace granuscope {
+
+/// y = intercept + slope x.
+struct Line {
+  double intercept = 0, slope = 0;
+};
+
+/// Least squares line through at least two points with weights (1/variance; any common factor), by a QR decomposition.
+Line fit_line(std::span<const double> x, std::span<const double> y, std::span<const double> weights);
+
+}  // namespace granuscope

@@ -1,0 +1,284 @@
+#include "analysis/transport.h"
+
+#include <fmt/format.h>
+#include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/task_arena.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "analysis/layer_spectrum.h"
+#include "analysis/line_fit.h"
+#include "analysis/shape_fit.h"
+#include "model/lattice.h"
+
+namespace granuscope {
+namespace {
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+constexpr std::size_t min_depths = 3;  ///< fewest depths from which a slope is taken
+
+/// The response at one layer with its replicates.
+struct MeasuredDepth {
+  DepthFit fit;
+  Replicated peak, width, width_squared, thrust;
+};
+
+Replicated replicated(const BlockMeans& means) {
+  Replicated number;
+  number.value = means.whole[0];
+  for (const auto& without : means.without_block) number.without_block.push_back(without[0]);
+  return number;
+}
+
+/// |x| and x^2 moments of an exact profile: x_p = sum |x| P, W^2 = sum x^2 P - x_p^2.
+void measure_exactly(const EnsembleRecord& record, std::size_t row, double overload, MeasuredDepth& depth) {
+  const BlockMeans means = block_means(record.sums, "weight", row);
+  const auto columns = static_cast<int>(means.whole.size());
+  const int layer = record.sums.layers[row];
+  const Lattice lattice({columns, layer + 1});
+  double first = 0, second = 0;
+  for (int i = 0; i < columns; ++i) {
+    const double x = lattice.x(layer, i), pressure = (means.whole[static_cast<std::size_t>(i)] - 1) / overload;
+    first += std::abs(x) * pressure;
+    second += x * x * pressure;
+  }
+  const std::vector<double> same(static_cast<std::size_t>(record.sums.blocks()), 0.0);
+  const auto constant = [&](double value) {
+    return Replicated{value, std::vector<double>(same.size(), value)};
+  };
+  const double width_squared = std::max(0.0, second - first * first);
+  depth.peak = constant(first);
+  depth.width_squared = constant(width_squared);
+  depth.width = constant(std::sqrt(width_squared));
+  depth.fit.identifiable = true;
+}
+
+void measure_by_fit(const LayerSpectrum& spectrum, const FitSpec& spec, MeasuredDepth& depth) {
+  const auto whole = fit_shape(spectrum, spectrum.whole, coarse_shape(spectrum, depth.fit.z));
+  const auto set_unknown = [&](const std::string& reason) {
+    const Replicated unknown{nan, std::vector<double>(spectrum.without_block.size(), nan)};
+    depth.peak = depth.width = depth.width_squared = unknown;
+    depth.fit.reason = reason;
+  };
+  if (!whole) return set_unknown("the fit of the double Gaussian did not converge");
+  const auto store = [](double value, Replicated& to, bool is_whole) {
+    if (is_whole) to.value = value;
+    else to.without_block.push_back(value);
+  };
+  const auto store_shape = [&](const DoubleGaussian& shape, bool is_whole) {
+    store(shape.peak, depth.peak, is_whole);
+    store(shape.width, depth.width, is_whole);
+    store(shape.width * shape.width, depth.width_squared, is_whole);
+  };
+  store_shape(whole->shape, true);
+  for (const auto& modes : spectrum.without_block) {
+    const auto fit = fit_shape(spectrum, modes, whole->shape);
+    if (!fit) return set_unknown("the fit of the double Gaussian did not converge without one of the blocks");
+    store_shape(fit->shape, false);
+  }
+  depth.fit.degrees_of_freedom = whole->degrees_of_freedom;
+  depth.fit.chi2_per_dof = whole->chi2 / whole->degrees_of_freedom;
+  if (whole->shape.width < spec.min_identifiable_width) {
+    depth.fit.reason = fmt::format("the fitted width {:.2f} is below {} bead diameters: the width of a bead hides it",
+                                   whole->shape.width, spec.min_identifiable_width);
+  } else if (whole->shape.peak < whole->shape.width) {
+    depth.fit.reason = "the two peaks are closer to the middle than their width: position and width cannot be told apart";
+  } else {
+    depth.fit.identifiable = true;
+  }
+}
+
+MeasuredDepth measure_depth(const MeasuredEnsemble& ensemble, const FitSpec& spec, std::size_t row) {
+  const EnsembleRecord& record = ensemble.record;
+  MeasuredDepth depth;
+  depth.fit.layer = record.sums.layers[row];
+  depth.fit.z = Lattice::depth(depth.fit.layer);
+  depth.thrust = replicated(block_means(record.sums, "thrust", row));
+  const LayerSpectrum spectrum = layer_spectrum(record.sums, row, ensemble.overload);
+  if (spectrum.exact) {
+    measure_exactly(record, row, ensemble.overload, depth);
+  } else {
+    measure_by_fit(spectrum, spec, depth);
+  }
+  depth.fit.peak_position = estimate(depth.peak, depth.fit.reason);
+  depth.fit.width = estimate(depth.width, depth.fit.reason);
+  depth.fit.width_squared = estimate(depth.width_squared, depth.fit.reason);
+  depth.fit.thrust_ratio = estimate(depth.thrust);
+  return depth;
+}
+
+/// Weights 1/variance for the depths of a line. Single jackknife variances scatter by 25 % each and are correlated with
+/// the values; a power of z fitted through their logarithms is not. All equal where there is no scatter.
+std::vector<double> smooth_weights(const std::vector<double>& z, const std::vector<Estimate>& values) {
+  std::vector<double> log_z, log_variance, weights(z.size(), 1.0);
+  for (std::size_t i = 0; i < z.size(); ++i) {
+    if (!(values[i].standard_error > 0)) return weights;
+    log_z.push_back(std::log(z[i]));
+    log_variance.push_back(2 * std::log(values[i].standard_error));
+  }
+  const Line line = fit_line(log_z, log_variance, weights);
+  for (std::size_t i = 0; i < z.size(); ++i) weights[i] = std::exp(-line.slope * (log_z[i] - log_z[0]));
+  return weights;
+}
+
+/// Slope and intercept with replicates of y = intercept + slope z.
+std::pair<Replicated, Replicated> replicated_line(const std::vector<double>& z, const std::vector<Replicated>& y,
+                                                  const std::vector<double>& weights) {
+  const auto part = [&](auto pick) {
+    return transform_all(y, [&](const std::vector<double>& values) { return pick(fit_line(z, values, weights)); });
+  };
+  return {part([](const Line& l) { return l.slope; }), part([](const Line& l) { return l.intercept; })};
+}
+
+bool in_window(const FitSpec& spec, int layer) { return layer >= spec.first_layer && layer <= spec.last_layer; }
+
+void fit_slopes(const std::vector<MeasuredDepth>& depths, const FitSpec& spec, MeasuredTransport& result) {
+  Transport& t = result.transport;
+  // The deepest unbroken run of identifiable depths inside the window.
+  std::vector<const MeasuredDepth*> used;
+  for (auto depth = depths.rbegin(); depth != depths.rend(); ++depth) {
+    if (!in_window(spec, depth->fit.layer)) continue;
+    if (!depth->fit.identifiable) break;
+    used.insert(used.begin(), &*depth);
+  }
+  t.depths_in_window = static_cast<int>(used.size());
+  if (used.size() < min_depths) {
+    const std::string reason = fmt::format("only {} depths of the window (layers {} to {}) can be fitted, a slope needs {}",
+                                           used.size(), spec.first_layer, spec.last_layer, min_depths);
+    for (Estimate* e : {&t.c, &t.D, &t.position_offset, &t.width_offset, &t.c_minus_c_thrust}) e->reason = reason;
+    t.window_layers = {spec.first_layer, spec.last_layer};
+    return;
+  }
+  t.window_layers = {used.front()->fit.layer, used.back()->fit.layer};
+  std::vector<double> z;
+  std::vector<Replicated> peaks, widths;
+  std::vector<Estimate> peak_estimates, width_estimates;
+  for (const MeasuredDepth* depth : used) {
+    z.push_back(depth->fit.z);
+    peaks.push_back(depth->peak);
+    widths.push_back(depth->width_squared);
+    peak_estimates.push_back(depth->fit.peak_position);
+    width_estimates.push_back(depth->fit.width_squared);
+  }
+  const auto [c, x0] = replicated_line(z, peaks, smooth_weights(z, peak_estimates));
+  const auto [D, w0] = replicated_line(z, widths, smooth_weights(z, width_estimates));
+  t.c = estimate(c);
+  t.position_offset = estimate(x0);
+  t.D = estimate(D);
+  t.width_offset = estimate(w0);
+  result.c = c;
+  result.D = D;
+}
+
+void measure_thrust(const std::vector<MeasuredDepth>& depths, const FitSpec& spec, MeasuredTransport& result) {
+  std::vector<Replicated> ratios;
+  for (const MeasuredDepth& depth : depths) {
+    if (in_window(spec, depth.fit.layer)) ratios.push_back(depth.thrust);
+  }
+  Transport& t = result.transport;
+  if (ratios.empty()) {
+    t.alpha_thrust.reason = t.c_thrust.reason = "no layer of the window is recorded";
+    return;
+  }
+  const Replicated alpha = transform_all(ratios, [](const std::vector<double>& values) {
+    double sum = 0;
+    for (double value : values) sum += value;
+    return sum / static_cast<double>(values.size());
+  });
+  const Replicated c_thrust = transform([](double a) { return tan30 * std::sqrt(a); }, alpha);
+  t.alpha_thrust = estimate(alpha);
+  t.c_thrust = estimate(c_thrust, "the mean thrust ratio is negative");
+  if (t.c.known()) {
+    t.c_minus_c_thrust = estimate(transform([](double c, double thrust) { return c - thrust; }, result.c, c_thrust));
+  }
+}
+
+ResponseProfile response_profile(const MeasuredEnsemble& ensemble, std::size_t row, const MeasuredDepth& depth) {
+  const BlockMeans means = block_means(ensemble.record.sums, "weight", row);
+  const int layer = depth.fit.layer, columns = static_cast<int>(means.whole.size());
+  const Lattice lattice({columns, layer + 1});
+  ResponseProfile profile;
+  profile.layer = layer;
+  profile.z = depth.fit.z;
+  std::vector<int> order(means.whole.size());
+  for (int i = 0; i < columns; ++i) order[static_cast<std::size_t>(i)] = i;
+  std::sort(order.begin(), order.end(), [&](int a, int b) { return lattice.x(layer, a) < lattice.x(layer, b); });
+  // Bead at -x, on the ring: x = i - middle + shift, so the mirror image of i is 2 middle - i - (layer mod 2).
+  const auto mirror = [&](int i) {
+    const int image = 2 * lattice.middle() - i - layer % 2;
+    return static_cast<std::size_t>((image % columns + columns) % columns);
+  };
+  for (int i : order) {
+    const auto here = static_cast<std::size_t>(i);
+    const auto symmetrised = [&](const std::vector<double>& w) { return ((w[here] + w[mirror(i)]) / 2 - 1) / ensemble.overload; };
+    Replicated pressure{symmetrised(means.whole), {}};
+    for (const auto& without : means.without_block) pressure.without_block.push_back(symmetrised(without));
+    profile.x.push_back(lattice.x(layer, i));
+    profile.pressure.push_back(pressure.value);
+    profile.standard_error.push_back(estimate(pressure).standard_error);
+  }
+  if (depth.fit.peak_position.known() && depth.fit.width.value > 0) {
+    profile.fit = evaluate({depth.fit.peak_position.value, depth.fit.width.value}, profile.x, columns);
+  }
+  return profile;
+}
+
+}  // namespace
+
+std::vector<int> layers_to_record(const FitSpec& spec, const std::vector<int>& extra) {
+  std::vector<int> layers = extra;
+  for (int layer = spec.last_layer; layer >= std::min(spec.first_layer, spec.shallow_layer); layer -= spec.layer_step) {
+    layers.push_back(layer);
+  }
+  std::sort(layers.begin(), layers.end());
+  layers.erase(std::unique(layers.begin(), layers.end()), layers.end());
+  return layers;
+}
+
+MeasuredTransport measure_transport(const MeasuredEnsemble& ensemble, const FitSpec& spec,
+                                    const std::vector<int>& profile_layers, int threads) {
+  const EnsembleRecord& record = ensemble.record;
+  MeasuredTransport result;
+  Transport& t = result.transport;
+  t.mu = ensemble.mu;
+  t.law = ensemble.law;
+  t.estimator = ensemble.estimator;
+  t.failed = record.failed;
+  for (std::uint64_t count : record.sums.count) t.samples += count;
+  const auto per_bead = [&](std::uint64_t count) {
+    return record.counts.beads > 0 ? static_cast<double>(count) / static_cast<double>(record.counts.beads) : 0.0;
+  };
+  t.draws_per_bead = per_bead(record.counts.uniforms);
+  t.mended_per_bead =
+      per_bead(record.counts.mended_by_pair + record.counts.mended_by_arc + record.counts.mended_by_ring);
+  t.climbed_per_bead = per_bead(record.counts.climbed);
+
+  // A block all of whose piles failed leaves nothing to average.
+  if (std::find(record.sums.count.begin(), record.sums.count.end(), 0) != record.sums.count.end()) {
+    const std::string reason = "a block of the ensemble holds no completed pile";
+    for (Estimate* e : {&t.c, &t.D, &t.position_offset, &t.width_offset, &t.alpha_thrust, &t.c_thrust, &t.c_minus_c_thrust}) {
+      e->reason = reason;
+    }
+    return result;
+  }
+
+  std::vector<MeasuredDepth> depths(record.sums.layers.size());
+  tbb::task_arena arena(threads > 0 ? threads : tbb::task_arena::automatic);
+  arena.execute([&] {
+    tbb::parallel_for(std::size_t{0}, depths.size(), [&](std::size_t row) { depths[row] = measure_depth(ensemble, spec, row); });
+  });
+  t.exact = std::all_of(depths.begin(), depths.end(), [](const MeasuredDepth& d) { return d.fit.degrees_of_freedom == 0 && d.fit.identifiable; });
+  fit_slopes(depths, spec, result);
+  measure_thrust(depths, spec, result);
+  for (std::size_t row = 0; row < depths.size(); ++row) {
+    t.depths.push_back(depths[row].fit);
+    if (std::find(profile_layers.begin(), profile_layers.end(), depths[row].fit.layer) != profile_layers.end()) {
+      t.profiles.push_back(response_profile(ensemble, row, depths[row]));
+    }
+  }
+  return result;
+}
+
+}  // namespace granuscope

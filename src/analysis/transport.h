@@ -1,0 +1,39 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "analysis/fit_spec.h"
+#include "analysis/jackknife.h"
+#include "analysis/results.h"
+#include "storage/ensemble_file.h"
+
+namespace granuscope {
+
+/// One ensemble handed to the analysis, with what its numbers mean.
+struct MeasuredEnsemble {
+  double mu = 0;
+  std::string law;
+  std::string estimator;
+  double overload = 1;
+  EnsembleRecord record;
+};
+
+/// A Transport together with the replicates that later fits need.
+struct MeasuredTransport {
+  Transport transport;
+  Replicated c, D;  ///< empty if unknown
+};
+
+/// The layers that a FitSpec needs recorded, ascending, with `extra` (figures) merged in.
+std::vector<int> layers_to_record(const FitSpec& spec, const std::vector<int>& extra);
+
+/// Fits the response at every recorded layer, then x_p = x_0 + c z and W^2 = w_0 + D z over the window of `spec`, with
+/// delete-one-block replicates through the whole chain. The window loses its shallow end where the width is not
+/// identifiable; the layers used are reported. Lines are fitted with weights 1/variance(z), the variance of each depth
+/// taken from a smooth power of z (see transport.cc). `profile_layers`: layers to report as ResponseProfile.
+/// An ensemble without scatter (mu = 0) is measured by its moments instead and marked exact.
+/// `threads`: 0 for as many as the machine has; the result does not depend on it.
+MeasuredTransport measure_transport(const MeasuredEnsemble& ensemble, const FitSpec& spec,
+                                    const std::vector<int>& profile_layers, int threads);
+
+}  // namespace granuscope
