@@ -17,7 +17,7 @@ struct FigureSpec {
   bool response_profiles = true;              ///< the paper's Fig. 2
   double profile_mu = 0.3;                    ///< must be one of the experiment's friction coefficients
   std::vector<int> profile_layers{110, 170};  ///< usable layers, ascending
-  bool transport_with_depth = true;        ///< Fig. 3: c and D against z, insets against mu
+  bool transport_with_depth = true;           ///< Fig. 3: c and D against z, insets against mu
   bool propagation_against_diffusion = true;  ///< Fig. 4: c against D
 };
 

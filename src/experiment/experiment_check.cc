@@ -9,7 +9,9 @@
 #include <limits>
 #include <vector>
 
+#include "analysis/claims.h"
 #include "ensemble/ensemble_runner.h"
+#include "experiment/nearest_name.h"
 #include "support/error.h"
 
 namespace granuscope {
@@ -294,7 +296,15 @@ Problem find_scene_problem(const Experiment& e) {
 
 Problem find_gate_problem(const Experiment& e) {
   const std::array<const char*, 3> verdicts{"reproduced", "not reproduced", "undetermined"};
+  const std::vector<std::string> known = claim_ids();
   for (const auto& [claim, verdict] : e.expected_verdicts) {
+    if (std::find(known.begin(), known.end(), claim) == known.end()) {
+      const auto meant = nearest_name(claim, known);
+      return ExperimentProblem{"gate.expect." + claim,
+                               fmt::format("there is no such claim, so that nothing would be held against it; {}",
+                                           meant ? fmt::format("did you mean {}?", *meant)
+                                                 : fmt::format("known are {}", fmt::join(known, ", ")))};
+    }
     if (std::find(verdicts.begin(), verdicts.end(), verdict) == verdicts.end()) {
       return ExperimentProblem{"gate.expect." + claim, fmt::format("\"{}\" is not a verdict; write one of {}", verdict,
                                                                    fmt::join(verdicts, ", "))};

@@ -1,0 +1,10 @@
+#pragma once
+#include <ostream>
+
+namespace granuscope {
+
+/// Runs one command line and returns the exit status (see ExitCode). Results go to `out`, messages to `err`; progress
+/// goes to the process's standard error. Never throws and never exits.
+int run_command_line(int argc, const char* const* argv, std::ostream& out, std::ostream& err);
+
+}  // namespace granuscope

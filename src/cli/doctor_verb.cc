@@ -1,0 +1,127 @@
+#include <fmt/core.h>
+#include <fmt/ranges.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "cli/verbs.h"
+#include "render/gl_context.h"
+#include "support/child_process.h"
+#include "support/error.h"
+#include "support/provenance.h"
+
+namespace granuscope {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// What was looked at, what was found, and the Debian package that brings it if it is missing.
+struct Finding {
+  std::string subject;
+  std::string text;
+  bool good = true;
+  std::string package = {};  ///< empty: no package would help
+};
+
+std::string first_line(const std::string& text) { return text.substr(0, text.find('\n')); }
+
+Finding look_for_program(const std::string& name, const std::string& needed_for, const std::string& package) {
+  const auto path = find_program(name);
+  if (!path) return {name, fmt::format("missing: {}", needed_for), false, package};
+  try {
+    ProcessSpec spec;
+    spec.arguments = {path->string(), "--version"};
+    spec.environment = {{"LC_ALL", "C.UTF-8"}};
+    spec.timeout_seconds = 60;
+    const ProcessResult result = run_process(spec);
+    if (result.exit_code == 0) return {name, fmt::format("{}, {}", first_line(result.standard_output), path->string())};
+    return {name, fmt::format("{} does not start: {}", path->string(), first_line(result.standard_error)), false,
+            package};
+  } catch (const Error& error) {
+    return {name, error.what(), false, package};
+  }
+}
+
+Finding look_for_opengl() {
+  try {
+    const auto context = make_gl_context("auto");
+    return {"OpenGL", fmt::format("backend {}: {}; {}, OpenGL {}", context->name(), context->reason(),
+                                  context->renderer(), context->version())};
+  } catch (const Error& error) {
+    return {"OpenGL", error.what(), false, "libosmesa6"};
+  }
+}
+
+Finding look_for_fonts() {
+  const fs::path folder = "/usr/share/fonts";
+  std::error_code code;
+  for (auto at = fs::recursive_directory_iterator(folder, code); !code && at != fs::recursive_directory_iterator();
+       at.increment(code)) {
+    if (at->path().filename() == "DejaVuSans.ttf") return {"fonts", "DejaVu Sans, " + at->path().string()};
+  }
+  return {"fonts", "missing: DejaVu Sans, in which all figures are labelled", false, "fonts-dejavu-core"};
+}
+
+Finding look_at_output(const fs::path& wanted) {
+  std::error_code code;
+  fs::path folder = fs::absolute(wanted, code);
+  while (!fs::exists(folder, code) && folder.has_relative_path()) folder = folder.parent_path();
+  if (!fs::is_directory(folder, code)) {
+    return {"results", fmt::format("{} is no folder; choose another --out", folder.string()), false, ""};
+  }
+  if (access(folder.c_str(), W_OK | X_OK) != 0) {
+    return {"results", fmt::format("{} is not writable; choose another --out", folder.string()), false, ""};
+  }
+  const auto space = fs::space(folder, code);
+  return {"results", fmt::format("{} can be written, {:.1f} GB are free", wanted.string(),
+                                 code ? 0.0 : static_cast<double>(space.available) / 1e9)};
+}
+
+ExitCode examine(const std::string& out_folder, VerbContext& context) {
+  const Provenance provenance = collect_provenance();
+  const double memory = static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
+  std::vector<Finding> findings{
+      {"program", provenance_line(provenance)},
+      {"system", provenance.operating_system},
+      {"machine", fmt::format("{}, {} threads, {:.1f} GB of memory", provenance.host_cpu, provenance.hardware_threads,
+                              memory / 1e9)},
+      look_for_opengl(),
+      look_for_fonts(),
+      look_for_program("gnuplot", "no plots can be drawn", "gnuplot-nox"),
+      look_for_program("weasyprint", "report.pdf is left out, and --require-pdf fails", "weasyprint"),
+      look_at_output(out_folder),
+  };
+  std::vector<std::string> packages;
+  bool good = true;
+  for (const Finding& finding : findings) {
+    context.out << fmt::format("{:<4}{:<11} {}\n", finding.good ? "ok" : "--", finding.subject, finding.text);
+    good = good && finding.good;
+    if (!finding.good && !finding.package.empty()) packages.push_back(finding.package);
+  }
+  if (good) {
+    context.out << "everything that is needed is there\n";
+    return ExitCode::done;
+  }
+  if (!packages.empty()) {
+    context.out << fmt::format("install what is missing: apt-get install --no-install-recommends {}\n",
+                               fmt::join(packages, " "));
+  }
+  throw EnvironmentError("something that is needed is missing (the lines that begin with --)");
+}
+
+}  // namespace
+
+void add_doctor_verb(CLI::App& app, VerbContext& context) {
+  CLI::App* verb = app.add_subcommand(
+      "doctor", "Say what is installed, which OpenGL backend is used and why, and how to get what is missing");
+  const auto out_folder = std::make_shared<std::string>("out");
+  verb->add_option("--out", *out_folder, "folder in which results shall be written")->capture_default_str();
+  verb->callback(
+      [out_folder, &context] { context.action = [out_folder, &context] { return examine(*out_folder, context); }; });
+}
+
+}  // namespace granuscope

@@ -1,0 +1,156 @@
+#include "cli/sample_statistics.h"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <chrono>
+#include <numeric>
+#include <set>
+
+#include "analysis/jackknife.h"
+#include "sampling/sampler.h"
+#include "support/interruption.h"
+
+namespace granuscope {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr int usual_blocks = 32;
+// Beyond this many beads the audit would take longer than a few seconds; then only some piles are audited.
+constexpr double most_audited_beads = 5e7;
+
+/// Mean over all samples of a quantity with one number per layer, and the same without each block.
+Replicated layer_mean(const BlockSums& sums, const std::string& quantity, std::size_t layer) {
+  const std::vector<double>& sum = sums.quantities.at(quantity).sum;
+  const std::size_t blocks = sums.count.size();
+  const std::size_t layers = sums.layers.size();
+  double total = 0;
+  std::uint64_t count = 0;
+  for (std::size_t b = 0; b < blocks; ++b) {
+    total += sum[b * layers + layer];
+    count += sums.count[b];
+  }
+  Replicated mean{total / static_cast<double>(count), {}};
+  for (std::size_t b = 0; b < blocks; ++b) {
+    mean.without_block.push_back((total - sum[b * layers + layer]) / static_cast<double>(count - sums.count[b]));
+  }
+  return mean;
+}
+
+/// One block per sample: enough for means, too few for standard errors.
+EnsembleRecord run_few(const EnsembleSpec& spec) {
+  EnsembleSpec padded = spec;
+  padded.samples = fewest_samples_with_errors;
+  validate(padded);  // everything but the number of samples
+  const Lattice lattice(spec.lattice);
+  const auto sampler = make_sampler(spec.sampler, lattice);
+  const std::vector<double> load = top_load(spec);
+  const double total_load = std::accumulate(load.begin(), load.end(), 0.0);
+  const auto columns = static_cast<std::size_t>(lattice.columns());
+  const auto layers = static_cast<std::size_t>(lattice.layers());
+  Pile pile(lattice);
+
+  EnsembleRecord record;
+  record.sums.layers.resize(layers);
+  std::iota(record.sums.layers.begin(), record.sums.layers.end(), 0);
+  record.sums.count = {0};
+  QuantitySums& thrust = record.sums.quantities["thrust"];
+  QuantitySums& variance = record.sums.quantities["weight_variance"];
+  thrust.sum.assign(layers, 0);
+  variance.sum.assign(layers, 0);
+  for (std::uint64_t sample = 0; sample < spec.samples; ++sample) {
+    throw_if_interrupted();
+    if (const auto failure = sampler->draw(sample, load, pile)) {
+      record.failed.push_back({sample, failure->layer, replay_command(spec, sample)});
+      continue;
+    }
+    ++record.sums.count[0];
+    for (std::size_t n = 0; n < layers; ++n) {
+      for (std::size_t b = n * columns; b < (n + 1) * columns; ++b) {
+        const double excess = pile.V_R[b] + pile.V_L[b] - 1;
+        thrust.sum[n] += sqrt3 * (pile.H_R[b] - pile.H_L[b]) / total_load;
+        variance.sum[n] += excess * excess / static_cast<double>(columns);
+      }
+    }
+  }
+  record.counts = sampler->counts();
+  return record;
+}
+
+Estimate layer_estimate(const BlockSums& sums, const std::string& quantity, std::size_t layer) {
+  const Replicated mean = layer_mean(sums, quantity, layer);
+  if (sums.blocks() >= min_blocks) return estimate(mean, "no pile, or a whole block without any, could be completed");
+  Estimate without_error;
+  without_error.value = mean.value;
+  without_error.reason = std::isfinite(mean.value)
+                             ? fmt::format("a standard error needs at least {} samples", fewest_samples_with_errors)
+                             : "no pile could be completed";
+  return without_error;
+}
+
+/// Draws the completed piles again, all or evenly spaced ones, and returns the worst of their audits.
+AuditResult audit_samples(const EnsembleSpec& spec, const std::vector<FailedSample>& failed, std::ostream& messages) {
+  const Lattice lattice(spec.lattice);
+  const auto sampler = make_sampler(spec.sampler, lattice);
+  const std::vector<double> load = top_load(spec);
+  Pile pile(lattice);
+  std::set<std::uint64_t> skipped;
+  for (const FailedSample& one : failed) skipped.insert(one.sample);
+  const auto affordable =
+      static_cast<std::uint64_t>(std::max(1.0, most_audited_beads / static_cast<double>(lattice.beads())));
+  const std::uint64_t step = (spec.samples + affordable - 1) / affordable;
+
+  AuditResult worst;
+  std::uint64_t audited = 0;
+  for (std::uint64_t sample = 0; sample < spec.samples; sample += step) {
+    throw_if_interrupted();
+    if (skipped.count(sample) != 0 || sampler->draw(sample, load, pile)) continue;
+    ++audited;
+    const AuditResult one = audit(pile);
+    if (one.max_balance_residual > worst.max_balance_residual) {
+      worst.max_balance_residual = one.max_balance_residual;
+      worst.balance_layer = one.balance_layer;
+    }
+    if (one.max_cone_violation > worst.max_cone_violation) {
+      worst.max_cone_violation = one.max_cone_violation;
+      worst.cone_layer = one.cone_layer;
+    }
+  }
+  messages << fmt::format("audited {} of {} piles\n", audited, spec.samples - failed.size());
+  return worst;
+}
+
+}  // namespace
+
+SampleStatistics measure_samples(EnsembleSpec spec, int threads, std::ostream& messages) {
+  spec.layers.clear();  // all
+  spec.record_profiles = false;
+  const std::uint64_t groups = spec.samples / group_size;
+  spec.blocks = static_cast<int>(std::clamp<std::uint64_t>(groups, min_blocks, usual_blocks));
+
+  const auto started = Clock::now();
+  const EnsembleRecord record =
+      spec.samples < fewest_samples_with_errors ? run_few(spec) : run_ensemble(spec, threads, nullptr);
+  const std::chrono::duration<double> elapsed = Clock::now() - started;
+
+  for (const FailedSample& one : record.failed) {
+    messages << fmt::format("sample {} could not be completed (layer {}): {}\n", one.sample, one.layer, one.replay);
+  }
+  SampleStatistics statistics;
+  statistics.law = name_of(spec.sampler.law);
+  statistics.mu = spec.sampler.mu;
+  statistics.columns = spec.lattice.columns;
+  statistics.layers = spec.lattice.layers;
+  statistics.samples = std::accumulate(record.sums.count.begin(), record.sums.count.end(), std::uint64_t{0});
+  statistics.counts = record.counts;
+  statistics.seconds = elapsed.count();
+  for (std::size_t n = 0; n < record.sums.layers.size(); ++n) {
+    statistics.per_layer.push_back({record.sums.layers[n], layer_estimate(record.sums, "thrust", n),
+                                    layer_estimate(record.sums, "weight_variance", n)});
+  }
+  statistics.audit = audit_samples(spec, record.failed, messages);
+  return statistics;
+}
+
+}  // namespace granuscope

@@ -1,0 +1,104 @@
+#include <fmt/core.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <thread>
+
+#include "cli/memory_check.h"
+#include "cli/sample_statistics.h"
+#include "cli/verbs.h"
+#include "model/friction_cone.h"
+#include "sampling/sampler.h"
+#include "storage/pile_file.h"
+
+namespace granuscope {
+namespace {
+
+struct SampleOptions {
+  EnsembleSpec spec;
+  std::string law = name_of(Law::granusolve);
+  std::string load = name_of(Load::uniform);
+  int threads = 0;
+  bool statistics = false;
+  std::string file;
+  std::uint64_t sample = 0;
+};
+
+void store_sample(const SampleOptions& options, VerbContext& context) {
+  const Lattice lattice(options.spec.lattice);
+  Pile pile(lattice);
+  const auto sampler = make_sampler(options.spec.sampler, lattice);
+  if (const auto failure = sampler->draw(options.sample, top_load(options.spec), pile)) {
+    throw InputError(
+        fmt::format("sample {} could not be completed within the effort (it got stuck in layer {}), so that "
+                    "there is nothing to store; raise --effort or --max-tries, or take another --sample",
+                    options.sample, failure->layer));
+  }
+  write_pile(options.file, pile);
+  context.err << fmt::format("wrote {}\n", options.file);
+}
+
+ExitCode sample(SampleOptions options, VerbContext& context) {
+  EnsembleSpec& spec = options.spec;
+  spec.sampler.law = law_named(options.law);
+  spec.load = load_named(options.load);
+  if (!options.statistics && options.file.empty()) {
+    throw InputError(
+        "nothing is asked for; give --out FILE.h5 to store one pile, --statistics to measure many, or both");
+  }
+  if (options.statistics && spec.samples < 1) throw InputError("--samples 0 measures nothing; give at least 1");
+  const FrictionCone cone(spec.sampler.mu);  // refuses a mu outside the model before any memory is taken
+  const Lattice lattice(spec.lattice);
+  const unsigned workers =
+      options.threads > 0 ? static_cast<unsigned>(options.threads) : std::max(1u, std::thread::hardware_concurrency());
+  require_memory(bytes_per_bead * static_cast<double>(lattice.beads()) * (options.statistics ? workers : 1u));
+
+  if (!options.file.empty()) store_sample(options, context);
+  if (options.statistics) {
+    context.out << sample_statistics_json(measure_samples(spec, options.threads, context.err));
+  }
+  return ExitCode::done;
+}
+
+}  // namespace
+
+void add_sample_verb(CLI::App& app, VerbContext& context) {
+  CLI::App* verb = app.add_subcommand("sample", "Draw random piles: store one of them, or measure many layer by layer");
+  const auto options = std::make_shared<SampleOptions>();
+  options->spec.samples = 256;
+  EnsembleSpec& spec = options->spec;
+  verb->add_option("--mu", spec.sampler.mu, "friction coefficient, 0 <= mu < sqrt(3)")->capture_default_str();
+  verb->add_option("--columns", spec.lattice.columns, "beads per layer, periodic, at least 4")->capture_default_str();
+  verb->add_option("--layers", spec.lattice.layers, "layers, 0 is the top one")->capture_default_str();
+  verb->add_option("--law", options->law, "what a random pile means: granusolve, or rejection (tiny piles only)")
+      ->capture_default_str();
+  verb->add_option("--load", options->load, "uniform: 1 on every top bead; point: 1 + overload on the middle one")
+      ->capture_default_str();
+  verb->add_option("--overload", spec.overload, "extra force of --load point, in loads of one top bead")
+      ->capture_default_str();
+  verb->add_option("--samples", spec.samples, "how many piles --statistics draws; 64 or more give standard errors")
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber);
+  verb->add_option("--seed", spec.sampler.seed, "with the sample's number the key of every random number")
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber);
+  verb->add_option("--effort", spec.sampler.effort, "granusolve: a pile fails after so many bead solutions per bead")
+      ->capture_default_str();
+  verb->add_option("--max-tries", spec.sampler.max_tries, "rejection: a pile fails after so many tries")
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber);
+  verb->add_option("--threads", options->threads, "threads, 0 for all; never changes a number")
+      ->capture_default_str()
+      ->check(CLI::Range(0, 4096));
+  verb->add_flag("--statistics", options->statistics,
+                 "print one JSON object on standard output and nothing else there");
+  verb->add_option("--out", options->file, "store one pile in this file (HDF5)");
+  verb->add_option("--sample", options->sample, "which pile --out stores")
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber);
+  verb->callback([options, &context] { context.action = [options, &context] { return sample(*options, context); }; });
+}
+
+}  // namespace granuscope

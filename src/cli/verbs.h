@@ -1,0 +1,28 @@
+#pragma once
+#include <functional>
+#include <ostream>
+
+#include "support/error.h"
+
+namespace CLI {
+class App;
+}
+
+namespace granuscope {
+
+/// What a verb is given, and what it leaves to be done once the whole command line has been understood.
+struct VerbContext {
+  std::ostream& out;  ///< results
+  std::ostream& err;  ///< messages
+  std::function<ExitCode()> action;
+};
+
+/// Each adds one verb with its flags to the command line; if the user chose it, it sets context.action.
+
+void add_sample_verb(CLI::App& app, VerbContext& context);
+
+void add_audit_verb(CLI::App& app, VerbContext& context);
+void add_doctor_verb(CLI::App& app, VerbContext& context);
+void add_reference_verb(CLI::App& app, VerbContext& context);  ///< hidden: the key table of README
+
+}  // namespace granuscope

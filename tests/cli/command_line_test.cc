@@ -1,0 +1,107 @@
+#include "cli/command_line.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <fstream>
+#include <sstream>
+
+#include "cli/in_process.h"
+#include "experiment/experiment_file.h"
+
+using namespace granuscope;
+using Catch::Matchers::Contains;
+using Catch::Matchers::StartsWith;
+
+TEST_CASE("Help and version are results, on standard output, with status 0") {
+  for (const char* help : {"--help", "-h"}) {
+    const auto result = granuscope_command({help});
+    CHECK(result.code == 0);
+    CHECK(result.err.empty());
+    CHECK_THAT(result.out, Contains("Exit status: 0 done") && Contains("sample") && Contains("doctor"));
+    CHECK_THAT(result.out, !Contains("reference"));  // for maintainers
+  }
+  CHECK_THAT(granuscope_command({"--version"}).out, StartsWith("granuscope 0."));
+  for (const char* verb : {"run", "sample", "render", "audit", "doctor"}) {
+    INFO(verb);
+    const auto result = granuscope_command({verb, "--help"});
+    CHECK(result.code == 0);
+    CHECK_THAT(result.out, Contains(std::string("granuscope ") + verb));
+  }
+}
+
+TEST_CASE("The help of a verb states units and defaults") {
+  const std::string help = granuscope_command({"sample", "--help"}).out;
+  CHECK_THAT(help, Contains("--columns INT=500") && Contains("--mu FLOAT=0.1") && Contains("sqrt(3)"));
+}
+
+TEST_CASE("Bad usage is status 2 with one message and no output") {
+  const std::vector<std::vector<std::string>> misuses{
+      {},
+      {"nonsense"},
+      {"--nonsense"},
+      {"sample", "--nonsense"},
+      {"sample", "surplus"},
+      {"sample", "--mu"},
+      {"sample", "--mu", "much", "--statistics"},
+      {"sample", "--columns", "99999999999", "--statistics"},
+      {"sample", "--columns", "1e3", "--statistics"},
+      {"sample", "--samples", "-4", "--statistics"},
+      {"sample", "--seed", "-1", "--statistics"},
+      {"sample", "--threads", "-1", "--statistics"},
+      {"sample"},
+      {"audit"},
+      {"audit", "one", "two"},
+      {"run"},
+      {"render"},
+  };
+  for (const auto& arguments : misuses) {
+    INFO(fmt::format("{}", fmt::join(arguments, " ")));
+    const auto result = granuscope_command(arguments);
+    CHECK(result.code == 2);
+    CHECK(result.out.empty());
+    CHECK_THAT(result.err, StartsWith("granuscope: "));
+    CHECK(std::count(result.err.begin(), result.err.end(), '\n') == 1);
+  }
+}
+
+TEST_CASE("A mistyped verb is answered with the nearest one") {
+  CHECK_THAT(granuscope_command({"sampel"}).err, Contains("there is no verb \"sampel\"; did you mean sample?"));
+  CHECK_THAT(granuscope_command({"zzzzzzzzzz"}).err, Contains("the verbs are run, sample, render, audit, doctor"));
+}
+
+TEST_CASE("Output that cannot be written is an error of the environment") {
+  std::ofstream full("/dev/full");
+  std::ostringstream err;
+  const char* argv[] = {"granuscope", "reference"};
+  CHECK(run_command_line(2, argv, full, err) == 3);
+  CHECK_THAT(err.str(), Contains("standard output cannot be written"));
+}
+
+TEST_CASE("README shows the program's own table of keys") {
+  std::ifstream file(std::string(GRANUSCOPE_SOURCE_DIR) + "/README.md");
+  std::ostringstream text;
+  text << file.rdbuf();
+  const auto result = granuscope_command({"reference"});
+  CHECK(result.code == 0);
+  CHECK(result.out == describe_experiment_keys());
+  INFO("README.md is out of date: replace its table by the output of `granuscope reference`");
+  CHECK(text.str().find(result.out) != std::string::npos);
+}
+
+TEST_CASE("doctor names what it looked at") {
+  const auto result = granuscope_command({"doctor"});
+  CHECK((result.code == 0 || result.code == 3));
+  for (const char* subject : {"OpenGL", "fonts", "gnuplot", "weasyprint", "results", "machine"}) {
+    CHECK_THAT(result.out, Contains(subject));
+  }
+  if (result.code == 3) CHECK_THAT(result.out, Contains("\n--") || StartsWith("--"));
+}
+
+TEST_CASE("doctor refuses a folder where nothing can be written") {
+  const auto result = granuscope_command({"doctor", "--out", "/dev/null/results"});
+  CHECK(result.code == 3);
+  CHECK_THAT(result.out, Contains("choose another --out"));
+}

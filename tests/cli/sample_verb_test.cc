@@ -1,0 +1,200 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "cli/in_process.h"
+#include "model/audit.h"
+#include "storage/pile_file.h"
+
+using namespace granuscope;
+using Catch::Matchers::Contains;
+using nlohmann::json;
+
+namespace {
+
+std::vector<std::string> keys_of(const nlohmann::ordered_json& object) {
+  std::vector<std::string> keys;
+  for (const auto& item : object.items()) keys.push_back(item.key());
+  return keys;
+}
+
+std::string bytes_of(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+}  // namespace
+
+TEST_CASE("sample --statistics prints one JSON object with the documented keys and nothing else") {
+  const auto result = granuscope_command({"sample", "--mu", "0.3", "--columns", "12", "--layers", "5", "--samples",
+                                          "128", "--seed", "11", "--statistics"});
+  REQUIRE(result.code == 0);
+  const auto object = nlohmann::ordered_json::parse(result.out);
+  CHECK(keys_of(object) == std::vector<std::string>{"law", "mu", "columns", "layers", "samples", "tries",
+                                                    "draws_per_bead", "mended_per_bead", "climbed_per_bead", "seconds",
+                                                    "per_layer", "audit"});
+  CHECK(object["law"] == "granusolve");
+  CHECK(object["mu"] == 0.3);
+  CHECK(object["columns"] == 12);
+  CHECK(object["layers"] == 5);
+  CHECK(object["samples"] == 128);
+  CHECK(object["draws_per_bead"] >= 1.0);
+  REQUIRE(object["per_layer"].size() == 5);
+  for (std::size_t n = 0; n < 5; ++n) {
+    const auto& layer = object["per_layer"][n];
+    CHECK(keys_of(layer) == std::vector<std::string>{"layer", "alpha", "weight_variance"});
+    CHECK(layer["layer"] == n);
+    CHECK(layer["alpha"]["stderr"] > 0.0);
+  }
+  // Every top bead carries exactly 1, and hands it on as two halves: layers 0 and 1 have no variance.
+  for (std::size_t n : {0, 1}) {
+    CHECK(object["per_layer"][n]["weight_variance"]["value"].get<double>() == Approx(0).margin(1e-25));
+  }
+  CHECK(keys_of(object["audit"]) == std::vector<std::string>{"max_balance_residual", "max_cone_violation"});
+  CHECK(object["audit"]["max_balance_residual"] <= 1e-12);
+  CHECK(object["audit"]["max_cone_violation"] <= 1e-12);
+  CHECK_THAT(result.err, Contains("audited 128 of 128 piles"));
+}
+
+TEST_CASE("sample --statistics does not depend on the number of threads") {
+  const auto numbers = [](const std::string& threads) {
+    auto object = json::parse(granuscope_command({"sample", "--mu", "0.3", "--columns", "20", "--layers", "20",
+                                                  "--samples", "300", "--statistics", "--threads", threads})
+                                  .out);
+    object.erase("seconds");
+    return object;
+  };
+  const auto one = numbers("1");
+  CHECK(one == numbers("2"));
+  CHECK(one == numbers("5"));
+}
+
+TEST_CASE("Few samples give values without standard errors, and say so") {
+  const auto few = json::parse(granuscope_command({"sample", "--mu", "0.3", "--columns", "20", "--layers", "4",
+                                                   "--samples", "63", "--statistics"})
+                                   .out);
+  const auto enough = json::parse(granuscope_command({"sample", "--mu", "0.3", "--columns", "20", "--layers", "4",
+                                                      "--samples", "64", "--statistics"})
+                                      .out);
+  for (std::size_t n = 0; n < 4; ++n) {
+    const auto& alpha = few["per_layer"][n]["alpha"];
+    CHECK(alpha["stderr"].is_null());
+    CHECK_THAT(alpha["reason"].get<std::string>(), Contains("64 samples"));
+    // One more sample of 20 beads can move a mean of 63 by no more than a few of its standard errors.
+    const auto& better = enough["per_layer"][n]["alpha"];
+    CHECK(alpha["value"].get<double>() ==
+          Approx(better["value"].get<double>()).margin(2 * better["stderr"].get<double>()));
+  }
+}
+
+TEST_CASE("Without friction the thrust ratio is exactly 1 with a standard error of 0") {
+  const auto object = json::parse(granuscope_command({"sample", "--mu", "0", "--columns", "16", "--layers", "30",
+                                                      "--samples", "64", "--statistics"})
+                                      .out);
+  for (const auto& layer : object["per_layer"]) {
+    CHECK(layer["alpha"]["value"].get<double>() == Approx(1).epsilon(1e-14));
+    CHECK(layer["alpha"]["stderr"].get<double>() == Approx(0).margin(1e-14));
+  }
+}
+
+TEST_CASE("sample --out stores the pile that its key names, and audit accepts it") {
+  const ScratchFolder scratch("sample");
+  const std::vector<std::string> command{"sample", "--mu",  "0.3",    "--columns", "30",       "--layers", "25",
+                                         "--load", "point", "--seed", "5",         "--sample", "17",       "--out"};
+  for (const char* name : {"a.h5", "b.h5"}) {
+    auto arguments = command;
+    arguments.push_back((scratch / name).string());
+    REQUIRE(granuscope_command(arguments).code == 0);
+  }
+  CHECK(bytes_of(scratch / "a.h5") == bytes_of(scratch / "b.h5"));
+  const Pile pile = read_pile(scratch / "a.h5");
+  CHECK(pile.mu == 0.3);
+  CHECK(pile.seed == 5);
+  CHECK(pile.sample == 17);
+  CHECK(pile.load[15] == 2);
+  CHECK(pile.load[14] == 1);
+  const auto audited = granuscope_command({"audit", (scratch / "a.h5").string()});
+  CHECK(audited.code == 0);
+  CHECK_THAT(audited.out, Contains("largest balance residual"));
+}
+
+TEST_CASE("A changed pile does not pass the audit") {
+  const ScratchFolder scratch("audit");
+  REQUIRE(granuscope_command(
+              {"sample", "--mu", "0.3", "--columns", "30", "--layers", "25", "--out", (scratch / "good.h5").string()})
+              .code == 0);
+  Pile pile = read_pile(scratch / "good.h5");
+  const double correct = pile.H_R[pile.lattice.index(10, 4)];
+  pile.H_R[pile.lattice.index(10, 4)] = correct * (1 + 1e-9);
+  write_pile(scratch / "bad.h5", pile);
+  const auto result = granuscope_command({"audit", (scratch / "bad.h5").string()});
+  CHECK(result.code == 2);
+  CHECK_THAT(result.err, Contains("no equilibrium"));
+  CHECK_THAT(result.out, Contains("largest balance residual"));
+}
+
+TEST_CASE("Piles that do not exist or are none are input errors") {
+  const ScratchFolder scratch("hostile");
+  std::ofstream(scratch / "text.h5") << "this is no pile";
+  std::ofstream(scratch / "empty.h5");
+  for (const auto& file : {scratch / "missing.h5", scratch / "text.h5", scratch / "empty.h5", scratch.path()}) {
+    INFO(file);
+    const auto result = granuscope_command({"audit", file.string()});
+    CHECK(result.code == 2);
+    CHECK_THAT(result.err, Contains(file.string()));
+  }
+}
+
+TEST_CASE("What the model cannot do is refused before anything is drawn") {
+  const std::vector<std::pair<std::vector<std::string>, int>> cases{
+      {{"--mu", "-0.1"}, 2},
+      {{"--mu", "1.7321"}, 2},
+      {{"--mu", "nan"}, 2},
+      {{"--mu", "inf"}, 2},
+      {{"--columns", "3"}, 2},
+      {{"--layers", "0"}, 2},
+      {{"--layers", "-5"}, 2},
+      {{"--law", "nonsense"}, 2},
+      {{"--load", "nonsense"}, 2},
+      {{"--samples", "0"}, 2},
+      {{"--effort", "nan"}, 2},
+      {{"--effort", "0"}, 2},
+      {{"--columns", "2000000000", "--layers", "2000000000"}, 3},
+  };
+  for (const auto& [change, code] : cases) {
+    std::vector<std::string> arguments{"sample", "--statistics"};
+    arguments.insert(arguments.end(), change.begin(), change.end());
+    INFO(fmt::format("{}", fmt::join(arguments, " ")));
+    const auto result = granuscope_command(arguments);
+    CHECK(result.code == code);
+    CHECK(result.out.empty());
+  }
+}
+
+TEST_CASE("A file that cannot be written is an error of the environment and leaves nothing behind") {
+  const ScratchFolder scratch("unwritable");
+  const auto result = granuscope_command(
+      {"sample", "--columns", "10", "--layers", "5", "--out", (scratch / "no/such/folder/pile.h5").string()});
+  CHECK(result.code == 3);
+  CHECK(std::filesystem::is_empty(scratch.path()));
+}
+
+TEST_CASE("A pile that cannot be completed within its effort is told with its layer") {
+  // 30 x 30 beads at mu = 0.5 are rejected as good as always.
+  const auto result = granuscope_command({"sample", "--mu", "0.5", "--law", "rejection", "--columns", "30", "--layers",
+                                          "30", "--max-tries", "20", "--statistics", "--samples", "2"});
+  CHECK(result.code == 0);
+  const auto object = json::parse(result.out);
+  CHECK(object["samples"] == 0);
+  CHECK(object["per_layer"][3]["alpha"]["value"].is_null());
+  CHECK_THAT(result.err, Contains("sample 0 could not be completed") && Contains("granuscope sample --law rejection"));
+  const auto stored = granuscope_command({"sample", "--mu", "0.5", "--law", "rejection", "--columns", "30", "--layers",
+                                          "30", "--max-tries", "20", "--out", "never.h5"});
+  CHECK(stored.code == 2);
+  CHECK_THAT(stored.err, Contains("could not be completed"));
+  CHECK_FALSE(std::filesystem::exists("never.h5"));
+}
