@@ -24,6 +24,29 @@ void Range::add(double number) {
   empty = false;
 }
 
+std::string linear_ticks(const Range& range, int most) {
+  // The smallest of 1, 2, 5 times a power of ten that gives few enough marks.
+  int exponent = static_cast<int>(std::floor(std::log10(range.size() / most))) - 1;
+  int digit = 1;
+  const auto step = [&] { return digit * std::pow(10, exponent); };
+  constexpr double rounding = 1e-9;
+  const auto first = [&] { return std::ceil(range.low / step() - rounding); };
+  const auto last = [&] { return std::floor(range.high / step() + rounding); };
+  while (last() - first() + 1 > most) {
+    digit = digit == 1 ? 2 : digit == 2 ? 5 : 1;
+    if (digit == 1) ++exponent;
+  }
+  std::string list;
+  for (double multiple = first(); multiple <= last(); ++multiple) {
+    const double mark = multiple == 0 ? 0 : multiple * step();
+    std::string label = fmt::format("{:.{}f}", std::abs(mark), std::max(0, -exponent));
+    if (mark < 0) label.insert(0, "−");
+    if (!list.empty()) list += ", ";
+    list += fmt::format("'{}' {:.12g}", label, mark);
+  }
+  return list;
+}
+
 std::string log_ticks(const Range& range) {
   std::string list;
   const bool decades_only = std::log10(range.high / range.low) > 1.5;

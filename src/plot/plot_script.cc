@@ -30,10 +30,10 @@ Figure draw_plot(const PlotPlan& plan, const Gaps& gaps, const std::filesystem::
   const std::string height = exact(plan.height);
   Gaps all = gaps;
   all["stem"] = plan.id;
-  all["height"] = height;
-  all["setup"] = fill_in(plot_template("setup"), {{"stem", plan.id}});
-  all["terminal"] =
-      fill_in(plot_template("terminal"), {{"stem", plan.id}, {"width", exact(width_inches)}, {"height", height}});
+  all["begin_pass"] =
+      fill_in(plot_template("begin_pass"), {{"stem", plan.id}, {"width", exact(width_inches)}, {"height", height}});
+  all["key_panel"] = plot_template("key_panel");
+  all["end_of_pass"] = plot_template("end_of_pass");
   add_colours_used(all, script_template);
 
   GnuplotJob job;

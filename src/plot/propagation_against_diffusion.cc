@@ -81,8 +81,9 @@ std::string point_labels(const std::vector<Transport>& results, const Axes& axes
     if (last_x >= 0 && std::abs(x - last_x) < 0.11 && std::abs(y - last_y) < 0.075) continue;
     last_x = x;
     last_y = y;
-    labels += fmt::format("set label {} at {}, {} left offset 0.7, 0.6 noenhanced\n  ", gnuplot_string(mu_text(result)),
-                          exact(result.D.value), exact(result.c.value));
+    const char* side = x > 0.85 ? "right offset -0.7, 0.6" : "left offset 0.7, 0.6";
+    labels += fmt::format("set label {} at {}, {} {} noenhanced\n  ", gnuplot_string(mu_text(result)),
+                          exact(result.D.value), exact(result.c.value), side);
   }
   return labels;
 }
@@ -199,7 +200,7 @@ Figure draw_propagation_against_diffusion(const Analysis& analysis, const std::f
   PlotPlan plan;
   plan.id = figure_id;
   plan.script = "propagation_against_diffusion";
-  plan.height = 4.6;
+  plan.height = 4.8;
   plan.data[file_name("points")] = table.text();
   plan.curves = 2;  // the points and the line at c0
 
@@ -210,6 +211,8 @@ Figure draw_propagation_against_diffusion(const Analysis& analysis, const std::f
                  {"D_high", exact(axes.D.high)},
                  {"c_low", exact(axes.c.low)},
                  {"c_high", exact(axes.c.high)},
+                 {"D_linear_ticks", linear_ticks(axes.D, 6)},
+                 {"c_ticks", linear_ticks(axes.c, 7)},
                  // The panel spans 0.10 to 0.98 of the drawing; the inset's tick labels stand left of its edge.
                  {"inset_left", exact(0.10 + 0.88 * (axes.inset_left + 0.10))},
                  {"inset_bottom", exact(axes.inset_bottom)}};

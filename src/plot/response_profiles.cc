@@ -157,6 +157,9 @@ Figure draw_response_profiles(const std::vector<Transport>& results, const Respo
   const PanelLists lists = lists_of(panels, spec.layers_computed);
   const double shown = half_width(panels);
   const Range range = heights(panels, shown);
+  Range x_axis;
+  x_axis.add(-shown);
+  x_axis.add(shown);
   const double room = range.size() > 0 ? range.size() : 1;
 
   PlotPlan plan;
@@ -176,6 +179,8 @@ Figure draw_response_profiles(const std::vector<Transport>& results, const Respo
                      {"peaks", fmt::format("{}", fmt::join(lists.peaks, ", "))},
                      {"curves", fmt::format("{}", fmt::join(lists.curves, ", "))},
                      {"x_limit", exact(shown)},
+                     {"x_ticks", linear_ticks(x_axis, 5)},
+                     {"y_ticks", linear_ticks(range, 6)},
                      {"y_low", exact(range.low - 0.05 * room)},
                      {"y_high", exact(range.high + 0.22 * room)}};  // room for the labels above the peaks
   Figure figure = draw_plot(plan, gaps, run_folder);

@@ -38,6 +38,13 @@ Range with_room_below(const Range& data) {
   return axis;
 }
 
+/// The part of such an axis that belongs to the data: only there it has tick marks.
+Range upper_part(const Range& axis) {
+  Range part = axis;
+  part.low = axis.high - axis.size() * (1 - inset_share);
+  return part;
+}
+
 /// Everything one figure consists of, filled step by step.
 struct Draft {
   PlotPlan plan;
@@ -91,8 +98,14 @@ void add_depths(Draft& draft, const Transport& result) {
   draft.script["position_high"] = exact(position_axis.high);
   draft.script["width_low"] = exact(width_axis.low);
   draft.script["width_high"] = exact(width_axis.high);
+  draft.script["position_ticks"] = linear_ticks(upper_part(position_axis), 6);
+  draft.script["width_ticks"] = linear_ticks(upper_part(width_axis), 6);
   draft.script["z_first"] = exact(z_range.low);
-  draft.script["z_limit"] = exact(10 * std::ceil((z_range.high + 1) / 10));
+  Range z_axis;
+  z_axis.add(0);
+  z_axis.add(10 * std::ceil((z_range.high + 1) / 10));
+  draft.script["z_limit"] = exact(z_axis.high);
+  draft.script["z_ticks"] = linear_ticks(z_axis, 5);
   draft.words["depths"] = std::to_string(shown);
   draft.words["unidentified"] = unidentified == 0   ? ""
                                 : unidentified == 1 ? "one depth"
@@ -145,9 +158,16 @@ void add_c_inset(Draft& draft, const Analysis& analysis) {
   set_both(draft, "gamma_low", caption_number(gamma.window[0]));
   set_both(draft, "gamma_high", caption_number(gamma.window[1]));
   draft.script["gamma_intercept"] = with_law ? exact(gamma.intercept.value) : "";
-  draft.script["mu_limit"] = exact(1.06 * std::max(mu_range.high, 0.01));
-  draft.script["c_low"] = exact(c_range.low - margin);
-  draft.script["c_high"] = exact(c_range.high + margin);
+  const double mu_margin = 0.06 * std::max(mu_range.high, 0.01);
+  draft.script["mu_low"] = exact(-mu_margin);  // mu = 0 stands clear of the frame
+  draft.script["mu_high"] = exact(mu_range.high + mu_margin);
+  mu_range.add(0);
+  c_range.low -= margin;
+  c_range.high += margin;
+  draft.script["linear_mu_ticks"] = drawn ? linear_ticks(mu_range, 4) : "";
+  draft.script["c_low"] = exact(c_range.low);
+  draft.script["c_high"] = exact(c_range.high);
+  draft.script["c_ticks"] = drawn ? linear_ticks(c_range, 4) : "";
 }
 
 void add_D_inset(Draft& draft, const Analysis& analysis) {
@@ -215,7 +235,7 @@ Figure draw_transport_with_depth(const Analysis& analysis, const TransportWithDe
   Draft draft;
   draft.plan.id = figure_id;
   draft.plan.script = "transport_with_depth";
-  draft.plan.height = 4.7;
+  draft.plan.height = 4.9;
   set_both(draft, "mu", caption_number(result->mu));
   draft.words["mu_differs"] = result->mu == spec.mu ? "" : caption_number(spec.mu);
   const double window_top = Lattice::depth(result->window_layers[0]);
