@@ -7,13 +7,8 @@
 
 namespace granuscope {
 
-Analysis analyse(const std::vector<MeasuredEnsemble>& ensembles, const FitSpec& spec,
-                 const std::vector<int>& profile_layers, const std::map<std::string, std::string>& expected_verdicts,
-                 int threads) {
-  std::vector<MeasuredTransport> measured;
-  for (const MeasuredEnsemble& ensemble : ensembles) {
-    measured.push_back(measure_transport(ensemble, spec, profile_layers, threads));
-  }
+Analysis analyse(std::vector<MeasuredTransport> measured, const FitSpec& spec,
+                 const std::map<std::string, std::string>& expected_verdicts) {
   std::sort(measured.begin(), measured.end(),
             [](const MeasuredTransport& a, const MeasuredTransport& b) { return a.transport.mu < b.transport.mu; });
   Analysis analysis;

@@ -9,9 +9,8 @@
 
 namespace granuscope {
 
-/// From ensembles to claims. Results come out ascending in mu.
-Analysis analyse(const std::vector<MeasuredEnsemble>& ensembles, const FitSpec& spec,
-                 const std::vector<int>& profile_layers, const std::map<std::string, std::string>& expected_verdicts,
-                 int threads);
+/// From the measured friction coefficients to exponents and claims. Results come out ascending in mu.
+Analysis analyse(std::vector<MeasuredTransport> measured, const FitSpec& spec,
+                 const std::map<std::string, std::string>& expected_verdicts);
 
 }  // namespace granuscope

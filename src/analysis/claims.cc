@@ -1,8 +1,8 @@
 #include "analysis/claims.h"
 
+#include <fmt/format.h>
 #include <algorithm>
 #include <cmath>
-#include <fmt/format.h>
 #include <limits>
 
 #include "model/lattice.h"
@@ -28,7 +28,8 @@ void judge_number(Claim& claim, const Estimate& measured, const std::string& wha
   const std::string number = value_with_error(measured.value, measured.standard_error);
   if (deviation_to_detect * std::abs(claim.paper) <= sigmas * error) {
     claim.verdict = "undetermined";
-    claim.explanation = fmt::format("{} = {} is too uncertain to tell a deviation of 20 % from the paper's value.", what, number);
+    claim.explanation =
+        fmt::format("{} = {} is too uncertain to tell a deviation of 20 % from the paper's value.", what, number);
   } else if (std::abs(claim.z_score) <= sigmas) {
     claim.verdict = "reproduced";
     claim.explanation = fmt::format("{} = {} agrees with the paper within {} combined standard errors.", what, number,
@@ -83,12 +84,12 @@ std::vector<Claim> judge_claims(const std::vector<Transport>& results, const Sca
   // half a unit of its last digit; alpha comes with its error.
   std::vector<Claim> claims{
       judge_frictionless(results),
-      judge_exponent("c-of-mu", "c decreases with friction, c\u2080 \u2212 c in proportion to \u03bc.", "The exponent \u03b3",
-                     scaling.gamma, 1.0, 0.0),
+      judge_exponent("c-of-mu", "c decreases with friction, c\u2080 \u2212 c in proportion to \u03bc.",
+                     "The exponent \u03b3", scaling.gamma, 1.0, 0.0),
       judge_exponent("D-of-mu", "D grows as \u03bc to the power \u03b2, with \u03b2 about 2.5.", "The exponent \u03b2",
                      scaling.beta, 2.5, 0.05),
-      judge_exponent("c-of-D", "c\u2080 \u2212 c grows as D to the power \u03b1, with \u03b1 = 0.4.", "The exponent \u03b1",
-                     scaling.alpha, 0.4, 0.01)};
+      judge_exponent("c-of-D", "c\u2080 \u2212 c grows as D to the power \u03b1, with \u03b1 = 0.4.",
+                     "The exponent \u03b1", scaling.alpha, 0.4, 0.01)};
   for (Claim& claim : claims) {
     if (const auto verdict = expected.find(claim.id); verdict != expected.end()) claim.expected = verdict->second;
   }

@@ -9,7 +9,8 @@ std::vector<double> evaluate(const DoubleGaussian& shape, std::span<const double
   const double scale = 1 / (std::abs(shape.width) * std::numbers::sqrt2);
   // Mass of a Gaussian centred at 0 between a and b; differences of erfc keep the far tails accurate.
   const auto mass = [&](double a, double b) {
-    return a > 0 ? (std::erfc(a * scale) - std::erfc(b * scale)) / 2 : (std::erfc(-b * scale) - std::erfc(-a * scale)) / 2;
+    return a > 0 ? (std::erfc(a * scale) - std::erfc(b * scale)) / 2
+                 : (std::erfc(-b * scale) - std::erfc(-a * scale)) / 2;
   };
   const int images = 1 + static_cast<int>(std::ceil(10 * std::abs(shape.width) / columns));
   std::vector<double> values;

@@ -6,12 +6,12 @@ namespace granuscope {
 
 /// Where and how the response is fitted. All layers must be usable (0 .. layers - 21).
 struct FitSpec {
-  int first_layer = 58;   ///< of the window over which the slopes c and D are taken
+  int first_layer = 58;  ///< of the window over which the slopes c and D are taken
   int last_layer = 179;
-  int layer_step = 3;     ///< an odd step alternates the two row parities
-  int shallow_layer = 16; ///< fits are also made, for the figures only, from this layer down to the window
-  double min_identifiable_width = 0.5;  ///< bead diameters; below it the bead width hides W
-  std::array<double, 2> scaling_window{0.1, 0.3};  ///< of mu, inclusive: beta, gamma, alpha
+  int layer_step = 3;      ///< an odd step alternates the two row parities
+  int shallow_layer = 16;  ///< fits are also made, for the figures only, from this layer down to the window
+  double min_identifiable_width = 0.5;                       ///< bead diameters; below it the bead width hides W
+  std::array<double, 2> scaling_window{0.1, 0.3};            ///< of mu, inclusive: beta, gamma, alpha
   std::vector<std::array<double, 2>> other_scaling_windows;  ///< shown beside it
 };
 

@@ -32,6 +32,7 @@ Replicated transform(F f, const Replicated& first, const Numbers&... others) {
 }
 
 /// The same for a function of one set of numbers (one per depth, per friction coefficient, ...).
-Replicated transform_all(const std::vector<Replicated>& numbers, const std::function<double(const std::vector<double>&)>& f);
+Replicated transform_all(const std::vector<Replicated>& numbers,
+                         const std::function<double(const std::vector<double>&)>& f);
 
 }  // namespace granuscope

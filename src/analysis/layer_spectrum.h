@@ -11,14 +11,14 @@ namespace granuscope {
 /// Cosines alone are the mirror symmetrisation x -> -x.
 struct LayerSpectrum {
   int columns = 0;
-  bool half_shifted = false;                  ///< beads at half-integer x
-  std::vector<double> whole;                  ///< from the whole ensemble, entry m-1 for mode m
+  bool half_shifted = false;  ///< beads at half-integer x
+  std::vector<double> whole;  ///< from the whole ensemble, entry m-1 for mode m
   std::vector<std::vector<double>> without_block;
   /// Standard deviation of each entry of `whole`, from the scatter of the block means, smoothed over neighbouring
-  /// modes. Noise is nearly invariant under translation, so its modes are nearly uncorrelated and this is its covariance
-  /// (for a point load an approximation).
+  /// modes. Noise is nearly invariant under translation, so its modes are nearly uncorrelated and this is its
+  /// covariance (for a point load an approximation).
   std::vector<double> noise;
-  bool exact = false;                         ///< no scatter at all: noise is 0
+  bool exact = false;  ///< no scatter at all: noise is 0
 };
 
 /// Mean of a profile or number over the whole ensemble and without each block, shape [width] each.

@@ -12,25 +12,25 @@ namespace granuscope {
 /// The double-Gaussian fit of the response at one layer (the paper's G(x), integrated over the bead width).
 struct DepthFit {
   int layer = 0;
-  double z = 0;               ///< bead diameters
-  Estimate peak_position;     ///< x_p, bead diameters
-  Estimate width;             ///< W, bead diameters
-  Estimate width_squared;     ///< W^2
-  Estimate thrust_ratio;      ///< alpha_n of the contacts leaving this layer
-  double chi2_per_dof = 0;    ///< with the noise spectrum estimated from the ensemble
+  double z = 0;             ///< bead diameters
+  Estimate peak_position;   ///< x_p, bead diameters
+  Estimate width;           ///< W, bead diameters
+  Estimate width_squared;   ///< W^2
+  Estimate thrust_ratio;    ///< alpha_n of the contacts leaving this layer
+  double chi2_per_dof = 0;  ///< with the noise spectrum estimated from the ensemble
   int degrees_of_freedom = 0;
   bool identifiable = false;
-  std::string reason;         ///< why not identifiable
+  std::string reason;  ///< why not identifiable
 };
 
 /// A measured mean response at one layer with its fit, for a figure. Vectors have one entry per bead, x ascending.
 struct ResponseProfile {
   int layer = 0;
   double z = 0;
-  std::vector<double> x;               ///< bead diameters from the overload
-  std::vector<double> pressure;        ///< P(x, z), mirror symmetrised, unit overload
+  std::vector<double> x;         ///< bead diameters from the overload
+  std::vector<double> pressure;  ///< P(x, z), mirror symmetrised, unit overload
   std::vector<double> standard_error;
-  std::vector<double> fit;             ///< the fitted G, integrated over the bead width
+  std::vector<double> fit;  ///< the fitted G, integrated over the bead width
 };
 
 /// Everything measured at one friction coefficient.
@@ -40,15 +40,15 @@ struct Transport {
   std::string estimator;
   std::uint64_t samples = 0;  ///< piles that entered the averages
   std::vector<FailedSample> failed;
-  bool exact = false;         ///< zero variance: exact moments, standard errors 0, no part in log-log fits
+  bool exact = false;  ///< zero variance: exact moments, standard errors 0, no part in log-log fits
 
-  Estimate c;                 ///< slope of x_p over the window
-  Estimate D;                 ///< slope of W^2 over the window
-  Estimate position_offset;   ///< x_0 of x_p = x_0 + c z
-  Estimate width_offset;      ///< w_0 of W^2 = w_0 + D z
-  Estimate alpha_thrust;      ///< mean thrust ratio over the window
-  Estimate c_thrust;          ///< tan30 * sqrt(alpha_thrust)
-  Estimate c_minus_c_thrust;  ///< their difference, with its own (correlated) error
+  Estimate c;                          ///< slope of x_p over the window
+  Estimate D;                          ///< slope of W^2 over the window
+  Estimate position_offset;            ///< x_0 of x_p = x_0 + c z
+  Estimate width_offset;               ///< w_0 of W^2 = w_0 + D z
+  Estimate alpha_thrust;               ///< mean thrust ratio over the window
+  Estimate c_thrust;                   ///< tan30 * sqrt(alpha_thrust)
+  Estimate c_minus_c_thrust;           ///< their difference, with its own (correlated) error
   std::array<int, 2> window_layers{};  ///< first and last layer of the fit window
   int depths_in_window = 0;
 
@@ -63,8 +63,8 @@ struct Transport {
 /// A power law y = exp(intercept) x^exponent fitted on log-log axes.
 struct ScalingFit {
   Estimate exponent;
-  Estimate intercept;               ///< ln of the prefactor
-  std::array<double, 2> window{};   ///< of mu, inclusive
+  Estimate intercept;              ///< ln of the prefactor
+  std::array<double, 2> window{};  ///< of mu, inclusive
   int points = 0;
 };
 
@@ -83,8 +83,8 @@ struct Claim {
   Estimate measured;
   double paper = 0;
   double paper_error = 0;
-  double z_score = 0;      ///< NaN where undetermined without a number
-  std::string explanation; ///< one sentence
+  double z_score = 0;       ///< NaN where undetermined without a number
+  std::string explanation;  ///< one sentence
 };
 
 /// What the analysis stage hands on.

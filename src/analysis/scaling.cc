@@ -1,7 +1,7 @@
 #include "analysis/scaling.h"
 
-#include <cmath>
 #include <fmt/format.h>
+#include <cmath>
 
 #include "analysis/line_fit.h"
 #include "model/lattice.h"
@@ -38,8 +38,8 @@ ScalingFit fit_power_law(const Points& points, std::array<double, 2> window) {
   fit.points = static_cast<int>(points.x.size());
   if (fit.points < min_points) {
     fit.exponent.reason = fit.intercept.reason =
-        fmt::format("{} friction coefficients with usable results in the window {} to {}; an exponent needs {}", fit.points,
-                    window[0], window[1], min_points);
+        fmt::format("{} friction coefficients with usable results in the window {} to {}; an exponent needs {}",
+                    fit.points, window[0], window[1], min_points);
     return fit;
   }
   std::vector<double> weights(points.x.size(), 1.0);

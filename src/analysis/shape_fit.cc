@@ -17,13 +17,16 @@ struct FitInput {
   std::span<const double> modes;
 };
 
-DoubleGaussian shape_of(const gsl_vector* parameters) { return {gsl_vector_get(parameters, 0), gsl_vector_get(parameters, 1)}; }
+DoubleGaussian shape_of(const gsl_vector* parameters) {
+  return {gsl_vector_get(parameters, 0), gsl_vector_get(parameters, 1)};
+}
 
 int residuals(const gsl_vector* parameters, void* data, gsl_vector* out) {
   const auto& input = *static_cast<const FitInput*>(data);
   const DoubleGaussian shape = shape_of(parameters);
   for (std::size_t i = 0; i < input.modes.size(); ++i) {
-    const ModeValue model = fourier_mode(shape, static_cast<int>(i) + 1, input.spectrum.columns, input.spectrum.half_shifted);
+    const ModeValue model =
+        fourier_mode(shape, static_cast<int>(i) + 1, input.spectrum.columns, input.spectrum.half_shifted);
     gsl_vector_set(out, i, (model.value - input.modes[i]) / input.spectrum.noise[i]);
   }
   return GSL_SUCCESS;
@@ -33,7 +36,8 @@ int jacobian(const gsl_vector* parameters, void* data, gsl_matrix* out) {
   const auto& input = *static_cast<const FitInput*>(data);
   const DoubleGaussian shape = shape_of(parameters);
   for (std::size_t i = 0; i < input.modes.size(); ++i) {
-    const ModeValue model = fourier_mode(shape, static_cast<int>(i) + 1, input.spectrum.columns, input.spectrum.half_shifted);
+    const ModeValue model =
+        fourier_mode(shape, static_cast<int>(i) + 1, input.spectrum.columns, input.spectrum.half_shifted);
     gsl_matrix_set(out, i, 0, model.by_peak / input.spectrum.noise[i]);
     gsl_matrix_set(out, i, 1, model.by_width / input.spectrum.noise[i]);
   }
@@ -58,13 +62,15 @@ std::optional<ShapeFit> fit_shape(const LayerSpectrum& spectrum, std::span<const
 
   const gsl_multifit_nlinear_parameters settings = gsl_multifit_nlinear_default_parameters();
   const std::unique_ptr<gsl_multifit_nlinear_workspace, decltype(&gsl_multifit_nlinear_free)> workspace(
-      gsl_multifit_nlinear_alloc(gsl_multifit_nlinear_trust, &settings, problem.n, problem.p), gsl_multifit_nlinear_free);
+      gsl_multifit_nlinear_alloc(gsl_multifit_nlinear_trust, &settings, problem.n, problem.p),
+      gsl_multifit_nlinear_free);
   if (!workspace) throw std::bad_alloc();
   double start_values[] = {start.peak, start.width};
   const gsl_vector_view start_view = gsl_vector_view_array(start_values, 2);
   int info = 0;
   if (gsl_multifit_nlinear_init(&start_view.vector, &problem, workspace.get()) != GSL_SUCCESS) return std::nullopt;
-  const int status = gsl_multifit_nlinear_driver(max_iterations, step_tolerance, 0, 0, nullptr, nullptr, &info, workspace.get());
+  const int status =
+      gsl_multifit_nlinear_driver(max_iterations, step_tolerance, 0, 0, nullptr, nullptr, &info, workspace.get());
   // Without a further step that lowers chi2 at working precision (GSL_ENOPROG) the minimum is reached.
   if (status != GSL_SUCCESS && status != GSL_ENOPROG) return std::nullopt;
 
@@ -75,7 +81,8 @@ std::optional<ShapeFit> fit_shape(const LayerSpectrum& spectrum, std::span<const
   const gsl_vector* final_residuals = gsl_multifit_nlinear_residual(workspace.get());
   for (std::size_t i = 0; i < modes.size(); ++i) fit.chi2 += std::pow(gsl_vector_get(final_residuals, i), 2);
   fit.degrees_of_freedom = static_cast<int>(modes.size()) - 2;
-  if (!std::isfinite(fit.chi2) || !std::isfinite(fit.shape.peak) || !std::isfinite(fit.shape.width)) return std::nullopt;
+  if (!std::isfinite(fit.chi2) || !std::isfinite(fit.shape.peak) || !std::isfinite(fit.shape.width))
+    return std::nullopt;
   return fit;
 }
 
@@ -87,7 +94,8 @@ DoubleGaussian coarse_shape(const LayerSpectrum& spectrum, double z) {
     for (double peak = 0; peak <= 1.1 * tan30 * z; peak += step) {
       double chi2 = 0;
       for (std::size_t i = 0; i < spectrum.whole.size() && chi2 < best_chi2; ++i) {
-        const ModeValue model = fourier_mode({peak, width}, static_cast<int>(i) + 1, spectrum.columns, spectrum.half_shifted);
+        const ModeValue model =
+            fourier_mode({peak, width}, static_cast<int>(i) + 1, spectrum.columns, spectrum.half_shifted);
         chi2 += std::pow((model.value - spectrum.whole[i]) / spectrum.noise[i], 2);
       }
       if (chi2 < best_chi2) best_chi2 = chi2, best = {peak, width};

@@ -45,9 +45,7 @@ void measure_exactly(const EnsembleRecord& record, std::size_t row, double overl
     second += x * x * pressure;
   }
   const std::vector<double> same(static_cast<std::size_t>(record.sums.blocks()), 0.0);
-  const auto constant = [&](double value) {
-    return Replicated{value, std::vector<double>(same.size(), value)};
-  };
+  const auto constant = [&](double value) { return Replicated{value, std::vector<double>(same.size(), value)}; };
   const double width_squared = std::max(0.0, second - first * first);
   depth.peak = constant(first);
   depth.width_squared = constant(width_squared);
@@ -64,8 +62,10 @@ void measure_by_fit(const LayerSpectrum& spectrum, const FitSpec& spec, Measured
   };
   if (!whole) return set_unknown("the fit of the double Gaussian did not converge");
   const auto store = [](double value, Replicated& to, bool is_whole) {
-    if (is_whole) to.value = value;
-    else to.without_block.push_back(value);
+    if (is_whole)
+      to.value = value;
+    else
+      to.without_block.push_back(value);
   };
   const auto store_shape = [&](const DoubleGaussian& shape, bool is_whole) {
     store(shape.peak, depth.peak, is_whole);
@@ -84,7 +84,8 @@ void measure_by_fit(const LayerSpectrum& spectrum, const FitSpec& spec, Measured
     depth.fit.reason = fmt::format("the fitted width {:.2f} is below {} bead diameters: the width of a bead hides it",
                                    whole->shape.width, spec.min_identifiable_width);
   } else if (whole->shape.peak < whole->shape.width) {
-    depth.fit.reason = "the two peaks are closer to the middle than their width: position and width cannot be told apart";
+    depth.fit.reason =
+        "the two peaks are closer to the middle than their width: position and width cannot be told apart";
   } else {
     depth.fit.identifiable = true;
   }
@@ -145,8 +146,9 @@ void fit_slopes(const std::vector<MeasuredDepth>& depths, const FitSpec& spec, M
   }
   t.depths_in_window = static_cast<int>(used.size());
   if (used.size() < min_depths) {
-    const std::string reason = fmt::format("only {} depths of the window (layers {} to {}) can be fitted, a slope needs {}",
-                                           used.size(), spec.first_layer, spec.last_layer, min_depths);
+    const std::string reason =
+        fmt::format("only {} depths of the window (layers {} to {}) can be fitted, a slope needs {}", used.size(),
+                    spec.first_layer, spec.last_layer, min_depths);
     for (Estimate* e : {&t.c, &t.D, &t.position_offset, &t.width_offset, &t.c_minus_c_thrust}) e->reason = reason;
     t.window_layers = {spec.first_layer, spec.last_layer};
     return;
@@ -212,7 +214,9 @@ ResponseProfile response_profile(const MeasuredEnsemble& ensemble, std::size_t r
   };
   for (int i : order) {
     const auto here = static_cast<std::size_t>(i);
-    const auto symmetrised = [&](const std::vector<double>& w) { return ((w[here] + w[mirror(i)]) / 2 - 1) / ensemble.overload; };
+    const auto symmetrised = [&](const std::vector<double>& w) {
+      return ((w[here] + w[mirror(i)]) / 2 - 1) / ensemble.overload;
+    };
     Replicated pressure{symmetrised(means.whole), {}};
     for (const auto& without : means.without_block) pressure.without_block.push_back(symmetrised(without));
     profile.x.push_back(lattice.x(layer, i));
@@ -258,7 +262,8 @@ MeasuredTransport measure_transport(const MeasuredEnsemble& ensemble, const FitS
   // A block all of whose piles failed leaves nothing to average.
   if (std::find(record.sums.count.begin(), record.sums.count.end(), 0) != record.sums.count.end()) {
     const std::string reason = "a block of the ensemble holds no completed pile";
-    for (Estimate* e : {&t.c, &t.D, &t.position_offset, &t.width_offset, &t.alpha_thrust, &t.c_thrust, &t.c_minus_c_thrust}) {
+    for (Estimate* e :
+         {&t.c, &t.D, &t.position_offset, &t.width_offset, &t.alpha_thrust, &t.c_thrust, &t.c_minus_c_thrust}) {
       e->reason = reason;
     }
     return result;
@@ -267,9 +272,11 @@ MeasuredTransport measure_transport(const MeasuredEnsemble& ensemble, const FitS
   std::vector<MeasuredDepth> depths(record.sums.layers.size());
   tbb::task_arena arena(threads > 0 ? threads : tbb::task_arena::automatic);
   arena.execute([&] {
-    tbb::parallel_for(std::size_t{0}, depths.size(), [&](std::size_t row) { depths[row] = measure_depth(ensemble, spec, row); });
+    tbb::parallel_for(std::size_t{0}, depths.size(),
+                      [&](std::size_t row) { depths[row] = measure_depth(ensemble, spec, row); });
   });
-  t.exact = std::all_of(depths.begin(), depths.end(), [](const MeasuredDepth& d) { return d.fit.degrees_of_freedom == 0 && d.fit.identifiable; });
+  t.exact = std::all_of(depths.begin(), depths.end(),
+                        [](const MeasuredDepth& d) { return d.fit.degrees_of_freedom == 0 && d.fit.identifiable; });
   fit_slopes(depths, spec, result);
   measure_thrust(depths, spec, result);
   for (std::size_t row = 0; row < depths.size(); ++row) {

@@ -114,9 +114,10 @@ Load load_named(const std::string& name) {
 void validate(const EnsembleSpec& spec) {
   const Lattice lattice(spec.lattice);
   if (spec.blocks < min_blocks) {
-    throw InputError(fmt::format("{} blocks are too few: a jackknife over fewer than {} blocks gives no usable standard "
-                                 "error",
-                                 spec.blocks, min_blocks));
+    throw InputError(
+        fmt::format("{} blocks are too few: a jackknife over fewer than {} blocks gives no usable standard "
+                    "error",
+                    spec.blocks, min_blocks));
   }
   if (groups_of(spec.samples) < static_cast<std::uint64_t>(spec.blocks)) {
     throw InputError(fmt::format(
@@ -154,9 +155,9 @@ std::vector<double> top_load(const EnsembleSpec& spec) {
 }
 
 std::string replay_command(const EnsembleSpec& spec, std::uint64_t sample) {
-  std::string command = fmt::format("granuscope sample --law {} --mu {} --columns {} --layers {} --load {}",
-                                    name_of(spec.sampler.law), exact(spec.sampler.mu), spec.lattice.columns,
-                                    spec.lattice.layers, name_of(spec.load));
+  std::string command =
+      fmt::format("granuscope sample --law {} --mu {} --columns {} --layers {} --load {}", name_of(spec.sampler.law),
+                  exact(spec.sampler.mu), spec.lattice.columns, spec.lattice.layers, name_of(spec.load));
   if (spec.load == Load::point && spec.overload != 1.0) command += fmt::format(" --overload {}", exact(spec.overload));
   if (spec.sampler.effort != SamplerSpec{}.effort) command += fmt::format(" --effort {}", exact(spec.sampler.effort));
   return command + fmt::format(" --seed {} --sample {} --out pile.h5", spec.sampler.seed, sample);

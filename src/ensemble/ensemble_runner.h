@@ -16,11 +16,11 @@ struct EnsembleSpec {
   SamplerSpec sampler;
   LatticeSpec lattice;
   Load load = Load::point;
-  double overload = 1.0;        ///< extra force on the middle top bead (point load only)
-  std::uint64_t samples = 3456; ///< numbers 0 .. samples-1 of the seed
-  int blocks = 32;              ///< each of whole groups of eight samples (the last group may be incomplete)
-  std::vector<int> layers;      ///< recorded layers, ascending; empty: all
-  bool record_profiles = true;  ///< record "weight" [layers, columns] beside "thrust" and "weight_variance" [layers]
+  double overload = 1.0;         ///< extra force on the middle top bead (point load only)
+  std::uint64_t samples = 3456;  ///< numbers 0 .. samples-1 of the seed
+  int blocks = 32;               ///< each of whole groups of eight samples (the last group may be incomplete)
+  std::vector<int> layers;       ///< recorded layers, ascending; empty: all
+  bool record_profiles = true;   ///< record "weight" [layers, columns] beside "thrust" and "weight_variance" [layers]
 };
 
 /// Fewest blocks from which a standard error is taken.

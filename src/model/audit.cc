@@ -1,8 +1,8 @@
 #include "model/audit.h"
 
+#include <fmt/format.h>
 #include <algorithm>
 #include <cmath>
-#include <fmt/format.h>
 
 #include "model/friction_cone.h"
 #include "support/error.h"
@@ -54,9 +54,10 @@ AuditResult audit(const Pile& pile) {
       const double horizontal = horizontal_right(UL) + horizontal_left(UR) - horizontal_right(R) - horizontal_left(L);
       const double torque = UL.T + UR.T + L.T + R.T;
       if (!std::isfinite(vertical + horizontal + torque)) {
-        throw InputError(fmt::format("the force network has a force that is not finite at layer {}, bead {}: it cannot "
-                                     "be audited; sample it again",
-                                     n, i));
+        throw InputError(
+            fmt::format("the force network has a force that is not finite at layer {}, bead {}: it cannot "
+                        "be audited; sample it again",
+                        n, i));
       }
       balance = std::max({balance, std::abs(vertical), std::abs(horizontal), std::abs(torque)});
       for (const ContactForce& f : {R, L}) {
@@ -65,11 +66,15 @@ AuditResult audit(const Pile& pile) {
       }
     }
     if (largest == 0) {
-      if (balance > 0 || violation > 0) largest = 1;  // forces vanish but do not balance: report the absolute residual
-      else continue;
+      if (balance > 0 || violation > 0)
+        largest = 1;  // forces vanish but do not balance: report the absolute residual
+      else
+        continue;
     }
-    if (balance / largest > worst.max_balance_residual) worst.max_balance_residual = balance / largest, worst.balance_layer = n;
-    if (violation / largest > worst.max_cone_violation) worst.max_cone_violation = violation / largest, worst.cone_layer = n;
+    if (balance / largest > worst.max_balance_residual)
+      worst.max_balance_residual = balance / largest, worst.balance_layer = n;
+    if (violation / largest > worst.max_cone_violation)
+      worst.max_cone_violation = violation / largest, worst.cone_layer = n;
   }
   return worst;
 }

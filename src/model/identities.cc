@@ -1,8 +1,8 @@
 #include "model/identities.h"
 
+#include <fmt/format.h>
 #include <algorithm>
 #include <cmath>
-#include <fmt/format.h>
 #include <stdexcept>
 
 namespace granuscope {

@@ -17,7 +17,8 @@ inline constexpr double tan30 = 0.57735026918962576451;
 inline constexpr double sqrt3 = 1.7320508075688772935;
 
 /// The triangular lattice, periodic in x. Lengths in bead diameters, x to the right, z down.
-/// Bead (n, i) has its centre at x = i + (n mod 2)/2; it rests on its lower-left and lower-right neighbours in layer n+1.
+/// Bead (n, i) has its centre at x = i + (n mod 2)/2; it rests on its lower-left and lower-right neighbours in layer
+/// n+1.
 class Lattice {
  public:
   /// Throws InputError unless columns >= 4 and layers >= 1.

@@ -23,9 +23,9 @@ struct Pile {
   std::vector<double> V_R, V_L, H_R, H_L;
   std::vector<double> load;  ///< vertical force on each top bead, shape [columns]
 
-  double mu = 0;            ///< friction coefficient
-  std::string law;          ///< name of the law that drew it ("granusolve", "rejection", ...)
-  std::uint64_t seed = 0;   ///< with `sample` the key of every random number in it
+  double mu = 0;           ///< friction coefficient
+  std::string law;         ///< name of the law that drew it ("granusolve", "rejection", ...)
+  std::uint64_t seed = 0;  ///< with `sample` the key of every random number in it
   std::uint64_t sample = 0;
 };
 

@@ -231,8 +231,9 @@ bool GranusolveSampler::try_draw(int layer, int bead, Attempt attempt) {
   pile_->V_L[here] = out.V_L;
   H_[here] = in.H;
   if (attempt == Attempt::first) ++counts_.uniforms;
-  set_split(layer, bead, pick(interval, attempt == Attempt::first ? first_uniform_[static_cast<std::size_t>(bead)]
-                                                                  : next_uniforms(layer, bead, 1).first));
+  set_split(layer, bead,
+            pick(interval, attempt == Attempt::first ? first_uniform_[static_cast<std::size_t>(bead)]
+                                                     : next_uniforms(layer, bead, 1).first));
   unsolved_[here] = 0;
   return true;
 }
@@ -354,8 +355,8 @@ GranusolveSampler::ArcOutcome GranusolveSampler::mend_by_arc(int layer, int bead
     filter_[0] = intersection(own_[0], first);
     for (int k = 1; k <= last && !filter_[static_cast<std::size_t>(k - 1)].empty(); ++k) {
       const auto here = static_cast<std::size_t>(k);
-      filter_[here] = intersection(own_[here], {filter_[here - 1].low - bands_[here - 1].high,
-                                                filter_[here - 1].high - bands_[here - 1].low});
+      filter_[here] = intersection(
+          own_[here], {filter_[here - 1].low - bands_[here - 1].high, filter_[here - 1].high - bands_[here - 1].low});
       if (k == last) {
         filter_[here] = intersection(filter_[here], end);
         return !filter_[here].empty();
@@ -402,7 +403,8 @@ bool GranusolveSampler::mend_by_ring(int layer, int bead) {
   for (int round = 0; round < 2; ++round) {
     for (int k = 0; k < columns; ++k) {
       const Interval& from = own_[wrap(k)];
-      own_[wrap(k + 1)] = intersection(own_[wrap(k + 1)], {from.low - bands_[wrap(k)].high, from.high - bands_[wrap(k)].low});
+      own_[wrap(k + 1)] =
+          intersection(own_[wrap(k + 1)], {from.low - bands_[wrap(k)].high, from.high - bands_[wrap(k)].low});
     }
     for (int k = columns - 1; k >= 0; --k) {
       const Interval& from = own_[wrap(k + 1)];

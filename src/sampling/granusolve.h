@@ -20,8 +20,9 @@ namespace granuscope {
 ///  1. pair: the split of H in its two parents is redrawn uniformly on what leaves this bead and the already solved
 ///     siblings solvable; then this bead and the siblings draw again.
 ///  2. arc: if that set is empty, the same for the 4, 8, 16, ... parents around the bead, parents outside held. A
-///     filter of intervals runs along the arc in the layer's direction, then back along it each parent is uniform on what
-///     the filter and the parent before it leave. If the arc is infeasible even without the held neighbours, climb.
+///     filter of intervals runs along the arc in the layer's direction, then back along it each parent is uniform on
+///     what the filter and the parent before it leave. If the arc is infeasible even without the held neighbours,
+///     climb.
 ///  3. ring: if the arc would meet itself, all parents of the layer: two rounds of tightening both ways, one parent
 ///     drawn, the others as an arc between its two sides.
 ///  4. climb: the ancestors 2 + (climbs of this bead so far) layers up, and all their solved descendants, are unsolved
@@ -87,18 +88,18 @@ class GranusolveSampler final : public Sampler {
   // State of the pile being drawn; arrays have shape [layers, columns].
   Pile* pile_ = nullptr;
   RandomKey key_{0, 0};
-  std::vector<double> H_;                    ///< total horizontal force entering each bead
-  std::vector<std::uint32_t> attempts_;      ///< attempts after the first, per bead
-  std::vector<std::uint8_t> unsolved_;       ///< set by a climb until the bead is solved again
+  std::vector<double> H_;                ///< total horizontal force entering each bead
+  std::vector<std::uint32_t> attempts_;  ///< attempts after the first, per bead
+  std::vector<std::uint8_t> unsolved_;   ///< set by a climb until the bead is solved again
   std::vector<Rule> rule_;
-  std::vector<RandomKey::Order> order_;      ///< per layer
-  std::vector<std::vector<int>> pending_;    ///< per layer: beads that a climb has unsolved
-  int topmost_pending_ = 0;                  ///< no layer above it has any
+  std::vector<RandomKey::Order> order_;    ///< per layer
+  std::vector<std::vector<int>> pending_;  ///< per layer: beads that a climb has unsolved
+  int topmost_pending_ = 0;                ///< no layer above it has any
   std::unordered_map<std::size_t, int> climbs_;
-  int front_ = 0;                            ///< layer being solved
-  int cursor_ = 0;                           ///< position in its order; beads from there on are not solved yet
-  std::vector<double> first_uniform_;        ///< of the front layer, shape [columns]
-  std::vector<std::uint8_t> drawn_;          ///< front layer: drawn in bulk, and nothing above has changed since
+  int front_ = 0;                      ///< layer being solved
+  int cursor_ = 0;                     ///< position in its order; beads from there on are not solved yet
+  std::vector<double> first_uniform_;  ///< of the front layer, shape [columns]
+  std::vector<std::uint8_t> drawn_;    ///< front layer: drawn in bulk, and nothing above has changed since
   std::uint64_t solutions_ = 0, max_solutions_ = 0;
 
   // Work space of the arcs and the ring, one entry per parent.

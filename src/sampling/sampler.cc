@@ -1,7 +1,7 @@
 #include "sampling/sampler.h"
 
-#include <cmath>
 #include <fmt/format.h>
+#include <cmath>
 
 #include "sampling/frictionless.h"
 #include "sampling/granusolve.h"
@@ -34,20 +34,22 @@ class FrictionlessSampler final : public Sampler {
 /// Guards the contract of draw() once, for every law.
 class CheckedSampler final : public Sampler {
  public:
-  CheckedSampler(std::unique_ptr<Sampler> inner, const Lattice& lattice) : inner_(std::move(inner)), lattice_(lattice) {}
+  CheckedSampler(std::unique_ptr<Sampler> inner, const Lattice& lattice)
+      : inner_(std::move(inner)), lattice_(lattice) {}
   std::optional<SamplingFailure> draw(std::uint64_t sample, std::span<const double> load, Pile& pile) override {
     if (sample >= max_samples) {
-      throw InputError(fmt::format("sample {} is out of range: one seed names {} samples; use another seed", sample,
-                                   max_samples));
+      throw InputError(
+          fmt::format("sample {} is out of range: one seed names {} samples; use another seed", sample, max_samples));
     }
     if (load.size() != static_cast<std::size_t>(lattice_.columns()) || pile.V_R.size() != lattice_.beads()) {
       throw std::logic_error("a sampler was handed a load or a pile of another lattice");
     }
     for (std::size_t i = 0; i < load.size(); ++i) {
       if (!(load[i] > 0) || !std::isfinite(load[i])) {
-        throw InputError(fmt::format("the load {} on top bead {} is not a positive finite number: a bead without load has "
-                                     "no solution beside loaded ones at small friction; load every top bead",
-                                     load[i], i));
+        throw InputError(
+            fmt::format("the load {} on top bead {} is not a positive finite number: a bead without load has "
+                        "no solution beside loaded ones at small friction; load every top bead",
+                        load[i], i));
       }
     }
     auto failure = inner_->draw(sample, load, pile);
@@ -73,7 +75,8 @@ Law law_named(const std::string& name) {
 
 std::unique_ptr<Sampler> make_sampler(const SamplerSpec& spec, const Lattice& lattice) {
   if (!(spec.effort >= 1)) {
-    throw InputError(fmt::format("effort {} is out of range: a pile needs at least one solution per bead", spec.effort));
+    throw InputError(
+        fmt::format("effort {} is out of range: a pile needs at least one solution per bead", spec.effort));
   }
   if (spec.max_tries < 1 || spec.max_tries >= (std::uint64_t{1} << 24)) {
     throw InputError(fmt::format("max_tries {} is out of range: use 1 to 16777215", spec.max_tries));

@@ -15,9 +15,9 @@ enum class LayerOrder {
 
 struct SamplerSpec {
   Law law = Law::granusolve;
-  double mu = 0.1;           ///< friction coefficient, 0 <= mu < sqrt(3)
+  double mu = 0.1;  ///< friction coefficient, 0 <= mu < sqrt(3)
   std::uint64_t seed = 1;
-  double effort = 200;       ///< granusolve: a pile fails by name after this many bead solutions per bead
+  double effort = 200;                  ///< granusolve: a pile fails by name after this many bead solutions per bead
   std::uint64_t max_tries = 1'000'000;  ///< rejection: a pile fails by name after this many tries
   LayerOrder order = LayerOrder::random;
 };

@@ -28,9 +28,7 @@ std::optional<PairDraw> draw_truncated_pair(Interval A, Interval B, Interval D, 
   if (low > high) return std::nullopt;
 
   const double plateau = std::min(A.high - A.low, B.high - B.low);
-  const auto density = [&](double d) {
-    return std::max(0.0, std::min({plateau, d - lowest, highest - d}));
-  };
+  const auto density = [&](double d) { return std::max(0.0, std::min({plateau, d - lowest, highest - d})); };
   // At most three linear pieces inside [low, high].
   const double knot1 = std::clamp(rise_end, low, high), knot2 = std::clamp(fall_start, low, high);
   const double y0 = density(low), y1 = density(knot1), y2 = density(knot2), y3 = density(high);

@@ -171,7 +171,7 @@ void write_ensemble(const std::filesystem::path& file, const EnsembleRecord& rec
 }
 
 EnsembleRecord read_ensemble(const std::filesystem::path& file) {
-  const Hdf5Reader reader(file, "ensemble file");
+  const Hdf5Reader reader(file, "an ensemble file");
   check_format(reader);
   EnsembleRecord record;
   record.configuration = reader.text("/", "configuration");
@@ -181,6 +181,12 @@ EnsembleRecord read_ensemble(const std::filesystem::path& file) {
   for (const auto& [name, counter] : counters) record.counts.*counter = reader.count("/counters", name);
   record.failed = read_failed(reader);
   return record;
+}
+
+std::string read_ensemble_configuration(const std::filesystem::path& file) {
+  const Hdf5Reader reader(file, "ensemble file");
+  check_format(reader);
+  return reader.text("/", "configuration");
 }
 
 }  // namespace granuscope

@@ -45,4 +45,7 @@ void write_ensemble(const std::filesystem::path& file, const EnsembleRecord& rec
 /// Throws InputError for a missing, damaged or foreign file, wrong shapes, or numbers that are not finite.
 EnsembleRecord read_ensemble(const std::filesystem::path& file);
 
+/// The configuration alone, without reading the sums. Throws InputError as read_ensemble does for what it touches.
+std::string read_ensemble_configuration(const std::filesystem::path& file);
+
 }  // namespace granuscope

@@ -1,0 +1,71 @@
+#include "pipeline/ensemble_stage.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <system_error>
+
+#include "storage/ensemble_file.h"
+#include "support/atomic_file.h"
+#include "support/error.h"
+#include "support/number_format.h"
+
+namespace granuscope {
+namespace {
+
+bool holds(const std::filesystem::path& file, const std::string& configuration) {
+  std::error_code ignored;
+  if (!std::filesystem::exists(file, ignored)) return false;
+  try {
+    return read_ensemble_configuration(file) == configuration;
+  } catch (const InputError&) {
+    return false;  // damaged or foreign: drawn again, and replaced only when the new one is whole
+  }
+}
+
+}  // namespace
+
+std::vector<PlannedEnsemble> plan_ensembles(const Experiment& experiment, const std::filesystem::path& run_folder) {
+  std::vector<PlannedEnsemble> planned;
+  for (double mu : experiment.mu) {
+    PlannedEnsemble ensemble;
+    EnsembleSpec& spec = ensemble.spec;
+    spec.sampler = experiment.sampler_for(mu);
+    spec.lattice = experiment.lattice;
+    spec.load = Load::point;
+    spec.overload = experiment.response.overload;
+    spec.blocks = experiment.response.blocks;
+    const std::uint64_t one_group_each = static_cast<std::uint64_t>(spec.blocks) * group_size;
+    spec.samples = mu == 0 ? std::min(experiment.response.samples, one_group_each) : experiment.response.samples;
+    const bool profiles_wanted = experiment.figures.response_profiles && mu == experiment.figures.profile_mu;
+    spec.layers =
+        layers_to_record(experiment.fit, profiles_wanted ? experiment.figures.profile_layers : std::vector<int>{});
+    ensemble.file = std::filesystem::path("ensembles") / fmt::format("mu-{}.h5", exact(mu));
+    ensemble.reusable = holds(run_folder / ensemble.file, configuration_text(spec));
+    planned.push_back(std::move(ensemble));
+  }
+  return planned;
+}
+
+MeasuredEnsemble obtain_ensemble(const Experiment& experiment, const PlannedEnsemble& planned,
+                                 const std::filesystem::path& run_folder, int threads, ProgressStyle progress) {
+  MeasuredEnsemble measured;
+  measured.mu = planned.spec.sampler.mu;
+  measured.law = name_of(planned.spec.sampler.law);
+  measured.estimator = experiment.response.estimator;
+  measured.overload = planned.spec.overload;
+  const std::filesystem::path file = run_folder / planned.file;
+  if (planned.reusable) {
+    measured.record = read_ensemble(file);
+    say(progress, fmt::format("sampling mu = {}: {} piles already there", measured.mu, planned.spec.samples));
+    return measured;
+  }
+  Progress shown(fmt::format("sampling mu = {}", measured.mu), planned.spec.samples, progress);
+  measured.record = run_ensemble(planned.spec, threads, &shown);
+  shown.finish();
+  make_folder(file.parent_path());
+  write_ensemble(file, measured.record);
+  return measured;
+}
+
+}  // namespace granuscope

@@ -1,0 +1,28 @@
+#pragma once
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "analysis/transport.h"
+#include "ensemble/ensemble_runner.h"
+#include "experiment/experiment.h"
+
+namespace granuscope {
+
+/// The ensemble of one friction coefficient: what it is and where it is kept.
+struct PlannedEnsemble {
+  EnsembleSpec spec;
+  std::filesystem::path file;  ///< relative to the run's folder
+  bool reusable = false;       ///< the file is there and holds exactly this ensemble
+};
+
+/// One ensemble for each friction coefficient of the experiment. Without friction every pile is the same, so that one
+/// group of samples for each block is enough. Only the layers that the fits and figures need are recorded.
+std::vector<PlannedEnsemble> plan_ensembles(const Experiment& experiment, const std::filesystem::path& run_folder);
+
+/// Reads the ensemble if it can be reused, otherwise draws it and keeps it: a finished ensemble survives whatever
+/// happens later, and the next run goes on from there.
+MeasuredEnsemble obtain_ensemble(const Experiment& experiment, const PlannedEnsemble& planned,
+                                 const std::filesystem::path& run_folder, int threads, ProgressStyle progress);
+
+}  // namespace granuscope

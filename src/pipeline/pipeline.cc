@@ -1,0 +1,210 @@
+#include "pipeline/pipeline.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <exception>
+
+#include "analysis/analyse.h"
+#include "experiment/experiment_file.h"
+#include "pipeline/ensemble_stage.h"
+#include "pipeline/law_in_words.h"
+#include "pipeline/picture_stage.h"
+#include "plot/gnuplot.h"
+#include "plot/propagation_against_diffusion.h"
+#include "plot/response_profiles.h"
+#include "plot/transport_with_depth.h"
+#include "report/manifest_json.h"
+#include "support/atomic_file.h"
+#include "support/digest.h"
+#include "support/error.h"
+#include "support/interruption.h"
+
+namespace granuscope {
+namespace {
+
+/// One run from its first stage to its last.
+class Run {
+ public:
+  Run(const Experiment& experiment, const RunOptions& options)
+      : experiment_(experiment), options_(options), needed_(stages_needed(options.only)) {}
+
+  RunResult go() {
+    describe();
+    make_folder(options_.folder);
+    write_file(options_.folder / "experiment.toml", data_.resolved_experiment);
+    try {
+      if (needs(Stage::sample)) sample_and_measure();
+      if (needs(Stage::render)) render();
+      if (needs(Stage::plot)) plot();
+      if (needs(Stage::report)) report();
+    } catch (const Interrupted& stop) {
+      keep_manifest({"interrupted", static_cast<int>(stop.exit_code()), stop.what()});
+      throw;
+    } catch (const Error& error) {
+      keep_manifest({"failed", static_cast<int>(error.exit_code()), error.what()});
+      throw;
+    } catch (const std::exception& error) {
+      keep_manifest({"failed", static_cast<int>(ExitCode::environment), error.what()});
+      throw;
+    }
+    write_manifest(data_, options_.folder, {"done", 0, ""});
+    result_.analysis = data_.analysis;
+    for (const Claim& claim : data_.analysis.claims) {
+      if (!claim.expected.empty() && claim.expected != claim.verdict) {
+        result_.unexpected.push_back(fmt::format("{} is \"{}\" where the experiment expects \"{}\": {}", claim.id,
+                                                 claim.verdict, claim.expected, claim.explanation));
+      }
+    }
+    return std::move(result_);
+  }
+
+ private:
+  bool needs(Stage stage) const { return needed_.contains(stage); }
+
+  /// Measures the wall time of a piece of work and adds it to a stage's line in the manifest.
+  template <typename Work>
+  void timed(const std::string& stage, Work work) {
+    throw_if_interrupted();
+    const auto start = std::chrono::steady_clock::now();
+    work();
+    const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
+    for (StageTiming& timing : data_.timings) {
+      if (timing.stage == stage) {
+        timing.seconds += elapsed.count();
+        return;
+      }
+    }
+    data_.timings.push_back({stage, elapsed.count(), false});
+  }
+
+  void describe() {
+    data_.experiment_name = experiment_.name;
+    data_.description = experiment_.description;
+    data_.columns = experiment_.lattice.columns;
+    data_.layers = experiment_.lattice.layers;
+    data_.seed = experiment_.sampling.seed;
+    data_.overload = experiment_.response.overload;
+    data_.resolved_experiment = print_experiment(experiment_);
+    data_.resolved_experiment_key = cache_key(data_.resolved_experiment);
+    data_.law_in_words = law_in_words(experiment_.sampling.law);
+    data_.provenance = collect_provenance();
+    if (!needs(Stage::render) || !experiment_.force_chains.draw) {
+      data_.skipped.emplace_back("No picture was asked for, so no GL context was made.");
+    }
+  }
+
+  void sample_and_measure() {
+    std::vector<MeasuredTransport> measured;
+    for (const PlannedEnsemble& planned : plan_ensembles(experiment_, options_.folder)) {
+      MeasuredEnsemble ensemble;
+      timed(fmt::format("sample mu = {}", planned.spec.sampler.mu), [&] {
+        ensemble = obtain_ensemble(experiment_, planned, options_.folder, options_.threads, options_.progress);
+      });
+      data_.timings.back().reused = planned.reusable;
+      if (planned.spec.samples < experiment_.response.samples) {
+        data_.skipped.push_back(
+            fmt::format("At \u03bc = {} every pile is the same: {} of {} samples were drawn, one group for each block.",
+                        planned.spec.sampler.mu, planned.spec.samples, experiment_.response.samples));
+      }
+      if (planned.reusable) {
+        data_.skipped.push_back(fmt::format("The ensemble at \u03bc = {} was already there and was not drawn again.",
+                                            planned.spec.sampler.mu));
+      }
+      if (!needs(Stage::analyse)) continue;
+      timed("analyse", [&] {
+        measured.push_back(
+            measure_transport(ensemble, experiment_.fit, experiment_.figures.profile_layers, options_.threads));
+      });
+    }
+    if (!needs(Stage::analyse)) return;
+    timed("analyse",
+          [&] { data_.analysis = analyse(std::move(measured), experiment_.fit, experiment_.expected_verdicts); });
+    say(options_.progress, "fitted c, D and the exponents");
+  }
+
+  void render() {
+    if (!experiment_.force_chains.draw) return;
+    timed("render", [&] {
+      PictureOutcome picture = draw_force_chains(experiment_, options_.folder, data_.provenance);
+      data_.figures.push_back(std::move(picture.figure));
+      data_.environment.insert(data_.environment.end(), picture.environment.begin(), picture.environment.end());
+      data_.skipped.insert(data_.skipped.end(), picture.skipped.begin(), picture.skipped.end());
+    });
+    say(options_.progress, "drew the force chains");
+  }
+
+  void plot() {
+    const FigureSpec& figures = experiment_.figures;
+    timed("plot", [&] {
+      if (figures.response_profiles) {
+        data_.figures.push_back(draw_response_profiles(
+            data_.analysis.results, {figures.profile_mu, figures.profile_layers, experiment_.lattice.layers},
+            options_.folder));
+      }
+      if (figures.transport_with_depth) {
+        data_.figures.push_back(
+            draw_transport_with_depth(data_.analysis, TransportWithDepthSpec{figures.profile_mu}, options_.folder));
+      }
+      if (figures.propagation_against_diffusion) {
+        data_.figures.push_back(draw_propagation_against_diffusion(data_.analysis, options_.folder));
+      }
+    });
+    say(options_.progress, "drew the plots");
+  }
+
+  void report() {
+    const PdfPolicy policy = options_.require_pdf     ? PdfPolicy::required
+                             : experiment_.report.pdf ? PdfPolicy::if_possible
+                                                      : PdfPolicy::none;
+    timed("report", [&] { result_.files = write_report(data_, options_.folder, policy); });
+    if (!result_.files.pdf_skipped.empty()) data_.skipped.push_back(result_.files.pdf_skipped);
+    say(options_.progress, "wrote the report");
+  }
+
+  /// The manifest of a run that did not end well. That it cannot be written either must not hide why.
+  void keep_manifest(const RunOutcome& outcome) {
+    try {
+      write_manifest(data_, options_.folder, outcome);
+    } catch (const std::exception&) {
+      say(options_.progress, "manifest.json could not be written either");
+    }
+  }
+
+  const Experiment& experiment_;
+  const RunOptions& options_;
+  std::set<Stage> needed_;
+  ReportData data_;
+  RunResult result_;
+};
+
+}  // namespace
+
+std::vector<PlannedStep> plan_run(const Experiment& experiment, const RunOptions& options) {
+  const std::set<Stage> needed = stages_needed(options.only);
+  std::vector<PlannedStep> steps;
+  if (needed.contains(Stage::sample)) {
+    for (const PlannedEnsemble& planned : plan_ensembles(experiment, options.folder)) {
+      const std::uint64_t beads = planned.spec.samples * Lattice(planned.spec.lattice).beads();
+      steps.push_back({Stage::sample, fmt::format("{} piles at mu = {}", planned.spec.samples, planned.spec.sampler.mu),
+                       planned.reusable, planned.reusable ? 0 : beads});
+    }
+  }
+  if (needed.contains(Stage::analyse)) {
+    steps.push_back({Stage::analyse, fmt::format("fits at {} friction coefficients", experiment.mu.size()), false, 0});
+  }
+  if (needed.contains(Stage::render) && experiment.force_chains.draw) {
+    steps.push_back({Stage::render, "force chains", false,
+                     static_cast<std::uint64_t>(experiment.force_chains.columns) *
+                         static_cast<std::uint64_t>(experiment.force_chains.computed_layers())});
+  }
+  if (needed.contains(Stage::plot)) steps.push_back({Stage::plot, "figures", false, 0});
+  if (needed.contains(Stage::report)) steps.push_back({Stage::report, "report", false, 0});
+  return steps;
+}
+
+RunResult run_experiment(const Experiment& experiment, const RunOptions& options) {
+  return Run(experiment, options).go();
+}
+
+}  // namespace granuscope

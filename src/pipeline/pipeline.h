@@ -1,0 +1,46 @@
+#pragma once
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "analysis/results.h"
+#include "experiment/experiment.h"
+#include "pipeline/stage.h"
+#include "report/report.h"
+#include "support/progress.h"
+
+namespace granuscope {
+
+/// How an experiment is run; nothing here changes a number.
+struct RunOptions {
+  std::filesystem::path folder;  ///< where everything is left; made if it is missing
+  int threads = 0;               ///< 0: as many as the machine has
+  std::vector<Stage> only;       ///< empty: all stages
+  bool require_pdf = false;      ///< a missing PDF is an error rather than a skipped file
+  ProgressStyle progress = ProgressStyle::automatic;
+};
+
+/// One line of a plan.
+struct PlannedStep {
+  Stage stage;
+  std::string what;
+  bool reused = false;
+  std::uint64_t beads = 0;  ///< beads to be drawn
+};
+
+/// What run_experiment would do, in order; draws nothing and writes nothing.
+std::vector<PlannedStep> plan_run(const Experiment& experiment, const RunOptions& options);
+
+/// What a run leaves behind.
+struct RunResult {
+  Analysis analysis;                    ///< empty unless the stage analyse was needed
+  ReportFiles files;                    ///< empty unless the stage report was needed
+  std::vector<std::string> unexpected;  ///< claims whose verdict is not the expected one, as sentences
+};
+
+/// Runs the stages in order, reusing finished ensembles, and leaves in the folder what the README lists. manifest.json
+/// is written in any case, also when a stage fails or the run is interrupted; the error then goes on to the caller.
+RunResult run_experiment(const Experiment& experiment, const RunOptions& options);
+
+}  // namespace granuscope

@@ -1,0 +1,24 @@
+#pragma once
+#include <set>
+#include <string>
+#include <vector>
+
+namespace granuscope {
+
+/// The stages of a run and what each needs: sample <- analyse <- plot <- report, render <- report.
+enum class Stage {
+  sample,   ///< ensembles/*.h5
+  analyse,  ///< fits, slopes, exponents, claims (kept in memory)
+  render,   ///< piles/*.h5 and figures/force-chains.png
+  plot,     ///< figures/*.svg, *.pdf with scripts and data
+  report,   ///< summary.json, claims.xml, summary.md, report.html, report.pdf
+};
+
+std::string name_of(Stage stage);
+/// Throws InputError naming the stages.
+Stage stage_named(const std::string& name);
+
+/// The stages asked for with all that they need; everything if none is asked for.
+std::set<Stage> stages_needed(const std::vector<Stage>& asked_for);
+
+}  // namespace granuscope
