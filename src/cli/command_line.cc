@@ -48,6 +48,7 @@ ExitCode parse_and_act(int argc, const char* const* argv, std::ostream& out, std
   app.set_version_flag("--version", [] { return provenance_line(collect_provenance()); });
   VerbContext context{out, err, {}};
   add_sample_verb(app, context);
+  add_render_verb(app, context);
   add_audit_verb(app, context);
   add_doctor_verb(app, context);
   add_reference_verb(app, context);

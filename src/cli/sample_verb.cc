@@ -26,6 +26,10 @@ struct SampleOptions {
   std::uint64_t sample = 0;
 };
 
+// CLI11's own would answer with the largest double, written out.
+const CLI::Validator not_negative([](const std::string& text) { return text[0] == '-' ? text + " is negative" : ""; },
+                                  "", "");
+
 void store_sample(const SampleOptions& options, VerbContext& context) {
   const Lattice lattice(options.spec.lattice);
   Pile pile(lattice);
@@ -80,24 +84,22 @@ void add_sample_verb(CLI::App& app, VerbContext& context) {
       ->capture_default_str();
   verb->add_option("--samples", spec.samples, "how many piles --statistics draws; 64 or more give standard errors")
       ->capture_default_str()
-      ->check(CLI::NonNegativeNumber);
+      ->check(not_negative);
   verb->add_option("--seed", spec.sampler.seed, "with the sample's number the key of every random number")
       ->capture_default_str()
-      ->check(CLI::NonNegativeNumber);
+      ->check(not_negative);
   verb->add_option("--effort", spec.sampler.effort, "granusolve: a pile fails after so many bead solutions per bead")
       ->capture_default_str();
   verb->add_option("--max-tries", spec.sampler.max_tries, "rejection: a pile fails after so many tries")
       ->capture_default_str()
-      ->check(CLI::NonNegativeNumber);
+      ->check(not_negative);
   verb->add_option("--threads", options->threads, "threads, 0 for all; never changes a number")
       ->capture_default_str()
       ->check(CLI::Range(0, 4096));
   verb->add_flag("--statistics", options->statistics,
                  "print one JSON object on standard output and nothing else there");
   verb->add_option("--out", options->file, "store one pile in this file (HDF5)");
-  verb->add_option("--sample", options->sample, "which pile --out stores")
-      ->capture_default_str()
-      ->check(CLI::NonNegativeNumber);
+  verb->add_option("--sample", options->sample, "which pile --out stores")->capture_default_str()->check(not_negative);
   verb->callback([options, &context] { context.action = [options, &context] { return sample(*options, context); }; });
 }
 

@@ -18,9 +18,9 @@ struct VerbContext {
 };
 
 /// Each adds one verb with its flags to the command line; if the user chose it, it sets context.action.
-
+void add_run_verb(CLI::App& app, VerbContext& context);
 void add_sample_verb(CLI::App& app, VerbContext& context);
-
+void add_render_verb(CLI::App& app, VerbContext& context);
 void add_audit_verb(CLI::App& app, VerbContext& context);
 void add_doctor_verb(CLI::App& app, VerbContext& context);
 void add_reference_verb(CLI::App& app, VerbContext& context);  ///< hidden: the key table of README

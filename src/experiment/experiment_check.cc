@@ -12,6 +12,8 @@
 #include "analysis/claims.h"
 #include "ensemble/ensemble_runner.h"
 #include "experiment/nearest_name.h"
+#include "render/colour_scale.h"
+#include "render/layout.h"
 #include "support/error.h"
 
 namespace granuscope {
@@ -276,20 +278,22 @@ Problem find_scene_problem(const Experiment& e) {
   if (chains.sample > static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max())) {
     return problem("scenes.force_chains.sample", "{} does not fit into a TOML number; give less", chains.sample);
   }
-  if (chains.scene.width_px < 200 || chains.scene.width_px > 32768) {
-    return problem("scenes.force_chains.width_px",
-                   "{} pixels: narrower than 200 the legend does not fit, wider than "
-                   "32768 hardly any program opens the picture; give 200 to 32768",
-                   chains.scene.width_px);
-  }
-  if (!(std::isfinite(chains.scene.dpi) && chains.scene.dpi >= 30 && chains.scene.dpi <= 2400)) {
-    return problem("scenes.force_chains.dpi", "{} pixels per inch cannot carry readable text; give 30 to 2400",
-                   chains.scene.dpi);
-  }
   const std::array<const char*, 3> backends{"auto", "osmesa", "egl"};
   if (std::find(backends.begin(), backends.end(), chains.scene.backend) == backends.end()) {
     return problem("scenes.force_chains.backend", "\"{}\" is no way to reach OpenGL; write one of {}",
                    chains.scene.backend, fmt::join(backends, ", "));
+  }
+  // What the picture itself refuses, hours before it would be drawn.
+  try {
+    const ColourScale scale(Palette::builtin(), chains.scene.colour_map);
+  } catch (const InputError& error) {
+    return problem("scenes.force_chains.colour_map", "{}", error.what());
+  }
+  try {
+    const double half = 0.5 * chains.columns;
+    plot_size(chains.scene, {-half, half, 0, Lattice::depth(chains.layers - 1) + 0.5});
+  } catch (const InputError& error) {
+    return problem("scenes.force_chains.width_px", "{}", error.what());
   }
   return {};
 }

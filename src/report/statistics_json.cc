@@ -50,14 +50,17 @@ std::string sample_statistics_json(const SampleStatistics& statistics) {
   return json.dump(2) + "\n";
 }
 
-std::string render_statistics_json(const SceneCounts& counts, const RenderTimes& times) {
+std::string render_statistics_json(const SceneStatistics& statistics) {
+  const SceneCounts& counts = statistics.counts;
+  const SceneStatistics::Seconds& seconds = statistics.seconds;
   const ordered_json json{
       {"drawn", counts.drawn},
       {"outside", counts.outside},
       {"too_faint", counts.too_faint},
       {"aggregated", counts.aggregated},
       {"pixels", counts.pixels},
-      {"seconds", {{"read", times.read}, {"build", times.build}, {"draw", times.draw}, {"encode", times.encode}}}};
+      {"seconds",
+       {{"read", seconds.read}, {"build", seconds.build}, {"draw", seconds.draw}, {"encode", seconds.encode}}}};
   return json.dump(2) + "\n";
 }
 

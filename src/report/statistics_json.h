@@ -5,7 +5,7 @@
 
 #include "analysis/estimate.h"
 #include "model/audit.h"
-#include "render/scene.h"
+#include "render/draw.h"
 #include "storage/ensemble_file.h"
 
 namespace granuscope {
@@ -29,13 +29,8 @@ struct SampleStatistics {
   AuditResult audit;  ///< worst over the audited piles
 };
 
-/// Wall time of the steps of one picture, in seconds.
-struct RenderTimes {
-  double read = 0, build = 0, draw = 0, encode = 0;
-};
-
 /// One JSON object with a final newline. Unknown numbers are null beside a "reason".
 std::string sample_statistics_json(const SampleStatistics& statistics);
-std::string render_statistics_json(const SceneCounts& counts, const RenderTimes& times);
+std::string render_statistics_json(const SceneStatistics& statistics);
 
 }  // namespace granuscope

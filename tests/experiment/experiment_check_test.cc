@@ -155,7 +155,8 @@ TEST_CASE("Ranges of mu must ascend") {
 TEST_CASE("Pictures that nobody could open or read are refused, unless none is drawn") {
   CHECK_THAT(problem_after([](Experiment& e) { e.force_chains.scene.width_px = 10; }), Contains("width_px: "));
   CHECK_THAT(problem_after([](Experiment& e) { e.force_chains.scene.width_px = 100'000; }), Contains("width_px: "));
-  CHECK_THAT(problem_after([](Experiment& e) { e.force_chains.scene.dpi = not_a_number; }), Contains("dpi: "));
+  CHECK_THAT(problem_after([](Experiment& e) { e.force_chains.scene.dpi = not_a_number; }), Contains("dpi"));
+  CHECK_THAT(problem_after([](Experiment& e) { e.force_chains.scene.colour_map = "jet"; }), Contains("colour_map: "));
   CHECK_THAT(problem_after([](Experiment& e) { e.force_chains.scene.backend = "glx"; }), Contains("backend: "));
   CHECK(problem_after([](Experiment& e) {
           e.force_chains.draw = false;

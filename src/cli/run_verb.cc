@@ -1,0 +1,109 @@
+#include <fmt/core.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "cli/memory_check.h"
+#include "cli/verbs.h"
+#include "experiment/experiment_check.h"
+#include "experiment/experiment_file.h"
+#include "pipeline/pipeline.h"
+#include "support/progress.h"
+
+namespace granuscope {
+namespace {
+
+// For the estimate of --dry-run only: a bead of the default law takes 10 to 70 ns, the more the larger mu is.
+constexpr double seconds_per_bead = 30e-9;
+
+struct RunVerbOptions {
+  std::string config;
+  std::string folder;
+  std::vector<std::string> only;
+  int threads = 0;
+  bool dry_run = false;
+  bool print_config = false;
+  bool require_pdf = false;
+  bool gate = false;
+};
+
+unsigned workers(int threads) {
+  return threads > 0 ? static_cast<unsigned>(threads) : std::max(1u, std::thread::hardware_concurrency());
+}
+
+void print_plan(const std::vector<PlannedStep>& plan, int threads, std::ostream& out) {
+  std::uint64_t beads = 0;
+  for (const PlannedStep& step : plan) {
+    beads += step.reused ? 0 : step.beads;
+    out << fmt::format("{:<8} {}{}\n", name_of(step.stage), step.what, step.reused ? " (there already)" : "");
+  }
+  out << fmt::format("beads to draw: {:.3g}, roughly {} on {} threads\n", static_cast<double>(beads),
+                     describe_duration(static_cast<double>(beads) * seconds_per_bead / workers(threads)),
+                     workers(threads));
+}
+
+void tell_files(const ReportFiles& files, std::ostream& err) {
+  for (const auto& file : {files.html, files.summary}) {
+    if (!file.empty()) err << fmt::format("wrote {}\n", file.string());
+  }
+  if (files.pdf) err << fmt::format("wrote {}\n", files.pdf->string());
+  if (!files.pdf_skipped.empty()) err << fmt::format("report.pdf is left out: {}\n", files.pdf_skipped);
+}
+
+ExitCode run(const RunVerbOptions& given, VerbContext& context) {
+  const Experiment experiment = read_experiment(given.config);
+  RunOptions options;
+  options.folder = given.folder.empty() ? std::filesystem::path("out") / std::filesystem::path(given.config).stem()
+                                        : std::filesystem::path(given.folder);
+  options.threads = given.threads;
+  options.require_pdf = given.require_pdf;
+  for (const std::string& stage : given.only) options.only.push_back(stage_named(stage));
+  if (given.require_pdf && !experiment.report.pdf) {
+    throw InputError(fmt::format("{}: report.pdf = false contradicts --require-pdf; drop one of them", given.config));
+  }
+  if (given.print_config) {
+    context.out << print_experiment(experiment);
+    return ExitCode::done;
+  }
+  if (given.dry_run) {
+    print_plan(plan_run(experiment, options), options.threads, context.out);
+    return ExitCode::done;
+  }
+  require_memory(estimate_memory(experiment) +
+                 bytes_per_bead * experiment.lattice.columns * experiment.lattice.layers * workers(options.threads));
+
+  const RunResult result = run_experiment(experiment, options);
+  tell_files(result.files, context.err);
+  if (!given.gate) return ExitCode::done;
+  for (const std::string& sentence : result.unexpected) context.err << fmt::format("granuscope: {}\n", sentence);
+  return result.unexpected.empty() ? ExitCode::done : ExitCode::verdict_differs;
+}
+
+}  // namespace
+
+void add_run_verb(CLI::App& app, VerbContext& context) {
+  CLI::App* verb = app.add_subcommand("run", "Run an experiment: sample, analyse, draw and write the report");
+  const auto options = std::make_shared<RunVerbOptions>();
+  verb->add_option("CONFIG", options->config, "experiment file (TOML), for example examples/quick.toml")->required();
+  verb->add_option("--out", options->folder, "folder of the results (default: out/ and the name of CONFIG)");
+  verb->add_option("--only", options->only,
+                   "only this stage and what it needs: sample, analyse, render, plot or report; may be repeated")
+      ->expected(1)
+      ->take_all();
+  verb->add_option("--threads", options->threads, "threads, 0 for all; never changes a number")
+      ->capture_default_str()
+      ->check(CLI::Range(0, 4096));
+  verb->add_flag("--dry-run", options->dry_run, "print what would be done and its cost; do nothing");
+  verb->add_flag("--print-config", options->print_config,
+                 "print the experiment with every default resolved; do nothing");
+  verb->add_flag("--require-pdf", options->require_pdf, "fail (status 3) if report.pdf cannot be written");
+  verb->add_flag("--gate", options->gate, "end with status 1 if a claim's verdict is not the one in [gate.expect]");
+  verb->callback([options, &context] { context.action = [options, &context] { return run(*options, context); }; });
+}
+
+}  // namespace granuscope
