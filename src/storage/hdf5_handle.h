@@ -29,6 +29,8 @@ class Hdf5Handle {
 
   Hdf5Id get() const { return id_; }
   bool valid() const { return id_ >= 0; }
+  /// Gives the identifier up, for a close whose status matters.
+  Hdf5Id release() { return std::exchange(id_, -1); }
 
  private:
   Hdf5Id id_;

@@ -25,13 +25,6 @@ constexpr int max_rank = 3;
 
 constexpr const char* make_again = "Make the file again or name another one.";
 
-Hdf5Handle open_file(const std::filesystem::path& source) {
-  const Hdf5Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
-  // Files appear whole, by rename, so there is nothing to lock out; and some network folders know no locks.
-  H5Pset_file_locking(access.get(), false, true);
-  return {H5Fopen(source.c_str(), H5F_ACC_RDONLY, access.get()), H5Fclose};
-}
-
 std::string position(std::size_t index, const Shape& shape) {
   Shape subscripts(shape.size());
   for (std::size_t axis = shape.size(); axis-- > 0;) {
@@ -64,7 +57,7 @@ Hdf5Reader::Hdf5Reader(std::filesystem::path source, std::string kind)
   struct stat status = {};
   if (::stat(source_.c_str(), &status) != 0) fail(system_reason(errno));
   if (S_ISDIR(status.st_mode)) fail(system_reason(EISDIR));
-  if (!S_ISREG(status.st_mode)) fail(fmt::format("it is not an ordinary file. Name a {}.", kind_));
+  if (!S_ISREG(status.st_mode)) fail(fmt::format("it is not an ordinary file. Name {}.", kind_));
   if (status.st_size == 0) fail(fmt::format("it is empty. {}", make_again));
   file_bytes_ = static_cast<std::uint64_t>(status.st_size);
   if (FILE* readable = std::fopen(source_.c_str(), "re")) {
@@ -73,13 +66,16 @@ Hdf5Reader::Hdf5Reader(std::filesystem::path source, std::string kind)
     fail(system_reason(errno));
   }
 
-  if (H5Fis_hdf5(source_.c_str()) <= 0) fail(fmt::format("it is not an HDF5 file. Name a {}.", kind_));
-  file_ = open_file(source_);
+  if (H5Fis_hdf5(source_.c_str()) <= 0) fail(fmt::format("it is not an HDF5 file. Name {}.", kind_));
+  const Hdf5Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+  // Files appear whole, by rename, so there is nothing to lock out; and some network folders know no locks.
+  H5Pset_file_locking(access.get(), false, true);
+  file_ = {H5Fopen(source_.c_str(), H5F_ACC_RDONLY, access.get()), H5Fclose};
   if (!file_.valid()) fail_with_library_reason("it is damaged or cut short");
 }
 
 void Hdf5Reader::fail(const std::string& reason) const {
-  throw InputError(fmt::format("cannot read '{}' as a {}: {}", source_.string(), kind_, reason));
+  throw InputError(fmt::format("cannot read '{}' as {}: {}", source_.string(), kind_, reason));
 }
 
 void Hdf5Reader::fail_with_library_reason(const std::string& what) const {
@@ -103,7 +99,9 @@ bool Hdf5Reader::has_dataset(const std::string& path) const {
 }
 
 bool Hdf5Reader::has_attribute(const std::string& path, const std::string& name) const {
-  return H5Aexists_by_name(file_.get(), path.c_str(), name.c_str(), H5P_DEFAULT) > 0;
+  const htri_t found = H5Aexists_by_name(file_.get(), path.c_str(), name.c_str(), H5P_DEFAULT);
+  if (found < 0) fail_with_library_reason(fmt::format("its attributes of '{}' are damaged", path));
+  return found > 0;
 }
 
 std::vector<std::string> Hdf5Reader::groups() const {
@@ -124,8 +122,7 @@ std::vector<std::string> Hdf5Reader::groups() const {
 
 Shape Hdf5Reader::shape(const std::string& dataset) const {
   if (!has_dataset(dataset)) {
-    fail(fmt::format("it has no dataset '{}', so another program wrote it or it is damaged. Name a {}.", dataset,
-                     kind_));
+    fail(fmt::format("it has no dataset '{}', so another program wrote it or it is damaged. Name {}.", dataset, kind_));
   }
   const Hdf5Handle opened(H5Dopen2(file_.get(), dataset.c_str(), H5P_DEFAULT), H5Dclose);
   if (!opened.valid()) fail_with_library_reason(fmt::format("its dataset '{}' is damaged", dataset));
@@ -251,7 +248,7 @@ std::vector<std::string> Hdf5Reader::texts(const std::string& dataset, const Sha
 
 Hdf5Handle Hdf5Reader::open_attribute(const std::string& path, const std::string& name) const {
   if (!has_attribute(path, name)) {
-    fail(fmt::format("'{}' has no attribute '{}', so another program wrote the file or it is damaged. Name a {}.", path,
+    fail(fmt::format("'{}' has no attribute '{}', so another program wrote the file or it is damaged. Name {}.", path,
                      name, kind_));
   }
   Hdf5Handle attribute(H5Aopen_by_name(file_.get(), path.c_str(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);

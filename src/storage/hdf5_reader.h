@@ -19,7 +19,7 @@ std::string describe_shape(const Shape& shape);
 /// Paths are absolute inside the file. Holds the Hdf5Session while it lives.
 class Hdf5Reader {
  public:
-  /// `kind` is what the file should be ("pile file"), for messages.
+  /// `kind` is what the file should be, with its article ("a pile file"), for messages.
   Hdf5Reader(std::filesystem::path source, std::string kind);
 
   bool has_dataset(const std::string& path) const;

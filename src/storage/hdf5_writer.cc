@@ -4,7 +4,7 @@
 #include <hdf5.h>
 
 #include <algorithm>
-#include <limits>
+#include <cstdlib>
 #include <stdexcept>
 #include <utility>
 
@@ -16,6 +16,8 @@ namespace {
 
 /// Room for the metadata when memory is taken for the file.
 constexpr std::size_t metadata_bytes = std::size_t{1} << 16;
+/// Length of the first block of every file (format specification, superblock version 2).
+constexpr std::size_t superblock_bytes = 48;
 
 /// Creation lists without times: the same content must give the same bytes whenever it is written. Attributes stay in
 /// the object's header, which is covered by a checksum; from 9 on the library would move them to a heap, which is not.
@@ -28,16 +30,43 @@ Hdf5Handle creation_list(Hdf5Id list_class) {
   return list;
 }
 
-/// In memory only, in the format of HDF5 1.8: read by everything since 2008, with checksums on all metadata.
-Hdf5Handle create_file(std::size_t data_bytes) {
-  const Hdf5Handle creation = creation_list(H5P_FILE_CREATE);
-  const Hdf5Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
-  if (H5Pset_fapl_core(access.get(), data_bytes + metadata_bytes, false) < 0 ||
-      H5Pset_libver_bounds(access.get(), H5F_LIBVER_V18, H5F_LIBVER_V18) < 0) {
-    return {-1, H5Fclose};
+// The library's in-memory driver asks these for memory and gives it back when the file is closed: the file is complete
+// only then. (H5Fget_file_image, which can be called earlier, spoils the checksum of this format's first block.)
+void* resize(void* bytes, std::size_t size, H5FD_file_image_op_t /*reason*/, void* image) {
+  void* resized = std::realloc(bytes, size);
+  if (resized != nullptr) {
+    static_cast<Hdf5Writer::Image*>(image)->bytes = resized;
+    static_cast<Hdf5Writer::Image*>(image)->capacity = size;
   }
-  // The name is never used: there is no such file.
-  return {H5Fcreate("in memory", H5F_ACC_TRUNC, creation.get(), access.get()), H5Fclose};
+  return resized;
+}
+
+herr_t keep(void* /*bytes*/, H5FD_file_image_op_t /*reason*/, void* /*image*/) { return 0; }
+
+void* same(void* image) { return image; }
+
+herr_t leave(void* /*image*/) { return 0; }
+
+/// An access list for a file in `image`, in the format of HDF5 1.8: read by everything since 2008, with checksums on
+/// all metadata.
+Hdf5Handle in_memory_access(std::size_t data_bytes, Hdf5Writer::Image* image) {
+  Hdf5Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+  H5FD_file_image_callbacks_t callbacks = {nullptr, nullptr, resize, keep, same, leave, image};
+  if (H5Pset_fapl_core(access.get(), data_bytes + metadata_bytes, false) < 0 ||
+      H5Pset_file_image_callbacks(access.get(), &callbacks) < 0 ||
+      H5Pset_libver_bounds(access.get(), H5F_LIBVER_V18, H5F_LIBVER_V18) < 0) {
+    return {-1, H5Pclose};
+  }
+  return access;
+}
+
+/// The end of the file as its first block tells it (superblock version 2 of the format specification): the memory
+/// reaches further.
+std::uint64_t end_of_file(const unsigned char* bytes) {
+  constexpr int end_of_file_address = 28;
+  std::uint64_t end = 0;
+  for (int i = 7; i >= 0; --i) end = end << 8 | bytes[end_of_file_address + i];
+  return end;
 }
 
 /// Fixed-length UTF-8, zero-padded. The library knows no length 0.
@@ -52,8 +81,14 @@ Hdf5Handle text_type(std::size_t length) {
 
 }  // namespace
 
+Hdf5Writer::Image::~Image() { std::free(bytes); }
+
 Hdf5Writer::Hdf5Writer(std::filesystem::path target, std::size_t data_bytes)
-    : target_(std::move(target)), file_(create_file(data_bytes)) {
+    : target_(std::move(target)), image_(std::make_unique<Image>()), file_(-1, H5Fclose) {
+  const Hdf5Handle creation = creation_list(H5P_FILE_CREATE);
+  const Hdf5Handle access = in_memory_access(data_bytes, image_.get());
+  // The name is never used: there is no such file.
+  file_ = {H5Fcreate("in memory", H5F_ACC_TRUNC, creation.get(), access.get()), H5Fclose};
   check(file_.get());
 }
 
@@ -141,12 +176,16 @@ void Hdf5Writer::attribute(const std::string& path, const std::string& name, std
 }
 
 void Hdf5Writer::commit() {
-  check(H5Fflush(file_.get(), H5F_SCOPE_GLOBAL));
-  const ssize_t size = H5Fget_file_image(file_.get(), nullptr, 0);
-  check(size);
-  std::string image(static_cast<std::size_t>(size), '\0');
-  check(H5Fget_file_image(file_.get(), image.data(), image.size()));
-  write_file(target_, image);
+  if (const herr_t status = H5Fclose(file_.release()); status < 0) {
+    image_->bytes = nullptr;  // the library may still hold it and try again when the program ends
+    check(status);
+  }
+  const std::uint64_t size =
+      image_->capacity < superblock_bytes ? 0 : end_of_file(static_cast<const unsigned char*>(image_->bytes));
+  if (size < superblock_bytes || size > image_->capacity) {
+    throw std::logic_error("HDF5 composed a file without an end");
+  }
+  write_file(target_, {static_cast<const char*>(image_->bytes), static_cast<std::size_t>(size)});
 }
 
 }  // namespace granuscope

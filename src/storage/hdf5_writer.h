@@ -2,6 +2,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
@@ -39,6 +40,16 @@ class Hdf5Writer {
   /// Writes the file, whole or not at all. The last call.
   void commit();
 
+  /// The memory that HDF5 composes the file in.
+  struct Image {
+    Image() = default;
+    Image(const Image&) = delete;
+    Image& operator=(const Image&) = delete;
+    ~Image();
+    void* bytes = nullptr;
+    std::size_t capacity = 0;
+  };
+
  private:
   void array(const std::string& path, const std::vector<std::uint64_t>& shape, Hdf5Id stored, Hdf5Id in_memory,
              const void* values, std::size_t count);
@@ -47,6 +58,7 @@ class Hdf5Writer {
 
   std::filesystem::path target_;
   Hdf5Session session_;
+  std::unique_ptr<Image> image_;  // before file_, which writes to it until it is closed
   Hdf5Handle file_;
 };
 

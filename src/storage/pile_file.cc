@@ -65,7 +65,7 @@ void write_pile(const std::filesystem::path& file, const Pile& pile) {
 }
 
 Pile read_pile(const std::filesystem::path& file) {
-  const Hdf5Reader reader(file, "pile file");
+  const Hdf5Reader reader(file, "a pile file");
   check_format(reader);
   const LatticeSpec spec = read_lattice(reader);
   const auto layers = static_cast<std::uint64_t>(spec.layers);

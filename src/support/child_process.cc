@@ -5,8 +5,8 @@
 #include <poll.h>
 #include <signal.h>  // NOLINT(modernize-deprecated-headers): kill and sigset_t are POSIX, not in <csignal>
 #include <spawn.h>
-#include <sys/pidfd.h>
 #include <sys/stat.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -130,7 +130,7 @@ std::vector<char*> pointers_to(std::vector<std::string>& words) {
 /// A running child, the leader of its own process group. Never outlives this object.
 class Child {
  public:
-  explicit Child(pid_t pid) : pid_(pid), descriptor_(::pidfd_open(pid, 0)) {}
+  explicit Child(pid_t pid) : pid_(pid), descriptor_(static_cast<int>(::syscall(SYS_pidfd_open, pid, 0))) {}
   Child(const Child&) = delete;
   Child& operator=(const Child&) = delete;
   ~Child() {

@@ -1,0 +1,193 @@
+#include "support/atomic_file.h"
+
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <catch2/catch.hpp>
+#include <fstream>
+#include <thread>
+
+#include "support/error.h"
+#include "support/file_size_limit.h"
+#include "support/temporary_folder.h"
+
+using namespace granuscope;
+using Catch::Matchers::Contains;
+using Catch::Matchers::Message;
+using granuscope::test::FileSizeLimit;
+using granuscope::test::TemporaryFolder;
+namespace fs = std::filesystem;
+
+namespace {
+
+/// The message of the EnvironmentError that `action` throws.
+template <class Action>
+std::string failure_of(const Action& action) {
+  try {
+    action();
+  } catch (const EnvironmentError& error) {
+    CHECK(error.exit_code() == ExitCode::environment);
+    return error.what();
+  }
+  FAIL("no EnvironmentError was thrown");
+  return "";
+}
+
+}  // namespace
+
+TEST_CASE("write_file writes all bytes and leaves nothing beside them") {
+  const TemporaryFolder folder;
+  const std::string bytes = std::string("zero \0 byte, ", 13) + std::string(3'000'000, 'x');
+  write_file(folder / "result.txt", bytes);
+  CHECK(read_file(folder / "result.txt") == bytes);
+  CHECK(folder.contents() == std::vector<std::string>{"result.txt"});
+
+  write_file(folder / "result.txt", "");
+  CHECK(read_file(folder / "result.txt").empty());
+  CHECK(folder.contents() == std::vector<std::string>{"result.txt"});
+}
+
+TEST_CASE("a file that is never committed does not appear and leaves the old one as it was") {
+  const TemporaryFolder folder;
+  write_file(folder / "old.txt", "old");
+  {
+    const AtomicFile file(folder / "old.txt");
+    CHECK(file.temporary_path().parent_path() == folder.path());
+    CHECK(file.temporary_path().filename().string().front() == '.');
+    CHECK(file.temporary_path().extension() == ".txt");
+    std::ofstream(file.temporary_path()) << "half of the new";
+    CHECK(read_file(folder / "old.txt") == "old");
+  }
+  CHECK(read_file(folder / "old.txt") == "old");
+  CHECK(folder.contents() == std::vector<std::string>{"old.txt"});
+}
+
+TEST_CASE("a library may write the temporary file by name") {
+  const TemporaryFolder folder;
+  AtomicFile file(folder / "new.txt");
+  std::ofstream(file.temporary_path()) << "new";
+  CHECK_FALSE(fs::exists(folder / "new.txt"));
+  file.commit();
+  CHECK(read_file(folder / "new.txt") == "new");
+  CHECK(folder.contents() == std::vector<std::string>{"new.txt"});
+}
+
+TEST_CASE("a temporary file that vanished is an error, not a lost result") {
+  const TemporaryFolder folder;
+  write_file(folder / "old.txt", "old");
+  AtomicFile file(folder / "old.txt");
+  fs::remove(file.temporary_path());
+  CHECK_THAT(failure_of([&] { file.commit(); }), Contains("old.txt") && Contains("No such file"));
+  CHECK(read_file(folder / "old.txt") == "old");
+}
+
+TEST_CASE("a full disk keeps the old file and says so") {
+  const TemporaryFolder folder;
+  const std::string target = folder / "result.txt";
+  write_file(target, "old");
+  {
+    const FileSizeLimit limit(100'000);  // the first write is short, the second fails
+    CHECK_THAT(failure_of([&] { write_file(target, std::string(1'000'000, 'x')); }),
+               Contains(target) && Contains("File too large") && Contains("limit on file sizes"));
+  }
+  CHECK(read_file(target) == "old");
+  CHECK(folder.contents() == std::vector<std::string>{"result.txt"});
+}
+
+TEST_CASE("errors name the target, the reason and the way out") {
+  const TemporaryFolder folder;
+  SECTION("no such folder") {
+    const std::string target = folder / "missing/result.txt";
+    CHECK_THAT(failure_of([&] { write_file(target, "x"); }),
+               Contains(target) && Contains("No such file or directory") && Contains("folder exists"));
+    CHECK(folder.contents().empty());
+  }
+  SECTION("a file where a folder is needed") {
+    write_file(folder / "file", "x");
+    CHECK_THAT(failure_of([&] { write_file(folder / "file/result.txt", "x"); }), Contains("Not a directory"));
+  }
+  SECTION("the target is a folder") {
+    make_folder(folder / "result");
+    CHECK_THAT(failure_of([&] { write_file(folder / "result", "x"); }),
+               Contains("Is a directory") && Contains("name a file"));
+    CHECK_THAT(failure_of([&] { write_file(folder.path().string() + "/", "x"); }), Contains("Is a directory"));
+    CHECK(folder.contents() == std::vector<std::string>{"result"});
+  }
+  SECTION("the target is a device") {
+    CHECK_THAT(failure_of([] { write_file("/dev/full", "x"); }), Contains("/dev/full") && Contains("ordinary file"));
+    CHECK(fs::is_character_file("/dev/full"));
+  }
+  SECTION("no name at all") {
+    CHECK_THAT(failure_of([] { write_file("", "x"); }), Contains("without a name"));
+  }
+  SECTION("a name too long") {
+    CHECK_THAT(failure_of([&] { write_file(folder / std::string(300, 'n'), "x"); }), Contains("too long"));
+    CHECK(folder.contents().empty());
+  }
+  SECTION("no permission") {
+    if (::geteuid() == 0) return;  // root may write anywhere
+    fs::permissions(folder.path(), fs::perms::owner_read | fs::perms::owner_exec);
+    CHECK_THAT(failure_of([&] { write_file(folder / "result.txt", "x"); }),
+               Contains("Permission denied") && Contains("permissions"));
+  }
+}
+
+TEST_CASE("the longest name the system allows still works") {
+  const TemporaryFolder folder;
+  const std::string name(255, 'n');
+  write_file(folder / name, "x");
+  CHECK(folder.contents() == std::vector<std::string>{name});
+}
+
+TEST_CASE("a link keeps pointing to the file it points to") {
+  const TemporaryFolder folder;
+  make_folder(folder / "real");
+  write_file(folder / "real/result.txt", "old");
+  fs::create_symlink("real/result.txt", folder / "latest.txt");
+  write_file(folder / "latest.txt", "new");
+  CHECK(fs::is_symlink(folder / "latest.txt"));
+  CHECK(read_file(folder / "real/result.txt") == "new");
+}
+
+TEST_CASE("writers of the same file at the same time leave one whole version") {
+  const TemporaryFolder folder;
+  const auto write_often = [&folder](char letter) {
+    for (int i = 0; i < 20; ++i) write_file(folder / "result.txt", std::string(10'000, letter));
+  };
+  std::thread first(write_often, 'a'), second(write_often, 'b');
+  first.join();
+  second.join();
+  const std::string bytes = read_file(folder / "result.txt");
+  CHECK(bytes == std::string(10'000, bytes.front()));
+  CHECK(folder.contents() == std::vector<std::string>{"result.txt"});
+}
+
+TEST_CASE("new files get the permissions the user asked for, not those of a private temporary") {
+  const TemporaryFolder folder;
+  const mode_t before = ::umask(022);
+  write_file(folder / "result.txt", "x");
+  ::umask(before);
+  CHECK((fs::status(folder / "result.txt").permissions() & fs::perms::all) ==
+        (fs::perms::owner_read | fs::perms::owner_write | fs::perms::group_read | fs::perms::others_read));
+}
+
+TEST_CASE("read_file says why it cannot") {
+  const TemporaryFolder folder;
+  CHECK_THROWS_MATCHES(read_file(folder / "missing"), InputError,
+                       Message("cannot read '" + (folder / "missing").string() +
+                               "': No such file or directory. Check the spelling of the path and that its folder "
+                               "exists."));
+  CHECK_THROWS_AS(read_file(folder.path()), InputError);
+}
+
+TEST_CASE("make_folder makes parents, accepts a folder that is there, and refuses a file in its place") {
+  const TemporaryFolder folder;
+  make_folder(folder / "a/b/c");
+  make_folder(folder / "a/b/c");
+  make_folder(folder / "a/b/c/");
+  CHECK(fs::is_directory(folder / "a/b/c"));
+  write_file(folder / "file", "x");
+  CHECK_THAT(failure_of([&] { make_folder(folder / "file"); }),
+             Contains((folder / "file").string()) && Contains("Not a directory"));
+  CHECK_THAT(failure_of([&] { make_folder(folder / "file/below"); }), Contains("Not a directory"));
+}
