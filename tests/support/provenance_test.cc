@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
-#include <regex>
 #include <set>
 
 #include "support/atomic_file.h"
@@ -13,6 +12,32 @@ using namespace granuscope;
 using granuscope::test::TemporaryFolder;
 
 namespace {
+
+using Catch::Matchers::Contains;
+
+/// The text with each run of digits as '1': "12.2.0" becomes "1.1.1". (No <regex>: g++ 12 warns inside it when
+/// sanitizers are on.)
+std::string pattern_of(const std::string& text) {
+  std::string pattern;
+  for (const char letter : text) {
+    const bool digit = letter >= '0' && letter <= '9';
+    if (!digit) pattern += letter;
+    if (digit && (pattern.empty() || pattern.back() != '1')) pattern += '1';
+  }
+  return pattern;
+}
+
+bool is_commit(const std::string& text) {
+  return text.size() >= 40 && text.find_first_not_of("0123456789abcdef") == std::string::npos;
+}
+
+/// Whether a word of the text is an absolute path.
+bool holds_path(const std::string& text) {
+  for (const char* start : {" /", "=/", "I/", "L/"}) {
+    if (text.find(start) != std::string::npos) return true;
+  }
+  return !text.empty() && text.front() == '/';
+}
 
 /// What cmake/git_state.cmake writes for a source folder.
 std::string git_state_of(const std::filesystem::path& source) {
@@ -35,15 +60,13 @@ void git(const std::filesystem::path& folder, std::vector<std::string> arguments
   REQUIRE(result.exit_code == 0);
 }
 
-using Catch::Matchers::Contains;
-
 }  // namespace
 
 TEST_CASE("provenance knows the program, its build and its machine") {
   const Provenance provenance = collect_provenance();
-  CHECK(std::regex_match(provenance.program_version, std::regex(R"(granuscope \d+\.\d+\.\d+)")));
-  CHECK((provenance.git_commit == "unknown" || std::regex_match(provenance.git_commit, std::regex("[0-9a-f]{40,64}"))));
-  CHECK(std::regex_match(provenance.compiler, std::regex(R"(\w+ \d+\.\d+.*)")));
+  CHECK(pattern_of(provenance.program_version) == "granuscope 1.1.1");
+  CHECK((provenance.git_commit == "unknown" || is_commit(provenance.git_commit)));
+  CHECK_THAT(pattern_of(provenance.compiler), Contains(" 1.1"));
   CHECK_THAT(provenance.compiler_flags, Contains("-ffp-contract=off") && Contains("-std=c++20"));
   CHECK_FALSE(provenance.build_type.empty());
   CHECK_FALSE(provenance.host_cpu.empty());
@@ -52,7 +75,7 @@ TEST_CASE("provenance knows the program, its build and its machine") {
 
   std::set<std::string> names;
   for (const auto& [name, version] : provenance.libraries) {
-    CHECK(std::regex_search(version, std::regex(R"(^\d+(\.\d+)+)")));
+    CHECK_THAT(pattern_of(version), Catch::StartsWith("1.1"));
     names.insert(name);
   }
   CHECK(names.size() == provenance.libraries.size());
@@ -63,10 +86,9 @@ TEST_CASE("provenance knows the program, its build and its machine") {
 
 TEST_CASE("nothing baked in is a path of the building machine") {
   const Provenance provenance = collect_provenance();
-  const std::regex path("(^|[ =])/[a-z]");
-  CHECK_FALSE(std::regex_search(provenance.compiler_flags, path));
-  CHECK_FALSE(std::regex_search(provenance.compiler, path));
-  CHECK_FALSE(std::regex_search(provenance_line(provenance), path));
+  CHECK_FALSE(holds_path(provenance.compiler_flags));
+  CHECK_FALSE(holds_path(provenance.compiler));
+  CHECK_FALSE(holds_path(provenance_line(provenance)));
 }
 
 TEST_CASE("the line for a picture is stable and says whether the sources were changed") {
@@ -81,7 +103,10 @@ TEST_CASE("the line for a picture is stable and says whether the sources were ch
 }
 
 TEST_CASE("the time is ISO 8601 in UTC") {
-  CHECK(std::regex_match(current_time(), std::regex(R"(20\d\d-[01]\d-[0-3]\dT[0-2]\d:[0-5]\d:[0-6]\dZ)")));
+  const std::string time = current_time();
+  CHECK(time.size() == std::string("2002-03-14T15:09:26Z").size());
+  CHECK(pattern_of(time) == "1-1-1T1:1:1Z");
+  CHECK(time.substr(0, 2) == "20");
 }
 
 TEST_CASE("the commit and the dirty flag follow the checkout") {
@@ -96,7 +121,9 @@ TEST_CASE("the commit and the dirty flag follow the checkout") {
   git(folder.path(), {"add", "."});
   git(folder.path(), {"commit", "-q", "-m", "first"});
   const std::string clean = git_state_of(folder.path());
-  CHECK(std::regex_search(clean, std::regex("commit = \"[0-9a-f]{40}\"")));
+  const std::string before_commit = "commit = \"";
+  REQUIRE_THAT(clean, Contains(before_commit));
+  CHECK(is_commit(clean.substr(clean.find(before_commit) + before_commit.size(), 40)));
   CHECK_THAT(clean, Contains("dirty = false"));
 
   // An author's own experiment changes nothing that is built; a new source file does.
