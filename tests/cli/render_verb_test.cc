@@ -1,0 +1,83 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <catch2/catch.hpp>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "cli/in_process.h"
+
+using namespace granuscope;
+using Catch::Matchers::Contains;
+using nlohmann::json;
+
+namespace {
+
+std::string bytes_of(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+void store_pile(const std::filesystem::path& file) {
+  REQUIRE(granuscope_command(
+              {"sample", "--mu", "0.1", "--columns", "40", "--layers", "30", "--load", "point", "--out", file.string()})
+              .code == 0);
+}
+
+}  // namespace
+
+TEST_CASE("render --statistics prints one JSON object, whose counts add up to all contacts") {
+  const ScratchFolder scratch("render");
+  store_pile(scratch / "pile.h5");
+  const auto result =
+      granuscope_command({"render", (scratch / "pile.h5").string(), "--image", (scratch / "a.png").string(), "--width",
+                          "800", "--window", "-10,10,0,15", "--statistics"});
+  INFO(result.err);
+  REQUIRE(result.code == 0);
+  const json object = json::parse(result.out);
+  const auto count = [&](const char* key) { return object[key].get<std::uint64_t>(); };
+  CHECK(count("drawn") + count("outside") + count("too_faint") + count("aggregated") == 2 * 40 * 30);
+  CHECK(count("outside") > 0);
+  CHECK(count("pixels") % 800 == 0);
+  for (const char* step : {"read", "build", "draw", "encode"}) CHECK(object["seconds"][step].get<double>() >= 0);
+  CHECK(bytes_of(scratch / "a.png").substr(1, 3) == "PNG");
+}
+
+TEST_CASE("render draws the same bytes again, and --no-skip the same picture") {
+  const ScratchFolder scratch("skip");
+  store_pile(scratch / "pile.h5");
+  const auto draw = [&](const std::string& name, const std::vector<std::string>& more) {
+    std::vector<std::string> arguments{
+        "render", (scratch / "pile.h5").string(), "--image", (scratch / name).string(), "--width", "700"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    REQUIRE(granuscope_command(arguments).code == 0);
+    return bytes_of(scratch / name);
+  };
+  const std::string first = draw("a.png", {});
+  CHECK(first == draw("b.png", {}));
+  CHECK(first == draw("c.png", {"--no-skip"}));
+}
+
+TEST_CASE("render refuses what it cannot draw, with the status that says whose fault it is") {
+  const ScratchFolder scratch("refuse");
+  store_pile(scratch / "pile.h5");
+  const std::vector<std::pair<std::vector<std::string>, int>> cases{
+      {{"--window", "1,2,3"}, 2},      {{"--window", "1,2,3,x"}, 2},  {{"--window", "1,2,3,4,5"}, 2},
+      {{"--window", "5,-5,0,10"}, 2},  {{"--window", "0,5,0,99"}, 2}, {{"--window", "nan,5,0,9"}, 2},
+      {{"--colour-map", "jet"}, 2},    {{"--scene", "nonsense"}, 2},  {{"--backend", "nonsense"}, 2},
+      {{"--width", "-3"}, 2},          {{"--width", "100000"}, 2},    {{"--dpi", "nan"}, 2},
+      {{"--image", "/dev/null/x"}, 3},
+  };
+  for (const auto& [change, code] : cases) {
+    std::vector<std::string> arguments{"render", (scratch / "pile.h5").string()};
+    if (change[0] != "--image") arguments.insert(arguments.end(), {"--image", (scratch / "no.png").string()});
+    arguments.insert(arguments.end(), change.begin(), change.end());
+    INFO(fmt::format("{}", fmt::join(arguments, " ")));
+    const auto result = granuscope_command(arguments);
+    CHECK(result.code == code);
+    CHECK_FALSE(std::filesystem::exists(scratch / "no.png"));
+  }
+  CHECK(
+      granuscope_command({"render", (scratch / "missing.h5").string(), "--image", (scratch / "x.png").string()}).code ==
+      2);
+}

@@ -1,0 +1,156 @@
+#include <catch2/catch.hpp>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "cli/in_process.h"
+#include "experiment/experiment_file.h"
+
+using namespace granuscope;
+using Catch::Matchers::Contains;
+using nlohmann::json;
+
+namespace fs = std::filesystem;
+
+namespace {
+
+// Small enough for a test, large enough for every stage: two friction coefficients that fit on the ring.
+constexpr const char* small_experiment = R"(
+[experiment]
+name = "small"
+[lattice]
+columns = 120
+layers = 70
+[friction]
+mu = [0.0, 0.2, 0.4]
+[sampling]
+seed = 3
+[response]
+samples = 256
+[fit]
+first_layer = 20
+last_layer = 49
+shallow_layer = 10
+scaling_window = [0.1, 0.5]
+[figures.response_profiles]
+mu = 0.4
+layers = [30, 45]
+[scenes.force_chains]
+columns = 30
+layers = 20
+width_px = 700
+dpi = 150
+)";
+
+std::string text_of(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+fs::path write_config(const ScratchFolder& scratch, const std::string& text) {
+  std::ofstream(scratch / "small.toml") << text;
+  return scratch / "small.toml";
+}
+
+}  // namespace
+
+TEST_CASE("run --print-config prints the resolved experiment and runs nothing") {
+  const ScratchFolder scratch("print");
+  const auto config = write_config(scratch, small_experiment);
+  const auto result =
+      granuscope_command({"run", config.string(), "--print-config", "--out", (scratch / "out").string()});
+  REQUIRE(result.code == 0);
+  CHECK(result.out == print_experiment(read_experiment(config)));
+  CHECK(print_experiment(parse_experiment(result.out, "printed")) == result.out);
+  CHECK_FALSE(fs::exists(scratch / "out"));
+}
+
+TEST_CASE("run --dry-run tells stages and cost and runs nothing") {
+  const ScratchFolder scratch("dry");
+  const auto config = write_config(scratch, small_experiment);
+  const auto result = granuscope_command({"run", config.string(), "--dry-run", "--out", (scratch / "out").string()});
+  REQUIRE(result.code == 0);
+  CHECK_THAT(result.out, Contains("sample") && Contains("analyse") && Contains("report") && Contains("beads to draw"));
+  CHECK_FALSE(fs::exists(scratch / "out"));
+}
+
+TEST_CASE("run leaves the documented files, the same numbers for every number of threads, and resumes") {
+  const ScratchFolder scratch("run");
+  const auto config = write_config(scratch, small_experiment);
+  const auto first =
+      granuscope_command({"run", config.string(), "--threads", "1", "--out", (scratch / "one").string()});
+  INFO(first.err);
+  REQUIRE(first.code == 0);
+  for (const char* name : {"experiment.toml", "manifest.json", "ensembles", "piles", "figures", "summary.json",
+                           "claims.xml", "summary.md", "report.html"}) {
+    INFO(name);
+    CHECK(fs::exists(scratch / "one" / name));
+  }
+  CHECK(parse_experiment(text_of(scratch / "one" / "experiment.toml"), "resolved").lattice.columns == 120);
+  const json summary = json::parse(text_of(scratch / "one" / "summary.json"));
+  CHECK(summary["schema"] == 1);
+  CHECK(summary["experiment"] == "small");
+  REQUIRE(summary["results"].size() == 3);
+  CHECK(summary["results"][1]["samples"] == 256);
+
+  REQUIRE(granuscope_command({"run", config.string(), "--threads", "2", "--out", (scratch / "two").string()}).code ==
+          0);
+  CHECK(text_of(scratch / "one" / "summary.json") == text_of(scratch / "two" / "summary.json"));
+
+  // Again in the same folder: everything that takes time is there already.
+  const auto plan = granuscope_command({"run", config.string(), "--dry-run", "--out", (scratch / "one").string()});
+  CHECK_THAT(plan.out, Contains("there already") && Contains("beads to draw: 0,"));
+  const std::string before = text_of(scratch / "one" / "summary.json");
+  REQUIRE(granuscope_command({"run", config.string(), "--out", (scratch / "one").string()}).code == 0);
+  CHECK(text_of(scratch / "one" / "summary.json") == before);
+}
+
+TEST_CASE("run --only sample stops after the ensembles") {
+  const ScratchFolder scratch("only");
+  const auto config = write_config(scratch, small_experiment);
+  const auto result =
+      granuscope_command({"run", config.string(), "--only", "sample", "--out", (scratch / "out").string()});
+  INFO(result.err);
+  REQUIRE(result.code == 0);
+  CHECK(fs::exists(scratch / "out" / "ensembles"));
+  CHECK_FALSE(fs::exists(scratch / "out" / "report.html"));
+  const auto unknown = granuscope_command({"run", config.string(), "--only", "smaple"});
+  CHECK(unknown.code == 2);
+}
+
+TEST_CASE("run --gate ends with 1 if a verdict is not the expected one") {
+  const ScratchFolder scratch("gate");
+  // Without friction rays go straight, exactly: the opposite is expected here.
+  const auto config =
+      write_config(scratch, std::string(small_experiment) + "[gate.expect]\nfrictionless = \"not reproduced\"\n");
+  const std::vector<std::string> command{"run", config.string(), "--out", (scratch / "out").string()};
+  CHECK(granuscope_command(command).code == 0);
+  auto gated = command;
+  gated.push_back("--gate");
+  const auto result = granuscope_command(gated);
+  CHECK(result.code == 1);
+  CHECK_THAT(result.err, Contains("frictionless"));
+}
+
+TEST_CASE("run refuses what it cannot read before it writes anything") {
+  const ScratchFolder scratch("refuse");
+  const std::vector<std::string> bad{"[lattice]\ncolums = 500\n", "[lattice\n", "[friction]\nmu = [2.0]\n"};
+  for (const std::string& text : bad) {
+    const auto config = write_config(scratch, text);
+    const auto result = granuscope_command({"run", config.string(), "--out", (scratch / "out").string()});
+    CHECK(result.code == 2);
+    CHECK_THAT(result.err, Contains("small.toml:"));
+    CHECK_FALSE(fs::exists(scratch / "out"));
+  }
+  CHECK(granuscope_command({"run", (scratch / "missing.toml").string()}).code == 2);
+  CHECK(granuscope_command({"run", scratch.path().string()}).code == 2);
+  const auto config = write_config(scratch, "[report]\npdf = false\n");
+  CHECK(granuscope_command({"run", config.string(), "--require-pdf"}).code == 2);
+}
+
+TEST_CASE("run tells a folder that cannot be written as an error of the environment") {
+  const ScratchFolder scratch("folder");
+  const auto config = write_config(scratch, small_experiment);
+  CHECK(granuscope_command({"run", config.string(), "--out", "/dev/null/results"}).code == 3);
+  std::ofstream(scratch / "file") << "in the way";
+  CHECK(granuscope_command({"run", config.string(), "--out", (scratch / "file").string()}).code == 3);
+}
