@@ -1,0 +1,176 @@
+#include "render/font.h"
+
+#include <fmt/format.h>
+#include <ft2build.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include FT_FREETYPE_H
+#include FT_OUTLINE_H
+
+#include "support/error.h"
+
+namespace granuscope {
+namespace {
+
+constexpr const char* font_path = "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf";
+
+/// Highest and lowest ink of the characters our labels use (letters, digits, brackets, slash), in ems of DejaVu Sans.
+constexpr double ascent_em = 0.78;
+constexpr double descent_em = 0.24;
+constexpr double digit_height_em = 0.729;
+
+/// Whole numbers of 1/64 pixel, FreeType's unit.
+FT_Pos to_26_6(double pixels) { return static_cast<FT_Pos>(std::lround(pixels * 64)); }
+
+[[noreturn]] void fail(FT_Error error, const char* step) {
+  throw EnvironmentError(
+      fmt::format("FreeType cannot {} {} (error {}), so a picture would lack its labels; "
+                  "install fonts-dejavu-core",
+                  step, font_path, error));
+}
+
+/// Code points of a UTF-8 text of our own making (labels): no checks beyond the length.
+std::vector<FT_ULong> code_points(std::string_view text) {
+  std::vector<FT_ULong> points;
+  for (std::size_t i = 0; i < text.size();) {
+    const auto lead = static_cast<unsigned char>(text[i]);
+    const std::size_t length = lead < 0x80 ? 1 : lead < 0xe0 ? 2 : lead < 0xf0 ? 3 : 4;
+    FT_ULong point = length == 1 ? lead : lead & (0xffU >> (length + 1));
+    for (std::size_t k = 1; k < length && i + k < text.size(); ++k) {
+      point = point << 6 | (static_cast<unsigned char>(text[i + k]) & 0x3fU);
+    }
+    points.push_back(point);
+    i += length;
+  }
+  return points;
+}
+
+}  // namespace
+
+struct Font::Face {
+  Face() {
+    if (const FT_Error error = FT_Init_FreeType(&library); error != 0) fail(error, "start for");
+    if (const FT_Error error = FT_New_Face(library, font_path, 0, &face); error != 0) {
+      FT_Done_FreeType(library);
+      fail(error, "read");
+    }
+  }
+  Face(const Face&) = delete;
+  Face& operator=(const Face&) = delete;
+  ~Face() {
+    FT_Done_Face(face);
+    FT_Done_FreeType(library);
+  }
+
+  /// Loads each glyph in turn and calls act(glyph slot, pen position in pixels). Positions are not rounded, so that the
+  /// spacing is right at small sizes too; hinting moves outlines vertically only, which keeps the base line sharp.
+  template <typename Act>
+  double walk(std::string_view text, Act&& act) {
+    double pen = 0;
+    FT_UInt previous = 0;
+    for (const FT_ULong point : code_points(text)) {
+      const FT_UInt glyph = FT_Get_Char_Index(face, point);
+      FT_Vector kerning = {0, 0};
+      if (previous != 0) FT_Get_Kerning(face, previous, glyph, FT_KERNING_UNFITTED, &kerning);
+      pen += static_cast<double>(kerning.x) / 64;
+      if (const FT_Error error = FT_Load_Glyph(face, glyph, FT_LOAD_TARGET_LIGHT | FT_LOAD_NO_BITMAP); error != 0) {
+        fail(error, "load a glyph of");
+      }
+      act(face->glyph, pen);
+      pen += static_cast<double>(face->glyph->linearHoriAdvance) / 65536;
+      previous = glyph;
+    }
+    return pen;
+  }
+
+  FT_Library library = nullptr;
+  FT_Face face = nullptr;
+};
+
+Font::Font(double size_px) : face_(std::make_unique<Face>()), size_px_(size_px) {
+  // At 72 dpi a point is a pixel, so that the size need not be a whole number of either.
+  const FT_Error error = FT_Set_Char_Size(face_->face, 0, to_26_6(size_px), 72, 72);
+  if (error != 0) fail(error, "scale");
+}
+
+Font::~Font() = default;
+
+int Font::width(std::string_view text) const {
+  return static_cast<int>(std::ceil(face_->walk(text, [](FT_GlyphSlot, double) {}))) + 1;
+}
+int Font::ascent() const { return static_cast<int>(std::ceil(ascent_em * size_px_)); }
+int Font::descent() const { return static_cast<int>(std::ceil(descent_em * size_px_)); }
+double Font::digit_height() const { return digit_height_em * size_px_; }
+
+CoverageMask Font::draw(std::string_view text) const {
+  CoverageMask mask;
+  mask.width = width(text);
+  mask.height = ascent() + descent();
+  mask.coverage.resize(static_cast<std::size_t>(mask.width) * static_cast<std::size_t>(mask.height));
+  face_->walk(text, [&](FT_GlyphSlot slot, double pen) {
+    const double whole = std::floor(pen);
+    FT_Outline_Translate(&slot->outline, to_26_6(pen - whole), 0);
+    if (const FT_Error error = FT_Render_Glyph(slot, FT_RENDER_MODE_NORMAL); error != 0) fail(error, "draw a glyph of");
+    const FT_Bitmap& bitmap = slot->bitmap;
+    for (int row = 0; row < static_cast<int>(bitmap.rows); ++row) {
+      for (int column = 0; column < static_cast<int>(bitmap.width); ++column) {
+        const int x = static_cast<int>(whole) + slot->bitmap_left + column;
+        const int y = ascent() - slot->bitmap_top + row;
+        if (x < 0 || x >= mask.width || y < 0 || y >= mask.height) continue;
+        auto& cell = mask.coverage[static_cast<std::size_t>(y) * static_cast<std::size_t>(mask.width) +
+                                   static_cast<std::size_t>(x)];
+        const int sum = cell + bitmap.buffer[row * bitmap.pitch + column];  // neighbours may share a pixel
+        cell = static_cast<std::uint8_t>(std::min(sum, 255));
+      }
+    }
+  });
+  return mask;
+}
+
+CoverageMask Font::fill(const std::vector<Corner>& polygon, int width, int height) const {
+  CoverageMask mask;
+  mask.width = width;
+  mask.height = height;
+  mask.coverage.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+  std::vector<FT_Vector> points;
+  for (const Corner& corner : polygon) points.push_back({to_26_6(corner.x), to_26_6(height - corner.y)});
+  std::vector<char> tags(points.size(), FT_CURVE_TAG_ON);
+  auto last = static_cast<short>(points.size() - 1);
+  FT_Outline outline = {};
+  outline.n_contours = 1;
+  outline.n_points = static_cast<short>(points.size());
+  outline.points = points.data();
+  outline.tags = tags.data();
+  outline.contours = &last;
+  FT_Bitmap bitmap = {};
+  bitmap.rows = static_cast<unsigned>(height);
+  bitmap.width = static_cast<unsigned>(width);
+  bitmap.pitch = width;  // positive: rows from the top
+  bitmap.buffer = mask.coverage.data();
+  bitmap.num_grays = 256;
+  bitmap.pixel_mode = FT_PIXEL_MODE_GRAY;
+  if (const FT_Error error = FT_Outline_Get_Bitmap(face_->library, &outline, &bitmap); error != 0) {
+    fail(error, "fill a polygon beside");
+  }
+  return mask;
+}
+
+CoverageMask turned_upwards(const CoverageMask& mask) {
+  CoverageMask turned;
+  turned.width = mask.height;
+  turned.height = mask.width;
+  turned.coverage.resize(mask.coverage.size());
+  for (int y = 0; y < mask.height; ++y) {
+    for (int x = 0; x < mask.width; ++x) {
+      turned.coverage[static_cast<std::size_t>(mask.width - 1 - x) * static_cast<std::size_t>(turned.width) +
+                      static_cast<std::size_t>(y)] =
+          mask.coverage[static_cast<std::size_t>(y) * static_cast<std::size_t>(mask.width) +
+                        static_cast<std::size_t>(x)];
+    }
+  }
+  return turned;
+}
+
+}  // namespace granuscope

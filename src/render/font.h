@@ -1,0 +1,50 @@
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <string_view>
+#include <vector>
+
+namespace granuscope {
+
+/// How much of each pixel is covered, 0 .. 255, rows from the top.
+struct CoverageMask {
+  int width = 0, height = 0;
+  std::vector<std::uint8_t> coverage;
+};
+
+/// A corner of a polygon, pixels.
+struct Corner {
+  double x = 0, y = 0;
+};
+
+/// DejaVu Sans at one size, in final pixels, and a filler of polygons with the same rasteriser (exact coverage).
+/// Throws EnvironmentError if the font is not installed.
+class Font {
+ public:
+  explicit Font(double size_px);
+  Font(const Font&) = delete;
+  Font& operator=(const Font&) = delete;
+  ~Font();
+
+  /// Advance width of the UTF-8 text in whole pixels, rounded up.
+  int width(std::string_view text) const;
+  /// Height above and below the base line that no glyph of our labels leaves, whole pixels.
+  int ascent() const;
+  int descent() const;
+  /// Height of a digit, to centre numbers on their ticks.
+  double digit_height() const;
+  /// The text in a box of width(text) x (ascent() + descent()).
+  CoverageMask draw(std::string_view text) const;
+  /// Coverage of a closed polygon in a box of width x height pixels; corners count from its upper left one.
+  CoverageMask fill(const std::vector<Corner>& polygon, int width, int height) const;
+
+ private:
+  struct Face;
+  std::unique_ptr<Face> face_;
+  double size_px_;
+};
+
+/// The mask turned by 90° counterclockwise: the text then reads upwards.
+CoverageMask turned_upwards(const CoverageMask& mask);
+
+}  // namespace granuscope

@@ -1,0 +1,427 @@
+#include "render/layout.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <initializer_list>
+#include <utility>
+
+#include "support/error.h"
+
+namespace granuscope {
+namespace {
+
+constexpr double mm_per_inch = 25.4;
+constexpr double points_per_inch = 72;
+
+// Distances of the furniture, in millimetres on paper.
+constexpr double margin_mm = 1.0;        ///< between the outermost thing and the edge of the image
+constexpr double tick_mm = 1.0;          ///< length of a tick
+constexpr double gap_mm = 0.8;           ///< between things that belong together
+constexpr double block_gap_mm = 2.4;     ///< between things that do not
+constexpr double bar_mm = 2.0;           ///< height of the force scale
+constexpr double scale_length_mm = 40;   ///< length of the force scale, if there is room
+constexpr double scale_minimum_mm = 12;  ///< its shortest length
+constexpr double tick_gap_mm = 4;        ///< between neighbouring numbers of an axis, at least
+constexpr double arrow_mm = 5.0;         ///< length of the overload's arrow
+constexpr double arrow_head_mm = 1.9;    ///< length of its head
+constexpr double arrow_half_mm = 0.75;   ///< half the width of its head
+constexpr double shaft_half_mm = 0.2;    ///< half the width of its shaft
+constexpr double smallest_plot_mm = 12;  ///< plot areas narrower than this show nothing
+constexpr double most_ticks = 16;        ///< of an axis, however large the paper
+constexpr double line_points = 0.5;      ///< frame and ticks
+
+constexpr const char* x_title = "x (bead diameters)";
+constexpr const char* force_title = "force / top load";
+constexpr std::array<const char*, 3> z_titles = {"depth z (bead diameters)", "z (bead diameters)", "z"};
+
+/// Lengths on paper as pixels of this image.
+class Paper {
+ public:
+  explicit Paper(double dpi) : dpi_(dpi) {}
+  double exact_mm(double length) const { return length * dpi_ / mm_per_inch; }
+  /// At least one pixel.
+  int mm(double length) const { return std::max(1, static_cast<int>(std::lround(exact_mm(length)))); }
+  int points(double length) const {
+    return std::max(1, static_cast<int>(std::lround(length * dpi_ / points_per_inch)));
+  }
+
+ private:
+  double dpi_;
+};
+
+/// A number on an axis: no trailing zeros, typographic minus.
+std::string number(double value) {
+  std::string text = fmt::format("{:g}", std::abs(value));
+  return value < 0 && text != "0" ? "\u2212" + text : text;
+}
+
+/// The smallest of `digits` times 10^k, k >= lowest_power, that is at least `wanted`.
+double nice_at_least(double wanted, int lowest_power, std::initializer_list<double> digits = {1, 2, 5}) {
+  for (double power = std::pow(10.0, lowest_power);; power *= 10) {
+    for (const double step : digits) {
+      if (step * power >= wanted * (1 - 1e-9)) return step * power;
+    }
+  }
+}
+
+/// Ranges shorter than this, in bead diameters, may have numbers with a decimal.
+constexpr double short_range = 8;
+
+/// Room that the numbers of the axes need, whatever steps are chosen later: the steps depend on the size of the plot
+/// area, which depends on this.
+struct AxisRoom {
+  int z_width = 0;  ///< of the widest number on the z axis
+  int x_width = 0;
+};
+
+AxisRoom axis_room(const Extent& extent, const Font& font) {
+  const auto widest = [&](double largest, double range, bool negative) {
+    std::string text = negative ? "\u2212" : "";
+    text += std::string(fmt::format("{:.0f}", std::floor(largest)).size(), '0');  // digits have one width
+    if (range < short_range) text += ".0";                                        // as axis_ticks() allows
+    return font.width(text);
+  };
+  return {widest(extent.z1, extent.height(), false),
+          widest(std::max(std::abs(extent.x0), std::abs(extent.x1)), extent.width(), extent.x0 < 0)};
+}
+
+struct Margins {
+  int left = 0, right = 0;
+};
+
+Margins side_margins(const Extent& extent, const Font& font, const Paper& paper) {
+  const AxisRoom room = axis_room(extent, font);
+  const int frame = paper.points(line_points);
+  const int title = font.ascent() + font.descent();
+  const int left =
+      paper.mm(margin_mm) + title + paper.mm(gap_mm) + room.z_width + paper.mm(gap_mm) + paper.mm(tick_mm) + frame;
+  // The last number of the x axis may hang over by half its width.
+  const int right = paper.mm(margin_mm) + std::max(frame, room.x_width / 2 + 1);
+  return {left, right};
+}
+
+/// Multiples of a round step from `low` to `high`, at least `room` pixels and a gap apart; at least one if there is any
+/// number of the allowed digits in the range.
+std::vector<double> axis_ticks(double low, double high, double pixels_per_diameter, int room, const Paper& paper) {
+  const int lowest_power = high - low < short_range ? -1 : 0;
+  const double slack = 1e-9 * (high - low);
+  const auto multiples = [&](double step) {
+    std::vector<double> values;
+    // Adding 0 turns -0 into 0.
+    for (double k = std::ceil((low - slack) / step); k * step <= high + slack; ++k) values.push_back(k * step + 0.0);
+    return values;
+  };
+  const double roomy = (room + paper.mm(tick_gap_mm)) / pixels_per_diameter;
+  double step = nice_at_least(std::max(roomy, (high - low) / most_ticks), lowest_power);
+  std::vector<double> values = multiples(step);
+  if (values.size() < 2) {
+    const double tight = (room + paper.mm(gap_mm)) / pixels_per_diameter;
+    step = nice_at_least(tight, lowest_power, {1, 2, 3, 5});
+    values = multiples(step);
+  }
+  const double finest = std::pow(10.0, lowest_power);
+  while (values.empty() && step > finest) {
+    // A low window deep in the pile, between two numbers of that step: one finer number has room.
+    step = nice_at_least(0.4 * step, lowest_power);
+    values = multiples(step);
+    if (values.size() > 1) values = {values[values.size() / 2]};
+  }
+  return values;
+}
+
+void require_size(const SceneSpec& spec) {
+  if (spec.width_px < min_image_px || spec.width_px > max_image_px) {
+    throw InputError(fmt::format("an image cannot be {} pixels wide; choose a width from {} to {}", spec.width_px,
+                                 min_image_px, max_image_px));
+  }
+  if (!(spec.dpi >= 10 && spec.dpi <= 4800)) {
+    throw InputError(fmt::format("{} dpi is no resolution to draw at; choose 10 to 4800", spec.dpi));
+  }
+}
+
+/// The scale bar: a length of 1, 2, 5, 10, ... bead diameters, 10 where that reads well.
+struct ScaleBar {
+  double diameters = 0;
+  int length_px = 0;
+  std::string text;
+};
+
+ScaleBar scale_bar(const Scene& scene, const Paper& paper) {
+  const double shortest = paper.exact_mm(3) / scene.pixels_per_diameter;
+  const double longest = scene.extent.width() / 3;
+  double length = 10;
+  if (length > longest) length = nice_at_least(0.4 * longest, -1);  // 1, 2, 5: at most 2.5 apart
+  if (length < shortest) length = nice_at_least(std::min(shortest, longest), -1);
+  ScaleBar bar;
+  bar.diameters = length;
+  bar.length_px = std::max(1, static_cast<int>(std::lround(length * scene.pixels_per_diameter)));
+  bar.text = number(length) + (length == 1 ? " bead diameter" : " bead diameters");
+  return bar;
+}
+
+/// Narrowest width of the force scale: its title, or its numbers.
+int narrowest_scale(const Font& font, const Paper& paper) {
+  return std::max(font.width(force_title), paper.mm(scale_minimum_mm));
+}
+
+/// What the texts need in width, whatever stands below or beside them.
+int smallest_width(const Extent& extent, const Font& font, const Paper& paper) {
+  const Margins margins = side_margins(extent, font, paper);
+  // The scale bar is shorter than the window, and so has no more digits.
+  const std::string digits(fmt::format("{:.0f}", extent.width()).size(), '0');
+  const int title = font.width(digits + " bead diameters");
+  const int text = std::max({title, font.width(x_title), narrowest_scale(font, paper)}) + 2 * paper.mm(margin_mm);
+  return std::max(margins.left + paper.mm(smallest_plot_mm) + margins.right, text);
+}
+
+Box box_around(double centre_x, int top, int width, int height) {
+  return {static_cast<int>(std::lround(centre_x - 0.5 * width)), top, width, height};
+}
+
+}  // namespace
+
+double text_pixels(const SceneSpec& spec) {
+  require_size(spec);
+  return text_points * spec.dpi / points_per_inch;
+}
+
+PlotSize plot_size(const SceneSpec& spec, const Extent& extent) {
+  const Font font(text_pixels(spec));
+  const Paper paper(spec.dpi);
+  const int smallest = smallest_width(extent, font, paper);
+  if (spec.width_px < smallest) {
+    throw InputError(fmt::format(
+        "an image {} pixels wide is too small for labels of {} pt at {} dpi; the smallest width is {} pixels",
+        spec.width_px, text_points, spec.dpi, smallest));
+  }
+  const Margins margins = side_margins(extent, font, paper);
+  PlotSize size;
+  size.width_px = spec.width_px - margins.left - margins.right;
+  size.pixels_per_diameter = size.width_px / extent.width();
+  const double height = std::max(1.0, std::round(size.pixels_per_diameter * extent.height()));
+  if (height > max_image_px) {
+    throw InputError(fmt::format(
+        "the picture of this window would be {:.0f} pixels high, and at most {} can be drawn; choose a smaller "
+        "width or fewer layers",
+        height, max_image_px));
+  }
+  size.height_px = static_cast<int>(height);
+  return size;
+}
+
+namespace {
+
+/// Builds a Layout from the top down.
+class LayoutMaker {
+ public:
+  LayoutMaker(const SceneSpec& spec, const Scene& scene, const Font& font)
+      : scene_(scene), font_(font), paper_(spec.dpi), margins_(side_margins(scene.extent, font, paper_)) {
+    layout_.width = spec.width_px;
+  }
+
+  Layout make() {
+    const int line = font_.ascent() + font_.descent();
+    int top = paper_.mm(margin_mm) + (line + 1) / 2;  // half of a number at the upper end of the z axis
+    if (scene_.overload) top = paper_.mm(margin_mm) + paper_.mm(arrow_mm) + frame();
+    layout_.plot = {margins_.left, top, scene_.plot_width_px, scene_.plot_height_px};
+    add_frame();
+    add_overload();
+    add_z_axis();
+    add_x_axis();
+    add_legend();
+    layout_.height = below_ + paper_.mm(margin_mm);
+    if (layout_.height > max_image_px) {
+      throw InputError(
+          fmt::format("the picture of this window would be {} pixels high, and at most {} can be drawn; choose "
+                      "a smaller width or fewer layers",
+                      layout_.height, max_image_px));
+    }
+    return std::move(layout_);
+  }
+
+ private:
+  int frame() const { return paper_.points(line_points); }
+  int line_height() const { return font_.ascent() + font_.descent(); }
+  double pixel_of_x(double x) const { return layout_.plot.left + (x - scene_.extent.x0) * scene_.pixels_per_diameter; }
+  double pixel_of_z(double z) const { return layout_.plot.top + (z - scene_.extent.z0) * scene_.pixels_per_diameter; }
+
+  /// A line of the frame's thickness whose middle is at `centre`.
+  int line_start(double centre) const { return static_cast<int>(std::lround(centre - 0.5 * frame())); }
+
+  void add_label(std::string text, Box box, Reading reading = Reading::across) {
+    layout_.labels.push_back({std::move(text), box, reading});
+  }
+
+  void add_frame() {
+    const Box& plot = layout_.plot;
+    const int t = frame();
+    layout_.rules.push_back({{plot.left - t, plot.top - t, plot.width + 2 * t, t}, "frame"});
+    layout_.rules.push_back({{plot.left - t, plot.bottom(), plot.width + 2 * t, t}, "frame"});
+    layout_.rules.push_back({{plot.left - t, plot.top, t, plot.height}, "frame"});
+    layout_.rules.push_back({{plot.right(), plot.top, t, plot.height}, "frame"});
+    below_ = plot.bottom() + t;
+  }
+
+  void add_overload() {
+    if (!scene_.overload) return;
+    const double x = pixel_of_x(scene_.overload->x);
+    const double tip = layout_.plot.top - frame();
+    const double tail = tip - paper_.exact_mm(arrow_mm), neck = tip - paper_.exact_mm(arrow_head_mm);
+    const double head = paper_.exact_mm(arrow_half_mm), shaft = std::max(0.5, paper_.exact_mm(shaft_half_mm));
+    layout_.arrow = {{x, tip},          {x + head, neck},  {x + shaft, neck}, {x + shaft, tail},
+                     {x - shaft, tail}, {x - shaft, neck}, {x - head, neck}};
+    const std::string text = "load " + number(scene_.overload->load);
+    const int width = font_.width(text), gap = paper_.mm(gap_mm);
+    const int right_of_it = static_cast<int>(std::ceil(x + head)) + gap;
+    const bool fits = right_of_it + width <= layout_.width - paper_.mm(margin_mm);
+    const int left = fits ? right_of_it : static_cast<int>(std::floor(x - head)) - gap - width;
+    const int top = static_cast<int>(std::lround(0.5 * (tail + tip) - 0.5 * line_height()));
+    add_label(text, {left, std::max(top, 0), width, line_height()});
+  }
+
+  void add_z_axis() {
+    const Box& plot = layout_.plot;
+    const int t = frame(), length = paper_.mm(tick_mm);
+    const int number_right = plot.left - t - length - paper_.mm(gap_mm);
+    for (const double z :
+         axis_ticks(scene_.extent.z0, scene_.extent.z1, scene_.pixels_per_diameter, line_height(), paper_)) {
+      const double at = pixel_of_z(z);
+      layout_.rules.push_back({{plot.left - t - length, line_start(at), length, t}, "frame"});
+      const std::string text = number(z);
+      const int width = font_.width(text);
+      const int base = static_cast<int>(std::lround(at + 0.5 * font_.digit_height()));
+      add_label(text, {number_right - width, base - font_.ascent(), width, line_height()});
+    }
+    const int title_left = paper_.mm(margin_mm);
+    for (const char* title : z_titles) {
+      const int length_px = font_.width(title);
+      if (length_px > plot.height && title != z_titles.back()) continue;
+      const int top = static_cast<int>(std::lround(plot.top + 0.5 * (plot.height - length_px)));
+      add_label(title, {title_left, top, line_height(), length_px}, Reading::upwards);
+      break;
+    }
+  }
+
+  void add_x_axis() {
+    const Box& plot = layout_.plot;
+    const int t = frame(), length = paper_.mm(tick_mm);
+    const int tick_top = plot.bottom() + t;
+    const int room = axis_room(scene_.extent, font_).x_width;
+    const int number_top = tick_top + length + paper_.mm(gap_mm) / 2;
+    for (const double x : axis_ticks(scene_.extent.x0, scene_.extent.x1, scene_.pixels_per_diameter, room, paper_)) {
+      const double at = pixel_of_x(x);
+      layout_.rules.push_back({{line_start(at), tick_top, t, length}, "frame"});
+      const std::string text = number(x);
+      add_label(text, box_around(at, number_top, font_.width(text), line_height()));
+    }
+    const int title_top = number_top + line_height() + paper_.mm(gap_mm) / 2;
+    Box title = box_around(plot.left + 0.5 * plot.width, title_top, font_.width(x_title), line_height());
+    title.left = std::min(title.left, layout_.width - paper_.mm(margin_mm) - title.width);
+    add_label(x_title, title);
+    below_ = title.bottom();
+  }
+
+  /// Scale bar on the left, force scale on the right; one below the other where the image is too narrow for both. Each
+  /// is a title above a bar.
+  void add_legend() {
+    const ScaleBar bar = scale_bar(scene_, paper_);
+    const int bar_title = font_.width(bar.text);
+    const int bar_width = std::max(bar.length_px, bar_title);
+    const int left = layout_.plot.left, right = layout_.plot.right();
+    const int narrowest = narrowest_scale(font_, paper_), widest = paper_.mm(scale_length_mm);
+    const int beside = right - left - bar_width - 2 * paper_.mm(block_gap_mm);
+    const bool one_row = beside >= narrowest;
+
+    int top = below_ + paper_.mm(block_gap_mm);
+    add_scale_bar(bar, bar_width, one_row || bar_width <= right - left ? left : paper_.mm(margin_mm), top);
+    if (!one_row) top = below_ + paper_.mm(block_gap_mm);
+    const int room = one_row ? beside : layout_.width - 2 * paper_.mm(margin_mm);
+    const int length = std::clamp(room, narrowest, widest);
+    // Numbers at its ends hang over by half their width, which the block gap or the margin takes.
+    const int start = one_row ? right - length : std::min(left, layout_.width - paper_.mm(margin_mm) - length);
+    add_force_scale(length, start, top);
+  }
+
+  void add_scale_bar(const ScaleBar& bar, int width, int left, int top) {
+    add_label(bar.text, {left + (width - font_.width(bar.text)) / 2, top, font_.width(bar.text), line_height()});
+    const int thick = 2 * frame(), cap = paper_.mm(bar_mm) / 2;
+    const int start = left + (width - bar.length_px) / 2;
+    const int middle = top + line_height() + paper_.mm(bar_mm) / 2;
+    layout_.rules.push_back({{start, middle - thick / 2, bar.length_px, thick}, "ink"});
+    for (const int end : {start, start + bar.length_px - thick}) {
+      layout_.rules.push_back({{end, middle - cap, thick, 2 * cap}, "ink"});
+    }
+    below_ = top + line_height() + paper_.mm(bar_mm);
+  }
+
+  /// Number at tick k of the force scale; its end tells when stronger forces look like those there.
+  std::string scale_number(int k, int parts) const {
+    const bool clipped = k == parts && scene_.force_max > scene_.scale_top;
+    return (clipped ? "\u2265 " : "") + number(scene_.scale_top * k / parts);
+  }
+
+  /// The numbers of a force scale whose pixel `left` is 0, as equal steps.
+  std::vector<Label> scale_labels(int parts, int left, int length, int top) const {
+    std::vector<Label> labels;
+    const int edge = layout_.width - paper_.mm(margin_mm);
+    for (int k = 0; k <= parts; ++k) {
+      const std::string text = scale_number(k, parts);
+      Box box = box_around(left + static_cast<double>(k) / parts * length, top, font_.width(text), line_height());
+      box.left = std::clamp(box.left, paper_.mm(margin_mm), edge - box.width);
+      labels.push_back({text, box});
+    }
+    return labels;
+  }
+
+  /// The largest number of equal steps that has room: of 1, 2 or 5 if possible, of at most two digits otherwise.
+  int scale_parts(int left, int length) const {
+    const double unit = std::pow(10.0, std::floor(std::log10(scene_.scale_top) + 1e-9) - 1);
+    const auto near = [](double value, double other) { return std::abs(value - other) < 1e-6; };
+    for (const bool round_only : {true, false}) {
+      for (const int parts : {5, 4, 3, 2}) {
+        const double step = scene_.scale_top / parts / unit;
+        const bool round = near(step, 2) || near(step, 5) || near(step, 10) || near(step, 20) || near(step, 50);
+        if (!near(step, std::round(step)) || (round_only && !round)) continue;
+        const auto labels = scale_labels(parts, left, length, 0);
+        bool room = true;
+        for (std::size_t k = 1; k < labels.size(); ++k) {
+          room = room && labels[k - 1].box.right() + paper_.mm(2 * gap_mm) <= labels[k].box.left;
+        }
+        if (room) return parts;
+      }
+    }
+    return 1;
+  }
+
+  void add_force_scale(int length, int left, int top) {
+    add_label(force_title, {left, top, font_.width(force_title), line_height()});
+    layout_.legend = {left, top + line_height(), length, paper_.mm(bar_mm)};
+    const int tick_top = layout_.legend.bottom(), t = frame(), tick = paper_.mm(tick_mm);
+    const int number_top = tick_top + tick + paper_.mm(gap_mm) / 2;
+    const int parts = scale_parts(left, length);
+    for (int k = 0; k <= parts; ++k) {
+      layout_.rules.push_back(
+          {{line_start(left + static_cast<double>(k) / parts * length), tick_top, t, tick}, "frame"});
+    }
+    for (const Label& label : scale_labels(parts, left, length, number_top)) layout_.labels.push_back(label);
+    below_ = std::max(below_, number_top + line_height());
+  }
+
+  const Scene& scene_;
+  const Font& font_;
+  Paper paper_;
+  Margins margins_;
+  Layout layout_;
+  int below_ = 0;  ///< first free row
+};
+
+}  // namespace
+
+Layout lay_out(const SceneSpec& spec, const Scene& scene, const Font& font) {
+  return LayoutMaker(spec, scene, font).make();
+}
+
+}  // namespace granuscope

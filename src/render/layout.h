@@ -1,0 +1,61 @@
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "render/font.h"
+#include "render/scene.h"
+
+namespace granuscope {
+
+/// Pixels left .. left + width - 1, top .. top + height - 1.
+struct Box {
+  int left = 0, top = 0, width = 0, height = 0;
+  int right() const { return left + width; }
+  int bottom() const { return top + height; }
+};
+
+enum class Reading { across, upwards };
+
+struct Label {
+  std::string text;
+  Box box;
+  Reading reading = Reading::across;
+};
+
+/// A filled box of one of the palette's colours: ticks, axis lines, the scale bar.
+struct Rule {
+  Box box;
+  std::string colour;
+};
+
+/// Where everything of a picture is, in final pixels. Distances come from millimetres and points, so that they follow
+/// the dpi; the plot area takes what is left.
+struct Layout {
+  int width = 0, height = 0;
+  Box plot;  ///< the plot area; its frame lies around it
+  std::vector<Label> labels;
+  std::vector<Rule> rules;
+  std::vector<Corner> arrow;  ///< of the overload; empty if there is none in the window
+  Box legend;                 ///< the wedge of the force scale, 0 at its left end
+};
+
+/// Height of the labels, in points.
+inline constexpr double text_points = 8;
+
+/// Size of the plot area for an image of this specification: width and height in pixels, and pixels per bead diameter.
+/// Throws InputError if the width or dpi is out of range, if the text leaves too little room (naming the smallest
+/// width), or if the picture would be too high.
+struct PlotSize {
+  int width_px = 0, height_px = 0;
+  double pixels_per_diameter = 0;
+};
+PlotSize plot_size(const SceneSpec& spec, const Extent& extent);
+
+/// Places axes, ticks, labels, scale bar and legend around the plot area of `scene`. Throws InputError as plot_size().
+Layout lay_out(const SceneSpec& spec, const Scene& scene, const Font& font);
+
+/// The font of the labels, at the final pixel size for this dpi. Throws InputError if the dpi is out of range.
+double text_pixels(const SceneSpec& spec);
+
+}  // namespace granuscope

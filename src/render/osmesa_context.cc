@@ -1,0 +1,106 @@
+#include "render/osmesa_context.h"
+
+#include <GL/osmesa.h>
+#include <dlfcn.h>
+#include <fmt/format.h>
+
+#include <array>
+
+#include "support/error.h"
+
+namespace granuscope {
+namespace {
+
+/// The functions of the library, which stays loaded until the program ends: Mesa's worker threads may outlive a
+/// context.
+struct OsMesaLibrary {
+  decltype(&::OSMesaCreateContextAttribs) create = nullptr;
+  decltype(&::OSMesaDestroyContext) destroy = nullptr;
+  decltype(&::OSMesaMakeCurrent) make_current = nullptr;
+  decltype(&::OSMesaGetProcAddress) lookup = nullptr;
+};
+
+OsMesaLibrary open_library() {
+  void* handle = nullptr;
+  for (const char* name : {"libOSMesa.so.8", "libOSMesa.so"}) {
+    handle = ::dlopen(name, RTLD_NOW | RTLD_LOCAL);
+    if (handle != nullptr) break;
+  }
+  if (handle == nullptr) {
+    const char* reason = ::dlerror();
+    throw EnvironmentError(
+        fmt::format("OSMesa cannot be loaded ({}), and without it no picture can be drawn; install libosmesa6",
+                    reason == nullptr ? "no reason given" : reason));
+  }
+  OsMesaLibrary library;
+  const auto fetch = [&]<typename Function>(Function& function, const char* name) {
+    function = reinterpret_cast<Function>(::dlsym(handle, name));
+    if (function == nullptr) {
+      throw EnvironmentError(
+          fmt::format("the OSMesa found here has no {}; install libosmesa6 of Mesa 12 to 25.0", name));
+    }
+  };
+  fetch(library.create, "OSMesaCreateContextAttribs");
+  fetch(library.destroy, "OSMesaDestroyContext");
+  fetch(library.make_current, "OSMesaMakeCurrent");
+  fetch(library.lookup, "OSMesaGetProcAddress");
+  return library;
+}
+
+class OsMesaContext : public GlContext {
+ public:
+  OsMesaContext() {
+    static const OsMesaLibrary opened = open_library();
+    library_ = &opened;
+    constexpr std::array<int, 13> attributes = {OSMESA_FORMAT,
+                                                OSMESA_RGBA,
+                                                OSMESA_DEPTH_BITS,
+                                                0,
+                                                OSMESA_PROFILE,
+                                                OSMESA_CORE_PROFILE,
+                                                OSMESA_CONTEXT_MAJOR_VERSION,
+                                                3,
+                                                OSMESA_CONTEXT_MINOR_VERSION,
+                                                3,
+                                                0,
+                                                0,
+                                                0};
+    context_ = library_->create(attributes.data(), nullptr);
+    if (context_ == nullptr) {
+      throw EnvironmentError(
+          "OSMesa gives no OpenGL 3.3 core context, so no picture can be drawn; install libosmesa6 of Debian 12 or "
+          "later, "
+          "and unset GALLIUM_DRIVER if it is set");
+    }
+    try {
+      activate();
+      load(library_->lookup);
+    } catch (...) {
+      library_->destroy(context_);
+      throw;
+    }
+  }
+  ~OsMesaContext() override { library_->destroy(context_); }
+
+  void make_current() override { activate(); }
+  std::string name() const override { return "osmesa"; }
+
+ private:
+  void activate() {
+    if (library_->make_current(context_, default_buffer_.data(), GL_UNSIGNED_BYTE, edge, edge) == GL_FALSE) {
+      throw EnvironmentError("OSMesa cannot make its context current, so no picture can be drawn");
+    }
+  }
+
+  /// OSMesa insists on a buffer of the caller; nothing is drawn to it.
+  static constexpr int edge = 16;
+  std::array<unsigned char, 4 * edge * edge> default_buffer_{};
+  const OsMesaLibrary* library_ = nullptr;
+  OSMesaContext context_ = nullptr;
+};
+
+}  // namespace
+
+std::unique_ptr<GlContext> make_osmesa_context() { return std::make_unique<OsMesaContext>(); }
+
+}  // namespace granuscope

@@ -1,0 +1,225 @@
+#include "render/painter.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "render/layout.h"
+#include "render/plot_painter.h"
+#include "render/scene_builder.h"
+#include "render/test_piles.h"
+#include "support/error.h"
+
+namespace granuscope {
+namespace {
+
+/// One context for all cases: starting one takes longer than most of them.
+GlContext& context() {
+  static const auto made = make_gl_context("auto");
+  return *made;
+}
+
+Image painted(const Pile& pile, const SceneSpec& spec, int tile_px = PaintOptions{}.tile_px) {
+  return paint(build_scene(pile, spec), spec, context(), {tile_px});
+}
+
+/// A scene of 10 x 10 bead diameters at 4 pixels each.
+Scene empty_scene() {
+  Scene scene;
+  scene.extent = {0, 10, 0, 10};
+  scene.plot_width_px = scene.plot_height_px = 40;
+  scene.pixels_per_diameter = 4;
+  return scene;
+}
+
+Image painted(const Scene& scene, int tile_px = 512) {
+  const ColourScale scale(Palette::builtin(), "grey");
+  Image image(scene.plot_width_px, scene.plot_height_px, scale.page());
+  paint_plot_area(scene, scale, context(), tile_px, 0, 0, image);
+  return image;
+}
+
+double ink(const Image& image) {
+  double sum = 0;
+  for (std::size_t i = 0; i < image.rgba.size(); i += 4) sum += (255 - image.rgba[i]) / 255.0;
+  return sum;
+}
+
+TEST_CASE("one bar covers exactly the pixels its geometry says") {
+  Scene scene = empty_scene();
+  scene.bars = {{5, 2, 5, 8, 1, 1}};  // a vertical bar 4 px wide around x = 20 px, from y = 8 px to 32 px
+  const Image image = painted(scene);
+  for (int y = 8; y < 32; ++y) {
+    for (int x = 0; x < 40; ++x) {
+      INFO(x << ", " << y);
+      CHECK(image.at(x, y) == (x >= 18 && x < 22 ? Rgb{0, 0, 0} : Rgb{255, 255, 255}));
+    }
+  }
+  // Round ends of radius 2 px: nothing beyond, and the area of a circle together. A sample is 1/16 pixel.
+  for (int x = 0; x < 40; ++x) {
+    CHECK(image.at(x, 5) == Rgb{255, 255, 255});
+    CHECK(image.at(x, 34) == Rgb{255, 255, 255});
+  }
+  CHECK(ink(image) == Approx(4 * 24 + std::acos(-1.0) * 4).margin(8.0 / 16));
+}
+
+TEST_CASE("a slanted bar has the area and the darkness of its force") {
+  Scene scene = empty_scene();
+  scene.bars = {{4, 2, 6, 2 + 2 * sqrt3, 0.5, 0.5F}};
+  const Image image = painted(scene);
+  // Length 4 diameters = 16 px, width 2 px, round ends of radius 1 px; grey 127.5 rounds to 128.
+  const double area = 16 * 2 + std::acos(-1.0);
+  CHECK(ink(image) == Approx(area * 127 / 255).epsilon(0.02));  // sampling at 16 points a pixel along the edges
+  CHECK(image.at(20, 8 + 13) == Rgb{128, 128, 128});
+}
+
+TEST_CASE("a bar much thinner than a sample keeps its share of the page on average") {
+  Scene scene = empty_scene();
+  scene.bars = {{4, 2, 6, 2 + 2 * sqrt3, 0.0125F, 1}};           // 0.05 px = 0.2 samples
+  CHECK(ink(painted(scene)) == Approx(16 * 0.05).epsilon(0.1));  // few samples are hit: counting noise
+}
+
+TEST_CASE("the strong lies on top of the weak") {
+  Scene scene = empty_scene();
+  scene.bars = {{2, 5, 8, 5, 1, 0.25F}, {5, 2, 5, 8, 1, 1}};
+  CHECK(painted(scene).at(20, 20) == Rgb{0, 0, 0});
+  CHECK(painted(scene).at(10, 20) == Rgb{191, 191, 191});
+}
+
+TEST_CASE("tiles do not change a pixel") {
+  Pile pile = irregular_pile(20, 15);
+  SceneSpec spec;
+  spec.width_px = 700;
+  spec.dpi = 150;
+  for (const auto& window :
+       std::vector<std::optional<std::array<double, 4>>>{std::nullopt, {{-3.3, 4.1, 2, 9}}, {{-0.7, 0.6, 3, 3}}}) {
+    spec.window = window;
+    const Image whole = painted(pile, spec, 4000);  // one tile of up to 2800 samples
+    for (const int tile_px : {37, 64, 100, 512}) {
+      INFO(tile_px);
+      CHECK((painted(pile, spec, tile_px).rgba == whole.rgba));
+    }
+  }
+}
+
+TEST_CASE("a picture wider than the driver's largest framebuffer is drawn to its last pixel", "[long]") {
+  const Pile pile = irregular_pile(200, 4);
+  SceneSpec spec;
+  spec.width_px = 20000;
+  const Scene scene = build_scene(pile, spec);
+  const Image image = paint(scene, spec, context());
+  const Font font(text_pixels(spec));
+  const Box plot = lay_out(spec, scene, font).plot;
+  // Uniform layers: ink in the last bead's width as in the first one's.
+  for (const int left : {plot.left, plot.right() - 100}) {
+    bool drawn = false;
+    for (int x = left; x < left + 100; ++x) drawn = drawn || image.at(x, plot.top + plot.height / 2).r < 200;
+    CHECK(drawn);
+  }
+}
+
+TEST_CASE("a tile larger than the driver's limit is refused instead of left blank") {
+  Scene scene = empty_scene();
+  scene.plot_width_px = scene.plot_height_px = context().max_size() / samples_per_axis + 1;
+  scene.bars = {{5, 2, 5, 8, 1, 1}};
+  const ColourScale scale(Palette::builtin(), "grey");
+  Image image;
+  CHECK_THROWS_AS(paint_plot_area(scene, scale, context(), 1 << 20, 0, 0, image), EnvironmentError);
+  CHECK_THROWS_WITH(paint_plot_area(scene, scale, context(), 1 << 20, 0, 0, image), Catch::Contains("blank"));
+}
+
+TEST_CASE("skipping what cannot be seen does not change a pixel") {
+  Pile pile = irregular_pile(30, 25);
+  for (std::size_t k = 0; k < pile.lattice.beads(); ++k) {
+    // A wide range of forces, so that many are around the threshold of what is visible.
+    const double factor = std::pow(10.0, -4.0 * static_cast<double>(k * 7919 % 1000) / 1000);
+    pile.V_R[k] *= factor;
+    pile.H_R[k] *= factor;
+    pile.V_L[k] *= factor;
+    pile.H_L[k] *= factor;
+  }
+  for (const char* map : {"grey", "viridis", "cividis"}) {
+    for (const auto& window : std::vector<std::optional<std::array<double, 4>>>{std::nullopt, {{-4, 7.5, 3, 11}}}) {
+      SceneSpec spec;
+      spec.width_px = 450;
+      spec.dpi = 100;
+      spec.colour_map = map;
+      spec.window = window;
+      const Scene skipped = build_scene(pile, spec);
+      CHECK(skipped.counts.too_faint > 0);
+      spec.skip_invisible = false;
+      const Scene all = build_scene(pile, spec);
+      CHECK(all.counts.drawn == 2 * pile.lattice.beads());
+      CHECK((paint(skipped, spec, context()).rgba == paint(all, spec, context()).rgba));
+    }
+  }
+}
+
+TEST_CASE("a mirrored pile gives the mirrored plot area") {
+  const Pile pile = irregular_pile(16, 11);
+  SceneSpec spec;
+  spec.width_px = 601;
+  spec.dpi = 100;
+  for (const auto& window : std::vector<std::optional<std::array<double, 4>>>{std::nullopt, {{-4.3, 4.3, 2, 8}}}) {
+    spec.window = window;
+    const Image image = painted(pile, spec), mirror = painted(mirrored(pile), spec);
+    const Font font(text_pixels(spec));
+    const Box plot = lay_out(spec, build_scene(pile, spec), font).plot;
+    int different = 0;
+    for (int y = plot.top; y < plot.bottom(); ++y) {
+      for (int x = 0; x < plot.width; ++x) {
+        different += image.at(plot.left + x, y) != mirror.at(plot.right() - 1 - x, y);
+      }
+    }
+    CHECK(different == 0);
+  }
+}
+
+TEST_CASE("a contact across the seam is seen at both sides") {
+  Pile pile(Lattice({8, 4}));
+  const std::size_t k = pile.lattice.index(2, 0);  // x = -4, on the seam; its lower-left contact leaves the window
+  pile.V_L[k] = 1;
+  SceneSpec spec;
+  spec.width_px = 400;
+  spec.dpi = 100;
+  const Scene scene = build_scene(pile, spec);
+  CHECK(scene.counts.drawn == 1);
+  CHECK(scene.bars.size() == 2);
+  const Image image = paint(scene, spec, context());
+  const Font font(text_pixels(spec));
+  const Box plot = lay_out(spec, scene, font).plot;
+  const int row = plot.top + static_cast<int>(Lattice::depth(2) * scene.pixels_per_diameter);
+  CHECK(image.at(plot.left, row).r < 100);
+  CHECK(image.at(plot.right() - 1, row).r < 100);
+}
+
+TEST_CASE("two runs and two contexts give the same bytes") {
+  const Pile pile = irregular_pile(20, 15);
+  SceneSpec spec;
+  spec.width_px = 500;
+  spec.dpi = 100;
+  const Image first = painted(pile, spec);
+  CHECK((painted(pile, spec).rgba == first.rgba));
+  const auto other = make_gl_context("osmesa");
+  CHECK((paint(build_scene(pile, spec), spec, *other).rgba == first.rgba));
+}
+
+TEST_CASE("a pile without forces is an empty frame with its legend") {
+  SceneSpec spec;
+  const Image image = painted(Pile(Lattice({10, 10})), spec);
+  CHECK(image.width == spec.width_px);
+  CHECK(ink(image) > 0);
+}
+
+TEST_CASE("backends: osmesa is there, egl says that it is not, others do not exist") {
+  CHECK(context().name() == "osmesa");
+  CHECK(context().max_size() >= 2048);
+  CHECK_FALSE(context().renderer().empty());
+  CHECK_THAT(context().reason(), Catch::Contains("OSMesa"));
+  CHECK_THROWS_AS(make_gl_context("egl"), EnvironmentError);
+  CHECK_THROWS_WITH(make_gl_context("egl"), Catch::Contains("OSMesa only"));
+  CHECK_THROWS_AS(make_gl_context("vulkan"), InputError);
+}
+
+}  // namespace
+}  // namespace granuscope

@@ -1,0 +1,159 @@
+#include "render/png_file.h"
+
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <vector>
+
+#include "render/draw.h"
+#include "render/test_piles.h"
+#include "support/error.h"
+
+namespace granuscope {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A folder of its own for each case.
+class Folder {
+ public:
+  Folder() {
+    std::string name = (fs::temp_directory_path() / "granuscope-png-XXXXXX").string();
+    if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
+    path_ = name;
+  }
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+  ~Folder() {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+  }
+  fs::path operator/(const char* name) const { return path_ / name; }
+  std::size_t files() const {
+    return static_cast<std::size_t>(std::distance(fs::directory_iterator(path_), fs::directory_iterator()));
+  }
+
+ private:
+  fs::path path_;
+};
+
+std::string bytes_of(const fs::path& path) {
+  std::ifstream stream(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+struct Chunk {
+  std::string type, data;
+};
+
+std::uint32_t big_endian(const std::string& bytes, std::size_t at) {
+  std::uint32_t value = 0;
+  for (std::size_t i = 0; i < 4; ++i) value = value << 8 | static_cast<unsigned char>(bytes.at(at + i));
+  return value;
+}
+
+std::vector<Chunk> chunks_of(const fs::path& path) {
+  const std::string bytes = bytes_of(path);
+  std::vector<Chunk> chunks;
+  for (std::size_t at = 8; at < bytes.size();) {
+    const std::size_t length = big_endian(bytes, at);
+    chunks.push_back({bytes.substr(at + 4, 4), bytes.substr(at + 8, length)});
+    at += length + 12;
+  }
+  return chunks;
+}
+
+std::vector<Chunk> of_type(const std::vector<Chunk>& chunks, const std::string& type) {
+  std::vector<Chunk> found;
+  for (const Chunk& chunk : chunks) {
+    if (chunk.type == type) found.push_back(chunk);
+  }
+  return found;
+}
+
+Image small_image() {
+  Image image(5, 3, {10, 20, 30});
+  image.rgba[image.offset(4, 2)] = 200;
+  image.metadata = {{"Scene", "forces"}};
+  return image;
+}
+
+TEST_CASE("an image carries its resolution, colour space and texts, and no time") {
+  const Folder folder;
+  write_png(folder / "a.png", small_image(), 300, {{"Software", "granuscope \u03bc = 0.1"}});
+  const auto chunks = chunks_of(folder / "a.png");
+  REQUIRE(of_type(chunks, "pHYs").size() == 1);
+  const std::string& resolution = of_type(chunks, "pHYs")[0].data;
+  CHECK(big_endian(resolution, 0) == 11811);  // 300 / 0.0254, rounded
+  CHECK(big_endian(resolution, 4) == 11811);
+  CHECK(resolution[8] == 1);  // the metre
+  CHECK(of_type(chunks, "sRGB").size() == 1);
+  CHECK(of_type(chunks, "tIME").empty());
+  REQUIRE(of_type(chunks, "iTXt").size() == 2);
+  CHECK(of_type(chunks, "iTXt")[0].data == std::string("Scene\0\0\0\0\0forces", 16));
+  CHECK_THAT(of_type(chunks, "iTXt")[1].data, Catch::Contains("granuscope \u03bc = 0.1"));
+  CHECK(chunks.back().type == "IEND");
+  CHECK(of_type(chunks, "IHDR")[0].data[9] == 2);  // opaque: RGB
+}
+
+TEST_CASE("what is written is read back") {
+  const Folder folder;
+  Image image = small_image();
+  image.rgba[3] = 7;  // one translucent pixel
+  write_png(folder / "a.png", image, 100);
+  const Image back = read_png(folder / "a.png");
+  CHECK(back.width == 5);
+  CHECK(back.height == 3);
+  CHECK(back.rgba == image.rgba);
+  CHECK(back.metadata == image.metadata);
+  CHECK(of_type(chunks_of(folder / "a.png"), "IHDR")[0].data[9] == 6);  // RGBA
+}
+
+TEST_CASE("a PNG that cannot be written leaves nothing behind") {
+  const Folder folder;
+  CHECK_THROWS_AS(write_png(folder / "no/such/folder.png", small_image(), 100), EnvironmentError);
+  CHECK_THROWS_AS(write_png(folder / "a.png", Image(), 100), InputError);
+  CHECK_THROWS_AS(write_png(folder / "a.png", small_image(), 0), InputError);
+  CHECK_THROWS_AS(write_png(folder / "a.png", small_image(), 100, {{"", "text"}}), InputError);
+  CHECK_THROWS_AS(write_png(folder / "a.png", small_image(), 100, {{std::string(80, 'k'), "text"}}), InputError);
+  CHECK(folder.files() == 0);
+}
+
+TEST_CASE("a file that is not a whole PNG is refused") {
+  const Folder folder;
+  CHECK_THROWS_AS(read_png(folder / "none.png"), InputError);
+  std::ofstream(folder / "text.png") << "not a picture";
+  CHECK_THROWS_WITH(read_png(folder / "text.png"), Catch::Contains("not a whole PNG"));
+  write_png(folder / "a.png", small_image(), 100);
+  const std::string whole = bytes_of(folder / "a.png");
+  std::ofstream(folder / "half.png", std::ios::binary) << whole.substr(0, whole.size() - 20);
+  CHECK_THROWS_AS(read_png(folder / "half.png"), InputError);
+}
+
+TEST_CASE("a pile is drawn to a file, twice the same bytes, with its numbers") {
+  const Folder folder;
+  const Pile pile = frictionless_pile(12, 10);
+  SceneSpec spec;
+  spec.width_px = 400;
+  spec.dpi = 100;
+  const SceneStatistics statistics = draw_pile(pile, spec, folder / "a.png", {{"Software", "granuscope"}});
+  draw_pile(pile, spec, folder / "b.png", {{"Software", "granuscope"}});
+  CHECK((bytes_of(folder / "a.png") == bytes_of(folder / "b.png")));
+  CHECK(folder.files() == 2);
+  const Image image = read_png(folder / "a.png");
+  CHECK(image.width == 400);
+  CHECK(statistics.counts.pixels == 400U * static_cast<unsigned>(image.height));
+  CHECK(statistics.counts.drawn == 240);
+  CHECK(statistics.seconds.draw > 0);
+  std::string contacts;
+  for (const auto& [keyword, text] : image.metadata) contacts += keyword == "Contacts" ? text : "";
+  CHECK(contacts == "240 drawn, 0 outside, 0 too faint, 0 aggregated");
+  spec.window = {{3, 3, 0, 0}};
+  CHECK_THROWS_AS(draw_pile(pile, spec, folder / "c.png"), InputError);
+  CHECK(folder.files() == 2);
+}
+
+}  // namespace
+}  // namespace granuscope
