@@ -7,7 +7,6 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
-#include <regex>
 #include <set>
 #include <sstream>
 #include <string>
@@ -36,10 +35,18 @@ std::vector<fs::path> sources_in(const fs::path& folder) {
   return files;
 }
 
+/// What the #include lines of a text name. (<regex> does not compile under the sanitizers with warnings as errors.)
 std::vector<std::string> includes_of(const std::string& text) {
-  static const std::regex include(R"re(^[ \t]*#[ \t]*include[ \t]*[<"]([^>"]+)[>"])re", std::regex::multiline);
   std::vector<std::string> names;
-  for (std::sregex_iterator at(text.begin(), text.end(), include), end; at != end; ++at) names.push_back((*at)[1]);
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    std::string dense;
+    for (const char c : line) {
+      if (c != ' ' && c != '\t') dense += c;
+    }
+    if (dense.rfind("#include", 0) != 0 || dense.size() < 10) continue;
+    names.push_back(dense.substr(9, dense.find_first_of(">\"", 9) - 9));
+  }
   return names;
 }
 
