@@ -3,9 +3,18 @@
 #include <fmt/format.h>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 namespace granuscope {
+namespace {
+
+/// The larger residual. One that is not a number counts as infinite: std::max would pass over it.
+double worse(double worst, double residual) {
+  return std::isfinite(residual) ? std::max(worst, residual) : std::numeric_limits<double>::infinity();
+}
+
+}  // namespace
 
 IdentityResiduals identity_residuals(const Pile& pile) {
   const Lattice& lattice = pile.lattice;
@@ -15,7 +24,7 @@ IdentityResiduals identity_residuals(const Pile& pile) {
   for (int n = 0; n < lattice.layers(); ++n) {
     double total = 0;
     for (int i = 0; i < lattice.columns(); ++i) total += pile.V_R[lattice.index(n, i)] + pile.V_L[lattice.index(n, i)];
-    worst.weight_sum = std::max(worst.weight_sum, std::abs(total - total_load) / total_load);
+    worst.weight_sum = worse(worst.weight_sum, std::abs(total - total_load) / total_load);
   }
   const auto weight = [&](int n, int i) { return pile.V_R[lattice.index(n, i)] + pile.V_L[lattice.index(n, i)]; };
   // H leaving a bead equals H entering it.
@@ -26,10 +35,10 @@ IdentityResiduals identity_residuals(const Pile& pile) {
       // Bead i of layer n+1 lies straight below bead i of layer n-1, between its two parents in layer n.
       const int left = lattice.upper_left(n + 1, i), right = lattice.upper_right(n + 1, i);
       const double expected = weight(n - 1, i) + sqrt3 * (horizontal(n, left) - horizontal(n, right));
-      residual = std::max(residual, std::abs(weight(n + 1, i) - expected));
+      residual = worse(residual, std::abs(weight(n + 1, i) - expected));
       largest = std::max({largest, weight(n - 1, i), weight(n + 1, i)});
     }
-    if (largest > 0) worst.wave_equation = std::max(worst.wave_equation, residual / largest);
+    if (largest > 0) worst.wave_equation = worse(worst.wave_equation, residual / largest);
   }
   return worst;
 }
