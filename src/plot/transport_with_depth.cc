@@ -250,6 +250,12 @@ Figure draw_transport_with_depth(const Analysis& analysis, const TransportWithDe
   add_slope(draft, "D", result->D, "w_0", result->width_offset);
   add_c_inset(draft, analysis);
   add_D_inset(draft, analysis);
+  const auto either = [&](const char* one, const char* other) {
+    return draft.script[one].empty() && draft.script[other].empty() ? "" : "yes";
+  };
+  draft.script["slopes"] = either("c", "D");
+  draft.script["insets"] = either("inset_c", "inset_D");
+  draft.script["laws"] = either("gamma", "beta");
   draft.words["unknown"] = enumeration(draft.unknown);
   draft.words["not_logarithmic"] = enumeration(draft.not_logarithmic);
 

@@ -1,0 +1,121 @@
+#include "report/manifest_json.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include "report/clean_json.h"
+#include "support/atomic_file.h"
+#include "support/digest.h"
+#include "support/error.h"
+
+namespace granuscope {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr const char* manifest_name = "manifest.json";
+
+Json to_json(const std::vector<std::pair<std::string, std::string>>& pairs) {
+  Json json = Json::object();
+  for (const auto& [name, value] : pairs) json[name] = value;
+  return json;
+}
+
+Json to_json(const Provenance& provenance) {
+  Json json;
+  json["program"] = provenance.program_version;
+  json["git_commit"] = provenance.git_commit;
+  json["git_dirty"] = provenance.git_dirty;
+  json["compiler"] = provenance.compiler;
+  json["compiler_flags"] = provenance.compiler_flags;
+  json["build_type"] = provenance.build_type;
+  json["libraries"] = to_json(provenance.libraries);
+  json["host_cpu"] = provenance.host_cpu;
+  json["operating_system"] = provenance.operating_system;
+  json["hardware_threads"] = provenance.hardware_threads;
+  return json;
+}
+
+Json to_json(const std::vector<StageTiming>& timings) {
+  Json json = Json::array();
+  for (const StageTiming& timing : timings) {
+    Json stage;
+    stage["stage"] = timing.stage;
+    stage["seconds"] = timing.seconds;
+    stage["reused"] = timing.reused;
+    json.push_back(stage);
+  }
+  return json;
+}
+
+bool hidden(const std::filesystem::path& relative) {
+  return std::any_of(relative.begin(), relative.end(),
+                     [](const std::filesystem::path& part) { return part.string().starts_with('.'); });
+}
+
+/// Relative paths of all regular files below the folder, sorted. Unreadable folders are left out: a manifest of a
+/// failed run must not fail itself.
+std::vector<std::filesystem::path> files_below(const std::filesystem::path& folder) {
+  std::vector<std::filesystem::path> files;
+  std::error_code error;
+  const auto options = std::filesystem::directory_options::skip_permission_denied;
+  std::filesystem::recursive_directory_iterator at(folder, options, error);
+  for (const std::filesystem::recursive_directory_iterator end; !error && at != end; at.increment(error)) {
+    std::error_code no_status;
+    const std::filesystem::path relative = at->path().lexically_relative(folder);
+    if (!at->is_regular_file(no_status) || hidden(relative) || relative == manifest_name) continue;
+    files.push_back(relative);
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+Json files_json(const std::filesystem::path& folder) {
+  Json json = Json::array();
+  for (const std::filesystem::path& relative : files_below(folder)) {
+    std::error_code error;
+    const auto bytes = std::filesystem::file_size(folder / relative, error);
+    Json file;
+    file["path"] = relative.generic_string();
+    file["bytes"] = error ? Json(nullptr) : Json(bytes);
+    try {
+      file["sha256"] = sha256_of_file(folder / relative);
+    } catch (const Error& unreadable) {
+      file["sha256"] = nullptr;
+      file["reason"] = unreadable.what();
+    }
+    json.push_back(file);
+  }
+  return json;
+}
+
+}  // namespace
+
+std::string manifest_json(const ReportData& data, const std::filesystem::path& run_folder, const RunOutcome& outcome) {
+  Json json;
+  json["schema"] = 1;
+  json["experiment"] = data.experiment_name;
+  json["status"] = outcome.status;
+  json["exit_code"] = outcome.exit_code;
+  json["error"] = outcome.error.empty() ? Json(nullptr) : Json(outcome.error);
+  json["finished"] = current_time();
+  json["seed"] = data.seed;
+  json["experiment_key"] = data.resolved_experiment_key;
+  json["provenance"] = to_json(data.provenance);
+  json["environment"] = to_json(data.environment);
+  json["timings"] = to_json(data.timings);
+  json["skipped"] = data.skipped;
+  json["files"] = files_json(run_folder);
+  clean_strings(json);
+  return json.dump(2) + "\n";
+}
+
+void write_manifest(const ReportData& data, const std::filesystem::path& run_folder, const RunOutcome& outcome) {
+  write_file(run_folder / manifest_name, manifest_json(data, run_folder, outcome));
+}
+
+}  // namespace granuscope

@@ -1,0 +1,52 @@
+#include "report/number_text.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+#include "support/number_format.h"
+
+namespace granuscope {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr const char* unknown = "n/a";
+
+/// Four significant digits, without the zeros that only fill them up: 0.3 is a setting, not 0.3000.
+std::string plain_number(double value) {
+  std::string text = significant(value, 4);
+  if (text.find('.') == std::string::npos || text.find("×") != std::string::npos) return text;
+  while (text.back() == '0') text.pop_back();
+  if (text.back() == '.') text.pop_back();
+  return text;
+}
+
+}  // namespace
+
+std::string number_text(const Json& summary, const std::string& pointer) {
+  const Json::json_pointer place(pointer);
+  if (!summary.contains(place)) throw std::logic_error("summary.json has nothing at " + pointer);
+  const Json& value = summary.at(place);
+  if (value.is_null()) return unknown;
+  if (value.is_string()) return value.get<std::string>();
+  if (value.is_number_unsigned()) return std::to_string(value.get<std::uint64_t>());
+  if (value.is_number_integer()) return fmt::format("{}", value.get<std::int64_t>());
+  if (value.is_number()) return plain_number(value.get<double>());
+  if (value.is_object() && value.contains("value") && value.contains("stderr")) {
+    if (value["value"].is_null() || value["stderr"].is_null()) return unknown;
+    return value_with_error(value["value"].get<double>(), value["stderr"].get<double>());
+  }
+  throw std::logic_error("summary.json has no number at " + pointer);
+}
+
+Json number_cell(const Json& summary, const std::string& pointer) {
+  Json cell;
+  cell["key"] = pointer;
+  cell["text"] = number_text(summary, pointer);
+  return cell;
+}
+
+}  // namespace granuscope

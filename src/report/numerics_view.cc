@@ -1,0 +1,106 @@
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "report/number_text.h"
+#include "report/report_view.h"
+#include "support/progress.h"
+
+namespace granuscope {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json named_values(const std::vector<std::pair<std::string, std::string>>& pairs) {
+  Json list = Json::array();
+  for (const auto& [name, value] : pairs) list.push_back({{"name", name}, {"value", value}});
+  return list;
+}
+
+Json failures_of(const Json& summary, const Json& result, std::size_t index) {
+  Json failures = Json::array();
+  for (std::size_t i = 0; i < result.at("failed").size(); ++i) {
+    const std::string pointer = fmt::format("/results/{}/failed/{}", index, i);
+    Json failure;
+    failure["at_mu"] = number_cell(summary, fmt::format("/results/{}/mu", index));
+    for (const char* name : {"sample", "layer", "replay"}) failure[name] = number_cell(summary, pointer + "/" + name);
+    failures.push_back(failure);
+  }
+  return failures;
+}
+
+/// The spread of chi^2 per degree of freedom over the depths that were fitted, as cells of the smallest and largest.
+Json fit_quality(const Json& summary, const Json& result, std::size_t index) {
+  std::size_t lowest = 0, highest = 0, fitted = 0;
+  const Json& depths = result.at("depths");
+  const auto chi2 = [&depths](std::size_t i) { return depths[i].at("chi2_per_dof").get<double>(); };
+  for (std::size_t i = 0; i < depths.size(); ++i) {
+    if (depths[i].at("chi2_per_dof").is_null() || depths[i].at("identifiable") != true) continue;
+    if (fitted == 0 || chi2(i) < chi2(lowest)) lowest = i;
+    if (fitted == 0 || chi2(i) > chi2(highest)) highest = i;
+    ++fitted;
+  }
+  if (fitted == 0) return Json::object();
+  Json quality;
+  quality["low"] = number_cell(summary, fmt::format("/results/{}/depths/{}/chi2_per_dof", index, lowest));
+  quality["high"] = number_cell(summary, fmt::format("/results/{}/depths/{}/chi2_per_dof", index, highest));
+  return quality;
+}
+
+}  // namespace
+
+Json numerics_view(const Json& summary, const ReportData& data) {
+  Json view;
+  Json rows = Json::array(), failures = Json::array();
+  const Json& results = summary.at("results");
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    const std::string pointer = fmt::format("/results/{}", i);
+    Json row;
+    row["mu"] = number_cell(summary, pointer + "/mu");
+    row["samples"] = number_cell(summary, pointer + "/samples");
+    row["depths_in_window"] = number_cell(summary, pointer + "/depths_in_window");
+    for (const char* name : {"draws_per_bead", "mended_per_bead", "climbed_per_bead"}) {
+      row[name] = number_cell(summary, fmt::format("{}/sampler/{}", pointer, name));
+    }
+    row["failed_count"] = std::to_string(results[i].at("failed").size());
+    row["quality"] = fit_quality(summary, results[i], i);
+    rows.push_back(row);
+    for (const Json& failure : failures_of(summary, results[i], i)) failures.push_back(failure);
+  }
+  view["sampler_rows"] = rows;
+  view["has_sampler_rows"] = !rows.empty();
+  view["failures"] = failures;
+  view["has_failures"] = !failures.empty();
+  view["skipped"] = data.skipped;
+  view["has_skipped"] = !data.skipped.empty();
+  return view;
+}
+
+Json provenance_view(const ReportData& data) {
+  const Provenance& from = data.provenance;
+  Json view;
+  view["commit"] = from.git_commit;
+  view["dirty"] = from.git_dirty;
+  view["facts"] = named_values({{"Program", from.program_version},
+                                {"Compiler", from.compiler},
+                                {"Compiler flags", from.compiler_flags},
+                                {"Build type", from.build_type},
+                                {"Processor", from.host_cpu},
+                                {"Operating system", from.operating_system},
+                                {"Hardware threads", std::to_string(from.hardware_threads)}});
+  view["libraries"] = named_values(from.libraries);
+  view["has_libraries"] = !from.libraries.empty();
+  view["environment"] = named_values(data.environment);
+  Json timings = Json::array();
+  for (const StageTiming& timing : data.timings) {
+    timings.push_back(
+        {{"stage", timing.stage}, {"time", describe_duration(timing.seconds)}, {"reused", timing.reused}});
+  }
+  view["timings"] = timings;
+  view["has_timings"] = !timings.empty();
+  view["experiment_toml"] = data.resolved_experiment;
+  return view;
+}
+
+}  // namespace granuscope

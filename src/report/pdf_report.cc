@@ -1,0 +1,70 @@
+#include "report/pdf_report.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+#include <system_error>
+
+#include "plot/scratch_folder.h"
+#include "report/mustache_page.h"
+#include "report/report_view.h"
+#include "support/atomic_file.h"
+#include "support/child_process.h"
+#include "support/template_file.h"
+
+namespace granuscope {
+
+namespace {
+
+constexpr const char* install = "`apt-get install weasyprint fonts-dejavu-core` installs what it needs";
+
+PdfOutcome failed(const std::string& why) { return {"", "report.pdf was not written: " + why}; }
+
+std::string first_lines(const std::string& text) { return text.size() <= 400 ? text : text.substr(0, 400) + " …"; }
+
+bool ends_as_pdf(const std::string& bytes) {
+  return bytes.starts_with("%PDF-") &&
+         bytes.find("%%EOF", bytes.size() < 16 ? 0 : bytes.size() - 16) != std::string::npos;
+}
+
+}  // namespace
+
+PdfOutcome pdf_report(const ReportData& data, const std::string& summary, const std::filesystem::path& run_folder,
+                      double timeout_seconds) {
+  if (!find_program("weasyprint")) return failed(fmt::format("WeasyPrint is not installed; {}", install));
+
+  const auto numbers = nlohmann::ordered_json::parse(summary);
+  const std::string page =
+      fill_page(template_file("report.html.mustache"), report_view(data, numbers, run_folder, PageMedium::print));
+  const ScratchFolder scratch(run_folder, "report-pdf");
+  write_file(scratch.path() / "report.html", page);
+
+  ProcessSpec process;
+  process.arguments = {"weasyprint", "--encoding", "utf-8", "report.html", "report.pdf"};
+  process.working_folder = scratch.path();
+  // A fixed date makes the same report the same bytes. Font caches go into the scratch folder, where they can be
+  // written.
+  process.environment = {{"LC_ALL", "C.UTF-8"},
+                         {"SOURCE_DATE_EPOCH", "946684800"},
+                         {"HOME", scratch.path().string()},
+                         {"XDG_CACHE_HOME", scratch.path().string()}};
+  process.timeout_seconds = timeout_seconds;
+  const ProcessResult result = run_process(process);
+  if (result.timed_out) return failed(fmt::format("WeasyPrint was still running after {:.0f} s", timeout_seconds));
+  if (result.exit_code != 0) {
+    return failed(
+        fmt::format("WeasyPrint ended with status {}: {}", result.exit_code, first_lines(result.standard_error)));
+  }
+  // It ends with status 0 even if an image or a style sheet could not be loaded.
+  if (result.standard_error.find("ERROR") != std::string::npos) {
+    return failed("WeasyPrint could not load a part of the page: " + first_lines(result.standard_error));
+  }
+  std::error_code error;
+  if (!std::filesystem::exists(scratch.path() / "report.pdf", error)) return failed("WeasyPrint left no file");
+  PdfOutcome outcome;
+  outcome.bytes = read_file(scratch.path() / "report.pdf");
+  if (!ends_as_pdf(outcome.bytes)) return failed("WeasyPrint left a file that is cut off");
+  return outcome;
+}
+
+}  // namespace granuscope

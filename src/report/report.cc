@@ -1,0 +1,46 @@
+#include "report/report.h"
+
+#include "report/html_report.h"
+#include "report/junit.h"
+#include "report/markdown_summary.h"
+#include "report/pdf_report.h"
+#include "report/summary_json.h"
+#include "support/atomic_file.h"
+#include "support/error.h"
+
+namespace granuscope {
+
+ReportFiles write_report(const ReportData& data, const std::filesystem::path& run_folder, PdfPolicy pdf) {
+  ReportFiles files;
+  const std::string summary = summary_json(data);
+  files.summary = run_folder / "summary.json";
+  write_file(files.summary, summary);
+  files.claims = run_folder / "claims.xml";
+  write_file(files.claims, junit_claims(data.analysis.claims, data.experiment_name));
+  files.markdown = run_folder / "summary.md";
+  write_file(files.markdown, markdown_summary(data));
+
+  // The PDF comes before the page, which says so if there is none.
+  ReportData told = data;
+  PdfOutcome outcome;
+  if (pdf == PdfPolicy::none) {
+    files.pdf_skipped = "report.pdf was not asked for.";
+  } else {
+    outcome = pdf_report(data, summary, run_folder);
+    files.pdf_skipped = outcome.failure;
+  }
+  if (!files.pdf_skipped.empty() && std::filesystem::exists(run_folder / "report.pdf")) {
+    files.pdf_skipped += " The report.pdf in the folder is from an earlier run.";
+  }
+  if (!files.pdf_skipped.empty()) told.skipped.push_back(files.pdf_skipped);
+  files.html = run_folder / "report.html";
+  write_file(files.html, html_report(told, summary, run_folder));
+  if (!outcome.bytes.empty()) {
+    files.pdf = run_folder / "report.pdf";
+    write_file(*files.pdf, outcome.bytes);
+  }
+  if (pdf == PdfPolicy::required && !files.pdf) throw EnvironmentError(files.pdf_skipped);
+  return files;
+}
+
+}  // namespace granuscope

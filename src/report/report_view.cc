@@ -1,0 +1,49 @@
+#include "report/report_view.h"
+
+#include <nlohmann/json.hpp>
+
+#include "report/clean_json.h"
+#include "report/number_text.h"
+#include "support/template_file.h"
+
+namespace granuscope {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// Adds the members of one view to another.
+void merge(Json& view, const Json& part) {
+  for (const auto& [name, value] : part.items()) view[name] = value;
+}
+
+}  // namespace
+
+Json report_view(const ReportData& data, const Json& summary, const std::filesystem::path& run_folder,
+                 PageMedium medium) {
+  const bool print = medium == PageMedium::print;
+  Json view;
+  view["style"] = template_file(print ? "print.css" : "screen.css");
+  view["print"] = print;
+  view["program"] = data.provenance.program_version;
+  view["title"] = data.experiment_name.empty() ? "untitled experiment" : data.experiment_name;
+  view["description"] = data.description;
+  view["has_description"] = !data.description.empty();
+  for (const char* name : {"columns", "layers", "seed", "overload"}) {
+    view[name] = number_cell(summary, std::string("/") + name);
+  }
+  view["experiment_key"] = number_cell(summary, "/experiment_key");
+  merge(view, results_view(summary));
+  view["claims"] = claims_view(summary);
+  view["has_claims"] = !view["claims"].empty();
+  view["figures"] = figures_view(data, run_folder, medium);
+  view["has_figures"] = !view["figures"].empty();
+  view["law_in_words"] = data.law_in_words;
+  view["has_law_in_words"] = !data.law_in_words.empty();
+  merge(view, numerics_view(summary, data));
+  merge(view, provenance_view(data));
+  clean_strings(view);
+  return view;
+}
+
+}  // namespace granuscope

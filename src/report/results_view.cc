@@ -1,0 +1,170 @@
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "report/number_text.h"
+#include "report/report_view.h"
+#include "support/number_format.h"
+
+namespace granuscope {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// Values of one column, once if all rows agree (an empty list if there is no row).
+bool all_equal(const Json& results, const char* column, const std::string& value) {
+  for (const Json& result : results) {
+    if (result.at(column) != value) return false;
+  }
+  return !results.empty();
+}
+
+/// Where an estimate is unknown, the reason as a note below the table.
+void add_reason(Json& notes, const Json& summary, const std::string& pointer, const std::string& what) {
+  const Json& estimate = summary.at(Json::json_pointer(pointer));
+  if (!estimate.contains("reason")) return;
+  Json note;
+  note["what"] = what;
+  note["reason"] = number_cell(summary, pointer + "/reason");
+  notes.push_back(note);
+}
+
+Json window_cells(const Json& summary, const std::string& fit) {
+  Json window;
+  window["low"] = number_cell(summary, fit + "/window/0");
+  window["high"] = number_cell(summary, fit + "/window/1");
+  return window;
+}
+
+Json verdict_of(const Json& summary, const std::string& claim_id) {
+  const Json& claims = summary.at("claims");
+  for (std::size_t i = 0; i < claims.size(); ++i) {
+    if (claims[i].at("id") != claim_id) continue;
+    Json verdict = number_cell(summary, fmt::format("/claims/{}/verdict", i));
+    const auto word = claims[i].at("verdict").get<std::string>();
+    verdict["reproduced"] = word == "reproduced";
+    verdict["not_reproduced"] = word == "not reproduced";
+    verdict["undetermined"] = word != "reproduced" && word != "not reproduced";
+    return verdict;
+  }
+  return Json::object();
+}
+
+Json exponent_view(const Json& summary, const char* name, const char* claim_id, Json& notes) {
+  const std::string pointer = fmt::format("/scaling/{}", name);
+  Json view;
+  view["value"] = number_cell(summary, pointer);
+  view["window"] = window_cells(summary, pointer);
+  view["points"] = number_cell(summary, pointer + "/points");
+  view["verdict"] = verdict_of(summary, claim_id);
+  add_reason(notes, summary, pointer, fmt::format("The exponent {}", name));
+  return view;
+}
+
+Json other_windows_view(const Json& summary, Json& notes) {
+  Json rows = Json::array();
+  const Json& windows = summary.at("scaling").at("other_windows");
+  for (std::size_t i = 0; i < windows.size(); ++i) {
+    const std::string pointer = fmt::format("/scaling/other_windows/{}", i);
+    Json row;
+    row["window"] = window_cells(summary, pointer + "/beta");
+    for (const char* name : {"beta", "gamma", "alpha"}) {
+      row[name] = number_cell(summary, fmt::format("{}/{}", pointer, name));
+      const std::string what =
+          fmt::format("The exponent {} over μ = {} to {}", name, row["window"]["low"]["text"].get<std::string>(),
+                      row["window"]["high"]["text"].get<std::string>());
+      add_reason(notes, summary, fmt::format("{}/{}", pointer, name), what);
+    }
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+Json transport_rows(const Json& summary, Json& notes) {
+  Json rows = Json::array();
+  const Json& results = summary.at("results");
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    const std::string pointer = fmt::format("/results/{}", i);
+    Json row;
+    for (const char* name :
+         {"mu", "samples", "estimator", "law", "c", "D", "alpha_thrust", "c_thrust", "c_minus_c_thrust"}) {
+      row[name] = number_cell(summary, fmt::format("{}/{}", pointer, name));
+    }
+    row["frictionless"] = results[i].at("mu") == 0;
+    row["exact"] = results[i].at("exact");
+    const std::string at = " at μ = " + row["mu"]["text"].get<std::string>();
+    add_reason(notes, summary, pointer + "/c", "c" + at);
+    add_reason(notes, summary, pointer + "/D", "D" + at);
+    add_reason(notes, summary, pointer + "/c_thrust", "c from the thrust ratio" + at);
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+/// A claim keeps its number and the standard error side by side: two cells, the number with the decimals of its error.
+Json measured_cells(const Json& summary, const std::string& claim) {
+  Json cells;
+  cells["value"] = number_cell(summary, claim + "/measured");
+  cells["error"] = Json::object();
+  const Json& place = summary.at(Json::json_pointer(claim));
+  if (!place.at("measured").is_number() || !place.at("stderr").is_number()) return cells;
+  const auto value = place.at("measured").get<double>();
+  const auto error = place.at("stderr").get<double>();
+  if (!(error > 0)) return cells;
+  const std::string both = value_with_error(value, error);  // "2.538(81)"
+  if (both.find("×") == std::string::npos) cells["value"]["text"] = both.substr(0, both.find('('));
+  cells["error"] = number_cell(summary, claim + "/stderr");
+  cells["error"]["text"] = significant(error, 2);
+  return cells;
+}
+
+}  // namespace
+
+Json results_view(const Json& summary) {
+  Json view;
+  const Json& results = summary.at("results");
+  Json exponent_notes = Json::array(), transport_notes = Json::array();
+  view["beta"] = exponent_view(summary, "beta", "D-of-mu", exponent_notes);
+  view["gamma"] = exponent_view(summary, "gamma", "c-of-mu", exponent_notes);
+  view["alpha"] = exponent_view(summary, "alpha", "c-of-D", exponent_notes);
+  view["other_windows"] = other_windows_view(summary, exponent_notes);
+  view["has_other_windows"] = !view["other_windows"].empty();
+  view["transport"] = transport_rows(summary, transport_notes);
+  view["has_transport"] = !results.empty();
+  view["exponent_notes"] = exponent_notes;
+  view["transport_notes"] = transport_notes;
+  view["point_estimator"] = all_equal(results, "estimator", "point");
+  Json window = Json::object();
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    if (results[i].at("exact") == true) continue;
+    window["first"] = number_cell(summary, fmt::format("/results/{}/window_layers/0", i));
+    window["last"] = number_cell(summary, fmt::format("/results/{}/window_layers/1", i));
+    break;
+  }
+  view["slope_window"] = window;
+  return view;
+}
+
+Json claims_view(const Json& summary) {
+  Json rows = Json::array();
+  const Json& claims = summary.at("claims");
+  for (std::size_t i = 0; i < claims.size(); ++i) {
+    const std::string pointer = fmt::format("/claims/{}", i);
+    Json row;
+    for (const char* name : {"id", "statement", "explanation", "z_score", "paper"}) {
+      row[name] = number_cell(summary, fmt::format("{}/{}", pointer, name));
+    }
+    row["verdict"] = verdict_of(summary, claims[i].at("id"));
+    row["measured"] = measured_cells(summary, pointer);
+    row["differs"] = claims[i].at("expected").is_string() && claims[i].at("expected") != claims[i].at("verdict");
+    row["expected"] = row["differs"] == true ? number_cell(summary, pointer + "/expected") : Json::object();
+    row["reason"] = claims[i].contains("reason") && claims[i].at("measured").is_null()
+                        ? number_cell(summary, pointer + "/reason")
+                        : Json::object();
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+}  // namespace granuscope

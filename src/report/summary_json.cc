@@ -1,0 +1,159 @@
+#include "report/summary_json.h"
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "report/clean_json.h"
+
+namespace granuscope {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json finite_or_null(double number) { return std::isfinite(number) ? Json(number) : Json(nullptr); }
+
+std::string stated(const std::string& reason) { return reason.empty() ? "no reason was recorded" : reason; }
+
+Json to_json(const Estimate& estimate) {
+  Json json;
+  if (!estimate.known()) {
+    json["value"] = nullptr;
+    json["stderr"] = nullptr;
+    json["reason"] = stated(estimate.reason);
+    return json;
+  }
+  json["value"] = estimate.value;
+  json["stderr"] = finite_or_null(estimate.standard_error);
+  if (!std::isfinite(estimate.standard_error)) json["reason"] = "its standard error is unknown";
+  return json;
+}
+
+Json to_json(const FailedSample& failed) {
+  Json json;
+  json["sample"] = failed.sample;
+  json["layer"] = failed.layer;
+  json["replay"] = failed.replay;
+  return json;
+}
+
+Json to_json(const DepthFit& fit) {
+  Json json;
+  json["layer"] = fit.layer;
+  json["z"] = fit.z;
+  json["peak_position"] = to_json(fit.peak_position);
+  json["width"] = to_json(fit.width);
+  json["width_squared"] = to_json(fit.width_squared);
+  json["thrust_ratio"] = to_json(fit.thrust_ratio);
+  json["chi2_per_dof"] = finite_or_null(fit.degrees_of_freedom > 0 ? fit.chi2_per_dof : std::nan(""));
+  json["degrees_of_freedom"] = fit.degrees_of_freedom;
+  json["identifiable"] = fit.identifiable;
+  if (!fit.identifiable || json["chi2_per_dof"].is_null()) {
+    json["reason"] = fit.reason.empty() ? "nothing was fitted at this depth" : fit.reason;
+  }
+  return json;
+}
+
+Json to_json(const Transport& result);
+Json to_json(const ScalingFits& fits);
+Json to_json(const Claim& claim);
+Json to_json(const Figure& figure);
+
+template <typename Item>
+Json list_of(const std::vector<Item>& items) {
+  Json json = Json::array();
+  for (const Item& item : items) json.push_back(to_json(item));
+  return json;
+}
+
+Json to_json(const Transport& result) {
+  Json json;
+  json["mu"] = result.mu;
+  json["law"] = result.law;
+  json["estimator"] = result.estimator;
+  json["samples"] = result.samples;
+  json["failed"] = list_of(result.failed);
+  json["exact"] = result.exact;
+  json["c"] = to_json(result.c);
+  json["D"] = to_json(result.D);
+  json["alpha_thrust"] = to_json(result.alpha_thrust);
+  json["c_thrust"] = to_json(result.c_thrust);
+  json["c_minus_c_thrust"] = to_json(result.c_minus_c_thrust);
+  json["position_offset"] = to_json(result.position_offset);
+  json["width_offset"] = to_json(result.width_offset);
+  json["window_layers"] = result.window_layers;
+  json["depths_in_window"] = result.depths_in_window;
+  json["depths"] = list_of(result.depths);
+  json["sampler"]["draws_per_bead"] = finite_or_null(result.draws_per_bead);
+  json["sampler"]["mended_per_bead"] = finite_or_null(result.mended_per_bead);
+  json["sampler"]["climbed_per_bead"] = finite_or_null(result.climbed_per_bead);
+  return json;
+}
+
+Json to_json(const ScalingFit& fit) {
+  Json json = to_json(fit.exponent);
+  json["window"] = fit.window;
+  json["points"] = fit.points;
+  json["ln_prefactor"] = to_json(fit.intercept);
+  return json;
+}
+
+Json to_json(const ScalingFits& fits) {
+  Json json;
+  json["beta"] = to_json(fits.beta);
+  json["gamma"] = to_json(fits.gamma);
+  json["alpha"] = to_json(fits.alpha);
+  return json;
+}
+
+Json to_json(const Claim& claim) {
+  // A claim without a number leaves `paper` at its default, which is no number of the paper.
+  const bool paper_known = std::isfinite(claim.paper) && (claim.measured.known() || claim.paper != 0);
+  Json json;
+  json["id"] = claim.id;
+  json["statement"] = claim.statement;
+  json["verdict"] = claim.verdict;
+  json["expected"] = claim.expected.empty() ? Json(nullptr) : Json(claim.expected);
+  json["measured"] = finite_or_null(claim.measured.value);
+  json["stderr"] = claim.measured.known() ? finite_or_null(claim.measured.standard_error) : Json(nullptr);
+  json["paper"] = paper_known ? Json(claim.paper) : Json(nullptr);
+  json["paper_stderr"] = paper_known ? finite_or_null(claim.paper_error) : Json(nullptr);
+  json["z_score"] = claim.measured.known() ? finite_or_null(claim.z_score) : Json(nullptr);
+  if (!claim.measured.known()) {
+    json["reason"] = stated(claim.measured.reason);
+  } else if (json["z_score"].is_null() || json["stderr"].is_null() || !paper_known) {
+    json["reason"] = "the claim is decided by its own test, not by a z-score";
+  }
+  json["explanation"] = claim.explanation;
+  return json;
+}
+
+Json to_json(const Figure& figure) {
+  Json json;
+  json["id"] = figure.id;
+  json["title"] = figure.title;
+  json["caption"] = figure.caption;
+  return json;
+}
+
+}  // namespace
+
+std::string summary_json(const ReportData& data) {
+  Json json;
+  json["schema"] = 1;
+  json["experiment"] = data.experiment_name;
+  json["experiment_key"] = data.resolved_experiment_key;
+  json["columns"] = data.columns;
+  json["layers"] = data.layers;
+  json["seed"] = data.seed;
+  json["overload"] = data.overload;
+  json["results"] = list_of(data.analysis.results);
+  json["scaling"] = to_json(data.analysis.scaling);
+  json["scaling"]["other_windows"] = list_of(data.analysis.other_windows);
+  json["claims"] = list_of(data.analysis.claims);
+  json["figures"] = list_of(data.figures);
+  clean_strings(json);
+  return json.dump(2) + "\n";
+}
+
+}  // namespace granuscope
