@@ -1,14 +1,13 @@
 #include <fmt/core.h>
+#include <oneapi/tbb/global_control.h>
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <filesystem>
 #include <memory>
 #include <string>
-#include <thread>
 #include <vector>
 
-#include "cli/memory_check.h"
+#include "cli/machine.h"
 #include "cli/verbs.h"
 #include "experiment/experiment_check.h"
 #include "experiment/experiment_file.h"
@@ -32,10 +31,6 @@ struct RunVerbOptions {
   bool gate = false;
 };
 
-unsigned workers(int threads) {
-  return threads > 0 ? static_cast<unsigned>(threads) : std::max(1u, std::thread::hardware_concurrency());
-}
-
 void print_plan(const std::vector<PlannedStep>& plan, int threads, std::ostream& out) {
   std::uint64_t beads = 0;
   for (const PlannedStep& step : plan) {
@@ -43,8 +38,8 @@ void print_plan(const std::vector<PlannedStep>& plan, int threads, std::ostream&
     out << fmt::format("{:<8} {}{}\n", name_of(step.stage), step.what, step.reused ? " (there already)" : "");
   }
   out << fmt::format("beads to draw: {:.3g}, roughly {} on {} threads\n", static_cast<double>(beads),
-                     describe_duration(static_cast<double>(beads) * seconds_per_bead / workers(threads)),
-                     workers(threads));
+                     describe_duration(static_cast<double>(beads) * seconds_per_bead / worker_count(threads)),
+                     worker_count(threads));
 }
 
 void tell_files(const ReportFiles& files, std::ostream& err) {
@@ -74,9 +69,11 @@ ExitCode run(const RunVerbOptions& given, VerbContext& context) {
     print_plan(plan_run(experiment, options), options.threads, context.out);
     return ExitCode::done;
   }
-  require_memory(estimate_memory(experiment) +
-                 bytes_per_bead * experiment.lattice.columns * experiment.lattice.layers * workers(options.threads));
+  require_memory(estimate_memory(experiment) + bytes_per_bead * experiment.lattice.columns * experiment.lattice.layers *
+                                                   worker_count(options.threads));
 
+  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
+                                  static_cast<std::size_t>(worker_count(options.threads)));
   const RunResult result = run_experiment(experiment, options);
   tell_files(result.files, context.err);
   if (!given.gate) return ExitCode::done;

@@ -1,12 +1,12 @@
 #include <fmt/core.h>
+#include <oneapi/tbb/global_control.h>
 
 #include <CLI/CLI.hpp>
 #include <cstdint>
 #include <memory>
 #include <string>
-#include <thread>
 
-#include "cli/memory_check.h"
+#include "cli/machine.h"
 #include "cli/sample_statistics.h"
 #include "cli/verbs.h"
 #include "model/friction_cone.h"
@@ -55,13 +55,16 @@ ExitCode sample(SampleOptions options, VerbContext& context) {
   if (options.statistics && spec.samples < 1) throw InputError("--samples 0 measures nothing; give at least 1");
   const FrictionCone cone(spec.sampler.mu);  // refuses a mu outside the model before any memory is taken
   const Lattice lattice(spec.lattice);
-  const unsigned workers =
-      options.threads > 0 ? static_cast<unsigned>(options.threads) : std::max(1u, std::thread::hardware_concurrency());
-  require_memory(bytes_per_bead * static_cast<double>(lattice.beads()) * (options.statistics ? workers : 1u));
+  const int workers = worker_count(options.threads);
+  require_memory(bytes_per_bead * static_cast<double>(lattice.beads()) * (options.statistics ? workers : 1));
 
   if (!options.file.empty()) store_sample(options, context);
-  if (options.statistics) {
+  if (!options.statistics) return ExitCode::done;
+  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(workers));
+  try {
     context.out << sample_statistics_json(measure_samples(spec, options.threads, context.err));
+  } catch (const Interrupted&) {
+    throw Interrupted("stopped on request before all samples were drawn, so that there are no statistics; start again");
   }
   return ExitCode::done;
 }

@@ -2,6 +2,9 @@
 
 namespace granuscope {
 
+/// Threads that --threads asks for; 0 means all the machine has.
+int worker_count(int threads);
+
 /// Throws EnvironmentError if the machine's memory is smaller than `bytes`: the system would only kill the program
 /// half way instead of refusing the memory.
 void require_memory(double bytes);
