@@ -2,6 +2,8 @@
 // never crash, hang, or deliver anything that is not finite.
 #include <fmt/format.h>
 
+#include <hdf5.h>
+
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -11,6 +13,7 @@
 #include <string>
 
 #include "storage/ensemble_file.h"
+#include "storage/hdf5_handle.h"
 #include "storage/pile_file.h"
 #include "storage/record_comparison.h"
 #include "storage/sample_records.h"
@@ -20,6 +23,12 @@
 
 using namespace granuscope;
 using namespace granuscope::test;
+
+#ifdef __SANITIZE_ADDRESS__
+/// The library itself loses some hundred bytes whenever it gives up on a damaged file; this room's handles are counted
+/// below. NOLINTNEXTLINE(bugprone-reserved-identifier): the name is the sanitizer's
+extern "C" const char* __lsan_default_suppressions() { return "leak:libhdf5"; }
+#endif
 
 namespace {
 
@@ -93,6 +102,9 @@ int refused_of(const std::filesystem::path& good, int count, std::uint64_t seed,
       REQUIRE(message.size() < 2000);
     }
   }
+  // Nothing is left open, however the reading ended.
+  const Hdf5Session session;
+  CHECK(H5Fget_obj_count(H5F_OBJ_ALL, H5F_OBJ_ALL) == 0);
   return refused;
 }
 

@@ -12,7 +12,7 @@ namespace granuscope::test {
 
 /// Equal bit by bit, so that -0.0 differs from 0.0.
 inline bool same_bits(const std::vector<double>& a, const std::vector<double>& b) {
-  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(double)) == 0;
+  return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(double)) == 0);
 }
 
 inline void check_same(const Pile& a, const Pile& b) {
