@@ -1,8 +1,6 @@
 #include "analysis/transport.h"
 
 #include <fmt/format.h>
-#include <oneapi/tbb/parallel_for.h>
-#include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
 #include <cmath>
@@ -11,6 +9,7 @@
 #include "analysis/layer_spectrum.h"
 #include "analysis/line_fit.h"
 #include "analysis/shape_fit.h"
+#include "ensemble/parallel.h"
 #include "model/lattice.h"
 
 namespace granuscope {
@@ -270,11 +269,7 @@ MeasuredTransport measure_transport(const MeasuredEnsemble& ensemble, const FitS
   }
 
   std::vector<MeasuredDepth> depths(record.sums.layers.size());
-  tbb::task_arena arena(threads > 0 ? threads : tbb::task_arena::automatic);
-  arena.execute([&] {
-    tbb::parallel_for(std::size_t{0}, depths.size(),
-                      [&](std::size_t row) { depths[row] = measure_depth(ensemble, spec, row); });
-  });
+  for_each_index(depths.size(), threads, [&](std::size_t row) { depths[row] = measure_depth(ensemble, spec, row); });
   t.exact = std::all_of(depths.begin(), depths.end(),
                         [](const MeasuredDepth& d) { return d.fit.degrees_of_freedom == 0 && d.fit.identifiable; });
   fit_slopes(depths, spec, result);

@@ -2,13 +2,12 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <oneapi/tbb/parallel_for.h>
-#include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 
+#include "ensemble/parallel.h"
 #include "model/identities.h"
 #include "sampling/sampler.h"
 #include "support/digest.h"
@@ -185,8 +184,8 @@ EnsembleRecord run_ensemble(const EnsembleSpec& spec, int threads, Progress* pro
 
   std::vector<SamplerCounts> counts(blocks);
   std::vector<std::vector<FailedSample>> failed(blocks);
-  const auto run_block = [&](int block) {
-    const auto b = static_cast<std::size_t>(block);
+  const auto run_block = [&](std::size_t b) {
+    const auto block = static_cast<int>(b);
     const auto sampler = make_sampler(spec.sampler, lattice);
     Pile pile(lattice);
     BlockAccumulator accumulator(record.sums, block, spec.record_profiles);
@@ -203,8 +202,7 @@ EnsembleRecord run_ensemble(const EnsembleSpec& spec, int threads, Progress* pro
     }
     counts[b] = sampler->counts();
   };
-  tbb::task_arena arena(threads > 0 ? threads : tbb::task_arena::automatic);
-  arena.execute([&] { tbb::parallel_for(0, spec.blocks, run_block, tbb::simple_partitioner()); });
+  for_each_index(blocks, threads, run_block);
 
   for (std::size_t b = 0; b < blocks; ++b) {
     add_counts(record.counts, counts[b]);

@@ -14,6 +14,11 @@ struct Interval {
 
 inline Interval intersection(Interval a, Interval b) { return {std::max(a.low, b.low), std::min(a.high, b.high)}; }
 
+/// The point at fraction `uniform` of [0, 1) of an interval; never beyond its end by rounding.
+inline double point_at(Interval interval, double uniform) {
+  return std::min(interval.low + uniform * (interval.high - interval.low), interval.high);
+}
+
 /// What enters one bead from above: vertical forces of the upper-left and upper-right contact, and the sum of both
 /// horizontal forces. (Of the horizontal forces only the sum matters to the bead.)
 struct Incoming {
@@ -42,8 +47,8 @@ inline Interval split_interval(const FrictionCone& cone, Outgoing out, double H)
 /// The H for which a bead under V_UL, V_UR >= 0 has a solution; never empty:
 ///   max(-V_UR/sqrt3, -(t+ V_UR - t- V_UL)/k) <= H <= min(V_UL/sqrt3, (t+ V_UL - t- V_UR)/k).
 inline Interval solvable_band(const FrictionCone& cone, double V_UL, double V_UR) {
-  return {std::max(-V_UR * tan30, -(cone.t_plus() * V_UR - cone.t_minus() * V_UL) / cone.k()),
-          std::min(V_UL * tan30, (cone.t_plus() * V_UL - cone.t_minus() * V_UR) / cone.k())};
+  return {std::max(-V_UR * tan30, cone.t_minus_over_k() * V_UL - cone.t_plus_over_k() * V_UR),
+          std::min(V_UL * tan30, cone.t_plus_over_k() * V_UL - cone.t_minus_over_k() * V_UR)};
 }
 
 }  // namespace granuscope

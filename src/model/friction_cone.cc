@@ -17,6 +17,8 @@ FrictionCone::FrictionCone(double mu) : mu_(mu) {
   t_minus_ = (tan30 - mu) / (1 + mu * tan30);
   t_plus_ = (tan30 + mu) / (1 - mu * tan30);
   k_ = sqrt3 * (t_minus_ + t_plus_) - 1;
+  t_minus_over_k_ = t_minus_ / k_;
+  t_plus_over_k_ = t_plus_ / k_;
 }
 
 }  // namespace granuscope

@@ -14,9 +14,11 @@ class FrictionCone {
   double t_plus() const { return t_plus_; }
   /// k = sqrt(3) (t_minus + t_plus) - 1 > 0, the slope that enters the band of solvable H.
   double k() const { return k_; }
+  double t_minus_over_k() const { return t_minus_over_k_; }
+  double t_plus_over_k() const { return t_plus_over_k_; }
 
  private:
-  double mu_, t_minus_, t_plus_, k_;
+  double mu_, t_minus_, t_plus_, k_, t_minus_over_k_, t_plus_over_k_;
 };
 
 }  // namespace granuscope

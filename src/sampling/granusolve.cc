@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "sampling/layer_kernels.h"
 #include "sampling/truncated_pair.h"
 
 namespace granuscope {
@@ -15,9 +16,8 @@ constexpr double rounding_ulps = 64;
 constexpr double ulp = std::numeric_limits<double>::epsilon();
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-double pick(Interval interval, double uniform) {
-  return std::min(interval.low + uniform * (interval.high - interval.low), interval.high);
-}
+/// Slack of a bead of the front layer whose bulk draw does not hold (any more).
+constexpr double not_drawn = -1;
 
 /// An interval that is empty by rounding only, as the point it stands for.
 Interval closed(Interval interval) {
@@ -38,8 +38,10 @@ GranusolveSampler::GranusolveSampler(const SamplerSpec& spec, const Lattice& lat
       rule_(lattice.beads()),
       order_(static_cast<std::size_t>(lattice.layers())),
       pending_(static_cast<std::size_t>(lattice.layers())),
-      first_uniform_(static_cast<std::size_t>(lattice.columns())),
-      drawn_(static_cast<std::size_t>(lattice.columns())) {
+      first_uniform_(static_cast<std::size_t>(lattice.columns()) + uniform_padding),
+      slack_(static_cast<std::size_t>(lattice.columns())),
+      half_load_(static_cast<std::size_t>(lattice.columns())),
+      no_force_(static_cast<std::size_t>(lattice.columns())) {
   const auto columns = static_cast<std::size_t>(lattice.columns());
   own_.resize(columns);
   filter_.resize(columns);
@@ -82,50 +84,40 @@ void GranusolveSampler::begin_pile(std::uint64_t sample, std::span<const double>
 void GranusolveSampler::count_pile() {
   for (const auto& [bead, times] : climbs_) rule_[bead] = Rule::climb;
   counts_.beads += lattice_.beads();
-  for (Rule rule : rule_) {
-    counts_.mended_by_pair += rule == Rule::pair;
-    counts_.mended_by_arc += rule == Rule::arc;
-    counts_.mended_by_ring += rule == Rule::ring;
-    counts_.climbed += rule == Rule::climb;
-  }
+  const auto count = [&](Rule rule) {
+    return static_cast<std::uint64_t>(std::count(rule_.begin(), rule_.end(), rule));
+  };
+  counts_.mended_by_pair += count(Rule::pair);
+  counts_.mended_by_arc += count(Rule::arc);
+  counts_.mended_by_ring += count(Rule::ring);
+  counts_.climbed += count(Rule::climb);
 }
 
 // ---------------------------------------------------------------------------------------------- one layer
 
 void GranusolveSampler::draw_layer_in_bulk(int layer) {
-  const int columns = lattice_.columns();
-  key_.first_attempts(layer, first_uniform_);
-  double* const V_R = &pile_->V_R[at(layer, 0)];
-  double* const V_L = &pile_->V_L[at(layer, 0)];
-  double* const H_R = &pile_->H_R[at(layer, 0)];
-  double* const H_L = &pile_->H_L[at(layer, 0)];
-  double* const H = &H_[at(layer, 0)];
-  const auto draw = [&](int i, Incoming in) {
-    const Outgoing out = balance(in);
-    const Interval interval = split_interval(cone_, out, in.H);
-    const double right = pick(interval, first_uniform_[static_cast<std::size_t>(i)]);
-    V_R[i] = out.V_R;
-    V_L[i] = out.V_L;
-    H[i] = in.H;
-    H_R[i] = right;
-    H_L[i] = in.H - right;
-    drawn_[static_cast<std::size_t>(i)] = !interval.empty();
+  const auto columns = static_cast<std::size_t>(lattice_.columns());
+  fill_first_uniforms(key_.seed(), key_.sample(), layer, first_uniform_.data(), columns);
+  const auto row = [&](std::size_t from) {
+    const std::size_t here = at(layer, 0) + from;
+    return LowerRow{&pile_->V_R[here], &pile_->V_L[here], &H_[here],
+                    &pile_->H_R[here], &pile_->H_L[here], &slack_[from]};
   };
   if (layer == 0) {
-    for (int i = 0; i < columns; ++i) draw(i, incoming(0, i));
+    for (std::size_t i = 0; i < columns; ++i) half_load_[i] = pile_->load[i] / 2;
+    const double* const half = half_load_.data();
+    draw_beads(cone_, {half, half, no_force_.data(), no_force_.data()}, first_uniform_.data(), columns, row(0));
     return;
   }
-  // Away from the seam the parents of bead i are beads i + offset and i + offset + 1 of the layer above.
-  const int offset = layer % 2 == 0 ? -1 : 0;
-  const double* const upper_V_R = &pile_->V_R[at(layer - 1, 0)];
-  const double* const upper_V_L = &pile_->V_L[at(layer - 1, 0)];
-  const double* const upper_H_R = &pile_->H_R[at(layer - 1, 0)];
-  const double* const upper_H_L = &pile_->H_L[at(layer - 1, 0)];
-  const int seam = layer % 2 == 0 ? 0 : columns - 1;
-  for (int i = -offset; i < columns - 1 - offset; ++i) {
-    draw(i, {upper_V_R[i + offset], upper_V_L[i + offset + 1], upper_H_R[i + offset] + upper_H_L[i + offset + 1]});
-  }
-  draw(seam, incoming(layer, seam));
+  const auto above = [&](std::size_t upper_left, std::size_t upper_right) {
+    const std::size_t up = at(layer - 1, 0);
+    return UpperRow{&pile_->V_R[up + upper_left], &pile_->V_L[up + upper_right], &pile_->H_R[up + upper_left],
+                    &pile_->H_L[up + upper_right]};
+  };
+  // Away from the seam the parents of a bead stand side by side; the seam's bead is a run of its own.
+  const std::size_t first = layer % 2 == 0 ? 1 : 0, seam = layer % 2 == 0 ? 0 : columns - 1;
+  draw_beads(cone_, above(0, 1), &first_uniform_[first], columns - 1, row(first));
+  draw_beads(cone_, above(columns - 1, 0), &first_uniform_[seam], 1, row(seam));
 }
 
 std::optional<SamplingFailure> GranusolveSampler::solve_layer(int layer) {
@@ -135,7 +127,7 @@ std::optional<SamplingFailure> GranusolveSampler::solve_layer(int layer) {
   const RandomKey::Order order = order_[static_cast<std::size_t>(layer)];
   int bead = order.first_bead;
   for (cursor_ = 0; cursor_ < columns; ++cursor_) {
-    if (drawn_[static_cast<std::size_t>(bead)] != 0) {
+    if (slack_[static_cast<std::size_t>(bead)] >= 0) {
       ++counts_.uniforms;
     } else {
       while (solve_bead(layer, bead, Attempt::first) == Mend::climbed) {
@@ -232,8 +224,8 @@ bool GranusolveSampler::try_draw(int layer, int bead, Attempt attempt) {
   H_[here] = in.H;
   if (attempt == Attempt::first) ++counts_.uniforms;
   set_split(layer, bead,
-            pick(interval, attempt == Attempt::first ? first_uniform_[static_cast<std::size_t>(bead)]
-                                                     : next_uniforms(layer, bead, 1).first));
+            point_at(interval, attempt == Attempt::first ? first_uniform_[static_cast<std::size_t>(bead)]
+                                                         : next_uniforms(layer, bead, 1).first));
   unsolved_[here] = 0;
   return true;
 }
@@ -341,7 +333,7 @@ void GranusolveSampler::draw_backwards(const Arc& arc, int from, int to) {
     const Interval reach{split_[here + 1] + bands_[here].low, split_[here + 1] + bands_[here].high};
     const double u = next_uniforms(arc.layer - 1, parent(arc, k), 1).first;
     // The filter holds a solution; only rounding can leave none. The bead below is then within rounding of its band.
-    split_[here] = pick(closed(intersection(filter_[here], reach)), u);
+    split_[here] = point_at(closed(intersection(filter_[here], reach)), u);
   }
 }
 
@@ -380,7 +372,7 @@ GranusolveSampler::ArcOutcome GranusolveSampler::mend_by_arc(int layer, int bead
   }
   ++counts_.arcs;
   split_[static_cast<std::size_t>(last)] =
-      pick(filter_[static_cast<std::size_t>(last)], next_uniforms(layer - 1, parent(arc, last), 1).first);
+      point_at(filter_[static_cast<std::size_t>(last)], next_uniforms(layer - 1, parent(arc, last), 1).first);
   draw_backwards(arc, last, 0);
   for (int k = 0; k < parents; ++k) set_split(layer - 1, parent(arc, k), split_[static_cast<std::size_t>(k)]);
   rule_[at(layer, bead)] = Rule::arc;
@@ -415,7 +407,7 @@ bool GranusolveSampler::mend_by_ring(int layer, int bead) {
     if (own_[wrap(k)].empty()) return false;
   }
   // One parent is drawn; the others are an arc that starts and ends at it.
-  const double pinned = pick(own_[0], next_uniforms(layer - 1, parent(ring, 0), 1).first);
+  const double pinned = point_at(own_[0], next_uniforms(layer - 1, parent(ring, 0), 1).first);
   filter_[0] = {pinned, pinned};
   for (int k = 1; k < columns; ++k) {
     filter_[wrap(k)] = intersection(own_[wrap(k)], {filter_[wrap(k - 1)].low - bands_[wrap(k - 1)].high,
@@ -429,7 +421,7 @@ bool GranusolveSampler::mend_by_ring(int layer, int bead) {
   }
   ++counts_.rings;
   split_[0] = pinned;
-  split_[wrap(last)] = pick(filter_[wrap(last)], next_uniforms(layer - 1, parent(ring, last), 1).first);
+  split_[wrap(last)] = point_at(filter_[wrap(last)], next_uniforms(layer - 1, parent(ring, last), 1).first);
   draw_backwards(ring, last, 1);
   for (int k = 0; k < columns; ++k) set_split(layer - 1, parent(ring, k), split_[wrap(k)]);
   rule_[at(layer, bead)] = Rule::ring;
@@ -443,7 +435,7 @@ bool GranusolveSampler::mend_by_ring(int layer, int bead) {
 /// has not come forgets what was drawn for it in bulk.
 void GranusolveSampler::renew_child(int layer, int bead) {
   if (!solved(layer, bead)) {
-    if (layer == front_ && position(layer, bead) >= cursor_) drawn_[static_cast<std::size_t>(bead)] = 0;
+    if (layer == front_ && position(layer, bead) >= cursor_) slack_[static_cast<std::size_t>(bead)] = not_drawn;
     return;
   }
   ++solutions_;
@@ -476,7 +468,7 @@ void GranusolveSampler::unsolve(int layer, int bead) {
     stack_.pop_back();
     if (n > front_) continue;
     if (n == front_ && position(n, i) > cursor_) {
-      drawn_[static_cast<std::size_t>(i)] = 0;
+      slack_[static_cast<std::size_t>(i)] = not_drawn;
       continue;
     }
     // The bead at the cursor is being solved right now and is tried again by whoever called.

@@ -99,7 +99,8 @@ class GranusolveSampler final : public Sampler {
   int front_ = 0;                      ///< layer being solved
   int cursor_ = 0;                     ///< position in its order; beads from there on are not solved yet
   std::vector<double> first_uniform_;  ///< of the front layer, shape [columns]
-  std::vector<std::uint8_t> drawn_;    ///< front layer: drawn in bulk, and nothing above has changed since
+  std::vector<double> slack_;  ///< front layer: not negative if drawn in bulk and nothing above has changed since
+  std::vector<double> half_load_, no_force_;  ///< what enters the top layer
   std::uint64_t solutions_ = 0, max_solutions_ = 0;
 
   // Work space of the arcs and the ring, one entry per parent.

@@ -1,7 +1,5 @@
 #pragma once
-#include <array>
 #include <cstdint>
-#include <span>
 
 namespace granuscope {
 
@@ -12,16 +10,14 @@ struct UniformPair {
 
 /// Every random number of a pile is a pure function of (seed, sample, layer, bead, attempt), through Philox4x32-10
 /// (Salmon et al., SC 2011). Nothing depends on the order in which numbers are asked for.
-/// Counter words: bead, layer, sample, attempt and stream; key: the seed. Samples are numbered below 2^32.
+/// Counter words: bead, layer, sample, attempt and stream; key: the seed. Samples are numbered below 2^32. First
+/// attempts come a layer at a time: see layer_kernels.h.
 class RandomKey {
  public:
   RandomKey(std::uint64_t seed, std::uint64_t sample) : seed_(seed), sample_(static_cast<std::uint32_t>(sample)) {}
 
   /// The numbers of a later attempt (1, 2, ...) of one bead.
   UniformPair attempt(int layer, int bead, std::uint32_t attempt) const;
-
-  /// The first number of every bead of a layer, shape [columns]. Beads 2k and 2k+1 share one Philox call.
-  void first_attempts(int layer, std::span<double> uniforms) const;
 
   /// First bead and direction (+1 or -1) in which a layer is solved. Eight consecutive samples share them, so that
   /// they can be solved side by side.
@@ -30,6 +26,9 @@ class RandomKey {
     int direction;
   };
   Order layer_order(int layer, int columns) const;
+
+  std::uint64_t seed() const { return seed_; }
+  std::uint32_t sample() const { return sample_; }
 
  private:
   std::uint64_t seed_;

@@ -1,7 +1,5 @@
 #include "sampling/rejection.h"
 
-#include <algorithm>
-
 #include "model/equilibrium.h"
 #include "sampling/random_key.h"
 
@@ -28,7 +26,7 @@ int try_pile(const RandomKey& key, std::uint32_t attempt, const FrictionCone& co
       ++counts.uniforms;
       pile.V_R[at] = out.V_R;
       pile.V_L[at] = out.V_L;
-      pile.H_R[at] = std::min(interval.low + u * (interval.high - interval.low), interval.high);
+      pile.H_R[at] = point_at(interval, u);
       pile.H_L[at] = in.H - pile.H_R[at];
     }
   }

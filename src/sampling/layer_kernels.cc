@@ -1,0 +1,133 @@
+#include "sampling/layer_kernels.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "sampling/layer_kernels.cc"
+#include <hwy/foreach_target.h>  // compiles this file once for each instruction set
+#include <hwy/highway.h>
+
+#include "model/lattice.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace granuscope {
+namespace HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+/// Philox4x32-10 with one counter in each 64-bit lane, its words in four vectors. Only the low 32 bits of a lane count:
+/// the multiplication reads nothing else, and xor keeps the halves apart.
+void FillFirstUniforms(std::uint64_t seed, std::uint32_t sample, int layer, double* HWY_RESTRICT uniforms,
+                       std::size_t beads) {
+  const hn::ScalableTag<std::uint64_t> d;
+  const hn::RebindToSigned<decltype(d)> d_signed;
+  const hn::RebindToFloat<decltype(d)> d_float;
+  const hn::Repartition<std::uint32_t, decltype(d)> d_half;
+  const std::size_t lanes = hn::Lanes(d);
+  const auto multiplier0 = hn::Set(d_half, 0xD2511F53U);
+  const auto multiplier1 = hn::Set(d_half, 0xCD9E8D57U);
+  const auto low_word = hn::Set(d, 0xFFFFFFFFULL);
+  const auto to_unit = [&](auto low, auto high) {
+    const auto bits = hn::ShiftRight<11>(hn::Or(hn::ShiftLeft<32>(high), hn::And(low, low_word)));
+    return hn::Mul(hn::ConvertTo(d_float, hn::BitCast(d_signed, bits)), hn::Set(d_float, 0x1p-53));
+  };
+  const std::size_t calls = (beads + 1) / 2;
+  for (std::size_t call = 0; call < calls; call += lanes) {
+    auto c0 = hn::Iota(d, static_cast<std::uint64_t>(call));
+    auto c1 = hn::Set(d, static_cast<std::uint64_t>(static_cast<std::uint32_t>(layer)));
+    auto c2 = hn::Set(d, static_cast<std::uint64_t>(sample));
+    auto c3 = hn::Zero(d);  // attempt 0 of the stream of first attempts
+    std::uint32_t key0 = static_cast<std::uint32_t>(seed), key1 = static_cast<std::uint32_t>(seed >> 32);
+    for (int round = 0; round < 10; ++round) {
+      const auto product0 = hn::MulEven(hn::BitCast(d_half, c0), multiplier0);
+      const auto product1 = hn::MulEven(hn::BitCast(d_half, c2), multiplier1);
+      c0 = hn::Xor(hn::Xor(hn::ShiftRight<32>(product1), c1), hn::Set(d, static_cast<std::uint64_t>(key0)));
+      c2 = hn::Xor(hn::Xor(hn::ShiftRight<32>(product0), c3), hn::Set(d, static_cast<std::uint64_t>(key1)));
+      c1 = product1;
+      c3 = product0;
+      key0 += 0x9E3779B9U;
+      key1 += 0xBB67AE85U;
+    }
+    hn::StoreInterleaved2(to_unit(c0, c1), to_unit(c2, c3), d_float, uniforms + 2 * call);
+  }
+}
+
+/// All whole vectors of the run; returns how many beads were drawn.
+std::size_t DrawBeads(const FrictionCone& cone, const UpperRow& above, const double* HWY_RESTRICT uniforms,
+                      std::size_t beads, const LowerRow& out) {
+  const hn::ScalableTag<double> d;
+  const std::size_t lanes = hn::Lanes(d);
+  const auto t_minus = hn::Set(d, cone.t_minus()), t_plus = hn::Set(d, cone.t_plus()), root3 = hn::Set(d, sqrt3);
+  std::size_t i = 0;
+  for (; i + lanes <= beads; i += lanes) {
+    const auto H = hn::Add(hn::LoadU(d, above.H_UL + i), hn::LoadU(d, above.H_UR + i));
+    const auto shift = hn::Mul(root3, H);
+    const auto V_R = hn::Add(hn::LoadU(d, above.V_UR + i), shift);
+    const auto V_L = hn::Sub(hn::LoadU(d, above.V_UL + i), shift);
+    const auto low = hn::Max(hn::Mul(t_minus, V_R), hn::Add(hn::Mul(t_minus, V_L), H));
+    const auto high = hn::Min(hn::Mul(t_plus, V_R), hn::Add(hn::Mul(t_plus, V_L), H));
+    const auto slack = hn::Sub(high, low);
+    const auto H_R = hn::Min(hn::Add(low, hn::Mul(hn::LoadU(d, uniforms + i), slack)), high);
+    hn::StoreU(V_R, d, out.V_R + i);
+    hn::StoreU(V_L, d, out.V_L + i);
+    hn::StoreU(H, d, out.H + i);
+    hn::StoreU(H_R, d, out.H_R + i);
+    hn::StoreU(hn::Sub(H, H_R), d, out.H_L + i);
+    hn::StoreU(slack, d, out.slack + i);
+  }
+  return i;
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace granuscope
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+#include <Random123/philox.h>
+
+#include "model/equilibrium.h"
+#include "sampling/uniform_bits.h"
+
+namespace granuscope {
+
+HWY_EXPORT(FillFirstUniforms);
+HWY_EXPORT(DrawBeads);
+
+void fill_first_uniforms(std::uint64_t seed, std::uint32_t sample, int layer, double* uniforms, std::size_t beads) {
+  HWY_DYNAMIC_DISPATCH(FillFirstUniforms)(seed, sample, layer, uniforms, beads);
+}
+
+void fill_first_uniforms_plain(std::uint64_t seed, std::uint32_t sample, int layer, double* uniforms,
+                               std::size_t beads) {
+  const r123::Philox4x32::key_type key{{static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32)}};
+  for (std::size_t bead = 0; bead < beads; bead += 2) {
+    const r123::Philox4x32::ctr_type counter{
+        {static_cast<std::uint32_t>(bead / 2), static_cast<std::uint32_t>(layer), sample, 0}};
+    const auto words = r123::Philox4x32()(counter, key);
+    uniforms[bead] = to_unit_interval(words[0], words[1]);
+    if (bead + 1 < beads) uniforms[bead + 1] = to_unit_interval(words[2], words[3]);
+  }
+}
+
+void draw_beads_plain(const FrictionCone& cone, const UpperRow& above, const double* uniforms, std::size_t beads,
+                      const LowerRow& out) {
+  for (std::size_t i = 0; i < beads; ++i) {
+    const Incoming in{above.V_UL[i], above.V_UR[i], above.H_UL[i] + above.H_UR[i]};
+    const Outgoing bead = balance(in);
+    const Interval interval = split_interval(cone, bead, in.H);
+    out.V_R[i] = bead.V_R;
+    out.V_L[i] = bead.V_L;
+    out.H[i] = in.H;
+    out.H_R[i] = point_at(interval, uniforms[i]);
+    out.H_L[i] = in.H - out.H_R[i];
+    out.slack[i] = interval.high - interval.low;
+  }
+}
+
+void draw_beads(const FrictionCone& cone, const UpperRow& above, const double* uniforms, std::size_t beads,
+                const LowerRow& out) {
+  const std::size_t done = HWY_DYNAMIC_DISPATCH(DrawBeads)(cone, above, uniforms, beads, out);
+  draw_beads_plain(cone, {above.V_UL + done, above.V_UR + done, above.H_UL + done, above.H_UR + done}, uniforms + done,
+                   beads - done,
+                   {out.V_R + done, out.V_L + done, out.H + done, out.H_R + done, out.H_L + done, out.slack + done});
+}
+
+}  // namespace granuscope
+#endif

@@ -1,0 +1,41 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+
+#include "model/friction_cone.h"
+
+namespace granuscope {
+
+/// One row of contact forces above (read) or one row of beads (written); entry i belongs to bead i of the run.
+struct UpperRow {
+  const double* V_UL;  ///< from the upper-left parent of each bead
+  const double* V_UR;
+  const double* H_UL;
+  const double* H_UR;
+};
+struct LowerRow {
+  double* V_R;
+  double* V_L;
+  double* H;  ///< total horizontal force entering the bead
+  double* H_R;
+  double* H_L;
+  double* slack;  ///< length of the bead's interval; below 0 the bead has no solution and its split means nothing
+};
+
+/// Beads a buffer of first uniforms must have room for beyond the last one: kernels write whole vectors.
+inline constexpr std::size_t uniform_padding = 64;
+
+/// The first uniform of beads 0 .. beads-1 of a layer (RandomKey's first attempts: beads 2k and 2k+1 share one Philox
+/// call). `uniforms` has room for beads + uniform_padding. Uses the widest vectors the machine has; the bytes are those
+/// of the plain twin on every machine.
+void fill_first_uniforms(std::uint64_t seed, std::uint32_t sample, int layer, double* uniforms, std::size_t beads);
+void fill_first_uniforms_plain(std::uint64_t seed, std::uint32_t sample, int layer, double* uniforms,
+                               std::size_t beads);
+
+/// Balance, interval and draw of a run of beads: model/equilibrium.h, bead by bead. Same bytes as the plain twin.
+void draw_beads(const FrictionCone& cone, const UpperRow& above, const double* uniforms, std::size_t beads,
+                const LowerRow& out);
+void draw_beads_plain(const FrictionCone& cone, const UpperRow& above, const double* uniforms, std::size_t beads,
+                      const LowerRow& out);
+
+}  // namespace granuscope

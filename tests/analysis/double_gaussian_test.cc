@@ -1,0 +1,77 @@
+#include "analysis/double_gaussian.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
+
+#include "model/lattice.h"
+
+using namespace granuscope;
+
+namespace {
+
+std::vector<double> bead_positions(int columns, int layer) {
+  const Lattice lattice({columns, layer + 1});
+  std::vector<double> x;
+  for (int i = 0; i < columns; ++i) x.push_back(lattice.x(layer, i));
+  return x;
+}
+
+}  // namespace
+
+TEST_CASE("the double Gaussian has area 1 on every ring") {
+  for (const DoubleGaussian shape : {DoubleGaussian{20, 0.3}, {20, 3}, {0, 5}, {20, 40}}) {
+    double area = 0;
+    for (double value : evaluate(shape, bead_positions(101, 1), 101)) area += value;
+    CHECK(area == Approx(1).epsilon(1e-13));
+  }
+}
+
+TEST_CASE("a wide double Gaussian integrated over beads equals the paper's G(x) to second order in the bead width") {
+  // The mean of G over [x - 1/2, x + 1/2] is G(x) + G''(x)/24 + O(W^-5): calculus.
+  const double W = 8, x_p = 30;
+  const auto G = [&](double x) {
+    return (std::exp(-std::pow((x + x_p) / W, 2) / 2) + std::exp(-std::pow((x - x_p) / W, 2) / 2)) /
+           (2 * std::sqrt(2 * std::numbers::pi) * W);
+  };
+  const std::vector<double> x{-40, -30, 0, 12.5, 31};
+  const std::vector<double> values = evaluate({x_p, W}, x, 1000);
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const double second = G(x[i] + 0.5) - 2 * G(x[i]) + G(x[i] - 0.5);  // G''/4
+    CHECK(values[i] == Approx(G(x[i]) + second / 6).margin(1e-7));
+  }
+}
+
+TEST_CASE("Fourier modes of the shape equal the cosine sums of its values") {
+  // Two independent roads: differences of erfc summed over beads, and the aliased closed form.
+  for (int columns : {500, 501, 60}) {
+    for (int layer : {0, 1}) {
+      const std::vector<double> x = bead_positions(columns, layer);
+      for (const DoubleGaussian shape : {DoubleGaussian{13.3, 0.4}, {13.3, 0.7}, {13.3, 1.5}, {20.25, 6}}) {
+        const std::vector<double> values = evaluate(shape, x, columns);
+        for (int mode : {1, 2, 7, columns / 4, (columns - 1) / 2}) {
+          double sum = 0;
+          for (std::size_t i = 0; i < x.size(); ++i) {
+            sum += values[i] * std::cos(2 * std::numbers::pi * mode * x[i] / columns);
+          }
+          INFO("columns " << columns << " layer " << layer << " W " << shape.width << " mode " << mode);
+          CHECK(fourier_mode(shape, mode, columns, layer % 2 == 1).value == Approx(sum).margin(2e-13));
+        }
+      }
+    }
+  }
+}
+
+TEST_CASE("derivatives of the modes agree with differences") {
+  const double h = 1e-5;
+  for (const DoubleGaussian shape : {DoubleGaussian{13.3, 0.5}, {30, 2.5}}) {
+    for (int mode : {1, 30, 120, 249}) {
+      const auto at = [&](double peak, double width) { return fourier_mode({peak, width}, mode, 500, true).value; };
+      const ModeValue value = fourier_mode(shape, mode, 500, true);
+      CHECK(value.by_peak ==
+            Approx((at(shape.peak + h, shape.width) - at(shape.peak - h, shape.width)) / (2 * h)).margin(1e-8));
+      CHECK(value.by_width ==
+            Approx((at(shape.peak, shape.width + h) - at(shape.peak, shape.width - h)) / (2 * h)).margin(1e-8));
+    }
+  }
+}

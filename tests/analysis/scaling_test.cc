@@ -1,0 +1,127 @@
+#include "analysis/scaling.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "analysis/claims.h"
+#include "model/lattice.h"
+
+using namespace granuscope;
+
+namespace {
+
+/// A transport whose D and c0 - c follow power laws of mu, with small replicate scatter of a given relative size.
+MeasuredTransport on_power_laws(double mu, double beta, double gamma, double scatter) {
+  MeasuredTransport result;
+  result.transport.mu = mu;
+  const double D = 1.6 * std::pow(mu, beta), slowing = 0.15 * std::pow(mu, gamma);
+  result.D.value = D;
+  result.c.value = tan30 - slowing;
+  for (int b = 0; b < 16; ++b) {
+    const double sign = (b % 2 == 0 ? 1 : -1) * scatter * (1 + mu);
+    result.D.without_block.push_back(D * (1 + sign));
+    result.c.without_block.push_back(tan30 - slowing * (1 + (b % 4 < 2 ? 1 : -1) * scatter));
+  }
+  result.transport.D = estimate(result.D);
+  result.transport.c = estimate(result.c);
+  return result;
+}
+
+std::vector<MeasuredTransport> family(double scatter) {
+  std::vector<MeasuredTransport> all;
+  for (double mu : {0.05, 0.1, 0.2, 0.3, 0.6}) all.push_back(on_power_laws(mu, 2.5, 1.7, scatter));
+  return all;
+}
+
+ScalingFit exponent(double value, double error) {
+  ScalingFit fit;
+  fit.exponent.value = value;
+  fit.exponent.standard_error = error;
+  fit.window = {0.1, 0.3};
+  fit.points = 4;
+  return fit;
+}
+
+const Claim& claim(const std::vector<Claim>& claims, const std::string& id) {
+  for (const Claim& c : claims) {
+    if (c.id == id) return c;
+  }
+  throw std::out_of_range(id);
+}
+
+}  // namespace
+
+TEST_CASE("exact power laws give back their exponents") {
+  const ScalingFits fits = fit_scaling(family(1e-6), {0.1, 0.3});
+  CHECK(fits.beta.exponent.value == Approx(2.5).epsilon(1e-9));
+  CHECK(fits.gamma.exponent.value == Approx(1.7).epsilon(1e-9));
+  CHECK(fits.alpha.exponent.value == Approx(1.7 / 2.5).epsilon(1e-9));  // eliminate mu
+  CHECK(std::exp(fits.beta.intercept.value) == Approx(1.6).epsilon(1e-8));
+  CHECK(fits.beta.points == 3);  // 0.1, 0.2, 0.3: both ends belong to the window
+}
+
+TEST_CASE("the error of an exponent is that of the weighted line through independent points") {
+  // Two-valued replicates r = +-s: jackknife se^2 = (B-1)/B * B s^2 = 15 s^2 for B = 16. All points scatter in step, so
+  // that the slope's replicates follow from the line fit of the shifted logarithms: algebra for equal signs.
+  const double s = 1e-4;
+  const ScalingFits fits = fit_scaling(family(s), {0.05, 0.6});
+  CHECK(fits.beta.points == 5);
+  // ln D shifts by +-s (1 + mu): the slope shifts by +-s times the weighted regression of (1 + mu) on ln mu.
+  double sw = 0, sx = 0, sy = 0, sxx = 0, sxy = 0;
+  for (double mu : {0.05, 0.1, 0.2, 0.3, 0.6}) {
+    const double w = 1 / std::pow(1 + mu, 2), x = std::log(mu), y = 1 + mu;
+    sw += w, sx += w * x, sy += w * y, sxx += w * x * x, sxy += w * x * y;
+  }
+  const double slope = (sw * sxy - sx * sy) / (sw * sxx - sx * sx);
+  CHECK(fits.beta.exponent.standard_error == Approx(std::sqrt(15.0) * s * slope).epsilon(1e-3));
+}
+
+TEST_CASE("results without scatter, unknown ones and impossible logarithms take no part") {
+  auto results = family(1e-3);
+  results[1].transport.exact = true;  // mu = 0.1
+  results[2].c.value = tan30 + 0.01;  // mu = 0.2: c above c0
+  for (double& c : results[2].c.without_block) c = tan30 + 0.01;
+  const ScalingFits fits = fit_scaling(results, {0.05, 0.6});
+  CHECK(fits.beta.points == 4);
+  CHECK(fits.gamma.points == 3);
+  const ScalingFits narrow = fit_scaling(results, {0.25, 0.35});
+  CHECK(narrow.beta.points == 1);
+  CHECK_FALSE(narrow.beta.exponent.known());
+  CHECK_FALSE(narrow.beta.exponent.reason.empty());
+}
+
+TEST_CASE("claims follow the stated rule") {
+  ScalingFits fits{exponent(2.45, 0.06), exponent(1.7, 0.05), exponent(0.68, 0.02)};
+  auto claims = judge_claims({}, fits, {{"D-of-mu", "reproduced"}});
+  CHECK(claim(claims, "D-of-mu").verdict == "reproduced");
+  CHECK(claim(claims, "D-of-mu").expected == "reproduced");
+  CHECK(claim(claims, "D-of-mu").z_score == Approx((2.45 - 2.5) / std::hypot(0.06, 0.05)));
+  CHECK(claim(claims, "c-of-mu").verdict == "not reproduced");
+  CHECK(claim(claims, "c-of-D").verdict == "not reproduced");
+  CHECK(claim(claims, "frictionless").verdict == "undetermined");
+  // 20 % of 2.5 is 0.5: an error above 0.5/3 cannot exclude it, whatever the value.
+  fits.beta = exponent(2.5, 0.17);
+  CHECK(claim(judge_claims({}, fits, {}), "D-of-mu").verdict == "undetermined");
+  fits.beta = exponent(3.2, 0.15);
+  CHECK(claim(judge_claims({}, fits, {}), "D-of-mu").verdict == "not reproduced");
+  fits.beta.exponent = Estimate{};
+  fits.beta.exponent.reason = "nothing was measured";
+  CHECK(claim(judge_claims({}, fits, {}), "D-of-mu").verdict == "undetermined");
+  CHECK(claim(judge_claims({}, fits, {}), "D-of-mu").explanation.find("nothing was measured") != std::string::npos);
+}
+
+TEST_CASE("the frictionless claim holds to rounding and no further") {
+  Transport t;
+  t.mu = 0;
+  t.exact = true;
+  t.c.value = tan30 + 1e-15;
+  t.c.standard_error = 0;
+  t.D.value = 0;
+  t.D.standard_error = 0;
+  CHECK(claim(judge_claims({t}, {}, {}), "frictionless").verdict == "reproduced");
+  t.D.value = 1e-9;
+  CHECK(claim(judge_claims({t}, {}, {}), "frictionless").verdict == "not reproduced");
+  t.D.value = 0;
+  t.exact = false;
+  CHECK(claim(judge_claims({t}, {}, {}), "frictionless").verdict == "not reproduced");
+}

@@ -1,0 +1,49 @@
+#include "synthetic_ensemble.h"
+
+#include <cmath>
+#include <random>
+
+#include "analysis/double_gaussian.h"
+#include "model/lattice.h"
+
+namespace granuscope {
+
+MeasuredEnsemble synthetic_ensemble(const KnownTransport& known, const SyntheticNoise& noise, int columns,
+                                    const std::vector<int>& layers, int blocks, std::uint64_t samples_per_block) {
+  std::mt19937_64 generator(noise.seed);
+  std::normal_distribution<double> normal;
+  MeasuredEnsemble ensemble;
+  ensemble.mu = 0.3;
+  ensemble.law = "synthetic";
+  ensemble.estimator = "point";
+  BlockSums& sums = ensemble.record.sums;
+  sums.layers = layers;
+  sums.count.assign(static_cast<std::size_t>(blocks), samples_per_block);
+  const std::size_t rows = static_cast<std::size_t>(blocks) * layers.size();
+  const auto width = static_cast<std::size_t>(columns);
+  sums.quantities["weight"] = {columns, std::vector<double>(rows * width), std::vector<double>(rows * width)};
+  sums.quantities["thrust"] = {1, std::vector<double>(rows), std::vector<double>(rows)};
+  const auto samples = static_cast<double>(samples_per_block);
+  for (std::size_t l = 0; l < layers.size(); ++l) {
+    const Lattice lattice({columns, layers[l] + 1});
+    const double z = Lattice::depth(layers[l]);
+    std::vector<double> x;
+    for (int i = 0; i < columns; ++i) x.push_back(lattice.x(layers[l], i));
+    const DoubleGaussian shape{known.position_offset + known.c * z, std::sqrt(known.width_offset + known.D * z)};
+    const std::vector<double> response = evaluate(shape, x, columns);
+    for (std::size_t b = 0; b < sums.count.size(); ++b) {
+      const std::size_t row = b * layers.size() + l;
+      std::vector<double> exchange(width);
+      for (double& e : exchange) e = normal(generator);
+      for (std::size_t i = 0; i < width; ++i) {
+        const double fluctuation = (exchange[i] - exchange[(i + 1) % width]) * noise.per_sample / std::sqrt(2.0);
+        sums.quantities["weight"].sum[row * width + i] = samples * (1 + response[i]) + std::sqrt(samples) * fluctuation;
+      }
+      sums.quantities["thrust"].sum[row] =
+          samples * known.alpha_thrust + std::sqrt(samples) * 0.01 * noise.per_sample * normal(generator);
+    }
+  }
+  return ensemble;
+}
+
+}  // namespace granuscope

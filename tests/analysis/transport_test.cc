@@ -1,0 +1,205 @@
+#include "analysis/transport.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "model/lattice.h"
+#include "sampling/frictionless.h"
+#include "synthetic_ensemble.h"
+
+using namespace granuscope;
+
+namespace {
+
+constexpr int columns = 300;
+
+FitSpec short_window() {
+  FitSpec spec;
+  spec.first_layer = 60;
+  spec.last_layer = 120;
+  spec.layer_step = 5;
+  spec.shallow_layer = 40;
+  return spec;
+}
+
+Transport measure(const MeasuredEnsemble& ensemble, int threads = 2) {
+  return measure_transport(ensemble, short_window(), {60, 120}, threads).transport;
+}
+
+/// All block sums and counts twice, as if every sample had entered its block twice.
+MeasuredEnsemble doubled(MeasuredEnsemble ensemble) {
+  for (auto& count : ensemble.record.sums.count) count *= 2;
+  for (auto& [name, quantity] : ensemble.record.sums.quantities) {
+    for (double& sum : quantity.sum) sum *= 2;
+    for (double& sum : quantity.sum_of_squares) sum *= 2;
+  }
+  return ensemble;
+}
+
+/// The pile without friction as an ensemble: every block the same exact sums.
+MeasuredEnsemble frictionless_ensemble(const std::vector<int>& layers, double overload) {
+  Pile pile(Lattice({columns, layers.back() + 1}));
+  pile.load[static_cast<std::size_t>(columns / 2)] += overload;
+  fill_frictionless(std::vector<double>(pile.load), pile);
+  MeasuredEnsemble ensemble;
+  ensemble.overload = overload;
+  BlockSums& sums = ensemble.record.sums;
+  sums.layers = layers;
+  sums.count.assign(8, 8);
+  auto& weight = sums.quantities["weight"];
+  auto& thrust = sums.quantities["thrust"];
+  weight.width = columns;
+  for (int block = 0; block < 8; ++block) {
+    for (int layer : layers) {
+      double total_thrust = 0;
+      for (int i = 0; i < columns; ++i) {
+        const std::size_t at = pile.lattice.index(layer, i);
+        weight.sum.push_back(8 * (pile.V_R[at] + pile.V_L[at]));
+        total_thrust += sqrt3 * (pile.H_R[at] - pile.H_L[at]);
+      }
+      thrust.sum.push_back(8 * total_thrust / (columns + overload));
+    }
+  }
+  return ensemble;
+}
+
+}  // namespace
+
+TEST_CASE("layers to record hold the window, alternate parities and the figures' layers") {
+  const std::vector<int> layers = layers_to_record(short_window(), {61, 80, 119});
+  CHECK(std::is_sorted(layers.begin(), layers.end()));
+  for (int layer : {60, 61, 65, 80, 119, 120, 40}) CHECK(std::count(layers.begin(), layers.end(), layer) == 1);
+}
+
+TEST_CASE("a noiseless response gives back its c and D") {
+  const KnownTransport known;
+  const Transport t =
+      measure(synthetic_ensemble(known, {1e-7, 1}, columns, layers_to_record(short_window(), {}), 32, 100));
+  CHECK(t.c.value == Approx(known.c).margin(1e-7));
+  CHECK(t.D.value == Approx(known.D).margin(1e-6));
+  CHECK(t.position_offset.value == Approx(known.position_offset).margin(1e-5));
+  CHECK(t.width_offset.value == Approx(known.width_offset).margin(1e-5));
+  CHECK(t.c_thrust.value == Approx(tan30 * std::sqrt(known.alpha_thrust)).margin(1e-8));
+  CHECK(t.window_layers[0] == 60);
+  CHECK(t.window_layers[1] == 120);
+  CHECK_FALSE(t.exact);
+}
+
+TEST_CASE("noisy responses are unbiased, their errors right and chi2 about 1") {
+  // 60 ensembles with known truth. The mean of (value - truth)/error has an error of 1/sqrt(60) = 0.13, its variance
+  // one of 0.19; five of those.
+  const KnownTransport known;
+  double pull_c = 0, pull_D = 0, square_c = 0, square_D = 0, chi2 = 0;
+  int depths = 0;
+  constexpr int repetitions = 60;
+  for (std::uint64_t seed = 1; seed <= repetitions; ++seed) {
+    const Transport t =
+        measure(synthetic_ensemble(known, {0.5, seed}, columns, layers_to_record(short_window(), {}), 32, 100));
+    REQUIRE(t.c.known());
+    const double c = (t.c.value - known.c) / t.c.standard_error, D = (t.D.value - known.D) / t.D.standard_error;
+    pull_c += c / repetitions;
+    pull_D += D / repetitions;
+    square_c += c * c / repetitions;
+    square_D += D * D / repetitions;
+    for (const DepthFit& depth : t.depths) chi2 += depth.chi2_per_dof, ++depths;
+  }
+  CHECK(std::abs(pull_c) < 5 * 0.13);
+  CHECK(std::abs(pull_D) < 5 * 0.13);
+  CHECK(square_c == Approx(1).margin(5 * 0.19));
+  CHECK(square_D == Approx(1).margin(5 * 0.19));
+  // The noise estimate of each mode has about 9 x 31 degrees of freedom: chi2 per degree is 1 to about 1 %.
+  CHECK(chi2 / depths == Approx(1).margin(0.03));
+}
+
+TEST_CASE("every sample entered twice within its block leaves every number and every error unchanged") {
+  const MeasuredEnsemble once =
+      synthetic_ensemble({}, {0.5, 7}, columns, layers_to_record(short_window(), {}), 32, 100);
+  const Transport a = measure(once), b = measure(doubled(once));
+  const auto same = [](const Estimate& x, const Estimate& y) {
+    CHECK(x.value == Approx(y.value).epsilon(1e-12));
+    CHECK(x.standard_error == Approx(y.standard_error).epsilon(1e-9));
+    CHECK(x.standard_error > 0);
+  };
+  same(a.c, b.c);
+  same(a.D, b.D);
+  same(a.position_offset, b.position_offset);
+  same(a.width_offset, b.width_offset);
+  same(a.alpha_thrust, b.alpha_thrust);
+  same(a.c_thrust, b.c_thrust);
+  same(a.c_minus_c_thrust, b.c_minus_c_thrust);
+  CHECK(b.samples == 2 * a.samples);
+  for (std::size_t i = 0; i < a.depths.size(); ++i) {
+    same(a.depths[i].peak_position, b.depths[i].peak_position);
+    same(a.depths[i].width, b.depths[i].width);
+  }
+  for (std::size_t i = 0; i < a.profiles.front().x.size(); ++i) {
+    CHECK(a.profiles.front().standard_error[i] == Approx(b.profiles.front().standard_error[i]).epsilon(1e-9));
+  }
+}
+
+TEST_CASE("the number of threads changes nothing") {
+  const MeasuredEnsemble ensemble =
+      synthetic_ensemble({}, {0.5, 7}, columns, layers_to_record(short_window(), {}), 32, 100);
+  const Transport one = measure(ensemble, 1), many = measure(ensemble, 5);
+  CHECK(one.c.value == many.c.value);
+  CHECK(one.c.standard_error == many.c.standard_error);
+  CHECK(one.D.value == many.D.value);
+  CHECK(one.D.standard_error == many.D.standard_error);
+}
+
+TEST_CASE("without friction c is tan 30 degrees and D is 0 by the exact path") {
+  for (double overload : {1.0, 0.25, 3.0}) {
+    const Transport t = measure(frictionless_ensemble(layers_to_record(short_window(), {}), overload));
+    CHECK(t.exact);
+    CHECK(std::abs(t.c.value - tan30) < 1e-14);
+    CHECK(std::abs(t.D.value) < 1e-14);
+    CHECK(t.c.standard_error == 0.0);
+    CHECK(t.D.standard_error == 0.0);
+    CHECK(t.alpha_thrust.value == Approx(1).epsilon(1e-13));
+  }
+}
+
+TEST_CASE("a width below the bead's is flagged and leaves the window") {
+  KnownTransport narrow;
+  narrow.c = 0.57;
+  narrow.D = 0.004;
+  narrow.width_offset = 0.0;  // W = 0.5 at z = 62.5
+  const Transport t =
+      measure(synthetic_ensemble(narrow, {0.01, 3}, columns, layers_to_record(short_window(), {}), 32, 1000));
+  for (const DepthFit& depth : t.depths) {
+    INFO("layer " << depth.layer << " W " << depth.width.value);
+    if (std::abs(narrow.D * depth.z - 0.25) < 0.01) continue;  // too close to tell
+    CHECK(depth.identifiable == (narrow.D * depth.z > 0.25));
+    CHECK(depth.identifiable == depth.reason.empty());
+  }
+  CHECK(t.window_layers[0] > 60);
+  CHECK(std::abs(t.D.value - narrow.D) < 5 * t.D.standard_error);
+}
+
+TEST_CASE("an ensemble with an empty block is unknown, not a crash") {
+  MeasuredEnsemble ensemble = synthetic_ensemble({}, {0.5, 7}, columns, layers_to_record(short_window(), {}), 32, 100);
+  ensemble.record.sums.count[5] = 0;
+  const Transport t = measure(ensemble);
+  CHECK_FALSE(t.c.known());
+  CHECK_FALSE(t.c.reason.empty());
+  CHECK_FALSE(t.c_thrust.known());
+}
+
+TEST_CASE("profiles are mirror symmetric, sum to the overload and carry their fit") {
+  const Transport t = measure(synthetic_ensemble({}, {0.5, 7}, columns, layers_to_record(short_window(), {}), 32, 100));
+  REQUIRE(t.profiles.size() == 2);
+  for (const ResponseProfile& profile : t.profiles) {
+    const std::size_t n = profile.x.size();
+    double sum = 0;
+    for (double p : profile.pressure) sum += p;
+    CHECK(sum == Approx(1).epsilon(1e-10));
+    CHECK(std::is_sorted(profile.x.begin(), profile.x.end()));
+    for (std::size_t i = 0; i < n; ++i) {
+      const auto mirror = std::find(profile.x.begin(), profile.x.end(), -profile.x[i]);
+      if (mirror == profile.x.end()) continue;  // the bead on the far side of the ring is its own mirror image
+      const auto j = static_cast<std::size_t>(mirror - profile.x.begin());
+      CHECK(profile.pressure[i] == Approx(profile.pressure[j]).margin(1e-14));
+    }
+    CHECK(profile.fit.size() == n);
+  }
+}
