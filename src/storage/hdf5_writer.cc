@@ -19,14 +19,23 @@ constexpr std::size_t metadata_bytes = std::size_t{1} << 16;
 /// Length of the first block of every file (format specification, superblock version 2).
 constexpr std::size_t superblock_bytes = 48;
 
+/// More attributes or links than any file has.
+constexpr unsigned many = 1000;
+
 /// Creation lists without times: the same content must give the same bytes whenever it is written. Attributes stay in
 /// the object's header, which is covered by a checksum; from 9 on the library would move them to a heap, which is not.
 Hdf5Handle creation_list(Hdf5Id list_class) {
   Hdf5Handle list(H5Pcreate(list_class), H5Pclose);
-  if (list.valid() &&
-      (H5Pset_obj_track_times(list.get(), false) < 0 || H5Pset_attr_phase_change(list.get(), 1000, 0) < 0)) {
+  if (H5Pset_obj_track_times(list.get(), false) < 0 || H5Pset_attr_phase_change(list.get(), many, 0) < 0) {
     return {-1, H5Pclose};
   }
+  return list;
+}
+
+/// The same for the links of a group or of the file itself.
+Hdf5Handle group_creation_list(Hdf5Id list_class) {
+  Hdf5Handle list = creation_list(list_class);
+  if (H5Pset_link_phase_change(list.get(), many, 0) < 0) return {-1, H5Pclose};
   return list;
 }
 
@@ -85,7 +94,7 @@ Hdf5Writer::Image::~Image() { std::free(bytes); }
 
 Hdf5Writer::Hdf5Writer(std::filesystem::path target, std::size_t data_bytes)
     : target_(std::move(target)), image_(std::make_unique<Image>()), file_(-1, H5Fclose) {
-  const Hdf5Handle creation = creation_list(H5P_FILE_CREATE);
+  const Hdf5Handle creation = group_creation_list(H5P_FILE_CREATE);
   const Hdf5Handle access = in_memory_access(data_bytes, image_.get());
   // The name is never used: there is no such file.
   file_ = {H5Fcreate("in memory", H5F_ACC_TRUNC, creation.get(), access.get()), H5Fclose};
@@ -103,7 +112,7 @@ Hdf5Id Hdf5Writer::check(Hdf5Id status) const {
 }
 
 void Hdf5Writer::group(const std::string& path) {
-  const Hdf5Handle creation = creation_list(H5P_GROUP_CREATE);
+  const Hdf5Handle creation = group_creation_list(H5P_GROUP_CREATE);
   const Hdf5Handle made(H5Gcreate2(file_.get(), path.c_str(), H5P_DEFAULT, creation.get(), H5P_DEFAULT), H5Gclose);
   check(made.get());
 }
