@@ -135,6 +135,7 @@ CoverageMask Font::fill(const std::vector<Corner>& polygon, int width, int heigh
   mask.height = height;
   mask.coverage.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
   std::vector<FT_Vector> points;
+  points.reserve(polygon.size());
   for (const Corner& corner : polygon) points.push_back({to_26_6(corner.x), to_26_6(height - corner.y)});
   std::vector<char> tags(points.size(), FT_CURVE_TAG_ON);
   auto last = static_cast<short>(points.size() - 1);

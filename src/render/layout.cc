@@ -150,7 +150,7 @@ struct ScaleBar {
 };
 
 ScaleBar scale_bar(const Scene& scene, const Paper& paper) {
-  const double shortest = paper.exact_mm(3) / scene.pixels_per_diameter;
+  const double shortest = std::max(paper.exact_mm(3) / scene.pixels_per_diameter, scene.extent.width() / 20);
   const double longest = scene.extent.width() / 3;
   double length = 10;
   if (length > longest) length = nice_at_least(0.4 * longest, -1);  // 1, 2, 5: at most 2.5 apart
@@ -310,7 +310,7 @@ class LayoutMaker {
     const int t = frame(), length = paper_.mm(tick_mm);
     const int tick_top = plot.bottom() + t;
     const int room = axis_room(scene_.extent, font_).x_width;
-    const int number_top = tick_top + length + paper_.mm(gap_mm) / 2;
+    const int number_top = tick_top + length + paper_.mm(gap_mm);  // clear of the last number of the z axis
     for (const double x : axis_ticks(scene_.extent.x0, scene_.extent.x1, scene_.pixels_per_diameter, room, paper_)) {
       const double at = pixel_of_x(x);
       layout_.rules.push_back({{line_start(at), tick_top, t, length}, "frame"});

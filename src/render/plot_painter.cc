@@ -39,13 +39,13 @@ void main() {
   radius = float(look.x);
   colour = vec3(look.y & 255, (look.y >> 8) & 255, (look.y >> 16) & 255) / 255.0;
 
-  // A box around the bar, two samples wider than it on every side.
+  // A box around the bar, a quarter of a sample wider on every side: more than single precision loses here.
   vec2 first = vec2(ends.xy - tile_origin * int(units)) / units;
   vec2 last = vec2(ends.zw - tile_origin * int(units)) / units;
   float size = length(last - first);
   vec2 along = size > 0.0 ? (last - first) / size : vec2(1.0, 0.0);
   vec2 across = vec2(-along.y, along.x);
-  float reach = radius / units + 2.0;
+  float reach = radius / units + 0.25;
   bool at_end = corner == 1 || corner == 2 || corner == 4;
   bool at_right = corner == 2 || corner == 4 || corner == 5;
   vec2 place = (at_end ? last + along * reach : first - along * reach) + (at_right ? across : -across) * reach;
@@ -256,7 +256,8 @@ void paint_plot_area(const Scene& scene, const ColourScale& scale, GlContext& co
   std::vector<std::uint8_t> samples;
   for (int row = 0; row < tile_rows; ++row) {
     for (int column = 0; column < tile_columns; ++column) {
-      const auto tile = static_cast<std::size_t>(row * tile_columns + column);
+      const auto tile =
+          static_cast<std::size_t>(row) * static_cast<std::size_t>(tile_columns) + static_cast<std::size_t>(column);
       const auto begin = lists.first[tile], end = lists.first[tile + 1];
       if (begin == end) continue;  // nothing but page
       gl.Clear(GL_COLOR_BUFFER_BIT);

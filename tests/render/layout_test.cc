@@ -1,7 +1,11 @@
 #include "render/layout.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
+#include <cmath>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "render/scene_builder.h"
 #include "render/test_piles.h"

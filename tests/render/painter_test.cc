@@ -65,12 +65,12 @@ TEST_CASE("one bar covers exactly the pixels its geometry says") {
 
 TEST_CASE("a slanted bar has the area and the darkness of its force") {
   Scene scene = empty_scene();
-  scene.bars = {{4, 2, 6, 2 + 2 * sqrt3, 0.5, 0.5F}};
+  scene.bars = {{4, 2, 6, 2 + 2 * sqrt3, 1.5, 0.5F}};
   const Image image = painted(scene);
-  // Length 4 diameters = 16 px, width 2 px, round ends of radius 1 px; grey 127.5 rounds to 128.
-  const double area = 16 * 2 + std::acos(-1.0);
+  // Length 4 diameters = 16 px, width 6 px, round ends of radius 3 px; grey 127.5 rounds to 128.
+  const double area = 16 * 6 + std::acos(-1.0) * 9;
   CHECK(ink(image) == Approx(area * 127 / 255).epsilon(0.02));  // sampling at 16 points a pixel along the edges
-  CHECK(image.at(20, 8 + 13) == Rgb{128, 128, 128});
+  CHECK(image.at(20, 14) == Rgb{128, 128, 128});
 }
 
 TEST_CASE("a bar much thinner than a sample keeps its share of the page on average") {

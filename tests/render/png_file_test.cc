@@ -85,7 +85,7 @@ TEST_CASE("an image carries its resolution, colour space and texts, and no time"
   write_png(folder / "a.png", small_image(), 300, {{"Software", "granuscope \u03bc = 0.1"}});
   const auto chunks = chunks_of(folder / "a.png");
   REQUIRE(of_type(chunks, "pHYs").size() == 1);
-  const std::string& resolution = of_type(chunks, "pHYs")[0].data;
+  const std::string resolution = of_type(chunks, "pHYs")[0].data;
   CHECK(big_endian(resolution, 0) == 11811);  // 300 / 0.0254, rounded
   CHECK(big_endian(resolution, 4) == 11811);
   CHECK(resolution[8] == 1);  // the metre

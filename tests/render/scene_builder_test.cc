@@ -57,7 +57,8 @@ TEST_CASE("a contact goes from its bead to the neighbour on its side, with the m
   CHECK(scene.bars[0].z0 == Lattice::depth(1));
   CHECK(scene.bars[0].z1 == Approx(Lattice::depth(2)));
   CHECK(scene.force_max == Approx(1));
-  CHECK(scene.bars[0].strength == Approx(1 / scene.scale_top));
+  CHECK(scene.bars[0].strength == 1);  // one contact of 48 is beyond the quantile that the scale covers
+  CHECK(scene.scale_top < 1);
 }
 
 TEST_CASE("contacts outside the window are counted, not drawn") {
