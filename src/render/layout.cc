@@ -178,7 +178,8 @@ int smallest_width(const Extent& extent, const Font& font, const Paper& paper) {
 }
 
 Box box_around(double centre_x, int top, int width, int height) {
-  return {static_cast<int>(std::lround(centre_x - 0.5 * width)), top, width, height};
+  // The last pixel of a text's width is the space after it.
+  return {static_cast<int>(std::lround(centre_x - 0.5 * (width - 1))), top, width, height};
 }
 
 }  // namespace

@@ -102,7 +102,7 @@ TEST_CASE("tiles do not change a pixel") {
   }
 }
 
-TEST_CASE("a picture wider than the driver's largest framebuffer is drawn to its last pixel", "[long]") {
+TEST_CASE("a picture wider than the driver's largest framebuffer is drawn to its last pixel") {
   const Pile pile = irregular_pile(200, 4);
   SceneSpec spec;
   spec.width_px = 20000;

@@ -1,6 +1,9 @@
 #include "render/png_file.h"
 
+#include <sys/resource.h>
+
 #include <catch2/catch.hpp>
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -118,6 +121,31 @@ TEST_CASE("a PNG that cannot be written leaves nothing behind") {
   CHECK_THROWS_AS(write_png(folder / "a.png", small_image(), 0), InputError);
   CHECK_THROWS_AS(write_png(folder / "a.png", small_image(), 100, {{"", "text"}}), InputError);
   CHECK_THROWS_AS(write_png(folder / "a.png", small_image(), 100, {{std::string(80, 'k'), "text"}}), InputError);
+  CHECK(folder.files() == 0);
+}
+
+TEST_CASE("a disk that fills up while writing leaves nothing behind and says so") {
+  const Folder folder;
+  Image image(200, 200, {});
+  for (std::size_t i = 0; i < image.rgba.size(); ++i) {
+    if (i % 4 != 3) image.rgba[i] = static_cast<std::uint8_t>(i * i * 2654435761U >> 16);  // compresses badly
+  }
+  // A limit on the size of files stands in for the full disk: writing fails at the same place.
+  rlimit before{};
+  REQUIRE(::getrlimit(RLIMIT_FSIZE, &before) == 0);
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+  rlimit small = before;
+  small.rlim_cur = 4096;
+  REQUIRE(::setrlimit(RLIMIT_FSIZE, &small) == 0);
+  std::string message;
+  try {
+    write_png(folder / "a.png", image, 100);
+  } catch (const EnvironmentError& error) {
+    message = error.what();
+  }
+  ::setrlimit(RLIMIT_FSIZE, &before);
+  std::signal(SIGXFSZ, handler);
+  CHECK_THAT(message, Catch::Contains("cannot write") && Catch::Contains("a.png"));
   CHECK(folder.files() == 0);
 }
 
