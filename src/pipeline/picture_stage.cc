@@ -10,7 +10,6 @@
 #include "support/atomic_file.h"
 #include "support/error.h"
 #include "support/number_format.h"
-#include "support/template_file.h"
 
 namespace granuscope {
 namespace {
@@ -64,7 +63,7 @@ PictureOutcome draw_force_chains(const Experiment& experiment, const std::filesy
       replay, figure_id, scene.scene, scene.width_px, exact(scene.dpi), window_text(*scene.window), scene.colour_map);
   const SceneStatistics drawn = draw_pile(pile, scene, run_folder / figure.screen,
                                           {{"Software", provenance_line(provenance)}, {"Source", figure.redraw}});
-  set_words(figure, std::string(template_file("pictures/force_chains.words")),
+  set_words(figure, "pictures/force_chains.words",
             {{"columns", std::to_string(chains.columns)},
              {"layers", std::to_string(chains.layers)},
              {"computed_layers", std::to_string(chains.computed_layers())},
