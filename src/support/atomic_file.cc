@@ -48,7 +48,7 @@ fs::path create_beside(const fs::path& target) {
   std::string name = target.filename().string();
   if (name.size() > kept_letters) name = name.substr(name.size() - kept_letters);
   for (;;) {
-    const fs::path candidate = folder_of(target) / fmt::format(".tmp-{}-{}-{}", ::getpid(), counter.fetch_add(1), name);
+    fs::path candidate = folder_of(target) / fmt::format(".tmp-{}-{}-{}", ::getpid(), counter.fetch_add(1), name);
     const FileDescriptor file(::open(candidate.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
     if (file.valid()) return candidate;
     // Another host with the same folder and process number, or the remains of a killed run.

@@ -179,7 +179,7 @@ pid_t spawn(const ProcessSpec& spec, Pipe& output, Pipe& errors) {
 
   std::vector<std::string> arguments = spec.arguments;
   std::vector<std::string> environment;
-  for (const auto& [name, value] : spec.environment) environment.push_back(name + "=" + value);
+  for (const auto& [name, value] : spec.environment) environment.push_back(fmt::format("{}={}", name, value));
   if (given_path == spec.environment.end()) environment.push_back("PATH=" + path);
   // The system ends a text at its first zero byte: what follows would be lost without a word.
   for (const auto* words : {&arguments, &environment}) {

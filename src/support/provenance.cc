@@ -18,7 +18,7 @@
 namespace granuscope {
 namespace {
 
-std::string without_spaces_and_quotes(std::string text) {
+std::string without_spaces_and_quotes(const std::string& text) {
   const char* unwanted = " \t\r\"'";
   const std::size_t first = text.find_first_not_of(unwanted);
   if (first == std::string::npos) return "";
@@ -41,10 +41,10 @@ std::string value_in(const char* file, std::string_view name, char separator) {
 std::string host_cpu(const utsname& system) {
   // x86 has "model name"; ARM and others often only the machine's name, or nothing.
   for (const char* name : {"model name", "Model", "Hardware", "cpu"}) {
-    const std::string value = value_in("/proc/cpuinfo", name, ':');
+    std::string value = value_in("/proc/cpuinfo", name, ':');
     if (!value.empty()) return value;
   }
-  const std::string machine = system.machine;
+  std::string machine = system.machine;
   return machine.empty() ? "unknown" : machine;
 }
 

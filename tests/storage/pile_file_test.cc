@@ -59,7 +59,7 @@ TEST_CASE("what is not a pile file is refused with its name and the reason, and 
   const TemporaryFolder folder;
   const StandardErrorCapture capture;
   const auto message = [&folder](const std::string& name) {
-    const std::string text = input_error_of([&] { (void)read_pile(folder / name); });
+    std::string text = input_error_of([&] { (void)read_pile(folder / name); });
     CHECK_THAT(text, Contains((folder / name).string()));
     return text;
   };
@@ -128,6 +128,7 @@ TEST_CASE("several threads may read and write at once") {
   const Pile pile = awkward_pile(10, 10);
   write_pile(folder / "shared.h5", pile);
   std::vector<std::thread> threads;
+  threads.reserve(4);
   std::atomic<int> good{0};
   for (int t = 0; t < 4; ++t) {
     threads.emplace_back([&, t] {

@@ -4,8 +4,8 @@
 #include <signal.h>  // NOLINT(modernize-deprecated-headers): kill is POSIX
 #include <unistd.h>
 
-#include <catch2/catch.hpp>
 #include <atomic>
+#include <catch2/catch.hpp>
 #include <cerrno>
 #include <chrono>
 #include <string>
@@ -196,6 +196,7 @@ TEST_CASE("the child has only its three streams and default signals") {
 
 TEST_CASE("many children at once, from several threads") {
   std::vector<std::thread> threads;
+  threads.reserve(4);
   std::atomic<int> good{0};
   for (int t = 0; t < 4; ++t) {
     threads.emplace_back([t, &good] {

@@ -104,6 +104,7 @@ TEST_CASE("steps of several threads all count") {
   {
     Progress progress("samples", 400'000, ProgressStyle::terminal);
     std::vector<std::thread> threads;
+    threads.reserve(4);
     for (int t = 0; t < 4; ++t) {
       threads.emplace_back([&progress] {
         for (int i = 0; i < 100'000; ++i) progress.advance();

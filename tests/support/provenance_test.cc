@@ -43,8 +43,9 @@ bool holds_path(const std::string& text) {
 std::string git_state_of(const std::filesystem::path& source) {
   const TemporaryFolder folder;
   ProcessSpec spec;
-  spec.arguments = {"cmake", "-DSOURCE_DIR=" + source.string(), "-DOUTPUT=" + (folder / "git_state.h").string(), "-P",
-                    GRANUSCOPE_SOURCE_DIR "/cmake/git_state.cmake"};
+  const std::string script = std::string(GRANUSCOPE_SOURCE_DIR) + "/cmake/git_state.cmake";
+  const std::string output = folder / "git_state.h";
+  spec.arguments = {"cmake", "-DSOURCE_DIR=" + source.string(), "-DOUTPUT=" + output, "-P", script};
   const ProcessResult result = run_process(spec);
   INFO(result.standard_error);
   REQUIRE(result.exit_code == 0);
