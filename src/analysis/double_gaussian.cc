@@ -1,9 +1,20 @@
 #include "analysis/double_gaussian.h"
 
+#include <algorithm>
 #include <cmath>
+#include <complex>
 #include <numbers>
 
 namespace granuscope {
+namespace {
+
+constexpr double two_pi = 2 * std::numbers::pi;
+/// exp(-45) = 3e-20 is nothing beside 1.
+constexpr double largest_exponent = 45;
+/// Without a width the aliases fall off only as 1/q; the fits never get there, and this bounds the work.
+constexpr int most_aliases = 64;
+
+}  // namespace
 
 std::vector<double> evaluate(const DoubleGaussian& shape, std::span<const double> x, int columns) {
   const double scale = 1 / (std::abs(shape.width) * std::numbers::sqrt2);
@@ -27,12 +38,12 @@ std::vector<double> evaluate(const DoubleGaussian& shape, std::span<const double
 }
 
 ModeValue fourier_mode(const DoubleGaussian& shape, int mode, int columns, bool half_shifted) {
-  const double k = 2 * std::numbers::pi * mode / columns;
+  const double k = two_pi * mode / columns;
   ModeValue sum{0, 0, 0};
   const auto add = [&](int l) {
-    const double q = k + 2 * std::numbers::pi * l;
+    const double q = k + two_pi * l;
     const double exponent = q * q * shape.width * shape.width / 2;
-    if (exponent > 45) return false;  // below 3e-20
+    if (exponent > largest_exponent) return false;
     const double bin = q == 0 ? 1.0 : std::sin(q / 2) / (q / 2);
     const double envelope = (half_shifted && l % 2 != 0 ? -1 : 1) * std::exp(-exponent) * bin;
     const double cosine = std::cos(q * shape.peak);
@@ -42,12 +53,42 @@ ModeValue fourier_mode(const DoubleGaussian& shape, int mode, int columns, bool 
     return true;
   };
   add(0);
-  // Without a width the aliases fall off only as 1/q; the fit never gets there, and 64 pairs bound the work.
-  for (int l = 1; l <= 64; ++l) {
+  for (int l = 1; l <= most_aliases; ++l) {
     const bool minus = add(-l), plus = add(l);
     if (!minus && !plus) break;
   }
   return sum;
+}
+
+void fourier_modes(const DoubleGaussian& shape, int columns, bool half_shifted, std::span<ModeValue> modes) {
+  // Aliases k + 2 pi l with |k + 2 pi l| beyond q_max carry nothing.
+  const double half_variance = shape.width * shape.width / 2;
+  const double q_max = half_variance > 0 ? std::sqrt(largest_exponent / half_variance) : two_pi * most_aliases;
+  const int aliases = std::min(most_aliases, static_cast<int>(q_max / two_pi + 0.5));
+  std::vector<std::complex<double>> turn;  // exp(i 2 pi l x_p) for l = -aliases .. aliases
+  for (int l = -aliases; l <= aliases; ++l) turn.push_back(std::polar(1.0, two_pi * l * shape.peak));
+  const std::complex<double> step = std::polar(1.0, two_pi / columns * shape.peak);
+  const std::complex<double> half_step = std::polar(1.0, std::numbers::pi / columns);
+  std::complex<double> phase = 1, half_phase = 1;  // exp(i k x_p) and exp(i k / 2)
+  for (std::size_t m = 0; m < modes.size(); ++m) {
+    phase *= step;
+    half_phase *= half_step;
+    const double k = two_pi * static_cast<double>(m + 1) / columns;
+    ModeValue sum{0, 0, 0};
+    for (int l = -aliases; l <= aliases; ++l) {
+      const double q = k + two_pi * l;
+      const double exponent = q * q * half_variance;
+      if (exponent > largest_exponent) continue;
+      // sin(q/2) = (-1)^l sin(k/2), and beads at half-integer x bring another (-1)^l.
+      const double sign = !half_shifted && l % 2 != 0 ? -1 : 1;
+      const double envelope = sign * std::exp(-exponent) * half_phase.imag() / (q / 2);
+      const std::complex<double> wave = phase * turn[static_cast<std::size_t>(l + aliases)];
+      sum.value += envelope * wave.real();
+      sum.by_peak -= envelope * q * wave.imag();
+      sum.by_width -= envelope * q * q * shape.width * wave.real();
+    }
+    modes[m] = sum;
+  }
 }
 
 }  // namespace granuscope

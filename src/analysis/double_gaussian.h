@@ -24,4 +24,8 @@ struct ModeValue {
 /// the sum running over the aliases that sampling at bead centres folds onto k.
 ModeValue fourier_mode(const DoubleGaussian& shape, int mode, int columns, bool half_shifted);
 
+/// fourier_mode for the modes 1 .. modes.size(), the form the fits use: angles by rotation instead of one sine and
+/// cosine for each alias. Agrees with fourier_mode to 1e-12.
+void fourier_modes(const DoubleGaussian& shape, int columns, bool half_shifted, std::span<ModeValue> modes);
+
 }  // namespace granuscope

@@ -15,31 +15,39 @@ namespace {
 struct FitInput {
   const LayerSpectrum& spectrum;
   std::span<const double> modes;
+  DoubleGaussian shape;  ///< what `model` was computed for
+  std::vector<ModeValue> model;
 };
 
 DoubleGaussian shape_of(const gsl_vector* parameters) {
   return {gsl_vector_get(parameters, 0), gsl_vector_get(parameters, 1)};
 }
 
-int residuals(const gsl_vector* parameters, void* data, gsl_vector* out) {
-  const auto& input = *static_cast<const FitInput*>(data);
+/// The modes of the shape, kept from the residuals for the Jacobian of the same parameters.
+const std::vector<ModeValue>& modes_of(const gsl_vector* parameters, FitInput& input) {
   const DoubleGaussian shape = shape_of(parameters);
-  for (std::size_t i = 0; i < input.modes.size(); ++i) {
-    const ModeValue model =
-        fourier_mode(shape, static_cast<int>(i) + 1, input.spectrum.columns, input.spectrum.half_shifted);
-    gsl_vector_set(out, i, (model.value - input.modes[i]) / input.spectrum.noise[i]);
+  if (shape.peak != input.shape.peak || shape.width != input.shape.width) {
+    input.shape = shape;
+    fourier_modes(shape, input.spectrum.columns, input.spectrum.half_shifted, input.model);
+  }
+  return input.model;
+}
+
+int residuals(const gsl_vector* parameters, void* data, gsl_vector* out) {
+  auto& input = *static_cast<FitInput*>(data);
+  const auto& model = modes_of(parameters, input);
+  for (std::size_t i = 0; i < model.size(); ++i) {
+    gsl_vector_set(out, i, (model[i].value - input.modes[i]) / input.spectrum.noise[i]);
   }
   return GSL_SUCCESS;
 }
 
 int jacobian(const gsl_vector* parameters, void* data, gsl_matrix* out) {
-  const auto& input = *static_cast<const FitInput*>(data);
-  const DoubleGaussian shape = shape_of(parameters);
-  for (std::size_t i = 0; i < input.modes.size(); ++i) {
-    const ModeValue model =
-        fourier_mode(shape, static_cast<int>(i) + 1, input.spectrum.columns, input.spectrum.half_shifted);
-    gsl_matrix_set(out, i, 0, model.by_peak / input.spectrum.noise[i]);
-    gsl_matrix_set(out, i, 1, model.by_width / input.spectrum.noise[i]);
+  auto& input = *static_cast<FitInput*>(data);
+  const auto& model = modes_of(parameters, input);
+  for (std::size_t i = 0; i < model.size(); ++i) {
+    gsl_matrix_set(out, i, 0, model[i].by_peak / input.spectrum.noise[i]);
+    gsl_matrix_set(out, i, 1, model[i].by_width / input.spectrum.noise[i]);
   }
   return GSL_SUCCESS;
 }
@@ -52,7 +60,7 @@ constexpr double step_tolerance = 1e-9;  ///< relative; far below any standard e
 std::optional<ShapeFit> fit_shape(const LayerSpectrum& spectrum, std::span<const double> modes, DoubleGaussian start) {
   // GSL's default handler aborts the process; status codes are checked instead.
   [[maybe_unused]] static const auto previous_handler = gsl_set_error_handler_off();
-  FitInput input{spectrum, modes};
+  FitInput input{spectrum, modes, {std::numeric_limits<double>::quiet_NaN(), 0}, std::vector<ModeValue>(modes.size())};
   gsl_multifit_nlinear_fdf problem{};
   problem.f = residuals;
   problem.df = jacobian;
@@ -88,15 +96,15 @@ std::optional<ShapeFit> fit_shape(const LayerSpectrum& spectrum, std::span<const
 
 DoubleGaussian coarse_shape(const LayerSpectrum& spectrum, double z) {
   DoubleGaussian best;
+  std::vector<ModeValue> model(spectrum.whole.size());
   double best_chi2 = std::numeric_limits<double>::infinity();
   for (double width = 0.35; width < 0.5 * z; width *= 1.5) {
     const double step = std::max(0.5 * width, 0.25);
     for (double peak = 0; peak <= 1.1 * tan30 * z; peak += step) {
       double chi2 = 0;
-      for (std::size_t i = 0; i < spectrum.whole.size() && chi2 < best_chi2; ++i) {
-        const ModeValue model =
-            fourier_mode({peak, width}, static_cast<int>(i) + 1, spectrum.columns, spectrum.half_shifted);
-        chi2 += std::pow((model.value - spectrum.whole[i]) / spectrum.noise[i], 2);
+      fourier_modes({peak, width}, spectrum.columns, spectrum.half_shifted, model);
+      for (std::size_t i = 0; i < model.size(); ++i) {
+        chi2 += std::pow((model[i].value - spectrum.whole[i]) / spectrum.noise[i], 2);
       }
       if (chi2 < best_chi2) best_chi2 = chi2, best = {peak, width};
     }

@@ -75,3 +75,21 @@ TEST_CASE("derivatives of the modes agree with differences") {
     }
   }
 }
+
+TEST_CASE("the modes by rotation equal those one by one") {
+  for (const DoubleGaussian shape : {DoubleGaussian{13.3, 0.2}, {88.7, 0.5}, {30, 2.5}, {400.1, 60}}) {
+    for (bool half_shifted : {false, true}) {
+      for (int columns : {4, 61, 500, 2000}) {
+        std::vector<ModeValue> modes(static_cast<std::size_t>((columns - 1) / 2));
+        fourier_modes(shape, columns, half_shifted, modes);
+        for (std::size_t m = 0; m < modes.size(); ++m) {
+          const ModeValue one = fourier_mode(shape, static_cast<int>(m) + 1, columns, half_shifted);
+          const double scale = 1 + shape.peak;  // derivatives carry the size of the position
+          REQUIRE(modes[m].value == Approx(one.value).margin(1e-12));
+          REQUIRE(modes[m].by_peak == Approx(one.by_peak).margin(1e-11));
+          REQUIRE(modes[m].by_width == Approx(one.by_width).margin(1e-11 * scale));
+        }
+      }
+    }
+  }
+}
