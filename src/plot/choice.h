@@ -22,8 +22,8 @@ struct Range {
   double size() const { return high - low; }
 };
 
-/// Gnuplot's list of labelled tick marks within `range`, at most `most` of them, at whole multiples of 1, 2 or 5 times a
-/// power of ten, all with the same number of decimals and a typographic minus.
+/// Gnuplot's list of labelled tick marks within `range`, at most `most` of them, at whole multiples of 1, 2 or 5 times
+/// a power of ten, all with the same number of decimals and a typographic minus.
 std::string linear_ticks(const Range& range, int most);
 
 /// Gnuplot's list of tick marks for a logarithmic axis: labels at 1, 2, 5 of each decade, or at the decades alone if

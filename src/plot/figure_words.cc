@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <map>
 #include <sstream>
 #include <stdexcept>
@@ -53,6 +54,12 @@ std::string enumeration(const std::vector<std::string>& items) {
     text += items[i];
   }
   return text;
+}
+
+std::string count_in_words(std::size_t count) {
+  constexpr std::array words = {"no",    "one",   "two",  "three", "four",   "five",  "six",
+                                "seven", "eight", "nine", "ten",   "eleven", "twelve"};
+  return count < words.size() ? words[count] : std::to_string(count);
 }
 
 std::string caption_number(double value, int digits) {

@@ -14,6 +14,9 @@ void set_words(Figure& figure, const std::string& wording_template, const Gaps& 
 /// "a", "a and b", "a, b and c".
 std::string enumeration(const std::vector<std::string>& items);
 
+/// A count in words up to twelve, as digits beyond: "two", "14".
+std::string count_in_words(std::size_t count);
+
 /// A number as a caption shows it: at most `digits` significant digits, no trailing zeros, typographic minus.
 std::string caption_number(double value, int digits = 4);
 

@@ -105,6 +105,8 @@ void draw_with_gnuplot(const GnuplotJob& job, const std::filesystem::path& folde
 
 std::string gnuplot_string(std::string_view text) {
   std::string quoted = "'";
+  // gnuplot 5.4 reads '' at the very start of a string as an empty string, whatever follows: a space keeps them apart.
+  if (text.starts_with('\'')) quoted += ' ';
   for (const char c : text) {
     if (c == '\'') {
       quoted += "''";

@@ -23,7 +23,7 @@ struct GnuplotJob {
 void draw_with_gnuplot(const GnuplotJob& job, const std::filesystem::path& folder, double timeout_seconds = 60);
 
 /// Text as a gnuplot string that nothing inside can leave: in single quotes, ' doubled, line breaks and other control
-/// characters made spaces. To be drawn with noenhanced.
+/// characters made spaces (and a space put before a leading '). To be drawn with noenhanced.
 std::string gnuplot_string(std::string_view text);
 
 /// Overwrites the creation date that pdfcairo stamps (and SOURCE_DATE_EPOCH does not govern) with fixed digits of the

@@ -69,7 +69,8 @@ void add_depths(Draft& draft, const Transport& result) {
   Range position_range, width_range, z_range;
   position_range.add(tan30);
   width_range.add(0);
-  int shown = 0, unidentified = 0;
+  int shown = 0;
+  std::size_t unidentified = 0;
   for (const DepthFit& fit : result.depths) {
     if (!shows(fit)) {
       ++unidentified;
@@ -107,9 +108,8 @@ void add_depths(Draft& draft, const Transport& result) {
   draft.script["z_limit"] = exact(z_axis.high);
   draft.script["z_ticks"] = linear_ticks(z_axis, 5);
   draft.words["depths"] = std::to_string(shown);
-  draft.words["unidentified"] = unidentified == 0   ? ""
-                                : unidentified == 1 ? "one depth"
-                                                    : fmt::format("{} depths", unidentified);
+  draft.words["unidentified"] =
+      unidentified == 0 ? "" : count_in_words(unidentified) + (unidentified == 1 ? " depth" : " depths");
 }
 
 /// The slope of one large panel: line, band and the ratio it implies at finite depth.

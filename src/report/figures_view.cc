@@ -1,10 +1,15 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
+#include <optional>
 
+#include "report/clean_text.h"
 #include "report/data_uri.h"
+#include "report/png_size.h"
 #include "report/report_view.h"
 #include "report/svg_for_weasyprint.h"
+#include "report/unbroken_formulae.h"
 #include "support/atomic_file.h"
 #include "support/error.h"
 
@@ -13,6 +18,8 @@ namespace granuscope {
 namespace {
 
 using Json = nlohmann::ordered_json;
+
+constexpr double text_width_mm = 170;  // of print.css: A4 less two margins of 20 mm
 
 /// Embeds the screen version in both media: a PDF cannot stand in a page, an SVG stays vector in print as well.
 std::string embedded(const Figure& figure, const std::filesystem::path& run_folder, PageMedium medium) {
@@ -26,6 +33,21 @@ std::string embedded(const Figure& figure, const std::filesystem::path& run_fold
                                figure.id, figure.screen.string()));
 }
 
+/// "figures/response-profiles.svg, .pdf, .gp, -layer-110.csv": the first name whole, of the others what differs.
+std::string files_in_words(const Figure& figure) {
+  std::vector<std::filesystem::path> files = {figure.screen};
+  if (figure.print != figure.screen) files.push_back(figure.print);
+  if (!figure.script.empty()) files.push_back(figure.script);
+  files.insert(files.end(), figure.data.begin(), figure.data.end());
+  const std::string stem = (figure.screen.parent_path() / figure.screen.stem()).generic_string();
+  std::string words = files.front().generic_string();
+  for (std::size_t i = 1; i < files.size(); ++i) {
+    const std::string name = files[i].generic_string();
+    words += ", " + (name.starts_with(stem) ? name.substr(stem.size()) : name);
+  }
+  return words;
+}
+
 }  // namespace
 
 Json figures_view(const ReportData& data, const std::filesystem::path& run_folder, PageMedium medium) {
@@ -37,18 +59,19 @@ Json figures_view(const ReportData& data, const std::filesystem::path& run_folde
     view["anchor"] = fmt::format("figure-{}", i + 1);
     view["figure_title"] = figure.title;
     view["image"] = embedded(figure, run_folder, medium);
+    view["raster"] = figure.screen.extension() == ".png";
+    const std::optional<double> width = view["raster"] == true && medium == PageMedium::print
+                                            ? png_width_mm(read_file(run_folder / figure.screen))
+                                            : std::nullopt;
+    view["sized"] = width.has_value();
+    view["width_mm"] = width ? fmt::format("{:.2f}", std::min(*width, text_width_mm)) : "";
     view["alternative"] = figure.alternative;
     view["caption_key"] = fmt::format("/figures/{}/caption", i);
-    view["caption"] = figure.caption;
-    view["paper_says"] = figure.paper_says;
+    view["caption"] = unbroken_formulae(clean_text(figure.caption));
+    view["paper_says"] = unbroken_formulae(clean_text(figure.paper_says));
     view["has_paper_says"] = !figure.paper_says.empty();
     view["redraw"] = figure.redraw;
-    view["files"] = Json::array();
-    std::vector<std::filesystem::path> files = {figure.screen};
-    if (figure.print != figure.screen) files.push_back(figure.print);
-    if (!figure.script.empty()) files.push_back(figure.script);
-    files.insert(files.end(), figure.data.begin(), figure.data.end());
-    for (const std::filesystem::path& file : files) view["files"].push_back(file.generic_string());
+    view["files"] = files_in_words(figure);
     figures.push_back(view);
   }
   return figures;

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
@@ -46,6 +47,17 @@ Json number_cell(const Json& summary, const std::string& pointer) {
   Json cell;
   cell["key"] = pointer;
   cell["text"] = number_text(summary, pointer);
+  return cell;
+}
+
+Json fixed_cell(const Json& summary, const std::string& pointer, int decimals) {
+  Json cell = number_cell(summary, pointer);
+  const Json& value = summary.at(Json::json_pointer(pointer));
+  if (!value.is_number()) return cell;
+  const auto number = value.get<double>();
+  std::string text = fmt::format("{:.{}f}", std::abs(number), decimals);
+  if (number < 0 && text.find_first_not_of("0.") != std::string::npos) text.insert(0, "−");
+  cell["text"] = text;
   return cell;
 }
 

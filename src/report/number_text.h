@@ -14,4 +14,7 @@ std::string number_text(const nlohmann::ordered_json& summary, const std::string
 /// {"key": pointer, "text": number_text} for the report's template.
 nlohmann::ordered_json number_cell(const nlohmann::ordered_json& summary, const std::string& pointer);
 
+/// The same for a number that stands in a column: with `decimals` digits after the point ("n/a" if it is null).
+nlohmann::ordered_json fixed_cell(const nlohmann::ordered_json& summary, const std::string& pointer, int decimals);
+
 }  // namespace granuscope

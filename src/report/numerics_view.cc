@@ -43,8 +43,8 @@ Json fit_quality(const Json& summary, const Json& result, std::size_t index) {
   }
   if (fitted == 0) return Json::object();
   Json quality;
-  quality["low"] = number_cell(summary, fmt::format("/results/{}/depths/{}/chi2_per_dof", index, lowest));
-  quality["high"] = number_cell(summary, fmt::format("/results/{}/depths/{}/chi2_per_dof", index, highest));
+  quality["low"] = fixed_cell(summary, fmt::format("/results/{}/depths/{}/chi2_per_dof", index, lowest), 2);
+  quality["high"] = fixed_cell(summary, fmt::format("/results/{}/depths/{}/chi2_per_dof", index, highest), 2);
   return quality;
 }
 
@@ -60,9 +60,9 @@ Json numerics_view(const Json& summary, const ReportData& data) {
     row["mu"] = number_cell(summary, pointer + "/mu");
     row["samples"] = number_cell(summary, pointer + "/samples");
     row["depths_in_window"] = number_cell(summary, pointer + "/depths_in_window");
-    for (const char* name : {"draws_per_bead", "mended_per_bead", "climbed_per_bead"}) {
-      row[name] = number_cell(summary, fmt::format("{}/sampler/{}", pointer, name));
-    }
+    row["draws_per_bead"] = fixed_cell(summary, pointer + "/sampler/draws_per_bead", 3);
+    row["mended_per_bead"] = fixed_cell(summary, pointer + "/sampler/mended_per_bead", 4);
+    row["climbed_per_bead"] = fixed_cell(summary, pointer + "/sampler/climbed_per_bead", 4);
     row["failed_count"] = std::to_string(results[i].at("failed").size());
     row["quality"] = fit_quality(summary, results[i], i);
     rows.push_back(row);

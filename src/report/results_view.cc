@@ -51,6 +51,8 @@ Json verdict_of(const Json& summary, const std::string& claim_id) {
   return Json::object();
 }
 
+std::string greek(const std::string& name) { return name == "alpha" ? "α" : name == "beta" ? "β" : "γ"; }
+
 Json exponent_view(const Json& summary, const char* name, const char* claim_id, Json& notes) {
   const std::string pointer = fmt::format("/scaling/{}", name);
   Json view;
@@ -58,7 +60,7 @@ Json exponent_view(const Json& summary, const char* name, const char* claim_id, 
   view["window"] = window_cells(summary, pointer);
   view["points"] = number_cell(summary, pointer + "/points");
   view["verdict"] = verdict_of(summary, claim_id);
-  add_reason(notes, summary, pointer, fmt::format("The exponent {}", name));
+  add_reason(notes, summary, pointer, fmt::format("The exponent {}", greek(name)));
   return view;
 }
 
@@ -72,7 +74,7 @@ Json other_windows_view(const Json& summary, Json& notes) {
     for (const char* name : {"beta", "gamma", "alpha"}) {
       row[name] = number_cell(summary, fmt::format("{}/{}", pointer, name));
       const std::string what =
-          fmt::format("The exponent {} over μ = {} to {}", name, row["window"]["low"]["text"].get<std::string>(),
+          fmt::format("The exponent {} over μ = {} to {}", greek(name), row["window"]["low"]["text"].get<std::string>(),
                       row["window"]["high"]["text"].get<std::string>());
       add_reason(notes, summary, fmt::format("{}/{}", pointer, name), what);
     }
@@ -152,10 +154,11 @@ Json claims_view(const Json& summary) {
   for (std::size_t i = 0; i < claims.size(); ++i) {
     const std::string pointer = fmt::format("/claims/{}", i);
     Json row;
-    for (const char* name : {"id", "statement", "explanation", "z_score", "paper"}) {
+    for (const char* name : {"id", "statement", "explanation", "paper"}) {
       row[name] = number_cell(summary, fmt::format("{}/{}", pointer, name));
     }
     row["verdict"] = verdict_of(summary, claims[i].at("id"));
+    row["z_score"] = fixed_cell(summary, pointer + "/z_score", 1);
     row["measured"] = measured_cells(summary, pointer);
     row["differs"] = claims[i].at("expected").is_string() && claims[i].at("expected") != claims[i].at("verdict");
     row["expected"] = row["differs"] == true ? number_cell(summary, pointer + "/expected") : Json::object();

@@ -1,0 +1,47 @@
+#include "report/unbroken_formulae.h"
+
+#include <algorithm>
+#include <vector>
+
+#include "report/clean_text.h"
+
+namespace granuscope {
+
+namespace {
+
+bool joins(std::string_view word) { return word == "=" || word == "−" || word == "≈" || word == "±"; }
+
+std::vector<std::string_view> words_of(std::string_view text) {
+  std::vector<std::string_view> words;
+  for (std::size_t start = 0; start <= text.size();) {
+    const std::size_t end = std::min(text.find(' ', start), text.size());
+    words.push_back(text.substr(start, end - start));
+    start = end + 1;
+  }
+  return words;
+}
+
+}  // namespace
+
+std::string unbroken_formulae(std::string_view text) {
+  const std::vector<std::string_view> words = words_of(text);
+  std::string html;
+  bool inside = false;
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    const bool last = i + 1 == words.size();
+    const bool goes_on = !last && (joins(words[i + 1]) || (inside && joins(words[i])));
+    if (goes_on && !inside) {
+      html += "<span class=\"formula-text\">";
+      inside = true;
+    }
+    html += escape_markup(words[i]);
+    if (inside && !goes_on) {
+      html += "</span>";
+      inside = false;
+    }
+    if (!last) html += ' ';
+  }
+  return html;
+}
+
+}  // namespace granuscope

@@ -1,0 +1,75 @@
+#include <catch2/catch.hpp>
+#include <limits>
+
+#include "plot/choice.h"
+#include "plot/csv_table.h"
+#include "plot/figure_words.h"
+
+using namespace granuscope;
+
+namespace {
+
+Range range(double low, double high) {
+  Range made;
+  made.add(low);
+  made.add(high);
+  return made;
+}
+
+constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
+
+}  // namespace
+
+TEST_CASE("Ranges ignore what is not finite") {
+  Range made;
+  made.add(not_a_number);
+  made.add(std::numeric_limits<double>::infinity());
+  CHECK(made.empty);
+  made.add(2);
+  made.add(-1);
+  CHECK(made.low == -1);
+  CHECK(made.high == 2);
+}
+
+TEST_CASE("Linear ticks are few, round and equally long") {
+  CHECK(linear_ticks(range(0, 160), 5) == "'0' 0, '50' 50, '100' 100, '150' 150");
+  CHECK(linear_ticks(range(-0.11, 0.21), 4) == "'−0.1' -0.1, '0.0' 0, '0.1' 0.1, '0.2' 0.2");
+  CHECK(linear_ticks(range(0.5489, 0.5791), 4) == "'0.55' 0.55, '0.56' 0.56, '0.57' 0.57");
+  CHECK(linear_ticks(range(-110, 110), 5) == "'−100' -100, '−50' -50, '0' 0, '50' 50, '100' 100");
+}
+
+TEST_CASE("Logarithmic ticks name 1, 2, 5 on a short axis and decades on a long one") {
+  CHECK(log_ticks(range(0.1, 0.3)) == "'0.1' 0.1 0, '0.2' 0.2 0, '' 0.3 1");
+  const std::string decades = log_ticks(range(0.01, 1));
+  CHECK(decades.find("'0.01' 0.01 0") == 0);
+  CHECK(decades.find("'0.1' 0.1 0") != std::string::npos);
+  CHECK(decades.find("'' 0.2 1") != std::string::npos);
+  CHECK(decades.find("'1' 1 0") != std::string::npos);
+}
+
+TEST_CASE("Windows of mu are closed and forgive rounding") {
+  CHECK(in_window(0.1, {0.1, 0.3}));
+  CHECK(in_window(0.1 + 0.2, {0.1, 0.3}));  // 0.30000000000000004
+  CHECK_FALSE(in_window(0.31, {0.1, 0.3}));
+}
+
+TEST_CASE("CSV keeps every bit and shows unknown numbers as NaN") {
+  CsvTable table({"x", "y"});
+  CHECK(table.empty());
+  table.add_row({0.1, not_a_number});
+  table.add_row({1.0 / 3, -2});
+  CHECK(table.text() == "x,y\n0.1,NaN\n0.3333333333333333,-2\n");
+  CHECK(column_without_numbers(table.text()).empty());
+  CHECK(column_without_numbers("x,y\n1,NaN\n2,NaN\n") == "y");
+  CHECK(column_without_numbers("x,y\n") == "x");
+}
+
+TEST_CASE("Lists and counts in words") {
+  CHECK(enumeration({}).empty());
+  CHECK(enumeration({"a"}) == "a");
+  CHECK(enumeration({"a", "b", "c"}) == "a, b and c");
+  CHECK(count_in_words(2) == "two");
+  CHECK(count_in_words(14) == "14");
+  CHECK(caption_number(-0.25) == "−0.25");
+  CHECK(caption_number(0.3) == "0.3");
+}
