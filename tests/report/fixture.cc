@@ -1,0 +1,120 @@
+#include "report/fixture.h"
+
+#include <string>
+
+#include "plot/propagation_against_diffusion.h"
+#include "plot/response_profiles.h"
+#include "plot/synthetic_analysis.h"
+#include "plot/transport_with_depth.h"
+#include "support/atomic_file.h"
+#include "support/child_process.h"
+
+namespace granuscope::synthetic {
+
+namespace {
+
+/// A raster picture in the place of the rendered force chains; gnuplot writes PNG too.
+Figure raster_picture(const std::filesystem::path& run_folder) {
+  make_folder(run_folder / "figures");
+  ProcessSpec process;
+  process.arguments = {"gnuplot", "-d", "-e",
+                       "set terminal pngcairo size 800,700; set output 'force-chains.png'; unset key; "
+                       "plot [-35:35] [60:0] abs(x) / 0.57 with lines lw 6 lc rgb '#444444'"};
+  process.working_folder = run_folder / "figures";
+  process.environment = {{"LC_ALL", "C.UTF-8"}};
+  run_process(process);
+  Figure figure;
+  figure.id = "force-chains";
+  figure.title = "Force chains under a point load";
+  figure.caption =
+      "Contact forces of one pile of 70 × 60 beads at μ = 0.1 under a point load (sample 0). Wider and darker lines "
+      "carry "
+      "more force.";
+  figure.alternative = "Two oblique dark lines run down from the overloaded bead, to the left and to the right.";
+  figure.paper_says = "Fig. 1 (right) of the paper: the forces due to a localised overload form two oblique branches.";
+  figure.screen = figure.print = "figures/force-chains.png";
+  figure.redraw = "granuscope render piles/force-chains.h5 --image figures/force-chains.png --width 800 --dpi 300";
+  return figure;
+}
+
+constexpr const char* experiment = R"([experiment]
+name = "synthetic"
+description = "made up for tests"
+
+[lattice]
+columns = 500
+layers = 200
+
+[friction]
+mu = [0.0, 0.1, 0.15, 0.2, 0.3, 0.4, 0.6]
+
+[sampling]
+law = "granusolve"
+seed = 20020604
+effort = 200.0
+max_tries = 1000000
+
+[response]
+estimator = "point"
+overload = 1.0
+samples = 3456
+blocks = 32
+
+[fit]
+first_layer = 58
+last_layer = 179
+layer_step = 3
+shallow_layer = 16
+min_identifiable_width = 0.5
+scaling_window = [0.1, 0.3]
+other_scaling_windows = [[0.15, 0.6]]
+)";
+
+}  // namespace
+
+ReportData report_data(const std::filesystem::path& run_folder) {
+  ReportData data;
+  data.experiment_name = "Synthetic numbers for tests";
+  data.description = "Nothing here was computed from a pile: the page is laid out with made-up numbers.";
+  data.columns = 500;
+  data.layers = 200;
+  data.seed = 20020604;
+  data.overload = 1;
+  data.resolved_experiment = experiment;
+  data.resolved_experiment_key = "00112233445566aa";
+  data.law_in_words = {
+      "Layer by layer from the top, each bead draws H_R uniformly from its admissible interval.",
+      "Each layer starts at a random bead and runs in a random direction.",
+      "A bead whose interval is empty makes its two parents draw again, jointly, within what their other children "
+      "allow; "
+      "if nothing is left, an arc of parents, then the ring, then its ancestors.",
+  };
+  data.analysis = analysis();
+  data.figures.push_back(raster_picture(run_folder));
+  data.figures.push_back(draw_response_profiles(data.analysis.results, {}, run_folder));
+  data.figures.push_back(draw_transport_with_depth(data.analysis, {}, run_folder));
+  data.figures.push_back(draw_propagation_against_diffusion(data.analysis, run_folder));
+  data.provenance.program_version = "granuscope 0.0.0";
+  data.provenance.git_commit = std::string(40, 'a');
+  data.provenance.git_dirty = true;
+  data.provenance.compiler = "g++ 12.2.0";
+  data.provenance.compiler_flags =
+      "-O2 -DNDEBUG -ffp-contract=off -march=x86-64-v2 -Wall -Wextra -Wconversion -Wshadow -Werror";
+  data.provenance.build_type = "Release";
+  data.provenance.libraries = {{"HDF5", "1.10.8"},   {"GSL", "2.7.1"},       {"Eigen", "3.4.0"},  {"oneTBB", "2021.8"},
+                               {"libpng", "1.6.39"}, {"FreeType", "2.12.1"}, {"Highway", "1.0.3"}};
+  data.provenance.host_cpu = "a processor";
+  data.provenance.operating_system = "an operating system";
+  data.provenance.hardware_threads = 2;
+  data.environment = {{"OpenGL renderer", "llvmpipe"}, {"gnuplot", "5.4"}, {"WeasyPrint", "57.2"}};
+  data.timings = {{"ensemble μ = 0", 0.4, true}, {"ensemble μ = 0.1", 9.1, false}, {"report", 2.4, false}};
+  data.skipped = {"Layers deeper than 199 were not computed, because no figure or fit asks for them."};
+  return data;
+}
+
+std::string hostile_text() {
+  return "<script>alert(1)</script> {{x}} {{{y}}} {{#z}} \"double\" 'single' `rm -rf /` $(id) & &amp;\nsecond line | "
+         "[a](b) \xff\xfe \xc3( \xed\xa0\x80 \x01 --> ]]>";
+}
+
+}  // namespace granuscope::synthetic

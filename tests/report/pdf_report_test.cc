@@ -1,0 +1,166 @@
+#include "report/pdf_report.h"
+
+#include <array>
+#include <catch2/catch.hpp>
+#include <sstream>
+
+#include "plot/temporary_folder.h"
+#include "report/fixture.h"
+#include "report/report.h"
+#include "report/summary_json.h"
+#include "support/atomic_file.h"
+#include "support/child_process.h"
+#include "support/error.h"
+
+using namespace granuscope;
+
+namespace {
+
+bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
+/// Standard output of a poppler tool, run in `folder`.
+std::string output_of(const std::vector<std::string>& arguments, const std::filesystem::path& folder) {
+  ProcessSpec process;
+  process.arguments = arguments;
+  process.working_folder = folder;
+  process.environment = {{"LC_ALL", "C.UTF-8"}};
+  const ProcessResult result = run_process(process);
+  REQUIRE(result.exit_code == 0);
+  return result.standard_output;
+}
+
+std::string page_text(int page, const std::filesystem::path& folder) {
+  const std::string number = std::to_string(page);
+  return output_of({"pdftotext", "-f", number, "-l", number, "-layout", "report.pdf", "-"}, folder);
+}
+
+int pages_of(const std::filesystem::path& folder) {
+  const std::string info = output_of({"pdfinfo", "report.pdf"}, folder);
+  return std::stoi(info.substr(info.find("Pages:") + 6));
+}
+
+/// How many pixels of a rasterised page have exactly this colour.
+long pixels_of(const std::string& ppm, std::array<int, 3> colour) {
+  std::stringstream header(ppm);
+  std::string magic;
+  std::size_t width = 0, height = 0, depth = 0;
+  header >> magic >> width >> height >> depth;
+  const std::string data = ppm.substr(ppm.size() - 3 * width * height);
+  long found = 0;
+  for (std::size_t at = 0; at < data.size(); at += 3) {
+    bool same = true;
+    for (std::size_t i = 0; i < 3; ++i) same = same && static_cast<unsigned char>(data[at + i]) == colour[i];
+    found += same ? 1 : 0;
+  }
+  return found;
+}
+
+struct Written {
+  synthetic::TemporaryFolder run;
+  ReportData data = synthetic::report_data(run.path());
+  ReportFiles files = write_report(data, run.path(), PdfPolicy::required);
+};
+
+}  // namespace
+
+TEST_CASE("The PDF has vector plots, all labels, contents with page numbers and the same bytes each time") {
+  const Written report;
+  REQUIRE(report.files.pdf);
+  const std::filesystem::path& folder = report.run.path();
+
+  SECTION("only the picture is raster") {
+    const std::string images = output_of({"pdfimages", "-list", "report.pdf"}, folder);
+    CHECK(std::count(images.begin(), images.end(), '\n') == 3);  // two lines of heading, one image
+    CHECK(contains(images, " 800   700 "));
+  }
+  SECTION("every axis label is found") {
+    const std::string text = output_of({"pdftotext", "report.pdf", "-"}, folder);
+    for (const char* label :
+         {"position x (bead diameters)", "response P(x) per unit overload", "depth z (bead diameters)",
+          "peak position over depth xₚ/z", "squared width over depth W²/z", "friction coefficient μ",
+          "diffusion coefficient D (bead diameters)", "propagation coefficient c", "c₀ − c", "fitted double Gaussian",
+          "inset: exponent 0.4 of the paper"}) {
+      INFO(label);
+      CHECK(contains(text, label));
+    }
+    CHECK_FALSE(contains(text, "{{"));
+  }
+  SECTION("points have their colours") {
+    for (int page = 1; page <= pages_of(folder); ++page) {
+      if (!contains(page_text(page, folder), "squared width over depth")) continue;
+      const std::string number = std::to_string(page);
+      const std::string ppm = output_of({"pdftoppm", "-r", "200", "-f", number, "-l", number, "report.pdf"}, folder);
+      CHECK(pixels_of(ppm, {213, 94, 0}) > 1000);  // 57 measured points in two panels
+      CHECK(pixels_of(ppm, {0, 114, 178}) > 500);  // slopes
+      CHECK(pixels_of(ppm, {0, 158, 115}) > 50);   // c from thrust
+      CHECK(pixels_of(ppm, {0, 0, 0}) > 1000);
+    }
+  }
+  SECTION("the contents point at the right pages") {
+    std::stringstream contents(page_text(1, folder));
+    int entries = 0;
+    for (std::string line; std::getline(contents, line);) {
+      if (!contains(line, ". . .")) continue;
+      ++entries;
+      const std::size_t first = line.find_first_not_of(' ');
+      const std::string title = line.substr(first, line.find(" .", first) - first);
+      const int page = std::stoi(line.substr(line.find_last_of(' ')));
+      INFO(line);
+      CHECK(contains(page_text(page, folder), title.substr(0, 30)));
+    }
+    CHECK(entries == 10);
+  }
+  SECTION("bookmarks, size and metadata") {
+    const std::string info = output_of({"pdfinfo", "report.pdf"}, folder);
+    CHECK(contains(info, "A4"));
+    CHECK(contains(info, "Synthetic numbers for tests"));
+    CHECK(contains(read_file(*report.files.pdf), "/Outlines"));
+  }
+  SECTION("the same bytes") {
+    CHECK(pdf_report(report.data, read_file(report.files.summary), folder).bytes == read_file(*report.files.pdf));
+  }
+  SECTION("nothing is left behind") {
+    for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+      CHECK_FALSE(entry.path().filename().string().starts_with('.'));
+    }
+  }
+}
+
+TEST_CASE("Without WeasyPrint everything else is written and the page says why there is no PDF") {
+  const synthetic::TemporaryFolder run, empty;
+  const ReportData data = synthetic::report_data(run.path());
+  const synthetic::WithoutPrograms hidden(empty.path());
+  SECTION("if possible") {
+    const ReportFiles files = write_report(data, run.path(), PdfPolicy::if_possible);
+    CHECK_FALSE(files.pdf);
+    CHECK(contains(files.pdf_skipped, "apt-get install weasyprint"));
+    CHECK(contains(read_file(files.html), "WeasyPrint is not installed"));
+  }
+  SECTION("required") {
+    CHECK_THROWS_AS(write_report(data, run.path(), PdfPolicy::required), EnvironmentError);
+    CHECK(std::filesystem::exists(run.path() / "report.html"));
+  }
+  SECTION("not asked for") {
+    const ReportFiles files = write_report(data, run.path(), PdfPolicy::none);
+    CHECK_FALSE(files.pdf);
+    CHECK(contains(files.pdf_skipped, "not asked for"));
+  }
+  CHECK(std::filesystem::exists(run.path() / "summary.json"));
+  CHECK(std::filesystem::exists(run.path() / "claims.xml"));
+  CHECK(std::filesystem::exists(run.path() / "summary.md"));
+  CHECK_FALSE(std::filesystem::exists(run.path() / "report.pdf"));
+}
+
+TEST_CASE("A WeasyPrint that hangs or cannot load a figure is a failure, though it ends with status 0") {
+  const synthetic::TemporaryFolder run;
+  ReportData data;
+  const std::string summary = summary_json(data);
+  CHECK(contains(pdf_report(data, summary, run.path(), 0.01).failure, "still running"));
+  make_folder(run.path() / "figures");
+  write_file(run.path() / "figures" / "broken.svg", "<svg xmlns='http://www.w3.org/2000/svg'><path></svg>");
+  data.figures.resize(1);
+  data.figures[0].screen = "figures/broken.svg";
+  const PdfOutcome outcome = pdf_report(data, summary_json(data), run.path());
+  CHECK(outcome.bytes.empty());
+  CHECK(contains(outcome.failure, "could not load"));
+}

@@ -1,0 +1,103 @@
+#include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
+
+#include "report/clean_json.h"
+#include "report/clean_text.h"
+#include "report/data_uri.h"
+#include "report/number_text.h"
+#include "report/png_size.h"
+#include "report/unbroken_formulae.h"
+
+using namespace granuscope;
+using Json = nlohmann::ordered_json;
+
+TEST_CASE("Clean text is valid UTF-8 without control characters") {
+  CHECK(clean_text("plain μ − 例 😀\n\ttab") == "plain μ − 例 😀\n\ttab");
+  const std::string bad = "\xEF\xBF\xBD";
+  CHECK(clean_text("a\xFF"
+                   "b") == "a" + bad + "b");
+  CHECK(clean_text("\xC3(") == bad + "(");
+  CHECK(clean_text("\xE2\x88") == bad + bad);                      // cut off
+  CHECK(clean_text("\xC0\xAF") == bad + bad);                      // overlong '/'
+  CHECK(clean_text("\xED\xA0\x80") == bad + bad + bad);            // a surrogate
+  CHECK(clean_text("\xF4\x90\x80\x80") == bad + bad + bad + bad);  // beyond U+10FFFF
+  CHECK(clean_text(std::string("a\0b", 3)) == "a" + bad + "b");
+  CHECK(clean_text("\x1b[31m") == bad + "[31m");
+  CHECK(clean_text("\xC2\x85") == bad);  // NEL
+  CHECK(clean_text("a\r\nb\rc") == "a\nb\nc");
+}
+
+TEST_CASE("Every byte string becomes text that JSON can hold") {
+  // Source of the expectation: nlohmann's dump throws on invalid UTF-8 by default.
+  for (int first = 0; first < 256; ++first) {
+    for (int second = 0; second < 256; second += 5) {
+      Json json = std::string{static_cast<char>(first), static_cast<char>(second), '\xA0', 'x'};
+      clean_strings(json);
+      CHECK_NOTHROW(json.dump());
+    }
+  }
+}
+
+TEST_CASE("Markup is escaped in content and attributes") {
+  CHECK(escape_markup("<a href=\"x\">'&'</a>") == "&lt;a href=&quot;x&quot;&gt;&#39;&amp;&#39;&lt;/a&gt;");
+}
+
+TEST_CASE("Base64 follows RFC 4648") {
+  // The test vectors of section 10 of the RFC.
+  CHECK(base64("").empty());
+  CHECK(base64("f") == "Zg==");
+  CHECK(base64("fo") == "Zm8=");
+  CHECK(base64("foo") == "Zm9v");
+  CHECK(base64("foob") == "Zm9vYg==");
+  CHECK(base64("fooba") == "Zm9vYmE=");
+  CHECK(base64("foobar") == "Zm9vYmFy");
+  CHECK(base64("\xFF\xFE") == "//4=");
+  CHECK(data_uri("image/png", "f") == "data:image/png;base64,Zg==");
+}
+
+TEST_CASE("The width of a PNG follows from its pixels and its resolution") {
+  using namespace std::string_literals;
+  const std::string signature = "\x89PNG\r\n\x1a\n"s;
+  const std::string header = "\0\0\0\x0dIHDR\0\0\x06\x40\0\0\x04\xb0\x08\2\0\0\0crc."s;  // 1600 x 1200
+  const std::string resolution = "\0\0\0\x09pHYs\0\0\x2e\x23\0\0\x2e\x23\1crc."s;        // 11811 per metre: 300 dpi
+  const std::string end = "\0\0\0\0IDATcrc."s;
+  REQUIRE(png_width_mm(signature + header + resolution + end));
+  CHECK(*png_width_mm(signature + header + resolution + end) == Approx(25.4 * 1600 / 300).epsilon(1e-4));
+  CHECK_FALSE(png_width_mm(signature + header + end));
+  CHECK_FALSE(png_width_mm(signature + "\xff\xff\xff\xffIHDR"s));
+  CHECK_FALSE(png_width_mm("<svg>"));
+}
+
+TEST_CASE("Formulae in captions stay on one line and keep their text") {
+  CHECK(unbroken_formulae("at μ = 0.3 and c₀ − c < 1") ==
+        "at <span class=\"formula-text\">μ = 0.3</span> and <span class=\"formula-text\">c₀ − c</span> &lt; 1");
+  CHECK(unbroken_formulae("a = b − c, d") == "<span class=\"formula-text\">a = b − c,</span> d");
+  CHECK(unbroken_formulae("no formula").find("span") == std::string::npos);
+  CHECK(unbroken_formulae("ends with =") == "ends <span class=\"formula-text\">with =</span>");
+  CHECK(unbroken_formulae("").empty());
+}
+
+TEST_CASE("Numbers of the report are written from the summary") {
+  const Json summary = {{"c", {{"value", 0.07923}, {"stderr", 0.0041}}},
+                        {"unknown", {{"value", nullptr}, {"stderr", nullptr}, {"reason", "why"}}},
+                        {"mu", 0.3},
+                        {"count", 3456},
+                        {"seed", 18446744073709551615ULL},
+                        {"z", -12.345},
+                        {"name", "text"},
+                        {"none", nullptr},
+                        {"list", {1, 2}}};
+  CHECK(number_text(summary, "/c") == "0.0792(41)");
+  CHECK(number_text(summary, "/unknown") == "n/a");
+  CHECK(number_text(summary, "/mu") == "0.3");
+  CHECK(number_text(summary, "/count") == "3456");
+  CHECK(number_text(summary, "/seed") == "18446744073709551615");
+  CHECK(number_text(summary, "/z") == "−12.35");
+  CHECK(number_text(summary, "/name") == "text");
+  CHECK(number_text(summary, "/none") == "n/a");
+  CHECK(fixed_cell(summary, "/z", 1)["text"] == "−12.3");
+  CHECK(fixed_cell(summary, "/none", 1)["text"] == "n/a");
+  CHECK(number_cell(summary, "/mu")["key"] == "/mu");
+  CHECK_THROWS_AS(number_text(summary, "/nowhere"), std::logic_error);
+  CHECK_THROWS_AS(number_text(summary, "/list"), std::logic_error);
+}
