@@ -6,6 +6,9 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <new>
+#include <numbers>
+#include <vector>
 
 #include "model/lattice.h"
 
@@ -95,18 +98,33 @@ std::optional<ShapeFit> fit_shape(const LayerSpectrum& spectrum, std::span<const
 }
 
 DoubleGaussian coarse_shape(const LayerSpectrum& spectrum, double z) {
+  const std::size_t modes = spectrum.whole.size();
   DoubleGaussian best;
-  std::vector<ModeValue> model(spectrum.whole.size());
   double best_chi2 = std::numeric_limits<double>::infinity();
+  std::vector<double> envelope(modes), target(modes);
+  for (std::size_t i = 0; i < modes; ++i) target[i] = spectrum.whole[i] / spectrum.noise[i];
   for (double width = 0.35; width < 0.5 * z; width *= 1.5) {
+    // The modes without their aliases: near enough for a start, and then one exponential serves every position.
+    for (std::size_t i = 0; i < modes; ++i) {
+      const double k = 2 * std::numbers::pi * static_cast<double>(i + 1) / spectrum.columns;
+      envelope[i] = std::exp(-k * k * width * width / 2) * std::sin(k / 2) / (k / 2) / spectrum.noise[i];
+    }
     const double step = std::max(0.5 * width, 0.25);
-    for (double peak = 0; peak <= 1.1 * tan30 * z; peak += step) {
-      double chi2 = 0;
-      fourier_modes({peak, width}, spectrum.columns, spectrum.half_shifted, model);
-      for (std::size_t i = 0; i < model.size(); ++i) {
-        chi2 += std::pow((model[i].value - spectrum.whole[i]) / spectrum.noise[i], 2);
+    for (double peak = 0; peak <= 2 * tan30 * z; peak += step) {
+      // cos(k_m x_p) for m = 1, 2, ... by the recurrence of Chebyshev's polynomials.
+      const double twice = 2 * std::cos(2 * std::numbers::pi / spectrum.columns * peak);
+      double before = 1, cosine = twice / 2, chi2 = 0;
+      for (std::size_t i = 0; i < modes; ++i) {
+        const double residual = envelope[i] * cosine - target[i];
+        chi2 += residual * residual;
+        const double next = twice * cosine - before;
+        before = cosine;
+        cosine = next;
       }
-      if (chi2 < best_chi2) best_chi2 = chi2, best = {peak, width};
+      if (chi2 < best_chi2) {
+        best_chi2 = chi2;
+        best = {peak, width};
+      }
     }
   }
   return best;

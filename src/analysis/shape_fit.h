@@ -18,7 +18,7 @@ struct ShapeFit {
 /// Levenberg-Marquardt (GSL) from `start`. None if it does not converge.
 std::optional<ShapeFit> fit_shape(const LayerSpectrum& spectrum, std::span<const double> modes, DoubleGaussian start);
 
-/// The best shape on a coarse grid of positions up to 1.1 tan30 z and widths: a start that no local minimum can fool.
+/// The best shape on a coarse grid of positions up to 2 tan30 z and widths: a start that no local minimum can fool.
 DoubleGaussian coarse_shape(const LayerSpectrum& spectrum, double z);
 
 }  // namespace granuscope
