@@ -126,13 +126,15 @@ std::optional<SamplingFailure> GranusolveSampler::solve_layer(int layer) {
   const int columns = lattice_.columns();
   const RandomKey::Order order = order_[static_cast<std::size_t>(layer)];
   int bead = order.first_bead;
-  for (cursor_ = 0; cursor_ < columns; ++cursor_) {
+  for (cursor_ = 0; cursor_ < columns;) {
     if (slack_[static_cast<std::size_t>(bead)] >= 0) {
       ++counts_.uniforms;
+      ++cursor_;
     } else {
       while (solve_bead(layer, bead, Attempt::first) == Mend::climbed) {
         if (!solve_pending()) return SamplingFailure{layer};
       }
+      ++cursor_;  // from here on the bead counts as solved
       // A child that rounding left unsolvable waits as pending even without a climb.
       if (topmost_pending_ <= front_ && !solve_pending()) return SamplingFailure{layer};
     }
@@ -385,7 +387,9 @@ GranusolveSampler::ArcOutcome GranusolveSampler::mend_by_arc(int layer, int bead
 bool GranusolveSampler::mend_by_ring(int layer, int bead) {
   const int columns = lattice_.columns();
   const int step = order_[static_cast<std::size_t>(layer)].direction;
-  const Arc ring{layer, lattice_.upper_left(layer, bead), columns, step};
+  // Pinned first is the parent that the layer's direction reaches first, so that the law keeps its mirror symmetry.
+  const int near = step > 0 ? lattice_.upper_left(layer, bead) : lattice_.upper_right(layer, bead);
+  const Arc ring{layer, near, columns, step};
   const auto wrap = [&](int k) { return static_cast<std::size_t>(k >= columns ? k - columns : k); };
   for (int k = 0; k < columns; ++k) {
     own_[wrap(k)] = interval_of(layer - 1, parent(ring, k));

@@ -12,6 +12,9 @@
 namespace granuscope {
 namespace {
 
+/// Solutions per bead beyond which an effort is no bound any more (nor countable in 64 bits for the largest piles).
+constexpr double max_effort = 1e9;
+
 /// Every law at mu = 0, where the only solution is the frictionless pile.
 class FrictionlessSampler final : public Sampler {
  public:
@@ -74,9 +77,10 @@ Law law_named(const std::string& name) {
 }
 
 std::unique_ptr<Sampler> make_sampler(const SamplerSpec& spec, const Lattice& lattice) {
-  if (!(spec.effort >= 1)) {
-    throw InputError(
-        fmt::format("effort {} is out of range: a pile needs at least one solution per bead", spec.effort));
+  if (!(spec.effort >= 1 && spec.effort <= max_effort)) {
+    throw InputError(fmt::format(
+        "effort {} is out of range: a pile needs at least one solution per bead, and more than {:g} would never end",
+        spec.effort, max_effort));
   }
   if (spec.max_tries < 1 || spec.max_tries >= (std::uint64_t{1} << 24)) {
     throw InputError(fmt::format("max_tries {} is out of range: use 1 to 16777215", spec.max_tries));

@@ -28,6 +28,6 @@ std::string name_of(Law law);
 Law law_named(const std::string& name);
 
 /// Changes whenever the same key gives another pile; part of every ensemble's configuration.
-inline constexpr const char* sampling_version = "1";
+inline constexpr const char* sampling_version = "2";
 
 }  // namespace granuscope

@@ -1,0 +1,189 @@
+// Source of the expected numbers: symmetry. Mirroring x -> -x and shifting the pile by a column map the law onto
+// itself, so that whatever changes sign, or sums to zero, under them has mean zero. The same statistics are shown to
+// see a law that lacks the symmetry: layers always solved from bead 0 rightwards.
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <stdexcept>
+#include <vector>
+
+#include "sampling/sampler.h"
+#include "sampling_statistics.h"
+
+namespace granuscope {
+namespace {
+
+using test::RunningMean;
+
+struct Setting {
+  int columns, layers;
+  double mu;
+  bool point_load;
+  LayerOrder order;
+  int piles;
+  bool telling;  ///< so many piles tell a fixed order from a random one
+};
+
+/// One number per pile and layer, whose mean is zero by symmetry.
+using Statistic = std::function<double(const Pile&, int layer)>;
+
+/// Largest deviation from zero over layers and statistics, in standard errors of independent piles, and how many.
+struct Deviation {
+  double sigmas = 0;
+  std::size_t comparisons = 0;
+};
+
+Deviation deviation_from_zero(const Setting& setting, const std::vector<Statistic>& statistics) {
+  const Lattice lattice({.columns = setting.columns, .layers = setting.layers});
+  SamplerSpec spec;
+  spec.mu = setting.mu;
+  spec.seed = 1618;
+  spec.order = setting.order;
+  const auto sampler = make_sampler(spec, lattice);
+  std::vector<double> load(static_cast<std::size_t>(setting.columns), 1.0);
+  if (setting.point_load) load[static_cast<std::size_t>(lattice.middle())] = 2;
+  Pile pile(lattice);
+  std::vector<RunningMean> means(2 * statistics.size() * static_cast<std::size_t>(setting.layers));
+  for (int k = 0; k < setting.piles; ++k) {
+    // One sample of every eight: the others share the order of their layers.
+    if (sampler->draw(8 * static_cast<std::uint64_t>(k), load, pile)) throw std::runtime_error("stuck");
+    std::size_t at = 0;
+    for (const Statistic& statistic : statistics) {
+      double sum = 0;
+      for (int n = 0; n < setting.layers; ++n) {
+        const double here = statistic(pile, n);
+        sum += here;
+        means[at++].add(here);
+        means[at++].add(sum);  // a drift adds up from layer to layer
+      }
+    }
+  }
+  Deviation worst;
+  for (const RunningMean& mean : means) {
+    const auto estimate = mean.estimate();
+    // Constant up to rounding (sums of some hundred forces of order one): an identity, not a statistic.
+    if (estimate.error * std::sqrt(setting.piles) < 1e-10) continue;
+    worst.sigmas = std::max(worst.sigmas, std::abs(test::sigmas(estimate, {0, 0})));
+    ++worst.comparisons;
+  }
+  return worst;
+}
+
+double weight(const Pile& pile, std::size_t at) { return pile.V_R[at] + pile.V_L[at]; }
+
+/// Sums over a layer that change sign under x -> -x.
+const std::vector<Statistic> odd_statistics = {
+    // The net horizontal force.
+    [](const Pile& pile, int n) {
+      double sum = 0;
+      for (int i = 0; i < pile.lattice.columns(); ++i) {
+        sum += pile.H_R[pile.lattice.index(n, i)] + pile.H_L[pile.lattice.index(n, i)];
+      }
+      return sum;
+    },
+    // Its cube weighs the tails.
+    [](const Pile& pile, int n) {
+      double sum = 0;
+      for (int i = 0; i < pile.lattice.columns(); ++i) {
+        const std::size_t at = pile.lattice.index(n, i);
+        sum += std::pow(pile.H_R[at], 3) + std::pow(pile.H_L[at], 3);
+      }
+      return sum;
+    },
+    // The weight right of the middle less the weight left of it (without the bead opposite, its own image).
+    [](const Pile& pile, int n) {
+      double sum = 0;
+      for (int i = 0; i < pile.lattice.columns(); ++i) {
+        const double x = pile.lattice.x(n, i), edge = 0.5 * pile.lattice.columns();
+        sum += x == 0 || x == -edge ? 0 : std::copysign(weight(pile, pile.lattice.index(n, i)), x);
+      }
+      return sum;
+    },
+    // Its first harmonic.
+    [](const Pile& pile, int n) {
+      double sum = 0;
+      for (int i = 0; i < pile.lattice.columns(); ++i) {
+        const double angle = 2 * std::numbers::pi * pile.lattice.x(n, i) / pile.lattice.columns();
+        sum += std::sin(angle) * weight(pile, pile.lattice.index(n, i));
+      }
+      return sum;
+    },
+    // Neighbouring weights: a heavy bead with a light one to its right, less the other way round.
+    [](const Pile& pile, int n) {
+      double sum = 0;
+      for (int i = 0; i < pile.lattice.columns(); ++i) {
+        const double here = weight(pile, pile.lattice.index(n, i));
+        const double right = weight(pile, pile.lattice.index(n, pile.lattice.next(i)));
+        sum += here * here * right - here * right * right;
+      }
+      return sum;
+    },
+};
+
+/// First harmonics along a layer: zero on average if all columns are equal.
+std::vector<Statistic> harmonic_statistics() {
+  std::vector<Statistic> statistics;
+  for (const bool sine : {false, true}) {
+    for (const bool of_weight : {false, true}) {
+      statistics.emplace_back([sine, of_weight](const Pile& pile, int n) {
+        double sum = 0;
+        for (int i = 0; i < pile.lattice.columns(); ++i) {
+          const double angle = 2 * std::numbers::pi * i / pile.lattice.columns();
+          const std::size_t at = pile.lattice.index(n, i);
+          sum +=
+              (sine ? std::sin(angle) : std::cos(angle)) * (of_weight ? std::pow(weight(pile, at), 2) : pile.H_R[at]);
+        }
+        return sum;
+      });
+    }
+  }
+  return statistics;
+}
+
+/// Ten thousand piles and more where they are small; a fifth of them when every access is checked.
+int fewer_if_sanitized(int piles) { return test::sanitized ? piles / 2 : piles; }
+
+TEST_CASE("left and right are equal, and the test would see it if layers were always solved rightwards") {
+  const std::vector<Setting> settings = {
+      {48, 40, 0.8, true, LayerOrder::random, 10'000, true}, {24, 20, 0.4, true, LayerOrder::random, 10'000, false},
+      {16, 12, 1.3, true, LayerOrder::random, 20'000, true}, {5, 4, 1.3, false, LayerOrder::random, 20'000, true},
+      {6, 4, 1.5, true, LayerOrder::random, 50'000, true},   {4, 3, 1.7, true, LayerOrder::random, 40'000, true},
+      {4, 3, 1.4, false, LayerOrder::random, 40'000, false},
+  };
+  for (Setting setting : settings) {
+    setting.piles = fewer_if_sanitized(setting.piles);
+    CAPTURE(setting.columns, setting.layers, setting.mu, setting.point_load, setting.piles);
+    const Deviation fair = deviation_from_zero(setting, odd_statistics);
+    CHECK(fair.comparisons > 0);
+    CHECK(fair.sigmas < test::sigma_bound(fair.comparisons * settings.size()));
+    if (!setting.telling) continue;
+    setting.order = LayerOrder::fixed;
+    const Deviation fixed = deviation_from_zero(setting, odd_statistics);
+    CHECK(fixed.sigmas > (test::sanitized ? 6 : 10));
+  }
+}
+
+TEST_CASE("all columns are equal, and the test would see it if layers always began at bead 0") {
+  const auto statistics = harmonic_statistics();
+  const std::vector<Setting> settings = {
+      {24, 20, 0.4, false, LayerOrder::random, 10'000, false}, {12, 8, 1.3, false, LayerOrder::random, 10'000, true},
+      {5, 4, 1.3, false, LayerOrder::random, 20'000, true},    {6, 4, 1.5, false, LayerOrder::random, 20'000, true},
+      {4, 3, 1.7, false, LayerOrder::random, 50'000, true},
+  };
+  for (Setting setting : settings) {
+    setting.piles = fewer_if_sanitized(setting.piles);
+    CAPTURE(setting.columns, setting.layers, setting.mu, setting.piles);
+    const Deviation fair = deviation_from_zero(setting, statistics);
+    CHECK(fair.comparisons > 0);
+    CHECK(fair.sigmas < test::sigma_bound(fair.comparisons * settings.size()));
+    if (!setting.telling) continue;
+    setting.order = LayerOrder::fixed;
+    const Deviation fixed = deviation_from_zero(setting, statistics);
+    CHECK(fixed.sigmas > (test::sanitized ? 6 : 10));
+  }
+}
+
+}  // namespace
+}  // namespace granuscope
