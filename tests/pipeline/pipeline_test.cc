@@ -1,0 +1,225 @@
+#include "pipeline/pipeline.h"
+
+#include <catch2/catch.hpp>
+#include <cstdlib>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "small_experiment.h"
+#include "storage/pile_file.h"
+#include "support/atomic_file.h"
+#include "support/error.h"
+#include "support/interruption.h"
+
+using namespace granuscope;
+namespace fs = std::filesystem;
+
+namespace {
+
+/// A folder of this test's own, removed at its end.
+class ScratchFolder {
+ public:
+  explicit ScratchFolder(const std::string& name) : path_(fs::temp_directory_path() / ("granuscope-pipeline-" + name)) {
+    fs::remove_all(path_);
+  }
+  ScratchFolder(const ScratchFolder&) = delete;
+  ScratchFolder& operator=(const ScratchFolder&) = delete;
+  ~ScratchFolder() { fs::remove_all(path_); }
+  const fs::path& path() const { return path_; }
+
+ private:
+  fs::path path_;
+};
+
+RunOptions quiet(const fs::path& folder, std::vector<Stage> only = {}) {
+  RunOptions options;
+  options.folder = folder;
+  options.threads = 2;
+  options.only = std::move(only);
+  options.progress = ProgressStyle::silent;
+  return options;
+}
+
+nlohmann::json manifest_of(const fs::path& folder) {
+  return nlohmann::json::parse(read_file(folder / "manifest.json"));
+}
+
+std::set<std::string> files_in(const fs::path& folder) {
+  std::set<std::string> names;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    if (entry.is_regular_file()) names.insert(fs::relative(entry.path(), folder).string());
+  }
+  return names;
+}
+
+}  // namespace
+
+TEST_CASE("a run leaves everything it promises, and a second one repeats no sampling and changes no byte") {
+  const ScratchFolder folder("whole");
+  const Experiment experiment = small_experiment();
+  const RunResult result = run_experiment(experiment, quiet(folder.path()));
+  const std::set<std::string> files = files_in(folder.path());
+  for (const char* name :
+       {"experiment.toml", "manifest.json", "summary.json", "claims.xml", "summary.md", "report.html", "report.pdf",
+        "ensembles/mu-0.h5", "ensembles/mu-0.2.h5", "ensembles/mu-0.3.h5", "ensembles/mu-0.4.h5",
+        "piles/force-chains.h5", "figures/force-chains.png", "figures/response-profiles.svg",
+        "figures/response-profiles.pdf", "figures/response-profiles.gp", "figures/transport-with-depth.svg",
+        "figures/propagation-against-diffusion.pdf"}) {
+    INFO(name);
+    CHECK(files.contains(name));
+  }
+  for (const std::string& name : files) CHECK(name.find(".tmp") == std::string::npos);
+  CHECK(result.analysis.results.size() == 4);
+  CHECK(manifest_of(folder.path())["status"] == "done");
+  // The resolved experiment reads back and would give the same run.
+  CHECK(print_experiment(parse_experiment(read_file(folder.path() / "experiment.toml"), "experiment.toml")) ==
+        print_experiment(experiment));
+
+  const std::string summary = read_file(folder.path() / "summary.json");
+  const std::string picture = read_file(folder.path() / "figures/force-chains.png");
+  const auto drawn_at = fs::last_write_time(folder.path() / "ensembles/mu-0.3.h5");
+  for (const PlannedStep& step : plan_run(experiment, quiet(folder.path()))) {
+    if (step.stage == Stage::sample) CHECK(step.reused);
+  }
+  run_experiment(experiment, quiet(folder.path()));
+  CHECK(fs::last_write_time(folder.path() / "ensembles/mu-0.3.h5") == drawn_at);
+  CHECK(read_file(folder.path() / "summary.json") == summary);
+  CHECK(read_file(folder.path() / "figures/force-chains.png") == picture);
+}
+
+TEST_CASE("the summary is the same bytes for every number of threads") {
+  std::string first;
+  for (int threads : {1, 2, 5}) {
+    const ScratchFolder folder("threads");
+    RunOptions options = quiet(folder.path(), {Stage::report});
+    options.threads = threads;
+    run_experiment(small_experiment(), options);
+    const std::string summary = read_file(folder.path() / "summary.json");
+    if (first.empty()) first = summary;
+    CHECK(summary == first);
+    // Nothing of the moment, the machine or the folder.
+    CHECK(summary.find(folder.path().string()) == std::string::npos);
+    CHECK(summary.find("seconds") == std::string::npos);
+  }
+}
+
+TEST_CASE("only what is asked for is made") {
+  const ScratchFolder folder("only");
+  const Experiment experiment = small_experiment();
+  run_experiment(experiment, quiet(folder.path(), {Stage::render}));
+  std::set<std::string> files = files_in(folder.path());
+  CHECK(files ==
+        std::set<std::string>{"experiment.toml", "manifest.json", "piles/force-chains.h5", "figures/force-chains.png"});
+  run_experiment(experiment, quiet(folder.path(), {Stage::sample}));
+  files = files_in(folder.path());
+  CHECK(files.contains("ensembles/mu-0.4.h5"));
+  CHECK_FALSE(files.contains("summary.json"));
+  // No GL context is made for sampling, and the manifest says so.
+  CHECK(read_file(folder.path() / "manifest.json").find("no GL context was made") != std::string::npos);
+}
+
+TEST_CASE("a damaged or different ensemble is drawn again, and only that one") {
+  const ScratchFolder folder("damaged");
+  Experiment experiment = small_experiment();
+  run_experiment(experiment, quiet(folder.path(), {Stage::sample}));
+  const fs::path damaged = folder.path() / "ensembles/mu-0.3.h5";
+  const std::string whole = read_file(damaged);
+  write_file(damaged, std::string_view(whole).substr(0, whole.size() / 2));
+  const auto plan = plan_run(experiment, quiet(folder.path(), {Stage::sample}));
+  REQUIRE(plan.size() == 4);
+  CHECK(plan[0].reused);
+  CHECK(plan[1].reused);
+  CHECK_FALSE(plan[2].reused);
+  CHECK(plan[3].reused);
+  run_experiment(experiment, quiet(folder.path(), {Stage::sample}));
+  CHECK(read_file(damaged) == whole);
+  experiment.sampling.seed = 12;
+  for (const PlannedStep& step : plan_run(experiment, quiet(folder.path(), {Stage::sample}))) {
+    CHECK_FALSE(step.reused);
+  }
+}
+
+TEST_CASE("an interrupted run says so, keeps what was finished and goes on to the same bytes") {
+  const ScratchFolder whole("uninterrupted"), stopped("interrupted");
+  const Experiment experiment = small_experiment();
+  run_experiment(experiment, quiet(whole.path(), {Stage::sample}));
+
+  // As if the run had been stopped after two ensembles: they are whole, the rest is missing.
+  run_experiment(experiment, quiet(stopped.path(), {Stage::sample}));
+  fs::remove(stopped.path() / "ensembles/mu-0.3.h5");
+  fs::remove(stopped.path() / "ensembles/mu-0.4.h5");
+  request_interruption(true);
+  CHECK_THROWS_AS(run_experiment(experiment, quiet(stopped.path(), {Stage::sample})), Interrupted);
+  request_interruption(false);
+  CHECK(manifest_of(stopped.path())["status"] == "interrupted");
+  CHECK(manifest_of(stopped.path())["exit_code"] == 4);
+  CHECK(fs::exists(stopped.path() / "ensembles/mu-0.2.h5"));
+  CHECK_FALSE(fs::exists(stopped.path() / "ensembles/mu-0.3.h5"));
+
+  run_experiment(experiment, quiet(stopped.path(), {Stage::sample}));
+  for (const char* name : {"ensembles/mu-0.2.h5", "ensembles/mu-0.3.h5", "ensembles/mu-0.4.h5"}) {
+    CHECK(read_file(stopped.path() / name) == read_file(whole.path() / name));
+  }
+}
+
+TEST_CASE("a run that fails leaves a manifest that says why") {
+  const ScratchFolder folder("failing");
+  const std::string path = std::getenv("PATH");
+  // Nothing is installed in an empty folder, least of all gnuplot.
+  fs::create_directories(folder.path() / "empty");
+  ::setenv("PATH", (folder.path() / "empty").c_str(), 1);
+  CHECK_THROWS_AS(run_experiment(small_experiment(), quiet(folder.path())), EnvironmentError);
+  ::setenv("PATH", path.c_str(), 1);
+  const auto manifest = manifest_of(folder.path());
+  CHECK(manifest["status"] == "failed");
+  CHECK(manifest["exit_code"] == 3);
+  CHECK(manifest["error"].get<std::string>().find("gnuplot") != std::string::npos);
+  CHECK(fs::exists(folder.path() / "ensembles/mu-0.4.h5"));
+}
+
+TEST_CASE("a folder that cannot be made is refused before any work") {
+  const ScratchFolder folder("occupied");
+  fs::create_directories(folder.path());
+  write_file(folder.path() / "file", "not a folder");
+  CHECK_THROWS_AS(run_experiment(small_experiment(), quiet(folder.path() / "file" / "run")), EnvironmentError);
+}
+
+TEST_CASE("failures are listed in the summary and enter no average") {
+  const ScratchFolder folder("failures");
+  Experiment experiment = small_experiment();
+  experiment.sampling.effort = 1.4;  // enough at mu = 0.2, not for every pile at 0.4
+  run_experiment(experiment, quiet(folder.path(), {Stage::report}));
+  const auto summary = nlohmann::json::parse(read_file(folder.path() / "summary.json"));
+  std::size_t failed = 0;
+  for (const auto& result : summary["results"]) {
+    failed += result["failed"].size();
+    CHECK(result["samples"].get<std::size_t>() + result["failed"].size() == 256);
+    for (const auto& failure : result["failed"]) {
+      CHECK(failure["replay"].get<std::string>().find("--effort 1.4") != std::string::npos);
+    }
+  }
+  CHECK(failed > 0);
+}
+
+TEST_CASE("verdicts that differ from the expected ones are named") {
+  const ScratchFolder folder("gate");
+  Experiment experiment = small_experiment();
+  experiment.expected_verdicts = {{"frictionless", "reproduced"}};
+  CHECK(run_experiment(experiment, quiet(folder.path(), {Stage::analyse})).unexpected.empty());
+  experiment.expected_verdicts = {{"frictionless", "not reproduced"}};
+  const auto unexpected = run_experiment(experiment, quiet(folder.path(), {Stage::analyse})).unexpected;
+  REQUIRE(unexpected.size() == 1);
+  CHECK(unexpected[0].find("frictionless") != std::string::npos);
+}
+
+TEST_CASE("the pile of the picture is the one its command draws again") {
+  const ScratchFolder folder("pile");
+  run_experiment(small_experiment(), quiet(folder.path(), {Stage::render}));
+  const Pile pile = read_pile(folder.path() / "piles/force-chains.h5");
+  CHECK(pile.lattice.columns() == 40);
+  CHECK(pile.lattice.layers() == 20 + bottom_margin);
+  CHECK(pile.sample == 0);
+  CHECK(pile.seed == 11);
+  CHECK(pile.load[20] == 2.0);
+}
