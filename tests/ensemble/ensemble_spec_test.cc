@@ -1,0 +1,128 @@
+// Source: the documented limits of an ensemble, and the contracts of progress and interruption.
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "ensemble/ensemble_runner.h"
+#include "support/error.h"
+#include "support/interruption.h"
+#include "support/standard_error_capture.h"
+
+namespace granuscope {
+namespace {
+
+EnsembleSpec sound() {
+  EnsembleSpec spec;
+  spec.sampler.mu = 0.2;
+  spec.lattice = {.columns = 8, .layers = 6};
+  spec.samples = 80;
+  spec.blocks = 8;
+  return spec;
+}
+
+TEST_CASE("ensembles that would mean nothing are refused before a pile is drawn") {
+  CHECK_NOTHROW(validate(sound()));
+  const auto refused = [](auto change) {
+    EnsembleSpec spec = sound();
+    change(spec);
+    CHECK_THROWS_AS(validate(spec), InputError);
+    CHECK_THROWS_AS(run_ensemble(spec, 2, nullptr), InputError);
+  };
+  refused([](EnsembleSpec& s) { s.blocks = 7; });
+  refused([](EnsembleSpec& s) { s.blocks = -1; });
+  refused([](EnsembleSpec& s) { s.samples = 56; });  // seven groups for eight blocks
+  refused([](EnsembleSpec& s) { s.samples = 0; });
+  refused([](EnsembleSpec& s) { s.overload = 0; });
+  refused([](EnsembleSpec& s) { s.overload = -1; });
+  refused([](EnsembleSpec& s) { s.overload = std::numeric_limits<double>::quiet_NaN(); });
+  refused([](EnsembleSpec& s) { s.overload = std::numeric_limits<double>::infinity(); });
+  refused([](EnsembleSpec& s) { s.layers = {0, 6}; });
+  refused([](EnsembleSpec& s) { s.layers = {-1}; });
+  refused([](EnsembleSpec& s) { s.lattice.columns = 3; });
+  refused([](EnsembleSpec& s) { s.lattice.layers = 0; });
+}
+
+TEST_CASE("a sampler that cannot be made is told from any thread") {
+  EnsembleSpec spec = sound();
+  spec.sampler.mu = 1.8;
+  CHECK_THROWS_AS(run_ensemble(spec, 3, nullptr), InputError);
+  spec = sound();
+  spec.sampler.effort = std::numeric_limits<double>::quiet_NaN();
+  CHECK_THROWS_AS(run_ensemble(spec, 3, nullptr), InputError);
+}
+
+TEST_CASE("the load is one on every top bead, and more on the middle one") {
+  EnsembleSpec spec = sound();
+  spec.overload = 0.25;
+  std::vector<double> expected(8, 1.0);
+  spec.load = Load::uniform;
+  CHECK(top_load(spec) == expected);
+  spec.load = Load::point;
+  expected[4] = 1.25;
+  CHECK(top_load(spec) == expected);
+  CHECK(load_named("uniform") == Load::uniform);
+  CHECK(load_named("point") == Load::point);
+  CHECK_THROWS_AS(load_named("line"), InputError);
+}
+
+TEST_CASE("the configuration tells apart whatever changes the numbers, and nothing else") {
+  std::set<std::string> texts;
+  std::size_t variants = 0;
+  const auto variant = [&](auto change) {
+    EnsembleSpec spec = sound();
+    change(spec);
+    texts.insert(configuration_text(spec));
+    ++variants;
+  };
+  variant([](EnsembleSpec&) {});
+  variant([](EnsembleSpec& s) { s.sampler.mu = std::nextafter(0.2, 1.0); });
+  variant([](EnsembleSpec& s) { s.sampler.seed = 2; });
+  variant([](EnsembleSpec& s) { s.sampler.law = Law::rejection; });
+  variant([](EnsembleSpec& s) { s.sampler.effort = 100; });
+  variant([](EnsembleSpec& s) { s.sampler.max_tries = 5; });
+  variant([](EnsembleSpec& s) { s.sampler.order = LayerOrder::fixed; });
+  variant([](EnsembleSpec& s) { s.lattice.columns = 9; });
+  variant([](EnsembleSpec& s) { s.lattice.layers = 7; });
+  variant([](EnsembleSpec& s) { s.load = Load::uniform; });
+  variant([](EnsembleSpec& s) { s.overload = 0.5; });
+  variant([](EnsembleSpec& s) { s.samples = 81; });
+  variant([](EnsembleSpec& s) { s.blocks = 9; });
+  variant([](EnsembleSpec& s) { s.layers = {2}; });
+  variant([](EnsembleSpec& s) { s.record_profiles = false; });
+  CHECK(texts.size() == variants);
+  // All layers by name or by default, and an overload that a uniform load does not have, are the same ensemble.
+  EnsembleSpec named = sound();
+  named.layers = {0, 1, 2, 3, 4, 5};
+  CHECK(configuration_text(named) == configuration_text(sound()));
+  EnsembleSpec a = sound(), b = sound();
+  a.load = b.load = Load::uniform;
+  b.overload = 3;
+  CHECK(configuration_text(a) == configuration_text(b));
+}
+
+TEST_CASE("progress is advanced by one for each sample, failed ones included") {
+  EnsembleSpec spec = sound();
+  spec.load = Load::point;
+  spec.overload = 1e6;  // too isolated to be solved: some piles fail
+  spec.sampler.effort = 2;
+  test::StandardErrorCapture capture;
+  Progress progress("sampling", 80, ProgressStyle::plain);
+  const EnsembleRecord record = run_ensemble(spec, 2, &progress);
+  progress.finish();
+  // Were it not complete, the closing line would read 79/80 or the like.
+  CHECK_THAT(capture.text(), Catch::Contains("sampling: 80 in "));
+  CHECK_FALSE(record.failed.empty());
+}
+
+TEST_CASE("a request to stop ends the ensemble with Interrupted") {
+  request_interruption(true);
+  CHECK_THROWS_AS(run_ensemble(sound(), 2, nullptr), Interrupted);
+  request_interruption(false);
+  CHECK_NOTHROW(run_ensemble(sound(), 2, nullptr));
+}
+
+}  // namespace
+}  // namespace granuscope
