@@ -194,3 +194,15 @@ TEST_CASE("What is no readable file is refused") {
   std::ofstream(scratch.path / "good.toml") << "[lattice]\ncolumns = 600\n";
   CHECK(read_experiment(scratch.path / "good.toml").lattice.columns == 600);
 }
+
+TEST_CASE("Every example can be read") {
+  std::size_t examples = 0;
+  for (const auto& entry :
+       std::filesystem::directory_iterator(std::filesystem::path(GRANUSCOPE_SOURCE_DIR) / "examples")) {
+    if (entry.path().extension() != ".toml") continue;
+    ++examples;
+    INFO(entry.path());
+    CHECK_NOTHROW(read_experiment(entry.path()));
+  }
+  CHECK(examples >= 1);
+}
