@@ -28,8 +28,11 @@ void judge_number(Claim& claim, const Estimate& measured, const std::string& wha
   const std::string number = value_with_error(measured.value, measured.standard_error);
   if (deviation_to_detect * std::abs(claim.paper) <= sigmas * error) {
     claim.verdict = "undetermined";
-    claim.explanation =
-        fmt::format("{} = {} is too uncertain to tell a deviation of 20 % from the paper's value.", what, number);
+    claim.explanation = fmt::format(
+        "{} = {} is too uncertain to tell a deviation of 20 % from the paper's value; it lies {} combined standard "
+        "errors "
+        "from it.",
+        what, number, significant(std::abs(claim.z_score), 2));
   } else if (std::abs(claim.z_score) <= sigmas) {
     claim.verdict = "reproduced";
     claim.explanation = fmt::format("{} = {} agrees with the paper within {} combined standard errors.", what, number,
