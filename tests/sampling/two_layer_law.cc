@@ -1,0 +1,127 @@
+#include "two_layer_law.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace granuscope::test {
+namespace {
+
+int wrapped(int k) { return ((k % 4) + 4) % 4; }
+std::size_t index(int k) { return static_cast<std::size_t>(wrapped(k)); }
+
+/// Area of { x - y <= d } in the rectangle x0..x1 by y0..y1.
+double area_below(double d, double x0, double x1, double y0, double y1) {
+  const auto half_square = [](double z) { return z > 0 ? z * z / 2 : 0; };
+  return half_square(d - x0 + y1) - half_square(d - x1 + y1) - half_square(d - x0 + y0) + half_square(d - x1 + y0);
+}
+
+}  // namespace
+
+TwoLayerLaw::TwoLayerLaw(double mu, const std::array<double, 4>& load, int cells)
+    : n_(static_cast<std::size_t>(cells)), cells_(cells) {
+  const double thirty_degrees = std::atan(1 / std::sqrt(3.0));
+  const double flat = std::tan(thirty_degrees - std::atan(mu)), steep = std::tan(thirty_degrees + std::atan(mu));
+  const double k = std::sqrt(3.0) * (flat + steep) - 1;
+  for (std::size_t i = 0; i < 4; ++i) {
+    // Both contacts of an upper bead carry half its load vertically, and nothing enters sideways.
+    own_[i] = {flat * load[i] / 2, steep * load[i] / 2};
+    const double V_UL = load[i] / 2, V_UR = load[(i + 1) % 4] / 2;
+    band_[i] = {std::max(-V_UR / std::sqrt(3.0), -(steep * V_UR - flat * V_UL) / k),
+                std::min(V_UL / std::sqrt(3.0), (steep * V_UL - flat * V_UR) / k)};
+  }
+  for (std::size_t i = 0; i < 4; ++i) {
+    const Range X = own_[i], Y = own_[(i + 1) % 4];
+    const double dx = (X.high - X.low) / cells, dy = (Y.high - Y.low) / cells;
+    share_[i].resize(n_ * n_);
+    for (int x = 0; x < cells; ++x) {
+      for (int y = 0; y < cells; ++y) {
+        const double x0 = X.low + x * dx, y0 = Y.low + y * dy;
+        const double inside =
+            area_below(band_[i].high, x0, x0 + dx, y0, y0 + dy) - area_below(band_[i].low, x0, x0 + dx, y0, y0 + dy);
+        // Differences of squares round: a share that small is none.
+        const double part = inside / (dx * dy);
+        share_[i][static_cast<std::size_t>(x) * n_ + static_cast<std::size_t>(y)] =
+            part < 1e-9 ? 0 : std::min(part, 1.0);
+      }
+    }
+  }
+}
+
+double TwoLayerLaw::centre(int parent, int cell) const {
+  const Range own = own_[index(parent)];
+  return own.low + (cell + 0.5) * (own.high - own.low) / cells_;
+}
+
+TwoLayerMoments TwoLayerLaw::moments() {
+  TwoLayerMoments result;
+  for (int first = 0; first < 4; ++first) {
+    for (const int direction : {1, -1}) {
+      const auto cells = static_cast<double>(n_ * n_ * n_ * n_);
+      mass_.assign(n_ * n_ * n_ * n_, 1 / cells);
+      std::array<bool, 4> solved{};
+      for (int k = 0; k < 4; ++k) {
+        const int bead = wrapped(first + k * direction);
+        solve_bead(bead, solved);
+        solved[index(bead)] = true;
+      }
+      add_moments(result, 1.0 / 8);
+    }
+  }
+  result.lost = lost_ / 8;
+  return result;
+}
+
+void TwoLayerLaw::solve_bead(int bead, const std::array<bool, 4>& solved) {
+  std::array<int, 4> cell{};
+  int &x = cell[index(bead)], &y = cell[index(bead + 1)], &left = cell[index(bead - 1)], &right = cell[index(bead + 2)];
+  std::vector<double> wanted(n_ * n_);
+  for (left = 0; left < cells_; ++left) {
+    for (right = 0; right < cells_; ++right) {
+      double failed = 0, total = 0;
+      std::size_t k = 0;
+      for (x = 0; x < cells_; ++x) {
+        for (y = 0; y < cells_; ++y, ++k) {
+          const double works = share(bead, x, y);
+          double& mass = mass_[at(cell)];
+          failed += mass * (1 - works);
+          mass *= works;
+          // Uniform where this bead and the solved siblings are solvable.
+          wanted[k] = works * (solved[index(bead - 1)] ? share(wrapped(bead - 1), left, x) : 1) *
+                      (solved[index(bead + 1)] ? share(wrapped(bead + 1), y, right) : 1);
+          total += wanted[k];
+        }
+      }
+      if (total <= 0) {
+        lost_ += failed;
+        continue;
+      }
+      k = 0;
+      for (x = 0; x < cells_; ++x) {
+        for (y = 0; y < cells_; ++y, ++k) mass_[at(cell)] += failed * wanted[k] / total;
+      }
+    }
+  }
+}
+
+void TwoLayerLaw::add_moments(TwoLayerMoments& moments, double weight) const {
+  std::array<int, 4> c{};
+  for (c[0] = 0; c[0] < cells_; ++c[0]) {
+    for (c[1] = 0; c[1] < cells_; ++c[1]) {
+      for (c[2] = 0; c[2] < cells_; ++c[2]) {
+        for (c[3] = 0; c[3] < cells_; ++c[3]) {
+          const double mass = weight * mass_[at(c)];
+          for (int i = 0; i < 4; ++i) {
+            const std::size_t k = index(i);
+            const double a = centre(i, c[k]), next = centre(wrapped(i + 1), c[index(i + 1)]);
+            moments.mean[k] += mass * a;
+            moments.square[k] += mass * a * a;
+            moments.with_next[k] += mass * a * next;
+            if (i < 2) moments.across[k] += mass * a * centre(i + 2, c[index(i + 2)]);
+          }
+        }
+      }
+    }
+  }
+}
+
+}  // namespace granuscope::test

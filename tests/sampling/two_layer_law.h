@@ -1,0 +1,51 @@
+#pragma once
+#include <array>
+#include <cstddef>
+#include <vector>
+
+namespace granuscope::test {
+
+/// Moments of the four splits H_R of the top layer of a pile of 4 columns and 2 layers, once the lower layer is solved.
+struct TwoLayerMoments {
+  std::array<double, 4> mean{}, square{}, with_next{};  ///< <a_i>, <a_i^2>, <a_i a_{i+1}>
+  std::array<double, 2> across{};                       ///< <a_i a_{i+2}>
+  double lost = 0;  ///< probability that a pair finds nothing: the law would go on with a ring, which is not done here
+};
+
+/// The law "granusolve" on 4 columns and 2 layers by enumeration: the joint distribution of the four splits on a grid
+/// of cells^4, sent through first draw, pair and ring for each of the eight orders of the lower layer. No random
+/// numbers. On 4 columns there is no arc, and a two-layer pile has at least the frictionless solution, so that nothing
+/// climbs.
+class TwoLayerLaw {
+ public:
+  TwoLayerLaw(double mu, const std::array<double, 4>& load, int cells);
+  TwoLayerMoments moments();
+
+ private:
+  struct Range {
+    double low, high;
+  };
+  std::size_t at(const std::array<int, 4>& cell) const {
+    return ((static_cast<std::size_t>(cell[0]) * n_ + static_cast<std::size_t>(cell[1])) * n_ +
+            static_cast<std::size_t>(cell[2])) *
+               n_ +
+           static_cast<std::size_t>(cell[3]);
+  }
+  double centre(int parent, int cell) const;
+  /// Share of the cells x of parent j and y of parent j + 1 where lower bead j is solvable.
+  double share(int bead, int x, int y) const {
+    return share_[static_cast<std::size_t>(bead)][static_cast<std::size_t>(x) * n_ + static_cast<std::size_t>(y)];
+  }
+  void solve_bead(int bead, const std::array<bool, 4>& solved);
+  void add_moments(TwoLayerMoments& moments, double weight) const;
+
+  std::size_t n_;
+  int cells_;
+  std::array<Range, 4> own_;   ///< of each upper bead's split
+  std::array<Range, 4> band_;  ///< of a_j - a_{j+1}, for lower bead j
+  std::array<std::vector<double>, 4> share_;
+  std::vector<double> mass_;
+  double lost_ = 0;
+};
+
+}  // namespace granuscope::test

@@ -1,0 +1,82 @@
+// Source of the expected numbers: two_layer_law.h, the law on 4 columns and 2 layers enumerated on a grid, extrapolated
+// from two grids (the error of a grid falls with the square of the cell).
+#include "two_layer_law.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <stdexcept>
+#include <vector>
+
+#include "sampling/sampler.h"
+#include "sampling_statistics.h"
+
+namespace granuscope {
+namespace {
+
+struct Setting {
+  double mu;
+  std::array<double, 4> load;
+};
+
+constexpr int coarse = test::sanitized ? 10 : 14, fine = 2 * coarse;
+constexpr int piles = test::sanitized ? 40'000 : 300'000;
+
+std::vector<double> listed(const test::TwoLayerMoments& moments) {
+  std::vector<double> all;
+  for (const auto& group : {moments.mean, moments.square, moments.with_next})
+    all.insert(all.end(), group.begin(), group.end());
+  all.insert(all.end(), moments.across.begin(), moments.across.end());
+  return all;
+}
+
+TEST_CASE("pairs on four columns and two layers follow the enumerated law") {
+  const std::vector<Setting> settings = {
+      {0.3, {1, 1, 1, 1}},         {1.0, {1, 1, 1, 1}},         {0.3, {1, 2, 1, 1}},
+      {0.6, {0.3, 1.8, 0.5, 1.4}}, {0.8, {0.3, 1.8, 0.5, 1.4}},
+  };
+  for (const Setting& setting : settings) {
+    const std::vector<double> load(setting.load.begin(), setting.load.end());
+    const test::TwoLayerMoments on_fine = test::TwoLayerLaw(setting.mu, setting.load, fine).moments();
+    const std::vector<double> expected_coarse = listed(test::TwoLayerLaw(setting.mu, setting.load, coarse).moments());
+    const std::vector<double> expected_fine = listed(on_fine);
+
+    const Lattice lattice({.columns = 4, .layers = 2});
+    SamplerSpec spec;
+    spec.mu = setting.mu;
+    spec.seed = 2;
+    const auto sampler = make_sampler(spec, lattice);
+    std::vector<test::RunningMean> measured(14);
+    Pile pile(lattice);
+    for (int k = 0; k < piles; ++k) {
+      if (sampler->draw(8 * static_cast<std::uint64_t>(k), load, pile)) throw std::runtime_error("stuck");
+      const double* const a = pile.H_R.data();
+      for (std::size_t i = 0; i < 4; ++i) {
+        measured[i].add(a[i]);
+        measured[4 + i].add(a[i] * a[i]);
+        measured[8 + i].add(a[i] * a[(i + 1) % 4]);
+        if (i < 2) measured[12 + i].add(a[i] * a[i + 2]);
+      }
+    }
+    const auto& counts = sampler->counts();
+    CAPTURE(setting.mu, spec.seed, counts.pairs, counts.rings, on_fine.lost);
+    CHECK(counts.pairs >= 1000);
+    CHECK(counts.arcs == 0);
+    CHECK(counts.climbs == 0);
+    CHECK(counts.rings == 0);
+    CHECK(on_fine.lost < 1e-12);
+    const double bound = test::sigma_bound(settings.size() * measured.size());
+    for (std::size_t k = 0; k < measured.size(); ++k) {
+      const auto found = measured[k].estimate();
+      const double expected = (4 * expected_fine[k] - expected_coarse[k]) / 3;
+      const double grid_error = std::abs(expected_fine[k] - expected_coarse[k]) / 3;
+      CAPTURE(k, found.value, found.error, expected, grid_error);
+      CHECK(std::abs(found.value - expected) <= bound * found.error + grid_error);
+      // Neither grid nor too few piles may hide a shift of two percent of the quantity's spread.
+      CHECK(bound * found.error + grid_error < 0.02 * std::sqrt(measured[k].variance()) * (test::sanitized ? 3 : 1));
+    }
+  }
+}
+
+}  // namespace
+}  // namespace granuscope
