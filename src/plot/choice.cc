@@ -49,7 +49,7 @@ std::string linear_ticks(const Range& range, int most) {
 
 std::string log_ticks(const Range& range) {
   std::string list;
-  const bool decades_only = std::log10(range.high / range.low) > 1.5;
+  const bool decades_only = std::floor(std::log10(range.high)) - std::ceil(std::log10(range.low)) >= 1;
   for (int exponent = static_cast<int>(std::floor(std::log10(range.low))); std::pow(10, exponent) <= range.high;
        ++exponent) {
     for (int digit = 1; digit <= 9; ++digit) {

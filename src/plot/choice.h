@@ -27,7 +27,7 @@ struct Range {
 std::string linear_ticks(const Range& range, int most);
 
 /// Gnuplot's list of tick marks for a logarithmic axis: labels at 1, 2, 5 of each decade, or at the decades alone if
-/// there are more than one and a half; small unlabelled marks at the other whole multiples.
+/// two of them lie on it; small unlabelled marks at the other whole multiples.
 std::string log_ticks(const Range& range);
 
 /// A logarithmic axis with a margin of `factor` beyond both ends.

@@ -78,7 +78,7 @@ std::string point_labels(const std::vector<Transport>& results, const Axes& axes
     if (!has_both(result)) continue;
     const double x = (result.D.value - axes.D.low) / axes.D.size();
     const double y = (result.c.value - axes.c.low) / axes.c.size();
-    if (last_x >= 0 && std::abs(x - last_x) < 0.11 && std::abs(y - last_y) < 0.075) continue;
+    if (last_x >= 0 && std::abs(x - last_x) < 0.11 && std::abs(y - last_y) < 0.05) continue;
     last_x = x;
     last_y = y;
     const char* side = x > 0.85 ? "right offset -0.7, 0.6" : "left offset 0.7, 0.6";

@@ -9,7 +9,7 @@
 #include "report/png_size.h"
 #include "report/report_view.h"
 #include "report/svg_for_weasyprint.h"
-#include "report/unbroken_formulae.h"
+#include "report/unbroken_text.h"
 #include "support/atomic_file.h"
 #include "support/error.h"
 
@@ -67,11 +67,11 @@ Json figures_view(const ReportData& data, const std::filesystem::path& run_folde
     view["width_mm"] = width ? fmt::format("{:.2f}", std::min(*width, text_width_mm)) : "";
     view["alternative"] = figure.alternative;
     view["caption_key"] = fmt::format("/figures/{}/caption", i);
-    view["caption"] = unbroken_formulae(clean_text(figure.caption));
+    view["caption"] = figure.caption;  // no markup inside: its text stands in summary.json
     view["paper_says"] = unbroken_formulae(clean_text(figure.paper_says));
     view["has_paper_says"] = !figure.paper_says.empty();
-    view["redraw"] = figure.redraw;
-    view["files"] = files_in_words(figure);
+    view["redraw"] = unbroken_words(clean_text(figure.redraw));
+    view["files"] = unbroken_words(clean_text(files_in_words(figure)));
     figures.push_back(view);
   }
   return figures;

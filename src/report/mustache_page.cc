@@ -138,7 +138,7 @@ std::string fill_page(std::string_view page_template, const Json& values) {
   require_all_keys(page_template, values);
   mustache::mustache page{std::string(page_template)};
   if (!page.is_valid()) fail(page.error_message());
-  const std::string text = page.render(to_mustache(values));
+  std::string text = page.render(to_mustache(values));
   if (!page.error_message().empty()) fail(page.error_message());
   return text;
 }

@@ -137,14 +137,6 @@ Json results_view(const Json& summary) {
   view["exponent_notes"] = exponent_notes;
   view["transport_notes"] = transport_notes;
   view["point_estimator"] = all_equal(results, "estimator", "point");
-  Json window = Json::object();
-  for (std::size_t i = 0; i < results.size(); ++i) {
-    if (results[i].at("exact") == true) continue;
-    window["first"] = number_cell(summary, fmt::format("/results/{}/window_layers/0", i));
-    window["last"] = number_cell(summary, fmt::format("/results/{}/window_layers/1", i));
-    break;
-  }
-  view["slope_window"] = window;
   return view;
 }
 

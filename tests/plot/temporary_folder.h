@@ -2,6 +2,7 @@
 #include <stdlib.h>
 
 #include <filesystem>
+#include <stdexcept>
 #include <string>
 #include <system_error>
 
@@ -12,7 +13,8 @@ class TemporaryFolder {
  public:
   TemporaryFolder() {
     std::string pattern = (std::filesystem::temp_directory_path() / "granuscope-test-XXXXXX").string();
-    path_ = mkdtemp(pattern.data());
+    if (mkdtemp(pattern.data()) == nullptr) throw std::runtime_error("no temporary folder");
+    path_ = pattern;
   }
   TemporaryFolder(const TemporaryFolder&) = delete;
   TemporaryFolder& operator=(const TemporaryFolder&) = delete;
@@ -29,8 +31,9 @@ class TemporaryFolder {
 /// PATH pointing at a folder without any program, until the end of the test.
 class WithoutPrograms {
  public:
-  explicit WithoutPrograms(const std::filesystem::path& empty_folder)
-      : path_(getenv("PATH")) {               // NOLINT(concurrency-mt-unsafe)
+  explicit WithoutPrograms(const std::filesystem::path& empty_folder) {
+    const char* before = getenv("PATH");  // NOLINT(concurrency-mt-unsafe): tests are single-threaded
+    if (before != nullptr) path_ = before;
     setenv("PATH", empty_folder.c_str(), 1);  // NOLINT(concurrency-mt-unsafe)
   }
   WithoutPrograms(const WithoutPrograms&) = delete;

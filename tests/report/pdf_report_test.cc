@@ -103,7 +103,8 @@ TEST_CASE("The PDF has vector plots, all labels, contents with page numbers and 
       if (!contains(line, ". . .")) continue;
       ++entries;
       const std::size_t first = line.find_first_not_of(' ');
-      const std::string title = line.substr(first, line.find(" .", first) - first);
+      std::string title = line.substr(first, line.find(" .", first) - first);
+      title.erase(title.find_last_not_of(' ') + 1);
       const int page = std::stoi(line.substr(line.find_last_of(' ')));
       INFO(line);
       CHECK(contains(page_text(page, folder), title.substr(0, 30)));

@@ -6,7 +6,7 @@
 #include "report/data_uri.h"
 #include "report/number_text.h"
 #include "report/png_size.h"
-#include "report/unbroken_formulae.h"
+#include "report/unbroken_text.h"
 
 using namespace granuscope;
 using Json = nlohmann::ordered_json;
@@ -75,6 +75,12 @@ TEST_CASE("Formulae in captions stay on one line and keep their text") {
   CHECK(unbroken_formulae("no formula").find("span") == std::string::npos);
   CHECK(unbroken_formulae("ends with =") == "ends <span class=\"formula-text\">with =</span>");
   CHECK(unbroken_formulae("").empty());
+}
+
+TEST_CASE("Commands break at spaces only") {
+  CHECK(unbroken_words("render --width 3 <a-b>") ==
+        "render <span class=\"word\">--width</span> 3 <span class=\"word\">&lt;a-b&gt;</span>");
+  CHECK(unbroken_words(std::string(61, '-')) == std::string(61, '-'));
 }
 
 TEST_CASE("Numbers of the report are written from the summary") {

@@ -1,4 +1,4 @@
-#include "report/unbroken_formulae.h"
+#include "report/unbroken_text.h"
 
 #include <algorithm>
 #include <vector>
@@ -40,6 +40,17 @@ std::string unbroken_formulae(std::string_view text) {
       inside = false;
     }
     if (!last) html += ' ';
+  }
+  return html;
+}
+
+std::string unbroken_words(std::string_view text) {
+  constexpr std::size_t longest = 60;  // characters that fit into a line of print in any case
+  std::string html;
+  for (const std::string_view word : words_of(text)) {
+    if (!html.empty()) html += ' ';
+    const bool breaks = word.size() > longest || word.find('-') == std::string_view::npos;
+    html += breaks ? escape_markup(word) : "<span class=\"word\">" + escape_markup(word) + "</span>";
   }
   return html;
 }
