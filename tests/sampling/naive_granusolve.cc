@@ -230,8 +230,10 @@ NaiveGranusolve::Outcome NaiveGranusolve::arc(int layer, int bead, int count) {
   const int near = step > 0 ? lattice_.upper_left(layer, bead) : lattice_.upper_right(layer, bead);
   std::vector<int> parents;
   std::vector<std::size_t> order;
-  for (int k = 0; k < count; ++k) parents.push_back(wrapped(near + step * (k - (count / 2 - 1))));
-  for (int k = count - 1; k >= 0; --k) order.push_back(static_cast<std::size_t>(k));
+  for (int k = 0; k < count; ++k) {
+    parents.emplace_back(wrapped(near + step * (k - (count / 2 - 1))));
+    order.insert(order.begin(), static_cast<std::size_t>(k));
+  }
   if (!feasible(parents.size(), constraints(layer, bead, parents, true))) return Outcome::hopeless;
   const auto held = constraints(layer, bead, parents, false);
   if (!feasible(parents.size(), held)) return Outcome::too_narrow;
@@ -245,9 +247,11 @@ bool NaiveGranusolve::ring(int layer, int bead) {
   const int step = direction_[static_cast<std::size_t>(layer)];
   const int near = step > 0 ? lattice_.upper_left(layer, bead) : lattice_.upper_right(layer, bead);
   std::vector<int> parents;
-  std::vector<std::size_t> order = {0};
-  for (int k = 0; k < columns_; ++k) parents.push_back(wrapped(near + step * k));
-  for (int k = columns_ - 1; k > 0; --k) order.push_back(static_cast<std::size_t>(k));
+  std::vector<std::size_t> order;
+  for (int k = 0; k < columns_; ++k) {
+    parents.emplace_back(wrapped(near + step * k));
+    order.insert(order.begin() + (k > 0), static_cast<std::size_t>(k));
+  }
   const auto all = constraints(layer, bead, parents, false);
   if (!feasible(parents.size(), all)) return false;
   draw_one_by_one(layer, parents, all, order);

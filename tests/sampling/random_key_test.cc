@@ -134,7 +134,7 @@ TEST_CASE("eight samples share the order of their layers; over groups it is unif
         const auto order = RandomKey(seed, sample).layer_order(n, columns);
         REQUIRE((order.first_bead == first.first_bead && order.direction == first.direction));
       }
-      ++beads_and_directions[static_cast<std::size_t>(first.first_bead * 2 + (first.direction > 0))];
+      ++beads_and_directions[static_cast<std::size_t>(first.first_bead) * 2 + (first.direction > 0 ? 1 : 0)];
       // The next layer and the next group turn the other way in half of the cases.
       ++repeats[RandomKey(seed, 8 * group).layer_order(n + 1, columns).direction == first.direction];
     }
