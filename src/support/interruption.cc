@@ -27,6 +27,10 @@ void install_interruption_handlers() {
   // Reads and writes inside libraries carry on; they need not know about EINTR.
   action.sa_flags = SA_RESTART;
   for (const int signal : {SIGINT, SIGTERM}) ::sigaction(signal, &action, nullptr);
+  // A file-size limit then makes the write fail with a message, instead of ending the process without one.
+  struct sigaction ignore = {};
+  ignore.sa_handler = SIG_IGN;
+  ::sigaction(SIGXFSZ, &ignore, nullptr);
 }
 
 bool interruption_requested() { return requested_flag.load(std::memory_order_relaxed); }
