@@ -25,6 +25,7 @@ void Range::add(double number) {
 }
 
 std::string linear_ticks(const Range& range, int most) {
+  if (!(range.size() > 0)) return fmt::format("'{:.6g}' {:.12g}", range.low, range.low);
   // The smallest of 1, 2, 5 times a power of ten that gives few enough marks.
   int exponent = static_cast<int>(std::floor(std::log10(range.size() / most))) - 1;
   int digit = 1;

@@ -36,6 +36,7 @@ TEST_CASE("Linear ticks are few, round and equally long") {
   CHECK(linear_ticks(range(-0.11, 0.21), 4) == "'−0.1' -0.1, '0.0' 0, '0.1' 0.1, '0.2' 0.2");
   CHECK(linear_ticks(range(0.5489, 0.5791), 4) == "'0.55' 0.55, '0.56' 0.56, '0.57' 0.57");
   CHECK(linear_ticks(range(-110, 110), 5) == "'−100' -100, '−50' -50, '0' 0, '50' 50, '100' 100");
+  CHECK(linear_ticks(range(0.25, 0.25), 5) == "'0.25' 0.25");
 }
 
 TEST_CASE("Logarithmic ticks name 1, 2, 5 on a short axis and decades on a long one") {
