@@ -70,6 +70,7 @@ void GranusolveSampler::begin_pile(std::uint64_t sample, std::span<const double>
   std::fill(attempts_.begin(), attempts_.end(), 0);
   std::fill(unsolved_.begin(), unsolved_.end(), std::uint8_t{0});
   std::fill(rule_.begin(), rule_.end(), Rule::first_draw);
+  by_rule_ = {lattice_.beads(), 0, 0, 0, 0};
   for (auto& layer : pending_) layer.clear();
   for (int layer = 0; layer < lattice_.layers(); ++layer) {
     order_[static_cast<std::size_t>(layer)] =
@@ -82,15 +83,19 @@ void GranusolveSampler::begin_pile(std::uint64_t sample, std::span<const double>
 }
 
 void GranusolveSampler::count_pile() {
-  for (const auto& [bead, times] : climbs_) rule_[bead] = Rule::climb;
+  for (const auto& [bead, times] : climbs_) set_rule(bead, Rule::climb);
+  const auto beads_by = [&](Rule rule) { return by_rule_[static_cast<std::size_t>(rule)]; };
   counts_.beads += lattice_.beads();
-  const auto count = [&](Rule rule) {
-    return static_cast<std::uint64_t>(std::count(rule_.begin(), rule_.end(), rule));
-  };
-  counts_.mended_by_pair += count(Rule::pair);
-  counts_.mended_by_arc += count(Rule::arc);
-  counts_.mended_by_ring += count(Rule::ring);
-  counts_.climbed += count(Rule::climb);
+  counts_.mended_by_pair += beads_by(Rule::pair);
+  counts_.mended_by_arc += beads_by(Rule::arc);
+  counts_.mended_by_ring += beads_by(Rule::ring);
+  counts_.climbed += beads_by(Rule::climb);
+}
+
+void GranusolveSampler::set_rule(std::size_t bead, Rule rule) {
+  --by_rule_[static_cast<std::size_t>(rule_[bead])];
+  ++by_rule_[static_cast<std::size_t>(rule)];
+  rule_[bead] = rule;
 }
 
 // ---------------------------------------------------------------------------------------------- one layer
@@ -246,7 +251,7 @@ UniformPair GranusolveSampler::next_uniforms(int layer, int bead, int used) {
 GranusolveSampler::Mend GranusolveSampler::solve_bead(int layer, int bead, Attempt attempt) {
   ++solutions_;
   if (try_draw(layer, bead, attempt)) {
-    rule_[at(layer, bead)] = Rule::first_draw;
+    set_rule(at(layer, bead), Rule::first_draw);
     return Mend::done;
   }
   return mend(layer, bead);
@@ -261,7 +266,7 @@ GranusolveSampler::Mend GranusolveSampler::mend(int layer, int bead) {
     const Rule rule = rule_[at(layer, bead)];
     // After a change of parents the bead is solvable up to rounding; should rounding exceed its allowance, climb.
     if (try_draw(layer, bead, Attempt::later)) {
-      rule_[at(layer, bead)] = rule;
+      set_rule(at(layer, bead), rule);
       return Mend::done;
     }
   }
@@ -302,7 +307,7 @@ bool GranusolveSampler::mend_by_pair(int layer, int bead) {
   ++counts_.pairs;
   set_split(layer - 1, A, drawn->a);
   set_split(layer - 1, B, drawn->b);
-  rule_[at(layer, bead)] = Rule::pair;
+  set_rule(at(layer, bead), Rule::pair);
   renew_child(layer, left);
   renew_child(layer, right);
   return true;
@@ -377,7 +382,7 @@ GranusolveSampler::ArcOutcome GranusolveSampler::mend_by_arc(int layer, int bead
       point_at(filter_[static_cast<std::size_t>(last)], next_uniforms(layer - 1, parent(arc, last), 1).first);
   draw_backwards(arc, last, 0);
   for (int k = 0; k < parents; ++k) set_split(layer - 1, parent(arc, k), split_[static_cast<std::size_t>(k)]);
-  rule_[at(layer, bead)] = Rule::arc;
+  set_rule(at(layer, bead), Rule::arc);
   for (int k = -1; k < parents; ++k) {
     if (const int child = child_after(arc, k); child != bead) renew_child(layer, child);
   }
@@ -428,7 +433,7 @@ bool GranusolveSampler::mend_by_ring(int layer, int bead) {
   split_[wrap(last)] = point_at(filter_[wrap(last)], next_uniforms(layer - 1, parent(ring, last), 1).first);
   draw_backwards(ring, last, 1);
   for (int k = 0; k < columns; ++k) set_split(layer - 1, parent(ring, k), split_[wrap(k)]);
-  rule_[at(layer, bead)] = Rule::ring;
+  set_rule(at(layer, bead), Rule::ring);
   for (int k = 0; k < columns; ++k) {
     if (const int child = child_after(ring, k); child != bead) renew_child(layer, child);
   }

@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -54,6 +55,7 @@ class GranusolveSampler final : public Sampler {
   bool solve_pending();
   int next_pending(int layer);
   void count_pile();
+  void set_rule(std::size_t bead, Rule rule);
 
   Incoming incoming(int layer, int bead) const;
   Interval interval_of(int layer, int bead) const;
@@ -92,9 +94,10 @@ class GranusolveSampler final : public Sampler {
   std::vector<std::uint32_t> attempts_;  ///< attempts after the first, per bead
   std::vector<std::uint8_t> unsolved_;   ///< set by a climb until the bead is solved again
   std::vector<Rule> rule_;
-  std::vector<RandomKey::Order> order_;    ///< per layer
-  std::vector<std::vector<int>> pending_;  ///< per layer: beads that a climb has unsolved
-  int topmost_pending_ = 0;                ///< no layer above it has any
+  std::array<std::uint64_t, 5> by_rule_{};  ///< beads whose value came from each rule
+  std::vector<RandomKey::Order> order_;     ///< per layer
+  std::vector<std::vector<int>> pending_;   ///< per layer: beads that a climb has unsolved
+  int topmost_pending_ = 0;                 ///< no layer above it has any
   std::unordered_map<std::size_t, int> climbs_;
   int front_ = 0;                      ///< layer being solved
   int cursor_ = 0;                     ///< position in its order; beads from there on are not solved yet
