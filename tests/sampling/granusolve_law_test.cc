@@ -39,6 +39,8 @@ const std::vector<LawCase> law_cases = {
     {"arcs that meet outside", 1.3, 3, uneven5},
     {"rings of four", 1.0, 4, flat4},
     {"rings of four, climbs", 0.2, 5, {0.4, 1.6, 0.9, 1.1}, 8},
+    {"climbs in every pile", 0.3, 5, {0.1, 0.1, 0.1, 5, 0.1, 0.1}, 1},
+    {"climbs in every pile, eight columns", 0.45, 4, {0.1, 0.1, 0.1, 0.1, 3, 0.1, 0.1, 0.1}, 1},
     {"a steep cone", 1.4, 3, uneven6},
 };
 
