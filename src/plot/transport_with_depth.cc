@@ -89,6 +89,11 @@ void add_depths(Draft& draft, const Transport& result) {
     }
     z_range.add(fit.z);
   }
+  // At few samples a slope can lie well off the ratios it belongs to; it must be seen all the same.
+  for (const int sign : {-1, 1}) {
+    position_range.add(result.c.value + sign * result.c.standard_error);
+    width_range.add(result.D.value + sign * result.D.standard_error);
+  }
   draft.plan.data[file_name("position")] = positions.text();
   draft.plan.data[file_name("width")] = widths.text();
   draft.plan.curves += 3;  // both point sets and the line at c0

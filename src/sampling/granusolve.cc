@@ -129,6 +129,7 @@ std::optional<SamplingFailure> GranusolveSampler::solve_layer(int layer) {
   front_ = layer;
   draw_layer_in_bulk(layer);
   const int columns = lattice_.columns();
+  solutions_ += static_cast<std::uint64_t>(columns);
   const RandomKey::Order order = order_[static_cast<std::size_t>(layer)];
   int bead = order.first_bead;
   for (cursor_ = 0; cursor_ < columns;) {
@@ -145,6 +146,7 @@ std::optional<SamplingFailure> GranusolveSampler::solve_layer(int layer) {
     }
     bead = order.direction > 0 ? lattice_.next(bead) : lattice_.previous(bead);
   }
+  if (solutions_ > max_solutions_) return SamplingFailure{layer};
   return std::nullopt;
 }
 
