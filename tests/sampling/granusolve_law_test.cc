@@ -41,6 +41,8 @@ const std::vector<LawCase> law_cases = {
     {"rings of four, climbs", 0.2, 5, {0.4, 1.6, 0.9, 1.1}, 8},
     {"climbs in every pile", 0.3, 5, {0.1, 0.1, 0.1, 5, 0.1, 0.1}, 1},
     {"climbs in every pile, eight columns", 0.45, 4, {0.1, 0.1, 0.1, 0.1, 3, 0.1, 0.1, 0.1}, 1},
+    {"rings in every third pile", 1.5, 2, {1.6, 0.4, 0.2, 1.8}, 5},
+    {"arcs in every other pile", 1.4, 3, {2, 0.1, 0.1, 2, 0.1, 0.1, 2, 0.1}, 4},
     {"a steep cone", 1.4, 3, uneven6},
 };
 
