@@ -10,8 +10,8 @@
 
 #include "cli/verbs.h"
 #include "render/gl_context.h"
-#include "support/child_process.h"
 #include "support/error.h"
+#include "support/installed_program.h"
 #include "support/provenance.h"
 
 namespace granuscope {
@@ -27,23 +27,13 @@ struct Finding {
   std::string package = {};  ///< empty: no package would help
 };
 
-std::string first_line(const std::string& text) { return text.substr(0, text.find('\n')); }
-
 Finding look_for_program(const std::string& name, const std::string& needed_for, const std::string& package) {
-  const auto path = find_program(name);
-  if (!path) return {name, fmt::format("missing: {}", needed_for), false, package};
-  try {
-    ProcessSpec spec;
-    spec.arguments = {path->string(), "--version"};
-    spec.environment = {{"LC_ALL", "C.UTF-8"}};
-    spec.timeout_seconds = 60;
-    const ProcessResult result = run_process(spec);
-    if (result.exit_code == 0) return {name, fmt::format("{}, {}", first_line(result.standard_output), path->string())};
-    return {name, fmt::format("{} does not start: {}", path->string(), first_line(result.standard_error)), false,
-            package};
-  } catch (const Error& error) {
-    return {name, error.what(), false, package};
+  const auto program = find_installed_program(name);
+  if (!program) return {name, fmt::format("missing: {}", needed_for), false, package};
+  if (!program->failure.empty()) {
+    return {name, fmt::format("{} does not start: {}", program->path.string(), program->failure), false, package};
   }
+  return {name, fmt::format("{}, {}", program->version, program->path.string())};
 }
 
 Finding look_for_opengl() {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numeric>
 
 #include "ensemble/parallel.h"
@@ -126,6 +127,9 @@ void validate(const EnsembleSpec& spec) {
   if (!(spec.overload > 0) || !std::isfinite(spec.overload)) {
     throw InputError(fmt::format("overload {} is not a positive finite force: there would be no response to measure",
                                  spec.overload));
+  }
+  if (std::adjacent_find(spec.layers.begin(), spec.layers.end(), std::greater_equal<>()) != spec.layers.end()) {
+    throw InputError("the recorded layers are not ascending: each may be named once, from the top down");
   }
   for (int layer : spec.layers) {
     if (layer < 0 || layer >= lattice.layers()) {

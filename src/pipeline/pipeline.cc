@@ -10,7 +10,6 @@
 #include "pipeline/ensemble_stage.h"
 #include "pipeline/law_in_words.h"
 #include "pipeline/picture_stage.h"
-#include "plot/gnuplot.h"
 #include "plot/propagation_against_diffusion.h"
 #include "plot/response_profiles.h"
 #include "plot/transport_with_depth.h"
@@ -18,6 +17,7 @@
 #include "support/atomic_file.h"
 #include "support/digest.h"
 #include "support/error.h"
+#include "support/installed_program.h"
 #include "support/interruption.h"
 
 namespace granuscope {
@@ -96,6 +96,7 @@ class Run {
 
   void sample_and_measure() {
     std::vector<MeasuredTransport> measured;
+    std::size_t reused = 0;
     for (const PlannedEnsemble& planned : plan_ensembles(experiment_, options_.folder)) {
       MeasuredEnsemble ensemble;
       timed(fmt::format("sample mu = {}", planned.spec.sampler.mu), [&] {
@@ -107,15 +108,16 @@ class Run {
             fmt::format("At \u03bc = {} every pile is the same: {} of {} samples were drawn, one group for each block.",
                         planned.spec.sampler.mu, planned.spec.samples, experiment_.response.samples));
       }
-      if (planned.reusable) {
-        data_.skipped.push_back(fmt::format("The ensemble at \u03bc = {} was already there and was not drawn again.",
-                                            planned.spec.sampler.mu));
-      }
+      if (planned.reusable) ++reused;
       if (!needs(Stage::analyse)) continue;
       timed("analyse", [&] {
         measured.push_back(
             measure_transport(ensemble, experiment_.fit, experiment_.figures.profile_layers, options_.threads));
       });
+    }
+    if (reused > 0) {
+      data_.skipped.push_back(fmt::format("{} of {} ensembles were already there and were not drawn again.", reused,
+                                          experiment_.mu.size()));
     }
     if (!needs(Stage::analyse)) return;
     timed("analyse",
@@ -150,6 +152,7 @@ class Run {
         data_.figures.push_back(draw_propagation_against_diffusion(data_.analysis, options_.folder));
       }
     });
+    note_version("gnuplot");
     say(options_.progress, "drew the plots");
   }
 
@@ -157,9 +160,16 @@ class Run {
     const PdfPolicy policy = options_.require_pdf     ? PdfPolicy::required
                              : experiment_.report.pdf ? PdfPolicy::if_possible
                                                       : PdfPolicy::none;
+    if (policy != PdfPolicy::none) note_version("weasyprint");
     timed("report", [&] { result_.files = write_report(data_, options_.folder, policy); });
     if (!result_.files.pdf_skipped.empty()) data_.skipped.push_back(result_.files.pdf_skipped);
     say(options_.progress, "wrote the report");
+  }
+
+  void note_version(const std::string& program) {
+    if (const auto installed = find_installed_program(program)) {
+      data_.environment.emplace_back(program, installed->failure.empty() ? installed->version : installed->failure);
+    }
   }
 
   /// The manifest of a run that did not end well. That it cannot be written either must not hide why.

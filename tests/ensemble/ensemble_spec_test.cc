@@ -41,6 +41,8 @@ TEST_CASE("ensembles that would mean nothing are refused before a pile is drawn"
   refused([](EnsembleSpec& s) { s.overload = std::numeric_limits<double>::infinity(); });
   refused([](EnsembleSpec& s) { s.layers = {0, 6}; });
   refused([](EnsembleSpec& s) { s.layers = {-1}; });
+  refused([](EnsembleSpec& s) { s.layers = {2, 1}; });
+  refused([](EnsembleSpec& s) { s.layers = {1, 1}; });
   refused([](EnsembleSpec& s) { s.lattice.columns = 3; });
   refused([](EnsembleSpec& s) { s.lattice.layers = 0; });
 }
