@@ -72,7 +72,7 @@ void fourier_modes(const DoubleGaussian& shape, int columns, bool half_shifted, 
   // Aliases k + 2 pi l with |k + 2 pi l| beyond q_max carry nothing.
   const double half_variance = shape.width * shape.width / 2;
   const double q_max = half_variance > 0 ? std::sqrt(largest_exponent / half_variance) : two_pi * most_aliases;
-  const int aliases = std::min(most_aliases, static_cast<int>(q_max / two_pi + 0.5));
+  const int aliases = std::min(most_aliases, static_cast<int>(std::floor((q_max + std::numbers::pi) / two_pi)));
   std::vector<Phase> turn;  // 2 pi l x_p for l = -aliases .. aliases
   for (int l = -aliases; l <= aliases; ++l) turn.push_back(phase_of(two_pi * l * shape.peak));
   const Phase step = phase_of(two_pi / columns * shape.peak), half_step = phase_of(std::numbers::pi / columns);
@@ -89,7 +89,7 @@ void fourier_modes(const DoubleGaussian& shape, int columns, bool half_shifted, 
       // sin(q/2) = (-1)^l sin(k/2), and beads at half-integer x bring another (-1)^l.
       const double sign = !half_shifted && l % 2 != 0 ? -1 : 1;
       const double envelope = sign * std::exp(-exponent) * half_phase.sine / (q / 2);
-      const Phase wave = turned(phase, turn[static_cast<std::size_t>(l + aliases)]);
+      const Phase wave = turned(phase, *(turn.begin() + l + aliases));
       sum.value += envelope * wave.cosine;
       sum.by_peak -= envelope * q * wave.sine;
       sum.by_width -= envelope * q * q * shape.width * wave.cosine;

@@ -1,6 +1,7 @@
 #include "analysis/scaling.h"
 
 #include <fmt/format.h>
+#include <algorithm>
 #include <cmath>
 
 #include "analysis/line_fit.h"
@@ -27,8 +28,9 @@ double covariance(const Replicated& a, const Replicated& b) {
 }
 
 std::vector<double> values(const std::vector<Replicated>& numbers, std::size_t block, bool whole) {
-  std::vector<double> result;
-  for (const Replicated& number : numbers) result.push_back(whole ? number.value : number.without_block[block]);
+  std::vector<double> result(numbers.size());
+  std::transform(numbers.begin(), numbers.end(), result.begin(),
+                 [&](const Replicated& number) { return whole ? number.value : number.without_block[block]; });
   return result;
 }
 

@@ -56,7 +56,8 @@ int jacobian(const gsl_vector* parameters, void* data, gsl_matrix* out) {
 }
 
 constexpr std::size_t max_iterations = 100;
-constexpr double step_tolerance = 1e-9;  ///< relative; far below any standard error
+constexpr double narrowest_start = 0.35;  ///< bead diameters; below it no width can be told from the bead's
+constexpr double step_tolerance = 1e-9;   ///< relative; far below any standard error
 
 }  // namespace
 
@@ -103,14 +104,17 @@ DoubleGaussian coarse_shape(const LayerSpectrum& spectrum, double z) {
   double best_chi2 = std::numeric_limits<double>::infinity();
   std::vector<double> envelope(modes), target(modes);
   for (std::size_t i = 0; i < modes; ++i) target[i] = spectrum.whole[i] / spectrum.noise[i];
-  for (double width = 0.35; width < 0.5 * z; width *= 1.5) {
+  double width = narrowest_start;
+  while (width < 0.5 * z) {
     // The modes without their aliases: near enough for a start, and then one exponential serves every position.
     for (std::size_t i = 0; i < modes; ++i) {
       const double k = 2 * std::numbers::pi * static_cast<double>(i + 1) / spectrum.columns;
       envelope[i] = std::exp(-k * k * width * width / 2) * std::sin(k / 2) / (k / 2) / spectrum.noise[i];
     }
     const double step = std::max(0.5 * width, 0.25);
-    for (double peak = 0; peak <= 2 * tan30 * z; peak += step) {
+    const int steps = static_cast<int>(2 * tan30 * z / step);
+    for (int s = 0; s <= steps; ++s) {
+      const double peak = s * step;
       // cos(k_m x_p) for m = 1, 2, ... by the recurrence of Chebyshev's polynomials.
       const double twice = 2 * std::cos(2 * std::numbers::pi / spectrum.columns * peak);
       double before = 1, cosine = twice / 2, chi2 = 0;
@@ -126,6 +130,7 @@ DoubleGaussian coarse_shape(const LayerSpectrum& spectrum, double z) {
         best = {peak, width};
       }
     }
+    width *= 1.5;
   }
   return best;
 }

@@ -132,7 +132,10 @@ std::pair<Replicated, Replicated> replicated_line(const std::vector<double>& z, 
   return {part([](const Line& l) { return l.slope; }), part([](const Line& l) { return l.intercept; })};
 }
 
-bool in_window(const FitSpec& spec, int layer) { return layer >= spec.first_layer && layer <= spec.last_layer; }
+/// Layers recorded for a figure between the steps of the window take no part: drawing must not change a number.
+bool in_window(const FitSpec& spec, int layer) {
+  return layer >= spec.first_layer && layer <= spec.last_layer && (spec.last_layer - layer) % spec.layer_step == 0;
+}
 
 void fit_slopes(const std::vector<MeasuredDepth>& depths, const FitSpec& spec, MeasuredTransport& result) {
   Transport& t = result.transport;

@@ -61,6 +61,11 @@ ExitCode run(const RunVerbOptions& given, VerbContext& context) {
   if (given.require_pdf && !experiment.report.pdf) {
     throw InputError(fmt::format("{}: report.pdf = false contradicts --require-pdf; drop one of them", given.config));
   }
+  if (given.gate && !stages_needed(options.only).contains(Stage::analyse)) {
+    throw InputError(
+        "--gate compares verdicts, but the stages of --only reach none, so that it would always be content; "
+        "add --only analyse or drop one of them");
+  }
   if (given.print_config) {
     context.out << print_experiment(experiment);
     return ExitCode::done;

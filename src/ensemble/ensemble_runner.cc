@@ -10,6 +10,7 @@
 
 #include "ensemble/parallel.h"
 #include "model/identities.h"
+#include "sampling/random_key.h"
 #include "sampling/sampler.h"
 #include "support/digest.h"
 #include "support/error.h"
@@ -19,7 +20,7 @@
 namespace granuscope {
 namespace {
 
-std::uint64_t groups_of(std::uint64_t samples) { return (samples + group_size - 1) / group_size; }
+std::uint64_t groups_of(std::uint64_t samples) { return samples / group_size + (samples % group_size != 0 ? 1 : 0); }
 
 /// First sample of a block; blocks hold whole groups and differ by at most one group.
 std::uint64_t first_sample_of(const EnsembleSpec& spec, int block) {
@@ -124,6 +125,11 @@ void validate(const EnsembleSpec& spec) {
         "{} samples are too few: each of the {} blocks needs at least one group of {} samples; ask for {} or more",
         spec.samples, spec.blocks, group_size, (static_cast<std::uint64_t>(spec.blocks) - 1) * group_size + 1));
   }
+  if (spec.samples > max_samples) {
+    throw InputError(
+        fmt::format("{} samples are too many: one seed names {}; ask for fewer, or divide them among seeds",
+                    spec.samples, max_samples));
+  }
   if (!(spec.overload > 0) || !std::isfinite(spec.overload)) {
     throw InputError(fmt::format("overload {} is not a positive finite force: there would be no response to measure",
                                  spec.overload));
@@ -163,6 +169,8 @@ std::string replay_command(const EnsembleSpec& spec, std::uint64_t sample) {
                   exact(spec.sampler.mu), spec.lattice.columns, spec.lattice.layers, name_of(spec.load));
   if (spec.load == Load::point && spec.overload != 1.0) command += fmt::format(" --overload {}", exact(spec.overload));
   if (spec.sampler.effort != SamplerSpec{}.effort) command += fmt::format(" --effort {}", exact(spec.sampler.effort));
+  if (spec.sampler.max_tries != SamplerSpec{}.max_tries)
+    command += fmt::format(" --max-tries {}", spec.sampler.max_tries);
   return command + fmt::format(" --seed {} --sample {} --out pile.h5", spec.sampler.seed, sample);
 }
 

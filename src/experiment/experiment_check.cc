@@ -126,9 +126,12 @@ Problem find_sampling_problem(const Experiment& e) {
                    "every pile must end; give 1 to 1e9 (200 is plenty)",
                    sampling.effort);
   }
-  if (sampling.max_tries < 1 || sampling.max_tries > 1'000'000'000'000) {
-    return problem("sampling.max_tries", "{} tries cannot work: every pile needs one, and must end; give 1 to 1e12",
-                   sampling.max_tries);
+  if (sampling.max_tries < 1 || sampling.max_tries > most_tries) {
+    return problem(
+        "sampling.max_tries",
+        "{} tries cannot work: every pile needs one, and a key of the random numbers counts no more than {}; "
+        "give 1 to {}",
+        sampling.max_tries, most_tries, most_tries);
   }
   const double beads = static_cast<double>(e.lattice.columns) * e.lattice.layers;
   if (sampling.law == Law::rejection && beads > most_beads_by_rejection && e.mu.back() > 0) {

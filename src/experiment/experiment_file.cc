@@ -111,6 +111,7 @@ class Reader {
 
   Experiment read(const toml::table& document) {
     read_table(document, "");
+    for (double& mu : experiment_.mu) mu += 0.0;  // -0.0 becomes 0, whose sign no file name should show
     std::sort(experiment_.mu.begin(), experiment_.mu.end());
     std::sort(experiment_.figures.profile_layers.begin(), experiment_.figures.profile_layers.end());
     if (const auto problem = find_problem(experiment_)) {

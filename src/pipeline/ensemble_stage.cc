@@ -47,7 +47,7 @@ std::vector<PlannedEnsemble> plan_ensembles(const Experiment& experiment, const 
   return planned;
 }
 
-MeasuredEnsemble obtain_ensemble(const Experiment& experiment, const PlannedEnsemble& planned,
+MeasuredEnsemble obtain_ensemble(const Experiment& experiment, PlannedEnsemble& planned,
                                  const std::filesystem::path& run_folder, int threads, ProgressStyle progress) {
   MeasuredEnsemble measured;
   measured.mu = planned.spec.sampler.mu;
@@ -56,9 +56,15 @@ MeasuredEnsemble obtain_ensemble(const Experiment& experiment, const PlannedEnse
   measured.overload = planned.spec.overload;
   const std::filesystem::path file = run_folder / planned.file;
   if (planned.reusable) {
-    measured.record = read_ensemble(file);
-    say(progress, fmt::format("sampling mu = {}: {} piles already there", measured.mu, planned.spec.samples));
-    return measured;
+    try {
+      measured.record = read_ensemble(file);
+      say(progress, fmt::format("sampling mu = {}: {} piles already there", measured.mu, planned.spec.samples));
+      return measured;
+    } catch (const InputError& damage) {
+      // The plan read no further than the configuration.
+      planned.reusable = false;
+      say(progress, fmt::format("sampling mu = {}: drawn again, because: {}", measured.mu, damage.what()));
+    }
   }
   Progress shown(fmt::format("sampling mu = {}", measured.mu), planned.spec.samples, progress);
   measured.record = run_ensemble(planned.spec, threads, &shown);

@@ -21,8 +21,9 @@ struct PlannedEnsemble {
 std::vector<PlannedEnsemble> plan_ensembles(const Experiment& experiment, const std::filesystem::path& run_folder);
 
 /// Reads the ensemble if it can be reused, otherwise draws it and keeps it: a finished ensemble survives whatever
-/// happens later, and the next run goes on from there.
-MeasuredEnsemble obtain_ensemble(const Experiment& experiment, const PlannedEnsemble& planned,
+/// happens later, and the next run goes on from there. One that turns out to be damaged is drawn again, and
+/// planned.reusable becomes false.
+MeasuredEnsemble obtain_ensemble(const Experiment& experiment, PlannedEnsemble& planned,
                                  const std::filesystem::path& run_folder, int threads, ProgressStyle progress);
 
 }  // namespace granuscope

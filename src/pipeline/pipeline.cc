@@ -97,7 +97,7 @@ class Run {
   void sample_and_measure() {
     std::vector<MeasuredTransport> measured;
     std::size_t reused = 0;
-    for (const PlannedEnsemble& planned : plan_ensembles(experiment_, options_.folder)) {
+    for (PlannedEnsemble& planned : plan_ensembles(experiment_, options_.folder)) {
       MeasuredEnsemble ensemble;
       timed(fmt::format("sample mu = {}", planned.spec.sampler.mu), [&] {
         ensemble = obtain_ensemble(experiment_, planned, options_.folder, options_.threads, options_.progress);

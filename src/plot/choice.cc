@@ -38,7 +38,9 @@ std::string linear_ticks(const Range& range, int most) {
     if (digit == 1) ++exponent;
   }
   std::string list;
-  for (double multiple = first(); multiple <= last(); ++multiple) {
+  const auto marks = static_cast<int>(last() - first());
+  for (int i = 0; i <= marks; ++i) {
+    const double multiple = first() + i;
     const double mark = multiple == 0 ? 0 : multiple * step();
     std::string label = fmt::format("{:.{}f}", std::abs(mark), std::max(0, -exponent));
     if (mark < 0) label.insert(0, "−");

@@ -265,12 +265,8 @@ GranusolveSampler::Mend GranusolveSampler::solve_bead(int layer, int bead, Attem
 GranusolveSampler::Mend GranusolveSampler::mend(int layer, int bead) {
   if (change_parents(layer, bead)) {
     ++solutions_;
-    const Rule rule = rule_[at(layer, bead)];
     // After a change of parents the bead is solvable up to rounding; should rounding exceed its allowance, climb.
-    if (try_draw(layer, bead, Attempt::later)) {
-      set_rule(at(layer, bead), rule);
-      return Mend::done;
-    }
+    if (try_draw(layer, bead, Attempt::later)) return Mend::done;
   }
   climb(layer, bead);
   return Mend::climbed;
@@ -478,13 +474,12 @@ void GranusolveSampler::unsolve(int layer, int bead) {
     const auto [n, i] = stack_.back();
     stack_.pop_back();
     if (n > front_) continue;
-    if (n == front_ && position(n, i) > cursor_) {
+    // The bead at the cursor is either being solved right now, and is tried again by whoever called, or the next one.
+    if (n == front_ && position(n, i) >= cursor_) {
       slack_[static_cast<std::size_t>(i)] = not_drawn;
       continue;
     }
-    // The bead at the cursor is being solved right now and is tried again by whoever called.
     if (unsolved_[at(n, i)] != 0) continue;
-    if (n == front_ && position(n, i) == cursor_) continue;
     unsolved_[at(n, i)] = 1;
     pending_[static_cast<std::size_t>(n)].push_back(i);
     topmost_pending_ = std::min(topmost_pending_, n);

@@ -82,8 +82,8 @@ std::unique_ptr<Sampler> make_sampler(const SamplerSpec& spec, const Lattice& la
         "effort {} is out of range: a pile needs at least one solution per bead, and more than {:g} would never end",
         spec.effort, max_effort));
   }
-  if (spec.max_tries < 1 || spec.max_tries >= (std::uint64_t{1} << 24)) {
-    throw InputError(fmt::format("max_tries {} is out of range: use 1 to 16777215", spec.max_tries));
+  if (spec.max_tries < 1 || spec.max_tries > most_tries) {
+    throw InputError(fmt::format("max_tries {} is out of range: use 1 to {}", spec.max_tries, most_tries));
   }
   const FrictionCone cone(spec.mu);
   std::unique_ptr<Sampler> sampler;

@@ -7,6 +7,9 @@ namespace granuscope {
 /// What "a random pile" means. The mean response depends on it, so it is a named choice.
 enum class Law { granusolve, rejection };
 
+/// Largest SamplerSpec::max_tries: the key of a random number has 24 bits for the attempt.
+inline constexpr std::uint64_t most_tries = (std::uint64_t{1} << 24) - 1;
+
 /// How the beads of one layer are ordered while it is solved.
 enum class LayerOrder {
   random,  ///< a random first bead and a random direction for each layer: the law

@@ -37,7 +37,7 @@ std::optional<PairDraw> draw_truncated_pair(Interval A, Interval B, Interval D, 
   const double area3 = (high - knot2) * (y2 + y3) / 2;
   const double area = area1 + area2 + area3;
 
-  double d = low;
+  double d;
   if (!(area > 0)) {
     d = low + u_difference * (high - low);
   } else {
