@@ -85,6 +85,35 @@ TEST_CASE("a noiseless response gives back its c and D") {
   CHECK_FALSE(t.exact);
 }
 
+TEST_CASE("layers recorded for a figure change no number") {
+  const auto window = layers_to_record(short_window(), {}), more = layers_to_record(short_window(), {61, 88, 119});
+  const MeasuredEnsemble with_figures = synthetic_ensemble({}, {0.5, 3}, columns, more, 32, 100);
+  MeasuredEnsemble without = with_figures;
+  BlockSums& sums = without.record.sums;
+  sums.layers = window;
+  for (auto& [name, quantity] : sums.quantities) {
+    const auto& all = with_figures.record.sums.quantities.at(name);
+    const auto width = static_cast<std::size_t>(all.width);
+    const auto keep = [&](const std::vector<double>& from) {
+      std::vector<double> kept;
+      for (std::size_t at = 0; at < from.size(); at += width) {
+        const int layer = more[at / width % more.size()];
+        if (!std::binary_search(window.begin(), window.end(), layer)) continue;
+        for (std::size_t i = 0; i < width; ++i) kept.push_back(from[at + i]);
+      }
+      return kept;
+    };
+    quantity.sum = keep(all.sum);
+    quantity.sum_of_squares = keep(all.sum_of_squares);
+  }
+  const Transport a = measure(with_figures), b = measure(without);
+  CHECK(a.depths.size() == b.depths.size() + 3);
+  CHECK(a.depths_in_window == b.depths_in_window);
+  CHECK(a.c.value == b.c.value);
+  CHECK(a.D.value == b.D.value);
+  CHECK(a.alpha_thrust.value == b.alpha_thrust.value);
+}
+
 TEST_CASE("noisy responses are unbiased, their errors right and chi2 about 1") {
   // 60 ensembles with known truth. The mean of (value - truth)/error has an error of 1/sqrt(60) = 0.13, its variance
   // one of 0.19; five of those.
