@@ -7,6 +7,7 @@
 #include <set>
 
 #include "small_experiment.h"
+#include "storage/ensemble_file.h"
 #include "storage/pile_file.h"
 #include "support/atomic_file.h"
 #include "support/error.h"
@@ -138,6 +139,43 @@ TEST_CASE("a damaged or different ensemble is drawn again, and only that one") {
   for (const PlannedStep& step : plan_run(experiment, quiet(folder.path(), {Stage::sample}))) {
     CHECK_FALSE(step.reused);
   }
+}
+
+TEST_CASE("an ensemble damaged behind its configuration is drawn again, too") {
+  const ScratchFolder folder("damaged-inside");
+  const Experiment experiment = small_experiment();
+  run_experiment(experiment, quiet(folder.path(), {Stage::sample}));
+  const fs::path file = folder.path() / "ensembles/mu-0.3.h5";
+  const std::string whole = read_file(file);
+  const std::string configuration = read_ensemble_configuration(file);
+  // The first byte whose change spoils the sums but not the configuration.
+  const auto spoils_sums_only = [&] {
+    try {
+      if (read_ensemble_configuration(file) != configuration) return false;
+    } catch (const InputError&) {
+      return false;
+    }
+    try {
+      read_ensemble(file);
+    } catch (const InputError&) {
+      return true;
+    }
+    return false;
+  };
+  std::size_t at = 0;
+  do {
+    REQUIRE(at < whole.size());
+    std::string damaged = whole;
+    damaged[at] = static_cast<char>(damaged[at] ^ 0x55);
+    at += 16;
+    write_file(file, damaged);
+  } while (!spoils_sums_only());
+
+  CHECK(plan_run(experiment, quiet(folder.path(), {Stage::sample}))[2].reused);  // plans read no further
+  run_experiment(experiment, quiet(folder.path(), {Stage::sample}));
+  CHECK(read_file(file) == whole);
+  const std::string manifest = read_file(folder.path() / "manifest.json");
+  CHECK(manifest.find("3 of 4 ensembles were already there") != std::string::npos);
 }
 
 TEST_CASE("an interrupted run says so, keeps what was finished and goes on to the same bytes") {
