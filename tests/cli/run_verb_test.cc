@@ -130,6 +130,9 @@ TEST_CASE("run --gate ends with 1 if a verdict is not the expected one") {
   const auto result = granuscope_command(gated);
   CHECK(result.code == 1);
   CHECK_THAT(result.err, Contains("frictionless"));
+  // Without an analysis there is no verdict to compare: that must not look like a pass.
+  gated.insert(gated.end(), {"--only", "sample"});
+  CHECK(granuscope_command(gated).code == 2);
 }
 
 TEST_CASE("run refuses what it cannot read before it writes anything") {
