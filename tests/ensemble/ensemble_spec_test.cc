@@ -35,6 +35,7 @@ TEST_CASE("ensembles that would mean nothing are refused before a pile is drawn"
   refused([](EnsembleSpec& s) { s.blocks = -1; });
   refused([](EnsembleSpec& s) { s.samples = 56; });  // seven groups for eight blocks
   refused([](EnsembleSpec& s) { s.samples = 0; });
+  refused([](EnsembleSpec& s) { s.samples = (std::uint64_t{1} << 32) + 1; });  // more than one seed names
   refused([](EnsembleSpec& s) { s.overload = 0; });
   refused([](EnsembleSpec& s) { s.overload = -1; });
   refused([](EnsembleSpec& s) { s.overload = std::numeric_limits<double>::quiet_NaN(); });
@@ -54,6 +55,20 @@ TEST_CASE("a sampler that cannot be made is told from any thread") {
   spec = sound();
   spec.sampler.effort = std::numeric_limits<double>::quiet_NaN();
   CHECK_THROWS_AS(run_ensemble(spec, 3, nullptr), InputError);
+}
+
+TEST_CASE("absurd numbers of samples are called too many") {
+  EnsembleSpec spec = sound();
+  spec.samples = std::numeric_limits<std::uint64_t>::max();
+  CHECK_THROWS_WITH(validate(spec), Catch::Contains("too many"));
+}
+
+TEST_CASE("a replay command holds whatever decides where a pile fails") {
+  EnsembleSpec spec = sound();
+  CHECK(replay_command(spec, 3).find("--max-tries") == std::string::npos);
+  spec.sampler.law = Law::rejection;
+  spec.sampler.max_tries = 50;
+  CHECK_THAT(replay_command(spec, 3), Catch::Contains(" --max-tries 50 "));
 }
 
 TEST_CASE("the load is one on every top bead, and more on the middle one") {

@@ -140,6 +140,8 @@ TEST_CASE("Loads, estimators and laws that cannot work are refused") {
              Contains("sampling.law: ") && Contains("500 x 200"));
   CHECK_THAT(problem_after([](Experiment& e) { e.sampling.effort = 0; }), Contains("sampling.effort: "));
   CHECK_THAT(problem_after([](Experiment& e) { e.sampling.max_tries = 0; }), Contains("sampling.max_tries: "));
+  CHECK_THAT(problem_after([](Experiment& e) { e.sampling.max_tries = most_tries + 1; }),
+             Contains("sampling.max_tries: "));
   CHECK_THAT(problem_after([](Experiment& e) { e.sampling.seed = ~std::uint64_t{0}; }), Contains("sampling.seed: "));
 }
 

@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -116,6 +117,11 @@ TEST_CASE("A printed experiment holds every key with its meaning") {
   }
   CHECK_THAT(text, Contains("\ncolumns = 500\n"));
   CHECK_THAT(text, Contains("\nmu = [0.0, 0.1, 0.2, 0.3]\n"));
+}
+
+TEST_CASE("A friction coefficient of minus zero is zero, in numbers, file names and commands") {
+  const Experiment e = parse_experiment("[friction]\nmu = [-0.0, 0.1, 0.2, 0.3]\n", "mine.toml");
+  CHECK_FALSE(std::signbit(e.mu.front()));
 }
 
 TEST_CASE("The reference names every key once, with unit and default") {
