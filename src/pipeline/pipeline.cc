@@ -136,20 +136,35 @@ class Run {
     say(options_.progress, "drew the force chains");
   }
 
+  /// A figure with nothing to show (InputError) is left out with its reason: the numbers that are known, and the
+  /// reasons why others are not, are still to be reported.
+  template <typename Draw>
+  void add_figure(Draw draw) {
+    try {
+      data_.figures.push_back(draw());
+    } catch (const InputError& nothing_to_show) {
+      data_.skipped.push_back(fmt::format("A figure is left out: {}.", nothing_to_show.what()));
+      say(options_.progress, data_.skipped.back());
+    }
+  }
+
   void plot() {
     const FigureSpec& figures = experiment_.figures;
     timed("plot", [&] {
       if (figures.response_profiles) {
-        data_.figures.push_back(draw_response_profiles(
-            data_.analysis.results, {figures.profile_mu, figures.profile_layers, experiment_.lattice.layers},
-            options_.folder));
+        add_figure([&] {
+          return draw_response_profiles(data_.analysis.results,
+                                        {figures.profile_mu, figures.profile_layers, experiment_.lattice.layers},
+                                        options_.folder);
+        });
       }
       if (figures.transport_with_depth) {
-        data_.figures.push_back(
-            draw_transport_with_depth(data_.analysis, TransportWithDepthSpec{figures.profile_mu}, options_.folder));
+        add_figure([&] {
+          return draw_transport_with_depth(data_.analysis, TransportWithDepthSpec{figures.profile_mu}, options_.folder);
+        });
       }
       if (figures.propagation_against_diffusion) {
-        data_.figures.push_back(draw_propagation_against_diffusion(data_.analysis, options_.folder));
+        add_figure([&] { return draw_propagation_against_diffusion(data_.analysis, options_.folder); });
       }
     });
     note_version("gnuplot");

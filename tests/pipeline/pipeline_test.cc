@@ -201,6 +201,21 @@ TEST_CASE("an interrupted run says so, keeps what was finished and goes on to th
   }
 }
 
+TEST_CASE("figures with nothing to show are left out, the reasons reported") {
+  const ScratchFolder folder("nothing-to-show");
+  Experiment experiment = small_experiment();
+  experiment.mu = {0.05};  // peaks narrower than a bead: no depth can be fitted
+  experiment.figures.profile_mu = 0.05;
+  run_experiment(experiment, quiet(folder.path(), {Stage::report}));
+  const auto summary = nlohmann::json::parse(read_file(folder.path() / "summary.json"));
+  CHECK(summary["results"][0]["c"]["value"].is_null());
+  CHECK_FALSE(summary["results"][0]["c"]["reason"].get<std::string>().empty());
+  CHECK(summary["results"][0]["c_thrust"]["value"].is_number());
+  const std::string manifest = read_file(folder.path() / "manifest.json");
+  CHECK(manifest.find("A figure is left out: the figure of c against D has nothing to show") != std::string::npos);
+  CHECK(read_file(folder.path() / "report.html").find("A figure is left out") != std::string::npos);
+}
+
 TEST_CASE("a run that fails leaves a manifest that says why") {
   const ScratchFolder folder("failing");
   const std::string path = std::getenv("PATH");
