@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <limits>
 #include <numeric>
 #include <set>
 
@@ -118,6 +119,8 @@ AuditResult audit_samples(const EnsembleSpec& spec, const std::vector<FailedSamp
     }
   }
   messages << fmt::format("audited {} of {} piles\n", audited, spec.samples - failed.size());
+  // Nothing looked at is not the same as nothing found.
+  if (audited == 0) worst.max_balance_residual = worst.max_cone_violation = std::numeric_limits<double>::quiet_NaN();
   return worst;
 }
 

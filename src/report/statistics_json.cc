@@ -33,6 +33,9 @@ std::string sample_statistics_json(const SampleStatistics& statistics) {
                          {"alpha", estimate_json(layer.alpha)},
                          {"weight_variance", estimate_json(layer.weight_variance)}});
   }
+  ordered_json audit{{"max_balance_residual", finite_or_null(statistics.audit.max_balance_residual)},
+                     {"max_cone_violation", finite_or_null(statistics.audit.max_cone_violation)}};
+  if (audit["max_balance_residual"].is_null()) audit["reason"] = "none of the audited samples is a completed pile";
   const ordered_json json{{"law", statistics.law},
                           {"mu", statistics.mu},
                           {"columns", statistics.columns},
@@ -44,9 +47,7 @@ std::string sample_statistics_json(const SampleStatistics& statistics) {
                           {"climbed_per_bead", share(counts.climbed, counts.beads)},
                           {"seconds", statistics.seconds},
                           {"per_layer", per_layer},
-                          {"audit",
-                           {{"max_balance_residual", finite_or_null(statistics.audit.max_balance_residual)},
-                            {"max_cone_violation", finite_or_null(statistics.audit.max_cone_violation)}}}};
+                          {"audit", audit}};
   return json.dump(2) + "\n";
 }
 

@@ -26,7 +26,7 @@ struct SampleStatistics {
   SamplerCounts counts;
   double seconds = 0;  ///< wall time of the sampling
   std::vector<LayerStatistics> per_layer;
-  AuditResult audit;  ///< worst over the audited piles
+  AuditResult audit;  ///< worst over the audited piles; not a number if none of them was completed
 };
 
 /// One JSON object with a final newline. Unknown numbers are null beside a "reason".

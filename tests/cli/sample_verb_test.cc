@@ -191,6 +191,8 @@ TEST_CASE("A pile that cannot be completed within its effort is told with its la
   const auto object = json::parse(result.out);
   CHECK(object["samples"] == 0);
   CHECK(object["per_layer"][3]["alpha"]["value"].is_null());
+  CHECK(object["audit"]["max_balance_residual"].is_null());
+  CHECK(object["audit"]["reason"].is_string());
   CHECK_THAT(result.err, Contains("sample 0 could not be completed") && Contains("granuscope sample --law rejection"));
   const auto stored = granuscope_command({"sample", "--mu", "0.5", "--law", "rejection", "--columns", "30", "--layers",
                                           "30", "--max-tries", "20", "--out", "never.h5"});
