@@ -19,10 +19,10 @@ namespace granuscope {
 namespace {
 
 constexpr const char* exit_codes =
-    "Exit status: 0 done; 1 a verdict differs from the expected one (only with --gate); 2 bad usage, configuration or\n"
-    "input file; 3 environment (missing program, no GL context, disk full, no permission); 4 stopped half way, a "
-    "second\n"
-    "run resumes. Lengths are in bead diameters, forces in loads of one top bead.";
+    "Exit status: 0 all was made; 1 a claim came out otherwise than expected (only with --gate); 2 the command line,\n"
+    "the experiment or a file cannot be used; 3 the machine lacks a program, OpenGL, space or permission; 4 "
+    "interrupted:\n"
+    "the same command goes on. Lengths are in bead diameters, forces in loads of one top bead.";
 
 /// CLI11 would only say that a verb is missing, not that the one given is none.
 void require_known_verb(const CLI::App& app, int argc, const char* const* argv) {
@@ -40,8 +40,8 @@ void require_known_verb(const CLI::App& app, int argc, const char* const* argv) 
 
 ExitCode parse_and_act(int argc, const char* const* argv, std::ostream& out, std::ostream& err) {
   CLI::App app{
-      "Looks into a pile of beads: samples contact-force networks, measures how a point load spreads, draws "
-      "the force chains and writes the report.",
+      "Random force networks of frictional beads: how a point load spreads through them, in numbers, pictures and "
+      "one report.",
       "granuscope"};
   app.footer(exit_codes);
   app.require_subcommand(1);

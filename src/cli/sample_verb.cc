@@ -20,6 +20,7 @@ struct SampleOptions {
   EnsembleSpec spec;
   std::string law = name_of(Law::granusolve);
   std::string load = name_of(Load::uniform);
+  std::string layer_order = name_of(LayerOrder::random);
   int threads = 0;
   bool statistics = false;
   std::string file;
@@ -48,6 +49,7 @@ ExitCode sample(SampleOptions options, VerbContext& context) {
   EnsembleSpec& spec = options.spec;
   spec.sampler.law = law_named(options.law);
   spec.load = load_named(options.load);
+  spec.sampler.order = layer_order_named(options.layer_order);
   if (!options.statistics && options.file.empty()) {
     throw InputError(
         "nothing is asked for; give --out FILE.h5 to store one pile, --statistics to measure many, or both");
@@ -96,6 +98,9 @@ void add_sample_verb(CLI::App& app, VerbContext& context) {
   verb->add_option("--max-tries", spec.sampler.max_tries, "rejection: a pile fails after so many tries")
       ->capture_default_str()
       ->check(not_negative);
+  verb->add_option("--layer-order", options->layer_order,
+                   "granusolve: random, or fixed (breaks the mirror symmetry: for comparison only)")
+      ->capture_default_str();
   verb->add_option("--threads", options->threads, "threads, 0 for all; never changes a number")
       ->capture_default_str()
       ->check(CLI::Range(0, 4096));

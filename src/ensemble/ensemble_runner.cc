@@ -150,8 +150,8 @@ std::string configuration_text(const EnsembleSpec& spec) {
   return fmt::format(
       "sampling_version={}\nlaw={}\nmu={}\nseed={}\neffort={}\nmax_tries={}\norder={}\ncolumns={}\nlayers={}\nload={}\n"
       "overload={}\nsamples={}\nblocks={}\nrecorded_layers={}\nprofiles={}\n",
-      sampling_version, name_of(s.law), exact(s.mu), s.seed, exact(s.effort), s.max_tries,
-      s.order == LayerOrder::random ? "random" : "fixed", spec.lattice.columns, spec.lattice.layers, name_of(spec.load),
+      sampling_version, name_of(s.law), exact(s.mu), s.seed, exact(s.effort), s.max_tries, name_of(s.order),
+      spec.lattice.columns, spec.lattice.layers, name_of(spec.load),
       spec.load == Load::point ? exact(spec.overload) : "0", spec.samples, spec.blocks,
       fmt::join(recorded_layers(spec), ","), spec.record_profiles);
 }
@@ -171,6 +171,7 @@ std::string replay_command(const EnsembleSpec& spec, std::uint64_t sample) {
   if (spec.sampler.effort != SamplerSpec{}.effort) command += fmt::format(" --effort {}", exact(spec.sampler.effort));
   if (spec.sampler.max_tries != SamplerSpec{}.max_tries)
     command += fmt::format(" --max-tries {}", spec.sampler.max_tries);
+  if (spec.sampler.order != SamplerSpec{}.order) command += " --layer-order " + name_of(spec.sampler.order);
   return command + fmt::format(" --seed {} --sample {} --out pile.h5", spec.sampler.seed, sample);
 }
 

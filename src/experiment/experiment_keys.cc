@@ -21,7 +21,7 @@ KeyValue to_value(const std::vector<int>& field) { return std::vector<std::int64
 KeyValue to_value(const std::array<double, 2>& field) { return std::vector<double>(field.begin(), field.end()); }
 KeyValue to_value(const NumberPairs& field) { return field; }
 KeyValue to_value(Law field) { return name_of(field); }
-KeyValue to_value(LayerOrder field) { return std::string(field == LayerOrder::random ? "random" : "fixed"); }
+KeyValue to_value(LayerOrder field) { return name_of(field); }
 
 int to_int(std::int64_t number) {
   if (number < std::numeric_limits<int>::min() || number > std::numeric_limits<int>::max()) {
@@ -56,13 +56,7 @@ void from_value(std::array<double, 2>& field, const KeyValue& value) {
   field = {numbers[0], numbers[1]};
 }
 void from_value(Law& field, const KeyValue& value) { field = law_named(std::get<std::string>(value)); }
-void from_value(LayerOrder& field, const KeyValue& value) {
-  const auto& name = std::get<std::string>(value);
-  if (name != "random" && name != "fixed") {
-    throw InputError(fmt::format("\"{}\" is not an order of the beads; write \"random\" or \"fixed\"", name));
-  }
-  field = name == "random" ? LayerOrder::random : LayerOrder::fixed;
-}
+void from_value(LayerOrder& field, const KeyValue& value) { field = layer_order_named(std::get<std::string>(value)); }
 
 /// `access` returns a reference to the field of the experiment it is given, const or not.
 template <class Access>

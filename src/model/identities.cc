@@ -56,7 +56,7 @@ IdentityResiduals identity_residuals(const Pile& pile) {
   // the left parent of bead 0, with its first entry again behind the last, because the lattice is a ring.
   std::vector<double> above(columns), middle(columns), weight(columns), H(columns), ring(columns + 1),
       residual(columns);
-  double largest_above = 0, largest_middle = 0;
+  double largest_above = 0, largest_middle = 0, largest_H = 0;
   for (int n = 0; n < lattice.layers(); ++n) {
     const std::size_t row = lattice.index(n, 0);
     add_rows(&pile.V_R[row], &pile.V_L[row], weight);
@@ -72,11 +72,14 @@ IdentityResiduals identity_residuals(const Pile& pile) {
         residual[i] = std::abs(weight[i] - (above[i] + sqrt3 * (ring[i] - ring[i + 1])));
       }
       const RowFacts residuals = facts(residual);
-      const double largest = std::max(largest_above, weights.largest);
+      const double largest = std::max({largest_above, largest_H, weights.largest});
       if (!std::isfinite(residuals.sum)) worst.wave_equation = std::numeric_limits<double>::infinity();
       if (largest > 0) worst.wave_equation = worse(worst.wave_equation, residuals.largest / largest);
     }
     add_rows(&pile.H_R[row], &pile.H_L[row], H);
+    // Near mu = sqrt(3) the two parts of H are far larger than H and than any weight; their rounding is what remains.
+    for (std::size_t i = 0; i < columns; ++i) residual[i] = std::abs(pile.H_R[row + i]);
+    largest_H = facts(residual).largest;
     std::swap(above, middle);
     std::swap(middle, weight);
     largest_above = largest_middle;

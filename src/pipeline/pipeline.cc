@@ -10,11 +10,14 @@
 #include "pipeline/ensemble_stage.h"
 #include "pipeline/law_in_words.h"
 #include "pipeline/picture_stage.h"
+#include "plot/gnuplot.h"
 #include "plot/propagation_against_diffusion.h"
 #include "plot/response_profiles.h"
 #include "plot/transport_with_depth.h"
+#include "render/gl_context.h"
 #include "report/manifest_json.h"
 #include "support/atomic_file.h"
+#include "support/child_process.h"
 #include "support/digest.h"
 #include "support/error.h"
 #include "support/installed_program.h"
@@ -34,6 +37,7 @@ class Run {
     make_folder(options_.folder);
     write_file(options_.folder / "experiment.toml", data_.resolved_experiment);
     try {
+      check_tools();
       if (needs(Stage::sample)) sample_and_measure();
       if (needs(Stage::render)) render();
       if (needs(Stage::plot)) plot();
@@ -61,6 +65,17 @@ class Run {
 
  private:
   bool needs(Stage stage) const { return needed_.contains(stage); }
+
+  /// What only the later stages need is missed now, not after an hour of sampling.
+  void check_tools() const {
+    if (needs(Stage::render) && experiment_.force_chains.draw) make_gl_context(experiment_.force_chains.scene.backend);
+    if (needs(Stage::plot)) require_gnuplot();
+    if (needs(Stage::report) && options_.require_pdf && !find_program("weasyprint")) {
+      throw EnvironmentError(
+          "WeasyPrint is not installed, so report.pdf, which is required, cannot be written; install it with `apt-get "
+          "install weasyprint`, or leave out --require-pdf");
+    }
+  }
 
   /// Measures the wall time of a piece of work and adds it to a stage's line in the manifest.
   template <typename Work>

@@ -68,12 +68,16 @@ ProcessSpec gnuplot_process(const GnuplotJob& job, const std::filesystem::path& 
 
 }  // namespace
 
-void draw_with_gnuplot(const GnuplotJob& job, const std::filesystem::path& folder, double timeout_seconds) {
+void require_gnuplot() {
   if (!find_program("gnuplot")) {
     throw EnvironmentError(
         "gnuplot is not installed, so no plot can be drawn; install it with "
         "`apt-get install gnuplot-nox fonts-dejavu-core`");
   }
+}
+
+void draw_with_gnuplot(const GnuplotJob& job, const std::filesystem::path& folder, double timeout_seconds) {
+  require_gnuplot();
   for (const auto& [name, csv] : job.data) {
     if (const std::string column = column_without_numbers(csv); !column.empty()) {
       fail(job, fmt::format("column {} of {} holds no number at all", column, name));

@@ -16,6 +16,9 @@ struct GnuplotJob {
   int curves = 0;  ///< plot elements without a title, each with at least one visible mark (titles come by keyentry)
 };
 
+/// Throws EnvironmentError, naming the command that installs it, if gnuplot is missing.
+void require_gnuplot();
+
 /// Runs the job in a folder of its own below `folder`, checks all that gnuplot's exit status does not tell (silence on
 /// stderr, whole files, every curve drawn), then moves script, data and drawings into `folder`. The same job gives the
 /// same bytes. Throws EnvironmentError (gnuplot missing, failing, hanging, or a drawing that is not whole); `folder`

@@ -5,9 +5,9 @@
 
 namespace granuscope {
 
-/// The numbers of a run as JSON (schema 1), two spaces of indentation, keys in a fixed order. It holds no time, host or
-/// path: the same experiment gives the same bytes. An unknown number is null beside a "reason"; NaN and inf never
-/// appear.
+/// The numbers of a run as JSON (schema 1), two spaces of indentation, keys in a fixed order. Nothing in it depends on
+/// the moment or the machine, so that equal experiments can be compared byte by byte. Whatever is not finite is written
+/// as null, with a "reason" beside it.
 std::string summary_json(const ReportData& data);
 
 }  // namespace granuscope

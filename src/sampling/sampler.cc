@@ -76,6 +76,15 @@ Law law_named(const std::string& name) {
   throw InputError(fmt::format("there is no law \"{}\": known are granusolve and rejection", name));
 }
 
+std::string name_of(LayerOrder order) { return order == LayerOrder::random ? "random" : "fixed"; }
+
+LayerOrder layer_order_named(const std::string& name) {
+  for (LayerOrder order : {LayerOrder::random, LayerOrder::fixed}) {
+    if (name_of(order) == name) return order;
+  }
+  throw InputError(fmt::format("there is no layer order \"{}\": write \"random\" or \"fixed\"", name));
+}
+
 std::unique_ptr<Sampler> make_sampler(const SamplerSpec& spec, const Lattice& lattice) {
   if (!(spec.effort >= 1 && spec.effort <= max_effort)) {
     throw InputError(fmt::format(

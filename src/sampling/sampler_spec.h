@@ -30,6 +30,11 @@ std::string name_of(Law law);
 /// Throws InputError naming the known laws.
 Law law_named(const std::string& name);
 
+/// "random", "fixed".
+std::string name_of(LayerOrder order);
+/// Throws InputError naming both.
+LayerOrder layer_order_named(const std::string& name);
+
 /// Changes whenever the same key gives another pile; part of every ensemble's configuration.
 inline constexpr const char* sampling_version = "2";
 

@@ -42,7 +42,8 @@ struct EnsembleRecord {
 /// The same record gives the same bytes. Throws EnvironmentError.
 void write_ensemble(const std::filesystem::path& file, const EnsembleRecord& record);
 
-/// Throws InputError for a missing, damaged or foreign file, wrong shapes, or numbers that are not finite.
+/// Throws InputError for a missing, damaged or foreign file, wrong shapes, or numbers that are not finite or not those
+/// that were written (attribute sums_key).
 EnsembleRecord read_ensemble(const std::filesystem::path& file);
 
 /// The configuration alone, without reading the sums. Throws InputError as read_ensemble does for what it touches.

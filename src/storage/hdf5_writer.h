@@ -14,7 +14,8 @@ namespace granuscope {
 
 /// An HDF5 file in the making. It is built in memory and reaches the disk in one piece in commit(): the library's own
 /// writing leaves a half-open file behind when the disk is full, and does not say why. Same calls, same bytes: nothing
-/// of the moment (times, addresses) is recorded. Metadata carry checksums, so that readers notice damage.
+/// of the moment (times, addresses) is recorded. Metadata carry checksums; data do not, so that whoever needs to notice
+/// damage there stores a digest beside them.
 ///
 /// Paths are absolute inside the file ("/weight/sum"); groups must be made before what they hold. All errors are
 /// EnvironmentError naming the file. Holds the Hdf5Session while it lives.

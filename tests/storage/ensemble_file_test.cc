@@ -94,6 +94,20 @@ TEST_CASE("damaged sums are refused where they are") {
   }
 }
 
+TEST_CASE("one flipped bit of the numbers is noticed") {
+  const TemporaryFolder folder;
+  EnsembleRecord record = awkward_ensemble();
+  const double marker = 1234567.0625;  // a pattern of bytes found once in the file
+  record.sums.quantities["weight"].sum.back() = marker;
+  write_ensemble(folder / "ensemble.h5", record);
+  std::string bytes = read_file(folder / "ensemble.h5");
+  const std::size_t at = bytes.find(std::string_view(reinterpret_cast<const char*>(&marker), sizeof marker));
+  REQUIRE(at != std::string::npos);
+  bytes[at] = static_cast<char>(bytes[at] ^ 1);  // the last bit of its mantissa
+  write_file(folder / "ensemble.h5", bytes);
+  CHECK_THROWS_WITH(read_ensemble(folder / "ensemble.h5"), Contains("damaged"));
+}
+
 TEST_CASE("a record that contradicts itself is not written") {
   const TemporaryFolder folder;
   EnsembleRecord record = awkward_ensemble();
