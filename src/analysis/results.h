@@ -74,6 +74,14 @@ struct ScalingFits {
   ScalingFit alpha;  ///< c0 - c against D
 };
 
+/// The exponents that come out if c and D are read as the ratios x_p/z and W^2/z at one depth, as the paper's Fig. 3
+/// draws them, instead of as slopes. Their corrections of order 1/z depend on mu and shift the exponents.
+struct RatioScaling {
+  int layer = 0;
+  double z = 0;  ///< bead diameters
+  ScalingFits fits;
+};
+
 /// One claim of the paper held against the measurement.
 struct Claim {
   std::string id;         ///< "D-of-mu", ...
@@ -92,6 +100,7 @@ struct Analysis {
   std::vector<Transport> results;  ///< ascending in mu
   ScalingFits scaling;             ///< over the primary window
   std::vector<ScalingFits> other_windows;
+  std::vector<RatioScaling> by_ratio;  ///< over the primary window, at the layers of the response profiles
   std::vector<Claim> claims;
 };
 

@@ -14,4 +14,7 @@ namespace granuscope {
 /// numbers between friction coefficients are accounted for. Unknown, with the reason, below three points.
 ScalingFits fit_scaling(const std::vector<MeasuredTransport>& results, std::array<double, 2> window);
 
+/// The same from the ratios x_p/z and W^2/z at one layer, where they were measured (MeasuredTransport::ratios).
+RatioScaling fit_ratio_scaling(const std::vector<MeasuredTransport>& results, int layer, std::array<double, 2> window);
+
 }  // namespace granuscope

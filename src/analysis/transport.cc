@@ -199,6 +199,11 @@ void measure_thrust(const std::vector<MeasuredDepth>& depths, const FitSpec& spe
   }
 }
 
+MeasuredRatios ratios_of(const MeasuredDepth& depth) {
+  const auto per_depth = [&](double value) { return value / depth.fit.z; };
+  return {depth.fit.layer, transform(per_depth, depth.peak), transform(per_depth, depth.width_squared)};
+}
+
 ResponseProfile response_profile(const MeasuredEnsemble& ensemble, std::size_t row, const MeasuredDepth& depth) {
   const BlockMeans means = block_means(ensemble.record.sums, "weight", row);
   const int layer = depth.fit.layer, columns = static_cast<int>(means.whole.size());
@@ -281,6 +286,7 @@ MeasuredTransport measure_transport(const MeasuredEnsemble& ensemble, const FitS
     t.depths.push_back(depths[row].fit);
     if (std::find(profile_layers.begin(), profile_layers.end(), depths[row].fit.layer) != profile_layers.end()) {
       t.profiles.push_back(response_profile(ensemble, row, depths[row]));
+      if (depths[row].fit.identifiable) result.ratios.push_back(ratios_of(depths[row]));
     }
   }
   return result;

@@ -18,10 +18,17 @@ struct MeasuredEnsemble {
   EnsembleRecord record;
 };
 
+/// x_p/z and W^2/z at one layer, with replicates.
+struct MeasuredRatios {
+  int layer = 0;
+  Replicated position, width_squared;
+};
+
 /// A Transport together with the replicates that later fits need.
 struct MeasuredTransport {
   Transport transport;
-  Replicated c, D;  ///< empty if unknown
+  Replicated c, D;                     ///< empty if unknown
+  std::vector<MeasuredRatios> ratios;  ///< at the identifiable ones of the profile layers
 };
 
 /// The layers that a FitSpec needs recorded, ascending, with `extra` (figures) merged in.

@@ -135,8 +135,10 @@ class Run {
                                           experiment_.mu.size()));
     }
     if (!needs(Stage::analyse)) return;
-    timed("analyse",
-          [&] { data_.analysis = analyse(std::move(measured), experiment_.fit, experiment_.expected_verdicts); });
+    timed("analyse", [&] {
+      data_.analysis = analyse(std::move(measured), experiment_.fit, experiment_.figures.profile_layers,
+                               experiment_.expected_verdicts);
+    });
     say(options_.progress, "fitted c, D and the exponents");
   }
 

@@ -83,6 +83,25 @@ Json other_windows_view(const Json& summary, Json& notes) {
   return rows;
 }
 
+Json by_ratio_view(const Json& summary, Json& notes) {
+  Json rows = Json::array();
+  const Json& depths = summary.at("scaling").at("by_ratio");
+  for (std::size_t i = 0; i < depths.size(); ++i) {
+    const std::string pointer = fmt::format("/scaling/by_ratio/{}", i);
+    Json row;
+    for (const char* name : {"layer", "z", "beta", "gamma", "alpha"}) {
+      row[name] = number_cell(summary, fmt::format("{}/{}", pointer, name));
+    }
+    for (const char* name : {"beta", "gamma", "alpha"}) {
+      add_reason(
+          notes, summary, fmt::format("{}/{}", pointer, name),
+          fmt::format("The exponent {} from ratios at layer {}", greek(name), row["layer"]["text"].get<std::string>()));
+    }
+    rows.push_back(row);
+  }
+  return rows;
+}
+
 Json transport_rows(const Json& summary, Json& notes) {
   Json rows = Json::array();
   const Json& results = summary.at("results");
@@ -132,6 +151,8 @@ Json results_view(const Json& summary) {
   view["alpha"] = exponent_view(summary, "alpha", "c-of-D", exponent_notes);
   view["other_windows"] = other_windows_view(summary, exponent_notes);
   view["has_other_windows"] = !view["other_windows"].empty();
+  view["by_ratio"] = by_ratio_view(summary, exponent_notes);
+  view["has_by_ratio"] = !view["by_ratio"].empty();
   view["transport"] = transport_rows(summary, transport_notes);
   view["has_transport"] = !results.empty();
   view["exponent_notes"] = exponent_notes;

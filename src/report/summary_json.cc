@@ -56,6 +56,7 @@ Json to_json(const DepthFit& fit) {
 
 Json to_json(const Transport& result);
 Json to_json(const ScalingFits& fits);
+Json to_json(const RatioScaling& ratios);
 Json to_json(const Claim& claim);
 Json to_json(const Figure& figure);
 
@@ -106,6 +107,14 @@ Json to_json(const ScalingFits& fits) {
   return json;
 }
 
+Json to_json(const RatioScaling& ratios) {
+  Json json;
+  json["layer"] = ratios.layer;
+  json["z"] = ratios.z;
+  json.update(to_json(ratios.fits));
+  return json;
+}
+
 Json to_json(const Claim& claim) {
   // A claim without a number leaves `paper` at its default, which is no number of the paper.
   const bool paper_known = std::isfinite(claim.paper) && (claim.measured.known() || claim.paper != 0);
@@ -150,6 +159,7 @@ std::string summary_json(const ReportData& data) {
   json["results"] = list_of(data.analysis.results);
   json["scaling"] = to_json(data.analysis.scaling);
   json["scaling"]["other_windows"] = list_of(data.analysis.other_windows);
+  json["scaling"]["by_ratio"] = list_of(data.analysis.by_ratio);
   json["claims"] = list_of(data.analysis.claims);
   json["figures"] = list_of(data.figures);
   clean_strings(json);

@@ -37,7 +37,10 @@ bool interruption_requested() { return requested_flag.load(std::memory_order_rel
 
 void throw_if_interrupted() {
   if (interruption_requested()) {
-    throw Interrupted("stopped on request: what was finished is kept, and the same command goes on from there");
+    throw Interrupted(
+        "stopped on request: every finished ensemble (one friction coefficient) is kept, and the same command goes on "
+        "with "
+        "the next");
   }
 }
 

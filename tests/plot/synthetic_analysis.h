@@ -240,6 +240,7 @@ inline Analysis analysis() {
   other.gamma.exponent = unknown("D is unknown at μ = 0.6");
   other.gamma.intercept = other.gamma.exponent;
   made.other_windows.push_back(other);
+  made.by_ratio = {{110, 95.763, other}, {170, 147.724, other}};
   made.claims = claims();
   return made;
 }
