@@ -24,12 +24,6 @@
 using namespace granuscope;
 using namespace granuscope::test;
 
-#ifdef __SANITIZE_ADDRESS__
-/// The library itself loses some hundred bytes whenever it gives up on a damaged file; this room's handles are counted
-/// below. NOLINTNEXTLINE(bugprone-reserved-identifier): the name is the sanitizer's
-extern "C" const char* __lsan_default_suppressions() { return "leak:libhdf5"; }
-#endif
-
 namespace {
 
 using Random = std::mt19937_64;
