@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "analysis/estimate.h"
+#include "analysis/side_measurements.h"
 #include "storage/ensemble_file.h"
 
 namespace granuscope {
@@ -101,6 +102,7 @@ struct Analysis {
   ScalingFits scaling;             ///< over the primary window
   std::vector<ScalingFits> other_windows;
   std::vector<RatioScaling> by_ratio;  ///< over the primary window, at the layers of the response profiles
+  SideMeasurements side;
   std::vector<Claim> claims;
 };
 

@@ -1,0 +1,95 @@
+#pragma once
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "analysis/estimate.h"
+
+namespace granuscope {
+
+/// What an experiment measures beside its main ensembles, each on small ensembles of its own. An empty list: the
+/// experiment did not ask for it.
+
+/// The standard procedure (estimator "paired") at one friction coefficient: which beads had to draw another number when
+/// the overload was added.
+struct RedrawnBeads {
+  double mu = 0;
+  int columns = 0, layers = 0;
+  double overload = 1;
+  std::uint64_t samples = 0;  ///< pairs of piles that entered
+  std::uint64_t failed = 0;   ///< pairs that could not be completed
+  Estimate whole_pile;        ///< share of all beads of the usable layers
+  Estimate below_overload;    ///< share of those with |x| <= z
+};
+
+/// What it took to draw piles of one size at one friction coefficient: counted, never timed.
+struct CountedWork {
+  double mu = 0;
+  int columns = 0, layers = 0;
+  std::uint64_t samples = 0;  ///< piles that were completed
+  std::uint64_t failed = 0;   ///< piles that were not
+  double draws_per_bead = 0;  ///< uniform numbers per bead, abandoned tries included
+  double mended_per_bead = 0;
+  double climbed_per_bead = 0;
+};
+
+/// The thrust ratio of uniformly loaded piles at one recorded layer.
+struct ThrustAtDepth {
+  int layer = 0;
+  double z = 0;  ///< bead diameters
+  Estimate thrust_ratio;
+  Estimate weight_variance;  ///< <(w - 1)^2>
+};
+
+/// The thrust ratio at a small friction coefficient, on narrow piles deep enough for the force fluctuations to
+/// saturate (about 0.6/mu^2 layers).
+struct SmallFriction {
+  double mu = 0;
+  int columns = 0, layers = 0;
+  std::uint64_t samples = 0;
+  double depth_over_saturation = 0;   ///< layers / (0.6/mu^2)
+  std::vector<ThrustAtDepth> depths;  ///< ascending
+  int first_layer = 0;                ///< of the deep part that the numbers below are averaged over
+  int last_layer = 0;
+  Estimate alpha_thrust;
+  Estimate c_thrust;    ///< tan30 sqrt(alpha_thrust)
+  Estimate c0_minus_c;  ///< tan30 - c_thrust, with the same error
+};
+
+/// c0 - c_thrust against mu as a power law over all the small friction coefficients.
+struct SmallFrictionScaling {
+  Estimate exponent;
+  double lowest_mu = 0, highest_mu = 0;
+  int points = 0;
+};
+
+/// The share of the mean response that lies within `half_width` of the two rays x = +-c z.
+struct ChainShareAtDepth {
+  int layer = 0;
+  double z = 0;
+  Estimate share;
+  double even_share = 0;  ///< what a response spread evenly over |x| <= c z + half_width would give
+};
+
+/// The response of piles of the size of the force-chain picture, gathered along the rays.
+struct ChainShare {
+  double mu = 0;
+  int columns = 0, layers = 0;  ///< shown; more are computed
+  double overload = 1;
+  std::uint64_t samples = 0;
+  double half_width = 3;                  ///< bead diameters
+  Estimate c;                             ///< slope of the rays: c_thrust of these piles
+  std::vector<ChainShareAtDepth> depths;  ///< from where the two bands no longer overlap
+  Estimate share;                         ///< mean over these depths
+  double even_share = 0;                  ///< the same mean of the even shares
+};
+
+struct SideMeasurements {
+  std::vector<RedrawnBeads> redrawn_beads;    ///< ascending in mu
+  std::vector<CountedWork> counted_work;      ///< ascending in mu, then in size
+  std::vector<SmallFriction> small_friction;  ///< ascending in mu
+  SmallFrictionScaling small_friction_scaling;
+  std::vector<ChainShare> chain_share;  ///< at most one
+};
+
+}  // namespace granuscope
