@@ -1,17 +1,19 @@
 #include "analysis/analyse.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "analysis/claims.h"
 #include "analysis/scaling.h"
 
 namespace granuscope {
 
-Analysis analyse(std::vector<MeasuredTransport> measured, const FitSpec& spec, const std::vector<int>& ratio_layers,
-                 const std::map<std::string, std::string>& expected_verdicts) {
+Analysis analyse(std::vector<MeasuredTransport> measured, SideMeasurements side, const FitSpec& spec,
+                 const std::vector<int>& ratio_layers, const std::map<std::string, std::string>& expected_verdicts) {
   std::sort(measured.begin(), measured.end(),
             [](const MeasuredTransport& a, const MeasuredTransport& b) { return a.transport.mu < b.transport.mu; });
   Analysis analysis;
+  analysis.side = std::move(side);
   for (const MeasuredTransport& result : measured) analysis.results.push_back(result.transport);
   analysis.scaling = fit_scaling(measured, spec.scaling_window);
   for (const auto& window : spec.other_scaling_windows) analysis.other_windows.push_back(fit_scaling(measured, window));

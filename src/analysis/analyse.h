@@ -10,8 +10,8 @@
 namespace granuscope {
 
 /// From the measured friction coefficients to exponents and claims. Results come out ascending in mu.
-/// `ratio_layers`: where exponents are also taken from ratios instead of slopes.
-Analysis analyse(std::vector<MeasuredTransport> measured, const FitSpec& spec, const std::vector<int>& ratio_layers,
-                 const std::map<std::string, std::string>& expected_verdicts);
+/// `ratio_layers`: where exponents are also taken from ratios instead of slopes. `side`: what was measured beside.
+Analysis analyse(std::vector<MeasuredTransport> measured, SideMeasurements side, const FitSpec& spec,
+                 const std::vector<int>& ratio_layers, const std::map<std::string, std::string>& expected_verdicts);
 
 }  // namespace granuscope

@@ -1,5 +1,7 @@
 #include "analysis/jackknife.h"
 
+#include <numeric>
+
 namespace granuscope {
 
 Estimate estimate(const Replicated& number, const std::string& reason_if_unknown) {
@@ -34,6 +36,12 @@ Replicated transform_all(const std::vector<Replicated>& numbers,
     result.without_block.push_back(fill([b](const Replicated& r) { return r.without_block[b]; }));
   }
   return result;
+}
+
+Replicated mean_of(const std::vector<Replicated>& numbers) {
+  return transform_all(numbers, [](const std::vector<double>& values) {
+    return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+  });
 }
 
 }  // namespace granuscope

@@ -35,4 +35,7 @@ Replicated transform(F f, const Replicated& first, const Numbers&... others) {
 Replicated transform_all(const std::vector<Replicated>& numbers,
                          const std::function<double(const std::vector<double>&)>& f);
 
+/// The mean over at least one number.
+Replicated mean_of(const std::vector<Replicated>& numbers);
+
 }  // namespace granuscope

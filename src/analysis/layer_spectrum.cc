@@ -54,6 +54,14 @@ BlockMeans block_means(const BlockSums& sums, const std::string& quantity, std::
   return means;
 }
 
+Replicated block_mean(const BlockSums& sums, const std::string& quantity, std::size_t row) {
+  const BlockMeans means = block_means(sums, quantity, row);
+  Replicated number;
+  number.value = means.whole[0];
+  for (const auto& without : means.without_block) number.without_block.push_back(without[0]);
+  return number;
+}
+
 LayerSpectrum layer_spectrum(const BlockSums& sums, std::size_t row, double overload) {
   const QuantitySums& q = sums.quantities.at("weight");
   const int columns = q.width, modes = (columns - 1) / 2, blocks = sums.blocks();

@@ -1,6 +1,8 @@
 #pragma once
+#include <string>
 #include <vector>
 
+#include "analysis/jackknife.h"
 #include "storage/block_sums.h"
 
 namespace granuscope {
@@ -29,6 +31,9 @@ struct BlockMeans {
 
 /// Means of one quantity at recorded layer number `row` (an index into sums.layers).
 BlockMeans block_means(const BlockSums& sums, const std::string& quantity, std::size_t row);
+
+/// The same for a quantity that is one number per layer.
+Replicated block_mean(const BlockSums& sums, const std::string& quantity, std::size_t row);
 
 /// Spectrum of the response (w - 1)/overload at recorded layer number `row`.
 LayerSpectrum layer_spectrum(const BlockSums& sums, std::size_t row, double overload);

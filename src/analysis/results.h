@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "analysis/estimate.h"
+#include "analysis/scaling_fit.h"
 #include "analysis/side_measurements.h"
 #include "storage/ensemble_file.h"
 
@@ -59,14 +60,6 @@ struct Transport {
 
   std::vector<DepthFit> depths;           ///< ascending, also shallower than the window
   std::vector<ResponseProfile> profiles;  ///< the layers asked for by figures
-};
-
-/// A power law y = exp(intercept) x^exponent fitted on log-log axes.
-struct ScalingFit {
-  Estimate exponent;
-  Estimate intercept;              ///< ln of the prefactor
-  std::array<double, 2> window{};  ///< of mu, inclusive
-  int points = 0;
 };
 
 struct ScalingFits {

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "analysis/estimate.h"
+#include "analysis/scaling_fit.h"
 
 namespace granuscope {
 
@@ -56,13 +57,6 @@ struct SmallFriction {
   Estimate c0_minus_c;  ///< tan30 - c_thrust, with the same error
 };
 
-/// c0 - c_thrust against mu as a power law over all the small friction coefficients.
-struct SmallFrictionScaling {
-  Estimate exponent;
-  double lowest_mu = 0, highest_mu = 0;
-  int points = 0;
-};
-
 /// The share of the mean response that lies within `half_width` of the two rays x = +-c z.
 struct ChainShareAtDepth {
   int layer = 0;
@@ -88,8 +82,8 @@ struct SideMeasurements {
   std::vector<RedrawnBeads> redrawn_beads;    ///< ascending in mu
   std::vector<CountedWork> counted_work;      ///< ascending in mu, then in size
   std::vector<SmallFriction> small_friction;  ///< ascending in mu
-  SmallFrictionScaling small_friction_scaling;
-  std::vector<ChainShare> chain_share;  ///< at most one
+  ScalingFit small_friction_scaling;          ///< tan30 - c_thrust against mu, over all of them
+  std::vector<ChainShare> chain_share;        ///< at most one
 };
 
 }  // namespace granuscope

@@ -24,13 +24,6 @@ struct MeasuredDepth {
   Replicated peak, width, width_squared, thrust;
 };
 
-Replicated replicated(const BlockMeans& means) {
-  Replicated number;
-  number.value = means.whole[0];
-  for (const auto& without : means.without_block) number.without_block.push_back(without[0]);
-  return number;
-}
-
 /// |x| and x^2 moments of an exact profile: x_p = sum |x| P, W^2 = sum x^2 P - x_p^2.
 void measure_exactly(const EnsembleRecord& record, std::size_t row, double overload, MeasuredDepth& depth) {
   const BlockMeans means = block_means(record.sums, "weight", row);
@@ -95,7 +88,7 @@ MeasuredDepth measure_depth(const MeasuredEnsemble& ensemble, const FitSpec& spe
   MeasuredDepth depth;
   depth.fit.layer = record.sums.layers[row];
   depth.fit.z = Lattice::depth(depth.fit.layer);
-  depth.thrust = replicated(block_means(record.sums, "thrust", row));
+  depth.thrust = block_mean(record.sums, "thrust", row);
   const LayerSpectrum spectrum = layer_spectrum(record.sums, row, ensemble.overload);
   if (spectrum.exact) {
     measure_exactly(record, row, ensemble.overload, depth);
@@ -186,11 +179,7 @@ void measure_thrust(const std::vector<MeasuredDepth>& depths, const FitSpec& spe
     t.alpha_thrust.reason = t.c_thrust.reason = "no layer of the window is recorded";
     return;
   }
-  const Replicated alpha = transform_all(ratios, [](const std::vector<double>& values) {
-    double sum = 0;
-    for (double value : values) sum += value;
-    return sum / static_cast<double>(values.size());
-  });
+  const Replicated alpha = mean_of(ratios);
   const Replicated c_thrust = transform([](double a) { return tan30 * std::sqrt(a); }, alpha);
   t.alpha_thrust = estimate(alpha);
   t.c_thrust = estimate(c_thrust, "the mean thrust ratio is negative");

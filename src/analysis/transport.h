@@ -5,6 +5,7 @@
 #include "analysis/fit_spec.h"
 #include "analysis/jackknife.h"
 #include "analysis/results.h"
+#include "model/lattice.h"
 #include "storage/ensemble_file.h"
 
 namespace granuscope {
@@ -16,6 +17,7 @@ struct MeasuredEnsemble {
   std::string estimator;
   double overload = 1;
   EnsembleRecord record;
+  LatticeSpec lattice{};
 };
 
 /// x_p/z and W^2/z at one layer, with replicates.

@@ -21,6 +21,39 @@ struct FigureSpec {
   bool propagation_against_diffusion = true;  ///< Fig. 4: c against D
 };
 
+/// The standard procedure beside the paper's own (estimator "paired"): how many beads draw again. On the experiment's
+/// lattice, with its overload.
+struct RedrawnBeadsSpec {
+  std::vector<double> mu;       ///< empty: not measured
+  std::uint64_t samples = 512;  ///< pairs of piles per friction coefficient
+};
+
+/// Blocks of an ensemble that is only counted: few, so that the largest piles need not be many.
+inline constexpr int counted_work_blocks = 8;
+
+/// The work of drawing piles of several sizes, counted.
+struct CountedWorkSpec {
+  std::vector<double> mu;                       ///< empty: not measured
+  std::vector<int> sizes{125, 250, 500, 1000};  ///< columns and layers of each square pile, ascending
+  std::uint64_t samples = 64;                   ///< piles per size and friction coefficient
+};
+
+/// The thrust ratio at small friction, from uniformly loaded piles that are narrow and deep.
+struct SmallFrictionSpec {
+  std::vector<double> mu;  ///< each above 0; empty: not measured
+  int columns = 64;
+  double depth = 4;             ///< in units of the saturation depth of 0.6/mu^2 layers
+  std::uint64_t samples = 512;  ///< piles per friction coefficient
+
+  /// Layers computed at one friction coefficient.
+  int layers(double friction) const;
+};
+
+/// The share of the response that lies along the rays, on piles of the size of the force-chain picture.
+struct ChainShareSpec {
+  std::uint64_t samples = 0;  ///< 0: not measured
+};
+
 /// The rendered force network of one named pile (the paper's Fig. 1, right): never a chosen sample.
 struct ForceChainSpec {
   bool draw = true;
@@ -48,6 +81,10 @@ struct Experiment {
   ResponseSpec response;
   FitSpec fit;
   FigureSpec figures;
+  RedrawnBeadsSpec redrawn_beads;
+  CountedWorkSpec counted_work;
+  SmallFrictionSpec small_friction;
+  ChainShareSpec chain_share;
   ForceChainSpec force_chains;
   ReportSpec report;
   std::map<std::string, std::string> expected_verdicts;  ///< claim id -> verdict, the table [gate.expect]

@@ -9,6 +9,7 @@
 #include <limits>
 #include <vector>
 
+#include "analysis/chain_share.h"
 #include "analysis/claims.h"
 #include "ensemble/ensemble_runner.h"
 #include "experiment/nearest_name.h"
@@ -64,8 +65,21 @@ Problem find_text_problem(const Experiment& e) {
   return {};
 }
 
-Problem find_lattice_problem(const Experiment& e, const char* columns_key, int columns, const char* layers_key,
-                             int layers, int least_layers) {
+/// What one pile needs while it is drawn, in bytes.
+double pile_memory(double columns, double layers) {
+  const double numbers_per_bead = 4 + 8;  // a pile's forces, and what a solver keeps beside them
+  return 8 * numbers_per_bead * columns * layers;
+}
+
+/// What the block sums of a main ensemble need, in bytes.
+double sums_memory(const Experiment& e) {
+  const double layers_recorded = static_cast<double>(e.lattice.layers) / std::max(1, e.fit.layer_step);
+  return 8 * 2.0 * e.response.blocks * layers_recorded * e.lattice.columns;
+}
+
+/// `memory`: what piles of this size need together with what is measured on them, in bytes.
+Problem find_lattice_problem(const char* columns_key, int columns, const char* layers_key, int layers, int least_layers,
+                             double memory) {
   if (columns < 4) {
     return problem(columns_key,
                    "{} columns are too few: on a ring of fewer than 4 a bead meets its neighbour twice; "
@@ -75,10 +89,9 @@ Problem find_lattice_problem(const Experiment& e, const char* columns_key, int c
   if (layers < least_layers) {
     return problem(layers_key, "{} layers are too few; give at least {}", layers, least_layers);
   }
-  const double memory = estimate_memory(e);
   if (columns > most_columns || layers > most_layers || memory > most_memory) {
     return problem(columns > layers ? columns_key : layers_key,
-                   "{} x {} beads with these blocks would need about {} of memory (the limit is {}, and {} columns or "
+                   "{} x {} beads would need about {} of memory (the limit is {}, and {} columns or "
                    "{} layers); make the pile smaller",
                    columns, layers, describe_bytes(memory), describe_bytes(most_memory), most_columns, most_layers);
   }
@@ -248,6 +261,92 @@ Problem find_figure_problem(const Experiment& e) {
   return {};
 }
 
+/// A list of friction coefficients of a side measurement: `least` <= mu < sqrt(3), ascending.
+Problem find_side_mu_problem(const char* key, const std::vector<double>& mu, bool zero_allowed) {
+  if (mu.size() > most_friction_values) {
+    return problem(key, "{} values are more than {}; split the experiment", mu.size(), most_friction_values);
+  }
+  for (std::size_t k = 0; k < mu.size(); ++k) {
+    if (auto found = find_mu_problem(key, mu[k])) return found;
+    if (mu[k] == 0 && !zero_allowed) {
+      return problem(key, "at mu = 0 nothing is random, so that there is nothing to measure here; give mu above 0");
+    }
+    if (k > 0 && mu[k] <= mu[k - 1]) {
+      return problem(key, "{} follows {}, but the list must ascend without repetition; sort it", mu[k], mu[k - 1]);
+    }
+  }
+  return {};
+}
+
+Problem find_side_samples_problem(const char* key, std::uint64_t samples, int blocks) {
+  const auto least = group_size * static_cast<std::uint64_t>(blocks);
+  if (samples >= least && samples <= most_samples) return {};
+  return problem(key, "{} samples in {} blocks: each block needs a whole group of eight; give {} to {}", samples,
+                 blocks, least, most_samples);
+}
+
+Problem find_side_problem(const Experiment& e) {
+  if (!e.redrawn_beads.mu.empty()) {
+    const char* key = "figures.redrawn_beads.mu";
+    if (auto found = find_side_mu_problem(key, e.redrawn_beads.mu, false)) return found;
+    if (e.sampling.law != Law::granusolve) {
+      return problem(key,
+                     "only the law granusolve can keep the random numbers of a pile while its load changes, but "
+                     "sampling.law is {}; empty the list or change the law",
+                     name_of(e.sampling.law));
+    }
+    key = "figures.redrawn_beads.samples";
+    if (auto found = find_side_samples_problem(key, e.redrawn_beads.samples, e.response.blocks)) return found;
+  }
+  if (!e.counted_work.mu.empty()) {
+    if (auto found = find_side_mu_problem("figures.counted_work.mu", e.counted_work.mu, true)) return found;
+    const char* key = "figures.counted_work.sizes";
+    const std::vector<int>& sizes = e.counted_work.sizes;
+    if (sizes.size() < 3) return problem(key, "{} sizes show no law; give at least 3", sizes.size());
+    for (std::size_t k = 0; k < sizes.size(); ++k) {
+      if (k > 0 && sizes[k] <= sizes[k - 1]) {
+        return problem(key, "{} follows {}, but the list must ascend without repetition; sort it", sizes[k],
+                       sizes[k - 1]);
+      }
+      if (auto found =
+              find_lattice_problem(key, sizes[k], key, sizes[k], bottom_margin + 1, pile_memory(sizes[k], sizes[k])))
+        return found;
+    }
+    key = "figures.counted_work.samples";
+    if (auto found = find_side_samples_problem(key, e.counted_work.samples, counted_work_blocks)) return found;
+  }
+  if (!e.small_friction.mu.empty()) {
+    if (auto found = find_side_mu_problem("figures.small_friction.mu", e.small_friction.mu, false)) return found;
+    if (!(std::isfinite(e.small_friction.depth) && e.small_friction.depth >= 1 && e.small_friction.depth <= 1000)) {
+      return problem("figures.small_friction.depth",
+                     "{} saturation depths: above 1 only are the fluctuations of the forces saturated, and more than "
+                     "1000 show nothing new; give 1 to 1000 (4 is usual)",
+                     e.small_friction.depth);
+    }
+    for (const double mu : e.small_friction.mu) {
+      if (auto found = find_lattice_problem("figures.small_friction.columns", e.small_friction.columns,
+                                            "figures.small_friction.mu", e.small_friction.layers(mu), 2 * bottom_margin,
+                                            pile_memory(e.small_friction.columns, e.small_friction.layers(mu)))) {
+        return found;
+      }
+    }
+    const char* key = "figures.small_friction.samples";
+    if (auto found = find_side_samples_problem(key, e.small_friction.samples, e.response.blocks)) return found;
+  }
+  if (e.chain_share.samples > 0) {
+    const char* key = "figures.chain_share.samples";
+    if (auto found = find_side_samples_problem(key, e.chain_share.samples, e.response.blocks)) return found;
+    const double z = Lattice::depth(e.force_chains.layers - 1);
+    if (e.force_chains.columns < 2 * (tan30 * z + chain_half_width)) {
+      return problem("scenes.force_chains.columns",
+                     "with {} columns the two rays of the response meet behind the ring above layer {}, so that "
+                     "figures.chain_share would count one for the other; give at least {} columns",
+                     e.force_chains.columns, e.force_chains.layers, std::ceil(2 * (tan30 * z + chain_half_width)));
+    }
+  }
+  return {};
+}
+
 // The two peaks run apart at c0 on either side and would meet again behind the ring.
 Problem find_ring_problem(const Experiment& e) {
   int deepest = e.fit.last_layer;
@@ -273,8 +372,9 @@ Problem find_ring_problem(const Experiment& e) {
 Problem find_scene_problem(const Experiment& e) {
   const ForceChainSpec& chains = e.force_chains;
   if (!chains.draw) return {};
-  if (auto found = find_lattice_problem(e, "scenes.force_chains.columns", chains.columns, "scenes.force_chains.layers",
-                                        chains.layers, 1)) {
+  if (auto found = find_lattice_problem(
+          "scenes.force_chains.columns", chains.columns, "scenes.force_chains.layers", chains.layers, 1,
+          pile_memory(chains.columns, static_cast<double>(chains.layers) + bottom_margin))) {
     return found;
   }
   if (auto found = find_mu_problem("scenes.force_chains.mu", chains.mu)) return found;
@@ -325,20 +425,23 @@ Problem find_gate_problem(const Experiment& e) {
 double expected_width(double mu, double z) { return std::sqrt(1 + 2.2 * std::pow(mu, 2.5) * z); }
 
 double estimate_memory(const Experiment& e) {
-  const double numbers_per_bead = 4 + 8;  // a pile's forces, and what a solver keeps beside them
-  const double bytes_per_number = 8;
-  const double beads = std::max(
-      static_cast<double>(e.lattice.columns) * e.lattice.layers,
-      static_cast<double>(e.force_chains.columns) * (static_cast<double>(e.force_chains.layers) + bottom_margin));
-  const double layers_recorded = static_cast<double>(e.lattice.layers) / std::max(1, e.fit.layer_step);
-  const double sums = 2.0 * e.response.blocks * layers_recorded * e.lattice.columns;
-  return bytes_per_number * (numbers_per_bead * beads + sums);
+  double pile =
+      std::max(pile_memory(e.lattice.columns, e.lattice.layers),
+               pile_memory(e.force_chains.columns, static_cast<double>(e.force_chains.layers) + bottom_margin));
+  if (!e.counted_work.mu.empty()) {
+    for (const int size : e.counted_work.sizes) pile = std::max(pile, pile_memory(size, size));
+  }
+  for (const double mu : e.small_friction.mu) {
+    pile = std::max(pile, pile_memory(e.small_friction.columns, e.small_friction.layers(mu)));
+  }
+  return pile + sums_memory(e);
 }
 
 std::optional<ExperimentProblem> find_problem(const Experiment& e) {
   if (auto found = find_text_problem(e)) return found;
-  if (auto found = find_lattice_problem(e, "lattice.columns", e.lattice.columns, "lattice.layers", e.lattice.layers,
-                                        bottom_margin + 4)) {
+  if (auto found =
+          find_lattice_problem("lattice.columns", e.lattice.columns, "lattice.layers", e.lattice.layers,
+                               bottom_margin + 4, pile_memory(e.lattice.columns, e.lattice.layers) + sums_memory(e))) {
     return found;
   }
   if (auto found = find_friction_problem(e)) return found;
@@ -346,6 +449,7 @@ std::optional<ExperimentProblem> find_problem(const Experiment& e) {
   if (auto found = find_response_problem(e)) return found;
   if (auto found = find_fit_problem(e)) return found;
   if (auto found = find_figure_problem(e)) return found;
+  if (auto found = find_side_problem(e)) return found;
   if (auto found = find_ring_problem(e)) return found;
   if (auto found = find_scene_problem(e)) return found;
   return find_gate_problem(e);

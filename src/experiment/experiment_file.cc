@@ -112,8 +112,13 @@ class Reader {
   Experiment read(const toml::table& document) {
     read_table(document, "");
     for (double& mu : experiment_.mu) mu += 0.0;  // -0.0 becomes 0, whose sign no file name should show
-    std::sort(experiment_.mu.begin(), experiment_.mu.end());
-    std::sort(experiment_.figures.profile_layers.begin(), experiment_.figures.profile_layers.end());
+    for (std::vector<double>* list : {&experiment_.mu, &experiment_.redrawn_beads.mu, &experiment_.counted_work.mu,
+                                      &experiment_.small_friction.mu}) {
+      std::sort(list->begin(), list->end());
+    }
+    for (std::vector<int>* list : {&experiment_.figures.profile_layers, &experiment_.counted_work.sizes}) {
+      std::sort(list->begin(), list->end());
+    }
     if (const auto problem = find_problem(experiment_)) {
       const auto written = positions_.find(problem->key);
       throw InputError(

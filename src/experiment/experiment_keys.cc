@@ -75,6 +75,9 @@ std::vector<ExperimentKey> make_keys() {
   const std::string response = "response";
   const std::string fit = "fit";
   const std::string profiles = "figures.response_profiles";
+  const std::string redrawn = "figures.redrawn_beads";
+  const std::string work = "figures.counted_work";
+  const std::string small = "figures.small_friction";
   const std::string chains = "scenes.force_chains";
   return {
       key(
@@ -163,6 +166,40 @@ std::vector<ExperimentKey> make_keys() {
       key(
           "figures.propagation_against_diffusion", "draw", "", "draw c against D (Fig. 4)",
           [](auto& e) -> auto& { return e.figures.propagation_against_diffusion; }),
+
+      key(
+          redrawn, "mu", "", "friction coefficients at which the standard procedure is followed too; none: not at all",
+          [](auto& e) -> auto& { return e.redrawn_beads.mu; }),
+      key(
+          redrawn, "samples", "pairs of piles", "pairs per friction coefficient",
+          [](auto& e) -> auto& { return e.redrawn_beads.samples; }),
+      key(
+          work, "mu", "",
+          "friction coefficients at which the work of drawing is counted against size; none: not at all",
+          [](auto& e) -> auto& { return e.counted_work.mu; }),
+      key(
+          work, "sizes", "beads", "columns and layers of the square piles",
+          [](auto& e) -> auto& { return e.counted_work.sizes; }),
+      key(
+          work, "samples", "piles", "piles per size and friction coefficient, at least 64",
+          [](auto& e) -> auto& { return e.counted_work.samples; }),
+      key(
+          small, "mu", "", "friction coefficients followed by the thrust of narrow deep piles; none: not at all",
+          [](auto& e) -> auto& { return e.small_friction.mu; }),
+      key(
+          small, "columns", "beads", "beads per layer of these piles",
+          [](auto& e) -> auto& { return e.small_friction.columns; }),
+      key(
+          small, "depth", "0.6/mu^2 layers", "their depth in units of that over which the fluctuations saturate",
+          [](auto& e) -> auto& { return e.small_friction.depth; }),
+      key(
+          small, "samples", "piles", "piles per friction coefficient, at least eight per block",
+          [](auto& e) -> auto& { return e.small_friction.samples; }),
+      key(
+          "figures.chain_share", "samples", "piles",
+          "piles of the size of scenes.force_chains from which the share of the response along the rays is taken; 0: "
+          "none",
+          [](auto& e) -> auto& { return e.chain_share.samples; }),
 
       key(
           chains, "draw", "", "draw the force chains of one pile (Fig. 1)",

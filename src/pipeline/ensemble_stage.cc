@@ -25,6 +25,10 @@ bool holds(const std::filesystem::path& file, const std::string& configuration) 
 
 }  // namespace
 
+bool is_there(const PlannedEnsemble& planned, const std::filesystem::path& run_folder) {
+  return holds(run_folder / planned.file, configuration_text(planned.spec));
+}
+
 std::vector<PlannedEnsemble> plan_ensembles(const Experiment& experiment, const std::filesystem::path& run_folder) {
   std::vector<PlannedEnsemble> planned;
   for (double mu : experiment.mu) {
@@ -34,6 +38,7 @@ std::vector<PlannedEnsemble> plan_ensembles(const Experiment& experiment, const 
     spec.lattice = experiment.lattice;
     spec.load = Load::point;
     spec.overload = experiment.response.overload;
+    ensemble.estimator = experiment.response.estimator;
     spec.blocks = experiment.response.blocks;
     const std::uint64_t one_group_each = static_cast<std::uint64_t>(spec.blocks) * group_size;
     spec.samples = mu == 0 ? std::min(experiment.response.samples, one_group_each) : experiment.response.samples;
@@ -41,32 +46,34 @@ std::vector<PlannedEnsemble> plan_ensembles(const Experiment& experiment, const 
     spec.layers =
         layers_to_record(experiment.fit, profiles_wanted ? experiment.figures.profile_layers : std::vector<int>{});
     ensemble.file = std::filesystem::path("ensembles") / fmt::format("mu-{}.h5", exact(mu));
-    ensemble.reusable = holds(run_folder / ensemble.file, configuration_text(spec));
+    ensemble.label = fmt::format("mu = {}", mu);
+    ensemble.reusable = is_there(ensemble, run_folder);
     planned.push_back(std::move(ensemble));
   }
   return planned;
 }
 
-MeasuredEnsemble obtain_ensemble(const Experiment& experiment, PlannedEnsemble& planned,
-                                 const std::filesystem::path& run_folder, int threads, ProgressStyle progress) {
+MeasuredEnsemble obtain_ensemble(PlannedEnsemble& planned, const std::filesystem::path& run_folder, int threads,
+                                 ProgressStyle progress) {
   MeasuredEnsemble measured;
   measured.mu = planned.spec.sampler.mu;
   measured.law = name_of(planned.spec.sampler.law);
-  measured.estimator = experiment.response.estimator;
+  measured.estimator = planned.estimator;
   measured.overload = planned.spec.overload;
+  measured.lattice = planned.spec.lattice;
   const std::filesystem::path file = run_folder / planned.file;
   if (planned.reusable) {
     try {
       measured.record = read_ensemble(file);
-      say(progress, fmt::format("sampling mu = {}: {} piles already there", measured.mu, planned.spec.samples));
+      say(progress, fmt::format("sampling {}: {} piles already there", planned.label, planned.spec.samples));
       return measured;
     } catch (const InputError& damage) {
       // The plan read no further than the configuration.
       planned.reusable = false;
-      say(progress, fmt::format("sampling mu = {}: drawn again, because: {}", measured.mu, damage.what()));
+      say(progress, fmt::format("sampling {}: drawn again, because: {}", planned.label, damage.what()));
     }
   }
-  Progress shown(fmt::format("sampling mu = {}", measured.mu), planned.spec.samples, progress);
+  Progress shown(fmt::format("sampling {}", planned.label), planned.spec.samples, progress);
   measured.record = run_ensemble(planned.spec, threads, &shown);
   shown.finish();
   make_folder(file.parent_path());

@@ -9,12 +9,17 @@
 
 namespace granuscope {
 
-/// The ensemble of one friction coefficient: what it is and where it is kept.
+/// One ensemble: what it is, what for, and where it is kept.
 struct PlannedEnsemble {
+  std::string label;  ///< "mu = 0.3", in messages and timings
   EnsembleSpec spec;
+  std::string estimator;       ///< what its numbers mean
   std::filesystem::path file;  ///< relative to the run's folder
   bool reusable = false;       ///< the file is there and holds exactly this ensemble
 };
+
+/// Whether the run's folder holds exactly this ensemble already.
+bool is_there(const PlannedEnsemble& planned, const std::filesystem::path& run_folder);
 
 /// One ensemble for each friction coefficient of the experiment. Without friction every pile is the same, so that one
 /// group of samples for each block is enough. Only the layers that the fits and figures need are recorded.
@@ -23,7 +28,7 @@ std::vector<PlannedEnsemble> plan_ensembles(const Experiment& experiment, const 
 /// Reads the ensemble if it can be reused, otherwise draws it and keeps it: a finished ensemble survives whatever
 /// happens later, and the next run goes on from there. One that turns out to be damaged is drawn again, and
 /// planned.reusable becomes false.
-MeasuredEnsemble obtain_ensemble(const Experiment& experiment, PlannedEnsemble& planned,
-                                 const std::filesystem::path& run_folder, int threads, ProgressStyle progress);
+MeasuredEnsemble obtain_ensemble(PlannedEnsemble& planned, const std::filesystem::path& run_folder, int threads,
+                                 ProgressStyle progress);
 
 }  // namespace granuscope

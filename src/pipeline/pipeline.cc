@@ -10,6 +10,7 @@
 #include "pipeline/ensemble_stage.h"
 #include "pipeline/law_in_words.h"
 #include "pipeline/picture_stage.h"
+#include "pipeline/side_stage.h"
 #include "plot/gnuplot.h"
 #include "plot/propagation_against_diffusion.h"
 #include "plot/response_profiles.h"
@@ -109,34 +110,43 @@ class Run {
     }
   }
 
+  MeasuredEnsemble obtain(PlannedEnsemble& planned) {
+    MeasuredEnsemble ensemble;
+    timed("sample " + planned.label,
+          [&] { ensemble = obtain_ensemble(planned, options_.folder, options_.threads, options_.progress); });
+    data_.timings.back().reused = planned.reusable;
+    ++obtained_;
+    if (planned.reusable) ++reused_;
+    return ensemble;
+  }
+
   void sample_and_measure() {
     std::vector<MeasuredTransport> measured;
-    std::size_t reused = 0;
     for (PlannedEnsemble& planned : plan_ensembles(experiment_, options_.folder)) {
-      MeasuredEnsemble ensemble;
-      timed(fmt::format("sample mu = {}", planned.spec.sampler.mu), [&] {
-        ensemble = obtain_ensemble(experiment_, planned, options_.folder, options_.threads, options_.progress);
-      });
-      data_.timings.back().reused = planned.reusable;
+      const MeasuredEnsemble ensemble = obtain(planned);
       if (planned.spec.samples < experiment_.response.samples) {
         data_.skipped.push_back(
             fmt::format("At \u03bc = {} every pile is the same: {} of {} samples were drawn, one group for each block.",
                         planned.spec.sampler.mu, planned.spec.samples, experiment_.response.samples));
       }
-      if (planned.reusable) ++reused;
       if (!needs(Stage::analyse)) continue;
       timed("analyse", [&] {
         measured.push_back(
             measure_transport(ensemble, experiment_.fit, experiment_.figures.profile_layers, options_.threads));
       });
     }
-    if (reused > 0) {
-      data_.skipped.push_back(fmt::format("{} of {} ensembles were already there and were not drawn again.", reused,
-                                          experiment_.mu.size()));
+    SideMeasurer side;
+    for (SideEnsemble& one : plan_side_ensembles(experiment_, options_.folder)) {
+      const MeasuredEnsemble ensemble = obtain(one.planned);
+      if (needs(Stage::analyse)) timed("analyse", [&] { side.add(one.kind, ensemble); });
+    }
+    if (reused_ > 0) {
+      data_.skipped.push_back(
+          fmt::format("{} of {} ensembles were already there and were not drawn again.", reused_, obtained_));
     }
     if (!needs(Stage::analyse)) return;
     timed("analyse", [&] {
-      data_.analysis = analyse(std::move(measured), experiment_.fit, experiment_.figures.profile_layers,
+      data_.analysis = analyse(std::move(measured), side.finish(), experiment_.fit, experiment_.figures.profile_layers,
                                experiment_.expected_verdicts);
     });
     say(options_.progress, "fitted c, D and the exponents");
@@ -218,6 +228,7 @@ class Run {
   std::set<Stage> needed_;
   ReportData data_;
   RunResult result_;
+  std::size_t obtained_ = 0, reused_ = 0;  ///< ensembles
 };
 
 }  // namespace
@@ -226,11 +237,13 @@ std::vector<PlannedStep> plan_run(const Experiment& experiment, const RunOptions
   const std::set<Stage> needed = stages_needed(options.only);
   std::vector<PlannedStep> steps;
   if (needed.contains(Stage::sample)) {
-    for (const PlannedEnsemble& planned : plan_ensembles(experiment, options.folder)) {
+    const auto add = [&](const PlannedEnsemble& planned) {
       const std::uint64_t beads = planned.spec.samples * Lattice(planned.spec.lattice).beads();
-      steps.push_back({Stage::sample, fmt::format("{} piles at mu = {}", planned.spec.samples, planned.spec.sampler.mu),
+      steps.push_back({Stage::sample, fmt::format("{} piles, {}", planned.spec.samples, planned.label),
                        planned.reusable, planned.reusable ? 0 : beads});
-    }
+    };
+    for (const PlannedEnsemble& planned : plan_ensembles(experiment, options.folder)) add(planned);
+    for (const SideEnsemble& side : plan_side_ensembles(experiment, options.folder)) add(side.planned);
   }
   if (needed.contains(Stage::analyse)) {
     steps.push_back({Stage::analyse, fmt::format("fits at {} friction coefficients", experiment.mu.size()), false, 0});

@@ -1,15 +1,13 @@
 #include "report/statistics_json.h"
 
-#include <cmath>
 #include <nlohmann/json.hpp>
+
+#include "report/estimate_json.h"
 
 namespace granuscope {
 namespace {
 
 using nlohmann::ordered_json;
-
-/// NaN and infinity do not exist in JSON.
-ordered_json finite_or_null(double number) { return std::isfinite(number) ? ordered_json(number) : ordered_json(); }
 
 /// A value whose standard error alone is unknown keeps its value; the reason then tells of the error.
 ordered_json estimate_json(const Estimate& estimate) {

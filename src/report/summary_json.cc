@@ -4,30 +4,14 @@
 #include <nlohmann/json.hpp>
 
 #include "report/clean_json.h"
+#include "report/estimate_json.h"
+#include "report/side_json.h"
 
 namespace granuscope {
 
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-Json finite_or_null(double number) { return std::isfinite(number) ? Json(number) : Json(nullptr); }
-
-std::string stated(const std::string& reason) { return reason.empty() ? "no reason was recorded" : reason; }
-
-Json to_json(const Estimate& estimate) {
-  Json json;
-  if (!estimate.known()) {
-    json["value"] = nullptr;
-    json["stderr"] = nullptr;
-    json["reason"] = stated(estimate.reason);
-    return json;
-  }
-  json["value"] = estimate.value;
-  json["stderr"] = finite_or_null(estimate.standard_error);
-  if (!std::isfinite(estimate.standard_error)) json["reason"] = "its standard error is unknown";
-  return json;
-}
 
 Json to_json(const FailedSample& failed) {
   Json json;
@@ -160,6 +144,7 @@ std::string summary_json(const ReportData& data) {
   json["scaling"] = to_json(data.analysis.scaling);
   json["scaling"]["other_windows"] = list_of(data.analysis.other_windows);
   json["scaling"]["by_ratio"] = list_of(data.analysis.by_ratio);
+  json["side"] = to_json(data.analysis.side);
   json["claims"] = list_of(data.analysis.claims);
   json["figures"] = list_of(data.figures);
   clean_strings(json);

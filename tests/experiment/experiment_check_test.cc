@@ -182,3 +182,40 @@ TEST_CASE("A contradiction names the line of the key that was written, or says t
   CHECK_THROWS_WITH(parse_experiment("[lattice]\nlayers = 100\n", "x.toml"),
                     Contains("x.toml: fit.last_layer (not in the file, default): layer 179 lies beyond"));
 }
+
+TEST_CASE("Side measurements that could not be made are refused before anything is drawn") {
+  CHECK(problem_after([](Experiment& e) {
+          e.redrawn_beads.mu = {0.1, 0.3};
+          e.counted_work.mu = {0.0, 1.7};
+          e.small_friction.mu = {0.02, 0.1};
+          e.chain_share.samples = 512;
+        }) == "(none)");
+  CHECK_THAT(problem_after([](Experiment& e) {
+               e.redrawn_beads.mu = {0.0, 0.1};
+             }),
+             Contains("figures.redrawn_beads.mu: at mu = 0 nothing is random"));
+  CHECK_THAT(problem_after([](Experiment& e) { e.small_friction.mu = {-0.1}; }),
+             Contains("figures.small_friction.mu: -0.1"));
+  CHECK_THAT(problem_after([](Experiment& e) { e.counted_work.mu = {0.3, 0.3}; }), Contains("must ascend"));
+  CHECK_THAT(problem_after([](Experiment& e) {
+               e.counted_work = {{0.3}, {100, 200}, 64};
+             }),
+             Contains("figures.counted_work.sizes: 2 sizes show no law"));
+  CHECK_THAT(problem_after([](Experiment& e) {
+               e.counted_work = {{0.3}, {100, 200, 400}, 63};
+             }),
+             Contains("figures.counted_work.samples: 63 samples in 8 blocks"));
+  // 0.6/mu^2 = 6e9 layers at mu = 1e-5: the pile is refused with the memory it would need.
+  CHECK_THAT(problem_after([](Experiment& e) { e.small_friction.mu = {1e-5}; }),
+             Contains("figures.small_friction.mu: ") && Contains("TB of memory"));
+  CHECK_THAT(problem_after([](Experiment& e) {
+               e.small_friction.mu = {0.1};
+               e.small_friction.depth = not_a_number;
+             }),
+             Contains("figures.small_friction.depth: "));
+  CHECK_THAT(problem_after([](Experiment& e) {
+               e.chain_share.samples = 512;
+               e.force_chains.columns = 60;
+             }),
+             Contains("scenes.force_chains.columns: with 60 columns the two rays") && Contains("at least 66 columns"));
+}

@@ -67,8 +67,13 @@ Experiment unusual_experiment() {
   e.figures.profile_layers = {40, 90, 222};
   e.figures.transport_with_depth = false;
   e.figures.propagation_against_diffusion = false;
+  e.redrawn_beads = {{0.15, 0.3}, 555};
+  e.counted_work = {{0.0, 1.6}, {30, 60, 90, 120}, 72};
+  e.small_friction = {{0.05, 0.1}, 48, 6.5, 512};
+  e.small_friction.samples = 520;
+  e.chain_share.samples = 640;
   e.force_chains.draw = false;
-  e.force_chains.columns = 44;
+  e.force_chains.columns = 48;
   e.force_chains.layers = 33;
   e.force_chains.mu = 0.2;
   e.force_chains.sample = 5;

@@ -277,3 +277,31 @@ TEST_CASE("the pile of the picture is the one its command draws again") {
   CHECK(pile.seed == 11);
   CHECK(pile.load[20] == 2.0);
 }
+
+TEST_CASE("Side measurements are drawn, kept, reused and reported") {
+  Experiment experiment = small_experiment();
+  experiment.small_friction = {{0.15, 0.2, 0.3}, 16, 2.0, 256};
+  experiment.counted_work = {{0.0, 0.8}, {30, 45, 60}, 64};
+  experiment.chain_share.samples = 256;
+  experiment.force_chains.layers = 25;
+  ScratchFolder folder("side");
+  const auto summary_of = [&](const std::vector<Stage>& only) {
+    run_experiment(experiment, quiet(folder.path(), only));
+    return nlohmann::json::parse(read_file(folder.path() / "summary.json"));
+  };
+  const auto first = summary_of({});
+  const auto& side = first.at("side");
+  CHECK(side.at("small_friction").size() == 3);
+  CHECK(side.at("small_friction_exponent").at("points") == 3);
+  CHECK(side.at("counted_work").size() == 6);
+  CHECK(side.at("counted_work")[0].at("draws_per_bead") == 0.0);  // without friction nothing is drawn
+  CHECK(side.at("counted_work")[5].at("draws_per_bead") > 1.0);
+  CHECK(side.at("chain_share")[0].at("share").at("value") > 0.8);
+  for (const char* file : {"small-friction-mu-0.15.h5", "counted-work-mu-0.8-60x60.h5", "chain-share.h5"}) {
+    CHECK(fs::exists(folder.path() / "ensembles" / file));
+  }
+  for (const PlannedStep& step : plan_run(experiment, quiet(folder.path()))) {
+    if (step.stage == Stage::sample) CHECK(step.reused);
+  }
+  CHECK(summary_of({Stage::report}) == first);
+}

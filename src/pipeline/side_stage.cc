@@ -1,0 +1,108 @@
+#include "pipeline/side_stage.h"
+
+#include <fmt/format.h>
+
+#include "analysis/chain_share.h"
+#include "analysis/counted_work.h"
+#include "support/number_format.h"
+
+namespace granuscope {
+namespace {
+
+/// Fills the list of one experiment's side ensembles.
+class Planner {
+ public:
+  Planner(const Experiment& experiment, const std::filesystem::path& run_folder)
+      : experiment_(experiment), run_folder_(run_folder) {}
+
+  std::vector<SideEnsemble> plan() {
+    for (const double mu : experiment_.small_friction.mu) add_small_friction(mu);
+    if (experiment_.chain_share.samples > 0) add_chain_share();
+    for (const double mu : experiment_.counted_work.mu) {
+      for (const int size : experiment_.counted_work.sizes) add_counted_work(mu, size);
+    }
+    return std::move(planned_);
+  }
+
+ private:
+  void add_small_friction(double mu) {
+    const SmallFrictionSpec& asked = experiment_.small_friction;
+    EnsembleSpec spec = spec_at(mu, {asked.columns, asked.layers(mu)}, asked.samples);
+    spec.load = Load::uniform;
+    spec.layers = thrust_layers(spec.lattice.layers);
+    spec.record_profiles = false;
+    add(SideKind::small_friction, fmt::format("small friction, mu = {}", mu),
+        fmt::format("small-friction-mu-{}", exact(mu)), spec);
+  }
+
+  void add_chain_share() {
+    const ForceChainSpec& chains = experiment_.force_chains;
+    EnsembleSpec spec = spec_at(chains.mu, {chains.columns, chains.computed_layers()}, experiment_.chain_share.samples);
+    spec.layers = chain_layers(chains.layers);
+    add(SideKind::chain_share, fmt::format("share along the rays, mu = {}", chains.mu), "chain-share", spec);
+  }
+
+  void add_counted_work(double mu, int size) {
+    EnsembleSpec spec = spec_at(mu, {size, size}, experiment_.counted_work.samples);
+    spec.load = Load::uniform;
+    spec.blocks = counted_work_blocks;
+    spec.layers = {size - bottom_margin - 1};  // nothing is measured; the ensemble is drawn to be counted
+    spec.record_profiles = false;
+    add(SideKind::counted_work, fmt::format("counted work, mu = {}, {} x {}", mu, size, size),
+        fmt::format("counted-work-mu-{}-{}x{}", exact(mu), size, size), spec);
+  }
+
+  EnsembleSpec spec_at(double mu, LatticeSpec lattice, std::uint64_t samples) const {
+    EnsembleSpec spec;
+    spec.sampler = experiment_.sampler_for(mu);
+    spec.lattice = lattice;
+    spec.overload = experiment_.response.overload;
+    spec.blocks = experiment_.response.blocks;
+    spec.samples = samples;
+    return spec;
+  }
+
+  void add(SideKind kind, const std::string& label, const std::string& file, const EnsembleSpec& spec) {
+    PlannedEnsemble planned;
+    planned.label = label;
+    planned.spec = spec;
+    planned.estimator = spec.load == Load::uniform ? "thrust" : experiment_.response.estimator;
+    planned.file = std::filesystem::path("ensembles") / (file + ".h5");
+    planned.reusable = is_there(planned, run_folder_);
+    planned_.push_back({kind, std::move(planned)});
+  }
+
+  const Experiment& experiment_;
+  const std::filesystem::path& run_folder_;
+  std::vector<SideEnsemble> planned_;
+};
+
+}  // namespace
+
+std::vector<SideEnsemble> plan_side_ensembles(const Experiment& experiment, const std::filesystem::path& run_folder) {
+  return Planner(experiment, run_folder).plan();
+}
+
+void SideMeasurer::add(SideKind kind, const MeasuredEnsemble& ensemble) {
+  switch (kind) {
+    case SideKind::redrawn_beads:
+      break;
+    case SideKind::counted_work:
+      measured_.counted_work.push_back(counted_work(ensemble));
+      break;
+    case SideKind::small_friction:
+      small_friction_.push_back(measure_small_friction(ensemble));
+      measured_.small_friction.push_back(small_friction_.back().result);
+      break;
+    case SideKind::chain_share:
+      measured_.chain_share.push_back(measure_chain_share(ensemble));
+      break;
+  }
+}
+
+SideMeasurements SideMeasurer::finish() {
+  measured_.small_friction_scaling = fit_small_friction(small_friction_);
+  return std::move(measured_);
+}
+
+}  // namespace granuscope

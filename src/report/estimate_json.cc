@@ -1,0 +1,27 @@
+#include "report/estimate_json.h"
+
+#include <cmath>
+
+namespace granuscope {
+
+using Json = nlohmann::ordered_json;
+
+Json finite_or_null(double number) { return std::isfinite(number) ? Json(number) : Json(nullptr); }
+
+std::string stated(const std::string& reason) { return reason.empty() ? "no reason was recorded" : reason; }
+
+Json to_json(const Estimate& estimate) {
+  Json json;
+  if (!estimate.known()) {
+    json["value"] = nullptr;
+    json["stderr"] = nullptr;
+    json["reason"] = stated(estimate.reason);
+    return json;
+  }
+  json["value"] = estimate.value;
+  json["stderr"] = finite_or_null(estimate.standard_error);
+  if (!std::isfinite(estimate.standard_error)) json["reason"] = "its standard error is unknown";
+  return json;
+}
+
+}  // namespace granuscope

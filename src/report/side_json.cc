@@ -1,0 +1,103 @@
+#include "report/side_json.h"
+
+#include "report/estimate_json.h"
+
+namespace granuscope {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json to_json(const RedrawnBeads& redrawn) {
+  return {{"mu", redrawn.mu},
+          {"columns", redrawn.columns},
+          {"layers", redrawn.layers},
+          {"overload", redrawn.overload},
+          {"samples", redrawn.samples},
+          {"failed", redrawn.failed},
+          {"whole_pile", granuscope::to_json(redrawn.whole_pile)},
+          {"below_overload", granuscope::to_json(redrawn.below_overload)}};
+}
+
+Json to_json(const CountedWork& work) {
+  Json json = {{"mu", work.mu},
+               {"columns", work.columns},
+               {"layers", work.layers},
+               {"samples", work.samples},
+               {"failed", work.failed},
+               {"draws_per_bead", finite_or_null(work.draws_per_bead)},
+               {"mended_per_bead", finite_or_null(work.mended_per_bead)},
+               {"climbed_per_bead", finite_or_null(work.climbed_per_bead)}};
+  if (json["draws_per_bead"].is_null()) json["reason"] = "no pile was completed";
+  return json;
+}
+
+Json to_json(const ThrustAtDepth& depth) {
+  return {{"layer", depth.layer},
+          {"z", depth.z},
+          {"thrust_ratio", granuscope::to_json(depth.thrust_ratio)},
+          {"weight_variance", granuscope::to_json(depth.weight_variance)}};
+}
+
+Json to_json(const SmallFriction& small);
+Json to_json(const ChainShareAtDepth& depth);
+Json to_json(const ChainShare& share);
+
+template <typename Item>
+Json list_of(const std::vector<Item>& items) {
+  Json json = Json::array();
+  for (const Item& item : items) json.push_back(to_json(item));
+  return json;
+}
+
+Json to_json(const SmallFriction& small) {
+  return {{"mu", small.mu},
+          {"columns", small.columns},
+          {"layers", small.layers},
+          {"samples", small.samples},
+          {"depth_over_saturation", small.depth_over_saturation},
+          {"window_layers", {small.first_layer, small.last_layer}},
+          {"alpha_thrust", granuscope::to_json(small.alpha_thrust)},
+          {"c_thrust", granuscope::to_json(small.c_thrust)},
+          {"c0_minus_c_thrust", granuscope::to_json(small.c0_minus_c)},
+          {"depths", list_of(small.depths)}};
+}
+
+Json to_json(const ChainShareAtDepth& depth) {
+  return {{"layer", depth.layer},
+          {"z", depth.z},
+          {"share", granuscope::to_json(depth.share)},
+          {"even_share", depth.even_share}};
+}
+
+Json to_json(const ChainShare& share) {
+  return {{"mu", share.mu},
+          {"columns", share.columns},
+          {"layers", share.layers},
+          {"overload", share.overload},
+          {"samples", share.samples},
+          {"half_width", share.half_width},
+          {"c", granuscope::to_json(share.c)},
+          {"share", granuscope::to_json(share.share)},
+          {"even_share", share.even_share},
+          {"depths", list_of(share.depths)}};
+}
+
+}  // namespace
+
+Json to_json(const SideMeasurements& side) {
+  Json json;
+  json["redrawn_beads"] = list_of(side.redrawn_beads);
+  json["counted_work"] = list_of(side.counted_work);
+  json["small_friction"] = list_of(side.small_friction);
+  if (!side.small_friction.empty()) {
+    Json scaling = granuscope::to_json(side.small_friction_scaling.exponent);
+    scaling["window"] = side.small_friction_scaling.window;
+    scaling["points"] = side.small_friction_scaling.points;
+    json["small_friction_exponent"] = scaling;
+  }
+  json["chain_share"] = list_of(side.chain_share);
+  return json;
+}
+
+}  // namespace granuscope
