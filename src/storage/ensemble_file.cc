@@ -8,13 +8,16 @@
 #include <stdexcept>
 #include <utility>
 
+#include "storage/byte_record.h"
 #include "storage/hdf5_reader.h"
 #include "storage/hdf5_writer.h"
+#include "storage/isolated_read.h"
 #include "support/digest.h"
 
 namespace granuscope {
 namespace {
 
+constexpr const char* kind = "an ensemble file";
 constexpr const char* format_name = "granuscope ensemble";
 constexpr std::uint64_t format_version = 2;
 constexpr const char* units =
@@ -157,6 +160,74 @@ BlockSums read_sums(const Hdf5Reader& reader) {
   return sums;
 }
 
+EnsembleRecord read_record(const std::filesystem::path& file) {
+  const Hdf5Reader reader(file, kind);
+  check_format(reader);
+  EnsembleRecord record;
+  record.configuration = reader.text("/", "configuration");
+  record.configuration_key = reader.text("/", "configuration_key");
+  record.sampling_version = reader.text("/", "sampling_version");
+  record.sums = read_sums(reader);
+  if (reader.text("/", "sums_key") != key_of(record.sums)) {
+    reader.fail("its numbers are not those it was written with: the file is damaged. Make the file again.");
+  }
+  for (const auto& [name, counter] : counters) record.counts.*counter = reader.count("/counters", name);
+  record.failed = read_failed(reader);
+  return record;
+}
+
+// From the process that reads the file to the one that asked for it.
+
+std::string to_bytes(const EnsembleRecord& record) {
+  ByteWriter bytes;
+  for (const auto* text : {&record.configuration, &record.configuration_key, &record.sampling_version})
+    bytes.put(*text);
+  bytes.put(record.sums.layers);
+  bytes.put(record.sums.count);
+  bytes.put(record.sums.quantities.size());
+  for (const auto& [name, quantity] : record.sums.quantities) {
+    bytes.put(name);
+    bytes.put(quantity.width);
+    bytes.put(quantity.sum);
+    bytes.put(quantity.sum_of_squares);
+  }
+  bytes.put(record.counts);
+  bytes.put(record.failed.size());
+  for (const FailedSample& one : record.failed) {
+    bytes.put(one.sample);
+    bytes.put(one.layer);
+    bytes.put(one.replay);
+  }
+  return bytes.take();
+}
+
+EnsembleRecord from_bytes(const std::string& text) {
+  EnsembleRecord record;
+  ByteReader bytes(text);
+  for (auto* field : {&record.configuration, &record.configuration_key, &record.sampling_version}) bytes.get(*field);
+  bytes.get(record.sums.layers);
+  bytes.get(record.sums.count);
+  std::size_t length = 0;
+  bytes.get(length);
+  for (std::size_t i = 0; i < length; ++i) {
+    std::string name;
+    bytes.get(name);
+    QuantitySums& quantity = record.sums.quantities[name];
+    bytes.get(quantity.width);
+    bytes.get(quantity.sum);
+    bytes.get(quantity.sum_of_squares);
+  }
+  bytes.get(record.counts);
+  bytes.get(length);
+  for (std::size_t i = 0; i < length; ++i) {
+    FailedSample& one = record.failed.emplace_back();
+    bytes.get(one.sample);
+    bytes.get(one.layer);
+    bytes.get(one.replay);
+  }
+  return record;
+}
+
 }  // namespace
 
 void write_ensemble(const std::filesystem::path& file, const EnsembleRecord& record) {
@@ -189,25 +260,15 @@ void write_ensemble(const std::filesystem::path& file, const EnsembleRecord& rec
 }
 
 EnsembleRecord read_ensemble(const std::filesystem::path& file) {
-  const Hdf5Reader reader(file, "an ensemble file");
-  check_format(reader);
-  EnsembleRecord record;
-  record.configuration = reader.text("/", "configuration");
-  record.configuration_key = reader.text("/", "configuration_key");
-  record.sampling_version = reader.text("/", "sampling_version");
-  record.sums = read_sums(reader);
-  if (reader.text("/", "sums_key") != key_of(record.sums)) {
-    reader.fail("its numbers are not those it was written with: the file is damaged. Make the file again.");
-  }
-  for (const auto& [name, counter] : counters) record.counts.*counter = reader.count("/counters", name);
-  record.failed = read_failed(reader);
-  return record;
+  return from_bytes(read_in_child(file, kind, [&] { return to_bytes(read_record(file)); }));
 }
 
 std::string read_ensemble_configuration(const std::filesystem::path& file) {
-  const Hdf5Reader reader(file, "ensemble file");
-  check_format(reader);
-  return reader.text("/", "configuration");
+  return read_in_child(file, kind, [&] {
+    const Hdf5Reader reader(file, kind);
+    check_format(reader);
+    return reader.text("/", "configuration");
+  });
 }
 
 }  // namespace granuscope

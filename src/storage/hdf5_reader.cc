@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 
 #include <algorithm>
+#include <bit>
 #include <cerrno>
 #include <cmath>
 #include <cstdio>
@@ -24,15 +25,6 @@ constexpr std::size_t max_text_bytes = std::size_t{16} << 20;
 constexpr int max_rank = 3;
 
 constexpr const char* make_again = "Make the file again or name another one.";
-
-std::string position(std::size_t index, const Shape& shape) {
-  Shape subscripts(shape.size());
-  for (std::size_t axis = shape.size(); axis-- > 0;) {
-    subscripts[axis] = index % shape[axis];
-    index /= shape[axis];
-  }
-  return describe_shape(subscripts);
-}
 
 /// Drops the zero padding of a fixed-length text.
 std::string unpadded(const char* text, std::size_t length) {
@@ -204,13 +196,29 @@ std::vector<double> Hdf5Reader::numbers(const std::string& dataset, const Shape&
   }
   std::vector<double> values(opened.values);
   read(opened, H5T_NATIVE_DOUBLE, values.data());
-  const auto wrong = std::find_if_not(values.begin(), values.end(), [](double value) { return std::isfinite(value); });
-  if (wrong != values.end()) {
-    const auto index = static_cast<std::size_t>(wrong - values.begin());
-    fail(fmt::format("'{}' at {} is {}, not a finite number. {}", dataset, position(index, expected),
-                     std::isnan(*wrong) ? "nan" : "infinite", make_again));
-  }
+  if (const auto wrong = find_not_finite(dataset, expected, 0, values)) fail(fmt::format("{}. {}", *wrong, make_again));
   return values;
+}
+
+StoredNumbers Hdf5Reader::stored_numbers(const std::string& dataset, const Shape& expected) const {
+  StoredNumbers stored;
+  stored.dataset = dataset;
+  stored.shape = expected;
+  {
+    const OpenDataset opened = open_dataset(dataset, expected);
+    const haddr_t offset = H5Dget_offset(opened.handle.get());  // none if compact, in chunks or empty
+    if (std::endian::native == std::endian::little && H5Tequal(opened.type.get(), H5T_IEEE_F64LE) > 0 &&
+        offset != HADDR_UNDEF) {
+      const std::uint64_t bytes = opened.values * sizeof(double);
+      if (offset > file_bytes_ || bytes > file_bytes_ - offset) {
+        fail(fmt::format("its dataset '{}' is cut short. {}", dataset, make_again));
+      }
+      stored.offset = offset;
+      return stored;
+    }
+  }
+  stored.values = numbers(dataset, expected);
+  return stored;
 }
 
 std::vector<std::uint64_t> Hdf5Reader::counts(const std::string& dataset, const Shape& expected) const {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "storage/hdf5_handle.h"
+#include "storage/stored_numbers.h"
 
 namespace granuscope {
 
@@ -16,7 +17,8 @@ std::string describe_shape(const Shape& shape);
 
 /// An HDF5 file open for reading that trusts nothing it reads: shapes, types and sizes are checked before memory is
 /// taken, and every floating-point number is finite. All errors are InputError naming the file and what is wrong in it.
-/// Paths are absolute inside the file. Holds the Hdf5Session while it lives.
+/// Paths are absolute inside the file. Holds the Hdf5Session while it lives. The library itself trusts the file, and
+/// may crash on a damaged one or never come to an end: use it inside read_in_child.
 class Hdf5Reader {
  public:
   /// `kind` is what the file should be, with its article ("a pile file"), for messages.
@@ -30,6 +32,8 @@ class Hdf5Reader {
   Shape shape(const std::string& dataset) const;
   /// The whole array, row-major, which must have the given shape.
   std::vector<double> numbers(const std::string& dataset, const Shape& expected) const;
+  /// Where the numbers stand, without reading them, if they stand there plainly; otherwise the numbers.
+  StoredNumbers stored_numbers(const std::string& dataset, const Shape& expected) const;
   std::vector<std::uint64_t> counts(const std::string& dataset, const Shape& expected) const;
   std::vector<int> integers(const std::string& dataset, const Shape& expected) const;
   std::vector<std::string> texts(const std::string& dataset, const Shape& expected) const;

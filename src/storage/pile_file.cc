@@ -6,12 +6,16 @@
 #include <limits>
 #include <utility>
 
+#include "storage/byte_record.h"
 #include "storage/hdf5_reader.h"
 #include "storage/hdf5_writer.h"
+#include "storage/isolated_read.h"
+#include "storage/stored_numbers.h"
 
 namespace granuscope {
 namespace {
 
+constexpr const char* kind = "a pile file";
 constexpr const char* format_name = "granuscope pile";
 constexpr std::uint64_t format_version = 1;
 constexpr const char* units =
@@ -46,6 +50,55 @@ LatticeSpec read_lattice(const Hdf5Reader& file) {
   return {.columns = static_cast<int>(shape[1]), .layers = static_cast<int>(shape[0])};
 }
 
+/// What a file says of its pile, and where the forces stand.
+struct PileDescription {
+  LatticeSpec lattice;
+  double mu = 0;
+  std::string law;
+  std::uint64_t seed = 0, sample = 0;
+  std::array<StoredNumbers, force_arrays.size()> forces;
+  StoredNumbers load;
+};
+
+PileDescription describe(const std::filesystem::path& file) {
+  const Hdf5Reader reader(file, kind);
+  check_format(reader);
+  PileDescription found;
+  found.lattice = read_lattice(reader);
+  const auto layers = static_cast<std::uint64_t>(found.lattice.layers);
+  const auto columns = static_cast<std::uint64_t>(found.lattice.columns);
+  for (std::size_t i = 0; i < force_arrays.size(); ++i) {
+    found.forces[i] = reader.stored_numbers(force_arrays[i].first, {layers, columns});
+  }
+  found.load = reader.stored_numbers("/load", {columns});
+  found.mu = reader.number("/", "mu");
+  found.law = reader.text("/", "law");
+  found.seed = reader.count("/", "seed");
+  found.sample = reader.count("/", "sample");
+  return found;
+}
+
+/// The same, by a process of its own: whatever the library makes of a damaged file happens there.
+PileDescription describe_in_child(const std::filesystem::path& file) {
+  const auto each_field = [](auto& bytes_put_or_get, auto& found) {
+    bytes_put_or_get(found.lattice, found.mu, found.law, found.seed, found.sample);
+    for (auto& one : found.forces) bytes_put_or_get(one.dataset, one.shape, one.offset, one.values);
+    bytes_put_or_get(found.load.dataset, found.load.shape, found.load.offset, found.load.values);
+  };
+  const std::string bytes = read_in_child(file, kind, [&] {
+    const PileDescription found = describe(file);
+    ByteWriter writer;
+    const auto put = [&writer](const auto&... field) { (writer.put(field), ...); };
+    each_field(put, found);
+    return writer.take();
+  });
+  PileDescription found;
+  ByteReader reader(bytes);
+  const auto get = [&reader](auto&... field) { (reader.get(field), ...); };
+  each_field(get, found);
+  return found;
+}
+
 }  // namespace
 
 void write_pile(const std::filesystem::path& file, const Pile& pile) {
@@ -65,24 +118,18 @@ void write_pile(const std::filesystem::path& file, const Pile& pile) {
 }
 
 Pile read_pile(const std::filesystem::path& file) {
-  const Hdf5Reader reader(file, "a pile file");
-  check_format(reader);
-  const LatticeSpec spec = read_lattice(reader);
-  const auto layers = static_cast<std::uint64_t>(spec.layers);
-  const auto columns = static_cast<std::uint64_t>(spec.columns);
-
-  // Every array is read, and so its size found true, before the pile takes memory by its claimed size.
-  std::array<std::vector<double>, force_arrays.size()> forces;
-  for (std::size_t i = 0; i < forces.size(); ++i) forces[i] = reader.numbers(force_arrays[i].first, {layers, columns});
-  std::vector<double> load = reader.numbers("/load", {columns});
-
-  Pile pile{Lattice(spec)};
-  for (std::size_t i = 0; i < forces.size(); ++i) pile.*(force_arrays[i].second) = std::move(forces[i]);
-  pile.load = std::move(load);
-  pile.mu = reader.number("/", "mu");
-  pile.law = reader.text("/", "law");
-  pile.seed = reader.count("/", "seed");
-  pile.sample = reader.count("/", "sample");
+  const PileDescription found = describe_in_child(file);
+  const NumbersFile numbers(file, kind);
+  // Every array has been found to be as large as it claims before the pile takes memory by its size.
+  Pile pile{Lattice(found.lattice)};
+  for (std::size_t i = 0; i < force_arrays.size(); ++i) {
+    numbers.read(found.forces[i], 0, pile.*(force_arrays[i].second));
+  }
+  numbers.read(found.load, 0, pile.load);
+  pile.mu = found.mu;
+  pile.law = found.law;
+  pile.seed = found.seed;
+  pile.sample = found.sample;
   return pile;
 }
 
