@@ -8,19 +8,20 @@
 
 namespace granuscope {
 
-Analysis analyse(std::vector<MeasuredTransport> measured, SideMeasurements side, const FitSpec& spec,
-                 const std::vector<int>& ratio_layers, const std::map<std::string, std::string>& expected_verdicts) {
+Analysis analyse(std::vector<MeasuredTransport> measured, SideMeasurements side, const FitSpec& fit,
+                 const ClaimSpec& claims, const std::vector<int>& ratio_layers,
+                 const std::map<std::string, std::string>& expected_verdicts) {
   std::sort(measured.begin(), measured.end(),
             [](const MeasuredTransport& a, const MeasuredTransport& b) { return a.transport.mu < b.transport.mu; });
   Analysis analysis;
   analysis.side = std::move(side);
   for (const MeasuredTransport& result : measured) analysis.results.push_back(result.transport);
-  analysis.scaling = fit_scaling(measured, spec.scaling_window);
-  for (const auto& window : spec.other_scaling_windows) analysis.other_windows.push_back(fit_scaling(measured, window));
+  analysis.scaling = fit_scaling(measured, fit.scaling_window);
+  for (const auto& window : fit.other_scaling_windows) analysis.other_windows.push_back(fit_scaling(measured, window));
   for (const int layer : ratio_layers) {
-    analysis.by_ratio.push_back(fit_ratio_scaling(measured, layer, spec.scaling_window));
+    analysis.by_ratio.push_back(fit_ratio_scaling(measured, layer, fit.scaling_window));
   }
-  analysis.claims = judge_claims(analysis.results, analysis.scaling, expected_verdicts);
+  analysis.claims = judge_claims(analysis, claims, expected_verdicts);
   return analysis;
 }
 

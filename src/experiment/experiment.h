@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "analysis/claim_spec.h"
 #include "analysis/fit_spec.h"
 #include "ensemble/response_spec.h"
 #include "model/lattice.h"
@@ -80,6 +81,7 @@ struct Experiment {
   SamplerSpec sampling;                        ///< its mu is ignored: see sampler_for
   ResponseSpec response;
   FitSpec fit;
+  ClaimSpec claims;
   FigureSpec figures;
   RedrawnBeadsSpec redrawn_beads;
   CountedWorkSpec counted_work;

@@ -228,6 +228,31 @@ Problem find_fit_problem(const Experiment& e) {
   return {};
 }
 
+Problem find_claims_problem(const Experiment& e) {
+  const ClaimSpec& claims = e.claims;
+  if (!(std::isfinite(claims.decisive_chi2) && claims.decisive_chi2 >= 9 && claims.decisive_chi2 <= 1e6)) {
+    return problem("claims.decisive_chi2",
+                   "{} decides nothing: below 9 (three standard deviations) noise makes peaks, and beyond 1e6 nothing "
+                   "is ever decided; give 9 to 1e6 (25 is usual)",
+                   claims.decisive_chi2);
+  }
+  if (auto found = find_mu_problem("claims.highest_mu", claims.highest_mu)) return found;
+  if (!(std::isfinite(claims.exponent_tolerance) && claims.exponent_tolerance >= 0 &&
+        claims.exponent_tolerance <= 0.03)) {
+    return problem("claims.exponent_tolerance",
+                   "{} leaves nothing to decide: three times it must stay below 20 % of the exponent 1/2; give 0 to "
+                   "0.03",
+                   claims.exponent_tolerance);
+  }
+  if (!(claims.chain_share > 0 && claims.chain_share < 1)) {
+    return problem("claims.chain_share",
+                   "{} is not a share that the response could fall short of or exceed; give "
+                   "more than 0 and less than 1 (0.5 is usual)",
+                   claims.chain_share);
+  }
+  return {};
+}
+
 Problem find_figure_problem(const Experiment& e) {
   const FigureSpec& figures = e.figures;
   if (!figures.response_profiles) return {};
@@ -448,6 +473,7 @@ std::optional<ExperimentProblem> find_problem(const Experiment& e) {
   if (auto found = find_sampling_problem(e)) return found;
   if (auto found = find_response_problem(e)) return found;
   if (auto found = find_fit_problem(e)) return found;
+  if (auto found = find_claims_problem(e)) return found;
   if (auto found = find_figure_problem(e)) return found;
   if (auto found = find_side_problem(e)) return found;
   if (auto found = find_ring_problem(e)) return found;

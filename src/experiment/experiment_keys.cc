@@ -74,6 +74,7 @@ std::vector<ExperimentKey> make_keys() {
   const std::string sampling = "sampling";
   const std::string response = "response";
   const std::string fit = "fit";
+  const std::string claims = "claims";
   const std::string profiles = "figures.response_profiles";
   const std::string redrawn = "figures.redrawn_beads";
   const std::string work = "figures.counted_work";
@@ -151,6 +152,23 @@ std::vector<ExperimentKey> make_keys() {
       key(
           fit, "other_scaling_windows", "", "further ranges of mu whose exponents are shown beside it",
           [](auto& e) -> auto& { return e.fit.other_scaling_windows; }),
+
+      key(
+          claims, "decisive_chi2", "",
+          "double-peak: difference in chi squared that decides between two peaks and one (25: five standard "
+          "deviations)",
+          [](auto& e) -> auto& { return e.claims.decisive_chi2; }),
+      key(
+          claims, "highest_mu", "",
+          "double-peak, linear-time: friction that friction.mu, or the counted work, must reach for a claim up to 1.7",
+          [](auto& e) -> auto& { return e.claims.highest_mu; }),
+      key(
+          claims, "exponent_tolerance", "",
+          "laws in z, N and the number of beads: standard error granted to their exponents for the finite range",
+          [](auto& e) -> auto& { return e.claims.exponent_tolerance; }),
+      key(
+          claims, "chain_share", "", "force-chains: share of the response that the two rays must carry",
+          [](auto& e) -> auto& { return e.claims.chain_share; }),
 
       key(
           profiles, "draw", "", "draw the response at a few layers with its fits (the paper's Fig. 2)",

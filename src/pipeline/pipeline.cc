@@ -146,8 +146,8 @@ class Run {
     }
     if (!needs(Stage::analyse)) return;
     timed("analyse", [&] {
-      data_.analysis = analyse(std::move(measured), side.finish(), experiment_.fit, experiment_.figures.profile_layers,
-                               experiment_.expected_verdicts);
+      data_.analysis = analyse(std::move(measured), side.finish(), experiment_.fit, experiment_.claims,
+                               experiment_.figures.profile_layers, experiment_.expected_verdicts);
     });
     say(options_.progress, "fitted c, D and the exponents");
   }

@@ -44,6 +44,20 @@ TEST_CASE("Friction coefficients outside [0, sqrt 3) are refused") {
   CHECK_THAT(problem_after([](Experiment& e) { e.mu.assign(2000, 0.1); }), Contains("2000 values"));
 }
 
+TEST_CASE("Thresholds of claims that decide nothing are refused") {
+  for (const double bad : {0.0, 8.0, 1e7, -25.0, not_a_number, infinity}) {
+    CHECK_THAT(problem_after([&](Experiment& e) { e.claims.decisive_chi2 = bad; }), Contains("claims.decisive_chi2: "));
+  }
+  for (const double bad : {-0.01, 0.031, 1.0, not_a_number, infinity}) {
+    CHECK_THAT(problem_after([&](Experiment& e) { e.claims.exponent_tolerance = bad; }),
+               Contains("claims.exponent_tolerance: "));
+  }
+  for (const double bad : {0.0, 1.0, -0.5, 2.0, not_a_number, infinity}) {
+    CHECK_THAT(problem_after([&](Experiment& e) { e.claims.chain_share = bad; }), Contains("claims.chain_share: "));
+  }
+  CHECK_THAT(problem_after([](Experiment& e) { e.claims.highest_mu = 1.8; }), Contains("claims.highest_mu: "));
+}
+
 TEST_CASE("Duplicates in a file are found although the list is sorted when read") {
   CHECK_THROWS_WITH(parse_experiment("[friction]\nmu = [0.3, 0.1, 0.3]\n", "x.toml"),
                     Contains("x.toml:2:1: friction.mu: 0.3 stands in the list twice"));

@@ -62,6 +62,7 @@ Experiment unusual_experiment() {
   e.fit.min_identifiable_width = 0.75;
   e.fit.scaling_window = {0.05, 0.35};
   e.fit.other_scaling_windows = {{0.1, 1.0 / 3.0}, {0.2, 0.9}};
+  e.claims = {36.5, 1.6, 0.015, 0.6};
   e.figures.response_profiles = true;
   e.figures.profile_mu = 0.7;
   e.figures.profile_layers = {40, 90, 222};
@@ -159,7 +160,7 @@ TEST_CASE("An unknown key is refused with file, line, column and the nearest kno
   CHECK_THAT(refusal("[response]\nseed = 3\n"), Contains("did you mean sampling.seed?"));
   CHECK_THAT(refusal("[figures.response_profile]\nmu = 0.3\n"), Contains("did you mean figures.response_profiles?"));
   CHECK_THAT(refusal("[lattice]\nqqqqqqqqqqq = 3\n"), Contains("[lattice] knows columns, layers"));
-  CHECK_THAT(refusal("zzzzzzzzzzzzzzz = 3\n"), Contains("the tables are experiment,"));
+  CHECK_THAT(refusal("zzzzzzzzzzzzzzz = 3\n"), Contains("the tables are claims, experiment,"));
   CHECK_THAT(refusal("seed = 3\n"), Contains("did you mean sampling.seed?"));
   CHECK_THAT(refusal("\"" + std::string(5000, 'k') + "\" = 3\n"), Contains("unknown key"));
 }

@@ -1,0 +1,15 @@
+#pragma once
+#include "analysis/claim_spec.h"
+#include "analysis/results.h"
+
+namespace granuscope {
+
+/// One function for each claim of the paper. Each returns the claim with verdict, numbers and a sentence; none looks at
+/// the verdict the experiment expects. What decides a claim stands beside its function's definition.
+
+Claim judge_frictionless(const Analysis& analysis);
+Claim judge_c_of_mu(const Analysis& analysis);
+Claim judge_D_of_mu(const Analysis& analysis);
+Claim judge_c_of_D(const Analysis& analysis);
+
+}  // namespace granuscope
