@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <cmath>
 #include <exception>
+#include <map>
 
 #include "analysis/analyse.h"
 #include "experiment/experiment_file.h"
@@ -35,6 +37,7 @@ class Run {
 
   RunResult go() {
     describe();
+    earlier_timings_ = earlier_timings(options_.folder);
     make_folder(options_.folder);
     write_file(options_.folder / "experiment.toml", data_.resolved_experiment);
     try {
@@ -114,7 +117,12 @@ class Run {
     MeasuredEnsemble ensemble;
     timed("sample " + planned.label,
           [&] { ensemble = obtain_ensemble(planned, options_.folder, options_.threads, options_.progress); });
-    data_.timings.back().reused = planned.reusable;
+    if (planned.reusable) {
+      StageTiming& timing = data_.timings.back();
+      timing.reused = true;
+      const auto earlier = earlier_timings_.find(timing.stage);
+      timing.seconds = earlier == earlier_timings_.end() ? std::nan("") : earlier->second;
+    }
     ++obtained_;
     if (planned.reusable) ++reused_;
     return ensemble;
@@ -228,7 +236,8 @@ class Run {
   std::set<Stage> needed_;
   ReportData data_;
   RunResult result_;
-  std::size_t obtained_ = 0, reused_ = 0;  ///< ensembles
+  std::map<std::string, double> earlier_timings_;  ///< by stage
+  std::size_t obtained_ = 0, reused_ = 0;          ///< ensembles
 };
 
 }  // namespace

@@ -1,12 +1,14 @@
 #include "report/manifest_json.h"
 
 #include <algorithm>
+#include <exception>
 #include <nlohmann/json.hpp>
 #include <system_error>
 #include <utility>
 #include <vector>
 
 #include "report/clean_json.h"
+#include "report/estimate_json.h"
 #include "support/atomic_file.h"
 #include "support/digest.h"
 #include "support/error.h"
@@ -45,7 +47,7 @@ Json to_json(const std::vector<StageTiming>& timings) {
   for (const StageTiming& timing : timings) {
     Json stage;
     stage["stage"] = timing.stage;
-    stage["seconds"] = timing.seconds;
+    stage["seconds"] = finite_or_null(timing.seconds);
     stage["reused"] = timing.reused;
     json.push_back(stage);
   }
@@ -112,6 +114,19 @@ std::string manifest_json(const ReportData& data, const std::filesystem::path& r
   json["files"] = files_json(run_folder);
   clean_strings(json);
   return json.dump(2) + "\n";
+}
+
+std::map<std::string, double> earlier_timings(const std::filesystem::path& run_folder) {
+  std::map<std::string, double> seconds;
+  try {
+    const Json manifest = Json::parse(read_file(run_folder / manifest_name));
+    for (const Json& timing : manifest.at("timings")) {
+      if (timing.at("seconds").is_number()) seconds[timing.at("stage")] = timing.at("seconds");
+    }
+  } catch (const std::exception&) {
+    return {};  // what a stage took is worth knowing, but nothing depends on it
+  }
+  return seconds;
 }
 
 void write_manifest(const ReportData& data, const std::filesystem::path& run_folder, const RunOutcome& outcome) {

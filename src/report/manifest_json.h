@@ -1,5 +1,6 @@
 #pragma once
 #include <filesystem>
+#include <map>
 #include <string>
 
 #include "report/report_data.h"
@@ -17,6 +18,10 @@ struct RunOutcome {
 /// `run_folder` except manifest.json itself and hidden (temporary) files. Everything that differs between machines or
 /// moments is here. A file that cannot be read is listed with a null hash, so that a failing run still gets a manifest.
 std::string manifest_json(const ReportData& data, const std::filesystem::path& run_folder, const RunOutcome& outcome);
+
+/// Seconds by stage as the manifest of an earlier run in this folder gives them, so that what is reused keeps the time
+/// it took. Empty where there is no such manifest or it is damaged.
+std::map<std::string, double> earlier_timings(const std::filesystem::path& run_folder);
 
 /// manifest_json into manifest.json, atomically. Call it last.
 void write_manifest(const ReportData& data, const std::filesystem::path& run_folder, const RunOutcome& outcome);

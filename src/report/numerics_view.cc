@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "report/number_text.h"
@@ -96,8 +97,8 @@ Json provenance_view(const ReportData& data) {
   view["environment"] = named_values(data.environment);
   Json timings = Json::array();
   for (const StageTiming& timing : data.timings) {
-    timings.push_back(
-        {{"stage", timing.stage}, {"time", describe_duration(timing.seconds)}, {"reused", timing.reused}});
+    const std::string time = std::isfinite(timing.seconds) ? describe_duration(timing.seconds) : "not known";
+    timings.push_back({{"stage", timing.stage}, {"time", time}, {"reused", timing.reused}});
   }
   view["timings"] = timings;
   view["has_timings"] = !timings.empty();

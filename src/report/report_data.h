@@ -13,7 +13,7 @@ namespace granuscope {
 /// A stage's wall time, for manifest.json and the report's provenance section.
 struct StageTiming {
   std::string stage;
-  double seconds = 0;
+  double seconds = 0;   ///< what computing it took, in an earlier run if it is reused; NaN if that is not known
   bool reused = false;  ///< the result was already there
 };
 

@@ -303,5 +303,17 @@ TEST_CASE("Side measurements are drawn, kept, reused and reported") {
   for (const PlannedStep& step : plan_run(experiment, quiet(folder.path()))) {
     if (step.stage == Stage::sample) CHECK(step.reused);
   }
+  const auto timings = [&] { return nlohmann::json::parse(read_file(folder.path() / "manifest.json")).at("timings"); };
+  const auto drawn = timings();
   CHECK(summary_of({Stage::report}) == first);
+  const auto reused = timings();
+  for (std::size_t i = 0; i < drawn.size(); ++i) {
+    if (drawn[i].at("stage").get<std::string>().rfind("sample ", 0) != 0) continue;
+    CHECK(reused[i].at("stage") == drawn[i].at("stage"));
+    CHECK(reused[i].at("seconds") == drawn[i].at("seconds"));  // what drawing took is not forgotten
+    CHECK(reused[i].at("reused") == true);
+  }
+  write_file(folder.path() / "manifest.json", "{ damaged");
+  CHECK(summary_of({Stage::report}) == first);
+  CHECK(timings()[0].at("seconds").is_null());
 }
