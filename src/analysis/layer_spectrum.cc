@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "analysis/mean_response.h"
 #include "model/lattice.h"
 
 namespace granuscope {
@@ -63,12 +64,13 @@ Replicated block_mean(const BlockSums& sums, const std::string& quantity, std::s
 }
 
 LayerSpectrum layer_spectrum(const BlockSums& sums, std::size_t row, double overload) {
-  const QuantitySums& q = sums.quantities.at("weight");
+  const ResponseQuantity response = response_quantity(sums, overload);
+  const QuantitySums& q = sums.quantities.at(response.name);
   const int columns = q.width, modes = (columns - 1) / 2, blocks = sums.blocks();
   const int layer = sums.layers[row];
   const Lattice lattice({columns, layer + 1});
 
-  // Rows: block sums of w. The uniform load of 1 only enters the mode m = 0.
+  // Rows: block sums. The uniform load only enters the mode m = 0.
   Matrix block_sums(blocks, columns);
   Eigen::VectorXd count(blocks);
   for (int b = 0; b < blocks; ++b) {
@@ -76,10 +78,10 @@ LayerSpectrum layer_spectrum(const BlockSums& sums, std::size_t row, double over
     const std::size_t offset =
         (static_cast<std::size_t>(b) * sums.layers.size() + row) * static_cast<std::size_t>(columns);
     for (int i = 0; i < columns; ++i) {
-      block_sums(b, i) = q.sum[offset + static_cast<std::size_t>(i)] - count(b);
+      block_sums(b, i) = q.sum[offset + static_cast<std::size_t>(i)] - count(b) * response.background;
     }
   }
-  const Matrix block_modes = block_sums * cosine_matrix(lattice, layer, modes) / overload;
+  const Matrix block_modes = block_sums * cosine_matrix(lattice, layer, modes) / response.scale;
 
   LayerSpectrum spectrum;
   spectrum.columns = columns;

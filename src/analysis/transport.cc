@@ -8,6 +8,7 @@
 
 #include "analysis/layer_spectrum.h"
 #include "analysis/line_fit.h"
+#include "analysis/mean_response.h"
 #include "analysis/shape_fit.h"
 #include "ensemble/parallel.h"
 #include "model/lattice.h"
@@ -26,13 +27,13 @@ struct MeasuredDepth {
 
 /// |x| and x^2 moments of an exact profile: x_p = sum |x| P, W^2 = sum x^2 P - x_p^2.
 void measure_exactly(const EnsembleRecord& record, std::size_t row, double overload, MeasuredDepth& depth) {
-  const BlockMeans means = block_means(record.sums, "weight", row);
+  const BlockMeans means = mean_response(record.sums, row, overload);
   const auto columns = static_cast<int>(means.whole.size());
   const int layer = record.sums.layers[row];
   const Lattice lattice({columns, layer + 1});
   double first = 0, second = 0;
   for (int i = 0; i < columns; ++i) {
-    const double x = lattice.x(layer, i), pressure = (means.whole[static_cast<std::size_t>(i)] - 1) / overload;
+    const double x = lattice.x(layer, i), pressure = means.whole[static_cast<std::size_t>(i)];
     first += std::abs(x) * pressure;
     second += x * x * pressure;
   }
@@ -194,7 +195,7 @@ MeasuredRatios ratios_of(const MeasuredDepth& depth) {
 }
 
 ResponseProfile response_profile(const MeasuredEnsemble& ensemble, std::size_t row, const MeasuredDepth& depth) {
-  const BlockMeans means = block_means(ensemble.record.sums, "weight", row);
+  const BlockMeans means = mean_response(ensemble.record.sums, row, ensemble.overload);
   const int layer = depth.fit.layer, columns = static_cast<int>(means.whole.size());
   const Lattice lattice({columns, layer + 1});
   ResponseProfile profile;
@@ -210,8 +211,8 @@ ResponseProfile response_profile(const MeasuredEnsemble& ensemble, std::size_t r
   };
   for (int i : order) {
     const auto here = static_cast<std::size_t>(i);
-    const auto symmetrised = [&](const std::vector<double>& w) {
-      return ((w[here] + w[mirror(i)]) / 2 - 1) / ensemble.overload;
+    const auto symmetrised = [&](const std::vector<double>& response) {
+      return (response[here] + response[mirror(i)]) / 2;
     };
     Replicated pressure{symmetrised(means.whole), {}};
     for (const auto& without : means.without_block) pressure.without_block.push_back(symmetrised(without));

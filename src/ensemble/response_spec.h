@@ -10,15 +10,27 @@ enum class Load {
   point,    ///< 1 on every top bead, 1 + overload on the middle one
 };
 
-/// How the response is measured.
+/// How the response to a load is measured.
+enum class EstimatorName {
+  point,        ///< the paper's procedure: overloaded piles minus the uniform load
+  paired,       ///< the standard procedure: each pile solved with and without the overload, keeping its random numbers
+  multiplexed,  ///< every top load raised or lowered at random; the linear response by cross-correlation
+};
+
 struct ResponseSpec {
-  std::string estimator = "point";  ///< the paper's procedure: point load, uniform load subtracted, mirror symmetrised
-  double overload = 1.0;            ///< extra force on the middle top bead
+  std::string estimator = "point";  ///< name of the estimator
+  double overload = 1.0;            ///< extra force on the middle top bead (point, paired)
+  double epsilon = 0.25;            ///< share by which each top load is raised or lowered (multiplexed)
   std::uint64_t samples = 3456;     ///< piles per friction coefficient
   int blocks = 32;                  ///< of whole groups of eight samples; at least 8
 };
 
 std::string name_of(Load load);
 Load load_named(const std::string& name);
+
+/// "point", "paired", "multiplexed".
+std::string name_of(EstimatorName estimator);
+/// Throws InputError naming the known estimators.
+EstimatorName estimator_named(const std::string& name);
 
 }  // namespace granuscope

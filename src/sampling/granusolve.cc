@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "sampling/layer_kernels.h"
+#include "sampling/split_numbers.h"
 #include "sampling/truncated_pair.h"
 
 namespace granuscope {
@@ -16,8 +17,16 @@ constexpr double rounding_ulps = 64;
 constexpr double ulp = std::numeric_limits<double>::epsilon();
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
+/// States of a bead that a climb has unsolved (0: it is solved). Those at the top of the climb draw new numbers in any
+/// case: the old ones led into a dead end.
+constexpr std::uint8_t below_climb = 1, top_of_climb = 2;
+
 /// Slack of a bead of the front layer whose bulk draw does not hold (any more).
 constexpr double not_drawn = -1;
+
+/// The numbers kept from a first solution came partly from its later attempts; those of the second solution start here,
+/// so that they are independent of them.
+constexpr std::uint32_t attempts_before_solving_again = std::uint32_t{1} << 23;
 
 /// An interval that is empty by rounding only, as the point it stands for.
 Interval closed(Interval interval) {
@@ -51,6 +60,19 @@ GranusolveSampler::GranusolveSampler(const SamplerSpec& spec, const Lattice& lat
 }
 
 std::optional<SamplingFailure> GranusolveSampler::draw(std::uint64_t sample, std::span<const double> load, Pile& pile) {
+  first_ = nullptr;
+  return solve_pile(sample, load, pile);
+}
+
+std::optional<SamplingFailure> GranusolveSampler::draw_again(std::uint64_t sample, std::span<const double> load,
+                                                             const Pile& first, Pile& pile) {
+  first_ = &first;
+  read_split_numbers(first, first_numbers_);
+  return solve_pile(sample, load, pile);
+}
+
+std::optional<SamplingFailure> GranusolveSampler::solve_pile(std::uint64_t sample, std::span<const double> load,
+                                                             Pile& pile) {
   begin_pile(sample, load, pile);
   for (int layer = 0; layer < lattice_.layers(); ++layer) {
     if (auto failure = solve_layer(layer)) return failure;
@@ -67,7 +89,7 @@ void GranusolveSampler::begin_pile(std::uint64_t sample, std::span<const double>
   pile.sample = sample;
   pile.load.assign(load.begin(), load.end());
   key_ = RandomKey(spec_.seed, sample);
-  std::fill(attempts_.begin(), attempts_.end(), 0);
+  std::fill(attempts_.begin(), attempts_.end(), first_ == nullptr ? 0 : attempts_before_solving_again);
   std::fill(unsolved_.begin(), unsolved_.end(), std::uint8_t{0});
   std::fill(rule_.begin(), rule_.end(), Rule::first_draw);
   by_rule_ = {lattice_.beads(), 0, 0, 0, 0};
@@ -102,7 +124,11 @@ void GranusolveSampler::set_rule(std::size_t bead, Rule rule) {
 
 void GranusolveSampler::draw_layer_in_bulk(int layer) {
   const auto columns = static_cast<std::size_t>(lattice_.columns());
-  fill_first_uniforms(key_.seed(), key_.sample(), layer, first_uniform_.data(), columns);
+  if (first_ == nullptr) {
+    fill_first_uniforms(key_.seed(), key_.sample(), layer, first_uniform_.data(), columns);
+  } else {
+    std::copy_n(first_numbers_.begin() + static_cast<std::ptrdiff_t>(at(layer, 0)), columns, first_uniform_.begin());
+  }
   const auto row = [&](std::size_t from) {
     const std::size_t here = at(layer, 0) + from;
     return LowerRow{&pile_->V_R[here], &pile_->V_L[here], &H_[here],
@@ -112,6 +138,7 @@ void GranusolveSampler::draw_layer_in_bulk(int layer) {
     for (std::size_t i = 0; i < columns; ++i) half_load_[i] = pile_->load[i] / 2;
     const double* const half = half_load_.data();
     draw_beads(cone_, {half, half, no_force_.data(), no_force_.data()}, first_uniform_.data(), columns, row(0));
+    if (first_ != nullptr) keep_splits(layer);
     return;
   }
   const auto above = [&](std::size_t upper_left, std::size_t upper_right) {
@@ -123,6 +150,17 @@ void GranusolveSampler::draw_layer_in_bulk(int layer) {
   const std::size_t first = layer % 2 == 0 ? 1 : 0, seam = layer % 2 == 0 ? 0 : columns - 1;
   draw_beads(cone_, above(0, 1), &first_uniform_[first], columns - 1, row(first));
   draw_beads(cone_, above(columns - 1, 0), &first_uniform_[seam], 1, row(seam));
+  if (first_ != nullptr) keep_splits(layer);
+}
+
+/// What kept_split adds to the numbers that the layer was drawn in bulk with.
+void GranusolveSampler::keep_splits(int layer) {
+  for (int bead = 0; bead < lattice_.columns(); ++bead) {
+    const std::size_t here = at(layer, bead);
+    if (pile_->V_R[here] == first_->V_R[here] && pile_->V_L[here] == first_->V_L[here]) {
+      set_split(layer, bead, first_->H_R[here]);
+    }
+  }
 }
 
 std::optional<SamplingFailure> GranusolveSampler::solve_layer(int layer) {
@@ -134,7 +172,7 @@ std::optional<SamplingFailure> GranusolveSampler::solve_layer(int layer) {
   int bead = order.first_bead;
   for (cursor_ = 0; cursor_ < columns;) {
     if (slack_[static_cast<std::size_t>(bead)] >= 0) {
-      ++counts_.uniforms;
+      if (first_ == nullptr) ++counts_.uniforms;
       ++cursor_;
     } else {
       while (solve_bead(layer, bead, Attempt::first) == Mend::climbed) {
@@ -213,6 +251,16 @@ bool GranusolveSampler::solved(int layer, int bead) const {
   return unsolved_[at(layer, bead)] == 0 && (layer < front_ || position(layer, bead) < cursor_);
 }
 
+double GranusolveSampler::choose_split(int layer, int bead, Attempt attempt, Outgoing out, Interval interval) {
+  const std::size_t here = at(layer, bead);
+  if (first_ != nullptr && unsolved_[here] != top_of_climb) {
+    return kept_split(*first_, here, first_numbers_[here], out, interval);
+  }
+  if (attempt != Attempt::first) return point_at(interval, next_uniforms(layer, bead, 1).first);
+  ++counts_.uniforms;
+  return point_at(interval, first_uniform_[static_cast<std::size_t>(bead)]);
+}
+
 /// Takes the forces from above and draws the split; false if the interval is empty beyond rounding.
 bool GranusolveSampler::try_draw(int layer, int bead, Attempt attempt) {
   Incoming in = incoming(layer, bead);
@@ -231,10 +279,7 @@ bool GranusolveSampler::try_draw(int layer, int bead, Attempt attempt) {
   pile_->V_R[here] = out.V_R;
   pile_->V_L[here] = out.V_L;
   H_[here] = in.H;
-  if (attempt == Attempt::first) ++counts_.uniforms;
-  set_split(layer, bead,
-            point_at(interval, attempt == Attempt::first ? first_uniform_[static_cast<std::size_t>(bead)]
-                                                         : next_uniforms(layer, bead, 1).first));
+  set_split(layer, bead, choose_split(layer, bead, attempt, out, interval));
   unsolved_[here] = 0;
   return true;
 }
@@ -464,7 +509,9 @@ void GranusolveSampler::climb(int layer, int bead) {
   const int columns = lattice_.columns();
   const int count = std::min(columns, layer - top + 1 + 2 * sideways);
   for (int k = 0; k < count; ++k) {
-    unsolve(top, ((first - sideways + k) % columns + columns) % columns);
+    const int ancestor = ((first - sideways + k) % columns + columns) % columns;
+    unsolve(top, ancestor);
+    if (unsolved_[at(top, ancestor)] != 0) unsolved_[at(top, ancestor)] = top_of_climb;
   }
 }
 
@@ -480,7 +527,7 @@ void GranusolveSampler::unsolve(int layer, int bead) {
       continue;
     }
     if (unsolved_[at(n, i)] != 0) continue;
-    unsolved_[at(n, i)] = 1;
+    unsolved_[at(n, i)] = below_climb;
     pending_[static_cast<std::size_t>(n)].push_back(i);
     topmost_pending_ = std::min(topmost_pending_, n);
     stack_.emplace_back(n + 1, lattice_.lower_left(n, i));

@@ -30,10 +30,15 @@ namespace granuscope {
 ///     and solved again, topmost layer first; above the top layer the set widens sideways instead.
 ///
 /// Beads of the layer whose turn has not come yet restrict nothing.
+///
+/// Solving again (draw_again), a bead draws another number than its own only where a mend changes its split, and at the
+/// top of a climb.
 class GranusolveSampler final : public Sampler {
  public:
   GranusolveSampler(const SamplerSpec& spec, const Lattice& lattice);
   std::optional<SamplingFailure> draw(std::uint64_t sample, std::span<const double> load, Pile& pile) override;
+  std::optional<SamplingFailure> draw_again(std::uint64_t sample, std::span<const double> load, const Pile& first,
+                                            Pile& pile) override;
 
  private:
   /// Which rule gave a bead its value, for the counts.
@@ -48,8 +53,10 @@ class GranusolveSampler final : public Sampler {
     int first, count, step;
   };
 
+  std::optional<SamplingFailure> solve_pile(std::uint64_t sample, std::span<const double> load, Pile& pile);
   void begin_pile(std::uint64_t sample, std::span<const double> load, Pile& pile);
   void draw_layer_in_bulk(int layer);
+  void keep_splits(int layer);
   std::optional<SamplingFailure> solve_layer(int layer);
   /// Solves everything that a climb has unsolved, topmost layer first. False if the effort ran out.
   bool solve_pending();
@@ -63,6 +70,7 @@ class GranusolveSampler final : public Sampler {
   bool solved(int layer, int bead) const;
   int position(int layer, int bead) const;
 
+  double choose_split(int layer, int bead, Attempt attempt, Outgoing out, Interval interval);
   bool try_draw(int layer, int bead, Attempt attempt);
   Mend solve_bead(int layer, int bead, Attempt attempt);
   Mend mend(int layer, int bead);
@@ -87,12 +95,15 @@ class GranusolveSampler final : public Sampler {
   FrictionCone cone_;
   SamplerSpec spec_;
 
+  const Pile* first_ = nullptr;        ///< while a pile is solved again: its first solution
+  std::vector<double> first_numbers_;  ///< and the numbers of that
+
   // State of the pile being drawn; arrays have shape [layers, columns].
   Pile* pile_ = nullptr;
   RandomKey key_{0, 0};
   std::vector<double> H_;                ///< total horizontal force entering each bead
   std::vector<std::uint32_t> attempts_;  ///< attempts after the first, per bead
-  std::vector<std::uint8_t> unsolved_;   ///< set by a climb until the bead is solved again
+  std::vector<std::uint8_t> unsolved_;   ///< not 0 from a climb on until the bead is solved again
   std::vector<Rule> rule_;
   std::array<std::uint64_t, 5> by_rule_{};  ///< beads whose value came from each rule
   std::vector<RandomKey::Order> order_;     ///< per layer

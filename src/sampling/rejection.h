@@ -11,8 +11,12 @@ class RejectionSampler final : public Sampler {
  public:
   RejectionSampler(const SamplerSpec& spec, const Lattice& lattice);
   std::optional<SamplingFailure> draw(std::uint64_t sample, std::span<const double> load, Pile& pile) override;
+  std::optional<SamplingFailure> draw_again(std::uint64_t sample, std::span<const double> load, const Pile& first,
+                                            Pile& pile) override;
 
  private:
+  void begin_pile(std::uint64_t sample, std::span<const double> load, Pile& pile) const;
+
   Lattice lattice_;
   FrictionCone cone_;
   SamplerSpec spec_;

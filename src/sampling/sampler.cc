@@ -40,6 +40,24 @@ class CheckedSampler final : public Sampler {
   CheckedSampler(std::unique_ptr<Sampler> inner, const Lattice& lattice)
       : inner_(std::move(inner)), lattice_(lattice) {}
   std::optional<SamplingFailure> draw(std::uint64_t sample, std::span<const double> load, Pile& pile) override {
+    check(sample, load, pile);
+    auto failure = inner_->draw(sample, load, pile);
+    counts_ = inner_->counts();
+    return failure;
+  }
+  std::optional<SamplingFailure> draw_again(std::uint64_t sample, std::span<const double> load, const Pile& first,
+                                            Pile& pile) override {
+    check(sample, load, pile);
+    if (&first == &pile || first.H_R.size() != lattice_.beads()) {
+      throw std::logic_error("a sampler was handed a first pile of another lattice, or one and the same pile twice");
+    }
+    auto failure = inner_->draw_again(sample, load, first, pile);
+    counts_ = inner_->counts();
+    return failure;
+  }
+
+ private:
+  void check(std::uint64_t sample, std::span<const double> load, const Pile& pile) const {
     if (sample >= max_samples) {
       throw InputError(
           fmt::format("sample {} is out of range: one seed names {} samples; use another seed", sample, max_samples));
@@ -55,12 +73,8 @@ class CheckedSampler final : public Sampler {
                         load[i], i));
       }
     }
-    auto failure = inner_->draw(sample, load, pile);
-    counts_ = inner_->counts();
-    return failure;
   }
 
- private:
   std::unique_ptr<Sampler> inner_;
   Lattice lattice_;
 };

@@ -25,6 +25,15 @@ class Sampler {
   /// Returns where it got stuck if the effort ran out; the pile's contents are then not a solution.
   virtual std::optional<SamplingFailure> draw(std::uint64_t sample, std::span<const double> load, Pile& pile) = 0;
 
+  /// Solves again under another load, keeping the random numbers of a first solution of the same sample: every bead
+  /// tries first the number that its split in `first` stands for (split_numbers.h), and draws another one only where
+  /// the law makes it change its split. A law that solves no bead by itself draws the sample anew, from the same key.
+  /// The pile depends on (spec, lattice, load, sample, first) only. `first` and `pile` are two piles.
+  virtual std::optional<SamplingFailure> draw_again(std::uint64_t sample, std::span<const double> load,
+                                                    [[maybe_unused]] const Pile& first, Pile& pile) {
+    return draw(sample, load, pile);
+  }
+
   /// What was done since construction.
   const SamplerCounts& counts() const { return counts_; }
 

@@ -1,0 +1,117 @@
+#include "ensemble/ensemble_spec.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numeric>
+
+#include "sampling/random_key.h"
+#include "support/error.h"
+#include "support/number_format.h"
+
+namespace granuscope {
+namespace {
+
+std::uint64_t groups_of(std::uint64_t samples) { return samples / group_size + (samples % group_size != 0 ? 1 : 0); }
+
+}  // namespace
+
+std::string name_of(Load load) { return load == Load::uniform ? "uniform" : "point"; }
+
+Load load_named(const std::string& name) {
+  for (Load load : {Load::uniform, Load::point}) {
+    if (name_of(load) == name) return load;
+  }
+  throw InputError(fmt::format("there is no load \"{}\": known are uniform and point", name));
+}
+
+std::uint64_t first_sample_of(const EnsembleSpec& spec, int block) {
+  const std::uint64_t groups = groups_of(spec.samples);
+  const std::uint64_t first = groups * static_cast<std::uint64_t>(block) / static_cast<std::uint64_t>(spec.blocks);
+  return std::min(first * group_size, spec.samples);
+}
+
+std::vector<int> recorded_layers(const EnsembleSpec& spec) {
+  std::vector<int> layers = spec.layers;
+  if (layers.empty()) {
+    layers.resize(static_cast<std::size_t>(spec.lattice.layers));
+    std::iota(layers.begin(), layers.end(), 0);
+  } else if (spec.estimator == EstimatorName::multiplexed && layers.front() != 0) {
+    layers.insert(layers.begin(), 0);
+  }
+  return layers;
+}
+
+void validate(const EnsembleSpec& spec) {
+  const Lattice lattice(spec.lattice);
+  if (spec.blocks < min_blocks) {
+    throw InputError(
+        fmt::format("{} blocks are too few: a jackknife over fewer than {} blocks gives no usable standard "
+                    "error",
+                    spec.blocks, min_blocks));
+  }
+  if (groups_of(spec.samples) < static_cast<std::uint64_t>(spec.blocks)) {
+    throw InputError(fmt::format(
+        "{} samples are too few: each of the {} blocks needs at least one group of {} samples; ask for {} or more",
+        spec.samples, spec.blocks, group_size, (static_cast<std::uint64_t>(spec.blocks) - 1) * group_size + 1));
+  }
+  if (spec.samples > max_samples) {
+    throw InputError(
+        fmt::format("{} samples are too many: one seed names {}; ask for fewer, or divide them among seeds",
+                    spec.samples, max_samples));
+  }
+  if (!(spec.overload > 0) || !std::isfinite(spec.overload)) {
+    throw InputError(fmt::format("overload {} is not a positive finite force: there would be no response to measure",
+                                 spec.overload));
+  }
+  if (std::adjacent_find(spec.layers.begin(), spec.layers.end(), std::greater_equal<>()) != spec.layers.end()) {
+    throw InputError("the recorded layers are not ascending: each may be named once, from the top down");
+  }
+  for (int layer : spec.layers) {
+    if (layer < 0 || layer >= lattice.layers()) {
+      throw InputError(fmt::format("layer {} is outside the lattice of {} layers (0 to {})", layer, lattice.layers(),
+                                   lattice.layers() - 1));
+    }
+  }
+}
+
+std::string configuration_text(const EnsembleSpec& spec) {
+  const SamplerSpec& s = spec.sampler;
+  const bool point = spec.estimator == EstimatorName::point, multiplexed = spec.estimator == EstimatorName::multiplexed;
+  // The lines of the estimator point are older than the choice of estimators; ensembles drawn then stay valid.
+  const std::string estimator = point ? ""
+                                      : fmt::format("estimator={}\nepsilon={}\n", name_of(spec.estimator),
+                                                    multiplexed ? exact(spec.epsilon) : "0");
+  const bool overloaded = spec.estimator == EstimatorName::paired || (point && spec.load == Load::point);
+  return fmt::format(
+      "sampling_version={}\nlaw={}\nmu={}\nseed={}\neffort={}\nmax_tries={}\norder={}\ncolumns={}\nlayers={}\nload={}\n"
+      "overload={}\nsamples={}\nblocks={}\nrecorded_layers={}\nprofiles={}\n{}",
+      sampling_version, name_of(s.law), exact(s.mu), s.seed, exact(s.effort), s.max_tries, name_of(s.order),
+      spec.lattice.columns, spec.lattice.layers, point ? name_of(spec.load) : name_of(spec.estimator),
+      overloaded ? exact(spec.overload) : "0", spec.samples, spec.blocks, fmt::join(recorded_layers(spec), ","),
+      spec.record_profiles, estimator);
+}
+
+std::vector<double> top_load(const EnsembleSpec& spec) {
+  const Lattice lattice(spec.lattice);
+  std::vector<double> load(static_cast<std::size_t>(lattice.columns()), 1.0);
+  if (spec.load == Load::point) load[static_cast<std::size_t>(lattice.middle())] += spec.overload;
+  return load;
+}
+
+std::string replay_command(const EnsembleSpec& spec, std::uint64_t sample) {
+  std::string command =
+      fmt::format("granuscope sample --law {} --mu {} --columns {} --layers {} --load {}", name_of(spec.sampler.law),
+                  exact(spec.sampler.mu), spec.lattice.columns, spec.lattice.layers, name_of(spec.load));
+  if (spec.load == Load::point && spec.overload != 1.0) command += fmt::format(" --overload {}", exact(spec.overload));
+  if (spec.sampler.effort != SamplerSpec{}.effort) command += fmt::format(" --effort {}", exact(spec.sampler.effort));
+  if (spec.sampler.max_tries != SamplerSpec{}.max_tries)
+    command += fmt::format(" --max-tries {}", spec.sampler.max_tries);
+  if (spec.sampler.order != SamplerSpec{}.order) command += " --layer-order " + name_of(spec.sampler.order);
+  return command + fmt::format(" --seed {} --sample {} --out pile.h5", spec.sampler.seed, sample);
+}
+
+}  // namespace granuscope

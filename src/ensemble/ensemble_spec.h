@@ -1,0 +1,50 @@
+#pragma once
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "ensemble/response_spec.h"
+#include "model/lattice.h"
+#include "sampling/sampler_spec.h"
+
+namespace granuscope {
+
+/// One ensemble: piles of one law at one friction coefficient, how they are loaded, and what is measured on them.
+struct EnsembleSpec {
+  SamplerSpec sampler;
+  LatticeSpec lattice;
+  EstimatorName estimator = EstimatorName::point;
+  Load load = Load::point;       ///< of the estimator point; under a uniform load there is no response to measure
+  double overload = 1.0;         ///< extra force on the middle top bead (estimators point and paired)
+  double epsilon = 0.25;         ///< share by which each top load is raised or lowered (estimator multiplexed)
+  std::uint64_t samples = 3456;  ///< numbers 0 .. samples-1 of the seed
+  int blocks = 32;               ///< each of whole groups of eight samples (the last group may be incomplete)
+  std::vector<int> layers;       ///< recorded layers, ascending; empty: all
+  bool record_profiles = true;   ///< record the response [layers, columns] beside the numbers per layer
+};
+
+/// Fewest blocks from which a standard error is taken.
+inline constexpr int min_blocks = 8;
+/// Consecutive samples that share the order in which their layers are solved, and therefore the block.
+inline constexpr std::uint64_t group_size = 8;
+
+/// Throws InputError if the spec is out of range (fewer than one group per block, a layer outside the lattice, ...).
+void validate(const EnsembleSpec& spec);
+
+/// Canonical text of everything the ensemble's numbers depend on. Equal text, equal numbers.
+std::string configuration_text(const EnsembleSpec& spec);
+
+/// The layers whose sums are kept, ascending: those asked for, or all; multiplexed always keeps layer 0, which holds
+/// the spectrum of its loads.
+std::vector<int> recorded_layers(const EnsembleSpec& spec);
+
+/// First sample of a block; blocks hold whole groups and differ by at most one group. `block` = spec.blocks: the end.
+std::uint64_t first_sample_of(const EnsembleSpec& spec, int block);
+
+/// The load on every top bead of the estimator point, shape [columns].
+std::vector<double> top_load(const EnsembleSpec& spec);
+
+/// The command that draws one pile of the ensemble again.
+std::string replay_command(const EnsembleSpec& spec, std::uint64_t sample);
+
+}  // namespace granuscope

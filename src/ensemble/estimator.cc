@@ -1,0 +1,45 @@
+#include "ensemble/estimator.h"
+
+#include <fmt/format.h>
+
+#include "ensemble/paired_estimator.h"
+#include "ensemble/point_estimator.h"
+#include "support/error.h"
+
+namespace granuscope {
+namespace {
+
+using enum EstimatorName;
+
+}  // namespace
+
+std::string name_of(EstimatorName estimator) {
+  switch (estimator) {
+    case paired:
+      return "paired";
+    case multiplexed:
+      return "multiplexed";
+    case point:
+      break;
+  }
+  return "point";
+}
+
+EstimatorName estimator_named(const std::string& name) {
+  for (EstimatorName estimator : {point, paired, multiplexed}) {
+    if (name_of(estimator) == name) return estimator;
+  }
+  throw InputError(
+      fmt::format("there is no estimator \"{}\": known are point, paired and multiplexed; choose one of them", name));
+}
+
+std::vector<QuantityShape> quantities_of(const EnsembleSpec& spec) {
+  return spec.estimator == paired ? PairedEstimator::quantities(spec) : PointEstimator::quantities(spec);
+}
+
+std::unique_ptr<Estimator> make_estimator(const EnsembleSpec& spec, BlockSums& sums, int block) {
+  if (spec.estimator == paired) return std::make_unique<PairedEstimator>(spec, sums, block);
+  return std::make_unique<PointEstimator>(spec, sums, block);
+}
+
+}  // namespace granuscope

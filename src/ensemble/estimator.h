@@ -1,0 +1,40 @@
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "ensemble/ensemble_spec.h"
+#include "sampling/sampler.h"
+#include "storage/block_sums.h"
+
+namespace granuscope {
+
+/// A quantity that an estimator sums, and its width: the number of columns for a profile, 1 for a number per layer.
+struct QuantityShape {
+  std::string name;
+  int width;
+};
+
+/// Measures samples one after another and adds them to the sums of one block: loads in, sums out. Not thread-safe: one
+/// for each block. What it adds depends on the ensemble and the sample only.
+class Estimator {
+ public:
+  virtual ~Estimator() = default;
+
+  /// Draws what the sample needs and adds it. Where a pile could not be completed, returns where it got stuck and adds
+  /// nothing. Every pile's exact identities are asserted.
+  virtual std::optional<SamplingFailure> measure(std::uint64_t sample) = 0;
+
+  /// What the sampler did so far.
+  virtual const SamplerCounts& counts() const = 0;
+};
+
+/// What the estimator of the ensemble sums.
+std::vector<QuantityShape> quantities_of(const EnsembleSpec& spec);
+
+/// `sums` holds zeros of these shapes and outlives the estimator.
+std::unique_ptr<Estimator> make_estimator(const EnsembleSpec& spec, BlockSums& sums, int block);
+
+}  // namespace granuscope

@@ -1,0 +1,88 @@
+#include "ensemble/paired_estimator.h"
+
+#include <cmath>
+
+#include "model/identities.h"
+#include "sampling/split_numbers.h"
+
+namespace granuscope {
+namespace {
+
+bool below_overload(const Lattice& lattice, int layer, int bead) {
+  return std::abs(lattice.x(layer, bead)) <= Lattice::depth(layer);
+}
+
+}  // namespace
+
+int beads_below_overload(const Lattice& lattice, int layer) {
+  int beads = 0;
+  for (int i = 0; i < lattice.columns(); ++i) beads += below_overload(lattice, layer, i) ? 1 : 0;
+  return beads;
+}
+
+std::vector<QuantityShape> PairedEstimator::quantities(const EnsembleSpec& spec) {
+  std::vector<QuantityShape> all = LayerNumbers::quantities();
+  all.push_back({"redrawn", 1});
+  all.push_back({"redrawn_below_overload", 1});
+  if (spec.record_profiles) all.push_back({"response", spec.lattice.columns});
+  return all;
+}
+
+PairedEstimator::PairedEstimator(const EnsembleSpec& spec, BlockSums& sums, int block)
+    : overload_(spec.overload),
+      uniform_load_(static_cast<std::size_t>(spec.lattice.columns), 1.0),
+      overloaded_(uniform_load_),
+      sampler_(make_sampler(spec.sampler, Lattice(spec.lattice))),
+      before_(Lattice(spec.lattice)),
+      after_(before_),
+      layers_(sums.layers),
+      numbers_(sums, block),
+      redrawn_(sums, "redrawn", block),
+      redrawn_below_(sums, "redrawn_below_overload", block),
+      profiles_(spec.record_profiles),
+      response_(profiles_ ? BlockSlice(sums, "response", block) : BlockSlice()) {
+  overloaded_[static_cast<std::size_t>(before_.lattice.middle())] += overload_;
+}
+
+std::optional<SamplingFailure> PairedEstimator::measure(std::uint64_t sample) {
+  if (const auto failure = sampler_->draw(sample, uniform_load_, before_)) return failure;
+  assert_identities(before_);
+  if (const auto failure = sampler_->draw_again(sample, overloaded_, before_, after_)) return failure;
+  assert_identities(after_);
+  numbers_.add(before_);
+  add_redrawn();
+  if (profiles_) add_response();
+  return std::nullopt;
+}
+
+void PairedEstimator::add_redrawn() {
+  find_redrawn(before_, after_, redrawn_beads_);
+  const Lattice& lattice = after_.lattice;
+  for (std::size_t l = 0; l < layers_.size(); ++l) {
+    const int layer = layers_[l];
+    int everywhere = 0, below = 0, beads_below = 0;
+    for (int i = 0; i < lattice.columns(); ++i) {
+      const int redrawn = redrawn_beads_[lattice.index(layer, i)];
+      everywhere += redrawn;
+      if (!below_overload(lattice, layer, i)) continue;
+      below += redrawn;
+      ++beads_below;
+    }
+    redrawn_.add(l, static_cast<double>(everywhere) / lattice.columns());
+    redrawn_below_.add(l, static_cast<double>(below) / beads_below);
+  }
+}
+
+void PairedEstimator::add_response() {
+  const auto columns = static_cast<std::size_t>(after_.lattice.columns());
+  for (std::size_t l = 0; l < layers_.size(); ++l) {
+    const std::size_t row = after_.lattice.index(layers_[l], 0);
+    for (std::size_t i = 0; i < columns; ++i) {
+      const double with = after_.V_R[row + i] + after_.V_L[row + i];
+      const double without = before_.V_R[row + i] + before_.V_L[row + i];
+      response_.add(l, i, (with - without) / overload_);
+    }
+  }
+}
+
+}  // namespace granuscope

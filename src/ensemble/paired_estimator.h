@@ -1,0 +1,39 @@
+#pragma once
+#include "ensemble/estimator.h"
+#include "ensemble/layer_numbers.h"
+
+namespace granuscope {
+
+/// The standard procedure: each sample is solved under the uniform load and again with the overload, every bead keeping
+/// its random number where it can, and the two piles are subtracted. Sums:
+///   "response"                 (w with the overload - w without)/overload, of each bead;
+///   "redrawn"                  share of the layer's beads that had to draw another number;
+///   "redrawn_below_overload"   the same among the beads with |x| <= z;
+/// the numbers per layer are those of the uniformly loaded pile.
+class PairedEstimator final : public Estimator {
+ public:
+  static std::vector<QuantityShape> quantities(const EnsembleSpec& spec);
+  PairedEstimator(const EnsembleSpec& spec, BlockSums& sums, int block);
+  std::optional<SamplingFailure> measure(std::uint64_t sample) override;
+  const SamplerCounts& counts() const override { return sampler_->counts(); }
+
+ private:
+  void add_redrawn();
+  void add_response();
+
+  double overload_;
+  std::vector<double> uniform_load_, overloaded_;
+  std::unique_ptr<Sampler> sampler_;
+  Pile before_, after_;
+  std::vector<unsigned char> redrawn_beads_;
+  const std::vector<int>& layers_;
+  LayerNumbers numbers_;
+  BlockSlice redrawn_, redrawn_below_;
+  bool profiles_;
+  BlockSlice response_;
+};
+
+/// Beads of a layer with |x| <= z.
+int beads_below_overload(const Lattice& lattice, int layer);
+
+}  // namespace granuscope

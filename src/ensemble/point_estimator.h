@@ -1,0 +1,27 @@
+#pragma once
+#include "ensemble/estimator.h"
+#include "ensemble/layer_numbers.h"
+
+namespace granuscope {
+
+/// The paper's procedure: each sample is one pile under the load of the ensemble. Sums "weight", w = V_R + V_L of each
+/// bead, from which the analysis takes the uniform load away. Under a uniform load there is no response to measure; the
+/// numbers per layer alone then give the thrust ratio.
+class PointEstimator final : public Estimator {
+ public:
+  static std::vector<QuantityShape> quantities(const EnsembleSpec& spec);
+  PointEstimator(const EnsembleSpec& spec, BlockSums& sums, int block);
+  std::optional<SamplingFailure> measure(std::uint64_t sample) override;
+  const SamplerCounts& counts() const override { return sampler_->counts(); }
+
+ private:
+  std::vector<double> load_;
+  std::unique_ptr<Sampler> sampler_;
+  Pile pile_;
+  const std::vector<int>& layers_;
+  LayerNumbers numbers_;
+  bool profiles_;
+  BlockSlice weight_;
+};
+
+}  // namespace granuscope

@@ -1,0 +1,84 @@
+#include "analysis/redrawn_beads.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "ensemble/ensemble_runner.h"
+#include "ensemble/paired_estimator.h"
+#include "support/error.h"
+
+namespace granuscope {
+namespace {
+
+EnsembleSpec paired(double mu) {
+  EnsembleSpec spec;
+  spec.estimator = EstimatorName::paired;
+  spec.sampler.mu = mu;
+  spec.sampler.seed = 11;
+  spec.lattice = {.columns = 80, .layers = 60};
+  spec.samples = 128;
+  spec.blocks = 8;
+  spec.record_profiles = false;
+  return spec;
+}
+
+}  // namespace
+
+TEST_CASE("shares of redrawn beads are the means over the usable layers") {
+  const EnsembleSpec spec = paired(0.3);
+  EnsembleRecord record = run_ensemble(spec, 0, nullptr);
+  const RedrawnBeads shares = measure_redrawn_beads(spec, record);
+  const Lattice lattice(spec.lattice);
+  double whole = 0, below = 0, beads_below = 0;
+  for (int layer = 0; layer < 40; ++layer) {
+    int here = 0;
+    for (int i = 0; i < 80; ++i) here += std::abs(lattice.x(layer, i)) <= Lattice::depth(layer) ? 1 : 0;
+    CHECK(beads_below_overload(lattice, layer) == here);
+    beads_below += here;
+    for (std::size_t b = 0; b < 8; ++b) {
+      const std::size_t row = b * 60 + static_cast<std::size_t>(layer);
+      whole += record.sums.quantities.at("redrawn").sum[row] / (40.0 * 128);
+      below += record.sums.quantities.at("redrawn_below_overload").sum[row] * here / 128;
+    }
+  }
+  CHECK(shares.whole_pile.value == Approx(whole).epsilon(1e-12));
+  CHECK(shares.below_overload.value == Approx(below / beads_below).epsilon(1e-12));
+  CHECK(shares.whole_pile.standard_error > 0);
+  CHECK(shares.whole_pile.standard_error < 0.2 * shares.whole_pile.value);
+  CHECK(shares.samples == 128);
+  CHECK(shares.failed == 0);
+  // The layers below the usable ones do not count.
+  for (std::size_t b = 0; b < 8; ++b) record.sums.quantities.at("redrawn").sum[b * 60 + 40] = 1e9;
+  CHECK(measure_redrawn_beads(spec, record).whole_pile.value == shares.whole_pile.value);
+}
+
+TEST_CASE("more friction makes more beads redraw, and none without it") {
+  double before = 0;
+  for (const double mu : {0.05, 0.1, 0.3, 0.8}) {
+    const EnsembleSpec spec = paired(mu);
+    const RedrawnBeads shares = measure_redrawn_beads(spec, run_ensemble(spec, 0, nullptr));
+    CHECK(shares.whole_pile.value > before + 3 * shares.whole_pile.standard_error);
+    CHECK(shares.below_overload.value > shares.whole_pile.value);
+    before = shares.whole_pile.value;
+  }
+  const EnsembleSpec spec = paired(0);
+  const RedrawnBeads none = measure_redrawn_beads(spec, run_ensemble(spec, 0, nullptr));
+  CHECK(none.whole_pile.value == 0);
+  CHECK(none.whole_pile.standard_error == 0);
+}
+
+TEST_CASE("redrawn beads need the estimator paired, all usable layers and completed pairs") {
+  EnsembleSpec spec = paired(0.3);
+  EnsembleRecord record = run_ensemble(spec, 0, nullptr);
+  record.sums.count[2] = 0;
+  const RedrawnBeads unknown = measure_redrawn_beads(spec, record);
+  CHECK_FALSE(unknown.whole_pile.known());
+  CHECK_FALSE(unknown.whole_pile.reason.empty());
+  spec.layers = {0, 5, 39};
+  CHECK_THROWS_AS(measure_redrawn_beads(spec, run_ensemble(spec, 0, nullptr)), InputError);
+  spec = paired(0.3);
+  spec.estimator = EstimatorName::point;
+  CHECK_THROWS_AS(measure_redrawn_beads(spec, run_ensemble(spec, 0, nullptr)), InputError);
+}
+
+}  // namespace granuscope
