@@ -5,7 +5,6 @@
 #include <limits>
 
 #include "sampling/layer_kernels.h"
-#include "sampling/split_numbers.h"
 #include "sampling/truncated_pair.h"
 
 namespace granuscope {
@@ -17,16 +16,8 @@ constexpr double rounding_ulps = 64;
 constexpr double ulp = std::numeric_limits<double>::epsilon();
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-/// States of a bead that a climb has unsolved (0: it is solved). Those at the top of the climb draw new numbers in any
-/// case: the old ones led into a dead end.
-constexpr std::uint8_t below_climb = 1, top_of_climb = 2;
-
 /// Slack of a bead of the front layer whose bulk draw does not hold (any more).
 constexpr double not_drawn = -1;
-
-/// The numbers kept from a first solution came partly from its later attempts; those of the second solution start here,
-/// so that they are independent of them.
-constexpr std::uint32_t attempts_before_solving_again = std::uint32_t{1} << 23;
 
 /// An interval that is empty by rounding only, as the point it stands for.
 Interval closed(Interval interval) {
@@ -61,13 +52,6 @@ GranusolveSampler::GranusolveSampler(const SamplerSpec& spec, const Lattice& lat
 
 std::optional<SamplingFailure> GranusolveSampler::draw(std::uint64_t sample, std::span<const double> load, Pile& pile) {
   first_ = nullptr;
-  return solve_pile(sample, load, pile);
-}
-
-std::optional<SamplingFailure> GranusolveSampler::draw_again(std::uint64_t sample, std::span<const double> load,
-                                                             const Pile& first, Pile& pile) {
-  first_ = &first;
-  read_split_numbers(first, first_numbers_);
   return solve_pile(sample, load, pile);
 }
 
@@ -124,11 +108,8 @@ void GranusolveSampler::set_rule(std::size_t bead, Rule rule) {
 
 void GranusolveSampler::draw_layer_in_bulk(int layer) {
   const auto columns = static_cast<std::size_t>(lattice_.columns());
-  if (first_ == nullptr) {
-    fill_first_uniforms(key_.seed(), key_.sample(), layer, first_uniform_.data(), columns);
-  } else {
-    std::copy_n(first_numbers_.begin() + static_cast<std::ptrdiff_t>(at(layer, 0)), columns, first_uniform_.begin());
-  }
+  if (first_ == nullptr) fill_first_uniforms(key_.seed(), key_.sample(), layer, first_uniform_.data(), columns);
+  if (first_ != nullptr) std::copy_n(&first_numbers_[at(layer, 0)], columns, first_uniform_.begin());
   const auto row = [&](std::size_t from) {
     const std::size_t here = at(layer, 0) + from;
     return LowerRow{&pile_->V_R[here], &pile_->V_L[here], &H_[here],
@@ -151,16 +132,6 @@ void GranusolveSampler::draw_layer_in_bulk(int layer) {
   draw_beads(cone_, above(0, 1), &first_uniform_[first], columns - 1, row(first));
   draw_beads(cone_, above(columns - 1, 0), &first_uniform_[seam], 1, row(seam));
   if (first_ != nullptr) keep_splits(layer);
-}
-
-/// What kept_split adds to the numbers that the layer was drawn in bulk with.
-void GranusolveSampler::keep_splits(int layer) {
-  for (int bead = 0; bead < lattice_.columns(); ++bead) {
-    const std::size_t here = at(layer, bead);
-    if (pile_->V_R[here] == first_->V_R[here] && pile_->V_L[here] == first_->V_L[here]) {
-      set_split(layer, bead, first_->H_R[here]);
-    }
-  }
 }
 
 std::optional<SamplingFailure> GranusolveSampler::solve_layer(int layer) {
@@ -249,16 +220,6 @@ int GranusolveSampler::position(int layer, int bead) const {
 
 bool GranusolveSampler::solved(int layer, int bead) const {
   return unsolved_[at(layer, bead)] == 0 && (layer < front_ || position(layer, bead) < cursor_);
-}
-
-double GranusolveSampler::choose_split(int layer, int bead, Attempt attempt, Outgoing out, Interval interval) {
-  const std::size_t here = at(layer, bead);
-  if (first_ != nullptr && unsolved_[here] != top_of_climb) {
-    return kept_split(*first_, here, first_numbers_[here], out, interval);
-  }
-  if (attempt != Attempt::first) return point_at(interval, next_uniforms(layer, bead, 1).first);
-  ++counts_.uniforms;
-  return point_at(interval, first_uniform_[static_cast<std::size_t>(bead)]);
 }
 
 /// Takes the forces from above and draws the split; false if the interval is empty beyond rounding.

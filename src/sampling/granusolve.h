@@ -47,6 +47,13 @@ class GranusolveSampler final : public Sampler {
   enum class Attempt { first, later };
   enum class ArcOutcome { mended, too_narrow, hopeless };
 
+  /// States of a bead that a climb has unsolved (0: it is solved). Those at the top of the climb draw new numbers in
+  /// any case: the old ones led into a dead end.
+  static constexpr std::uint8_t below_climb = 1, top_of_climb = 2;
+  /// The numbers kept from a first solution came partly from its later attempts; those of the second solution start
+  /// here, so that they are independent of them.
+  static constexpr std::uint32_t attempts_before_solving_again = std::uint32_t{1} << 23;
+
   /// Neighbouring parents of one layer, first + k step for k = 0 .. count-1, changed together.
   struct Arc {
     int layer;  ///< of the beads below the parents
