@@ -38,7 +38,7 @@ std::vector<PlannedEnsemble> plan_ensembles(const Experiment& experiment, const 
     spec.lattice = experiment.lattice;
     spec.load = Load::point;
     spec.overload = experiment.response.overload;
-    ensemble.estimator = experiment.response.estimator;
+    spec.estimator = estimator_named(experiment.response.estimator);
     spec.blocks = experiment.response.blocks;
     const std::uint64_t one_group_each = static_cast<std::uint64_t>(spec.blocks) * group_size;
     spec.samples = mu == 0 ? std::min(experiment.response.samples, one_group_each) : experiment.response.samples;
@@ -58,7 +58,7 @@ MeasuredEnsemble obtain_ensemble(PlannedEnsemble& planned, const std::filesystem
   MeasuredEnsemble measured;
   measured.mu = planned.spec.sampler.mu;
   measured.law = name_of(planned.spec.sampler.law);
-  measured.estimator = planned.estimator;
+  measured.estimator = name_of(planned.spec.estimator);
   measured.overload = planned.spec.overload;
   measured.lattice = planned.spec.lattice;
   const std::filesystem::path file = run_folder / planned.file;

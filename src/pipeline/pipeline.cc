@@ -146,7 +146,7 @@ class Run {
     SideMeasurer side;
     for (SideEnsemble& one : plan_side_ensembles(experiment_, options_.folder)) {
       const MeasuredEnsemble ensemble = obtain(one.planned);
-      if (needs(Stage::analyse)) timed("analyse", [&] { side.add(one.kind, ensemble); });
+      if (needs(Stage::analyse)) timed("analyse", [&] { side.add(one, ensemble); });
     }
     if (reused_ > 0) {
       data_.skipped.push_back(

@@ -2,8 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <numeric>
+
 #include "analysis/chain_share.h"
 #include "analysis/counted_work.h"
+#include "analysis/redrawn_beads.h"
 #include "support/number_format.h"
 
 namespace granuscope {
@@ -18,6 +21,7 @@ class Planner {
   std::vector<SideEnsemble> plan() {
     for (const double mu : experiment_.small_friction.mu) add_small_friction(mu);
     if (experiment_.chain_share.samples > 0) add_chain_share();
+    for (const double mu : experiment_.redrawn_beads.mu) add_redrawn_beads(mu);
     for (const double mu : experiment_.counted_work.mu) {
       for (const int size : experiment_.counted_work.sizes) add_counted_work(mu, size);
     }
@@ -40,6 +44,16 @@ class Planner {
     EnsembleSpec spec = spec_at(chains.mu, {chains.columns, chains.computed_layers()}, experiment_.chain_share.samples);
     spec.layers = chain_layers(chains.layers);
     add(SideKind::chain_share, fmt::format("share along the rays, mu = {}", chains.mu), "chain-share", spec);
+  }
+
+  void add_redrawn_beads(double mu) {
+    EnsembleSpec spec = spec_at(mu, experiment_.lattice, experiment_.redrawn_beads.samples);
+    spec.estimator = EstimatorName::paired;
+    spec.layers.resize(static_cast<std::size_t>(Lattice(spec.lattice).usable_layers()));
+    std::iota(spec.layers.begin(), spec.layers.end(), 0);
+    spec.record_profiles = false;
+    add(SideKind::redrawn_beads, fmt::format("redrawn beads, mu = {}", mu),
+        fmt::format("redrawn-beads-mu-{}", exact(mu)), spec);
   }
 
   void add_counted_work(double mu, int size) {
@@ -66,7 +80,6 @@ class Planner {
     PlannedEnsemble planned;
     planned.label = label;
     planned.spec = spec;
-    planned.estimator = spec.load == Load::uniform ? "thrust" : experiment_.response.estimator;
     planned.file = std::filesystem::path("ensembles") / (file + ".h5");
     planned.reusable = is_there(planned, run_folder_);
     planned_.push_back({kind, std::move(planned)});
@@ -83,9 +96,10 @@ std::vector<SideEnsemble> plan_side_ensembles(const Experiment& experiment, cons
   return Planner(experiment, run_folder).plan();
 }
 
-void SideMeasurer::add(SideKind kind, const MeasuredEnsemble& ensemble) {
-  switch (kind) {
+void SideMeasurer::add(const SideEnsemble& side, const MeasuredEnsemble& ensemble) {
+  switch (side.kind) {
     case SideKind::redrawn_beads:
+      measured_.redrawn_beads.push_back(measure_redrawn_beads(side.planned.spec, ensemble.record));
       break;
     case SideKind::counted_work:
       measured_.counted_work.push_back(counted_work(ensemble));

@@ -24,7 +24,7 @@ std::vector<SideEnsemble> plan_side_ensembles(const Experiment& experiment, cons
 /// Collects side measurements, one ensemble after the other, so that no two ensembles need to be in memory.
 class SideMeasurer {
  public:
-  void add(SideKind kind, const MeasuredEnsemble& ensemble);
+  void add(const SideEnsemble& side, const MeasuredEnsemble& ensemble);
   SideMeasurements finish();
 
  private:

@@ -283,6 +283,7 @@ TEST_CASE("Side measurements are drawn, kept, reused and reported") {
   experiment.small_friction = {{0.15, 0.2, 0.3}, 16, 2.0, 256};
   experiment.counted_work = {{0.0, 0.8}, {30, 45, 60}, 64};
   experiment.chain_share.samples = 256;
+  experiment.redrawn_beads = {{0.3}, 256};
   experiment.force_chains.layers = 25;
   ScratchFolder folder("side");
   const auto summary_of = [&](const std::vector<Stage>& only) {
@@ -293,6 +294,9 @@ TEST_CASE("Side measurements are drawn, kept, reused and reported") {
   const auto& side = first.at("side");
   CHECK(side.at("small_friction").size() == 3);
   CHECK(side.at("small_friction_exponent").at("points") == 3);
+  CHECK(side.at("redrawn_beads")[0].at("whole_pile").at("value") > 0.0);
+  CHECK(side.at("redrawn_beads")[0].at("whole_pile").at("value") <
+        side.at("redrawn_beads")[0].at("below_overload").at("value"));
   CHECK(side.at("counted_work").size() == 6);
   CHECK(side.at("counted_work")[0].at("draws_per_bead") == 0.0);  // without friction nothing is drawn
   CHECK(side.at("counted_work")[5].at("draws_per_bead") > 1.0);
