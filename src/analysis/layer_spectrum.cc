@@ -30,6 +30,51 @@ Matrix cosine_matrix(const Lattice& lattice, int layer, int modes) {
 /// mode's variance to 25 %, nine modes together to 8 %, which costs the fit less than 1 % of its precision.
 constexpr int smoothing_half_width = 4;
 
+/// For each block and mode a sum and what it is to be divided by, so that the response is the ratio of their totals.
+/// Shape [blocks, modes].
+struct BlockModes {
+  Matrix numerator, denominator;
+};
+
+/// Means over samples: the denominator is their number.
+BlockModes modes_of_profiles(const BlockSums& sums, std::size_t row, double overload, int modes) {
+  const ResponseQuantity response = response_quantity(sums, overload);
+  const QuantitySums& q = sums.quantities.at(response.name);
+  const int columns = q.width, blocks = sums.blocks(), layer = sums.layers[row];
+  const Lattice lattice({columns, layer + 1});
+  // Rows: block sums. The uniform load only enters the mode m = 0.
+  Matrix block_sums(blocks, columns), count(blocks, modes);
+  for (int b = 0; b < blocks; ++b) {
+    const auto samples = static_cast<double>(sums.count[static_cast<std::size_t>(b)]);
+    count.row(b).setConstant(samples);
+    const std::size_t offset =
+        (static_cast<std::size_t>(b) * sums.layers.size() + row) * static_cast<std::size_t>(columns);
+    for (int i = 0; i < columns; ++i) {
+      block_sums(b, i) = q.sum[offset + static_cast<std::size_t>(i)] - samples * response.background;
+    }
+  }
+  return {block_sums * cosine_matrix(lattice, layer, modes) / response.scale, count};
+}
+
+/// Cross-correlations, divided by the realised spectrum of the loads.
+BlockModes modes_of_correlations(const BlockSums& sums, std::size_t row, int modes) {
+  const int blocks = sums.blocks(), columns = sums.quantities.at("correlation").width;
+  const bool half_shifted = sums.layers[row] % 2 == 1;
+  BlockModes result{Matrix(blocks, modes), Matrix(blocks, modes)};
+  for (int b = 0; b < blocks; ++b) {
+    const double* const correlation = correlation_sums(sums, static_cast<std::size_t>(b), row);
+    const double* const loads = load_spectrum_sums(sums, static_cast<std::size_t>(b));
+    for (int m = 1; m <= modes; ++m) {
+      // The spectrum counts whole beads; x does half a bead more on every other layer: Re[C_m exp(-i k/2)].
+      const double half_k = half_shifted ? std::numbers::pi * m / columns : 0.0;
+      const double* const C = correlation + 2 * m - 1;
+      result.numerator(b, m - 1) = C[0] * std::cos(half_k) + C[1] * std::sin(half_k);
+      result.denominator(b, m - 1) = loads[2 * m - 1];
+    }
+  }
+  return result;
+}
+
 }  // namespace
 
 BlockMeans block_means(const BlockSums& sums, const std::string& quantity, std::size_t row) {
@@ -64,43 +109,34 @@ Replicated block_mean(const BlockSums& sums, const std::string& quantity, std::s
 }
 
 LayerSpectrum layer_spectrum(const BlockSums& sums, std::size_t row, double overload) {
-  const ResponseQuantity response = response_quantity(sums, overload);
-  const QuantitySums& q = sums.quantities.at(response.name);
-  const int columns = q.width, modes = (columns - 1) / 2, blocks = sums.blocks();
-  const int layer = sums.layers[row];
-  const Lattice lattice({columns, layer + 1});
-
-  // Rows: block sums. The uniform load only enters the mode m = 0.
-  Matrix block_sums(blocks, columns);
-  Eigen::VectorXd count(blocks);
-  for (int b = 0; b < blocks; ++b) {
-    count(b) = static_cast<double>(sums.count[static_cast<std::size_t>(b)]);
-    const std::size_t offset =
-        (static_cast<std::size_t>(b) * sums.layers.size() + row) * static_cast<std::size_t>(columns);
-    for (int i = 0; i < columns; ++i) {
-      block_sums(b, i) = q.sum[offset + static_cast<std::size_t>(i)] - count(b) * response.background;
-    }
-  }
-  const Matrix block_modes = block_sums * cosine_matrix(lattice, layer, modes) / response.scale;
+  const bool multiplexed = holds_correlations(sums);
+  const int columns = multiplexed ? sums.quantities.at("correlation").width
+                                  : sums.quantities.at(response_quantity(sums, overload).name).width;
+  const int modes = (columns - 1) / 2, blocks = sums.blocks();
+  const BlockModes block =
+      multiplexed ? modes_of_correlations(sums, row, modes) : modes_of_profiles(sums, row, overload, modes);
 
   LayerSpectrum spectrum;
   spectrum.columns = columns;
-  spectrum.half_shifted = layer % 2 == 1;
-  const Eigen::RowVectorXd total = block_modes.colwise().sum();
-  const double samples = count.sum();
-  const Eigen::RowVectorXd mean = total / samples;
-  const auto to_vector = [](const Eigen::RowVectorXd& v) { return std::vector<double>(v.data(), v.data() + v.size()); };
+  spectrum.half_shifted = sums.layers[row] % 2 == 1;
+  using Row = Eigen::Array<double, 1, Eigen::Dynamic>;
+  const Row numerator = block.numerator.colwise().sum(), denominator = block.denominator.colwise().sum();
+  const Row mean = numerator / denominator;
+  const auto to_vector = [](const Row& v) { return std::vector<double>(v.data(), v.data() + v.size()); };
   spectrum.whole = to_vector(mean);
-  Eigen::RowVectorXd variance = Eigen::RowVectorXd::Zero(modes);
+  // Each block's residual about the whole, sum_b r_b^2/d_b / ((blocks - 1) sum_b d_b): the variance of a weighted mean
+  // of numerator/denominator.
+  Row variance = Row::Zero(modes);
   for (int b = 0; b < blocks; ++b) {
-    spectrum.without_block.push_back(to_vector((total - block_modes.row(b)) / (samples - count(b))));
-    variance += count(b) * (block_modes.row(b) / count(b) - mean).array().square().matrix();
+    const Row n = block.numerator.row(b), d = block.denominator.row(b);
+    spectrum.without_block.push_back(to_vector((numerator - n) / (denominator - d)));
+    variance += (n - mean * d).square() / d;
   }
-  variance /= (blocks - 1) * samples;
+  variance /= (blocks - 1) * denominator;
 
   // A scatter at the level of rounding is no scatter.
   const double rounding = 1e-26;
-  spectrum.exact = variance.maxCoeff() <= rounding * mean.array().square().maxCoeff();
+  spectrum.exact = variance.maxCoeff() <= rounding * mean.square().maxCoeff();
   spectrum.noise.assign(static_cast<std::size_t>(modes), 0.0);
   if (spectrum.exact) return spectrum;
   for (int m = 0; m < modes; ++m) {

@@ -1,8 +1,46 @@
 #include "analysis/mean_response.h"
 
+#include "ensemble/real_spectrum.h"
 #include "support/error.h"
 
 namespace granuscope {
+namespace {
+
+/// The response of each distance d from the loaded bead, shifted so that the loaded bead is the middle one.
+std::vector<double> response_of(const std::vector<double>& correlation, const std::vector<double>& loads,
+                                const RealSpectrum& fourier) {
+  const std::size_t columns = correlation.size();
+  std::vector<double> by_distance(columns), response(columns);
+  for (std::size_t at = 0; at < columns; ++at) {
+    // Entries 2m - 1 and 2m are the real and imaginary parts of the mode m, whose load spectrum is real.
+    by_distance[at] = correlation[at] / loads[at == 0 ? 0 : (at - 1) / 2 * 2 + 1];
+  }
+  fourier.inverse(by_distance);
+  for (std::size_t d = 0; d < columns; ++d) response[(d + columns / 2) % columns] = by_distance[d];
+  return response;
+}
+
+BlockMeans mean_correlation(const BlockSums& sums, std::size_t row) {
+  const auto columns = static_cast<std::size_t>(sums.quantities.at("correlation").width);
+  const auto blocks = static_cast<std::size_t>(sums.blocks());
+  const RealSpectrum fourier(columns);
+  const auto total = [&](std::size_t left_out) {
+    std::vector<double> correlation(columns), loads(columns);
+    for (std::size_t b = 0; b < blocks; ++b) {
+      if (b == left_out) continue;
+      const double* const c = correlation_sums(sums, b, row);
+      const double* const l = load_spectrum_sums(sums, b);
+      for (std::size_t i = 0; i < columns; ++i) correlation[i] += c[i], loads[i] += l[i];
+    }
+    return response_of(correlation, loads, fourier);
+  };
+  BlockMeans means;
+  means.whole = total(blocks);
+  for (std::size_t b = 0; b < blocks; ++b) means.without_block.push_back(total(b));
+  return means;
+}
+
+}  // namespace
 
 ResponseQuantity response_quantity(const BlockSums& sums, double overload) {
   if (sums.quantities.contains("response")) return {"response", 0, 1};
@@ -12,7 +50,24 @@ ResponseQuantity response_quantity(const BlockSums& sums, double overload) {
       "recorded");
 }
 
+bool holds_correlations(const BlockSums& sums) { return sums.quantities.contains("correlation"); }
+
+const double* correlation_sums(const BlockSums& sums, std::size_t block, std::size_t row) {
+  const QuantitySums& q = sums.quantities.at("correlation");
+  return &q.sum[(block * sums.layers.size() + row) * static_cast<std::size_t>(q.width)];
+}
+
+const double* load_spectrum_sums(const BlockSums& sums, std::size_t block) {
+  if (sums.layers.empty() || sums.layers.front() != 0) {
+    throw InputError(
+        "the ensemble does not hold layer 0, and with it the spectrum of its loads, so that its response is not known; "
+        "draw it again");
+  }
+  return correlation_sums(sums, block, 0);
+}
+
 BlockMeans mean_response(const BlockSums& sums, std::size_t row, double overload) {
+  if (holds_correlations(sums)) return mean_correlation(sums, row);
   const ResponseQuantity response = response_quantity(sums, overload);
   BlockMeans means = block_means(sums, response.name, row);
   const auto take_response = [&](std::vector<double>& profile) {

@@ -16,6 +16,14 @@ struct ResponseQuantity {
 /// Throws InputError where the ensemble holds neither.
 ResponseQuantity response_quantity(const BlockSums& sums, double overload);
 
+/// Whether the sums are those of the estimator multiplexed: spectra of cross-correlations instead of profiles.
+bool holds_correlations(const BlockSums& sums);
+/// The sums of one block at recorded layer number `row`, and the realised spectrum of its loads, which is that of layer
+/// 0: both [columns], laid out as in ensemble/real_spectrum.h. The response is the ratio of their sums over blocks.
+/// Throws InputError where layer 0 is not recorded.
+const double* correlation_sums(const BlockSums& sums, std::size_t block, std::size_t row);
+const double* load_spectrum_sums(const BlockSums& sums, std::size_t block);
+
 /// The mean response to a unit load at recorded layer number `row`, over the whole ensemble and without each block;
 /// entry i belongs to bead i, the loaded bead being Lattice::middle().
 BlockMeans mean_response(const BlockSums& sums, std::size_t row, double overload);

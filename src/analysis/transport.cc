@@ -266,17 +266,20 @@ MeasuredTransport measure_transport(const MeasuredEnsemble& ensemble, const FitS
     return result;
   }
 
-  std::vector<MeasuredDepth> depths(record.sums.layers.size());
-  for_each_index(depths.size(), threads, [&](std::size_t row) { depths[row] = measure_depth(ensemble, spec, row); });
+  // Layer 0 of the estimator multiplexed is there for the spectrum of its loads.
+  const std::size_t first_row = holds_correlations(record.sums) ? 1 : 0;
+  std::vector<MeasuredDepth> depths(record.sums.layers.size() - first_row);
+  for_each_index(depths.size(), threads,
+                 [&](std::size_t i) { depths[i] = measure_depth(ensemble, spec, i + first_row); });
   t.exact = std::all_of(depths.begin(), depths.end(),
                         [](const MeasuredDepth& d) { return d.fit.degrees_of_freedom == 0 && d.fit.identifiable; });
   fit_slopes(depths, spec, result);
   measure_thrust(depths, spec, result);
-  for (std::size_t row = 0; row < depths.size(); ++row) {
-    t.depths.push_back(depths[row].fit);
-    if (std::find(profile_layers.begin(), profile_layers.end(), depths[row].fit.layer) != profile_layers.end()) {
-      t.profiles.push_back(response_profile(ensemble, row, depths[row]));
-      if (depths[row].fit.identifiable) result.ratios.push_back(ratios_of(depths[row]));
+  for (std::size_t i = 0; i < depths.size(); ++i) {
+    t.depths.push_back(depths[i].fit);
+    if (std::find(profile_layers.begin(), profile_layers.end(), depths[i].fit.layer) != profile_layers.end()) {
+      t.profiles.push_back(response_profile(ensemble, i + first_row, depths[i]));
+      if (depths[i].fit.identifiable) result.ratios.push_back(ratios_of(depths[i]));
     }
   }
   return result;

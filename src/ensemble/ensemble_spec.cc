@@ -67,6 +67,16 @@ void validate(const EnsembleSpec& spec) {
     throw InputError(fmt::format("overload {} is not a positive finite force: there would be no response to measure",
                                  spec.overload));
   }
+  if (!(spec.epsilon > 0 && spec.epsilon < 1)) {
+    throw InputError(
+        fmt::format("epsilon {} is out of range: at 0 there is no response to measure, and at 1 some top beads would "
+                    "carry no load, for which there is no solution at small friction; give more than 0 and less than 1",
+                    spec.epsilon));
+  }
+  if (spec.estimator != EstimatorName::point && spec.load != Load::point) {
+    throw InputError(
+        fmt::format("the estimator {} brings its own loads; leave the load at point", name_of(spec.estimator)));
+  }
   if (std::adjacent_find(spec.layers.begin(), spec.layers.end(), std::greater_equal<>()) != spec.layers.end()) {
     throw InputError("the recorded layers are not ascending: each may be named once, from the top down");
   }

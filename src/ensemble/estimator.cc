@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "ensemble/multiplexed_estimator.h"
 #include "ensemble/paired_estimator.h"
 #include "ensemble/point_estimator.h"
 #include "support/error.h"
@@ -34,11 +35,26 @@ EstimatorName estimator_named(const std::string& name) {
 }
 
 std::vector<QuantityShape> quantities_of(const EnsembleSpec& spec) {
-  return spec.estimator == paired ? PairedEstimator::quantities(spec) : PointEstimator::quantities(spec);
+  switch (spec.estimator) {
+    case paired:
+      return PairedEstimator::quantities(spec);
+    case multiplexed:
+      return MultiplexedEstimator::quantities(spec);
+    case point:
+      break;
+  }
+  return PointEstimator::quantities(spec);
 }
 
 std::unique_ptr<Estimator> make_estimator(const EnsembleSpec& spec, BlockSums& sums, int block) {
-  if (spec.estimator == paired) return std::make_unique<PairedEstimator>(spec, sums, block);
+  switch (spec.estimator) {
+    case paired:
+      return std::make_unique<PairedEstimator>(spec, sums, block);
+    case multiplexed:
+      return std::make_unique<MultiplexedEstimator>(spec, sums, block);
+    case point:
+      break;
+  }
   return std::make_unique<PointEstimator>(spec, sums, block);
 }
 

@@ -9,7 +9,7 @@ namespace {
 
 // The low byte of the last counter word tells the streams apart, the other 24 bits are the attempt.
 // Stream 0 belongs to the first attempts (layer_kernels.cc).
-enum Stream : std::uint32_t { later_attempt_stream = 1, order_stream = 2 };
+enum Stream : std::uint32_t { later_attempt_stream = 1, order_stream = 2, load_stream = 8 };
 
 r123::Philox4x32::ctr_type philox(std::uint64_t seed, std::uint32_t bead, int layer, std::uint32_t sample,
                                   std::uint32_t attempt, Stream stream) {
@@ -29,6 +29,12 @@ RandomKey::Order RandomKey::layer_order(int layer, int columns) const {
   const auto words = philox(seed_, 0, layer, sample_ / 8, 0, order_stream);
   const auto first = static_cast<std::uint64_t>(words[0]) * static_cast<std::uint64_t>(columns) >> 32;
   return {static_cast<int>(first), (words[1] & 1) != 0 ? 1 : -1};
+}
+
+bool RandomKey::load_bit(int bead) const {
+  const auto at = static_cast<std::uint32_t>(bead);
+  const auto words = philox(seed_, at / 128, 0, sample_, 0, load_stream);
+  return (words[at / 32 % 4] >> (at % 32) & 1) != 0;
 }
 
 }  // namespace granuscope

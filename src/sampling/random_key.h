@@ -27,6 +27,9 @@ class RandomKey {
   };
   Order layer_order(int layer, int columns) const;
 
+  /// A fair bit for each top bead, for loads that are themselves random.
+  bool load_bit(int bead) const;
+
   std::uint64_t seed() const { return seed_; }
   std::uint32_t sample() const { return sample_; }
 
