@@ -92,10 +92,24 @@ struct Door {
 };
 
 const std::vector<Door> doors{
-    {"CLI/", "cli"},          {"toml++/", "experiment"}, {"nlohmann/", "report"}, {"mustache", "report"},
-    {"kainjow/", "report"},   {"Eigen/", "analysis"},    {"eigen3/", "analysis"}, {"gsl/", "analysis"},
-    {"hdf5", "storage"},      {"GL/", "render"},         {"EGL/", "render"},      {"png.h", "render"},
-    {"ft2build.h", "render"}, {"freetype", "render"},    {"hwy/", "sampling"},    {"Random123/", "sampling"},
+    {"CLI/", "cli"},
+    {"toml++/", "experiment"},
+    {"nlohmann/", "report"},
+    {"mustache", "report"},
+    {"kainjow/", "report"},
+    {"Eigen/", "analysis"},
+    {"eigen3/", "analysis"},
+    {"gsl/gsl_fft", "ensemble"},
+    {"gsl/gsl_multifit", "analysis"},
+    {"gsl/gsl_errno", "analysis"},
+    {"hdf5", "storage"},
+    {"GL/", "render"},
+    {"EGL/", "render"},
+    {"png.h", "render"},
+    {"ft2build.h", "render"},
+    {"freetype", "render"},
+    {"hwy/", "sampling"},
+    {"Random123/", "sampling"},
 };
 
 }  // namespace
