@@ -15,11 +15,14 @@ namespace granuscope {
 
 /// Which plots are drawn, and of what.
 struct FigureSpec {
+  bool bead_forces = true;                    ///< the paper's Fig. 1, left: one bead's forces, at profile_mu
   bool response_profiles = true;              ///< the paper's Fig. 2
   double profile_mu = 0.3;                    ///< must be one of the experiment's friction coefficients
   std::vector<int> profile_layers{110, 170};  ///< usable layers, ascending
   bool transport_with_depth = true;           ///< Fig. 3: c and D against z, insets against mu
   bool propagation_against_diffusion = true;  ///< Fig. 4: c against D
+  bool scaling_with_friction = true;          ///< D and c0 - c against mu, from slopes and from ratios
+  bool propagation_and_thrust = true;         ///< c beside the speed that follows from the thrust ratio
 };
 
 /// The standard procedure beside the paper's own (estimator "paired"): how many beads draw again. On the experiment's

@@ -171,6 +171,10 @@ std::vector<ExperimentKey> make_keys() {
           [](auto& e) -> auto& { return e.claims.chain_share; }),
 
       key(
+          "figures.bead_forces", "draw", "",
+          "draw one bead of the force-chain pile with its contacts and cones, at figures.response_profiles.mu (Fig. 1)",
+          [](auto& e) -> auto& { return e.figures.bead_forces; }),
+      key(
           profiles, "draw", "", "draw the response at a few layers with its fits (the paper's Fig. 2)",
           [](auto& e) -> auto& { return e.figures.response_profiles; }),
       key(
@@ -184,6 +188,12 @@ std::vector<ExperimentKey> make_keys() {
       key(
           "figures.propagation_against_diffusion", "draw", "", "draw c against D (Fig. 4)",
           [](auto& e) -> auto& { return e.figures.propagation_against_diffusion; }),
+      key(
+          "figures.scaling_with_friction", "draw", "", "draw D and c0 - c against mu, from slopes and from ratios",
+          [](auto& e) -> auto& { return e.figures.scaling_with_friction; }),
+      key(
+          "figures.propagation_and_thrust", "draw", "", "draw c beside the speed that follows from the thrust ratio",
+          [](auto& e) -> auto& { return e.figures.propagation_and_thrust; }),
 
       key(
           redrawn, "mu", "", "friction coefficients at which the standard procedure is followed too; none: not at all",

@@ -17,13 +17,25 @@ namespace {
 constexpr const char* figure_id = "force-chains";
 
 /// The pile of the picture as an ensemble of its own, so that the load and the replay command are written once.
-EnsembleSpec pile_spec(const Experiment& experiment) {
+EnsembleSpec pile_spec(const Experiment& experiment, double mu) {
   EnsembleSpec spec;
-  spec.sampler = experiment.sampler_for(experiment.force_chains.mu);
+  spec.sampler = experiment.sampler_for(mu);
   spec.lattice = {experiment.force_chains.columns, experiment.force_chains.computed_layers()};
   spec.load = Load::point;
   spec.overload = experiment.response.overload;
   return spec;
+}
+
+Pile draw_pile_of(const EnsembleSpec& spec, std::uint64_t sample) {
+  const Lattice lattice(spec.lattice);
+  Pile pile(lattice);
+  if (const auto failure = make_sampler(spec.sampler, lattice)->draw(sample, top_load(spec), pile)) {
+    throw EnvironmentError(
+        fmt::format("the pile of the force-chain picture could not be completed: the effort ran out in layer {}. Raise "
+                    "the effort or choose another sample; this command meets the same failure: {}",
+                    failure->layer, replay_command(spec, sample)));
+  }
+  return pile;
 }
 
 /// All columns of the shown layers.
@@ -33,19 +45,16 @@ std::string window_text(const std::array<double, 4>& window) {
 
 }  // namespace
 
+Pile pile_for_figures(const Experiment& experiment, double mu) {
+  return draw_pile_of(pile_spec(experiment, mu), experiment.force_chains.sample);
+}
+
 PictureOutcome draw_force_chains(const Experiment& experiment, const std::filesystem::path& run_folder,
                                  const Provenance& provenance) {
   const ForceChainSpec& chains = experiment.force_chains;
-  const EnsembleSpec spec = pile_spec(experiment);
-  const Lattice lattice(spec.lattice);
-  Pile pile(lattice);
+  const EnsembleSpec spec = pile_spec(experiment, chains.mu);
   const std::string replay = replay_command(spec, chains.sample);
-  if (const auto failure = make_sampler(spec.sampler, lattice)->draw(chains.sample, top_load(spec), pile)) {
-    throw EnvironmentError(
-        fmt::format("the pile of the force-chain picture could not be completed: the effort ran out in layer {}. Raise "
-                    "the effort or choose another sample; this command meets the same failure: {}",
-                    failure->layer, replay));
-  }
+  const Pile pile = draw_pile_of(spec, chains.sample);
   make_folder(run_folder / "piles");
   make_folder(run_folder / "figures");
   const std::filesystem::path pile_file = std::filesystem::path("piles") / fmt::format("{}.h5", figure_id);

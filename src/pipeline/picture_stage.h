@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "experiment/experiment.h"
+#include "model/pile.h"
 #include "plot/figure.h"
 #include "support/provenance.h"
 
@@ -16,6 +17,10 @@ struct PictureOutcome {
   std::vector<std::pair<std::string, std::string>> environment;  ///< GL backend, why it was chosen, renderer
   std::vector<std::string> skipped;                              ///< what was left out of the picture, counted
 };
+
+/// The pile of the force-chain picture (size, load, seed and sample), at any friction coefficient.
+/// Throws EnvironmentError if it could not be completed.
+Pile pile_for_figures(const Experiment& experiment, double mu);
 
 /// Draws the pile that the experiment names (piles/force-chains.h5) and its picture (figures/force-chains.png).
 /// Throws EnvironmentError if there is no GL context or the pile could not be completed.

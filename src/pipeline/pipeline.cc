@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <exception>
@@ -13,9 +14,12 @@
 #include "pipeline/law_in_words.h"
 #include "pipeline/picture_stage.h"
 #include "pipeline/side_stage.h"
+#include "plot/bead_forces.h"
 #include "plot/gnuplot.h"
 #include "plot/propagation_against_diffusion.h"
+#include "plot/propagation_and_thrust.h"
 #include "plot/response_profiles.h"
+#include "plot/scaling_with_friction.h"
 #include "plot/transport_with_depth.h"
 #include "render/gl_context.h"
 #include "report/manifest_json.h"
@@ -186,6 +190,13 @@ class Run {
   void plot() {
     const FigureSpec& figures = experiment_.figures;
     timed("plot", [&] {
+      if (figures.bead_forces) {
+        const BeadForcesSpec spec{std::min(BeadForcesSpec{}.layer, experiment_.force_chains.layers - 1)};
+        add_figure(
+            [&] { return draw_bead_forces(pile_for_figures(experiment_, figures.profile_mu), spec, options_.folder); });
+        // The paper's Fig. 1 has this one on the left, the force chains on the right.
+        if (data_.figures.size() > 1) std::rotate(data_.figures.begin(), data_.figures.end() - 1, data_.figures.end());
+      }
       if (figures.response_profiles) {
         add_figure([&] {
           return draw_response_profiles(data_.analysis.results,
@@ -200,6 +211,12 @@ class Run {
       }
       if (figures.propagation_against_diffusion) {
         add_figure([&] { return draw_propagation_against_diffusion(data_.analysis, options_.folder); });
+      }
+      if (figures.scaling_with_friction) {
+        add_figure([&] { return draw_scaling_with_friction(data_.analysis, options_.folder); });
+      }
+      if (figures.propagation_and_thrust) {
+        add_figure([&] { return draw_propagation_and_thrust(data_.analysis, options_.folder); });
       }
     });
     note_version("gnuplot");

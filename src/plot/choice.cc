@@ -52,6 +52,7 @@ std::string linear_ticks(const Range& range, int most) {
 
 std::string log_ticks(const Range& range) {
   std::string list;
+  int labels = 0;
   const bool decades_only = std::floor(std::log10(range.high)) - std::ceil(std::log10(range.low)) >= 1;
   for (int exponent = static_cast<int>(std::floor(std::log10(range.low))); std::pow(10, exponent) <= range.high;
        ++exponent) {
@@ -59,11 +60,27 @@ std::string log_ticks(const Range& range) {
       const double mark = digit * std::pow(10, exponent);
       if (mark < range.low * (1 - 1e-9) || mark > range.high * (1 + 1e-9)) continue;
       const bool labelled = digit == 1 || (!decades_only && (digit == 2 || digit == 5));
+      if (labelled) ++labels;
       if (!list.empty()) list += ", ";
       list += labelled ? fmt::format("'{:.6g}' {:.6g} 0", mark, mark) : fmt::format("'' {:.6g} 1", mark);
     }
   }
-  return list;
+  // So short an axis reads better with even steps.
+  return labels < 2 ? linear_ticks(range, 4) : list;
+}
+
+std::string without_labels(const std::string& ticks) {
+  std::string bare;
+  bool inside = false;
+  for (const char letter : ticks) {
+    if (letter == '\'') {
+      inside = !inside;
+      bare += letter;
+    } else if (!inside) {
+      bare += letter;
+    }
+  }
+  return bare;
 }
 
 Range widened_by_factor(const Range& range, double factor) {

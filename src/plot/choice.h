@@ -27,8 +27,12 @@ struct Range {
 std::string linear_ticks(const Range& range, int most);
 
 /// Gnuplot's list of tick marks for a logarithmic axis: labels at 1, 2, 5 of each decade, or at the decades alone if
-/// two of them lie on it; small unlabelled marks at the other whole multiples.
+/// two of them lie on it; small unlabelled marks at the other whole multiples. An axis too short for two labels of this
+/// kind gets those of linear_ticks.
 std::string log_ticks(const Range& range);
+
+/// The same marks without their labels, for a panel whose labels stand below another.
+std::string without_labels(const std::string& ticks);
 
 /// A logarithmic axis with a margin of `factor` beyond both ends.
 Range widened_by_factor(const Range& range, double factor);

@@ -10,8 +10,6 @@ namespace granuscope {
 
 namespace {
 
-constexpr double width_inches = 6.69;  // 170 mm: the text width of the printed report, so that 9 pt stay 9 pt there
-
 std::string plot_template(const std::string& name) {
   return std::string(template_file(fmt::format("plot/{}.gp.mustache", name)));
 }
@@ -25,13 +23,19 @@ void add_colours_used(Gaps& gaps, const std::string& script) {
 
 }  // namespace
 
+std::string fill_script_part(const std::string& name, Gaps gaps) {
+  const std::string part = plot_template(name);
+  add_colours_used(gaps, part);
+  return fill_in(part, gaps);
+}
+
 Figure draw_plot(const PlotPlan& plan, const Gaps& gaps, const std::filesystem::path& run_folder) {
   const std::string script_template = plot_template(plan.script);
   const std::string height = exact(plan.height);
   Gaps all = gaps;
   all["stem"] = plan.id;
-  all["begin_pass"] =
-      fill_in(plot_template("begin_pass"), {{"stem", plan.id}, {"width", exact(width_inches)}, {"height", height}});
+  all["begin_pass"] = fill_in(plot_template("begin_pass"),
+                              {{"stem", plan.id}, {"width", exact(plot_width_inches)}, {"height", height}});
   all["key_panel"] = plot_template("key_panel");
   all["end_of_pass"] = plot_template("end_of_pass");
   add_colours_used(all, script_template);

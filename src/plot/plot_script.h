@@ -8,6 +8,9 @@
 
 namespace granuscope {
 
+/// Every plot is as wide as the text of the printed report, 170 mm, so that its 9 pt stay 9 pt there.
+inline constexpr double plot_width_inches = 6.69;
+
 /// A figure as it is being made: its id, the size of its drawing, and the data files it reads.
 struct PlotPlan {
   std::string id;                           ///< "response-profiles": stem of all its files
@@ -20,5 +23,8 @@ struct PlotPlan {
 /// Fills the script template (common set-up, terminals and colours are given; `gaps` has the rest), draws it into
 /// `run_folder`/figures, and returns the figure without its words.
 Figure draw_plot(const PlotPlan& plan, const Gaps& gaps, const std::filesystem::path& run_folder);
+
+/// A part of a script that several figures share, with the colours it names: templates/plot/<name>.gp.mustache.
+std::string fill_script_part(const std::string& name, Gaps gaps);
 
 }  // namespace granuscope

@@ -7,6 +7,7 @@
 #include <limits>
 #include <set>
 
+#include "model/lattice.h"
 #include "plot/choice.h"
 #include "plot/csv_table.h"
 #include "plot/figure_words.h"
@@ -60,14 +61,20 @@ std::vector<Panel> choose_panels(const Transport& result, const std::vector<int>
   return panels;
 }
 
+/// How far the mean lies from the fit, in its own standard errors; unknown where it has none.
+double residual(const ResponseProfile& profile, std::size_t i) {
+  if (!(profile.standard_error[i] > 0)) return unknown;
+  return (profile.pressure[i] - profile.fit[i]) / profile.standard_error[i];
+}
+
 std::string data_of(const Panel& panel) {
   const ResponseProfile& profile = *panel.profile;
   std::vector<std::string> columns = {"x", "P", "standard_error"};
-  if (panel.has_curve) columns.emplace_back("fit");
+  if (panel.has_curve) columns.insert(columns.end(), {"fit", "residual_in_standard_errors"});
   CsvTable table(columns);
   for (std::size_t i = 0; i < profile.x.size(); ++i) {
     std::vector<double> row = {profile.x[i], profile.pressure[i], profile.standard_error[i]};
-    if (panel.has_curve) row.push_back(profile.fit[i]);
+    if (panel.has_curve) row.insert(row.end(), {profile.fit[i], residual(profile, i)});
     table.add_row(row);
   }
   return table.text();
@@ -101,6 +108,40 @@ Range heights(const std::vector<Panel>& panels, double half_width) {
   return range;
 }
 
+/// The right-hand peak, seen closely: where the fit puts it, or where it would stand without friction.
+double centre_of(const Panel& panel) {
+  return panel.fit != nullptr ? panel.fit->peak_position.value : tan30 * panel.profile->z;
+}
+
+/// Half the width of that view, the same in every panel: six widths of the widest peak.
+double close_half_width(const std::vector<Panel>& panels, double shown) {
+  double half = 8;
+  for (const Panel& panel : panels) {
+    if (panel.fit != nullptr && panel.fit->width.known()) half = std::max(half, 6 * panel.fit->width.value);
+    half = std::min(half, shown / 2);
+  }
+  return std::ceil(half);
+}
+
+/// How far the residuals of the close views reach, at least three standard errors.
+double residual_reach(const std::vector<Panel>& panels, double half_width) {
+  double reach = 3;
+  for (const Panel& panel : panels) {
+    if (!panel.has_curve) continue;
+    for (std::size_t i = 0; i < panel.profile->x.size(); ++i) {
+      if (std::abs(panel.profile->x[i] - centre_of(panel)) > half_width) continue;
+      const double r = std::abs(residual(*panel.profile, i));
+      if (std::isfinite(r)) reach = std::max(reach, r);
+    }
+  }
+  return 1.15 * reach;
+}
+
+std::string quality_of(const Panel& panel) {
+  if (panel.fit == nullptr || panel.fit->degrees_of_freedom <= 0) return "";
+  return fmt::format("χ²/dof = {:.2f}, {} dof", panel.fit->chi2_per_dof, panel.fit->degrees_of_freedom);
+}
+
 std::string head_of(const Panel& panel, int layers_computed) {
   const int layer = panel.profile->layer;
   return fmt::format("z = {:.1f}: layer {}, {} above the bottom", panel.profile->z, layer, layers_computed - layer);
@@ -117,10 +158,10 @@ std::string note_of(const Panel& panel) {
 }
 
 struct PanelLists {
-  std::vector<std::string> layers, heads, notes, peaks, curves, depths, unfitted;
+  std::vector<std::string> layers, heads, notes, peaks, curves, centres, ticks, marks, qualities, depths, unfitted;
 };
 
-PanelLists lists_of(const std::vector<Panel>& panels, int layers_computed) {
+PanelLists lists_of(const std::vector<Panel>& panels, int layers_computed, double close_view) {
   PanelLists lists;
   for (const Panel& panel : panels) {
     const int layer = panel.profile->layer;
@@ -128,6 +169,13 @@ PanelLists lists_of(const std::vector<Panel>& panels, int layers_computed) {
     lists.heads.push_back(gnuplot_string(head_of(panel, layers_computed)));
     lists.notes.push_back(gnuplot_string(note_of(panel)));
     lists.peaks.push_back(panel.fit != nullptr ? exact(panel.fit->peak_position.value) : "NaN");
+    Range close;
+    close.add(centre_of(panel) - close_view);
+    close.add(centre_of(panel) + close_view);
+    lists.centres.push_back(exact(centre_of(panel)));
+    lists.ticks.push_back(fmt::format("\"{}\"", linear_ticks(close, 5)));
+    lists.marks.push_back(fmt::format("\"{}\"", without_labels(linear_ticks(close, 5))));
+    lists.qualities.push_back(gnuplot_string(quality_of(panel)));
     lists.curves.push_back(panel.has_curve ? "1" : "0");
     lists.depths.push_back(fmt::format("z = {:.1f} (layer {}, {} layers above the bottom)", panel.profile->z, layer,
                                        layers_computed - layer));
@@ -154,8 +202,15 @@ Figure draw_response_profiles(const std::vector<Transport>& results, const Respo
   }
   std::vector<std::string> nearest;
   const std::vector<Panel> panels = choose_panels(*result, spec.layers, nearest);
-  const PanelLists lists = lists_of(panels, spec.layers_computed);
   const double shown = half_width(panels);
+  const double close_view = close_half_width(panels, shown);
+  const PanelLists lists = lists_of(panels, spec.layers_computed, close_view);
+  // Beyond two depths there is room for the profiles alone.
+  const bool detailed = panels.size() <= 2;
+  const double reach = residual_reach(panels, close_view);
+  Range residual_axis;
+  residual_axis.add(-reach);
+  residual_axis.add(reach);
   const Range range = heights(panels, shown);
   Range x_axis;
   x_axis.add(-shown);
@@ -165,10 +220,12 @@ Figure draw_response_profiles(const std::vector<Transport>& results, const Respo
   PlotPlan plan;
   plan.id = figure_id;
   plan.script = "response_profiles";
-  plan.height = panels.size() > 2 ? 0.3 + 2.9 * std::ceil(static_cast<double>(panels.size()) / 2) : 3.3;
+  const double rows = std::ceil(static_cast<double>(panels.size()) / 2);
+  plan.height = detailed ? 5.85 : 0.3 + std::min(2.9, 9.0 / rows) * rows;
   for (const Panel& panel : panels) {
     plan.data[fmt::format("{}-layer-{}.csv", figure_id, panel.profile->layer)] = data_of(panel);
     plan.curves += panel.has_curve ? 3 : 2;
+    if (detailed) plan.curves += panel.has_curve ? 5 : 1;
   }
   const std::string mu = caption_number(result->mu);
   const Gaps gaps = {{"mu", mu},
@@ -178,6 +235,14 @@ Figure draw_response_profiles(const std::vector<Transport>& results, const Respo
                      {"notes", fmt::format("{}", fmt::join(lists.notes, ", "))},
                      {"peaks", fmt::format("{}", fmt::join(lists.peaks, ", "))},
                      {"curves", fmt::format("{}", fmt::join(lists.curves, ", "))},
+                     {"detailed", detailed ? "yes" : ""},
+                     {"centres", fmt::format("{}", fmt::join(lists.centres, ", "))},
+                     {"close_ticks", fmt::format("{}", fmt::join(lists.ticks, ", "))},
+                     {"close_marks", fmt::format("{}", fmt::join(lists.marks, ", "))},
+                     {"qualities", fmt::format("{}", fmt::join(lists.qualities, ", "))},
+                     {"close_view", exact(close_view)},
+                     {"reach", exact(reach)},
+                     {"residual_ticks", linear_ticks(residual_axis, 5)},
                      {"x_limit", exact(shown)},
                      {"x_ticks", linear_ticks(x_axis, 5)},
                      {"y_ticks", linear_ticks(range, 6)},
@@ -191,6 +256,7 @@ Figure draw_response_profiles(const std::vector<Transport>& results, const Respo
              {"depths", enumeration(lists.depths)},
              {"how_many", count_in_words(panels.size()) + (panels.size() == 1 ? " depth" : " depths")},
              {"panels", std::to_string(panels.size()) + (panels.size() == 1 ? " panel" : " panels")},
+             {"detailed", detailed ? "yes" : ""},
              {"deeper", panels.size() > 1 ? "yes" : ""},
              {"unfitted", enumeration(lists.unfitted)},
              {"nearest", fmt::format("{}", fmt::join(nearest, ". "))},

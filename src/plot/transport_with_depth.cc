@@ -45,6 +45,14 @@ Range upper_part(const Range& axis) {
   return part;
 }
 
+Range with_margins(const Range& data) {
+  const double margin = 0.08 * (data.size() > 0 ? data.size() : 1);
+  Range axis = data;
+  axis.low -= margin;
+  axis.high += margin;
+  return axis;
+}
+
 /// Everything one figure consists of, filled step by step.
 struct Draft {
   PlotPlan plan;
@@ -64,9 +72,11 @@ std::string with_reason(const std::string& what, double mu, const std::string& r
 }
 
 void add_depths(Draft& draft, const Transport& result) {
-  CsvTable positions({"z", "x_p/z", "standard_error"});
-  CsvTable widths({"z", "W^2/z", "standard_error"});
-  Range position_range, width_range, z_range;
+  CsvTable positions({"z", "x_p/z", "standard_error", "x_p-c0*z", "standard_error"});
+  CsvTable widths({"z", "W^2/z", "standard_error", "W^2", "standard_error"});
+  Range position_range, width_range, z_range, shift_range, square_range;
+  shift_range.add(0);
+  square_range.add(0);
   position_range.add(tan30);
   width_range.add(0);
   int shown = 0;
@@ -81,9 +91,12 @@ void add_depths(Draft& draft, const Transport& result) {
     const double position_error = fit.peak_position.standard_error / fit.z;
     const double width = fit.width_squared.value / fit.z;
     const double width_error = fit.width_squared.standard_error / fit.z;
-    positions.add_row({fit.z, position, position_error});
-    widths.add_row({fit.z, width, width_error});
+    const double shift = fit.peak_position.value - tan30 * fit.z;
+    positions.add_row({fit.z, position, position_error, shift, fit.peak_position.standard_error});
+    widths.add_row({fit.z, width, width_error, fit.width_squared.value, fit.width_squared.standard_error});
     for (const int sign : {-1, 1}) {
+      shift_range.add(shift + sign * fit.peak_position.standard_error);
+      square_range.add(fit.width_squared.value + sign * fit.width_squared.standard_error);
       position_range.add(position + sign * position_error);
       width_range.add(width + sign * width_error);
     }
@@ -96,8 +109,9 @@ void add_depths(Draft& draft, const Transport& result) {
   }
   draft.plan.data[file_name("position")] = positions.text();
   draft.plan.data[file_name("width")] = widths.text();
-  draft.plan.curves += 3;  // both point sets and the line at c0
+  draft.plan.curves += 7;  // above both point sets and the line at c0, below both point sets and lines at zero
 
+  position_range.add(result.c_thrust.value);
   const Range position_axis = with_room_below(position_range);
   const Range width_axis = with_room_below(width_range);
   draft.script["position_low"] = exact(position_axis.low);
@@ -106,6 +120,14 @@ void add_depths(Draft& draft, const Transport& result) {
   draft.script["width_high"] = exact(width_axis.high);
   draft.script["position_ticks"] = linear_ticks(upper_part(position_axis), 6);
   draft.script["width_ticks"] = linear_ticks(upper_part(width_axis), 6);
+  const Range shift_axis = with_margins(shift_range);
+  const Range square_axis = with_margins(square_range);
+  draft.script["shift_low"] = exact(shift_axis.low);
+  draft.script["shift_high"] = exact(shift_axis.high);
+  draft.script["shift_ticks"] = linear_ticks(shift_axis, 5);
+  draft.script["square_low"] = exact(square_axis.low);
+  draft.script["square_high"] = exact(square_axis.high);
+  draft.script["square_ticks"] = linear_ticks(square_axis, 5);
   draft.script["z_first"] = exact(z_range.low);
   Range z_axis;
   z_axis.add(0);
@@ -126,7 +148,23 @@ void add_slope(Draft& draft, const std::string& name, const Estimate& slope, con
   draft.script[offset_name] = known ? exact(offset.value) : "";
   draft.words[name] = known ? "known" : "";
   draft.words[name + "_reason"] = known ? "" : slope.known() ? offset.reason : slope.reason;
-  if (known) draft.plan.curves += 3;
+  draft.script[name + "_text"] =
+      known ? gnuplot_string(fmt::format("slope {} = {}", name, value_with_error(slope.value, slope.standard_error)))
+            : "";
+  if (known) draft.plan.curves += 4;  // line, band and ratio above, line below
+}
+
+/// The speed that follows from the thrust ratio, beside the slope c.
+void add_thrust(Draft& draft, const Transport& result) {
+  const bool known = result.c_thrust.known();
+  const auto text = [](const std::string& what, const Estimate& number) {
+    if (!number.known()) return std::string();
+    return gnuplot_string(fmt::format("{} {}", what, value_with_error(number.value, number.standard_error)));
+  };
+  set_both(draft, "thrust", known ? exact(result.c_thrust.value) : "");
+  draft.script["thrust_text"] = text("c from thrust", result.c_thrust);
+  draft.script["difference_text"] = known ? text("difference", result.c_minus_c_thrust) : "";
+  if (known) draft.plan.curves += 2;
 }
 
 void add_c_inset(Draft& draft, const Analysis& analysis) {
@@ -155,7 +193,11 @@ void add_c_inset(Draft& draft, const Analysis& analysis) {
   const bool with_law = drawn && gamma.exponent.known() && gamma.intercept.known();
   if (drawn) draft.plan.data[file_name("c-of-mu")] = speeds.text();
   if (with_thrust) draft.plan.data[file_name("c-thrust-of-mu")] = thrusts.text();
-  draft.plan.curves += (drawn ? 1 : 0) + (with_thrust ? 1 : 0) + (with_law ? 1 : 0);
+  draft.plan.curves += (drawn ? 1 : 0) + (with_thrust ? 1 : 0) + (with_law ? 2 : 0);
+  // The paper's laws pass through the middle of the window on logarithmic axes, as the fitted ones do.
+  const double middle = std::sqrt(gamma.window[0] * gamma.window[1]);
+  draft.script["c_guide"] =
+      with_law ? exact(std::exp(gamma.intercept.value) * std::pow(middle, gamma.exponent.value - 1)) : "";
   const double margin = 0.08 * std::max(c_range.size(), 0.005);
   set_both(draft, "inset_c", drawn ? "yes" : "");
   set_both(draft, "inset_c_thrust", with_thrust ? "yes" : "");
@@ -195,7 +237,8 @@ void add_D_inset(Draft& draft, const Analysis& analysis) {
     }
   }
   const bool drawn = !mu_range.empty;
-  const Range mu_axis = widened_by_factor(mu_range, 1.25);
+  // A single friction coefficient stands on an axis of a factor of four.
+  const Range mu_axis = widened_by_factor(mu_range, mu_range.high > 1.5 * mu_range.low ? 1.25 : 2);
   const Range D_axis = widened_by_factor(D_range, 2);
   for (const Transport& result : analysis.results) {
     if (!result.D.known() || result.exact || result.D.value <= 0) continue;
@@ -206,7 +249,10 @@ void add_D_inset(Draft& draft, const Analysis& analysis) {
   const bool with_law = drawn && beta.exponent.known() && beta.intercept.known();
   if (!inside.empty()) draft.plan.data[file_name("D-of-mu-inside")] = inside.text();
   if (!outside.empty()) draft.plan.data[file_name("D-of-mu-outside")] = outside.text();
-  draft.plan.curves += (inside.empty() ? 0 : 1) + (outside.empty() ? 0 : 1) + (with_law ? 2 : 0);
+  draft.plan.curves += (inside.empty() ? 0 : 1) + (outside.empty() ? 0 : 1) + (with_law ? 3 : 0);
+  const double middle = std::sqrt(beta.window[0] * beta.window[1]);
+  draft.script["D_guide"] =
+      with_law ? exact(std::exp(beta.intercept.value) * std::pow(middle, beta.exponent.value - 2.5)) : "";
   set_both(draft, "inset_D", drawn ? "yes" : "");
   set_both(draft, "beta", with_law ? exact(beta.exponent.value) : "");
   set_both(draft, "beta_low", caption_number(beta.window[0]));
@@ -240,7 +286,7 @@ Figure draw_transport_with_depth(const Analysis& analysis, const TransportWithDe
   Draft draft;
   draft.plan.id = figure_id;
   draft.plan.script = "transport_with_depth";
-  draft.plan.height = 4.9;
+  draft.plan.height = 6.9;
   set_both(draft, "mu", caption_number(result->mu));
   draft.words["mu_differs"] = result->mu == spec.mu ? "" : caption_number(spec.mu);
   const double window_top = Lattice::depth(result->window_layers[0]);
@@ -253,6 +299,7 @@ Figure draw_transport_with_depth(const Analysis& analysis, const TransportWithDe
   add_depths(draft, *result);
   add_slope(draft, "c", result->c, "x_0", result->position_offset);
   add_slope(draft, "D", result->D, "w_0", result->width_offset);
+  add_thrust(draft, *result);
   add_c_inset(draft, analysis);
   add_D_inset(draft, analysis);
   const auto either = [&](const char* one, const char* other) {

@@ -73,6 +73,9 @@ Experiment unusual_experiment() {
   e.small_friction = {{0.05, 0.1}, 48, 6.5, 512};
   e.small_friction.samples = 520;
   e.chain_share.samples = 640;
+  e.figures.bead_forces = false;
+  e.figures.scaling_with_friction = false;
+  e.figures.propagation_and_thrust = false;
   e.force_chains.draw = false;
   e.force_chains.columns = 48;
   e.force_chains.layers = 33;

@@ -40,6 +40,8 @@ TEST_CASE("Linear ticks are few, round and equally long") {
 }
 
 TEST_CASE("Logarithmic ticks name 1, 2, 5 on a short axis and decades on a long one") {
+  CHECK(log_ticks(range(0.2, 0.33)) == linear_ticks(range(0.2, 0.33), 4));  // 0.2 alone would be no scale
+  CHECK(without_labels("'a' 1 0, '' 2 1") == "'' 1 0, '' 2 1");
   CHECK(log_ticks(range(0.1, 0.3)) == "'0.1' 0.1 0, '0.2' 0.2 0, '' 0.3 1");
   const std::string decades = log_ticks(range(0.01, 1));
   CHECK(decades.find("'0.01' 0.01 0") == 0);

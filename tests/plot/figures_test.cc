@@ -1,12 +1,17 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <sstream>
 
+#include "plot/bead_forces.h"
 #include "plot/propagation_against_diffusion.h"
+#include "plot/propagation_and_thrust.h"
 #include "plot/response_profiles.h"
+#include "plot/scaling_with_friction.h"
 #include "plot/synthetic_analysis.h"
 #include "plot/temporary_folder.h"
 #include "plot/transport_with_depth.h"
+#include "sampling/sampler.h"
 #include "support/atomic_file.h"
 #include "support/child_process.h"
 #include "support/error.h"
@@ -60,6 +65,26 @@ TEST_CASE("The response profiles explain the paper's depths") {
   const std::string svg = read_file(run.path() / figure.screen);
   CHECK(contains(svg, "position x  (bead diameters)"));
   CHECK(contains(svg, "response P(x)  per unit overload"));
+  CHECK(contains(svg, "χ²/dof = "));
+  CHECK(contains(svg, "residual / σ"));
+  const std::string csv = read_file(run.path() / "figures/response-profiles-layer-110.csv");
+  CHECK(csv.starts_with("x,P,standard_error,fit,residual_in_standard_errors\n"));
+}
+
+TEST_CASE("Many depths are shown without close views") {
+  const TemporaryFolder run;
+  Analysis analysis = synthetic::analysis();
+  for (Transport& result : analysis.results) {
+    if (result.profiles.empty()) continue;
+    result.profiles.push_back(result.profiles.front());
+    result.profiles.back().layer = 140;
+  }
+  ResponseProfilesSpec spec;
+  spec.layers = {110, 140, 170};
+  const Figure figure = draw_response_profiles(analysis.results, spec, run.path());
+  check_whole(figure, run.path());
+  CHECK(figure.data.size() == 3);
+  CHECK_FALSE(contains(read_file(run.path() / figure.screen), "residual"));
 }
 
 TEST_CASE("Where a profile is missing the nearest one is drawn and the caption says so") {
@@ -128,22 +153,130 @@ TEST_CASE("Unknown slopes and exponents leave their curves out with a reason") {
   CHECK(contains(depth.caption, "The slope c is unknown: too few depths."));
   const Figure against = draw_propagation_against_diffusion(analysis, run.path());
   check_whole(against, run.path());
-  CHECK_FALSE(contains(against.caption, "Inset"));
+  CHECK_FALSE(contains(against.caption, "α = 0"));
 }
 
-TEST_CASE("c against D shows the fit, the paper's exponent, and both kinds of points") {
+TEST_CASE("c against D shows the fit, the paper's exponent, both kinds of points, and names every point") {
   const TemporaryFolder run;
   const Analysis analysis = synthetic::analysis();
   const Figure figure = draw_propagation_against_diffusion(analysis, run.path());
   check_whole(figure, run.path());
   CHECK(contains(figure.caption, "μ = 0 (exact)"));
   CHECK(contains(figure.caption, "μ = 0.6"));
+  CHECK(contains(figure.caption, "α = 0.688(43)"));
   const std::string svg = read_file(run.path() / figure.screen);
   for (const char* label : {"diffusion coefficient D  (bead diameters)", "propagation coefficient c", "c₀ − c",
-                            "inset: exponent 0.4 of the paper", "inset: outside the window"}) {
+                            "over law", "the paper's exponent", "outside the window", "this run: α = 0.688(43)"}) {
     INFO(label);
     CHECK(contains(svg, label));
   }
+  for (const char* mu : {"0", "0.1", "0.15", "0.2", "0.3", "0.4"}) {  // at 0.6 D is unknown
+    INFO(mu);
+    CHECK(contains(svg, ">μ = " + std::string(mu) + "<"));
+  }
+}
+
+TEST_CASE("The scaling with friction shows slopes beside ratios, each with its exponent") {
+  const TemporaryFolder run;
+  const Analysis analysis = synthetic::analysis();
+  const Figure figure = draw_scaling_with_friction(analysis, run.path());
+  check_whole(figure, run.path());
+  CHECK(contains(figure.caption, "β = 2.538(81)"));
+  CHECK(contains(figure.caption, "γ = 1.743(92)"));
+  CHECK(contains(figure.caption, "at z = 95.8, with β = 2.790(70)"));
+  const std::string svg = read_file(run.path() / figure.screen);
+  for (const char* label : {"slopes: β = 2.538(81)", "ratios at z = 95.8: β = 2.790(70)", "the paper: γ = 1",
+                            "over law", "open: outside the window"}) {
+    INFO(label);
+    CHECK(contains(svg, label));
+  }
+  // x_p/z at layer 110: the synthetic offset over z below the slope.
+  const std::string csv = read_file(run.path() / "figures/scaling-with-friction-c-of-mu-ratios-inside.csv");
+  CHECK(std::count(csv.begin(), csv.end(), '\n') == 1 + 5);  // their window is 0.15 to 0.6
+  CHECK_FALSE(contains(csv, "\n0,"));
+}
+
+TEST_CASE("The scaling with friction can do without ratios and without laws") {
+  const TemporaryFolder run;
+  Analysis analysis = synthetic::analysis();
+  analysis.by_ratio.clear();
+  analysis.scaling.beta.exponent = analysis.scaling.gamma.exponent = synthetic::unknown("too few points");
+  analysis.results.erase(analysis.results.begin() + 2, analysis.results.end());  // mu = 0 and 0.1
+  const Figure figure = draw_scaling_with_friction(analysis, run.path());
+  check_whole(figure, run.path());
+  CHECK(contains(figure.caption, "β = unknown (too few points)"));
+  CHECK_FALSE(contains(figure.caption, "Diamonds"));
+}
+
+TEST_CASE("The two speeds stand beside their difference") {
+  const TemporaryFolder run;
+  const Figure figure = draw_propagation_and_thrust(synthetic::analysis(), run.path());
+  check_whole(figure, run.path());
+  CHECK(contains(figure.caption, "by more than three standard errors at μ = 0.3, 0.4 and 0.6"));
+}
+
+namespace {
+
+/// The rows of a CSV file below its heading.
+std::vector<std::vector<double>> rows_of(const std::filesystem::path& file) {
+  std::stringstream lines(read_file(file));
+  std::string line;
+  std::getline(lines, line);
+  std::vector<std::vector<double>> rows;
+  while (std::getline(lines, line)) {
+    rows.emplace_back();
+    std::stringstream cells(line);
+    for (std::string cell; std::getline(cells, cell, ',');) rows.back().push_back(std::stod(cell));
+  }
+  return rows;
+}
+
+}  // namespace
+
+TEST_CASE("One bead's forces balance and stay inside their cones") {
+  const TemporaryFolder run;
+  SamplerSpec spec;
+  spec.mu = 0.3;
+  spec.seed = 7;
+  const Lattice lattice({40, 50});
+  Pile pile(lattice);
+  const std::vector<double> load(40, 1.0);
+  REQUIRE_FALSE(make_sampler(spec, lattice)->draw(3, load, pile));
+  const Figure figure = draw_bead_forces(pile, {}, run.path());
+  check_whole(figure, run.path());
+  CHECK(contains(figure.caption, "16.7°"));
+  CHECK(contains(figure.caption, "sample 3 of seed 7"));
+  const auto rows = rows_of(run.path() / "figures/bead-forces-contacts.csv");
+  REQUIRE(rows.size() == 4);
+  double fx = 0, fz = 0, torque = 0;
+  for (const auto& row : rows) {
+    fx += row[3];
+    fz += row[4];
+    torque += row[6];
+    CHECK(std::abs(row[6]) <= 0.3 * row[5] * (1 + 1e-12));
+    CHECK(std::hypot(row[3], row[4]) == Approx(std::hypot(row[5], row[6])));
+    // The normal part presses towards the middle of the bead, which lies half a diameter from each contact.
+    CHECK(-2 * (row[3] * row[1] + row[4] * row[2]) == Approx(row[5]));
+    CHECK(std::hypot(row[1], row[2]) == Approx(0.5));
+  }
+  CHECK(std::abs(fx) < 1e-12);
+  CHECK(std::abs(fz) < 1e-12);
+  CHECK(std::abs(torque) < 1e-12);
+  const std::string svg = read_file(run.path() / figure.screen);
+  for (const char* label : {"θ₁ = ", "θ₄ = ", "normal force N", "tangential force T"}) CHECK(contains(svg, label));
+  CHECK_THROWS_AS(draw_bead_forces(pile, {50}, run.path()), InputError);
+}
+
+TEST_CASE("Without friction a bead's forces lie along its contacts") {
+  const TemporaryFolder run;
+  Pile pile(Lattice({10, 24}));
+  for (std::size_t k = 0; k < pile.lattice.beads(); ++k) {
+    pile.V_R[k] = pile.V_L[k] = 0.5;
+    pile.H_R[k] = 0.5 * tan30;
+    pile.H_L[k] = -0.5 * tan30;
+  }
+  check_whole(draw_bead_forces(pile, {}, run.path()), run.path());
+  for (const auto& row : rows_of(run.path() / "figures/bead-forces-contacts.csv")) CHECK(std::abs(row[7]) < 1e-12);
 }
 
 TEST_CASE("A figure with nothing to show says so") {
@@ -151,6 +284,8 @@ TEST_CASE("A figure with nothing to show says so") {
   CHECK_THROWS_AS(draw_response_profiles({}, {}, run.path()), InputError);
   CHECK_THROWS_AS(draw_transport_with_depth({}, {}, run.path()), InputError);
   CHECK_THROWS_AS(draw_propagation_against_diffusion({}, run.path()), InputError);
+  CHECK_THROWS_AS(draw_scaling_with_friction({}, run.path()), InputError);
+  CHECK_THROWS_AS(draw_propagation_and_thrust({}, run.path()), InputError);
 }
 
 TEST_CASE("The frictionless pile alone can still be drawn") {
@@ -160,4 +295,5 @@ TEST_CASE("The frictionless pile alone can still be drawn") {
   for (DepthFit& fit : analysis.results[0].depths) fit.identifiable = true;
   check_whole(draw_transport_with_depth(analysis, {}, run.path()), run.path());
   check_whole(draw_propagation_against_diffusion(analysis, run.path()), run.path());
+  check_whole(draw_propagation_and_thrust(analysis, run.path()), run.path());
 }

@@ -4,6 +4,7 @@
 
 #include "plot/propagation_against_diffusion.h"
 #include "plot/response_profiles.h"
+#include "plot/scaling_with_friction.h"
 #include "plot/synthetic_analysis.h"
 #include "plot/transport_with_depth.h"
 #include "support/atomic_file.h"
@@ -94,6 +95,7 @@ ReportData report_data(const std::filesystem::path& run_folder) {
   data.figures.push_back(draw_response_profiles(data.analysis.results, {}, run_folder));
   data.figures.push_back(draw_transport_with_depth(data.analysis, {}, run_folder));
   data.figures.push_back(draw_propagation_against_diffusion(data.analysis, run_folder));
+  data.figures.push_back(draw_scaling_with_friction(data.analysis, run_folder));
   data.provenance.program_version = "granuscope 0.0.0";
   data.provenance.git_commit = std::string(40, 'a');
   data.provenance.git_dirty = true;

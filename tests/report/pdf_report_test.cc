@@ -79,7 +79,7 @@ TEST_CASE("The PDF has vector plots, all labels, contents with page numbers and 
          {"position x (bead diameters)", "response P(x) per unit overload", "depth z (bead diameters)",
           "peak position over depth xₚ/z", "squared width over depth W²/z", "friction coefficient μ",
           "diffusion coefficient D (bead diameters)", "propagation coefficient c", "c₀ − c", "fitted double Gaussian",
-          "inset: exponent 0.4 of the paper"}) {
+          "the paper's exponent", "residual / σ", "over law"}) {
       INFO(label);
       CHECK(contains(text, label));
     }
@@ -109,7 +109,7 @@ TEST_CASE("The PDF has vector plots, all labels, contents with page numbers and 
       INFO(line);
       CHECK(contains(page_text(page, folder), title.substr(0, 30)));
     }
-    CHECK(entries == 10);
+    CHECK(entries == 11);
   }
   SECTION("bookmarks, size and metadata") {
     const std::string info = output_of({"pdfinfo", "report.pdf"}, folder);

@@ -1,0 +1,188 @@
+#include "plot/bead_forces.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "plot/choice.h"
+#include "plot/csv_table.h"
+#include "plot/figure_words.h"
+#include "plot/plot_script.h"
+#include "support/error.h"
+#include "support/number_format.h"
+
+namespace granuscope {
+
+namespace {
+
+constexpr const char* figure_id = "bead-forces";
+constexpr double arrow_length = 0.8;  ///< of the largest of the four forces, bead diameters
+constexpr double shown_width = 1.75;  ///< half the width of the drawing of the lattice, bead diameters
+constexpr double shown_depth = 1.5;   ///< half its height
+
+/// One of the four contacts of a bead, seen from its centre: x to the right, z down.
+struct ContactForce {
+  double x, z;    ///< of the contact, bead diameters from the bead's centre
+  double fx, fz;  ///< the force that the contact pushes onto the bead
+  double N, T;    ///< its normal and tangential part; the four T add up to 0 (torque)
+
+  double size() const { return std::hypot(fx, fz); }
+  double angle() const { return std::atan2(T, N) * 180 / std::numbers::pi; }  ///< to the contact's direction, degrees
+};
+
+/// Force (V, H) that a right contact (towards the lower right) or a left one pushes onto the bead below it.
+struct PushedDown {
+  double V, H;
+  bool right;
+};
+
+ContactForce contact_force(PushedDown force, bool from_above) {
+  constexpr double half_sqrt3 = sqrt3 / 2;
+  // A right contact seen from its lower bead lies to the upper left.
+  const double side = force.right == from_above ? -1 : 1;
+  const double sign = from_above ? 1 : -1;
+  ContactForce contact{};
+  contact.x = 0.25 * side;
+  contact.z = from_above ? -half_sqrt3 / 2 : half_sqrt3 / 2;
+  contact.fx = sign * force.H;
+  contact.fz = sign * force.V;
+  contact.N = half_sqrt3 * force.V + (force.right ? 0.5 : -0.5) * force.H;
+  contact.T = half_sqrt3 * force.H + (force.right ? -0.5 : 0.5) * force.V;
+  return contact;
+}
+
+/// Upper left, upper right, lower right, lower left.
+using FourContacts = std::array<ContactForce, 4>;
+
+FourContacts contacts_of(const Pile& pile, int layer, int bead) {
+  const Lattice& lattice = pile.lattice;
+  const std::size_t here = lattice.index(layer, bead);
+  const std::size_t left = lattice.index(layer - 1, lattice.upper_left(layer, bead));
+  const std::size_t right = lattice.index(layer - 1, lattice.upper_right(layer, bead));
+  return {contact_force({pile.V_R[left], pile.H_R[left], true}, true),
+          contact_force({pile.V_L[right], pile.H_L[right], false}, true),
+          contact_force({pile.V_R[here], pile.H_R[here], true}, false),
+          contact_force({pile.V_L[here], pile.H_L[here], false}, false)};
+}
+
+bool shows_four_forces(const FourContacts& contacts) {
+  double sum = 0, least = contacts[0].size();
+  for (const ContactForce& contact : contacts) {
+    sum += contact.size();
+    least = std::min(least, contact.size());
+  }
+  return least >= 0.5 * sum / 4;
+}
+
+int choose_bead(const Pile& pile, int layer) {
+  const Lattice& lattice = pile.lattice;
+  int chosen = lattice.middle();
+  double distance = std::numeric_limits<double>::infinity();
+  for (int bead = 0; bead < lattice.columns(); ++bead) {
+    const double from_axis = std::abs(lattice.x(layer, bead));
+    if (from_axis >= distance || !shows_four_forces(contacts_of(pile, layer, bead))) continue;
+    chosen = bead;
+    distance = from_axis;
+  }
+  return chosen;
+}
+
+/// Centres of the beads around the chosen one that lie in the drawing, itself left out.
+std::string surrounding_beads() {
+  CsvTable beads({"x", "z"});
+  for (int row = -1; row <= 1; ++row) {
+    for (int column = -3; column <= 3; ++column) {
+      const double x = column + (row % 2 == 0 ? 0.0 : 0.5), z = row * sqrt3 / 2;
+      const bool in_sight = std::abs(x) - 0.5 < shown_width && std::abs(z) - 0.5 < shown_depth;
+      if (in_sight && (row != 0 || column != 0)) beads.add_row({x, z});
+    }
+  }
+  return beads.text();
+}
+
+std::string list(const FourContacts& contacts, double ContactForce::*part) {
+  std::vector<std::string> numbers;
+  for (const ContactForce& contact : contacts) numbers.push_back(exact(contact.*part));
+  return fmt::format("{}", fmt::join(numbers, ", "));
+}
+
+std::string angle_labels(const FourContacts& contacts) {
+  constexpr std::array names = {"θ₁", "θ₂", "θ₃", "θ₄"};
+  std::vector<std::string> labels;
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    std::string degrees = fmt::format("{:.1f}°", std::abs(contacts[i].angle()));
+    if (contacts[i].angle() < 0 && degrees != "0.0°") degrees.insert(0, "−");
+    labels.push_back(gnuplot_string(fmt::format("{} = {}", names[i], degrees)));
+  }
+  return fmt::format("{}", fmt::join(labels, ", "));
+}
+
+}  // namespace
+
+Figure draw_bead_forces(const Pile& pile, const BeadForcesSpec& spec, const std::filesystem::path& run_folder) {
+  if (spec.layer < 1 || spec.layer >= pile.lattice.layers()) {
+    throw InputError(
+        fmt::format("the figure of one bead's forces has nothing to show, because the pile has no layer {} with "
+                    "contacts above and below; draw it from a deeper pile, or switch the figure off",
+                    spec.layer));
+  }
+  const int bead = choose_bead(pile, spec.layer);
+  const FourContacts contacts = contacts_of(pile, spec.layer, bead);
+  CsvTable table({"contact", "x", "z", "fx", "fz", "normal", "tangential", "theta_degrees"});
+  double largest = 0, strongest_N = 0, strongest_T = 0, number = 0;
+  for (const ContactForce& contact : contacts) {
+    table.add_row({++number, contact.x, contact.z, contact.fx, contact.fz, contact.N, contact.T, contact.angle()});
+    largest = std::max(largest, contact.size());
+    strongest_N = std::max(strongest_N, contact.N);
+    strongest_T = std::max(strongest_T, std::abs(contact.T));
+  }
+  Range normal, tangential;
+  normal.add(0);
+  normal.add(1.18 * strongest_N);
+  const double half_height = 1.15 * std::max({pile.mu * normal.high, strongest_T, 0.05 * strongest_N});
+  tangential.add(-half_height);
+  tangential.add(half_height);
+
+  PlotPlan plan;
+  plan.id = figure_id;
+  plan.script = "bead_forces";
+  plan.height = 3.62;
+  plan.data[fmt::format("{}-contacts.csv", figure_id)] = table.text();
+  plan.data[fmt::format("{}-beads.csv", figure_id)] = surrounding_beads();
+  plan.curves = 6;
+  Figure figure = draw_plot(plan,
+                            {{"mu", exact(pile.mu)},
+                             {"width", exact(plot_width_inches)},
+                             {"layer", std::to_string(spec.layer)},
+                             {"shown_width", exact(shown_width)},
+                             {"shown_depth", exact(shown_depth)},
+                             {"scale", exact(largest > 0 ? arrow_length / largest : 1)},
+                             {"contact_x", list(contacts, &ContactForce::x)},
+                             {"contact_z", list(contacts, &ContactForce::z)},
+                             {"normal", list(contacts, &ContactForce::N)},
+                             {"tangential", list(contacts, &ContactForce::T)},
+                             {"angles", angle_labels(contacts)},
+                             {"N_high", exact(normal.high)},
+                             {"T_high", exact(tangential.high)},
+                             {"N_ticks", linear_ticks(normal, 5)},
+                             {"T_ticks", linear_ticks(tangential, 6)}},
+                            run_folder);
+  double x = pile.lattice.x(spec.layer, bead);
+  set_words(figure, "plot/bead_forces.words",
+            {{"mu", caption_number(pile.mu)},
+             {"phi", fmt::format("{:.1f}", std::atan(pile.mu) * 180 / std::numbers::pi)},
+             {"layer", std::to_string(spec.layer)},
+             {"x", caption_number(x)},
+             {"columns", std::to_string(pile.lattice.columns())},
+             {"layers", std::to_string(pile.lattice.layers())},
+             {"sample", std::to_string(pile.sample)},
+             {"seed", std::to_string(pile.seed)},
+             {"rule", shows_four_forces(contacts) ? "yes" : ""}});
+  return figure;
+}
+
+}  // namespace granuscope

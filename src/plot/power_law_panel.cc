@@ -1,0 +1,222 @@
+#include "plot/power_law_panel.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "plot/csv_table.h"
+#include "plot/figure_words.h"
+#include "support/number_format.h"
+
+namespace granuscope {
+
+namespace {
+
+/// Points farther from their law than this stay out of the narrow panel: they would flatten all others.
+constexpr double lowest_ratio = 0.4, highest_ratio = 1.8;
+
+bool fits_log_axes(const PowerLawPoint& point) { return point.x > 0 && point.y > 0; }
+
+struct Law {
+  bool known = false;
+  double exponent = 0, intercept = 0;
+  double at(double x) const { return std::exp(intercept) * std::pow(x, exponent); }
+};
+
+Law law_of(const PowerLawSeries& series) {
+  if (!series.fit.exponent.known() || !series.fit.intercept.known()) return {};
+  return {true, series.fit.exponent.value, series.fit.intercept.value};
+}
+
+/// A point over its law, with the error of ln y - k ln x.
+struct Ratio {
+  double value = 0, error = 0;
+  bool shown = false;
+};
+
+Ratio over_law(const PowerLawPoint& point, const Law& law) {
+  if (!law.known) return {};
+  const double value = point.y / law.at(point.x);
+  const double error = value * std::hypot(point.y_error / point.y, law.exponent * point.x_error / point.x);
+  return {value, error, value > lowest_ratio && value < highest_ratio};
+}
+
+/// The middle of the window's points on logarithmic axes, and how far they reach in x.
+struct Middle {
+  double x = 0, y = 0;
+  Range extent;
+};
+
+Middle middle_of_window(const PowerLawSeries& series) {
+  Middle middle;
+  double log_x = 0, log_y = 0, points = 0;
+  for (const PowerLawPoint& point : series.points) {
+    if (!fits_log_axes(point) || !in_window(point.mu, series.fit.window)) continue;
+    log_x += std::log(point.x);
+    log_y += std::log(point.y);
+    middle.extent.add(point.x);
+    ++points;
+  }
+  middle.x = std::exp(log_x / std::max(points, 1.0));
+  middle.y = std::exp(log_y / std::max(points, 1.0));
+  return middle;
+}
+
+struct Axes {
+  Range x, y, ratio;
+};
+
+Axes axes_of(const PowerLawPanel& panel) {
+  Axes axes;
+  axes.ratio.add(0.95);
+  axes.ratio.add(1.05);
+  for (const PowerLawSeries& series : panel.series) {
+    const Law law = law_of(series);
+    for (const PowerLawPoint& point : series.points) {
+      if (!fits_log_axes(point)) continue;
+      axes.x.add(point.x);
+      axes.x.add(point.x + point.x_error);
+      axes.y.add(point.y);
+      axes.y.add(point.y + point.y_error);
+      const Ratio ratio = over_law(point, law);
+      if (!ratio.shown) continue;
+      axes.ratio.add(std::max(ratio.value - ratio.error, lowest_ratio));
+      axes.ratio.add(std::min(ratio.value + ratio.error, highest_ratio));
+    }
+  }
+  if (axes.x.empty) return axes;
+  // A single point stands in a panel of at least a factor of 4.
+  axes.x = widened_by_factor(axes.x, axes.x.high / axes.x.low < 1.5 ? 2 : 1.35);
+  axes.y = widened_by_factor(axes.y, axes.y.high / axes.y.low < 1.5 ? 2 : 1.5);
+  const double margin = 0.08 * axes.ratio.size();
+  axes.ratio.low -= margin;
+  axes.ratio.high += margin;
+  return axes;
+}
+
+/// Data files of one series, and what draws them.
+struct Drawn {
+  bool inside = false, outside = false;
+  bool ratio_inside = false, ratio_outside = false;
+};
+
+Drawn add_data(PlotPlan& plan, const PowerLawPanel& panel, const PowerLawSeries& series, const Axes& axes,
+               std::size_t& off_scale) {
+  const Law law = law_of(series);
+  Drawn drawn;
+  for (const bool inside : {true, false}) {
+    CsvTable points({"mu", "x", "y", "x_low", "x_high", "y_low", "y_high"});
+    CsvTable ratios({"mu", "x", "y_over_law", "low", "high"});
+    for (const PowerLawPoint& point : series.points) {
+      if (!fits_log_axes(point) || in_window(point.mu, series.fit.window) != inside) continue;
+      // A bar that reaches zero or below ends at the axis.
+      points.add_row({point.mu, point.x, point.y, std::max(point.x - point.x_error, axes.x.low),
+                      point.x + point.x_error, std::max(point.y - point.y_error, axes.y.low), point.y + point.y_error});
+      const Ratio ratio = over_law(point, law);
+      if (ratio.shown) {
+        ratios.add_row({point.mu, point.x, ratio.value, std::max(ratio.value - ratio.error, axes.ratio.low),
+                        std::min(ratio.value + ratio.error, axes.ratio.high)});
+      } else if (law.known) {
+        ++off_scale;
+      }
+    }
+    const std::string stem = fmt::format("{}-{}-{}-{}", plan.id, panel.id, series.name, inside ? "inside" : "outside");
+    if (!points.empty()) plan.data[stem + ".csv"] = points.text();
+    if (!ratios.empty()) plan.data[stem + "-over-law.csv"] = ratios.text();
+    (inside ? drawn.inside : drawn.outside) = !points.empty();
+    (inside ? drawn.ratio_inside : drawn.ratio_outside) = !ratios.empty();
+  }
+  for (const bool one : {drawn.inside, drawn.outside, drawn.ratio_inside, drawn.ratio_outside}) plan.curves += one;
+  return drawn;
+}
+
+std::string yes(bool shown) { return shown ? "yes" : ""; }
+
+/// Where a law was fitted: its window, or the reach of the window's points.
+Range fitted_range(const PowerLawPanel& panel, const PowerLawSeries& series, const Middle& middle) {
+  if (!panel.against_mu) return middle.extent;
+  Range window;
+  window.add(series.fit.window[0]);
+  window.add(series.fit.window[1]);
+  return window;
+}
+
+void add_series(Gaps& gaps, PlotPlan& plan, const PowerLawPanel& panel, std::size_t index, const Axes& axes,
+                PowerLawPanelScript& script) {
+  const std::string prefix = index == 0 ? "first" : "second";
+  const PowerLawSeries series = index < panel.series.size() ? panel.series[index] : PowerLawSeries{};
+  const Drawn drawn = add_data(plan, panel, series, axes, script.off_scale);
+  const Middle middle = middle_of_window(series);
+  const Law law = law_of(series);
+  const bool with_law = law.known && !middle.extent.empty;
+  const Range fitted = fitted_range(panel, series, middle);
+  gaps[prefix + "_name"] = series.name;
+  gaps[prefix + "_inside"] = yes(drawn.inside);
+  gaps[prefix + "_outside"] = yes(drawn.outside);
+  gaps[prefix + "_ratio_inside"] = yes(drawn.ratio_inside);
+  gaps[prefix + "_ratio_outside"] = yes(drawn.ratio_outside);
+  gaps[prefix + "_law"] = yes(with_law);
+  gaps[prefix + "_exponent"] = exact(law.exponent);
+  gaps[prefix + "_intercept"] = exact(law.intercept);
+  gaps[prefix + "_low"] = exact(fitted.low);
+  gaps[prefix + "_high"] = exact(fitted.high);
+  if (with_law) plan.curves += index == 0 ? 2 : 1;  // the first also beyond its window
+  if (index == 0) {
+    const bool guide = !middle.extent.empty && !panel.paper_exponent.empty();
+    gaps["guide"] = yes(guide);
+    gaps["guide_x"] = exact(middle.x);
+    gaps["guide_y"] = exact(middle.y);
+    gaps["guide_exponent"] = panel.paper_exponent;
+    if (guide) ++plan.curves;
+    script.law = with_law;
+  } else {
+    script.second = drawn.inside || drawn.outside;
+  }
+  script.outside = script.outside || drawn.outside;
+}
+
+std::string labels_beside(const PowerLawPanel& panel) {
+  std::string labels;
+  int tag = 100;  // the panel's own labels are 1 to 4
+  if (!panel.labels || panel.series.empty()) return labels;
+  for (const PowerLawPoint& point : panel.series[0].points) {
+    if (!fits_log_axes(point)) continue;
+    labels += fmt::format("set label {} {} at {}, {} left offset 0.6, -0.7 noenhanced font inset_text\n  ", tag++,
+                          gnuplot_string(caption_number(point.mu)), exact(point.x), exact(point.y));
+  }
+  return labels;
+}
+
+}  // namespace
+
+PowerLawPanelScript add_power_law_panel(PlotPlan& plan, const PowerLawPanel& panel) {
+  PowerLawPanelScript script;
+  const Axes axes = axes_of(panel);
+  if (axes.x.empty) return script;
+  script.drawn = true;
+  Gaps gaps = {{"stem", plan.id + "-" + panel.id},   {"left", exact(panel.left)},
+               {"right", exact(panel.right)},        {"label_at", exact(panel.left - 0.092)},
+               {"x_label", panel.x_label},           {"y_label", panel.y_label},
+               {"x_low", exact(axes.x.low)},         {"x_high", exact(axes.x.high)},
+               {"y_low", exact(axes.y.low)},         {"y_high", exact(axes.y.high)},
+               {"ratio_low", exact(axes.ratio.low)}, {"ratio_high", exact(axes.ratio.high)},
+               {"x_ticks", log_ticks(axes.x)},       {"x_marks", without_labels(log_ticks(axes.x))},
+               {"y_ticks", log_ticks(axes.y)},       {"ratio_ticks", linear_ticks(axes.ratio, 4)},
+               {"labels", labels_beside(panel)}};
+  for (const std::size_t index : {0, 1}) add_series(gaps, plan, panel, index, axes, script);
+  for (const std::size_t line : {0, 1, 2}) {
+    const std::string name = fmt::format("note_{}", line + 1);
+    const std::string note = line < panel.notes.size() ? panel.notes[line] : "";
+    gaps[name] = note.empty() ? "" : gnuplot_string(note);
+  }
+  const bool any_ratio = !gaps["first_ratio_inside"].empty() || !gaps["first_ratio_outside"].empty() ||
+                         !gaps["second_ratio_inside"].empty() || !gaps["second_ratio_outside"].empty();
+  gaps["ratios"] = yes(any_ratio);
+  gaps["no_ratios"] = yes(!any_ratio);
+  if (any_ratio) ++plan.curves;  // the line at 1
+  script.text = fill_script_part("power_law_panel", gaps);
+  return script;
+}
+
+}  // namespace granuscope

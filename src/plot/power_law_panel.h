@@ -1,0 +1,50 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "analysis/results.h"
+#include "plot/choice.h"
+#include "plot/plot_script.h"
+
+namespace granuscope {
+
+/// One measured point of a power law y = A x^k; errors are standard errors.
+struct PowerLawPoint {
+  double mu = 0;
+  double x = 0, x_error = 0;
+  double y = 0, y_error = 0;
+};
+
+/// Points read in one way, with the law fitted to those in its window of mu.
+struct PowerLawSeries {
+  std::string name;  ///< of its data files: "slopes"
+  std::vector<PowerLawPoint> points;
+  ScalingFit fit;
+};
+
+/// A panel with logarithmic axes, and below it a narrow one with each point over its fitted law.
+struct PowerLawPanel {
+  std::string id;  ///< of its data files: "D-of-mu"
+  std::string x_label, y_label;
+  bool against_mu = false;             ///< x is mu itself: a law's window is a range of x
+  bool labels = false;                 ///< mu stands beside each point of the first series
+  std::vector<PowerLawSeries> series;  ///< at most two: the first filled circles, the second diamonds
+  std::string paper_exponent;          ///< drawn as a guide through the middle of the first series' window
+  std::vector<std::string> notes;      ///< lines of text in the upper left corner: one a series, then the paper's
+  double left = 0.1, right = 0.98;     ///< edges, as shares of the drawing's width
+};
+
+/// What became of a panel.
+struct PowerLawPanelScript {
+  std::string text;           ///< to be put into the figure's script
+  bool drawn = false;         ///< false if no point fits logarithmic axes: text is then empty
+  bool law = false;           ///< the first series has a fitted law
+  bool second = false;        ///< the second series has points
+  bool outside = false;       ///< some point lies outside the window
+  std::size_t off_scale = 0;  ///< points too far from their law for the narrow panel
+};
+
+/// The script of a panel; its data files and curves are added to the plan.
+PowerLawPanelScript add_power_law_panel(PlotPlan& plan, const PowerLawPanel& panel);
+
+}  // namespace granuscope

@@ -1,0 +1,94 @@
+#include "plot/propagation_and_thrust.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "model/lattice.h"
+#include "plot/choice.h"
+#include "plot/csv_table.h"
+#include "plot/figure_words.h"
+#include "plot/plot_script.h"
+#include "support/error.h"
+#include "support/number_format.h"
+
+namespace granuscope {
+
+namespace {
+
+constexpr const char* figure_id = "propagation-and-thrust";
+
+bool has_both(const Transport& result) {
+  return result.c.known() && result.c_thrust.known() && result.c_minus_c_thrust.known();
+}
+
+/// An axis with a margin at both ends, and `room` of its size more at the top.
+Range with_margins(Range data, double least, double room = 0) {
+  const double size = std::max(data.size(), least);
+  data.low -= 0.07 * size;
+  data.high += (0.07 + room) * size;
+  return data;
+}
+
+}  // namespace
+
+Figure draw_propagation_and_thrust(const Analysis& analysis, const std::filesystem::path& run_folder) {
+  CsvTable table({"mu", "c", "c_standard_error", "c_thrust", "c_thrust_standard_error", "difference",
+                  "difference_standard_error"});
+  Range mu, speed, difference;
+  mu.add(0);
+  speed.add(tan30);
+  difference.add(0);
+  std::vector<std::string> unknown, beyond_three;
+  for (const Transport& result : analysis.results) {
+    const std::string mu_text = caption_number(result.mu);
+    if (!has_both(result)) {
+      const std::string& reason = result.c.known() ? result.c_thrust.reason : result.c.reason;
+      unknown.push_back("μ = " + mu_text + " (" + reason + ")");
+      continue;
+    }
+    const Estimate& gap = result.c_minus_c_thrust;
+    table.add_row({result.mu, result.c.value, result.c.standard_error, result.c_thrust.value,
+                   result.c_thrust.standard_error, gap.value, gap.standard_error});
+    mu.add(result.mu);
+    if (std::abs(gap.value) > 3 * gap.standard_error && !result.exact) beyond_three.push_back(mu_text);
+    for (const int sign : {-1, 1}) {
+      speed.add(result.c.value + sign * result.c.standard_error);
+      speed.add(result.c_thrust.value);
+      difference.add(gap.value + sign * gap.standard_error);
+    }
+  }
+  if (table.empty()) {
+    throw InputError(
+        "the figure of c beside c_thrust has nothing to show, because no friction coefficient has both; use more "
+        "samples or deeper layers, or switch the figure off");
+  }
+  const Range mu_axis = with_margins(mu, 0.01), speed_axis = with_margins(speed, 0.002);
+  const Range difference_axis = with_margins(difference, 0.001);
+
+  PlotPlan plan;
+  plan.id = figure_id;
+  plan.script = "propagation_and_thrust";
+  plan.height = 3.0;
+  plan.data[std::string(figure_id) + ".csv"] = table.text();
+  plan.curves = 5;
+  Figure figure = draw_plot(plan,
+                            {{"c0", exact(tan30)},
+                             {"mu_low", exact(mu_axis.low)},
+                             {"mu_high", exact(mu_axis.high)},
+                             {"mu_ticks", linear_ticks(mu_axis, 6)},
+                             {"speed_low", exact(speed_axis.low)},
+                             {"speed_high", exact(speed_axis.high)},
+                             {"speed_ticks", linear_ticks(speed_axis, 6)},
+                             {"difference_low", exact(difference_axis.low)},
+                             {"difference_high", exact(difference_axis.high)},
+                             {"difference_ticks", linear_ticks(difference_axis, 6)}},
+                            run_folder);
+  set_words(figure, "plot/propagation_and_thrust.words",
+            {{"unknown", enumeration(unknown)},
+             {"beyond_three", beyond_three.empty() ? "" : "μ = " + enumeration(beyond_three)}});
+  return figure;
+}
+
+}  // namespace granuscope
