@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <optional>
+
 #include "ensemble/ensemble_runner.h"
 #include "plot/figure_words.h"
 #include "render/draw.h"
@@ -26,16 +28,14 @@ EnsembleSpec pile_spec(const Experiment& experiment, double mu) {
   return spec;
 }
 
-Pile draw_pile_of(const EnsembleSpec& spec, std::uint64_t sample) {
-  const Lattice lattice(spec.lattice);
-  Pile pile(lattice);
-  if (const auto failure = make_sampler(spec.sampler, lattice)->draw(sample, top_load(spec), pile)) {
-    throw EnvironmentError(
-        fmt::format("the pile of the force-chain picture could not be completed: the effort ran out in layer {}. Raise "
-                    "the effort or choose another sample; this command meets the same failure: {}",
-                    failure->layer, replay_command(spec, sample)));
-  }
-  return pile;
+/// Draws the pile, or says why it could not be completed and how to meet the same failure.
+std::optional<std::string> why_not_drawn(const EnsembleSpec& spec, std::uint64_t sample, Pile& pile) {
+  const auto failure = make_sampler(spec.sampler, pile.lattice)->draw(sample, top_load(spec), pile);
+  if (!failure) return std::nullopt;
+  return fmt::format(
+      "could not be completed: the effort ran out in layer {}. Raise the effort or choose another sample; this command "
+      "meets the same failure: {}",
+      failure->layer, replay_command(spec, sample));
 }
 
 /// All columns of the shown layers.
@@ -46,7 +46,12 @@ std::string window_text(const std::array<double, 4>& window) {
 }  // namespace
 
 Pile pile_for_figures(const Experiment& experiment, double mu) {
-  return draw_pile_of(pile_spec(experiment, mu), experiment.force_chains.sample);
+  const EnsembleSpec spec = pile_spec(experiment, mu);
+  Pile pile{Lattice(spec.lattice)};
+  if (const auto why = why_not_drawn(spec, experiment.force_chains.sample, pile)) {
+    throw InputError("the pile of the figure of one bead's forces " + *why);
+  }
+  return pile;
 }
 
 PictureOutcome draw_force_chains(const Experiment& experiment, const std::filesystem::path& run_folder,
@@ -54,7 +59,10 @@ PictureOutcome draw_force_chains(const Experiment& experiment, const std::filesy
   const ForceChainSpec& chains = experiment.force_chains;
   const EnsembleSpec spec = pile_spec(experiment, chains.mu);
   const std::string replay = replay_command(spec, chains.sample);
-  const Pile pile = draw_pile_of(spec, chains.sample);
+  Pile pile{Lattice(spec.lattice)};
+  if (const auto why = why_not_drawn(spec, chains.sample, pile)) {
+    throw EnvironmentError("the pile of the force-chain picture " + *why);
+  }
   make_folder(run_folder / "piles");
   make_folder(run_folder / "figures");
   const std::filesystem::path pile_file = std::filesystem::path("piles") / fmt::format("{}.h5", figure_id);

@@ -19,7 +19,7 @@ struct PictureOutcome {
 };
 
 /// The pile of the force-chain picture (size, load, seed and sample), at any friction coefficient.
-/// Throws EnvironmentError if it could not be completed.
+/// Throws InputError if it could not be completed.
 Pile pile_for_figures(const Experiment& experiment, double mu);
 
 /// Draws the pile that the experiment names (piles/force-chains.h5) and its picture (figures/force-chains.png).
