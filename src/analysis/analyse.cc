@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "analysis/claims.h"
+#include "analysis/law_average.h"
 #include "analysis/scaling.h"
 
 namespace granuscope {
@@ -21,7 +22,8 @@ Analysis analyse(std::vector<MeasuredTransport> measured, SideMeasurements side,
   for (const int layer : ratio_layers) {
     analysis.by_ratio.push_back(fit_ratio_scaling(measured, layer, fit.scaling_window));
   }
-  analysis.claims = judge_claims(analysis, claims, expected_verdicts);
+  analysis.mean_laws = average_laws(measured, claims.exponent_tolerance);
+  analysis.claims = judge_claims(analysis, fit, claims, expected_verdicts);
   return analysis;
 }
 

@@ -29,7 +29,7 @@ std::string ratio_sentence(const Analysis& analysis, const char* symbol, const c
 
 Claim judge_exponent(const char* id, const char* statement, const char* symbol, const ScalingFit& fit, double paper,
                      double paper_error) {
-  Claim claim = open_claim(id, statement);
+  Claim claim = open_claim(id, statement, symbol);
   std::string what = over_window(symbol, fit);
   what.front() = 'T';
   judge_by_number(claim, fit.exponent, paper, paper_error, what);

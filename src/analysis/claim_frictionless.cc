@@ -16,7 +16,7 @@ constexpr double rounding = 1e-12;  ///< of sums over some hundred layers
 
 // Holds if at mu = 0 every pile is the same and c = tan 30 deg, D = 0 to rounding.
 Claim judge_frictionless(const Analysis& analysis) {
-  Claim claim = open_claim("frictionless", "Without friction c = tan 30\u00b0 and D = 0.");
+  Claim claim = open_claim("frictionless", "Without friction c = tan 30\u00b0 and D = 0.", "c at \u03bc = 0");
   claim.paper = tan30;
   const auto result =
       std::find_if(analysis.results.begin(), analysis.results.end(), [](const Transport& t) { return t.mu == 0; });

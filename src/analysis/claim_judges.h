@@ -1,5 +1,6 @@
 #pragma once
 #include "analysis/claim_spec.h"
+#include "analysis/fit_spec.h"
 #include "analysis/results.h"
 
 namespace granuscope {
@@ -8,8 +9,16 @@ namespace granuscope {
 /// the verdict the experiment expects. What decides a claim stands beside its function's definition.
 
 Claim judge_frictionless(const Analysis& analysis);
+Claim judge_double_peak(const Analysis& analysis, const FitSpec& fit, const ClaimSpec& spec);
+Claim judge_linear_position(const Analysis& analysis, const ClaimSpec& spec);
+Claim judge_diffusive_width(const Analysis& analysis, const ClaimSpec& spec);
+Claim judge_amplitude(const Analysis& analysis, const ClaimSpec& spec);
 Claim judge_c_of_mu(const Analysis& analysis);
 Claim judge_D_of_mu(const Analysis& analysis);
 Claim judge_c_of_D(const Analysis& analysis);
+Claim judge_noise(const Analysis& analysis, const ClaimSpec& spec);
+Claim judge_redraw_share(const Analysis& analysis);
+Claim judge_linear_time(const Analysis& analysis, const ClaimSpec& spec);
+Claim judge_force_chains(const Analysis& analysis, const ClaimSpec& spec);
 
 }  // namespace granuscope

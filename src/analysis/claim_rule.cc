@@ -1,6 +1,7 @@
 #include "analysis/claim_rule.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <cmath>
 #include <limits>
@@ -26,10 +27,12 @@ NumberVerdict judge_number(const Estimate& measured, double paper, double paper_
   return {std::abs(z) <= agreement ? reproduced : not_reproduced, z};
 }
 
-Claim open_claim(const std::string& id, const std::string& statement) {
+Claim open_claim(const std::string& id, const std::string& statement, const std::string& quantity) {
   Claim claim;
   claim.id = id;
   claim.statement = statement;
+  claim.quantity = quantity;
+  claim.paper = std::numeric_limits<double>::quiet_NaN();
   claim.z_score = std::numeric_limits<double>::quiet_NaN();
   return claim;
 }
@@ -59,10 +62,11 @@ void judge_by_number(Claim& claim, const Estimate& measured, double paper, doubl
   const std::string number = value_with_error(measured.value, measured.standard_error);
   const std::string distance = significant(std::abs(judged.z_score), 2);
   if (claim.verdict == undetermined) {
+    const std::string cost = cost_of_deciding(measured, paper, paper_error);
     claim.explanation = fmt::format(
         "{} = {} is too uncertain to tell a deviation of 20 % from the paper's value; it lies {} combined standard "
-        "errors from it.",
-        what, number, distance);
+        "errors from it{}.",
+        what, number, distance, cost.empty() ? "" : "; " + cost);
   } else if (claim.verdict == reproduced) {
     claim.explanation =
         fmt::format("{} = {} agrees with the paper within {} combined standard errors.", what, number, distance);
@@ -70,6 +74,26 @@ void judge_by_number(Claim& claim, const Estimate& measured, double paper, doubl
     claim.explanation = fmt::format("{} = {} lies {} combined standard errors {} the paper's value.", what, number,
                                     distance, judged.z_score > 0 ? "above" : "below");
   }
+}
+
+std::string cost_of_deciding(const Estimate& measured, double paper, double paper_error) {
+  const double room = std::pow(deviation_to_detect * paper / agreement, 2) - paper_error * paper_error;
+  if (!measured.known() || !(room > 0)) return "";
+  const double factor = measured.standard_error * measured.standard_error / room;
+  return factor > 1 ? more_piles(factor) : "";
+}
+
+std::string more_piles(double factor) {
+  if (!(factor < 1000)) return "more than a thousand times as many piles would be needed";
+  return fmt::format("about {} times as many piles would decide it", significant(factor * 1.05, 2));
+}
+
+std::string list_of_mu(const std::vector<double>& mu) {
+  constexpr std::size_t most_listed = 4;
+  if (mu.size() > most_listed) {
+    return fmt::format("{} values of μ from {} to {}", mu.size(), mu.front(), mu.back());
+  }
+  return fmt::format("μ = {}", fmt::join(mu, ", "));
 }
 
 }  // namespace granuscope

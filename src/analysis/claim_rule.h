@@ -1,5 +1,6 @@
 #pragma once
 #include <string>
+#include <vector>
 
 #include "analysis/results.h"
 
@@ -27,13 +28,23 @@ struct NumberVerdict {
 /// s_p) decides.
 NumberVerdict judge_number(const Estimate& measured, double paper, double paper_error);
 
-/// A claim without a verdict yet: its id and statement set, its z-score unknown.
-Claim open_claim(const std::string& id, const std::string& statement);
+/// A claim without a verdict yet: no number of the paper, no z-score.
+Claim open_claim(const std::string& id, const std::string& statement, const std::string& quantity);
 
 /// Sets a claim to "undetermined" for want of a measurement: `reason` is a clause without a full stop.
 void leave_open(Claim& claim, const std::string& reason);
 
 /// Sets verdict, numbers and a sentence about `what` by judge_number.
 void judge_by_number(Claim& claim, const Estimate& measured, double paper, double paper_error, const std::string& what);
+
+/// How many times as many piles would make a standard error small enough for a verdict: a clause such as "about 3 times
+/// as many piles would decide it", or an empty one where more piles are not what is missing.
+std::string cost_of_deciding(const Estimate& measured, double paper, double paper_error);
+
+/// "about 3 times as many piles would decide it", for a factor above 1.
+std::string more_piles(double factor);
+
+/// "μ = 0.1", "μ = 0.1, 0.3", "14 values of μ from 0.1 to 1.7".
+std::string list_of_mu(const std::vector<double>& mu);
 
 }  // namespace granuscope

@@ -45,6 +45,20 @@ std::vector<double> evaluate(const DoubleGaussian& shape, std::span<const double
   return values;
 }
 
+double largest_value(const DoubleGaussian& shape) {
+  // The maximum solves x = x_p tanh(x_p x / W^2); from x_p downwards the iteration falls monotonically onto it, or onto
+  // the middle where x_p <= W.
+  const double variance = shape.width * shape.width;
+  double x = shape.peak;
+  for (int round = 0; round < 100; ++round) {
+    const double next = shape.peak * std::tanh(shape.peak * x / variance);
+    if (x - next < 1e-12 * shape.peak) break;
+    x = next;
+  }
+  const auto gaussian = [&](double at) { return std::exp(-at * at / (2 * variance)) / std::sqrt(two_pi * variance); };
+  return (gaussian(x - shape.peak) + gaussian(x + shape.peak)) / 2;
+}
+
 ModeValue fourier_mode(const DoubleGaussian& shape, int mode, int columns, bool half_shifted) {
   const double k = two_pi * mode / columns;
   ModeValue sum{0, 0, 0};

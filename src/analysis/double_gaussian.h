@@ -13,6 +13,9 @@ struct DoubleGaussian {
 /// Value at each bead centre x (shape of `x`, bead diameters) on a ring of `columns`; sums to 1 over the ring.
 std::vector<double> evaluate(const DoubleGaussian& shape, std::span<const double> x, int columns);
 
+/// The largest value of the two Gaussians per bead diameter (not integrated over a bead), on an open line.
+double largest_value(const DoubleGaussian& shape);
+
 /// One Fourier mode of the sampled shape and its derivatives.
 struct ModeValue {
   double value, by_peak, by_width;

@@ -1,10 +1,12 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <vector>
 
 #include "analysis/estimate.h"
+#include "analysis/peak_evidence.h"
 #include "analysis/scaling_fit.h"
 #include "analysis/side_measurements.h"
 #include "storage/ensemble_file.h"
@@ -19,6 +21,8 @@ struct DepthFit {
   Estimate width;           ///< W, bead diameters
   Estimate width_squared;   ///< W^2
   Estimate thrust_ratio;    ///< alpha_n of the contacts leaving this layer
+  Estimate peak_height;     ///< per bead diameter and unit overload, see peak_height.h
+  PeakEvidence evidence;    ///< for two peaks against one; NaN where nothing was fitted
   double chi2_per_dof = 0;  ///< with the noise spectrum estimated from the ensemble
   int degrees_of_freedom = 0;
   bool identifiable = false;
@@ -33,6 +37,22 @@ struct ResponseProfile {
   std::vector<double> pressure;  ///< P(x, z), mirror symmetrised, unit overload
   std::vector<double> standard_error;
   std::vector<double> fit;  ///< the fitted G, integrated over the bead width
+};
+
+/// chi^2 of a straight line through several depths, with their joint covariance.
+struct LineTest {
+  double chi2 = std::numeric_limits<double>::quiet_NaN();
+  int degrees_of_freedom = 0;
+  int depths = 0;      ///< that took part
+  std::string reason;  ///< not empty if and only if chi2 is unknown
+};
+
+/// The powers of depth, and of the number of piles, that the paper's laws set, from the depths of the fit window.
+struct Laws {
+  Estimate position;   ///< p of x_p = x_0 + A z^p (growth_exponent); the paper: 1
+  Estimate width;      ///< p of W^2 = w_0 + A z^p; the paper: 1
+  Estimate amplitude;  ///< p of the peak height A z^p; the paper: -1/2
+  Estimate noise;      ///< p of the rms residual A N^p (noise_exponent); the paper: -1/2
 };
 
 /// Everything measured at one friction coefficient.
@@ -53,6 +73,10 @@ struct Transport {
   Estimate c_minus_c_thrust;           ///< their difference, with its own (correlated) error
   std::array<int, 2> window_layers{};  ///< first and last layer of the fit window
   int depths_in_window = 0;
+
+  Laws laws;
+  LineTest position_line;  ///< of x_p = x_0 + c z
+  LineTest width_line;     ///< of W^2 = w_0 + D z
 
   double draws_per_bead = 0;
   double mended_per_bead = 0;
@@ -82,11 +106,12 @@ struct Claim {
   std::string statement;  ///< the claim in one sentence
   std::string verdict;    ///< "reproduced", "not reproduced" or "undetermined"
   std::string expected;   ///< the verdict the experiment file expects, empty if none
+  std::string quantity;   ///< what `measured` is, in a few words
   Estimate measured;
-  double paper = 0;
+  double paper = 0;  ///< NaN where the paper gives no number
   double paper_error = 0;
-  double z_score = 0;       ///< NaN where undetermined without a number
-  std::string explanation;  ///< one sentence
+  double z_score = 0;       ///< NaN where the claim is not decided by a number
+  std::string explanation;  ///< why, in a sentence or a few
 };
 
 /// What the analysis stage hands on.
@@ -95,6 +120,7 @@ struct Analysis {
   ScalingFits scaling;             ///< over the primary window
   std::vector<ScalingFits> other_windows;
   std::vector<RatioScaling> by_ratio;  ///< over the primary window, at the layers of the response profiles
+  Laws mean_laws;                      ///< over all mu with scatter, see law_average.h
   SideMeasurements side;
   std::vector<Claim> claims;
 };

@@ -6,9 +6,12 @@
 #include <cmath>
 #include <limits>
 
+#include "analysis/depth_series.h"
 #include "analysis/layer_spectrum.h"
-#include "analysis/line_fit.h"
 #include "analysis/mean_response.h"
+#include "analysis/peak_evidence.h"
+#include "analysis/peak_height.h"
+#include "analysis/residual_noise.h"
 #include "analysis/shape_fit.h"
 #include "ensemble/parallel.h"
 #include "model/lattice.h"
@@ -17,12 +20,20 @@ namespace granuscope {
 namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-constexpr std::size_t min_depths = 3;  ///< fewest depths from which a slope is taken
+constexpr std::size_t min_depths = 3;           ///< fewest depths from which a slope is taken
+constexpr std::size_t min_depths_of_a_law = 4;  ///< fewest from which a curvature is
+
+/// Layers recorded for a figure between the steps of the window take no part: drawing must not change a number.
+bool in_window(const FitSpec& spec, int layer) {
+  return layer >= spec.first_layer && layer <= spec.last_layer && (spec.last_layer - layer) % spec.layer_step == 0;
+}
 
 /// The response at one layer with its replicates.
 struct MeasuredDepth {
   DepthFit fit;
   Replicated peak, width, width_squared, thrust;
+  Replicated height;    ///< empty if not identifiable or exact
+  ResidualNoise noise;  ///< likewise, and outside the window
 };
 
 /// |x| and x^2 moments of an exact profile: x_p = sum |x| P, W^2 = sum x^2 P - x_p^2.
@@ -54,6 +65,7 @@ void measure_by_fit(const LayerSpectrum& spectrum, const FitSpec& spec, Measured
     depth.fit.reason = reason;
   };
   if (!whole) return set_unknown("the fit of the double Gaussian did not converge");
+  depth.fit.evidence = weigh_peaks(spectrum, *whole);
   const auto store = [](double value, Replicated& to, bool is_whole) {
     if (is_whole)
       to.value = value;
@@ -95,40 +107,56 @@ MeasuredDepth measure_depth(const MeasuredEnsemble& ensemble, const FitSpec& spe
     measure_exactly(record, row, ensemble.overload, depth);
   } else {
     measure_by_fit(spectrum, spec, depth);
+    if (depth.fit.identifiable && in_window(spec, depth.fit.layer)) {
+      depth.height =
+          peak_height(mean_response(record.sums, row, ensemble.overload),
+                      Lattice({spectrum.columns, depth.fit.layer + 1}), depth.fit.layer, depth.peak, depth.width);
+      depth.noise = residual_noise(spectrum, depth.peak, depth.width);
+    }
   }
   depth.fit.peak_position = estimate(depth.peak, depth.fit.reason);
   depth.fit.width = estimate(depth.width, depth.fit.reason);
   depth.fit.width_squared = estimate(depth.width_squared, depth.fit.reason);
   depth.fit.thrust_ratio = estimate(depth.thrust);
+  if (depth.height.without_block.empty()) {
+    depth.fit.peak_height.reason = "measured only at identifiable depths of the window, and where there is scatter";
+  } else {
+    depth.fit.peak_height = estimate(depth.height);
+  }
   return depth;
 }
 
-/// Weights 1/variance for the depths of a line. Single jackknife variances scatter by 25 % each and are correlated with
-/// the values; a power of z fitted through their logarithms is not. All equal where there is no scatter.
-std::vector<double> smooth_weights(const std::vector<double>& z, const std::vector<Estimate>& values) {
-  std::vector<double> log_z, log_variance, weights(z.size(), 1.0);
-  for (std::size_t i = 0; i < z.size(); ++i) {
-    if (!(values[i].standard_error > 0)) return weights;
-    log_z.push_back(std::log(z[i]));
-    log_variance.push_back(2 * std::log(values[i].standard_error));
+constexpr double least_reach = 1.5;  ///< ratio of deepest to shallowest z from which a power of z is taken
+
+/// The powers of depth and of the number of piles over the depths that the slopes are taken from.
+void fit_laws(const std::vector<const MeasuredDepth*>& used, const DepthSeries& peaks, const DepthSeries& widths,
+              MeasuredTransport& result) {
+  Transport& t = result.transport;
+  const auto all = {&t.laws.position, &t.laws.width, &t.laws.amplitude, &t.laws.noise};
+  std::string reason;
+  if (std::any_of(used.begin(), used.end(), [](const MeasuredDepth* d) { return d->height.without_block.empty(); })) {
+    reason = "an exact profile has no scatter to test a law with";
+  } else if (used.size() < min_depths_of_a_law || peaks.z.back() < least_reach * peaks.z.front()) {
+    reason = fmt::format("{} depths from z = {:.1f} to {:.1f} can be fitted; a power of z needs {} over a factor of {}",
+                         used.size(), peaks.z.front(), peaks.z.back(), min_depths_of_a_law, least_reach);
   }
-  const Line line = fit_line(log_z, log_variance, weights);
-  for (std::size_t i = 0; i < z.size(); ++i) weights[i] = std::exp(-line.slope * (log_z[i] - log_z[0]));
-  return weights;
-}
-
-/// Slope and intercept with replicates of y = intercept + slope z.
-std::pair<Replicated, Replicated> replicated_line(const std::vector<double>& z, const std::vector<Replicated>& y,
-                                                  const std::vector<double>& weights) {
-  const auto part = [&](auto pick) {
-    return transform_all(y, [&](const std::vector<double>& values) { return pick(fit_line(z, values, weights)); });
-  };
-  return {part([](const Line& l) { return l.slope; }), part([](const Line& l) { return l.intercept; })};
-}
-
-/// Layers recorded for a figure between the steps of the window take no part: drawing must not change a number.
-bool in_window(const FitSpec& spec, int layer) {
-  return layer >= spec.first_layer && layer <= spec.last_layer && (spec.last_layer - layer) % spec.layer_step == 0;
+  if (!reason.empty()) {
+    for (Estimate* law : all) law->reason = reason;
+    t.position_line.reason = t.width_line.reason = reason;
+    return;
+  }
+  DepthSeries heights{peaks.z, {}};
+  ResidualNoise noise;
+  for (const MeasuredDepth* depth : used) {
+    heights.y.push_back(depth->height);
+    add(noise, depth->noise);
+  }
+  result.laws = {growth_exponent(peaks, smooth_weights(peaks)), growth_exponent(widths, smooth_weights(widths)),
+                 power_of_depth(heights), noise_exponent(noise)};
+  t.laws = {estimate(result.laws.position), estimate(result.laws.width),
+            estimate(result.laws.amplitude, "a measured peak height is not positive"), estimate(result.laws.noise)};
+  t.position_line = test_line(peaks);
+  t.width_line = test_line(widths);
 }
 
 void fit_slopes(const std::vector<MeasuredDepth>& depths, const FitSpec& spec, MeasuredTransport& result) {
@@ -145,29 +173,31 @@ void fit_slopes(const std::vector<MeasuredDepth>& depths, const FitSpec& spec, M
     const std::string reason =
         fmt::format("only {} depths of the window (layers {} to {}) can be fitted, a slope needs {}", used.size(),
                     spec.first_layer, spec.last_layer, min_depths);
-    for (Estimate* e : {&t.c, &t.D, &t.position_offset, &t.width_offset, &t.c_minus_c_thrust}) e->reason = reason;
+    for (Estimate* e : {&t.c, &t.D, &t.position_offset, &t.width_offset, &t.c_minus_c_thrust, &t.laws.position,
+                        &t.laws.width, &t.laws.amplitude, &t.laws.noise}) {
+      e->reason = reason;
+    }
+    t.position_line.reason = t.width_line.reason = reason;
     t.window_layers = {spec.first_layer, spec.last_layer};
     return;
   }
   t.window_layers = {used.front()->fit.layer, used.back()->fit.layer};
-  std::vector<double> z;
-  std::vector<Replicated> peaks, widths;
-  std::vector<Estimate> peak_estimates, width_estimates;
+  DepthSeries peaks, widths;
   for (const MeasuredDepth* depth : used) {
-    z.push_back(depth->fit.z);
-    peaks.push_back(depth->peak);
-    widths.push_back(depth->width_squared);
-    peak_estimates.push_back(depth->fit.peak_position);
-    width_estimates.push_back(depth->fit.width_squared);
+    peaks.z.push_back(depth->fit.z);
+    peaks.y.push_back(depth->peak);
+    widths.y.push_back(depth->width_squared);
   }
-  const auto [c, x0] = replicated_line(z, peaks, smooth_weights(z, peak_estimates));
-  const auto [D, w0] = replicated_line(z, widths, smooth_weights(z, width_estimates));
-  t.c = estimate(c);
-  t.position_offset = estimate(x0);
-  t.D = estimate(D);
-  t.width_offset = estimate(w0);
-  result.c = c;
-  result.D = D;
+  widths.z = peaks.z;
+  const ReplicatedLine position = line_through(peaks, smooth_weights(peaks));
+  const ReplicatedLine width = line_through(widths, smooth_weights(widths));
+  t.c = estimate(position.slope);
+  t.position_offset = estimate(position.intercept);
+  t.D = estimate(width.slope);
+  t.width_offset = estimate(width.intercept);
+  result.c = position.slope;
+  result.D = width.slope;
+  fit_laws(used, peaks, widths, result);
 }
 
 void measure_thrust(const std::vector<MeasuredDepth>& depths, const FitSpec& spec, MeasuredTransport& result) {
@@ -259,10 +289,11 @@ MeasuredTransport measure_transport(const MeasuredEnsemble& ensemble, const FitS
   // A block all of whose piles failed leaves nothing to average.
   if (std::find(record.sums.count.begin(), record.sums.count.end(), 0) != record.sums.count.end()) {
     const std::string reason = "a block of the ensemble holds no completed pile";
-    for (Estimate* e :
-         {&t.c, &t.D, &t.position_offset, &t.width_offset, &t.alpha_thrust, &t.c_thrust, &t.c_minus_c_thrust}) {
+    for (Estimate* e : {&t.c, &t.D, &t.position_offset, &t.width_offset, &t.alpha_thrust, &t.c_thrust,
+                        &t.c_minus_c_thrust, &t.laws.position, &t.laws.width, &t.laws.amplitude, &t.laws.noise}) {
       e->reason = reason;
     }
+    t.position_line.reason = t.width_line.reason = reason;
     return result;
   }
 

@@ -26,10 +26,16 @@ struct MeasuredRatios {
   Replicated position, width_squared;
 };
 
+/// Laws with replicates; empty where unknown.
+struct ReplicatedLaws {
+  Replicated position, width, amplitude, noise;
+};
+
 /// A Transport together with the replicates that later fits need.
 struct MeasuredTransport {
   Transport transport;
-  Replicated c, D;                     ///< empty if unknown
+  Replicated c, D;  ///< empty if unknown
+  ReplicatedLaws laws;
   std::vector<MeasuredRatios> ratios;  ///< at the identifiable ones of the profile layers
 };
 

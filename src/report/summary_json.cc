@@ -29,6 +29,12 @@ Json to_json(const DepthFit& fit) {
   json["width"] = to_json(fit.width);
   json["width_squared"] = to_json(fit.width_squared);
   json["thrust_ratio"] = to_json(fit.thrust_ratio);
+  json["peak_height"] = to_json(fit.peak_height);
+  json["two_peaks"]["delta_chi2_one_gaussian"] = finite_or_null(fit.evidence.against_one_gaussian);
+  json["two_peaks"]["delta_chi2_one_peak"] = finite_or_null(fit.evidence.for_two_peaks);
+  if (!std::isfinite(fit.evidence.for_two_peaks)) {
+    json["two_peaks"]["reason"] = fit.reason.empty() ? "the profile is exact: nothing was fitted" : fit.reason;
+  }
   json["chi2_per_dof"] = finite_or_null(fit.degrees_of_freedom > 0 ? fit.chi2_per_dof : std::nan(""));
   json["degrees_of_freedom"] = fit.degrees_of_freedom;
   json["identifiable"] = fit.identifiable;
@@ -51,6 +57,24 @@ Json list_of(const std::vector<Item>& items) {
   return json;
 }
 
+Json to_json(const LineTest& test) {
+  Json json;
+  json["chi2"] = finite_or_null(test.chi2);
+  json["degrees_of_freedom"] = test.degrees_of_freedom;
+  json["depths"] = test.depths;
+  if (json["chi2"].is_null()) json["reason"] = stated(test.reason);
+  return json;
+}
+
+Json to_json(const Laws& laws) {
+  Json json;
+  json["position"] = to_json(laws.position);
+  json["width_squared"] = to_json(laws.width);
+  json["amplitude"] = to_json(laws.amplitude);
+  json["noise"] = to_json(laws.noise);
+  return json;
+}
+
 Json to_json(const Transport& result) {
   Json json;
   json["mu"] = result.mu;
@@ -66,6 +90,9 @@ Json to_json(const Transport& result) {
   json["c_minus_c_thrust"] = to_json(result.c_minus_c_thrust);
   json["position_offset"] = to_json(result.position_offset);
   json["width_offset"] = to_json(result.width_offset);
+  json["exponents"] = to_json(result.laws);
+  json["position_line"] = to_json(result.position_line);
+  json["width_line"] = to_json(result.width_line);
   json["window_layers"] = result.window_layers;
   json["depths_in_window"] = result.depths_in_window;
   json["depths"] = list_of(result.depths);
@@ -100,13 +127,13 @@ Json to_json(const RatioScaling& ratios) {
 }
 
 Json to_json(const Claim& claim) {
-  // A claim without a number leaves `paper` at its default, which is no number of the paper.
-  const bool paper_known = std::isfinite(claim.paper) && (claim.measured.known() || claim.paper != 0);
+  const bool paper_known = std::isfinite(claim.paper);
   Json json;
   json["id"] = claim.id;
   json["statement"] = claim.statement;
   json["verdict"] = claim.verdict;
   json["expected"] = claim.expected.empty() ? Json(nullptr) : Json(claim.expected);
+  json["quantity"] = claim.quantity;
   json["measured"] = finite_or_null(claim.measured.value);
   json["stderr"] = claim.measured.known() ? finite_or_null(claim.measured.standard_error) : Json(nullptr);
   json["paper"] = paper_known ? Json(claim.paper) : Json(nullptr);
@@ -141,6 +168,7 @@ std::string summary_json(const ReportData& data) {
   json["seed"] = data.seed;
   json["overload"] = data.overload;
   json["results"] = list_of(data.analysis.results);
+  json["mean_exponents"] = to_json(data.analysis.mean_laws);
   json["scaling"] = to_json(data.analysis.scaling);
   json["scaling"]["other_windows"] = list_of(data.analysis.other_windows);
   json["scaling"]["by_ratio"] = list_of(data.analysis.by_ratio);

@@ -1,0 +1,130 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "analysis/claim_judges.h"
+#include "analysis/claim_rule.h"
+#include "support/number_format.h"
+
+namespace granuscope {
+namespace {
+
+/// Beyond this many standard deviations a single friction coefficient speaks against a law that the mean follows: six
+/// coefficients meet it by chance once in 2600 experiments.
+constexpr double outlier = 4;
+
+/// Laws in z or N. The mean power over all friction coefficients is judged by the rule for numbers, the tolerance of
+/// the experiment taking the place of the paper's error (the paper states these laws for large z and N); a law is also
+/// not reproduced if the power at any single mu lies more than four combined standard errors off.
+Claim judge_law(const Analysis& analysis, const ClaimSpec& spec, Claim claim, Estimate Laws::*law, double paper,
+                const std::string& what) {
+  std::vector<double> mu;
+  double farthest = 0, farthest_z = 0;
+  Estimate farthest_power;
+  for (const Transport& result : analysis.results) {
+    const Estimate& power = result.laws.*law;
+    if (!power.known()) continue;
+    mu.push_back(result.mu);
+    const double z = judge_number(power, paper, spec.exponent_tolerance).z_score;
+    if (std::abs(z) < std::abs(farthest_z)) continue;
+    farthest = result.mu;
+    farthest_z = z;
+    farthest_power = power;
+  }
+  judge_by_number(claim, analysis.mean_laws.*law, paper, spec.exponent_tolerance,
+                  mu.empty() ? what : fmt::format("{} over {}", what, list_of_mu(mu)));
+  if (mu.empty()) {
+    claim.explanation = fmt::format("No power could be taken: {}.", claim.measured.reason);
+    return claim;
+  }
+  const std::string single = value_with_error(farthest_power.value, farthest_power.standard_error);
+  if (std::abs(farthest_z) > outlier) {
+    claim.verdict = not_reproduced;
+    claim.explanation += fmt::format(" At μ = {} alone it is {}, {} combined standard errors off.", farthest, single,
+                                     significant(std::abs(farthest_z), 2));
+  } else if (mu.size() > 1) {
+    claim.explanation += fmt::format(" The single value farthest off is {} at μ = {}.", single, farthest);
+  }
+  return claim;
+}
+
+/// What the straight lines through the depths leave, with the joint covariance of the depths.
+std::string line_sentence(const Analysis& analysis, LineTest Transport::*line) {
+  double chi2 = 0;
+  int degrees_of_freedom = 0;
+  for (const Transport& result : analysis.results) {
+    const LineTest& test = result.*line;
+    if (!test.reason.empty() || test.degrees_of_freedom == 0) continue;
+    chi2 += test.chi2;
+    degrees_of_freedom += test.degrees_of_freedom;
+  }
+  if (degrees_of_freedom == 0) return "";
+  return fmt::format(
+      " The straight lines leave χ² = {} on {} degrees of freedom, with the joint covariance of the "
+      "depths.",
+      significant(chi2, 3), degrees_of_freedom);
+}
+
+/// The power that the straight lines W^2 = w_0 + D z alone would give the heights, at the middle of the window.
+std::string offset_sentence(const Analysis& analysis) {
+  double lowest = 0, highest = -1;
+  for (const Transport& result : analysis.results) {
+    if (!result.laws.amplitude.known() || result.depths.empty()) continue;
+    double first = 0, last = 0;
+    for (const DepthFit& depth : result.depths) {
+      if (depth.layer == result.window_layers[0]) first = depth.z;
+      if (depth.layer == result.window_layers[1]) last = depth.z;
+    }
+    const double spread = result.D.value * std::sqrt(first * last);
+    const double power = -0.5 * spread / (result.width_offset.value + spread);
+    lowest = std::min(lowest, power);
+    highest = std::max(highest, power);
+  }
+  if (highest < lowest) return "";
+  return fmt::format(
+      " At these depths the offset w₀ of W² = w₀ + D z alone makes it {} to {}; −1/2 is its limit at "
+      "large z.",
+      significant(highest, 2), significant(lowest, 2));
+}
+
+}  // namespace
+
+// The power p of x_p = x_0 + A z^p against 1: the curvature of x_p(z) over the window.
+Claim judge_linear_position(const Analysis& analysis, const ClaimSpec& spec) {
+  Claim claim = judge_law(
+      analysis, spec,
+      open_claim("linear-position", "The position xₚ of the peaks grows linearly with z.", "power of z in xₚ − x₀"),
+      &Laws::position, 1, "The power of z in xₚ − x₀");
+  claim.explanation += line_sentence(analysis, &Transport::position_line);
+  return claim;
+}
+
+// The power p of W^2 = w_0 + A z^p against 1: the curvature of W^2(z) over the window.
+Claim judge_diffusive_width(const Analysis& analysis, const ClaimSpec& spec) {
+  Claim claim = judge_law(analysis, spec,
+                          open_claim("diffusive-width", "The squared width W² of the peaks grows linearly with z.",
+                                     "power of z in W² − w₀"),
+                          &Laws::width, 1, "The power of z in W² − w₀");
+  claim.explanation += line_sentence(analysis, &Transport::width_line);
+  return claim;
+}
+
+// The power of z in the height of the measured peaks against -1/2, an exact fraction: the slope of ln height on ln z.
+Claim judge_amplitude(const Analysis& analysis, const ClaimSpec& spec) {
+  Claim claim = judge_law(
+      analysis, spec, open_claim("amplitude", "The height of the peaks falls as z^(−1/2).", "power of z in the height"),
+      &Laws::amplitude, -0.5, "The power of z in the height");
+  if (claim.measured.known()) claim.explanation += offset_sentence(analysis);
+  return claim;
+}
+
+// The power of N in the rms residual about the fit, over sub-ensembles, against -1/2.
+Claim judge_noise(const Analysis& analysis, const ClaimSpec& spec) {
+  return judge_law(analysis, spec,
+                   open_claim("noise", "The residual noise of the averaged response falls as N^(−1/2).",
+                              "power of N in the residual"),
+                   &Laws::noise, -0.5, "The power of N in the rms residual about the fit");
+}
+
+}  // namespace granuscope

@@ -1,0 +1,84 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "analysis/claim_judges.h"
+#include "analysis/claim_rule.h"
+#include "support/number_format.h"
+
+namespace granuscope {
+namespace {
+
+/// What the paper states, each to half a unit of its last digit.
+struct StatedShare {
+  double mu, share, error;
+};
+constexpr std::array<StatedShare, 2> stated{{{0.1, 0.005, 0.0005}, {0.3, 0.024, 0.0005}}};
+
+std::string percent(const Estimate& share) {
+  return value_with_error(100 * share.value, 100 * share.standard_error) + " %";
+}
+
+}  // namespace
+
+// Both numbers of the paper by the rule for numbers, against the share of all beads of the usable layers: not
+// reproduced if either is not, reproduced if both are, else undetermined. The number shown is the one farther off.
+Claim judge_redraw_share(const Analysis& analysis) {
+  Claim claim = open_claim("redraw-share",
+                           "In the standard procedure 0.5 % of the beads draw again at μ = 0.1, 2.4 % at μ = 0.3.",
+                           "share of beads");
+  std::vector<double> missing;
+  bool failed = false, open = false;
+  double farthest = -1;
+  for (const StatedShare& one : stated) {
+    const auto& measured = analysis.side.redrawn_beads;
+    const auto found = std::find_if(measured.begin(), measured.end(),
+                                    [&](const RedrawnBeads& beads) { return std::abs(beads.mu - one.mu) < 1e-9; });
+    if (found == measured.end()) {
+      missing.push_back(one.mu);
+      continue;
+    }
+    const Estimate& share = found->whole_pile;
+    const NumberVerdict judged = judge_number(share, one.share, one.error);
+    failed = failed || judged.verdict == not_reproduced;
+    open = open || judged.verdict == undetermined;
+    if (!share.known()) {
+      claim.explanation += fmt::format("At μ = {} it could not be measured: {}. ", one.mu, share.reason);
+      continue;
+    }
+    claim.explanation += fmt::format("At μ = {} {} of {} pairs' beads, {} combined standard errors {} the paper's {} %",
+                                     one.mu, percent(share), found->samples, significant(std::abs(judged.z_score), 2),
+                                     judged.z_score > 0 ? "above" : "below", 100 * one.share);
+    if (found->below_overload.known()) {
+      claim.explanation += fmt::format(" ({} of those with |x| ≤ z)", percent(found->below_overload));
+    }
+    claim.explanation += ". ";
+    if (std::abs(judged.z_score) > farthest) {
+      farthest = std::abs(judged.z_score);
+      claim.quantity = fmt::format("share of beads at μ = {}", one.mu);
+      claim.measured = share;
+      claim.paper = one.share;
+      claim.paper_error = one.error;
+      claim.z_score = judged.z_score;
+    }
+  }
+  if (missing.size() == stated.size()) {
+    leave_open(claim,
+               "nothing was measured with the standard procedure: set figures.redrawn_beads.mu = [0.1, 0.3]; "
+               "a few hundred pairs of piles decide");
+    return claim;
+  }
+  if (!missing.empty()) {
+    claim.explanation +=
+        fmt::format("The other number of the paper needs {} in figures.redrawn_beads.mu. ", list_of_mu(missing));
+  }
+  claim.explanation.pop_back();
+  if (!claim.measured.known()) claim.measured.reason = "the shares are unknown";
+  claim.verdict = failed ? not_reproduced : open || !missing.empty() ? undetermined : reproduced;
+  return claim;
+}
+
+}  // namespace granuscope

@@ -1,0 +1,94 @@
+#include "analysis/depth_series.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include "analysis/line_fit.h"
+
+namespace granuscope {
+namespace {
+
+constexpr std::size_t blocks_per_tested_depth = 4;
+
+}  // namespace
+
+// Single jackknife variances scatter by 25 % each and are correlated with the values; a power of z fitted through their
+// logarithms is not.
+std::vector<double> smooth_weights(const DepthSeries& series) {
+  std::vector<double> log_z, log_variance, weights(series.z.size(), 1.0);
+  for (std::size_t i = 0; i < series.z.size(); ++i) {
+    const double error = estimate(series.y[i]).standard_error;
+    if (!(error > 0)) return weights;
+    log_z.push_back(std::log(series.z[i]));
+    log_variance.push_back(2 * std::log(error));
+  }
+  const Line line = fit_line(log_z, log_variance, weights);
+  for (std::size_t i = 0; i < weights.size(); ++i) weights[i] = std::exp(-line.slope * (log_z[i] - log_z[0]));
+  return weights;
+}
+
+ReplicatedLine line_through(const DepthSeries& series, const std::vector<double>& weights) {
+  const auto part = [&](auto pick) {
+    return transform_all(series.y, [&](const std::vector<double>& y) { return pick(fit_line(series.z, y, weights)); });
+  };
+  return {part([](const Line& l) { return l.slope; }), part([](const Line& l) { return l.intercept; })};
+}
+
+Replicated growth_exponent(const DepthSeries& series, const std::vector<double>& weights) {
+  const double middle = (series.z.front() + series.z.back()) / 2;
+  std::vector<double> u;
+  for (const double z : series.z) u.push_back((z - middle) / middle);
+  return transform_all(series.y, [&](const std::vector<double>& y) {
+    const Parabola parabola = fit_parabola(u, y, weights);
+    return 1 + 2 * parabola.curvature / parabola.slope;
+  });
+}
+
+Replicated power_of_depth(const DepthSeries& series) {
+  DepthSeries logarithms;
+  for (std::size_t i = 0; i < series.z.size(); ++i) {
+    logarithms.z.push_back(std::log(series.z[i]));
+    logarithms.y.push_back(transform([](double y) { return std::log(y); }, series.y[i]));
+  }
+  return line_through(logarithms, smooth_weights({series.z, logarithms.y})).slope;
+}
+
+LineTest test_line(const DepthSeries& series) {
+  const std::size_t blocks = series.y.empty() ? 0 : series.y.front().without_block.size();
+  const std::size_t depths = std::min(series.z.size(), blocks / blocks_per_tested_depth);
+  LineTest test;
+  test.depths = static_cast<int>(depths);
+  if (depths < 3) {
+    test.reason = fmt::format("{} blocks give no covariance of three depths", blocks);
+    return test;
+  }
+  const auto size = static_cast<Eigen::Index>(depths);
+  const auto count = static_cast<Eigen::Index>(blocks);
+  Eigen::MatrixXd design(size, 2), replicates(size, count);
+  Eigen::VectorXd y(size);
+  for (Eigen::Index i = 0; i < size; ++i) {
+    const std::size_t k = static_cast<std::size_t>(i) * (series.z.size() - 1) / (depths - 1);
+    design.row(i) << 1, series.z[k];
+    y(i) = series.y[k].value;
+    for (Eigen::Index b = 0; b < count; ++b) replicates(i, b) = series.y[k].without_block[static_cast<std::size_t>(b)];
+  }
+  const auto n = static_cast<double>(blocks), m = static_cast<double>(depths);
+  const Eigen::MatrixXd scatter = replicates.colwise() - replicates.rowwise().mean();
+  const Eigen::MatrixXd covariance = (n - 1) / n * scatter * scatter.transpose();
+  const Eigen::LLT<Eigen::MatrixXd> factor(covariance);
+  if (factor.info() != Eigen::Success) {
+    test.reason = "the covariance of the depths cannot be inverted";
+    return test;
+  }
+  const Eigen::MatrixXd whitened_design = factor.matrixL().solve(design);
+  const Eigen::VectorXd whitened = factor.matrixL().solve(y);
+  const Eigen::VectorXd residual = whitened - whitened_design * whitened_design.colPivHouseholderQr().solve(whitened);
+  test.chi2 = (n - m - 2) / (n - 1) * residual.squaredNorm();
+  test.degrees_of_freedom = static_cast<int>(depths) - 2;
+  return test;
+}
+
+}  // namespace granuscope
