@@ -1,19 +1,19 @@
-#include <fmt/core.h>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
 #include <array>
 #include <charconv>
-#include <chrono>
 #include <memory>
-#include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 
 #include "cli/verbs.h"
 #include "render/draw.h"
+#include "render/pile_scene.h"
 #include "report/statistics_json.h"
-#include "storage/pile_file.h"
-#include "support/number_format.h"
+#include "support/error.h"
 #include "support/provenance.h"
 
 namespace granuscope {
@@ -21,52 +21,60 @@ namespace {
 
 struct RenderOptions {
   std::string pile_file;
+  std::string minus_file;
   std::string image_file;
   std::string window;
+  std::string range;
+  bool transparent = false;
   bool no_skip = false;
   bool statistics = false;
   SceneSpec scene;
 };
 
-/// "X0,X1,N0,N1".
-std::array<double, 4> parse_window(std::string_view text) {
-  const auto refuse = [given = std::string(text)] {
-    return InputError(
-        fmt::format("--window {} is not X0,X1,N0,N1; give two positions in bead diameters from the middle "
-                    "and two layers, as in --window=-20,20,0,40",
-                    given));
-  };
-  std::array<double, 4> window{};
-  for (std::size_t k = 0; k < window.size(); ++k) {
+/// Numbers with commas between them; whether there are as many as wanted.
+bool parse_numbers(std::string_view text, std::span<double> numbers) {
+  for (std::size_t k = 0; k < numbers.size(); ++k) {
     const std::size_t comma = text.find(',');
-    if ((comma == std::string_view::npos) != (k + 1 == window.size())) throw refuse();
+    if ((comma == std::string_view::npos) != (k + 1 == numbers.size())) return false;
     const std::string_view part = text.substr(0, comma);
-    const auto [end, error] = std::from_chars(part.data(), part.data() + part.size(), window[k]);
-    if (error != std::errc() || end != part.data() + part.size()) throw refuse();
+    const auto [end, error] = std::from_chars(part.data(), part.data() + part.size(), numbers[k]);
+    if (error != std::errc() || end != part.data() + part.size()) return false;
     text.remove_prefix(comma == std::string_view::npos ? text.size() : comma + 1);
   }
-  return window;
+  return true;
 }
 
-ImageMetadata describe(const Pile& pile) {
-  return {{"Software", provenance_line(collect_provenance())},
-          {"Description", fmt::format("force network of {} columns x {} layers, mu {}, law {}, seed {}, sample {}",
-                                      pile.lattice.columns(), pile.lattice.layers(), exact(pile.mu), pile.law,
-                                      pile.seed, pile.sample)}};
+/// "X0,X1,N0,N1".
+std::array<double, 4> parse_window(std::string_view text) {
+  std::array<double, 4> window{};
+  if (parse_numbers(text, window)) return window;
+  throw InputError(fmt::format(
+      "--window {} is not X0,X1,N0,N1; give two positions in bead diameters from the middle and two layers, as in "
+      "--window=-20,20,0,40",
+      text));
+}
+
+/// "LOW,HIGH".
+std::array<double, 2> parse_range(std::string_view text) {
+  std::array<double, 2> range{};
+  if (parse_numbers(text, range)) return range;
+  throw InputError(fmt::format(
+      "--range {} is not LOW,HIGH; give the two ends of the colour scale, as in --range=0,1.5 or --range=-1,1", text));
 }
 
 ExitCode render(RenderOptions options, VerbContext& context) {
   if (!options.window.empty()) options.scene.window = parse_window(options.window);
+  if (!options.range.empty()) options.scene.range = parse_range(options.range);
   options.scene.skip_invisible = !options.no_skip;
+  if (options.transparent) options.scene.background = Background::transparent;
 
-  const auto started = std::chrono::steady_clock::now();
-  const Pile pile = read_pile(options.pile_file);
-  const std::chrono::duration<double> reading = std::chrono::steady_clock::now() - started;
-  SceneStatistics statistics = draw_pile(pile, options.scene, options.image_file, describe(pile));
-  statistics.seconds.read = reading.count();
-
-  context.err << fmt::format("wrote {} with the OpenGL backend {} ({})\n", options.image_file, statistics.backend,
-                             statistics.renderer);
+  const SceneStatistics statistics =
+      draw_pile_file({options.pile_file, options.minus_file, options.image_file}, options.scene,
+                     {{"Software", provenance_line(collect_provenance())}});
+  context.err << (statistics.backend == "none"
+                      ? fmt::format("wrote {} without OpenGL ({})\n", options.image_file, statistics.backend_reason)
+                      : fmt::format("wrote {} with the OpenGL backend {} ({})\n", options.image_file,
+                                    statistics.backend, statistics.renderer));
   if (options.statistics) context.out << render_statistics_json(statistics);
   return ExitCode::done;
 }
@@ -78,17 +86,24 @@ void add_render_verb(CLI::App& app, VerbContext& context) {
   const auto options = std::make_shared<RenderOptions>();
   SceneSpec& scene = options->scene;
   verb->add_option("FILE", options->pile_file, "pile file (HDF5), as granuscope sample --out writes it")->required();
+  verb->add_option("--minus", options->minus_file,
+                   "scene response: the pile without the overload, of the same seed and sample");
   verb->add_option("--image", options->image_file, "the picture (PNG)")->required();
-  verb->add_option("--scene", scene.scene, "what to draw of the pile")->capture_default_str();
+  verb->add_option("--scene", scene.scene, fmt::format("what to draw of the pile: {}", fmt::join(pile_scenes(), ", ")))
+      ->capture_default_str();
   verb->add_option("--width", scene.width_px, "width of the picture in pixels; mm = 25.4 px / dpi")
       ->capture_default_str();
   verb->add_option("--dpi", scene.dpi, "pixels per inch; text is laid out in points")->capture_default_str();
   verb->add_option("--window", options->window,
                    "X0,X1,N0,N1: part shown, x in bead diameters from the middle, layers from 0; ends included "
                    "(the whole pile if not given)");
-  verb->add_option("--colour-map", scene.colour_map, "colours of the forces: grey, viridis or cividis")
-      ->capture_default_str();
+  verb->add_option("--range", options->range,
+                   "LOW,HIGH: ends of the colour scale, so that pictures compare (from what is shown if not given)");
+  scene.colour_map.clear();
+  verb->add_option("--colour-map", scene.colour_map,
+                   "grey, viridis or cividis; diverging for the scene response (the scene's own if not given)");
   verb->add_option("--backend", scene.backend, "how OpenGL is reached: auto, osmesa or egl")->capture_default_str();
+  verb->add_flag("--transparent", options->transparent, "no page behind the picture");
   verb->add_flag("--no-skip", options->no_skip, "draw also what cannot be seen; the picture is the same");
   verb->add_flag("--statistics", options->statistics,
                  "print one JSON object on standard output and nothing else there");

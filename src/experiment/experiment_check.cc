@@ -15,6 +15,7 @@
 #include "experiment/nearest_name.h"
 #include "render/colour_scale.h"
 #include "render/layout.h"
+#include "render/pile_scene.h"
 #include "support/error.h"
 
 namespace granuscope {
@@ -419,7 +420,8 @@ Problem find_scene_problem(const Experiment& e) {
   }
   try {
     const double half = 0.5 * chains.columns;
-    plot_size(chains.scene, {-half, half, 0, Lattice::depth(chains.layers - 1) + 0.5});
+    plot_size(chains.scene, {-half, half, 0, Lattice::depth(chains.layers - 1) + 0.5},
+              key_title_of(chains.scene.scene));
   } catch (const InputError& error) {
     return problem("scenes.force_chains.width_px", "{}", error.what());
   }

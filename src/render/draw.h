@@ -1,8 +1,10 @@
 #pragma once
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "model/pile.h"
+#include "model/pile_view.h"
 #include "render/image.h"
 #include "render/scene.h"
 
@@ -12,20 +14,38 @@ namespace granuscope {
 struct SceneStatistics {
   SceneCounts counts;
   struct Seconds {
-    double read = 0;  ///< reading the pile; filled in by who reads it
+    double read = 0;  ///< reading the piles
     double build = 0;
     double draw = 0;  ///< with starting GL
     double encode = 0;
   } seconds;
-  std::string backend;         ///< of GL, as chosen
+  std::string backend;         ///< of GL, as chosen; "none" if the picture needs none
   std::string backend_reason;  ///< why it was chosen
-  std::string renderer;        ///< GL_RENDERER and GL_VERSION
+  std::string renderer;        ///< GL_RENDERER and GL_VERSION, or what stood in
 };
 
-/// Draws the pile to a PNG file, which appears whole or not at all; `metadata` (provenance) goes into it. Throws
-/// InputError and EnvironmentError as build_scene(), make_gl_context(), paint() and write_png() do; then no file is
-/// left.
-SceneStatistics draw_pile(const Pile& pile, const SceneSpec& spec, const std::filesystem::path& image_path,
+/// Which files to draw.
+struct PictureFiles {
+  std::filesystem::path pile;
+  std::filesystem::path minus;  ///< of a response: the pile without the overload; empty otherwise
+  std::filesystem::path image;  ///< PNG
+};
+
+/// Draws a pile to a file, which appears whole or not at all; `metadata` (provenance) goes into it. Throws InputError
+/// and EnvironmentError as build_scene(), make_gl_context(), paint() and write_png() do; then no file is left.
+SceneStatistics draw_pile(const Pile& pile, const SceneSpec& spec, const std::filesystem::path& image,
                           const ImageMetadata& metadata = {});
+/// The same for two piles that a scene compares.
+SceneStatistics draw_pile(const Pile& pile, const Pile* minus, const SceneSpec& spec,
+                          const std::filesystem::path& image, const ImageMetadata& metadata = {});
+/// The same from files, of which only what the window needs is read; the pile's key goes into the metadata.
+SceneStatistics draw_pile_file(const PictureFiles& files, const SceneSpec& spec, const ImageMetadata& metadata = {});
+
+/// Draws any scene.
+SceneStatistics draw_scene(const Scene& scene, const SceneSpec& spec, const std::filesystem::path& image,
+                           const ImageMetadata& metadata = {});
+
+/// Throws InputError unless the name of an image ends like a format that can be written.
+void require_known_format(const std::filesystem::path& image);
 
 }  // namespace granuscope

@@ -17,12 +17,24 @@ void blend(const CoverageMask& mask, int left, int top, Image& image, ColourAt&&
       if (cover == 0) continue;
       const Rgb colour = colour_at(x);
       std::uint8_t* pixel = &image.rgba[image.offset(left + x, top + y)];
-      const auto mix = [cover](int below, int above) {
-        return static_cast<std::uint8_t>((below * (255 - cover) + above * cover + 127) / 255);
+      if (pixel[3] == 255) {
+        const auto mix = [cover](int below, int above) {
+          return static_cast<std::uint8_t>((below * (255 - cover) + above * cover + 127) / 255);
+        };
+        pixel[0] = mix(pixel[0], colour.r);
+        pixel[1] = mix(pixel[1], colour.g);
+        pixel[2] = mix(pixel[2], colour.b);
+        continue;
+      }
+      // Over a background that is seen through: what lies below counts by its own share, in 1/255 of 1/255.
+      const int below = pixel[3] * (255 - cover), above = 255 * cover, sum = below + above;
+      const auto mix = [=](int under, int over) {
+        return static_cast<std::uint8_t>((under * below + over * above + sum / 2) / sum);
       };
       pixel[0] = mix(pixel[0], colour.r);
       pixel[1] = mix(pixel[1], colour.g);
       pixel[2] = mix(pixel[2], colour.b);
+      pixel[3] = static_cast<std::uint8_t>((sum + 127) / 255);
     }
   }
 }
@@ -46,19 +58,25 @@ void draw_arrow(const Layout& layout, Rgb colour, const Font& font, Image& image
   blend(mask, static_cast<int>(x), static_cast<int>(y), image, [colour](int) { return colour; });
 }
 
-/// A wedge on a base line: as thick and as dark as a bar of that force is, up to one common factor of the thickness.
-void draw_force_scale(const Box& box, const ColourScale& scale, const Font& font, Image& image) {
+/// Where widths follow the force, a wedge on a base line: as thick and as dark as a bar of that force is, up to one
+/// common factor of the thickness. Otherwise a bar of the colours.
+void draw_colour_scale(const Scene& scene, const Box& box, const ColourScale& scale, const Font& font, Image& image) {
   const double w = box.width, h = box.height;
-  const CoverageMask wedge = font.fill({{0, h}, {w, h}, {w, 0}}, box.width, box.height);
-  blend(wedge, box.left, box.top, image, [&](int column) { return scale.at((column + 0.5) / w); });
+  const bool wedge = scene.glyph == Glyph::force_bar;
+  const CoverageMask mask =
+      wedge ? font.fill({{0, h}, {w, h}, {w, 0}}, box.width, box.height) : whole(box.width, box.height);
+  blend(mask, box.left, box.top, image, [&](int column) {
+    const double share = (column + 0.5) / w;
+    return scale.at(scene.values.sign == Sign::both ? 2 * share - 1 : share);
+  });
 }
 
 }  // namespace
 
-void draw_furniture(const Layout& layout, const Palette& palette, const ColourScale& scale, const Font& font,
-                    Image& image) {
+void draw_furniture(const Scene& scene, const Layout& layout, const Palette& palette, const ColourScale& scale,
+                    const Font& font, Image& image) {
   const Rgb ink = palette.colour("ink");
-  draw_force_scale(layout.legend, scale, font, image);
+  draw_colour_scale(scene, layout.legend, scale, font, image);
   for (const Rule& rule : layout.rules) {
     const Rgb colour = palette.colour(rule.colour);
     blend(whole(rule.box.width, rule.box.height), rule.box.left, rule.box.top, image, [colour](int) { return colour; });

@@ -7,8 +7,8 @@
 
 namespace granuscope {
 
-/// Draws everything of `layout` that is not the plot area: frame, ticks, labels, arrow, scale bar and force scale.
-void draw_furniture(const Layout& layout, const Palette& palette, const ColourScale& scale, const Font& font,
-                    Image& image);
+/// Draws everything of `layout` that is not the plot area: frame, ticks, labels, arrow, scale bar and colour scale.
+void draw_furniture(const Scene& scene, const Layout& layout, const Palette& palette, const ColourScale& scale,
+                    const Font& font, Image& image);
 
 }  // namespace granuscope

@@ -11,9 +11,9 @@ namespace granuscope {
 // clang-format off
 #define GRANUSCOPE_GL_FUNCTIONS(X)                                                                                \
   X(ActiveTexture) X(AttachShader) X(BindBuffer) X(BindFramebuffer) X(BindRenderbuffer) X(BindTexture)            \
-  X(BindVertexArray) X(BufferData) X(CheckFramebufferStatus) X(Clear) X(ClearColor) X(CompileShader)              \
+  X(BindVertexArray) X(BlendEquation) X(BufferData) X(CheckFramebufferStatus) X(Clear) X(ClearColor) X(CompileShader)              \
   X(CreateProgram) X(CreateShader) X(DeleteBuffers) X(DeleteFramebuffers) X(DeleteProgram)                        \
-  X(DeleteRenderbuffers) X(DeleteShader) X(DeleteTextures) X(DeleteVertexArrays) X(Disable) X(DrawArrays)         \
+  X(DeleteRenderbuffers) X(DeleteShader) X(DeleteTextures) X(DeleteVertexArrays) X(Disable) X(DrawArrays) X(Enable)         \
   X(FramebufferRenderbuffer) X(GenBuffers) X(GenFramebuffers) X(GenRenderbuffers) X(GenTextures)                  \
   X(GenVertexArrays) X(GetError) X(GetIntegerv) X(GetProgramInfoLog) X(GetProgramiv) X(GetShaderInfoLog)          \
   X(GetShaderiv) X(GetString) X(GetUniformLocation) X(LinkProgram) X(PixelStorei) X(ReadBuffer) X(ReadPixels)     \

@@ -48,7 +48,7 @@ GlFramebuffer::GlFramebuffer(const GlContext& context, int width, int height) : 
   gl_.GenFramebuffers(1, &framebuffer_);
   gl_.GenRenderbuffers(1, &colour_);
   gl_.BindRenderbuffer(GL_RENDERBUFFER, colour_);
-  gl_.RenderbufferStorage(GL_RENDERBUFFER, GL_RGBA8, width, height);
+  gl_.RenderbufferStorage(GL_RENDERBUFFER, GL_R8, width, height);
   gl_.BindFramebuffer(GL_FRAMEBUFFER, framebuffer_);
   gl_.FramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, colour_);
   gl_.ReadBuffer(GL_COLOR_ATTACHMENT0);

@@ -46,7 +46,8 @@ class GlVertexArray {
   GLuint id_ = 0;
 };
 
-/// A framebuffer of RGBA8 pixels, bound and complete once constructed. Throws EnvironmentError if the driver cannot.
+/// A framebuffer of one byte a pixel (R8), bound and complete once constructed. Throws EnvironmentError if the driver
+/// cannot.
 class GlFramebuffer {
  public:
   GlFramebuffer(const GlContext& context, int width, int height);

@@ -15,8 +15,8 @@ using ImageMetadata = std::vector<std::pair<std::string, std::string>>;
 /// Pixels in sRGB, 8 bits a channel, rows from the top, four bytes R G B A a pixel (A not premultiplied).
 struct Image {
   Image() = default;
-  /// An opaque image of one colour.
-  Image(int width_px, int height_px, Rgb colour)
+  /// An image of one colour.
+  Image(int width_px, int height_px, Rgb colour, std::uint8_t alpha = 255)
       : width(width_px),
         height(height_px),
         rgba(4 * static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px)) {
@@ -24,7 +24,7 @@ struct Image {
       rgba[i] = colour.r;
       rgba[i + 1] = colour.g;
       rgba[i + 2] = colour.b;
-      rgba[i + 3] = 255;
+      rgba[i + 3] = alpha;
     }
   }
 

@@ -21,8 +21,8 @@ constexpr double margin_mm = 1.0;        ///< between the outermost thing and th
 constexpr double tick_mm = 1.0;          ///< length of a tick
 constexpr double gap_mm = 0.8;           ///< between things that belong together
 constexpr double block_gap_mm = 2.4;     ///< between things that do not
-constexpr double bar_mm = 2.0;           ///< height of the force scale
-constexpr double scale_length_mm = 40;   ///< length of the force scale, if there is room
+constexpr double bar_mm = 2.0;           ///< height of the colour scale
+constexpr double scale_length_mm = 40;   ///< length of the colour scale, if there is room
 constexpr double scale_minimum_mm = 12;  ///< its shortest length
 constexpr double tick_gap_mm = 4;        ///< between neighbouring numbers of an axis, at least
 constexpr double arrow_mm = 5.0;         ///< length of the overload's arrow
@@ -34,7 +34,6 @@ constexpr double most_ticks = 16;        ///< of an axis, however large the pape
 constexpr double line_points = 0.5;      ///< frame and ticks
 
 constexpr const char* x_title = "x (bead diameters)";
-constexpr const char* force_title = "force / top load";
 constexpr std::array<const char*, 3> z_titles = {"depth z (bead diameters)", "z (bead diameters)", "z"};
 
 /// Lengths on paper as pixels of this image.
@@ -162,18 +161,19 @@ ScaleBar scale_bar(const Scene& scene, const Paper& paper) {
   return bar;
 }
 
-/// Narrowest width of the force scale: its title, or its numbers.
-int narrowest_scale(const Font& font, const Paper& paper) {
-  return std::max(font.width(force_title), paper.mm(scale_minimum_mm));
+/// Narrowest width of the colour scale: its title, or its numbers.
+int narrowest_scale(const std::string& key_title, const Font& font, const Paper& paper) {
+  return std::max(font.width(key_title), paper.mm(scale_minimum_mm));
 }
 
 /// What the texts need in width, whatever stands below or beside them.
-int smallest_width(const Extent& extent, const Font& font, const Paper& paper) {
+int smallest_width(const Extent& extent, const std::string& key_title, const Font& font, const Paper& paper) {
   const Margins margins = side_margins(extent, font, paper);
   // The scale bar is shorter than the window, and so has no more digits.
   const std::string digits(fmt::format("{:.0f}", extent.width()).size(), '0');
   const int title = font.width(digits + " bead diameters");
-  const int text = std::max({title, font.width(x_title), narrowest_scale(font, paper)}) + 2 * paper.mm(margin_mm);
+  const int text =
+      std::max({title, font.width(x_title), narrowest_scale(key_title, font, paper)}) + 2 * paper.mm(margin_mm);
   return std::max(margins.left + paper.mm(smallest_plot_mm) + margins.right, text);
 }
 
@@ -189,10 +189,10 @@ double text_pixels(const SceneSpec& spec) {
   return text_points * spec.dpi / points_per_inch;
 }
 
-PlotSize plot_size(const SceneSpec& spec, const Extent& extent) {
+PlotSize plot_size(const SceneSpec& spec, const Extent& extent, const std::string& key_title) {
   const Font font(text_pixels(spec));
   const Paper paper(spec.dpi);
-  const int smallest = smallest_width(extent, font, paper);
+  const int smallest = smallest_width(extent, key_title, font, paper);
   if (spec.width_px < smallest) {
     throw InputError(fmt::format(
         "an image {} pixels wide is too small for labels of {} pt at {} dpi; the smallest width is {} pixels",
@@ -325,14 +325,14 @@ class LayoutMaker {
     below_ = title.bottom();
   }
 
-  /// Scale bar on the left, force scale on the right; one below the other where the image is too narrow for both. Each
+  /// Scale bar on the left, colour scale on the right; one below the other where the image is too narrow for both. Each
   /// is a title above a bar.
   void add_legend() {
     const ScaleBar bar = scale_bar(scene_, paper_);
     const int bar_title = font_.width(bar.text);
     const int bar_width = std::max(bar.length_px, bar_title);
     const int left = layout_.plot.left, right = layout_.plot.right();
-    const int narrowest = narrowest_scale(font_, paper_), widest = paper_.mm(scale_length_mm);
+    const int narrowest = narrowest_scale(scene_.key_title, font_, paper_), widest = paper_.mm(scale_length_mm);
     const int beside = right - left - bar_width - 2 * paper_.mm(block_gap_mm);
     const bool one_row = beside >= narrowest;
 
@@ -343,7 +343,7 @@ class LayoutMaker {
     const int length = std::clamp(room, narrowest, widest);
     // Numbers at its ends hang over by half their width, which the block gap or the margin takes.
     const int start = one_row ? right - length : std::min(left, layout_.width - paper_.mm(margin_mm) - length);
-    add_force_scale(length, start, top);
+    add_colour_scale(length, start, top);
   }
 
   void add_scale_bar(const ScaleBar& bar, int width, int left, int top) {
@@ -358,13 +358,16 @@ class LayoutMaker {
     below_ = top + line_height() + paper_.mm(bar_mm);
   }
 
-  /// Number at tick k of the force scale; its end tells when stronger forces look like those there.
+  /// Number at tick k of the colour scale; its ends tell when what lies beyond looks like what lies there.
   std::string scale_number(int k, int parts) const {
-    const bool clipped = k == parts && scene_.force_max > scene_.scale_top;
-    return (clipped ? "\u2265 " : "") + number(scene_.scale_top * k / parts);
+    const ValueScale& values = scene_.values;
+    const bool below = k == 0 && scene_.value_min < values.low, above = k == parts && scene_.value_max > values.high;
+    const double value = k == parts ? values.high : values.low + (values.high - values.low) * k / parts;
+    const double rounding = 1e-12 * (values.high - values.low);
+    return (below ? "\u2264 " : above ? "\u2265 " : "") + number(std::abs(value) < rounding ? 0 : value);
   }
 
-  /// The numbers of a force scale whose pixel `left` is 0, as equal steps.
+  /// The numbers of a colour scale that begins at pixel `left`, as equal steps.
   std::vector<Label> scale_labels(int parts, int left, int length, int top) const {
     std::vector<Label> labels;
     const int edge = layout_.width - paper_.mm(margin_mm);
@@ -377,13 +380,16 @@ class LayoutMaker {
     return labels;
   }
 
-  /// The largest number of equal steps that has room: of 1, 2 or 5 if possible, of at most two digits otherwise.
+  /// The largest number of equal steps that has room: of 1, 2 or 5 if possible, of at most two digits otherwise; and
+  /// with 0 between them if it has both signs.
   int scale_parts(int left, int length) const {
-    const double unit = std::pow(10.0, std::floor(std::log10(scene_.scale_top) + 1e-9) - 1);
+    const double range = scene_.values.high - scene_.values.low;
+    const double unit = std::pow(10.0, std::floor(std::log10(range) + 1e-9) - 1);
     const auto near = [](double value, double other) { return std::abs(value - other) < 1e-6; };
     for (const bool round_only : {true, false}) {
       for (const int parts : {5, 4, 3, 2}) {
-        const double step = scene_.scale_top / parts / unit;
+        if (scene_.values.sign == Sign::both && parts % 2 == 1) continue;
+        const double step = range / parts / unit;
         const bool round = near(step, 2) || near(step, 5) || near(step, 10) || near(step, 20) || near(step, 50);
         if (!near(step, std::round(step)) || (round_only && !round)) continue;
         const auto labels = scale_labels(parts, left, length, 0);
@@ -397,8 +403,8 @@ class LayoutMaker {
     return 1;
   }
 
-  void add_force_scale(int length, int left, int top) {
-    add_label(force_title, {left, top, font_.width(force_title), line_height()});
+  void add_colour_scale(int length, int left, int top) {
+    add_label(scene_.key_title, {left, top, font_.width(scene_.key_title), line_height()});
     layout_.legend = {left, top + line_height(), length, paper_.mm(bar_mm)};
     const int tick_top = layout_.legend.bottom(), t = frame(), tick = paper_.mm(tick_mm);
     const int number_top = tick_top + tick + paper_.mm(gap_mm) / 2;

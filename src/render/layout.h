@@ -37,20 +37,20 @@ struct Layout {
   std::vector<Label> labels;
   std::vector<Rule> rules;
   std::vector<Corner> arrow;  ///< of the overload; empty if there is none in the window
-  Box legend;                 ///< the wedge of the force scale, 0 at its left end
+  Box legend;                 ///< the colour scale, its low end on the left
 };
 
 /// Height of the labels, in points.
 inline constexpr double text_points = 8;
 
 /// Size of the plot area for an image of this specification: width and height in pixels, and pixels per bead diameter.
-/// Throws InputError if the width or dpi is out of range, if the text leaves too little room (naming the smallest
-/// width), or if the picture would be too high.
+/// `key_title`: of the colour scale. Throws InputError if the width or dpi is out of range, if the text leaves too
+/// little room (naming the smallest width), or if the picture would be too high.
 struct PlotSize {
   int width_px = 0, height_px = 0;
   double pixels_per_diameter = 0;
 };
-PlotSize plot_size(const SceneSpec& spec, const Extent& extent);
+PlotSize plot_size(const SceneSpec& spec, const Extent& extent, const std::string& key_title);
 
 /// Places axes, ticks, labels, scale bar and legend around the plot area of `scene`. Throws InputError as plot_size().
 Layout lay_out(const SceneSpec& spec, const Scene& scene, const Font& font);

@@ -1,40 +1,45 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "render/value_scale.h"
+
 namespace granuscope {
 
-/// What to draw of a pile, and how large. Windows count from the overloaded bead, as x of a response does.
+enum class Background { page, transparent };
+
+/// What to draw, and how large. Windows count from the overloaded bead, as x of a response does.
 struct SceneSpec {
   std::string scene = "forces";
   int width_px = 1600;  ///< of the whole image, axes and legend included
   double dpi = 300;     ///< mm = 25.4 px / dpi; text is laid out in points
   /// x0, x1 in bead diameters from the middle and first, last layer; both inclusive. None: the whole pile.
   std::optional<std::array<double, 4>> window;
-  std::string colour_map = "grey";
+  std::optional<std::array<double, 2>> range;  ///< ends of the colour scale; none: from what is shown
+  std::string colour_map = "grey";             ///< empty: the scene's own
   std::string backend = "auto";
   bool skip_invisible = true;
+  Background background = Background::page;
 };
 
-/// What was drawn and what was left out, counted. drawn + outside + too_faint + aggregated = contacts of the pile.
+/// What was drawn and what was left out, counted: drawn + outside + too_faint + aggregated = elements of the pile
+/// (contacts, or beads in scenes that colour beads).
 struct SceneCounts {
   std::uint64_t drawn = 0;
-  std::uint64_t outside = 0;     ///< contacts outside the window
-  std::uint64_t too_faint = 0;   ///< contacts whose contribution rounds to nothing at 8 bits
-  std::uint64_t aggregated = 0;  ///< contacts drawn as part of a coarser element
+  std::uint64_t outside = 0;     ///< beside the window
+  std::uint64_t too_faint = 0;   ///< their contribution rounds to nothing at 8 bits
+  std::uint64_t aggregated = 0;  ///< drawn by the level of detail, as samples that several share
   std::uint64_t pixels = 0;
 };
 
 /// Widths an image may have; heights obey the same upper limit.
 inline constexpr int min_image_px = 1;
 inline constexpr int max_image_px = 32768;
-
-/// Every pixel is the mean of samples_per_axis x samples_per_axis samples, taken in sRGB space: a grey of the map then
-/// stays the share of black that was drawn, which linear light would lighten.
-inline constexpr int samples_per_axis = 4;
 
 /// The part of the plane that is drawn, in bead diameters: x from the overloaded bead, z down from the surface (the top
 /// of layer 0, so that layer n has its centres at Lattice::depth(n)).
@@ -44,13 +49,33 @@ struct Extent {
   double height() const { return z1 - z0; }
 };
 
-/// One contact as it is drawn: a bar with round ends around the line between two points.
-struct ContactBar {
-  double x0 = 0, z0 = 0;  ///< upper end (centre of the bead that pushes), bead diameters, as in Extent
-  double x1 = 0, z1 = 0;  ///< lower end
-  float width = 0;        ///< bead diameters
-  float strength = 0;     ///< 0 .. 1, the share of the force scale; selects the colour
+enum class Outline {
+  bar,  ///< with round ends, around the line from (x0, z0) to (x1, z1); a disc if both are one point
+  box   ///< from (x0, z0) to (x1, z1), its sides along the axes
 };
+
+/// One thing that is drawn, in bead diameters. Where several lie over each other the highest level is seen, whatever
+/// the order: strong contacts lie on weak ones.
+struct Element {
+  double x0 = 0, z0 = 0, x1 = 0, z1 = 0;
+  double width = 0;  ///< of a bar
+  std::uint8_t level = 0;
+  Outline outline = Outline::bar;
+};
+
+/// How a level looks, beside its colour.
+enum class Glyph {
+  force_bar,  ///< contacts as bars whose width grows with the level
+  even_bar,   ///< contacts as bars of one width
+  bead,       ///< beads as discs
+  cell        ///< boxes
+};
+
+/// Width at strength 1, in bead diameters.
+inline constexpr double widest_bar = 0.5;
+inline constexpr double even_bar_width = 0.4;
+
+double width_of(Glyph glyph, double strength);
 
 /// The one bead whose load differs from all the others.
 struct Overload {
@@ -58,18 +83,43 @@ struct Overload {
   double load = 0;  ///< units of the load on an ordinary top bead
 };
 
-/// What is to be drawn, free of how: bars in the order of drawing (weak before strong, so that chains lie on top).
+/// A line over the picture, of constant thickness on paper.
+struct OverlayLine {
+  std::vector<std::array<double, 2>> points;  ///< x, z
+  bool dashed = false;
+};
+
+class LatticeLevels;
+
+/// What is to be drawn, free of how.
 struct Scene {
   std::string name;
   Extent extent;
   int plot_width_px = 0;  ///< of the plot area alone
   int plot_height_px = 0;
   double pixels_per_diameter = 0;
-  std::vector<ContactBar> bars;
-  double scale_top = 1;  ///< force of strength 1, units of the load on an ordinary top bead; above 0
-  double force_max = 0;  ///< the largest force in the window; beyond scale_top bars look alike
+  std::string colour_map;
+  ValueScale values;
+  Glyph glyph = Glyph::force_bar;
+  std::string key_title;  ///< of the legend
+  double value_min = 0;   ///< in the window; beyond the ends of the scale all look alike
+  double value_max = 0;
   std::optional<Overload> overload;
   SceneCounts counts;
+
+  using Visit = std::function<void(const Element&)>;
+  /// Calls its second argument for each element that may reach into a region, and perhaps for others; elements that
+  /// reach only beyond the extent's edge are met by infinite regions.
+  std::function<void(const Extent&, const Visit&)> elements;
+  /// Lines over the elements.
+  std::vector<OverlayLine> overlay;
+  /// Set where the level of detail is to be used: a pile whose widest bars are thinner than a pixel.
+  std::shared_ptr<const LatticeLevels> detail;
 };
+
+/// Samples along each edge of a pixel. A pixel is the mean of their squares, taken in sRGB space: a grey of the map
+/// then stays the share of black that was drawn, which linear light would lighten. At least 4; and at least as many as
+/// give a bead diameter 8 of them, so that a thumbnail shows what a poster seen from far does.
+int samples_per_axis(double pixels_per_diameter);
 
 }  // namespace granuscope

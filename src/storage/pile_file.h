@@ -1,7 +1,9 @@
 #pragma once
 #include <filesystem>
+#include <functional>
 
 #include "model/pile.h"
+#include "model/pile_view.h"
 
 namespace granuscope {
 
@@ -12,5 +14,9 @@ void write_pile(const std::filesystem::path& file, const Pile& pile);
 /// Reads a pile. Throws InputError for a missing, damaged or foreign file, wrong shapes, or numbers that are not
 /// finite.
 Pile read_pile(const std::filesystem::path& file);
+
+/// Reads some layers and beads of a pile, those that `choose` names for its lattice, and nothing else of its forces;
+/// all shapes are checked nevertheless. Throws InputError as read_pile().
+PilePart read_pile_part(const std::filesystem::path& file, const std::function<PileRange(const Lattice&)>& choose);
 
 }  // namespace granuscope

@@ -1,0 +1,42 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "model/pile_view.h"
+#include "render/scene.h"
+
+namespace granuscope {
+
+/// Share of the window's elements that the scale covers. A few contacts are far stronger than the rest (at large
+/// friction a hundred times, and most so in the lowest layer, which carries nothing below it); a scale up to the very
+/// strongest would leave the page white.
+inline constexpr double scale_quantile = 0.97;
+
+/// Below this many pixels per bead diameter even the widest bar is thinner than a pixel, and the level of detail takes
+/// over: one pixel over the width of the widest bar.
+inline constexpr double detail_pixels_per_diameter = 1 / widest_bar;
+
+/// Names of the scenes of a pile, as --scene takes them.
+std::vector<std::string> pile_scenes();
+/// Whether a scene shows the difference of two piles. Throws InputError if there is no such scene.
+bool needs_two_piles(const std::string& scene);
+/// The title of its colour scale. Throws InputError if there is no such scene.
+std::string key_title_of(const std::string& scene);
+
+/// What is drawn of a pile:
+/// - "forces" (right part of Fig. 1 of the paper): each contact is a bar between the centres of the two beads it
+///   connects, whose width and darkness follow the magnitude sqrt(V² + H²) of its force;
+/// - "weight": each bead is a disc, darker the more weight V_R + V_L it passes on;
+/// - "friction": each contact is a bar whose colour is the mobilisation |T| / (mu N) of its friction, 0 to 1;
+/// - "response": each bead is a disc coloured by how its weight differs from that in the pile `minus`.
+/// Contacts that leave the lowest layer are drawn up to the contact point; those that cross the seam of the ring appear
+/// on both sides. What lies beside the window, and what has a colour that rounds to the page's at this width and dpi,
+/// is left out and counted; with spec.skip_invisible = false everything is drawn, and the picture is the same. Where
+/// a bead is smaller than two pixels the level of detail is used, unless nothing is to be skipped.
+///
+/// The piles' arrays must outlive the scene, and hold range_needed() (render/window.h). Throws InputError: unknown
+/// scene or colour map; a force that is not finite; piles that do not belong together; a range or window that is empty
+/// or leaves the pile; an image size that cannot be (see layout.h).
+Scene build_scene(const PileView& pile, const PileView* minus, const SceneSpec& spec);
+
+}  // namespace granuscope
