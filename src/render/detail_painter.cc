@@ -21,20 +21,22 @@ constexpr int rows_above = 5, rows_below = down + 5;
 /// A stamp is as wide as a register.
 constexpr std::size_t stamp_width = 16;
 
-/// The samples that an element covers, relative to its bead's centre.
+using StampRow = std::array<std::uint8_t, stamp_width>;
+
+/// The samples that an element covers, relative to its bead's centre: its level there, 0 elsewhere.
 struct Stamp {
   int first_row = 0, rows = 0;
   int first_column = 0;
-  std::array<std::array<std::uint8_t, stamp_width>, rows_above + rows_below> covered{};
+  std::array<StampRow, rows_above + rows_below> levels{};
 };
 
-Stamp make_stamp(double x1, double z1, double radius) {
+Stamp make_stamp(double x1, double z1, double radius, std::uint8_t level) {
   Stamp stamp;
   // From the leftmost sample that may be reached; a bar is at most a diameter and a half wide with its ends.
   stamp.first_column = static_cast<int>(std::floor((std::min(0.0, x1) - radius) * across));
   bool any = false;
   for (int row = -rows_above; row < rows_below; ++row) {
-    std::array<std::uint8_t, stamp_width> line{};
+    StampRow line{};
     bool hit = false;
     for (std::size_t k = 0; k < stamp_width; ++k) {
       const double x = (stamp.first_column + static_cast<int>(k) + 0.5) / across, z = (row + 0.5) * row_height;
@@ -42,14 +44,14 @@ Stamp make_stamp(double x1, double z1, double radius) {
       const double share = square > 0 ? std::clamp((x * x1 + z * z1) / square, 0.0, 1.0) : 0;
       const double dx = x - share * x1, dz = z - share * z1;
       if (dx * dx + dz * dz > radius * radius) continue;
-      line[k] = 255;
+      line[k] = level;
       hit = true;
     }
     if (!hit) continue;
     if (!any) stamp.first_row = row;
     any = true;
     stamp.rows = row - stamp.first_row + 1;
-    stamp.covered[static_cast<std::size_t>(row - stamp.first_row)] = line;
+    stamp.levels[static_cast<std::size_t>(row - stamp.first_row)] = line;
   }
   return stamp;
 }
@@ -60,15 +62,13 @@ class SampleRows {
  public:
   explicit SampleRows(std::size_t width) : stride_(width + 2 * stamp_width), samples_(ring * stride_) {}
 
-  void lay(const Stamp& stamp, int bead_row, std::ptrdiff_t column, std::uint8_t level) {
+  void lay(const Stamp& stamp, int bead_row, std::ptrdiff_t column) {
     for (int row = 0; row < stamp.rows; ++row) {
       std::uint8_t* out = line(bead_row + stamp.first_row + row) + column + stamp.first_column;
-      const auto& covered = stamp.covered[static_cast<std::size_t>(row)];
-      std::array<std::uint8_t, stamp_width> seen;  // of its own, so that the compiler takes all at once
+      // Copies, which cannot overlap, so that the compiler takes all sixteen at once.
+      StampRow seen, laid = stamp.levels[static_cast<std::size_t>(row)];
       std::memcpy(seen.data(), out, stamp_width);
-      for (std::size_t k = 0; k < stamp_width; ++k) {
-        seen[k] = std::max(seen[k], static_cast<std::uint8_t>(covered[k] & level));
-      }
+      for (std::size_t k = 0; k < stamp_width; ++k) seen[k] = std::max(seen[k], laid[k]);
       std::memcpy(out, seen.data(), stamp_width);
     }
   }
@@ -107,7 +107,8 @@ void paint_detail(const Scene& scene, const LevelTable& table, Background backgr
     for (int level = 0; level < 256; ++level) {
       const double width = width_of(scene.glyph, scene.values.strength(static_cast<std::uint8_t>(level)));
       const double radius = 0.5 * std::max(width, 1.0 / across);
-      stamps[kind].push_back(make_stamp((kind % 2 == 0 ? -0.5 : 0.5) * share, share * (sqrt3 / 2), radius));
+      stamps[kind].push_back(make_stamp((kind % 2 == 0 ? -0.5 : 0.5) * share, share * (sqrt3 / 2), radius,
+                                        static_cast<std::uint8_t>(level)));
     }
   }
 
@@ -147,7 +148,7 @@ void paint_detail(const Scene& scene, const LevelTable& table, Background backgr
       levels.levels(layer, side, places.first, row);
       std::ptrdiff_t column = (places.first - base) * across + across / 2 * (layer % 2);
       for (const std::uint8_t level : row) {
-        if (table.visible[level]) rows.lay(kind[level], layer * down, column, level);
+        if (table.visible[level]) rows.lay(kind[level], layer * down, column);
         column += across;
       }
     }

@@ -45,7 +45,19 @@ extern "C" void ignore_png_warning(png_structp, png_const_charp) {}
 constexpr int compression_level = 2;
 constexpr int row_filter = PNG_FILTER_NONE;
 
-bool encode(std::FILE* file, const Image& image, bool opaque, png_uint_32 pixels_per_metre, png_text* texts,
+/// How the pixels are stored: as few channels as lose nothing.
+enum class Channels { grey, rgb, rgba };
+
+Channels channels_of(const Image& image) {
+  bool grey = true;
+  for (std::size_t i = 0; i < image.rgba.size(); i += 4) {
+    if (image.rgba[i + 3] != 255) return Channels::rgba;
+    grey = grey && image.rgba[i] == image.rgba[i + 1] && image.rgba[i] == image.rgba[i + 2];
+  }
+  return grey ? Channels::grey : Channels::rgb;
+}
+
+bool encode(std::FILE* file, const Image& image, Channels channels, png_uint_32 pixels_per_metre, png_text* texts,
             int text_count, png_bytep row, PngError* error) {
   png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, error, note_png_error, ignore_png_warning);
   if (png == nullptr) return false;
@@ -57,7 +69,10 @@ bool encode(std::FILE* file, const Image& image, bool opaque, png_uint_32 pixels
   png_init_io(png, file);
   png_set_user_limits(png, PNG_USER_WIDTH_MAX, PNG_USER_HEIGHT_MAX);
   png_set_IHDR(png, info, static_cast<png_uint_32>(image.width), static_cast<png_uint_32>(image.height), 8,
-               opaque ? PNG_COLOR_TYPE_RGB : PNG_COLOR_TYPE_RGB_ALPHA, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT,
+               channels == Channels::grey  ? PNG_COLOR_TYPE_GRAY
+               : channels == Channels::rgb ? PNG_COLOR_TYPE_RGB
+                                           : PNG_COLOR_TYPE_RGB_ALPHA,
+               PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT,
                PNG_FILTER_TYPE_DEFAULT);
   png_set_sRGB(png, info, PNG_sRGB_INTENT_PERCEPTUAL);
   png_set_pHYs(png, info, pixels_per_metre, pixels_per_metre, PNG_RESOLUTION_METER);
@@ -67,7 +82,9 @@ bool encode(std::FILE* file, const Image& image, bool opaque, png_uint_32 pixels
   png_write_info(png, info);
   for (int y = 0; y < image.height; ++y) {
     const std::uint8_t* pixels = image.rgba.data() + image.offset(0, y);
-    if (opaque) {
+    if (channels == Channels::grey) {
+      for (int x = 0; x < image.width; ++x) row[x] = pixels[4 * x];
+    } else if (channels == Channels::rgb) {
       for (int x = 0; x < image.width; ++x) {
         row[3 * x] = pixels[4 * x];
         row[3 * x + 1] = pixels[4 * x + 1];
@@ -145,8 +162,6 @@ void write_png(const std::filesystem::path& path, const Image& image, double dpi
     texts.push_back(entry);
   }
 
-  bool opaque = true;
-  for (std::size_t i = 3; i < image.rgba.size() && opaque; i += 4) opaque = image.rgba[i] == 255;
   std::vector<png_byte> row(4 * static_cast<std::size_t>(image.width));
   constexpr double metres_per_inch = 0.0254;
 
@@ -158,7 +173,7 @@ void write_png(const std::filesystem::path& path, const Image& image, double dpi
   }
   PngError error;
   errno = 0;
-  const bool encoded = encode(file.get(), image, opaque, static_cast<png_uint_32>(std::lround(dpi / metres_per_inch)),
+  const bool encoded = encode(file.get(), image, channels_of(image), static_cast<png_uint_32>(std::lround(dpi / metres_per_inch)),
                               texts.data(), static_cast<int>(texts.size()), row.data(), &error);
   if (!encoded || std::fflush(file.get()) != 0) {
     const int reason = errno;

@@ -2,8 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <limits>
+#include <span>
 #include <utility>
 
 #include "storage/byte_record.h"
@@ -22,9 +24,15 @@ constexpr const char* units =
     "lengths in bead diameters, forces in units of the load on one ordinary top bead; V down, H right, pushed onto the "
     "lower bead";
 
-using ForceArray = std::pair<const char*, std::vector<double> Pile::*>;
-constexpr std::array<ForceArray, 4> force_arrays = {
-    ForceArray{"/V_R", &Pile::V_R}, {"/V_L", &Pile::V_L}, {"/H_R", &Pile::H_R}, {"/H_L", &Pile::H_L}};
+struct ForceArray {
+  const char* path;
+  std::vector<double> Pile::*in_pile;
+  std::vector<double> PilePart::*in_part;
+};
+constexpr std::array<ForceArray, 4> force_arrays = {{{"/V_R", &Pile::V_R, &PilePart::V_R},
+                                                     {"/V_L", &Pile::V_L, &PilePart::V_L},
+                                                     {"/H_R", &Pile::H_R, &PilePart::H_R},
+                                                     {"/H_L", &Pile::H_L, &PilePart::H_L}}};
 
 /// A file of another program may do without naming the format, as long as it holds what a pile holds.
 void check_format(const Hdf5Reader& file) {
@@ -39,13 +47,13 @@ void check_format(const Hdf5Reader& file) {
 
 /// Shape [layers, columns] of a lattice that can be.
 LatticeSpec read_lattice(const Hdf5Reader& file) {
-  const Shape shape = file.shape(force_arrays.front().first);
+  const Shape shape = file.shape(force_arrays.front().path);
   constexpr auto most = static_cast<std::uint64_t>(std::numeric_limits<int>::max());
   if (shape.size() != 2 || shape[0] < 1 || shape[1] < 4 || shape[0] > most || shape[1] > most) {
     file.fail(
         fmt::format("its dataset '{}' has the shape {}, not [layers, columns] with at least 1 layer and 4 "
                     "columns. Make the file again or name another one.",
-                    force_arrays.front().first, describe_shape(shape)));
+                    force_arrays.front().path, describe_shape(shape)));
   }
   return {.columns = static_cast<int>(shape[1]), .layers = static_cast<int>(shape[0])};
 }
@@ -68,7 +76,7 @@ PileDescription describe(const std::filesystem::path& file) {
   const auto layers = static_cast<std::uint64_t>(found.lattice.layers);
   const auto columns = static_cast<std::uint64_t>(found.lattice.columns);
   for (std::size_t i = 0; i < force_arrays.size(); ++i) {
-    found.forces[i] = reader.stored_numbers(force_arrays[i].first, {layers, columns});
+    found.forces[i] = reader.stored_numbers(force_arrays[i].path, {layers, columns});
   }
   found.load = reader.stored_numbers("/load", {columns});
   found.mu = reader.number("/", "mu");
@@ -112,24 +120,54 @@ void write_pile(const std::filesystem::path& file, const Pile& pile) {
   writer.attribute("/", "law", pile.law);
   writer.attribute("/", "seed", pile.seed);
   writer.attribute("/", "sample", pile.sample);
-  for (const auto& [path, forces] : force_arrays) writer.dataset(path, {layers, columns}, pile.*forces);
+  for (const ForceArray& array : force_arrays) writer.dataset(array.path, {layers, columns}, pile.*(array.in_pile));
   writer.dataset("/load", {columns}, pile.load);
   writer.commit();
 }
 
-Pile read_pile(const std::filesystem::path& file) {
+PilePart read_pile_part(const std::filesystem::path& file, const std::function<PileRange(const Lattice&)>& choose) {
   const PileDescription found = describe_in_child(file);
   const NumbersFile numbers(file, kind);
-  // Every array has been found to be as large as it claims before the pile takes memory by its size.
-  Pile pile{Lattice(found.lattice)};
+  PilePart part{Lattice(found.lattice)};
+  part.load.resize(static_cast<std::size_t>(part.lattice.columns()));
+  numbers.read(found.load, 0, part.load);
+  part.mu = found.mu;
+  part.law = found.law;
+  part.seed = found.seed;
+  part.sample = found.sample;
+
+  const PileRange range = part.range = choose(part.lattice);
+  // Where a layer's beads go on past the seam of the ring, they stand in two places; whole layers stand in one piece.
+  const auto beads = static_cast<std::size_t>(range.beads);
+  const auto to_seam = static_cast<std::size_t>(part.lattice.columns() - range.first_bead);
   for (std::size_t i = 0; i < force_arrays.size(); ++i) {
-    numbers.read(found.forces[i], 0, pile.*(force_arrays[i].second));
+    std::vector<double>& forces = part.*(force_arrays[i].in_part);
+    // Every array has been found to be as large as it claims before memory is taken by its size.
+    forces.resize(range.size());
+    if (range.beads == part.lattice.columns() && range.first_bead == 0) {
+      numbers.read(found.forces[i], part.lattice.index(range.first_layer, 0), forces);
+      continue;
+    }
+    for (int layer = 0; layer < range.layers; ++layer) {
+      const std::size_t in_file = part.lattice.index(range.first_layer + layer, 0);
+      const std::span row = std::span(forces).subspan(static_cast<std::size_t>(layer) * beads, beads);
+      const std::size_t before_seam = std::min(beads, to_seam);
+      numbers.read(found.forces[i], in_file + static_cast<std::size_t>(range.first_bead), row.first(before_seam));
+      if (before_seam < beads) numbers.read(found.forces[i], in_file, row.subspan(before_seam));
+    }
   }
-  numbers.read(found.load, 0, pile.load);
-  pile.mu = found.mu;
-  pile.law = found.law;
-  pile.seed = found.seed;
-  pile.sample = found.sample;
+  return part;
+}
+
+Pile read_pile(const std::filesystem::path& file) {
+  PilePart all = read_pile_part(file, whole_range);
+  Pile pile(all.lattice);
+  for (const ForceArray& array : force_arrays) pile.*(array.in_pile) = std::move(all.*(array.in_part));
+  pile.load = std::move(all.load);
+  pile.mu = all.mu;
+  pile.law = std::move(all.law);
+  pile.seed = all.seed;
+  pile.sample = all.sample;
   return pile;
 }
 

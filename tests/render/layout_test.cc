@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "render/scene_builder.h"
+#include "render/pile_scene.h"
 #include "render/test_piles.h"
 #include "support/error.h"
 
@@ -53,7 +53,7 @@ void check_clear(const Layout& layout) {
 
 Layout layout_of(const Pile& pile, const SceneSpec& spec) {
   const Font font(text_pixels(spec));
-  return lay_out(spec, build_scene(pile, spec), font);
+  return lay_out(spec, scene_of(pile, spec), font);
 }
 
 TEST_CASE("nothing is clipped and nothing overlaps, at any size and resolution") {
@@ -92,7 +92,7 @@ TEST_CASE("the smallest width named in the refusal is the smallest that is drawn
     spec.width_px = 20;
     std::string message;
     try {
-      build_scene(pile, spec);
+      scene_of(pile, spec);
     } catch (const InputError& error) {
       message = error.what();
     }
@@ -100,7 +100,7 @@ TEST_CASE("the smallest width named in the refusal is the smallest that is drawn
     REQUIRE_THAT(message, Catch::Contains(before));
     const int smallest = std::stoi(message.substr(message.find(before) + before.size()));
     spec.width_px = smallest - 1;
-    CHECK_THROWS_AS(build_scene(pile, spec), InputError);
+    CHECK_THROWS_AS(scene_of(pile, spec), InputError);
     spec.width_px = smallest;
     check_clear(layout_of(pile, spec));
   }

@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "render/layout.h"
+#include "render/level_table.h"
 #include "render/plot_painter.h"
-#include "render/scene_builder.h"
 #include "render/test_piles.h"
 #include "support/error.h"
 
@@ -19,23 +19,30 @@ GlContext& context() {
   return *made;
 }
 
-Image painted(const Pile& pile, const SceneSpec& spec, int tile_px = PaintOptions{}.tile_px) {
-  return paint(build_scene(pile, spec), spec, context(), {tile_px});
+Image painted(const Pile& pile, const SceneSpec& spec, int tile_px = 0) {
+  return paint(scene_of(pile, spec), spec, context(), {tile_px});
 }
 
-/// A scene of 10 x 10 bead diameters at 4 pixels each.
-Scene empty_scene() {
+/// A scene of 10 x 10 bead diameters at 4 pixels each, with these elements.
+Scene scene_with(const std::vector<Element>& elements) {
   Scene scene;
   scene.extent = {0, 10, 0, 10};
   scene.plot_width_px = scene.plot_height_px = 40;
   scene.pixels_per_diameter = 4;
+  scene.counts.drawn = elements.size();
+  scene.elements = [elements](const Extent&, const Scene::Visit& visit) {
+    for (const Element& element : elements) visit(element);
+  };
   return scene;
 }
 
-Image painted(const Scene& scene, int tile_px = 512) {
-  const ColourScale scale(Palette::builtin(), "grey");
-  Image image(scene.plot_width_px, scene.plot_height_px, scale.page());
-  paint_plot_area(scene, scale, context(), tile_px, 0, 0, image);
+LevelTable table_of(const Scene& scene) {
+  return make_level_table(ColourScale(Palette::builtin(), "grey"), scene.values, Glyph::force_bar, 16);
+}
+
+Image painted(const Scene& scene, int tile_px = 0) {
+  Image image(scene.plot_width_px, scene.plot_height_px, {255, 255, 255});
+  paint_plot_area(scene, table_of(scene), Background::page, context(), tile_px, 0, 0, image);
   return image;
 }
 
@@ -46,9 +53,8 @@ double ink(const Image& image) {
 }
 
 TEST_CASE("one bar covers exactly the pixels its geometry says") {
-  Scene scene = empty_scene();
-  scene.bars = {{5, 2, 5, 8, 1, 1}};  // a vertical bar 4 px wide around x = 20 px, from y = 8 px to 32 px
-  const Image image = painted(scene);
+  // A vertical bar 4 px wide around x = 20 px, from y = 8 px to 32 px
+  const Image image = painted(scene_with({{5, 2, 5, 8, 1, 255}}));
   for (int y = 8; y < 32; ++y) {
     for (int x = 0; x < 40; ++x) {
       INFO(x << ", " << y);
@@ -64,26 +70,39 @@ TEST_CASE("one bar covers exactly the pixels its geometry says") {
 }
 
 TEST_CASE("a slanted bar has the area and the darkness of its force") {
-  Scene scene = empty_scene();
-  scene.bars = {{4, 2, 6, 2 + 2 * sqrt3, 1.5, 0.5F}};
-  const Image image = painted(scene);
-  // Length 4 diameters = 16 px, width 6 px, round ends of radius 3 px; grey 127.5 rounds to 128.
+  const Image image = painted(scene_with({{4, 2, 6, 2 + 2 * sqrt3, 1.5, 127}}));
+  // Length 4 diameters = 16 px, width 6 px, round ends of radius 3 px; grey 255 - 127.
   const double area = 16 * 6 + std::acos(-1.0) * 9;
   CHECK(ink(image) == Approx(area * 127 / 255).epsilon(0.02));  // sampling at 16 points a pixel along the edges
   CHECK(image.at(20, 14) == Rgb{128, 128, 128});
 }
 
 TEST_CASE("a bar much thinner than a sample keeps its share of the page on average") {
-  Scene scene = empty_scene();
-  scene.bars = {{4, 2, 6, 2 + 2 * sqrt3, 0.0125F, 1}};           // 0.05 px = 0.2 samples
-  CHECK(ink(painted(scene)) == Approx(16 * 0.05).epsilon(0.1));  // few samples are hit: counting noise
+  // Level 26 of 255 is 0.051 diameters = 0.82 samples wide, so that its grey is thinned by as much.
+  const double width = widest_bar * 26 / 255;
+  const Image image = painted(scene_with({{4, 2, 6, 2 + 2 * sqrt3, width, 26}}));
+  CHECK(ink(image) == Approx(16 * 4 * width * 26 / 255).epsilon(0.1));  // few samples are hit: counting noise
 }
 
 TEST_CASE("the strong lies on top of the weak") {
-  Scene scene = empty_scene();
-  scene.bars = {{2, 5, 8, 5, 1, 0.25F}, {5, 2, 5, 8, 1, 1}};
-  CHECK(painted(scene).at(20, 20) == Rgb{0, 0, 0});
-  CHECK(painted(scene).at(10, 20) == Rgb{191, 191, 191});
+  const Element weak{2, 5, 8, 5, 1, 64}, strong{5, 2, 5, 8, 1, 255};
+  for (const Scene& scene : {scene_with({weak, strong}), scene_with({strong, weak})}) {
+    CHECK(painted(scene).at(20, 20) == Rgb{0, 0, 0});
+    CHECK(painted(scene).at(10, 20) == Rgb{191, 191, 191});
+  }
+}
+
+TEST_CASE("boxes fill the plane without gap or overlap") {
+  std::vector<Element> boxes;
+  for (int k = 0; k < 7; ++k) {
+    boxes.push_back({k * 10 / 7.0, 0, (k + 1) * 10 / 7.0, 10, 1, static_cast<std::uint8_t>(60), Outline::box});
+  }
+  const Image image = painted(scene_with(boxes));
+  int other = 0;
+  for (int y = 0; y < 40; ++y) {
+    for (int x = 0; x < 40; ++x) other += image.at(x, y) != table_of(scene_with({})).colour[60];
+  }
+  CHECK(other == 0);
 }
 
 TEST_CASE("tiles do not change a pixel") {
@@ -106,7 +125,7 @@ TEST_CASE("a picture wider than the driver's largest framebuffer is drawn to its
   const Pile pile = irregular_pile(200, 4);
   SceneSpec spec;
   spec.width_px = 20000;
-  const Scene scene = build_scene(pile, spec);
+  const Scene scene = scene_of(pile, spec);
   const Image image = paint(scene, spec, context());
   const Font font(text_pixels(spec));
   const Box plot = lay_out(spec, scene, font).plot;
@@ -119,13 +138,12 @@ TEST_CASE("a picture wider than the driver's largest framebuffer is drawn to its
 }
 
 TEST_CASE("a tile larger than the driver's limit is refused instead of left blank") {
-  Scene scene = empty_scene();
-  scene.plot_width_px = scene.plot_height_px = context().max_size() / samples_per_axis + 1;
-  scene.bars = {{5, 2, 5, 8, 1, 1}};
-  const ColourScale scale(Palette::builtin(), "grey");
+  Scene scene = scene_with({{5, 2, 5, 8, 1, 255}});
+  scene.plot_width_px = scene.plot_height_px = context().max_size() / samples_per_axis(4) + 1;
   Image image;
-  CHECK_THROWS_AS(paint_plot_area(scene, scale, context(), 1 << 20, 0, 0, image), EnvironmentError);
-  CHECK_THROWS_WITH(paint_plot_area(scene, scale, context(), 1 << 20, 0, 0, image), Catch::Contains("blank"));
+  const auto draw = [&] { paint_plot_area(scene, table_of(scene), Background::page, context(), 1 << 20, 0, 0, image); };
+  CHECK_THROWS_AS(draw(), EnvironmentError);
+  CHECK_THROWS_WITH(draw(), Catch::Contains("blank"));
 }
 
 TEST_CASE("skipping what cannot be seen does not change a pixel") {
@@ -145,10 +163,10 @@ TEST_CASE("skipping what cannot be seen does not change a pixel") {
       spec.dpi = 100;
       spec.colour_map = map;
       spec.window = window;
-      const Scene skipped = build_scene(pile, spec);
+      const Scene skipped = scene_of(pile, spec);
       CHECK(skipped.counts.too_faint > 0);
       spec.skip_invisible = false;
-      const Scene all = build_scene(pile, spec);
+      const Scene all = scene_of(pile, spec);
       CHECK(all.counts.drawn == 2 * pile.lattice.beads());
       CHECK((paint(skipped, spec, context()).rgba == paint(all, spec, context()).rgba));
     }
@@ -164,7 +182,7 @@ TEST_CASE("a mirrored pile gives the mirrored plot area") {
     spec.window = window;
     const Image image = painted(pile, spec), mirror = painted(mirrored(pile), spec);
     const Font font(text_pixels(spec));
-    const Box plot = lay_out(spec, build_scene(pile, spec), font).plot;
+    const Box plot = lay_out(spec, scene_of(pile, spec), font).plot;
     int different = 0;
     for (int y = plot.top; y < plot.bottom(); ++y) {
       for (int x = 0; x < plot.width; ++x) {
@@ -182,9 +200,9 @@ TEST_CASE("a contact across the seam is seen at both sides") {
   SceneSpec spec;
   spec.width_px = 400;
   spec.dpi = 100;
-  const Scene scene = build_scene(pile, spec);
+  const Scene scene = scene_of(pile, spec);
   CHECK(scene.counts.drawn == 1);
-  CHECK(scene.bars.size() == 2);
+  CHECK(elements_of(scene).size() == 2);
   const Image image = paint(scene, spec, context());
   const Font font(text_pixels(spec));
   const Box plot = lay_out(spec, scene, font).plot;
@@ -201,7 +219,7 @@ TEST_CASE("two runs and two contexts give the same bytes") {
   const Image first = painted(pile, spec);
   CHECK((painted(pile, spec).rgba == first.rgba));
   const auto other = make_gl_context("osmesa");
-  CHECK((paint(build_scene(pile, spec), spec, *other).rgba == first.rgba));
+  CHECK((paint(scene_of(pile, spec), spec, *other).rgba == first.rgba));
 }
 
 TEST_CASE("a pile without forces is an empty frame with its legend") {

@@ -1,8 +1,10 @@
 #include "render/palette.h"
 
 #include <catch2/catch.hpp>
+#include <limits>
 
 #include "render/colour_scale.h"
+#include "render/level_table.h"
 #include "support/error.h"
 
 namespace granuscope {
@@ -66,13 +68,57 @@ TEST_CASE("darkness grows with the force from the page on, for every map") {
 
 TEST_CASE("a bar thinner than a sample is drawn one sample wide and thinned out by as much") {
   const ColourScale scale(Palette::builtin(), "grey");
-  const Stroke wide = stroke_of(scale, 0.5, 0.25, 8);
-  CHECK(wide.width_px == 2.0);
-  CHECK(wide.colour == scale.at(0.5));
-  const Stroke thin = stroke_of(scale, 1, 0.01, 10);  // 0.1 px = 0.4 samples of black
-  CHECK(thin.width_px == 0.25);
-  CHECK(thin.colour == Rgb{153, 153, 153});  // 255 (1 - 0.4)
-  CHECK(stroke_of(scale, 1, 0.00004, 10).colour == scale.page());
+  const ValueScale values;
+  // At 8 samples to a diameter a bar of level 51, 0.1 diameters wide, covers 0.8 of a sample; one of 64 is wider.
+  const LevelTable table = make_level_table(scale, values, Glyph::force_bar, 8);
+  CHECK(table.colour[51] == Rgb{214, 214, 214});  // 255 (1 - 0.8 * 0.2) = 214.2
+  CHECK(table.full_colour[51] == Rgb{204, 204, 204});
+  CHECK(table.ink[51] == 204);
+  CHECK(table.colour[64] == Rgb{191, 191, 191});
+  CHECK(table.ink[64] == 255);
+  // Level k: 255 (k/255) (8 k/510) rounds to less than one grey up to k = 5 (0.39) and to more from 6 on (0.56).
+  CHECK_FALSE(table.visible[5]);
+  CHECK(table.visible[6]);
+  // Beads do not get thinner: every level is seen.
+  CHECK(make_level_table(scale, values, Glyph::bead, 8).visible[1]);
+}
+
+TEST_CASE("a scale of both signs counts from its middle, the stronger level the higher") {
+  const ValueScale scale{-2, 2, Sign::both, 255};
+  CHECK(scale.level(0) == 0);
+  CHECK(scale.level(2) == 254);
+  CHECK(scale.level(-2) == 255);
+  CHECK(scale.level(-9) == 255);
+  CHECK(scale.level(1.5) > scale.level(-1.4));
+  CHECK(scale.level(-1.5) > scale.level(1.4));
+  CHECK(scale.strength(254) == 1);
+  CHECK(scale.strength(255) == -1);
+  CHECK(scale.strength(scale.level(-1)) == Approx(-0.5).margin(1.0 / 254));
+  const ColourScale colours(Palette::builtin(), "diverging", Sign::both);
+  CHECK(colours.at(0) == colours.page());
+  CHECK(colours.at(1).r > colours.at(1).b);
+  CHECK(colours.at(-1).b > colours.at(-1).r);
+  CHECK_THROWS_WITH(ColourScale(Palette::builtin(), "grey", Sign::both), Catch::Contains("choose diverging"));
+}
+
+TEST_CASE("a histogram of magnitudes knows its quantiles to 2^-9, and zeros") {
+  MagnitudeHistogram histogram;
+  CHECK(histogram.quantile(0.5) == 0);
+  for (int k = 1; k <= 1000; ++k) histogram.add(k * 1e-3);
+  CHECK(histogram.quantile(0.97) == Approx(0.97).epsilon(1.0 / 256));
+  CHECK(histogram.quantile(0.01) == Approx(0.01).epsilon(1.0 / 256));
+  for (int k = 0; k < 9000; ++k) histogram.add(0);
+  CHECK(histogram.quantile(0.5) == 0);
+}
+
+TEST_CASE("a range of the scale is refused if it cannot be one") {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  CHECK_THROWS_WITH(checked_range({1, 1}, Sign::one), Catch::Contains("empty"));
+  CHECK_THROWS_WITH(checked_range({2, 1}, Sign::one), Catch::Contains("empty"));
+  CHECK_THROWS_WITH(checked_range({nan, 1}, Sign::one), Catch::Contains("not made of numbers"));
+  CHECK_THROWS_WITH(checked_range({-1e308, 1e308}, Sign::both), Catch::Contains("not made of numbers"));
+  CHECK_THROWS_WITH(checked_range({-1, 2}, Sign::both), Catch::Contains("symmetric"));
+  CHECK(checked_range({0.5, 2}, Sign::one)[0] == 0.5);
 }
 
 }  // namespace

@@ -176,7 +176,7 @@ TEST_CASE("a pile is drawn to a file, twice the same bytes, with its numbers") {
   CHECK(statistics.counts.drawn == 240);
   CHECK(statistics.seconds.draw > 0);
   std::string contacts;
-  for (const auto& [keyword, text] : image.metadata) contacts += keyword == "Contacts" ? text : "";
+  for (const auto& [keyword, text] : image.metadata) contacts += keyword == "Elements" ? text : "";
   CHECK(contacts == "240 drawn, 0 outside, 0 too faint, 0 aggregated");
   spec.window = {{3, 3, 0, 0}};
   CHECK_THROWS_AS(draw_pile(pile, spec, folder / "c.png"), InputError);

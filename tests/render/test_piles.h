@@ -1,7 +1,11 @@
 #pragma once
 #include <cmath>
+#include <limits>
+#include <vector>
 
 #include "model/pile.h"
+#include "model/pile_view.h"
+#include "render/pile_scene.h"
 
 namespace granuscope {
 
@@ -63,6 +67,18 @@ inline Pile mirrored(const Pile& pile) {
     }
   }
   return mirror;
+}
+
+/// The scene of one pile, which must outlive it.
+inline Scene scene_of(const Pile& pile, const SceneSpec& spec) { return build_scene(view_of(pile), nullptr, spec); }
+
+/// All that a scene draws.
+inline std::vector<Element> elements_of(const Scene& scene) {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  std::vector<Element> elements;
+  scene.elements({-infinity, infinity, -infinity, infinity},
+                 [&](const Element& element) { elements.push_back(element); });
+  return elements;
 }
 
 }  // namespace granuscope

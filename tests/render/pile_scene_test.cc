@@ -1,4 +1,4 @@
-#include "render/scene_builder.h"
+#include "render/pile_scene.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -20,7 +20,7 @@ SceneSpec small_spec() {
 
 TEST_CASE("every contact of a small pile is drawn, half of the lowest ones, and twice across the seam") {
   const Pile pile = irregular_pile(4, 3);
-  const Scene scene = build_scene(pile, small_spec());
+  const Scene scene = scene_of(pile, small_spec());
   CHECK(scene.counts.drawn == 24);
   CHECK(scene.counts.outside == 0);
   CHECK(scene.counts.too_faint == 0);
@@ -32,14 +32,12 @@ TEST_CASE("every contact of a small pile is drawn, half of the lowest ones, and 
   // ones at -1.5 ... 1.5. In layer 0, [-2.5, -2] and [-2, -1.5] (bead -2) come back at 1.5 and 2 as [1.5, 2] and, by
   // its quarter, [2, 2.5]; [1, 1.5] does not reach -2. In layer 1, [1.5, 2] reaches [-2.5, -2] and [-2, -1.5] reaches
   // [2, 2.5]. In layer 2, of half the length, [-2.25, -2] and [-2, -1.75].
-  CHECK(scene.bars.size() == 24 + 2 + 2 + 2);
-  CHECK(std::is_sorted(scene.bars.begin(), scene.bars.end(),
-                       [](const ContactBar& a, const ContactBar& b) { return a.strength < b.strength; }));
-  for (const ContactBar& bar : scene.bars) {
+  CHECK(elements_of(scene).size() == 24 + 2 + 2 + 2);
+  for (const Element& bar : elements_of(scene)) {
     const bool lowest = bar.z0 > 2;
     CHECK(std::abs(bar.x1 - bar.x0) == (lowest ? 0.25 : 0.5));
     CHECK(bar.z1 - bar.z0 == Approx((lowest ? 0.25 : 0.5) * std::sqrt(3.0)));
-    CHECK(bar.width == Approx(widest_bar * bar.strength));
+    CHECK(bar.width == Approx(widest_bar * bar.level / 255));
   }
 }
 
@@ -48,42 +46,42 @@ TEST_CASE("a contact goes from its bead to the neighbour on its side, with the m
   const std::size_t k = pile.lattice.index(1, 4);  // odd layer: x = 4.5 - 3 = 1.5
   pile.V_R[k] = 0.6;
   pile.H_R[k] = 0.8;
-  const Scene scene = build_scene(pile, small_spec());
-  REQUIRE(scene.bars.size() == 1);
+  const Scene scene = scene_of(pile, small_spec());
+  REQUIRE(elements_of(scene).size() == 1);
   CHECK(scene.counts.drawn == 1);
   CHECK(scene.counts.too_faint == 47);
-  CHECK(scene.bars[0].x0 == 1.5);
-  CHECK(scene.bars[0].x1 == 2.0);
-  CHECK(scene.bars[0].z0 == Lattice::depth(1));
-  CHECK(scene.bars[0].z1 == Approx(Lattice::depth(2)));
-  CHECK(scene.force_max == Approx(1));
-  CHECK(scene.bars[0].strength == 1);  // one contact of 48 is beyond the quantile that the scale covers
-  CHECK(scene.scale_top < 1);
+  CHECK(elements_of(scene)[0].x0 == 1.5);
+  CHECK(elements_of(scene)[0].x1 == 2.0);
+  CHECK(elements_of(scene)[0].z0 == Lattice::depth(1));
+  CHECK(elements_of(scene)[0].z1 == Approx(Lattice::depth(2)));
+  CHECK(scene.value_max == Approx(1));
+  CHECK(elements_of(scene)[0].level == 255);  // one contact of 48 is beyond the quantile that the scale covers
+  CHECK(scene.values.high < 1);
 }
 
 TEST_CASE("contacts outside the window are counted, not drawn") {
   const Pile pile = irregular_pile(4, 3);
   SceneSpec spec = small_spec();
   spec.window = {{-1, 1, 0, 0}};
-  const Scene scene = build_scene(pile, spec);
+  const Scene scene = scene_of(pile, spec);
   // Layer 0 only (layer 1 starts 0.116 below the reach of the window): both contacts of the beads at -1, 0 and 1. Those
   // of the bead at -2 end 1/2 beside the window on either side of the seam.
   CHECK(scene.counts.drawn == 6);
   CHECK(scene.counts.outside == 18);
-  CHECK(scene.bars.size() == 6);
+  CHECK(elements_of(scene).size() == 6);
   spec.skip_invisible = false;
-  const Scene all = build_scene(pile, spec);
+  const Scene all = scene_of(pile, spec);
   CHECK(all.counts.drawn == 24);
   CHECK(all.counts.outside == 0);
-  CHECK(all.scale_top == scene.scale_top);
-  CHECK(all.force_max == scene.force_max);
+  CHECK(all.values.high == scene.values.high);
+  CHECK(all.value_max == scene.value_max);
 }
 
 TEST_CASE("layers far from the window count as outside") {
   const Pile pile = irregular_pile(8, 40);
   SceneSpec spec = small_spec();
   spec.window = {{-2, 2, 20, 22}};
-  const SceneCounts counts = build_scene(pile, spec).counts;
+  const SceneCounts counts = scene_of(pile, spec).counts;
   CHECK(counts.drawn + counts.outside + counts.too_faint == 2 * 8 * 40);
   CHECK(counts.drawn > 0);
 }
@@ -92,7 +90,7 @@ TEST_CASE("a contact is too faint exactly when its colour rounds to the page's")
   Pile pile = irregular_pile(4, 3);
   SceneSpec spec = small_spec();
   spec.width_px = 1600;  // bars much wider than a sample: the colour alone decides
-  const double scale_top = build_scene(pile, spec).scale_top;
+  const double scale_top = scene_of(pile, spec).values.high;
   const double threshold = scale_top / 510;  // black times half of 1/255
   pile.V_R[5] = threshold * 1.01;
   pile.H_R[5] = 0;
@@ -100,43 +98,44 @@ TEST_CASE("a contact is too faint exactly when its colour rounds to the page's")
   pile.H_L[6] = 0;
   pile.V_R[7] = 0;
   pile.H_R[7] = 0;
-  // At 0.002 of the scale the bar is thinner than a sample here, which makes it fainter still.
-  const Scene scene = build_scene(pile, spec);
-  CHECK(scene.scale_top == scale_top);
-  const double samples = widest_bar / 510 * 1.01 * scene.pixels_per_diameter * samples_per_axis;
-  CHECK(scene.counts.too_faint == (samples < 1 / 1.01 ? 3 : 2));
+  const Scene scene = scene_of(pile, spec);
+  CHECK(scene.values.high == scale_top);
+  // A bar of level 1 is wider than a sample here.
+  REQUIRE(widest_bar / 255 * scene.pixels_per_diameter * samples_per_axis(scene.pixels_per_diameter) > 1);
+  CHECK(scene.counts.too_faint == 2);
   CHECK(scene.counts.drawn + scene.counts.too_faint == 24);
 }
 
 TEST_CASE("the force scale covers the chains of an overload however many other contacts there are") {
-  const Scene scene = build_scene(frictionless_pile(100, 100), small_spec());
-  CHECK(scene.force_max == Approx(2 / std::sqrt(3.0)));
-  CHECK(scene.scale_top == Approx(1.2));
+  const Scene scene = scene_of(frictionless_pile(100, 100), small_spec());
+  CHECK(scene.value_max == Approx(2 / std::sqrt(3.0)));
+  CHECK(scene.values.high == Approx(1.2));
   REQUIRE(scene.overload);
   CHECK(scene.overload->x == 0);
   CHECK(scene.overload->load == 2);
 }
 
 TEST_CASE("the overload is drawn only where there is one, in the window") {
-  CHECK_FALSE(build_scene(frictionless_pile(10, 10, 1), small_spec()).overload);
+  CHECK_FALSE(scene_of(frictionless_pile(10, 10, 1), small_spec()).overload);
   SceneSpec spec = small_spec();
   spec.window = {{-4, 4, 1, 9}};
-  CHECK_FALSE(build_scene(frictionless_pile(10, 10), spec).overload);
+  CHECK_FALSE(scene_of(frictionless_pile(10, 10), spec).overload);
   spec.window = {{1, 4, 0, 9}};
-  CHECK_FALSE(build_scene(frictionless_pile(10, 10), spec).overload);
+  CHECK_FALSE(scene_of(frictionless_pile(10, 10), spec).overload);
   Pile patterned = frictionless_pile(10, 10);
   patterned.load[2] = 1.5;
-  CHECK_FALSE(build_scene(patterned, small_spec()).overload);
+  CHECK_FALSE(scene_of(patterned, small_spec()).overload);
 }
 
 TEST_CASE("a pile without any force gives an empty scene with a scale") {
-  const Scene scene = build_scene(Pile(Lattice({6, 5})), small_spec());
-  CHECK(scene.bars.empty());
+  const Pile empty(Lattice({6, 5}));
+  const Scene scene = scene_of(empty, small_spec());
+  CHECK(elements_of(scene).empty());
   CHECK(scene.counts.too_faint == 60);
-  CHECK(scene.scale_top > 0);
+  CHECK(scene.values.high > 0);
   Pile unloaded(Lattice({6, 5}));
   unloaded.load.assign(6, 0.0);
-  CHECK(build_scene(unloaded, small_spec()).scale_top == 1);
+  CHECK(scene_of(unloaded, small_spec()).values.high == 1);
 }
 
 TEST_CASE("what cannot be drawn is refused with the reason") {
@@ -145,7 +144,7 @@ TEST_CASE("what cannot be drawn is refused with the reason") {
     SceneSpec spec = small_spec();
     change(spec);
     try {
-      build_scene(pile, spec);
+      scene_of(pile, spec);
       return std::string("accepted");
     } catch (const InputError& error) {
       return std::string(error.what());
@@ -186,12 +185,12 @@ TEST_CASE("forces and loads that are not finite are refused with their place") {
   for (const double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), 1e200}) {
     Pile pile = frictionless_pile(10, 10);
     pile.H_L[pile.lattice.index(7, 3)] = bad;
-    CHECK_THROWS_AS(build_scene(pile, small_spec()), InputError);
-    CHECK_THROWS_WITH(build_scene(pile, small_spec()), Catch::Contains("bead 3 in layer 7"));
+    CHECK_THROWS_AS(scene_of(pile, small_spec()), InputError);
+    CHECK_THROWS_WITH(scene_of(pile, small_spec()), Catch::Contains("bead 3 in layer 7"));
   }
   Pile pile = frictionless_pile(10, 10);
   pile.load[4] = std::numeric_limits<double>::quiet_NaN();
-  CHECK_THROWS_WITH(build_scene(pile, small_spec()), Catch::Contains("load on bead 4"));
+  CHECK_THROWS_WITH(scene_of(pile, small_spec()), Catch::Contains("load on bead 4"));
 }
 
 }  // namespace
