@@ -77,11 +77,30 @@ TEST_CASE("render refuses what it cannot draw, with the status that says whose f
   const ScratchFolder scratch("refuse");
   store_pile(scratch / "pile.h5");
   const std::vector<std::pair<std::vector<std::string>, int>> cases{
-      {{"--window", "1,2,3"}, 2},      {{"--window", "1,2,3,x"}, 2},  {{"--window", "1,2,3,4,5"}, 2},
-      {{"--window", "5,-5,0,10"}, 2},  {{"--window", "0,5,0,99"}, 2}, {{"--window", "nan,5,0,9"}, 2},
-      {{"--colour-map", "jet"}, 2},    {{"--scene", "nonsense"}, 2},  {{"--backend", "nonsense"}, 2},
-      {{"--width", "-3"}, 2},          {{"--width", "100000"}, 2},    {{"--dpi", "nan"}, 2},
-      {{"--image", "/dev/null/x"}, 3},
+      {{"--window", "1,2,3"}, 2},
+      {{"--window", "1,2,3,x"}, 2},
+      {{"--window", "1,2,3,4,5"}, 2},
+      {{"--window", "5,-5,0,10"}, 2},
+      {{"--window", "0,5,0,99"}, 2},
+      {{"--window", "nan,5,0,9"}, 2},
+      {{"--colour-map", "jet"}, 2},
+      {{"--scene", "nonsense"}, 2},
+      {{"--backend", "nonsense"}, 2},
+      {{"--width", "-3"}, 2},
+      {{"--width", "100000"}, 2},
+      {{"--dpi", "nan"}, 2},
+      {{"--image", "/dev/null/x.png"}, 3},
+      {{"--image", "x.jpg"}, 2},
+      {{"--image", "x"}, 2},
+      {{"--width", "0"}, 2},
+      {{"--width", "1000000"}, 2},
+      {{"--range", "1"}, 2},
+      {{"--range", "2,1"}, 2},
+      {{"--range", "0,nan"}, 2},
+      {{"--scene", "response"}, 2},
+      {{"--scene", "response", "--colour-map", "grey"}, 2},
+      {{"--colour-map", "diverging"}, 2},
+      {{"--minus", (scratch / "pile.h5").string()}, 2},
   };
   for (const auto& [change, code] : cases) {
     std::vector<std::string> arguments{"render", (scratch / "pile.h5").string()};
