@@ -91,6 +91,28 @@ TEST_CASE("README shows the program's own table of keys") {
   CHECK(text.str().find(result.out) != std::string::npos);
 }
 
+TEST_CASE("The reference of verbs holds every flag that --help of a verb lists") {
+  const auto reference = granuscope_command({"reference", "--verbs"});
+  CHECK(reference.code == 0);
+  for (const std::string verb : {"run", "sample", "render", "audit", "doctor"}) {
+    const auto begin = reference.out.find("### granuscope " + verb + "\n");
+    REQUIRE(begin != std::string::npos);
+    const std::string section = reference.out.substr(begin, reference.out.find("\n### ", begin) - begin);
+    std::istringstream help(granuscope_command({verb.c_str(), "--help"}).out);
+    int flags = 0;
+    for (std::string line; std::getline(help, line);) {
+      std::string flag;
+      std::istringstream(line) >> flag;
+      if (flag.empty() || flag[0] != '-') continue;
+      INFO(verb << ' ' << flag);
+      CHECK_THAT(section, Contains("| `" + flag + "` |"));
+      ++flags;
+    }
+    CHECK(flags > 0);
+  }
+  CHECK_THAT(reference.out, !Contains("### granuscope reference"));
+}
+
 TEST_CASE("doctor names what it looked at") {
   const auto result = granuscope_command({"doctor"});
   CHECK((result.code == 0 || result.code == 3));
