@@ -15,11 +15,13 @@
 #include "pipeline/picture_stage.h"
 #include "pipeline/side_stage.h"
 #include "plot/bead_forces.h"
+#include "plot/counted_work.h"
 #include "plot/gnuplot.h"
 #include "plot/propagation_against_diffusion.h"
 #include "plot/propagation_and_thrust.h"
 #include "plot/response_profiles.h"
 #include "plot/scaling_with_friction.h"
+#include "plot/small_friction.h"
 #include "plot/transport_with_depth.h"
 #include "render/gl_context.h"
 #include "report/manifest_json.h"
@@ -217,6 +219,13 @@ class Run {
       }
       if (figures.propagation_and_thrust) {
         add_figure([&] { return draw_propagation_and_thrust(data_.analysis, options_.folder); });
+      }
+      const SideMeasurements& side = data_.analysis.side;
+      if (!side.small_friction.empty()) {
+        add_figure([&] { return draw_small_friction(data_.analysis, options_.folder); });
+      }
+      if (!side.counted_work.empty()) {
+        add_figure([&] { return draw_counted_work(side.counted_work, options_.folder); });
       }
     });
     note_version("gnuplot");
