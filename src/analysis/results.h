@@ -60,6 +60,8 @@ struct Transport {
   double mu = 0;
   std::string law;
   std::string estimator;
+  double overload = 1;        ///< extra force on the middle top bead (point, paired)
+  double epsilon = 0;         ///< by how much each top load was raised or lowered (multiplexed)
   std::uint64_t samples = 0;  ///< piles that entered the averages
   std::vector<FailedSample> failed;
   bool exact = false;  ///< zero variance: exact moments, standard errors 0, no part in log-log fits

@@ -276,6 +276,8 @@ MeasuredTransport measure_transport(const MeasuredEnsemble& ensemble, const FitS
   t.mu = ensemble.mu;
   t.law = ensemble.law;
   t.estimator = ensemble.estimator;
+  t.overload = ensemble.overload;
+  t.epsilon = ensemble.epsilon;
   t.failed = record.failed;
   for (std::uint64_t count : record.sums.count) t.samples += count;
   const auto per_bead = [&](std::uint64_t count) {

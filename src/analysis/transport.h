@@ -15,9 +15,10 @@ struct MeasuredEnsemble {
   double mu = 0;
   std::string law;
   std::string estimator;
-  double overload = 1;
+  double overload = 1;  ///< estimators point and paired
   EnsembleRecord record;
   LatticeSpec lattice{};
+  double epsilon = 0.25;  ///< estimator multiplexed
 };
 
 /// x_p/z and W^2/z at one layer, with replicates.

@@ -159,8 +159,18 @@ Problem find_sampling_problem(const Experiment& e) {
 
 Problem find_response_problem(const Experiment& e) {
   const ResponseSpec& response = e.response;
-  if (response.estimator != "point") {
-    return problem("response.estimator", "\"{}\" is not an estimator; write \"point\"", response.estimator);
+  const std::array<const char*, 3> estimators{"point", "paired", "multiplexed"};
+  if (std::find(estimators.begin(), estimators.end(), response.estimator) == estimators.end()) {
+    return problem("response.estimator", "\"{}\" is not an estimator; write one of {}", response.estimator,
+                   fmt::join(estimators, ", "));
+  }
+  if (!(response.epsilon >= 1e-6 && response.epsilon < 1)) {
+    return problem(
+        "response.epsilon",
+        "{} cannot be measured: some top beads carry 1 - epsilon, and one without load has no solution beside "
+        "loaded ones at small friction, while the response is divided by epsilon; give 1e-6 to less than 1 "
+        "(0.25 is usual)",
+        response.epsilon);
   }
   if (!(std::isfinite(response.overload) && response.overload >= 1e-6 && response.overload <= 1e6)) {
     return problem("response.overload",

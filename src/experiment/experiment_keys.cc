@@ -119,11 +119,17 @@ std::vector<ExperimentKey> make_keys() {
           [](auto& e) -> auto& { return e.sampling.order; }),
 
       key(
-          response, "estimator", "", "point: overloaded piles minus the uniform load, mirror symmetrised",
+          response, "estimator", "",
+          "point: overloaded piles minus the uniform load; paired: each pile solved with and without the overload, "
+          "keeping its random numbers; multiplexed: all top loads varied at random, the linear response by correlation",
           [](auto& e) -> auto& { return e.response.estimator; }),
       key(
-          response, "overload", "loads of one top bead", "extra force on the middle top bead",
+          response, "overload", "loads of one top bead", "extra force on the middle top bead (point, paired)",
           [](auto& e) -> auto& { return e.response.overload; }),
+      key(
+          response, "epsilon", "loads of one top bead",
+          "by how much each top load is raised or lowered (multiplexed), above 0 and below 1",
+          [](auto& e) -> auto& { return e.response.epsilon; }),
       key(
           response, "samples", "piles", "piles per friction coefficient, at least eight per block",
           [](auto& e) -> auto& { return e.response.samples; }),

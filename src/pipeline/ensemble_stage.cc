@@ -38,6 +38,7 @@ std::vector<PlannedEnsemble> plan_ensembles(const Experiment& experiment, const 
     spec.lattice = experiment.lattice;
     spec.load = Load::point;
     spec.overload = experiment.response.overload;
+    spec.epsilon = experiment.response.epsilon;
     spec.estimator = estimator_named(experiment.response.estimator);
     spec.blocks = experiment.response.blocks;
     const std::uint64_t one_group_each = static_cast<std::uint64_t>(spec.blocks) * group_size;
@@ -60,6 +61,7 @@ MeasuredEnsemble obtain_ensemble(PlannedEnsemble& planned, const std::filesystem
   measured.law = name_of(planned.spec.sampler.law);
   measured.estimator = name_of(planned.spec.estimator);
   measured.overload = planned.spec.overload;
+  measured.epsilon = planned.spec.epsilon;
   measured.lattice = planned.spec.lattice;
   const std::filesystem::path file = run_folder / planned.file;
   if (planned.reusable) {

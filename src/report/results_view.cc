@@ -112,6 +112,9 @@ Json transport_rows(const Json& summary, Json& notes) {
          {"mu", "samples", "estimator", "law", "c", "D", "alpha_thrust", "c_thrust", "c_minus_c_thrust"}) {
       row[name] = number_cell(summary, fmt::format("{}/{}", pointer, name));
     }
+    const bool multiplexed = results[i].at("estimator") == "multiplexed";
+    row["row_epsilon"] = Json::array();
+    if (multiplexed) row["row_epsilon"].push_back(number_cell(summary, pointer + "/epsilon"));
     row["frictionless"] = results[i].at("mu") == 0;
     row["exact"] = results[i].at("exact");
     const std::string at = " at μ = " + row["mu"]["text"].get<std::string>();
@@ -157,7 +160,11 @@ Json results_view(const Json& summary) {
   view["has_transport"] = !results.empty();
   view["exponent_notes"] = exponent_notes;
   view["transport_notes"] = transport_notes;
-  view["point_estimator"] = all_equal(results, "estimator", "point");
+  for (const char* estimator : {"point", "paired", "multiplexed"}) {
+    view[std::string(estimator) + "_estimator"] = all_equal(results, "estimator", estimator);
+  }
+  view["epsilon"] = Json::array();
+  if (view["multiplexed_estimator"] == true) view["epsilon"].push_back(number_cell(summary, "/results/0/epsilon"));
   return view;
 }
 

@@ -80,6 +80,11 @@ Json to_json(const Transport& result) {
   json["mu"] = result.mu;
   json["law"] = result.law;
   json["estimator"] = result.estimator;
+  if (result.estimator == "multiplexed") {
+    json["epsilon"] = result.epsilon;
+  } else {
+    json["overload"] = result.overload;
+  }
   json["samples"] = result.samples;
   json["failed"] = list_of(result.failed);
   json["exact"] = result.exact;

@@ -150,6 +150,12 @@ TEST_CASE("Loads, estimators and laws that cannot work are refused") {
     CHECK_THAT(problem_after([&](Experiment& e) { e.response.overload = overload; }), Contains("response.overload: "));
   }
   CHECK_THAT(problem_after([](Experiment& e) { e.response.estimator = "pont"; }), Contains("response.estimator: "));
+  for (const double epsilon : {0.0, -0.25, 1.0, 1.5, not_a_number, infinity, 1e-9}) {
+    CHECK_THAT(problem_after([&](Experiment& e) { e.response.epsilon = epsilon; }), Contains("response.epsilon: "));
+  }
+  for (const char* estimator : {"point", "paired", "multiplexed"}) {
+    CHECK(problem_after([&](Experiment& e) { e.response.estimator = estimator; }) == "(none)");
+  }
   CHECK_THAT(problem_after([](Experiment& e) { e.sampling.law = Law::rejection; }),
              Contains("sampling.law: ") && Contains("500 x 200"));
   CHECK_THAT(problem_after([](Experiment& e) { e.sampling.effort = 0; }), Contains("sampling.effort: "));

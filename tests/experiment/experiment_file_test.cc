@@ -53,6 +53,7 @@ Experiment unusual_experiment() {
   e.sampling.max_tries = 77;
   e.sampling.order = LayerOrder::fixed;
   e.response.overload = 0.25;
+  e.response.epsilon = 0.125;
   e.response.samples = 1001;
   e.response.blocks = 16;
   e.fit.first_layer = 61;
