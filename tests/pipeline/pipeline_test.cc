@@ -321,3 +321,28 @@ TEST_CASE("Side measurements are drawn, kept, reused and reported") {
   CHECK(summary_of({Stage::report}) == first);
   CHECK(timings()[0].at("seconds").is_null());
 }
+
+TEST_CASE("every estimator runs to a report that names it beside the numbers, the same for any number of threads") {
+  for (const std::string estimator : {"paired", "multiplexed"}) {
+    Experiment experiment = small_experiment();
+    experiment.response.estimator = estimator;
+    experiment.response.epsilon = 0.125;
+    experiment.report.pdf = false;
+    const ScratchFolder one("one-" + estimator), two("two-" + estimator);
+    RunOptions options = quiet(one.path());
+    options.threads = 1;
+    run_experiment(experiment, options);
+    run_experiment(experiment, quiet(two.path()));
+    const std::string summary = read_file(one.path() / "summary.json");
+    CHECK(summary == read_file(two.path() / "summary.json"));
+    for (const auto& result : nlohmann::json::parse(summary).at("results")) {
+      CHECK(result.at("estimator") == estimator);
+      CHECK(result.contains("epsilon") == (estimator == "multiplexed"));
+      CHECK(result.contains("overload") == (estimator == "paired"));
+      CHECK(result.at("c").at("value").is_number());
+    }
+    const std::string report = read_file(one.path() / "report.html");
+    CHECK(report.find(estimator == "paired" ? "standard procedure, <em>paired</em>" : "<em>Multiplexed</em>") !=
+          std::string::npos);
+  }
+}
