@@ -281,7 +281,8 @@ MeasuredTransport measure_transport(const MeasuredEnsemble& ensemble, const FitS
   t.failed = record.failed;
   for (std::uint64_t count : record.sums.count) t.samples += count;
   const auto per_bead = [&](std::uint64_t count) {
-    return record.counts.beads > 0 ? static_cast<double>(count) / static_cast<double>(record.counts.beads) : 0.0;
+    return record.counts.beads > 0 ? static_cast<double>(count) / static_cast<double>(record.counts.beads)
+                                   : std::numeric_limits<double>::quiet_NaN();
   };
   t.draws_per_bead = per_bead(record.counts.uniforms);
   t.mended_per_bead =

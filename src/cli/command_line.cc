@@ -4,15 +4,18 @@
 #include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <new>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "cli/verbs.h"
 #include "experiment/nearest_name.h"
 #include "support/error.h"
 #include "support/interruption.h"
+#include "support/one_line.h"
 #include "support/provenance.h"
 
 namespace granuscope {
@@ -23,6 +26,9 @@ constexpr const char* exit_codes =
     "the experiment or a file cannot be used; 3 the machine lacks a program, OpenGL, space or permission; 4 "
     "interrupted:\n"
     "the same command goes on. Lengths are in bead diameters, forces in loads of one top bead.";
+
+/// Longer than any message that means something.
+constexpr std::size_t most_message_bytes = 4000;
 
 /// CLI11 would only say that a verb is missing, not that the one given is none.
 void require_known_verb(const CLI::App& app, int argc, const char* const* argv) {
@@ -36,6 +42,40 @@ void require_known_verb(const CLI::App& app, int argc, const char* const* argv) 
   throw InputError(fmt::format(
       "there is no verb \"{}\"; {}", argv[1],
       meant ? fmt::format("did you mean {}?", *meant) : fmt::format("the verbs are {}", fmt::join(verbs, ", "))));
+}
+
+/// The first flag on the command line that the verb does not have, with the one that was probably meant; "" if there is
+/// none. CLI11 lists words without saying which of them is wrong.
+std::string find_unknown_flag(const CLI::App& verb, int argc, const char* const* argv) {
+  std::vector<std::string> known;
+  for (const CLI::Option* option : verb.get_options()) {
+    for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
+  }
+  for (int i = 2; i < argc; ++i) {
+    const std::string word(argv[i]);
+    const std::string flag = word.substr(0, word.find('='));
+    if (flag == "--") return "";
+    if (!flag.starts_with("--") || std::find(known.begin(), known.end(), flag) != known.end()) continue;
+    const auto meant = nearest_name(flag, known);
+    return fmt::format("{} has no flag {}{}", verb.get_name(), flag,
+                       meant ? fmt::format("; did you mean {}?", *meant) : "");
+  }
+  return "";
+}
+
+/// What is wrong with the command line, and where to look.
+std::string explain(const CLI::ParseError& error, const CLI::App& app, int argc, const char* const* argv) {
+  const std::vector<const CLI::App*> chosen = app.get_subcommands([](const CLI::App* verb) { return verb->parsed(); });
+  std::string what = error.what();
+  if (!chosen.empty()) {
+    if (const std::string unknown = find_unknown_flag(*chosen.front(), argc, argv); !unknown.empty()) what = unknown;
+  }
+  constexpr std::string_view unconverted = "Could not convert: ";
+  if (what.starts_with(unconverted)) {
+    what = what.substr(unconverted.size()) + " is not a value that this flag can take";
+  }
+  return fmt::format("{}; granuscope{} --help lists what can be written here", what,
+                     chosen.empty() ? "" : " " + chosen.front()->get_name());
 }
 
 ExitCode parse_and_act(int argc, const char* const* argv, std::ostream& out, std::ostream& err) {
@@ -62,9 +102,7 @@ ExitCode parse_and_act(int argc, const char* const* argv, std::ostream& out, std
       app.exit(error, out, err);
       return ExitCode::done;
     }
-    std::string verb;
-    for (const CLI::App* chosen : app.get_subcommands()) verb = " " + chosen->get_name();
-    throw InputError(fmt::format("{}; granuscope{} --help lists what can be written here", error.what(), verb));
+    throw InputError(explain(error, app, argc, argv));
   }
   install_interruption_handlers();
   const ExitCode code = context.action();
@@ -94,7 +132,8 @@ int run_command_line(int argc, const char* const* argv, std::ostream& out, std::
     message = fmt::format("a fault of the program, not of the input: {}; please report it with the command line",
                           error.what());
   }
-  err << "granuscope: " << message << '\n';
+  // Names of files and what other programs said may hold anything.
+  err << "granuscope: " << one_line(message, most_message_bytes) << '\n';
   err.flush();
   return static_cast<int>(code);
 }

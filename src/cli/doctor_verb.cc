@@ -10,6 +10,8 @@
 
 #include "cli/verbs.h"
 #include "render/gl_context.h"
+#include "support/atomic_file.h"
+#include "support/describe_bytes.h"
 #include "support/error.h"
 #include "support/installed_program.h"
 #include "support/provenance.h"
@@ -18,6 +20,9 @@ namespace granuscope {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// What a run of the usual size leaves: ensembles of some 100 MB and a report.
+constexpr std::uintmax_t least_free_bytes = 200'000'000;
 
 /// What was looked at, what was found, and the Debian package that brings it if it is missing.
 struct Finding {
@@ -56,19 +61,37 @@ Finding look_for_fonts() {
   return {"fonts", "missing: DejaVu Sans, in which all figures are labelled", false, "fonts-dejavu-core"};
 }
 
+/// Whether a file can be written there, by writing one: permissions do not tell of a read-only or a full file system.
+/// A folder that is not there yet is made, and removed again with what was made above it.
 Finding look_at_output(const fs::path& wanted) {
   std::error_code code;
-  fs::path folder = fs::absolute(wanted, code);
-  while (!fs::exists(folder, code) && folder.has_relative_path()) folder = folder.parent_path();
-  if (!fs::is_directory(folder, code)) {
-    return {"results", fmt::format("{} is no folder; choose another --out", folder.string()), false, ""};
+  std::vector<fs::path> made;
+  for (fs::path folder = fs::absolute(wanted, code); !fs::exists(folder, code) && folder.has_relative_path();
+       folder = folder.parent_path()) {
+    made.push_back(folder);
   }
-  if (access(folder.c_str(), W_OK | X_OK) != 0) {
-    return {"results", fmt::format("{} is not writable; choose another --out", folder.string()), false, ""};
+  Finding finding{"results", "", true, ""};
+  try {
+    make_folder(wanted);
+    const fs::path probe = wanted / fmt::format(".granuscope-doctor-{}", getpid());
+    write_file(probe, std::string(4096, 'x'));
+    fs::remove(probe, code);
+    const fs::space_info space = fs::space(wanted, code);
+    finding.text = code ? fmt::format("{} can be written", wanted.string())
+                        : fmt::format("{} can be written, {} are free", wanted.string(),
+                                      describe_bytes(static_cast<double>(space.available)));
+    if (!code && space.available < least_free_bytes) {
+      finding.good = false;
+      finding.text += fmt::format(", but a run needs about {}; free some or choose another --out",
+                                  describe_bytes(static_cast<double>(least_free_bytes)));
+    }
+  } catch (const EnvironmentError& error) {
+    finding = {"results", error.what(), false, ""};
   }
-  const auto space = fs::space(folder, code);
-  return {"results", fmt::format("{} can be written, {:.1f} GB are free", wanted.string(),
-                                 code ? 0.0 : static_cast<double>(space.available) / 1e9)};
+  for (const fs::path& folder : made) {
+    if (!fs::remove(folder, code)) break;  // only if it is empty
+  }
+  return finding;
 }
 
 ExitCode examine(const std::string& out_folder, VerbContext& context) {

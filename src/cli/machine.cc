@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <thread>
 
+#include "support/describe_bytes.h"
 #include "support/error.h"
 
 namespace granuscope {
@@ -18,9 +19,8 @@ void require_memory(double bytes) {
   const double memory = static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
   if (!(bytes > memory)) return;
   throw EnvironmentError(
-      fmt::format("about {:.1f} GB of memory are needed but this machine has {:.1f} GB; make the pile smaller or use "
-                  "fewer --threads",
-                  bytes / 1e9, memory / 1e9));
+      fmt::format("about {} of memory are needed but this machine has {}; make the pile smaller or use fewer --threads",
+                  describe_bytes(bytes), describe_bytes(memory)));
 }
 
 }  // namespace granuscope

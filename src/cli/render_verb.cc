@@ -9,6 +9,7 @@
 #include <string>
 #include <string_view>
 
+#include "cli/flag_checks.h"
 #include "cli/verbs.h"
 #include "render/draw.h"
 #include "render/pile_scene.h"
@@ -88,7 +89,7 @@ void add_render_verb(CLI::App& app, VerbContext& context) {
   verb->add_option("FILE", options->pile_file, "pile file (HDF5), as granuscope sample --out writes it")->required();
   verb->add_option("--minus", options->minus_file,
                    "scene response: the pile without the overload, of the same seed and sample");
-  verb->add_option("--image", options->image_file, "the picture (PNG)")->required();
+  verb->add_option("--image", options->image_file, "the picture (PNG)")->required()->check(output_file());
   verb->add_option("--scene", scene.scene, fmt::format("what to draw of the pile: {}", fmt::join(pile_scenes(), ", ")))
       ->capture_default_str();
   verb->add_option("--width", scene.width_px, "width of the picture in pixels; mm = 25.4 px / dpi")

@@ -6,6 +6,7 @@
 #include <memory>
 #include <string>
 
+#include "cli/flag_checks.h"
 #include "cli/machine.h"
 #include "cli/sample_statistics.h"
 #include "cli/verbs.h"
@@ -26,10 +27,6 @@ struct SampleOptions {
   std::string file;
   std::uint64_t sample = 0;
 };
-
-// CLI11's own would answer with the largest double, written out.
-const CLI::Validator not_negative([](const std::string& text) { return text[0] == '-' ? text + " is negative" : ""; },
-                                  "", "");
 
 void store_sample(const SampleOptions& options, VerbContext& context) {
   const Lattice lattice(options.spec.lattice);
@@ -79,8 +76,12 @@ void add_sample_verb(CLI::App& app, VerbContext& context) {
   options->spec.samples = 256;
   EnsembleSpec& spec = options->spec;
   verb->add_option("--mu", spec.sampler.mu, "friction coefficient, 0 <= mu < sqrt(3)")->capture_default_str();
-  verb->add_option("--columns", spec.lattice.columns, "beads per layer, periodic, at least 4")->capture_default_str();
-  verb->add_option("--layers", spec.lattice.layers, "layers, 0 is the top one")->capture_default_str();
+  verb->add_option("--columns", spec.lattice.columns, "beads per layer, periodic, at least 4")
+      ->capture_default_str()
+      ->check(lattice_side());
+  verb->add_option("--layers", spec.lattice.layers, "layers, 0 is the top one")
+      ->capture_default_str()
+      ->check(lattice_side());
   verb->add_option("--law", options->law, "what a random pile means: granusolve, or rejection (tiny piles only)")
       ->capture_default_str();
   verb->add_option("--load", options->load, "uniform: 1 on every top bead; point: 1 + overload on the middle one")
@@ -89,15 +90,15 @@ void add_sample_verb(CLI::App& app, VerbContext& context) {
       ->capture_default_str();
   verb->add_option("--samples", spec.samples, "how many piles --statistics draws; 64 or more give standard errors")
       ->capture_default_str()
-      ->check(not_negative);
+      ->check(whole_number());
   verb->add_option("--seed", spec.sampler.seed, "with the sample's number the key of every random number")
       ->capture_default_str()
-      ->check(not_negative);
+      ->check(whole_number());
   verb->add_option("--effort", spec.sampler.effort, "granusolve: a pile fails after so many bead solutions per bead")
       ->capture_default_str();
   verb->add_option("--max-tries", spec.sampler.max_tries, "rejection: a pile fails after so many tries")
       ->capture_default_str()
-      ->check(not_negative);
+      ->check(whole_number());
   verb->add_option("--layer-order", options->layer_order,
                    "granusolve: random, or fixed (breaks the mirror symmetry: for comparison only)")
       ->capture_default_str();
@@ -106,8 +107,10 @@ void add_sample_verb(CLI::App& app, VerbContext& context) {
       ->check(CLI::Range(0, 4096));
   verb->add_flag("--statistics", options->statistics,
                  "print one JSON object on standard output and nothing else there");
-  verb->add_option("--out", options->file, "store one pile in this file (HDF5)");
-  verb->add_option("--sample", options->sample, "which pile --out stores")->capture_default_str()->check(not_negative);
+  verb->add_option("--out", options->file, "store one pile in this file (HDF5)")->check(output_file());
+  verb->add_option("--sample", options->sample, "which pile --out stores")
+      ->capture_default_str()
+      ->check(whole_number());
   verb->callback([options, &context] { context.action = [options, &context] { return sample(*options, context); }; });
 }
 

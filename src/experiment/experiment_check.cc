@@ -16,6 +16,7 @@
 #include "render/colour_scale.h"
 #include "render/layout.h"
 #include "render/pile_scene.h"
+#include "support/describe_bytes.h"
 #include "support/error.h"
 
 namespace granuscope {
@@ -38,10 +39,6 @@ constexpr double mu_limit = sqrt3;
 template <class... Args>
 Problem problem(const char* key, fmt::format_string<Args...> text, Args&&... args) {
   return ExperimentProblem{key, fmt::format(text, std::forward<Args>(args)...)};
-}
-
-std::string describe_bytes(double bytes) {
-  return bytes < 1e12 ? fmt::format("{:.1f} GB", bytes / 1e9) : fmt::format("{:.3g} TB", bytes / 1e12);
 }
 
 bool has_control_character(const std::string& text, bool newlines_allowed) {
@@ -90,11 +87,18 @@ Problem find_lattice_problem(const char* columns_key, int columns, const char* l
   if (layers < least_layers) {
     return problem(layers_key, "{} layers are too few; give at least {}", layers, least_layers);
   }
-  if (columns > most_columns || layers > most_layers || memory > most_memory) {
-    return problem(columns > layers ? columns_key : layers_key,
-                   "{} x {} beads would need about {} of memory (the limit is {}, and {} columns or "
-                   "{} layers); make the pile smaller",
-                   columns, layers, describe_bytes(memory), describe_bytes(most_memory), most_columns, most_layers);
+  const bool wide = columns > layers;
+  if (memory > most_memory) {
+    return problem(wide ? columns_key : layers_key,
+                   "{} x {} beads would need about {} of memory, more than {}; make the pile smaller", columns, layers,
+                   describe_bytes(memory), describe_bytes(most_memory));
+  }
+  if (columns > most_columns || layers > most_layers) {
+    return problem(
+        wide ? columns_key : layers_key,
+        "{} x {} beads are more than {} {}, of which a slip of the keyboard is the likelier cause (they would "
+        "need about {} of memory); make the pile smaller",
+        columns, layers, wide ? most_columns : most_layers, wide ? "columns" : "layers", describe_bytes(memory));
   }
   return {};
 }
@@ -427,6 +431,10 @@ Problem find_scene_problem(const Experiment& e) {
     const ColourScale scale(Palette::builtin(), chains.scene.colour_map);
   } catch (const InputError& error) {
     return problem("scenes.force_chains.colour_map", "{}", error.what());
+  }
+  if (!is_resolution(chains.scene.dpi)) {
+    return problem("scenes.force_chains.dpi", "{} dpi is no resolution to draw at; choose {} to {}", chains.scene.dpi,
+                   least_dpi, most_dpi);
   }
   try {
     const double half = 0.5 * chains.columns;

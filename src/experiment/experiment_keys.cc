@@ -2,10 +2,12 @@
 
 #include <fmt/core.h>
 
+#include <cmath>
 #include <limits>
 #include <type_traits>
 #include <utility>
 
+#include "support/describe_bytes.h"
 #include "support/error.h"
 
 namespace granuscope {
@@ -25,8 +27,13 @@ KeyValue to_value(LayerOrder field) { return name_of(field); }
 
 int to_int(std::int64_t number) {
   if (number < std::numeric_limits<int>::min() || number > std::numeric_limits<int>::max()) {
-    throw InputError(fmt::format("{} is beyond what this key can hold ({} at most); give a smaller number", number,
-                                 std::numeric_limits<int>::max()));
+    constexpr double bytes_per_bead = 96;  // four forces, and what a solver keeps beside them
+    throw InputError(
+        fmt::format("{} is beyond what this key can hold ({} at most; so many beads in a row would need {} of memory); "
+                    "give a smaller "
+                    "number",
+                    number, std::numeric_limits<int>::max(),
+                    describe_bytes(bytes_per_bead * std::abs(static_cast<double>(number)))));
   }
   return static_cast<int>(number);
 }

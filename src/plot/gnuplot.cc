@@ -9,6 +9,7 @@
 #include "support/atomic_file.h"
 #include "support/child_process.h"
 #include "support/error.h"
+#include "support/one_line.h"
 
 namespace granuscope {
 
@@ -20,10 +21,6 @@ constexpr std::string_view fixed_creation_date = "20000101000000";
 bool ends_with_mark(std::string_view text, std::string_view mark) {
   while (!text.empty() && std::isspace(static_cast<unsigned char>(text.back())) != 0) text.remove_suffix(1);
   return text.ends_with(mark);
-}
-
-std::string first_lines(const std::string& text, std::size_t most = 400) {
-  return text.size() <= most ? text : text.substr(0, most) + " …";
 }
 
 [[noreturn]] void fail(const GnuplotJob& job, const std::string& what) {
@@ -91,9 +88,9 @@ void draw_with_gnuplot(const GnuplotJob& job, const std::filesystem::path& folde
   const ProcessResult result = run_process(gnuplot_process(job, scratch.path(), timeout_seconds));
   if (result.timed_out) fail(job, fmt::format("it was still running after {:.0f} s", timeout_seconds));
   if (result.exit_code != 0) {
-    fail(job, fmt::format("it ended with status {}: {}", result.exit_code, first_lines(result.standard_error)));
+    fail(job, fmt::format("it ended with status {}: {}", result.exit_code, one_line(result.standard_error)));
   }
-  if (!result.standard_error.empty()) fail(job, "it complained: " + first_lines(result.standard_error));
+  if (!result.standard_error.empty()) fail(job, "it complained: " + one_line(result.standard_error));
 
   const std::string svg = read_drawing(job, scratch.path() / (job.stem + ".svg"), "</svg>");
   const std::string pdf = with_fixed_creation_date(read_drawing(job, scratch.path() / (job.stem + ".pdf"), "%%EOF"));

@@ -136,8 +136,8 @@ void require_size(const SceneSpec& spec) {
     throw InputError(fmt::format("an image cannot be {} pixels wide; choose a width from {} to {}", spec.width_px,
                                  min_image_px, max_image_px));
   }
-  if (!(spec.dpi >= 10 && spec.dpi <= 4800)) {
-    throw InputError(fmt::format("{} dpi is no resolution to draw at; choose 10 to 4800", spec.dpi));
+  if (!is_resolution(spec.dpi)) {
+    throw InputError(fmt::format("{} dpi is no resolution to draw at; choose {} to {}", spec.dpi, least_dpi, most_dpi));
   }
 }
 

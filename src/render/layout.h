@@ -43,6 +43,11 @@ struct Layout {
 /// Height of the labels, in points.
 inline constexpr double text_points = 8;
 
+/// Pixels per inch that a picture can have.
+inline constexpr double least_dpi = 10;
+inline constexpr double most_dpi = 4800;
+inline bool is_resolution(double dpi) { return dpi >= least_dpi && dpi <= most_dpi; }
+
 /// Size of the plot area for an image of this specification: width and height in pixels, and pixels per bead diameter.
 /// `key_title`: of the colour scale. Throws InputError if the width or dpi is out of range, if the text leaves too
 /// little room (naming the smallest width), or if the picture would be too high.

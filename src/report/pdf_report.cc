@@ -10,6 +10,7 @@
 #include "report/report_view.h"
 #include "support/atomic_file.h"
 #include "support/child_process.h"
+#include "support/one_line.h"
 #include "support/template_file.h"
 
 namespace granuscope {
@@ -19,8 +20,6 @@ namespace {
 constexpr const char* install = "`apt-get install weasyprint fonts-dejavu-core` installs what it needs";
 
 PdfOutcome failed(const std::string& why) { return {"", "report.pdf was not written: " + why}; }
-
-std::string first_lines(const std::string& text) { return text.size() <= 400 ? text : text.substr(0, 400) + " …"; }
 
 bool ends_as_pdf(const std::string& bytes) {
   return bytes.starts_with("%PDF-") &&
@@ -53,11 +52,11 @@ PdfOutcome pdf_report(const ReportData& data, const std::string& summary, const 
   if (result.timed_out) return failed(fmt::format("WeasyPrint was still running after {:.0f} s", timeout_seconds));
   if (result.exit_code != 0) {
     return failed(
-        fmt::format("WeasyPrint ended with status {}: {}", result.exit_code, first_lines(result.standard_error)));
+        fmt::format("WeasyPrint ended with status {}: {}", result.exit_code, one_line(result.standard_error)));
   }
   // It ends with status 0 even if an image or a style sheet could not be loaded.
   if (result.standard_error.find("ERROR") != std::string::npos) {
-    return failed("WeasyPrint could not load a part of the page: " + first_lines(result.standard_error));
+    return failed("WeasyPrint could not load a part of the page: " + one_line(result.standard_error));
   }
   std::error_code error;
   if (!std::filesystem::exists(scratch.path() / "report.pdf", error)) return failed("WeasyPrint left no file");

@@ -16,8 +16,10 @@ ordered_json estimate_json(const Estimate& estimate) {
   return json;
 }
 
-double share(std::uint64_t part, std::uint64_t whole) {
-  return whole == 0 ? 0 : static_cast<double>(part) / static_cast<double>(whole);
+/// Null where no pile was completed: 0 would be the claim that none of its beads cost anything.
+ordered_json share(std::uint64_t part, std::uint64_t whole) {
+  if (whole == 0) return nullptr;
+  return static_cast<double>(part) / static_cast<double>(whole);
 }
 
 }  // namespace
@@ -34,18 +36,19 @@ std::string sample_statistics_json(const SampleStatistics& statistics) {
   ordered_json audit{{"max_balance_residual", finite_or_null(statistics.audit.max_balance_residual)},
                      {"max_cone_violation", finite_or_null(statistics.audit.max_cone_violation)}};
   if (audit["max_balance_residual"].is_null()) audit["reason"] = "none of the audited samples is a completed pile";
-  const ordered_json json{{"law", statistics.law},
-                          {"mu", statistics.mu},
-                          {"columns", statistics.columns},
-                          {"layers", statistics.layers},
-                          {"samples", statistics.samples},
-                          {"tries", counts.tries},
-                          {"draws_per_bead", share(counts.uniforms, counts.beads)},
-                          {"mended_per_bead", share(mended, counts.beads)},
-                          {"climbed_per_bead", share(counts.climbed, counts.beads)},
-                          {"seconds", statistics.seconds},
-                          {"per_layer", per_layer},
-                          {"audit", audit}};
+  ordered_json json{{"law", statistics.law},
+                    {"mu", statistics.mu},
+                    {"columns", statistics.columns},
+                    {"layers", statistics.layers},
+                    {"samples", statistics.samples},
+                    {"tries", counts.tries},
+                    {"draws_per_bead", share(counts.uniforms, counts.beads)},
+                    {"mended_per_bead", share(mended, counts.beads)},
+                    {"climbed_per_bead", share(counts.climbed, counts.beads)},
+                    {"seconds", statistics.seconds}};
+  if (counts.beads == 0) json["reason"] = "no pile was completed, so that there are no beads to count per";
+  json["per_layer"] = per_layer;
+  json["audit"] = audit;
   return json.dump(2) + "\n";
 }
 

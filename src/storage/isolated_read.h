@@ -7,8 +7,8 @@ namespace granuscope {
 
 /// How long a file may take to read before it counts as damaged. Both grow with the file's size.
 struct ReadPatience {
-  double processor_seconds = 20;  ///< what a library in an endless loop uses up
-  double wall_seconds = 120;      ///< for a disk or network that does not answer
+  double processor_seconds = 5;  ///< what a library in an endless loop uses up
+  double wall_seconds = 120;     ///< for a disk or network that does not answer
 };
 
 /// Runs `read` in a child process and returns the bytes that it returns. The HDF5 library crashes on some damaged files

@@ -31,7 +31,10 @@ fs::path folder_of(const fs::path& file) { return file.has_parent_path() ? file.
 fs::path resolve(fs::path target) {
   if (target.empty()) throw EnvironmentError("cannot write a file without a name: give a path");
   std::error_code ignored;
-  if (fs::is_symlink(target, ignored) && fs::exists(target, ignored)) target = fs::canonical(target, ignored);
+  if (fs::is_symlink(target, ignored) && fs::exists(target, ignored)) {
+    // A link such as /dev/stdout may lead to what has no name.
+    if (const fs::path real = fs::canonical(target, ignored); !real.empty()) target = real;
+  }
   const fs::file_status status = fs::status(target, ignored);
   if (fs::is_directory(status) || !target.has_filename()) fail(target, EISDIR);
   // A device or pipe would be replaced by an ordinary file.

@@ -1,0 +1,67 @@
+#include "cli/flag_checks.h"
+
+#include <fmt/core.h>
+
+#include <charconv>
+#include <cstdint>
+#include <cstdlib>
+#include <limits>
+#include <string>
+#include <system_error>
+
+#include "cli/machine.h"
+#include "support/describe_bytes.h"
+#include "support/one_line.h"
+
+namespace granuscope {
+namespace {
+
+/// How a text reads as a whole number.
+std::errc read_whole(const std::string& text, std::int64_t& number) {
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  return error == std::errc() && end != text.data() + text.size() ? std::errc::invalid_argument : error;
+}
+
+}  // namespace
+
+CLI::Validator whole_number() {
+  return CLI::Validator(
+      [](const std::string& text) -> std::string {
+        std::uint64_t number = 0;
+        const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+        if (error == std::errc() && end == text.data() + text.size()) return "";
+        if (!text.empty() && text[0] == '-') return one_line(text) + " is negative; give 0 or more";
+        if (error == std::errc::result_out_of_range) {
+          return fmt::format("{} is too large; give at most {}", one_line(text),
+                             std::numeric_limits<std::uint64_t>::max());
+        }
+        return one_line(text) + " is not a whole number; write it in digits";
+      },
+      "", "");
+}
+
+CLI::Validator lattice_side() {
+  return CLI::Validator(
+      [](const std::string& text) -> std::string {
+        std::int64_t number = 0;
+        const std::errc error = read_whole(text, number);
+        if (error == std::errc::invalid_argument) return one_line(text) + " is not a whole number; write it in digits";
+        if (error == std::errc() && number <= std::numeric_limits<int>::max()) return "";  // too few: the lattice says
+        const double beads = std::strtod(text.c_str(), nullptr);
+        return fmt::format("{} beads in a row would need about {} of memory for a single row; give fewer",
+                           one_line(text), describe_bytes(beads * bytes_per_bead));
+      },
+      "", "");
+}
+
+CLI::Validator output_file() {
+  return CLI::Validator(
+      [](const std::string& text) -> std::string {
+        if (text != "-") return "";
+        return "a file is written whole or not at all, which a stream cannot be; name a file, or write ./- for one of "
+               "that name";
+      },
+      "", "");
+}
+
+}  // namespace granuscope
