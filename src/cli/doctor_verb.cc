@@ -86,7 +86,7 @@ Finding look_at_output(const fs::path& wanted) {
                                   describe_bytes(static_cast<double>(least_free_bytes)));
     }
   } catch (const EnvironmentError& error) {
-    finding = {"results", error.what(), false, ""};
+    finding = {"results", fmt::format("{} Or choose another --out.", error.what()), false, ""};
   }
   for (const fs::path& folder : made) {
     if (!fs::remove(folder, code)) break;  // only if it is empty

@@ -12,6 +12,7 @@
 #include "experiment/experiment_check.h"
 #include "experiment/experiment_file.h"
 #include "pipeline/pipeline.h"
+#include "support/atomic_file.h"
 #include "support/progress.h"
 
 namespace granuscope {
@@ -47,7 +48,17 @@ void tell_files(const ReportFiles& files, std::ostream& err) {
     if (!file.empty()) err << fmt::format("wrote {}\n", file.string());
   }
   if (files.pdf) err << fmt::format("wrote {}\n", files.pdf->string());
-  if (!files.pdf_skipped.empty()) err << fmt::format("report.pdf is left out: {}\n", files.pdf_skipped);
+  if (!files.pdf_skipped.empty()) err << fmt::format("{}\n", files.pdf_skipped);
+}
+
+/// The run leaves the resolved experiment in its folder: not in the place of the user's own file and its comments.
+void require_kept(const std::string& config, const std::filesystem::path& resolved_file, const std::string& resolved) {
+  std::error_code none;
+  if (!std::filesystem::equivalent(config, resolved_file, none) || none || read_file(config) == resolved) return;
+  throw InputError(
+      fmt::format("{}: the run would leave the experiment there with every default resolved, and this file with its "
+                  "comments would be lost; rename it or choose another --out",
+                  config));
 }
 
 ExitCode run(const RunVerbOptions& given, VerbContext& context) {
@@ -74,6 +85,7 @@ ExitCode run(const RunVerbOptions& given, VerbContext& context) {
     print_plan(plan_run(experiment, options), options.threads, context.out);
     return ExitCode::done;
   }
+  require_kept(given.config, options.folder / "experiment.toml", print_experiment(experiment));
   require_memory(estimate_memory(experiment) + bytes_per_bead * experiment.lattice.columns * experiment.lattice.layers *
                                                    worker_count(options.threads));
 

@@ -1,32 +1,68 @@
 #include "pipeline/ensemble_stage.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <map>
+#include <sstream>
 #include <system_error>
 
 #include "storage/ensemble_file.h"
 #include "support/atomic_file.h"
 #include "support/error.h"
 #include "support/number_format.h"
+#include "support/one_line.h"
 
 namespace granuscope {
 namespace {
 
-bool holds(const std::filesystem::path& file, const std::string& configuration) {
-  std::error_code ignored;
-  if (!std::filesystem::exists(file, ignored)) return false;
-  try {
-    return read_ensemble_configuration(file) == configuration;
-  } catch (const InputError&) {
-    return false;  // damaged or foreign: drawn again, and replaced only when the new one is whole
+/// Lines "key=value" of a configuration text.
+std::map<std::string, std::string> settings_of(const std::string& configuration) {
+  std::map<std::string, std::string> settings;
+  std::istringstream lines(configuration);
+  for (std::string line; std::getline(lines, line);) {
+    const std::size_t equals = line.find('=');
+    if (equals != std::string::npos) settings[line.substr(0, equals)] = line.substr(equals + 1);
   }
+  return settings;
+}
+
+/// The first settings in which two ensembles differ: "seed = 2 where 1 is there, samples = ...".
+std::string describe_difference(const std::string& there, const std::string& wanted) {
+  constexpr std::size_t most_shown = 3;
+  const std::map<std::string, std::string> before = settings_of(there);
+  std::vector<std::string> differences;
+  for (const auto& [key, value] : settings_of(wanted)) {
+    const auto old = before.find(key);
+    if (old == before.end()) {
+      differences.push_back(fmt::format("{} = {} is new", key, one_line(value, 40)));
+    } else if (old->second != value) {
+      differences.push_back(
+          fmt::format("{} = {} where {} is there", key, one_line(value, 40), one_line(old->second, 40)));
+    }
+  }
+  const bool more = differences.size() > most_shown;
+  if (more) differences.resize(most_shown);
+  return fmt::format("{}{}", fmt::join(differences, ", "), more ? ", and more" : "");
 }
 
 }  // namespace
 
-bool is_there(const PlannedEnsemble& planned, const std::filesystem::path& run_folder) {
-  return holds(run_folder / planned.file, configuration_text(planned.spec));
+void look_for(PlannedEnsemble& planned, const std::filesystem::path& run_folder) {
+  planned.reusable = false;
+  planned.replaces.clear();
+  const std::filesystem::path file = run_folder / planned.file;
+  std::error_code ignored;
+  if (!std::filesystem::exists(file, ignored)) return;
+  try {
+    const std::string there = read_ensemble_configuration(file);
+    const std::string wanted = configuration_text(planned.spec);
+    planned.reusable = there == wanted;
+    if (!planned.reusable) planned.replaces = "it is of another experiment: " + describe_difference(there, wanted);
+  } catch (const InputError& damage) {
+    planned.replaces = damage.what();  // damaged or foreign
+  }
 }
 
 std::vector<PlannedEnsemble> plan_ensembles(const Experiment& experiment, const std::filesystem::path& run_folder) {
@@ -48,7 +84,7 @@ std::vector<PlannedEnsemble> plan_ensembles(const Experiment& experiment, const 
         layers_to_record(experiment.fit, profiles_wanted ? experiment.figures.profile_layers : std::vector<int>{});
     ensemble.file = std::filesystem::path("ensembles") / fmt::format("mu-{}.h5", exact(mu));
     ensemble.label = fmt::format("mu = {}", mu);
-    ensemble.reusable = is_there(ensemble, run_folder);
+    look_for(ensemble, run_folder);
     planned.push_back(std::move(ensemble));
   }
   return planned;
@@ -72,8 +108,12 @@ MeasuredEnsemble obtain_ensemble(PlannedEnsemble& planned, const std::filesystem
     } catch (const InputError& damage) {
       // The plan read no further than the configuration.
       planned.reusable = false;
-      say(progress, fmt::format("sampling {}: drawn again, because: {}", planned.label, damage.what()));
+      planned.replaces = damage.what();
     }
+  }
+  if (!planned.replaces.empty()) {
+    say(progress, fmt::format("sampling {}: {} is drawn again and replaced once the new one is whole: {}",
+                              planned.label, planned.file.string(), planned.replaces));
   }
   Progress shown(fmt::format("sampling {}", planned.label), planned.spec.samples, progress);
   measured.record = run_ensemble(planned.spec, threads, &shown);

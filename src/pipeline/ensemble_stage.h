@@ -16,10 +16,11 @@ struct PlannedEnsemble {
   std::string estimator;       ///< what its numbers mean
   std::filesystem::path file;  ///< relative to the run's folder
   bool reusable = false;       ///< the file is there and holds exactly this ensemble
+  std::string replaces = {};   ///< why a file that is there cannot be used: it will be replaced
 };
 
-/// Whether the run's folder holds exactly this ensemble already.
-bool is_there(const PlannedEnsemble& planned, const std::filesystem::path& run_folder);
+/// Finds out whether the run's folder holds exactly this ensemble already, or something that it will replace.
+void look_for(PlannedEnsemble& planned, const std::filesystem::path& run_folder);
 
 /// One ensemble for each friction coefficient of the experiment. Without friction every pile is the same, so that one
 /// group of samples for each block is enough. Only the layers that the fits and figures need are recorded.

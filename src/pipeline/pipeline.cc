@@ -13,6 +13,7 @@
 #include "pipeline/ensemble_stage.h"
 #include "pipeline/law_in_words.h"
 #include "pipeline/picture_stage.h"
+#include "pipeline/run_folder.h"
 #include "pipeline/side_stage.h"
 #include "plot/bead_forces.h"
 #include "plot/counted_work.h"
@@ -43,8 +44,12 @@ class Run {
 
   RunResult go() {
     describe();
+    const RunFolder folder(options_.folder);
+    if (folder.leftovers_removed() > 0) {
+      say(options_.progress, fmt::format("removed {} half-written files and folders of a run that was killed",
+                                         folder.leftovers_removed()));
+    }
     earlier_timings_ = earlier_timings(options_.folder);
-    make_folder(options_.folder);
     write_file(options_.folder / "experiment.toml", data_.resolved_experiment);
     try {
       check_tools();
@@ -274,7 +279,9 @@ std::vector<PlannedStep> plan_run(const Experiment& experiment, const RunOptions
   if (needed.contains(Stage::sample)) {
     const auto add = [&](const PlannedEnsemble& planned) {
       const std::uint64_t beads = planned.spec.samples * Lattice(planned.spec.lattice).beads();
-      steps.push_back({Stage::sample, fmt::format("{} piles, {}", planned.spec.samples, planned.label),
+      const std::string replaces =
+          planned.replaces.empty() ? "" : fmt::format("; replaces the file there: {}", planned.replaces);
+      steps.push_back({Stage::sample, fmt::format("{} piles, {}{}", planned.spec.samples, planned.label, replaces),
                        planned.reusable, planned.reusable ? 0 : beads});
     };
     for (const PlannedEnsemble& planned : plan_ensembles(experiment, options.folder)) add(planned);

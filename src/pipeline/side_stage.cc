@@ -81,7 +81,7 @@ class Planner {
     planned.label = label;
     planned.spec = spec;
     planned.file = std::filesystem::path("ensembles") / (file + ".h5");
-    planned.reusable = is_there(planned, run_folder_);
+    look_for(planned, run_folder_);
     planned_.push_back({kind, std::move(planned)});
   }
 

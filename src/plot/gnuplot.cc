@@ -88,7 +88,8 @@ void draw_with_gnuplot(const GnuplotJob& job, const std::filesystem::path& folde
   const ProcessResult result = run_process(gnuplot_process(job, scratch.path(), timeout_seconds));
   if (result.timed_out) fail(job, fmt::format("it was still running after {:.0f} s", timeout_seconds));
   if (result.exit_code != 0) {
-    fail(job, fmt::format("it ended with status {}: {}", result.exit_code, one_line(result.standard_error)));
+    const std::string said = one_line(result.standard_error);
+    fail(job, fmt::format("it {}{}{}", describe_end(result), said.empty() ? "" : ": ", said));
   }
   if (!result.standard_error.empty()) fail(job, "it complained: " + one_line(result.standard_error));
 

@@ -9,12 +9,13 @@
 
 #include "support/atomic_file.h"
 #include "support/error.h"
+#include "support/scratch_name.h"
 
 namespace granuscope {
 
 ScratchFolder::ScratchFolder(const std::filesystem::path& parent, const std::string& name) {
   make_folder(parent);
-  std::string pattern = (parent / fmt::format(".{}-XXXXXX", name)).string();
+  std::string pattern = (parent / (scratch_name(name) + "-XXXXXX")).string();
   if (mkdtemp(pattern.data()) == nullptr) {
     throw EnvironmentError(fmt::format("cannot make a working folder in {}: {}; free space or choose another --out",
                                        parent.string(), std::strerror(errno)));

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
+#include <string_view>
 #include <system_error>
 
 #include "plot/scratch_folder.h"
@@ -10,6 +11,7 @@
 #include "report/report_view.h"
 #include "support/atomic_file.h"
 #include "support/child_process.h"
+#include "support/error.h"
 #include "support/one_line.h"
 #include "support/template_file.h"
 
@@ -19,7 +21,15 @@ namespace {
 
 constexpr const char* install = "`apt-get install weasyprint fonts-dejavu-core` installs what it needs";
 
-PdfOutcome failed(const std::string& why) { return {"", "report.pdf was not written: " + why}; }
+PdfOutcome failed(const std::string& why) {
+  return {"", fmt::format("report.pdf was not written: {}. report.html holds the same, and can be printed.", why)};
+}
+
+/// Where Python says what went wrong, after telling where.
+std::string_view last_line(std::string_view text) {
+  while (!text.empty() && text.back() == '\n') text.remove_suffix(1);
+  return text.substr(text.rfind('\n') + 1);
+}
 
 bool ends_as_pdf(const std::string& bytes) {
   return bytes.starts_with("%PDF-") &&
@@ -48,11 +58,16 @@ PdfOutcome pdf_report(const ReportData& data, const std::string& summary, const 
                          {"HOME", scratch.path().string()},
                          {"XDG_CACHE_HOME", scratch.path().string()}};
   process.timeout_seconds = timeout_seconds;
-  const ProcessResult result = run_process(process);
+  ProcessResult result;
+  try {
+    result = run_process(process);
+  } catch (const EnvironmentError& error) {
+    return failed(error.what());
+  }
   if (result.timed_out) return failed(fmt::format("WeasyPrint was still running after {:.0f} s", timeout_seconds));
   if (result.exit_code != 0) {
-    return failed(
-        fmt::format("WeasyPrint ended with status {}: {}", result.exit_code, one_line(result.standard_error)));
+    const std::string said = one_line(last_line(result.standard_error));
+    return failed(fmt::format("WeasyPrint {}{}{}", describe_end(result), said.empty() ? "" : ": ", said));
   }
   // It ends with status 0 even if an image or a style sheet could not be loaded.
   if (result.standard_error.find("ERROR") != std::string::npos) {

@@ -5,7 +5,6 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <atomic>
 #include <cerrno>
 #include <system_error>
 #include <utility>
@@ -13,6 +12,7 @@
 #include "support/error.h"
 #include "support/file_descriptor.h"
 #include "support/read_chunks.h"
+#include "support/scratch_name.h"
 #include "support/system_reason.h"
 
 namespace granuscope {
@@ -43,19 +43,13 @@ fs::path resolve(fs::path target) {
   return target;
 }
 
-/// Creates an empty file beside the target under a name nobody else uses. Hidden, and with the target's last letters,
-/// so that programs that look at the suffix see the right one; shortened to stay below the system's limit on names.
+/// Creates an empty file beside the target under a name nobody else uses.
 fs::path create_beside(const fs::path& target) {
-  static std::atomic<unsigned long> counter{0};
-  constexpr std::size_t kept_letters = 100;
-  std::string name = target.filename().string();
-  if (name.size() > kept_letters) name = name.substr(name.size() - kept_letters);
   for (;;) {
-    fs::path candidate = folder_of(target) / fmt::format(".tmp-{}-{}-{}", ::getpid(), counter.fetch_add(1), name);
+    fs::path candidate = folder_of(target) / scratch_name(target.filename().string());
     const FileDescriptor file(::open(candidate.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
     if (file.valid()) return candidate;
-    // Another host with the same folder and process number, or the remains of a killed run.
-    if (errno == EEXIST || errno == EINTR) continue;
+    if (errno == EEXIST || errno == EINTR) continue;  // the remains of a killed process of the same number
     fail(target, errno);
   }
 }

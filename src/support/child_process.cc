@@ -15,6 +15,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
+#include <cstring>
 #include <limits>
 #include <string_view>
 
@@ -231,6 +232,13 @@ void drain(FileDescriptor& pipe, std::string& text, const std::string& program) 
 }
 
 }  // namespace
+
+std::string describe_end(const ProcessResult& result) {
+  if (result.exit_code <= 128) return fmt::format("ended with status {}", result.exit_code);
+  const int signal = result.exit_code - 128;
+  const char* name = ::sigdescr_np(signal);
+  return fmt::format("was ended by signal {} ({})", signal, name == nullptr ? "unknown" : name);
+}
 
 ProcessResult run_process(const ProcessSpec& spec) {
   if (spec.arguments.empty()) throw EnvironmentError("cannot start a program without a name: give its arguments");

@@ -23,6 +23,9 @@ struct ProcessResult {
   double seconds = 0;
 };
 
+/// "ended with status 1", "was ended by signal 11 (Segmentation fault)": to follow the program's name.
+std::string describe_end(const ProcessResult& result);
+
 /// Runs the program with an empty standard input and waits for its end; what it leaves running in its process group is
 /// ended too. A program named with a slash is found from the caller's folder. Throws EnvironmentError if it cannot be
 /// started or floods its output, Interrupted (after ending it) if a stop is requested meanwhile.

@@ -70,7 +70,7 @@ TEST_CASE("a run leaves everything it promises, and a second one repeats no samp
     INFO(name);
     CHECK(files.contains(name));
   }
-  for (const std::string& name : files) CHECK(name.find(".tmp") == std::string::npos);
+  for (const std::string& name : files) CHECK(name.find(".granuscope") == std::string::npos);
   CHECK(result.analysis.results.size() == 4);
   CHECK(manifest_of(folder.path())["status"] == "done");
   // The resolved experiment reads back and would give the same run.

@@ -1,0 +1,426 @@
+// Input that cannot be used, each as a user would meet it: one message that names the place, the status that scripts
+// rely on, and everything that was there before still there.
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <sys/file.h>
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cstdlib>
+#include <fstream>
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "cli/in_process.h"
+#include "support/atomic_file.h"
+#include "support/child_process.h"
+#include "support/digest.h"
+#include "support/file_descriptor.h"
+#include "support/file_size_limit.h"
+
+using namespace granuscope;
+using Catch::Matchers::Contains;
+using Catch::Matchers::StartsWith;
+namespace fs = std::filesystem;
+
+namespace {
+
+// A second's work, every stage in it.
+const std::string small = R"([experiment]
+name = "small"
+[lattice]
+columns = 60
+layers = 50
+[friction]
+mu = [0.0, 0.3]
+[response]
+samples = 256
+[fit]
+first_layer = 8
+last_layer = 26
+layer_step = 2
+shallow_layer = 4
+scaling_window = [0.1, 0.3]
+[figures.response_profiles]
+mu = 0.3
+layers = [10, 20]
+[scenes.force_chains]
+columns = 30
+layers = 20
+width_px = 500
+dpi = 100
+)";
+
+std::string replaced(std::string text, const std::string& old, const std::string& by) {
+  const std::size_t at = text.find(old);
+  REQUIRE(at != std::string::npos);
+  return text.replace(at, old.size(), by);
+}
+
+fs::path config(const ScratchFolder& scratch, const std::string& text, const std::string& name = "e.toml") {
+  std::ofstream(scratch / name) << text;
+  return scratch / name;
+}
+
+CommandResult run(const fs::path& experiment, const fs::path& out, std::vector<std::string> flags = {}) {
+  std::vector<std::string> arguments{"run", experiment.string(), "--out", out.string()};
+  arguments.insert(arguments.end(), flags.begin(), flags.end());
+  return granuscope_command(arguments);
+}
+
+/// Every file below a folder with a key of its bytes. The report tells of times and of what was reused, so that of it
+/// only counts whether it is whole; manifest.json, for the same reason, does not count.
+std::map<std::string, std::string> contents_of(const fs::path& folder) {
+  std::map<std::string, std::string> contents;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    if (!entry.is_regular_file() || entry.path().filename() == "manifest.json") continue;
+    const std::string bytes = read_file(entry.path());
+    const std::string name = entry.path().lexically_relative(folder).string();
+    contents[name] = cache_key(bytes);
+    if (name == "report.html") contents[name] = bytes.find("</html>") != std::string::npos ? "whole" : "cut";
+    if (name == "report.pdf") contents[name] = bytes.find("%%EOF", bytes.size() - 10) < bytes.size() ? "whole" : "cut";
+  }
+  return contents;
+}
+
+/// Hidden names below a folder: what a run must not leave.
+std::vector<std::string> hidden_in(const fs::path& folder) {
+  std::vector<std::string> names;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    if (entry.path().filename().string().starts_with(".")) names.push_back(entry.path().filename().string());
+  }
+  return names;
+}
+
+void check_one_message(const CommandResult& result, int code, const std::string& words) {
+  CHECK(result.code == code);
+  CHECK(result.out.empty());
+  CHECK_THAT(result.err, StartsWith("granuscope: ") && Contains(words));
+  CHECK(std::count(result.err.begin(), result.err.end(), '\n') == 1);
+}
+
+/// A folder of programs that come before those of the system while it lives.
+class FakePrograms {
+ public:
+  explicit FakePrograms(const fs::path& folder) : folder_(folder), before_(std::getenv("PATH")) {
+    fs::create_directories(folder_);
+    ::setenv("PATH", (folder_.string() + ":" + before_).c_str(), 1);
+  }
+  FakePrograms(const FakePrograms&) = delete;
+  FakePrograms& operator=(const FakePrograms&) = delete;
+  ~FakePrograms() { ::setenv("PATH", before_.c_str(), 1); }
+
+  /// From now on this is the only fake.
+  void only(const std::string& name, const std::string& script) const {
+    for (const auto& entry : fs::directory_iterator(folder_)) fs::remove(entry.path());
+    std::ofstream(folder_ / name) << "#!/bin/sh\n" << script << '\n';
+    fs::permissions(folder_ / name, fs::perms::owner_all);
+  }
+
+ private:
+  fs::path folder_;
+  std::string before_;
+};
+
+}  // namespace
+
+TEST_CASE("Experiments that cannot be used are refused with their line and what to do") {
+  const ScratchFolder scratch("refused");
+  struct Hostile {
+    const char *old, *by, *words;
+  };
+  const std::vector<Hostile> all{
+      {"columns = 60", "colums = 60", ":4:1: unknown key lattice.colums: a mistyped key would silently keep"},
+      {"columns = 60", "colums = 60", "did you mean lattice.columns?"},
+      {"[lattice]", "[latice]", ":3:2: unknown key latice: a mistyped"},
+      {"columns = 60", "columns = 60.5", ":4:1: lattice.columns must be a whole number but is a number with a"},
+      {"columns = 60", "columns = \"60\"", ":4:1: lattice.columns must be a whole number but is a string"},
+      {"columns = 60", "columns = 0", ":4:1: lattice.columns: 0 columns are too few"},
+      {"columns = 60", "columns = -5", ":4:1: lattice.columns: -5 columns are too few"},
+      {"columns = 60", "columns = 100000000000", "so many beads in a row would need 9.6 TB of memory"},
+      {"columns = 60\nlayers = 50", "columns = 900000\nlayers = 500000", "would need about"},
+      {"layers = 50", "layers = 1000001", ":5:1: lattice.layers: 60 x 1000001 beads are more than 1000000 layers"},
+      {"layers = 50", "layers = 0", ":5:1: lattice.layers: 0 layers are too few"},
+      {"mu = [0.0, 0.3]", "mu = [-0.1, 0.3]", ":7:1: friction.mu: -0.1 is not a friction coefficient"},
+      {"mu = [0.0, 0.3]", "mu = [0.3, 1.7320508075688772]", "give 0 <= mu < 1.7320"},
+      {"mu = [0.0, 0.3]", "mu = [nan, 0.3]", "friction.mu: nan is not a friction coefficient"},
+      {"mu = [0.0, 0.3]", "mu = [0.3, inf]", "friction.mu: inf is not a friction coefficient"},
+      {"mu = [0.0, 0.3]", "mu = 0.3", "friction.mu must be a list of numbers"},
+      {"mu = [0.0, 0.3]", "mu = []", "the list is empty"},
+      {"last_layer = 26", "last_layer = 30", ":12:1: fit.last_layer: layer 30 lies beyond the last usable one, 29"},
+      {"layers = [10, 20]", "layers = [10, 30]", ":18:1: figures.response_profiles.layers: layer 30 is not usable"},
+      {"columns = 60", "columns = 20", "the two peaks of the response at mu = 0.3 meet behind the ring from layer 9"},
+      {"samples = 256", "samples = 0", ":9:1: response.samples: 0 samples in 32 blocks"},
+      {"samples = 256", "samples = -8", "response.samples: -8 is negative"},
+      {"scaling_window = [0.1, 0.3]", "scaling_window = [nan, 0.3]", "fit.scaling_window: [nan, 0.3] is not a range"},
+      {"dpi = 100", "dpi = nan", ":23:1: scenes.force_chains.dpi: nan dpi is no resolution"},
+      {"width_px = 500", "width_px = 10000000", ":22:1: scenes.force_chains.width_px: an image cannot be 10000000"},
+      {"[lattice]", "[lattice", ":3:9: not valid TOML"},
+      {"name = \"small\"", "name = \"a\\nb\"", ":2:1: experiment.name: the name is longer than 200 bytes or holds"},
+      {"name = \"small\"", "name = \"\xff\"", "not valid TOML"},
+  };
+  for (const Hostile& hostile : all) {
+    CAPTURE(hostile.by);
+    const fs::path file = config(scratch, replaced(small, hostile.old, hostile.by));
+    const auto result = run(file, scratch / "out");
+    check_one_message(result, 2, hostile.words);
+    CHECK_THAT(result.err, Contains(file.string() + ":"));
+    CHECK_FALSE(fs::exists(scratch / "out"));
+  }
+}
+
+TEST_CASE("Flags that cannot be meant are refused before anything is written") {
+  const ScratchFolder scratch("flags");
+  const std::string pile = (scratch / "pile.h5").string();
+  const std::string image = (scratch / "image.png").string();
+  REQUIRE(granuscope_command({"sample", "--columns", "20", "--layers", "20", "--out", pile}).code == 0);
+  const std::string before = read_file(pile);
+  struct Hostile {
+    std::vector<std::string> arguments;
+    int code;
+    std::string words;
+  };
+  const std::vector<Hostile> all{
+      {{"sample", "--mu", "nan", "--out", pile}, 2, "friction coefficient nan is out of range"},
+      {{"sample", "--mu", "-0.1", "--out", pile}, 2, "friction coefficient -0.1 is out of range"},
+      {{"sample", "--mu", "1.7320508075688773", "--out", pile}, 2, "is out of range"},
+      {{"sample", "--mu", "much", "--out", pile}, 2, "--mu = much is not a value that this flag can take"},
+      {{"sample", "--columns", "0", "--out", pile}, 2, "0 columns is too narrow"},
+      {{"sample", "--columns", "99999999999", "--out", pile}, 2, "would need about 10 TB of memory for a single row"},
+      {{"sample", "--layers", "1e3", "--out", pile}, 2, "--layers: 1e3 is not a whole number; write it in digits"},
+      {{"sample", "--columns", "2147483647", "--layers", "2147483647", "--out", pile}, 3, "TB of memory are needed"},
+      {{"sample", "--seed", "99999999999999999999", "--out", pile},
+       2,
+       "is too large; give at most 1844674407370955161"},
+      {{"sample", "--seed", "-1", "--out", pile}, 2, "--seed: -1 is negative"},
+      {{"sample", "--sample", "18446744073709551615", "--out", pile}, 2, "one seed names 4294967296 samples"},
+      {{"sample", "--samples", "0", "--statistics"}, 2, "--samples 0 measures nothing"},
+      {{"sample", "--samples", "18446744073709551615", "--statistics"}, 2, "samples are too many"},
+      {{"sample", "--load", "point", "--overload", "nan", "--out", pile}, 2, "is not a positive finite number"},
+      {{"sample", "--effort", "nan", "--out", pile}, 2, "effort nan is out of range"},
+      {{"sample", "--colums", "9", "--out", pile}, 2, "sample has no flag --colums; did you mean --columns?"},
+      {{"sample", "--out", "-"}, 2, "name a file, or write ./- for one of that name"},
+      {{"sample", "--out", "/dev/full"}, 3, "cannot write '/dev/full': It is not an ordinary file"},
+      {{"sample", "--out", scratch.path().string()}, 3, "A folder stands where a file is needed"},
+      {{"sample", "--out", (scratch / "none/pile.h5").string()}, 3, "that its folder exists"},
+      {{"render", pile, "--image", "-"}, 2, "name a file, or write ./- for one of that name"},
+      {{"render", pile, "--image", image, "--width", "0"}, 2, "an image cannot be 0 pixels wide"},
+      {{"render", pile, "--image", image, "--width", "1000000"}, 2, "an image cannot be 1000000 pixels wide"},
+      {{"render", pile, "--image", image, "--dpi", "nan"}, 2, "nan dpi is no resolution"},
+      {{"render", pile, "--image", image, "--window=nan,1,0,4"}, 2, "the window nan,1,0,4 is not made of numbers"},
+      {{"render", pile, "--image", image, "--window=-1e308,1e308,0,1e308"}, 2, "the layers 0 to 19"},
+      {{"render", "/dev/zero", "--image", image}, 2, "it is not an ordinary file"},
+      {{"render", (scratch / "no\nsuch \033[31m").string(), "--image", image}, 2, "no such [31m' as a pile file: No"},
+      {{"doctor", "--out", "/proc/none"}, 3, "something that is needed is missing"},
+  };
+  for (const Hostile& hostile : all) {
+    CAPTURE(fmt::format("{}", fmt::join(hostile.arguments, " ")));
+    CommandResult result = granuscope_command(hostile.arguments);
+    if (hostile.arguments.front() == "doctor") {
+      CHECK_THAT(result.out, Contains("--  results     cannot make the folder '/proc/none'"));
+      result.out.clear();
+    }
+    check_one_message(result, hostile.code, hostile.words);
+    CHECK(read_file(pile) == before);
+    CHECK_FALSE(fs::exists(image));
+    CHECK(hidden_in(scratch.path()).empty());
+  }
+}
+
+TEST_CASE("Doctor leaves no folder behind") {
+  const ScratchFolder scratch("doctor");
+  (void)granuscope_command({"doctor", "--out", (scratch / "a/b/c").string()});
+  CHECK(fs::is_empty(scratch.path()));
+}
+
+TEST_CASE("A pile none of which was completed costs nothing per bead that could be told") {
+  const auto result = granuscope_command({"sample", "--law", "rejection", "--mu", "0.5", "--columns", "30", "--layers",
+                                          "30", "--max-tries", "3", "--samples", "2", "--statistics"});
+  CHECK(result.code == 0);
+  CHECK_THAT(result.out, Contains("\"draws_per_bead\": null") && Contains("\"mended_per_bead\": null") &&
+                             Contains("\"reason\": \"no pile was completed"));
+}
+
+TEST_CASE("Titles reach no shell, no plot command and no page unescaped") {
+  const ScratchFolder scratch("title");
+  const std::string trap = (scratch / "trap").string();
+  const std::string title =
+      "`touch " + trap + "` $(touch " + trap + ") 'q' <script>alert(1)</script> {{law}} {{{x}}} ]]>";
+  const fs::path file =
+      config(scratch,
+             replaced(small, "name = \"small\"",
+                      "name = \"" + title + "\"\ndescription = \"\\n<img src=x onerror=alert(2)>\\n{{#results}}\\n\""));
+  // The folder's name reaches gnuplot and WeasyPrint.
+  const fs::path out = scratch / "`touch trap` 'q' \"d\" <b> {{x}} $(y)\nline";
+  const auto result = run(file, out);
+  CHECK(result.code == 0);
+  CHECK_FALSE(fs::exists(trap));
+  CHECK_FALSE(fs::exists("trap"));
+  const std::string page = read_file(out / "report.html");
+  CHECK_THAT(page, Contains("&lt;script&gt;alert(1)&lt;/script&gt; {{law}} {{{x}}}") && Contains("{{#results}}"));
+  CHECK_THAT(page, !Contains("<script") && !Contains("<img src=x"));
+  CHECK_THAT(read_file(out / "summary.md"), !Contains("<script") && !Contains("<img"));
+  CHECK_THAT(read_file(out / "claims.xml"), Contains("&lt;script&gt;") && !Contains("<script"));
+  CHECK(fs::exists(out / "report.pdf"));
+  for (const auto& [name, key] : contents_of(out / "figures")) {
+    CAPTURE(name, key);
+    if (name.ends_with(".gp")) CHECK_THAT(read_file(out / "figures" / name), !Contains("touch"));
+  }
+}
+
+TEST_CASE("A run meets what is in its folder already") {
+  const ScratchFolder scratch("meets");
+  const fs::path file = config(scratch, small);
+  const fs::path out = scratch / "out";
+  REQUIRE(run(file, out).code == 0);
+  const auto before = contents_of(out);
+
+  {
+    INFO("another run at work");
+    const FileDescriptor held(::open(out.c_str(), O_RDONLY | O_DIRECTORY));
+    REQUIRE(::flock(held.get(), LOCK_EX | LOCK_NB) == 0);
+    check_one_message(run(file, out), 3, "another run is working in");
+    CHECK(contents_of(out) == before);
+  }
+  {
+    INFO("the ensembles of another seed: said before they are replaced");
+    const fs::path other = config(scratch, replaced(small, "[lattice]", "[sampling]\nseed = 7\n[lattice]"), "f.toml");
+    CHECK_THAT(run(other, out, {"--dry-run"}).out,
+               Contains("mu = 0.3; replaces the file there: it is of another experiment: seed = 7 where 1 is there"));
+    CHECK(contents_of(out) == before);
+  }
+  {
+    INFO("the user's own file in the place of the resolved one");
+    const std::string own = "# my thoughts\n" + small;
+    std::ofstream(out / "experiment.toml") << own;
+    check_one_message(run(out / "experiment.toml", out), 2, "this file with its comments would be lost");
+    CHECK(read_file(out / "experiment.toml") == own);
+    fs::remove(out / "experiment.toml");
+    CHECK(run(file, out, {"--only", "sample"}).code == 0);
+  }
+  {
+    INFO("its own resolved file, which it may be run from");
+    CHECK(run(out / "experiment.toml", out, {"--only", "sample"}).code == 0);
+    CHECK(contents_of(out) == before);
+  }
+  {
+    INFO("ensembles that were damaged");
+    std::string bytes = read_file(out / "ensembles/mu-0.3.h5");
+    bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 1);
+    std::ofstream(out / "ensembles/mu-0.3.h5") << bytes;
+    std::ofstream(out / "ensembles/mu-0.h5") << "no longer HDF5";
+    CHECK(run(file, out, {"--only", "sample"}).code == 0);
+    CHECK(contents_of(out) == before);
+  }
+}
+
+TEST_CASE("Helpers that fail cost nothing that was there") {
+  const ScratchFolder scratch("helpers");
+  const fs::path file = config(scratch, small);
+  const fs::path out = scratch / "out";
+  REQUIRE(run(file, out).code == 0);
+  const auto before = contents_of(out);
+  const FakePrograms programs(scratch / "programs");
+
+  {
+    INFO("gnuplot complains on two lines");
+    programs.only("gnuplot", "printf 'line 1: bad\\n ^ here\\n' >&2; exit 1");
+    check_one_message(run(file, out), 3, "it ended with status 1: line 1: bad  ^ here; the figure would be missing");
+    CHECK(contents_of(out) == before);
+  }
+  {
+    INFO("gnuplot crashes");
+    programs.only("gnuplot", "kill -SEGV $$");
+    check_one_message(run(file, out), 3, "it was ended by signal 11 (Segmentation fault);");
+    CHECK(contents_of(out) == before);
+  }
+  {
+    INFO("gnuplot says that all is well and draws nothing");
+    programs.only("gnuplot", "exit 0");
+    check_one_message(run(file, out), 3, "response-profiles.svg is missing or empty");
+    CHECK(contents_of(out) == before);
+  }
+  {
+    INFO("WeasyPrint fails where a PDF is required");
+    programs.only("weasyprint", "printf 'Traceback\\n  somewhere\\nOSError: no\\n' >&2; exit 1");
+    check_one_message(run(file, out, {"--require-pdf"}), 3, "WeasyPrint ended with status 1: OSError: no. report.html");
+    CHECK(contents_of(out) == before);
+  }
+  {
+    INFO("WeasyPrint fails where a PDF would be nice");
+    programs.only("weasyprint", "kill -KILL $$");
+    const auto result = run(file, out);
+    CHECK(result.code == 0);
+    CHECK_THAT(result.err, Contains("WeasyPrint was ended by signal 9 (Killed)") && Contains("is from an earlier run"));
+    CHECK(contents_of(out) == before);
+  }
+  CHECK(hidden_in(out).empty());
+}
+
+TEST_CASE("A full disk at any write leaves whole files only") {
+  const ScratchFolder scratch("full");
+  const fs::path file = config(scratch, small);
+  REQUIRE(run(file, scratch / "whole").code == 0);
+  const auto whole = contents_of(scratch / "whole");
+  struct Disk {
+    std::uint64_t limit;
+    std::vector<const char*> gone;  ///< what is not there yet
+  };
+  const std::vector<Disk> disks{{1'000, {"ensembles"}},
+                                {10'000, {"ensembles"}},
+                                {fs::file_size(scratch / "whole/ensembles/mu-0.3.h5") - 1, {"ensembles"}},
+                                {10'000, {"piles", "figures"}},
+                                {fs::file_size(scratch / "whole/figures/force-chains.png") - 1, {"figures"}},
+                                {20'000, {}},
+                                {fs::file_size(scratch / "whole/report.html") / 2, {}}};
+  for (const auto& [limit, gone] : disks) {
+    CAPTURE(limit);
+    const fs::path out = scratch / "out";
+    fs::remove_all(out);
+    fs::copy(scratch / "whole", out, fs::copy_options::recursive);
+    for (const char* folder : gone) fs::remove_all(out / folder);
+    CommandResult result;
+    {
+      const test::FileSizeLimit full(limit);
+      result = run(file, out);
+    }
+    CHECK(result.code == 3);
+    CHECK_THAT(result.err, Contains("cannot write") && Contains("File too large"));
+    CHECK(hidden_in(out).empty());
+    for (const auto& [name, key] : contents_of(out)) {
+      CAPTURE(name);
+      CHECK(key == whole.at(name));
+    }
+  }
+}
+
+TEST_CASE("A run killed anywhere is taken up where it was, and cleaned up after", "[long]") {
+  const ScratchFolder scratch("killed");
+  const fs::path file = config(scratch, replaced(small, "samples = 256", "samples = 2560"));
+  REQUIRE(run(file, scratch / "whole").code == 0);
+  const fs::path out = scratch / "out";
+  int killed = 0;
+  for (double seconds = 0.02; seconds < 20; seconds *= 1.25) {
+    ProcessSpec spec;
+    spec.arguments = {std::string(GRANUSCOPE_BINARY_DIR) + "/granuscope", "run", file.string(), "--out", out.string()};
+    spec.timeout_seconds = seconds;
+    const ProcessResult result = run_process(spec);
+    if (!result.timed_out) break;
+    ++killed;
+    if (!fs::exists(out)) continue;
+    // Whatever has its name is whole.
+    const auto whole = contents_of(scratch / "whole");
+    for (const auto& [name, key] : contents_of(out)) {
+      if (name.find("/.") != std::string::npos || name.starts_with(".")) continue;
+      CAPTURE(seconds, name);
+      CHECK(key == whole.at(name));
+    }
+  }
+  CHECK(killed >= 5);
+  CHECK(run(file, out).code == 0);
+  CHECK(hidden_in(out).empty());
+  CHECK(read_file(out / "summary.json") == read_file(scratch / "whole" / "summary.json"));
+}

@@ -1,0 +1,23 @@
+#include "support/one_line.h"
+
+#include <catch2/catch.hpp>
+
+using namespace granuscope;
+
+TEST_CASE("text of others becomes one line that moves no cursor") {
+  CHECK(one_line("") == "");
+  CHECK(one_line("plain μ ∝ text") == "plain μ ∝ text");
+  CHECK(one_line("line 1: bad\n  ^ here\r\n\nmore\n") == "line 1: bad   ^ here more");
+  CHECK(one_line("\033[31mred\033[0m\a") == "[31mred [0m");
+  CHECK(one_line("a\xc2\x9b"
+                 "31m") == "a 31m");  // the same in one character, U+009B
+  CHECK(one_line(std::string_view("a\0b", 3)) == "a b");
+  CHECK(one_line("\xff\xfe") == "\xff\xfe");  // bytes of a file's name stay what they are
+}
+
+TEST_CASE("a long text is cut off between two characters") {
+  CHECK(one_line("abcdef", 4) == "abcd …");
+  CHECK(one_line("abcd", 4) == "abcd");
+  CHECK(one_line("μμμ", 3) == "μμ …");
+  CHECK(one_line(std::string(1000, 'x')).size() == 400 + std::string(" …").size());
+}
