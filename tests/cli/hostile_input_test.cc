@@ -340,7 +340,7 @@ TEST_CASE("Helpers that fail cost nothing that was there") {
   {
     INFO("gnuplot says that all is well and draws nothing");
     programs.only("gnuplot", "exit 0");
-    check_one_message(run(file, out), 3, "response-profiles.svg is missing or empty");
+    check_one_message(run(file, out), 3, ".svg is missing or empty");
     CHECK(contents_of(out) == before);
   }
   {
