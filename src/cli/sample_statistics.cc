@@ -8,7 +8,9 @@
 #include <numeric>
 #include <set>
 
+#include "analysis/effective_samples.h"
 #include "analysis/jackknife.h"
+#include "sampling/chain_plan.h"
 #include "sampling/sampler.h"
 #include "support/interruption.h"
 
@@ -133,6 +135,7 @@ SampleStatistics measure_samples(EnsembleSpec spec, int threads, std::ostream& m
   spec.blocks = static_cast<int>(std::clamp<std::uint64_t>(groups, min_blocks, usual_blocks));
 
   const auto started = Clock::now();
+  spec.sampler = with_measured_chain(spec.sampler, Lattice(spec.lattice), top_load(spec));
   const EnsembleRecord record =
       spec.samples < fewest_samples_with_errors ? run_few(spec) : run_ensemble(spec, threads, nullptr);
   const std::chrono::duration<double> elapsed = Clock::now() - started;
@@ -147,6 +150,10 @@ SampleStatistics measure_samples(EnsembleSpec spec, int threads, std::ostream& m
   statistics.layers = spec.lattice.layers;
   statistics.samples = std::accumulate(record.sums.count.begin(), record.sums.count.end(), std::uint64_t{0});
   statistics.counts = record.counts;
+  statistics.effective_samples = effective_samples(record.sums);
+  statistics.lambda = spec.sampler.lambda;
+  statistics.burn_in = spec.sampler.burn_in;
+  statistics.thinning = spec.sampler.thinning;
   statistics.seconds = elapsed.count();
   for (std::size_t n = 0; n < record.sums.layers.size(); ++n) {
     statistics.per_layer.push_back({record.sums.layers[n], layer_estimate(record.sums, "thrust", n),

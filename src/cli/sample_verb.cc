@@ -47,6 +47,14 @@ ExitCode sample(SampleOptions options, VerbContext& context) {
   spec.sampler.law = law_named(options.law);
   spec.load = load_named(options.load);
   spec.sampler.order = layer_order_named(options.layer_order);
+  const SamplerSpec usual;
+  if (spec.sampler.law != Law::polytope &&
+      (spec.sampler.lambda != usual.lambda || spec.sampler.burn_in != 0 || spec.sampler.thinning != 0)) {
+    throw InputError(
+        fmt::format("--lambda, --burn-in and --thinning belong to the law polytope and would change nothing under {}; "
+                    "leave them out or add --law polytope",
+                    options.law));
+  }
   if (!options.statistics && options.file.empty()) {
     throw InputError(
         "nothing is asked for; give --out FILE.h5 to store one pile, --statistics to measure many, or both");
@@ -82,7 +90,9 @@ void add_sample_verb(CLI::App& app, VerbContext& context) {
   verb->add_option("--layers", spec.lattice.layers, "layers, 0 is the top one")
       ->capture_default_str()
       ->check(lattice_side());
-  verb->add_option("--law", options->law, "what a random pile means: granusolve, or rejection (tiny piles only)")
+  verb->add_option(
+          "--law", options->law,
+          "what a random pile means: granusolve, polytope (small piles), or eloy-clement and rejection (tiny piles)")
       ->capture_default_str();
   verb->add_option("--load", options->load, "uniform: 1 on every top bead; point: 1 + overload on the middle one")
       ->capture_default_str();
@@ -94,9 +104,21 @@ void add_sample_verb(CLI::App& app, VerbContext& context) {
   verb->add_option("--seed", spec.sampler.seed, "with the sample's number the key of every random number")
       ->capture_default_str()
       ->check(whole_number());
-  verb->add_option("--effort", spec.sampler.effort, "granusolve: a pile fails after so many bead solutions per bead")
+  verb->add_option("--effort", spec.sampler.effort,
+                   "granusolve, eloy-clement: a pile fails after so many bead solutions per bead")
       ->capture_default_str();
   verb->add_option("--max-tries", spec.sampler.max_tries, "rejection: a pile fails after so many tries")
+      ->capture_default_str()
+      ->check(whole_number());
+  verb->add_option("--lambda", spec.sampler.lambda,
+                   "polytope: piles have the density of the product of length^-lambda, 0 to 1")
+      ->capture_default_str();
+  verb->add_option("--burn-in", spec.sampler.burn_in,
+                   "polytope: sweeps before the first of eight piles; 0: four measured autocorrelation times")
+      ->capture_default_str()
+      ->check(whole_number());
+  verb->add_option("--thinning", spec.sampler.thinning,
+                   "polytope: sweeps from one of them to the next; 0: half a measured autocorrelation time")
       ->capture_default_str()
       ->check(whole_number());
   verb->add_option("--layer-order", options->layer_order,

@@ -2,6 +2,7 @@
 
 #include "ensemble/estimator.h"
 #include "ensemble/parallel.h"
+#include "sampling/chain_plan.h"
 #include "support/digest.h"
 #include "support/interruption.h"
 
@@ -21,6 +22,9 @@ void add_counts(SamplerCounts& to, const SamplerCounts& from) {
   to.rings += from.rings;
   to.climbs += from.climbs;
   to.rounded += from.rounded;
+  to.redrawn_layers += from.redrawn_layers;
+  to.moves += from.moves;
+  to.accepted_moves += from.accepted_moves;
 }
 
 BlockSums empty_sums(const EnsembleSpec& spec) {
@@ -45,11 +49,14 @@ EnsembleRecord run_ensemble(const EnsembleSpec& spec, int threads, Progress* pro
   record.sampling_version = sampling_version;
   record.sums = empty_sums(spec);
 
+  // Burn-in and thinning of a chain are measured once for all blocks.
+  EnsembleSpec drawn = spec;
+  drawn.sampler = with_measured_chain(spec.sampler, Lattice(spec.lattice), top_load(spec));
   std::vector<SamplerCounts> counts(blocks);
   std::vector<std::vector<FailedSample>> failed(blocks);
   const auto run_block = [&](std::size_t b) {
     const auto block = static_cast<int>(b);
-    const auto estimator = make_estimator(spec, record.sums, block);
+    const auto estimator = make_estimator(drawn, record.sums, block);
     const std::uint64_t end = first_sample_of(spec, block + 1);
     for (std::uint64_t sample = first_sample_of(spec, block); sample < end; ++sample) {
       throw_if_interrupted();

@@ -77,6 +77,12 @@ void validate(const EnsembleSpec& spec) {
     throw InputError(
         fmt::format("the estimator {} brings its own loads; leave the load at point", name_of(spec.estimator)));
   }
+  if (spec.sampler.law == Law::polytope && spec.estimator != EstimatorName::point) {
+    throw InputError(fmt::format(
+        "the law polytope has no random numbers of beads to keep and runs a chain anew for each load, so that "
+        "the estimator {} would gain nothing and take for ever; use point",
+        name_of(spec.estimator)));
+  }
   if (std::adjacent_find(spec.layers.begin(), spec.layers.end(), std::greater_equal<>()) != spec.layers.end()) {
     throw InputError("the recorded layers are not ascending: each may be named once, from the top down");
   }
@@ -95,11 +101,16 @@ std::string configuration_text(const EnsembleSpec& spec) {
   const std::string estimator = point ? ""
                                       : fmt::format("estimator={}\nepsilon={}\n", name_of(spec.estimator),
                                                     multiplexed ? exact(spec.epsilon) : "0");
+  // Likewise the keys of the law polytope.
+  const std::string chain = s.law == Law::polytope ? fmt::format("lambda={}\nburn_in={}\nthinning={}\n",
+                                                                 exact(s.lambda), s.burn_in, s.thinning)
+                                                   : "";
   const bool overloaded = spec.estimator == EstimatorName::paired || (point && spec.load == Load::point);
   return fmt::format(
-      "sampling_version={}\nlaw={}\nmu={}\nseed={}\neffort={}\nmax_tries={}\norder={}\ncolumns={}\nlayers={}\nload={}\n"
+      "sampling_version={}\nlaw={}\nmu={}\nseed={}\neffort={}\nmax_tries={}\norder={}\n{}columns={}\nlayers={}\nload={}"
+      "\n"
       "overload={}\nsamples={}\nblocks={}\nrecorded_layers={}\nprofiles={}\n{}",
-      sampling_version, name_of(s.law), exact(s.mu), s.seed, exact(s.effort), s.max_tries, name_of(s.order),
+      sampling_version, name_of(s.law), exact(s.mu), s.seed, exact(s.effort), s.max_tries, name_of(s.order), chain,
       spec.lattice.columns, spec.lattice.layers, point ? name_of(spec.load) : name_of(spec.estimator),
       overloaded ? exact(spec.overload) : "0", spec.samples, spec.blocks, fmt::join(recorded_layers(spec), ","),
       spec.record_profiles, estimator);
@@ -120,6 +131,11 @@ std::string replay_command(const EnsembleSpec& spec, std::uint64_t sample) {
   if (spec.sampler.effort != SamplerSpec{}.effort) command += fmt::format(" --effort {}", exact(spec.sampler.effort));
   if (spec.sampler.max_tries != SamplerSpec{}.max_tries)
     command += fmt::format(" --max-tries {}", spec.sampler.max_tries);
+  if (spec.sampler.law == Law::polytope) {
+    command += fmt::format(" --lambda {}", exact(spec.sampler.lambda));
+    if (spec.sampler.burn_in > 0) command += fmt::format(" --burn-in {}", spec.sampler.burn_in);
+    if (spec.sampler.thinning > 0) command += fmt::format(" --thinning {}", spec.sampler.thinning);
+  }
   if (spec.sampler.order != SamplerSpec{}.order) command += " --layer-order " + name_of(spec.sampler.order);
   return command + fmt::format(" --seed {} --sample {} --out pile.h5", spec.sampler.seed, sample);
 }

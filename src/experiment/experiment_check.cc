@@ -132,6 +132,26 @@ Problem find_friction_problem(const Experiment& e) {
   return {};
 }
 
+/// A pile that the experiment's law would never complete.
+Problem find_law_problem(const Experiment& e, int columns, int layers, double mu) {
+  const double beads = static_cast<double>(columns) * layers;
+  if (mu == 0) return {};
+  if (e.sampling.law == Law::rejection && beads > most_beads_by_rejection) {
+    return problem("sampling.law",
+                   "the law rejection throws a whole pile away for one failing bead, so that with {} x {} beads it "
+                   "would never finish; use granusolve, or at most {} beads",
+                   columns, layers, most_beads_by_rejection);
+  }
+  if (e.sampling.law == Law::polytope && beads > static_cast<double>(most_polytope_beads)) {
+    return problem("sampling.law",
+                   "the chain of the law polytope forgets its past only within a number of sweeps that grows faster "
+                   "than the number of beads, so that with {} x {} beads it would never finish; use granusolve, or at "
+                   "most {} beads",
+                   columns, layers, most_polytope_beads);
+  }
+  return {};
+}
+
 Problem find_sampling_problem(const Experiment& e) {
   const SamplerSpec& sampling = e.sampling;
   if (sampling.seed > static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max())) {
@@ -151,14 +171,27 @@ Problem find_sampling_problem(const Experiment& e) {
         "give 1 to {}",
         sampling.max_tries, most_tries, most_tries);
   }
-  const double beads = static_cast<double>(e.lattice.columns) * e.lattice.layers;
-  if (sampling.law == Law::rejection && beads > most_beads_by_rejection && e.mu.back() > 0) {
-    return problem("sampling.law",
-                   "the law rejection throws a whole pile away for one failing bead, so that with {} x {} beads it "
-                   "would never finish; use granusolve, or at most {} beads",
-                   e.lattice.columns, e.lattice.layers, most_beads_by_rejection);
+  if (!(sampling.lambda >= 0 && sampling.lambda <= 1)) {
+    return problem("sampling.lambda",
+                   "{} is no exponent of the law polytope: 0 is the flat measure, 1 the law rejection, and only what "
+                   "lies between is a law; give 0 to 1",
+                   sampling.lambda);
   }
-  return {};
+  const SamplerSpec usual;
+  if (sampling.law != Law::polytope &&
+      (sampling.lambda != usual.lambda || sampling.burn_in != usual.burn_in || sampling.thinning != usual.thinning)) {
+    return problem("sampling.law",
+                   "lambda, burn_in and thinning belong to the law polytope and would change nothing under {}; remove "
+                   "them or set sampling.law = \"polytope\"",
+                   name_of(sampling.law));
+  }
+  if (sampling.burn_in > most_sweeps || sampling.thinning > most_sweeps) {
+    return problem(sampling.burn_in > most_sweeps ? "sampling.burn_in" : "sampling.thinning",
+                   "a chain counts no more than {} sweeps; give fewer, or 0 to have them measured", most_sweeps);
+  }
+  if (auto found = find_law_problem(e, e.lattice.columns, e.lattice.layers, e.mu.back())) return found;
+  if (!e.force_chains.draw) return {};
+  return find_law_problem(e, e.force_chains.columns, e.force_chains.computed_layers(), e.force_chains.mu);
 }
 
 Problem find_response_problem(const Experiment& e) {

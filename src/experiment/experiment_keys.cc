@@ -108,18 +108,33 @@ std::vector<ExperimentKey> make_keys() {
           [](auto& e) -> auto& { return e.mu; }),
 
       key(
-          sampling, "law", "", "what a random pile means: granusolve, or rejection (tiny piles only)",
+          sampling, "law", "",
+          "what a random pile means: granusolve, polytope (small piles), or eloy-clement and rejection (tiny piles)",
           [](auto& e) -> auto& { return e.sampling.law; }),
       key(
           sampling, "seed", "", "together with the sample's number the key of every random number",
           [](auto& e) -> auto& { return e.sampling.seed; }),
       key(
           sampling, "effort", "solutions per bead",
-          "granusolve: a pile counts as failed, by name, after this many bead solutions per bead",
+          "granusolve, eloy-clement: a pile counts as failed, by name, after this many bead solutions per bead",
           [](auto& e) -> auto& { return e.sampling.effort; }),
       key(
           sampling, "max_tries", "piles", "rejection: a pile counts as failed, by name, after this many tries",
           [](auto& e) -> auto& { return e.sampling.max_tries; }),
+      key(
+          sampling, "lambda", "",
+          "polytope: piles have the density of the product of length^-lambda over the intervals of all beads; 0 is the "
+          "flat measure, 1 the law rejection",
+          [](auto& e) -> auto& { return e.sampling.lambda; }),
+      key(
+          sampling, "burn_in", "sweeps",
+          "polytope: from the start of a chain to the first of its eight piles; 0: four times the autocorrelation time "
+          "that a pilot chain measures",
+          [](auto& e) -> auto& { return e.sampling.burn_in; }),
+      key(
+          sampling, "thinning", "sweeps",
+          "polytope: from one of the eight piles of a chain to the next; 0: half that time",
+          [](auto& e) -> auto& { return e.sampling.thinning; }),
       key(
           sampling, "layer_order", "",
           "random start and direction in each layer, or fixed (breaks the mirror symmetry: for comparison only)",

@@ -49,6 +49,14 @@ std::string sample_statistics_json(const SampleStatistics& statistics) {
   if (counts.beads == 0) json["reason"] = "no pile was completed, so that there are no beads to count per";
   json["per_layer"] = per_layer;
   json["audit"] = audit;
+  json["rounded_per_bead"] = share(counts.rounded, counts.beads);
+  json["effective_samples"] = estimate_json(statistics.effective_samples);
+  if (statistics.law == "polytope" && statistics.mu > 0) {
+    json["chain"] = {{"lambda", statistics.lambda},
+                     {"burn_in", statistics.burn_in},
+                     {"thinning", statistics.thinning},
+                     {"accepted", share(counts.accepted_moves, counts.moves)}};
+  }
   return json.dump(2) + "\n";
 }
 

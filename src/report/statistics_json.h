@@ -24,7 +24,10 @@ struct SampleStatistics {
   int columns = 0, layers = 0;
   std::uint64_t samples = 0;  ///< piles that entered the averages
   SamplerCounts counts;
-  double seconds = 0;  ///< wall time of the sampling
+  Estimate effective_samples;               ///< as many independent piles would have given the same standard errors
+  double lambda = 1;                        ///< polytope only
+  std::uint64_t burn_in = 0, thinning = 0;  ///< polytope only, sweeps
+  double seconds = 0;                       ///< wall time of the sampling
   std::vector<LayerStatistics> per_layer;
   AuditResult audit;  ///< worst over the audited piles; not a number if none of them was completed
 };

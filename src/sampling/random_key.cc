@@ -9,7 +9,13 @@ namespace {
 
 // The low byte of the last counter word tells the streams apart, the other 24 bits are the attempt.
 // Stream 0 belongs to the first attempts (layer_kernels.cc).
-enum Stream : std::uint32_t { later_attempt_stream = 1, order_stream = 2, load_stream = 8 };
+enum Stream : std::uint32_t {
+  later_attempt_stream = 1,
+  order_stream = 2,
+  chain_stream = 3,
+  pilot_stream = 4,
+  load_stream = 8
+};
 
 r123::Philox4x32::ctr_type philox(std::uint64_t seed, std::uint32_t bead, int layer, std::uint32_t sample,
                                   std::uint32_t attempt, Stream stream) {
@@ -18,11 +24,22 @@ r123::Philox4x32::ctr_type philox(std::uint64_t seed, std::uint32_t bead, int la
   return r123::Philox4x32()(counter, key);
 }
 
+UniformPair to_pair(const r123::Philox4x32::ctr_type& words) {
+  return {to_unit_interval(words[0], words[1]), to_unit_interval(words[2], words[3])};
+}
+
 }  // namespace
 
 UniformPair RandomKey::attempt(int layer, int bead, std::uint32_t attempt) const {
-  const auto words = philox(seed_, static_cast<std::uint32_t>(bead), layer, sample_, attempt, later_attempt_stream);
-  return {to_unit_interval(words[0], words[1]), to_unit_interval(words[2], words[3])};
+  return to_pair(philox(seed_, static_cast<std::uint32_t>(bead), layer, sample_, attempt, later_attempt_stream));
+}
+
+UniformPair RandomKey::chain_move(int layer, int bead, std::uint32_t sweep) const {
+  return to_pair(philox(seed_, static_cast<std::uint32_t>(bead), layer, sample_, sweep, chain_stream));
+}
+
+UniformPair RandomKey::pilot_move(int layer, int bead, std::uint32_t sweep) const {
+  return to_pair(philox(seed_, static_cast<std::uint32_t>(bead), layer, 0, sweep, pilot_stream));
 }
 
 RandomKey::Order RandomKey::layer_order(int layer, int columns) const {

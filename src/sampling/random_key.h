@@ -30,6 +30,11 @@ class RandomKey {
   /// A fair bit for each top bead, for loads that are themselves random.
   bool load_bit(int bead) const;
 
+  /// The numbers of one move of the chain that belongs to this key, `bead` being any number the chain gives to a move.
+  UniformPair chain_move(int layer, int bead, std::uint32_t sweep) const;
+  /// The same for the chain that measures how long the others must be; it belongs to the seed, not to a sample.
+  UniformPair pilot_move(int layer, int bead, std::uint32_t sweep) const;
+
   std::uint64_t seed() const { return seed_; }
   std::uint32_t sample() const { return sample_; }
 

@@ -1,10 +1,13 @@
 #include "sampling/sampler.h"
 
 #include <fmt/format.h>
+#include <algorithm>
 #include <cmath>
 
+#include "sampling/eloy_clement.h"
 #include "sampling/frictionless.h"
 #include "sampling/granusolve.h"
+#include "sampling/polytope.h"
 #include "sampling/random_key.h"
 #include "sampling/rejection.h"
 #include "support/error.h"
@@ -37,8 +40,8 @@ class FrictionlessSampler final : public Sampler {
 /// Guards the contract of draw() once, for every law.
 class CheckedSampler final : public Sampler {
  public:
-  CheckedSampler(std::unique_ptr<Sampler> inner, const Lattice& lattice)
-      : inner_(std::move(inner)), lattice_(lattice) {}
+  CheckedSampler(std::unique_ptr<Sampler> inner, const Lattice& lattice, const FrictionCone& cone)
+      : inner_(std::move(inner)), lattice_(lattice), takes_zero_(cone.mu() > 0 && cone.t_minus() <= 0) {}
   std::optional<SamplingFailure> draw(std::uint64_t sample, std::span<const double> load, Pile& pile) override {
     check(sample, load, pile);
     auto failure = inner_->draw(sample, load, pile);
@@ -65,29 +68,63 @@ class CheckedSampler final : public Sampler {
     if (load.size() != static_cast<std::size_t>(lattice_.columns()) || pile.V_R.size() != lattice_.beads()) {
       throw std::logic_error("a sampler was handed a load or a pile of another lattice");
     }
+    check_load(load);
+  }
+
+  void check_load(std::span<const double> load) const {
     for (std::size_t i = 0; i < load.size(); ++i) {
-      if (!(load[i] > 0) || !std::isfinite(load[i])) {
-        throw InputError(
-            fmt::format("the load {} on top bead {} is not a positive finite number: a bead without load has "
-                        "no solution beside loaded ones at small friction; load every top bead",
-                        load[i], i));
+      if (load[i] > 0 && std::isfinite(load[i])) continue;
+      if (load[i] == 0 && takes_zero_) continue;
+      if (load[i] == 0) {
+        throw InputError(fmt::format(
+            "there is no load on top bead {}: while the friction angle is below 30 degrees (mu < 1/sqrt(3)) "
+            "a force next to an unloaded bead can only go straight on; load every top bead",
+            i));
       }
+      throw InputError(
+          fmt::format("the load {} on top bead {} is not a positive finite number: a top bead can only be pressed "
+                      "down; give every top bead such a load",
+                      load[i], i));
+    }
+    if (std::all_of(load.begin(), load.end(), [](double force) { return force == 0; })) {
+      throw InputError("no top bead carries a load, so that there is no force in the pile; load at least one");
     }
   }
 
   std::unique_ptr<Sampler> inner_;
   Lattice lattice_;
+  bool takes_zero_;  ///< t- <= 0: a contact may lean outwards, and unloaded beads can carry their neighbours' force
 };
 
 }  // namespace
 
-std::string name_of(Law law) { return law == Law::granusolve ? "granusolve" : "rejection"; }
+std::string name_of(Law law) {
+  switch (law) {
+    case Law::granusolve:
+      return "granusolve";
+    case Law::eloy_clement:
+      return "eloy-clement";
+    case Law::rejection:
+      return "rejection";
+    case Law::polytope:
+      return "polytope";
+  }
+  return {};
+}
+
+std::string names_of_laws() {
+  std::string names;
+  for (std::size_t k = 0; k < all_laws.size(); ++k) {
+    names += (k == 0 ? "" : k + 1 == all_laws.size() ? " and " : ", ") + name_of(all_laws[k]);
+  }
+  return names;
+}
 
 Law law_named(const std::string& name) {
-  for (Law law : {Law::granusolve, Law::rejection}) {
+  for (Law law : all_laws) {
     if (name_of(law) == name) return law;
   }
-  throw InputError(fmt::format("there is no law \"{}\": known are granusolve and rejection", name));
+  throw InputError(fmt::format("there is no law \"{}\": known are {}", name, names_of_laws()));
 }
 
 std::string name_of(LayerOrder order) { return order == LayerOrder::random ? "random" : "fixed"; }
@@ -99,7 +136,7 @@ LayerOrder layer_order_named(const std::string& name) {
   throw InputError(fmt::format("there is no layer order \"{}\": write \"random\" or \"fixed\"", name));
 }
 
-std::unique_ptr<Sampler> make_sampler(const SamplerSpec& spec, const Lattice& lattice) {
+void validate(const SamplerSpec& spec) {
   if (!(spec.effort >= 1 && spec.effort <= max_effort)) {
     throw InputError(fmt::format(
         "effort {} is out of range: a pile needs at least one solution per bead, and more than {:g} would never end",
@@ -108,16 +145,35 @@ std::unique_ptr<Sampler> make_sampler(const SamplerSpec& spec, const Lattice& la
   if (spec.max_tries < 1 || spec.max_tries > most_tries) {
     throw InputError(fmt::format("max_tries {} is out of range: use 1 to {}", spec.max_tries, most_tries));
   }
+  if (!(spec.lambda >= 0 && spec.lambda <= 1)) {
+    throw InputError(
+        fmt::format("lambda {} is out of range: 0 is the flat measure, 1 the law rejection; use a number from 0 to 1",
+                    spec.lambda));
+  }
+  if (spec.burn_in > most_sweeps || spec.thinning > most_sweeps) {
+    throw InputError(
+        fmt::format("burn_in {} or thinning {} is out of range: a chain counts no more than {} sweeps of each; use "
+                    "fewer, or 0 to have them measured",
+                    spec.burn_in, spec.thinning, most_sweeps));
+  }
+}
+
+std::unique_ptr<Sampler> make_sampler(const SamplerSpec& spec, const Lattice& lattice) {
+  validate(spec);
   const FrictionCone cone(spec.mu);
   std::unique_ptr<Sampler> sampler;
   if (cone.mu() == 0) {
     sampler = std::make_unique<FrictionlessSampler>(spec);
   } else if (spec.law == Law::granusolve) {
     sampler = std::make_unique<GranusolveSampler>(spec, lattice);
-  } else {
+  } else if (spec.law == Law::eloy_clement) {
+    sampler = std::make_unique<EloyClementSampler>(spec, lattice);
+  } else if (spec.law == Law::rejection) {
     sampler = std::make_unique<RejectionSampler>(spec, lattice);
+  } else {
+    sampler = std::make_unique<PolytopeSampler>(spec, lattice);
   }
-  return std::make_unique<CheckedSampler>(std::move(sampler), lattice);
+  return std::make_unique<CheckedSampler>(std::move(sampler), lattice, cone);
 }
 
 }  // namespace granuscope

@@ -21,7 +21,8 @@ class Sampler {
  public:
   virtual ~Sampler() = default;
 
-  /// Fills `pile` (of this sampler's lattice) with sample number `sample` under `load` (shape [columns], each > 0).
+  /// Fills `pile` (of this sampler's lattice) with sample number `sample` under `load` (shape [columns], each
+  /// > 0; or 0, but not all of them, where mu >= 1/sqrt 3; InputError otherwise).
   /// Returns where it got stuck if the effort ran out; the pile's contents are then not a solution.
   virtual std::optional<SamplingFailure> draw(std::uint64_t sample, std::span<const double> load, Pile& pile) = 0;
 

@@ -1,14 +1,24 @@
 #pragma once
+#include <array>
 #include <cstdint>
 #include <string>
 
 namespace granuscope {
 
 /// What "a random pile" means. The mean response depends on it, so it is a named choice.
-enum class Law { granusolve, rejection };
+enum class Law { granusolve, eloy_clement, rejection, polytope };
+
+inline constexpr std::array<Law, 4> all_laws = {Law::granusolve, Law::eloy_clement, Law::rejection, Law::polytope};
 
 /// Largest SamplerSpec::max_tries: the key of a random number has 24 bits for the attempt.
 inline constexpr std::uint64_t most_tries = (std::uint64_t{1} << 24) - 1;
+
+/// Largest SamplerSpec::burn_in and thinning, so that the last of eight piles keeps its sweeps below most_tries.
+inline constexpr std::uint64_t most_sweeps = most_tries / 8;
+
+/// Beads of the largest pile that the law "polytope" takes on by itself: on 32 x 64 beads at mu = 0.3 and lambda = 1
+/// some 20 000 sweeps weigh as much as one independent pile, and their number grows faster than that of the beads.
+inline constexpr std::uint64_t most_polytope_beads = 4096;
 
 /// How the beads of one layer are ordered while it is solved.
 enum class LayerOrder {
@@ -20,13 +30,21 @@ struct SamplerSpec {
   Law law = Law::granusolve;
   double mu = 0.1;  ///< friction coefficient, 0 <= mu < sqrt(3)
   std::uint64_t seed = 1;
-  double effort = 200;                  ///< granusolve: a pile fails by name after this many bead solutions per bead
+  double effort = 200;  ///< granusolve, eloy-clement: a pile fails by name after this many bead solutions per bead
   std::uint64_t max_tries = 1'000'000;  ///< rejection: a pile fails by name after this many tries
   LayerOrder order = LayerOrder::random;
+  double lambda = 1;           ///< polytope: the density is the product of length^-lambda over all beads, 0 to 1
+  std::uint64_t burn_in = 0;   ///< polytope: sweeps before the first of eight piles; 0: from the autocorrelation
+  std::uint64_t thinning = 0;  ///< polytope: sweeps from one of them to the next; 0: from the autocorrelation
 };
 
-/// "granusolve", "rejection".
+/// Throws InputError if a number is out of range (mu is left to the FrictionCone).
+void validate(const SamplerSpec& spec);
+
+/// "granusolve", "eloy-clement", "rejection", "polytope".
 std::string name_of(Law law);
+/// All of them, for messages and help: "granusolve, eloy-clement, rejection and polytope".
+std::string names_of_laws();
 /// Throws InputError naming the known laws.
 Law law_named(const std::string& name);
 

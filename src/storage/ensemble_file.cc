@@ -19,7 +19,7 @@ namespace {
 
 constexpr const char* kind = "an ensemble file";
 constexpr const char* format_name = "granuscope ensemble";
-constexpr std::uint64_t format_version = 2;
+constexpr std::uint64_t format_version = 3;
 constexpr const char* units =
     "per block and layer: sums over samples; weights in units of the load on one ordinary top bead";
 
@@ -28,7 +28,7 @@ constexpr const char* counters_group = "counters";
 constexpr const char* failed_group = "failed";
 
 using Counter = std::pair<const char*, std::uint64_t SamplerCounts::*>;
-constexpr std::array<Counter, 12> counters = {Counter{"beads", &SamplerCounts::beads},
+constexpr std::array<Counter, 15> counters = {Counter{"beads", &SamplerCounts::beads},
                                               {"uniforms", &SamplerCounts::uniforms},
                                               {"tries", &SamplerCounts::tries},
                                               {"mended_by_pair", &SamplerCounts::mended_by_pair},
@@ -39,7 +39,10 @@ constexpr std::array<Counter, 12> counters = {Counter{"beads", &SamplerCounts::b
                                               {"arcs", &SamplerCounts::arcs},
                                               {"rings", &SamplerCounts::rings},
                                               {"climbs", &SamplerCounts::climbs},
-                                              {"rounded", &SamplerCounts::rounded}};
+                                              {"rounded", &SamplerCounts::rounded},
+                                              {"redrawn_layers", &SamplerCounts::redrawn_layers},
+                                              {"moves", &SamplerCounts::moves},
+                                              {"accepted_moves", &SamplerCounts::accepted_moves}};
 static_assert(sizeof(SamplerCounts) == counters.size() * sizeof(std::uint64_t), "a counter is missing from the list");
 
 /// What a caller must keep to; a reader finds the same broken rules as InputError.

@@ -36,7 +36,7 @@ TEST_CASE("sample --statistics prints one JSON object with the documented keys a
   const auto object = nlohmann::ordered_json::parse(result.out);
   CHECK(keys_of(object) == std::vector<std::string>{"law", "mu", "columns", "layers", "samples", "tries",
                                                     "draws_per_bead", "mended_per_bead", "climbed_per_bead", "seconds",
-                                                    "per_layer", "audit"});
+                                                    "per_layer", "audit", "rounded_per_bead", "effective_samples"});
   CHECK(object["law"] == "granusolve");
   CHECK(object["mu"] == 0.3);
   CHECK(object["columns"] == 12);
@@ -58,6 +58,52 @@ TEST_CASE("sample --statistics prints one JSON object with the documented keys a
   CHECK(object["audit"]["max_balance_residual"] <= 1e-12);
   CHECK(object["audit"]["max_cone_violation"] <= 1e-12);
   CHECK_THAT(result.err, Contains("audited 128 of 128 piles"));
+}
+
+TEST_CASE("every law draws small piles by its name; a chain tells how it was run and what its piles are worth") {
+  const auto measured = [](std::vector<std::string> more) {
+    std::vector<std::string> command{"sample", "--mu",      "0.3", "--columns", "6", "--layers",
+                                     "4",      "--samples", "512", "--seed",    "3", "--statistics"};
+    command.insert(command.end(), more.begin(), more.end());
+    const auto result = granuscope_command(command);
+    REQUIRE(result.code == 0);
+    return json::parse(result.out);
+  };
+  for (const std::string law : {"granusolve", "eloy-clement", "rejection", "polytope"}) {
+    const auto object = measured({"--law", law});
+    CAPTURE(law);
+    CHECK(object["law"] == law);
+    CHECK(object["samples"] == 512);
+    CHECK(object["audit"]["max_balance_residual"] <= 1e-12);
+    CHECK(object["audit"]["max_cone_violation"] <= 1e-12);
+    CHECK(object.contains("chain") == (law == "polytope"));
+  }
+  const auto chosen = measured({"--law", "polytope", "--lambda", "0.25"});
+  CHECK(chosen["chain"]["lambda"] == 0.25);
+  CHECK(chosen["chain"]["burn_in"] > chosen["chain"]["thinning"]);
+  CHECK(chosen["chain"]["accepted"] > 0.5);
+  // Independent piles are worth their number (32 blocks: to a quarter), neighbours in a chain far less. Only the groups
+  // of eight are independent of each other.
+  const double independent = measured({"--law", "rejection"})["effective_samples"]["value"];
+  CHECK(independent > 512 / 3.0);
+  CHECK(independent < 512 * 3.0);
+  const auto dense = measured({"--law", "polytope", "--burn-in", "500", "--thinning", "1"});
+  CHECK(dense["chain"]["burn_in"] == 500);
+  CHECK(dense["chain"]["thinning"] == 1);
+  CHECK(dense["effective_samples"]["value"] < 512 / 3.0);
+  CHECK(dense["effective_samples"]["value"] > 512 / 32.0);
+}
+
+TEST_CASE("options of one law are refused under another") {
+  for (const char* option : {"--lambda", "--burn-in", "--thinning"}) {
+    const auto result = granuscope_command({"sample", "--mu", "0.3", option, "0.5", "--statistics"});
+    CHECK(result.code == 2);
+  }
+  const auto result = granuscope_command({"sample", "--mu", "0.3", "--lambda", "0.5", "--statistics"});
+  CHECK_THAT(result.err, Contains("belong to the law polytope"));
+  for (const char* lambda : {"-0.1", "1.5", "nan"}) {
+    CHECK(granuscope_command({"sample", "--law", "polytope", "--lambda", lambda, "--statistics"}).code == 2);
+  }
 }
 
 TEST_CASE("sample --statistics does not depend on the number of threads") {

@@ -98,6 +98,20 @@ TEST_CASE("the configuration tells apart whatever changes the numbers, and nothi
   variant([](EnsembleSpec& s) { s.sampler.mu = std::nextafter(0.2, 1.0); });
   variant([](EnsembleSpec& s) { s.sampler.seed = 2; });
   variant([](EnsembleSpec& s) { s.sampler.law = Law::rejection; });
+  variant([](EnsembleSpec& s) { s.sampler.law = Law::eloy_clement; });
+  variant([](EnsembleSpec& s) { s.sampler.law = Law::polytope; });
+  variant([](EnsembleSpec& s) {
+    s.sampler.law = Law::polytope;
+    s.sampler.lambda = 0.5;
+  });
+  variant([](EnsembleSpec& s) {
+    s.sampler.law = Law::polytope;
+    s.sampler.burn_in = 100;
+  });
+  variant([](EnsembleSpec& s) {
+    s.sampler.law = Law::polytope;
+    s.sampler.thinning = 10;
+  });
   variant([](EnsembleSpec& s) { s.sampler.effort = 100; });
   variant([](EnsembleSpec& s) { s.sampler.max_tries = 5; });
   variant([](EnsembleSpec& s) { s.sampler.order = LayerOrder::fixed; });

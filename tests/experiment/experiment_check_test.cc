@@ -158,6 +158,18 @@ TEST_CASE("Loads, estimators and laws that cannot work are refused") {
   }
   CHECK_THAT(problem_after([](Experiment& e) { e.sampling.law = Law::rejection; }),
              Contains("sampling.law: ") && Contains("500 x 200"));
+  CHECK_THAT(problem_after([](Experiment& e) { e.sampling.law = Law::polytope; }),
+             Contains("sampling.law: ") && Contains("500 x 200"));
+  CHECK_THAT(problem_after([](Experiment& e) { e.sampling.lambda = 0.5; }),
+             Contains("sampling.law: ") && Contains("would change nothing under granusolve"));
+  for (const double lambda : {-0.1, 1.1, not_a_number, infinity}) {
+    CHECK_THAT(problem_after([&](Experiment& e) { e.sampling.lambda = lambda; }), Contains("sampling.lambda: "));
+  }
+  CHECK_THAT(problem_after([](Experiment& e) {
+               e.sampling.law = Law::polytope;
+               e.sampling.burn_in = most_sweeps + 1;
+             }),
+             Contains("sampling.burn_in: "));
   CHECK_THAT(problem_after([](Experiment& e) { e.sampling.effort = 0; }), Contains("sampling.effort: "));
   CHECK_THAT(problem_after([](Experiment& e) { e.sampling.max_tries = 0; }), Contains("sampling.max_tries: "));
   CHECK_THAT(problem_after([](Experiment& e) { e.sampling.max_tries = most_tries + 1; }),

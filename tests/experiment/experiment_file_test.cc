@@ -111,12 +111,29 @@ TEST_CASE("The unusual experiment exercises every key") {
   const Experiment usual;
   for (const ExperimentKey& key : experiment_keys()) {
     if (key.path() == "figures.response_profiles.draw" || key.path() == "sampling.law" ||
-        key.path() == "response.estimator") {
-      continue;  // its other value would make the rest meaningless, or there is no other value
+        key.path() == "response.estimator" || key.path() == "sampling.lambda" || key.path() == "sampling.burn_in" ||
+        key.path() == "sampling.thinning") {
+      continue;  // its other value would make the rest meaningless or is tested below, or there is no other value
     }
     INFO(key.path());
     CHECK(key.get(unusual) != key.get(usual));
   }
+}
+
+TEST_CASE("The keys of the law polytope read back as they were printed") {
+  Experiment written;
+  written.lattice = {64, 44};
+  written.mu = {0.0};
+  written.sampling.law = Law::polytope;
+  written.sampling.lambda = 1.0 / 3;
+  written.sampling.burn_in = 1234;
+  written.sampling.thinning = 56;
+  written.fit.first_layer = 8;
+  written.fit.last_layer = 20;
+  written.fit.shallow_layer = 4;
+  written.figures.response_profiles = false;
+  written.force_chains.draw = false;
+  require_equal(parse_experiment(print_experiment(written), "printed.toml"), written);
 }
 
 TEST_CASE("A printed experiment holds every key with its meaning") {

@@ -1,0 +1,133 @@
+#include "sampling/chain_plan.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <vector>
+
+#include "model/pile.h"
+#include "sampling/autocorrelation.h"
+#include "sampling/granusolve.h"
+#include "sampling/polytope_chain.h"
+#include "support/error.h"
+#include "support/interruption.h"
+
+namespace granuscope {
+namespace {
+
+constexpr std::uint64_t fewest_sweeps = 4096, most_pilot_sweeps = std::uint64_t{1} << 22;
+/// Length of the pilot in autocorrelation times. The time is then known to about a third.
+constexpr double pilot_times = 100;
+constexpr int observed_layers = 8;
+/// The pile starts from another law: this share of the pilot is burn-in.
+constexpr double discarded_share = 0.25;
+
+/// Series of slow observables, one entry every `stride` sweeps. When it is full, every second entry goes and the
+/// stride doubles.
+class SlowObservables {
+ public:
+  SlowObservables(const Lattice& lattice, double total_load) : lattice_(lattice), total_load_(total_load) {
+    const int layers = lattice.layers(), step = std::max(1, (layers + observed_layers - 1) / observed_layers);
+    // From the bottom, whose neighbours press from one side only, upwards.
+    for (int n = layers - 1; n >= 0; n -= step) layers_.push_back(n);
+    series_.resize(3 * layers_.size());
+  }
+
+  void record(const Pile& pile, std::uint64_t sweep) {
+    if (sweep % stride_ != 0) return;
+    const int columns = lattice_.columns();
+    std::size_t at = 0;
+    for (const int n : layers_) {
+      double thrust = 0, halves = 0, shifted_halves = 0;
+      for (int i = 0; i < columns; ++i) {
+        const std::size_t here = lattice_.index(n, i);
+        const double weight = pile.V_R[here] + pile.V_L[here];
+        thrust += pile.H_R[here] - pile.H_L[here];
+        halves += 2 * i < columns ? weight : -weight;
+        shifted_halves += 4 * i >= columns && 4 * i < 3 * columns ? weight : -weight;
+      }
+      series_[at++].push_back(thrust / total_load_);
+      series_[at++].push_back(halves / total_load_);
+      series_[at++].push_back(shifted_halves / total_load_);
+    }
+    if (series_[0].size() == 2 * fewest_sweeps) halve();
+  }
+
+  /// Sweeps, of the slowest series.
+  double autocorrelation_time() const {
+    double longest = 1;
+    for (const auto& series : series_) {
+      const auto first = static_cast<std::ptrdiff_t>(discarded_share * static_cast<double>(series.size()));
+      longest = std::max(longest, granuscope::autocorrelation_time({series.begin() + first, series.end()}, 1));
+    }
+    return longest * static_cast<double>(stride_);
+  }
+
+ private:
+  void halve() {
+    for (auto& series : series_) {
+      for (std::size_t k = 0; 2 * k < series.size(); ++k) series[k] = series[2 * k];
+      series.resize(series.size() / 2);
+    }
+    stride_ *= 2;
+  }
+
+  Lattice lattice_;
+  double total_load_;
+  std::vector<int> layers_;
+  std::vector<std::vector<double>> series_;
+  std::uint64_t stride_ = 1;
+};
+
+}  // namespace
+
+ChainPlan plan_chain(const SamplerSpec& spec, const Lattice& lattice, std::span<const double> load) {
+  const auto too_slow = [&](const std::string& how) {
+    return InputError(fmt::format(
+        "the chain of the law polytope forgets its past too slowly on {} x {} beads ({}), so that its piles would not "
+        "be independent; take a smaller pile, or state burn-in and thinning",
+        lattice.columns(), lattice.layers(), how));
+  };
+  if (lattice.beads() > most_polytope_beads) throw too_slow(fmt::format("more than {} beads", most_polytope_beads));
+  Pile start(lattice);
+  SamplerSpec start_spec = spec;
+  start_spec.law = Law::granusolve;
+  if (const auto failure = GranusolveSampler(start_spec, lattice).draw(0, load, start)) {
+    throw InputError(
+        fmt::format("the chain of the law polytope starts from a pile of the law granusolve, but none could be "
+                    "completed under this load (it got stuck in layer {}); raise the effort or take a more even load",
+                    failure->layer));
+  }
+  PolytopeChain chain(FrictionCone(spec.mu), lattice, 0);
+  chain.set(start);
+  SlowObservables observables(lattice, std::accumulate(load.begin(), load.end(), 0.0));
+  const RandomKey key(spec.seed, 0);
+  std::uint64_t sweep = 0;
+  for (std::uint64_t end = fewest_sweeps; end <= most_pilot_sweeps; end *= 2) {
+    for (; sweep < end; ++sweep) {
+      if (sweep % 64 == 0) throw_if_interrupted();
+      if (sweep == flat_sweeps) chain.set_lambda(spec.lambda);
+      chain.sweep(
+          [&](int layer, int bead) { return key.pilot_move(layer, bead, static_cast<std::uint32_t>(sweep + 1)); });
+      observables.record(chain.pile(), sweep);
+    }
+    const double time = observables.autocorrelation_time();
+    if ((1 - discarded_share) * static_cast<double>(sweep) < pilot_times * time) continue;
+    const auto whole = [](double sweeps) { return static_cast<std::uint64_t>(std::ceil(sweeps)); };
+    return {whole(burn_in_times * time), whole(thinning_times * time), time, sweep};
+  }
+  throw too_slow(fmt::format("not a hundred times in {} sweeps", most_pilot_sweeps));
+}
+
+SamplerSpec with_measured_chain(SamplerSpec spec, const Lattice& lattice, std::span<const double> load) {
+  validate(spec);
+  if (spec.law != Law::polytope || spec.mu == 0 || (spec.burn_in > 0 && spec.thinning > 0)) return spec;
+  const ChainPlan plan = plan_chain(spec, lattice, load);
+  if (spec.burn_in == 0) spec.burn_in = plan.burn_in;
+  if (spec.thinning == 0) spec.thinning = plan.thinning;
+  return spec;
+}
+
+}  // namespace granuscope
