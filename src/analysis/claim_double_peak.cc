@@ -81,26 +81,24 @@ Claim judge_double_peak(const Analysis& analysis, const FitSpec& fit, const Clai
   const double reached = analysis.results.back().mu;
   const bool far_enough = reached >= spec.highest_mu - 1e-9;
   claim.verdict = one.depths > 0 ? not_reproduced : undecided.depths > 0 || !far_enough ? undetermined : reproduced;
-  if (one.depths > 0) claim.explanation += fmt::format("One peak is found at {}. ", one.in_words());
+  if (one.depths > 0) say(claim, fmt::format("One peak is found at {}.", one.in_words()));
   if (undecided.depths > 0) {
-    claim.explanation += fmt::format("Undecided between one and two peaks (|Δχ²| < {}) at {}; {}. ", spec.decisive_chi2,
-                                     undecided.in_words(), more_piles(cost));
-  }
-  if (two.depths > 0) {
-    claim.explanation += fmt::format(
-        "Two peaks are found at {}; nowhere are they closer than 2 xₚ = {} W, and they would merge at 2 W. ",
-        two.in_words(), significant(2 * closest, 2));
+    say(claim, fmt::format("Undecided between one and two peaks (|Δχ²| < {}) at {}; {}.", spec.decisive_chi2,
+                           undecided.in_words(), more_piles(cost)));
   }
   if (!far_enough) {
-    claim.explanation += fmt::format(
-        "The experiment ends at μ = {}: whether they merge up to {} needs that value in "
-        "friction.mu, one more ensemble. ",
-        reached, spec.highest_mu);
+    say(claim, fmt::format("The experiment ends at μ = {}: whether the peaks merge up to {} needs that value in "
+                           "friction.mu, one more ensemble.",
+                           reached, spec.highest_mu));
+  }
+  if (two.depths > 0) {
+    say(claim, fmt::format("Two peaks are found at {}; nowhere are they closer than 2 xₚ = {} W, and they would merge "
+                           "at 2 W.",
+                           two.in_words(), significant(2 * closest, 2)));
   }
   if (shallow.depths > 0) {
-    claim.explanation += fmt::format("Above the window of the fits one peak is found at {}. ", shallow.in_words());
+    say(claim, fmt::format("Above the window of the fits one peak is found at {}.", shallow.in_words()));
   }
-  claim.explanation.pop_back();
   return claim;
 }
 

@@ -41,10 +41,10 @@ Claim judge_law(const Analysis& analysis, const ClaimSpec& spec, Claim claim, Es
   const std::string single = value_with_error(farthest_power.value, farthest_power.standard_error);
   if (std::abs(farthest_z) > outlier) {
     claim.verdict = not_reproduced;
-    claim.explanation += fmt::format(" At μ = {} alone it is {}, {} combined standard errors off.", farthest, single,
-                                     significant(std::abs(farthest_z), 2));
+    say(claim, fmt::format("At μ = {} alone it is {}, {} combined standard errors off.", farthest, single,
+                           significant(std::abs(farthest_z), 2)));
   } else if (mu.size() > 1) {
-    claim.explanation += fmt::format(" The single value farthest off is {} at μ = {}.", single, farthest);
+    say(claim, fmt::format("The single value farthest off is {} at μ = {}.", single, farthest));
   }
   return claim;
 }
@@ -61,7 +61,7 @@ std::string line_sentence(const Analysis& analysis, LineTest Transport::*line) {
   }
   if (degrees_of_freedom == 0) return "";
   return fmt::format(
-      " The straight lines leave χ² = {} on {} degrees of freedom, with the joint covariance of the "
+      "The straight lines leave χ² = {} on {} degrees of freedom, with the joint covariance of the "
       "depths.",
       significant(chi2, 3), degrees_of_freedom);
 }
@@ -83,7 +83,7 @@ std::string offset_sentence(const Analysis& analysis) {
   }
   if (highest < lowest) return "";
   return fmt::format(
-      " At these depths the offset w₀ of W² = w₀ + D z alone makes it {} to {}; −1/2 is its limit at "
+      "At these depths the offset w₀ of W² = w₀ + D z alone makes it {} to {}; −1/2 is its limit at "
       "large z.",
       significant(highest, 2), significant(lowest, 2));
 }
@@ -96,7 +96,7 @@ Claim judge_linear_position(const Analysis& analysis, const ClaimSpec& spec) {
       analysis, spec,
       open_claim("linear-position", "The position xₚ of the peaks grows linearly with z.", "power of z in xₚ − x₀"),
       &Laws::position, 1, "The power of z in xₚ − x₀");
-  claim.explanation += line_sentence(analysis, &Transport::position_line);
+  say(claim, line_sentence(analysis, &Transport::position_line));
   return claim;
 }
 
@@ -106,7 +106,7 @@ Claim judge_diffusive_width(const Analysis& analysis, const ClaimSpec& spec) {
                           open_claim("diffusive-width", "The squared width W² of the peaks grows linearly with z.",
                                      "power of z in W² − w₀"),
                           &Laws::width, 1, "The power of z in W² − w₀");
-  claim.explanation += line_sentence(analysis, &Transport::width_line);
+  say(claim, line_sentence(analysis, &Transport::width_line));
   return claim;
 }
 
@@ -115,7 +115,7 @@ Claim judge_amplitude(const Analysis& analysis, const ClaimSpec& spec) {
   Claim claim = judge_law(
       analysis, spec, open_claim("amplitude", "The height of the peaks falls as z^(−1/2).", "power of z in the height"),
       &Laws::amplitude, -0.5, "The power of z in the height");
-  if (claim.measured.known()) claim.explanation += offset_sentence(analysis);
+  if (claim.measured.known()) say(claim, offset_sentence(analysis));
   return claim;
 }
 

@@ -72,41 +72,43 @@ Claim judge_linear_time(const Analysis& analysis, const ClaimSpec& spec) {
   }
   const bool power_known = claim.measured.known();
   const bool linear = power_known && judge_number(claim.measured, 1, spec.exponent_tolerance).verdict == reproduced;
+  std::string of_power, of_size;
   if (power_known) {
     claim.quantity = fmt::format("power of the beads in the draws, farthest off at μ = {}", farthest_mu);
     claim.z_score = judge_number(claim.measured, 1, spec.exponent_tolerance).z_score;
-    const auto draws = [](const CountedWork* a, const CountedWork* b) { return beads_of(*a) < beads_of(*b); };
+    const auto fewer = [](const CountedWork* a, const CountedWork* b) { return beads_of(*a) < beads_of(*b); };
     const auto& sizes = by_mu[farthest_mu];
-    const auto [smallest, largest] = std::minmax_element(sizes.begin(), sizes.end(), draws);
-    claim.explanation = fmt::format(
+    const auto [smallest, largest] = std::minmax_element(sizes.begin(), sizes.end(), fewer);
+    of_power = fmt::format(
         "The number of draws grows as the power {} of the number of beads at μ = {}, where it is farthest from 1 among "
-        "{} "
-        "(from {} draws per bead with {} × {} beads to {} with {} × {}). ",
+        "{}: {} draws per bead with {} × {} beads, {} with {} × {}.",
         significant(claim.measured.value, 4), farthest_mu, list_of_mu(mu), significant((*smallest)->draws_per_bead, 4),
         (*smallest)->columns, (*smallest)->layers, significant((*largest)->draws_per_bead, 4), (*largest)->columns,
         (*largest)->layers);
   } else {
     claim.measured.reason = fmt::format("the sizes counted do not span a factor of {} in beads", least_reach);
-    claim.explanation = fmt::format(
-        "The sizes counted do not span a factor of {} in beads: widen figures.counted_work"
-        ".sizes. ",
-        least_reach);
+    of_power = fmt::format("The sizes counted do not span a factor of {} in beads: widen figures.counted_work.sizes.",
+                           least_reach);
   }
   if (large_failed > 0) {
-    claim.explanation += fmt::format("{} of {} piles of 10⁶ beads or more at μ ≥ {} were not completed.", large_failed,
-                                     large_failed + large_completed, spec.highest_mu);
+    of_size = fmt::format("{} of {} piles of 10⁶ beads or more at μ ≥ {} were not completed.", large_failed,
+                          large_failed + large_completed, spec.highest_mu);
   } else if (large_completed > 0) {
-    claim.explanation +=
+    of_size =
         fmt::format("All {} piles of 10⁶ beads or more at μ ≥ {} were completed.", large_completed, spec.highest_mu);
   } else {
-    claim.explanation += fmt::format(
-        "No pile of 1000 × 1000 was tried at μ = {}: it needs that value in "
-        "figures.counted_work.mu and that size in sizes.",
+    of_size = fmt::format(
+        "No pile of 1000 × 1000 was tried at μ = {}: it needs that value in figures.counted_work.mu "
+        "and that size in sizes.",
         spec.highest_mu);
   }
   claim.verdict = large_failed > 0 || (power_known && !linear) ? not_reproduced
                   : power_known && large_completed > 0         ? reproduced
                                                                : undetermined;
+  // What decides comes first.
+  const bool size_decides = linear && (large_failed > 0 || large_completed == 0);
+  say(claim, size_decides ? of_size : of_power);
+  say(claim, size_decides ? of_power : of_size);
   return claim;
 }
 

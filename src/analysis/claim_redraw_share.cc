@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -22,6 +23,12 @@ std::string percent(const Estimate& share) {
   return value_with_error(100 * share.value, 100 * share.standard_error) + " %";
 }
 
+/// Adds the share of the beads below the overload to a list in words.
+void say_below(std::string& list, const RedrawnBeads& beads) {
+  if (!beads.below_overload.known()) return;
+  list += fmt::format("{}{} at μ = {}", list.empty() ? "" : ", ", percent(beads.below_overload), beads.mu);
+}
+
 }  // namespace
 
 // Both numbers of the paper by the rule for numbers, against the share of all beads of the usable layers: not
@@ -31,6 +38,8 @@ Claim judge_redraw_share(const Analysis& analysis) {
                            "In the standard procedure 0.5 % of the beads draw again at μ = 0.1, 2.4 % at μ = 0.3.",
                            "share of beads");
   std::vector<double> missing;
+  std::vector<std::string> clauses;
+  std::string below;
   bool failed = false, open = false;
   double farthest = -1;
   for (const StatedShare& one : stated) {
@@ -46,16 +55,13 @@ Claim judge_redraw_share(const Analysis& analysis) {
     failed = failed || judged.verdict == not_reproduced;
     open = open || judged.verdict == undetermined;
     if (!share.known()) {
-      claim.explanation += fmt::format("At μ = {} it could not be measured: {}. ", one.mu, share.reason);
+      clauses.push_back(fmt::format("at μ = {} it could not be measured: {}", one.mu, share.reason));
       continue;
     }
-    claim.explanation += fmt::format("At μ = {} {} of {} pairs' beads, {} combined standard errors {} the paper's {} %",
-                                     one.mu, percent(share), found->samples, significant(std::abs(judged.z_score), 2),
-                                     judged.z_score > 0 ? "above" : "below", 100 * one.share);
-    if (found->below_overload.known()) {
-      claim.explanation += fmt::format(" ({} of those with |x| ≤ z)", percent(found->below_overload));
-    }
-    claim.explanation += ". ";
+    clauses.push_back(fmt::format(
+        "{} of the beads draw again at μ = {}, {} combined standard errors {} the paper's {} %", percent(share), one.mu,
+        significant(std::abs(judged.z_score), 2), judged.z_score > 0 ? "above" : "below", 100 * one.share));
+    say_below(below, *found);
     if (std::abs(judged.z_score) > farthest) {
       farthest = std::abs(judged.z_score);
       claim.quantity = fmt::format("share of beads at μ = {}", one.mu);
@@ -71,11 +77,11 @@ Claim judge_redraw_share(const Analysis& analysis) {
                "a few hundred pairs of piles decide");
     return claim;
   }
+  say(claim, fmt::format("{}.", fmt::join(clauses, "; ")));
   if (!missing.empty()) {
-    claim.explanation +=
-        fmt::format("The other number of the paper needs {} in figures.redrawn_beads.mu. ", list_of_mu(missing));
+    say(claim, fmt::format("The other number of the paper needs {} in figures.redrawn_beads.mu.", list_of_mu(missing)));
   }
-  claim.explanation.pop_back();
+  if (!below.empty()) say(claim, fmt::format("Of the beads with |x| ≤ z it is {}.", below));
   if (!claim.measured.known()) claim.measured.reason = "the shares are unknown";
   claim.verdict = failed ? not_reproduced : open || !missing.empty() ? undetermined : reproduced;
   return claim;

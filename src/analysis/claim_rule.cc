@@ -76,6 +76,13 @@ void judge_by_number(Claim& claim, const Estimate& measured, double paper, doubl
   }
 }
 
+void say(Claim& claim, const std::string& sentence) {
+  if (sentence.empty()) return;
+  std::string& text = claim.explanation.empty() ? claim.explanation : claim.remarks;
+  if (!text.empty()) text += ' ';
+  text += sentence;
+}
+
 std::string cost_of_deciding(const Estimate& measured, double paper, double paper_error) {
   const double room = std::pow(deviation_to_detect * paper / agreement, 2) - paper_error * paper_error;
   if (!measured.known() || !(room > 0)) return "";

@@ -113,7 +113,8 @@ struct Claim {
   double paper = 0;  ///< NaN where the paper gives no number
   double paper_error = 0;
   double z_score = 0;       ///< NaN where the claim is not decided by a number
-  std::string explanation;  ///< why, in a sentence or a few
+  std::string explanation;  ///< why, in one sentence
+  std::string remarks;      ///< further sentences, may be empty
 };
 
 /// What the analysis stage hands on.

@@ -28,8 +28,9 @@ std::string junit_claims(const std::vector<Claim>& claims, const std::string& ex
       xml += fmt::format("<failure message=\"the verdict is {}, expected was {}\">{}</failure>", markup(claim.verdict),
                          markup(claim.expected), markup(claim.explanation));
     }
-    xml +=
-        fmt::format("<system-out>{} {}</system-out></testcase>\n", markup(claim.statement), markup(claim.explanation));
+    const std::string remarks = claim.remarks.empty() ? "" : " " + markup(claim.remarks);
+    xml += fmt::format("<system-out>{} {}{}</system-out></testcase>\n", markup(claim.statement),
+                       markup(claim.explanation), remarks);
   }
   return xml + "</testsuite>\n";
 }

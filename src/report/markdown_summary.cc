@@ -52,6 +52,7 @@ std::string markdown_summary(const ReportData& data) {
     view[name] = number_cell(summary, std::string("/") + name);
   }
   view["claims"] = claims_view(summary);
+  view["claim_counts"] = claim_counts(summary);
   view["failures"] = numerics_view(summary, data)["failures"];
   clean_strings(view);
   escape_strings(view);

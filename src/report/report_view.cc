@@ -35,6 +35,7 @@ Json report_view(const ReportData& data, const Json& summary, const std::filesys
   view["experiment_key"] = number_cell(summary, "/experiment_key");
   merge(view, results_view(summary));
   view["claims"] = claims_view(summary);
+  view["claim_counts"] = claim_counts(summary);
   view["has_claims"] = !view["claims"].empty();
   view["figures"] = figures_view(data, run_folder, medium);
   view["has_figures"] = !view["figures"].empty();

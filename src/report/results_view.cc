@@ -4,7 +4,6 @@
 
 #include "report/number_text.h"
 #include "report/report_view.h"
-#include "support/number_format.h"
 
 namespace granuscope {
 
@@ -37,20 +36,6 @@ Json window_cells(const Json& summary, const std::string& fit) {
   return window;
 }
 
-Json verdict_of(const Json& summary, const std::string& claim_id) {
-  const Json& claims = summary.at("claims");
-  for (std::size_t i = 0; i < claims.size(); ++i) {
-    if (claims[i].at("id") != claim_id) continue;
-    Json verdict = number_cell(summary, fmt::format("/claims/{}/verdict", i));
-    const auto word = claims[i].at("verdict").get<std::string>();
-    verdict["reproduced"] = word == "reproduced";
-    verdict["not_reproduced"] = word == "not reproduced";
-    verdict["undetermined"] = word != "reproduced" && word != "not reproduced";
-    return verdict;
-  }
-  return Json::object();
-}
-
 std::string greek(const std::string& name) { return name == "alpha" ? "α" : name == "beta" ? "β" : "γ"; }
 
 Json exponent_view(const Json& summary, const char* name, const char* claim_id, Json& notes) {
@@ -59,7 +44,7 @@ Json exponent_view(const Json& summary, const char* name, const char* claim_id, 
   view["value"] = number_cell(summary, pointer);
   view["window"] = window_cells(summary, pointer);
   view["points"] = number_cell(summary, pointer + "/points");
-  view["verdict"] = verdict_of(summary, claim_id);
+  view["verdict"] = verdict_cell(summary, claim_id);
   add_reason(notes, summary, pointer, fmt::format("The exponent {}", greek(name)));
   return view;
 }
@@ -126,23 +111,6 @@ Json transport_rows(const Json& summary, Json& notes) {
   return rows;
 }
 
-/// A claim keeps its number and the standard error side by side: two cells, the number with the decimals of its error.
-Json measured_cells(const Json& summary, const std::string& claim) {
-  Json cells;
-  cells["value"] = number_cell(summary, claim + "/measured");
-  cells["error"] = Json::object();
-  const Json& place = summary.at(Json::json_pointer(claim));
-  if (!place.at("measured").is_number() || !place.at("stderr").is_number()) return cells;
-  const auto value = place.at("measured").get<double>();
-  const auto error = place.at("stderr").get<double>();
-  if (!(error > 0)) return cells;
-  const std::string both = value_with_error(value, error);  // "2.538(81)"
-  if (both.find("×") == std::string::npos) cells["value"]["text"] = both.substr(0, both.find('('));
-  cells["error"] = number_cell(summary, claim + "/stderr");
-  cells["error"]["text"] = significant(error, 2);
-  return cells;
-}
-
 }  // namespace
 
 Json results_view(const Json& summary) {
@@ -166,28 +134,6 @@ Json results_view(const Json& summary) {
   view["epsilon"] = Json::array();
   if (view["multiplexed_estimator"] == true) view["epsilon"].push_back(number_cell(summary, "/results/0/epsilon"));
   return view;
-}
-
-Json claims_view(const Json& summary) {
-  Json rows = Json::array();
-  const Json& claims = summary.at("claims");
-  for (std::size_t i = 0; i < claims.size(); ++i) {
-    const std::string pointer = fmt::format("/claims/{}", i);
-    Json row;
-    for (const char* name : {"id", "statement", "explanation", "paper"}) {
-      row[name] = number_cell(summary, fmt::format("{}/{}", pointer, name));
-    }
-    row["verdict"] = verdict_of(summary, claims[i].at("id"));
-    row["z_score"] = fixed_cell(summary, pointer + "/z_score", 1);
-    row["measured"] = measured_cells(summary, pointer);
-    row["differs"] = claims[i].at("expected").is_string() && claims[i].at("expected") != claims[i].at("verdict");
-    row["expected"] = row["differs"] == true ? number_cell(summary, pointer + "/expected") : Json::object();
-    row["reason"] = claims[i].contains("reason") && claims[i].at("measured").is_null()
-                        ? number_cell(summary, pointer + "/reason")
-                        : Json::object();
-    rows.push_back(row);
-  }
-  return rows;
 }
 
 }  // namespace granuscope

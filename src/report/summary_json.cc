@@ -151,6 +151,7 @@ Json to_json(const Claim& claim) {
     json["reason"] = "the claim is decided by its own test, not by a z-score";
   }
   json["explanation"] = claim.explanation;
+  json["remarks"] = claim.remarks;
   return json;
 }
 

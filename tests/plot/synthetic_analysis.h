@@ -190,6 +190,7 @@ inline Claim claim(const std::string& id, const std::string& statement, const st
   Claim made;
   made.id = id;
   made.statement = statement;
+  made.quantity = "measured number";
   made.verdict = verdict;
   made.expected = verdict;
   made.measured = measured;

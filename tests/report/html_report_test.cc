@@ -92,11 +92,12 @@ TEST_CASE("The comparison of page and summary sees a wrong digit") {
   CHECK_FALSE(synthetic::differences(page.html, without.dump()).empty());
 }
 
-TEST_CASE("The page opens with the numbers, then claims, figures, method, numerics, provenance") {
+TEST_CASE("The page opens with the claims, then numbers, figures, method, numerics, provenance") {
   const Page page;
   std::size_t at = 0;
-  for (const char* id : {"id=\"numbers\"", "id=\"claims\"", "id=\"figures\"", "id=\"figure-1\"", "id=\"figure-5\"",
-                         "id=\"method\"", "id=\"numerics\"", "id=\"provenance\"", "id=\"experiment\""}) {
+  for (const char* id :
+       {"id=\"claims\"", "id=\"numbers\"", "id=\"figures\"", "id=\"figure-1\"", "id=\"figure-5\"", "id=\"decided\"",
+        "id=\"method\"", "id=\"numerics\"", "id=\"provenance\"", "id=\"experiment\""}) {
     INFO(id);
     const std::size_t next = page.html.find(id, at);
     REQUIRE(next != std::string::npos);

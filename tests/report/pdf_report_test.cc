@@ -109,7 +109,7 @@ TEST_CASE("The PDF has vector plots, all labels, contents with page numbers and 
       INFO(line);
       CHECK(contains(page_text(page, folder), title.substr(0, 30)));
     }
-    CHECK(entries == 11);
+    CHECK(entries == 12);
   }
   SECTION("bookmarks, size and metadata") {
     const std::string info = output_of({"pdfinfo", "report.pdf"}, folder);
