@@ -56,7 +56,8 @@ void judge_by_number(Claim& claim, const Estimate& measured, double paper, doubl
   claim.verdict = judged.verdict;
   claim.z_score = judged.z_score;
   if (!measured.known()) {
-    claim.explanation = fmt::format("{} could not be measured: {}.", what, measured.reason);
+    if (claim.measured.reason.empty()) claim.measured.reason = "the experiment does not contain it";
+    claim.explanation = fmt::format("{} could not be measured: {}.", what, claim.measured.reason);
     return;
   }
   const std::string number = value_with_error(measured.value, measured.standard_error);
@@ -92,7 +93,7 @@ std::string cost_of_deciding(const Estimate& measured, double paper, double pape
 
 std::string more_piles(double factor) {
   if (!(factor < 1000)) return "more than a thousand times as many piles would be needed";
-  return fmt::format("about {} times as many piles would decide it", significant(factor * 1.05, 2));
+  return fmt::format("about {} times as many piles would decide it", significant(factor, 2));
 }
 
 std::string list_of_mu(const std::vector<double>& mu) {

@@ -29,8 +29,12 @@ MeasuredEnsemble synthetic_ensemble(const KnownTransport& known, const Synthetic
     const double z = Lattice::depth(layers[l]);
     std::vector<double> x;
     for (int i = 0; i < columns; ++i) x.push_back(lattice.x(layers[l], i));
-    const DoubleGaussian shape{known.position_offset + known.c * z, std::sqrt(known.width_offset + known.D * z)};
-    const std::vector<double> response = evaluate(shape, x, columns);
+    const auto grown = [z](double power) { return 80 * std::pow(z / 80, power); };
+    const DoubleGaussian shape{known.position_offset + known.c * grown(known.position_power),
+                               std::sqrt(known.width_offset + known.D * grown(known.width_power))};
+    std::vector<double> response = evaluate(shape, x, columns);
+    const std::vector<double> middle = evaluate({0, shape.width}, x, columns);
+    for (std::size_t i = 0; i < width; ++i) response[i] += known.in_the_middle * (middle[i] - response[i]);
     for (std::size_t b = 0; b < sums.count.size(); ++b) {
       const std::size_t row = b * layers.size() + l;
       std::vector<double> exchange(width);

@@ -10,6 +10,8 @@ namespace granuscope {
 struct KnownTransport {
   double c = 0.55, D = 0.08, position_offset = -0.2, width_offset = 0.1;
   double alpha_thrust = 0.93;
+  double position_power = 1, width_power = 1;  ///< of z in x_p and W^2, scaled to agree at z = 80
+  double in_the_middle = 0;                    ///< share of the response that sits in one Gaussian at x = 0 instead
 };
 
 struct SyntheticNoise {
