@@ -30,11 +30,13 @@ class TiedShape {
   /// Smallest chi^2 over all widths: a scan that no local minimum can fool, then a golden section.
   double least_chi2(double widest) {
     double best_width = narrowest, best = chi2(narrowest);
-    for (double width = narrowest * coarse_step; width < widest; width *= coarse_step) {
+    double width = narrowest * coarse_step;
+    while (width < widest) {
       if (const double value = chi2(width); value < best) {
         best = value;
         best_width = width;
       }
+      width *= coarse_step;
     }
     constexpr double golden = 0.6180339887498949;
     double low = best_width / coarse_step, high = best_width * coarse_step;

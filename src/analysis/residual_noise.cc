@@ -17,9 +17,11 @@ double squared_distance(const std::vector<double>& a, const std::vector<double>&
 
 double exponent_of(double residual, double scatter, double blocks) {
   std::vector<double> log_piles, log_rms;
-  for (double k = blocks; k >= 1; k /= 2) {
+  double k = blocks;
+  while (k >= 1) {
     log_piles.push_back(std::log(k));
     log_rms.push_back(std::log(residual + (blocks - k) / (k * (blocks - 1)) * scatter) / 2);
+    k /= 2;
   }
   return fit_line(log_piles, log_rms, std::vector<double>(log_piles.size(), 1.0)).slope;
 }
