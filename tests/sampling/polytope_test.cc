@@ -1,0 +1,248 @@
+// Sources: autocorrelations and powers known in closed form; the law rejection, which polytope must meet at lambda = 1;
+// rejection piles reweighted by the product of their lengths, which is the flat measure; and for 6 x 6 beads an
+// independent implementation of the law rejection (rejection_test.cc).
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <random>
+#include <stdexcept>
+#include <vector>
+
+#include "model/audit.h"
+#include "model/equilibrium.h"
+#include "model/identities.h"
+#include "sampling/autocorrelation.h"
+#include "sampling/chain_plan.h"
+#include "sampling/polytope_chain.h"
+#include "sampling/portable_power.h"
+#include "sampling/sampler.h"
+#include "sampling_statistics.h"
+#include "support/error.h"
+
+namespace granuscope {
+namespace {
+
+using test::RunningMean;
+
+/// Thrust, mean square and mean cube of the weights, and neighbours' product, of every layer.
+std::vector<double> numbers_of(const Pile& pile) {
+  std::vector<double> all;
+  const Lattice& lattice = pile.lattice;
+  for (int n = 0; n < lattice.layers(); ++n) {
+    double thrust = 0, squares = 0, cubes = 0, neighbours = 0;
+    for (int i = 0; i < lattice.columns(); ++i) {
+      const std::size_t at = lattice.index(n, i), beside = lattice.index(n, lattice.next(i));
+      const double w = pile.V_R[at] + pile.V_L[at], v = pile.V_R[beside] + pile.V_L[beside];
+      thrust += pile.H_R[at] - pile.H_L[at];
+      squares += w * w, cubes += w * w * w, neighbours += w * v;
+    }
+    all.insert(all.end(), {thrust, squares, cubes, neighbours});
+  }
+  return all;
+}
+
+double product_of_lengths(const Pile& pile) {
+  const FrictionCone cone(pile.mu);
+  double product = 1;
+  for (std::size_t k = 0; k < pile.lattice.beads(); ++k) {
+    const Interval interval = split_interval(cone, {pile.V_R[k], pile.V_L[k]}, pile.H_R[k] + pile.H_L[k]);
+    product *= interval.high - interval.low;
+  }
+  return product;
+}
+
+struct Size {
+  int columns, layers;
+  double mu;
+};
+
+SamplerSpec spec_of(Law law, double mu, double lambda = 1) {
+  SamplerSpec spec;
+  spec.law = law;
+  spec.mu = mu;
+  spec.lambda = lambda;
+  spec.seed = 11;
+  return spec;
+}
+
+/// Means over groups of eight: groups are independent under every law.
+std::vector<RunningMean> measure(const Size& size, const SamplerSpec& spec, std::uint64_t groups) {
+  const Lattice lattice({.columns = size.columns, .layers = size.layers});
+  const auto sampler = make_sampler(spec, lattice);
+  const std::vector<double> load(static_cast<std::size_t>(size.columns), 1.0);
+  Pile pile(lattice);
+  std::vector<RunningMean> means;
+  for (std::uint64_t group = 0; group < groups; ++group) {
+    std::vector<double> sums;
+    for (std::uint64_t k = 0; k < 8; ++k) {
+      if (sampler->draw(8 * group + k, load, pile)) throw std::runtime_error("stuck");
+      const auto numbers = numbers_of(pile);
+      sums.resize(numbers.size());
+      for (std::size_t j = 0; j < numbers.size(); ++j) sums[j] += numbers[j] / 8;
+    }
+    means.resize(sums.size());
+    for (std::size_t j = 0; j < sums.size(); ++j) means[j].add(sums[j]);
+    if (group % 64 == 0) {
+      assert_identities(pile);
+      REQUIRE(audit(pile).max_balance_residual <= 1e-12);
+      REQUIRE(audit(pile).max_cone_violation <= 1e-12);
+    }
+  }
+  return means;
+}
+
+const std::vector<Size> sizes = {{4, 3, 0.8}, {6, 6, 0.3}, {5, 5, 0.15}, {4, 2, 1.3}};
+
+void compare_with_rejection(std::uint64_t groups, double resolution) {
+  for (const Size& size : sizes) {
+    const auto exact = measure(size, spec_of(Law::rejection, size.mu), 2 * groups);
+    const auto chain = measure(size, spec_of(Law::polytope, size.mu), groups);
+    std::size_t comparisons = 0;
+    for (std::size_t j = 0; j < exact.size(); ++j) comparisons += exact[j].variance() > 1e-20 ? 1 : 0;
+    CHECK(comparisons >= 2);  // two layers have no more than their thrusts
+    for (std::size_t j = 0; j < exact.size(); ++j) {
+      if (!(exact[j].variance() > 1e-20)) continue;  // fixed by the load
+      const auto a = exact[j].estimate(), b = chain[j].estimate();
+      CAPTURE(size.columns, size.layers, size.mu, j, a.value, a.error, b.value, b.error);
+      CHECK(std::abs(test::sigmas(a, b)) < test::sigma_bound(sizes.size() * comparisons));
+      CHECK(std::hypot(a.error, b.error) < resolution * std::sqrt(8 * exact[j].variance()));
+    }
+  }
+}
+
+TEST_CASE("the chain at lambda = 1 draws the law rejection") {
+  compare_with_rejection(test::sanitized ? 60 : 160, test::sanitized ? 0.12 : 0.06);
+}
+
+TEST_CASE("the chain at lambda = 1 draws the law rejection, to a percent", "[long]") {
+  compare_with_rejection(3000, 0.015);
+}
+
+// The flat measure from piles of another density: weights prod(length), means as ratios, errors of ratios.
+TEST_CASE("the chain at lambda = 0 draws the flat measure: rejection piles reweighted by their lengths") {
+  const std::vector<Size> small = {{4, 2, 0.3}, {4, 3, 0.3}, {5, 3, 0.4}};
+  for (const Size& size : small) {
+    const Lattice lattice({.columns = size.columns, .layers = size.layers});
+    const auto sampler = make_sampler(spec_of(Law::rejection, size.mu), lattice);
+    const std::vector<double> load(static_cast<std::size_t>(size.columns), 1.0);
+    Pile pile(lattice);
+    const int piles = test::sanitized ? 10'000 : 50'000;
+    std::vector<std::vector<double>> rows;
+    std::vector<double> weights;
+    double total = 0, total_squares = 0;
+    for (int k = 0; k < piles; ++k) {
+      if (sampler->draw(static_cast<std::uint64_t>(k), load, pile)) throw std::runtime_error("stuck");
+      weights.push_back(product_of_lengths(pile));
+      rows.push_back(numbers_of(pile));
+      total += weights.back(), total_squares += weights.back() * weights.back();
+    }
+    // As many equally weighted piles; too few would tell nothing.
+    CHECK(total * total / total_squares > 1000);
+    const auto chain = measure(size, spec_of(Law::polytope, size.mu, 0), test::sanitized ? 200 : 800);
+    for (std::size_t j = 0; j < chain.size(); ++j) {
+      if (!(chain[j].variance() > 1e-20)) continue;
+      double mean = 0, error = 0;
+      for (std::size_t k = 0; k < weights.size(); ++k) mean += weights[k] * rows[k][j] / total;
+      for (std::size_t k = 0; k < weights.size(); ++k) error += std::pow(weights[k] * (rows[k][j] - mean) / total, 2);
+      const test::Estimated exact{mean, std::sqrt(error)}, found = chain[j].estimate();
+      CAPTURE(size.columns, size.layers, size.mu, j, exact.value, exact.error, found.value, found.error);
+      CHECK(std::abs(test::sigmas(exact, found)) < test::sigma_bound(small.size() * chain.size()));
+      CHECK(std::hypot(exact.error, found.error) < 0.1 * std::sqrt(8 * chain[j].variance()));
+    }
+  }
+}
+
+// s_n = (1 - alpha_n)/2 and the variance of the weight, with the errors stated in rejection_test.cc.
+TEST_CASE("the chain at lambda = 1 meets the independent implementation on 6 x 6 beads") {
+  const std::vector<double> expected_s = {-0.0547, 0.0637, 0.0532, 0.0289, 0.0288, 0.0090};
+  const std::vector<double> expected_variance = {0, 0, 0.1351, 0.1027, 0.1189, 0.1247};
+  const auto means = measure({6, 6, 0.3}, spec_of(Law::polytope, 0.3), test::sanitized ? 60 : 200);
+  for (std::size_t n = 0; n < 6; ++n) {
+    const auto thrust = means[4 * n].estimate(), squares = means[4 * n + 1].estimate();
+    const double s = (1 - std::sqrt(3.0) * thrust.value / 6) / 2, s_error = std::sqrt(3.0) * thrust.error / 12;
+    const double variance = squares.value / 6 - 1, variance_error = squares.error / 6;
+    CAPTURE(n, s, s_error, variance, variance_error);
+    CHECK(std::abs(s - expected_s[n]) <= test::sigma_bound(10) * std::hypot(s_error, 2e-4) + 5e-5);
+    CHECK(s_error < (test::sanitized ? 6e-3 : 3e-3));
+    if (n < 2) continue;
+    CHECK(std::abs(variance - expected_variance[n]) <= test::sigma_bound(10) * std::hypot(variance_error, 4e-4) + 5e-5);
+    CHECK(variance_error < (test::sanitized ? 15e-3 : 8e-3));
+  }
+}
+
+TEST_CASE("moves keep every balance, cone and identity without any repair") {
+  const Lattice lattice({.columns = 7, .layers = 9});
+  for (const double mu : {0.1, 0.5773502691896258, 1.2}) {
+    for (const double lambda : {0.0, 0.4, 1.0}) {
+      const auto start = make_sampler(spec_of(Law::granusolve, mu), lattice);
+      Pile pile(lattice);
+      REQUIRE_FALSE(start->draw(0, std::vector<double>(7, 1.0), pile).has_value());
+      PolytopeChain chain(FrictionCone(mu), lattice, lambda);
+      chain.set(pile);
+      const RandomKey key(4, 2);
+      for (std::uint32_t sweep = 1; sweep <= 2000; ++sweep) {
+        chain.sweep([&](int layer, int bead) { return key.chain_move(layer, bead, sweep); });
+      }
+      CAPTURE(mu, lambda, chain.moves(), chain.accepted_moves());
+      CHECK(chain.moves() == 2000 * (7 + 1) * 9);
+      CHECK(chain.accepted_moves() > chain.moves() / 4);
+      for (const bool stored : {false, true}) {
+        if (stored) chain.store(pile);
+        const AuditResult result = audit(stored ? pile : chain.pile());
+        CHECK(result.max_balance_residual <= 1e-12);
+        CHECK(result.max_cone_violation <= 1e-12);
+        assert_identities(stored ? pile : chain.pile());
+      }
+    }
+  }
+}
+
+TEST_CASE("the autocorrelation time of a series that forgets by a factor each step is known") {
+  std::mt19937_64 engine(7);
+  std::normal_distribution<double> normal;
+  for (const double memory : {0.0, 0.5, 0.9, 0.98}) {
+    std::vector<double> series;
+    double x = 0;
+    for (int k = 0; k < 100'000; ++k) series.push_back(x = memory * x + normal(engine));
+    const double expected = (1 + memory) / (1 - memory);
+    // Windows of three times `expected`: relative error sqrt(2 (2 windows + 1)/100 000).
+    const double error = expected * std::sqrt(2 * (6 * expected + 1) / 100'000);
+    CAPTURE(memory, expected, error);
+    CHECK(std::abs(autocorrelation_time(series, 1) - expected) < 5 * error + 0.01 * expected);
+    CHECK(autocorrelation_time(series, 1e12) == 1);  // less than rounding in numbers of that size
+  }
+  CHECK(autocorrelation_time(std::vector<double>(100, 3.0), 3) == 1);
+}
+
+TEST_CASE("a power without libm is the power") {
+  std::mt19937_64 engine(8);
+  std::uniform_real_distribution<double> exponent(0, 1), log_base(-300, 300);
+  for (int k = 0; k < 10'000; ++k) {
+    const double base = std::pow(10.0, log_base(engine)), y = exponent(engine);
+    CHECK(portable_power(base, y) == Approx(std::pow(base, y)).epsilon(1e-12));
+  }
+  CHECK(portable_power(0.3, 1) == 0.3);
+  CHECK(portable_power(0.3, 0) == 1);
+  CHECK(portable_power(INFINITY, 0.5) == INFINITY);
+}
+
+TEST_CASE("burn-in and thinning follow what the pilot measures; a pile too large is refused at once") {
+  const Lattice lattice({.columns = 6, .layers = 6});
+  const std::vector<double> load(6, 1.0);
+  SamplerSpec spec = spec_of(Law::polytope, 0.3);
+  const ChainPlan plan = plan_chain(spec, lattice, load);
+  CHECK(static_cast<double>(plan.pilot_sweeps) > 100 * plan.autocorrelation_time);
+  CHECK(static_cast<double>(plan.burn_in) >= burn_in_times * plan.autocorrelation_time);
+  CHECK(static_cast<double>(plan.thinning) >= thinning_times * plan.autocorrelation_time);
+  // Pilots of several seeds agree to a factor of two or so.
+  spec.seed = 12;
+  const double other = plan_chain(spec, lattice, load).autocorrelation_time;
+  CHECK(other > plan.autocorrelation_time / 3);
+  CHECK(other < plan.autocorrelation_time * 3);
+  spec.thinning = 17;
+  CHECK(with_measured_chain(spec, lattice, load).thinning == 17);
+  CHECK(with_measured_chain(spec, lattice, load).burn_in > 17);
+  CHECK_THROWS_AS(plan_chain(spec, Lattice({.columns = 100, .layers = 41}), std::vector<double>(100, 1.0)), InputError);
+}
+
+}  // namespace
+}  // namespace granuscope
