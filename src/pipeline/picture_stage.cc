@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "ensemble/ensemble_runner.h"
+#include "model/audit.h"
 #include "plot/figure_words.h"
 #include "render/draw.h"
 #include "sampling/sampler.h"
@@ -92,6 +93,14 @@ PictureOutcome draw_force_chains(const Experiment& experiment, const std::filesy
              {"too_faint", std::to_string(drawn.counts.too_faint)},
              {"outside", std::to_string(drawn.counts.outside)}});
   outcome.environment = {{"OpenGL", drawn.renderer}, {"GL backend", drawn.backend + ": " + drawn.backend_reason}};
+  const AuditResult residuals = audit(pile);
+  outcome.checks.push_back(
+      fmt::format("The pile of the force chains was audited in normal and tangential components, which is not the form "
+                  "it was drawn "
+                  "in: relative to the largest force of a layer, no balance is off by more than {} and no force leaves "
+                  "its friction "
+                  "cone by more than {}.",
+                  significant(residuals.max_balance_residual, 2), significant(residuals.max_cone_violation, 2)));
   outcome.skipped.push_back(fmt::format(
       "The picture draws {} contacts; {} outside its window and {} too faint to change a pixel were left out.",
       drawn.counts.drawn, drawn.counts.outside, drawn.counts.too_faint));

@@ -15,6 +15,7 @@ namespace granuscope {
 struct PictureOutcome {
   Figure figure;
   std::vector<std::pair<std::string, std::string>> environment;  ///< GL backend, why it was chosen, renderer
+  std::vector<std::string> checks;                               ///< how the pile's audit came out
   std::vector<std::string> skipped;                              ///< what was left out of the picture, counted
 };
 

@@ -70,7 +70,7 @@ Figure draw_propagation_and_thrust(const Analysis& analysis, const std::filesyst
   PlotPlan plan;
   plan.id = figure_id;
   plan.script = "propagation_and_thrust";
-  plan.height = 3.0;
+  plan.height = 2.8;
   plan.data[std::string(figure_id) + ".csv"] = table.text();
   plan.curves = 5;
   Figure figure = draw_plot(plan,

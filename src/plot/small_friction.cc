@@ -79,7 +79,7 @@ Figure draw_small_friction(const Analysis& analysis, const std::filesystem::path
   PlotPlan plan;
   plan.id = figure_id;
   plan.script = "small_friction";
-  plan.height = 4.3;
+  plan.height = 4.0;
   Saturation saturation;
   PowerLawPanel panel;
   panel.id = "slowing";

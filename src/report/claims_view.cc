@@ -4,7 +4,6 @@
 
 #include "report/number_text.h"
 #include "report/report_view.h"
-#include "support/number_format.h"
 
 namespace granuscope {
 
@@ -22,10 +21,12 @@ Json measured_cells(const Json& summary, const std::string& claim) {
   const auto value = place.at("measured").get<double>();
   const auto error = place.at("stderr").get<double>();
   if (!(error > 0)) return cells;
-  const std::string both = value_with_error(value, error);  // "2.538(81)"
-  if (both.find("×") == std::string::npos) cells["value"]["text"] = both.substr(0, both.find('('));
-  cells["error"] = number_cell(summary, claim + "/stderr");
-  cells["error"]["text"] = significant(error, 2);
+  const std::string both = plain_value_with_error(value, error);  // "2.538(81)"
+  const std::string number = both.substr(0, both.find('('));
+  const std::size_t point = number.find('.');
+  const auto decimals = point == std::string::npos ? 0 : static_cast<int>(number.size() - point - 1);
+  cells["value"]["text"] = number;
+  cells["error"] = fixed_cell(summary, claim + "/stderr", decimals);
   return cells;
 }
 

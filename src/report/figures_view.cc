@@ -33,18 +33,21 @@ std::string embedded(const Figure& figure, const std::filesystem::path& run_fold
                                figure.id, figure.screen.string()));
 }
 
-/// "figures/response-profiles.svg, .pdf, .gp, -layer-110.csv": the first name whole, of the others what differs.
+/// "figures/response-profiles.svg, .pdf, .gp, -layer-110.csv": the first name whole, of the others what differs; many
+/// data files are only counted.
 std::string files_in_words(const Figure& figure) {
   std::vector<std::filesystem::path> files = {figure.screen};
   if (figure.print != figure.screen) files.push_back(figure.print);
   if (!figure.script.empty()) files.push_back(figure.script);
-  files.insert(files.end(), figure.data.begin(), figure.data.end());
+  const bool many = figure.data.size() > 4;
+  if (!many) files.insert(files.end(), figure.data.begin(), figure.data.end());
   const std::string stem = (figure.screen.parent_path() / figure.screen.stem()).generic_string();
   std::string words = files.front().generic_string();
   for (std::size_t i = 1; i < files.size(); ++i) {
     const std::string name = files[i].generic_string();
     words += ", " + (name.starts_with(stem) ? name.substr(stem.size()) : name);
   }
+  if (many) words += fmt::format(", -*.csv ({} files)", figure.data.size());
   return words;
 }
 

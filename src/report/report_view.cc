@@ -37,8 +37,12 @@ Json report_view(const ReportData& data, const Json& summary, const std::filesys
   view["claims"] = claims_view(summary);
   view["claim_counts"] = claim_counts(summary);
   view["has_claims"] = !view["claims"].empty();
+  merge(view, laws_view(summary));
+  merge(view, side_view(summary));
   view["figures"] = figures_view(data, run_folder, medium);
   view["has_figures"] = !view["figures"].empty();
+  view["checks"] = data.checks;
+  view["has_checks"] = !data.checks.empty();
   view["law_in_words"] = data.law_in_words;
   view["has_law_in_words"] = !data.law_in_words.empty();
   merge(view, numerics_view(summary, data));

@@ -93,13 +93,13 @@ Json transport_rows(const Json& summary, Json& notes) {
   for (std::size_t i = 0; i < results.size(); ++i) {
     const std::string pointer = fmt::format("/results/{}", i);
     Json row;
-    for (const char* name :
-         {"mu", "samples", "estimator", "law", "c", "D", "alpha_thrust", "c_thrust", "c_minus_c_thrust"}) {
+    for (const char* name : {"mu", "samples", "estimator", "law", "c", "D", "alpha_thrust", "c_thrust"}) {
       row[name] = number_cell(summary, fmt::format("{}/{}", pointer, name));
     }
     const bool multiplexed = results[i].at("estimator") == "multiplexed";
     row["row_epsilon"] = Json::array();
     if (multiplexed) row["row_epsilon"].push_back(number_cell(summary, pointer + "/epsilon"));
+    row["c_minus_c_thrust"] = plain_cell(summary, pointer + "/c_minus_c_thrust");
     row["frictionless"] = results[i].at("mu") == 0;
     row["exact"] = results[i].at("exact");
     const std::string at = " at μ = " + row["mu"]["text"].get<std::string>();

@@ -72,9 +72,9 @@ std::string power_of_ten(int exponent) {
 }
 
 /// Whether a number whose first digit stands at 10^exponent is written without a power of ten: from 1e-4 to 1e6.
-bool reads_well_plain(int exponent, const Decimal& number) {
+bool reads_well_plain(int exponent, const Decimal& number, int lowest_exponent = -4) {
   if (exponent == 6) return number.digits.find_first_not_of('0', 1) == std::string::npos && number.digits[0] == '1';
-  return exponent >= -4 && exponent < 6;
+  return exponent >= lowest_exponent && exponent < 6;
 }
 
 std::string sign_of(double value, const Decimal& rounded) { return value < 0 && !rounded.zero() ? minus : ""; }
@@ -90,7 +90,7 @@ std::string significant(double value, int digits) {
   return sign_of(value, number) + positional(number, exponent) + power_of_ten(exponent);
 }
 
-std::string value_with_error(double value, double standard_error, int digits_if_exact) {
+std::string value_with_error(double value, double standard_error, int digits_if_exact, int lowest_plain_exponent) {
   if (!std::isfinite(value) || !std::isfinite(standard_error) || standard_error < 0) return unknown;
   // Below the resolution of a double the digits would be those of the binary number, not of a measurement.
   if (standard_error <= std::abs(value) * 1e-17) return significant(value, digits_if_exact);
@@ -100,7 +100,7 @@ std::string value_with_error(double value, double standard_error, int digits_if_
   const bool value_leads = !number.zero() && number.exponent() >= error.exponent();
   const Decimal& leading = value_leads ? number : error;
   const int exponent = leading.exponent();
-  const bool plain = reads_well_plain(exponent, leading);
+  const bool plain = reads_well_plain(exponent, leading, lowest_plain_exponent);
   const int shift = plain ? 0 : exponent;
 
   // 0.0792(41) counts the error in units of the last digit; from 1 on it is written out: 123.4(5.6).
