@@ -73,10 +73,10 @@ TEST_CASE("Every keyed number of the page is the one in summary.json") {
       CHECK(keys.contains("/results/" + std::to_string(i) + "/" + name));
     }
   }
-  for (const char* name :
-       {"/scaling/beta", "/scaling/gamma", "/scaling/alpha", "/scaling/beta/window/0", "/scaling/other_windows/0/alpha",
-        "/scaling/by_ratio/1/gamma", "/claims/1/measured", "/claims/1/stderr", "/claims/1/paper", "/claims/1/z_score",
-        "/results/4/failed/0/replay", "/figures/1/caption", "/seed"}) {
+  for (const char* name : {"/scaling/beta", "/scaling/gamma", "/scaling/alpha", "/scaling/beta/window/0",
+                           "/scaling/other_windows/0/alpha", "/scaling/by_ratio/1/gamma", "/claims/1/measured",
+                           "/claims/1/stderr", "/claims/1/paper", "/claims/1/z_score", "/results/4/failed/0/replay",
+                           "/results/1/exponents/noise", "/mean_exponents/position", "/figures/1/caption", "/seed"}) {
     INFO(name);
     CHECK(keys.contains(name));
   }
@@ -104,6 +104,12 @@ TEST_CASE("The page opens with the claims, then numbers, figures, method, numeri
     at = next;
   }
   CHECK(contains(page.html, "granuscope sample --mu 0.3"));
+  // 2 reproduced, 2 not, 1 open; a claim that does not hold says why in its first sentence.
+  CHECK(contains(page.html, "reproduced</span> 2"));
+  CHECK(contains(page.html, "undetermined</span> 1"));
+  const std::size_t why = page.html.find("class=\"explanation\">");
+  REQUIRE(why != std::string::npos);
+  CHECK(page.html.find("grows faster than linearly", why) < page.html.find("class=\"contents\""));
   CHECK(contains(page.html, "00112233445566aa"));
   CHECK(contains(page.html, "max_tries = 1000000"));
   CHECK(page.html.size() < 5'000'000);

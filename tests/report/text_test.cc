@@ -11,6 +11,14 @@
 using namespace granuscope;
 using Json = nlohmann::ordered_json;
 
+TEST_CASE("Numbers of a column keep plain digits however small they are") {
+  const auto summary = nlohmann::ordered_json::parse(
+      R"({"a": {"value": -2.3e-5, "stderr": 1.2e-5}, "b": {"value": null, "stderr": null}})");
+  CHECK(number_text(summary, "/a") == "−2.3(1.2) × 10⁻⁵");
+  CHECK(plain_cell(summary, "/a")["text"] == "−0.000023(12)");
+  CHECK(plain_cell(summary, "/b")["text"] == "n/a");
+}
+
 TEST_CASE("Clean text is valid UTF-8 without control characters") {
   CHECK(clean_text("plain μ − 例 😀\n\ttab") == "plain μ − 例 😀\n\ttab");
   const std::string bad = "\xEF\xBF\xBD";
