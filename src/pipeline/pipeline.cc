@@ -240,11 +240,11 @@ class Run {
         add_figure([&] { return draw_propagation_and_thrust(data_.analysis, options_.folder); });
       }
       const SideMeasurements& side = data_.analysis.side;
-      if (!side.small_friction.empty()) {
-        add_figure([&] { return draw_small_friction(data_.analysis, options_.folder); });
-      }
       if (!side.counted_work.empty()) {
         add_figure([&] { return draw_counted_work(side.counted_work, options_.folder); });
+      }
+      if (!side.small_friction.empty()) {
+        add_figure([&] { return draw_small_friction(data_.analysis, options_.folder); });
       }
     });
     note_version("gnuplot");
