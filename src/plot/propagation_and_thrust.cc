@@ -1,5 +1,7 @@
 #include "plot/propagation_and_thrust.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -45,7 +47,7 @@ Figure draw_propagation_and_thrust(const Analysis& analysis, const std::filesyst
     const std::string mu_text = caption_number(result.mu);
     if (!has_both(result)) {
       const std::string& reason = result.c.known() ? result.c_thrust.reason : result.c.reason;
-      unknown.push_back("μ = " + mu_text + " (" + reason + ")");
+      unknown.push_back(fmt::format("μ = {} ({})", mu_text, reason));
       continue;
     }
     const Estimate& gap = result.c_minus_c_thrust;
