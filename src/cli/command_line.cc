@@ -91,6 +91,7 @@ ExitCode parse_and_act(int argc, const char* const* argv, std::ostream& out, std
   add_sample_verb(app, context);
   add_render_verb(app, context);
   add_audit_verb(app, context);
+  add_bench_verb(app, context);
   add_doctor_verb(app, context);
   add_reference_verb(app, context);
 

@@ -22,6 +22,7 @@ void add_run_verb(CLI::App& app, VerbContext& context);
 void add_sample_verb(CLI::App& app, VerbContext& context);
 void add_render_verb(CLI::App& app, VerbContext& context);
 void add_audit_verb(CLI::App& app, VerbContext& context);
+void add_bench_verb(CLI::App& app, VerbContext& context);
 void add_doctor_verb(CLI::App& app, VerbContext& context);
 void add_reference_verb(CLI::App& app, VerbContext& context);  ///< hidden: the key table of README
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "render/egl_context.h"
 #include "render/osmesa_context.h"
 #include "support/error.h"
 
@@ -55,18 +56,33 @@ void GlContext::load(Lookup lookup) {
   version_ = text_of(gl_.GetString(GL_VERSION));
 }
 
-std::unique_ptr<GlContext> make_gl_context(const std::string& backend) {
-  if (backend == "egl") {
-    throw EnvironmentError(
-        "the backend 'egl' is not part of this build, which draws with OSMesa only; use --backend auto");
-  }
-  if (backend != "auto" && backend != "osmesa") {
-    throw InputError(fmt::format("there is no backend '{}' to draw with; choose auto or osmesa", backend));
-  }
-  auto context = make_osmesa_context();
-  context->set_reason(backend == "auto" ? "OSMesa was found, and it is the first choice: it needs no display and no GPU"
-                                        : "OSMesa was asked for by name");
+namespace {
+
+std::unique_ptr<GlContext> with_reason(std::unique_ptr<GlContext> context, const std::string& reason) {
+  context->set_reason(reason);
   return context;
+}
+
+}  // namespace
+
+std::unique_ptr<GlContext> make_gl_context(const std::string& backend) {
+  if (backend == "osmesa") return with_reason(make_osmesa_context(), "OSMesa was asked for by name");
+  if (backend == "egl") return with_reason(make_egl_context(), "EGL was asked for by name");
+  if (backend != "auto") {
+    throw InputError(fmt::format("there is no backend '{}' to draw with; choose auto, osmesa or egl", backend));
+  }
+  std::string without_osmesa;
+  try {
+    return with_reason(make_osmesa_context(),
+                       "OSMesa was found, and it is the first choice: it needs no display and no GPU");
+  } catch (const EnvironmentError& error) {
+    without_osmesa = error.what();
+  }
+  try {
+    return with_reason(make_egl_context(), fmt::format("EGL stands in, without a display: {}", without_osmesa));
+  } catch (const EnvironmentError& error) {
+    throw EnvironmentError(fmt::format("{}; nor can EGL stand in: {}", without_osmesa, error.what()));
+  }
 }
 
 void check_gl(const GlContext& context, const char* step) {

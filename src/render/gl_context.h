@@ -17,7 +17,7 @@ class GlContext {
 
   /// Makes it the context of this thread. Throws EnvironmentError.
   virtual void make_current() = 0;
-  /// "osmesa".
+  /// "osmesa" or "egl".
   virtual std::string name() const = 0;
   /// Why this backend was chosen, as a sentence for people.
   const std::string& reason() const { return reason_; }
@@ -40,9 +40,9 @@ class GlContext {
   std::string renderer_, version_, reason_;
 };
 
-/// Makes the context for `backend`: "auto" or "osmesa" (Mesa's off-screen library, loaded now and not earlier).
-/// Throws EnvironmentError if the backend is not part of this build ("egl") or cannot start, InputError if there is no
-/// such backend.
+/// Makes the context for `backend`: "osmesa" (Mesa's off-screen library), "egl" (EGL without a window system), or
+/// "auto": OSMesa, or EGL where that is absent. Libraries are loaded now and not earlier. Throws EnvironmentError if
+/// the backend cannot start, InputError if there is no such backend.
 std::unique_ptr<GlContext> make_gl_context(const std::string& backend);
 
 /// Throws EnvironmentError naming the error and `step` if GL has noted one.

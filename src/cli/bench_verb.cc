@@ -1,0 +1,52 @@
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "bench/render_suite.h"
+#include "cli/verbs.h"
+#include "support/atomic_file.h"
+
+namespace granuscope {
+namespace {
+
+struct BenchOptions {
+  std::string suite;
+  std::string json_file;
+  std::string folder;
+  bool quick = false;
+};
+
+ExitCode bench(const BenchOptions& options, VerbContext& context) {
+  if (options.suite != "render") {
+    throw InputError(fmt::format("there is no suite '{}' to run; known is render", options.suite));
+  }
+  const std::filesystem::path folder =
+      options.folder.empty() ? std::filesystem::temp_directory_path() / fmt::format("granuscope-bench-{}", ::getpid())
+                             : std::filesystem::path(options.folder);
+  const bool made_here = options.folder.empty();
+  const RenderBench result = run_render_suite(render_cases(options.quick), folder, [&](const std::string& text) {
+    context.err << text << "\n" << std::flush;
+  });
+  if (made_here) std::filesystem::remove_all(folder);
+  if (!options.json_file.empty()) write_file(options.json_file, render_bench_json(result));
+  context.out << render_bench_table(result);
+  return ExitCode::done;
+}
+
+}  // namespace
+
+void add_bench_verb(CLI::App& app, VerbContext& context) {
+  CLI::App* verb = app.add_subcommand("bench", "Measure how long things take, each against its target");
+  const auto options = std::make_shared<BenchOptions>();
+  verb->add_option("SUITE", options->suite, "what to measure: render")->required();
+  verb->add_option("--json", options->json_file, "also write the numbers to this file");
+  verb->add_option("--folder", options->folder, "where piles and pictures are made for the time of the run");
+  verb->add_flag("--quick", options->quick, "leave out what takes minutes");
+  verb->callback([options, &context] { context.action = [options, &context] { return bench(*options, context); }; });
+}
+
+}  // namespace granuscope

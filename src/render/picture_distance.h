@@ -1,0 +1,23 @@
+#pragma once
+#include "render/image.h"
+
+namespace granuscope {
+
+/// How far two pictures of one size are apart, in steps of 1/255, over all pixels and the channels R, G, B.
+struct PictureDistance {
+  double root_mean_square = 0;
+  double blocks = 0;  ///< the same between means over blocks of 8 x 8 pixels, where the places of samples even out
+  double mean = 0;    ///< of the second minus the first: what is darker or lighter as a whole
+  double largest = 0;
+};
+
+/// Throws InputError if the sizes differ.
+PictureDistance distance(const Image& first, const Image& second);
+
+/// What the level of detail may differ from the full picture (largest: anything). Both look at the same shapes at about
+/// 16 places a pixel; an edge between black and white that falls between two places moves a pixel by 1/16 of 255; and
+/// the 50 samples that a whole bead covers are 1.5 % fewer than its area, which lightens a picture of grey beads by
+/// less than 2.
+inline constexpr PictureDistance detail_distance{12, 2.5, 2, 255};
+
+}  // namespace granuscope
