@@ -1,6 +1,7 @@
 #include "bench/render_suite.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -8,7 +9,6 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
-#include <nlohmann/json.hpp>
 
 #include "sampling/sampler.h"
 #include "storage/pile_file.h"
@@ -17,8 +17,6 @@
 
 namespace granuscope {
 namespace {
-
-using nlohmann::ordered_json;
 
 // The targets of the suite and the cases they are about.
 constexpr const char* large_case = "1000 x 1000 to 2000 px";
@@ -184,41 +182,35 @@ RenderBench run_render_suite(const std::vector<RenderCase>& cases, const std::fi
 }
 
 std::string render_bench_json(const RenderBench& bench) {
-  ordered_json pictures = ordered_json::array(), targets = ordered_json::array();
+  std::vector<std::string> pictures, targets;
   for (const RenderTiming& timing : bench.timings) {
-    ordered_json entry{{"name", timing.picture.name},
-                       {"columns", timing.picture.columns},
-                       {"layers", timing.picture.layers},
-                       {"width_px", timing.picture.spec.width_px},
-                       {"skipping", timing.picture.spec.skip_invisible}};
+    std::string entry =
+        fmt::format(R"(    {{"name": "{}", "columns": {}, "layers": {}, "width_px": {}, "skipping": {}, )",
+                    timing.picture.name, timing.picture.columns, timing.picture.layers, timing.picture.spec.width_px,
+                    timing.picture.spec.skip_invisible);
     if (!timing.failure.empty()) {
-      entry["seconds"] = nullptr;
-      entry["reason"] = timing.failure;
-    } else {
-      const SceneStatistics& drawn = timing.statistics;
-      entry["seconds"] = {{"all", timing.seconds},
-                          {"read", drawn.seconds.read},
-                          {"build", drawn.seconds.build},
-                          {"draw", drawn.seconds.draw},
-                          {"encode", drawn.seconds.encode}};
-      entry["drawn"] = drawn.counts.drawn;
-      entry["outside"] = drawn.counts.outside;
-      entry["too_faint"] = drawn.counts.too_faint;
-      entry["aggregated"] = drawn.counts.aggregated;
-      entry["pixels"] = drawn.counts.pixels;
-      entry["image_bytes"] = timing.image_bytes;
-      entry["peak_bytes"] = timing.peak_bytes;
-      entry["renderer"] = drawn.renderer;
+      pictures.push_back(entry + fmt::format(R"("seconds": null, "reason": "{}"}})", timing.failure));
+      continue;
     }
+    const SceneCounts& counts = timing.statistics.counts;
+    const SceneStatistics::Seconds& steps = timing.statistics.seconds;
+    std::string renderer = timing.statistics.renderer;
+    std::erase_if(renderer, [](char c) { return c == '"' || c == '\\' || c < ' '; });
+    entry += fmt::format(
+        R"("seconds": {{"all": {}, "read": {}, "build": {}, "draw": {}, "encode": {}}}, "drawn": {}, "outside": {}, )",
+        timing.seconds, steps.read, steps.build, steps.draw, steps.encode, counts.drawn, counts.outside);
+    entry += fmt::format(
+        R"("too_faint": {}, "aggregated": {}, "pixels": {}, "image_bytes": {}, "peak_bytes": {}, "renderer": "{}"}})",
+        counts.too_faint, counts.aggregated, counts.pixels, timing.image_bytes, timing.peak_bytes, renderer);
     pictures.push_back(entry);
   }
   for (const RenderTarget& target : bench.targets) {
-    targets.push_back({{"name", target.name},
-                       {"measured", target.measured},
-                       {target.at_most ? "at_most" : "at_least", target.limit},
-                       {"met", target.met()}});
+    targets.push_back(fmt::format(R"(    {{"name": "{}", "measured": {}, "{}": {}, "met": {}}})", target.name,
+                                  target.measured, target.at_most ? "at_most" : "at_least", target.limit,
+                                  target.met()));
   }
-  return ordered_json{{"suite", "render"}, {"pictures", pictures}, {"targets", targets}}.dump(2) + "\n";
+  return fmt::format("{{\n  \"suite\": \"render\",\n  \"pictures\": [\n{}\n  ],\n  \"targets\": [\n{}\n  ]\n}}\n",
+                     fmt::join(pictures, ",\n"), fmt::join(targets, ",\n"));
 }
 
 std::string render_bench_table(const RenderBench& bench) {

@@ -83,13 +83,16 @@ ExitCode render(RenderOptions options, VerbContext& context) {
 }  // namespace
 
 void add_render_verb(CLI::App& app, VerbContext& context) {
-  CLI::App* verb = app.add_subcommand("render", "Draw a stored pile off-screen into a PNG file");
+  CLI::App* verb = app.add_subcommand("render", "Draw a stored pile off-screen into an image file");
   const auto options = std::make_shared<RenderOptions>();
   SceneSpec& scene = options->scene;
   verb->add_option("FILE", options->pile_file, "pile file (HDF5), as granuscope sample --out writes it")->required();
   verb->add_option("--minus", options->minus_file,
                    "scene response: the pile without the overload, of the same seed and sample");
-  verb->add_option("--image", options->image_file, "the picture (PNG)")->required()->check(output_file());
+  verb->add_option("--image", options->image_file,
+                   "the picture: .png, or .svg or .pdf where it has few enough elements")
+      ->required()
+      ->check(output_file());
   verb->add_option("--scene", scene.scene, fmt::format("what to draw of the pile: {}", fmt::join(pile_scenes(), ", ")))
       ->capture_default_str();
   verb->add_option("--width", scene.width_px, "width of the picture in pixels; mm = 25.4 px / dpi")

@@ -9,6 +9,7 @@
 #include "render/painter.h"
 #include "render/pile_scene.h"
 #include "render/png_file.h"
+#include "render/vector_file.h"
 #include "render/window.h"
 #include "storage/pile_file.h"
 #include "support/error.h"
@@ -45,9 +46,11 @@ SceneStatistics draw_views(const PileView& pile, const PileView* minus, const Sc
 }  // namespace
 
 void require_known_format(const std::filesystem::path& image) {
-  if (image.extension() == ".png") return;
-  throw InputError(fmt::format("'{}' does not end in .png, and no other format can be written; name a file ending so",
-                               image.string()));
+  const std::filesystem::path ending = image.extension();
+  if (ending == ".png" || ending == ".svg" || ending == ".pdf") return;
+  throw InputError(fmt::format(
+      "'{}' ends neither in .png nor in .svg or .pdf, and no other format can be written; name a file ending so",
+      image.string()));
 }
 
 SceneStatistics draw_scene(const Scene& scene, const SceneSpec& spec, const std::filesystem::path& image_path,
@@ -58,6 +61,17 @@ SceneStatistics draw_scene(const Scene& scene, const SceneSpec& spec, const std:
   statistics.backend_reason = "nothing in the picture is larger than a pixel, so it needs no OpenGL";
   statistics.renderer = "level of detail";
   Lap lap;
+  if (image_path.extension() != ".png") {
+    ImageMetadata all = describe(scene);
+    all.insert(all.end(), metadata.begin(), metadata.end());
+    const auto [width, height] = write_vector(image_path, scene, spec, all);
+    statistics.backend_reason = "a vector picture has no pixels, so it needs no OpenGL";
+    statistics.renderer = "vector";
+    statistics.seconds.encode = lap();
+    statistics.counts = scene.counts;
+    statistics.counts.pixels = static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height);
+    return statistics;
+  }
   std::unique_ptr<GlContext> context;
   Image image = paint(scene, spec, [&]() -> GlContext& {
     context = make_gl_context(spec.backend);

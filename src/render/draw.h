@@ -28,7 +28,7 @@ struct SceneStatistics {
 struct PictureFiles {
   std::filesystem::path pile;
   std::filesystem::path minus;  ///< of a response: the pile without the overload; empty otherwise
-  std::filesystem::path image;  ///< PNG
+  std::filesystem::path image;  ///< PNG, SVG or PDF, by its ending
 };
 
 /// Draws a pile to a file, which appears whole or not at all; `metadata` (provenance) goes into it. Throws InputError

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <utility>
 #include FT_FREETYPE_H
 #include FT_OUTLINE_H
 
@@ -127,6 +128,59 @@ CoverageMask Font::draw(std::string_view text) const {
     }
   });
   return mask;
+}
+
+Path Font::outline(std::string_view text) const {
+  struct Pen {
+    Path path;
+    Corner at;
+    double x = 0;
+    Corner corner(const FT_Vector* point) const {
+      return {x + static_cast<double>(point->x) / 64, -static_cast<double>(point->y) / 64};
+    }
+    void close() {
+      if (!path.empty() && path.back().corners != 0) path.push_back({});
+    }
+  } pen;
+  FT_Outline_Funcs steps = {};
+  steps.move_to = [](const FT_Vector* to, void* user) {
+    auto& p = *static_cast<Pen*>(user);
+    p.close();
+    p.at = p.corner(to);
+    p.path.push_back({true, 1, {p.at}});
+    return 0;
+  };
+  steps.line_to = [](const FT_Vector* to, void* user) {
+    auto& p = *static_cast<Pen*>(user);
+    p.at = p.corner(to);
+    p.path.push_back({false, 1, {p.at}});
+    return 0;
+  };
+  steps.conic_to = [](const FT_Vector* control, const FT_Vector* to, void* user) {
+    // A parabola as a cubic: its control points lie two thirds of the way to the parabola's one.
+    auto& p = *static_cast<Pen*>(user);
+    const Corner c = p.corner(control), end = p.corner(to);
+    const auto toward = [](const Corner& from, const Corner& other) {
+      return Corner{from.x + 2.0 / 3 * (other.x - from.x), from.y + 2.0 / 3 * (other.y - from.y)};
+    };
+    p.path.push_back({false, 3, {toward(p.at, c), toward(end, c), end}});
+    p.at = end;
+    return 0;
+  };
+  steps.cubic_to = [](const FT_Vector* first, const FT_Vector* second, const FT_Vector* to, void* user) {
+    auto& p = *static_cast<Pen*>(user);
+    p.path.push_back({false, 3, {p.corner(first), p.corner(second), p.corner(to)}});
+    p.at = p.corner(to);
+    return 0;
+  };
+  face_->walk(text, [&](FT_GlyphSlot slot, double x) {
+    pen.x = x;
+    if (const FT_Error error = FT_Outline_Decompose(&slot->outline, &steps, &pen); error != 0) {
+      fail(error, "trace a glyph of");
+    }
+    pen.close();
+  });
+  return std::move(pen.path);
 }
 
 CoverageMask Font::fill(const std::vector<Corner>& polygon, int width, int height) const {

@@ -1,4 +1,6 @@
 #pragma once
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <string_view>
@@ -16,6 +18,15 @@ struct CoverageMask {
 struct Corner {
   double x = 0, y = 0;
 };
+
+/// One step of an outline: to corner[0], which starts a new part or ends a line; or a cubic curve by two control points
+/// to corner[2]; or, without corners, back to where the part started.
+struct PathStep {
+  bool starts = false;
+  std::size_t corners = 0;  ///< 1, 3 or 0
+  std::array<Corner, 3> corner{};
+};
+using Path = std::vector<PathStep>;
 
 /// DejaVu Sans at one size, in final pixels, and a filler of polygons with the same rasteriser (exact coverage).
 /// Throws EnvironmentError if the font is not installed.
@@ -35,6 +46,8 @@ class Font {
   double digit_height() const;
   /// The text in a box of width(text) x (ascent() + descent()).
   CoverageMask draw(std::string_view text) const;
+  /// Its outlines, from the start of the base line, y downwards.
+  Path outline(std::string_view text) const;
   /// Coverage of a closed polygon in a box of width x height pixels; corners count from its upper left one.
   CoverageMask fill(const std::vector<Corner>& polygon, int width, int height) const;
 

@@ -72,8 +72,7 @@ bool encode(std::FILE* file, const Image& image, Channels channels, png_uint_32 
                channels == Channels::grey  ? PNG_COLOR_TYPE_GRAY
                : channels == Channels::rgb ? PNG_COLOR_TYPE_RGB
                                            : PNG_COLOR_TYPE_RGB_ALPHA,
-               PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT,
-               PNG_FILTER_TYPE_DEFAULT);
+               PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
   png_set_sRGB(png, info, PNG_sRGB_INTENT_PERCEPTUAL);
   png_set_pHYs(png, info, pixels_per_metre, pixels_per_metre, PNG_RESOLUTION_METER);
   if (text_count > 0) png_set_text(png, info, texts, text_count);
@@ -173,8 +172,9 @@ void write_png(const std::filesystem::path& path, const Image& image, double dpi
   }
   PngError error;
   errno = 0;
-  const bool encoded = encode(file.get(), image, channels_of(image), static_cast<png_uint_32>(std::lround(dpi / metres_per_inch)),
-                              texts.data(), static_cast<int>(texts.size()), row.data(), &error);
+  const bool encoded =
+      encode(file.get(), image, channels_of(image), static_cast<png_uint_32>(std::lround(dpi / metres_per_inch)),
+             texts.data(), static_cast<int>(texts.size()), row.data(), &error);
   if (!encoded || std::fflush(file.get()) != 0) {
     const int reason = errno;
     throw EnvironmentError(fmt::format("cannot write {}: {}; nothing was left behind", path.string(),
