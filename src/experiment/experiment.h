@@ -66,8 +66,15 @@ struct ForceChainSpec {
   double mu = 0.1;
   std::uint64_t sample = 0;  ///< of the experiment's seed
   SceneSpec scene;           ///< its window is ignored: columns and layers above say what is shown
+  bool weight = true;        ///< also the weights of the same pile's beads
+  bool response = true;      ///< also how they change with the overload, every bead keeping its random number
 
   int computed_layers() const { return layers + bottom_margin; }
+};
+
+/// The mean response of an ensemble over the plane, with the fitted rays and widths.
+struct ResponseFieldSpec {
+  bool draw = true;  ///< at the friction coefficient of figures.response_profiles
 };
 
 struct ReportSpec {
@@ -91,6 +98,7 @@ struct Experiment {
   SmallFrictionSpec small_friction;
   ChainShareSpec chain_share;
   ForceChainSpec force_chains;
+  ResponseFieldSpec response_field;
   ReportSpec report;
   std::map<std::string, std::string> expected_verdicts;  ///< claim id -> verdict, the table [gate.expect]
 

@@ -286,6 +286,17 @@ std::vector<ExperimentKey> make_keys() {
       key(
           chains, "skip_invisible", "", "leave out contacts that cannot change a pixel",
           [](auto& e) -> auto& { return e.force_chains.scene.skip_invisible; }),
+      key(
+          "scenes.weight", "draw", "", "draw the weights of the beads of scenes.force_chains, darker where larger",
+          [](auto& e) -> auto& { return e.force_chains.weight; }),
+      key(
+          "scenes.response", "draw", "",
+          "draw how those weights change with the overload, every bead keeping its random number",
+          [](auto& e) -> auto& { return e.force_chains.response; }),
+      key(
+          "scenes.response_field", "draw", "",
+          "draw the mean response over the plane, at figures.response_profiles.mu, with the fitted rays and widths",
+          [](auto& e) -> auto& { return e.response_field.draw; }),
 
       key(
           "report", "pdf", "", "also write report.pdf, if WeasyPrint is installed",

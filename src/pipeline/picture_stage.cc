@@ -2,8 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <optional>
+#include <string_view>
+#include <utility>
 
+#include "analysis/mean_response.h"
 #include "ensemble/ensemble_runner.h"
 #include "model/audit.h"
 #include "plot/figure_words.h"
@@ -55,55 +59,187 @@ Pile pile_for_figures(const Experiment& experiment, double mu) {
   return pile;
 }
 
-PictureOutcome draw_force_chains(const Experiment& experiment, const std::filesystem::path& run_folder,
-                                 const Provenance& provenance) {
-  const ForceChainSpec& chains = experiment.force_chains;
-  const EnsembleSpec spec = pile_spec(experiment, chains.mu);
-  const std::string replay = replay_command(spec, chains.sample);
-  Pile pile{Lattice(spec.lattice)};
-  if (const auto why = why_not_drawn(spec, chains.sample, pile)) {
-    throw EnvironmentError("the pile of the force-chain picture " + *why);
-  }
-  make_folder(run_folder / "piles");
-  make_folder(run_folder / "figures");
-  const std::filesystem::path pile_file = std::filesystem::path("piles") / fmt::format("{}.h5", figure_id);
-  write_pile(run_folder / pile_file, pile);
+namespace {
 
-  SceneSpec scene = chains.scene;
-  scene.window = {{-0.5 * chains.columns, 0.5 * chains.columns, 0.0, static_cast<double>(chains.layers - 1)}};
-  PictureOutcome outcome;
-  Figure& figure = outcome.figure;
-  figure.id = figure_id;
-  figure.screen = figure.print = std::filesystem::path("figures") / fmt::format("{}.png", figure_id);
-  figure.redraw = fmt::format(
-      "{} && granuscope render pile.h5 --image {}.png --scene {} --width {} --dpi {} --window {} "
-      "--colour-map {}",
-      replay, figure_id, scene.scene, scene.width_px, exact(scene.dpi), window_text(*scene.window), scene.colour_map);
-  const SceneStatistics drawn = draw_pile(pile, scene, run_folder / figure.screen,
-                                          {{"Software", provenance_line(provenance)}, {"Source", figure.redraw}});
-  set_words(figure, "pictures/force_chains.words",
-            {{"columns", std::to_string(chains.columns)},
-             {"layers", std::to_string(chains.layers)},
-             {"computed_layers", std::to_string(chains.computed_layers())},
-             {"mu", caption_number(chains.mu)},
-             {"overload", caption_number(experiment.response.overload)},
-             {"sample", std::to_string(chains.sample)},
-             {"seed", std::to_string(experiment.sampling.seed)},
-             {"drawn", std::to_string(drawn.counts.drawn)},
-             {"too_faint", std::to_string(drawn.counts.too_faint)},
-             {"outside", std::to_string(drawn.counts.outside)}});
-  outcome.environment = {{"OpenGL", drawn.renderer}, {"GL backend", drawn.backend + ": " + drawn.backend_reason}};
-  const AuditResult residuals = audit(pile);
-  outcome.checks.push_back(
+/// Draws pictures of the experiment's pile, one scene after the other, each from the files the report keeps.
+class PilePictures {
+ public:
+  PilePictures(const Experiment& experiment, const std::filesystem::path& run_folder, const Provenance& provenance)
+      : experiment_(experiment),
+        chains_(experiment.force_chains),
+        folder_(run_folder),
+        software_(provenance_line(provenance)),
+        spec_(pile_spec(experiment, experiment.force_chains.mu)),
+        pile_(Lattice(spec_.lattice)) {
+    if (const auto why = why_not_drawn(spec_, chains_.sample, pile_)) {
+      throw EnvironmentError("the pile of the force-chain picture " + *why);
+    }
+    make_folder(folder_ / "piles");
+    make_folder(folder_ / "figures");
+    write_pile(folder_ / "piles" / fmt::format("{}.h5", figure_id), pile_);
+  }
+
+  const Pile& pile() const { return pile_; }
+
+  /// The pile under the uniform load, and beside it the same under the overload, every bead keeping its random number
+  /// unless a mend changes its split. Nothing if one of them could not be completed.
+  std::optional<std::pair<Pile, Pile>> pair() const {
+    const auto sampler = make_sampler(spec_.sampler, pile_.lattice);
+    EnsembleSpec uniform = spec_;
+    uniform.load = Load::uniform;
+    Pile first(pile_.lattice), second(pile_.lattice);
+    if (sampler->draw(chains_.sample, top_load(uniform), first)) return std::nullopt;
+    if (sampler->draw_again(chains_.sample, top_load(spec_), first, second)) return std::nullopt;
+    return std::pair{std::move(first), std::move(second)};
+  }
+
+  PictureOutcome draw(const char* id, const char* words, SceneSpec scene, const Pile& pile, const Pile* minus,
+                      const std::string& redraw) const {
+    scene.window = {{-0.5 * chains_.columns, 0.5 * chains_.columns, 0.0, static_cast<double>(chains_.layers - 1)}};
+    PictureOutcome outcome;
+    Figure& figure = outcome.figure;
+    figure.id = id;
+    figure.screen = figure.print = std::filesystem::path("figures") / fmt::format("{}.png", id);
+    figure.redraw = fmt::format("{} --image {}.png --scene {} --width {} --dpi {} --window={}{}", redraw, id,
+                                scene.scene, scene.width_px, exact(scene.dpi), window_text(*scene.window),
+                                scene.colour_map.empty() ? "" : " --colour-map " + scene.colour_map);
+    const SceneStatistics drawn =
+        draw_pile(pile, minus, scene, folder_ / figure.screen, {{"Software", software_}, {"Source", figure.redraw}});
+    Gaps gaps{{"columns", std::to_string(chains_.columns)}, {"layers", std::to_string(chains_.layers)},
+              {"mu", caption_number(chains_.mu)},           {"overload", caption_number(experiment_.response.overload)},
+              {"sample", std::to_string(chains_.sample)},   {"seed", std::to_string(experiment_.sampling.seed)}};
+    if (id == std::string_view(figure_id)) {  // what was skipped is told once
+      gaps["computed_layers"] = std::to_string(chains_.computed_layers());
+      gaps["drawn"] = std::to_string(drawn.counts.drawn + drawn.counts.aggregated);
+      gaps["too_faint"] = std::to_string(drawn.counts.too_faint);
+      gaps["outside"] = std::to_string(drawn.counts.outside);
+    }
+    set_words(figure, words, gaps);
+    outcome.environment = {{"OpenGL", drawn.renderer}, {"GL backend", drawn.backend + ": " + drawn.backend_reason}};
+    outcome.skipped.push_back(fmt::format(
+        "The picture {} draws {} elements; {} outside its window and {} too faint to change a pixel were left out.", id,
+        drawn.counts.drawn + drawn.counts.aggregated, drawn.counts.outside, drawn.counts.too_faint));
+    return outcome;
+  }
+
+  std::string replay() const { return replay_command(spec_, chains_.sample); }
+
+ private:
+  const Experiment& experiment_;
+  const ForceChainSpec& chains_;
+  std::filesystem::path folder_;
+  std::string software_;
+  EnsembleSpec spec_;
+  Pile pile_;
+};
+
+}  // namespace
+
+std::vector<PictureOutcome> draw_pile_pictures(const Experiment& experiment, const std::filesystem::path& run_folder,
+                                               const Provenance& provenance) {
+  const ForceChainSpec& chains = experiment.force_chains;
+  const PilePictures pictures(experiment, run_folder, provenance);
+  const std::string redraw = pictures.replay() + " && granuscope render pile.h5";
+  std::vector<PictureOutcome> drawn;
+  drawn.push_back(
+      pictures.draw(figure_id, "pictures/force_chains.words", chains.scene, pictures.pile(), nullptr, redraw));
+  const AuditResult residuals = audit(pictures.pile());
+  drawn.front().checks.push_back(
       fmt::format("The pile of the force chains was audited in normal and tangential components, which is not the form "
                   "it was drawn "
                   "in: relative to the largest force of a layer, no balance is off by more than {} and no force leaves "
                   "its friction "
                   "cone by more than {}.",
                   significant(residuals.max_balance_residual, 2), significant(residuals.max_cone_violation, 2)));
-  outcome.skipped.push_back(fmt::format(
-      "The picture draws {} contacts; {} outside its window and {} too faint to change a pixel were left out.",
-      drawn.counts.drawn, drawn.counts.outside, drawn.counts.too_faint));
+  if (chains.weight) {
+    SceneSpec scene = chains.scene;
+    scene.scene = "weight";
+    drawn.push_back(pictures.draw("bead-weights", "pictures/weight.words", scene, pictures.pile(), nullptr, redraw));
+  }
+  if (chains.response) {
+    if (const auto pair = pictures.pair()) {
+      SceneSpec scene = chains.scene;
+      scene.scene = "response";
+      scene.colour_map.clear();
+      write_pile(run_folder / "piles" / "uniform.h5", pair->first);
+      write_pile(run_folder / "piles" / "overloaded.h5", pair->second);
+      drawn.push_back(pictures.draw("pile-response", "pictures/response.words", scene, pair->second, &pair->first,
+                                    "granuscope render piles/overloaded.h5 --minus piles/uniform.h5"));
+    } else {
+      drawn.back().skipped.emplace_back(
+          "The response of the picture's pile is left out: it could not be solved again under the other load.");
+    }
+  }
+  return drawn;
+}
+
+Field response_field(const MeasuredEnsemble& ensemble, const Transport& transport) {
+  const Lattice lattice(ensemble.lattice);
+  const auto columns = static_cast<std::size_t>(lattice.columns());
+  Field field;
+  field.key_title = "P(x, z)";
+  const std::vector<int>& layers = ensemble.record.sums.layers;
+  for (std::size_t row = 0; row < layers.size(); ++row) {
+    const BlockMeans response = mean_response(ensemble.record.sums, row, ensemble.overload);
+    FieldRow cells;
+    cells.z = Lattice::depth(layers[row]);
+    std::size_t leftmost = 0;
+    for (std::size_t bead = 1; bead < columns; ++bead) {
+      const auto x = [&](std::size_t i) { return lattice.x(layers[row], static_cast<int>(i)); };
+      if (x(bead) < x(leftmost)) leftmost = bead;
+    }
+    cells.x0 = lattice.x(layers[row], static_cast<int>(leftmost)) - 0.5;
+    for (std::size_t k = 0; k < columns; ++k) cells.values.push_back(response.whole[(leftmost + k) % columns]);
+    field.rows.push_back(std::move(cells));
+  }
+  if (field.rows.empty()) return field;
+  const double first = field.rows.front().z, last = field.rows.back().z;
+  const auto known = [](const Estimate& estimate) { return std::isfinite(estimate.value); };
+  if (!known(transport.c) || !known(transport.position_offset)) return field;
+  const bool widths = known(transport.D) && known(transport.width_offset);
+  constexpr int pieces = 60;
+  for (const double side : {-1.0, 1.0}) {
+    OverlayLine ray, inner, outer;
+    inner.dashed = outer.dashed = true;
+    for (int k = 0; k <= pieces; ++k) {
+      const double z = first + (last - first) * k / pieces;
+      const double x = transport.position_offset.value + transport.c.value * z;
+      ray.points.push_back({side * x, z});
+      const double square = widths ? transport.width_offset.value + transport.D.value * z : 0;
+      if (square <= 0) continue;
+      inner.points.push_back({side * (x - std::sqrt(square)), z});
+      outer.points.push_back({side * (x + std::sqrt(square)), z});
+    }
+    field.lines.push_back(ray);
+    if (inner.points.size() > 1) field.lines.insert(field.lines.end(), {inner, outer});
+  }
+  return field;
+}
+
+PictureOutcome draw_response_field(const Experiment& experiment, const Field& field, const Transport& transport,
+                                   const std::filesystem::path& run_folder, const Provenance& provenance) {
+  make_folder(run_folder / "figures");
+  SceneSpec spec = experiment.force_chains.scene;
+  spec.scene = "field";
+  spec.colour_map = "grey";
+  const double last = field.rows.back().z, half = 0.5 * experiment.lattice.columns;
+  // A little more than the light cone of the frictionless pile; layers as the scene counts them.
+  const double reach = std::min(half - 1, std::ceil(tan30 * last) + 10);
+  const auto layer_at = [](double z) { return std::round((z - 0.5) / (sqrt3 / 2)); };
+  spec.window = {{-reach, reach, layer_at(field.rows.front().z), layer_at(last)}};
+  PictureOutcome outcome;
+  Figure& figure = outcome.figure;
+  figure.id = "response-field";
+  figure.screen = figure.print = std::filesystem::path("figures") / "response-field.png";
+  figure.redraw = "granuscope run experiment.toml --only render";
+  const Scene scene = build_field_scene(field, spec);
+  const SceneStatistics drawn =
+      draw_scene(scene, spec, run_folder / figure.screen, {{"Software", provenance_line(provenance)}});
+  set_words(figure, "pictures/response_field.words",
+            {{"mu", caption_number(transport.mu)},
+             {"samples", std::to_string(transport.samples)},
+             {"estimator", transport.estimator}});
+  outcome.environment = {{"OpenGL", drawn.renderer}, {"GL backend", drawn.backend + ": " + drawn.backend_reason}};
   return outcome;
 }
 

@@ -4,9 +4,11 @@
 #include <utility>
 #include <vector>
 
+#include "analysis/transport.h"
 #include "experiment/experiment.h"
 #include "model/pile.h"
 #include "plot/figure.h"
+#include "render/field_scene.h"
 #include "support/provenance.h"
 
 namespace granuscope {
@@ -23,9 +25,17 @@ struct PictureOutcome {
 /// Throws InputError if it could not be completed.
 Pile pile_for_figures(const Experiment& experiment, double mu);
 
-/// Draws the pile that the experiment names (piles/force-chains.h5) and its picture (figures/force-chains.png).
-/// Throws EnvironmentError if there is no GL context or the pile could not be completed.
-PictureOutcome draw_force_chains(const Experiment& experiment, const std::filesystem::path& run_folder,
-                                 const Provenance& provenance);
+/// Draws the pile that the experiment names (piles/force-chains.h5) and its pictures: force chains, and as asked for
+/// the weights of its beads and how they change with the overload. Throws EnvironmentError if there is no GL context or
+/// the pile could not be completed.
+std::vector<PictureOutcome> draw_pile_pictures(const Experiment& experiment, const std::filesystem::path& run_folder,
+                                               const Provenance& provenance);
+
+/// The mean response at the recorded layers with the fitted rays x = +-(x_0 + c z) and, around each, +-W of
+/// W^2 = w_0 + D z.
+Field response_field(const MeasuredEnsemble& ensemble, const Transport& transport);
+/// Its picture (figures/response-field.png).
+PictureOutcome draw_response_field(const Experiment& experiment, const Field& field, const Transport& transport,
+                                   const std::filesystem::path& run_folder, const Provenance& provenance);
 
 }  // namespace granuscope

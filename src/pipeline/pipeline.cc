@@ -7,6 +7,7 @@
 #include <cmath>
 #include <exception>
 #include <map>
+#include <optional>
 
 #include "analysis/analyse.h"
 #include "experiment/experiment_file.h"
@@ -164,6 +165,10 @@ class Run {
       timed("analyse", [&] {
         measured.push_back(
             measure_transport(ensemble, experiment_.fit, experiment_.figures.profile_layers, options_.threads));
+        if (experiment_.response_field.draw && needs(Stage::render) && ensemble.mu == experiment_.figures.profile_mu) {
+          field_transport_ = measured.back().transport;
+          field_ = response_field(ensemble, *field_transport_);
+        }
       });
     }
     note_rounding();
@@ -187,13 +192,21 @@ class Run {
   void render() {
     if (!experiment_.force_chains.draw) return;
     timed("render", [&] {
-      PictureOutcome picture = draw_force_chains(experiment_, options_.folder, data_.provenance);
-      data_.figures.push_back(std::move(picture.figure));
-      data_.environment.insert(data_.environment.end(), picture.environment.begin(), picture.environment.end());
-      data_.checks.insert(data_.checks.end(), picture.checks.begin(), picture.checks.end());
-      data_.skipped.insert(data_.skipped.end(), picture.skipped.begin(), picture.skipped.end());
+      for (PictureOutcome& picture : draw_pile_pictures(experiment_, options_.folder, data_.provenance)) {
+        if (data_.figures.empty()) {  // what drew them is one for all
+          data_.environment.insert(data_.environment.end(), picture.environment.begin(), picture.environment.end());
+        }
+        data_.figures.push_back(std::move(picture.figure));
+        data_.checks.insert(data_.checks.end(), picture.checks.begin(), picture.checks.end());
+        data_.skipped.insert(data_.skipped.end(), picture.skipped.begin(), picture.skipped.end());
+      }
+      if (field_transport_ && !field_.rows.empty()) {
+        add_figure([&] {
+          return draw_response_field(experiment_, field_, *field_transport_, options_.folder, data_.provenance).figure;
+        });
+      }
     });
-    say(options_.progress, "drew the force chains");
+    say(options_.progress, "drew the pictures");
   }
 
   /// A figure with nothing to show (InputError) is left out with its reason: the numbers that are known, and the
@@ -281,6 +294,8 @@ class Run {
   std::set<Stage> needed_;
   std::uint64_t drawn_beads_ = 0, rounded_beads_ = 0;  ///< of the main ensembles
   ReportData data_;
+  Field field_;  ///< the mean response at figures.response_profiles.mu, for its picture
+  std::optional<Transport> field_transport_;
   RunResult result_;
   std::map<std::string, double> earlier_timings_;  ///< by stage
   std::size_t obtained_ = 0, reused_ = 0;          ///< ensembles

@@ -115,3 +115,75 @@ TEST_CASE("render refuses what it cannot draw, with the status that says whose f
       granuscope_command({"render", (scratch / "missing.h5").string(), "--image", (scratch / "x.png").string()}).code ==
       2);
 }
+
+TEST_CASE("a window drawn from the file is the window drawn from the whole pile, also across the seam") {
+  const ScratchFolder scratch("window");
+  store_pile(scratch / "pile.h5");
+  for (const char* window : {"-20,-9.5,0,5", "12,20,11,12", "-3,4,20,29", "-20,20,0,29"}) {
+    const auto draw = [&](const std::string& name, const std::vector<std::string>& more) {
+      std::vector<std::string> arguments{
+          "render", (scratch / "pile.h5").string(),   "--image", (scratch / name).string(), "--width",
+          "500",    "--window=" + std::string(window)};
+      arguments.insert(arguments.end(), more.begin(), more.end());
+      REQUIRE(granuscope_command(arguments).code == 0);
+      return pixels_of(bytes_of(scratch / name));
+    };
+    for (const char* scene : {"forces", "weight"}) {
+      INFO(window << ", " << scene);
+      // Without skipping the whole file is read.
+      const bool same = draw("part.png", {"--scene", scene}) == draw("whole.png", {"--scene", scene, "--no-skip"});
+      CHECK(same);
+    }
+  }
+}
+
+TEST_CASE("render draws the response of a pair, and refuses piles that are none") {
+  const ScratchFolder scratch("response");
+  const auto store = [&](const char* name, const std::vector<std::string>& more) {
+    std::vector<std::string> arguments{
+        "sample", "--mu", "0.1", "--columns", "40", "--layers", "30", "--out", (scratch / name).string()};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    REQUIRE(granuscope_command(arguments).code == 0);
+  };
+  store("point.h5", {"--load", "point"});
+  store("uniform.h5", {"--load", "uniform"});
+  store("other.h5", {"--load", "uniform", "--seed", "7"});
+  const auto draw = [&](const char* minus) {
+    return granuscope_command({"render", (scratch / "point.h5").string(), "--minus", (scratch / minus).string(),
+                               "--scene", "response", "--image", (scratch / "a.png").string(), "--width", "600"});
+  };
+  const auto drawn = draw("uniform.h5");
+  INFO(drawn.err);
+  CHECK(drawn.code == 0);
+  CHECK(std::filesystem::remove(scratch / "a.png"));
+  const auto refused = draw("other.h5");
+  CHECK(refused.code == 2);
+  CHECK_THAT(refused.err, Contains("seed"));
+  CHECK_FALSE(std::filesystem::exists(scratch / "a.png"));
+}
+
+TEST_CASE("a window is written as SVG and PDF, the same bytes again; a large scene is refused") {
+  const ScratchFolder scratch("vector");
+  store_pile(scratch / "pile.h5");
+  const auto draw = [&](const std::string& name) {
+    REQUIRE(granuscope_command({"render", (scratch / "pile.h5").string(), "--image", (scratch / name).string(),
+                                "--width", "700", "--window=-10,10,0,15"})
+                .code == 0);
+    return bytes_of(scratch / name);
+  };
+  const std::string svg = draw("a.svg"), pdf = draw("a.pdf");
+  CHECK(svg == draw("b.svg"));
+  CHECK(pdf == draw("b.pdf"));
+  CHECK(svg.substr(svg.size() - 7) == "</svg>\n");
+  CHECK_THAT(svg, Contains("clip-path") && Contains("drawn,"));
+  CHECK(pdf.substr(0, 5) == "%PDF-");
+  CHECK(pdf.substr(pdf.size() - 6) == "%%EOF\n");
+  REQUIRE(granuscope_command(
+              {"sample", "--mu", "0", "--columns", "120", "--layers", "120", "--out", (scratch / "large.h5").string()})
+              .code == 0);
+  const auto refused =
+      granuscope_command({"render", (scratch / "large.h5").string(), "--image", (scratch / "c.pdf").string()});
+  CHECK(refused.code == 2);
+  CHECK_THAT(refused.err, Contains("choose a window"));
+  CHECK_FALSE(std::filesystem::exists(scratch / "c.pdf"));
+}

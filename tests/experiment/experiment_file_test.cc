@@ -87,6 +87,9 @@ Experiment unusual_experiment() {
   e.force_chains.scene.colour_map = "viridis";
   e.force_chains.scene.backend = "osmesa";
   e.force_chains.scene.skip_invisible = false;
+  e.force_chains.weight = false;
+  e.force_chains.response = false;
+  e.response_field.draw = false;
   e.report.pdf = false;
   e.expected_verdicts = {{"D-of-mu", "reproduced"}, {"c-of-mu", "not reproduced"}};
   return e;

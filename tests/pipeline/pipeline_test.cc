@@ -110,8 +110,9 @@ TEST_CASE("only what is asked for is made") {
   const Experiment experiment = small_experiment();
   run_experiment(experiment, quiet(folder.path(), {Stage::render}));
   std::set<std::string> files = files_in(folder.path());
-  CHECK(files ==
-        std::set<std::string>{"experiment.toml", "manifest.json", "piles/force-chains.h5", "figures/force-chains.png"});
+  CHECK(files == std::set<std::string>{"experiment.toml", "manifest.json", "piles/force-chains.h5",
+                                       "piles/overloaded.h5", "piles/uniform.h5", "figures/bead-weights.png",
+                                       "figures/force-chains.png", "figures/pile-response.png"});
   run_experiment(experiment, quiet(folder.path(), {Stage::sample}));
   files = files_in(folder.path());
   CHECK(files.contains("ensembles/mu-0.4.h5"));
