@@ -83,7 +83,8 @@ class SampleRows {
   static constexpr std::size_t ring = 32;  ///< a power of two, above rows_above + rows_below
   static_assert(ring >= rows_above + rows_below + down);
   std::uint8_t* line(int number) {
-    return samples_.data() + (static_cast<std::size_t>(number + (1 << 30)) % ring) * stride_ + stamp_width;
+    const int place = number + (1 << 30);  // rows above the pile have negative numbers
+    return samples_.data() + (static_cast<std::size_t>(place) % ring) * stride_ + stamp_width;
   }
 
   std::size_t stride_;
@@ -118,7 +119,8 @@ void paint_detail(const Scene& scene, const LevelTable& table, Background backgr
 
   // Column c of the samples has its centre at x = base + (c + 1/2) / across.
   const int base = static_cast<int>(std::floor(extent.x0)) - 1;
-  const auto width = static_cast<std::size_t>((static_cast<int>(std::ceil(extent.x1)) + 1 - base) * across);
+  const int columns = (static_cast<int>(std::ceil(extent.x1)) + 1 - base) * across;
+  const auto width = static_cast<std::size_t>(columns);
   std::vector<std::size_t> first_sample(static_cast<std::size_t>(scene.plot_width_px) + 1, width);
   for (std::size_t column = width; column-- > 0;) {
     const double x = base + (static_cast<double>(column) + 0.5) / across;

@@ -79,8 +79,11 @@ void add_line(const OverlayLine& line, double point, std::vector<Element>& eleme
     if (!line.dashed) {
       add(0, length);
     } else {
-      for (double first = -std::fmod(along, dash + gap); first < length; first += dash + gap) {
-        if (first + dash > 0) add(std::max(first, 0.0), std::min(first + dash, length));
+      const double start = -std::fmod(along, dash + gap);
+      const int dashes = static_cast<int>(std::ceil((length - start) / (dash + gap)));
+      for (int k_dash = 0; k_dash < dashes; ++k_dash) {
+        const double first = start + k_dash * (dash + gap);
+        if (first + dash > 0 && first < length) add(std::max(first, 0.0), std::min(first + dash, length));
       }
     }
     along += length;

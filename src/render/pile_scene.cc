@@ -137,6 +137,7 @@ std::array<double, 2> scale_ends(const Kind& kind, const SceneSpec& spec, const 
 
 std::vector<std::string> pile_scenes() {
   std::vector<std::string> names;
+  names.reserve(kinds.size());
   for (const Kind& kind : kinds) names.emplace_back(kind.name);
   return names;
 }

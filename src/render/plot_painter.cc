@@ -235,13 +235,17 @@ void paint_plot_area(const Scene& scene, const LevelTable& table, Background bac
       // Rows of the framebuffer count upwards and are read upwards: its row 0 is the uppermost one of the picture.
       const int width = std::min(tile_px, scene.plot_width_px - column * tile_px);
       const int height = std::min(tile_px, scene.plot_height_px - row * tile_px);
-      const auto stride = static_cast<std::size_t>(width * samples);
+      const int row_samples = width * samples;
+      const auto stride = static_cast<std::size_t>(row_samples);
       levels.resize(stride * static_cast<std::size_t>(height * samples));
-      gl.ReadPixels(0, 0, width * samples, height * samples, GL_RED, GL_UNSIGNED_BYTE, levels.data());
+      gl.ReadPixels(0, 0, row_samples, height * samples, GL_RED, GL_UNSIGNED_BYTE, levels.data());
       check_gl(context, "drawing the plot area");
 
       std::vector<std::size_t> first_sample;
-      for (int x = 0; x <= width; ++x) first_sample.push_back(static_cast<std::size_t>(x * samples));
+      for (int x = 0; x <= width; ++x) {
+        const int first = x * samples;
+        first_sample.push_back(static_cast<std::size_t>(first));
+      }
       SampleAverager averager(table, background, first_sample);
       for (int y = 0; y < height; ++y) {
         for (int k = 0; k < samples; ++k) {

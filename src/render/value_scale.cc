@@ -24,9 +24,11 @@ constexpr std::array<double, 14> round_ends = {1, 1.2, 1.5, 1.6, 1.8, 2, 2.5, 3,
 std::uint8_t ValueScale::level(double value) const {
   if (sign == Sign::one) {
     const double strength = std::clamp((value - low) / (high - low), 0.0, 1.0);
-    return static_cast<std::uint8_t>(strength * most_levels + 0.5);
+    // Not lround, whose call would take longer than all the rest; nothing here is negative or near the limit of a byte.
+    return static_cast<std::uint8_t>(strength * most_levels + 0.5);  // NOLINT(bugprone-incorrect-roundings)
   }
   const double steps = (most_levels - 1) / 2;  // NOLINT(bugprone-integer-division): whole steps are meant
+  // NOLINTNEXTLINE(bugprone-incorrect-roundings): as above
   const auto step = static_cast<int>(std::min(std::abs(value) / high, 1.0) * steps + 0.5);
   return static_cast<std::uint8_t>(step == 0 ? 0 : 2 * step + (value < 0 ? 1 : 0));
 }
@@ -34,7 +36,8 @@ std::uint8_t ValueScale::level(double value) const {
 double ValueScale::strength(std::uint8_t level) const {
   if (sign == Sign::one) return static_cast<double>(level) / most_levels;
   const int steps = (most_levels - 1) / 2;
-  const double magnitude = static_cast<double>(level / 2) / steps;
+  const int step = level / 2;
+  const double magnitude = static_cast<double>(step) / steps;
   return level % 2 == 1 ? -magnitude : magnitude;
 }
 

@@ -42,7 +42,8 @@ std::string coordinate(double value) {
 std::string points_of(const PathStep& step) {
   std::string text;
   for (std::size_t k = 0; k < step.corners; ++k) {
-    text += (k == 0 ? "" : " ") + coordinate(step.corner[k].x) + " " + coordinate(step.corner[k].y);
+    if (k > 0) text += " ";
+    text += fmt::format("{} {}", coordinate(step.corner[k].x), coordinate(step.corner[k].y));
   }
   return text;
 }
@@ -70,7 +71,7 @@ class SvgPage : public VectorPage {
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{}mm\" height=\"{}mm\" viewBox=\"0 0 {} {}\">\n",
         coordinate(layout.width * 25.4 / dpi), coordinate(layout.height * 25.4 / dpi), layout.width, layout.height);
     std::string about;
-    for (const auto& [keyword, value] : metadata) about += keyword + ": " + value + "\n";
+    for (const auto& [keyword, value] : metadata) about += fmt::format("{}: {}\n", keyword, value);
     text_ += "<desc>" + escaped_lines(about) + "</desc>\n";
   }
   void fill(const Path& path, Rgb colour) override {
@@ -127,7 +128,7 @@ class PdfPage : public VectorPage {
   void end_clip() override { content_ += "Q\n"; }
   std::string finish() override {
     std::string about;
-    for (const auto& [keyword, value] : metadata_) about += keyword + ": " + value + "; ";
+    for (const auto& [keyword, value] : metadata_) about += fmt::format("{}: {}; ", keyword, value);
     const std::vector<std::string> objects{
         "<< /Type /Catalog /Pages 2 0 R >>", "<< /Type /Pages /Kids [3 0 R] /Count 1 >>",
         fmt::format("<< /Type /Page /Parent 2 0 R /MediaBox [0 0 {:.4f} {:.4f}] /Contents 4 0 R /Resources << >> >>",
