@@ -3,6 +3,7 @@
 #include <gsl/gsl_errno.h>
 #include <gsl/gsl_multifit_nlinear.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -91,7 +92,14 @@ std::optional<ShapeFit> fit_shape(const LayerSpectrum& spectrum, std::span<const
   fit.shape.width = std::abs(fit.shape.width);  // the shape is even in both
   fit.shape.peak = std::abs(fit.shape.peak);
   const gsl_vector* final_residuals = gsl_multifit_nlinear_residual(workspace.get());
-  for (std::size_t i = 0; i < modes.size(); ++i) fit.chi2 += std::pow(gsl_vector_get(final_residuals, i), 2);
+  double missed = 0, response = 0;
+  for (std::size_t i = 0; i < modes.size(); ++i) {
+    const double residual = gsl_vector_get(final_residuals, i), noise = spectrum.noise[i];
+    fit.chi2 += residual * residual;
+    missed += (residual * residual - 1) * noise * noise;
+    response += modes[i] * modes[i];
+  }
+  fit.misfit = std::sqrt(std::max(0.0, missed) / response);
   fit.degrees_of_freedom = static_cast<int>(modes.size()) - 2;
   if (!std::isfinite(fit.chi2) || !std::isfinite(fit.shape.peak) || !std::isfinite(fit.shape.width))
     return std::nullopt;

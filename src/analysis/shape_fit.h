@@ -12,6 +12,8 @@ struct ShapeFit {
   DoubleGaussian shape;
   double chi2 = 0;
   int degrees_of_freedom = 0;
+  /// What the shape misses, beyond the noise, as a share of the response: root of the ratio of their squared modes.
+  double misfit = 0;
 };
 
 /// Least squares of the double Gaussian to Fourier modes (shape of spectrum.noise), each weighted with its noise:

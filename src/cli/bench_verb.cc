@@ -6,6 +6,7 @@
 #include <memory>
 #include <string>
 
+#include "bench/accuracy_suite.h"
 #include "bench/render_suite.h"
 #include "cli/verbs.h"
 #include "support/atomic_file.h"
@@ -18,11 +19,24 @@ struct BenchOptions {
   std::string json_file;
   std::string folder;
   bool quick = false;
+  AccuracyOptions accuracy;
 };
 
+ExitCode bench_accuracy(const BenchOptions& options, VerbContext& context) {
+  const std::string json = accuracy_json(measure_accuracy(options.accuracy, context.err));
+  if (options.json_file.empty()) {
+    context.out << json;
+  } else {
+    write_file(options.json_file, json);
+    context.err << fmt::format("wrote {}\n", options.json_file);
+  }
+  return ExitCode::done;
+}
+
 ExitCode bench(const BenchOptions& options, VerbContext& context) {
+  if (options.suite == "accuracy") return bench_accuracy(options, context);
   if (options.suite != "render") {
-    throw InputError(fmt::format("there is no suite '{}' to run; known is render", options.suite));
+    throw InputError(fmt::format("there is no suite '{}' to run; known are accuracy and render", options.suite));
   }
   const std::filesystem::path folder =
       options.folder.empty() ? std::filesystem::temp_directory_path() / fmt::format("granuscope-bench-{}", ::getpid())
@@ -42,10 +56,20 @@ ExitCode bench(const BenchOptions& options, VerbContext& context) {
 void add_bench_verb(CLI::App& app, VerbContext& context) {
   CLI::App* verb = app.add_subcommand("bench", "Measure how long things take, each against its target");
   const auto options = std::make_shared<BenchOptions>();
-  verb->add_option("SUITE", options->suite, "what to measure: render")->required();
+  verb->add_option("SUITE", options->suite,
+                   "what to measure: accuracy (run time against the scatter of c and D), or render")
+      ->required();
   verb->add_option("--json", options->json_file, "also write the numbers to this file");
   verb->add_option("--folder", options->folder, "where piles and pictures are made for the time of the run");
   verb->add_flag("--quick", options->quick, "leave out what takes minutes");
+  verb->add_option("--threads", options->accuracy.threads,
+                   "accuracy: repetitions drawn at the same time; one at a time disturbs them least")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 4096));
+  verb->add_option("--repetitions", options->accuracy.repetitions,
+                   "accuracy: independent repetitions of each estimator")
+      ->capture_default_str()
+      ->check(CLI::Range(2, 100000));
   verb->callback([options, &context] { context.action = [options, &context] { return bench(*options, context); }; });
 }
 

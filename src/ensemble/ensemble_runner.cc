@@ -1,6 +1,7 @@
 #include "ensemble/ensemble_runner.h"
 
 #include "ensemble/estimator.h"
+#include "ensemble/merge.h"
 #include "ensemble/parallel.h"
 #include "sampling/chain_plan.h"
 #include "support/digest.h"
@@ -8,24 +9,6 @@
 
 namespace granuscope {
 namespace {
-
-void add_counts(SamplerCounts& to, const SamplerCounts& from) {
-  to.beads += from.beads;
-  to.uniforms += from.uniforms;
-  to.tries += from.tries;
-  to.mended_by_pair += from.mended_by_pair;
-  to.mended_by_arc += from.mended_by_arc;
-  to.mended_by_ring += from.mended_by_ring;
-  to.climbed += from.climbed;
-  to.pairs += from.pairs;
-  to.arcs += from.arcs;
-  to.rings += from.rings;
-  to.climbs += from.climbs;
-  to.rounded += from.rounded;
-  to.redrawn_layers += from.redrawn_layers;
-  to.moves += from.moves;
-  to.accepted_moves += from.accepted_moves;
-}
 
 BlockSums empty_sums(const EnsembleSpec& spec) {
   BlockSums sums;

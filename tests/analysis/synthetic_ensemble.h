@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "analysis/transport.h"
@@ -17,11 +18,17 @@ struct KnownTransport {
 struct SyntheticNoise {
   double per_sample = 0.5;  ///< standard deviation of one bead's weight in one pile
   std::uint64_t seed = 1;
+  double depth_correlation = 0;  ///< between a recorded layer and the next
 };
 
 /// An ensemble whose block sums follow the known response plus Gaussian noise that is correlated along the layer as in
 /// real piles: neighbours exchange weight, so that every layer's sum stays exact.
 MeasuredEnsemble synthetic_ensemble(const KnownTransport& known, const SyntheticNoise& noise, int columns,
                                     const std::vector<int>& layers, int blocks, std::uint64_t samples_per_block);
+
+/// The same for any response: entry i of response_of(layer) belongs to bead i of the layer.
+MeasuredEnsemble synthetic_ensemble(const std::function<std::vector<double>(int)>& response_of, double alpha_thrust,
+                                    const SyntheticNoise& noise, int columns, const std::vector<int>& layers,
+                                    int blocks, std::uint64_t samples_per_block);
 
 }  // namespace granuscope

@@ -1,0 +1,62 @@
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "bench/accuracy_suite.h"
+#include "support/number_format.h"
+
+namespace granuscope {
+namespace {
+
+std::string number(double value) { return std::isfinite(value) ? exact(value) : "null"; }
+
+/// Numbers that a case does not have (the thrust alone has no peaks) are null.
+std::string number_of(const AccuracyCase& c, double AccuracyPoint::*member) {
+  return c.curve.empty() ? "null" : number(c.curve.front().*member);
+}
+
+std::string mean_json(const Estimate& mean) {
+  if (mean.standard_error == 0 || !mean.known()) return "null";
+  return fmt::format(R"({{"value":{},"stderr":{}}})", number(mean.value), number(mean.standard_error));
+}
+
+std::string curve_json(const std::vector<AccuracyPoint>& curve) {
+  std::string json;
+  for (const AccuracyPoint& p : curve) {
+    json += fmt::format(
+        R"({}{{"samples":{},"seconds":{},"repetitions":{},"stderr_c":{},"stderr_D":{},"rms_c":{},"rms_D":{}}})",
+        json.empty() ? "" : ",", p.samples, number(p.seconds), p.repetitions, number(p.stderr_c), number(p.stderr_D),
+        number(p.rms_c), number(p.rms_D));
+  }
+  return json;
+}
+
+std::string case_json(const AccuracyCase& c) {
+  return fmt::format(
+      R"({{"mu":{},"law":"{}","estimator":"{}","epsilon":{},"overload":{},"samples":{},"seconds":{},"stderr_c":{},)"
+      R"("stderr_D":{},"stderr_c_thrust":{},"repetitions":{},"c":{},"D":{},"c_thrust":{},"curve":[{}]}})",
+      number(c.mu), c.law, c.estimator, c.epsilon > 0 ? number(c.epsilon) : "null",
+      c.overload > 0 ? number(c.overload) : "null", c.samples, number(c.seconds),
+      number_of(c, &AccuracyPoint::stderr_c), number_of(c, &AccuracyPoint::stderr_D), number(c.stderr_c_thrust),
+      c.repetitions, mean_json(c.c), mean_json(c.D), mean_json(c.c_thrust), curve_json(c.curve));
+}
+
+}  // namespace
+
+std::string accuracy_json(const AccuracyTable& table) {
+  std::string cases, stated, all;
+  for (const AccuracyCase& c : table.cases) cases += (cases.empty() ? "\n  " : ",\n  ") + case_json(c);
+  for (const Speedup& s : table.speedups) {
+    if (s.epsilon == table.stated_epsilon) {
+      stated +=
+          fmt::format(R"({}"mu={}":{{"D":{},"c_peaks":{},"c_thrust":{},"epsilon":{}}})", stated.empty() ? "" : ",",
+                      exact(s.mu), number(s.D), number(s.c_peaks), number(s.c_thrust), number(s.epsilon));
+    }
+    all += fmt::format(R"({}{{"mu":{},"epsilon":{},"D":{},"c_peaks":{}}})", all.empty() ? "" : ",", exact(s.mu),
+                       number(s.epsilon), number(s.D), number(s.c_peaks));
+  }
+  return fmt::format("{{\"cases\":[{}],\n\"speedup_at_equal_error\":{{{}}},\n\"speedup_by_epsilon\":[{}]}}\n", cases,
+                     stated, all);
+}
+
+}  // namespace granuscope

@@ -1,0 +1,61 @@
+#pragma once
+#include <cstdint>
+#include <ostream>
+#include <string>
+#include <vector>
+
+#include "analysis/estimate.h"
+
+namespace granuscope {
+
+struct AccuracyOptions {
+  int threads = 1;       ///< repetitions drawn at the same time; one at a time disturbs them least
+  int repetitions = 24;  ///< at least 2; the scatter of 24 is known to 15 %
+};
+
+/// The scatter of c and D against what they cost, for samples added up 1, 2, 4, ... times.
+struct AccuracyPoint {
+  std::uint64_t samples = 0;
+  int repetitions = 0;
+  double seconds = 0;                 ///< of one repetition
+  double stderr_c = 0, stderr_D = 0;  /// standard deviation over the repetitions
+  double rms_c = 0, rms_D = 0;        ///< root mean square distance from the linear response: scatter and bias
+};
+
+/// One estimator at one friction coefficient.
+struct AccuracyCase {
+  double mu = 0;
+  std::string law, estimator;
+  double epsilon = 0, overload = 0;  ///< 0 where it has none
+  std::vector<AccuracyPoint> curve;  ///< the first one is a single repetition; empty for the thrust alone
+  std::uint64_t samples = 0;         ///< of one repetition
+  int repetitions = 0;
+  double seconds = 0;          ///< of one repetition: processor time of the thread that drew and summed
+  double stderr_c_thrust = 0;  ///< standard deviation over the repetitions
+  Estimate c, D, c_thrust;     ///< means over the repetitions
+};
+
+/// How many times cheaper than by the estimator point D and c of the peaks come at equal scatter by the estimator
+/// multiplexed with one epsilon, and c_thrust, another quantity, than c of the peaks by point. What a larger epsilon
+/// gains in scatter it pays with a bias of the order epsilon^2: see c, D and rms_* of the cases.
+struct Speedup {
+  double mu = 0;
+  double epsilon = 0;
+  double D = 0, c_peaks = 0, c_thrust = 0;
+};
+
+struct AccuracyTable {
+  std::vector<AccuracyCase> cases;
+  std::vector<Speedup> speedups;
+  double stated_epsilon = 0.5;  ///< of the speed-ups stated first
+};
+
+/// Measures, on 500 x 200 beads at mu = 0.1 and 0.3, what each estimator costs and how its c and D scatter over
+/// independent repetitions (other seeds), not what its own error bars say. Times are processor seconds of the thread
+/// that draws and sums, Fourier transforms included; the fits that follow are the same for all estimators and are left
+/// out.
+AccuracyTable measure_accuracy(const AccuracyOptions& options, std::ostream& messages);
+
+std::string accuracy_json(const AccuracyTable& table);
+
+}  // namespace granuscope
