@@ -78,12 +78,31 @@ struct ChainShare {
   double even_share = 0;                  ///< the same mean of the even shares
 };
 
+/// One law on uniformly loaded piles of one size: what it gives and what it takes.
+struct LawOnPiles {
+  std::string law;
+  double lambda = 0;  ///< polytope; otherwise not a number
+  double mu = 0;
+  int columns = 0, layers = 0;
+  std::uint64_t samples = 0;  ///< piles that entered
+  std::uint64_t failed = 0;   ///< piles that could not be completed
+  Estimate effective_samples;
+  double draws_per_bead = 0;  ///< uniform numbers per bead, whatever was thrown away included
+  double pair_per_bead = 0, arc_per_bead = 0, climbed_per_bead = 0;  ///< share of beads whose value came from each rule
+  std::vector<ThrustAtDepth> depths;                                 ///< every layer
+  int first_layer = 0, last_layer = 0;                               ///< that the means below are taken over
+  Estimate alpha_thrust;
+  Estimate c_thrust;  ///< tan30 sqrt(alpha_thrust)
+  Estimate weight_variance;
+};
+
 struct SideMeasurements {
   std::vector<RedrawnBeads> redrawn_beads;    ///< ascending in mu
   std::vector<CountedWork> counted_work;      ///< ascending in mu, then in size
   std::vector<SmallFriction> small_friction;  ///< ascending in mu
   ScalingFit small_friction_scaling;          ///< tan30 - c_thrust against mu, over all of them
   std::vector<ChainShare> chain_share;        ///< at most one
+  std::vector<LawOnPiles> laws;               ///< the larger piles first
 };
 
 }  // namespace granuscope

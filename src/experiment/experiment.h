@@ -58,6 +58,15 @@ struct ChainShareSpec {
   std::uint64_t samples = 0;  ///< 0: not measured
 };
 
+/// The laws side by side on uniformly loaded piles.
+struct LawComparisonSpec {
+  double mu = 0.3;
+  int columns = 12, layers = 30;         ///< of the piles of granusolve and polytope
+  std::uint64_t samples = 0;             ///< piles of each law; 0: not measured
+  static constexpr int tiny = 6;         ///< columns and layers of the piles that every law can draw
+  static constexpr double effort = 1e5;  ///< solutions per bead that eloy-clement is granted
+};
+
 /// The rendered force network of one named pile (the paper's Fig. 1, right): never a chosen sample.
 struct ForceChainSpec {
   bool draw = true;
@@ -97,6 +106,7 @@ struct Experiment {
   CountedWorkSpec counted_work;
   SmallFrictionSpec small_friction;
   ChainShareSpec chain_share;
+  LawComparisonSpec law_comparison;
   ForceChainSpec force_chains;
   ResponseFieldSpec response_field;
   ReportSpec report;

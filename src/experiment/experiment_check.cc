@@ -406,6 +406,26 @@ Problem find_side_problem(const Experiment& e) {
     const char* key = "figures.small_friction.samples";
     if (auto found = find_side_samples_problem(key, e.small_friction.samples, e.response.blocks)) return found;
   }
+  if (e.law_comparison.samples > 0) {
+    const LawComparisonSpec& laws = e.law_comparison;
+    if (auto found = find_side_samples_problem("figures.law_comparison.samples", laws.samples, e.response.blocks)) {
+      return found;
+    }
+    if (!(laws.mu > 0 && laws.mu <= 0.6)) {
+      return problem(
+          "figures.law_comparison.mu",
+          "{}: without friction all laws are one, and above 0.6 the laws that throw away what fails take for "
+          "ever even on 6 x 6 beads; give more than 0 and at most 0.6",
+          laws.mu);
+    }
+    if (laws.columns < 4 || laws.layers < 4 ||
+        static_cast<double>(laws.columns) * laws.layers > static_cast<double>(most_polytope_beads)) {
+      return problem("figures.law_comparison.columns",
+                     "{} x {} beads: the law polytope takes on 4 x 4 beads to {} in all, since its chain forgets too "
+                     "slowly on more; give a size between",
+                     laws.columns, laws.layers, most_polytope_beads);
+    }
+  }
   if (e.chain_share.samples > 0) {
     const char* key = "figures.chain_share.samples";
     if (auto found = find_side_samples_problem(key, e.chain_share.samples, e.response.blocks)) return found;

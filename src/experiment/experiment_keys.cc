@@ -256,6 +256,20 @@ std::vector<ExperimentKey> make_keys() {
           "piles of the size of scenes.force_chains from which the share of the response along the rays is taken; 0: "
           "none",
           [](auto& e) -> auto& { return e.chain_share.samples; }),
+      key(
+          "figures.law_comparison", "samples", "piles",
+          "uniformly loaded piles of every law from which the laws are compared (rejection and eloy-clement on 6 x 6 "
+          "beads only); 0: none",
+          [](auto& e) -> auto& { return e.law_comparison.samples; }),
+      key(
+          "figures.law_comparison", "mu", "", "friction coefficient of that comparison",
+          [](auto& e) -> auto& { return e.law_comparison.mu; }),
+      key(
+          "figures.law_comparison", "columns", "beads", "beads per layer of the piles of granusolve and polytope in it",
+          [](auto& e) -> auto& { return e.law_comparison.columns; }),
+      key(
+          "figures.law_comparison", "layers", "layers", "layers of these piles",
+          [](auto& e) -> auto& { return e.law_comparison.layers; }),
 
       key(
           chains, "draw", "", "draw the force chains of one pile (Fig. 1)",

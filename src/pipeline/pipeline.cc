@@ -19,6 +19,7 @@
 #include "plot/bead_forces.h"
 #include "plot/counted_work.h"
 #include "plot/gnuplot.h"
+#include "plot/law_comparison.h"
 #include "plot/propagation_against_diffusion.h"
 #include "plot/propagation_and_thrust.h"
 #include "plot/response_profiles.h"
@@ -258,6 +259,9 @@ class Run {
       }
       if (!side.small_friction.empty()) {
         add_figure([&] { return draw_small_friction(data_.analysis, options_.folder); });
+      }
+      if (!side.laws.empty()) {
+        add_figure([&] { return draw_law_comparison(side.laws, options_.folder); });
       }
     });
     note_version("gnuplot");

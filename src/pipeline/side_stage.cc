@@ -6,6 +6,7 @@
 
 #include "analysis/chain_share.h"
 #include "analysis/counted_work.h"
+#include "analysis/law_comparison.h"
 #include "analysis/redrawn_beads.h"
 #include "support/number_format.h"
 
@@ -25,10 +26,40 @@ class Planner {
     for (const double mu : experiment_.counted_work.mu) {
       for (const int size : experiment_.counted_work.sizes) add_counted_work(mu, size);
     }
+    if (experiment_.law_comparison.samples > 0) add_laws();
     return std::move(planned_);
   }
 
  private:
+  void add_laws() {
+    const LawComparisonSpec& asked = experiment_.law_comparison;
+    const LatticeSpec small{asked.columns, asked.layers}, tiny{LawComparisonSpec::tiny, LawComparisonSpec::tiny};
+    add_law(Law::granusolve, 1, small);
+    add_law(Law::polytope, 1, small);
+    add_law(Law::polytope, 0, small);
+    add_law(Law::granusolve, 1, tiny);
+    add_law(Law::eloy_clement, 1, tiny);
+    add_law(Law::rejection, 1, tiny);
+    add_law(Law::polytope, 1, tiny);
+  }
+
+  void add_law(Law law, double lambda, LatticeSpec lattice) {
+    EnsembleSpec spec = spec_at(experiment_.law_comparison.mu, lattice, experiment_.law_comparison.samples);
+    SamplerSpec sampler;  // the law as it is by default, whatever the main ensembles are drawn by
+    sampler.mu = spec.sampler.mu;
+    sampler.seed = spec.sampler.seed;
+    sampler.law = law;
+    sampler.lambda = lambda;
+    if (law == Law::eloy_clement) sampler.effort = LawComparisonSpec::effort;
+    spec.sampler = sampler;
+    spec.load = Load::uniform;
+    spec.estimator = EstimatorName::point;
+    spec.record_profiles = false;
+    const std::string which = law == Law::polytope ? fmt::format("{}-{}", name_of(law), lambda) : name_of(law);
+    add(SideKind::law_comparison, fmt::format("law {}, {} x {}", which, lattice.columns, lattice.layers),
+        fmt::format("law-{}-{}x{}", which, lattice.columns, lattice.layers), spec);
+  }
+
   void add_small_friction(double mu) {
     const SmallFrictionSpec& asked = experiment_.small_friction;
     EnsembleSpec spec = spec_at(mu, {asked.columns, asked.layers(mu)}, asked.samples);
@@ -107,6 +138,9 @@ void SideMeasurer::add(const SideEnsemble& side, const MeasuredEnsemble& ensembl
     case SideKind::small_friction:
       small_friction_.push_back(measure_small_friction(ensemble));
       measured_.small_friction.push_back(small_friction_.back().result);
+      break;
+    case SideKind::law_comparison:
+      measured_.laws.push_back(measure_law(side.planned.spec, ensemble.record));
       break;
     case SideKind::chain_share:
       measured_.chain_share.push_back(measure_chain_share(ensemble));

@@ -10,7 +10,7 @@
 namespace granuscope {
 
 /// What a side measurement is for.
-enum class SideKind { redrawn_beads, counted_work, small_friction, chain_share };
+enum class SideKind { redrawn_beads, counted_work, small_friction, chain_share, law_comparison };
 
 /// One small ensemble beside the main ones.
 struct SideEnsemble {

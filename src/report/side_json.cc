@@ -42,6 +42,7 @@ Json to_json(const ThrustAtDepth& depth) {
 Json to_json(const SmallFriction& small);
 Json to_json(const ChainShareAtDepth& depth);
 Json to_json(const ChainShare& share);
+Json to_json(const LawOnPiles& one);
 
 template <typename Item>
 Json list_of(const std::vector<Item>& items) {
@@ -68,6 +69,28 @@ Json to_json(const ChainShareAtDepth& depth) {
           {"z", depth.z},
           {"share", granuscope::to_json(depth.share)},
           {"even_share", depth.even_share}};
+}
+
+Json to_json(const LawOnPiles& one) {
+  Json json = {{"law", one.law}};
+  if (one.law == "polytope") json["lambda"] = one.lambda;
+  json.update(Json{{"mu", one.mu},
+                   {"columns", one.columns},
+                   {"layers", one.layers},
+                   {"samples", one.samples},
+                   {"failed", one.failed},
+                   {"effective_samples", granuscope::to_json(one.effective_samples)},
+                   {"draws_per_bead", finite_or_null(one.draws_per_bead)},
+                   {"pair_per_bead", finite_or_null(one.pair_per_bead)},
+                   {"arc_per_bead", finite_or_null(one.arc_per_bead)},
+                   {"climbed_per_bead", finite_or_null(one.climbed_per_bead)},
+                   {"window_layers", {one.first_layer, one.last_layer}},
+                   {"alpha_thrust", granuscope::to_json(one.alpha_thrust)},
+                   {"c_thrust", granuscope::to_json(one.c_thrust)},
+                   {"weight_variance", granuscope::to_json(one.weight_variance)},
+                   {"depths", list_of(one.depths)}});
+  if (json["draws_per_bead"].is_null()) json["reason"] = "no pile was completed";
+  return json;
 }
 
 Json to_json(const ChainShare& share) {
@@ -97,6 +120,7 @@ Json to_json(const SideMeasurements& side) {
     json["small_friction_exponent"] = scaling;
   }
   json["chain_share"] = list_of(side.chain_share);
+  json["laws"] = list_of(side.laws);
   return json;
 }
 

@@ -74,6 +74,7 @@ Experiment unusual_experiment() {
   e.small_friction = {{0.05, 0.1}, 48, 6.5, 512};
   e.small_friction.samples = 520;
   e.chain_share.samples = 640;
+  e.law_comparison = {0.25, 8, 20, 768};
   e.figures.bead_forces = false;
   e.figures.scaling_with_friction = false;
   e.figures.propagation_and_thrust = false;

@@ -1,0 +1,53 @@
+#include "analysis/law_comparison.h"
+
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "analysis/effective_samples.h"
+#include "analysis/jackknife.h"
+#include "analysis/layer_spectrum.h"
+#include "model/lattice.h"
+
+namespace granuscope {
+
+LawOnPiles measure_law(const EnsembleSpec& spec, const EnsembleRecord& record) {
+  const BlockSums& sums = record.sums;
+  const SamplerCounts& counts = record.counts;
+  const auto per_bead = [&](std::uint64_t count) {
+    return counts.beads == 0 ? std::numeric_limits<double>::quiet_NaN()
+                             : static_cast<double>(count) / static_cast<double>(counts.beads);
+  };
+  LawOnPiles result;
+  result.law = name_of(spec.sampler.law);
+  result.lambda = spec.sampler.law == Law::polytope ? spec.sampler.lambda : std::numeric_limits<double>::quiet_NaN();
+  result.mu = spec.sampler.mu;
+  result.columns = spec.lattice.columns;
+  result.layers = spec.lattice.layers;
+  result.samples = std::accumulate(sums.count.begin(), sums.count.end(), std::uint64_t{0});
+  result.failed = record.failed.size();
+  result.effective_samples = effective_samples(sums);
+  result.draws_per_bead = per_bead(counts.uniforms);
+  result.pair_per_bead = per_bead(counts.mended_by_pair);
+  result.arc_per_bead = per_bead(counts.mended_by_arc + counts.mended_by_ring);
+  result.climbed_per_bead = per_bead(counts.climbed);
+  result.first_layer = result.layers / 3;
+  result.last_layer = std::max(result.first_layer, 2 * result.layers / 3 - 1);
+  std::vector<Replicated> thrusts, variances;
+  for (std::size_t row = 0; row < sums.layers.size(); ++row) {
+    const int layer = sums.layers[row];
+    const Replicated thrust = block_mean(sums, "thrust", row), variance = block_mean(sums, "weight_variance", row);
+    result.depths.push_back({layer, Lattice::depth(layer), estimate(thrust), estimate(variance)});
+    if (layer < result.first_layer || layer > result.last_layer) continue;
+    thrusts.push_back(thrust);
+    variances.push_back(variance);
+  }
+  const Replicated alpha = mean_of(thrusts);
+  result.alpha_thrust = estimate(alpha, "no pile was completed");
+  result.c_thrust =
+      estimate(transform([](double a) { return tan30 * std::sqrt(a); }, alpha), "the mean thrust ratio is unknown");
+  result.weight_variance = estimate(mean_of(variances), "no pile was completed");
+  return result;
+}
+
+}  // namespace granuscope
