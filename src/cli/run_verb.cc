@@ -86,8 +86,7 @@ ExitCode run(const RunVerbOptions& given, VerbContext& context) {
     return ExitCode::done;
   }
   require_kept(given.config, options.folder / "experiment.toml", print_experiment(experiment));
-  require_memory(estimate_memory(experiment) + bytes_per_bead * experiment.lattice.columns * experiment.lattice.layers *
-                                                   worker_count(options.threads));
+  require_memory(memory_needed(experiment, worker_count(options.threads)));
 
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
                                   static_cast<std::size_t>(worker_count(options.threads)));

@@ -63,7 +63,8 @@ ExitCode sample(SampleOptions options, VerbContext& context) {
   const FrictionCone cone(spec.sampler.mu);  // refuses a mu outside the model before any memory is taken
   const Lattice lattice(spec.lattice);
   const int workers = worker_count(options.threads);
-  require_memory(bytes_per_bead * static_cast<double>(lattice.beads()) * (options.statistics ? workers : 1));
+  require_memory(options.statistics ? workers * drawing_memory(spec.sampler, lattice)
+                                    : bytes_per_bead * static_cast<double>(lattice.beads()));
 
   if (!options.file.empty()) store_sample(options, context);
   if (!options.statistics) return ExitCode::done;

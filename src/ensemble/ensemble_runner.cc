@@ -1,5 +1,8 @@
 #include "ensemble/ensemble_runner.h"
 
+#include <algorithm>
+#include <array>
+
 #include "ensemble/estimator.h"
 #include "ensemble/merge.h"
 #include "ensemble/parallel.h"
@@ -41,21 +44,26 @@ EnsembleRecord run_ensemble(const EnsembleSpec& spec, int threads, Progress* pro
     const auto block = static_cast<int>(b);
     const auto estimator = make_estimator(drawn, record.sums, block);
     const std::uint64_t end = first_sample_of(spec, block + 1);
-    for (std::uint64_t sample = first_sample_of(spec, block); sample < end; ++sample) {
+    std::array<std::optional<SamplingFailure>, group_size> failures;
+    for (std::uint64_t first = first_sample_of(spec, block); first < end; first += group_size) {
       throw_if_interrupted();
-      if (const auto failure = estimator->measure(sample)) {
-        failed[b].push_back({sample, failure->layer, replay_command(spec, sample)});
-      } else {
-        ++record.sums.count[b];
+      const auto in_group = static_cast<std::size_t>(std::min(group_size, end - first));
+      estimator->measure_group(first, {failures.data(), in_group});
+      for (std::size_t k = 0; k < in_group; ++k) {
+        if (failures[k]) {
+          failed[b].push_back({first + k, failures[k]->layer, replay_command(spec, first + k)});
+        } else {
+          ++record.sums.count[b];
+        }
+        if (progress != nullptr) progress->advance();
       }
-      if (progress != nullptr) progress->advance();
     }
     counts[b] = estimator->counts();
   };
   for_each_index(blocks, threads, run_block);
 
   for (std::size_t b = 0; b < blocks; ++b) {
-    add_counts(record.counts, counts[b]);
+    record.counts += counts[b];
     record.failed.insert(record.failed.end(), failed[b].begin(), failed[b].end());
   }
   return record;

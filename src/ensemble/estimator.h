@@ -2,6 +2,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -26,6 +27,11 @@ class Estimator {
   /// Draws what the sample needs and adds it. Where a pile could not be completed, returns where it got stuck and adds
   /// nothing. Every pile's exact identities are asserted.
   virtual std::optional<SamplingFailure> measure(std::uint64_t sample) = 0;
+
+  /// The same for failures.size() samples from `first` on, of one group: what measure() adds for one after the other.
+  virtual void measure_group(std::uint64_t first, std::span<std::optional<SamplingFailure>> failures) {
+    for (std::size_t k = 0; k < failures.size(); ++k) failures[k] = measure(first + k);
+  }
 
   /// What the sampler did so far.
   virtual const SamplerCounts& counts() const = 0;

@@ -1,5 +1,7 @@
 #include "ensemble/multiplexed_estimator.h"
 
+#include <algorithm>
+
 #include "model/identities.h"
 #include "sampling/random_key.h"
 
@@ -14,43 +16,61 @@ std::vector<QuantityShape> MultiplexedEstimator::quantities(const EnsembleSpec& 
 MultiplexedEstimator::MultiplexedEstimator(const EnsembleSpec& spec, BlockSums& sums, int block)
     : seed_(spec.sampler.seed),
       epsilon_(spec.epsilon),
-      signs_(static_cast<std::size_t>(spec.lattice.columns)),
-      load_(signs_.size()),
-      sign_spectrum_(signs_.size()),
-      spectrum_(signs_.size()),
-      fourier_(signs_.size()),
+      columns_(static_cast<std::size_t>(spec.lattice.columns)),
+      signs_(piles_at_once(spec.sampler, Lattice(spec.lattice)), std::vector<double>(columns_)),
+      loads_(signs_),
+      sign_spectrum_(columns_),
+      spectrum_(columns_),
+      fourier_(columns_),
       sampler_(make_sampler(spec.sampler, Lattice(spec.lattice))),
-      pile_(Lattice(spec.lattice)),
+      piles_(signs_.size(), Pile(Lattice(spec.lattice))),
       layers_(sums.layers),
       numbers_(sums, block),
       profiles_(spec.record_profiles),
       correlation_(profiles_ ? BlockSlice(sums, "correlation", block) : BlockSlice()) {}
 
-void MultiplexedEstimator::choose_signs(std::uint64_t sample) {
+void MultiplexedEstimator::choose_signs(std::uint64_t sample, std::size_t k) {
   const RandomKey key(seed_, sample);
-  for (std::size_t i = 0; i < signs_.size(); ++i) {
-    signs_[i] = key.load_bit(static_cast<int>(i)) ? 1 : -1;
-    load_[i] = 1 + epsilon_ * signs_[i];
+  for (std::size_t i = 0; i < columns_; ++i) {
+    signs_[k][i] = key.load_bit(static_cast<int>(i)) ? 1 : -1;
+    loads_[k][i] = 1 + epsilon_ * signs_[k][i];
   }
-  sign_spectrum_ = signs_;
-  fourier_.transform(sign_spectrum_);
 }
 
 std::optional<SamplingFailure> MultiplexedEstimator::measure(std::uint64_t sample) {
-  choose_signs(sample);
-  if (const auto failure = sampler_->draw(sample, load_, pile_)) return failure;
-  assert_identities(pile_);
-  numbers_.add(pile_);
-  if (profiles_) add_correlation();
-  return std::nullopt;
+  std::optional<SamplingFailure> failure;
+  measure_group(sample, {&failure, 1});
+  return failure;
 }
 
-void MultiplexedEstimator::add_correlation() {
-  const std::size_t columns = signs_.size();
+void MultiplexedEstimator::measure_group(std::uint64_t first, std::span<std::optional<SamplingFailure>> failures) {
+  for (std::size_t done = 0; done < failures.size(); done += piles_.size()) {
+    const std::size_t count = std::min(piles_.size(), failures.size() - done);
+    for (std::size_t k = 0; k < count; ++k) choose_signs(first + done + k, k);
+    const std::vector<std::span<const double>> loads(loads_.begin(),
+                                                     loads_.begin() + static_cast<std::ptrdiff_t>(count));
+    sampler_->draw_group(first + done, loads, {piles_.data(), count}, failures.subspan(done, count));
+    for (std::size_t k = 0; k < count; ++k) {
+      if (!failures[done + k]) add(k);
+    }
+  }
+}
+
+void MultiplexedEstimator::add(std::size_t k) {
+  assert_identities(piles_[k]);
+  numbers_.add(piles_[k]);
+  if (!profiles_) return;
+  sign_spectrum_ = signs_[k];
+  fourier_.transform(sign_spectrum_);
+  add_correlation(piles_[k]);
+}
+
+void MultiplexedEstimator::add_correlation(const Pile& pile) {
+  const std::size_t columns = columns_;
   const double scale = 1 / (static_cast<double>(columns) * epsilon_);
   for (std::size_t l = 0; l < layers_.size(); ++l) {
-    const std::size_t row = pile_.lattice.index(layers_[l], 0);
-    for (std::size_t i = 0; i < columns; ++i) spectrum_[i] = pile_.V_R[row + i] + pile_.V_L[row + i] - 1;
+    const std::size_t row = pile.lattice.index(layers_[l], 0);
+    for (std::size_t i = 0; i < columns; ++i) spectrum_[i] = pile.V_R[row + i] + pile.V_L[row + i] - 1;
     fourier_.transform(spectrum_);
     correlation_.add(l, 0, scale * sign_spectrum_[0] * spectrum_[0]);
     for (std::size_t re = 1, im = 2; im < columns; re += 2, im += 2) {

@@ -17,19 +17,22 @@ class MultiplexedEstimator final : public Estimator {
   static std::vector<QuantityShape> quantities(const EnsembleSpec& spec);
   MultiplexedEstimator(const EnsembleSpec& spec, BlockSums& sums, int block);
   std::optional<SamplingFailure> measure(std::uint64_t sample) override;
+  void measure_group(std::uint64_t first, std::span<std::optional<SamplingFailure>> failures) override;
   const SamplerCounts& counts() const override { return sampler_->counts(); }
 
  private:
-  void choose_signs(std::uint64_t sample);
-  void add_correlation();
+  void choose_signs(std::uint64_t sample, std::size_t k);
+  void add(std::size_t k);
+  void add_correlation(const Pile& pile);
 
   std::uint64_t seed_;
   double epsilon_;
-  std::vector<double> signs_, load_;
+  std::size_t columns_;
+  std::vector<std::vector<double>> signs_, loads_;  ///< of each pile
   std::vector<double> sign_spectrum_, spectrum_;
   RealSpectrum fourier_;
   std::unique_ptr<Sampler> sampler_;
-  Pile pile_;
+  std::vector<Pile> piles_;  ///< as many as are drawn at once
   const std::vector<int>& layers_;
   LayerNumbers numbers_;
   bool profiles_;

@@ -1,5 +1,7 @@
 #include "ensemble/point_estimator.h"
 
+#include <algorithm>
+
 #include "model/identities.h"
 
 namespace granuscope {
@@ -13,23 +15,39 @@ std::vector<QuantityShape> PointEstimator::quantities(const EnsembleSpec& spec) 
 PointEstimator::PointEstimator(const EnsembleSpec& spec, BlockSums& sums, int block)
     : load_(top_load(spec)),
       sampler_(make_sampler(spec.sampler, Lattice(spec.lattice))),
-      pile_(Lattice(spec.lattice)),
+      piles_(piles_at_once(spec.sampler, Lattice(spec.lattice)), Pile(Lattice(spec.lattice))),
       layers_(sums.layers),
       numbers_(sums, block),
       profiles_(spec.record_profiles),
       weight_(profiles_ ? BlockSlice(sums, "weight", block) : BlockSlice()) {}
 
 std::optional<SamplingFailure> PointEstimator::measure(std::uint64_t sample) {
-  if (const auto failure = sampler_->draw(sample, load_, pile_)) return failure;
-  assert_identities(pile_);
-  numbers_.add(pile_);
-  if (!profiles_) return std::nullopt;
-  const auto columns = static_cast<std::size_t>(pile_.lattice.columns());
-  for (std::size_t l = 0; l < layers_.size(); ++l) {
-    const std::size_t row = pile_.lattice.index(layers_[l], 0);
-    for (std::size_t i = 0; i < columns; ++i) weight_.add(l, i, pile_.V_R[row + i] + pile_.V_L[row + i]);
+  std::optional<SamplingFailure> failure;
+  measure_group(sample, {&failure, 1});
+  return failure;
+}
+
+void PointEstimator::measure_group(std::uint64_t first, std::span<std::optional<SamplingFailure>> failures) {
+  const std::vector<std::span<const double>> loads(piles_.size(), load_);
+  for (std::size_t done = 0; done < failures.size(); done += piles_.size()) {
+    const std::size_t count = std::min(piles_.size(), failures.size() - done);
+    const std::span<Pile> piles(piles_.data(), count);
+    sampler_->draw_group(first + done, {loads.data(), count}, piles, failures.subspan(done, count));
+    for (std::size_t k = 0; k < count; ++k) {
+      if (!failures[done + k]) add(piles[k]);
+    }
   }
-  return std::nullopt;
+}
+
+void PointEstimator::add(const Pile& pile) {
+  assert_identities(pile);
+  numbers_.add(pile);
+  if (!profiles_) return;
+  const auto columns = static_cast<std::size_t>(pile.lattice.columns());
+  for (std::size_t l = 0; l < layers_.size(); ++l) {
+    const std::size_t row = pile.lattice.index(layers_[l], 0);
+    for (std::size_t i = 0; i < columns; ++i) weight_.add(l, i, pile.V_R[row + i] + pile.V_L[row + i]);
+  }
 }
 
 }  // namespace granuscope

@@ -12,12 +12,15 @@ class PointEstimator final : public Estimator {
   static std::vector<QuantityShape> quantities(const EnsembleSpec& spec);
   PointEstimator(const EnsembleSpec& spec, BlockSums& sums, int block);
   std::optional<SamplingFailure> measure(std::uint64_t sample) override;
+  void measure_group(std::uint64_t first, std::span<std::optional<SamplingFailure>> failures) override;
   const SamplerCounts& counts() const override { return sampler_->counts(); }
 
  private:
+  void add(const Pile& pile);
+
   std::vector<double> load_;
   std::unique_ptr<Sampler> sampler_;
-  Pile pile_;
+  std::vector<Pile> piles_;  ///< as many as are drawn at once
   const std::vector<int>& layers_;
   LayerNumbers numbers_;
   bool profiles_;

@@ -9,9 +9,9 @@
 #include <limits>
 #include <vector>
 
-#include "analysis/chain_share.h"
 #include "analysis/claims.h"
 #include "ensemble/ensemble_runner.h"
+#include "experiment/check_parts.h"
 #include "experiment/nearest_name.h"
 #include "render/colour_scale.h"
 #include "render/layout.h"
@@ -21,25 +21,6 @@
 
 namespace granuscope {
 namespace {
-
-using Problem = std::optional<ExperimentProblem>;
-
-// Limits that no sensible experiment meets; beyond them a slip of the keyboard is more likely than an intention.
-constexpr double most_memory = 32e9;  // bytes
-constexpr std::uint64_t most_samples = 1'000'000'000;
-constexpr std::size_t most_friction_values = 1000;
-constexpr int most_blocks = 10'000;
-constexpr int most_columns = 1'000'000;
-constexpr int most_layers = 1'000'000;
-// The rejection law accepts 4.5 % of the piles of 6 x 6 beads at mu = 0.3 and exponentially fewer of larger ones.
-constexpr int most_beads_by_rejection = 256;
-// Contacts reach the horizontal at mu = sqrt(3): the interval of each bead is then unbounded.
-constexpr double mu_limit = sqrt3;
-
-template <class... Args>
-Problem problem(const char* key, fmt::format_string<Args...> text, Args&&... args) {
-  return ExperimentProblem{key, fmt::format(text, std::forward<Args>(args)...)};
-}
 
 bool has_control_character(const std::string& text, bool newlines_allowed) {
   return std::any_of(text.begin(), text.end(), [&](char c) {
@@ -63,52 +44,10 @@ Problem find_text_problem(const Experiment& e) {
   return {};
 }
 
-/// What one pile needs while it is drawn, in bytes.
-double pile_memory(double columns, double layers) {
-  const double numbers_per_bead = 4 + 8;  // a pile's forces, and what a solver keeps beside them
-  return 8 * numbers_per_bead * columns * layers;
-}
-
 /// What the block sums of a main ensemble need, in bytes.
 double sums_memory(const Experiment& e) {
   const double layers_recorded = static_cast<double>(e.lattice.layers) / std::max(1, e.fit.layer_step);
   return 8 * 2.0 * e.response.blocks * layers_recorded * e.lattice.columns;
-}
-
-/// `memory`: what piles of this size need together with what is measured on them, in bytes.
-Problem find_lattice_problem(const char* columns_key, int columns, const char* layers_key, int layers, int least_layers,
-                             double memory) {
-  if (columns < 4) {
-    return problem(columns_key,
-                   "{} columns are too few: on a ring of fewer than 4 a bead meets its neighbour twice; "
-                   "give at least 4",
-                   columns);
-  }
-  if (layers < least_layers) {
-    return problem(layers_key, "{} layers are too few; give at least {}", layers, least_layers);
-  }
-  const bool wide = columns > layers;
-  if (memory > most_memory) {
-    return problem(wide ? columns_key : layers_key,
-                   "{} x {} beads would need about {} of memory, more than {}; make the pile smaller", columns, layers,
-                   describe_bytes(memory), describe_bytes(most_memory));
-  }
-  if (columns > most_columns || layers > most_layers) {
-    return problem(
-        wide ? columns_key : layers_key,
-        "{} x {} beads are more than {} {}, of which a slip of the keyboard is the likelier cause (they would "
-        "need about {} of memory); make the pile smaller",
-        columns, layers, wide ? most_columns : most_layers, wide ? "columns" : "layers", describe_bytes(memory));
-  }
-  return {};
-}
-
-Problem find_mu_problem(const char* key, double mu) {
-  if (std::isfinite(mu) && mu >= 0 && mu < mu_limit) return {};
-  return problem(key,
-                 "{} is not a friction coefficient that this model has: below 0 it means nothing, and at sqrt(3) "
-                 "= 1.7320 the cone reaches the horizontal; give 0 <= mu < 1.7320",
-                 mu);
 }
 
 Problem find_friction_problem(const Experiment& e) {
@@ -330,112 +269,6 @@ Problem find_figure_problem(const Experiment& e) {
                      layer, previous);
     }
     previous = layer;
-  }
-  return {};
-}
-
-/// A list of friction coefficients of a side measurement: `least` <= mu < sqrt(3), ascending.
-Problem find_side_mu_problem(const char* key, const std::vector<double>& mu, bool zero_allowed) {
-  if (mu.size() > most_friction_values) {
-    return problem(key, "{} values are more than {}; split the experiment", mu.size(), most_friction_values);
-  }
-  for (std::size_t k = 0; k < mu.size(); ++k) {
-    if (auto found = find_mu_problem(key, mu[k])) return found;
-    if (mu[k] == 0 && !zero_allowed) {
-      return problem(key, "at mu = 0 nothing is random, so that there is nothing to measure here; give mu above 0");
-    }
-    if (k > 0 && mu[k] <= mu[k - 1]) {
-      return problem(key, "{} follows {}, but the list must ascend without repetition; sort it", mu[k], mu[k - 1]);
-    }
-  }
-  return {};
-}
-
-Problem find_side_samples_problem(const char* key, std::uint64_t samples, int blocks) {
-  const auto least = group_size * static_cast<std::uint64_t>(blocks);
-  if (samples >= least && samples <= most_samples) return {};
-  return problem(key, "{} samples in {} blocks: each block needs a whole group of eight; give {} to {}", samples,
-                 blocks, least, most_samples);
-}
-
-Problem find_side_problem(const Experiment& e) {
-  if (!e.redrawn_beads.mu.empty()) {
-    const char* key = "figures.redrawn_beads.mu";
-    if (auto found = find_side_mu_problem(key, e.redrawn_beads.mu, false)) return found;
-    if (e.sampling.law != Law::granusolve) {
-      return problem(key,
-                     "only the law granusolve can keep the random numbers of a pile while its load changes, but "
-                     "sampling.law is {}; empty the list or change the law",
-                     name_of(e.sampling.law));
-    }
-    key = "figures.redrawn_beads.samples";
-    if (auto found = find_side_samples_problem(key, e.redrawn_beads.samples, e.response.blocks)) return found;
-  }
-  if (!e.counted_work.mu.empty()) {
-    if (auto found = find_side_mu_problem("figures.counted_work.mu", e.counted_work.mu, true)) return found;
-    const char* key = "figures.counted_work.sizes";
-    const std::vector<int>& sizes = e.counted_work.sizes;
-    if (sizes.size() < 3) return problem(key, "{} sizes show no law; give at least 3", sizes.size());
-    for (std::size_t k = 0; k < sizes.size(); ++k) {
-      if (k > 0 && sizes[k] <= sizes[k - 1]) {
-        return problem(key, "{} follows {}, but the list must ascend without repetition; sort it", sizes[k],
-                       sizes[k - 1]);
-      }
-      if (auto found =
-              find_lattice_problem(key, sizes[k], key, sizes[k], bottom_margin + 1, pile_memory(sizes[k], sizes[k])))
-        return found;
-    }
-    key = "figures.counted_work.samples";
-    if (auto found = find_side_samples_problem(key, e.counted_work.samples, counted_work_blocks)) return found;
-  }
-  if (!e.small_friction.mu.empty()) {
-    if (auto found = find_side_mu_problem("figures.small_friction.mu", e.small_friction.mu, false)) return found;
-    if (!(std::isfinite(e.small_friction.depth) && e.small_friction.depth >= 1 && e.small_friction.depth <= 1000)) {
-      return problem("figures.small_friction.depth",
-                     "{} saturation depths: above 1 only are the fluctuations of the forces saturated, and more than "
-                     "1000 show nothing new; give 1 to 1000 (4 is usual)",
-                     e.small_friction.depth);
-    }
-    for (const double mu : e.small_friction.mu) {
-      if (auto found = find_lattice_problem("figures.small_friction.columns", e.small_friction.columns,
-                                            "figures.small_friction.mu", e.small_friction.layers(mu), 2 * bottom_margin,
-                                            pile_memory(e.small_friction.columns, e.small_friction.layers(mu)))) {
-        return found;
-      }
-    }
-    const char* key = "figures.small_friction.samples";
-    if (auto found = find_side_samples_problem(key, e.small_friction.samples, e.response.blocks)) return found;
-  }
-  if (e.law_comparison.samples > 0) {
-    const LawComparisonSpec& laws = e.law_comparison;
-    if (auto found = find_side_samples_problem("figures.law_comparison.samples", laws.samples, e.response.blocks)) {
-      return found;
-    }
-    if (!(laws.mu > 0 && laws.mu <= 0.6)) {
-      return problem(
-          "figures.law_comparison.mu",
-          "{}: without friction all laws are one, and above 0.6 the laws that throw away what fails take for "
-          "ever even on 6 x 6 beads; give more than 0 and at most 0.6",
-          laws.mu);
-    }
-    if (laws.columns < 4 || laws.layers < 4 ||
-        static_cast<double>(laws.columns) * laws.layers > static_cast<double>(most_polytope_beads)) {
-      return problem("figures.law_comparison.columns",
-                     "{} x {} beads: the law polytope takes on 4 x 4 beads to {} in all, since its chain forgets too "
-                     "slowly on more; give a size between",
-                     laws.columns, laws.layers, most_polytope_beads);
-    }
-  }
-  if (e.chain_share.samples > 0) {
-    const char* key = "figures.chain_share.samples";
-    if (auto found = find_side_samples_problem(key, e.chain_share.samples, e.response.blocks)) return found;
-    const double z = Lattice::depth(e.force_chains.layers - 1);
-    if (e.force_chains.columns < 2 * (tan30 * z + chain_half_width)) {
-      return problem("scenes.force_chains.columns",
-                     "with {} columns the two rays of the response meet behind the ring above layer {}, so that "
-                     "figures.chain_share would count one for the other; give at least {} columns",
-                     e.force_chains.columns, e.force_chains.layers, std::ceil(2 * (tan30 * z + chain_half_width)));
-    }
   }
   return {};
 }

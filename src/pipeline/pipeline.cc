@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "analysis/analyse.h"
+#include "experiment/experiment_check.h"
 #include "experiment/experiment_file.h"
 #include "pipeline/ensemble_stage.h"
 #include "pipeline/law_in_words.h"
@@ -28,6 +29,7 @@
 #include "plot/transport_with_depth.h"
 #include "render/gl_context.h"
 #include "report/manifest_json.h"
+#include "sampling/sampler.h"
 #include "support/atomic_file.h"
 #include "support/child_process.h"
 #include "support/digest.h"
@@ -332,6 +334,16 @@ std::vector<PlannedStep> plan_run(const Experiment& experiment, const RunOptions
   if (needed.contains(Stage::plot)) steps.push_back({Stage::plot, "figures", false, 0});
   if (needed.contains(Stage::report)) steps.push_back({Stage::report, "report", false, 0});
   return steps;
+}
+
+double memory_needed(const Experiment& experiment, int threads) {
+  double drawing = 0;
+  const auto consider = [&](const PlannedEnsemble& planned) {
+    drawing = std::max(drawing, drawing_memory(planned.spec.sampler, Lattice(planned.spec.lattice)));
+  };
+  for (const PlannedEnsemble& planned : plan_ensembles(experiment, {})) consider(planned);
+  for (const SideEnsemble& side : plan_side_ensembles(experiment, {})) consider(side.planned);
+  return drawing * threads + estimate_memory(experiment);
 }
 
 RunResult run_experiment(const Experiment& experiment, const RunOptions& options) {

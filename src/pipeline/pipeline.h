@@ -32,6 +32,9 @@ struct PlannedStep {
 /// What run_experiment would do, in order; draws nothing and writes nothing.
 std::vector<PlannedStep> plan_run(const Experiment& experiment, const RunOptions& options);
 
+/// Memory that the largest of the ensembles needs while it is drawn on this many threads, and the sums, in bytes.
+double memory_needed(const Experiment& experiment, int threads);
+
 /// What a run leaves behind.
 struct RunResult {
   Analysis analysis;                    ///< empty unless the stage analyse was needed

@@ -1,44 +1,23 @@
 #include "sampling/granusolve.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 
+#include "sampling/granusolve_group.h"
 #include "sampling/layer_kernels.h"
+#include "sampling/rounding.h"
 #include "sampling/truncated_pair.h"
 
 namespace granuscope {
-namespace {
-
-/// An H that misses its solvable band by at most this many units in the last place of the forces summed is put onto the
-/// band's end: the splits above were chosen inside the band, and only their rounding carried H out of it.
-constexpr double rounding_ulps = 64;
-constexpr double ulp = std::numeric_limits<double>::epsilon();
-constexpr double infinity = std::numeric_limits<double>::infinity();
-
-/// Slack of a bead of the front layer whose bulk draw does not hold (any more).
-constexpr double not_drawn = -1;
-
-/// An interval that is empty by rounding only, as the point it stands for.
-Interval closed(Interval interval) {
-  if (!interval.empty()) return interval;
-  const double middle = interval.low + (interval.high - interval.low) / 2;
-  return {middle, middle};
-}
-
-}  // namespace
 
 GranusolveSampler::GranusolveSampler(const SamplerSpec& spec, const Lattice& lattice)
     : lattice_(lattice),
       cone_(spec.mu),
       spec_(spec),
-      H_(lattice.beads()),
-      attempts_(lattice.beads()),
-      unsolved_(lattice.beads()),
-      rule_(lattice.beads()),
       order_(static_cast<std::size_t>(lattice.layers())),
       pending_(static_cast<std::size_t>(lattice.layers())),
-      first_uniform_(static_cast<std::size_t>(lattice.columns()) + uniform_padding),
       slack_(static_cast<std::size_t>(lattice.columns())),
       half_load_(static_cast<std::size_t>(lattice.columns())),
       no_force_(static_cast<std::size_t>(lattice.columns())) {
@@ -50,6 +29,20 @@ GranusolveSampler::GranusolveSampler(const SamplerSpec& spec, const Lattice& lat
   max_solutions_ = static_cast<std::uint64_t>(spec.effort * static_cast<double>(lattice.beads()));
 }
 
+/// Arrays of its own, for a pile that is solved by itself.
+void GranusolveSampler::clear_state() {
+  const std::size_t beads = lattice_.beads(), columns = static_cast<std::size_t>(lattice_.columns());
+  own_H_.resize(beads);
+  own_first_uniform_.resize(columns + uniform_padding);
+  own_failing_.resize((columns + 63) / 64);
+  own_attempts_.assign(beads, first_ == nullptr ? 0 : attempts_before_solving_again);
+  own_unsolved_.assign(beads, 0);
+  own_rule_.assign(beads, static_cast<std::uint8_t>(Rule::first_draw));
+  state_ = {
+      pile_->V_R.data(),    pile_->V_L.data(),    pile_->H_R.data(), pile_->H_L.data(),         own_H_.data(),
+      own_attempts_.data(), own_unsolved_.data(), own_rule_.data(),  own_first_uniform_.data(), own_failing_.data()};
+}
+
 std::optional<SamplingFailure> GranusolveSampler::draw(std::uint64_t sample, std::span<const double> load, Pile& pile) {
   first_ = nullptr;
   return solve_pile(sample, load, pile);
@@ -58,6 +51,7 @@ std::optional<SamplingFailure> GranusolveSampler::draw(std::uint64_t sample, std
 std::optional<SamplingFailure> GranusolveSampler::solve_pile(std::uint64_t sample, std::span<const double> load,
                                                              Pile& pile) {
   begin_pile(sample, load, pile);
+  clear_state();
   for (int layer = 0; layer < lattice_.layers(); ++layer) {
     if (auto failure = solve_layer(layer)) return failure;
   }
@@ -73,10 +67,6 @@ void GranusolveSampler::begin_pile(std::uint64_t sample, std::span<const double>
   pile.sample = sample;
   pile.load.assign(load.begin(), load.end());
   key_ = RandomKey(spec_.seed, sample);
-  std::fill(attempts_.begin(), attempts_.end(), first_ == nullptr ? 0 : attempts_before_solving_again);
-  std::fill(unsolved_.begin(), unsolved_.end(), std::uint8_t{0});
-  std::fill(rule_.begin(), rule_.end(), Rule::first_draw);
-  by_rule_ = {lattice_.beads(), 0, 0, 0, 0};
   for (auto& layer : pending_) layer.clear();
   for (int layer = 0; layer < lattice_.layers(); ++layer) {
     order_[static_cast<std::size_t>(layer)] =
@@ -90,70 +80,125 @@ void GranusolveSampler::begin_pile(std::uint64_t sample, std::span<const double>
 
 void GranusolveSampler::count_pile() {
   for (const auto& [bead, times] : climbs_) set_rule(bead, Rule::climb);
-  const auto beads_by = [&](Rule rule) { return by_rule_[static_cast<std::size_t>(rule)]; };
-  counts_.beads += lattice_.beads();
-  counts_.mended_by_pair += beads_by(Rule::pair);
-  counts_.mended_by_arc += beads_by(Rule::arc);
-  counts_.mended_by_ring += beads_by(Rule::ring);
-  counts_.climbed += beads_by(Rule::climb);
+  std::array<std::uint64_t, rules> beads_by{};
+  for (std::size_t rule = 1; rule < rules; ++rule) {
+    beads_by[rule] = static_cast<std::uint64_t>(std::count(own_rule_.begin(), own_rule_.end(), rule));
+  }
+  add_pile(beads_by);
 }
 
-void GranusolveSampler::set_rule(std::size_t bead, Rule rule) {
-  --by_rule_[static_cast<std::size_t>(rule_[bead])];
-  ++by_rule_[static_cast<std::size_t>(rule)];
-  rule_[bead] = rule;
+void GranusolveSampler::add_pile(const std::array<std::uint64_t, rules>& beads_by) {
+  const auto by = [&](Rule rule) { return beads_by[static_cast<std::size_t>(rule)]; };
+  counts_.beads += lattice_.beads();
+  counts_.mended_by_pair += by(Rule::pair);
+  counts_.mended_by_arc += by(Rule::arc);
+  counts_.mended_by_ring += by(Rule::ring);
+  counts_.climbed += by(Rule::climb);
 }
+
+void GranusolveSampler::set_rule(std::size_t bead, Rule rule) { state_.rule[bead] = static_cast<std::uint8_t>(rule); }
 
 // ---------------------------------------------------------------------------------------------- one layer
 
 void GranusolveSampler::draw_layer_in_bulk(int layer) {
   const auto columns = static_cast<std::size_t>(lattice_.columns());
-  if (first_ == nullptr) fill_first_uniforms(key_.seed(), key_.sample(), layer, first_uniform_.data(), columns);
-  if (first_ != nullptr) std::copy_n(&first_numbers_[at(layer, 0)], columns, first_uniform_.begin());
+  if (first_ == nullptr) fill_first_uniforms(key_.seed(), key_.sample(), layer, state_.first_uniform, columns);
+  if (first_ != nullptr) std::copy_n(&first_numbers_[at(layer, 0)], columns, state_.first_uniform);
   const auto row = [&](std::size_t from) {
     const std::size_t here = at(layer, 0) + from;
-    return LowerRow{&pile_->V_R[here], &pile_->V_L[here], &H_[here],
-                    &pile_->H_R[here], &pile_->H_L[here], &slack_[from]};
+    return LowerRow{&state_.V_R[here], &state_.V_L[here], &state_.H[here],
+                    &state_.H_R[here], &state_.H_L[here], &slack_[from]};
   };
   if (layer == 0) {
     for (std::size_t i = 0; i < columns; ++i) half_load_[i] = pile_->load[i] / 2;
     const double* const half = half_load_.data();
-    draw_beads(cone_, {half, half, no_force_.data(), no_force_.data()}, first_uniform_.data(), columns, row(0));
+    draw_beads(cone_, {half, half, no_force_.data(), no_force_.data()}, state_.first_uniform, columns, row(0));
     if (first_ != nullptr) keep_splits(layer);
     return;
   }
   const auto above = [&](std::size_t upper_left, std::size_t upper_right) {
     const std::size_t up = at(layer - 1, 0);
-    return UpperRow{&pile_->V_R[up + upper_left], &pile_->V_L[up + upper_right], &pile_->H_R[up + upper_left],
-                    &pile_->H_L[up + upper_right]};
+    return UpperRow{&state_.V_R[up + upper_left], &state_.V_L[up + upper_right], &state_.H_R[up + upper_left],
+                    &state_.H_L[up + upper_right]};
   };
   // Away from the seam the parents of a bead stand side by side; the seam's bead is a run of its own.
   const std::size_t first = layer % 2 == 0 ? 1 : 0, seam = layer % 2 == 0 ? 0 : columns - 1;
-  draw_beads(cone_, above(0, 1), &first_uniform_[first], columns - 1, row(first));
-  draw_beads(cone_, above(columns - 1, 0), &first_uniform_[seam], 1, row(seam));
+  draw_beads(cone_, above(0, 1), &state_.first_uniform[first], columns - 1, row(first));
+  draw_beads(cone_, above(columns - 1, 0), &state_.first_uniform[seam], 1, row(seam));
   if (first_ != nullptr) keep_splits(layer);
 }
 
-std::optional<SamplingFailure> GranusolveSampler::solve_layer(int layer) {
+void GranusolveSampler::begin_layer(int layer) {
   front_ = layer;
+  cursor_ = 0;
+  cursor_bead_ = order_[static_cast<std::size_t>(layer)].first_bead;
   draw_layer_in_bulk(layer);
-  const int columns = lattice_.columns();
-  solutions_ += static_cast<std::uint64_t>(columns);
-  const RandomKey::Order order = order_[static_cast<std::size_t>(layer)];
-  int bead = order.first_bead;
-  for (cursor_ = 0; cursor_ < columns;) {
-    if (slack_[static_cast<std::size_t>(bead)] >= 0) {
-      if (first_ == nullptr) ++counts_.uniforms;
-      ++cursor_;
-    } else {
-      while (solve_bead(layer, bead, Attempt::first) == Mend::climbed) {
-        if (!solve_pending()) return SamplingFailure{layer};
-      }
-      ++cursor_;  // from here on the bead counts as solved
-      // A child that rounding left unsolvable waits as pending even without a climb.
-      if (topmost_pending_ <= front_ && !solve_pending()) return SamplingFailure{layer};
+  find_failing(slack_.data(), slack_.size(), state_.failing);
+  solutions_ += static_cast<std::uint64_t>(lattice_.columns());
+}
+
+/// The beads from `low` to `high` that fail: the first of them if `direction` > 0, else the last; -1 if there is none.
+int GranusolveSampler::find_failing_between(int low, int high, int direction) const {
+  if (low > high) return -1;
+  const int first_word = low / 64, last_word = high / 64;
+  const auto inside = [&](int word) {
+    std::uint64_t bits = state_.failing[static_cast<std::size_t>(word)];
+    if (word == first_word) bits &= ~std::uint64_t{0} << (low % 64);
+    if (word == last_word) bits &= ~std::uint64_t{0} >> (63 - high % 64);
+    return bits;
+  };
+  if (direction > 0) {
+    for (int word = first_word; word <= last_word; ++word) {
+      if (const std::uint64_t bits = inside(word); bits != 0) return 64 * word + std::countr_zero(bits);
     }
-    bead = order.direction > 0 ? lattice_.next(bead) : lattice_.previous(bead);
+  } else {
+    for (int word = last_word; word >= first_word; --word) {
+      if (const std::uint64_t bits = inside(word); bits != 0) return 64 * word + 63 - std::countl_zero(bits);
+    }
+  }
+  return -1;
+}
+
+/// Moves the cursor on to the next bead of the front layer that has to be solved singly; -1 if there is none.
+int GranusolveSampler::next_failing() {
+  const int columns = lattice_.columns(), here = cursor_bead_;
+  if (cursor_ == columns) return -1;
+  if (const auto at_cursor = static_cast<std::size_t>(here);
+      (state_.failing[at_cursor / 64] >> (at_cursor % 64) & 1) != 0) {
+    return here;  // the neighbour of a bead just mended, mostly
+  }
+  const auto [first, direction] = order_[static_cast<std::size_t>(front_)];
+  // From the cursor to the end of the row, and what lies beyond it up to the first bead of the order.
+  const bool wrapped = direction > 0 ? here < first : here > first;
+  int bead = -1;
+  if (direction > 0) {
+    bead = find_failing_between(here, wrapped ? first - 1 : columns - 1, 1);
+    if (bead < 0 && !wrapped) bead = find_failing_between(0, first - 1, 1);
+  } else {
+    bead = find_failing_between(wrapped ? first + 1 : 0, here, -1);
+    if (bead < 0 && !wrapped) bead = find_failing_between(first + 1, columns - 1, -1);
+  }
+  const int next = bead < 0 ? columns : position(front_, bead);
+  if (first_ == nullptr) counts_.uniforms += static_cast<std::uint64_t>(next - cursor_);
+  cursor_ = next;
+  cursor_bead_ = bead;
+  return bead;
+}
+
+/// Solves the bead at the cursor, whatever it takes. False if the effort ran out.
+bool GranusolveSampler::solve_failing(int bead) {
+  while (solve_bead(front_, bead, Attempt::first) == Mend::climbed) {
+    if (!solve_pending()) return false;
+  }
+  step_cursor();
+  // A child that rounding left unsolvable waits as pending even without a climb.
+  return topmost_pending_ > front_ || solve_pending();
+}
+
+std::optional<SamplingFailure> GranusolveSampler::solve_layer(int layer) {
+  begin_layer(layer);
+  for (int bead = next_failing(); bead >= 0; bead = next_failing()) {
+    if (!solve_failing(bead)) return SamplingFailure{layer};
   }
   if (solutions_ > max_solutions_) return SamplingFailure{layer};
   return std::nullopt;
@@ -179,7 +224,7 @@ bool GranusolveSampler::solve_pending() {
 
 int GranusolveSampler::next_pending(int layer) {
   auto& beads = pending_[static_cast<std::size_t>(layer)];
-  std::erase_if(beads, [&](int bead) { return unsolved_[at(layer, bead)] == 0; });
+  std::erase_if(beads, [&](int bead) { return state_.unsolved[at(layer, bead)] == 0; });
   const auto first = std::min_element(beads.begin(), beads.end(),
                                       [&](int a, int b) { return position(layer, a) < position(layer, b); });
   return first == beads.end() ? -1 : *first;
@@ -194,13 +239,13 @@ Incoming GranusolveSampler::incoming(int layer, int bead) const {
   }
   const std::size_t a = at(layer - 1, lattice_.upper_left(layer, bead));
   const std::size_t b = at(layer - 1, lattice_.upper_right(layer, bead));
-  return {pile_->V_R[a], pile_->V_L[b], pile_->H_R[a] + pile_->H_L[b]};
+  return {state_.V_R[a], state_.V_L[b], state_.H_R[a] + state_.H_L[b]};
 }
 
 /// Where a solved bead may move its H_R, whatever hangs below it.
 Interval GranusolveSampler::interval_of(int layer, int bead) const {
   const std::size_t here = at(layer, bead);
-  return closed(split_interval(cone_, {pile_->V_R[here], pile_->V_L[here]}, H_[here]));
+  return closed(split_interval(cone_, {state_.V_R[here], state_.V_L[here]}, state_.H[here]));
 }
 
 /// Band of H_R(P) - H_R(Q) that keeps the bead solvable, P and Q being its upper-left and upper-right parents: its
@@ -208,8 +253,8 @@ Interval GranusolveSampler::interval_of(int layer, int bead) const {
 Interval GranusolveSampler::difference_band(int layer, int bead) const {
   const std::size_t P = at(layer - 1, lattice_.upper_left(layer, bead));
   const std::size_t Q = at(layer - 1, lattice_.upper_right(layer, bead));
-  const Interval band = solvable_band(cone_, pile_->V_R[P], pile_->V_L[Q]);
-  return {band.low - H_[Q], band.high - H_[Q]};
+  const Interval band = solvable_band(cone_, state_.V_R[P], state_.V_L[Q]);
+  return {band.low - state_.H[Q], band.high - state_.H[Q]};
 }
 
 int GranusolveSampler::position(int layer, int bead) const {
@@ -219,7 +264,7 @@ int GranusolveSampler::position(int layer, int bead) const {
 }
 
 bool GranusolveSampler::solved(int layer, int bead) const {
-  return unsolved_[at(layer, bead)] == 0 && (layer < front_ || position(layer, bead) < cursor_);
+  return state_.unsolved[at(layer, bead)] == 0 && (layer < front_ || position(layer, bead) < cursor_);
 }
 
 /// Takes the forces from above and draws the split; false if the interval is empty beyond rounding.
@@ -228,32 +273,30 @@ bool GranusolveSampler::try_draw(int layer, int bead, Attempt attempt) {
   Outgoing out = balance(in);
   Interval interval = split_interval(cone_, out, in.H);
   if (interval.empty()) {
-    const Interval band = solvable_band(cone_, in.V_UL, in.V_UR);
-    const double on_band = std::clamp(in.H, band.low, std::max(band.low, band.high));
-    if (std::abs(in.H - on_band) > rounding_ulps * ulp * (in.V_UL + in.V_UR + std::abs(in.H))) return false;
+    if (!misses_by_rounding(cone_, in)) return false;
+    in.H = nearest_solvable(cone_, in);
     ++counts_.rounded;
-    in.H = on_band;
     out = balance(in);
     interval = closed(split_interval(cone_, out, in.H));
   }
   const std::size_t here = at(layer, bead);
-  pile_->V_R[here] = out.V_R;
-  pile_->V_L[here] = out.V_L;
-  H_[here] = in.H;
+  state_.V_R[here] = out.V_R;
+  state_.V_L[here] = out.V_L;
+  state_.H[here] = in.H;
   set_split(layer, bead, choose_split(layer, bead, attempt, out, interval));
-  unsolved_[here] = 0;
+  state_.unsolved[here] = 0;
   return true;
 }
 
 void GranusolveSampler::set_split(int layer, int bead, double H_R) {
   const std::size_t here = at(layer, bead);
-  pile_->H_R[here] = H_R;
-  pile_->H_L[here] = H_[here] - H_R;
+  state_.H_R[here] = H_R;
+  state_.H_L[here] = state_.H[here] - H_R;
 }
 
 UniformPair GranusolveSampler::next_uniforms(int layer, int bead, int used) {
   counts_.uniforms += static_cast<std::uint64_t>(used);
-  return key_.attempt(layer, bead, ++attempts_[at(layer, bead)]);
+  return key_.attempt(layer, bead, ++state_.attempts[at(layer, bead)]);
 }
 
 GranusolveSampler::Mend GranusolveSampler::solve_bead(int layer, int bead, Attempt attempt) {
@@ -294,12 +337,12 @@ bool GranusolveSampler::mend_by_pair(int layer, int bead) {
   const int left = lattice_.previous(bead), right = lattice_.next(bead);
   const bool left_solved = solved(layer, left), right_solved = solved(layer, right);
   if (left_solved) {
-    const double held = pile_->H_R[at(layer - 1, lattice_.upper_left(layer, left))];
+    const double held = state_.H_R[at(layer - 1, lattice_.upper_left(layer, left))];
     const Interval band = difference_band(layer, left);
     a = intersection(a, {held - band.high, held - band.low});
   }
   if (right_solved) {
-    const double held = pile_->H_R[at(layer - 1, lattice_.upper_right(layer, right))];
+    const double held = state_.H_R[at(layer - 1, lattice_.upper_right(layer, right))];
     const Interval band = difference_band(layer, right);
     b = intersection(b, {held + band.low, held + band.high});
   }
@@ -317,138 +360,11 @@ bool GranusolveSampler::mend_by_pair(int layer, int bead) {
   return true;
 }
 
-int GranusolveSampler::parent(const Arc& arc, int k) const {
-  const int columns = lattice_.columns();
-  return ((arc.first + arc.step * k) % columns + columns) % columns;
-}
-
-/// The bead between parents k and k + 1 of the arc.
-int GranusolveSampler::child_after(const Arc& arc, int k) const {
-  return arc.step > 0 ? lattice_.lower_right(arc.layer - 1, parent(arc, k))
-                      : lattice_.lower_left(arc.layer - 1, parent(arc, k));
-}
-
-/// Band of H_R(parent k) - H_R(parent k + 1); everything if the bead between them is not solved and not the failed one.
-Interval GranusolveSampler::step_band(const Arc& arc, int k, int failed) const {
-  const int child = child_after(arc, k);
-  if (child != failed && !solved(arc.layer, child)) return {-infinity, infinity};
-  const Interval band = difference_band(arc.layer, child);
-  return arc.step > 0 ? band : Interval{-band.high, -band.low};
-}
-
-/// Given split_[from], draws split_[from - 1] .. split_[to], each uniformly on what the filter and the one drawn before
-/// leave.
-void GranusolveSampler::draw_backwards(const Arc& arc, int from, int to) {
-  for (int k = from - 1; k >= to; --k) {
-    const auto here = static_cast<std::size_t>(k);
-    const Interval reach{split_[here + 1] + bands_[here].low, split_[here + 1] + bands_[here].high};
-    const double u = next_uniforms(arc.layer - 1, parent(arc, k), 1).first;
-    // The filter holds a solution; only rounding can leave none. The bead below is then within rounding of its band.
-    split_[here] = point_at(closed(intersection(filter_[here], reach)), u);
-  }
-}
-
-GranusolveSampler::ArcOutcome GranusolveSampler::mend_by_arc(int layer, int bead, int parents) {
-  const int step = order_[static_cast<std::size_t>(layer)].direction;
-  // The failed bead hangs below the arc's two middle parents.
-  const int near = step > 0 ? lattice_.upper_left(layer, bead) : lattice_.upper_right(layer, bead);
-  Arc arc{layer, near - step * (parents / 2 - 1), parents, step};
-  const int last = parents - 1;
-  const auto filter_from = [&](Interval first, Interval end) {
-    filter_[0] = intersection(own_[0], first);
-    for (int k = 1; k <= last && !filter_[static_cast<std::size_t>(k - 1)].empty(); ++k) {
-      const auto here = static_cast<std::size_t>(k);
-      filter_[here] = intersection(
-          own_[here], {filter_[here - 1].low - bands_[here - 1].high, filter_[here - 1].high - bands_[here - 1].low});
-      if (k == last) {
-        filter_[here] = intersection(filter_[here], end);
-        return !filter_[here].empty();
-      }
-    }
-    return false;
-  };
-  for (int k = 0; k < parents; ++k) {
-    own_[static_cast<std::size_t>(k)] = interval_of(layer - 1, parent(arc, k));
-    bands_[static_cast<std::size_t>(k)] = step_band(arc, k, bead);
-  }
-  const Interval everything{-infinity, infinity};
-  if (!filter_from(everything, everything)) return ArcOutcome::hopeless;
-  // The parents next to the arc are held: parent -1 through the band before the arc, parent `parents` through the last.
-  const double before = pile_->H_R[at(layer - 1, parent(arc, -1))];
-  const double after = pile_->H_R[at(layer - 1, parent(arc, parents))];
-  const Interval band_before = step_band(arc, -1, bead), band_after = bands_[static_cast<std::size_t>(last)];
-  if (!filter_from({before - band_before.high, before - band_before.low},
-                   {after + band_after.low, after + band_after.high})) {
-    return ArcOutcome::too_narrow;
-  }
-  ++counts_.arcs;
-  split_[static_cast<std::size_t>(last)] =
-      point_at(filter_[static_cast<std::size_t>(last)], next_uniforms(layer - 1, parent(arc, last), 1).first);
-  draw_backwards(arc, last, 0);
-  for (int k = 0; k < parents; ++k) set_split(layer - 1, parent(arc, k), split_[static_cast<std::size_t>(k)]);
-  set_rule(at(layer, bead), Rule::arc);
-  for (int k = -1; k < parents; ++k) {
-    if (const int child = child_after(arc, k); child != bead) renew_child(layer, child);
-  }
-  return ArcOutcome::mended;
-}
-
-bool GranusolveSampler::mend_by_ring(int layer, int bead) {
-  const int columns = lattice_.columns();
-  const int step = order_[static_cast<std::size_t>(layer)].direction;
-  // Pinned first is the parent that the layer's direction reaches first, so that the law keeps its mirror symmetry.
-  const int near = step > 0 ? lattice_.upper_left(layer, bead) : lattice_.upper_right(layer, bead);
-  const Arc ring{layer, near, columns, step};
-  const auto wrap = [&](int k) { return static_cast<std::size_t>(k >= columns ? k - columns : k); };
-  for (int k = 0; k < columns; ++k) {
-    own_[wrap(k)] = interval_of(layer - 1, parent(ring, k));
-    bands_[wrap(k)] = step_band(ring, k, bead);
-  }
-  // Difference constraints on a cycle: after two rounds each way every interval is the exact shadow of the solutions.
-  for (int round = 0; round < 2; ++round) {
-    for (int k = 0; k < columns; ++k) {
-      const Interval& from = own_[wrap(k)];
-      own_[wrap(k + 1)] =
-          intersection(own_[wrap(k + 1)], {from.low - bands_[wrap(k)].high, from.high - bands_[wrap(k)].low});
-    }
-    for (int k = columns - 1; k >= 0; --k) {
-      const Interval& from = own_[wrap(k + 1)];
-      own_[wrap(k)] = intersection(own_[wrap(k)], {from.low + bands_[wrap(k)].low, from.high + bands_[wrap(k)].high});
-    }
-  }
-  for (int k = 0; k < columns; ++k) {
-    if (own_[wrap(k)].empty()) return false;
-  }
-  // One parent is drawn; the others are an arc that starts and ends at it.
-  const double pinned = point_at(own_[0], next_uniforms(layer - 1, parent(ring, 0), 1).first);
-  filter_[0] = {pinned, pinned};
-  for (int k = 1; k < columns; ++k) {
-    filter_[wrap(k)] = intersection(own_[wrap(k)], {filter_[wrap(k - 1)].low - bands_[wrap(k - 1)].high,
-                                                    filter_[wrap(k - 1)].high - bands_[wrap(k - 1)].low});
-  }
-  const int last = columns - 1;
-  filter_[wrap(last)] =
-      intersection(filter_[wrap(last)], {pinned + bands_[wrap(last)].low, pinned + bands_[wrap(last)].high});
-  for (int k = 0; k < columns; ++k) {
-    if (filter_[wrap(k)].empty()) return false;
-  }
-  ++counts_.rings;
-  split_[0] = pinned;
-  split_[wrap(last)] = point_at(filter_[wrap(last)], next_uniforms(layer - 1, parent(ring, last), 1).first);
-  draw_backwards(ring, last, 1);
-  for (int k = 0; k < columns; ++k) set_split(layer - 1, parent(ring, k), split_[wrap(k)]);
-  set_rule(at(layer, bead), Rule::ring);
-  for (int k = 0; k < columns; ++k) {
-    if (const int child = child_after(ring, k); child != bead) renew_child(layer, child);
-  }
-  return true;
-}
-
 /// A bead below a changed parent: a solved one draws again, and what was solved below it is unsolved; one whose turn
 /// has not come forgets what was drawn for it in bulk.
 void GranusolveSampler::renew_child(int layer, int bead) {
   if (!solved(layer, bead)) {
-    if (layer == front_ && position(layer, bead) >= cursor_) slack_[static_cast<std::size_t>(bead)] = not_drawn;
+    if (layer == front_ && position(layer, bead) >= cursor_) forget_draw(bead);
     return;
   }
   ++solutions_;
@@ -472,7 +388,7 @@ void GranusolveSampler::climb(int layer, int bead) {
   for (int k = 0; k < count; ++k) {
     const int ancestor = ((first - sideways + k) % columns + columns) % columns;
     unsolve(top, ancestor);
-    if (unsolved_[at(top, ancestor)] != 0) unsolved_[at(top, ancestor)] = top_of_climb;
+    if (state_.unsolved[at(top, ancestor)] != 0) state_.unsolved[at(top, ancestor)] = top_of_climb;
   }
 }
 
@@ -484,11 +400,11 @@ void GranusolveSampler::unsolve(int layer, int bead) {
     if (n > front_) continue;
     // The bead at the cursor is either being solved right now, and is tried again by whoever called, or the next one.
     if (n == front_ && position(n, i) >= cursor_) {
-      slack_[static_cast<std::size_t>(i)] = not_drawn;
+      forget_draw(i);
       continue;
     }
-    if (unsolved_[at(n, i)] != 0) continue;
-    unsolved_[at(n, i)] = below_climb;
+    if (state_.unsolved[at(n, i)] != 0) continue;
+    state_.unsolved[at(n, i)] = below_climb;
     pending_[static_cast<std::size_t>(n)].push_back(i);
     topmost_pending_ = std::min(topmost_pending_, n);
     stack_.emplace_back(n + 1, lattice_.lower_left(n, i));

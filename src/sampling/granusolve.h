@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <unordered_map>
@@ -13,6 +14,21 @@
 #include "sampling/sampler.h"
 
 namespace granuscope {
+
+class GranusolveGroup;
+
+/// The state of a pile that is being solved, and of the layer at its front: arrays of shape [layers, columns] and
+/// [columns], of which every stride-th entry belongs to this pile. Piles side by side share the arrays.
+struct GranusolveState {
+  double *V_R, *V_L, *H_R, *H_L;
+  double* H;                ///< total horizontal force entering each bead
+  std::uint32_t* attempts;  ///< attempts after the first
+  std::uint8_t* unsolved;   ///< not 0 from a climb on until the bead is solved again
+  std::uint8_t* rule;       ///< which rule gave the bead its value
+  double* first_uniform;    ///< of the front layer
+  std::uint64_t* failing;   ///< front layer, a bit for each bead: its bulk draw does not hold (any more)
+  std::size_t stride = 1, lane = 0;
+};
 
 /// The law "granusolve": layers are solved from top to bottom, each from a random bead in a random direction; every
 /// bead draws H_R uniformly on its interval. A bead whose interval is empty makes the beads above it change the forces
@@ -36,13 +52,20 @@ namespace granuscope {
 class GranusolveSampler final : public Sampler {
  public:
   GranusolveSampler(const SamplerSpec& spec, const Lattice& lattice);
+  ~GranusolveSampler() override;
   std::optional<SamplingFailure> draw(std::uint64_t sample, std::span<const double> load, Pile& pile) override;
   std::optional<SamplingFailure> draw_again(std::uint64_t sample, std::span<const double> load, const Pile& first,
                                             Pile& pile) override;
+  /// Several piles side by side (granusolve_group.h): the same piles, several times as fast.
+  void draw_group(std::uint64_t first_sample, std::span<const std::span<const double>> loads, std::span<Pile> piles,
+                  std::span<std::optional<SamplingFailure>> failures) override;
 
  private:
+  friend class GranusolveGroup;
+
   /// Which rule gave a bead its value, for the counts.
   enum class Rule : std::uint8_t { first_draw, pair, arc, ring, climb };
+  static constexpr std::size_t rules = 5;
   enum class Mend { done, climbed };
   enum class Attempt { first, later };
   enum class ArcOutcome { mended, too_narrow, hopeless };
@@ -61,14 +84,20 @@ class GranusolveSampler final : public Sampler {
   };
 
   std::optional<SamplingFailure> solve_pile(std::uint64_t sample, std::span<const double> load, Pile& pile);
+  void clear_state();
   void begin_pile(std::uint64_t sample, std::span<const double> load, Pile& pile);
   void draw_layer_in_bulk(int layer);
   void keep_splits(int layer);
+  void begin_layer(int layer);
+  int find_failing_between(int low, int high, int direction) const;
+  int next_failing();
+  bool solve_failing(int bead);
   std::optional<SamplingFailure> solve_layer(int layer);
   /// Solves everything that a climb has unsolved, topmost layer first. False if the effort ran out.
   bool solve_pending();
   int next_pending(int layer);
   void count_pile();
+  void add_pile(const std::array<std::uint64_t, rules>& beads_by);
   void set_rule(std::size_t bead, Rule rule);
 
   Incoming incoming(int layer, int bead) const;
@@ -95,8 +124,21 @@ class GranusolveSampler final : public Sampler {
   void set_split(int layer, int bead, double H_R);
   void renew_child(int layer, int bead);
   UniformPair next_uniforms(int layer, int bead, int used);
+  /// From here on the bead at the cursor counts as solved.
+  void step_cursor() {
+    ++cursor_;
+    cursor_bead_ = order_[static_cast<std::size_t>(front_)].direction > 0 ? lattice_.next(cursor_bead_)
+                                                                          : lattice_.previous(cursor_bead_);
+  }
+  /// A bead of the front layer whose turn has not come will be solved singly.
+  void forget_draw(int bead) {
+    const std::size_t bit = at(bead) + state_.lane;
+    state_.failing[bit / 64] |= std::uint64_t{1} << (bit % 64);
+  }
 
-  std::size_t at(int layer, int bead) const { return lattice_.index(layer, bead); }
+  /// Index into the arrays of state_.
+  std::size_t at(int layer, int bead) const { return lattice_.index(layer, bead) * state_.stride; }
+  std::size_t at(int bead) const { return static_cast<std::size_t>(bead) * state_.stride; }
 
   Lattice lattice_;
   FrictionCone cone_;
@@ -108,19 +150,15 @@ class GranusolveSampler final : public Sampler {
   // State of the pile being drawn; arrays have shape [layers, columns].
   Pile* pile_ = nullptr;
   RandomKey key_{0, 0};
-  std::vector<double> H_;                ///< total horizontal force entering each bead
-  std::vector<std::uint32_t> attempts_;  ///< attempts after the first, per bead
-  std::vector<std::uint8_t> unsolved_;   ///< not 0 from a climb on until the bead is solved again
-  std::vector<Rule> rule_;
-  std::array<std::uint64_t, 5> by_rule_{};  ///< beads whose value came from each rule
-  std::vector<RandomKey::Order> order_;     ///< per layer
-  std::vector<std::vector<int>> pending_;   ///< per layer: beads that a climb has unsolved
-  int topmost_pending_ = 0;                 ///< no layer above it has any
+  GranusolveState state_{};
+  std::vector<RandomKey::Order> order_;    ///< per layer
+  std::vector<std::vector<int>> pending_;  ///< per layer: beads that a climb has unsolved
+  int topmost_pending_ = 0;                ///< no layer above it has any
   std::unordered_map<std::size_t, int> climbs_;
-  int front_ = 0;                      ///< layer being solved
-  int cursor_ = 0;                     ///< position in its order; beads from there on are not solved yet
-  std::vector<double> first_uniform_;  ///< of the front layer, shape [columns]
-  std::vector<double> slack_;  ///< front layer: not negative if drawn in bulk and nothing above has changed since
+  int front_ = 0;                             ///< layer being solved
+  int cursor_ = 0;                            ///< position in its order; beads from there on are not solved yet
+  int cursor_bead_ = 0;                       ///< the bead at that position
+  std::vector<double> slack_;                 ///< front layer: length of the interval of each bead, as drawn in bulk
   std::vector<double> half_load_, no_force_;  ///< what enters the top layer
   std::uint64_t solutions_ = 0, max_solutions_ = 0;
 
@@ -128,6 +166,14 @@ class GranusolveSampler final : public Sampler {
   std::vector<Interval> own_, filter_, bands_;
   std::vector<double> split_;
   std::vector<std::pair<int, int>> stack_;
+
+  // What state_ points to if the pile is solved by itself, apart from the pile's own forces.
+  std::vector<double> own_H_, own_first_uniform_;
+  std::vector<std::uint32_t> own_attempts_;
+  std::vector<std::uint8_t> own_unsolved_, own_rule_;
+  std::vector<std::uint64_t> own_failing_;
+
+  std::unique_ptr<GranusolveGroup> group_;  ///< made when it is first asked for
 };
 
 }  // namespace granuscope

@@ -15,7 +15,7 @@ std::optional<SamplingFailure> GranusolveSampler::draw_again(std::uint64_t sampl
 void GranusolveSampler::keep_splits(int layer) {
   for (int bead = 0; bead < lattice_.columns(); ++bead) {
     const std::size_t here = at(layer, bead);
-    if (pile_->V_R[here] == first_->V_R[here] && pile_->V_L[here] == first_->V_L[here]) {
+    if (state_.V_R[here] == first_->V_R[here] && state_.V_L[here] == first_->V_L[here]) {
       set_split(layer, bead, first_->H_R[here]);
     }
   }
@@ -23,12 +23,12 @@ void GranusolveSampler::keep_splits(int layer) {
 
 double GranusolveSampler::choose_split(int layer, int bead, Attempt attempt, Outgoing out, Interval interval) {
   const std::size_t here = at(layer, bead);
-  if (first_ != nullptr && unsolved_[here] != top_of_climb) {
+  if (first_ != nullptr && state_.unsolved[here] != top_of_climb) {
     return kept_split(*first_, here, first_numbers_[here], out, interval);
   }
   if (attempt != Attempt::first) return point_at(interval, next_uniforms(layer, bead, 1).first);
   ++counts_.uniforms;
-  return point_at(interval, first_uniform_[static_cast<std::size_t>(bead)]);
+  return point_at(interval, state_.first_uniform[at(bead)]);
 }
 
 }  // namespace granuscope

@@ -75,6 +75,20 @@ std::size_t DrawBeads(const FrictionCone& cone, const UpperRow& above, const dou
   return i;
 }
 
+void FindFailing(const double* HWY_RESTRICT slack, std::size_t beads, std::uint64_t* HWY_RESTRICT words) {
+  const hn::CappedTag<double, 8> d;
+  const std::size_t lanes = hn::Lanes(d);
+  const auto zero = hn::Zero(d);
+  for (std::size_t word = 0; word < (beads + 63) / 64; ++word) words[word] = 0;
+  std::size_t i = 0;
+  for (; i + lanes <= beads; i += lanes) {
+    std::uint8_t bits[8] = {};  // StoreMaskBits writes at most 8 bytes
+    hn::StoreMaskBits(d, hn::Not(hn::Ge(hn::LoadU(d, slack + i), zero)), bits);
+    words[i / 64] |= static_cast<std::uint64_t>(bits[0]) << (i % 64);
+  }
+  for (; i < beads; ++i) words[i / 64] |= static_cast<std::uint64_t>(!(slack[i] >= 0)) << (i % 64);
+}
+
 }  // namespace HWY_NAMESPACE
 }  // namespace granuscope
 HWY_AFTER_NAMESPACE();
@@ -89,6 +103,7 @@ namespace granuscope {
 
 HWY_EXPORT(FillFirstUniforms);
 HWY_EXPORT(DrawBeads);
+HWY_EXPORT(FindFailing);
 
 void fill_first_uniforms(std::uint64_t seed, std::uint32_t sample, int layer, double* uniforms, std::size_t beads) {
   HWY_DYNAMIC_DISPATCH(FillFirstUniforms)(seed, sample, layer, uniforms, beads);
@@ -127,6 +142,17 @@ void draw_beads(const FrictionCone& cone, const UpperRow& above, const double* u
   draw_beads_plain(cone, {above.V_UL + done, above.V_UR + done, above.H_UL + done, above.H_UR + done}, uniforms + done,
                    beads - done,
                    {out.V_R + done, out.V_L + done, out.H + done, out.H_R + done, out.H_L + done, out.slack + done});
+}
+
+void find_failing(const double* slack, std::size_t beads, std::uint64_t* words) {
+  HWY_DYNAMIC_DISPATCH(FindFailing)(slack, beads, words);
+}
+
+void find_failing_plain(const double* slack, std::size_t beads, std::uint64_t* words) {
+  for (std::size_t i = 0; i < beads; ++i) {
+    if (i % 64 == 0) words[i / 64] = 0;
+    words[i / 64] |= static_cast<std::uint64_t>(!(slack[i] >= 0)) << (i % 64);
+  }
 }
 
 }  // namespace granuscope

@@ -38,4 +38,8 @@ void draw_beads(const FrictionCone& cone, const UpperRow& above, const double* u
 void draw_beads_plain(const FrictionCone& cone, const UpperRow& above, const double* uniforms, std::size_t beads,
                       const LowerRow& out);
 
+/// Bit i of `words` (64 to a word) says whether slack[i] is not 0 or more; bits beyond the last bead are 0.
+void find_failing(const double* slack, std::size_t beads, std::uint64_t* words);
+void find_failing_plain(const double* slack, std::size_t beads, std::uint64_t* words);
+
 }  // namespace granuscope

@@ -7,6 +7,7 @@
 #include "sampling/eloy_clement.h"
 #include "sampling/frictionless.h"
 #include "sampling/granusolve.h"
+#include "sampling/granusolve_group.h"
 #include "sampling/polytope.h"
 #include "sampling/random_key.h"
 #include "sampling/rejection.h"
@@ -57,6 +58,15 @@ class CheckedSampler final : public Sampler {
     auto failure = inner_->draw_again(sample, load, first, pile);
     counts_ = inner_->counts();
     return failure;
+  }
+  void draw_group(std::uint64_t first_sample, std::span<const std::span<const double>> loads, std::span<Pile> piles,
+                  std::span<std::optional<SamplingFailure>> failures) override {
+    if (loads.size() != piles.size() || failures.size() != piles.size()) {
+      throw std::logic_error("a sampler was handed different numbers of loads, piles and places for failures");
+    }
+    for (std::size_t k = 0; k < piles.size(); ++k) check(first_sample + k, loads[k], piles[k]);
+    inner_->draw_group(first_sample, loads, piles, failures);
+    counts_ = inner_->counts();
   }
 
  private:
@@ -156,6 +166,16 @@ void validate(const SamplerSpec& spec) {
                     "fewer, or 0 to have them measured",
                     spec.burn_in, spec.thinning, most_sweeps));
   }
+}
+
+std::size_t piles_at_once(const SamplerSpec& spec, const Lattice& lattice) {
+  return spec.law == Law::granusolve && spec.mu > 0 && GranusolveGroup::fits(lattice) ? group_lanes : 1;
+}
+
+double drawing_memory(const SamplerSpec& spec, const Lattice& lattice) {
+  const double pile = 32, solver = 68;  // bytes per bead, the latter for the law that needs most
+  const auto piles = static_cast<double>(piles_at_once(spec, lattice));
+  return (pile + solver) * piles * static_cast<double>(lattice.beads());
 }
 
 std::unique_ptr<Sampler> make_sampler(const SamplerSpec& spec, const Lattice& lattice) {

@@ -35,12 +35,26 @@ class Sampler {
     return draw(sample, load, pile);
   }
 
+  /// Samples first_sample, first_sample + 1, ... into `piles`, each under its own load: the piles that draw() gives,
+  /// bit for bit. failures[k] says where sample first_sample + k got stuck, if it did. All spans have one entry per
+  /// pile.
+  virtual void draw_group(std::uint64_t first_sample, std::span<const std::span<const double>> loads,
+                          std::span<Pile> piles, std::span<std::optional<SamplingFailure>> failures) {
+    for (std::size_t k = 0; k < piles.size(); ++k) failures[k] = draw(first_sample + k, loads[k], piles[k]);
+  }
+
   /// What was done since construction.
   const SamplerCounts& counts() const { return counts_; }
 
  protected:
   SamplerCounts counts_;
 };
+
+/// How many piles draw_group gains from being handed at once: eight where a law draws them side by side, else one.
+std::size_t piles_at_once(const SamplerSpec& spec, const Lattice& lattice);
+
+/// Memory that one thread needs for drawing that many piles, the piles included, in bytes.
+double drawing_memory(const SamplerSpec& spec, const Lattice& lattice);
 
 /// Throws InputError if the spec is out of range.
 std::unique_ptr<Sampler> make_sampler(const SamplerSpec& spec, const Lattice& lattice);

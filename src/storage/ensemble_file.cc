@@ -233,6 +233,11 @@ EnsembleRecord from_bytes(const std::string& text) {
 
 }  // namespace
 
+SamplerCounts& SamplerCounts::operator+=(const SamplerCounts& other) {
+  for (const auto& [name, count] : counters) this->*count += other.*count;
+  return *this;
+}
+
 void write_ensemble(const std::filesystem::path& file, const EnsembleRecord& record) {
   check_record(record);
   Hdf5Writer writer(file, data_bytes(record));

@@ -29,6 +29,8 @@ struct SamplerCounts {
   std::uint64_t redrawn_layers = 0;  ///< eloy-clement: layers drawn, apart from the first time each
   std::uint64_t moves = 0;           ///< polytope: moves proposed, burn-in included
   std::uint64_t accepted_moves = 0;  ///< polytope: moves made
+
+  SamplerCounts& operator+=(const SamplerCounts& other);
 };
 
 /// An ensemble as stored: its sums, what the sampler did, which piles failed, and what it is an ensemble of.

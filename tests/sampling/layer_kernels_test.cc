@@ -1,12 +1,12 @@
 #include "sampling/layer_kernels.h"
 
-#include <hwy/targets.h>
-
 #include <bit>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <random>
 #include <vector>
+
+#include "instruction_sets.h"
 
 using namespace granuscope;
 
@@ -16,22 +16,6 @@ std::vector<std::uint64_t> bits(const std::vector<double>& values, std::size_t c
   std::vector<std::uint64_t> result;
   for (std::size_t i = 0; i < count; ++i) result.push_back(std::bit_cast<std::uint64_t>(values[i]));
   return result;
-}
-
-/// Calls `check` once for every instruction set this machine and the build have, with that one dispatched to.
-template <typename Check>
-void for_each_instruction_set(Check check) {
-  int tried = 0;
-  for (const auto target : hwy::SupportedAndGeneratedTargets()) {
-    hwy::SetSupportedTargetsForTest(target);
-    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
-    INFO("instruction set " << hwy::TargetName(target));
-    check();
-    ++tried;
-  }
-  hwy::SetSupportedTargetsForTest(0);
-  hwy::GetChosenTarget().Update(hwy::SupportedTargets());
-  CHECK(tried >= 1);
 }
 
 struct Row {
@@ -83,5 +67,26 @@ TEST_CASE("beads drawn in vectors are the same bytes as bead by bead on every in
       CHECK(bits(plain.H_L, beads) == bits(vectorised.H_L, beads));
       CHECK(bits(plain.slack, beads) == bits(vectorised.slack, beads));
     });
+  }
+}
+
+TEST_CASE("failing beads are the same bits on every instruction set") {
+  std::mt19937_64 generator(4);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  for (std::size_t beads : {1U, 7U, 8U, 63U, 64U, 65U, 500U}) {
+    std::vector<double> slack(beads);
+    for (double& value : slack) value = uniform(generator);
+    slack[beads / 2] = 0;
+    slack[beads / 3] = std::nan("");  // has no solution either
+    std::vector<std::uint64_t> plain((beads + 63) / 64, ~std::uint64_t{0}), vectorised(plain);
+    find_failing_plain(slack.data(), beads, plain.data());
+    for_each_instruction_set([&] {
+      find_failing(slack.data(), beads, vectorised.data());
+      CHECK(plain == vectorised);
+    });
+    for (std::size_t i = 0; i < 64 * plain.size(); ++i) {
+      const bool failing = (plain[i / 64] >> (i % 64) & 1) != 0;
+      CHECK(failing == (i < beads && !(slack[i] >= 0)));
+    }
   }
 }
