@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "analysis/claim_judges.h"
 #include "analysis/claim_rule.h"
 #include "support/number_format.h"
@@ -38,6 +40,23 @@ Claim judge_exponent(const char* id, const char* statement, const char* symbol, 
   return claim;
 }
 
+/// Where the propagation coefficient of the thrust, which is known sharply at every friction, stops falling.
+std::string turning_sentence(const Analysis& analysis) {
+  const Transport *lowest = nullptr, *last = nullptr;
+  for (const Transport& result : analysis.results) {
+    if (!result.c_thrust.known()) continue;
+    if (lowest == nullptr || result.c_thrust.value < lowest->c_thrust.value) lowest = &result;
+    last = &result;
+  }
+  if (lowest == nullptr || lowest == last) return "";
+  const Estimate &least = lowest->c_thrust, &end = last->c_thrust;
+  if (end.value - least.value <= agreement * std::hypot(least.standard_error, end.standard_error)) return "";
+  return fmt::format(
+      "Of the friction coefficients measured c_thrust is least at μ = {}, {}, and grows beyond it, to {} at μ = {}.",
+      lowest->mu, value_with_error(least.value, least.standard_error), value_with_error(end.value, end.standard_error),
+      last->mu);
+}
+
 }  // namespace
 
 // By the rule for numbers, over the window of mu of the experiment, c read as the slope of x_p.
@@ -50,6 +69,7 @@ Claim judge_c_of_mu(const Analysis& analysis) {
         "The ratio's correction of order 1/z looks like a linear law where the slope follows none; the size of the "
         "overload and the law of the piles shift the exponent further.");
   }
+  say(claim, turning_sentence(analysis));
   return claim;
 }
 

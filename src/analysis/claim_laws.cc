@@ -39,8 +39,13 @@ Claim judge_law(const Analysis& analysis, const ClaimSpec& spec, Claim claim, Es
     return claim;
   }
   const std::string single = value_with_error(farthest_power.value, farthest_power.standard_error);
-  if (std::abs(farthest_z) > outlier) {
+  if (std::abs(farthest_z) > outlier && claim.verdict != not_reproduced) {
     claim.verdict = not_reproduced;
+    claim.explanation = fmt::format(
+        "{} is {} at μ = {}, {} combined standard errors off, though the mean over {} = {} lies only {} off.", what,
+        single, farthest, significant(std::abs(farthest_z), 2), list_of_mu(mu),
+        value_with_error(claim.measured.value, claim.measured.standard_error), significant(std::abs(claim.z_score), 2));
+  } else if (std::abs(farthest_z) > outlier) {
     say(claim, fmt::format("At μ = {} alone it is {}, {} combined standard errors off.", farthest, single,
                            significant(std::abs(farthest_z), 2)));
   } else if (mu.size() > 1) {
