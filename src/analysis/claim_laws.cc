@@ -117,19 +117,19 @@ Claim judge_diffusive_width(const Analysis& analysis, const ClaimSpec& spec) {
 
 // The power of z in the height of the measured peaks against -1/2, an exact fraction: the slope of ln height on ln z.
 Claim judge_amplitude(const Analysis& analysis, const ClaimSpec& spec) {
-  Claim claim = judge_law(
-      analysis, spec, open_claim("amplitude", "The height of the peaks falls as z^(−1/2).", "power of z in the height"),
-      &Laws::amplitude, -0.5, "The power of z in the height");
+  Claim claim = judge_law(analysis, spec,
+                          open_claim("amplitude", "The height of the peaks falls as 1/√z.", "power of z in the height"),
+                          &Laws::amplitude, -0.5, "The power of z in the height");
   if (claim.measured.known()) say(claim, offset_sentence(analysis));
   return claim;
 }
 
 // The power of N in the rms residual about the fit, over sub-ensembles, against -1/2.
 Claim judge_noise(const Analysis& analysis, const ClaimSpec& spec) {
-  return judge_law(analysis, spec,
-                   open_claim("noise", "The residual noise of the averaged response falls as N^(−1/2).",
-                              "power of N in the residual"),
-                   &Laws::noise, -0.5, "The power of N in the rms residual about the fit");
+  return judge_law(
+      analysis, spec,
+      open_claim("noise", "The residual noise of the averaged response falls as 1/√N.", "power of N in the residual"),
+      &Laws::noise, -0.5, "The power of N in the rms residual about the fit");
 }
 
 }  // namespace granuscope

@@ -18,6 +18,7 @@
 #include "pipeline/run_folder.h"
 #include "pipeline/side_stage.h"
 #include "plot/bead_forces.h"
+#include "plot/choice.h"
 #include "plot/counted_work.h"
 #include "plot/gnuplot.h"
 #include "plot/law_comparison.h"
@@ -36,6 +37,7 @@
 #include "support/error.h"
 #include "support/installed_program.h"
 #include "support/interruption.h"
+#include "support/number_format.h"
 
 namespace granuscope {
 namespace {
@@ -148,9 +150,8 @@ class Run {
     if (drawn_beads_ == 0) return;
     data_.checks.push_back(
         fmt::format("{} of the {} beads of the main ensembles missed the forces that have a solution by less than "
-                    "rounding and were "
-                    "put onto the end of their band.",
-                    rounded_beads_, drawn_beads_));
+                    "rounding and were put onto the end of their band.",
+                    rounded_beads_, significant(static_cast<double>(drawn_beads_), 3)));
   }
 
   void sample_and_measure() {
@@ -226,6 +227,7 @@ class Run {
 
   void plot() {
     const FigureSpec& figures = experiment_.figures;
+    const Analysis clear = without_vague_points(data_.analysis);
     timed("plot", [&] {
       if (figures.bead_forces) {
         const BeadForcesSpec spec{std::min(BeadForcesSpec{}.layer, experiment_.force_chains.layers - 1)};
@@ -243,17 +245,17 @@ class Run {
       }
       if (figures.transport_with_depth) {
         add_figure([&] {
-          return draw_transport_with_depth(data_.analysis, TransportWithDepthSpec{figures.profile_mu}, options_.folder);
+          return draw_transport_with_depth(clear, TransportWithDepthSpec{figures.profile_mu}, options_.folder);
         });
       }
       if (figures.propagation_against_diffusion) {
-        add_figure([&] { return draw_propagation_against_diffusion(data_.analysis, options_.folder); });
+        add_figure([&] { return draw_propagation_against_diffusion(clear, options_.folder); });
       }
       if (figures.scaling_with_friction) {
-        add_figure([&] { return draw_scaling_with_friction(data_.analysis, options_.folder); });
+        add_figure([&] { return draw_scaling_with_friction(clear, options_.folder); });
       }
       if (figures.propagation_and_thrust) {
-        add_figure([&] { return draw_propagation_and_thrust(data_.analysis, options_.folder); });
+        add_figure([&] { return draw_propagation_and_thrust(clear, options_.folder); });
       }
       const SideMeasurements& side = data_.analysis.side;
       if (!side.counted_work.empty()) {

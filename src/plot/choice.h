@@ -12,6 +12,10 @@ namespace granuscope {
 const Transport* nearest_result(const std::vector<Transport>& results, double mu,
                                 const std::function<bool(const Transport&)>& usable);
 
+/// The same analysis for the figures against mu: a c or D too uncertain to be a point becomes unknown, with that as the
+/// reason, so that one error bar does not squeeze all other points together.
+Analysis without_vague_points(const Analysis& analysis);
+
 /// The ends of an axis that shows every number added to it.
 struct Range {
   double low = 0;

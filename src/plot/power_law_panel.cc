@@ -89,6 +89,10 @@ Axes axes_of(const PowerLawPanel& panel) {
   // A single point stands in a panel of at least a factor of 4.
   axes.x = widened_by_factor(axes.x, axes.x.high / axes.x.low < 1.5 ? 2 : 1.35);
   axes.y = widened_by_factor(axes.y, axes.y.high / axes.y.low < 1.5 ? 2 : 1.5);
+  // The notes stand above all points.
+  constexpr double line_height = 0.075;  // share of the panel
+  const double room = line_height * static_cast<double>(panel.notes.size());
+  axes.y.high *= std::pow(axes.y.high / axes.y.low, room / (1 - room));
   const double margin = 0.08 * axes.ratio.size();
   axes.ratio.low -= margin;
   axes.ratio.high += margin;

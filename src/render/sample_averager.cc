@@ -72,7 +72,7 @@ void SampleAverager::write_pixels(Image& image, int left, int y) {
     std::uint64_t count = rows_ * (first_sample_[x + 1] - first_sample_[x]);
     if (background_ == Background::transparent) {
       const std::uint64_t ink = ink_sums_[x];
-      pixel[3] = count == 0 ? 0 : static_cast<std::uint8_t>((ink + count / 2) / count);
+      pixel[3] = static_cast<std::uint8_t>(count == 0 ? 0 : (ink + count / 2) / count);
       for (std::size_t c = 0; c < 3; ++c) {
         const std::uint64_t whole = ink == 0 ? 0 : (255 * std::uint64_t{sum[c]} + ink / 2) / ink;
         pixel[c] = pixel[3] == 0 ? 0 : static_cast<std::uint8_t>(std::min<std::uint64_t>(whole, 255));

@@ -68,6 +68,7 @@ Json numerics_view(const Json& summary, const ReportData& data) {
                      {"last", number_cell(summary, pointer + "/window_layers/1")}};
     row["failed_count"] = std::to_string(results[i].at("failed").size());
     row["quality"] = fit_quality(summary, results[i], i);
+    row["exact"] = results[i].at("exact");
     rows.push_back(row);
     for (const Json& failure : failures_of(summary, results[i], i)) failures.push_back(failure);
   }

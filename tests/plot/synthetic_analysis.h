@@ -213,7 +213,7 @@ inline std::vector<Claim> claims() {
             "Over this window c₀ − c grows faster than linearly; the exponent falls as the window moves up."));
   list.push_back(claim("c-of-D", "c₀ − c grows as D^α with α = 0.4 ± 0.01.", "not reproduced", known(0.688, 0.043), 0.4,
                        0.01, 6.52, "The exponent follows γ/β, and γ is not 1 over this window."));
-  list.push_back(claim("amplitude", "The height of the peaks falls as z^(−1/2).", "undetermined",
+  list.push_back(claim("amplitude", "The height of the peaks falls as 1/√z.", "undetermined",
                        unknown("no claim about heights is evaluated with fewer than eight depths"), none, none, none,
                        "Too few depths are identified for a slope of the height."));
   list.back().expected.clear();
