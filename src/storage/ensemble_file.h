@@ -25,7 +25,7 @@ struct SamplerCounts {
   std::uint64_t mended_by_ring = 0;  ///< ... from the whole ring
   std::uint64_t climbed = 0;         ///< beads that had to climb at least once
   std::uint64_t pairs = 0, arcs = 0, rings = 0, climbs = 0;  ///< how often each rule was entered and applied
-  std::uint64_t rounded = 0;         ///< beads put onto a band's end by the 64-ulp rule
+  std::uint64_t rounded = 0;                                 ///< beads put onto a band's end by the 64-ulp rule
   std::uint64_t redrawn_layers = 0;  ///< eloy-clement: layers drawn, apart from the first time each
   std::uint64_t moves = 0;           ///< polytope: moves proposed, burn-in included
   std::uint64_t accepted_moves = 0;  ///< polytope: moves made

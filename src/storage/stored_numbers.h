@@ -20,8 +20,8 @@ struct StoredNumbers {
   std::vector<double> values;           ///< all of them, if there is no offset
 };
 
-/// "'/V_R' at [12, 3] is nan, not a finite number", or nothing if all are finite. `values` begin at number `first` of the
-/// dataset of the given shape.
+/// "'/V_R' at [12, 3] is nan, not a finite number", or nothing if all are finite. `values` begin at number `first` of
+/// the dataset of the given shape.
 std::optional<std::string> find_not_finite(const std::string& dataset, const std::vector<std::uint64_t>& shape,
                                            std::size_t first, std::span<const double> values);
 
