@@ -1,5 +1,7 @@
 #pragma once
+#include <algorithm>
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <string>
 #include <vector>
@@ -78,7 +80,10 @@ struct ForceChainSpec {
   bool weight = true;        ///< also the weights of the same pile's beads
   bool response = true;      ///< also how they change with the overload, every bead keeping its random number
 
-  int computed_layers() const { return layers + bottom_margin; }
+  /// Saturates: what is absurd is refused, but only after it has been looked at.
+  int computed_layers() const {
+    return std::min(layers, std::numeric_limits<int>::max() - bottom_margin) + bottom_margin;
+  }
 };
 
 /// The mean response of an ensemble over the plane, with the fitted rays and widths.

@@ -52,7 +52,7 @@ class GranusolveGroup {
   Array<double> first_uniform_, slack_;      ///< [columns, 8]
   Array<double> half_load_, no_force_;       ///< [columns, 8]
   Array<std::uint64_t> failing_;             ///< [columns] bytes
-  GroupFront front_{};
+  GroupFront front_;
 };
 
 }  // namespace granuscope

@@ -18,17 +18,18 @@ struct GroupRow {
 
 /// The layer that is being solved, the one above it, and what its mends read and count.
 struct GroupFront {
-  GroupRow above, here;
-  const double* first_uniform;
-  std::uint32_t* attempts;  ///< after the first, of this layer
-  std::uint8_t* rule;       ///< of this layer; set to mended_rule
-  std::uint8_t mended_rule;
-  std::uint8_t* failing;  ///< a byte for each bead, a bit for each pile
-  int layer;
-  std::uint64_t seed;
-  alignas(64) LaneWords sample;
+  alignas(64) LaneWords sample{};
   // Counted for each pile. A bead that is met counts its uniforms against the one that every bead has been counted.
   alignas(64) LaneWords solutions{}, uniforms{}, pairs{};
+  GroupRow above{}, here{};
+  const double* first_uniform = nullptr;
+  std::uint32_t* attempts = nullptr;  ///< after the first, of this layer
+  std::uint8_t* rule = nullptr;       ///< of this layer; set to mended_rule
+  std::uint8_t* failing = nullptr;    ///< a byte for each bead, a bit for each pile
+  std::uint64_t seed = 0;
+  int layer = 0;
+  std::uint8_t mended_rule = 0;
+};
 };
 
 /// One bead that fails in some of the piles, and its surroundings: parents A and B, their outer neighbours P and Q.

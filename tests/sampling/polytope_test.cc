@@ -110,7 +110,7 @@ void compare_with_rejection(std::uint64_t groups, double resolution) {
 }
 
 TEST_CASE("the chain at lambda = 1 draws the law rejection") {
-  compare_with_rejection(test::sanitized ? 60 : 160, test::sanitized ? 0.12 : 0.06);
+  compare_with_rejection(test::sanitized ? 100 : 160, test::sanitized ? 0.12 : 0.06);
 }
 
 TEST_CASE("the chain at lambda = 1 draws the law rejection, to a percent", "[long]") {
@@ -155,7 +155,7 @@ TEST_CASE("the chain at lambda = 0 draws the flat measure: rejection piles rewei
 TEST_CASE("the chain at lambda = 1 meets the independent implementation on 6 x 6 beads") {
   const std::vector<double> expected_s = {-0.0547, 0.0637, 0.0532, 0.0289, 0.0288, 0.0090};
   const std::vector<double> expected_variance = {0, 0, 0.1351, 0.1027, 0.1189, 0.1247};
-  const auto means = measure({6, 6, 0.3}, spec_of(Law::polytope, 0.3), test::sanitized ? 60 : 200);
+  const auto means = measure({6, 6, 0.3}, spec_of(Law::polytope, 0.3), test::sanitized ? 100 : 200);
   for (std::size_t n = 0; n < 6; ++n) {
     const auto thrust = means[4 * n].estimate(), squares = means[4 * n + 1].estimate();
     const double s = (1 - std::sqrt(3.0) * thrust.value / 6) / 2, s_error = std::sqrt(3.0) * thrust.error / 12;
