@@ -30,7 +30,6 @@ struct GroupFront {
   int layer = 0;
   std::uint8_t mended_rule = 0;
 };
-};
 
 /// One bead that fails in some of the piles, and its surroundings: parents A and B, their outer neighbours P and Q.
 struct GroupBead {
