@@ -155,5 +155,7 @@ void find_failing_plain(const double* slack, std::size_t beads, std::uint64_t* w
   }
 }
 
+std::string instruction_set() { return hwy::TargetName(hwy::SupportedAndGeneratedTargets().front()); }
+
 }  // namespace granuscope
 #endif

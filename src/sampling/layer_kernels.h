@@ -1,6 +1,7 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <string>
 
 #include "model/friction_cone.h"
 
@@ -41,5 +42,8 @@ void draw_beads_plain(const FrictionCone& cone, const UpperRow& above, const dou
 /// Bit i of `words` (64 to a word) says whether slack[i] is not 0 or more; bits beyond the last bead are 0.
 void find_failing(const double* slack, std::size_t beads, std::uint64_t* words);
 void find_failing_plain(const double* slack, std::size_t beads, std::uint64_t* words);
+
+/// The instruction set that the kernels use on this machine, as Highway names it ("AVX3" is AVX-512).
+std::string instruction_set();
 
 }  // namespace granuscope

@@ -1,0 +1,67 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "bench/sampler_suite.h"
+#include "sampling/group_kernels.h"
+
+namespace granuscope {
+namespace {
+
+std::string case_json(double mu, const LatticeSpec& lattice, const std::string& engine, int threads, double ns,
+                      double wall_ns, int runs) {
+  return fmt::format(
+      R"(    {{"mu": {}, "columns": {}, "layers": {}, "engine": "{}", "threads": {}, "ns_per_bead": {}, )"
+      R"("wall_ns_per_bead": {}, "runs": {}}})",
+      mu, lattice.columns, lattice.layers, engine, threads, ns, wall_ns, runs);
+}
+
+}  // namespace
+
+std::string sampler_bench_json(const SamplerBench& bench) {
+  std::vector<std::string> cases, scaling, ratios, targets;
+  for (const SamplerCase& c : bench.cases) {
+    cases.push_back(case_json(c.mu, c.lattice, name_of(c.engine), 1, c.ns_per_bead, c.wall_ns_per_bead, c.runs));
+  }
+  for (const ThreadScaling& s : bench.scaling) {
+    if (s.threads > 1) {
+      cases.push_back(case_json(bench.scaling_mu, bench.scaling_lattice, name_of(SamplerEngine::batch), s.threads,
+                                s.ns_per_bead, s.wall_ns_per_bead, s.runs));
+    }
+    scaling.push_back(fmt::format(R"(    {{"threads": {}, "batch": {}, "arithmetic": {}, "runs": {}}})", s.threads,
+                                  s.batch, s.arithmetic, s.runs));
+  }
+  for (const SamplerRatio& r : bench.ratios) {
+    ratios.push_back(fmt::format(R"(    "{}": {})", r.name, r.value));
+    if (!r.limit) continue;
+    targets.push_back(fmt::format(R"(    {{"name": "{}", "measured": {}, "{}": {}, "met": {}}})", r.name, r.value,
+                                  r.at_most ? "at_most" : "at_least", *r.limit, r.met()));
+  }
+  return fmt::format(
+      "{{\n  \"suite\": \"sampler\",\n  \"lanes\": {},\n  \"instruction_set\": \"{}\",\n  \"cases\": [\n{}\n  ],\n"
+      "  \"scaling\": [\n{}\n  ],\n  \"ratios\": {{\n{}\n  }},\n  \"targets\": [\n{}\n  ]\n}}\n",
+      group_lanes, bench.instruction_set, fmt::join(cases, ",\n"), fmt::join(scaling, ",\n"), fmt::join(ratios, ",\n"),
+      fmt::join(targets, ",\n"));
+}
+
+std::string sampler_bench_table(const SamplerBench& bench) {
+  std::string text =
+      fmt::format("nanoseconds per bead, one thread, vectors of {}\n{:<14}{:>6}{:<2}{:<14}{:>10}{:>10}{:>6}\n",
+                  bench.instruction_set, "beads", "mu", "", "engine", "processor", "clock", "runs");
+  for (const SamplerCase& c : bench.cases) {
+    text += fmt::format("{:<14}{:>6g}{:<2}{:<14}{:>10.2f}{:>10.2f}{:>6}\n",
+                        fmt::format("{} x {}", c.lattice.columns, c.lattice.layers), c.mu, "", name_of(c.engine),
+                        c.ns_per_bead, c.wall_ns_per_bead, c.runs);
+  }
+  for (const ThreadScaling& s : bench.scaling) {
+    text += fmt::format("{} thread{}: {:.2f} times the beads per second of one, {:.2f} times the arithmetic\n",
+                        s.threads, s.threads == 1 ? "" : "s", s.batch, s.arithmetic);
+  }
+  for (const SamplerRatio& r : bench.ratios) {
+    text += r.limit ? fmt::format("{:<4}{}: {:.2f}, {} {:g}\n", r.met() ? "ok" : "--", r.name, r.value,
+                                  r.at_most ? "at most" : "at least", *r.limit)
+                    : fmt::format("    {}: {:.2f}\n", r.name, r.value);
+  }
+  return text;
+}
+
+}  // namespace granuscope

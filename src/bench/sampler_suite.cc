@@ -1,0 +1,255 @@
+#include "bench/sampler_suite.h"
+
+#include <fmt/format.h>
+#include <time.h>
+
+#include <algorithm>
+#include <barrier>
+#include <chrono>
+#include <cmath>
+#include <functional>
+#include <thread>
+
+#include "bench/straight_line.h"
+#include "sampling/group_kernels.h"
+#include "sampling/layer_kernels.h"
+#include "sampling/sampler.h"
+#include "support/error.h"
+
+namespace granuscope {
+namespace {
+
+constexpr std::uint64_t seed = 1;
+constexpr int fewest_runs = 3;
+
+// The limits the ratios are held against, for machines with AVX-512.
+constexpr double small_friction = 0.3, middle_friction = 0.8;
+constexpr double batch_gain_small = 2.5, batch_gain_middle = 4;
+constexpr double scalar_cost_0_1 = 10, scalar_cost_0_3 = 17, batch_cost_0_3 = 5;
+constexpr double growth_with_size = 1.2;
+
+// Where the scaling with threads is measured.
+constexpr double scaling_mu = 0.3;
+constexpr LatticeSpec scaling_lattice = {500, 200};
+constexpr int scaling_runs = 5, scaling_groups = 16;
+constexpr std::uint64_t arithmetic_steps = 40'000'000;
+
+struct Seconds {
+  double processor = 0, wall = 0;
+};
+
+double processor_seconds() {
+  timespec now{};
+  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+template <typename Work>
+Seconds seconds_of(const Work& work) {
+  const auto start = std::chrono::steady_clock::now();
+  const double processor = processor_seconds();
+  work();
+  return {processor_seconds() - processor,
+          std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count()};
+}
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  if (values.size() % 2 == 1) return *middle;
+  return (*middle + *std::max_element(values.begin(), middle)) / 2;
+}
+
+/// Room for a group of piles, and every engine to draw the same samples.
+class Piles {
+ public:
+  Piles(double mu, const LatticeSpec& lattice)
+      : lattice_(lattice),
+        sampler_(make_sampler({.mu = mu, .seed = seed}, lattice_)),
+        straight_line_(mu, lattice_),
+        load_(static_cast<std::size_t>(lattice.columns), 1.0),
+        loads_(group_lanes, load_),
+        piles_(group_lanes, Pile(lattice_)),
+        failures_(group_lanes) {}
+
+  double beads() const { return static_cast<double>(group_lanes * lattice_.beads()); }
+
+  void draw(SamplerEngine engine, std::uint64_t group) {
+    const std::uint64_t first = group * group_lanes;
+    std::fill(failures_.begin(), failures_.end(), std::nullopt);
+    if (engine == SamplerEngine::batch) {
+      sampler_->draw_group(first, loads_, piles_, failures_);
+    } else {
+      // One pile after the other into the same memory, which stays in the caches where it fits.
+      for (std::size_t k = 0; k < group_lanes; ++k) {
+        if (engine == SamplerEngine::scalar) failures_[k] = sampler_->draw(first + k, load_, piles_[0]);
+        if (engine == SamplerEngine::no_rejection) straight_line_.fill(seed, first + k, piles_[0]);
+      }
+    }
+    for (const auto& failure : failures_) {
+      if (failure) throw EnvironmentError("a pile of the suite could not be completed, so its time means nothing");
+    }
+  }
+
+ private:
+  Lattice lattice_;
+  std::unique_ptr<Sampler> sampler_;
+  StraightLine straight_line_;
+  std::vector<double> load_;
+  std::vector<std::span<const double>> loads_;
+  std::vector<Pile> piles_;
+  std::vector<std::optional<SamplingFailure>> failures_;
+};
+
+void time_engines(double mu, const LatticeSpec& lattice, double beads_per_case, std::vector<SamplerCase>& cases) {
+  constexpr SamplerEngine engines[] = {SamplerEngine::scalar, SamplerEngine::batch, SamplerEngine::no_rejection};
+  Piles piles(mu, lattice);
+  const int runs = std::max(fewest_runs, static_cast<int>(beads_per_case / piles.beads()));
+  std::vector<double> processor[3], wall[3];
+  for (int run = 0; run <= runs; ++run) {
+    for (std::size_t e = 0; e < 3; ++e) {
+      const Seconds took = seconds_of([&] { piles.draw(engines[e], static_cast<std::uint64_t>(run)); });
+      if (run == 0) continue;  // the first one is handed its memory by the system
+      processor[e].push_back(1e9 * took.processor / piles.beads());
+      wall[e].push_back(1e9 * took.wall / piles.beads());
+    }
+  }
+  for (std::size_t e = 0; e < 3; ++e) {
+    cases.push_back({mu, lattice, engines[e], median(processor[e]), median(wall[e]), runs});
+  }
+}
+
+/// A chain of multiplications and additions in registers; returns its end so that it has to be gone through.
+double compute() {
+  double x = 0.5;
+  for (std::uint64_t step = 0; step < arithmetic_steps; ++step) x = 3.7 * x * (1 - x);
+  return x;
+}
+
+/// Every thread does `work(thread)` at the same time; what the slowest took by the clock and the mean of processor
+/// time.
+Seconds seconds_on_threads(int threads, const std::function<void(int)>& work) {
+  std::vector<Seconds> took(static_cast<std::size_t>(threads));
+  std::barrier start(threads);
+  std::vector<std::jthread> workers;
+  workers.reserve(static_cast<std::size_t>(threads));
+  for (int thread = 0; thread < threads; ++thread) {
+    workers.emplace_back([&, thread] {
+      start.arrive_and_wait();
+      took[static_cast<std::size_t>(thread)] = seconds_of([&] { work(thread); });
+    });
+  }
+  workers.clear();  // waits
+  Seconds all;
+  for (const Seconds& one : took) {
+    all.wall = std::max(all.wall, one.wall);
+    all.processor += one.processor / threads;
+  }
+  return all;
+}
+
+std::vector<ThreadScaling> time_threads(int most) {
+  std::vector<int> counts;
+  for (int threads = 1; threads < most; threads *= 2) counts.push_back(threads);
+  counts.push_back(most);
+  std::vector<std::unique_ptr<Piles>> piles;
+  for (int thread = 0; thread < most; ++thread) {
+    piles.push_back(std::make_unique<Piles>(scaling_mu, scaling_lattice));
+    piles.back()->draw(SamplerEngine::batch, 0);
+  }
+  std::vector<std::vector<double>> processor(counts.size()), wall(counts.size()), arithmetic(counts.size());
+  std::vector<double> ends(static_cast<std::size_t>(most));
+  for (int run = 0; run < scaling_runs; ++run) {
+    for (std::size_t c = 0; c < counts.size(); ++c) {
+      const Seconds drawing = seconds_on_threads(counts[c], [&](int thread) {
+        for (std::uint64_t group = 0; group < scaling_groups; ++group) {
+          piles[static_cast<std::size_t>(thread)]->draw(SamplerEngine::batch, group);
+        }
+      });
+      const double beads = piles.front()->beads() * scaling_groups;
+      processor[c].push_back(1e9 * drawing.processor / beads);
+      wall[c].push_back(1e9 * drawing.wall / beads);
+      arithmetic[c].push_back(
+          seconds_on_threads(counts[c], [&](int thread) { ends[static_cast<std::size_t>(thread)] = compute(); }).wall);
+    }
+  }
+  if (!std::all_of(ends.begin(), ends.end(), [](double end) { return std::isfinite(end); })) {
+    throw std::logic_error("the arithmetic loop left its interval");
+  }
+  std::vector<ThreadScaling> scaling;
+  for (std::size_t c = 0; c < counts.size(); ++c) {
+    scaling.push_back({counts[c], scaling_runs, median(processor[c]), median(wall[c]),
+                       counts[c] * median(wall[0]) / median(wall[c]),
+                       counts[c] * median(arithmetic[0]) / median(arithmetic[c])});
+  }
+  return scaling;
+}
+
+const SamplerCase* find(const SamplerBench& bench, double mu, const LatticeSpec& lattice, SamplerEngine engine) {
+  const auto found = std::find_if(bench.cases.begin(), bench.cases.end(), [&](const SamplerCase& c) {
+    return c.mu == mu && c.lattice.columns == lattice.columns && c.lattice.layers == lattice.layers &&
+           c.engine == engine;
+  });
+  return found == bench.cases.end() ? nullptr : &*found;
+}
+
+void add_ratios(SamplerBench& bench, const SamplerBenchOptions& options) {
+  for (const double mu : options.mus) {
+    for (const LatticeSpec& lattice : options.lattices) {
+      const double scalar = find(bench, mu, lattice, SamplerEngine::scalar)->ns_per_bead,
+                   batch = find(bench, mu, lattice, SamplerEngine::batch)->ns_per_bead,
+                   limit = find(bench, mu, lattice, SamplerEngine::no_rejection)->ns_per_bead;
+      const std::string where = fmt::format("mu={:g} {}x{}", mu, lattice.columns, lattice.layers);
+      SamplerRatio gain{where + " scalar/batch", scalar / batch, std::nullopt, false};
+      if (mu <= small_friction) gain.limit = batch_gain_small;
+      if (mu == middle_friction) gain.limit = batch_gain_middle;
+      SamplerRatio scalar_cost{where + " scalar/no-rejection", scalar / limit, std::nullopt};
+      if (mu == 0.1) scalar_cost.limit = scalar_cost_0_1;
+      if (mu == 0.3) scalar_cost.limit = scalar_cost_0_3;
+      SamplerRatio batch_cost{where + " batch/no-rejection", batch / limit, std::nullopt};
+      if (mu == 0.3) batch_cost.limit = batch_cost_0_3;
+      bench.ratios.insert(bench.ratios.end(), {gain, scalar_cost, batch_cost});
+    }
+    for (const SamplerEngine engine : {SamplerEngine::scalar, SamplerEngine::batch}) {
+      const SamplerCase* const large = find(bench, mu, {1000, 1000}, engine);
+      const SamplerCase* const small = find(bench, mu, {250, 250}, engine);
+      if (large == nullptr || small == nullptr) continue;
+      bench.ratios.push_back({fmt::format("mu={:g} {} 1000x1000/250x250", mu, name_of(engine)),
+                              large->ns_per_bead / small->ns_per_bead, growth_with_size});
+    }
+  }
+}
+
+}  // namespace
+
+std::string name_of(SamplerEngine engine) {
+  switch (engine) {
+    case SamplerEngine::scalar:
+      return "scalar";
+    case SamplerEngine::batch:
+      return "batch";
+    case SamplerEngine::no_rejection:
+      return "no-rejection";
+  }
+  return {};
+}
+
+SamplerBench run_sampler_suite(const SamplerBenchOptions& options, const std::function<void(const std::string&)>& say) {
+  SamplerBench bench;
+  bench.instruction_set = instruction_set();
+  for (const LatticeSpec& lattice : options.lattices) {
+    for (const double mu : options.mus) {
+      say(fmt::format("{} x {} beads at mu = {:g}", lattice.columns, lattice.layers, mu));
+      time_engines(mu, lattice, options.beads_per_case, bench.cases);
+    }
+  }
+  say("scaling with threads");
+  bench.scaling_mu = scaling_mu;
+  bench.scaling_lattice = scaling_lattice;
+  const int machine = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  bench.scaling = time_threads(options.threads > 0 ? options.threads : machine);
+  add_ratios(bench, options);
+  return bench;
+}
+
+}  // namespace granuscope
