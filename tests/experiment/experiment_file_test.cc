@@ -243,3 +243,11 @@ TEST_CASE("Every example can be read") {
   }
   CHECK(examples >= 1);
 }
+
+TEST_CASE("A character that no key can begin with is an error of the file in every build") {
+  for (const char* text :
+       {"[\\x]\n", "[figures.\\x]\n", "[[\\x]]\n", "a.\\x = 1\n", "\\x = 1\n", "\u00e9 = 1\n", "a.\u00b5 = 1\n"}) {
+    CAPTURE(text);
+    CHECK_THROWS_WITH(parse_experiment(text, "x.toml"), Contains("x.toml:1:") && Contains("not valid TOML"));
+  }
+}
