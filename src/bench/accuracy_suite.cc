@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <fmt/ostream.h>
+#include <stdexcept>
 
 #include <algorithm>
 #include <array>
@@ -214,6 +215,9 @@ Speedup speedup_at(const std::vector<AccuracyCase>& cases, double mu, double eps
     if (c.estimator == "point") point = &c;
     if (is_multiplexed(c, epsilon)) multiplexed = &c;
     if (c.estimator == "thrust") thrust = &c;
+  }
+  if (point == nullptr || multiplexed == nullptr || thrust == nullptr) {
+    throw std::logic_error("the accuracy suite did not measure every estimator it compares");
   }
   const AccuracyPoint &p = point->curve.front(), &m = multiplexed->curve.front();
   return {mu, epsilon, cost(p.seconds, p.stderr_D) / cost(m.seconds, m.stderr_D),

@@ -148,7 +148,8 @@ void paint_detail(const Scene& scene, const LevelTable& table, Background backgr
   int next_row = first * down - rows_above;  // the first that is not finished
   for (int layer = first; layer <= last; ++layer) {
     for (int side = 0; side < levels.values().sides(); ++side) {
-      const auto& kind = stamps[static_cast<std::size_t>(side + (layer + 1 < lattice.layers() ? 0 : 2))];
+      const std::size_t last_layer = layer + 1 < lattice.layers() ? 0 : 2;
+      const auto& kind = stamps[static_cast<std::size_t>(side) + last_layer];
       const Places places = levels.places(layer, side, extent);
       row.resize(static_cast<std::size_t>(places.count()));
       levels.levels(layer, side, places.first, row);
