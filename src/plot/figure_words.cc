@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <map>
 #include <sstream>
@@ -54,6 +55,19 @@ std::string enumeration(const std::vector<std::string>& items) {
     text += items[i];
   }
   return text;
+}
+
+std::string with_reasons(const std::vector<LeftOut>& items) {
+  std::vector<std::pair<std::string, std::vector<std::string>>> groups;
+  for (const LeftOut& item : items) {
+    auto group =
+        std::find_if(groups.begin(), groups.end(), [&item](const auto& known) { return known.first == item.why; });
+    if (group == groups.end()) group = groups.insert(groups.end(), {item.why, {}});
+    group->second.push_back(item.what);
+  }
+  std::vector<std::string> texts;
+  for (const auto& [why, whats] : groups) texts.push_back(fmt::format("{} ({})", enumeration(whats), why));
+  return enumeration(texts);
 }
 
 std::string count_in_words(std::size_t count) {

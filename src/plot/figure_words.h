@@ -14,6 +14,14 @@ void set_words(Figure& figure, const std::string& wording_template, const Gaps& 
 /// "a", "a and b", "a, b and c".
 std::string enumeration(const std::vector<std::string>& items);
 
+/// What a figure leaves out, and why.
+struct LeftOut {
+  std::string what, why;
+};
+
+/// "a and b (why), c (another why)": those with the same reason together, in the order of the first of them.
+std::string with_reasons(const std::vector<LeftOut>& items);
+
 /// A count in words up to twelve, as digits beyond: "two", "14".
 std::string count_in_words(std::size_t count);
 

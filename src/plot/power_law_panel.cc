@@ -7,6 +7,7 @@
 
 #include "plot/csv_table.h"
 #include "plot/figure_words.h"
+#include "plot/label_places.h"
 #include "support/number_format.h"
 
 namespace granuscope {
@@ -15,6 +16,9 @@ namespace {
 
 /// Points farther from their law than this stay out of the narrow panel: they would flatten all others.
 constexpr double lowest_ratio = 0.4, highest_ratio = 1.8;
+
+/// A line of the notes, as a share of the panel.
+constexpr double note_height = 0.075;
 
 bool fits_log_axes(const PowerLawPoint& point) { return point.x > 0 && point.y > 0; }
 
@@ -90,8 +94,7 @@ Axes axes_of(const PowerLawPanel& panel) {
   axes.x = widened_by_factor(axes.x, axes.x.high / axes.x.low < 1.5 ? 2 : 1.35);
   axes.y = widened_by_factor(axes.y, axes.y.high / axes.y.low < 1.5 ? 2 : 1.5);
   // The notes stand above all points.
-  constexpr double line_height = 0.075;  // share of the panel
-  const double room = line_height * static_cast<double>(panel.notes.size());
+  const double room = note_height * static_cast<double>(panel.notes.size());
   axes.y.high *= std::pow(axes.y.high / axes.y.low, room / (1 - room));
   const double margin = 0.08 * axes.ratio.size();
   axes.ratio.low -= margin;
@@ -180,16 +183,43 @@ void add_series(Gaps& gaps, PlotPlan& plan, const PowerLawPanel& panel, std::siz
   script.outside = script.outside || drawn.outside;
 }
 
-std::string labels_beside(const PowerLawPanel& panel) {
-  std::string labels;
-  int tag = 100;  // the panel's own labels are 1 to 4
-  if (!panel.labels || panel.series.empty()) return labels;
-  for (const PowerLawPoint& point : panel.series[0].points) {
-    if (!fits_log_axes(point)) continue;
-    labels += fmt::format("set label {} {} at {}, {} left offset 0.6, -0.7 noenhanced font inset_text\n  ", tag++,
-                          gnuplot_string(caption_number(point.mu)), exact(point.x), exact(point.y));
+/// mu beside each point of the first series, off the law and the guide.
+std::string labels_beside(const PowerLawPanel& panel, const Axes& axes) {
+  if (!panel.labels || panel.series.empty()) return "";
+  const PowerLawSeries& series = panel.series[0];
+  const auto share = [](double value, const Range& axis) {
+    return std::log(value / axis.low) / std::log(axis.high / axis.low);
+  };
+  const auto bar = [&share](double value, double error, const Range& axis) {
+    Range reach;
+    reach.add(std::max(share(std::max(value - error, axis.low), axis), 0.0));
+    reach.add(share(value + error, axis));
+    return reach;
+  };
+  LabelledPanel area{(panel.right - panel.left) * plot_width_inches, panel.height, {}, {}};
+  const auto add_power = [&](double x, double y, double exponent) {
+    area.lines.push_back({{0, share(y * std::pow(axes.x.low / x, exponent), axes.y)},
+                          {1, share(y * std::pow(axes.x.high / x, exponent), axes.y)}});
+  };
+  const Law law = law_of(series);
+  if (law.known) add_power(1, law.at(1), law.exponent);
+  const Middle middle = middle_of_window(series);
+  if (!middle.extent.empty && !panel.paper_exponent.empty()) {
+    add_power(middle.x, middle.y, std::stod(panel.paper_exponent));
   }
-  return labels;
+  Range notes;
+  notes.add(1 - note_height * static_cast<double>(panel.notes.size()));
+  notes.add(1);
+  area.notes_y.push_back(notes);
+  std::vector<NamedPoint> points;
+  for (const PowerLawPoint& point : series.points) {
+    if (!fits_log_axes(point)) continue;
+    points.push_back({{share(point.x, axes.x), share(point.y, axes.y)},
+                      bar(point.x, point.x_error, axes.x),
+                      bar(point.y, point.y_error, axes.y),
+                      caption_number(point.mu)});
+  }
+  return label_commands(points, area);
 }
 
 }  // namespace
@@ -199,15 +229,23 @@ PowerLawPanelScript add_power_law_panel(PlotPlan& plan, const PowerLawPanel& pan
   const Axes axes = axes_of(panel);
   if (axes.x.empty) return script;
   script.drawn = true;
-  Gaps gaps = {{"stem", plan.id + "-" + panel.id},   {"left", exact(panel.left)},
-               {"right", exact(panel.right)},        {"label_at", exact(panel.left - 0.092)},
-               {"x_label", panel.x_label},           {"y_label", panel.y_label},
-               {"x_low", exact(axes.x.low)},         {"x_high", exact(axes.x.high)},
-               {"y_low", exact(axes.y.low)},         {"y_high", exact(axes.y.high)},
-               {"ratio_low", exact(axes.ratio.low)}, {"ratio_high", exact(axes.ratio.high)},
-               {"x_ticks", log_ticks(axes.x)},       {"x_marks", without_labels(log_ticks(axes.x))},
-               {"y_ticks", log_ticks(axes.y)},       {"ratio_ticks", linear_ticks(axes.ratio, 4)},
-               {"labels", labels_beside(panel)}};
+  Gaps gaps = {{"stem", plan.id + "-" + panel.id},
+               {"left", exact(panel.left)},
+               {"right", exact(panel.right)},
+               {"label_at", exact(panel.left - 0.092)},
+               {"x_label", panel.x_label},
+               {"y_label", panel.y_label},
+               {"x_low", exact(axes.x.low)},
+               {"x_high", exact(axes.x.high)},
+               {"y_low", exact(axes.y.low)},
+               {"y_high", exact(axes.y.high)},
+               {"ratio_low", exact(axes.ratio.low)},
+               {"ratio_high", exact(axes.ratio.high)},
+               {"x_ticks", log_ticks(axes.x)},
+               {"x_marks", without_labels(log_ticks(axes.x))},
+               {"y_ticks", log_ticks(axes.y)},
+               {"ratio_ticks", linear_ticks(axes.ratio, 4)},
+               {"labels", labels_beside(panel, axes)}};
   for (const std::size_t index : {0, 1}) add_series(gaps, plan, panel, index, axes, script);
   for (const std::size_t line : {0, 1, 2}) {
     const std::string name = fmt::format("note_{}", line + 1);

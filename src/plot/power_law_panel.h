@@ -32,6 +32,7 @@ struct PowerLawPanel {
   std::string paper_exponent;          ///< drawn as a guide through the middle of the first series' window
   std::vector<std::string> notes;      ///< lines of text in the upper left corner: one a series, then the paper's
   double left = 0.1, right = 0.98;     ///< edges, as shares of the drawing's width
+  double height = 2.2;                 ///< inches of the upper panel, by which the names find their places
 };
 
 /// What became of a panel.

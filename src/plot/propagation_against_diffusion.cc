@@ -9,6 +9,7 @@
 #include "plot/choice.h"
 #include "plot/csv_table.h"
 #include "plot/figure_words.h"
+#include "plot/label_places.h"
 #include "plot/plot_colours.h"
 #include "plot/power_law_panel.h"
 #include "support/error.h"
@@ -51,52 +52,58 @@ Axes make_axes(const std::vector<Transport>& results) {
   return axes;
 }
 
-/// "μ = 0.3" beside every point: a label that would stand on the one above it moves down and keeps a thin line to its
-/// point. Places in shares of the panel.
-std::string point_labels(const std::vector<Transport>& results, const Axes& axes) {
-  constexpr double line_height = 0.052, beside = 0.05, above = 0.03;
-  std::vector<const Transport*> downwards;
-  for (const Transport& result : results) {
-    if (has_both(result)) downwards.push_back(&result);
-  }
-  std::stable_sort(downwards.begin(), downwards.end(),
-                   [](const Transport* a, const Transport* b) { return a->c.value > b->c.value; });
-  std::string labels;
-  double last_x = -1, last_y = 2;
-  for (const Transport* result : downwards) {
-    const double x = (result->D.value - axes.D.low) / axes.D.size();
-    const double y = (result->c.value - axes.c.low) / axes.c.size();
-    const bool crowded = std::abs(x - last_x) < 0.3;
-    const double label_y = crowded ? std::min(y + above, last_y - line_height) : y + above;
-    const bool left_side = x > 0.75;
-    const double label_x = left_side ? x - beside : x + beside;
-    labels += fmt::format(
-        "set arrow from {}, {} to graph {}, graph {} nohead linewidth 0.5 linecolor rgb '{}'\n  "
-        "set label {} at graph {}, graph {} {} noenhanced font inset_text\n  ",
-        exact(result->D.value), exact(result->c.value), exact(label_x), exact(label_y), plot_colours().at("frame"),
-        gnuplot_string(mu_text(*result)), exact(label_x + (left_side ? -0.01 : 0.01)), exact(label_y),
-        left_side ? "right" : "left");
-    last_x = x;
-    last_y = label_y;
-  }
-  return labels;
+Range share_of(double value, double error, const Range& axis) {
+  Range share;
+  share.add((value - error - axis.low) / axis.size());
+  share.add((value + error - axis.low) / axis.size());
+  return share;
 }
 
-std::vector<std::string> reasons_off_log_axes(const std::vector<Transport>& results) {
-  std::vector<std::string> reasons;
+/// The height of both panels together, in inches, as the script lays them out.
+constexpr double figure_height = 4.1, panel_height = 3.04, upper_panel_height = 2.2;
+
+/// "μ = 0.3" beside every point of the left panel.
+std::string point_labels(const std::vector<Transport>& results, const Axes& axes, const ScalingFit& alpha,
+                         const Range& window_D) {
+  LabelledPanel panel{0.385 * plot_width_inches, panel_height, {}, {}};
+  std::vector<NamedPoint> points;
+  const auto place = [&axes](double D, double c) {
+    return PanelPlace{(D - axes.D.low) / axes.D.size(), (c - axes.c.low) / axes.c.size()};
+  };
+  panel.lines.push_back({place(axes.D.low, tan30), place(axes.D.high, tan30)});
+  if (alpha.exponent.known() && alpha.intercept.known() && window_D.size() > 0) {
+    const auto law = [&](double D) {
+      return place(D, tan30 - std::exp(alpha.intercept.value) * std::pow(D, alpha.exponent.value));
+    };
+    constexpr int pieces = 16;
+    for (int k = 0; k < pieces; ++k) {
+      const double step = window_D.size() / pieces;
+      panel.lines.push_back({law(window_D.low + k * step), law(window_D.low + (k + 1) * step)});
+    }
+  }
+  for (const Transport& result : results) {
+    if (!has_both(result)) continue;
+    points.push_back({place(result.D.value, result.c.value), share_of(result.D.value, result.D.standard_error, axes.D),
+                      share_of(result.c.value, result.c.standard_error, axes.c), mu_text(result)});
+  }
+  return label_commands(points, panel);
+}
+
+std::vector<LeftOut> reasons_off_log_axes(const std::vector<Transport>& results) {
+  std::vector<LeftOut> reasons;
   for (const Transport& result : results) {
     if (!has_both(result) || fits_log_axes(result)) continue;
     const char* why = result.exact ? "exact" : result.D.value <= 0 ? "D is not positive" : "c is not below c₀";
-    reasons.push_back(fmt::format("{} ({})", mu_text(result), why));
+    reasons.push_back({mu_text(result), why});
   }
   return reasons;
 }
 
-std::vector<std::string> unknown_points(const std::vector<Transport>& results) {
-  std::vector<std::string> unknown;
+std::vector<LeftOut> unknown_points(const std::vector<Transport>& results) {
+  std::vector<LeftOut> unknown;
   for (const Transport& result : results) {
     if (has_both(result)) continue;
-    unknown.push_back(fmt::format("{} ({})", mu_text(result), result.D.known() ? result.c.reason : result.D.reason));
+    unknown.push_back({mu_text(result), result.D.known() ? result.c.reason : result.D.reason});
   }
   return unknown;
 }
@@ -116,6 +123,7 @@ PowerLawPanel law_panel(const Analysis& analysis) {
   panel.x_label = "diffusion coefficient D  (bead diameters)";
   panel.y_label = "c₀ − c";
   panel.labels = true;
+  panel.height = upper_panel_height;
   panel.left = 0.60;
   panel.right = 0.985;
   panel.paper_exponent = "0.4";
@@ -148,7 +156,7 @@ Figure draw_propagation_against_diffusion(const Analysis& analysis, const std::f
   PlotPlan plan;
   plan.id = figure_id;
   plan.script = "propagation_against_diffusion";
-  plan.height = 4.1;
+  plan.height = figure_height;
   plan.data[fmt::format("{}-points.csv", figure_id)] = table.text();
   plan.curves = 2;  // the points and the line at c0
 
@@ -163,7 +171,7 @@ Figure draw_propagation_against_diffusion(const Analysis& analysis, const std::f
   const Axes axes = make_axes(analysis.results);
   const auto if_law = [with_law](double number) { return with_law ? exact(number) : ""; };
   const Gaps script = {{"c0", exact(tan30)},
-                       {"labels", point_labels(analysis.results, axes)},
+                       {"labels", point_labels(analysis.results, axes, alpha, window_D)},
                        {"D_low", exact(axes.D.low)},
                        {"D_high", exact(axes.D.high)},
                        {"c_low", exact(axes.c.low)},
@@ -182,8 +190,8 @@ Figure draw_propagation_against_diffusion(const Analysis& analysis, const std::f
   set_words(
       figure, "plot/propagation_against_diffusion.words",
       {{"mus", "μ = " + enumeration(shown_mus(analysis.results))},
-       {"not_logarithmic", enumeration(reasons_off_log_axes(analysis.results))},
-       {"unknown", enumeration(unknown_points(analysis.results))},
+       {"not_logarithmic", with_reasons(reasons_off_log_axes(analysis.results))},
+       {"unknown", with_reasons(unknown_points(analysis.results))},
        {"law_panel", law.drawn ? "yes" : ""},
        {"alpha", with_law ? value_with_error(alpha.exponent.value, alpha.exponent.standard_error) : ""},
        {"alpha_low", caption_number(alpha.window[0])},

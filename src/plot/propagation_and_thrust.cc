@@ -42,12 +42,13 @@ Figure draw_propagation_and_thrust(const Analysis& analysis, const std::filesyst
   mu.add(0);
   speed.add(tan30);
   difference.add(0);
-  std::vector<std::string> unknown, beyond_three;
+  std::vector<LeftOut> unknown;
+  std::vector<std::string> beyond_three;
   for (const Transport& result : analysis.results) {
     const std::string mu_text = caption_number(result.mu);
     if (!has_both(result)) {
       const std::string& reason = result.c.known() ? result.c_thrust.reason : result.c.reason;
-      unknown.push_back(fmt::format("μ = {} ({})", mu_text, reason));
+      unknown.push_back({"μ = " + mu_text, reason});
       continue;
     }
     const Estimate& gap = result.c_minus_c_thrust;
@@ -88,7 +89,7 @@ Figure draw_propagation_and_thrust(const Analysis& analysis, const std::filesyst
                              {"difference_ticks", linear_ticks(difference_axis, 6)}},
                             run_folder);
   set_words(figure, "plot/propagation_and_thrust.words",
-            {{"unknown", enumeration(unknown)},
+            {{"unknown", with_reasons(unknown)},
              {"beyond_three", beyond_three.empty() ? "" : "μ = " + enumeration(beyond_three)}});
   return figure;
 }

@@ -58,8 +58,8 @@ struct Draft {
   PlotPlan plan;
   Gaps script;
   Gaps words;
-  std::vector<std::string> unknown;          ///< "c at mu = 0.4 (reason)"
-  std::vector<std::string> not_logarithmic;  ///< "mu = 0 (exact)"
+  std::vector<LeftOut> unknown;          ///< "c at mu = 0.4"
+  std::vector<LeftOut> not_logarithmic;  ///< "mu = 0"
 };
 
 void set_both(Draft& draft, const std::string& name, const std::string& text) {
@@ -67,8 +67,8 @@ void set_both(Draft& draft, const std::string& name, const std::string& text) {
   draft.words[name] = text;
 }
 
-std::string with_reason(const std::string& what, double mu, const std::string& reason) {
-  return fmt::format("{} at μ = {} ({})", what, caption_number(mu), reason);
+LeftOut left_out(const std::string& what, double mu, const std::string& reason) {
+  return {fmt::format("{} at μ = {}", what, caption_number(mu)), reason};
 }
 
 void add_depths(Draft& draft, const Transport& result) {
@@ -178,7 +178,7 @@ void add_c_inset(Draft& draft, const Analysis& analysis) {
       c_range.add(result.c.value + result.c.standard_error);
       mu_range.add(result.mu);
     } else {
-      draft.unknown.push_back(with_reason("c", result.mu, result.c.reason));
+      draft.unknown.push_back(left_out("c", result.mu, result.c.reason));
     }
     if (result.c_thrust.known()) {
       thrusts.add_row({result.mu, result.c_thrust.value, result.c_thrust.standard_error});
@@ -225,11 +225,11 @@ void add_D_inset(Draft& draft, const Analysis& analysis) {
   for (const Transport& result : analysis.results) {
     const std::string mu = "μ = " + caption_number(result.mu);
     if (!result.D.known()) {
-      draft.unknown.push_back(with_reason("D", result.mu, result.D.reason));
+      draft.unknown.push_back(left_out("D", result.mu, result.D.reason));
     } else if (result.exact) {
-      draft.not_logarithmic.push_back(mu + " (exact)");
+      draft.not_logarithmic.push_back({mu, "exact"});
     } else if (result.D.value <= 0) {
-      draft.not_logarithmic.push_back(mu + " (D is not positive)");
+      draft.not_logarithmic.push_back({mu, "D is not positive"});
     } else {
       mu_range.add(result.mu);
       D_range.add(result.D.value);
@@ -308,8 +308,8 @@ Figure draw_transport_with_depth(const Analysis& analysis, const TransportWithDe
   draft.script["slopes"] = either("c", "D");
   draft.script["insets"] = either("inset_c", "inset_D");
   draft.script["laws"] = either("gamma", "beta");
-  draft.words["unknown"] = enumeration(draft.unknown);
-  draft.words["not_logarithmic"] = enumeration(draft.not_logarithmic);
+  draft.words["unknown"] = with_reasons(draft.unknown);
+  draft.words["not_logarithmic"] = with_reasons(draft.not_logarithmic);
 
   Figure figure = draw_plot(draft.plan, draft.script, run_folder);
   set_words(figure, "plot/transport_with_depth.words", draft.words);

@@ -19,12 +19,20 @@ bool all_equal(const Json& results, const char* column, const std::string& value
   return !results.empty();
 }
 
-/// Where an estimate is unknown, the reason as a note below the table.
+/// Where an estimate is unknown, the reason as a note below the table; those with the same reason share one.
 void add_reason(Json& notes, const Json& summary, const std::string& pointer, const std::string& what) {
   const Json& estimate = summary.at(Json::json_pointer(pointer));
   if (!estimate.contains("reason")) return;
+  for (Json& known : notes) {
+    if (known.at("why") != estimate.at("reason")) continue;
+    known["what"] = known.at("what").get<std::string>() + ", " + what;
+    known["are"] = "are";
+    return;
+  }
   Json note;
   note["what"] = what;
+  note["are"] = "is";
+  note["why"] = estimate.at("reason");
   note["reason"] = number_cell(summary, pointer + "/reason");
   notes.push_back(note);
 }

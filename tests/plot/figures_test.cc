@@ -4,6 +4,7 @@
 #include <sstream>
 
 #include "plot/bead_forces.h"
+#include "plot/figure_words.h"
 #include "plot/propagation_against_diffusion.h"
 #include "plot/propagation_and_thrust.h"
 #include "plot/response_profiles.h"
@@ -296,4 +297,9 @@ TEST_CASE("The frictionless pile alone can still be drawn") {
   check_whole(draw_transport_with_depth(analysis, {}, run.path()), run.path());
   check_whole(draw_propagation_against_diffusion(analysis, run.path()), run.path());
   check_whole(draw_propagation_and_thrust(analysis, run.path()), run.path());
+}
+
+TEST_CASE("What is left out for the same reason is said once") {
+  CHECK(with_reasons({}).empty());
+  CHECK(with_reasons({{"a", "x"}, {"b", "y"}, {"c", "x"}}) == "a and c (x) and b (y)");
 }

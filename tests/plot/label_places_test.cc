@@ -1,0 +1,77 @@
+// Names beside points: none on another, none outside, each as near as it can be.
+#include "plot/label_places.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+using namespace granuscope;
+
+namespace {
+
+constexpr double width = 2.5, height = 3;  // inches
+
+NamedPoint named(double x, double y, const std::string& name) { return {{x, y}, {}, {}, name}; }
+
+/// Overlap of two names as they are drawn, in square inches, from digits 0.05 inches wide and lines of 0.11.
+double overlap(const LabelPlace& a, const LabelPlace& b, std::size_t characters) {
+  const double text = 0.05 * static_cast<double>(characters);
+  const double x = text - std::abs(a.left.x - b.left.x) * width, y = 0.11 - std::abs(a.left.y - b.left.y) * height;
+  return x > 0 && y > 0 ? x * y : 0;
+}
+
+}  // namespace
+
+TEST_CASE("a lone point has its name to the right, without a line") {
+  const std::vector<LabelPlace> places = place_labels({named(0.5, 0.5, "0.3")}, {width, height, {}, {}});
+  REQUIRE(places.size() == 1);
+  CHECK(places[0].left.x > 0.5);
+  CHECK(places[0].left.x < 0.55);
+  CHECK(places[0].left.y == Approx(0.5));
+  CHECK_FALSE(places[0].with_line);
+}
+
+TEST_CASE("points in every corner keep their names inside the panel") {
+  const std::vector<NamedPoint> points = {named(0.01, 0.01, "corner"), named(0.99, 0.01, "corner"),
+                                          named(0.01, 0.99, "corner"), named(0.99, 0.99, "corner")};
+  for (const LabelPlace& place : place_labels(points, {width, height, {}, {}})) {
+    CHECK(place.left.x > 0);
+    CHECK(place.left.x * width + 6 * 0.05 < width);
+    CHECK(place.left.y * height > 0.05);
+    CHECK(place.left.y * height < height - 0.05);
+  }
+}
+
+TEST_CASE("a heap of points keeps its names apart, with lines where they stand far") {
+  std::vector<NamedPoint> points;
+  for (int i = 0; i < 9; ++i) points.push_back(named(0.1 + 0.005 * i, 0.5 - 0.02 * i, "0.25"));
+  const LabelledPanel panel{width, height, {{{0, 0.55}, {1, 0.55}}}, {}};
+  const std::vector<LabelPlace> places = place_labels(points, panel);
+  bool some_line = false;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    some_line = some_line || places[i].with_line;
+    for (std::size_t j = 0; j < i; ++j) {
+      INFO(i << " and " << j);
+      CHECK(overlap(places[i], places[j], 4) == 0);
+    }
+    for (const NamedPoint& point : points) {
+      const double right = places[i].left.x * width + 4 * 0.05;
+      const bool covers = point.at.x * width > places[i].left.x * width && point.at.x * width < right &&
+                          std::abs(point.at.y - places[i].left.y) * height < 0.05;
+      CHECK_FALSE(covers);
+    }
+  }
+  CHECK(some_line);
+}
+
+TEST_CASE("names keep off the notes and off curves where there is room") {
+  Range strip;
+  strip.add(0.8);
+  strip.add(1);
+  const LabelPlace below = place_labels({named(0.1, 0.79, "0.3")}, {width, height, {}, {strip}}).front();
+  CHECK(below.left.y * height + 0.05 < 0.8 * height);
+  const LabelledPanel level{width, height, {{{0, 0.5}, {1, 0.5}}}, {}};
+  const LabelPlace off = place_labels({named(0.5, 0.5, "0.3")}, level).front();
+  CHECK(std::abs(off.left.y - 0.5) * height > 0.05);
+}
+
+TEST_CASE("no points have no places") { CHECK(place_labels({}, {width, height, {}, {}}).empty()); }
