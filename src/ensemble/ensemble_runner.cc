@@ -26,15 +26,19 @@ BlockSums empty_sums(const EnsembleSpec& spec) {
 
 }  // namespace
 
-EnsembleRecord run_ensemble(const EnsembleSpec& spec, int threads, Progress* progress) {
+EnsembleRecord begin_ensemble(const EnsembleSpec& spec) {
   validate(spec);
-  const auto blocks = static_cast<std::size_t>(spec.blocks);
   EnsembleRecord record;
   record.configuration = configuration_text(spec);
   record.configuration_key = cache_key(record.configuration);
   record.sampling_version = sampling_version;
   record.sums = empty_sums(spec);
+  return record;
+}
 
+void add_groups(const EnsembleSpec& spec, std::uint64_t from, std::uint64_t to, EnsembleRecord& record, int threads,
+                Progress* progress) {
+  const auto blocks = static_cast<std::size_t>(spec.blocks);
   // Burn-in and thinning of a chain are measured once for all blocks.
   EnsembleSpec drawn = spec;
   drawn.sampler = with_measured_chain(spec.sampler, Lattice(spec.lattice), top_load(spec));
@@ -43,15 +47,16 @@ EnsembleRecord run_ensemble(const EnsembleSpec& spec, int threads, Progress* pro
   const auto run_block = [&](std::size_t b) {
     const auto block = static_cast<int>(b);
     const auto estimator = make_estimator(drawn, record.sums, block);
-    const std::uint64_t end = first_sample_of(spec, block + 1);
     std::array<std::optional<SamplingFailure>, group_size> failures;
-    for (std::uint64_t first = first_sample_of(spec, block); first < end; first += group_size) {
+    for (std::uint64_t group = from; group < to; ++group) {
+      const SampleRange samples = samples_of(spec, block, group);
+      if (samples.empty()) break;
       throw_if_interrupted();
-      const auto in_group = static_cast<std::size_t>(std::min(group_size, end - first));
-      estimator->measure_group(first, {failures.data(), in_group});
+      const auto in_group = static_cast<std::size_t>(samples.end - samples.first);
+      estimator->measure_group(samples.first, {failures.data(), in_group});
       for (std::size_t k = 0; k < in_group; ++k) {
         if (failures[k]) {
-          failed[b].push_back({first + k, failures[k]->layer, replay_command(spec, first + k)});
+          failed[b].push_back({samples.first + k, failures[k]->layer, replay_command(spec, samples.first + k)});
         } else {
           ++record.sums.count[b];
         }
@@ -66,6 +71,13 @@ EnsembleRecord run_ensemble(const EnsembleSpec& spec, int threads, Progress* pro
     record.counts += counts[b];
     record.failed.insert(record.failed.end(), failed[b].begin(), failed[b].end());
   }
+  std::sort(record.failed.begin(), record.failed.end(),
+            [](const FailedSample& one, const FailedSample& other) { return one.sample < other.sample; });
+}
+
+EnsembleRecord run_ensemble(const EnsembleSpec& spec, int threads, Progress* progress) {
+  EnsembleRecord record = begin_ensemble(spec);
+  add_groups(spec, 0, groups_per_block(spec), record, threads, progress);
   return record;
 }
 

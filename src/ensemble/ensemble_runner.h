@@ -11,4 +11,12 @@ namespace granuscope {
 /// advanced by one per sample.
 EnsembleRecord run_ensemble(const EnsembleSpec& spec, int threads, Progress* progress);
 
+/// The same piece by piece. First the ensemble without any sample;
+EnsembleRecord begin_ensemble(const EnsembleSpec& spec);
+/// then the groups from .. to-1 of each block (ensemble_spec.h) are added to it. Each group once and in order, in
+/// pieces of whatever size, up to groups_per_block(spec): the bytes of run_ensemble. What an exception leaves is of no
+/// use.
+void add_groups(const EnsembleSpec& spec, std::uint64_t from, std::uint64_t to, EnsembleRecord& record, int threads,
+                Progress* progress);
+
 }  // namespace granuscope

@@ -28,10 +28,22 @@ Load load_named(const std::string& name) {
   throw InputError(fmt::format("there is no load \"{}\": known are uniform and point", name));
 }
 
-std::uint64_t first_sample_of(const EnsembleSpec& spec, int block) {
+SampleRange samples_of(const EnsembleSpec& spec, int block, std::uint64_t group) {
   const std::uint64_t groups = groups_of(spec.samples);
-  const std::uint64_t first = groups * static_cast<std::uint64_t>(block) / static_cast<std::uint64_t>(spec.blocks);
-  return std::min(first * group_size, spec.samples);
+  const auto blocks = static_cast<std::uint64_t>(spec.blocks), at = static_cast<std::uint64_t>(block);
+  const auto from = [&](std::uint64_t number) { return std::min(number * group_size, spec.samples); };
+  if (spec.layout == BlockLayout::interleaved) {
+    const std::uint64_t number = group * blocks + at;
+    return {from(number), from(number + 1)};
+  }
+  const std::uint64_t number = groups * at / blocks + group;
+  if (number >= groups * (at + 1) / blocks) return {};
+  return {from(number), from(number + 1)};
+}
+
+std::uint64_t groups_per_block(const EnsembleSpec& spec) {
+  const auto blocks = static_cast<std::uint64_t>(spec.blocks);
+  return (groups_of(spec.samples) + blocks - 1) / blocks;
 }
 
 std::vector<int> recorded_layers(const EnsembleSpec& spec) {
@@ -105,6 +117,8 @@ std::string configuration_text(const EnsembleSpec& spec) {
   const std::string chain = s.law == Law::polytope ? fmt::format("lambda={}\nburn_in={}\nthinning={}\n",
                                                                  exact(s.lambda), s.burn_in, s.thinning)
                                                    : "";
+  // And the layout of the blocks.
+  const std::string layout = spec.layout == BlockLayout::interleaved ? "blocks_of=interleaved\n" : "";
   const bool overloaded = spec.estimator == EstimatorName::paired || (point && spec.load == Load::point);
   return fmt::format(
       "sampling_version={}\nlaw={}\nmu={}\nseed={}\neffort={}\nmax_tries={}\norder={}\n{}columns={}\nlayers={}\nload={}"
@@ -113,7 +127,7 @@ std::string configuration_text(const EnsembleSpec& spec) {
       sampling_version, name_of(s.law), exact(s.mu), s.seed, exact(s.effort), s.max_tries, name_of(s.order), chain,
       spec.lattice.columns, spec.lattice.layers, point ? name_of(spec.load) : name_of(spec.estimator),
       overloaded ? exact(spec.overload) : "0", spec.samples, spec.blocks, fmt::join(recorded_layers(spec), ","),
-      spec.record_profiles, estimator);
+      spec.record_profiles, estimator + layout);
 }
 
 std::vector<double> top_load(const EnsembleSpec& spec) {

@@ -9,6 +9,13 @@
 
 namespace granuscope {
 
+/// Which samples make up a block.
+enum class BlockLayout {
+  runs,        ///< each block a run of consecutive groups; it depends on the number of samples
+  interleaved  ///< group g belongs to block g mod blocks, so that more samples extend each block: an ensemble of fewer
+               ///< samples is the beginning of one of more, and both have the same samples in the same blocks
+};
+
 /// One ensemble: piles of one law at one friction coefficient, how they are loaded, and what is measured on them.
 struct EnsembleSpec {
   SamplerSpec sampler;
@@ -20,7 +27,8 @@ struct EnsembleSpec {
   std::uint64_t samples = 3456;  ///< numbers 0 .. samples-1 of the seed
   int blocks = 32;               ///< each of whole groups of eight samples (the last group may be incomplete)
   std::vector<int> layers;       ///< recorded layers, ascending; empty: all
-  bool record_profiles = true;   ///< record the response [layers, columns] beside the numbers per layer
+  BlockLayout layout = BlockLayout::runs;
+  bool record_profiles = true;  ///< record the response [layers, columns] beside the numbers per layer
 };
 
 /// Fewest blocks from which a standard error is taken.
@@ -38,8 +46,18 @@ std::string configuration_text(const EnsembleSpec& spec);
 /// the spectrum of its loads.
 std::vector<int> recorded_layers(const EnsembleSpec& spec);
 
-/// First sample of a block; blocks hold whole groups and differ by at most one group. `block` = spec.blocks: the end.
-std::uint64_t first_sample_of(const EnsembleSpec& spec, int block);
+/// Samples first .. end-1 of one group.
+struct SampleRange {
+  std::uint64_t first = 0, end = 0;
+  bool empty() const { return first >= end; }
+};
+
+/// The samples of the group number `group` of a block, counted from 0 within the block; empty beyond its last one.
+/// Blocks hold whole groups and differ by at most one group.
+SampleRange samples_of(const EnsembleSpec& spec, int block, std::uint64_t group);
+
+/// Groups of the largest block.
+std::uint64_t groups_per_block(const EnsembleSpec& spec);
 
 /// The load on every top bead of the estimator point, shape [columns].
 std::vector<double> top_load(const EnsembleSpec& spec);

@@ -4,12 +4,16 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdlib>
 #include <map>
 #include <sstream>
 #include <system_error>
 
 #include "storage/ensemble_file.h"
 #include "support/atomic_file.h"
+#include "support/digest.h"
 #include "support/error.h"
 #include "support/number_format.h"
 #include "support/one_line.h"
@@ -47,11 +51,90 @@ std::string describe_difference(const std::string& there, const std::string& wan
   return fmt::format("{}{}", fmt::join(differences, ", "), more ? ", and more" : "");
 }
 
+std::uint64_t groups_per_piece(const EnsembleSpec& spec, const PartPolicy& parts) {
+  const double beads = static_cast<double>(Lattice(spec.lattice).beads()) * static_cast<double>(group_size) *
+                       static_cast<double>(spec.blocks);
+  return static_cast<std::uint64_t>(std::ceil(parts.beads / beads));
+}
+
+/// The configuration of an ensemble of which the first groups of each block are drawn.
+std::string part_configuration(const EnsembleSpec& spec, std::uint64_t groups) {
+  return fmt::format("{}groups_drawn={}\n", configuration_text(spec), groups);
+}
+
+/// How many groups of each block the run's folder holds of this ensemble; 0 where there is no part of it.
+std::uint64_t groups_begun(const PlannedEnsemble& planned, const std::filesystem::path& run_folder) {
+  const std::filesystem::path file = run_folder / part_file(planned);
+  std::error_code ignored;
+  if (!std::filesystem::exists(file, ignored)) return 0;
+  try {
+    const std::string there = read_ensemble_configuration(file);
+    const std::map<std::string, std::string> settings = settings_of(there);
+    const auto found = settings.find("groups_drawn");
+    if (found == settings.end()) return 0;
+    const std::uint64_t groups = std::strtoull(found->second.c_str(), nullptr, 10);
+    const bool usable = groups < groups_per_block(planned.spec) && there == part_configuration(planned.spec, groups);
+    return usable ? groups : 0;
+  } catch (const InputError&) {
+    return 0;  // damaged or foreign
+  }
+}
+
+/// The beginning that an earlier run left, or nothing drawn yet; `groups` of each block are in it.
+EnsembleRecord beginning_of(const PlannedEnsemble& planned, const std::filesystem::path& run_folder,
+                            std::uint64_t& groups) {
+  EnsembleRecord record = begin_ensemble(planned.spec);
+  if (planned.begun == 0) return record;
+  try {
+    EnsembleRecord begun = read_ensemble(run_folder / part_file(planned));
+    begun.configuration = record.configuration;
+    begun.configuration_key = record.configuration_key;
+    groups = planned.begun;
+    return begun;
+  } catch (const InputError&) {
+    return record;  // the plan read no further than the configuration
+  }
+}
+
+/// Draws what is missing of the ensemble, keeping what there is now and then.
+EnsembleRecord draw_in_pieces(const PlannedEnsemble& planned, const std::filesystem::path& run_folder, int threads,
+                              ProgressStyle progress, const PartPolicy& parts) {
+  using Clock = std::chrono::steady_clock;
+  const EnsembleSpec& spec = planned.spec;
+  std::uint64_t done = 0;
+  EnsembleRecord record = beginning_of(planned, run_folder, done);
+  const std::uint64_t all = groups_per_block(spec), per_piece = groups_per_piece(spec, parts);
+  const std::uint64_t there = std::min(spec.samples, done * group_size * static_cast<std::uint64_t>(spec.blocks));
+  if (done > 0) say(progress, fmt::format("sampling {}: going on after {} piles", planned.label, there));
+  Progress shown(fmt::format("sampling {}", planned.label), spec.samples - there, progress);
+  auto kept = Clock::now();
+  while (done < all) {
+    const std::uint64_t to = std::min(all, done + per_piece);
+    add_groups(spec, done, to, record, threads, &shown);
+    done = to;
+    if (done == all || std::chrono::duration<double>(Clock::now() - kept).count() < parts.seconds) continue;
+    EnsembleRecord part = record;
+    part.configuration = part_configuration(spec, done);
+    part.configuration_key = cache_key(part.configuration);
+    make_folder((run_folder / planned.file).parent_path());
+    write_ensemble(run_folder / part_file(planned), part);
+    kept = Clock::now();
+  }
+  shown.finish();
+  return record;
+}
+
 }  // namespace
+
+std::filesystem::path part_file(const PlannedEnsemble& planned) {
+  std::filesystem::path file = planned.file;
+  return file.replace_extension(".part.h5");
+}
 
 void look_for(PlannedEnsemble& planned, const std::filesystem::path& run_folder) {
   planned.reusable = false;
   planned.replaces.clear();
+  planned.begun = groups_begun(planned, run_folder);
   const std::filesystem::path file = run_folder / planned.file;
   std::error_code ignored;
   if (!std::filesystem::exists(file, ignored)) return;
@@ -91,7 +174,7 @@ std::vector<PlannedEnsemble> plan_ensembles(const Experiment& experiment, const 
 }
 
 MeasuredEnsemble obtain_ensemble(PlannedEnsemble& planned, const std::filesystem::path& run_folder, int threads,
-                                 ProgressStyle progress) {
+                                 ProgressStyle progress, const PartPolicy& parts) {
   MeasuredEnsemble measured;
   measured.mu = planned.spec.sampler.mu;
   measured.law = name_of(planned.spec.sampler.law);
@@ -115,11 +198,11 @@ MeasuredEnsemble obtain_ensemble(PlannedEnsemble& planned, const std::filesystem
     say(progress, fmt::format("sampling {}: {} is drawn again and replaced once the new one is whole: {}",
                               planned.label, planned.file.string(), planned.replaces));
   }
-  Progress shown(fmt::format("sampling {}", planned.label), planned.spec.samples, progress);
-  measured.record = run_ensemble(planned.spec, threads, &shown);
-  shown.finish();
+  measured.record = draw_in_pieces(planned, run_folder, threads, progress, parts);
   make_folder(file.parent_path());
   write_ensemble(file, measured.record);
+  std::error_code ignored;
+  std::filesystem::remove(run_folder / part_file(planned), ignored);
   return measured;
 }
 

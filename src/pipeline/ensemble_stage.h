@@ -17,7 +17,11 @@ struct PlannedEnsemble {
   std::filesystem::path file;  ///< relative to the run's folder
   bool reusable = false;       ///< the file is there and holds exactly this ensemble
   std::string replaces = {};   ///< why a file that is there cannot be used: it will be replaced
+  std::uint64_t begun = 0;     ///< groups of each block that a run that was stopped has left behind (part_file)
 };
+
+/// Where an ensemble is kept while it is being drawn, so that a kill loses little of it: relative to the run's folder.
+std::filesystem::path part_file(const PlannedEnsemble& planned);
 
 /// Finds out whether the run's folder holds exactly this ensemble already, or something that it will replace.
 void look_for(PlannedEnsemble& planned, const std::filesystem::path& run_folder);
@@ -26,10 +30,17 @@ void look_for(PlannedEnsemble& planned, const std::filesystem::path& run_folder)
 /// group of samples for each block is enough. Only the layers that the fits and figures need are recorded.
 std::vector<PlannedEnsemble> plan_ensembles(const Experiment& experiment, const std::filesystem::path& run_folder);
 
+/// When an ensemble that is being drawn is kept beside its place; nothing here changes a number.
+struct PartPolicy {
+  double seconds = 20;  ///< at least from one part to the next
+  double beads = 3e8;   ///< drawn before it is looked at the clock again: long against starting threads and estimators
+};
+
 /// Reads the ensemble if it can be reused, otherwise draws it and keeps it: a finished ensemble survives whatever
-/// happens later, and the next run goes on from there. One that turns out to be damaged is drawn again, and
-/// planned.reusable becomes false.
+/// happens later, and the next run goes on from there. What is drawn of an unfinished one is kept
+/// now and then (part_file) and continued by the next run, with the same bytes. One that turns out to be damaged is
+/// drawn again, and planned.reusable becomes false.
 MeasuredEnsemble obtain_ensemble(PlannedEnsemble& planned, const std::filesystem::path& run_folder, int threads,
-                                 ProgressStyle progress);
+                                 ProgressStyle progress, const PartPolicy& parts = {});
 
 }  // namespace granuscope

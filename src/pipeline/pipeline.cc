@@ -316,10 +316,14 @@ std::vector<PlannedStep> plan_run(const Experiment& experiment, const RunOptions
   std::vector<PlannedStep> steps;
   if (needed.contains(Stage::sample)) {
     const auto add = [&](const PlannedEnsemble& planned) {
-      const std::uint64_t beads = planned.spec.samples * Lattice(planned.spec.lattice).beads();
+      const std::uint64_t begun =
+          std::min(planned.spec.samples, planned.begun * group_size * static_cast<std::uint64_t>(planned.spec.blocks));
+      const std::uint64_t beads = (planned.spec.samples - begun) * Lattice(planned.spec.lattice).beads();
+      const std::string continued = begun == 0 ? "" : fmt::format(", {} of them there already", begun);
       const std::string replaces =
           planned.replaces.empty() ? "" : fmt::format("; replaces the file there: {}", planned.replaces);
-      steps.push_back({Stage::sample, fmt::format("{} piles, {}{}", planned.spec.samples, planned.label, replaces),
+      steps.push_back({Stage::sample,
+                       fmt::format("{} piles, {}{}{}", planned.spec.samples, planned.label, continued, replaces),
                        planned.reusable, planned.reusable ? 0 : beads});
     };
     for (const PlannedEnsemble& planned : plan_ensembles(experiment, options.folder)) add(planned);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 #include <numeric>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -158,6 +159,52 @@ TEST_CASE("blocks hold whole groups of eight and differ by one group at most") {
       CHECK(most <= fewest + 1);
     }
   }
+}
+
+TEST_CASE("an ensemble drawn piece by piece is the ensemble drawn at once, bit for bit") {
+  for (const BlockLayout layout : {BlockLayout::runs, BlockLayout::interleaved}) {
+    for (const EstimatorName estimator : {EstimatorName::point, EstimatorName::paired, EstimatorName::multiplexed}) {
+      EnsembleSpec spec = small_ensemble();
+      spec.layout = layout;
+      spec.estimator = estimator;
+      spec.samples = 8 * 50 + 5;
+      spec.sampler.effort = 1.16;  // so that some piles fail, in every piece
+      INFO(name_of(estimator));
+      const EnsembleRecord whole = run_ensemble(spec, 2, nullptr);
+      CHECK(whole.failed.size() > 8);
+      REQUIRE(groups_per_block(spec) == 7);
+      EnsembleRecord pieces = begin_ensemble(spec);
+      add_groups(spec, 0, 1, pieces, 1, nullptr);
+      CHECK_FALSE(same_bytes(pieces, whole));
+      add_groups(spec, 1, 5, pieces, 3, nullptr);
+      add_groups(spec, 5, 7, pieces, 2, nullptr);
+      CHECK(same_bytes(pieces, whole));
+    }
+  }
+}
+
+TEST_CASE("an interleaved ensemble of fewer samples is the beginning of one of more") {
+  EnsembleSpec few = small_ensemble(), many = small_ensemble();
+  few.layout = many.layout = BlockLayout::interleaved;
+  few.samples = 8 * 8 * 2;
+  many.samples = 8 * 8 * 5;
+  EnsembleRecord grown = run_ensemble(few, 2, nullptr);
+  add_groups(many, groups_per_block(few), groups_per_block(many), grown, 2, nullptr);
+  const EnsembleRecord at_once = run_ensemble(many, 2, nullptr);
+  CHECK(grown.configuration != at_once.configuration);  // it still names the number of samples it began with
+  grown.configuration = at_once.configuration;
+  CHECK(same_bytes(grown, at_once));
+  // Each sample once, in the block of its group.
+  std::set<std::uint64_t> seen;
+  for (int block = 0; block < many.blocks; ++block) {
+    for (std::uint64_t group = 0; group < groups_per_block(many); ++group) {
+      const SampleRange samples = samples_of(many, block, group);
+      CHECK(samples.first / 8 % 8 == static_cast<std::uint64_t>(block));
+      for (std::uint64_t sample = samples.first; sample < samples.end; ++sample) seen.insert(sample);
+    }
+  }
+  CHECK(seen.size() == many.samples);
+  CHECK(*seen.rbegin() == many.samples - 1);
 }
 
 TEST_CASE("a pile that runs out of effort is listed with its replay command and enters no sum") {

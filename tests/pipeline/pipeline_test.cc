@@ -1,11 +1,14 @@
 #include "pipeline/pipeline.h"
 
+#include <atomic>
 #include <catch2/catch.hpp>
 #include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <thread>
 
+#include "pipeline/ensemble_stage.h"
 #include "small_experiment.h"
 #include "storage/ensemble_file.h"
 #include "storage/pile_file.h"
@@ -177,6 +180,59 @@ TEST_CASE("an ensemble damaged behind its configuration is drawn again, too") {
   CHECK(read_file(file) == whole);
   const std::string manifest = read_file(folder.path() / "manifest.json");
   CHECK(manifest.find("3 of 4 ensembles were already there") != std::string::npos);
+}
+
+TEST_CASE("an ensemble stopped half way is continued from its last part, to the same bytes") {
+  const ScratchFolder whole("at-once"), stopped("in-parts");
+  Experiment experiment = small_experiment();
+  experiment.response.samples = 32 * group_size * 24;
+  const std::size_t one = 2;
+  std::vector<PlannedEnsemble> planned = plan_ensembles(experiment, whole.path());
+  obtain_ensemble(planned[one], whole.path(), 2, ProgressStyle::silent);
+
+  const PartPolicy after_each_group{0, 1};
+  planned = plan_ensembles(experiment, stopped.path());
+  CHECK(planned[one].begun == 0);
+  const fs::path part = stopped.path() / part_file(planned[one]);
+  std::atomic<bool> over = false;
+  std::thread stopper([&] {
+    while (!over && !fs::exists(part)) std::this_thread::yield();
+    request_interruption(true);
+  });
+  const auto draw = [&] { obtain_ensemble(planned[one], stopped.path(), 1, ProgressStyle::silent, after_each_group); };
+  CHECK_THROWS_AS(draw(), Interrupted);
+  over = true;
+  stopper.join();
+  request_interruption(false);
+  CHECK(fs::exists(part));
+  CHECK_FALSE(fs::exists(stopped.path() / planned[one].file));
+
+  // Another experiment does not go on from there, this one does.
+  Experiment other = experiment;
+  other.sampling.seed += 1;
+  CHECK(plan_ensembles(other, stopped.path())[one].begun == 0);
+  planned = plan_ensembles(experiment, stopped.path());
+  CHECK(planned[one].begun > 0);
+  std::string plan;
+  for (const PlannedStep& step : plan_run(experiment, quiet(stopped.path()))) plan += step.what + "\n";
+  CHECK_THAT(plan, Catch::Contains("of them there already"));
+  draw();
+  CHECK(read_file(stopped.path() / planned[one].file) == read_file(whole.path() / planned[one].file));
+  CHECK_FALSE(fs::exists(part));
+}
+
+TEST_CASE("a damaged part of an ensemble is drawn again") {
+  const ScratchFolder whole("no-part"), folder("damaged-part");
+  const Experiment experiment = small_experiment();
+  std::vector<PlannedEnsemble> planned = plan_ensembles(experiment, whole.path());
+  obtain_ensemble(planned[1], whole.path(), 2, ProgressStyle::silent);
+  make_folder(folder.path() / "ensembles");
+  write_file(folder.path() / part_file(planned[1]), "no ensemble");
+  planned = plan_ensembles(experiment, folder.path());
+  CHECK(planned[1].begun == 0);
+  planned[1].begun = 1;  // as if only its configuration had been whole
+  obtain_ensemble(planned[1], folder.path(), 2, ProgressStyle::silent);
+  CHECK(read_file(folder.path() / planned[1].file) == read_file(whole.path() / planned[1].file));
 }
 
 TEST_CASE("an interrupted run says so, keeps what was finished and goes on to the same bytes") {
