@@ -187,7 +187,7 @@ int GranusolveSampler::next_failing() {
 
 /// Solves the bead at the cursor, whatever it takes. False if the effort ran out.
 bool GranusolveSampler::solve_failing(int bead) {
-  while (solve_bead(front_, bead, Attempt::first) == Mend::climbed) {
+  while (solve_bead(front_, bead, {Number::first}) == Mend::climbed) {
     if (!solve_pending()) return false;
   }
   step_cursor();
@@ -214,7 +214,7 @@ bool GranusolveSampler::solve_pending() {
     }
     if (solutions_ > max_solutions_) return false;
     topmost_pending_ = lattice_.layers();
-    if (solve_bead(layer, bead, Attempt::later) == Mend::climbed) {
+    if (solve_bead(layer, bead, {Number::later}) == Mend::climbed) {
       layer = std::min(layer, topmost_pending_);
     }
   }
@@ -268,7 +268,7 @@ bool GranusolveSampler::solved(int layer, int bead) const {
 }
 
 /// Takes the forces from above and draws the split; false if the interval is empty beyond rounding.
-bool GranusolveSampler::try_draw(int layer, int bead, Attempt attempt) {
+bool GranusolveSampler::try_draw(int layer, int bead, Number number) {
   Incoming in = incoming(layer, bead);
   Outgoing out = balance(in);
   Interval interval = split_interval(cone_, out, in.H);
@@ -283,7 +283,7 @@ bool GranusolveSampler::try_draw(int layer, int bead, Attempt attempt) {
   state_.V_R[here] = out.V_R;
   state_.V_L[here] = out.V_L;
   state_.H[here] = in.H;
-  set_split(layer, bead, choose_split(layer, bead, attempt, out, interval));
+  set_split(layer, bead, choose_split(layer, bead, number, out, interval));
   state_.unsolved[here] = 0;
   return true;
 }
@@ -299,9 +299,9 @@ UniformPair GranusolveSampler::next_uniforms(int layer, int bead, int used) {
   return key_.attempt(layer, bead, ++state_.attempts[at(layer, bead)]);
 }
 
-GranusolveSampler::Mend GranusolveSampler::solve_bead(int layer, int bead, Attempt attempt) {
+GranusolveSampler::Mend GranusolveSampler::solve_bead(int layer, int bead, Number number) {
   ++solutions_;
-  if (try_draw(layer, bead, attempt)) {
+  if (try_draw(layer, bead, number)) {
     set_rule(at(layer, bead), Rule::first_draw);
     return Mend::done;
   }
@@ -312,25 +312,30 @@ GranusolveSampler::Mend GranusolveSampler::solve_bead(int layer, int bead, Attem
 
 /// Changes the splits above so that the bead has a solution, and draws it; or climbs.
 GranusolveSampler::Mend GranusolveSampler::mend(int layer, int bead) {
-  if (change_parents(layer, bead)) {
+  if (const auto number = change_parents(layer, bead)) {
     ++solutions_;
     // After a change of parents the bead is solvable up to rounding; should rounding exceed its allowance, climb.
-    if (try_draw(layer, bead, Attempt::later)) return Mend::done;
+    if (try_draw(layer, bead, *number)) return Mend::done;
   }
   climb(layer, bead);
   return Mend::climbed;
 }
 
-bool GranusolveSampler::change_parents(int layer, int bead) {
-  if (mend_by_pair(layer, bead)) return true;
-  for (int parents = 4; parents < lattice_.columns(); parents *= 2) {
+/// The number that the bead then draws with; none if nothing above it can be changed.
+std::optional<GranusolveSampler::Number> GranusolveSampler::change_parents(int layer, int bead) {
+  if (const auto number = mend_by_pair(layer, bead)) return number;
+  bool mended = false, reaches_around = true;
+  for (int parents = 4; parents < lattice_.columns() && reaches_around; parents *= 2) {
     const ArcOutcome outcome = mend_by_arc(layer, bead, parents);
-    if (outcome != ArcOutcome::too_narrow) return outcome == ArcOutcome::mended;
+    mended = outcome == ArcOutcome::mended;
+    reaches_around = outcome == ArcOutcome::too_narrow;
   }
-  return mend_by_ring(layer, bead);
+  if (reaches_around) mended = mend_by_ring(layer, bead);
+  if (!mended) return std::nullopt;
+  return Number{Number::later};
 }
 
-bool GranusolveSampler::mend_by_pair(int layer, int bead) {
+std::optional<GranusolveSampler::Number> GranusolveSampler::mend_by_pair(int layer, int bead) {
   const int A = lattice_.upper_left(layer, bead), B = lattice_.upper_right(layer, bead);
   Interval a = interval_of(layer - 1, A), b = interval_of(layer - 1, B);
   // The other child of A hangs between its own upper-left parent and A, the other child of B between B and another.
@@ -347,28 +352,32 @@ bool GranusolveSampler::mend_by_pair(int layer, int bead) {
     b = intersection(b, {held + band.low, held + band.high});
   }
   const Interval band = difference_band(layer, bead);
-  if (a.empty() || b.empty() || std::max(band.low, a.low - b.high) > std::min(band.high, a.high - b.low)) return false;
+  if (a.empty() || b.empty() || std::max(band.low, a.low - b.high) > std::min(band.high, a.high - b.low)) {
+    return std::nullopt;
+  }
   const UniformPair u = next_uniforms(layer, bead, 2);
   const auto drawn = draw_truncated_pair(a, b, band, u.first, u.second);
-  if (!drawn) return false;
+  if (!drawn) return std::nullopt;
   ++counts_.pairs;
   set_split(layer - 1, A, drawn->a);
   set_split(layer - 1, B, drawn->b);
   set_rule(at(layer, bead), Rule::pair);
-  renew_child(layer, left);
-  renew_child(layer, right);
-  return true;
+  // The bead's next attempt serves it and the solved neighbour; if both are solved, the left one.
+  const UniformPair below = next_uniforms(layer, bead, 0);
+  renew_child(layer, left, {Number::given, below.second});
+  renew_child(layer, right, left_solved ? Number{Number::later} : Number{Number::given, below.second});
+  return Number{Number::given, below.first};
 }
 
 /// A bead below a changed parent: a solved one draws again, and what was solved below it is unsolved; one whose turn
 /// has not come forgets what was drawn for it in bulk.
-void GranusolveSampler::renew_child(int layer, int bead) {
+void GranusolveSampler::renew_child(int layer, int bead, Number number) {
   if (!solved(layer, bead)) {
     if (layer == front_ && position(layer, bead) >= cursor_) forget_draw(bead);
     return;
   }
   ++solutions_;
-  if (!try_draw(layer, bead, Attempt::later)) {
+  if (!try_draw(layer, bead, number)) {
     unsolve(layer, bead);  // beyond the rounding allowance after all: it waits like a bead that a climb has unsolved
   } else if (layer < front_) {
     unsolve(layer + 1, lattice_.lower_left(layer, bead));

@@ -67,7 +67,11 @@ class GranusolveSampler final : public Sampler {
   enum class Rule : std::uint8_t { first_draw, pair, arc, ring, climb };
   static constexpr std::size_t rules = 5;
   enum class Mend { done, climbed };
-  enum class Attempt { first, later };
+  /// The number that a bead draws with: its first one, that of its next attempt, or one already drawn for it.
+  struct Number {
+    enum { first, later, given } kind;
+    double value = 0;  ///< if given
+  };
   enum class ArcOutcome { mended, too_narrow, hopeless };
 
   /// States of a bead that a climb has unsolved (0: it is solved). Those at the top of the climb draw new numbers in
@@ -106,12 +110,12 @@ class GranusolveSampler final : public Sampler {
   bool solved(int layer, int bead) const;
   int position(int layer, int bead) const;
 
-  double choose_split(int layer, int bead, Attempt attempt, Outgoing out, Interval interval);
-  bool try_draw(int layer, int bead, Attempt attempt);
-  Mend solve_bead(int layer, int bead, Attempt attempt);
+  double choose_split(int layer, int bead, Number number, Outgoing out, Interval interval);
+  bool try_draw(int layer, int bead, Number number);
+  Mend solve_bead(int layer, int bead, Number number);
   Mend mend(int layer, int bead);
-  bool change_parents(int layer, int bead);
-  bool mend_by_pair(int layer, int bead);
+  std::optional<Number> change_parents(int layer, int bead);
+  std::optional<Number> mend_by_pair(int layer, int bead);
   ArcOutcome mend_by_arc(int layer, int bead, int parents);
   bool mend_by_ring(int layer, int bead);
   void climb(int layer, int bead);
@@ -122,7 +126,7 @@ class GranusolveSampler final : public Sampler {
   Interval step_band(const Arc& arc, int k, int failed) const;
   void draw_backwards(const Arc& arc, int from, int to);
   void set_split(int layer, int bead, double H_R);
-  void renew_child(int layer, int bead);
+  void renew_child(int layer, int bead, Number number);
   UniformPair next_uniforms(int layer, int bead, int used);
   /// From here on the bead at the cursor counts as solved.
   void step_cursor() {

@@ -95,13 +95,13 @@ void GranusolveGroup::begin(std::uint64_t first_sample, std::span<const std::spa
   std::memset(unsolved_.get(), 0, all);
   std::memset(rule_.get(), static_cast<int>(GranusolveSampler::Rule::first_draw), all);
   running_ = (1U << piles.size()) - 1;
-  front_.seed = spec_.seed;
+  front_.keys = PhiloxKeys(spec_.seed);
   front_.mended_rule = static_cast<std::uint8_t>(GranusolveSampler::Rule::pair);
   front_.first_uniform = first_uniform_.get();
   front_.failing = reinterpret_cast<std::uint8_t*>(failing_.get());
   for (std::size_t k = 0; k < group_lanes; ++k) {
     front_.sample[k] = static_cast<std::uint32_t>(first_sample + k);
-    front_.solutions[k] = front_.uniforms[k] = front_.pairs[k] = 0;
+    front_.met[k] = front_.pairs[k] = front_.renewed[k] = 0;
     const bool used = k < piles.size();
     if (used) solvers_[k]->begin_pile(first_sample + k, loads[k], piles[k]);
     for (std::size_t i = 0; i < columns; ++i) half_load_[i * group_lanes + k] = used ? loads[k][i] / 2 : 0.5;
@@ -110,7 +110,7 @@ void GranusolveGroup::begin(std::uint64_t first_sample, std::span<const std::spa
 
 void GranusolveGroup::draw_layer_in_bulk(int layer) {
   const auto columns = static_cast<std::size_t>(lattice_.columns());
-  fill_group_uniforms(spec_.seed, front_.sample, layer, first_uniform_.get(), columns);
+  fill_group_uniforms(front_.keys, front_.sample, layer, first_uniform_.get(), columns);
   const auto below = [&](std::size_t bead) {
     const std::size_t at = bead * group_lanes;
     return LowerRow{front_.here.V_R + at, front_.here.V_L + at, front_.here.H + at,
@@ -133,19 +133,21 @@ void GranusolveGroup::draw_layer_in_bulk(int layer) {
     draw_beads(cone_, above(columns - 1, 0), first_uniform_.get() + seam * group_lanes, group_lanes, below(seam));
   }
   find_failing(slack_.get(), columns * group_lanes, failing_.get());
-  for (std::size_t k = 0; k < group_lanes; ++k) {
-    front_.solutions[k] += columns;
-    front_.uniforms[k] += columns;
+  for (unsigned rest = running_; rest != 0; rest &= rest - 1) {
+    GranusolveSampler& solver = *solvers_[static_cast<std::size_t>(std::countr_zero(rest))];
+    solver.solutions_ += columns;
+    solver.counts_.uniforms += columns;
   }
 }
 
 /// The solver of one pile takes over what was counted for it.
 void GranusolveGroup::hand_over_counts(std::size_t lane) {
   GranusolveSampler& solver = *solvers_[lane];
-  solver.solutions_ += front_.solutions[lane];
-  solver.counts_.uniforms += front_.uniforms[lane];
-  solver.counts_.pairs += front_.pairs[lane];
-  front_.solutions[lane] = front_.uniforms[lane] = front_.pairs[lane] = 0;
+  const std::uint64_t met = front_.met[lane], pairs = front_.pairs[lane], renewed = front_.renewed[lane];
+  solver.solutions_ += met + pairs + renewed;
+  solver.counts_.uniforms += 2 * pairs + renewed;
+  solver.counts_.pairs += pairs;
+  front_.met[lane] = front_.pairs[lane] = front_.renewed[lane] = 0;
 }
 
 void GranusolveGroup::solve_layer(int layer, std::span<std::optional<SamplingFailure>> failures) {
@@ -182,10 +184,10 @@ void GranusolveGroup::solve_layer(int layer, std::span<std::optional<SamplingFai
     for (; lanes != 0; lanes &= lanes - 1) {
       const auto lane = static_cast<std::size_t>(std::countr_zero(lanes));
       // The solver counts from the beginning what mend_beads has begun to count.
-      if (layer > 0) --front_.solutions[lane];
-      --front_.uniforms[lane];
       hand_over_counts(lane);
       GranusolveSampler& solver = *solvers_[lane];
+      if (layer > 0) --solver.solutions_;
+      --solver.counts_.uniforms;
       solver.front_ = layer;
       solver.cursor_ = position;
       solver.cursor_bead_ = bead;

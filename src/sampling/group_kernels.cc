@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "model/lattice.h"
+#include "sampling/philox-inl.h"
 #include "sampling/rounding.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -83,48 +84,13 @@ HWY_INLINE Bead bead_under(const Cone& cone, V V_UL, V V_UR, V H) {
   return {V_R, V_L, H, split_interval(cone, V_R, V_L, H)};
 }
 
-/// An interval that is empty by rounding only, as the point it stands for.
-HWY_INLINE Range closed(Range range) {
-  const M empty = range.empty();
-  const V middle = hn::Add(range.low, hn::Mul(hn::Sub(range.high, range.low), hn::Set(d, 0.5)));
-  return {hn::IfThenElse(empty, middle, range.low), hn::IfThenElse(empty, middle, range.high)};
-}
-
-struct Uniforms {
-  V first, second;
-};
-
-/// Philox4x32-10 on one counter per lane; only the low 32 bits of a word count. `stream`: attempt and stream.
-HWY_INLINE Uniforms philox(std::uint64_t seed, W bead, W layer, W sample, W stream) {
-  const hn::Repartition<std::uint32_t, WordTag> d_half;
-  const hn::RebindToSigned<WordTag> d_signed;
-  const auto multiplier0 = hn::Set(d_half, 0xD2511F53U);
-  const auto multiplier1 = hn::Set(d_half, 0xCD9E8D57U);
-  W c0 = bead, c1 = layer, c2 = sample, c3 = stream;
-  std::uint32_t key0 = static_cast<std::uint32_t>(seed), key1 = static_cast<std::uint32_t>(seed >> 32);
-  for (int round = 0; round < 10; ++round) {
-    const W product0 = hn::MulEven(hn::BitCast(d_half, c0), multiplier0);
-    const W product1 = hn::MulEven(hn::BitCast(d_half, c2), multiplier1);
-    c0 = hn::Xor(hn::Xor(hn::ShiftRight<32>(product1), c1), hn::Set(dw, static_cast<std::uint64_t>(key0)));
-    c2 = hn::Xor(hn::Xor(hn::ShiftRight<32>(product0), c3), hn::Set(dw, static_cast<std::uint64_t>(key1)));
-    c1 = product1;
-    c3 = product0;
-    key0 += 0x9E3779B9U;
-    key1 += 0xBB67AE85U;
-  }
-  const auto to_unit = [&](W low, W high) {
-    const W bits =
-        hn::ShiftRight<11>(hn::Or(hn::ShiftLeft<32>(high), hn::And(low, hn::Set(dw, std::uint64_t{0xFFFFFFFF}))));
-    return hn::Mul(hn::ConvertTo(d, hn::BitCast(d_signed, bits)), hn::Set(d, 0x1p-53));
-  };
-  return {to_unit(c0, c1), to_unit(c2, c3)};
-}
+using Uniforms = LaneUniforms<Tag>;
 
 /// The stream of later attempts.
 HWY_INLINE Uniforms later_attempt(const GroupFront& front, std::size_t bead, W sample, W attempt) {
-  return philox(front.seed, hn::Set(dw, static_cast<std::uint64_t>(bead)),
-                hn::Set(dw, static_cast<std::uint64_t>(static_cast<std::uint32_t>(front.layer))), sample,
-                hn::Or(hn::ShiftLeft<8>(attempt), hn::Set(dw, std::uint64_t{1})));
+  return philox_uniforms(dw, front.keys, hn::Set(dw, static_cast<std::uint64_t>(bead)),
+                         hn::Set(dw, static_cast<std::uint64_t>(static_cast<std::uint32_t>(front.layer))), sample,
+                         hn::Or(hn::ShiftLeft<8>(attempt), hn::Set(dw, std::uint64_t{1})));
 }
 
 struct PairDraws {
@@ -220,7 +186,7 @@ HWY_INLINE unsigned mend_lanes(const Cone& cone, GroupFront& front, const GroupB
   const Bead as_is = bead_under(cone, A_V_R, B_V_L, hn::Add(load(above.H_R, at.A), load(above.H_L, at.B)));
   const M drawn = hn::AndNot(as_is.interval.empty(), active);
   keep(as_is, load(front.first_uniform, at.bead), drawn, here, place(at.bead));
-  count(front.solutions, k, 1, active);
+  count(front.met, k, 1, active);
   const M open = hn::AndNot(drawn, active);
   if (hn::AllFalse(d, open)) return 0;
 
@@ -233,7 +199,8 @@ HWY_INLINE unsigned mend_lanes(const Cone& cone, GroupFront& front, const GroupB
   // The pair rule.
   const V A_V_L = load(above.V_L, at.A), B_V_R = load(above.V_R, at.B);
   const V A_H = load(above.H, at.A), B_H = load(above.H, at.B);
-  Range a = closed(split_interval(cone, A_V_R, A_V_L, A_H)), b = closed(split_interval(cone, B_V_R, B_V_L, B_H));
+  // A parent whose own interval is empty by rounding is left over with the rest.
+  Range a = split_interval(cone, A_V_R, A_V_L, A_H), b = split_interval(cone, B_V_R, B_V_L, B_H);
   V P_V_R = A_V_R, P_H_R = A_H, Q_V_L = B_V_L, Q_H_L = B_H;  // read only where the neighbour below is solved
   if (at.left_solved) {
     P_V_R = load(above.V_R, at.P);
@@ -266,24 +233,27 @@ HWY_INLINE unsigned mend_lanes(const Cone& cone, GroupFront& front, const GroupB
   if (at.left_solved) mended = hn::AndNot(left.interval.empty(), mended);
   if (at.right_solved) mended = hn::AndNot(right.interval.empty(), mended);
 
-  const V u_bead = later_attempt(front, at.bead, sample, tries.after(2)).first;
-  keep(self, u_bead, mended, here, place(at.bead));
+  const Uniforms u_below = later_attempt(front, at.bead, sample, tries.after(2));
+  keep(self, u_below.first, mended, here, place(at.bead));
   tries.add(2, mended);
   hn::BlendedStore(pair.a, mended, d, above.H_R + place(at.A));
   hn::BlendedStore(A_H_L, mended, d, above.H_L + place(at.A));
   hn::BlendedStore(pair.b, mended, d, above.H_R + place(at.B));
   hn::BlendedStore(B_H_L, mended, d, above.H_L + place(at.B));
-  const auto renew = [&](const Bead& neighbour, std::size_t number) {
-    const Attempts before(front.attempts + place(number));
-    keep(neighbour, later_attempt(front, number, sample, before.after(1)).first, mended, here, place(number));
+  // The second number goes to the solved neighbour; if both are solved, to the left one.
+  if (at.left_solved) keep(left, u_below.second, mended, here, place(at.left));
+  if (at.right_solved && !at.left_solved) keep(right, u_below.second, mended, here, place(at.right));
+  if (at.right_solved && at.left_solved) {
+    const Attempts before(front.attempts + place(at.right));
+    keep(right, later_attempt(front, at.right, sample, before.after(1)).first, mended, here, place(at.right));
     before.add(1, mended);
-  };
-  if (at.left_solved) renew(left, at.left);
-  if (at.right_solved) renew(right, at.right);
-  const std::uint64_t neighbours = (at.left_solved ? 1 : 0) + (at.right_solved ? 1 : 0);
-  count(front.solutions, k, 1 + neighbours, mended);
-  count(front.uniforms, k, 2 + neighbours, mended);
+  }
   count(front.pairs, k, 1, mended);
+  if (at.left_solved != at.right_solved) {
+    count(front.renewed, k, 1, mended);
+  } else if (at.left_solved) {
+    count(front.renewed, k, 2, mended);
+  }
   mended_lanes = bits_of(mended);
   return bits_of(hn::AndNot(mended, open));
 }
@@ -309,13 +279,14 @@ unsigned MendBeads(const FrictionCone& cone, GroupFront& front, const GroupBead&
   return left_over;
 }
 
-void FillGroupUniforms(std::uint64_t seed, const LaneWords& sample, int layer, double* HWY_RESTRICT uniforms,
+void FillGroupUniforms(const PhiloxKeys& keys, const LaneWords& sample, int layer, double* HWY_RESTRICT uniforms,
                        std::size_t beads) {
   const W layers = hn::Set(dw, static_cast<std::uint64_t>(static_cast<std::uint32_t>(layer)));
   for (std::size_t k = 0; k < group_lanes; k += hn::Lanes(d)) {
     const W samples = hn::Load(dw, sample.data() + k);
     for (std::size_t bead = 0; bead < beads; bead += 2) {
-      const Uniforms u = philox(seed, hn::Set(dw, static_cast<std::uint64_t>(bead / 2)), layers, samples, hn::Zero(dw));
+      const Uniforms u =
+          philox_uniforms(dw, keys, hn::Set(dw, static_cast<std::uint64_t>(bead / 2)), layers, samples, hn::Zero(dw));
       hn::Store(u.first, d, uniforms + bead * group_lanes + k);
       hn::Store(u.second, d, uniforms + (bead + 1) * group_lanes + k);
     }
@@ -336,8 +307,9 @@ unsigned mend_beads(const FrictionCone& cone, GroupFront& front, const GroupBead
   return HWY_DYNAMIC_DISPATCH(MendBeads)(cone, front, bead, lanes);
 }
 
-void fill_group_uniforms(std::uint64_t seed, const LaneWords& sample, int layer, double* uniforms, std::size_t beads) {
-  HWY_DYNAMIC_DISPATCH(FillGroupUniforms)(seed, sample, layer, uniforms, beads);
+void fill_group_uniforms(const PhiloxKeys& keys, const LaneWords& sample, int layer, double* uniforms,
+                         std::size_t beads) {
+  HWY_DYNAMIC_DISPATCH(FillGroupUniforms)(keys, sample, layer, uniforms, beads);
 }
 
 }  // namespace granuscope

@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "model/friction_cone.h"
+#include "sampling/uniform_bits.h"
 
 namespace granuscope {
 
@@ -19,14 +20,14 @@ struct GroupRow {
 /// The layer that is being solved, the one above it, and what its mends read and count.
 struct GroupFront {
   alignas(64) LaneWords sample{};
-  // Counted for each pile. A bead that is met counts its uniforms against the one that every bead has been counted.
-  alignas(64) LaneWords solutions{}, uniforms{}, pairs{};
+  // Counted for each pile: beads met, those mended, and the solved neighbours that drew again with them.
+  alignas(64) LaneWords met{}, pairs{}, renewed{};
   GroupRow above{}, here{};
   const double* first_uniform = nullptr;
   std::uint32_t* attempts = nullptr;  ///< after the first, of this layer
   std::uint8_t* rule = nullptr;       ///< of this layer; set to mended_rule
   std::uint8_t* failing = nullptr;    ///< a byte for each bead, a bit for each pile
-  std::uint64_t seed = 0;
+  PhiloxKeys keys;
   int layer = 0;
   std::uint8_t mended_rule = 0;
 };
@@ -38,7 +39,8 @@ struct GroupBead {
 };
 
 /// First uniforms of a layer (layer_kernels.h) for eight samples side by side. `uniforms` has room for beads + 1 beads.
-void fill_group_uniforms(std::uint64_t seed, const LaneWords& sample, int layer, double* uniforms, std::size_t beads);
+void fill_group_uniforms(const PhiloxKeys& keys, const LaneWords& sample, int layer, double* uniforms,
+                         std::size_t beads);
 
 /// Solves the bead in the piles of `lanes` (a bit for each) by the rules of granusolve.cc, all at once: as it is, else
 /// by the pair rule. Returns the piles in which it needs another rule or lies within rounding of its band; nothing is

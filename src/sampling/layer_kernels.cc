@@ -6,46 +6,26 @@
 #include <hwy/highway.h>
 
 #include "model/lattice.h"
+#include "sampling/philox-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace granuscope {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// Philox4x32-10 with one counter in each 64-bit lane, its words in four vectors. Only the low 32 bits of a lane count:
-/// the multiplication reads nothing else, and xor keeps the halves apart.
 void FillFirstUniforms(std::uint64_t seed, std::uint32_t sample, int layer, double* HWY_RESTRICT uniforms,
                        std::size_t beads) {
   const hn::ScalableTag<std::uint64_t> d;
-  const hn::RebindToSigned<decltype(d)> d_signed;
   const hn::RebindToFloat<decltype(d)> d_float;
-  const hn::Repartition<std::uint32_t, decltype(d)> d_half;
-  const std::size_t lanes = hn::Lanes(d);
-  const auto multiplier0 = hn::Set(d_half, 0xD2511F53U);
-  const auto multiplier1 = hn::Set(d_half, 0xCD9E8D57U);
-  const auto low_word = hn::Set(d, 0xFFFFFFFFULL);
-  const auto to_unit = [&](auto low, auto high) {
-    const auto bits = hn::ShiftRight<11>(hn::Or(hn::ShiftLeft<32>(high), hn::And(low, low_word)));
-    return hn::Mul(hn::ConvertTo(d_float, hn::BitCast(d_signed, bits)), hn::Set(d_float, 0x1p-53));
-  };
+  const PhiloxKeys keys(seed);
+  const auto layers = hn::Set(d, static_cast<std::uint64_t>(static_cast<std::uint32_t>(layer)));
+  const auto samples = hn::Set(d, static_cast<std::uint64_t>(sample));
   const std::size_t calls = (beads + 1) / 2;
-  for (std::size_t call = 0; call < calls; call += lanes) {
-    auto c0 = hn::Iota(d, static_cast<std::uint64_t>(call));
-    auto c1 = hn::Set(d, static_cast<std::uint64_t>(static_cast<std::uint32_t>(layer)));
-    auto c2 = hn::Set(d, static_cast<std::uint64_t>(sample));
-    auto c3 = hn::Zero(d);  // attempt 0 of the stream of first attempts
-    std::uint32_t key0 = static_cast<std::uint32_t>(seed), key1 = static_cast<std::uint32_t>(seed >> 32);
-    for (int round = 0; round < 10; ++round) {
-      const auto product0 = hn::MulEven(hn::BitCast(d_half, c0), multiplier0);
-      const auto product1 = hn::MulEven(hn::BitCast(d_half, c2), multiplier1);
-      c0 = hn::Xor(hn::Xor(hn::ShiftRight<32>(product1), c1), hn::Set(d, static_cast<std::uint64_t>(key0)));
-      c2 = hn::Xor(hn::Xor(hn::ShiftRight<32>(product0), c3), hn::Set(d, static_cast<std::uint64_t>(key1)));
-      c1 = product1;
-      c3 = product0;
-      key0 += 0x9E3779B9U;
-      key1 += 0xBB67AE85U;
-    }
-    hn::StoreInterleaved2(to_unit(c0, c1), to_unit(c2, c3), d_float, uniforms + 2 * call);
+  for (std::size_t call = 0; call < calls; call += hn::Lanes(d)) {
+    // Attempt 0 of the stream of first attempts: beads 2k and 2k + 1 share counter k.
+    const auto u =
+        philox_uniforms(d, keys, hn::Iota(d, static_cast<std::uint64_t>(call)), layers, samples, hn::Zero(d));
+    hn::StoreInterleaved2(u.first, u.second, d_float, uniforms + 2 * call);
   }
 }
 

@@ -54,6 +54,6 @@ std::string name_of(LayerOrder order);
 LayerOrder layer_order_named(const std::string& name);
 
 /// Changes whenever the same key gives another pile; part of every ensemble's configuration.
-inline constexpr const char* sampling_version = "2";
+inline constexpr const char* sampling_version = "3";
 
 }  // namespace granuscope
