@@ -8,6 +8,7 @@
 #include <chrono>
 #include <cmath>
 #include <functional>
+#include <numeric>
 #include <thread>
 
 #include "bench/straight_line.h"
@@ -69,7 +70,8 @@ class Piles {
         straight_line_(mu, lattice_),
         load_(static_cast<std::size_t>(lattice.columns), 1.0),
         loads_(group_lanes, load_),
-        piles_(group_lanes, Pile(lattice_)),
+        pile_(lattice_),
+        samples_(group_lanes),
         failures_(group_lanes) {}
 
   double beads() const { return static_cast<double>(group_lanes * lattice_.beads()); }
@@ -78,12 +80,13 @@ class Piles {
     const std::uint64_t first = group * group_lanes;
     std::fill(failures_.begin(), failures_.end(), std::nullopt);
     if (engine == SamplerEngine::batch) {
-      sampler_->draw_group(first, loads_, piles_, failures_);
+      std::iota(samples_.begin(), samples_.end(), first);
+      sampler_->draw_groups(samples_, loads_, failures_);
     } else {
       // One pile after the other into the same memory, which stays in the caches where it fits.
       for (std::size_t k = 0; k < group_lanes; ++k) {
-        if (engine == SamplerEngine::scalar) failures_[k] = sampler_->draw(first + k, load_, piles_[0]);
-        if (engine == SamplerEngine::no_rejection) straight_line_.fill(seed, first + k, piles_[0]);
+        if (engine == SamplerEngine::scalar) failures_[k] = sampler_->draw(first + k, load_, pile_);
+        if (engine == SamplerEngine::no_rejection) straight_line_.fill(seed, first + k, pile_);
       }
     }
     for (const auto& failure : failures_) {
@@ -97,7 +100,8 @@ class Piles {
   StraightLine straight_line_;
   std::vector<double> load_;
   std::vector<std::span<const double>> loads_;
-  std::vector<Pile> piles_;
+  Pile pile_;
+  std::vector<std::uint64_t> samples_;
   std::vector<std::optional<SamplingFailure>> failures_;
 };
 

@@ -1,7 +1,8 @@
 #include "ensemble/ensemble_runner.h"
 
 #include <algorithm>
-#include <array>
+#include <memory>
+#include <mutex>
 
 #include "ensemble/estimator.h"
 #include "ensemble/merge.h"
@@ -24,6 +25,32 @@ BlockSums empty_sums(const EnsembleSpec& spec) {
   return sums;
 }
 
+/// Groups between two looks for an interruption; enough for the laws that draw several side by side.
+constexpr std::size_t groups_at_once = 2;
+
+/// Samplers that wait for the next block: their memory is large, and the system takes long to hand it out anew.
+class SamplerPool {
+ public:
+  explicit SamplerPool(const EnsembleSpec& spec) : spec_(spec) {}
+
+  std::unique_ptr<Sampler> take() {
+    const std::lock_guard lock(mutex_);
+    if (free_.empty()) return make_sampler(spec_.sampler, Lattice(spec_.lattice));
+    auto sampler = std::move(free_.back());
+    free_.pop_back();
+    return sampler;
+  }
+  void give_back(std::unique_ptr<Sampler> sampler) {
+    const std::lock_guard lock(mutex_);
+    free_.push_back(std::move(sampler));
+  }
+
+ private:
+  const EnsembleSpec& spec_;
+  std::mutex mutex_;
+  std::vector<std::unique_ptr<Sampler>> free_;
+};
+
 }  // namespace
 
 EnsembleRecord begin_ensemble(const EnsembleSpec& spec) {
@@ -44,26 +71,34 @@ void add_groups(const EnsembleSpec& spec, std::uint64_t from, std::uint64_t to, 
   drawn.sampler = with_measured_chain(spec.sampler, Lattice(spec.lattice), top_load(spec));
   std::vector<SamplerCounts> counts(blocks);
   std::vector<std::vector<FailedSample>> failed(blocks);
+  SamplerPool samplers(drawn);
   const auto run_block = [&](std::size_t b) {
     const auto block = static_cast<int>(b);
-    const auto estimator = make_estimator(drawn, record.sums, block);
-    std::array<std::optional<SamplingFailure>, group_size> failures;
-    for (std::uint64_t group = from; group < to; ++group) {
-      const SampleRange samples = samples_of(spec, block, group);
+    std::unique_ptr<Sampler> sampler = samplers.take();
+    const auto estimator = make_estimator(drawn, *sampler, record.sums, block);
+    std::vector<std::uint64_t> samples;
+    std::vector<std::optional<SamplingFailure>> failures;
+    for (std::uint64_t group = from; group < to;) {
+      samples.clear();
+      for (std::size_t k = 0; k < groups_at_once && group < to; ++k, ++group) {
+        const SampleRange range = samples_of(spec, block, group);
+        for (std::uint64_t sample = range.first; sample < range.end; ++sample) samples.push_back(sample);
+      }
       if (samples.empty()) break;
       throw_if_interrupted();
-      const auto in_group = static_cast<std::size_t>(samples.end - samples.first);
-      estimator->measure_group(samples.first, {failures.data(), in_group});
-      for (std::size_t k = 0; k < in_group; ++k) {
+      failures.assign(samples.size(), std::nullopt);
+      estimator->measure_samples(samples, failures);
+      for (std::size_t k = 0; k < samples.size(); ++k) {
         if (failures[k]) {
-          failed[b].push_back({samples.first + k, failures[k]->layer, replay_command(spec, samples.first + k)});
+          failed[b].push_back({samples[k], failures[k]->layer, replay_command(spec, samples[k])});
         } else {
           ++record.sums.count[b];
         }
         if (progress != nullptr) progress->advance();
       }
     }
-    counts[b] = estimator->counts();
+    counts[b] = sampler->take_counts();
+    samplers.give_back(std::move(sampler));
   };
   for_each_index(blocks, threads, run_block);
 

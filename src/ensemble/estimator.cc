@@ -46,16 +46,16 @@ std::vector<QuantityShape> quantities_of(const EnsembleSpec& spec) {
   return PointEstimator::quantities(spec);
 }
 
-std::unique_ptr<Estimator> make_estimator(const EnsembleSpec& spec, BlockSums& sums, int block) {
+std::unique_ptr<Estimator> make_estimator(const EnsembleSpec& spec, Sampler& sampler, BlockSums& sums, int block) {
   switch (spec.estimator) {
     case paired:
-      return std::make_unique<PairedEstimator>(spec, sums, block);
+      return std::make_unique<PairedEstimator>(spec, sampler, sums, block);
     case multiplexed:
-      return std::make_unique<MultiplexedEstimator>(spec, sums, block);
+      return std::make_unique<MultiplexedEstimator>(spec, sampler, sums, block);
     case point:
       break;
   }
-  return std::make_unique<PointEstimator>(spec, sums, block);
+  return std::make_unique<PointEstimator>(spec, sampler, sums, block);
 }
 
 }  // namespace granuscope

@@ -28,19 +28,17 @@ class Estimator {
   /// nothing. Every pile's exact identities are asserted.
   virtual std::optional<SamplingFailure> measure(std::uint64_t sample) = 0;
 
-  /// The same for failures.size() samples from `first` on, of one group: what measure() adds for one after the other.
-  virtual void measure_group(std::uint64_t first, std::span<std::optional<SamplingFailure>> failures) {
-    for (std::size_t k = 0; k < failures.size(); ++k) failures[k] = measure(first + k);
+  /// What measure() adds and returns for one sample after the other; `failures` has an entry per sample.
+  virtual void measure_samples(std::span<const std::uint64_t> samples,
+                               std::span<std::optional<SamplingFailure>> failures) {
+    for (std::size_t k = 0; k < samples.size(); ++k) failures[k] = measure(samples[k]);
   }
-
-  /// What the sampler did so far.
-  virtual const SamplerCounts& counts() const = 0;
 };
 
 /// What the estimator of the ensemble sums.
 std::vector<QuantityShape> quantities_of(const EnsembleSpec& spec);
 
-/// `sums` holds zeros of these shapes and outlives the estimator.
-std::unique_ptr<Estimator> make_estimator(const EnsembleSpec& spec, BlockSums& sums, int block);
+/// `sums` holds zeros of these shapes; it and the sampler, which is one of the ensemble's, outlive the estimator.
+std::unique_ptr<Estimator> make_estimator(const EnsembleSpec& spec, Sampler& sampler, BlockSums& sums, int block);
 
 }  // namespace granuscope

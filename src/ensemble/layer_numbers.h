@@ -1,9 +1,12 @@
 #pragma once
+#include <optional>
+#include <span>
 #include <vector>
 
 #include "ensemble/block_slice.h"
 #include "ensemble/estimator.h"
 #include "model/pile.h"
+#include "sampling/pile_group.h"
 
 namespace granuscope {
 
@@ -15,6 +18,8 @@ class LayerNumbers {
   LayerNumbers(BlockSums& sums, int block)
       : layers_(sums.layers), thrust_(sums, "thrust", block), variance_(sums, "weight_variance", block) {}
   void add(const Pile& pile) const;
+  /// Those of the piles that did not fail; `failures` has an entry per pile.
+  void add(const PileGroup& group, std::span<const std::optional<SamplingFailure>> failures) const;
 
  private:
   const std::vector<int>& layers_;

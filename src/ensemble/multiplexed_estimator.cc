@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "model/identities.h"
 #include "sampling/random_key.h"
 
 namespace granuscope {
@@ -13,7 +12,7 @@ std::vector<QuantityShape> MultiplexedEstimator::quantities(const EnsembleSpec& 
   return all;
 }
 
-MultiplexedEstimator::MultiplexedEstimator(const EnsembleSpec& spec, BlockSums& sums, int block)
+MultiplexedEstimator::MultiplexedEstimator(const EnsembleSpec& spec, Sampler& sampler, BlockSums& sums, int block)
     : seed_(spec.sampler.seed),
       epsilon_(spec.epsilon),
       columns_(static_cast<std::size_t>(spec.lattice.columns)),
@@ -22,8 +21,7 @@ MultiplexedEstimator::MultiplexedEstimator(const EnsembleSpec& spec, BlockSums& 
       sign_spectrum_(columns_),
       spectrum_(columns_),
       fourier_(columns_),
-      sampler_(make_sampler(spec.sampler, Lattice(spec.lattice))),
-      piles_(signs_.size(), Pile(Lattice(spec.lattice))),
+      sampler_(sampler),
       layers_(sums.layers),
       numbers_(sums, block),
       profiles_(spec.record_profiles),
@@ -39,38 +37,41 @@ void MultiplexedEstimator::choose_signs(std::uint64_t sample, std::size_t k) {
 
 std::optional<SamplingFailure> MultiplexedEstimator::measure(std::uint64_t sample) {
   std::optional<SamplingFailure> failure;
-  measure_group(sample, {&failure, 1});
+  measure_samples({&sample, 1}, {&failure, 1});
   return failure;
 }
 
-void MultiplexedEstimator::measure_group(std::uint64_t first, std::span<std::optional<SamplingFailure>> failures) {
-  for (std::size_t done = 0; done < failures.size(); done += piles_.size()) {
-    const std::size_t count = std::min(piles_.size(), failures.size() - done);
-    for (std::size_t k = 0; k < count; ++k) choose_signs(first + done + k, k);
-    const std::vector<std::span<const double>> loads(loads_.begin(),
-                                                     loads_.begin() + static_cast<std::ptrdiff_t>(count));
-    sampler_->draw_group(first + done, loads, {piles_.data(), count}, failures.subspan(done, count));
-    for (std::size_t k = 0; k < count; ++k) {
-      if (!failures[done + k]) add(k);
+void MultiplexedEstimator::measure_samples(std::span<const std::uint64_t> samples,
+                                           std::span<std::optional<SamplingFailure>> failures) {
+  const std::vector<std::span<const double>> loads(loads_.begin(), loads_.end());
+  for (std::size_t done = 0; done < failures.size(); done += loads.size()) {
+    const std::size_t count = std::min(loads.size(), failures.size() - done);
+    for (std::size_t k = 0; k < count; ++k) choose_signs(samples[done + k], k);
+    std::size_t first = 0;  // pile of the group, among those drawn at once
+    for (const PileGroup& group :
+         sampler_.draw_groups(samples.subspan(done, count), {loads.data(), count}, failures.subspan(done, count))) {
+      const auto failed = failures.subspan(done + first, group.piles);
+      assert_identities(group, failed);
+      numbers_.add(group, failed);
+      for (std::size_t k = 0; profiles_ && k < group.piles; ++k) {
+        if (failed[k]) continue;
+        sign_spectrum_ = signs_[first + k];
+        fourier_.transform(sign_spectrum_);
+        add_correlation(group, k);
+      }
+      first += group.piles;
     }
   }
 }
 
-void MultiplexedEstimator::add(std::size_t k) {
-  assert_identities(piles_[k]);
-  numbers_.add(piles_[k]);
-  if (!profiles_) return;
-  sign_spectrum_ = signs_[k];
-  fourier_.transform(sign_spectrum_);
-  add_correlation(piles_[k]);
-}
-
-void MultiplexedEstimator::add_correlation(const Pile& pile) {
+void MultiplexedEstimator::add_correlation(const PileGroup& group, std::size_t k) {
   const std::size_t columns = columns_;
   const double scale = 1 / (static_cast<double>(columns) * epsilon_);
   for (std::size_t l = 0; l < layers_.size(); ++l) {
-    const std::size_t row = pile.lattice.index(layers_[l], 0);
-    for (std::size_t i = 0; i < columns; ++i) spectrum_[i] = pile.V_R[row + i] + pile.V_L[row + i] - 1;
+    const std::size_t row = group.row(layers_[l]) + k;
+    for (std::size_t i = 0; i < columns; ++i) {
+      spectrum_[i] = group.V_R[row + i * group.stride] + group.V_L[row + i * group.stride] - 1;
+    }
     fourier_.transform(spectrum_);
     correlation_.add(l, 0, scale * sign_spectrum_[0] * spectrum_[0]);
     for (std::size_t re = 1, im = 2; im < columns; re += 2, im += 2) {

@@ -15,15 +15,14 @@ namespace granuscope {
 class MultiplexedEstimator final : public Estimator {
  public:
   static std::vector<QuantityShape> quantities(const EnsembleSpec& spec);
-  MultiplexedEstimator(const EnsembleSpec& spec, BlockSums& sums, int block);
+  MultiplexedEstimator(const EnsembleSpec& spec, Sampler& sampler, BlockSums& sums, int block);
   std::optional<SamplingFailure> measure(std::uint64_t sample) override;
-  void measure_group(std::uint64_t first, std::span<std::optional<SamplingFailure>> failures) override;
-  const SamplerCounts& counts() const override { return sampler_->counts(); }
+  void measure_samples(std::span<const std::uint64_t> samples,
+                       std::span<std::optional<SamplingFailure>> failures) override;
 
  private:
   void choose_signs(std::uint64_t sample, std::size_t k);
-  void add(std::size_t k);
-  void add_correlation(const Pile& pile);
+  void add_correlation(const PileGroup& group, std::size_t k);
 
   std::uint64_t seed_;
   double epsilon_;
@@ -31,8 +30,7 @@ class MultiplexedEstimator final : public Estimator {
   std::vector<std::vector<double>> signs_, loads_;  ///< of each pile
   std::vector<double> sign_spectrum_, spectrum_;
   RealSpectrum fourier_;
-  std::unique_ptr<Sampler> sampler_;
-  std::vector<Pile> piles_;  ///< as many as are drawn at once
+  Sampler& sampler_;
   const std::vector<int>& layers_;
   LayerNumbers numbers_;
   bool profiles_;

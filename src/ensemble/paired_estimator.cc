@@ -28,11 +28,11 @@ std::vector<QuantityShape> PairedEstimator::quantities(const EnsembleSpec& spec)
   return all;
 }
 
-PairedEstimator::PairedEstimator(const EnsembleSpec& spec, BlockSums& sums, int block)
+PairedEstimator::PairedEstimator(const EnsembleSpec& spec, Sampler& sampler, BlockSums& sums, int block)
     : overload_(spec.overload),
       uniform_load_(static_cast<std::size_t>(spec.lattice.columns), 1.0),
       overloaded_(uniform_load_),
-      sampler_(make_sampler(spec.sampler, Lattice(spec.lattice))),
+      sampler_(sampler),
       before_(Lattice(spec.lattice)),
       after_(before_),
       layers_(sums.layers),
@@ -45,9 +45,9 @@ PairedEstimator::PairedEstimator(const EnsembleSpec& spec, BlockSums& sums, int 
 }
 
 std::optional<SamplingFailure> PairedEstimator::measure(std::uint64_t sample) {
-  if (const auto failure = sampler_->draw(sample, uniform_load_, before_)) return failure;
+  if (const auto failure = sampler_.draw(sample, uniform_load_, before_)) return failure;
   assert_identities(before_);
-  if (const auto failure = sampler_->draw_again(sample, overloaded_, before_, after_)) return failure;
+  if (const auto failure = sampler_.draw_again(sample, overloaded_, before_, after_)) return failure;
   assert_identities(after_);
   numbers_.add(before_);
   add_redrawn();

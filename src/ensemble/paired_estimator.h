@@ -13,9 +13,8 @@ namespace granuscope {
 class PairedEstimator final : public Estimator {
  public:
   static std::vector<QuantityShape> quantities(const EnsembleSpec& spec);
-  PairedEstimator(const EnsembleSpec& spec, BlockSums& sums, int block);
+  PairedEstimator(const EnsembleSpec& spec, Sampler& sampler, BlockSums& sums, int block);
   std::optional<SamplingFailure> measure(std::uint64_t sample) override;
-  const SamplerCounts& counts() const override { return sampler_->counts(); }
 
  private:
   void add_redrawn();
@@ -23,7 +22,7 @@ class PairedEstimator final : public Estimator {
 
   double overload_;
   std::vector<double> uniform_load_, overloaded_;
-  std::unique_ptr<Sampler> sampler_;
+  Sampler& sampler_;
   Pile before_, after_;
   std::vector<unsigned char> redrawn_beads_;
   const std::vector<int>& layers_;

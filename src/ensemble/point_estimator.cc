@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "model/identities.h"
-
 namespace granuscope {
 
 std::vector<QuantityShape> PointEstimator::quantities(const EnsembleSpec& spec) {
@@ -12,10 +10,10 @@ std::vector<QuantityShape> PointEstimator::quantities(const EnsembleSpec& spec) 
   return all;
 }
 
-PointEstimator::PointEstimator(const EnsembleSpec& spec, BlockSums& sums, int block)
+PointEstimator::PointEstimator(const EnsembleSpec& spec, Sampler& sampler, BlockSums& sums, int block)
     : load_(top_load(spec)),
-      sampler_(make_sampler(spec.sampler, Lattice(spec.lattice))),
-      piles_(piles_at_once(spec.sampler, Lattice(spec.lattice)), Pile(Lattice(spec.lattice))),
+      loads_(piles_at_once(spec.sampler, Lattice(spec.lattice)), load_),
+      sampler_(sampler),
       layers_(sums.layers),
       numbers_(sums, block),
       profiles_(spec.record_profiles),
@@ -23,30 +21,36 @@ PointEstimator::PointEstimator(const EnsembleSpec& spec, BlockSums& sums, int bl
 
 std::optional<SamplingFailure> PointEstimator::measure(std::uint64_t sample) {
   std::optional<SamplingFailure> failure;
-  measure_group(sample, {&failure, 1});
+  measure_samples({&sample, 1}, {&failure, 1});
   return failure;
 }
 
-void PointEstimator::measure_group(std::uint64_t first, std::span<std::optional<SamplingFailure>> failures) {
-  const std::vector<std::span<const double>> loads(piles_.size(), load_);
-  for (std::size_t done = 0; done < failures.size(); done += piles_.size()) {
-    const std::size_t count = std::min(piles_.size(), failures.size() - done);
-    const std::span<Pile> piles(piles_.data(), count);
-    sampler_->draw_group(first + done, {loads.data(), count}, piles, failures.subspan(done, count));
-    for (std::size_t k = 0; k < count; ++k) {
-      if (!failures[done + k]) add(piles[k]);
+void PointEstimator::measure_samples(std::span<const std::uint64_t> samples,
+                                     std::span<std::optional<SamplingFailure>> failures) {
+  for (std::size_t done = 0; done < failures.size(); done += loads_.size()) {
+    const std::size_t count = std::min(loads_.size(), failures.size() - done);
+    std::size_t next = done;
+    for (const PileGroup& group :
+         sampler_.draw_groups(samples.subspan(done, count), {loads_.data(), count}, failures.subspan(done, count))) {
+      add(group, failures.subspan(next, group.piles));
+      next += group.piles;
     }
   }
 }
 
-void PointEstimator::add(const Pile& pile) {
-  assert_identities(pile);
-  numbers_.add(pile);
+void PointEstimator::add(const PileGroup& group, std::span<const std::optional<SamplingFailure>> failures) {
+  assert_identities(group, failures);
+  numbers_.add(group, failures);
   if (!profiles_) return;
-  const auto columns = static_cast<std::size_t>(pile.lattice.columns());
+  const auto columns = static_cast<std::size_t>(group.lattice.columns());
   for (std::size_t l = 0; l < layers_.size(); ++l) {
-    const std::size_t row = pile.lattice.index(layers_[l], 0);
-    for (std::size_t i = 0; i < columns; ++i) weight_.add(l, i, pile.V_R[row + i] + pile.V_L[row + i]);
+    const std::size_t row = group.row(layers_[l]);
+    for (std::size_t i = 0; i < columns; ++i) {
+      const double *const V_R = group.V_R + row + i * group.stride, *const V_L = group.V_L + row + i * group.stride;
+      for (std::size_t k = 0; k < group.piles; ++k) {
+        if (!failures[k]) weight_.add(l, i, V_R[k] + V_L[k]);
+      }
+    }
   }
 }
 

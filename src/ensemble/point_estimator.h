@@ -10,17 +10,17 @@ namespace granuscope {
 class PointEstimator final : public Estimator {
  public:
   static std::vector<QuantityShape> quantities(const EnsembleSpec& spec);
-  PointEstimator(const EnsembleSpec& spec, BlockSums& sums, int block);
+  PointEstimator(const EnsembleSpec& spec, Sampler& sampler, BlockSums& sums, int block);
   std::optional<SamplingFailure> measure(std::uint64_t sample) override;
-  void measure_group(std::uint64_t first, std::span<std::optional<SamplingFailure>> failures) override;
-  const SamplerCounts& counts() const override { return sampler_->counts(); }
+  void measure_samples(std::span<const std::uint64_t> samples,
+                       std::span<std::optional<SamplingFailure>> failures) override;
 
  private:
-  void add(const Pile& pile);
+  void add(const PileGroup& group, std::span<const std::optional<SamplingFailure>> failures);
 
   std::vector<double> load_;
-  std::unique_ptr<Sampler> sampler_;
-  std::vector<Pile> piles_;  ///< as many as are drawn at once
+  std::vector<std::span<const double>> loads_;  ///< the same for each pile drawn at once
+  Sampler& sampler_;
   const std::vector<int>& layers_;
   LayerNumbers numbers_;
   bool profiles_;

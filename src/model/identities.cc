@@ -89,12 +89,16 @@ IdentityResiduals identity_residuals(const Pile& pile) {
 }
 
 void assert_identities(const Pile& pile) {
-  const IdentityResiduals residuals = identity_residuals(pile);
+  assert_identities(identity_residuals(pile), pile.law, pile.mu, pile.seed, pile.sample);
+}
+
+void assert_identities(const IdentityResiduals& residuals, const std::string& law, double mu, std::uint64_t seed,
+                       std::uint64_t sample) {
   if (!(residuals.weight_sum <= identity_tolerance && residuals.wave_equation <= identity_tolerance)) {
     throw std::logic_error(fmt::format(
         "a sampled pile breaks an exact identity (sum of weights off by {:.3g}, local wave equation by {:.3g}; at most "
         "{:.0e} is rounding): law {}, mu {}, seed {}, sample {}",
-        residuals.weight_sum, residuals.wave_equation, identity_tolerance, pile.law, pile.mu, pile.seed, pile.sample));
+        residuals.weight_sum, residuals.wave_equation, identity_tolerance, law, mu, seed, sample));
   }
 }
 

@@ -1,4 +1,7 @@
 #pragma once
+#include <cstdint>
+#include <string>
+
 #include "model/pile.h"
 
 namespace granuscope {
@@ -16,5 +19,7 @@ IdentityResiduals identity_residuals(const Pile& pile);
 
 /// Throws std::logic_error if an identity fails: the sampler is broken, not the input.
 void assert_identities(const Pile& pile);
+void assert_identities(const IdentityResiduals& residuals, const std::string& law, double mu, std::uint64_t seed,
+                       std::uint64_t sample);
 
 }  // namespace granuscope

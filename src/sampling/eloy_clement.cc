@@ -7,7 +7,7 @@
 namespace granuscope {
 
 EloyClementSampler::EloyClementSampler(const SamplerSpec& spec, const Lattice& lattice)
-    : lattice_(lattice),
+    : Sampler(lattice),
       cone_(spec.mu),
       spec_(spec),
       max_solutions_(static_cast<std::uint64_t>(spec.effort * static_cast<double>(lattice.beads()))),

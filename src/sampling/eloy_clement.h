@@ -25,7 +25,6 @@ class EloyClementSampler final : public Sampler {
   std::optional<SamplingFailure> draw(std::uint64_t sample, std::span<const double> load, Pile& pile) override;
 
  private:
-  Lattice lattice_;
   FrictionCone cone_;
   SamplerSpec spec_;
   std::uint64_t max_solutions_;

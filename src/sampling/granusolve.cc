@@ -13,7 +13,7 @@
 namespace granuscope {
 
 GranusolveSampler::GranusolveSampler(const SamplerSpec& spec, const Lattice& lattice)
-    : lattice_(lattice),
+    : Sampler(lattice),
       cone_(spec.mu),
       spec_(spec),
       order_(static_cast<std::size_t>(lattice.layers())),
@@ -30,7 +30,7 @@ GranusolveSampler::GranusolveSampler(const SamplerSpec& spec, const Lattice& lat
 }
 
 /// Arrays of its own, for a pile that is solved by itself.
-void GranusolveSampler::clear_state() {
+void GranusolveSampler::clear_state(Pile& pile) {
   const std::size_t beads = lattice_.beads(), columns = static_cast<std::size_t>(lattice_.columns());
   own_H_.resize(beads);
   own_first_uniform_.resize(columns + uniform_padding);
@@ -39,8 +39,8 @@ void GranusolveSampler::clear_state() {
   own_unsolved_.assign(beads, 0);
   own_rule_.assign(beads, static_cast<std::uint8_t>(Rule::first_draw));
   state_ = {
-      pile_->V_R.data(),    pile_->V_L.data(),    pile_->H_R.data(), pile_->H_L.data(),         own_H_.data(),
-      own_attempts_.data(), own_unsolved_.data(), own_rule_.data(),  own_first_uniform_.data(), own_failing_.data()};
+      pile.V_R.data(),      pile.V_L.data(),      pile.H_R.data(),  pile.H_L.data(),           own_H_.data(),
+      own_attempts_.data(), own_unsolved_.data(), own_rule_.data(), own_first_uniform_.data(), own_failing_.data()};
 }
 
 std::optional<SamplingFailure> GranusolveSampler::draw(std::uint64_t sample, std::span<const double> load, Pile& pile) {
@@ -50,8 +50,13 @@ std::optional<SamplingFailure> GranusolveSampler::draw(std::uint64_t sample, std
 
 std::optional<SamplingFailure> GranusolveSampler::solve_pile(std::uint64_t sample, std::span<const double> load,
                                                              Pile& pile) {
-  begin_pile(sample, load, pile);
-  clear_state();
+  pile.mu = spec_.mu;
+  pile.law = name_of(Law::granusolve);
+  pile.seed = spec_.seed;
+  pile.sample = sample;
+  pile.load.assign(load.begin(), load.end());
+  begin_pile(sample, load);
+  clear_state(pile);
   for (int layer = 0; layer < lattice_.layers(); ++layer) {
     if (auto failure = solve_layer(layer)) return failure;
   }
@@ -59,13 +64,8 @@ std::optional<SamplingFailure> GranusolveSampler::solve_pile(std::uint64_t sampl
   return std::nullopt;
 }
 
-void GranusolveSampler::begin_pile(std::uint64_t sample, std::span<const double> load, Pile& pile) {
-  pile_ = &pile;
-  pile.mu = spec_.mu;
-  pile.law = name_of(Law::granusolve);
-  pile.seed = spec_.seed;
-  pile.sample = sample;
-  pile.load.assign(load.begin(), load.end());
+void GranusolveSampler::begin_pile(std::uint64_t sample, std::span<const double> load) {
+  load_ = load;
   key_ = RandomKey(spec_.seed, sample);
   for (auto& layer : pending_) layer.clear();
   for (int layer = 0; layer < lattice_.layers(); ++layer) {
@@ -110,7 +110,7 @@ void GranusolveSampler::draw_layer_in_bulk(int layer) {
                     &state_.H_R[here], &state_.H_L[here], &slack_[from]};
   };
   if (layer == 0) {
-    for (std::size_t i = 0; i < columns; ++i) half_load_[i] = pile_->load[i] / 2;
+    for (std::size_t i = 0; i < columns; ++i) half_load_[i] = load_[i] / 2;
     const double* const half = half_load_.data();
     draw_beads(cone_, {half, half, no_force_.data(), no_force_.data()}, state_.first_uniform, columns, row(0));
     if (first_ != nullptr) keep_splits(layer);
@@ -135,6 +135,7 @@ void GranusolveSampler::begin_layer(int layer) {
   draw_layer_in_bulk(layer);
   find_failing(slack_.data(), slack_.size(), state_.failing);
   solutions_ += static_cast<std::uint64_t>(lattice_.columns());
+  if (first_ == nullptr) counts_.uniforms += static_cast<std::uint64_t>(lattice_.columns());
 }
 
 /// The beads from `low` to `high` that fail: the first of them if `direction` > 0, else the last; -1 if there is none.
@@ -179,7 +180,6 @@ int GranusolveSampler::next_failing() {
     if (bead < 0 && !wrapped) bead = find_failing_between(first + 1, columns - 1, -1);
   }
   const int next = bead < 0 ? columns : position(front_, bead);
-  if (first_ == nullptr) counts_.uniforms += static_cast<std::uint64_t>(next - cursor_);
   cursor_ = next;
   cursor_bead_ = bead;
   return bead;
@@ -187,7 +187,7 @@ int GranusolveSampler::next_failing() {
 
 /// Solves the bead at the cursor, whatever it takes. False if the effort ran out.
 bool GranusolveSampler::solve_failing(int bead) {
-  while (solve_bead(front_, bead, {Number::first}) == Mend::climbed) {
+  while (solve_bead(front_, bead) == Mend::climbed) {
     if (!solve_pending()) return false;
   }
   step_cursor();
@@ -214,7 +214,7 @@ bool GranusolveSampler::solve_pending() {
     }
     if (solutions_ > max_solutions_) return false;
     topmost_pending_ = lattice_.layers();
-    if (solve_bead(layer, bead, {Number::later}) == Mend::climbed) {
+    if (solve_bead(layer, bead) == Mend::climbed) {
       layer = std::min(layer, topmost_pending_);
     }
   }
@@ -234,7 +234,7 @@ int GranusolveSampler::next_pending(int layer) {
 
 Incoming GranusolveSampler::incoming(int layer, int bead) const {
   if (layer == 0) {
-    const double half = pile_->load[static_cast<std::size_t>(bead)] / 2;
+    const double half = load_[static_cast<std::size_t>(bead)] / 2;
     return {half, half, 0.0};
   }
   const std::size_t a = at(layer - 1, lattice_.upper_left(layer, bead));
@@ -268,7 +268,7 @@ bool GranusolveSampler::solved(int layer, int bead) const {
 }
 
 /// Takes the forces from above and draws the split; false if the interval is empty beyond rounding.
-bool GranusolveSampler::try_draw(int layer, int bead, Number number) {
+bool GranusolveSampler::try_draw(int layer, int bead) {
   Incoming in = incoming(layer, bead);
   Outgoing out = balance(in);
   Interval interval = split_interval(cone_, out, in.H);
@@ -283,7 +283,7 @@ bool GranusolveSampler::try_draw(int layer, int bead, Number number) {
   state_.V_R[here] = out.V_R;
   state_.V_L[here] = out.V_L;
   state_.H[here] = in.H;
-  set_split(layer, bead, choose_split(layer, bead, number, out, interval));
+  set_split(layer, bead, choose_split(layer, bead, out, interval));
   state_.unsolved[here] = 0;
   return true;
 }
@@ -299,9 +299,9 @@ UniformPair GranusolveSampler::next_uniforms(int layer, int bead, int used) {
   return key_.attempt(layer, bead, ++state_.attempts[at(layer, bead)]);
 }
 
-GranusolveSampler::Mend GranusolveSampler::solve_bead(int layer, int bead, Number number) {
+GranusolveSampler::Mend GranusolveSampler::solve_bead(int layer, int bead) {
   ++solutions_;
-  if (try_draw(layer, bead, number)) {
+  if (try_draw(layer, bead)) {
     set_rule(at(layer, bead), Rule::first_draw);
     return Mend::done;
   }
@@ -312,30 +312,25 @@ GranusolveSampler::Mend GranusolveSampler::solve_bead(int layer, int bead, Numbe
 
 /// Changes the splits above so that the bead has a solution, and draws it; or climbs.
 GranusolveSampler::Mend GranusolveSampler::mend(int layer, int bead) {
-  if (const auto number = change_parents(layer, bead)) {
+  if (change_parents(layer, bead)) {
     ++solutions_;
     // After a change of parents the bead is solvable up to rounding; should rounding exceed its allowance, climb.
-    if (try_draw(layer, bead, *number)) return Mend::done;
+    if (try_draw(layer, bead)) return Mend::done;
   }
   climb(layer, bead);
   return Mend::climbed;
 }
 
-/// The number that the bead then draws with; none if nothing above it can be changed.
-std::optional<GranusolveSampler::Number> GranusolveSampler::change_parents(int layer, int bead) {
-  if (const auto number = mend_by_pair(layer, bead)) return number;
-  bool mended = false, reaches_around = true;
-  for (int parents = 4; parents < lattice_.columns() && reaches_around; parents *= 2) {
+bool GranusolveSampler::change_parents(int layer, int bead) {
+  if (mend_by_pair(layer, bead)) return true;
+  for (int parents = 4; parents < lattice_.columns(); parents *= 2) {
     const ArcOutcome outcome = mend_by_arc(layer, bead, parents);
-    mended = outcome == ArcOutcome::mended;
-    reaches_around = outcome == ArcOutcome::too_narrow;
+    if (outcome != ArcOutcome::too_narrow) return outcome == ArcOutcome::mended;
   }
-  if (reaches_around) mended = mend_by_ring(layer, bead);
-  if (!mended) return std::nullopt;
-  return Number{Number::later};
+  return mend_by_ring(layer, bead);
 }
 
-std::optional<GranusolveSampler::Number> GranusolveSampler::mend_by_pair(int layer, int bead) {
+bool GranusolveSampler::mend_by_pair(int layer, int bead) {
   const int A = lattice_.upper_left(layer, bead), B = lattice_.upper_right(layer, bead);
   Interval a = interval_of(layer - 1, A), b = interval_of(layer - 1, B);
   // The other child of A hangs between its own upper-left parent and A, the other child of B between B and another.
@@ -353,31 +348,29 @@ std::optional<GranusolveSampler::Number> GranusolveSampler::mend_by_pair(int lay
   }
   const Interval band = difference_band(layer, bead);
   if (a.empty() || b.empty() || std::max(band.low, a.low - b.high) > std::min(band.high, a.high - b.low)) {
-    return std::nullopt;
+    return false;
   }
   const UniformPair u = next_uniforms(layer, bead, 2);
   const auto drawn = draw_truncated_pair(a, b, band, u.first, u.second);
-  if (!drawn) return std::nullopt;
+  if (!drawn) return false;
   ++counts_.pairs;
   set_split(layer - 1, A, drawn->a);
   set_split(layer - 1, B, drawn->b);
   set_rule(at(layer, bead), Rule::pair);
-  // The bead's next attempt serves it and the solved neighbour; if both are solved, the left one.
-  const UniformPair below = next_uniforms(layer, bead, 0);
-  renew_child(layer, left, {Number::given, below.second});
-  renew_child(layer, right, left_solved ? Number{Number::later} : Number{Number::given, below.second});
-  return Number{Number::given, below.first};
+  renew_child(layer, left);
+  renew_child(layer, right);
+  return true;
 }
 
 /// A bead below a changed parent: a solved one draws again, and what was solved below it is unsolved; one whose turn
 /// has not come forgets what was drawn for it in bulk.
-void GranusolveSampler::renew_child(int layer, int bead, Number number) {
+void GranusolveSampler::renew_child(int layer, int bead) {
   if (!solved(layer, bead)) {
     if (layer == front_ && position(layer, bead) >= cursor_) forget_draw(bead);
     return;
   }
   ++solutions_;
-  if (!try_draw(layer, bead, number)) {
+  if (!try_draw(layer, bead)) {
     unsolve(layer, bead);  // beyond the rounding allowance after all: it waits like a bead that a climb has unsolved
   } else if (layer < front_) {
     unsolve(layer + 1, lattice_.lower_left(layer, bead));

@@ -47,6 +47,9 @@ struct GranusolveState {
 ///
 /// Beads of the layer whose turn has not come yet restrict nothing.
 ///
+/// As long as no layer below it has been begun, nothing depends on the split of a bead; however often it draws again,
+/// it may keep its first number, and does.
+///
 /// Solving again (draw_again), a bead draws another number than its own only where a mend changes its split, and at the
 /// top of a climb.
 class GranusolveSampler final : public Sampler {
@@ -57,8 +60,9 @@ class GranusolveSampler final : public Sampler {
   std::optional<SamplingFailure> draw_again(std::uint64_t sample, std::span<const double> load, const Pile& first,
                                             Pile& pile) override;
   /// Several piles side by side (granusolve_group.h): the same piles, several times as fast.
-  void draw_group(std::uint64_t first_sample, std::span<const std::span<const double>> loads, std::span<Pile> piles,
-                  std::span<std::optional<SamplingFailure>> failures) override;
+  std::span<const PileGroup> draw_groups(std::span<const std::uint64_t> samples,
+                                         std::span<const std::span<const double>> loads,
+                                         std::span<std::optional<SamplingFailure>> failures) override;
 
  private:
   friend class GranusolveGroup;
@@ -67,11 +71,6 @@ class GranusolveSampler final : public Sampler {
   enum class Rule : std::uint8_t { first_draw, pair, arc, ring, climb };
   static constexpr std::size_t rules = 5;
   enum class Mend { done, climbed };
-  /// The number that a bead draws with: its first one, that of its next attempt, or one already drawn for it.
-  struct Number {
-    enum { first, later, given } kind;
-    double value = 0;  ///< if given
-  };
   enum class ArcOutcome { mended, too_narrow, hopeless };
 
   /// States of a bead that a climb has unsolved (0: it is solved). Those at the top of the climb draw new numbers in
@@ -88,8 +87,8 @@ class GranusolveSampler final : public Sampler {
   };
 
   std::optional<SamplingFailure> solve_pile(std::uint64_t sample, std::span<const double> load, Pile& pile);
-  void clear_state();
-  void begin_pile(std::uint64_t sample, std::span<const double> load, Pile& pile);
+  void clear_state(Pile& pile);
+  void begin_pile(std::uint64_t sample, std::span<const double> load);
   void draw_layer_in_bulk(int layer);
   void keep_splits(int layer);
   void begin_layer(int layer);
@@ -110,12 +109,12 @@ class GranusolveSampler final : public Sampler {
   bool solved(int layer, int bead) const;
   int position(int layer, int bead) const;
 
-  double choose_split(int layer, int bead, Number number, Outgoing out, Interval interval);
-  bool try_draw(int layer, int bead, Number number);
-  Mend solve_bead(int layer, int bead, Number number);
+  double choose_split(int layer, int bead, Outgoing out, Interval interval);
+  bool try_draw(int layer, int bead);
+  Mend solve_bead(int layer, int bead);
   Mend mend(int layer, int bead);
-  std::optional<Number> change_parents(int layer, int bead);
-  std::optional<Number> mend_by_pair(int layer, int bead);
+  bool change_parents(int layer, int bead);
+  bool mend_by_pair(int layer, int bead);
   ArcOutcome mend_by_arc(int layer, int bead, int parents);
   bool mend_by_ring(int layer, int bead);
   void climb(int layer, int bead);
@@ -126,7 +125,7 @@ class GranusolveSampler final : public Sampler {
   Interval step_band(const Arc& arc, int k, int failed) const;
   void draw_backwards(const Arc& arc, int from, int to);
   void set_split(int layer, int bead, double H_R);
-  void renew_child(int layer, int bead, Number number);
+  void renew_child(int layer, int bead);
   UniformPair next_uniforms(int layer, int bead, int used);
   /// From here on the bead at the cursor counts as solved.
   void step_cursor() {
@@ -144,7 +143,6 @@ class GranusolveSampler final : public Sampler {
   std::size_t at(int layer, int bead) const { return lattice_.index(layer, bead) * state_.stride; }
   std::size_t at(int bead) const { return static_cast<std::size_t>(bead) * state_.stride; }
 
-  Lattice lattice_;
   FrictionCone cone_;
   SamplerSpec spec_;
 
@@ -152,7 +150,7 @@ class GranusolveSampler final : public Sampler {
   std::vector<double> first_numbers_;  ///< and the numbers of that
 
   // State of the pile being drawn; arrays have shape [layers, columns].
-  Pile* pile_ = nullptr;
+  std::span<const double> load_;
   RandomKey key_{0, 0};
   GranusolveState state_{};
   std::vector<RandomKey::Order> order_;    ///< per layer
@@ -177,7 +175,7 @@ class GranusolveSampler final : public Sampler {
   std::vector<std::uint8_t> own_unsolved_, own_rule_;
   std::vector<std::uint64_t> own_failing_;
 
-  std::unique_ptr<GranusolveGroup> group_;  ///< made when it is first asked for
+  std::vector<std::unique_ptr<GranusolveGroup>> together_;  ///< made when they are first needed
 };
 
 }  // namespace granuscope

@@ -21,14 +21,14 @@ void GranusolveSampler::keep_splits(int layer) {
   }
 }
 
-double GranusolveSampler::choose_split(int layer, int bead, Number number, Outgoing out, Interval interval) {
+double GranusolveSampler::choose_split(int layer, int bead, Outgoing out, Interval interval) {
   const std::size_t here = at(layer, bead);
   if (first_ != nullptr && state_.unsolved[here] != top_of_climb) {
     return kept_split(*first_, here, first_numbers_[here], out, interval);
   }
-  if (number.kind == Number::later) return point_at(interval, next_uniforms(layer, bead, 1).first);
-  ++counts_.uniforms;
-  return point_at(interval, number.kind == Number::given ? number.value : state_.first_uniform[at(bead)]);
+  // At the front nobody has seen what came of the bead's first number.
+  if (first_ == nullptr && layer == front_) return point_at(interval, state_.first_uniform[at(bead)]);
+  return point_at(interval, next_uniforms(layer, bead, 1).first);
 }
 
 }  // namespace granuscope

@@ -82,7 +82,7 @@ GranusolveSampler::ArcOutcome GranusolveSampler::mend_by_arc(int layer, int bead
   for (int k = 0; k < parents; ++k) set_split(layer - 1, parent(arc, k), split_[static_cast<std::size_t>(k)]);
   set_rule(at(layer, bead), Rule::arc);
   for (int k = -1; k < parents; ++k) {
-    if (const int child = child_after(arc, k); child != bead) renew_child(layer, child, {Number::later});
+    if (const int child = child_after(arc, k); child != bead) renew_child(layer, child);
   }
   return ArcOutcome::mended;
 }
@@ -133,7 +133,7 @@ bool GranusolveSampler::mend_by_ring(int layer, int bead) {
   for (int k = 0; k < columns; ++k) set_split(layer - 1, parent(ring, k), split_[wrap(k)]);
   set_rule(at(layer, bead), Rule::ring);
   for (int k = 0; k < columns; ++k) {
-    if (const int child = child_after(ring, k); child != bead) renew_child(layer, child, {Number::later});
+    if (const int child = child_after(ring, k); child != bead) renew_child(layer, child);
   }
   return true;
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cstring>
+#include <utility>
 
 #include "sampling/layer_kernels.h"
 
@@ -21,22 +22,51 @@ static_assert(std::endian::native == std::endian::little, "a word of failing bea
 
 GranusolveSampler::~GranusolveSampler() = default;
 
-void GranusolveSampler::draw_group(std::uint64_t first_sample, std::span<const std::span<const double>> loads,
-                                   std::span<Pile> piles, std::span<std::optional<SamplingFailure>> failures) {
-  // Only whole groups share the order of their layers; a part of one is drawn with empty lanes.
-  std::size_t done = 0;
-  while (done < piles.size()) {
-    const std::uint64_t sample = first_sample + done;
-    const std::size_t count = std::min<std::size_t>(piles.size() - done, group_lanes - sample % group_lanes);
-    if (count < 2 || !GranusolveGroup::fits(lattice_)) {
-      for (std::size_t k = done; k < done + count; ++k) failures[k] = draw(first_sample + k, loads[k], piles[k]);
-    } else {
-      if (!group_) group_ = std::make_unique<GranusolveGroup>(spec_, lattice_);
-      group_->draw(sample, loads.subspan(done, count), piles.subspan(done, count), failures.subspan(done, count),
-                   counts_);
+std::span<const PileGroup> GranusolveSampler::draw_groups(std::span<const std::uint64_t> samples,
+                                                          std::span<const std::span<const double>> loads,
+                                                          std::span<std::optional<SamplingFailure>> failures) {
+  groups_.clear();
+  drawn_alone_ = 0;
+  // Only eight samples from a multiple of eight on share the order of their layers; a part of them is drawn with empty
+  // lanes, a single one by itself.
+  struct Part {
+    std::size_t begin, count;
+    GranusolveGroup* together;
+  };
+  std::vector<Part> parts;
+  std::vector<GranusolveGroup*> together;
+  for (std::size_t done = 0; done < loads.size(); done += parts.back().count) {
+    const std::uint64_t sample = samples[done];
+    std::size_t count = 1;
+    while (done + count < samples.size() && samples[done + count] == sample + count &&
+           (sample + count) % group_lanes != 0) {
+      ++count;
     }
-    done += count;
+    parts.push_back({done, count, nullptr});
+    if (count < 2 || !GranusolveGroup::fits(lattice_)) continue;
+    if (together.size() == together_.size()) together_.push_back(std::make_unique<GranusolveGroup>(spec_, lattice_));
+    parts.back().together = together_[together.size()].get();
+    parts.back().together->prepare(sample, loads.subspan(done, count), failures.subspan(done, count));
+    together.push_back(parts.back().together);
   }
+  for (std::size_t g = 0; g < together.size(); g += 2) {
+    if (g + 1 < together.size()) {
+      GranusolveGroup::draw(*together[g], *together[g + 1]);
+    } else {
+      together[g]->draw();
+    }
+  }
+  for (const Part& part : parts) {
+    if (part.together != nullptr) {
+      groups_.push_back(part.together->piles());
+      counts_ += part.together->take_counts();
+    } else {
+      for (std::size_t k = part.begin; k < part.begin + part.count; ++k) {
+        draw_alone(samples[k], loads[k], failures[k]);
+      }
+    }
+  }
+  return groups_;
 }
 
 bool GranusolveGroup::fits(const Lattice& lattice) {
@@ -74,38 +104,88 @@ GroupRow GranusolveGroup::row(int layer) const {
   return {V_R_.get() + at, V_L_.get() + at, H_.get() + at, H_R_.get() + at, H_L_.get() + at};
 }
 
-void GranusolveGroup::draw(std::uint64_t first_sample, std::span<const std::span<const double>> loads,
-                           std::span<Pile> piles, std::span<std::optional<SamplingFailure>> failures,
-                           SamplerCounts& counts) {
-  begin(first_sample, loads, piles);
-  for (auto& failure : failures) failure.reset();
-  for (int layer = 0; layer < lattice_.layers() && running_ != 0; ++layer) solve_layer(layer, failures);
-  count_piles();
-  for (std::size_t k = 0; k < piles.size(); ++k) {
-    counts += solvers_[k]->counts_;
-    solvers_[k]->counts_ = {};
-  }
-  unpack(piles);
-}
-
-void GranusolveGroup::begin(std::uint64_t first_sample, std::span<const std::span<const double>> loads,
-                            std::span<Pile> piles) {
+void GranusolveGroup::prepare(std::uint64_t first_sample, std::span<const std::span<const double>> loads,
+                              std::span<std::optional<SamplingFailure>> failures) {
   const std::size_t all = lattice_.beads() * group_lanes, columns = static_cast<std::size_t>(lattice_.columns());
   std::memset(attempts_.get(), 0, all * sizeof attempts_[0]);
   std::memset(unsolved_.get(), 0, all);
   std::memset(rule_.get(), static_cast<int>(GranusolveSampler::Rule::first_draw), all);
-  running_ = (1U << piles.size()) - 1;
+  loads_ = loads;
+  failures_ = failures;
+  std::fill(failures.begin(), failures.end(), std::nullopt);
+  running_ = (1U << loads.size()) - 1;
   front_.keys = PhiloxKeys(spec_.seed);
   front_.mended_rule = static_cast<std::uint8_t>(GranusolveSampler::Rule::pair);
   front_.first_uniform = first_uniform_.get();
   front_.failing = reinterpret_cast<std::uint8_t*>(failing_.get());
   for (std::size_t k = 0; k < group_lanes; ++k) {
     front_.sample[k] = static_cast<std::uint32_t>(first_sample + k);
-    front_.met[k] = front_.pairs[k] = front_.renewed[k] = 0;
-    const bool used = k < piles.size();
-    if (used) solvers_[k]->begin_pile(first_sample + k, loads[k], piles[k]);
+    front_.met[k] = front_.pairs[k] = 0;
+    const bool used = k < loads.size();
+    if (used) solvers_[k]->begin_pile(first_sample + k, loads[k]);
     for (std::size_t i = 0; i < columns; ++i) half_load_[i * group_lanes + k] = used ? loads[k][i] / 2 : 0.5;
   }
+}
+
+void GranusolveGroup::draw() {
+  for (int layer = 0; layer < lattice_.layers() && running_ != 0; ++layer) {
+    begin_layer(layer);
+    while (find_unsolved()) mend_here();
+    end_layer();
+  }
+  count_piles();
+}
+
+void GranusolveGroup::draw(GranusolveGroup& a, GranusolveGroup& b) {
+  const int last = a.lattice_.columns() - 1;
+  for (int layer = 0; layer < a.lattice_.layers() && (a.running_ | b.running_) != 0; ++layer) {
+    a.begin_layer(layer);
+    b.begin_layer(layer);
+    bool in_a = a.find_unsolved(), in_b = b.find_unsolved();
+    while (in_a && in_b) {
+      const auto at_an_end = [&](const GranusolveGroup& group) {
+        return layer == 0 || group.position_ == 0 || group.position_ == last;
+      };
+      if (at_an_end(a) || at_an_end(b)) {
+        a.mend_here();
+        b.mend_here();
+      } else {
+        const auto left_over =
+            mend_beads(a.cone_, {&a.front_, &b.front_}, {a.surroundings(), b.surroundings()}, {a.open_, b.open_});
+        a.settle(left_over[0]);
+        b.settle(left_over[1]);
+      }
+      in_a = a.find_unsolved();
+      in_b = b.find_unsolved();
+    }
+    for (; in_a; in_a = a.find_unsolved()) a.mend_here();
+    for (; in_b; in_b = b.find_unsolved()) b.mend_here();
+    a.end_layer();
+    b.end_layer();
+  }
+  a.count_piles();
+  b.count_piles();
+}
+
+PileGroup GranusolveGroup::piles() const {
+  return {.lattice = lattice_,
+          .stride = group_lanes,
+          .piles = loads_.size(),
+          .V_R = V_R_.get(),
+          .V_L = V_L_.get(),
+          .H_R = H_R_.get(),
+          .H_L = H_L_.get(),
+          .loads = loads_,
+          .mu = spec_.mu,
+          .law = name_of(Law::granusolve),
+          .seed = spec_.seed,
+          .first_sample = front_.sample[0]};
+}
+
+SamplerCounts GranusolveGroup::take_counts() {
+  SamplerCounts sum;
+  for (std::size_t k = 0; k < loads_.size(); ++k) sum += std::exchange(solvers_[k]->counts_, {});
+  return sum;
 }
 
 void GranusolveGroup::draw_layer_in_bulk(int layer) {
@@ -143,61 +223,85 @@ void GranusolveGroup::draw_layer_in_bulk(int layer) {
 /// The solver of one pile takes over what was counted for it.
 void GranusolveGroup::hand_over_counts(std::size_t lane) {
   GranusolveSampler& solver = *solvers_[lane];
-  const std::uint64_t met = front_.met[lane], pairs = front_.pairs[lane], renewed = front_.renewed[lane];
-  solver.solutions_ += met + pairs + renewed;
-  solver.counts_.uniforms += 2 * pairs + renewed;
+  // Each bead that a pair mends has one solved neighbour, which draws again with it.
+  const std::uint64_t met = front_.met[lane], pairs = front_.pairs[lane];
+  solver.solutions_ += met + 2 * pairs;
+  solver.counts_.uniforms += 2 * pairs;
   solver.counts_.pairs += pairs;
-  front_.met[lane] = front_.pairs[lane] = front_.renewed[lane] = 0;
+  front_.met[lane] = front_.pairs[lane] = 0;
 }
 
-void GranusolveGroup::solve_layer(int layer, std::span<std::optional<SamplingFailure>> failures) {
-  const int columns = lattice_.columns();
+void GranusolveGroup::begin_layer(int layer) {
   const std::size_t here = lattice_.index(layer, 0) * group_lanes;
+  const RandomKey::Order order = solvers_[0]->order_[static_cast<std::size_t>(layer)];
   front_.layer = layer;
+  front_.forward = order.direction > 0;
   front_.here = row(layer);
   if (layer > 0) front_.above = row(layer - 1);
   front_.attempts = attempts_.get() + here;
   front_.rule = rule_.get() + here;
+  position_ = 0;
+  bead_ = order.first_bead;
   draw_layer_in_bulk(layer);
+}
 
-  const auto give_up = [&](std::size_t lane) {
-    failures[lane] = SamplingFailure{layer};
-    running_ &= ~(1U << lane);
-  };
-  const RandomKey::Order order = solvers_[0]->order_[static_cast<std::size_t>(layer)];
-  int bead = order.first_bead;
-  for (int position = 0; position < columns; ++position) {
-    unsigned lanes = front_.failing[bead] & running_;
-    if (lanes != 0 && layer > 0) {
-      const int A = lattice_.upper_left(layer, bead), B = lattice_.upper_right(layer, bead);
-      const int left = lattice_.previous(bead), right = lattice_.next(bead);
-      const bool forward = order.direction > 0;
-      const auto number = [](int index) { return static_cast<std::size_t>(index); };
-      // The neighbour behind is solved unless this is the first bead, the one ahead only if this is the last.
-      const bool behind_solved = position > 0, ahead_solved = position == columns - 1;
-      lanes = mend_beads(
-          cone_, front_,
-          {number(lattice_.previous(A)), number(A), number(B), number(lattice_.next(B)), number(left), number(bead),
-           number(right), forward ? behind_solved : ahead_solved, forward ? ahead_solved : behind_solved},
-          lanes);
-    }
-    for (; lanes != 0; lanes &= lanes - 1) {
-      const auto lane = static_cast<std::size_t>(std::countr_zero(lanes));
-      // The solver counts from the beginning what mend_beads has begun to count.
-      hand_over_counts(lane);
-      GranusolveSampler& solver = *solvers_[lane];
-      if (layer > 0) --solver.solutions_;
-      --solver.counts_.uniforms;
-      solver.front_ = layer;
-      solver.cursor_ = position;
-      solver.cursor_bead_ = bead;
-      if (!solver.solve_failing(bead)) {
-        solver.counts_.uniforms -= static_cast<std::uint64_t>(columns - 1 - position);  // beads it does not come to
-        give_up(lane);
-      }
-    }
-    bead = order.direction > 0 ? lattice_.next(bead) : lattice_.previous(bead);
+GroupBead GranusolveGroup::surroundings() const {
+  const int layer = front_.layer;
+  const int A = lattice_.upper_left(layer, bead_), B = lattice_.upper_right(layer, bead_);
+  const int left = lattice_.previous(bead_), right = lattice_.next(bead_);
+  const auto number = [](int index) { return static_cast<std::size_t>(index); };
+  return {number(A),
+          number(B),
+          number(front_.forward ? lattice_.previous(A) : lattice_.next(B)),
+          number(front_.forward ? left : right),
+          number(bead_),
+          number(front_.forward ? right : left)};
+}
+
+/// Goes on to the next bead that has no solution as it is in some pile; false at the end of the layer.
+bool GranusolveGroup::find_unsolved() {
+  for (; position_ < lattice_.columns();
+       ++position_, bead_ = front_.forward ? lattice_.next(bead_) : lattice_.previous(bead_)) {
+    open_ = front_.failing[bead_] & running_;
+    if (open_ == 0) continue;
+    // The top layer and the ends of the order are left to the solvers of single piles.
+    if (front_.layer == 0 || position_ == 0 || position_ == lattice_.columns() - 1) return true;
+    open_ = draw_as_is(cone_, front_, surroundings(), open_);
+    if (open_ != 0) return true;
   }
+  return false;
+}
+
+/// Solves the bead that find_unsolved has found, and goes on to the next.
+void GranusolveGroup::mend_here() {
+  const bool at_an_end = front_.layer == 0 || position_ == 0 || position_ == lattice_.columns() - 1;
+  settle(at_an_end ? open_ : mend_beads(cone_, front_, surroundings(), open_));
+}
+
+/// The piles of `lanes` one by one, whatever it takes; then goes on to the next bead.
+void GranusolveGroup::settle(unsigned lanes) {
+  const bool met = front_.layer > 0 && position_ > 0 && position_ < lattice_.columns() - 1;
+  for (; lanes != 0; lanes &= lanes - 1) {
+    const auto lane = static_cast<std::size_t>(std::countr_zero(lanes));
+    hand_over_counts(lane);
+    GranusolveSampler& solver = *solvers_[lane];
+    // The solver counts from the beginning what draw_as_is has begun to count.
+    if (met) --solver.solutions_;
+    solver.front_ = front_.layer;
+    solver.cursor_ = position_;
+    solver.cursor_bead_ = bead_;
+    if (!solver.solve_failing(bead_)) give_up(lane);
+  }
+  ++position_;
+  bead_ = front_.forward ? lattice_.next(bead_) : lattice_.previous(bead_);
+}
+
+void GranusolveGroup::give_up(std::size_t lane) {
+  failures_[lane] = SamplingFailure{front_.layer};
+  running_ &= ~(1U << lane);
+}
+
+void GranusolveGroup::end_layer() {
   for (unsigned rest = running_; rest != 0; rest &= rest - 1) {
     const auto lane = static_cast<std::size_t>(std::countr_zero(rest));
     hand_over_counts(lane);
@@ -232,25 +336,6 @@ void GranusolveGroup::count_piles() {
     const auto lane = static_cast<std::size_t>(std::countr_zero(rest));
     solvers_[lane]->add_pile(beads_by[lane]);
   }
-}
-
-/// Every pile out of the interleaved arrays, in pieces that stay in the nearest cache.
-void GranusolveGroup::unpack(std::span<Pile> piles) const {
-  constexpr std::size_t piece = 64;  // beads
-  const std::size_t beads = lattice_.beads();
-  const auto copy = [&](const Array<double>& from, std::vector<double> Pile::*to) {
-    for (std::size_t begin = 0; begin < beads; begin += piece) {
-      const std::size_t end = std::min(beads, begin + piece);
-      for (std::size_t k = 0; k < piles.size(); ++k) {
-        double* const out = (piles[k].*to).data();
-        for (std::size_t i = begin; i < end; ++i) out[i] = from[i * group_lanes + k];
-      }
-    }
-  };
-  copy(V_R_, &Pile::V_R);
-  copy(V_L_, &Pile::V_L);
-  copy(H_R_, &Pile::H_R);
-  copy(H_L_, &Pile::H_L);
 }
 
 }  // namespace granuscope

@@ -26,6 +26,21 @@ constexpr Tag d;
 constexpr WordTag dw;
 constexpr hn::Rebind<std::uint32_t, Tag> d32;
 
+// The arithmetic of one stream of mends (V) and of two that are worked on in turn, operation by operation (V2).
+struct V2 {
+  V first, second;
+};
+struct M2 {
+  M first, second;
+};
+
+HWY_INLINE V plus(V a, V b) { return hn::Add(a, b); }
+HWY_INLINE V minus(V a, V b) { return hn::Sub(a, b); }
+HWY_INLINE V times(V a, V b) { return hn::Mul(a, b); }
+HWY_INLINE V over(V a, V b) { return hn::Div(a, b); }
+HWY_INLINE V root(V a) { return hn::Sqrt(a); }
+HWY_INLINE V magnitude(V a) { return hn::Abs(a); }
+HWY_INLINE V negative(V a) { return hn::Neg(a); }
 // std::max and std::min, bit for bit (of equal numbers the first): x86 vector maxima prefer the second.
 HWY_INLINE V larger(V a, V b) {
 #if HWY_ARCH_X86
@@ -41,130 +56,206 @@ HWY_INLINE V smaller(V a, V b) {
   return hn::IfThenElse(hn::Lt(b, a), b, a);
 #endif
 }
-HWY_INLINE V clamped(V v, V low, V high) {
-  return hn::IfThenElse(hn::Lt(v, low), low, hn::IfThenElse(hn::Lt(high, v), high, v));
+HWY_INLINE V choose(M where, V yes, V no) { return hn::IfThenElse(where, yes, no); }
+HWY_INLINE M less(V a, V b) { return hn::Lt(a, b); }
+HWY_INLINE M at_most(V a, V b) { return hn::Le(a, b); }
+HWY_INLINE M both(M a, M b) { return hn::And(a, b); }
+HWY_INLINE M either(M a, M b) { return hn::Or(a, b); }
+HWY_INLINE M only(M without, M with) { return hn::AndNot(without, with); }
+HWY_INLINE M negation(M a) { return hn::Not(a); }
+
+// NOLINTBEGIN(bugprone-macro-parentheses): the arguments are names
+#define GRANUSCOPE_TWO_STREAMS_1(Result, name, Argument) \
+  HWY_INLINE Result name(Argument a) { return {name(a.first), name(a.second)}; }
+#define GRANUSCOPE_TWO_STREAMS_2(Result, name, Argument) \
+  HWY_INLINE Result name(Argument a, Argument b) { return {name(a.first, b.first), name(a.second, b.second)}; }
+// NOLINTEND(bugprone-macro-parentheses)
+GRANUSCOPE_TWO_STREAMS_2(V2, plus, V2)
+GRANUSCOPE_TWO_STREAMS_2(V2, minus, V2)
+GRANUSCOPE_TWO_STREAMS_2(V2, times, V2)
+GRANUSCOPE_TWO_STREAMS_2(V2, over, V2)
+GRANUSCOPE_TWO_STREAMS_1(V2, root, V2)
+GRANUSCOPE_TWO_STREAMS_1(V2, magnitude, V2)
+GRANUSCOPE_TWO_STREAMS_1(V2, negative, V2)
+GRANUSCOPE_TWO_STREAMS_2(V2, larger, V2)
+GRANUSCOPE_TWO_STREAMS_2(V2, smaller, V2)
+GRANUSCOPE_TWO_STREAMS_2(M2, less, V2)
+GRANUSCOPE_TWO_STREAMS_2(M2, at_most, V2)
+GRANUSCOPE_TWO_STREAMS_2(M2, both, M2)
+GRANUSCOPE_TWO_STREAMS_2(M2, either, M2)
+GRANUSCOPE_TWO_STREAMS_2(M2, only, M2)
+GRANUSCOPE_TWO_STREAMS_1(M2, negation, M2)
+#undef GRANUSCOPE_TWO_STREAMS_1
+#undef GRANUSCOPE_TWO_STREAMS_2
+HWY_INLINE V2 choose(M2 where, V2 yes, V2 no) {
+  return {choose(where.first, yes.first, no.first), choose(where.second, yes.second, no.second)};
 }
 
+template <class X>
+HWY_INLINE X number(double value);
+template <>
+HWY_INLINE V number<V>(double value) {
+  return hn::Set(d, value);
+}
+template <>
+HWY_INLINE V2 number<V2>(double value) {
+  return {hn::Set(d, value), hn::Set(d, value)};
+}
+
+template <class X>
+HWY_INLINE X clamped(X v, X low, X high) {
+  return choose(less(v, low), low, choose(less(high, v), high, v));
+}
+
+template <class X>
 struct Range {
-  V low, high;
-  HWY_INLINE M empty() const { return hn::Gt(low, high); }
+  X low, high;
+  HWY_INLINE auto empty() const { return less(high, low); }
 };
 
-HWY_INLINE Range intersection(Range a, Range b) { return {larger(a.low, b.low), smaller(a.high, b.high)}; }
-
-HWY_INLINE V point_at(Range range, V uniform) {
-  return smaller(hn::Add(range.low, hn::Mul(uniform, hn::Sub(range.high, range.low))), range.high);
+template <class X>
+HWY_INLINE Range<X> intersection(Range<X> a, Range<X> b) {
+  return {larger(a.low, b.low), smaller(a.high, b.high)};
 }
 
+template <class X>
+HWY_INLINE X point_at(Range<X> range, X uniform) {
+  return smaller(plus(range.low, times(uniform, minus(range.high, range.low))), range.high);
+}
+
+/// The cone's constants, the same in every lane and stream.
+template <class X>
 struct Cone {
-  V t_minus, t_plus, t_minus_over_k, t_plus_over_k, root3, tan;
+  explicit HWY_INLINE Cone(const FrictionCone& cone)
+      : t_minus(number<X>(cone.t_minus())),
+        t_plus(number<X>(cone.t_plus())),
+        t_minus_over_k(number<X>(cone.t_minus_over_k())),
+        t_plus_over_k(number<X>(cone.t_plus_over_k())),
+        root3(number<X>(sqrt3)),
+        tan(number<X>(tan30)) {}
+  X t_minus, t_plus, t_minus_over_k, t_plus_over_k, root3, tan;
 };
 
-HWY_INLINE Range split_interval(const Cone& cone, V V_R, V V_L, V H) {
-  return {larger(hn::Mul(cone.t_minus, V_R), hn::Add(hn::Mul(cone.t_minus, V_L), H)),
-          smaller(hn::Mul(cone.t_plus, V_R), hn::Add(hn::Mul(cone.t_plus, V_L), H))};
+template <class X>
+HWY_INLINE Range<X> split_interval(const Cone<X>& cone, X V_R, X V_L, X H) {
+  return {larger(times(cone.t_minus, V_R), plus(times(cone.t_minus, V_L), H)),
+          smaller(times(cone.t_plus, V_R), plus(times(cone.t_plus, V_L), H))};
 }
 
-HWY_INLINE Range solvable_band(const Cone& cone, V V_UL, V V_UR) {
+template <class X>
+HWY_INLINE Range<X> solvable_band(const Cone<X>& cone, X V_UL, X V_UR) {
   return {
-      larger(hn::Mul(hn::Neg(V_UR), cone.tan),
-             hn::Sub(hn::Mul(cone.t_minus_over_k, V_UL), hn::Mul(cone.t_plus_over_k, V_UR))),
-      smaller(hn::Mul(V_UL, cone.tan), hn::Sub(hn::Mul(cone.t_plus_over_k, V_UL), hn::Mul(cone.t_minus_over_k, V_UR)))};
+      larger(times(negative(V_UR), cone.tan), minus(times(cone.t_minus_over_k, V_UL), times(cone.t_plus_over_k, V_UR))),
+      smaller(times(V_UL, cone.tan), minus(times(cone.t_plus_over_k, V_UL), times(cone.t_minus_over_k, V_UR)))};
 }
 
 /// A bead under its load: what leaves it, and where its split may lie.
+template <class X>
 struct Bead {
-  V V_R, V_L, H;
-  Range interval;
+  X V_R, V_L, H;
+  Range<X> interval;
 };
 
-HWY_INLINE Bead bead_under(const Cone& cone, V V_UL, V V_UR, V H) {
-  const V shift = hn::Mul(cone.root3, H);
-  const V V_R = hn::Add(V_UR, shift), V_L = hn::Sub(V_UL, shift);
+template <class X>
+HWY_INLINE Bead<X> bead_under(const Cone<X>& cone, X V_UL, X V_UR, X H) {
+  const X shift = times(cone.root3, H);
+  const X V_R = plus(V_UR, shift), V_L = minus(V_UL, shift);
   return {V_R, V_L, H, split_interval(cone, V_R, V_L, H)};
 }
 
-using Uniforms = LaneUniforms<Tag>;
-
-/// The stream of later attempts.
-HWY_INLINE Uniforms later_attempt(const GroupFront& front, std::size_t bead, W sample, W attempt) {
-  return philox_uniforms(dw, front.keys, hn::Set(dw, static_cast<std::uint64_t>(bead)),
-                         hn::Set(dw, static_cast<std::uint64_t>(static_cast<std::uint32_t>(front.layer))), sample,
-                         hn::Or(hn::ShiftLeft<8>(attempt), hn::Set(dw, std::uint64_t{1})));
-}
-
+template <class X, class Mask>
 struct PairDraws {
-  V a, b;
-  M exists;
+  X a, b;
+  Mask exists;
 };
 
 /// draw_truncated_pair (truncated_pair.cc), step by step, for polygons with an area.
-HWY_INLINE PairDraws draw_truncated_pairs(Range A, Range B, Range D, V u_difference, V u_chord) {
-  const V zero = hn::Zero(d), one = hn::Set(d, 1.0), half = hn::Set(d, 0.5);
-  const V corner1 = hn::Sub(A.low, B.low), corner2 = hn::Sub(A.high, B.high);
-  const V lowest = hn::Sub(A.low, B.high), rise_end = smaller(corner1, corner2);
-  const V fall_start = larger(corner1, corner2), highest = hn::Sub(A.high, B.low);
-  const V low = larger(D.low, lowest), high = smaller(D.high, highest);
-  const V plateau = smaller(hn::Sub(A.high, A.low), hn::Sub(B.high, B.low));
-  const auto density = [&](V x) {
-    return larger(zero, smaller(smaller(plateau, hn::Sub(x, lowest)), hn::Sub(highest, x)));
+template <class X>
+HWY_INLINE auto draw_truncated_pairs(Range<X> A, Range<X> B, Range<X> D, X u_difference, X u_chord) {
+  const X zero = number<X>(0), one = number<X>(1), half = number<X>(0.5);
+  const X corner1 = minus(A.low, B.low), corner2 = minus(A.high, B.high);
+  const X lowest = minus(A.low, B.high), rise_end = smaller(corner1, corner2);
+  const X fall_start = larger(corner1, corner2), highest = minus(A.high, B.low);
+  const X low = larger(D.low, lowest), high = smaller(D.high, highest);
+  const X plateau = smaller(minus(A.high, A.low), minus(B.high, B.low));
+  const auto density = [&](X x) {
+    return larger(zero, smaller(smaller(plateau, minus(x, lowest)), minus(highest, x)));
   };
-  const V knot1 = clamped(rise_end, low, high), knot2 = clamped(fall_start, low, high);
-  const V y0 = density(low), y1 = density(knot1), y2 = density(knot2), y3 = density(high);
-  const V area1 = hn::Mul(hn::Mul(hn::Sub(knot1, low), hn::Add(y0, y1)), half);
-  const V area2 = hn::Mul(hn::Mul(hn::Sub(knot2, knot1), hn::Add(y1, y2)), half);
-  const V area3 = hn::Mul(hn::Mul(hn::Sub(high, knot2), hn::Add(y2, y3)), half);
-  const V area = hn::Add(hn::Add(area1, area2), area3);
-  const M exists = hn::And(hn::Le(low, high), hn::Gt(area, zero));
+  const X knot1 = clamped(rise_end, low, high), knot2 = clamped(fall_start, low, high);
+  const X y0 = density(low), y1 = density(knot1), y2 = density(knot2), y3 = density(high);
+  const X area1 = times(times(minus(knot1, low), plus(y0, y1)), half);
+  const X area2 = times(times(minus(knot2, knot1), plus(y1, y2)), half);
+  const X area3 = times(times(minus(high, knot2), plus(y2, y3)), half);
+  const X area = plus(plus(area1, area2), area3);
+  const auto exists = both(at_most(low, high), less(zero, area));
 
   // Which of the three pieces, then one division and one root for whichever it is.
-  const V share1 = hn::Mul(u_difference, area), share2 = hn::Sub(share1, area1), share3 = hn::Sub(share2, area2);
-  const M rising = hn::Lt(share1, area1), flat = hn::AndNot(rising, hn::Lt(share2, area2));
-  const M falling = hn::Not(hn::Or(rising, flat));
-  const auto pick = [&](V on_rise, V on_plateau, V on_fall) {
-    return hn::IfThenElse(rising, on_rise, hn::IfThenElse(flat, on_plateau, on_fall));
+  const X share1 = times(u_difference, area), share2 = minus(share1, area1), share3 = minus(share2, area2);
+  const auto rising = less(share1, area1), flat = only(rising, less(share2, area2));
+  const auto falling = negation(either(rising, flat));
+  const auto pick = [&](X on_rise, X on_plateau, X on_fall) {
+    return choose(rising, on_rise, choose(flat, on_plateau, on_fall));
   };
-  V share = hn::Div(pick(share1, share2, share3), pick(area1, area2, area3));
-  share = hn::IfThenElse(falling, hn::IfThenElse(hn::Gt(area3, zero), smaller(one, share), zero), share);
-  const V from = pick(y0, y1, y2), to = pick(y1, y2, y3);
-  const V target = hn::Mul(share, hn::Add(from, to));
-  const V root = hn::Sqrt(larger(zero, hn::Add(hn::Mul(from, from), hn::Mul(hn::Sub(to, from), target))));
-  const V denominator = hn::Add(from, root);
-  const V inverted = hn::IfThenElse(hn::Gt(denominator, zero), smaller(one, hn::Div(target, denominator)), share);
-  const V length = pick(hn::Sub(knot1, low), hn::Sub(knot2, knot1), hn::Sub(high, knot2));
-  V difference = hn::Add(pick(low, knot1, knot2), hn::Mul(length, hn::IfThenElse(flat, share, inverted)));
+  X share = over(pick(share1, share2, share3), pick(area1, area2, area3));
+  share = choose(falling, choose(less(zero, area3), smaller(one, share), zero), share);
+  const X from = pick(y0, y1, y2), to = pick(y1, y2, y3);
+  const X target = times(share, plus(from, to));
+  const X root_here = root(larger(zero, plus(times(from, from), times(minus(to, from), target))));
+  const X denominator = plus(from, root_here);
+  const X inverted = choose(less(zero, denominator), smaller(one, over(target, denominator)), share);
+  const X length = pick(minus(knot1, low), minus(knot2, knot1), minus(high, knot2));
+  X difference = plus(pick(low, knot1, knot2), times(length, choose(flat, share, inverted)));
   difference = clamped(difference, low, high);
-  const V chord_low = larger(A.low, hn::Add(B.low, difference)),
-          chord_high = smaller(A.high, hn::Add(B.high, difference));
-  const V a = clamped(hn::Add(chord_low, hn::Mul(u_chord, hn::Sub(chord_high, chord_low))), A.low, A.high);
-  return {a, clamped(hn::Sub(a, difference), B.low, B.high), exists};
+  const X chord_low = larger(A.low, plus(B.low, difference)), chord_high = smaller(A.high, plus(B.high, difference));
+  const X a = clamped(plus(chord_low, times(u_chord, minus(chord_high, chord_low))), A.low, A.high);
+  return PairDraws<X, decltype(exists)>{a, clamped(minus(a, difference), B.low, B.high), exists};
 }
 
-/// Attempts of a bead, as the random numbers need them.
-struct Attempts {
-  std::uint32_t* at;
-  W count;
-  HWY_INLINE explicit Attempts(std::uint32_t* from) : at(from), count(hn::PromoteTo(dw, hn::Load(d32, from))) {}
-  HWY_INLINE W after(std::uint64_t more) const { return hn::Add(count, hn::Set(dw, more)); }
-  HWY_INLINE void add(std::uint64_t more, M where) const {
-    hn::Store(hn::TruncateTo(d32, hn::Add(count, hn::IfThenElseZero(hn::RebindMask(dw, where), hn::Set(dw, more)))),
-              d32, at);
+/// What a mend needs of a stream's memory: vectors of the piles from lane `k` on.
+struct Stream {
+  GroupFront& front;
+  const GroupBead& at;
+  std::size_t k;
+  unsigned lanes;  ///< of these piles
+
+  std::size_t place(std::size_t bead) const { return bead * group_lanes + k; }
+  HWY_INLINE V load(const double* row, std::size_t bead) const { return hn::Load(d, row + place(bead)); }
+  HWY_INLINE M active() const {
+    const std::uint8_t bits[8] = {static_cast<std::uint8_t>(lanes)};
+    return hn::LoadMaskBits(d, bits);
+  }
+  /// The bead's attempts so far, and the numbers of the next one.
+  HWY_INLINE W attempts() const { return hn::PromoteTo(dw, hn::Load(d32, front.attempts + place(at.bead))); }
+  HWY_INLINE LaneUniforms<Tag> later_attempt() const {
+    const W attempt = hn::Add(attempts(), hn::Set(dw, std::uint64_t{1}));
+    return philox_uniforms(dw, front.keys, hn::Set(dw, static_cast<std::uint64_t>(at.bead)),
+                           hn::Set(dw, static_cast<std::uint64_t>(static_cast<std::uint32_t>(front.layer))),
+                           hn::Load(dw, front.sample.data() + k),
+                           hn::Or(hn::ShiftLeft<8>(attempt), hn::Set(dw, std::uint64_t{1})));
+  }
+  HWY_INLINE void keep(const Bead<V>& bead, M where, std::size_t number) const {
+    const V H_R = point_at(bead.interval, load(front.first_uniform, number));
+    const std::size_t to = place(number);
+    hn::BlendedStore(bead.V_R, where, d, front.here.V_R + to);
+    hn::BlendedStore(bead.V_L, where, d, front.here.V_L + to);
+    hn::BlendedStore(bead.H, where, d, front.here.H + to);
+    hn::BlendedStore(H_R, where, d, front.here.H_R + to);
+    hn::BlendedStore(hn::Sub(bead.H, H_R), where, d, front.here.H_L + to);
+  }
+  HWY_INLINE void set_parent(std::size_t parent, V H_R, V H, M where) const {
+    hn::BlendedStore(H_R, where, d, front.above.H_R + place(parent));
+    hn::BlendedStore(hn::Sub(H, H_R), where, d, front.above.H_L + place(parent));
+  }
+  HWY_INLINE void count(LaneWords& words, M where) const {
+    std::uint64_t* const to = words.data() + k;
+    hn::Store(hn::Add(hn::Load(dw, to), hn::IfThenElseZero(hn::RebindMask(dw, where), hn::Set(dw, std::uint64_t{1}))),
+              dw, to);
+  }
+  HWY_INLINE void add_attempts(M where) const {
+    const W more = hn::IfThenElseZero(hn::RebindMask(dw, where), hn::Set(dw, std::uint64_t{1}));
+    hn::Store(hn::TruncateTo(d32, hn::Add(attempts(), more)), d32, front.attempts + place(at.bead));
   }
 };
-
-HWY_INLINE void keep(const Bead& bead, V uniform, M where, const GroupRow& row, std::size_t at) {
-  const V H_R = point_at(bead.interval, uniform);
-  hn::BlendedStore(bead.V_R, where, d, row.V_R + at);
-  hn::BlendedStore(bead.V_L, where, d, row.V_L + at);
-  hn::BlendedStore(bead.H, where, d, row.H + at);
-  hn::BlendedStore(H_R, where, d, row.H_R + at);
-  hn::BlendedStore(hn::Sub(bead.H, H_R), where, d, row.H_L + at);
-}
-
-HWY_INLINE void count(LaneWords& words, std::size_t k, std::uint64_t more, M where) {
-  std::uint64_t* const at = words.data() + k;
-  hn::Store(hn::Add(hn::Load(dw, at), hn::IfThenElseZero(hn::RebindMask(dw, where), hn::Set(dw, more))), dw, at);
-}
 
 HWY_INLINE unsigned bits_of(M mask) {
   std::uint8_t bits[8] = {};
@@ -172,111 +263,207 @@ HWY_INLINE unsigned bits_of(M mask) {
   return bits[0];
 }
 
-/// The piles from lane `k` on; `lanes` holds their bits. Returns those left over, and those mended by the pair rule.
-HWY_INLINE unsigned mend_lanes(const Cone& cone, GroupFront& front, const GroupBead& at, std::size_t k, unsigned lanes,
-                               unsigned& mended_lanes) {
-  const std::uint8_t lane_bits[8] = {static_cast<std::uint8_t>(lanes)};
-  const M active = hn::LoadMaskBits(d, lane_bits);
-  const GroupRow &above = front.above, &here = front.here;
-  const auto place = [&](std::size_t bead) { return bead * group_lanes + k; };
-  const auto load = [&](const double* row, std::size_t bead) { return hn::Load(d, row + place(bead)); };
-  const V A_V_R = load(above.V_R, at.A), B_V_L = load(above.V_L, at.B);
+/// Which piles of a stream were mended, and which were left over.
+struct Outcome {
+  unsigned mended = 0, left_over = 0;
+};
 
-  // As it is.
-  const Bead as_is = bead_under(cone, A_V_R, B_V_L, hn::Add(load(above.H_R, at.A), load(above.H_L, at.B)));
-  const M drawn = hn::AndNot(as_is.interval.empty(), active);
-  keep(as_is, load(front.first_uniform, at.bead), drawn, here, place(at.bead));
-  count(front.met, k, 1, active);
-  const M open = hn::AndNot(drawn, active);
-  if (hn::AllFalse(d, open)) return 0;
+/// Two uniform numbers for each pile.
+template <class X>
+struct Numbers {
+  X first, second;
+};
 
-  const Range solvable = solvable_band(cone, A_V_R, B_V_L);
-  const V on_band = clamped(as_is.H, solvable.low, larger(solvable.low, solvable.high));
-  const V allowance = hn::Mul(hn::Set(d, rounding_ulps * std::numeric_limits<double>::epsilon()),
-                              hn::Add(hn::Add(A_V_R, B_V_L), hn::Abs(as_is.H)));
-  const M failing = hn::Gt(hn::Abs(hn::Sub(as_is.H, on_band)), allowance);
-
-  // The pair rule.
-  const V A_V_L = load(above.V_L, at.A), B_V_R = load(above.V_R, at.B);
-  const V A_H = load(above.H, at.A), B_H = load(above.H, at.B);
-  // A parent whose own interval is empty by rounding is left over with the rest.
-  Range a = split_interval(cone, A_V_R, A_V_L, A_H), b = split_interval(cone, B_V_R, B_V_L, B_H);
-  V P_V_R = A_V_R, P_H_R = A_H, Q_V_L = B_V_L, Q_H_L = B_H;  // read only where the neighbour below is solved
-  if (at.left_solved) {
-    P_V_R = load(above.V_R, at.P);
-    P_H_R = load(above.H_R, at.P);
-    const Range band = solvable_band(cone, P_V_R, A_V_L);
-    a = intersection(a, {hn::Sub(P_H_R, hn::Sub(band.high, A_H)), hn::Sub(P_H_R, hn::Sub(band.low, A_H))});
+/// One stream, its neighbour behind being the left one or not.
+template <bool behind_is_left>
+struct One {
+  using X = V;
+  Stream stream;
+  template <class Of>
+  HWY_INLINE auto all(Of of) const {
+    return of(stream);
   }
-  if (at.right_solved) {
-    const V Q_H = load(above.H, at.Q), Q_H_R = load(above.H_R, at.Q);
-    Q_V_L = load(above.V_L, at.Q);
-    Q_H_L = load(above.H_L, at.Q);
-    const Range band = solvable_band(cone, B_V_R, Q_V_L);
-    b = intersection(b, {hn::Add(Q_H_R, hn::Sub(band.low, Q_H)), hn::Add(Q_H_R, hn::Sub(band.high, Q_H))});
+  /// By the side of the neighbour behind.
+  HWY_INLINE V by_side(V left, V right) const { return behind_is_left ? left : right; }
+  HWY_INLINE Numbers<V> later_attempt() const {
+    const LaneUniforms<Tag> u = stream.later_attempt();
+    return {u.first, u.second};
   }
-  const Range band{hn::Sub(solvable.low, B_H), hn::Sub(solvable.high, B_H)};
-  const M feasible = hn::Le(larger(band.low, hn::Sub(a.low, b.high)), smaller(band.high, hn::Sub(a.high, b.low)));
-  const M nonempty = hn::Not(hn::Or(a.empty(), b.empty()));
+  template <class Do>
+  HWY_INLINE void each(Do act) const {
+    act(
+        stream, [](const auto& value) { return value; }, std::size_t{0});
+  }
+};
 
-  const W sample = hn::Load(dw, front.sample.data() + k);
-  const Attempts tries(front.attempts + place(at.bead));
-  const Uniforms u = later_attempt(front, at.bead, sample, tries.after(1));
-  const PairDraws pair = draw_truncated_pairs(a, b, band, u.first, u.second);
-  const V A_H_L = hn::Sub(A_H, pair.a), B_H_L = hn::Sub(B_H, pair.b);
-  const Bead self = bead_under(cone, A_V_R, B_V_L, hn::Add(pair.a, B_H_L));
-  // A neighbour or the bead itself whose interval is empty after all is so by rounding, which is not settled here.
-  M mended = hn::And(hn::And(open, failing), hn::And(nonempty, hn::And(feasible, pair.exists)));
-  mended = hn::AndNot(self.interval.empty(), mended);
-  const Bead left = bead_under(cone, P_V_R, A_V_L, hn::Add(P_H_R, A_H_L));
-  const Bead right = bead_under(cone, B_V_R, Q_V_L, hn::Add(pair.b, Q_H_L));
-  if (at.left_solved) mended = hn::AndNot(left.interval.empty(), mended);
-  if (at.right_solved) mended = hn::AndNot(right.interval.empty(), mended);
+template <bool first_is_left, bool second_is_left>
+struct Two {
+  using X = V2;
+  Stream first, second;
+  template <class Of>
+  HWY_INLINE auto all(Of of) const {
+    if constexpr (std::is_same_v<decltype(of(first)), V>) return V2{of(first), of(second)};
+    if constexpr (std::is_same_v<decltype(of(first)), M>) return M2{of(first), of(second)};
+  }
+  HWY_INLINE V2 by_side(V2 left, V2 right) const {
+    return {first_is_left ? left.first : right.first, second_is_left ? left.second : right.second};
+  }
+  HWY_INLINE Numbers<V2> later_attempt() const {
+    const LaneUniforms<Tag> u = first.later_attempt(), v = second.later_attempt();
+    return {{u.first, v.first}, {u.second, v.second}};
+  }
+  template <class Do>
+  HWY_INLINE void each(Do act) const {
+    act(
+        first, [](const auto& value) { return value.first; }, std::size_t{0});
+    act(
+        second, [](const auto& value) { return value.second; }, std::size_t{1});
+  }
+};
 
-  const Uniforms u_below = later_attempt(front, at.bead, sample, tries.after(2));
-  keep(self, u_below.first, mended, here, place(at.bead));
-  tries.add(2, mended);
-  hn::BlendedStore(pair.a, mended, d, above.H_R + place(at.A));
-  hn::BlendedStore(A_H_L, mended, d, above.H_L + place(at.A));
-  hn::BlendedStore(pair.b, mended, d, above.H_R + place(at.B));
-  hn::BlendedStore(B_H_L, mended, d, above.H_L + place(at.B));
-  // The second number goes to the solved neighbour; if both are solved, to the left one.
-  if (at.left_solved) keep(left, u_below.second, mended, here, place(at.left));
-  if (at.right_solved && !at.left_solved) keep(right, u_below.second, mended, here, place(at.right));
-  if (at.right_solved && at.left_solved) {
-    const Attempts before(front.attempts + place(at.right));
-    keep(right, later_attempt(front, at.right, sample, before.after(1)).first, mended, here, place(at.right));
-    before.add(1, mended);
-  }
-  count(front.pairs, k, 1, mended);
-  if (at.left_solved != at.right_solved) {
-    count(front.renewed, k, 1, mended);
-  } else if (at.left_solved) {
-    count(front.renewed, k, 2, mended);
-  }
-  mended_lanes = bits_of(mended);
-  return bits_of(hn::AndNot(mended, open));
+/// The part of `bead` that belongs to one stream.
+template <class X, class Part>
+HWY_INLINE Bead<V> part_of(const Bead<X>& bead, Part part) {
+  return {part(bead.V_R), part(bead.V_L), part(bead.H), {part(bead.interval.low), part(bead.interval.high)}};
 }
 
-unsigned MendBeads(const FrictionCone& cone, GroupFront& front, const GroupBead& bead, unsigned lanes) {
-  const Cone broadcast{hn::Set(d, cone.t_minus()),       hn::Set(d, cone.t_plus()), hn::Set(d, cone.t_minus_over_k()),
-                       hn::Set(d, cone.t_plus_over_k()), hn::Set(d, sqrt3),         hn::Set(d, tan30)};
-  constexpr unsigned all = (1U << group_lanes) - 1;
-  unsigned left_over = 0, mended = 0;
-  for (std::size_t k = 0; k < group_lanes; k += hn::Lanes(d)) {
-    const unsigned some = lanes >> k & ((1U << hn::Lanes(d)) - 1) & all;
-    if (some == 0) continue;
-    unsigned mended_here = 0;
-    left_over |= mend_lanes(broadcast, front, bead, k, some, mended_here) << k;
-    mended |= mended_here << k;
-  }
+template <class Streams>
+HWY_INLINE void mend_streams(const FrictionCone& friction, const Streams& streams, Outcome* outcomes) {
+  using X = typename Streams::X;
+  const Cone<X> cone(friction);
+  const auto above = [&](double* GroupRow::*row, std::size_t GroupBead::*bead) {
+    return streams.all([=](const Stream& s) { return s.load(s.front.above.*row, s.at.*bead); });
+  };
+  using R = GroupRow;
+  using B = GroupBead;
+  const X A_V_R = above(&R::V_R, &B::A), B_V_L = above(&R::V_L, &B::B);
+
+  // Whether it misses its band by more than rounding.
+  const X H = plus(above(&R::H_R, &B::A), above(&R::H_L, &B::B));
+  const Range<X> solvable = solvable_band(cone, A_V_R, B_V_L);
+  const X on_band = clamped(H, solvable.low, larger(solvable.low, solvable.high));
+  const X allowance =
+      times(number<X>(rounding_ulps * std::numeric_limits<double>::epsilon()), plus(plus(A_V_R, B_V_L), magnitude(H)));
+  const auto failing = less(allowance, magnitude(minus(H, on_band)));
+
+  // The pair rule. A parent whose own interval is empty by rounding is left over with the rest.
+  const X A_V_L = above(&R::V_L, &B::A), B_V_R = above(&R::V_R, &B::B);
+  const X A_H = above(&R::H, &B::A), B_H = above(&R::H, &B::B);
+  Range<X> a = split_interval(cone, A_V_R, A_V_L, A_H), b = split_interval(cone, B_V_R, B_V_L, B_H);
+  // The neighbour behind hangs below its outer parent and A (if it is the left one) or B.
+  const X outer_H_R = above(&R::H_R, &B::outer);
+  const X behind_V_UL = streams.by_side(above(&R::V_R, &B::outer), B_V_R);
+  const X behind_V_UR = streams.by_side(A_V_L, above(&R::V_L, &B::outer));
+  const Range<X> hold = solvable_band(cone, behind_V_UL, behind_V_UR);
+  const X H_between = streams.by_side(A_H, above(&R::H, &B::outer));
+  const X hold_low = minus(hold.low, H_between), hold_high = minus(hold.high, H_between);
+  a = {streams.by_side(larger(a.low, minus(outer_H_R, hold_high)), a.low),
+       streams.by_side(smaller(a.high, minus(outer_H_R, hold_low)), a.high)};
+  b = {streams.by_side(b.low, larger(b.low, plus(outer_H_R, hold_low))),
+       streams.by_side(b.high, smaller(b.high, plus(outer_H_R, hold_high)))};
+  const Range<X> band{minus(solvable.low, B_H), minus(solvable.high, B_H)};
+  const auto feasible = at_most(larger(band.low, minus(a.low, b.high)), smaller(band.high, minus(a.high, b.low)));
+  const auto nonempty = negation(either(a.empty(), b.empty()));
+
+  const Numbers<X> u = streams.later_attempt();
+  const auto pair = draw_truncated_pairs(a, b, band, u.first, u.second);
+  const X A_H_L = minus(A_H, pair.a), B_H_L = minus(B_H, pair.b);
+  const Bead<X> self = bead_under(cone, A_V_R, B_V_L, plus(pair.a, B_H_L));
+  const Bead<X> behind = bead_under(cone, behind_V_UL, behind_V_UR,
+                                    streams.by_side(plus(outer_H_R, A_H_L), plus(pair.b, above(&R::H_L, &B::outer))));
+  // A neighbour or the bead itself whose interval is empty after all is so by rounding, which is not settled here.
+  const auto active = streams.all([](const Stream& s) { return s.active(); });
+  const auto possible = both(both(active, failing), both(nonempty, both(feasible, pair.exists)));
+  const auto mended = only(either(self.interval.empty(), behind.interval.empty()), possible);
+
+  streams.each([&](const Stream& s, auto part, std::size_t which) {
+    const M here = part(mended);
+    s.set_parent(s.at.A, part(pair.a), part(A_H), here);
+    s.set_parent(s.at.B, part(pair.b), part(B_H), here);
+    s.keep(part_of(self, part), here, s.at.bead);
+    s.keep(part_of(behind, part), here, s.at.behind);
+    s.add_attempts(here);
+    s.count(s.front.pairs, here);
+    outcomes[which] = {bits_of(here), bits_of(hn::AndNot(here, part(active)))};
+  });
+}
+
+/// What follows from a bead's outcome, in all its piles: the rule is kept, and the neighbour ahead, whose turn has not
+/// come, forgets what was drawn for it.
+HWY_INLINE void note(GroupFront& front, const GroupBead& bead, unsigned mended) {
+  front.failing[bead.ahead] = static_cast<std::uint8_t>(front.failing[bead.ahead] | mended);
   for (unsigned rest = mended; rest != 0; rest &= rest - 1) {
     front.rule[bead.bead * group_lanes + static_cast<unsigned>(std::countr_zero(rest))] = front.mended_rule;
   }
-  // Neighbours whose turn has not come forget what was drawn for them.
-  if (!bead.left_solved) front.failing[bead.left] = static_cast<std::uint8_t>(front.failing[bead.left] | mended);
-  if (!bead.right_solved) front.failing[bead.right] = static_cast<std::uint8_t>(front.failing[bead.right] | mended);
-  return left_over;
+}
+
+/// The bits of the piles from lane k on that fit into a vector.
+HWY_INLINE unsigned some_of(unsigned lanes, std::size_t k) { return lanes >> k & ((1U << hn::Lanes(d)) - 1) & 0xFFU; }
+
+unsigned DrawAsIs(const FrictionCone& friction, GroupFront& front, const GroupBead& bead, unsigned lanes) {
+  const Cone<V> cone(friction);
+  unsigned open = 0;
+  for (std::size_t k = 0; k < group_lanes; k += hn::Lanes(d)) {
+    const Stream s{front, bead, k, some_of(lanes, k)};
+    if (s.lanes == 0) continue;
+    const GroupRow& above = front.above;
+    const Bead<V> as_is = bead_under(cone, s.load(above.V_R, bead.A), s.load(above.V_L, bead.B),
+                                     plus(s.load(above.H_R, bead.A), s.load(above.H_L, bead.B)));
+    const M active = s.active(), drawn = only(as_is.interval.empty(), active);
+    s.keep(as_is, drawn, bead.bead);
+    s.count(front.met, active);
+    open |= bits_of(only(drawn, active)) << k;
+  }
+  return open;
+}
+
+unsigned MendBead(const FrictionCone& cone, GroupFront& front, const GroupBead& bead, unsigned lanes) {
+  Outcome whole;
+  for (std::size_t k = 0; k < group_lanes; k += hn::Lanes(d)) {
+    const unsigned some = some_of(lanes, k);
+    if (some == 0) continue;
+    Outcome outcome;
+    const Stream stream{front, bead, k, some};
+    if (front.forward) {
+      mend_streams(cone, One<true>{stream}, &outcome);
+    } else {
+      mend_streams(cone, One<false>{stream}, &outcome);
+    }
+    whole.mended |= outcome.mended << k;
+    whole.left_over |= outcome.left_over << k;
+  }
+  note(front, bead, whole.mended);
+  return whole.left_over;
+}
+
+/// `left_over` has two entries.
+void MendTwoBeads(const FrictionCone& cone, const std::array<GroupFront*, 2>& fronts,
+                  const std::array<GroupBead, 2>& beads, const std::array<unsigned, 2>& lanes, unsigned* left_over) {
+  Outcome whole[2];
+  for (std::size_t k = 0; k < group_lanes; k += hn::Lanes(d)) {
+    const Stream first{*fronts[0], beads[0], k, some_of(lanes[0], k)};
+    const Stream second{*fronts[1], beads[1], k, some_of(lanes[1], k)};
+    if ((first.lanes | second.lanes) == 0) continue;
+    Outcome outcomes[2];
+    const bool first_forward = fronts[0]->forward, second_forward = fronts[1]->forward;
+    if (first_forward && second_forward) {
+      mend_streams(cone, Two<true, true>{first, second}, outcomes);
+    } else if (first_forward) {
+      mend_streams(cone, Two<true, false>{first, second}, outcomes);
+    } else if (second_forward) {
+      mend_streams(cone, Two<false, true>{first, second}, outcomes);
+    } else {
+      mend_streams(cone, Two<false, false>{first, second}, outcomes);
+    }
+    for (const std::size_t s : {0, 1}) {
+      whole[s].mended |= outcomes[s].mended << k;
+      whole[s].left_over |= outcomes[s].left_over << k;
+    }
+  }
+  for (const std::size_t s : {0, 1}) {
+    note(*fronts[s], beads[s], whole[s].mended);
+    left_over[s] = whole[s].left_over;
+  }
 }
 
 void FillGroupUniforms(const PhiloxKeys& keys, const LaneWords& sample, int layer, double* HWY_RESTRICT uniforms,
@@ -285,7 +472,7 @@ void FillGroupUniforms(const PhiloxKeys& keys, const LaneWords& sample, int laye
   for (std::size_t k = 0; k < group_lanes; k += hn::Lanes(d)) {
     const W samples = hn::Load(dw, sample.data() + k);
     for (std::size_t bead = 0; bead < beads; bead += 2) {
-      const Uniforms u =
+      const auto u =
           philox_uniforms(dw, keys, hn::Set(dw, static_cast<std::uint64_t>(bead / 2)), layers, samples, hn::Zero(dw));
       hn::Store(u.first, d, uniforms + bead * group_lanes + k);
       hn::Store(u.second, d, uniforms + (bead + 1) * group_lanes + k);
@@ -300,11 +487,24 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace granuscope {
 
-HWY_EXPORT(MendBeads);
+HWY_EXPORT(DrawAsIs);
+HWY_EXPORT(MendBead);
+HWY_EXPORT(MendTwoBeads);
 HWY_EXPORT(FillGroupUniforms);
 
+unsigned draw_as_is(const FrictionCone& cone, GroupFront& front, const GroupBead& bead, unsigned lanes) {
+  return HWY_DYNAMIC_DISPATCH(DrawAsIs)(cone, front, bead, lanes);
+}
+
 unsigned mend_beads(const FrictionCone& cone, GroupFront& front, const GroupBead& bead, unsigned lanes) {
-  return HWY_DYNAMIC_DISPATCH(MendBeads)(cone, front, bead, lanes);
+  return HWY_DYNAMIC_DISPATCH(MendBead)(cone, front, bead, lanes);
+}
+
+std::array<unsigned, 2> mend_beads(const FrictionCone& cone, const std::array<GroupFront*, 2>& fronts,
+                                   const std::array<GroupBead, 2>& beads, const std::array<unsigned, 2>& lanes) {
+  std::array<unsigned, 2> left_over{};
+  HWY_DYNAMIC_DISPATCH(MendTwoBeads)(cone, fronts, beads, lanes, left_over.data());
+  return left_over;
 }
 
 void fill_group_uniforms(const PhiloxKeys& keys, const LaneWords& sample, int layer, double* uniforms,

@@ -4,12 +4,11 @@
 #include <cstdint>
 
 #include "model/friction_cone.h"
+#include "sampling/pile_group.h"
 #include "sampling/uniform_bits.h"
 
 namespace granuscope {
 
-/// Piles that are solved side by side, one to a vector lane: bead i of pile k is entry 8 i + k of a row.
-inline constexpr std::size_t group_lanes = 8;
 using LaneWords = std::array<std::uint64_t, group_lanes>;
 
 /// One row of the piles of a group. Rows are aligned to 64 bytes.
@@ -20,8 +19,8 @@ struct GroupRow {
 /// The layer that is being solved, the one above it, and what its mends read and count.
 struct GroupFront {
   alignas(64) LaneWords sample{};
-  // Counted for each pile: beads met, those mended, and the solved neighbours that drew again with them.
-  alignas(64) LaneWords met{}, pairs{}, renewed{};
+  // Counted for each pile: beads met, and those of them that were mended.
+  alignas(64) LaneWords met{}, pairs{};
   GroupRow above{}, here{};
   const double* first_uniform = nullptr;
   std::uint32_t* attempts = nullptr;  ///< after the first, of this layer
@@ -29,22 +28,31 @@ struct GroupFront {
   std::uint8_t* failing = nullptr;    ///< a byte for each bead, a bit for each pile
   PhiloxKeys keys;
   int layer = 0;
+  bool forward = true;  ///< the layer's direction: the neighbour behind a bead is its left one
   std::uint8_t mended_rule = 0;
 };
 
-/// One bead that fails in some of the piles, and its surroundings: parents A and B, their outer neighbours P and Q.
+/// One bead that fails in some of the piles, its neighbours of which the one behind it is solved and the one ahead is
+/// not, its parents A and B, and the parent of the neighbour behind that is not among them.
 struct GroupBead {
-  std::size_t P, A, B, Q, left, bead, right;
-  bool left_solved, right_solved;
+  std::size_t A, B, outer, behind, bead, ahead;
 };
 
 /// First uniforms of a layer (layer_kernels.h) for eight samples side by side. `uniforms` has room for beads + 1 beads.
 void fill_group_uniforms(const PhiloxKeys& keys, const LaneWords& sample, int layer, double* uniforms,
                          std::size_t beads);
 
-/// Solves the bead in the piles of `lanes` (a bit for each) by the rules of granusolve.cc, all at once: as it is, else
-/// by the pair rule. Returns the piles in which it needs another rule or lies within rounding of its band; nothing is
-/// changed there. The same bytes as GranusolveSampler's, on every instruction set.
+/// Solves the bead as it is with its first number, in those of the piles of `lanes` (a bit for each) in which it has a
+/// solution; returns the others. This and mend_beads give the bytes of GranusolveSampler, on every instruction set.
+unsigned draw_as_is(const FrictionCone& cone, GroupFront& front, const GroupBead& bead, unsigned lanes);
+
+/// Solves a bead without solution in the piles of `lanes` by the pair rule, all at once. Returns the piles in which it
+/// needs another rule or lies within rounding of its band; nothing is changed there.
 unsigned mend_beads(const FrictionCone& cone, GroupFront& front, const GroupBead& bead, unsigned lanes);
+
+/// The same in two groups at once. A mend is a long chain of operations that wait for each other; two chains that have
+/// nothing to do with each other take hardly longer than one.
+std::array<unsigned, 2> mend_beads(const FrictionCone& cone, const std::array<GroupFront*, 2>& fronts,
+                                   const std::array<GroupBead, 2>& beads, const std::array<unsigned, 2>& lanes);
 
 }  // namespace granuscope

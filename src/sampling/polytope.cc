@@ -17,7 +17,7 @@ SamplerSpec start_spec(SamplerSpec spec) {
 }  // namespace
 
 PolytopeSampler::PolytopeSampler(const SamplerSpec& spec, const Lattice& lattice)
-    : lattice_(lattice),
+    : Sampler(lattice),
       spec_(spec),
       measured_(spec),
       start_(std::make_unique<GranusolveSampler>(start_spec(spec), lattice)),

@@ -30,7 +30,6 @@ class PolytopeSampler final : public Sampler {
   std::optional<SamplingFailure> begin_chain(std::uint64_t sample, std::span<const double> load);
   void run(std::uint64_t sweeps);
 
-  Lattice lattice_;
   SamplerSpec spec_;
   SamplerSpec measured_;            ///< spec_ with burn_in and thinning for load_
   std::unique_ptr<Sampler> start_;  ///< draws the piles that chains start from

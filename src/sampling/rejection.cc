@@ -36,7 +36,7 @@ int try_pile(const FrictionCone& cone, std::span<const double> load, Pile& pile,
 }  // namespace
 
 RejectionSampler::RejectionSampler(const SamplerSpec& spec, const Lattice& lattice)
-    : lattice_(lattice), cone_(spec.mu), spec_(spec) {}
+    : Sampler(lattice), cone_(spec.mu), spec_(spec) {}
 
 void RejectionSampler::begin_pile(std::uint64_t sample, std::span<const double> load, Pile& pile) const {
   pile.mu = spec_.mu;

@@ -17,7 +17,6 @@ class RejectionSampler final : public Sampler {
  private:
   void begin_pile(std::uint64_t sample, std::span<const double> load, Pile& pile) const;
 
-  Lattice lattice_;
   FrictionCone cone_;
   SamplerSpec spec_;
 };

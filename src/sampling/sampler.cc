@@ -22,7 +22,7 @@ constexpr double max_effort = 1e9;
 /// Every law at mu = 0, where the only solution is the frictionless pile.
 class FrictionlessSampler final : public Sampler {
  public:
-  explicit FrictionlessSampler(const SamplerSpec& spec) : spec_(spec) {}
+  FrictionlessSampler(const SamplerSpec& spec, const Lattice& lattice) : Sampler(lattice), spec_(spec) {}
   std::optional<SamplingFailure> draw(std::uint64_t sample, std::span<const double> load, Pile& pile) override {
     fill_frictionless(load, pile);
     pile.mu = 0;
@@ -42,11 +42,11 @@ class FrictionlessSampler final : public Sampler {
 class CheckedSampler final : public Sampler {
  public:
   CheckedSampler(std::unique_ptr<Sampler> inner, const Lattice& lattice, const FrictionCone& cone)
-      : inner_(std::move(inner)), lattice_(lattice), takes_zero_(cone.mu() > 0 && cone.t_minus() <= 0) {}
+      : Sampler(lattice), inner_(std::move(inner)), takes_zero_(cone.mu() > 0 && cone.t_minus() <= 0) {}
   std::optional<SamplingFailure> draw(std::uint64_t sample, std::span<const double> load, Pile& pile) override {
     check(sample, load, pile);
     auto failure = inner_->draw(sample, load, pile);
-    counts_ = inner_->counts();
+    counts_ += inner_->take_counts();
     return failure;
   }
   std::optional<SamplingFailure> draw_again(std::uint64_t sample, std::span<const double> load, const Pile& first,
@@ -56,27 +56,34 @@ class CheckedSampler final : public Sampler {
       throw std::logic_error("a sampler was handed a first pile of another lattice, or one and the same pile twice");
     }
     auto failure = inner_->draw_again(sample, load, first, pile);
-    counts_ = inner_->counts();
+    counts_ += inner_->take_counts();
     return failure;
   }
-  void draw_group(std::uint64_t first_sample, std::span<const std::span<const double>> loads, std::span<Pile> piles,
-                  std::span<std::optional<SamplingFailure>> failures) override {
-    if (loads.size() != piles.size() || failures.size() != piles.size()) {
-      throw std::logic_error("a sampler was handed different numbers of loads, piles and places for failures");
+  std::span<const PileGroup> draw_groups(std::span<const std::uint64_t> samples,
+                                         std::span<const std::span<const double>> loads,
+                                         std::span<std::optional<SamplingFailure>> failures) override {
+    if (loads.size() != samples.size() || failures.size() != samples.size()) {
+      throw std::logic_error("a sampler was handed different numbers of samples, loads and places for failures");
     }
-    for (std::size_t k = 0; k < piles.size(); ++k) check(first_sample + k, loads[k], piles[k]);
-    inner_->draw_group(first_sample, loads, piles, failures);
-    counts_ = inner_->counts();
+    for (std::size_t k = 0; k < samples.size(); ++k) check(samples[k], loads[k]);
+    const auto groups = inner_->draw_groups(samples, loads, failures);
+    counts_ += inner_->take_counts();
+    return groups;
   }
 
  private:
   void check(std::uint64_t sample, std::span<const double> load, const Pile& pile) const {
+    if (pile.V_R.size() != lattice_.beads()) throw std::logic_error("a sampler was handed a pile of another lattice");
+    check(sample, load);
+  }
+
+  void check(std::uint64_t sample, std::span<const double> load) const {
     if (sample >= max_samples) {
       throw InputError(
           fmt::format("sample {} is out of range: one seed names {} samples; use another seed", sample, max_samples));
     }
-    if (load.size() != static_cast<std::size_t>(lattice_.columns()) || pile.V_R.size() != lattice_.beads()) {
-      throw std::logic_error("a sampler was handed a load or a pile of another lattice");
+    if (load.size() != static_cast<std::size_t>(lattice_.columns())) {
+      throw std::logic_error("a sampler was handed a load of another lattice");
     }
     check_load(load);
   }
@@ -102,11 +109,27 @@ class CheckedSampler final : public Sampler {
   }
 
   std::unique_ptr<Sampler> inner_;
-  Lattice lattice_;
   bool takes_zero_;  ///< t- <= 0: a contact may lean outwards, and unloaded beads can carry their neighbours' force
 };
 
 }  // namespace
+
+void Sampler::draw_alone(std::uint64_t sample, const std::span<const double>& load,
+                         std::optional<SamplingFailure>& failure) {
+  if (drawn_alone_ == alone_.size()) alone_.emplace_back(lattice_);
+  Pile& pile = alone_[drawn_alone_++];
+  failure = draw(sample, load, pile);
+  groups_.push_back(group_of(pile, load));
+}
+
+std::span<const PileGroup> Sampler::draw_groups(std::span<const std::uint64_t> samples,
+                                                std::span<const std::span<const double>> loads,
+                                                std::span<std::optional<SamplingFailure>> failures) {
+  groups_.clear();
+  drawn_alone_ = 0;
+  for (std::size_t k = 0; k < loads.size(); ++k) draw_alone(samples[k], loads[k], failures[k]);
+  return groups_;
+}
 
 std::string name_of(Law law) {
   switch (law) {
@@ -169,9 +192,9 @@ void validate(const SamplerSpec& spec) {
 }
 
 std::size_t piles_at_once(const SamplerSpec& spec, const Lattice& lattice) {
-  // Where few beads fail, eight piles side by side cost more memory traffic than their mends save.
+  // Where few beads fail, piles side by side cost more memory traffic than their mends save.
   constexpr double least_mu = 0.2;
-  return spec.law == Law::granusolve && spec.mu >= least_mu && GranusolveGroup::fits(lattice) ? group_lanes : 1;
+  return spec.law == Law::granusolve && spec.mu >= least_mu && GranusolveGroup::fits(lattice) ? 2 * group_lanes : 1;
 }
 
 double drawing_memory(const SamplerSpec& spec, const Lattice& lattice) {
@@ -185,7 +208,7 @@ std::unique_ptr<Sampler> make_sampler(const SamplerSpec& spec, const Lattice& la
   const FrictionCone cone(spec.mu);
   std::unique_ptr<Sampler> sampler;
   if (cone.mu() == 0) {
-    sampler = std::make_unique<FrictionlessSampler>(spec);
+    sampler = std::make_unique<FrictionlessSampler>(spec, lattice);
   } else if (spec.law == Law::granusolve) {
     sampler = std::make_unique<GranusolveSampler>(spec, lattice);
   } else if (spec.law == Law::eloy_clement) {

@@ -1,19 +1,18 @@
 #pragma once
 #include <cstdint>
+#include <deque>
 #include <memory>
 #include <optional>
 #include <span>
+#include <utility>
+#include <vector>
 
 #include "model/pile.h"
+#include "sampling/pile_group.h"
 #include "sampling/sampler_spec.h"
 #include "storage/ensemble_file.h"
 
 namespace granuscope {
-
-/// Where a pile could not be completed within the stated effort.
-struct SamplingFailure {
-  int layer;
-};
 
 /// Draws piles of one law at one friction coefficient on one lattice. Not thread-safe: one sampler per thread.
 /// A pile depends on (spec, lattice, load, sample) only, never on what was drawn before.
@@ -35,22 +34,31 @@ class Sampler {
     return draw(sample, load, pile);
   }
 
-  /// Samples first_sample, first_sample + 1, ... into `piles`, each under its own load: the piles that draw() gives,
-  /// bit for bit. failures[k] says where sample first_sample + k got stuck, if it did. All spans have one entry per
-  /// pile.
-  virtual void draw_group(std::uint64_t first_sample, std::span<const std::span<const double>> loads,
-                          std::span<Pile> piles, std::span<std::optional<SamplingFailure>> failures) {
-    for (std::size_t k = 0; k < piles.size(); ++k) failures[k] = draw(first_sample + k, loads[k], piles[k]);
-  }
+  /// Several samples, each under its own load: the piles that draw() gives, bit for bit, in their order, in memory of
+  /// the sampler that holds until it draws again; `loads` must hold as long. failures[k] says where samples[k] got
+  /// stuck, if it did; that pile's contents are then not a solution. All spans have one entry per pile.
+  virtual std::span<const PileGroup> draw_groups(std::span<const std::uint64_t> samples,
+                                                 std::span<const std::span<const double>> loads,
+                                                 std::span<std::optional<SamplingFailure>> failures);
 
-  /// What was done since construction.
+  /// What was done since construction, or since the counts were last taken.
   const SamplerCounts& counts() const { return counts_; }
+  SamplerCounts take_counts() { return std::exchange(counts_, {}); }
 
  protected:
+  explicit Sampler(const Lattice& lattice) : lattice_(lattice) {}
+
+  /// Draws one of the samples of draw_groups by itself.
+  void draw_alone(std::uint64_t sample, const std::span<const double>& load, std::optional<SamplingFailure>& failure);
+
+  Lattice lattice_;
   SamplerCounts counts_;
+  std::vector<PileGroup> groups_;  ///< of the last call of draw_groups
+  std::deque<Pile> alone_;         ///< piles of it that were drawn by themselves
+  std::size_t drawn_alone_ = 0;    ///< how many of them are in use
 };
 
-/// How many piles draw_group gains from being handed at once: eight where a law draws them side by side, else one.
+/// How many piles draw_groups gains from being handed at once: more than one where a law draws them side by side.
 std::size_t piles_at_once(const SamplerSpec& spec, const Lattice& lattice);
 
 /// Memory that one thread needs for drawing that many piles, the piles included, in bytes.

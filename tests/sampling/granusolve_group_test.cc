@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <numeric>
 #include <vector>
 
 #include "instruction_sets.h"
@@ -40,10 +41,18 @@ void check_group(const SamplerSpec& spec, LatticeSpec lattice_spec, std::uint64_
                  const std::vector<std::vector<double>>& loads) {
   const Lattice lattice(lattice_spec);
   const auto together = make_sampler(spec, lattice), single = make_sampler(spec, lattice);
-  std::vector<Pile> piles(count, Pile(lattice));
   std::vector<std::span<const double>> views(loads.begin(), loads.begin() + static_cast<std::ptrdiff_t>(count));
   std::vector<std::optional<SamplingFailure>> failures(count);
-  together->draw_group(first, views, piles, failures);
+  std::vector<std::uint64_t> samples(count);
+  std::iota(samples.begin(), samples.end(), first);
+  std::vector<Pile> piles;
+  for (const PileGroup& group : together->draw_groups(samples, views, failures)) {
+    CHECK(group.first_sample == first + piles.size());
+    for (std::size_t k = 0; k < group.piles; ++k) {
+      piles.push_back(pile_of(group, k));
+    }
+  }
+  REQUIRE(piles.size() == count);
   for (std::size_t k = 0; k < count; ++k) {
     Pile pile(lattice);
     const auto failure = single->draw(first + k, loads[k], pile);
