@@ -15,6 +15,8 @@ class LayerNumbers {
   LayerNumbers(BlockSums& sums, int block)
       : layers_(sums.layers), thrust_(sums, "thrust", block), variance_(sums, "weight_variance", block) {}
   void add(const Pile& pile) const;
+  /// Of two piles that make one sample: the means of their numbers.
+  void add_mean(const Pile& one, const Pile& other) const;
 
  private:
   const std::vector<int>& layers_;

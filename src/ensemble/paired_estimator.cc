@@ -41,13 +41,21 @@ PairedEstimator::PairedEstimator(const EnsembleSpec& spec, BlockSums& sums, int 
       redrawn_below_(sums, "redrawn_below_overload", block),
       profiles_(spec.record_profiles),
       response_(profiles_ ? BlockSlice(sums, "response", block) : BlockSlice()) {
+  if (spec.sampler.law == Law::polytope) chain_ = make_sampler(spec.sampler, Lattice(spec.lattice));
   overloaded_[static_cast<std::size_t>(before_.lattice.middle())] += overload_;
 }
 
-std::optional<SamplingFailure> PairedEstimator::measure(std::uint64_t sample) {
+std::optional<SamplingFailure> PairedEstimator::draw(std::uint64_t sample) {
   if (const auto failure = sampler_->draw(sample, uniform_load_, before_)) return failure;
+  return (chain_ ? *chain_ : *sampler_).draw_again(sample, overloaded_, before_, after_);
+}
+
+std::optional<SamplingFailure> PairedEstimator::measure(std::uint64_t sample) {
+  const auto failure = draw(sample);
+  counts_ = sampler_->counts();
+  if (chain_) counts_ += chain_->counts();
+  if (failure) return failure;
   assert_identities(before_);
-  if (const auto failure = sampler_->draw_again(sample, overloaded_, before_, after_)) return failure;
   assert_identities(after_);
   numbers_.add(before_);
   add_redrawn();

@@ -15,15 +15,16 @@ class PairedEstimator final : public Estimator {
   static std::vector<QuantityShape> quantities(const EnsembleSpec& spec);
   PairedEstimator(const EnsembleSpec& spec, BlockSums& sums, int block);
   std::optional<SamplingFailure> measure(std::uint64_t sample) override;
-  const SamplerCounts& counts() const override { return sampler_->counts(); }
+  const SamplerCounts& counts() const override { return counts_; }
 
  private:
+  std::optional<SamplingFailure> draw(std::uint64_t sample);
   void add_redrawn();
   void add_response();
 
   double overload_;
   std::vector<double> uniform_load_, overloaded_;
-  std::unique_ptr<Sampler> sampler_;
+  std::unique_ptr<Sampler> sampler_, chain_;  ///< chain_: of the overloaded piles, where a law keeps a chain for a load
   Pile before_, after_;
   std::vector<unsigned char> redrawn_beads_;
   const std::vector<int>& layers_;
@@ -31,6 +32,7 @@ class PairedEstimator final : public Estimator {
   BlockSlice redrawn_, redrawn_below_;
   bool profiles_;
   BlockSlice response_;
+  SamplerCounts counts_;
 };
 
 /// Beads of a layer with |x| <= z.
