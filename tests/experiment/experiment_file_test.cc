@@ -53,6 +53,7 @@ Experiment unusual_experiment() {
   e.sampling.max_tries = 77;
   e.sampling.order = LayerOrder::fixed;
   e.response.overload = 0.25;
+  e.response.estimator = "multiplexed";
   e.response.epsilon = 0.125;
   e.response.opposite = true;
   e.response.sign_run = 3;
