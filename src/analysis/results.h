@@ -62,6 +62,8 @@ struct Transport {
   std::string estimator;
   double overload = 1;        ///< extra force on the middle top bead (point, paired)
   double epsilon = 0;         ///< by how much each top load was raised or lowered (multiplexed)
+  bool opposite = false;      ///< and each pile drawn once more with the opposite variations
+  int sign_run = 1;           ///< and so many neighbours varied alike
   std::uint64_t samples = 0;  ///< piles that entered the averages
   std::vector<FailedSample> failed;
   bool exact = false;  ///< zero variance: exact moments, standard errors 0, no part in log-log fits

@@ -287,6 +287,8 @@ MeasuredTransport measure_transport(const MeasuredEnsemble& ensemble, const FitS
   t.estimator = ensemble.estimator;
   t.overload = ensemble.overload;
   t.epsilon = ensemble.epsilon;
+  t.opposite = ensemble.opposite;
+  t.sign_run = ensemble.sign_run;
   t.failed = record.failed;
   for (std::uint64_t count : record.sums.count) t.samples += count;
   const auto per_bead = [&](std::uint64_t count) {

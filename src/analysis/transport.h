@@ -18,7 +18,9 @@ struct MeasuredEnsemble {
   double overload = 1;  ///< estimators point and paired
   EnsembleRecord record;
   LatticeSpec lattice{};
-  double epsilon = 0.25;  ///< estimator multiplexed
+  double epsilon = 0.25;  ///< estimator multiplexed, and its options
+  bool opposite = false;
+  int sign_run = 1;
 };
 
 /// x_p/z and W^2/z at one layer, with replicates.

@@ -75,7 +75,8 @@ void add_groups(const EnsembleSpec& spec, std::uint64_t from, std::uint64_t to, 
   const auto run_block = [&](std::size_t b) {
     const auto block = static_cast<int>(b);
     std::unique_ptr<Sampler> sampler = samplers.take();
-    const auto estimator = make_estimator(drawn, *sampler, record.sums, block);
+    std::unique_ptr<Sampler> second = needs_two_samplers(drawn) ? samplers.take() : nullptr;
+    const auto estimator = make_estimator(drawn, {*sampler, second ? *second : *sampler}, record.sums, block);
     std::vector<std::uint64_t> samples;
     std::vector<std::optional<SamplingFailure>> failures;
     for (std::uint64_t group = from; group < to;) {
@@ -99,6 +100,10 @@ void add_groups(const EnsembleSpec& spec, std::uint64_t from, std::uint64_t to, 
     }
     counts[b] = sampler->take_counts();
     samplers.give_back(std::move(sampler));
+    if (second) {
+      counts[b] += second->take_counts();
+      samplers.give_back(std::move(second));
+    }
   };
   for_each_index(blocks, threads, run_block);
 

@@ -57,6 +57,8 @@ std::vector<int> recorded_layers(const EnsembleSpec& spec) {
   return layers;
 }
 
+int most_sign_run(const Lattice& lattice) { return std::max(1, lattice.columns() / 8); }
+
 void validate(const EnsembleSpec& spec) {
   const Lattice lattice(spec.lattice);
   if (spec.blocks < min_blocks) {
@@ -85,15 +87,20 @@ void validate(const EnsembleSpec& spec) {
                     "carry no load, for which there is no solution at small friction; give more than 0 and less than 1",
                     spec.epsilon));
   }
+  if (spec.sign_run < 1 || spec.sign_run > most_sign_run(lattice)) {
+    throw InputError(
+        fmt::format("sign_run {} is out of range: at least one bead, and at most an eighth of the {} columns, so that "
+                    "every wave of the response meets loads that differ",
+                    spec.sign_run, lattice.columns()));
+  }
+  if (spec.estimator != EstimatorName::multiplexed && (spec.opposite || spec.sign_run != 1)) {
+    throw InputError(fmt::format(
+        "opposite and sign_run belong to the estimator multiplexed and would change nothing under {}; leave them out",
+        name_of(spec.estimator)));
+  }
   if (spec.estimator != EstimatorName::point && spec.load != Load::point) {
     throw InputError(
         fmt::format("the estimator {} brings its own loads; leave the load at point", name_of(spec.estimator)));
-  }
-  if (spec.sampler.law == Law::polytope && spec.estimator != EstimatorName::point) {
-    throw InputError(fmt::format(
-        "the law polytope has no random numbers of beads to keep and runs a chain anew for each load, so that "
-        "the estimator {} would gain nothing and take for ever; use point",
-        name_of(spec.estimator)));
   }
   if (std::adjacent_find(spec.layers.begin(), spec.layers.end(), std::greater_equal<>()) != spec.layers.end()) {
     throw InputError("the recorded layers are not ascending: each may be named once, from the top down");
@@ -113,7 +120,10 @@ std::string configuration_text(const EnsembleSpec& spec) {
   const std::string estimator = point ? ""
                                       : fmt::format("estimator={}\nepsilon={}\n", name_of(spec.estimator),
                                                     multiplexed ? exact(spec.epsilon) : "0");
-  // Likewise the keys of the law polytope.
+  // Likewise of their options,
+  const std::string options = (spec.opposite ? "opposite=true\n" : "") +
+                              (spec.sign_run != 1 ? fmt::format("sign_run={}\n", spec.sign_run) : "");
+  // and the keys of the law polytope.
   const std::string chain = s.law == Law::polytope ? fmt::format("lambda={}\nburn_in={}\nthinning={}\n",
                                                                  exact(s.lambda), s.burn_in, s.thinning)
                                                    : "";
@@ -123,11 +133,11 @@ std::string configuration_text(const EnsembleSpec& spec) {
   return fmt::format(
       "sampling_version={}\nlaw={}\nmu={}\nseed={}\neffort={}\nmax_tries={}\norder={}\n{}columns={}\nlayers={}\nload={}"
       "\n"
-      "overload={}\nsamples={}\nblocks={}\nrecorded_layers={}\nprofiles={}\n{}",
+      "overload={}\nsamples={}\nblocks={}\nrecorded_layers={}\nprofiles={}\n{}{}",
       sampling_version, name_of(s.law), exact(s.mu), s.seed, exact(s.effort), s.max_tries, name_of(s.order), chain,
       spec.lattice.columns, spec.lattice.layers, point ? name_of(spec.load) : name_of(spec.estimator),
       overloaded ? exact(spec.overload) : "0", spec.samples, spec.blocks, fmt::join(recorded_layers(spec), ","),
-      spec.record_profiles, estimator + layout);
+      spec.record_profiles, estimator, options + layout);
 }
 
 std::vector<double> top_load(const EnsembleSpec& spec) {

@@ -21,9 +21,11 @@ struct EnsembleSpec {
   SamplerSpec sampler;
   LatticeSpec lattice;
   EstimatorName estimator = EstimatorName::point;
-  Load load = Load::point;       ///< of the estimator point; under a uniform load there is no response to measure
-  double overload = 1.0;         ///< extra force on the middle top bead (estimators point and paired)
-  double epsilon = 0.25;         ///< share by which each top load is raised or lowered (estimator multiplexed)
+  Load load = Load::point;  ///< of the estimator point; under a uniform load there is no response to measure
+  double overload = 1.0;    ///< extra force on the middle top bead (estimators point and paired)
+  double epsilon = 0.25;    ///< share by which each top load is raised or lowered (estimator multiplexed)
+  bool opposite = false;    ///< multiplexed: each pile once more with all variations reversed, from the same numbers
+  int sign_run = 1;         ///< multiplexed: neighbouring top beads varied alike, see load_signs.h
   std::uint64_t samples = 3456;  ///< numbers 0 .. samples-1 of the seed
   int blocks = 32;               ///< each of whole groups of eight samples (the last group may be incomplete)
   std::vector<int> layers;       ///< recorded layers, ascending; empty: all
@@ -35,6 +37,9 @@ struct EnsembleSpec {
 inline constexpr int min_blocks = 8;
 /// Consecutive samples that share the order in which their layers are solved, and therefore the block.
 inline constexpr std::uint64_t group_size = 8;
+
+/// Largest EnsembleSpec::sign_run: several runs must fit into a layer.
+int most_sign_run(const Lattice& lattice);
 
 /// Throws InputError if the spec is out of range (fewer than one group per block, a layer outside the lattice, ...).
 void validate(const EnsembleSpec& spec);

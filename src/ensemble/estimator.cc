@@ -46,16 +46,21 @@ std::vector<QuantityShape> quantities_of(const EnsembleSpec& spec) {
   return PointEstimator::quantities(spec);
 }
 
-std::unique_ptr<Estimator> make_estimator(const EnsembleSpec& spec, Sampler& sampler, BlockSums& sums, int block) {
+bool needs_two_samplers(const EnsembleSpec& spec) {
+  const bool two_loads = spec.estimator == paired || (spec.estimator == multiplexed && spec.opposite);
+  return two_loads && spec.sampler.law == Law::polytope;
+}
+
+std::unique_ptr<Estimator> make_estimator(const EnsembleSpec& spec, Samplers samplers, BlockSums& sums, int block) {
   switch (spec.estimator) {
     case paired:
-      return std::make_unique<PairedEstimator>(spec, sampler, sums, block);
+      return std::make_unique<PairedEstimator>(spec, samplers, sums, block);
     case multiplexed:
-      return std::make_unique<MultiplexedEstimator>(spec, sampler, sums, block);
+      return std::make_unique<MultiplexedEstimator>(spec, samplers, sums, block);
     case point:
       break;
   }
-  return std::make_unique<PointEstimator>(spec, sampler, sums, block);
+  return std::make_unique<PointEstimator>(spec, samplers, sums, block);
 }
 
 }  // namespace granuscope

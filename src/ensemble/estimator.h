@@ -38,7 +38,14 @@ class Estimator {
 /// What the estimator of the ensemble sums.
 std::vector<QuantityShape> quantities_of(const EnsembleSpec& spec);
 
-/// `sums` holds zeros of these shapes; it and the sampler, which is one of the ensemble's, outlive the estimator.
-std::unique_ptr<Estimator> make_estimator(const EnsembleSpec& spec, Sampler& sampler, BlockSums& sums, int block);
+/// What an estimator draws its piles with. Where each sample is two piles under two loads and the law keeps a chain for
+/// a load, the two are different samplers.
+struct Samplers {
+  Sampler &first, &second;
+};
+bool needs_two_samplers(const EnsembleSpec& spec);
+
+/// `sums` holds zeros of these shapes; it and the samplers, which are of the ensemble, outlive the estimator.
+std::unique_ptr<Estimator> make_estimator(const EnsembleSpec& spec, Samplers samplers, BlockSums& sums, int block);
 
 }  // namespace granuscope

@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <optional>
 #include <span>
 #include <vector>
@@ -14,14 +15,24 @@ namespace granuscope {
 /// leaving the layer, and "weight_variance", the mean over columns of (w - 1)^2.
 class LayerNumbers {
  public:
+  using Failures = std::span<const std::optional<SamplingFailure>>;
+
   static std::vector<QuantityShape> quantities() { return {{"thrust", 1}, {"weight_variance", 1}}; }
   LayerNumbers(BlockSums& sums, int block)
       : layers_(sums.layers), thrust_(sums, "thrust", block), variance_(sums, "weight_variance", block) {}
   void add(const Pile& pile) const;
   /// Those of the piles that did not fail; `failures` has an entry per pile.
-  void add(const PileGroup& group, std::span<const std::optional<SamplingFailure>> failures) const;
+  void add(const PileGroup& group, Failures failures) const;
+  /// Of two groups whose piles make one sample each: the means of their numbers.
+  void add_mean(const PileGroup& one, const PileGroup& other, Failures failures) const;
 
  private:
+  struct Numbers {
+    std::array<double, group_lanes> thrust{}, variance{};
+  };
+  static Numbers numbers_of(const PileGroup& group, int layer);
+  void add(std::size_t l, double thrust, double variance) const;
+
   const std::vector<int>& layers_;
   BlockSlice thrust_, variance_;
 };

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "sampling/random_key.h"
+#include "ensemble/load_signs.h"
 
 namespace granuscope {
 
@@ -12,26 +12,28 @@ std::vector<QuantityShape> MultiplexedEstimator::quantities(const EnsembleSpec& 
   return all;
 }
 
-MultiplexedEstimator::MultiplexedEstimator(const EnsembleSpec& spec, Sampler& sampler, BlockSums& sums, int block)
-    : seed_(spec.sampler.seed),
-      epsilon_(spec.epsilon),
+MultiplexedEstimator::MultiplexedEstimator(const EnsembleSpec& spec, Samplers samplers, BlockSums& sums, int block)
+    : spec_(spec),
       columns_(static_cast<std::size_t>(spec.lattice.columns)),
-      signs_(piles_at_once(spec.sampler, Lattice(spec.lattice)), std::vector<double>(columns_)),
-      loads_(signs_),
       sign_spectrum_(columns_),
       spectrum_(columns_),
       fourier_(columns_),
-      sampler_(sampler),
+      samplers_(samplers),
       layers_(sums.layers),
       numbers_(sums, block),
       profiles_(spec.record_profiles),
-      correlation_(profiles_ ? BlockSlice(sums, "correlation", block) : BlockSlice()) {}
+      correlation_(profiles_ ? BlockSlice(sums, "correlation", block) : BlockSlice()) {
+  const std::size_t at_once = piles_at_once(spec.sampler, Lattice(spec.lattice));
+  signs_.assign(spec.opposite ? std::max<std::size_t>(at_once / 2, 1) : at_once, std::vector<double>(columns_));
+  loads_.assign(spec.opposite ? 2 * signs_.size() : signs_.size(), signs_.front());
+}
 
-void MultiplexedEstimator::choose_signs(std::uint64_t sample, std::size_t k) {
-  const RandomKey key(seed_, sample);
+void MultiplexedEstimator::choose_loads(std::uint64_t sample, std::size_t k) {
+  const bool chain = spec_.sampler.law == Law::polytope;
+  draw_signs(spec_.sampler.seed, chain ? sample - sample % group_size : sample, spec_.sign_run, signs_[k]);
   for (std::size_t i = 0; i < columns_; ++i) {
-    signs_[k][i] = key.load_bit(static_cast<int>(i)) ? 1 : -1;
-    loads_[k][i] = 1 + epsilon_ * signs_[k][i];
+    loads_[k][i] = 1 + spec_.epsilon * signs_[k][i];
+    if (spec_.opposite) loads_[signs_.size() + k][i] = 1 - spec_.epsilon * signs_[k][i];
   }
 }
 
@@ -41,37 +43,82 @@ std::optional<SamplingFailure> MultiplexedEstimator::measure(std::uint64_t sampl
   return failure;
 }
 
+/// Fills side_ and opposite_ with as many groups each. A sample is drawn if both its piles are.
+void MultiplexedEstimator::draw(std::span<const std::uint64_t> samples,
+                                std::span<std::optional<SamplingFailure>> failures) {
+  const std::size_t count = samples.size();
+  drawn_loads_.assign(loads_.begin(), loads_.begin() + static_cast<std::ptrdiff_t>(count));
+  if (!spec_.opposite) {
+    const auto groups = samplers_.first.draw_groups(samples, drawn_loads_, failures);
+    side_.assign(groups.begin(), groups.end());
+    return;
+  }
+  for (std::size_t k = 0; k < count; ++k) drawn_loads_.push_back(loads_[signs_.size() + k]);
+  const std::span<const std::span<const double>> both = drawn_loads_;
+  std::vector<std::optional<SamplingFailure>> of_both(2 * count);
+  const std::span<std::optional<SamplingFailure>> failed = of_both;
+  if (&samplers_.first != &samplers_.second) {
+    const auto side = samplers_.first.draw_groups(samples, both.first(count), failed.first(count));
+    const auto opposite = samplers_.second.draw_groups(samples, both.last(count), failed.last(count));
+    side_.assign(side.begin(), side.end());
+    opposite_.assign(opposite.begin(), opposite.end());
+  } else {
+    std::vector<std::uint64_t> twice(samples.begin(), samples.end());
+    twice.insert(twice.end(), samples.begin(), samples.end());
+    const auto groups = samplers_.first.draw_groups(twice, both, failed);
+    side_.assign(groups.begin(), groups.begin() + static_cast<std::ptrdiff_t>(groups.size() / 2));
+    opposite_.assign(groups.begin() + static_cast<std::ptrdiff_t>(groups.size() / 2), groups.end());
+  }
+  for (std::size_t k = 0; k < count; ++k) failures[k] = failed[k] ? failed[k] : failed[count + k];
+}
+
 void MultiplexedEstimator::measure_samples(std::span<const std::uint64_t> samples,
                                            std::span<std::optional<SamplingFailure>> failures) {
-  const std::vector<std::span<const double>> loads(loads_.begin(), loads_.end());
-  for (std::size_t done = 0; done < failures.size(); done += loads.size()) {
-    const std::size_t count = std::min(loads.size(), failures.size() - done);
-    for (std::size_t k = 0; k < count; ++k) choose_signs(samples[done + k], k);
-    std::size_t first = 0;  // pile of the group, among those drawn at once
-    for (const PileGroup& group :
-         sampler_.draw_groups(samples.subspan(done, count), {loads.data(), count}, failures.subspan(done, count))) {
-      const auto failed = failures.subspan(done + first, group.piles);
-      assert_identities(group, failed);
-      numbers_.add(group, failed);
-      for (std::size_t k = 0; profiles_ && k < group.piles; ++k) {
-        if (failed[k]) continue;
-        sign_spectrum_ = signs_[first + k];
-        fourier_.transform(sign_spectrum_);
-        add_correlation(group, k);
-      }
-      first += group.piles;
+  for (std::size_t done = 0; done < samples.size(); done += signs_.size()) {
+    const std::size_t count = std::min(signs_.size(), samples.size() - done);
+    for (std::size_t k = 0; k < count; ++k) choose_loads(samples[done + k], k);
+    draw(samples.subspan(done, count), failures.subspan(done, count));
+    std::size_t first = 0;
+    for (std::size_t g = 0; g < side_.size(); ++g) {
+      add(g, first, failures.subspan(done + first, side_[g].piles));
+      first += side_[g].piles;
     }
   }
 }
 
-void MultiplexedEstimator::add_correlation(const PileGroup& group, std::size_t k) {
+/// Group `g`, whose first pile has the signs number `first`.
+void MultiplexedEstimator::add(std::size_t g, std::size_t first,
+                               std::span<const std::optional<SamplingFailure>> failures) {
+  assert_identities(side_[g], failures);
+  if (spec_.opposite) {
+    assert_identities(opposite_[g], failures);
+    numbers_.add_mean(side_[g], opposite_[g], failures);
+  } else {
+    numbers_.add(side_[g], failures);
+  }
+  for (std::size_t k = 0; profiles_ && k < side_[g].piles; ++k) {
+    if (failures[k]) continue;
+    sign_spectrum_ = signs_[first + k];
+    fourier_.transform(sign_spectrum_);
+    add_correlation(g, k);
+  }
+}
+
+void MultiplexedEstimator::find_variation(std::size_t g, std::size_t k, int layer) {
+  const auto weight = [&](const PileGroup& group, std::size_t i) {
+    const std::size_t at = group.row(layer) + i * group.stride + k;
+    return group.V_R[at] + group.V_L[at];
+  };
+  for (std::size_t i = 0; i < columns_; ++i) spectrum_[i] = weight(side_[g], i) - 1;
+  if (!spec_.opposite) return;
+  for (std::size_t i = 0; i < columns_; ++i) spectrum_[i] = (spectrum_[i] - (weight(opposite_[g], i) - 1)) / 2;
+}
+
+void MultiplexedEstimator::add_correlation(std::size_t g, std::size_t k) {
   const std::size_t columns = columns_;
-  const double scale = 1 / (static_cast<double>(columns) * epsilon_);
+  const double scale = 1 / (static_cast<double>(columns) * spec_.epsilon);
   for (std::size_t l = 0; l < layers_.size(); ++l) {
-    const std::size_t row = group.row(layers_[l]) + k;
-    for (std::size_t i = 0; i < columns; ++i) {
-      spectrum_[i] = group.V_R[row + i * group.stride] + group.V_L[row + i * group.stride] - 1;
-    }
+    find_variation(g, k, layers_[l]);
     fourier_.transform(spectrum_);
     correlation_.add(l, 0, scale * sign_spectrum_[0] * spectrum_[0]);
     for (std::size_t re = 1, im = 2; im < columns; re += 2, im += 2) {

@@ -8,29 +8,40 @@ namespace granuscope {
 /// Every top bead at once: the loads are 1 + epsilon xi_i with independent signs xi_i = +-1, and the linear response is
 /// the circular cross-correlation of the weights with xi,
 ///   G(d) = <xi_j (w_{j+d} - 1)>/epsilon,
-/// so that each pile measures the response of every one of its columns. Sums, in Fourier space (layout: RealSpectrum),
+/// so that each pile measures the response of every one of its columns. What varies by chance, and not with xi, is
+/// noise that the division by epsilon magnifies: the error falls as 1/epsilon, the piles needed as 1/epsilon^2. With
+/// `opposite` each sample is a pair of piles of the same random numbers under 1 + epsilon xi and 1 - epsilon xi, and
+/// w - 1 is half their difference: noise that both share drops out, and with it the part of the response that is even
+/// in epsilon. The signs may be drawn in runs (load_signs.h); under the law polytope the eight samples of a chain share
+/// theirs, since a chain belongs to one load. Sums, in Fourier space (layout: RealSpectrum),
 ///   "correlation"   conj(xi^_m) w^_m / (columns epsilon)   of each layer;
 /// on layer 0 that is the realised spectrum |xi^_m|^2 / columns itself, since there w - 1 = epsilon xi. The analysis
 /// divides by it (analysis/layer_spectrum.h): the response of layer 0 is then exactly a delta, its sum exactly 1.
 class MultiplexedEstimator final : public Estimator {
  public:
   static std::vector<QuantityShape> quantities(const EnsembleSpec& spec);
-  MultiplexedEstimator(const EnsembleSpec& spec, Sampler& sampler, BlockSums& sums, int block);
+  MultiplexedEstimator(const EnsembleSpec& spec, Samplers samplers, BlockSums& sums, int block);
   std::optional<SamplingFailure> measure(std::uint64_t sample) override;
   void measure_samples(std::span<const std::uint64_t> samples,
                        std::span<std::optional<SamplingFailure>> failures) override;
 
  private:
-  void choose_signs(std::uint64_t sample, std::size_t k);
-  void add_correlation(const PileGroup& group, std::size_t k);
+  void choose_loads(std::uint64_t sample, std::size_t k);
+  void draw(std::span<const std::uint64_t> samples, std::span<std::optional<SamplingFailure>> failures);
+  void add(std::size_t g, std::size_t first, std::span<const std::optional<SamplingFailure>> failures);
+  void add_correlation(std::size_t g, std::size_t k);
+  /// w - 1 of a layer of a pile, or half the difference from the opposite pile, into spectrum_.
+  void find_variation(std::size_t g, std::size_t k, int layer);
 
-  std::uint64_t seed_;
-  double epsilon_;
+  EnsembleSpec spec_;
   std::size_t columns_;
-  std::vector<std::vector<double>> signs_, loads_;  ///< of each pile
+  std::vector<std::vector<double>> signs_;  ///< of each sample drawn at once
+  std::vector<std::vector<double>> loads_;  ///< of each pile drawn at once: the samples, then their opposites
   std::vector<double> sign_spectrum_, spectrum_;
   RealSpectrum fourier_;
-  Sampler& sampler_;
+  Samplers samplers_;
+  std::vector<std::span<const double>> drawn_loads_;  ///< of the piles drawn last
+  std::vector<PileGroup> side_, opposite_;            ///< the piles drawn last; opposite_: empty unless asked for
   const std::vector<int>& layers_;
   LayerNumbers numbers_;
   bool profiles_;

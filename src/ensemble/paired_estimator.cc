@@ -28,11 +28,11 @@ std::vector<QuantityShape> PairedEstimator::quantities(const EnsembleSpec& spec)
   return all;
 }
 
-PairedEstimator::PairedEstimator(const EnsembleSpec& spec, Sampler& sampler, BlockSums& sums, int block)
+PairedEstimator::PairedEstimator(const EnsembleSpec& spec, Samplers samplers, BlockSums& sums, int block)
     : overload_(spec.overload),
       uniform_load_(static_cast<std::size_t>(spec.lattice.columns), 1.0),
       overloaded_(uniform_load_),
-      sampler_(sampler),
+      samplers_(samplers),
       before_(Lattice(spec.lattice)),
       after_(before_),
       layers_(sums.layers),
@@ -44,10 +44,14 @@ PairedEstimator::PairedEstimator(const EnsembleSpec& spec, Sampler& sampler, Blo
   overloaded_[static_cast<std::size_t>(before_.lattice.middle())] += overload_;
 }
 
+std::optional<SamplingFailure> PairedEstimator::draw(std::uint64_t sample) {
+  if (const auto failure = samplers_.first.draw(sample, uniform_load_, before_)) return failure;
+  return samplers_.second.draw_again(sample, overloaded_, before_, after_);
+}
+
 std::optional<SamplingFailure> PairedEstimator::measure(std::uint64_t sample) {
-  if (const auto failure = sampler_.draw(sample, uniform_load_, before_)) return failure;
+  if (const auto failure = draw(sample)) return failure;
   assert_identities(before_);
-  if (const auto failure = sampler_.draw_again(sample, overloaded_, before_, after_)) return failure;
   assert_identities(after_);
   numbers_.add(before_);
   add_redrawn();

@@ -13,16 +13,17 @@ namespace granuscope {
 class PairedEstimator final : public Estimator {
  public:
   static std::vector<QuantityShape> quantities(const EnsembleSpec& spec);
-  PairedEstimator(const EnsembleSpec& spec, Sampler& sampler, BlockSums& sums, int block);
+  PairedEstimator(const EnsembleSpec& spec, Samplers samplers, BlockSums& sums, int block);
   std::optional<SamplingFailure> measure(std::uint64_t sample) override;
 
  private:
+  std::optional<SamplingFailure> draw(std::uint64_t sample);
   void add_redrawn();
   void add_response();
 
   double overload_;
   std::vector<double> uniform_load_, overloaded_;
-  Sampler& sampler_;
+  Samplers samplers_;
   Pile before_, after_;
   std::vector<unsigned char> redrawn_beads_;
   const std::vector<int>& layers_;

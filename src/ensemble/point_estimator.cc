@@ -10,10 +10,10 @@ std::vector<QuantityShape> PointEstimator::quantities(const EnsembleSpec& spec) 
   return all;
 }
 
-PointEstimator::PointEstimator(const EnsembleSpec& spec, Sampler& sampler, BlockSums& sums, int block)
+PointEstimator::PointEstimator(const EnsembleSpec& spec, Samplers samplers, BlockSums& sums, int block)
     : load_(top_load(spec)),
       loads_(piles_at_once(spec.sampler, Lattice(spec.lattice)), load_),
-      sampler_(sampler),
+      sampler_(samplers.first),
       layers_(sums.layers),
       numbers_(sums, block),
       profiles_(spec.record_profiles),

@@ -10,7 +10,7 @@ namespace granuscope {
 class PointEstimator final : public Estimator {
  public:
   static std::vector<QuantityShape> quantities(const EnsembleSpec& spec);
-  PointEstimator(const EnsembleSpec& spec, Sampler& sampler, BlockSums& sums, int block);
+  PointEstimator(const EnsembleSpec& spec, Samplers samplers, BlockSums& sums, int block);
   std::optional<SamplingFailure> measure(std::uint64_t sample) override;
   void measure_samples(std::span<const std::uint64_t> samples,
                        std::span<std::optional<SamplingFailure>> failures) override;

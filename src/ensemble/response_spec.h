@@ -21,6 +21,8 @@ struct ResponseSpec {
   std::string estimator = "point";  ///< name of the estimator
   double overload = 1.0;            ///< extra force on the middle top bead (point, paired)
   double epsilon = 0.25;            ///< share by which each top load is raised or lowered (multiplexed)
+  bool opposite = false;            ///< multiplexed: each pile once more with all variations reversed
+  int sign_run = 1;                 ///< multiplexed: neighbouring top beads varied alike
   std::uint64_t samples = 3456;     ///< piles per friction coefficient
   int blocks = 32;                  ///< of whole groups of eight samples; at least 8
 };

@@ -148,6 +148,21 @@ Problem find_response_problem(const Experiment& e) {
         "(0.25 is usual)",
         response.epsilon);
   }
+  if (response.estimator != "multiplexed" && (response.opposite || response.sign_run != 1)) {
+    return problem(response.opposite ? "response.opposite" : "response.sign_run",
+                   "it belongs to the estimator multiplexed and would change nothing under {}; remove it, or set "
+                   "response.estimator = \"multiplexed\"",
+                   response.estimator);
+  }
+  // A lattice without columns is reported by itself.
+  const int most_run = std::max(1, e.lattice.columns / 8);
+  if (response.sign_run < 1 || response.sign_run > most_run) {
+    return problem(
+        "response.sign_run",
+        "{} beads: a run has at least one, and where fewer than eight runs fit into lattice.columns = {} the "
+        "long waves meet hardly any load that differs; give 1 to {} (1 to 3 is usual)",
+        response.sign_run, e.lattice.columns, most_run);
+  }
   if (!(std::isfinite(response.overload) && response.overload >= 1e-6 && response.overload <= 1e6)) {
     return problem("response.overload",
                    "{} cannot be measured: the response is divided by the overload, and the load "

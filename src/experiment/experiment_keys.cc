@@ -153,6 +153,16 @@ std::vector<ExperimentKey> make_keys() {
           "by how much each top load is raised or lowered (multiplexed), above 0 and below 1",
           [](auto& e) -> auto& { return e.response.epsilon; }),
       key(
+          response, "opposite", "",
+          "multiplexed: draw each pile once more with all variations reversed, from the same random numbers, and take "
+          "half the difference; twice the work, and worth it at small epsilon or mu",
+          [](auto& e) -> auto& { return e.response.opposite; }),
+      key(
+          response, "sign_run", "beads",
+          "multiplexed: so many neighbouring top beads, or one more, are raised or lowered together (1: each by "
+          "itself); 2 or 3 measure peaks wider than a bead better",
+          [](auto& e) -> auto& { return e.response.sign_run; }),
+      key(
           response, "samples", "piles", "piles per friction coefficient, at least eight per block",
           [](auto& e) -> auto& { return e.response.samples; }),
       key(

@@ -158,6 +158,8 @@ std::vector<PlannedEnsemble> plan_ensembles(const Experiment& experiment, const 
     spec.load = Load::point;
     spec.overload = experiment.response.overload;
     spec.epsilon = experiment.response.epsilon;
+    spec.opposite = experiment.response.opposite;
+    spec.sign_run = experiment.response.sign_run;
     spec.estimator = estimator_named(experiment.response.estimator);
     spec.blocks = experiment.response.blocks;
     const std::uint64_t one_group_each = static_cast<std::uint64_t>(spec.blocks) * group_size;
@@ -181,6 +183,8 @@ MeasuredEnsemble obtain_ensemble(PlannedEnsemble& planned, const std::filesystem
   measured.estimator = name_of(planned.spec.estimator);
   measured.overload = planned.spec.overload;
   measured.epsilon = planned.spec.epsilon;
+  measured.opposite = planned.spec.opposite;
+  measured.sign_run = planned.spec.sign_run;
   measured.lattice = planned.spec.lattice;
   const std::filesystem::path file = run_folder / planned.file;
   if (planned.reusable) {

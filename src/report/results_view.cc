@@ -140,7 +140,13 @@ Json results_view(const Json& summary) {
     view[std::string(estimator) + "_estimator"] = all_equal(results, "estimator", estimator);
   }
   view["epsilon"] = Json::array();
-  if (view["multiplexed_estimator"] == true) view["epsilon"].push_back(number_cell(summary, "/results/0/epsilon"));
+  view["sign_run"] = Json::array();
+  view["opposite"] = false;
+  if (view["multiplexed_estimator"] == true) {
+    view["epsilon"].push_back(number_cell(summary, "/results/0/epsilon"));
+    view["opposite"] = results[0].at("opposite");
+    if (results[0].at("sign_run") > 1) view["sign_run"].push_back(number_cell(summary, "/results/0/sign_run"));
+  }
   return view;
 }
 

@@ -82,6 +82,8 @@ Json to_json(const Transport& result) {
   json["estimator"] = result.estimator;
   if (result.estimator == "multiplexed") {
     json["epsilon"] = result.epsilon;
+    json["opposite"] = result.opposite;
+    json["sign_run"] = result.sign_run;
   } else {
     json["overload"] = result.overload;
   }

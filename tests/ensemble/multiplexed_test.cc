@@ -121,4 +121,120 @@ TEST_CASE("multiplexed: the signs of the loads are fair and independent") {
   CHECK(std::abs(across / samples) < bound);
 }
 
+TEST_CASE("multiplexed: opposite loads of one key give half the difference of two separately drawn piles") {
+  EnsembleSpec spec = small_ensemble(12);
+  spec.opposite = true;
+  spec.layers = {0, 7, 22};
+  const EnsembleRecord record = run_ensemble(spec, 2, nullptr);
+  const Lattice lattice(spec.lattice);
+  const auto sampler = make_sampler(spec.sampler, lattice);
+  constexpr std::size_t n = 12, block = 2;
+  for (std::size_t l = 0; l < 3; ++l) {
+    double re = 0, thrust = 0;
+    constexpr std::size_t m = 3;
+    for (std::uint64_t sample = 16; sample < 24; ++sample) {
+      std::vector<double> signs(n), up(n), down(n);
+      for (std::size_t i = 0; i < n; ++i) {
+        signs[i] = RandomKey(7, sample).load_bit(static_cast<int>(i)) ? 1 : -1;
+        up[i] = 1 + 0.4 * signs[i];
+        down[i] = 1 - 0.4 * signs[i];
+      }
+      Pile with(lattice), against(lattice);
+      REQUIRE_FALSE(sampler->draw(sample, up, with).has_value());
+      REQUIRE_FALSE(sampler->draw(sample, down, against).has_value());
+      const auto n_layer = record.sums.layers[l];
+      for (std::size_t d = 0; d < n; ++d) {
+        for (std::size_t j = 0; j < n; ++j) {
+          const std::size_t at = lattice.index(n_layer, static_cast<int>((j + d) % n));
+          const double half = (with.V_R[at] + with.V_L[at] - against.V_R[at] - against.V_L[at]) / 2;
+          re += signs[j] * half / (0.4 * n) * std::cos(2 * std::numbers::pi * static_cast<double>(m * d) / n);
+        }
+      }
+      for (const Pile* pile : {&with, &against}) {
+        double sum = 0, load = 0;
+        for (std::size_t i = 0; i < n; ++i) {
+          const std::size_t at = lattice.index(n_layer, static_cast<int>(i));
+          sum += pile->H_R[at] - pile->H_L[at];
+          load += pile->load[i];
+        }
+        thrust += std::sqrt(3.0) * sum / load / 2;
+      }
+    }
+    CHECK(record.sums.quantities.at("correlation").sum[(block * 3 + l) * n + 2 * m - 1] == Approx(re).margin(1e-11));
+    CHECK(record.sums.quantities.at("thrust").sum[block * 3 + l] == Approx(thrust).margin(1e-11));
+  }
+  // Both piles are counted as work.
+  CHECK(record.counts.beads == 2 * spec.samples * lattice.beads());
+}
+
+TEST_CASE("multiplexed: opposite loads cancel most of the noise of small variations at small friction") {
+  // The scatter of eight numbers of four waves over 256 samples: their ratio is known to a tenth.
+  const auto scatter = [](bool opposite) {
+    EnsembleSpec spec = small_ensemble(32);
+    spec.sampler.mu = 0.1;
+    spec.epsilon = 0.1;
+    spec.opposite = opposite;
+    spec.samples = 256;
+    spec.layers = {0, 24};
+    const EnsembleRecord record = run_ensemble(spec, 2, nullptr);
+    double variance = 0;
+    for (const std::size_t mode : {5U, 6U, 9U, 10U, 13U, 14U, 17U, 18U}) {
+      double sum = 0, squares = 0;
+      for (std::size_t b = 0; b < 8; ++b) {
+        sum += record.sums.quantities.at("correlation").sum[(2 * b + 1) * 32 + mode];
+        squares += record.sums.quantities.at("correlation").sum_of_squares[(2 * b + 1) * 32 + mode];
+      }
+      variance += squares / 256 - sum * sum / (256.0 * 256);
+    }
+    return variance;
+  };
+  CHECK(scatter(false) > 2 * scatter(true));
+}
+
+TEST_CASE("multiplexed: its options are part of the configuration and must leave something to measure") {
+  EnsembleSpec spec = small_ensemble(24), opposite = spec, run = spec;
+  opposite.opposite = true;
+  run.sign_run = 3;
+  CHECK(configuration_text(spec) != configuration_text(opposite));
+  CHECK(configuration_text(spec) != configuration_text(run));
+  CHECK(configuration_text(opposite) != configuration_text(run));
+  CHECK_NOTHROW(validate(run));
+  for (const int beads : {-1, 0, 4, 24}) {
+    run.sign_run = beads;
+    CHECK_THROWS_AS(validate(run), InputError);
+  }
+  opposite.estimator = EstimatorName::point;
+  CHECK_THROWS_AS(validate(opposite), InputError);
+  spec.estimator = EstimatorName::paired;
+  spec.sign_run = 2;
+  CHECK_THROWS_AS(validate(spec), InputError);
+}
+
+TEST_CASE("estimators: each goes with every law, on any number of threads") {
+  for (const Law law : all_laws) {
+    for (const EstimatorName estimator : {EstimatorName::point, EstimatorName::paired, EstimatorName::multiplexed}) {
+      for (const bool opposite : {false, true}) {
+        if (opposite && estimator != EstimatorName::multiplexed) continue;
+        EnsembleSpec spec = small_ensemble(6);
+        spec.sampler.law = law;
+        spec.sampler.burn_in = law == Law::polytope ? 20 : 0;
+        spec.sampler.thinning = law == Law::polytope ? 4 : 0;
+        spec.lattice.layers = 4;
+        spec.estimator = estimator;
+        spec.opposite = opposite;
+        spec.epsilon = 0.25;
+        CAPTURE(name_of(law), name_of(estimator), opposite);
+        const EnsembleRecord one = run_ensemble(spec, 1, nullptr), two = run_ensemble(spec, 2, nullptr);
+        CHECK(one.failed.empty());
+        for (const auto& [name, sums] : one.sums.quantities) {
+          CHECK(sums.sum == two.sums.quantities.at(name).sum);
+          // The weight of the top layer is the load: its spectrum, the response there, is the same for every law.
+          if (name == "correlation") CHECK(sums.sum[1] > 0);
+        }
+        CHECK(one.sums.quantities.at("thrust").sum.back() != 0);
+      }
+    }
+  }
+}
+
 }  // namespace granuscope

@@ -156,6 +156,20 @@ TEST_CASE("Loads, estimators and laws that cannot work are refused") {
   for (const char* estimator : {"point", "paired", "multiplexed"}) {
     CHECK(problem_after([&](Experiment& e) { e.response.estimator = estimator; }) == "(none)");
   }
+  for (const int run : {-1, 0, 63, 500}) {
+    CHECK_THAT(problem_after([&](Experiment& e) {
+                 e.response.estimator = "multiplexed";
+                 e.response.sign_run = run;
+               }),
+               Contains("response.sign_run: "));
+  }
+  CHECK_THAT(problem_after([](Experiment& e) { e.response.opposite = true; }),
+             Contains("response.opposite: ") && Contains("change nothing under point"));
+  CHECK(problem_after([](Experiment& e) {
+          e.response.estimator = "multiplexed";
+          e.response.opposite = true;
+          e.response.sign_run = 62;
+        }) == "(none)");
   CHECK_THAT(problem_after([](Experiment& e) { e.sampling.law = Law::rejection; }),
              Contains("sampling.law: ") && Contains("500 x 200"));
   CHECK_THAT(problem_after([](Experiment& e) { e.sampling.law = Law::polytope; }),

@@ -53,7 +53,10 @@ Experiment unusual_experiment() {
   e.sampling.max_tries = 77;
   e.sampling.order = LayerOrder::fixed;
   e.response.overload = 0.25;
+  e.response.estimator = "multiplexed";
   e.response.epsilon = 0.125;
+  e.response.opposite = true;
+  e.response.sign_run = 3;
   e.response.samples = 1001;
   e.response.blocks = 16;
   e.fit.first_layer = 61;
