@@ -28,16 +28,17 @@ std::vector<double> values(const std::vector<Replicated>& numbers, std::size_t b
 
 }  // namespace
 
-ScalingFit fit_power_law(const std::vector<Replicated>& log_x, const std::vector<Replicated>& log_y,
-                         std::array<double, 2> window) {
-  ScalingFit fit;
+ReplicatedPowerLaw fit_replicated_power_law(const std::vector<Replicated>& log_x, const std::vector<Replicated>& log_y,
+                                            std::array<double, 2> window) {
+  ReplicatedPowerLaw result;
+  ScalingFit& fit = result.fit;
   fit.window = window;
   fit.points = static_cast<int>(log_x.size());
   if (fit.points < min_power_law_points) {
     fit.exponent.reason = fit.intercept.reason =
         fmt::format("{} friction coefficients with usable results in the window {} to {}; an exponent needs {}",
                     fit.points, window[0], window[1], min_power_law_points);
-    return fit;
+    return result;
   }
   std::vector<double> weights(log_x.size(), 1.0);
   double slope = 0;
@@ -50,7 +51,8 @@ ScalingFit fit_power_law(const std::vector<Replicated>& log_x, const std::vector
     }
     slope = fit_line(values(log_x, 0, true), values(log_y, 0, true), weights).slope;
   }
-  Replicated exponent, intercept;
+  Replicated& exponent = result.exponent;
+  Replicated intercept;
   const Line whole = fit_line(values(log_x, 0, true), values(log_y, 0, true), weights);
   exponent.value = whole.slope;
   intercept.value = whole.intercept;
@@ -62,7 +64,12 @@ ScalingFit fit_power_law(const std::vector<Replicated>& log_x, const std::vector
   const std::string reason = "a quantity is not positive without one of the blocks, so that its logarithm is undefined";
   fit.exponent = estimate(exponent, reason);
   fit.intercept = estimate(intercept, reason);
-  return fit;
+  return result;
+}
+
+ScalingFit fit_power_law(const std::vector<Replicated>& log_x, const std::vector<Replicated>& log_y,
+                         std::array<double, 2> window) {
+  return fit_replicated_power_law(log_x, log_y, window).fit;
 }
 
 }  // namespace granuscope

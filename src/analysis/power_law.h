@@ -10,10 +10,20 @@ namespace granuscope {
 /// Fewest points from which an exponent is taken.
 inline constexpr int min_power_law_points = 3;
 
+/// A fitted power law with the replicates of its exponent; they are empty where it is unknown.
+struct ReplicatedPowerLaw {
+  ScalingFit fit;
+  Replicated exponent;
+};
+
 /// ln y = intercept + exponent ln x through points with errors on both axes, given as logarithms with replicates over
 /// the same blocks. Weights are 1/variance of the residual y - exponent x, found by iteration. `window` of mu is only
 /// noted. Unknown, with the reason, below three points or where a logarithm is undefined.
 ScalingFit fit_power_law(const std::vector<Replicated>& log_x, const std::vector<Replicated>& log_y,
                          std::array<double, 2> window);
+
+/// The same with the replicates that are needed to compare exponents.
+ReplicatedPowerLaw fit_replicated_power_law(const std::vector<Replicated>& log_x, const std::vector<Replicated>& log_y,
+                                            std::array<double, 2> window);
 
 }  // namespace granuscope

@@ -112,6 +112,8 @@ DoubleGaussian coarse_shape(const LayerSpectrum& spectrum, double z) {
   double best_chi2 = std::numeric_limits<double>::infinity();
   std::vector<double> envelope(modes), target(modes);
   for (std::size_t i = 0; i < modes; ++i) target[i] = spectrum.whole[i] / spectrum.noise[i];
+  // Beyond the far side of the ring a peak is the image of one on this side.
+  const double farthest = std::min(2 * tan30 * z, 0.5 * spectrum.columns);
   double width = narrowest_start;
   while (width < 0.5 * z) {
     // The modes without their aliases: near enough for a start, and then one exponential serves every position.
@@ -120,7 +122,7 @@ DoubleGaussian coarse_shape(const LayerSpectrum& spectrum, double z) {
       envelope[i] = std::exp(-k * k * width * width / 2) * std::sin(k / 2) / (k / 2) / spectrum.noise[i];
     }
     const double step = std::max(0.5 * width, 0.25);
-    const int steps = static_cast<int>(2 * tan30 * z / step);
+    const int steps = static_cast<int>(farthest / step);
     for (int s = 0; s <= steps; ++s) {
       const double peak = s * step;
       // cos(k_m x_p) for m = 1, 2, ... by the recurrence of Chebyshev's polynomials.

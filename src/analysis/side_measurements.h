@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -96,6 +97,39 @@ struct LawOnPiles {
   Estimate weight_variance;
 };
 
+/// The response at one friction coefficient to one kind and size of load, beside the linear response.
+struct LoadResponse {
+  double mu = 0;
+  std::string estimator;   ///< point, multiplexed, or uniform: no response, only the thrust ratio
+  double load = 0;         ///< overload (point), epsilon (multiplexed), 0 (uniform)
+  bool reference = false;  ///< taken for the linear response
+  int columns = 0, layers = 0;
+  std::uint64_t samples = 0;            ///< piles that entered
+  std::uint64_t failed = 0;             ///< piles that could not be completed
+  int first_layer = 0, last_layer = 0;  ///< of the window of the slopes, the same for all loads at one mu
+  Estimate c, D, c_thrust;
+  Estimate c_shift;         ///< c minus that of the linear response
+  Estimate D_shift;         ///< D over that of the linear response, minus 1
+  Estimate c_thrust_shift;  ///< c_thrust minus that of uniformly loaded piles
+};
+
+/// The exponents over the friction coefficients of one load.
+struct LoadExponents {
+  std::string estimator;
+  double load = 0;
+  bool reference = false;
+  std::array<double, 2> window{};  ///< of mu: the least and largest that took part
+  int points = 0;                  ///< friction coefficients that took part
+  Estimate beta, gamma;
+  Estimate beta_shift, gamma_shift;  ///< minus those of the linear response at the same friction coefficients
+};
+
+/// How far the response depends on the size of the load: c, D and the exponents for several loads.
+struct Nonlinearity {
+  std::vector<LoadResponse> responses;   ///< ascending in mu, at each mu in the order of the exponents, then uniform
+  std::vector<LoadExponents> exponents;  ///< multiplexed ascending in epsilon, then point ascending in the overload
+};
+
 struct SideMeasurements {
   std::vector<RedrawnBeads> redrawn_beads;    ///< ascending in mu
   std::vector<CountedWork> counted_work;      ///< ascending in mu, then in size
@@ -103,6 +137,7 @@ struct SideMeasurements {
   ScalingFit small_friction_scaling;          ///< tan30 - c_thrust against mu, over all of them
   std::vector<ChainShare> chain_share;        ///< at most one
   std::vector<LawOnPiles> laws;               ///< the larger piles first
+  Nonlinearity nonlinearity;
 };
 
 }  // namespace granuscope

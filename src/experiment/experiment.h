@@ -60,6 +60,15 @@ struct ChainShareSpec {
   std::uint64_t samples = 0;  ///< 0: not measured
 };
 
+/// The response to several kinds and sizes of load, beside the linear response.
+struct NonlinearitySpec {
+  std::vector<double> mu;                        ///< each above 0; empty: not measured
+  std::vector<double> epsilons{0.1, 0.25, 0.5};  ///< multiplexed; that of ResponseSpec is taken for the linear response
+  std::vector<double> overloads{0.25, 1, 4};     ///< point
+  std::uint64_t multiplexed_samples = 1024;      ///< piles at the epsilon of ResponseSpec; others ~ 1/epsilon^2
+  std::uint64_t point_samples = 8192;            ///< piles at the overload 1; others in inverse proportion
+};
+
 /// The laws side by side on uniformly loaded piles.
 struct LawComparisonSpec {
   double mu = 0.3;
@@ -112,6 +121,7 @@ struct Experiment {
   SmallFrictionSpec small_friction;
   ChainShareSpec chain_share;
   LawComparisonSpec law_comparison;
+  NonlinearitySpec nonlinearity;
   ForceChainSpec force_chains;
   ResponseFieldSpec response_field;
   ReportSpec report;

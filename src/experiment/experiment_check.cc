@@ -293,10 +293,7 @@ Problem find_ring_problem(const Experiment& e) {
   int deepest = e.fit.last_layer;
   if (e.figures.response_profiles) deepest = std::max(deepest, e.figures.profile_layers.back());
   const double mu = e.mu.back();
-  const auto needed = [mu](int layer) {
-    const double z = Lattice::depth(layer);
-    return 2 * tan30 * z + 8 * expected_width(mu, z);
-  };
+  const auto needed = [mu](int layer) { return columns_needed(mu, layer); };
   if (e.lattice.columns > needed(deepest)) return {};
   int layer = deepest;
   while (layer > 0 && e.lattice.columns <= needed(layer - 1)) --layer;
@@ -369,6 +366,11 @@ Problem find_gate_problem(const Experiment& e) {
 }  // namespace
 
 double expected_width(double mu, double z) { return std::sqrt(1 + 2.2 * std::pow(mu, 2.5) * z); }
+
+double columns_needed(double mu, int layer) {
+  const double z = Lattice::depth(layer);
+  return 2 * tan30 * z + 8 * expected_width(mu, z);
+}
 
 double estimate_memory(const Experiment& e) {
   double pile =

@@ -26,4 +26,7 @@ double estimate_memory(const Experiment& experiment);
 /// W^2 = 1 + D z with D = 2.2 mu^2.5, which lies above every D measured on 500 x 200 beads up to mu = 0.5.
 double expected_width(double mu, double z);
 
+/// Columns of a ring on which the two peaks of the response are still apart down to `layer`.
+double columns_needed(double mu, int layer);
+
 }  // namespace granuscope

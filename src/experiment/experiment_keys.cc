@@ -86,6 +86,7 @@ std::vector<ExperimentKey> make_keys() {
   const std::string redrawn = "figures.redrawn_beads";
   const std::string work = "figures.counted_work";
   const std::string small = "figures.small_friction";
+  const std::string loads = "figures.nonlinearity";
   const std::string chains = "scenes.force_chains";
   return {
       key(
@@ -280,6 +281,27 @@ std::vector<ExperimentKey> make_keys() {
       key(
           "figures.law_comparison", "layers", "layers", "layers of these piles",
           [](auto& e) -> auto& { return e.law_comparison.layers; }),
+
+      key(
+          loads, "mu", "",
+          "friction coefficients at which the response to several loads is compared with the linear one; none: not at "
+          "all",
+          [](auto& e) -> auto& { return e.nonlinearity.mu; }),
+      key(
+          loads, "epsilons", "loads of one top bead",
+          "multiplexed loads compared; that of response.epsilon must be among them and stands for the linear response",
+          [](auto& e) -> auto& { return e.nonlinearity.epsilons; }),
+      key(
+          loads, "overloads", "loads of one top bead", "point loads compared",
+          [](auto& e) -> auto& { return e.nonlinearity.overloads; }),
+      key(
+          loads, "multiplexed_samples", "piles",
+          "piles at response.epsilon and under a uniform load; at another epsilon in inverse proportion to its square, "
+          "for errors of one size",
+          [](auto& e) -> auto& { return e.nonlinearity.multiplexed_samples; }),
+      key(
+          loads, "point_samples", "piles", "piles at the overload 1; at another one in inverse proportion to it",
+          [](auto& e) -> auto& { return e.nonlinearity.point_samples; }),
 
       key(
           chains, "draw", "", "draw the force chains of one pile (Fig. 1)",

@@ -1,3 +1,6 @@
+#include <fmt/ranges.h>
+
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -30,6 +33,49 @@ Problem find_side_samples_problem(const char* key, std::uint64_t samples, int bl
   if (samples >= least && samples <= most_samples) return {};
   return problem(key, "{} samples in {} blocks: each block needs a whole group of eight; give {} to {}", samples,
                  blocks, least, most_samples);
+}
+
+Problem find_nonlinearity_problem(const Experiment& e) {
+  const NonlinearitySpec& loads = e.nonlinearity;
+  if (auto found = find_side_mu_problem("figures.nonlinearity.mu", loads.mu, false)) return found;
+  if (e.sampling.law == Law::polytope) {
+    return problem("figures.nonlinearity.mu",
+                   "the law polytope runs a chain anew for each load, so that multiplexed loads would take for ever; "
+                   "empty the list or change sampling.law");
+  }
+  const auto find_list_problem = [](const char* key, const std::vector<double>& values, double least, double most) {
+    if (values.empty() || values.size() > 6) return problem(key, "{} loads; give 1 to 6", values.size());
+    for (std::size_t k = 0; k < values.size(); ++k) {
+      if (!(values[k] >= least && values[k] <= most)) {
+        return problem(key, "{} cannot be measured beside loads of 1; give {} to {}", values[k], least, most);
+      }
+      if (k > 0 && values[k] <= values[k - 1]) {
+        return problem(key, "{} follows {}, but the list must ascend without repetition; sort it", values[k],
+                       values[k - 1]);
+      }
+    }
+    return Problem{};
+  };
+  if (auto found = find_list_problem("figures.nonlinearity.epsilons", loads.epsilons, 0.01, 0.99)) return found;
+  if (auto found = find_list_problem("figures.nonlinearity.overloads", loads.overloads, 0.01, 100)) return found;
+  if (std::find(loads.epsilons.begin(), loads.epsilons.end(), e.response.epsilon) == loads.epsilons.end()) {
+    return problem(
+        "figures.nonlinearity.epsilons",
+        "response.epsilon = {} is not among [{}], but the linear response is measured with it and the others "
+        "are compared with that; add it",
+        e.response.epsilon, fmt::join(loads.epsilons, ", "));
+  }
+  for (const double mu : loads.mu) {
+    if (mu > e.mu.back()) {
+      return problem("figures.nonlinearity.mu",
+                     "{} is above the largest friction coefficient of friction.mu, {}, for which lattice.columns were "
+                     "found wide enough; leave it out",
+                     mu, e.mu.back());
+    }
+  }
+  const char* key = "figures.nonlinearity.multiplexed_samples";
+  if (auto found = find_side_samples_problem(key, loads.multiplexed_samples, e.response.blocks)) return found;
+  return find_side_samples_problem("figures.nonlinearity.point_samples", loads.point_samples, e.response.blocks);
 }
 
 }  // namespace
@@ -81,6 +127,9 @@ Problem find_side_problem(const Experiment& e) {
     }
     const char* key = "figures.small_friction.samples";
     if (auto found = find_side_samples_problem(key, e.small_friction.samples, e.response.blocks)) return found;
+  }
+  if (!e.nonlinearity.mu.empty()) {
+    if (auto found = find_nonlinearity_problem(e)) return found;
   }
   if (e.law_comparison.samples > 0) {
     const LawComparisonSpec& laws = e.law_comparison;

@@ -12,6 +12,7 @@
 #include "model/audit.h"
 #include "plot/figure_words.h"
 #include "render/draw.h"
+#include "render/labels.h"
 #include "sampling/sampler.h"
 #include "storage/pile_file.h"
 #include "support/atomic_file.h"
@@ -177,7 +178,7 @@ Field response_field(const MeasuredEnsemble& ensemble, const Transport& transpor
   const Lattice lattice(ensemble.lattice);
   const auto columns = static_cast<std::size_t>(lattice.columns());
   Field field;
-  field.key_title = "P(x, z)";
+  field.key_title = label("field");
   const std::vector<int>& layers = ensemble.record.sums.layers;
   for (std::size_t row = 0; row < layers.size(); ++row) {
     const BlockMeans response = mean_response(ensemble.record.sums, row, ensemble.overload);

@@ -22,6 +22,7 @@
 #include "plot/counted_work.h"
 #include "plot/gnuplot.h"
 #include "plot/law_comparison.h"
+#include "plot/nonlinearity.h"
 #include "plot/propagation_against_diffusion.h"
 #include "plot/propagation_and_thrust.h"
 #include "plot/response_profiles.h"
@@ -176,7 +177,7 @@ class Run {
       });
     }
     note_rounding();
-    SideMeasurer side;
+    SideMeasurer side(experiment_, options_.threads);
     for (SideEnsemble& one : plan_side_ensembles(experiment_, options_.folder)) {
       const MeasuredEnsemble ensemble = obtain(one.planned);
       if (needs(Stage::analyse)) timed("analyse", [&] { side.add(one, ensemble); });
@@ -258,6 +259,9 @@ class Run {
         add_figure([&] { return draw_propagation_and_thrust(clear, options_.folder); });
       }
       const SideMeasurements& side = data_.analysis.side;
+      if (!side.nonlinearity.responses.empty()) {
+        add_figure([&] { return draw_nonlinearity(side.nonlinearity, options_.folder); });
+      }
       if (!side.counted_work.empty()) {
         add_figure([&] { return draw_counted_work(side.counted_work, options_.folder); });
       }

@@ -2,12 +2,15 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "analysis/chain_share.h"
 #include "analysis/counted_work.h"
 #include "analysis/law_comparison.h"
 #include "analysis/redrawn_beads.h"
+#include "experiment/experiment_check.h"
 #include "support/number_format.h"
 
 namespace granuscope {
@@ -27,10 +30,52 @@ class Planner {
       for (const int size : experiment_.counted_work.sizes) add_counted_work(mu, size);
     }
     if (experiment_.law_comparison.samples > 0) add_laws();
+    for (const double mu : experiment_.nonlinearity.mu) add_loads(mu);
     return std::move(planned_);
   }
 
  private:
+  /// On columns just wide enough for the response: beads outside it would cost time and tell nothing.
+  void add_loads(double mu) {
+    const NonlinearitySpec& asked = experiment_.nonlinearity;
+    FitSpec fit = experiment_.fit;
+    fit.shallow_layer = fit.first_layer;  // nothing is drawn of the layers above the window
+    constexpr double handy = 16;          // for the Fourier transforms
+    const int enough = static_cast<int>(handy * std::ceil(columns_needed(mu, fit.last_layer) / handy));
+    const LatticeSpec lattice{std::min(enough, experiment_.lattice.columns), experiment_.lattice.layers};
+    const double reference = experiment_.response.epsilon;
+    const auto add_load = [&](const std::string& name, double mean_samples, const auto& change) {
+      EnsembleSpec spec = spec_at(mu, lattice, whole_rounds(mean_samples));
+      spec.layout = BlockLayout::interleaved;
+      spec.layers = layers_to_record(fit, {});
+      change(spec);
+      add(SideKind::nonlinearity, fmt::format("load {}, mu = {}", name, mu),
+          fmt::format("load-{}-mu-{}", name, exact(mu)), spec);
+    };
+    const auto multiplexed = static_cast<double>(asked.multiplexed_samples);
+    for (const double epsilon : asked.epsilons) {
+      add_load("multiplexed-" + exact(epsilon), multiplexed * std::pow(reference / epsilon, 2),
+               [&](EnsembleSpec& spec) {
+                 spec.estimator = EstimatorName::multiplexed;
+                 spec.epsilon = epsilon;
+               });
+    }
+    for (const double overload : asked.overloads) {
+      add_load("point-" + exact(overload), static_cast<double>(asked.point_samples) / overload,
+               [&](EnsembleSpec& spec) { spec.overload = overload; });
+    }
+    add_load(uniform_load, multiplexed, [](EnsembleSpec& spec) {
+      spec.load = Load::uniform;
+      spec.record_profiles = false;
+    });
+  }
+
+  /// The least number of samples, at least that many, of which every block holds as many groups.
+  std::uint64_t whole_rounds(double samples) const {
+    const std::uint64_t round = group_size * static_cast<std::uint64_t>(experiment_.response.blocks);
+    return round * static_cast<std::uint64_t>(std::max(1.0, std::ceil(samples / static_cast<double>(round) - 1e-9)));
+  }
+
   void add_laws() {
     const LawComparisonSpec& asked = experiment_.law_comparison;
     const LatticeSpec small{asked.columns, asked.layers}, tiny{LawComparisonSpec::tiny, LawComparisonSpec::tiny};
@@ -142,6 +187,12 @@ void SideMeasurer::add(const SideEnsemble& side, const MeasuredEnsemble& ensembl
     case SideKind::law_comparison:
       measured_.laws.push_back(measure_law(side.planned.spec, ensemble.record));
       break;
+    case SideKind::nonlinearity: {
+      MeasuredEnsemble kept = ensemble;
+      if (side.planned.spec.load == Load::uniform) kept.estimator = uniform_load;
+      nonlinearity_.add(std::move(kept));
+      break;
+    }
     case SideKind::chain_share:
       measured_.chain_share.push_back(measure_chain_share(ensemble));
       break;
@@ -150,6 +201,7 @@ void SideMeasurer::add(const SideEnsemble& side, const MeasuredEnsemble& ensembl
 
 SideMeasurements SideMeasurer::finish() {
   measured_.small_friction_scaling = fit_small_friction(small_friction_);
+  measured_.nonlinearity = nonlinearity_.finish();
   return std::move(measured_);
 }
 

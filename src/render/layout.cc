@@ -8,6 +8,7 @@
 #include <initializer_list>
 #include <utility>
 
+#include "render/labels.h"
 #include "support/error.h"
 
 namespace granuscope {
@@ -33,8 +34,8 @@ constexpr double smallest_plot_mm = 12;  ///< plot areas narrower than this show
 constexpr double most_ticks = 16;        ///< of an axis, however large the paper
 constexpr double line_points = 0.5;      ///< frame and ticks
 
-constexpr const char* x_title = "x (bead diameters)";
-constexpr std::array<const char*, 3> z_titles = {"depth z (bead diameters)", "z (bead diameters)", "z"};
+constexpr const char* x_title = "x axis";                                                         ///< name of a label
+constexpr std::array<const char*, 3> z_titles = {"z axis", "z axis, short", "z axis, shortest"};  ///< names of labels
 
 /// Lengths on paper as pixels of this image.
 class Paper {
@@ -157,7 +158,7 @@ ScaleBar scale_bar(const Scene& scene, const Paper& paper) {
   ScaleBar bar;
   bar.diameters = length;
   bar.length_px = std::max(1, static_cast<int>(std::lround(length * scene.pixels_per_diameter)));
-  bar.text = number(length) + (length == 1 ? " bead diameter" : " bead diameters");
+  bar.text = fmt::format("{} {}", number(length), label(length == 1 ? "one diameter" : "diameters"));
   return bar;
 }
 
@@ -171,9 +172,9 @@ int smallest_width(const Extent& extent, const std::string& key_title, const Fon
   const Margins margins = side_margins(extent, font, paper);
   // The scale bar is shorter than the window, and so has no more digits.
   const std::string digits(fmt::format("{:.0f}", extent.width()).size(), '0');
-  const int title = font.width(digits + " bead diameters");
+  const int title = font.width(fmt::format("{} {}", digits, label("diameters")));
   const int text =
-      std::max({title, font.width(x_title), narrowest_scale(key_title, font, paper)}) + 2 * paper.mm(margin_mm);
+      std::max({title, font.width(label(x_title)), narrowest_scale(key_title, font, paper)}) + 2 * paper.mm(margin_mm);
   return std::max(margins.left + paper.mm(smallest_plot_mm) + margins.right, text);
 }
 
@@ -274,7 +275,7 @@ class LayoutMaker {
     const double head = paper_.exact_mm(arrow_half_mm), shaft = std::max(0.5, paper_.exact_mm(shaft_half_mm));
     layout_.arrow = {{x, tip},          {x + head, neck},  {x + shaft, neck}, {x + shaft, tail},
                      {x - shaft, tail}, {x - shaft, neck}, {x - head, neck}};
-    const std::string text = "load " + number(scene_.overload->load);
+    const std::string text = fmt::format("{} {}", label("overload"), number(scene_.overload->load));
     const int width = font_.width(text), gap = paper_.mm(gap_mm);
     const int right_of_it = static_cast<int>(std::ceil(x + head)) + gap;
     const bool fits = right_of_it + width <= layout_.width - paper_.mm(margin_mm);
@@ -297,9 +298,10 @@ class LayoutMaker {
       add_label(text, {number_right - width, base - font_.ascent(), width, line_height()});
     }
     const int title_left = paper_.mm(margin_mm);
-    for (const char* title : z_titles) {
+    for (const char* name : z_titles) {
+      const std::string& title = label(name);
       const int length_px = font_.width(title);
-      if (length_px > plot.height && title != z_titles.back()) continue;
+      if (length_px > plot.height && name != z_titles.back()) continue;
       const int top = static_cast<int>(std::lround(plot.top + 0.5 * (plot.height - length_px)));
       add_label(title, {title_left, top, line_height(), length_px}, Reading::upwards);
       break;
@@ -319,9 +321,9 @@ class LayoutMaker {
       add_label(text, box_around(at, number_top, font_.width(text), line_height()));
     }
     const int title_top = number_top + line_height() + paper_.mm(gap_mm) / 2;
-    Box title = box_around(plot.left + 0.5 * plot.width, title_top, font_.width(x_title), line_height());
+    Box title = box_around(plot.left + 0.5 * plot.width, title_top, font_.width(label(x_title)), line_height());
     title.left = std::min(title.left, layout_.width - paper_.mm(margin_mm) - title.width);
-    add_label(x_title, title);
+    add_label(label(x_title), title);
     below_ = title.bottom();
   }
 
@@ -405,7 +407,8 @@ class LayoutMaker {
 
   void add_colour_scale(int length, int left, int top) {
     add_label(scene_.key_title, {left, top, font_.width(scene_.key_title), line_height()});
-    layout_.legend = {left, top + line_height(), length, paper_.mm(bar_mm)};
+    // Descenders stay clear of the colours.
+    layout_.legend = {left, top + line_height() + paper_.mm(gap_mm) / 2, length, paper_.mm(bar_mm)};
     const int tick_top = layout_.legend.bottom(), t = frame(), tick = paper_.mm(tick_mm);
     const int number_top = tick_top + tick + paper_.mm(gap_mm) / 2;
     const int parts = scale_parts(left, length);

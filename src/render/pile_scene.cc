@@ -9,6 +9,7 @@
 #include <limits>
 #include <utility>
 
+#include "render/labels.h"
 #include "render/lattice_levels.h"
 #include "render/layout.h"
 #include "render/level_table.h"
@@ -25,14 +26,12 @@ struct Kind {
   Glyph glyph;
   Sign sign;
   const char* colour_map;
-  const char* key_title;
 };
 
-constexpr std::array<Kind, 4> kinds = {
-    {{"forces", Quantity::force, Glyph::force_bar, Sign::one, "grey", "force / top load"},
-     {"weight", Quantity::weight, Glyph::bead, Sign::one, "grey", "weight / top load"},
-     {"friction", Quantity::mobilisation, Glyph::even_bar, Sign::one, "viridis", "|T| / (\u03bcN)"},
-     {"response", Quantity::response, Glyph::bead, Sign::both, "diverging", "change of weight / top load"}}};
+constexpr std::array<Kind, 4> kinds = {{{"forces", Quantity::force, Glyph::force_bar, Sign::one, "grey"},
+                                        {"weight", Quantity::weight, Glyph::bead, Sign::one, "grey"},
+                                        {"friction", Quantity::mobilisation, Glyph::even_bar, Sign::one, "viridis"},
+                                        {"response", Quantity::response, Glyph::bead, Sign::both, "diverging"}}};
 
 const Kind& kind_of(const std::string& scene) {
   const auto* const found =
@@ -144,14 +143,14 @@ std::vector<std::string> pile_scenes() {
 
 bool needs_two_piles(const std::string& scene) { return kind_of(scene).quantity == Quantity::response; }
 
-std::string key_title_of(const std::string& scene) { return kind_of(scene).key_title; }
+std::string key_title_of(const std::string& scene) { return label(kind_of(scene).name); }
 
 Scene build_scene(const PileView& pile, const PileView* minus, const SceneSpec& spec) {
   const Kind& kind = kind_of(spec.scene);
   Scene scene;
   scene.name = kind.name;
   scene.glyph = kind.glyph;
-  scene.key_title = kind.key_title;
+  scene.key_title = label(kind.name);
   scene.colour_map = spec.colour_map.empty() ? kind.colour_map : spec.colour_map;
   const ColourScale colours(Palette::builtin(), scene.colour_map, kind.sign);
   scene.extent = extent_of(pile.lattice, spec);

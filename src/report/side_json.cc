@@ -43,6 +43,8 @@ Json to_json(const SmallFriction& small);
 Json to_json(const ChainShareAtDepth& depth);
 Json to_json(const ChainShare& share);
 Json to_json(const LawOnPiles& one);
+Json to_json(const LoadResponse& one);
+Json to_json(const LoadExponents& one);
 
 template <typename Item>
 Json list_of(const std::vector<Item>& items) {
@@ -106,6 +108,36 @@ Json to_json(const ChainShare& share) {
           {"depths", list_of(share.depths)}};
 }
 
+Json to_json(const LoadResponse& one) {
+  return {{"mu", one.mu},
+          {"estimator", one.estimator},
+          {"load", one.load},
+          {"reference", one.reference},
+          {"columns", one.columns},
+          {"layers", one.layers},
+          {"samples", one.samples},
+          {"failed", one.failed},
+          {"window_layers", {one.first_layer, one.last_layer}},
+          {"c", granuscope::to_json(one.c)},
+          {"D", granuscope::to_json(one.D)},
+          {"c_thrust", granuscope::to_json(one.c_thrust)},
+          {"c_minus_linear", granuscope::to_json(one.c_shift)},
+          {"D_over_linear_minus_1", granuscope::to_json(one.D_shift)},
+          {"c_thrust_minus_uniform", granuscope::to_json(one.c_thrust_shift)}};
+}
+
+Json to_json(const LoadExponents& one) {
+  return {{"estimator", one.estimator},
+          {"load", one.load},
+          {"reference", one.reference},
+          {"window", one.window},
+          {"points", one.points},
+          {"beta", granuscope::to_json(one.beta)},
+          {"gamma", granuscope::to_json(one.gamma)},
+          {"beta_minus_linear", granuscope::to_json(one.beta_shift)},
+          {"gamma_minus_linear", granuscope::to_json(one.gamma_shift)}};
+}
+
 }  // namespace
 
 Json to_json(const SideMeasurements& side) {
@@ -121,6 +153,8 @@ Json to_json(const SideMeasurements& side) {
   }
   json["chain_share"] = list_of(side.chain_share);
   json["laws"] = list_of(side.laws);
+  json["nonlinearity"]["responses"] = list_of(side.nonlinearity.responses);
+  json["nonlinearity"]["exponents"] = list_of(side.nonlinearity.exponents);
   return json;
 }
 

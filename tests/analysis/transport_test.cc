@@ -85,6 +85,19 @@ TEST_CASE("a noiseless response gives back its c and D") {
   CHECK_FALSE(t.exact);
 }
 
+TEST_CASE("on a ring just wide enough no image of a peak is taken for it") {
+  // The two peaks at the deepest layer are 0.577 z on either side, so that 2 c z + 8 W = 143 columns are needed.
+  KnownTransport known;
+  for (const int narrow : {150, 180, 210}) {
+    const MeasuredEnsemble ensemble =
+        synthetic_ensemble(known, {}, narrow, layers_to_record(short_window(), {}), 16, 256);
+    const MeasuredTransport measured = measure_transport(ensemble, short_window(), {}, 1);
+    INFO(narrow);
+    CHECK(std::abs(measured.transport.c.value - known.c) < 5 * measured.transport.c.standard_error);
+    for (const DepthFit& depth : measured.transport.depths) CHECK(depth.peak_position.value < 0.5 * narrow);
+  }
+}
+
 TEST_CASE("layers recorded for a figure change no number") {
   const auto window = layers_to_record(short_window(), {}), more = layers_to_record(short_window(), {61, 88, 119});
   const MeasuredEnsemble with_figures = synthetic_ensemble({}, {0.5, 3}, columns, more, 32, 100);

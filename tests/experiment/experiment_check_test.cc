@@ -229,6 +229,25 @@ TEST_CASE("A contradiction names the line of the key that was written, or says t
                     Contains("x.toml: fit.last_layer (not in the file, default): layer 179 lies beyond"));
 }
 
+TEST_CASE("Loads that could not be compared are refused") {
+  const auto with = [](auto change) {
+    return problem_after([&](Experiment& e) {
+      e.nonlinearity.mu = {0.1, 0.2};
+      change(e);
+    });
+  };
+  CHECK(with([](Experiment&) {}) == "(none)");
+  CHECK_THAT(with([](Experiment& e) { e.response.epsilon = 0.3; }),
+             Contains("figures.nonlinearity.epsilons: response.epsilon = 0.3 is not among [0.1, 0.25, 0.5]"));
+  CHECK_THAT(with([](Experiment& e) { e.nonlinearity.mu = {0.0, 0.1}; }), Contains("nothing is random"));
+  CHECK_THAT(with([](Experiment& e) { e.nonlinearity.mu = {0.1, 0.5}; }), Contains("0.5 is above the largest"));
+  CHECK_THAT(with([](Experiment& e) { e.nonlinearity.epsilons = {0.25, 1}; }), Contains("1 cannot be measured"));
+  CHECK_THAT(with([](Experiment& e) { e.nonlinearity.overloads = {1, 0.5}; }), Contains("must ascend"));
+  CHECK_THAT(with([](Experiment& e) { e.nonlinearity.overloads = {}; }), Contains("0 loads"));
+  CHECK_THAT(with([](Experiment& e) { e.nonlinearity.point_samples = 255; }), Contains("whole group of eight"));
+  CHECK_THAT(with([](Experiment& e) { e.nonlinearity.multiplexed_samples = 8; }), Contains("multiplexed_samples"));
+}
+
 TEST_CASE("Side measurements that could not be made are refused before anything is drawn") {
   CHECK(problem_after([](Experiment& e) {
           e.redrawn_beads.mu = {0.1, 0.3};

@@ -341,6 +341,7 @@ TEST_CASE("Side measurements are drawn, kept, reused and reported") {
   experiment.counted_work = {{0.0, 0.8}, {30, 45, 60}, 64};
   experiment.chain_share.samples = 256;
   experiment.redrawn_beads = {{0.3}, 256};
+  experiment.nonlinearity = {{0.2, 0.3, 0.4}, {0.25, 0.5}, {1, 2}, 300, 1024};
   experiment.force_chains.layers = 25;
   ScratchFolder folder("side");
   const auto summary_of = [&](const std::vector<Stage>& only) {
@@ -358,7 +359,19 @@ TEST_CASE("Side measurements are drawn, kept, reused and reported") {
   CHECK(side.at("counted_work")[0].at("draws_per_bead") == 0.0);  // without friction nothing is drawn
   CHECK(side.at("counted_work")[5].at("draws_per_bead") > 1.0);
   CHECK(side.at("chain_share")[0].at("share").at("value") > 0.8);
-  for (const char* file : {"small-friction-mu-0.15.h5", "counted-work-mu-0.8-60x60.h5", "chain-share.h5"}) {
+  const auto& loads = side.at("nonlinearity");
+  REQUIRE(loads.at("responses").size() == 3 * 5);
+  CHECK(loads.at("responses")[0].at("reference") == true);
+  CHECK(loads.at("responses")[0].at("samples") == 512);  // the next whole round of 32 groups
+  CHECK(loads.at("responses")[1].at("samples") == 256);
+  CHECK(loads.at("responses")[2].at("samples") == 1024);
+  CHECK(loads.at("responses")[3].at("samples") == 512);
+  CHECK(loads.at("responses")[0].at("columns") == 64);  // enough for the response down to layer 49
+  CHECK(loads.at("responses")[0].at("D_over_linear_minus_1").at("value") == 0.0);
+  CHECK(loads.at("exponents").size() == 4);
+  CHECK(read_file(folder.path() / "report.html").find("What the finite overload") != std::string::npos);
+  for (const char* file : {"load-point-2-mu-0.3.h5", "load-uniform-mu-0.2.h5", "small-friction-mu-0.15.h5",
+                           "counted-work-mu-0.8-60x60.h5", "chain-share.h5"}) {
     CHECK(fs::exists(folder.path() / "ensembles" / file));
   }
   for (const PlannedStep& step : plan_run(experiment, quiet(folder.path()))) {

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "plot/counted_work.h"
+#include "plot/nonlinearity.h"
 #include "plot/small_friction.h"
 #include "plot/synthetic_analysis.h"
 #include "plot/temporary_folder.h"
@@ -63,6 +64,42 @@ TEST_CASE("Small friction shows saturation and the law that the deep piles follo
   analysis.side.small_friction_scaling.exponent = synthetic::unknown("only two points");
   CHECK(contains(draw_small_friction(analysis, run.path()).caption, "unknown: only two points"));
   CHECK_THROWS_AS(draw_small_friction(synthetic::analysis(), run.path()), InputError);
+}
+
+TEST_CASE("The loads are drawn against the linear response, and what cannot be compared is left out") {
+  const TemporaryFolder run;
+  Nonlinearity measured;
+  for (const double mu : {0.1, 0.3}) {
+    for (const double load : {0.1, 0.25, 0.5, 1.0, 4.0}) {
+      LoadResponse one;
+      one.mu = mu;
+      one.estimator = load < 0.6 ? "multiplexed" : "point";
+      one.load = load;
+      one.reference = load == 0.25;
+      one.samples = 256;
+      one.D_shift = synthetic::known(-0.25 * load, 0.03);
+      one.c_shift = synthetic::known(0.001 * mu * load, 0.0001);
+      one.c = synthetic::known(0.57, 0.001);
+      one.D = synthetic::known(0.03, 0.001);
+      if (load == 4 && mu == 0.1) one.D_shift = one.c_shift = synthetic::unknown("too narrow");
+      measured.responses.push_back(one);
+    }
+    LoadResponse uniform;
+    uniform.mu = mu;
+    uniform.estimator = "uniform";
+    uniform.D_shift = uniform.c_shift = synthetic::unknown("no response");
+    measured.responses.push_back(uniform);
+  }
+  const Figure figure = draw_nonlinearity(measured, run.path());
+  CHECK(figure.data.size() == 4);
+  CHECK(contains(figure.caption, "varied by ±0.25 of"));
+  CHECK(contains(figure.caption, "−25.0(3.0) % at μ = 0.1 and −25.0(3.0) % at μ = 0.3"));
+  CHECK_FALSE(contains(figure.caption, " ."));
+  const std::string svg = read_file(run.path() / figure.screen);
+  for (const char* label : {"size of the load", "all loads ±ε (multiplexed)", "μ = 0.3"}) CHECK(contains(svg, label));
+  const std::string points = read_file(run.path() / "figures/nonlinearity-point-mu-0.1.csv");
+  CHECK(std::count(points.begin(), points.end(), '\n') == 2);  // the header and the overload 1
+  CHECK_THROWS_AS(draw_nonlinearity({}, run.path()), InputError);
 }
 
 TEST_CASE("Counted work is drawn per bead and names what was not completed") {

@@ -1,0 +1,15 @@
+#pragma once
+#include <filesystem>
+
+#include "analysis/side_measurements.h"
+#include "plot/figure.h"
+
+namespace granuscope {
+
+/// How far D and c measured with loads of several kinds and sizes lie from those of the linear response, against the
+/// size of the load, one pair of curves (point, multiplexed) for each friction coefficient.
+/// Writes figures/nonlinearity*.csv, .gp, .svg and .pdf below `run_folder`.
+/// Throws InputError if nothing could be compared, EnvironmentError if gnuplot is missing or fails.
+Figure draw_nonlinearity(const Nonlinearity& measured, const std::filesystem::path& run_folder);
+
+}  // namespace granuscope

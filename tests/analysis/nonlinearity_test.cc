@@ -1,0 +1,131 @@
+// Source of the expected numbers: synthetic ensembles whose c and D are known in advance and depend on the load.
+#include "analysis/nonlinearity.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "model/lattice.h"
+#include "synthetic_ensemble.h"
+
+using namespace granuscope;
+
+namespace {
+
+constexpr int columns = 200;
+
+FitSpec window() {
+  FitSpec fit;
+  fit.first_layer = 60;
+  fit.last_layer = 120;
+  fit.layer_step = 5;
+  fit.shallow_layer = 60;
+  fit.scaling_window = {0.1, 0.3};
+  return fit;
+}
+
+/// D = 0.9 mu^2 (1 - drop), c = tan30 - 0.3 mu^2 + c_shift.
+MeasuredEnsemble ensemble(double mu, const char* estimator, double load, double drop, double c_shift,
+                          double width_offset, std::uint64_t seed) {
+  KnownTransport known;
+  known.c = tan30 - 0.3 * mu * mu + c_shift;
+  known.D = 0.9 * mu * mu * (1 - drop);
+  known.width_offset = width_offset;
+  SyntheticNoise noise;
+  noise.per_sample = 0.05;
+  noise.seed = seed;
+  MeasuredEnsemble made = synthetic_ensemble(known, noise, columns, layers_to_record(window(), {}), 16, 64);
+  made.mu = mu;
+  made.estimator = estimator;
+  made.lattice = {columns, 141};
+  const bool multiplexed = made.estimator == "multiplexed";
+  made.overload = multiplexed ? 1 : load;
+  made.epsilon = multiplexed ? load : 0;
+  // The sums are those of a unit overload: w - 1 grows with the load.
+  QuantitySums& weight = made.record.sums.quantities.at("weight");
+  for (double& sum : weight.sum) sum = 64 + made.overload * (sum - 64);
+  return made;
+}
+
+}  // namespace
+
+TEST_CASE("c, D and the exponents of a load are compared with those of the linear response") {
+  NonlinearityMeasurer measurer(window(), 0.25, 2);
+  std::uint64_t seed = 1;
+  for (const double mu : {0.1, 0.2, 0.3}) {
+    measurer.add(ensemble(mu, "multiplexed", 0.25, 0, 0, 0.4, seed++));
+    measurer.add(ensemble(mu, "point", 1, 0.5 * (0.4 - mu), 0.01 * mu * mu, 0.4, seed++));
+    MeasuredEnsemble uniform = ensemble(mu, uniform_load, 1, 0, 0, 0.4, seed++);
+    uniform.record.sums.quantities.erase("weight");
+    measurer.add(uniform);
+  }
+  const Nonlinearity measured = measurer.finish();
+  REQUIRE(measured.responses.size() == 9);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double mu = 0.1 * static_cast<double>(k + 1);
+    const LoadResponse &linear = measured.responses[3 * k], &point = measured.responses[3 * k + 1],
+                       &uniform = measured.responses[3 * k + 2];
+    INFO("mu " << mu);
+    CHECK(linear.reference);
+    CHECK(linear.load == 0.25);
+    CHECK(linear.D_shift.value == 0);
+    CHECK(linear.D_shift.standard_error == 0);
+    CHECK_FALSE(point.reference);
+    CHECK(std::abs(linear.c.value - (tan30 - 0.3 * mu * mu)) < 5 * linear.c.standard_error);
+    CHECK(std::abs(point.D_shift.value + 0.5 * (0.4 - mu)) < 5 * point.D_shift.standard_error);
+    CHECK(std::abs(point.c_shift.value - 0.01 * mu * mu) < 5 * point.c_shift.standard_error);
+    CHECK(point.D_shift.standard_error < 0.2);
+    CHECK(point.samples == 1024);
+    CHECK(uniform.estimator == uniform_load);
+    CHECK_FALSE(uniform.D.known());
+    CHECK(uniform.c_thrust.value == Approx(tan30 * std::sqrt(0.93)).epsilon(1e-4));
+    CHECK(std::abs(point.c_thrust_shift.value) < 5 * point.c_thrust_shift.standard_error);
+  }
+  REQUIRE(measured.exponents.size() == 2);
+  const LoadExponents &linear = measured.exponents[0], &point = measured.exponents[1];
+  CHECK(linear.reference);
+  CHECK(linear.points == 3);
+  CHECK(std::abs(linear.beta.value - 2) < 5 * linear.beta.standard_error);
+  CHECK(std::abs(linear.gamma.value - 2) < 5 * linear.gamma.standard_error);
+  CHECK(linear.beta_shift.value == 0);
+  CHECK(point.beta_shift.value == Approx(point.beta.value - linear.beta.value));
+  CHECK(point.beta_shift.value > 3 * point.beta_shift.standard_error);  // less of D is lost at large mu
+}
+
+TEST_CASE("all loads at one friction coefficient are fitted over the same layers, and exponents over the same mu") {
+  NonlinearityMeasurer measurer(window(), 0.25, 1);
+  for (const double mu : {0.1, 0.2, 0.25, 0.3}) {
+    measurer.add(ensemble(mu, "multiplexed", 0.25, 0, 0, 0.4, 5));
+    // W^2 of one load reaches the least identifiable 0.25 only in the middle of the window, at mu = 0.1 nowhere.
+    const double D = 0.9 * mu * mu, drop = mu == 0.1 ? 1 - 1e-6 : 0;
+    measurer.add(ensemble(mu, "point", 2, drop, 0, mu == 0.1 ? 0.02 : 0.25 - D * Lattice::depth(82), 6));
+  }
+  const Nonlinearity measured = measurer.finish();
+  REQUIRE(measured.responses.size() == 8);
+  CHECK_FALSE(measured.responses[1].D.known());
+  CHECK_FALSE(measured.responses[1].D_shift.known());
+  CHECK_FALSE(measured.responses[1].D_shift.reason.empty());
+  CHECK(measured.responses[0].first_layer == 60);
+  CHECK(measured.responses[2].first_layer > 70);
+  CHECK(measured.responses[2].first_layer < 95);
+  CHECK(measured.responses[2].first_layer == measured.responses[3].first_layer);
+  REQUIRE(measured.exponents.size() == 2);
+  CHECK(measured.exponents[0].points == 4);
+  CHECK(measured.exponents[1].points == 3);
+  CHECK(measured.exponents[1].window == std::array{0.2, 0.3});
+  CHECK(measured.exponents[1].beta_shift.known());
+}
+
+TEST_CASE("without a linear response, or without piles, nothing is compared, and the reasons are told") {
+  NonlinearityMeasurer measurer(window(), 0.25, 1);
+  MeasuredEnsemble empty = ensemble(0.2, "point", 1, 0, 0, 0.4, 1);
+  empty.record.sums.count.back() = 0;
+  measurer.add(ensemble(0.2, "point", 0.5, 0, 0, 0.4, 1));
+  measurer.add(empty);
+  const Nonlinearity measured = measurer.finish();
+  REQUIRE(measured.responses.size() == 2);
+  CHECK(measured.responses[0].D.known());
+  CHECK_THAT(measured.responses[0].D_shift.reason, Catch::Contains("linear response is unknown"));
+  CHECK_THAT(measured.responses[1].D.reason, Catch::Contains("no completed pile"));
+  CHECK_THAT(measured.exponents[0].beta.reason, Catch::Contains("an exponent needs 3"));
+  CHECK(NonlinearityMeasurer(window(), 0.25, 1).finish().responses.empty());
+}
