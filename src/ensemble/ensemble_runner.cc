@@ -35,7 +35,11 @@ class SamplerPool {
 
   std::unique_ptr<Sampler> take() {
     const std::lock_guard lock(mutex_);
-    if (free_.empty()) return make_sampler(spec_.sampler, Lattice(spec_.lattice));
+    if (free_.empty()) {
+      auto sampler = make_sampler(spec_.sampler, Lattice(spec_.lattice));
+      sampler->keep_layers(recorded_layers(spec_));
+      return sampler;
+    }
     auto sampler = std::move(free_.back());
     free_.pop_back();
     return sampler;

@@ -38,9 +38,10 @@ void GranusolveSampler::clear_state(Pile& pile) {
   own_attempts_.assign(beads, first_ == nullptr ? 0 : attempts_before_solving_again);
   own_unsolved_.assign(beads, 0);
   own_rule_.assign(beads, static_cast<std::uint8_t>(Rule::first_draw));
-  state_ = {
-      pile.V_R.data(),      pile.V_L.data(),      pile.H_R.data(),  pile.H_L.data(),           own_H_.data(),
-      own_attempts_.data(), own_unsolved_.data(), own_rule_.data(), own_first_uniform_.data(), own_failing_.data()};
+  own_climbs_.assign(beads, 0);
+  state_ = {pile.V_R.data(),    pile.V_L.data(),           pile.H_R.data(),      pile.H_L.data(),
+            own_H_.data(),      own_attempts_.data(),      own_unsolved_.data(), own_rule_.data(),
+            own_climbs_.data(), own_first_uniform_.data(), own_failing_.data()};
 }
 
 std::optional<SamplingFailure> GranusolveSampler::draw(std::uint64_t sample, std::span<const double> load, Pile& pile) {
@@ -73,16 +74,15 @@ void GranusolveSampler::begin_pile(std::uint64_t sample, std::span<const double>
         spec_.order == LayerOrder::random ? key_.layer_order(layer, lattice_.columns()) : RandomKey::Order{0, 1};
   }
   topmost_pending_ = lattice_.layers();
-  climbs_.clear();
+  beyond_window_ = false;
   solutions_ = 0;
   ++counts_.tries;
 }
 
 void GranusolveSampler::count_pile() {
-  for (const auto& [bead, times] : climbs_) set_rule(bead, Rule::climb);
   std::array<std::uint64_t, rules> beads_by{};
-  for (std::size_t rule = 1; rule < rules; ++rule) {
-    beads_by[rule] = static_cast<std::uint64_t>(std::count(own_rule_.begin(), own_rule_.end(), rule));
+  for (std::size_t bead = 0; bead < own_rule_.size(); ++bead) {
+    ++beads_by[own_climbs_[bead] != 0 ? static_cast<std::size_t>(Rule::climb) : own_rule_[bead]];
   }
   add_pile(beads_by);
 }
@@ -371,46 +371,57 @@ void GranusolveSampler::renew_child(int layer, int bead) {
   }
   ++solutions_;
   if (!try_draw(layer, bead)) {
-    unsolve(layer, bead);  // beyond the rounding allowance after all: it waits like a bead that a climb has unsolved
+    unsolve(layer, bead, 1);  // beyond the rounding allowance after all: it waits like a bead that a climb has unsolved
   } else if (layer < front_) {
-    unsolve(layer + 1, lattice_.lower_left(layer, bead));
-    unsolve(layer + 1, lattice_.lower_right(layer, bead));
+    unsolve(layer + 1, lattice_.lower_left(layer, bead), 2);
   }
 }
 
 void GranusolveSampler::climb(int layer, int bead) {
   ++counts_.climbs;
-  const int height = 2 + climbs_[at(layer, bead)]++;
+  std::uint8_t& climbs = state_.climbs[at(layer, bead)];
+  const int height = 2 + climbs;
+  if (climbs < std::numeric_limits<std::uint8_t>::max()) ++climbs;
   const int top = std::max(0, layer - height);
+  // Mends of the topmost unsolved layer change the one above it, and whoever keeps a window has read that one's
+  // neighbours as final.
+  if (front_ - top > window_ - 4) {
+    beyond_window_ = true;
+    solutions_ = max_solutions_ + 1;
+    return;
+  }
   const int sideways = height - (layer - top);
   int first = bead;
   for (int n = layer; n > top; --n) first = lattice_.upper_left(n, first);
   const int columns = lattice_.columns();
   const int count = std::min(columns, layer - top + 1 + 2 * sideways);
-  for (int k = 0; k < count; ++k) {
-    const int ancestor = ((first - sideways + k) % columns + columns) % columns;
-    unsolve(top, ancestor);
+  const int leftmost = ((first - sideways) % columns + columns) % columns;
+  unsolve(top, leftmost, count);
+  for (int k = 0, ancestor = leftmost; k < count; ++k, ancestor = lattice_.next(ancestor)) {
     if (state_.unsolved[at(top, ancestor)] != 0) state_.unsolved[at(top, ancestor)] = top_of_climb;
   }
 }
 
-void GranusolveSampler::unsolve(int layer, int bead) {
-  stack_.assign(1, {layer, bead});
-  while (!stack_.empty()) {
-    const auto [n, i] = stack_.back();
-    stack_.pop_back();
-    if (n > front_) continue;
-    // The bead at the cursor is either being solved right now, and is tried again by whoever called, or the next one.
-    if (n == front_ && position(n, i) >= cursor_) {
-      forget_draw(i);
-      continue;
+/// The beads `first` .. `first + count - 1` of a layer and all that hangs below them. Whatever hangs below an unsolved
+/// bead is unsolved already.
+void GranusolveSampler::unsolve(int layer, int first, int count) {
+  bool some_solved = true;
+  for (; layer <= front_ && some_solved; first = lattice_.lower_left(layer, first), ++layer, ++count) {
+    some_solved = false;
+    count = std::min(count, lattice_.columns());
+    for (int k = 0, bead = first; k < count; ++k, bead = lattice_.next(bead)) {
+      // The bead at the cursor is either being solved right now, and is tried again by whoever called, or the next one.
+      if (layer == front_ && position(layer, bead) >= cursor_) {
+        forget_draw(bead);
+        continue;
+      }
+      std::uint8_t& state = state_.unsolved[at(layer, bead)];
+      if (state != 0) continue;
+      state = below_climb;
+      some_solved = true;
+      pending_[static_cast<std::size_t>(layer)].push_back(bead);
+      topmost_pending_ = std::min(topmost_pending_, layer);
     }
-    if (state_.unsolved[at(n, i)] != 0) continue;
-    state_.unsolved[at(n, i)] = below_climb;
-    pending_[static_cast<std::size_t>(n)].push_back(i);
-    topmost_pending_ = std::min(topmost_pending_, n);
-    stack_.emplace_back(n + 1, lattice_.lower_left(n, i));
-    stack_.emplace_back(n + 1, lattice_.lower_right(n, i));
   }
 }
 

@@ -1,10 +1,10 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
-#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -25,6 +25,7 @@ struct GranusolveState {
   std::uint32_t* attempts;  ///< attempts after the first
   std::uint8_t* unsolved;   ///< not 0 from a climb on until the bead is solved again
   std::uint8_t* rule;       ///< which rule gave the bead its value
+  std::uint8_t* climbs;     ///< that set out from the bead, at most 255; it then counts as climbed
   double* first_uniform;    ///< of the front layer
   std::uint64_t* failing;   ///< front layer, a bit for each bead: its bulk draw does not hold (any more)
   std::size_t stride = 1, lane = 0;
@@ -63,6 +64,7 @@ class GranusolveSampler final : public Sampler {
   std::span<const PileGroup> draw_groups(std::span<const std::uint64_t> samples,
                                          std::span<const std::span<const double>> loads,
                                          std::span<std::optional<SamplingFailure>> failures) override;
+  void keep_layers(std::span<const int> layers) override;
 
  private:
   friend class GranusolveGroup;
@@ -118,7 +120,7 @@ class GranusolveSampler final : public Sampler {
   ArcOutcome mend_by_arc(int layer, int bead, int parents);
   bool mend_by_ring(int layer, int bead);
   void climb(int layer, int bead);
-  void unsolve(int layer, int bead);
+  void unsolve(int layer, int first, int count);
 
   int parent(const Arc& arc, int k) const;
   int child_after(const Arc& arc, int k) const;
@@ -140,7 +142,7 @@ class GranusolveSampler final : public Sampler {
   }
 
   /// Index into the arrays of state_.
-  std::size_t at(int layer, int bead) const { return lattice_.index(layer, bead) * state_.stride; }
+  std::size_t at(int layer, int bead) const { return lattice_.index(layer & layer_mask_, bead) * state_.stride; }
   std::size_t at(int bead) const { return static_cast<std::size_t>(bead) * state_.stride; }
 
   FrictionCone cone_;
@@ -153,10 +155,12 @@ class GranusolveSampler final : public Sampler {
   std::span<const double> load_;
   RandomKey key_{0, 0};
   GranusolveState state_{};
-  std::vector<RandomKey::Order> order_;    ///< per layer
-  std::vector<std::vector<int>> pending_;  ///< per layer: beads that a climb has unsolved
-  int topmost_pending_ = 0;                ///< no layer above it has any
-  std::unordered_map<std::size_t, int> climbs_;
+  /// The state of the layers front_ - window_ + 1 .. front_ is kept, in the place of their number's last bits.
+  int window_ = std::numeric_limits<int>::max(), layer_mask_ = std::numeric_limits<int>::max();
+  bool beyond_window_ = false;                ///< a climb would have left the window: the pile is given up
+  std::vector<RandomKey::Order> order_;       ///< per layer
+  std::vector<std::vector<int>> pending_;     ///< per layer: beads that a climb has unsolved
+  int topmost_pending_ = 0;                   ///< no layer above it has any
   int front_ = 0;                             ///< layer being solved
   int cursor_ = 0;                            ///< position in its order; beads from there on are not solved yet
   int cursor_bead_ = 0;                       ///< the bead at that position
@@ -167,15 +171,15 @@ class GranusolveSampler final : public Sampler {
   // Work space of the arcs and the ring, one entry per parent.
   std::vector<Interval> own_, filter_, bands_;
   std::vector<double> split_;
-  std::vector<std::pair<int, int>> stack_;
 
   // What state_ points to if the pile is solved by itself, apart from the pile's own forces.
   std::vector<double> own_H_, own_first_uniform_;
   std::vector<std::uint32_t> own_attempts_;
-  std::vector<std::uint8_t> own_unsolved_, own_rule_;
+  std::vector<std::uint8_t> own_unsolved_, own_rule_, own_climbs_;
   std::vector<std::uint64_t> own_failing_;
 
   std::vector<std::unique_ptr<GranusolveGroup>> together_;  ///< made when they are first needed
+  std::optional<std::vector<int>> kept_layers_;             ///< none: all
 };
 
 }  // namespace granuscope

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cstring>
+#include <numeric>
 #include <utility>
 
 #include "sampling/layer_kernels.h"
@@ -13,14 +14,21 @@ namespace {
 
 /// The most memory that eight piles side by side may take; beyond it they are drawn one by one.
 constexpr double most_memory = 2e9;  // bytes
-/// Forces, H, attempts, state and rule of a bead of one pile.
-constexpr double bytes_per_bead = 46;
+/// Forces of a kept bead of one pile; forces, H, attempts, state and rule of one in the window.
+constexpr double bytes_kept = 32, bytes_in_window = 47;
+/// Layers of the window, a power of two. A climb of 29 layers takes 27 climbs of one bead before it.
+constexpr int window = 32;
 
 static_assert(std::endian::native == std::endian::little, "a word of failing beads is read byte by byte");
 
 }  // namespace
 
 GranusolveSampler::~GranusolveSampler() = default;
+
+void GranusolveSampler::keep_layers(std::span<const int> layers) {
+  kept_layers_.emplace(layers.begin(), layers.end());
+  together_.clear();
+}
 
 std::span<const PileGroup> GranusolveSampler::draw_groups(std::span<const std::uint64_t> samples,
                                                           std::span<const std::span<const double>> loads,
@@ -44,7 +52,13 @@ std::span<const PileGroup> GranusolveSampler::draw_groups(std::span<const std::u
     }
     parts.push_back({done, count, nullptr});
     if (count < 2 || !GranusolveGroup::fits(lattice_)) continue;
-    if (together.size() == together_.size()) together_.push_back(std::make_unique<GranusolveGroup>(spec_, lattice_));
+    if (together.size() == together_.size()) {
+      if (!kept_layers_) {
+        kept_layers_.emplace(static_cast<std::size_t>(lattice_.layers()));
+        std::iota(kept_layers_->begin(), kept_layers_->end(), 0);
+      }
+      together_.push_back(std::make_unique<GranusolveGroup>(spec_, lattice_, *kept_layers_));
+    }
     parts.back().together = together_[together.size()].get();
     parts.back().together->prepare(sample, loads.subspan(done, count), failures.subspan(done, count));
     together.push_back(parts.back().together);
@@ -69,14 +83,16 @@ std::span<const PileGroup> GranusolveSampler::draw_groups(std::span<const std::u
   return groups_;
 }
 
-bool GranusolveGroup::fits(const Lattice& lattice) {
-  return bytes_per_bead * static_cast<double>(group_lanes * lattice.beads()) <= most_memory;
+bool GranusolveGroup::fits(const Lattice& lattice) { return memory(lattice) <= most_memory; }
+
+double GranusolveGroup::memory(const Lattice& lattice) {
+  return static_cast<double>(group_lanes) * (bytes_kept * static_cast<double>(lattice.beads()) +
+                                             bytes_in_window * static_cast<double>(window * lattice.columns()));
 }
 
-GranusolveGroup::GranusolveGroup(const SamplerSpec& spec, const Lattice& lattice)
-    : spec_(spec), lattice_(lattice), cone_(spec.mu) {
-  const std::size_t all = lattice.beads() * group_lanes;
-  const std::size_t layer = static_cast<std::size_t>(lattice.columns()) * group_lanes;
+GranusolveGroup::GranusolveGroup(const SamplerSpec& spec, const Lattice& lattice, std::span<const int> kept)
+    : spec_(spec), lattice_(lattice), cone_(spec.mu), kept_(static_cast<std::size_t>(lattice.layers()), -1) {
+  const std::size_t layer = static_cast<std::size_t>(lattice.columns()) * group_lanes, all = window * layer;
   for (Array<double>* forces : {&V_R_, &V_L_, &H_, &H_R_, &H_L_}) {
     *forces = hwy::AllocateAligned<double>(all);
     std::fill_n(forces->get(), all, 0.0);  // lanes without a pile are computed with, too
@@ -84,6 +100,11 @@ GranusolveGroup::GranusolveGroup(const SamplerSpec& spec, const Lattice& lattice
   attempts_ = hwy::AllocateAligned<std::uint32_t>(all);
   unsolved_ = hwy::AllocateAligned<std::uint8_t>(all);
   rule_ = hwy::AllocateAligned<std::uint8_t>(all);
+  climbs_ = hwy::AllocateAligned<std::uint8_t>(all);
+  for (std::size_t l = 0; l < kept.size(); ++l) kept_[static_cast<std::size_t>(kept[l])] = static_cast<int>(l);
+  for (Array<double>* forces : {&kept_V_R_, &kept_V_L_, &kept_H_R_, &kept_H_L_}) {
+    *forces = hwy::AllocateAligned<double>(std::max<std::size_t>(kept.size(), 1) * layer);
+  }
   first_uniform_ = hwy::AllocateAligned<double>(layer + group_lanes);
   slack_ = hwy::AllocateAligned<double>(layer);
   half_load_ = hwy::AllocateAligned<double>(layer);
@@ -92,24 +113,36 @@ GranusolveGroup::GranusolveGroup(const SamplerSpec& spec, const Lattice& lattice
   failing_ = hwy::AllocateAligned<std::uint64_t>((layer + 63) / 64);
   for (std::size_t k = 0; k < group_lanes; ++k) {
     solvers_[k] = std::make_unique<GranusolveSampler>(spec, lattice);
-    solvers_[k]->state_ = {V_R_.get() + k,      V_L_.get() + k,  H_R_.get() + k,
-                           H_L_.get() + k,      H_.get() + k,    attempts_.get() + k,
-                           unsolved_.get() + k, rule_.get() + k, first_uniform_.get() + k,
-                           failing_.get(),      group_lanes,     k};
+    solvers_[k]->state_ = {V_R_.get() + k,
+                           V_L_.get() + k,
+                           H_R_.get() + k,
+                           H_L_.get() + k,
+                           H_.get() + k,
+                           attempts_.get() + k,
+                           unsolved_.get() + k,
+                           rule_.get() + k,
+                           climbs_.get() + k,
+                           first_uniform_.get() + k,
+                           failing_.get(),
+                           group_lanes,
+                           k};
+    solvers_[k]->window_ = window;
+    solvers_[k]->layer_mask_ = window - 1;
   }
 }
 
 GroupRow GranusolveGroup::row(int layer) const {
-  const std::size_t at = lattice_.index(layer, 0) * group_lanes;
+  const std::size_t at = lattice_.index(layer % window, 0) * group_lanes;
   return {V_R_.get() + at, V_L_.get() + at, H_.get() + at, H_R_.get() + at, H_L_.get() + at};
 }
 
 void GranusolveGroup::prepare(std::uint64_t first_sample, std::span<const std::span<const double>> loads,
                               std::span<std::optional<SamplingFailure>> failures) {
-  const std::size_t all = lattice_.beads() * group_lanes, columns = static_cast<std::size_t>(lattice_.columns());
-  std::memset(attempts_.get(), 0, all * sizeof attempts_[0]);
-  std::memset(unsolved_.get(), 0, all);
-  std::memset(rule_.get(), static_cast<int>(GranusolveSampler::Rule::first_draw), all);
+  const auto columns = static_cast<std::size_t>(lattice_.columns());
+  finished_ = 0;
+  lost_ = 0;
+  beads_by_ = {};
+  identities_.begin(lattice_, group_lanes, loads);
   loads_ = loads;
   failures_ = failures;
   std::fill(failures.begin(), failures.end(), std::nullopt);
@@ -133,7 +166,7 @@ void GranusolveGroup::draw() {
     while (find_unsolved()) mend_here();
     end_layer();
   }
-  count_piles();
+  finish();
 }
 
 void GranusolveGroup::draw(GranusolveGroup& a, GranusolveGroup& b) {
@@ -163,19 +196,21 @@ void GranusolveGroup::draw(GranusolveGroup& a, GranusolveGroup& b) {
     a.end_layer();
     b.end_layer();
   }
-  a.count_piles();
-  b.count_piles();
+  a.finish();
+  b.finish();
 }
 
 PileGroup GranusolveGroup::piles() const {
   return {.lattice = lattice_,
           .stride = group_lanes,
           .piles = loads_.size(),
-          .V_R = V_R_.get(),
-          .V_L = V_L_.get(),
-          .H_R = H_R_.get(),
-          .H_L = H_L_.get(),
+          .V_R = kept_V_R_.get(),
+          .V_L = kept_V_L_.get(),
+          .H_R = kept_H_R_.get(),
+          .H_L = kept_H_L_.get(),
+          .kept = kept_,
           .loads = loads_,
+          .residuals = {residuals_.data(), loads_.size()},
           .mu = spec_.mu,
           .law = name_of(Law::granusolve),
           .seed = spec_.seed,
@@ -232,7 +267,14 @@ void GranusolveGroup::hand_over_counts(std::size_t lane) {
 }
 
 void GranusolveGroup::begin_layer(int layer) {
-  const std::size_t here = lattice_.index(layer, 0) * group_lanes;
+  // The layer that stood in this one's place leaves the window; the next two go on serving its identities.
+  if (layer >= window - 2) finish_layer(layer - window + 2);
+  const std::size_t columns = static_cast<std::size_t>(lattice_.columns());
+  const std::size_t here = lattice_.index(layer % window, 0) * group_lanes;
+  std::memset(attempts_.get() + here, 0, columns * group_lanes * sizeof attempts_[0]);
+  std::memset(unsolved_.get() + here, 0, columns * group_lanes);
+  std::memset(climbs_.get() + here, 0, columns * group_lanes);
+  std::memset(rule_.get() + here, static_cast<int>(GranusolveSampler::Rule::first_draw), columns * group_lanes);
   const RandomKey::Order order = solvers_[0]->order_[static_cast<std::size_t>(layer)];
   front_.layer = layer;
   front_.forward = order.direction > 0;
@@ -297,8 +339,12 @@ void GranusolveGroup::settle(unsigned lanes) {
 }
 
 void GranusolveGroup::give_up(std::size_t lane) {
-  failures_[lane] = SamplingFailure{front_.layer};
   running_ &= ~(1U << lane);
+  if (solvers_[lane]->beyond_window_) {
+    lost_ |= 1U << lane;
+  } else {
+    failures_[lane] = SamplingFailure{front_.layer};
+  }
 }
 
 void GranusolveGroup::end_layer() {
@@ -309,32 +355,89 @@ void GranusolveGroup::end_layer() {
   }
 }
 
-/// What GranusolveSampler::count_pile does, for the completed piles of the group in one pass.
-void GranusolveGroup::count_piles() {
-  for (unsigned rest = running_; rest != 0; rest &= rest - 1) {
-    GranusolveSampler& solver = *solvers_[static_cast<std::size_t>(std::countr_zero(rest))];
-    for (const auto& [bead, times] : solver.climbs_) solver.set_rule(bead, GranusolveSampler::Rule::climb);
-  }
+/// Nothing in the layer changes any more: its identities, its rules, and its copy if it is kept.
+void GranusolveGroup::finish_layer(int layer) {
+  const auto checked = [this](int of) {
+    const GroupRow from = row(std::max(of, 0));
+    return GroupIdentities::Row{from.V_R, from.V_L, from.H_R, from.H_L};
+  };
+  identities_.add_layer(checked(layer), checked(layer - 1), checked(layer - 2));
+  count_rules(layer);
+  finished_ = layer + 1;
+  const int place = kept_[static_cast<std::size_t>(layer)];
+  if (place < 0) return;
+  const GroupRow from = row(layer);
+  const std::size_t size = static_cast<std::size_t>(lattice_.columns()) * group_lanes;
+  const std::size_t to = static_cast<std::size_t>(place) * size;
+  std::copy_n(from.V_R, size, kept_V_R_.get() + to);
+  std::copy_n(from.V_L, size, kept_V_L_.get() + to);
+  std::copy_n(from.H_R, size, kept_H_R_.get() + to);
+  std::copy_n(from.H_L, size, kept_H_L_.get() + to);
+}
+
+/// What GranusolveSampler::count_pile does, for all piles at once.
+void GranusolveGroup::count_rules(int layer) {
   constexpr std::size_t rules = GranusolveSampler::rules, most_in_a_byte = 255;
-  std::array<std::array<std::uint64_t, rules>, group_lanes> beads_by{};
-  const std::size_t beads = lattice_.beads();
-  for (std::size_t begin = 0; begin < beads; begin += most_in_a_byte) {
+  constexpr auto climb = static_cast<std::size_t>(GranusolveSampler::Rule::climb);
+  const std::size_t columns = static_cast<std::size_t>(lattice_.columns());
+  const std::size_t row = lattice_.index(layer % window, 0) * group_lanes;
+  const std::uint8_t *const rule_of = rule_.get() + row, *const climbs_of = climbs_.get() + row;
+  for (std::size_t begin = 0; begin < columns; begin += most_in_a_byte) {
     std::uint8_t some[rules][group_lanes] = {};  // bytes, so that eight piles are counted at once
-    const std::size_t end = std::min(beads, begin + most_in_a_byte);
+    const std::size_t end = std::min(columns, begin + most_in_a_byte);
     for (std::size_t bead = begin; bead < end; ++bead) {
-      for (std::size_t rule = 1; rule < rules; ++rule) {
-        for (std::size_t k = 0; k < group_lanes; ++k) {
-          some[rule][k] = static_cast<std::uint8_t>(some[rule][k] + (rule_[bead * group_lanes + k] == rule));
+      for (std::size_t k = 0; k < group_lanes; ++k) {
+        const std::uint8_t rule = rule_of[bead * group_lanes + k];
+        const bool climbed = climbs_of[bead * group_lanes + k] != 0;
+        for (std::size_t r = 1; r < climb; ++r) {
+          some[r][k] = static_cast<std::uint8_t>(some[r][k] + (rule == r && !climbed));
         }
+        some[climb][k] = static_cast<std::uint8_t>(some[climb][k] + climbed);
       }
     }
-    for (std::size_t rule = 1; rule < rules; ++rule) {
-      for (std::size_t k = 0; k < group_lanes; ++k) beads_by[k][rule] += some[rule][k];
+    for (std::size_t r = 1; r < rules; ++r) {
+      for (std::size_t k = 0; k < group_lanes; ++k) beads_by_[k][r] += some[r][k];
     }
   }
+}
+
+/// What is left when all layers have been drawn.
+void GranusolveGroup::finish() {
+  if ((running_ | lost_) == 0) return;
+  if (running_ != 0) {
+    for (int layer = finished_; layer < lattice_.layers(); ++layer) finish_layer(layer);
+  }
+  residuals_ = identities_.residuals();
   for (unsigned rest = running_; rest != 0; rest &= rest - 1) {
     const auto lane = static_cast<std::size_t>(std::countr_zero(rest));
-    solvers_[lane]->add_pile(beads_by[lane]);
+    solvers_[lane]->add_pile(beads_by_[lane]);
+  }
+  draw_lost_piles();
+}
+
+void GranusolveGroup::draw_lost_piles() {
+  if (lost_ == 0) return;
+  if (!alone_) alone_ = std::make_unique<GranusolveSampler>(spec_, lattice_);
+  Pile pile(lattice_);
+  const std::size_t columns = static_cast<std::size_t>(lattice_.columns());
+  for (unsigned rest = lost_; rest != 0; rest &= rest - 1) {
+    const auto lane = static_cast<std::size_t>(std::countr_zero(rest));
+    failures_[lane] = alone_->draw(front_.sample[lane], loads_[lane], pile);
+    solvers_[lane]->counts_ = alone_->take_counts();
+    if (failures_[lane]) continue;
+    residuals_[lane] = identity_residuals(pile);
+    for (int layer = 0; layer < lattice_.layers(); ++layer) {
+      const int place = kept_[static_cast<std::size_t>(layer)];
+      if (place < 0) continue;
+      const std::size_t from = lattice_.index(layer, 0), to = static_cast<std::size_t>(place) * columns;
+      for (std::size_t i = 0; i < columns; ++i) {
+        const std::size_t at = (to + i) * group_lanes + lane;
+        kept_V_R_[at] = pile.V_R[from + i];
+        kept_V_L_[at] = pile.V_L[from + i];
+        kept_H_R_[at] = pile.H_R[from + i];
+        kept_H_L_[at] = pile.H_L[from + i];
+      }
+    }
   }
 }
 

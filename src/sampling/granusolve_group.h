@@ -17,12 +17,19 @@ namespace granuscope {
 /// its failing beads are mended by the pair rule in all piles at once (group_kernels.h). What that cannot settle (arcs,
 /// rings, climbs, rounding) is done for one pile by a GranusolveSampler that works on the same memory. The piles are
 /// those of GranusolveSampler::draw, bit for bit.
+///
+/// Of the layers above the front only a window is held: a climb hardly ever reaches farther up, and the memory of whole
+/// piles does not fit the caches. A layer that leaves the window is checked, counted, and copied if it is to be kept. A
+/// pile whose climb would leave the window is lost, and drawn anew by itself; it is the same pile.
 class GranusolveGroup {
  public:
-  GranusolveGroup(const SamplerSpec& spec, const Lattice& lattice);
+  /// `kept`: the layers to be kept for whoever measures the piles, ascending.
+  GranusolveGroup(const SamplerSpec& spec, const Lattice& lattice, std::span<const int> kept);
 
   /// Whether groups of this size should be drawn side by side; the largest piles need too much memory for it.
   static bool fits(const Lattice& lattice);
+  /// Of a group that keeps all layers, in bytes.
+  static double memory(const Lattice& lattice);
 
   /// At most eight piles that share the order of their layers: what draw() of this group, or of two at once, is to
   /// draw.
@@ -52,7 +59,10 @@ class GranusolveGroup {
   void settle(unsigned lanes);
   void give_up(std::size_t lane);
   void hand_over_counts(std::size_t lane);
-  void count_piles();
+  void finish_layer(int layer);
+  void count_rules(int layer);
+  void draw_lost_piles();
+  void finish();
 
   SamplerSpec spec_;
   Lattice lattice_;
@@ -60,15 +70,24 @@ class GranusolveGroup {
   std::array<std::unique_ptr<GranusolveSampler>, group_lanes> solvers_;
   std::span<const std::span<const double>> loads_;  ///< of the piles being drawn
   std::span<std::optional<SamplingFailure>> failures_;
-  unsigned running_ = 0;                     ///< piles that have not failed, a bit for each
-  int position_ = 0, bead_ = 0;              ///< where the layer's order has come to
-  unsigned open_ = 0;                        ///< piles that have no solution there
-  Array<double> V_R_, V_L_, H_, H_R_, H_L_;  ///< [layers, columns, 8]
-  Array<std::uint32_t> attempts_;            ///< the same
-  Array<std::uint8_t> unsolved_, rule_;      ///< the same
-  Array<double> first_uniform_, slack_;      ///< [columns, 8]
-  Array<double> half_load_, no_force_;       ///< [columns, 8]
-  Array<std::uint64_t> failing_;             ///< [columns] bytes
+  unsigned running_ = 0;         ///< piles that have not failed, a bit for each
+  unsigned lost_ = 0;            ///< those a climb of which has left the window
+  int position_ = 0, bead_ = 0;  ///< where the layer's order has come to
+  unsigned open_ = 0;            ///< piles that have no solution there
+  // State of the layers in the window, [window, columns, 8]; a layer's place is its number modulo the window.
+  Array<double> V_R_, V_L_, H_, H_R_, H_L_;
+  Array<std::uint32_t> attempts_;
+  Array<std::uint8_t> unsolved_, rule_, climbs_;
+  std::vector<int> kept_;                                    ///< place of each layer among those kept, or -1
+  Array<double> kept_V_R_, kept_V_L_, kept_H_R_, kept_H_L_;  ///< [kept layers, columns, 8]
+  int finished_ = 0;                                         ///< layers above it are final
+  GroupIdentities identities_;
+  std::array<IdentityResiduals, group_lanes> residuals_{};
+  std::array<std::array<std::uint64_t, GranusolveSampler::rules>, group_lanes> beads_by_{};  ///< rule, of each pile
+  std::unique_ptr<GranusolveSampler> alone_;  ///< draws the piles that are lost; made when needed
+  Array<double> first_uniform_, slack_;       ///< [columns, 8]
+  Array<double> half_load_, no_force_;        ///< [columns, 8]
+  Array<std::uint64_t> failing_;              ///< [columns] bytes
   GroupFront front_;
 };
 

@@ -21,29 +21,59 @@ struct SamplingFailure {
 };
 
 /// Piles that were drawn together, to be measured where they lie; it owns nothing. The arrays are those of Pile, of
-/// shape [layers, columns, stride]: bead b of pile k is entry stride b + k.
+/// shape [kept layers, columns, stride]: bead i of pile k is entry row(layer) + stride i + k.
 struct PileGroup {
   Lattice lattice;
   std::size_t stride = 1;  ///< 1 or group_lanes
   std::size_t piles = 1;   ///< at most stride
   const double *V_R = nullptr, *V_L = nullptr, *H_R = nullptr, *H_L = nullptr;
+  std::span<const int> kept;  ///< place of each layer among the kept ones, -1: none; empty: all are kept
   std::span<const std::span<const double>> loads;  ///< of each pile
+  std::span<const IdentityResiduals> residuals;    ///< of each pile, where they were found while it was drawn
 
   double mu = 0;
   std::string law;
   std::uint64_t seed = 0, first_sample = 0;
 
-  /// Entry of pile 0's first bead of a layer.
-  std::size_t row(int layer) const { return lattice.index(layer, 0) * stride; }
+  /// Entry of pile 0's first bead of a kept layer.
+  std::size_t row(int layer) const {
+    return lattice.index(kept.empty() ? layer : kept[static_cast<std::size_t>(layer)], 0) * stride;
+  }
 };
 
 /// A single pile as a group of one; `load` holds the pile's load while the group is in use.
 PileGroup group_of(const Pile& pile, const std::span<const double>& load);
 
-/// Pile `k` of the group, taken out.
+/// Pile `k` of a group of which all layers are kept, taken out.
 Pile pile_of(const PileGroup& group, std::size_t k);
 
-/// The residuals of model/identities.h for each pile, all piles at once with the widest vectors the machine has.
+/// Finds the residuals of model/identities.h for up to eight piles at once, with the widest vectors the machine has,
+/// layer by layer from the top on.
+class GroupIdentities {
+ public:
+  /// Rows of a layer: entry 0 is the first bead of the first pile.
+  struct Row {
+    const double *V_R, *V_L, *H_R, *H_L;
+  };
+
+  /// Begins with the top layer of piles under these loads.
+  void begin(const Lattice& lattice, std::size_t stride, std::span<const std::span<const double>> loads);
+  /// The next layer, with the two above it; the top two layers read none or one of these.
+  void add_layer(const Row& here, const Row& above, const Row& two_above);
+  /// Of each pile so far.
+  const std::array<IdentityResiduals, group_lanes>& residuals() const { return worst_; }
+
+ private:
+  using Lanes = std::array<double, group_lanes>;
+
+  Lattice lattice_{{4, 1}};
+  std::size_t stride_ = 1, piles_ = 0;
+  int layer_ = 0;
+  Lanes loads_{}, largest_above_{}, largest_middle_{}, largest_H_{};
+  std::array<IdentityResiduals, group_lanes> worst_{};
+};
+
+/// The residuals of a group of which all layers are kept.
 std::array<IdentityResiduals, group_lanes> identity_residuals(const PileGroup& group);
 
 /// Throws std::logic_error if an identity of a pile that did not fail is broken. `failures` has an entry per pile.

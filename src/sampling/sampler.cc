@@ -71,6 +71,8 @@ class CheckedSampler final : public Sampler {
     return groups;
   }
 
+  void keep_layers(std::span<const int> layers) override { inner_->keep_layers(layers); }
+
  private:
   void check(std::uint64_t sample, std::span<const double> load, const Pile& pile) const {
     if (pile.V_R.size() != lattice_.beads()) throw std::logic_error("a sampler was handed a pile of another lattice");
@@ -192,15 +194,17 @@ void validate(const SamplerSpec& spec) {
 }
 
 std::size_t piles_at_once(const SamplerSpec& spec, const Lattice& lattice) {
-  // Where few beads fail, piles side by side cost more memory traffic than their mends save.
-  constexpr double least_mu = 0.2;
-  return spec.law == Law::granusolve && spec.mu >= least_mu && GranusolveGroup::fits(lattice) ? 2 * group_lanes : 1;
+  // Where few beads fail, two groups at once cost more memory traffic than they hide waiting.
+  constexpr double least_mu_for_two = 0.2;
+  if (spec.law != Law::granusolve || !(spec.mu > 0) || !GranusolveGroup::fits(lattice)) return 1;
+  return spec.mu >= least_mu_for_two ? 2 * group_lanes : group_lanes;
 }
 
 double drawing_memory(const SamplerSpec& spec, const Lattice& lattice) {
   const double pile = 32, solver = 68;  // bytes per bead, the latter for the law that needs most
   const auto piles = static_cast<double>(piles_at_once(spec, lattice));
-  return (pile + solver) * piles * static_cast<double>(lattice.beads());
+  if (piles > 1) return piles / static_cast<double>(group_lanes) * GranusolveGroup::memory(lattice);
+  return (pile + solver) * static_cast<double>(lattice.beads());
 }
 
 std::unique_ptr<Sampler> make_sampler(const SamplerSpec& spec, const Lattice& lattice) {

@@ -41,6 +41,10 @@ class Sampler {
                                                  std::span<const std::span<const double>> loads,
                                                  std::span<std::optional<SamplingFailure>> failures);
 
+  /// The layers that draw_groups has to keep for whoever measures the piles, ascending; all, if this is never called. A
+  /// law that needs the other layers' memory for something else gives it up.
+  virtual void keep_layers([[maybe_unused]] std::span<const int> layers) {}
+
   /// What was done since construction, or since the counts were last taken.
   const SamplerCounts& counts() const { return counts_; }
   SamplerCounts take_counts() { return std::exchange(counts_, {}); }
