@@ -13,6 +13,7 @@
 #include "render/gl_objects.h"
 #include "render/sample_averager.h"
 #include "support/error.h"
+#include "support/interruption.h"
 
 namespace granuscope {
 namespace {
@@ -263,6 +264,7 @@ void paint_plot_area(const Scene& scene, const LevelTable& table, Background bac
           program.set_origin(column * tile_samples, row * tile_samples);
         }
         any = true;
+        throw_if_interrupted();
         program.draw(batch);
         batch.clear();
       };
@@ -271,6 +273,7 @@ void paint_plot_area(const Scene& scene, const LevelTable& table, Background bac
         if (batch.size() == batch_size) send();
       });
       send();
+      throw_if_interrupted();
       if (!any) continue;  // nothing but page
       // Rows of the framebuffer count upwards and are read upwards: its row 0 is the uppermost one of the picture.
       const int width = std::min(tile_px, scene.plot_width_px - column * tile_px);

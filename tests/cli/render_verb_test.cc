@@ -140,7 +140,7 @@ TEST_CASE("a window drawn from the file is the window drawn from the whole pile,
       REQUIRE(granuscope_command(arguments).code == 0);
       return pixels_of(bytes_of(scratch / name));
     };
-    for (const char* scene : {"forces", "weight"}) {
+    for (const char* scene : {"forces", "weight", "friction"}) {
       INFO(window << ", " << scene);
       // Without skipping the whole file is read.
       const bool same = draw("part.png", {"--scene", scene}) == draw("whole.png", {"--scene", scene, "--no-skip"});
