@@ -25,6 +25,8 @@ struct DepthFit {
   PeakEvidence evidence;    ///< for two peaks against one; NaN where nothing was fitted
   double chi2_per_dof = 0;  ///< with the noise spectrum estimated from the ensemble
   int degrees_of_freedom = 0;
+  double misfit = 0;           ///< share of the response that the shape misses, see shape_fit.h
+  double misfit_at_least = 0;  ///< the same, two of its standard errors lower
   bool identifiable = false;
   std::string reason;  ///< why not identifiable
 };

@@ -59,6 +59,7 @@ int jacobian(const gsl_vector* parameters, void* data, gsl_matrix* out) {
 constexpr std::size_t max_iterations = 100;
 constexpr double narrowest_start = 0.35;  ///< bead diameters; below it no width can be told from the bead's
 constexpr double step_tolerance = 1e-9;   ///< relative; far below any standard error
+constexpr double misfit_errors = 2;       ///< standard errors that misfit_at_least leaves out
 
 }  // namespace
 
@@ -90,16 +91,21 @@ std::optional<ShapeFit> fit_shape(const LayerSpectrum& spectrum, std::span<const
   ShapeFit fit;
   fit.shape = shape_of(gsl_multifit_nlinear_position(workspace.get()));
   fit.shape.width = std::abs(fit.shape.width);  // the shape is even in both
-  fit.shape.peak = std::abs(fit.shape.peak);
+  fit.shape.peak = std::abs(std::remainder(fit.shape.peak, spectrum.columns));
   const gsl_vector* final_residuals = gsl_multifit_nlinear_residual(workspace.get());
-  double missed = 0, response = 0;
+  const std::vector<ModeValue>& model = modes_of(gsl_multifit_nlinear_position(workspace.get()), input);
+  double missed = 0, noise_power = 0, response = 0;
   for (std::size_t i = 0; i < modes.size(); ++i) {
     const double residual = gsl_vector_get(final_residuals, i), noise = spectrum.noise[i];
     fit.chi2 += residual * residual;
     missed += (residual * residual - 1) * noise * noise;
-    response += modes[i] * modes[i];
+    noise_power += std::pow(noise, 4);
+    response += model[i].value * model[i].value;
   }
+  // A squared Gaussian residual has twice the squared variance of its noise as its variance.
+  const double missed_error = std::sqrt(2 * noise_power);
   fit.misfit = std::sqrt(std::max(0.0, missed) / response);
+  fit.misfit_at_least = std::sqrt(std::max(0.0, missed - misfit_errors * missed_error) / response);
   fit.degrees_of_freedom = static_cast<int>(modes.size()) - 2;
   if (!std::isfinite(fit.chi2) || !std::isfinite(fit.shape.peak) || !std::isfinite(fit.shape.width))
     return std::nullopt;

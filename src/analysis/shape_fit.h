@@ -12,15 +12,19 @@ struct ShapeFit {
   DoubleGaussian shape;
   double chi2 = 0;
   int degrees_of_freedom = 0;
-  /// What the shape misses, beyond the noise, as a share of the response: root of the ratio of their squared modes.
+  /// What the shape misses, beyond the noise, as a share of the response: root of the ratio of the sums of their
+  /// squared modes. 0 where the noise hides it.
   double misfit = 0;
+  double misfit_at_least = 0;  ///< the same, two of its standard errors lower
 };
 
 /// Least squares of the double Gaussian to Fourier modes (shape of spectrum.noise), each weighted with its noise:
-/// Levenberg-Marquardt (GSL) from `start`. None if it does not converge.
+/// Levenberg-Marquardt (GSL) from `start`. On a ring x_p and columns - x_p are the same shape: the smaller one is
+/// given. None if it does not converge.
 std::optional<ShapeFit> fit_shape(const LayerSpectrum& spectrum, std::span<const double> modes, DoubleGaussian start);
 
-/// The best shape on a coarse grid of positions up to 2 tan30 z and widths: a start that no local minimum can fool.
+/// The best shape on a coarse grid of positions up to 2 tan30 z, or half the ring, and widths: a start that no local
+/// minimum can fool.
 DoubleGaussian coarse_shape(const LayerSpectrum& spectrum, double z);
 
 }  // namespace granuscope

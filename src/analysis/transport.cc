@@ -13,6 +13,7 @@
 #include "analysis/peak_height.h"
 #include "analysis/residual_noise.h"
 #include "analysis/shape_fit.h"
+#include "analysis/shape_verdict.h"
 #include "ensemble/parallel.h"
 #include "model/lattice.h"
 
@@ -27,12 +28,6 @@ constexpr std::size_t min_depths_of_a_law = 4;  ///< fewest from which a curvatu
 bool in_window(const FitSpec& spec, int layer) {
   return layer >= spec.first_layer && layer <= spec.last_layer && (spec.last_layer - layer) % spec.layer_step == 0;
 }
-
-/// A response that two Gaussians miss by more than this share (ShapeFit::misfit) has another shape. The linear response
-/// itself is missed by up to 0.13 (at mu = 0.1), which still leaves its peaks where they are.
-constexpr double largest_misfit = 0.4;
-/// Below this chi2 per degree of freedom the noise, whose estimate is good to a few percent, explains the rest.
-constexpr double largest_chi2_of_noise = 2;
 
 /// The response at one layer with its replicates.
 struct MeasuredDepth {
@@ -63,15 +58,33 @@ void measure_exactly(const EnsembleRecord& record, std::size_t row, double overl
   depth.fit.identifiable = true;
 }
 
+/// Why x_p and W of a fit mean nothing, or nothing if they do.
+std::string reason_against_identification(const ShapeFit& fit, const FitSpec& spec) {
+  if (const std::string other_shape = reason_against_two_gaussians(fit); !other_shape.empty()) return other_shape;
+  if (fit.shape.width < spec.min_identifiable_width) {
+    return fmt::format("the fitted width {:.2f} is below {} bead diameters: the width of a bead hides it",
+                       fit.shape.width, spec.min_identifiable_width);
+  }
+  if (fit.shape.peak < fit.shape.width) {
+    return "the two peaks are closer to the middle than their width: position and width cannot be told apart";
+  }
+  return {};
+}
+
 void measure_by_fit(const LayerSpectrum& spectrum, const FitSpec& spec, MeasuredDepth& depth) {
   const auto whole = fit_shape(spectrum, spectrum.whole, coarse_shape(spectrum, depth.fit.z));
   const auto set_unknown = [&](const std::string& reason) {
     const Replicated unknown{nan, std::vector<double>(spectrum.without_block.size(), nan)};
     depth.peak = depth.width = depth.width_squared = unknown;
-    depth.fit.reason = reason;
+    if (depth.fit.reason.empty()) depth.fit.reason = reason;
   };
   if (!whole) return set_unknown("the fit of the double Gaussian did not converge");
   depth.fit.evidence = weigh_peaks(spectrum, *whole);
+  depth.fit.degrees_of_freedom = whole->degrees_of_freedom;
+  depth.fit.chi2_per_dof = whole->chi2 / whole->degrees_of_freedom;
+  depth.fit.misfit = whole->misfit;
+  depth.fit.misfit_at_least = whole->misfit_at_least;
+  depth.fit.reason = reason_against_identification(*whole, spec);
   const auto store = [](double value, Replicated& to, bool is_whole) {
     if (is_whole)
       to.value = value;
@@ -89,20 +102,7 @@ void measure_by_fit(const LayerSpectrum& spectrum, const FitSpec& spec, Measured
     if (!fit) return set_unknown("the fit of the double Gaussian did not converge without one of the blocks");
     store_shape(fit->shape, false);
   }
-  depth.fit.degrees_of_freedom = whole->degrees_of_freedom;
-  depth.fit.chi2_per_dof = whole->chi2 / whole->degrees_of_freedom;
-  if (whole->shape.width < spec.min_identifiable_width) {
-    depth.fit.reason = fmt::format("the fitted width {:.2f} is below {} bead diameters: the width of a bead hides it",
-                                   whole->shape.width, spec.min_identifiable_width);
-  } else if (whole->shape.peak < whole->shape.width) {
-    depth.fit.reason =
-        "the two peaks are closer to the middle than their width: position and width cannot be told apart";
-  } else if (whole->misfit > largest_misfit && depth.fit.chi2_per_dof > largest_chi2_of_noise) {
-    depth.fit.reason =
-        fmt::format("two Gaussians miss {:.0f} % of the response: it has another shape", 100 * whole->misfit);
-  } else {
-    depth.fit.identifiable = true;
-  }
+  depth.fit.identifiable = depth.fit.reason.empty();
 }
 
 MeasuredDepth measure_depth(const MeasuredEnsemble& ensemble, const FitSpec& spec, std::size_t row) {

@@ -69,9 +69,15 @@ ExitCode render(RenderOptions options, VerbContext& context) {
   options.scene.skip_invisible = !options.no_skip;
   if (options.transparent) options.scene.background = Background::transparent;
 
-  const SceneStatistics statistics =
-      draw_pile_file({options.pile_file, options.minus_file, options.image_file}, options.scene,
-                     {{"Software", provenance_line(collect_provenance())}});
+  const auto draw = [&options] {
+    try {
+      return draw_pile_file({options.pile_file, options.minus_file, options.image_file}, options.scene,
+                            {{"Software", provenance_line(collect_provenance())}});
+    } catch (const Interrupted&) {
+      throw Interrupted("stopped on request: no picture was written, and the same command draws it from the start");
+    }
+  };
+  const SceneStatistics statistics = draw();
   context.err << (statistics.backend == "none"
                       ? fmt::format("wrote {} without OpenGL ({})\n", options.image_file, statistics.backend_reason)
                       : fmt::format("wrote {} with the OpenGL backend {} ({})\n", options.image_file,

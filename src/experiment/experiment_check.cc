@@ -288,7 +288,9 @@ Problem find_figure_problem(const Experiment& e) {
   return {};
 }
 
-// The two peaks run apart at c0 on either side and would meet again behind the ring.
+// The two peaks run apart on either side and would meet again behind the ring. Up to c0 they stay clear of each other
+// by four widths each; where friction makes them faster, by two each: the fit knows their images on the ring, but not
+// which of two that coincide is which.
 Problem find_ring_problem(const Experiment& e) {
   int deepest = e.fit.last_layer;
   if (e.figures.response_profiles) deepest = std::max(deepest, e.figures.profile_layers.back());
@@ -367,9 +369,13 @@ Problem find_gate_problem(const Experiment& e) {
 
 double expected_width(double mu, double z) { return std::sqrt(1 + 2.2 * std::pow(mu, 2.5) * z); }
 
+double expected_speed(double mu) { return mu > 1 ? tan30 + 0.8 * std::pow(mu - 1, 2) : tan30; }
+
+// Up to tan30 the peaks stay clear of each other by four widths each; where friction makes them faster, by two each:
+// the fit knows their images on the ring, but not which of two that coincide is which.
 double columns_needed(double mu, int layer) {
-  const double z = Lattice::depth(layer);
-  return 2 * tan30 * z + 8 * expected_width(mu, z);
+  const double z = Lattice::depth(layer), width = expected_width(mu, z);
+  return std::max(2 * tan30 * z + 8 * width, 2 * expected_speed(mu) * z + 4 * width);
 }
 
 double estimate_memory(const Experiment& e) {

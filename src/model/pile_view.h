@@ -15,6 +15,7 @@ namespace granuscope {
 struct PileRange {
   int first_layer = 0, layers = 0;
   int first_bead = 0, beads = 0;
+  bool horizontal = true;  ///< false: of their forces only the vertical parts; H_R and H_L are empty
 
   std::size_t size() const { return static_cast<std::size_t>(layers) * static_cast<std::size_t>(beads); }
 };

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "render/sample_averager.h"
+#include "support/interruption.h"
 
 namespace granuscope {
 namespace {
@@ -147,6 +148,7 @@ void paint_detail(const Scene& scene, const LevelTable& table, Background backgr
   const auto [first, last] = levels.layers(extent);
   int next_row = first * down - rows_above;  // the first that is not finished
   for (int layer = first; layer <= last; ++layer) {
+    throw_if_interrupted();
     for (int side = 0; side < levels.values().sides(); ++side) {
       const std::size_t last_layer = layer + 1 < lattice.layers() ? 0 : 2;
       const auto& kind = stamps[static_cast<std::size_t>(side) + last_layer];

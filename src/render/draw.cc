@@ -5,6 +5,7 @@
 #include <chrono>
 #include <memory>
 
+#include "render/font.h"
 #include "render/gl_context.h"
 #include "render/painter.h"
 #include "render/pile_scene.h"
@@ -80,7 +81,8 @@ SceneStatistics draw_scene(const Scene& scene, const SceneSpec& spec, const std:
     statistics.renderer = context->renderer() + ", OpenGL " + context->version();
     return *context;
   });
-  image.metadata.emplace_back("Renderer", fmt::format("{} ({})", statistics.renderer, statistics.backend));
+  image.metadata.emplace_back("Renderer",
+                              fmt::format("{} ({}), {}", statistics.renderer, statistics.backend, typesetter()));
   statistics.seconds.draw = lap();
   write_png(image_path, image, spec.dpi, metadata);
   statistics.seconds.encode = lap();

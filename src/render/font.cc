@@ -212,6 +212,15 @@ CoverageMask Font::fill(const std::vector<Corner>& polygon, int width, int heigh
   return mask;
 }
 
+std::string typesetter() {
+  FT_Library library = nullptr;
+  if (const FT_Error error = FT_Init_FreeType(&library); error != 0) fail(error, "start for");
+  FT_Int major = 0, minor = 0, patch = 0;
+  FT_Library_Version(library, &major, &minor, &patch);
+  FT_Done_FreeType(library);
+  return fmt::format("FreeType {}.{}.{}", major, minor, patch);
+}
+
 CoverageMask turned_upwards(const CoverageMask& mask) {
   CoverageMask turned;
   turned.width = mask.height;

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -56,6 +57,9 @@ class Font {
   std::unique_ptr<Face> face_;
   double size_px_;
 };
+
+/// The library that draws the text, with its version; another one may round an edge of a letter otherwise.
+std::string typesetter();
 
 /// The mask turned by 90° counterclockwise: the text then reads upwards.
 CoverageMask turned_upwards(const CoverageMask& mask);

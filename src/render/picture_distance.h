@@ -20,4 +20,10 @@ PictureDistance distance(const Image& first, const Image& second);
 /// less than 2.
 inline constexpr PictureDistance detail_distance{12, 2.5, 2, 255};
 
+/// What another driver, or another release of it or of the font library, may differ. All decide by the same whole
+/// numbers whether a sample lies in an element; only where rounding in single precision decides (the ends of slanted
+/// bars) may a sample differ, 1/16 of a pixel or less. A letter's edge may be rounded to another of 64 places of a
+/// pixel or be drawn with another gamma: on the few pixels of text, a step of up to 64.
+inline constexpr PictureDistance renderer_distance{4, 2, 0.5, 96};
+
 }  // namespace granuscope

@@ -15,6 +15,7 @@
 #include "render/level_table.h"
 #include "render/window.h"
 #include "support/error.h"
+#include "support/interruption.h"
 
 namespace granuscope {
 namespace {
@@ -103,6 +104,7 @@ void walk_window(const LatticeValues& values, const Extent& extent, const VisitR
   std::vector<double> row;
   const auto [first, last] = values.layers(extent);
   for (int layer = first; layer <= last; ++layer) {
+    throw_if_interrupted();
     for (int side = 0; side < values.sides(); ++side) {
       const Places places = values.places(layer, side, extent);
       row.resize(static_cast<std::size_t>(std::min(places.count(), values.lattice().columns())));
@@ -142,6 +144,11 @@ std::vector<std::string> pile_scenes() {
 }
 
 bool needs_two_piles(const std::string& scene) { return kind_of(scene).quantity == Quantity::response; }
+
+bool needs_horizontal_forces(const std::string& scene) {
+  const Quantity quantity = kind_of(scene).quantity;
+  return quantity == Quantity::force || quantity == Quantity::mobilisation;
+}
 
 std::string key_title_of(const std::string& scene) { return label(kind_of(scene).name); }
 

@@ -20,6 +20,8 @@ inline constexpr double detail_pixels_per_diameter = 1 / widest_bar;
 std::vector<std::string> pile_scenes();
 /// Whether a scene shows the difference of two piles. Throws InputError if there is no such scene.
 bool needs_two_piles(const std::string& scene);
+/// Whether it needs H as well as V. Throws InputError if there is no such scene.
+bool needs_horizontal_forces(const std::string& scene);
 /// The title of its colour scale. Throws InputError if there is no such scene.
 std::string key_title_of(const std::string& scene);
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -12,6 +13,7 @@
 #include "render/gl_objects.h"
 #include "render/sample_averager.h"
 #include "support/error.h"
+#include "support/interruption.h"
 
 namespace granuscope {
 namespace {
@@ -24,8 +26,10 @@ constexpr int units_per_sample = 256;
 /// Edge of a tile's framebuffer: 4 MB of samples, whatever the size of the image.
 constexpr int tile_samples_wanted = 2048;
 
-/// Elements sent to GL at once: 4 MB.
-constexpr std::size_t batch_size = 1U << 17;
+/// Elements sent to GL at once, most welcome first. Their texels are a quarter of those that every driver must take in
+/// one buffer. The second is for drivers that forget where they are after some thousand corners (softpipe of Mesa 22:
+/// 4096).
+constexpr std::array<std::size_t, 2> batch_sizes = {8192, 512};
 
 constexpr const char* vertex_source = R"(#version 330 core
 uniform isamplerBuffer elements;
@@ -154,6 +158,31 @@ class ElementProgram {
 
   void set_origin(int x, int y) { gl_.Uniform2i(origin_, x, y); }
 
+  /// Draws `count` elements of one sample each, side by side, and looks whether all of them are there: drivers do not
+  /// report what they leave out.
+  bool draws_whole_batch(std::size_t count, int tile_samples) {
+    const auto wide = static_cast<std::size_t>(std::min(tile_samples, 128));
+    const std::size_t high = (count + wide - 1) / wide;
+    if (high > static_cast<std::size_t>(tile_samples)) return draws_whole_batch(wide * wide, tile_samples);
+    const auto level_of = [](std::size_t k) { return static_cast<std::uint8_t>(1 + k % 251); };
+    std::vector<PackedElement> elements;
+    elements.reserve(count);
+    for (std::size_t k = 0; k < count; ++k) {
+      const auto x = static_cast<std::int32_t>(k % wide) * units_per_sample;
+      const auto y = static_cast<std::int32_t>(k / wide) * units_per_sample;
+      elements.push_back({x, y, x + units_per_sample, y + units_per_sample, -1, level_of(k), {0, 0}});
+    }
+    gl_.Clear(GL_COLOR_BUFFER_BIT);
+    set_origin(0, 0);
+    draw(elements);
+    std::vector<std::uint8_t> seen(wide * high);
+    gl_.ReadPixels(0, 0, static_cast<GLsizei>(wide), static_cast<GLsizei>(high), GL_RED, GL_UNSIGNED_BYTE, seen.data());
+    for (std::size_t k = 0; k < count; ++k) {
+      if (seen[k] != level_of(k)) return false;
+    }
+    return true;
+  }
+
   void draw(std::span<const PackedElement> elements) {
     gl_.BufferData(GL_TEXTURE_BUFFER, static_cast<GLsizeiptr>(elements.size_bytes()), elements.data(), GL_STREAM_DRAW);
     gl_.TexBuffer(GL_TEXTURE_BUFFER, GL_RGBA32I, buffer_.id());
@@ -169,6 +198,17 @@ class ElementProgram {
   GlTexture texture_;
   GLint origin_ = 0;
 };
+
+/// The largest batch that arrives whole. Throws EnvironmentError if none does.
+std::size_t batch_size_of(ElementProgram& program, const GlContext& context, int tile_samples) {
+  for (const std::size_t size : batch_sizes) {
+    if (program.draws_whole_batch(size, tile_samples)) return size;
+  }
+  throw EnvironmentError(fmt::format(
+      "the driver {} ({}) leaves out what it is told to draw, so a picture would be wrong; choose another by "
+      "--backend, and unset GALLIUM_DRIVER if it is set",
+      context.renderer(), context.version()));
+}
 
 /// Where the elements of a tile may lie. A tile at the edge of the plot area also takes what lies beyond.
 Extent region_of(const Scene& scene, int column, int row, int columns, int rows, int tile_px) {
@@ -211,6 +251,7 @@ void paint_plot_area(const Scene& scene, const LevelTable& table, Background bac
   gl.PixelStorei(GL_PACK_ALIGNMENT, 1);
   gl.ClearColor(0, 0, 0, 0);
 
+  const std::size_t batch_size = batch_size_of(program, context, tile_samples);
   std::vector<PackedElement> batch;
   std::vector<std::uint8_t> levels;
   for (int row = 0; row < tile_rows; ++row) {
@@ -223,6 +264,7 @@ void paint_plot_area(const Scene& scene, const LevelTable& table, Background bac
           program.set_origin(column * tile_samples, row * tile_samples);
         }
         any = true;
+        throw_if_interrupted();
         program.draw(batch);
         batch.clear();
       };
@@ -231,6 +273,7 @@ void paint_plot_area(const Scene& scene, const LevelTable& table, Background bac
         if (batch.size() == batch_size) send();
       });
       send();
+      throw_if_interrupted();
       if (!any) continue;  // nothing but page
       // Rows of the framebuffer count upwards and are read upwards: its row 0 is the uppermost one of the picture.
       const int width = std::min(tile_px, scene.plot_width_px - column * tile_px);

@@ -17,6 +17,7 @@
 
 #include "support/atomic_file.h"
 #include "support/error.h"
+#include "support/interruption.h"
 
 namespace granuscope {
 namespace {
@@ -87,6 +88,7 @@ bool encode(std::FILE* file, const Image& image, Channels channels, png_uint_32 
   png_set_filter(png, PNG_FILTER_TYPE_BASE, row_filter);
   png_write_info(png, info);
   for (int y = 0; y < image.height; ++y) {
+    if (interruption_requested()) png_error(png, "interrupted");
     const std::uint8_t* pixels = image.rgba.data() + image.offset(0, y);
     if (channels == Channels::grey) {
       for (int x = 0; x < image.width; ++x) row[x] = pixels[4 * x];
@@ -184,6 +186,7 @@ void write_png(const std::filesystem::path& path, const Image& image, double dpi
              texts.data(), static_cast<int>(texts.size()), row.data(), &error);
   if (!encoded || std::fflush(file.get()) != 0) {
     const int reason = errno;
+    throw_if_interrupted();
     throw EnvironmentError(fmt::format("cannot write {}: {}; nothing was left behind", path.string(),
                                        reason != 0 ? std::generic_category().message(reason) : error.message.data()));
   }

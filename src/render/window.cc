@@ -6,6 +6,7 @@
 #include <cmath>
 #include <string>
 
+#include "render/pile_scene.h"
 #include "support/error.h"
 
 namespace granuscope {
@@ -51,6 +52,7 @@ PileRange range_needed(const Lattice& lattice, const SceneSpec& spec) {
   const Extent extent = extent_of(lattice, spec);
   if (!spec.skip_invisible) return whole_range(lattice);
   PileRange range = whole_range(lattice);
+  range.horizontal = needs_horizontal_forces(spec.scene);
   if (spec.window) {
     // A layer further up or down, a bar is a diameter long and a bead's half wide: no more than one reaches in.
     range.first_layer = std::max(static_cast<int>((*spec.window)[2]) - 1, 0);

@@ -37,6 +37,8 @@ Json to_json(const DepthFit& fit) {
   }
   json["chi2_per_dof"] = finite_or_null(fit.degrees_of_freedom > 0 ? fit.chi2_per_dof : std::nan(""));
   json["degrees_of_freedom"] = fit.degrees_of_freedom;
+  json["misfit"] = fit.misfit;
+  json["misfit_at_least"] = fit.misfit_at_least;
   json["identifiable"] = fit.identifiable;
   if (!fit.identifiable || json["chi2_per_dof"].is_null()) {
     json["reason"] = fit.reason.empty() ? "nothing was fitted at this depth" : fit.reason;

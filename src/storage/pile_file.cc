@@ -26,13 +26,14 @@ constexpr const char* units =
 
 struct ForceArray {
   const char* path;
+  bool horizontal;
   std::vector<double> Pile::*in_pile;
   std::vector<double> PilePart::*in_part;
 };
-constexpr std::array<ForceArray, 4> force_arrays = {{{"/V_R", &Pile::V_R, &PilePart::V_R},
-                                                     {"/V_L", &Pile::V_L, &PilePart::V_L},
-                                                     {"/H_R", &Pile::H_R, &PilePart::H_R},
-                                                     {"/H_L", &Pile::H_L, &PilePart::H_L}}};
+constexpr std::array<ForceArray, 4> force_arrays = {{{"/V_R", false, &Pile::V_R, &PilePart::V_R},
+                                                     {"/V_L", false, &Pile::V_L, &PilePart::V_L},
+                                                     {"/H_R", true, &Pile::H_R, &PilePart::H_R},
+                                                     {"/H_L", true, &Pile::H_L, &PilePart::H_L}}};
 
 /// A file of another program may do without naming the format, as long as it holds what a pile holds.
 void check_format(const Hdf5Reader& file) {
@@ -141,6 +142,7 @@ PilePart read_pile_part(const std::filesystem::path& file, const std::function<P
   const auto beads = static_cast<std::size_t>(range.beads);
   const auto to_seam = static_cast<std::size_t>(part.lattice.columns() - range.first_bead);
   for (std::size_t i = 0; i < force_arrays.size(); ++i) {
+    if (force_arrays[i].horizontal && !range.horizontal) continue;
     std::vector<double>& forces = part.*(force_arrays[i].in_part);
     // Every array has been found to be as large as it claims before memory is taken by its size.
     forces.resize(range.size());

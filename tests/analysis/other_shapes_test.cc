@@ -9,6 +9,7 @@
 #include "synthetic_ensemble.h"
 
 using namespace granuscope;
+using Catch::Matchers::Contains;
 
 namespace {
 
@@ -102,8 +103,12 @@ TEST_CASE("the isotropic elastic response is rejected as a double Gaussian") {
   };
   const Transport t = measure(elastic, 0.01);
   for (const DepthFit& depth : t.depths) {
+    INFO("layer " << depth.layer << " " << depth.reason);
     CHECK_FALSE(depth.identifiable);
-    CHECK_FALSE(depth.reason.empty());
+    // It misses by more than piles do and prefers one peak to two, each beyond any doubt.
+    CHECK_THAT(depth.reason, Contains("another shape"));
+    CHECK(depth.misfit == Approx(0.18).margin(0.03));
+    CHECK(depth.evidence.for_two_peaks < -1e4);
   }
   CHECK_FALSE(t.c.known());
 }
@@ -121,5 +126,6 @@ TEST_CASE("two peaks on a plateau are rejected, with the share that two Gaussian
   for (const DepthFit& depth : t.depths) {
     INFO("layer " << depth.layer << " " << depth.reason);
     CHECK_FALSE(depth.identifiable);
+    CHECK_THAT(depth.reason, Contains("another shape"));
   }
 }

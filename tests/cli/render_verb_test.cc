@@ -6,6 +6,9 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/in_process.h"
+#include "render/picture_distance.h"
+#include "render/png_file.h"
+#include "support/child_process.h"
 
 using namespace granuscope;
 using Catch::Matchers::Contains;
@@ -34,6 +37,15 @@ void store_pile(const std::filesystem::path& file) {
   REQUIRE(granuscope_command(
               {"sample", "--mu", "0.1", "--columns", "40", "--layers", "30", "--load", "point", "--out", file.string()})
               .code == 0);
+}
+
+/// The program itself, which reads its environment before anything else does.
+ProcessResult program(std::vector<std::string> arguments, const std::map<std::string, std::string>& environment) {
+  ProcessSpec spec;
+  arguments.insert(arguments.begin(), std::string(GRANUSCOPE_BINARY_DIR) + "/granuscope");
+  spec.arguments = std::move(arguments);
+  spec.environment = environment;
+  return run_process(spec);
 }
 
 }  // namespace
@@ -128,7 +140,7 @@ TEST_CASE("a window drawn from the file is the window drawn from the whole pile,
       REQUIRE(granuscope_command(arguments).code == 0);
       return pixels_of(bytes_of(scratch / name));
     };
-    for (const char* scene : {"forces", "weight"}) {
+    for (const char* scene : {"forces", "weight", "friction"}) {
       INFO(window << ", " << scene);
       // Without skipping the whole file is read.
       const bool same = draw("part.png", {"--scene", scene}) == draw("whole.png", {"--scene", scene, "--no-skip"});
@@ -186,4 +198,46 @@ TEST_CASE("a window is written as SVG and PDF, the same bytes again; a large sce
   CHECK(refused.code == 2);
   CHECK_THAT(refused.err, Contains("choose a window"));
   CHECK_FALSE(std::filesystem::exists(scratch / "c.pdf"));
+}
+
+TEST_CASE("a picture has the same bytes for any number of rasteriser threads, and the slow driver draws it too") {
+  const ScratchFolder scratch("drivers");
+  store_pile(scratch / "pile.h5");
+  const auto drawn = [&](const std::string& name, const std::map<std::string, std::string>& environment) {
+    const std::filesystem::path image = scratch / (name + ".png");
+    const ProcessResult result =
+        program({"render", (scratch / "pile.h5").string(), "--image", image.string(), "--width", "500", "--dpi", "100"},
+                environment);
+    INFO(result.standard_error);
+    REQUIRE(result.exit_code == 0);
+    return image;
+  };
+  const auto one = drawn("one", {{"LP_NUM_THREADS", "0"}});
+  CHECK((bytes_of(drawn("two", {{"LP_NUM_THREADS", "2"}})) == bytes_of(one)));
+  CHECK((bytes_of(drawn("five", {{"LP_NUM_THREADS", "5"}})) == bytes_of(one)));
+  // It forgets elements beyond the first some hundred of a draw, without a word.
+  const PictureDistance apart = distance(
+      read_png(one), read_png(drawn("slow", {{"GALLIUM_DRIVER", "softpipe"}, {"LIBGL_ALWAYS_SOFTWARE", "1"}})));
+  INFO("root mean square " << apart.root_mean_square << ", largest " << apart.largest);
+  CHECK(apart.root_mean_square <= renderer_distance.root_mean_square);
+  CHECK(apart.blocks <= renderer_distance.blocks);
+  CHECK(apart.largest <= renderer_distance.largest);
+}
+
+TEST_CASE("no OpenGL library is loaded unless a picture needs one") {
+  const ScratchFolder scratch("no-gl");
+  // Of glibc's loader: tells every library that it opens.
+  const auto loads_gl = [](const std::vector<std::string>& arguments) {
+    const ProcessResult result = program(arguments, {{"LD_DEBUG", "files"}});
+    REQUIRE(result.exit_code == 0);
+    REQUIRE_THAT(result.standard_error, Contains("libpng"));
+    return result.standard_error.find("libOSMesa") != std::string::npos ||
+           result.standard_error.find("libEGL") != std::string::npos;
+  };
+  const std::string pile = (scratch / "pile.h5").string(), image = (scratch / "a.png").string();
+  CHECK_FALSE(loads_gl({"sample", "--columns", "40", "--layers", "30", "--out", pile}));
+  CHECK_FALSE(loads_gl({"audit", pile}));
+  CHECK_FALSE(loads_gl({"render", pile, "--image", (scratch / "a.svg").string(), "--width", "800"}));
+  CHECK_FALSE(loads_gl({"render", pile, "--image", image, "--width", "120", "--dpi", "72"}));  // beads below two pixels
+  CHECK(loads_gl({"render", pile, "--image", image, "--width", "800"}));
 }

@@ -132,6 +132,20 @@ TEST_CASE("Peaks that would meet behind the ring are refused with the layer") {
                e.lattice.columns = 200;
              }),
              Contains("at mu = 1 meet"));
+  // And makes them faster than tan30 beyond mu = 1.
+  CHECK(expected_speed(0.5) == expected_speed(0.0));
+  CHECK(expected_speed(1.7) > 1.5 * expected_speed(1.0));
+  const auto at_high_friction = [](int columns) {
+    return problem_after([columns](Experiment& e) {
+      e.mu = {1.7};
+      e.lattice.layers = 500;
+      e.fit.last_layer = 479;
+      e.figures.response_profiles = false;
+      e.lattice.columns = columns;
+    });
+  };
+  CHECK(at_high_friction(1050) == "(none)");
+  CHECK_THAT(at_high_friction(1000), Contains("at mu = 1.7 meet"));
 }
 
 TEST_CASE("Samples come in whole groups of eight per block, in at least eight blocks") {

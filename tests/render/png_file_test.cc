@@ -11,8 +11,11 @@
 #include <vector>
 
 #include "render/draw.h"
+#include "render/gl_context.h"
+#include "render/painter.h"
 #include "render/test_piles.h"
 #include "support/error.h"
+#include "support/interruption.h"
 
 namespace granuscope {
 namespace {
@@ -158,6 +161,28 @@ TEST_CASE("a file that is not a whole PNG is refused") {
   const std::string whole = bytes_of(folder / "a.png");
   std::ofstream(folder / "half.png", std::ios::binary) << whole.substr(0, whole.size() - 20);
   CHECK_THROWS_AS(read_png(folder / "half.png"), InputError);
+}
+
+TEST_CASE("a request to stop ends any picture, and leaves no file") {
+  const Folder folder;
+  const Pile pile = frictionless_pile(60, 40);
+  SceneSpec spec;
+  spec.width_px = 400;
+  spec.dpi = 100;
+  const Scene scene = scene_of(pile, spec);
+  SceneSpec small = spec;
+  small.width_px = 120;
+  small.dpi = 72;
+  const Scene detail = scene_of(pile, small);
+  REQUIRE(detail.detail);
+  const auto context = make_gl_context("auto");
+  request_interruption(true);
+  CHECK_THROWS_AS(scene_of(pile, spec), Interrupted);
+  CHECK_THROWS_AS(paint(scene, spec, *context), Interrupted);
+  CHECK_THROWS_AS(paint(detail, small, *context), Interrupted);
+  CHECK_THROWS_AS(write_png(folder / "a.png", small_image(), 100), Interrupted);
+  request_interruption(false);
+  CHECK(folder.files() == 0);
 }
 
 TEST_CASE("a pile is drawn to a file, twice the same bytes, with its numbers") {

@@ -30,6 +30,25 @@ TEST_CASE("a pile comes back bit by bit") {
   CHECK(folder.contents() == std::vector<std::string>{"pile.h5"});
 }
 
+TEST_CASE("a part of a pile is read alone, and without its horizontal forces where they are not asked for") {
+  const TemporaryFolder folder;
+  const Pile pile = awkward_pile(6, 7);
+  write_pile(folder / "a.h5", pile);
+  const int columns = pile.lattice.columns();
+  const auto part = read_pile_part(folder / "a.h5", [&](const Lattice& lattice) {
+    return PileRange{1, lattice.layers() - 1, columns - 2, 3, false};
+  });
+  CHECK(part.H_R.empty());
+  CHECK(part.H_L.empty());
+  const PileView view = view_of(part);
+  for (int layer = 1; layer < pile.lattice.layers(); ++layer) {
+    for (const int bead : {columns - 2, columns - 1, 0}) {
+      CHECK(view.V_R[view.index(layer, bead)] == pile.V_R[pile.lattice.index(layer, bead)]);
+      CHECK(view.V_L[view.index(layer, bead)] == pile.V_L[pile.lattice.index(layer, bead)]);
+    }
+  }
+}
+
 TEST_CASE("the same pile gives the same bytes at any time, under any name") {
   const TemporaryFolder folder;
   const Pile pile = awkward_pile(6, 7);
