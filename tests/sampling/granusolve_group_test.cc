@@ -104,7 +104,8 @@ TEST_CASE("piles drawn side by side are those drawn one by one in a fixed order 
     spec.effort = effort;
     check_group(spec, {50, 60}, 8, 8, even_loads(50));
   }
-  // A heavy bead beside light ones: climbs, rings, and a failure by name.
+  // A heavy bead beside light ones: climbs, one of which leaves the window of layers that a group holds, rings, and a
+  // failure by name.
   spec.effort = 20;
   auto loads = even_loads(50);
   for (std::size_t k = 0; k < 8; k += 2) loads[k][25] = std::pow(10.0, static_cast<double>(k));
