@@ -57,6 +57,14 @@ struct Laws {
   Estimate noise;      ///< p of the rms residual A N^p (noise_exponent); the paper: -1/2
 };
 
+/// Whether an ensemble became as precise as the experiment asks.
+struct PrecisionOutcome {
+  bool asked = false;
+  double c = 0, D = 0;  ///< standard errors asked for; 0: not asked for
+  bool reached = false;
+  std::string reason;  ///< why not; not empty if and only if it was asked for and not reached
+};
+
 /// Everything measured at one friction coefficient.
 struct Transport {
   double mu = 0;
@@ -68,6 +76,7 @@ struct Transport {
   int sign_run = 1;           ///< and so many neighbours varied alike
   std::uint64_t samples = 0;  ///< piles that entered the averages
   std::vector<FailedSample> failed;
+  PrecisionOutcome precision;
   bool exact = false;  ///< zero variance: exact moments, standard errors 0, no part in log-log fits
 
   Estimate c;                          ///< slope of x_p over the window

@@ -8,6 +8,7 @@
 
 #include "analysis/claim_spec.h"
 #include "analysis/fit_spec.h"
+#include "analysis/precision.h"
 #include "ensemble/response_spec.h"
 #include "model/lattice.h"
 #include "render/scene.h"
@@ -114,6 +115,7 @@ struct Experiment {
   SamplerSpec sampling;                        ///< its mu is ignored: see sampler_for
   ResponseSpec response;
   FitSpec fit;
+  PrecisionSpec precision;
   ClaimSpec claims;
   FigureSpec figures;
   RedrawnBeadsSpec redrawn_beads;

@@ -185,6 +185,23 @@ Problem find_response_problem(const Experiment& e) {
   return {};
 }
 
+Problem find_precision_problem(const Experiment& e) {
+  const PrecisionSpec& asked = e.precision;
+  const auto find_error_problem = [](const char* key, double error) {
+    if (std::isfinite(error) && (error == 0 || (error >= 1e-9 && error <= 1))) return Problem{};
+    return problem(key, "{} is no standard error to draw for; give 1e-9 to 1, or 0 not to ask for it", error);
+  };
+  if (auto found = find_error_problem("precision.c", asked.c)) return found;
+  if (auto found = find_error_problem("precision.D", asked.D)) return found;
+  if (!asked.asked()) return {};
+  if (asked.most_samples < e.response.samples || asked.most_samples > most_samples) {
+    return problem("precision.most_samples",
+                   "{} piles: the ensembles begin with response.samples = {} and grow from there; give {} to {}",
+                   asked.most_samples, e.response.samples, e.response.samples, most_samples);
+  }
+  return {};
+}
+
 Problem find_window_problem(const char* key, const std::array<double, 2>& window) {
   if (std::isfinite(window[0]) && std::isfinite(window[1]) && window[0] >= 0 && window[0] < window[1]) return {};
   return problem(key, "[{}, {}] is not a range of mu: it must ascend from 0 or more; write [low, high]", window[0],
@@ -401,6 +418,7 @@ std::optional<ExperimentProblem> find_problem(const Experiment& e) {
   if (auto found = find_friction_problem(e)) return found;
   if (auto found = find_sampling_problem(e)) return found;
   if (auto found = find_response_problem(e)) return found;
+  if (auto found = find_precision_problem(e)) return found;
   if (auto found = find_fit_problem(e)) return found;
   if (auto found = find_claims_problem(e)) return found;
   if (auto found = find_figure_problem(e)) return found;

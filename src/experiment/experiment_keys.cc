@@ -82,6 +82,7 @@ std::vector<ExperimentKey> make_keys() {
   const std::string response = "response";
   const std::string fit = "fit";
   const std::string claims = "claims";
+  const std::string precision = "precision";
   const std::string profiles = "figures.response_profiles";
   const std::string redrawn = "figures.redrawn_beads";
   const std::string work = "figures.counted_work";
@@ -191,6 +192,19 @@ std::vector<ExperimentKey> make_keys() {
       key(
           fit, "other_scaling_windows", "", "further ranges of mu whose exponents are shown beside it",
           [](auto& e) -> auto& { return e.fit.other_scaling_windows; }),
+
+      key(
+          precision, "c", "",
+          "standard error of the slope c down to which response.samples is multiplied by 3/2 again and again, at each "
+          "mu; "
+          "0: not asked for",
+          [](auto& e) -> auto& { return e.precision.c; }),
+      key(
+          precision, "D", "bead diameters", "the same for the slope D; both together: until both are reached",
+          [](auto& e) -> auto& { return e.precision.D; }),
+      key(
+          precision, "most_samples", "piles", "per friction coefficient, beyond which it is given up and reported",
+          [](auto& e) -> auto& { return e.precision.most_samples; }),
 
       key(
           claims, "decisive_chi2", "",

@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
+#include <limits>
 #include <map>
 #include <sstream>
 #include <system_error>
@@ -80,20 +81,27 @@ std::uint64_t groups_begun(const PlannedEnsemble& planned, const std::filesystem
   }
 }
 
-/// The beginning that an earlier run left, or nothing drawn yet; `groups` of each block are in it.
+/// The beginning that an earlier run or a smaller ensemble left, or nothing drawn yet; `groups` of each block are in
+/// it.
 EnsembleRecord beginning_of(const PlannedEnsemble& planned, const std::filesystem::path& run_folder,
                             std::uint64_t& groups) {
-  EnsembleRecord record = begin_ensemble(planned.spec);
-  if (planned.begun == 0) return record;
-  try {
-    EnsembleRecord begun = read_ensemble(run_folder / part_file(planned));
-    begun.configuration = record.configuration;
-    begun.configuration_key = record.configuration_key;
-    groups = planned.begun;
+  const EnsembleRecord nothing = begin_ensemble(planned.spec);
+  const auto go_on_from = [&](EnsembleRecord begun, std::uint64_t with_groups) {
+    begun.configuration = nothing.configuration;
+    begun.configuration_key = nothing.configuration_key;
+    groups = with_groups;
     return begun;
-  } catch (const InputError&) {
-    return record;  // the plan read no further than the configuration
+  };
+  if (planned.begun > 0) {
+    try {
+      return go_on_from(read_ensemble(run_folder / part_file(planned)), planned.begun);
+    } catch (const InputError&) {  // NOLINT(bugprone-empty-catch): the plan read no further than the configuration
+    }
   }
+  if (planned.smaller == nullptr) return nothing;
+  std::uint64_t samples = planned.smaller->failed.size();
+  for (const std::uint64_t count : planned.smaller->sums.count) samples += count;
+  return go_on_from(*planned.smaller, samples / (group_size * static_cast<std::uint64_t>(planned.spec.blocks)));
 }
 
 /// Draws what is missing of the ensemble, keeping what there is now and then.
@@ -140,12 +148,70 @@ void look_for(PlannedEnsemble& planned, const std::filesystem::path& run_folder)
   if (!std::filesystem::exists(file, ignored)) return;
   try {
     const std::string there = read_ensemble_configuration(file);
-    const std::string wanted = configuration_text(planned.spec);
+    const std::string wanted = configuration_text(planned.spec) + planned.notes;
     planned.reusable = there == wanted;
     if (!planned.reusable) planned.replaces = "it is of another experiment: " + describe_difference(there, wanted);
   } catch (const InputError& damage) {
     planned.replaces = damage.what();  // damaged or foreign
   }
+}
+
+namespace {
+
+std::uint64_t round_of(const EnsembleSpec& spec) { return group_size * static_cast<std::uint64_t>(spec.blocks); }
+
+/// What the stored configuration of a growing ensemble says beside its spec: from where it grew, and towards what.
+std::string growth_notes(std::uint64_t first_samples, const PrecisionSpec& asked) {
+  return fmt::format("first_samples={}\nprecision_c={}\nprecision_D={}\n", first_samples, exact(asked.c),
+                     exact(asked.D));
+}
+
+/// A growing ensemble goes on from a smaller or equally demanding one of the same first size: where that one was looked
+/// at and found wanting, this one would have been, too. Then `planned` becomes what is there.
+void look_for_smaller(PlannedEnsemble& planned, const PrecisionSpec& asked, const std::filesystem::path& run_folder) {
+  const std::filesystem::path file = run_folder / planned.file;
+  std::error_code ignored;
+  if (planned.reusable || !std::filesystem::exists(file, ignored)) return;
+  try {
+    const std::map<std::string, std::string> there = settings_of(read_ensemble_configuration(file));
+    const auto number = [&](const char* key) {
+      const auto found = there.find(key);
+      const double value = found == there.end() ? 0 : std::strtod(found->second.c_str(), nullptr);
+      return value > 0 ? value : std::numeric_limits<double>::infinity();
+    };
+    PrecisionSpec towards = asked;
+    towards.c = std::isinf(number("precision_c")) ? 0 : number("precision_c");
+    towards.D = std::isinf(number("precision_D")) ? 0 : number("precision_D");
+    const bool no_less_demanding =
+        (asked.c > 0 ? asked.c : std::numeric_limits<double>::infinity()) <= number("precision_c") &&
+        (asked.D > 0 ? asked.D : std::numeric_limits<double>::infinity()) <= number("precision_D");
+    if (!no_less_demanding) return;
+    for (std::uint64_t rounds = planned.grows_from / round_of(planned.spec);
+         rounds * round_of(planned.spec) <= asked.most_samples; rounds = next_size(rounds)) {
+      PlannedEnsemble candidate = planned;
+      candidate.spec.samples = rounds * round_of(planned.spec);
+      if (static_cast<double>(candidate.spec.samples) != number("samples")) continue;
+      candidate.notes = growth_notes(planned.grows_from, towards);
+      look_for(candidate, run_folder);
+      if (candidate.reusable) planned = candidate;
+    }
+  } catch (const InputError&) {  // NOLINT(bugprone-empty-catch): look_for has said why it cannot be used
+  }
+}
+
+}  // namespace
+
+bool grow(PlannedEnsemble& planned, const PrecisionSpec& asked, EnsembleRecord record,
+          const std::filesystem::path& run_folder) {
+  const std::uint64_t round = round_of(planned.spec), next = round * next_size(planned.spec.samples / round);
+  if (next > asked.most_samples) return false;
+  planned.spec.samples = next;
+  planned.notes = growth_notes(planned.grows_from, asked);
+  planned.begun = groups_begun(planned, run_folder);
+  planned.smaller = std::make_shared<const EnsembleRecord>(std::move(record));
+  planned.reusable = false;
+  planned.replaces.clear();
+  return true;
 }
 
 std::vector<PlannedEnsemble> plan_ensembles(const Experiment& experiment, const std::filesystem::path& run_folder) {
@@ -169,7 +235,14 @@ std::vector<PlannedEnsemble> plan_ensembles(const Experiment& experiment, const 
         layers_to_record(experiment.fit, profiles_wanted ? experiment.figures.profile_layers : std::vector<int>{});
     ensemble.file = std::filesystem::path("ensembles") / fmt::format("mu-{}.h5", exact(mu));
     ensemble.label = fmt::format("mu = {}", mu);
+    if (mu > 0 && experiment.precision.asked()) {
+      spec.layout = BlockLayout::interleaved;
+      spec.samples = (spec.samples + round_of(spec) - 1) / round_of(spec) * round_of(spec);
+      ensemble.grows_from = spec.samples;
+      ensemble.notes = growth_notes(spec.samples, experiment.precision);
+    }
     look_for(ensemble, run_folder);
+    if (ensemble.grows_from > 0) look_for_smaller(ensemble, experiment.precision, run_folder);
     planned.push_back(std::move(ensemble));
   }
   return planned;
@@ -203,6 +276,8 @@ MeasuredEnsemble obtain_ensemble(PlannedEnsemble& planned, const std::filesystem
                               planned.label, planned.file.string(), planned.replaces));
   }
   measured.record = draw_in_pieces(planned, run_folder, threads, progress, parts);
+  measured.record.configuration += planned.notes;
+  measured.record.configuration_key = cache_key(measured.record.configuration);
   make_folder(file.parent_path());
   write_ensemble(file, measured.record);
   std::error_code ignored;

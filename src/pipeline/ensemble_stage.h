@@ -1,5 +1,6 @@
 #pragma once
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -13,11 +14,14 @@ namespace granuscope {
 struct PlannedEnsemble {
   std::string label;  ///< "mu = 0.3", in messages and timings
   EnsembleSpec spec;
-  std::string estimator;       ///< what its numbers mean
-  std::filesystem::path file;  ///< relative to the run's folder
-  bool reusable = false;       ///< the file is there and holds exactly this ensemble
-  std::string replaces = {};   ///< why a file that is there cannot be used: it will be replaced
-  std::uint64_t begun = 0;     ///< groups of each block that a run that was stopped has left behind (part_file)
+  std::string estimator;         ///< what its numbers mean
+  std::filesystem::path file;    ///< relative to the run's folder
+  bool reusable = false;         ///< the file is there and holds exactly this ensemble
+  std::string replaces = {};     ///< why a file that is there cannot be used: it will be replaced
+  std::uint64_t grows_from = 0;  ///< 0: fixed; else the samples from which it grows until [precision] is reached
+  std::string notes = {};        ///< lines of the stored configuration beside those of the spec
+  std::shared_ptr<const EnsembleRecord> smaller = {};  ///< the beginning of this interleaved ensemble, to go on from
+  std::uint64_t begun = 0;  ///< groups of each block that a run that was stopped has left behind (part_file)
 };
 
 /// Where an ensemble is kept while it is being drawn, so that a kill loses little of it: relative to the run's folder.
@@ -27,7 +31,8 @@ std::filesystem::path part_file(const PlannedEnsemble& planned);
 void look_for(PlannedEnsemble& planned, const std::filesystem::path& run_folder);
 
 /// One ensemble for each friction coefficient of the experiment. Without friction every pile is the same, so that one
-/// group of samples for each block is enough. Only the layers that the fits and figures need are recorded.
+/// group of samples for each block is enough. Only the layers that the fits and figures need are recorded. Where a
+/// precision is asked for, an ensemble begins with response.samples, or with what the folder holds of it already.
 std::vector<PlannedEnsemble> plan_ensembles(const Experiment& experiment, const std::filesystem::path& run_folder);
 
 /// When an ensemble that is being drawn is kept beside its place; nothing here changes a number.
@@ -42,5 +47,10 @@ struct PartPolicy {
 /// drawn again, and planned.reusable becomes false.
 MeasuredEnsemble obtain_ensemble(PlannedEnsemble& planned, const std::filesystem::path& run_folder, int threads,
                                  ProgressStyle progress, const PartPolicy& parts = {});
+
+/// Makes of a growing ensemble the next larger one, which goes on from `record`. False, and unchanged, if that would
+/// exceed precision.most_samples.
+bool grow(PlannedEnsemble& planned, const PrecisionSpec& asked, EnsembleRecord record,
+          const std::filesystem::path& run_folder);
 
 }  // namespace granuscope

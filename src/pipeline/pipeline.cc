@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "analysis/analyse.h"
+#include "analysis/precision.h"
 #include "experiment/experiment_check.h"
 #include "experiment/experiment_file.h"
 #include "pipeline/ensemble_stage.h"
@@ -32,6 +33,7 @@
 #include "render/gl_context.h"
 #include "report/manifest_json.h"
 #include "sampling/sampler.h"
+#include "storage/ensemble_file.h"
 #include "support/atomic_file.h"
 #include "support/child_process.h"
 #include "support/digest.h"
@@ -42,6 +44,12 @@
 
 namespace granuscope {
 namespace {
+
+std::uint64_t samples_in(const EnsembleRecord& record) {
+  std::uint64_t samples = record.failed.size();
+  for (const std::uint64_t count : record.sums.count) samples += count;
+  return samples;
+}
 
 /// One run from its first stage to its last.
 class Run {
@@ -80,6 +88,12 @@ class Run {
       if (!claim.expected.empty() && claim.expected != claim.verdict) {
         result_.unexpected.push_back(fmt::format("{} is \"{}\" where the experiment expects \"{}\": {}", claim.id,
                                                  claim.verdict, claim.expected, claim.explanation));
+      }
+    }
+    for (const Transport& one : data_.analysis.results) {
+      if (one.precision.asked && !one.precision.reached) {
+        result_.unexpected.push_back(
+            fmt::format("the precision asked for was not reached at mu = {}: {}", one.mu, one.precision.reason));
       }
     }
     return std::move(result_);
@@ -133,8 +147,14 @@ class Run {
 
   MeasuredEnsemble obtain(PlannedEnsemble& planned) {
     MeasuredEnsemble ensemble;
+    const auto start = std::chrono::steady_clock::now();
+    const std::uint64_t there = planned.smaller == nullptr ? 0 : samples_in(*planned.smaller);
     timed("sample " + planned.label,
           [&] { ensemble = obtain_ensemble(planned, options_.folder, options_.threads, options_.progress); });
+    if (!planned.reusable) {
+      drawn_in_seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+      drawn_in_this_run_ += static_cast<double>((planned.spec.samples - there) * Lattice(planned.spec.lattice).beads());
+    }
     if (planned.reusable) {
       StageTiming& timing = data_.timings.back();
       timing.reused = true;
@@ -144,6 +164,49 @@ class Run {
     ++obtained_;
     if (planned.reusable) ++reused_;
     return ensemble;
+  }
+
+  /// Lets a growing ensemble grow until its c and D are as precise as asked, which is looked at after whole steps only.
+  PrecisionOutcome reach_precision(PlannedEnsemble& planned, MeasuredEnsemble& ensemble) {
+    const PrecisionSpec& asked = experiment_.precision;
+    if (planned.grows_from == 0) return {};
+    PrecisionOutcome outcome{true, asked.c, asked.D, false, {}};
+    for (;;) {
+      Transport measured;
+      timed("analyse",
+            [&] { measured = measure_transport(ensemble, experiment_.fit, {}, options_.threads).transport; });
+      const std::uint64_t samples = planned.spec.samples;
+      const PrecisionLook look = look_at_precision(asked, measured, samples);
+      outcome.reached = look.reached;
+      outcome.reason = look.reason;
+      if (look.reached || look.hopeless) break;
+      if (!grow(planned, asked, std::move(ensemble.record), options_.folder)) {
+        ensemble.record = read_ensemble(options_.folder / planned.file);
+        outcome.reason = fmt::format(
+            "{} piles give c ± {} and D ± {}; about {} would be needed, and the next step would be more than "
+            "precision.most_samples = {}",
+            samples, significant(measured.c.standard_error, 2), significant(measured.D.standard_error, 2),
+            significant(look.samples_needed, 2), asked.most_samples);
+        break;
+      }
+      const double beads_to_come = (look.samples_needed - static_cast<double>(samples)) *
+                                   static_cast<double>(Lattice(planned.spec.lattice).beads());
+      say(options_.progress,
+          fmt::format("{}: c ± {}, D ± {} after {} piles; about {} piles in all are needed{}", planned.label,
+                      significant(measured.c.standard_error, 2), significant(measured.D.standard_error, 2), samples,
+                      significant(look.samples_needed, 2), time_for(beads_to_come)));
+      const bool reused = planned.reusable;
+      ensemble = obtain(planned);
+      --obtained_;  // it is still the same one
+      planned.reusable = reused && planned.reusable;
+    }
+    return outcome;
+  }
+
+  /// ", 54 s more" at the rate at which beads were drawn in this run, once there is one.
+  std::string time_for(double beads) const {
+    if (drawn_in_seconds_ <= 0 || drawn_in_this_run_ <= 0) return "";
+    return fmt::format(", {} more", describe_duration(beads * drawn_in_seconds_ / drawn_in_this_run_));
   }
 
   /// A bead that only rounding puts outside its band is put onto its end; how often is part of the numerics.
@@ -158,7 +221,8 @@ class Run {
   void sample_and_measure() {
     std::vector<MeasuredTransport> measured;
     for (PlannedEnsemble& planned : plan_ensembles(experiment_, options_.folder)) {
-      const MeasuredEnsemble ensemble = obtain(planned);
+      MeasuredEnsemble ensemble = obtain(planned);
+      const PrecisionOutcome precision = reach_precision(planned, ensemble);
       drawn_beads_ += ensemble.record.counts.beads;
       rounded_beads_ += ensemble.record.counts.rounded;
       if (planned.spec.samples < experiment_.response.samples) {
@@ -170,6 +234,7 @@ class Run {
       timed("analyse", [&] {
         measured.push_back(
             measure_transport(ensemble, experiment_.fit, experiment_.figures.profile_layers, options_.threads));
+        measured.back().transport.precision = precision;
         if (experiment_.response_field.draw && needs(Stage::render) && ensemble.mu == experiment_.figures.profile_mu) {
           field_transport_ = measured.back().transport;
           field_ = response_field(ensemble, *field_transport_);
@@ -309,9 +374,47 @@ class Run {
   Field field_;  ///< the mean response at figures.response_profiles.mu, for its picture
   std::optional<Transport> field_transport_;
   RunResult result_;
-  std::map<std::string, double> earlier_timings_;  ///< by stage
-  std::size_t obtained_ = 0, reused_ = 0;          ///< ensembles
+  std::map<std::string, double> earlier_timings_;        ///< by stage
+  std::size_t obtained_ = 0, reused_ = 0;                ///< ensembles
+  double drawn_in_this_run_ = 0, drawn_in_seconds_ = 0;  ///< beads, for the time that is left
 };
+
+}  // namespace
+
+namespace {
+
+/// How far an ensemble would still have to grow: from the errors of what is there, or else from those to be expected.
+PlannedStep plan_growth(const Experiment& experiment, const RunOptions& options, PlannedEnsemble planned) {
+  const PrecisionSpec& asked = experiment.precision;
+  const EnsembleSpec& spec = planned.spec;
+  const bool multiplexed = spec.estimator == EstimatorName::multiplexed;
+  Transport errors;
+  const ExpectedErrors expected = expected_errors(
+      spec.sampler.mu, multiplexed, multiplexed ? spec.epsilon : spec.overload, spec.lattice.columns, spec.samples);
+  errors.c = {0.5, expected.c, ""};
+  errors.D = {0.1, expected.D, ""};
+  const bool there = planned.reusable;
+  if (there) {
+    const MeasuredEnsemble ensemble = obtain_ensemble(planned, options.folder, options.threads, ProgressStyle::silent);
+    errors = measure_transport(ensemble, experiment.fit, {}, options.threads).transport;
+  }
+  const PrecisionLook look = look_at_precision(asked, errors, spec.samples);
+  std::uint64_t rounds = spec.samples / (group_size * static_cast<std::uint64_t>(spec.blocks)), samples = spec.samples;
+  while (!look.hopeless && static_cast<double>(samples) < look.samples_needed) {
+    rounds = next_size(rounds);
+    const std::uint64_t next = rounds * group_size * static_cast<std::uint64_t>(spec.blocks);
+    if (next > asked.most_samples) break;
+    samples = next;
+  }
+  const bool enough = look.hopeless || static_cast<double>(samples) >= look.samples_needed;
+  const std::uint64_t drawn = there ? spec.samples : 0;
+  std::string what = fmt::format("about {} piles, {}, for the precision asked ({})", samples, planned.label,
+                                 there ? "by the errors so far" : "by a rule of thumb");
+  if (there) what += fmt::format(", {} of them there already", drawn);
+  if (!enough) what += fmt::format("; about {} would be needed", significant(look.samples_needed, 2));
+  if (!planned.replaces.empty()) what += fmt::format("; replaces the file there: {}", planned.replaces);
+  return {Stage::sample, what, samples == drawn, (samples - drawn) * Lattice(spec.lattice).beads()};
+}
 
 }  // namespace
 
@@ -320,6 +423,10 @@ std::vector<PlannedStep> plan_run(const Experiment& experiment, const RunOptions
   std::vector<PlannedStep> steps;
   if (needed.contains(Stage::sample)) {
     const auto add = [&](const PlannedEnsemble& planned) {
+      if (planned.grows_from > 0) {
+        steps.push_back(plan_growth(experiment, options, planned));
+        return;
+      }
       const std::uint64_t begun =
           std::min(planned.spec.samples, planned.begun * group_size * static_cast<std::uint64_t>(planned.spec.blocks));
       const std::uint64_t beads = (planned.spec.samples - begun) * Lattice(planned.spec.lattice).beads();

@@ -119,6 +119,29 @@ Json transport_rows(const Json& summary, Json& notes) {
   return rows;
 }
 
+/// How precise the ensembles were to become, and where they did not: one sentence each.
+void add_precision(Json& view, const Json& summary) {
+  view["precision"] = Json::array();
+  view["imprecise"] = Json::array();
+  const Json& results = summary.at("results");
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    if (!results[i].contains("precision")) continue;
+    const std::string pointer = fmt::format("/results/{}/precision", i);
+    if (view["precision"].empty()) {
+      Json asked;
+      for (const char* name : {"c", "D"}) {
+        asked[std::string("for_") + name] = Json::array();
+        if (results[i].at("precision").at(name).is_null()) continue;
+        asked[std::string("for_") + name].push_back(number_cell(summary, fmt::format("{}/{}", pointer, name)));
+      }
+      view["precision"].push_back(asked);
+    }
+    if (results[i].at("precision").at("reached") == true) continue;
+    view["imprecise"].push_back({{"at_mu", number_cell(summary, fmt::format("/results/{}/mu", i))},
+                                 {"reason", number_cell(summary, pointer + "/reason")}});
+  }
+}
+
 }  // namespace
 
 Json results_view(const Json& summary) {
@@ -134,6 +157,7 @@ Json results_view(const Json& summary) {
   view["has_by_ratio"] = !view["by_ratio"].empty();
   view["transport"] = transport_rows(summary, transport_notes);
   view["has_transport"] = !results.empty();
+  add_precision(view, summary);
   view["exponent_notes"] = exponent_notes;
   view["transport_notes"] = transport_notes;
   for (const char* estimator : {"point", "paired", "multiplexed"}) {

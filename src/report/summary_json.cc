@@ -92,6 +92,14 @@ Json to_json(const Transport& result) {
   json["samples"] = result.samples;
   json["failed"] = list_of(result.failed);
   json["exact"] = result.exact;
+  if (result.precision.asked) {
+    json["precision"]["c"] = result.precision.c > 0 ? Json(result.precision.c) : Json(nullptr);
+    json["precision"]["D"] = result.precision.D > 0 ? Json(result.precision.D) : Json(nullptr);
+    json["precision"]["reached"] = result.precision.reached;
+    json["precision"]["reason"] =
+        result.precision.reason.empty() ? "a null was not asked for" : result.precision.reason;
+    if (result.precision.reached && result.precision.c > 0 && result.precision.D > 0) json["precision"].erase("reason");
+  }
   json["c"] = to_json(result.c);
   json["D"] = to_json(result.D);
   json["alpha_thrust"] = to_json(result.alpha_thrust);

@@ -243,6 +243,16 @@ TEST_CASE("A contradiction names the line of the key that was written, or says t
                     Contains("x.toml: fit.last_layer (not in the file, default): layer 179 lies beyond"));
 }
 
+TEST_CASE("A precision that means nothing is refused") {
+  CHECK(problem_after([](Experiment& e) { e.precision = {1e-4, 1e-3, 100'000}; }) == "(none)");
+  CHECK_THAT(problem_after([](Experiment& e) { e.precision.c = -1e-4; }), Contains("precision.c: -0.0001"));
+  CHECK_THAT(problem_after([](Experiment& e) { e.precision.D = not_a_number; }), Contains("precision.D: nan"));
+  CHECK_THAT(problem_after([](Experiment& e) {
+               e.precision = {0, 1e-3, 1000};
+             }),
+             Contains("precision.most_samples: 1000 piles: the ensembles begin with response.samples"));
+}
+
 TEST_CASE("Loads that could not be compared are refused") {
   const auto with = [](auto change) {
     return problem_after([&](Experiment& e) {

@@ -66,6 +66,7 @@ Experiment unusual_experiment() {
   e.fit.min_identifiable_width = 0.75;
   e.fit.scaling_window = {0.05, 0.35};
   e.fit.other_scaling_windows = {{0.1, 1.0 / 3.0}, {0.2, 0.9}};
+  e.precision = {2e-4, 3e-3, 55555};
   e.claims = {36.5, 1.6, 0.015, 0.6};
   e.figures.response_profiles = true;
   e.figures.profile_mu = 0.7;

@@ -419,3 +419,61 @@ TEST_CASE("every estimator runs to a report that names it beside the numbers, th
           std::string::npos);
   }
 }
+
+TEST_CASE("A precision is reached by whole steps: the same bytes for every number of threads, resumed or not") {
+  Experiment experiment = small_experiment();
+  experiment.response.estimator = "multiplexed";
+  experiment.mu = {0.0, 0.3};
+  experiment.precision = {2e-3, 0, 4096};
+  experiment.fit.scaling_window = {0.2, 0.4};
+  const auto run = [&](const ScratchFolder& folder, int threads) {
+    RunOptions options = quiet(folder.path(), {Stage::analyse});
+    options.threads = threads;
+    return run_experiment(experiment, options).analysis.results;
+  };
+  const ScratchFolder folder("precise"), again("precise-again");
+  const auto dry = [&] {
+    std::string text;
+    for (const PlannedStep& step : plan_run(experiment, quiet(folder.path()))) text += step.what + "\n";
+    return text;
+  };
+  CHECK_THAT(dry(), Catch::Contains("by a rule of thumb"));
+  const std::vector<Transport> first = run(folder, 2);
+  REQUIRE(first.size() == 2);
+  CHECK_FALSE(first[0].precision.asked);  // without friction nothing is random
+  CHECK(first[1].precision.asked);
+  CHECK(first[1].precision.reached);
+  CHECK(first[1].c.standard_error <= 2e-3);
+  CHECK_THAT(dry(), Catch::Contains("by the errors so far"));
+  const std::string loose = read_file(folder.path() / "ensembles/mu-0.3.h5");
+
+  // More is asked for: the ensemble goes on from there, to what a run from the beginning gives.
+  experiment.precision.c = 0.45 * first[1].c.standard_error;
+  const std::vector<Transport> grown = run(folder, 1), from_scratch = run(again, 3);
+  CHECK(grown[1].samples > first[1].samples);
+  CHECK(grown[1].samples == from_scratch[1].samples);
+  CHECK(grown[1].c.standard_error <= experiment.precision.c);
+  const std::string precise = read_file(folder.path() / "ensembles/mu-0.3.h5");
+  CHECK(precise == read_file(again.path() / "ensembles/mu-0.3.h5"));
+  // The next run finds it as it is.
+  CHECK(run(folder, 2)[1].samples == grown[1].samples);
+  CHECK(read_file(folder.path() / "ensembles/mu-0.3.h5") == precise);
+  // Less is asked for: what is there would have been stopped earlier.
+  experiment.precision.c = 2e-3;
+  CHECK(run(folder, 2)[1].samples == first[1].samples);
+  CHECK(read_file(folder.path() / "ensembles/mu-0.3.h5") == loose);
+
+  // Beyond the most that is allowed it says so, and what it would take.
+  experiment.precision = {1e-6, 0, 600};
+  const RunResult given_up = run_experiment(experiment, quiet(again.path(), {Stage::report}));
+  const PrecisionOutcome& outcome = given_up.analysis.results[1].precision;
+  CHECK_FALSE(outcome.reached);
+  CHECK(given_up.analysis.results[1].samples == 512);
+  CHECK_THAT(outcome.reason, Catch::Contains("would be needed") && Catch::Contains("precision.most_samples = 600"));
+  REQUIRE_FALSE(given_up.unexpected.empty());
+  CHECK_THAT(given_up.unexpected.back(), Catch::Contains("was not reached at mu = 0.3"));
+  const auto summary = nlohmann::json::parse(read_file(again.path() / "summary.json"));
+  CHECK(summary.at("results")[1].at("precision").at("reached") == false);
+  CHECK(summary.at("results")[1].at("precision").at("reason") == outcome.reason);
+  CHECK(read_file(again.path() / "report.html").find("that was not reached") != std::string::npos);
+}

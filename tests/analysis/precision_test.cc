@@ -1,0 +1,108 @@
+// Source of the expected numbers: the law of errors, 1/sqrt(N), and block means drawn from a normal distribution, for
+// which the truth is 0.
+#include "analysis/precision.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <random>
+#include <string>
+
+#include "analysis/jackknife.h"
+
+using namespace granuscope;
+
+namespace {
+
+Transport with_errors(double c, double D) {
+  Transport transport;
+  transport.c = {0.55, c, ""};
+  transport.D = {0.08, D, ""};
+  return transport;
+}
+
+/// The delete-one jackknife of a mean of block means.
+Estimate estimate_of(const std::vector<double>& sums, double rounds) {
+  const auto blocks = static_cast<double>(sums.size());
+  double total = 0;
+  for (const double sum : sums) total += sum;
+  Replicated mean{total / (blocks * rounds), {}};
+  for (const double sum : sums) mean.without_block.push_back((total - sum) / ((blocks - 1) * rounds));
+  return estimate(mean);
+}
+
+}  // namespace
+
+TEST_CASE("an ensemble is precise once both errors are, and says how many piles that takes") {
+  PrecisionSpec asked;
+  CHECK_FALSE(asked.asked());
+  asked.c = 1e-4;
+  asked.D = 1e-3;
+  CHECK(asked.asked());
+  CHECK(look_at_precision(asked, with_errors(1e-4, 1e-3), 1000).reached);
+  const PrecisionLook look = look_at_precision(asked, with_errors(2e-4, 3e-3), 1000);
+  CHECK_FALSE(look.reached);
+  CHECK_FALSE(look.hopeless);
+  CHECK(look.samples_needed == Approx(9000));
+  asked.D = 0;  // c alone
+  CHECK(look_at_precision(asked, with_errors(2e-4, 3e-3), 1000).samples_needed == Approx(4000));
+  CHECK(look_at_precision(asked, with_errors(1e-4, 1), 1000).reached);
+  Transport unknown = with_errors(1e-5, 1e-5);
+  unknown.c = {};
+  unknown.c.reason = "too narrow";
+  const PrecisionLook hopeless = look_at_precision(asked, unknown, 1000);
+  CHECK_FALSE(hopeless.reached);
+  CHECK(hopeless.hopeless);
+  CHECK(hopeless.reason == "c is unknown: too narrow");
+}
+
+TEST_CASE("the sizes at which an ensemble is looked at grow by half") {
+  CHECK(next_size(1) == 2);
+  CHECK(next_size(2) == 3);
+  CHECK(next_size(3) == 5);
+  CHECK(next_size(100) == 150);
+}
+
+TEST_CASE("expected errors fall with the root of the number of piles and of the load") {
+  const ExpectedErrors point = expected_errors(0.3, false, 1, 500, 3461);
+  CHECK(point.c == Approx(0.0010).epsilon(0.5));  // measured on 500 x 200 beads
+  CHECK(point.D == Approx(0.0050).epsilon(0.5));
+  CHECK(expected_errors(0.3, false, 0.5, 500, 4 * 3461).D == Approx(point.D));
+  const ExpectedErrors multiplexed = expected_errors(0.3, true, 0.25, 500, 1500);
+  CHECK(multiplexed.c < 0.5 * point.c);
+  CHECK(expected_errors(0.3, true, 0.25, 250, 3000).c == Approx(multiplexed.c));
+}
+
+TEST_CASE("stopping at a precision costs little coverage and no bias") {
+  constexpr int blocks = 32, trials = 3000;
+  const std::uint64_t seed = 20021;
+  CAPTURE(seed);
+  std::mt19937_64 generator(seed);
+  std::normal_distribution<double> normal;
+  for (const int rounds_needed : {4, 12, 30}) {
+    PrecisionSpec asked;
+    asked.c = 1 / std::sqrt(blocks * rounds_needed);
+    int covered = 0;
+    double sum = 0;
+    for (int trial = 0; trial < trials; ++trial) {
+      std::vector<double> sums(blocks);
+      std::uint64_t rounds = 0, next = 1;
+      Transport measured = with_errors(0, 0);
+      do {
+        for (double& one : sums) one += std::sqrt(static_cast<double>(next - rounds)) * normal(generator);
+        rounds = next;
+        next = next_size(rounds);
+        measured.c = estimate_of(sums, static_cast<double>(rounds));
+      } while (!look_at_precision(asked, measured, rounds).reached);
+      const double z = measured.c.value / measured.c.standard_error;
+      covered += std::abs(z) < 1 ? 1 : 0;
+      sum += z;
+    }
+    const double share = static_cast<double>(covered) / trials;
+    const double mean = sum / trials;
+    INFO("rounds needed " << rounds_needed << ": covered " << share << ", mean z " << mean);
+    // Five standard errors of the simulation, 0.0085 and 0.018 each. Without stopping 32 blocks cover 0.675.
+    CHECK(share > 0.655 - 0.043);
+    CHECK(share < 0.675 + 0.043);
+    CHECK(std::abs(mean) < 0.1);
+  }
+}
