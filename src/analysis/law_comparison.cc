@@ -21,6 +21,7 @@ LawOnPiles measure_law(const EnsembleSpec& spec, const EnsembleRecord& record) {
   LawOnPiles result;
   result.law = name_of(spec.sampler.law);
   result.lambda = spec.sampler.law == Law::polytope ? spec.sampler.lambda : std::numeric_limits<double>::quiet_NaN();
+  if (spec.sampler.law == Law::granusolve) result.rules = name_of(spec.sampler.rules);
   result.mu = spec.sampler.mu;
   result.columns = spec.lattice.columns;
   result.layers = spec.lattice.layers;

@@ -83,6 +83,7 @@ struct ChainShare {
 struct LawOnPiles {
   std::string law;
   double lambda = 0;  ///< polytope; otherwise not a number
+  std::string rules;  ///< granusolve: which of its rules mend
   double mu = 0;
   int columns = 0, layers = 0;
   std::uint64_t samples = 0;  ///< piles that entered
@@ -130,6 +131,26 @@ struct Nonlinearity {
   std::vector<LoadExponents> exponents;  ///< multiplexed ascending in epsilon, then point ascending in the overload
 };
 
+/// The worst residual of balance or cone over a range of layers.
+struct ResidualAtDepth {
+  int first_layer = 0, last_layer = 0;
+  double residual = 0;  ///< relative to the largest force of the same layer
+};
+
+/// One pile under conditions that strain the sampler.
+struct StressTrial {
+  double mu = 0;
+  int columns = 0, layers = 0;
+  std::string load;     ///< what rests on the top beads, in words
+  std::string outcome;  ///< solved; or stuck or refused, by name
+  std::string reason;   ///< if not solved
+  bool deep = false;    ///< one of those whose residuals are followed with depth
+  // What follows is known if it was solved.
+  double residual = 0;                  ///< the worst of all layers
+  double rounded_per_bead = 0;          ///< share of the beads put onto a band's end because only rounding missed it
+  std::vector<ResidualAtDepth> depths;  ///< from the top down, ever longer ranges
+};
+
 struct SideMeasurements {
   std::vector<RedrawnBeads> redrawn_beads;    ///< ascending in mu
   std::vector<CountedWork> counted_work;      ///< ascending in mu, then in size
@@ -137,7 +158,9 @@ struct SideMeasurements {
   ScalingFit small_friction_scaling;          ///< tan30 - c_thrust against mu, over all of them
   std::vector<ChainShare> chain_share;        ///< at most one
   std::vector<LawOnPiles> laws;               ///< the larger piles first
+  std::vector<LawOnPiles> law_costs;          ///< ascending in mu, then by law, then in size
   Nonlinearity nonlinearity;
+  std::vector<StressTrial> stress;  ///< the deep piles first, ascending in mu
 };
 
 }  // namespace granuscope

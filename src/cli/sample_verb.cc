@@ -22,6 +22,7 @@ struct SampleOptions {
   std::string law = name_of(Law::granusolve);
   std::string load = name_of(Load::uniform);
   std::string layer_order = name_of(LayerOrder::random);
+  std::string mending_rules = name_of(MendingRules::all);
   int threads = 0;
   bool statistics = false;
   std::string file;
@@ -47,6 +48,7 @@ ExitCode sample(SampleOptions options, VerbContext& context) {
   spec.sampler.law = law_named(options.law);
   spec.load = load_named(options.load);
   spec.sampler.order = layer_order_named(options.layer_order);
+  spec.sampler.rules = mending_rules_named(options.mending_rules);
   const SamplerSpec usual;
   if (spec.sampler.law != Law::polytope &&
       (spec.sampler.lambda != usual.lambda || spec.sampler.burn_in != 0 || spec.sampler.thinning != 0)) {
@@ -124,6 +126,9 @@ void add_sample_verb(CLI::App& app, VerbContext& context) {
       ->check(whole_number());
   verb->add_option("--layer-order", options->layer_order,
                    "granusolve: random, or fixed (breaks the mirror symmetry: for comparison only)")
+      ->capture_default_str();
+  verb->add_option("--mending-rules", options->mending_rules,
+                   "granusolve: all, or no-pair, no-arcs, climb-only (other laws: for comparison only)")
       ->capture_default_str();
   verb->add_option("--threads", options->threads, "threads, 0 for all; never changes a number")
       ->capture_default_str()

@@ -127,6 +127,8 @@ std::string configuration_text(const EnsembleSpec& spec) {
   const std::string chain = s.law == Law::polytope ? fmt::format("lambda={}\nburn_in={}\nthinning={}\n",
                                                                  exact(s.lambda), s.burn_in, s.thinning)
                                                    : "";
+  // And the rules of the law granusolve.
+  const std::string rules = s.rules != MendingRules::all ? fmt::format("rules={}\n", name_of(s.rules)) : "";
   // And the layout of the blocks.
   const std::string layout = spec.layout == BlockLayout::interleaved ? "blocks_of=interleaved\n" : "";
   const bool overloaded = spec.estimator == EstimatorName::paired || (point && spec.load == Load::point);
@@ -137,7 +139,7 @@ std::string configuration_text(const EnsembleSpec& spec) {
       sampling_version, name_of(s.law), exact(s.mu), s.seed, exact(s.effort), s.max_tries, name_of(s.order), chain,
       spec.lattice.columns, spec.lattice.layers, point ? name_of(spec.load) : name_of(spec.estimator),
       overloaded ? exact(spec.overload) : "0", spec.samples, spec.blocks, fmt::join(recorded_layers(spec), ","),
-      spec.record_profiles, estimator, options + layout);
+      spec.record_profiles, estimator, options + rules + layout);
 }
 
 std::vector<double> top_load(const EnsembleSpec& spec) {
@@ -160,6 +162,7 @@ std::string replay_command(const EnsembleSpec& spec, std::uint64_t sample) {
     if (spec.sampler.burn_in > 0) command += fmt::format(" --burn-in {}", spec.sampler.burn_in);
     if (spec.sampler.thinning > 0) command += fmt::format(" --thinning {}", spec.sampler.thinning);
   }
+  if (spec.sampler.rules != SamplerSpec{}.rules) command += " --mending-rules " + name_of(spec.sampler.rules);
   if (spec.sampler.order != SamplerSpec{}.order) command += " --layer-order " + name_of(spec.sampler.order);
   return command + fmt::format(" --seed {} --sample {} --out pile.h5", spec.sampler.seed, sample);
 }

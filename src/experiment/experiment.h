@@ -9,6 +9,7 @@
 #include "analysis/claim_spec.h"
 #include "analysis/fit_spec.h"
 #include "analysis/precision.h"
+#include "analysis/stress.h"
 #include "ensemble/response_spec.h"
 #include "model/lattice.h"
 #include "render/scene.h"
@@ -75,6 +76,8 @@ struct LawComparisonSpec {
   double mu = 0.3;
   int columns = 12, layers = 30;         ///< of the piles of granusolve and polytope
   std::uint64_t samples = 0;             ///< piles of each law; 0: not measured
+  std::vector<double> cost_mu;           ///< where the work of eloy-clement is counted; empty: not at all
+  std::vector<int> cost_sizes{4, 6, 8};  ///< columns and layers of the square piles for it, ascending
   static constexpr int tiny = 6;         ///< columns and layers of the piles that every law can draw
   static constexpr double effort = 1e5;  ///< solutions per bead that eloy-clement is granted
 };
@@ -124,6 +127,7 @@ struct Experiment {
   ChainShareSpec chain_share;
   LawComparisonSpec law_comparison;
   NonlinearitySpec nonlinearity;
+  StressSpec stress;
   ForceChainSpec force_chains;
   ResponseFieldSpec response_field;
   ReportSpec report;

@@ -24,6 +24,7 @@ KeyValue to_value(const std::array<double, 2>& field) { return std::vector<doubl
 KeyValue to_value(const NumberPairs& field) { return field; }
 KeyValue to_value(Law field) { return name_of(field); }
 KeyValue to_value(LayerOrder field) { return name_of(field); }
+KeyValue to_value(MendingRules field) { return name_of(field); }
 
 int to_int(std::int64_t number) {
   if (number < std::numeric_limits<int>::min() || number > std::numeric_limits<int>::max()) {
@@ -64,6 +65,9 @@ void from_value(std::array<double, 2>& field, const KeyValue& value) {
 }
 void from_value(Law& field, const KeyValue& value) { field = law_named(std::get<std::string>(value)); }
 void from_value(LayerOrder& field, const KeyValue& value) { field = layer_order_named(std::get<std::string>(value)); }
+void from_value(MendingRules& field, const KeyValue& value) {
+  field = mending_rules_named(std::get<std::string>(value));
+}
 
 /// `access` returns a reference to the field of the experiment it is given, const or not.
 template <class Access>
@@ -141,6 +145,11 @@ std::vector<ExperimentKey> make_keys() {
           sampling, "layer_order", "",
           "random start and direction in each layer, or fixed (breaks the mirror symmetry: for comparison only)",
           [](auto& e) -> auto& { return e.sampling.order; }),
+      key(
+          sampling, "mending_rules", "",
+          "granusolve: all, or without some of the rules that mend a failing bead (no-pair, no-arcs, climb-only: other "
+          "laws, for comparison only)",
+          [](auto& e) -> auto& { return e.sampling.rules; }),
 
       key(
           response, "estimator", "",
@@ -295,6 +304,22 @@ std::vector<ExperimentKey> make_keys() {
       key(
           "figures.law_comparison", "layers", "layers", "layers of these piles",
           [](auto& e) -> auto& { return e.law_comparison.layers; }),
+      key(
+          "figures.law_comparison", "cost_mu", "",
+          "friction coefficients at which the work of eloy-clement is counted against size, beside granusolve; none: "
+          "not at all",
+          [](auto& e) -> auto& { return e.law_comparison.cost_mu; }),
+      key(
+          "figures.law_comparison", "cost_sizes", "beads", "columns and layers of the square piles for it",
+          [](auto& e) -> auto& { return e.law_comparison.cost_sizes; }),
+      key(
+          "figures.stress", "layers", "layers",
+          "layers of the piles that strain the sampler: friction from 1e-9 to 1.73, with others on four columns and "
+          "under uneven loads beside them; 0: none",
+          [](auto& e) -> auto& { return e.stress.layers; }),
+      key(
+          "figures.stress", "columns", "beads", "beads per layer of these piles",
+          [](auto& e) -> auto& { return e.stress.columns; }),
 
       key(
           loads, "mu", "",

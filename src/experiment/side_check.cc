@@ -151,6 +151,34 @@ Problem find_side_problem(const Experiment& e) {
                      laws.columns, laws.layers, most_polytope_beads);
     }
   }
+  for (const double mu : e.law_comparison.cost_mu) {
+    if (!(mu > 0 && mu <= 0.6)) {
+      return problem(
+          "figures.law_comparison.cost_mu",
+          "{}: without friction nothing fails, and above 0.6 eloy-clement takes for ever even on 6 x 6 beads; "
+          "give more than 0 and at most 0.6",
+          mu);
+    }
+  }
+  for (std::size_t i = 0; i < e.law_comparison.cost_sizes.size(); ++i) {
+    const auto& sizes = e.law_comparison.cost_sizes;
+    if (sizes[i] < 4 || sizes[i] > 40 || (i > 0 && sizes[i] <= sizes[i - 1])) {
+      return problem("figures.law_comparison.cost_sizes",
+                     "{} at place {}: sizes must ascend from 4 beads, the narrowest ring, to at most 40, where nothing "
+                     "eloy-clement begins is finished",
+                     sizes[i], i + 1);
+    }
+  }
+  if (e.stress.layers != 0) {
+    constexpr double most_beads = 2e7;  // held as a whole, some 100 bytes each
+    if (e.stress.layers < 2 || e.stress.columns < 4 ||
+        static_cast<double>(e.stress.layers) * e.stress.columns > most_beads) {
+      return problem("figures.stress.layers",
+                     "{} layers of {} beads: such a pile is held in memory as a whole; give at least 2 layers of 4 "
+                     "beads and at most {:g} beads, or 0 layers for no stress test",
+                     e.stress.layers, e.stress.columns, most_beads);
+    }
+  }
   if (e.chain_share.samples > 0) {
     const char* key = "figures.chain_share.samples";
     if (auto found = find_side_samples_problem(key, e.chain_share.samples, e.response.blocks)) return found;

@@ -28,10 +28,11 @@ double horizontal_left(ContactForce f) { return (-f.N + sqrt3 * f.T) / 2; }
 
 }  // namespace
 
-AuditResult audit(const Pile& pile) {
+std::vector<LayerResidual> audit_layers(const Pile& pile) {
   const Lattice& lattice = pile.lattice;
   const FrictionCone cone(pile.mu);
-  AuditResult worst;
+  std::vector<LayerResidual> layers;
+  layers.reserve(static_cast<std::size_t>(lattice.layers()));
   for (int n = 0; n < lattice.layers(); ++n) {
     double largest = 0, balance = 0, violation = 0;
     for (int i = 0; i < lattice.columns(); ++i) {
@@ -65,16 +66,20 @@ AuditResult audit(const Pile& pile) {
         violation = std::max({violation, std::abs(f.T) - cone.mu() * f.N, -f.N});
       }
     }
-    if (largest == 0) {
-      if (balance > 0 || violation > 0)
-        largest = 1;  // forces vanish but do not balance: report the absolute residual
-      else
-        continue;
-    }
-    if (balance / largest > worst.max_balance_residual)
-      worst.max_balance_residual = balance / largest, worst.balance_layer = n;
-    if (violation / largest > worst.max_cone_violation)
-      worst.max_cone_violation = violation / largest, worst.cone_layer = n;
+    // Where forces vanish but do not balance, the absolute residual.
+    const double unit = largest > 0 ? largest : 1;
+    layers.push_back({balance / unit, violation / unit});
+  }
+  return layers;
+}
+
+AuditResult audit(const Pile& pile) {
+  AuditResult worst;
+  int layer = 0;
+  for (const LayerResidual& one : audit_layers(pile)) {
+    if (one.balance > worst.max_balance_residual) worst.max_balance_residual = one.balance, worst.balance_layer = layer;
+    if (one.cone > worst.max_cone_violation) worst.max_cone_violation = one.cone, worst.cone_layer = layer;
+    ++layer;
   }
   return worst;
 }

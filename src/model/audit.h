@@ -1,4 +1,6 @@
 #pragma once
+#include <vector>
+
 #include "model/pile.h"
 
 namespace granuscope {
@@ -11,8 +13,16 @@ struct AuditResult {
   int cone_layer = 0;               ///< where the worst violation is
 };
 
+/// Worst residuals of one layer, relative to its largest contact force.
+struct LayerResidual {
+  double balance = 0, cone = 0;
+};
+
 /// Recomputes every balance and every cone in normal and tangential components (N, T), which is not the form the
 /// samplers work in. Throws InputError if a force is not finite.
 AuditResult audit(const Pile& pile);
+
+/// The same, layer by layer from the top.
+std::vector<LayerResidual> audit_layers(const Pile& pile);
 
 }  // namespace granuscope

@@ -11,6 +11,7 @@
 
 #include "analysis/analyse.h"
 #include "analysis/precision.h"
+#include "analysis/stress.h"
 #include "experiment/experiment_check.h"
 #include "experiment/experiment_file.h"
 #include "pipeline/ensemble_stage.h"
@@ -23,12 +24,14 @@
 #include "plot/counted_work.h"
 #include "plot/gnuplot.h"
 #include "plot/law_comparison.h"
+#include "plot/law_cost.h"
 #include "plot/nonlinearity.h"
 #include "plot/propagation_against_diffusion.h"
 #include "plot/propagation_and_thrust.h"
 #include "plot/response_profiles.h"
 #include "plot/scaling_with_friction.h"
 #include "plot/small_friction.h"
+#include "plot/stress.h"
 #include "plot/transport_with_depth.h"
 #include "render/gl_context.h"
 #include "report/manifest_json.h"
@@ -252,8 +255,13 @@ class Run {
           fmt::format("{} of {} ensembles were already there and were not drawn again.", reused_, obtained_));
     }
     if (!needs(Stage::analyse)) return;
+    SideMeasurements beside = side.finish();
+    if (experiment_.stress.layers > 0) {
+      timed("stress", [&] { beside.stress = run_stress(experiment_.stress, experiment_.sampling.seed); });
+      say(options_.progress, "strained the sampler");
+    }
     timed("analyse", [&] {
-      data_.analysis = analyse(std::move(measured), side.finish(), experiment_.fit, experiment_.claims,
+      data_.analysis = analyse(std::move(measured), std::move(beside), experiment_.fit, experiment_.claims,
                                experiment_.figures.profile_layers, experiment_.expected_verdicts);
     });
     say(options_.progress, "fitted c, D and the exponents");
@@ -335,6 +343,12 @@ class Run {
       }
       if (!side.laws.empty()) {
         add_figure([&] { return draw_law_comparison(side.laws, options_.folder); });
+      }
+      if (!side.law_costs.empty()) {
+        add_figure([&] { return draw_law_cost(side.law_costs, options_.folder); });
+      }
+      if (!side.stress.empty()) {
+        add_figure([&] { return draw_stress(side.stress, options_.folder); });
       }
     });
     note_version("gnuplot");

@@ -30,6 +30,11 @@ class Planner {
       for (const int size : experiment_.counted_work.sizes) add_counted_work(mu, size);
     }
     if (experiment_.law_comparison.samples > 0) add_laws();
+    for (const double mu : experiment_.law_comparison.cost_mu) {
+      for (const Law law : {Law::granusolve, Law::eloy_clement}) {
+        for (const int size : experiment_.law_comparison.cost_sizes) add_law_cost(law, mu, size);
+      }
+    }
     for (const double mu : experiment_.nonlinearity.mu) add_loads(mu);
     return std::move(planned_);
   }
@@ -80,6 +85,9 @@ class Planner {
     const LawComparisonSpec& asked = experiment_.law_comparison;
     const LatticeSpec small{asked.columns, asked.layers}, tiny{LawComparisonSpec::tiny, LawComparisonSpec::tiny};
     add_law(Law::granusolve, 1, small);
+    for (const MendingRules rules : {MendingRules::no_pair, MendingRules::no_arcs, MendingRules::climb_only}) {
+      add_law(Law::granusolve, 1, small, rules);
+    }
     add_law(Law::polytope, 1, small);
     add_law(Law::polytope, 0, small);
     add_law(Law::granusolve, 1, tiny);
@@ -88,19 +96,36 @@ class Planner {
     add_law(Law::polytope, 1, tiny);
   }
 
-  void add_law(Law law, double lambda, LatticeSpec lattice) {
-    EnsembleSpec spec = spec_at(experiment_.law_comparison.mu, lattice, experiment_.law_comparison.samples);
+  /// Counted, not measured: few blocks, and piles that eloy-clement still finishes.
+  void add_law_cost(Law law, double mu, int size) {
+    EnsembleSpec spec = uniform_piles(law, mu, {size, size}, group_size * counted_work_blocks);
+    spec.blocks = counted_work_blocks;
+    add(SideKind::law_cost, fmt::format("work of {}, mu = {}, {} x {}", name_of(law), mu, size, size),
+        fmt::format("law-cost-{}-mu-{}-{}x{}", name_of(law), exact(mu), size, size), spec);
+  }
+
+  /// Piles of one law as it is by default, every layer recorded.
+  EnsembleSpec uniform_piles(Law law, double mu, LatticeSpec lattice, std::uint64_t samples) const {
+    EnsembleSpec spec = spec_at(mu, lattice, samples);
     SamplerSpec sampler;  // the law as it is by default, whatever the main ensembles are drawn by
     sampler.mu = spec.sampler.mu;
     sampler.seed = spec.sampler.seed;
     sampler.law = law;
-    sampler.lambda = lambda;
     if (law == Law::eloy_clement) sampler.effort = LawComparisonSpec::effort;
     spec.sampler = sampler;
     spec.load = Load::uniform;
     spec.estimator = EstimatorName::point;
     spec.record_profiles = false;
-    const std::string which = law == Law::polytope ? fmt::format("{}-{}", name_of(law), lambda) : name_of(law);
+    return spec;
+  }
+
+  void add_law(Law law, double lambda, LatticeSpec lattice, MendingRules rules = MendingRules::all) {
+    EnsembleSpec spec = uniform_piles(law, experiment_.law_comparison.mu, lattice, experiment_.law_comparison.samples);
+    spec.sampler.lambda = lambda;
+    spec.sampler.rules = rules;
+    const std::string which = law == Law::polytope         ? fmt::format("{}-{}", name_of(law), lambda)
+                              : rules != MendingRules::all ? fmt::format("{}-{}", name_of(law), name_of(rules))
+                                                           : name_of(law);
     add(SideKind::law_comparison, fmt::format("law {}, {} x {}", which, lattice.columns, lattice.layers),
         fmt::format("law-{}-{}x{}", which, lattice.columns, lattice.layers), spec);
   }
@@ -186,6 +211,9 @@ void SideMeasurer::add(const SideEnsemble& side, const MeasuredEnsemble& ensembl
       break;
     case SideKind::law_comparison:
       measured_.laws.push_back(measure_law(side.planned.spec, ensemble.record));
+      break;
+    case SideKind::law_cost:
+      measured_.law_costs.push_back(measure_law(side.planned.spec, ensemble.record));
       break;
     case SideKind::nonlinearity: {
       MeasuredEnsemble kept = ensemble;

@@ -11,7 +11,15 @@
 namespace granuscope {
 
 /// What a side measurement is for.
-enum class SideKind { redrawn_beads, counted_work, small_friction, chain_share, law_comparison, nonlinearity };
+enum class SideKind {
+  redrawn_beads,
+  counted_work,
+  small_friction,
+  chain_share,
+  law_comparison,
+  law_cost,
+  nonlinearity
+};
 
 /// One small ensemble beside the main ones.
 struct SideEnsemble {

@@ -24,7 +24,8 @@ std::string in_words(const Estimate& number) {
 
 std::string name_in_words(const LawOnPiles& one) {
   const std::string lambda = std::isfinite(one.lambda) ? ", λ = " + caption_number(one.lambda) : "";
-  return fmt::format("{}{}, {} × {}", one.law, lambda, one.columns, one.layers);
+  const std::string rules = one.rules.empty() || one.rules == "all" ? "" : " (" + one.rules + ")";
+  return fmt::format("{}{}{}, {} × {}", one.law, rules, lambda, one.columns, one.layers);
 }
 
 }  // namespace
@@ -33,7 +34,7 @@ Figure draw_law_comparison(const std::vector<LawOnPiles>& laws, const std::files
   PlotPlan plan;
   plan.id = figure_id;
   plan.script = "law_comparison";
-  plan.height = 4.4;
+  plan.height = 5;
   std::vector<std::string> curves, titles, mended, failed;
   Range layers, alphas;
   layers.add(0);
@@ -63,7 +64,7 @@ Figure draw_law_comparison(const std::vector<LawOnPiles>& laws, const std::files
                     gnuplot_string(fmt::format("{}:  α = {},  var w = {},  {} draws per bead", name_in_words(one),
                                                in_words(one.alpha_thrust), in_words(one.weight_variance),
                                                caption_number(one.draws_per_bead, 3)))));
-    if (one.law == "granusolve") {
+    if (one.rules == "all") {
       mended.push_back(fmt::format(
           "on {} × {} beads the pair rule gave {:.2f} %, arcs and rings {:.3f} % and climbs {:.3f} % of the beads "
           "their "

@@ -64,6 +64,7 @@ Json numerics_view(const Json& summary, const ReportData& data) {
     row["draws_per_bead"] = fixed_cell(summary, pointer + "/sampler/draws_per_bead", 3);
     row["mended_per_bead"] = fixed_cell(summary, pointer + "/sampler/mended_per_bead", 4);
     row["climbed_per_bead"] = fixed_cell(summary, pointer + "/sampler/climbed_per_bead", 4);
+    row["rounded_per_bead"] = number_cell(summary, pointer + "/sampler/rounded_per_bead");
     row["window"] = {{"first", number_cell(summary, pointer + "/window_layers/0")},
                      {"last", number_cell(summary, pointer + "/window_layers/1")}};
     row["failed_count"] = std::to_string(results[i].at("failed").size());

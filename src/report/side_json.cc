@@ -45,6 +45,8 @@ Json to_json(const ChainShare& share);
 Json to_json(const LawOnPiles& one);
 Json to_json(const LoadResponse& one);
 Json to_json(const LoadExponents& one);
+Json to_json(const ResidualAtDepth& range);
+Json to_json(const StressTrial& trial);
 
 template <typename Item>
 Json list_of(const std::vector<Item>& items) {
@@ -76,6 +78,7 @@ Json to_json(const ChainShareAtDepth& depth) {
 Json to_json(const LawOnPiles& one) {
   Json json = {{"law", one.law}};
   if (one.law == "polytope") json["lambda"] = one.lambda;
+  if (one.law == "granusolve") json["mending_rules"] = one.rules;
   json.update(Json{{"mu", one.mu},
                    {"columns", one.columns},
                    {"layers", one.layers},
@@ -138,6 +141,26 @@ Json to_json(const LoadExponents& one) {
           {"gamma_minus_linear", granuscope::to_json(one.gamma_shift)}};
 }
 
+Json to_json(const ResidualAtDepth& range) {
+  return {{"layers", {range.first_layer, range.last_layer}}, {"residual", range.residual}};
+}
+
+Json to_json(const StressTrial& trial) {
+  Json json = {{"mu", trial.mu},
+               {"columns", trial.columns},
+               {"layers", trial.layers},
+               {"load", trial.load},
+               {"outcome", trial.outcome}};
+  if (trial.outcome != "solved") {
+    json["reason"] = trial.reason;
+    return json;
+  }
+  json["residual"] = trial.residual;
+  json["rounded_per_bead"] = trial.rounded_per_bead;
+  json["depths"] = list_of(trial.depths);
+  return json;
+}
+
 }  // namespace
 
 Json to_json(const SideMeasurements& side) {
@@ -153,8 +176,10 @@ Json to_json(const SideMeasurements& side) {
   }
   json["chain_share"] = list_of(side.chain_share);
   json["laws"] = list_of(side.laws);
+  json["law_costs"] = list_of(side.law_costs);
   json["nonlinearity"]["responses"] = list_of(side.nonlinearity.responses);
   json["nonlinearity"]["exponents"] = list_of(side.nonlinearity.exponents);
+  json["stress"] = list_of(side.stress);
   return json;
 }
 

@@ -322,7 +322,10 @@ GranusolveSampler::Mend GranusolveSampler::mend(int layer, int bead) {
 }
 
 bool GranusolveSampler::change_parents(int layer, int bead) {
-  if (mend_by_pair(layer, bead)) return true;
+  const bool pair = spec_.rules == MendingRules::all || spec_.rules == MendingRules::no_arcs;
+  const bool arcs = spec_.rules == MendingRules::all || spec_.rules == MendingRules::no_pair;
+  if (pair && mend_by_pair(layer, bead)) return true;
+  if (!arcs) return false;
   for (int parents = 4; parents < lattice_.columns(); parents *= 2) {
     const ArcOutcome outcome = mend_by_arc(layer, bead, parents);
     if (outcome != ArcOutcome::too_narrow) return outcome == ArcOutcome::mended;

@@ -51,7 +51,8 @@ std::span<const PileGroup> GranusolveSampler::draw_groups(std::span<const std::u
       ++count;
     }
     parts.push_back({done, count, nullptr});
-    if (count < 2 || !GranusolveGroup::fits(lattice_)) continue;
+    // Groups mend by the pair rule.
+    if (count < 2 || spec_.rules != MendingRules::all || !GranusolveGroup::fits(lattice_)) continue;
     if (together.size() == together_.size()) {
       if (!kept_layers_) {
         kept_layers_.emplace(static_cast<std::size_t>(lattice_.layers()));

@@ -171,6 +171,29 @@ LayerOrder layer_order_named(const std::string& name) {
   throw InputError(fmt::format("there is no layer order \"{}\": write \"random\" or \"fixed\"", name));
 }
 
+std::string name_of(MendingRules rules) {
+  switch (rules) {
+    case MendingRules::all:
+      return "all";
+    case MendingRules::no_pair:
+      return "no-pair";
+    case MendingRules::no_arcs:
+      return "no-arcs";
+    case MendingRules::climb_only:
+      return "climb-only";
+  }
+  return {};
+}
+
+MendingRules mending_rules_named(const std::string& name) {
+  for (MendingRules rules :
+       {MendingRules::all, MendingRules::no_pair, MendingRules::no_arcs, MendingRules::climb_only}) {
+    if (name_of(rules) == name) return rules;
+  }
+  throw InputError(fmt::format(
+      "there are no mending rules \"{}\": write \"all\", \"no-pair\", \"no-arcs\" or \"climb-only\"", name));
+}
+
 void validate(const SamplerSpec& spec) {
   if (!(spec.effort >= 1 && spec.effort <= max_effort)) {
     throw InputError(fmt::format(
@@ -185,6 +208,11 @@ void validate(const SamplerSpec& spec) {
         fmt::format("lambda {} is out of range: 0 is the flat measure, 1 the law rejection; use a number from 0 to 1",
                     spec.lambda));
   }
+  if (spec.rules != MendingRules::all && spec.law != Law::granusolve) {
+    throw InputError(fmt::format(
+        "the mending rules \"{}\" belong to the law granusolve and would change nothing under {}; leave them out",
+        name_of(spec.rules), name_of(spec.law)));
+  }
   if (spec.burn_in > most_sweeps || spec.thinning > most_sweeps) {
     throw InputError(
         fmt::format("burn_in {} or thinning {} is out of range: a chain counts no more than {} sweeps of each; use "
@@ -196,7 +224,9 @@ void validate(const SamplerSpec& spec) {
 std::size_t piles_at_once(const SamplerSpec& spec, const Lattice& lattice) {
   // Where few beads fail, two groups at once cost more memory traffic than they hide waiting.
   constexpr double least_mu_for_two = 0.2;
-  if (spec.law != Law::granusolve || !(spec.mu > 0) || !GranusolveGroup::fits(lattice)) return 1;
+  if (spec.law != Law::granusolve || spec.rules != MendingRules::all || !(spec.mu > 0) ||
+      !GranusolveGroup::fits(lattice))
+    return 1;
   return spec.mu >= least_mu_for_two ? 2 * group_lanes : group_lanes;
 }
 

@@ -78,7 +78,9 @@ Experiment unusual_experiment() {
   e.small_friction = {{0.05, 0.1}, 48, 6.5, 512};
   e.small_friction.samples = 520;
   e.chain_share.samples = 640;
-  e.law_comparison = {0.25, 8, 20, 768};
+  e.law_comparison = {0.25, 8, 20, 768, {0.1, 0.2}, {5, 7}};
+  e.stress = {400, 24};
+  e.sampling.rules = MendingRules::no_arcs;
   e.nonlinearity = {{0.1, 0.2}, {0.05, 0.125}, {0.5, 2}, 2048, 4096};
   e.figures.bead_forces = false;
   e.figures.scaling_with_friction = false;

@@ -1,0 +1,91 @@
+#include "plot/law_cost.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <map>
+#include <utility>
+
+#include "plot/choice.h"
+#include "plot/csv_table.h"
+#include "plot/figure_words.h"
+#include "plot/plot_script.h"
+#include "plot/series_style.h"
+#include "support/error.h"
+#include "support/number_format.h"
+
+namespace granuscope {
+
+namespace {
+
+constexpr const char* figure_id = "law-cost";
+
+/// "at μ = 0.3 eloy-clement draws 2 numbers per bead on 4 × 4 and 500 on 10 × 10 beads"
+std::string growth_in_words(const LawOnPiles& smallest, const LawOnPiles& largest) {
+  return fmt::format("{} at μ = {} draws {} numbers per bead on {} × {} and {} on {} × {} beads", largest.law,
+                     caption_number(largest.mu), caption_number(smallest.draws_per_bead, 3), smallest.columns,
+                     smallest.layers, caption_number(largest.draws_per_bead, 3), largest.columns, largest.layers);
+}
+
+}  // namespace
+
+Figure draw_law_cost(const std::vector<LawOnPiles>& costs, const std::filesystem::path& run_folder) {
+  std::map<std::pair<std::string, double>, std::vector<const LawOnPiles*>> curves_of;
+  std::vector<std::string> incomplete;
+  Range columns, draws;
+  draws.add(1);
+  for (const LawOnPiles& one : costs) {
+    if (one.failed > 0) {
+      incomplete.push_back(fmt::format("{} of {} piles of {} × {} beads under {} at μ = {}", one.failed,
+                                       one.failed + one.samples, one.columns, one.layers, one.law,
+                                       caption_number(one.mu)));
+    }
+    // What failed has drawn without an end: its work is no one's.
+    if (one.failed > 0 || !std::isfinite(one.draws_per_bead)) continue;
+    curves_of[{one.law, one.mu}].push_back(&one);
+    columns.add(one.columns);
+    draws.add(one.draws_per_bead);
+  }
+  if (curves_of.empty()) {
+    throw InputError(
+        "the figure of the laws' work has nothing to show, because no size was completed; give smaller "
+        "figures.law_comparison.cost_sizes");
+  }
+  PlotPlan plan;
+  plan.id = figure_id;
+  plan.script = "law_cost";
+  plan.height = 3;
+  std::vector<std::string> curves, titles, growth;
+  for (const auto& [which, sizes] : curves_of) {
+    CsvTable table({"columns", "layers", "piles", "draws_per_bead"});
+    for (const LawOnPiles* one : sizes) {
+      table.add_row({static_cast<double>(one->columns), static_cast<double>(one->layers),
+                     static_cast<double>(one->samples), one->draws_per_bead});
+    }
+    const auto& [law, mu] = which;
+    const std::string file = fmt::format("{}-{}-mu-{}.csv", figure_id, law, exact(mu));
+    plan.data[file] = table.text();
+    const std::string style = series_style(curves.size());
+    curves.push_back(
+        fmt::format("'{}' using 1:4 with linespoints linewidth 1.2 pointsize 0.55 {} notitle", file, style));
+    titles.push_back(fmt::format("keyentry with linespoints linewidth 1.2 pointsize 0.55 {} title {}", style,
+                                 gnuplot_string(fmt::format("{}, μ = {}", law, caption_number(mu)))));
+    growth.push_back(growth_in_words(*sizes.front(), *sizes.back()));
+  }
+  plan.curves = static_cast<int>(curves.size());
+  const Range up = widened_by_factor(draws, 1.5);
+  Figure figure = draw_plot(plan,
+                            {{"curves", fmt::format("{}", fmt::join(curves, ", \\\n    "))},
+                             {"titles", fmt::format("{}", fmt::join(titles, ", \\\n    "))},
+                             {"left", exact(columns.low - 0.5)},
+                             {"right", exact(columns.high + 0.5)},
+                             {"column_ticks", linear_ticks(columns, 8)},
+                             {"low", exact(up.low)},
+                             {"high", exact(up.high)},
+                             {"ticks", log_ticks(up)}},
+                            run_folder);
+  set_words(figure, "plot/law_cost.words", {{"growth", enumeration(growth)}, {"incomplete", enumeration(incomplete)}});
+  return figure;
+}
+
+}  // namespace granuscope

@@ -1,0 +1,67 @@
+// Sources: independent piles are worth as many as they are; a chain stopped after each sweep is worth fewer. The top
+// layer's variance of the weights under a uniform load is 0, and rejection on 6 x 6 beads has known values elsewhere
+// (tests/sampling/rejection_test.cc): here only the bookkeeping is held.
+#include "analysis/law_comparison.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "analysis/effective_samples.h"
+#include "ensemble/ensemble_runner.h"
+
+using namespace granuscope;
+
+namespace {
+
+EnsembleSpec piles_of(Law law) {
+  EnsembleSpec spec;
+  spec.sampler.law = law;
+  spec.sampler.mu = 0.3;
+  spec.lattice = {6, 6};
+  spec.load = Load::uniform;
+  spec.record_profiles = false;
+  spec.samples = 2048;
+  spec.blocks = 32;
+  return spec;
+}
+
+}  // namespace
+
+TEST_CASE("Independent piles count in full, those of a chain hardly left to run count less") {
+  const auto independent = effective_samples(run_ensemble(piles_of(Law::granusolve), 1, nullptr).sums);
+  REQUIRE(independent.known());
+  CAPTURE(independent.value, independent.standard_error);
+  CHECK(std::abs(independent.value - 2048) < 5 * independent.standard_error);
+  EnsembleSpec spec = piles_of(Law::polytope);
+  spec.sampler.burn_in = 50;
+  spec.sampler.thinning = 1;
+  const auto chained = effective_samples(run_ensemble(spec, 1, nullptr).sums);
+  REQUIRE(chained.known());
+  CAPTURE(chained.value, chained.standard_error);
+  CHECK(chained.value + 5 * chained.standard_error < 2048);
+}
+
+TEST_CASE("The comparison of laws keeps each law's name, size, work and its means over the middle third") {
+  EnsembleSpec spec = piles_of(Law::granusolve);
+  spec.samples = 512;
+  spec.sampler.rules = MendingRules::no_pair;
+  const EnsembleRecord record = run_ensemble(spec, 1, nullptr);
+  const LawOnPiles measured = measure_law(spec, record);
+  CHECK(measured.law == "granusolve");
+  CHECK(measured.rules == "no-pair");
+  CHECK(std::isnan(measured.lambda));
+  CHECK(measured.samples == 512);
+  CHECK(measured.failed == 0);
+  CHECK(measured.pair_per_bead == 0);
+  CHECK(measured.arc_per_bead > 0);
+  CHECK(measured.draws_per_bead > 1);
+  REQUIRE(measured.depths.size() == 6);
+  CHECK(measured.depths.front().weight_variance.value == Approx(0).margin(1e-12));
+  CHECK(measured.first_layer == 2);
+  CHECK(measured.last_layer == 3);
+  CHECK(measured.alpha_thrust.value ==
+        Approx((measured.depths[2].thrust_ratio.value + measured.depths[3].thrust_ratio.value) / 2));
+  CHECK(measured.c_thrust.value == Approx(std::sqrt(measured.alpha_thrust.value / 3)));
+  CHECK(measured.weight_variance.value ==
+        Approx((measured.depths[2].weight_variance.value + measured.depths[3].weight_variance.value) / 2));
+}

@@ -1,0 +1,66 @@
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "plot/law_cost.h"
+#include "plot/stress.h"
+#include "plot/synthetic_analysis.h"
+#include "plot/temporary_folder.h"
+#include "support/atomic_file.h"
+#include "support/error.h"
+
+using namespace granuscope;
+using synthetic::TemporaryFolder;
+
+namespace {
+
+bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
+}  // namespace
+
+TEST_CASE("Work of the laws against size leaves out and names what was not completed") {
+  const TemporaryFolder run;
+  std::vector<LawOnPiles> costs;
+  for (const char* law : {"granusolve", "eloy-clement"}) {
+    for (const int size : {4, 6, 8}) {
+      LawOnPiles one;
+      one.law = law;
+      one.mu = 0.3;
+      one.columns = one.layers = size;
+      one.samples = 64;
+      one.draws_per_bead = one.law == "granusolve" ? 1.4 : std::exp(size);
+      costs.push_back(one);
+    }
+  }
+  costs.back().failed = 5;
+  const Figure figure = draw_law_cost(costs, run.path());
+  CHECK(figure.data.size() == 2);
+  CHECK(contains(figure.caption, "5 of 69 piles of 8 × 8 beads under eloy-clement at μ = 0.3"));
+  CHECK(contains(figure.caption, "eloy-clement at μ = 0.3 draws 54.6 numbers per bead on 4 × 4 and 403 on 6 × 6"));
+  CHECK(contains(read_file(run.path() / figure.screen), "eloy-clement, μ = 0.3"));
+  CHECK_THROWS_AS(draw_law_cost({}, run.path()), InputError);
+}
+
+TEST_CASE("Residuals are drawn against depth for the deep piles that were solved") {
+  const TemporaryFolder run;
+  std::vector<StressTrial> trials(3);
+  for (StressTrial& trial : trials) {
+    trial.columns = 64;
+    trial.layers = 1000;
+    trial.outcome = "solved";
+    trial.deep = true;
+    trial.residual = 3e-15;
+    trial.depths = {{0, 0, 0.0}, {1, 1, 1e-16}, {2, 3, 4e-16}, {4, 999, 3e-15}};
+  }
+  trials[0].mu = tan30;
+  trials[1].mu = 1.73;
+  trials[1].deep = false;
+  trials[2].outcome = "stuck";
+  trials[2].mu = 1e-9;
+  trials[2].reason = "the effort ran out";
+  const Figure figure = draw_stress(trials, run.path());
+  CHECK(figure.data.size() == 1);
+  CHECK(contains(figure.caption, "Not solved: μ = 1e-09 (the effort ran out)"));
+  CHECK(contains(read_file(run.path() / figure.screen), "1/√3"));
+  trials[0].deep = false;
+  CHECK_THROWS_AS(draw_stress(trials, run.path()), InputError);
+}
