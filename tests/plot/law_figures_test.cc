@@ -59,7 +59,7 @@ TEST_CASE("Residuals are drawn against depth for the deep piles that were solved
   trials[2].reason = "the effort ran out";
   const Figure figure = draw_stress(trials, run.path());
   CHECK(figure.data.size() == 1);
-  CHECK(contains(figure.caption, "Not solved: μ = 1e-09 (the effort ran out)"));
+  CHECK(contains(figure.caption, "Not solved: μ = 10⁻⁹ (the effort ran out)"));
   CHECK(contains(read_file(run.path() / figure.screen), "1/√3"));
   trials[0].deep = false;
   CHECK_THROWS_AS(draw_stress(trials, run.path()), InputError);
