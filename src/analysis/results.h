@@ -96,6 +96,7 @@ struct Transport {
   double draws_per_bead = 0;
   double mended_per_bead = 0;
   double climbed_per_bead = 0;
+  double rounded_per_bead = 0;  ///< share put onto the end of a band that only rounding missed
 
   std::vector<DepthFit> depths;           ///< ascending, also shallower than the window
   std::vector<ResponseProfile> profiles;  ///< the layers asked for by figures

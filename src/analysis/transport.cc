@@ -299,6 +299,7 @@ MeasuredTransport measure_transport(const MeasuredEnsemble& ensemble, const FitS
   t.mended_per_bead =
       per_bead(record.counts.mended_by_pair + record.counts.mended_by_arc + record.counts.mended_by_ring);
   t.climbed_per_bead = per_bead(record.counts.climbed);
+  t.rounded_per_bead = per_bead(record.counts.rounded);
 
   // A block all of whose piles failed leaves nothing to average.
   if (std::find(record.sums.count.begin(), record.sums.count.end(), 0) != record.sums.count.end()) {

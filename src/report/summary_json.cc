@@ -116,6 +116,7 @@ Json to_json(const Transport& result) {
   json["sampler"]["draws_per_bead"] = finite_or_null(result.draws_per_bead);
   json["sampler"]["mended_per_bead"] = finite_or_null(result.mended_per_bead);
   json["sampler"]["climbed_per_bead"] = finite_or_null(result.climbed_per_bead);
+  json["sampler"]["rounded_per_bead"] = finite_or_null(result.rounded_per_bead);
   if (json["sampler"]["draws_per_bead"].is_null()) json["sampler"]["reason"] = "no pile was completed";
   return json;
 }
