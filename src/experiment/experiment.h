@@ -88,6 +88,7 @@ struct ForceChainSpec {
   std::uint64_t sample = 0;  ///< of the experiment's seed
   SceneSpec scene;           ///< its window is ignored: columns and layers above say what is shown
   bool weight = true;        ///< also the weights of the same pile's beads
+  bool friction = false;     ///< also how much of its friction each contact uses
   bool response = true;      ///< also how they change with the overload, every bead keeping its random number
 
   /// Saturates: what is absurd is refused, but only after it has been looked at.

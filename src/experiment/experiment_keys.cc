@@ -350,6 +350,10 @@ std::vector<ExperimentKey> make_keys() {
           "scenes.weight", "draw", "", "draw the weights of the beads of scenes.force_chains, darker where larger",
           [](auto& e) -> auto& { return e.force_chains.weight; }),
       key(
+          "scenes.friction", "draw", "",
+          "draw how much of its friction each contact of scenes.force_chains mobilises, |T| / (mu N)",
+          [](auto& e) -> auto& { return e.force_chains.friction; }),
+      key(
           "scenes.response", "draw", "",
           "draw how those weights change with the overload, every bead keeping its random number",
           [](auto& e) -> auto& { return e.force_chains.response; }),
