@@ -269,7 +269,7 @@ constexpr std::array<SmallLaw, 3> small_laws{
       {6, 6},
       "this law throws a whole pile away for one failing bead: piles in which peaks stand apart are never completed"},
      {Law::polytope,
-      {12, 24},
+      {8, 12},
       "the chain of this law forgets its past more slowly the larger the pile: peaks stand apart only in piles that it "
       "would sample for hours"}}};
 

@@ -79,6 +79,13 @@ struct LawComparisonSpec {
   static constexpr double effort = 1e5;  ///< solutions per bead that eloy-clement is granted
 };
 
+/// The error of each estimator against its run time, on ensembles of their own.
+struct ErrorAgainstTimeSpec {
+  int repetitions = 0;  ///< independent ones of each estimator; 0: not measured
+  double mu = 0.3;
+  int columns = 500, layers = 200;
+};
+
 /// The rendered force network of one named pile (the paper's Fig. 1, right): never a chosen sample.
 struct ForceChainSpec {
   bool draw = true;
@@ -125,6 +132,7 @@ struct Experiment {
   ChainShareSpec chain_share;
   LawComparisonSpec law_comparison;
   NonlinearitySpec nonlinearity;
+  ErrorAgainstTimeSpec error_against_time;
   ForceChainSpec force_chains;
   ResponseFieldSpec response_field;
   ReportSpec report;

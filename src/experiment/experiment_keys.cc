@@ -88,6 +88,7 @@ std::vector<ExperimentKey> make_keys() {
   const std::string work = "figures.counted_work";
   const std::string small = "figures.small_friction";
   const std::string loads = "figures.nonlinearity";
+  const std::string errors = "figures.error_against_time";
   const std::string chains = "scenes.force_chains";
   return {
       key(
@@ -295,6 +296,20 @@ std::vector<ExperimentKey> make_keys() {
       key(
           "figures.law_comparison", "layers", "layers", "layers of these piles",
           [](auto& e) -> auto& { return e.law_comparison.layers; }),
+      key(
+          errors, "repetitions", "repetitions",
+          "independent repetitions of each estimator from which its error is taken and drawn against its run time; 0: "
+          "none",
+          [](auto& e) -> auto& { return e.error_against_time.repetitions; }),
+      key(
+          errors, "mu", "", "friction coefficient of that comparison",
+          [](auto& e) -> auto& { return e.error_against_time.mu; }),
+      key(
+          errors, "columns", "beads", "beads per layer of its piles",
+          [](auto& e) -> auto& { return e.error_against_time.columns; }),
+      key(
+          errors, "layers", "layers", "layers of its piles",
+          [](auto& e) -> auto& { return e.error_against_time.layers; }),
 
       key(
           loads, "mu", "",

@@ -79,6 +79,7 @@ Experiment unusual_experiment() {
   e.small_friction.samples = 520;
   e.chain_share.samples = 640;
   e.law_comparison = {0.25, 8, 20, 768};
+  e.error_against_time = {24, 0.25, 300, 150};
   e.nonlinearity = {{0.1, 0.2}, {0.05, 0.125}, {0.5, 2}, 2048, 4096};
   e.figures.bead_forces = false;
   e.figures.scaling_with_friction = false;
