@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "analysis/transport.h"
 #include "ensemble/ensemble_runner.h"
 
 namespace granuscope {
@@ -12,14 +13,14 @@ TEST_CASE("error curves: the scatter over repetitions of one, two, ... units, an
   spec.estimator = EstimatorName::multiplexed;
   spec.sampler.mu = 0.3;
   spec.epsilon = 0.5;
-  spec.lattice = {128, 80};
+  spec.lattice = {256, 120};
   spec.blocks = 8 * repetition_blocks;
   spec.samples = 8 * 64;
   const FitSpec fit = error_curve_fit(spec.lattice);
-  CHECK(fit.last_layer == 59);
+  CHECK(fit.last_layer == 99);
   CHECK(fit.first_layer < fit.last_layer / 2);
   CHECK(fit.layer_step % 2 == 1);
-  for (int n = fit.first_layer; n <= fit.last_layer; n += fit.layer_step) spec.layers.push_back(n);
+  spec.layers = layers_to_record(fit, {});
   const EnsembleRecord record = run_ensemble(spec, 2, nullptr);
   const ErrorCurve curve = measure_error_curve(spec, record, 2);
   REQUIRE(curve.points.size() == 2);
@@ -28,8 +29,8 @@ TEST_CASE("error curves: the scatter over repetitions of one, two, ... units, an
   CHECK(curve.points[1].samples == 128);
   CHECK(curve.points[1].repetitions == 4);
   CHECK(curve.samples == spec.samples);
-  CHECK(curve.c.value == Approx(0.56).margin(0.03));
-  CHECK(curve.points[0].scatter_c > 1e-4);
+  CHECK(curve.c.value == Approx(0.56).margin(0.02));
+  CHECK(curve.points[0].scatter_c > 1e-5);
   CHECK(curve.points[0].scatter_c < 0.02);
   CHECK(curve.c.standard_error == Approx(curve.points[0].scatter_c / std::sqrt(8.0)));
   // Two sizes, known to 1/sqrt(14) and 1/sqrt(6): the slope is the quotient of differences.
