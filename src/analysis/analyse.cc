@@ -17,7 +17,9 @@ Analysis analyse(std::vector<MeasuredTransport> measured, SideMeasurements side,
   Analysis analysis;
   analysis.side = std::move(side);
   for (const MeasuredTransport& result : measured) analysis.results.push_back(result.transport);
-  analysis.scaling = fit_scaling(measured, fit.scaling_window);
+  ScalingWithNeighbours scaling = fit_scaling_with_neighbours(measured, fit.scaling_window);
+  analysis.scaling = std::move(scaling.fits);
+  analysis.neighbours = std::move(scaling.neighbours);
   for (const auto& window : fit.other_scaling_windows) analysis.other_windows.push_back(fit_scaling(measured, window));
   for (const int layer : ratio_layers) {
     analysis.by_ratio.push_back(fit_ratio_scaling(measured, layer, fit.scaling_window));

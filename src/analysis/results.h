@@ -16,14 +16,16 @@ namespace granuscope {
 /// The double-Gaussian fit of the response at one layer (the paper's G(x), integrated over the bead width).
 struct DepthFit {
   int layer = 0;
-  double z = 0;             ///< bead diameters
-  Estimate peak_position;   ///< x_p, bead diameters
-  Estimate width;           ///< W, bead diameters
-  Estimate width_squared;   ///< W^2
-  Estimate thrust_ratio;    ///< alpha_n of the contacts leaving this layer
-  Estimate peak_height;     ///< per bead diameter and unit overload, see peak_height.h
-  PeakEvidence evidence;    ///< for two peaks against one; NaN where nothing was fitted
-  double chi2_per_dof = 0;  ///< with the noise spectrum estimated from the ensemble
+  double z = 0;                ///< bead diameters
+  Estimate peak_position;      ///< x_p, bead diameters
+  Estimate width;              ///< W, bead diameters
+  Estimate width_squared;      ///< W^2
+  Estimate thrust_ratio;       ///< alpha_n of the contacts leaving this layer
+  Estimate peak_height;        ///< per bead diameter and unit overload, see peak_height.h
+  Estimate fitted_area;        ///< with the area left free, see shape_diagnostics.h
+  Estimate centre_background;  ///< share spread evenly between the peaks, see shape_diagnostics.h
+  PeakEvidence evidence;       ///< for two peaks against one; NaN where nothing was fitted
+  double chi2_per_dof = 0;     ///< with the noise spectrum estimated from the ensemble
   int degrees_of_freedom = 0;
   double misfit = 0;           ///< share of the response that the shape misses, see shape_fit.h
   double misfit_at_least = 0;  ///< the same, two of its standard errors lower
@@ -65,6 +67,15 @@ struct PrecisionOutcome {
   std::string reason;  ///< why not; not empty if and only if it was asked for and not reached
 };
 
+/// What c and D become in a window beside that of the fit.
+struct WindowNeighbour {
+  std::string change;           ///< "without_shallowest_quarter", "without_deepest_quarter" or "longer_above"
+  std::array<int, 2> layers{};  ///< first and last layer; 0 if unknown
+  int depths = 0;
+  Estimate c, D;
+  Estimate c_shift, D_shift;  ///< minus those of the window, with their own errors
+};
+
 /// Everything measured at one friction coefficient.
 struct Transport {
   double mu = 0;
@@ -88,6 +99,11 @@ struct Transport {
   Estimate c_minus_c_thrust;           ///< their difference, with its own (correlated) error
   std::array<int, 2> window_layers{};  ///< first and last layer of the fit window
   int depths_in_window = 0;
+
+  std::vector<WindowNeighbour> neighbours;  ///< of that window; their spread is the systematic error of c and D
+  Estimate fitted_area;                     ///< mean over the window, see shape_diagnostics.h
+  Estimate centre_background;               ///< likewise
+  double largest_misfit = 0;                ///< largest misfit_at_least over the window
 
   Laws laws;
   LineTest position_line;  ///< of x_p = x_0 + c z
@@ -116,6 +132,13 @@ struct RatioScaling {
   ScalingFits fits;
 };
 
+/// The exponents from a window beside that of the fit.
+struct ScalingNeighbour {
+  std::string change;  ///< as in WindowNeighbour, or "without_lowest_mu", "without_highest_mu"
+  ScalingFits fits;
+  Estimate beta_shift, gamma_shift, alpha_shift;  ///< minus the exponents of the windows themselves
+};
+
 /// One claim of the paper held against the measurement.
 struct Claim {
   std::string id;         ///< "D-of-mu", ...
@@ -133,8 +156,9 @@ struct Claim {
 
 /// What the analysis stage hands on.
 struct Analysis {
-  std::vector<Transport> results;  ///< ascending in mu
-  ScalingFits scaling;             ///< over the primary window
+  std::vector<Transport> results;            ///< ascending in mu
+  ScalingFits scaling;                       ///< over the primary window
+  std::vector<ScalingNeighbour> neighbours;  ///< of the windows of depth and of mu
   std::vector<ScalingFits> other_windows;
   std::vector<RatioScaling> by_ratio;  ///< over the primary window, at the layers of the response profiles
   Laws mean_laws;                      ///< over all mu with scatter, see law_average.h

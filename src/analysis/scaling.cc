@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 
 #include "analysis/power_law.h"
 #include "model/lattice.h"
@@ -14,7 +15,12 @@ constexpr double window_slack = 1e-9;
 
 struct Points {
   std::vector<Replicated> x, y;  ///< logarithms
-  ScalingFit fit(std::array<double, 2> window) const { return fit_power_law(x, y, window); }
+  ReplicatedPowerLaw fit(std::array<double, 2> window) const { return fit_replicated_power_law(x, y, window); }
+};
+
+struct ReplicatedFits {
+  ReplicatedPowerLaw beta, gamma, alpha;
+  ScalingFits shown() const { return {beta.fit, gamma.fit, alpha.fit}; }
 };
 
 /// c and D of one friction coefficient, however they were read.
@@ -24,7 +30,7 @@ struct Coefficients {
   const Replicated& D;
 };
 
-ScalingFits fit_all(const std::vector<Coefficients>& coefficients, std::array<double, 2> window) {
+ReplicatedFits fit_all(const std::vector<Coefficients>& coefficients, std::array<double, 2> window) {
   Points beta, gamma, alpha;
   for (const Coefficients& one : coefficients) {
     if (one.mu < window[0] - window_slack || one.mu > window[1] + window_slack) continue;
@@ -39,15 +45,78 @@ ScalingFits fit_all(const std::vector<Coefficients>& coefficients, std::array<do
   return {beta.fit(window), gamma.fit(window), alpha.fit(window)};
 }
 
-}  // namespace
-
-ScalingFits fit_scaling(const std::vector<MeasuredTransport>& results, std::array<double, 2> window) {
+std::vector<Coefficients> slopes_of(const std::vector<MeasuredTransport>& results) {
   std::vector<Coefficients> slopes;
   for (const MeasuredTransport& result : results) {
     const Transport& t = result.transport;
     if (!t.exact && t.c.known() && t.D.known()) slopes.push_back({t.mu, result.c, result.D});
   }
-  return fit_all(slopes, window);
+  return slopes;
+}
+
+/// The slopes over neighbour number k of each window of depth, and over the window where there is none.
+std::vector<Coefficients> neighbouring_slopes(const std::vector<MeasuredTransport>& results, std::size_t k) {
+  std::vector<Coefficients> slopes;
+  for (const MeasuredTransport& result : results) {
+    const Transport& t = result.transport;
+    if (t.exact || !t.c.known() || !t.D.known()) continue;
+    const NeighbourSlopes* const neighbour = k < result.neighbours.size() ? &result.neighbours[k] : nullptr;
+    if (neighbour != nullptr && neighbour->shown.c.known() && neighbour->shown.D.known()) {
+      slopes.push_back({t.mu, neighbour->c, neighbour->D});
+    } else {
+      slopes.push_back({t.mu, result.c, result.D});
+    }
+  }
+  return slopes;
+}
+
+Estimate shift_between(const ReplicatedPowerLaw& moved, const ReplicatedPowerLaw& from) {
+  if (!from.fit.exponent.known()) return {.reason = from.fit.exponent.reason};
+  if (!moved.fit.exponent.known()) return {.reason = moved.fit.exponent.reason};
+  return estimate(transform([](double a, double b) { return a - b; }, moved.exponent, from.exponent));
+}
+
+ScalingNeighbour neighbour_of(const ReplicatedFits& fits, const std::string& change, const ReplicatedFits& moved) {
+  return {change, moved.shown(), shift_between(moved.beta, fits.beta), shift_between(moved.gamma, fits.gamma),
+          shift_between(moved.alpha, fits.alpha)};
+}
+
+}  // namespace
+
+ScalingFits fit_scaling(const std::vector<MeasuredTransport>& results, std::array<double, 2> window) {
+  return fit_all(slopes_of(results), window).shown();
+}
+
+ScalingWithNeighbours fit_scaling_with_neighbours(const std::vector<MeasuredTransport>& results,
+                                                  std::array<double, 2> window) {
+  const std::vector<Coefficients> slopes = slopes_of(results);
+  const ReplicatedFits fits = fit_all(slopes, window);
+  ScalingWithNeighbours all{fits.shown(), {}};
+  const auto with_neighbours = std::find_if(results.begin(), results.end(),
+                                            [](const MeasuredTransport& result) { return !result.neighbours.empty(); });
+  if (with_neighbours != results.end()) {
+    for (std::size_t k = 0; k < with_neighbours->neighbours.size(); ++k) {
+      all.neighbours.push_back(neighbour_of(fits, with_neighbours->neighbours[k].shown.change,
+                                            fit_all(neighbouring_slopes(results, k), window)));
+    }
+  }
+  std::vector<double> mu;
+  for (const Coefficients& one : slopes) {
+    if (one.mu >= window[0] - window_slack && one.mu <= window[1] + window_slack) mu.push_back(one.mu);
+  }
+  if (mu.size() > min_power_law_points) {
+    all.neighbours.push_back(neighbour_of(fits, "without_lowest_mu", fit_all(slopes, {mu[1], window[1]})));
+    all.neighbours.push_back(neighbour_of(fits, "without_highest_mu", fit_all(slopes, {window[0], mu[mu.size() - 2]})));
+  }
+  const auto spread_of = [&](Estimate ScalingNeighbour::*shift) {
+    std::vector<Estimate> shifts;
+    for (const ScalingNeighbour& neighbour : all.neighbours) shifts.push_back(neighbour.*shift);
+    return systematic_spread(shifts);
+  };
+  all.fits.beta.exponent.systematic = spread_of(&ScalingNeighbour::beta_shift);
+  all.fits.gamma.exponent.systematic = spread_of(&ScalingNeighbour::gamma_shift);
+  all.fits.alpha.exponent.systematic = spread_of(&ScalingNeighbour::alpha_shift);
+  return all;
 }
 
 RatioScaling fit_ratio_scaling(const std::vector<MeasuredTransport>& results, int layer, std::array<double, 2> window) {
@@ -58,7 +127,7 @@ RatioScaling fit_ratio_scaling(const std::vector<MeasuredTransport>& results, in
       if (one.layer == layer) ratios.push_back({result.transport.mu, one.position, one.width_squared});
     }
   }
-  return {layer, Lattice::depth(layer), fit_all(ratios, window)};
+  return {layer, Lattice::depth(layer), fit_all(ratios, window).shown()};
 }
 
 }  // namespace granuscope

@@ -14,7 +14,17 @@ namespace granuscope {
 /// numbers between friction coefficients are accounted for. Unknown, with the reason, below three points.
 ScalingFits fit_scaling(const std::vector<MeasuredTransport>& results, std::array<double, 2> window);
 
-/// The same from the ratios x_p/z and W^2/z at one layer, where they were measured (MeasuredTransport::ratios).
+/// The same with the systematic error of each exponent: its spread (systematic_spread) over the windows of depth beside
+/// those of the fit (MeasuredTransport::neighbours; all friction coefficients at once, those without such a neighbour
+/// keeping theirs) and over `window` without its lowest or highest friction coefficient, if three are left.
+struct ScalingWithNeighbours {
+  ScalingFits fits;
+  std::vector<ScalingNeighbour> neighbours;
+};
+ScalingWithNeighbours fit_scaling_with_neighbours(const std::vector<MeasuredTransport>& results,
+                                                  std::array<double, 2> window);
+
+/// fit_scaling from the ratios x_p/z and W^2/z at one layer, where they were measured (MeasuredTransport::ratios).
 RatioScaling fit_ratio_scaling(const std::vector<MeasuredTransport>& results, int layer, std::array<double, 2> window);
 
 }  // namespace granuscope

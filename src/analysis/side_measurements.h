@@ -151,6 +151,30 @@ struct StressTrial {
   std::vector<ResidualAtDepth> depths;  ///< from the top down, ever longer ranges
 };
 
+/// How c and D scatter over independent repetitions of so many samples.
+struct ErrorPoint {
+  std::uint64_t samples = 0;
+  int repetitions = 0;
+  double scatter_c = 0, scatter_D = 0;  ///< standard deviations
+};
+
+/// The error of one estimator against the size of its ensembles, see error_curve.h.
+struct ErrorCurve {
+  std::string estimator;
+  double mu = 0;
+  int columns = 0, layers = 0;
+  double overload = 0, epsilon = 0;  ///< 0 where it has none
+  bool opposite = false;
+  int sign_run = 1;
+  std::uint64_t samples = 0;  ///< of all repetitions
+  std::uint64_t failed = 0;
+  std::uint64_t beads = 0;         ///< drawn for them
+  std::vector<ErrorPoint> points;  ///< ascending in samples; empty if the repetitions have no fit
+  Estimate c, D;                   ///< of all samples; errors from the scatter
+  Estimate shift_c, shift_D;       ///< from the linear response
+  Estimate slope_c, slope_D;       ///< of ln scatter on ln samples; -1/2 is expected
+};
+
 struct SideMeasurements {
   std::vector<RedrawnBeads> redrawn_beads;    ///< ascending in mu
   std::vector<CountedWork> counted_work;      ///< ascending in mu, then in size
@@ -160,7 +184,8 @@ struct SideMeasurements {
   std::vector<LawOnPiles> laws;               ///< the larger piles first
   std::vector<LawOnPiles> law_costs;          ///< ascending in mu, then by law, then in size
   Nonlinearity nonlinearity;
-  std::vector<StressTrial> stress;  ///< the deep piles first, ascending in mu
+  std::vector<StressTrial> stress;       ///< the deep piles first, ascending in mu
+  std::vector<ErrorCurve> error_curves;  ///< one for each estimator
 };
 
 }  // namespace granuscope

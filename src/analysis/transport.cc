@@ -12,6 +12,7 @@
 #include "analysis/peak_evidence.h"
 #include "analysis/peak_height.h"
 #include "analysis/residual_noise.h"
+#include "analysis/shape_diagnostics.h"
 #include "analysis/shape_fit.h"
 #include "analysis/shape_verdict.h"
 #include "ensemble/parallel.h"
@@ -23,18 +24,21 @@ namespace {
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t min_depths = 3;           ///< fewest depths from which a slope is taken
 constexpr std::size_t min_depths_of_a_law = 4;  ///< fewest from which a curvature is
+constexpr const char* no_extended_fit = "the fit with one parameter more did not converge";
 
 /// Layers recorded for a figure between the steps of the window take no part: drawing must not change a number.
-bool in_window(const FitSpec& spec, int layer) {
-  return layer >= spec.first_layer && layer <= spec.last_layer && (spec.last_layer - layer) % spec.layer_step == 0;
+bool at_step(const FitSpec& spec, int layer) {
+  return layer <= spec.last_layer && (spec.last_layer - layer) % spec.layer_step == 0;
 }
+bool in_window(const FitSpec& spec, int layer) { return layer >= spec.first_layer && at_step(spec, layer); }
 
 /// The response at one layer with its replicates.
 struct MeasuredDepth {
   DepthFit fit;
   Replicated peak, width, width_squared, thrust;
-  Replicated height;    ///< empty if not identifiable or exact
-  ResidualNoise noise;  ///< likewise, and outside the window
+  Replicated height;             ///< empty if not identifiable or exact
+  ShapeDiagnostics diagnostics;  ///< likewise, and outside the window
+  ResidualNoise noise;           ///< likewise, and outside the window
 };
 
 /// |x| and x^2 moments of an exact profile: x_p = sum |x| P, W^2 = sum x^2 P - x_p^2.
@@ -103,6 +107,7 @@ void measure_by_fit(const LayerSpectrum& spectrum, const FitSpec& spec, Measured
     store_shape(fit->shape, false);
   }
   depth.fit.identifiable = depth.fit.reason.empty();
+  if (depth.fit.identifiable && in_window(spec, depth.fit.layer)) depth.diagnostics = diagnose_shape(spectrum, *whole);
 }
 
 MeasuredDepth measure_depth(const MeasuredEnsemble& ensemble, const FitSpec& spec, std::size_t row) {
@@ -128,11 +133,23 @@ MeasuredDepth measure_depth(const MeasuredEnsemble& ensemble, const FitSpec& spe
   depth.fit.width_squared = estimate(depth.width_squared, depth.fit.reason);
   depth.fit.thrust_ratio = estimate(depth.thrust);
   if (depth.height.without_block.empty()) {
-    depth.fit.peak_height.reason = "measured only at identifiable depths of the window, and where there is scatter";
+    depth.fit.peak_height.reason = depth.fit.fitted_area.reason = depth.fit.centre_background.reason =
+        "measured only at identifiable depths of the window, and where there is scatter";
   } else {
     depth.fit.peak_height = estimate(depth.height);
+    depth.fit.fitted_area = estimate(depth.diagnostics.area, no_extended_fit);
+    depth.fit.centre_background = estimate(depth.diagnostics.background, no_extended_fit);
   }
   return depth;
+}
+
+/// Everything that follows from slopes.
+void set_unknown(Transport& t, const std::string& reason) {
+  for (Estimate* e : {&t.c, &t.D, &t.position_offset, &t.width_offset, &t.c_minus_c_thrust, &t.laws.position,
+                      &t.laws.width, &t.laws.amplitude, &t.laws.noise, &t.fitted_area, &t.centre_background}) {
+    e->reason = reason;
+  }
+  t.position_line.reason = t.width_line.reason = reason;
 }
 
 constexpr double least_reach = 1.5;  ///< ratio of deepest to shallowest z from which a power of z is taken
@@ -168,45 +185,77 @@ void fit_laws(const std::vector<const MeasuredDepth*>& used, const DepthSeries& 
   t.width_line = test_line(widths);
 }
 
+/// Mean over the window, unknown where one of its depths is.
+Estimate mean_over(const std::vector<const MeasuredDepth*>& used, Replicated ShapeDiagnostics::*number) {
+  std::vector<Replicated> all;
+  for (const MeasuredDepth* depth : used) {
+    if (depth->height.without_block.empty()) return {.reason = "an exact profile is not fitted"};
+    all.push_back(depth->diagnostics.*number);
+  }
+  return estimate(mean_of(all), no_extended_fit);
+}
+
+/// The deepest unbroken run of identifiable depths, in the window and above it.
+std::vector<const MeasuredDepth*> identifiable_run(const std::vector<MeasuredDepth>& depths, const FitSpec& spec) {
+  std::vector<const MeasuredDepth*> run;
+  for (auto depth = depths.rbegin(); depth != depths.rend(); ++depth) {
+    if (!at_step(spec, depth->fit.layer)) continue;
+    if (!depth->fit.identifiable) break;
+    run.insert(run.begin(), &*depth);
+  }
+  return run;
+}
+
+void measure_neighbours(const FittedRun& run, MeasuredTransport& result) {
+  Transport& t = result.transport;
+  if (!(t.c.standard_error > 0)) return;  // an exact line is the same in every window
+  result.neighbours = measure_neighbours(run, result.c, result.D);
+  std::vector<Estimate> c_shifts, D_shifts;
+  for (const NeighbourSlopes& neighbour : result.neighbours) {
+    t.neighbours.push_back(neighbour.shown);
+    c_shifts.push_back(neighbour.shown.c_shift);
+    D_shifts.push_back(neighbour.shown.D_shift);
+  }
+  t.c.systematic = systematic_spread(c_shifts);
+  t.D.systematic = systematic_spread(D_shifts);
+}
+
 void fit_slopes(const std::vector<MeasuredDepth>& depths, const FitSpec& spec, MeasuredTransport& result) {
   Transport& t = result.transport;
-  // The deepest unbroken run of identifiable depths inside the window.
+  FittedRun run;
   std::vector<const MeasuredDepth*> used;
-  for (auto depth = depths.rbegin(); depth != depths.rend(); ++depth) {
-    if (!in_window(spec, depth->fit.layer)) continue;
-    if (!depth->fit.identifiable) break;
-    used.insert(used.begin(), &*depth);
+  for (const MeasuredDepth* depth : identifiable_run(depths, spec)) {
+    run.layers.push_back(depth->fit.layer);
+    run.peaks.z.push_back(depth->fit.z);
+    run.peaks.y.push_back(depth->peak);
+    run.widths.y.push_back(depth->width_squared);
+    if (in_window(spec, depth->fit.layer)) used.push_back(depth);
   }
+  run.widths.z = run.peaks.z;
+  run.window_start = run.layers.size() - used.size();
   t.depths_in_window = static_cast<int>(used.size());
   if (used.size() < min_depths) {
     const std::string reason =
         fmt::format("only {} depths of the window (layers {} to {}) can be fitted, a slope needs {}", used.size(),
                     spec.first_layer, spec.last_layer, min_depths);
-    for (Estimate* e : {&t.c, &t.D, &t.position_offset, &t.width_offset, &t.c_minus_c_thrust, &t.laws.position,
-                        &t.laws.width, &t.laws.amplitude, &t.laws.noise}) {
-      e->reason = reason;
-    }
-    t.position_line.reason = t.width_line.reason = reason;
+    set_unknown(t, reason);
     t.window_layers = {spec.first_layer, spec.last_layer};
     return;
   }
-  t.window_layers = {used.front()->fit.layer, used.back()->fit.layer};
-  DepthSeries peaks, widths;
-  for (const MeasuredDepth* depth : used) {
-    peaks.z.push_back(depth->fit.z);
-    peaks.y.push_back(depth->peak);
-    widths.y.push_back(depth->width_squared);
-  }
-  widths.z = peaks.z;
-  const ReplicatedLine position = line_through(peaks, smooth_weights(peaks));
-  const ReplicatedLine width = line_through(widths, smooth_weights(widths));
-  t.c = estimate(position.slope);
-  t.position_offset = estimate(position.intercept);
-  t.D = estimate(width.slope);
-  t.width_offset = estimate(width.intercept);
-  result.c = position.slope;
-  result.D = width.slope;
-  fit_laws(used, peaks, widths, result);
+  const FittedRun window = part_of(run, run.window_start, run.layers.size());
+  const TransportLines lines = transport_lines(window);
+  t.window_layers = {window.layers.front(), window.layers.back()};
+  t.c = estimate(lines.position.slope);
+  t.position_offset = estimate(lines.position.intercept);
+  t.D = estimate(lines.width.slope);
+  t.width_offset = estimate(lines.width.intercept);
+  result.c = lines.position.slope;
+  result.D = lines.width.slope;
+  measure_neighbours(run, result);
+  t.fitted_area = mean_over(used, &ShapeDiagnostics::area);
+  t.centre_background = mean_over(used, &ShapeDiagnostics::background);
+  for (const MeasuredDepth* depth : used) t.largest_misfit = std::max(t.largest_misfit, depth->fit.misfit_at_least);
+  fit_laws(used, window.peaks, window.widths, result);
 }
 
 void measure_thrust(const std::vector<MeasuredDepth>& depths, const FitSpec& spec, MeasuredTransport& result) {
@@ -304,11 +353,8 @@ MeasuredTransport measure_transport(const MeasuredEnsemble& ensemble, const FitS
   // A block all of whose piles failed leaves nothing to average.
   if (std::find(record.sums.count.begin(), record.sums.count.end(), 0) != record.sums.count.end()) {
     const std::string reason = "a block of the ensemble holds no completed pile";
-    for (Estimate* e : {&t.c, &t.D, &t.position_offset, &t.width_offset, &t.alpha_thrust, &t.c_thrust,
-                        &t.c_minus_c_thrust, &t.laws.position, &t.laws.width, &t.laws.amplitude, &t.laws.noise}) {
-      e->reason = reason;
-    }
-    t.position_line.reason = t.width_line.reason = reason;
+    set_unknown(t, reason);
+    t.alpha_thrust.reason = t.c_thrust.reason = reason;
     return result;
   }
 

@@ -5,6 +5,7 @@
 #include "analysis/fit_spec.h"
 #include "analysis/jackknife.h"
 #include "analysis/results.h"
+#include "analysis/window_neighbours.h"
 #include "model/lattice.h"
 #include "storage/ensemble_file.h"
 
@@ -37,7 +38,8 @@ struct ReplicatedLaws {
 /// A Transport together with the replicates that later fits need.
 struct MeasuredTransport {
   Transport transport;
-  Replicated c, D;  ///< empty if unknown
+  Replicated c, D;                          ///< empty if unknown
+  std::vector<NeighbourSlopes> neighbours;  ///< as Transport::neighbours
   ReplicatedLaws laws;
   std::vector<MeasuredRatios> ratios;  ///< at the identifiable ones of the profile layers
 };

@@ -33,12 +33,14 @@ std::string curve_json(const std::vector<AccuracyPoint>& curve) {
 
 std::string case_json(const AccuracyCase& c) {
   return fmt::format(
-      R"({{"mu":{},"law":"{}","estimator":"{}","epsilon":{},"overload":{},"samples":{},"seconds":{},"stderr_c":{},)"
-      R"("stderr_D":{},"stderr_c_thrust":{},"repetitions":{},"c":{},"D":{},"c_thrust":{},"curve":[{}]}})",
+      R"({{"mu":{},"law":"{}","estimator":"{}","epsilon":{},"overload":{},"opposite":{},"sign_run":{},"columns":{},)"
+      R"("layers":{},"samples":{},"seconds":{},"stderr_c":{},"stderr_D":{},"stderr_c_thrust":{},"repetitions":{},)"
+      R"("c":{},"D":{},"c_thrust":{},"curve":[{}]{}}})",
       number(c.mu), c.law, c.estimator, c.epsilon > 0 ? number(c.epsilon) : "null",
-      c.overload > 0 ? number(c.overload) : "null", c.samples, number(c.seconds),
-      number_of(c, &AccuracyPoint::stderr_c), number_of(c, &AccuracyPoint::stderr_D), number(c.stderr_c_thrust),
-      c.repetitions, mean_json(c.c), mean_json(c.D), mean_json(c.c_thrust), curve_json(c.curve));
+      c.overload > 0 ? number(c.overload) : "null", c.opposite, c.sign_run, c.columns, c.layers, c.samples,
+      number(c.seconds), number_of(c, &AccuracyPoint::stderr_c), number_of(c, &AccuracyPoint::stderr_D),
+      number(c.stderr_c_thrust), c.repetitions, mean_json(c.c), mean_json(c.D), mean_json(c.c_thrust),
+      curve_json(c.curve), c.reason.empty() ? "" : fmt::format(R"(,"reason":"{}")", c.reason));
 }
 
 }  // namespace
@@ -46,16 +48,21 @@ std::string case_json(const AccuracyCase& c) {
 std::string accuracy_json(const AccuracyTable& table) {
   std::string cases, stated, all;
   for (const AccuracyCase& c : table.cases) cases += (cases.empty() ? "\n  " : ",\n  ") + case_json(c);
+  double mu = std::nan("");
+  std::size_t at_this_mu = 0;
   for (const Speedup& s : table.speedups) {
-    if (s.epsilon == table.stated_epsilon) {
-      stated +=
-          fmt::format(R"({}"mu={}":{{"D":{},"c_peaks":{},"c_thrust":{},"epsilon":{}}})", stated.empty() ? "" : ",",
-                      exact(s.mu), number(s.D), number(s.c_peaks), number(s.c_thrust), number(s.epsilon));
+    at_this_mu = s.mu == mu ? at_this_mu + 1 : 0;
+    mu = s.mu;
+    const std::string options =
+        fmt::format(R"("epsilon":{},"opposite":{},"sign_run":{})", number(s.epsilon), s.opposite, s.sign_run);
+    if (at_this_mu == table.stated) {
+      stated += fmt::format(R"({}"mu={}":{{"D":{},"c_peaks":{},"c_thrust":{},{}}})", stated.empty() ? "" : ",",
+                            exact(s.mu), number(s.D), number(s.c_peaks), number(s.c_thrust), options);
     }
-    all += fmt::format(R"({}{{"mu":{},"epsilon":{},"D":{},"c_peaks":{}}})", all.empty() ? "" : ",", exact(s.mu),
-                       number(s.epsilon), number(s.D), number(s.c_peaks));
+    all += fmt::format(R"({}{{"mu":{},{},"D":{},"c_peaks":{}}})", all.empty() ? "" : ",", exact(s.mu), options,
+                       number(s.D), number(s.c_peaks));
   }
-  return fmt::format("{{\"cases\":[{}],\n\"speedup_at_equal_error\":{{{}}},\n\"speedup_by_epsilon\":[{}]}}\n", cases,
+  return fmt::format("{{\"cases\":[{}],\n\"speedup_at_equal_error\":{{{}}},\n\"speedup_by_options\":[{}]}}\n", cases,
                      stated, all);
 }
 

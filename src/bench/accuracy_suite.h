@@ -26,34 +26,41 @@ struct AccuracyPoint {
 struct AccuracyCase {
   double mu = 0;
   std::string law, estimator;
+  int columns = 0, layers = 0;
   double epsilon = 0, overload = 0;  ///< 0 where it has none
+  bool opposite = false;             ///< options of the estimator multiplexed
+  int sign_run = 1;
   std::vector<AccuracyPoint> curve;  ///< the first one is a single repetition; empty for the thrust alone
   std::uint64_t samples = 0;         ///< of one repetition
   int repetitions = 0;
   double seconds = 0;          ///< of one repetition: processor time of the thread that drew and summed
   double stderr_c_thrust = 0;  ///< standard deviation over the repetitions
   Estimate c, D, c_thrust;     ///< means over the repetitions
+  std::string reason;          ///< why there is no c and D of the peaks, where there is none
 };
 
 /// How many times cheaper than by the estimator point D and c of the peaks come at equal scatter by the estimator
-/// multiplexed with one epsilon, and c_thrust, another quantity, than c of the peaks by point. What a larger epsilon
-/// gains in scatter it pays with a bias of the order epsilon^2: see c, D and rms_* of the cases.
+/// multiplexed with one epsilon and its options, and c_thrust, another quantity, than c of the peaks by point. What a
+/// larger epsilon gains in scatter it pays with a bias of the order epsilon^2: see c, D and rms_* of the cases.
 struct Speedup {
   double mu = 0;
   double epsilon = 0;
+  bool opposite = false;
+  int sign_run = 1;
   double D = 0, c_peaks = 0, c_thrust = 0;
 };
 
 struct AccuracyTable {
   std::vector<AccuracyCase> cases;
   std::vector<Speedup> speedups;
-  double stated_epsilon = 0.5;  ///< of the speed-ups stated first
+  std::size_t stated = 0;  ///< of the speed-ups of each mu, the one that stands for the linear response
 };
 
 /// Measures, on 500 x 200 beads at mu = 0.1 and 0.3, what each estimator costs and how its c and D scatter over
-/// independent repetitions (other seeds), not what its own error bars say. Times are processor seconds of the thread
-/// that draws and sums, Fourier transforms included; the fits that follow are the same for all estimators and are left
-/// out.
+/// independent repetitions (other seeds), not what its own error bars say. Laws that do not reach piles in which peaks
+/// stand apart are measured on the largest piles they are good for, by the scatter of c_thrust alone, and say so. Times
+/// are processor seconds of the thread that draws and sums, Fourier transforms included; the fits that follow are the
+/// same for all estimators and are left out.
 AccuracyTable measure_accuracy(const AccuracyOptions& options, std::ostream& messages);
 
 std::string accuracy_json(const AccuracyTable& table);

@@ -7,6 +7,8 @@
 namespace granuscope {
 namespace {
 
+constexpr std::array<const char*, phases> phase_names = {"first_draws", "search", "pairs", "one_by_one", "finishing"};
+
 std::string case_json(double mu, const LatticeSpec& lattice, const std::string& engine, int threads, double ns,
                       double wall_ns, int runs) {
   return fmt::format(
@@ -21,6 +23,15 @@ std::string sampler_bench_json(const SamplerBench& bench) {
   std::vector<std::string> cases, scaling, ratios, targets;
   for (const SamplerCase& c : bench.cases) {
     cases.push_back(case_json(c.mu, c.lattice, name_of(c.engine), 1, c.ns_per_bead, c.wall_ns_per_bead, c.runs));
+  }
+  std::vector<std::string> where;
+  for (const PhaseCase& c : bench.phase_cases) {
+    std::string parts;
+    for (std::size_t p = 0; p < phases; ++p) {
+      parts += fmt::format(R"(, "{}": {})", phase_names[p], c.ns_per_bead[p]);
+    }
+    where.push_back(fmt::format(R"(    {{"mu": {}, "columns": {}, "layers": {}{}}})", c.mu, c.lattice.columns,
+                                c.lattice.layers, parts));
   }
   for (const ThreadScaling& s : bench.scaling) {
     if (s.threads > 1) {
@@ -38,9 +49,10 @@ std::string sampler_bench_json(const SamplerBench& bench) {
   }
   return fmt::format(
       "{{\n  \"suite\": \"sampler\",\n  \"lanes\": {},\n  \"instruction_set\": \"{}\",\n  \"cases\": [\n{}\n  ],\n"
-      "  \"scaling\": [\n{}\n  ],\n  \"ratios\": {{\n{}\n  }},\n  \"targets\": [\n{}\n  ]\n}}\n",
-      group_lanes, bench.instruction_set, fmt::join(cases, ",\n"), fmt::join(scaling, ",\n"), fmt::join(ratios, ",\n"),
-      fmt::join(targets, ",\n"));
+      "  \"batch_ns_per_bead_by_phase\": [\n{}\n  ],\n  \"scaling\": [\n{}\n  ],\n  \"ratios\": {{\n{}\n  }},\n  "
+      "\"targets\": [\n{}\n  ]\n}}\n",
+      group_lanes, bench.instruction_set, fmt::join(cases, ",\n"), fmt::join(where, ",\n"), fmt::join(scaling, ",\n"),
+      fmt::join(ratios, ",\n"), fmt::join(targets, ",\n"));
 }
 
 std::string sampler_bench_table(const SamplerBench& bench) {
@@ -52,6 +64,15 @@ std::string sampler_bench_table(const SamplerBench& bench) {
                         fmt::format("{} x {}", c.lattice.columns, c.lattice.layers), c.mu, "", name_of(c.engine),
                         c.ns_per_bead, c.wall_ns_per_bead, c.runs);
   }
+  text += fmt::format("\nwhere the time of batch goes, in nanoseconds per bead\n{:<14}{:>6}", "beads", "mu");
+  for (const char* name : phase_names) text += fmt::format("{:>13}", name);
+  text += "\n";
+  for (const PhaseCase& c : bench.phase_cases) {
+    text += fmt::format("{:<14}{:>6g}", fmt::format("{} x {}", c.lattice.columns, c.lattice.layers), c.mu);
+    for (const double part : c.ns_per_bead) text += fmt::format("{:>13.2f}", part);
+    text += "\n";
+  }
+  text += "\n";
   for (const ThreadScaling& s : bench.scaling) {
     text += fmt::format("{} thread{}: {:.2f} times the beads per second of one, {:.2f} times the arithmetic\n",
                         s.threads, s.threads == 1 ? "" : "s", s.batch, s.arithmetic);

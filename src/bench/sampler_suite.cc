@@ -22,6 +22,7 @@ namespace {
 
 constexpr std::uint64_t seed = 1;
 constexpr int fewest_runs = 3;
+constexpr int kept_every = 3;  // layers
 
 // The limits the ratios are held against, for machines with AVX-512.
 constexpr double small_friction = 0.3, middle_friction = 0.8;
@@ -32,7 +33,7 @@ constexpr double growth_with_size = 1.2;
 // Where the scaling with threads is measured.
 constexpr double scaling_mu = 0.3;
 constexpr LatticeSpec scaling_lattice = {500, 200};
-constexpr int scaling_runs = 5, scaling_groups = 16;
+constexpr int scaling_runs = 5, scaling_groups = 8;
 constexpr std::uint64_t arithmetic_steps = 40'000'000;
 
 struct Seconds {
@@ -61,31 +62,47 @@ double median(std::vector<double> values) {
   return (*middle + *std::max_element(values.begin(), middle)) / 2;
 }
 
-/// Room for a group of piles, and every engine to draw the same samples.
+/// As many piles as the law draws at once at any friction.
+constexpr std::size_t piles_together = 2 * group_lanes;
+
+/// Room for some piles, and every engine to draw the same samples.
 class Piles {
  public:
   Piles(double mu, const LatticeSpec& lattice)
       : lattice_(lattice),
-        sampler_(make_sampler({.mu = mu, .seed = seed}, lattice_)),
+        spec_{.mu = mu, .seed = seed},
+        sampler_(make_sampler(spec_, lattice_)),
         straight_line_(mu, lattice_),
         load_(static_cast<std::size_t>(lattice.columns), 1.0),
-        loads_(group_lanes, load_),
+        loads_(piles_together, load_),
         pile_(lattice_),
-        samples_(group_lanes),
-        failures_(group_lanes) {}
+        samples_(piles_together),
+        failures_(piles_together) {
+    std::vector<int> layers;
+    for (int layer = 0; layer < lattice.layers; layer += kept_every) layers.push_back(layer);
+    sampler_->keep_layers(layers);
+  }
 
-  double beads() const { return static_cast<double>(group_lanes * lattice_.beads()); }
+  double beads() const { return static_cast<double>(piles_together * lattice_.beads()); }
 
   void draw(SamplerEngine engine, std::uint64_t group) {
-    const std::uint64_t first = group * group_lanes;
+    const std::uint64_t first = group * piles_together;
     std::fill(failures_.begin(), failures_.end(), std::nullopt);
     if (engine == SamplerEngine::batch) {
       std::iota(samples_.begin(), samples_.end(), first);
-      sampler_->draw_groups(samples_, loads_, failures_);
+      const std::size_t at_once = piles_at_once(spec_, lattice_);
+      for (std::size_t done = 0; done < piles_together; done += at_once) {
+        sampler_->draw_groups({samples_.data() + done, at_once}, {loads_.data() + done, at_once},
+                              {failures_.data() + done, at_once});
+      }
     } else {
       // One pile after the other into the same memory, which stays in the caches where it fits.
-      for (std::size_t k = 0; k < group_lanes; ++k) {
-        if (engine == SamplerEngine::scalar) failures_[k] = sampler_->draw(first + k, load_, pile_);
+      for (std::size_t k = 0; k < piles_together; ++k) {
+        if (engine == SamplerEngine::beads) failures_[k] = sampler_->draw(first + k, load_, pile_);
+        if (engine == SamplerEngine::scalar) {
+          const PlainKernels plain;
+          failures_[k] = sampler_->draw(first + k, load_, pile_);
+        }
         if (engine == SamplerEngine::no_rejection) straight_line_.fill(seed, first + k, pile_);
       }
     }
@@ -96,6 +113,7 @@ class Piles {
 
  private:
   Lattice lattice_;
+  SamplerSpec spec_;
   std::unique_ptr<Sampler> sampler_;
   StraightLine straight_line_;
   std::vector<double> load_;
@@ -105,21 +123,26 @@ class Piles {
   std::vector<std::optional<SamplingFailure>> failures_;
 };
 
-void time_engines(double mu, const LatticeSpec& lattice, double beads_per_case, std::vector<SamplerCase>& cases) {
-  constexpr SamplerEngine engines[] = {SamplerEngine::scalar, SamplerEngine::batch, SamplerEngine::no_rejection};
+void time_engines(double mu, const LatticeSpec& lattice, double beads_per_case, SamplerBench& bench) {
   Piles piles(mu, lattice);
   const int runs = std::max(fewest_runs, static_cast<int>(beads_per_case / piles.beads()));
-  std::vector<double> processor[3], wall[3];
+  std::vector<double> processor[all_engines.size()], wall[all_engines.size()];
   for (int run = 0; run <= runs; ++run) {
-    for (std::size_t e = 0; e < 3; ++e) {
-      const Seconds took = seconds_of([&] { piles.draw(engines[e], static_cast<std::uint64_t>(run)); });
+    for (std::size_t e = 0; e < all_engines.size(); ++e) {
+      const Seconds took = seconds_of([&] { piles.draw(all_engines[e], static_cast<std::uint64_t>(run)); });
       if (run == 0) continue;  // the first one is handed its memory by the system
       processor[e].push_back(1e9 * took.processor / piles.beads());
       wall[e].push_back(1e9 * took.wall / piles.beads());
     }
   }
-  for (std::size_t e = 0; e < 3; ++e) {
-    cases.push_back({mu, lattice, engines[e], median(processor[e]), median(wall[e]), runs});
+  for (std::size_t e = 0; e < all_engines.size(); ++e) {
+    bench.cases.push_back({mu, lattice, all_engines[e], median(processor[e]), median(wall[e]), runs});
+    if (all_engines[e] != SamplerEngine::batch) continue;
+    const PhaseTimes times;
+    for (int run = 0; run < fewest_runs; ++run) piles.draw(SamplerEngine::batch, static_cast<std::uint64_t>(run));
+    PhaseCase where{mu, lattice, times.shares()};
+    for (double& part : where.ns_per_bead) part *= median(processor[e]);
+    bench.phase_cases.push_back(where);
   }
 }
 
@@ -214,7 +237,7 @@ void add_ratios(SamplerBench& bench, const SamplerBenchOptions& options) {
       if (mu == 0.3) batch_cost.limit = batch_cost_0_3;
       bench.ratios.insert(bench.ratios.end(), {gain, scalar_cost, batch_cost});
     }
-    for (const SamplerEngine engine : {SamplerEngine::scalar, SamplerEngine::batch}) {
+    for (const SamplerEngine engine : {SamplerEngine::scalar, SamplerEngine::beads, SamplerEngine::batch}) {
       const SamplerCase* const large = find(bench, mu, {1000, 1000}, engine);
       const SamplerCase* const small = find(bench, mu, {250, 250}, engine);
       if (large == nullptr || small == nullptr) continue;
@@ -230,6 +253,8 @@ std::string name_of(SamplerEngine engine) {
   switch (engine) {
     case SamplerEngine::scalar:
       return "scalar";
+    case SamplerEngine::beads:
+      return "beads";
     case SamplerEngine::batch:
       return "batch";
     case SamplerEngine::no_rejection:
@@ -244,7 +269,7 @@ SamplerBench run_sampler_suite(const SamplerBenchOptions& options, const std::fu
   for (const LatticeSpec& lattice : options.lattices) {
     for (const double mu : options.mus) {
       say(fmt::format("{} x {} beads at mu = {:g}", lattice.columns, lattice.layers, mu));
-      time_engines(mu, lattice, options.beads_per_case, bench.cases);
+      time_engines(mu, lattice, options.beads_per_case, bench);
     }
   }
   say("scaling with threads");

@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -6,17 +7,22 @@
 #include <vector>
 
 #include "model/lattice.h"
+#include "sampling/phase_times.h"
 
 namespace granuscope {
 
 /// What draws the piles.
-///   scalar        Sampler::draw, one pile after the other. Its first draws use vectors along the layer; what they
-///   leave
-///                 unsolved is mended bead by bead.
-///   batch         Sampler::draw_group, eight piles side by side, as ensembles are drawn. Includes taking the eight
-///                 piles apart in the end.
+///   scalar        Sampler::draw, one pile after the other, without any vectors of its own.
+///   beads         Sampler::draw: the first draws use vectors along the layer; what they leave unsolved is mended bead
+///   by
+///                 bead.
+///   batch         Sampler::draw_groups, eight or sixteen piles side by side, as ensembles are drawn. Includes the
+///   check
+///                 of every pile's identities and keeping every third layer, as for an ensemble.
 ///   no-rejection  StraightLine: every first draw accepted.
-enum class SamplerEngine { scalar, batch, no_rejection };
+enum class SamplerEngine { scalar, beads, batch, no_rejection };
+inline constexpr std::array all_engines = {SamplerEngine::scalar, SamplerEngine::beads, SamplerEngine::batch,
+                                           SamplerEngine::no_rejection};
 std::string name_of(SamplerEngine engine);
 
 /// One engine at one friction coefficient on one lattice. Times are medians over the runs.
@@ -27,6 +33,14 @@ struct SamplerCase {
   double ns_per_bead = 0;       ///< processor time of the drawing thread
   double wall_ns_per_bead = 0;  ///< by the clock: larger where the machine is shared
   int runs = 0;
+};
+
+/// Where the time of the engine batch goes: nanoseconds per bead of each phase, in the order of sampling/phase_times.h.
+/// Shares from a pass of its own, with clocks read on the way, of the time measured without them.
+struct PhaseCase {
+  double mu = 0;
+  LatticeSpec lattice;
+  std::array<double, phases> ns_per_bead{};
 };
 
 /// The same work on every thread, against one thread.
@@ -51,6 +65,7 @@ struct SamplerRatio {
 struct SamplerBench {
   std::string instruction_set;  ///< the one the kernels use here
   std::vector<SamplerCase> cases;
+  std::vector<PhaseCase> phase_cases;
   double scaling_mu = 0;
   LatticeSpec scaling_lattice;
   std::vector<ThreadScaling> scaling;

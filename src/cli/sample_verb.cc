@@ -10,6 +10,7 @@
 #include "cli/machine.h"
 #include "cli/sample_statistics.h"
 #include "cli/verbs.h"
+#include "ensemble/replay.h"
 #include "model/friction_cone.h"
 #include "sampling/sampler.h"
 #include "storage/pile_file.h"
@@ -32,8 +33,7 @@ struct SampleOptions {
 void store_sample(const SampleOptions& options, VerbContext& context) {
   const Lattice lattice(options.spec.lattice);
   Pile pile(lattice);
-  const auto sampler = make_sampler(options.spec.sampler, lattice);
-  if (const auto failure = sampler->draw(options.sample, top_load(options.spec), pile)) {
+  if (const auto failure = replay(options.spec, options.sample, pile)) {
     throw InputError(
         fmt::format("sample {} could not be completed within the effort (it got stuck in layer {}), so that "
                     "there is nothing to store; raise --effort or --max-tries, or take another --sample",
@@ -43,10 +43,34 @@ void store_sample(const SampleOptions& options, VerbContext& context) {
   context.err << fmt::format("wrote {}\n", options.file);
 }
 
+/// The loads of the estimators that vary them are there for one pile at a time: what an ensemble names as failed.
+void set_load(const SampleOptions& options, EnsembleSpec& spec) {
+  const bool paired = options.load == name_of(EstimatorName::paired);
+  const bool multiplexed = options.load == name_of(EstimatorName::multiplexed);
+  if (paired || multiplexed) {
+    spec.estimator = estimator_named(options.load);
+    spec.load = Load::point;
+    if (options.statistics) {
+      throw InputError(fmt::format(
+          "--load {} draws the one pile that an ensemble of this estimator would, but --statistics measures "
+          "piles of one load; use granuscope run, or --load uniform or point",
+          options.load));
+    }
+  } else {
+    spec.load = load_named(options.load);
+  }
+  if (!multiplexed && (spec.opposite || spec.sign_run != 1)) {
+    throw InputError("--opposite and --sign-run change nothing but --load multiplexed; leave them out or add it");
+  }
+  EnsembleSpec checked = spec;
+  checked.samples = static_cast<std::uint64_t>(checked.blocks) * group_size;
+  if (paired || multiplexed) validate(checked);
+}
+
 ExitCode sample(SampleOptions options, VerbContext& context) {
   EnsembleSpec& spec = options.spec;
   spec.sampler.law = law_named(options.law);
-  spec.load = load_named(options.load);
+  set_load(options, spec);
   spec.sampler.order = layer_order_named(options.layer_order);
   spec.sampler.rules = mending_rules_named(options.mending_rules);
   const SamplerSpec usual;
@@ -97,9 +121,16 @@ void add_sample_verb(CLI::App& app, VerbContext& context) {
           "--law", options->law,
           "what a random pile means: granusolve, polytope (small piles), or eloy-clement and rejection (tiny piles)")
       ->capture_default_str();
-  verb->add_option("--load", options->load, "uniform: 1 on every top bead; point: 1 + overload on the middle one")
+  verb->add_option("--load", options->load,
+                   "uniform: 1 on every top bead; point: 1 + overload on the middle one; paired, multiplexed: the pile "
+                   "that an ensemble of this estimator draws, to follow what it names as failed")
       ->capture_default_str();
-  verb->add_option("--overload", spec.overload, "extra force of --load point, in loads of one top bead")
+  verb->add_option("--overload", spec.overload, "extra force of --load point or paired, in loads of one top bead")
+      ->capture_default_str();
+  verb->add_option("--epsilon", spec.epsilon, "--load multiplexed: by how much each top load is raised or lowered")
+      ->capture_default_str();
+  verb->add_flag("--opposite", spec.opposite, "--load multiplexed: the pile with all variations reversed, too");
+  verb->add_option("--sign-run", spec.sign_run, "--load multiplexed: neighbouring top beads varied alike")
       ->capture_default_str();
   verb->add_option("--samples", spec.samples, "how many piles --statistics draws; 64 or more give standard errors")
       ->capture_default_str()

@@ -150,10 +150,15 @@ std::vector<double> top_load(const EnsembleSpec& spec) {
 }
 
 std::string replay_command(const EnsembleSpec& spec, std::uint64_t sample) {
-  std::string command =
-      fmt::format("granuscope sample --law {} --mu {} --columns {} --layers {} --load {}", name_of(spec.sampler.law),
-                  exact(spec.sampler.mu), spec.lattice.columns, spec.lattice.layers, name_of(spec.load));
-  if (spec.load == Load::point && spec.overload != 1.0) command += fmt::format(" --overload {}", exact(spec.overload));
+  const bool point = spec.estimator == EstimatorName::point, multiplexed = spec.estimator == EstimatorName::multiplexed;
+  std::string command = fmt::format("granuscope sample --law {} --mu {} --columns {} --layers {} --load {}",
+                                    name_of(spec.sampler.law), exact(spec.sampler.mu), spec.lattice.columns,
+                                    spec.lattice.layers, point ? name_of(spec.load) : name_of(spec.estimator));
+  if (multiplexed) command += fmt::format(" --epsilon {}", exact(spec.epsilon));
+  if (spec.opposite) command += " --opposite";
+  if (spec.sign_run != 1) command += fmt::format(" --sign-run {}", spec.sign_run);
+  if (!multiplexed && spec.load == Load::point && spec.overload != 1.0)
+    command += fmt::format(" --overload {}", exact(spec.overload));
   if (spec.sampler.effort != SamplerSpec{}.effort) command += fmt::format(" --effort {}", exact(spec.sampler.effort));
   if (spec.sampler.max_tries != SamplerSpec{}.max_tries)
     command += fmt::format(" --max-tries {}", spec.sampler.max_tries);

@@ -82,6 +82,13 @@ struct LawComparisonSpec {
   static constexpr double effort = 1e5;  ///< solutions per bead that eloy-clement is granted
 };
 
+/// The error of each estimator against its run time, on ensembles of their own.
+struct ErrorAgainstTimeSpec {
+  int repetitions = 0;  ///< independent ones of each estimator; 0: not measured
+  double mu = 0.3;
+  int columns = 500, layers = 200;
+};
+
 /// The rendered force network of one named pile (the paper's Fig. 1, right): never a chosen sample.
 struct ForceChainSpec {
   bool draw = true;
@@ -91,6 +98,7 @@ struct ForceChainSpec {
   std::uint64_t sample = 0;  ///< of the experiment's seed
   SceneSpec scene;           ///< its window is ignored: columns and layers above say what is shown
   bool weight = true;        ///< also the weights of the same pile's beads
+  bool friction = false;     ///< also how much of its friction each contact uses
   bool response = true;      ///< also how they change with the overload, every bead keeping its random number
 
   /// Saturates: what is absurd is refused, but only after it has been looked at.
@@ -128,6 +136,7 @@ struct Experiment {
   LawComparisonSpec law_comparison;
   NonlinearitySpec nonlinearity;
   StressSpec stress;
+  ErrorAgainstTimeSpec error_against_time;
   ForceChainSpec force_chains;
   ResponseFieldSpec response_field;
   ReportSpec report;

@@ -335,6 +335,12 @@ Problem find_scene_problem(const Experiment& e) {
     return found;
   }
   if (auto found = find_mu_problem("scenes.force_chains.mu", chains.mu)) return found;
+  if (chains.friction && !(chains.mu > 0)) {
+    return problem(
+        "scenes.friction.draw",
+        "without friction, as scenes.force_chains.mu = 0 says, there is none to be mobilised; write false, or "
+        "a mu above 0");
+  }
   if (chains.sample > static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max())) {
     return problem("scenes.force_chains.sample", "{} does not fit into a TOML number; give less", chains.sample);
   }
@@ -355,8 +361,11 @@ Problem find_scene_problem(const Experiment& e) {
   }
   try {
     const double half = 0.5 * chains.columns;
-    plot_size(chains.scene, {-half, half, 0, Lattice::depth(chains.layers - 1) + 0.5},
-              key_title_of(chains.scene.scene));
+    const Extent extent{-half, half, 0, Lattice::depth(chains.layers - 1) + 0.5};
+    plot_size(chains.scene, extent, key_title_of("forces"));
+    if (chains.weight) plot_size(chains.scene, extent, key_title_of("weight"));
+    if (chains.friction) plot_size(chains.scene, extent, key_title_of("friction"));
+    if (chains.response) plot_size(chains.scene, extent, key_title_of("response"));
   } catch (const InputError& error) {
     return problem("scenes.force_chains.width_px", "{}", error.what());
   }

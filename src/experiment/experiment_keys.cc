@@ -92,6 +92,7 @@ std::vector<ExperimentKey> make_keys() {
   const std::string work = "figures.counted_work";
   const std::string small = "figures.small_friction";
   const std::string loads = "figures.nonlinearity";
+  const std::string errors = "figures.error_against_time";
   const std::string chains = "scenes.force_chains";
   return {
       key(
@@ -320,6 +321,20 @@ std::vector<ExperimentKey> make_keys() {
       key(
           "figures.stress", "columns", "beads", "beads per layer of these piles",
           [](auto& e) -> auto& { return e.stress.columns; }),
+      key(
+          errors, "repetitions", "repetitions",
+          "independent repetitions of each estimator from which its error is taken and drawn against its run time; 0: "
+          "none",
+          [](auto& e) -> auto& { return e.error_against_time.repetitions; }),
+      key(
+          errors, "mu", "", "friction coefficient of that comparison",
+          [](auto& e) -> auto& { return e.error_against_time.mu; }),
+      key(
+          errors, "columns", "beads", "beads per layer of its piles",
+          [](auto& e) -> auto& { return e.error_against_time.columns; }),
+      key(
+          errors, "layers", "layers", "layers of its piles",
+          [](auto& e) -> auto& { return e.error_against_time.layers; }),
 
       key(
           loads, "mu", "",
@@ -374,6 +389,10 @@ std::vector<ExperimentKey> make_keys() {
       key(
           "scenes.weight", "draw", "", "draw the weights of the beads of scenes.force_chains, darker where larger",
           [](auto& e) -> auto& { return e.force_chains.weight; }),
+      key(
+          "scenes.friction", "draw", "",
+          "draw how much of its friction each contact of scenes.force_chains mobilises, |T| / (mu N)",
+          [](auto& e) -> auto& { return e.force_chains.friction; }),
       key(
           "scenes.response", "draw", "",
           "draw how those weights change with the overload, every bead keeping its random number",

@@ -11,6 +11,8 @@
 namespace granuscope {
 namespace {
 
+constexpr int most_error_repetitions = 256;
+
 /// A list of friction coefficients of a side measurement: `least` <= mu < sqrt(3), ascending.
 Problem find_side_mu_problem(const char* key, const std::vector<double>& mu, bool zero_allowed) {
   if (mu.size() > most_friction_values) {
@@ -76,6 +78,40 @@ Problem find_nonlinearity_problem(const Experiment& e) {
   const char* key = "figures.nonlinearity.multiplexed_samples";
   if (auto found = find_side_samples_problem(key, loads.multiplexed_samples, e.response.blocks)) return found;
   return find_side_samples_problem("figures.nonlinearity.point_samples", loads.point_samples, e.response.blocks);
+}
+
+Problem find_error_curve_problem(const Experiment& e) {
+  const ErrorAgainstTimeSpec& asked = e.error_against_time;
+  if (asked.repetitions < 8 || asked.repetitions > most_error_repetitions) {
+    return problem("figures.error_against_time.repetitions",
+                   "{} repetitions: the scatter of fewer than 8 says nothing about an error, and their sums are kept "
+                   "apart, each in blocks of its own; give 8 to {}",
+                   asked.repetitions, most_error_repetitions);
+  }
+  if (e.sampling.law != Law::granusolve) {
+    return problem("figures.error_against_time.repetitions",
+                   "only the law granusolve draws enough piles in which peaks stand apart, but sampling.law is {}; set "
+                   "repetitions = 0 or change the law",
+                   name_of(e.sampling.law));
+  }
+  if (auto found = find_mu_problem("figures.error_against_time.mu", asked.mu)) return found;
+  if (asked.mu == 0)
+    return problem("figures.error_against_time.mu", "at mu = 0 nothing is random and no error falls; give mu above 0");
+  constexpr int least_layers = bottom_margin + 40;
+  if (auto found =
+          find_lattice_problem("figures.error_against_time.columns", asked.columns, "figures.error_against_time.layers",
+                               asked.layers, least_layers, pile_memory(asked.columns, asked.layers))) {
+    return found;
+  }
+  constexpr double room_for_widths = 24;  // bead diameters: eight widths of 3
+  const double least_columns = 2 * tan30 * Lattice::depth(asked.layers - bottom_margin) + room_for_widths;
+  if (asked.columns < least_columns) {
+    return problem("figures.error_against_time.columns",
+                   "{} columns: the two peaks meet behind the ring above layer {}, so that no slope could be fitted; "
+                   "give at least {}, or fewer layers",
+                   asked.columns, asked.layers - bottom_margin, std::ceil(least_columns));
+  }
+  return {};
 }
 
 }  // namespace
@@ -178,6 +214,9 @@ Problem find_side_problem(const Experiment& e) {
                      "beads and at most {:g} beads, or 0 layers for no stress test",
                      e.stress.layers, e.stress.columns, most_beads);
     }
+  }
+  if (e.error_against_time.repetitions != 0) {
+    if (auto found = find_error_curve_problem(e)) return found;
   }
   if (e.chain_share.samples > 0) {
     const char* key = "figures.chain_share.samples";

@@ -157,6 +157,13 @@ std::vector<PictureOutcome> draw_pile_pictures(const Experiment& experiment, con
     scene.scene = "weight";
     drawn.push_back(pictures.draw("bead-weights", "pictures/weight.words", scene, pictures.pile(), nullptr, redraw));
   }
+  if (chains.friction) {
+    SceneSpec scene = chains.scene;
+    scene.scene = "friction";
+    scene.colour_map.clear();
+    drawn.push_back(
+        pictures.draw("mobilised-friction", "pictures/friction.words", scene, pictures.pile(), nullptr, redraw));
+  }
   if (chains.response) {
     if (const auto pair = pictures.pair()) {
       SceneSpec scene = chains.scene;

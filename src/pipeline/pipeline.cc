@@ -22,6 +22,7 @@
 #include "plot/bead_forces.h"
 #include "plot/choice.h"
 #include "plot/counted_work.h"
+#include "plot/error_against_time.h"
 #include "plot/gnuplot.h"
 #include "plot/law_comparison.h"
 #include "plot/law_cost.h"
@@ -212,6 +213,15 @@ class Run {
     return fmt::format(", {} more", describe_duration(beads * drawn_in_seconds_ / drawn_in_this_run_));
   }
 
+  /// What drawing a whole ensemble took; NaN if parts of it came from a run that was stopped.
+  double drawing_seconds(const PlannedEnsemble& planned) const {
+    if (planned.begun > 0 && !planned.reusable) return std::nan("");
+    for (const StageTiming& timing : data_.timings) {
+      if (timing.stage == "sample " + planned.label) return timing.seconds;
+    }
+    return std::nan("");
+  }
+
   /// A bead that only rounding puts outside its band is put onto its end; how often is part of the numerics.
   void note_rounding() {
     if (drawn_beads_ == 0) return;
@@ -248,8 +258,9 @@ class Run {
     SideMeasurer side(experiment_, options_.threads);
     for (SideEnsemble& one : plan_side_ensembles(experiment_, options_.folder)) {
       const MeasuredEnsemble ensemble = obtain(one.planned);
-      if (needs(Stage::analyse)) timed("analyse", [&] { side.add(one, ensemble); });
+      if (needs(Stage::analyse)) timed("analyse", [&] { side.add(one, ensemble, drawing_seconds(one.planned)); });
     }
+    error_curve_seconds_ = side.error_curve_seconds();
     if (reused_ > 0) {
       data_.skipped.push_back(
           fmt::format("{} of {} ensembles were already there and were not drawn again.", reused_, obtained_));
@@ -350,6 +361,9 @@ class Run {
       if (!side.stress.empty()) {
         add_figure([&] { return draw_stress(side.stress, options_.folder); });
       }
+      if (!side.error_curves.empty()) {
+        add_figure([&] { return draw_error_against_time(side.error_curves, error_curve_seconds_, options_.folder); });
+      }
     });
     note_version("gnuplot");
     say(options_.progress, "drew the plots");
@@ -387,6 +401,7 @@ class Run {
   ReportData data_;
   Field field_;  ///< the mean response at figures.response_profiles.mu, for its picture
   std::optional<Transport> field_transport_;
+  std::vector<double> error_curve_seconds_;
   RunResult result_;
   std::map<std::string, double> earlier_timings_;        ///< by stage
   std::size_t obtained_ = 0, reused_ = 0;                ///< ensembles

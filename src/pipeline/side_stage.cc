@@ -8,6 +8,7 @@
 
 #include "analysis/chain_share.h"
 #include "analysis/counted_work.h"
+#include "analysis/error_curve.h"
 #include "analysis/law_comparison.h"
 #include "analysis/redrawn_beads.h"
 #include "experiment/experiment_check.h"
@@ -36,6 +37,7 @@ class Planner {
       }
     }
     for (const double mu : experiment_.nonlinearity.mu) add_loads(mu);
+    if (experiment_.error_against_time.repetitions > 0) add_error_curves();
     return std::move(planned_);
   }
 
@@ -79,6 +81,48 @@ class Planner {
   std::uint64_t whole_rounds(double samples) const {
     const std::uint64_t round = group_size * static_cast<std::uint64_t>(experiment_.response.blocks);
     return round * static_cast<std::uint64_t>(std::max(1.0, std::ceil(samples / static_cast<double>(round) - 1e-9)));
+  }
+
+  /// Small repetitions of noisy estimators have no fit, so that these need more piles each time.
+  void add_error_curves() {
+    EnsembleSpec spec = error_spec(64);
+    spec.estimator = EstimatorName::point;
+    spec.samples *= 4;
+    add_error_curve("point", spec);
+    spec = error_spec(64);
+    spec.estimator = EstimatorName::paired;
+    spec.samples *= 2;
+    add_error_curve("paired", spec);
+    struct Options {
+      double epsilon;
+      bool opposite;
+      int sign_run;
+    };
+    for (const auto& [epsilon, opposite, sign_run] :
+         {Options{0.1, false, 1}, {0.25, false, 1}, {0.5, false, 1}, {0.25, true, 2}, {0.1, true, 2}}) {
+      spec = error_spec(64);
+      spec.estimator = EstimatorName::multiplexed;
+      spec.epsilon = epsilon;
+      spec.opposite = opposite;
+      spec.sign_run = sign_run;
+      add_error_curve(fmt::format("multiplexed-{}{}{}", exact(epsilon), opposite ? "-opposite" : "",
+                                  sign_run > 1 ? fmt::format("-runs-{}", sign_run) : ""),
+                      spec);
+    }
+  }
+
+  EnsembleSpec error_spec(std::uint64_t samples_each_time) const {
+    const ErrorAgainstTimeSpec& asked = experiment_.error_against_time;
+    const auto repetitions = static_cast<std::uint64_t>(asked.repetitions);
+    EnsembleSpec spec = spec_at(asked.mu, {asked.columns, asked.layers}, samples_each_time * repetitions);
+    spec.overload = ResponseSpec{}.overload;
+    spec.blocks = repetition_blocks * asked.repetitions;
+    spec.layers = layers_to_record(error_curve_fit(spec.lattice), {});
+    return spec;
+  }
+
+  void add_error_curve(const std::string& name, const EnsembleSpec& spec) {
+    add(SideKind::error_curve, fmt::format("error against time, {}", name), fmt::format("error-{}", name), spec);
   }
 
   void add_laws() {
@@ -197,7 +241,7 @@ std::vector<SideEnsemble> plan_side_ensembles(const Experiment& experiment, cons
   return Planner(experiment, run_folder).plan();
 }
 
-void SideMeasurer::add(const SideEnsemble& side, const MeasuredEnsemble& ensemble) {
+void SideMeasurer::add(const SideEnsemble& side, const MeasuredEnsemble& ensemble, double seconds) {
   switch (side.kind) {
     case SideKind::redrawn_beads:
       measured_.redrawn_beads.push_back(measure_redrawn_beads(side.planned.spec, ensemble.record));
@@ -221,6 +265,10 @@ void SideMeasurer::add(const SideEnsemble& side, const MeasuredEnsemble& ensembl
       nonlinearity_.add(std::move(kept));
       break;
     }
+    case SideKind::error_curve:
+      measured_.error_curves.push_back(measure_error_curve(side.planned.spec, ensemble.record, threads_));
+      error_curve_seconds_.push_back(seconds);
+      break;
     case SideKind::chain_share:
       measured_.chain_share.push_back(measure_chain_share(ensemble));
       break;
@@ -230,6 +278,7 @@ void SideMeasurer::add(const SideEnsemble& side, const MeasuredEnsemble& ensembl
 SideMeasurements SideMeasurer::finish() {
   measured_.small_friction_scaling = fit_small_friction(small_friction_);
   measured_.nonlinearity = nonlinearity_.finish();
+  set_shifts(measured_.error_curves);
   return std::move(measured_);
 }
 

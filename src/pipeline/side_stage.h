@@ -18,7 +18,8 @@ enum class SideKind {
   chain_share,
   law_comparison,
   law_cost,
-  nonlinearity
+  nonlinearity,
+  error_curve
 };
 
 /// One small ensemble beside the main ones.
@@ -35,14 +36,19 @@ std::vector<SideEnsemble> plan_side_ensembles(const Experiment& experiment, cons
 class SideMeasurer {
  public:
   SideMeasurer(const Experiment& experiment, int threads)
-      : nonlinearity_(experiment.fit, experiment.response.epsilon, threads) {}
-  void add(const SideEnsemble& side, const MeasuredEnsemble& ensemble);
+      : threads_(threads), nonlinearity_(experiment.fit, experiment.response.epsilon, threads) {}
+  /// `seconds`: what drawing the ensemble took, NaN if unknown.
+  void add(const SideEnsemble& side, const MeasuredEnsemble& ensemble, double seconds);
+  /// For each of the error curves.
+  const std::vector<double>& error_curve_seconds() const { return error_curve_seconds_; }
   SideMeasurements finish();
 
  private:
   SideMeasurements measured_;
   std::vector<MeasuredSmallFriction> small_friction_;
+  int threads_;
   NonlinearityMeasurer nonlinearity_;
+  std::vector<double> error_curve_seconds_;
 };
 
 }  // namespace granuscope

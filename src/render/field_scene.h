@@ -15,7 +15,7 @@ struct FieldRow {
 
 /// A quantity over the plane, such as the mean response P(x, z) of an ensemble, and lines over it.
 struct Field {
-  std::vector<FieldRow> rows;  ///< z ascending; each reaches half way to the next
+  std::vector<FieldRow> rows;  ///< z ascending; each reaches half way to the next, but not into a gap between them
   std::string key_title;       ///< of the colour scale
   std::vector<OverlayLine> lines;
 };

@@ -20,6 +20,7 @@ Json to_json(const Estimate& estimate) {
   }
   json["value"] = estimate.value;
   json["stderr"] = finite_or_null(estimate.standard_error);
+  if (std::isfinite(estimate.systematic)) json["systematic"] = estimate.systematic;
   if (!std::isfinite(estimate.standard_error)) json["reason"] = "its standard error is unknown";
   return json;
 }

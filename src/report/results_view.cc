@@ -4,6 +4,7 @@
 
 #include "report/number_text.h"
 #include "report/report_view.h"
+#include "support/number_format.h"
 
 namespace granuscope {
 
@@ -37,6 +38,34 @@ void add_reason(Json& notes, const Json& summary, const std::string& pointer, co
   notes.push_back(note);
 }
 
+/// The systematic error of an estimate as a list of one cell, with two significant digits; empty where there is none.
+Json systematic_cells(const Json& summary, const std::string& estimate) {
+  Json cells = Json::array();
+  const std::string pointer = estimate + "/systematic";
+  if (!summary.contains(Json::json_pointer(pointer))) return cells;
+  Json cell = number_cell(summary, pointer);
+  cell["text"] = significant(summary.at(Json::json_pointer(pointer)).get<double>(), 2);
+  cells.push_back(cell);
+  return cells;
+}
+
+/// A row for each neighbour of a window. `names`: the estimates shown of each.
+Json neighbour_rows(const Json& summary, const std::string& list, std::initializer_list<const char*> names) {
+  Json rows = Json::array();
+  const Json& neighbours = summary.at(Json::json_pointer(list));
+  for (std::size_t i = 0; i < neighbours.size(); ++i) {
+    const std::string pointer = fmt::format("{}/{}", list, i);
+    Json row;
+    for (const char* change : {"without_shallowest_quarter", "without_deepest_quarter", "longer_above",
+                               "without_lowest_mu", "without_highest_mu"}) {
+      row[change] = neighbours[i].at("change") == change;
+    }
+    for (const char* name : names) row[name] = plain_cell(summary, fmt::format("{}/{}", pointer, name));
+    rows.push_back(row);
+  }
+  return rows;
+}
+
 Json window_cells(const Json& summary, const std::string& fit) {
   Json window;
   window["low"] = number_cell(summary, fit + "/window/0");
@@ -50,6 +79,7 @@ Json exponent_view(const Json& summary, const char* name, const char* claim_id, 
   const std::string pointer = fmt::format("/scaling/{}", name);
   Json view;
   view["value"] = number_cell(summary, pointer);
+  view["systematic"] = systematic_cells(summary, pointer);
   view["window"] = window_cells(summary, pointer);
   view["points"] = number_cell(summary, pointer + "/points");
   view["verdict"] = verdict_cell(summary, claim_id);
@@ -104,6 +134,13 @@ Json transport_rows(const Json& summary, Json& notes) {
     for (const char* name : {"mu", "samples", "estimator", "law", "c", "D", "alpha_thrust", "c_thrust"}) {
       row[name] = number_cell(summary, fmt::format("{}/{}", pointer, name));
     }
+    row["c_systematic"] = systematic_cells(summary, pointer + "/c");
+    row["D_systematic"] = systematic_cells(summary, pointer + "/D");
+    row["fitted_area"] = plain_cell(summary, pointer + "/fitted_area");
+    row["centre_background"] = plain_cell(summary, pointer + "/centre_background");
+    row["largest_misfit"] = fixed_cell(summary, pointer + "/largest_misfit", 2);
+    row["neighbours"] = neighbour_rows(summary, pointer + "/neighbouring_windows", {"c_shift", "D_shift"});
+    row["has_neighbours"] = !row["neighbours"].empty();
     const bool multiplexed = results[i].at("estimator") == "multiplexed";
     row["row_epsilon"] = Json::array();
     if (multiplexed) row["row_epsilon"].push_back(number_cell(summary, pointer + "/epsilon"));
@@ -151,6 +188,9 @@ Json results_view(const Json& summary) {
   view["beta"] = exponent_view(summary, "beta", "D-of-mu", exponent_notes);
   view["gamma"] = exponent_view(summary, "gamma", "c-of-mu", exponent_notes);
   view["alpha"] = exponent_view(summary, "alpha", "c-of-D", exponent_notes);
+  view["scaling_neighbours"] =
+      neighbour_rows(summary, "/scaling/neighbouring_windows", {"beta_shift", "gamma_shift", "alpha_shift"});
+  view["has_scaling_neighbours"] = !view["scaling_neighbours"].empty();
   view["other_windows"] = other_windows_view(summary, exponent_notes);
   view["has_other_windows"] = !view["other_windows"].empty();
   view["by_ratio"] = by_ratio_view(summary, exponent_notes);

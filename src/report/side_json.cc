@@ -39,6 +39,14 @@ Json to_json(const ThrustAtDepth& depth) {
           {"weight_variance", granuscope::to_json(depth.weight_variance)}};
 }
 
+Json to_json(const ErrorPoint& point) {
+  return {{"samples", point.samples},
+          {"repetitions", point.repetitions},
+          {"scatter_c", finite_or_null(point.scatter_c)},
+          {"scatter_D", finite_or_null(point.scatter_D)}};
+}
+
+Json to_json(const ErrorCurve& curve);
 Json to_json(const SmallFriction& small);
 Json to_json(const ChainShareAtDepth& depth);
 Json to_json(const ChainShare& share);
@@ -52,6 +60,26 @@ template <typename Item>
 Json list_of(const std::vector<Item>& items) {
   Json json = Json::array();
   for (const Item& item : items) json.push_back(to_json(item));
+  return json;
+}
+
+Json to_json(const ErrorCurve& curve) {
+  Json json = {{"estimator", curve.estimator}, {"mu", curve.mu}, {"columns", curve.columns}, {"layers", curve.layers}};
+  if (curve.estimator == "multiplexed") {
+    json.update(Json{{"epsilon", curve.epsilon}, {"opposite", curve.opposite}, {"sign_run", curve.sign_run}});
+  } else {
+    json["overload"] = curve.overload;
+  }
+  json.update(Json{{"samples", curve.samples},
+                   {"failed", curve.failed},
+                   {"beads", curve.beads},
+                   {"points", list_of(curve.points)},
+                   {"c", granuscope::to_json(curve.c)},
+                   {"D", granuscope::to_json(curve.D)},
+                   {"shift_c", granuscope::to_json(curve.shift_c)},
+                   {"shift_D", granuscope::to_json(curve.shift_D)},
+                   {"slope_c", granuscope::to_json(curve.slope_c)},
+                   {"slope_D", granuscope::to_json(curve.slope_D)}});
   return json;
 }
 
@@ -180,6 +208,7 @@ Json to_json(const SideMeasurements& side) {
   json["nonlinearity"]["responses"] = list_of(side.nonlinearity.responses);
   json["nonlinearity"]["exponents"] = list_of(side.nonlinearity.exponents);
   json["stress"] = list_of(side.stress);
+  json["error_curves"] = list_of(side.error_curves);
   return json;
 }
 

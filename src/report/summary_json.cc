@@ -37,6 +37,8 @@ Json to_json(const DepthFit& fit) {
   }
   json["chi2_per_dof"] = finite_or_null(fit.degrees_of_freedom > 0 ? fit.chi2_per_dof : std::nan(""));
   json["degrees_of_freedom"] = fit.degrees_of_freedom;
+  json["fitted_area"] = to_json(fit.fitted_area);
+  json["centre_background"] = to_json(fit.centre_background);
   json["misfit"] = fit.misfit;
   json["misfit_at_least"] = fit.misfit_at_least;
   json["identifiable"] = fit.identifiable;
@@ -46,6 +48,8 @@ Json to_json(const DepthFit& fit) {
   return json;
 }
 
+Json to_json(const WindowNeighbour& neighbour);
+Json to_json(const ScalingNeighbour& neighbour);
 Json to_json(const Transport& result);
 Json to_json(const ScalingFits& fits);
 Json to_json(const RatioScaling& ratios);
@@ -74,6 +78,18 @@ Json to_json(const Laws& laws) {
   json["width_squared"] = to_json(laws.width);
   json["amplitude"] = to_json(laws.amplitude);
   json["noise"] = to_json(laws.noise);
+  return json;
+}
+
+Json to_json(const WindowNeighbour& neighbour) {
+  Json json;
+  json["change"] = neighbour.change;
+  if (neighbour.depths > 0) json["window_layers"] = neighbour.layers;
+  json["depths"] = neighbour.depths;
+  json["c"] = to_json(neighbour.c);
+  json["D"] = to_json(neighbour.D);
+  json["c_shift"] = to_json(neighbour.c_shift);
+  json["D_shift"] = to_json(neighbour.D_shift);
   return json;
 }
 
@@ -112,6 +128,10 @@ Json to_json(const Transport& result) {
   json["width_line"] = to_json(result.width_line);
   json["window_layers"] = result.window_layers;
   json["depths_in_window"] = result.depths_in_window;
+  json["neighbouring_windows"] = list_of(result.neighbours);
+  json["fitted_area"] = to_json(result.fitted_area);
+  json["centre_background"] = to_json(result.centre_background);
+  json["largest_misfit"] = result.largest_misfit;
   json["depths"] = list_of(result.depths);
   json["sampler"]["draws_per_bead"] = finite_or_null(result.draws_per_bead);
   json["sampler"]["mended_per_bead"] = finite_or_null(result.mended_per_bead);
@@ -134,6 +154,16 @@ Json to_json(const ScalingFits& fits) {
   json["beta"] = to_json(fits.beta);
   json["gamma"] = to_json(fits.gamma);
   json["alpha"] = to_json(fits.alpha);
+  return json;
+}
+
+Json to_json(const ScalingNeighbour& neighbour) {
+  Json json;
+  json["change"] = neighbour.change;
+  json.update(to_json(neighbour.fits));
+  json["beta_shift"] = to_json(neighbour.beta_shift);
+  json["gamma_shift"] = to_json(neighbour.gamma_shift);
+  json["alpha_shift"] = to_json(neighbour.alpha_shift);
   return json;
 }
 
@@ -190,6 +220,7 @@ std::string summary_json(const ReportData& data) {
   json["results"] = list_of(data.analysis.results);
   json["mean_exponents"] = to_json(data.analysis.mean_laws);
   json["scaling"] = to_json(data.analysis.scaling);
+  json["scaling"]["neighbouring_windows"] = list_of(data.analysis.neighbours);
   json["scaling"]["other_windows"] = list_of(data.analysis.other_windows);
   json["scaling"]["by_ratio"] = list_of(data.analysis.by_ratio);
   json["side"] = to_json(data.analysis.side);

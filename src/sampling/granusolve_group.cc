@@ -140,6 +140,8 @@ GroupRow GranusolveGroup::row(int layer) const {
 void GranusolveGroup::prepare(std::uint64_t first_sample, std::span<const std::span<const double>> loads,
                               std::span<std::optional<SamplingFailure>> failures) {
   const auto columns = static_cast<std::size_t>(lattice_.columns());
+  times_ = PhaseTimes::current();
+  if (times_ != nullptr) times_->begin();
   finished_ = 0;
   lost_ = 0;
   beads_by_ = {};
@@ -186,6 +188,7 @@ void GranusolveGroup::draw(GranusolveGroup& a, GranusolveGroup& b) {
       } else {
         const auto left_over =
             mend_beads(a.cone_, {&a.front_, &b.front_}, {a.surroundings(), b.surroundings()}, {a.open_, b.open_});
+        a.lap(Phase::pairs);
         a.settle(left_over[0]);
         b.settle(left_over[1]);
       }
@@ -270,6 +273,7 @@ void GranusolveGroup::hand_over_counts(std::size_t lane) {
 void GranusolveGroup::begin_layer(int layer) {
   // The layer that stood in this one's place leaves the window; the next two go on serving its identities.
   if (layer >= window - 2) finish_layer(layer - window + 2);
+  lap(Phase::finishing);
   const std::size_t columns = static_cast<std::size_t>(lattice_.columns());
   const std::size_t here = lattice_.index(layer % window, 0) * group_lanes;
   std::memset(attempts_.get() + here, 0, columns * group_lanes * sizeof attempts_[0]);
@@ -286,6 +290,7 @@ void GranusolveGroup::begin_layer(int layer) {
   position_ = 0;
   bead_ = order.first_bead;
   draw_layer_in_bulk(layer);
+  lap(Phase::first_draws);
 }
 
 GroupBead GranusolveGroup::surroundings() const {
@@ -308,17 +313,20 @@ bool GranusolveGroup::find_unsolved() {
     open_ = front_.failing[bead_] & running_;
     if (open_ == 0) continue;
     // The top layer and the ends of the order are left to the solvers of single piles.
-    if (front_.layer == 0 || position_ == 0 || position_ == lattice_.columns() - 1) return true;
+    if (front_.layer == 0 || position_ == 0 || position_ == lattice_.columns() - 1) break;
     open_ = draw_as_is(cone_, front_, surroundings(), open_);
-    if (open_ != 0) return true;
+    if (open_ != 0) break;
   }
-  return false;
+  lap(Phase::search);
+  return position_ < lattice_.columns();
 }
 
 /// Solves the bead that find_unsolved has found, and goes on to the next.
 void GranusolveGroup::mend_here() {
   const bool at_an_end = front_.layer == 0 || position_ == 0 || position_ == lattice_.columns() - 1;
-  settle(at_an_end ? open_ : mend_beads(cone_, front_, surroundings(), open_));
+  const unsigned left_over = at_an_end ? open_ : mend_beads(cone_, front_, surroundings(), open_);
+  lap(Phase::pairs);
+  settle(left_over);
 }
 
 /// The piles of `lanes` one by one, whatever it takes; then goes on to the next bead.
@@ -337,6 +345,7 @@ void GranusolveGroup::settle(unsigned lanes) {
   }
   ++position_;
   bead_ = front_.forward ? lattice_.next(bead_) : lattice_.previous(bead_);
+  lap(Phase::one_by_one);
 }
 
 void GranusolveGroup::give_up(std::size_t lane) {
@@ -413,7 +422,9 @@ void GranusolveGroup::finish() {
     const auto lane = static_cast<std::size_t>(std::countr_zero(rest));
     solvers_[lane]->add_pile(beads_by_[lane]);
   }
+  lap(Phase::finishing);
   draw_lost_piles();
+  lap(Phase::one_by_one);
 }
 
 void GranusolveGroup::draw_lost_piles() {

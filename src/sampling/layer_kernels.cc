@@ -85,7 +85,17 @@ HWY_EXPORT(FillFirstUniforms);
 HWY_EXPORT(DrawBeads);
 HWY_EXPORT(FindFailing);
 
+namespace {
+
+thread_local int plain_kernels = 0;
+
+}  // namespace
+
+PlainKernels::PlainKernels() { ++plain_kernels; }
+PlainKernels::~PlainKernels() { --plain_kernels; }
+
 void fill_first_uniforms(std::uint64_t seed, std::uint32_t sample, int layer, double* uniforms, std::size_t beads) {
+  if (plain_kernels > 0) return fill_first_uniforms_plain(seed, sample, layer, uniforms, beads);
   HWY_DYNAMIC_DISPATCH(FillFirstUniforms)(seed, sample, layer, uniforms, beads);
 }
 
@@ -118,13 +128,14 @@ void draw_beads_plain(const FrictionCone& cone, const UpperRow& above, const dou
 
 void draw_beads(const FrictionCone& cone, const UpperRow& above, const double* uniforms, std::size_t beads,
                 const LowerRow& out) {
-  const std::size_t done = HWY_DYNAMIC_DISPATCH(DrawBeads)(cone, above, uniforms, beads, out);
+  const std::size_t done = plain_kernels > 0 ? 0 : HWY_DYNAMIC_DISPATCH(DrawBeads)(cone, above, uniforms, beads, out);
   draw_beads_plain(cone, {above.V_UL + done, above.V_UR + done, above.H_UL + done, above.H_UR + done}, uniforms + done,
                    beads - done,
                    {out.V_R + done, out.V_L + done, out.H + done, out.H_R + done, out.H_L + done, out.slack + done});
 }
 
 void find_failing(const double* slack, std::size_t beads, std::uint64_t* words) {
+  if (plain_kernels > 0) return find_failing_plain(slack, beads, words);
   HWY_DYNAMIC_DISPATCH(FindFailing)(slack, beads, words);
 }
 

@@ -43,6 +43,15 @@ void draw_beads_plain(const FrictionCone& cone, const UpperRow& above, const dou
 void find_failing(const double* slack, std::size_t beads, std::uint64_t* words);
 void find_failing_plain(const double* slack, std::size_t beads, std::uint64_t* words);
 
+/// While one lives, the kernels above are their plain twins in this thread: for measuring what the vectors gain.
+class PlainKernels {
+ public:
+  PlainKernels();
+  ~PlainKernels();
+  PlainKernels(const PlainKernels&) = delete;
+  PlainKernels& operator=(const PlainKernels&) = delete;
+};
+
 /// The instruction set that the kernels use on this machine, as Highway names it ("AVX3" is AVX-512).
 std::string instruction_set();
 

@@ -1,8 +1,11 @@
 #include "bench/accuracy_suite.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 #include <sstream>
+
+#include "sampling/sampler_spec.h"
 
 using namespace granuscope;
 
@@ -22,8 +25,10 @@ TEST_CASE("the accuracy table is JSON with a case per estimator, unknown numbers
   thrust.mu = 0.3;
   thrust.estimator = "thrust";
   thrust.stderr_c_thrust = 1e-5;
+  thrust.reason = "too small";
   table.cases = {point, thrust};
-  table.speedups = {{0.3, 0.25, 20, 25, 2000}, {0.3, 0.5, 70, 75, 2000}};
+  table.speedups = {{0.3, 0.25, false, 1, 20, 25, 2000}, {0.3, 0.5, true, 2, 70, 75, 2000}};
+  table.stated = 1;
   const auto json = nlohmann::json::parse(accuracy_json(table));
   REQUIRE(json.at("cases").size() == 2);
   const auto& first = json.at("cases")[0];
@@ -35,12 +40,15 @@ TEST_CASE("the accuracy table is JSON with a case per estimator, unknown numbers
   CHECK(first.at("repetitions") == 24);
   CHECK(first.at("curve")[0].at("rms_D") == 2e-2);
   CHECK(json.at("cases")[1].at("stderr_c").is_null());
+  CHECK(json.at("cases")[1].at("reason") == "too small");
   CHECK(json.at("cases")[1].at("stderr_c_thrust") == 1e-5);
   const auto& speedup = json.at("speedup_at_equal_error").at("mu=0.3");
   CHECK(speedup.at("D") == 70);
   CHECK(speedup.at("c_peaks") == 75);
   CHECK(speedup.at("c_thrust") == 2000);
-  CHECK(json.at("speedup_by_epsilon").size() == 2);
+  CHECK(speedup.at("opposite") == true);
+  CHECK(speedup.at("sign_run") == 2);
+  CHECK(json.at("speedup_by_options").size() == 2);
 }
 
 TEST_CASE("the multiplexed estimator is many times cheaper than the paper's procedure at equal error", "[long]") {
@@ -48,14 +56,23 @@ TEST_CASE("the multiplexed estimator is many times cheaper than the paper's proc
   // and 500) must show in any case.
   std::ostringstream messages;
   const AccuracyTable table = measure_accuracy({.threads = 2, .repetitions = 10}, messages);
-  for (const Speedup& speedup : table.speedups) {
-    if (speedup.epsilon != table.stated_epsilon) continue;
+  const std::size_t at_each_mu = table.speedups.size() / 2;
+  for (const std::size_t k : {table.stated, at_each_mu + table.stated}) {
+    const Speedup& speedup = table.speedups.at(k);
     CAPTURE(speedup.mu, speedup.D, speedup.c_peaks, speedup.c_thrust);
     CHECK(speedup.D > 50.0 / 3);
     CHECK(speedup.c_peaks > 50.0 / 3);
     CHECK(speedup.c_thrust > 500.0 / 3);
   }
+  for (const Law law : all_laws) {
+    for (const char* estimator : {"point", "paired", "multiplexed"}) {
+      CHECK(std::any_of(table.cases.begin(), table.cases.end(), [&](const AccuracyCase& c) {
+        return c.law == name_of(law) && c.estimator == estimator && c.stderr_c_thrust > 0;
+      }));
+    }
+  }
   for (const AccuracyCase& c : table.cases) {
+    CHECK(c.curve.empty() == (!c.reason.empty() || c.estimator == "thrust"));
     if (c.curve.empty()) continue;
     CHECK(c.curve.front().seconds > 0);
     CHECK(c.repetitions == 10);

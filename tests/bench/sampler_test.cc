@@ -18,7 +18,7 @@ TEST_CASE("the sampler suite times every engine at every friction and size, and 
   int said = 0;
   const SamplerBench bench = run_sampler_suite(options, [&](const std::string&) { ++said; });
   CHECK(said == 5);
-  REQUIRE(bench.cases.size() == 2 * 2 * 3);
+  REQUIRE(bench.cases.size() == 2 * 2 * 4);
   for (const SamplerCase& c : bench.cases) {
     CHECK(c.ns_per_bead > 0);
     CHECK(c.wall_ns_per_bead > 0);
@@ -27,18 +27,25 @@ TEST_CASE("the sampler suite times every engine at every friction and size, and 
   const auto json = nlohmann::json::parse(sampler_bench_json(bench));
   CHECK(json.at("lanes") == 8);
   CHECK_FALSE(json.at("instruction_set").get<std::string>().empty());
-  CHECK(json.at("cases").size() == 13);  // and the batch engine on two threads
+  REQUIRE(json.at("batch_ns_per_bead_by_phase").size() == 4);
+  double of_phases = 0;
+  for (const char* phase : {"first_draws", "search", "pairs", "one_by_one", "finishing"}) {
+    CHECK(json.at("batch_ns_per_bead_by_phase")[0].at(phase) > 0);
+    of_phases += json.at("batch_ns_per_bead_by_phase")[0].at(phase).get<double>();
+  }
+  CHECK(of_phases == Approx(json.at("cases")[2].at("ns_per_bead").get<double>()));
+  CHECK(json.at("cases").size() == 17);  // and the batch engine on two threads
   const auto& first = json.at("cases")[0];
   CHECK(first.at("mu") == 0.1);
   CHECK(first.at("columns") == 64);
   CHECK(first.at("layers") == 16);
   CHECK(first.at("engine") == "scalar");
   CHECK(first.at("threads") == 1);
-  CHECK(json.at("cases")[12].at("threads") == 2);
+  CHECK(json.at("cases")[16].at("threads") == 2);
   REQUIRE(json.at("scaling").size() == 2);
   CHECK(json.at("scaling")[0].at("batch") == 1);
   CHECK(json.at("scaling")[0].at("arithmetic") == 1);
-  const double scalar = first.at("ns_per_bead"), batch = json.at("cases")[1].at("ns_per_bead");
+  const double scalar = first.at("ns_per_bead"), batch = json.at("cases")[2].at("ns_per_bead");
   CHECK(json.at("ratios").at("mu=0.1 64x16 scalar/batch").get<double>() == Approx(scalar / batch));
   CHECK(json.at("targets").size() == 2 * 2 + 2 * 2 + 2);
   CHECK_THAT(sampler_bench_table(bench), Catch::Contains("no-rejection"));

@@ -5,8 +5,11 @@
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <set>
+#include <sstream>
 
 #include "cli/in_process.h"
+#include "ensemble/ensemble_runner.h"
 #include "model/audit.h"
 #include "storage/pile_file.h"
 
@@ -245,4 +248,62 @@ TEST_CASE("A pile that cannot be completed within its effort is told with its la
   CHECK(stored.code == 2);
   CHECK_THAT(stored.err, Contains("could not be completed"));
   CHECK_FALSE(std::filesystem::exists("never.h5"));
+}
+
+TEST_CASE("the command that an ensemble names for a failed pile meets the failure, and draws the others") {
+  for (const EstimatorName estimator : {EstimatorName::point, EstimatorName::paired, EstimatorName::multiplexed}) {
+    for (const bool opposite : {false, true}) {
+      if (opposite && estimator != EstimatorName::multiplexed) continue;
+      EnsembleSpec spec;
+      spec.estimator = estimator;
+      spec.opposite = opposite;
+      spec.sign_run = opposite ? 2 : 1;
+      spec.overload = 2;
+      spec.epsilon = 0.5;
+      spec.sampler.mu = 0.3;
+      spec.sampler.seed = 5;
+      spec.sampler.effort = 1.2;
+      spec.lattice = {20, 30};
+      spec.samples = 64;
+      spec.blocks = 8;
+      EnsembleRecord record = run_ensemble(spec, 1, nullptr);
+      while (record.failed.size() > 32 && spec.sampler.effort < 4) {  // until some piles fail and some do not
+        spec.sampler.effort += 0.05;
+        record = run_ensemble(spec, 1, nullptr);
+      }
+      INFO(name_of(estimator) << ", failed " << record.failed.size());
+      REQUIRE(!record.failed.empty());
+      REQUIRE(record.failed.size() < spec.samples);
+      const auto repeat = [&](std::uint64_t sample) {
+        std::istringstream words(replay_command(spec, sample));
+        std::vector<std::string> arguments;
+        for (std::string word; words >> word;) arguments.push_back(word);
+        REQUIRE(arguments.front() == "granuscope");
+        arguments.erase(arguments.begin());
+        arguments.back() = (std::filesystem::temp_directory_path() / "granuscope-replayed.h5").string();
+        return granuscope_command(arguments);
+      };
+      std::set<std::uint64_t> failed;
+      for (const FailedSample& one : record.failed) {
+        failed.insert(one.sample);
+        CHECK(one.replay == replay_command(spec, one.sample));
+        const auto result = repeat(one.sample);
+        CHECK(result.code == 2);
+        CHECK_THAT(result.err, Contains(fmt::format("it got stuck in layer {})", one.layer)));
+      }
+      for (std::uint64_t sample = 0; sample < 64; ++sample) {
+        if (failed.contains(sample)) continue;
+        CHECK(repeat(sample).code == 0);
+        const Pile pile = read_pile(std::filesystem::temp_directory_path() / "granuscope-replayed.h5");
+        CHECK(pile.sample == sample);
+        const double load = pile.load[static_cast<std::size_t>(pile.lattice.middle())];
+        CHECK((estimator == EstimatorName::multiplexed ? std::abs(load - 1) == 0.5 : load == 3));
+        break;
+      }
+    }
+  }
+  const auto refused = granuscope_command({"sample", "--load", "multiplexed", "--statistics", "--samples", "64"});
+  CHECK(refused.code == 2);
+  CHECK_THAT(refused.err, Contains("--load uniform or point"));
+  CHECK(granuscope_command({"sample", "--opposite", "--out", "x.h5"}).code == 2);
 }

@@ -81,6 +81,7 @@ Experiment unusual_experiment() {
   e.law_comparison = {0.25, 8, 20, 768, {0.1, 0.2}, {5, 7}};
   e.stress = {400, 24};
   e.sampling.rules = MendingRules::no_arcs;
+  e.error_against_time = {24, 0.25, 300, 150};
   e.nonlinearity = {{0.1, 0.2}, {0.05, 0.125}, {0.5, 2}, 2048, 4096};
   e.figures.bead_forces = false;
   e.figures.scaling_with_friction = false;
@@ -96,6 +97,7 @@ Experiment unusual_experiment() {
   e.force_chains.scene.backend = "osmesa";
   e.force_chains.scene.skip_invisible = false;
   e.force_chains.weight = false;
+  e.force_chains.friction = true;
   e.force_chains.response = false;
   e.response_field.draw = false;
   e.report.pdf = false;

@@ -47,6 +47,18 @@ TEST_CASE("a field's rows meet half way, and what is negative is page") {
   CHECK(std::all_of(cells.begin(), cells.end(), [](const Element& cell) { return cell.level <= levels_below_lines; }));
 }
 
+TEST_CASE("a gap between rows is page, not one row drawn over all of it") {
+  Field field = small_field();
+  FieldRow far = field.rows.back();
+  far.z = 50;  // the others are 3 apart
+  field.rows.push_back(far);
+  const std::vector<Element> cells = elements_of(build_field_scene(field, small_spec()));
+  REQUIRE(cells.size() == 35);
+  CHECK(cells[27].z1 == 20.5);
+  CHECK(cells.back().z0 == 48.5);
+  CHECK(cells.back().z1 == 51.5);
+}
+
 TEST_CASE("lines lie over the field, dashes with gaps, along their whole length") {
   Field field = small_field();
   field.lines = {{{{0, 9}, {3, 18}}, false}, {{{0, 9}, {-3, 18}}, true}};

@@ -1,0 +1,188 @@
+#include "analysis/error_curve.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "analysis/transport.h"
+#include "ensemble/merge.h"
+#include "ensemble/parallel.h"
+
+namespace granuscope {
+namespace {
+
+constexpr std::size_t least_repetitions = 4;
+
+/// The blocks of one repetition, as an ensemble of its own.
+EnsembleRecord repetition_of(const EnsembleRecord& record, std::size_t repetition) {
+  const std::size_t first = repetition * repetition_blocks;
+  EnsembleRecord part;
+  const BlockSums& all = record.sums;
+  part.sums.layers = all.layers;
+  const auto count = all.count.begin() + static_cast<std::ptrdiff_t>(first);
+  part.sums.count.assign(count, count + repetition_blocks);
+  for (const auto& [name, quantity] : all.quantities) {
+    const std::size_t block = all.layers.size() * static_cast<std::size_t>(quantity.width);
+    const auto cut = [&](const std::vector<double>& numbers) {
+      const auto begin = numbers.begin() + static_cast<std::ptrdiff_t>(first * block);
+      return std::vector<double>(begin, begin + static_cast<std::ptrdiff_t>(repetition_blocks * block));
+    };
+    part.sums.quantities[name] = {quantity.width, cut(quantity.sum), cut(quantity.sum_of_squares)};
+  }
+  return part;
+}
+
+std::vector<EnsembleRecord> paired_up(const std::vector<EnsembleRecord>& records) {
+  std::vector<EnsembleRecord> sums;
+  for (std::size_t r = 0; r + 1 < records.size(); r += 2) {
+    sums.push_back(records[r]);
+    merge_into(sums.back(), records[r + 1]);
+  }
+  return sums;
+}
+
+struct Values {
+  std::vector<double> c, D;
+  bool all_known() const {
+    const auto known = [](double number) { return std::isfinite(number); };
+    return std::all_of(c.begin(), c.end(), known) && std::all_of(D.begin(), D.end(), known);
+  }
+};
+
+Values fit_all(const EnsembleSpec& spec, const std::vector<EnsembleRecord>& records, int threads) {
+  Values values{std::vector<double>(records.size()), std::vector<double>(records.size())};
+  const FitSpec fit = error_curve_fit(spec.lattice);
+  for_each_index(records.size(), threads, [&](std::size_t r) {
+    MeasuredEnsemble ensemble;
+    ensemble.mu = spec.sampler.mu;
+    ensemble.overload = spec.overload;
+    ensemble.record = records[r];
+    const Transport t = measure_transport(ensemble, fit, {}, 1).transport;
+    values.c[r] = t.c.value;
+    values.D[r] = t.D.value;
+  });
+  return values;
+}
+
+/// Standard deviation over the repetitions.
+double scatter_of(const std::vector<double>& values) {
+  const auto n = static_cast<double>(values.size());
+  const double mean = std::accumulate(values.begin(), values.end(), 0.0) / n;
+  double squares = 0;
+  for (const double value : values) squares += (value - mean) * (value - mean);
+  return std::sqrt(squares / (n - 1));
+}
+
+/// The error of all samples together, if it falls from that of the smallest repetitions, which are most.
+double error_of_all(const ErrorCurve& curve, double ErrorPoint::*scatter) {
+  const ErrorPoint& p = curve.points.front();
+  return p.*scatter * std::sqrt(static_cast<double>(p.samples) / static_cast<double>(curve.samples));
+}
+
+Estimate unknown(const char* reason) {
+  Estimate none;
+  none.reason = reason;
+  return none;
+}
+
+/// Slope of ln scatter on ln samples. The scatter of n repetitions is known to 1/sqrt(2(n - 1)) of itself. Sizes share
+/// their piles, which makes the slope better known than this says.
+Estimate slope_of(const std::vector<ErrorPoint>& points, double ErrorPoint::*scatter) {
+  if (points.size() < 2) return unknown("fewer than two sizes were measured");
+  double weights = 0, x_mean = 0, y_mean = 0;
+  const auto weight = [](const ErrorPoint& p) { return 2.0 * (p.repetitions - 1); };
+  for (const ErrorPoint& p : points) {
+    weights += weight(p);
+    x_mean += weight(p) * std::log(static_cast<double>(p.samples));
+    y_mean += weight(p) * std::log(p.*scatter);
+  }
+  x_mean /= weights;
+  y_mean /= weights;
+  double xx = 0, xy = 0;
+  for (const ErrorPoint& p : points) {
+    const double x = std::log(static_cast<double>(p.samples)) - x_mean;
+    xx += weight(p) * x * x;
+    xy += weight(p) * x * (std::log(p.*scatter) - y_mean);
+  }
+  return {xy / xx, 1 / std::sqrt(xx), {}};
+}
+
+Estimate difference(const Estimate& a, const Estimate& b) {
+  if (!a.known() || !b.known()) return unknown("one of the two curves has no mean");
+  return {a.value - b.value, std::hypot(a.standard_error, b.standard_error), {}};
+}
+
+}  // namespace
+
+FitSpec error_curve_fit(const LatticeSpec& lattice) {
+  FitSpec fit;
+  fit.last_layer = lattice.layers - bottom_margin - 1;
+  fit.first_layer = fit.last_layer / 3;
+  fit.shallow_layer = fit.first_layer;
+  fit.layer_step = std::max(1, (fit.last_layer - fit.first_layer) / 28 * 2 + 1);
+  // All estimators are to be compared over the same depths, also where the peaks are as narrow as a bead.
+  fit.min_identifiable_width = 0.1;
+  return fit;
+}
+
+ErrorCurve measure_error_curve(const EnsembleSpec& spec, const EnsembleRecord& record, int threads) {
+  ErrorCurve curve;
+  curve.mu = spec.sampler.mu;
+  curve.estimator = name_of(spec.estimator);
+  if (spec.estimator == EstimatorName::multiplexed) {
+    curve.epsilon = spec.epsilon;
+    curve.opposite = spec.opposite;
+    curve.sign_run = spec.sign_run;
+  } else {
+    curve.overload = spec.overload;
+  }
+  curve.columns = spec.lattice.columns;
+  curve.layers = spec.lattice.layers;
+  curve.failed = record.failed.size();
+  for (const std::uint64_t count : record.sums.count) curve.samples += count;
+  curve.beads = record.counts.beads;
+  curve.c = curve.D = curve.slope_c = curve.slope_D = unknown("the repetitions have no fit of two peaks");
+  curve.shift_c = curve.shift_D = unknown("there is no linear response to compare with");
+  if (std::find(record.sums.count.begin(), record.sums.count.end(), 0) != record.sums.count.end()) return curve;
+
+  std::vector<EnsembleRecord> records;
+  const auto repetitions = static_cast<std::size_t>(record.sums.blocks() / repetition_blocks);
+  if (repetitions == 0) return curve;
+  for (std::size_t r = 0; r < repetitions; ++r) records.push_back(repetition_of(record, r));
+  EnsembleRecord whole = records.front();
+  for (std::size_t r = 1; r < records.size(); ++r) merge_into(whole, records[r]);
+  std::uint64_t samples = curve.samples / repetitions;
+  for (; records.size() >= least_repetitions; records = paired_up(records), samples *= 2) {
+    const Values values = fit_all(spec, records, threads);
+    // A repetition too small for a fit tells nothing about the error of those that have one.
+    if (!values.all_known()) continue;
+    curve.points.push_back({samples, static_cast<int>(records.size()), scatter_of(values.c), scatter_of(values.D)});
+  }
+  if (curve.points.empty()) return curve;
+  const Values values = fit_all(spec, {whole}, threads);
+  curve.c = {values.c[0], error_of_all(curve, &ErrorPoint::scatter_c), {}};
+  curve.D = {values.D[0], error_of_all(curve, &ErrorPoint::scatter_D), {}};
+  if (!values.all_known()) curve.c = curve.D = unknown("the whole ensemble has no fit of two peaks");
+  curve.slope_c = slope_of(curve.points, &ErrorPoint::scatter_c);
+  curve.slope_D = slope_of(curve.points, &ErrorPoint::scatter_D);
+  return curve;
+}
+
+void set_shifts(std::vector<ErrorCurve>& curves) {
+  const ErrorCurve* linear = nullptr;
+  for (const ErrorCurve& curve : curves) {
+    if (curve.opposite && (linear == nullptr || curve.epsilon < linear->epsilon)) linear = &curve;
+  }
+  if (linear == nullptr) return;
+  const Estimate c = linear->c, D = linear->D;
+  for (ErrorCurve& curve : curves) {
+    if (&curve == linear) {
+      curve.shift_c = curve.shift_D = unknown("this curve is the linear response that the others are held against");
+      continue;
+    }
+    curve.shift_c = difference(curve.c, c);
+    curve.shift_D = difference(curve.D, D);
+  }
+}
+
+}  // namespace granuscope
