@@ -15,15 +15,16 @@ using Vector = Eigen::VectorXd;
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr int max_iterations = 50;
-constexpr double precision = 1e-8;      ///< of chi^2, relative: a step that gains less ends the search
-constexpr double narrowest = 0.05;      ///< bead diameters; a W below it has run away
-constexpr double shortest_step = 1e-3;  ///< share of a Gauss-Newton step below which none is taken
+constexpr double precision = 1e-8;  ///< of chi^2, relative: a step that gains less ends the search
+constexpr double narrowest = 0.05;  ///< bead diameters; a W below it has run away
+constexpr int most_halvings = 10;   ///< of a Gauss-Newton step
 
 /// Modes of a response spread evenly over |x| < reach, each bead holding the part of its width inside.
 Vector plateau_modes(double reach, const LayerSpectrum& spectrum) {
   Vector modes = Vector::Zero(static_cast<Eigen::Index>(spectrum.whole.size()));
   const double shift = spectrum.half_shifted ? 0.5 : 0;
-  for (double x = shift; x - 0.5 < reach; x += 1) {
+  for (int bead = 0; bead + shift - 0.5 < reach; ++bead) {
+    const double x = bead + shift;
     const double inside = (std::min(x + 0.5, reach) - std::max(x - 0.5, -reach)) / (2 * reach);
     const double both_sides = x == 0 ? inside : 2 * inside;
     const double angle = 2 * std::numbers::pi * x / spectrum.columns, twice = 2 * std::cos(angle);
@@ -86,7 +87,9 @@ class ExtendedFit {
     for (int iteration = 0; iteration < max_iterations; ++iteration) {
       const Eigen::Vector3d step = design_.colPivHouseholderQr().solve(residual_);
       const double before = chi2;
-      for (double share = 1; share > shortest_step; share /= 2) {
+      double share = 2;
+      for (int halvings = 0; halvings <= most_halvings; ++halvings) {
+        share /= 2;
         const DoubleGaussian shape{shape_.peak + share * step(0), shape_.width + share * step(1)};
         if (!(shape.width > narrowest)) continue;
         chi2 = evaluate_at(shape, t_ + share * step(2));
