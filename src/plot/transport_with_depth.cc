@@ -157,7 +157,11 @@ void add_slope(Draft& draft, const std::string& name, const Estimate& slope, con
 
 /// The speed that follows from the thrust ratio, beside the slope c.
 void add_thrust(Draft& draft, const Transport& result) {
-  const bool known = result.c_thrust.known();
+  // Drawn over the window, of which something must be on the axis.
+  const bool known =
+      result.c_thrust.known() && std::any_of(result.depths.begin(), result.depths.end(), [&](const DepthFit& fit) {
+        return shows(fit) && fit.layer > result.window_layers[0];
+      });
   const auto text = [](const std::string& what, const Estimate& number) {
     if (!number.known()) return std::string();
     return gnuplot_string(fmt::format("{} {}", what, value_with_error(number.value, number.standard_error)));
@@ -273,9 +277,13 @@ void add_D_inset(Draft& draft, const Analysis& analysis) {
 
 Figure draw_transport_with_depth(const Analysis& analysis, const TransportWithDepthSpec& spec,
                                  const std::filesystem::path& run_folder) {
-  // The exact frictionless pile settles at once: it is shown only if there is nothing else.
-  const Transport* result = nearest_result(
-      analysis.results, spec.mu, [](const Transport& transport) { return !transport.exact && has_depths(transport); });
+  // The exact frictionless pile settles at once: it is shown only if there is nothing else. Slopes come before none.
+  const Transport* result = nearest_result(analysis.results, spec.mu, [](const Transport& transport) {
+    return !transport.exact && transport.c.known() && has_depths(transport);
+  });
+  if (result == nullptr)
+    result = nearest_result(analysis.results, spec.mu,
+                            [](const Transport& transport) { return !transport.exact && has_depths(transport); });
   if (result == nullptr) result = nearest_result(analysis.results, spec.mu, has_depths);
   if (result == nullptr) {
     throw InputError(
