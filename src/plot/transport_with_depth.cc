@@ -82,6 +82,7 @@ void add_depths(Draft& draft, const Transport& result) {
   int shown = 0;
   std::size_t unidentified = 0;
   for (const DepthFit& fit : result.depths) {
+    z_range.add(fit.z);  // those not shown, too: the lines reach over the whole window
     if (!shows(fit)) {
       ++unidentified;
       continue;
@@ -100,7 +101,6 @@ void add_depths(Draft& draft, const Transport& result) {
       position_range.add(position + sign * position_error);
       width_range.add(width + sign * width_error);
     }
-    z_range.add(fit.z);
   }
   // At few samples a slope can lie well off the ratios it belongs to; it must be seen all the same.
   for (const int sign : {-1, 1}) {
@@ -112,6 +112,7 @@ void add_depths(Draft& draft, const Transport& result) {
   draft.plan.curves += 7;  // above both point sets and the line at c0, below both point sets and lines at zero
 
   position_range.add(result.c_thrust.value);
+  shift_range.add((result.c_thrust.value - tan30) * z_range.high);
   const Range position_axis = with_room_below(position_range);
   const Range width_axis = with_room_below(width_range);
   draft.script["position_low"] = exact(position_axis.low);

@@ -168,7 +168,11 @@ TEST_CASE("Headers guard themselves and lie in one subject of readable size") {
     for (const fs::path& file : sources_in(folder)) {
       const std::string text = text_of(file);
       INFO(file);
-      if (file.extension() == ".h") CHECK(text.find("#pragma once") != std::string::npos);
+      // Vector files of Highway are included once for each instruction set.
+      const bool vectors = file.filename().string().ends_with("-inl.h");
+      if (file.extension() == ".h") {
+        CHECK(text.find(vectors ? "HWY_TARGET_TOGGLE" : "#pragma once") != std::string::npos);
+      }
       CHECK(std::count(text.begin(), text.end(), '\n') <= 500);
     }
   }

@@ -1,0 +1,219 @@
+// The arithmetic of mends: equilibrium.h and truncated_pair.cc in vectors, for one stream of mends or two. A vector
+// file of Highway: included once for every instruction set, so it has no ordinary include guard.
+#if defined(GRANUSCOPE_MEND_ARITHMETIC_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef GRANUSCOPE_MEND_ARITHMETIC_INL_H
+#undef GRANUSCOPE_MEND_ARITHMETIC_INL_H
+#else
+#define GRANUSCOPE_MEND_ARITHMETIC_INL_H
+#endif
+
+#include <hwy/highway.h>
+
+#include "model/friction_cone.h"
+#include "model/lattice.h"
+#include "sampling/pile_group.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace granuscope {
+namespace HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+using Tag = hn::CappedTag<double, group_lanes>;
+using WordTag = hn::RebindToUnsigned<Tag>;
+using V = hn::Vec<Tag>;
+using M = hn::Mask<Tag>;
+using W = hn::Vec<WordTag>;
+constexpr Tag d;
+constexpr WordTag dw;
+constexpr hn::Rebind<std::uint32_t, Tag> d32;
+
+// The arithmetic of one stream of mends (V) and of two that are worked on in turn, operation by operation (V2).
+struct V2 {
+  V first, second;
+};
+struct M2 {
+  M first, second;
+};
+
+HWY_INLINE V plus(V a, V b) { return hn::Add(a, b); }
+HWY_INLINE V minus(V a, V b) { return hn::Sub(a, b); }
+HWY_INLINE V times(V a, V b) { return hn::Mul(a, b); }
+HWY_INLINE V over(V a, V b) { return hn::Div(a, b); }
+HWY_INLINE V root(V a) { return hn::Sqrt(a); }
+HWY_INLINE V magnitude(V a) { return hn::Abs(a); }
+HWY_INLINE V negative(V a) { return hn::Neg(a); }
+// std::max and std::min, bit for bit (of equal numbers the first): x86 vector maxima prefer the second.
+HWY_INLINE V larger(V a, V b) {
+#if HWY_ARCH_X86
+  return hn::Max(b, a);
+#else
+  return hn::IfThenElse(hn::Lt(a, b), b, a);
+#endif
+}
+HWY_INLINE V smaller(V a, V b) {
+#if HWY_ARCH_X86
+  return hn::Min(b, a);
+#else
+  return hn::IfThenElse(hn::Lt(b, a), b, a);
+#endif
+}
+HWY_INLINE V choose(M where, V yes, V no) { return hn::IfThenElse(where, yes, no); }
+HWY_INLINE M less(V a, V b) { return hn::Lt(a, b); }
+HWY_INLINE M at_most(V a, V b) { return hn::Le(a, b); }
+HWY_INLINE M both(M a, M b) { return hn::And(a, b); }
+HWY_INLINE M either(M a, M b) { return hn::Or(a, b); }
+HWY_INLINE M only(M without, M with) { return hn::AndNot(without, with); }
+HWY_INLINE M negation(M a) { return hn::Not(a); }
+
+// NOLINTBEGIN(bugprone-macro-parentheses): the arguments are names
+#define GRANUSCOPE_TWO_STREAMS_1(Result, name, Argument) \
+  HWY_INLINE Result name(Argument a) { return {name(a.first), name(a.second)}; }
+#define GRANUSCOPE_TWO_STREAMS_2(Result, name, Argument) \
+  HWY_INLINE Result name(Argument a, Argument b) { return {name(a.first, b.first), name(a.second, b.second)}; }
+// NOLINTEND(bugprone-macro-parentheses)
+GRANUSCOPE_TWO_STREAMS_2(V2, plus, V2)
+GRANUSCOPE_TWO_STREAMS_2(V2, minus, V2)
+GRANUSCOPE_TWO_STREAMS_2(V2, times, V2)
+GRANUSCOPE_TWO_STREAMS_2(V2, over, V2)
+GRANUSCOPE_TWO_STREAMS_1(V2, root, V2)
+GRANUSCOPE_TWO_STREAMS_1(V2, magnitude, V2)
+GRANUSCOPE_TWO_STREAMS_1(V2, negative, V2)
+GRANUSCOPE_TWO_STREAMS_2(V2, larger, V2)
+GRANUSCOPE_TWO_STREAMS_2(V2, smaller, V2)
+GRANUSCOPE_TWO_STREAMS_2(M2, less, V2)
+GRANUSCOPE_TWO_STREAMS_2(M2, at_most, V2)
+GRANUSCOPE_TWO_STREAMS_2(M2, both, M2)
+GRANUSCOPE_TWO_STREAMS_2(M2, either, M2)
+GRANUSCOPE_TWO_STREAMS_2(M2, only, M2)
+GRANUSCOPE_TWO_STREAMS_1(M2, negation, M2)
+#undef GRANUSCOPE_TWO_STREAMS_1
+#undef GRANUSCOPE_TWO_STREAMS_2
+HWY_INLINE V2 choose(M2 where, V2 yes, V2 no) {
+  return {choose(where.first, yes.first, no.first), choose(where.second, yes.second, no.second)};
+}
+
+template <class X>
+HWY_INLINE X number(double value);
+template <>
+HWY_INLINE V number<V>(double value) {
+  return hn::Set(d, value);
+}
+template <>
+HWY_INLINE V2 number<V2>(double value) {
+  return {hn::Set(d, value), hn::Set(d, value)};
+}
+
+template <class X>
+HWY_INLINE X clamped(X v, X low, X high) {
+  return choose(less(v, low), low, choose(less(high, v), high, v));
+}
+
+template <class X>
+struct Range {
+  X low, high;
+  HWY_INLINE auto empty() const { return less(high, low); }
+};
+
+template <class X>
+HWY_INLINE Range<X> intersection(Range<X> a, Range<X> b) {
+  return {larger(a.low, b.low), smaller(a.high, b.high)};
+}
+
+template <class X>
+HWY_INLINE X point_at(Range<X> range, X uniform) {
+  return smaller(plus(range.low, times(uniform, minus(range.high, range.low))), range.high);
+}
+
+/// The cone's constants, the same in every lane and stream.
+template <class X>
+struct Cone {
+  explicit HWY_INLINE Cone(const FrictionCone& cone)
+      : t_minus(number<X>(cone.t_minus())),
+        t_plus(number<X>(cone.t_plus())),
+        t_minus_over_k(number<X>(cone.t_minus_over_k())),
+        t_plus_over_k(number<X>(cone.t_plus_over_k())),
+        root3(number<X>(sqrt3)),
+        tan(number<X>(tan30)) {}
+  X t_minus, t_plus, t_minus_over_k, t_plus_over_k, root3, tan;
+};
+
+template <class X>
+HWY_INLINE Range<X> split_interval(const Cone<X>& cone, X V_R, X V_L, X H) {
+  return {larger(times(cone.t_minus, V_R), plus(times(cone.t_minus, V_L), H)),
+          smaller(times(cone.t_plus, V_R), plus(times(cone.t_plus, V_L), H))};
+}
+
+template <class X>
+HWY_INLINE Range<X> solvable_band(const Cone<X>& cone, X V_UL, X V_UR) {
+  return {
+      larger(times(negative(V_UR), cone.tan), minus(times(cone.t_minus_over_k, V_UL), times(cone.t_plus_over_k, V_UR))),
+      smaller(times(V_UL, cone.tan), minus(times(cone.t_plus_over_k, V_UL), times(cone.t_minus_over_k, V_UR)))};
+}
+
+/// A bead under its load: what leaves it, and where its split may lie.
+template <class X>
+struct Bead {
+  X V_R, V_L, H;
+  Range<X> interval;
+};
+
+template <class X>
+HWY_INLINE Bead<X> bead_under(const Cone<X>& cone, X V_UL, X V_UR, X H) {
+  const X shift = times(cone.root3, H);
+  const X V_R = plus(V_UR, shift), V_L = minus(V_UL, shift);
+  return {V_R, V_L, H, split_interval(cone, V_R, V_L, H)};
+}
+
+template <class X, class Mask>
+struct PairDraws {
+  X a, b;
+  Mask exists;
+};
+
+/// draw_truncated_pair (truncated_pair.cc), step by step, for polygons with an area.
+template <class X>
+HWY_INLINE auto draw_truncated_pairs(Range<X> A, Range<X> B, Range<X> D, X u_difference, X u_chord) {
+  const X zero = number<X>(0), one = number<X>(1), half = number<X>(0.5);
+  const X corner1 = minus(A.low, B.low), corner2 = minus(A.high, B.high);
+  const X lowest = minus(A.low, B.high), rise_end = smaller(corner1, corner2);
+  const X fall_start = larger(corner1, corner2), highest = minus(A.high, B.low);
+  const X low = larger(D.low, lowest), high = smaller(D.high, highest);
+  const X plateau = smaller(minus(A.high, A.low), minus(B.high, B.low));
+  const auto density = [&](X x) {
+    return larger(zero, smaller(smaller(plateau, minus(x, lowest)), minus(highest, x)));
+  };
+  const X knot1 = clamped(rise_end, low, high), knot2 = clamped(fall_start, low, high);
+  const X y0 = density(low), y1 = density(knot1), y2 = density(knot2), y3 = density(high);
+  const X area1 = times(times(minus(knot1, low), plus(y0, y1)), half);
+  const X area2 = times(times(minus(knot2, knot1), plus(y1, y2)), half);
+  const X area3 = times(times(minus(high, knot2), plus(y2, y3)), half);
+  const X area = plus(plus(area1, area2), area3);
+  const auto exists = both(at_most(low, high), less(zero, area));
+
+  // Which of the three pieces, then one division and one root for whichever it is.
+  const X share1 = times(u_difference, area), share2 = minus(share1, area1), share3 = minus(share2, area2);
+  const auto rising = less(share1, area1), flat = only(rising, less(share2, area2));
+  const auto falling = negation(either(rising, flat));
+  const auto pick = [&](X on_rise, X on_plateau, X on_fall) {
+    return choose(rising, on_rise, choose(flat, on_plateau, on_fall));
+  };
+  X share = over(pick(share1, share2, share3), pick(area1, area2, area3));
+  share = choose(falling, choose(less(zero, area3), smaller(one, share), zero), share);
+  const X from = pick(y0, y1, y2), to = pick(y1, y2, y3);
+  const X target = times(share, plus(from, to));
+  const X root_here = root(larger(zero, plus(times(from, from), times(minus(to, from), target))));
+  const X denominator = plus(from, root_here);
+  const X inverted = choose(less(zero, denominator), smaller(one, over(target, denominator)), share);
+  const X length = pick(minus(knot1, low), minus(knot2, knot1), minus(high, knot2));
+  X difference = plus(pick(low, knot1, knot2), times(length, choose(flat, share, inverted)));
+  difference = clamped(difference, low, high);
+  const X chord_low = larger(A.low, plus(B.low, difference)), chord_high = smaller(A.high, plus(B.high, difference));
+  const X a = clamped(plus(chord_low, times(u_chord, minus(chord_high, chord_low))), A.low, A.high);
+  return PairDraws<X, decltype(exists)>{a, clamped(minus(a, difference), B.low, B.high), exists};
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace granuscope
+HWY_AFTER_NAMESPACE();
+
+#endif
