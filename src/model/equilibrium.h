@@ -31,6 +31,12 @@ struct Outgoing {
   double V_R, V_L;
 };
 
+/// Whether a bead has no solution. A contact that is pulled (V < 0) leaves none; at tiny friction rounding can make the
+/// ends of its interval equal, so that the interval alone does not tell.
+inline bool unsolvable(Outgoing out, const Interval& interval) {
+  return interval.empty() || out.V_R < 0 || out.V_L < 0;
+}
+
 inline Outgoing balance(Incoming in) {
   const double shift = sqrt3 * in.H;
   return {in.V_UR + shift, in.V_UL - shift};

@@ -18,7 +18,7 @@ bool draw_layer_blindly(const RandomKey& key, std::uint32_t attempt, const Frict
     }
     const Outgoing out = balance(in);
     const Interval interval = split_interval(cone, out, in.H);
-    if (interval.empty()) return false;
+    if (unsolvable(out, interval)) return false;
     const double u = key.attempt(layer, i, attempt).first;
     ++counts.uniforms;
     pile.V_R[at] = out.V_R;

@@ -272,7 +272,7 @@ bool GranusolveSampler::try_draw(int layer, int bead) {
   Incoming in = incoming(layer, bead);
   Outgoing out = balance(in);
   Interval interval = split_interval(cone_, out, in.H);
-  if (interval.empty()) {
+  if (unsolvable(out, interval)) {
     if (!misses_by_rounding(cone_, in)) return false;
     in.H = nearest_solvable(cone_, in);
     ++counts_.rounded;

@@ -181,7 +181,7 @@ HWY_INLINE void mend_streams(const FrictionCone& friction, const Streams& stream
   // A neighbour or the bead itself whose interval is empty after all is so by rounding, which is not settled here.
   const auto active = streams.all([](const Stream& s) { return s.active(); });
   const auto possible = both(both(active, failing), both(nonempty, both(feasible, pair.exists)));
-  const auto mended = only(either(self.interval.empty(), behind.interval.empty()), possible);
+  const auto mended = only(either(self.unsolvable(), behind.unsolvable()), possible);
 
   streams.each([&](const Stream& s, auto part, std::size_t which) {
     const M here = part(mended);
@@ -216,7 +216,7 @@ unsigned DrawAsIs(const FrictionCone& friction, GroupFront& front, const GroupBe
     const GroupRow& above = front.above;
     const Bead<V> as_is = bead_under(cone, s.load(above.V_R, bead.A), s.load(above.V_L, bead.B),
                                      plus(s.load(above.H_R, bead.A), s.load(above.H_L, bead.B)));
-    const M active = s.active(), drawn = only(as_is.interval.empty(), active);
+    const M active = s.active(), drawn = only(as_is.unsolvable(), active);
     s.keep(as_is, drawn, bead.bead);
     s.count(front.met, active);
     open |= bits_of(only(drawn, active)) << k;

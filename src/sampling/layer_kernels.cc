@@ -50,7 +50,7 @@ std::size_t DrawBeads(const FrictionCone& cone, const UpperRow& above, const dou
     hn::StoreU(H, d, out.H + i);
     hn::StoreU(H_R, d, out.H_R + i);
     hn::StoreU(hn::Sub(H, H_R), d, out.H_L + i);
-    hn::StoreU(slack, d, out.slack + i);
+    hn::StoreU(hn::Min(slack, hn::Min(V_R, V_L)), d, out.slack + i);
   }
   return i;
 }
@@ -122,7 +122,7 @@ void draw_beads_plain(const FrictionCone& cone, const UpperRow& above, const dou
     out.H[i] = in.H;
     out.H_R[i] = point_at(interval, uniforms[i]);
     out.H_L[i] = in.H - out.H_R[i];
-    out.slack[i] = interval.high - interval.low;
+    out.slack[i] = std::min({interval.high - interval.low, bead.V_R, bead.V_L});
   }
 }
 

@@ -20,7 +20,10 @@ struct LowerRow {
   double* H;  ///< total horizontal force entering the bead
   double* H_R;
   double* H_L;
-  double* slack;  ///< length of the bead's interval; below 0 the bead has no solution and its split means nothing
+  /// Below 0 (or not a number) the bead has no solution and its split means nothing: the length of its interval, or a
+  /// vertical force that leaves it if that is less. At tiny friction a contact that is pulled leaves an interval whose
+  /// ends rounding makes equal.
+  double* slack;
 };
 
 /// Beads a buffer of first uniforms must have room for beyond the last one: kernels write whole vectors.

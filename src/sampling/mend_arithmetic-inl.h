@@ -155,6 +155,8 @@ template <class X>
 struct Bead {
   X V_R, V_L, H;
   Range<X> interval;
+  /// At tiny friction a contact that is pulled leaves an interval whose ends rounding makes equal.
+  HWY_INLINE auto unsolvable() const { return either(interval.empty(), less(smaller(V_R, V_L), number<X>(0))); }
 };
 
 template <class X>

@@ -23,7 +23,7 @@ int try_pile(const FrictionCone& cone, std::span<const double> load, Pile& pile,
       }
       const Outgoing out = balance(in);
       const Interval interval = split_interval(cone, out, in.H);
-      if (interval.empty()) return n;
+      if (unsolvable(out, interval)) return n;
       pile.V_R[at] = out.V_R;
       pile.V_L[at] = out.V_L;
       pile.H_R[at] = choose_split(n, i, out, interval);

@@ -148,6 +148,19 @@ TEST_CASE("half the top unloaded is refused below 30 degrees of friction angle a
   }
 }
 
+TEST_CASE("a contact that is pulled is no solution, however small the friction is against rounding") {
+  int solved = 0;
+  for (const double mu : {1e-9, 1e-7}) {
+    for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+      const Trial trial = attempt({64, 60}, mu, ten_orders(64, seed), seed);
+      CAPTURE(mu, seed, trial.worst);
+      CHECK(trial.worst <= stress_tolerance);
+      solved += trial.outcome == Outcome::solved ? 1 : 0;
+    }
+  }
+  CHECK(solved >= 1);
+}
+
 TEST_CASE("loads over ten orders of magnitude side by side: a pile with small residuals, or a failure by name") {
   int solved = 0, steep = 0;
   for (const double mu : extreme_friction()) {
