@@ -62,9 +62,22 @@ std::string value_and_error(double value, double error) {
   return printed("%.*f", 1 - exponent, value) + "(" + two_digits + ")";
 }
 
+int from_superscript(const std::string& text) {
+  static const char* const digits[] = {"\xE2\x81\xB0", "\xC2\xB9",     "\xC2\xB2",     "\xC2\xB3",     "\xE2\x81\xB4",
+                                       "\xE2\x81\xB5", "\xE2\x81\xB6", "\xE2\x81\xB7", "\xE2\x81\xB8", "\xE2\x81\xB9"};
+  std::string plain = replaced(text, "\xE2\x81\xBB", "-");
+  for (int digit = 0; digit < 10; ++digit) plain = replaced(plain, digits[digit], std::to_string(digit));
+  return std::stoi(plain);
+}
+
 /// A plain number is right if it is the value rounded to as many decimals as it shows, at least two digits of it or
 /// all.
 bool shows(const std::string& text, double value) {
+  static const std::string power = " \xC3\x97 10";  // "3.2 x 10" and then an exponent in superscript digits
+  if (const std::size_t at = text.find(power); at != std::string::npos) {
+    const int exponent = from_superscript(text.substr(at + power.size()));
+    return shows(text.substr(0, at), value / std::pow(10, exponent));
+  }
   const std::size_t point = text.find('.');
   const int decimals = point == std::string::npos ? 0 : static_cast<int>(text.size() - point - 1);
   return text == printed("%.*f", decimals, value) &&
