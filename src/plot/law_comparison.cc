@@ -63,7 +63,8 @@ Figure draw_law_comparison(const std::vector<LawOnPiles>& laws, const std::files
         fmt::format("keyentry with points pointsize 0.6 {} title {}", style,
                     gnuplot_string(fmt::format("{}:  α = {},  var w = {},  {} draws per bead", name_in_words(one),
                                                in_words(one.alpha_thrust), in_words(one.weight_variance),
-                                               caption_number(one.draws_per_bead, 3)))));
+                                               one.draws_per_bead < 100 ? caption_number(one.draws_per_bead, 3)
+                                                                        : fmt::format("{:.0f}", one.draws_per_bead)))));
     if (one.rules == "all") {
       mended.push_back(fmt::format(
           "on {} × {} beads the pair rule gave {:.2f} %, arcs and rings {:.3f} % and climbs {:.3f} % of the beads "
