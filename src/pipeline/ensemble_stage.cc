@@ -85,7 +85,7 @@ std::uint64_t groups_begun(const PlannedEnsemble& planned, const std::filesystem
 /// it.
 EnsembleRecord beginning_of(const PlannedEnsemble& planned, const std::filesystem::path& run_folder,
                             std::uint64_t& groups) {
-  const EnsembleRecord nothing = begin_ensemble(planned.spec);
+  EnsembleRecord nothing = begin_ensemble(planned.spec);
   const auto go_on_from = [&](EnsembleRecord begun, std::uint64_t with_groups) {
     begun.configuration = nothing.configuration;
     begun.configuration_key = nothing.configuration_key;

@@ -92,7 +92,7 @@ double GranusolveGroup::memory(const Lattice& lattice) {
 }
 
 GranusolveGroup::GranusolveGroup(const SamplerSpec& spec, const Lattice& lattice, std::span<const int> kept)
-    : spec_(spec), lattice_(lattice), cone_(spec.mu), kept_(static_cast<std::size_t>(lattice.layers()), -1) {
+    : kept_(static_cast<std::size_t>(lattice.layers()), -1), cone_(spec.mu), spec_(spec), lattice_(lattice) {
   const std::size_t layer = static_cast<std::size_t>(lattice.columns()) * group_lanes, all = window * layer;
   for (Array<double>* forces : {&V_R_, &V_L_, &H_, &H_R_, &H_L_}) {
     *forces = hwy::AllocateAligned<double>(all);

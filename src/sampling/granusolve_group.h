@@ -74,32 +74,40 @@ class GranusolveGroup {
   void draw_lost_piles();
   void finish();
 
-  SamplerSpec spec_;
-  Lattice lattice_;
-  FrictionCone cone_;
-  std::array<std::unique_ptr<GranusolveSampler>, group_lanes> solvers_;
+  GroupFront front_;
+  std::unique_ptr<GranusolveSampler> alone_;  ///< draws the piles that are lost; made when needed
+  PhaseTimes* times_ = nullptr;
   std::span<const std::span<const double>> loads_;  ///< of the piles being drawn
   std::span<std::optional<SamplingFailure>> failures_;
-  unsigned running_ = 0;         ///< piles that have not failed, a bit for each
-  unsigned lost_ = 0;            ///< those a climb of which has left the window
-  int position_ = 0, bead_ = 0;  ///< where the layer's order has come to
-  unsigned open_ = 0;            ///< piles that have no solution there
   // State of the layers in the window, [window, columns, 8]; a layer's place is its number modulo the window.
   Array<double> V_R_, V_L_, H_, H_R_, H_L_;
   Array<std::uint32_t> attempts_;
   Array<std::uint8_t> unsolved_, rule_, climbs_;
   std::vector<int> kept_;                                    ///< place of each layer among those kept, or -1
   Array<double> kept_V_R_, kept_V_L_, kept_H_R_, kept_H_L_;  ///< [kept layers, columns, 8]
-  int finished_ = 0;                                         ///< layers above it are final
-  GroupIdentities identities_;
+  Array<double> first_uniform_, slack_;                      ///< [columns, 8]
+  Array<double> half_load_, no_force_;                       ///< [columns, 8]
+  Array<std::uint64_t> failing_;                             ///< [columns] bytes
+  FrictionCone cone_;
+  std::array<std::unique_ptr<GranusolveSampler>, group_lanes> solvers_;
+  SamplerSpec spec_;
   std::array<IdentityResiduals, group_lanes> residuals_{};
   std::array<std::array<std::uint64_t, GranusolveSampler::rules>, group_lanes> beads_by_{};  ///< rule, of each pile
-  std::unique_ptr<GranusolveSampler> alone_;  ///< draws the piles that are lost; made when needed
-  Array<double> first_uniform_, slack_;       ///< [columns, 8]
-  Array<double> half_load_, no_force_;        ///< [columns, 8]
-  Array<std::uint64_t> failing_;              ///< [columns] bytes
-  GroupFront front_;
-  PhaseTimes* times_ = nullptr;
+  GroupIdentities identities_;
+  unsigned running_ = 0;         ///< piles that have not failed, a bit for each
+  unsigned lost_ = 0;            ///< those a climb of which has left the window
+  int position_ = 0, bead_ = 0;  ///< where the layer's order has come to
+  unsigned open_ = 0;            ///< piles that have no solution there
+  int finished_ = 0;             ///< layers above it are final
+  Lattice lattice_;
+};
+std::array<std::array<std::uint64_t, GranusolveSampler::rules>, group_lanes> beads_by_{};  ///< rule, of each pile
+std::unique_ptr<GranusolveSampler> alone_;  ///< draws the piles that are lost; made when needed
+Array<double> first_uniform_, slack_;       ///< [columns, 8]
+Array<double> half_load_, no_force_;        ///< [columns, 8]
+Array<std::uint64_t> failing_;              ///< [columns] bytes
+GroupFront front_;
+PhaseTimes* times_ = nullptr;
 };
 
 }  // namespace granuscope
