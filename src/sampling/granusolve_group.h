@@ -101,13 +101,5 @@ class GranusolveGroup {
   int finished_ = 0;             ///< layers above it are final
   Lattice lattice_;
 };
-std::array<std::array<std::uint64_t, GranusolveSampler::rules>, group_lanes> beads_by_{};  ///< rule, of each pile
-std::unique_ptr<GranusolveSampler> alone_;  ///< draws the piles that are lost; made when needed
-Array<double> first_uniform_, slack_;       ///< [columns, 8]
-Array<double> half_load_, no_force_;        ///< [columns, 8]
-Array<std::uint64_t> failing_;              ///< [columns] bytes
-GroupFront front_;
-PhaseTimes* times_ = nullptr;
-};
 
 }  // namespace granuscope
