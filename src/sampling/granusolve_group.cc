@@ -88,7 +88,7 @@ bool GranusolveGroup::fits(const Lattice& lattice) { return memory(lattice) <= m
 
 double GranusolveGroup::memory(const Lattice& lattice) {
   return static_cast<double>(group_lanes) * (bytes_kept * static_cast<double>(lattice.beads()) +
-                                             bytes_in_window * static_cast<double>(window * lattice.columns()));
+                                             bytes_in_window * window * static_cast<double>(lattice.columns()));
 }
 
 GranusolveGroup::GranusolveGroup(const SamplerSpec& spec, const Lattice& lattice, std::span<const int> kept)
