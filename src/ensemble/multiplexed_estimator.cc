@@ -24,7 +24,8 @@ MultiplexedEstimator::MultiplexedEstimator(const EnsembleSpec& spec, Samplers sa
       profiles_(spec.record_profiles),
       correlation_(profiles_ ? BlockSlice(sums, "correlation", block) : BlockSlice()) {
   const std::size_t at_once = piles_at_once(spec.sampler, Lattice(spec.lattice));
-  signs_.assign(spec.opposite ? std::max<std::size_t>(at_once / 2, 1) : at_once, std::vector<double>(columns_));
+  // With their opposites, whole groups; two of them are drawn at once.
+  signs_.assign(spec.opposite ? std::min(at_once, group_lanes) : at_once, std::vector<double>(columns_));
   loads_.assign(spec.opposite ? 2 * signs_.size() : signs_.size(), signs_.front());
 }
 

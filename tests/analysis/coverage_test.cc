@@ -18,7 +18,8 @@ constexpr int repetitions = 400;
 class Coverage {
  public:
   void add(const Estimate& estimate, double truth) {
-    REQUIRE(estimate.known());
+    ++asked_;
+    if (!estimate.known()) return;  // refused with a reason: a true double Gaussian is, once in a thousand times
     const double pull = (estimate.value - truth) / estimate.standard_error;
     inside_ += std::abs(pull) <= 1 ? 1 : 0;
     pull_ += pull;
@@ -26,9 +27,10 @@ class Coverage {
   }
   double share() const { return inside_ / count_; }
   double mean_pull() const { return pull_ / count_; }
+  double known_share() const { return count_ / asked_; }
 
  private:
-  double inside_ = 0, pull_ = 0, count_ = 0;
+  double inside_ = 0, pull_ = 0, count_ = 0, asked_ = 0;
 };
 
 struct Coverages {
@@ -42,6 +44,7 @@ struct Coverages {
     for (const auto& [name, coverage] :
          {std::pair{"c", &c}, {"D", &D}, {"peak position", &position}, {"width", &width}}) {
       INFO(name);
+      CHECK(coverage->known_share() > 0.99);
       CHECK(coverage->share() == Approx(0.68).margin(0.05));
       CHECK(std::abs(coverage->mean_pull()) < 0.2);
     }
