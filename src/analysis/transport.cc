@@ -64,7 +64,7 @@ void measure_exactly(const EnsembleRecord& record, std::size_t row, double overl
 
 /// Why x_p and W of a fit mean nothing, or nothing if they do.
 std::string reason_against_identification(const ShapeFit& fit, const FitSpec& spec) {
-  if (const std::string other_shape = reason_against_two_gaussians(fit); !other_shape.empty()) return other_shape;
+  if (std::string other_shape = reason_against_two_gaussians(fit); !other_shape.empty()) return other_shape;
   if (fit.shape.width < spec.min_identifiable_width) {
     return fmt::format("the fitted width {:.2f} is below {} bead diameters: the width of a bead hides it",
                        fit.shape.width, spec.min_identifiable_width);

@@ -66,6 +66,7 @@ std::string with_reasons(const std::vector<LeftOut>& items) {
     group->second.push_back(item.what);
   }
   std::vector<std::string> texts;
+  texts.reserve(groups.size());
   for (const auto& [why, whats] : groups) texts.push_back(fmt::format("{} ({})", enumeration(whats), why));
   return enumeration(texts);
 }

@@ -396,11 +396,13 @@ void GranusolveGroup::count_rules(int layer) {
     std::uint8_t some[rules][group_lanes] = {};  // bytes, so that eight piles are counted at once
     const std::size_t end = std::min(columns, begin + most_in_a_byte);
     for (std::size_t bead = begin; bead < end; ++bead) {
+      // Without branches, which nobody could predict.
       for (std::size_t k = 0; k < group_lanes; ++k) {
-        const std::uint8_t rule = rule_of[bead * group_lanes + k];
-        const bool climbed = climbs_of[bead * group_lanes + k] != 0;
+        const int rule = rule_of[bead * group_lanes + k];
+        const int climbed = climbs_of[bead * group_lanes + k] != 0 ? 1 : 0;
         for (std::size_t r = 1; r < climb; ++r) {
-          some[r][k] = static_cast<std::uint8_t>(some[r][k] + (rule == r && !climbed));
+          const int counts = (rule == static_cast<int>(r) ? 1 : 0) & (1 - climbed);
+          some[r][k] = static_cast<std::uint8_t>(some[r][k] + counts);
         }
         some[climb][k] = static_cast<std::uint8_t>(some[climb][k] + climbed);
       }
