@@ -372,45 +372,21 @@ void GranusolveGroup::finish_layer(int layer) {
     return GroupIdentities::Row{from.V_R, from.V_L, from.H_R, from.H_L};
   };
   identities_.add_layer(checked(layer), checked(layer - 1), checked(layer - 2));
-  count_rules(layer);
+  const std::size_t columns = static_cast<std::size_t>(lattice_.columns());
+  static_assert(GranusolveSampler::rules == last_rule + 1);
+  static_assert(static_cast<std::uint8_t>(GranusolveSampler::Rule::climb) == last_rule);
+  const std::size_t in_window = lattice_.index(layer % window, 0) * group_lanes;
+  count_rules(rule_.get() + in_window, climbs_.get() + in_window, columns, beads_by_);
   finished_ = layer + 1;
   const int place = kept_[static_cast<std::size_t>(layer)];
   if (place < 0) return;
   const GroupRow from = row(layer);
-  const std::size_t size = static_cast<std::size_t>(lattice_.columns()) * group_lanes;
+  const std::size_t size = columns * group_lanes;
   const std::size_t to = static_cast<std::size_t>(place) * size;
   std::copy_n(from.V_R, size, kept_V_R_.get() + to);
   std::copy_n(from.V_L, size, kept_V_L_.get() + to);
   std::copy_n(from.H_R, size, kept_H_R_.get() + to);
   std::copy_n(from.H_L, size, kept_H_L_.get() + to);
-}
-
-/// What GranusolveSampler::count_pile does, for all piles at once.
-void GranusolveGroup::count_rules(int layer) {
-  constexpr std::size_t rules = GranusolveSampler::rules, most_in_a_byte = 255;
-  constexpr auto climb = static_cast<std::size_t>(GranusolveSampler::Rule::climb);
-  const std::size_t columns = static_cast<std::size_t>(lattice_.columns());
-  const std::size_t row = lattice_.index(layer % window, 0) * group_lanes;
-  const std::uint8_t *const rule_of = rule_.get() + row, *const climbs_of = climbs_.get() + row;
-  for (std::size_t begin = 0; begin < columns; begin += most_in_a_byte) {
-    std::uint8_t some[rules][group_lanes] = {};  // bytes, so that eight piles are counted at once
-    const std::size_t end = std::min(columns, begin + most_in_a_byte);
-    for (std::size_t bead = begin; bead < end; ++bead) {
-      // Without branches, which nobody could predict.
-      for (std::size_t k = 0; k < group_lanes; ++k) {
-        const int rule = rule_of[bead * group_lanes + k];
-        const int climbed = climbs_of[bead * group_lanes + k] != 0 ? 1 : 0;
-        for (std::size_t r = 1; r < climb; ++r) {
-          const int counts = (rule == static_cast<int>(r) ? 1 : 0) & (1 - climbed);
-          some[r][k] = static_cast<std::uint8_t>(some[r][k] + counts);
-        }
-        some[climb][k] = static_cast<std::uint8_t>(some[climb][k] + climbed);
-      }
-    }
-    for (std::size_t r = 1; r < rules; ++r) {
-      for (std::size_t k = 0; k < group_lanes; ++k) beads_by_[k][r] += some[r][k];
-    }
-  }
 }
 
 /// What is left when all layers have been drawn.

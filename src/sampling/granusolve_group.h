@@ -70,7 +70,6 @@ class GranusolveGroup {
   void give_up(std::size_t lane);
   void hand_over_counts(std::size_t lane);
   void finish_layer(int layer);
-  void count_rules(int layer);
   void draw_lost_piles();
   void finish();
 
@@ -92,7 +91,7 @@ class GranusolveGroup {
   std::array<std::unique_ptr<GranusolveSampler>, group_lanes> solvers_;
   SamplerSpec spec_;
   std::array<IdentityResiduals, group_lanes> residuals_{};
-  std::array<std::array<std::uint64_t, GranusolveSampler::rules>, group_lanes> beads_by_{};  ///< rule, of each pile
+  RuleCounts beads_by_{};  ///< of the layers that have left the window
   GroupIdentities identities_;
   unsigned running_ = 0;         ///< piles that have not failed, a bit for each
   unsigned lost_ = 0;            ///< those a climb of which has left the window

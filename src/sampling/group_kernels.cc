@@ -287,6 +287,40 @@ void FillGroupUniforms(const PhiloxKeys& keys, const LaneWords& sample, int laye
   }
 }
 
+/// The vectors of the row; returns how many entries they held. The piles take turns at the bytes.
+std::size_t CountRules(const std::uint8_t* HWY_RESTRICT rule, const std::uint8_t* HWY_RESTRICT climbs,
+                       std::size_t entries, RuleCounts& counts) {
+  const hn::CappedTag<std::uint8_t, 64> d_bytes;
+  const std::size_t lanes = hn::Lanes(d_bytes), most_in_a_byte = 255;
+  const auto zero = hn::Zero(d_bytes), climb = hn::Set(d_bytes, last_rule);
+  std::size_t done = 0;
+  while (done + lanes <= entries) {
+    auto by_1 = zero, by_2 = zero, by_3 = zero, by_4 = zero;
+    for (std::size_t n = 0; n < most_in_a_byte && done + lanes <= entries; ++n, done += lanes) {
+      const auto climbed = hn::Ne(hn::LoadU(d_bytes, climbs + done), zero);
+      const auto by = hn::IfThenElse(climbed, climb, hn::LoadU(d_bytes, rule + done));
+      const auto add = [&](auto& sum, std::uint8_t which) {
+        sum = hn::Sub(sum, hn::VecFromMask(d_bytes, hn::Eq(by, hn::Set(d_bytes, which))));
+      };
+      add(by_1, 1);
+      add(by_2, 2);
+      add(by_3, 3);
+      add(by_4, 4);
+    }
+    const std::size_t first_pile = done % group_lanes;  // that of a vector's first byte
+    const auto spread = [&](const auto& sum, std::size_t which) {
+      alignas(64) std::uint8_t sums[64];
+      hn::Store(sum, d_bytes, sums);
+      for (std::size_t k = 0; k < lanes; ++k) counts[(first_pile + k) % group_lanes][which] += sums[k];
+    };
+    spread(by_1, 1);
+    spread(by_2, 2);
+    spread(by_3, 3);
+    spread(by_4, 4);
+  }
+  return done;
+}
+
 }  // namespace HWY_NAMESPACE
 }  // namespace granuscope
 HWY_AFTER_NAMESPACE();
@@ -298,6 +332,7 @@ HWY_EXPORT(DrawAsIs);
 HWY_EXPORT(MendBead);
 HWY_EXPORT(MendTwoBeads);
 HWY_EXPORT(FillGroupUniforms);
+HWY_EXPORT(CountRules);
 
 unsigned draw_as_is(const FrictionCone& cone, GroupFront& front, const GroupBead& bead, unsigned lanes) {
   return HWY_DYNAMIC_DISPATCH(DrawAsIs)(cone, front, bead, lanes);
@@ -317,6 +352,13 @@ std::array<unsigned, 2> mend_beads(const FrictionCone& cone, const std::array<Gr
 void fill_group_uniforms(const PhiloxKeys& keys, const LaneWords& sample, int layer, double* uniforms,
                          std::size_t beads) {
   HWY_DYNAMIC_DISPATCH(FillGroupUniforms)(keys, sample, layer, uniforms, beads);
+}
+
+void count_rules(const std::uint8_t* rule, const std::uint8_t* climbs, std::size_t beads, RuleCounts& counts) {
+  const std::size_t entries = beads * group_lanes;
+  for (std::size_t i = HWY_DYNAMIC_DISPATCH(CountRules)(rule, climbs, entries, counts); i < entries; ++i) {
+    ++counts[i % group_lanes][climbs[i] != 0 ? last_rule : rule[i]];
+  }
 }
 
 }  // namespace granuscope

@@ -55,4 +55,12 @@ unsigned mend_beads(const FrictionCone& cone, GroupFront& front, const GroupBead
 std::array<unsigned, 2> mend_beads(const FrictionCone& cone, const std::array<GroupFront*, 2>& fronts,
                                    const std::array<GroupBead, 2>& beads, const std::array<unsigned, 2>& lanes);
 
+/// How many beads of each of eight piles were solved by each rule (GranusolveSampler::Rule); those at their first
+/// number, rule 0, may be left out.
+inline constexpr std::uint8_t last_rule = 4;
+using RuleCounts = std::array<std::array<std::uint64_t, last_rule + 1>, group_lanes>;
+
+/// Adds a row of eight piles side by side to `counts`. A bead that has climbed counts for the last rule, climbing.
+void count_rules(const std::uint8_t* rule, const std::uint8_t* climbs, std::size_t beads, RuleCounts& counts);
+
 }  // namespace granuscope
