@@ -103,9 +103,10 @@ HWY_INLINE V2 number<V2>(double value) {
   return {hn::Set(d, value), hn::Set(d, value)};
 }
 
+/// std::clamp, for low <= high.
 template <class X>
 HWY_INLINE X clamped(X v, X low, X high) {
-  return choose(less(v, low), low, choose(less(high, v), high, v));
+  return smaller(larger(v, low), high);
 }
 
 template <class X>
@@ -175,15 +176,13 @@ struct PairDraws {
 /// draw_truncated_pair (truncated_pair.cc), step by step, for polygons with an area.
 template <class X>
 HWY_INLINE auto draw_truncated_pairs(Range<X> A, Range<X> B, Range<X> D, X u_difference, X u_chord) {
-  const X zero = number<X>(0), one = number<X>(1), half = number<X>(0.5);
+  const X zero = number<X>(0), half = number<X>(0.5);
   const X corner1 = minus(A.low, B.low), corner2 = minus(A.high, B.high);
   const X lowest = minus(A.low, B.high), rise_end = smaller(corner1, corner2);
   const X fall_start = larger(corner1, corner2), highest = minus(A.high, B.low);
   const X low = larger(D.low, lowest), high = smaller(D.high, highest);
   const X plateau = smaller(minus(A.high, A.low), minus(B.high, B.low));
-  const auto density = [&](X x) {
-    return larger(zero, smaller(smaller(plateau, minus(x, lowest)), minus(highest, x)));
-  };
+  const auto density = [&](X x) { return smaller(smaller(plateau, minus(x, lowest)), minus(highest, x)); };
   const X knot1 = clamped(rise_end, low, high), knot2 = clamped(fall_start, low, high);
   const X y0 = density(low), y1 = density(knot1), y2 = density(knot2), y3 = density(high);
   const X area1 = times(times(minus(knot1, low), plus(y0, y1)), half);
@@ -192,22 +191,18 @@ HWY_INLINE auto draw_truncated_pairs(Range<X> A, Range<X> B, Range<X> D, X u_dif
   const X area = plus(plus(area1, area2), area3);
   const auto exists = both(at_most(low, high), less(zero, area));
 
-  // Which of the three pieces, then one division and one root for whichever it is.
-  const X share1 = times(u_difference, area), share2 = minus(share1, area1), share3 = minus(share2, area2);
-  const auto rising = less(share1, area1), flat = only(rising, less(share2, area2));
-  const auto falling = negation(either(rising, flat));
+  // Which of the three pieces, then one root and one division for whichever it is.
+  const X grown1 = times(u_difference, area), grown2 = minus(grown1, area1), grown3 = minus(grown2, area2);
+  const auto rising = less(grown1, area1), flat = only(rising, less(grown2, area2));
   const auto pick = [&](X on_rise, X on_plateau, X on_fall) {
     return choose(rising, on_rise, choose(flat, on_plateau, on_fall));
   };
-  X share = over(pick(share1, share2, share3), pick(area1, area2, area3));
-  share = choose(falling, choose(less(zero, area3), smaller(one, share), zero), share);
-  const X from = pick(y0, y1, y2), to = pick(y1, y2, y3);
-  const X target = times(share, plus(from, to));
-  const X root_here = root(larger(zero, plus(times(from, from), times(minus(to, from), target))));
-  const X denominator = plus(from, root_here);
-  const X inverted = choose(less(zero, denominator), smaller(one, over(target, denominator)), share);
-  const X length = pick(minus(knot1, low), minus(knot2, knot1), minus(high, knot2));
-  X difference = plus(pick(low, knot1, knot2), times(length, choose(flat, share, inverted)));
+  const X grown = pick(grown1, grown2, grown3), y = pick(y0, y1, y2), twice = plus(grown, grown);
+  const X square = times(y, y);
+  const X under_root = larger(zero, choose(rising, plus(square, twice), minus(square, twice)));
+  const X denominator = plus(y, choose(flat, y, root(under_root)));
+  const X way = choose(less(zero, denominator), over(twice, denominator), zero);
+  X difference = plus(pick(low, knot1, knot2), way);
   difference = clamped(difference, low, high);
   const X chord_low = larger(A.low, plus(B.low, difference)), chord_high = smaller(A.high, plus(B.high, difference));
   const X a = clamped(plus(chord_low, times(u_chord, minus(chord_high, chord_low))), A.low, A.high);

@@ -4,19 +4,6 @@
 #include <cmath>
 
 namespace granuscope {
-namespace {
-
-/// Area under a linear density from y0 at 0 to y1 at `length`, up to fraction x of the length, is
-/// length (y0 x + (y1 - y0) x^2 / 2). Returns the x in [0, 1] at which the share u of the whole area is reached.
-double invert_linear(double y0, double y1, double u) {
-  // Stable form of the quadratic's root: no cancellation for y0 ~ y1 nor for y0 = 0.
-  const double target = u * (y0 + y1);
-  const double root = std::sqrt(std::max(0.0, y0 * y0 + (y1 - y0) * target));
-  const double denominator = y0 + root;
-  return denominator > 0 ? std::min(1.0, target / denominator) : u;
-}
-
-}  // namespace
 
 std::optional<PairDraw> draw_truncated_pair(Interval A, Interval B, Interval D, double u_difference, double u_chord) {
   if (A.empty() || B.empty()) return std::nullopt;
@@ -28,7 +15,7 @@ std::optional<PairDraw> draw_truncated_pair(Interval A, Interval B, Interval D, 
   if (low > high) return std::nullopt;
 
   const double plateau = std::min(A.high - A.low, B.high - B.low);
-  const auto density = [&](double d) { return std::max(0.0, std::min({plateau, d - lowest, highest - d})); };
+  const auto density = [&](double d) { return std::min({plateau, d - lowest, highest - d}); };
   // At most three linear pieces inside [low, high].
   const double knot1 = std::clamp(rise_end, low, high), knot2 = std::clamp(fall_start, low, high);
   const double y0 = density(low), y1 = density(knot1), y2 = density(knot2), y3 = density(high);
@@ -41,15 +28,21 @@ std::optional<PairDraw> draw_truncated_pair(Interval A, Interval B, Interval D, 
   if (!(area > 0)) {
     d = low + u_difference * (high - low);
   } else {
-    double share = u_difference * area;
-    if (share < area1) {
-      d = low + (knot1 - low) * invert_linear(y0, y1, share / area1);
-    } else if ((share -= area1) < area2) {
-      d = knot1 + (knot2 - knot1) * (share / area2);
-    } else {
-      share = area3 > 0 ? std::min(1.0, (share - area2) / area3) : 0.0;
-      d = knot2 + (high - knot2) * invert_linear(y2, y3, share);
+    // From the start of its piece on, where the density is y and its slope s, the area grows as y x + s x^2 / 2. The
+    // root of that is written without cancellation.
+    double grown = u_difference * area, start = low, y = y0, slope = 1;
+    if (!(grown < area1)) {
+      grown -= area1;
+      if (grown < area2) {
+        start = knot1, y = y1, slope = 0;
+      } else {
+        grown -= area2;
+        start = knot2, y = y2, slope = -1;
+      }
     }
+    const double twice = 2 * grown;
+    const double root = slope == 0 ? y : std::sqrt(std::max(0.0, y * y + slope * twice));
+    d = start + (y + root > 0 ? twice / (y + root) : 0);
   }
   // Rounding must not carry the difference out of its band: near mu = sqrt(3) forces on both sides differ by orders of
   // magnitude and the next bead would have no solution.
