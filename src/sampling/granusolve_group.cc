@@ -140,8 +140,8 @@ GroupRow GranusolveGroup::row(int layer) const {
 void GranusolveGroup::prepare(std::uint64_t first_sample, std::span<const std::span<const double>> loads,
                               std::span<std::optional<SamplingFailure>> failures) {
   const auto columns = static_cast<std::size_t>(lattice_.columns());
-  times_ = PhaseTimes::current();
-  if (times_ != nullptr) times_->begin();
+  front_.times = PhaseTimes::current();
+  if (front_.times != nullptr) front_.times->begin();
   finished_ = 0;
   lost_ = 0;
   beads_by_ = {};
@@ -149,8 +149,9 @@ void GranusolveGroup::prepare(std::uint64_t first_sample, std::span<const std::s
   loads_ = loads;
   failures_ = failures;
   std::fill(failures.begin(), failures.end(), std::nullopt);
-  running_ = (1U << loads.size()) - 1;
+  front_.running = (1U << loads.size()) - 1;
   front_.keys = PhiloxKeys(spec_.seed);
+  front_.columns = lattice_.columns();
   front_.mended_rule = static_cast<std::uint8_t>(GranusolveSampler::Rule::pair);
   front_.first_uniform = first_uniform_.get();
   front_.failing = reinterpret_cast<std::uint8_t*>(failing_.get());
@@ -164,44 +165,37 @@ void GranusolveGroup::prepare(std::uint64_t first_sample, std::span<const std::s
 }
 
 void GranusolveGroup::draw() {
-  for (int layer = 0; layer < lattice_.layers() && running_ != 0; ++layer) {
+  for (int layer = 0; layer < lattice_.layers() && front_.running != 0; ++layer) {
     begin_layer(layer);
-    while (find_unsolved()) mend_here();
+    solve_rest_of_layer();
     end_layer();
   }
   finish();
 }
 
 void GranusolveGroup::draw(GranusolveGroup& a, GranusolveGroup& b) {
-  const int last = a.lattice_.columns() - 1;
-  for (int layer = 0; layer < a.lattice_.layers() && (a.running_ | b.running_) != 0; ++layer) {
+  for (int layer = 0; layer < a.lattice_.layers() && (a.front_.running | b.front_.running) != 0; ++layer) {
     a.begin_layer(layer);
     b.begin_layer(layer);
-    bool in_a = a.find_unsolved(), in_b = b.find_unsolved();
-    while (in_a && in_b) {
-      const auto at_an_end = [&](const GranusolveGroup& group) {
-        return layer == 0 || group.position_ == 0 || group.position_ == last;
-      };
-      if (at_an_end(a) || at_an_end(b)) {
-        a.mend_here();
-        b.mend_here();
-      } else {
-        const auto left_over =
-            mend_beads(a.cone_, {&a.front_, &b.front_}, {a.surroundings(), b.surroundings()}, {a.open_, b.open_});
-        a.lap(Phase::pairs);
-        a.settle(left_over[0]);
-        b.settle(left_over[1]);
-      }
-      in_a = a.find_unsolved();
-      in_b = b.find_unsolved();
+    while (!a.layer_is_solved() && !b.layer_is_solved()) {
+      mend_along(a.cone_, a.front_, b.front_);
+      a.settle();
+      b.settle();
     }
-    for (; in_a; in_a = a.find_unsolved()) a.mend_here();
-    for (; in_b; in_b = b.find_unsolved()) b.mend_here();
+    a.solve_rest_of_layer();
+    b.solve_rest_of_layer();
     a.end_layer();
     b.end_layer();
   }
   a.finish();
   b.finish();
+}
+
+void GranusolveGroup::solve_rest_of_layer() {
+  while (!layer_is_solved()) {
+    mend_along(cone_, front_);
+    settle();
+  }
 }
 
 PileGroup GranusolveGroup::piles() const {
@@ -252,7 +246,7 @@ void GranusolveGroup::draw_layer_in_bulk(int layer) {
     draw_beads(cone_, above(columns - 1, 0), first_uniform_.get() + seam * group_lanes, group_lanes, below(seam));
   }
   find_failing(slack_.get(), columns * group_lanes, failing_.get());
-  for (unsigned rest = running_; rest != 0; rest &= rest - 1) {
+  for (unsigned rest = front_.running; rest != 0; rest &= rest - 1) {
     GranusolveSampler& solver = *solvers_[static_cast<std::size_t>(std::countr_zero(rest))];
     solver.solutions_ += columns;
     solver.counts_.uniforms += columns;
@@ -287,69 +281,32 @@ void GranusolveGroup::begin_layer(int layer) {
   if (layer > 0) front_.above = row(layer - 1);
   front_.attempts = attempts_.get() + here;
   front_.rule = rule_.get() + here;
-  position_ = 0;
-  bead_ = order.first_bead;
+  front_.position = 0;
+  front_.bead = order.first_bead;
   draw_layer_in_bulk(layer);
   lap(Phase::first_draws);
 }
 
-GroupBead GranusolveGroup::surroundings() const {
-  const int layer = front_.layer;
-  const int A = lattice_.upper_left(layer, bead_), B = lattice_.upper_right(layer, bead_);
-  const int left = lattice_.previous(bead_), right = lattice_.next(bead_);
-  const auto number = [](int index) { return static_cast<std::size_t>(index); };
-  return {number(A),
-          number(B),
-          number(front_.forward ? lattice_.previous(A) : lattice_.next(B)),
-          number(front_.forward ? left : right),
-          number(bead_),
-          number(front_.forward ? right : left)};
-}
-
-/// Goes on to the next bead that has no solution as it is in some pile; false at the end of the layer.
-bool GranusolveGroup::find_unsolved() {
-  for (; position_ < lattice_.columns();
-       ++position_, bead_ = front_.forward ? lattice_.next(bead_) : lattice_.previous(bead_)) {
-    open_ = front_.failing[bead_] & running_;
-    if (open_ == 0) continue;
-    // The top layer and the ends of the order are left to the solvers of single piles.
-    if (front_.layer == 0 || position_ == 0 || position_ == lattice_.columns() - 1) break;
-    open_ = draw_as_is(cone_, front_, surroundings(), open_);
-    if (open_ != 0) break;
-  }
-  lap(Phase::search);
-  return position_ < lattice_.columns();
-}
-
-/// Solves the bead that find_unsolved has found, and goes on to the next.
-void GranusolveGroup::mend_here() {
-  const bool at_an_end = front_.layer == 0 || position_ == 0 || position_ == lattice_.columns() - 1;
-  const unsigned left_over = at_an_end ? open_ : mend_beads(cone_, front_, surroundings(), open_);
-  lap(Phase::pairs);
-  settle(left_over);
-}
-
-/// The piles of `lanes` one by one, whatever it takes; then goes on to the next bead.
-void GranusolveGroup::settle(unsigned lanes) {
-  const bool met = front_.layer > 0 && position_ > 0 && position_ < lattice_.columns() - 1;
-  for (; lanes != 0; lanes &= lanes - 1) {
-    const auto lane = static_cast<std::size_t>(std::countr_zero(lanes));
+/// What the pair rule has left over, pile by pile, whatever it takes; then goes on to the next bead.
+void GranusolveGroup::settle() {
+  if (front_.to_settle == 0) return;
+  for (; front_.to_settle != 0; front_.to_settle &= front_.to_settle - 1) {
+    const auto lane = static_cast<std::size_t>(std::countr_zero(front_.to_settle));
     hand_over_counts(lane);
     GranusolveSampler& solver = *solvers_[lane];
-    // The solver counts from the beginning what draw_as_is has begun to count.
-    if (met) --solver.solutions_;
+    // The solver counts from the beginning what drawing the bead as it is has begun to count.
+    if (!front_.at_an_end()) --solver.solutions_;
     solver.front_ = front_.layer;
-    solver.cursor_ = position_;
-    solver.cursor_bead_ = bead_;
-    if (!solver.solve_failing(bead_)) give_up(lane);
+    solver.cursor_ = front_.position;
+    solver.cursor_bead_ = front_.bead;
+    if (!solver.solve_failing(front_.bead)) give_up(lane);
   }
-  ++position_;
-  bead_ = front_.forward ? lattice_.next(bead_) : lattice_.previous(bead_);
+  front_.step();
   lap(Phase::one_by_one);
 }
 
 void GranusolveGroup::give_up(std::size_t lane) {
-  running_ &= ~(1U << lane);
+  front_.running &= ~(1U << lane);
   if (solvers_[lane]->beyond_window_) {
     lost_ |= 1U << lane;
   } else {
@@ -358,7 +315,7 @@ void GranusolveGroup::give_up(std::size_t lane) {
 }
 
 void GranusolveGroup::end_layer() {
-  for (unsigned rest = running_; rest != 0; rest &= rest - 1) {
+  for (unsigned rest = front_.running; rest != 0; rest &= rest - 1) {
     const auto lane = static_cast<std::size_t>(std::countr_zero(rest));
     hand_over_counts(lane);
     if (solvers_[lane]->solutions_ > solvers_[lane]->max_solutions_) give_up(lane);
@@ -391,12 +348,12 @@ void GranusolveGroup::finish_layer(int layer) {
 
 /// What is left when all layers have been drawn.
 void GranusolveGroup::finish() {
-  if ((running_ | lost_) == 0) return;
-  if (running_ != 0) {
+  if ((front_.running | lost_) == 0) return;
+  if (front_.running != 0) {
     for (int layer = finished_; layer < lattice_.layers(); ++layer) finish_layer(layer);
   }
   residuals_ = identities_.residuals();
-  for (unsigned rest = running_; rest != 0; rest &= rest - 1) {
+  for (unsigned rest = front_.running; rest != 0; rest &= rest - 1) {
     const auto lane = static_cast<std::size_t>(std::countr_zero(rest));
     solvers_[lane]->add_pile(beads_by_[lane]);
   }

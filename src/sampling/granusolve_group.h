@@ -57,16 +57,15 @@ class GranusolveGroup {
   using Array = hwy::AlignedFreeUniquePtr<T[]>;
 
   void lap(Phase phase) {
-    if (times_ != nullptr) times_->end(phase);
+    if (front_.times != nullptr) front_.times->end(phase);
   }
   GroupRow row(int layer) const;
   void draw_layer_in_bulk(int layer);
   void begin_layer(int layer);
   void end_layer();
-  bool find_unsolved();
-  GroupBead surroundings() const;
-  void mend_here();
-  void settle(unsigned lanes);
+  bool layer_is_solved() const { return front_.position == front_.columns; }
+  void solve_rest_of_layer();
+  void settle();
   void give_up(std::size_t lane);
   void hand_over_counts(std::size_t lane);
   void finish_layer(int layer);
@@ -74,8 +73,7 @@ class GranusolveGroup {
   void finish();
 
   GroupFront front_;
-  std::unique_ptr<GranusolveSampler> alone_;  ///< draws the piles that are lost; made when needed
-  PhaseTimes* times_ = nullptr;
+  std::unique_ptr<GranusolveSampler> alone_;        ///< draws the piles that are lost; made when needed
   std::span<const std::span<const double>> loads_;  ///< of the piles being drawn
   std::span<std::optional<SamplingFailure>> failures_;
   // State of the layers in the window, [window, columns, 8]; a layer's place is its number modulo the window.
@@ -93,11 +91,8 @@ class GranusolveGroup {
   std::array<IdentityResiduals, group_lanes> residuals_{};
   RuleCounts beads_by_{};  ///< of the layers that have left the window
   GroupIdentities identities_;
-  unsigned running_ = 0;         ///< piles that have not failed, a bit for each
-  unsigned lost_ = 0;            ///< those a climb of which has left the window
-  int position_ = 0, bead_ = 0;  ///< where the layer's order has come to
-  unsigned open_ = 0;            ///< piles that have no solution there
-  int finished_ = 0;             ///< layers above it are final
+  unsigned lost_ = 0;  ///< those a climb of which has left the window
+  int finished_ = 0;   ///< layers above it are final
   Lattice lattice_;
 };
 

@@ -73,6 +73,11 @@ HWY_INLINE unsigned bits_of(M mask) {
 /// Which piles of a stream were mended, and which were left over.
 struct Outcome {
   unsigned mended = 0, left_over = 0;
+  /// Another one's, of the piles from lane k on.
+  HWY_INLINE void add(const Outcome& other, std::size_t k) {
+    mended |= other.mended << k;
+    left_over |= other.left_over << k;
+  }
 };
 
 /// Two uniform numbers for each pile.
@@ -195,20 +200,12 @@ HWY_INLINE void mend_streams(const FrictionCone& friction, const Streams& stream
   });
 }
 
-/// What follows from a bead's outcome, in all its piles: the rule is kept, and the neighbour ahead, whose turn has not
-/// come, forgets what was drawn for it.
-HWY_INLINE void note(GroupFront& front, const GroupBead& bead, unsigned mended) {
-  front.failing[bead.ahead] = static_cast<std::uint8_t>(front.failing[bead.ahead] | mended);
-  for (unsigned rest = mended; rest != 0; rest &= rest - 1) {
-    front.rule[bead.bead * group_lanes + static_cast<unsigned>(std::countr_zero(rest))] = front.mended_rule;
-  }
-}
-
 /// The bits of the piles from lane k on that fit into a vector.
 HWY_INLINE unsigned some_of(unsigned lanes, std::size_t k) { return lanes >> k & ((1U << hn::Lanes(d)) - 1) & 0xFFU; }
 
-unsigned DrawAsIs(const FrictionCone& friction, GroupFront& front, const GroupBead& bead, unsigned lanes) {
-  const Cone<V> cone(friction);
+/// Solves the bead as it is with its first number, in those of the piles of `lanes` in which it has a solution; returns
+/// the others.
+HWY_INLINE unsigned draw_as_is(const Cone<V>& cone, GroupFront& front, const GroupBead& bead, unsigned lanes) {
   unsigned open = 0;
   for (std::size_t k = 0; k < group_lanes; k += hn::Lanes(d)) {
     const Stream s{front, bead, k, some_of(lanes, k)};
@@ -224,52 +221,105 @@ unsigned DrawAsIs(const FrictionCone& friction, GroupFront& front, const GroupBe
   return open;
 }
 
-unsigned MendBead(const FrictionCone& cone, GroupFront& front, const GroupBead& bead, unsigned lanes) {
-  Outcome whole;
-  for (std::size_t k = 0; k < group_lanes; k += hn::Lanes(d)) {
-    const unsigned some = some_of(lanes, k);
-    if (some == 0) continue;
-    Outcome outcome;
-    const Stream stream{front, bead, k, some};
-    if (front.forward) {
-      mend_streams(cone, One<true>{stream}, &outcome);
-    } else {
-      mend_streams(cone, One<false>{stream}, &outcome);
-    }
-    whole.mended |= outcome.mended << k;
-    whole.left_over |= outcome.left_over << k;
-  }
-  note(front, bead, whole.mended);
-  return whole.left_over;
+HWY_INLINE GroupBead surroundings(const GroupFront& front) {
+  const auto next = [&](int bead) { return bead + 1 == front.columns ? 0 : bead + 1; };
+  const auto previous = [&](int bead) { return bead == 0 ? front.columns - 1 : bead - 1; };
+  const auto number = [](int index) { return static_cast<std::size_t>(index); };
+  const int left = previous(front.bead), right = next(front.bead);
+  const bool even = front.layer % 2 == 0;
+  const int A = even ? left : front.bead, B = even ? front.bead : right;
+  return {number(A),
+          number(B),
+          number(front.forward ? previous(A) : next(B)),
+          number(front.forward ? left : right),
+          number(front.bead),
+          number(front.forward ? right : left)};
 }
 
-/// `left_over` has two entries.
-void MendTwoBeads(const FrictionCone& cone, const std::array<GroupFront*, 2>& fronts,
-                  const std::array<GroupBead, 2>& beads, const std::array<unsigned, 2>& lanes, unsigned* left_over) {
-  Outcome whole[2];
-  for (std::size_t k = 0; k < group_lanes; k += hn::Lanes(d)) {
-    const Stream first{*fronts[0], beads[0], k, some_of(lanes[0], k)};
-    const Stream second{*fronts[1], beads[1], k, some_of(lanes[1], k)};
-    if ((first.lanes | second.lanes) == 0) continue;
-    Outcome outcomes[2];
-    const bool first_forward = fronts[0]->forward, second_forward = fronts[1]->forward;
-    if (first_forward && second_forward) {
-      mend_streams(cone, Two<true, true>{first, second}, outcomes);
-    } else if (first_forward) {
-      mend_streams(cone, Two<true, false>{first, second}, outcomes);
-    } else if (second_forward) {
-      mend_streams(cone, Two<false, true>{first, second}, outcomes);
-    } else {
-      mend_streams(cone, Two<false, false>{first, second}, outcomes);
+/// Goes on to the next bead that has no solution as it is in some pile (`to_mend`), or that is left to the solvers of
+/// single piles (`to_settle`); false at the end of the layer.
+HWY_INLINE bool find_unsolved(const Cone<V>& cone, GroupFront& front) {
+  if ((front.to_mend | front.to_settle) != 0) return true;
+  for (; front.position < front.columns; front.step()) {
+    const unsigned failing = front.failing[front.bead] & front.running;
+    if (failing == 0) continue;
+    if (front.at_an_end()) {
+      front.to_settle = failing;
+      return true;
     }
-    for (const std::size_t s : {0, 1}) {
-      whole[s].mended |= outcomes[s].mended << k;
-      whole[s].left_over |= outcomes[s].left_over << k;
-    }
+    front.to_mend = draw_as_is(cone, front, surroundings(front), failing);
+    if (front.to_mend != 0) return true;
   }
-  for (const std::size_t s : {0, 1}) {
-    note(*fronts[s], beads[s], whole[s].mended);
-    left_over[s] = whole[s].left_over;
+  return false;
+}
+
+HWY_INLINE void lap(const GroupFront& front, Phase phase) {
+  if (front.times != nullptr) front.times->end(phase);
+}
+
+/// What follows from a bead's mend, in all its piles: the rule is kept, and the neighbour ahead, whose turn has not
+/// come, forgets what was drawn for it.
+HWY_INLINE void note(GroupFront& front, const GroupBead& bead, const Outcome& outcome) {
+  front.failing[bead.ahead] = static_cast<std::uint8_t>(front.failing[bead.ahead] | outcome.mended);
+  for (unsigned rest = outcome.mended; rest != 0; rest &= rest - 1) {
+    front.rule[bead.bead * group_lanes + static_cast<unsigned>(std::countr_zero(rest))] = front.mended_rule;
+  }
+  front.to_mend = 0;
+  front.to_settle = outcome.left_over;
+  if (front.to_settle == 0) front.step();
+}
+
+void MendAlong(const FrictionCone& friction, GroupFront& front) {
+  const Cone<V> cone(friction);
+  while (find_unsolved(cone, front) && front.to_settle == 0) {
+    lap(front, Phase::search);
+    const GroupBead bead = surroundings(front);
+    Outcome whole;
+    for (std::size_t k = 0; k < group_lanes; k += hn::Lanes(d)) {
+      const Stream stream{front, bead, k, some_of(front.to_mend, k)};
+      if (stream.lanes == 0) continue;
+      Outcome outcome;
+      if (front.forward) {
+        mend_streams(friction, One<true>{stream}, &outcome);
+      } else {
+        mend_streams(friction, One<false>{stream}, &outcome);
+      }
+      whole.add(outcome, k);
+    }
+    note(front, bead, whole);
+    lap(front, Phase::pairs);
+  }
+  lap(front, Phase::search);
+}
+
+void MendAlongBoth(const FrictionCone& friction, GroupFront& a, GroupFront& b) {
+  const Cone<V> cone(friction);
+  for (;;) {
+    const bool in_a = find_unsolved(cone, a), in_b = find_unsolved(cone, b);
+    lap(a, Phase::search);
+    if (!in_a || !in_b || (a.to_settle | b.to_settle) != 0) return;
+    const GroupBead bead_a = surroundings(a), bead_b = surroundings(b);
+    Outcome whole[2];
+    for (std::size_t k = 0; k < group_lanes; k += hn::Lanes(d)) {
+      const Stream first{a, bead_a, k, some_of(a.to_mend, k)}, second{b, bead_b, k, some_of(b.to_mend, k)};
+      if ((first.lanes | second.lanes) == 0) continue;
+      Outcome outcomes[2];
+      if (a.forward && b.forward) {
+        mend_streams(friction, Two<true, true>{first, second}, outcomes);
+      } else if (a.forward) {
+        mend_streams(friction, Two<true, false>{first, second}, outcomes);
+      } else if (b.forward) {
+        mend_streams(friction, Two<false, true>{first, second}, outcomes);
+      } else {
+        mend_streams(friction, Two<false, false>{first, second}, outcomes);
+      }
+      whole[0].add(outcomes[0], k);
+      whole[1].add(outcomes[1], k);
+    }
+    note(a, bead_a, whole[0]);
+    note(b, bead_b, whole[1]);
+    lap(a, Phase::pairs);
+    if ((a.to_settle | b.to_settle) != 0) return;
   }
 }
 
@@ -328,25 +378,15 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace granuscope {
 
-HWY_EXPORT(DrawAsIs);
-HWY_EXPORT(MendBead);
-HWY_EXPORT(MendTwoBeads);
+HWY_EXPORT(MendAlong);
+HWY_EXPORT(MendAlongBoth);
 HWY_EXPORT(FillGroupUniforms);
 HWY_EXPORT(CountRules);
 
-unsigned draw_as_is(const FrictionCone& cone, GroupFront& front, const GroupBead& bead, unsigned lanes) {
-  return HWY_DYNAMIC_DISPATCH(DrawAsIs)(cone, front, bead, lanes);
-}
+void mend_along(const FrictionCone& cone, GroupFront& front) { HWY_DYNAMIC_DISPATCH(MendAlong)(cone, front); }
 
-unsigned mend_beads(const FrictionCone& cone, GroupFront& front, const GroupBead& bead, unsigned lanes) {
-  return HWY_DYNAMIC_DISPATCH(MendBead)(cone, front, bead, lanes);
-}
-
-std::array<unsigned, 2> mend_beads(const FrictionCone& cone, const std::array<GroupFront*, 2>& fronts,
-                                   const std::array<GroupBead, 2>& beads, const std::array<unsigned, 2>& lanes) {
-  std::array<unsigned, 2> left_over{};
-  HWY_DYNAMIC_DISPATCH(MendTwoBeads)(cone, fronts, beads, lanes, left_over.data());
-  return left_over;
+void mend_along(const FrictionCone& cone, GroupFront& a, GroupFront& b) {
+  HWY_DYNAMIC_DISPATCH(MendAlongBoth)(cone, a, b);
 }
 
 void fill_group_uniforms(const PhiloxKeys& keys, const LaneWords& sample, int layer, double* uniforms,

@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "model/friction_cone.h"
+#include "sampling/phase_times.h"
 #include "sampling/pile_group.h"
 #include "sampling/uniform_bits.h"
 
@@ -27,9 +28,21 @@ struct GroupFront {
   std::uint8_t* rule = nullptr;       ///< of this layer; set to mended_rule
   std::uint8_t* failing = nullptr;    ///< a byte for each bead, a bit for each pile
   PhiloxKeys keys;
-  int layer = 0;
-  bool forward = true;  ///< the layer's direction: the neighbour behind a bead is its left one
+  PhaseTimes* times = nullptr;  ///< who asks how long each phase takes, if anybody
+  int layer = 0, columns = 0;
+  int position = 0, bead = 0;  ///< where the layer's order has come to; at position `columns` the layer is done
+  unsigned running = 0;        ///< piles that have not failed, a bit for each
+  unsigned to_mend = 0;        ///< those that have no solution at this bead as it is
+  unsigned to_settle = 0;      ///< those that the pair rule cannot help there
+  bool forward = true;         ///< the layer's direction: the neighbour behind a bead is its left one
   std::uint8_t mended_rule = 0;
+
+  /// The top layer and the ends of the order are left to the solvers of single piles.
+  bool at_an_end() const { return layer == 0 || position == 0 || position == columns - 1; }
+  void step() {
+    ++position;
+    bead = forward ? (bead + 1 == columns ? 0 : bead + 1) : (bead == 0 ? columns - 1 : bead - 1);
+  }
 };
 
 /// One bead that fails in some of the piles, its neighbours of which the one behind it is solved and the one ahead is
@@ -42,18 +55,16 @@ struct GroupBead {
 void fill_group_uniforms(const PhiloxKeys& keys, const LaneWords& sample, int layer, double* uniforms,
                          std::size_t beads);
 
-/// Solves the bead as it is with its first number, in those of the piles of `lanes` (a bit for each) in which it has a
-/// solution; returns the others. This and mend_beads give the bytes of GranusolveSampler, on every instruction set.
-unsigned draw_as_is(const FrictionCone& cone, GroupFront& front, const GroupBead& bead, unsigned lanes);
+/// Goes on along the layer and solves each bead that fails in some piles: as it is with its first number where it has a
+/// solution, else by the pair rule, in all piles at once. Returns at the end of the layer, or at a bead that some piles
+/// must settle by another rule (to_settle), in which nothing is changed. Gives the bytes of GranusolveSampler, on every
+/// instruction set.
+void mend_along(const FrictionCone& cone, GroupFront& front);
 
-/// Solves a bead without solution in the piles of `lanes` by the pair rule, all at once. Returns the piles in which it
-/// needs another rule or lies within rounding of its band; nothing is changed there.
-unsigned mend_beads(const FrictionCone& cone, GroupFront& front, const GroupBead& bead, unsigned lanes);
-
-/// The same in two groups at once. A mend is a long chain of operations that wait for each other; two chains that have
-/// nothing to do with each other take hardly longer than one.
-std::array<unsigned, 2> mend_beads(const FrictionCone& cone, const std::array<GroupFront*, 2>& fronts,
-                                   const std::array<GroupBead, 2>& beads, const std::array<unsigned, 2>& lanes);
+/// The same in two groups at once, until one of them has something to settle or is at the end of its layer; what the
+/// other has found keeps for the next call. A mend is a long chain of operations that wait for each other; two chains
+/// that have nothing to do with each other take hardly longer than one.
+void mend_along(const FrictionCone& cone, GroupFront& a, GroupFront& b);
 
 /// How many beads of each of eight piles were solved by each rule (GranusolveSampler::Rule); those at their first
 /// number, rule 0, may be left out.
