@@ -5,7 +5,7 @@
 #include <hwy/foreach_target.h>  // compiles this file once for each instruction set
 #include <hwy/highway.h>
 
-#include <bit>
+#include <cstring>
 #include <limits>
 
 #include "model/lattice.h"
@@ -261,9 +261,14 @@ HWY_INLINE void lap(const GroupFront& front, Phase phase) {
 /// come, forgets what was drawn for it.
 HWY_INLINE void note(GroupFront& front, const GroupBead& bead, const Outcome& outcome) {
   front.failing[bead.ahead] = static_cast<std::uint8_t>(front.failing[bead.ahead] | outcome.mended);
-  for (unsigned rest = outcome.mended; rest != 0; rest &= rest - 1) {
-    front.rule[bead.bead * group_lanes + static_cast<unsigned>(std::countr_zero(rest))] = front.mended_rule;
-  }
+  // A byte of ones for each pile that was mended, without a branch for each.
+  constexpr std::uint64_t every_byte = 0x0101010101010101U, one_bit_a_byte = 0x8040201008040201U;
+  const std::uint64_t some_bit = outcome.mended * every_byte & one_bit_a_byte;
+  const std::uint64_t whole_bytes = (((some_bit + (every_byte * 0x7F)) | some_bit) >> 7 & every_byte) * 0xFF;
+  std::uint64_t rules;
+  std::memcpy(&rules, front.rule + bead.bead * group_lanes, sizeof rules);
+  rules = (rules & ~whole_bytes) | (whole_bytes & every_byte * front.mended_rule);
+  std::memcpy(front.rule + bead.bead * group_lanes, &rules, sizeof rules);
   front.to_mend = 0;
   front.to_settle = outcome.left_over;
   if (front.to_settle == 0) front.step();
