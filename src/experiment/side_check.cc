@@ -40,11 +40,6 @@ Problem find_side_samples_problem(const char* key, std::uint64_t samples, int bl
 Problem find_nonlinearity_problem(const Experiment& e) {
   const NonlinearitySpec& loads = e.nonlinearity;
   if (auto found = find_side_mu_problem("figures.nonlinearity.mu", loads.mu, false)) return found;
-  if (e.sampling.law == Law::polytope) {
-    return problem("figures.nonlinearity.mu",
-                   "the law polytope runs a chain anew for each load, so that multiplexed loads would take for ever; "
-                   "empty the list or change sampling.law");
-  }
   const auto find_list_problem = [](const char* key, const std::vector<double>& values, double least, double most) {
     if (values.empty() || values.size() > 6) return problem(key, "{} loads; give 1 to 6", values.size());
     for (std::size_t k = 0; k < values.size(); ++k) {

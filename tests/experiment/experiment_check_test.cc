@@ -261,6 +261,17 @@ TEST_CASE("Loads that could not be compared are refused") {
     });
   };
   CHECK(with([](Experiment&) {}) == "(none)");
+  // The eight piles of a chain share their loads, so that no law is too slow for them.
+  CHECK(with([](Experiment& e) {
+          e.sampling.law = Law::polytope;
+          e.mu = {0.2};
+          e.lattice = {40, 40};
+          e.fit.shallow_layer = e.fit.first_layer = 4;
+          e.fit.last_layer = 14;
+          e.figures.profile_mu = 0.2;
+          e.figures.profile_layers = {6};
+          e.force_chains.draw = false;
+        }) == "(none)");
   CHECK_THAT(with([](Experiment& e) { e.response.epsilon = 0.3; }),
              Contains("figures.nonlinearity.epsilons: response.epsilon = 0.3 is not among [0.1, 0.25, 0.5]"));
   CHECK_THAT(with([](Experiment& e) { e.nonlinearity.mu = {0.0, 0.1}; }), Contains("nothing is random"));

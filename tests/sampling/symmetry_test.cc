@@ -35,6 +35,7 @@ using Statistic = std::function<double(const Pile&, int layer)>;
 struct Deviation {
   double sigmas = 0;
   std::size_t comparisons = 0;
+  double error = 0;  ///< largest standard error of a mean, in units of the statistic's own spread
 };
 
 Deviation deviation_from_zero(const Setting& setting, const std::vector<Statistic>& statistics) {
@@ -71,6 +72,7 @@ Deviation deviation_from_zero(const Setting& setting, const std::vector<Statisti
     // Constant up to rounding (sums of some hundred forces of order one): an identity, not a statistic.
     if (estimate.error * std::sqrt(setting.piles) < 1e-10) continue;
     worst.sigmas = std::max(worst.sigmas, std::abs(test::sigmas(estimate, {0, 0})));
+    worst.error = std::max(worst.error, estimate.error / std::sqrt(mean.variance()));
     ++worst.comparisons;
   }
   return worst;
@@ -147,6 +149,14 @@ std::vector<Statistic> harmonic_statistics() {
   return statistics;
 }
 
+/// The mean is zero to five sigma of the whole test, and a mean of `resolution` times the spread would have been seen.
+void check_zero(const Deviation& found, std::size_t settings, double resolution) {
+  const double bound = test::sigma_bound(found.comparisons * settings);
+  CHECK(found.comparisons >= 10);
+  CHECK(found.sigmas < bound);
+  CHECK(bound * found.error < resolution);
+}
+
 /// Ten thousand piles and more where they are small; a fifth of them when every access is checked.
 int fewer_if_sanitized(int piles) { return test::sanitized ? piles / 2 : piles; }
 
@@ -161,8 +171,7 @@ TEST_CASE("left and right are equal, and the test would see it if layers were al
     setting.piles = fewer_if_sanitized(setting.piles);
     CAPTURE(setting.columns, setting.layers, setting.mu, setting.point_load, setting.piles);
     const Deviation fair = deviation_from_zero(setting, odd_statistics);
-    CHECK(fair.comparisons > 0);
-    CHECK(fair.sigmas < test::sigma_bound(fair.comparisons * settings.size()));
+    check_zero(fair, settings.size(), 0.1);
     if (!setting.telling) continue;
     setting.order = LayerOrder::fixed;
     const Deviation fixed = deviation_from_zero(setting, odd_statistics);
@@ -181,8 +190,7 @@ TEST_CASE("all columns are equal, and the test would see it if layers always beg
     setting.piles = fewer_if_sanitized(setting.piles);
     CAPTURE(setting.columns, setting.layers, setting.mu, setting.piles);
     const Deviation fair = deviation_from_zero(setting, statistics);
-    CHECK(fair.comparisons > 0);
-    CHECK(fair.sigmas < test::sigma_bound(fair.comparisons * settings.size()));
+    check_zero(fair, settings.size(), 0.1);
     if (!setting.telling) continue;
     setting.order = LayerOrder::fixed;
     const Deviation fixed = deviation_from_zero(setting, statistics);
@@ -190,12 +198,10 @@ TEST_CASE("all columns are equal, and the test would see it if layers always beg
   }
 }
 
-// The other laws have no order that could be fixed. A shift of a seventh of a quantity's spread is seen with 2000
-// piles.
-TEST_CASE("left and right, and all columns, are equal under every law") {
+// The other laws have no order that could be fixed.
+void check_other_laws(int piles, int chained, double resolution) {
   std::vector<Setting> settings;
   for (const bool point_load : {true, false}) {
-    const int piles = test::sanitized ? 2000 : 8000, chained = test::sanitized ? 400 : 800;
     settings.push_back({6, 5, 0.3, point_load, LayerOrder::random, piles, false, Law::rejection});
     settings.push_back({6, 5, 0.3, point_load, LayerOrder::random, piles, false, Law::eloy_clement});
     settings.push_back({5, 4, 0.6, point_load, LayerOrder::random, chained, false, Law::eloy_clement});
@@ -205,10 +211,17 @@ TEST_CASE("left and right, and all columns, are equal under every law") {
   }
   for (const Setting& setting : settings) {
     CAPTURE(name_of(setting.law), setting.lambda, setting.columns, setting.layers, setting.mu, setting.point_load);
-    const Deviation found = deviation_from_zero(setting, setting.point_load ? odd_statistics : harmonic_statistics());
-    CHECK(found.comparisons > 10);
-    CHECK(found.sigmas < test::sigma_bound(found.comparisons * settings.size()));
+    check_zero(deviation_from_zero(setting, setting.point_load ? odd_statistics : harmonic_statistics()),
+               settings.size(), resolution);
   }
+}
+
+TEST_CASE("left and right, and all columns, are equal under every law") {
+  check_other_laws(test::sanitized ? 2000 : 8000, test::sanitized ? 400 : 800, test::sanitized ? 0.4 : 0.25);
+}
+
+TEST_CASE("left and right, and all columns, are equal under every law, to a small part of any spread", "[long]") {
+  check_other_laws(80'000, 20'000, 0.06);
 }
 
 }  // namespace
