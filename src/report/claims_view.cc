@@ -80,16 +80,19 @@ Json claims_view(const Json& summary) {
 }
 
 Json claim_counts(const Json& summary) {
-  int reproduced = 0, not_reproduced = 0, undetermined = 0;
+  int reproduced = 0, not_reproduced = 0, undetermined = 0, unmeasured = 0;
   for (const Json& claim : summary.at("claims")) {
     const auto& verdict = claim.at("verdict");
     ++(verdict == "reproduced" ? reproduced : verdict == "not reproduced" ? not_reproduced : undetermined);
+    if (verdict == "undetermined" && claim.at("measured").is_null()) ++unmeasured;
   }
   Json counts;
   counts["all"] = std::to_string(summary.at("claims").size());
   counts["reproduced"] = std::to_string(reproduced);
   counts["not_reproduced"] = std::to_string(not_reproduced);
   counts["undetermined"] = std::to_string(undetermined);
+  counts["unmeasured"] = std::to_string(unmeasured);
+  counts["some_unmeasured"] = unmeasured > 0;
   return counts;
 }
 

@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "report/number_text.h"
@@ -12,37 +14,63 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Values of one column, once if all rows agree (an empty list if there is no row).
-bool all_equal(const Json& results, const char* column, const std::string& value) {
+/// Whether all rows agree in a column, and there is one.
+bool all_equal(const Json& results, const char* column) {
   for (const Json& result : results) {
-    if (result.at(column) != value) return false;
+    if (result.at(column) != results[0].at(column)) return false;
   }
   return !results.empty();
 }
 
-/// Where an estimate is unknown, the reason as a note below the table; those with the same reason share one.
-void add_reason(Json& notes, const Json& summary, const std::string& pointer, const std::string& what) {
-  const Json& estimate = summary.at(Json::json_pointer(pointer));
-  if (!estimate.contains("reason")) return;
-  for (Json& known : notes) {
-    if (known.at("why") != estimate.at("reason")) continue;
-    known["what"] = known.at("what").get<std::string>() + ", " + what;
-    known["are"] = "are";
-    return;
+/// "a, b and c".
+std::string enumerated(const Json& names) {
+  std::string text;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (i > 0) text += i + 1 == names.size() ? " and " : ", ";
+    text += names[i].get<std::string>();
   }
-  Json note;
-  note["what"] = what;
-  note["are"] = "is";
-  note["why"] = estimate.at("reason");
-  note["reason"] = number_cell(summary, pointer + "/reason");
-  notes.push_back(note);
+  return text;
 }
 
-/// The systematic error of an estimate as a list of one cell, with two significant digits; empty where there is none.
+/// Where an estimate is unknown, the reason as a note below the table. `place`: where among the numbers of that name,
+/// as " at μ = 0.1"; those with the same reason share a note, in it those with the same place their place.
+void add_reason(Json& notes, const Json& summary, const std::string& pointer, const std::string& name,
+                const std::string& place) {
+  const Json& estimate = summary.at(Json::json_pointer(pointer));
+  if (!estimate.contains("reason")) return;
+  auto note = std::find_if(notes.begin(), notes.end(),
+                           [&](const Json& known) { return known.at("why") == estimate.at("reason"); });
+  if (note == notes.end()) {
+    notes.push_back({{"why", estimate.at("reason")},
+                     {"reason", number_cell(summary, pointer + "/reason")},
+                     {"places", Json::object()}});
+    note = std::prev(notes.end());
+  }
+  Json& names = (*note)["places"][place];
+  if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+}
+
+/// Puts what each note is about into words: "c at μ = 0.1; c and D at μ = 0.6".
+void finish_notes(Json& notes) {
+  for (Json& note : notes) {
+    std::string what;
+    std::size_t names = 0;
+    for (const auto& [place, named] : note.at("places").items()) {
+      what += (what.empty() ? "" : "; ") + enumerated(named) + place;
+      names += named.size();
+    }
+    note.erase("places");
+    note["what"] = what;
+    note["are"] = names == 1 ? "is" : "are";
+  }
+}
+
+/// The systematic error of an estimate as a list of one cell, with two significant digits; empty where there is none,
+/// or none beyond what the scatter accounts for.
 Json systematic_cells(const Json& summary, const std::string& estimate) {
   Json cells = Json::array();
   const std::string pointer = estimate + "/systematic";
-  if (!summary.contains(Json::json_pointer(pointer))) return cells;
+  if (!summary.contains(Json::json_pointer(pointer)) || summary.at(Json::json_pointer(pointer)) == 0) return cells;
   Json cell = number_cell(summary, pointer);
   cell["text"] = significant(summary.at(Json::json_pointer(pointer)).get<double>(), 2);
   cells.push_back(cell);
@@ -61,6 +89,12 @@ Json neighbour_rows(const Json& summary, const std::string& list, std::initializ
       row[change] = neighbours[i].at("change") == change;
     }
     for (const char* name : names) row[name] = plain_cell(summary, fmt::format("{}/{}", pointer, name));
+    row["first"] = rows.empty();
+    row["layers"] = Json::object();
+    if (neighbours[i].contains("window_layers")) {
+      row["layers"] = {{"first_layer", number_cell(summary, pointer + "/window_layers/0")},
+                       {"last_layer", number_cell(summary, pointer + "/window_layers/1")}};
+    }
     rows.push_back(row);
   }
   return rows;
@@ -73,6 +107,16 @@ Json window_cells(const Json& summary, const std::string& fit) {
   return window;
 }
 
+/// Whether any of the named estimates is known in any entry of a list.
+bool any_known(const Json& list, std::initializer_list<const char*> names) {
+  for (const Json& entry : list) {
+    for (const char* name : names) {
+      if (entry.at(name).at("value").is_number()) return true;
+    }
+  }
+  return false;
+}
+
 std::string greek(const std::string& name) { return name == "alpha" ? "α" : name == "beta" ? "β" : "γ"; }
 
 Json exponent_view(const Json& summary, const char* name, const char* claim_id, Json& notes) {
@@ -83,7 +127,7 @@ Json exponent_view(const Json& summary, const char* name, const char* claim_id, 
   view["window"] = window_cells(summary, pointer);
   view["points"] = number_cell(summary, pointer + "/points");
   view["verdict"] = verdict_cell(summary, claim_id);
-  add_reason(notes, summary, pointer, fmt::format("The exponent {}", greek(name)));
+  add_reason(notes, summary, pointer, greek(name), "");
   return view;
 }
 
@@ -96,10 +140,9 @@ Json other_windows_view(const Json& summary, Json& notes) {
     row["window"] = window_cells(summary, pointer + "/beta");
     for (const char* name : {"beta", "gamma", "alpha"}) {
       row[name] = number_cell(summary, fmt::format("{}/{}", pointer, name));
-      const std::string what =
-          fmt::format("The exponent {} over μ = {} to {}", greek(name), row["window"]["low"]["text"].get<std::string>(),
-                      row["window"]["high"]["text"].get<std::string>());
-      add_reason(notes, summary, fmt::format("{}/{}", pointer, name), what);
+      const std::string place = fmt::format(" over μ = {} to {}", row["window"]["low"]["text"].get<std::string>(),
+                                            row["window"]["high"]["text"].get<std::string>());
+      add_reason(notes, summary, fmt::format("{}/{}", pointer, name), greek(name), place);
     }
     rows.push_back(row);
   }
@@ -116,16 +159,24 @@ Json by_ratio_view(const Json& summary, Json& notes) {
       row[name] = number_cell(summary, fmt::format("{}/{}", pointer, name));
     }
     for (const char* name : {"beta", "gamma", "alpha"}) {
-      add_reason(
-          notes, summary, fmt::format("{}/{}", pointer, name),
-          fmt::format("The exponent {} from ratios at layer {}", greek(name), row["layer"]["text"].get<std::string>()));
+      add_reason(notes, summary, fmt::format("{}/{}", pointer, name), greek(name),
+                 " from ratios at layer " + row["layer"]["text"].get<std::string>());
     }
     rows.push_back(row);
   }
   return rows;
 }
 
-Json transport_rows(const Json& summary, Json& notes) {
+/// Where a shift of the window changes c or D by nothing known, the reason, once for all places that share it.
+void add_neighbour_reasons(Json& notes, const Json& summary, std::size_t result, const std::string& place) {
+  const std::string list = fmt::format("/results/{}/neighbouring_windows", result);
+  for (std::size_t i = 0; i < summary.at(Json::json_pointer(list)).size(); ++i) {
+    add_reason(notes, summary, fmt::format("{}/{}/c_shift", list, i), "", place);
+    add_reason(notes, summary, fmt::format("{}/{}/D_shift", list, i), "", place);
+  }
+}
+
+Json transport_rows(const Json& summary, bool same_procedure, Json& notes, Json& neighbour_notes) {
   Json rows = Json::array();
   const Json& results = summary.at("results");
   for (std::size_t i = 0; i < results.size(); ++i) {
@@ -140,7 +191,10 @@ Json transport_rows(const Json& summary, Json& notes) {
     row["centre_background"] = plain_cell(summary, pointer + "/centre_background");
     row["largest_misfit"] = fixed_cell(summary, pointer + "/largest_misfit", 2);
     row["neighbours"] = neighbour_rows(summary, pointer + "/neighbouring_windows", {"c_shift", "D_shift"});
-    row["has_neighbours"] = !row["neighbours"].empty();
+    row["has_shape"] = results[i].at("fitted_area").at("value").is_number();
+    row["window"] = {{"first", number_cell(summary, pointer + "/window_layers/0")},
+                     {"last", number_cell(summary, pointer + "/window_layers/1")}};
+    row["own_procedure"] = !same_procedure;
     const bool multiplexed = results[i].at("estimator") == "multiplexed";
     row["row_epsilon"] = Json::array();
     if (multiplexed) row["row_epsilon"].push_back(number_cell(summary, pointer + "/epsilon"));
@@ -148,9 +202,10 @@ Json transport_rows(const Json& summary, Json& notes) {
     row["frictionless"] = results[i].at("mu") == 0;
     row["exact"] = results[i].at("exact");
     const std::string at = " at μ = " + row["mu"]["text"].get<std::string>();
-    add_reason(notes, summary, pointer + "/c", "c" + at);
-    add_reason(notes, summary, pointer + "/D", "D" + at);
-    add_reason(notes, summary, pointer + "/c_thrust", "c from the thrust ratio" + at);
+    add_reason(notes, summary, pointer + "/c", "c", at);
+    add_reason(notes, summary, pointer + "/D", "D", at);
+    add_reason(notes, summary, pointer + "/c_thrust", "c from the thrust ratio", at);
+    add_neighbour_reasons(neighbour_notes, summary, i, at.substr(1));
     rows.push_back(row);
   }
   return rows;
@@ -184,24 +239,46 @@ void add_precision(Json& view, const Json& summary) {
 Json results_view(const Json& summary) {
   Json view;
   const Json& results = summary.at("results");
-  Json exponent_notes = Json::array(), transport_notes = Json::array();
+  Json exponent_notes = Json::array(), transport_notes = Json::array(), neighbour_notes = Json::array();
   view["beta"] = exponent_view(summary, "beta", "D-of-mu", exponent_notes);
   view["gamma"] = exponent_view(summary, "gamma", "c-of-mu", exponent_notes);
   view["alpha"] = exponent_view(summary, "alpha", "c-of-D", exponent_notes);
   view["scaling_neighbours"] =
       neighbour_rows(summary, "/scaling/neighbouring_windows", {"beta_shift", "gamma_shift", "alpha_shift"});
-  view["has_scaling_neighbours"] = !view["scaling_neighbours"].empty();
+  // A table of unknown numbers alone says no more than the notes, which name them all.
+  const Json& scaling = summary.at("scaling");
+  view["has_scaling_neighbours"] =
+      any_known(scaling.at("neighbouring_windows"), {"beta_shift", "gamma_shift", "alpha_shift"});
   view["other_windows"] = other_windows_view(summary, exponent_notes);
-  view["has_other_windows"] = !view["other_windows"].empty();
+  view["has_other_windows"] = any_known(scaling.at("other_windows"), {"beta", "gamma", "alpha"});
   view["by_ratio"] = by_ratio_view(summary, exponent_notes);
-  view["has_by_ratio"] = !view["by_ratio"].empty();
-  view["transport"] = transport_rows(summary, transport_notes);
+  view["has_by_ratio"] = any_known(scaling.at("by_ratio"), {"beta", "gamma", "alpha"});
+  const bool same_procedure = all_equal(results, "estimator") && all_equal(results, "law");
+  view["same_procedure"] = Json::array();
+  if (same_procedure) {
+    Json procedure = {{"estimator", number_cell(summary, "/results/0/estimator")},
+                      {"law", number_cell(summary, "/results/0/law")},
+                      {"epsilon", Json::array()}};
+    if (results[0].at("estimator") == "multiplexed") {
+      procedure["epsilon"].push_back(number_cell(summary, "/results/0/epsilon"));
+    }
+    view["same_procedure"].push_back(procedure);
+  }
+  view["rest"] = same_procedure ? "4" : "5";  // columns that the row of the paper leaves free
+  view["transport"] = transport_rows(summary, same_procedure, transport_notes, neighbour_notes);
   view["has_transport"] = !results.empty();
+  view["has_neighbours"] = std::any_of(view["transport"].begin(), view["transport"].end(),
+                                       [](const Json& row) { return !row.at("neighbours").empty(); });
+  view["has_shapes"] = std::any_of(view["transport"].begin(), view["transport"].end(),
+                                   [](const Json& row) { return row.at("has_shape") == true; });
   add_precision(view, summary);
+  for (Json* notes : {&exponent_notes, &transport_notes, &neighbour_notes}) finish_notes(*notes);
+  view["neighbour_notes"] = neighbour_notes;
   view["exponent_notes"] = exponent_notes;
   view["transport_notes"] = transport_notes;
   for (const char* estimator : {"point", "paired", "multiplexed"}) {
-    view[std::string(estimator) + "_estimator"] = all_equal(results, "estimator", estimator);
+    view[std::string(estimator) + "_estimator"] =
+        all_equal(results, "estimator") && results[0].at("estimator") == estimator;
   }
   view["epsilon"] = Json::array();
   view["sign_run"] = Json::array();
