@@ -99,7 +99,7 @@ int pixel_of(double position, double pixels_per_diameter, int pixels) {
 
 }  // namespace
 
-void paint_detail(const Scene& scene, const LevelTable& table, Background background, int left, int top, Image& image) {
+void paint_detail(const Scene& scene, const LevelTable& table, Background background, int left, PictureRows& picture) {
   const LatticeLevels& levels = *scene.detail;
   const Lattice& lattice = levels.values().lattice();
   const Extent& extent = scene.extent;
@@ -132,13 +132,22 @@ void paint_detail(const Scene& scene, const LevelTable& table, Background backgr
   SampleAverager averager(table, background, first_sample);
 
   SampleRows rows(width + 2 * stamp_width);
-  int open_pixel = -1;
+  int open_pixel = -1;  // row of pixels that the samples since the last one belong to
+  Image* image = nullptr;
+  int first_pixel = 0, opened = 0;
+  const auto write_pixels = [&] {
+    if (open_pixel < 0 || open_pixel >= scene.plot_height_px) return;
+    while (open_pixel >= opened) {
+      first_pixel = opened;
+      image = &picture.open(std::min(rows_at_once, scene.plot_height_px - opened));
+      opened += image->height;
+    }
+    averager.write_pixels(*image, left, open_pixel - first_pixel);
+  };
   const auto finish_row = [&](int number) {
     const double z = 0.5 + (number + row_phase) * row_height;
     const int pixel = pixel_of(z - extent.z0, scene.pixels_per_diameter, scene.plot_height_px);
-    if (pixel != open_pixel && open_pixel >= 0 && open_pixel < scene.plot_height_px) {
-      averager.write_pixels(image, left, top + open_pixel);
-    }
+    if (pixel != open_pixel) write_pixels();
     open_pixel = pixel;
     if (pixel >= 0 && pixel < scene.plot_height_px) averager.add_row(rows.row(number));
     rows.clear(number);
@@ -164,7 +173,8 @@ void paint_detail(const Scene& scene, const LevelTable& table, Background backgr
     const int open_from = layer < last ? (layer + 1) * down - rows_above : layer * down + rows_below;
     for (; next_row < open_from; ++next_row) finish_row(next_row);
   }
-  if (open_pixel >= 0 && open_pixel < scene.plot_height_px) averager.write_pixels(image, left, top + open_pixel);
+  write_pixels();
+  picture.pass(scene.plot_height_px - opened);
 }
 
 }  // namespace granuscope

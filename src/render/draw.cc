@@ -34,8 +34,8 @@ class Lap {
   Clock::time_point before_ = Clock::now();
 };
 
-SceneStatistics draw_views(const PileView& pile, const PileView* minus, const SceneSpec& spec,
-                           const std::filesystem::path& image, const ImageMetadata& metadata) {
+SceneStatistics draw_layers(const std::shared_ptr<PileLayers>& pile, const std::shared_ptr<PileLayers>& minus,
+                            const SceneSpec& spec, const std::filesystem::path& image, const ImageMetadata& metadata) {
   Lap lap;
   const Scene scene = build_scene(pile, minus, spec);
   const double building = lap();
@@ -73,30 +73,36 @@ SceneStatistics draw_scene(const Scene& scene, const SceneSpec& spec, const std:
     statistics.counts.pixels = static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height);
     return statistics;
   }
+  const Picture picture(scene, spec);
   std::unique_ptr<GlContext> context;
-  Image image = paint(scene, spec, [&]() -> GlContext& {
+  if (picture.needs_gl()) {
     context = make_gl_context(spec.backend);
     statistics.backend = context->name();
     statistics.backend_reason = context->reason();
     statistics.renderer = context->renderer() + ", OpenGL " + context->version();
-    return *context;
+  }
+  ImageMetadata all = describe(scene);
+  all.emplace_back("Renderer", fmt::format("{} ({}), {}", statistics.renderer, statistics.backend, typesetter()));
+  all.insert(all.end(), metadata.begin(), metadata.end());
+  PngWriter png(image_path, {picture.width(), picture.height(), picture.channels(), spec.dpi}, all);
+  // Rows are encoded while others are still to be drawn.
+  picture.paint(context.get(), {}, [&](const Image& rows, int) {
+    statistics.seconds.draw += lap();
+    png.add(rows);
+    statistics.seconds.encode += lap();
   });
-  image.metadata.emplace_back("Renderer",
-                              fmt::format("{} ({}), {}", statistics.renderer, statistics.backend, typesetter()));
-  statistics.seconds.draw = lap();
-  write_png(image_path, image, spec.dpi, metadata);
-  statistics.seconds.encode = lap();
+  png.commit();
+  statistics.seconds.encode += lap();
   statistics.counts = scene.counts;
-  statistics.counts.pixels = static_cast<std::uint64_t>(image.width) * static_cast<std::uint64_t>(image.height);
+  statistics.counts.pixels = static_cast<std::uint64_t>(picture.width()) * static_cast<std::uint64_t>(picture.height());
   return statistics;
 }
 
 SceneStatistics draw_pile(const Pile& pile, const Pile* minus, const SceneSpec& spec,
                           const std::filesystem::path& image, const ImageMetadata& metadata) {
-  const PileView view = view_of(pile);
-  if (minus == nullptr) return draw_views(view, nullptr, spec, image, metadata);
-  const PileView other = view_of(*minus);
-  return draw_views(view, &other, spec, image, metadata);
+  return draw_layers(std::make_shared<LayersInMemory>(view_of(pile)),
+                     minus == nullptr ? nullptr : std::make_shared<LayersInMemory>(view_of(*minus)), spec, image,
+                     metadata);
 }
 
 SceneStatistics draw_pile(const Pile& pile, const SceneSpec& spec, const std::filesystem::path& image,
@@ -107,23 +113,22 @@ SceneStatistics draw_pile(const Pile& pile, const SceneSpec& spec, const std::fi
 SceneStatistics draw_pile_file(const PictureFiles& files, const SceneSpec& spec, const ImageMetadata& metadata) {
   require_known_format(files.image);
   Lap lap;
-  const PilePart part = read_pile_part(files.pile, [&](const Lattice& lattice) { return range_needed(lattice, spec); });
-  const PileView pile = view_of(part);
-  std::optional<PilePart> other_part;
-  std::optional<PileView> other;
+  const std::shared_ptr<PileLayers> layers =
+      open_pile_layers(files.pile, [&](const Lattice& lattice) { return range_needed(lattice, spec); });
+  const PileView& pile = layers->about();
+  std::shared_ptr<PileLayers> other;
   if (!files.minus.empty()) {
-    other_part = read_pile_part(files.minus, [&](const Lattice& lattice) {
-      const bool alike = lattice.columns() == part.lattice.columns() && lattice.layers() == part.lattice.layers();
-      return alike ? part.range : PileRange{0, 1, 0, lattice.columns()};  // no pair, as will be said
+    other = open_pile_layers(files.minus, [&](const Lattice& lattice) {
+      const bool alike = lattice.columns() == pile.lattice.columns() && lattice.layers() == pile.lattice.layers();
+      return alike ? pile.range : PileRange{0, 1, 0, lattice.columns()};  // no pair, as will be said
     });
-    other = view_of(*other_part);
   }
   const double reading = lap();
   ImageMetadata all = metadata;
   all.emplace_back("Description", fmt::format("pile of {} columns x {} layers, mu {}, law {}, seed {}, sample {}",
                                               pile.lattice.columns(), pile.lattice.layers(), exact(pile.mu), pile.law,
                                               pile.seed, pile.sample));
-  SceneStatistics statistics = draw_views(pile, other ? &*other : nullptr, spec, files.image, all);
+  SceneStatistics statistics = draw_layers(layers, other, spec, files.image, all);
   statistics.seconds.read = reading;
   return statistics;
 }

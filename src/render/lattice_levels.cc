@@ -5,6 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "storage/pile_file.h"
+
 namespace granuscope {
 namespace {
 
@@ -27,9 +29,8 @@ int turned(int value, int columns) { return (value % columns + columns) % column
 
 }  // namespace
 
-LatticeValues::LatticeValues(const PileView& pile, const PileView* minus, Quantity quantity)
-    : pile_(pile), quantity_(quantity) {
-  if (minus != nullptr) minus_ = *minus;
+LatticeValues::LatticeValues(std::shared_ptr<PileLayers> pile, std::shared_ptr<PileLayers> minus, Quantity quantity)
+    : pile_(std::move(pile)), minus_(std::move(minus)), quantity_(quantity) {
   half_width_ = 0.5 * (quantity == Quantity::force          ? widest_bar
                        : quantity == Quantity::mobilisation ? even_bar_width
                                                             : 1.0);
@@ -37,27 +38,35 @@ LatticeValues::LatticeValues(const PileView& pile, const PileView* minus, Quanti
 
 int LatticeValues::bead_at(int place) const { return turned(place + lattice().middle(), lattice().columns()); }
 
+void LatticeValues::hold(int first, int last) const {
+  if (first > last || last - first >= band_layers) return;  // those are gone through band by band
+  pile_->hold(first, last);
+  if (minus_) minus_->hold(first, last);
+}
+
 void LatticeValues::values(int layer, int side, int first_place, std::span<double> values) const {
   const int columns = lattice().columns();
+  const PileView& pile = pile_->hold(layer, layer);
+  const PileView* const minus = minus_ ? &minus_->hold(layer, layer) : nullptr;
   for (std::size_t done = 0; done < values.size();) {
     const int bead = bead_at(first_place + static_cast<int>(done));
-    const std::size_t i = pile_.index(layer, bead);
+    const std::size_t i = pile.index(layer, bead);
     // Neighbours up to where the arrays or the ring come around.
-    const int offset = turned(bead - pile_.range.first_bead, columns);
-    const auto run = std::min(values.size() - done, static_cast<std::size_t>(pile_.range.beads - offset));
+    const int offset = turned(bead - pile.range.first_bead, columns);
+    const auto run = std::min(values.size() - done, static_cast<std::size_t>(pile.range.beads - offset));
     double* out = values.data() + done;
     switch (quantity_) {
       case Quantity::force:
-        for (std::size_t k = 0; k < run; ++k) out[k] = force(pile_, side, i + k);
+        for (std::size_t k = 0; k < run; ++k) out[k] = force(pile, side, i + k);
         break;
       case Quantity::mobilisation:
-        for (std::size_t k = 0; k < run; ++k) out[k] = mobilisation(pile_, side, i + k);
+        for (std::size_t k = 0; k < run; ++k) out[k] = mobilisation(pile, side, i + k);
         break;
       case Quantity::weight:
-        for (std::size_t k = 0; k < run; ++k) out[k] = weight(pile_, i + k);
+        for (std::size_t k = 0; k < run; ++k) out[k] = weight(pile, i + k);
         break;
       case Quantity::response:
-        for (std::size_t k = 0; k < run; ++k) out[k] = weight(pile_, i + k) - weight(*minus_, i + k);
+        for (std::size_t k = 0; k < run; ++k) out[k] = weight(pile, i + k) - weight(*minus, i + k);
         break;
     }
     done += run;
@@ -87,9 +96,10 @@ Places LatticeValues::places(int layer, int side, const Extent& region) const {
 
 std::array<int, 2> LatticeValues::layers(const Extent& region) const {
   const double most = lattice().layers() - 1;
+  const PileRange& range = pile_->about().range;
   const auto layer_at = [most](double z) { return std::clamp(std::floor((z - 0.5) / (sqrt3 / 2)), -2.0, most + 2); };
-  return {std::max(static_cast<int>(layer_at(region.z0)) - 1, pile_.range.first_layer),
-          std::min(static_cast<int>(layer_at(region.z1)) + 1, pile_.range.first_layer + pile_.range.layers - 1)};
+  return {std::max(static_cast<int>(layer_at(region.z0)) - 1, range.first_layer),
+          std::min(static_cast<int>(layer_at(region.z1)) + 1, range.first_layer + range.layers - 1)};
 }
 
 LatticeLevels::LatticeLevels(LatticeValues values, const ValueScale& scale, const Extent& extent, bool inside_only)

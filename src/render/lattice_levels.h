@@ -1,10 +1,10 @@
 #pragma once
 #include <array>
 #include <cstdint>
-#include <optional>
+#include <memory>
 #include <span>
 
-#include "model/pile_view.h"
+#include "model/pile_layers.h"
 #include "render/scene.h"
 
 namespace granuscope {
@@ -31,14 +31,17 @@ struct Places {
 /// The values of a pile's contacts or beads, layer by layer, by place, and which of them a window shows.
 class LatticeValues {
  public:
-  /// `minus`: the other pile of a response, of the same range. The views' arrays must outlive this.
-  LatticeValues(const PileView& pile, const PileView* minus, Quantity quantity);
+  /// `minus`: the other pile of a response, of the same range; null otherwise.
+  LatticeValues(std::shared_ptr<PileLayers> pile, std::shared_ptr<PileLayers> minus, Quantity quantity);
 
-  const Lattice& lattice() const { return pile_.lattice; }
+  const Lattice& lattice() const { return pile_->about().lattice; }
   Quantity quantity() const { return quantity_; }
   /// Values that a layer has at each bead: 2 (the contacts to the lower left and right), or 1.
   int sides() const { return shows_contacts(quantity_) ? 2 : 1; }
-  /// Values of `count` places of a layer, at side 0 (left, or the bead) or 1. The places must be in the view's range.
+  /// Brings the layers first .. last, unless they are more than a band, so that going through them again and again
+  /// reads nothing twice.
+  void hold(int first, int last) const;
+  /// Values of `count` places of a layer, at side 0 (left, or the bead) or 1. The places must be in the pile's range.
   void values(int layer, int side, int first_place, std::span<double> values) const;
 
   /// Half the width and height of the region around a bead's centre that its element on this side may reach.
@@ -50,8 +53,7 @@ class LatticeValues {
   int bead_at(int place) const;
 
  private:
-  PileView pile_;
-  std::optional<PileView> minus_;
+  std::shared_ptr<PileLayers> pile_, minus_;
   Quantity quantity_;
   double half_width_;  ///< of a bar, or of a bead
 };

@@ -13,31 +13,82 @@
 
 namespace granuscope {
 
-Image paint(const Scene& scene, const SceneSpec& spec, const GlSource& gl, const PaintOptions& options) {
-  const Palette& palette = Palette::builtin();
-  const ColourScale scale(palette, scene.colour_map, scene.values.sign);
-  const Font font(text_pixels(spec));
-  const Layout layout = lay_out(spec, scene, font);
-  const bool transparent = spec.background == Background::transparent;
+namespace {
 
-  Image image(layout.width, layout.height, transparent ? Rgb{} : scale.page(), transparent ? 0 : 255);
-  const int left = layout.plot.left, top = layout.plot.top;
-  if (scene.detail) {
-    const LevelTable table = make_level_table(scale, scene.values, scene.glyph, detail_samples_per_diameter);
-    paint_detail(scene, table, spec.background, left, top, image);
-  } else if (scene.counts.drawn > 0) {
-    const double samples_per_diameter = scene.pixels_per_diameter * samples_per_axis(scene.pixels_per_diameter);
-    const LevelTable table = make_level_table(scale, scene.values, scene.glyph, samples_per_diameter);
-    paint_plot_area(scene, table, spec.background, gl(), options.tile_px, left, top, image);
+bool is_grey(Rgb colour) { return colour.r == colour.g && colour.r == colour.b; }
+
+LevelTable level_table_of(const Scene& scene, const ColourScale& scale) {
+  const double samples_per_diameter = scene.detail
+                                          ? detail_samples_per_diameter
+                                          : scene.pixels_per_diameter * samples_per_axis(scene.pixels_per_diameter);
+  return make_level_table(scale, scene.values, scene.glyph, samples_per_diameter);
+}
+
+}  // namespace
+
+struct Picture::Parts {
+  Parts(const Scene& scene_, const SceneSpec& spec_)
+      : scene(scene_),
+        spec(spec_),
+        scale(Palette::builtin(), scene.colour_map, scene.values.sign),
+        font(text_pixels(spec)),
+        layout(lay_out(spec, scene, font)),
+        furniture(scene, layout, Palette::builtin(), scale, font),
+        table(level_table_of(scene, scale)) {}
+
+  const Scene& scene;
+  const SceneSpec& spec;
+  ColourScale scale;
+  Font font;
+  Layout layout;
+  Furniture furniture;
+  LevelTable table;
+};
+
+Picture::Picture(const Scene& scene, const SceneSpec& spec) : parts_(std::make_unique<const Parts>(scene, spec)) {}
+Picture::~Picture() = default;
+
+int Picture::width() const { return parts_->layout.width; }
+int Picture::height() const { return parts_->layout.height; }
+
+Channels Picture::channels() const {
+  if (parts_->spec.background == Background::transparent) return Channels::rgba;
+  const Palette& palette = Palette::builtin();
+  bool grey = is_grey(palette.colour("ink")) && is_grey(palette.colour("frame")) && is_grey(parts_->scale.page());
+  for (const Rgb colour : parts_->table.colour) grey = grey && is_grey(colour);
+  for (const Rgb colour : parts_->table.full_colour) grey = grey && is_grey(colour);
+  return grey ? Channels::grey : Channels::rgb;
+}
+
+bool Picture::needs_gl() const { return !parts_->scene.detail && parts_->scene.counts.drawn > 0; }
+
+void Picture::paint(GlContext* context, const PaintOptions& options, const PictureRows::Rows& take) const {
+  const Parts& of = *parts_;
+  const bool transparent = of.spec.background == Background::transparent;
+  PictureRows rows(
+      width(), height(), transparent ? Rgb{} : of.scale.page(), transparent ? 0 : 255,
+      [&of](Image& band, int top) { of.furniture.draw(band, top); }, take);
+  const Box& plot = of.layout.plot;
+  rows.pass(plot.top);
+  if (of.scene.detail) {
+    paint_detail(of.scene, of.table, of.spec.background, plot.left, rows);
+  } else if (needs_gl()) {
+    paint_plot_area(of.scene, of.table, of.spec.background, *context, options.tile_px, plot.left, rows);
   }
-  draw_furniture(scene, layout, palette, scale, font, image);
-  image.metadata = describe(scene);
-  return image;
+  rows.pass(height() - rows.opened());
+  rows.close();
 }
 
 Image paint(const Scene& scene, const SceneSpec& spec, GlContext& context, const PaintOptions& options) {
-  return paint(
-      scene, spec, [&]() -> GlContext& { return context; }, options);
+  const Picture picture(scene, spec);
+  Image image;
+  image.width = picture.width();
+  image.height = picture.height();
+  picture.paint(&context, options, [&image](const Image& rows, int) {
+    image.rgba.insert(image.rgba.end(), rows.rgba.begin(), rows.rgba.end());
+  });
+  image.metadata = describe(scene);
+  return image;
 }
 
 ImageMetadata describe(const Scene& scene) {

@@ -1,8 +1,10 @@
 #pragma once
 #include <functional>
+#include <memory>
 
 #include "render/gl_context.h"
 #include "render/image.h"
+#include "render/picture_rows.h"
 #include "render/scene.h"
 
 namespace granuscope {
@@ -13,13 +15,33 @@ struct PaintOptions {
   int tile_px = 0;
 };
 
-/// Brings the OpenGL context when it is needed, and not before.
-using GlSource = std::function<GlContext&()>;
+/// A scene with its axes, legend and labels, laid out and ready to be painted: spec.width_px wide, and as high as the
+/// window and its labels need. Scene and specification must outlive it. The constructor throws InputError if the size
+/// cannot be (see layout.h), EnvironmentError if the font is missing.
+class Picture {
+ public:
+  Picture(const Scene& scene, const SceneSpec& spec);
+  Picture(const Picture&) = delete;
+  Picture& operator=(const Picture&) = delete;
+  ~Picture();
 
-/// Paints the scene with its axes, legend and labels. The image is spec.width_px wide, and as high as the window and
-/// its labels need; its metadata tells the scene and what was left out. Throws InputError if the size cannot be
-/// (see layout.h), EnvironmentError if GL or the font fails.
-Image paint(const Scene& scene, const SceneSpec& spec, const GlSource& gl, const PaintOptions& options = {});
+  int width() const;
+  int height() const;
+  /// What its colours need, whatever the pixels turn out to be.
+  Channels channels() const;
+  /// Whether something is to be drawn by OpenGL.
+  bool needs_gl() const;
+
+  /// Gives the rows from the top, some at a time, so that memory does not grow with the height. `context` may be null
+  /// if it needs none. Throws EnvironmentError if GL fails, InputError if a force that is read now is none.
+  void paint(GlContext* context, const PaintOptions& options, const PictureRows::Rows& take) const;
+
+ private:
+  struct Parts;
+  std::unique_ptr<const Parts> parts_;
+};
+
+/// The whole of a picture in memory; its metadata tells the scene and what was left out.
 Image paint(const Scene& scene, const SceneSpec& spec, GlContext& context, const PaintOptions& options = {});
 
 /// What is to be told of a scene: what it shows, and what was drawn and left out.

@@ -153,6 +153,14 @@ bool needs_horizontal_forces(const std::string& scene) {
 std::string key_title_of(const std::string& scene) { return label(kind_of(scene).name); }
 
 Scene build_scene(const PileView& pile, const PileView* minus, const SceneSpec& spec) {
+  return build_scene(std::make_shared<LayersInMemory>(pile),
+                     minus == nullptr ? nullptr : std::make_shared<LayersInMemory>(*minus), spec);
+}
+
+Scene build_scene(const std::shared_ptr<PileLayers>& pile_layers, const std::shared_ptr<PileLayers>& minus_layers,
+                  const SceneSpec& spec) {
+  const PileView& pile = pile_layers->about();
+  const PileView* const minus = minus_layers ? &minus_layers->about() : nullptr;
   const Kind& kind = kind_of(spec.scene);
   Scene scene;
   scene.name = kind.name;
@@ -174,7 +182,7 @@ Scene build_scene(const PileView& pile, const PileView* minus, const SceneSpec& 
   require_finite_loads(pile);
   scene.overload = find_overload(pile, scene.extent);
 
-  const LatticeValues values(pile, minus, kind.quantity);
+  const LatticeValues values(pile_layers, minus_layers, kind.quantity);
   MagnitudeHistogram seen;
   scene.value_min = std::numeric_limits<double>::infinity();
   scene.value_max = -std::numeric_limits<double>::infinity();
@@ -210,6 +218,7 @@ Scene build_scene(const PileView& pile, const PileView* minus, const SceneSpec& 
                                                                                     const Scene::Visit& visit) {
     std::vector<std::uint8_t> row;
     const auto [first, last] = levels->layers(region);
+    levels->values().hold(first, last);
     for (int layer = first; layer <= last; ++layer) {
       const double z = Lattice::depth(layer);
       const double share = layer + 1 < levels->values().lattice().layers() ? 1 : 0.5;

@@ -1,7 +1,9 @@
 #pragma once
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "model/pile_layers.h"
 #include "model/pile_view.h"
 #include "render/scene.h"
 
@@ -36,9 +38,12 @@ std::string key_title_of(const std::string& scene);
 /// is left out and counted; with spec.skip_invisible = false everything is drawn, and the picture is the same. Where
 /// a bead is smaller than two pixels the level of detail is used, unless nothing is to be skipped.
 ///
-/// The piles' arrays must outlive the scene, and hold range_needed() (render/window.h). Throws InputError: unknown
-/// scene or colour map; a force that is not finite; piles that do not belong together; a range or window that is empty
-/// or leaves the pile; an image size that cannot be (see layout.h).
+/// The piles' range must be range_needed() (render/window.h); they are gone through layer by layer, here and when the
+/// scene is painted. Throws InputError: unknown scene or colour map; a force that is not finite; piles that do not
+/// belong together; a range or window that is empty or leaves the pile; an image size that cannot be (see layout.h).
+Scene build_scene(const std::shared_ptr<PileLayers>& pile, const std::shared_ptr<PileLayers>& minus,
+                  const SceneSpec& spec);
+/// The same of piles in memory, whose arrays must outlive the scene.
 Scene build_scene(const PileView& pile, const PileView* minus, const SceneSpec& spec);
 
 }  // namespace granuscope

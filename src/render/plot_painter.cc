@@ -225,7 +225,7 @@ Extent region_of(const Scene& scene, int column, int row, int columns, int rows,
 }  // namespace
 
 void paint_plot_area(const Scene& scene, const LevelTable& table, Background background, GlContext& context,
-                     int tile_px, int left, int top, Image& image) {
+                     int tile_px, int left, PictureRows& rows) {
   const int samples = samples_per_axis(scene.pixels_per_diameter);
   if (tile_px == 0) tile_px = tile_samples_wanted / samples;
   tile_px = std::min(tile_px, std::max(scene.plot_width_px, scene.plot_height_px));
@@ -255,6 +255,8 @@ void paint_plot_area(const Scene& scene, const LevelTable& table, Background bac
   std::vector<PackedElement> batch;
   std::vector<std::uint8_t> levels;
   for (int row = 0; row < tile_rows; ++row) {
+    const int height = std::min(tile_px, scene.plot_height_px - row * tile_px);
+    Image& image = rows.open(height);
     for (int column = 0; column < tile_columns; ++column) {
       bool any = false;
       const auto send = [&] {
@@ -277,7 +279,6 @@ void paint_plot_area(const Scene& scene, const LevelTable& table, Background bac
       if (!any) continue;  // nothing but page
       // Rows of the framebuffer count upwards and are read upwards: its row 0 is the uppermost one of the picture.
       const int width = std::min(tile_px, scene.plot_width_px - column * tile_px);
-      const int height = std::min(tile_px, scene.plot_height_px - row * tile_px);
       const int row_samples = width * samples;
       const auto stride = static_cast<std::size_t>(row_samples);
       levels.resize(stride * static_cast<std::size_t>(height * samples));
@@ -294,7 +295,7 @@ void paint_plot_area(const Scene& scene, const LevelTable& table, Background bac
         for (int k = 0; k < samples; ++k) {
           averager.add_row(levels.data() + static_cast<std::size_t>(y * samples + k) * stride);
         }
-        averager.write_pixels(image, left + column * tile_px, top + row * tile_px + y);
+        averager.write_pixels(image, left + column * tile_px, y);
       }
     }
   }

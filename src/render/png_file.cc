@@ -12,8 +12,10 @@
 #include <cstdio>
 #include <cstring>
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <system_error>
+#include <vector>
 
 #include "support/atomic_file.h"
 #include "support/error.h"
@@ -28,7 +30,7 @@ struct CloseFile {
 using File = std::unique_ptr<std::FILE, CloseFile>;
 
 /// libpng reports through a callback and leaves by longjmp. No object with a destructor may then lie between the setjmp
-/// and the call into libpng, so that everything with one lives in the callers of encode() and decode().
+/// and the call into libpng, so that everything with one lives in the callers of encode_...() and decode_...().
 struct PngError {
   std::array<char, 256> message{};
 };
@@ -52,9 +54,6 @@ constexpr int compression_level = 2;
 constexpr int row_filter = PNG_FILTER_NONE;
 constexpr int grey_strategy = Z_RLE;
 
-/// How the pixels are stored: as few channels as lose nothing.
-enum class Channels { grey, rgb, rgba };
-
 Channels channels_of(const Image& image) {
   bool grey = true;
   for (std::size_t i = 0; i < image.rgba.size(); i += 4) {
@@ -64,48 +63,64 @@ Channels channels_of(const Image& image) {
   return grey ? Channels::grey : Channels::rgb;
 }
 
-bool encode(std::FILE* file, const Image& image, Channels channels, png_uint_32 pixels_per_metre, png_text* texts,
-            int text_count, png_bytep row, PngError* error) {
-  png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, error, note_png_error, ignore_png_warning);
-  if (png == nullptr) return false;
-  png_infop info = png_create_info_struct(png);
-  if (info == nullptr || setjmp(png_jmpbuf(png)) != 0) {
-    png_destroy_write_struct(&png, &info);
-    return false;
-  }
-  png_init_io(png, file);
-  png_set_user_limits(png, PNG_USER_WIDTH_MAX, PNG_USER_HEIGHT_MAX);
-  png_set_IHDR(png, info, static_cast<png_uint_32>(image.width), static_cast<png_uint_32>(image.height), 8,
-               channels == Channels::grey  ? PNG_COLOR_TYPE_GRAY
-               : channels == Channels::rgb ? PNG_COLOR_TYPE_RGB
-                                           : PNG_COLOR_TYPE_RGB_ALPHA,
+/// What the encoder holds between rows.
+struct Encoder {
+  png_structp png = nullptr;
+  png_infop info = nullptr;
+  PngError error;
+  ~Encoder() { png_destroy_write_struct(&png, &info); }
+};
+
+bool encode_header(Encoder* to, std::FILE* file, const PngWriter::Form* form, png_text* texts, int text_count) {
+  to->png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &to->error, note_png_error, ignore_png_warning);
+  if (to->png == nullptr) return false;
+  to->info = png_create_info_struct(to->png);
+  if (to->info == nullptr || setjmp(png_jmpbuf(to->png)) != 0) return false;
+  constexpr double metres_per_inch = 0.0254;
+  const auto pixels_per_metre = static_cast<png_uint_32>(std::lround(form->dpi / metres_per_inch));
+  png_init_io(to->png, file);
+  png_set_user_limits(to->png, PNG_USER_WIDTH_MAX, PNG_USER_HEIGHT_MAX);
+  png_set_IHDR(to->png, to->info, static_cast<png_uint_32>(form->width), static_cast<png_uint_32>(form->height), 8,
+               form->channels == Channels::grey  ? PNG_COLOR_TYPE_GRAY
+               : form->channels == Channels::rgb ? PNG_COLOR_TYPE_RGB
+                                                 : PNG_COLOR_TYPE_RGB_ALPHA,
                PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
-  png_set_sRGB(png, info, PNG_sRGB_INTENT_PERCEPTUAL);
-  png_set_pHYs(png, info, pixels_per_metre, pixels_per_metre, PNG_RESOLUTION_METER);
-  if (text_count > 0) png_set_text(png, info, texts, text_count);
-  png_set_compression_level(png, compression_level);
-  if (channels == Channels::grey) png_set_compression_strategy(png, grey_strategy);
-  png_set_filter(png, PNG_FILTER_TYPE_BASE, row_filter);
-  png_write_info(png, info);
-  for (int y = 0; y < image.height; ++y) {
-    if (interruption_requested()) png_error(png, "interrupted");
-    const std::uint8_t* pixels = image.rgba.data() + image.offset(0, y);
-    if (channels == Channels::grey) {
-      for (int x = 0; x < image.width; ++x) row[x] = pixels[4 * x];
-    } else if (channels == Channels::rgb) {
-      for (int x = 0; x < image.width; ++x) {
-        row[3 * x] = pixels[4 * x];
-        row[3 * x + 1] = pixels[4 * x + 1];
-        row[3 * x + 2] = pixels[4 * x + 2];
-      }
-    } else {
-      std::memcpy(row, pixels, 4 * static_cast<std::size_t>(image.width));
-    }
-    png_write_row(png, row);
-  }
-  png_write_end(png, nullptr);
-  png_destroy_write_struct(&png, &info);
+  png_set_sRGB(to->png, to->info, PNG_sRGB_INTENT_PERCEPTUAL);
+  png_set_pHYs(to->png, to->info, pixels_per_metre, pixels_per_metre, PNG_RESOLUTION_METER);
+  if (text_count > 0) png_set_text(to->png, to->info, texts, text_count);
+  png_set_compression_level(to->png, compression_level);
+  if (form->channels == Channels::grey) png_set_compression_strategy(to->png, grey_strategy);
+  png_set_filter(to->png, PNG_FILTER_TYPE_BASE, row_filter);
+  png_write_info(to->png, to->info);
   return true;
+}
+
+bool encode_row(Encoder* to, png_const_bytep row) {
+  if (setjmp(png_jmpbuf(to->png)) != 0) return false;
+  if (interruption_requested()) png_error(to->png, "interrupted");
+  png_write_row(to->png, row);
+  return true;
+}
+
+bool encode_end(Encoder* to) {
+  if (setjmp(png_jmpbuf(to->png)) != 0) return false;
+  png_write_end(to->png, nullptr);
+  return true;
+}
+
+/// The stored channels of one row of pixels.
+void pack(const std::uint8_t* pixels, int width, Channels channels, png_bytep row) {
+  if (channels == Channels::grey) {
+    for (int x = 0; x < width; ++x) row[x] = pixels[4 * x];
+  } else if (channels == Channels::rgb) {
+    for (int x = 0; x < width; ++x) {
+      row[3 * x] = pixels[4 * x];
+      row[3 * x + 1] = pixels[4 * x + 1];
+      row[3 * x + 2] = pixels[4 * x + 2];
+    }
+  } else {
+    std::memcpy(row, pixels, 4 * static_cast<std::size_t>(width));
+  }
 }
 
 /// What decode() reads; the pointers stay valid until close().
@@ -150,17 +165,41 @@ void require_keyword(const std::string& keyword) {
 
 }  // namespace
 
-void write_png(const std::filesystem::path& path, const Image& image, double dpi, const ImageMetadata& metadata) {
-  if (image.width < 1 || image.height < 1) {
-    throw InputError(fmt::format("an image of {} x {} pixels cannot be written to {}: it is empty", image.width,
-                                 image.height, path.string()));
-  }
-  if (!(dpi > 0) || !std::isfinite(dpi)) throw InputError(fmt::format("{} dpi is no resolution for an image", dpi));
+struct PngWriter::State {
+  State(const std::filesystem::path& path_, const Form& form_)
+      : path(path_),
+        form(form_),
+        target(path),
+        file(std::fopen(target.temporary_path().c_str(), "wb")),
+        row(4 * static_cast<std::size_t>(form.width)) {}
 
-  ImageMetadata all = image.metadata;
-  all.insert(all.end(), metadata.begin(), metadata.end());
+  [[noreturn]] void fail() const {
+    const int reason = errno;
+    throw_if_interrupted();
+    throw EnvironmentError(
+        fmt::format("cannot write {}: {}; nothing was left behind", path.string(),
+                    reason != 0 ? std::generic_category().message(reason) : encoder.error.message.data()));
+  }
+
+  std::filesystem::path path;
+  Form form;
+  AtomicFile target;
+  File file;
+  Encoder encoder;
+  std::vector<png_byte> row;
+};
+
+PngWriter::PngWriter(const std::filesystem::path& path, const Form& form, const ImageMetadata& metadata) {
+  if (form.width < 1 || form.height < 1) {
+    throw InputError(fmt::format("an image of {} x {} pixels cannot be written to {}: it is empty", form.width,
+                                 form.height, path.string()));
+  }
+  if (!(form.dpi > 0) || !std::isfinite(form.dpi)) {
+    throw InputError(fmt::format("{} dpi is no resolution for an image", form.dpi));
+  }
+  ImageMetadata texts_owned = metadata;  // libpng asks for pointers it could write through
   std::vector<png_text> texts;
-  for (auto& [keyword, text] : all) {
+  for (auto& [keyword, text] : texts_owned) {
     require_keyword(keyword);
     png_text entry = {};
     entry.compression = PNG_ITXT_COMPRESSION_NONE;
@@ -169,29 +208,41 @@ void write_png(const std::filesystem::path& path, const Image& image, double dpi
     entry.itxt_length = text.size();
     texts.push_back(entry);
   }
-
-  std::vector<png_byte> row(4 * static_cast<std::size_t>(image.width));
-  constexpr double metres_per_inch = 0.0254;
-
-  AtomicFile target(path);
-  File file(std::fopen(target.temporary_path().c_str(), "wb"));
-  if (file == nullptr) {
+  state_ = std::make_unique<State>(path, form);
+  if (state_->file == nullptr) {
     throw EnvironmentError(fmt::format("cannot write {}: {}; choose a folder that exists and may be written to",
                                        path.string(), std::generic_category().message(errno)));
   }
-  PngError error;
   errno = 0;
-  const bool encoded =
-      encode(file.get(), image, channels_of(image), static_cast<png_uint_32>(std::lround(dpi / metres_per_inch)),
-             texts.data(), static_cast<int>(texts.size()), row.data(), &error);
-  if (!encoded || std::fflush(file.get()) != 0) {
-    const int reason = errno;
-    throw_if_interrupted();
-    throw EnvironmentError(fmt::format("cannot write {}: {}; nothing was left behind", path.string(),
-                                       reason != 0 ? std::generic_category().message(reason) : error.message.data()));
+  if (!encode_header(&state_->encoder, state_->file.get(), &form, texts.data(), static_cast<int>(texts.size()))) {
+    state_->fail();
   }
-  file.reset();
-  target.commit();
+}
+
+PngWriter::~PngWriter() = default;
+
+void PngWriter::add(const Image& rows) {
+  if (rows.width != state_->form.width) throw std::logic_error("rows of another width than the PNG they are for");
+  errno = 0;
+  for (int y = 0; y < rows.height; ++y) {
+    pack(rows.rgba.data() + rows.offset(0, y), rows.width, state_->form.channels, state_->row.data());
+    if (!encode_row(&state_->encoder, state_->row.data())) state_->fail();
+  }
+}
+
+void PngWriter::commit() {
+  errno = 0;
+  if (!encode_end(&state_->encoder) || std::fflush(state_->file.get()) != 0) state_->fail();
+  state_->file.reset();
+  state_->target.commit();
+}
+
+void write_png(const std::filesystem::path& path, const Image& image, double dpi, const ImageMetadata& metadata) {
+  ImageMetadata all = image.metadata;
+  all.insert(all.end(), metadata.begin(), metadata.end());
+  PngWriter writer(path, {image.width, image.height, channels_of(image), dpi}, all);
+  writer.add(image);
+  writer.commit();
 }
 
 Image read_png(const std::filesystem::path& path) {

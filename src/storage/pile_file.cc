@@ -108,6 +108,93 @@ PileDescription describe_in_child(const std::filesystem::path& file) {
   return found;
 }
 
+/// A pile file that has been found to hold what it claims.
+class StoredPile {
+ public:
+  explicit StoredPile(const std::filesystem::path& file) : found_(describe_in_child(file)), numbers_(file, kind) {}
+
+  PilePart without_forces() const {
+    PilePart part{Lattice(found_.lattice)};
+    part.load.resize(static_cast<std::size_t>(part.lattice.columns()));
+    numbers_.read(found_.load, 0, part.load);
+    part.mu = found_.mu;
+    part.law = found_.law;
+    part.seed = found_.seed;
+    part.sample = found_.sample;
+    return part;
+  }
+
+  /// Replaces the forces of `part` by those of another range.
+  void read(const PileRange& range, PilePart& part) const {
+    part.range = range;
+    // Where a layer's beads go on past the seam of the ring, they stand in two places; whole layers stand in one piece.
+    const auto beads = static_cast<std::size_t>(range.beads);
+    const auto to_seam = static_cast<std::size_t>(part.lattice.columns() - range.first_bead);
+    for (std::size_t i = 0; i < force_arrays.size(); ++i) {
+      if (force_arrays[i].horizontal && !range.horizontal) continue;
+      std::vector<double>& forces = part.*(force_arrays[i].in_part);
+      // Every array has been found to be as large as it claims before memory is taken by its size.
+      forces.resize(range.size());
+      if (range.beads == part.lattice.columns() && range.first_bead == 0) {
+        numbers_.read(found_.forces[i], part.lattice.index(range.first_layer, 0), forces);
+        continue;
+      }
+      for (int layer = 0; layer < range.layers; ++layer) {
+        const std::size_t in_file = part.lattice.index(range.first_layer + layer, 0);
+        const std::span row = std::span(forces).subspan(static_cast<std::size_t>(layer) * beads, beads);
+        const std::size_t before_seam = std::min(beads, to_seam);
+        numbers_.read(found_.forces[i], in_file + static_cast<std::size_t>(range.first_bead), row.first(before_seam));
+        if (before_seam < beads) numbers_.read(found_.forces[i], in_file, row.subspan(before_seam));
+      }
+    }
+  }
+
+ private:
+  PileDescription found_;
+  NumbersFile numbers_;
+};
+
+class StoredLayers : public PileLayers {
+ public:
+  StoredLayers(const std::filesystem::path& file, const std::function<PileRange(const Lattice&)>& choose,
+               std::size_t bytes)
+      : stored_(file), part_(stored_.without_forces()) {
+    part_.range = choose(part_.lattice);
+    about_ = view_of(part_);
+    held_ = about_;
+    held_.range.layers = 0;
+    const std::size_t arrays = about_.range.horizontal ? 4 : 2;
+    const std::size_t layer_bytes = arrays * sizeof(double) * static_cast<std::size_t>(about_.range.beads);
+    const auto in_bytes = static_cast<int>(std::min<std::size_t>(bytes / layer_bytes, 1 << 30));
+    band_layers_ = std::max(band_layers, in_bytes);
+  }
+
+  const PileView& about() const override { return about_; }
+
+  const PileView& hold(int first, int last) override {
+    const auto has = [this](int layer) {
+      return layer >= held_.range.first_layer && layer < held_.range.first_layer + held_.range.layers;
+    };
+    if (has(first) && has(last)) return held_;
+    const PileRange& all = about_.range;
+    PileRange band = all;
+    if (all.layers > band_layers_) {
+      band.first_layer = first;
+      band.layers = std::min(std::max(last - first + 1, band_layers_), all.first_layer + all.layers - first);
+    }
+    held_.range.layers = 0;  // in case reading fails half way
+    stored_.read(band, part_);
+    held_ = view_of(part_);
+    return held_;
+  }
+
+ private:
+  StoredPile stored_;
+  PilePart part_;
+  PileView about_{part_.lattice, {}, {}, {}, {}, {}, {}, 0, {}, 0, 0}, held_ = about_;
+  int band_layers_ = 0;
+};
+
 }  // namespace
 
 void write_pile(const std::filesystem::path& file, const Pile& pile) {
@@ -127,38 +214,16 @@ void write_pile(const std::filesystem::path& file, const Pile& pile) {
 }
 
 PilePart read_pile_part(const std::filesystem::path& file, const std::function<PileRange(const Lattice&)>& choose) {
-  const PileDescription found = describe_in_child(file);
-  const NumbersFile numbers(file, kind);
-  PilePart part{Lattice(found.lattice)};
-  part.load.resize(static_cast<std::size_t>(part.lattice.columns()));
-  numbers.read(found.load, 0, part.load);
-  part.mu = found.mu;
-  part.law = found.law;
-  part.seed = found.seed;
-  part.sample = found.sample;
-
-  const PileRange range = part.range = choose(part.lattice);
-  // Where a layer's beads go on past the seam of the ring, they stand in two places; whole layers stand in one piece.
-  const auto beads = static_cast<std::size_t>(range.beads);
-  const auto to_seam = static_cast<std::size_t>(part.lattice.columns() - range.first_bead);
-  for (std::size_t i = 0; i < force_arrays.size(); ++i) {
-    if (force_arrays[i].horizontal && !range.horizontal) continue;
-    std::vector<double>& forces = part.*(force_arrays[i].in_part);
-    // Every array has been found to be as large as it claims before memory is taken by its size.
-    forces.resize(range.size());
-    if (range.beads == part.lattice.columns() && range.first_bead == 0) {
-      numbers.read(found.forces[i], part.lattice.index(range.first_layer, 0), forces);
-      continue;
-    }
-    for (int layer = 0; layer < range.layers; ++layer) {
-      const std::size_t in_file = part.lattice.index(range.first_layer + layer, 0);
-      const std::span row = std::span(forces).subspan(static_cast<std::size_t>(layer) * beads, beads);
-      const std::size_t before_seam = std::min(beads, to_seam);
-      numbers.read(found.forces[i], in_file + static_cast<std::size_t>(range.first_bead), row.first(before_seam));
-      if (before_seam < beads) numbers.read(found.forces[i], in_file, row.subspan(before_seam));
-    }
-  }
+  const StoredPile stored(file);
+  PilePart part = stored.without_forces();
+  stored.read(choose(part.lattice), part);
   return part;
+}
+
+std::unique_ptr<PileLayers> open_pile_layers(const std::filesystem::path& file,
+                                             const std::function<PileRange(const Lattice&)>& choose,
+                                             std::size_t bytes) {
+  return std::make_unique<StoredLayers>(file, choose, bytes);
 }
 
 Pile read_pile(const std::filesystem::path& file) {

@@ -1,8 +1,10 @@
 #pragma once
 #include <filesystem>
 #include <functional>
+#include <memory>
 
 #include "model/pile.h"
+#include "model/pile_layers.h"
 #include "model/pile_view.h"
 
 namespace granuscope {
@@ -18,5 +20,17 @@ Pile read_pile(const std::filesystem::path& file);
 /// Reads some layers and beads of a pile, those that `choose` names for its lattice, and nothing else of its forces;
 /// all shapes are checked nevertheless. Throws InputError as read_pile().
 PilePart read_pile_part(const std::filesystem::path& file, const std::function<PileRange(const Lattice&)>& choose);
+
+/// Layers that a band has at least, so that neighbouring looks at a pile meet in one.
+inline constexpr int band_layers = 320;
+/// Forces that a band may take more than that, in bytes: as much of a pile is read once and kept.
+inline constexpr std::size_t band_bytes = std::size_t{48} << 20;
+
+/// The layers of a stored pile, of the range that `choose` names for its lattice. Only a band of them is in memory:
+/// at least band_layers, and as many as `bytes` hold if that is more. The lattice, load and all shapes are read and
+/// checked now, forces when they are looked at. Throws InputError as read_pile(), hold() too.
+std::unique_ptr<PileLayers> open_pile_layers(const std::filesystem::path& file,
+                                             const std::function<PileRange(const Lattice&)>& choose,
+                                             std::size_t bytes = band_bytes);
 
 }  // namespace granuscope

@@ -43,8 +43,14 @@ LevelTable table_of(const Scene& scene) {
 }
 
 Image painted(const Scene& scene, int tile_px = 0) {
-  Image image(scene.plot_width_px, scene.plot_height_px, {255, 255, 255});
-  paint_plot_area(scene, table_of(scene), Background::page, context(), tile_px, 0, 0, image);
+  Image image;
+  image.width = scene.plot_width_px;
+  image.height = scene.plot_height_px;
+  PictureRows rows(image.width, image.height, {255, 255, 255}, 255, {}, [&image](const Image& band, int) {
+    image.rgba.insert(image.rgba.end(), band.rgba.begin(), band.rgba.end());
+  });
+  paint_plot_area(scene, table_of(scene), Background::page, context(), tile_px, 0, rows);
+  rows.close();
   return image;
 }
 
@@ -123,6 +129,32 @@ TEST_CASE("tiles do not change a pixel") {
   }
 }
 
+TEST_CASE("rows come from the top, each once, whatever draws them, and never many at a time") {
+  SceneSpec spec;
+  spec.width_px = 900;
+  spec.dpi = 100;
+  for (const int columns : {20, 600}) {  // with OpenGL; level of detail
+    CAPTURE(columns);
+    const Pile pile = irregular_pile(columns, columns);
+    const Scene scene = scene_of(pile, spec);
+    const Picture picture(scene, spec);
+    CHECK(picture.needs_gl() == (columns == 20));
+    CHECK(picture.channels() == Channels::grey);
+    int next = 0, most = 0;
+    std::vector<std::uint8_t> pixels;
+    picture.paint(&context(), {100}, [&](const Image& rows, int top) {
+      CHECK(top == next);
+      CHECK(rows.width == picture.width());
+      next += rows.height;
+      most = std::max(most, rows.height);
+      pixels.insert(pixels.end(), rows.rgba.begin(), rows.rgba.end());
+    });
+    CHECK(next == picture.height());
+    CHECK(most <= 100);
+    CHECK((pixels == paint(scene, spec, context()).rgba));
+  }
+}
+
 TEST_CASE("a picture wider than the driver's largest framebuffer is drawn to its last pixel") {
   const Pile pile = irregular_pile(200, 4);
   SceneSpec spec;
@@ -142,8 +174,7 @@ TEST_CASE("a picture wider than the driver's largest framebuffer is drawn to its
 TEST_CASE("a tile larger than the driver's limit is refused instead of left blank") {
   Scene scene = scene_with({{5, 2, 5, 8, 1, 255}});
   scene.plot_width_px = scene.plot_height_px = context().max_size() / samples_per_axis(4) + 1;
-  Image image;
-  const auto draw = [&] { paint_plot_area(scene, table_of(scene), Background::page, context(), 1 << 20, 0, 0, image); };
+  const auto draw = [&] { painted(scene, 1 << 20); };
   CHECK_THROWS_AS(draw(), EnvironmentError);
   CHECK_THROWS_WITH(draw(), Catch::Contains("blank"));
 }

@@ -49,6 +49,33 @@ TEST_CASE("a part of a pile is read alone, and without its horizontal forces whe
   }
 }
 
+TEST_CASE("layers are read band by band, and are those of the pile wherever one looks first") {
+  const TemporaryFolder folder;
+  const Pile pile = awkward_pile(3 * band_layers, 6);
+  write_pile(folder / "a.h5", pile);
+  const int first = 7, layers = 3 * band_layers - 11;
+  const auto all = open_pile_layers(
+      folder / "a.h5",
+      [&](const Lattice&) {
+        return PileRange{first, layers, 4, 5};
+      },
+      0);
+  CHECK(all->about().load.size() == 6);
+  CHECK(all->about().V_R.empty());
+  const std::vector<std::pair<int, int>> looks = {
+      {first, first}, {first, first + band_layers}, {900, 940}, {60, 61}, {first + layers - 1, first + layers - 1}};
+  for (const auto& [from, to] : looks) {
+    const PileView& view = all->hold(from, to);
+    CHECK(view.range.layers <= band_layers + 1);
+    for (int layer = from; layer <= to; ++layer) {
+      for (const int bead : {4, 5, 0, 1, 2}) {
+        CHECK(view.V_R[view.index(layer, bead)] == pile.V_R[pile.lattice.index(layer, bead)]);
+        CHECK(view.H_L[view.index(layer, bead)] == pile.H_L[pile.lattice.index(layer, bead)]);
+      }
+    }
+  }
+}
+
 TEST_CASE("the same pile gives the same bytes at any time, under any name") {
   const TemporaryFolder folder;
   const Pile pile = awkward_pile(6, 7);
