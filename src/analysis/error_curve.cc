@@ -85,9 +85,14 @@ Estimate unknown(const char* reason) {
   return none;
 }
 
-/// Slope of ln scatter on ln samples. The scatter of n repetitions is known to 1/sqrt(2(n - 1)) of itself. Sizes share
-/// their piles, which makes the slope better known than this says.
-Estimate slope_of(const std::vector<ErrorPoint>& points, double ErrorPoint::*scatter) {
+Estimate difference(const Estimate& a, const Estimate& b) {
+  if (!a.known() || !b.known()) return unknown("one of the two curves has no mean");
+  return {a.value - b.value, std::hypot(a.standard_error, b.standard_error), {}};
+}
+
+}  // namespace
+
+Estimate slope_of_scatter(const std::vector<ErrorPoint>& points, double ErrorPoint::*scatter) {
   if (points.size() < 2) return unknown("fewer than two sizes were measured");
   double weights = 0, x_mean = 0, y_mean = 0;
   const auto weight = [](const ErrorPoint& p) { return 2.0 * (p.repetitions - 1); };
@@ -106,13 +111,6 @@ Estimate slope_of(const std::vector<ErrorPoint>& points, double ErrorPoint::*sca
   }
   return {xy / xx, 1 / std::sqrt(xx), {}};
 }
-
-Estimate difference(const Estimate& a, const Estimate& b) {
-  if (!a.known() || !b.known()) return unknown("one of the two curves has no mean");
-  return {a.value - b.value, std::hypot(a.standard_error, b.standard_error), {}};
-}
-
-}  // namespace
 
 FitSpec error_curve_fit(const LatticeSpec& lattice) {
   FitSpec fit;
@@ -163,8 +161,8 @@ ErrorCurve measure_error_curve(const EnsembleSpec& spec, const EnsembleRecord& r
   curve.c = {values.c[0], error_of_all(curve, &ErrorPoint::scatter_c), {}};
   curve.D = {values.D[0], error_of_all(curve, &ErrorPoint::scatter_D), {}};
   if (!values.all_known()) curve.c = curve.D = unknown("the whole ensemble has no fit of two peaks");
-  curve.slope_c = slope_of(curve.points, &ErrorPoint::scatter_c);
-  curve.slope_D = slope_of(curve.points, &ErrorPoint::scatter_D);
+  curve.slope_c = slope_of_scatter(curve.points, &ErrorPoint::scatter_c);
+  curve.slope_D = slope_of_scatter(curve.points, &ErrorPoint::scatter_D);
   return curve;
 }
 

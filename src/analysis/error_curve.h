@@ -22,6 +22,11 @@ FitSpec error_curve_fit(const LatticeSpec& lattice);
 /// repetitions are left out, and those of which one has no fit of two peaks.
 ErrorCurve measure_error_curve(const EnsembleSpec& spec, const EnsembleRecord& record, int threads);
 
+/// Slope of ln scatter on ln samples; -1/2 where the error is statistical. The scatter of n repetitions is known to
+/// 1/sqrt(2(n - 1)) of itself. Sizes share their piles, which makes the slope better known than its error says. Unknown
+/// with fewer than two sizes.
+Estimate slope_of_scatter(const std::vector<ErrorPoint>& points, double ErrorPoint::*scatter);
+
 /// What each curve measures beside the linear response, c and D minus those of the curve that bends it least: opposite
 /// loads with the smallest epsilon. Curves of the same piles at one friction coefficient.
 void set_shifts(std::vector<ErrorCurve>& curves);

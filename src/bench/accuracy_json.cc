@@ -35,12 +35,13 @@ std::string case_json(const AccuracyCase& c) {
   return fmt::format(
       R"({{"mu":{},"law":"{}","estimator":"{}","epsilon":{},"overload":{},"opposite":{},"sign_run":{},"columns":{},)"
       R"("layers":{},"samples":{},"seconds":{},"stderr_c":{},"stderr_D":{},"stderr_c_thrust":{},"repetitions":{},)"
-      R"("c":{},"D":{},"c_thrust":{},"curve":[{}]{}}})",
+      R"("c":{},"D":{},"c_thrust":{},"slope_c":{},"slope_D":{},"curve":[{}]{}}})",
       number(c.mu), c.law, c.estimator, c.epsilon > 0 ? number(c.epsilon) : "null",
       c.overload > 0 ? number(c.overload) : "null", c.opposite, c.sign_run, c.columns, c.layers, c.samples,
       number(c.seconds), number_of(c, &AccuracyPoint::stderr_c), number_of(c, &AccuracyPoint::stderr_D),
       number(c.stderr_c_thrust), c.repetitions, mean_json(c.c), mean_json(c.D), mean_json(c.c_thrust),
-      curve_json(c.curve), c.reason.empty() ? "" : fmt::format(R"(,"reason":"{}")", c.reason));
+      mean_json(c.slope_c), mean_json(c.slope_D), curve_json(c.curve),
+      c.reason.empty() ? "" : fmt::format(R"(,"reason":"{}")", c.reason));
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <ctime>
 
+#include "analysis/error_curve.h"
 #include "analysis/thrust.h"
 #include "analysis/transport.h"
 #include "ensemble/ensemble_runner.h"
@@ -192,11 +193,20 @@ void add_curve(const Drawn& drawn, double reference_c, double reference_D, int t
       result.c = mean_of(values.c);
       result.D = mean_of(values.D);
       set_thrust(values.c_thrust, result);
+      const auto without = std::count_if(values.D.begin(), values.D.end(), [](double D) { return !std::isfinite(D); });
+      if (without > 0) {
+        result.reason = fmt::format("{} of {} repetitions of {} samples have no fit of two peaks", without,
+                                    point.repetitions, samples);
+      }
     }
     result.curve.push_back(point);
     repetitions = paired_up(repetitions);
     samples *= 2;
   }
+  std::vector<ErrorPoint> points;
+  for (const AccuracyPoint& p : result.curve) points.push_back({p.samples, p.repetitions, p.stderr_c, p.stderr_D});
+  result.slope_c = slope_of_scatter(points, &ErrorPoint::scatter_c);
+  result.slope_D = slope_of_scatter(points, &ErrorPoint::scatter_D);
 }
 
 std::vector<EnsembleSpec> specs_at(double mu) {
@@ -205,7 +215,7 @@ std::vector<EnsembleSpec> specs_at(double mu) {
   base.blocks = min_blocks;
   base.layers = layers_to_record(bench_fit(), {});
   EnsembleSpec point = base, paired = base, thrust = base;
-  point.samples = 512;
+  point.samples = 1024;
   paired.estimator = EstimatorName::paired;
   paired.samples = 256;
   std::vector<EnsembleSpec> specs{point, paired};
@@ -215,7 +225,7 @@ std::vector<EnsembleSpec> specs_at(double mu) {
     multiplexed.epsilon = options.epsilon;
     multiplexed.opposite = options.opposite;
     multiplexed.sign_run = options.sign_run;
-    multiplexed.samples = 128;
+    multiplexed.samples = 256;
     specs.push_back(multiplexed);
   }
   thrust.load = Load::uniform;

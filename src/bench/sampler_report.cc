@@ -47,12 +47,17 @@ std::string sampler_bench_json(const SamplerBench& bench) {
     targets.push_back(fmt::format(R"(    {{"name": "{}", "measured": {}, "{}": {}, "met": {}}})", r.name, r.value,
                                   r.at_most ? "at_most" : "at_least", *r.limit, r.met()));
   }
+  const EnsembleMemory& m = bench.memory;
+  const std::string memory = m.samples == 0 ? "null"
+                                            : fmt::format(R"({{"samples": {}, "threads": {}, "peak_bytes": {:.0f}}})",
+                                                          m.samples, m.threads, m.peak_bytes);
   return fmt::format(
       "{{\n  \"suite\": \"sampler\",\n  \"lanes\": {},\n  \"instruction_set\": \"{}\",\n  \"cases\": [\n{}\n  ],\n"
-      "  \"batch_ns_per_bead_by_phase\": [\n{}\n  ],\n  \"scaling\": [\n{}\n  ],\n  \"ratios\": {{\n{}\n  }},\n  "
+      "  \"batch_ns_per_bead_by_phase\": [\n{}\n  ],\n  \"scaling\": [\n{}\n  ],\n  \"memory\": {},\n  \"ratios\": "
+      "{{\n{}\n  }},\n  "
       "\"targets\": [\n{}\n  ]\n}}\n",
       group_lanes, bench.instruction_set, fmt::join(cases, ",\n"), fmt::join(where, ",\n"), fmt::join(scaling, ",\n"),
-      fmt::join(ratios, ",\n"), fmt::join(targets, ",\n"));
+      memory, fmt::join(ratios, ",\n"), fmt::join(targets, ",\n"));
 }
 
 std::string sampler_bench_table(const SamplerBench& bench) {

@@ -29,6 +29,8 @@ constexpr double small_friction = 0.3, middle_friction = 0.8;
 constexpr double batch_gain_small = 2.5, batch_gain_middle = 4;
 constexpr double scalar_cost_0_1 = 10, scalar_cost_0_3 = 17, batch_cost_0_3 = 5;
 constexpr double growth_with_size = 1.2;
+constexpr double most_memory = 200;  // MB
+constexpr int memory_threads = 2;
 
 // Where the scaling with threads is measured.
 constexpr double scaling_mu = 0.3;
@@ -266,6 +268,13 @@ std::string name_of(SamplerEngine engine) {
 SamplerBench run_sampler_suite(const SamplerBenchOptions& options, const std::function<void(const std::string&)>& say) {
   SamplerBench bench;
   bench.instruction_set = instruction_set();
+  if (options.memory) {  // first, while there is one thread
+    say("memory of an ensemble");
+    bench.memory = measure_ensemble_memory(memory_threads);
+    bench.ratios.push_back({fmt::format("{} samples of 500x200 with {} threads, peak memory in MB",
+                                        bench.memory.samples, bench.memory.threads),
+                            bench.memory.peak_bytes / 1e6, most_memory});
+  }
   for (const LatticeSpec& lattice : options.lattices) {
     for (const double mu : options.mus) {
       say(fmt::format("{} x {} beads at mu = {:g}", lattice.columns, lattice.layers, mu));

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "bench/ensemble_memory.h"
 #include "model/lattice.h"
 #include "sampling/phase_times.h"
 
@@ -53,7 +54,7 @@ struct ThreadScaling {
   double arithmetic = 0;        ///< the same of a loop that touches no memory: what the machine allows
 };
 
-/// A quotient of two times, and the limit it is held against if it has one.
+/// A quotient of two times (or of memory and its unit), and the limit it is held against if it has one.
 struct SamplerRatio {
   std::string name;
   double value = 0;
@@ -69,6 +70,7 @@ struct SamplerBench {
   double scaling_mu = 0;
   LatticeSpec scaling_lattice;
   std::vector<ThreadScaling> scaling;
+  EnsembleMemory memory;
   std::vector<SamplerRatio> ratios;
 };
 
@@ -76,6 +78,7 @@ struct SamplerBenchOptions {
   std::vector<double> mus = {0.1, 0.3, 0.8, 1.3};
   std::vector<LatticeSpec> lattices = {{500, 200}, {1000, 1000}, {250, 250}};
   double beads_per_case = 12e6;  ///< drawn by each engine, in as many runs as they make (at least 3)
+  bool memory = true;            ///< measure that of an ensemble, too
   int threads = 0;               ///< most threads of the scaling; 0: as many as the machine has
 };
 

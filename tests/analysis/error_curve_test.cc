@@ -60,4 +60,53 @@ TEST_CASE("error curves: shifts are held against opposite loads with the smalles
   CHECK_FALSE(curves[2].shift_c.reason.empty());
 }
 
+TEST_CASE("error curves: errors of every estimator fall as the square root of the piles", "[long]") {
+  // Sizes of one curve share their piles, those of different curves do not, so that the mean slope is known to a third
+  // of what one slope is.
+  double sum_c = 0, sum_D = 0, variance = 0;
+  int curves = 0;
+  std::uint64_t seed = 5150;
+  struct Options {
+    EstimatorName estimator;
+    bool opposite;
+    int sign_run;
+    std::uint64_t samples;
+    int repetitions;
+  };
+  for (const Options& options : {Options{EstimatorName::point, false, 1, 4096, 32},
+                                 {EstimatorName::multiplexed, false, 1, 256, 64},
+                                 {EstimatorName::multiplexed, true, 1, 256, 64},
+                                 {EstimatorName::multiplexed, true, 2, 256, 64}}) {
+    for (const double mu : {0.25, 0.3}) {
+      EnsembleSpec spec;
+      spec.estimator = options.estimator;
+      spec.opposite = options.opposite;
+      spec.sign_run = options.sign_run;
+      spec.sampler.mu = mu;
+      spec.sampler.seed = ++seed;
+      spec.epsilon = 0.25;
+      spec.lattice = {160, 80};
+      spec.blocks = options.repetitions * repetition_blocks;
+      spec.samples = static_cast<std::uint64_t>(options.repetitions) * options.samples;
+      spec.layers = layers_to_record(error_curve_fit(spec.lattice), {});
+      const ErrorCurve curve = measure_error_curve(spec, run_ensemble(spec, 2, nullptr), 2);
+      CAPTURE(mu, curve.estimator, curve.points.size(), curve.slope_c.value, curve.slope_D.value);
+      // A size of which one repetition has no fit is left out.
+      if (curve.points.size() < 3) continue;
+      CHECK(std::abs(curve.slope_c.value + 0.5) < 4.5 * curve.slope_c.standard_error);
+      CHECK(std::abs(curve.slope_D.value + 0.5) < 4.5 * curve.slope_D.standard_error);
+      sum_c += curve.slope_c.value;
+      sum_D += curve.slope_D.value;
+      variance += curve.slope_c.standard_error * curve.slope_c.standard_error;
+      ++curves;
+    }
+  }
+  REQUIRE(curves >= 6);
+  const double allowed = 4.5 * std::sqrt(variance) / curves;
+  CAPTURE(sum_c / curves, sum_D / curves, allowed);
+  CHECK(allowed < 0.25);  // enough to tell -1/2 from a floor
+  CHECK(std::abs(sum_c / curves + 0.5) < allowed);
+  CHECK(std::abs(sum_D / curves + 0.5) < allowed);
+}
+
 }  // namespace granuscope

@@ -15,6 +15,7 @@ TEST_CASE("the sampler suite times every engine at every friction and size, and 
   options.lattices = {{64, 16}, {40, 20}};
   options.beads_per_case = 1;
   options.threads = 2;
+  options.memory = false;  // takes seconds
   int said = 0;
   const SamplerBench bench = run_sampler_suite(options, [&](const std::string&) { ++said; });
   CHECK(said == 5);
@@ -73,4 +74,14 @@ TEST_CASE("the straight-line limit begins as the sampler does and stays finite")
     }
     for (std::size_t i = 0; i < lattice.beads(); ++i) REQUIRE(std::isfinite(straight.H_R[i]));
   }
+}
+
+TEST_CASE("an ensemble of 3461 piles of 500 x 200 beads stays below 200 MB with two threads", "[long]") {
+  const EnsembleMemory memory = measure_ensemble_memory(2);
+  CHECK(memory.samples == 3461);
+  CHECK(memory.peak_bytes > 10e6);
+  // Sanitizers hold more.
+#if !defined(__SANITIZE_ADDRESS__)
+  CHECK(memory.peak_bytes < 200e6);
+#endif
 }
