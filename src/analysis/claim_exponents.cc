@@ -66,8 +66,8 @@ Claim judge_c_of_mu(const Analysis& analysis) {
   add_ratio(claim, analysis, "the ratio xₚ/z", &ScalingFits::gamma);
   if (claim.verdict == not_reproduced && !analysis.by_ratio.empty()) {
     say(claim,
-        "The ratio's correction of order 1/z looks like a linear law where the slope follows none; the size of the "
-        "overload and the law of the piles shift the exponent further.");
+        "The ratio's correction of order 1/z can look like a linear law where the slope follows none; the size of the "
+        "overload and the law of the piles may shift the exponent as well.");
   }
   say(claim, turning_sentence(analysis));
   return claim;

@@ -71,11 +71,13 @@ std::string line_sentence(const Analysis& analysis, LineTest Transport::*line) {
       significant(chi2, 3), degrees_of_freedom);
 }
 
-/// The power that the straight lines W^2 = w_0 + D z alone would give the heights, at the middle of the window.
+/// The power that the straight lines W^2 = w_0 + D z alone would give the heights, at the middle of the window, over
+/// the friction coefficients whose D is known to differ from 0.
 std::string offset_sentence(const Analysis& analysis) {
   double lowest = 0, highest = -1;
   for (const Transport& result : analysis.results) {
     if (!result.laws.amplitude.known() || result.depths.empty()) continue;
+    if (!(result.D.value > agreement * result.D.standard_error)) continue;
     double first = 0, last = 0;
     for (const DepthFit& depth : result.depths) {
       if (depth.layer == result.window_layers[0]) first = depth.z;

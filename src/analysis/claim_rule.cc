@@ -64,10 +64,13 @@ void judge_by_number(Claim& claim, const Estimate& measured, double paper, doubl
   const std::string distance = significant(std::abs(judged.z_score), 2);
   if (claim.verdict == undetermined) {
     const std::string cost = cost_of_deciding(measured, paper, paper_error);
-    claim.explanation = fmt::format(
-        "{} = {} is too uncertain to tell a deviation of 20 % from the paper's value; it lies {} combined standard "
-        "errors from it{}.",
-        what, number, distance, cost.empty() ? "" : "; " + cost);
+    // A number may lie far off and still be too uncertain for the rule.
+    const bool far = std::abs(judged.z_score) > agreement;
+    claim.explanation =
+        fmt::format("{} = {} {} {} combined standard errors from the paper's value{}{}.", what, number,
+                    far ? "lies" : "is too uncertain to tell a deviation of 20 %; it lies", distance,
+                    far ? ", but the rule leaves it open, since its error would hide a deviation of 20 %" : "",
+                    cost.empty() ? "" : "; " + cost);
   } else if (claim.verdict == reproduced) {
     claim.explanation =
         fmt::format("{} = {} agrees with the paper within {} combined standard errors.", what, number, distance);

@@ -36,8 +36,8 @@ ReplicatedPowerLaw fit_replicated_power_law(const std::vector<Replicated>& log_x
   fit.points = static_cast<int>(log_x.size());
   if (fit.points < min_power_law_points) {
     fit.exponent.reason = fit.intercept.reason =
-        fmt::format("{} friction coefficients with usable results in the window {} to {}; an exponent needs {}",
-                    fit.points, window[0], window[1], min_power_law_points);
+        fmt::format("the window μ = {} to {} has usable results at {} friction coefficient{}, an exponent needs {}",
+                    window[0], window[1], fit.points, fit.points == 1 ? "" : "s", min_power_law_points);
     return result;
   }
   std::vector<double> weights(log_x.size(), 1.0);

@@ -235,9 +235,10 @@ void fit_slopes(const std::vector<MeasuredDepth>& depths, const FitSpec& spec, M
   run.window_start = run.layers.size() - used.size();
   t.depths_in_window = static_cast<int>(used.size());
   if (used.size() < min_depths) {
-    const std::string reason =
-        fmt::format("only {} depths of the window (layers {} to {}) can be fitted, a slope needs {}", used.size(),
-                    spec.first_layer, spec.last_layer, min_depths);
+    const std::string how_many = used.empty() ? "no depth" : used.size() == 1 ? "one depth" : "two depths";
+    static_assert(min_depths == 3);
+    const std::string reason = fmt::format("{} of the window (layers {} to {}) can be fitted, a slope needs {}",
+                                           how_many, spec.first_layer, spec.last_layer, min_depths);
     set_unknown(t, reason);
     t.window_layers = {spec.first_layer, spec.last_layer};
     return;

@@ -53,9 +53,21 @@ std::string linear_ticks(const Range& range, int most) {
   return list;
 }
 
+namespace {
+
+/// "0.002", or "2 × 10⁻³": in plain letters, since WeasyPrint misplaces raised ones.
+std::string log_label(int digit, int exponent, bool as_power) {
+  if (!as_power) return fmt::format("{:.6g}", digit * std::pow(10, exponent));
+  return (digit == 1 ? "" : fmt::format("{} × ", digit)) + power_of_ten(exponent);
+}
+
+}  // namespace
+
 std::string log_ticks(const Range& range) {
   std::string list;
   int labels = 0;
+  constexpr double smallest_plain = 1e-3, largest_plain = 9e4;
+  const bool as_powers = range.low < smallest_plain * (1 - 1e-9) || range.high > largest_plain;
   const bool decades_only = std::floor(std::log10(range.high)) - std::ceil(std::log10(range.low)) >= 1;
   for (int exponent = static_cast<int>(std::floor(std::log10(range.low))); std::pow(10, exponent) <= range.high;
        ++exponent) {
@@ -65,7 +77,8 @@ std::string log_ticks(const Range& range) {
       const bool labelled = digit == 1 || (!decades_only && (digit == 2 || digit == 5));
       if (labelled) ++labels;
       if (!list.empty()) list += ", ";
-      list += labelled ? fmt::format("'{:.6g}' {:.6g} 0", mark, mark) : fmt::format("'' {:.6g} 1", mark);
+      list += labelled ? fmt::format("'{}' {:.6g} 0", log_label(digit, exponent, as_powers), mark)
+                       : fmt::format("'' {:.6g} 1", mark);
     }
   }
   // So short an axis reads better with even steps.

@@ -31,7 +31,8 @@ struct Range {
 std::string linear_ticks(const Range& range, int most);
 
 /// Gnuplot's list of tick marks for a logarithmic axis: labels at 1, 2, 5 of each decade, or at the decades alone if
-/// two of them lie on it; small unlabelled marks at the other whole multiples. An axis too short for two labels of this
+/// two of them lie on it, as powers of ten where the axis reaches below 0.001 or to 100 000; small unlabelled marks at
+/// the other whole multiples. An axis too short for two labels of this
 /// kind gets those of linear_ticks.
 std::string log_ticks(const Range& range);
 

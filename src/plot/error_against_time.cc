@@ -124,16 +124,20 @@ Figure draw_error_against_time(const std::vector<ErrorCurve>& curves, const std:
     }
     const double cost =
         (timed ? seconds[k] : 1e-6 * static_cast<double>(curve.beads)) / static_cast<double>(curve.samples);
-    for (const std::size_t q : {0, 1}) add_curve(panels[q], plan, curve, quantities[q], cost, k);
-    titles.push_back(fmt::format("keyentry with points pointsize 0.6 {} title {}", series_style(k),
+    const std::size_t number = titles.size();  // of the curve: those not shown count for nothing
+    for (const std::size_t q : {0, 1}) add_curve(panels[q], plan, curve, quantities[q], cost, number);
+    titles.push_back(fmt::format("keyentry with points pointsize 0.6 {} title {}", series_style(number),
                                  gnuplot_string(fmt::format("{}:  c = {},  D = {}", name_in_words(curve),
                                                             in_words(curve.c), in_words(curve.D)))));
     slopes_c.push_back(in_words(curve.slope_c));
     slopes_D.push_back(in_words(curve.slope_D));
-    if (known_shift(curve.shift_c) > 0 || known_shift(curve.shift_D) > 0) {
-      floors.push_back(
-          fmt::format("{} (c by {}, D by {})", name_in_words(curve), in_words(curve.shift_c), in_words(curve.shift_D)));
+    std::vector<std::string> shifts;
+    for (const Quantity& quantity : quantities) {
+      if (known_shift(curve.*quantity.shift) > 0) {
+        shifts.push_back(fmt::format("{} by {}", quantity.name, in_words(curve.*quantity.shift)));
+      }
     }
+    if (!shifts.empty()) floors.push_back(fmt::format("{} ({})", name_in_words(curve), enumeration(shifts)));
     if (curve.estimator == "point") {
       point = &curve;
       point_cost = cost;

@@ -8,6 +8,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "support/number_format.h"
 #include "support/template_file.h"
 
 namespace granuscope {
@@ -77,8 +78,11 @@ std::string count_in_words(std::size_t count) {
   return count < words.size() ? words[count] : std::to_string(count);
 }
 
+std::string points_in_words(std::size_t count) { return count_in_words(count) + (count == 1 ? " point" : " points"); }
+
 std::string caption_number(double value, int digits) {
   std::string text = fmt::format("{:.{}g}", value, digits);
+  if (text.find('e') != std::string::npos) return significant(value, digits);
   if (text.front() == '-') text.replace(0, 1, "−");
   return text;
 }

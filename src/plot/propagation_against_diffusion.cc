@@ -197,7 +197,7 @@ Figure draw_propagation_against_diffusion(const Analysis& analysis, const std::f
        {"alpha_low", caption_number(alpha.window[0])},
        {"alpha_high", caption_number(alpha.window[1])},
        {"alpha_reason", alpha.exponent.known() ? "fewer than two points lie in its window" : alpha.exponent.reason},
-       {"off_scale", law.off_scale == 0 ? "" : count_in_words(law.off_scale)}});
+       {"off_scale", law.off_scale == 0 ? "" : points_in_words(law.off_scale)}});
   return figure;
 }
 

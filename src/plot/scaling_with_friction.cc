@@ -86,7 +86,7 @@ Figure draw_scaling_with_friction(const Analysis& analysis, const std::filesyste
   PowerLawPanel D;
   D.id = "D-of-mu";
   D.x_label = "friction coefficient μ";
-  D.y_label = "diffusion coefficient D";
+  D.y_label = "D  (bead diameters)";
   D.against_mu = true;
   D.left = 0.105;
   D.right = 0.49;
@@ -145,7 +145,7 @@ Figure draw_scaling_with_friction(const Analysis& analysis, const std::filesyste
              {"z", ratio == nullptr ? "" : fmt::format("{:.1f}", ratio->z)},
              {"ratio_beta", in_words(by_ratio.beta.exponent)},
              {"ratio_gamma", in_words(by_ratio.gamma.exponent)},
-             {"off_scale", off_scale == 0 ? "" : count_in_words(off_scale) + (off_scale == 1 ? " point" : " points")}});
+             {"off_scale", off_scale == 0 ? "" : points_in_words(off_scale)}});
   return figure;
 }
 

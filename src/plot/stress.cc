@@ -80,13 +80,14 @@ Figure draw_stress(const std::vector<StressTrial>& trials, const std::filesystem
                              {"left", exact(across.low)},
                              {"right", exact(across.high)},
                              {"layer_ticks", log_ticks(across)},
+                             {"residual_ticks", log_ticks(up)},
                              {"low", exact(up.low)},
                              {"high", exact(up.high)}},
                             run_folder);
   set_words(figure, "plot/stress.words",
             {{"columns", fmt::format("{}", columns)},
              {"layers", fmt::format("{}", deepest)},
-             {"worst", fmt::format("{:.1e}", worst)},
+             {"worst", significant(worst, 2)},
              {"unsolved", enumeration(unsolved)}});
   return figure;
 }

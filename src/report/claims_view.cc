@@ -2,8 +2,10 @@
 
 #include <nlohmann/json.hpp>
 
+#include "report/clean_text.h"
 #include "report/number_text.h"
 #include "report/report_view.h"
+#include "report/unbroken_text.h"
 
 namespace granuscope {
 
@@ -28,6 +30,11 @@ Json measured_cells(const Json& summary, const std::string& claim) {
   cells["value"]["text"] = number;
   cells["error"] = fixed_cell(summary, claim + "/stderr", decimals);
   return cells;
+}
+
+/// A cell of words as HTML, in which no formula is broken over two lines.
+void keep_formulae_whole(Json& cell) {
+  cell["html"] = unbroken_formulae(clean_text(cell.at("text").get<std::string>()));
 }
 
 }  // namespace
@@ -55,6 +62,7 @@ Json claims_view(const Json& summary) {
     for (const char* name : {"id", "statement", "explanation", "quantity"}) {
       row[name] = number_cell(summary, fmt::format("{}/{}", pointer, name));
     }
+    for (const char* name : {"statement", "explanation"}) keep_formulae_whole(row[name]);
     // Empty where there is nothing to show.
     const auto optional = [&](const char* name, const Json& cell) {
       const Json& value = claims[i].at(name);
@@ -62,6 +70,7 @@ Json claims_view(const Json& summary) {
       row[name] = nothing ? Json::object() : cell;
     };
     optional("remarks", number_cell(summary, pointer + "/remarks"));
+    if (!row["remarks"].empty()) keep_formulae_whole(row["remarks"]);
     optional("paper", number_cell(summary, pointer + "/paper"));
     optional("z_score", fixed_cell(summary, pointer + "/z_score", 1));
     row["verdict"] = verdict_cell(summary, claims[i].at("id"));

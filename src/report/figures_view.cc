@@ -70,7 +70,7 @@ Json figures_view(const ReportData& data, const std::filesystem::path& run_folde
     view["width_mm"] = width ? fmt::format("{:.2f}", std::min(*width, text_width_mm)) : "";
     view["alternative"] = figure.alternative;
     view["caption_key"] = fmt::format("/figures/{}/caption", i);
-    view["caption"] = figure.caption;  // no markup inside: its text stands in summary.json
+    view["caption"] = unbroken_formulae(clean_text(figure.caption));  // its text stands in summary.json
     view["paper_says"] = unbroken_formulae(clean_text(figure.paper_says));
     view["has_paper_says"] = !figure.paper_says.empty();
     view["redraw"] = unbroken_words(clean_text(figure.redraw));

@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "report/number_text.h"
+#include "report/reason_notes.h"
 #include "report/report_view.h"
 
 namespace granuscope {
@@ -24,7 +25,7 @@ Json line_cells(const Json& summary, const std::string& pointer) {
 }  // namespace
 
 Json laws_view(const Json& summary) {
-  Json rows = Json::array();
+  Json rows = Json::array(), notes = Json::array();
   const Json& results = summary.at("results");
   for (std::size_t i = 0; i < results.size(); ++i) {
     if (results[i].at("exact") == true) continue;
@@ -33,6 +34,8 @@ Json laws_view(const Json& summary) {
     row["mu"] = number_cell(summary, pointer + "/mu");
     for (const char* name : {"position", "width_squared", "amplitude", "noise"}) {
       row[name] = number_cell(summary, fmt::format("{}/exponents/{}", pointer, name));
+      add_reason(notes, summary, fmt::format("{}/exponents/{}", pointer, name), "",
+                 "at μ = " + row["mu"]["text"].get<std::string>());
     }
     row["position_line"] = line_cells(summary, pointer + "/position_line");
     row["width_line"] = line_cells(summary, pointer + "/width_line");
@@ -41,6 +44,8 @@ Json laws_view(const Json& summary) {
   Json view;
   view["laws"] = rows;
   view["has_laws"] = !rows.empty();
+  finish_notes(notes);
+  view["law_notes"] = notes;
   for (const char* name : {"position", "width_squared", "amplitude", "noise"}) {
     view["mean_laws"][name] = number_cell(summary, fmt::format("/mean_exponents/{}", name));
   }

@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "report/number_text.h"
+#include "report/reason_notes.h"
 #include "report/report_view.h"
 
 namespace granuscope {
@@ -46,8 +47,9 @@ Json loads_view(const Json& summary) {
       row[name] = plain_cell(summary, fmt::format("{}/{}", pointer, name));
     }
     if (one.at("D").contains("reason")) {
-      notes.push_back(
-          {{"load", row["load"]}, {"mu", row["mu"]}, {"reason", number_cell(summary, pointer + "/D/reason")}});
+      const std::string load = row["load"]["text"].get<std::string>();
+      add_reason(notes, summary, pointer + "/D", (one.at("estimator") == "point" ? "overload " : "ε = ") + load,
+                 " at μ = " + row["mu"]["text"].get<std::string>());
     }
     // The paper's load at the smallest friction where it can be told.
     if (one.at("estimator") == "point" && one.at("load") == 1 && sentence.empty()) {
@@ -84,6 +86,7 @@ Json loads_view(const Json& summary) {
   view["load_rows"] = rows;
   view["has_load_rows"] = !rows.empty();
   view["load_exponents"] = exponents;
+  finish_notes(notes);
   view["load_notes"] = notes;
   view["paper_load"] = sentence.empty() ? Json::array() : Json::array({sentence});
   view["paper_load_exponents"] = exponent_sentence.empty() ? Json::array() : Json::array({exponent_sentence});

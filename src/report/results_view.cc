@@ -1,10 +1,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "report/number_text.h"
+#include "report/reason_notes.h"
 #include "report/report_view.h"
 #include "support/number_format.h"
 
@@ -20,49 +20,6 @@ bool all_equal(const Json& results, const char* column) {
     if (result.at(column) != results[0].at(column)) return false;
   }
   return !results.empty();
-}
-
-/// "a, b and c".
-std::string enumerated(const Json& names) {
-  std::string text;
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    if (i > 0) text += i + 1 == names.size() ? " and " : ", ";
-    text += names[i].get<std::string>();
-  }
-  return text;
-}
-
-/// Where an estimate is unknown, the reason as a note below the table. `place`: where among the numbers of that name,
-/// as " at μ = 0.1"; those with the same reason share a note, in it those with the same place their place.
-void add_reason(Json& notes, const Json& summary, const std::string& pointer, const std::string& name,
-                const std::string& place) {
-  const Json& estimate = summary.at(Json::json_pointer(pointer));
-  if (!estimate.contains("reason")) return;
-  auto note = std::find_if(notes.begin(), notes.end(),
-                           [&](const Json& known) { return known.at("why") == estimate.at("reason"); });
-  if (note == notes.end()) {
-    notes.push_back({{"why", estimate.at("reason")},
-                     {"reason", number_cell(summary, pointer + "/reason")},
-                     {"places", Json::object()}});
-    note = std::prev(notes.end());
-  }
-  Json& names = (*note)["places"][place];
-  if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
-}
-
-/// Puts what each note is about into words: "c at μ = 0.1; c and D at μ = 0.6".
-void finish_notes(Json& notes) {
-  for (Json& note : notes) {
-    std::string what;
-    std::size_t names = 0;
-    for (const auto& [place, named] : note.at("places").items()) {
-      what += (what.empty() ? "" : "; ") + enumerated(named) + place;
-      names += named.size();
-    }
-    note.erase("places");
-    note["what"] = what;
-    note["are"] = names == 1 ? "is" : "are";
-  }
 }
 
 /// The systematic error of an estimate as a list of one cell, with two significant digits; empty where there is none,

@@ -9,7 +9,13 @@ namespace granuscope {
 
 namespace {
 
-bool joins(std::string_view word) { return word == "=" || word == "−" || word == "≈" || word == "±"; }
+bool joins(std::string_view word) { return word == "=" || word == "−" || word == "≈" || word == "±" || word == "×"; }
+
+/// "1/√z" and "xₚ/z": a line could break behind the stroke.
+bool short_fraction(std::string_view word) {
+  constexpr std::size_t longest = 16;  // bytes; more is a path, or no formula
+  return word.size() <= longest && word.find('/') != std::string_view::npos;
+}
 
 std::vector<std::string_view> words_of(std::string_view text) {
   std::vector<std::string_view> words;
@@ -30,7 +36,7 @@ std::string unbroken_formulae(std::string_view text) {
   for (std::size_t i = 0; i < words.size(); ++i) {
     const bool last = i + 1 == words.size();
     const bool goes_on = !last && (joins(words[i + 1]) || (inside && joins(words[i])));
-    if (goes_on && !inside) {
+    if ((goes_on || short_fraction(words[i])) && !inside) {
       html += "<span class=\"formula-text\">";
       inside = true;
     }

@@ -4,7 +4,8 @@
 
 namespace granuscope {
 
-/// Plain text as HTML in which "c₀ − c" and "μ = 0.3" stay on one line: words joined by = − ≈ ± stand in
+/// Plain text as HTML in which "c₀ − c" and "μ = 0.3" stay on one line: words joined by = − ≈ ± × and short
+/// fractions stand in
 /// <span class="formula-text">. Everything is escaped; the text content is the text as it was.
 std::string unbroken_formulae(std::string_view text);
 

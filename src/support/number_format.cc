@@ -61,15 +61,8 @@ std::string positional(const Decimal& number, int shift) {
   return text.insert(text.size() - decimals, ".");
 }
 
-std::string power_of_ten(int exponent) {
-  static constexpr std::array<const char*, 10> superscripts = {"\u2070", "\u00b9", "\u00b2", "\u00b3", "\u2074",
-                                                               "\u2075", "\u2076", "\u2077", "\u2078", "\u2079"};
-  std::string text = " \u00d7 10";
-  if (exponent < 0) text += "\u207b";
-  for (const char digit : std::to_string(std::abs(exponent)))
-    text += superscripts[static_cast<std::size_t>(digit - '0')];
-  return text;
-}
+/// What stands behind a number that is written with a power of ten.
+std::string times_power_of_ten(int exponent) { return " \u00d7 " + power_of_ten(exponent); }
 
 /// Whether a number whose first digit stands at 10^exponent is written without a power of ten: from 1e-4 to 1e6.
 bool reads_well_plain(int exponent, const Decimal& number, int lowest_exponent = -4) {
@@ -81,13 +74,23 @@ std::string sign_of(double value, const Decimal& rounded) { return value < 0 && 
 
 }  // namespace
 
+std::string power_of_ten(int exponent) {
+  static constexpr std::array<const char*, 10> superscripts = {"\u2070", "\u00b9", "\u00b2", "\u00b3", "\u2074",
+                                                               "\u2075", "\u2076", "\u2077", "\u2078", "\u2079"};
+  std::string text = "10";
+  if (exponent < 0) text += "\u207b";
+  for (const char digit : std::to_string(std::abs(exponent)))
+    text += superscripts[static_cast<std::size_t>(digit - '0')];
+  return text;
+}
+
 std::string significant(double value, int digits) {
   if (!std::isfinite(value)) return unknown;
   if (value == 0) return "0";
   const Decimal number = round_to_digits(value, std::clamp(digits, 1, 17));
   const int exponent = number.exponent();
   if (reads_well_plain(exponent, number)) return sign_of(value, number) + positional(number, 0);
-  return sign_of(value, number) + positional(number, exponent) + power_of_ten(exponent);
+  return sign_of(value, number) + positional(number, exponent) + times_power_of_ten(exponent);
 }
 
 std::string value_with_error(double value, double standard_error, int digits_if_exact, int lowest_plain_exponent) {
@@ -107,7 +110,7 @@ std::string value_with_error(double value, double standard_error, int digits_if_
   const bool error_below_one = error.exponent() < shift;
   const std::string in_brackets = error_below_one ? error.digits : positional(error, shift);
   return sign_of(value, number) + positional(number, shift) + "(" + in_brackets + ")" +
-         (plain ? std::string() : power_of_ten(shift));
+         (plain ? std::string() : times_power_of_ten(shift));
 }
 
 std::string exact(double value) {

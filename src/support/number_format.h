@@ -15,6 +15,9 @@ std::string value_with_error(double value, double standard_error, int digits_if_
 /// "3.2 × 10⁻⁷" beyond. Not finite: "n/a".
 std::string significant(double value, int digits);
 
+/// "10⁻⁷".
+std::string power_of_ten(int exponent);
+
 /// `value` in the shortest form that reads back to the same double (std::to_chars); for scripts and data files.
 std::string exact(double value);
 

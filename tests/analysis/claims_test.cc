@@ -97,6 +97,43 @@ TEST_CASE("What more piles would decide is said, and how many") {
   CHECK(cost_of_deciding(number(1, 0.01), 1, 0.5).empty());  // more piles do not help against the paper's error
 }
 
+TEST_CASE("A number that lies far off but is too uncertain for the rule says both") {
+  Claim far, near;
+  judge_by_number(far, number(0.68, 0.03), 0.4, 0.01, "The exponent");
+  CHECK(far.verdict == undetermined);
+  CHECK_THAT(far.explanation,
+             Contains("lies 8.9 combined standard errors from the paper's value, but the rule leaves"));
+  judge_by_number(near, number(0.41, 0.03), 0.4, 0.01, "The exponent");
+  CHECK_THAT(near.explanation, Contains("is too uncertain to tell a deviation of 20 %; it lies 0.32 combined"));
+}
+
+TEST_CASE("What the offset of the width does to the heights is told from known widths alone") {
+  Analysis analysis;
+  for (const auto& [mu, D, error] : {std::array{0.3, 0.05, 0.002}, std::array{1.7, -3.3, 8.9}}) {
+    Transport result;
+    result.mu = mu;
+    result.D = number(D, error);
+    result.width_offset = number(1.25, 0.1);
+    result.laws.amplitude = number(-0.45, 0.01);
+    result.window_layers = {60, 180};
+    for (const auto& [layer, z] : {std::pair{60, 50.0}, std::pair{180, 200.0}}) {
+      DepthFit depth;
+      depth.layer = layer;
+      depth.z = z;
+      result.depths.push_back(depth);
+    }
+    analysis.results.push_back(result);
+  }
+  analysis.mean_laws.amplitude = number(-0.45, 0.01);
+  // D z = 0.05 * sqrt(50 * 200) = 5 at the middle: -0.5 * 5 / 6.25 = -0.4.
+  const std::string remarks = claim(judge_claims(analysis, {}, {}, {}), "amplitude").remarks;
+  CHECK_THAT(remarks, Contains("makes it −0.40 to −0.40"));
+  analysis.results[1].D.standard_error = 0.1;  // negative, and known
+  CHECK_THAT(claim(judge_claims(analysis, {}, {}, {}), "amplitude").remarks, Contains("−0.40 to −0.40"));
+  analysis.results.front().D.standard_error = 0.02;
+  CHECK_THAT(claim(judge_claims(analysis, {}, {}, {}), "amplitude").remarks, !Contains("alone makes it"));
+}
+
 TEST_CASE("Two separate peaks are found, and their laws") {
   const KnownTransport known{0.5, 0.15, 0.0, 0.0, 0.9};
   const Analysis analysis = analysis_of(known, noise_of(0.1, 3));

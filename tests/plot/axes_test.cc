@@ -48,6 +48,14 @@ TEST_CASE("Logarithmic ticks name 1, 2, 5 on a short axis and decades on a long 
   CHECK(decades.find("'0.1' 0.1 0") != std::string::npos);
   CHECK(decades.find("'' 0.2 1") != std::string::npos);
   CHECK(decades.find("'1' 1 0") != std::string::npos);
+  // Plain digits from 0.001 to 10 000, powers of ten on an axis that goes beyond.
+  CHECK(log_ticks(range(0.001, 0.1)).find("'0.001' 0.001 0") == 0);
+  CHECK(log_ticks(range(9e-17, 1e-14)).find("'10⁻¹⁶' 1e-16 0") != std::string::npos);
+  CHECK(log_ticks(range(9e-17, 1e-14)).find("'10⁻¹⁵' 1e-15 0") != std::string::npos);
+  const std::string beads = log_ticks(range(15000, 1.1e6));
+  CHECK(beads.find("'10⁵' 100000 0") != std::string::npos);
+  CHECK(beads.find("'10⁶' 1e+06 0") != std::string::npos);
+  CHECK(log_ticks(range(1e-4, 6e-4)).find("'2 × 10⁻⁴' 0.0002 0") != std::string::npos);
 }
 
 TEST_CASE("Windows of mu are closed and forgive rounding") {
@@ -75,4 +83,8 @@ TEST_CASE("Lists and counts in words") {
   CHECK(count_in_words(14) == "14");
   CHECK(caption_number(-0.25) == "−0.25");
   CHECK(caption_number(0.3) == "0.3");
+  CHECK(caption_number(133.4, 2) == "130");
+  CHECK(caption_number(2.2e-14, 2) == "2.2 × 10⁻¹⁴");
+  CHECK(points_in_words(1) == "one point");
+  CHECK(points_in_words(3) == "three points");
 }

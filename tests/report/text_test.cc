@@ -81,6 +81,10 @@ TEST_CASE("Formulae in captions stay on one line and keep their text") {
         "at <span class=\"formula-text\">μ = 0.3</span> and <span class=\"formula-text\">c₀ − c</span> &lt; 1");
   CHECK(unbroken_formulae("a = b − c, d") == "<span class=\"formula-text\">a = b − c,</span> d");
   CHECK(unbroken_formulae("no formula").find("span") == std::string::npos);
+  CHECK(unbroken_formulae("falls as 1/√z.") == "falls as <span class=\"formula-text\">1/√z.</span>");
+  CHECK(unbroken_formulae("the ratio xₚ/z = 3 and") == "the ratio <span class=\"formula-text\">xₚ/z = 3</span> and");
+  CHECK(unbroken_formulae("piles of 70 × 60") == "piles of <span class=\"formula-text\">70 × 60</span>");
+  CHECK(unbroken_formulae("figures/response-profiles.svg").find("span") == std::string::npos);
   CHECK(unbroken_formulae("ends with =") == "ends <span class=\"formula-text\">with =</span>");
   CHECK(unbroken_formulae("").empty());
 }

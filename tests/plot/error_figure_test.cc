@@ -1,0 +1,104 @@
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
+
+#include "plot/error_against_time.h"
+#include "plot/synthetic_analysis.h"
+#include "plot/temporary_folder.h"
+#include "support/atomic_file.h"
+#include "support/error.h"
+
+using namespace granuscope;
+using synthetic::TemporaryFolder;
+
+namespace {
+
+bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
+/// Scatter that falls exactly as samples^(-1/2), from what one sample scatters.
+ErrorCurve curve(const std::string& estimator, double epsilon, double one_c, double one_D) {
+  ErrorCurve made;
+  made.estimator = estimator;
+  made.mu = 0.3;
+  made.columns = 256;
+  made.layers = 120;
+  made.epsilon = epsilon;
+  made.samples = 1600;
+  made.beads = 1600ULL * 256 * 120;
+  for (const std::uint64_t samples : {25ULL, 100ULL}) {
+    const double root = std::sqrt(static_cast<double>(samples));
+    made.points.push_back({samples, 16, one_c / root, one_D / root});
+  }
+  made.c = synthetic::known(0.56, 0.001);
+  made.D = synthetic::known(0.07, 0.002);
+  made.shift_c = made.shift_D = synthetic::known(0, 0.001);
+  made.slope_c = made.slope_D = synthetic::known(-0.5, 0.1);
+  return made;
+}
+
+/// The paper's procedure, the standard one without any fit, and a multiplexed one of a twentieth of the scatter.
+std::vector<ErrorCurve> three_curves() {
+  std::vector<ErrorCurve> curves = {curve("point", 0, 0.04, 0.2), curve("paired", 0, 0.03, 0.1),
+                                    curve("multiplexed", 0.25, 0.002, 0.02)};
+  curves[0].shift_c = synthetic::known(0.004, 0.001);    // four standard errors
+  curves[0].shift_D = synthetic::known(-0.002, 0.0008);  // two and a half
+  curves[1].points.clear();
+  return curves;
+}
+
+}  // namespace
+
+TEST_CASE("Errors against time compare with the paper's procedure, number what is shown, and name what is not") {
+  const TemporaryFolder run;
+  const Figure figure = draw_error_against_time(three_curves(), {16, 16, 8}, run.path());
+  // (0.04 / 0.002)^2 and (0.2 / 0.02)^2, each at half the time.
+  CHECK(contains(figure.caption, "the factors 800 for c and 200 for D (multiplexed, ε = 0.25)"));
+  CHECK(contains(figure.caption, "something else: point (c by 0.0040(10))."));  // and not D
+  CHECK(contains(figure.caption, "no fit of two peaks: paired"));
+  CHECK(contains(figure.caption, "the time that this run took"));
+  CHECK_FALSE(contains(figure.caption, "e+"));
+  CHECK(contains(figure.alternative, "level off"));
+  // The curve that is not shown has no number, so that the data follow the legend.
+  CHECK(figure.data.size() == 4);
+  CHECK(std::filesystem::exists(run.path() / "figures/error-against-time-c-2.csv"));
+  CHECK_FALSE(std::filesystem::exists(run.path() / "figures/error-against-time-c-3.csv"));
+  const std::string points = read_file(run.path() / "figures/error-against-time-D-2.csv");
+  CHECK(std::count(points.begin(), points.end(), '\n') == 3);
+  CHECK(contains(points, "\n0.125,0.004,"));  // 25 of 1600 samples that took 8 s, 0.02 / 5
+  CHECK(contains(points, ",25,16\n"));
+  // With the shift of c the total error levels off at 0.004, and only there.
+  const std::string script = read_file(run.path() / "figures/error-against-time.gp");
+  CHECK(contains(script, " + 1.6e-05)) with lines"));
+  const std::string levels = " + 0)) with lines";
+  int straight = 0;
+  for (std::size_t at = script.find(levels); at != std::string::npos; at = script.find(levels, at + 1)) ++straight;
+  CHECK(straight == 3);
+  const std::string svg = read_file(run.path() / figure.screen);
+  for (const char* label : {"seconds of drawing", "standard error of D", "multiplexed, ε = 0.25:  c = 0.5600(10)"}) {
+    INFO(label);
+    CHECK(contains(svg, label));
+  }
+}
+
+TEST_CASE("Without times the beads stand on the axis, and without shifts nothing levels off") {
+  const TemporaryFolder run;
+  std::vector<ErrorCurve> curves = three_curves();
+  curves[0].shift_c = synthetic::unknown("nothing stands for the linear response");
+  const double unknown = std::numeric_limits<double>::quiet_NaN();
+  const Figure figure = draw_error_against_time(curves, {16, 16, unknown}, run.path());
+  CHECK(contains(figure.caption, "times are not known"));
+  CHECK(contains(figure.caption, "No shift from it exceeds three standard errors"));
+  CHECK(contains(figure.caption, "the factors 400 for c and 100 for D"));  // as many beads for each sample
+  CHECK_FALSE(contains(figure.alternative, "level off"));
+  CHECK(contains(read_file(run.path() / figure.screen), "million beads drawn"));
+  // 25 samples of 256 x 120 beads.
+  CHECK(contains(read_file(run.path() / "figures/error-against-time-c-1.csv"), "\n0.768,0.008,"));
+}
+
+TEST_CASE("Errors against time without any curve are refused") {
+  const TemporaryFolder run;
+  std::vector<ErrorCurve> curves = three_curves();
+  for (ErrorCurve& one : curves) one.points.clear();
+  CHECK_THROWS_AS(draw_error_against_time(curves, {1, 1, 1}, run.path()), InputError);
+}

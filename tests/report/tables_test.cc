@@ -1,0 +1,235 @@
+// Tables of the report that need more than the common fixture: windows, shape, laws, loads.
+#include <catch2/catch.hpp>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "plot/synthetic_analysis.h"
+#include "plot/temporary_folder.h"
+#include "report/html_report.h"
+#include "report/page_reader.h"
+#include "report/report_data.h"
+#include "report/summary_json.h"
+
+using namespace granuscope;
+using Json = nlohmann::ordered_json;
+using synthetic::known;
+using synthetic::unknown;
+
+namespace {
+
+bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
+int count(const std::string& text, const std::string& part) {
+  int found = 0;
+  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++found;
+  return found;
+}
+
+/// The table of a class, from its start tag to its end tag; empty if there is none.
+std::string table_of(const std::string& html, const std::string& name) {
+  const std::size_t start = html.find("<table class=\"" + name + "\"");
+  return start == std::string::npos ? "" : html.substr(start, html.find("</table>", start) - start);
+}
+
+struct Page {
+  std::string html;
+  std::map<std::string, std::string> texts;  ///< of each key
+
+  explicit Page(const ReportData& data) {
+    const synthetic::TemporaryFolder run;
+    const std::string summary = summary_json(data);
+    html = html_report(data, summary, run.path());
+    for (const std::string& line : synthetic::differences(html, summary)) FAIL_CHECK(line);
+    for (const auto& [key, text] : synthetic::keyed_texts(html)) texts[key] = text;
+  }
+};
+
+ReportData numbers() {
+  ReportData data;
+  data.columns = 500;
+  data.layers = 200;
+  data.analysis = synthetic::analysis();
+  return data;
+}
+
+WindowNeighbour neighbour(const std::string& change, std::array<int, 2> layers, const Estimate& c_shift,
+                          const Estimate& D_shift) {
+  WindowNeighbour made;
+  made.change = change;
+  made.layers = layers;
+  made.depths = layers[1] > 0 ? 30 : 0;
+  made.c = made.D = known(0.5, 0.01);
+  made.c_shift = c_shift;
+  made.D_shift = D_shift;
+  return made;
+}
+
+LoadResponse response(double mu, const std::string& estimator, double load, bool reference) {
+  LoadResponse made;
+  made.mu = mu;
+  made.estimator = estimator;
+  made.load = load;
+  made.reference = reference;
+  made.samples = 4096;
+  made.c = known(0.5748 - 0.001 * load, 0.00021);
+  made.D = known(0.0061 - 0.001 * load, 0.00017);
+  made.c_shift = reference ? known(0, 0) : known(-0.00012 * load, 0.00008);
+  made.D_shift = reference ? known(0, 0) : known(-0.25 * load, 0.033);
+  made.c_thrust = known(0.5748, 0.00001);
+  made.c_thrust_shift = known(0.000012, 0.000011);
+  return made;
+}
+
+LoadExponents exponents(const std::string& estimator, double load, bool reference) {
+  LoadExponents made;
+  made.estimator = estimator;
+  made.load = load;
+  made.reference = reference;
+  made.window = {0.1, 0.3};
+  made.points = 4;
+  made.beta = known(2.3 + 0.2 * load, 0.06);
+  made.gamma = known(1.8, 0.04);
+  made.beta_shift = reference ? known(0, 0) : known(0.2 * load, 0.07);
+  made.gamma_shift = reference ? known(0, 0) : known(-0.02 * load, 0.05);
+  return made;
+}
+
+}  // namespace
+
+TEST_CASE("Shifts of the window stand with their layers, and a systematic error only where there is one") {
+  ReportData data = numbers();
+  Transport& result = data.analysis.results[1];
+  result.c.systematic = 0.00031;
+  result.D.systematic = 0;  // no farther than the scatter accounts for
+  const Estimate missing = unknown("no depth just above the window can be fitted");
+  result.neighbours = {
+      neighbour("without_shallowest_quarter", {89, 179}, known(-0.00011, 0.00005), known(7e-5, 0.00012)),
+      neighbour("longer_above", {0, 0}, missing, missing)};
+  data.analysis.results[2].neighbours = {neighbour("longer_above", {0, 0}, missing, missing)};
+  const Page page(data);
+  const std::string table = table_of(page.html, "shifts");
+  CHECK(page.texts.at("/results/1/neighbouring_windows/0/c_shift") == "−0.000110(50)");
+  CHECK(page.texts.at("/results/1/neighbouring_windows/0/D_shift") == "0.00007(12)");
+  CHECK(page.texts.at("/results/1/neighbouring_windows/0/window_layers/0") == "89");
+  CHECK(page.texts.at("/results/1/neighbouring_windows/0/window_layers/1") == "179");
+  CHECK_FALSE(page.texts.contains("/results/1/neighbouring_windows/1/window_layers/0"));
+  CHECK(count(table, "<tr class=\"first\"") == 2);  // one for each friction coefficient
+  CHECK(count(table, "without the shallowest quarter") == 1);
+  CHECK(count(table, "longer above by up to a quarter") == 2);
+  CHECK(page.texts.at("/results/1/c/systematic") == "0.00031");
+  CHECK_FALSE(page.texts.contains("/results/1/D/systematic"));
+  // Two friction coefficients lack it for the same reason, which is said once.
+  CHECK(count(page.html, "no depth just above the window can be fitted") == 1);
+  CHECK(contains(page.html, "n/a at μ = 0.1; at μ = 0.15: "));
+}
+
+TEST_CASE("A run without neighbouring windows has no table of them") {
+  const Page page(numbers());
+  CHECK(table_of(page.html, "shifts").empty());
+  CHECK(table_of(page.html, "windows shapes").empty());
+  CHECK_FALSE(table_of(page.html, "transport").empty());
+}
+
+TEST_CASE("What the shape leaves out stands with its window, for the friction coefficients where it is known") {
+  ReportData data = numbers();
+  for (Transport& result : data.analysis.results) result.fitted_area = result.centre_background = unknown("not fitted");
+  Transport& result = data.analysis.results[3];
+  result.fitted_area = known(1.0071, 0.003);
+  result.centre_background = known(0.0237, 0.0077);
+  result.largest_misfit = 0.214;
+  const Page page(data);
+  const std::string table = table_of(page.html, "windows shapes");
+  CHECK(count(table, "<tr>") == 2);  // the heading and one friction coefficient
+  CHECK(contains(table, "/results/3/window_layers/0"));
+  CHECK(page.texts.at("/results/3/fitted_area") == "1.0071(30)");
+  CHECK(page.texts.at("/results/3/centre_background") == "0.0237(77)");
+  CHECK(page.texts.at("/results/3/largest_misfit") == "0.21");
+  CHECK_FALSE(page.texts.contains("/results/1/fitted_area"));
+}
+
+TEST_CASE("Estimator and law stand once where all rows share them, and in each row where they do not") {
+  ReportData data = numbers();
+  const Page shared(data);
+  CHECK(shared.texts.at("/results/0/law") == "granusolve");
+  CHECK_FALSE(shared.texts.contains("/results/1/law"));
+  data.analysis.results[2].law = "polytope";
+  const Page mixed(data);
+  CHECK(mixed.texts.at("/results/1/law") == "granusolve");
+  CHECK(mixed.texts.at("/results/2/law") == "polytope");
+}
+
+TEST_CASE("Exponents without a value leave no empty tables, and their reasons are one sentence") {
+  ReportData data = numbers();
+  const Estimate missing = unknown("one friction coefficient is no law");
+  ScalingFits none = synthetic::scaling({0.1, 0.3});
+  none.beta.exponent = none.gamma.exponent = none.alpha.exponent = missing;
+  data.analysis.scaling = none;
+  data.analysis.other_windows = {none};
+  data.analysis.by_ratio = {{110, 95.763, none}};
+  const Page page(data);
+  CHECK_FALSE(contains(page.html, "The same exponents"));
+  CHECK(count(page.html, "one friction coefficient is no law") == 1);
+  CHECK(contains(
+      page.html,
+      "Unknown exponents: β, γ and α; β, γ and α over μ = 0.1 to 0.3; β, γ and α from ratios at layer 110. Why: "));
+  const Page usual(numbers());
+  CHECK(count(usual.html, "The same exponents") == 2);
+}
+
+TEST_CASE("Powers that could not be taken have their reason below the table") {
+  ReportData data = numbers();
+  for (Transport& result : data.analysis.results) {
+    result.laws.position = result.laws.width = result.laws.amplitude = result.laws.noise = known(1, 0.1);
+  }
+  Laws& laws = data.analysis.results[2].laws;
+  laws.position = laws.width = laws.amplitude = laws.noise = unknown("the window is too short");
+  const Page page(data);
+  CHECK(count(page.html, "the window is too short") == 1);
+  CHECK(contains(page.html, "n/a at μ = 0.15: "));
+}
+
+TEST_CASE("Loads are compared with the linear response, and what cannot be is named once") {
+  ReportData data = numbers();
+  Nonlinearity& measured = data.analysis.side.nonlinearity;
+  for (const double mu : {0.1, 0.3}) {
+    measured.responses.push_back(response(mu, "multiplexed", 0.25, true));
+    measured.responses.push_back(response(mu, "point", 1, false));
+    measured.responses.push_back(response(mu, "point", 4, false));
+    LoadResponse& strong = measured.responses.back();
+    strong.c = strong.D = strong.c_shift = strong.D_shift = unknown("the peaks are too narrow");
+    measured.responses.push_back(response(mu, "uniform", 0, false));
+  }
+  measured.exponents = {exponents("multiplexed", 0.25, true), exponents("point", 1, false)};
+  const Page page(data);
+  const std::string table = table_of(page.html, "loads");
+  CHECK(count(table, "<tr class=\"first\"") == 3);  // each friction coefficient, and the exponents
+  CHECK(count(table, "one bead ") == 5);
+  CHECK(count(table, ", linear") == 3);
+  CHECK(page.texts.at("/side/nonlinearity/responses/1/D_over_linear_minus_1") == "−0.250(33)");
+  CHECK(page.texts.at("/side/nonlinearity/responses/1/c_minus_linear") == "−0.000120(80)");
+  CHECK(page.texts.at("/side/nonlinearity/responses/1/c_thrust_minus_uniform") == "0.000012(11)");
+  CHECK(page.texts.at("/side/nonlinearity/exponents/1/beta_minus_linear") == "0.200(70)");
+  CHECK_FALSE(page.texts.contains("/side/nonlinearity/responses/0/c_minus_linear"));
+  CHECK_FALSE(page.texts.contains("/side/nonlinearity/responses/0/D_over_linear_minus_1"));   // the reference itself
+  CHECK_FALSE(page.texts.contains("/side/nonlinearity/responses/3/c_thrust_minus_uniform"));  // nor the uniform load
+  CHECK(contains(page.html, "What the finite overload of the paper’s procedure does"));
+  CHECK(count(page.html, "the peaks are too narrow") == 1);
+  CHECK(contains(page.html, "No comparison for overload 4 at μ = 0.1; overload 4 at μ = 0.3: "));
+
+  // Without the paper's overload there is no sentence about it.
+  for (LoadResponse& one : measured.responses) {
+    if (one.load == 1) one.load = 2;
+  }
+  measured.exponents.pop_back();
+  CHECK_FALSE(contains(Page(data).html, "What the finite overload"));
+  CHECK(table_of(Page(numbers()).html, "loads").empty());
+}
+
+TEST_CASE("Page 1 says how many claims are undetermined because nothing was measured") {
+  ReportData data = numbers();
+  CHECK(contains(Page(data).html, "(1 of them because it does not measure"));
+  for (Claim& claim : data.analysis.claims) claim.measured = known(1, 0.1);
+  const std::string html = Page(data).html;
+  CHECK(contains(html, "<strong>1</strong> undetermined"));
+  CHECK_FALSE(contains(html, "does not measure what they speak of"));
+}
