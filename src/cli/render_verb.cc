@@ -112,7 +112,9 @@ void add_render_verb(CLI::App& app, VerbContext& context) {
   scene.colour_map.clear();
   verb->add_option("--colour-map", scene.colour_map,
                    "grey, viridis or cividis; diverging for the scene response (the scene's own if not given)");
-  verb->add_option("--backend", scene.backend, "how OpenGL is reached: auto, osmesa or egl")->capture_default_str();
+  verb->add_option("--backend", scene.backend,
+                   "how OpenGL is reached: auto, osmesa or egl; none: the processor draws, to the same pixels")
+      ->capture_default_str();
   verb->add_flag("--transparent", options->transparent, "no page behind the picture");
   verb->add_flag("--no-skip", options->no_skip, "draw also what cannot be seen; the picture is the same");
   verb->add_flag("--statistics", options->statistics,

@@ -344,7 +344,7 @@ Problem find_scene_problem(const Experiment& e) {
   if (chains.sample > static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max())) {
     return problem("scenes.force_chains.sample", "{} does not fit into a TOML number; give less", chains.sample);
   }
-  const std::array<const char*, 3> backends{"auto", "osmesa", "egl"};
+  const std::array<const char*, 4> backends{"auto", "osmesa", "egl", "none"};
   if (std::find(backends.begin(), backends.end(), chains.scene.backend) == backends.end()) {
     return problem("scenes.force_chains.backend", "\"{}\" is no way to reach OpenGL; write one of {}",
                    chains.scene.backend, fmt::join(backends, ", "));

@@ -381,7 +381,8 @@ std::vector<ExperimentKey> make_keys() {
           chains, "colour_map", "", "colour map of the forces",
           [](auto& e) -> auto& { return e.force_chains.scene.colour_map; }),
       key(
-          chains, "backend", "", "how OpenGL is reached: auto, osmesa or egl",
+          chains, "backend", "",
+          "how OpenGL is reached: auto, osmesa or egl; none: the processor draws the same pixels",
           [](auto& e) -> auto& { return e.force_chains.scene.backend; }),
       key(
           chains, "skip_invisible", "", "leave out contacts that cannot change a pixel",

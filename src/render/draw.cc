@@ -61,6 +61,7 @@ SceneStatistics draw_scene(const Scene& scene, const SceneSpec& spec, const std:
   statistics.backend = "none";
   statistics.backend_reason = "nothing in the picture is larger than a pixel, so it needs no OpenGL";
   statistics.renderer = "level of detail";
+  require_known_backend(spec.backend);
   Lap lap;
   if (image_path.extension() != ".png") {
     ImageMetadata all = describe(scene);
@@ -75,7 +76,11 @@ SceneStatistics draw_scene(const Scene& scene, const SceneSpec& spec, const std:
   }
   const Picture picture(scene, spec);
   std::unique_ptr<GlContext> context;
-  if (picture.needs_gl()) {
+  if (picture.has_use_for_gl() && (spec.backend == "none" || (spec.backend == "auto" && picture.is_small()))) {
+    statistics.renderer = "spans";
+    statistics.backend_reason = spec.backend == "none" ? "the processor was asked for by name"
+                                                       : "a picture so small is drawn before OpenGL would have started";
+  } else if (picture.has_use_for_gl()) {
     context = make_gl_context(spec.backend);
     statistics.backend = context->name();
     statistics.backend_reason = context->reason();

@@ -65,11 +65,19 @@ std::unique_ptr<GlContext> with_reason(std::unique_ptr<GlContext> context, const
 
 }  // namespace
 
+void require_known_backend(const std::string& backend) {
+  for (const char* known : {"auto", "osmesa", "egl", "none"}) {
+    if (backend == known) return;
+  }
+  throw InputError(fmt::format("there is no backend '{}' to draw with; choose auto, osmesa, egl or none", backend));
+}
+
 std::unique_ptr<GlContext> make_gl_context(const std::string& backend) {
+  require_known_backend(backend);
   if (backend == "osmesa") return with_reason(make_osmesa_context(), "OSMesa was asked for by name");
   if (backend == "egl") return with_reason(make_egl_context(), "EGL was asked for by name");
   if (backend != "auto") {
-    throw InputError(fmt::format("there is no backend '{}' to draw with; choose auto, osmesa or egl", backend));
+    throw InputError(fmt::format("the backend '{}' has no OpenGL; choose auto, osmesa or egl", backend));
   }
   std::string without_osmesa;
   try {

@@ -40,6 +40,9 @@ class GlContext {
   std::string renderer_, version_, reason_;
 };
 
+/// Throws InputError unless `backend` is auto, osmesa, egl, or none: no OpenGL, all is drawn by the processor.
+void require_known_backend(const std::string& backend);
+
 /// Makes the context for `backend`: "osmesa" (Mesa's off-screen library), "egl" (EGL without a window system), or
 /// "auto": OSMesa, or EGL where that is absent. Libraries are loaded now and not earlier. Throws EnvironmentError if
 /// the backend cannot start, InputError if there is no such backend.

@@ -10,6 +10,7 @@
 #include "render/level_table.h"
 #include "render/palette.h"
 #include "render/plot_painter.h"
+#include "render/span_painter.h"
 
 namespace granuscope {
 
@@ -60,7 +61,17 @@ Channels Picture::channels() const {
   return grey ? Channels::grey : Channels::rgb;
 }
 
-bool Picture::needs_gl() const { return !parts_->scene.detail && parts_->scene.counts.drawn > 0; }
+bool Picture::has_use_for_gl() const { return !parts_->scene.detail && parts_->scene.counts.drawn > 0; }
+
+bool Picture::is_small() const {
+  // Measured on one core (500 x 200 beads at 4000 px, 100 x 100 at 800 px): what the processor takes for an element and
+  // for a sample, and a good half of what loading and starting a software OpenGL takes.
+  constexpr double element_seconds = 0.4e-6, sample_seconds = 1e-9, start_seconds = 0.02;
+  const Scene& scene = parts_->scene;
+  const double samples = samples_per_axis(scene.pixels_per_diameter);
+  const double area = samples * samples * scene.plot_width_px * scene.plot_height_px;
+  return element_seconds * static_cast<double>(scene.counts.drawn) + sample_seconds * area < start_seconds;
+}
 
 void Picture::paint(GlContext* context, const PaintOptions& options, const PictureRows::Rows& take) const {
   const Parts& of = *parts_;
@@ -72,7 +83,9 @@ void Picture::paint(GlContext* context, const PaintOptions& options, const Pictu
   rows.pass(plot.top);
   if (of.scene.detail) {
     paint_detail(of.scene, of.table, of.spec.background, plot.left, rows);
-  } else if (needs_gl()) {
+  } else if (has_use_for_gl() && context == nullptr) {
+    paint_spans(of.scene, of.table, of.spec.background, plot.left, rows);
+  } else if (has_use_for_gl()) {
     paint_plot_area(of.scene, of.table, of.spec.background, *context, options.tile_px, plot.left, rows);
   }
   rows.pass(height() - rows.opened());

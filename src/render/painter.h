@@ -29,11 +29,14 @@ class Picture {
   int height() const;
   /// What its colours need, whatever the pixels turn out to be.
   Channels channels() const;
-  /// Whether something is to be drawn by OpenGL.
-  bool needs_gl() const;
+  /// Whether there is something that OpenGL could draw.
+  bool has_use_for_gl() const;
+  /// Whether the processor is done with it before OpenGL would have started.
+  bool is_small() const;
 
-  /// Gives the rows from the top, some at a time, so that memory does not grow with the height. `context` may be null
-  /// if it needs none. Throws EnvironmentError if GL fails, InputError if a force that is read now is none.
+  /// Gives the rows from the top, some at a time, so that memory does not grow with the height. Without a
+  /// context all is drawn by the processor, to the same pixels. Throws EnvironmentError if GL fails, InputError if a
+  /// force that is read now is none.
   void paint(GlContext* context, const PaintOptions& options, const PictureRows::Rows& take) const;
 
  private:

@@ -12,16 +12,12 @@
 
 #include "render/gl_objects.h"
 #include "render/sample_averager.h"
+#include "render/sample_grid.h"
 #include "support/error.h"
 #include "support/interruption.h"
 
 namespace granuscope {
 namespace {
-
-/// Positions reach GL as whole numbers of 1/256 sample. Whether a sample lies in an element is then decided from
-/// differences of whole numbers, the same for whatever tile the sample is drawn in; the triangles only say where to
-/// look.
-constexpr int units_per_sample = 256;
 
 /// Edge of a tile's framebuffer: 4 MB of samples, whatever the size of the image.
 constexpr int tile_samples_wanted = 2048;
@@ -89,51 +85,6 @@ void main() {
   sample_level = level;
 }
 )";
-
-/// One element as GL reads it: two texels of four 32-bit integers.
-struct PackedElement {
-  std::int32_t x0, y0, x1, y1;  ///< ends, units
-  std::int32_t radius;          ///< units; -1: a box
-  std::int32_t level;
-  std::int32_t unused[2];
-};
-static_assert(sizeof(PackedElement) == 32);
-
-/// Turns positions of the scene into units, counted from the upper left corner of the plot area. x is rounded from the
-/// middle of the window outwards, so that a mirrored pile gives the mirrored picture.
-class Projection {
- public:
-  Projection(const Scene& scene, int samples)
-      : scene_(scene),
-        middle_(0.5 * (scene.extent.x0 + scene.extent.x1)),
-        units_per_diameter_(scene.pixels_per_diameter * samples * units_per_sample),
-        middle_units_(scene.plot_width_px * samples * (units_per_sample / 2)) {}
-
-  PackedElement pack(const Element& element) const {
-    PackedElement packed{
-        across(element.x0), down(element.z0), across(element.x1), down(element.z1), -1, element.level, {0, 0}};
-    if (element.outline == Outline::bar) {
-      // At least a sample wide; see make_level_table().
-      const double width = std::max(element.width * units_per_diameter_, static_cast<double>(units_per_sample));
-      packed.radius = static_cast<std::int32_t>(std::lround(0.5 * width));
-    }
-    return packed;
-  }
-
- private:
-  /// Far outside (elements that are drawn although they lie beside the window) one place is as good as another.
-  static std::int32_t units(double value) {
-    constexpr double far = 1 << 29;
-    return static_cast<std::int32_t>(std::lround(std::clamp(value, -far, far)));
-  }
-  std::int32_t across(double x) const { return middle_units_ + units((x - middle_) * units_per_diameter_); }
-  std::int32_t down(double z) const { return units((z - scene_.extent.z0) * units_per_diameter_); }
-
-  const Scene& scene_;
-  double middle_;
-  double units_per_diameter_;
-  std::int32_t middle_units_;
-};
 
 /// Draws elements into the framebuffer bound at construction.
 class ElementProgram {

@@ -205,9 +205,9 @@ TEST_CASE("a picture has the same bytes for any number of rasteriser threads, an
   store_pile(scratch / "pile.h5");
   const auto drawn = [&](const std::string& name, const std::map<std::string, std::string>& environment) {
     const std::filesystem::path image = scratch / (name + ".png");
-    const ProcessResult result =
-        program({"render", (scratch / "pile.h5").string(), "--image", image.string(), "--width", "500", "--dpi", "100"},
-                environment);
+    const ProcessResult result = program({"render", (scratch / "pile.h5").string(), "--image", image.string(),
+                                          "--width", "500", "--dpi", "100", "--backend", "osmesa"},
+                                         environment);
     INFO(result.standard_error);
     REQUIRE(result.exit_code == 0);
     return image;
@@ -239,5 +239,8 @@ TEST_CASE("no OpenGL library is loaded unless a picture needs one") {
   CHECK_FALSE(loads_gl({"audit", pile}));
   CHECK_FALSE(loads_gl({"render", pile, "--image", (scratch / "a.svg").string(), "--width", "800"}));
   CHECK_FALSE(loads_gl({"render", pile, "--image", image, "--width", "120", "--dpi", "72"}));  // beads below two pixels
-  CHECK(loads_gl({"render", pile, "--image", image, "--width", "800"}));
+  CHECK_FALSE(loads_gl({"render", pile, "--image", image, "--width", "600"}));  // drawn sooner than it is loaded
+  CHECK_FALSE(loads_gl({"render", pile, "--image", image, "--width", "3000", "--backend", "none"}));
+  CHECK(loads_gl({"render", pile, "--image", image, "--width", "3000"}));
+  CHECK(loads_gl({"render", pile, "--image", image, "--width", "600", "--backend", "osmesa"}));
 }

@@ -138,7 +138,7 @@ TEST_CASE("rows come from the top, each once, whatever draws them, and never man
     const Pile pile = irregular_pile(columns, columns);
     const Scene scene = scene_of(pile, spec);
     const Picture picture(scene, spec);
-    CHECK(picture.needs_gl() == (columns == 20));
+    CHECK(picture.has_use_for_gl() == (columns == 20));
     CHECK(picture.channels() == Channels::grey);
     int next = 0, most = 0;
     std::vector<std::uint8_t> pixels;

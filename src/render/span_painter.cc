@@ -1,0 +1,242 @@
+#include "render/span_painter.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <vector>
+
+#include "render/sample_averager.h"
+#include "render/sample_grid.h"
+#include "support/interruption.h"
+
+namespace granuscope {
+namespace {
+
+/// Samples that are in memory at a time, about: what a processor's cache holds.
+constexpr std::int64_t samples_wanted = std::int64_t{2} << 20;
+
+/// Rows of pixels drawn at a time.
+int rows_of_band(const Scene& scene, int samples) {
+  const std::int64_t row = std::int64_t{scene.plot_width_px} * samples * samples;
+  return static_cast<int>(std::clamp<std::int64_t>(samples_wanted / row, 8, 512));
+}
+
+/// The rows of samples of one band.
+class SampleBand {
+ public:
+  SampleBand(int width, int rows) : width_(width), rows_(rows), levels_(size()) {}
+
+  /// From sample row `first` on.
+  void begin(int first) {
+    first_ = first;
+    std::fill(levels_.begin(), levels_.end(), std::uint8_t{0});
+  }
+  int first() const { return first_; }
+  int last() const { return first_ + rows_ - 1; }
+  int width() const { return width_; }
+  const std::uint8_t* row(int number) const { return levels_.data() + place(number); }
+
+  /// The higher level is seen, from sample `from` to sample `to` of a row.
+  void lay(int row, std::int64_t from, std::int64_t to, std::uint8_t level) {
+    from = std::max<std::int64_t>(from, 0);
+    to = std::min<std::int64_t>(to, width_ - 1);
+    if (from > to) return;
+    std::uint8_t* out = levels_.data() + place(row) + from;
+    auto left = static_cast<std::size_t>(to - from + 1);
+    for (; left >= 16; left -= 16, out += 16) raise<16>(out, level);
+    if (left >= 8) {  // the second half may overlap the first, which changes nothing
+      raise<8>(out, level);
+      raise<8>(out + left - 8, level);
+    } else {
+      for (std::size_t k = 0; k < left; ++k) out[k] = std::max(out[k], level);
+    }
+  }
+
+ private:
+  std::size_t size() const { return static_cast<std::size_t>(width_) * static_cast<std::size_t>(rows_); }
+  std::size_t place(int row) const { return static_cast<std::size_t>(row - first_) * static_cast<std::size_t>(width_); }
+
+  /// Through copies, which cannot overlap, so that the compiler takes all at once.
+  template <std::size_t Count>
+  static void raise(std::uint8_t* out, std::uint8_t level) {
+    std::array<std::uint8_t, Count> seen;  // NOLINT(cppcoreguidelines-pro-type-member-init): filled next
+    std::memcpy(seen.data(), out, Count);
+    for (std::uint8_t& one : seen) one = std::max(one, level);
+    std::memcpy(out, seen.data(), Count);
+  }
+
+  int width_, rows_, first_ = 0;
+  std::vector<std::uint8_t> levels_;
+};
+
+/// Centre of a sample, units.
+std::int64_t centre(std::int64_t sample) { return sample * units_per_sample + units_per_sample / 2; }
+/// First sample whose centre is not left of this place.
+std::int64_t sample_from(double units) {
+  return static_cast<std::int64_t>(std::ceil((units - units_per_sample / 2) / units_per_sample));
+}
+
+void lay_box(const PackedElement& box, SampleBand& band) {
+  const std::int64_t from = sample_from(box.x0), to = sample_from(box.x1) - 1;
+  const auto top = std::max<std::int64_t>(sample_from(box.y0), band.first());
+  const auto bottom = std::min<std::int64_t>(sample_from(box.y1) - 1, band.last());
+  for (std::int64_t y = top; y <= bottom; ++y) {
+    band.lay(static_cast<int>(y), from, to, static_cast<std::uint8_t>(box.level));
+  }
+}
+
+/// A bar with round ends, row by row.
+class BarSpans {
+ public:
+  explicit BarSpans(const PackedElement& bar) : bar_(bar), radius_(bar.radius) {
+    const double dx = double{1} * bar.x1 - bar.x0, dy = double{1} * bar.y1 - bar.y0;
+    length_ = std::sqrt(dx * dx + dy * dy);
+    if (length_ > 0) {
+      along_x_ = dx / length_;
+      along_y_ = dy / length_;
+    }
+    per_x_ = along_x_ != 0 ? 1 / along_x_ : 0;
+    per_y_ = along_y_ != 0 ? 1 / along_y_ : 0;
+    // What single precision may lose of a distance, many times over.
+    doubt_ = 2e-6 * (radius_ + length_) + 1e-3;
+    // Places are reckoned a little outside, and what lies near the edge is then tried.
+    reach_ = radius_ + doubt_;
+    steep_ = std::abs(along_y_) < shallow;
+  }
+
+  void lay(SampleBand& band) const {
+    const double y0 = bar_.y0, y1 = bar_.y1;
+    const auto top = std::max<std::int64_t>(sample_from(std::min(y0, y1) - reach_), band.first());
+    const auto bottom = std::min<std::int64_t>(sample_from(std::max(y0, y1) + reach_), band.last());
+    for (std::int64_t y = top; y <= bottom; ++y) lay_row(y, band);
+  }
+
+ private:
+  /// Edges whose normal has a smaller part along the row are tried sample by sample.
+  static constexpr double shallow = 0.1;
+
+  void lay_row(std::int64_t row, SampleBand& band) const {
+    const auto y = static_cast<double>(centre(row));
+    Span span;
+    add_end(bar_.x0, y - bar_.y0, span);
+    add_end(bar_.x1, y - bar_.y1, span);
+    add_body(y - bar_.y0, span);
+    if (span.left > span.right) return;
+    std::int64_t from = sample_from(span.left), to = sample_from(span.right) - 1;
+    // Outside the band's width nothing is laid, and so nothing need be tried.
+    from = std::max<std::int64_t>(from, -1);
+    to = std::min<std::int64_t>(to, band.width());
+    const double near = 2 * doubt_ / shallow;
+    if (span.tried || static_cast<double>(centre(from)) - span.left < near) {
+      while (from <= to && !inside(from, row)) ++from;
+    }
+    if (span.tried || span.right - static_cast<double>(centre(to)) < near) {
+      while (from <= to && !inside(to, row)) --to;
+    }
+    band.lay(static_cast<int>(row), from, to, static_cast<std::uint8_t>(bar_.level));
+  }
+
+  /// What a row has of a bar, units; empty at first.
+  struct Span {
+    double left = std::numeric_limits<double>::infinity(), right = -std::numeric_limits<double>::infinity();
+    bool tried = false;  ///< both ends are to be tried
+  };
+
+  void add_end(double x, double below, Span& span) const {
+    const double square = reach_ * reach_ - below * below;
+    if (square < 0) return;
+    const double half = std::sqrt(square);
+    span.left = std::min(span.left, x - half);
+    span.right = std::max(span.right, x + half);
+    // Where the arc's edge is shallow, unless the body's covers it.
+    span.tried = span.tried || half < shallow * reach_;
+  }
+
+  /// The part between the ends: at most reach_ across, and between 0 and length_ along.
+  void add_body(double below, Span& span) const {
+    if (length_ <= 0) return;
+    double left = -std::numeric_limits<double>::infinity(), right = std::numeric_limits<double>::infinity();
+    if (along_y_ != 0) {
+      const double middle = below * along_x_ * per_y_, half = reach_ * std::abs(per_y_);
+      left = middle - half;
+      right = middle + half;
+    } else if (std::abs(below) > reach_) {
+      return;
+    }
+    if (along_x_ != 0) {
+      const double start = -below * along_y_ * per_x_, end = start + length_ * per_x_;
+      left = std::max(left, std::min(start, end));
+      right = std::min(right, std::max(start, end));
+    } else if (below * along_y_ < 0 || below * along_y_ > length_) {
+      return;
+    }
+    if (left > right) return;
+    span.left = std::min(span.left, bar_.x0 + left);
+    span.right = std::max(span.right, bar_.x0 + right);
+    span.tried = span.tried || steep_;
+  }
+
+  /// As the fragment shader of render/plot_painter.cc decides it, in single precision.
+  bool inside(std::int64_t column, std::int64_t row) const {
+    const auto offset_x = static_cast<float>(static_cast<std::int32_t>(centre(column)) - bar_.x0);
+    const auto offset_y = static_cast<float>(static_cast<std::int32_t>(centre(row)) - bar_.y0);
+    const auto axis_x = static_cast<float>(bar_.x1 - bar_.x0), axis_y = static_cast<float>(bar_.y1 - bar_.y0);
+    const float square = axis_x * axis_x + axis_y * axis_y;
+    const float share = square > 0 ? std::clamp((offset_x * axis_x + offset_y * axis_y) / square, 0.0F, 1.0F) : 0.0F;
+    const float away_x = offset_x - share * axis_x, away_y = offset_y - share * axis_y;
+    const auto radius = static_cast<float>(bar_.radius);
+    return away_x * away_x + away_y * away_y <= radius * radius;
+  }
+
+  const PackedElement& bar_;
+  double radius_, length_ = 0, along_x_ = 0, along_y_ = 0, per_x_ = 0, per_y_ = 0;
+  double doubt_ = 0, reach_ = 0;
+  bool steep_ = false;
+};
+
+/// Where the elements of a band may lie, as region_of() of a row of tiles.
+Extent region_of(const Scene& scene, int first_row, int rows) {
+  const double margin = 1 / scene.pixels_per_diameter;  // for rounding, and for bars drawn a sample wide
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  const double z0 = scene.extent.z0 + first_row / scene.pixels_per_diameter;
+  const double z1 = scene.extent.z0 + (first_row + rows) / scene.pixels_per_diameter;
+  return {-infinity, infinity, first_row == 0 ? -infinity : z0 - margin,
+          first_row + rows >= scene.plot_height_px ? infinity : z1 + margin};
+}
+
+}  // namespace
+
+void paint_spans(const Scene& scene, const LevelTable& table, Background background, int left, PictureRows& rows) {
+  const int samples = samples_per_axis(scene.pixels_per_diameter);
+  const int width = scene.plot_width_px * samples;
+  std::vector<std::size_t> first_sample;
+  for (int x = 0; x <= scene.plot_width_px; ++x)
+    first_sample.push_back(static_cast<std::size_t>(x) * static_cast<std::size_t>(samples));
+  SampleAverager averager(table, background, first_sample);
+
+  const Projection projection(scene, samples);
+  const int band_rows = std::min(rows_of_band(scene, samples), scene.plot_height_px);
+  SampleBand band(width, band_rows * samples);
+  for (int first = 0; first < scene.plot_height_px; first += band_rows) {
+    throw_if_interrupted();
+    const int height = std::min(band_rows, scene.plot_height_px - first);
+    band.begin(first * samples);
+    scene.elements(region_of(scene, first, height), [&](const Element& element) {
+      const PackedElement packed = projection.pack(element);
+      if (packed.radius < 0) {
+        lay_box(packed, band);
+      } else {
+        BarSpans(packed).lay(band);
+      }
+    });
+    Image& image = rows.open(height);
+    for (int y = 0; y < height; ++y) {
+      for (int k = 0; k < samples; ++k) averager.add_row(band.row((first + y) * samples + k));
+      averager.write_pixels(image, left, y);
+    }
+  }
+}
+
+}  // namespace granuscope
