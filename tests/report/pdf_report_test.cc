@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 #include <sstream>
 
+#include "plot/synthetic_analysis.h"
 #include "plot/temporary_folder.h"
 #include "report/fixture.h"
 #include "report/report.h"
@@ -125,6 +126,55 @@ TEST_CASE("The PDF has vector plots, all labels, contents with page numbers and 
       CHECK_FALSE(entry.path().filename().string().starts_with('.'));
     }
   }
+}
+
+TEST_CASE("No table is wider than the page") {
+  const synthetic::TemporaryFolder run;
+  ReportData data = synthetic::report_data(run.path());
+  data.figures.clear();
+  for (Transport& result : data.analysis.results) {
+    if (result.exact) continue;
+    // As many digits as a large run gives, and a row for each neighbouring window.
+    result.c = synthetic::known(0.574671, 0.000089);
+    result.D = synthetic::known(0.025314, 0.000094);
+    result.c.systematic = result.D.systematic = 0.00012;
+    result.c_minus_c_thrust = synthetic::known(-0.000134, 0.000089);
+    result.alpha_thrust = synthetic::known(0.9996166, 0.0000029);
+    result.samples = 100000;
+    WindowNeighbour neighbour;
+    neighbour.change = "without_shallowest_quarter";
+    neighbour.layers = {110, 179};
+    neighbour.depths = 24;
+    neighbour.c = neighbour.D = neighbour.c_shift = neighbour.D_shift = synthetic::known(-0.000112, 0.000046);
+    result.neighbours = {neighbour};
+    result.fitted_area = result.centre_background = synthetic::known(-0.00326, 0.0009);
+  }
+  for (const double load : {0.25, 4.0}) {
+    LoadResponse one;
+    one.mu = 0.15;
+    one.estimator = load < 1 ? "multiplexed" : "point";
+    one.reference = load < 1;
+    one.load = load;
+    one.samples = 100000;
+    one.c = synthetic::known(0.574671, 0.000089);
+    one.D = synthetic::known(0.00629, 0.00014);
+    one.D_shift = synthetic::known(-0.25, 0.033);
+    one.c_shift = one.c_thrust_shift = synthetic::known(-0.000091, 0.000069);
+    data.analysis.side.nonlinearity.responses.push_back(one);
+  }
+  REQUIRE(write_report(data, run.path(), PdfPolicy::required).pdf);
+  std::stringstream words(output_of({"pdftotext", "-bbox", "report.pdf", "-"}, run.path()));
+  // A4 less the margin of 20 mm, in points; half a point for the rounding of letters.
+  constexpr double right = (210 - 20) * 72 / 25.4 + 0.5;
+  int found = 0;
+  for (std::string line; std::getline(words, line);) {
+    const std::size_t at = line.find("xMax=\"");
+    if (at == std::string::npos) continue;
+    ++found;
+    INFO(line);
+    CHECK(std::stod(line.substr(at + 6)) <= right);
+  }
+  CHECK(found > 1000);
 }
 
 TEST_CASE("Without WeasyPrint everything else is written and the page says why there is no PDF") {
