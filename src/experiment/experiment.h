@@ -107,6 +107,19 @@ struct ForceChainSpec {
   }
 };
 
+/// One more picture of the pile of ForceChainSpec, under a name of its own.
+struct PictureSpec {
+  std::string scene = "forces";
+  std::vector<double> window;  ///< x0, x1 in bead diameters from the middle, first and last layer; empty: all shown
+  std::vector<double> range;   ///< ends of the colour scale; empty: from what is shown
+  std::string colour_map;      ///< empty: the scene's own
+  int width_px = 1600;
+
+  /// What is to be drawn, with the rest as the force-chain picture has it. Throws InputError if a list does not have as
+  /// many numbers as it needs.
+  SceneSpec scene_like(const ForceChainSpec& chains) const;
+};
+
 /// The mean response of an ensemble over the plane, with the fitted rays and widths.
 struct ResponseFieldSpec {
   bool draw = true;  ///< at the friction coefficient of figures.response_profiles
@@ -138,6 +151,7 @@ struct Experiment {
   StressSpec stress;
   ErrorAgainstTimeSpec error_against_time;
   ForceChainSpec force_chains;
+  std::map<std::string, PictureSpec> pictures;  ///< by name, the tables [scenes.pictures.NAME]
   ResponseFieldSpec response_field;
   ReportSpec report;
   std::map<std::string, std::string> expected_verdicts;  ///< claim id -> verdict, the table [gate.expect]

@@ -12,6 +12,7 @@
 #include "analysis/claims.h"
 #include "ensemble/ensemble_runner.h"
 #include "experiment/check_parts.h"
+#include "experiment/experiment_keys.h"
 #include "experiment/nearest_name.h"
 #include "render/colour_scale.h"
 #include "render/layout.h"
@@ -372,6 +373,32 @@ Problem find_scene_problem(const Experiment& e) {
   return {};
 }
 
+Problem find_picture_problem(const Experiment& e) {
+  for (const auto& [name, picture] : e.pictures) {
+    const std::string table = fmt::format("{}.{}", pictures_table, name);
+    const auto plain = [](char c) {
+      return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '_';
+    };
+    if (name.empty() || name.size() > 60 || !std::all_of(name.begin(), name.end(), plain)) {
+      return ExperimentProblem{table,
+                               "the name of a picture becomes that of a file; write up to 60 letters, digits, - "
+                               "and _"};
+    }
+    if (!e.force_chains.draw) {
+      return ExperimentProblem{table,
+                               "there is no pile to draw it of, because scenes.force_chains.draw is false; write "
+                               "true there, or leave this table out"};
+    }
+    try {
+      check_drawable(Lattice({e.force_chains.columns, e.force_chains.computed_layers()}), e.force_chains.mu,
+                     picture.scene_like(e.force_chains));
+    } catch (const InputError& error) {
+      return ExperimentProblem{table, error.what()};
+    }
+  }
+  return {};
+}
+
 Problem find_gate_problem(const Experiment& e) {
   const std::array<const char*, 3> verdicts{"reproduced", "not reproduced", "undetermined"};
   const std::vector<std::string> known = claim_ids();
@@ -434,6 +461,7 @@ std::optional<ExperimentProblem> find_problem(const Experiment& e) {
   if (auto found = find_side_problem(e)) return found;
   if (auto found = find_ring_problem(e)) return found;
   if (auto found = find_scene_problem(e)) return found;
+  if (auto found = find_picture_problem(e)) return found;
   return find_gate_problem(e);
 }
 

@@ -17,6 +17,7 @@
 #include <toml++/toml.h>
 
 #include <algorithm>
+#include <list>
 #include <map>
 #include <optional>
 #include <set>
@@ -119,6 +120,7 @@ class Reader {
       tables_.insert(key.table);
     }
     tables_.insert(expected_verdicts_table);
+    tables_.insert(pictures_table);
   }
 
   Experiment read(const toml::table& document) {
@@ -146,6 +148,7 @@ class Reader {
     for (const auto& [name, node] : table) {
       const std::string child = path.empty() ? std::string(name.str()) : fmt::format("{}.{}", path, name.str());
       const toml::source_position position = name.source().begin;
+      if (path == pictures_table) add_picture(std::string(name.str()), position);
       if (path == expected_verdicts_table) {
         read_verdict(std::string(name.str()), node, position);
       } else if (tables_.count(child) != 0) {
@@ -175,6 +178,17 @@ class Reader {
       throw InputError(fmt::format("{}: {}: {}", location(file_, position), key.path(), error.what()));
     }
     positions_[key.path()] = position;
+  }
+
+  /// From now on its table and keys are known.
+  void add_picture(const std::string& name, const toml::source_position& position) {
+    const std::string table = fmt::format("{}.{}", pictures_table, name);
+    experiment_.pictures.try_emplace(name);
+    positions_[table] = position;
+    tables_.insert(table);
+    for (const ExperimentKey& key : picture_keys(name)) {
+      keys_[key.path()] = &picture_keys_.emplace_back(key);
+    }
   }
 
   void read_verdict(const std::string& claim, const toml::node& node, const toml::source_position& position) {
@@ -219,6 +233,7 @@ class Reader {
   std::string file_;
   Experiment experiment_;
   std::map<std::string, const ExperimentKey*> keys_;
+  std::list<ExperimentKey> picture_keys_;  ///< of the pictures met so far; keys_ points to them
   std::set<std::string> tables_;
   std::map<std::string, toml::source_position> positions_;
 };

@@ -423,6 +423,30 @@ std::string kind_of(const KeyValue& value) {
   return kinds[value.index()];
 }
 
+std::vector<ExperimentKey> picture_keys(const std::string& name) {
+  const std::string table = fmt::format("{}.{}", pictures_table, name);
+  return {
+      key(
+          table, "scene", "", "one more picture of the pile of scenes.force_chains: forces, weight, friction, response",
+          [name](auto& e) -> auto& { return e.pictures.at(name).scene; }),
+      key(
+          table, "window", "bead diameters, layers",
+          "part shown: x0, x1 from the middle, first and last layer, both included; none: all that is shown",
+          [name](auto& e) -> auto& { return e.pictures.at(name).window; }),
+      key(
+          table, "range", "as the scene",
+          "ends of the colour scale, so that pictures compare; none: from what is shown",
+          [name](auto& e) -> auto& { return e.pictures.at(name).range; }),
+      key(
+          table, "colour_map", "",
+          "grey, viridis or cividis, or diverging for the scene response; empty: the scene's own",
+          [name](auto& e) -> auto& { return e.pictures.at(name).colour_map; }),
+      key(
+          table, "width_px", "pixels", "width of the picture, at scenes.force_chains.dpi",
+          [name](auto& e) -> auto& { return e.pictures.at(name).width_px; }),
+  };
+}
+
 const std::vector<ExperimentKey>& experiment_keys() {
   static const std::vector<ExperimentKey> keys = make_keys();
   return keys;

@@ -37,6 +37,11 @@ struct ExperimentKey {
 /// Every key, in the order in which they are printed; the keys of one table stand together.
 const std::vector<ExperimentKey>& experiment_keys();
 
+/// The table whose tables are pictures, each under a free name, and the keys of one of them, which the experiment must
+/// have.
+inline constexpr const char* pictures_table = "scenes.pictures";
+std::vector<ExperimentKey> picture_keys(const std::string& name);
+
 /// The table that maps claim ids to expected verdicts; its keys are free names.
 inline constexpr const char* expected_verdicts_table = "gate.expect";
 inline constexpr const char* expected_verdicts_meaning =

@@ -4,6 +4,7 @@
 #include <string>
 #include <string_view>
 #include <variant>
+#include <vector>
 
 #include "experiment/experiment_file.h"
 #include "experiment/experiment_keys.h"
@@ -78,7 +79,11 @@ std::string escape_table_cell(std::string_view text) {
 std::string print_experiment(const Experiment& experiment) {
   std::string text;
   std::string table;
-  for (const ExperimentKey& key : experiment_keys()) {
+  std::vector<ExperimentKey> keys = experiment_keys();
+  for (const auto& [name, picture] : experiment.pictures) {
+    for (const ExperimentKey& key : picture_keys(name)) keys.push_back(key);
+  }
+  for (const ExperimentKey& key : keys) {
     if (key.table != table) {
       text += fmt::format("{}[{}]\n", text.empty() ? "" : "\n", key.table);
       table = key.table;
@@ -98,6 +103,12 @@ std::string describe_experiment_keys() {
   std::string text = "| key | default | unit | meaning |\n|---|---|---|---|\n";
   for (const ExperimentKey& key : experiment_keys()) {
     text += fmt::format("| `{}` | `{}` | {} | {} |\n", key.path(), print_value(key.get(defaults)), key.unit,
+                        escape_table_cell(key.meaning));
+  }
+  Experiment with_picture;
+  with_picture.pictures.try_emplace("<name>");
+  for (const ExperimentKey& key : picture_keys("<name>")) {
+    text += fmt::format("| `{}` | `{}` | {} | {} |\n", key.path(), print_value(key.get(with_picture)), key.unit,
                         escape_table_cell(key.meaning));
   }
   text += fmt::format("| `{}.<claim>` | none | | {} |\n", expected_verdicts_table, expected_verdicts_meaning);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <string_view>
@@ -12,7 +13,9 @@
 #include "model/audit.h"
 #include "plot/figure_words.h"
 #include "render/draw.h"
+#include "render/gl_context.h"
 #include "render/labels.h"
+#include "render/pile_scene.h"
 #include "sampling/sampler.h"
 #include "storage/pile_file.h"
 #include "support/atomic_file.h"
@@ -23,6 +26,8 @@ namespace granuscope {
 namespace {
 
 constexpr const char* figure_id = "force-chains";
+/// Of the pictures with a name of their own.
+constexpr const char* free_words = "pictures/free.words";
 
 /// The pile of the picture as an ensemble of its own, so that the load and the replay command are written once.
 EnsembleSpec pile_spec(const Experiment& experiment, double mu) {
@@ -50,6 +55,10 @@ std::string window_text(const std::array<double, 4>& window) {
 }
 
 }  // namespace
+
+void require_backend(const ForceChainSpec& chains) {
+  if (chains.draw && chains.scene.backend != "none") make_gl_context(chains.scene.backend);
+}
 
 Pile pile_for_figures(const Experiment& experiment, double mu) {
   const EnsembleSpec spec = pile_spec(experiment, mu);
@@ -94,22 +103,34 @@ class PilePictures {
     return std::pair{std::move(first), std::move(second)};
   }
 
-  PictureOutcome draw(const char* id, const char* words, SceneSpec scene, const Pile& pile, const Pile* minus,
+  PictureOutcome draw(const std::string& id, const char* words, SceneSpec scene, const Pile& pile, const Pile* minus,
                       const std::string& redraw) const {
-    scene.window = {{-0.5 * chains_.columns, 0.5 * chains_.columns, 0.0, static_cast<double>(chains_.layers - 1)}};
+    if (!scene.window) {
+      scene.window = {{-0.5 * chains_.columns, 0.5 * chains_.columns, 0.0, static_cast<double>(chains_.layers - 1)}};
+    }
     PictureOutcome outcome;
     Figure& figure = outcome.figure;
     figure.id = id;
     figure.screen = figure.print = std::filesystem::path("figures") / fmt::format("{}.png", id);
-    figure.redraw = fmt::format("{} --image {}.png --scene {} --width {} --dpi {} --window={}{}", redraw, id,
-                                scene.scene, scene.width_px, exact(scene.dpi), window_text(*scene.window),
-                                scene.colour_map.empty() ? "" : " --colour-map " + scene.colour_map);
+    figure.redraw = fmt::format(
+        "{} --image {}.png --scene {} --width {} --dpi {} --window={}{}{}", redraw, id, scene.scene, scene.width_px,
+        exact(scene.dpi), window_text(*scene.window),
+        scene.range ? fmt::format(" --range={},{}", exact((*scene.range)[0]), exact((*scene.range)[1])) : "",
+        scene.colour_map.empty() ? "" : " --colour-map " + scene.colour_map);
     const SceneStatistics drawn =
         draw_pile(pile, minus, scene, folder_ / figure.screen, {{"Software", software_}, {"Source", figure.redraw}});
     Gaps gaps{{"columns", std::to_string(chains_.columns)}, {"layers", std::to_string(chains_.layers)},
               {"mu", caption_number(chains_.mu)},           {"overload", caption_number(experiment_.response.overload)},
               {"sample", std::to_string(chains_.sample)},   {"seed", std::to_string(experiment_.sampling.seed)}};
-    if (id == std::string_view(figure_id)) {  // what was skipped is told once
+    if (std::string_view(words) == free_words) {
+      gaps["name"] = id;
+      gaps["shown"] = key_title_of(scene.scene);
+      gaps["x0"] = caption_number((*scene.window)[0]);
+      gaps["x1"] = caption_number((*scene.window)[1]);
+      gaps["first"] = caption_number((*scene.window)[2]);
+      gaps["last"] = caption_number((*scene.window)[3]);
+    }
+    if (id == figure_id) {  // what was skipped is told once
       gaps["computed_layers"] = std::to_string(chains_.computed_layers());
       gaps["drawn"] = std::to_string(drawn.counts.drawn + drawn.counts.aggregated);
       gaps["too_faint"] = std::to_string(drawn.counts.too_faint);
@@ -164,18 +185,37 @@ std::vector<PictureOutcome> draw_pile_pictures(const Experiment& experiment, con
     drawn.push_back(
         pictures.draw("mobilised-friction", "pictures/friction.words", scene, pictures.pile(), nullptr, redraw));
   }
+  const bool compares = std::any_of(experiment.pictures.begin(), experiment.pictures.end(),
+                                    [](const auto& one) { return needs_two_piles(one.second.scene); });
+  std::optional<std::pair<Pile, Pile>> pair;
+  if (chains.response || compares) pair = pictures.pair();
+  if (pair) {
+    write_pile(run_folder / "piles" / "uniform.h5", pair->first);
+    write_pile(run_folder / "piles" / "overloaded.h5", pair->second);
+  }
+  const char* const redraw_pair = "granuscope render piles/overloaded.h5 --minus piles/uniform.h5";
   if (chains.response) {
-    if (const auto pair = pictures.pair()) {
+    if (pair) {
       SceneSpec scene = chains.scene;
       scene.scene = "response";
       scene.colour_map.clear();
-      write_pile(run_folder / "piles" / "uniform.h5", pair->first);
-      write_pile(run_folder / "piles" / "overloaded.h5", pair->second);
-      drawn.push_back(pictures.draw("pile-response", "pictures/response.words", scene, pair->second, &pair->first,
-                                    "granuscope render piles/overloaded.h5 --minus piles/uniform.h5"));
+      drawn.push_back(
+          pictures.draw("pile-response", "pictures/response.words", scene, pair->second, &pair->first, redraw_pair));
     } else {
       drawn.back().skipped.emplace_back(
           "The response of the picture's pile is left out: it could not be solved again under the other load.");
+    }
+  }
+  for (const auto& [name, picture] : experiment.pictures) {
+    const SceneSpec scene = picture.scene_like(chains);
+    const std::string id = "picture-" + name;
+    if (!needs_two_piles(scene.scene)) {
+      drawn.push_back(pictures.draw(id, free_words, scene, pictures.pile(), nullptr, redraw));
+    } else if (pair) {
+      drawn.push_back(pictures.draw(id, free_words, scene, pair->second, &pair->first, redraw_pair));
+    } else {
+      drawn.back().skipped.push_back(
+          fmt::format("The picture {} is left out: its pile could not be solved again under the other load.", id));
     }
   }
   return drawn;

@@ -25,6 +25,9 @@ struct PictureOutcome {
 /// Throws InputError if it could not be completed.
 Pile pile_for_figures(const Experiment& experiment, double mu);
 
+/// Throws EnvironmentError if OpenGL would be needed for the pictures and cannot be started.
+void require_backend(const ForceChainSpec& chains);
+
 /// Draws the pile that the experiment names (piles/force-chains.h5) and its pictures: force chains, and as asked for
 /// the weights of its beads and how they change with the overload. Throws EnvironmentError if there is no GL context or
 /// the pile could not be completed.

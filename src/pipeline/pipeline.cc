@@ -108,7 +108,7 @@ class Run {
 
   /// What only the later stages need is missed now, not after an hour of sampling.
   void check_tools() const {
-    if (needs(Stage::render) && experiment_.force_chains.draw) make_gl_context(experiment_.force_chains.scene.backend);
+    if (needs(Stage::render)) require_backend(experiment_.force_chains);
     if (needs(Stage::plot)) require_gnuplot();
     if (needs(Stage::report) && options_.require_pdf && !find_program("weasyprint")) {
       throw EnvironmentError(

@@ -75,6 +75,13 @@ void require_pair(const PileView& pile, const PileView* minus, const Kind& kind)
   }
 }
 
+void require_friction(const Kind& kind, double mu) {
+  if (kind.quantity != Quantity::mobilisation || mu > 0) return;
+  throw InputError(
+      "without friction there is none to be mobilised, so the scene 'friction' would show nothing; draw a pile of mu > "
+      "0, or another scene");
+}
+
 void require_finite_loads(const PileView& pile) {
   for (std::size_t bead = 0; bead < pile.load.size(); ++bead) {
     if (std::isfinite(pile.load[bead])) continue;
@@ -152,6 +159,14 @@ bool needs_horizontal_forces(const std::string& scene) {
 
 std::string key_title_of(const std::string& scene) { return label(kind_of(scene).name); }
 
+void check_drawable(const Lattice& lattice, double mu, const SceneSpec& spec) {
+  const Kind& kind = kind_of(spec.scene);
+  const ColourScale colours(Palette::builtin(), spec.colour_map.empty() ? kind.colour_map : spec.colour_map, kind.sign);
+  plot_size(spec, extent_of(lattice, spec), label(kind.name));
+  if (spec.range) checked_range(*spec.range, kind.sign);
+  require_friction(kind, mu);
+}
+
 Scene build_scene(const PileView& pile, const PileView* minus, const SceneSpec& spec) {
   return build_scene(std::make_shared<LayersInMemory>(pile),
                      minus == nullptr ? nullptr : std::make_shared<LayersInMemory>(*minus), spec);
@@ -174,11 +189,7 @@ Scene build_scene(const std::shared_ptr<PileLayers>& pile_layers, const std::sha
   scene.plot_height_px = size.height_px;
   scene.pixels_per_diameter = size.pixels_per_diameter;
   require_pair(pile, minus, kind);
-  if (kind.quantity == Quantity::mobilisation && !(pile.mu > 0)) {
-    throw InputError(
-        "without friction there is none to be mobilised, so the scene 'friction' would show nothing; draw a pile of "
-        "mu > 0, or another scene");
-  }
+  require_friction(kind, pile.mu);
   require_finite_loads(pile);
   scene.overload = find_overload(pile, scene.extent);
 

@@ -27,6 +27,11 @@ bool needs_horizontal_forces(const std::string& scene);
 /// The title of its colour scale. Throws InputError if there is no such scene.
 std::string key_title_of(const std::string& scene);
 
+/// What can be said against a picture before there is a pile: throws InputError for an unknown scene or colour map, a
+/// window that is empty or leaves the lattice, a size that cannot be, a range that is none, or the friction of a pile
+/// without any.
+void check_drawable(const Lattice& lattice, double mu, const SceneSpec& spec);
+
 /// What is drawn of a pile:
 /// - "forces" (right part of Fig. 1 of the paper): each contact is a bar between the centres of the two beads it
 ///   connects, whose width and darkness follow the magnitude sqrt(V² + H²) of its force;

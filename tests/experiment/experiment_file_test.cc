@@ -177,6 +177,42 @@ TEST_CASE("The reference names every key once, with unit and default") {
   CHECK_THAT(reference, Contains("| `lattice.columns` | `500` | beads |"));
 }
 
+TEST_CASE("Pictures have names of their own, read back as printed, and are refused before there is a pile") {
+  const std::string head = "[scenes.force_chains]\ncolumns = 40\nlayers = 20\n[scenes.pictures.left-edge]\n";
+  const Experiment read =
+      parse_experiment(head +
+                           "scene = \"friction\"\nwindow = [-20, -5, 0, 9]\nrange = [0, 0.5]\nwidth_px = 900\n"
+                           "[scenes.pictures.plain]\n",
+                       "x");
+  REQUIRE(read.pictures.size() == 2);
+  CHECK(read.pictures.at("left-edge").scene == "friction");
+  CHECK(read.pictures.at("left-edge").window == std::vector<double>{-20, -5, 0, 9});
+  CHECK(read.pictures.at("plain").scene == "forces");
+  const std::string printed = print_experiment(read);
+  CHECK(print_experiment(parse_experiment(printed, "y")) == printed);
+  CHECK_THAT(describe_experiment_keys(), Catch::Contains("`scenes.pictures.<name>.range`"));
+
+  const auto refused = [&](const std::string& line, const std::string& reason) {
+    CAPTURE(line);
+    CHECK_THROWS_WITH(parse_experiment(head + line + "\n", "x"), Catch::Contains(reason));
+  };
+  refused("scene = \"chains\"", "no scene 'chains'");
+  refused("window = [0, 1]", "four numbers");
+  refused("window = [-21, 0, 0, 5]", "around the ring");
+  refused("window = [-5, 5, 0, 60]", "layers that the pile does not have");
+  refused("range = [1, 1]", "empty");
+  refused("scene = \"response\"\nrange = [0, 1]", "symmetric");
+  refused("scene = \"response\"\ncolour_map = \"grey\"", "both signs");
+  refused("width_px = 0", "cannot be 0 pixels wide");
+  refused("width_px = 1000000", "cannot be 1000000 pixels wide");
+  refused("rnage = [0, 1]", "did you mean scenes.pictures.left-edge.range");
+  refused("[scenes.pictures.\"a/b\"]", "letters, digits");
+  refused("[scenes.force_chains.x]", "unknown key");
+  CHECK_THROWS_WITH(parse_experiment("[scenes.pictures]\na = 1\n", "x"), Catch::Contains("must be a table"));
+  CHECK_THROWS_WITH(parse_experiment("[scenes.force_chains]\nmu = 0\n[scenes.pictures.a]\nscene = \"friction\"\n", "x"),
+                    Catch::Contains("mobilised"));
+}
+
 TEST_CASE("Lists are sorted when read, numbers may be written whole") {
   const Experiment e = parse_experiment("[friction]\nmu = [0.3, 0, 1]\n[response]\noverload = 2\n", "x");
   CHECK(e.mu == std::vector<double>{0, 0.3, 1});

@@ -26,26 +26,6 @@ namespace {
 
 using test::TemporaryFolder;
 
-/// Bytes that a process of its own had at most while doing this.
-std::size_t peak_of(const std::function<void()>& work) {
-  const pid_t child = ::fork();
-  REQUIRE(child >= 0);
-  if (child == 0) {
-    try {
-      work();
-      ::_exit(0);
-    } catch (const std::exception&) {
-      ::_exit(1);
-    }
-  }
-  int status = 0;
-  rusage used{};
-  REQUIRE(::wait4(child, &status, 0, &used) == child);
-  REQUIRE(WIFEXITED(status));
-  REQUIRE(WEXITSTATUS(status) == 0);
-  return static_cast<std::size_t>(used.ru_maxrss) * 1024;
-}
-
 TEST_CASE("a pile read band by band gives the picture of the pile in memory, in every scene, in windows and out") {
   const TemporaryFolder folder;
   // Several bands high, so that bands end within the picture and within rows of tiles.
@@ -128,7 +108,27 @@ TEST_CASE("a force that is not finite is met before anything is drawn, whatever 
   }
 }
 
-#if !defined(__SANITIZE_ADDRESS__)
+#if !defined(__SANITIZE_ADDRESS__)  // which takes memory of its own
+/// Bytes that a process of its own had at most while doing this.
+std::size_t peak_of(const std::function<void()>& work) {
+  const pid_t child = ::fork();
+  REQUIRE(child >= 0);
+  if (child == 0) {
+    try {
+      work();
+      ::_exit(0);
+    } catch (const std::exception&) {
+      ::_exit(1);
+    }
+  }
+  int status = 0;
+  rusage used{};
+  REQUIRE(::wait4(child, &status, 0, &used) == child);
+  REQUIRE(WIFEXITED(status));
+  REQUIRE(WEXITSTATUS(status) == 0);
+  return static_cast<std::size_t>(used.ru_maxrss) * 1024;
+}
+
 TEST_CASE("memory is bounded by bands, not by the pile or the height of the picture") {
   const TemporaryFolder folder;
   constexpr int columns = 128, layers = 40000;

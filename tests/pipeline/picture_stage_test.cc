@@ -1,0 +1,63 @@
+#include "pipeline/picture_stage.h"
+
+#include <catch2/catch.hpp>
+#include <map>
+#include <string>
+
+#include "render/png_file.h"
+#include "small_experiment.h"
+#include "support/temporary_folder.h"
+
+namespace granuscope {
+namespace {
+
+using Catch::Contains;
+using test::TemporaryFolder;
+
+/// Width and what the picture says of its scene.
+std::string scene_in(const std::filesystem::path& picture) {
+  const Image image = read_png(picture);
+  for (const auto& [keyword, text] : image.metadata) {
+    if (keyword == "Scene") return std::to_string(image.width) + " px: " + text;
+  }
+  return "none";
+}
+
+TEST_CASE("the picture of the friction and those with names of their own are drawn of one pile, each as asked for") {
+  const TemporaryFolder folder;
+  Experiment experiment = small_experiment();
+  experiment.force_chains.weight = experiment.force_chains.response = false;
+  experiment.force_chains.friction = true;
+  PictureSpec part;
+  part.scene = "weight";
+  part.window = {-6, 8, 2, 11};
+  part.range = {0, 2.5};
+  part.colour_map = "cividis";
+  part.width_px = 700;
+  experiment.pictures["part"] = part;
+  experiment.pictures["change"].scene = "response";
+
+  std::map<std::string, Figure> figures;
+  for (const PictureOutcome& drawn : draw_pile_pictures(experiment, folder.path(), Provenance{})) {
+    figures[drawn.figure.id] = drawn.figure;
+  }
+  REQUIRE(figures.size() == 4);
+  const std::filesystem::path pictures = folder / "figures";
+  CHECK_THAT(scene_in(pictures / "force-chains.png"), Contains("1600 px: forces; x -20 to 20"));
+  CHECK_THAT(scene_in(pictures / "mobilised-friction.png"),
+             Contains("1600 px: friction; x -20 to 20") && Contains("|T| / (μN) from 0 to 1") && Contains("viridis"));
+  CHECK_THAT(scene_in(pictures / "picture-part.png"),
+             Contains("700 px: weight; x -6 to 8, z 1.73") && Contains("from 0 to 2.5") && Contains("cividis"));
+  CHECK_THAT(scene_in(pictures / "picture-change.png"),
+             Contains("1600 px: response; x -20 to 20") && Contains("diverging"));
+
+  // What is said of them, and that the commands name what was asked for.
+  CHECK_THAT(figures.at("mobilised-friction").caption, Contains("|T| / (μN)") && Contains("40 × 20 beads"));
+  CHECK_THAT(figures.at("mobilised-friction").redraw, Contains("--scene friction"));
+  CHECK_THAT(figures.at("picture-part").caption, Contains("6 to 8 in the layers 2 to 11"));
+  CHECK_THAT(figures.at("picture-part").redraw, Contains("--window=-6") && Contains("--range=0") &&
+                                                    Contains("--scene weight") && Contains("--colour-map cividis"));
+}
+
+}  // namespace
+}  // namespace granuscope
