@@ -10,21 +10,40 @@
 #include "model/lattice.h"
 
 namespace granuscope {
+namespace {
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+/// At mu = 0.3 the peaks of granusolve are half a bead wide there, and narrower above.
+constexpr int first_response_layer = 4;
+
+/// Which law it is, and how its chains ran; the mean over the chains, all of which run alike.
+template <class Measured>
+void set_law(const EnsembleSpec& spec, const SamplerCounts& counts, Measured& result) {
+  const bool chain = spec.sampler.law == Law::polytope;
+  const auto per_chain = [&](std::uint64_t sweeps) {
+    return chain && counts.chains > 0 ? static_cast<double>(sweeps) / static_cast<double>(counts.chains) : nan;
+  };
+  result.law = name_of(spec.sampler.law);
+  result.lambda = chain ? spec.sampler.lambda : nan;
+  if (spec.sampler.law == Law::granusolve) result.rules = name_of(spec.sampler.rules);
+  result.mu = spec.sampler.mu;
+  result.columns = spec.lattice.columns;
+  result.layers = spec.lattice.layers;
+  result.burn_in = per_chain(counts.burn_in);
+  result.thinning = per_chain(counts.thinning);
+}
+
+}  // namespace
 
 LawOnPiles measure_law(const EnsembleSpec& spec, const EnsembleRecord& record) {
   const BlockSums& sums = record.sums;
   const SamplerCounts& counts = record.counts;
   const auto per_bead = [&](std::uint64_t count) {
-    return counts.beads == 0 ? std::numeric_limits<double>::quiet_NaN()
-                             : static_cast<double>(count) / static_cast<double>(counts.beads);
+    return counts.beads == 0 ? nan : static_cast<double>(count) / static_cast<double>(counts.beads);
   };
   LawOnPiles result;
-  result.law = name_of(spec.sampler.law);
-  result.lambda = spec.sampler.law == Law::polytope ? spec.sampler.lambda : std::numeric_limits<double>::quiet_NaN();
-  if (spec.sampler.law == Law::granusolve) result.rules = name_of(spec.sampler.rules);
-  result.mu = spec.sampler.mu;
-  result.columns = spec.lattice.columns;
-  result.layers = spec.lattice.layers;
+  set_law(spec, counts, result);
   result.samples = std::accumulate(sums.count.begin(), sums.count.end(), std::uint64_t{0});
   result.failed = record.failed.size();
   result.effective_samples = effective_samples(sums);
@@ -48,6 +67,29 @@ LawOnPiles measure_law(const EnsembleSpec& spec, const EnsembleRecord& record) {
   result.c_thrust =
       estimate(transform([](double a) { return tan30 * std::sqrt(a); }, alpha), "the mean thrust ratio is unknown");
   result.weight_variance = estimate(mean_of(variances), "no pile was completed");
+  return result;
+}
+
+FitSpec law_response_fit(const LatticeSpec& lattice) {
+  FitSpec fit;
+  fit.first_layer = fit.shallow_layer = first_response_layer;
+  fit.last_layer = lattice.layers - bottom_margin - 1;
+  fit.layer_step = 1;
+  return fit;
+}
+
+LawResponse measure_law_response(const EnsembleSpec& spec, const MeasuredEnsemble& ensemble, int threads) {
+  const Transport transport = measure_transport(ensemble, law_response_fit(spec.lattice), {}, threads).transport;
+  LawResponse result;
+  set_law(spec, ensemble.record.counts, result);
+  result.epsilon = spec.epsilon;
+  result.samples = transport.samples;
+  result.failed = ensemble.record.failed.size();
+  result.effective_samples = effective_samples(ensemble.record.sums);
+  result.first_layer = transport.window_layers[0];
+  result.last_layer = transport.window_layers[1];
+  result.c = transport.c;
+  result.D = transport.D;
   return result;
 }
 

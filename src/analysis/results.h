@@ -112,7 +112,10 @@ struct Transport {
   double draws_per_bead = 0;
   double mended_per_bead = 0;
   double climbed_per_bead = 0;
-  double rounded_per_bead = 0;  ///< share put onto the end of a band that only rounding missed
+  double rounded_per_bead = 0;       ///< share put onto the end of a band that only rounding missed
+  bool chained = false;              ///< the piles come from chains (law polytope) and depend on each other
+  double burn_in = 0, thinning = 0;  ///< of the chains, sweeps
+  Estimate effective_samples;        ///< of the chains, see effective_samples.h
 
   std::vector<DepthFit> depths;           ///< ascending, also shallower than the window
   std::vector<ResponseProfile> profiles;  ///< the layers asked for by figures

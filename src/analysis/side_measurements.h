@@ -89,13 +89,30 @@ struct LawOnPiles {
   std::uint64_t samples = 0;  ///< piles that entered
   std::uint64_t failed = 0;   ///< piles that could not be completed
   Estimate effective_samples;
-  double draws_per_bead = 0;  ///< uniform numbers per bead, whatever was thrown away included
+  double burn_in = 0, thinning = 0;  ///< polytope: sweeps, see sampler_spec.h; otherwise not a number
+  double draws_per_bead = 0;         ///< uniform numbers per bead, whatever was thrown away included
   double pair_per_bead = 0, arc_per_bead = 0, climbed_per_bead = 0;  ///< share of beads whose value came from each rule
   std::vector<ThrustAtDepth> depths;                                 ///< every layer
   int first_layer = 0, last_layer = 0;                               ///< that the means below are taken over
   Estimate alpha_thrust;
   Estimate c_thrust;  ///< tan30 sqrt(alpha_thrust)
   Estimate weight_variance;
+};
+
+/// The response under one law, on piles small enough for the slowest.
+struct LawResponse {
+  std::string law;
+  double lambda = 0;  ///< polytope; otherwise not a number
+  std::string rules;  ///< granusolve: which of its rules mend
+  double mu = 0;
+  int columns = 0, layers = 0;
+  double epsilon = 0;  ///< of the estimator multiplexed
+  std::uint64_t samples = 0;
+  std::uint64_t failed = 0;
+  Estimate effective_samples;
+  double burn_in = 0, thinning = 0;     ///< polytope: sweeps; otherwise not a number
+  int first_layer = 0, last_layer = 0;  ///< of the slopes c and D
+  Estimate c, D;
 };
 
 /// The response at one friction coefficient to one kind and size of load, beside the linear response.
@@ -182,6 +199,7 @@ struct SideMeasurements {
   ScalingFit small_friction_scaling;          ///< tan30 - c_thrust against mu, over all of them
   std::vector<ChainShare> chain_share;        ///< at most one
   std::vector<LawOnPiles> laws;               ///< the larger piles first
+  std::vector<LawResponse> law_responses;     ///< those laws that can draw piles in which peaks stand apart
   std::vector<LawOnPiles> law_costs;          ///< ascending in mu, then by law, then in size
   Nonlinearity nonlinearity;
   std::vector<StressTrial> stress;       ///< the deep piles first, ascending in mu

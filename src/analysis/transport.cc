@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "analysis/depth_series.h"
+#include "analysis/effective_samples.h"
 #include "analysis/layer_spectrum.h"
 #include "analysis/mean_response.h"
 #include "analysis/peak_evidence.h"
@@ -350,6 +351,12 @@ MeasuredTransport measure_transport(const MeasuredEnsemble& ensemble, const FitS
       per_bead(record.counts.mended_by_pair + record.counts.mended_by_arc + record.counts.mended_by_ring);
   t.climbed_per_bead = per_bead(record.counts.climbed);
   t.rounded_per_bead = per_bead(record.counts.rounded);
+  if (const std::uint64_t chains = record.counts.chains; chains > 0) {
+    t.chained = true;
+    t.effective_samples = effective_samples(record.sums);
+    t.burn_in = static_cast<double>(record.counts.burn_in) / static_cast<double>(chains);
+    t.thinning = static_cast<double>(record.counts.thinning) / static_cast<double>(chains);
+  }
 
   // A block all of whose piles failed leaves nothing to average.
   if (std::find(record.sums.count.begin(), record.sums.count.end(), 0) != record.sums.count.end()) {

@@ -20,6 +20,9 @@ void add_counts(SamplerCounts& to, const SamplerCounts& from) {
   to.redrawn_layers += from.redrawn_layers;
   to.moves += from.moves;
   to.accepted_moves += from.accepted_moves;
+  to.chains += from.chains;
+  to.burn_in += from.burn_in;
+  to.thinning += from.thinning;
 }
 
 void merge_into(EnsembleRecord& to, const EnsembleRecord& more) {

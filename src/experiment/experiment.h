@@ -78,8 +78,13 @@ struct LawComparisonSpec {
   std::uint64_t samples = 0;             ///< piles of each law; 0: not measured
   std::vector<double> cost_mu;           ///< where the work of eloy-clement is counted; empty: not at all
   std::vector<int> cost_sizes{4, 6, 8};  ///< columns and layers of the square piles for it, ascending
-  static constexpr int tiny = 6;         ///< columns and layers of the piles that every law can draw
-  static constexpr double effort = 1e5;  ///< solutions per bead that eloy-clement is granted
+  std::uint64_t response_samples = 0;    ///< piles of each law for c and D; 0: not measured
+  int response_columns = 24, response_layers = 27;
+  std::uint64_t response_burn_in = 20'000, response_thinning = 2000;  ///< polytope, sweeps; 0: measured
+  static constexpr double response_epsilon = 0.5;
+  static constexpr int tiny = 6;               ///< columns and layers of the piles that every law can draw
+  static constexpr LatticeSpec narrow{4, 16};  ///< the deepest piles that rejection still draws in a second
+  static constexpr double effort = 1e5;        ///< solutions per bead that eloy-clement is granted
 };
 
 /// The error of each estimator against its run time, on ensembles of their own.

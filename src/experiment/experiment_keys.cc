@@ -306,6 +306,25 @@ std::vector<ExperimentKey> make_keys() {
           "figures.law_comparison", "layers", "layers", "layers of these piles",
           [](auto& e) -> auto& { return e.law_comparison.layers; }),
       key(
+          "figures.law_comparison", "response_samples", "piles",
+          "multiplexed piles of granusolve and polytope from which c and D under these laws are compared; 0: none",
+          [](auto& e) -> auto& { return e.law_comparison.response_samples; }),
+      key(
+          "figures.law_comparison", "response_columns", "beads", "beads per layer of these piles",
+          [](auto& e) -> auto& { return e.law_comparison.response_columns; }),
+      key(
+          "figures.law_comparison", "response_layers", "layers",
+          "layers of these piles; c and D are slopes over layer 4 to the last but 21",
+          [](auto& e) -> auto& { return e.law_comparison.response_layers; }),
+      key(
+          "figures.law_comparison", "response_burn_in", "sweeps",
+          "polytope: from the start of a chain to the first of its eight piles; 0: measured, which takes long",
+          [](auto& e) -> auto& { return e.law_comparison.response_burn_in; }),
+      key(
+          "figures.law_comparison", "response_thinning", "sweeps",
+          "polytope: from one of the eight piles of a chain to the next; 0: measured",
+          [](auto& e) -> auto& { return e.law_comparison.response_thinning; }),
+      key(
           "figures.law_comparison", "cost_mu", "",
           "friction coefficients at which the work of eloy-clement is counted against size, beside granusolve; none: "
           "not at all",

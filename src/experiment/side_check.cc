@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "analysis/chain_share.h"
+#include "analysis/law_comparison.h"
 #include "ensemble/ensemble_runner.h"
 #include "experiment/check_parts.h"
 
@@ -73,6 +74,40 @@ Problem find_nonlinearity_problem(const Experiment& e) {
   const char* key = "figures.nonlinearity.multiplexed_samples";
   if (auto found = find_side_samples_problem(key, loads.multiplexed_samples, e.response.blocks)) return found;
   return find_side_samples_problem("figures.nonlinearity.point_samples", loads.point_samples, e.response.blocks);
+}
+
+Problem find_law_response_problem(const Experiment& e) {
+  const LawComparisonSpec& laws = e.law_comparison;
+  const char* key = "figures.law_comparison.response_samples";
+  if (laws.samples == 0) {
+    return problem(key,
+                   "{} piles for c and D, but figures.law_comparison.samples is 0, so that there is no table to "
+                   "put them into; set both or neither",
+                   laws.response_samples);
+  }
+  if (auto found = find_side_samples_problem(key, laws.response_samples, e.response.blocks)) return found;
+  const FitSpec fit = law_response_fit({laws.response_columns, laws.response_layers});
+  constexpr int least_depths = 3;
+  const int least_layers = fit.first_layer + least_depths + bottom_margin;
+  if (laws.response_layers < least_layers) {
+    return problem("figures.law_comparison.response_layers",
+                   "{} layers: slopes need {} depths from layer {} on, and the lowest {} layers follow another law; "
+                   "give at least {}",
+                   laws.response_layers, least_depths, fit.first_layer, bottom_margin, least_layers);
+  }
+  const double least_columns = columns_needed(laws.mu, fit.last_layer);
+  if (laws.response_columns < least_columns ||
+      static_cast<double>(laws.response_columns) * laws.response_layers > static_cast<double>(most_polytope_beads)) {
+    return problem("figures.law_comparison.response_columns",
+                   "{} x {} beads: the two peaks need {} columns not to meet behind the ring, and the chain of the law "
+                   "polytope forgets too slowly on more than {} beads; give a size between",
+                   laws.response_columns, laws.response_layers, std::ceil(least_columns), most_polytope_beads);
+  }
+  if (laws.response_burn_in > most_sweeps || laws.response_thinning > most_sweeps) {
+    return problem("figures.law_comparison.response_burn_in",
+                   "a chain counts no more than {} sweeps; give fewer, or 0 to have them measured", most_sweeps);
+  }
+  return {};
 }
 
 Problem find_error_curve_problem(const Experiment& e) {
@@ -181,6 +216,9 @@ Problem find_side_problem(const Experiment& e) {
                      "slowly on more; give a size between",
                      laws.columns, laws.layers, most_polytope_beads);
     }
+  }
+  if (e.law_comparison.response_samples > 0) {
+    if (auto found = find_law_response_problem(e)) return found;
   }
   for (const double mu : e.law_comparison.cost_mu) {
     if (!(mu > 0 && mu <= 0.6)) {

@@ -261,6 +261,7 @@ class Run {
       if (needs(Stage::analyse)) timed("analyse", [&] { side.add(one, ensemble, drawing_seconds(one.planned)); });
     }
     error_curve_seconds_ = side.error_curve_seconds();
+    data_.law_seconds = side.law_seconds();
     if (reused_ > 0) {
       data_.skipped.push_back(
           fmt::format("{} of {} ensembles were already there and were not drawn again.", reused_, obtained_));

@@ -31,6 +31,7 @@ class Planner {
       for (const int size : experiment_.counted_work.sizes) add_counted_work(mu, size);
     }
     if (experiment_.law_comparison.samples > 0) add_laws();
+    if (experiment_.law_comparison.response_samples > 0) add_law_responses();
     for (const double mu : experiment_.law_comparison.cost_mu) {
       for (const Law law : {Law::granusolve, Law::eloy_clement}) {
         for (const int size : experiment_.law_comparison.cost_sizes) add_law_cost(law, mu, size);
@@ -138,6 +139,41 @@ class Planner {
     add_law(Law::eloy_clement, 1, tiny);
     add_law(Law::rejection, 1, tiny);
     add_law(Law::polytope, 1, tiny);
+    add_law(Law::rejection, 1, LawComparisonSpec::narrow);
+  }
+
+  /// What none of its rules could complete is left out: climbs alone finish hardly a pile.
+  void add_law_responses() {
+    for (const MendingRules rules : {MendingRules::all, MendingRules::no_pair, MendingRules::no_arcs}) {
+      add_law_response(Law::granusolve, 1, rules);
+    }
+    for (const double lambda : {1.0, 0.0}) add_law_response(Law::polytope, lambda);
+  }
+
+  void add_law_response(Law law, double lambda, MendingRules rules = MendingRules::all) {
+    const LawComparisonSpec& asked = experiment_.law_comparison;
+    const LatticeSpec lattice{asked.response_columns, asked.response_layers};
+    EnsembleSpec spec = uniform_piles(law, asked.mu, lattice, asked.response_samples);
+    spec.sampler.lambda = lambda;
+    spec.sampler.rules = rules;
+    if (law == Law::polytope) {
+      spec.sampler.burn_in = asked.response_burn_in;
+      spec.sampler.thinning = asked.response_thinning;
+    }
+    spec.load = Load::point;
+    spec.estimator = EstimatorName::multiplexed;
+    spec.epsilon = LawComparisonSpec::response_epsilon;
+    spec.record_profiles = true;
+    spec.layers = layers_to_record(law_response_fit(lattice), {});
+    const std::string which = law_in_file_name(law, lambda, rules);
+    add(SideKind::law_response, fmt::format("response under {}, {} x {}", which, lattice.columns, lattice.layers),
+        fmt::format("law-response-{}", which), spec);
+  }
+
+  static std::string law_in_file_name(Law law, double lambda, MendingRules rules) {
+    return law == Law::polytope         ? fmt::format("{}-{}", name_of(law), lambda)
+           : rules != MendingRules::all ? fmt::format("{}-{}", name_of(law), name_of(rules))
+                                        : name_of(law);
   }
 
   /// Counted, not measured: few blocks, and piles that eloy-clement still finishes.
@@ -167,9 +203,7 @@ class Planner {
     EnsembleSpec spec = uniform_piles(law, experiment_.law_comparison.mu, lattice, experiment_.law_comparison.samples);
     spec.sampler.lambda = lambda;
     spec.sampler.rules = rules;
-    const std::string which = law == Law::polytope         ? fmt::format("{}-{}", name_of(law), lambda)
-                              : rules != MendingRules::all ? fmt::format("{}-{}", name_of(law), name_of(rules))
-                                                           : name_of(law);
+    const std::string which = law_in_file_name(law, lambda, rules);
     add(SideKind::law_comparison, fmt::format("law {}, {} x {}", which, lattice.columns, lattice.layers),
         fmt::format("law-{}-{}x{}", which, lattice.columns, lattice.layers), spec);
   }
@@ -255,6 +289,10 @@ void SideMeasurer::add(const SideEnsemble& side, const MeasuredEnsemble& ensembl
       break;
     case SideKind::law_comparison:
       measured_.laws.push_back(measure_law(side.planned.spec, ensemble.record));
+      law_seconds_.push_back(seconds);
+      break;
+    case SideKind::law_response:
+      measured_.law_responses.push_back(measure_law_response(side.planned.spec, ensemble, threads_));
       break;
     case SideKind::law_cost:
       measured_.law_costs.push_back(measure_law(side.planned.spec, ensemble.record));

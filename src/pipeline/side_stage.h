@@ -17,6 +17,7 @@ enum class SideKind {
   small_friction,
   chain_share,
   law_comparison,
+  law_response,
   law_cost,
   nonlinearity,
   error_curve
@@ -41,6 +42,8 @@ class SideMeasurer {
   void add(const SideEnsemble& side, const MeasuredEnsemble& ensemble, double seconds);
   /// For each of the error curves.
   const std::vector<double>& error_curve_seconds() const { return error_curve_seconds_; }
+  /// For each of the laws on piles.
+  const std::vector<double>& law_seconds() const { return law_seconds_; }
   SideMeasurements finish();
 
  private:
@@ -48,7 +51,7 @@ class SideMeasurer {
   std::vector<MeasuredSmallFriction> small_friction_;
   int threads_;
   NonlinearityMeasurer nonlinearity_;
-  std::vector<double> error_curve_seconds_;
+  std::vector<double> error_curve_seconds_, law_seconds_;
 };
 
 }  // namespace granuscope

@@ -53,7 +53,7 @@ Json fit_quality(const Json& summary, const Json& result, std::size_t index) {
 
 Json numerics_view(const Json& summary, const ReportData& data) {
   Json view;
-  Json rows = Json::array(), failures = Json::array();
+  Json rows = Json::array(), failures = Json::array(), chains = Json::array();
   const Json& results = summary.at("results");
   for (std::size_t i = 0; i < results.size(); ++i) {
     const std::string pointer = fmt::format("/results/{}", i);
@@ -67,6 +67,13 @@ Json numerics_view(const Json& summary, const ReportData& data) {
     row["rounded_per_bead"] = number_cell(summary, pointer + "/sampler/rounded_per_bead");
     row["window"] = {{"first", number_cell(summary, pointer + "/window_layers/0")},
                      {"last", number_cell(summary, pointer + "/window_layers/1")}};
+    if (results[i].at("sampler").contains("burn_in")) {
+      chains.push_back({{"at_mu", row["mu"]},
+                        {"samples", row["samples"]},
+                        {"burn_in", number_cell(summary, pointer + "/sampler/burn_in")},
+                        {"thinning", number_cell(summary, pointer + "/sampler/thinning")},
+                        {"effective_samples", fixed_cell(summary, pointer + "/sampler/effective_samples/value", 0)}});
+    }
     row["failed_count"] = std::to_string(results[i].at("failed").size());
     row["quality"] = fit_quality(summary, results[i], i);
     row["exact"] = results[i].at("exact");
@@ -75,6 +82,8 @@ Json numerics_view(const Json& summary, const ReportData& data) {
   }
   view["sampler_rows"] = rows;
   view["has_sampler_rows"] = !rows.empty();
+  view["chains"] = chains;
+  view["has_chains"] = !chains.empty();
   view["failures"] = failures;
   view["has_failures"] = !failures.empty();
   view["skipped"] = data.skipped;

@@ -32,6 +32,7 @@ struct ReportData {
   Provenance provenance;
   std::vector<std::pair<std::string, std::string>> environment;  ///< GL renderer, gnuplot, WeasyPrint versions
   std::vector<StageTiming> timings;
+  std::vector<double> law_seconds;   ///< what drawing each of analysis.side.laws took; NaN or missing if not known
   std::vector<std::string> checks;   ///< sentences: what was checked on the way, and how it came out
   std::vector<std::string> skipped;  ///< sentences: what was not done and why
 };

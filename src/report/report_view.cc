@@ -40,6 +40,7 @@ Json report_view(const ReportData& data, const Json& summary, const std::filesys
   merge(view, laws_view(summary));
   merge(view, side_view(summary));
   merge(view, loads_view(summary));
+  merge(view, law_comparison_view(summary, data));
   merge(view, stress_view(summary));
   view["figures"] = figures_view(data, run_folder, medium);
   view["has_figures"] = !view["figures"].empty();

@@ -51,6 +51,7 @@ Json to_json(const SmallFriction& small);
 Json to_json(const ChainShareAtDepth& depth);
 Json to_json(const ChainShare& share);
 Json to_json(const LawOnPiles& one);
+Json to_json(const LawResponse& one);
 Json to_json(const LoadResponse& one);
 Json to_json(const LoadExponents& one);
 Json to_json(const ResidualAtDepth& range);
@@ -103,10 +104,36 @@ Json to_json(const ChainShareAtDepth& depth) {
           {"even_share", depth.even_share}};
 }
 
+/// Which law, and how its chains ran.
+template <class Measured>
+void name_law(const Measured& one, Json& json) {
+  if (one.law == "granusolve") json["mending_rules"] = one.rules;
+  if (one.law != "polytope") return;
+  json["lambda"] = one.lambda;
+  json["burn_in"] = finite_or_null(one.burn_in);
+  json["thinning"] = finite_or_null(one.thinning);
+  if (json["burn_in"].is_null()) json["reason"] = "no chain was begun";
+}
+
+Json to_json(const LawResponse& one) {
+  Json json = {{"law", one.law}};
+  name_law(one, json);
+  json.update(Json{{"mu", one.mu},
+                   {"columns", one.columns},
+                   {"layers", one.layers},
+                   {"epsilon", one.epsilon},
+                   {"samples", one.samples},
+                   {"failed", one.failed},
+                   {"effective_samples", granuscope::to_json(one.effective_samples)},
+                   {"window_layers", {one.first_layer, one.last_layer}},
+                   {"c", granuscope::to_json(one.c)},
+                   {"D", granuscope::to_json(one.D)}});
+  return json;
+}
+
 Json to_json(const LawOnPiles& one) {
   Json json = {{"law", one.law}};
-  if (one.law == "polytope") json["lambda"] = one.lambda;
-  if (one.law == "granusolve") json["mending_rules"] = one.rules;
+  name_law(one, json);
   json.update(Json{{"mu", one.mu},
                    {"columns", one.columns},
                    {"layers", one.layers},
@@ -204,6 +231,7 @@ Json to_json(const SideMeasurements& side) {
   }
   json["chain_share"] = list_of(side.chain_share);
   json["laws"] = list_of(side.laws);
+  json["law_responses"] = list_of(side.law_responses);
   json["law_costs"] = list_of(side.law_costs);
   json["nonlinearity"]["responses"] = list_of(side.nonlinearity.responses);
   json["nonlinearity"]["exponents"] = list_of(side.nonlinearity.exponents);

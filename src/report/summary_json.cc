@@ -137,6 +137,11 @@ Json to_json(const Transport& result) {
   json["sampler"]["mended_per_bead"] = finite_or_null(result.mended_per_bead);
   json["sampler"]["climbed_per_bead"] = finite_or_null(result.climbed_per_bead);
   json["sampler"]["rounded_per_bead"] = finite_or_null(result.rounded_per_bead);
+  if (result.chained) {
+    json["sampler"]["effective_samples"] = to_json(result.effective_samples);
+    json["sampler"]["burn_in"] = result.burn_in;
+    json["sampler"]["thinning"] = result.thinning;
+  }
   if (json["sampler"]["draws_per_bead"].is_null()) json["sampler"]["reason"] = "no pile was completed";
   return json;
 }

@@ -50,6 +50,9 @@ std::optional<SamplingFailure> PolytopeSampler::begin_chain(std::uint64_t sample
   const auto failure = start_->draw(first, load, start);
   counts_.uniforms += start_->counts().uniforms - uniforms;
   if (failure) return failure;
+  ++counts_.chains;
+  counts_.burn_in += measured_.burn_in;
+  counts_.thinning += measured_.thinning;
   chain_.set(start);
   key_ = RandomKey(spec_.seed, first);
   sweeps_ = 0;

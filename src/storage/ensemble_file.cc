@@ -28,7 +28,7 @@ constexpr const char* counters_group = "counters";
 constexpr const char* failed_group = "failed";
 
 using Counter = std::pair<const char*, std::uint64_t SamplerCounts::*>;
-constexpr std::array<Counter, 15> counters = {Counter{"beads", &SamplerCounts::beads},
+constexpr std::array<Counter, 18> counters = {Counter{"beads", &SamplerCounts::beads},
                                               {"uniforms", &SamplerCounts::uniforms},
                                               {"tries", &SamplerCounts::tries},
                                               {"mended_by_pair", &SamplerCounts::mended_by_pair},
@@ -42,7 +42,10 @@ constexpr std::array<Counter, 15> counters = {Counter{"beads", &SamplerCounts::b
                                               {"rounded", &SamplerCounts::rounded},
                                               {"redrawn_layers", &SamplerCounts::redrawn_layers},
                                               {"moves", &SamplerCounts::moves},
-                                              {"accepted_moves", &SamplerCounts::accepted_moves}};
+                                              {"accepted_moves", &SamplerCounts::accepted_moves},
+                                              {"chains", &SamplerCounts::chains},
+                                              {"burn_in", &SamplerCounts::burn_in},
+                                              {"thinning", &SamplerCounts::thinning}};
 static_assert(sizeof(SamplerCounts) == counters.size() * sizeof(std::uint64_t), "a counter is missing from the list");
 
 /// What a caller must keep to; a reader finds the same broken rules as InputError.

@@ -29,6 +29,9 @@ struct SamplerCounts {
   std::uint64_t redrawn_layers = 0;  ///< eloy-clement: layers drawn, apart from the first time each
   std::uint64_t moves = 0;           ///< polytope: moves proposed, burn-in included
   std::uint64_t accepted_moves = 0;  ///< polytope: moves made
+  std::uint64_t chains = 0;          ///< polytope: chains begun
+  std::uint64_t burn_in = 0;         ///< polytope: sweeps before a chain's first pile, summed over the chains
+  std::uint64_t thinning = 0;        ///< polytope: sweeps from one of its piles to the next, summed over the chains
 
   SamplerCounts& operator+=(const SamplerCounts& other);
 };

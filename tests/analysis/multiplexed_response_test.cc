@@ -73,6 +73,23 @@ TEST_CASE("multiplexed: modes are those of the mean response") {
   }
 }
 
+// The eight piles of a chain share their loads: one pattern of signs in each block, which may lack a mode altogether.
+TEST_CASE("multiplexed: a block whose loads lack a mode says nothing about it, and leaves its noise known") {
+  EnsembleSpec spec = multiplexed(0.5, 20, 30);
+  EnsembleRecord record = run_ensemble(spec, 0, nullptr);
+  constexpr std::size_t row = 6, mode = 3, block = 2, columns = 20, layers = 30;
+  const double before = layer_spectrum(record.sums, row, 1).noise[mode - 1];
+  std::vector<double>& sums = record.sums.quantities.at("correlation").sum;
+  for (const std::size_t at : {std::size_t{0}, row}) {
+    for (const std::size_t part : {2 * mode - 1, 2 * mode}) sums[(block * layers + at) * columns + part] = 0;
+  }
+  const LayerSpectrum spectrum = layer_spectrum(record.sums, row, 1);
+  CHECK(std::isfinite(spectrum.whole[mode - 1]));
+  for (const double noise : spectrum.noise) CHECK(std::isfinite(noise));
+  CHECK(spectrum.noise[mode - 1] > before / 2);
+  CHECK(spectrum.noise[mode - 1] < before * 2);
+}
+
 TEST_CASE("multiplexed: without friction c is tan 30 degrees and D is 0, exactly") {
   FitSpec fit;
   fit.first_layer = 20;

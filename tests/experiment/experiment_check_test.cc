@@ -283,6 +283,22 @@ TEST_CASE("Loads that could not be compared are refused") {
   CHECK_THAT(with([](Experiment& e) { e.nonlinearity.multiplexed_samples = 8; }), Contains("multiplexed_samples"));
 }
 
+TEST_CASE("Responses under the laws that could not be measured are refused") {
+  const auto with = [](auto change) {
+    return problem_after([&](Experiment& e) {
+      e.law_comparison.samples = e.law_comparison.response_samples = 512;
+      change(e);
+    });
+  };
+  CHECK(with([](Experiment&) {}) == "(none)");
+  CHECK_THAT(with([](Experiment& e) { e.law_comparison.samples = 0; }), Contains("set both or neither"));
+  CHECK_THAT(with([](Experiment& e) { e.law_comparison.response_samples = 100; }), Contains("whole group of eight"));
+  CHECK_THAT(with([](Experiment& e) { e.law_comparison.response_layers = 26; }), Contains("give at least 27"));
+  CHECK_THAT(with([](Experiment& e) { e.law_comparison.response_columns = 12; }), Contains("not to meet"));
+  CHECK_THAT(with([](Experiment& e) { e.law_comparison.response_columns = 400; }), Contains("4096 beads"));
+  CHECK_THAT(with([](Experiment& e) { e.law_comparison.response_burn_in = most_sweeps + 1; }), Contains("sweeps"));
+}
+
 TEST_CASE("Side measurements that could not be made are refused before anything is drawn") {
   CHECK(problem_after([](Experiment& e) {
           e.redrawn_beads.mu = {0.1, 0.3};

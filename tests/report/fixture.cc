@@ -1,5 +1,6 @@
 #include "report/fixture.h"
 
+#include <cmath>
 #include <string>
 
 #include "plot/propagation_against_diffusion.h"
@@ -105,6 +106,45 @@ ReportData report_data(const std::filesystem::path& run_folder) {
   refused.outcome = "refused";
   refused.reason = "there is no load on top bead 0";
   data.analysis.side.stress = {solved, refused};
+  LawOnPiles local, chain;
+  local.law = "granusolve";
+  local.rules = "all";
+  local.lambda = local.burn_in = local.thinning = std::nan("");
+  local.mu = chain.mu = 0.3;
+  local.columns = chain.columns = 12;
+  local.layers = chain.layers = 30;
+  local.samples = chain.samples = 512;
+  local.effective_samples = {500, 120, ""};
+  local.draws_per_bead = 1.25;
+  local.pair_per_bead = 0.125;
+  local.alpha_thrust = {0.93, 0.001, ""};
+  local.c_thrust = {0.557, 0.0003, ""};
+  local.weight_variance = {0.157, 0.0013, ""};
+  chain = local;
+  chain.law = "polytope";
+  chain.rules = "";
+  chain.lambda = 1;
+  chain.burn_in = 4000;
+  chain.thinning = 500;
+  chain.failed = 3;
+  data.analysis.side.laws = {local, chain};
+  data.law_seconds = {0.002, std::nan("")};
+  LawResponse response;
+  response.law = "polytope";
+  response.lambda = 0;
+  response.mu = 0.3;
+  response.burn_in = 20000;
+  response.thinning = 2000;
+  response.first_layer = 4;
+  response.last_layer = 6;
+  response.c = {0.46, 0.01, ""};
+  response.D.reason = "made up";
+  response.effective_samples.reason = "made up";
+  data.analysis.side.law_responses = {response};
+  data.analysis.results[2].chained = true;
+  data.analysis.results[2].burn_in = 800;
+  data.analysis.results[2].thinning = 100;
+  data.analysis.results[2].effective_samples = {300, 70, ""};
   data.figures.push_back(draw_response_profiles(data.analysis.results, {}, run_folder));
   data.figures.push_back(draw_transport_with_depth(data.analysis, {}, run_folder));
   data.figures.push_back(draw_propagation_against_diffusion(data.analysis, run_folder));
