@@ -24,6 +24,9 @@ constexpr double large_case_seconds = 0.5;
 constexpr double large_case_speed_up = 3;
 constexpr const char* window_case = "100 x 100 window of 4000 x 4000 to 800 px";
 constexpr double window_case_seconds = 0.1;
+/// The file has 512 MB, the pixels of the picture would take 226 MB.
+constexpr const char* memory_case = "4000 x 4000 to 8000 px";
+constexpr double memory_case_megabytes = 160;
 constexpr const char* unskipped = ", all drawn";
 
 /// Runs of a case, of which the shortest counts; one if it takes long.
@@ -118,6 +121,10 @@ void add_targets(RenderBench& bench) {
   }
   if (const RenderTiming* window = find(bench, window_case)) {
     bench.targets.push_back({std::string(window_case) + ", seconds", window->seconds, window_case_seconds});
+  }
+  if (const RenderTiming* whole = find(bench, memory_case)) {
+    bench.targets.push_back(
+        {std::string(memory_case) + ", peak MB", static_cast<double>(whole->peak_bytes) / 1e6, memory_case_megabytes});
   }
 }
 

@@ -1,5 +1,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <signal.h>  // NOLINT(modernize-deprecated-headers): kill is POSIX, not in <csignal>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <catch2/catch.hpp>
 #include <fstream>
@@ -222,6 +225,43 @@ TEST_CASE("a picture has the same bytes for any number of rasteriser threads, an
   CHECK(apart.root_mean_square <= renderer_distance.root_mean_square);
   CHECK(apart.blocks <= renderer_distance.blocks);
   CHECK(apart.largest <= renderer_distance.largest);
+}
+
+TEST_CASE("a picture killed half way leaves the one that was there, and never half of one") {
+  const ScratchFolder scratch("killed");
+  store_pile(scratch / "pile.h5");
+  const std::string pile = (scratch / "pile.h5").string(), image = (scratch / "a.png").string();
+  REQUIRE(granuscope_command({"render", pile, "--image", image, "--width", "500"}).code == 0);
+  const std::string before = bytes_of(image);
+  const std::string binary = std::string(GRANUSCOPE_BINARY_DIR) + "/granuscope";
+  int killed = 0;
+  for (const char* target : {image.c_str(), "b.png"}) {
+    const pid_t child = ::fork();
+    REQUIRE(child >= 0);
+    if (child == 0) {
+      std::filesystem::current_path(scratch.path());
+      ::execl(binary.c_str(), "granuscope", "render", pile.c_str(), "--image", target, "--width", "30000", "--dpi",
+              "300", static_cast<char*>(nullptr));
+      ::_exit(127);
+    }
+    // Until the first bytes of the picture have been written beside its place.
+    ++killed;
+    const auto begun = [&] {
+      int files = 0;  // what those killed before left stays hidden there
+      for (const auto& entry : std::filesystem::directory_iterator(scratch.path())) {
+        if (entry.path().filename().string().starts_with(".") && entry.file_size() > 4096) ++files;
+      }
+      return files == killed;
+    };
+    for (int k = 0; k < 2000 && !begun(); ++k) ::usleep(5000);
+    CHECK(begun());
+    CHECK(::kill(child, SIGKILL) == 0);
+    int status = 0;
+    REQUIRE(::waitpid(child, &status, 0) == child);
+    CHECK(WIFSIGNALED(status));
+  }
+  CHECK(bytes_of(image) == before);
+  CHECK_FALSE(std::filesystem::exists(scratch / "b.png"));
 }
 
 TEST_CASE("no OpenGL library is loaded unless a picture needs one") {
