@@ -28,6 +28,7 @@ namespace {
 constexpr const char* figure_id = "force-chains";
 /// Of the pictures with a name of their own.
 constexpr const char* free_words = "pictures/free.words";
+constexpr std::string_view free_prefix = "picture-";
 
 /// The pile of the picture as an ensemble of its own, so that the load and the replay command are written once.
 EnsembleSpec pile_spec(const Experiment& experiment, double mu) {
@@ -123,7 +124,7 @@ class PilePictures {
               {"mu", caption_number(chains_.mu)},           {"overload", caption_number(experiment_.response.overload)},
               {"sample", std::to_string(chains_.sample)},   {"seed", std::to_string(experiment_.sampling.seed)}};
     if (std::string_view(words) == free_words) {
-      gaps["name"] = id;
+      gaps["name"] = id.substr(free_prefix.size());
       gaps["shown"] = key_title_of(scene.scene);
       gaps["x0"] = caption_number((*scene.window)[0]);
       gaps["x1"] = caption_number((*scene.window)[1]);
@@ -208,7 +209,7 @@ std::vector<PictureOutcome> draw_pile_pictures(const Experiment& experiment, con
   }
   for (const auto& [name, picture] : experiment.pictures) {
     const SceneSpec scene = picture.scene_like(chains);
-    const std::string id = "picture-" + name;
+    const std::string id = std::string(free_prefix) + name;
     if (!needs_two_piles(scene.scene)) {
       drawn.push_back(pictures.draw(id, free_words, scene, pictures.pile(), nullptr, redraw));
     } else if (pair) {
