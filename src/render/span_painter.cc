@@ -19,7 +19,7 @@ constexpr std::int64_t samples_wanted = std::int64_t{2} << 20;
 
 /// Rows of pixels drawn at a time.
 int rows_of_band(const Scene& scene, int samples) {
-  const std::int64_t row = std::int64_t{scene.plot_width_px} * samples * samples;
+  const std::int64_t row = std::max<std::int64_t>(1, std::int64_t{scene.plot_width_px} * samples * samples);
   return static_cast<int>(std::clamp<std::int64_t>(samples_wanted / row, 8, 512));
 }
 
@@ -75,7 +75,7 @@ class SampleBand {
 std::int64_t centre(std::int64_t sample) { return sample * units_per_sample + units_per_sample / 2; }
 /// First sample whose centre is not left of this place.
 std::int64_t sample_from(double units) {
-  return static_cast<std::int64_t>(std::ceil((units - units_per_sample / 2) / units_per_sample));
+  return static_cast<std::int64_t>(std::ceil((units - 0.5 * units_per_sample) / units_per_sample));
 }
 
 void lay_box(const PackedElement& box, SampleBand& band) {

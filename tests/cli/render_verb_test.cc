@@ -207,7 +207,7 @@ TEST_CASE("a picture has the same bytes for any number of rasteriser threads, an
   const ScratchFolder scratch("drivers");
   store_pile(scratch / "pile.h5");
   const auto drawn = [&](const std::string& name, const std::map<std::string, std::string>& environment) {
-    const std::filesystem::path image = scratch / (name + ".png");
+    std::filesystem::path image = scratch / (name + ".png");
     const ProcessResult result = program({"render", (scratch / "pile.h5").string(), "--image", image.string(),
                                           "--width", "500", "--dpi", "100", "--backend", "osmesa"},
                                          environment);

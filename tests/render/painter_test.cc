@@ -102,6 +102,7 @@ TEST_CASE("the strong lies on top of the weak") {
 
 TEST_CASE("boxes fill the plane without gap or overlap") {
   std::vector<Element> boxes;
+  boxes.reserve(7);
   for (int k = 0; k < 7; ++k) {
     boxes.push_back({k * 10 / 7.0, 0, (k + 1) * 10 / 7.0, 10, 1, static_cast<std::uint8_t>(60), Outline::box});
   }
