@@ -15,19 +15,33 @@ double area_below(double d, double x0, double x1, double y0, double y1) {
   return half_square(d - x0 + y1) - half_square(d - x1 + y1) - half_square(d - x0 + y0) + half_square(d - x1 + y0);
 }
 
+RingForces top_layer(const std::array<double, 4>& load) {
+  RingForces forces;  // nothing enters sideways
+  for (std::size_t i = 0; i < 4; ++i) forces.V_UL[i] = forces.V_UR[i] = load[i] / 2;
+  return forces;
+}
+
+double right_of(const RingForces& received, std::size_t i) { return received.V_UR[i] + std::sqrt(3.0) * received.H[i]; }
+double left_of(const RingForces& received, std::size_t i) { return received.V_UL[i] - std::sqrt(3.0) * received.H[i]; }
+
 }  // namespace
 
 TwoLayerLaw::TwoLayerLaw(double mu, const std::array<double, 4>& load, int cells)
-    : n_(static_cast<std::size_t>(cells)), cells_(cells) {
+    : TwoLayerLaw(mu, top_layer(load), cells) {}
+
+TwoLayerLaw::TwoLayerLaw(double mu, const RingForces& received, int cells)
+    : n_(static_cast<std::size_t>(cells)), cells_(cells), received_(received) {
   const double thirty_degrees = std::atan(1 / std::sqrt(3.0));
   const double flat = std::tan(thirty_degrees - std::atan(mu)), steep = std::tan(thirty_degrees + std::atan(mu));
   const double k = std::sqrt(3.0) * (flat + steep) - 1;
   for (std::size_t i = 0; i < 4; ++i) {
-    // Both contacts of an upper bead carry half its load vertically, and nothing enters sideways.
-    own_[i] = {flat * load[i] / 2, steep * load[i] / 2};
-    const double V_UL = load[i] / 2, V_UR = load[(i + 1) % 4] / 2;
-    band_[i] = {std::max(-V_UR / std::sqrt(3.0), -(steep * V_UR - flat * V_UL) / k),
-                std::min(V_UL / std::sqrt(3.0), (steep * V_UL - flat * V_UR) / k)};
+    const std::size_t next = (i + 1) % 4;
+    const double V_R = right_of(received, i), V_L = left_of(received, i), H = received.H[i];
+    own_[i] = {std::max(flat * V_R, flat * V_L + H), std::min(steep * V_R, steep * V_L + H)};
+    // The bead between i and its neighbour receives H = a_i + H_next - a_next.
+    const double V_UL = V_R, V_UR = left_of(received, next), H_next = received.H[next];
+    band_[i] = {std::max(-V_UR / std::sqrt(3.0), -(steep * V_UR - flat * V_UL) / k) - H_next,
+                std::min(V_UL / std::sqrt(3.0), (steep * V_UL - flat * V_UR) / k) - H_next};
   }
   for (std::size_t i = 0; i < 4; ++i) {
     const Range X = own_[i], Y = own_[(i + 1) % 4];
@@ -47,6 +61,63 @@ TwoLayerLaw::TwoLayerLaw(double mu, const std::array<double, 4>& load, int cells
   }
 }
 
+bool TwoLayerLaw::solvable() const {
+  return std::all_of(own_.begin(), own_.end(), [](Range own) { return own.low < own.high; });
+}
+
+RingForces TwoLayerLaw::below(const std::array<double, 4>& splits) const {
+  RingForces forces;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const std::size_t next = (i + 1) % 4;
+    forces.V_UL[i] = right_of(received_, i);
+    forces.V_UR[i] = left_of(received_, next);
+    forces.H[i] = splits[i] + received_.H[next] - splits[next];
+  }
+  return forces;
+}
+
+bool TwoLayerLaw::admits(const std::array<double, 4>& splits) const {
+  for (std::size_t i = 0; i < 4; ++i) {
+    const double difference = splits[i] - splits[(i + 1) % 4];
+    if (!(difference > band_[i].low && difference < band_[i].high)) return false;
+  }
+  return true;
+}
+
+std::vector<TwoLayerLaw::State> TwoLayerLaw::states() const {
+  // Points scattered evenly over a cell (an additive sequence of four irrational steps); the first that is admissible
+  // stands for the cell.
+  constexpr std::array<double, 4> steps = {0.8566748838545029, 0.7338918566271260, 0.6287067210378087,
+                                           0.5385972572236101};
+  constexpr int most_points = 1000;
+  constexpr double no_share = 1e-12;
+  std::vector<State> found;
+  std::array<int, 4> c{};
+  int point = 0;
+  for (c[0] = 0; c[0] < cells_; ++c[0]) {
+    for (c[1] = 0; c[1] < cells_; ++c[1]) {
+      for (c[2] = 0; c[2] < cells_; ++c[2]) {
+        for (c[3] = 0; c[3] < cells_; ++c[3]) {
+          const double share = mean_mass_[at(c)];
+          if (share < no_share) continue;
+          for (int k = 0; k < most_points; ++k) {
+            ++point;
+            State state{{}, share};
+            for (std::size_t i = 0; i < 4; ++i) {
+              const double along = point * steps[i] - std::floor(point * steps[i]);
+              state.splits[i] = own_[i].low + (c[i] + along) * (own_[i].high - own_[i].low) / cells_;
+            }
+            if (!admits(state.splits)) continue;
+            found.push_back(state);
+            break;
+          }
+        }
+      }
+    }
+  }
+  return found;
+}
+
 double TwoLayerLaw::centre(int parent, int cell) const {
   const Range own = own_[index(parent)];
   return own.low + (cell + 0.5) * (own.high - own.low) / cells_;
@@ -54,6 +125,7 @@ double TwoLayerLaw::centre(int parent, int cell) const {
 
 TwoLayerMoments TwoLayerLaw::moments() {
   TwoLayerMoments result;
+  mean_mass_.assign(n_ * n_ * n_ * n_, 0);
   for (int first = 0; first < 4; ++first) {
     for (const int direction : {1, -1}) {
       const auto cells = static_cast<double>(n_ * n_ * n_ * n_);
@@ -65,6 +137,7 @@ TwoLayerMoments TwoLayerLaw::moments() {
         solved[index(bead)] = true;
       }
       add_moments(result, 1.0 / 8);
+      for (std::size_t k = 0; k < mass_.size(); ++k) mean_mass_[k] += mass_[k] / 8;
     }
   }
   result.lost = lost_ / 8;

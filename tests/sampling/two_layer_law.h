@@ -3,6 +3,8 @@
 #include <cstddef>
 #include <vector>
 
+#include "ring_quadrature.h"
+
 namespace granuscope::test {
 
 /// Moments of the four splits H_R of the top layer of a pile of 4 columns and 2 layers, once the lower layer is solved.
@@ -19,7 +21,21 @@ struct TwoLayerMoments {
 class TwoLayerLaw {
  public:
   TwoLayerLaw(double mu, const std::array<double, 4>& load, int cells);
+  /// The same for a layer that stands lower and receives any forces.
+  TwoLayerLaw(double mu, const RingForces& received, int cells);
+  /// A bead of the upper layer has no interval: the splits above it were not admissible.
+  bool solvable() const;
   TwoLayerMoments moments();
+
+  /// Splits of the upper layer, one set for each cell that has a share of the distribution, admissible for both layers,
+  /// with that share. After moments().
+  struct State {
+    std::array<double, 4> splits;
+    double share;
+  };
+  std::vector<State> states() const;
+  /// What the lower layer receives from such splits: bead j from those of j and j + 1.
+  RingForces below(const std::array<double, 4>& splits) const;
 
  private:
   struct Range {
@@ -39,12 +55,16 @@ class TwoLayerLaw {
   void solve_bead(int bead, const std::array<bool, 4>& solved);
   void add_moments(TwoLayerMoments& moments, double weight) const;
 
+  bool admits(const std::array<double, 4>& splits) const;
+
   std::size_t n_;
   int cells_;
+  RingForces received_;
   std::array<Range, 4> own_;   ///< of each upper bead's split
   std::array<Range, 4> band_;  ///< of a_j - a_{j+1}, for lower bead j
   std::array<std::vector<double>, 4> share_;
   std::vector<double> mass_;
+  std::vector<double> mean_mass_;  ///< over the eight orders
   double lost_ = 0;
 };
 

@@ -78,5 +78,85 @@ TEST_CASE("pairs on four columns and two layers follow the enumerated law") {
   }
 }
 
+/// The moments of the middle layer's splits in piles of three layers: for each state of the top layer as two layers
+/// leave it, the middle layer's law once the lowest is solved. Valid where nothing climbs: then the lowest layer
+/// changes no split of the top one.
+struct MiddleLayer {
+  std::vector<double> moments;
+  double lost = 0;  ///< probability of failures that the enumeration does not follow, or of states without a point
+};
+
+MiddleLayer middle_layer(const Setting& setting, int cells) {
+  test::TwoLayerLaw upper(setting.mu, setting.load, cells);
+  MiddleLayer result;
+  result.lost = upper.moments().lost;
+  double total = 0;
+  for (const auto& [splits, share] : upper.states()) {
+    test::TwoLayerLaw lower(setting.mu, upper.below(splits), cells);
+    if (!lower.solvable()) continue;
+    const test::TwoLayerMoments moments = lower.moments();
+    result.lost += share * moments.lost;
+    const std::vector<double> numbers = listed(moments);
+    result.moments.resize(numbers.size());
+    // What is lost counts as if it were distributed like the rest.
+    for (std::size_t k = 0; k < numbers.size(); ++k) result.moments[k] += share * numbers[k];
+    total += share * (1 - moments.lost);
+  }
+  for (double& one : result.moments) one /= total;
+  result.lost += 1 - total;
+  return result;
+}
+
+void compare_three_layers(const std::vector<Setting>& settings, int cells, int drawn, double resolution) {
+  const Lattice lattice({.columns = 4, .layers = 3});
+  for (const Setting& setting : settings) {
+    const MiddleLayer on_fine = middle_layer(setting, cells), on_coarse = middle_layer(setting, cells / 2);
+    SamplerSpec spec;
+    spec.mu = setting.mu;
+    spec.seed = 6;
+    const auto sampler = make_sampler(spec, lattice);
+    const std::vector<double> load(setting.load.begin(), setting.load.end());
+    std::vector<test::RunningMean> measured(14);
+    Pile pile(lattice);
+    for (int k = 0; k < drawn; ++k) {
+      if (sampler->draw(8 * static_cast<std::uint64_t>(k), load, pile)) throw std::runtime_error("stuck");
+      const double* const a = pile.H_R.data() + 4;
+      for (std::size_t i = 0; i < 4; ++i) {
+        measured[i].add(a[i]);
+        measured[4 + i].add(a[i] * a[i]);
+        measured[8 + i].add(a[i] * a[(i + 1) % 4]);
+        if (i < 2) measured[12 + i].add(a[i] * a[i + 2]);
+      }
+    }
+    const auto& counts = sampler->counts();
+    // Rings and climbs are not followed: they must be rarer than what is to be told.
+    const double others = static_cast<double>(counts.rings + counts.climbs) / drawn;
+    const double bound = test::sigma_bound(settings.size() * measured.size());
+    CAPTURE(setting.mu, spec.seed, counts.pairs, counts.rings, counts.climbs, on_fine.lost);
+    CHECK(counts.pairs >= 1000);
+    for (std::size_t k = 0; k < measured.size(); ++k) {
+      const auto found = measured[k].estimate();
+      const double spread = std::sqrt(measured[k].variance());
+      // A pile that went another way may lie some spreads off.
+      const double grid_error = std::abs(on_fine.moments[k] - on_coarse.moments[k]) / 3;
+      const double expected = (4 * on_fine.moments[k] - on_coarse.moments[k]) / 3;
+      const double allowed = bound * found.error + grid_error + 3 * others * spread;
+      CAPTURE(k, found.value, found.error, expected, grid_error, spread);
+      CHECK(std::abs(found.value - expected) <= allowed);
+      CHECK(allowed < resolution * spread);
+    }
+  }
+}
+
+TEST_CASE("the middle one of three layers follows the enumerated law") {
+  compare_three_layers({{0.3, {1, 1, 1, 1}}}, test::sanitized ? 6 : 8, test::sanitized ? 20'000 : 100'000,
+                       test::sanitized ? 0.2 : 0.1);
+}
+
+TEST_CASE("the middle one of three layers follows the enumerated law, on finer grids", "[long]") {
+  compare_three_layers({{0.3, {1, 1, 1, 1}}, {0.3, {0.7, 1.4, 0.9, 1.2}}, {0.6, {1, 1.3, 0.8, 1.1}}}, 10, 400'000,
+                       0.06);
+}
+
 }  // namespace
 }  // namespace granuscope
