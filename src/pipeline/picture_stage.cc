@@ -280,7 +280,7 @@ PictureOutcome draw_response_field(const Experiment& experiment, const Field& fi
   Figure& figure = outcome.figure;
   figure.id = "response-field";
   figure.screen = figure.print = std::filesystem::path("figures") / "response-field.png";
-  figure.redraw = "granuscope run experiment.toml --only render";
+  figure.redraw = "cp experiment.toml again.toml && granuscope run again.toml --out . --only analyse --only render";
   const Scene scene = build_field_scene(field, spec);
   const SceneStatistics drawn =
       draw_scene(scene, spec, run_folder / figure.screen, {{"Software", provenance_line(provenance)}});
