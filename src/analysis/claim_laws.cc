@@ -42,7 +42,7 @@ Claim judge_law(const Analysis& analysis, const ClaimSpec& spec, Claim claim, Es
   if (std::abs(farthest_z) > outlier && claim.verdict != not_reproduced) {
     claim.verdict = not_reproduced;
     claim.explanation = fmt::format(
-        "{} is {} at μ = {}, {} combined standard errors off, though the mean over {} = {} lies only {} off.", what,
+        "{} is {} at μ = {}, {} combined standard errors off, though the mean over {}, {}, lies only {} off.", what,
         single, farthest, significant(std::abs(farthest_z), 2), list_of_mu(mu),
         value_with_error(claim.measured.value, claim.measured.standard_error), significant(std::abs(claim.z_score), 2));
   } else if (std::abs(farthest_z) > outlier) {
@@ -89,10 +89,10 @@ std::string offset_sentence(const Analysis& analysis) {
     highest = std::max(highest, power);
   }
   if (highest < lowest) return "";
-  return fmt::format(
-      "At these depths the offset w₀ of W² = w₀ + D z alone makes it {} to {}; −1/2 is its limit at "
-      "large z.",
-      significant(highest, 2), significant(lowest, 2));
+  std::string range = significant(highest, 2);
+  if (significant(lowest, 2) != range) range += " to " + significant(lowest, 2);
+  return fmt::format("At these depths the offset w₀ of W² = w₀ + D z alone makes it {}; −1/2 is its limit at large z.",
+                     range);
 }
 
 }  // namespace

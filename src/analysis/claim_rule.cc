@@ -67,15 +67,15 @@ void judge_by_number(Claim& claim, const Estimate& measured, double paper, doubl
     // A number may lie far off and still be too uncertain for the rule.
     const bool far = std::abs(judged.z_score) > agreement;
     claim.explanation =
-        fmt::format("{} = {} {} {} combined standard errors from the paper's value{}{}.", what, number,
-                    far ? "lies" : "is too uncertain to tell a deviation of 20 %; it lies", distance,
+        fmt::format("{} is {}{} it lies {} combined standard errors from the paper's value{}{}.", what, number,
+                    far ? ";" : ", too uncertain to tell a deviation of 20 %;", distance,
                     far ? ", but the rule leaves it open, since its error would hide a deviation of 20 %" : "",
                     cost.empty() ? "" : "; " + cost);
   } else if (claim.verdict == reproduced) {
     claim.explanation =
-        fmt::format("{} = {} agrees with the paper within {} combined standard errors.", what, number, distance);
+        fmt::format("{} is {} and agrees with the paper within {} combined standard errors.", what, number, distance);
   } else {
-    claim.explanation = fmt::format("{} = {} lies {} combined standard errors {} the paper's value.", what, number,
+    claim.explanation = fmt::format("{} is {}; it lies {} combined standard errors {} the paper's value.", what, number,
                                     distance, judged.z_score > 0 ? "above" : "below");
   }
 }

@@ -253,6 +253,8 @@ Figure draw_response_profiles(const std::vector<Transport>& results, const Respo
             {{"mu", mu},
              {"mu_differs", result->mu == spec.mu ? "" : caption_number(spec.mu)},
              {"samples", std::to_string(result->samples)},
+             {"linear", result->estimator == "multiplexed" ? "yes" : ""},
+             {"finite", result->estimator == "multiplexed" ? "" : "yes"},
              {"depths", enumeration(lists.depths)},
              {"how_many", count_in_words(panels.size()) + (panels.size() == 1 ? " depth" : " depths")},
              {"panels", std::to_string(panels.size()) + (panels.size() == 1 ? " panel" : " panels")},

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "report/number_text.h"
@@ -32,6 +33,13 @@ Json systematic_cells(const Json& summary, const std::string& estimate) {
   cell["text"] = significant(summary.at(Json::json_pointer(pointer)).get<double>(), 2);
   cells.push_back(cell);
   return cells;
+}
+
+/// Exact results are exact up to the rounding of the sums they come from: that is no number to show.
+void show_rounding_as_zero(Json& cell, const Json& summary, bool exact) {
+  constexpr double rounding = 1e-12;
+  const Json& value = summary.at(Json::json_pointer(cell.at("key").get<std::string>())).at("value");
+  if (exact && value.is_number() && std::abs(value.get<double>()) < rounding) cell["text"] = "0";
 }
 
 /// A row for each neighbour of a window. `names`: the estimates shown of each.
@@ -142,6 +150,9 @@ Json transport_rows(const Json& summary, bool same_procedure, Json& notes, Json&
     for (const char* name : {"mu", "samples", "estimator", "law", "c", "D", "alpha_thrust", "c_thrust"}) {
       row[name] = number_cell(summary, fmt::format("{}/{}", pointer, name));
     }
+    row["c_minus_c_thrust"] = plain_cell(summary, pointer + "/c_minus_c_thrust");
+    for (const char* name : {"D", "c_minus_c_thrust"})
+      show_rounding_as_zero(row[name], summary, results[i].at("exact"));
     row["c_systematic"] = systematic_cells(summary, pointer + "/c");
     row["D_systematic"] = systematic_cells(summary, pointer + "/D");
     row["fitted_area"] = plain_cell(summary, pointer + "/fitted_area");
@@ -155,7 +166,6 @@ Json transport_rows(const Json& summary, bool same_procedure, Json& notes, Json&
     const bool multiplexed = results[i].at("estimator") == "multiplexed";
     row["row_epsilon"] = Json::array();
     if (multiplexed) row["row_epsilon"].push_back(number_cell(summary, pointer + "/epsilon"));
-    row["c_minus_c_thrust"] = plain_cell(summary, pointer + "/c_minus_c_thrust");
     row["frictionless"] = results[i].at("mu") == 0;
     row["exact"] = results[i].at("exact");
     const std::string at = " at μ = " + row["mu"]["text"].get<std::string>();

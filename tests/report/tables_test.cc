@@ -158,6 +158,20 @@ TEST_CASE("Estimator and law stand once where all rows share them, and in each r
   CHECK(mixed.texts.at("/results/2/law") == "polytope");
 }
 
+TEST_CASE("Rounding of an exact result stands as 0, a small number with an error does not") {
+  ReportData data = numbers();
+  REQUIRE(data.analysis.results[0].exact);
+  data.analysis.results[0].D = data.analysis.results[0].c_minus_c_thrust = known(-2.5e-15, 0);
+  data.analysis.results[1].D = known(0.00003, 0.00001);
+  const std::string summary = summary_json(data);
+  const synthetic::TemporaryFolder run;
+  std::map<std::string, std::string> texts;
+  for (const auto& [key, text] : synthetic::keyed_texts(html_report(data, summary, run.path()))) texts[key] = text;
+  CHECK(texts.at("/results/0/D") == "0");
+  CHECK(texts.at("/results/0/c_minus_c_thrust") == "0");
+  CHECK(texts.at("/results/1/D") == "3.0(1.0) × 10⁻⁵");
+}
+
 TEST_CASE("Exponents without a value leave no empty tables, and their reasons are one sentence") {
   ReportData data = numbers();
   const Estimate missing = unknown("one friction coefficient is no law");
