@@ -18,6 +18,8 @@ class PileLayers {
   virtual const PileView& about() const = 0;
   /// A view that has the layers first .. last, both in the range, and perhaps more. Valid until the next call.
   virtual const PileView& hold(int first, int last) = 0;
+  /// Wall time that hold() has taken so far to bring layers that were not there.
+  virtual double seconds_reading() const { return 0; }
 };
 
 /// Those of a view, whose arrays must outlive this.

@@ -37,10 +37,19 @@ class Lap {
 SceneStatistics draw_layers(const std::shared_ptr<PileLayers>& pile, const std::shared_ptr<PileLayers>& minus,
                             const SceneSpec& spec, const std::filesystem::path& image, const ImageMetadata& metadata) {
   Lap lap;
+  double counted = 0;
+  const auto reading = [&] {  // since the last call
+    const double before = counted;
+    counted = pile->seconds_reading() + (minus ? minus->seconds_reading() : 0);
+    return counted - before;
+  };
   const Scene scene = build_scene(pile, minus, spec);
-  const double building = lap();
+  const double to_build = reading(), building = lap();
   SceneStatistics statistics = draw_scene(scene, spec, image, metadata);
-  statistics.seconds.build = building;
+  const double to_draw = reading();
+  statistics.seconds.read = to_build + to_draw;
+  statistics.seconds.build = building - to_build;
+  (statistics.seconds.draw > 0 ? statistics.seconds.draw : statistics.seconds.encode) -= to_draw;
   return statistics;
 }
 
@@ -128,13 +137,13 @@ SceneStatistics draw_pile_file(const PictureFiles& files, const SceneSpec& spec,
       return alike ? pile.range : PileRange{0, 1, 0, lattice.columns()};  // no pair, as will be said
     });
   }
-  const double reading = lap();
+  const double opening = lap();
   ImageMetadata all = metadata;
   all.emplace_back("Description", fmt::format("pile of {} columns x {} layers, mu {}, law {}, seed {}, sample {}",
                                               pile.lattice.columns(), pile.lattice.layers(), exact(pile.mu), pile.law,
                                               pile.seed, pile.sample));
   SceneStatistics statistics = draw_layers(layers, other, spec, files.image, all);
-  statistics.seconds.read = reading;
+  statistics.seconds.read += opening;
   return statistics;
 }
 

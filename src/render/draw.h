@@ -14,9 +14,9 @@ namespace granuscope {
 struct SceneStatistics {
   SceneCounts counts;
   struct Seconds {
-    double read = 0;   ///< opening the piles, and checking what they hold but forces
-    double build = 0;  ///< these and draw: with reading the forces, layers at a time
-    double draw = 0;   ///< with starting GL
+    double read = 0;  ///< opening the piles, and reading their forces, which happens between the other steps
+    double build = 0;
+    double draw = 0;  ///< with starting GL
     double encode = 0;
   } seconds;
   std::string backend;         ///< of GL, as chosen; "none" if the picture needs none

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <limits>
 #include <span>
 #include <utility>
@@ -183,16 +184,21 @@ class StoredLayers : public PileLayers {
       band.layers = std::min(std::max(last - first + 1, band_layers_), all.first_layer + all.layers - first);
     }
     held_.range.layers = 0;  // in case reading fails half way
+    const auto start = std::chrono::steady_clock::now();
     stored_.read(band, part_);
+    seconds_reading_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     held_ = view_of(part_);
     return held_;
   }
+
+  double seconds_reading() const override { return seconds_reading_; }
 
  private:
   StoredPile stored_;
   PilePart part_;
   PileView about_{part_.lattice, {}, {}, {}, {}, {}, {}, 0, {}, 0, 0}, held_ = about_;
   int band_layers_ = 0;
+  double seconds_reading_ = 0;
 };
 
 }  // namespace

@@ -66,6 +66,31 @@ TEST_CASE("a pile read band by band gives the picture of the pile in memory, in 
   }
 }
 
+TEST_CASE("reading is timed as reading, wherever it happens") {
+  const TemporaryFolder folder;
+  write_pile(folder / "a.h5", irregular_pile(500, 500));
+  SceneSpec spec;
+  spec.width_px = 400;
+  spec.dpi = 100;
+  const auto layers = open_pile_layers(folder / "a.h5", whole_range, 0);
+  CHECK(layers->seconds_reading() == 0);
+  layers->hold(0, 1);
+  const double once = layers->seconds_reading();
+  CHECK(once > 0);
+  layers->hold(100, 101);  // has been brought
+  CHECK(layers->seconds_reading() == once);
+  layers->hold(400, 401);
+  CHECK(layers->seconds_reading() > once);
+  for (const char* name : {"a.png", "b.svg"}) {
+    if (name[0] == 'b') spec.window = {{-20, 20, 0, 20}};
+    const SceneStatistics::Seconds seconds = draw_pile_file({folder / "a.h5", {}, folder / name}, spec).seconds;
+    CHECK(seconds.read > 0);
+    CHECK(seconds.build > 0);
+    CHECK(seconds.draw >= 0);
+    CHECK(seconds.encode > 0);
+  }
+}
+
 TEST_CASE("a picture drawn to a file row by row holds the pixels and channels of one drawn at once") {
   const TemporaryFolder folder;
   const Pile pile = irregular_pile(30, 30), other = frictionless_pile(30, 30);
