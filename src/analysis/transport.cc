@@ -8,6 +8,7 @@
 
 #include "analysis/depth_series.h"
 #include "analysis/effective_samples.h"
+#include "analysis/kept_numbers.h"
 #include "analysis/layer_spectrum.h"
 #include "analysis/mean_response.h"
 #include "analysis/peak_evidence.h"
@@ -16,6 +17,7 @@
 #include "analysis/shape_diagnostics.h"
 #include "analysis/shape_fit.h"
 #include "analysis/shape_verdict.h"
+#include "ensemble/ensemble_spec.h"
 #include "ensemble/parallel.h"
 #include "model/lattice.h"
 
@@ -279,6 +281,25 @@ void measure_thrust(const std::vector<MeasuredDepth>& depths, const FitSpec& spe
   }
 }
 
+/// Where the second piles of the estimator paired follow another law than the first ones, no depth can be trusted.
+std::string refuse_pairs(const MeasuredEnsemble& ensemble, const FitSpec& spec, std::vector<MeasuredDepth>& depths) {
+  const BlockSums& sums = ensemble.record.sums;
+  std::vector<Replicated> thrust, of_response;
+  for (std::size_t row = 0; row < depths.size(); ++row) {
+    if (!in_window(spec, depths[row].fit.layer)) continue;
+    thrust.push_back(depths[row].thrust);
+    of_response.push_back(block_mean(sums, "response_thrust", row));
+  }
+  if (thrust.empty()) return {};
+  const std::string reason = reason_against_pairs(mean_of(of_response), mean_of(thrust));
+  for (MeasuredDepth& depth : depths) {
+    if (reason.empty() || !depth.fit.identifiable) continue;
+    depth.fit.identifiable = false;
+    depth.fit.reason = reason;
+  }
+  return reason;
+}
+
 MeasuredRatios ratios_of(const MeasuredDepth& depth) {
   const auto per_depth = [&](double value) { return value / depth.fit.z; };
   return {depth.fit.layer, transform(per_depth, depth.peak), transform(per_depth, depth.width_squared)};
@@ -373,7 +394,11 @@ MeasuredTransport measure_transport(const MeasuredEnsemble& ensemble, const FitS
                  [&](std::size_t i) { depths[i] = measure_depth(ensemble, spec, i + first_row); });
   t.exact = std::all_of(depths.begin(), depths.end(),
                         [](const MeasuredDepth& d) { return d.fit.degrees_of_freedom == 0 && d.fit.identifiable; });
+  // Only who names the estimator asks for its verdict: the curves of error against time show the shift instead.
+  const std::string against_pairs =
+      ensemble.estimator == name_of(EstimatorName::paired) ? refuse_pairs(ensemble, spec, depths) : "";
   fit_slopes(depths, spec, result);
+  if (!against_pairs.empty()) set_unknown(t, against_pairs);
   measure_thrust(depths, spec, result);
   for (std::size_t i = 0; i < depths.size(); ++i) {
     t.depths.push_back(depths[i].fit);

@@ -120,6 +120,8 @@ std::string configuration_text(const EnsembleSpec& spec) {
   const std::string estimator = point ? ""
                                       : fmt::format("estimator={}\nepsilon={}\n", name_of(spec.estimator),
                                                     multiplexed ? exact(spec.epsilon) : "0");
+  // What was not always summed.
+  const std::string sums = spec.estimator == EstimatorName::paired ? "sums=response_thrust\n" : "";
   // Likewise of their options,
   const std::string options = (spec.opposite ? "opposite=true\n" : "") +
                               (spec.sign_run != 1 ? fmt::format("sign_run={}\n", spec.sign_run) : "");
@@ -139,7 +141,7 @@ std::string configuration_text(const EnsembleSpec& spec) {
       sampling_version, name_of(s.law), exact(s.mu), s.seed, exact(s.effort), s.max_tries, name_of(s.order), chain,
       spec.lattice.columns, spec.lattice.layers, point ? name_of(spec.load) : name_of(spec.estimator),
       overloaded ? exact(spec.overload) : "0", spec.samples, spec.blocks, fmt::join(recorded_layers(spec), ","),
-      spec.record_profiles, estimator, options + rules + layout);
+      spec.record_profiles, estimator, options + rules + layout + sums);
 }
 
 std::vector<double> top_load(const EnsembleSpec& spec) {

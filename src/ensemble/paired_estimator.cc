@@ -24,6 +24,7 @@ std::vector<QuantityShape> PairedEstimator::quantities(const EnsembleSpec& spec)
   std::vector<QuantityShape> all = LayerNumbers::quantities();
   all.push_back({"redrawn", 1});
   all.push_back({"redrawn_below_overload", 1});
+  all.push_back({"response_thrust", 1});
   if (spec.record_profiles) all.push_back({"response", spec.lattice.columns});
   return all;
 }
@@ -39,6 +40,7 @@ PairedEstimator::PairedEstimator(const EnsembleSpec& spec, Samplers samplers, Bl
       numbers_(sums, block),
       redrawn_(sums, "redrawn", block),
       redrawn_below_(sums, "redrawn_below_overload", block),
+      response_thrust_(sums, "response_thrust", block),
       profiles_(spec.record_profiles),
       response_(profiles_ ? BlockSlice(sums, "response", block) : BlockSlice()) {
   overloaded_[static_cast<std::size_t>(before_.lattice.middle())] += overload_;
@@ -55,6 +57,7 @@ std::optional<SamplingFailure> PairedEstimator::measure(std::uint64_t sample) {
   assert_identities(after_);
   numbers_.add(before_);
   add_redrawn();
+  add_response_thrust();
   if (profiles_) add_response();
   return std::nullopt;
 }
@@ -74,6 +77,18 @@ void PairedEstimator::add_redrawn() {
     }
     redrawn_.add(l, static_cast<double>(everywhere) / lattice.columns());
     redrawn_below_.add(l, static_cast<double>(below) / beads_below);
+  }
+}
+
+void PairedEstimator::add_response_thrust() {
+  const auto columns = static_cast<std::size_t>(after_.lattice.columns());
+  for (std::size_t l = 0; l < layers_.size(); ++l) {
+    const std::size_t row = after_.lattice.index(layers_[l], 0);
+    double difference = 0;
+    for (std::size_t i = row; i < row + columns; ++i) {
+      difference += (after_.H_R[i] - after_.H_L[i]) - (before_.H_R[i] - before_.H_L[i]);
+    }
+    response_thrust_.add(l, sqrt3 * difference / overload_);
   }
 }
 

@@ -9,6 +9,9 @@ namespace granuscope {
 ///   "response"                 (w with the overload - w without)/overload, of each bead;
 ///   "redrawn"                  share of the layer's beads that had to draw another number;
 ///   "redrawn_below_overload"   the same among the beads with |x| <= z;
+///   "response_thrust"          sqrt(3) sum(H_R - H_L) with the overload, minus the same without, over the overload:
+///                              the thrust ratio of the response itself. Its second moment grows with it, and in piles
+///                              of one law it is the thrust ratio of the piles (see analysis/kept_numbers.h);
 /// the numbers per layer are those of the uniformly loaded pile.
 class PairedEstimator final : public Estimator {
  public:
@@ -19,6 +22,7 @@ class PairedEstimator final : public Estimator {
  private:
   std::optional<SamplingFailure> draw(std::uint64_t sample);
   void add_redrawn();
+  void add_response_thrust();
   void add_response();
 
   double overload_;
@@ -28,7 +32,7 @@ class PairedEstimator final : public Estimator {
   std::vector<unsigned char> redrawn_beads_;
   const std::vector<int>& layers_;
   LayerNumbers numbers_;
-  BlockSlice redrawn_, redrawn_below_;
+  BlockSlice redrawn_, redrawn_below_, response_thrust_;
   bool profiles_;
   BlockSlice response_;
 };

@@ -35,28 +35,31 @@ TEST_CASE("paired: block sums are those of separately drawn pairs") {
   std::vector<unsigned char> redrawn;
   const std::size_t block = 3, layer = 22;
   std::vector<double> response(24);
-  double share = 0, below = 0, thrust = 0;
+  double share = 0, below = 0, thrust = 0, response_thrust = 0;
   for (std::uint64_t sample = 24; sample < 32; ++sample) {
     REQUIRE_FALSE(sampler->draw(sample, load, before).has_value());
     REQUIRE_FALSE(sampler->draw_again(sample, overloaded, before, after).has_value());
     find_redrawn(before, after, redrawn);
-    double H = 0;
+    double H = 0, H_after = 0;
     int redrawn_here = 0;
     for (std::size_t i = 0; i < 24; ++i) {
       const std::size_t at = layer * 24 + i;
       response[i] += (after.V_R[at] + after.V_L[at] - before.V_R[at] - before.V_L[at]) / 0.5;
       redrawn_here += redrawn[at];
       H += before.H_R[at] - before.H_L[at];
+      H_after += after.H_R[at] - after.H_L[at];
     }
     share += redrawn_here / 24.0;
     below += redrawn_here / 24.0;  // z = 19.6: the whole ring of 24 lies within |x| <= z
     thrust += sqrt3 * H / 24;
+    response_thrust += sqrt3 * (H_after - H) / 0.5;
   }
   const std::size_t row = block * 30 + layer;
   CHECK(record.sums.count[block] == 8);
   CHECK(record.sums.quantities.at("redrawn").sum[row] == Approx(share).epsilon(1e-13));
   CHECK(record.sums.quantities.at("redrawn_below_overload").sum[row] == Approx(below).epsilon(1e-13));
   CHECK(record.sums.quantities.at("thrust").sum[row] == Approx(thrust).epsilon(1e-13));
+  CHECK(record.sums.quantities.at("response_thrust").sum[row] == Approx(response_thrust).epsilon(1e-11));
   CHECK(share > 0);
   double sum = 0;
   for (std::size_t i = 0; i < 24; ++i) {
