@@ -41,13 +41,13 @@ Estimate unknown_because(const std::string& reason) {
   return unknown;
 }
 
-/// f(one, reference), or why it is unknown.
+/// f(one, of_linear), or why it is unknown.
 template <typename F>
-Estimate compare(const Estimate& one, const Replicated& replicates, const Estimate& reference,
-                 const Replicated& reference_replicates, F f) {
+Estimate compare(const Estimate& one, const Replicated& replicates, const Estimate& of_linear,
+                 const Replicated& linear_replicates, F f) {
   if (!one.known()) return unknown_because(one.reason);
-  if (!reference.known()) return unknown_because("the linear response is unknown here: " + reference.reason);
-  return estimate(transform(f, replicates, reference_replicates));
+  if (!of_linear.known()) return unknown_because("the linear response is unknown here: " + of_linear.reason);
+  return estimate(transform(f, replicates, linear_replicates));
 }
 
 }  // namespace
@@ -81,46 +81,67 @@ NonlinearityMeasurer::Measured NonlinearityMeasurer::measure(const MeasuredEnsem
   response.c = transport.transport.c;
   response.D = transport.transport.D;
   response.first_layer = transport.transport.window_layers[0];
-  measured.c = transport.c;
-  measured.D = transport.D;
+  measured.depths = transport.transport.depths_in_window;
+  measured.slopes = {{response.c, transport.c}, {response.D, transport.D}};
   return measured;
+}
+
+FitSpec NonlinearityMeasurer::starting_at(int first_layer) const {
+  FitSpec fit = fit_;
+  fit.first_layer = first_layer;
+  return fit;
+}
+
+/// Where the runs of all loads overlap that can be fitted at enough of the depths of the linear response.
+int NonlinearityMeasurer::first_common_layer(const std::vector<Measured>& measured) const {
+  int enough = 0;
+  for (const Measured& one : measured) {
+    if (one.response.reference) enough = static_cast<int>(std::ceil(common_share * one.depths));
+  }
+  int first = fit_.first_layer;
+  for (const Measured& one : measured) {
+    if (one.response.c.known() && one.depths >= enough) first = std::max(first, one.response.first_layer);
+  }
+  return first;
 }
 
 void NonlinearityMeasurer::close_friction() {
   std::vector<Measured> measured;
   for (const MeasuredEnsemble& ensemble : open_) measured.push_back(measure(ensemble, fit_));
-  // The slopes of all loads over the same layers: those where all of them can be fitted.
-  FitSpec common = fit_;
-  for (const Measured& one : measured) {
-    if (one.response.c.known()) common.first_layer = std::max(common.first_layer, one.response.first_layer);
-  }
+  const int common = first_common_layer(measured);
   const Replicated* uniform = nullptr;
   std::vector<Replicated> speeds;
+  const MeasuredEnsemble* linear_ensemble = nullptr;
   for (std::size_t k = 0; k < open_.size(); ++k) {
     LoadResponse& response = measured[k].response;
-    if (response.c.known() && response.first_layer != common.first_layer) measured[k] = measure(open_[k], common);
-    response.first_layer = common.first_layer;
+    response.own_window = response.c.known() && response.first_layer > common;
+    if (response.c.known() && response.first_layer < common) measured[k] = measure(open_[k], starting_at(common));
+    if (!measured[k].response.own_window) measured[k].response.first_layer = common;
+    if (measured[k].response.reference) linear_ensemble = &open_[k];
     const BlockSums& sums = open_[k].record.sums;
     if (has_empty_block(sums)) {
       speeds.push_back({std::nan(""), std::vector<double>(sums.count.size(), std::nan(""))});
     } else {
-      speeds.push_back(thrust_speed(sums, common.first_layer));
+      speeds.push_back(thrust_speed(sums, common));
     }
-    response.c_thrust = estimate(speeds.back(), "a block of the ensemble holds no completed pile");
+    measured[k].response.c_thrust = estimate(speeds.back(), "a block of the ensemble holds no completed pile");
   }
-  const Measured* reference = nullptr;
+  Slopes linear;
+  linear.c.estimate.reason = linear.D.estimate.reason = "no such ensemble was drawn";
   for (std::size_t k = 0; k < open_.size(); ++k) {
-    if (measured[k].response.reference) reference = &measured[k];
+    if (measured[k].response.reference) linear = measured[k].slopes;
     if (is_uniform(open_[k]) && measured[k].response.c_thrust.known()) uniform = &speeds[k];
   }
-  const Measured none;
-  const Measured& linear = reference == nullptr ? none : *reference;
   for (std::size_t k = 0; k < open_.size(); ++k) {
-    LoadResponse& response = measured[k].response;
-    response.c_shift = compare(response.c, measured[k].c, linear.response.c, linear.c,
-                               [](double c, double of_linear) { return c - of_linear; });
-    response.D_shift = compare(response.D, measured[k].D, linear.response.D, linear.D,
-                               [](double D, double of_linear) { return D / of_linear - 1; });
+    Measured& one = measured[k];
+    LoadResponse& response = one.response;
+    one.linear = response.own_window && linear_ensemble != nullptr
+                     ? measure(*linear_ensemble, starting_at(response.first_layer)).slopes
+                     : linear;
+    response.c_shift = compare(one.slopes.c.estimate, one.slopes.c.replicates, one.linear.c.estimate,
+                               one.linear.c.replicates, [](double c, double of_linear) { return c - of_linear; });
+    response.D_shift = compare(one.slopes.D.estimate, one.slopes.D.replicates, one.linear.D.estimate,
+                               one.linear.D.replicates, [](double D, double of_linear) { return D / of_linear - 1; });
     response.c_thrust_shift = uniform == nullptr || !response.c_thrust.known()
                                   ? unknown_because("no thrust ratio is known to compare with")
                                   : estimate(difference(speeds[k], *uniform));
@@ -133,45 +154,46 @@ void NonlinearityMeasurer::close_friction() {
 struct NonlinearityMeasurer::LawPair {
   ReplicatedPowerLaw beta, gamma;
 
-  LawPair(const std::vector<const Measured*>& points, std::array<double, 2> window) {
+  LawPair(const std::vector<double>& mu, const std::vector<const Slopes*>& points, std::array<double, 2> window) {
     std::vector<Replicated> log_mu, log_D, log_slowing;
-    for (const Measured* one : points) {
-      log_mu.push_back(transform([&](double) { return std::log(one->response.mu); }, one->D));
-      log_D.push_back(transform(logarithm, one->D));
-      log_slowing.push_back(transform(log_of_slowing, one->c));
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      log_mu.push_back(transform([&](double) { return std::log(mu[i]); }, points[i]->D.replicates));
+      log_D.push_back(transform(logarithm, points[i]->D.replicates));
+      log_slowing.push_back(transform(log_of_slowing, points[i]->c.replicates));
     }
     beta = fit_replicated_power_law(log_mu, log_D, window);
     gamma = fit_replicated_power_law(log_mu, log_slowing, window);
   }
 };
 
-bool NonlinearityMeasurer::has_logarithms(const Measured& one) {
-  return one.response.c.known() && one.response.D.known() && estimate(transform(logarithm, one.D)).known() &&
-         estimate(transform(log_of_slowing, one.c)).known();
+bool NonlinearityMeasurer::has_logarithms(const Slopes& slopes) {
+  return slopes.c.estimate.known() && slopes.D.estimate.known() &&
+         estimate(transform(logarithm, slopes.D.replicates)).known() &&
+         estimate(transform(log_of_slowing, slopes.c.replicates)).known();
 }
 
 /// The exponents of the load number `k` of every friction coefficient, and how they differ from those of the linear
-/// response over the same friction coefficients: exponents over different ones could not be compared.
+/// response over the same friction coefficients and layers: others could not be compared.
 LoadExponents NonlinearityMeasurer::measure_exponents(std::size_t k) const {
   const std::array<double, 2> window = fit_.scaling_window;
-  std::vector<const Measured*> points, linear_points;
+  std::vector<double> at_mu;
+  std::vector<const Slopes*> points, linear_points;
   for (const std::vector<Measured>& loads : measured_) {
-    const double mu = loads.front().response.mu;
-    if (mu < window[0] - window_slack || mu > window[1] + window_slack || !has_logarithms(loads[k])) continue;
-    const auto linear =
-        std::find_if(loads.begin(), loads.end(), [](const Measured& one) { return one.response.reference; });
-    if (linear == loads.end() || !has_logarithms(*linear)) continue;
-    points.push_back(&loads[k]);
-    linear_points.push_back(&*linear);
+    const Measured& one = loads[k];
+    const double mu = one.response.mu;
+    if (mu < window[0] - window_slack || mu > window[1] + window_slack) continue;
+    if (!has_logarithms(one.slopes) || !has_logarithms(one.linear)) continue;
+    at_mu.push_back(mu);
+    points.push_back(&one.slopes);
+    linear_points.push_back(&one.linear);
   }
-  const LawPair laws(points, window), linear(linear_points, window);
+  const LawPair laws(at_mu, points, window), linear(at_mu, linear_points, window);
   const LoadResponse& load = measured_.front()[k].response;
   LoadExponents exponents;
   exponents.estimator = load.estimator;
   exponents.load = load.load;
   exponents.reference = load.reference;
-  exponents.window = {points.empty() ? window[0] : points.front()->response.mu,
-                      points.empty() ? window[1] : points.back()->response.mu};
+  exponents.window = {at_mu.empty() ? window[0] : at_mu.front(), at_mu.empty() ? window[1] : at_mu.back()};
   exponents.points = static_cast<int>(points.size());
   exponents.beta = laws.beta.fit.exponent;
   exponents.gamma = laws.gamma.fit.exponent;

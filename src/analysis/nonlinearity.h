@@ -12,8 +12,16 @@ namespace granuscope {
 /// What stands for the estimator of piles under the uniform load, which have a thrust ratio but no response.
 inline constexpr const char* uniform_load = "uniform";
 
+/// A load takes part in the common window if it can be fitted at this share of the depths of the linear response.
+inline constexpr double common_share = 0.75;
+
 /// Compares the responses to several loads. Ensembles come friction coefficient by friction coefficient, ascending,
 /// each time the same loads; those of one friction coefficient are kept until the next one begins.
+///
+/// Which layers: the linear response has a window of its own, the deepest unbroken run of identifiable depths. A load
+/// whose run holds at least `common_share` of its depths takes part in the common window, where the runs of all these
+/// loads overlap, and over which all of them are fitted. A load that can be fitted at fewer depths would cut the window
+/// of all others short; it is fitted, and compared with the linear response, over its own part of the common window.
 ///
 /// Every shift is taken with its own error: the ensembles share random numbers, so that block b is left out of all of
 /// them at once. Their blocks must hold whole rounds of groups, interleaved (ensemble_spec.h): then block b of one
@@ -28,17 +36,28 @@ class NonlinearityMeasurer {
   Nonlinearity finish();
 
  private:
-  /// One response with the replicates that the exponents need.
+  struct Slope {
+    Estimate estimate;
+    Replicated replicates;  ///< empty if unknown
+  };
+  struct Slopes {
+    Slope c, D;
+  };
+  /// One response with what its shifts and the exponents need.
   struct Measured {
     LoadResponse response;
-    Replicated c, D;  ///< empty if unknown
+    int depths = 0;  ///< in its window
+    Slopes slopes;
+    Slopes linear;  ///< of the linear response over the same layers
   };
 
   struct LawPair;
 
   void close_friction();
+  FitSpec starting_at(int first_layer) const;
+  int first_common_layer(const std::vector<Measured>& measured) const;
   Measured measure(const MeasuredEnsemble& ensemble, const FitSpec& fit) const;
-  static bool has_logarithms(const Measured& one);
+  static bool has_logarithms(const Slopes& slopes);
   LoadExponents measure_exponents(std::size_t k) const;
 
   FitSpec fit_;

@@ -124,10 +124,11 @@ struct LoadResponse {
   int columns = 0, layers = 0;
   std::uint64_t samples = 0;            ///< piles that entered
   std::uint64_t failed = 0;             ///< piles that could not be completed
-  int first_layer = 0, last_layer = 0;  ///< of the window of the slopes, the same for all loads at one mu
+  int first_layer = 0, last_layer = 0;  ///< of the window of the slopes
+  bool own_window = false;  ///< shorter than the one common to the other loads at this mu, see nonlinearity.h
   Estimate c, D, c_thrust;
-  Estimate c_shift;         ///< c minus that of the linear response
-  Estimate D_shift;         ///< D over that of the linear response, minus 1
+  Estimate c_shift;         ///< c minus that of the linear response, over the same layers
+  Estimate D_shift;         ///< D over that of the linear response, minus 1; likewise
   Estimate c_thrust_shift;  ///< c_thrust minus that of uniformly loaded piles
 };
 

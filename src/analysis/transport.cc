@@ -240,8 +240,15 @@ void fit_slopes(const std::vector<MeasuredDepth>& depths, const FitSpec& spec, M
   if (used.size() < min_depths) {
     const std::string how_many = used.empty() ? "no depth" : used.size() == 1 ? "one depth" : "two depths";
     static_assert(min_depths == 3);
-    const std::string reason = fmt::format("{} of the window (layers {} to {}) can be fitted, a slope needs {}",
-                                           how_many, spec.first_layer, spec.last_layer, min_depths);
+    const auto deepest_refused = std::find_if(depths.rbegin(), depths.rend(), [&](const MeasuredDepth& depth) {
+      return in_window(spec, depth.fit.layer) && !depth.fit.identifiable;
+    });
+    const std::string why =
+        deepest_refused == depths.rend()
+            ? ""
+            : fmt::format("; at layer {}: {}", deepest_refused->fit.layer, deepest_refused->fit.reason);
+    const std::string reason = fmt::format("{} of the window (layers {} to {}) can be fitted, a slope needs {}{}",
+                                           how_many, spec.first_layer, spec.last_layer, min_depths, why);
     set_unknown(t, reason);
     t.window_layers = {spec.first_layer, spec.last_layer};
     return;

@@ -31,7 +31,7 @@ Json shift_cells(const Json& summary, const std::string& pointer, const char* va
 }  // namespace
 
 Json loads_view(const Json& summary) {
-  Json view, rows = Json::array(), exponents = Json::array(), notes = Json::array();
+  Json view, rows = Json::array(), exponents = Json::array(), notes = Json::array(), own = Json::array();
   const Json& measured = summary.at("side").at("nonlinearity");
   Json sentence = Json::object(), exponent_sentence = Json::object();
   for (std::size_t i = 0; i < measured.at("responses").size(); ++i) {
@@ -45,6 +45,12 @@ Json loads_view(const Json& summary) {
     row["samples"] = number_cell(summary, pointer + "/samples");
     for (const char* name : {"c", "D", "c_minus_linear", "D_over_linear_minus_1", "c_thrust_minus_uniform"}) {
       row[name] = plain_cell(summary, fmt::format("{}/{}", pointer, name));
+    }
+    if (one.at("own_window") == true) {
+      own.push_back({{"load", row["load"]},
+                     {"mu", row["mu"]},
+                     {"first", number_cell(summary, pointer + "/window_layers/0")},
+                     {"last", number_cell(summary, pointer + "/window_layers/1")}});
     }
     if (one.at("D").contains("reason")) {
       const std::string load = row["load"]["text"].get<std::string>();
@@ -88,6 +94,7 @@ Json loads_view(const Json& summary) {
   view["load_exponents"] = exponents;
   finish_notes(notes);
   view["load_notes"] = notes;
+  view["own_windows"] = own;
   view["paper_load"] = sentence.empty() ? Json::array() : Json::array({sentence});
   view["paper_load_exponents"] = exponent_sentence.empty() ? Json::array() : Json::array({exponent_sentence});
   return view;

@@ -176,6 +176,7 @@ Json to_json(const LoadResponse& one) {
           {"samples", one.samples},
           {"failed", one.failed},
           {"window_layers", {one.first_layer, one.last_layer}},
+          {"own_window", one.own_window},
           {"c", granuscope::to_json(one.c)},
           {"D", granuscope::to_json(one.D)},
           {"c_thrust", granuscope::to_json(one.c_thrust)},

@@ -91,28 +91,50 @@ TEST_CASE("c, D and the exponents of a load are compared with those of the linea
   CHECK(point.beta_shift.value > 3 * point.beta_shift.standard_error);  // less of D is lost at large mu
 }
 
-TEST_CASE("all loads at one friction coefficient are fitted over the same layers, and exponents over the same mu") {
+TEST_CASE("loads that can be fitted nearly as far up share a window, one that cannot keeps a shorter one of its own") {
   NonlinearityMeasurer measurer(window(), 0.25, 1);
   for (const double mu : {0.1, 0.2, 0.25, 0.3}) {
+    const double D = 0.9 * mu * mu;
+    const auto reaches_half_a_bead_at = [&](int layer) { return 0.25 - D * Lattice::depth(layer); };
     measurer.add(ensemble(mu, "multiplexed", 0.25, 0, 0, 0.4, 5));
-    // W^2 of one load reaches the least identifiable 0.25 only in the middle of the window, at mu = 0.1 nowhere.
-    const double D = 0.9 * mu * mu, drop = mu == 0.1 ? 1 - 1e-6 : 0;
-    measurer.add(ensemble(mu, "point", 2, drop, 0, mu == 0.1 ? 0.02 : 0.25 - D * Lattice::depth(82), 6));
+    // W^2 reaches the least identifiable 0.25 a little below the top of the window, or in the middle of it; at mu = 0.1
+    // nowhere.
+    measurer.add(ensemble(mu, "point", 1, 0, 0, mu == 0.1 ? 0.4 : reaches_half_a_bead_at(68), 6));
+    measurer.add(ensemble(mu, "point", 4, mu == 0.1 ? 1 - 1e-6 : 0.1, 0.002 * mu * mu,
+                          mu == 0.1 ? 0.02 : reaches_half_a_bead_at(90), 7));
   }
   const Nonlinearity measured = measurer.finish();
-  REQUIRE(measured.responses.size() == 8);
-  CHECK_FALSE(measured.responses[1].D.known());
-  CHECK_FALSE(measured.responses[1].D_shift.known());
-  CHECK_FALSE(measured.responses[1].D_shift.reason.empty());
-  CHECK(measured.responses[0].first_layer == 60);
-  CHECK(measured.responses[2].first_layer > 70);
-  CHECK(measured.responses[2].first_layer < 95);
-  CHECK(measured.responses[2].first_layer == measured.responses[3].first_layer);
-  REQUIRE(measured.exponents.size() == 2);
+  REQUIRE(measured.responses.size() == 12);
+  const auto at = [&](std::size_t mu, std::size_t load) -> const LoadResponse& {
+    return measured.responses[3 * mu + load];
+  };
+  CHECK_FALSE(at(0, 2).D.known());
+  CHECK_FALSE(at(0, 2).D_shift.known());
+  CHECK_FALSE(at(0, 2).D_shift.reason.empty());
+  CHECK_FALSE(at(0, 2).own_window);
+  CHECK(at(0, 0).first_layer == 60);
+  for (std::size_t mu = 1; mu < 4; ++mu) {
+    INFO("mu " << at(mu, 0).mu);
+    CHECK(at(mu, 0).first_layer > 60);
+    CHECK(at(mu, 0).first_layer < 80);
+    CHECK(at(mu, 1).first_layer == at(mu, 0).first_layer);
+    CHECK_FALSE(at(mu, 0).own_window);
+    CHECK_FALSE(at(mu, 1).own_window);
+    const LoadResponse& large = at(mu, 2);
+    CHECK(large.own_window);
+    CHECK(large.first_layer > 80);
+    CHECK(large.D_shift.known());
+    CHECK(std::abs(large.D_shift.value + 0.1) < 5 * large.D_shift.standard_error);
+    CHECK(std::abs(large.c_shift.value - 0.002 * large.mu * large.mu) < 5 * large.c_shift.standard_error);
+    // Held against the linear response over the same layers, not over those of the others.
+    CHECK(large.D_shift.value != large.D.value / at(mu, 0).D.value - 1);
+  }
+  REQUIRE(measured.exponents.size() == 3);
   CHECK(measured.exponents[0].points == 4);
-  CHECK(measured.exponents[1].points == 3);
-  CHECK(measured.exponents[1].window == std::array{0.2, 0.3});
-  CHECK(measured.exponents[1].beta_shift.known());
+  CHECK(measured.exponents[1].points == 4);
+  CHECK(measured.exponents[2].points == 3);
+  CHECK(measured.exponents[2].window == std::array{0.2, 0.3});
+  CHECK(measured.exponents[2].beta_shift.known());
 }
 
 TEST_CASE("without a linear response, or without piles, nothing is compared, and the reasons are told") {
