@@ -13,6 +13,9 @@ constexpr double largest_exponent = 45;
 /// Without a width the aliases fall off only as 1/q; the fits never get there, and this bounds the work.
 constexpr int most_aliases = 64;
 
+/// In rings of the lattice: beyond it the first mode, exp(-2 (pi W/columns)^2), is nothing beside 1.
+constexpr double widest_on_a_ring = 2;
+
 /// Cosine and sine of an angle. (std::complex multiplies with a detour for infinities that costs more than the rest.)
 struct Phase {
   double cosine, sine;
@@ -31,6 +34,7 @@ std::vector<double> evaluate(const DoubleGaussian& shape, std::span<const double
     return a > 0 ? (std::erfc(a * scale) - std::erfc(b * scale)) / 2
                  : (std::erfc(-b * scale) - std::erfc(-a * scale)) / 2;
   };
+  if (std::abs(shape.width) > widest_on_a_ring * columns) return std::vector<double>(x.size(), 1.0 / columns);
   const int images = 1 + static_cast<int>(std::ceil(10 * std::abs(shape.width) / columns));
   std::vector<double> values;
   values.reserve(x.size());
@@ -86,7 +90,9 @@ void fourier_modes(const DoubleGaussian& shape, int columns, bool half_shifted, 
   // Aliases k + 2 pi l with |k + 2 pi l| beyond q_max carry nothing.
   const double half_variance = shape.width * shape.width / 2;
   const double q_max = half_variance > 0 ? std::sqrt(largest_exponent / half_variance) : two_pi * most_aliases;
-  const int aliases = std::min(most_aliases, static_cast<int>(std::floor((q_max + std::numbers::pi) / two_pi)));
+  // Bounded before it becomes an integer: a fit may try a width next to 0.
+  const auto aliases =
+      static_cast<int>(std::min<double>(most_aliases, std::floor((q_max + std::numbers::pi) / two_pi)));
   std::vector<Phase> turn;  // 2 pi l x_p for l = -aliases .. aliases
   for (int l = -aliases; l <= aliases; ++l) turn.push_back(phase_of(two_pi * l * shape.peak));
   const Phase step = phase_of(two_pi / columns * shape.peak), half_step = phase_of(std::numbers::pi / columns);

@@ -75,6 +75,7 @@ NonlinearityMeasurer::Measured NonlinearityMeasurer::measure(const MeasuredEnsem
   response.last_layer = fit.last_layer;
   if (is_uniform(ensemble)) {
     response.c.reason = response.D.reason = "a uniform load has no response";
+    measured.slopes = {{response.c, {}}, {response.D, {}}};
     return measured;
   }
   const MeasuredTransport transport = measure_transport(ensemble, fit, {}, threads_);

@@ -8,6 +8,11 @@ namespace granuscope {
 
 std::uint64_t next_size(std::uint64_t rounds) { return rounds + (rounds + 1) / 2; }
 
+std::uint64_t expected_size(std::uint64_t rounds, double rounds_needed, std::uint64_t most_rounds) {
+  while (static_cast<double>(rounds) < rounds_needed && next_size(rounds) <= most_rounds) rounds = next_size(rounds);
+  return rounds;
+}
+
 PrecisionLook look_at_precision(const PrecisionSpec& asked, const Transport& measured, std::uint64_t samples) {
   PrecisionLook look;
   double ratio = 0;

@@ -18,6 +18,10 @@ struct PrecisionSpec {
 /// not on what was measured: two runs look at the same places.
 std::uint64_t next_size(std::uint64_t rounds);
 
+/// The first size, grown step by step from `rounds`, that is at least `rounds_needed`: where an ensemble is expected to
+/// stop, since it is looked at after whole steps only. No larger than most_rounds allows.
+std::uint64_t expected_size(std::uint64_t rounds, double rounds_needed, std::uint64_t most_rounds);
+
 /// What one look at an ensemble of `samples` piles says.
 struct PrecisionLook {
   bool reached = false;

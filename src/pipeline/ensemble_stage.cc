@@ -214,6 +214,12 @@ bool grow(PlannedEnsemble& planned, const PrecisionSpec& asked, EnsembleRecord r
   return true;
 }
 
+std::uint64_t expected_samples(const PlannedEnsemble& planned, const PrecisionSpec& asked, double samples_needed) {
+  const std::uint64_t round = round_of(planned.spec);
+  return round * expected_size(planned.spec.samples / round, samples_needed / static_cast<double>(round),
+                               asked.most_samples / round);
+}
+
 std::vector<PlannedEnsemble> plan_ensembles(const Experiment& experiment, const std::filesystem::path& run_folder) {
   std::vector<PlannedEnsemble> planned;
   for (double mu : experiment.mu) {

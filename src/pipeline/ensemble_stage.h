@@ -30,6 +30,9 @@ std::filesystem::path part_file(const PlannedEnsemble& planned);
 /// Finds out whether the run's folder holds exactly this ensemble already, or something that it will replace.
 void look_for(PlannedEnsemble& planned, const std::filesystem::path& run_folder);
 
+/// The size, one of the steps from that of `planned` on, at which samples_needed are there, or the last one allowed.
+std::uint64_t expected_samples(const PlannedEnsemble& planned, const PrecisionSpec& asked, double samples_needed);
+
 /// One ensemble for each friction coefficient of the experiment. Without friction every pile is the same, so that one
 /// group of samples for each block is enough. Only the layers that the fits and figures need are recorded. Where a
 /// precision is asked for, an ensemble begins with response.samples, or with what the folder holds of it already.

@@ -193,12 +193,12 @@ class Run {
             significant(look.samples_needed, 2), asked.most_samples);
         break;
       }
-      const double beads_to_come = (look.samples_needed - static_cast<double>(samples)) *
-                                   static_cast<double>(Lattice(planned.spec.lattice).beads());
+      const std::uint64_t stop = expected_samples(planned, asked, look.samples_needed);
       say(options_.progress,
-          fmt::format("{}: c ± {}, D ± {} after {} piles; about {} piles in all are needed{}", planned.label,
-                      significant(measured.c.standard_error, 2), significant(measured.D.standard_error, 2), samples,
-                      significant(look.samples_needed, 2), time_for(beads_to_come)));
+          fmt::format("{}: c ± {}, D ± {} after {} piles; about {} in all are needed, {} with whole steps{}",
+                      planned.label, significant(measured.c.standard_error, 2),
+                      significant(measured.D.standard_error, 2), samples, significant(look.samples_needed, 2), stop,
+                      time_for(planned.spec.lattice, stop - samples)));
       const bool reused = planned.reusable;
       ensemble = obtain(planned);
       --obtained_;  // it is still the same one
@@ -208,7 +208,8 @@ class Run {
   }
 
   /// ", 54 s more" at the rate at which beads were drawn in this run, once there is one.
-  std::string time_for(double beads) const {
+  std::string time_for(const LatticeSpec& lattice, std::uint64_t piles) const {
+    const double beads = static_cast<double>(piles) * static_cast<double>(Lattice(lattice).beads());
     if (drawn_in_seconds_ <= 0 || drawn_in_this_run_ <= 0) return "";
     return fmt::format(", {} more", describe_duration(beads * drawn_in_seconds_ / drawn_in_this_run_));
   }

@@ -93,3 +93,20 @@ TEST_CASE("the modes by rotation equal those one by one") {
     }
   }
 }
+
+TEST_CASE("shapes that a fit may try and no response has: next to no width, none, and wider than any ring") {
+  std::vector<ModeValue> modes(59);
+  for (const double W : {0.0, 1e-9, 1e-160, 1e-300}) {
+    INFO("W " << W);
+    fourier_modes({0.5, W}, 120, false, modes);
+    for (std::size_t m = 0; m < modes.size(); ++m) {
+      // All of the load within two beads that share it evenly: cos(k 0) + cos(k 1), each half a half from both sides.
+      const double k = 2 * std::numbers::pi * static_cast<double>(m + 1) / 120;
+      CHECK(modes[m].value == Approx(fourier_mode({0.5, W}, static_cast<int>(m) + 1, 120, false).value).margin(1e-12));
+      CHECK(modes[m].value == Approx((1 + std::cos(k)) / 2).margin(0.01));
+    }
+  }
+  for (const double W : {250.0, 1e9, 1e300}) {
+    for (const double value : evaluate({3, W}, bead_positions(120, 0), 120)) CHECK(value == Approx(1 / 120.0));
+  }
+}

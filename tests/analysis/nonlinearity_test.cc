@@ -77,6 +77,7 @@ TEST_CASE("c, D and the exponents of a load are compared with those of the linea
     CHECK(point.samples == 1024);
     CHECK(uniform.estimator == uniform_load);
     CHECK_FALSE(uniform.D.known());
+    CHECK_THAT(uniform.D_shift.reason, Catch::Contains("no response"));
     CHECK(uniform.c_thrust.value == Approx(tan30 * std::sqrt(0.93)).epsilon(1e-4));
     CHECK(std::abs(point.c_thrust_shift.value) < 5 * point.c_thrust_shift.standard_error);
   }

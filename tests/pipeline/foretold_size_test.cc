@@ -1,0 +1,64 @@
+// What a run of the program itself says on standard error while an ensemble grows.
+#include <array>
+#include <catch2/catch.hpp>
+#include <regex>
+#include <string>
+#include <vector>
+
+#include "pipeline/pipeline.h"
+#include "small_experiment.h"
+#include "support/atomic_file.h"
+#include "support/child_process.h"
+#include "support/temporary_folder.h"
+
+using namespace granuscope;
+using test::TemporaryFolder;
+
+TEST_CASE("a growing ensemble says how many piles it takes and how long that is, from its errors so far") {
+  Experiment experiment = small_experiment();
+  experiment.response.estimator = "multiplexed";
+  experiment.mu = {0.3};
+  experiment.precision = {8e-4, 0, 20000};
+  experiment.figures = {};
+  experiment.figures.profile_mu = 0.3;
+  experiment.figures.profile_layers = {31, 49};
+  experiment.fit.scaling_window = {0.2, 0.4};
+  experiment.force_chains.draw = false;
+  const TemporaryFolder folder;
+  write_file(folder / "run.toml", print_experiment(experiment));
+  ProcessSpec process;
+  process.arguments = {std::string(GRANUSCOPE_BINARY_DIR) + "/granuscope",
+                       "run",
+                       (folder / "run.toml").string(),
+                       "--out",
+                       (folder / "out").string(),
+                       "--only",
+                       "analyse",
+                       "--threads",
+                       "1"};
+  const ProcessResult result = run_process(process);
+  CAPTURE(result.standard_error);
+  REQUIRE(result.exit_code == 0);
+  const std::regex line("after ([0-9]+) piles; about ([0-9]+) in all are needed, ([0-9]+) with whole steps, .* more");
+  std::vector<std::array<double, 3>> looks;
+  for (std::sregex_iterator at(result.standard_error.begin(), result.standard_error.end(), line), end; at != end;
+       ++at) {
+    looks.push_back({std::stod((*at)[1]), std::stod((*at)[2]), std::stod((*at)[3])});
+  }
+  REQUIRE(looks.size() >= 2);
+  RunOptions there;
+  there.folder = folder / "out";
+  there.only = {Stage::analyse};
+  there.progress = ProgressStyle::silent;
+  const auto stopped = static_cast<double>(run_experiment(experiment, there).analysis.results.front().samples);
+  CHECK(stopped > looks.back()[0]);
+  for (const auto& [piles, needed, steps] : looks) {
+    INFO("after " << piles << ": " << needed << ", " << steps << "; it stopped after " << stopped);
+    CHECK(needed > piles);
+    CHECK(steps >= needed * 0.99);  // two digits of it are printed
+    CHECK(steps <= needed * 1.65);  // the steps in rounds: 1, 2, 3, 5, 8, ...
+    // An error from 32 blocks, squared, is known to a quarter: five of these.
+    CHECK(needed < 2.3 * stopped);
+    CHECK(needed > stopped / 1.5 / 2.3);
+  }
+}
