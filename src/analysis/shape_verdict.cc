@@ -20,4 +20,20 @@ std::string reason_against_two_gaussians(const ShapeFit& fit) {
       100 * fit.misfit, 100 * largest);
 }
 
+std::string reason_against_identification(const ShapeFit& fit, const PeakEvidence& evidence, const FitSpec& spec) {
+  if (const std::string other_shape = reason_against_two_gaussians(fit); !other_shape.empty()) return other_shape;
+  if (fit.shape.width < spec.min_identifiable_width) {
+    return fmt::format("the fitted width {:.2f} is below {} bead diameters: the width of a bead hides it",
+                       fit.shape.width, spec.min_identifiable_width);
+  }
+  if (fit.shape.peak < fit.shape.width) {
+    return "the two peaks are closer to the middle than their width: position and width cannot be told apart";
+  }
+  if (!(evidence.for_two_peaks > least_evidence_for_two_peaks)) {
+    return fmt::format("the noise leaves open whether there are two peaks or one: chi^2 differs by {:.1f}, {} decide",
+                       evidence.for_two_peaks, least_evidence_for_two_peaks);
+  }
+  return {};
+}
+
 }  // namespace granuscope

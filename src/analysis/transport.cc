@@ -65,19 +65,6 @@ void measure_exactly(const EnsembleRecord& record, std::size_t row, double overl
   depth.fit.identifiable = true;
 }
 
-/// Why x_p and W of a fit mean nothing, or nothing if they do.
-std::string reason_against_identification(const ShapeFit& fit, const FitSpec& spec) {
-  if (std::string other_shape = reason_against_two_gaussians(fit); !other_shape.empty()) return other_shape;
-  if (fit.shape.width < spec.min_identifiable_width) {
-    return fmt::format("the fitted width {:.2f} is below {} bead diameters: the width of a bead hides it",
-                       fit.shape.width, spec.min_identifiable_width);
-  }
-  if (fit.shape.peak < fit.shape.width) {
-    return "the two peaks are closer to the middle than their width: position and width cannot be told apart";
-  }
-  return {};
-}
-
 void measure_by_fit(const LayerSpectrum& spectrum, const FitSpec& spec, MeasuredDepth& depth) {
   const auto whole = fit_shape(spectrum, spectrum.whole, coarse_shape(spectrum, depth.fit.z));
   const auto set_unknown = [&](const std::string& reason) {
@@ -91,7 +78,7 @@ void measure_by_fit(const LayerSpectrum& spectrum, const FitSpec& spec, Measured
   depth.fit.chi2_per_dof = whole->chi2 / whole->degrees_of_freedom;
   depth.fit.misfit = whole->misfit;
   depth.fit.misfit_at_least = whole->misfit_at_least;
-  depth.fit.reason = reason_against_identification(*whole, spec);
+  depth.fit.reason = reason_against_identification(*whole, depth.fit.evidence, spec);
   const auto store = [](double value, Replicated& to, bool is_whole) {
     if (is_whole)
       to.value = value;
