@@ -282,6 +282,7 @@ TEST_CASE("the autocorrelation time of a series that forgets by a factor each st
   std::normal_distribution<double> normal;
   for (const double memory : {0.0, 0.5, 0.9, 0.98}) {
     std::vector<double> series;
+    series.reserve(100'000);
     double x = 0;
     for (int k = 0; k < 100'000; ++k) series.push_back(x = memory * x + normal(engine));
     const double expected = (1 + memory) / (1 - memory);
