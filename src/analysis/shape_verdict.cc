@@ -21,7 +21,7 @@ std::string reason_against_two_gaussians(const ShapeFit& fit) {
 }
 
 std::string reason_against_identification(const ShapeFit& fit, const PeakEvidence& evidence, const FitSpec& spec) {
-  if (const std::string other_shape = reason_against_two_gaussians(fit); !other_shape.empty()) return other_shape;
+  if (std::string other_shape = reason_against_two_gaussians(fit); !other_shape.empty()) return other_shape;
   if (fit.shape.width < spec.min_identifiable_width) {
     return fmt::format("the fitted width {:.2f} is below {} bead diameters: the width of a bead hides it",
                        fit.shape.width, spec.min_identifiable_width);

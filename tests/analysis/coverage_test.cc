@@ -123,13 +123,3 @@ TEST_CASE("coverage: small real ensembles of the estimator point", "[long]") {
   spec.samples = 2048;
   check_real(spec);
 }
-
-TEST_CASE("coverage: small real ensembles of the estimator paired, about what pairs measure", "[long]") {
-  // That is not the response of the law (kept_numbers_test.cc). The errors are those of its mean all the same, and at
-  // these depths it is still two peaks.
-  EnsembleSpec spec;
-  spec.estimator = EstimatorName::paired;
-  spec.sampler.mu = 0.2;
-  spec.samples = 256;
-  check_real(spec, short_window(26, 41), {.columns = 80, .layers = 62});
-}
