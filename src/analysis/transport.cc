@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "analysis/deepest_run.h"
 #include "analysis/depth_series.h"
 #include "analysis/effective_samples.h"
 #include "analysis/kept_numbers.h"
@@ -38,6 +39,7 @@ bool in_window(const FitSpec& spec, int layer) { return layer >= spec.first_laye
 /// The response at one layer with its replicates.
 struct MeasuredDepth {
   DepthFit fit;
+  bool other_shape = false;  ///< why it is not identifiable
   Replicated peak, width, width_squared, thrust;
   Replicated height;             ///< empty if not identifiable or exact
   ShapeDiagnostics diagnostics;  ///< likewise, and outside the window
@@ -78,6 +80,7 @@ void measure_by_fit(const LayerSpectrum& spectrum, const FitSpec& spec, Measured
   depth.fit.chi2_per_dof = whole->chi2 / whole->degrees_of_freedom;
   depth.fit.misfit = whole->misfit;
   depth.fit.misfit_at_least = whole->misfit_at_least;
+  depth.other_shape = !reason_against_two_gaussians(*whole).empty();
   depth.fit.reason = reason_against_identification(*whole, depth.fit.evidence, spec);
   const auto store = [](double value, Replicated& to, bool is_whole) {
     if (is_whole)
@@ -185,14 +188,18 @@ Estimate mean_over(const std::vector<const MeasuredDepth*>& used, Replicated Sha
   return estimate(mean_of(all), no_extended_fit);
 }
 
-/// The deepest unbroken run of identifiable depths, in the window and above it.
+/// The deepest run of identifiable depths, in the window and above it.
 std::vector<const MeasuredDepth*> identifiable_run(const std::vector<MeasuredDepth>& depths, const FitSpec& spec) {
-  std::vector<const MeasuredDepth*> run;
-  for (auto depth = depths.rbegin(); depth != depths.rend(); ++depth) {
-    if (!at_step(spec, depth->fit.layer)) continue;
-    if (!depth->fit.identifiable) break;
-    run.insert(run.begin(), &*depth);
+  std::vector<const MeasuredDepth*> at_steps, run;
+  std::vector<DepthUse> uses;
+  for (const MeasuredDepth& depth : depths) {
+    if (!at_step(spec, depth.fit.layer)) continue;
+    at_steps.push_back(&depth);
+    uses.push_back(depth.fit.identifiable ? DepthUse::fitted
+                   : depth.other_shape    ? DepthUse::other_shape
+                                          : DepthUse::unidentified);
   }
+  for (const std::size_t i : deepest_run(uses)) run.push_back(at_steps[i]);
   return run;
 }
 

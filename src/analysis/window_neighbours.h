@@ -7,7 +7,7 @@
 
 namespace granuscope {
 
-/// An unbroken run of fitted depths at the step of the window, shallowest first.
+/// A run of fitted depths at the step of the window (deepest_run.h), shallowest first.
 struct FittedRun {
   std::vector<int> layers;
   DepthSeries peaks, widths;     ///< x_p and W^2
