@@ -78,6 +78,37 @@ BlockModes modes_of_correlations(const BlockSums& sums, std::size_t row, int mod
   return result;
 }
 
+using Row = Eigen::Array<double, 1, Eigen::Dynamic>;
+
+std::vector<double> to_vector(const Row& v) { return {v.data(), v.data() + v.size()}; }
+
+/// Each block's residual about the mean of all but the block `without` (none if it is their number),
+/// sum_b r_b^2/d_b / ((blocks - 1) sum_b d_b): the variance of a weighted mean of numerator/denominator.
+Row scatter_variance(const BlockModes& block, const Row& mean, const Row& denominator, int without) {
+  const auto blocks = static_cast<int>(block.numerator.rows());
+  Row variance = Row::Zero(mean.size());
+  for (int b = 0; b < blocks; ++b) {
+    if (b == without) continue;
+    const Row n = block.numerator.row(b), d = block.denominator.row(b);
+    // Loads that happen to lack a mode, as those of a single pile may, say nothing about it.
+    variance += (d > no_power * denominator).select((n - mean * d).square() / d, Row::Zero(mean.size()));
+  }
+  const int counted = without < blocks ? blocks - 1 : blocks;
+  return variance / ((counted - 1) * denominator);
+}
+
+/// The root of the variance, smoothed over neighbouring modes.
+std::vector<double> smoothed_root(const Row& variance) {
+  const auto modes = static_cast<int>(variance.size());
+  std::vector<double> root;
+  for (int m = 0; m < modes; ++m) {
+    // The window shrinks towards both ends, so that it stays centred where the spectrum is steep (small m).
+    const int half = std::min({smoothing_half_width, m, modes - 1 - m});
+    root.push_back(std::sqrt(variance.segment(m - half, 2 * half + 1).mean()));
+  }
+  return root;
+}
+
 }  // namespace
 
 BlockMeans block_means(const BlockSums& sums, const std::string& quantity, std::size_t row) {
@@ -122,31 +153,20 @@ LayerSpectrum layer_spectrum(const BlockSums& sums, std::size_t row, double over
   LayerSpectrum spectrum;
   spectrum.columns = columns;
   spectrum.half_shifted = sums.layers[row] % 2 == 1;
-  using Row = Eigen::Array<double, 1, Eigen::Dynamic>;
   const Row numerator = block.numerator.colwise().sum(), denominator = block.denominator.colwise().sum();
   const Row mean = numerator / denominator;
-  const auto to_vector = [](const Row& v) { return std::vector<double>(v.data(), v.data() + v.size()); };
   spectrum.whole = to_vector(mean);
-  // Each block's residual about the whole, sum_b r_b^2/d_b / ((blocks - 1) sum_b d_b): the variance of a weighted mean
-  // of numerator/denominator.
-  Row variance = Row::Zero(modes);
-  for (int b = 0; b < blocks; ++b) {
-    const Row n = block.numerator.row(b), d = block.denominator.row(b);
-    spectrum.without_block.push_back(to_vector((numerator - n) / (denominator - d)));
-    // Loads that happen to lack a mode, as those of a single pile may, say nothing about it.
-    variance += (d > no_power * denominator).select((n - mean * d).square() / d, Row::Zero(modes));
-  }
-  variance /= (blocks - 1) * denominator;
-
+  const Row whole_variance = scatter_variance(block, mean, denominator, blocks);
   // A scatter at the level of rounding is no scatter.
   const double rounding = 1e-26;
-  spectrum.exact = variance.maxCoeff() <= rounding * mean.square().maxCoeff();
-  spectrum.noise.assign(static_cast<std::size_t>(modes), 0.0);
-  if (spectrum.exact) return spectrum;
-  for (int m = 0; m < modes; ++m) {
-    // The window shrinks towards both ends, so that it stays centred where the spectrum is steep (small m).
-    const int half = std::min({smoothing_half_width, m, modes - 1 - m});
-    spectrum.noise[static_cast<std::size_t>(m)] = std::sqrt(variance.segment(m - half, 2 * half + 1).mean());
+  spectrum.exact = whole_variance.maxCoeff() <= rounding * mean.square().maxCoeff();
+  spectrum.noise = smoothed_root(whole_variance);
+  if (spectrum.exact) spectrum.noise.assign(static_cast<std::size_t>(modes), 0.0);
+  for (int b = 0; b < blocks; ++b) {
+    const Row d = denominator - Row(block.denominator.row(b));
+    const Row left = (numerator - Row(block.numerator.row(b))) / d;
+    spectrum.without_block.push_back(to_vector(left));
+    if (!spectrum.exact) spectrum.noise_without_block.push_back(smoothed_root(scatter_variance(block, left, d, b)));
   }
   return spectrum;
 }

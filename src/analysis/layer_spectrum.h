@@ -20,6 +20,8 @@ struct LayerSpectrum {
   /// modes. Noise is nearly invariant under translation, so its modes are nearly uncorrelated and this is its
   /// covariance (for a point load an approximation).
   std::vector<double> noise;
+  /// The same without each block, of what is left: weights of fits are part of the chain that errors go through.
+  std::vector<std::vector<double>> noise_without_block;
   bool exact = false;  ///< no scatter at all: noise is 0
 };
 

@@ -9,6 +9,7 @@
 #include <memory>
 #include <new>
 #include <numbers>
+#include <span>
 #include <vector>
 
 #include "model/lattice.h"
@@ -18,7 +19,7 @@ namespace {
 
 struct FitInput {
   const LayerSpectrum& spectrum;
-  std::span<const double> modes;
+  std::span<const double> modes, noise;
   DoubleGaussian shape;  ///< what `model` was computed for
   std::vector<ModeValue> model;
 };
@@ -41,7 +42,7 @@ int residuals(const gsl_vector* parameters, void* data, gsl_vector* out) {
   auto& input = *static_cast<FitInput*>(data);
   const auto& model = modes_of(parameters, input);
   for (std::size_t i = 0; i < model.size(); ++i) {
-    gsl_vector_set(out, i, (model[i].value - input.modes[i]) / input.spectrum.noise[i]);
+    gsl_vector_set(out, i, (model[i].value - input.modes[i]) / input.noise[i]);
   }
   return GSL_SUCCESS;
 }
@@ -50,8 +51,8 @@ int jacobian(const gsl_vector* parameters, void* data, gsl_matrix* out) {
   auto& input = *static_cast<FitInput*>(data);
   const auto& model = modes_of(parameters, input);
   for (std::size_t i = 0; i < model.size(); ++i) {
-    gsl_matrix_set(out, i, 0, model[i].by_peak / input.spectrum.noise[i]);
-    gsl_matrix_set(out, i, 1, model[i].by_width / input.spectrum.noise[i]);
+    gsl_matrix_set(out, i, 0, model[i].by_peak / input.noise[i]);
+    gsl_matrix_set(out, i, 1, model[i].by_width / input.noise[i]);
   }
   return GSL_SUCCESS;
 }
@@ -61,12 +62,12 @@ constexpr double narrowest_start = 0.35;  ///< bead diameters; below it no width
 constexpr double step_tolerance = 1e-9;   ///< relative; far below any standard error
 constexpr double misfit_errors = 2;       ///< standard errors that misfit_at_least leaves out
 
-}  // namespace
-
-std::optional<ShapeFit> fit_shape(const LayerSpectrum& spectrum, std::span<const double> modes, DoubleGaussian start) {
+std::optional<ShapeFit> fit(const LayerSpectrum& spectrum, std::span<const double> modes,
+                            std::span<const double> noises, DoubleGaussian start) {
   // GSL's default handler aborts the process; status codes are checked instead.
   [[maybe_unused]] static const auto previous_handler = gsl_set_error_handler_off();
-  FitInput input{spectrum, modes, {std::numeric_limits<double>::quiet_NaN(), 0}, std::vector<ModeValue>(modes.size())};
+  FitInput input{
+      spectrum, modes, noises, {std::numeric_limits<double>::quiet_NaN(), 0}, std::vector<ModeValue>(modes.size())};
   gsl_multifit_nlinear_fdf problem{};
   problem.f = residuals;
   problem.df = jacobian;
@@ -88,28 +89,38 @@ std::optional<ShapeFit> fit_shape(const LayerSpectrum& spectrum, std::span<const
   // Without a further step that lowers chi2 at working precision (GSL_ENOPROG) the minimum is reached.
   if (status != GSL_SUCCESS && status != GSL_ENOPROG) return std::nullopt;
 
-  ShapeFit fit;
-  fit.shape = shape_of(gsl_multifit_nlinear_position(workspace.get()));
-  fit.shape.width = std::abs(fit.shape.width);  // the shape is even in both
-  fit.shape.peak = std::abs(std::remainder(fit.shape.peak, spectrum.columns));
+  ShapeFit result;
+  result.shape = shape_of(gsl_multifit_nlinear_position(workspace.get()));
+  result.shape.width = std::abs(result.shape.width);  // the shape is even in both
+  result.shape.peak = std::abs(std::remainder(result.shape.peak, spectrum.columns));
   const gsl_vector* final_residuals = gsl_multifit_nlinear_residual(workspace.get());
   const std::vector<ModeValue>& model = modes_of(gsl_multifit_nlinear_position(workspace.get()), input);
   double missed = 0, noise_power = 0, response = 0;
   for (std::size_t i = 0; i < modes.size(); ++i) {
-    const double residual = gsl_vector_get(final_residuals, i), noise = spectrum.noise[i];
-    fit.chi2 += residual * residual;
+    const double residual = gsl_vector_get(final_residuals, i), noise = noises[i];
+    result.chi2 += residual * residual;
     missed += (residual * residual - 1) * noise * noise;
     noise_power += std::pow(noise, 4);
     response += model[i].value * model[i].value;
   }
   // A squared Gaussian residual has twice the squared variance of its noise as its variance.
   const double missed_error = std::sqrt(2 * noise_power);
-  fit.misfit = std::sqrt(std::max(0.0, missed) / response);
-  fit.misfit_at_least = std::sqrt(std::max(0.0, missed - misfit_errors * missed_error) / response);
-  fit.degrees_of_freedom = static_cast<int>(modes.size()) - 2;
-  if (!std::isfinite(fit.chi2) || !std::isfinite(fit.shape.peak) || !std::isfinite(fit.shape.width))
+  result.misfit = std::sqrt(std::max(0.0, missed) / response);
+  result.misfit_at_least = std::sqrt(std::max(0.0, missed - misfit_errors * missed_error) / response);
+  result.degrees_of_freedom = static_cast<int>(modes.size()) - 2;
+  if (!std::isfinite(result.chi2) || !std::isfinite(result.shape.peak) || !std::isfinite(result.shape.width))
     return std::nullopt;
-  return fit;
+  return result;
+}
+
+}  // namespace
+
+std::optional<ShapeFit> fit_shape(const LayerSpectrum& spectrum, DoubleGaussian start) {
+  return fit(spectrum, spectrum.whole, spectrum.noise, start);
+}
+
+std::optional<ShapeFit> fit_shape_without(const LayerSpectrum& spectrum, std::size_t block, DoubleGaussian start) {
+  return fit(spectrum, spectrum.without_block[block], spectrum.noise_without_block[block], start);
 }
 
 DoubleGaussian coarse_shape(const LayerSpectrum& spectrum, double z) {

@@ -1,6 +1,5 @@
 #pragma once
 #include <optional>
-#include <span>
 #include <string>
 
 #include "analysis/double_gaussian.h"
@@ -18,10 +17,13 @@ struct ShapeFit {
   double misfit_at_least = 0;  ///< the same, two of its standard errors lower
 };
 
-/// Least squares of the double Gaussian to Fourier modes (shape of spectrum.noise), each weighted with its noise:
+/// Least squares of the double Gaussian to the Fourier modes of the whole ensemble, each weighted with its noise:
 /// Levenberg-Marquardt (GSL) from `start`. On a ring x_p and columns - x_p are the same shape: the smaller one is
 /// given. None if it does not converge.
-std::optional<ShapeFit> fit_shape(const LayerSpectrum& spectrum, std::span<const double> modes, DoubleGaussian start);
+std::optional<ShapeFit> fit_shape(const LayerSpectrum& spectrum, DoubleGaussian start);
+
+/// The same without one of the blocks, by the noise of the others.
+std::optional<ShapeFit> fit_shape_without(const LayerSpectrum& spectrum, std::size_t block, DoubleGaussian start);
 
 /// The best shape on a coarse grid of positions up to 2 tan30 z, or half the ring, and widths: a start that no local
 /// minimum can fool.

@@ -68,7 +68,7 @@ void measure_exactly(const EnsembleRecord& record, std::size_t row, double overl
 }
 
 void measure_by_fit(const LayerSpectrum& spectrum, const FitSpec& spec, MeasuredDepth& depth) {
-  const auto whole = fit_shape(spectrum, spectrum.whole, coarse_shape(spectrum, depth.fit.z));
+  const auto whole = fit_shape(spectrum, coarse_shape(spectrum, depth.fit.z));
   const auto set_unknown = [&](const std::string& reason) {
     const Replicated unknown{nan, std::vector<double>(spectrum.without_block.size(), nan)};
     depth.peak = depth.width = depth.width_squared = unknown;
@@ -94,8 +94,8 @@ void measure_by_fit(const LayerSpectrum& spectrum, const FitSpec& spec, Measured
     store(shape.width * shape.width, depth.width_squared, is_whole);
   };
   store_shape(whole->shape, true);
-  for (const auto& modes : spectrum.without_block) {
-    const auto fit = fit_shape(spectrum, modes, whole->shape);
+  for (std::size_t block = 0; block < spectrum.without_block.size(); ++block) {
+    const auto fit = fit_shape_without(spectrum, block, whole->shape);
     if (!fit) return set_unknown("the fit of the double Gaussian did not converge without one of the blocks");
     store_shape(fit->shape, false);
   }
@@ -292,7 +292,7 @@ std::string refuse_pairs(const MeasuredEnsemble& ensemble, const FitSpec& spec, 
     of_response.push_back(block_mean(sums, "response_thrust", row));
   }
   if (thrust.empty()) return {};
-  const std::string reason = reason_against_pairs(mean_of(of_response), mean_of(thrust));
+  std::string reason = reason_against_pairs(mean_of(of_response), mean_of(thrust));
   for (MeasuredDepth& depth : depths) {
     if (reason.empty() || !depth.fit.identifiable) continue;
     depth.fit.identifiable = false;

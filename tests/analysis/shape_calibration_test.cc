@@ -102,7 +102,7 @@ Counts judge(const Profile& response, double noise, int times, int layer = 40) {
     const SyntheticNoise each{noise * highest * std::sqrt(blocks * per_block), static_cast<std::uint64_t>(seed)};
     const MeasuredEnsemble ensemble = synthetic_ensemble(response, 0.9, each, columns, {layer}, blocks, per_block);
     const LayerSpectrum spectrum = layer_spectrum(ensemble.record.sums, 0, 1);
-    const auto fit = fit_shape(spectrum, spectrum.whole, coarse_shape(spectrum, Lattice::depth(layer)));
+    const auto fit = fit_shape(spectrum, coarse_shape(spectrum, Lattice::depth(layer)));
     ++counts.fits;
     if (!fit) continue;  // not accepted either
     counts.other_shape += reason_against_two_gaussians(*fit).empty() ? 0 : 1;

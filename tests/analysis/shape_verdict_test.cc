@@ -22,7 +22,7 @@ int count_rejections(const std::function<std::vector<double>(int)>& response, in
     const MeasuredEnsemble ensemble =
         synthetic_ensemble(response, 0.9, {noise, static_cast<std::uint64_t>(seed)}, columns, {layer}, 32, 100);
     const LayerSpectrum spectrum = layer_spectrum(ensemble.record.sums, 0, 1);
-    const auto fit = fit_shape(spectrum, spectrum.whole, coarse_shape(spectrum, Lattice::depth(layer)));
+    const auto fit = fit_shape(spectrum, coarse_shape(spectrum, Lattice::depth(layer)));
     REQUIRE(fit);
     rejected += reason_against_two_gaussians(*fit).empty() ? 0 : 1;
   }
@@ -98,7 +98,7 @@ TEST_CASE("a shape that is nearly two Gaussians is not rejected by any number of
   };
   const MeasuredEnsemble ensemble = synthetic_ensemble(nearly, 0.9, {1e-4, 1}, columns, {40}, 32, 100);
   const LayerSpectrum spectrum = layer_spectrum(ensemble.record.sums, 0, 1);
-  const auto fit = fit_shape(spectrum, spectrum.whole, coarse_shape(spectrum, Lattice::depth(40)));
+  const auto fit = fit_shape(spectrum, coarse_shape(spectrum, Lattice::depth(40)));
   REQUIRE(fit);
   CHECK(chi2_excess(*fit) > 1000);
   CHECK(reason_against_two_gaussians(*fit).empty());
@@ -109,7 +109,7 @@ TEST_CASE("a peak past the quarter of the ring is not taken for its image on the
   const LayerSpectrum spectrum = layer_spectrum(ensemble.record.sums, 0, 1);
   const double z = Lattice::depth(105);
   for (const DoubleGaussian start : {coarse_shape(spectrum, z), DoubleGaussian{70, 2}}) {
-    const auto fit = fit_shape(spectrum, spectrum.whole, start);
+    const auto fit = fit_shape(spectrum, start);
     REQUIRE(fit);
     CHECK(fit->shape.peak == Approx(50).margin(0.05));
   }
