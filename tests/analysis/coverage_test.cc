@@ -119,7 +119,7 @@ TEST_CASE("coverage: small real ensembles of the estimator multiplexed", "[long]
 
 TEST_CASE("coverage: errors of precise ensembles, whose peaks are not quite Gaussian, are not too small", "[long]") {
   // What the fit makes of the peaks' skewness depends on the weights of the modes, which each ensemble measures by
-  // itself: with weights held fixed the errors of c stated here were 1.8 times too small. The scatter of 40 ensembles
+  // itself: with weights held fixed the errors of c stated here are 1.27 times too small. The scatter of 40 ensembles
   // is known to 11 %.
   constexpr int ensembles = 40;
   EnsembleSpec spec;
