@@ -14,10 +14,9 @@ namespace granuscope {
 ///     more by 0.19 to 0.3, pairs of Lorentzians by 0.34 to 0.42, two peaks with a tenth of the response between them
 ///     by 0.17 (spread evenly) or 0.3 (as a third peak).
 ///   W < 1: the lattice shows in the peaks, and piles are missed by up to 0.2, under loads in runs of signs by up to
-///   0.26
-///     (mu = 0.07 to 0.15). There the limit has little power: boxes and pairs of Lorentzians that narrow are missed by
-///     0.19 and 0.24 and pass. It refuses what has two narrow peaks and something else beside them; a fifth of the
-///     response between the peaks widens the fit beyond one bead and out of this class.
+///     0.26 (mu = 0.07 to 0.15). There the limit has little power: boxes and pairs of Lorentzians that narrow are
+///     missed by 0.19 and 0.24 and pass. It refuses what has two narrow peaks and something else beside them; a fifth
+///     of the response between the peaks widens the fit beyond one bead and out of this class.
 inline constexpr double largest_misfit = 0.12;
 inline constexpr double largest_misfit_of_narrow_peaks = 0.3;
 inline constexpr double narrow_peak = 1;  ///< W, bead diameters

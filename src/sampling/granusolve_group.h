@@ -24,7 +24,7 @@ namespace granuscope {
 /// pile whose climb would leave the window is lost, and drawn anew by itself; it is the same pile.
 ///
 /// Where the time goes: `granuscope bench sampler`. At mu = 0.3 two positions of three have a failing pile, 1.5 of the
-/// eight on average, and the pair rule takes half of all time. What did not help: a place of its own in the layer for
+/// eight on average; pairs and the search take half of all time. What did not help: a place of its own in the layer for
 /// each pile (gathers, or copies to and from eight lanes, cost more than the empty lanes); asking for the next layer's
 /// memory ahead; whole-vector instead of masked stores; drawing the bead ahead as it is within the mend, while the
 /// splits above it are at hand (too few registers: 4 to 8 % slower); a window of 16 layers. What helped little: two
