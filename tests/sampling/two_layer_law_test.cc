@@ -30,6 +30,16 @@ std::vector<double> listed(const test::TwoLayerMoments& moments) {
   return all;
 }
 
+/// The moments in the order of listed(), of one layer of four beads.
+void add_moments(const double* H_R, std::vector<test::RunningMean>& measured) {
+  for (std::size_t i = 0; i < 4; ++i) {
+    measured[i].add(H_R[i]);
+    measured[4 + i].add(H_R[i] * H_R[i]);
+    measured[8 + i].add(H_R[i] * H_R[(i + 1) % 4]);
+    if (i < 2) measured[12 + i].add(H_R[i] * H_R[i + 2]);
+  }
+}
+
 TEST_CASE("pairs on four columns and two layers follow the enumerated law") {
   const std::vector<Setting> settings = {
       {0.3, {1, 1, 1, 1}},         {1.0, {1, 1, 1, 1}},         {0.3, {1, 2, 1, 1}},
@@ -50,13 +60,7 @@ TEST_CASE("pairs on four columns and two layers follow the enumerated law") {
     Pile pile(lattice);
     for (int k = 0; k < piles; ++k) {
       if (sampler->draw(8 * static_cast<std::uint64_t>(k), load, pile)) throw std::runtime_error("stuck");
-      const double* const a = pile.H_R.data();
-      for (std::size_t i = 0; i < 4; ++i) {
-        measured[i].add(a[i]);
-        measured[4 + i].add(a[i] * a[i]);
-        measured[8 + i].add(a[i] * a[(i + 1) % 4]);
-        if (i < 2) measured[12 + i].add(a[i] * a[i + 2]);
-      }
+      add_moments(pile.H_R.data(), measured);
     }
     const auto& counts = sampler->counts();
     CAPTURE(setting.mu, spec.seed, counts.pairs, counts.rings, on_fine.lost);
@@ -120,13 +124,7 @@ void compare_three_layers(const std::vector<Setting>& settings, int cells, int d
     Pile pile(lattice);
     for (int k = 0; k < drawn; ++k) {
       if (sampler->draw(8 * static_cast<std::uint64_t>(k), load, pile)) throw std::runtime_error("stuck");
-      const double* const a = pile.H_R.data() + 4;
-      for (std::size_t i = 0; i < 4; ++i) {
-        measured[i].add(a[i]);
-        measured[4 + i].add(a[i] * a[i]);
-        measured[8 + i].add(a[i] * a[(i + 1) % 4]);
-        if (i < 2) measured[12 + i].add(a[i] * a[i + 2]);
-      }
+      add_moments(pile.H_R.data() + 4, measured);
     }
     const auto& counts = sampler->counts();
     // Rings and climbs are not followed: they must be rarer than what is to be told.
