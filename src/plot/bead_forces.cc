@@ -150,7 +150,7 @@ Figure draw_bead_forces(const Pile& pile, const BeadForcesSpec& spec, const std:
   PlotPlan plan;
   plan.id = figure_id;
   plan.script = "bead_forces";
-  plan.height = 3.62;
+  plan.height = 3.05;
   plan.data[fmt::format("{}-contacts.csv", figure_id)] = table.text();
   plan.data[fmt::format("{}-beads.csv", figure_id)] = surrounding_beads();
   plan.curves = 6;

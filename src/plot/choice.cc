@@ -115,6 +115,7 @@ Analysis without_vague_points(const Analysis& analysis) {
   // Half of D still is a point on logarithmic axes; c is known to parts in a thousand wherever it means something.
   constexpr double vague_D = 0.5, vague_c = 0.05;
   const auto drop_if_vague = [](Estimate& estimate, double share) {
+    if (!estimate.known()) estimate.reason = "why stands under the table of c and D";
     if (!estimate.known() || estimate.standard_error <= share * std::abs(estimate.value)) return;
     estimate.reason =
         fmt::format("too uncertain for a point: {}", value_with_error(estimate.value, estimate.standard_error));

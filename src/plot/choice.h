@@ -13,7 +13,8 @@ const Transport* nearest_result(const std::vector<Transport>& results, double mu
                                 const std::function<bool(const Transport&)>& usable);
 
 /// The same analysis for the figures against mu: a c or D too uncertain to be a point becomes unknown, with that as the
-/// reason, so that one error bar does not squeeze all other points together.
+/// reason, so that one error bar does not squeeze all other points together. One that was unknown before gets a reason
+/// that points to the table of c and D, which tells it at length: each of these figures would tell it again.
 Analysis without_vague_points(const Analysis& analysis);
 
 /// The ends of an axis that shows every number added to it.

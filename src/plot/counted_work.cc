@@ -55,7 +55,7 @@ Figure draw_counted_work(const std::vector<CountedWork>& work, const std::filesy
   PlotPlan plan;
   plan.id = figure_id;
   plan.script = "counted_work";
-  plan.height = 2.8;
+  plan.height = 2.5;
   std::vector<std::string> curves, titles;
   double worst = 1;
   std::size_t index = 0;

@@ -111,7 +111,7 @@ Figure draw_error_against_time(const std::vector<ErrorCurve>& curves, const std:
   PlotPlan plan;
   plan.id = figure_id;
   plan.script = "error_against_time";
-  plan.height = 4.6;
+  plan.height = 3.5;
   Panel panels[2];
   std::vector<std::string> titles, slopes_c, slopes_D, floors, missing, gains;
   const ErrorCurve* point = nullptr;

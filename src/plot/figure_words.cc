@@ -7,6 +7,7 @@
 #include <map>
 #include <sstream>
 #include <stdexcept>
+#include <string_view>
 
 #include "support/number_format.h"
 #include "support/template_file.h"
@@ -14,6 +15,8 @@
 namespace granuscope {
 
 namespace {
+
+constexpr std::string_view mu_equals = "μ = ";
 
 std::map<std::string, std::string> paragraphs_by_heading(const std::string& text) {
   std::map<std::string, std::string> paragraphs;
@@ -64,7 +67,9 @@ std::string with_reasons(const std::vector<LeftOut>& items) {
     auto group =
         std::find_if(groups.begin(), groups.end(), [&item](const auto& known) { return known.first == item.why; });
     if (group == groups.end()) group = groups.insert(groups.end(), {item.why, {}});
-    group->second.push_back(item.what);
+    const bool repeated = !group->second.empty() && group->second.front().starts_with(mu_equals);
+    group->second.push_back(repeated && item.what.starts_with(mu_equals) ? item.what.substr(mu_equals.size())
+                                                                         : item.what);
   }
   std::vector<std::string> texts;
   texts.reserve(groups.size());

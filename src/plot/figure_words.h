@@ -19,7 +19,8 @@ struct LeftOut {
   std::string what, why;
 };
 
-/// "a and b (why), c (another why)": those with the same reason together, in the order of the first of them.
+/// "a and b (why), c (another why)": those with the same reason together, in the order of the first of them. What
+/// begins with "μ = " in one group says so once: "μ = 0.1 and 0.2 (why)".
 std::string with_reasons(const std::vector<LeftOut>& items);
 
 /// A count in words up to twelve, as digits beyond: "two", "14".

@@ -16,6 +16,8 @@ namespace {
 
 /// Of the small font of insets, 8 pt DejaVu Sans, in inches: a digit, a line of text, half the mark of a point.
 constexpr double character_width = 0.068, line_height = 0.125, mark = 0.035;
+/// Room that two names leave between them if they can, inches.
+constexpr double air = 0.05;
 /// Beyond this gap between point and name, in inches, a line joins them.
 constexpr double longest_gap_without_line = 0.09;
 
@@ -149,6 +151,8 @@ class Placement {
       if (place.with_line()) sum += 20 * length_inside(place.line, marks_[j]);
       if (!known[j]) continue;
       sum += 2000 * overlap(box, others[j].box);
+      // Names that nearly touch read as one.
+      sum += 40 * overlap({box.left - air, box.right + air, box.bottom - air, box.top + air}, others[j].box);
       if (place.with_line()) sum += 10 * length_inside(place.line, others[j].box);
       if (others[j].with_line()) sum += 10 * length_inside(others[j].line, box);
       if (place.with_line() && others[j].with_line() && cross(place.line, others[j].line)) sum += 2;

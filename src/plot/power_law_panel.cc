@@ -18,7 +18,7 @@ namespace {
 constexpr double lowest_ratio = 0.4, highest_ratio = 1.8;
 
 /// A line of the notes, as a share of the panel.
-constexpr double note_height = 0.075;
+constexpr double note_height = 0.09;
 
 bool fits_log_axes(const PowerLawPoint& point) { return point.x > 0 && point.y > 0; }
 

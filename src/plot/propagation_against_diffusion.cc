@@ -60,9 +60,9 @@ Range share_of(double value, double error, const Range& axis) {
 }
 
 /// The height of both panels together, in inches, as the script lays them out.
-constexpr double figure_height = 4.1, panel_height = 3.04, upper_panel_height = 2.2;
+constexpr double figure_height = 3.3, panel_height = 2.24, upper_panel_height = 1.61;
 
-/// "μ = 0.3" beside every point of the left panel.
+/// "0.3" beside every point of the left panel.
 std::string point_labels(const std::vector<Transport>& results, const Axes& axes, const ScalingFit& alpha,
                          const Range& window_D) {
   LabelledPanel panel{0.385 * plot_width_inches, panel_height, {}, {}};
@@ -84,7 +84,7 @@ std::string point_labels(const std::vector<Transport>& results, const Axes& axes
   for (const Transport& result : results) {
     if (!has_both(result)) continue;
     points.push_back({place(result.D.value, result.c.value), share_of(result.D.value, result.D.standard_error, axes.D),
-                      share_of(result.c.value, result.c.standard_error, axes.c), mu_text(result)});
+                      share_of(result.c.value, result.c.standard_error, axes.c), caption_number(result.mu)});
   }
   return label_commands(points, panel);
 }
@@ -106,14 +106,6 @@ std::vector<LeftOut> unknown_points(const std::vector<Transport>& results) {
     unknown.push_back({mu_text(result), result.D.known() ? result.c.reason : result.D.reason});
   }
   return unknown;
-}
-
-std::vector<std::string> shown_mus(const std::vector<Transport>& results) {
-  std::vector<std::string> mus;
-  for (const Transport& result : results) {
-    if (has_both(result)) mus.push_back(caption_number(result.mu));
-  }
-  return mus;
 }
 
 PowerLawPanel law_panel(const Analysis& analysis) {
@@ -189,8 +181,7 @@ Figure draw_propagation_against_diffusion(const Analysis& analysis, const std::f
   Figure figure = draw_plot(plan, script, run_folder);
   set_words(
       figure, "plot/propagation_against_diffusion.words",
-      {{"mus", "μ = " + enumeration(shown_mus(analysis.results))},
-       {"not_logarithmic", with_reasons(reasons_off_log_axes(analysis.results))},
+      {{"not_logarithmic", with_reasons(reasons_off_log_axes(analysis.results))},
        {"unknown", with_reasons(unknown_points(analysis.results))},
        {"law_panel", law.drawn ? "yes" : ""},
        {"alpha", with_law ? value_with_error(alpha.exponent.value, alpha.exponent.standard_error) : ""},

@@ -73,7 +73,7 @@ Figure draw_propagation_and_thrust(const Analysis& analysis, const std::filesyst
   PlotPlan plan;
   plan.id = figure_id;
   plan.script = "propagation_and_thrust";
-  plan.height = 2.8;
+  plan.height = 2.4;
   plan.data[std::string(figure_id) + ".csv"] = table.text();
   plan.curves = 5;
   Figure figure = draw_plot(plan,

@@ -221,7 +221,7 @@ Figure draw_response_profiles(const std::vector<Transport>& results, const Respo
   plan.id = figure_id;
   plan.script = "response_profiles";
   const double rows = std::ceil(static_cast<double>(panels.size()) / 2);
-  plan.height = detailed ? 5.85 : 0.3 + std::min(2.9, 9.0 / rows) * rows;
+  plan.height = detailed ? 5.0 : 0.3 + std::min(2.9, 9.0 / rows) * rows;
   for (const Panel& panel : panels) {
     plan.data[fmt::format("{}-layer-{}.csv", figure_id, panel.profile->layer)] = data_of(panel);
     plan.curves += panel.has_curve ? 3 : 2;

@@ -79,12 +79,12 @@ Figure draw_small_friction(const Analysis& analysis, const std::filesystem::path
   PlotPlan plan;
   plan.id = figure_id;
   plan.script = "small_friction";
-  plan.height = 4.0;
+  plan.height = 3.1;
   Saturation saturation;
   PowerLawPanel panel;
   panel.id = "slowing";
   panel.x_label = "friction coefficient μ";
-  panel.y_label = "c₀ − c from the thrust ratio";
+  panel.y_label = "c₀ − c  (thrust)";
   panel.against_mu = true;
   panel.left = 0.60;
   panel.right = 0.985;

@@ -58,7 +58,6 @@ struct Draft {
   PlotPlan plan;
   Gaps script;
   Gaps words;
-  std::vector<LeftOut> unknown;          ///< "c at mu = 0.4"
   std::vector<LeftOut> not_logarithmic;  ///< "mu = 0"
 };
 
@@ -67,8 +66,19 @@ void set_both(Draft& draft, const std::string& name, const std::string& text) {
   draft.words[name] = text;
 }
 
-LeftOut left_out(const std::string& what, double mu, const std::string& reason) {
-  return {fmt::format("{} at μ = {}", what, caption_number(mu)), reason};
+/// What the insets leave out; c and D of one mu in one name where they share their reason.
+std::vector<LeftOut> unknown_points(const std::vector<Transport>& results) {
+  std::vector<LeftOut> unknown;
+  for (const Transport& result : results) {
+    const std::string mu = "μ = " + caption_number(result.mu);
+    if (!result.c.known() && !result.D.known() && result.c.reason == result.D.reason) {
+      unknown.push_back({mu, result.c.reason});
+      continue;
+    }
+    if (!result.c.known()) unknown.push_back({"c at " + mu, result.c.reason});
+    if (!result.D.known()) unknown.push_back({"D at " + mu, result.D.reason});
+  }
+  return unknown;
 }
 
 void add_depths(Draft& draft, const Transport& result) {
@@ -182,8 +192,6 @@ void add_c_inset(Draft& draft, const Analysis& analysis) {
       c_range.add(result.c.value - result.c.standard_error);
       c_range.add(result.c.value + result.c.standard_error);
       mu_range.add(result.mu);
-    } else {
-      draft.unknown.push_back(left_out("c", result.mu, result.c.reason));
     }
     if (result.c_thrust.known()) {
       thrusts.add_row({result.mu, result.c_thrust.value, result.c_thrust.standard_error});
@@ -229,9 +237,8 @@ void add_D_inset(Draft& draft, const Analysis& analysis) {
   Range mu_range, D_range;
   for (const Transport& result : analysis.results) {
     const std::string mu = "μ = " + caption_number(result.mu);
-    if (!result.D.known()) {
-      draft.unknown.push_back(left_out("D", result.mu, result.D.reason));
-    } else if (result.exact) {
+    if (!result.D.known()) continue;
+    if (result.exact) {
       draft.not_logarithmic.push_back({mu, "exact"});
     } else if (result.D.value <= 0) {
       draft.not_logarithmic.push_back({mu, "D is not positive"});
@@ -295,7 +302,7 @@ Figure draw_transport_with_depth(const Analysis& analysis, const TransportWithDe
   Draft draft;
   draft.plan.id = figure_id;
   draft.plan.script = "transport_with_depth";
-  draft.plan.height = 7.0;
+  draft.plan.height = 6.3;
   set_both(draft, "mu", caption_number(result->mu));
   draft.words["mu_differs"] = result->mu == spec.mu ? "" : caption_number(spec.mu);
   const double window_top = Lattice::depth(result->window_layers[0]);
@@ -317,7 +324,7 @@ Figure draw_transport_with_depth(const Analysis& analysis, const TransportWithDe
   draft.script["slopes"] = either("c", "D");
   draft.script["insets"] = either("inset_c", "inset_D");
   draft.script["laws"] = either("gamma", "beta");
-  draft.words["unknown"] = with_reasons(draft.unknown);
+  draft.words["unknown"] = with_reasons(unknown_points(analysis.results));
   draft.words["not_logarithmic"] = with_reasons(draft.not_logarithmic);
 
   Figure figure = draw_plot(draft.plan, draft.script, run_folder);

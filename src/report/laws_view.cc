@@ -1,6 +1,8 @@
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
 
 #include "report/number_text.h"
 #include "report/reason_notes.h"
@@ -22,10 +24,30 @@ Json line_cells(const Json& summary, const std::string& pointer) {
   return cells;
 }
 
+/// Whether c or D is unknown for the same reason, which then stands below their table already.
+bool told_with_slopes(const Json& result, const Json& estimate) {
+  if (!estimate.contains("reason")) return false;
+  const auto tells = [&](const char* slope) {
+    return result.at(slope).contains("reason") && result.at(slope).at("reason") == estimate.at("reason");
+  };
+  return tells("c") || tells("D");
+}
+
+/// "0.02, 0.05 and 1.7".
+std::string enumerated(const std::vector<std::string>& mus) {
+  std::string text;
+  for (std::size_t i = 0; i < mus.size(); ++i) {
+    if (i > 0) text += i + 1 == mus.size() ? " and " : ", ";
+    text += mus[i];
+  }
+  return text;
+}
+
 }  // namespace
 
 Json laws_view(const Json& summary) {
   Json rows = Json::array(), notes = Json::array();
+  std::vector<std::string> told;
   const Json& results = summary.at("results");
   for (std::size_t i = 0; i < results.size(); ++i) {
     if (results[i].at("exact") == true) continue;
@@ -34,8 +56,12 @@ Json laws_view(const Json& summary) {
     row["mu"] = number_cell(summary, pointer + "/mu");
     for (const char* name : {"position", "width_squared", "amplitude", "noise"}) {
       row[name] = number_cell(summary, fmt::format("{}/exponents/{}", pointer, name));
-      add_reason(notes, summary, fmt::format("{}/exponents/{}", pointer, name), "",
-                 "at μ = " + row["mu"]["text"].get<std::string>());
+      const std::string mu = row["mu"]["text"].get<std::string>();
+      if (told_with_slopes(results[i], results[i].at("exponents").at(name))) {
+        if (told.empty() || told.back() != mu) told.push_back(mu);
+      } else {
+        add_reason(notes, summary, fmt::format("{}/exponents/{}", pointer, name), "", "at μ = " + mu);
+      }
     }
     row["position_line"] = line_cells(summary, pointer + "/position_line");
     row["width_line"] = line_cells(summary, pointer + "/width_line");
@@ -46,6 +72,8 @@ Json laws_view(const Json& summary) {
   view["has_laws"] = !rows.empty();
   finish_notes(notes);
   view["law_notes"] = notes;
+  view["some_told"] = !told.empty();
+  view["told_mus"] = enumerated(told);
   for (const char* name : {"position", "width_squared", "amplitude", "noise"}) {
     view["mean_laws"][name] = number_cell(summary, fmt::format("/mean_exponents/{}", name));
   }

@@ -88,3 +88,28 @@ TEST_CASE("Lists and counts in words") {
   CHECK(points_in_words(1) == "one point");
   CHECK(points_in_words(3) == "three points");
 }
+
+TEST_CASE("what a figure leaves out is grouped by its reason, and mu stands once in a group") {
+  CHECK(with_reasons({{"μ = 0.1", "hidden"}, {"μ = 0.2", "vague"}, {"μ = 0.3", "hidden"}, {"μ = 0.4", "hidden"}}) ==
+        "μ = 0.1, 0.3 and 0.4 (hidden) and μ = 0.2 (vague)");
+  CHECK(with_reasons({{"D at μ = 0.1", "hidden"}, {"μ = 0.2", "hidden"}}) == "D at μ = 0.1 and μ = 0.2 (hidden)");
+  CHECK(with_reasons({}).empty());
+}
+
+TEST_CASE(
+    "figures against mu send the reader to the table for what was unknown before, and say what is too uncertain") {
+  Analysis analysis;
+  analysis.results.resize(2);
+  analysis.results[0].c = {};
+  analysis.results[0].c.reason = "a long story";
+  analysis.results[0].D.value = 1;
+  analysis.results[0].D.standard_error = 0.6;
+  analysis.results[1].c.value = 0.5;
+  analysis.results[1].c.standard_error = 0.01;
+  const Analysis clear = without_vague_points(analysis);
+  CHECK(clear.results[0].c.reason == "why stands under the table of c and D");
+  CHECK_FALSE(clear.results[0].D.known());
+  CHECK(clear.results[0].D.reason.starts_with("too uncertain for a point: 1"));
+  CHECK(clear.results[1].c.known());
+  CHECK(analysis.results[0].c.reason == "a long story");
+}

@@ -1,6 +1,7 @@
 // Names beside points: none on another, none outside, each as near as it can be.
 #include "plot/label_places.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -61,6 +62,20 @@ TEST_CASE("a heap of points keeps its names apart, with lines where they stand f
     }
   }
   CHECK(some_line);
+}
+
+TEST_CASE("names in a column do not touch while there is room beside them") {
+  std::vector<NamedPoint> points;
+  for (int i = 0; i < 5; ++i) points.push_back(named(0.3, 0.6 - 0.045 * i, "0.25"));  // 0.135 inches apart
+  const std::vector<LabelPlace> places = place_labels(points, {width, height, {}, {}});
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      const double x = std::abs(places[i].left.x - places[j].left.x) * width - 4 * 0.068;
+      const double y = std::abs(places[i].left.y - places[j].left.y) * height - 0.125;
+      INFO(i << " and " << j);
+      CHECK(std::max(x, y) > 0.02);
+    }
+  }
 }
 
 TEST_CASE("names keep off the notes and off curves where there is room") {

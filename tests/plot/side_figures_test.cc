@@ -121,7 +121,7 @@ TEST_CASE("Counted work is drawn per bead and names what was not completed") {
   CHECK(contains(figure.caption, "by a factor of 1.12"));  // 1.4 / 1.25
   CHECK(contains(figure.caption, "3 of 67 piles of 400 × 400 beads at μ = 1.7"));
   const std::string svg = read_file(run.path() / figure.screen);
-  CHECK(contains(svg, "random numbers drawn per bead"));
+  CHECK(contains(svg, "random numbers per bead"));
   CHECK(contains(svg, "μ = 1.7"));
   CHECK_THROWS_AS(draw_counted_work({}, run.path()), InputError);
 }

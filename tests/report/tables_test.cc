@@ -200,6 +200,18 @@ TEST_CASE("Powers that could not be taken have their reason below the table") {
   const Page page(data);
   CHECK(count(page.html, "the window is too short") == 1);
   CHECK(contains(page.html, "n/a at μ = 0.15: "));
+  CHECK_FALSE(contains(page.html, "for the reasons that stand under"));
+
+  // A reason that c and D share stands with them alone.
+  Transport& result = data.analysis.results[2];
+  result.c = result.D = unknown("the window is too short");
+  Laws& others = data.analysis.results[3].laws;
+  others.position = others.width = others.amplitude = others.noise = unknown("the peaks are too wide");
+  data.analysis.results[3].c = data.analysis.results[3].D = unknown("the peaks are too wide");
+  const Page shared(data);
+  CHECK(count(shared.html, "the window is too short") == 1);
+  CHECK(count(shared.html, "the peaks are too wide") == 1);
+  CHECK(contains(shared.html, "n/a at <var>μ</var> = 0.15 and 0.2: for the reasons that stand under"));
 }
 
 TEST_CASE("Loads are compared with the linear response, and what cannot be is named once") {
