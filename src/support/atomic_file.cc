@@ -45,6 +45,7 @@ fs::path resolve(fs::path target) {
 
 /// Creates an empty file beside the target under a name nobody else uses.
 fs::path create_beside(const fs::path& target) {
+  remove_leftovers_of(target);
   for (;;) {
     fs::path candidate = folder_of(target) / scratch_name(target.filename().string());
     const FileDescriptor file(::open(candidate.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));

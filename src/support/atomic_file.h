@@ -6,7 +6,8 @@
 namespace granuscope {
 
 /// A file that appears whole or not at all: written beside its target, fsynced, then renamed onto it.
-/// The temporary file is removed if commit() is never reached. Errors are EnvironmentError naming the target.
+/// The temporary file is removed if commit() is never reached; where a kill prevents that, the next one of the same
+/// target removes it. Errors are EnvironmentError naming the target.
 class AtomicFile {
  public:
   explicit AtomicFile(std::filesystem::path target);

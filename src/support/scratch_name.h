@@ -9,8 +9,11 @@ namespace granuscope {
 std::string scratch_name(const std::string& name);
 
 /// Removes from a folder what such processes left there when they were killed, files and folders, and returns how many
-/// there were. What belongs to a process still running, or to another machine, stays. A folder that is not there, or
-/// cannot be changed, is left alone.
+/// there were. What belongs to a process still running, or to another machine or container, stays. A folder that is not
+/// there, or cannot be changed, is left alone.
 int remove_leftovers(const std::filesystem::path& folder);
+
+/// The same, but only what was to become `file`.
+int remove_leftovers_of(const std::filesystem::path& file);
 
 }  // namespace granuscope

@@ -1,6 +1,8 @@
 #include "support/atomic_file.h"
 
+#include <signal.h>  // NOLINT(modernize-deprecated-headers): kill is POSIX
 #include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <catch2/catch.hpp>
@@ -60,6 +62,34 @@ TEST_CASE("a file that is never committed does not appear and leaves the old one
   }
   CHECK(read_file(folder / "old.txt") == "old");
   CHECK(folder.contents() == std::vector<std::string>{"old.txt"});
+}
+
+TEST_CASE("what a killed process left of a file goes when the file is written next") {
+  const TemporaryFolder folder;
+  int ready[2] = {};
+  REQUIRE(::pipe(ready) == 0);
+  const pid_t child = ::fork();
+  if (child == 0) {
+    const AtomicFile file(folder / "pile.png");
+    [[maybe_unused]] const ssize_t told = ::write(ready[1], "x", 1);
+    for (;;) ::pause();
+  }
+  char letter = 0;
+  REQUIRE(::read(ready[0], &letter, 1) == 1);
+  CHECK(folder.contents().size() == 1);
+  write_file(folder / "pile.png", "while the other still writes");
+  CHECK(folder.contents().size() == 2);
+
+  ::kill(child, SIGKILL);
+  ::waitpid(child, nullptr, 0);
+  write_file(folder / "other.png", "another file");
+  CHECK(folder.contents().size() == 3);
+  write_file(folder / "pile.png", "new");
+  CHECK(folder.contents().size() == 2);
+  CHECK(read_file(folder / "other.png") == "another file");
+  CHECK(read_file(folder / "pile.png") == "new");
+  ::close(ready[0]);
+  ::close(ready[1]);
 }
 
 TEST_CASE("a library may write the temporary file by name") {

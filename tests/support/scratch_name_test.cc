@@ -1,6 +1,7 @@
 #include "support/scratch_name.h"
 
 #include <fmt/format.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -52,7 +53,7 @@ TEST_CASE("what killed processes left is removed, and nothing else") {
 
   const std::string mine = scratch_name("mu-0.3.h5");
   const std::string init = name_by(1, "mu-0.3.h5");
-  const std::string elsewhere = fmt::format(".granuscope-another-machine-{}-0-mu-0.3.h5", dead);
+  const std::string elsewhere = fmt::format(".granuscope-another-machine-1f-{}-1-mu-0.3.h5", dead);
   const std::vector<std::string> kept{mine, init, elsewhere, "mu-0.3.h5", ".hidden", ".granuscope-", ".granuscope-x"};
   for (const std::string& name : kept) touch(folder / name);
 
@@ -69,4 +70,31 @@ TEST_CASE("a process that nobody has taken note of has ended all the same") {
   touch(folder / name_by(zombie, "a"));
   CHECK(remove_leftovers(folder.path()) == 1);
   ::waitpid(zombie, nullptr, 0);
+}
+
+TEST_CASE("processes of another container are not judged by their number here") {
+  const TemporaryFolder folder;
+  const pid_t dead = ended_process(true);
+  struct stat status = {};
+  REQUIRE(::stat("/proc/self/ns/pid", &status) == 0);
+  std::string foreign = name_by(dead, "a");
+  const std::string here = fmt::format("-{:x}-", status.st_ino);
+  REQUIRE(foreign.find(here) != std::string::npos);
+  foreign.replace(foreign.find(here), here.size(), fmt::format("-{:x}-", status.st_ino + 1));
+  touch(folder / foreign);
+  CHECK(remove_leftovers(folder.path()) == 0);
+}
+
+TEST_CASE("a file's leftovers are those that were to become it") {
+  const TemporaryFolder folder;
+  const pid_t dead = ended_process(true);
+  const std::string mine = scratch_name("pile.png");
+  const std::string longer = name_by(dead, "a-3-pile.png"), other = name_by(dead, "pile.h5");
+  for (const std::string& name : {name_by(dead, "pile.png"), name_by(dead, "pile.png"), mine, longer, other}) {
+    touch(folder / name);
+  }
+  CHECK(remove_leftovers_of(folder / "pile.png") == 2);
+  for (const std::string& name : {mine, longer, other}) CHECK(std::filesystem::exists(folder / name));
+  CHECK(folder.contents().size() == 3);
+  CHECK(remove_leftovers_of(folder / "none" / "pile.png") == 0);
 }
