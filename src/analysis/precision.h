@@ -38,6 +38,10 @@ PrecisionLook look_at_precision(const PrecisionSpec& asked, const Transport& mea
 struct ExpectedErrors {
   double c, D;
 };
+/// So many multiplexed piles have the errors of one pair of opposite ones: measured, 2 to 6 at epsilon = 0.1 to 0.5 and
+/// mu = 0.1 to 0.6, and 10 at the lowest of both.
+inline constexpr std::uint64_t worth_of_opposite_pair = 4;
+
 ExpectedErrors expected_errors(double mu, bool multiplexed, double load, int columns, std::uint64_t samples);
 
 }  // namespace granuscope

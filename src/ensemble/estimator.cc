@@ -47,8 +47,24 @@ std::vector<QuantityShape> quantities_of(const EnsembleSpec& spec) {
 }
 
 bool needs_two_samplers(const EnsembleSpec& spec) {
-  const bool two_loads = spec.estimator == paired || (spec.estimator == multiplexed && spec.opposite);
-  return two_loads && spec.sampler.law == Law::polytope;
+  return piles_per_sample(spec) == 2 && spec.sampler.law == Law::polytope;
+}
+
+int piles_per_sample(const EnsembleSpec& spec) {
+  return spec.estimator == paired || (spec.estimator == multiplexed && spec.opposite) ? 2 : 1;
+}
+
+std::uint64_t beads_of(const EnsembleSpec& spec, std::uint64_t samples) {
+  return samples * Lattice(spec.lattice).beads() * static_cast<std::uint64_t>(piles_per_sample(spec));
+}
+
+double drawing_memory(const EnsembleSpec& spec) {
+  const Lattice lattice(spec.lattice);
+  const double memory = drawing_memory(spec.sampler, lattice);
+  if (piles_per_sample(spec) == 1) return memory;
+  // A sampler that draws two groups at once holds one of each load; any other holds twice what it is handed otherwise.
+  const bool halves = spec.estimator == multiplexed && piles_at_once(spec.sampler, lattice) > group_lanes;
+  return halves ? memory : 2 * memory;
 }
 
 std::unique_ptr<Estimator> make_estimator(const EnsembleSpec& spec, Samplers samplers, BlockSums& sums, int block) {

@@ -45,6 +45,15 @@ struct Samplers {
 };
 bool needs_two_samplers(const EnsembleSpec& spec);
 
+/// Piles that a sample consists of: two where each is drawn under two loads, the pair of `paired` or of opposite signs.
+int piles_per_sample(const EnsembleSpec& spec);
+
+/// Beads that so many samples consist of, in all their piles.
+std::uint64_t beads_of(const EnsembleSpec& spec, std::uint64_t samples);
+
+/// Memory that one thread needs for drawing the samples of the ensemble, in bytes.
+double drawing_memory(const EnsembleSpec& spec);
+
 /// `sums` holds zeros of these shapes; it and the samplers, which are of the ensemble, outlive the estimator.
 std::unique_ptr<Estimator> make_estimator(const EnsembleSpec& spec, Samplers samplers, BlockSums& sums, int block);
 

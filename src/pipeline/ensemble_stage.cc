@@ -12,6 +12,7 @@
 #include <sstream>
 #include <system_error>
 
+#include "ensemble/estimator.h"
 #include "storage/ensemble_file.h"
 #include "support/atomic_file.h"
 #include "support/digest.h"
@@ -53,8 +54,7 @@ std::string describe_difference(const std::string& there, const std::string& wan
 }
 
 std::uint64_t groups_per_piece(const EnsembleSpec& spec, const PartPolicy& parts) {
-  const double beads = static_cast<double>(Lattice(spec.lattice).beads()) * static_cast<double>(group_size) *
-                       static_cast<double>(spec.blocks);
+  const auto beads = static_cast<double>(beads_of(spec, group_size * static_cast<std::uint64_t>(spec.blocks)));
   return static_cast<std::uint64_t>(std::ceil(parts.beads / beads));
 }
 

@@ -12,6 +12,7 @@
 #include "analysis/analyse.h"
 #include "analysis/precision.h"
 #include "analysis/stress.h"
+#include "ensemble/estimator.h"
 #include "experiment/experiment_file.h"
 #include "pipeline/ensemble_stage.h"
 #include "pipeline/law_in_words.h"
@@ -155,7 +156,7 @@ class Run {
           [&] { ensemble = obtain_ensemble(planned, options_.folder, options_.threads, options_.progress); });
     if (!planned.reusable) {
       drawn_in_seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-      drawn_in_this_run_ += static_cast<double>((planned.spec.samples - there) * Lattice(planned.spec.lattice).beads());
+      drawn_in_this_run_ += static_cast<double>(beads_of(planned.spec, planned.spec.samples - there));
     }
     if (planned.reusable) {
       StageTiming& timing = data_.timings.back();
@@ -196,7 +197,7 @@ class Run {
           fmt::format("{}: c ± {}, D ± {} after {} piles; about {} in all are needed, {} with whole steps{}",
                       planned.label, significant(measured.c.standard_error, 2),
                       significant(measured.D.standard_error, 2), samples, significant(look.samples_needed, 2), stop,
-                      time_for(planned.spec.lattice, stop - samples)));
+                      time_for(planned.spec, stop - samples)));
       const bool reused = planned.reusable;
       ensemble = obtain(planned);
       --obtained_;  // it is still the same one
@@ -206,8 +207,8 @@ class Run {
   }
 
   /// ", 54 s more" at the rate at which beads were drawn in this run, once there is one.
-  std::string time_for(const LatticeSpec& lattice, std::uint64_t piles) const {
-    const double beads = static_cast<double>(piles) * static_cast<double>(Lattice(lattice).beads());
+  std::string time_for(const EnsembleSpec& spec, std::uint64_t samples) const {
+    const auto beads = static_cast<double>(beads_of(spec, samples));
     if (drawn_in_seconds_ <= 0 || drawn_in_this_run_ <= 0) return "";
     return fmt::format(", {} more", describe_duration(beads * drawn_in_seconds_ / drawn_in_this_run_));
   }

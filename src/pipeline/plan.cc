@@ -5,6 +5,7 @@
 #include <set>
 
 #include "analysis/precision.h"
+#include "ensemble/estimator.h"
 #include "experiment/experiment_check.h"
 #include "pipeline/ensemble_stage.h"
 #include "pipeline/pipeline.h"
@@ -15,14 +16,17 @@
 namespace granuscope {
 namespace {
 
+const char* kind_of(const EnsembleSpec& spec) { return piles_per_sample(spec) == 2 ? "pairs of piles" : "piles"; }
+
 /// How far an ensemble would still have to grow: from the errors of what is there, or else from those to be expected.
 PlannedStep plan_growth(const Experiment& experiment, const RunOptions& options, PlannedEnsemble planned) {
   const PrecisionSpec& asked = experiment.precision;
   const EnsembleSpec& spec = planned.spec;
   const bool multiplexed = spec.estimator == EstimatorName::multiplexed;
   Transport errors;
-  const ExpectedErrors expected = expected_errors(
-      spec.sampler.mu, multiplexed, multiplexed ? spec.epsilon : spec.overload, spec.lattice.columns, spec.samples);
+  const ExpectedErrors expected =
+      expected_errors(spec.sampler.mu, multiplexed, multiplexed ? spec.epsilon : spec.overload, spec.lattice.columns,
+                      spec.opposite ? worth_of_opposite_pair * spec.samples : spec.samples);
   errors.c = {0.5, expected.c, ""};
   errors.D = {0.1, expected.D, ""};
   const bool there = planned.reusable;
@@ -40,12 +44,12 @@ PlannedStep plan_growth(const Experiment& experiment, const RunOptions& options,
   }
   const bool enough = look.hopeless || static_cast<double>(samples) >= look.samples_needed;
   const std::uint64_t drawn = there ? spec.samples : 0;
-  std::string what = fmt::format("about {} piles, {}, for the precision asked ({})", samples, planned.label,
+  std::string what = fmt::format("about {} {}, {}, for the precision asked ({})", samples, kind_of(spec), planned.label,
                                  there ? "by the errors so far" : "by a rule of thumb");
   if (there) what += fmt::format(", {} of them there already", drawn);
   if (!enough) what += fmt::format("; about {} would be needed", significant(look.samples_needed, 2));
   if (!planned.replaces.empty()) what += fmt::format("; replaces the file there: {}", planned.replaces);
-  return {Stage::sample, what, samples == drawn, (samples - drawn) * Lattice(spec.lattice).beads()};
+  return {Stage::sample, what, samples == drawn, beads_of(spec, samples - drawn)};
 }
 
 }  // namespace
@@ -61,12 +65,13 @@ std::vector<PlannedStep> plan_run(const Experiment& experiment, const RunOptions
       }
       const std::uint64_t begun =
           std::min(planned.spec.samples, planned.begun * group_size * static_cast<std::uint64_t>(planned.spec.blocks));
-      const std::uint64_t beads = (planned.spec.samples - begun) * Lattice(planned.spec.lattice).beads();
+      const std::uint64_t beads = beads_of(planned.spec, planned.spec.samples - begun);
       const std::string continued = begun == 0 ? "" : fmt::format(", {} of them there already", begun);
       const std::string replaces =
           planned.replaces.empty() ? "" : fmt::format("; replaces the file there: {}", planned.replaces);
       steps.push_back({Stage::sample,
-                       fmt::format("{} piles, {}{}{}", planned.spec.samples, planned.label, continued, replaces),
+                       fmt::format("{} {}, {}{}{}", planned.spec.samples, kind_of(planned.spec), planned.label,
+                                   continued, replaces),
                        planned.reusable, planned.reusable ? 0 : beads});
     };
     for (const PlannedEnsemble& planned : plan_ensembles(experiment, options.folder)) add(planned);
@@ -88,7 +93,7 @@ std::vector<PlannedStep> plan_run(const Experiment& experiment, const RunOptions
 double memory_needed(const Experiment& experiment, int threads) {
   double drawing = 0;
   const auto consider = [&](const PlannedEnsemble& planned) {
-    drawing = std::max(drawing, drawing_memory(planned.spec.sampler, Lattice(planned.spec.lattice)));
+    drawing = std::max(drawing, drawing_memory(planned.spec));
   };
   for (const PlannedEnsemble& planned : plan_ensembles(experiment, {})) consider(planned);
   for (const SideEnsemble& side : plan_side_ensembles(experiment, {})) consider(side.planned);

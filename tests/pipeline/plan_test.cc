@@ -1,0 +1,99 @@
+// What a run foretells of itself: beads to draw, and the memory for it.
+#include <catch2/catch.hpp>
+#include <string>
+
+#include "ensemble/ensemble_runner.h"
+#include "ensemble/estimator.h"
+#include "pipeline/pipeline.h"
+#include "small_experiment.h"
+#include "support/temporary_folder.h"
+
+using namespace granuscope;
+using Catch::Matchers::Contains;
+using test::TemporaryFolder;
+
+namespace {
+
+Experiment multiplexed_experiment(double mu, bool opposite) {
+  Experiment experiment = small_experiment();
+  experiment.mu = {mu};
+  experiment.response.estimator = "multiplexed";
+  experiment.response.epsilon = 0.25;
+  experiment.response.opposite = opposite;
+  return experiment;
+}
+
+PlannedStep drawing(const Experiment& experiment) {
+  const TemporaryFolder folder;
+  RunOptions options;
+  options.folder = folder.path();
+  options.only = {Stage::sample};
+  const std::vector<PlannedStep> plan = plan_run(experiment, options);
+  REQUIRE(plan.size() == 1);
+  return plan.front();
+}
+
+EnsembleSpec pairs(EstimatorName estimator, bool opposite, Law law, double mu) {
+  EnsembleSpec spec;
+  spec.lattice = {64, 40};
+  spec.sampler.mu = mu;
+  spec.sampler.law = law;
+  spec.estimator = estimator;
+  spec.opposite = opposite;
+  spec.samples = 256;
+  return spec;
+}
+
+}  // namespace
+
+TEST_CASE("the plan counts both piles of a pair with opposite loads") {
+  const PlannedStep single = drawing(multiplexed_experiment(0.3, false));
+  const PlannedStep pair = drawing(multiplexed_experiment(0.3, true));
+  CHECK(single.beads == 256U * 120U * 70U);
+  CHECK(pair.beads == 2 * single.beads);
+  CHECK_THAT(single.what, Contains("256 piles"));
+  CHECK_THAT(pair.what, Contains("256 pairs of piles"));
+}
+
+TEST_CASE("the beads foretold are those that are drawn") {
+  for (const bool opposite : {false, true}) {
+    EnsembleSpec spec = pairs(EstimatorName::multiplexed, opposite, Law::granusolve, 0.3);
+    spec.epsilon = 0.25;
+    INFO("opposite: " << opposite);
+    const EnsembleRecord record = run_ensemble(spec, 1, nullptr);
+    REQUIRE(record.failed.empty());
+    CHECK(record.counts.beads == beads_of(spec, spec.samples));
+  }
+}
+
+TEST_CASE("fewer pairs than single piles are foretold for a precision") {
+  Experiment experiment = multiplexed_experiment(0.3, false);
+  experiment.precision = {2e-4, 0, 1000000};
+  const PlannedStep single = drawing(experiment);
+  experiment.response.opposite = true;
+  const PlannedStep pair = drawing(experiment);
+  CHECK_THAT(pair.what, Contains("pairs of piles"));
+  // A pair is worth four piles, the steps in rounds are up to 1.65 apart, and its two piles are two piles to draw.
+  const double ratio = static_cast<double>(pair.beads) / static_cast<double>(single.beads);
+  CHECK(ratio > 0.5 / 1.7);
+  CHECK(ratio < 0.5 * 1.7);
+}
+
+TEST_CASE("two samplers, and a sampler that is handed both loads at once, need twice the memory") {
+  using enum EstimatorName;
+  const auto memory = [](const EnsembleSpec& spec) { return drawing_memory(spec); };
+  const auto ratio = [&](EstimatorName estimator, Law law, double mu) {
+    return memory(pairs(estimator, estimator == multiplexed, law, mu)) / memory(pairs(point, false, law, mu));
+  };
+  CHECK(ratio(multiplexed, Law::polytope, 0.3) == Approx(2));
+  CHECK(ratio(paired, Law::polytope, 0.3) == Approx(2));
+  CHECK(ratio(point, Law::polytope, 0.3) == Approx(1));
+  // Where two groups are drawn at once they are one of each load.
+  const Lattice lattice(pairs(point, false, Law::granusolve, 0.3).lattice);
+  for (const double mu : {0.05, 0.3, 0.8}) {
+    SamplerSpec sampler;
+    sampler.mu = mu;
+    INFO("mu = " << mu);
+    CHECK(ratio(multiplexed, Law::granusolve, mu) == Approx(piles_at_once(sampler, lattice) > group_lanes ? 1 : 2));
+  }
+}
