@@ -68,6 +68,8 @@ std::optional<SamplingFailure> GranusolveSampler::solve_pile(std::uint64_t sampl
 void GranusolveSampler::begin_pile(std::uint64_t sample, std::span<const double> load) {
   load_ = load;
   key_ = RandomKey(spec_.seed, sample);
+  philox_keys_ = PhiloxKeys(spec_.seed);
+  rows_ = first_ == nullptr && !PlainKernels::in_use();
   for (auto& layer : pending_) layer.clear();
   for (int layer = 0; layer < lattice_.layers(); ++layer) {
     order_[static_cast<std::size_t>(layer)] =
@@ -202,32 +204,6 @@ std::optional<SamplingFailure> GranusolveSampler::solve_layer(int layer) {
   }
   if (solutions_ > max_solutions_) return SamplingFailure{layer};
   return std::nullopt;
-}
-
-bool GranusolveSampler::solve_pending() {
-  int layer = topmost_pending_;
-  while (layer <= front_) {
-    const int bead = next_pending(layer);
-    if (bead < 0) {
-      ++layer;
-      continue;
-    }
-    if (solutions_ > max_solutions_) return false;
-    topmost_pending_ = lattice_.layers();
-    if (solve_bead(layer, bead) == Mend::climbed) {
-      layer = std::min(layer, topmost_pending_);
-    }
-  }
-  topmost_pending_ = lattice_.layers();
-  return solutions_ <= max_solutions_;
-}
-
-int GranusolveSampler::next_pending(int layer) {
-  auto& beads = pending_[static_cast<std::size_t>(layer)];
-  std::erase_if(beads, [&](int bead) { return state_.unsolved[at(layer, bead)] == 0; });
-  const auto first = std::min_element(beads.begin(), beads.end(),
-                                      [&](int a, int b) { return position(layer, a) < position(layer, b); });
-  return first == beads.end() ? -1 : *first;
 }
 
 // ---------------------------------------------------------------------------------------------- one bead
@@ -377,54 +353,6 @@ void GranusolveSampler::renew_child(int layer, int bead) {
     unsolve(layer, bead, 1);  // beyond the rounding allowance after all: it waits like a bead that a climb has unsolved
   } else if (layer < front_) {
     unsolve(layer + 1, lattice_.lower_left(layer, bead), 2);
-  }
-}
-
-void GranusolveSampler::climb(int layer, int bead) {
-  ++counts_.climbs;
-  std::uint8_t& climbs = state_.climbs[at(layer, bead)];
-  const int height = 2 + climbs;
-  if (climbs < std::numeric_limits<std::uint8_t>::max()) ++climbs;
-  const int top = std::max(0, layer - height);
-  // Mends of the topmost unsolved layer change the one above it, and whoever keeps a window has read that one's
-  // neighbours as final.
-  if (front_ - top > window_ - 4) {
-    beyond_window_ = true;
-    solutions_ = max_solutions_ + 1;
-    return;
-  }
-  const int sideways = height - (layer - top);
-  int first = bead;
-  for (int n = layer; n > top; --n) first = lattice_.upper_left(n, first);
-  const int columns = lattice_.columns();
-  const int count = std::min(columns, layer - top + 1 + 2 * sideways);
-  const int leftmost = ((first - sideways) % columns + columns) % columns;
-  unsolve(top, leftmost, count);
-  for (int k = 0, ancestor = leftmost; k < count; ++k, ancestor = lattice_.next(ancestor)) {
-    if (state_.unsolved[at(top, ancestor)] != 0) state_.unsolved[at(top, ancestor)] = top_of_climb;
-  }
-}
-
-/// The beads `first` .. `first + count - 1` of a layer and all that hangs below them. Whatever hangs below an unsolved
-/// bead is unsolved already.
-void GranusolveSampler::unsolve(int layer, int first, int count) {
-  bool some_solved = true;
-  for (; layer <= front_ && some_solved; first = lattice_.lower_left(layer, first), ++layer, ++count) {
-    some_solved = false;
-    count = std::min(count, lattice_.columns());
-    for (int k = 0, bead = first; k < count; ++k, bead = lattice_.next(bead)) {
-      // The bead at the cursor is either being solved right now, and is tried again by whoever called, or the next one.
-      if (layer == front_ && position(layer, bead) >= cursor_) {
-        forget_draw(bead);
-        continue;
-      }
-      std::uint8_t& state = state_.unsolved[at(layer, bead)];
-      if (state != 0) continue;
-      state = below_climb;
-      some_solved = true;
-      pending_[static_cast<std::size_t>(layer)].push_back(bead);
-      topmost_pending_ = std::min(topmost_pending_, layer);
-    }
   }
 }
 

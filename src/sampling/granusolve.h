@@ -12,6 +12,7 @@
 #include "model/friction_cone.h"
 #include "sampling/random_key.h"
 #include "sampling/sampler.h"
+#include "sampling/uniform_bits.h"
 
 namespace granuscope {
 
@@ -101,6 +102,7 @@ class GranusolveSampler final : public Sampler {
   /// Solves everything that a climb has unsolved, topmost layer first. False if the effort ran out.
   bool solve_pending();
   int next_pending(int layer);
+  int redraw_in_order(int layer);
   void count_pile();
   void add_pile(const std::array<std::uint64_t, rules>& beads_by);
   void set_rule(std::size_t bead, Rule rule);
@@ -171,6 +173,11 @@ class GranusolveSampler final : public Sampler {
   // Work space of the arcs and the ring, one entry per parent.
   std::vector<Interval> own_, filter_, bands_;
   std::vector<double> split_;
+
+  // Work space of a row of beads that are solved again.
+  bool rows_ = false;  ///< whether they are drawn a row at a time
+  PhiloxKeys philox_keys_;
+  std::vector<std::uint64_t> row_;
 
   // What state_ points to if the pile is solved by itself, apart from the pile's own forces.
   std::vector<double> own_H_, own_first_uniform_;

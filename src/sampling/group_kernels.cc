@@ -38,7 +38,7 @@ struct Stream {
     return philox_uniforms(dw, front.keys, hn::Set(dw, static_cast<std::uint64_t>(at.bead)),
                            hn::Set(dw, static_cast<std::uint64_t>(static_cast<std::uint32_t>(front.layer))),
                            hn::Load(dw, front.sample.data() + k),
-                           hn::Or(hn::ShiftLeft<8>(attempt), hn::Set(dw, std::uint64_t{1})));
+                           hn::Or(hn::ShiftLeft<8>(attempt), hn::Set(dw, std::uint64_t{later_attempt_stream})));
   }
   HWY_INLINE void keep(const Bead<V>& bead, M where, std::size_t number) const {
     const V H_R = point_at(bead.interval, load(front.first_uniform, number));

@@ -55,6 +55,20 @@ std::size_t DrawBeads(const FrictionCone& cone, const UpperRow& above, const dou
   return i;
 }
 
+void LaterNumbers(const PhiloxKeys& keys, std::uint32_t sample, int layer, const std::uint32_t* HWY_RESTRICT bead,
+                  const std::uint32_t* HWY_RESTRICT attempt, double* HWY_RESTRICT number) {
+  const hn::CappedTag<std::uint64_t, attempts_at_once> d;
+  const hn::Rebind<std::uint32_t, decltype(d)> d_half;
+  const auto layers = hn::Set(d, static_cast<std::uint64_t>(static_cast<std::uint32_t>(layer)));
+  const auto samples = hn::Set(d, static_cast<std::uint64_t>(sample));
+  for (std::size_t i = 0; i < attempts_at_once; i += hn::Lanes(d)) {
+    const auto attempts = hn::PromoteTo(d, hn::LoadU(d_half, attempt + i));
+    const auto u = philox_uniforms(d, keys, hn::PromoteTo(d, hn::LoadU(d_half, bead + i)), layers, samples,
+                                   hn::Or(hn::ShiftLeft<8>(attempts), hn::Set(d, std::uint64_t{later_attempt_stream})));
+    hn::StoreU(u.first, hn::RebindToFloat<decltype(d)>(), number + i);
+  }
+}
+
 void FindFailing(const double* HWY_RESTRICT slack, std::size_t beads, std::uint64_t* HWY_RESTRICT words) {
   const hn::CappedTag<double, 8> d;
   const std::size_t lanes = hn::Lanes(d);
@@ -83,6 +97,7 @@ namespace granuscope {
 
 HWY_EXPORT(FillFirstUniforms);
 HWY_EXPORT(DrawBeads);
+HWY_EXPORT(LaterNumbers);
 HWY_EXPORT(FindFailing);
 
 namespace {
@@ -93,6 +108,7 @@ thread_local int plain_kernels = 0;
 
 PlainKernels::PlainKernels() { ++plain_kernels; }
 PlainKernels::~PlainKernels() { --plain_kernels; }
+bool PlainKernels::in_use() { return plain_kernels > 0; }
 
 void fill_first_uniforms(std::uint64_t seed, std::uint32_t sample, int layer, double* uniforms, std::size_t beads) {
   if (plain_kernels > 0) return fill_first_uniforms_plain(seed, sample, layer, uniforms, beads);
@@ -109,6 +125,13 @@ void fill_first_uniforms_plain(std::uint64_t seed, std::uint32_t sample, int lay
     uniforms[bead] = to_unit_interval(words[0], words[1]);
     if (bead + 1 < beads) uniforms[bead + 1] = to_unit_interval(words[2], words[3]);
   }
+}
+
+void later_numbers(const PhiloxKeys& keys, std::uint32_t sample, int layer,
+                   const std::array<std::uint32_t, attempts_at_once>& bead,
+                   const std::array<std::uint32_t, attempts_at_once>& attempt,
+                   std::array<double, attempts_at_once>& number) {
+  HWY_DYNAMIC_DISPATCH(LaterNumbers)(keys, sample, layer, bead.data(), attempt.data(), number.data());
 }
 
 void draw_beads_plain(const FrictionCone& cone, const UpperRow& above, const double* uniforms, std::size_t beads,

@@ -1,9 +1,11 @@
 #pragma once
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <string>
 
 #include "model/friction_cone.h"
+#include "sampling/uniform_bits.h"
 
 namespace granuscope {
 
@@ -46,6 +48,13 @@ void draw_beads_plain(const FrictionCone& cone, const UpperRow& above, const dou
 void find_failing(const double* slack, std::size_t beads, std::uint64_t* words);
 void find_failing_plain(const double* slack, std::size_t beads, std::uint64_t* words);
 
+/// The first numbers of later attempts (RandomKey::attempt) of eight beads of a layer.
+inline constexpr std::size_t attempts_at_once = 8;
+void later_numbers(const PhiloxKeys& keys, std::uint32_t sample, int layer,
+                   const std::array<std::uint32_t, attempts_at_once>& bead,
+                   const std::array<std::uint32_t, attempts_at_once>& attempt,
+                   std::array<double, attempts_at_once>& number);
+
 /// While one lives, the kernels above are their plain twins in this thread: for measuring what the vectors gain.
 class PlainKernels {
  public:
@@ -53,6 +62,7 @@ class PlainKernels {
   ~PlainKernels();
   PlainKernels(const PlainKernels&) = delete;
   PlainKernels& operator=(const PlainKernels&) = delete;
+  static bool in_use();
 };
 
 /// The instruction set that the kernels use on this machine, as Highway names it ("AVX3" is AVX-512).

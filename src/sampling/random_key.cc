@@ -8,9 +8,8 @@ namespace granuscope {
 namespace {
 
 // The low byte of the last counter word tells the streams apart, the other 24 bits are the attempt.
-// Stream 0 belongs to the first attempts (layer_kernels.cc).
+// Stream 0 belongs to the first attempts (layer_kernels.cc), stream 1 to the later ones.
 enum Stream : std::uint32_t {
-  later_attempt_stream = 1,
   order_stream = 2,
   chain_stream = 3,
   pilot_stream = 4,
@@ -18,7 +17,7 @@ enum Stream : std::uint32_t {
 };
 
 r123::Philox4x32::ctr_type philox(std::uint64_t seed, std::uint32_t bead, int layer, std::uint32_t sample,
-                                  std::uint32_t attempt, Stream stream) {
+                                  std::uint32_t attempt, std::uint32_t stream) {
   const r123::Philox4x32::ctr_type counter{{bead, static_cast<std::uint32_t>(layer), sample, attempt << 8 | stream}};
   const r123::Philox4x32::key_type key{{static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32)}};
   return r123::Philox4x32()(counter, key);

@@ -11,6 +11,9 @@ inline double to_unit_interval(std::uint32_t low, std::uint32_t high) {
   return static_cast<double>(static_cast<std::int64_t>(bits)) * 0x1p-53;
 }
 
+/// The low byte of Philox's last counter word, which tells the stream of later attempts apart; the rest is the attempt.
+inline constexpr std::uint32_t later_attempt_stream = 1;
+
 /// What Philox4x32-10 adds in each round, from a seed; each 32-bit word stands in 64 bits, ready for vector lanes.
 struct PhiloxKeys {
   static constexpr std::size_t rounds = 10;
