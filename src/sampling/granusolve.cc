@@ -41,7 +41,7 @@ void GranusolveSampler::clear_state(Pile& pile) {
   own_climbs_.assign(beads, 0);
   state_ = {pile.V_R.data(),    pile.V_L.data(),           pile.H_R.data(),      pile.H_L.data(),
             own_H_.data(),      own_attempts_.data(),      own_unsolved_.data(), own_rule_.data(),
-            own_climbs_.data(), own_first_uniform_.data(), own_failing_.data()};
+            own_climbs_.data(), own_first_uniform_.data(), own_failing_.data(),  nullptr};
 }
 
 std::optional<SamplingFailure> GranusolveSampler::draw(std::uint64_t sample, std::span<const double> load, Pile& pile) {
@@ -215,7 +215,7 @@ Incoming GranusolveSampler::incoming(int layer, int bead) const {
   }
   const std::size_t a = at(layer - 1, lattice_.upper_left(layer, bead));
   const std::size_t b = at(layer - 1, lattice_.upper_right(layer, bead));
-  return {state_.V_R[a], state_.V_L[b], state_.H_R[a] + state_.H_L[b]};
+  return {state_.V_R[a], state_.V_L[b], state_.H_R[a] + (state_.H[b] - state_.H_R[b])};
 }
 
 /// Where a solved bead may move its H_R, whatever hangs below it.
@@ -267,7 +267,7 @@ bool GranusolveSampler::try_draw(int layer, int bead) {
 void GranusolveSampler::set_split(int layer, int bead, double H_R) {
   const std::size_t here = at(layer, bead);
   state_.H_R[here] = H_R;
-  state_.H_L[here] = state_.H[here] - H_R;
+  if (state_.H_L != nullptr) state_.H_L[here] = state_.H[here] - H_R;
 }
 
 UniformPair GranusolveSampler::next_uniforms(int layer, int bead, int used) {

@@ -21,7 +21,8 @@ class GranusolveGroup;
 /// The state of a pile that is being solved, and of the layer at its front: arrays of shape [layers, columns] and
 /// [columns], of which every stride-th entry belongs to this pile. Piles side by side share the arrays.
 struct GranusolveState {
-  double *V_R, *V_L, *H_R, *H_L;
+  double *V_R, *V_L, *H_R;
+  double* H_L;              ///< H - H_R; none if nobody reads it
   double* H;                ///< total horizontal force entering each bead
   std::uint32_t* attempts;  ///< attempts after the first
   std::uint8_t* unsolved;   ///< not 0 from a climb on until the bead is solved again
@@ -29,6 +30,7 @@ struct GranusolveState {
   std::uint8_t* climbs;     ///< that set out from the bead, at most 255; it then counts as climbed
   double* first_uniform;    ///< of the front layer
   std::uint64_t* failing;   ///< front layer, a bit for each bead: its bulk draw does not hold (any more)
+  std::uint64_t* changed;   ///< and the parents have changed since; none if nobody reads it
   std::size_t stride = 1, lane = 0;
 };
 
@@ -141,6 +143,7 @@ class GranusolveSampler final : public Sampler {
   void forget_draw(int bead) {
     const std::size_t bit = at(bead) + state_.lane;
     state_.failing[bit / 64] |= std::uint64_t{1} << (bit % 64);
+    if (state_.changed != nullptr) state_.changed[bit / 64] |= std::uint64_t{1} << (bit % 64);
   }
 
   /// Index into the arrays of state_.

@@ -115,7 +115,7 @@ int GranusolveSampler::redraw_in_order(int layer) {
       const auto index = static_cast<int>(bead[k]);
       const std::size_t a = above + (static_cast<std::size_t>(lattice.upper_left(layer, index)) * state.stride);
       const std::size_t b = above + (static_cast<std::size_t>(lattice.upper_right(layer, index)) * state.stride);
-      const Incoming in{state.V_R[a], state.V_L[b], state.H_R[a] + state.H_L[b]};
+      const Incoming in{state.V_R[a], state.V_L[b], state.H_R[a] + (state.H[b] - state.H_R[b])};
       const Outgoing out = balance(in);
       const Interval interval = split_interval(cone, out, in.H);
       if (unsolvable(out, interval) || solutions_ > max_solutions_) {
@@ -135,7 +135,7 @@ int GranusolveSampler::redraw_in_order(int layer) {
       state.V_L[to] = out.V_L;
       state.H[to] = in.H;
       state.H_R[to] = H_R;
-      state.H_L[to] = in.H - H_R;
+      if (state.H_L != nullptr) state.H_L[to] = in.H - H_R;
       state.unsolved[to] = 0;
       state.rule[to] = static_cast<std::uint8_t>(Rule::first_draw);
     }

@@ -3,10 +3,9 @@
 #include <algorithm>
 #include <bit>
 #include <cstring>
+#include <functional>
 #include <numeric>
 #include <utility>
-
-#include "sampling/layer_kernels.h"
 
 namespace granuscope {
 
@@ -15,9 +14,12 @@ namespace {
 /// The most memory that eight piles side by side may take; beyond it they are drawn one by one.
 constexpr double most_memory = 2e9;  // bytes
 /// Forces of a kept bead of one pile; forces, H, attempts, state and rule of one in the window.
-constexpr double bytes_kept = 32, bytes_in_window = 47;
+constexpr double bytes_kept = 32, bytes_in_window = 39;
 /// Layers of the window, a power of two. A climb of 29 layers takes 27 climbs of one bead before it.
 constexpr int window = 32;
+
+/// Words of padding before the first bead's bits.
+constexpr std::size_t words_before = row_padding / sizeof(std::uint64_t);
 
 static_assert(std::endian::native == std::endian::little, "a word of failing beads is read byte by byte");
 
@@ -94,7 +96,7 @@ double GranusolveGroup::memory(const Lattice& lattice) {
 GranusolveGroup::GranusolveGroup(const SamplerSpec& spec, const Lattice& lattice, std::span<const int> kept)
     : kept_(static_cast<std::size_t>(lattice.layers()), -1), cone_(spec.mu), spec_(spec), lattice_(lattice) {
   const std::size_t layer = static_cast<std::size_t>(lattice.columns()) * group_lanes, all = window * layer;
-  for (Array<double>* forces : {&V_R_, &V_L_, &H_, &H_R_, &H_L_}) {
+  for (Array<double>* forces : {&V_R_, &V_L_, &H_, &H_R_}) {
     *forces = hwy::AllocateAligned<double>(all);
     std::fill_n(forces->get(), all, 0.0);  // lanes without a pile are computed with, too
   }
@@ -107,24 +109,26 @@ GranusolveGroup::GranusolveGroup(const SamplerSpec& spec, const Lattice& lattice
     *forces = hwy::AllocateAligned<double>(std::max<std::size_t>(kept.size(), 1) * layer);
   }
   first_uniform_ = hwy::AllocateAligned<double>(layer + group_lanes);
-  slack_ = hwy::AllocateAligned<double>(layer);
   half_load_ = hwy::AllocateAligned<double>(layer);
-  no_force_ = hwy::AllocateAligned<double>(layer);
-  std::fill_n(no_force_.get(), layer, 0.0);
-  failing_ = hwy::AllocateAligned<std::uint64_t>((layer + 63) / 64);
+  const std::size_t words = (static_cast<std::size_t>(lattice.columns()) + 7) / 8 + 2 * words_before;
+  for (Array<std::uint64_t>* bits : {&failing_, &changed_}) {
+    *bits = hwy::AllocateAligned<std::uint64_t>(words);
+    std::fill_n(bits->get(), words, 0);
+  }
   for (std::size_t k = 0; k < group_lanes; ++k) {
     solvers_[k] = std::make_unique<GranusolveSampler>(spec, lattice);
     solvers_[k]->state_ = {V_R_.get() + k,
                            V_L_.get() + k,
                            H_R_.get() + k,
-                           H_L_.get() + k,
+                           nullptr,
                            H_.get() + k,
                            attempts_.get() + k,
                            unsolved_.get() + k,
                            rule_.get() + k,
                            climbs_.get() + k,
                            first_uniform_.get() + k,
-                           failing_.get(),
+                           failing_.get() + words_before,
+                           changed_.get() + words_before,
                            group_lanes,
                            k};
     solvers_[k]->window_ = window;
@@ -134,7 +138,7 @@ GranusolveGroup::GranusolveGroup(const SamplerSpec& spec, const Lattice& lattice
 
 GroupRow GranusolveGroup::row(int layer) const {
   const std::size_t at = lattice_.index(layer % window, 0) * group_lanes;
-  return {V_R_.get() + at, V_L_.get() + at, H_.get() + at, H_R_.get() + at, H_L_.get() + at};
+  return {V_R_.get() + at, V_L_.get() + at, H_.get() + at, H_R_.get() + at};
 }
 
 void GranusolveGroup::prepare(std::uint64_t first_sample, std::span<const std::span<const double>> loads,
@@ -154,7 +158,8 @@ void GranusolveGroup::prepare(std::uint64_t first_sample, std::span<const std::s
   front_.columns = lattice_.columns();
   front_.mended_rule = static_cast<std::uint8_t>(GranusolveSampler::Rule::pair);
   front_.first_uniform = first_uniform_.get();
-  front_.failing = reinterpret_cast<std::uint8_t*>(failing_.get());
+  front_.failing = reinterpret_cast<std::uint8_t*>(failing_.get() + words_before);
+  front_.changed = reinterpret_cast<std::uint8_t*>(changed_.get() + words_before);
   for (std::size_t k = 0; k < group_lanes; ++k) {
     front_.sample[k] = static_cast<std::uint32_t>(first_sample + k);
     front_.met[k] = front_.pairs[k] = 0;
@@ -221,31 +226,10 @@ SamplerCounts GranusolveGroup::take_counts() {
   return sum;
 }
 
-void GranusolveGroup::draw_layer_in_bulk(int layer) {
+void GranusolveGroup::draw_layer_in_bulk() {
   const auto columns = static_cast<std::size_t>(lattice_.columns());
-  fill_group_uniforms(front_.keys, front_.sample, layer, first_uniform_.get(), columns);
-  const auto below = [&](std::size_t bead) {
-    const std::size_t at = bead * group_lanes;
-    return LowerRow{front_.here.V_R + at, front_.here.V_L + at, front_.here.H + at,
-                    front_.here.H_R + at, front_.here.H_L + at, slack_.get() + at};
-  };
-  if (layer == 0) {
-    const double* const half = half_load_.get();
-    draw_beads(cone_, {half, half, no_force_.get(), no_force_.get()}, first_uniform_.get(), columns * group_lanes,
-               below(0));
-  } else {
-    const GroupRow& up = front_.above;
-    const auto above = [&](std::size_t upper_left, std::size_t upper_right) {
-      const std::size_t left = upper_left * group_lanes, right = upper_right * group_lanes;
-      return UpperRow{up.V_R + left, up.V_L + right, up.H_R + left, up.H_L + right};
-    };
-    // As in GranusolveSampler: the seam's bead is a run of its own.
-    const std::size_t first = layer % 2 == 0 ? 1 : 0, seam = layer % 2 == 0 ? 0 : columns - 1;
-    draw_beads(cone_, above(0, 1), first_uniform_.get() + first * group_lanes, (columns - 1) * group_lanes,
-               below(first));
-    draw_beads(cone_, above(columns - 1, 0), first_uniform_.get() + seam * group_lanes, group_lanes, below(seam));
-  }
-  find_failing(slack_.get(), columns * group_lanes, failing_.get());
+  std::memset(front_.changed, 0, columns);
+  draw_layer(cone_, half_load_.get(), front_);
   for (unsigned rest = front_.running; rest != 0; rest &= rest - 1) {
     GranusolveSampler& solver = *solvers_[static_cast<std::size_t>(std::countr_zero(rest))];
     solver.solutions_ += columns;
@@ -283,7 +267,7 @@ void GranusolveGroup::begin_layer(int layer) {
   front_.rule = rule_.get() + here;
   front_.position = 0;
   front_.bead = order.first_bead;
-  draw_layer_in_bulk(layer);
+  draw_layer_in_bulk();
   lap(Phase::first_draws);
 }
 
@@ -326,7 +310,7 @@ void GranusolveGroup::end_layer() {
 void GranusolveGroup::finish_layer(int layer) {
   const auto checked = [this](int of) {
     const GroupRow from = row(std::max(of, 0));
-    return GroupIdentities::Row{from.V_R, from.V_L, from.H_R, from.H_L};
+    return GroupIdentities::Row{from.V_R, from.V_L, from.H_R, from.H, true};
   };
   identities_.add_layer(checked(layer), checked(layer - 1), checked(layer - 2));
   const std::size_t columns = static_cast<std::size_t>(lattice_.columns());
@@ -343,7 +327,7 @@ void GranusolveGroup::finish_layer(int layer) {
   std::copy_n(from.V_R, size, kept_V_R_.get() + to);
   std::copy_n(from.V_L, size, kept_V_L_.get() + to);
   std::copy_n(from.H_R, size, kept_H_R_.get() + to);
-  std::copy_n(from.H_L, size, kept_H_L_.get() + to);
+  std::transform(from.H, from.H + size, from.H_R, kept_H_L_.get() + to, std::minus<>());
 }
 
 /// What is left when all layers have been drawn.

@@ -61,7 +61,7 @@ class GranusolveGroup {
     if (front_.times != nullptr) front_.times->end(phase);
   }
   GroupRow row(int layer) const;
-  void draw_layer_in_bulk(int layer);
+  void draw_layer_in_bulk();
   void begin_layer(int layer);
   void end_layer();
   bool layer_is_solved() const { return front_.position == front_.columns; }
@@ -78,14 +78,13 @@ class GranusolveGroup {
   std::span<const std::span<const double>> loads_;  ///< of the piles being drawn
   std::span<std::optional<SamplingFailure>> failures_;
   // State of the layers in the window, [window, columns, 8]; a layer's place is its number modulo the window.
-  Array<double> V_R_, V_L_, H_, H_R_, H_L_;
+  Array<double> V_R_, V_L_, H_, H_R_;
   Array<std::uint32_t> attempts_;
   Array<std::uint8_t> unsolved_, rule_, climbs_;
   std::vector<int> kept_;                                    ///< place of each layer among those kept, or -1
   Array<double> kept_V_R_, kept_V_L_, kept_H_R_, kept_H_L_;  ///< [kept layers, columns, 8]
-  Array<double> first_uniform_, slack_;                      ///< [columns, 8]
-  Array<double> half_load_, no_force_;                       ///< [columns, 8]
-  Array<std::uint64_t> failing_;                             ///< [columns] bytes
+  Array<double> first_uniform_, half_load_;                  ///< [columns, 8]
+  Array<std::uint64_t> failing_, changed_;                   ///< [columns] bytes and padding
   FrictionCone cone_;
   std::array<std::unique_ptr<GranusolveSampler>, group_lanes> solvers_;
   SamplerSpec spec_;

@@ -5,6 +5,8 @@
 #include <hwy/foreach_target.h>  // compiles this file once for each instruction set
 #include <hwy/highway.h>
 
+#include <algorithm>
+#include <bit>
 #include <cstring>
 #include <limits>
 
@@ -47,11 +49,9 @@ struct Stream {
     hn::BlendedStore(bead.V_L, where, d, front.here.V_L + to);
     hn::BlendedStore(bead.H, where, d, front.here.H + to);
     hn::BlendedStore(H_R, where, d, front.here.H_R + to);
-    hn::BlendedStore(hn::Sub(bead.H, H_R), where, d, front.here.H_L + to);
   }
-  HWY_INLINE void set_parent(std::size_t parent, V H_R, V H, M where) const {
+  HWY_INLINE void set_parent(std::size_t parent, V H_R, M where) const {
     hn::BlendedStore(H_R, where, d, front.above.H_R + place(parent));
-    hn::BlendedStore(hn::Sub(H, H_R), where, d, front.above.H_L + place(parent));
   }
   HWY_INLINE void count(LaneWords& words, M where) const {
     std::uint64_t* const to = words.data() + k;
@@ -63,6 +63,8 @@ struct Stream {
     hn::Store(hn::TruncateTo(d32, hn::Add(attempts(), more)), d32, front.attempts + place(at.bead));
   }
 };
+
+constexpr std::uint64_t every_byte = 0x0101010101010101U;
 
 HWY_INLINE unsigned bits_of(M mask) {
   std::uint8_t bits[8] = {};
@@ -150,8 +152,10 @@ HWY_INLINE void mend_streams(const FrictionCone& friction, const Streams& stream
   using B = GroupBead;
   const X A_V_R = above(&R::V_R, &B::A), B_V_L = above(&R::V_L, &B::B);
 
+  const X A_H = above(&R::H, &B::A), B_H = above(&R::H, &B::B);
+
   // Whether it misses its band by more than rounding.
-  const X H = plus(above(&R::H_R, &B::A), above(&R::H_L, &B::B));
+  const X H = plus(above(&R::H_R, &B::A), minus(B_H, above(&R::H_R, &B::B)));
   const Range<X> solvable = solvable_band(cone, A_V_R, B_V_L);
   const X on_band = clamped(H, solvable.low, larger(solvable.low, solvable.high));
   const X allowance =
@@ -160,14 +164,14 @@ HWY_INLINE void mend_streams(const FrictionCone& friction, const Streams& stream
 
   // The pair rule. A parent whose own interval is empty by rounding is left over with the rest.
   const X A_V_L = above(&R::V_L, &B::A), B_V_R = above(&R::V_R, &B::B);
-  const X A_H = above(&R::H, &B::A), B_H = above(&R::H, &B::B);
   Range<X> a = split_interval(cone, A_V_R, A_V_L, A_H), b = split_interval(cone, B_V_R, B_V_L, B_H);
   // The neighbour behind hangs below its outer parent and A (if it is the left one) or B.
   const X outer_H_R = above(&R::H_R, &B::outer);
   const X behind_V_UL = streams.by_side(above(&R::V_R, &B::outer), B_V_R);
   const X behind_V_UR = streams.by_side(A_V_L, above(&R::V_L, &B::outer));
   const Range<X> hold = solvable_band(cone, behind_V_UL, behind_V_UR);
-  const X H_between = streams.by_side(A_H, above(&R::H, &B::outer));
+  const X outer_H = above(&R::H, &B::outer);
+  const X H_between = streams.by_side(A_H, outer_H);
   const X hold_low = minus(hold.low, H_between), hold_high = minus(hold.high, H_between);
   a = {streams.by_side(larger(a.low, minus(outer_H_R, hold_high)), a.low),
        streams.by_side(smaller(a.high, minus(outer_H_R, hold_low)), a.high)};
@@ -182,7 +186,7 @@ HWY_INLINE void mend_streams(const FrictionCone& friction, const Streams& stream
   const X A_H_L = minus(A_H, pair.a), B_H_L = minus(B_H, pair.b);
   const Bead<X> self = bead_under(cone, A_V_R, B_V_L, plus(pair.a, B_H_L));
   const Bead<X> behind = bead_under(cone, behind_V_UL, behind_V_UR,
-                                    streams.by_side(plus(outer_H_R, A_H_L), plus(pair.b, above(&R::H_L, &B::outer))));
+                                    streams.by_side(plus(outer_H_R, A_H_L), plus(pair.b, minus(outer_H, outer_H_R))));
   // A neighbour or the bead itself whose interval is empty after all is so by rounding, which is not settled here.
   const auto active = streams.all([](const Stream& s) { return s.active(); });
   const auto possible = both(both(active, failing), both(nonempty, both(feasible, pair.exists)));
@@ -190,8 +194,8 @@ HWY_INLINE void mend_streams(const FrictionCone& friction, const Streams& stream
 
   streams.each([&](const Stream& s, auto part, std::size_t which) {
     const M here = part(mended);
-    s.set_parent(s.at.A, part(pair.a), part(A_H), here);
-    s.set_parent(s.at.B, part(pair.b), part(B_H), here);
+    s.set_parent(s.at.A, part(pair.a), here);
+    s.set_parent(s.at.B, part(pair.b), here);
     s.keep(part_of(self, part), here, s.at.bead);
     s.keep(part_of(behind, part), here, s.at.behind);
     s.add_attempts(here);
@@ -211,11 +215,11 @@ HWY_INLINE unsigned draw_as_is(const Cone<V>& cone, GroupFront& front, const Gro
     const Stream s{front, bead, k, some_of(lanes, k)};
     if (s.lanes == 0) continue;
     const GroupRow& above = front.above;
-    const Bead<V> as_is = bead_under(cone, s.load(above.V_R, bead.A), s.load(above.V_L, bead.B),
-                                     plus(s.load(above.H_R, bead.A), s.load(above.H_L, bead.B)));
+    const Bead<V> as_is =
+        bead_under(cone, s.load(above.V_R, bead.A), s.load(above.V_L, bead.B),
+                   plus(s.load(above.H_R, bead.A), minus(s.load(above.H, bead.B), s.load(above.H_R, bead.B))));
     const M active = s.active(), drawn = only(as_is.unsolvable(), active);
     s.keep(as_is, drawn, bead.bead);
-    s.count(front.met, active);
     open |= bits_of(only(drawn, active)) << k;
   }
   return open;
@@ -236,18 +240,57 @@ HWY_INLINE GroupBead surroundings(const GroupFront& front) {
           number(front.forward ? right : left)};
 }
 
+/// Goes on to the next bead that was noted to fail in a pile that is running; false at the end of the layer.
+HWY_INLINE bool skip_to_failing(GroupFront& front) {
+  constexpr int at_once = 8;
+  static_assert(at_once <= row_padding);
+  const std::uint64_t running = front.running * every_byte;
+  // The bead ahead of one just mended, mostly. Its byte was just written, and would hold up the load of a whole word.
+  if (front.position < front.columns && (front.failing[front.bead] & front.running) != 0) return true;
+  while (front.position < front.columns) {
+    // The beads up to the end of the row or of the layer's order, whichever comes first, eight at a time.
+    const int to_end = front.forward ? front.columns - front.bead : front.bead + 1;
+    const int rest = std::min(to_end, front.columns - front.position);
+    int n = 0;
+    for (; n < rest; n += at_once) {
+      std::uint64_t word;
+      std::memcpy(&word, front.failing + front.bead + (front.forward ? n : -n - (at_once - 1)), sizeof word);
+      word &= running;
+      if (word == 0) continue;
+      n += (front.forward ? std::countr_zero(word) : std::countl_zero(word)) / 8;
+      break;
+    }
+    if (n < rest) {
+      front.step(n);
+      return true;
+    }
+    front.step(rest);
+  }
+  return false;
+}
+
+HWY_INLINE void count_met(GroupFront& front, unsigned lanes) {
+  for (std::size_t k = 0; k < group_lanes; k += hn::Lanes(d)) {
+    const Stream s{front, {}, k, some_of(lanes, k)};
+    s.count(front.met, s.active());
+  }
+}
+
 /// Goes on to the next bead that has no solution as it is in some pile (`to_mend`), or that is left to the solvers of
 /// single piles (`to_settle`); false at the end of the layer.
 HWY_INLINE bool find_unsolved(const Cone<V>& cone, GroupFront& front) {
   if ((front.to_mend | front.to_settle) != 0) return true;
-  for (; front.position < front.columns; front.step()) {
+  for (; skip_to_failing(front); front.step()) {
     const unsigned failing = front.failing[front.bead] & front.running;
-    if (failing == 0) continue;
     if (front.at_an_end()) {
       front.to_settle = failing;
       return true;
     }
-    front.to_mend = draw_as_is(cone, front, surroundings(front), failing);
+    count_met(front, failing);
+    // A bead that had no solution when the layer was drawn has none now, unless its parents have changed since.
+    const unsigned changed = failing & front.changed[front.bead];
+    front.to_mend = failing & ~changed;
+    if (changed != 0) front.to_mend |= draw_as_is(cone, front, surroundings(front), changed);
     if (front.to_mend != 0) return true;
   }
   return false;
@@ -261,8 +304,9 @@ HWY_INLINE void lap(const GroupFront& front, Phase phase) {
 /// come, forgets what was drawn for it.
 HWY_INLINE void note(GroupFront& front, const GroupBead& bead, const Outcome& outcome) {
   front.failing[bead.ahead] = static_cast<std::uint8_t>(front.failing[bead.ahead] | outcome.mended);
+  front.changed[bead.ahead] = static_cast<std::uint8_t>(front.changed[bead.ahead] | outcome.mended);
   // A byte of ones for each pile that was mended, without a branch for each.
-  constexpr std::uint64_t every_byte = 0x0101010101010101U, one_bit_a_byte = 0x8040201008040201U;
+  constexpr std::uint64_t one_bit_a_byte = 0x8040201008040201U;
   const std::uint64_t some_bit = outcome.mended * every_byte & one_bit_a_byte;
   const std::uint64_t whole_bytes = (((some_bit + (every_byte * 0x7F)) | some_bit) >> 7 & every_byte) * 0xFF;
   std::uint64_t rules;
@@ -328,16 +372,52 @@ void MendAlongBoth(const FrictionCone& friction, GroupFront& a, GroupFront& b) {
   }
 }
 
-void FillGroupUniforms(const PhiloxKeys& keys, const LaneWords& sample, int layer, double* HWY_RESTRICT uniforms,
-                       std::size_t beads) {
-  const W layers = hn::Set(dw, static_cast<std::uint64_t>(static_cast<std::uint32_t>(layer)));
+/// One bead below A and B in the piles from lane k on; whether it has no solution.
+HWY_INLINE unsigned draw_first(const Cone<V>& cone, const GroupFront& front, const double* half_load, std::size_t k,
+                               std::size_t A, std::size_t B, std::size_t number, V uniform) {
+  const std::size_t to = (number * group_lanes) + k;
+  V V_UL, V_UR, H;
+  if (half_load != nullptr) {
+    V_UL = V_UR = hn::Load(d, half_load + to);
+    H = hn::Zero(d);
+  } else {
+    const std::size_t a = (A * group_lanes) + k, b = (B * group_lanes) + k;
+    V_UL = hn::Load(d, front.above.V_R + a);
+    V_UR = hn::Load(d, front.above.V_L + b);
+    H = plus(hn::Load(d, front.above.H_R + a), minus(hn::Load(d, front.above.H + b), hn::Load(d, front.above.H_R + b)));
+  }
+  const Bead<V> bead = bead_under(cone, V_UL, V_UR, H);
+  hn::Store(bead.V_R, d, front.here.V_R + to);
+  hn::Store(bead.V_L, d, front.here.V_L + to);
+  hn::Store(bead.H, d, front.here.H + to);
+  hn::Store(point_at(bead.interval, uniform), d, front.here.H_R + to);
+  // What is not a number has no solution, either.
+  const V slack = minus(bead.interval.high, bead.interval.low);
+  const M solvable = both(at_most(hn::Zero(d), slack), at_most(hn::Zero(d), smaller(bead.V_R, bead.V_L)));
+  return bits_of(negation(solvable)) & ((1U << hn::Lanes(d)) - 1);
+}
+
+void DrawLayer(const FrictionCone& friction, const double* half_load, GroupFront& front) {
+  const Cone<V> cone(friction);
+  const auto columns = static_cast<std::size_t>(front.columns);
+  const W layers = hn::Set(dw, static_cast<std::uint64_t>(static_cast<std::uint32_t>(front.layer)));
+  const double* const load = front.layer == 0 ? half_load : nullptr;
+  const bool even = front.layer % 2 == 0;
   for (std::size_t k = 0; k < group_lanes; k += hn::Lanes(d)) {
-    const W samples = hn::Load(dw, sample.data() + k);
-    for (std::size_t bead = 0; bead < beads; bead += 2) {
-      const auto u =
-          philox_uniforms(dw, keys, hn::Set(dw, static_cast<std::uint64_t>(bead / 2)), layers, samples, hn::Zero(dw));
-      hn::Store(u.first, d, uniforms + bead * group_lanes + k);
-      hn::Store(u.second, d, uniforms + (bead + 1) * group_lanes + k);
+    const W samples = hn::Load(dw, front.sample.data() + k);
+    const auto draw = [&](std::size_t bead, V uniform) __attribute__((always_inline)) {
+      const std::size_t previous = bead == 0 ? columns - 1 : bead - 1, next = bead + 1 == columns ? 0 : bead + 1;
+      const unsigned fails = draw_first(cone, front, load, k, even ? previous : bead, even ? bead : next, bead, uniform)
+                             << k;
+      front.failing[bead] = static_cast<std::uint8_t>(k == 0 ? fails : front.failing[bead] | fails);
+    };
+    for (std::size_t bead = 0; bead < columns; bead += 2) {
+      const auto u = philox_uniforms(dw, front.keys, hn::Set(dw, static_cast<std::uint64_t>(bead / 2)), layers, samples,
+                                     hn::Zero(dw));
+      hn::Store(u.first, d, front.first_uniform + (bead * group_lanes) + k);
+      hn::Store(u.second, d, front.first_uniform + ((bead + 1) * group_lanes) + k);
+      draw(bead, u.first);
+      if (bead + 1 < columns) draw(bead + 1, u.second);
     }
   }
 }
@@ -385,7 +465,7 @@ namespace granuscope {
 
 HWY_EXPORT(MendAlong);
 HWY_EXPORT(MendAlongBoth);
-HWY_EXPORT(FillGroupUniforms);
+HWY_EXPORT(DrawLayer);
 HWY_EXPORT(CountRules);
 
 void mend_along(const FrictionCone& cone, GroupFront& front) { HWY_DYNAMIC_DISPATCH(MendAlong)(cone, front); }
@@ -394,9 +474,8 @@ void mend_along(const FrictionCone& cone, GroupFront& a, GroupFront& b) {
   HWY_DYNAMIC_DISPATCH(MendAlongBoth)(cone, a, b);
 }
 
-void fill_group_uniforms(const PhiloxKeys& keys, const LaneWords& sample, int layer, double* uniforms,
-                         std::size_t beads) {
-  HWY_DYNAMIC_DISPATCH(FillGroupUniforms)(keys, sample, layer, uniforms, beads);
+void draw_layer(const FrictionCone& cone, const double* half_load, GroupFront& front) {
+  HWY_DYNAMIC_DISPATCH(DrawLayer)(cone, half_load, front);
 }
 
 void count_rules(const std::uint8_t* rule, const std::uint8_t* climbs, std::size_t beads, RuleCounts& counts) {

@@ -14,8 +14,11 @@ using LaneWords = std::array<std::uint64_t, group_lanes>;
 
 /// One row of the piles of a group. Rows are aligned to 64 bytes.
 struct GroupRow {
-  double *V_R, *V_L, *H, *H_R, *H_L;
+  double *V_R, *V_L, *H, *H_R;  ///< H_L is H - H_R
 };
+
+/// Bytes around a row of bits that are read with it.
+inline constexpr std::size_t row_padding = 8;
 
 /// The layer that is being solved, the one above it, and what its mends read and count.
 struct GroupFront {
@@ -23,10 +26,12 @@ struct GroupFront {
   // Counted for each pile: beads met, and those of them that were mended.
   alignas(64) LaneWords met{}, pairs{};
   GroupRow above{}, here{};
-  const double* first_uniform = nullptr;
   std::uint32_t* attempts = nullptr;  ///< after the first, of this layer
   std::uint8_t* rule = nullptr;       ///< of this layer; set to mended_rule
-  std::uint8_t* failing = nullptr;    ///< a byte for each bead, a bit for each pile
+  double* first_uniform = nullptr;
+  // A byte for each bead, a bit for each pile; row_padding bytes stand before and after them.
+  std::uint8_t* failing = nullptr;  ///< what the bead was drawn with at first does not hold
+  std::uint8_t* changed = nullptr;  ///< because its parents have changed since
   PhiloxKeys keys;
   PhaseTimes* times = nullptr;  ///< who asks how long each phase takes, if anybody
   int layer = 0, columns = 0;
@@ -39,9 +44,12 @@ struct GroupFront {
 
   /// The top layer and the ends of the order are left to the solvers of single piles.
   bool at_an_end() const { return layer == 0 || position == 0 || position == columns - 1; }
-  void step() {
-    ++position;
-    bead = forward ? (bead + 1 == columns ? 0 : bead + 1) : (bead == 0 ? columns - 1 : bead - 1);
+  /// At most to the first bead beyond the row's end.
+  void step(int beads = 1) {
+    position += beads;
+    bead += forward ? beads : -beads;
+    if (bead == columns) bead = 0;
+    if (bead < 0) bead = columns - 1;
   }
 };
 
@@ -51,9 +59,10 @@ struct GroupBead {
   std::size_t A, B, outer, behind, bead, ahead;
 };
 
-/// First uniforms of a layer (layer_kernels.h) for eight samples side by side. `uniforms` has room for beads + 1 beads.
-void fill_group_uniforms(const PhiloxKeys& keys, const LaneWords& sample, int layer, double* uniforms,
-                         std::size_t beads);
+/// Draws the front layer in all piles, each bead with its first number (layer_kernels.h) whether it has a solution or
+/// not, and notes which have none. `half_load`: of the beads of the top layer. first_uniform has room for one bead
+/// more.
+void draw_layer(const FrictionCone& cone, const double* half_load, GroupFront& front);
 
 /// Goes on along the layer and solves each bead that fails in some piles: as it is with its first number where it has a
 /// solution, else by the pair rule, in all piles at once. Returns at the end of the layer, or at a bead that some piles

@@ -37,7 +37,14 @@ std::size_t CheckWeights(const double* HWY_RESTRICT V_R, const double* HWY_RESTR
   return whole;
 }
 
-std::size_t CheckBeads(const CheckedBeads& beads, std::size_t entries, RowFacts& facts) {
+template <bool totals>
+HWY_INLINE V sum_of(const double* H_R, const double* H_L, std::size_t i) {
+  const V right = hn::LoadU(d, H_R + i), other = hn::LoadU(d, H_L + i);
+  return hn::Add(right, totals ? hn::Sub(other, right) : other);
+}
+
+template <bool totals>
+std::size_t CheckSome(const CheckedBeads& beads, std::size_t entries, RowFacts& facts) {
   const std::size_t whole = entries - entries % group_lanes, lanes = hn::Lanes(d);
   const V root3 = hn::Set(d, sqrt3);
   for (std::size_t k = 0; k < group_lanes; k += lanes) {
@@ -48,8 +55,8 @@ std::size_t CheckBeads(const CheckedBeads& beads, std::size_t entries, RowFacts&
     for (std::size_t i = k; i < whole; i += group_lanes) {
       const V weight = hn::Add(hn::LoadU(d, beads.V_R + i), hn::LoadU(d, beads.V_L + i));
       const V above = hn::Add(hn::LoadU(d, beads.V_R_above + i), hn::LoadU(d, beads.V_L_above + i));
-      const V left = hn::Add(hn::LoadU(d, beads.H_R_left + i), hn::LoadU(d, beads.H_L_left + i));
-      const V right = hn::Add(hn::LoadU(d, beads.H_R_right + i), hn::LoadU(d, beads.H_L_right + i));
+      const V left = sum_of<totals>(beads.H_R_left, beads.H_L_left, i);
+      const V right = sum_of<totals>(beads.H_R_right, beads.H_L_right, i);
       const V residual = hn::Abs(hn::Sub(weight, hn::Add(above, hn::Mul(root3, hn::Sub(left, right)))));
       weight_sum = hn::Add(weight_sum, weight);
       residual_sum = hn::Add(residual_sum, residual);
@@ -64,6 +71,10 @@ std::size_t CheckBeads(const CheckedBeads& beads, std::size_t entries, RowFacts&
     hn::Store(largest_residual, d, facts.largest_residual.data() + k);
   }
   return whole;
+}
+
+std::size_t CheckBeads(const CheckedBeads& beads, std::size_t entries, RowFacts& facts) {
+  return beads.totals ? CheckSome<true>(beads, entries, facts) : CheckSome<false>(beads, entries, facts);
 }
 
 }  // namespace HWY_NAMESPACE
@@ -92,7 +103,9 @@ void check_beads(const CheckedBeads& beads, std::size_t entries, RowFacts& facts
   for (std::size_t i = HWY_DYNAMIC_DISPATCH(CheckBeads)(beads, entries, facts); i < entries; ++i) {
     const std::size_t k = i % group_lanes;
     const double weight = beads.V_R[i] + beads.V_L[i];
-    const double left = beads.H_R_left[i] + beads.H_L_left[i], right = beads.H_R_right[i] + beads.H_L_right[i];
+    const auto sum = [&](double H_R, double H_L) { return H_R + (beads.totals ? H_L - H_R : H_L); };
+    const double left = sum(beads.H_R_left[i], beads.H_L_left[i]);
+    const double right = sum(beads.H_R_right[i], beads.H_L_right[i]);
     const double residual = std::abs(weight - (beads.V_R_above[i] + beads.V_L_above[i] + sqrt3 * (left - right)));
     facts.weight_sum[k] += weight;
     facts.residual_sum[k] += residual;

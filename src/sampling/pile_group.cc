@@ -79,7 +79,7 @@ void GroupIdentities::add_layer(const Row& here, const Row& above, const Row& tw
     const auto run = [&](std::size_t bead, std::size_t left, std::size_t right, std::size_t beads) {
       const std::size_t at = bead * stride_, l = left * stride_, r = right * stride_;
       check_beads({here.V_R + at, here.V_L + at, here.H_R + at, two_above.V_R + at, two_above.V_L + at, above.H_R + l,
-                   above.H_L + l, above.H_R + r, above.H_L + r},
+                   above.H_L + l, above.H_R + r, above.H_L + r, above.totals},
                   beads * stride_, facts);
     };
     run(first, 0, 1, columns - 1);

@@ -54,6 +54,7 @@ class GroupIdentities {
   /// Rows of a layer: entry 0 is the first bead of the first pile.
   struct Row {
     const double *V_R, *V_L, *H_R, *H_L;
+    bool totals = false;  ///< H_L is the H that enters each bead instead, of which H_L is what H_R leaves
   };
 
   /// Begins with the top layer of piles under these loads.

@@ -9,12 +9,7 @@ namespace {
 
 // The low byte of the last counter word tells the streams apart, the other 24 bits are the attempt.
 // Stream 0 belongs to the first attempts (layer_kernels.cc), stream 1 to the later ones.
-enum Stream : std::uint32_t {
-  order_stream = 2,
-  chain_stream = 3,
-  pilot_stream = 4,
-  load_stream = 8
-};
+enum Stream : std::uint32_t { order_stream = 2, chain_stream = 3, pilot_stream = 4, load_stream = 8 };
 
 r123::Philox4x32::ctr_type philox(std::uint64_t seed, std::uint32_t bead, int layer, std::uint32_t sample,
                                   std::uint32_t attempt, std::uint32_t stream) {
