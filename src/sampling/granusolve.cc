@@ -187,9 +187,12 @@ int GranusolveSampler::next_failing() {
   return bead;
 }
 
-/// Solves the bead at the cursor, whatever it takes. False if the effort ran out.
-bool GranusolveSampler::solve_failing(int bead) {
-  while (solve_bead(front_, bead) == Mend::climbed) {
+/// Solves the bead at the cursor, whatever it takes; `no_pair` says that it has no solution as it is, nor by the pair
+/// rule. False if the effort ran out.
+bool GranusolveSampler::solve_failing(int bead, bool no_pair) {
+  if (no_pair) ++solutions_;
+  for (Mend mend_or_draw = no_pair ? mend(front_, bead, true) : solve_bead(front_, bead); mend_or_draw == Mend::climbed;
+       mend_or_draw = solve_bead(front_, bead)) {
     if (!solve_pending()) return false;
   }
   step_cursor();
@@ -287,8 +290,8 @@ GranusolveSampler::Mend GranusolveSampler::solve_bead(int layer, int bead) {
 // ---------------------------------------------------------------------------------------------- mending
 
 /// Changes the splits above so that the bead has a solution, and draws it; or climbs.
-GranusolveSampler::Mend GranusolveSampler::mend(int layer, int bead) {
-  if (change_parents(layer, bead)) {
+GranusolveSampler::Mend GranusolveSampler::mend(int layer, int bead, bool no_pair) {
+  if (change_parents(layer, bead, no_pair)) {
     ++solutions_;
     // After a change of parents the bead is solvable up to rounding; should rounding exceed its allowance, climb.
     if (try_draw(layer, bead)) return Mend::done;
@@ -297,10 +300,10 @@ GranusolveSampler::Mend GranusolveSampler::mend(int layer, int bead) {
   return Mend::climbed;
 }
 
-bool GranusolveSampler::change_parents(int layer, int bead) {
+bool GranusolveSampler::change_parents(int layer, int bead, bool no_pair) {
   const bool pair = spec_.rules == MendingRules::all || spec_.rules == MendingRules::no_arcs;
   const bool arcs = spec_.rules == MendingRules::all || spec_.rules == MendingRules::no_pair;
-  if (pair && mend_by_pair(layer, bead)) return true;
+  if (pair && !no_pair && mend_by_pair(layer, bead)) return true;
   if (!arcs) return false;
   for (int parents = 4; parents < lattice_.columns(); parents *= 2) {
     const ArcOutcome outcome = mend_by_arc(layer, bead, parents);

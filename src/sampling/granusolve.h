@@ -99,7 +99,7 @@ class GranusolveSampler final : public Sampler {
   void begin_layer(int layer);
   int find_failing_between(int low, int high, int direction) const;
   int next_failing();
-  bool solve_failing(int bead);
+  bool solve_failing(int bead, bool no_pair = false);
   std::optional<SamplingFailure> solve_layer(int layer);
   /// Solves everything that a climb has unsolved, topmost layer first. False if the effort ran out.
   bool solve_pending();
@@ -118,8 +118,8 @@ class GranusolveSampler final : public Sampler {
   double choose_split(int layer, int bead, Outgoing out, Interval interval);
   bool try_draw(int layer, int bead);
   Mend solve_bead(int layer, int bead);
-  Mend mend(int layer, int bead);
-  bool change_parents(int layer, int bead);
+  Mend mend(int layer, int bead, bool no_pair = false);
+  bool change_parents(int layer, int bead, bool no_pair);
   bool mend_by_pair(int layer, int bead);
   ArcOutcome mend_by_arc(int layer, int bead, int parents);
   bool mend_by_ring(int layer, int bead);

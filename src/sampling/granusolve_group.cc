@@ -283,7 +283,7 @@ void GranusolveGroup::settle() {
     solver.front_ = front_.layer;
     solver.cursor_ = front_.position;
     solver.cursor_bead_ = front_.bead;
-    if (!solver.solve_failing(front_.bead)) give_up(lane);
+    if (!solver.solve_failing(front_.bead, (front_.no_pair >> lane & 1) != 0)) give_up(lane);
   }
   front_.step();
   lap(Phase::one_by_one);

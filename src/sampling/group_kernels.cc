@@ -75,10 +75,12 @@ HWY_INLINE unsigned bits_of(M mask) {
 /// Which piles of a stream were mended, and which were left over.
 struct Outcome {
   unsigned mended = 0, left_over = 0;
+  unsigned no_pair = 0;  ///< of those left over: the bead is out of its band, and no pair of splits brings it back
   /// Another one's, of the piles from lane k on.
   HWY_INLINE void add(const Outcome& other, std::size_t k) {
     mended |= other.mended << k;
     left_over |= other.left_over << k;
+    no_pair |= other.no_pair << k;
   }
 };
 
@@ -189,7 +191,9 @@ HWY_INLINE void mend_streams(const FrictionCone& friction, const Streams& stream
                                     streams.by_side(plus(outer_H_R, A_H_L), plus(pair.b, minus(outer_H, outer_H_R))));
   // A neighbour or the bead itself whose interval is empty after all is so by rounding, which is not settled here.
   const auto active = streams.all([](const Stream& s) { return s.active(); });
-  const auto possible = both(both(active, failing), both(nonempty, both(feasible, pair.exists)));
+  const auto out_of_band = both(active, failing), some_pair = both(nonempty, feasible);
+  const auto possible = both(out_of_band, both(some_pair, pair.exists));
+  const auto no_pair = only(some_pair, out_of_band);
   const auto mended = only(either(self.unsolvable(), behind.unsolvable()), possible);
 
   streams.each([&](const Stream& s, auto part, std::size_t which) {
@@ -200,7 +204,7 @@ HWY_INLINE void mend_streams(const FrictionCone& friction, const Streams& stream
     s.keep(part_of(behind, part), here, s.at.behind);
     s.add_attempts(here);
     s.count(s.front.pairs, here);
-    outcomes[which] = {bits_of(here), bits_of(hn::AndNot(here, part(active)))};
+    outcomes[which] = {bits_of(here), bits_of(hn::AndNot(here, part(active))), bits_of(part(no_pair))};
   });
 }
 
@@ -284,6 +288,7 @@ HWY_INLINE bool find_unsolved(const Cone<V>& cone, GroupFront& front) {
     const unsigned failing = front.failing[front.bead] & front.running;
     if (front.at_an_end()) {
       front.to_settle = failing;
+      front.no_pair = 0;
       return true;
     }
     count_met(front, failing);
@@ -315,6 +320,7 @@ HWY_INLINE void note(GroupFront& front, const GroupBead& bead, const Outcome& ou
   std::memcpy(front.rule + bead.bead * group_lanes, &rules, sizeof rules);
   front.to_mend = 0;
   front.to_settle = outcome.left_over;
+  front.no_pair = outcome.no_pair;
   if (front.to_settle == 0) front.step();
 }
 

@@ -39,6 +39,7 @@ struct GroupFront {
   unsigned running = 0;        ///< piles that have not failed, a bit for each
   unsigned to_mend = 0;        ///< those that have no solution at this bead as it is
   unsigned to_settle = 0;      ///< those that the pair rule cannot help there
+  unsigned no_pair = 0;        ///< those of them in which it has been tried
   bool forward = true;         ///< the layer's direction: the neighbour behind a bead is its left one
   std::uint8_t mended_rule = 0;
 
