@@ -70,7 +70,7 @@ void GranusolveSampler::begin_pile(std::uint64_t sample, std::span<const double>
   key_ = RandomKey(spec_.seed, sample);
   philox_keys_ = PhiloxKeys(spec_.seed);
   rows_ = first_ == nullptr && !PlainKernels::in_use();
-  for (auto& layer : pending_) layer.clear();
+  std::fill(pending_.begin(), pending_.end(), Run{});
   for (int layer = 0; layer < lattice_.layers(); ++layer) {
     order_[static_cast<std::size_t>(layer)] =
         spec_.order == LayerOrder::random ? key_.layer_order(layer, lattice_.columns()) : RandomKey::Order{0, 1};

@@ -91,6 +91,14 @@ class GranusolveSampler final : public Sampler {
     int first, count, step;
   };
 
+  /// Neighbouring beads of a layer, from left to right.
+  struct Run {
+    int first = 0, count = 0;
+    /// The least run that holds this one and another.
+    void include(int other, int others, int columns);
+  };
+  class InOrder;
+
   std::optional<SamplingFailure> solve_pile(std::uint64_t sample, std::span<const double> load, Pile& pile);
   void clear_state(Pile& pile);
   void begin_pile(std::uint64_t sample, std::span<const double> load);
@@ -103,7 +111,7 @@ class GranusolveSampler final : public Sampler {
   std::optional<SamplingFailure> solve_layer(int layer);
   /// Solves everything that a climb has unsolved, topmost layer first. False if the effort ran out.
   bool solve_pending();
-  int next_pending(int layer);
+  int next_pending(int layer) const;
   int redraw_in_order(int layer);
   void count_pile();
   void add_pile(const std::array<std::uint64_t, rules>& beads_by);
@@ -164,7 +172,7 @@ class GranusolveSampler final : public Sampler {
   int window_ = std::numeric_limits<int>::max(), layer_mask_ = std::numeric_limits<int>::max();
   bool beyond_window_ = false;                ///< a climb would have left the window: the pile is given up
   std::vector<RandomKey::Order> order_;       ///< per layer
-  std::vector<std::vector<int>> pending_;     ///< per layer: beads that a climb has unsolved
+  std::vector<Run> pending_;                  ///< per layer: all that a climb has unsolved is among these
   int topmost_pending_ = 0;                   ///< no layer above it has any
   int front_ = 0;                             ///< layer being solved
   int cursor_ = 0;                            ///< position in its order; beads from there on are not solved yet
@@ -177,10 +185,8 @@ class GranusolveSampler final : public Sampler {
   std::vector<Interval> own_, filter_, bands_;
   std::vector<double> split_;
 
-  // Work space of a row of beads that are solved again.
   bool rows_ = false;  ///< whether they are drawn a row at a time
   PhiloxKeys philox_keys_;
-  std::vector<std::uint64_t> row_;
 
   // What state_ points to if the pile is solved by itself, apart from the pile's own forces.
   std::vector<double> own_H_, own_first_uniform_;

@@ -47,13 +47,30 @@ void GranusolveSampler::unsolve(int layer, int first, int count) {
         continue;
       }
       std::uint8_t& state = state_.unsolved[at(layer, bead)];
-      if (state != 0) continue;
-      state = below_climb;
-      some_solved = true;
-      pending_[static_cast<std::size_t>(layer)].push_back(bead);
-      topmost_pending_ = std::min(topmost_pending_, layer);
+      some_solved |= state == 0;
+      state = std::max(state, below_climb);
     }
+    if (!some_solved) break;
+    pending_[static_cast<std::size_t>(layer)].include(first, count, lattice_.columns());
+    topmost_pending_ = std::min(topmost_pending_, layer);
   }
+}
+
+void GranusolveSampler::Run::include(int other, int others, int columns) {
+  if (count == 0) {
+    first = other;
+    count = others;
+    return;
+  }
+  // The shorter way from one run's first bead to the other's.
+  const int to_other = other < first ? other - first + columns : other - first;
+  if (to_other <= columns / 2) {
+    count = std::max(count, to_other + others);
+  } else {
+    count = std::max(others, columns - to_other + count);
+    first = other;
+  }
+  count = std::min(count, columns);
 }
 
 bool GranusolveSampler::solve_pending() {
@@ -61,6 +78,7 @@ bool GranusolveSampler::solve_pending() {
   while (layer <= front_) {
     const int bead = rows_ ? redraw_in_order(layer) : next_pending(layer);
     if (bead < 0) {
+      pending_[static_cast<std::size_t>(layer)].count = 0;
       ++layer;
       continue;
     }
@@ -74,68 +92,82 @@ bool GranusolveSampler::solve_pending() {
   return solutions_ <= max_solutions_;
 }
 
-int GranusolveSampler::next_pending(int layer) {
-  auto& beads = pending_[static_cast<std::size_t>(layer)];
-  std::erase_if(beads, [&](int bead) { return state_.unsolved[at(layer, bead)] == 0; });
-  const auto first = std::min_element(beads.begin(), beads.end(),
-                                      [&](int a, int b) { return position(layer, a) < position(layer, b); });
-  return first == beads.end() ? -1 : *first;
+/// The beads of a run in the order of their layer.
+class GranusolveSampler::InOrder {
+ public:
+  InOrder(Run run, RandomKey::Order order, int columns)
+      : run_(run), direction_(order.direction), columns_(columns), start_(order.direction > 0 ? 0 : run.count - 1) {
+    // The order may begin in the midst of the run.
+    const int begins =
+        order.first_bead < run.first ? order.first_bead - run.first + columns : order.first_bead - run.first;
+    if (begins < run.count) start_ = begins;
+  }
+  int operator[](int k) const {
+    int offset = start_ + direction_ * k;
+    offset += offset < 0 ? run_.count : 0;
+    offset -= offset >= run_.count ? run_.count : 0;
+    const int bead = run_.first + offset;
+    return bead >= columns_ ? bead - columns_ : bead;
+  }
+
+ private:
+  Run run_;
+  int direction_, columns_, start_;
+};
+
+/// The first unsolved bead of a layer in its order; -1 if there is none.
+int GranusolveSampler::next_pending(int layer) const {
+  const Run run = pending_[static_cast<std::size_t>(layer)];
+  const InOrder beads(run, order_[static_cast<std::size_t>(layer)], lattice_.columns());
+  for (int k = 0; k < run.count; ++k) {
+    if (state_.unsolved[at(layer, beads[k])] != 0) return beads[k];
+  }
+  return -1;
 }
 
 /// Draws the unsolved beads of a layer in its order as long as they have a solution as they are; returns the first that
-/// has none, or -1. What next_pending and solve_bead do in turn, without looking for each bead anew, and with eight
-/// numbers at a time.
+/// has none, or -1. What next_pending and solve_bead do in turn, with eight numbers at a time.
 int GranusolveSampler::redraw_in_order(int layer) {
   if (layer == 0) return next_pending(layer);
-  auto& beads = pending_[static_cast<std::size_t>(layer)];
   // Copies, which no store of a byte can change.
   const GranusolveState state = state_;
   const FrictionCone cone = cone_;
   const Lattice lattice = lattice_;
+  const Run run = pending_[static_cast<std::size_t>(layer)];
+  const InOrder in_order(run, order_[static_cast<std::size_t>(layer)], lattice.columns());
   const bool at_front = layer == front_;
   const std::size_t here = at(layer, 0), above = at(layer - 1, 0);
-  row_.clear();
-  for (const int bead : beads) {
-    if (state.unsolved[here + at(bead)] == 0) continue;
-    row_.push_back(static_cast<std::uint64_t>(position(layer, bead)) << 32 | static_cast<std::uint64_t>(bead));
-  }
-  beads.clear();
-  std::sort(row_.begin(), row_.end());
-  for (std::size_t begin = 0; begin < row_.size(); begin += attempts_at_once) {
-    const std::size_t count = std::min(attempts_at_once, row_.size() - begin);
-    std::array<std::uint32_t, attempts_at_once> bead{}, attempt{};
-    std::array<double, attempts_at_once> number;
-    for (std::size_t k = 0; k < count; ++k) {
-      bead[k] = static_cast<std::uint32_t>(row_[begin + k]);
-      attempt[k] = state.attempts[here + (bead[k] * state.stride)] + 1;
-      if (at_front) number[k] = state.first_uniform[bead[k] * state.stride];
+  for (int begin = 0; begin < run.count;) {
+    std::array<std::uint32_t, attempts_at_once> beads{}, attempts{};
+    std::array<double, attempts_at_once> numbers;
+    std::size_t count = 0;
+    for (; begin < run.count && count < attempts_at_once; ++begin) {
+      const auto bead = static_cast<std::size_t>(in_order[begin]);
+      const std::size_t at_bead = here + (bead * state.stride);
+      beads[count] = static_cast<std::uint32_t>(bead);
+      attempts[count] = state.attempts[at_bead] + 1;
+      numbers[count] = state.first_uniform[bead * state.stride];  // at the front nobody has seen what came of it
+      count += state.unsolved[at_bead] != 0 ? 1 : 0;
     }
-    if (!at_front) later_numbers(philox_keys_, key_.sample(), layer, bead, attempt, number);
+    if (!at_front) later_numbers(philox_keys_, key_.sample(), layer, beads, attempts, numbers);
     for (std::size_t k = 0; k < count; ++k) {
-      const auto index = static_cast<int>(bead[k]);
-      const std::size_t a = above + (static_cast<std::size_t>(lattice.upper_left(layer, index)) * state.stride);
-      const std::size_t b = above + (static_cast<std::size_t>(lattice.upper_right(layer, index)) * state.stride);
+      const auto bead = static_cast<int>(beads[k]);
+      const std::size_t a = above + (static_cast<std::size_t>(lattice.upper_left(layer, bead)) * state.stride);
+      const std::size_t b = above + (static_cast<std::size_t>(lattice.upper_right(layer, bead)) * state.stride);
       const Incoming in{state.V_R[a], state.V_L[b], state.H_R[a] + (state.H[b] - state.H_R[b])};
       const Outgoing out = balance(in);
       const Interval interval = split_interval(cone, out, in.H);
-      if (unsolvable(out, interval) || solutions_ > max_solutions_) {
-        for (std::size_t rest = begin + k; rest < row_.size(); ++rest) {
-          beads.push_back(static_cast<int>(static_cast<std::uint32_t>(row_[rest])));
-        }
-        return index;
-      }
+      if (unsolvable(out, interval) || solutions_ > max_solutions_) return bead;
       ++solutions_;
-      const std::size_t to = here + (bead[k] * state.stride);
-      if (!at_front) {
-        state.attempts[to] = attempt[k];
-        ++counts_.uniforms;
-      }
-      const double H_R = point_at(interval, number[k]);
+      const std::size_t to = here + (beads[k] * state.stride);
+      const double H_R = point_at(interval, numbers[k]);
       state.V_R[to] = out.V_R;
       state.V_L[to] = out.V_L;
       state.H[to] = in.H;
       state.H_R[to] = H_R;
       if (state.H_L != nullptr) state.H_L[to] = in.H - H_R;
+      state.attempts[to] += at_front ? 0 : 1;
+      counts_.uniforms += at_front ? 0 : 1;
       state.unsolved[to] = 0;
       state.rule[to] = static_cast<std::uint8_t>(Rule::first_draw);
     }
