@@ -223,7 +223,7 @@ void validate(const SamplerSpec& spec) {
 
 std::size_t piles_at_once(const SamplerSpec& spec, const Lattice& lattice) {
   // Where few beads fail, two groups at once cost more memory traffic than they hide waiting.
-  constexpr double least_mu_for_two = 0.2;
+  constexpr double least_mu_for_two = 0.15;
   if (spec.law != Law::granusolve || spec.rules != MendingRules::all || !(spec.mu > 0) ||
       !GranusolveGroup::fits(lattice))
     return 1;
