@@ -85,6 +85,7 @@ class Piles {
     sampler_->keep_layers(layers);
   }
 
+  SamplerCounts take_counts() { return sampler_->take_counts(); }
   double beads() const { return static_cast<double>(piles_together * lattice_.beads()); }
 
   void draw(SamplerEngine engine, std::uint64_t group) {
@@ -140,9 +141,14 @@ void time_engines(double mu, const LatticeSpec& lattice, double beads_per_case, 
   for (std::size_t e = 0; e < all_engines.size(); ++e) {
     bench.cases.push_back({mu, lattice, all_engines[e], median(processor[e]), median(wall[e]), runs});
     if (all_engines[e] != SamplerEngine::batch) continue;
+    piles.take_counts();
     const PhaseTimes times;
     for (int run = 0; run < fewest_runs; ++run) piles.draw(SamplerEngine::batch, static_cast<std::uint64_t>(run));
-    PhaseCase where{mu, lattice, times.shares()};
+    const SamplerCounts counts = piles.take_counts();
+    const auto per_bead = [&](std::uint64_t count) {
+      return static_cast<double>(count) / static_cast<double>(counts.beads);
+    };
+    PhaseCase where{mu, lattice, times.shares(), per_bead(counts.pairs), per_bead(counts.climbs)};
     for (double& part : where.ns_per_bead) part *= median(processor[e]);
     bench.phase_cases.push_back(where);
   }
@@ -241,10 +247,14 @@ void add_ratios(SamplerBench& bench, const SamplerBenchOptions& options) {
     }
     for (const SamplerEngine engine : {SamplerEngine::scalar, SamplerEngine::beads, SamplerEngine::batch}) {
       const SamplerCase* const large = find(bench, mu, {1000, 1000}, engine);
-      const SamplerCase* const small = find(bench, mu, {250, 250}, engine);
-      if (large == nullptr || small == nullptr) continue;
-      bench.ratios.push_back({fmt::format("mu={:g} {} 1000x1000/250x250", mu, name_of(engine)),
-                              large->ns_per_bead / small->ns_per_bead, growth_with_size});
+      // Deeper piles climb more often under the law itself; at equal depth only what the machine makes of size remains.
+      for (const LatticeSpec& lattice : {LatticeSpec{250, 250}, LatticeSpec{250, 1000}}) {
+        const SamplerCase* const small = find(bench, mu, lattice, engine);
+        if (large == nullptr || small == nullptr) continue;
+        bench.ratios.push_back(
+            {fmt::format("mu={:g} {} 1000x1000/{}x{}", mu, name_of(engine), lattice.columns, lattice.layers),
+             large->ns_per_bead / small->ns_per_bead, growth_with_size});
+      }
     }
   }
 }

@@ -34,12 +34,14 @@ struct SamplerCase {
   int runs = 0;
 };
 
-/// Where the time of the engine batch goes: nanoseconds per bead of each phase, in the order of sampling/phase_times.h.
-/// Shares from a pass of its own, with clocks read on the way, of the time measured without them.
+/// Where the time of the engine batch goes: nanoseconds per bead of each phase, in the order of sampling/phase_times.h,
+/// and how much there was to do. Shares from a pass of its own, with clocks read on the way, of the time measured
+/// without them.
 struct PhaseCase {
   double mu = 0;
   LatticeSpec lattice;
   std::array<double, phases> ns_per_bead{};
+  double pairs_per_bead = 0, climbs_per_bead = 0;
 };
 
 /// The same work on every thread, against one thread.
@@ -74,7 +76,7 @@ struct SamplerBench {
 
 struct SamplerBenchOptions {
   std::vector<double> mus = {0.1, 0.3, 0.8, 1.3};
-  std::vector<LatticeSpec> lattices = {{500, 200}, {1000, 1000}, {250, 250}};
+  std::vector<LatticeSpec> lattices = {{500, 200}, {1000, 1000}, {250, 1000}, {250, 250}};
   double beads_per_case = 12e6;  ///< drawn by each engine, in as many runs as they make (at least 3)
   bool memory = true;            ///< measure that of an ensemble, too
   int threads = 0;               ///< most threads of the scaling; 0: as many as the machine has

@@ -24,11 +24,14 @@ namespace granuscope {
 /// pile whose climb would leave the window is lost, and drawn anew by itself; it is the same pile.
 ///
 /// Where the time goes: `granuscope bench sampler`. At mu = 0.3 two positions of three have a failing pile, 1.5 of the
-/// eight on average; pairs and the search take half of all time. What did not help: a place of its own in the layer for
-/// each pile (gathers, or copies to and from eight lanes, cost more than the empty lanes); asking for the next layer's
-/// memory ahead; whole-vector instead of masked stores; drawing the bead ahead as it is within the mend, while the
-/// splits above it are at hand (too few registers: 4 to 8 % slower); a window of 16 layers. What helped little: two
-/// groups in turn gain 8 % at mu = 0.3 and 13 % at 0.8 and lose below 0.2, where memory is what they wait for.
+/// eight on average; pairs and the search take two thirds of all time. At mu = 0.1 a climb costs as much as ninety
+/// beads, half of it for the beads drawn again; deep piles climb half as often again as shallow ones. What did not
+/// help: a place of its own in the layer for each pile (gathers, or copies to and from eight lanes, cost more than the
+/// empty lanes); asking for memory ahead, of the next layer, of the rows of a climb, or of the layers that are checked;
+/// whole-vector instead of masked stores; drawing the bead ahead as it is within the mend, while the splits above it
+/// are at hand (too few registers: 4 to 8 % slower); a window of 16 layers; huge pages; climbs without data-dependent
+/// branches; copying kept layers with vectors, or past the caches. What helped little: two groups in turn gain 8 % at
+/// mu = 0.15 and 0.3 and 13 % at 0.8; at 0.1 they gain 4 % in piles of up to 500 columns and lose 8 % in 1000.
 class GranusolveGroup {
  public:
   /// `kept`: the layers to be kept for whoever measures the piles, ascending.

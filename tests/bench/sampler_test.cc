@@ -32,6 +32,8 @@ TEST_CASE("the sampler suite times every engine at every friction and size, and 
   CHECK(json.at("lanes") == 8);
   CHECK_FALSE(json.at("instruction_set").get<std::string>().empty());
   REQUIRE(json.at("batch_ns_per_bead_by_phase").size() == 4);
+  CHECK(json.at("batch_ns_per_bead_by_phase")[0].at("pairs_per_bead") > 0);
+  CHECK(json.at("batch_ns_per_bead_by_phase")[0].at("climbs_per_bead") > 0);
   double of_phases = 0;
   for (const char* phase : {"first_draws", "search", "pairs", "one_by_one", "finishing"}) {
     CHECK(json.at("batch_ns_per_bead_by_phase")[0].at(phase) > 0);

@@ -1,5 +1,6 @@
 #include "sampling/layer_kernels.h"
 
+#include <array>
 #include <bit>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -7,6 +8,7 @@
 #include <vector>
 
 #include "instruction_sets.h"
+#include "sampling/random_key.h"
 
 using namespace granuscope;
 
@@ -36,6 +38,20 @@ TEST_CASE("first uniforms are the same bytes on every instruction set") {
     });
     for (std::size_t i = 0; i < beads; ++i) CHECK((plain[i] >= 0 && plain[i] < 1));
   }
+}
+
+TEST_CASE("numbers of later attempts are those of the random key on every instruction set") {
+  const std::uint64_t seed = 0x123456789abcdef0ULL;
+  const RandomKey key(seed, 0xfffffffeU);
+  const std::array<std::uint32_t, attempts_at_once> beads{0, 1, 2, 7, 499, 500, 1'000'000, 2'147'483'647};
+  const std::array<std::uint32_t, attempts_at_once> attempts{1, 2, 3, 255, 256, 65'535, 1U << 23, (1U << 24) - 1};
+  for_each_instruction_set([&] {
+    std::array<double, attempts_at_once> numbers{};
+    later_numbers(PhiloxKeys(seed), key.sample(), 137, beads, attempts, numbers);
+    for (std::size_t k = 0; k < attempts_at_once; ++k) {
+      CHECK(numbers[k] == key.attempt(137, static_cast<int>(beads[k]), attempts[k]).first);
+    }
+  });
 }
 
 TEST_CASE("beads drawn in vectors are the same bytes as bead by bead on every instruction set") {
