@@ -26,6 +26,7 @@ GranusolveSampler::GranusolveSampler(const SamplerSpec& spec, const Lattice& lat
   filter_.resize(columns);
   bands_.resize(columns);
   split_.resize(columns);
+  numbers_.resize(columns);
   max_solutions_ = static_cast<std::uint64_t>(spec.effort * static_cast<double>(lattice.beads()));
 }
 
@@ -69,7 +70,7 @@ void GranusolveSampler::begin_pile(std::uint64_t sample, std::span<const double>
   load_ = load;
   key_ = RandomKey(spec_.seed, sample);
   philox_keys_ = PhiloxKeys(spec_.seed);
-  rows_ = first_ == nullptr && !PlainKernels::in_use();
+  eight_at_once_ = first_ == nullptr && !PlainKernels::in_use();
   std::fill(pending_.begin(), pending_.end(), Run{});
   for (int layer = 0; layer < lattice_.layers(); ++layer) {
     order_[static_cast<std::size_t>(layer)] =

@@ -137,7 +137,8 @@ class GranusolveSampler final : public Sampler {
   int parent(const Arc& arc, int k) const;
   int child_after(const Arc& arc, int k) const;
   Interval step_band(const Arc& arc, int k, int failed) const;
-  void draw_backwards(const Arc& arc, int from, int to);
+  void take_numbers(const Arc& arc, int from);
+  void draw_backwards(int from, int to);
   void set_split(int layer, int bead, double H_R);
   void renew_child(int layer, int bead);
   UniformPair next_uniforms(int layer, int bead, int used);
@@ -167,6 +168,8 @@ class GranusolveSampler final : public Sampler {
   // State of the pile being drawn; arrays have shape [layers, columns].
   std::span<const double> load_;
   RandomKey key_{0, 0};
+  PhiloxKeys philox_keys_;      ///< of its seed
+  bool eight_at_once_ = false;  ///< numbers of later attempts, where several are needed
   GranusolveState state_{};
   /// The state of the layers front_ - window_ + 1 .. front_ is kept, in the place of their number's last bits.
   int window_ = std::numeric_limits<int>::max(), layer_mask_ = std::numeric_limits<int>::max();
@@ -183,10 +186,7 @@ class GranusolveSampler final : public Sampler {
 
   // Work space of the arcs and the ring, one entry per parent.
   std::vector<Interval> own_, filter_, bands_;
-  std::vector<double> split_;
-
-  bool rows_ = false;  ///< whether they are drawn a row at a time
-  PhiloxKeys philox_keys_;
+  std::vector<double> split_, numbers_;
 
   // What state_ points to if the pile is solved by itself, apart from the pile's own forces.
   std::vector<double> own_H_, own_first_uniform_;

@@ -1,7 +1,10 @@
 // How granusolve changes more than two parents of a failing bead: arcs, and the whole ring.
+#include <algorithm>
+#include <array>
 #include <limits>
 
 #include "sampling/granusolve.h"
+#include "sampling/layer_kernels.h"
 #include "sampling/rounding.h"
 
 namespace granuscope {
@@ -12,8 +15,8 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 }  // namespace
 
 int GranusolveSampler::parent(const Arc& arc, int k) const {
-  const int columns = lattice_.columns();
-  return ((arc.first + arc.step * k) % columns + columns) % columns;
+  const int columns = lattice_.columns(), unwrapped = arc.first + arc.step * k;
+  return unwrapped < 0 ? unwrapped + columns : unwrapped >= columns ? unwrapped - columns : unwrapped;
 }
 
 /// The bead between parents k and k + 1 of the arc.
@@ -30,15 +33,34 @@ Interval GranusolveSampler::step_band(const Arc& arc, int k, int failed) const {
   return arc.step > 0 ? band : Interval{-band.high, -band.low};
 }
 
+/// The next number of each parent from number `from` on, eight at a time.
+void GranusolveSampler::take_numbers(const Arc& arc, int from) {
+  constexpr int at_once = attempts_at_once;
+  for (int begin = from; begin < arc.count; begin += at_once) {
+    const int count = std::min(at_once, arc.count - begin);
+    std::array<std::uint32_t, attempts_at_once> beads{}, attempts{};
+    std::array<double, attempts_at_once> numbers{};
+    for (int k = 0; k < count; ++k) {
+      const auto here = static_cast<std::size_t>(k);
+      const int bead = parent(arc, begin + k);
+      beads[here] = static_cast<std::uint32_t>(bead);
+      attempts[here] = ++state_.attempts[at(arc.layer - 1, bead)];
+      if (!eight_at_once_) numbers[here] = key_.attempt(arc.layer - 1, bead, attempts[here]).first;
+    }
+    if (eight_at_once_) later_numbers(philox_keys_, key_.sample(), arc.layer - 1, beads, attempts, numbers);
+    std::copy_n(numbers.begin(), count, numbers_.begin() + begin);
+    counts_.uniforms += static_cast<std::uint64_t>(count);
+  }
+}
+
 /// Given split_[from], draws split_[from - 1] .. split_[to], each uniformly on what the filter and the one drawn before
 /// leave.
-void GranusolveSampler::draw_backwards(const Arc& arc, int from, int to) {
+void GranusolveSampler::draw_backwards(int from, int to) {
   for (int k = from - 1; k >= to; --k) {
     const auto here = static_cast<std::size_t>(k);
     const Interval reach{split_[here + 1] + bands_[here].low, split_[here + 1] + bands_[here].high};
-    const double u = next_uniforms(arc.layer - 1, parent(arc, k), 1).first;
     // The filter holds a solution; only rounding can leave none. The bead below is then within rounding of its band.
-    split_[here] = point_at(closed(intersection(filter_[here], reach)), u);
+    split_[here] = point_at(closed(intersection(filter_[here], reach)), numbers_[here]);
   }
 }
 
@@ -46,39 +68,37 @@ GranusolveSampler::ArcOutcome GranusolveSampler::mend_by_arc(int layer, int bead
   const int step = order_[static_cast<std::size_t>(layer)].direction;
   // The failed bead hangs below the arc's two middle parents.
   const int near = step > 0 ? lattice_.upper_left(layer, bead) : lattice_.upper_right(layer, bead);
-  Arc arc{layer, near - step * (parents / 2 - 1), parents, step};
+  const int columns = lattice_.columns(), first = near - step * (parents / 2 - 1);
+  const Arc arc{layer, first < 0 ? first + columns : first % columns, parents, step};
   const int last = parents - 1;
-  const auto filter_from = [&](Interval first, Interval end) {
-    filter_[0] = intersection(own_[0], first);
-    for (int k = 1; k <= last && !filter_[static_cast<std::size_t>(k - 1)].empty(); ++k) {
-      const auto here = static_cast<std::size_t>(k);
-      filter_[here] = intersection(
-          own_[here], {filter_[here - 1].low - bands_[here - 1].high, filter_[here - 1].high - bands_[here - 1].low});
-      if (k == last) {
-        filter_[here] = intersection(filter_[here], end);
-        return !filter_[here].empty();
-      }
-    }
-    return false;
+  const auto filtered = [&](std::size_t k) {
+    const Interval before = filter_[k - 1], band = bands_[k - 1];
+    return intersection(own_[k], {before.low - band.high, before.high - band.low});
   };
+  // First as if nothing were held, and no farther than it goes.
   for (int k = 0; k < parents; ++k) {
-    own_[static_cast<std::size_t>(k)] = interval_of(layer - 1, parent(arc, k));
-    bands_[static_cast<std::size_t>(k)] = step_band(arc, k, bead);
+    const auto here = static_cast<std::size_t>(k);
+    own_[here] = interval_of(layer - 1, parent(arc, k));
+    filter_[here] = k == 0 ? own_[here] : filtered(here);
+    if (filter_[here].empty()) return ArcOutcome::hopeless;
+    bands_[here] = step_band(arc, k, bead);
   }
-  const Interval everything{-infinity, infinity};
-  if (!filter_from(everything, everything)) return ArcOutcome::hopeless;
   // The parents next to the arc are held: parent -1 through the band before the arc, parent `parents` through the last.
   const double before = state_.H_R[at(layer - 1, parent(arc, -1))];
   const double after = state_.H_R[at(layer - 1, parent(arc, parents))];
   const Interval band_before = step_band(arc, -1, bead), band_after = bands_[static_cast<std::size_t>(last)];
-  if (!filter_from({before - band_before.high, before - band_before.low},
-                   {after + band_after.low, after + band_after.high})) {
-    return ArcOutcome::too_narrow;
+  filter_[0] = intersection(own_[0], {before - band_before.high, before - band_before.low});
+  for (int k = 0; k < parents; ++k) {
+    const auto here = static_cast<std::size_t>(k);
+    if (k > 0) filter_[here] = filtered(here);
+    if (k == last) filter_[here] = intersection(filter_[here], {after + band_after.low, after + band_after.high});
+    if (filter_[here].empty()) return ArcOutcome::too_narrow;
   }
   ++counts_.arcs;
+  take_numbers(arc, 0);
   split_[static_cast<std::size_t>(last)] =
-      point_at(filter_[static_cast<std::size_t>(last)], next_uniforms(layer - 1, parent(arc, last), 1).first);
-  draw_backwards(arc, last, 0);
+      point_at(filter_[static_cast<std::size_t>(last)], numbers_[static_cast<std::size_t>(last)]);
+  draw_backwards(last, 0);
   for (int k = 0; k < parents; ++k) set_split(layer - 1, parent(arc, k), split_[static_cast<std::size_t>(k)]);
   set_rule(at(layer, bead), Rule::arc);
   for (int k = -1; k < parents; ++k) {
@@ -128,8 +148,9 @@ bool GranusolveSampler::mend_by_ring(int layer, int bead) {
   }
   ++counts_.rings;
   split_[0] = pinned;
-  split_[wrap(last)] = point_at(filter_[wrap(last)], next_uniforms(layer - 1, parent(ring, last), 1).first);
-  draw_backwards(ring, last, 1);
+  take_numbers(ring, 1);
+  split_[wrap(last)] = point_at(filter_[wrap(last)], numbers_[wrap(last)]);
+  draw_backwards(last, 1);
   for (int k = 0; k < columns; ++k) set_split(layer - 1, parent(ring, k), split_[wrap(k)]);
   set_rule(at(layer, bead), Rule::ring);
   for (int k = 0; k < columns; ++k) {

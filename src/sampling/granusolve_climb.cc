@@ -76,7 +76,7 @@ void GranusolveSampler::Run::include(int other, int others, int columns) {
 bool GranusolveSampler::solve_pending() {
   int layer = topmost_pending_;
   while (layer <= front_) {
-    const int bead = rows_ ? redraw_in_order(layer) : next_pending(layer);
+    const int bead = eight_at_once_ ? redraw_in_order(layer) : next_pending(layer);
     if (bead < 0) {
       pending_[static_cast<std::size_t>(layer)].count = 0;
       ++layer;
@@ -149,7 +149,7 @@ int GranusolveSampler::redraw_in_order(int layer) {
       numbers[count] = state.first_uniform[bead * state.stride];  // at the front nobody has seen what came of it
       count += state.unsolved[at_bead] != 0 ? 1 : 0;
     }
-    if (!at_front) later_numbers(philox_keys_, key_.sample(), layer, beads, attempts, numbers);
+    if (!at_front && count > 0) later_numbers(philox_keys_, key_.sample(), layer, beads, attempts, numbers);
     for (std::size_t k = 0; k < count; ++k) {
       const auto bead = static_cast<int>(beads[k]);
       const std::size_t a = above + (static_cast<std::size_t>(lattice.upper_left(layer, bead)) * state.stride);
