@@ -99,6 +99,19 @@ struct LawOnPiles {
   Estimate weight_variance;
 };
 
+/// The thrust ratio under the law rejection, away from top and bottom (exact_thrust.h).
+struct ExactThrust {
+  double mu = 0;
+  int columns = 0, layers = 0;
+  std::uint64_t samples = 0;            ///< piles that entered
+  std::uint64_t failed = 0;             ///< piles that could not be completed
+  int first_layer = 0, last_layer = 0;  ///< of the bulk
+  Estimate alpha;                       ///< mean over the bulk
+  Estimate deficit_over_mu2;            ///< (1 - alpha)/mu^2
+  Estimate change_with_depth;           ///< alpha of the lower half of the bulk minus that of its upper half
+  Estimate alpha_of_last_layer;
+};
+
 /// The response under one law, on piles small enough for the slowest.
 struct LawResponse {
   std::string law;
@@ -201,6 +214,7 @@ struct SideMeasurements {
   std::vector<ChainShare> chain_share;        ///< at most one
   std::vector<LawOnPiles> laws;               ///< the larger piles first
   std::vector<LawResponse> law_responses;     ///< those laws that can draw piles in which peaks stand apart
+  std::vector<ExactThrust> exact_thrusts;     ///< in the order of friction, then of columns
   std::vector<LawOnPiles> law_costs;          ///< ascending in mu, then by law, then in size
   Nonlinearity nonlinearity;
   std::vector<StressTrial> stress;       ///< the deep piles first, ascending in mu

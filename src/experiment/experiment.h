@@ -81,6 +81,8 @@ struct LawComparisonSpec {
   std::uint64_t response_samples = 0;    ///< piles of each law for c and D; 0: not measured
   int response_columns = 24, response_layers = 27;
   std::uint64_t response_burn_in = 20'000, response_thinning = 2000;  ///< polytope, sweeps; 0: measured
+  std::vector<double> exact_mu;        ///< where the thrust of the law rejection is followed; empty: not at all
+  std::uint64_t exact_samples = 2048;  ///< piles at each friction and size
   static constexpr double response_epsilon = 0.5;
   static constexpr int tiny = 6;               ///< columns and layers of the piles that every law can draw
   static constexpr LatticeSpec narrow{4, 16};  ///< the deepest piles that rejection still draws in a second

@@ -333,6 +333,15 @@ std::vector<ExperimentKey> make_keys() {
           "figures.law_comparison", "cost_sizes", "beads", "columns and layers of the square piles for it",
           [](auto& e) -> auto& { return e.law_comparison.cost_sizes; }),
       key(
+          "figures.law_comparison", "exact_mu", "",
+          "friction coefficients, at most 0.3, at which the thrust ratio under the law rejection is taken from piles "
+          "of "
+          "several widths and depths; none: not at all",
+          [](auto& e) -> auto& { return e.law_comparison.exact_mu; }),
+      key(
+          "figures.law_comparison", "exact_samples", "piles", "piles of each of these sizes",
+          [](auto& e) -> auto& { return e.law_comparison.exact_samples; }),
+      key(
           "figures.stress", "layers", "layers",
           "layers of the piles that strain the sampler: friction from 1e-9 to 1.73, with others on four columns and "
           "under uneven loads beside them; 0: none",

@@ -220,6 +220,26 @@ Problem find_side_problem(const Experiment& e) {
   if (e.law_comparison.response_samples > 0) {
     if (auto found = find_law_response_problem(e)) return found;
   }
+  for (const double mu : e.law_comparison.exact_mu) {
+    if (!(mu > 0 && mu <= 0.3)) {
+      return problem(
+          "figures.law_comparison.exact_mu",
+          "{}: without friction alpha is 1 by definition, and above 0.3 rejection takes for ever on piles deep enough "
+          "to have a bulk; give more than 0 and at most 0.3",
+          mu);
+    }
+  }
+  if (!e.law_comparison.exact_mu.empty()) {
+    if (e.law_comparison.samples == 0) {
+      return problem("figures.law_comparison.exact_mu",
+                     "the thrust of the law rejection is asked for, but figures.law_comparison.samples is 0, so that "
+                     "there is no comparison to stand in; set both or neither");
+    }
+    if (auto found = find_side_samples_problem("figures.law_comparison.exact_samples", e.law_comparison.exact_samples,
+                                               e.response.blocks)) {
+      return found;
+    }
+  }
   for (const double mu : e.law_comparison.cost_mu) {
     if (!(mu > 0 && mu <= 0.6)) {
       return problem(

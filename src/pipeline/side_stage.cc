@@ -9,6 +9,7 @@
 #include "analysis/chain_share.h"
 #include "analysis/counted_work.h"
 #include "analysis/error_curve.h"
+#include "analysis/exact_thrust.h"
 #include "analysis/law_comparison.h"
 #include "analysis/redrawn_beads.h"
 #include "experiment/experiment_check.h"
@@ -32,6 +33,9 @@ class Planner {
     }
     if (experiment_.law_comparison.samples > 0) add_laws();
     if (experiment_.law_comparison.response_samples > 0) add_law_responses();
+    for (const double mu : experiment_.law_comparison.exact_mu) {
+      for (const ExactThrustSize& size : exact_thrust_sizes(mu)) add_exact_thrust(mu, size.lattice);
+    }
     for (const double mu : experiment_.law_comparison.cost_mu) {
       for (const Law law : {Law::granusolve, Law::eloy_clement}) {
         for (const int size : experiment_.law_comparison.cost_sizes) add_law_cost(law, mu, size);
@@ -170,6 +174,14 @@ class Planner {
         fmt::format("law-response-{}", which), spec);
   }
 
+  void add_exact_thrust(double mu, LatticeSpec lattice) {
+    EnsembleSpec spec = uniform_piles(Law::rejection, mu, lattice, experiment_.law_comparison.exact_samples);
+    const std::string size = fmt::format("{}x{}", lattice.columns, lattice.layers);
+    add(SideKind::exact_thrust,
+        fmt::format("thrust under rejection, mu = {}, {} x {}", mu, lattice.columns, lattice.layers),
+        fmt::format("exact-thrust-mu-{}-{}", exact(mu), size), spec);
+  }
+
   static std::string law_in_file_name(Law law, double lambda, MendingRules rules) {
     return law == Law::polytope         ? fmt::format("{}-{}", name_of(law), lambda)
            : rules != MendingRules::all ? fmt::format("{}-{}", name_of(law), name_of(rules))
@@ -293,6 +305,10 @@ void SideMeasurer::add(const SideEnsemble& side, const MeasuredEnsemble& ensembl
       break;
     case SideKind::law_response:
       measured_.law_responses.push_back(measure_law_response(side.planned.spec, ensemble, threads_));
+      break;
+    case SideKind::exact_thrust:
+      measured_.exact_thrusts.push_back(measure_exact_thrust(
+          side.planned.spec, ensemble.record, exact_thrust_sizes(side.planned.spec.sampler.mu).front().margin));
       break;
     case SideKind::law_cost:
       measured_.law_costs.push_back(measure_law(side.planned.spec, ensemble.record));

@@ -18,6 +18,7 @@ enum class SideKind {
   chain_share,
   law_comparison,
   law_response,
+  exact_thrust,
   law_cost,
   nonlinearity,
   error_curve

@@ -48,6 +48,44 @@ std::string time_per_bead(const ReportData& data, std::size_t i) {
   return significant(1e9 * data.law_seconds[i] / (piles * one.columns * one.layers), 2);
 }
 
+/// To five standard errors: whether alpha is below 1, and moves over the bulk by less than its distance from 1.
+bool settles_below_one(const Json& one) {
+  constexpr double sure = 5;
+  const Json &alpha = one.at("alpha_thrust"), &change = one.at("change_with_depth");
+  if (!alpha.at("value").is_number() || !change.at("value").is_number()) return false;
+  const double distance = 1 - alpha.at("value").get<double>();
+  return distance > sure * alpha.at("stderr").get<double>() &&
+         std::abs(change.at("value").get<double>()) + sure * change.at("stderr").get<double>() < distance;
+}
+
+/// The thrust of the law rejection in the bulk, and whether it settles below 1 wherever it was measured.
+void add_exact_thrusts(const Json& summary, Json& view) {
+  Json rows = Json::array();
+  bool below_one = true;
+  double last_mu = 0;
+  const Json& measured = summary.at("side").at("exact_thrusts");
+  for (std::size_t i = 0; i < measured.size(); ++i) {
+    const std::string pointer = fmt::format("/side/exact_thrusts/{}", i);
+    Json row;
+    const double mu = measured[i].at("mu").get<double>();
+    row["first"] = i > 0 && mu != last_mu;
+    last_mu = mu;
+    for (const char* number : {"mu", "columns", "layers", "samples"}) {
+      row[number] = number_cell(summary, fmt::format("{}/{}", pointer, number));
+    }
+    row["from"] = number_cell(summary, pointer + "/bulk_layers/0");
+    row["to"] = number_cell(summary, pointer + "/bulk_layers/1");
+    for (const char* number : {"alpha_thrust", "deficit_over_mu_squared", "change_with_depth", "alpha_of_last_layer"}) {
+      row[number] = plain_cell(summary, fmt::format("{}/{}", pointer, number));
+    }
+    rows.push_back(row);
+    below_one = below_one && settles_below_one(measured[i]);
+  }
+  view["has_exact_thrusts"] = !rows.empty();
+  view["exact_thrusts"] = rows;
+  view["exact_below_one"] = below_one;
+}
+
 }  // namespace
 
 Json law_comparison_view(const Json& summary, const ReportData& data) {
@@ -107,6 +145,7 @@ Json law_comparison_view(const Json& summary, const ReportData& data) {
   view["law_rules"] = rules;
   view["law_responses"] = responses;
   view["law_response_notes"] = notes;
+  add_exact_thrusts(summary, view);
   view["has_law_responses"] = !responses.empty();
   if (!piles.empty()) view["laws_mu"] = number_cell(summary, "/side/laws/0/mu");
   if (!responses.empty()) {

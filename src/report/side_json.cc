@@ -52,6 +52,7 @@ Json to_json(const ChainShareAtDepth& depth);
 Json to_json(const ChainShare& share);
 Json to_json(const LawOnPiles& one);
 Json to_json(const LawResponse& one);
+Json to_json(const ExactThrust& one);
 Json to_json(const LoadResponse& one);
 Json to_json(const LoadExponents& one);
 Json to_json(const ResidualAtDepth& range);
@@ -153,6 +154,20 @@ Json to_json(const LawOnPiles& one) {
   return json;
 }
 
+Json to_json(const ExactThrust& one) {
+  return {{"law", "rejection"},
+          {"mu", one.mu},
+          {"columns", one.columns},
+          {"layers", one.layers},
+          {"samples", one.samples},
+          {"failed", one.failed},
+          {"bulk_layers", {one.first_layer, one.last_layer}},
+          {"alpha_thrust", granuscope::to_json(one.alpha)},
+          {"deficit_over_mu_squared", granuscope::to_json(one.deficit_over_mu2)},
+          {"change_with_depth", granuscope::to_json(one.change_with_depth)},
+          {"alpha_of_last_layer", granuscope::to_json(one.alpha_of_last_layer)}};
+}
+
 Json to_json(const ChainShare& share) {
   return {{"mu", share.mu},
           {"columns", share.columns},
@@ -233,6 +248,7 @@ Json to_json(const SideMeasurements& side) {
   json["chain_share"] = list_of(side.chain_share);
   json["laws"] = list_of(side.laws);
   json["law_responses"] = list_of(side.law_responses);
+  json["exact_thrusts"] = list_of(side.exact_thrusts);
   json["law_costs"] = list_of(side.law_costs);
   json["nonlinearity"]["responses"] = list_of(side.nonlinearity.responses);
   json["nonlinearity"]["exponents"] = list_of(side.nonlinearity.exponents);

@@ -297,6 +297,18 @@ TEST_CASE("Responses under the laws that could not be measured are refused") {
   CHECK_THAT(with([](Experiment& e) { e.law_comparison.response_columns = 12; }), Contains("not to meet"));
   CHECK_THAT(with([](Experiment& e) { e.law_comparison.response_columns = 400; }), Contains("4096 beads"));
   CHECK_THAT(with([](Experiment& e) { e.law_comparison.response_burn_in = most_sweeps + 1; }), Contains("sweeps"));
+  CHECK(with([](Experiment& e) { e.law_comparison.exact_mu = {0.1, 0.3}; }) == "(none)");
+  CHECK_THAT(with([](Experiment& e) { e.law_comparison.exact_mu = {0.1, 0.31}; }), Contains("takes for ever"));
+  CHECK_THAT(with([](Experiment& e) {
+               e.law_comparison.exact_mu = {0.1};
+               e.law_comparison.exact_samples = 100;
+             }),
+             Contains("whole group of eight"));
+  CHECK_THAT(with([](Experiment& e) {
+               e.law_comparison.exact_mu = {0.1};
+               e.law_comparison.samples = e.law_comparison.response_samples = 0;
+             }),
+             Contains("no comparison to stand in"));
 }
 
 TEST_CASE("Side measurements that could not be made are refused before anything is drawn") {

@@ -78,7 +78,7 @@ Experiment unusual_experiment() {
   e.small_friction = {{0.05, 0.1}, 48, 6.5, 512};
   e.small_friction.samples = 520;
   e.chain_share.samples = 640;
-  e.law_comparison = {0.25, 8, 20, 768, {0.1, 0.2}, {5, 7}, 512, 30, 28, 100, 50};
+  e.law_comparison = {0.25, 8, 20, 768, {0.1, 0.2}, {5, 7}, 512, 30, 28, 100, 50, {0.15, 0.2}, 1024};
   e.stress = {400, 24};
   e.sampling.rules = MendingRules::no_arcs;
   e.error_against_time = {24, 0.25, 300, 150};
