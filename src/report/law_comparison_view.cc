@@ -48,6 +48,14 @@ std::string time_per_bead(const ReportData& data, std::size_t i) {
   return significant(1e9 * data.law_seconds[i] / (piles * one.columns * one.layers), 2);
 }
 
+/// By how many standard errors of their difference a number lies from that of the first law.
+std::string sigmas_from_first(const Json& one, const Json& first) {
+  if (!one.at("value").is_number() || !first.at("value").is_number()) return "n/a";
+  const double error = std::hypot(one.at("stderr").get<double>(), first.at("stderr").get<double>());
+  const double difference = std::abs(one.at("value").get<double>() - first.at("value").get<double>());
+  return error > 0 ? fmt::format("{:.1f}", difference / error) : "n/a";
+}
+
 /// To five standard errors: whether alpha is below 1, and moves over the bulk by less than its distance from 1.
 bool settles_below_one(const Json& one) {
   constexpr double sure = 5;
@@ -127,6 +135,11 @@ Json law_comparison_view(const Json& summary, const ReportData& data) {
     row["samples"] = number_cell(summary, pointer + "/samples");
     for (const char* number : {"c", "D"}) row[number] = plain_cell(summary, fmt::format("{}/{}", pointer, number));
     row["effective_samples"] = fixed_cell(summary, pointer + "/effective_samples/value", 0);
+    row["later"] = Json::array();
+    if (i > 0) {
+      row["later"].push_back({{"c_sigmas", sigmas_from_first(one.at("c"), measured[0].at("c"))},
+                              {"D_sigmas", sigmas_from_first(one.at("D"), measured[0].at("D"))}});
+    }
     if (one.at("c").contains("reason")) {
       notes.push_back({{"name", row["name"]}, {"reason", number_cell(summary, pointer + "/c/reason")}});
     }
