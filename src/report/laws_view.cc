@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "plot/figure_words.h"
 #include "report/number_text.h"
 #include "report/reason_notes.h"
 #include "report/report_view.h"
@@ -31,16 +32,6 @@ bool told_with_slopes(const Json& result, const Json& estimate) {
     return result.at(slope).contains("reason") && result.at(slope).at("reason") == estimate.at("reason");
   };
   return tells("c") || tells("D");
-}
-
-/// "0.02, 0.05 and 1.7".
-std::string enumerated(const std::vector<std::string>& mus) {
-  std::string text;
-  for (std::size_t i = 0; i < mus.size(); ++i) {
-    if (i > 0) text += i + 1 == mus.size() ? " and " : ", ";
-    text += mus[i];
-  }
-  return text;
 }
 
 }  // namespace
@@ -73,7 +64,7 @@ Json laws_view(const Json& summary) {
   finish_notes(notes);
   view["law_notes"] = notes;
   view["some_told"] = !told.empty();
-  view["told_mus"] = enumerated(told);
+  view["told_mus"] = enumeration(told);
   for (const char* name : {"position", "width_squared", "amplitude", "noise"}) {
     view["mean_laws"][name] = number_cell(summary, fmt::format("/mean_exponents/{}", name));
   }
