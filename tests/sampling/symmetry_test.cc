@@ -198,6 +198,54 @@ TEST_CASE("all columns are equal, and the test would see it if layers always beg
   }
 }
 
+/// Moments of every split and of products of two in a layer; `mirrored`: of the image x -> -x of the pile.
+std::vector<double> moments_of(const Pile& pile, bool mirrored) {
+  const int columns = pile.lattice.columns();
+  std::vector<double> all, splits(static_cast<std::size_t>(columns));
+  for (int n = 0; n < pile.lattice.layers(); ++n) {
+    for (int i = 0; i < columns; ++i) {
+      // A bead at x = i, or i + 1/2, has its image at -i, or -i - 1/2.
+      const std::size_t at = pile.lattice.index(n, mirrored ? (2 * columns - i - n % 2) % columns : i);
+      splits[static_cast<std::size_t>(i)] = mirrored ? -pile.H_L[at] : pile.H_R[at];
+    }
+    for (std::size_t i = 0; i < splits.size(); ++i) {
+      all.push_back(splits[i]);
+      for (std::size_t k = i; k < splits.size(); ++k) all.push_back(splits[i] * splits[k]);
+    }
+  }
+  return all;
+}
+
+/// The law under a load against the mirror image of the law under that load's image.
+TEST_CASE("a pile under a load and the image of one under the image of the load are of one law") {
+  const std::vector<double> load = {1.6, 0.4, 0.2, 1.8}, image = {1.6, 1.8, 0.2, 0.4};
+  constexpr int piles = 800'000 / test::share_of_samples;
+  const Lattice lattice({.columns = 4, .layers = 2});
+  SamplerSpec spec;
+  spec.mu = 1.5;
+  spec.seed = 31;
+  const auto sampler = make_sampler(spec, lattice);
+  Pile pile(lattice);
+  std::vector<RunningMean> plain, mirrored;
+  const auto add = [](const std::vector<double>& numbers, std::vector<RunningMean>& means) {
+    means.resize(numbers.size());
+    for (std::size_t j = 0; j < numbers.size(); ++j) means[j].add(numbers[j]);
+  };
+  for (std::uint64_t k = 0; k < piles; ++k) {
+    if (sampler->draw(16 * k, load, pile)) throw std::runtime_error("stuck");
+    add(moments_of(pile, false), plain);
+    if (sampler->draw(16 * k + 8, image, pile)) throw std::runtime_error("stuck");
+    add(moments_of(pile, true), mirrored);
+  }
+  CHECK(sampler->counts().rings > piles / 10);  // the rule whose symmetry hangs on the parent drawn first
+  for (std::size_t j = 0; j < plain.size(); ++j) {
+    const auto one = plain[j].estimate(), other = mirrored[j].estimate();
+    CAPTURE(j, one.value, one.error, other.value, other.error);
+    CHECK(std::abs(test::sigmas(one, other)) < test::sigma_bound(plain.size()));
+    CHECK(std::hypot(one.error, other.error) < 0.002 * std::sqrt(test::share_of_samples * plain[j].variance()));
+  }
+}
+
 // The other laws have no order that could be fixed.
 void check_other_laws(int piles, int chained, double resolution) {
   std::vector<Setting> settings;
