@@ -78,6 +78,17 @@ BlockModes modes_of_correlations(const BlockSums& sums, std::size_t row, int mod
   return result;
 }
 
+int columns_of_response(const BlockSums& sums, double overload) {
+  return holds_correlations(sums) ? sums.quantities.at("correlation").width
+                                  : sums.quantities.at(response_quantity(sums, overload).name).width;
+}
+
+BlockModes block_modes(const BlockSums& sums, std::size_t row, double overload) {
+  const int modes = (columns_of_response(sums, overload) - 1) / 2;
+  return holds_correlations(sums) ? modes_of_correlations(sums, row, modes)
+                                  : modes_of_profiles(sums, row, overload, modes);
+}
+
 using Row = Eigen::Array<double, 1, Eigen::Dynamic>;
 
 std::vector<double> to_vector(const Row& v) { return {v.data(), v.data() + v.size()}; }
@@ -143,32 +154,37 @@ Replicated block_mean(const BlockSums& sums, const std::string& quantity, std::s
 }
 
 LayerSpectrum layer_spectrum(const BlockSums& sums, std::size_t row, double overload) {
-  const bool multiplexed = holds_correlations(sums);
-  const int columns = multiplexed ? sums.quantities.at("correlation").width
-                                  : sums.quantities.at(response_quantity(sums, overload).name).width;
-  const int modes = (columns - 1) / 2, blocks = sums.blocks();
-  const BlockModes block =
-      multiplexed ? modes_of_correlations(sums, row, modes) : modes_of_profiles(sums, row, overload, modes);
-
+  const BlockModes block = block_modes(sums, row, overload);
   LayerSpectrum spectrum;
-  spectrum.columns = columns;
+  spectrum.columns = columns_of_response(sums, overload);
   spectrum.half_shifted = sums.layers[row] % 2 == 1;
   const Row numerator = block.numerator.colwise().sum(), denominator = block.denominator.colwise().sum();
   const Row mean = numerator / denominator;
   spectrum.whole = to_vector(mean);
-  const Row whole_variance = scatter_variance(block, mean, denominator, blocks);
+  const Row variance = scatter_variance(block, mean, denominator, sums.blocks());
   // A scatter at the level of rounding is no scatter.
   const double rounding = 1e-26;
-  spectrum.exact = whole_variance.maxCoeff() <= rounding * mean.square().maxCoeff();
-  spectrum.noise = smoothed_root(whole_variance);
-  if (spectrum.exact) spectrum.noise.assign(static_cast<std::size_t>(modes), 0.0);
-  for (int b = 0; b < blocks; ++b) {
+  spectrum.exact = variance.maxCoeff() <= rounding * mean.square().maxCoeff();
+  spectrum.noise = smoothed_root(variance);
+  if (spectrum.exact) spectrum.noise.assign(spectrum.noise.size(), 0.0);
+  for (int b = 0; b < sums.blocks(); ++b) {
     const Row d = denominator - Row(block.denominator.row(b));
-    const Row left = (numerator - Row(block.numerator.row(b))) / d;
-    spectrum.without_block.push_back(to_vector(left));
-    if (!spectrum.exact) spectrum.noise_without_block.push_back(smoothed_root(scatter_variance(block, left, d, b)));
+    spectrum.without_block.push_back(to_vector((numerator - Row(block.numerator.row(b))) / d));
   }
   return spectrum;
+}
+
+BlockMeans mode_variances(const BlockSums& sums, std::size_t row, double overload) {
+  const BlockModes block = block_modes(sums, row, overload);
+  const Row numerator = block.numerator.colwise().sum(), denominator = block.denominator.colwise().sum();
+  BlockMeans variances;
+  variances.whole = to_vector(scatter_variance(block, numerator / denominator, denominator, sums.blocks()));
+  for (int b = 0; b < sums.blocks(); ++b) {
+    const Row d = denominator - Row(block.denominator.row(b));
+    const Row left = (numerator - Row(block.numerator.row(b))) / d;
+    variances.without_block.push_back(to_vector(scatter_variance(block, left, d, b)));
+  }
+  return variances;
 }
 
 }  // namespace granuscope

@@ -20,8 +20,6 @@ struct LayerSpectrum {
   /// modes. Noise is nearly invariant under translation, so its modes are nearly uncorrelated and this is its
   /// covariance (for a point load an approximation).
   std::vector<double> noise;
-  /// The same without each block, of what is left: weights of fits are part of the chain that errors go through.
-  std::vector<std::vector<double>> noise_without_block;
   bool exact = false;  ///< no scatter at all: noise is 0
 };
 
@@ -39,5 +37,9 @@ Replicated block_mean(const BlockSums& sums, const std::string& quantity, std::s
 
 /// Spectrum of the response (w - 1)/overload at recorded layer number `row`.
 LayerSpectrum layer_spectrum(const BlockSums& sums, std::size_t row, double overload);
+
+/// Variance of each mode of that spectrum, from the scatter of the block means, mode by mode, shape [modes] each; that
+/// without a block is about the mean of the others.
+BlockMeans mode_variances(const BlockSums& sums, std::size_t row, double overload);
 
 }  // namespace granuscope

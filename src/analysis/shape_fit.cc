@@ -119,8 +119,11 @@ std::optional<ShapeFit> fit_shape(const LayerSpectrum& spectrum, DoubleGaussian 
   return fit(spectrum, spectrum.whole, spectrum.noise, start);
 }
 
-std::optional<ShapeFit> fit_shape_without(const LayerSpectrum& spectrum, std::size_t block, DoubleGaussian start) {
-  return fit(spectrum, spectrum.without_block[block], spectrum.noise_without_block[block], start);
+std::optional<DoubleGaussian> weighted_shape(const LayerSpectrum& spectrum, std::span<const double> modes,
+                                             std::span<const double> noise, DoubleGaussian start) {
+  const auto result = fit(spectrum, modes, noise, start);
+  if (!result) return std::nullopt;
+  return result->shape;
 }
 
 DoubleGaussian coarse_shape(const LayerSpectrum& spectrum, double z) {

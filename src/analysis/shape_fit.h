@@ -1,5 +1,6 @@
 #pragma once
 #include <optional>
+#include <span>
 #include <string>
 
 #include "analysis/double_gaussian.h"
@@ -17,13 +18,16 @@ struct ShapeFit {
   double misfit_at_least = 0;  ///< the same, two of its standard errors lower
 };
 
-/// Least squares of the double Gaussian to the Fourier modes of the whole ensemble, each weighted with its noise:
+/// Least squares of the double Gaussian to the Fourier modes of the whole ensemble, each weighted with its noise as
+/// measured at this layer, so that chi2 tells what the noise explains:
 /// Levenberg-Marquardt (GSL) from `start`. On a ring x_p and columns - x_p are the same shape: the smaller one is
 /// given. None if it does not converge.
 std::optional<ShapeFit> fit_shape(const LayerSpectrum& spectrum, DoubleGaussian start);
 
-/// The same without one of the blocks, by the noise of the others.
-std::optional<ShapeFit> fit_shape_without(const LayerSpectrum& spectrum, std::size_t block, DoubleGaussian start);
+/// The shape that fits `modes`, of the layer of `spectrum` from all or some of its blocks, each weighted with `noise`
+/// (both as in LayerSpectrum).
+std::optional<DoubleGaussian> weighted_shape(const LayerSpectrum& spectrum, std::span<const double> modes,
+                                             std::span<const double> noise, DoubleGaussian start);
 
 /// The best shape on a coarse grid of positions up to 2 tan30 z, or half the ring, and widths: a start that no local
 /// minimum can fool.

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "analysis/deepest_run.h"
 #include "analysis/depth_series.h"
@@ -18,6 +19,7 @@
 #include "analysis/shape_diagnostics.h"
 #include "analysis/shape_fit.h"
 #include "analysis/shape_verdict.h"
+#include "analysis/weighing_noise.h"
 #include "ensemble/ensemble_spec.h"
 #include "ensemble/parallel.h"
 #include "model/lattice.h"
@@ -67,7 +69,9 @@ void measure_exactly(const EnsembleRecord& record, std::size_t row, double overl
   depth.fit.identifiable = true;
 }
 
-void measure_by_fit(const LayerSpectrum& spectrum, const FitSpec& spec, MeasuredDepth& depth) {
+/// The verdict on the shape is chi^2 by the noise of this layer; x_p and W go by `weights`, which scatter less.
+void measure_by_fit(const LayerSpectrum& spectrum, const WeighingNoise* weights, const FitSpec& spec,
+                    MeasuredDepth& depth) {
   const auto whole = fit_shape(spectrum, coarse_shape(spectrum, depth.fit.z));
   const auto set_unknown = [&](const std::string& reason) {
     const Replicated unknown{nan, std::vector<double>(spectrum.without_block.size(), nan)};
@@ -93,17 +97,25 @@ void measure_by_fit(const LayerSpectrum& spectrum, const FitSpec& spec, Measured
     store(shape.width, depth.width, is_whole);
     store(shape.width * shape.width, depth.width_squared, is_whole);
   };
-  store_shape(whole->shape, true);
+  const auto noise = [&](const WaveNoise* model) {
+    return model == nullptr ? spectrum.noise : model->standard_deviations(depth.fit.z);
+  };
+  const auto weighted =
+      weighted_shape(spectrum, spectrum.whole, noise(weights == nullptr ? nullptr : &weights->whole), whole->shape);
+  if (!weighted) return set_unknown("the fit of the double Gaussian did not converge");
+  store_shape(*weighted, true);
   for (std::size_t block = 0; block < spectrum.without_block.size(); ++block) {
-    const auto fit = fit_shape_without(spectrum, block, whole->shape);
+    const auto fit = weighted_shape(spectrum, spectrum.without_block[block],
+                                    noise(weights == nullptr ? nullptr : &weights->without_block[block]), *weighted);
     if (!fit) return set_unknown("the fit of the double Gaussian did not converge without one of the blocks");
-    store_shape(fit->shape, false);
+    store_shape(*fit, false);
   }
   depth.fit.identifiable = depth.fit.reason.empty();
   if (depth.fit.identifiable && in_window(spec, depth.fit.layer)) depth.diagnostics = diagnose_shape(spectrum, *whole);
 }
 
-MeasuredDepth measure_depth(const MeasuredEnsemble& ensemble, const FitSpec& spec, std::size_t row) {
+MeasuredDepth measure_depth(const MeasuredEnsemble& ensemble, const WeighingNoise* weights, const FitSpec& spec,
+                            std::size_t row) {
   const EnsembleRecord& record = ensemble.record;
   MeasuredDepth depth;
   depth.fit.layer = record.sums.layers[row];
@@ -113,7 +125,7 @@ MeasuredDepth measure_depth(const MeasuredEnsemble& ensemble, const FitSpec& spe
   if (spectrum.exact) {
     measure_exactly(record, row, ensemble.overload, depth);
   } else {
-    measure_by_fit(spectrum, spec, depth);
+    measure_by_fit(spectrum, weights, spec, depth);
     if (depth.fit.identifiable && in_window(spec, depth.fit.layer)) {
       depth.height =
           peak_height(mean_response(record.sums, row, ensemble.overload),
@@ -390,9 +402,15 @@ MeasuredTransport measure_transport(const MeasuredEnsemble& ensemble, const FitS
 
   // Layer 0 of the estimator multiplexed is there for the spectrum of its loads.
   const std::size_t first_row = holds_correlations(record.sums) ? 1 : 0;
+  std::vector<std::size_t> rows_in_window;
+  for (std::size_t row = first_row; row < record.sums.layers.size(); ++row) {
+    if (in_window(spec, record.sums.layers[row])) rows_in_window.push_back(row);
+  }
+  const std::optional<WeighingNoise> weights = weighing_noise(record.sums, rows_in_window, ensemble.overload);
   std::vector<MeasuredDepth> depths(record.sums.layers.size() - first_row);
-  for_each_index(depths.size(), threads,
-                 [&](std::size_t i) { depths[i] = measure_depth(ensemble, spec, i + first_row); });
+  for_each_index(depths.size(), threads, [&](std::size_t i) {
+    depths[i] = measure_depth(ensemble, weights ? &*weights : nullptr, spec, i + first_row);
+  });
   t.exact = std::all_of(depths.begin(), depths.end(),
                         [](const MeasuredDepth& d) { return d.fit.degrees_of_freedom == 0 && d.fit.identifiable; });
   // Only who names the estimator asks for its verdict: the curves of error against time show the shift instead.
