@@ -89,6 +89,7 @@ class Moments {
 
 struct LawComparison {
   double worst_sigmas = 0;
+  double climb_sigmas = 0;  ///< of the number of climbs per pile
   /// Largest combined standard error, in units of the spread of the quantity itself.
   double worst_resolution = 0;
   std::size_t comparisons = 0;
@@ -105,11 +106,15 @@ LawComparison compare_laws(const LawCase& law_case, int piles_per_time, std::uin
   const auto sampler = make_sampler(spec, lattice);
   Pile pile(lattice);
   Moments program(lattice), naive(lattice);
+  RunningMean program_climbs, naive_climbs;  // how many there are tells how high they go
   LawComparison result;
+  std::uint64_t climbs_before = 0;
   for (int k = 0; k < 2 * piles; ++k) {
     // One sample of every eight: the others share the order of their layers and are not independent.
     if (sampler->draw(8 * static_cast<std::uint64_t>(k), law_case.load, pile)) throw std::runtime_error("stuck");
     program.add(pile);
+    program_climbs.add(static_cast<double>(sampler->counts().climbs - climbs_before));
+    climbs_before = sampler->counts().climbs;
     if (k % 16 == 0) {
       const AuditResult result_of_audit = audit(pile);
       if (!(result_of_audit.max_balance_residual <= 1e-12 && result_of_audit.max_cone_violation <= 1e-12)) {
@@ -122,12 +127,14 @@ LawComparison compare_laws(const LawCase& law_case, int piles_per_time, std::uin
   for (int k = 0; k < piles; ++k) {
     if (reference.draw(law_case.load, pile)) {
       naive.add(pile);
+      naive_climbs.add(reference.climbs());
     } else {
       ++result.given_up;
     }
   }
-  result.comparisons = program.means().size();
-  for (std::size_t k = 0; k < result.comparisons; ++k) {
+  result.comparisons = program.means().size() + 1;
+  result.climb_sigmas = std::abs(test::sigmas(program_climbs.estimate(), naive_climbs.estimate()));
+  for (std::size_t k = 0; k < program.means().size(); ++k) {
     const auto a = program.means()[k].estimate(), b = naive.means()[k].estimate();
     result.worst_sigmas = std::max(result.worst_sigmas, std::abs(test::sigmas(a, b)));
     result.worst_resolution =
@@ -145,6 +152,7 @@ void compare_all(int piles, double resolution) {
     CAPTURE(law_case.name, law_case.mu, seed, piles, result.comparisons, result.given_up, result.counts.pairs,
             result.counts.arcs, result.counts.rings, result.counts.climbs);
     CHECK(result.worst_sigmas < test::sigma_bound(law_cases.size() * result.comparisons));
+    CHECK(result.climb_sigmas < test::sigma_bound(law_cases.size() * result.comparisons));
     // Too few piles to see a shift of this share of a quantity's own spread would prove nothing.
     CHECK(result.worst_resolution < resolution);
     // A pile given up by blind redrawing is lost to the comparison: one in a thousand shifts no mean by a sigma here.

@@ -293,6 +293,12 @@ void NaiveGranusolve::renew_children(int layer, int failed, const std::vector<in
   }
 }
 
+int NaiveGranusolve::climbs() const {
+  int all = 0;
+  for (const auto& [bead, climbs] : climbs_) all += climbs;
+  return all;
+}
+
 void NaiveGranusolve::climb(int layer, int bead) {
   const int height = 2 + climbs_[{layer, bead}]++;
   int leftmost = bead, top = layer, wider = 0;

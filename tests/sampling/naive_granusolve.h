@@ -20,6 +20,8 @@ class NaiveGranusolve {
  public:
   NaiveGranusolve(Lattice lattice, double mu, std::uint64_t seed);
 
+  /// Climbs of the pile drawn last.
+  int climbs() const;
   /// Draws one pile; false if blind redrawing or climbing went on for too long.
   bool draw(std::span<const double> load, Pile& pile);
 

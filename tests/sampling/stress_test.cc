@@ -147,6 +147,8 @@ TEST_CASE("half the top unloaded is refused below 30 degrees of friction angle a
         CHECK(std::abs(cone.t_minus()) < 1e-12);
       } else {
         CHECK(trial.outcome == (cone.t_minus() > 0 ? Outcome::refused : Outcome::solved));
+        // Next to t- = 0 the cone's edge is as narrow as rounding, and what rounding decides is counted.
+        if (columns > 4 && cone.t_minus() > -1e-12 && cone.t_minus() < 0) CHECK(trial.rounded_per_bead > 0);
       }
     }
   }
