@@ -36,6 +36,21 @@ TEST_CASE("a pile in balance passes the audit") {
   }
 }
 
+TEST_CASE("a torque alone that does not balance is found") {
+  const Lattice lattice({.columns = 5, .layers = 6});
+  const Pile sound = central_pile(lattice, 0.8, 11);
+  // Nothing hangs below the last layer: taking from one of a bead's contacts what the other gets turns the bead only.
+  const std::size_t bead = lattice.index(5, 2);
+  for (const double shift : {1e-9, -1e-9}) {
+    Pile turned = sound;
+    turned.V_R[bead] += shift * largest_force(sound, 5);
+    turned.V_L[bead] -= shift * largest_force(sound, 5);
+    const AuditResult result = audit(turned);
+    CHECK(result.max_balance_residual == Approx(1e-9).epsilon(0.01));
+    CHECK(result.balance_layer == 5);
+  }
+}
+
 TEST_CASE("one force wrong by a billionth is found, in any array, layer and bead") {
   const Lattice lattice({.columns = 5, .layers = 6});
   const Pile sound = central_pile(lattice, 0.8, 11);
