@@ -89,7 +89,8 @@ class Moments {
 
 struct LawComparison {
   double worst_sigmas = 0;
-  double climb_sigmas = 0;  ///< of the number of climbs per pile
+  double climb_sigmas = 0;   ///< of the number of climbs per pile
+  double number_sigmas = 0;  ///< of the numbers per pile that are drawn after the first of each bead
   /// Largest combined standard error, in units of the spread of the quantity itself.
   double worst_resolution = 0;
   std::size_t comparisons = 0;
@@ -106,15 +107,18 @@ LawComparison compare_laws(const LawCase& law_case, int piles_per_time, std::uin
   const auto sampler = make_sampler(spec, lattice);
   Pile pile(lattice);
   Moments program(lattice), naive(lattice);
-  RunningMean program_climbs, naive_climbs;  // how many there are tells how high they go
+  // The forces of such small piles hardly tell how high climbs go; how many beads they solve again does.
+  RunningMean program_climbs, naive_climbs, program_numbers, naive_numbers;
   LawComparison result;
-  std::uint64_t climbs_before = 0;
+  SamplerCounts before;
   for (int k = 0; k < 2 * piles; ++k) {
     // One sample of every eight: the others share the order of their layers and are not independent.
     if (sampler->draw(8 * static_cast<std::uint64_t>(k), law_case.load, pile)) throw std::runtime_error("stuck");
     program.add(pile);
-    program_climbs.add(static_cast<double>(sampler->counts().climbs - climbs_before));
-    climbs_before = sampler->counts().climbs;
+    const SamplerCounts after = sampler->counts();
+    program_climbs.add(static_cast<double>(after.climbs - before.climbs));
+    program_numbers.add(static_cast<double>(after.uniforms - before.uniforms) - static_cast<double>(lattice.beads()));
+    before = after;
     if (k % 16 == 0) {
       const AuditResult result_of_audit = audit(pile);
       if (!(result_of_audit.max_balance_residual <= 1e-12 && result_of_audit.max_cone_violation <= 1e-12)) {
@@ -128,12 +132,14 @@ LawComparison compare_laws(const LawCase& law_case, int piles_per_time, std::uin
     if (reference.draw(law_case.load, pile)) {
       naive.add(pile);
       naive_climbs.add(reference.climbs());
+      naive_numbers.add(reference.later_numbers());
     } else {
       ++result.given_up;
     }
   }
-  result.comparisons = program.means().size() + 1;
+  result.comparisons = program.means().size() + 2;
   result.climb_sigmas = std::abs(test::sigmas(program_climbs.estimate(), naive_climbs.estimate()));
+  result.number_sigmas = std::abs(test::sigmas(program_numbers.estimate(), naive_numbers.estimate()));
   for (std::size_t k = 0; k < program.means().size(); ++k) {
     const auto a = program.means()[k].estimate(), b = naive.means()[k].estimate();
     result.worst_sigmas = std::max(result.worst_sigmas, std::abs(test::sigmas(a, b)));
@@ -153,6 +159,7 @@ void compare_all(int piles, double resolution) {
             result.counts.arcs, result.counts.rings, result.counts.climbs);
     CHECK(result.worst_sigmas < test::sigma_bound(law_cases.size() * result.comparisons));
     CHECK(result.climb_sigmas < test::sigma_bound(law_cases.size() * result.comparisons));
+    CHECK(result.number_sigmas < test::sigma_bound(law_cases.size() * result.comparisons));
     // Too few piles to see a shift of this share of a quantity's own spread would prove nothing.
     CHECK(result.worst_resolution < resolution);
     // A pile given up by blind redrawing is lost to the comparison: one in a thousand shifts no mean by a sigma here.

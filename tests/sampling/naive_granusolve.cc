@@ -41,8 +41,10 @@ bool NaiveGranusolve::draw(std::span<const double> load, Pile& pile) {
   pending_.clear();
   climbs_.clear();
   work_ = 0;
+  later_numbers_ = 0;
   try {
     for (int n = 0; n < lattice_.layers(); ++n) {
+      front_ = n;
       for (int k = 0; k < columns_; ++k) {
         const int bead = wrapped(first_[static_cast<std::size_t>(n)] + k * direction_[static_cast<std::size_t>(n)]);
         while (!place(n, bead)) settle();
@@ -124,6 +126,7 @@ void NaiveGranusolve::redraw(int layer, int bead) {
   const Range range = cone_range(here.V_R, here.V_L, H);
   here.H_R = uniform({range.low, std::max(range.low, range.high)});
   here.solved = true;
+  if (layer < front_) ++later_numbers_;
 }
 
 void NaiveGranusolve::settle() {
@@ -219,6 +222,7 @@ bool NaiveGranusolve::pair(int layer, int bead) {
     b.H_R = uniform(range_b);
   } while (!solvable(layer, bead) || (at(layer, left).solved && !solvable(layer, left)) ||
            (at(layer, right).solved && !solvable(layer, right)));
+  later_numbers_ += 2;
   renew_children(layer, bead, {A, B});
   return true;
 }
@@ -262,6 +266,7 @@ bool NaiveGranusolve::ring(int layer, int bead) {
 void NaiveGranusolve::draw_one_by_one(int layer, const std::vector<int>& parents, std::vector<Constraint> constraints,
                                       const std::vector<std::size_t>& order) {
   const std::size_t zero = parents.size();
+  later_numbers_ += static_cast<int>(order.size());
   for (const std::size_t k : order) {
     Bead& bead = at(layer - 1, parents[k]);
     Range range = cone_range(bead.V_R, bead.V_L, bead.H);

@@ -22,6 +22,9 @@ class NaiveGranusolve {
 
   /// Climbs of the pile drawn last.
   int climbs() const;
+  /// Numbers that its splits took after the first of each bead, as long as nothing is drawn blindly in vain: two for a
+  /// pair, one for each parent of an arc, one for each bead solved again when its layer was complete.
+  int later_numbers() const { return later_numbers_; }
   /// Draws one pile; false if blind redrawing or climbing went on for too long.
   bool draw(std::span<const double> load, Pile& pile);
 
@@ -86,6 +89,7 @@ class NaiveGranusolve {
   std::map<std::pair<int, int>, int> climbs_;    // per bead
   std::vector<double> load_;
   std::int64_t work_ = 0;
+  int front_ = 0, later_numbers_ = 0;
 };
 
 }  // namespace granuscope::test
