@@ -3,15 +3,11 @@
 #include <cstdint>
 #include <vector>
 
+#include "support/sanitized.h"
+
 namespace granuscope::test {
 
-/// Address and undefined-behaviour checks cost a factor of ten: fewer samples then, and bounds on the errors that
-/// follow the number.
-#ifdef __SANITIZE_ADDRESS__
-inline constexpr bool sanitized = true;
-#else
-inline constexpr bool sanitized = false;
-#endif
+/// Fewer samples under the sanitizers, and bounds on the errors that follow the number.
 inline constexpr int share_of_samples = sanitized ? 16 : 1;
 
 /// A measured mean and its standard error.
