@@ -77,10 +77,10 @@ TEST_CASE("The PDF has vector plots, all labels, contents with page numbers and 
   SECTION("every axis label is found") {
     const std::string text = output_of({"pdftotext", "report.pdf", "-"}, folder);
     for (const char* label :
-         {"position x (bead diameters)", "response P(x)", "depth z (bead diameters)",
-          "peak position over depth xₚ/z", "squared width over depth W²/z", "friction coefficient μ",
-          "diffusion coefficient D (bead diameters)", "propagation coefficient c", "c₀ − c", "fitted double Gaussian",
-          "the paper's exponent", "residual / σ", "over law"}) {
+         {"position x (bead diameters)", "response P(x)", "depth z (bead diameters)", "peak position over depth xₚ/z",
+          "squared width over depth W²/z", "friction coefficient μ", "diffusion coefficient D (bead diameters)",
+          "propagation coefficient c", "c₀ − c", "fitted double Gaussian", "the paper's exponent", "residual / σ",
+          "over law"}) {
       INFO(label);
       CHECK(contains(text, label));
     }
