@@ -36,9 +36,8 @@ void GranusolveSampler::climb(int layer, int bead) {
 /// The beads `first` .. `first + count - 1` of a layer and all that hangs below them. Whatever hangs below an unsolved
 /// bead is unsolved already.
 void GranusolveSampler::unsolve(int layer, int first, int count) {
-  bool some_solved = true;
-  for (; layer <= front_ && some_solved; first = lattice_.lower_left(layer, first), ++layer, ++count) {
-    some_solved = false;
+  for (; layer <= front_; first = lattice_.lower_left(layer, first), ++layer, ++count) {
+    bool some_solved = false;
     count = std::min(count, lattice_.columns());
     for (int k = 0, bead = first; k < count; ++k, bead = lattice_.next(bead)) {
       // The bead at the cursor is either being solved right now, and is tried again by whoever called, or the next one.
@@ -50,7 +49,7 @@ void GranusolveSampler::unsolve(int layer, int first, int count) {
       some_solved |= state == 0;
       state = std::max(state, below_climb);
     }
-    if (!some_solved) break;
+    if (!some_solved) return;
     pending_[static_cast<std::size_t>(layer)].include(first, count, lattice_.columns());
     topmost_pending_ = std::min(topmost_pending_, layer);
   }
