@@ -15,7 +15,7 @@ namespace granuscope {
 /// What draws the piles.
 ///   scalar        Sampler::draw, one pile after the other, without any vectors of its own.
 ///   beads         Sampler::draw: the first draws use vectors along the layer; what they leave unsolved is mended
-///                 bead by bead.
+///                 bead by bead, with numbers drawn eight at a time where several are needed.
 ///   batch         Sampler::draw_groups, eight or sixteen piles side by side, as ensembles are drawn. Includes the
 ///                 check of every pile's identities and keeping every third layer, as for an ensemble.
 ///   no-rejection  StraightLine: every first draw accepted.

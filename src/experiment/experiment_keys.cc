@@ -335,8 +335,7 @@ std::vector<ExperimentKey> make_keys() {
       key(
           "figures.law_comparison", "exact_mu", "",
           "friction coefficients, at most 0.3, at which the thrust ratio under the law rejection is taken from piles "
-          "of "
-          "several widths and depths; none: not at all",
+          "of several widths and depths; none: not at all",
           [](auto& e) -> auto& { return e.law_comparison.exact_mu; }),
       key(
           "figures.law_comparison", "exact_samples", "piles", "piles of each of these sizes",

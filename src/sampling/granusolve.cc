@@ -16,6 +16,7 @@ GranusolveSampler::GranusolveSampler(const SamplerSpec& spec, const Lattice& lat
     : Sampler(lattice),
       cone_(spec.mu),
       spec_(spec),
+      philox_keys_(spec.seed),
       order_(static_cast<std::size_t>(lattice.layers())),
       pending_(static_cast<std::size_t>(lattice.layers())),
       slack_(static_cast<std::size_t>(lattice.columns())),
@@ -69,7 +70,6 @@ std::optional<SamplingFailure> GranusolveSampler::solve_pile(std::uint64_t sampl
 void GranusolveSampler::begin_pile(std::uint64_t sample, std::span<const double> load) {
   load_ = load;
   key_ = RandomKey(spec_.seed, sample);
-  philox_keys_ = PhiloxKeys(spec_.seed);
   eight_at_once_ = first_ == nullptr && !PlainKernels::in_use();
   std::fill(pending_.begin(), pending_.end(), Run{});
   for (int layer = 0; layer < lattice_.layers(); ++layer) {
@@ -192,9 +192,10 @@ int GranusolveSampler::next_failing() {
 /// rule. False if the effort ran out.
 bool GranusolveSampler::solve_failing(int bead, bool no_pair) {
   if (no_pair) ++solutions_;
-  for (Mend mend_or_draw = no_pair ? mend(front_, bead, true) : solve_bead(front_, bead); mend_or_draw == Mend::climbed;
-       mend_or_draw = solve_bead(front_, bead)) {
+  Mend outcome = no_pair ? mend(front_, bead, true) : solve_bead(front_, bead);
+  while (outcome == Mend::climbed) {
     if (!solve_pending()) return false;
+    outcome = solve_bead(front_, bead);
   }
   step_cursor();
   // A child that rounding left unsolvable waits as pending even without a climb.

@@ -161,6 +161,7 @@ class GranusolveSampler final : public Sampler {
 
   FrictionCone cone_;
   SamplerSpec spec_;
+  PhiloxKeys philox_keys_;
 
   const Pile* first_ = nullptr;        ///< while a pile is solved again: its first solution
   std::vector<double> first_numbers_;  ///< and the numbers of that
@@ -168,7 +169,6 @@ class GranusolveSampler final : public Sampler {
   // State of the pile being drawn; arrays have shape [layers, columns].
   std::span<const double> load_;
   RandomKey key_{0, 0};
-  PhiloxKeys philox_keys_;      ///< of its seed
   bool eight_at_once_ = false;  ///< numbers of later attempts, where several are needed
   GranusolveState state_{};
   /// The state of the layers front_ - window_ + 1 .. front_ is kept, in the place of their number's last bits.

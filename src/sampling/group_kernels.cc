@@ -273,6 +273,7 @@ HWY_INLINE bool skip_to_failing(GroupFront& front) {
   return false;
 }
 
+/// A bead on which time is spent counts once in each pile in which it failed, whatever becomes of it.
 HWY_INLINE void count_met(GroupFront& front, unsigned lanes) {
   for (std::size_t k = 0; k < group_lanes; k += hn::Lanes(d)) {
     const Stream s{front, {}, k, some_of(lanes, k)};

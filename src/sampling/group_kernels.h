@@ -28,7 +28,7 @@ struct GroupFront {
   GroupRow above{}, here{};
   std::uint32_t* attempts = nullptr;  ///< after the first, of this layer
   std::uint8_t* rule = nullptr;       ///< of this layer; set to mended_rule
-  double* first_uniform = nullptr;
+  double* first_uniform = nullptr;    ///< of this layer
   // A byte for each bead, a bit for each pile; row_padding bytes stand before and after them.
   std::uint8_t* failing = nullptr;  ///< what the bead was drawn with at first does not hold
   std::uint8_t* changed = nullptr;  ///< because its parents have changed since
@@ -39,7 +39,7 @@ struct GroupFront {
   unsigned running = 0;        ///< piles that have not failed, a bit for each
   unsigned to_mend = 0;        ///< those that have no solution at this bead as it is
   unsigned to_settle = 0;      ///< those that the pair rule cannot help there
-  unsigned no_pair = 0;        ///< those of them in which it has been tried
+  unsigned no_pair = 0;        ///< those of them that are known to have no solution as they are, nor by it
   bool forward = true;         ///< the layer's direction: the neighbour behind a bead is its left one
   std::uint8_t mended_rule = 0;
 

@@ -48,14 +48,15 @@ void draw_beads_plain(const FrictionCone& cone, const UpperRow& above, const dou
 void find_failing(const double* slack, std::size_t beads, std::uint64_t* words);
 void find_failing_plain(const double* slack, std::size_t beads, std::uint64_t* words);
 
-/// The first numbers of later attempts (RandomKey::attempt) of eight beads of a layer.
+/// The first numbers of later attempts (RandomKey::attempt, the same bytes) of eight beads of a layer.
 inline constexpr std::size_t attempts_at_once = 8;
 void later_numbers(const PhiloxKeys& keys, std::uint32_t sample, int layer,
                    const std::array<std::uint32_t, attempts_at_once>& bead,
                    const std::array<std::uint32_t, attempts_at_once>& attempt,
                    std::array<double, attempts_at_once>& number);
 
-/// While one lives, the kernels above are their plain twins in this thread: for measuring what the vectors gain.
+/// While one lives, the kernels above that have a plain twin are that twin in this thread, and who would use the others
+/// asks in_use() and goes bead by bead: for measuring what the vectors gain.
 class PlainKernels {
  public:
   PlainKernels();
