@@ -46,7 +46,7 @@ Claim judge_double_peak(const Analysis& analysis, const FitSpec& fit, const Clai
                                        spec.highest_mu),
                            "least Δχ² for two peaks against one");
   Found two, one, undecided, shallow;
-  double least = std::numeric_limits<double>::infinity(), closest = least, cost = 1;
+  double least = std::numeric_limits<double>::infinity(), closest = least, undecided_evidence = 0;
   for (const Transport& result : analysis.results) {
     if (result.exact || result.mu == 0) continue;
     for (const DepthFit& depth : result.depths) {
@@ -62,7 +62,7 @@ Claim judge_double_peak(const Analysis& analysis, const FitSpec& fit, const Clai
         one.add(result.mu, depth.z);
       } else {
         undecided.add(result.mu, depth.z);
-        cost = std::max(cost, spec.decisive_chi2 / std::abs(evidence));
+        undecided_evidence += std::isfinite(evidence) ? evidence : 0;
       }
       if (std::isfinite(evidence)) least = std::min(least, evidence);
     }
@@ -83,8 +83,12 @@ Claim judge_double_peak(const Analysis& analysis, const FitSpec& fit, const Clai
   claim.verdict = one.depths > 0 ? not_reproduced : undecided.depths > 0 || !far_enough ? undetermined : reproduced;
   if (one.depths > 0) say(claim, fmt::format("One peak is found at {}.", one.in_words()));
   if (undecided.depths > 0) {
-    say(claim, fmt::format("Undecided between one and two peaks (|Δχ²| < {}) at {}; {}.", spec.decisive_chi2,
-                           undecided.in_words(), more_piles(cost)));
+    // On average; a single depth of many may lie near 0 by chance, which says nothing about the cost.
+    const double mean = undecided_evidence / undecided.depths;
+    say(claim, fmt::format("Undecided between one and two peaks (|Δχ²| < {}) at {}; Δχ² is {} there on average, and "
+                           "grows in proportion to the number of piles: {}.",
+                           spec.decisive_chi2, undecided.in_words(), significant(mean, 2),
+                           more_piles(spec.decisive_chi2 / std::abs(mean))));
   }
   if (!far_enough) {
     say(claim, fmt::format("The experiment ends at μ = {}: whether the peaks merge up to {} needs that value in "

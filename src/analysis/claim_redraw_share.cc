@@ -13,10 +13,13 @@
 namespace granuscope {
 namespace {
 
-/// What the paper states, each to half a unit of its last digit.
+/// What the paper states ("of the order of"), each taken to half a unit of its last digit.
 struct StatedShare {
   double mu, share, error;
 };
+/// Numbers that differ by less than this factor are of one order.
+constexpr double same_order_up_to = 2;
+
 constexpr std::array<StatedShare, 2> stated{{{0.1, 0.005, 0.0005}, {0.3, 0.024, 0.0005}}};
 
 std::string percent(const Estimate& share) {
@@ -35,12 +38,13 @@ void say_below(std::string& list, const RedrawnBeads& beads) {
 // reproduced if either is not, reproduced if both are, else undetermined. The number shown is the one farther off.
 Claim judge_redraw_share(const Analysis& analysis) {
   Claim claim = open_claim("redraw-share",
-                           "In the standard procedure 0.5 % of the beads draw again at μ = 0.1, 2.4 % at μ = 0.3.",
+                           "In the standard procedure beads draw again, of the order of 0.5 % at μ = 0.1 and 2.4 % at "
+                           "μ = 0.3.",
                            "share of beads");
   std::vector<double> missing;
   std::vector<std::string> clauses;
   std::string below;
-  bool failed = false, open = false;
+  bool failed = false, open = false, same_order = true;
   double farthest = -1;
   for (const StatedShare& one : stated) {
     const auto& measured = analysis.side.redrawn_beads;
@@ -62,6 +66,7 @@ Claim judge_redraw_share(const Analysis& analysis) {
         "{} of the beads draw again at μ = {}, {} combined standard errors {} the paper's {} %", percent(share), one.mu,
         significant(std::abs(judged.z_score), 2), judged.z_score > 0 ? "above" : "below", 100 * one.share));
     say_below(below, *found);
+    same_order = same_order && share.value < same_order_up_to * one.share && share.value * same_order_up_to > one.share;
     if (std::abs(judged.z_score) > farthest) {
       farthest = std::abs(judged.z_score);
       claim.quantity = fmt::format("share of beads at μ = {}", one.mu);
@@ -80,6 +85,11 @@ Claim judge_redraw_share(const Analysis& analysis) {
   say(claim, fmt::format("{}.", fmt::join(clauses, "; ")));
   if (!missing.empty()) {
     say(claim, fmt::format("The other number of the paper needs {} in figures.redrawn_beads.mu.", list_of_mu(missing)));
+  }
+  if (failed && same_order) {
+    say(claim,
+        "Of the order of the paper's numbers they are; the paper gives no errors, for which half a unit of their last "
+        "digit stands here.");
   }
   if (!below.empty()) say(claim, fmt::format("Of the beads with |x| ≤ z it is {}.", below));
   if (!claim.measured.known()) claim.measured.reason = "the shares are unknown";

@@ -104,7 +104,10 @@ std::string list_of_mu(const std::vector<double>& mu) {
   if (mu.size() > most_listed) {
     return fmt::format("{} values of μ from {} to {}", mu.size(), mu.front(), mu.back());
   }
-  return fmt::format("μ = {}", fmt::join(mu, ", "));
+  if (mu.size() < 2) return fmt::format("μ = {}", fmt::join(mu, ""));
+  return fmt::format("μ = {} and {}", fmt::join(mu.begin(), mu.end() - 1, ", "), mu.back());
 }
+
+std::string over_all_mu(const std::vector<double>& mu) { return (mu.size() == 1 ? "at " : "over ") + list_of_mu(mu); }
 
 }  // namespace granuscope

@@ -47,7 +47,10 @@ std::string cost_of_deciding(const Estimate& measured, double paper, double pape
 /// "about 3 times as many piles would decide it", for a factor above 1.
 std::string more_piles(double factor);
 
-/// "μ = 0.1", "μ = 0.1, 0.3", "14 values of μ from 0.1 to 1.7".
+/// "μ = 0.1", "μ = 0.1, 0.2 and 0.3", "14 values of μ from 0.1 to 1.7".
 std::string list_of_mu(const std::vector<double>& mu);
+
+/// What holds at these: "at μ = 0.1", "over μ = 0.1 and 0.3", "over 14 values of μ from 0.1 to 1.7".
+std::string over_all_mu(const std::vector<double>& mu);
 
 }  // namespace granuscope

@@ -253,8 +253,9 @@ void fit_slopes(const std::vector<MeasuredDepth>& depths, const FitSpec& spec, M
         deepest_refused == depths.rend()
             ? ""
             : fmt::format("; at layer {}: {}", deepest_refused->fit.layer, deepest_refused->fit.reason);
-    const std::string reason = fmt::format("{} of the window (layers {} to {}) can be fitted, a slope needs {}{}",
-                                           how_many, spec.first_layer, spec.last_layer, min_depths, why);
+    const std::string reason =
+        fmt::format("going up from the end of the window (layers {} to {}) {} can be fitted, a slope needs {}{}",
+                    spec.first_layer, spec.last_layer, how_many, min_depths, why);
     set_unknown(t, reason);
     t.window_layers = {spec.first_layer, spec.last_layer};
     return;

@@ -231,12 +231,38 @@ TEST_CASE("Straight lines are called bent no more often than they may be") {
   CHECK(std::abs(chi2 - degrees_of_freedom) < 5 * 38 * 4 / 3.0);
 }
 
-TEST_CASE("Noise that does not fall is seen: a response of another shape") {
+TEST_CASE("A residual that does not fall is seen: a response of another shape, which tells nothing about the noise") {
   KnownTransport skirt{0.5, 0.15, 0.0, 0.0, 0.9};
   skirt.in_the_middle = 0.03;  // less than what makes a depth count as another shape
   const Analysis analysis = analysis_of(skirt, noise_of(0.02, 9));
   CHECK(analysis.results[0].laws.noise.value > -0.3);
-  CHECK(verdict(analysis, "noise") == not_reproduced);
+  CHECK(verdict(analysis, "noise") == undetermined);
+  CHECK_THAT(claim(analysis.claims, "noise").explanation, Contains("the response has not exactly the shape"));
+}
+
+TEST_CASE("One friction coefficient is no range of them") {
+  CHECK(over_all_mu({0.3}) == "at μ = 0.3");
+  CHECK(over_all_mu({0.1, 0.3}) == "over μ = 0.1 and 0.3");
+  CHECK(over_all_mu({0.1, 0.2, 0.3}) == "over μ = 0.1, 0.2 and 0.3");
+  CHECK(over_all_mu({0.1, 0.2, 0.3, 0.4, 0.6}) == "over 5 values of μ from 0.1 to 0.6");
+}
+
+TEST_CASE("What it costs to tell two peaks from one is told by all depths, not by the one nearest to nothing") {
+  Transport result;
+  result.mu = 1.7;
+  for (const double evidence : {0.001, 4.0, 6.0, 10.0 - 0.001}) {
+    DepthFit depth;
+    depth.layer = 60 + static_cast<int>(result.depths.size());
+    depth.evidence.for_two_peaks = depth.evidence.against_one_gaussian = evidence;
+    result.depths.push_back(depth);
+  }
+  Analysis analysis;
+  analysis.results.push_back(result);
+  const Claim peaks = claim(judge_claims(analysis, {}, {}, {}), "double-peak");
+  CHECK(peaks.verdict == undetermined);
+  CHECK(peaks.measured.value == 0.001);
+  CHECK_THAT(peaks.explanation, Contains("Δχ² is 5.0 there on average"));
+  CHECK_THAT(peaks.explanation, Contains("about 5.0 times as many piles"));
 }
 
 TEST_CASE("Both shares of redrawn beads must hold") {
@@ -256,6 +282,9 @@ TEST_CASE("Both shares of redrawn beads must hold") {
   CHECK(off.verdict == not_reproduced);
   CHECK(off.measured.value == 0.031);
   CHECK(off.paper == 0.024);
+  CHECK_THAT(off.remarks, Contains("Of the order of the paper's numbers they are"));
+  side.redrawn_beads[1] = beads(0.3, 0.06, 0.0002);
+  CHECK_THAT(judged_with(side, "redraw-share").remarks, !Contains("Of the order"));
   side.redrawn_beads[1] = beads(0.3, 0.0235, 0.01);
   CHECK(judged_with(side, "redraw-share").verdict == undetermined);
   side.redrawn_beads.pop_back();
