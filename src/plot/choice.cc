@@ -85,6 +85,42 @@ std::string log_ticks(const Range& range) {
   return labels < 2 ? linear_ticks(range, 4) : list;
 }
 
+std::string three_ticks(double reach) {
+  const double power = std::pow(10, std::floor(std::log10(reach)));
+  const double mark = power * (reach >= 5 * power ? 5 : reach >= 2 * power ? 2 : 1);
+  return fmt::format("'−{0:.6g}' -{0:.6g}, '0' 0, '{0:.6g}' {0:.6g}", mark);
+}
+
+namespace {
+
+/// Width of a label in units of the font's size, in DejaVu Sans.
+double width_in_ems(const std::string& label) {
+  double width = 0;
+  for (std::size_t i = 0; i < label.size(); ++i) {
+    const auto byte = static_cast<unsigned char>(label[i]);
+    if ((byte & 0xC0U) == 0x80U) continue;  // a later byte of a letter
+    const bool sign = label.compare(i, 3, "−") == 0 || label.compare(i, 2, "×") == 0;
+    width += byte == '.' || byte == ' ' ? 0.32 : sign ? 0.84 : byte < 0x80U ? 0.64 : 0.43;
+  }
+  return width;
+}
+
+}  // namespace
+
+double room_for_labels(const std::vector<std::string>& tick_lists) {
+  constexpr double font_points = 9, drawing_points = 6.69 * 72;
+  constexpr double left_for_labels = 0.062;
+  double widest = 0;
+  for (const std::string& ticks : tick_lists) {
+    for (std::size_t from = ticks.find('\''); from != std::string::npos; from = ticks.find('\'', from + 1)) {
+      const std::size_t to = ticks.find('\'', from + 1);
+      widest = std::max(widest, width_in_ems(ticks.substr(from + 1, to - from - 1)));
+      from = to;
+    }
+  }
+  return std::max(0.0, widest * font_points / drawing_points - left_for_labels);
+}
+
 std::string without_labels(const std::string& ticks) {
   std::string bare;
   bool inside = false;

@@ -31,6 +31,13 @@ struct Range {
 /// a power of ten, all with the same number of decimals and a typographic minus.
 std::string linear_ticks(const Range& range, int most);
 
+/// Three marks, one at 0 and one at either side, for a panel too low for more.
+std::string three_ticks(double reach);
+
+/// By how much of the drawing's width the longest label of vertical axes exceeds the room that the scripts leave for it
+/// between an axis and its name (six letters); 0 where it does not.
+double room_for_labels(const std::vector<std::string>& tick_lists);
+
 /// Gnuplot's list of tick marks for a logarithmic axis: labels at 1, 2, 5 of each decade, or at the decades alone if
 /// two of them lie on it, as powers of ten where the axis reaches below 0.001 or to 100 000; small unlabelled marks at
 /// the other whole multiples. An axis too short for two labels of this

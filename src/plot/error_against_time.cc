@@ -103,6 +103,10 @@ std::string gain_over(const ErrorCurve& first, double first_cost, const ErrorCur
   return caption_number(ratio * first_cost / cost, 2);
 }
 
+/// Relative error of such a ratio: of a variance over R repetitions by another, 2/sqrt(R - 1). The larger ensembles
+/// consist of the piles of the smaller ones and add little.
+double gain_error(double repetitions) { return 2 / std::sqrt(repetitions - 1); }
+
 }  // namespace
 
 Figure draw_error_against_time(const std::vector<ErrorCurve>& curves, const std::vector<double>& seconds,
@@ -115,6 +119,7 @@ Figure draw_error_against_time(const std::vector<ErrorCurve>& curves, const std:
   Panel panels[2];
   std::vector<std::string> titles, slopes_c, slopes_D, floors, missing, gains;
   const ErrorCurve* point = nullptr;
+  Range repetitions;
   double point_cost = 0;
   for (std::size_t k = 0; k < curves.size(); ++k) {
     const ErrorCurve& curve = curves[k];
@@ -124,6 +129,7 @@ Figure draw_error_against_time(const std::vector<ErrorCurve>& curves, const std:
     }
     const double cost =
         (timed ? seconds[k] : 1e-6 * static_cast<double>(curve.beads)) / static_cast<double>(curve.samples);
+    for (const ErrorPoint& p : curve.points) repetitions.add(p.repetitions);
     const std::size_t number = titles.size();  // of the curve: those not shown count for nothing
     for (const std::size_t q : {0, 1}) add_curve(panels[q], plan, curve, quantities[q], cost, number);
     titles.push_back(fmt::format("keyentry with points pointsize 0.6 {} title {}", series_style(number),
@@ -176,6 +182,9 @@ Figure draw_error_against_time(const std::vector<ErrorCurve>& curves, const std:
              {"slopes_D", enumeration(slopes_D)},
              {"floors", enumeration(floors)},
              {"gains", enumeration(gains)},
+             {"gain_error", caption_number(std::round(gain_error(repetitions.high) * 10) * 10)},
+             {"most_repetitions", caption_number(repetitions.high)},
+             {"fewest_repetitions", caption_number(repetitions.low)},
              {"missing", enumeration(missing)}});
   return figure;
 }

@@ -20,11 +20,13 @@ namespace {
 
 constexpr const char* figure_id = "law-cost";
 
-/// "at μ = 0.3 eloy-clement draws 2 numbers per bead on 4 × 4 and 500 on 10 × 10 beads"
-std::string growth_in_words(const LawOnPiles& smallest, const LawOnPiles& largest) {
-  return fmt::format("{} at μ = {} draws {} numbers per bead on {} × {} and {} on {} × {} beads", largest.law,
-                     caption_number(largest.mu), caption_number(smallest.draws_per_bead, 3), smallest.columns,
-                     smallest.layers, caption_number(largest.draws_per_bead, 3), largest.columns, largest.layers);
+std::string size_in_words(const LawOnPiles& one) { return fmt::format("{} × {}", one.columns, one.layers); }
+
+/// "1.47 to 8.32 at μ = 0.3", and with "up to 8 × 8 beads" where the curve ends before the others.
+std::string growth_in_words(const LawOnPiles& smallest, const LawOnPiles& largest, double most_columns) {
+  const std::string end = largest.columns < most_columns ? fmt::format(" up to {} beads", size_in_words(largest)) : "";
+  return fmt::format("{} to {} at μ = {}{}", significant(smallest.draws_per_bead, 3),
+                     significant(largest.draws_per_bead, 3), caption_number(largest.mu), end);
 }
 
 }  // namespace
@@ -55,7 +57,9 @@ Figure draw_law_cost(const std::vector<LawOnPiles>& costs, const std::filesystem
   plan.id = figure_id;
   plan.script = "law_cost";
   plan.height = 3;
-  std::vector<std::string> curves, titles, growth;
+  std::vector<std::string> curves, titles;
+  std::map<std::string, std::vector<std::string>> growth;  // of each law
+  const LawOnPiles *least = nullptr, *most = nullptr;
   for (const auto& [which, sizes] : curves_of) {
     CsvTable table({"columns", "layers", "piles", "draws_per_bead"});
     for (const LawOnPiles* one : sizes) {
@@ -70,7 +74,9 @@ Figure draw_law_cost(const std::vector<LawOnPiles>& costs, const std::filesystem
         fmt::format("'{}' using 1:4 with linespoints linewidth 1.2 pointsize 0.55 {} notitle", file, style));
     titles.push_back(fmt::format("keyentry with linespoints linewidth 1.2 pointsize 0.55 {} title {}", style,
                                  gnuplot_string(fmt::format("{}, μ = {}", law, caption_number(mu)))));
-    growth.push_back(growth_in_words(*sizes.front(), *sizes.back()));
+    growth[law].push_back(growth_in_words(*sizes.front(), *sizes.back(), columns.high));
+    if (least == nullptr || sizes.front()->columns < least->columns) least = sizes.front();
+    if (most == nullptr || sizes.back()->columns > most->columns) most = sizes.back();
   }
   plan.curves = static_cast<int>(curves.size());
   const Range up = widened_by_factor(draws, 1.5);
@@ -84,7 +90,14 @@ Figure draw_law_cost(const std::vector<LawOnPiles>& costs, const std::filesystem
                              {"high", exact(up.high)},
                              {"ticks", log_ticks(up)}},
                             run_folder);
-  set_words(figure, "plot/law_cost.words", {{"growth", enumeration(growth)}, {"incomplete", enumeration(incomplete)}});
+  std::vector<std::string> of_each_law;
+  for (const auto& [law, numbers] : growth) of_each_law.push_back(fmt::format("{} {}", law, enumeration(numbers)));
+  set_words(figure, "plot/law_cost.words",
+            {{"growth", fmt::format("{}", fmt::join(of_each_law, "; "))},
+             {"piles", std::to_string(most->samples)},
+             {"smallest", size_in_words(*least)},
+             {"largest", size_in_words(*most)},
+             {"incomplete", enumeration(incomplete)}});
   return figure;
 }
 

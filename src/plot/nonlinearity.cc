@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <map>
+#include <set>
 
 #include "plot/choice.h"
 #include "plot/csv_table.h"
@@ -68,6 +69,17 @@ std::string in_percent(const Estimate& shift) {
   return value_with_error(percent * shift.value, percent * shift.standard_error) + " %";
 }
 
+/// A mark for each load.
+std::string load_marks(const Nonlinearity& measured) {
+  std::set<double> loads;
+  for (const LoadResponse& one : measured.responses) {
+    if (one.load > 0) loads.insert(one.load);
+  }
+  std::vector<std::string> marks;
+  for (const double load : loads) marks.push_back(fmt::format("'{}' {}", caption_number(load), exact(load)));
+  return fmt::format("{}", fmt::join(marks, ", "));
+}
+
 /// "μ = 0.1: −24(3) %" for the overload nearest to the paper's.
 std::vector<std::string> shifts_of_the_paper(const Nonlinearity& measured) {
   std::vector<std::string> shifts;
@@ -119,7 +131,7 @@ Figure draw_nonlinearity(const Nonlinearity& measured, const std::filesystem::pa
                              {"titles", fmt::format("{}", fmt::join(panels.titles, ", \\\n    "))},
                              {"load_low", exact(load.low)},
                              {"load_high", exact(load.high)},
-                             {"load_ticks", log_ticks(load)},
+                             {"load_ticks", load_marks(measured)},
                              {"D_low", exact(D[0])},
                              {"D_high", exact(D[1])},
                              {"D_ticks", linear_ticks(panels.D, 7)},

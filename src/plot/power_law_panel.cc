@@ -109,7 +109,7 @@ struct Drawn {
 };
 
 Drawn add_data(PlotPlan& plan, const PowerLawPanel& panel, const PowerLawSeries& series, const Axes& axes,
-               std::size_t& off_scale) {
+               std::vector<std::pair<std::string, double>>& off_scale) {
   const Law law = law_of(series);
   Drawn drawn;
   for (const bool inside : {true, false}) {
@@ -125,7 +125,7 @@ Drawn add_data(PlotPlan& plan, const PowerLawPanel& panel, const PowerLawSeries&
         ratios.add_row({point.mu, point.x, ratio.value, std::max(ratio.value - ratio.error, axes.ratio.low),
                         std::min(ratio.value + ratio.error, axes.ratio.high)});
       } else if (law.known) {
-        ++off_scale;
+        off_scale.emplace_back(series.name, point.mu);
       }
     }
     const std::string stem = fmt::format("{}-{}-{}-{}", plan.id, panel.id, series.name, inside ? "inside" : "outside");
@@ -224,15 +224,34 @@ std::string labels_beside(const PowerLawPanel& panel, const Axes& axes) {
 
 }  // namespace
 
-PowerLawPanelScript add_power_law_panel(PlotPlan& plan, const PowerLawPanel& panel) {
+std::string off_scale_in_words(const PowerLawPanelScript& panel, const std::string& what) {
+  std::vector<std::string> series, places;
+  for (const auto& [name, mu] : panel.off_scale) {
+    if (std::find(series.begin(), series.end(), name) == series.end()) series.push_back(name);
+  }
+  for (const std::string& one : series) {
+    std::vector<std::string> all;
+    for (const auto& [name, mu] : panel.off_scale) {
+      if (name == one) all.push_back(caption_number(mu));
+    }
+    const std::string of = what.empty() ? "" : fmt::format("{} ({}) at ", what, one);
+    places.push_back(fmt::format("{}μ = {}", of, enumeration(all)));
+  }
+  return enumeration(places);
+}
+
+PowerLawPanelScript add_power_law_panel(PlotPlan& plan, const PowerLawPanel& wanted) {
   PowerLawPanelScript script;
-  const Axes axes = axes_of(panel);
+  const Axes axes = axes_of(wanted);
   if (axes.x.empty) return script;
+  const std::string y_ticks = log_ticks(axes.y), ratio_ticks = linear_ticks(axes.ratio, 4);
+  PowerLawPanel panel = wanted;
+  panel.left += room_for_labels({y_ticks, ratio_ticks});
   script.drawn = true;
   Gaps gaps = {{"stem", plan.id + "-" + panel.id},
                {"left", exact(panel.left)},
                {"right", exact(panel.right)},
-               {"label_at", exact(panel.left - 0.092)},
+               {"label_at", exact(wanted.left - 0.092)},
                {"x_label", panel.x_label},
                {"y_label", panel.y_label},
                {"x_low", exact(axes.x.low)},
@@ -243,8 +262,8 @@ PowerLawPanelScript add_power_law_panel(PlotPlan& plan, const PowerLawPanel& pan
                {"ratio_high", exact(axes.ratio.high)},
                {"x_ticks", log_ticks(axes.x)},
                {"x_marks", without_labels(log_ticks(axes.x))},
-               {"y_ticks", log_ticks(axes.y)},
-               {"ratio_ticks", linear_ticks(axes.ratio, 4)},
+               {"y_ticks", y_ticks},
+               {"ratio_ticks", ratio_ticks},
                {"labels", labels_beside(panel, axes)}};
   for (const std::size_t index : {0, 1}) add_series(gaps, plan, panel, index, axes, script);
   for (const std::size_t line : {0, 1, 2}) {

@@ -1,5 +1,6 @@
 #pragma once
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "analysis/results.h"
@@ -37,13 +38,18 @@ struct PowerLawPanel {
 
 /// What became of a panel.
 struct PowerLawPanelScript {
-  std::string text;           ///< to be put into the figure's script
-  bool drawn = false;         ///< false if no point fits logarithmic axes: text is then empty
-  bool law = false;           ///< the first series has a fitted law
-  bool second = false;        ///< the second series has points
-  bool outside = false;       ///< some point lies outside the window
-  std::size_t off_scale = 0;  ///< points too far from their law for the narrow panel
+  std::string text;      ///< to be put into the figure's script
+  bool drawn = false;    ///< false if no point fits logarithmic axes: text is then empty
+  bool law = false;      ///< the first series has a fitted law
+  bool second = false;   ///< the second series has points
+  bool outside = false;  ///< some point lies outside the window
+  std::vector<std::pair<std::string, double>> off_scale;  ///< points too far from their law for the narrow panel: the
+                                                          ///< name of their series and mu
 };
+
+/// "μ = 0.8 and 1.3", or with a name for what the panel shows "D (slopes) at μ = 0.8 and D (ratios) at μ = 1.3"; empty
+/// if the narrow panel shows every point.
+std::string off_scale_in_words(const PowerLawPanelScript& panel, const std::string& what);
 
 /// The script of a panel; its data files and curves are added to the plan.
 PowerLawPanelScript add_power_law_panel(PlotPlan& plan, const PowerLawPanel& panel);

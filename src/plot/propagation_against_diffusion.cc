@@ -62,10 +62,10 @@ Range share_of(double value, double error, const Range& axis) {
 /// The height of both panels together, in inches, as the script lays them out.
 constexpr double figure_height = 3.3, panel_height = 2.24, upper_panel_height = 1.61;
 
-/// "0.3" beside every point of the left panel.
+/// "0.3" beside every point of the left panel, which is narrower by `c_room` than it could be.
 std::string point_labels(const std::vector<Transport>& results, const Axes& axes, const ScalingFit& alpha,
-                         const Range& window_D) {
-  LabelledPanel panel{0.385 * plot_width_inches, panel_height, {}, {}};
+                         const Range& window_D, double c_room) {
+  LabelledPanel panel{(0.385 - c_room) * plot_width_inches, panel_height, {}, {}};
   std::vector<NamedPoint> points;
   const auto place = [&axes](double D, double c) {
     return PanelPlace{(D - axes.D.low) / axes.D.size(), (c - axes.c.low) / axes.c.size()};
@@ -161,15 +161,18 @@ Figure draw_propagation_against_diffusion(const Analysis& analysis, const std::f
   const bool with_law = law.law && window_D.size() > 0;
   if (with_law) ++plan.curves;
   const Axes axes = make_axes(analysis.results);
+  const std::string c_ticks = linear_ticks(axes.c, 7);
+  const double c_room = room_for_labels({c_ticks});
   const auto if_law = [with_law](double number) { return with_law ? exact(number) : ""; };
   const Gaps script = {{"c0", exact(tan30)},
-                       {"labels", point_labels(analysis.results, axes, alpha, window_D)},
+                       {"labels", point_labels(analysis.results, axes, alpha, window_D, c_room)},
                        {"D_low", exact(axes.D.low)},
                        {"D_high", exact(axes.D.high)},
                        {"c_low", exact(axes.c.low)},
                        {"c_high", exact(axes.c.high)},
                        {"D_ticks", linear_ticks(axes.D, 6)},
-                       {"c_ticks", linear_ticks(axes.c, 7)},
+                       {"c_ticks", c_ticks},
+                       {"c_room", exact(c_room)},
                        {"alpha", if_law(alpha.exponent.value)},
                        {"alpha_intercept", if_law(alpha.intercept.value)},
                        {"alpha_low", caption_number(alpha.window[0])},
@@ -188,7 +191,7 @@ Figure draw_propagation_against_diffusion(const Analysis& analysis, const std::f
        {"alpha_low", caption_number(alpha.window[0])},
        {"alpha_high", caption_number(alpha.window[1])},
        {"alpha_reason", alpha.exponent.known() ? "fewer than two points lie in its window" : alpha.exponent.reason},
-       {"off_scale", law.off_scale == 0 ? "" : points_in_words(law.off_scale)}});
+       {"off_scale", off_scale_in_words(law, "")}});
   return figure;
 }
 

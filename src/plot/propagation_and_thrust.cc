@@ -70,6 +70,8 @@ Figure draw_propagation_and_thrust(const Analysis& analysis, const std::filesyst
   const Range mu_axis = with_margins(mu, 0.01), speed_axis = with_margins(speed, 0.002);
   const Range difference_axis = with_margins(difference, 0.001);
 
+  const std::string speed_ticks = linear_ticks(speed_axis, 6), difference_ticks = linear_ticks(difference_axis, 6);
+
   PlotPlan plan;
   plan.id = figure_id;
   plan.script = "propagation_and_thrust";
@@ -83,10 +85,12 @@ Figure draw_propagation_and_thrust(const Analysis& analysis, const std::filesyst
                              {"mu_ticks", linear_ticks(mu_axis, 6)},
                              {"speed_low", exact(speed_axis.low)},
                              {"speed_high", exact(speed_axis.high)},
-                             {"speed_ticks", linear_ticks(speed_axis, 6)},
+                             {"speed_ticks", speed_ticks},
+                             {"speed_room", exact(room_for_labels({speed_ticks}))},
                              {"difference_low", exact(difference_axis.low)},
                              {"difference_high", exact(difference_axis.high)},
-                             {"difference_ticks", linear_ticks(difference_axis, 6)}},
+                             {"difference_ticks", difference_ticks},
+                             {"difference_room", exact(room_for_labels({difference_ticks}))}},
                             run_folder);
   set_words(figure, "plot/propagation_and_thrust.words",
             {{"unknown", with_reasons(unknown)},

@@ -88,6 +88,8 @@ double half_width(const std::vector<Panel>& panels) {
     if (panel.fit == nullptr) continue;
     const double width = panel.fit->width.known() ? panel.fit->width.value : 1;
     shown = std::max(shown, panel.fit->peak_position.value + 5 * width + 5);
+    // Its name, above the peak, must stand clear of the frame.
+    shown = std::max(shown, 1.09 * panel.fit->peak_position.value);
   }
   if (shown == 0) return available;
   return std::min(available, 10 * std::ceil(shown / 10));
@@ -144,7 +146,7 @@ std::string quality_of(const Panel& panel) {
 
 std::string head_of(const Panel& panel, int layers_computed) {
   const int layer = panel.profile->layer;
-  return fmt::format("z = {:.1f}: layer {}, {} above the bottom", panel.profile->z, layer, layers_computed - layer);
+  return fmt::format("z = {:.1f}: layer {} of {}", panel.profile->z, layer, layers_computed);
 }
 
 std::string note_of(const Panel& panel) {
@@ -208,9 +210,6 @@ Figure draw_response_profiles(const std::vector<Transport>& results, const Respo
   // Beyond two depths there is room for the profiles alone.
   const bool detailed = panels.size() <= 2;
   const double reach = residual_reach(panels, close_view);
-  Range residual_axis;
-  residual_axis.add(-reach);
-  residual_axis.add(reach);
   const Range range = heights(panels, shown);
   Range x_axis;
   x_axis.add(-shown);
@@ -242,7 +241,7 @@ Figure draw_response_profiles(const std::vector<Transport>& results, const Respo
                      {"qualities", fmt::format("{}", fmt::join(lists.qualities, ", "))},
                      {"close_view", exact(close_view)},
                      {"reach", exact(reach)},
-                     {"residual_ticks", linear_ticks(residual_axis, 5)},
+                     {"residual_ticks", three_ticks(reach)},
                      {"x_limit", exact(shown)},
                      {"x_ticks", linear_ticks(x_axis, 5)},
                      {"y_ticks", linear_ticks(range, 6)},

@@ -38,7 +38,8 @@ std::vector<Reading> slope_readings(const std::vector<Transport>& results) {
 std::vector<Reading> ratio_readings(const std::vector<Transport>& results, int layer) {
   std::vector<Reading> readings;
   for (const Transport& result : results) {
-    if (result.exact) continue;
+    // Where no slope could be taken, a ratio at one depth means nothing either: its peaks were identified by chance.
+    if (result.exact || (!result.c.known() && !result.D.known())) continue;
     for (const DepthFit& fit : result.depths) {
       if (fit.layer != layer || !fit.identifiable) continue;
       readings.push_back({result.mu, over(fit.peak_position, fit.z), over(fit.width_squared, fit.z)});
@@ -133,7 +134,8 @@ Figure draw_scaling_with_friction(const Analysis& analysis, const std::filesyste
                              {"ratio_title", left.second || right.second ? ratio_name : ""},
                              {"outside", either(left.outside, right.outside)}},
                             run_folder);
-  const std::size_t off_scale = left.off_scale + right.off_scale;
+  std::vector<std::string> off_scale = {off_scale_in_words(left, "D"), off_scale_in_words(right, "c₀ − c")};
+  std::erase(off_scale, "");
   const ScalingFits none;
   const ScalingFits& by_ratio = ratio == nullptr ? none : ratio->fits;
   set_words(figure, "plot/scaling_with_friction.words",
@@ -145,7 +147,7 @@ Figure draw_scaling_with_friction(const Analysis& analysis, const std::filesyste
              {"z", ratio == nullptr ? "" : fmt::format("{:.1f}", ratio->z)},
              {"ratio_beta", in_words(by_ratio.beta.exponent)},
              {"ratio_gamma", in_words(by_ratio.gamma.exponent)},
-             {"off_scale", off_scale == 0 ? "" : points_in_words(off_scale)}});
+             {"off_scale", enumeration(off_scale)}});
   return figure;
 }
 

@@ -138,7 +138,7 @@ Figure draw_small_friction(const Analysis& analysis, const std::filesystem::path
              {"low", caption_number(fit.window[0])},
              {"high", caption_number(fit.window[1])},
              {"main_piles", law.second ? "yes" : ""},
-             {"off_scale", law.off_scale == 0 ? "" : points_in_words(law.off_scale)}});
+             {"off_scale", off_scale_in_words(law, "")}});
   return figure;
 }
 

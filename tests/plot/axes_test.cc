@@ -39,6 +39,22 @@ TEST_CASE("Linear ticks are few, round and equally long") {
   CHECK(linear_ticks(range(0.25, 0.25), 5) == "'0.25' 0.25");
 }
 
+TEST_CASE("A low panel has three marks") {
+  CHECK(three_ticks(3.45) == "'−2' -2, '0' 0, '2' 2");
+  CHECK(three_ticks(4.99) == "'−2' -2, '0' 0, '2' 2");
+  CHECK(three_ticks(9.9) == "'−5' -5, '0' 0, '5' 5");
+  CHECK(three_ticks(27) == "'−20' -20, '0' 0, '20' 20");
+}
+
+TEST_CASE("Only labels too long for the margin ask for room, and the longest of all lists decides") {
+  CHECK(room_for_labels({linear_ticks(range(0.55, 0.58), 4), linear_ticks(range(0, 150), 4)}) == 0);
+  // Five letters after the point: eight of 9 pt, each about 0.6 em wide, less the 30 pt of the margin, of 482 pt.
+  const double room = room_for_labels({"'0' 0", linear_ticks(range(-0.00012, 0.00005), 5)});
+  CHECK(room == Approx((5.0 * 9 - 30) / 482).margin(0.006));
+  CHECK(room_for_labels({"'2 × 10⁻⁴' 0.0002 0, '' 0.0003 1"}) > 0);
+  CHECK(room_for_labels({""}) == 0);
+}
+
 TEST_CASE("Logarithmic ticks name 1, 2, 5 on a short axis and decades on a long one") {
   CHECK(log_ticks(range(0.2, 0.33)) == linear_ticks(range(0.2, 0.33), 4));  // 0.2 alone would be no scale
   CHECK(without_labels("'a' 1 0, '' 2 1") == "'' 1 0, '' 2 1");

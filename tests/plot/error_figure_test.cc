@@ -53,7 +53,7 @@ TEST_CASE("Errors against time compare with the paper's procedure, number what i
   const TemporaryFolder run;
   const Figure figure = draw_error_against_time(three_curves(), {16, 16, 8}, run.path());
   // (0.04 / 0.002)^2 and (0.2 / 0.02)^2, each at half the time.
-  CHECK(contains(figure.caption, "the factors 800 for c and 200 for D (multiplexed, ε = 0.25)"));
+  CHECK(contains(figure.caption, "the factors 800 for c and 200 for D (multiplexed, ε = 0.25), each known to about "));
   CHECK(contains(figure.caption, "something else: point (c by 0.0040(10))."));  // and not D
   CHECK(contains(figure.caption, "no fit of two peaks: paired"));
   CHECK(contains(figure.caption, "the time that this run took"));

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -137,6 +139,48 @@ TEST_CASE("Transport with depth shows slopes, window, insets, and names what it 
   CHECK(contains(read_file(run.path() / "figures/transport-with-depth-c-of-mu.csv"), "\n0,0.577"));
   CHECK_FALSE(contains(read_file(run.path() / "figures/transport-with-depth-D-of-mu-inside.csv"), "\n0,"));
   CHECK(contains(read_file(run.path() / "figures/transport-with-depth-D-of-mu-outside.csv"), "\n0.4,"));
+}
+
+TEST_CASE("Where no slope is known the insets show no thrust, and the scaling no ratio") {
+  const TemporaryFolder run;
+  Analysis analysis = synthetic::analysis();
+  Transport& last = analysis.results.back();
+  last.mu = 1.7;
+  last.c = last.D = synthetic::unknown("the noise leaves open whether there are two peaks");
+  last.c_thrust = synthetic::known(0.9033, 0.0004);
+  draw_transport_with_depth(analysis, {}, run.path());
+  CHECK_FALSE(contains(read_file(run.path() / "figures/transport-with-depth-c-thrust-of-mu.csv"), "\n1.7,"));
+  CHECK(contains(read_file(run.path() / "figures/transport-with-depth-c-thrust-of-mu.csv"), "\n0.4,"));
+  draw_scaling_with_friction(analysis, run.path());
+  for (const char* part : {"D-of-mu-ratios-inside", "D-of-mu-ratios-outside", "c-of-mu-ratios-outside"}) {
+    const std::filesystem::path file = run.path() / fmt::format("figures/scaling-with-friction-{}.csv", part);
+    if (std::filesystem::exists(file)) CHECK_FALSE(contains(read_file(file), "\n1.7,"));
+  }
+}
+
+TEST_CASE("Points too far from their law for the narrow panel are named") {
+  const TemporaryFolder run;
+  Analysis analysis = synthetic::analysis();
+  for (Transport& result : analysis.results) {
+    if (result.mu == 0.4) result.c.value = 0.5770;  // c₀ − c a hundred times too small for its D
+  }
+  CHECK(contains(draw_propagation_against_diffusion(analysis, run.path()).caption, "too far from the law: μ = 0.4."));
+  CHECK(contains(draw_scaling_with_friction(analysis, run.path()).caption, "c₀ − c (slopes) at μ = 0.4"));
+}
+
+TEST_CASE("Deep peaks far out keep their names inside the frame") {
+  const TemporaryFolder run;
+  Analysis analysis = synthetic::analysis();
+  for (Transport& result : analysis.results) {
+    for (DepthFit& fit : result.depths) {
+      if (fit.layer == 170) {
+        fit.peak_position.value = 200;
+        fit.width.value = 0.6;
+      }
+    }
+  }
+  draw_response_profiles(analysis.results, {}, run.path());
+  CHECK(contains(read_file(run.path() / "figures/response-profiles.gp"), "set xrange [-220:220]"));
 }
 
 TEST_CASE("Unknown slopes and exponents leave their curves out with a reason") {
