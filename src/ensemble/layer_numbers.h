@@ -1,5 +1,4 @@
 #pragma once
-#include <array>
 #include <optional>
 #include <span>
 #include <vector>
@@ -27,10 +26,8 @@ class LayerNumbers {
   void add_mean(const PileGroup& one, const PileGroup& other, Failures failures) const;
 
  private:
-  struct Numbers {
-    std::array<double, group_lanes> thrust{}, variance{};
-  };
-  static Numbers numbers_of(const PileGroup& group, int layer);
+  /// The moments of a layer, divided by what makes them the quantities.
+  static LayerMoments numbers_of(const PileGroup& group, int layer);
   void add(std::size_t l, double thrust, double variance) const;
 
   const std::vector<int>& layers_;

@@ -107,8 +107,7 @@ void MultiplexedEstimator::add(std::size_t g, std::size_t first,
 
 void MultiplexedEstimator::find_variation(std::size_t g, std::size_t k, int layer) {
   const auto weight = [&](const PileGroup& group, std::size_t i) {
-    const std::size_t at = group.row(layer) + i * group.stride + k;
-    return group.V_R[at] + group.V_L[at];
+    return group.weight(group.row(layer) + i * group.stride + k);
   };
   for (std::size_t i = 0; i < columns_; ++i) spectrum_[i] = weight(side_[g], i) - 1;
   if (!spec_.opposite) return;

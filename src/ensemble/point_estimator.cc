@@ -46,9 +46,8 @@ void PointEstimator::add(const PileGroup& group, std::span<const std::optional<S
   for (std::size_t l = 0; l < layers_.size(); ++l) {
     const std::size_t row = group.row(layers_[l]);
     for (std::size_t i = 0; i < columns; ++i) {
-      const double *const V_R = group.V_R + row + i * group.stride, *const V_L = group.V_L + row + i * group.stride;
       for (std::size_t k = 0; k < group.piles; ++k) {
-        if (!failures[k]) weight_.add(l, i, V_R[k] + V_L[k]);
+        if (!failures[k]) weight_.add(l, i, group.weight(row + i * group.stride + k));
       }
     }
   }

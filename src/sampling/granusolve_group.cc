@@ -13,8 +13,8 @@ namespace {
 
 /// The most memory that eight piles side by side may take; beyond it they are drawn one by one.
 constexpr double most_memory = 2e9;  // bytes
-/// Forces of a kept bead of one pile; forces, H, attempts, state and rule of one in the window.
-constexpr double bytes_kept = 32, bytes_in_window = 39;
+/// Weight of a kept bead of one pile; forces, H, attempts, state and rule of one in the window.
+constexpr double bytes_kept = 8, bytes_in_window = 39;
 /// Layers of the window, a power of two. A climb of 29 layers takes 27 climbs of one bead before it.
 constexpr int window = 32;
 
@@ -56,11 +56,7 @@ std::span<const PileGroup> GranusolveSampler::draw_groups(std::span<const std::u
     // Groups mend by the pair rule.
     if (count < 2 || spec_.rules != MendingRules::all || !GranusolveGroup::fits(lattice_)) continue;
     if (together.size() == together_.size()) {
-      if (!kept_layers_) {
-        kept_layers_.emplace(static_cast<std::size_t>(lattice_.layers()));
-        std::iota(kept_layers_->begin(), kept_layers_->end(), 0);
-      }
-      together_.push_back(std::make_unique<GranusolveGroup>(spec_, lattice_, *kept_layers_));
+      together_.push_back(std::make_unique<GranusolveGroup>(spec_, lattice_, kept_layers_));
     }
     parts.back().together = together_[together.size()].get();
     parts.back().together->prepare(sample, loads.subspan(done, count), failures.subspan(done, count));
@@ -93,7 +89,8 @@ double GranusolveGroup::memory(const Lattice& lattice) {
                                              bytes_in_window * window * static_cast<double>(lattice.columns()));
 }
 
-GranusolveGroup::GranusolveGroup(const SamplerSpec& spec, const Lattice& lattice, std::span<const int> kept)
+GranusolveGroup::GranusolveGroup(const SamplerSpec& spec, const Lattice& lattice,
+                                 const std::optional<std::vector<int>>& kept)
     : kept_(static_cast<std::size_t>(lattice.layers()), -1), cone_(spec.mu), spec_(spec), lattice_(lattice) {
   const std::size_t layer = static_cast<std::size_t>(lattice.columns()) * group_lanes, all = window * layer;
   for (Array<double>* forces : {&V_R_, &V_L_, &H_, &H_R_}) {
@@ -104,10 +101,16 @@ GranusolveGroup::GranusolveGroup(const SamplerSpec& spec, const Lattice& lattice
   unsolved_ = hwy::AllocateAligned<std::uint8_t>(all);
   rule_ = hwy::AllocateAligned<std::uint8_t>(all);
   climbs_ = hwy::AllocateAligned<std::uint8_t>(all);
-  for (std::size_t l = 0; l < kept.size(); ++l) kept_[static_cast<std::size_t>(kept[l])] = static_cast<int>(l);
-  for (Array<double>* forces : {&kept_V_R_, &kept_V_L_, &kept_H_R_, &kept_H_L_}) {
-    *forces = hwy::AllocateAligned<double>(std::max<std::size_t>(kept.size(), 1) * layer);
+  if (kept) {
+    for (std::size_t l = 0; l < kept->size(); ++l) kept_[static_cast<std::size_t>((*kept)[l])] = static_cast<int>(l);
+    kept_weights_ = hwy::AllocateAligned<double>(std::max<std::size_t>(kept->size(), 1) * layer);
+  } else {
+    std::iota(kept_.begin(), kept_.end(), 0);
+    for (Array<double>* forces : {&kept_V_R_, &kept_V_L_, &kept_H_R_, &kept_H_L_}) {
+      *forces = hwy::AllocateAligned<double>(kept_.size() * layer);
+    }
   }
+  moments_.resize(kept ? kept->size() : kept_.size());
   first_uniform_ = hwy::AllocateAligned<double>(layer + group_lanes);
   half_load_ = hwy::AllocateAligned<double>(layer);
   const std::size_t words = (static_cast<std::size_t>(lattice.columns()) + 7) / 8 + 2 * words_before;
@@ -211,6 +214,8 @@ PileGroup GranusolveGroup::piles() const {
           .V_L = kept_V_L_.get(),
           .H_R = kept_H_R_.get(),
           .H_L = kept_H_L_.get(),
+          .weights = kept_weights_.get(),
+          .moments = moments_,
           .kept = kept_,
           .loads = loads_,
           .residuals = {residuals_.data(), loads_.size()},
@@ -306,24 +311,27 @@ void GranusolveGroup::end_layer() {
   }
 }
 
-/// Nothing in the layer changes any more: its identities, its rules, and its copy if it is kept.
+/// Those in the window; of the top layer if there is none so high.
+ForceRow GranusolveGroup::forces(int layer) const {
+  const GroupRow from = row(std::max(layer, 0));
+  return {from.V_R, from.V_L, from.H_R, from.H, true};
+}
+
+/// Nothing in the layer changes any more: its identities, its rules, and what is kept of it.
 void GranusolveGroup::finish_layer(int layer) {
-  const auto checked = [this](int of) {
-    const GroupRow from = row(std::max(of, 0));
-    return GroupIdentities::Row{from.V_R, from.V_L, from.H_R, from.H, true};
-  };
-  identities_.add_layer(checked(layer), checked(layer - 1), checked(layer - 2));
+  identities_.add_layer(forces(layer), forces(layer - 1), forces(layer - 2));
   const std::size_t columns = static_cast<std::size_t>(lattice_.columns());
   static_assert(GranusolveSampler::rules == last_rule + 1);
   static_assert(static_cast<std::uint8_t>(GranusolveSampler::Rule::climb) == last_rule);
   const std::size_t in_window = lattice_.index(layer % window, 0) * group_lanes;
   count_rules(rule_.get() + in_window, climbs_.get() + in_window, columns, beads_by_);
   finished_ = layer + 1;
-  const int place = kept_[static_cast<std::size_t>(layer)];
-  if (place < 0) return;
+  if (kept_[static_cast<std::size_t>(layer)] < 0) return;
+  const auto place = static_cast<std::size_t>(kept_[static_cast<std::size_t>(layer)]);
+  const std::size_t size = columns * group_lanes, to = place * size;
+  moments_[place] = measure_row(forces(layer), columns, group_lanes, keeps_forces() ? nullptr : &kept_weights_[to]);
+  if (!keeps_forces()) return;
   const GroupRow from = row(layer);
-  const std::size_t size = columns * group_lanes;
-  const std::size_t to = static_cast<std::size_t>(place) * size;
   std::copy_n(from.V_R, size, kept_V_R_.get() + to);
   std::copy_n(from.V_L, size, kept_V_L_.get() + to);
   std::copy_n(from.H_R, size, kept_H_R_.get() + to);
@@ -351,6 +359,7 @@ void GranusolveGroup::draw_lost_piles() {
   if (!alone_) alone_ = std::make_unique<GranusolveSampler>(spec_, lattice_);
   Pile pile(lattice_);
   const std::size_t columns = static_cast<std::size_t>(lattice_.columns());
+  std::vector<double> weights(columns);
   for (unsigned rest = lost_; rest != 0; rest &= rest - 1) {
     const auto lane = static_cast<std::size_t>(std::countr_zero(rest));
     failures_[lane] = alone_->draw(front_.sample[lane], loads_[lane], pile);
@@ -358,11 +367,19 @@ void GranusolveGroup::draw_lost_piles() {
     if (failures_[lane]) continue;
     residuals_[lane] = identity_residuals(pile);
     for (int layer = 0; layer < lattice_.layers(); ++layer) {
-      const int place = kept_[static_cast<std::size_t>(layer)];
-      if (place < 0) continue;
-      const std::size_t from = lattice_.index(layer, 0), to = static_cast<std::size_t>(place) * columns;
+      if (kept_[static_cast<std::size_t>(layer)] < 0) continue;
+      const auto place = static_cast<std::size_t>(kept_[static_cast<std::size_t>(layer)]);
+      const std::size_t from = lattice_.index(layer, 0);
+      const LayerMoments moments =
+          measure_row({&pile.V_R[from], &pile.V_L[from], &pile.H_R[from], &pile.H_L[from]}, columns, 1, weights.data());
+      moments_[place].thrust[lane] = moments.thrust[0];
+      moments_[place].variance[lane] = moments.variance[0];
       for (std::size_t i = 0; i < columns; ++i) {
-        const std::size_t at = (to + i) * group_lanes + lane;
+        const std::size_t at = (place * columns + i) * group_lanes + lane;
+        if (!keeps_forces()) {
+          kept_weights_[at] = weights[i];
+          continue;
+        }
         kept_V_R_[at] = pile.V_R[from + i];
         kept_V_L_[at] = pile.V_L[from + i];
         kept_H_R_[at] = pile.H_R[from + i];

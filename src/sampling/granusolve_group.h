@@ -34,12 +34,12 @@ namespace granuscope {
 /// mu = 0.15 and 0.3 and 13 % at 0.8; at 0.1 they gain 4 % in piles of up to 500 columns and lose 8 % in 1000.
 class GranusolveGroup {
  public:
-  /// `kept`: the layers to be kept for whoever measures the piles, ascending.
-  GranusolveGroup(const SamplerSpec& spec, const Lattice& lattice, std::span<const int> kept);
+  /// `kept`: the layers to be kept for whoever measures the piles, ascending; none: all forces of all layers.
+  GranusolveGroup(const SamplerSpec& spec, const Lattice& lattice, const std::optional<std::vector<int>>& kept);
 
   /// Whether groups of this size should be drawn side by side; the largest piles need too much memory for it.
   static bool fits(const Lattice& lattice);
-  /// Of a group that keeps all layers, in bytes.
+  /// Of a group that keeps the weights of all layers, in bytes.
   static double memory(const Lattice& lattice);
 
   /// At most eight piles that share the order of their layers: what draw() of this group, or of two at once, is to
@@ -73,6 +73,8 @@ class GranusolveGroup {
   void give_up(std::size_t lane);
   void hand_over_counts(std::size_t lane);
   void finish_layer(int layer);
+  ForceRow forces(int layer) const;
+  bool keeps_forces() const { return kept_weights_ == nullptr; }
   void draw_lost_piles();
   void finish();
 
@@ -85,7 +87,9 @@ class GranusolveGroup {
   Array<std::uint32_t> attempts_;
   Array<std::uint8_t> unsolved_, rule_, climbs_;
   std::vector<int> kept_;                                    ///< place of each layer among those kept, or -1
-  Array<double> kept_V_R_, kept_V_L_, kept_H_R_, kept_H_L_;  ///< [kept layers, columns, 8]
+  Array<double> kept_weights_;                               ///< [kept layers, columns, 8]; or none, and instead
+  Array<double> kept_V_R_, kept_V_L_, kept_H_R_, kept_H_L_;  ///< all forces, of the same shape
+  std::vector<LayerMoments> moments_;                        ///< [kept layers]
   Array<double> first_uniform_, half_load_;                  ///< [columns, 8]
   Array<std::uint64_t> failing_, changed_;                   ///< [columns] bytes and padding
   FrictionCone cone_;

@@ -35,6 +35,7 @@ PileGroup group_of(const Pile& pile, const std::span<const double>& load) {
           .V_L = pile.V_L.data(),
           .H_R = pile.H_R.data(),
           .H_L = pile.H_L.data(),
+          .moments = {},
           .kept = {},
           .loads = {&load, 1},
           .residuals = {},
@@ -59,6 +60,13 @@ Pile pile_of(const PileGroup& group, std::size_t k) {
   return pile;
 }
 
+LayerMoments PileGroup::moments_of(int layer) const {
+  if (!moments.empty()) return moments[static_cast<std::size_t>(place_of(layer))];
+  const std::size_t at = row(layer);
+  return measure_row({V_R + at, V_L + at, H_R + at, H_L + at}, static_cast<std::size_t>(lattice.columns()), stride,
+                     nullptr);
+}
+
 void GroupIdentities::begin(const Lattice& lattice, std::size_t stride,
                             std::span<const std::span<const double>> loads) {
   *this = {};
@@ -68,7 +76,7 @@ void GroupIdentities::begin(const Lattice& lattice, std::size_t stride,
   for (std::size_t k = 0; k < piles_; ++k) loads_[k] = total(loads[k]);
 }
 
-void GroupIdentities::add_layer(const Row& here, const Row& above, const Row& two_above) {
+void GroupIdentities::add_layer(const ForceRow& here, const ForceRow& above, const ForceRow& two_above) {
   RowFacts facts;
   const auto columns = static_cast<std::size_t>(lattice_.columns());
   if (layer_ < 2) {
@@ -111,7 +119,7 @@ std::array<IdentityResiduals, group_lanes> identity_residuals(const PileGroup& g
   identities.begin(group.lattice, group.stride, group.loads);
   const auto row = [&](int layer) {
     const std::size_t at = group.row(std::max(layer, 0));
-    return GroupIdentities::Row{group.V_R + at, group.V_L + at, group.H_R + at, group.H_L + at};
+    return ForceRow{group.V_R + at, group.V_L + at, group.H_R + at, group.H_L + at};
   };
   for (int layer = 0; layer < group.lattice.layers(); ++layer) {
     identities.add_layer(row(layer), row(layer - 1), row(layer - 2));

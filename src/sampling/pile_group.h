@@ -9,24 +9,25 @@
 #include "model/identities.h"
 #include "model/lattice.h"
 #include "model/pile.h"
+#include "sampling/layer_moments.h"
 
 namespace granuscope {
-
-/// Piles that are solved side by side, one to a vector lane: bead i of pile k is entry 8 i + k of a row.
-inline constexpr std::size_t group_lanes = 8;
 
 /// Where a pile could not be completed within the stated effort.
 struct SamplingFailure {
   int layer;
 };
 
-/// Piles that were drawn together, to be measured where they lie; it owns nothing. The arrays are those of Pile, of
-/// shape [kept layers, columns, stride]: bead i of pile k is entry row(layer) + stride i + k.
+/// Piles that were drawn together, to be measured where they lie; it owns nothing. Arrays have the shape [kept layers,
+/// columns, stride]: bead i of pile k is entry row(layer) + stride i + k. Either they are those of Pile, or what is
+/// measured of them is all that was kept: the weights V_R + V_L, and the moments of each kept layer.
 struct PileGroup {
   Lattice lattice;
-  std::size_t stride = 1;  ///< 1 or group_lanes
-  std::size_t piles = 1;   ///< at most stride
-  const double *V_R = nullptr, *V_L = nullptr, *H_R = nullptr, *H_L = nullptr;
+  std::size_t stride = 1;                                                       ///< 1 or group_lanes
+  std::size_t piles = 1;                                                        ///< at most stride
+  const double *V_R = nullptr, *V_L = nullptr, *H_R = nullptr, *H_L = nullptr;  ///< or none
+  const double* weights = nullptr;                                              ///< or none
+  std::span<const LayerMoments> moments;                                        ///< or none
   std::span<const int> kept;  ///< place of each layer among the kept ones, -1: none; empty: all are kept
   std::span<const std::span<const double>> loads;  ///< of each pile
   std::span<const IdentityResiduals> residuals;    ///< of each pile, where they were found while it was drawn
@@ -36,9 +37,14 @@ struct PileGroup {
   std::uint64_t seed = 0, first_sample = 0;
 
   /// Entry of pile 0's first bead of a kept layer.
-  std::size_t row(int layer) const {
-    return lattice.index(kept.empty() ? layer : kept[static_cast<std::size_t>(layer)], 0) * stride;
-  }
+  std::size_t row(int layer) const { return lattice.index(place_of(layer), 0) * stride; }
+  /// Of the bead at an entry.
+  double weight(std::size_t entry) const { return weights != nullptr ? weights[entry] : V_R[entry] + V_L[entry]; }
+  /// Those of a kept layer.
+  LayerMoments moments_of(int layer) const;
+
+ private:
+  int place_of(int layer) const { return kept.empty() ? layer : kept[static_cast<std::size_t>(layer)]; }
 };
 
 /// A single pile as a group of one; `load` holds the pile's load while the group is in use.
@@ -51,16 +57,10 @@ Pile pile_of(const PileGroup& group, std::size_t k);
 /// layer by layer from the top on.
 class GroupIdentities {
  public:
-  /// Rows of a layer: entry 0 is the first bead of the first pile.
-  struct Row {
-    const double *V_R, *V_L, *H_R, *H_L;
-    bool totals = false;  ///< H_L is the H that enters each bead instead, of which H_L is what H_R leaves
-  };
-
   /// Begins with the top layer of piles under these loads.
   void begin(const Lattice& lattice, std::size_t stride, std::span<const std::span<const double>> loads);
   /// The next layer, with the two above it; the top two layers read none or one of these.
-  void add_layer(const Row& here, const Row& above, const Row& two_above);
+  void add_layer(const ForceRow& here, const ForceRow& above, const ForceRow& two_above);
   /// Of each pile so far.
   const std::array<IdentityResiduals, group_lanes>& residuals() const { return worst_; }
 

@@ -41,8 +41,9 @@ class Sampler {
                                                  std::span<const std::span<const double>> loads,
                                                  std::span<std::optional<SamplingFailure>> failures);
 
-  /// The layers that draw_groups has to keep for whoever measures the piles, ascending; all, if this is never called. A
-  /// law that needs the other layers' memory for something else gives it up.
+  /// The layers that draw_groups has to keep for whoever measures the piles, ascending; all forces of all layers, if
+  /// this is never called. A law that needs the memory for something else gives up the other layers, and of these all
+  /// but what PileGroup measures of them.
   virtual void keep_layers([[maybe_unused]] std::span<const int> layers) {}
 
   /// What was done since construction, or since the counts were last taken.
