@@ -167,6 +167,7 @@ HWY_INLINE void mend_streams(const FrictionCone& friction, const Streams& stream
   // The pair rule. A parent whose own interval is empty by rounding is left over with the rest.
   const X A_V_L = above(&R::V_L, &B::A), B_V_R = above(&R::V_R, &B::B);
   Range<X> a = split_interval(cone, A_V_R, A_V_L, A_H), b = split_interval(cone, B_V_R, B_V_L, B_H);
+  const auto own_intervals = negation(either(a.empty(), b.empty()));
   // The neighbour behind hangs below its outer parent and A (if it is the left one) or B.
   const X outer_H_R = above(&R::H_R, &B::outer);
   const X behind_V_UL = streams.by_side(above(&R::V_R, &B::outer), B_V_R);
@@ -193,7 +194,7 @@ HWY_INLINE void mend_streams(const FrictionCone& friction, const Streams& stream
   const auto active = streams.all([](const Stream& s) { return s.active(); });
   const auto out_of_band = both(active, failing), some_pair = both(nonempty, feasible);
   const auto possible = both(out_of_band, both(some_pair, pair.exists));
-  const auto no_pair = only(some_pair, out_of_band);
+  const auto no_pair = only(some_pair, both(out_of_band, own_intervals));
   const auto mended = only(either(self.unsolvable(), behind.unsolvable()), possible);
 
   streams.each([&](const Stream& s, auto part, std::size_t which) {
