@@ -120,10 +120,15 @@ void make_folder(const fs::path& folder) {
   fs::create_directories(folder, error);
   // libstdc++ reports a file in the folder's place as ENOTDIR, and no error if the folder was there already.
   if (!error && !fs::is_directory(folder, error) && !error) error = std::make_error_code(std::errc::not_a_directory);
-  if (error) {
-    throw EnvironmentError(
-        fmt::format("cannot make the folder '{}': {}", folder.string(), system_reason(error.value())));
+  if (!error) return;
+  std::string reason = system_reason(error.value());
+  if (error == std::errc::file_exists) {  // only a link that leads nowhere is there and yet no folder
+    reason = "A link of that name, or one on its path, leads nowhere. Make what it leads to, or remove it.";
   }
+  if (folder.empty()) reason = "It has no name. Name a folder.";
+  throw EnvironmentError(fmt::format("cannot make the folder '{}': {}", folder.string(), reason));
 }
+
+void require_writable(const fs::path& target) { const AtomicFile probe(target); }
 
 }  // namespace granuscope

@@ -29,6 +29,9 @@ class AtomicFile {
 /// Writes `bytes` to `target` atomically. Throws EnvironmentError (disk full, no permission, no such folder).
 void write_file(const std::filesystem::path& target, std::string_view bytes);
 
+/// Throws as write_file would, but writes nothing: to be asked before the work that fills the file, not after.
+void require_writable(const std::filesystem::path& target);
+
 /// The whole file. Throws InputError if it cannot be read.
 std::string read_file(const std::filesystem::path& source);
 

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <string>
 #include <vector>
 
 #include "support/error.h"
@@ -17,18 +18,24 @@ namespace {
 
 constexpr std::size_t chunk_bytes = std::size_t{1} << 18;
 
+[[noreturn]] void fail(const std::filesystem::path& source, const std::string& reason) {
+  throw InputError(fmt::format("cannot read '{}': {}", source.string(), reason));
+}
+
 [[noreturn]] void fail(const std::filesystem::path& source, int error_number) {
-  throw InputError(fmt::format("cannot read '{}': {}", source.string(), system_reason(error_number)));
+  fail(source, system_reason(error_number));
 }
 
 }  // namespace
 
 void read_chunks(const std::filesystem::path& source, const std::function<void(std::string_view)>& take) {
-  const FileDescriptor file(::open(source.c_str(), O_RDONLY | O_CLOEXEC | O_NOCTTY));
+  // Opening a pipe would wait for a writer, who may never come.
+  const FileDescriptor file(::open(source.c_str(), O_RDONLY | O_CLOEXEC | O_NOCTTY | O_NONBLOCK));
   if (!file.valid()) fail(source, errno);
   struct stat status = {};
   if (::fstat(file.get(), &status) != 0) fail(source, errno);
   if (S_ISDIR(status.st_mode)) fail(source, EISDIR);
+  if (!S_ISREG(status.st_mode)) fail(source, "It is not an ordinary file. Name another file.");
 
   std::vector<char> chunk(chunk_bytes);
   for (;;) {

@@ -208,6 +208,19 @@ TEST_CASE("read_file says why it cannot") {
                                "': No such file or directory. Check the spelling of the path and that its folder "
                                "exists."));
   CHECK_THROWS_AS(read_file(folder.path()), InputError);
+  REQUIRE(::mkfifo((folder / "pipe").c_str(), 0600) == 0);  // nobody will ever write into it
+  CHECK_THROWS_WITH(read_file(folder / "pipe"), Contains("It is not an ordinary file"));
+}
+
+TEST_CASE("whether a file can be written is asked without writing it") {
+  const TemporaryFolder folder;
+  require_writable(folder / "new");
+  CHECK(fs::is_empty(folder.path()));
+  write_file(folder / "old", "x");
+  require_writable(folder / "old");
+  CHECK(read_file(folder / "old") == "x");
+  CHECK_THROWS_AS(require_writable(folder / "none/new"), EnvironmentError);
+  CHECK_THROWS_AS(require_writable(folder.path()), EnvironmentError);
 }
 
 TEST_CASE("make_folder makes parents, accepts a folder that is there, and refuses a file in its place") {
@@ -220,4 +233,7 @@ TEST_CASE("make_folder makes parents, accepts a folder that is there, and refuse
   CHECK_THAT(failure_of([&] { make_folder(folder / "file"); }),
              Contains((folder / "file").string()) && Contains("Not a directory"));
   CHECK_THAT(failure_of([&] { make_folder(folder / "file/below"); }), Contains("Not a directory"));
+  fs::create_symlink(folder / "none/there", folder / "link");
+  CHECK_THAT(failure_of([&] { make_folder(folder / "link"); }), Contains("leads nowhere. Make what it leads to"));
+  CHECK_THAT(failure_of([&] { make_folder(""); }), Contains("It has no name. Name a folder."));
 }
