@@ -12,7 +12,8 @@ struct InstalledProgram {
   std::string failure;  ///< why it does not start; empty if it does
 };
 
-/// Looks the program up and asks it for its version; none if PATH does not have it.
-std::optional<InstalledProgram> find_installed_program(const std::string& name);
+/// Looks the program up and asks it for its version; none if PATH does not have it. One that gives no answer in time
+/// does not start.
+std::optional<InstalledProgram> find_installed_program(const std::string& name, double timeout_seconds = 60);
 
 }  // namespace granuscope
