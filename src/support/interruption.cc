@@ -27,10 +27,16 @@ void install_interruption_handlers() {
   // Reads and writes inside libraries carry on; they need not know about EINTR.
   action.sa_flags = SA_RESTART;
   for (const int signal : {SIGINT, SIGTERM}) ::sigaction(signal, &action, nullptr);
-  // A file-size limit then makes the write fail with a message, instead of ending the process without one.
+  // The end of a terminal or of a connection. nohup asks to go on after it.
+  struct sigaction before = {};
+  if (::sigaction(SIGHUP, nullptr, &before) == 0 && before.sa_handler != SIG_IGN) {
+    ::sigaction(SIGHUP, &action, nullptr);
+  }
+  // A file-size limit, or a reader that has gone, then makes the write fail with a message, instead of ending the
+  // process without one; and a long run does not end because nobody listens to its progress any more.
   struct sigaction ignore = {};
   ignore.sa_handler = SIG_IGN;
-  ::sigaction(SIGXFSZ, &ignore, nullptr);
+  for (const int signal : {SIGXFSZ, SIGPIPE}) ::sigaction(signal, &ignore, nullptr);
 }
 
 bool interruption_requested() { return requested_flag.load(std::memory_order_relaxed); }

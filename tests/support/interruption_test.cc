@@ -40,7 +40,7 @@ TEST_CASE("the flag is set and cleared by hand, and thrown as Interrupted") {
 }
 
 TEST_CASE("the first signal asks, the second one ends with status 4") {
-  for (const int signal : {SIGINT, SIGTERM}) {
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
     CHECK(status_of([signal] {
             install_interruption_handlers();
             ::raise(signal);
@@ -53,4 +53,21 @@ TEST_CASE("the first signal asks, the second one ends with status 4") {
             return 1;
           }) == 4);
   }
+}
+
+TEST_CASE("under nohup the end of the terminal asks for nothing, and a closed pipe ends nothing") {
+  CHECK(status_of([] {
+          ::signal(SIGHUP, SIG_IGN);
+          install_interruption_handlers();
+          ::raise(SIGHUP);
+          ::raise(SIGHUP);
+          return interruption_requested() ? 1 : 42;
+        }) == 42);
+  CHECK(status_of([] {
+          install_interruption_handlers();
+          int ends[2] = {};
+          if (::pipe(ends) != 0) return 1;
+          ::close(ends[0]);
+          return ::write(ends[1], "x", 1) == -1 ? 42 : 1;
+        }) == 42);
 }
