@@ -209,7 +209,9 @@ class Reader {
     for (const auto& [key_path, key] : keys_) {
       known.push_back(key_path);
       if (key->table == table) siblings.push_back(key->name);
-      if (key->name == name && key->name != "draw") meant = key_path;  // the right key in the wrong table
+      // The right key in the wrong table. Where several tables have it, the one nearest to the top is the likeliest.
+      const auto depth = [](const std::string& text) { return std::count(text.begin(), text.end(), '.'); };
+      if (key->name == name && key->name != "draw" && (!meant || depth(key_path) < depth(*meant))) meant = key_path;
     }
     if (const auto sibling = nearest_name(name, siblings)) meant = table + "." + *sibling;
     if (!meant) meant = nearest_name(path, known);

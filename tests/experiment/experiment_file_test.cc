@@ -232,6 +232,10 @@ TEST_CASE("An unknown key is refused with file, line, column and the nearest kno
   CHECK_THAT(refusal("[lattice]\nqqqqqqqqqqq = 3\n"), Contains("[lattice] knows columns, layers"));
   CHECK_THAT(refusal("zzzzzzzzzzzzzzz = 3\n"), Contains("the tables are claims, experiment,"));
   CHECK_THAT(refusal("seed = 3\n"), Contains("did you mean sampling.seed?"));
+  // Where several tables have it, the one that is meant most often.
+  CHECK_THAT(refusal("columns = 60\n"), Contains("did you mean lattice.columns?"));
+  CHECK_THAT(refusal("[experiment]\nsamples = 60\n"), Contains("did you mean response.samples?"));
+  CHECK_THAT(refusal("mu = [0.1]\n"), Contains("did you mean friction.mu?"));
   CHECK_THAT(refusal("\"" + std::string(5000, 'k') + "\" = 3\n"), Contains("unknown key"));
 }
 
