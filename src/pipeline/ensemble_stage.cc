@@ -124,7 +124,6 @@ EnsembleRecord draw_in_pieces(const PlannedEnsemble& planned, const std::filesys
     EnsembleRecord part = record;
     part.configuration = part_configuration(spec, done);
     part.configuration_key = cache_key(part.configuration);
-    make_folder((run_folder / planned.file).parent_path());
     write_ensemble(run_folder / part_file(planned), part);
     kept = Clock::now();
   }
@@ -254,8 +253,10 @@ std::vector<PlannedEnsemble> plan_ensembles(const Experiment& experiment, const 
   return planned;
 }
 
-MeasuredEnsemble obtain_ensemble(PlannedEnsemble& planned, const std::filesystem::path& run_folder, int threads,
-                                 ProgressStyle progress, const PartPolicy& parts) {
+namespace {
+
+/// What is known of an ensemble before there is anything of it.
+MeasuredEnsemble about(const PlannedEnsemble& planned) {
   MeasuredEnsemble measured;
   measured.mu = planned.spec.sampler.mu;
   measured.law = name_of(planned.spec.sampler.law);
@@ -265,26 +266,43 @@ MeasuredEnsemble obtain_ensemble(PlannedEnsemble& planned, const std::filesystem
   measured.opposite = planned.spec.opposite;
   measured.sign_run = planned.spec.sign_run;
   measured.lattice = planned.spec.lattice;
-  const std::filesystem::path file = run_folder / planned.file;
-  if (planned.reusable) {
-    try {
-      measured.record = read_ensemble(file);
-      say(progress, fmt::format("sampling {}: {} piles already there", planned.label, planned.spec.samples));
-      return measured;
-    } catch (const InputError& damage) {
-      // The plan read no further than the configuration.
-      planned.reusable = false;
-      planned.replaces = damage.what();
-    }
+  return measured;
+}
+
+}  // namespace
+
+std::optional<MeasuredEnsemble> reuse_ensemble(PlannedEnsemble& planned, const std::filesystem::path& run_folder) {
+  if (!planned.reusable) return std::nullopt;
+  MeasuredEnsemble measured = about(planned);
+  try {
+    measured.record = read_ensemble(run_folder / planned.file);
+    return measured;
+  } catch (const InputError& damage) {
+    // The plan read no further than the configuration.
+    planned.reusable = false;
+    planned.replaces = damage.what();
+    return std::nullopt;
   }
+}
+
+MeasuredEnsemble obtain_ensemble(PlannedEnsemble& planned, const std::filesystem::path& run_folder, int threads,
+                                 ProgressStyle progress, const PartPolicy& parts) {
+  if (std::optional<MeasuredEnsemble> there = reuse_ensemble(planned, run_folder)) {
+    say(progress, fmt::format("sampling {}: {} piles already there", planned.label, planned.spec.samples));
+    return *std::move(there);
+  }
+  MeasuredEnsemble measured = about(planned);
+  const std::filesystem::path file = run_folder / planned.file;
   if (!planned.replaces.empty()) {
     say(progress, fmt::format("sampling {}: {} is drawn again and replaced once the new one is whole: {}",
                               planned.label, planned.file.string(), planned.replaces));
   }
+  // What would be lost in the end is missed before anything is drawn.
+  make_folder(file.parent_path());
+  require_writable(file);
   measured.record = draw_in_pieces(planned, run_folder, threads, progress, parts);
   measured.record.configuration += planned.notes;
   measured.record.configuration_key = cache_key(measured.record.configuration);
-  make_folder(file.parent_path());
   write_ensemble(file, measured.record);
   std::error_code ignored;
   std::filesystem::remove(run_folder / part_file(planned), ignored);

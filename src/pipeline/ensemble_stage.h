@@ -1,6 +1,7 @@
 #pragma once
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -43,6 +44,10 @@ struct PartPolicy {
   double seconds = 20;  ///< at least from one part to the next
   double beads = 3e8;   ///< drawn before it is looked at the clock again: long against starting threads and estimators
 };
+
+/// Reads the ensemble if it can be reused, and draws nothing. One that turns out to be damaged is none, and
+/// planned.reusable becomes false.
+std::optional<MeasuredEnsemble> reuse_ensemble(PlannedEnsemble& planned, const std::filesystem::path& run_folder);
 
 /// Reads the ensemble if it can be reused, otherwise draws it and keeps it: a finished ensemble survives whatever
 /// happens later, and the next run goes on from there. What is drawn of an unfinished one is kept

@@ -83,7 +83,7 @@ class PilePictures {
         spec_(pile_spec(experiment, experiment.force_chains.mu)),
         pile_(Lattice(spec_.lattice)) {
     if (const auto why = why_not_drawn(spec_, chains_.sample, pile_)) {
-      throw EnvironmentError("the pile of the force-chain picture " + *why);
+      throw InputError("the pile of the force-chain picture " + *why);
     }
     make_folder(folder_ / "piles");
     make_folder(folder_ / "figures");

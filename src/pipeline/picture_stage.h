@@ -29,8 +29,8 @@ Pile pile_for_figures(const Experiment& experiment, double mu);
 void require_backend(const ForceChainSpec& chains);
 
 /// Draws the pile that the experiment names (piles/force-chains.h5) and its pictures: force chains, and as asked for
-/// the weights of its beads and how they change with the overload. Throws EnvironmentError if there is no GL context or
-/// the pile could not be completed.
+/// the weights of its beads and how they change with the overload. Throws EnvironmentError if there is no GL context,
+/// InputError if the pile could not be completed.
 std::vector<PictureOutcome> draw_pile_pictures(const Experiment& experiment, const std::filesystem::path& run_folder,
                                                const Provenance& provenance);
 

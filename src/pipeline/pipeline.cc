@@ -68,6 +68,7 @@ class Run {
                                          folder.leftovers_removed()));
     }
     earlier_timings_ = earlier_timings(options_.folder);
+    mark_unfinished();
     write_file(options_.folder / "experiment.toml", data_.resolved_experiment);
     try {
       check_tools();
@@ -76,16 +77,18 @@ class Run {
       if (needs(Stage::plot)) plot();
       if (needs(Stage::report)) report();
     } catch (const Interrupted& stop) {
-      keep_manifest({"interrupted", static_cast<int>(stop.exit_code()), stop.what()});
+      keep_manifest({"interrupted", static_cast<int>(stop.exit_code()), stop.what(), earlier_timings_});
       throw;
     } catch (const Error& error) {
-      keep_manifest({"failed", static_cast<int>(error.exit_code()), error.what()});
+      keep_manifest({"failed", static_cast<int>(error.exit_code()), error.what(), earlier_timings_});
       throw;
     } catch (const std::exception& error) {
-      keep_manifest({"failed", static_cast<int>(ExitCode::environment), error.what()});
+      keep_manifest({"failed", static_cast<int>(ExitCode::environment), error.what(), earlier_timings_});
       throw;
     }
-    write_manifest(data_, options_.folder, {"done", 0, ""});
+    // A run that has come to its ensembles knows all of their times, any other leaves them as they were.
+    if (needs(Stage::sample)) earlier_timings_.clear();
+    write_manifest(data_, options_.folder, {"done", 0, "", earlier_timings_});
     result_.analysis = data_.analysis;
     for (const Claim& claim : data_.analysis.claims) {
       if (!claim.expected.empty() && claim.expected != claim.verdict) {
@@ -148,6 +151,16 @@ class Run {
     }
   }
 
+  /// Until the run has ended, the folder may hold the results of an earlier one beside the new experiment: nobody is to
+  /// take them for its own. Written again with each ensemble, so that a kill does not make forgotten what it took.
+  void mark_unfinished() {
+    write_manifest(data_, options_.folder,
+                   {"unfinished", std::nullopt,
+                    "the run is at work or was killed, so that what is here may be of an earlier one; the same command "
+                    "goes on from there",
+                    earlier_timings_});
+  }
+
   MeasuredEnsemble obtain(PlannedEnsemble& planned) {
     MeasuredEnsemble ensemble;
     const auto start = std::chrono::steady_clock::now();
@@ -157,6 +170,7 @@ class Run {
     if (!planned.reusable) {
       drawn_in_seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
       drawn_in_this_run_ += static_cast<double>(beads_of(planned.spec, planned.spec.samples - there));
+      mark_unfinished();
     }
     if (planned.reusable) {
       StageTiming& timing = data_.timings.back();
@@ -282,13 +296,10 @@ class Run {
   void render() {
     if (!experiment_.force_chains.draw) return;
     timed("render", [&] {
-      for (PictureOutcome& picture : draw_pile_pictures(experiment_, options_.folder, data_.provenance)) {
-        if (data_.figures.empty()) {  // what drew them is one for all
-          data_.environment.insert(data_.environment.end(), picture.environment.begin(), picture.environment.end());
-        }
-        data_.figures.push_back(std::move(picture.figure));
-        data_.checks.insert(data_.checks.end(), picture.checks.begin(), picture.checks.end());
-        data_.skipped.insert(data_.skipped.end(), picture.skipped.begin(), picture.skipped.end());
+      try {
+        add_pictures(draw_pile_pictures(experiment_, options_.folder, data_.provenance));
+      } catch (const InputError& no_pile) {
+        leave_out(no_pile);
       }
       if (field_transport_ && !field_.rows.empty()) {
         add_figure([&] {
@@ -299,6 +310,22 @@ class Run {
     say(options_.progress, "drew the pictures");
   }
 
+  void add_pictures(std::vector<PictureOutcome> pictures) {
+    for (PictureOutcome& picture : pictures) {
+      if (data_.figures.empty()) {  // what drew them is one for all
+        data_.environment.insert(data_.environment.end(), picture.environment.begin(), picture.environment.end());
+      }
+      data_.figures.push_back(std::move(picture.figure));
+      data_.checks.insert(data_.checks.end(), picture.checks.begin(), picture.checks.end());
+      data_.skipped.insert(data_.skipped.end(), picture.skipped.begin(), picture.skipped.end());
+    }
+  }
+
+  void leave_out(const InputError& reason) {
+    data_.skipped.push_back(fmt::format("A figure is left out: {}.", reason.what()));
+    say(options_.progress, data_.skipped.back());
+  }
+
   /// A figure with nothing to show (InputError) is left out with its reason: the numbers that are known, and the
   /// reasons why others are not, are still to be reported.
   template <typename Draw>
@@ -306,8 +333,7 @@ class Run {
     try {
       data_.figures.push_back(draw());
     } catch (const InputError& nothing_to_show) {
-      data_.skipped.push_back(fmt::format("A figure is left out: {}.", nothing_to_show.what()));
-      say(options_.progress, data_.skipped.back());
+      leave_out(nothing_to_show);
     }
   }
 

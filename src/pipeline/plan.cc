@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 #include <set>
 
 #include "analysis/precision.h"
@@ -29,11 +30,9 @@ PlannedStep plan_growth(const Experiment& experiment, const RunOptions& options,
                       spec.opposite ? worth_of_opposite_pair * spec.samples : spec.samples);
   errors.c = {0.5, expected.c, ""};
   errors.D = {0.1, expected.D, ""};
-  const bool there = planned.reusable;
-  if (there) {
-    const MeasuredEnsemble ensemble = obtain_ensemble(planned, options.folder, options.threads, ProgressStyle::silent);
-    errors = measure_transport(ensemble, experiment.fit, {}, options.threads).transport;
-  }
+  const std::optional<MeasuredEnsemble> ensemble = reuse_ensemble(planned, options.folder);
+  const bool there = ensemble.has_value();
+  if (there) errors = measure_transport(*ensemble, experiment.fit, {}, options.threads).transport;
   const PrecisionLook look = look_at_precision(asked, errors, spec.samples);
   std::uint64_t rounds = spec.samples / (group_size * static_cast<std::uint64_t>(spec.blocks)), samples = spec.samples;
   while (!look.hopeless && static_cast<double>(samples) < look.samples_needed) {

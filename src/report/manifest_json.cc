@@ -42,14 +42,20 @@ Json to_json(const Provenance& provenance) {
   return json;
 }
 
-Json to_json(const std::vector<StageTiming>& timings) {
+Json to_json(const StageTiming& timing) {
+  Json stage;
+  stage["stage"] = timing.stage;
+  stage["seconds"] = finite_or_null(timing.seconds);
+  stage["reused"] = timing.reused;
+  return stage;
+}
+
+Json timings_json(const std::vector<StageTiming>& timings, const std::map<std::string, double>& earlier) {
   Json json = Json::array();
-  for (const StageTiming& timing : timings) {
-    Json stage;
-    stage["stage"] = timing.stage;
-    stage["seconds"] = finite_or_null(timing.seconds);
-    stage["reused"] = timing.reused;
-    json.push_back(stage);
+  for (const StageTiming& timing : timings) json.push_back(to_json(timing));
+  for (const auto& [stage, seconds] : earlier) {
+    const auto is_it = [&name = stage](const StageTiming& timing) { return timing.stage == name; };
+    if (std::none_of(timings.begin(), timings.end(), is_it)) json.push_back(to_json(StageTiming{stage, seconds, true}));
   }
   return json;
 }
@@ -102,16 +108,16 @@ std::string manifest_json(const ReportData& data, const std::filesystem::path& r
   json["schema"] = 1;
   json["experiment"] = data.experiment_name;
   json["status"] = outcome.status;
-  json["exit_code"] = outcome.exit_code;
+  json["exit_code"] = outcome.exit_code ? Json(*outcome.exit_code) : Json(nullptr);
   json["error"] = outcome.error.empty() ? Json(nullptr) : Json(outcome.error);
   json["finished"] = current_time();
   json["seed"] = data.seed;
   json["experiment_key"] = data.resolved_experiment_key;
   json["provenance"] = to_json(data.provenance);
   json["environment"] = to_json(data.environment);
-  json["timings"] = to_json(data.timings);
+  json["timings"] = timings_json(data.timings, outcome.earlier_timings);
   json["skipped"] = data.skipped;
-  json["files"] = files_json(run_folder);
+  json["files"] = outcome.exit_code ? files_json(run_folder) : Json::array();
   clean_strings(json);
   return json.dump(2) + "\n";
 }

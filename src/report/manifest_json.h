@@ -1,6 +1,7 @@
 #pragma once
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 
 #include "report/report_data.h"
@@ -9,14 +10,16 @@ namespace granuscope {
 
 /// How a run ended.
 struct RunOutcome {
-  std::string status = "done";  ///< "done", "failed" or "interrupted"
-  int exit_code = 0;
-  std::string error;  ///< the message, empty if all went well
+  std::string status = "done";       ///< "done", "failed", "interrupted", or "unfinished": at work, or killed since
+  std::optional<int> exit_code = 0;  ///< of an unfinished run none
+  std::string error;                 ///< the message, empty if all went well
+  std::map<std::string, double> earlier_timings = {};  ///< of stages that this run has not come to
 };
 
 /// Provenance, environment, timings, what was skipped, how the run ended, and the SHA-256 and size of every file in
 /// `run_folder` except manifest.json itself and hidden (temporary) files. Everything that differs between machines or
 /// moments is here. A file that cannot be read is listed with a null hash, so that a failing run still gets a manifest.
+/// The files of an unfinished run change, and none is listed.
 std::string manifest_json(const ReportData& data, const std::filesystem::path& run_folder, const RunOutcome& outcome);
 
 /// Seconds by stage as the manifest of an earlier run in this folder gives them, so that what is reused keeps the time
