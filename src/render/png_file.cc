@@ -20,6 +20,7 @@
 #include "support/atomic_file.h"
 #include "support/error.h"
 #include "support/interruption.h"
+#include "support/system_reason.h"
 
 namespace granuscope {
 namespace {
@@ -177,8 +178,8 @@ struct PngWriter::State {
     const int reason = errno;
     throw_if_interrupted();
     throw EnvironmentError(
-        fmt::format("cannot write {}: {}; nothing was left behind", path.string(),
-                    reason != 0 ? std::generic_category().message(reason) : encoder.error.message.data()));
+        fmt::format("cannot write '{}': {} Nothing was left behind.", path.string(),
+                    reason != 0 ? system_reason(reason) : fmt::format("{}.", encoder.error.message.data())));
   }
 
   std::filesystem::path path;
