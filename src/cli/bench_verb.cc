@@ -1,8 +1,8 @@
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
+#include <functional>
 #include <iterator>
 #include <memory>
 #include <string>
@@ -10,8 +10,12 @@
 #include "bench/accuracy_suite.h"
 #include "bench/render_suite.h"
 #include "bench/sampler_suite.h"
+#include "cli/flag_checks.h"
 #include "cli/verbs.h"
+#include "plot/scratch_folder.h"
 #include "support/atomic_file.h"
+#include "support/interruption.h"
+#include "support/scratch_name.h"
 
 namespace granuscope {
 namespace {
@@ -23,6 +27,14 @@ struct BenchOptions {
   bool quick = false;
   AccuracyOptions accuracy;
 };
+
+/// Says what is being measured, each time a moment at which to stop if asked to.
+std::function<void(const std::string&)> teller(VerbContext& context) {
+  return [&context](const std::string& text) {
+    throw_if_interrupted();
+    context.err << text << "\n" << std::flush;
+  };
+}
 
 ExitCode bench_accuracy(const BenchOptions& options, VerbContext& context) {
   const std::string json = accuracy_json(measure_accuracy(options.accuracy, context.err));
@@ -36,23 +48,24 @@ ExitCode bench_accuracy(const BenchOptions& options, VerbContext& context) {
 }
 
 ExitCode bench_sampler(const BenchOptions& options, VerbContext& context) {
-  const SamplerBench result =
-      run_sampler_suite({}, [&](const std::string& text) { context.err << text << "\n"
-                                                                       << std::flush; });
+  const SamplerBench result = run_sampler_suite({}, teller(context));
   if (!options.json_file.empty()) write_file(options.json_file, sampler_bench_json(result));
   context.out << sampler_bench_table(result);
   return ExitCode::done;
 }
 
 ExitCode bench_render(const BenchOptions& options, VerbContext& context) {
+  std::error_code none;
   const std::filesystem::path folder =
-      options.folder.empty() ? std::filesystem::temp_directory_path() / fmt::format("granuscope-bench-{}", ::getpid())
-                             : std::filesystem::path(options.folder);
-  const bool made_here = options.folder.empty();
-  const RenderBench result = run_render_suite(render_cases(options.quick), folder, [&](const std::string& text) {
-    context.err << text << "\n" << std::flush;
-  });
-  if (made_here) std::filesystem::remove_all(folder);
+      options.folder.empty() ? std::filesystem::temp_directory_path(none) : std::filesystem::path(options.folder);
+  if (none) {
+    throw EnvironmentError(
+        "there is no folder for temporary files (TMPDIR), and so no place for the piles; name one "
+        "with --folder");
+  }
+  remove_leftovers(folder);
+  const ScratchFolder scratch(folder, "bench");
+  const RenderBench result = run_render_suite(render_cases(options.quick), scratch.path(), teller(context));
   if (!options.json_file.empty()) write_file(options.json_file, render_bench_json(result));
   context.out << render_bench_table(result);
   return ExitCode::done;
@@ -81,9 +94,33 @@ std::string names_of_suites(bool with_descriptions) {
   return names;
 }
 
+/// A flag that belongs to another suite would change nothing.
+void refuse_foreign_flags(const BenchOptions& options) {
+  const auto refuse = [&](const char* flag, const char* owner) {
+    throw InputError(fmt::format("{} belongs to the suite {} and would change nothing in {}; leave it out", flag, owner,
+                                 options.suite));
+  };
+  const AccuracyOptions usual;
+  if (options.suite != "render") {
+    if (options.quick) refuse("--quick", "render");
+    if (!options.folder.empty()) refuse("--folder", "render");
+  }
+  if (options.suite != "accuracy") {
+    if (options.accuracy.threads != usual.threads) refuse("--threads", "accuracy");
+    if (options.accuracy.repetitions != usual.repetitions) refuse("--repetitions", "accuracy");
+  }
+}
+
 ExitCode bench(const BenchOptions& options, VerbContext& context) {
   for (const Suite& suite : suites) {
-    if (options.suite == suite.name) return suite.run(options, context);
+    if (options.suite != suite.name) continue;
+    refuse_foreign_flags(options);
+    if (!options.json_file.empty()) require_writable(options.json_file);  // missed now, not after minutes
+    try {
+      return suite.run(options, context);
+    } catch (const Interrupted&) {
+      throw Interrupted("stopped on request: a suite measured half tells nothing, so nothing was written; start again");
+    }
   }
   throw InputError(fmt::format("there is no suite '{}' to run; known are {}", options.suite, names_of_suites(false)));
 }
@@ -94,9 +131,10 @@ void add_bench_verb(CLI::App& app, VerbContext& context) {
   CLI::App* verb = app.add_subcommand("bench", "Measure how long things take, each against its target");
   const auto options = std::make_shared<BenchOptions>();
   verb->add_option("SUITE", options->suite, "what to measure: " + names_of_suites(true))->required();
-  verb->add_option("--json", options->json_file, "also write the numbers to this file");
-  verb->add_option("--folder", options->folder, "where piles and pictures are made for the time of the run");
-  verb->add_flag("--quick", options->quick, "leave out what takes minutes");
+  verb->add_option("--json", options->json_file, "also write the numbers to this file")->check(output_file());
+  verb->add_option("--folder", options->folder,
+                   "render: where piles and pictures are made for the time of the run (default: $TMPDIR or /tmp)");
+  verb->add_flag("--quick", options->quick, "render: leave out what takes minutes");
   verb->add_option("--threads", options->accuracy.threads,
                    "accuracy: repetitions drawn at the same time; one at a time disturbs them least")
       ->capture_default_str()

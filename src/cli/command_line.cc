@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <vector>
 
 #include "cli/verbs.h"
@@ -78,6 +79,32 @@ std::string explain(const CLI::ParseError& error, const CLI::App& app, int argc,
                      chosen.empty() ? "" : " " + chosen.front()->get_name());
 }
 
+/// A shell variable that was never set leaves an empty word, which would quietly stand for the flag's default.
+void require_values(const CLI::App& verb) {
+  for (const CLI::Option* option : verb.get_options()) {
+    for (const std::string& value : option->results()) {
+      if (value.empty()) {
+        throw InputError(
+            fmt::format("{} is empty, which names nothing; give it a value or leave it out", option->get_name()));
+      }
+    }
+  }
+}
+
+void require_written(std::ostream& out) {
+  out.flush();
+  if (out) return;
+  throw EnvironmentError("standard output cannot be written, so that the result is lost; free space or check the pipe");
+}
+
+/// Whether the system refused a thread. TBB tells it by its words only, the standard library by a code.
+bool lacks_threads(const std::exception& error) {
+  if (const auto* system = dynamic_cast<const std::system_error*>(&error)) {
+    return system->code() == std::errc::resource_unavailable_try_again;
+  }
+  return std::string_view(error.what()).starts_with("pthread_create has failed");
+}
+
 ExitCode parse_and_act(int argc, const char* const* argv, std::ostream& out, std::ostream& err) {
   CLI::App app{
       "Random force networks of frictional beads: how a point load spreads through them, in numbers, pictures and "
@@ -101,16 +128,15 @@ ExitCode parse_and_act(int argc, const char* const* argv, std::ostream& out, std
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) {  // --help, --version
       app.exit(error, out, err);
+      require_written(out);
       return ExitCode::done;
     }
     throw InputError(explain(error, app, argc, argv));
   }
+  for (const CLI::App* verb : app.get_subcommands()) require_values(*verb);
   install_interruption_handlers();
   const ExitCode code = context.action();
-  out.flush();
-  if (!out)
-    throw EnvironmentError(
-        "standard output cannot be written, so that the result is lost; free space or check the pipe");
+  require_written(out);
   return code;
 }
 
@@ -130,8 +156,13 @@ int run_command_line(int argc, const char* const* argv, std::ostream& out, std::
   } catch (const std::length_error&) {
     message = "this is larger than any memory; make the pile smaller";
   } catch (const std::exception& error) {
-    message = fmt::format("a fault of the program, not of the input: {}; please report it with the command line",
-                          error.what());
+    message = lacks_threads(error)
+                  ? fmt::format(
+                        "no thread can be started ({}), and without one nothing is drawn; raise the limit on "
+                        "processes (ulimit -u, or that of the container)",
+                        error.what())
+                  : fmt::format("a fault of the program, not of the input: {}; please report it with the command line",
+                                error.what());
   }
   // Names of files and what other programs said may hold anything.
   err << "granuscope: " << one_line(message, most_message_bytes) << '\n';

@@ -33,7 +33,14 @@ struct SampleOptions {
 void store_sample(const SampleOptions& options, VerbContext& context) {
   const Lattice lattice(options.spec.lattice);
   Pile pile(lattice);
-  if (const auto failure = replay(options.spec, options.sample, pile)) {
+  const auto draw = [&] {
+    try {
+      return replay(options.spec, options.sample, pile);
+    } catch (const Interrupted&) {
+      throw Interrupted("stopped on request before the pile was drawn, so that none was stored; start again");
+    }
+  };
+  if (const auto failure = draw()) {
     throw InputError(
         fmt::format("sample {} could not be completed within the effort (it got stuck in layer {}), so that "
                     "there is nothing to store; raise --effort or --max-tries, or take another --sample",

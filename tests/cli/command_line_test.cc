@@ -78,6 +78,11 @@ TEST_CASE("Output that cannot be written is an error of the environment") {
   std::ostringstream err;
   const char* argv[] = {"granuscope", "reference"};
   CHECK(run_command_line(2, argv, full, err) == 3);
+  for (const char* result : {"--help", "--version"}) {
+    std::ofstream also_full("/dev/full");
+    const char* words[] = {"granuscope", result};
+    CHECK(run_command_line(2, words, also_full, err) == 3);
+  }
   CHECK_THAT(err.str(), Contains("standard output cannot be written"));
 }
 
