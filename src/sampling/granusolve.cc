@@ -31,16 +31,16 @@ GranusolveSampler::GranusolveSampler(const SamplerSpec& spec, const Lattice& lat
   max_solutions_ = static_cast<std::uint64_t>(spec.effort * static_cast<double>(lattice.beads()));
 }
 
-/// Arrays of its own, for a pile that is solved by itself.
-void GranusolveSampler::clear_state(Pile& pile) {
+/// Arrays of its own, for a pile that is solved by itself; each layer is cleared when it is begun.
+void GranusolveSampler::use_own_state(Pile& pile) {
   const std::size_t beads = lattice_.beads(), columns = static_cast<std::size_t>(lattice_.columns());
   own_H_.resize(beads);
   own_first_uniform_.resize(columns + uniform_padding);
   own_failing_.resize((columns + 63) / 64);
-  own_attempts_.assign(beads, first_ == nullptr ? 0 : attempts_before_solving_again);
-  own_unsolved_.assign(beads, 0);
-  own_rule_.assign(beads, static_cast<std::uint8_t>(Rule::first_draw));
-  own_climbs_.assign(beads, 0);
+  own_attempts_.resize(beads);
+  own_unsolved_.resize(beads);
+  own_rule_.resize(beads);
+  own_climbs_.resize(beads);
   state_ = {pile.V_R.data(),    pile.V_L.data(),           pile.H_R.data(),      pile.H_L.data(),
             own_H_.data(),      own_attempts_.data(),      own_unsolved_.data(), own_rule_.data(),
             own_climbs_.data(), own_first_uniform_.data(), own_failing_.data(),  nullptr};
@@ -59,7 +59,7 @@ std::optional<SamplingFailure> GranusolveSampler::solve_pile(std::uint64_t sampl
   pile.sample = sample;
   pile.load.assign(load.begin(), load.end());
   begin_pile(sample, load);
-  clear_state(pile);
+  use_own_state(pile);
   for (int layer = 0; layer < lattice_.layers(); ++layer) {
     if (auto failure = solve_layer(layer)) return failure;
   }
@@ -135,10 +135,15 @@ void GranusolveSampler::begin_layer(int layer) {
   front_ = layer;
   cursor_ = 0;
   cursor_bead_ = order_[static_cast<std::size_t>(layer)].first_bead;
+  const std::size_t here = at(layer, 0), columns = static_cast<std::size_t>(lattice_.columns());
+  std::fill_n(&state_.attempts[here], columns, first_ == nullptr ? 0 : attempts_before_solving_again);
+  std::fill_n(&state_.unsolved[here], columns, std::uint8_t{0});
+  std::fill_n(&state_.rule[here], columns, static_cast<std::uint8_t>(Rule::first_draw));
+  std::fill_n(&state_.climbs[here], columns, std::uint8_t{0});
   draw_layer_in_bulk(layer);
   find_failing(slack_.data(), slack_.size(), state_.failing);
-  solutions_ += static_cast<std::uint64_t>(lattice_.columns());
-  if (first_ == nullptr) counts_.uniforms += static_cast<std::uint64_t>(lattice_.columns());
+  solutions_ += columns;
+  if (first_ == nullptr) counts_.uniforms += columns;
 }
 
 /// The beads from `low` to `high` that fail: the first of them if `direction` > 0, else the last; -1 if there is none.

@@ -100,7 +100,7 @@ class GranusolveSampler final : public Sampler {
   class InOrder;
 
   std::optional<SamplingFailure> solve_pile(std::uint64_t sample, std::span<const double> load, Pile& pile);
-  void clear_state(Pile& pile);
+  void use_own_state(Pile& pile);
   void begin_pile(std::uint64_t sample, std::span<const double> load);
   void draw_layer_in_bulk(int layer);
   void keep_splits(int layer);
