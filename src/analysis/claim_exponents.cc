@@ -52,7 +52,8 @@ std::string turning_sentence(const Analysis& analysis) {
   const Estimate &least = lowest->c_thrust, &end = last->c_thrust;
   if (end.value - least.value <= agreement * std::hypot(least.standard_error, end.standard_error)) return "";
   return fmt::format(
-      "Of the friction coefficients measured c_thrust is least at μ = {}, {}, and grows beyond it, to {} at μ = {}.",
+      "Of the friction coefficients measured the speed that follows from the thrust ratio is least at μ = {}, {}, and "
+      "grows beyond it, to {} at μ = {}.",
       lowest->mu, value_with_error(least.value, least.standard_error), value_with_error(end.value, end.standard_error),
       last->mu);
 }

@@ -145,6 +145,10 @@ class Run {
     data_.resolved_experiment = print_experiment(experiment_);
     data_.resolved_experiment_key = cache_key(data_.resolved_experiment);
     data_.law_in_words = law_in_words(experiment_.sampling.law);
+    for (const Law law : all_laws) {
+      if (experiment_.law_comparison.samples == 0 || law == experiment_.sampling.law) continue;
+      data_.other_laws_in_words.emplace_back(name_of(law), law_in_words(law));
+    }
     data_.provenance = collect_provenance();
     if (!needs(Stage::render) || !experiment_.force_chains.draw) {
       data_.skipped.emplace_back("No picture was asked for, so no GL context was made.");
@@ -240,9 +244,11 @@ class Run {
   void note_rounding() {
     if (drawn_beads_ == 0) return;
     data_.checks.push_back(
-        fmt::format("{} of the {} beads of the main ensembles missed the forces that have a solution by less than "
-                    "rounding and were put onto the end of their band.",
-                    rounded_beads_, significant(static_cast<double>(drawn_beads_), 3)));
+        fmt::format("{} of the {} beads of the main ensembles missed the forces that have a solution, by no more than "
+                    "rounding, and {} put onto the end of {} band.",
+                    rounded_beads_ == 0 ? "None" : std::to_string(rounded_beads_),
+                    significant(static_cast<double>(drawn_beads_), 3), rounded_beads_ <= 1 ? "was" : "were",
+                    rounded_beads_ <= 1 ? "its" : "their"));
   }
 
   void sample_and_measure() {

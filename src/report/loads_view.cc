@@ -87,6 +87,12 @@ Json loads_view(const Json& summary) {
       else
         exponent_sentence["window"] = row["window"];
     }
+    if (one.at("beta").contains("reason")) {
+      const std::string load = row["load"]["text"].get<std::string>();
+      add_reason(notes, summary, pointer + "/beta",
+                 (one.at("estimator") == "point" ? "the exponents with overload " : "the exponents with ε = ") + load,
+                 "");
+    }
     exponents.push_back(row);
   }
   view["load_rows"] = rows;

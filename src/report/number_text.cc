@@ -16,13 +16,16 @@ using Json = nlohmann::ordered_json;
 
 constexpr const char* unknown = "n/a";
 
-/// Four significant digits, without the zeros that only fill them up: 0.3 is a setting, not 0.3000.
+/// Four significant digits, without the zeros that only fill them up: 0.3 is a setting, not 0.3000, and 10⁻⁹ no
+/// 1.000 × 10⁻⁹.
 std::string plain_number(double value) {
-  std::string text = significant(value, 4);
-  if (text.find('.') == std::string::npos || text.find("×") != std::string::npos) return text;
-  while (text.back() == '0') text.pop_back();
-  if (text.back() == '.') text.pop_back();
-  return text;
+  const std::string text = significant(value, 4);
+  const std::size_t times = text.find(" × ");
+  std::string digits = text.substr(0, times);
+  if (digits.find('.') == std::string::npos) return text;
+  while (digits.back() == '0') digits.pop_back();
+  if (digits.back() == '.') digits.pop_back();
+  return times == std::string::npos ? digits : digits + text.substr(times);
 }
 
 }  // namespace

@@ -2,9 +2,11 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "report/number_text.h"
 #include "report/report_view.h"
+#include "support/number_format.h"
 #include "support/progress.h"
 
 namespace granuscope {
@@ -49,6 +51,22 @@ Json fit_quality(const Json& summary, const Json& result, std::size_t index) {
   return quality;
 }
 
+/// By how much chi^2 per degree of freedom scatters, with the degrees of freedom of the first depth fitted; a list of
+/// one, or empty.
+Json chi2_scatter(const Json& summary) {
+  for (std::size_t i = 0; i < summary.at("results").size(); ++i) {
+    const Json& depths = summary.at("results")[i].at("depths");
+    for (std::size_t k = 0; k < depths.size(); ++k) {
+      const auto degrees = depths[k].at("degrees_of_freedom").get<int>();
+      if (degrees <= 0) continue;
+      const std::string pointer = fmt::format("/results/{}/depths/{}/degrees_of_freedom", i, k);
+      return Json::array({{{"scatter", significant(std::sqrt(2.0 / degrees), 1)},
+                           {"degrees_of_freedom", number_cell(summary, pointer)}}});
+    }
+  }
+  return Json::array();
+}
+
 }  // namespace
 
 Json numerics_view(const Json& summary, const ReportData& data) {
@@ -81,6 +99,7 @@ Json numerics_view(const Json& summary, const ReportData& data) {
     for (const Json& failure : failures_of(summary, results[i], i)) failures.push_back(failure);
   }
   view["sampler_rows"] = rows;
+  view["chi2_scatter"] = chi2_scatter(summary);
   view["has_sampler_rows"] = !rows.empty();
   view["chains"] = chains;
   view["has_chains"] = !chains.empty();
@@ -108,12 +127,18 @@ Json provenance_view(const ReportData& data) {
   view["environment"] = named_values(data.environment);
   Json timings = Json::array();
   for (const StageTiming& timing : data.timings) {
-    const std::string time = std::isfinite(timing.seconds) ? describe_duration(timing.seconds) : "not known";
+    std::string time = std::isfinite(timing.seconds) ? describe_duration(timing.seconds) : "not known";
+    const std::string shortest = "less than ";
+    if (time.starts_with(shortest)) time.replace(0, shortest.size(), "< ");
     timings.push_back({{"stage", timing.stage}, {"time", time}, {"reused", timing.reused}});
   }
   view["timings"] = timings;
   view["has_timings"] = !timings.empty();
-  view["experiment_toml"] = data.resolved_experiment;
+  // Line by line, so that what does not fit into one is seen to belong to it.
+  Json lines = Json::array();
+  std::istringstream text(data.resolved_experiment);
+  for (std::string line; std::getline(text, line);) lines.push_back(line);
+  view["experiment_lines"] = lines;
   return view;
 }
 

@@ -27,6 +27,8 @@ struct ReportData {
   std::string resolved_experiment;        ///< the TOML text with every default resolved
   std::string resolved_experiment_key;    ///< its cache_key
   std::vector<std::string> law_in_words;  ///< the choices that shape the law, one sentence each
+  /// The same for the other laws that the run compares with it, each with its name.
+  std::vector<std::pair<std::string, std::vector<std::string>>> other_laws_in_words;
   Analysis analysis;
   std::vector<Figure> figures;  ///< in reading order
   Provenance provenance;

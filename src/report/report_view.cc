@@ -48,6 +48,10 @@ Json report_view(const ReportData& data, const Json& summary, const std::filesys
   view["has_checks"] = !data.checks.empty();
   view["law_in_words"] = data.law_in_words;
   view["has_law_in_words"] = !data.law_in_words.empty();
+  view["other_laws"] = Json::array();
+  for (const auto& [law, sentences] : data.other_laws_in_words) {
+    view["other_laws"].push_back({{"law", law}, {"sentences", sentences}});
+  }
   merge(view, numerics_view(summary, data));
   merge(view, provenance_view(data));
   clean_strings(view);

@@ -23,14 +23,32 @@ bool all_equal(const Json& results, const char* column) {
   return !results.empty();
 }
 
-/// The systematic error of an estimate as a list of one cell, with two significant digits; empty where there is none,
-/// or none beyond what the scatter accounts for.
+/// What stands in the second bracket of 0.0792(41)(12): the systematic error in units of the value's last digit, one at
+/// least, or written out where the statistical one is: 123.4(5.6)(1.2). Empty for a value with a power of ten.
+std::string in_last_digits(double value, double error, double systematic) {
+  const std::string text = value_with_error(value, error);
+  const std::size_t bracket = text.find('('), point = text.find('.');
+  if (bracket == std::string::npos || text.find("×") != std::string::npos) return "";
+  const std::size_t decimals = point < bracket ? bracket - point - 1 : 0;
+  if (text.find('.', bracket) != std::string::npos) return fmt::format("{:.{}f}", systematic, decimals);
+  const double units = systematic * std::pow(10, static_cast<double>(decimals));
+  return fmt::format("{:.0f}", std::max(units, 1.0));
+}
+
+/// The systematic error of an estimate as a list of one cell, for a bracket of its own or, where that cannot be, with
+/// two significant digits behind a sign; empty where there is none, or none beyond what the scatter accounts for.
 Json systematic_cells(const Json& summary, const std::string& estimate) {
   Json cells = Json::array();
   const std::string pointer = estimate + "/systematic";
   if (!summary.contains(Json::json_pointer(pointer)) || summary.at(Json::json_pointer(pointer)) == 0) return cells;
+  const Json& number = summary.at(Json::json_pointer(estimate));
+  if (!number.at("value").is_number() || !number.at("stderr").is_number()) return cells;
+  const auto systematic = number.at("systematic").get<double>();
+  const std::string bracket =
+      in_last_digits(number.at("value").get<double>(), number.at("stderr").get<double>(), systematic);
   Json cell = number_cell(summary, pointer);
-  cell["text"] = significant(summary.at(Json::json_pointer(pointer)).get<double>(), 2);
+  cell["text"] = bracket.empty() ? significant(systematic, 2) : bracket;
+  cell["bracket"] = !bracket.empty();
   cells.push_back(cell);
   return cells;
 }

@@ -4,6 +4,7 @@
 
 #include "report/number_text.h"
 #include "report/report_view.h"
+#include "support/number_format.h"
 
 namespace granuscope {
 
@@ -27,6 +28,7 @@ Json stress_view(const Json& summary) {
     for (const char* name : {"residual", "rounded_per_bead"}) {
       row[name] = solved ? number_cell(summary, fmt::format("{}/{}", pointer, name)) : Json::object();
     }
+    if (solved) row["residual"]["text"] = significant(trials[i].at("residual").get<double>(), 2);
     rows.push_back(row);
   }
   view["stress_rows"] = rows;

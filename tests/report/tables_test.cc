@@ -116,11 +116,60 @@ TEST_CASE("Shifts of the window stand with their layers, and a systematic error 
   CHECK(count(table, "<tr class=\"first\"") == 2);  // one for each friction coefficient
   CHECK(count(table, "without the shallowest quarter") == 1);
   CHECK(count(table, "longer above by up to a quarter") == 2);
-  CHECK(page.texts.at("/results/1/c/systematic") == "0.00031");
+  CHECK(page.texts.at("/results/1/c/systematic") == "31");  // beside 0.57480(20)
+  CHECK(contains(page.html, "(<span data-key=\"/results/1/c/systematic\">31</span>)"));
   CHECK_FALSE(page.texts.contains("/results/1/D/systematic"));
   // Two friction coefficients lack it for the same reason, which is said once.
   CHECK(count(page.html, "no depth just above the window can be fitted") == 1);
   CHECK(contains(page.html, "n/a at μ = 0.1; at μ = 0.15: "));
+}
+
+TEST_CASE("A systematic error stands in the last digits of its value, one of them at least") {
+  ReportData data = numbers();
+  const auto bracket = [&](double value, double error, double systematic) {
+    data.analysis.results[1].c = known(value, error);
+    data.analysis.results[1].c.systematic = systematic;
+    return Page(data).texts.at("/results/1/c/systematic");
+  };
+  CHECK(bracket(0.5771085, 0.0000019, 9.1e-7) == "9");
+  CHECK(bracket(0.5771085, 0.0000019, 2e-9) == "1");
+  CHECK(bracket(0.5356, 0.0030, 0.0033) == "33");
+  CHECK(bracket(2.08, 0.37, 0.456) == "46");
+  CHECK(bracket(12.3, 2.5, 1.44) == "1.4");  // 12.3(2.5)(1.4)
+  // Behind a sign where the value has a power of ten.
+  data.analysis.results[1].c = known(3.2e-6, 1.4e-7);
+  data.analysis.results[1].c.systematic = 2e-8;
+  const synthetic::TemporaryFolder run;
+  CHECK(contains(html_report(data, summary_json(data), run.path()),
+                 "3.20(14) × 10⁻⁶</span> ± <span data-key=\"/results/1/c/systematic\">2.0 × 10⁻⁸"));
+}
+
+TEST_CASE("Times and residuals take no more digits than they have") {
+  ReportData data = numbers();
+  data.timings = {{"plot", 0.01, false}, {"analyse", 12, true}};
+  StressTrial trial;
+  trial.mu = 1e-9;
+  trial.outcome = "solved";
+  trial.load = "one bead 2, others 1";
+  trial.residual = 6.7301e-16;
+  data.analysis.side.stress = {trial};
+  const Page page(data);
+  CHECK(contains(page.html, "<td class=\"num\">&lt; 0.1 s</td>"));
+  CHECK(contains(page.html, "<td class=\"num\">12 s</td>"));
+  CHECK(page.texts.at("/side/stress/0/mu") == "1 × 10⁻⁹");
+  CHECK(page.texts.at("/side/stress/0/residual") == "6.7 × 10⁻¹⁶");
+}
+
+TEST_CASE("Laws that the run compares are told beside its own, and the experiment line by line") {
+  ReportData data = numbers();
+  data.law_in_words = {"Layers are solved from top to bottom."};
+  data.other_laws_in_words = {{"rejection", {"The whole pile is thrown away.", "Tiny piles only."}}};
+  data.resolved_experiment = "[lattice]\n# beads per layer\ncolumns = 500\n";
+  const Page page(data);
+  CHECK(contains(page.html, "The law <em>rejection</em>"));
+  CHECK(contains(page.html, "<li>Tiny piles only.</li>"));
+  CHECK(contains(page.html, "<span class=\"line\"># beads per layer</span><span class=\"line\">columns = 500</span>"));
+  CHECK_FALSE(contains(Page(numbers()).html, "The law <em>"));
 }
 
 TEST_CASE("A run without neighbouring windows has no table of them") {
@@ -225,11 +274,14 @@ TEST_CASE("Loads are compared with the linear response, and what cannot be is na
     strong.c = strong.D = strong.c_shift = strong.D_shift = unknown("the peaks are too narrow");
     measured.responses.push_back(response(mu, "uniform", 0, false));
   }
-  measured.exponents = {exponents("multiplexed", 0.25, true), exponents("point", 1, false)};
+  measured.exponents = {exponents("multiplexed", 0.25, true), exponents("point", 1, false),
+                        exponents("point", 4, false)};
+  LoadExponents& few = measured.exponents.back();
+  few.beta = few.gamma = few.beta_shift = few.gamma_shift = unknown("two friction coefficients are too few");
   const Page page(data);
   const std::string table = table_of(page.html, "loads");
   CHECK(count(table, "<tr class=\"first\"") == 3);  // each friction coefficient, and the exponents
-  CHECK(count(table, "one bead ") == 5);
+  CHECK(count(table, "one bead ") == 6);
   CHECK(count(table, ", linear") == 3);
   CHECK(page.texts.at("/side/nonlinearity/responses/1/D_over_linear_minus_1") == "−0.250(33)");
   CHECK(page.texts.at("/side/nonlinearity/responses/1/c_minus_linear") == "−0.000120(80)");
@@ -241,12 +293,13 @@ TEST_CASE("Loads are compared with the linear response, and what cannot be is na
   CHECK(contains(page.html, "What the finite overload of the paper’s procedure does"));
   CHECK(count(page.html, "the peaks are too narrow") == 1);
   CHECK(contains(page.html, "No comparison for overload 4 at μ = 0.1; overload 4 at μ = 0.3: "));
+  CHECK(contains(page.html, "No comparison for the exponents with overload 4: "));
 
   // Without the paper's overload there is no sentence about it.
   for (LoadResponse& one : measured.responses) {
     if (one.load == 1) one.load = 2;
   }
-  measured.exponents.pop_back();
+  measured.exponents.resize(1);
   CHECK_FALSE(contains(Page(data).html, "What the finite overload"));
   CHECK(table_of(Page(numbers()).html, "loads").empty());
 }
