@@ -144,9 +144,10 @@ Claim judge_noise(const Analysis& analysis, const ClaimSpec& spec) {
                                          [&](const Transport& result) { return above(result.laws.noise, outlier); });
   if (!another_shape) return claim;
   claim.verdict = undetermined;
-  claim.explanation +=
-      " A power nearer to 0 means that a part of the residual is no noise: the response has not exactly the shape of "
-      "two Gaussians, and what they miss stays however many piles are averaged.";
+  claim.explanation = fmt::format(
+      "The rms residual about the fit falls as the power {} of N, nearer to 0 than −1/2: the response has not exactly "
+      "the shape of two Gaussians, and what they miss stays however many piles are averaged.",
+      value_with_error(claim.measured.value, claim.measured.standard_error));
   return claim;
 }
 
