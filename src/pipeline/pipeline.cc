@@ -243,12 +243,16 @@ class Run {
   /// A bead that only rounding puts outside its band is put onto its end; how often is part of the numerics.
   void note_rounding() {
     if (drawn_beads_ == 0) return;
+    const std::string beads = significant(static_cast<double>(drawn_beads_), 3);
     data_.checks.push_back(
-        fmt::format("{} of the {} beads of the main ensembles missed the forces that have a solution, by no more than "
-                    "rounding, and {} put onto the end of {} band.",
-                    rounded_beads_ == 0 ? "None" : std::to_string(rounded_beads_),
-                    significant(static_cast<double>(drawn_beads_), 3), rounded_beads_ <= 1 ? "was" : "were",
-                    rounded_beads_ <= 1 ? "its" : "their"));
+        rounded_beads_ == 0
+            ? fmt::format(
+                  "None of the {} beads of the main ensembles missed the forces that have a solution by rounding.",
+                  beads)
+            : fmt::format(
+                  "Of the {} beads of the main ensembles {} missed the forces that have a solution by no more than "
+                  "rounding, and were put onto the end of their band.",
+                  beads, rounded_beads_));
   }
 
   void sample_and_measure() {
