@@ -25,7 +25,7 @@ void add_ratio(Claim& claim, const Analysis& analysis, const char* ratios, Scali
     if (!exponent.known() || !claim.measured.known()) continue;
     claim.explanation.pop_back();
     claim.explanation +=
-        fmt::format("; read as {} at z = {:.1f}, as in the paper's Fig. 3, the same piles give {} = {}.", ratios,
+        fmt::format("; read as {} at z = {:.1f}, as in the paper’s Fig. 3, the same piles give {} = {}.", ratios,
                     ratio.z, claim.quantity, value_with_error(exponent.value, exponent.standard_error));
     return;
   }
@@ -67,7 +67,7 @@ Claim judge_c_of_mu(const Analysis& analysis) {
   add_ratio(claim, analysis, "the ratio xₚ/z", &ScalingFits::gamma);
   if (claim.verdict == not_reproduced && !analysis.by_ratio.empty()) {
     say(claim,
-        "The ratio's correction of order 1/z can look like a linear law where the slope follows none; the size of the "
+        "The ratio’s correction of order 1/z can look like a linear law where the slope follows none; the size of the "
         "overload and the law of the piles may shift the exponent as well.");
   }
   say(claim, turning_sentence(analysis));

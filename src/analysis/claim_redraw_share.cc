@@ -63,7 +63,7 @@ Claim judge_redraw_share(const Analysis& analysis) {
       continue;
     }
     clauses.push_back(fmt::format(
-        "{} of the beads draw again at μ = {}, {} combined standard errors {} the paper's {} %", percent(share), one.mu,
+        "{} of the beads draw again at μ = {}, {} combined standard errors {} the paper’s {} %", percent(share), one.mu,
         significant(std::abs(judged.z_score), 2), judged.z_score > 0 ? "above" : "below", 100 * one.share));
     say_below(below, *found);
     same_order = same_order && share.value < same_order_up_to * one.share && share.value * same_order_up_to > one.share;
@@ -88,7 +88,7 @@ Claim judge_redraw_share(const Analysis& analysis) {
   }
   if (failed && same_order) {
     say(claim,
-        "Of the order of the paper's numbers they are; the paper gives no errors, for which half a unit of their last "
+        "Of the order of the paper’s numbers they are; the paper gives no errors, for which half a unit of their last "
         "digit stands here.");
   }
   if (!below.empty()) say(claim, fmt::format("Of the beads with |x| ≤ z it is {}.", below));

@@ -67,7 +67,7 @@ void judge_by_number(Claim& claim, const Estimate& measured, double paper, doubl
     // A number may lie far off and still be too uncertain for the rule.
     const bool far = std::abs(judged.z_score) > agreement;
     claim.explanation =
-        fmt::format("{} is {}{} it lies {} combined standard errors from the paper's value{}{}.", what, number,
+        fmt::format("{} is {}{} it lies {} combined standard errors from the paper’s value{}{}.", what, number,
                     far ? ";" : ", too uncertain to tell a deviation of 20 %;", distance,
                     far ? ", but the rule leaves it open, since its error would hide a deviation of 20 %" : "",
                     cost.empty() ? "" : "; " + cost);
@@ -75,7 +75,7 @@ void judge_by_number(Claim& claim, const Estimate& measured, double paper, doubl
     claim.explanation =
         fmt::format("{} is {} and agrees with the paper within {} combined standard errors.", what, number, distance);
   } else {
-    claim.explanation = fmt::format("{} is {}; it lies {} combined standard errors {} the paper's value.", what, number,
+    claim.explanation = fmt::format("{} is {}; it lies {} combined standard errors {} the paper’s value.", what, number,
                                     distance, judged.z_score > 0 ? "above" : "below");
   }
 }

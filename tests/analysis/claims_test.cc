@@ -103,7 +103,7 @@ TEST_CASE("A number that lies far off but is too uncertain for the rule says bot
   CHECK(far.verdict == undetermined);
   CHECK_THAT(
       far.explanation,
-      Contains("is 0.680(30); it lies 8.9 combined standard errors from the paper's value, but the rule leaves"));
+      Contains("is 0.680(30); it lies 8.9 combined standard errors from the paper’s value, but the rule leaves"));
   judge_by_number(near, number(0.41, 0.03), 0.4, 0.01, "The exponent");
   CHECK_THAT(near.explanation,
              Contains("is 0.410(30), too uncertain to tell a deviation of 20 %; it lies 0.32 combined"));
@@ -282,7 +282,7 @@ TEST_CASE("Both shares of redrawn beads must hold") {
   CHECK(off.verdict == not_reproduced);
   CHECK(off.measured.value == 0.031);
   CHECK(off.paper == 0.024);
-  CHECK_THAT(off.remarks, Contains("Of the order of the paper's numbers they are"));
+  CHECK_THAT(off.remarks, Contains("Of the order of the paper’s numbers they are"));
   side.redrawn_beads[1] = beads(0.3, 0.06, 0.0002);
   CHECK_THAT(judged_with(side, "redraw-share").remarks, !Contains("Of the order"));
   side.redrawn_beads[1] = beads(0.3, 0.0235, 0.01);
