@@ -1,9 +1,11 @@
 #include "pipeline/ensemble_stage.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
@@ -17,8 +19,10 @@
 #include "support/atomic_file.h"
 #include "support/digest.h"
 #include "support/error.h"
+#include "support/file_descriptor.h"
 #include "support/number_format.h"
 #include "support/one_line.h"
+#include "support/system_reason.h"
 
 namespace granuscope {
 namespace {
@@ -63,11 +67,23 @@ std::string part_configuration(const EnsembleSpec& spec, std::uint64_t groups) {
   return fmt::format("{}groups_drawn={}\n", configuration_text(spec), groups);
 }
 
+/// Whether a file is in the run's folder; none is where no folder is named. One that cannot even be opened may be whole
+/// all the same, and is not to be drawn again and replaced like a damaged one: then EnvironmentError.
+bool is_there(const std::filesystem::path& run_folder, const std::filesystem::path& relative) {
+  if (run_folder.empty()) return false;
+  const std::filesystem::path file = run_folder / relative;
+  const FileDescriptor opened(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+  if (opened.valid()) return true;
+  if (errno == ENOENT || errno == ENOTDIR) return false;
+  throw EnvironmentError(fmt::format(
+      "cannot open '{}', which may hold finished work that drawing it again would replace: {} Or remove it.",
+      file.string(), system_reason(errno)));
+}
+
 /// How many groups of each block the run's folder holds of this ensemble; 0 where there is no part of it.
 std::uint64_t groups_begun(const PlannedEnsemble& planned, const std::filesystem::path& run_folder) {
+  if (!is_there(run_folder, part_file(planned))) return 0;
   const std::filesystem::path file = run_folder / part_file(planned);
-  std::error_code ignored;
-  if (!std::filesystem::exists(file, ignored)) return 0;
   try {
     const std::string there = read_ensemble_configuration(file);
     const std::map<std::string, std::string> settings = settings_of(there);
@@ -142,9 +158,8 @@ void look_for(PlannedEnsemble& planned, const std::filesystem::path& run_folder)
   planned.reusable = false;
   planned.replaces.clear();
   planned.begun = groups_begun(planned, run_folder);
+  if (!is_there(run_folder, planned.file)) return;
   const std::filesystem::path file = run_folder / planned.file;
-  std::error_code ignored;
-  if (!std::filesystem::exists(file, ignored)) return;
   try {
     const std::string there = read_ensemble_configuration(file);
     const std::string wanted = configuration_text(planned.spec) + planned.notes;
@@ -168,9 +183,8 @@ std::string growth_notes(std::uint64_t first_samples, const PrecisionSpec& asked
 /// A growing ensemble goes on from a smaller or equally demanding one of the same first size: where that one was looked
 /// at and found wanting, this one would have been, too. Then `planned` becomes what is there.
 void look_for_smaller(PlannedEnsemble& planned, const PrecisionSpec& asked, const std::filesystem::path& run_folder) {
+  if (planned.reusable || !is_there(run_folder, planned.file)) return;
   const std::filesystem::path file = run_folder / planned.file;
-  std::error_code ignored;
-  if (planned.reusable || !std::filesystem::exists(file, ignored)) return;
   try {
     const std::map<std::string, std::string> there = settings_of(read_ensemble_configuration(file));
     const auto number = [&](const char* key) {

@@ -28,7 +28,8 @@ struct PlannedEnsemble {
 /// Where an ensemble is kept while it is being drawn, so that a kill loses little of it: relative to the run's folder.
 std::filesystem::path part_file(const PlannedEnsemble& planned);
 
-/// Finds out whether the run's folder holds exactly this ensemble already, or something that it will replace.
+/// Finds out whether the run's folder holds exactly this ensemble already, or something that it will replace; no folder
+/// (an empty path) holds nothing. Throws EnvironmentError if a file that may be it cannot be opened.
 void look_for(PlannedEnsemble& planned, const std::filesystem::path& run_folder);
 
 /// The size, one of the steps from that of `planned` on, at which samples_needed are there, or the last one allowed.

@@ -1,6 +1,7 @@
 #include "report/manifest_json.h"
 
 #include <algorithm>
+#include <array>
 #include <exception>
 #include <nlohmann/json.hpp>
 #include <system_error>
@@ -60,23 +61,30 @@ Json timings_json(const std::vector<StageTiming>& timings, const std::map<std::s
   return json;
 }
 
+/// What a run leaves at the top of its folder and below it. A folder may hold more: that of a user who wrote --out . is
+/// not to be read as a whole, nor to be listed in what is then passed on.
+constexpr std::array results = {"experiment.toml", "summary.json", "summary.md", "claims.xml", "report.html",
+                                "report.pdf",      "ensembles",    "piles",      "figures"};
+
 bool hidden(const std::filesystem::path& relative) {
   return std::any_of(relative.begin(), relative.end(),
                      [](const std::filesystem::path& part) { return part.string().starts_with('.'); });
 }
 
-/// Relative paths of all regular files below the folder, sorted. Unreadable folders are left out: a manifest of a
-/// failed run must not fail itself.
-std::vector<std::filesystem::path> files_below(const std::filesystem::path& folder) {
+/// Relative paths of all regular files of the run, sorted. Unreadable folders are left out: a manifest of a failed run
+/// must not fail itself.
+std::vector<std::filesystem::path> files_of_run(const std::filesystem::path& folder) {
   std::vector<std::filesystem::path> files;
-  std::error_code error;
-  const auto options = std::filesystem::directory_options::skip_permission_denied;
-  std::filesystem::recursive_directory_iterator at(folder, options, error);
-  for (const std::filesystem::recursive_directory_iterator end; !error && at != end; at.increment(error)) {
-    std::error_code no_status;
-    const std::filesystem::path relative = at->path().lexically_relative(folder);
-    if (!at->is_regular_file(no_status) || hidden(relative) || relative == manifest_name) continue;
-    files.push_back(relative);
+  for (const char* result : results) {
+    std::error_code error;
+    if (std::filesystem::is_regular_file(folder / result, error)) files.emplace_back(result);
+    const auto options = std::filesystem::directory_options::skip_permission_denied;
+    std::filesystem::recursive_directory_iterator at(folder / result, options, error);
+    for (const std::filesystem::recursive_directory_iterator end; !error && at != end; at.increment(error)) {
+      std::error_code no_status;
+      const std::filesystem::path relative = at->path().lexically_relative(folder);
+      if (at->is_regular_file(no_status) && !hidden(relative)) files.push_back(relative);
+    }
   }
   std::sort(files.begin(), files.end());
   return files;
@@ -84,7 +92,7 @@ std::vector<std::filesystem::path> files_below(const std::filesystem::path& fold
 
 Json files_json(const std::filesystem::path& folder) {
   Json json = Json::array();
-  for (const std::filesystem::path& relative : files_below(folder)) {
+  for (const std::filesystem::path& relative : files_of_run(folder)) {
     std::error_code error;
     const auto bytes = std::filesystem::file_size(folder / relative, error);
     Json file;

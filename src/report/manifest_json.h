@@ -16,10 +16,10 @@ struct RunOutcome {
   std::map<std::string, double> earlier_timings = {};  ///< of stages that this run has not come to
 };
 
-/// Provenance, environment, timings, what was skipped, how the run ended, and the SHA-256 and size of every file in
-/// `run_folder` except manifest.json itself and hidden (temporary) files. Everything that differs between machines or
-/// moments is here. A file that cannot be read is listed with a null hash, so that a failing run still gets a manifest.
-/// The files of an unfinished run change, and none is listed.
+/// Provenance, environment, timings, what was skipped, how the run ended, and the SHA-256 and size of every file of a
+/// run in `run_folder` except manifest.json itself and hidden (temporary) files; what others keep there is not looked
+/// at. Everything that differs between machines or moments is here. A file that cannot be read is listed with a null
+/// hash, so that a failing run still gets a manifest. The files of an unfinished run change, and none is listed.
 std::string manifest_json(const ReportData& data, const std::filesystem::path& run_folder, const RunOutcome& outcome);
 
 /// Seconds by stage as the manifest of an earlier run in this folder gives them, so that what is reused keeps the time

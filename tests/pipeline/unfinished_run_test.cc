@@ -1,10 +1,12 @@
 // What a folder says of a run that has not ended, or ended badly, and what such a run leaves as it was.
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <catch2/catch.hpp>
 #include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <string>
 
 #include "pipeline/pipeline.h"
@@ -137,6 +139,42 @@ TEST_CASE("a pile that cannot be completed costs its pictures, not the report") 
   CHECK_THAT(read_file(folder / "report.html"), Contains("the pile of the force-chain picture could not be completed"));
   CHECK(fs::exists(folder / "summary.json"));
   CHECK_FALSE(fs::exists(folder / "figures/force-chains.png"));
+}
+
+TEST_CASE("an ensemble that cannot be opened is not taken for a damaged one") {
+  const TemporaryFolder folder;
+  const Experiment experiment = small_experiment();
+  run_experiment(experiment, quiet(folder.path(), {Stage::sample}));
+  const fs::path file = folder / "ensembles/mu-0.3.h5";
+  const std::string before = read_file(file);
+  const auto refused = [&](const std::string& reason) {
+    CHECK_THROWS_WITH(run_experiment(experiment, quiet(folder.path(), {Stage::sample})),
+                      Contains("cannot open") && Contains("may hold finished work") && Contains(reason));
+    CHECK_THROWS_WITH(plan_run(experiment, quiet(folder.path(), {Stage::sample})), Contains(reason));
+  };
+  if (::geteuid() != 0) {  // root may open everything
+    fs::permissions(file, fs::perms::none);
+    refused("Permission denied");
+    fs::permissions(file, fs::perms::owner_all);
+    CHECK(read_file(file) == before);
+  }
+  fs::rename(file, folder / "kept.h5");
+  fs::create_symlink(file.filename(), file);  // leads to itself
+  refused("Too many levels of symbolic links");
+  CHECK(fs::is_symlink(file));
+}
+
+TEST_CASE("the manifest lists every file that a run leaves") {
+  const TemporaryFolder folder;
+  run_experiment(small_experiment(), quiet(folder.path()));
+  std::set<std::string> left, listed;
+  for (const auto& entry : fs::recursive_directory_iterator(folder.path())) {
+    if (entry.is_regular_file()) left.insert(fs::relative(entry.path(), folder.path()).string());
+  }
+  const nlohmann::json manifest = manifest_of(folder.path());
+  for (const auto& file : manifest.at("files")) listed.insert(file.at("path").get<std::string>());
+  listed.insert("manifest.json");
+  CHECK(listed == left);
 }
 
 TEST_CASE("a pipe in the place of the manifest is waited for by nobody") {

@@ -112,6 +112,11 @@ TEST_CASE("The manifest lists every file with its hash, also of a failed run") {
   make_folder(run.path() / "figures");
   write_file(run.path() / "figures" / "a.csv", "x\n1\n");
   write_file(run.path() / ".hidden", "temporary");
+  write_file(run.path() / "figures" / ".hidden", "temporary");
+  // What a user keeps in the folder is none of a manifest's that may be passed on.
+  write_file(run.path() / "thesis.tex", "private");
+  make_folder(run.path() / "letters");
+  write_file(run.path() / "letters" / "a.txt", "private");
   RunOutcome outcome;
   outcome.status = "failed";
   outcome.exit_code = 3;
