@@ -38,9 +38,10 @@ std::size_t CheckWeights(const double* HWY_RESTRICT V_R, const double* HWY_RESTR
 }
 
 template <bool totals>
-HWY_INLINE V sum_of(const double* H_R, const double* H_L, std::size_t i) {
-  const V right = hn::LoadU(d, H_R + i), other = hn::LoadU(d, H_L + i);
-  return hn::Add(right, totals ? hn::Sub(other, right) : other);
+HWY_INLINE V horizontal(const double* H_R, const double* H_L, std::size_t i) {
+  const V other = hn::LoadU(d, H_L + i);
+  if constexpr (totals) return other;
+  return hn::Add(hn::LoadU(d, H_R + i), other);
 }
 
 template <bool totals>
@@ -55,8 +56,8 @@ std::size_t CheckSome(const CheckedBeads& beads, std::size_t entries, RowFacts& 
     for (std::size_t i = k; i < whole; i += group_lanes) {
       const V weight = hn::Add(hn::LoadU(d, beads.V_R + i), hn::LoadU(d, beads.V_L + i));
       const V above = hn::Add(hn::LoadU(d, beads.V_R_above + i), hn::LoadU(d, beads.V_L_above + i));
-      const V left = sum_of<totals>(beads.H_R_left, beads.H_L_left, i);
-      const V right = sum_of<totals>(beads.H_R_right, beads.H_L_right, i);
+      const V left = horizontal<totals>(beads.H_R_left, beads.H_L_left, i);
+      const V right = horizontal<totals>(beads.H_R_right, beads.H_L_right, i);
       const V residual = hn::Abs(hn::Sub(weight, hn::Add(above, hn::Mul(root3, hn::Sub(left, right)))));
       weight_sum = hn::Add(weight_sum, weight);
       residual_sum = hn::Add(residual_sum, residual);
@@ -103,9 +104,8 @@ void check_beads(const CheckedBeads& beads, std::size_t entries, RowFacts& facts
   for (std::size_t i = HWY_DYNAMIC_DISPATCH(CheckBeads)(beads, entries, facts); i < entries; ++i) {
     const std::size_t k = i % group_lanes;
     const double weight = beads.V_R[i] + beads.V_L[i];
-    const auto sum = [&](double H_R, double H_L) { return H_R + (beads.totals ? H_L - H_R : H_L); };
-    const double left = sum(beads.H_R_left[i], beads.H_L_left[i]);
-    const double right = sum(beads.H_R_right[i], beads.H_L_right[i]);
+    const double left = beads.totals ? beads.H_L_left[i] : beads.H_R_left[i] + beads.H_L_left[i];
+    const double right = beads.totals ? beads.H_L_right[i] : beads.H_R_right[i] + beads.H_L_right[i];
     const double residual = std::abs(weight - (beads.V_R_above[i] + beads.V_L_above[i] + sqrt3 * (left - right)));
     facts.weight_sum[k] += weight;
     facts.residual_sum[k] += residual;

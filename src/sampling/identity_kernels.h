@@ -23,7 +23,7 @@ struct CheckedBeads {
   const double *V_R_above, *V_L_above;  ///< two layers up
   const double *H_R_left, *H_L_left;    ///< leaving the upper-left parent
   const double *H_R_right, *H_L_right;  ///< leaving the upper-right parent
-  bool totals = false;                  ///< instead of H_L both parents give the H that enters them, which is H_R + H_L
+  bool totals = false;                  ///< instead of H_L both parents give H_R + H_L, and H_R is not read
 };
 
 /// The same, and the residuals |w - (w two layers up + sqrt(3) (H of the left parent - H of the right parent))|.
