@@ -7,6 +7,7 @@
 #include <limits>
 #include <numeric>
 #include <set>
+#include <span>
 
 #include "analysis/effective_samples.h"
 #include "analysis/jackknife.h"
@@ -140,8 +141,13 @@ SampleStatistics measure_samples(EnsembleSpec spec, int threads, std::ostream& m
       spec.samples < fewest_samples_with_errors ? run_few(spec) : run_ensemble(spec, threads, nullptr);
   const std::chrono::duration<double> elapsed = Clock::now() - started;
 
-  for (const FailedSample& one : record.failed) {
+  constexpr std::size_t most_named = 8;
+  for (const FailedSample& one : std::span(record.failed).first(std::min(record.failed.size(), most_named))) {
     messages << fmt::format("sample {} could not be completed (layer {}): {}\n", one.sample, one.layer, one.replay);
+  }
+  if (record.failed.size() > most_named) {
+    messages << fmt::format("{} more of {} samples could not be completed\n", record.failed.size() - most_named,
+                            spec.samples);
   }
   SampleStatistics statistics;
   statistics.law = name_of(spec.sampler.law);

@@ -31,7 +31,8 @@ bool has_control_character(const std::string& text, bool newlines_allowed) {
 }
 
 Problem find_text_problem(const Experiment& e) {
-  if (e.name.empty()) return problem("experiment.name", "the name is empty, but it titles the report; give one");
+  if (e.name.find_first_not_of(" \t") == std::string::npos)
+    return problem("experiment.name", "the name is empty, but it titles the report; give one");
   if (e.name.size() > 200 || has_control_character(e.name, false)) {
     return problem("experiment.name",
                    "the name is longer than 200 bytes or holds control characters, but it must fit on one line; "

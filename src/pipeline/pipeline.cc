@@ -182,6 +182,12 @@ class Run {
       const auto earlier = earlier_timings_.find(timing.stage);
       timing.seconds = earlier == earlier_timings_.end() ? std::nan("") : earlier->second;
     }
+    if (const auto& failed = ensemble.record.failed; !failed.empty()) {
+      say(options_.progress,
+          fmt::format("{}: {} of {} piles could not be completed and enter no average; this command meets the first of "
+                      "these failures: {}",
+                      planned.label, failed.size(), planned.spec.samples, failed.front().replay));
+    }
     ++obtained_;
     if (planned.reusable) ++reused_;
     return ensemble;

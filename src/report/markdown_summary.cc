@@ -53,7 +53,8 @@ std::string markdown_summary(const ReportData& data) {
   }
   view["claims"] = claims_view(summary);
   view["claim_counts"] = claim_counts(summary);
-  view["failures"] = numerics_view(summary, data)["failures"];
+  const Json numerics = numerics_view(summary, data);
+  for (const char* name : {"failures", "more_failures"}) view[name] = numerics[name];
   clean_strings(view);
   escape_strings(view);
   return fill_page(template_file("summary.md.mustache"), view);

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -21,9 +22,12 @@ Json named_values(const std::vector<std::pair<std::string, std::string>>& pairs)
   return list;
 }
 
+/// Of each friction coefficient. All are in summary.json; ten thousand of them would bury the report.
+constexpr std::size_t most_named_failures = 8;
+
 Json failures_of(const Json& summary, const Json& result, std::size_t index) {
   Json failures = Json::array();
-  for (std::size_t i = 0; i < result.at("failed").size(); ++i) {
+  for (std::size_t i = 0; i < std::min(result.at("failed").size(), most_named_failures); ++i) {
     const std::string pointer = fmt::format("/results/{}/failed/{}", index, i);
     Json failure;
     failure["at_mu"] = number_cell(summary, fmt::format("/results/{}/mu", index));
@@ -71,7 +75,7 @@ Json chi2_scatter(const Json& summary) {
 
 Json numerics_view(const Json& summary, const ReportData& data) {
   Json view;
-  Json rows = Json::array(), failures = Json::array(), chains = Json::array();
+  Json rows = Json::array(), failures = Json::array(), more = Json::array(), chains = Json::array();
   const Json& results = summary.at("results");
   for (std::size_t i = 0; i < results.size(); ++i) {
     const std::string pointer = fmt::format("/results/{}", i);
@@ -97,6 +101,9 @@ Json numerics_view(const Json& summary, const ReportData& data) {
     row["exact"] = results[i].at("exact");
     rows.push_back(row);
     for (const Json& failure : failures_of(summary, results[i], i)) failures.push_back(failure);
+    if (const std::size_t failed = results[i].at("failed").size(); failed > most_named_failures) {
+      more.push_back({{"at_mu", row["mu"]}, {"count", std::to_string(failed - most_named_failures)}});
+    }
   }
   view["sampler_rows"] = rows;
   view["chi2_scatter"] = chi2_scatter(summary);
@@ -104,6 +111,7 @@ Json numerics_view(const Json& summary, const ReportData& data) {
   view["chains"] = chains;
   view["has_chains"] = !chains.empty();
   view["failures"] = failures;
+  view["more_failures"] = more;
   view["has_failures"] = !failures.empty();
   view["skipped"] = data.skipped;
   view["has_skipped"] = !data.skipped.empty();

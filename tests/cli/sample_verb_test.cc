@@ -250,6 +250,15 @@ TEST_CASE("A pile that cannot be completed within its effort is told with its la
   CHECK_FALSE(std::filesystem::exists("never.h5"));
 }
 
+TEST_CASE("Many piles that cannot be completed are counted, and the first of them named") {
+  const auto result = granuscope_command({"sample", "--mu", "0.3", "--columns", "20", "--layers", "20", "--effort", "1",
+                                          "--statistics", "--samples", "72"});
+  CHECK(result.code == 0);
+  CHECK(json::parse(result.out)["samples"] == 0);
+  CHECK_THAT(result.err, Contains("sample 7 could not be completed") && !Contains("sample 8 could not") &&
+                             Contains("64 more of 72 samples could not be completed"));
+}
+
 TEST_CASE("the command that an ensemble names for a failed pile meets the failure, and draws the others") {
   for (const EstimatorName estimator : {EstimatorName::point, EstimatorName::paired, EstimatorName::multiplexed}) {
     for (const bool opposite : {false, true}) {

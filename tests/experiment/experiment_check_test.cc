@@ -228,6 +228,7 @@ TEST_CASE("Pictures that nobody could open or read are refused, unless none is d
 
 TEST_CASE("Names must fit on one line and verdicts must be known") {
   CHECK_THAT(problem_after([](Experiment& e) { e.name = ""; }), Contains("experiment.name: "));
+  CHECK_THAT(problem_after([](Experiment& e) { e.name = "  "; }), Contains("experiment.name: "));
   CHECK_THAT(problem_after([](Experiment& e) { e.name = "two\nlines"; }), Contains("experiment.name: "));
   CHECK_THAT(problem_after([](Experiment& e) { e.description = std::string(20'000, 'x'); }), Contains("description"));
   CHECK_THAT(problem_after([](Experiment& e) { e.expected_verdicts["D-of-mu"] = "true"; }),

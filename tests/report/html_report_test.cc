@@ -9,6 +9,7 @@
 
 #include "plot/temporary_folder.h"
 #include "report/fixture.h"
+#include "report/markdown_summary.h"
 #include "report/page_reader.h"
 #include "report/summary_json.h"
 #include "support/error.h"
@@ -183,6 +184,21 @@ TEST_CASE("Hostile text stays text everywhere") {
   CHECK_FALSE(contains(html, "\x01"));
   CHECK(contains(html, "&lt;script&gt;alert(1)&lt;/script&gt; {{x}} {{{y}}} {{#z}}"));
   CHECK(contains(html, "\xEF\xBF\xBD"));
+  for (const std::string& line : synthetic::differences(html, summary)) FAIL_CHECK(line);
+}
+
+TEST_CASE("Ten thousand failures do not bury the report: the first are named, the rest counted") {
+  const synthetic::TemporaryFolder run;
+  ReportData data = synthetic::report_data(run.path());
+  std::vector<FailedSample>& failed = data.analysis.results[4].failed;
+  failed.assign(10'000, failed.front());
+  const std::string summary = summary_json(data);
+  const std::string html = html_report(data, summary, run.path());
+  CHECK(contains(html, "/results/4/failed/7/replay"));
+  CHECK_FALSE(contains(html, "/results/4/failed/8/replay"));
+  CHECK(contains(html, ": 9992 more, all of them in summary.json"));
+  CHECK(contains(markdown_summary(data), " 9992 more failed: summary.json names them all."));
+  CHECK(nlohmann::json::parse(summary)["results"][4]["failed"].size() == 10'000);
   for (const std::string& line : synthetic::differences(html, summary)) FAIL_CHECK(line);
 }
 
