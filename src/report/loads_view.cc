@@ -40,6 +40,7 @@ Json loads_view(const Json& summary) {
     if (one.at("estimator") == "uniform") continue;  // it is what the last column compares with
     Json row;
     name_load(row, one, summary, pointer);
+    row["next_group"] = !rows.empty() && measured.at("responses")[i - 1].at("mu") != one.at("mu");
     row["first"] = rows.empty() || measured.at("responses")[i - 1].at("mu") != one.at("mu");
     row["mu"] = number_cell(summary, pointer + "/mu");
     row["samples"] = number_cell(summary, pointer + "/samples");

@@ -177,6 +177,7 @@ Json transport_rows(const Json& summary, bool same_procedure, Json& notes, Json&
     row["centre_background"] = plain_cell(summary, pointer + "/centre_background");
     row["largest_misfit"] = fixed_cell(summary, pointer + "/largest_misfit", 2);
     row["neighbours"] = neighbour_rows(summary, pointer + "/neighbouring_windows", {"c_shift", "D_shift"});
+    row["moves"] = !row["neighbours"].empty();
     row["has_shape"] = results[i].at("fitted_area").at("value").is_number();
     row["window"] = {{"first", number_cell(summary, pointer + "/window_layers/0")},
                      {"last", number_cell(summary, pointer + "/window_layers/1")}};
