@@ -167,13 +167,12 @@ std::vector<PictureOutcome> draw_pile_pictures(const Experiment& experiment, con
   drawn.push_back(
       pictures.draw(figure_id, "pictures/force_chains.words", chains.scene, pictures.pile(), nullptr, redraw));
   const AuditResult residuals = audit(pictures.pile());
-  drawn.front().checks.push_back(
-      fmt::format("The pile of the force chains was audited in normal and tangential components, which is not the form "
-                  "it was drawn "
-                  "in: relative to the largest force of a layer, no balance is off by more than {} and no force leaves "
-                  "its friction "
-                  "cone by more than {}.",
-                  significant(residuals.max_balance_residual, 2), significant(residuals.max_cone_violation, 2)));
+  drawn.front().checks.push_back(fmt::format(
+      "The pile of the force chains was audited in normal and tangential components, which is not the form "
+      "it was drawn in: relative to the largest force of a layer, no balance is off by more than {} and no "
+      "force leaves its friction cone{}.",
+      significant(residuals.max_balance_residual, 2),
+      residuals.max_cone_violation > 0 ? " by more than " + significant(residuals.max_cone_violation, 2) : ""));
   if (chains.weight) {
     SceneSpec scene = chains.scene;
     scene.scene = "weight";

@@ -87,7 +87,9 @@ Figure draw_counted_work(const std::vector<CountedWork>& work, const std::filesy
                              {"draws_ticks", linear_ticks(draws, 6)}},
                             run_folder);
   set_words(figure, "plot/counted_work.words",
-            {{"spread", fmt::format("{:.2f}", worst)}, {"incomplete", enumeration(incomplete)}});
+            {{"spread", fmt::format("{:.2f}", worst)},
+             {"piles", std::to_string(by_mu.begin()->second.front()->samples)},
+             {"incomplete", enumeration(incomplete)}});
   return figure;
 }
 

@@ -119,6 +119,7 @@ TEST_CASE("Counted work is drawn per bead and names what was not completed") {
   const Figure figure = draw_counted_work(work, run.path());
   CHECK(figure.data.size() == 2);
   CHECK(contains(figure.caption, "by a factor of 1.12"));  // 1.4 / 1.25
+  CHECK(contains(figure.caption, "means of 64 piles"));
   CHECK(contains(figure.caption, "3 of 67 piles of 400 × 400 beads at μ = 1.7"));
   const std::string svg = read_file(run.path() / figure.screen);
   CHECK(contains(svg, "random numbers per bead"));
