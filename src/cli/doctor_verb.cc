@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "cli/machine.h"
 #include "cli/verbs.h"
 #include "render/gl_context.h"
 #include "support/atomic_file.h"
@@ -96,12 +97,11 @@ Finding look_at_output(const fs::path& wanted) {
 
 ExitCode examine(const std::string& out_folder, VerbContext& context) {
   const Provenance provenance = collect_provenance();
-  const double memory = static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
   std::vector<Finding> findings{
       {"program", provenance_line(provenance)},
       {"system", provenance.operating_system},
       {"machine", fmt::format("{}, {} threads, {:.1f} GB of memory", provenance.host_cpu, provenance.hardware_threads,
-                              memory / 1e9)},
+                              usable_memory() / 1e9)},
       look_for_opengl(),
       look_for_fonts(),
       look_for_program("gnuplot", "no plots can be drawn", "gnuplot-nox"),

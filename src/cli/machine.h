@@ -1,11 +1,16 @@
 #pragma once
+#include <filesystem>
 
 namespace granuscope {
 
 /// Threads that --threads asks for; 0 means all the machine has.
 int worker_count(int threads);
 
-/// Throws EnvironmentError if the machine's memory is smaller than `bytes`: the system would only kill the program
+/// Memory that this process may use, in bytes: the machine's, or less if its container (control group) is given less.
+/// `root` is where the system's folders are looked for (tests).
+double usable_memory(const std::filesystem::path& root = "/");
+
+/// Throws EnvironmentError if the usable memory is smaller than `bytes`: the system would only kill the program
 /// half way instead of refusing the memory.
 void require_memory(double bytes);
 

@@ -100,6 +100,15 @@ TEST_CASE("A run goes on when nobody reads its progress any more") {
   CHECK(fs::exists(scratch / "out/report.html"));
 }
 
+TEST_CASE("A folder whose name is not UTF-8 gets its PDF, too") {
+  const ScratchFolder scratch("latin");
+  std::ofstream(scratch / "e.toml") << experiment(1);
+  const std::string out = (scratch / "Tr\xe4gheit").string();
+  const auto result = granuscope_command({"run", (scratch / "e.toml").string(), "--out", out, "--require-pdf"});
+  CHECK(result.code == 0);
+  CHECK(fs::exists(fs::path(out) / "report.pdf"));
+}
+
 TEST_CASE("A flag that a script left empty is no default") {
   const ScratchFolder scratch("empty");
   const std::string pile = (scratch / "pile.h5").string(), image = (scratch / "image.png").string();
