@@ -394,6 +394,80 @@ TEST_CASE("the time that pilots measure is the one by which means over independe
   }
 }
 
+// The pilot keeps every second sweep, then every fourth and so on; a slow number looks the same in all of them. The
+// pilot is run once more and every sweep of it is kept.
+TEST_CASE("a pilot that keeps ever fewer of its sweeps measures the time that all of them have") {
+  struct Pilot {
+    int columns, layers;
+    double mu, lambda;
+  };
+  std::uint64_t longest = 0;
+  for (const Pilot& pilot : {Pilot{4, 4, 0.3, 0}, {4, 4, 0.3, 1}, {6, 6, 0.3, 0}, {6, 6, 0.3, 1}}) {
+    if (test::sanitized && pilot.columns > 4 && pilot.lambda == 1) continue;
+    const Lattice lattice({.columns = pilot.columns, .layers = pilot.layers});
+    const std::vector<double> load(static_cast<std::size_t>(pilot.columns), 1.0);
+    const SamplerSpec spec = spec_of(Law::polytope, pilot.mu, pilot.lambda);
+    const ChainPlan plan = plan_chain(spec, lattice, load);
+    longest = std::max(longest, plan.pilot_sweeps);
+    Pile pile(lattice);
+    REQUIRE_FALSE(make_sampler(spec_of(Law::granusolve, pilot.mu), lattice)->draw(0, load, pile));
+    PolytopeChain chain(FrictionCone(pilot.mu), lattice, 0);
+    chain.set(pile);
+    const RandomKey key(spec.seed, 0);
+    std::vector<std::vector<double>> series;
+    for (std::uint32_t sweep = 1; sweep <= plan.pilot_sweeps; ++sweep) {
+      if (sweep == flat_sweeps + 1) chain.set_lambda(pilot.lambda);
+      chain.sweep([&](int layer, int bead) { return key.pilot_move(layer, bead, sweep); });
+      if (4 * sweep <= plan.pilot_sweeps) continue;  // burn-in
+      const std::vector<double> numbers = slow_numbers(chain.pile());
+      series.resize(numbers.size());
+      for (std::size_t j = 0; j < numbers.size(); ++j) series[j].push_back(numbers[j]);
+    }
+    double expected = 1;
+    for (const auto& one : series) expected = std::max(expected, autocorrelation_time(one, 1));
+    CAPTURE(pilot.columns, pilot.layers, pilot.mu, pilot.lambda, plan.pilot_sweeps, plan.autocorrelation_time);
+    CHECK(plan.autocorrelation_time == Approx(expected).epsilon(0.1));
+  }
+  CHECK(longest >= (test::sanitized ? 2 : 8) * 8192);  // kept are 8192 sweeps at most
+}
+
+// The law's own description (polytope.h), written down once more.
+TEST_CASE("samples are the piles of one chain for each eight, after the burn-in and every thinning sweeps") {
+  const Lattice lattice({.columns = 5, .layers = 5});
+  const std::vector<double> load = {1, 2, 1, 1, 0.5};
+  for (const double lambda : {0.0, 1.0}) {
+    SamplerSpec spec = spec_of(Law::polytope, 0.4, lambda);
+    spec.burn_in = 21;
+    spec.thinning = 6;
+    const auto sampler = make_sampler(spec, lattice), granusolve = make_sampler(spec_of(Law::granusolve, 0.4), lattice);
+    for (const std::uint64_t first : {0U, 8U, 64U}) {
+      Pile pile(lattice), expected(lattice);
+      REQUIRE_FALSE(granusolve->draw(first, load, expected));
+      PolytopeChain chain(FrictionCone(0.4), lattice, 0);
+      chain.set(expected);
+      const RandomKey key(spec.seed, first);
+      std::uint32_t sweep = 0;
+      const auto run = [&](std::uint64_t sweeps) {
+        for (const std::uint64_t end = sweep + sweeps; sweep < end;) {
+          ++sweep;
+          chain.sweep([&](int layer, int bead) { return key.chain_move(layer, bead, sweep); });
+        }
+      };
+      run(flat_sweeps);
+      chain.set_lambda(lambda);
+      run(spec.burn_in);
+      for (std::uint64_t sample = first; sample < first + 8; ++sample) {
+        if (sample > first) run(spec.thinning);
+        chain.store(expected);
+        REQUIRE_FALSE(sampler->draw(sample, load, pile));
+        CAPTURE(lambda, sample);
+        CHECK(pile.H_R == expected.H_R);
+        CHECK(pile.V_L == expected.V_L);
+      }
+    }
+  }
+}
+
 TEST_CASE("burn-in and thinning follow what the pilot measures; a pile too large is refused at once") {
   const Lattice lattice({.columns = 6, .layers = 6});
   const std::vector<double> load(6, 1.0);
