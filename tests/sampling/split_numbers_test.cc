@@ -113,6 +113,84 @@ TEST_CASE("an overload redraws beads inside its light cone only, and the piles s
   }
 }
 
+// A pair draws two numbers and the three ancestors at the top of a first climb (four where the climb ends at the top of
+// the pile) one each. Nothing else does: beads that draw again because a neighbour was mended or a climb has unsolved
+// them, and beads that had no solution themselves, keep their numbers.
+TEST_CASE("solved again, only mended parents and the top of a climb draw numbers") {
+  const LatticeSpec size{.columns = 60, .layers = 40};
+  std::vector<double> load(60, 1.0), overloaded = load;
+  overloaded[30] = 2;
+  int pairs_alone = 0, one_climb = 0;
+  std::uint64_t redrawn_beads = 0, numbers = 0;
+  for (const double mu : {0.1, 0.3, 0.8}) {
+    SamplerSpec spec;
+    spec.mu = mu;
+    spec.seed = 31;
+    const Lattice lattice(size);
+    const auto sampler = make_sampler(spec, lattice);
+    Pile first(lattice), again(lattice);
+    for (std::uint64_t sample = 0; sample < 100; ++sample) {
+      REQUIRE_FALSE(sampler->draw(sample, load, first));
+      const SamplerCounts before = sampler->counts();
+      REQUIRE_FALSE(sampler->draw_again(sample, overloaded, first, again));
+      const SamplerCounts after = sampler->counts();
+      if (after.arcs + after.rings > before.arcs + before.rings) continue;
+      const std::uint64_t drawn = after.uniforms - before.uniforms, of_pairs = 2 * (after.pairs - before.pairs),
+                          climbs = after.climbs - before.climbs;
+      CAPTURE(mu, sample, drawn, of_pairs, climbs);
+      if (climbs == 0) {
+        CHECK(drawn == of_pairs);
+        pairs_alone += drawn > 0 ? 1 : 0;
+        redrawn_beads += count_redrawn(first, again);
+        numbers += drawn;
+      } else if (climbs == 1) {
+        CHECK(drawn >= of_pairs + 3);
+        CHECK(drawn <= of_pairs + 4);
+        ++one_climb;
+      }
+    }
+  }
+  CAPTURE(pairs_alone, one_climb, redrawn_beads, numbers);
+  CHECK(pairs_alone >= 50);
+  CHECK(one_climb >= 10);
+  // A parent that was mended stands elsewhere than its number would put it, unless it was mended more than once.
+  CHECK(redrawn_beads <= numbers);
+  CHECK(10 * redrawn_beads > 7 * numbers);
+}
+
+// What is drawn when a pile is solved again is independent of the numbers it keeps, of which some are later attempts of
+// the first solution. The numbers of both are told apart by their attempts.
+TEST_CASE("numbers drawn when a pile is solved again are none of the first solution") {
+  const LatticeSpec size{.columns = 60, .layers = 40};
+  const Lattice lattice(size);
+  std::vector<double> load(60, 1.0), overloaded = load;
+  overloaded[30] = 2;
+  constexpr std::uint32_t tries = 16, again_after = std::uint32_t{1} << 23;
+  std::vector<unsigned char> redrawn;
+  std::vector<double> numbers;
+  int of_first = 0, of_again = 0;
+  for (std::uint64_t sample = 0; sample < 100; ++sample) {
+    Drawn first = draw(Law::granusolve, 0.1, size, sample, load);
+    Pile again(lattice);
+    REQUIRE_FALSE(first.sampler->draw_again(sample, overloaded, first.pile, again));
+    find_redrawn(first.pile, again, redrawn);
+    read_split_numbers(again, numbers);
+    const RandomKey key(31, sample);
+    for (int n = 0; n < size.layers; ++n) {
+      for (int i = 0; i < size.columns; ++i) {
+        const std::size_t at = lattice.index(n, i);
+        if (redrawn[at] == 0) continue;
+        for (std::uint32_t k = 1; k <= tries; ++k) {
+          of_first += std::abs(key.attempt(n, i, k).first - numbers[at]) < 1e-9 ? 1 : 0;
+          of_again += std::abs(key.attempt(n, i, again_after + k).first - numbers[at]) < 1e-9 ? 1 : 0;
+        }
+      }
+    }
+  }
+  CHECK(of_first == 0);
+  CHECK(of_again >= 20);  // beads at the top of a climb stand where their number says
+}
+
 TEST_CASE("solving again depends on its arguments only, for every law") {
   for (const Law law : {Law::granusolve, Law::rejection}) {
     std::vector<double> load(4, 1.0);
