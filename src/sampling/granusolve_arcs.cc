@@ -119,6 +119,9 @@ bool GranusolveSampler::mend_by_ring(int layer, int bead) {
     bands_[wrap(k)] = step_band(ring, k, bead);
   }
   // Difference constraints on a cycle: after two rounds each way every interval is the exact shadow of the solutions.
+  // One round would do for the law: it rests on the first parent's interval alone, which both sweeps end at and no
+  // shortest path passes on its way; of the others only points that complete to a solution are ever drawn. The second
+  // round finds more of the infeasible rings before a number is spent on them.
   for (int round = 0; round < 2; ++round) {
     for (int k = 0; k < columns; ++k) {
       const Interval& from = own_[wrap(k)];
