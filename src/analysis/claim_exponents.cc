@@ -9,6 +9,9 @@
 namespace granuscope {
 namespace {
 
+/// Standard deviations sqrt(2 dof) of chi^2 above dof from which points do not follow a power law.
+constexpr double largest_excess = 4;
+
 constexpr double paper_gamma = 1.0, paper_gamma_error = 0.0;   ///< stated as a proportionality: exact
 constexpr double paper_beta = 2.5, paper_beta_error = 0.05;    ///< "about 2.5": half a unit of its last digit
 constexpr double paper_alpha = 0.4, paper_alpha_error = 0.01;  ///< given with its error
@@ -29,6 +32,17 @@ void add_ratio(Claim& claim, const Analysis& analysis, const char* ratios, Scali
                     ratio.z, claim.quantity, value_with_error(exponent.value, exponent.standard_error));
     return;
   }
+}
+
+/// Where the points scatter about the law by more than their errors, no single power holds over the window.
+void add_misfit(Claim& claim, const ScalingFit& fit) {
+  const int degrees = fit.points - 2;
+  if (degrees < 1 || !(fit.chi2 > degrees + largest_excess * std::sqrt(2.0 * degrees))) return;
+  say(claim,
+      fmt::format(
+          "χ² of the points about the power law is {} on {} degree{} of freedom: within their statistical errors they "
+          "follow no single power over this window, and the exponent is one between those of its parts.",
+          significant(fit.chi2, 3), degrees, degrees == 1 ? "" : "s"));
 }
 
 Claim judge_exponent(const char* id, const char* statement, const char* symbol, const ScalingFit& fit, double paper,
@@ -65,6 +79,7 @@ Claim judge_c_of_mu(const Analysis& analysis) {
   Claim claim = judge_exponent("c-of-mu", "c decreases with friction, c₀ − c in proportion to μ.", "γ",
                                analysis.scaling.gamma, paper_gamma, paper_gamma_error);
   add_ratio(claim, analysis, "the ratio xₚ/z", &ScalingFits::gamma);
+  add_misfit(claim, analysis.scaling.gamma);
   if (claim.verdict == not_reproduced && !analysis.by_ratio.empty()) {
     say(claim,
         "The ratio’s correction of order 1/z can look like a linear law where the slope follows none; the size of the "
@@ -79,6 +94,7 @@ Claim judge_D_of_mu(const Analysis& analysis) {
   Claim claim = judge_exponent("D-of-mu", "D grows as μ to the power β, with β about 2.5.", "β", analysis.scaling.beta,
                                paper_beta, paper_beta_error);
   add_ratio(claim, analysis, "the ratio W²/z", &ScalingFits::beta);
+  add_misfit(claim, analysis.scaling.beta);
   return claim;
 }
 
@@ -87,6 +103,7 @@ Claim judge_c_of_D(const Analysis& analysis) {
   Claim claim = judge_exponent("c-of-D", "c₀ − c grows as D to the power α, with α = 0.4.", "α", analysis.scaling.alpha,
                                paper_alpha, paper_alpha_error);
   add_ratio(claim, analysis, "the ratios xₚ/z and W²/z", &ScalingFits::alpha);
+  add_misfit(claim, analysis.scaling.alpha);
   return claim;
 }
 

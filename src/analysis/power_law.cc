@@ -64,6 +64,12 @@ ReplicatedPowerLaw fit_replicated_power_law(const std::vector<Replicated>& log_x
   const std::string reason = "a quantity is not positive without one of the blocks, so that its logarithm is undefined";
   fit.exponent = estimate(exponent, reason);
   fit.intercept = estimate(intercept, reason);
+  if (fit.exponent.known()) {
+    fit.chi2 = 0;
+    for (std::size_t i = 0; i < weights.size(); ++i) {
+      fit.chi2 += weights[i] * std::pow(log_y[i].value - whole.intercept - whole.slope * log_x[i].value, 2);
+    }
+  }
   return result;
 }
 

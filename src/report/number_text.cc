@@ -19,7 +19,7 @@ constexpr const char* unknown = "n/a";
 /// Four significant digits, without the zeros that only fill them up: 0.3 is a setting, not 0.3000, and 10⁻⁹ no
 /// 1.000 × 10⁻⁹.
 std::string plain_number(double value) {
-  const std::string text = significant(value, 4);
+  std::string text = significant(value, 4);
   const std::size_t times = text.find(" × ");
   std::string digits = text.substr(0, times);
   if (digits.find('.') == std::string::npos) return text;

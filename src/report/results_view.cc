@@ -109,6 +109,11 @@ Json exponent_view(const Json& summary, const char* name, const char* claim_id, 
   view["systematic"] = systematic_cells(summary, pointer);
   view["window"] = window_cells(summary, pointer);
   view["points"] = number_cell(summary, pointer + "/points");
+  view["chi2"] = Json::array();
+  if (summary.at(Json::json_pointer(pointer + "/chi2")).is_number()) {
+    view["chi2"].push_back(fixed_cell(summary, pointer + "/chi2", 1));
+    view["chi2"][0]["degrees"] = std::to_string(summary.at(Json::json_pointer(pointer + "/points")).get<int>() - 2);
+  }
   view["verdict"] = verdict_cell(summary, claim_id);
   add_reason(notes, summary, pointer, greek(name), "");
   return view;

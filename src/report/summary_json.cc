@@ -150,6 +150,7 @@ Json to_json(const ScalingFit& fit) {
   Json json = to_json(fit.exponent);
   json["window"] = fit.window;
   json["points"] = fit.points;
+  json["chi2"] = finite_or_null(fit.chi2);
   json["ln_prefactor"] = to_json(fit.intercept);
   return json;
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "analysis/claims.h"
+#include "analysis/power_law.h"
 #include "model/lattice.h"
 
 using namespace granuscope;
@@ -86,6 +87,41 @@ TEST_CASE("the error of an exponent is that of the weighted line through indepen
   }
   const double slope = (sw * sxy - sx * sy) / (sw * sxx - sx * sx);
   CHECK(fits.beta.exponent.standard_error == Approx(std::sqrt(15.0) * s * slope).epsilon(1e-3));
+}
+
+TEST_CASE("chi squared of a power law counts the distance of its points in standard errors") {
+  // Replicates +-s of B = 16 blocks: variance 15 s^2. Three points of one error at x = -1, 0, 1, of which the middle
+  // one lies d off: the line takes d/3 up, which leaves -d/3, 2d/3, -d/3.
+  constexpr double s = 0.01, d = 0.2;
+  std::vector<Replicated> x, y;
+  for (const int at : {-1, 0, 1}) {
+    Replicated abscissa, ordinate;
+    abscissa.value = at;
+    ordinate.value = 2.0 * at + (at == 0 ? d : 0);
+    for (int block = 0; block < 16; ++block) {
+      abscissa.without_block.push_back(at);
+      ordinate.without_block.push_back(ordinate.value + (block % 2 == 0 ? s : -s));
+    }
+    x.push_back(abscissa);
+    y.push_back(ordinate);
+  }
+  const ScalingFit fit = fit_power_law(x, y, {0.1, 0.3});
+  CHECK(fit.exponent.value == Approx(2).epsilon(1e-12));
+  CHECK(fit.chi2 == Approx(d * d * 6 / 9 / (15 * s * s)));
+  x.pop_back();
+  y.pop_back();
+  CHECK(std::isnan(fit_power_law(x, y, {0.1, 0.3}).chi2));
+}
+
+TEST_CASE("points that follow no power law are told beside the exponent") {
+  ScalingFits fits;
+  fits.beta = exponent(2.07, 0.011);
+  fits.beta.chi2 = 32.1;
+  fits.gamma = exponent(1.0, 0.01);
+  fits.gamma.chi2 = 9.9;  // 2 + 4 sqrt(4) = 10 is the limit
+  const std::vector<Claim> claims = judge_claims(with(fits), {}, {}, {});
+  CHECK(claim(claims, "D-of-mu").remarks.find("power law is 32.1 on 2 degrees of freedom") != std::string::npos);
+  CHECK(claim(claims, "c-of-mu").remarks.find("single power") == std::string::npos);
 }
 
 TEST_CASE("exponents from ratios carry the bias of the offsets that slopes do not") {

@@ -145,6 +145,16 @@ TEST_CASE("A systematic error stands in the last digits of its value, one of the
                  "3.20(14) × 10⁻⁶</span> ± <span data-key=\"/results/1/c/systematic\">2.0 × 10⁻⁸"));
 }
 
+TEST_CASE("An exponent stands beside the chi squared of its points") {
+  ReportData data = numbers();
+  data.analysis.scaling.beta.chi2 = 32.104;
+  data.analysis.scaling.beta.points = 5;
+  const Page page(data);
+  CHECK(page.texts.at("/scaling/beta/chi2") == "32.1");
+  CHECK(contains(table_of(page.html, "exponents"), "32.1</span> / 3</td>"));
+  CHECK_FALSE(page.texts.contains("/scaling/gamma/chi2"));  // not known
+}
+
 TEST_CASE("Times and residuals take no more digits than they have") {
   ReportData data = numbers();
   data.timings = {{"plot", 0.01, false}, {"analyse", 12, true}};
