@@ -52,6 +52,8 @@ Figure draw_counted_work(const std::vector<CountedWork>& work, const std::filesy
         "in figures.counted_work.mu");
   }
 
+  if (draws.high == 0) draws.add(1);  // without friction nothing is drawn, and an axis has two ends
+
   PlotPlan plan;
   plan.id = figure_id;
   plan.script = "counted_work";

@@ -41,7 +41,10 @@ Panel make_panel(const Transport& result, const ResponseProfile& profile) {
   for (const DepthFit& fit : result.depths) {
     if (fit.layer == profile.layer && fit.identifiable && fit.peak_position.known()) panel.fit = &fit;
   }
-  panel.has_curve = std::any_of(profile.fit.begin(), profile.fit.end(), [](double g) { return std::isfinite(g); });
+  // A profile without errors is exact, and whatever curve rounding may give it says nothing.
+  const std::vector<double>& errors = profile.standard_error;
+  panel.has_curve = std::any_of(profile.fit.begin(), profile.fit.end(), [](double g) { return std::isfinite(g); }) &&
+                    std::any_of(errors.begin(), errors.end(), [](double error) { return error > 0; });
   return panel;
 }
 

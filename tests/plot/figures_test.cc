@@ -122,6 +122,17 @@ TEST_CASE("A profile without a fit is drawn without one") {
   CHECK(contains(read_file(run.path() / figure.screen), "peaks not identified by the fit"));
 }
 
+TEST_CASE("An exact profile is drawn without a fit, whatever width rounding gave it") {
+  const TemporaryFolder run;
+  Analysis analysis = synthetic::analysis();
+  for (Transport& result : analysis.results) {
+    for (ResponseProfile& profile : result.profiles) {
+      std::fill(profile.standard_error.begin(), profile.standard_error.end(), 0.0);
+    }
+  }
+  check_whole(draw_response_profiles(analysis.results, {}, run.path()), run.path());
+}
+
 TEST_CASE("Transport with depth shows slopes, window, insets, and names what it leaves out") {
   const TemporaryFolder run;
   const Analysis analysis = synthetic::analysis();
