@@ -191,6 +191,42 @@ TEST_CASE("numbers drawn when a pile is solved again are none of the first solut
   CHECK(of_again >= 20);  // beads at the top of a climb stand where their number says
 }
 
+TEST_CASE(
+    "the law rejection, solved again, keeps every number, or draws a pile anew from tries that are not the first's") {
+  const std::vector<double> load(4, 1.0), other = {1, 1, 1.6, 1};
+  const Lattice lattice(tiny);
+  int kept = 0, drawn_anew = 0;
+  std::vector<double> numbers;
+  for (std::uint64_t sample = 0; sample < 300; ++sample) {
+    Drawn first = draw(Law::rejection, 0.3, tiny, sample, load);
+    const auto tries = static_cast<std::uint32_t>(first.sampler->counts().tries);
+    const auto uniforms = first.sampler->counts().uniforms;
+    CAPTURE(sample, tries);
+    Pile again(lattice);
+    REQUIRE_FALSE(first.sampler->draw_again(sample, load, first.pile, again));
+    CHECK(again.H_R == first.pile.H_R);
+    CHECK(again.V_L == first.pile.V_L);
+    CHECK(first.sampler->counts().tries == tries + 1);
+    REQUIRE_FALSE(first.sampler->draw_again(sample, other, first.pile, again));
+    if (first.sampler->counts().tries == tries + 2) {
+      CHECK(first.sampler->counts().uniforms == uniforms);
+      CHECK(count_redrawn(first.pile, again) == 0);
+      ++kept;
+      continue;
+    }
+    ++drawn_anew;
+    read_split_numbers(again, numbers);
+    const RandomKey key(31, sample);
+    int of_first = 0;
+    for (std::uint32_t attempt = 1; attempt <= tries; ++attempt) {
+      of_first += std::abs(key.attempt(0, 0, attempt).first - numbers[0]) < 1e-12 ? 1 : 0;
+    }
+    CHECK(of_first == 0);
+  }
+  CHECK(kept > 20);
+  CHECK(drawn_anew > 20);
+}
+
 TEST_CASE("solving again depends on its arguments only, for every law") {
   for (const Law law : {Law::granusolve, Law::rejection}) {
     std::vector<double> load(4, 1.0);
