@@ -1,5 +1,7 @@
 #include "pipeline/pipeline.h"
 
+#include <unistd.h>
+
 #include <atomic>
 #include <catch2/catch.hpp>
 #include <cstdlib>
@@ -24,7 +26,8 @@ namespace {
 /// A folder of this test's own, removed at its end.
 class ScratchFolder {
  public:
-  explicit ScratchFolder(const std::string& name) : path_(fs::temp_directory_path() / ("granuscope-pipeline-" + name)) {
+  explicit ScratchFolder(const std::string& name)
+      : path_(fs::temp_directory_path() / ("granuscope-pipeline-" + name + "-" + std::to_string(::getpid()))) {
     fs::remove_all(path_);
   }
   ScratchFolder(const ScratchFolder&) = delete;
