@@ -17,7 +17,7 @@ namespace granuscope {
 ///   beads         Sampler::draw: the first draws use vectors along the layer; what they leave unsolved is mended
 ///                 bead by bead, with numbers drawn eight at a time where several are needed.
 ///   batch         Sampler::draw_groups, eight or sixteen piles side by side, as ensembles are drawn. Includes the
-///                 check of every pile's identities and keeping every third layer, as for an ensemble.
+///                 check of every pile's identities and measuring every third layer, as for an ensemble.
 ///   no-rejection  StraightLine: every first draw accepted.
 enum class SamplerEngine { scalar, beads, batch, no_rejection };
 inline constexpr std::array all_engines = {SamplerEngine::scalar, SamplerEngine::beads, SamplerEngine::batch,

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "sampling/blind_layer.h"
+#include "support/interruption.h"
 
 namespace granuscope {
 
@@ -28,6 +29,7 @@ std::optional<SamplingFailure> EloyClementSampler::draw(std::uint64_t sample, st
   std::uint64_t solutions = 0;
   for (int layer = 0; layer < lattice_.layers();) {
     const auto at = static_cast<std::size_t>(layer);
+    throw_if_interrupted();
     if (solutions > max_solutions_ || attempts_[at] == most_tries) return SamplingFailure{layer};
     if (++attempts_[at] > 1) ++counts_.redrawn_layers;
     const std::uint64_t drawn_before = counts_.uniforms;

@@ -9,6 +9,7 @@
 #include "sampling/layer_kernels.h"
 #include "sampling/rounding.h"
 #include "sampling/truncated_pair.h"
+#include "support/interruption.h"
 
 namespace granuscope {
 
@@ -61,6 +62,7 @@ std::optional<SamplingFailure> GranusolveSampler::solve_pile(std::uint64_t sampl
   begin_pile(sample, load);
   use_own_state(pile);
   for (int layer = 0; layer < lattice_.layers(); ++layer) {
+    throw_if_interrupted();
     if (auto failure = solve_layer(layer)) return failure;
   }
   count_pile();
@@ -199,6 +201,7 @@ bool GranusolveSampler::solve_failing(int bead, bool no_pair) {
   if (no_pair) ++solutions_;
   Mend outcome = no_pair ? mend(front_, bead, true) : solve_bead(front_, bead);
   while (outcome == Mend::climbed) {
+    throw_if_interrupted();
     if (!solve_pending()) return false;
     outcome = solve_bead(front_, bead);
   }

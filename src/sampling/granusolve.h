@@ -195,6 +195,7 @@ class GranusolveSampler final : public Sampler {
   std::vector<std::uint64_t> own_failing_;
 
   std::vector<std::unique_ptr<GranusolveGroup>> together_;  ///< made when they are first needed
+  std::optional<Pile> lost_pile_;                           ///< where piles that these have lost are drawn
   std::optional<std::vector<int>> kept_layers_;             ///< none: all forces of all
 };
 

@@ -5,6 +5,7 @@
 
 #include "sampling/granusolve.h"
 #include "sampling/layer_kernels.h"
+#include "support/interruption.h"
 
 namespace granuscope {
 
@@ -82,6 +83,7 @@ bool GranusolveSampler::solve_pending() {
       continue;
     }
     if (solutions_ > max_solutions_) return false;
+    throw_if_interrupted();
     topmost_pending_ = lattice_.layers();
     if (solve_bead(layer, bead) == Mend::climbed) {
       layer = std::min(layer, topmost_pending_);

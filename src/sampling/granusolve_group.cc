@@ -7,14 +7,17 @@
 #include <numeric>
 #include <utility>
 
+#include "support/interruption.h"
+
 namespace granuscope {
 
 namespace {
 
 /// The most memory that eight piles side by side may take; beyond it they are drawn one by one.
 constexpr double most_memory = 2e9;  // bytes
-/// Weight of a kept bead of one pile; forces, H, attempts, state and rule of one in the window.
-constexpr double bytes_kept = 8, bytes_in_window = 39;
+/// Of one pile: the weight of a kept bead; forces, H, attempts, state and rule of one in the window; what its solver
+/// holds for each column and each layer.
+constexpr double bytes_kept = 8, bytes_in_window = 39, bytes_of_column = 112, bytes_of_layer = 48;
 /// Layers of the window, a power of two. A climb of 29 layers takes 27 climbs of one bead before it.
 constexpr int window = 32;
 
@@ -29,6 +32,7 @@ GranusolveSampler::~GranusolveSampler() = default;
 
 void GranusolveSampler::keep_layers(std::span<const int> layers) {
   kept_layers_.emplace(layers.begin(), layers.end());
+  groups_.clear();
   together_.clear();
 }
 
@@ -56,7 +60,7 @@ std::span<const PileGroup> GranusolveSampler::draw_groups(std::span<const std::u
     // Groups mend by the pair rule.
     if (count < 2 || spec_.rules != MendingRules::all || !GranusolveGroup::fits(lattice_)) continue;
     if (together.size() == together_.size()) {
-      together_.push_back(std::make_unique<GranusolveGroup>(spec_, lattice_, kept_layers_));
+      together_.push_back(std::make_unique<GranusolveGroup>(spec_, lattice_, kept_layers_, *this));
     }
     parts.back().together = together_[together.size()].get();
     parts.back().together->prepare(sample, loads.subspan(done, count), failures.subspan(done, count));
@@ -85,37 +89,44 @@ std::span<const PileGroup> GranusolveSampler::draw_groups(std::span<const std::u
 bool GranusolveGroup::fits(const Lattice& lattice) { return memory(lattice) <= most_memory; }
 
 double GranusolveGroup::memory(const Lattice& lattice) {
-  return static_cast<double>(group_lanes) * (bytes_kept * static_cast<double>(lattice.beads()) +
-                                             bytes_in_window * window * static_cast<double>(lattice.columns()));
+  return static_cast<double>(group_lanes) *
+         (bytes_kept * static_cast<double>(lattice.beads()) +
+          (bytes_in_window * window + bytes_of_column) * static_cast<double>(lattice.columns()) +
+          bytes_of_layer * static_cast<double>(lattice.layers()));
 }
 
 GranusolveGroup::GranusolveGroup(const SamplerSpec& spec, const Lattice& lattice,
-                                 const std::optional<std::vector<int>>& kept)
-    : kept_(static_cast<std::size_t>(lattice.layers()), -1), cone_(spec.mu), spec_(spec), lattice_(lattice) {
+                                 const std::optional<std::vector<int>>& kept, GranusolveSampler& alone)
+    : alone_(alone),
+      keeps_forces_(!kept),
+      kept_(static_cast<std::size_t>(lattice.layers()), -1),
+      cone_(spec.mu),
+      spec_(spec),
+      lattice_(lattice) {
   const std::size_t layer = static_cast<std::size_t>(lattice.columns()) * group_lanes, all = window * layer;
-  for (Array<double>* forces : {&V_R_, &V_L_, &H_, &H_R_}) {
-    *forces = hwy::AllocateAligned<double>(all);
+  for (AlignedArray<double>* forces : {&V_R_, &V_L_, &H_, &H_R_}) {
+    *forces = aligned_array<double>(all);
     std::fill_n(forces->get(), all, 0.0);  // lanes without a pile are computed with, too
   }
-  attempts_ = hwy::AllocateAligned<std::uint32_t>(all);
-  unsolved_ = hwy::AllocateAligned<std::uint8_t>(all);
-  rule_ = hwy::AllocateAligned<std::uint8_t>(all);
-  climbs_ = hwy::AllocateAligned<std::uint8_t>(all);
+  attempts_ = aligned_array<std::uint32_t>(all);
+  unsolved_ = aligned_array<std::uint8_t>(all);
+  rule_ = aligned_array<std::uint8_t>(all);
+  climbs_ = aligned_array<std::uint8_t>(all);
   if (kept) {
     for (std::size_t l = 0; l < kept->size(); ++l) kept_[static_cast<std::size_t>((*kept)[l])] = static_cast<int>(l);
-    kept_weights_ = hwy::AllocateAligned<double>(std::max<std::size_t>(kept->size(), 1) * layer);
+    kept_weights_ = aligned_array<double>(std::max<std::size_t>(kept->size(), 1) * layer);
   } else {
     std::iota(kept_.begin(), kept_.end(), 0);
-    for (Array<double>* forces : {&kept_V_R_, &kept_V_L_, &kept_H_R_, &kept_H_L_}) {
-      *forces = hwy::AllocateAligned<double>(kept_.size() * layer);
+    for (AlignedArray<double>* forces : {&kept_V_R_, &kept_V_L_, &kept_H_R_, &kept_H_L_}) {
+      *forces = aligned_array<double>(kept_.size() * layer);
     }
   }
   moments_.resize(kept ? kept->size() : kept_.size());
-  first_uniform_ = hwy::AllocateAligned<double>(layer + group_lanes);
-  half_load_ = hwy::AllocateAligned<double>(layer);
+  first_uniform_ = aligned_array<double>(layer + group_lanes);
+  half_load_ = aligned_array<double>(layer);
   const std::size_t words = (static_cast<std::size_t>(lattice.columns()) + 7) / 8 + 2 * words_before;
-  for (Array<std::uint64_t>* bits : {&failing_, &changed_}) {
-    *bits = hwy::AllocateAligned<std::uint64_t>(words);
+  for (AlignedArray<std::uint64_t>* bits : {&failing_, &changed_}) {
+    *bits = aligned_array<std::uint64_t>(words);
     std::fill_n(bits->get(), words, 0);
   }
   for (std::size_t k = 0; k < group_lanes; ++k) {
@@ -167,6 +178,7 @@ void GranusolveGroup::prepare(std::uint64_t first_sample, std::span<const std::s
     front_.sample[k] = static_cast<std::uint32_t>(first_sample + k);
     front_.met[k] = front_.pairs[k] = 0;
     const bool used = k < loads.size();
+    solvers_[k]->counts_ = {};
     if (used) solvers_[k]->begin_pile(first_sample + k, loads[k]);
     for (std::size_t i = 0; i < columns; ++i) half_load_[i * group_lanes + k] = used ? loads[k][i] / 2 : 0.5;
   }
@@ -254,6 +266,7 @@ void GranusolveGroup::hand_over_counts(std::size_t lane) {
 }
 
 void GranusolveGroup::begin_layer(int layer) {
+  throw_if_interrupted();
   // The layer that stood in this one's place leaves the window; the next two go on serving its identities.
   if (layer >= window - 2) finish_layer(layer - window + 2);
   lap(Phase::finishing);
@@ -329,8 +342,8 @@ void GranusolveGroup::finish_layer(int layer) {
   if (kept_[static_cast<std::size_t>(layer)] < 0) return;
   const auto place = static_cast<std::size_t>(kept_[static_cast<std::size_t>(layer)]);
   const std::size_t size = columns * group_lanes, to = place * size;
-  moments_[place] = measure_row(forces(layer), columns, group_lanes, keeps_forces() ? nullptr : &kept_weights_[to]);
-  if (!keeps_forces()) return;
+  moments_[place] = measure_row(forces(layer), columns, group_lanes, keeps_forces_ ? nullptr : &kept_weights_[to]);
+  if (!keeps_forces_) return;
   const GroupRow from = row(layer);
   std::copy_n(from.V_R, size, kept_V_R_.get() + to);
   std::copy_n(from.V_L, size, kept_V_L_.get() + to);
@@ -356,37 +369,36 @@ void GranusolveGroup::finish() {
 
 void GranusolveGroup::draw_lost_piles() {
   if (lost_ == 0) return;
-  if (!alone_) alone_ = std::make_unique<GranusolveSampler>(spec_, lattice_);
-  Pile pile(lattice_);
-  const std::size_t columns = static_cast<std::size_t>(lattice_.columns());
-  std::vector<double> weights(columns);
+  if (!alone_.lost_pile_) alone_.lost_pile_.emplace(lattice_);
+  Pile& pile = *alone_.lost_pile_;
   for (unsigned rest = lost_; rest != 0; rest &= rest - 1) {
     const auto lane = static_cast<std::size_t>(std::countr_zero(rest));
-    failures_[lane] = alone_->draw(front_.sample[lane], loads_[lane], pile);
-    solvers_[lane]->counts_ = alone_->take_counts();
+    solvers_[lane]->counts_ = {};
+    failures_[lane] = alone_.draw(front_.sample[lane], loads_[lane], pile);
     if (failures_[lane]) continue;
     residuals_[lane] = identity_residuals(pile);
-    for (int layer = 0; layer < lattice_.layers(); ++layer) {
-      if (kept_[static_cast<std::size_t>(layer)] < 0) continue;
-      const auto place = static_cast<std::size_t>(kept_[static_cast<std::size_t>(layer)]);
-      const std::size_t from = lattice_.index(layer, 0);
-      const LayerMoments moments =
-          measure_row({&pile.V_R[from], &pile.V_L[from], &pile.H_R[from], &pile.H_L[from]}, columns, 1, weights.data());
-      moments_[place].thrust[lane] = moments.thrust[0];
-      moments_[place].variance[lane] = moments.variance[0];
-      for (std::size_t i = 0; i < columns; ++i) {
-        const std::size_t at = (place * columns + i) * group_lanes + lane;
-        if (!keeps_forces()) {
-          kept_weights_[at] = weights[i];
-          continue;
-        }
-        kept_V_R_[at] = pile.V_R[from + i];
-        kept_V_L_[at] = pile.V_L[from + i];
-        kept_H_R_[at] = pile.H_R[from + i];
-        kept_H_L_[at] = pile.H_L[from + i];
-      }
-    }
+    for (int layer = 0; layer < lattice_.layers(); ++layer) keep_lost_layer(pile, layer, lane);
   }
+}
+
+void GranusolveGroup::keep_lost_layer(const Pile& pile, int layer, std::size_t lane) {
+  const int place = kept_[static_cast<std::size_t>(layer)];
+  if (place < 0) return;
+  const std::size_t columns = static_cast<std::size_t>(lattice_.columns()), from = lattice_.index(layer, 0);
+  const std::size_t to = static_cast<std::size_t>(place) * columns * group_lanes + lane;
+  std::vector<double> weights(columns);
+  const LayerMoments moments =
+      measure_row({&pile.V_R[from], &pile.V_L[from], &pile.H_R[from], &pile.H_L[from]}, columns, 1, weights.data());
+  moments_[static_cast<std::size_t>(place)].thrust[lane] = moments.thrust[0];
+  moments_[static_cast<std::size_t>(place)].variance[lane] = moments.variance[0];
+  const auto keep = [&](const double* row, AlignedArray<double>& kept) {
+    for (std::size_t i = 0; i < columns; ++i) kept[to + i * group_lanes] = row[i];
+  };
+  if (!keeps_forces_) return keep(weights.data(), kept_weights_);
+  keep(&pile.V_R[from], kept_V_R_);
+  keep(&pile.V_L[from], kept_V_L_);
+  keep(&pile.H_R[from], kept_H_R_);
+  keep(&pile.H_L[from], kept_H_L_);
 }
 
 }  // namespace granuscope

@@ -1,6 +1,4 @@
 #pragma once
-#include <hwy/aligned_allocator.h>
-
 #include <array>
 #include <cstdint>
 #include <memory>
@@ -20,8 +18,9 @@ namespace granuscope {
 /// those of GranusolveSampler::draw, bit for bit.
 ///
 /// Of the layers above the front only a window is held: a climb hardly ever reaches farther up, and the memory of whole
-/// piles does not fit the caches. A layer that leaves the window is checked, counted, and copied if it is to be kept. A
-/// pile whose climb would leave the window is lost, and drawn anew by itself; it is the same pile.
+/// piles does not fit the caches. A layer that leaves the window is checked, its rules are counted, and if it is to be
+/// kept, what is measured of it is. A pile whose climb would leave the window is lost, and drawn anew by itself; it is
+/// the same pile.
 ///
 /// Where the time goes: `granuscope bench sampler`. At mu = 0.3 two positions of three have a failing pile, 1.5 of the
 /// eight on average; pairs and the search take two thirds of all time. At mu = 0.1 a climb costs as much as ninety
@@ -40,12 +39,14 @@ namespace granuscope {
 /// % at 0.1 and lose 1.5 % at 0.3.
 class GranusolveGroup {
  public:
-  /// `kept`: the layers to be kept for whoever measures the piles, ascending; none: all forces of all layers.
-  GranusolveGroup(const SamplerSpec& spec, const Lattice& lattice, const std::optional<std::vector<int>>& kept);
+  /// `kept`: the layers to be kept for whoever measures the piles, ascending; none: all forces of all layers. `alone`
+  /// draws the piles that are lost, and counts them.
+  GranusolveGroup(const SamplerSpec& spec, const Lattice& lattice, const std::optional<std::vector<int>>& kept,
+                  GranusolveSampler& alone);
 
   /// Whether groups of this size should be drawn side by side; the largest piles need too much memory for it.
   static bool fits(const Lattice& lattice);
-  /// Of a group that keeps the weights of all layers, in bytes.
+  /// Of a group that keeps the weights of all layers, in bytes. One that keeps all forces takes four times as much.
   static double memory(const Lattice& lattice);
 
   /// At most eight piles that share the order of their layers: what draw() of this group, or of two at once, is to
@@ -63,9 +64,6 @@ class GranusolveGroup {
   SamplerCounts take_counts();
 
  private:
-  template <typename T>
-  using Array = hwy::AlignedFreeUniquePtr<T[]>;
-
   void lap(Phase phase) {
     if (front_.times != nullptr) front_.times->end(phase);
   }
@@ -80,24 +78,25 @@ class GranusolveGroup {
   void hand_over_counts(std::size_t lane);
   void finish_layer(int layer);
   ForceRow forces(int layer) const;
-  bool keeps_forces() const { return kept_weights_ == nullptr; }
   void draw_lost_piles();
+  void keep_lost_layer(const Pile& pile, int layer, std::size_t lane);
   void finish();
 
   GroupFront front_;
-  std::unique_ptr<GranusolveSampler> alone_;        ///< draws the piles that are lost; made when needed
+  GranusolveSampler& alone_;
   std::span<const std::span<const double>> loads_;  ///< of the piles being drawn
   std::span<std::optional<SamplingFailure>> failures_;
   // State of the layers in the window, [window, columns, 8]; a layer's place is its number modulo the window.
-  Array<double> V_R_, V_L_, H_, H_R_;
-  Array<std::uint32_t> attempts_;
-  Array<std::uint8_t> unsolved_, rule_, climbs_;
-  std::vector<int> kept_;                                    ///< place of each layer among those kept, or -1
-  Array<double> kept_weights_;                               ///< [kept layers, columns, 8]; or none, and instead
-  Array<double> kept_V_R_, kept_V_L_, kept_H_R_, kept_H_L_;  ///< all forces, of the same shape
-  std::vector<LayerMoments> moments_;                        ///< [kept layers]
-  Array<double> first_uniform_, half_load_;                  ///< [columns, 8]
-  Array<std::uint64_t> failing_, changed_;                   ///< [columns] bytes and padding
+  AlignedArray<double> V_R_, V_L_, H_, H_R_;
+  AlignedArray<std::uint32_t> attempts_;
+  AlignedArray<std::uint8_t> unsolved_, rule_, climbs_;
+  bool keeps_forces_;
+  std::vector<int> kept_;                                           ///< place of each layer among those kept, or -1
+  AlignedArray<double> kept_weights_;                               ///< [kept layers, columns, 8]; or none, and instead
+  AlignedArray<double> kept_V_R_, kept_V_L_, kept_H_R_, kept_H_L_;  ///< all forces, of the same shape
+  std::vector<LayerMoments> moments_;                               ///< [kept layers]
+  AlignedArray<double> first_uniform_, half_load_;                  ///< [columns, 8]
+  AlignedArray<std::uint64_t> failing_, changed_;                   ///< [columns] bytes and padding
   FrictionCone cone_;
   std::array<std::unique_ptr<GranusolveSampler>, group_lanes> solvers_;
   SamplerSpec spec_;

@@ -32,7 +32,9 @@ std::size_t CheckWeights(const double* HWY_RESTRICT V_R, const double* HWY_RESTR
     const V weight = hn::Add(hn::LoadU(d, V_R + i), hn::LoadU(d, V_L + i));
     add(facts.weight_sum, k, weight);
     widen(facts.largest_weight, k, weight);
-    widen(facts.largest_H, k, hn::Abs(hn::LoadU(d, H_R + i)));
+    const V H = hn::Abs(hn::LoadU(d, H_R + i));
+    widen(facts.largest_H, k, H);
+    add(facts.finite_sum, k, H);
   }
   return whole;
 }
@@ -49,7 +51,7 @@ std::size_t CheckSome(const CheckedBeads& beads, std::size_t entries, RowFacts& 
   const std::size_t whole = entries - entries % group_lanes, lanes = hn::Lanes(d);
   const V root3 = hn::Set(d, sqrt3);
   for (std::size_t k = 0; k < group_lanes; k += lanes) {
-    V weight_sum = hn::Load(d, facts.weight_sum.data() + k), residual_sum = hn::Load(d, facts.residual_sum.data() + k);
+    V weight_sum = hn::Load(d, facts.weight_sum.data() + k), finite_sum = hn::Load(d, facts.finite_sum.data() + k);
     V largest_weight = hn::Load(d, facts.largest_weight.data() + k);
     V largest_H = hn::Load(d, facts.largest_H.data() + k);
     V largest_residual = hn::Load(d, facts.largest_residual.data() + k);
@@ -60,13 +62,14 @@ std::size_t CheckSome(const CheckedBeads& beads, std::size_t entries, RowFacts& 
       const V right = horizontal<totals>(beads.H_R_right, beads.H_L_right, i);
       const V residual = hn::Abs(hn::Sub(weight, hn::Add(above, hn::Mul(root3, hn::Sub(left, right)))));
       weight_sum = hn::Add(weight_sum, weight);
-      residual_sum = hn::Add(residual_sum, residual);
+      const V H = hn::Abs(hn::LoadU(d, beads.H_R + i));
+      finite_sum = hn::Add(finite_sum, hn::Add(residual, H));
       largest_weight = hn::Max(largest_weight, weight);
-      largest_H = hn::Max(largest_H, hn::Abs(hn::LoadU(d, beads.H_R + i)));
+      largest_H = hn::Max(largest_H, H);
       largest_residual = hn::Max(largest_residual, residual);
     }
     hn::Store(weight_sum, d, facts.weight_sum.data() + k);
-    hn::Store(residual_sum, d, facts.residual_sum.data() + k);
+    hn::Store(finite_sum, d, facts.finite_sum.data() + k);
     hn::Store(largest_weight, d, facts.largest_weight.data() + k);
     hn::Store(largest_H, d, facts.largest_H.data() + k);
     hn::Store(largest_residual, d, facts.largest_residual.data() + k);
@@ -97,6 +100,7 @@ void check_weights(const double* V_R, const double* V_L, const double* H_R, std:
     facts.weight_sum[k] += V_R[i] + V_L[i];
     facts.largest_weight[k] = std::max(facts.largest_weight[k], V_R[i] + V_L[i]);
     facts.largest_H[k] = std::max(facts.largest_H[k], std::abs(H_R[i]));
+    facts.finite_sum[k] += std::abs(H_R[i]);
   }
 }
 
@@ -104,11 +108,10 @@ void check_beads(const CheckedBeads& beads, std::size_t entries, RowFacts& facts
   for (std::size_t i = HWY_DYNAMIC_DISPATCH(CheckBeads)(beads, entries, facts); i < entries; ++i) {
     const std::size_t k = i % group_lanes;
     const double weight = beads.V_R[i] + beads.V_L[i];
-    const double left = beads.totals ? beads.H_L_left[i] : beads.H_R_left[i] + beads.H_L_left[i];
-    const double right = beads.totals ? beads.H_L_right[i] : beads.H_R_right[i] + beads.H_L_right[i];
+    const double left = beads.H_R_left[i] + beads.H_L_left[i], right = beads.H_R_right[i] + beads.H_L_right[i];
     const double residual = std::abs(weight - (beads.V_R_above[i] + beads.V_L_above[i] + sqrt3 * (left - right)));
     facts.weight_sum[k] += weight;
-    facts.residual_sum[k] += residual;
+    facts.finite_sum[k] += residual + std::abs(beads.H_R[i]);
     facts.largest_weight[k] = std::max(facts.largest_weight[k], weight);
     facts.largest_H[k] = std::max(facts.largest_H[k], std::abs(beads.H_R[i]));
     facts.largest_residual[k] = std::max(facts.largest_residual[k], residual);

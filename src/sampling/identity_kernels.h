@@ -2,7 +2,7 @@
 #include <array>
 #include <cstddef>
 
-#include "sampling/pile_group.h"
+#include "sampling/group_lanes.h"
 
 namespace granuscope {
 
@@ -10,7 +10,9 @@ namespace granuscope {
 /// piles side by side that is one value for each pile.
 struct RowFacts {
   alignas(64) std::array<double, group_lanes> weight_sum{}, largest_weight{}, largest_H{};
-  alignas(64) std::array<double, group_lanes> residual_sum{}, largest_residual{};
+  alignas(64) std::array<double, group_lanes> largest_residual{};
+  alignas(
+      64) std::array<double, group_lanes> finite_sum{};  ///< of sizes of H_R and residuals, for what maxima pass over
 };
 
 /// Adds the weights and the sizes of H_R of a row.

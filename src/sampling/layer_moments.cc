@@ -38,16 +38,19 @@ LayerMoments MeasureGroup(const ForceRow& row, std::size_t beads, double* weight
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
+#include <stdexcept>
+
 namespace granuscope {
 
 HWY_EXPORT(MeasureGroup);
 
 LayerMoments measure_row(const ForceRow& row, std::size_t beads, std::size_t stride, double* weight) {
   if (stride == group_lanes) return HWY_DYNAMIC_DISPATCH(MeasureGroup)(row, beads, weight);
+  if (stride != 1 || row.totals) throw std::logic_error("a row of neither one pile nor eight was to be measured");
   LayerMoments sums;
   for (std::size_t i = 0; i < beads; ++i) {
-    const double w = row.V_R[i] + row.V_L[i], H_L = row.totals ? row.H_L[i] - row.H_R[i] : row.H_L[i];
-    sums.thrust[0] += row.H_R[i] - H_L;
+    const double w = row.V_R[i] + row.V_L[i];
+    sums.thrust[0] += row.H_R[i] - row.H_L[i];
     sums.variance[0] += (w - 1) * (w - 1);
     if (weight != nullptr) weight[i] = w;
   }

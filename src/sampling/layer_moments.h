@@ -2,10 +2,9 @@
 #include <array>
 #include <cstddef>
 
-namespace granuscope {
+#include "sampling/group_lanes.h"
 
-/// Piles that are solved side by side, one to a vector lane: bead i of pile k is entry 8 i + k of a row.
-inline constexpr std::size_t group_lanes = 8;
+namespace granuscope {
 
 /// Forces of a row of beads: entry 0 is the first bead of the first pile.
 struct ForceRow {
@@ -19,8 +18,8 @@ struct LayerMoments {
   std::array<double, group_lanes> variance{};  ///< of (w - 1)^2, w = V_R + V_L
 };
 
-/// The moments of a row of `beads` beads of 1 or group_lanes piles (`stride`), summed bead by bead in their order.
-/// Writes the weight w of each entry to `weight`, if that is not null.
+/// The moments of a row of `beads` beads of 1 or group_lanes piles (`stride`), summed bead by bead in their order. One
+/// pile gives H_L, not totals. Writes the weight w of each entry to `weight`, if that is not null.
 LayerMoments measure_row(const ForceRow& row, std::size_t beads, std::size_t stride, double* weight);
 
 }  // namespace granuscope

@@ -10,7 +10,7 @@ enum class Phase : std::uint8_t {
   search,       ///< for beads without solution, and beads that are solved as they are after all
   pairs,        ///< mends by the pair rule, all piles at once
   one_by_one,   ///< arcs, rings, climbs, the ends of a layer's order
-  finishing     ///< identities, counts, copies of the layers that are kept
+  finishing     ///< identities, counts, what is kept of layers
 };
 inline constexpr std::size_t phases = 5;
 

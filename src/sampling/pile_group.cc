@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <stdexcept>
 #include <utility>
 
 #include "sampling/identity_kernels.h"
@@ -21,10 +22,14 @@ double total(std::span<const double> load) { return std::accumulate(load.begin()
 void gather(RowFacts& facts) {
   const auto largest = [](Lanes& lanes) { lanes[0] = *std::max_element(lanes.begin(), lanes.end()); };
   facts.weight_sum[0] = total(facts.weight_sum);
-  facts.residual_sum[0] = total(facts.residual_sum);
+  facts.finite_sum[0] = total(facts.finite_sum);
   largest(facts.largest_weight);
   largest(facts.largest_H);
   largest(facts.largest_residual);
+}
+
+void require_forces(const PileGroup& group) {
+  if (group.V_R == nullptr) throw std::logic_error("forces were to be read of a group that kept only what is measured");
 }
 
 }  // namespace
@@ -45,7 +50,14 @@ PileGroup group_of(const Pile& pile, const std::span<const double>& load) {
           .first_sample = pile.sample};
 }
 
+int PileGroup::place_of(int layer) const {
+  const int place = kept.empty() ? layer : kept[static_cast<std::size_t>(layer)];
+  if (place < 0) throw std::logic_error("a layer was to be measured that was not kept");
+  return place;
+}
+
 Pile pile_of(const PileGroup& group, std::size_t k) {
+  require_forces(group);
   Pile pile(group.lattice);
   const std::size_t beads = group.lattice.beads();
   for (const auto& [from, to] : {std::pair{group.V_R, &pile.V_R}, std::pair{group.V_L, &pile.V_L},
@@ -100,10 +112,10 @@ void GroupIdentities::add_layer(const ForceRow& here, const ForceRow& above, con
     };
     IdentityResiduals& pile = worst_[k];
     pile.weight_sum = worse(pile.weight_sum, std::abs(facts.weight_sum[k] - loads_[k]) / loads_[k]);
+    // Vector maxima pass over what is not a number; its sum does not.
+    if (!std::isfinite(facts.finite_sum[k])) pile.wave_equation = std::numeric_limits<double>::infinity();
     if (layer_ >= 2) {
       const double largest = std::max({largest_above_[k], largest_H_[k], facts.largest_weight[k]});
-      // Vector maxima pass over what is not a number; its sum does not.
-      if (!std::isfinite(facts.residual_sum[k])) pile.wave_equation = std::numeric_limits<double>::infinity();
       if (largest > 0) pile.wave_equation = worse(pile.wave_equation, facts.largest_residual[k] / largest);
     }
     // Of the two layers above the next one: weights of both, horizontal forces of the nearer.
@@ -115,6 +127,7 @@ void GroupIdentities::add_layer(const ForceRow& here, const ForceRow& above, con
 }
 
 std::array<IdentityResiduals, group_lanes> identity_residuals(const PileGroup& group) {
+  require_forces(group);
   GroupIdentities identities;
   identities.begin(group.lattice, group.stride, group.loads);
   const auto row = [&](int layer) {

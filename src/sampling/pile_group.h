@@ -19,16 +19,15 @@ struct SamplingFailure {
 };
 
 /// Piles that were drawn together, to be measured where they lie; it owns nothing. Arrays have the shape [kept layers,
-/// columns, stride]: bead i of pile k is entry row(layer) + stride i + k. Either they are those of Pile, or what is
-/// measured of them is all that was kept: the weights V_R + V_L, and the moments of each kept layer.
+/// columns, stride]: bead i of pile k is entry row(layer) + stride i + k.
 struct PileGroup {
   Lattice lattice;
   std::size_t stride = 1;                                                       ///< 1 or group_lanes
   std::size_t piles = 1;                                                        ///< at most stride
-  const double *V_R = nullptr, *V_L = nullptr, *H_R = nullptr, *H_L = nullptr;  ///< or none
-  const double* weights = nullptr;                                              ///< or none
-  std::span<const LayerMoments> moments;                                        ///< or none
-  std::span<const int> kept;  ///< place of each layer among the kept ones, -1: none; empty: all are kept
+  const double *V_R = nullptr, *V_L = nullptr, *H_R = nullptr, *H_L = nullptr;  ///< all forces, as in Pile; or none
+  const double* weights = nullptr;        ///< then, instead of them: V_R + V_L of each bead
+  std::span<const LayerMoments> moments;  ///< of each kept layer, where they were found while the piles were drawn
+  std::span<const int> kept;              ///< place of each layer among the kept ones, -1: none; empty: all are kept
   std::span<const std::span<const double>> loads;  ///< of each pile
   std::span<const IdentityResiduals> residuals;    ///< of each pile, where they were found while it was drawn
 
@@ -36,7 +35,7 @@ struct PileGroup {
   std::string law;
   std::uint64_t seed = 0, first_sample = 0;
 
-  /// Entry of pile 0's first bead of a kept layer.
+  /// Entry of pile 0's first bead of a kept layer. Throws std::logic_error if the layer was not kept.
   std::size_t row(int layer) const { return lattice.index(place_of(layer), 0) * stride; }
   /// Of the bead at an entry.
   double weight(std::size_t entry) const { return weights != nullptr ? weights[entry] : V_R[entry] + V_L[entry]; }
@@ -44,13 +43,13 @@ struct PileGroup {
   LayerMoments moments_of(int layer) const;
 
  private:
-  int place_of(int layer) const { return kept.empty() ? layer : kept[static_cast<std::size_t>(layer)]; }
+  int place_of(int layer) const;
 };
 
 /// A single pile as a group of one; `load` holds the pile's load while the group is in use.
 PileGroup group_of(const Pile& pile, const std::span<const double>& load);
 
-/// Pile `k` of a group of which all layers are kept, taken out.
+/// Pile `k` of a group of which all forces of all layers are kept, taken out. Throws std::logic_error if they are not.
 Pile pile_of(const PileGroup& group, std::size_t k);
 
 /// Finds the residuals of model/identities.h for up to eight piles at once, with the widest vectors the machine has,
@@ -74,7 +73,7 @@ class GroupIdentities {
   std::array<IdentityResiduals, group_lanes> worst_{};
 };
 
-/// The residuals of a group of which all layers are kept.
+/// The residuals of a group of which all forces of all layers are kept. Throws std::logic_error if they are not.
 std::array<IdentityResiduals, group_lanes> identity_residuals(const PileGroup& group);
 
 /// Throws std::logic_error if an identity of a pile that did not fail is broken. `failures` has an entry per pile.

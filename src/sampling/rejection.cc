@@ -3,6 +3,7 @@
 #include "model/equilibrium.h"
 #include "sampling/random_key.h"
 #include "sampling/split_numbers.h"
+#include "support/interruption.h"
 
 namespace granuscope {
 namespace {
@@ -51,6 +52,7 @@ std::optional<SamplingFailure> RejectionSampler::draw(std::uint64_t sample, std:
   const RandomKey key(spec_.seed, sample);
   int failed_layer = 0;
   for (std::uint64_t attempt = 1; attempt <= spec_.max_tries; ++attempt) {
+    throw_if_interrupted();
     ++counts_.tries;
     failed_layer = try_pile(cone_, load, pile, [&](int n, int i, Outgoing, Interval interval) {
       ++counts_.uniforms;
@@ -77,6 +79,7 @@ std::optional<SamplingFailure> RejectionSampler::draw_again(std::uint64_t sample
   });
   // The tries of the first solution count upwards; these count down from the last one, so that they are others.
   for (std::uint64_t attempt = 0; failed_layer >= 0 && attempt < spec_.max_tries; ++attempt) {
+    throw_if_interrupted();
     ++counts_.tries;
     failed_layer = try_pile(cone_, load, pile, [&](int n, int i, Outgoing, Interval interval) {
       ++counts_.uniforms;

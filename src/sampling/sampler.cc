@@ -71,7 +71,13 @@ class CheckedSampler final : public Sampler {
     return groups;
   }
 
-  void keep_layers(std::span<const int> layers) override { inner_->keep_layers(layers); }
+  void keep_layers(std::span<const int> layers) override {
+    const bool ascending = std::is_sorted(layers.begin(), layers.end(), std::less_equal<>());
+    if (layers.empty() || !ascending || layers.front() < 0 || layers.back() >= lattice_.layers()) {
+      throw std::logic_error("a sampler was told to keep layers that the pile does not have, or in no order");
+    }
+    inner_->keep_layers(layers);
+  }
 
  private:
   void check(std::uint64_t sample, std::span<const double> load, const Pile& pile) const {
@@ -222,7 +228,7 @@ void validate(const SamplerSpec& spec) {
 }
 
 std::size_t piles_at_once(const SamplerSpec& spec, const Lattice& lattice) {
-  // Where few beads fail, two groups at once cost more memory traffic than they hide waiting.
+  // Where few beads fail, two groups at once hide less waiting than they cost memory traffic in wide piles.
   constexpr double least_mu_for_two = 0.15;
   if (spec.law != Law::granusolve || spec.rules != MendingRules::all || !(spec.mu > 0) ||
       !GranusolveGroup::fits(lattice))
@@ -232,8 +238,12 @@ std::size_t piles_at_once(const SamplerSpec& spec, const Lattice& lattice) {
 
 double drawing_memory(const SamplerSpec& spec, const Lattice& lattice) {
   const double pile = 32, solver = 68;  // bytes per bead, the latter for the law that needs most
+  const double granusolve = 15;         // of a pile by itself, such as the groups have lost
   const auto piles = static_cast<double>(piles_at_once(spec, lattice));
-  if (piles > 1) return piles / static_cast<double>(group_lanes) * GranusolveGroup::memory(lattice);
+  if (piles > 1) {
+    return piles / static_cast<double>(group_lanes) * GranusolveGroup::memory(lattice) +
+           (pile + granusolve) * static_cast<double>(lattice.beads());
+  }
   return (pile + solver) * static_cast<double>(lattice.beads());
 }
 

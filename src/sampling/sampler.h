@@ -22,7 +22,8 @@ class Sampler {
 
   /// Fills `pile` (of this sampler's lattice) with sample number `sample` under `load` (shape [columns], each
   /// > 0; or 0, but not all of them, where mu >= 1/sqrt 3; InputError otherwise).
-  /// Returns where it got stuck if the effort ran out; the pile's contents are then not a solution.
+  /// Returns where it got stuck if the effort ran out; the pile's contents are then not a solution. Throws Interrupted
+  /// if that was asked for.
   virtual std::optional<SamplingFailure> draw(std::uint64_t sample, std::span<const double> load, Pile& pile) = 0;
 
   /// Solves again under another load, keeping the random numbers of a first solution of the same sample: every bead
@@ -35,15 +36,15 @@ class Sampler {
   }
 
   /// Several samples, each under its own load: the piles that draw() gives, bit for bit, in their order, in memory of
-  /// the sampler that holds until it draws again; `loads` must hold as long. failures[k] says where samples[k] got
-  /// stuck, if it did; that pile's contents are then not a solution. All spans have one entry per pile.
+  /// the sampler that holds until it draws or keep_layers is called; `loads` must hold as long. failures[k] says where
+  /// samples[k] got stuck, if it did; that pile's contents are then not a solution. All spans have one entry per pile.
   virtual std::span<const PileGroup> draw_groups(std::span<const std::uint64_t> samples,
                                                  std::span<const std::span<const double>> loads,
                                                  std::span<std::optional<SamplingFailure>> failures);
 
-  /// The layers that draw_groups has to keep for whoever measures the piles, ascending; all forces of all layers, if
-  /// this is never called. A law that needs the memory for something else gives up the other layers, and of these all
-  /// but what PileGroup measures of them.
+  /// The layers that draw_groups has to keep for whoever measures the piles, at least one, ascending (std::logic_error
+  /// otherwise); all forces of all layers, if this is never called. A law may give up the other layers, and keep of
+  /// these layers only their weights and moments (PileGroup).
   virtual void keep_layers([[maybe_unused]] std::span<const int> layers) {}
 
   /// What was done since construction, or since the counts were last taken.
