@@ -20,8 +20,6 @@ constexpr double lowest_ratio = 0.4, highest_ratio = 1.8;
 /// A line of the notes, as a share of the panel.
 constexpr double note_height = 0.09;
 
-bool fits_log_axes(const PowerLawPoint& point) { return point.x > 0 && point.y > 0; }
-
 struct Law {
   bool known = false;
   double exponent = 0, intercept = 0;
@@ -44,27 +42,6 @@ Ratio over_law(const PowerLawPoint& point, const Law& law) {
   const double value = point.y / law.at(point.x);
   const double error = value * std::hypot(point.y_error / point.y, law.exponent * point.x_error / point.x);
   return {value, error, value > lowest_ratio && value < highest_ratio};
-}
-
-/// The middle of the window's points on logarithmic axes, and how far they reach in x.
-struct Middle {
-  double x = 0, y = 0;
-  Range extent;
-};
-
-Middle middle_of_window(const PowerLawSeries& series) {
-  Middle middle;
-  double log_x = 0, log_y = 0, points = 0;
-  for (const PowerLawPoint& point : series.points) {
-    if (!fits_log_axes(point) || !in_window(point.mu, series.fit.window)) continue;
-    log_x += std::log(point.x);
-    log_y += std::log(point.y);
-    middle.extent.add(point.x);
-    ++points;
-  }
-  middle.x = std::exp(log_x / std::max(points, 1.0));
-  middle.y = std::exp(log_y / std::max(points, 1.0));
-  return middle;
 }
 
 struct Axes {
@@ -141,12 +118,9 @@ Drawn add_data(PlotPlan& plan, const PowerLawPanel& panel, const PowerLawSeries&
 std::string yes(bool shown) { return shown ? "yes" : ""; }
 
 /// Where a law was fitted: its window, or the reach of the window's points.
-Range fitted_range(const PowerLawPanel& panel, const PowerLawSeries& series, const Middle& middle) {
-  if (!panel.against_mu) return middle.extent;
-  Range window;
-  window.add(series.fit.window[0]);
-  window.add(series.fit.window[1]);
-  return window;
+Range fitted_range(const PowerLawPanel& panel, const PowerLawSeries& series, const WindowMiddle& middle,
+                   const Axes& axes) {
+  return panel.against_mu ? window_on_axis(series.fit.window, axes.x) : middle.extent;
 }
 
 void add_series(Gaps& gaps, PlotPlan& plan, const PowerLawPanel& panel, std::size_t index, const Axes& axes,
@@ -154,10 +128,10 @@ void add_series(Gaps& gaps, PlotPlan& plan, const PowerLawPanel& panel, std::siz
   const std::string prefix = index == 0 ? "first" : "second";
   const PowerLawSeries series = index < panel.series.size() ? panel.series[index] : PowerLawSeries{};
   const Drawn drawn = add_data(plan, panel, series, axes, script.off_scale);
-  const Middle middle = middle_of_window(series);
+  const WindowMiddle middle = middle_of_window(series.points, series.fit.window);
   const Law law = law_of(series);
   const bool with_law = law.known && !middle.extent.empty;
-  const Range fitted = fitted_range(panel, series, middle);
+  const Range fitted = fitted_range(panel, series, middle, axes);
   gaps[prefix + "_name"] = series.name;
   gaps[prefix + "_inside"] = yes(drawn.inside);
   gaps[prefix + "_outside"] = yes(drawn.outside);
@@ -203,7 +177,7 @@ std::string labels_beside(const PowerLawPanel& panel, const Axes& axes) {
   };
   const Law law = law_of(series);
   if (law.known) add_power(1, law.at(1), law.exponent);
-  const Middle middle = middle_of_window(series);
+  const WindowMiddle middle = middle_of_window(series.points, series.fit.window);
   if (!middle.extent.empty && !panel.paper_exponent.empty()) {
     add_power(middle.x, middle.y, std::stod(panel.paper_exponent));
   }

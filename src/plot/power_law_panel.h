@@ -6,15 +6,9 @@
 #include "analysis/results.h"
 #include "plot/choice.h"
 #include "plot/plot_script.h"
+#include "plot/window_points.h"
 
 namespace granuscope {
-
-/// One measured point of a power law y = A x^k; errors are standard errors.
-struct PowerLawPoint {
-  double mu = 0;
-  double x = 0, x_error = 0;
-  double y = 0, y_error = 0;
-};
 
 /// Points read in one way, with the law fitted to those in its window of mu.
 struct PowerLawSeries {
@@ -30,7 +24,7 @@ struct PowerLawPanel {
   bool against_mu = false;             ///< x is mu itself: a law's window is a range of x
   bool labels = false;                 ///< mu stands beside each point of the first series
   std::vector<PowerLawSeries> series;  ///< at most two: the first filled circles, the second diamonds
-  std::string paper_exponent;          ///< drawn as a guide through the middle of the first series' window
+  std::string paper_exponent;          ///< drawn as a guide through the middle of the first series' window points
   std::vector<std::string> notes;      ///< lines of text in the upper left corner: one a series, then the paper's
   double left = 0.1, right = 0.98;     ///< edges, as shares of the drawing's width
   double height = 2.2;                 ///< inches of the upper panel, by which the names find their places

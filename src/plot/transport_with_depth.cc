@@ -10,6 +10,7 @@
 #include "plot/csv_table.h"
 #include "plot/figure_words.h"
 #include "plot/plot_script.h"
+#include "plot/window_points.h"
 #include "support/error.h"
 #include "support/number_format.h"
 
@@ -195,12 +196,14 @@ void add_c_inset(Draft& draft, const Analysis& analysis) {
   CsvTable speeds({"mu", "c", "standard_error"});
   CsvTable thrusts({"mu", "c_thrust", "standard_error"});
   Range c_range, mu_range;
+  std::vector<PowerLawPoint> slowing;
   for (const Transport& result : analysis.results) {
     if (result.c.known()) {
       speeds.add_row({result.mu, result.c.value, result.c.standard_error});
       c_range.add(result.c.value - result.c.standard_error);
       c_range.add(result.c.value + result.c.standard_error);
       mu_range.add(result.mu);
+      if (!result.exact) slowing.push_back({result.mu, result.mu, 0, tan30 - result.c.value, result.c.standard_error});
     }
     // Beside the slope alone: the speeds of the thrust reach far beyond those of the peaks at large friction.
     if (result.c.known() && result.c_thrust.known()) {
@@ -212,14 +215,13 @@ void add_c_inset(Draft& draft, const Analysis& analysis) {
   const bool drawn = !speeds.empty();
   const bool with_thrust = drawn && !thrusts.empty();
   const ScalingFit& gamma = analysis.scaling.gamma;
-  const bool with_law = drawn && gamma.exponent.known() && gamma.intercept.known();
+  // As in the other figures, the paper's law passes through the middle of the window's points on logarithmic axes.
+  const WindowMiddle middle = middle_of_window(slowing, gamma.window);
+  const bool with_law = gamma.exponent.known() && gamma.intercept.known() && !middle.extent.empty;
   if (drawn) draft.plan.data[file_name("c-of-mu")] = speeds.text();
   if (with_thrust) draft.plan.data[file_name("c-thrust-of-mu")] = thrusts.text();
   draft.plan.curves += (drawn ? 1 : 0) + (with_thrust ? 1 : 0) + (with_law ? 2 : 0);
-  // The paper's laws pass through the middle of the window on logarithmic axes, as the fitted ones do.
-  const double middle = std::sqrt(gamma.window[0] * gamma.window[1]);
-  draft.script["c_guide"] =
-      with_law ? exact(std::exp(gamma.intercept.value) * std::pow(middle, gamma.exponent.value - 1)) : "";
+  draft.script["c_guide"] = with_law ? exact(middle.y / middle.x) : "";
   const double margin = 0.08 * std::max(c_range.size(), 0.005);
   set_both(draft, "inset_c", drawn ? "yes" : "");
   set_both(draft, "inset_c_thrust", with_thrust ? "yes" : "");
@@ -228,9 +230,15 @@ void add_c_inset(Draft& draft, const Analysis& analysis) {
   set_both(draft, "gamma_high", caption_number(gamma.window[1]));
   draft.script["gamma_intercept"] = with_law ? exact(gamma.intercept.value) : "";
   const double mu_margin = 0.06 * std::max(mu_range.high, 0.01);
-  draft.script["mu_low"] = exact(-mu_margin);  // mu = 0 stands clear of the frame
-  draft.script["mu_high"] = exact(mu_range.high + mu_margin);
+  Range mu_axis;
+  mu_axis.add(-mu_margin);  // mu = 0 stands clear of the frame
+  mu_axis.add(mu_range.high + mu_margin);
+  draft.script["mu_low"] = exact(mu_axis.low);
+  draft.script["mu_high"] = exact(mu_axis.high);
   mu_range.add(0);
+  const Range fitted = window_on_axis(gamma.window, mu_axis);
+  draft.script["gamma_from"] = with_law ? exact(fitted.low) : "";
+  draft.script["gamma_to"] = with_law ? exact(fitted.high) : "";
   c_range.low -= margin;
   c_range.high += margin;
   draft.script["linear_mu_ticks"] = drawn ? linear_ticks(mu_range, 4) : "";
@@ -244,6 +252,7 @@ void add_D_inset(Draft& draft, const Analysis& analysis) {
   CsvTable outside({"mu", "D", "low", "high"});
   const ScalingFit& beta = analysis.scaling.beta;
   Range mu_range, D_range;
+  std::vector<PowerLawPoint> points;
   for (const Transport& result : analysis.results) {
     const std::string mu = "μ = " + caption_number(result.mu);
     if (!result.D.known()) continue;
@@ -253,6 +262,7 @@ void add_D_inset(Draft& draft, const Analysis& analysis) {
       draft.not_logarithmic.push_back({mu, "D is not positive"});
     } else {
       mu_range.add(result.mu);
+      points.push_back({result.mu, result.mu, 0, result.D.value, result.D.standard_error});
       D_range.add(result.D.value);
       D_range.add(result.D.value + result.D.standard_error);
     }
@@ -267,13 +277,15 @@ void add_D_inset(Draft& draft, const Analysis& analysis) {
     (in_window(result.mu, beta.window) ? inside : outside)
         .add_row({result.mu, result.D.value, low, result.D.value + result.D.standard_error});
   }
-  const bool with_law = drawn && beta.exponent.known() && beta.intercept.known();
+  const WindowMiddle middle = middle_of_window(points, beta.window);
+  const bool with_law = beta.exponent.known() && beta.intercept.known() && !middle.extent.empty;
   if (!inside.empty()) draft.plan.data[file_name("D-of-mu-inside")] = inside.text();
   if (!outside.empty()) draft.plan.data[file_name("D-of-mu-outside")] = outside.text();
   draft.plan.curves += (inside.empty() ? 0 : 1) + (outside.empty() ? 0 : 1) + (with_law ? 3 : 0);
-  const double middle = std::sqrt(beta.window[0] * beta.window[1]);
-  draft.script["D_guide"] =
-      with_law ? exact(std::exp(beta.intercept.value) * std::pow(middle, beta.exponent.value - 2.5)) : "";
+  draft.script["D_guide"] = with_law ? exact(middle.y / std::pow(middle.x, 2.5)) : "";
+  const Range fitted = window_on_axis(beta.window, mu_axis);
+  draft.script["beta_from"] = with_law ? exact(fitted.low) : "";
+  draft.script["beta_to"] = with_law ? exact(fitted.high) : "";
   set_both(draft, "inset_D", drawn ? "yes" : "");
   set_both(draft, "beta", with_law ? exact(beta.exponent.value) : "");
   set_both(draft, "beta_low", caption_number(beta.window[0]));

@@ -1,0 +1,33 @@
+#include "plot/window_points.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace granuscope {
+
+bool fits_log_axes(const PowerLawPoint& point) { return point.x > 0 && point.y > 0; }
+
+WindowMiddle middle_of_window(const std::vector<PowerLawPoint>& points, const std::array<double, 2>& window) {
+  WindowMiddle middle;
+  double log_x = 0, log_y = 0, count = 0;
+  for (const PowerLawPoint& point : points) {
+    if (!fits_log_axes(point) || !in_window(point.mu, window)) continue;
+    log_x += std::log(point.x);
+    log_y += std::log(point.y);
+    middle.extent.add(point.x);
+    ++count;
+  }
+  if (count == 0) return middle;
+  middle.x = std::exp(log_x / count);
+  middle.y = std::exp(log_y / count);
+  return middle;
+}
+
+Range window_on_axis(const std::array<double, 2>& window, const Range& axis) {
+  Range part;
+  part.add(std::clamp(window[0], axis.low, axis.high));
+  part.add(std::clamp(window[1], axis.low, axis.high));
+  return part;
+}
+
+}  // namespace granuscope

@@ -1,0 +1,93 @@
+#include "plot/window_points.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "model/lattice.h"
+#include "plot/propagation_against_diffusion.h"
+#include "plot/scaling_with_friction.h"
+#include "plot/synthetic_analysis.h"
+#include "plot/temporary_folder.h"
+#include "plot/transport_with_depth.h"
+#include "support/atomic_file.h"
+
+using namespace granuscope;
+using synthetic::TemporaryFolder;
+
+namespace {
+
+Analysis analysis_over(std::array<double, 2> window) {
+  Analysis analysis = synthetic::analysis();
+  analysis.scaling = synthetic::scaling(window);
+  for (RatioScaling& ratio : analysis.by_ratio) ratio.fits = synthetic::scaling(window);
+  return analysis;
+}
+
+double number_after(const std::string& text, const std::string& before) {
+  const std::size_t at = text.find(before);
+  REQUIRE(at != std::string::npos);
+  return std::stod(text.substr(at + before.size()));
+}
+
+}  // namespace
+
+TEST_CASE("The middle of a window is that of its points on logarithmic axes") {
+  const std::vector<PowerLawPoint> points = {
+      {0, 0, 0, 5, 0}, {0.1, 1, 0, 2, 0}, {0.2, 4, 0, 8, 0}, {0.2, 4, 0, -1, 0}, {0.9, 100, 0, 100, 0}};
+  const WindowMiddle middle = middle_of_window(points, {0, 0.3});
+  CHECK(middle.x == Approx(2));
+  CHECK(middle.y == Approx(4));
+  CHECK(middle.extent.low == 1);
+  CHECK(middle.extent.high == 4);
+  CHECK(middle_of_window(points, {0.4, 0.5}).extent.empty);
+  CHECK(middle_of_window(points, {0, 0.05}).extent.empty);  // what is at zero has no place there
+}
+
+TEST_CASE("A window ends where the axis ends") {
+  Range axis;
+  axis.add(0.5);
+  axis.add(2);
+  CHECK(window_on_axis({0, 1e9}, axis).low == 0.5);
+  CHECK(window_on_axis({0, 1e9}, axis).high == 2);
+  CHECK(window_on_axis({0.6, 1}, axis).low == 0.6);
+  CHECK(window_on_axis({0.6, 1}, axis).high == 1);
+}
+
+TEST_CASE("A window from zero or far beyond the points leaves every curve of the figures against friction visible") {
+  for (const std::array<double, 2> window : {std::array<double, 2>{0, 1.73}, {0, 1e6}, {0.1, 1e9}, {1e-12, 0.3}}) {
+    CAPTURE(window[0], window[1]);
+    const TemporaryFolder run;
+    const Analysis analysis = analysis_over(window);
+    CHECK_NOTHROW(draw_transport_with_depth(analysis, {}, run.path()));
+    CHECK_NOTHROW(draw_scaling_with_friction(analysis, run.path()));
+    CHECK_NOTHROW(draw_propagation_against_diffusion(analysis, run.path()));
+  }
+}
+
+TEST_CASE("The paper's laws stand at the points of the window, wherever the window begins") {
+  for (const double low : {0.0, 0.1}) {
+    CAPTURE(low);
+    const TemporaryFolder run;
+    draw_transport_with_depth(analysis_over({low, 0.3}), {}, run.path());
+    const std::string script = read_file(run.path() / "figures/transport-with-depth.gp");
+    double log_D = 0, log_slowing = 0;
+    for (const synthetic::Row& row : synthetic::rows()) {
+      if (row.mu > 0.31) continue;
+      log_D += std::log(row.D / std::pow(row.mu, 2.5)) / 4;
+      log_slowing += std::log((tan30 - row.c) / row.mu) / 4;
+    }
+    CHECK(number_after(script, "D_guide(mu) = ") == Approx(std::exp(log_D)));
+    CHECK(number_after(script, "c_guide(mu) = c0 - ") == Approx(std::exp(log_slowing)));
+  }
+}
+
+TEST_CASE("A law none of whose points are shown is not drawn either") {
+  const TemporaryFolder run;
+  Analysis analysis = analysis_over({0.1, 0.2});
+  for (Transport& result : analysis.results) {
+    if (result.mu < 0.25 && !result.exact) result.c = result.D = synthetic::unknown("too uncertain for a point");
+  }
+  const Figure figure = draw_transport_with_depth(analysis, {}, run.path());
+  CHECK(figure.caption.find("power law") == std::string::npos);
+  CHECK(read_file(run.path() / figure.script).find("_guide") == std::string::npos);
+}
