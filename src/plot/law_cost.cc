@@ -91,6 +91,7 @@ Figure draw_law_cost(const std::vector<LawOnPiles>& costs, const std::filesystem
                              {"ticks", log_ticks(up)}},
                             run_folder);
   std::vector<std::string> of_each_law;
+  of_each_law.reserve(growth.size());
   for (const auto& [law, numbers] : growth) of_each_law.push_back(fmt::format("{} {}", law, enumeration(numbers)));
   set_words(figure, "plot/law_cost.words",
             {{"growth", fmt::format("{}", fmt::join(of_each_law, "; "))},

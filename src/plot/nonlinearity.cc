@@ -76,6 +76,7 @@ std::string load_marks(const Nonlinearity& measured) {
     if (one.load > 0) loads.insert(one.load);
   }
   std::vector<std::string> marks;
+  marks.reserve(loads.size());
   for (const double load : loads) marks.push_back(fmt::format("'{}' {}", caption_number(load), exact(load)));
   return fmt::format("{}", fmt::join(marks, ", "));
 }
