@@ -1,7 +1,5 @@
 #include "pipeline/pipeline.h"
 
-#include <unistd.h>
-
 #include <atomic>
 #include <catch2/catch.hpp>
 #include <cstdlib>
@@ -11,46 +9,20 @@
 #include <thread>
 
 #include "pipeline/ensemble_stage.h"
+#include "quiet_run.h"
 #include "small_experiment.h"
 #include "storage/ensemble_file.h"
 #include "storage/pile_file.h"
 #include "support/atomic_file.h"
 #include "support/error.h"
 #include "support/interruption.h"
+#include "support/temporary_folder.h"
 
 using namespace granuscope;
+using test::TemporaryFolder;
 namespace fs = std::filesystem;
 
 namespace {
-
-/// A folder of this test's own, removed at its end.
-class ScratchFolder {
- public:
-  explicit ScratchFolder(const std::string& name)
-      : path_(fs::temp_directory_path() / ("granuscope-pipeline-" + name + "-" + std::to_string(::getpid()))) {
-    fs::remove_all(path_);
-  }
-  ScratchFolder(const ScratchFolder&) = delete;
-  ScratchFolder& operator=(const ScratchFolder&) = delete;
-  ~ScratchFolder() { fs::remove_all(path_); }
-  const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
-
-RunOptions quiet(const fs::path& folder, std::vector<Stage> only = {}) {
-  RunOptions options;
-  options.folder = folder;
-  options.threads = 2;
-  options.only = std::move(only);
-  options.progress = ProgressStyle::silent;
-  return options;
-}
-
-nlohmann::json manifest_of(const fs::path& folder) {
-  return nlohmann::json::parse(read_file(folder / "manifest.json"));
-}
 
 std::set<std::string> files_in(const fs::path& folder) {
   std::set<std::string> names;
@@ -63,7 +35,7 @@ std::set<std::string> files_in(const fs::path& folder) {
 }  // namespace
 
 TEST_CASE("a run leaves everything it promises, and a second one repeats no sampling and changes no byte") {
-  const ScratchFolder folder("whole");
+  const TemporaryFolder folder;
   const Experiment experiment = small_experiment();
   const RunResult result = run_experiment(experiment, quiet(folder.path()));
   const std::set<std::string> files = files_in(folder.path());
@@ -98,7 +70,7 @@ TEST_CASE("a run leaves everything it promises, and a second one repeats no samp
 TEST_CASE("the summary is the same bytes for every number of threads") {
   std::string first;
   for (int threads : {1, 2, 5}) {
-    const ScratchFolder folder("threads");
+    const TemporaryFolder folder;
     RunOptions options = quiet(folder.path(), {Stage::report});
     options.threads = threads;
     run_experiment(small_experiment(), options);
@@ -112,7 +84,7 @@ TEST_CASE("the summary is the same bytes for every number of threads") {
 }
 
 TEST_CASE("only what is asked for is made") {
-  const ScratchFolder folder("only");
+  const TemporaryFolder folder;
   const Experiment experiment = small_experiment();
   run_experiment(experiment, quiet(folder.path(), {Stage::render}));
   std::set<std::string> files = files_in(folder.path());
@@ -128,7 +100,7 @@ TEST_CASE("only what is asked for is made") {
 }
 
 TEST_CASE("a damaged or different ensemble is drawn again, and only that one") {
-  const ScratchFolder folder("damaged");
+  const TemporaryFolder folder;
   Experiment experiment = small_experiment();
   run_experiment(experiment, quiet(folder.path(), {Stage::sample}));
   const fs::path damaged = folder.path() / "ensembles/mu-0.3.h5";
@@ -149,7 +121,7 @@ TEST_CASE("a damaged or different ensemble is drawn again, and only that one") {
 }
 
 TEST_CASE("an ensemble damaged behind its configuration is drawn again, too") {
-  const ScratchFolder folder("damaged-inside");
+  const TemporaryFolder folder;
   const Experiment experiment = small_experiment();
   run_experiment(experiment, quiet(folder.path(), {Stage::sample}));
   const fs::path file = folder.path() / "ensembles/mu-0.3.h5";
@@ -186,7 +158,7 @@ TEST_CASE("an ensemble damaged behind its configuration is drawn again, too") {
 }
 
 TEST_CASE("an ensemble stopped half way is continued from its last part, to the same bytes") {
-  const ScratchFolder whole("at-once"), stopped("in-parts");
+  const TemporaryFolder whole, stopped;
   Experiment experiment = small_experiment();
   experiment.response.samples = 32 * group_size * 24;
   const std::size_t one = 2;
@@ -225,7 +197,7 @@ TEST_CASE("an ensemble stopped half way is continued from its last part, to the 
 }
 
 TEST_CASE("a damaged part of an ensemble is drawn again") {
-  const ScratchFolder whole("no-part"), folder("damaged-part");
+  const TemporaryFolder whole, folder;
   const Experiment experiment = small_experiment();
   std::vector<PlannedEnsemble> planned = plan_ensembles(experiment, whole.path());
   obtain_ensemble(planned[1], whole.path(), 2, ProgressStyle::silent);
@@ -239,7 +211,7 @@ TEST_CASE("a damaged part of an ensemble is drawn again") {
 }
 
 TEST_CASE("an interrupted run says so, keeps what was finished and goes on to the same bytes") {
-  const ScratchFolder whole("uninterrupted"), stopped("interrupted");
+  const TemporaryFolder whole, stopped;
   const Experiment experiment = small_experiment();
   run_experiment(experiment, quiet(whole.path(), {Stage::sample}));
 
@@ -262,7 +234,7 @@ TEST_CASE("an interrupted run says so, keeps what was finished and goes on to th
 }
 
 TEST_CASE("figures with nothing to show are left out, the reasons reported") {
-  const ScratchFolder folder("nothing-to-show");
+  const TemporaryFolder folder;
   Experiment experiment = small_experiment();
   experiment.mu = {0.05};  // peaks narrower than a bead: no depth can be fitted
   experiment.figures.profile_mu = 0.05;
@@ -277,7 +249,7 @@ TEST_CASE("figures with nothing to show are left out, the reasons reported") {
 }
 
 TEST_CASE("a run that fails leaves a manifest that says why") {
-  const ScratchFolder folder("failing");
+  const TemporaryFolder folder;
   const std::string path = std::getenv("PATH");
   // Nothing is installed in an empty folder, least of all gnuplot.
   fs::create_directories(folder.path() / "empty");
@@ -293,14 +265,14 @@ TEST_CASE("a run that fails leaves a manifest that says why") {
 }
 
 TEST_CASE("a folder that cannot be made is refused before any work") {
-  const ScratchFolder folder("occupied");
+  const TemporaryFolder folder;
   fs::create_directories(folder.path());
   write_file(folder.path() / "file", "not a folder");
   CHECK_THROWS_AS(run_experiment(small_experiment(), quiet(folder.path() / "file" / "run")), EnvironmentError);
 }
 
 TEST_CASE("failures are listed in the summary and enter no average") {
-  const ScratchFolder folder("failures");
+  const TemporaryFolder folder;
   Experiment experiment = small_experiment();
   experiment.sampling.effort = 1.4;  // enough at mu = 0.2, not for every pile at 0.4
   run_experiment(experiment, quiet(folder.path(), {Stage::report}));
@@ -317,7 +289,7 @@ TEST_CASE("failures are listed in the summary and enter no average") {
 }
 
 TEST_CASE("verdicts that differ from the expected ones are named") {
-  const ScratchFolder folder("gate");
+  const TemporaryFolder folder;
   Experiment experiment = small_experiment();
   experiment.expected_verdicts = {{"frictionless", "reproduced"}};
   CHECK(run_experiment(experiment, quiet(folder.path(), {Stage::analyse})).unexpected.empty());
@@ -328,7 +300,7 @@ TEST_CASE("verdicts that differ from the expected ones are named") {
 }
 
 TEST_CASE("the pile of the picture is the one its command draws again") {
-  const ScratchFolder folder("pile");
+  const TemporaryFolder folder;
   run_experiment(small_experiment(), quiet(folder.path(), {Stage::render}));
   const Pile pile = read_pile(folder.path() / "piles/force-chains.h5");
   CHECK(pile.lattice.columns() == 40);
@@ -346,7 +318,7 @@ TEST_CASE("Side measurements are drawn, kept, reused and reported") {
   experiment.redrawn_beads = {{0.3}, 256};
   experiment.nonlinearity = {{0.2, 0.3, 0.4}, {0.25, 0.5}, {1, 2}, 300, 1024};
   experiment.force_chains.layers = 25;
-  ScratchFolder folder("side");
+  TemporaryFolder folder;
   const auto summary_of = [&](const std::vector<Stage>& only) {
     run_experiment(experiment, quiet(folder.path(), only));
     return nlohmann::json::parse(read_file(folder.path() / "summary.json"));
@@ -401,7 +373,7 @@ TEST_CASE("every estimator runs to a report that names it beside the numbers, th
     experiment.response.estimator = estimator;
     experiment.response.epsilon = 0.125;
     experiment.report.pdf = false;
-    const ScratchFolder one("one-" + estimator), two("two-" + estimator);
+    const TemporaryFolder one, two;
     RunOptions options = quiet(one.path());
     options.threads = 1;
     run_experiment(experiment, options);
@@ -430,12 +402,12 @@ TEST_CASE("A precision is reached by whole steps: the same bytes for every numbe
   experiment.mu = {0.0, 0.3};
   experiment.precision = {2e-3, 0, 4096};
   experiment.fit.scaling_window = {0.2, 0.4};
-  const auto run = [&](const ScratchFolder& folder, int threads) {
+  const auto run = [&](const TemporaryFolder& folder, int threads) {
     RunOptions options = quiet(folder.path(), {Stage::analyse});
     options.threads = threads;
     return run_experiment(experiment, options).analysis.results;
   };
-  const ScratchFolder folder("precise"), again("precise-again");
+  const TemporaryFolder folder, again;
   const auto dry = [&] {
     std::string text;
     for (const PlannedStep& step : plan_run(experiment, quiet(folder.path()))) text += step.what + "\n";

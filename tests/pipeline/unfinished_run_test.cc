@@ -10,6 +10,7 @@
 #include <string>
 
 #include "pipeline/pipeline.h"
+#include "quiet_run.h"
 #include "small_experiment.h"
 #include "support/atomic_file.h"
 #include "support/error.h"
@@ -22,19 +23,6 @@ using test::TemporaryFolder;
 namespace fs = std::filesystem;
 
 namespace {
-
-RunOptions quiet(const fs::path& folder, std::vector<Stage> only = {}) {
-  RunOptions options;
-  options.folder = folder;
-  options.threads = 2;
-  options.only = std::move(only);
-  options.progress = ProgressStyle::silent;
-  return options;
-}
-
-nlohmann::json manifest_of(const fs::path& folder) {
-  return nlohmann::json::parse(read_file(folder / "manifest.json"));
-}
 
 /// Seconds of each stage that draws an ensemble; -1 where they are not known.
 std::map<std::string, double> drawing_times(const fs::path& folder) {
