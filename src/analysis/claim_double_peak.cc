@@ -47,6 +47,7 @@ Claim judge_double_peak(const Analysis& analysis, const FitSpec& fit, const Clai
                            "least Δχ² for two peaks against one");
   Found two, one, undecided, shallow;
   double least = std::numeric_limits<double>::infinity(), closest = least, undecided_evidence = 0;
+  int undecided_known = 0;
   for (const Transport& result : analysis.results) {
     if (result.exact || result.mu == 0) continue;
     for (const DepthFit& depth : result.depths) {
@@ -62,7 +63,10 @@ Claim judge_double_peak(const Analysis& analysis, const FitSpec& fit, const Clai
         one.add(result.mu, depth.z);
       } else {
         undecided.add(result.mu, depth.z);
-        undecided_evidence += std::isfinite(evidence) ? evidence : 0;
+        if (std::isfinite(evidence)) {
+          undecided_evidence += evidence;
+          ++undecided_known;
+        }
       }
       if (std::isfinite(evidence)) least = std::min(least, evidence);
     }
@@ -84,11 +88,11 @@ Claim judge_double_peak(const Analysis& analysis, const FitSpec& fit, const Clai
   if (one.depths > 0) say(claim, fmt::format("One peak is found at {}.", one.in_words()));
   if (undecided.depths > 0) {
     // On average; a single depth of many may lie near 0 by chance, which says nothing about the cost.
-    const double mean = undecided_evidence / undecided.depths;
+    const double mean = undecided_evidence / std::max(undecided_known, 1);
     say(claim, fmt::format("Undecided between one and two peaks (|Δχ²| < {}) at {}; Δχ² is {} there on average, and "
                            "grows in proportion to the number of piles: {}.",
                            spec.decisive_chi2, undecided.in_words(), significant(mean, 2),
-                           more_piles(spec.decisive_chi2 / std::abs(mean))));
+                           more_piles(std::max(1.0, spec.decisive_chi2 / std::abs(mean)))));
   }
   if (!far_enough) {
     say(claim, fmt::format("The experiment ends at μ = {}: whether the peaks merge up to {} needs that value in "

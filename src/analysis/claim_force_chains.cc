@@ -33,8 +33,7 @@ Claim judge_force_chains(const Analysis& analysis, const ClaimSpec& spec) {
   claim.verdict = excess > margin ? reproduced : excess < -margin ? not_reproduced : undetermined;
   claim.explanation = fmt::format(
       "{} of the response of {} piles lies within {} beads of the rays x = ±c z, c = {} by the thrust ratio of the "
-      "same "
-      "piles; spread evenly between the rays it would be {}, and more than {} is asked for.",
+      "same piles; spread evenly between the rays it would be {}, and more than {} is asked for.",
       value_with_error(chains.share.value, chains.share.standard_error), chains.samples, chains.half_width,
       value_with_error(chains.c.value, chains.c.standard_error), significant(chains.even_share, 2),
       significant(needed, 2));

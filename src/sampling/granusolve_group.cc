@@ -114,7 +114,7 @@ GranusolveGroup::GranusolveGroup(const SamplerSpec& spec, const Lattice& lattice
   climbs_ = aligned_array<std::uint8_t>(all);
   if (kept) {
     for (std::size_t l = 0; l < kept->size(); ++l) kept_[static_cast<std::size_t>((*kept)[l])] = static_cast<int>(l);
-    kept_weights_ = aligned_array<double>(std::max<std::size_t>(kept->size(), 1) * layer);
+    kept_weights_ = aligned_array<double>(kept->size() * layer);
   } else {
     std::iota(kept_.begin(), kept_.end(), 0);
     for (AlignedArray<double>* forces : {&kept_V_R_, &kept_V_L_, &kept_H_R_, &kept_H_L_}) {
@@ -339,16 +339,17 @@ void GranusolveGroup::finish_layer(int layer) {
   const std::size_t in_window = lattice_.index(layer % window, 0) * group_lanes;
   count_rules(rule_.get() + in_window, climbs_.get() + in_window, columns, beads_by_);
   finished_ = layer + 1;
-  if (kept_[static_cast<std::size_t>(layer)] < 0) return;
-  const auto place = static_cast<std::size_t>(kept_[static_cast<std::size_t>(layer)]);
-  const std::size_t size = columns * group_lanes, to = place * size;
-  moments_[place] = measure_row(forces(layer), columns, group_lanes, keeps_forces_ ? nullptr : &kept_weights_[to]);
+  const int place = kept_[static_cast<std::size_t>(layer)];
+  if (place < 0) return;
+  const std::size_t size = columns * group_lanes, to = static_cast<std::size_t>(place) * size;
+  const ForceRow from = forces(layer);
+  moments_[static_cast<std::size_t>(place)] =
+      measure_row(from, columns, group_lanes, keeps_forces_ ? nullptr : &kept_weights_[to]);
   if (!keeps_forces_) return;
-  const GroupRow from = row(layer);
   std::copy_n(from.V_R, size, kept_V_R_.get() + to);
   std::copy_n(from.V_L, size, kept_V_L_.get() + to);
   std::copy_n(from.H_R, size, kept_H_R_.get() + to);
-  std::transform(from.H, from.H + size, from.H_R, kept_H_L_.get() + to, std::minus<>());
+  std::transform(from.H_L, from.H_L + size, from.H_R, kept_H_L_.get() + to, std::minus<>());
 }
 
 /// What is left when all layers have been drawn.

@@ -35,8 +35,8 @@ namespace granuscope {
 /// one row after the other); copying kept forces with vectors, or past the caches. What helped little: two groups in
 /// turn gain 8 % at mu = 0.15 and 0.3 and 13 % at 0.8; at 0.1 they gain 1 to 3 % in piles of up to 500 columns and lose
 /// 2 % in 1000. Layers finished four or eight at a time, so that their memory is read once, gain 1 to 2 % at 0.1 and
-/// lose as much at 0.3 in piles of 1000 columns. Mends that tell hopeless beads from those that arcs may help gain 0.7
-/// % at 0.1 and lose 1.5 % at 0.3.
+/// lose as much at 0.3 in piles of 1000 columns. Mends that tell hopeless beads from those that arcs may help gain
+/// 0.7 % at 0.1 and lose 1.5 % at 0.3.
 class GranusolveGroup {
  public:
   /// `kept`: the layers to be kept for whoever measures the piles, ascending; none: all forces of all layers. `alone`

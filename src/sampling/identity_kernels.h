@@ -11,8 +11,8 @@ namespace granuscope {
 struct RowFacts {
   alignas(64) std::array<double, group_lanes> weight_sum{}, largest_weight{}, largest_H{};
   alignas(64) std::array<double, group_lanes> largest_residual{};
-  alignas(
-      64) std::array<double, group_lanes> finite_sum{};  ///< of sizes of H_R and residuals, for what maxima pass over
+  /// Of the sizes of H_R and of the residuals: vector maxima pass over what is not a number, sums do not.
+  alignas(64) std::array<double, group_lanes> finite_sum{};
 };
 
 /// Adds the weights and the sizes of H_R of a row.

@@ -74,9 +74,7 @@ Pile pile_of(const PileGroup& group, std::size_t k) {
 
 LayerMoments PileGroup::moments_of(int layer) const {
   if (!moments.empty()) return moments[static_cast<std::size_t>(place_of(layer))];
-  const std::size_t at = row(layer);
-  return measure_row({V_R + at, V_L + at, H_R + at, H_L + at}, static_cast<std::size_t>(lattice.columns()), stride,
-                     nullptr);
+  return measure_row(forces(layer), static_cast<std::size_t>(lattice.columns()), stride, nullptr);
 }
 
 void GroupIdentities::begin(const Lattice& lattice, std::size_t stride,
@@ -112,7 +110,6 @@ void GroupIdentities::add_layer(const ForceRow& here, const ForceRow& above, con
     };
     IdentityResiduals& pile = worst_[k];
     pile.weight_sum = worse(pile.weight_sum, std::abs(facts.weight_sum[k] - loads_[k]) / loads_[k]);
-    // Vector maxima pass over what is not a number; its sum does not.
     if (!std::isfinite(facts.finite_sum[k])) pile.wave_equation = std::numeric_limits<double>::infinity();
     if (layer_ >= 2) {
       const double largest = std::max({largest_above_[k], largest_H_[k], facts.largest_weight[k]});
@@ -130,10 +127,7 @@ std::array<IdentityResiduals, group_lanes> identity_residuals(const PileGroup& g
   require_forces(group);
   GroupIdentities identities;
   identities.begin(group.lattice, group.stride, group.loads);
-  const auto row = [&](int layer) {
-    const std::size_t at = group.row(std::max(layer, 0));
-    return ForceRow{group.V_R + at, group.V_L + at, group.H_R + at, group.H_L + at};
-  };
+  const auto row = [&](int layer) { return group.forces(std::max(layer, 0)); };
   for (int layer = 0; layer < group.lattice.layers(); ++layer) {
     identities.add_layer(row(layer), row(layer - 1), row(layer - 2));
   }

@@ -39,6 +39,11 @@ struct PileGroup {
   std::size_t row(int layer) const { return lattice.index(place_of(layer), 0) * stride; }
   /// Of the bead at an entry.
   double weight(std::size_t entry) const { return weights != nullptr ? weights[entry] : V_R[entry] + V_L[entry]; }
+  /// Of a kept layer, where all forces are kept.
+  ForceRow forces(int layer) const {
+    const std::size_t at = row(layer);
+    return {V_R + at, V_L + at, H_R + at, H_L + at};
+  }
   /// Those of a kept layer.
   LayerMoments moments_of(int layer) const;
 

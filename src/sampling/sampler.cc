@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "sampling/eloy_clement.h"
 #include "sampling/frictionless.h"
@@ -72,7 +73,7 @@ class CheckedSampler final : public Sampler {
   }
 
   void keep_layers(std::span<const int> layers) override {
-    const bool ascending = std::is_sorted(layers.begin(), layers.end(), std::less_equal<>());
+    const bool ascending = std::adjacent_find(layers.begin(), layers.end(), std::greater_equal<>()) == layers.end();
     if (layers.empty() || !ascending || layers.front() < 0 || layers.back() >= lattice_.layers()) {
       throw std::logic_error("a sampler was told to keep layers that the pile does not have, or in no order");
     }
