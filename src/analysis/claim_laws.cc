@@ -127,8 +127,7 @@ Claim judge_amplitude(const Analysis& analysis, const ClaimSpec& spec) {
 }
 
 // The power of N in the rms residual about the fit, over sub-ensembles, against -1/2. A power nearer to 0 says that the
-// two Gaussians are not the exact shape: what they miss stays however many piles are averaged. That is no statement
-// about the noise, and leaves the claim open.
+// two Gaussians are not the exact shape, which is told beside the verdict.
 Claim judge_noise(const Analysis& analysis, const ClaimSpec& spec) {
   constexpr double paper = -0.5;
   Claim claim = judge_law(
@@ -142,12 +141,11 @@ Claim judge_noise(const Analysis& analysis, const ClaimSpec& spec) {
   const bool another_shape = above(claim.measured, agreement) ||
                              std::any_of(analysis.results.begin(), analysis.results.end(),
                                          [&](const Transport& result) { return above(result.laws.noise, outlier); });
-  if (!another_shape) return claim;
-  claim.verdict = undetermined;
-  claim.explanation = fmt::format(
-      "The rms residual about the fit falls as the power {} of N, nearer to 0 than −1/2: the response has not exactly "
-      "the shape of two Gaussians, and what they miss stays however many piles are averaged.",
-      value_with_error(claim.measured.value, claim.measured.standard_error));
+  if (another_shape) {
+    say(claim,
+        "A power nearer to 0 than −1/2: the response has not exactly the shape of two Gaussians, and what they miss "
+        "stays however many piles are averaged. Of the noise itself that says nothing.");
+  }
   return claim;
 }
 
