@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <ctime>
 
 #include "analysis/error_curve.h"
 #include "analysis/thrust.h"
@@ -17,6 +16,7 @@
 #include "ensemble/parallel.h"
 #include "sampling/chain_plan.h"
 #include "support/number_format.h"
+#include "support/processor_time.h"
 
 namespace granuscope {
 namespace {
@@ -44,13 +44,6 @@ constexpr std::array<Multiplexing, 7> multiplexings{{{0.1, false, 1},
 constexpr std::size_t reference_multiplexing = 3;
 /// The speed-up stated first is that of the linear response: of the epsilon whose bias is below the scatter.
 constexpr std::size_t stated_multiplexing = 5;
-
-/// Processor time of this thread, which other programs on the machine do not lengthen.
-double thread_seconds() {
-  std::timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 struct Repetition {
   EnsembleRecord record;
@@ -136,9 +129,9 @@ Drawn draw(EnsembleSpec spec, int repetitions, int threads) {
   for_each_index(drawn.repetitions.size(), threads, [&](std::size_t r) {
     EnsembleSpec repetition = spec;
     repetition.sampler.seed = first_seed + r;
-    const double start = thread_seconds();
+    const double start = processor_seconds();
     drawn.repetitions[r].record = run_ensemble(repetition, 1, nullptr);
-    drawn.repetitions[r].seconds = thread_seconds() - start;
+    drawn.repetitions[r].seconds = processor_seconds() - start;
   });
   return drawn;
 }

@@ -18,11 +18,6 @@
 namespace granuscope {
 namespace {
 
-// For the estimate of --dry-run only: with its share of the averages, a bead of the default law took 10 to 12 ns on one
-// core in runs with mu = 0.1 to 1.7, from 6 ns at small to 16 ns at large mu. Chains and the laws of tiny piles take
-// longer.
-constexpr double seconds_per_bead = 12e-9;
-
 struct RunVerbOptions {
   std::string config;
   std::string folder;
@@ -34,15 +29,21 @@ struct RunVerbOptions {
   bool gate = false;
 };
 
-void print_plan(const std::vector<PlannedStep>& plan, int threads, std::ostream& out) {
+void print_plan(const Experiment& experiment, const std::vector<PlannedStep>& plan, int workers, std::ostream& out) {
   std::uint64_t beads = 0;
   for (const PlannedStep& step : plan) {
     beads += step.reused ? 0 : step.beads;
     out << fmt::format("{:<8} {}{}\n", name_of(step.stage), step.what, step.reused ? " (there already)" : "");
   }
-  out << fmt::format("beads to draw: {:.3g}, roughly {} on {} threads\n", static_cast<double>(beads),
-                     describe_duration(static_cast<double>(beads) * seconds_per_bead / worker_count(threads)),
-                     worker_count(threads));
+  out << fmt::format("beads to draw: {:.3g}", static_cast<double>(beads)) << std::flush;
+  if (beads > 0) {
+    require_memory(memory_needed(experiment, workers));
+    const PlannedTime time = foretell_time(plan, workers);
+    out << fmt::format(", roughly {}{} on {} by a trial of the first piles; fits, figures and report come on top",
+                       describe_duration(time.seconds), time.at_least ? " or more" : "",
+                       workers == 1 ? "one thread" : fmt::format("{} threads", workers));
+  }
+  out << "\n";
 }
 
 void tell_files(const ReportFiles& files, std::ostream& err) {
@@ -84,7 +85,7 @@ ExitCode run(const RunVerbOptions& given, VerbContext& context) {
     return ExitCode::done;
   }
   if (given.dry_run) {
-    print_plan(plan_run(experiment, options), options.threads, context.out);
+    print_plan(experiment, plan_run(experiment, options), worker_count(options.threads), context.out);
     return ExitCode::done;
   }
   require_kept(given.config, options.folder / "experiment.toml", print_experiment(experiment));
@@ -113,7 +114,8 @@ void add_run_verb(CLI::App& app, VerbContext& context) {
   verb->add_option("--threads", options->threads, "threads, 0 for all; never changes a number")
       ->capture_default_str()
       ->check(CLI::Range(0, 4096));
-  verb->add_flag("--dry-run", options->dry_run, "print what would be done and its cost; do nothing");
+  verb->add_flag("--dry-run", options->dry_run,
+                 "print what would be done and how long it takes, by a trial of some seconds at most; write nothing");
   verb->add_flag("--print-config", options->print_config,
                  "print the experiment with every default resolved; do nothing");
   verb->add_flag("--require-pdf", options->require_pdf, "fail (status 3) if report.pdf cannot be written");

@@ -73,22 +73,22 @@ Problem find_friction_problem(const Experiment& e) {
   return {};
 }
 
-/// A pile that the experiment's law would never complete.
-Problem find_law_problem(const Experiment& e, int columns, int layers, double mu) {
+/// A pile that the experiment's law would never complete; `whose` says where its size stands.
+Problem find_law_problem(const Experiment& e, const char* whose, int columns, int layers, double mu) {
   const double beads = static_cast<double>(columns) * layers;
   if (mu == 0) return {};
   if (e.sampling.law == Law::rejection && beads > most_beads_by_rejection) {
     return problem("sampling.law",
-                   "the law rejection throws a whole pile away for one failing bead, so that with {} x {} beads it "
-                   "would never finish; use granusolve, or at most {} beads",
-                   columns, layers, most_beads_by_rejection);
+                   "the law rejection throws a whole pile away for one failing bead, so that with the {} x {} beads "
+                   "of {} it would never finish; use granusolve, or at most {} beads",
+                   columns, layers, whose, most_beads_by_rejection);
   }
   if (e.sampling.law == Law::polytope && beads > static_cast<double>(most_polytope_beads)) {
     return problem("sampling.law",
                    "the chain of the law polytope forgets its past only within a number of sweeps that grows faster "
-                   "than the number of beads, so that with {} x {} beads it would never finish; use granusolve, or at "
-                   "most {} beads",
-                   columns, layers, most_polytope_beads);
+                   "than the number of beads, so that with the {} x {} beads of {} it would never finish; use "
+                   "granusolve, or at most {} beads",
+                   columns, layers, whose, most_polytope_beads);
   }
   return {};
 }
@@ -130,9 +130,10 @@ Problem find_sampling_problem(const Experiment& e) {
     return problem(sampling.burn_in > most_sweeps ? "sampling.burn_in" : "sampling.thinning",
                    "a chain counts no more than {} sweeps; give fewer, or 0 to have them measured", most_sweeps);
   }
-  if (auto found = find_law_problem(e, e.lattice.columns, e.lattice.layers, e.mu.back())) return found;
+  if (auto found = find_law_problem(e, "[lattice]", e.lattice.columns, e.lattice.layers, e.mu.back())) return found;
   if (!e.force_chains.draw) return {};
-  return find_law_problem(e, e.force_chains.columns, e.force_chains.computed_layers(), e.force_chains.mu);
+  return find_law_problem(e, "scenes.force_chains, some of them computed below the layers shown,",
+                          e.force_chains.columns, e.force_chains.computed_layers(), e.force_chains.mu);
 }
 
 Problem find_response_problem(const Experiment& e) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "analysis/results.h"
+#include "ensemble/ensemble_spec.h"
 #include "experiment/experiment.h"
 #include "pipeline/stage.h"
 #include "report/report.h"
@@ -26,11 +27,23 @@ struct PlannedStep {
   Stage stage;
   std::string what;
   bool reused = false;
-  std::uint64_t beads = 0;  ///< beads to be drawn
+  std::uint64_t beads = 0;    ///< beads to be drawn
+  EnsembleSpec spec = {};     ///< of an ensemble, what is to be drawn of it:
+  std::uint64_t samples = 0;  ///< so many samples more
 };
 
 /// What run_experiment would do, in order; draws nothing and writes nothing.
 std::vector<PlannedStep> plan_run(const Experiment& experiment, const RunOptions& options);
+
+/// How long the drawing of a plan will take.
+struct PlannedTime {
+  double seconds = 0;     ///< on the clock, on threads that nobody else keeps busy
+  bool at_least = false;  ///< it may also take much longer
+};
+
+/// Foretold from a trial of each ensemble on one core: takes seconds where chains or the laws of tiny piles are asked
+/// for, else much less. Stops with Interrupted if that is asked for.
+PlannedTime foretell_time(const std::vector<PlannedStep>& plan, int threads);
 
 /// Memory that the largest of the ensembles needs while it is drawn on this many threads, and the sums, in bytes.
 double memory_needed(const Experiment& experiment, int threads);

@@ -7,12 +7,14 @@
 
 #include "analysis/precision.h"
 #include "ensemble/estimator.h"
+#include "ensemble/foretold_time.h"
 #include "experiment/experiment_check.h"
 #include "pipeline/ensemble_stage.h"
 #include "pipeline/pipeline.h"
 #include "pipeline/side_stage.h"
 #include "sampling/sampler.h"
 #include "support/number_format.h"
+#include "support/processor_time.h"
 
 namespace granuscope {
 namespace {
@@ -48,7 +50,7 @@ PlannedStep plan_growth(const Experiment& experiment, const RunOptions& options,
   if (there) what += fmt::format(", {} of them there already", drawn);
   if (!enough) what += fmt::format("; about {} would be needed", significant(look.samples_needed, 2));
   if (!planned.replaces.empty()) what += fmt::format("; replaces the file there: {}", planned.replaces);
-  return {Stage::sample, what, samples == drawn, beads_of(spec, samples - drawn)};
+  return {Stage::sample, what, samples == drawn, beads_of(spec, samples - drawn), spec, samples - drawn};
 }
 
 }  // namespace
@@ -64,14 +66,14 @@ std::vector<PlannedStep> plan_run(const Experiment& experiment, const RunOptions
       }
       const std::uint64_t begun =
           std::min(planned.spec.samples, planned.begun * group_size * static_cast<std::uint64_t>(planned.spec.blocks));
-      const std::uint64_t beads = beads_of(planned.spec, planned.spec.samples - begun);
+      const std::uint64_t left = planned.reusable ? 0 : planned.spec.samples - begun;
       const std::string continued = begun == 0 ? "" : fmt::format(", {} of them there already", begun);
       const std::string replaces =
           planned.replaces.empty() ? "" : fmt::format("; replaces the file there: {}", planned.replaces);
       steps.push_back({Stage::sample,
                        fmt::format("{} {}, {}{}{}", planned.spec.samples, kind_of(planned.spec), planned.label,
                                    continued, replaces),
-                       planned.reusable, planned.reusable ? 0 : beads});
+                       planned.reusable, beads_of(planned.spec, left), planned.spec, left});
     };
     for (const PlannedEnsemble& planned : plan_ensembles(experiment, options.folder)) add(planned);
     for (const SideEnsemble& side : plan_side_ensembles(experiment, options.folder)) add(side.planned);
@@ -87,6 +89,29 @@ std::vector<PlannedStep> plan_run(const Experiment& experiment, const RunOptions
   if (needed.contains(Stage::plot)) steps.push_back({Stage::plot, "figures", false, 0});
   if (needed.contains(Stage::report)) steps.push_back({Stage::report, "report", false, 0});
   return steps;
+}
+
+PlannedTime foretell_time(const std::vector<PlannedStep>& plan, int threads) {
+  // Whether the pilot of a chain takes a second or an hour shows only when it has run for some time; of other laws the
+  // first few piles tell enough.
+  constexpr double all_chains = 8, longest_chain = 3, shortest_chain = 0.1, other_law = 0.3;  // seconds
+  const auto is_chain = [](const PlannedStep& step) { return step.spec.sampler.law == Law::polytope; };
+  auto chains = static_cast<double>(std::count_if(plan.begin(), plan.end(), is_chain));
+  double left = all_chains;
+  PlannedTime planned;
+  for (const PlannedStep& step : plan) {
+    if (step.samples == 0) continue;
+    const double start = processor_seconds();
+    const double share =
+        is_chain(step) ? std::clamp(left / std::max(1.0, chains), shortest_chain, longest_chain) : other_law;
+    const ForetoldTime one = foretell_time(step.spec, share);
+    planned.seconds += one.on_threads(step.samples, threads);
+    planned.at_least = planned.at_least || one.at_least;
+    if (!is_chain(step)) continue;
+    left -= processor_seconds() - start;
+    chains -= 1;
+  }
+  return planned;
 }
 
 double memory_needed(const Experiment& experiment, int threads) {

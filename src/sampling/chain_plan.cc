@@ -13,6 +13,7 @@
 #include "sampling/polytope_chain.h"
 #include "support/error.h"
 #include "support/interruption.h"
+#include "support/processor_time.h"
 
 namespace granuscope {
 namespace {
@@ -20,6 +21,17 @@ namespace {
 constexpr std::uint64_t fewest_sweeps = 4096, most_pilot_sweeps = std::uint64_t{1} << 22;
 /// Length of the pilot in autocorrelation times. The time is then known to about a third.
 constexpr double pilot_times = 100;
+/// The same for a forecast of how long chains will run, which is content with a factor of two.
+constexpr double foretelling_times = 20;
+
+/// Below which the autocorrelation time hardly is, for telling a pilot that is too short to have seen the slow waves of
+/// weight around the ring from one that has: within a factor of two of what pilots measured at lambda = 0 on 6 x 6 to
+/// 24 x 30 beads, and a third of it at lambda = 1. It grows with the fourth power of the length of the wave, which is
+/// not longer than the pile is deep.
+double shortest_time_expected(const SamplerSpec& spec, const Lattice& lattice) {
+  const double wave = std::min(lattice.columns(), lattice.layers());
+  return 0.02 * wave * wave * wave * wave * (1 + 15 * spec.lambda * spec.mu);
+}
 constexpr int observed_layers = 8;
 /// The pile starts from another law: this share of the pilot is burn-in.
 constexpr double discarded_share = 0.25;
@@ -81,6 +93,57 @@ class SlowObservables {
   std::uint64_t stride_ = 1;
 };
 
+/// The chain over which the autocorrelation time is measured.
+class Pilot {
+ public:
+  Pilot(const SamplerSpec& spec, const Lattice& lattice, std::span<const double> load)
+      : spec_(spec),
+        chain_(FrictionCone(spec.mu), lattice, 0),
+        observables_(lattice, std::accumulate(load.begin(), load.end(), 0.0)),
+        key_(spec.seed, 0) {
+    Pile start(lattice);
+    SamplerSpec start_spec = spec;
+    start_spec.law = Law::granusolve;
+    if (const auto failure = GranusolveSampler(start_spec, lattice).draw(0, load, start)) {
+      throw InputError(
+          fmt::format("the chain of the law polytope starts from a pile of the law granusolve, but none could be "
+                      "completed under this load (it got stuck in layer {}); raise the effort or take a more even load",
+                      failure->layer));
+    }
+    chain_.set(start);
+  }
+
+  void run_to(std::uint64_t end) {
+    for (; sweeps_ < end; ++sweeps_) {
+      if (sweeps_ % 64 == 0) throw_if_interrupted();
+      if (sweeps_ == flat_sweeps) chain_.set_lambda(spec_.lambda);
+      chain_.sweep(
+          [&](int layer, int bead) { return key_.pilot_move(layer, bead, static_cast<std::uint32_t>(sweeps_ + 1)); });
+      observables_.record(chain_.pile(), sweeps_);
+    }
+  }
+
+  std::uint64_t sweeps() const { return sweeps_; }
+  double autocorrelation_time() const { return observables_.autocorrelation_time(); }
+
+ private:
+  SamplerSpec spec_;
+  PolytopeChain chain_;
+  SlowObservables observables_;
+  RandomKey key_;
+  std::uint64_t sweeps_ = 0;
+};
+
+/// Whether a pilot of so many sweeps holds the time so many times.
+bool long_enough(std::uint64_t sweeps, double times, double time) {
+  return (1 - discarded_share) * static_cast<double>(sweeps) >= times * time;
+}
+
+ChainPlan plan_for(double time, std::uint64_t pilot_sweeps) {
+  const auto whole = [](double sweeps) { return static_cast<std::uint64_t>(std::ceil(sweeps)); };
+  return {whole(burn_in_times * time), whole(thinning_times * time), time, pilot_sweeps};
+}
+
 }  // namespace
 
 ChainPlan plan_chain(const SamplerSpec& spec, const Lattice& lattice, std::span<const double> load) {
@@ -91,34 +154,55 @@ ChainPlan plan_chain(const SamplerSpec& spec, const Lattice& lattice, std::span<
         lattice.columns(), lattice.layers(), how));
   };
   if (lattice.beads() > most_polytope_beads) throw too_slow(fmt::format("more than {} beads", most_polytope_beads));
-  Pile start(lattice);
-  SamplerSpec start_spec = spec;
-  start_spec.law = Law::granusolve;
-  if (const auto failure = GranusolveSampler(start_spec, lattice).draw(0, load, start)) {
-    throw InputError(
-        fmt::format("the chain of the law polytope starts from a pile of the law granusolve, but none could be "
-                    "completed under this load (it got stuck in layer {}); raise the effort or take a more even load",
-                    failure->layer));
-  }
-  PolytopeChain chain(FrictionCone(spec.mu), lattice, 0);
-  chain.set(start);
-  SlowObservables observables(lattice, std::accumulate(load.begin(), load.end(), 0.0));
-  const RandomKey key(spec.seed, 0);
-  std::uint64_t sweep = 0;
+  Pilot pilot(spec, lattice, load);
   for (std::uint64_t end = fewest_sweeps; end <= most_pilot_sweeps; end *= 2) {
-    for (; sweep < end; ++sweep) {
-      if (sweep % 64 == 0) throw_if_interrupted();
-      if (sweep == flat_sweeps) chain.set_lambda(spec.lambda);
-      chain.sweep(
-          [&](int layer, int bead) { return key.pilot_move(layer, bead, static_cast<std::uint32_t>(sweep + 1)); });
-      observables.record(chain.pile(), sweep);
-    }
-    const double time = observables.autocorrelation_time();
-    if ((1 - discarded_share) * static_cast<double>(sweep) < pilot_times * time) continue;
-    const auto whole = [](double sweeps) { return static_cast<std::uint64_t>(std::ceil(sweeps)); };
-    return {whole(burn_in_times * time), whole(thinning_times * time), time, sweep};
+    pilot.run_to(end);
+    const double time = pilot.autocorrelation_time();
+    if (long_enough(end, pilot_times, time)) return plan_for(time, end);
   }
   throw too_slow(fmt::format("not a hundred times in {} sweeps", most_pilot_sweeps));
+}
+
+ChainForecast foretell_chain(const SamplerSpec& spec, const Lattice& lattice, std::span<const double> load,
+                             double seconds) {
+  constexpr std::uint64_t at_once = 16;  // sweeps between two looks at the clock
+  ChainForecast forecast;
+  Pilot pilot(spec, lattice, load);
+  const double start = processor_seconds();
+  double sweeping = 0;
+  const auto run_to = [&](std::uint64_t end) {
+    const double before = processor_seconds();
+    do {
+      pilot.run_to(std::min(end, pilot.sweeps() + at_once));
+    } while (pilot.sweeps() < end && processor_seconds() - start < seconds);
+    sweeping += processor_seconds() - before;
+  };
+  const bool measured = spec.burn_in == 0 || spec.thinning == 0;
+  const double expected = shortest_time_expected(spec, lattice);
+  // What a pilot has seen often enough stands, even below what is expected.
+  const auto expected_at = [&](std::uint64_t sweeps) {
+    return long_enough(sweeps, foretelling_times, expected) ? 0 : expected;
+  };
+  double time = 0;
+  for (std::uint64_t end = fewest_sweeps; end <= most_pilot_sweeps && !forecast.known; end *= 2) {
+    run_to(end);
+    if (!measured) break;
+    time = std::max(pilot.autocorrelation_time(), expected_at(pilot.sweeps()));
+    forecast.known = long_enough(pilot.sweeps(), foretelling_times, time);
+    if (processor_seconds() - start >= seconds) break;
+  }
+  forecast.seconds_per_sweep = sweeping / static_cast<double>(pilot.sweeps());
+  forecast.plan = plan_for(time, 0);
+  if (measured) {
+    std::uint64_t end = fewest_sweeps;
+    while (end < most_pilot_sweeps && !long_enough(end, pilot_times, time)) end *= 2;
+    forecast.plan.pilot_sweeps = end;
+  } else {
+    forecast.known = true;
+  }
+  if (spec.burn_in > 0) forecast.plan.burn_in = spec.burn_in;
+  if (spec.thinning > 0) forecast.plan.thinning = spec.thinning;
+  return forecast;
 }
 
 SamplerSpec with_measured_chain(SamplerSpec spec, const Lattice& lattice, std::span<const double> load) {

@@ -29,6 +29,18 @@ inline constexpr double burn_in_times = 4, thinning_times = 0.5;
 /// pilot could not be started.
 ChainPlan plan_chain(const SamplerSpec& spec, const Lattice& lattice, std::span<const double> load);
 
+/// How long chains would run, and how quickly, from the beginning of the pilot alone.
+struct ChainForecast {
+  ChainPlan plan;                ///< as plan_chain would give it, about; pilot_sweeps is 0 where nothing is measured
+  double seconds_per_sweep = 0;  ///< of processor time, on this machine
+  bool known = false;            ///< false: time ran out before the pilot was long enough to tell; more may be needed
+};
+
+/// Runs at most so many seconds of the pilot (of processor time; at least some sweeps). Where burn_in and thinning are
+/// both stated, only the speed is measured. Throws InputError if the pilot could not be started.
+ChainForecast foretell_chain(const SamplerSpec& spec, const Lattice& lattice, std::span<const double> load,
+                             double seconds);
+
 /// The spec with burn_in and thinning measured where they are 0, for the law "polytope" at mu > 0; otherwise as it is.
 /// The piles are the same; what is saved is one pilot for every sampler made.
 SamplerSpec with_measured_chain(SamplerSpec spec, const Lattice& lattice, std::span<const double> load);

@@ -69,7 +69,8 @@ TEST_CASE("run --dry-run tells stages and cost and runs nothing") {
   const auto config = write_config(scratch, small_experiment);
   const auto result = granuscope_command({"run", config.string(), "--dry-run", "--out", (scratch / "out").string()});
   REQUIRE(result.code == 0);
-  CHECK_THAT(result.out, Contains("sample") && Contains("analyse") && Contains("report") && Contains("beads to draw"));
+  CHECK_THAT(result.out, Contains("sample") && Contains("analyse") && Contains("report") && Contains("beads to draw") &&
+                             Contains("by a trial of the first piles"));
   CHECK_FALSE(fs::exists(scratch / "out"));
 }
 

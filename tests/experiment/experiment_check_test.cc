@@ -187,7 +187,12 @@ TEST_CASE("Loads, estimators and laws that cannot work are refused") {
   CHECK_THAT(problem_after([](Experiment& e) { e.sampling.law = Law::rejection; }),
              Contains("sampling.law: ") && Contains("500 x 200"));
   CHECK_THAT(problem_after([](Experiment& e) { e.sampling.law = Law::polytope; }),
-             Contains("sampling.law: ") && Contains("500 x 200"));
+             Contains("sampling.law: ") && Contains("the 500 x 200 beads of [lattice]"));
+  CHECK_THAT(problem_after([](Experiment& e) {
+               e.sampling.law = Law::polytope;
+               e.lattice = {64, 64};
+             }),
+             Contains("sampling.law: ") && Contains("the 70 x 80 beads of scenes.force_chains"));
   CHECK_THAT(problem_after([](Experiment& e) { e.sampling.lambda = 0.5; }),
              Contains("sampling.law: ") && Contains("would change nothing under granusolve"));
   for (const double lambda : {-0.1, 1.1, not_a_number, infinity}) {

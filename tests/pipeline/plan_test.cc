@@ -97,3 +97,31 @@ TEST_CASE("two samplers, and a sampler that is handed both loads at once, need t
     CHECK(ratio(multiplexed, Law::granusolve, mu) == Approx(piles_at_once(sampler, lattice) > group_lanes ? 1 : 2));
   }
 }
+
+TEST_CASE("the time of a plan is that of what is still to be drawn, shorter on more threads") {
+  Experiment experiment = small_experiment();
+  const TemporaryFolder folder;
+  RunOptions options;
+  options.folder = folder.path();
+  options.only = {Stage::sample};
+  options.progress = ProgressStyle::silent;
+  const std::vector<PlannedStep> plan = plan_run(experiment, options);
+  const PlannedTime one = foretell_time(plan, 1), two = foretell_time(plan, 2);
+  CHECK_FALSE(one.at_least);
+  CHECK(one.seconds > 0);
+  CHECK(two.seconds < 0.8 * one.seconds);
+  CHECK(two.seconds > 0.3 * one.seconds);
+  run_experiment(experiment, options);
+  CHECK(foretell_time(plan_run(experiment, options), 1).seconds == 0);
+}
+
+TEST_CASE("the pilot of a chain is part of the time of a plan, and a long one makes it an open one") {
+  PlannedStep chains{Stage::sample, "chains"};
+  chains.spec = pairs(EstimatorName::point, false, Law::polytope, 0.3);
+  chains.spec.lattice = {40, 40};
+  chains.spec.sampler.lambda = 0;
+  chains.samples = 8;
+  const PlannedTime on_many = foretell_time({chains}, 64);
+  CHECK(on_many.at_least);
+  CHECK(on_many.seconds > 60);  // nearly all of it is the pilot's, which one core runs for all
+}
