@@ -13,6 +13,7 @@
 #include "experiment/experiment_file.h"
 #include "pipeline/pipeline.h"
 #include "support/atomic_file.h"
+#include "support/error.h"
 #include "support/progress.h"
 
 namespace granuscope {
@@ -95,6 +96,7 @@ ExitCode run(const RunVerbOptions& given, VerbContext& context) {
                                   static_cast<std::size_t>(worker_count(options.threads)));
   const RunResult result = run_experiment(experiment, options);
   tell_files(result.files, context.err);
+  if (!result.failure.empty()) throw EnvironmentError(result.failure);
   if (!given.gate) return ExitCode::done;
   for (const std::string& sentence : result.unexpected) context.err << fmt::format("granuscope: {}\n", sentence);
   return result.unexpected.empty() ? ExitCode::done : ExitCode::verdict_differs;

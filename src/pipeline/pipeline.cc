@@ -23,6 +23,7 @@
 #include "plot/choice.h"
 #include "plot/counted_work.h"
 #include "plot/error_against_time.h"
+#include "plot/figure_words.h"
 #include "plot/gnuplot.h"
 #include "plot/law_comparison.h"
 #include "plot/law_cost.h"
@@ -88,7 +89,11 @@ class Run {
     }
     // A run that has come to its ensembles knows all of their times, any other leaves them as they were.
     if (needs(Stage::sample)) earlier_timings_.clear();
-    write_manifest(data_, options_.folder, {"done", 0, "", earlier_timings_});
+    result_.failure = failures_in_words();
+    const bool whole = result_.failure.empty();
+    const ExitCode code = whole ? ExitCode::done : ExitCode::environment;
+    write_manifest(data_, options_.folder,
+                   {whole ? "done" : "failed", static_cast<int>(code), result_.failure, earlier_timings_});
     result_.analysis = data_.analysis;
     for (const Claim& claim : data_.analysis.claims) {
       if (!claim.expected.empty() && claim.expected != claim.verdict) {
@@ -312,29 +317,27 @@ class Run {
   void render() {
     if (!experiment_.force_chains.draw) return;
     timed("render", [&] {
-      try {
-        add_pictures(draw_pile_pictures(experiment_, options_.folder, data_.provenance));
-      } catch (const InputError& no_pile) {
-        leave_out(no_pile);
-      }
+      try_to_draw("the pictures of the pile", [&] {
+        for (PictureOutcome& picture : draw_pile_pictures(experiment_, options_.folder, data_.provenance)) {
+          add_picture(std::move(picture));
+        }
+      });
       if (field_transport_ && !field_.rows.empty()) {
-        add_figure([&] {
-          return draw_response_field(experiment_, field_, *field_transport_, options_.folder, data_.provenance).figure;
+        try_to_draw("the picture of the response", [&] {
+          add_picture(draw_response_field(experiment_, field_, *field_transport_, options_.folder, data_.provenance));
         });
       }
     });
     say(options_.progress, "drew the pictures");
   }
 
-  void add_pictures(std::vector<PictureOutcome> pictures) {
-    for (PictureOutcome& picture : pictures) {
-      if (data_.figures.empty()) {  // what drew them is one for all
-        data_.environment.insert(data_.environment.end(), picture.environment.begin(), picture.environment.end());
-      }
-      data_.figures.push_back(std::move(picture.figure));
-      data_.checks.insert(data_.checks.end(), picture.checks.begin(), picture.checks.end());
-      data_.skipped.insert(data_.skipped.end(), picture.skipped.begin(), picture.skipped.end());
+  void add_picture(PictureOutcome picture) {
+    if (data_.figures.empty()) {  // what drew them is one for all
+      data_.environment.insert(data_.environment.end(), picture.environment.begin(), picture.environment.end());
     }
+    data_.figures.push_back(std::move(picture.figure));
+    data_.checks.insert(data_.checks.end(), picture.checks.begin(), picture.checks.end());
+    data_.skipped.insert(data_.skipped.end(), picture.skipped.begin(), picture.skipped.end());
   }
 
   void leave_out(const InputError& reason) {
@@ -343,14 +346,40 @@ class Run {
   }
 
   /// A figure with nothing to show (InputError) is left out with its reason: the numbers that are known, and the
-  /// reasons why others are not, are still to be reported.
+  /// reasons why others are not, are still to be reported. So they are where the machine does not let it be drawn.
   template <typename Draw>
-  void add_figure(Draw draw) {
+  void try_to_draw(const std::string& what, Draw draw) {
     try {
-      data_.figures.push_back(draw());
+      draw();
     } catch (const InputError& nothing_to_show) {
       leave_out(nothing_to_show);
+    } catch (const EnvironmentError& failure) {
+      note_failure(what, failure.what());
+      data_.skipped.push_back(fmt::format("Not drawn: {}, because {}.", what, failure.what()));
     }
+  }
+
+  template <typename Draw>
+  void add_figure(Draw draw) {
+    try_to_draw("a figure", [&] {
+      data_.figures.push_back(draw());
+      const Figure& figure = data_.figures.back();
+      if (!figure.failure.empty()) note_failure("figure " + figure.id, figure.failure);
+    });
+  }
+
+  void note_failure(const std::string& what, const std::string& why) {
+    say(options_.progress, fmt::format("{} could not be drawn: {}", what, why));
+    failures_.emplace_back(what, why);
+  }
+
+  /// One sentence for all: where gnuplot fails once it mostly fails for the same reason again.
+  std::string failures_in_words() const {
+    if (failures_.empty()) return {};
+    std::vector<std::string> names;
+    for (const auto& [what, why] : failures_) names.push_back(what);
+    return fmt::format("{} could not be drawn, while all else was made: {}", enumeration(names),
+                       failures_.front().second);
   }
 
   void plot() {
@@ -445,6 +474,7 @@ class Run {
   Field field_;  ///< the mean response at figures.response_profiles.mu, for its picture
   std::optional<Transport> field_transport_;
   std::vector<double> error_curve_seconds_;
+  std::vector<std::pair<std::string, std::string>> failures_;  ///< what could not be drawn, and why
   RunResult result_;
   std::map<std::string, double> earlier_timings_;        ///< by stage
   std::size_t obtained_ = 0, reused_ = 0;                ///< ensembles

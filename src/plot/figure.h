@@ -17,6 +17,10 @@ struct Figure {
   std::filesystem::path script;             ///< gnuplot script, empty for a rendered picture
   std::vector<std::filesystem::path> data;  ///< CSV
   std::string redraw;                       ///< the command that draws it again
+  std::string failure = {};                 ///< why it could not be drawn in this run; empty if it was
+
+  /// Whether there is a drawing: of this run, or of an earlier one from the same script and data.
+  bool is_there() const { return !screen.empty(); }
 };
 
 }  // namespace granuscope

@@ -105,6 +105,19 @@ void draw_with_gnuplot(const GnuplotJob& job, const std::filesystem::path& folde
   write_file(folder / (job.stem + ".svg"), svg);
 }
 
+bool is_drawn(const GnuplotJob& job, const std::filesystem::path& folder) {
+  try {
+    for (const auto& [name, csv] : job.data) {
+      if (read_file(folder / name) != csv) return false;
+    }
+    if (read_file(folder / (job.stem + ".gp")) != job.script) return false;
+    (void)read_drawing(job, folder / (job.stem + ".pdf"), "%%EOF");
+    return count_drawn_curves(read_drawing(job, folder / (job.stem + ".svg"), "</svg>")) == job.curves;
+  } catch (const Error&) {  // missing, or not whole
+    return false;
+  }
+}
+
 std::string gnuplot_string(std::string_view text) {
   std::string quoted = "'";
   // gnuplot 5.4 reads '' at the very start of a string as an empty string, whatever follows: a space keeps them apart.

@@ -25,6 +25,9 @@ void require_gnuplot();
 /// then holds what it held before.
 void draw_with_gnuplot(const GnuplotJob& job, const std::filesystem::path& folder, double timeout_seconds = 60);
 
+/// Whether `folder` holds whole drawings of exactly this script and data, of an earlier run.
+bool is_drawn(const GnuplotJob& job, const std::filesystem::path& folder);
+
 /// Text as a gnuplot string that nothing inside can leave: in single quotes, ' doubled, line breaks and other control
 /// characters made spaces (and a space put before a leading '). To be drawn with noenhanced.
 std::string gnuplot_string(std::string_view text);

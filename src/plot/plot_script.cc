@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "plot/plot_colours.h"
+#include "support/error.h"
 #include "support/number_format.h"
 #include "support/template_file.h"
 
@@ -45,11 +46,15 @@ Figure draw_plot(const PlotPlan& plan, const Gaps& gaps, const std::filesystem::
   job.script = fill_in(script_template, all);
   job.data = plan.data;
   job.curves = plan.curves;
-  draw_with_gnuplot(job, run_folder / "figures");
-
+  const std::filesystem::path folder = "figures";
   Figure figure;
   figure.id = plan.id;
-  const std::filesystem::path folder = "figures";
+  try {
+    draw_with_gnuplot(job, run_folder / folder);
+  } catch (const EnvironmentError& failure) {
+    figure.failure = failure.what();
+    if (!is_drawn(job, run_folder / folder)) return figure;
+  }
   figure.screen = folder / (plan.id + ".svg");
   figure.print = folder / (plan.id + ".pdf");
   figure.script = folder / (plan.id + ".gp");

@@ -21,7 +21,9 @@ struct PlotPlan {
 };
 
 /// Fills the script template (common set-up, terminals and colours are given; `gaps` has the rest), draws it into
-/// `run_folder`/figures, and returns the figure without its words.
+/// `run_folder`/figures, and returns the figure without its words. Where gnuplot fails the figure says why and has no
+/// files, or those that an earlier run drew from the same script and data: the other figures, and the numbers, are not
+/// to be lost for it.
 Figure draw_plot(const PlotPlan& plan, const Gaps& gaps, const std::filesystem::path& run_folder);
 
 /// A part of a script that several figures share, with the colours it names: templates/plot/<name>.gp.mustache.

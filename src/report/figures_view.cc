@@ -61,7 +61,10 @@ Json figures_view(const ReportData& data, const std::filesystem::path& run_folde
     view["number"] = std::to_string(i + 1);
     view["anchor"] = fmt::format("figure-{}", i + 1);
     view["figure_title"] = figure.title;
-    view["image"] = embedded(figure, run_folder, medium);
+    view["drawn"] = figure.is_there();
+    view["failed"] = !figure.failure.empty();
+    view["failure"] = figure.failure;
+    view["image"] = figure.is_there() ? embedded(figure, run_folder, medium) : "";
     view["raster"] = figure.screen.extension() == ".png";
     const std::optional<double> width = view["raster"] == true && medium == PageMedium::print
                                             ? png_width_mm(read_file(run_folder / figure.screen))
@@ -74,7 +77,7 @@ Json figures_view(const ReportData& data, const std::filesystem::path& run_folde
     view["paper_says"] = unbroken_formulae(clean_text(figure.paper_says));
     view["has_paper_says"] = !figure.paper_says.empty();
     view["redraw"] = unbroken_words(clean_text(figure.redraw));
-    view["files"] = unbroken_words(clean_text(files_in_words(figure)));
+    view["files"] = unbroken_words(clean_text(figure.is_there() ? files_in_words(figure) : ""));
     figures.push_back(view);
   }
   return figures;

@@ -102,6 +102,16 @@ void check_one_message(const CommandResult& result, int code, const std::string&
   CHECK(std::count(result.err.begin(), result.err.end(), '\n') == 1);
 }
 
+/// All else is made and told, and the last line says what could not be.
+void check_failed_at_the_end(const CommandResult& result, const std::string& words) {
+  CHECK(result.code == 3);
+  CHECK_THAT(result.err, StartsWith("wrote ") && Contains("report.html\n") && Contains("summary.json\n"));
+  const std::size_t last = result.err.rfind("\ngranuscope: ");
+  REQUIRE(last != std::string::npos);
+  CHECK_THAT(result.err.substr(last), Contains(words) && Contains("while all else was made"));
+  CHECK(std::count(result.err.begin() + static_cast<std::ptrdiff_t>(last), result.err.end(), '\n') == 2);
+}
+
 /// A folder of programs that come before those of the system while it lives.
 class FakePrograms {
  public:
@@ -328,19 +338,19 @@ TEST_CASE("Helpers that fail cost nothing that was there") {
   {
     INFO("gnuplot complains on two lines");
     programs.only("gnuplot", "printf 'line 1: bad\\n ^ here\\n' >&2; exit 1");
-    check_one_message(run(file, out), 3, "it ended with status 1: line 1: bad  ^ here; the figure would be missing");
+    check_failed_at_the_end(run(file, out), "it ended with status 1: line 1: bad  ^ here; the figure would be missing");
     CHECK(contents_of(out) == before);
   }
   {
     INFO("gnuplot crashes");
     programs.only("gnuplot", "kill -SEGV $$");
-    check_one_message(run(file, out), 3, "it was ended by signal 11 (Segmentation fault);");
+    check_failed_at_the_end(run(file, out), "it was ended by signal 11 (Segmentation fault);");
     CHECK(contents_of(out) == before);
   }
   {
     INFO("gnuplot says that all is well and draws nothing");
     programs.only("gnuplot", "exit 0");
-    check_one_message(run(file, out), 3, ".svg is missing or empty");
+    check_failed_at_the_end(run(file, out), ".svg is missing or empty");
     CHECK(contents_of(out) == before);
   }
   {
