@@ -67,12 +67,20 @@ EnsembleRecord begin_ensemble(const EnsembleSpec& spec) {
   return record;
 }
 
+SamplerSpec measured_sampler(const EnsembleSpec& spec) {
+  return with_measured_chain(spec.sampler, Lattice(spec.lattice), top_load(spec));
+}
+
 void add_groups(const EnsembleSpec& spec, std::uint64_t from, std::uint64_t to, EnsembleRecord& record, int threads,
                 Progress* progress) {
+  add_groups(spec, measured_sampler(spec), from, to, record, threads, progress);
+}
+
+void add_groups(const EnsembleSpec& spec, const SamplerSpec& measured, std::uint64_t from, std::uint64_t to,
+                EnsembleRecord& record, int threads, Progress* progress) {
   const auto blocks = static_cast<std::size_t>(spec.blocks);
-  // Burn-in and thinning of a chain are measured once for all blocks.
   EnsembleSpec drawn = spec;
-  drawn.sampler = with_measured_chain(spec.sampler, Lattice(spec.lattice), top_load(spec));
+  drawn.sampler = measured;
   std::vector<SamplerCounts> counts(blocks);
   std::vector<std::vector<FailedSample>> failed(blocks);
   SamplerPool samplers(drawn);

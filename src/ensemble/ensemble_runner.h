@@ -18,5 +18,12 @@ EnsembleRecord begin_ensemble(const EnsembleSpec& spec);
 /// use.
 void add_groups(const EnsembleSpec& spec, std::uint64_t from, std::uint64_t to, EnsembleRecord& record, int threads,
                 Progress* progress);
+/// with what the sampler has to measure first (below), so that many pieces do it once.
+void add_groups(const EnsembleSpec& spec, const SamplerSpec& measured, std::uint64_t from, std::uint64_t to,
+                EnsembleRecord& record, int threads, Progress* progress);
+
+/// The sampler of the ensemble, its burn-in and thinning measured if the law has any and they are not stated: may take
+/// minutes.
+SamplerSpec measured_sampler(const EnsembleSpec& spec);
 
 }  // namespace granuscope

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
-#include <cmath>
 #include <cstdlib>
 #include <limits>
 #include <map>
@@ -55,11 +54,6 @@ std::string describe_difference(const std::string& there, const std::string& wan
   const bool more = differences.size() > most_shown;
   if (more) differences.resize(most_shown);
   return fmt::format("{}{}", fmt::join(differences, ", "), more ? ", and more" : "");
-}
-
-std::uint64_t groups_per_piece(const EnsembleSpec& spec, const PartPolicy& parts) {
-  const auto beads = static_cast<double>(beads_of(spec, group_size * static_cast<std::uint64_t>(spec.blocks)));
-  return static_cast<std::uint64_t>(std::ceil(parts.beads / beads));
 }
 
 /// The configuration of an ensemble of which the first groups of each block are drawn.
@@ -120,6 +114,18 @@ EnsembleRecord beginning_of(const PlannedEnsemble& planned, const std::filesyste
   return go_on_from(*planned.smaller, samples / (group_size * static_cast<std::uint64_t>(planned.spec.blocks)));
 }
 
+/// What is measured before anything is drawn may take minutes: it is told, and is no part of the rate of drawing.
+SamplerSpec measure_sampler(const PlannedEnsemble& planned, ProgressStyle progress) {
+  const SamplerSpec& sampler = planned.spec.sampler;
+  const bool stated = sampler.burn_in > 0 && sampler.thinning > 0;
+  if (sampler.law != Law::polytope || sampler.mu == 0 || stated) return sampler;
+  say(progress, fmt::format("sampling {}: measuring how many sweeps its chains need", planned.label));
+  const SamplerSpec measured = measured_sampler(planned.spec);
+  say(progress, fmt::format("sampling {}: {} sweeps to the first of eight piles, {} to each other one", planned.label,
+                            measured.burn_in, measured.thinning));
+  return measured;
+}
+
 /// Draws what is missing of the ensemble, keeping what there is now and then.
 EnsembleRecord draw_in_pieces(const PlannedEnsemble& planned, const std::filesystem::path& run_folder, int threads,
                               ProgressStyle progress, const PartPolicy& parts) {
@@ -127,16 +133,24 @@ EnsembleRecord draw_in_pieces(const PlannedEnsemble& planned, const std::filesys
   const EnsembleSpec& spec = planned.spec;
   std::uint64_t done = 0;
   EnsembleRecord record = beginning_of(planned, run_folder, done);
-  const std::uint64_t all = groups_per_block(spec), per_piece = groups_per_piece(spec, parts);
+  const std::uint64_t all = groups_per_block(spec);
   const std::uint64_t there = std::min(spec.samples, done * group_size * static_cast<std::uint64_t>(spec.blocks));
   if (done > 0) say(progress, fmt::format("sampling {}: going on after {} piles", planned.label, there));
+  const SamplerSpec sampler = measure_sampler(planned, progress);
   Progress shown(fmt::format("sampling {}", planned.label), spec.samples - there, progress);
+  const auto seconds_since = [](Clock::time_point start) {
+    return std::chrono::duration<double>(Clock::now() - start).count();
+  };
   auto kept = Clock::now();
+  // What a group costs depends on the law: pieces grow until they take as long as they should.
+  std::uint64_t per_piece = 1;
   while (done < all) {
     const std::uint64_t to = std::min(all, done + per_piece);
-    add_groups(spec, done, to, record, threads, &shown);
+    const auto start = Clock::now();
+    add_groups(spec, sampler, done, to, record, threads, &shown);
     done = to;
-    if (done == all || std::chrono::duration<double>(Clock::now() - kept).count() < parts.seconds) continue;
+    if (seconds_since(start) < parts.look) per_piece *= 2;
+    if (done == all || seconds_since(kept) < parts.seconds) continue;
     EnsembleRecord part = record;
     part.configuration = part_configuration(spec, done);
     part.configuration_key = cache_key(part.configuration);

@@ -43,7 +43,7 @@ std::vector<PlannedEnsemble> plan_ensembles(const Experiment& experiment, const 
 /// When an ensemble that is being drawn is kept beside its place; nothing here changes a number.
 struct PartPolicy {
   double seconds = 20;  ///< at least from one part to the next
-  double beads = 3e8;   ///< drawn before it is looked at the clock again: long against starting threads and estimators
+  double look = 1;      ///< seconds of drawing between two looks at the clock: long against starting threads
 };
 
 /// Reads the ensemble if it can be reused, and draws nothing. One that turns out to be damaged is none, and

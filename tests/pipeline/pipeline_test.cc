@@ -165,7 +165,7 @@ TEST_CASE("an ensemble stopped half way is continued from its last part, to the 
   std::vector<PlannedEnsemble> planned = plan_ensembles(experiment, whole.path());
   obtain_ensemble(planned[one], whole.path(), 2, ProgressStyle::silent);
 
-  const PartPolicy after_each_group{0, 1};
+  const PartPolicy after_each_group{0, 0};
   planned = plan_ensembles(experiment, stopped.path());
   CHECK(planned[one].begun == 0);
   const fs::path part = stopped.path() / part_file(planned[one]);
@@ -194,6 +194,38 @@ TEST_CASE("an ensemble stopped half way is continued from its last part, to the 
   draw();
   CHECK(read_file(stopped.path() / planned[one].file) == read_file(whole.path() / planned[one].file));
   CHECK_FALSE(fs::exists(part));
+}
+
+TEST_CASE("chains are kept part by part, too, though they draw few beads for their time") {
+  const TemporaryFolder whole, stopped;
+  PlannedEnsemble planned;
+  planned.label = "chains";
+  planned.file = "ensembles/chains.h5";
+  planned.spec.sampler.law = Law::polytope;
+  planned.spec.sampler.mu = 0.3;
+  planned.spec.sampler.thinning = 10;  // the burn-in is measured, for the same key again when it goes on
+  planned.spec.lattice = {6, 6};
+  planned.spec.samples = 32 * group_size * 4;
+  PlannedEnsemble at_once = planned;
+  obtain_ensemble(at_once, whole.path(), 2, ProgressStyle::silent);
+
+  const fs::path part = stopped.path() / part_file(planned);
+  std::atomic<bool> over = false;
+  std::thread stopper([&] {
+    while (!over && !fs::exists(part)) std::this_thread::yield();
+    request_interruption(true);
+  });
+  PartPolicy often;
+  often.seconds = 0.01;
+  CHECK_THROWS_AS(obtain_ensemble(planned, stopped.path(), 1, ProgressStyle::silent, often), Interrupted);
+  over = true;
+  stopper.join();
+  request_interruption(false);
+  CHECK(fs::exists(part));
+  look_for(planned, stopped.path());
+  CHECK(planned.begun > 0);
+  obtain_ensemble(planned, stopped.path(), 2, ProgressStyle::silent);
+  CHECK(read_file(stopped.path() / planned.file) == read_file(whole.path() / planned.file));
 }
 
 TEST_CASE("a damaged part of an ensemble is drawn again") {
