@@ -36,13 +36,13 @@ void add_ratio(Claim& claim, const Analysis& analysis, const char* ratios, Scali
 
 /// Where the points scatter about the law by more than their errors, no single power holds over the window.
 void add_misfit(Claim& claim, const ScalingFit& fit) {
-  const int degrees = fit.points - 2;
-  if (degrees < 1 || !(fit.chi2 > degrees + largest_excess * std::sqrt(2.0 * degrees))) return;
+  const int degrees = fit.scatter.degrees_of_freedom;
+  if (degrees < 1 || !(fit.scatter.chi2 > degrees + largest_excess * std::sqrt(2.0 * degrees))) return;
   say(claim,
       fmt::format(
           "χ² of the points about the power law is {} on {} degree{} of freedom: within their statistical errors they "
           "follow no single power over this window, and the exponent is one between those of its parts.",
-          significant(fit.chi2, 3), degrees, degrees == 1 ? "" : "s"));
+          significant(fit.scatter.chi2, 3), degrees, degrees == 1 ? "" : "s"));
 }
 
 Claim judge_exponent(const char* id, const char* statement, const char* symbol, const ScalingFit& fit, double paper,

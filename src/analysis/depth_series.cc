@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
@@ -59,36 +58,19 @@ Replicated power_of_depth(const DepthSeries& series) {
 LineTest test_line(const DepthSeries& series) {
   const std::size_t blocks = series.y.empty() ? 0 : series.y.front().without_block.size();
   const std::size_t depths = std::min(series.z.size(), blocks / blocks_per_tested_depth);
-  LineTest test;
-  test.depths = static_cast<int>(depths);
   if (depths < 3) {
+    LineTest test;
+    test.points = static_cast<int>(depths);
     test.reason = fmt::format("{} blocks give no covariance of three depths", blocks);
     return test;
   }
-  const auto size = static_cast<Eigen::Index>(depths);
-  const auto count = static_cast<Eigen::Index>(blocks);
-  Eigen::MatrixXd design(size, 2), replicates(size, count);
-  Eigen::VectorXd y(size);
-  for (Eigen::Index i = 0; i < size; ++i) {
-    const std::size_t k = static_cast<std::size_t>(i) * (series.z.size() - 1) / (depths - 1);
-    design.row(i) << 1, series.z[k];
-    y(i) = series.y[k].value;
-    for (Eigen::Index b = 0; b < count; ++b) replicates(i, b) = series.y[k].without_block[static_cast<std::size_t>(b)];
+  DepthSeries tested;
+  for (std::size_t i = 0; i < depths; ++i) {
+    const std::size_t k = i * (series.z.size() - 1) / (depths - 1);
+    tested.z.push_back(series.z[k]);
+    tested.y.push_back(series.y[k]);
   }
-  const auto n = static_cast<double>(blocks), m = static_cast<double>(depths);
-  const Eigen::MatrixXd scatter = replicates.colwise() - replicates.rowwise().mean();
-  const Eigen::MatrixXd covariance = (n - 1) / n * scatter * scatter.transpose();
-  const Eigen::LLT<Eigen::MatrixXd> factor(covariance);
-  if (factor.info() != Eigen::Success) {
-    test.reason = "the covariance of the depths cannot be inverted";
-    return test;
-  }
-  const Eigen::MatrixXd whitened_design = factor.matrixL().solve(design);
-  const Eigen::VectorXd whitened = factor.matrixL().solve(y);
-  const Eigen::VectorXd residual = whitened - whitened_design * whitened_design.colPivHouseholderQr().solve(whitened);
-  test.chi2 = (n - m - 2) / (n - 1) * residual.squaredNorm();
-  test.degrees_of_freedom = static_cast<int>(depths) - 2;
-  return test;
+  return test_line(tested.z, tested.y);
 }
 
 }  // namespace granuscope

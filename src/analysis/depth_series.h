@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "analysis/jackknife.h"
-#include "analysis/results.h"
+#include "analysis/line_test.h"
 
 namespace granuscope {
 
@@ -31,9 +31,8 @@ Replicated growth_exponent(const DepthSeries& series, const std::vector<double>&
 /// The power p of y = A z^p: the slope of ln y on ln z.
 Replicated power_of_depth(const DepthSeries& series);
 
-/// chi^2 of the straight line with the joint covariance of the depths. The jackknife covariance of B blocks has rank
-/// B - 1, so that at most B/4 depths, spread evenly, take part; its inverse is freed of its bias by the factor
-/// (B - m - 2)/(B - 1) for m depths (Hartlap, Simon, Schneider, Astronomy & Astrophysics 464, 399 (2007)).
+/// chi^2 of the straight line with the joint covariance of the depths (line_test.h), of which at most B/4 for B blocks,
+/// spread evenly, take part.
 LineTest test_line(const DepthSeries& series);
 
 }  // namespace granuscope

@@ -35,7 +35,7 @@ ReplicatedPowerLaw fit_replicated_power_law(const std::vector<Replicated>& log_x
   fit.window = window;
   fit.points = static_cast<int>(log_x.size());
   if (fit.points < min_power_law_points) {
-    fit.exponent.reason = fit.intercept.reason =
+    fit.exponent.reason = fit.intercept.reason = fit.scatter.reason =
         fmt::format("the window μ = {} to {} has usable results at {} friction coefficient{}, an exponent needs {}",
                     window[0], window[1], fit.points, fit.points == 1 ? "" : "s", min_power_law_points);
     return result;
@@ -64,12 +64,16 @@ ReplicatedPowerLaw fit_replicated_power_law(const std::vector<Replicated>& log_x
   const std::string reason = "a quantity is not positive without one of the blocks, so that its logarithm is undefined";
   fit.exponent = estimate(exponent, reason);
   fit.intercept = estimate(intercept, reason);
-  if (fit.exponent.known()) {
-    fit.chi2 = 0;
-    for (std::size_t i = 0; i < weights.size(); ++i) {
-      fit.chi2 += weights[i] * std::pow(log_y[i].value - whole.intercept - whole.slope * log_x[i].value, 2);
-    }
+  if (!fit.exponent.known()) {
+    fit.scatter.reason = fit.exponent.reason;
+    return result;
   }
+  // What scatters across the law is y - exponent x; adding it back to the law leaves the test a line in x.
+  std::vector<Replicated> across;
+  for (std::size_t i = 0; i < log_x.size(); ++i) {
+    across.push_back(transform([&](double x, double y) { return y - whole.slope * x; }, log_x[i], log_y[i]));
+  }
+  fit.scatter = test_line(values(log_x, 0, true), across);
   return result;
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "analysis/estimate.h"
+#include "analysis/line_test.h"
 #include "analysis/peak_evidence.h"
 #include "analysis/scaling_fit.h"
 #include "analysis/side_measurements.h"
@@ -41,14 +42,6 @@ struct ResponseProfile {
   std::vector<double> pressure;  ///< P(x, z), mirror symmetrised, unit overload
   std::vector<double> standard_error;
   std::vector<double> fit;  ///< the fitted G, integrated over the bead width
-};
-
-/// chi^2 of a straight line through several depths, with their joint covariance.
-struct LineTest {
-  double chi2 = std::numeric_limits<double>::quiet_NaN();
-  int degrees_of_freedom = 0;
-  int depths = 0;      ///< that took part
-  std::string reason;  ///< not empty if and only if chi2 is unknown
 };
 
 /// The powers of depth, and of the number of piles, that the paper's laws set, from the depths of the fit window.

@@ -1,8 +1,8 @@
 #pragma once
 #include <array>
-#include <limits>
 
 #include "analysis/estimate.h"
+#include "analysis/line_test.h"
 
 namespace granuscope {
 
@@ -12,9 +12,7 @@ struct ScalingFit {
   Estimate intercept;              ///< ln of the prefactor
   std::array<double, 2> window{};  ///< of mu, inclusive
   int points = 0;
-  /// Of the points about the law, with points - 2 degrees of freedom; the friction coefficients taken for independent.
-  /// NaN where the exponent is unknown.
-  double chi2 = std::numeric_limits<double>::quiet_NaN();
+  LineTest scatter;  ///< of the points about the law; unknown where the exponent is
 };
 
 }  // namespace granuscope

@@ -110,12 +110,16 @@ Json exponent_view(const Json& summary, const char* name, const char* claim_id, 
   view["window"] = window_cells(summary, pointer);
   view["points"] = number_cell(summary, pointer + "/points");
   view["chi2"] = Json::array();
-  if (summary.at(Json::json_pointer(pointer + "/chi2")).is_number()) {
-    view["chi2"].push_back(fixed_cell(summary, pointer + "/chi2", 1));
-    view["chi2"][0]["degrees"] = std::to_string(summary.at(Json::json_pointer(pointer + "/points")).get<int>() - 2);
+  const std::string about_law = pointer + "/about_law";
+  if (summary.at(Json::json_pointer(about_law + "/chi2")).is_number()) {
+    view["chi2"].push_back(fixed_cell(summary, about_law + "/chi2", 1));
+    view["chi2"][0]["degrees"] = number_cell(summary, about_law + "/degrees_of_freedom").at("text");
   }
   view["verdict"] = verdict_cell(summary, claim_id);
   add_reason(notes, summary, pointer, greek(name), "");
+  if (summary.at(Json::json_pointer(pointer + "/value")).is_number()) {
+    add_reason(notes, summary, about_law, "χ² of " + greek(name), "");
+  }
   return view;
 }
 

@@ -67,7 +67,7 @@ Json to_json(const LineTest& test) {
   Json json;
   json["chi2"] = finite_or_null(test.chi2);
   json["degrees_of_freedom"] = test.degrees_of_freedom;
-  json["depths"] = test.depths;
+  json["points"] = test.points;
   if (json["chi2"].is_null()) json["reason"] = stated(test.reason);
   return json;
 }
@@ -150,7 +150,7 @@ Json to_json(const ScalingFit& fit) {
   Json json = to_json(fit.exponent);
   json["window"] = fit.window;
   json["points"] = fit.points;
-  json["chi2"] = finite_or_null(fit.chi2);
+  json["about_law"] = to_json(fit.scatter);
   json["ln_prefactor"] = to_json(fit.intercept);
   return json;
 }

@@ -90,35 +90,42 @@ TEST_CASE("the error of an exponent is that of the weighted line through indepen
 }
 
 TEST_CASE("chi squared of a power law counts the distance of its points in standard errors") {
-  // Replicates +-s of B = 16 blocks: variance 15 s^2. Three points of one error at x = -1, 0, 1, of which the middle
-  // one lies d off: the line takes d/3 up, which leaves -d/3, 2d/3, -d/3.
+  // Replicates +-s of B = 16 blocks, with signs orthogonal between the points: variance 15 s^2 each, no covariance.
+  // Three points of one error at x = -1, 0, 1, of which the middle one lies d off: the line takes d/3 up, which leaves
+  // -d/3, 2d/3, -d/3. What all points share moves the law and no point off it, however large.
   constexpr double s = 0.01, d = 0.2;
+  const double shared = GENERATE(0.0, 0.5);
   std::vector<Replicated> x, y;
   for (const int at : {-1, 0, 1}) {
     Replicated abscissa, ordinate;
     abscissa.value = at;
     ordinate.value = 2.0 * at + (at == 0 ? d : 0);
     for (int block = 0; block < 16; ++block) {
+      const auto sign = [&](int period) { return block / period % 2 == 0 ? 1 : -1; };
       abscissa.without_block.push_back(at);
-      ordinate.without_block.push_back(ordinate.value + (block % 2 == 0 ? s : -s));
+      ordinate.without_block.push_back(ordinate.value + s * sign(1 << (at + 1)) + shared * sign(8));
     }
     x.push_back(abscissa);
     y.push_back(ordinate);
   }
   const ScalingFit fit = fit_power_law(x, y, {0.1, 0.3});
   CHECK(fit.exponent.value == Approx(2).epsilon(1e-12));
-  CHECK(fit.chi2 == Approx(d * d * 6 / 9 / (15 * s * s)));
+  const double bias_of_the_inverse = 15.0 / (16 - 3);
+  CHECK(fit.scatter.chi2 == Approx(d * d * 6 / 9 / (15 * s * s) / bias_of_the_inverse));
+  CHECK(fit.scatter.degrees_of_freedom == 1);
   x.pop_back();
   y.pop_back();
-  CHECK(std::isnan(fit_power_law(x, y, {0.1, 0.3}).chi2));
+  const ScalingFit unknown = fit_power_law(x, y, {0.1, 0.3});
+  CHECK(std::isnan(unknown.scatter.chi2));
+  CHECK_FALSE(unknown.scatter.reason.empty());
 }
 
 TEST_CASE("points that follow no power law are told beside the exponent") {
   ScalingFits fits;
   fits.beta = exponent(2.07, 0.011);
-  fits.beta.chi2 = 32.1;
+  fits.beta.scatter = {32.1, 2, 4, {}};
   fits.gamma = exponent(1.0, 0.01);
-  fits.gamma.chi2 = 9.9;  // 2 + 4 sqrt(4) = 10 is the limit
+  fits.gamma.scatter = {9.9, 2, 4, {}};  // 2 + 4 sqrt(4) = 10 is the limit
   const std::vector<Claim> claims = judge_claims(with(fits), {}, {}, {});
   CHECK(claim(claims, "D-of-mu").remarks.find("power law is 32.1 on 2 degrees of freedom") != std::string::npos);
   CHECK(claim(claims, "c-of-mu").remarks.find("single power") == std::string::npos);

@@ -147,12 +147,11 @@ TEST_CASE("A systematic error stands in the last digits of its value, one of the
 
 TEST_CASE("An exponent stands beside the chi squared of its points") {
   ReportData data = numbers();
-  data.analysis.scaling.beta.chi2 = 32.104;
-  data.analysis.scaling.beta.points = 5;
+  data.analysis.scaling.beta.scatter = {32.104, 3, 5, {}};
   const Page page(data);
-  CHECK(page.texts.at("/scaling/beta/chi2") == "32.1");
+  CHECK(page.texts.at("/scaling/beta/about_law/chi2") == "32.1");
   CHECK(contains(table_of(page.html, "exponents"), "32.1</span> / 3</td>"));
-  CHECK_FALSE(page.texts.contains("/scaling/gamma/chi2"));  // not known
+  CHECK_FALSE(page.texts.contains("/scaling/gamma/about_law/chi2"));  // not known
 }
 
 TEST_CASE("Times and residuals take no more digits than they have") {
@@ -243,9 +242,8 @@ TEST_CASE("Exponents without a value leave no empty tables, and their reasons ar
   const Page page(data);
   CHECK_FALSE(contains(page.html, "The same exponents"));
   CHECK(count(page.html, "one friction coefficient is no law") == 1);
-  CHECK(contains(
-      page.html,
-      "Unknown exponents: β, γ and α; β, γ and α over μ = 0.1 to 0.3; β, γ and α from ratios at layer 110. Why: "));
+  CHECK(contains(page.html,
+                 "Unknown: β, γ and α; β, γ and α over μ = 0.1 to 0.3; β, γ and α from ratios at layer 110. Why: "));
   const Page usual(numbers());
   CHECK(count(usual.html, "The same exponents") == 2);
 }
