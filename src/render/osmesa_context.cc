@@ -5,8 +5,11 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <cstdlib>
+#include <string_view>
 
 #include "support/error.h"
+#include "support/one_line.h"
 
 namespace granuscope {
 namespace {
@@ -47,9 +50,24 @@ OsMesaLibrary open_library() {
   return library;
 }
 
+/// Asked for a driver that it was not built with, as the desktop or the cluster may set it for other programs, OSMesa
+/// does not refuse but crashes.
+void require_known_driver() {
+  const char* driver = std::getenv("GALLIUM_DRIVER");
+  if (driver == nullptr) return;
+  for (const std::string_view known : {"", "llvmpipe", "softpipe"}) {
+    if (driver == known) return;
+  }
+  throw EnvironmentError(fmt::format(
+      "GALLIUM_DRIVER={} names a driver that OSMesa does not have, so no picture can be drawn; unset it, or "
+      "set it to llvmpipe",
+      one_line(driver, 40)));
+}
+
 class OsMesaContext : public GlContext {
  public:
   OsMesaContext() {
+    require_known_driver();
     static const OsMesaLibrary opened = open_library();
     library_ = &opened;
     constexpr std::array<int, 13> attributes = {OSMESA_FORMAT,

@@ -227,6 +227,31 @@ TEST_CASE("a picture has the same bytes for any number of rasteriser threads, an
   CHECK(apart.largest <= renderer_distance.largest);
 }
 
+TEST_CASE("an OpenGL driver that the environment names and OSMesa does not have is named, not met by a crash") {
+  const ScratchFolder scratch("unknown-driver");
+  const std::string pile = (scratch / "pile.h5").string();
+  REQUIRE(granuscope_command({"sample", "--columns", "100", "--layers", "100", "--out", pile}).code == 0);
+  for (const char* driver : {"swr", "d3d12", "LLVMPIPE"}) {
+    for (const char* backend : {"osmesa", "auto"}) {
+      ProcessSpec spec;
+      spec.arguments = {std::string(GRANUSCOPE_BINARY_DIR) + "/granuscope",
+                        "render",
+                        pile,
+                        "--width",
+                        "2000",
+                        "--image",
+                        (scratch / "pile.png").string(),
+                        "--backend",
+                        backend};
+      spec.environment = {{"GALLIUM_DRIVER", driver}};
+      const ProcessResult result = run_process(spec);
+      CAPTURE(driver, backend, result.standard_error);
+      CHECK(result.exit_code == 3);
+      CHECK_THAT(result.standard_error, Contains(std::string("GALLIUM_DRIVER=") + driver));
+    }
+  }
+}
+
 TEST_CASE("a picture killed half way leaves the one that was there, and never half of one") {
   const ScratchFolder scratch("killed");
   store_pile(scratch / "pile.h5");
