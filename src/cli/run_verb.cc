@@ -36,15 +36,12 @@ void print_plan(const Experiment& experiment, const std::vector<PlannedStep>& pl
     beads += step.reused ? 0 : step.beads;
     out << fmt::format("{:<8} {}{}\n", name_of(step.stage), step.what, step.reused ? " (there already)" : "");
   }
-  out << fmt::format("beads to draw: {:.3g}", static_cast<double>(beads)) << std::flush;
-  if (beads > 0) {
-    require_memory(memory_needed(experiment, workers));
-    const PlannedTime time = foretell_time(plan, workers);
-    out << fmt::format(", roughly {}{} on {} by a trial of the first piles; fits, figures and report come on top",
-                       describe_duration(time.seconds), time.at_least ? " or more" : "",
-                       workers == 1 ? "one thread" : fmt::format("{} threads", workers));
-  }
-  out << "\n";
+  out << std::flush;
+  require_memory(memory_needed(experiment, workers));
+  const PlannedTime time = foretell_time(plan, workers);
+  out << fmt::format("beads to draw: {:.3g}; all together roughly {}{} on {}, by a trial of the first piles\n",
+                     static_cast<double>(beads), describe_duration(time.seconds), time.at_least ? " or more" : "",
+                     workers == 1 ? "one thread" : fmt::format("{} threads", workers));
 }
 
 void tell_files(const ReportFiles& files, std::ostream& err) {

@@ -30,19 +30,21 @@ struct PlannedStep {
   std::uint64_t beads = 0;    ///< beads to be drawn
   EnsembleSpec spec = {};     ///< of an ensemble, what is to be drawn of it:
   std::uint64_t samples = 0;  ///< so many samples more
+  double parallel_seconds = 0,
+         serial_seconds = 0;  ///< of other work, by rules of thumb; the former is shared by threads
 };
 
 /// What run_experiment would do, in order; draws nothing and writes nothing.
 std::vector<PlannedStep> plan_run(const Experiment& experiment, const RunOptions& options);
 
-/// How long the drawing of a plan will take.
+/// How long a plan will take.
 struct PlannedTime {
   double seconds = 0;     ///< on the clock, on threads that nobody else keeps busy
   bool at_least = false;  ///< it may also take much longer
 };
 
-/// Foretold from a trial of each ensemble on one core: takes seconds where chains or the laws of tiny piles are asked
-/// for, else much less. Stops with Interrupted if that is asked for.
+/// Foretold from a trial of each ensemble on one core, and rules of thumb for what comes after it: takes seconds where
+/// chains or the laws of tiny piles are asked for, else much less. Stops with Interrupted if that is asked for.
 PlannedTime foretell_time(const std::vector<PlannedStep>& plan, int threads);
 
 /// Memory that the largest of the ensembles needs while it is drawn on this many threads, and the sums, in bytes.

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "analysis/precision.h"
+#include "analysis/stress.h"
 #include "ensemble/estimator.h"
 #include "ensemble/foretold_time.h"
 #include "experiment/experiment_check.h"
@@ -53,13 +54,31 @@ PlannedStep plan_growth(const Experiment& experiment, const RunOptions& options,
   return {Stage::sample, what, samples == drawn, beads_of(spec, samples - drawn), spec, samples - drawn};
 }
 
+// By what runs on one core of a cloud machine took.
+constexpr double seconds_per_fitted_bead = 3e-7;    // each bead of a profile, in each block and in all together
+constexpr double seconds_per_strained_bead = 2e-7;  // drawn by itself and audited
+constexpr double seconds_for_pictures = 0.4, seconds_for_figures = 1, seconds_for_report = 3;
+
+/// Fits of the profiles of one ensemble, in all and without each block.
+double seconds_for_fits(const EnsembleSpec& spec) {
+  if (!spec.record_profiles) return 0;
+  return seconds_per_fitted_bead * static_cast<double>(recorded_layers(spec).size()) * (spec.blocks + 1) *
+         spec.lattice.columns;
+}
+
+double seconds_for_stress(const StressSpec& spec) {
+  return seconds_per_strained_bead * static_cast<double>(stress_friction().size()) * spec.columns * spec.layers;
+}
+
 }  // namespace
 
 std::vector<PlannedStep> plan_run(const Experiment& experiment, const RunOptions& options) {
   const std::set<Stage> needed = stages_needed(options.only);
   std::vector<PlannedStep> steps;
+  double fits = 0;
   if (needed.contains(Stage::sample)) {
     const auto add = [&](const PlannedEnsemble& planned) {
+      fits += seconds_for_fits(planned.spec);
       if (planned.grows_from > 0) {
         steps.push_back(plan_growth(experiment, options, planned));
         return;
@@ -80,14 +99,23 @@ std::vector<PlannedStep> plan_run(const Experiment& experiment, const RunOptions
   }
   if (needed.contains(Stage::analyse)) {
     steps.push_back({Stage::analyse, fmt::format("fits at {} friction coefficients", experiment.mu.size()), false, 0});
+    steps.back().parallel_seconds = fits;
+    steps.back().serial_seconds = seconds_for_stress(experiment.stress);
   }
   if (needed.contains(Stage::render) && experiment.force_chains.draw) {
     steps.push_back({Stage::render, "force chains", false,
                      static_cast<std::uint64_t>(experiment.force_chains.columns) *
                          static_cast<std::uint64_t>(experiment.force_chains.computed_layers())});
+    steps.back().serial_seconds = seconds_for_pictures;
   }
-  if (needed.contains(Stage::plot)) steps.push_back({Stage::plot, "figures", false, 0});
-  if (needed.contains(Stage::report)) steps.push_back({Stage::report, "report", false, 0});
+  if (needed.contains(Stage::plot)) {
+    steps.push_back({Stage::plot, "figures", false, 0});
+    steps.back().serial_seconds = seconds_for_figures;
+  }
+  if (needed.contains(Stage::report)) {
+    steps.push_back({Stage::report, "report", false, 0});
+    steps.back().serial_seconds = seconds_for_report;
+  }
   return steps;
 }
 
@@ -100,6 +128,7 @@ PlannedTime foretell_time(const std::vector<PlannedStep>& plan, int threads) {
   double left = all_chains;
   PlannedTime planned;
   for (const PlannedStep& step : plan) {
+    planned.seconds += step.parallel_seconds / threads + step.serial_seconds;
     if (step.samples == 0) continue;
     const double start = processor_seconds();
     const double share =

@@ -115,6 +115,26 @@ TEST_CASE("the time of a plan is that of what is still to be drawn, shorter on m
   CHECK(foretell_time(plan_run(experiment, options), 1).seconds == 0);
 }
 
+TEST_CASE("what comes after the drawing is part of the time of a plan, also where nothing is left to draw") {
+  Experiment experiment = small_experiment();
+  RunOptions options;
+  const auto time = [&] {
+    std::vector<PlannedStep> plan = plan_run(experiment, options);
+    for (PlannedStep& step : plan) step.samples = 0;
+    return foretell_time(plan, 1).seconds;
+  };
+  const double whole = time();
+  CHECK(whole > 3);
+  options.only = {Stage::analyse};
+  const double fits = time();
+  CHECK(fits > 0);
+  CHECK(fits < whole);
+  experiment.lattice.columns *= 2;
+  CHECK(time() == Approx(2 * fits));
+  experiment.stress.layers = 100000;
+  CHECK(time() > 2 * fits + 5);
+}
+
 TEST_CASE("the pilot of a chain is part of the time of a plan, and a long one makes it an open one") {
   PlannedStep chains{Stage::sample, "chains"};
   chains.spec = pairs(EstimatorName::point, false, Law::polytope, 0.3);
