@@ -1,6 +1,7 @@
 #include "ensemble/foretold_time.h"
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <numeric>
 #include <optional>
@@ -34,11 +35,16 @@ EnsembleSpec shallower(EnsembleSpec spec) {
   const double wanted = trial_beads / static_cast<double>(samples_at_once) / spec.lattice.columns;
   spec.lattice.layers =
       static_cast<int>(std::clamp(wanted, std::min(1.0 * fewest_layers, 1.0 * deepest), 1.0 * deepest));
-  // As many of the layers are recorded, in proportion.
-  for (int& layer : spec.layers) {
-    layer = static_cast<int>(static_cast<double>(layer) / deepest * spec.lattice.layers);
+  // The same share of the layers is recorded.
+  const double in_proportion = static_cast<double>(spec.lattice.layers) / deepest;
+  const std::vector<int> recorded = recorded_layers(spec);
+  const auto all = static_cast<double>(recorded.size());
+  const auto kept = static_cast<std::size_t>(std::max(1.0, std::round(all * in_proportion)));
+  spec.layers.clear();
+  for (std::size_t k = 0; k < kept; ++k) {
+    const int layer = static_cast<int>(in_proportion * recorded[k * recorded.size() / kept]);
+    if (spec.layers.empty() || layer > spec.layers.back()) spec.layers.push_back(layer);
   }
-  spec.layers.erase(std::unique(spec.layers.begin(), spec.layers.end()), spec.layers.end());
   return spec;
 }
 

@@ -50,7 +50,11 @@ TEST_CASE("the time of an ensemble is foretold within a factor of two, whatever 
   CHECK(off_by(ensemble(Law::granusolve, 1.5, lattice, 256), 0.1) < 2);
   CHECK(off_by(ensemble(Law::granusolve, 1.5, lattice, 96, paired), 0.1) < 2);
   CHECK(off_by(ensemble(Law::granusolve, 0.3, lattice, 256, multiplexed), 0.1) < 2);
-  CHECK(off_by(ensemble(Law::granusolve, 0.3, {64, 4000}, 64), 0.1) < 2);  // deeper than what is tried
+  // Deeper than what is tried.
+  CHECK(off_by(ensemble(Law::granusolve, 0.3, {64, 4000}, 64), 0.1) < 2);
+  EnsembleSpec deep = ensemble(Law::granusolve, 0.05, {1632, 700}, 64, multiplexed);
+  for (int layer = 0; layer < 100; ++layer) deep.layers.push_back(7 * layer);
+  CHECK(off_by(deep, 0.1) < 2);
 }
 
 TEST_CASE("the time of the laws of tiny piles is foretold from piles that are given up early") {
