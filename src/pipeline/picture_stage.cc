@@ -50,6 +50,13 @@ std::optional<std::string> why_not_drawn(const EnsembleSpec& spec, std::uint64_t
       failure->layer, replay_command(spec, sample));
 }
 
+/// The picture is not there, and why.
+void set_failure(Figure& figure, const EnvironmentError& failure) {
+  figure.failure = failure.what();
+  figure.screen.clear();
+  figure.print.clear();
+}
+
 /// All columns of the shown layers.
 std::string window_text(const std::array<double, 4>& window) {
   return fmt::format("{},{},{},{}", exact(window[0]), exact(window[1]), exact(window[2]), exact(window[3]));
@@ -85,10 +92,19 @@ class PilePictures {
     if (const auto why = why_not_drawn(spec_, chains_.sample, pile_)) {
       throw InputError("the pile of the force-chain picture " + *why);
     }
-    make_folder(folder_ / "piles");
-    make_folder(folder_ / "figures");
-    write_pile(folder_ / "piles" / fmt::format("{}.h5", figure_id), pile_);
+    keep(figure_id, pile_);
   }
+
+  /// Keeps a pile beside the pictures. That it cannot be kept costs neither them nor the report.
+  void keep(const std::string& name, const Pile& pile) {
+    try {
+      make_folder(folder_ / "piles");
+      write_pile(folder_ / "piles" / (name + ".h5"), pile);
+    } catch (const EnvironmentError& failure) {
+      not_kept_.emplace_back(fmt::format("the pile {}", name), failure.what());
+    }
+  }
+  const std::vector<std::pair<std::string, std::string>>& not_kept() const { return not_kept_; }
 
   const Pile& pile() const { return pile_; }
 
@@ -118,8 +134,15 @@ class PilePictures {
         exact(scene.dpi), window_text(*scene.window),
         scene.range ? fmt::format(" --range={},{}", exact((*scene.range)[0]), exact((*scene.range)[1])) : "",
         scene.colour_map.empty() ? "" : " --colour-map " + scene.colour_map);
-    const SceneStatistics drawn =
-        draw_pile(pile, minus, scene, folder_ / figure.screen, {{"Software", software_}, {"Source", figure.redraw}});
+    SceneStatistics drawn;
+    try {
+      make_folder(folder_ / "figures");
+      drawn =
+          draw_pile(pile, minus, scene, folder_ / figure.screen, {{"Software", software_}, {"Source", figure.redraw}});
+    } catch (const EnvironmentError& failure) {  // its words, which stand among the numbers, are the same
+      set_failure(figure, failure);
+      drawn.counts = count_elements(pile, minus, scene);
+    }
     Gaps gaps{{"columns", std::to_string(chains_.columns)}, {"layers", std::to_string(chains_.layers)},
               {"mu", caption_number(chains_.mu)},           {"overload", caption_number(experiment_.response.overload)},
               {"sample", std::to_string(chains_.sample)},   {"seed", std::to_string(experiment_.sampling.seed)}};
@@ -138,6 +161,7 @@ class PilePictures {
       gaps["outside"] = std::to_string(drawn.counts.outside);
     }
     set_words(figure, words, gaps);
+    if (!figure.is_there()) return outcome;
     outcome.environment = {{"OpenGL", drawn.renderer}, {"GL backend", drawn.backend + ": " + drawn.backend_reason}};
     outcome.skipped.push_back(fmt::format(
         "The picture {} draws {} elements; {} outside its window and {} too faint to change a pixel were left out.", id,
@@ -154,6 +178,7 @@ class PilePictures {
   std::string software_;
   EnsembleSpec spec_;
   Pile pile_;
+  std::vector<std::pair<std::string, std::string>> not_kept_;
 };
 
 }  // namespace
@@ -161,7 +186,7 @@ class PilePictures {
 std::vector<PictureOutcome> draw_pile_pictures(const Experiment& experiment, const std::filesystem::path& run_folder,
                                                const Provenance& provenance) {
   const ForceChainSpec& chains = experiment.force_chains;
-  const PilePictures pictures(experiment, run_folder, provenance);
+  PilePictures pictures(experiment, run_folder, provenance);
   const std::string redraw = pictures.replay() + " && granuscope render pile.h5";
   std::vector<PictureOutcome> drawn;
   drawn.push_back(
@@ -190,9 +215,10 @@ std::vector<PictureOutcome> draw_pile_pictures(const Experiment& experiment, con
   std::optional<std::pair<Pile, Pile>> pair;
   if (chains.response || compares) pair = pictures.pair();
   if (pair) {
-    write_pile(run_folder / "piles" / "uniform.h5", pair->first);
-    write_pile(run_folder / "piles" / "overloaded.h5", pair->second);
+    pictures.keep("uniform", pair->first);
+    pictures.keep("overloaded", pair->second);
   }
+  drawn.front().not_kept = pictures.not_kept();
   const char* const redraw_pair = "granuscope render piles/overloaded.h5 --minus piles/uniform.h5";
   if (chains.response) {
     if (pair) {
@@ -266,7 +292,6 @@ Field response_field(const MeasuredEnsemble& ensemble, const Transport& transpor
 
 PictureOutcome draw_response_field(const Experiment& experiment, const Field& field, const Transport& transport,
                                    const std::filesystem::path& run_folder, const Provenance& provenance) {
-  make_folder(run_folder / "figures");
   SceneSpec spec = experiment.force_chains.scene;
   spec.scene = "field";
   spec.colour_map = "grey";
@@ -281,13 +306,19 @@ PictureOutcome draw_response_field(const Experiment& experiment, const Field& fi
   figure.screen = figure.print = std::filesystem::path("figures") / "response-field.png";
   figure.redraw = "cp experiment.toml again.toml && granuscope run again.toml --out . --only analyse --only render";
   const Scene scene = build_field_scene(field, spec);
-  const SceneStatistics drawn =
-      draw_scene(scene, spec, run_folder / figure.screen, {{"Software", provenance_line(provenance)}});
+  SceneStatistics drawn;
+  try {
+    make_folder(run_folder / "figures");
+    drawn = draw_scene(scene, spec, run_folder / figure.screen, {{"Software", provenance_line(provenance)}});
+  } catch (const EnvironmentError& failure) {
+    set_failure(figure, failure);
+  }
   set_words(figure, "pictures/response_field.words",
             {{"mu", caption_number(transport.mu)},
              {"samples", std::to_string(transport.samples)},
              {"estimator", transport.estimator}});
-  outcome.environment = {{"OpenGL", drawn.renderer}, {"GL backend", drawn.backend + ": " + drawn.backend_reason}};
+  if (figure.is_there())
+    outcome.environment = {{"OpenGL", drawn.renderer}, {"GL backend", drawn.backend + ": " + drawn.backend_reason}};
   return outcome;
 }
 

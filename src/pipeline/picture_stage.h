@@ -16,9 +16,10 @@ namespace granuscope {
 /// A rendered picture as a figure of the report, and what is to be said about how it was made.
 struct PictureOutcome {
   Figure figure;
-  std::vector<std::pair<std::string, std::string>> environment;  ///< GL backend, why it was chosen, renderer
-  std::vector<std::string> checks;                               ///< how the pile's audit came out
-  std::vector<std::string> skipped;                              ///< what was left out of the picture, counted
+  std::vector<std::pair<std::string, std::string>> environment;    ///< GL backend, why it was chosen, renderer
+  std::vector<std::string> checks;                                 ///< how the pile's audit came out
+  std::vector<std::string> skipped;                                ///< what was left out of the picture, counted
+  std::vector<std::pair<std::string, std::string>> not_kept = {};  ///< files beside it that could not be written, why
 };
 
 /// The pile of the force-chain picture (size, load, seed and sample), at any friction coefficient.
@@ -29,8 +30,8 @@ Pile pile_for_figures(const Experiment& experiment, double mu);
 void require_backend(const ForceChainSpec& chains);
 
 /// Draws the pile that the experiment names (piles/force-chains.h5) and its pictures: force chains, and as asked for
-/// the weights of its beads and how they change with the overload. Throws EnvironmentError if there is no GL context,
-/// InputError if the pile could not be completed.
+/// the weights of its beads and how they change with the overload. A picture that could not be drawn says why
+/// (Figure::failure). Throws InputError if the pile could not be completed.
 std::vector<PictureOutcome> draw_pile_pictures(const Experiment& experiment, const std::filesystem::path& run_folder,
                                                const Provenance& provenance);
 

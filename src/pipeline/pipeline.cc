@@ -317,13 +317,13 @@ class Run {
   void render() {
     if (!experiment_.force_chains.draw) return;
     timed("render", [&] {
-      try_to_draw("the pictures of the pile", [&] {
+      try_to_draw([&] {
         for (PictureOutcome& picture : draw_pile_pictures(experiment_, options_.folder, data_.provenance)) {
           add_picture(std::move(picture));
         }
       });
       if (field_transport_ && !field_.rows.empty()) {
-        try_to_draw("the picture of the response", [&] {
+        try_to_draw([&] {
           add_picture(draw_response_field(experiment_, field_, *field_transport_, options_.folder, data_.provenance));
         });
       }
@@ -335,7 +335,8 @@ class Run {
     if (data_.figures.empty()) {  // what drew them is one for all
       data_.environment.insert(data_.environment.end(), picture.environment.begin(), picture.environment.end());
     }
-    data_.figures.push_back(std::move(picture.figure));
+    keep_figure(std::move(picture.figure));
+    for (const auto& [what, why] : picture.not_kept) note_failure(what, why);
     data_.checks.insert(data_.checks.end(), picture.checks.begin(), picture.checks.end());
     data_.skipped.insert(data_.skipped.end(), picture.skipped.begin(), picture.skipped.end());
   }
@@ -346,30 +347,28 @@ class Run {
   }
 
   /// A figure with nothing to show (InputError) is left out with its reason: the numbers that are known, and the
-  /// reasons why others are not, are still to be reported. So they are where the machine does not let it be drawn.
+  /// reasons why others are not, are still to be reported.
   template <typename Draw>
-  void try_to_draw(const std::string& what, Draw draw) {
+  void try_to_draw(Draw draw) {
     try {
       draw();
     } catch (const InputError& nothing_to_show) {
       leave_out(nothing_to_show);
-    } catch (const EnvironmentError& failure) {
-      note_failure(what, failure.what());
-      data_.skipped.push_back(fmt::format("Not drawn: {}, because {}.", what, failure.what()));
     }
   }
 
   template <typename Draw>
   void add_figure(Draw draw) {
-    try_to_draw("a figure", [&] {
-      data_.figures.push_back(draw());
-      const Figure& figure = data_.figures.back();
-      if (!figure.failure.empty()) note_failure("figure " + figure.id, figure.failure);
-    });
+    try_to_draw([&] { keep_figure(draw()); });
+  }
+
+  void keep_figure(Figure figure) {
+    if (!figure.failure.empty()) note_failure("figure " + figure.id, figure.failure);
+    data_.figures.push_back(std::move(figure));
   }
 
   void note_failure(const std::string& what, const std::string& why) {
-    say(options_.progress, fmt::format("{} could not be drawn: {}", what, why));
+    say(options_.progress, fmt::format("{} could not be made: {}", what, why));
     failures_.emplace_back(what, why);
   }
 
@@ -378,7 +377,7 @@ class Run {
     if (failures_.empty()) return {};
     std::vector<std::string> names;
     for (const auto& [what, why] : failures_) names.push_back(what);
-    return fmt::format("{} could not be drawn, while all else was made: {}", enumeration(names),
+    return fmt::format("{} could not be made, while all else was made: {}", enumeration(names),
                        failures_.front().second);
   }
 

@@ -34,6 +34,8 @@ class Lap {
   Clock::time_point before_ = Clock::now();
 };
 
+std::shared_ptr<PileLayers> in_memory(const Pile& pile) { return std::make_shared<LayersInMemory>(view_of(pile)); }
+
 SceneStatistics draw_layers(const std::shared_ptr<PileLayers>& pile, const std::shared_ptr<PileLayers>& minus,
                             const SceneSpec& spec, const std::filesystem::path& image, const ImageMetadata& metadata) {
   Lap lap;
@@ -114,9 +116,11 @@ SceneStatistics draw_scene(const Scene& scene, const SceneSpec& spec, const std:
 
 SceneStatistics draw_pile(const Pile& pile, const Pile* minus, const SceneSpec& spec,
                           const std::filesystem::path& image, const ImageMetadata& metadata) {
-  return draw_layers(std::make_shared<LayersInMemory>(view_of(pile)),
-                     minus == nullptr ? nullptr : std::make_shared<LayersInMemory>(view_of(*minus)), spec, image,
-                     metadata);
+  return draw_layers(in_memory(pile), minus == nullptr ? nullptr : in_memory(*minus), spec, image, metadata);
+}
+
+SceneCounts count_elements(const Pile& pile, const Pile* minus, const SceneSpec& spec) {
+  return build_scene(in_memory(pile), minus == nullptr ? nullptr : in_memory(*minus), spec).counts;
 }
 
 SceneStatistics draw_pile(const Pile& pile, const SceneSpec& spec, const std::filesystem::path& image,

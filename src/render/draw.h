@@ -38,7 +38,9 @@ SceneStatistics draw_pile(const Pile& pile, const SceneSpec& spec, const std::fi
 /// The same for two piles that a scene compares.
 SceneStatistics draw_pile(const Pile& pile, const Pile* minus, const SceneSpec& spec,
                           const std::filesystem::path& image, const ImageMetadata& metadata = {});
-/// The same from files, of which only what the window needs is read; the pile's key goes into the metadata.
+/// What drawing it would count, but for the pixels.
+SceneCounts count_elements(const Pile& pile, const Pile* minus, const SceneSpec& spec);
+/// draw_pile from files, of which only what the window needs is read; the pile's key goes into the metadata.
 SceneStatistics draw_pile_file(const PictureFiles& files, const SceneSpec& spec, const ImageMetadata& metadata = {});
 
 /// Draws any scene.

@@ -61,7 +61,7 @@ TEST_CASE("a figure that gnuplot does not draw is named in its place, and all el
   {
     const FussyGnuplot gnuplot(lacking / "programs", "response-profiles*");
     const RunResult result = run_experiment(experiment, quiet(lacking.path()));
-    CHECK_THAT(result.failure, Contains("figure response-profiles could not be drawn, while all else was made") &&
+    CHECK_THAT(result.failure, Contains("figure response-profiles could not be made, while all else was made") &&
                                    Contains("it complained: a warning"));
   }
   for (const char* file : {"summary.json", "summary.md", "claims.xml", "figures/transport-with-depth.svg"}) {
@@ -93,13 +93,13 @@ TEST_CASE("a drawing of an earlier run stands for one that fails only if script 
   Experiment experiment = experiment_with_few_figures();
   run_experiment(experiment, quiet(folder.path()));
   const FussyGnuplot gnuplot(folder / "programs", "*");
-  CHECK_THAT(run_experiment(experiment, quiet(folder.path())).failure, Contains("could not be drawn"));
+  CHECK_THAT(run_experiment(experiment, quiet(folder.path())).failure, Contains("could not be made"));
   const std::string same = report_in(folder.path());
   CHECK(same.find("drawn from the same script and data by an earlier run") != std::string::npos);
   CHECK(same.find("data:image/svg+xml") != std::string::npos);
 
   experiment.sampling.seed = 12;
-  CHECK_THAT(run_experiment(experiment, quiet(folder.path())).failure, Contains("could not be drawn"));
+  CHECK_THAT(run_experiment(experiment, quiet(folder.path())).failure, Contains("could not be made"));
   CHECK(report_in(folder.path()).find("data:image/svg+xml") == std::string::npos);
 }
 

@@ -3,9 +3,11 @@
 #include <catch2/catch.hpp>
 #include <map>
 #include <string>
+#include <vector>
 
 #include "render/png_file.h"
 #include "small_experiment.h"
+#include "support/atomic_file.h"
 #include "support/temporary_folder.h"
 
 namespace granuscope {
@@ -58,6 +60,30 @@ TEST_CASE("the picture of the friction and those with names of their own are dra
   CHECK_THAT(figures.at("picture-part").caption, Contains("6 to 8 in the layers 2 to 11"));
   CHECK_THAT(figures.at("picture-part").redraw, Contains("--window=-6") && Contains("--range=0") &&
                                                     Contains("--scene weight") && Contains("--colour-map cividis"));
+}
+
+TEST_CASE("pictures that cannot be written say why, and what is said of them is the same") {
+  const TemporaryFolder whole, lacking;
+  Experiment experiment = small_experiment();
+  experiment.pictures["part"].scene = "weight";
+  const std::vector<PictureOutcome> drawn = draw_pile_pictures(experiment, whole.path(), Provenance{});
+  write_file(lacking / "figures", "no folder");
+  write_file(lacking / "piles", "no folder");
+  const std::vector<PictureOutcome> failed = draw_pile_pictures(experiment, lacking.path(), Provenance{});
+  REQUIRE(failed.size() == drawn.size());
+  REQUIRE(drawn.size() >= 4);
+  for (std::size_t k = 0; k < drawn.size(); ++k) {
+    INFO(drawn[k].figure.id);
+    CHECK(drawn[k].figure.failure.empty());
+    CHECK(drawn[k].figure.is_there());
+    CHECK_THAT(failed[k].figure.failure, Contains("figures"));
+    CHECK_FALSE(failed[k].figure.is_there());
+    CHECK(failed[k].figure.id == drawn[k].figure.id);
+    CHECK(failed[k].figure.title == drawn[k].figure.title);
+    CHECK(failed[k].figure.caption == drawn[k].figure.caption);
+  }
+  CHECK(drawn.front().not_kept.empty());
+  CHECK(failed.front().not_kept.size() == 3);  // the pile itself, and the pair under both loads
 }
 
 }  // namespace
