@@ -83,7 +83,11 @@ ExitCode run(const RunVerbOptions& given, VerbContext& context) {
     return ExitCode::done;
   }
   if (given.dry_run) {
-    print_plan(experiment, plan_run(experiment, options), worker_count(options.threads), context.out);
+    try {
+      print_plan(experiment, plan_run(experiment, options), worker_count(options.threads), context.out);
+    } catch (const Interrupted&) {
+      throw Interrupted("stopped on request before the time was foretold; nothing was written");
+    }
     return ExitCode::done;
   }
   require_kept(given.config, options.folder / "experiment.toml", print_experiment(experiment));

@@ -30,16 +30,6 @@ constexpr const char* figure_id = "force-chains";
 constexpr const char* free_words = "pictures/free.words";
 constexpr std::string_view free_prefix = "picture-";
 
-/// The pile of the picture as an ensemble of its own, so that the load and the replay command are written once.
-EnsembleSpec pile_spec(const Experiment& experiment, double mu) {
-  EnsembleSpec spec;
-  spec.sampler = experiment.sampler_for(mu);
-  spec.lattice = {experiment.force_chains.columns, experiment.force_chains.computed_layers()};
-  spec.load = Load::point;
-  spec.overload = experiment.response.overload;
-  return spec;
-}
-
 /// Draws the pile, or says why it could not be completed and how to meet the same failure.
 std::optional<std::string> why_not_drawn(const EnsembleSpec& spec, std::uint64_t sample, Pile& pile) {
   const auto failure = make_sampler(spec.sampler, pile.lattice)->draw(sample, top_load(spec), pile);
@@ -63,6 +53,21 @@ std::string window_text(const std::array<double, 4>& window) {
 }
 
 }  // namespace
+
+EnsembleSpec pile_spec(const Experiment& experiment, double mu) {
+  EnsembleSpec spec;
+  spec.sampler = experiment.sampler_for(mu);
+  spec.lattice = {experiment.force_chains.columns, experiment.force_chains.computed_layers()};
+  spec.load = Load::point;
+  spec.overload = experiment.response.overload;
+  return spec;
+}
+
+bool needs_pair(const Experiment& experiment) {
+  return experiment.force_chains.response ||
+         std::any_of(experiment.pictures.begin(), experiment.pictures.end(),
+                     [](const auto& one) { return needs_two_piles(one.second.scene); });
+}
 
 void require_backend(const ForceChainSpec& chains) {
   if (chains.draw && chains.scene.backend != "none") make_gl_context(chains.scene.backend);
@@ -210,10 +215,8 @@ std::vector<PictureOutcome> draw_pile_pictures(const Experiment& experiment, con
     drawn.push_back(
         pictures.draw("mobilised-friction", "pictures/friction.words", scene, pictures.pile(), nullptr, redraw));
   }
-  const bool compares = std::any_of(experiment.pictures.begin(), experiment.pictures.end(),
-                                    [](const auto& one) { return needs_two_piles(one.second.scene); });
   std::optional<std::pair<Pile, Pile>> pair;
-  if (chains.response || compares) pair = pictures.pair();
+  if (needs_pair(experiment)) pair = pictures.pair();
   if (pair) {
     pictures.keep("uniform", pair->first);
     pictures.keep("overloaded", pair->second);

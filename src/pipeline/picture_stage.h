@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "analysis/transport.h"
+#include "ensemble/ensemble_spec.h"
 #include "experiment/experiment.h"
 #include "model/pile.h"
 #include "plot/figure.h"
@@ -21,6 +22,12 @@ struct PictureOutcome {
   std::vector<std::string> skipped;                                ///< what was left out of the picture, counted
   std::vector<std::pair<std::string, std::string>> not_kept = {};  ///< files beside it that could not be written, why
 };
+
+/// The pile of the pictures as an ensemble of its own, at any friction coefficient, so that its load and the command
+/// that draws it again are written once.
+EnsembleSpec pile_spec(const Experiment& experiment, double mu);
+/// Whether a picture compares that pile with the one under a uniform load.
+bool needs_pair(const Experiment& experiment);
 
 /// The pile of the force-chain picture (size, load, seed and sample), at any friction coefficient.
 /// Throws InputError if it could not be completed.

@@ -11,6 +11,7 @@
 #include "ensemble/foretold_time.h"
 #include "experiment/experiment_check.h"
 #include "pipeline/ensemble_stage.h"
+#include "pipeline/picture_stage.h"
 #include "pipeline/pipeline.h"
 #include "pipeline/side_stage.h"
 #include "sampling/sampler.h"
@@ -70,6 +71,13 @@ double seconds_for_stress(const StressSpec& spec) {
   return seconds_per_strained_bead * static_cast<double>(stress_friction().size()) * spec.columns * spec.layers;
 }
 
+/// A single pile, of a law that may take long for it.
+void draw_one(PlannedStep& step, const EnsembleSpec& spec) {
+  if (spec.sampler.law == Law::granusolve) return;
+  step.spec = spec;
+  step.samples = spec.sampler.law == Law::polytope ? group_size : 1;  // a chain runs for eight
+}
+
 }  // namespace
 
 std::vector<PlannedStep> plan_run(const Experiment& experiment, const RunOptions& options) {
@@ -107,10 +115,20 @@ std::vector<PlannedStep> plan_run(const Experiment& experiment, const RunOptions
                      static_cast<std::uint64_t>(experiment.force_chains.columns) *
                          static_cast<std::uint64_t>(experiment.force_chains.computed_layers())});
     steps.back().serial_seconds = seconds_for_pictures;
+    draw_one(steps.back(), pile_spec(experiment, experiment.force_chains.mu));
+    if (needs_pair(experiment)) {
+      EnsembleSpec uniform = pile_spec(experiment, experiment.force_chains.mu);
+      uniform.load = Load::uniform;
+      steps.push_back({Stage::render, "their pile under a uniform load", false, Lattice(uniform.lattice).beads()});
+      draw_one(steps.back(), uniform);
+    }
   }
   if (needed.contains(Stage::plot)) {
     steps.push_back({Stage::plot, "figures", false, 0});
     steps.back().serial_seconds = seconds_for_figures;
+    const double mu = experiment.figures.profile_mu;
+    const bool another = !experiment.force_chains.draw || mu != experiment.force_chains.mu;
+    if (experiment.figures.bead_forces && another) draw_one(steps.back(), pile_spec(experiment, mu));
   }
   if (needed.contains(Stage::report)) {
     steps.push_back({Stage::report, "report", false, 0});

@@ -4,7 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <mutex>
 #include <numeric>
+#include <string>
 #include <vector>
 
 #include "model/pile.h"
@@ -205,10 +208,65 @@ ChainForecast foretell_chain(const SamplerSpec& spec, const Lattice& lattice, st
   return forecast;
 }
 
+namespace {
+
+/// The plans of this process. A pilot may take minutes, and the same chain is asked for by an ensemble that grows in
+/// steps, by the pictures and by the figures.
+class KnownPlans {
+ public:
+  ChainPlan get(const SamplerSpec& spec, const Lattice& lattice, std::span<const double> load) {
+    const std::vector<double> key = key_of(spec, lattice, load);
+    {
+      const std::lock_guard lock(mutex_);
+      if (const auto known = outcomes_.find(key); known != outcomes_.end()) return known->second.get();
+    }
+    Outcome outcome;  // others may go on meanwhile
+    try {
+      outcome.plan = plan_chain(spec, lattice, load);
+    } catch (const InputError& refused) {
+      outcome.refusal = refused.what();
+    }
+    const std::lock_guard lock(mutex_);
+    return outcomes_.emplace(key, outcome).first->second.get();
+  }
+
+ private:
+  /// A plan, or the message of the InputError that stands for none.
+  struct Outcome {
+    ChainPlan plan;
+    std::string refusal;
+    const ChainPlan& get() const {
+      if (!refusal.empty()) throw InputError(refusal);
+      return plan;
+    }
+  };
+
+  /// All that plan_chain depends on.
+  static std::vector<double> key_of(const SamplerSpec& spec, const Lattice& lattice, std::span<const double> load) {
+    constexpr std::uint64_t half = std::uint64_t{1} << 32;
+    std::vector<double> key = {spec.mu,
+                               spec.lambda,
+                               spec.effort,
+                               static_cast<double>(spec.seed / half),
+                               static_cast<double>(spec.seed % half),
+                               static_cast<double>(spec.order),
+                               static_cast<double>(lattice.columns()),
+                               static_cast<double>(lattice.layers())};
+    key.insert(key.end(), load.begin(), load.end());
+    return key;
+  }
+
+  std::mutex mutex_;
+  std::map<std::vector<double>, Outcome> outcomes_;
+};
+
+}  // namespace
+
 SamplerSpec with_measured_chain(SamplerSpec spec, const Lattice& lattice, std::span<const double> load) {
   validate(spec);
   if (spec.law != Law::polytope || spec.mu == 0 || (spec.burn_in > 0 && spec.thinning > 0)) return spec;
-  const ChainPlan plan = plan_chain(spec, lattice, load);
+  static KnownPlans known;
+  const ChainPlan plan = known.get(spec, lattice, load);
   if (spec.burn_in == 0) spec.burn_in = plan.burn_in;
   if (spec.thinning == 0) spec.thinning = plan.thinning;
   return spec;

@@ -42,7 +42,8 @@ ChainForecast foretell_chain(const SamplerSpec& spec, const Lattice& lattice, st
                              double seconds);
 
 /// The spec with burn_in and thinning measured where they are 0, for the law "polytope" at mu > 0; otherwise as it is.
-/// The piles are the same; what is saved is one pilot for every sampler made.
+/// The piles are the same; what is saved is one pilot for every sampler made. What was measured is remembered for as
+/// long as the program runs.
 SamplerSpec with_measured_chain(SamplerSpec spec, const Lattice& lattice, std::span<const double> load);
 
 }  // namespace granuscope

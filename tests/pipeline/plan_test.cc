@@ -145,3 +145,29 @@ TEST_CASE("the pilot of a chain is part of the time of a plan, and a long one ma
   CHECK(on_many.at_least);
   CHECK(on_many.seconds > 60);  // nearly all of it is the pilot's, which one core runs for all
 }
+
+TEST_CASE("the chains behind the pictures are part of the time of a plan") {
+  Experiment experiment = small_experiment();
+  experiment.lattice = {24, 30};
+  experiment.sampling.law = Law::polytope;
+  experiment.mu = {0.3};
+  experiment.force_chains.columns = 24;
+  experiment.force_chains.layers = 12;
+  experiment.force_chains.mu = 0.2;
+  RunOptions options;
+  options.only = {Stage::plot, Stage::render};
+  const auto chains = [&] {
+    int count = 0;
+    for (const PlannedStep& step : plan_run(experiment, options)) {
+      count += step.stage != Stage::sample && step.samples > 0 && step.spec.sampler.law == Law::polytope ? 1 : 0;
+    }
+    return count;
+  };
+  CHECK(chains() == 3);  // the pictures' pile, the same under a uniform load, and that of one bead's forces
+  experiment.force_chains.response = false;
+  CHECK(chains() == 2);
+  experiment.force_chains.mu = experiment.figures.profile_mu;
+  CHECK(chains() == 1);
+  experiment.sampling.law = Law::granusolve;
+  CHECK(chains() == 0);
+}
