@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "sampling/climb_kernels.h"
 #include "sampling/granusolve_group.h"
 #include "sampling/layer_kernels.h"
 #include "sampling/rounding.h"
@@ -73,6 +74,7 @@ void GranusolveSampler::begin_pile(std::uint64_t sample, std::span<const double>
   load_ = load;
   key_ = RandomKey(spec_.seed, sample);
   eight_at_once_ = first_ == nullptr && !PlainKernels::in_use();
+  low_climbs_at_once_ = eight_at_once_ && mends_pairs() && can_redraw_low_climbs();
   std::fill(pending_.begin(), pending_.end(), Run{});
   for (int layer = 0; layer < lattice_.layers(); ++layer) {
     order_[static_cast<std::size_t>(layer)] =
@@ -198,8 +200,7 @@ int GranusolveSampler::next_failing() {
 /// Solves the bead at the cursor, whatever it takes; `no_pair` says that it has no solution as it is, nor by the pair
 /// rule. False if the effort ran out.
 bool GranusolveSampler::solve_failing(int bead, bool no_pair) {
-  if (no_pair) ++solutions_;
-  Mend outcome = no_pair ? mend(front_, bead, true) : solve_bead(front_, bead);
+  Mend outcome = no_pair ? mend(front_, bead, true) : solve_now(front_, bead);
   while (outcome == Mend::climbed) {
     throw_if_interrupted();
     if (!solve_pending()) return false;
@@ -290,6 +291,11 @@ UniformPair GranusolveSampler::next_uniforms(int layer, int bead, int used) {
 
 GranusolveSampler::Mend GranusolveSampler::solve_bead(int layer, int bead) {
   ++solutions_;
+  return solve_now(layer, bead);
+}
+
+/// What is not counted: a bead of the front layer whose turn has come was counted when the layer was drawn in bulk.
+GranusolveSampler::Mend GranusolveSampler::solve_now(int layer, int bead) {
   if (try_draw(layer, bead)) {
     set_rule(at(layer, bead), Rule::first_draw);
     return Mend::done;
@@ -306,15 +312,14 @@ GranusolveSampler::Mend GranusolveSampler::mend(int layer, int bead, bool no_pai
     // After a change of parents the bead is solvable up to rounding; should rounding exceed its allowance, climb.
     if (try_draw(layer, bead)) return Mend::done;
   }
-  climb(layer, bead);
-  return Mend::climbed;
+  const Mend outcome = climb(layer, bead);
+  return outcome == Mend::no_pair ? mend(layer, bead, true) : outcome;
 }
 
 bool GranusolveSampler::change_parents(int layer, int bead, bool no_pair) {
-  const bool pair = spec_.rules == MendingRules::all || spec_.rules == MendingRules::no_arcs;
   const bool arcs = spec_.rules == MendingRules::all || spec_.rules == MendingRules::no_pair;
-  if (pair && !no_pair && mend_by_pair(layer, bead)) return true;
-  if (!arcs) return false;
+  if (mends_pairs() && !no_pair && mend_by_pair(layer, bead)) return true;
+  if (!arcs || hopeless_alone(layer, bead)) return false;
   for (int parents = 4; parents < lattice_.columns(); parents *= 2) {
     const ArcOutcome outcome = mend_by_arc(layer, bead, parents);
     if (outcome != ArcOutcome::too_narrow) return outcome == ArcOutcome::mended;

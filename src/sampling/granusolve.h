@@ -54,6 +54,9 @@ struct GranusolveState {
 /// As long as no layer below it has been begun, nothing depends on the split of a bead; however often it draws again,
 /// it may keep its first number, and does.
 ///
+/// The effort counts a bead once when its layer is drawn, whatever changes above it before its turn has come, and then
+/// each time it is solved again.
+///
 /// Solving again (draw_again), a bead draws another number than its own only where a mend changes its split, and at the
 /// top of a climb.
 class GranusolveSampler final : public Sampler {
@@ -75,7 +78,11 @@ class GranusolveSampler final : public Sampler {
   /// Which rule gave a bead its value, for the counts.
   enum class Rule : std::uint8_t { first_draw, pair, arc, ring, climb };
   static constexpr std::size_t rules = 5;
-  enum class Mend { done, climbed };
+  enum class Mend {
+    done,
+    climbed,  ///< the beads above may still have to be solved, and the bead tried again
+    no_pair   ///< they are solved, and the bead is known to have no solution as it is, nor by the pair rule
+  };
   enum class ArcOutcome { mended, too_narrow, hopeless };
 
   /// States of a bead that a climb has unsolved (0: it is solved). Those at the top of the climb draw new numbers in
@@ -111,8 +118,10 @@ class GranusolveSampler final : public Sampler {
   std::optional<SamplingFailure> solve_layer(int layer);
   /// Solves everything that a climb has unsolved, topmost layer first. False if the effort ran out.
   bool solve_pending();
-  int next_pending(int layer) const;
-  int redraw_in_order(int layer);
+  bool solve_one_pending(int layer, int bead);
+  bool solve_in_order(int layer);
+  bool redraw_in_order(int layer);
+  bool mends_pairs() const { return spec_.rules == MendingRules::all || spec_.rules == MendingRules::no_arcs; }
   void count_pile();
   void add_pile(const std::array<std::uint64_t, rules>& beads_by);
   void set_rule(std::size_t bead, Rule rule);
@@ -126,12 +135,16 @@ class GranusolveSampler final : public Sampler {
   double choose_split(int layer, int bead, Outgoing out, Interval interval);
   bool try_draw(int layer, int bead);
   Mend solve_bead(int layer, int bead);
+  Mend solve_now(int layer, int bead);
   Mend mend(int layer, int bead, bool no_pair = false);
   bool change_parents(int layer, int bead, bool no_pair);
   bool mend_by_pair(int layer, int bead);
+  bool hopeless_alone(int layer, int bead) const;
   ArcOutcome mend_by_arc(int layer, int bead, int parents);
   bool mend_by_ring(int layer, int bead);
-  void climb(int layer, int bead);
+  Mend climb(int layer, int bead);
+  bool is_low_climb(int layer, int bead, int height) const;
+  Mend redraw_at_once(int bead, int height);
   void unsolve(int layer, int first, int count);
 
   int parent(const Arc& arc, int k) const;
@@ -154,6 +167,14 @@ class GranusolveSampler final : public Sampler {
     state_.failing[bit / 64] |= std::uint64_t{1} << (bit % 64);
     if (state_.changed != nullptr) state_.changed[bit / 64] |= std::uint64_t{1} << (bit % 64);
   }
+  /// Such a bead has been drawn again as it is.
+  void note_draw(int bead, bool fails) {
+    const std::size_t bit = at(bead) + state_.lane;
+    const std::uint64_t mask = std::uint64_t{1} << (bit % 64);
+    std::uint64_t& failing = state_.failing[bit / 64];
+    failing = fails ? failing | mask : failing & ~mask;
+    if (state_.changed != nullptr) state_.changed[bit / 64] &= ~mask;
+  }
 
   /// Index into the arrays of state_.
   std::size_t at(int layer, int bead) const { return lattice_.index(layer & layer_mask_, bead) * state_.stride; }
@@ -169,7 +190,8 @@ class GranusolveSampler final : public Sampler {
   // State of the pile being drawn; arrays have shape [layers, columns].
   std::span<const double> load_;
   RandomKey key_{0, 0};
-  bool eight_at_once_ = false;  ///< numbers of later attempts, where several are needed
+  bool eight_at_once_ = false;       ///< numbers of later attempts, where several are needed
+  bool low_climbs_at_once_ = false;  ///< all that a low climb draws (climb_kernels.h)
   GranusolveState state_{};
   /// The state of the layers front_ - window_ + 1 .. front_ is kept, in the place of their number's last bits.
   int window_ = std::numeric_limits<int>::max(), layer_mask_ = std::numeric_limits<int>::max();

@@ -64,6 +64,17 @@ void GranusolveSampler::draw_backwards(int from, int to) {
   }
 }
 
+/// Whether even the bead's own two parents, with all others let go, cannot help it: then every arc is hopeless.
+bool GranusolveSampler::hopeless_alone(int layer, int bead) const {
+  const Interval a = interval_of(layer - 1, lattice_.upper_left(layer, bead));
+  const Interval b = interval_of(layer - 1, lattice_.upper_right(layer, bead));
+  const Interval band = difference_band(layer, bead);
+  // As the filter along the arc goes, which rounds otherwise the other way.
+  return order_[static_cast<std::size_t>(layer)].direction > 0
+             ? intersection(b, {a.low - band.high, a.high - band.low}).empty()
+             : intersection(a, {b.low + band.low, b.high + band.high}).empty();
+}
+
 GranusolveSampler::ArcOutcome GranusolveSampler::mend_by_arc(int layer, int bead, int parents) {
   const int step = order_[static_cast<std::size_t>(layer)].direction;
   // The failed bead hangs below the arc's two middle parents.

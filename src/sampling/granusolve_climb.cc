@@ -3,13 +3,14 @@
 #include <array>
 #include <limits>
 
+#include "sampling/climb_kernels.h"
 #include "sampling/granusolve.h"
 #include "sampling/layer_kernels.h"
 #include "support/interruption.h"
 
 namespace granuscope {
 
-void GranusolveSampler::climb(int layer, int bead) {
+GranusolveSampler::Mend GranusolveSampler::climb(int layer, int bead) {
   ++counts_.climbs;
   std::uint8_t& climbs = state_.climbs[at(layer, bead)];
   const int height = 2 + climbs;
@@ -20,8 +21,9 @@ void GranusolveSampler::climb(int layer, int bead) {
   if (front_ - top > window_ - 4) {
     beyond_window_ = true;
     solutions_ = max_solutions_ + 1;
-    return;
+    return Mend::climbed;
   }
+  if (is_low_climb(layer, bead, height)) return redraw_at_once(bead, height);
   const int sideways = height - (layer - top);
   int first = bead;
   for (int n = layer; n > top; --n) first = lattice_.upper_left(n, first);
@@ -32,6 +34,69 @@ void GranusolveSampler::climb(int layer, int bead) {
   for (int k = 0, ancestor = leftmost; k < count; ++k, ancestor = lattice_.next(ancestor)) {
     if (state_.unsolved[at(top, ancestor)] != 0) state_.unsolved[at(top, ancestor)] = top_of_climb;
   }
+  return Mend::climbed;
+}
+
+/// Whether redraw_at_once can do it: the climb is low, away from the seam and from the ends of the layer's order, and
+/// nothing is unsolved already.
+bool GranusolveSampler::is_low_climb(int layer, int bead, int height) const {
+  constexpr std::uint64_t most_solutions = 32;
+  const int columns = lattice_.columns(), margin = height + 1;
+  return low_climbs_at_once_ && height <= LowClimb::highest && layer > height && layer == front_ &&
+         bead == cursor_bead_ && topmost_pending_ > front_ && cursor_ >= height && cursor_ + height < columns &&
+         bead >= margin && bead + margin < columns && solutions_ + most_solutions <= max_solutions_;
+}
+
+/// What unsolve(), solve_pending() and solve_bead() do in turn.
+GranusolveSampler::Mend GranusolveSampler::redraw_at_once(int bead, int height) {
+  LowClimb climb;
+  climb.height = height;
+  climb.layer = front_;
+  climb.bead = bead;
+  climb.forward = order_[static_cast<std::size_t>(front_)].direction > 0;
+  const int top = front_ - height;
+  std::array<int, LowClimb::highest + 1> first{};
+  for (int row = height, leftmost = bead - height; row >= 0; --row) {
+    const auto here = static_cast<std::size_t>(row);
+    first[here] = leftmost;
+    climb.at[here] = at(top + row, leftmost);
+    leftmost = lattice_.upper_right(top + row, leftmost);
+  }
+  climb.at_parents = at(top - 1, lattice_.upper_left(top, first[0]));
+  const LowClimbDrawn drawn = redraw(climb, state_, cone_, philox_keys_, key_.sample());
+  for (int row = 0; row < std::min(drawn.rows, height); ++row) {
+    const auto beads = static_cast<std::uint64_t>(LowClimb::beads(height, row));
+    solutions_ += beads;
+    counts_.uniforms += beads;
+  }
+  if (drawn.rows <= height) {
+    unsolve(top + drawn.rows, first[static_cast<std::size_t>(drawn.rows)], LowClimb::beads(height, drawn.rows));
+    return Mend::climbed;
+  }
+  solutions_ += static_cast<std::uint64_t>(height);
+  for (int k = 1; k <= height; ++k) {
+    const int ahead = climb.forward ? k : -k;
+    note_draw(bead + ahead, (drawn.failing >> (height + ahead) & 1) != 0);
+  }
+  switch (drawn.bead) {
+    case LowClimbDrawn::Bead::open:
+      return Mend::climbed;
+    case LowClimbDrawn::Bead::no_pair:
+      ++solutions_;
+      return Mend::no_pair;
+    case LowClimbDrawn::Bead::drawn:
+      ++solutions_;
+      return Mend::done;
+    case LowClimbDrawn::Bead::mended:
+      break;
+  }
+  // The bead as it was, its neighbour behind, and the bead again.
+  solutions_ += 3;
+  counts_.uniforms += 2;
+  ++counts_.pairs;
+  ++state_.attempts[at(front_, bead)];
+  set_rule(at(front_, bead), Rule::pair);
+  return Mend::done;
 }
 
 /// The beads `first` .. `first + count - 1` of a layer and all that hangs below them. Whatever hangs below an unsolved
@@ -74,18 +139,13 @@ void GranusolveSampler::Run::include(int other, int others, int columns) {
 }
 
 bool GranusolveSampler::solve_pending() {
-  int layer = topmost_pending_;
-  while (layer <= front_) {
-    const int bead = eight_at_once_ ? redraw_in_order(layer) : next_pending(layer);
-    if (bead < 0) {
+  for (int layer = topmost_pending_; layer <= front_;) {
+    if (solutions_ > max_solutions_) return false;
+    topmost_pending_ = lattice_.layers();
+    if (eight_at_once_ && layer > 0 ? redraw_in_order(layer) : solve_in_order(layer)) {
       pending_[static_cast<std::size_t>(layer)].count = 0;
       ++layer;
-      continue;
-    }
-    if (solutions_ > max_solutions_) return false;
-    throw_if_interrupted();
-    topmost_pending_ = lattice_.layers();
-    if (solve_bead(layer, bead) == Mend::climbed) {
+    } else {
       layer = std::min(layer, topmost_pending_);
     }
   }
@@ -116,20 +176,24 @@ class GranusolveSampler::InOrder {
   int direction_, columns_, start_;
 };
 
-/// The first unsolved bead of a layer in its order; -1 if there is none.
-int GranusolveSampler::next_pending(int layer) const {
+/// Solves one of them, whatever it takes; false if this layer, or one above it, must be begun anew.
+bool GranusolveSampler::solve_one_pending(int layer, int bead) {
+  throw_if_interrupted();
+  return solve_bead(layer, bead) != Mend::climbed && topmost_pending_ > layer && solutions_ <= max_solutions_;
+}
+
+/// Solves the unsolved beads of a layer in its order; false if it must be begun anew.
+bool GranusolveSampler::solve_in_order(int layer) {
   const Run run = pending_[static_cast<std::size_t>(layer)];
   const InOrder beads(run, order_[static_cast<std::size_t>(layer)], lattice_.columns());
   for (int k = 0; k < run.count; ++k) {
-    if (state_.unsolved[at(layer, beads[k])] != 0) return beads[k];
+    if (state_.unsolved[at(layer, beads[k])] != 0 && !solve_one_pending(layer, beads[k])) return false;
   }
-  return -1;
+  return true;
 }
 
-/// Draws the unsolved beads of a layer in its order as long as they have a solution as they are; returns the first that
-/// has none, or -1. What next_pending and solve_bead do in turn, with eight numbers at a time.
-int GranusolveSampler::redraw_in_order(int layer) {
-  if (layer == 0) return next_pending(layer);
+/// The same, below the top layer, with eight numbers at a time.
+bool GranusolveSampler::redraw_in_order(int layer) {
   // Copies, which no store of a byte can change.
   const GranusolveState state = state_;
   const FrictionCone cone = cone_;
@@ -152,13 +216,17 @@ int GranusolveSampler::redraw_in_order(int layer) {
     }
     if (!at_front && count > 0) later_numbers(philox_keys_, key_.sample(), layer, beads, attempts, numbers);
     for (std::size_t k = 0; k < count; ++k) {
+      if (solutions_ > max_solutions_) return false;
       const auto bead = static_cast<int>(beads[k]);
       const std::size_t a = above + (static_cast<std::size_t>(lattice.upper_left(layer, bead)) * state.stride);
       const std::size_t b = above + (static_cast<std::size_t>(lattice.upper_right(layer, bead)) * state.stride);
       const Incoming in{state.V_R[a], state.V_L[b], state.H_R[a] + (state.H[b] - state.H_R[b])};
       const Outgoing out = balance(in);
       const Interval interval = split_interval(cone, out, in.H);
-      if (unsolvable(out, interval) || solutions_ > max_solutions_) return bead;
+      if (unsolvable(out, interval)) {
+        if (!solve_one_pending(layer, bead)) return false;
+        continue;
+      }
       ++solutions_;
       const std::size_t to = here + (beads[k] * state.stride);
       const double H_R = point_at(interval, numbers[k]);
@@ -173,7 +241,7 @@ int GranusolveSampler::redraw_in_order(int layer) {
       state.rule[to] = static_cast<std::uint8_t>(Rule::first_draw);
     }
   }
-  return -1;
+  return true;
 }
 
 }  // namespace granuscope

@@ -176,7 +176,7 @@ void GranusolveGroup::prepare(std::uint64_t first_sample, std::span<const std::s
   front_.changed = reinterpret_cast<std::uint8_t*>(changed_.get() + words_before);
   for (std::size_t k = 0; k < group_lanes; ++k) {
     front_.sample[k] = static_cast<std::uint32_t>(first_sample + k);
-    front_.met[k] = front_.pairs[k] = 0;
+    front_.pairs[k] = 0;
     const bool used = k < loads.size();
     solvers_[k]->counts_ = {};
     if (used) solvers_[k]->begin_pile(first_sample + k, loads[k]);
@@ -258,11 +258,10 @@ void GranusolveGroup::draw_layer_in_bulk() {
 void GranusolveGroup::hand_over_counts(std::size_t lane) {
   GranusolveSampler& solver = *solvers_[lane];
   // Each bead that a pair mends has one solved neighbour, which draws again with it.
-  const std::uint64_t met = front_.met[lane], pairs = front_.pairs[lane];
-  solver.solutions_ += met + 2 * pairs;
+  const std::uint64_t pairs = std::exchange(front_.pairs[lane], 0);
+  solver.solutions_ += 2 * pairs;
   solver.counts_.uniforms += 2 * pairs;
   solver.counts_.pairs += pairs;
-  front_.met[lane] = front_.pairs[lane] = 0;
 }
 
 void GranusolveGroup::begin_layer(int layer) {
@@ -296,8 +295,6 @@ void GranusolveGroup::settle() {
     const auto lane = static_cast<std::size_t>(std::countr_zero(front_.to_settle));
     hand_over_counts(lane);
     GranusolveSampler& solver = *solvers_[lane];
-    // The solver counts from the beginning what drawing the bead as it is has begun to count.
-    if (!front_.at_an_end()) --solver.solutions_;
     solver.front_ = front_.layer;
     solver.cursor_ = front_.position;
     solver.cursor_bead_ = front_.bead;

@@ -8,12 +8,10 @@
 #include <algorithm>
 #include <bit>
 #include <cstring>
-#include <limits>
 
 #include "model/lattice.h"
 #include "sampling/mend_arithmetic-inl.h"
 #include "sampling/philox-inl.h"
-#include "sampling/rounding.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace granuscope {
@@ -152,49 +150,24 @@ HWY_INLINE void mend_streams(const FrictionCone& friction, const Streams& stream
   };
   using R = GroupRow;
   using B = GroupBead;
-  const X A_V_R = above(&R::V_R, &B::A), B_V_L = above(&R::V_L, &B::B);
-
-  const X A_H = above(&R::H, &B::A), B_H = above(&R::H, &B::B);
-
-  // Whether it misses its band by more than rounding.
-  const X H = plus(above(&R::H_R, &B::A), minus(B_H, above(&R::H_R, &B::B)));
-  const Range<X> solvable = solvable_band(cone, A_V_R, B_V_L);
-  const X on_band = clamped(H, solvable.low, larger(solvable.low, solvable.high));
-  const X allowance =
-      times(number<X>(rounding_ulps * std::numeric_limits<double>::epsilon()), plus(plus(A_V_R, B_V_L), magnitude(H)));
-  const auto failing = less(allowance, magnitude(minus(H, on_band)));
-
-  // The pair rule. A parent whose own interval is empty by rounding is left over with the rest.
-  const X A_V_L = above(&R::V_L, &B::A), B_V_R = above(&R::V_R, &B::B);
-  Range<X> a = split_interval(cone, A_V_R, A_V_L, A_H), b = split_interval(cone, B_V_R, B_V_L, B_H);
-  const auto own_intervals = negation(either(a.empty(), b.empty()));
-  // The neighbour behind hangs below its outer parent and A (if it is the left one) or B.
-  const X outer_H_R = above(&R::H_R, &B::outer);
-  const X behind_V_UL = streams.by_side(above(&R::V_R, &B::outer), B_V_R);
-  const X behind_V_UR = streams.by_side(A_V_L, above(&R::V_L, &B::outer));
-  const Range<X> hold = solvable_band(cone, behind_V_UL, behind_V_UR);
-  const X outer_H = above(&R::H, &B::outer);
-  const X H_between = streams.by_side(A_H, outer_H);
-  const X hold_low = minus(hold.low, H_between), hold_high = minus(hold.high, H_between);
-  a = {streams.by_side(larger(a.low, minus(outer_H_R, hold_high)), a.low),
-       streams.by_side(smaller(a.high, minus(outer_H_R, hold_low)), a.high)};
-  b = {streams.by_side(b.low, larger(b.low, plus(outer_H_R, hold_low))),
-       streams.by_side(b.high, smaller(b.high, plus(outer_H_R, hold_high)))};
-  const Range<X> band{minus(solvable.low, B_H), minus(solvable.high, B_H)};
-  const auto feasible = at_most(larger(band.low, minus(a.low, b.high)), smaller(band.high, minus(a.high, b.low)));
-  const auto nonempty = negation(either(a.empty(), b.empty()));
+  const auto parent = [&](std::size_t GroupBead::*bead) __attribute__((always_inline)) {
+    return Parent<X>{above(&R::V_R, bead), above(&R::V_L, bead), above(&R::H, bead), above(&R::H_R, bead)};
+  };
+  const Parent<X> A = parent(&B::A), B_ = parent(&B::B), outer = parent(&B::outer);
+  const auto by_side = [&](X left, X right) __attribute__((always_inline)) { return streams.by_side(left, right); };
+  const PairRoom<X> room = room_for_pair(cone, A, B_, outer, by_side);
 
   const Numbers<X> u = streams.later_attempt();
-  const auto pair = draw_truncated_pairs(a, b, band, u.first, u.second);
-  const X A_H_L = minus(A_H, pair.a), B_H_L = minus(B_H, pair.b);
-  const Bead<X> self = bead_under(cone, A_V_R, B_V_L, plus(pair.a, B_H_L));
-  const Bead<X> behind = bead_under(cone, behind_V_UL, behind_V_UR,
-                                    streams.by_side(plus(outer_H_R, A_H_L), plus(pair.b, minus(outer_H, outer_H_R))));
+  const auto pair = draw_truncated_pairs(room.a, room.b, room.band, u.first, u.second);
+  const X A_H_L = minus(A.H, pair.a), B_H_L = minus(B_.H, pair.b);
+  const Bead<X> self = bead_under(cone, A.V_R, B_.V_L, plus(pair.a, B_H_L));
+  const Bead<X> behind = bead_under(cone, room.behind_V_UL, room.behind_V_UR,
+                                    streams.by_side(plus(outer.H_R, A_H_L), plus(pair.b, minus(outer.H, outer.H_R))));
   // A neighbour or the bead itself whose interval is empty after all is so by rounding, which is not settled here.
   const auto active = streams.all([](const Stream& s) { return s.active(); });
-  const auto out_of_band = both(active, failing), some_pair = both(nonempty, feasible);
-  const auto possible = both(out_of_band, both(some_pair, pair.exists));
-  const auto no_pair = only(some_pair, both(out_of_band, own_intervals));
+  const auto out_of_band = both(active, room.out_of_band);
+  const auto possible = both(out_of_band, both(room.some_pair, pair.exists));
+  const auto no_pair = only(room.some_pair, both(out_of_band, room.own_intervals));
   const auto mended = only(either(self.unsolvable(), behind.unsolvable()), possible);
 
   streams.each([&](const Stream& s, auto part, std::size_t which) {
@@ -274,14 +247,6 @@ HWY_INLINE bool skip_to_failing(GroupFront& front) {
   return false;
 }
 
-/// A bead on which time is spent counts once in each pile in which it failed, whatever becomes of it.
-HWY_INLINE void count_met(GroupFront& front, unsigned lanes) {
-  for (std::size_t k = 0; k < group_lanes; k += hn::Lanes(d)) {
-    const Stream s{front, {}, k, some_of(lanes, k)};
-    s.count(front.met, s.active());
-  }
-}
-
 /// Goes on to the next bead that has no solution as it is in some pile (`to_mend`), or that is left to the solvers of
 /// single piles (`to_settle`); false at the end of the layer.
 HWY_INLINE bool find_unsolved(const Cone<V>& cone, GroupFront& front) {
@@ -293,7 +258,6 @@ HWY_INLINE bool find_unsolved(const Cone<V>& cone, GroupFront& front) {
       front.no_pair = 0;
       return true;
     }
-    count_met(front, failing);
     // A bead that had no solution when the layer was drawn has none now, unless its parents have changed since.
     const unsigned changed = failing & front.changed[front.bead];
     front.to_mend = failing & ~changed;

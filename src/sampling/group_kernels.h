@@ -23,8 +23,7 @@ inline constexpr std::size_t row_padding = 8;
 /// The layer that is being solved, the one above it, and what its mends read and count.
 struct GroupFront {
   alignas(64) LaneWords sample{};
-  // Counted for each pile: beads met, and those of them that were mended.
-  alignas(64) LaneWords met{}, pairs{};
+  alignas(64) LaneWords pairs{};  ///< beads mended, counted for each pile
   GroupRow above{}, here{};
   std::uint32_t* attempts = nullptr;  ///< after the first, of this layer
   std::uint8_t* rule = nullptr;       ///< of this layer; set to mended_rule

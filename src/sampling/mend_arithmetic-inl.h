@@ -9,9 +9,13 @@
 
 #include <hwy/highway.h>
 
+#include <limits>
+#include <utility>
+
 #include "model/friction_cone.h"
 #include "model/lattice.h"
 #include "sampling/pile_group.h"
+#include "sampling/rounding.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace granuscope {
@@ -165,6 +169,52 @@ HWY_INLINE Bead<X> bead_under(const Cone<X>& cone, X V_UL, X V_UR, X H) {
   const X shift = times(cone.root3, H);
   const X V_R = plus(V_UR, shift), V_L = minus(V_UL, shift);
   return {V_R, V_L, H, split_interval(cone, V_R, V_L, H)};
+}
+
+/// A parent of the beads around one that fails.
+template <class X>
+struct Parent {
+  X V_R, V_L, H, H_R;
+};
+
+/// What the pair rule may draw from for a bead below A and B: their splits, and the difference of the two.
+template <class X>
+struct PairRoom {
+  using Mask = decltype(less(std::declval<X>(), std::declval<X>()));
+  Range<X> a, b, band;
+  X behind_V_UL, behind_V_UR;  ///< onto the neighbour behind
+  Mask out_of_band;            ///< by more than rounding
+  Mask own_intervals;          ///< a parent whose own is empty by rounding is left to others
+  Mask some_pair;
+};
+
+/// GranusolveSampler::mend_by_pair for a bead, the neighbour behind which is solved and hangs below `outer` and A (if
+/// it is the left one) or B; the neighbour ahead is not.
+template <class X, class BySide>
+HWY_INLINE PairRoom<X> room_for_pair(const Cone<X>& cone, const Parent<X>& A, const Parent<X>& B,
+                                     const Parent<X>& outer, BySide by_side) {
+  // Whether it misses its band by more than rounding.
+  const X H = plus(A.H_R, minus(B.H, B.H_R));
+  const Range<X> solvable = solvable_band(cone, A.V_R, B.V_L);
+  const X on_band = clamped(H, solvable.low, larger(solvable.low, solvable.high));
+  const X allowance =
+      times(number<X>(rounding_ulps * std::numeric_limits<double>::epsilon()), plus(plus(A.V_R, B.V_L), magnitude(H)));
+  const auto out_of_band = less(allowance, magnitude(minus(H, on_band)));
+
+  Range<X> a = split_interval(cone, A.V_R, A.V_L, A.H), b = split_interval(cone, B.V_R, B.V_L, B.H);
+  const auto own_intervals = negation(either(a.empty(), b.empty()));
+  const X behind_V_UL = by_side(outer.V_R, B.V_R), behind_V_UR = by_side(A.V_L, outer.V_L);
+  const Range<X> hold = solvable_band(cone, behind_V_UL, behind_V_UR);
+  const X H_between = by_side(A.H, outer.H);
+  const X hold_low = minus(hold.low, H_between), hold_high = minus(hold.high, H_between);
+  a = {by_side(larger(a.low, minus(outer.H_R, hold_high)), a.low),
+       by_side(smaller(a.high, minus(outer.H_R, hold_low)), a.high)};
+  b = {by_side(b.low, larger(b.low, plus(outer.H_R, hold_low))),
+       by_side(b.high, smaller(b.high, plus(outer.H_R, hold_high)))};
+  const Range<X> band{minus(solvable.low, B.H), minus(solvable.high, B.H)};
+  const auto feasible = at_most(larger(band.low, minus(a.low, b.high)), smaller(band.high, minus(a.high, b.low)));
+  const auto nonempty = negation(either(a.empty(), b.empty()));
+  return {a, b, band, behind_V_UL, behind_V_UR, out_of_band, own_intervals, both(nonempty, feasible)};
 }
 
 template <class X, class Mask>

@@ -69,6 +69,6 @@ std::string name_of(MendingRules rules);
 MendingRules mending_rules_named(const std::string& name);
 
 /// Changes whenever the same key gives another pile; part of every ensemble's configuration.
-inline constexpr const char* sampling_version = "5";
+inline constexpr const char* sampling_version = "6";
 
 }  // namespace granuscope
