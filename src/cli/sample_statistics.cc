@@ -14,6 +14,7 @@
 #include "sampling/chain_plan.h"
 #include "sampling/sampler.h"
 #include "support/interruption.h"
+#include "support/progress.h"
 
 namespace granuscope {
 namespace {
@@ -136,9 +137,19 @@ SampleStatistics measure_samples(EnsembleSpec spec, int threads, std::ostream& m
   spec.blocks = static_cast<int>(std::clamp<std::uint64_t>(groups, min_blocks, usual_blocks));
 
   const auto started = Clock::now();
+  const SamplerSpec& sampler = spec.sampler;
+  if (sampler.law == Law::polytope && sampler.mu > 0 && (sampler.burn_in == 0 || sampler.thinning == 0)) {
+    messages << "measuring how many sweeps the chains need\n" << std::flush;
+  }
   spec.sampler = with_measured_chain(spec.sampler, Lattice(spec.lattice), top_load(spec));
-  const EnsembleRecord record =
-      spec.samples < fewest_samples_with_errors ? run_few(spec) : run_ensemble(spec, threads, nullptr);
+  const auto draw = [&] {
+    if (spec.samples < fewest_samples_with_errors) return run_few(spec);
+    Progress shown("sampling", spec.samples);
+    EnsembleRecord drawn = run_ensemble(spec, threads, &shown);
+    shown.finish();
+    return drawn;
+  };
+  const EnsembleRecord record = draw();
   const std::chrono::duration<double> elapsed = Clock::now() - started;
 
   constexpr std::size_t most_named = 8;

@@ -243,12 +243,11 @@ class KnownPlans {
 
   /// All that plan_chain depends on.
   static std::vector<double> key_of(const SamplerSpec& spec, const Lattice& lattice, std::span<const double> load) {
-    constexpr std::uint64_t half = std::uint64_t{1} << 32;
     std::vector<double> key = {spec.mu,
                                spec.lambda,
                                spec.effort,
-                               static_cast<double>(spec.seed / half),
-                               static_cast<double>(spec.seed % half),
+                               static_cast<double>(spec.seed >> 32U),
+                               static_cast<double>(spec.seed & 0xffffffffU),
                                static_cast<double>(spec.order),
                                static_cast<double>(lattice.columns()),
                                static_cast<double>(lattice.layers())};

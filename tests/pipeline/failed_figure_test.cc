@@ -23,7 +23,10 @@ namespace {
 /// While it lives the gnuplot that is found complains about scripts of this name, and else draws as always.
 class FussyGnuplot {
  public:
-  FussyGnuplot(const fs::path& folder, const std::string& script) : before_(std::getenv("PATH")) {
+  FussyGnuplot(const fs::path& folder, const std::string& script) {
+    const char* path = std::getenv("PATH");
+    REQUIRE(path != nullptr);
+    before_ = path;
     const auto real = find_program("gnuplot");
     REQUIRE(real);
     fs::create_directories(folder);
