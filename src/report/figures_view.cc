@@ -51,6 +51,11 @@ std::string files_in_words(const Figure& figure) {
   return words;
 }
 
+/// Messages end with a full stop or without.
+std::string as_sentence(const std::string& message) {
+  return message.empty() || message.ends_with('.') ? message : message + '.';
+}
+
 }  // namespace
 
 Json figures_view(const ReportData& data, const std::filesystem::path& run_folder, PageMedium medium) {
@@ -63,7 +68,7 @@ Json figures_view(const ReportData& data, const std::filesystem::path& run_folde
     view["figure_title"] = figure.title;
     view["drawn"] = figure.is_there();
     view["failed"] = !figure.failure.empty();
-    view["failure"] = figure.failure;
+    view["failure"] = as_sentence(figure.failure);
     view["image"] = figure.is_there() ? embedded(figure, run_folder, medium) : "";
     view["raster"] = figure.screen.extension() == ".png";
     const std::optional<double> width = view["raster"] == true && medium == PageMedium::print

@@ -78,6 +78,7 @@ TEST_CASE("a figure that gnuplot does not draw is named in its place, and all el
   REQUIRE(title != std::string::npos);
   CHECK(reason > title);
   CHECK(reason < next);
+  CHECK(report.find("fonts-dejavu-core are as expected. Files of its name", reason) < next);
   CHECK(report.find("src=\"\"") == std::string::npos);  // no picture without contents
   const auto manifest = nlohmann::json::parse(read_file(lacking / "manifest.json"));
   CHECK(manifest["status"] == "failed");
