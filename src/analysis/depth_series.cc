@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "analysis/line_fit.h"
 
@@ -11,6 +12,7 @@ namespace granuscope {
 namespace {
 
 constexpr std::size_t blocks_per_tested_depth = 4;
+constexpr std::size_t always_counted = 3;  ///< depths that no edge takes away: a line needs them
 
 }  // namespace
 
@@ -32,6 +34,22 @@ std::vector<double> smooth_weights(const DepthSeries& series) {
 ReplicatedLine line_through(const DepthSeries& series, const std::vector<double>& weights) {
   const auto part = [&](auto pick) {
     return transform_all(series.y, [&](const std::vector<double>& y) { return pick(fit_line(series.z, y, weights)); });
+  };
+  return {part([](const Line& l) { return l.slope; }), part([](const Line& l) { return l.intercept; })};
+}
+
+ReplicatedLine line_through(const DepthSeries& series, const std::vector<double>& weights, const WindowEdge& edge) {
+  if (edge.reach == 0) return line_through(series, weights);
+  std::vector<Replicated> numbers = series.y;
+  numbers.push_back(edge.z);
+  const auto part = [&](auto pick) {
+    return transform_all(numbers, [&](const std::vector<double>& values) {
+      std::vector<double> reduced = weights;
+      for (std::size_t i = 0; i + always_counted < reduced.size(); ++i) {
+        reduced[i] *= std::clamp((series.z[i] - values.back()) / edge.reach, 0.0, 1.0);
+      }
+      return pick(fit_line(series.z, std::span(values).first(series.z.size()), reduced));
+    });
   };
   return {part([](const Line& l) { return l.slope; }), part([](const Line& l) { return l.intercept; })};
 }

@@ -23,6 +23,15 @@ struct ReplicatedLine {
 /// y = intercept + slope z through at least two depths.
 ReplicatedLine line_through(const DepthSeries& series, const std::vector<double>& weights);
 
+/// A depth above which nothing counts; from there over `reach` the weight of a depth grows from 0 to its full value.
+struct WindowEdge {
+  Replicated z;
+  double reach = 0;  ///< 0: there is no edge
+};
+
+/// The same with an edge, as each replicate has it. The three deepest depths always count in full.
+ReplicatedLine line_through(const DepthSeries& series, const std::vector<double>& weights, const WindowEdge& edge);
+
 /// The power p with which y grows, apart from its offset: y = y_0 + A z^p locally, from the parabola
 /// y = a + b u + q u^2, u = (z - z_m)/z_m about the middle z_m of the depths: p = 1 + d ln(dy/dz)/d ln z = 1 + 2 q/b.
 /// 1 for a straight line, whatever its offset. Needs four depths or more.

@@ -260,6 +260,10 @@ void fit_slopes(const std::vector<MeasuredDepth>& depths, const FitSpec& spec, M
     t.window_layers = {spec.first_layer, spec.last_layer};
     return;
   }
+  if (!t.exact) {
+    const double reach = Lattice::depth(spec.layer_step) - Lattice::depth(0);
+    run.edge = edge_of(run, spec.min_identifiable_width, reach);
+  }
   const FittedRun window = part_of(run, run.window_start, run.layers.size());
   const TransportLines lines = transport_lines(window);
   t.window_layers = {window.layers.front(), window.layers.back()};

@@ -10,6 +10,7 @@ namespace granuscope {
 namespace {
 
 constexpr std::size_t fewest_depths = 3;  ///< from which a slope is taken
+constexpr int edge_rounds = 4;            ///< each moves the edge by less than a tenth of the move before
 constexpr std::size_t parts = 4;          ///< of the window, one of which a neighbour has more or less
 
 NeighbourSlopes measure(const char* change, const FittedRun& run, std::size_t first, std::size_t last,
@@ -42,11 +43,27 @@ FittedRun part_of(const FittedRun& run, std::size_t first, std::size_t last) {
                                         list.begin() + static_cast<std::ptrdiff_t>(last));
   };
   const std::vector<double> z = cut(run.peaks.z);
-  return {cut(run.layers), {z, cut(run.peaks.y)}, {z, cut(run.widths.y)}, 0};
+  return {cut(run.layers), {z, cut(run.peaks.y)}, {z, cut(run.widths.y)}, 0, run.edge};
 }
 
 TransportLines transport_lines(const FittedRun& run) {
-  return {line_through(run.peaks, smooth_weights(run.peaks)), line_through(run.widths, smooth_weights(run.widths))};
+  return {line_through(run.peaks, smooth_weights(run.peaks), run.edge),
+          line_through(run.widths, smooth_weights(run.widths), run.edge)};
+}
+
+WindowEdge edge_of(const FittedRun& run, double min_width, double reach) {
+  const FittedRun window = part_of(run, run.window_start, run.layers.size());
+  const std::vector<double> weights = smooth_weights(window.widths);
+  const auto crossing = [&](double intercept, double slope) {
+    return slope > 0 ? (min_width * min_width - intercept) / slope : -std::numeric_limits<double>::infinity();
+  };
+  // The line itself must not jump with the first depth either: it goes through the depths as the edge counts them.
+  WindowEdge edge;
+  for (int round = 0; round < edge_rounds; ++round) {
+    const ReplicatedLine line = line_through(window.widths, weights, edge);
+    edge = {transform(crossing, line.intercept, line.slope), reach};
+  }
+  return edge;
 }
 
 std::vector<NeighbourSlopes> measure_neighbours(const FittedRun& run, const Replicated& c, const Replicated& D) {

@@ -12,7 +12,14 @@ struct FittedRun {
   std::vector<int> layers;
   DepthSeries peaks, widths;     ///< x_p and W^2
   std::size_t window_start = 0;  ///< the depths from here on are the window; those before lie above it
+  WindowEdge edge;               ///< where the peaks become wide enough; it matters if the window begins there
 };
+
+/// Where the line W^2 = w_0 + D z through the window of `run` reaches `min_width`, with the distance `reach` of two
+/// depths. Peaks of that width begin at a depth that noise may move by one: a line that took up this depth as a whole
+/// or not at all would jump. With W^2 bent as it is there, D of 1024 opposite pairs at mu = 0.1 did by half a standard
+/// error, and its interval covered 60 % of the truth instead of 68 %.
+WindowEdge edge_of(const FittedRun& run, double min_width, double reach);
 
 /// The depths [first, last) of a run.
 FittedRun part_of(const FittedRun& run, std::size_t first, std::size_t last);
