@@ -102,16 +102,21 @@ GranusolveSampler::Mend GranusolveSampler::redraw_at_once(int bead, int height) 
 /// The beads `first` .. `first + count - 1` of a layer and all that hangs below them. Whatever hangs below an unsolved
 /// bead is unsolved already.
 void GranusolveSampler::unsolve(int layer, int first, int count) {
-  for (; layer <= front_; first = lattice_.lower_left(layer, first), ++layer, ++count) {
+  // A copy, which no store of a byte can change.
+  const Lattice lattice = lattice_;
+  const std::size_t stride = state_.stride;
+  for (; layer <= front_; first = lattice.lower_left(layer, first), ++layer, ++count) {
     bool some_solved = false;
-    count = std::min(count, lattice_.columns());
-    for (int k = 0, bead = first; k < count; ++k, bead = lattice_.next(bead)) {
+    count = std::min(count, lattice.columns());
+    std::uint8_t* const unsolved = state_.unsolved + at(layer, 0);
+    const bool at_front = layer == front_;
+    for (int k = 0, bead = first; k < count; ++k, bead = lattice.next(bead)) {
       // The bead at the cursor is either being solved right now, and is tried again by whoever called, or the next one.
-      if (layer == front_ && position(layer, bead) >= cursor_) {
+      if (at_front && position(layer, bead) >= cursor_) {
         forget_draw(bead);
         continue;
       }
-      std::uint8_t& state = state_.unsolved[at(layer, bead)];
+      std::uint8_t& state = unsolved[static_cast<std::size_t>(bead) * stride];
       some_solved |= state == 0;
       state = std::max(state, below_climb);
     }
