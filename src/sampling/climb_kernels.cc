@@ -21,11 +21,6 @@ HWY_INLINE V with_entry(V row, int lane, double value) {
   const std::uint8_t bits[8] = {static_cast<std::uint8_t>(1U << lane)};
   return hn::IfThenElse(hn::LoadMaskBits(d, bits), hn::Set(d, value), row);
 }
-HWY_INLINE unsigned bits_of(M mask) {
-  std::uint8_t bits[8] = {};
-  hn::StoreMaskBits(d, mask, bits);
-  return bits[0];
-}
 /// Each entry one lane on; the first stays.
 HWY_INLINE V one_on(V row) {
   alignas(64) constexpr std::int64_t from[lanes] = {0, 0, 1, 2, 3, 4, 5, 6};
@@ -40,6 +35,13 @@ using Row = Parent<V>;
 struct StoredRow {
   alignas(64) double V_R[lanes], V_L[lanes], H[lanes], H_R[lanes];
 };
+
+HWY_INLINE void store(const Row& row, StoredRow& to) {
+  hn::Store(row.V_R, d, to.V_R);
+  hn::Store(row.V_L, d, to.V_L);
+  hn::Store(row.H, d, to.H);
+  hn::Store(row.H_R, d, to.H_R);
+}
 
 /// What hangs below a row, and in which lanes it has no solution.
 HWY_INLINE Row below(const Cone<V>& cone, const Row& above, V numbers, unsigned& fails) {
@@ -123,6 +125,8 @@ class LowClimbRedrawing {
   }
 
   HWY_INLINE void draw_next_numbers() {
+    hn::Store(hn::Zero(d), d, first_numbers_);
+    hn::Store(hn::Zero(d), d, first_numbers_ + lanes + climbing.size);
     const hn::RebindToSigned<WordTag> di;
     HWY_UNROLL(2)
     for (int begin = 0; begin < climbing.size; begin += lanes) {
@@ -154,10 +158,7 @@ class LowClimbRedrawing {
       Row here = below(cone_, above, hn::LoadU(d, first_numbers_ + lanes - 1 + Beads::first_of(row)), fails);
       if ((fails & bits(row)) != 0) return row;
       add_sides<row>(here);
-      hn::Store(here.V_R, d, rows_[row].V_R);
-      hn::Store(here.V_L, d, rows_[row].V_L);
-      hn::Store(here.H, d, rows_[row].H);
-      hn::Store(here.H_R, d, rows_[row].H_R);
+      store(here, rows_[row]);
       last_ = here;
       return draw_rows<row + 1>(here);
     }
@@ -186,11 +187,7 @@ class LowClimbRedrawing {
       drawn.bead = climb_.forward ? mend<true>(numbers, here, fails) : mend<false>(numbers, here, fails);
     }
     drawn.failing = (fails & ahead) >> 1;
-    StoredRow& stored = rows_[height];
-    hn::Store(here.V_R, d, stored.V_R);
-    hn::Store(here.V_L, d, stored.V_L);
-    hn::Store(here.H, d, stored.H);
-    hn::Store(here.H_R, d, stored.H_R);
+    store(here, rows_[height]);
     for (int k = 0; k < beads(height); ++k) {
       if ((fails >> (k + 1) & 1) == 0) keep(height, k);
     }
@@ -209,9 +206,8 @@ class LowClimbRedrawing {
                                            [](V on_left, V on_right) { return forward ? on_left : on_right; });
     const auto holds = [](M mask) { return (bits_of(mask) & 1) != 0; };
     if (!holds(room.out_of_band)) return LowClimbDrawn::Bead::open;
-    if (!holds(room.some_pair)) {
-      return holds(room.own_intervals) ? LowClimbDrawn::Bead::no_pair : LowClimbDrawn::Bead::open;
-    }
+    // The parents' own intervals are not empty: they have just been drawn on them.
+    if (!holds(room.some_pair)) return LowClimbDrawn::Bead::no_pair;
     const auto pair =
         draw_truncated_pairs(room.a, room.b, room.band, hn::Set(d, first_numbers_[lanes + climbing.size - 1]),
                              hn::Set(d, second_numbers_[climbing.size - 1]));
@@ -221,6 +217,7 @@ class LowClimbRedrawing {
     unsigned fails_now;
     const Row redrawn = below(cone_, changed, numbers, fails_now);
     const unsigned behind_bit = forward ? cursor_bit >> 1 : cursor_bit << 1;
+    // By rounding only.
     if ((fails_now & (cursor_bit | behind_bit)) != 0) return LowClimbDrawn::Bead::open;
     hn::Store(changed.H_R, d, above.H_R);
     here = redrawn;
@@ -257,7 +254,8 @@ class LowClimbRedrawing {
   const PhiloxKeys& keys_;
   const Cone<V> cone_;
   std::uint32_t sample_;
-  /// Of the beads of `climbing`; before the first ones there is room for a lane, which a row's vector begins with.
+  /// Of the beads of `climbing`, between vectors of zeros: a row's vector begins one lane before its beads, and ends
+  /// beyond them.
   alignas(64) double first_numbers_[climbing.size + 2 * lanes], second_numbers_[climbing.size];
   StoredRow rows_[height + 1];
   Row last_;  ///< of those above the front
@@ -265,8 +263,8 @@ class LowClimbRedrawing {
 
 LowClimbDrawn Redraw(const LowClimb& climb, const GranusolveState& state, const FrictionCone& cone,
                      const PhiloxKeys& keys, std::uint32_t sample) {
-  return climb.height == 2 ? LowClimbRedrawing<2>(climb, state, cone, keys, sample).draw()
-                           : LowClimbRedrawing<3>(climb, state, cone, keys, sample).draw();
+  return climb.height == LowClimb::lowest ? LowClimbRedrawing<2>(climb, state, cone, keys, sample).draw()
+                                          : LowClimbRedrawing<3>(climb, state, cone, keys, sample).draw();
 }
 
 bool CanRedraw() { return hn::Lanes(d) == lanes; }

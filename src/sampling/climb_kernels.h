@@ -36,7 +36,7 @@ struct LowClimbDrawn {
   /// solution as it is.
   int rows = 0;
   Bead bead = Bead::open;  ///< the one at the cursor
-  /// Of the front row, a bit for each bead whose turn has not come: it has no solution as it is.
+  /// Of the front row, a bit for each bead from the left: its turn has not come, and it has no solution as it is.
   unsigned failing = 0;
 };
 
@@ -45,7 +45,8 @@ bool can_redraw_low_climbs();
 
 /// Draws again what a climb has unsolved, as GranusolveSampler does bead by bead, and the same bytes: those above the
 /// front with their next numbers, those of the front layer with their first; then the bead at the cursor, by the pair
-/// rule if need be. Those whose turn has not come are drawn as if in bulk.
+/// rule if need be. Those whose turn has not come are drawn as if in bulk. What is counted, and the attempt and the
+/// rule of a bead that was mended, are left to the sampler.
 LowClimbDrawn redraw(const LowClimb& climb, const GranusolveState& state, const FrictionCone& cone,
                      const PhiloxKeys& keys, std::uint32_t sample);
 

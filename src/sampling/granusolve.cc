@@ -200,7 +200,7 @@ int GranusolveSampler::next_failing() {
 /// Solves the bead at the cursor, whatever it takes; `no_pair` says that it has no solution as it is, nor by the pair
 /// rule. False if the effort ran out.
 bool GranusolveSampler::solve_failing(int bead, bool no_pair) {
-  Mend outcome = no_pair ? mend(front_, bead, true) : solve_now(front_, bead);
+  Mend outcome = no_pair ? mend(front_, bead, true) : solve_counted(front_, bead);
   while (outcome == Mend::climbed) {
     throw_if_interrupted();
     if (!solve_pending()) return false;
@@ -291,11 +291,11 @@ UniformPair GranusolveSampler::next_uniforms(int layer, int bead, int used) {
 
 GranusolveSampler::Mend GranusolveSampler::solve_bead(int layer, int bead) {
   ++solutions_;
-  return solve_now(layer, bead);
+  return solve_counted(layer, bead);
 }
 
-/// What is not counted: a bead of the front layer whose turn has come was counted when the layer was drawn in bulk.
-GranusolveSampler::Mend GranusolveSampler::solve_now(int layer, int bead) {
+/// The same without counting: a bead of the front layer whose turn has come was counted when the layer was drawn.
+GranusolveSampler::Mend GranusolveSampler::solve_counted(int layer, int bead) {
   if (try_draw(layer, bead)) {
     set_rule(at(layer, bead), Rule::first_draw);
     return Mend::done;

@@ -55,7 +55,7 @@ struct GranusolveState {
 /// it may keep its first number, and does.
 ///
 /// The effort counts a bead once when its layer is drawn, whatever changes above it before its turn has come, and then
-/// each time it is solved again.
+/// each time it is tried again after a climb, or solved again after a change of its parents.
 ///
 /// Solving again (draw_again), a bead draws another number than its own only where a mend changes its split, and at the
 /// top of a climb.
@@ -135,7 +135,7 @@ class GranusolveSampler final : public Sampler {
   double choose_split(int layer, int bead, Outgoing out, Interval interval);
   bool try_draw(int layer, int bead);
   Mend solve_bead(int layer, int bead);
-  Mend solve_now(int layer, int bead);
+  Mend solve_counted(int layer, int bead);
   Mend mend(int layer, int bead, bool no_pair = false);
   bool change_parents(int layer, int bead, bool no_pair);
   bool mend_by_pair(int layer, int bead);

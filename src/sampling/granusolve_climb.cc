@@ -13,7 +13,7 @@ namespace granuscope {
 GranusolveSampler::Mend GranusolveSampler::climb(int layer, int bead) {
   ++counts_.climbs;
   std::uint8_t& climbs = state_.climbs[at(layer, bead)];
-  const int height = 2 + climbs;
+  const int height = LowClimb::lowest + climbs;
   if (climbs < std::numeric_limits<std::uint8_t>::max()) ++climbs;
   const int top = std::max(0, layer - height);
   // Mends of the topmost unsolved layer change the one above it, and whoever keeps a window has read that one's
@@ -40,7 +40,7 @@ GranusolveSampler::Mend GranusolveSampler::climb(int layer, int bead) {
 /// Whether redraw_at_once can do it: the climb is low, away from the seam and from the ends of the layer's order, and
 /// nothing is unsolved already.
 bool GranusolveSampler::is_low_climb(int layer, int bead, int height) const {
-  constexpr std::uint64_t most_solutions = 32;
+  constexpr std::uint64_t most_solutions = 32;  // more than a low climb takes: the effort cannot run out in its midst
   const int columns = lattice_.columns(), margin = height + 1;
   return low_climbs_at_once_ && height <= LowClimb::highest && layer > height && layer == front_ &&
          bead == cursor_bead_ && topmost_pending_ > front_ && cursor_ >= height && cursor_ + height < columns &&

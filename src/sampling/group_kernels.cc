@@ -64,12 +64,6 @@ struct Stream {
 
 constexpr std::uint64_t every_byte = 0x0101010101010101U;
 
-HWY_INLINE unsigned bits_of(M mask) {
-  std::uint8_t bits[8] = {};
-  hn::StoreMaskBits(d, mask, bits);
-  return bits[0];
-}
-
 /// Which piles of a stream were mended, and which were left over.
 struct Outcome {
   unsigned mended = 0, left_over = 0;
@@ -148,19 +142,18 @@ HWY_INLINE void mend_streams(const FrictionCone& friction, const Streams& stream
   const auto above = [&](double* GroupRow::*row, std::size_t GroupBead::*bead) {
     return streams.all([=](const Stream& s) { return s.load(s.front.above.*row, s.at.*bead); });
   };
-  using R = GroupRow;
-  using B = GroupBead;
   const auto parent = [&](std::size_t GroupBead::*bead) __attribute__((always_inline)) {
-    return Parent<X>{above(&R::V_R, bead), above(&R::V_L, bead), above(&R::H, bead), above(&R::H_R, bead)};
+    return Parent<X>{above(&GroupRow::V_R, bead), above(&GroupRow::V_L, bead), above(&GroupRow::H, bead),
+                     above(&GroupRow::H_R, bead)};
   };
-  const Parent<X> A = parent(&B::A), B_ = parent(&B::B), outer = parent(&B::outer);
+  const Parent<X> A = parent(&GroupBead::A), B = parent(&GroupBead::B), outer = parent(&GroupBead::outer);
   const auto by_side = [&](X left, X right) __attribute__((always_inline)) { return streams.by_side(left, right); };
-  const PairRoom<X> room = room_for_pair(cone, A, B_, outer, by_side);
+  const PairRoom<X> room = room_for_pair(cone, A, B, outer, by_side);
 
   const Numbers<X> u = streams.later_attempt();
   const auto pair = draw_truncated_pairs(room.a, room.b, room.band, u.first, u.second);
-  const X A_H_L = minus(A.H, pair.a), B_H_L = minus(B_.H, pair.b);
-  const Bead<X> self = bead_under(cone, A.V_R, B_.V_L, plus(pair.a, B_H_L));
+  const X A_H_L = minus(A.H, pair.a), B_H_L = minus(B.H, pair.b);
+  const Bead<X> self = bead_under(cone, A.V_R, B.V_L, plus(pair.a, B_H_L));
   const Bead<X> behind = bead_under(cone, room.behind_V_UL, room.behind_V_UR,
                                     streams.by_side(plus(outer.H_R, A_H_L), plus(pair.b, minus(outer.H, outer.H_R))));
   // A neighbour or the bead itself whose interval is empty after all is so by rounding, which is not settled here.

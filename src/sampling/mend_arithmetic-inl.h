@@ -1,5 +1,5 @@
-// The arithmetic of mends: equilibrium.h and truncated_pair.cc in vectors, for one stream of mends or two. A vector
-// file of Highway: included once for every instruction set, so it has no ordinary include guard.
+// The arithmetic of mends: equilibrium.h, the pair rule and truncated_pair.cc in vectors, for one stream of mends or
+// two. A vector file of Highway: included once for every instruction set, so it has no ordinary include guard.
 #if defined(GRANUSCOPE_MEND_ARITHMETIC_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef GRANUSCOPE_MEND_ARITHMETIC_INL_H
 #undef GRANUSCOPE_MEND_ARITHMETIC_INL_H
@@ -105,6 +105,13 @@ HWY_INLINE V number<V>(double value) {
 template <>
 HWY_INLINE V2 number<V2>(double value) {
   return {hn::Set(d, value), hn::Set(d, value)};
+}
+
+/// A bit for each lane.
+HWY_INLINE unsigned bits_of(M mask) {
+  std::uint8_t bits[8] = {};
+  hn::StoreMaskBits(d, mask, bits);
+  return bits[0];
 }
 
 /// std::clamp, for low <= high.

@@ -38,9 +38,14 @@ void check_same_counts(const SamplerCounts& a, const SamplerCounts& b) {
   CHECK(a.rounded == b.rounded);
 }
 
+struct Done {
+  SamplerCounts counts;
+  int failures = 0;
+};
+
 /// Draws `count` samples from `first` on side by side and one by one, each under its own load; gives what was done.
-SamplerCounts check_group(const SamplerSpec& spec, LatticeSpec lattice_spec, std::uint64_t first, std::size_t count,
-                          const std::vector<std::vector<double>>& loads) {
+Done check_group(const SamplerSpec& spec, LatticeSpec lattice_spec, std::uint64_t first, std::size_t count,
+                 const std::vector<std::vector<double>>& loads) {
   const Lattice lattice(lattice_spec);
   const auto together = make_sampler(spec, lattice), single = make_sampler(spec, lattice);
   std::vector<std::span<const double>> views(loads.begin(), loads.begin() + static_cast<std::ptrdiff_t>(count));
@@ -55,19 +60,22 @@ SamplerCounts check_group(const SamplerSpec& spec, LatticeSpec lattice_spec, std
     }
   }
   REQUIRE(piles.size() == count);
+  Done done;
   for (std::size_t k = 0; k < count; ++k) {
     Pile pile(lattice);
     const auto failure = single->draw(first + k, loads[k], pile);
     CAPTURE(k, first);
     REQUIRE(failure.has_value() == failures[k].has_value());
     if (failure) {
+      ++done.failures;
       CHECK(failure->layer == failures[k]->layer);
     } else {
       CHECK(same_bytes(pile, piles[k]));
     }
   }
   check_same_counts(together->counts(), single->counts());
-  return single->counts();
+  done.counts = single->counts();
+  return done;
 }
 
 std::vector<std::vector<double>> even_loads(int columns) {
@@ -102,11 +110,13 @@ TEST_CASE("piles drawn side by side are those drawn one by one in a fixed order 
   check_group(spec, {50, 60}, 0, 8, even_loads(50));
   spec.order = LayerOrder::random;
   // Some of the eight run out of an effort that is about the average one.
-  const Lattice lattice({50, 60});
-  for (const double effort : {1.0, 1.6, 1.62, 1.64, 1.66, 1.7}) {
+  int with_some = 0;
+  for (const double effort : {1.0, 1.23, 1.25, 1.27, 1.3, 1.4}) {
     spec.effort = effort;
-    check_group(spec, {50, 60}, 8, 8, even_loads(50));
+    const int failures = check_group(spec, {50, 60}, 8, 8, even_loads(50)).failures;
+    if (failures > 0 && failures < 8) ++with_some;
   }
+  CHECK(with_some >= 2);
   // A heavy bead beside light ones: climbs, one of which leaves the window of layers that a group holds, rings, and a
   // failure by name.
   spec.effort = 20;
@@ -134,7 +144,7 @@ TEST_CASE("piles side by side are those drawn one by one where nearly all that h
       for (double& force : load) force = std::pow(10.0, orders * uniform(generator));
     }
     CAPTURE(spec.mu, spec.seed, columns, layers);
-    rounded += check_group(spec, {columns, layers}, 8, 8, loads).rounded;
+    rounded += check_group(spec, {columns, layers}, 8, 8, loads).counts.rounded;
   }
   CHECK(rounded > 10'000);  // it is rounding that is tested
 }
