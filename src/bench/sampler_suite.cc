@@ -1,7 +1,6 @@
 #include "bench/sampler_suite.h"
 
 #include <fmt/format.h>
-#include <time.h>
 
 #include <algorithm>
 #include <barrier>
@@ -16,6 +15,7 @@
 #include "sampling/layer_kernels.h"
 #include "sampling/sampler.h"
 #include "support/error.h"
+#include "support/processor_time.h"
 
 namespace granuscope {
 namespace {
@@ -41,12 +41,6 @@ constexpr std::uint64_t arithmetic_steps = 40'000'000;
 struct Seconds {
   double processor = 0, wall = 0;
 };
-
-double processor_seconds() {
-  timespec now{};
-  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 template <typename Work>
 Seconds seconds_of(const Work& work) {
