@@ -24,9 +24,9 @@ namespace granuscope {
 ///
 /// Where the time goes: `granuscope bench sampler`. At mu = 0.3 two positions of three have a failing pile, 1.5 of the
 /// eight on average; pairs and the search take two thirds of all time. At mu = 0.1 a climb costs as much as seventy
-/// beads; deep piles climb half as often again as shallow ones. Half of the climbs are drawn in registers from end to
-/// end (climb_kernels.h), each in a third of the time, which gains 5 to 6 % of all; of what is left one settled bead in
-/// sixty, which climbs again and again, takes a fifth. What did not help: a place of its own in the layer for each pile
+/// beads; deep piles climb half as often again as shallow ones. Half of the climbs are drawn in registers
+/// from end to end (climb_kernels.h), which gains 5 to 6 % of all; of what is left one settled bead in sixty, which
+/// climbs again and again, takes a fifth. What did not help: a place of its own in the layer for each pile
 /// (gathers, or copies to and from eight lanes, cost more than the empty lanes); asking for memory ahead, of the next
 /// layer, of the rows of a climb, or of the layers that are checked; whole-vector instead of masked stores; drawing the
 /// bead ahead as it is within the mend, while the splits above it are at hand (too few registers: 4 to 8 % slower); a
