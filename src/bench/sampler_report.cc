@@ -9,12 +9,13 @@ namespace {
 
 constexpr std::array<const char*, phases> phase_names = {"first_draws", "search", "pairs", "one_by_one", "finishing"};
 
+/// `draws`: what follows the times, if anything.
 std::string case_json(double mu, const LatticeSpec& lattice, const std::string& engine, int threads, double ns,
-                      double wall_ns, int runs) {
+                      double wall_ns, const std::string& draws, int runs) {
   return fmt::format(
       R"(    {{"mu": {}, "columns": {}, "layers": {}, "engine": "{}", "threads": {}, "ns_per_bead": {}, )"
-      R"("wall_ns_per_bead": {}, "runs": {}}})",
-      mu, lattice.columns, lattice.layers, engine, threads, ns, wall_ns, runs);
+      R"("wall_ns_per_bead": {},{} "runs": {}}})",
+      mu, lattice.columns, lattice.layers, engine, threads, ns, wall_ns, draws, runs);
 }
 
 }  // namespace
@@ -22,7 +23,9 @@ std::string case_json(double mu, const LatticeSpec& lattice, const std::string& 
 std::string sampler_bench_json(const SamplerBench& bench) {
   std::vector<std::string> cases, scaling, ratios, targets;
   for (const SamplerCase& c : bench.cases) {
-    cases.push_back(case_json(c.mu, c.lattice, name_of(c.engine), 1, c.ns_per_bead, c.wall_ns_per_bead, c.runs));
+    const std::string draws =
+        fmt::format(R"( "draws_per_bead": {}, "ns_per_draw": {},)", c.draws_per_bead, c.ns_per_draw());
+    cases.push_back(case_json(c.mu, c.lattice, name_of(c.engine), 1, c.ns_per_bead, c.wall_ns_per_bead, draws, c.runs));
   }
   std::vector<std::string> where;
   for (const PhaseCase& c : bench.phase_cases) {
@@ -37,7 +40,7 @@ std::string sampler_bench_json(const SamplerBench& bench) {
   for (const ThreadScaling& s : bench.scaling) {
     if (s.threads > 1) {
       cases.push_back(case_json(bench.scaling_mu, bench.scaling_lattice, name_of(SamplerEngine::batch), s.threads,
-                                s.ns_per_bead, s.wall_ns_per_bead, s.runs));
+                                s.ns_per_bead, s.wall_ns_per_bead, "", s.runs));
     }
     scaling.push_back(fmt::format(R"(    {{"threads": {}, "batch": {}, "arithmetic": {}, "runs": {}}})", s.threads,
                                   s.batch, s.arithmetic, s.runs));
@@ -62,13 +65,13 @@ std::string sampler_bench_json(const SamplerBench& bench) {
 }
 
 std::string sampler_bench_table(const SamplerBench& bench) {
-  std::string text =
-      fmt::format("nanoseconds per bead, one thread, vectors of {}\n{:<14}{:>6}{:<2}{:<14}{:>10}{:>10}{:>6}\n",
-                  bench.instruction_set, "beads", "mu", "", "engine", "processor", "clock", "runs");
+  std::string text = fmt::format(
+      "nanoseconds per bead, one thread, vectors of {}\n{:<14}{:>6}{:<2}{:<14}{:>10}{:>10}{:>12}{:>10}{:>6}\n",
+      bench.instruction_set, "beads", "mu", "", "engine", "processor", "clock", "draws/bead", "per draw", "runs");
   for (const SamplerCase& c : bench.cases) {
-    text += fmt::format("{:<14}{:>6g}{:<2}{:<14}{:>10.2f}{:>10.2f}{:>6}\n",
+    text += fmt::format("{:<14}{:>6g}{:<2}{:<14}{:>10.2f}{:>10.2f}{:>12.4f}{:>10.2f}{:>6}\n",
                         fmt::format("{} x {}", c.lattice.columns, c.lattice.layers), c.mu, "", name_of(c.engine),
-                        c.ns_per_bead, c.wall_ns_per_bead, c.runs);
+                        c.ns_per_bead, c.wall_ns_per_bead, c.draws_per_bead, c.ns_per_draw(), c.runs);
   }
   text += fmt::format("\nwhere the time of batch goes, in nanoseconds per bead\n{:<14}{:>6}", "beads", "mu");
   for (const char* name : phase_names) text += fmt::format("{:>13}", name);

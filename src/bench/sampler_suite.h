@@ -31,7 +31,9 @@ struct SamplerCase {
   SamplerEngine engine = SamplerEngine::scalar;
   double ns_per_bead = 0;       ///< processor time of the drawing thread
   double wall_ns_per_bead = 0;  ///< by the clock: larger where the machine is shared
+  double draws_per_bead = 0;    ///< uniform numbers
   int runs = 0;
+  double ns_per_draw() const { return ns_per_bead / draws_per_bead; }
 };
 
 /// Where the time of the engine batch goes: nanoseconds per bead of each phase, in the order of sampling/phase_times.h,
@@ -76,7 +78,7 @@ struct SamplerBench {
 
 struct SamplerBenchOptions {
   std::vector<double> mus = {0.1, 0.3, 0.8, 1.3};
-  std::vector<LatticeSpec> lattices = {{500, 200}, {1000, 1000}, {250, 1000}, {250, 250}};
+  std::vector<LatticeSpec> lattices = {{500, 200}, {1000, 1000}, {250, 250}};
   double beads_per_case = 12e6;  ///< drawn by each engine, in as many runs as they make (at least 3)
   bool memory = true;            ///< measure that of an ensemble, too
   int threads = 0;               ///< most threads of the scaling; 0: as many as the machine has

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <limits>
 
-#include "sampling/climb_kernels.h"
 #include "sampling/granusolve_group.h"
 #include "sampling/layer_kernels.h"
 #include "sampling/rounding.h"
@@ -74,7 +73,6 @@ void GranusolveSampler::begin_pile(std::uint64_t sample, std::span<const double>
   load_ = load;
   key_ = RandomKey(spec_.seed, sample);
   eight_at_once_ = first_ == nullptr && !PlainKernels::in_use();
-  low_climbs_at_once_ = eight_at_once_ && mends_pairs() && can_redraw_low_climbs();
   std::fill(pending_.begin(), pending_.end(), Run{});
   for (int layer = 0; layer < lattice_.layers(); ++layer) {
     order_[static_cast<std::size_t>(layer)] =
@@ -312,8 +310,7 @@ GranusolveSampler::Mend GranusolveSampler::mend(int layer, int bead, bool no_pai
     // After a change of parents the bead is solvable up to rounding; should rounding exceed its allowance, climb.
     if (try_draw(layer, bead)) return Mend::done;
   }
-  const Mend outcome = climb(layer, bead);
-  return outcome == Mend::no_pair ? mend(layer, bead, true) : outcome;
+  return climb(layer, bead);
 }
 
 bool GranusolveSampler::change_parents(int layer, int bead, bool no_pair) {

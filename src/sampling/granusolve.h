@@ -80,8 +80,7 @@ class GranusolveSampler final : public Sampler {
   static constexpr std::size_t rules = 5;
   enum class Mend {
     done,
-    climbed,  ///< the beads above may still have to be solved, and the bead tried again
-    no_pair   ///< they are solved, and the bead is known to have no solution as it is, nor by the pair rule
+    climbed  ///< beads above have to be solved, and the bead tried again
   };
   enum class ArcOutcome { mended, too_narrow, hopeless };
 
@@ -143,8 +142,6 @@ class GranusolveSampler final : public Sampler {
   ArcOutcome mend_by_arc(int layer, int bead, int parents);
   bool mend_by_ring(int layer, int bead);
   Mend climb(int layer, int bead);
-  bool is_low_climb(int layer, int bead, int height) const;
-  Mend redraw_at_once(int bead, int height);
   void unsolve(int layer, int first, int count);
 
   int parent(const Arc& arc, int k) const;
@@ -190,8 +187,7 @@ class GranusolveSampler final : public Sampler {
   // State of the pile being drawn; arrays have shape [layers, columns].
   std::span<const double> load_;
   RandomKey key_{0, 0};
-  bool eight_at_once_ = false;       ///< numbers of later attempts, where several are needed
-  bool low_climbs_at_once_ = false;  ///< all that a low climb draws (climb_kernels.h)
+  bool eight_at_once_ = false;  ///< numbers of later attempts, where several are needed
   GranusolveState state_{};
   /// The state of the layers front_ - window_ + 1 .. front_ is kept, in the place of their number's last bits.
   int window_ = std::numeric_limits<int>::max(), layer_mask_ = std::numeric_limits<int>::max();

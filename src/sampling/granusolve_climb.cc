@@ -3,17 +3,21 @@
 #include <array>
 #include <limits>
 
-#include "sampling/climb_kernels.h"
 #include "sampling/granusolve.h"
 #include "sampling/layer_kernels.h"
 #include "support/interruption.h"
 
 namespace granuscope {
+namespace {
+
+constexpr int lowest_climb = 2;  // layers, of the first climb that sets out from a bead
+
+}  // namespace
 
 GranusolveSampler::Mend GranusolveSampler::climb(int layer, int bead) {
   ++counts_.climbs;
   std::uint8_t& climbs = state_.climbs[at(layer, bead)];
-  const int height = LowClimb::lowest + climbs;
+  const int height = lowest_climb + climbs;
   if (climbs < std::numeric_limits<std::uint8_t>::max()) ++climbs;
   const int top = std::max(0, layer - height);
   // Mends of the topmost unsolved layer change the one above it, and whoever keeps a window has read that one's
@@ -23,7 +27,6 @@ GranusolveSampler::Mend GranusolveSampler::climb(int layer, int bead) {
     solutions_ = max_solutions_ + 1;
     return Mend::climbed;
   }
-  if (is_low_climb(layer, bead, height)) return redraw_at_once(bead, height);
   const int sideways = height - (layer - top);
   int first = bead;
   for (int n = layer; n > top; --n) first = lattice_.upper_left(n, first);
@@ -35,68 +38,6 @@ GranusolveSampler::Mend GranusolveSampler::climb(int layer, int bead) {
     if (state_.unsolved[at(top, ancestor)] != 0) state_.unsolved[at(top, ancestor)] = top_of_climb;
   }
   return Mend::climbed;
-}
-
-/// Whether redraw_at_once can do it: the climb is low, away from the seam and from the ends of the layer's order, and
-/// nothing is unsolved already.
-bool GranusolveSampler::is_low_climb(int layer, int bead, int height) const {
-  constexpr std::uint64_t most_solutions = 32;  // more than a low climb takes: the effort cannot run out in its midst
-  const int columns = lattice_.columns(), margin = height + 1;
-  return low_climbs_at_once_ && height <= LowClimb::highest && layer > height && layer == front_ &&
-         bead == cursor_bead_ && topmost_pending_ > front_ && cursor_ >= height && cursor_ + height < columns &&
-         bead >= margin && bead + margin < columns && solutions_ + most_solutions <= max_solutions_;
-}
-
-/// What unsolve(), solve_pending() and solve_bead() do in turn.
-GranusolveSampler::Mend GranusolveSampler::redraw_at_once(int bead, int height) {
-  LowClimb climb;
-  climb.height = height;
-  climb.layer = front_;
-  climb.bead = bead;
-  climb.forward = order_[static_cast<std::size_t>(front_)].direction > 0;
-  const int top = front_ - height;
-  std::array<int, LowClimb::highest + 1> first{};
-  for (int row = height, leftmost = bead - height; row >= 0; --row) {
-    const auto here = static_cast<std::size_t>(row);
-    first[here] = leftmost;
-    climb.at[here] = at(top + row, leftmost);
-    leftmost = lattice_.upper_right(top + row, leftmost);
-  }
-  climb.at_parents = at(top - 1, lattice_.upper_left(top, first[0]));
-  const LowClimbDrawn drawn = redraw(climb, state_, cone_, philox_keys_, key_.sample());
-  for (int row = 0; row < std::min(drawn.rows, height); ++row) {
-    const auto beads = static_cast<std::uint64_t>(LowClimb::beads(height, row));
-    solutions_ += beads;
-    counts_.uniforms += beads;
-  }
-  if (drawn.rows <= height) {
-    unsolve(top + drawn.rows, first[static_cast<std::size_t>(drawn.rows)], LowClimb::beads(height, drawn.rows));
-    return Mend::climbed;
-  }
-  solutions_ += static_cast<std::uint64_t>(height);
-  for (int k = 1; k <= height; ++k) {
-    const int ahead = climb.forward ? k : -k;
-    note_draw(bead + ahead, (drawn.failing >> (height + ahead) & 1) != 0);
-  }
-  switch (drawn.bead) {
-    case LowClimbDrawn::Bead::open:
-      return Mend::climbed;
-    case LowClimbDrawn::Bead::no_pair:
-      ++solutions_;
-      return Mend::no_pair;
-    case LowClimbDrawn::Bead::drawn:
-      ++solutions_;
-      return Mend::done;
-    case LowClimbDrawn::Bead::mended:
-      break;
-  }
-  // The bead as it was, its neighbour behind, and the bead again.
-  solutions_ += 3;
-  counts_.uniforms += 2;
-  ++counts_.pairs;
-  ++state_.attempts[at(front_, bead)];
-  set_rule(at(front_, bead), Rule::pair);
-  return Mend::done;
 }
 
 /// The beads `first` .. `first + count - 1` of a layer and all that hangs below them. Whatever hangs below an unsolved

@@ -24,22 +24,20 @@ namespace granuscope {
 ///
 /// Where the time goes: `granuscope bench sampler`. At mu = 0.3 two positions of three have a failing pile, 1.5 of the
 /// eight on average; pairs and the search take two thirds of all time. At mu = 0.1 a climb costs as much as seventy
-/// beads; deep piles climb half as often again as shallow ones. Half of the climbs are drawn in registers
-/// from end to end (climb_kernels.h), which gains 5 to 6 % of all; of what is left one settled bead in sixty, which
-/// climbs again and again, takes a fifth. What did not help: a place of its own in the layer for each pile
+/// beads; deep piles climb half as often again as shallow ones. What did not help: a place of its own in the layer for
+/// each pile
 /// (gathers, or copies to and from eight lanes, cost more than the empty lanes); asking for memory ahead, of the next
 /// layer, of the rows of a climb, or of the layers that are checked; whole-vector instead of masked stores; drawing the
 /// bead ahead as it is within the mend, while the splits above it are at hand (too few registers: 4 to 8 % slower); a
-/// window of 16 layers; huge pages; in the climbs that are left: no data-dependent branches, the numbers of the next
-/// row found with those of this one (2 % slower), or those of a mend all at once (0), attempts gathered with vectors
-/// (3 %), few numbers without vectors, whole rows and their pairs in vectors, from memory and back (2 %), climbs of
-/// four and five layers in registers, and pairs mended there in rows above the front (1 % gained, for twice the code);
-/// after a climb, giving the bead that set out back to the vectors of all piles; copying kept forces with vectors, or
-/// past the caches. What helped little: two groups in turn gain 8 % at mu = 0.15 and 0.3 and 13 % at 0.8; at 0.1 they
-/// gain 1 to 3 % in piles of up to 500 columns and lose 2 % in 1000. Layers finished four or eight at a time, so that
-/// their memory is read once, gain 1 to 2 % at 0.1 and lose as much at 0.3 in piles of 1000 columns. Mends that tell
-/// hopeless beads from those that arcs may help gain 0.7 % at 0.1 and lose 1.5 % at 0.3; the solver of one pile tells
-/// them in little time.
+/// window of 16 layers; huge pages; in climbs: no data-dependent branches, the numbers of the next row
+/// found with those of this one (2 % slower), or those of a mend all at once (0), attempts gathered with vectors (3 %),
+/// few numbers without vectors, whole rows and their pairs in vectors, from memory and back (2 %); after a climb,
+/// giving the bead that set out back to the vectors of all piles; copying kept forces with vectors, or past the caches.
+/// What helped little: climbs of two or three layers drawn in registers from end to end gain 5 % at 0.1 for 500 lines;
+/// two groups in turn gain 8 % at mu = 0.15 and 0.3 and 13 % at 0.8; at 0.1 they gain 1 to 3 % in piles of up to 500
+/// columns and lose 2 % in 1000. Layers finished four or eight at a time, so that their memory is read once, gain 1 to
+/// 2 % at 0.1 and lose as much at 0.3 in piles of 1000 columns. Mends that tell hopeless beads from those that arcs may
+/// help gain 0.7 % at 0.1 and lose 1.5 % at 0.3; the solver of one pile tells them in little time.
 class GranusolveGroup {
  public:
   /// `kept`: the layers to be kept for whoever measures the piles, ascending; none: all forces of all layers. `alone`

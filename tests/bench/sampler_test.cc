@@ -26,6 +26,8 @@ TEST_CASE("the sampler suite times every engine at every friction and size, and 
   for (const SamplerCase& c : bench.cases) {
     CHECK(c.ns_per_bead > 0);
     CHECK(c.wall_ns_per_bead > 0);
+    CHECK((c.engine == SamplerEngine::no_rejection ? c.draws_per_bead == 1 : c.draws_per_bead > 1));
+    CHECK(c.ns_per_draw() == Approx(c.ns_per_bead / c.draws_per_bead));
     CHECK(c.runs == 3);
   }
   const auto json = nlohmann::json::parse(sampler_bench_json(bench));
