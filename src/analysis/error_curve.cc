@@ -55,7 +55,7 @@ Values fit_all(const EnsembleSpec& spec, const std::vector<EnsembleRecord>& reco
   for_each_index(records.size(), threads, [&](std::size_t r) {
     MeasuredEnsemble ensemble;
     ensemble.mu = spec.sampler.mu;
-    ensemble.overload = spec.overload;
+    ensemble.overload = spec.response.overload;
     ensemble.record = records[r];
     const Transport t = measure_transport(ensemble, fit, {}, 1).transport;
     values.c[r] = t.c.value;
@@ -126,13 +126,13 @@ FitSpec error_curve_fit(const LatticeSpec& lattice) {
 ErrorCurve measure_error_curve(const EnsembleSpec& spec, const EnsembleRecord& record, int threads) {
   ErrorCurve curve;
   curve.mu = spec.sampler.mu;
-  curve.estimator = name_of(spec.estimator);
-  if (spec.estimator == EstimatorName::multiplexed) {
-    curve.epsilon = spec.epsilon;
-    curve.opposite = spec.opposite;
-    curve.sign_run = spec.sign_run;
+  curve.estimator = name_of(spec.response.estimator);
+  if (spec.response.estimator == EstimatorName::multiplexed) {
+    curve.epsilon = spec.response.epsilon;
+    curve.opposite = spec.response.opposite;
+    curve.sign_run = spec.response.sign_run;
   } else {
-    curve.overload = spec.overload;
+    curve.overload = spec.response.overload;
   }
   curve.columns = spec.lattice.columns;
   curve.layers = spec.lattice.layers;

@@ -82,7 +82,7 @@ LawResponse measure_law_response(const EnsembleSpec& spec, const MeasuredEnsembl
   const Transport transport = measure_transport(ensemble, law_response_fit(spec.lattice), {}, threads).transport;
   LawResponse result;
   set_law(spec, ensemble.record.counts, result);
-  result.epsilon = spec.epsilon;
+  result.epsilon = spec.response.epsilon;
   result.samples = transport.samples;
   result.failed = ensemble.record.failed.size();
   result.effective_samples = effective_samples(ensemble.record.sums);

@@ -46,7 +46,7 @@ RedrawnBeads measure_redrawn_beads(const EnsembleSpec& spec, const EnsembleRecor
   result.mu = spec.sampler.mu;
   result.columns = lattice.columns();
   result.layers = lattice.layers();
-  result.overload = spec.overload;
+  result.overload = spec.response.overload;
   result.failed = record.failed.size();
   for (const std::uint64_t count : sums.count) result.samples += count;
   if (std::find(sums.count.begin(), sums.count.end(), 0) != sums.count.end()) {

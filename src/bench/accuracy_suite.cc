@@ -61,7 +61,7 @@ FitSpec bench_fit() {
 Transport measure(const EnsembleSpec& spec, const EnsembleRecord& record) {
   MeasuredEnsemble ensemble;
   ensemble.mu = spec.sampler.mu;
-  ensemble.overload = spec.overload;
+  ensemble.overload = spec.response.overload;
   ensemble.record = record;
   return measure_transport(ensemble, bench_fit(), {}, 1).transport;
 }
@@ -142,17 +142,17 @@ AccuracyCase summarise(const Drawn& drawn) {
   const bool thrust_only = spec.load == Load::uniform;
   result.mu = spec.sampler.mu;
   result.law = name_of(spec.sampler.law);
-  result.estimator = thrust_only ? "thrust" : name_of(spec.estimator);
-  if (spec.estimator == EstimatorName::multiplexed) {
-    result.epsilon = spec.epsilon;
-    result.opposite = spec.opposite;
-    result.sign_run = spec.sign_run;
+  result.estimator = thrust_only ? "thrust" : name_of(spec.response.estimator);
+  if (spec.response.estimator == EstimatorName::multiplexed) {
+    result.epsilon = spec.response.epsilon;
+    result.opposite = spec.response.opposite;
+    result.sign_run = spec.response.sign_run;
   } else if (!thrust_only) {
-    result.overload = spec.overload;
+    result.overload = spec.response.overload;
   }
   result.columns = spec.lattice.columns;
   result.layers = spec.lattice.layers;
-  result.samples = spec.samples;
+  result.samples = spec.response.samples;
   result.repetitions = static_cast<int>(drawn.repetitions.size());
   for (const Repetition& repetition : drawn.repetitions) result.seconds += repetition.seconds / result.repetitions;
   return result;
@@ -171,7 +171,7 @@ void add_thrust(const Drawn& drawn, AccuracyCase& result) {
 
 void add_curve(const Drawn& drawn, double reference_c, double reference_D, int threads, AccuracyCase& result) {
   std::vector<Repetition> repetitions = drawn.repetitions;
-  std::uint64_t samples = drawn.spec.samples;
+  std::uint64_t samples = drawn.spec.response.samples;
   while (static_cast<int>(repetitions.size()) >= least_repetitions) {
     const Values values = fit_all(drawn.spec, repetitions, threads);
     AccuracyPoint point;
@@ -205,25 +205,25 @@ void add_curve(const Drawn& drawn, double reference_c, double reference_D, int t
 std::vector<EnsembleSpec> specs_at(double mu) {
   EnsembleSpec base;
   base.sampler.mu = mu;
-  base.blocks = min_blocks;
+  base.response.blocks = min_blocks;
   base.layers = layers_to_record(bench_fit(), {});
   EnsembleSpec point = base, paired = base, thrust = base;
-  point.samples = 1024;
-  paired.estimator = EstimatorName::paired;
-  paired.samples = 256;
+  point.response.samples = 1024;
+  paired.response.estimator = EstimatorName::paired;
+  paired.response.samples = 256;
   std::vector<EnsembleSpec> specs{point, paired};
   for (const Multiplexing& options : multiplexings) {
     EnsembleSpec multiplexed = base;
-    multiplexed.estimator = EstimatorName::multiplexed;
-    multiplexed.epsilon = options.epsilon;
-    multiplexed.opposite = options.opposite;
-    multiplexed.sign_run = options.sign_run;
-    multiplexed.samples = 256;
+    multiplexed.response.estimator = EstimatorName::multiplexed;
+    multiplexed.response.epsilon = options.epsilon;
+    multiplexed.response.opposite = options.opposite;
+    multiplexed.response.sign_run = options.sign_run;
+    multiplexed.response.samples = 256;
     specs.push_back(multiplexed);
   }
   thrust.load = Load::uniform;
   thrust.record_profiles = false;
-  thrust.samples = 64;
+  thrust.response.samples = 64;
   specs.push_back(thrust);
   return specs;
 }
@@ -286,9 +286,9 @@ void add_other_laws(double mu, const AccuracyOptions& options, std::ostream& mes
       spec.sampler.seed = first_seed;
       spec.sampler.effort = 1e5;
       spec.lattice = small.lattice;
-      spec.estimator = estimator;
-      spec.blocks = min_blocks;
-      spec.samples = group_size * min_blocks;
+      spec.response.estimator = estimator;
+      spec.response.blocks = min_blocks;
+      spec.response.samples = group_size * min_blocks;
       for (int layer = 1; layer < small.lattice.layers; ++layer) spec.layers.push_back(layer);
       // The length of the chains is measured once, not by every repetition.
       spec.sampler = with_measured_chain(spec.sampler, Lattice(spec.lattice), top_load(spec));

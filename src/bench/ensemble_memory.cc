@@ -16,7 +16,7 @@ EnsembleMemory measure_ensemble_memory(int threads) {
   EnsembleSpec spec;
   spec.sampler.mu = 0.1;
   spec.lattice = {500, 200};
-  spec.samples = 3461;
+  spec.response.samples = 3461;
   spec.layers.resize(static_cast<std::size_t>(Lattice(spec.lattice).usable_layers()));
   std::iota(spec.layers.begin(), spec.layers.end(), 0);
   const pid_t child = ::fork();
@@ -36,7 +36,7 @@ EnsembleMemory measure_ensemble_memory(int threads) {
   if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) {
     throw EnvironmentError("the ensemble whose memory was to be measured could not be drawn; free some memory");
   }
-  return {spec.samples, threads, static_cast<double>(used.ru_maxrss) * 1024};
+  return {spec.response.samples, threads, static_cast<double>(used.ru_maxrss) * 1024};
 }
 
 }  // namespace granuscope

@@ -46,7 +46,7 @@ Replicated layer_mean(const BlockSums& sums, const std::string& quantity, std::s
 /// One block per sample: enough for means, too few for standard errors.
 EnsembleRecord run_few(const EnsembleSpec& spec) {
   EnsembleSpec padded = spec;
-  padded.samples = fewest_samples_with_errors;
+  padded.response.samples = fewest_samples_with_errors;
   validate(padded);  // everything but the number of samples
   const Lattice lattice(spec.lattice);
   const auto sampler = make_sampler(spec.sampler, lattice);
@@ -64,7 +64,7 @@ EnsembleRecord run_few(const EnsembleSpec& spec) {
   QuantitySums& variance = record.sums.quantities["weight_variance"];
   thrust.sum.assign(layers, 0);
   variance.sum.assign(layers, 0);
-  for (std::uint64_t sample = 0; sample < spec.samples; ++sample) {
+  for (std::uint64_t sample = 0; sample < spec.response.samples; ++sample) {
     throw_if_interrupted();
     if (const auto failure = sampler->draw(sample, load, pile)) {
       record.failed.push_back({sample, failure->layer, replay_command(spec, sample)});
@@ -104,11 +104,11 @@ AuditResult audit_samples(const EnsembleSpec& spec, const std::vector<FailedSamp
   for (const FailedSample& one : failed) skipped.insert(one.sample);
   const auto affordable =
       static_cast<std::uint64_t>(std::max(1.0, most_audited_beads / static_cast<double>(lattice.beads())));
-  const std::uint64_t step = (spec.samples + affordable - 1) / affordable;
+  const std::uint64_t step = (spec.response.samples + affordable - 1) / affordable;
 
   AuditResult worst;
   std::uint64_t audited = 0;
-  for (std::uint64_t sample = 0; sample < spec.samples; sample += step) {
+  for (std::uint64_t sample = 0; sample < spec.response.samples; sample += step) {
     throw_if_interrupted();
     if (skipped.count(sample) != 0 || sampler->draw(sample, load, pile)) continue;
     ++audited;
@@ -122,7 +122,7 @@ AuditResult audit_samples(const EnsembleSpec& spec, const std::vector<FailedSamp
       worst.cone_layer = one.cone_layer;
     }
   }
-  messages << fmt::format("audited {} of {} piles\n", audited, spec.samples - failed.size());
+  messages << fmt::format("audited {} of {} piles\n", audited, spec.response.samples - failed.size());
   // Nothing looked at is not the same as nothing found.
   if (audited == 0) worst.max_balance_residual = worst.max_cone_violation = std::numeric_limits<double>::quiet_NaN();
   return worst;
@@ -133,8 +133,8 @@ AuditResult audit_samples(const EnsembleSpec& spec, const std::vector<FailedSamp
 SampleStatistics measure_samples(EnsembleSpec spec, int threads, std::ostream& messages) {
   spec.layers.clear();  // all
   spec.record_profiles = false;
-  const std::uint64_t groups = spec.samples / group_size;
-  spec.blocks = static_cast<int>(std::clamp<std::uint64_t>(groups, min_blocks, usual_blocks));
+  const std::uint64_t groups = spec.response.samples / group_size;
+  spec.response.blocks = static_cast<int>(std::clamp<std::uint64_t>(groups, min_blocks, usual_blocks));
 
   const auto started = Clock::now();
   const SamplerSpec& sampler = spec.sampler;
@@ -143,8 +143,8 @@ SampleStatistics measure_samples(EnsembleSpec spec, int threads, std::ostream& m
   }
   spec.sampler = with_measured_chain(spec.sampler, Lattice(spec.lattice), top_load(spec));
   const auto draw = [&] {
-    if (spec.samples < fewest_samples_with_errors) return run_few(spec);
-    Progress shown("sampling", spec.samples);
+    if (spec.response.samples < fewest_samples_with_errors) return run_few(spec);
+    Progress shown("sampling", spec.response.samples);
     EnsembleRecord drawn = run_ensemble(spec, threads, &shown);
     shown.finish();
     return drawn;
@@ -158,7 +158,7 @@ SampleStatistics measure_samples(EnsembleSpec spec, int threads, std::ostream& m
   }
   if (record.failed.size() > most_named) {
     messages << fmt::format("{} more of {} samples could not be completed\n", record.failed.size() - most_named,
-                            spec.samples);
+                            spec.response.samples);
   }
   SampleStatistics statistics;
   statistics.law = name_of(spec.sampler.law);

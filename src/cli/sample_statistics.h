@@ -7,9 +7,9 @@
 
 namespace granuscope {
 
-/// Draws spec.samples piles on `threads` threads (0: all) and measures every layer. Standard errors are known from
-/// fewest_samples_with_errors on. `spec.blocks`, `layers` and `record_profiles` are set here. Every pile is audited, or
-/// evenly spaced ones if they are too many; how many, and which piles failed, is told on `messages`.
+/// Draws spec.response.samples piles on `threads` threads (0: all) and measures every layer. Standard errors are known
+/// from fewest_samples_with_errors on. `spec.response.blocks`, `layers` and `record_profiles` are set here. Every pile
+/// is audited, or evenly spaced ones if they are too many; how many, and which piles failed, is told on `messages`.
 SampleStatistics measure_samples(EnsembleSpec spec, int threads, std::ostream& messages);
 
 /// min_blocks whole groups.

@@ -55,7 +55,7 @@ void set_load(const SampleOptions& options, EnsembleSpec& spec) {
   const bool paired = options.load == name_of(EstimatorName::paired);
   const bool multiplexed = options.load == name_of(EstimatorName::multiplexed);
   if (paired || multiplexed) {
-    spec.estimator = estimator_named(options.load);
+    spec.response.estimator = estimator_named(options.load);
     spec.load = Load::point;
     if (options.statistics) {
       throw InputError(fmt::format(
@@ -66,11 +66,11 @@ void set_load(const SampleOptions& options, EnsembleSpec& spec) {
   } else {
     spec.load = load_named(options.load);
   }
-  if (!multiplexed && (spec.opposite || spec.sign_run != 1)) {
+  if (!multiplexed && (spec.response.opposite || spec.response.sign_run != 1)) {
     throw InputError("--opposite and --sign-run change nothing but --load multiplexed; leave them out or add it");
   }
   EnsembleSpec checked = spec;
-  checked.samples = static_cast<std::uint64_t>(checked.blocks) * group_size;
+  checked.response.samples = static_cast<std::uint64_t>(checked.response.blocks) * group_size;
   if (paired || multiplexed) validate(checked);
 }
 
@@ -92,7 +92,8 @@ ExitCode sample(SampleOptions options, VerbContext& context) {
     throw InputError(
         "nothing is asked for; give --out FILE.h5 to store one pile, --statistics to measure many, or both");
   }
-  if (options.statistics && spec.samples < 1) throw InputError("--samples 0 measures nothing; give at least 1");
+  if (options.statistics && spec.response.samples < 1)
+    throw InputError("--samples 0 measures nothing; give at least 1");
   const FrictionCone cone(spec.sampler.mu);  // refuses a mu outside the model before any memory is taken
   const Lattice lattice(spec.lattice);
   const int workers = worker_count(options.threads);
@@ -115,7 +116,7 @@ ExitCode sample(SampleOptions options, VerbContext& context) {
 void add_sample_verb(CLI::App& app, VerbContext& context) {
   CLI::App* verb = app.add_subcommand("sample", "Draw random piles: store one of them, or measure many layer by layer");
   const auto options = std::make_shared<SampleOptions>();
-  options->spec.samples = 256;
+  options->spec.response.samples = 256;
   EnsembleSpec& spec = options->spec;
   verb->add_option("--mu", spec.sampler.mu, "friction coefficient, 0 <= mu < sqrt(3)")->capture_default_str();
   verb->add_option("--columns", spec.lattice.columns, "beads per layer, periodic, at least 4")
@@ -132,14 +133,18 @@ void add_sample_verb(CLI::App& app, VerbContext& context) {
                    "uniform: 1 on every top bead; point: 1 + overload on the middle one; paired, multiplexed: the pile "
                    "that an ensemble of this estimator draws, to follow what it names as failed")
       ->capture_default_str();
-  verb->add_option("--overload", spec.overload, "extra force of --load point or paired, in loads of one top bead")
+  verb->add_option("--overload", spec.response.overload,
+                   "extra force of --load point or paired, in loads of one top bead")
       ->capture_default_str();
-  verb->add_option("--epsilon", spec.epsilon, "--load multiplexed: by how much each top load is raised or lowered")
+  verb->add_option("--epsilon", spec.response.epsilon,
+                   "--load multiplexed: by how much each top load is raised or lowered")
       ->capture_default_str();
-  verb->add_flag("--opposite", spec.opposite, "--load multiplexed: the pile with all variations reversed, too");
-  verb->add_option("--sign-run", spec.sign_run, "--load multiplexed: neighbouring top beads varied alike")
+  verb->add_flag("--opposite", spec.response.opposite,
+                 "--load multiplexed: the pile with all variations reversed, too");
+  verb->add_option("--sign-run", spec.response.sign_run, "--load multiplexed: neighbouring top beads varied alike")
       ->capture_default_str();
-  verb->add_option("--samples", spec.samples, "how many piles --statistics draws; 64 or more give standard errors")
+  verb->add_option("--samples", spec.response.samples,
+                   "how many piles --statistics draws; 64 or more give standard errors")
       ->capture_default_str()
       ->check(whole_number());
   verb->add_option("--seed", spec.sampler.seed, "with the sample's number the key of every random number")

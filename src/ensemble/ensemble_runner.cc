@@ -17,7 +17,7 @@ namespace {
 BlockSums empty_sums(const EnsembleSpec& spec) {
   BlockSums sums;
   sums.layers = recorded_layers(spec);
-  sums.count.assign(static_cast<std::size_t>(spec.blocks), 0);
+  sums.count.assign(static_cast<std::size_t>(spec.response.blocks), 0);
   for (const QuantityShape& quantity : quantities_of(spec)) {
     const std::size_t size = sums.count.size() * sums.layers.size() * static_cast<std::size_t>(quantity.width);
     sums.quantities[quantity.name] = {quantity.width, std::vector<double>(size), std::vector<double>(size)};
@@ -78,7 +78,7 @@ void add_groups(const EnsembleSpec& spec, std::uint64_t from, std::uint64_t to, 
 
 void add_groups(const EnsembleSpec& spec, const SamplerSpec& measured, std::uint64_t from, std::uint64_t to,
                 EnsembleRecord& record, int threads, Progress* progress) {
-  const auto blocks = static_cast<std::size_t>(spec.blocks);
+  const auto blocks = static_cast<std::size_t>(spec.response.blocks);
   EnsembleSpec drawn = spec;
   drawn.sampler = measured;
   std::vector<SamplerCounts> counts(blocks);

@@ -20,15 +20,9 @@ enum class BlockLayout {
 struct EnsembleSpec {
   SamplerSpec sampler;
   LatticeSpec lattice;
-  EstimatorName estimator = EstimatorName::point;
+  ResponseSpec response;
   Load load = Load::point;  ///< of the estimator point; under a uniform load there is no response to measure
-  double overload = 1.0;    ///< extra force on the middle top bead (estimators point and paired)
-  double epsilon = 0.25;    ///< share by which each top load is raised or lowered (estimator multiplexed)
-  bool opposite = false;    ///< multiplexed: each pile once more with all variations reversed, from the same numbers
-  int sign_run = 1;         ///< multiplexed: neighbouring top beads varied alike, see load_signs.h
-  std::uint64_t samples = 3456;  ///< numbers 0 .. samples-1 of the seed
-  int blocks = 32;               ///< each of whole groups of eight samples (the last group may be incomplete)
-  std::vector<int> layers;       ///< recorded layers, ascending; empty: all
+  std::vector<int> layers;  ///< recorded layers, ascending; empty: all
   BlockLayout layout = BlockLayout::runs;
   bool record_profiles = true;  ///< record the response [layers, columns] beside the numbers per layer
 };

@@ -35,7 +35,7 @@ EstimatorName estimator_named(const std::string& name) {
 }
 
 std::vector<QuantityShape> quantities_of(const EnsembleSpec& spec) {
-  switch (spec.estimator) {
+  switch (spec.response.estimator) {
     case paired:
       return PairedEstimator::quantities(spec);
     case multiplexed:
@@ -51,7 +51,8 @@ bool needs_two_samplers(const EnsembleSpec& spec) {
 }
 
 int piles_per_sample(const EnsembleSpec& spec) {
-  return spec.estimator == paired || (spec.estimator == multiplexed && spec.opposite) ? 2 : 1;
+  return spec.response.estimator == paired || (spec.response.estimator == multiplexed && spec.response.opposite) ? 2
+                                                                                                                 : 1;
 }
 
 std::uint64_t beads_of(const EnsembleSpec& spec, std::uint64_t samples) {
@@ -63,12 +64,12 @@ double drawing_memory(const EnsembleSpec& spec) {
   const double memory = drawing_memory(spec.sampler, lattice);
   if (piles_per_sample(spec) == 1) return memory;
   // A sampler that draws two groups at once holds one of each load; any other holds twice what it is handed otherwise.
-  const bool halves = spec.estimator == multiplexed && piles_at_once(spec.sampler, lattice) > group_lanes;
+  const bool halves = spec.response.estimator == multiplexed && piles_at_once(spec.sampler, lattice) > group_lanes;
   return halves ? memory : 2 * memory;
 }
 
 std::unique_ptr<Estimator> make_estimator(const EnsembleSpec& spec, Samplers samplers, BlockSums& sums, int block) {
-  switch (spec.estimator) {
+  switch (spec.response.estimator) {
     case paired:
       return std::make_unique<PairedEstimator>(spec, samplers, sums, block);
     case multiplexed:

@@ -68,17 +68,17 @@ struct Trial {
 /// long.
 Trial draw_some(const EnsembleSpec& spec, double seconds) {
   EnsembleSpec smallest = spec;
-  smallest.blocks = min_blocks;
-  smallest.samples = group_size * min_blocks;
+  smallest.response.blocks = min_blocks;
+  smallest.response.samples = group_size * min_blocks;
   EnsembleRecord record = begin_ensemble(smallest);
   const auto sampler = make_sampler(spec.sampler, Lattice(spec.lattice));
   sampler->keep_layers(recorded_layers(spec));
   const auto second = needs_two_samplers(spec) ? make_sampler(spec.sampler, Lattice(spec.lattice)) : nullptr;
   const auto estimator = make_estimator(spec, {*sampler, second ? *second : *sampler}, record.sums, 0);
-  std::vector<std::uint64_t> samples(std::min(samples_at_once, spec.samples));
+  std::vector<std::uint64_t> samples(std::min(samples_at_once, spec.response.samples));
   std::vector<std::optional<SamplingFailure>> failures(samples.size());
   Trial trial;
-  for (std::uint64_t first = 0; first + samples.size() <= spec.samples; first += samples.size()) {
+  for (std::uint64_t first = 0; first + samples.size() <= spec.response.samples; first += samples.size()) {
     throw_if_interrupted();
     std::iota(samples.begin(), samples.end(), first);
     std::fill(failures.begin(), failures.end(), std::nullopt);

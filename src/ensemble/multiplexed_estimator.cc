@@ -25,16 +25,16 @@ MultiplexedEstimator::MultiplexedEstimator(const EnsembleSpec& spec, Samplers sa
       correlation_(profiles_ ? BlockSlice(sums, "correlation", block) : BlockSlice()) {
   const std::size_t at_once = piles_at_once(spec.sampler, Lattice(spec.lattice));
   // With their opposites, whole groups; two of them are drawn at once.
-  signs_.assign(spec.opposite ? std::min(at_once, group_lanes) : at_once, std::vector<double>(columns_));
-  loads_.assign(spec.opposite ? 2 * signs_.size() : signs_.size(), signs_.front());
+  signs_.assign(spec.response.opposite ? std::min(at_once, group_lanes) : at_once, std::vector<double>(columns_));
+  loads_.assign(spec.response.opposite ? 2 * signs_.size() : signs_.size(), signs_.front());
 }
 
 void MultiplexedEstimator::choose_loads(std::uint64_t sample, std::size_t k) {
   const bool chain = spec_.sampler.law == Law::polytope;
-  draw_signs(spec_.sampler.seed, chain ? sample - sample % group_size : sample, spec_.sign_run, signs_[k]);
+  draw_signs(spec_.sampler.seed, chain ? sample - sample % group_size : sample, spec_.response.sign_run, signs_[k]);
   for (std::size_t i = 0; i < columns_; ++i) {
-    loads_[k][i] = 1 + spec_.epsilon * signs_[k][i];
-    if (spec_.opposite) loads_[signs_.size() + k][i] = 1 - spec_.epsilon * signs_[k][i];
+    loads_[k][i] = 1 + spec_.response.epsilon * signs_[k][i];
+    if (spec_.response.opposite) loads_[signs_.size() + k][i] = 1 - spec_.response.epsilon * signs_[k][i];
   }
 }
 
@@ -49,7 +49,7 @@ void MultiplexedEstimator::draw(std::span<const std::uint64_t> samples,
                                 std::span<std::optional<SamplingFailure>> failures) {
   const std::size_t count = samples.size();
   drawn_loads_.assign(loads_.begin(), loads_.begin() + static_cast<std::ptrdiff_t>(count));
-  if (!spec_.opposite) {
+  if (!spec_.response.opposite) {
     const auto groups = samplers_.first.draw_groups(samples, drawn_loads_, failures);
     side_.assign(groups.begin(), groups.end());
     return;
@@ -91,7 +91,7 @@ void MultiplexedEstimator::measure_samples(std::span<const std::uint64_t> sample
 void MultiplexedEstimator::add(std::size_t g, std::size_t first,
                                std::span<const std::optional<SamplingFailure>> failures) {
   assert_identities(side_[g], failures);
-  if (spec_.opposite) {
+  if (spec_.response.opposite) {
     assert_identities(opposite_[g], failures);
     numbers_.add_mean(side_[g], opposite_[g], failures);
   } else {
@@ -110,13 +110,13 @@ void MultiplexedEstimator::find_variation(std::size_t g, std::size_t k, int laye
     return group.weight(group.row(layer) + i * group.stride + k);
   };
   for (std::size_t i = 0; i < columns_; ++i) spectrum_[i] = weight(side_[g], i) - 1;
-  if (!spec_.opposite) return;
+  if (!spec_.response.opposite) return;
   for (std::size_t i = 0; i < columns_; ++i) spectrum_[i] = (spectrum_[i] - (weight(opposite_[g], i) - 1)) / 2;
 }
 
 void MultiplexedEstimator::add_correlation(std::size_t g, std::size_t k) {
   const std::size_t columns = columns_;
-  const double scale = 1 / (static_cast<double>(columns) * spec_.epsilon);
+  const double scale = 1 / (static_cast<double>(columns) * spec_.response.epsilon);
   for (std::size_t l = 0; l < layers_.size(); ++l) {
     find_variation(g, k, layers_[l]);
     fourier_.transform(spectrum_);

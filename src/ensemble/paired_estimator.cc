@@ -30,7 +30,7 @@ std::vector<QuantityShape> PairedEstimator::quantities(const EnsembleSpec& spec)
 }
 
 PairedEstimator::PairedEstimator(const EnsembleSpec& spec, Samplers samplers, BlockSums& sums, int block)
-    : overload_(spec.overload),
+    : overload_(spec.response.overload),
       uniform_load_(static_cast<std::size_t>(spec.lattice.columns), 1.0),
       overloaded_(uniform_load_),
       samplers_(samplers),

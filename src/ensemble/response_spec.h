@@ -17,14 +17,15 @@ enum class EstimatorName {
   multiplexed,  ///< every top load raised or lowered at random; the linear response by cross-correlation
 };
 
+/// How the response of an ensemble is measured, and on how many samples.
 struct ResponseSpec {
-  std::string estimator = "point";  ///< name of the estimator
-  double overload = 1.0;            ///< extra force on the middle top bead (point, paired)
-  double epsilon = 0.25;            ///< share by which each top load is raised or lowered (multiplexed)
-  bool opposite = false;            ///< multiplexed: each pile once more with all variations reversed
-  int sign_run = 1;                 ///< multiplexed: neighbouring top beads varied alike
-  std::uint64_t samples = 3456;     ///< piles per friction coefficient
-  int blocks = 32;                  ///< of whole groups of eight samples; at least 8
+  EstimatorName estimator = EstimatorName::point;
+  double overload = 1.0;  ///< extra force on the middle top bead (point, paired)
+  double epsilon = 0.25;  ///< share by which each top load is raised or lowered (multiplexed)
+  bool opposite = false;  ///< multiplexed: each pile once more with all variations reversed, from the same numbers
+  int sign_run = 1;       ///< multiplexed: neighbouring top beads varied alike, see load_signs.h
+  std::uint64_t samples = 3456;  ///< numbers 0 .. samples-1 of the seed
+  int blocks = 32;               ///< each of whole groups of eight samples (the last group may be incomplete)
 };
 
 std::string name_of(Load load);

@@ -138,11 +138,6 @@ Problem find_sampling_problem(const Experiment& e) {
 
 Problem find_response_problem(const Experiment& e) {
   const ResponseSpec& response = e.response;
-  const std::array<const char*, 3> estimators{"point", "paired", "multiplexed"};
-  if (std::find(estimators.begin(), estimators.end(), response.estimator) == estimators.end()) {
-    return problem("response.estimator", "\"{}\" is not an estimator; write one of {}", response.estimator,
-                   fmt::join(estimators, ", "));
-  }
   if (!(response.epsilon >= 1e-6 && response.epsilon < 1)) {
     return problem(
         "response.epsilon",
@@ -151,11 +146,11 @@ Problem find_response_problem(const Experiment& e) {
         "(0.25 is usual)",
         response.epsilon);
   }
-  if (response.estimator != "multiplexed" && (response.opposite || response.sign_run != 1)) {
+  if (response.estimator != EstimatorName::multiplexed && (response.opposite || response.sign_run != 1)) {
     return problem(response.opposite ? "response.opposite" : "response.sign_run",
                    "it belongs to the estimator multiplexed and would change nothing under {}; remove it, or set "
                    "response.estimator = \"multiplexed\"",
-                   response.estimator);
+                   name_of(response.estimator));
   }
   // A lattice without columns is reported by itself.
   const int most_run = std::max(1, e.lattice.columns / 8);

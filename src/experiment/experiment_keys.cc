@@ -25,6 +25,7 @@ KeyValue to_value(const NumberPairs& field) { return field; }
 KeyValue to_value(Law field) { return name_of(field); }
 KeyValue to_value(LayerOrder field) { return name_of(field); }
 KeyValue to_value(MendingRules field) { return name_of(field); }
+KeyValue to_value(EstimatorName field) { return name_of(field); }
 
 int to_int(std::int64_t number) {
   if (number < std::numeric_limits<int>::min() || number > std::numeric_limits<int>::max()) {
@@ -68,6 +69,7 @@ void from_value(LayerOrder& field, const KeyValue& value) { field = layer_order_
 void from_value(MendingRules& field, const KeyValue& value) {
   field = mending_rules_named(std::get<std::string>(value));
 }
+void from_value(EstimatorName& field, const KeyValue& value) { field = estimator_named(std::get<std::string>(value)); }
 
 /// `access` returns a reference to the field of the experiment it is given, const or not.
 template <class Access>

@@ -111,7 +111,8 @@ EnsembleRecord beginning_of(const PlannedEnsemble& planned, const std::filesyste
   if (planned.smaller == nullptr) return nothing;
   std::uint64_t samples = planned.smaller->failed.size();
   for (const std::uint64_t count : planned.smaller->sums.count) samples += count;
-  return go_on_from(*planned.smaller, samples / (group_size * static_cast<std::uint64_t>(planned.spec.blocks)));
+  return go_on_from(*planned.smaller,
+                    samples / (group_size * static_cast<std::uint64_t>(planned.spec.response.blocks)));
 }
 
 /// What is measured before anything is drawn may take minutes: it is told, and is no part of the rate of drawing.
@@ -134,10 +135,11 @@ EnsembleRecord draw_in_pieces(const PlannedEnsemble& planned, const std::filesys
   std::uint64_t done = 0;
   EnsembleRecord record = beginning_of(planned, run_folder, done);
   const std::uint64_t all = groups_per_block(spec);
-  const std::uint64_t there = std::min(spec.samples, done * group_size * static_cast<std::uint64_t>(spec.blocks));
+  const std::uint64_t there =
+      std::min(spec.response.samples, done * group_size * static_cast<std::uint64_t>(spec.response.blocks));
   if (done > 0) say(progress, fmt::format("sampling {}: going on after {} piles", planned.label, there));
   const SamplerSpec sampler = measure_sampler(planned, progress);
-  Progress shown(fmt::format("sampling {}", planned.label), spec.samples - there, progress);
+  Progress shown(fmt::format("sampling {}", planned.label), spec.response.samples - there, progress);
   const auto seconds_since = [](Clock::time_point start) {
     return std::chrono::duration<double>(Clock::now() - start).count();
   };
@@ -186,7 +188,9 @@ void look_for(PlannedEnsemble& planned, const std::filesystem::path& run_folder)
 
 namespace {
 
-std::uint64_t round_of(const EnsembleSpec& spec) { return group_size * static_cast<std::uint64_t>(spec.blocks); }
+std::uint64_t round_of(const EnsembleSpec& spec) {
+  return group_size * static_cast<std::uint64_t>(spec.response.blocks);
+}
 
 /// What the stored configuration of a growing ensemble says beside its spec: from where it grew, and towards what.
 std::string growth_notes(std::uint64_t first_samples, const PrecisionSpec& asked) {
@@ -216,8 +220,8 @@ void look_for_smaller(PlannedEnsemble& planned, const PrecisionSpec& asked, cons
     for (std::uint64_t rounds = planned.grows_from / round_of(planned.spec);
          rounds * round_of(planned.spec) <= asked.most_samples; rounds = next_size(rounds)) {
       PlannedEnsemble candidate = planned;
-      candidate.spec.samples = rounds * round_of(planned.spec);
-      if (static_cast<double>(candidate.spec.samples) != number("samples")) continue;
+      candidate.spec.response.samples = rounds * round_of(planned.spec);
+      if (static_cast<double>(candidate.spec.response.samples) != number("samples")) continue;
       candidate.notes = growth_notes(planned.grows_from, towards);
       look_for(candidate, run_folder);
       if (candidate.reusable) planned = candidate;
@@ -230,9 +234,9 @@ void look_for_smaller(PlannedEnsemble& planned, const PrecisionSpec& asked, cons
 
 bool grow(PlannedEnsemble& planned, const PrecisionSpec& asked, EnsembleRecord record,
           const std::filesystem::path& run_folder) {
-  const std::uint64_t round = round_of(planned.spec), next = round * next_size(planned.spec.samples / round);
+  const std::uint64_t round = round_of(planned.spec), next = round * next_size(planned.spec.response.samples / round);
   if (next > asked.most_samples) return false;
-  planned.spec.samples = next;
+  planned.spec.response.samples = next;
   planned.notes = growth_notes(planned.grows_from, asked);
   planned.begun = groups_begun(planned, run_folder);
   planned.smaller = std::make_shared<const EnsembleRecord>(std::move(record));
@@ -243,7 +247,7 @@ bool grow(PlannedEnsemble& planned, const PrecisionSpec& asked, EnsembleRecord r
 
 std::uint64_t expected_samples(const PlannedEnsemble& planned, const PrecisionSpec& asked, double samples_needed) {
   const std::uint64_t round = round_of(planned.spec);
-  return round * expected_size(planned.spec.samples / round, samples_needed / static_cast<double>(round),
+  return round * expected_size(planned.spec.response.samples / round, samples_needed / static_cast<double>(round),
                                asked.most_samples / round);
 }
 
@@ -254,15 +258,9 @@ std::vector<PlannedEnsemble> plan_ensembles(const Experiment& experiment, const 
     EnsembleSpec& spec = ensemble.spec;
     spec.sampler = experiment.sampler_for(mu);
     spec.lattice = experiment.lattice;
-    spec.load = Load::point;
-    spec.overload = experiment.response.overload;
-    spec.epsilon = experiment.response.epsilon;
-    spec.opposite = experiment.response.opposite;
-    spec.sign_run = experiment.response.sign_run;
-    spec.estimator = estimator_named(experiment.response.estimator);
-    spec.blocks = experiment.response.blocks;
-    const std::uint64_t one_group_each = static_cast<std::uint64_t>(spec.blocks) * group_size;
-    spec.samples = mu == 0 ? std::min(experiment.response.samples, one_group_each) : experiment.response.samples;
+    spec.response = experiment.response;
+    const std::uint64_t one_group_each = static_cast<std::uint64_t>(spec.response.blocks) * group_size;
+    if (mu == 0) spec.response.samples = std::min(spec.response.samples, one_group_each);
     const bool profiles_wanted = experiment.figures.response_profiles && mu == experiment.figures.profile_mu;
     spec.layers =
         layers_to_record(experiment.fit, profiles_wanted ? experiment.figures.profile_layers : std::vector<int>{});
@@ -270,9 +268,9 @@ std::vector<PlannedEnsemble> plan_ensembles(const Experiment& experiment, const 
     ensemble.label = fmt::format("mu = {}", mu);
     if (mu > 0 && experiment.precision.asked()) {
       spec.layout = BlockLayout::interleaved;
-      spec.samples = (spec.samples + round_of(spec) - 1) / round_of(spec) * round_of(spec);
-      ensemble.grows_from = spec.samples;
-      ensemble.notes = growth_notes(spec.samples, experiment.precision);
+      spec.response.samples = (spec.response.samples + round_of(spec) - 1) / round_of(spec) * round_of(spec);
+      ensemble.grows_from = spec.response.samples;
+      ensemble.notes = growth_notes(spec.response.samples, experiment.precision);
     }
     look_for(ensemble, run_folder);
     if (ensemble.grows_from > 0) look_for_smaller(ensemble, experiment.precision, run_folder);
@@ -288,11 +286,11 @@ MeasuredEnsemble about(const PlannedEnsemble& planned) {
   MeasuredEnsemble measured;
   measured.mu = planned.spec.sampler.mu;
   measured.law = name_of(planned.spec.sampler.law);
-  measured.estimator = name_of(planned.spec.estimator);
-  measured.overload = planned.spec.overload;
-  measured.epsilon = planned.spec.epsilon;
-  measured.opposite = planned.spec.opposite;
-  measured.sign_run = planned.spec.sign_run;
+  measured.estimator = name_of(planned.spec.response.estimator);
+  measured.overload = planned.spec.response.overload;
+  measured.epsilon = planned.spec.response.epsilon;
+  measured.opposite = planned.spec.response.opposite;
+  measured.sign_run = planned.spec.response.sign_run;
   measured.lattice = planned.spec.lattice;
   return measured;
 }
@@ -316,7 +314,7 @@ std::optional<MeasuredEnsemble> reuse_ensemble(PlannedEnsemble& planned, const s
 MeasuredEnsemble obtain_ensemble(PlannedEnsemble& planned, const std::filesystem::path& run_folder, int threads,
                                  ProgressStyle progress, const PartPolicy& parts) {
   if (std::optional<MeasuredEnsemble> there = reuse_ensemble(planned, run_folder)) {
-    say(progress, fmt::format("sampling {}: {} piles already there", planned.label, planned.spec.samples));
+    say(progress, fmt::format("sampling {}: {} piles already there", planned.label, planned.spec.response.samples));
     return *std::move(there);
   }
   MeasuredEnsemble measured = about(planned);

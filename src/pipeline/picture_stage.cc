@@ -59,7 +59,7 @@ EnsembleSpec pile_spec(const Experiment& experiment, double mu) {
   spec.sampler = experiment.sampler_for(mu);
   spec.lattice = {experiment.force_chains.columns, experiment.force_chains.computed_layers()};
   spec.load = Load::point;
-  spec.overload = experiment.response.overload;
+  spec.response.overload = experiment.response.overload;
   return spec;
 }
 

@@ -178,7 +178,7 @@ class Run {
           [&] { ensemble = obtain_ensemble(planned, options_.folder, options_.threads, options_.progress); });
     if (!planned.reusable) {
       drawn_in_seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-      drawn_in_this_run_ += static_cast<double>(beads_of(planned.spec, planned.spec.samples - there));
+      drawn_in_this_run_ += static_cast<double>(beads_of(planned.spec, planned.spec.response.samples - there));
       mark_unfinished();
     }
     if (planned.reusable) {
@@ -191,7 +191,7 @@ class Run {
       say(options_.progress,
           fmt::format("{}: {} of {} piles could not be completed and enter no average; this command meets the first of "
                       "these failures: {}",
-                      planned.label, failed.size(), planned.spec.samples, failed.front().replay));
+                      planned.label, failed.size(), planned.spec.response.samples, failed.front().replay));
     }
     ++obtained_;
     if (planned.reusable) ++reused_;
@@ -207,7 +207,7 @@ class Run {
       Transport measured;
       timed("analyse",
             [&] { measured = measure_transport(ensemble, experiment_.fit, {}, options_.threads).transport; });
-      const std::uint64_t samples = planned.spec.samples;
+      const std::uint64_t samples = planned.spec.response.samples;
       const PrecisionLook look = look_at_precision(asked, measured, samples);
       outcome.reached = look.reached;
       outcome.reason = look.reason;
@@ -273,10 +273,10 @@ class Run {
       const PrecisionOutcome precision = reach_precision(planned, ensemble);
       drawn_beads_ += ensemble.record.counts.beads;
       rounded_beads_ += ensemble.record.counts.rounded;
-      if (planned.spec.samples < experiment_.response.samples) {
+      if (planned.spec.response.samples < experiment_.response.samples) {
         data_.skipped.push_back(
             fmt::format("At \u03bc = {} every pile is the same: {} of {} samples were drawn, one group for each block.",
-                        planned.spec.sampler.mu, planned.spec.samples, experiment_.response.samples));
+                        planned.spec.sampler.mu, planned.spec.response.samples, experiment_.response.samples));
       }
       if (!needs(Stage::analyse)) continue;
       timed("analyse", [&] {

@@ -27,26 +27,27 @@ const char* kind_of(const EnsembleSpec& spec) { return piles_per_sample(spec) ==
 PlannedStep plan_growth(const Experiment& experiment, const RunOptions& options, PlannedEnsemble planned) {
   const PrecisionSpec& asked = experiment.precision;
   const EnsembleSpec& spec = planned.spec;
-  const bool multiplexed = spec.estimator == EstimatorName::multiplexed;
+  const bool multiplexed = spec.response.estimator == EstimatorName::multiplexed;
   Transport errors;
-  const ExpectedErrors expected =
-      expected_errors(spec.sampler.mu, multiplexed, multiplexed ? spec.epsilon : spec.overload, spec.lattice.columns,
-                      spec.opposite ? worth_of_opposite_pair * spec.samples : spec.samples);
+  const ExpectedErrors expected = expected_errors(
+      spec.sampler.mu, multiplexed, multiplexed ? spec.response.epsilon : spec.response.overload, spec.lattice.columns,
+      spec.response.opposite ? worth_of_opposite_pair * spec.response.samples : spec.response.samples);
   errors.c = {0.5, expected.c, ""};
   errors.D = {0.1, expected.D, ""};
   const std::optional<MeasuredEnsemble> ensemble = reuse_ensemble(planned, options.folder);
   const bool there = ensemble.has_value();
   if (there) errors = measure_transport(*ensemble, experiment.fit, {}, options.threads).transport;
-  const PrecisionLook look = look_at_precision(asked, errors, spec.samples);
-  std::uint64_t rounds = spec.samples / (group_size * static_cast<std::uint64_t>(spec.blocks)), samples = spec.samples;
+  const PrecisionLook look = look_at_precision(asked, errors, spec.response.samples);
+  std::uint64_t rounds = spec.response.samples / (group_size * static_cast<std::uint64_t>(spec.response.blocks)),
+                samples = spec.response.samples;
   while (!look.hopeless && static_cast<double>(samples) < look.samples_needed) {
     rounds = next_size(rounds);
-    const std::uint64_t next = rounds * group_size * static_cast<std::uint64_t>(spec.blocks);
+    const std::uint64_t next = rounds * group_size * static_cast<std::uint64_t>(spec.response.blocks);
     if (next > asked.most_samples) break;
     samples = next;
   }
   const bool enough = look.hopeless || static_cast<double>(samples) >= look.samples_needed;
-  const std::uint64_t drawn = there ? spec.samples : 0;
+  const std::uint64_t drawn = there ? spec.response.samples : 0;
   std::string what = fmt::format("about {} {}, {}, for the precision asked ({})", samples, kind_of(spec), planned.label,
                                  there ? "by the errors so far" : "by a rule of thumb");
   if (there) what += fmt::format(", {} of them there already", drawn);
@@ -63,7 +64,7 @@ constexpr double seconds_for_pictures = 0.4, seconds_for_figures = 1, seconds_fo
 /// Fits of the profiles of one ensemble, in all and without each block.
 double seconds_for_fits(const EnsembleSpec& spec) {
   if (!spec.record_profiles) return 0;
-  return seconds_per_fitted_bead * static_cast<double>(recorded_layers(spec).size()) * (spec.blocks + 1) *
+  return seconds_per_fitted_bead * static_cast<double>(recorded_layers(spec).size()) * (spec.response.blocks + 1) *
          spec.lattice.columns;
 }
 
@@ -92,13 +93,14 @@ std::vector<PlannedStep> plan_run(const Experiment& experiment, const RunOptions
         return;
       }
       const std::uint64_t begun =
-          std::min(planned.spec.samples, planned.begun * group_size * static_cast<std::uint64_t>(planned.spec.blocks));
-      const std::uint64_t left = planned.reusable ? 0 : planned.spec.samples - begun;
+          std::min(planned.spec.response.samples,
+                   planned.begun * group_size * static_cast<std::uint64_t>(planned.spec.response.blocks));
+      const std::uint64_t left = planned.reusable ? 0 : planned.spec.response.samples - begun;
       const std::string continued = begun == 0 ? "" : fmt::format(", {} of them there already", begun);
       const std::string replaces =
           planned.replaces.empty() ? "" : fmt::format("; replaces the file there: {}", planned.replaces);
       steps.push_back({Stage::sample,
-                       fmt::format("{} {}, {}{}{}", planned.spec.samples, kind_of(planned.spec), planned.label,
+                       fmt::format("{} {}, {}{}{}", planned.spec.response.samples, kind_of(planned.spec), planned.label,
                                    continued, replaces),
                        planned.reusable, beads_of(planned.spec, left), planned.spec, left});
     };

@@ -68,13 +68,13 @@ class Planner {
     for (const double epsilon : asked.epsilons) {
       add_load("multiplexed-" + exact(epsilon), multiplexed * std::pow(reference / epsilon, 2),
                [&](EnsembleSpec& spec) {
-                 spec.estimator = EstimatorName::multiplexed;
-                 spec.epsilon = epsilon;
+                 spec.response.estimator = EstimatorName::multiplexed;
+                 spec.response.epsilon = epsilon;
                });
     }
     for (const double overload : asked.overloads) {
       add_load("point-" + exact(overload), static_cast<double>(asked.point_samples) / overload,
-               [&](EnsembleSpec& spec) { spec.overload = overload; });
+               [&](EnsembleSpec& spec) { spec.response.overload = overload; });
     }
     add_load(uniform_load, multiplexed, [](EnsembleSpec& spec) {
       spec.load = Load::uniform;
@@ -91,12 +91,12 @@ class Planner {
   /// Small repetitions of noisy estimators have no fit, so that these need more piles each time.
   void add_error_curves() {
     EnsembleSpec spec = error_spec(64);
-    spec.estimator = EstimatorName::point;
-    spec.samples *= 4;
+    spec.response.estimator = EstimatorName::point;
+    spec.response.samples *= 4;
     add_error_curve("point", spec);
     spec = error_spec(64);
-    spec.estimator = EstimatorName::paired;
-    spec.samples *= 2;
+    spec.response.estimator = EstimatorName::paired;
+    spec.response.samples *= 2;
     add_error_curve("paired", spec);
     struct Options {
       double epsilon;
@@ -106,10 +106,10 @@ class Planner {
     for (const auto& [epsilon, opposite, sign_run] :
          {Options{0.1, false, 1}, {0.25, false, 1}, {0.5, false, 1}, {0.25, true, 2}, {0.1, true, 2}}) {
       spec = error_spec(64);
-      spec.estimator = EstimatorName::multiplexed;
-      spec.epsilon = epsilon;
-      spec.opposite = opposite;
-      spec.sign_run = sign_run;
+      spec.response.estimator = EstimatorName::multiplexed;
+      spec.response.epsilon = epsilon;
+      spec.response.opposite = opposite;
+      spec.response.sign_run = sign_run;
       add_error_curve(fmt::format("multiplexed-{}{}{}", exact(epsilon), opposite ? "-opposite" : "",
                                   sign_run > 1 ? fmt::format("-runs-{}", sign_run) : ""),
                       spec);
@@ -120,8 +120,8 @@ class Planner {
     const ErrorAgainstTimeSpec& asked = experiment_.error_against_time;
     const auto repetitions = static_cast<std::uint64_t>(asked.repetitions);
     EnsembleSpec spec = spec_at(asked.mu, {asked.columns, asked.layers}, samples_each_time * repetitions);
-    spec.overload = ResponseSpec{}.overload;
-    spec.blocks = repetition_blocks * asked.repetitions;
+    spec.response.overload = ResponseSpec{}.overload;
+    spec.response.blocks = repetition_blocks * asked.repetitions;
     spec.layers = layers_to_record(error_curve_fit(spec.lattice), {});
     return spec;
   }
@@ -165,8 +165,8 @@ class Planner {
       spec.sampler.thinning = asked.response_thinning;
     }
     spec.load = Load::point;
-    spec.estimator = EstimatorName::multiplexed;
-    spec.epsilon = LawComparisonSpec::response_epsilon;
+    spec.response.estimator = EstimatorName::multiplexed;
+    spec.response.epsilon = LawComparisonSpec::response_epsilon;
     spec.record_profiles = true;
     spec.layers = layers_to_record(law_response_fit(lattice), {});
     const std::string which = law_in_file_name(law, lambda, rules);
@@ -191,7 +191,7 @@ class Planner {
   /// Counted, not measured: few blocks, and piles that eloy-clement still finishes.
   void add_law_cost(Law law, double mu, int size) {
     EnsembleSpec spec = uniform_piles(law, mu, {size, size}, group_size * counted_work_blocks);
-    spec.blocks = counted_work_blocks;
+    spec.response.blocks = counted_work_blocks;
     add(SideKind::law_cost, fmt::format("work of {}, mu = {}, {} x {}", name_of(law), mu, size, size),
         fmt::format("law-cost-{}-mu-{}-{}x{}", name_of(law), exact(mu), size, size), spec);
   }
@@ -206,7 +206,7 @@ class Planner {
     if (law == Law::eloy_clement) sampler.effort = LawComparisonSpec::effort;
     spec.sampler = sampler;
     spec.load = Load::uniform;
-    spec.estimator = EstimatorName::point;
+    spec.response.estimator = EstimatorName::point;
     spec.record_profiles = false;
     return spec;
   }
@@ -239,7 +239,7 @@ class Planner {
 
   void add_redrawn_beads(double mu) {
     EnsembleSpec spec = spec_at(mu, experiment_.lattice, experiment_.redrawn_beads.samples);
-    spec.estimator = EstimatorName::paired;
+    spec.response.estimator = EstimatorName::paired;
     spec.layers.resize(static_cast<std::size_t>(Lattice(spec.lattice).usable_layers()));
     std::iota(spec.layers.begin(), spec.layers.end(), 0);
     spec.record_profiles = false;
@@ -250,7 +250,7 @@ class Planner {
   void add_counted_work(double mu, int size) {
     EnsembleSpec spec = spec_at(mu, {size, size}, experiment_.counted_work.samples);
     spec.load = Load::uniform;
-    spec.blocks = counted_work_blocks;
+    spec.response.blocks = counted_work_blocks;
     spec.layers = {size - bottom_margin - 1};  // nothing is measured; the ensemble is drawn to be counted
     spec.record_profiles = false;
     add(SideKind::counted_work, fmt::format("counted work, mu = {}, {} x {}", mu, size, size),
@@ -261,9 +261,9 @@ class Planner {
     EnsembleSpec spec;
     spec.sampler = experiment_.sampler_for(mu);
     spec.lattice = lattice;
-    spec.overload = experiment_.response.overload;
-    spec.blocks = experiment_.response.blocks;
-    spec.samples = samples;
+    spec.response.overload = experiment_.response.overload;
+    spec.response.blocks = experiment_.response.blocks;
+    spec.response.samples = samples;
     return spec;
   }
 

@@ -68,7 +68,7 @@ void check_real(EnsembleSpec spec, const FitSpec& fit = short_window(25, 49),
   for (int r = 0; r < repetitions; ++r) {
     spec.sampler.seed = 500 + static_cast<std::uint64_t>(r);
     MeasuredEnsemble one;
-    one.overload = spec.overload;
+    one.overload = spec.response.overload;
     one.record = run_ensemble(spec, 0, nullptr);
     measured.push_back(measure_transport(one, fit, {}, 0).transport);
     if (r == 0) {
@@ -181,9 +181,9 @@ TEST_CASE("coverage: synthetic responses with noise that is correlated along the
 
 TEST_CASE("coverage: small real ensembles of the estimator multiplexed", "[long]") {
   EnsembleSpec spec;
-  spec.estimator = EstimatorName::multiplexed;
+  spec.response.estimator = EstimatorName::multiplexed;
   spec.sampler.mu = 0.3;
-  spec.samples = 256;
+  spec.response.samples = 256;
   check_real(spec);
 }
 
@@ -193,11 +193,11 @@ TEST_CASE("coverage: errors and values of precise ensembles, whose peaks are not
   // as in 32. The scatter of 40 ensembles is known to 11 %.
   constexpr int ensembles = 40;
   EnsembleSpec spec;
-  spec.estimator = EstimatorName::multiplexed;
-  spec.opposite = true;
-  spec.sign_run = 2;
+  spec.response.estimator = EstimatorName::multiplexed;
+  spec.response.opposite = true;
+  spec.response.sign_run = 2;
   spec.sampler.mu = 0.3;
-  spec.samples = 1024;
+  spec.response.samples = 1024;
   spec.lattice = {300, 140};
   FitSpec fit = short_window(41, 119);
   fit.layer_step = 3;
@@ -206,7 +206,7 @@ TEST_CASE("coverage: errors and values of precise ensembles, whose peaks are not
   for (int r = 0; r < ensembles; ++r) {
     spec.sampler.seed = 70'000 + static_cast<std::uint64_t>(r);
     MeasuredEnsemble one;
-    one.overload = spec.overload;
+    one.overload = spec.response.overload;
     one.record = run_ensemble(spec, 0, nullptr);
     all.push_back(one);
   }
@@ -241,6 +241,6 @@ TEST_CASE("coverage: errors and values of precise ensembles, whose peaks are not
 TEST_CASE("coverage: small real ensembles of the estimator point", "[long]") {
   EnsembleSpec spec;
   spec.sampler.mu = 0.3;
-  spec.samples = 2048;
+  spec.response.samples = 2048;
   check_real(spec);
 }

@@ -10,12 +10,12 @@ namespace granuscope {
 
 TEST_CASE("error curves: the scatter over repetitions of one, two, ... units, and a slope with its error") {
   EnsembleSpec spec;
-  spec.estimator = EstimatorName::multiplexed;
+  spec.response.estimator = EstimatorName::multiplexed;
   spec.sampler.mu = 0.3;
-  spec.epsilon = 0.5;
+  spec.response.epsilon = 0.5;
   spec.lattice = {256, 120};
-  spec.blocks = 8 * repetition_blocks;
-  spec.samples = 8 * 64;
+  spec.response.blocks = 8 * repetition_blocks;
+  spec.response.samples = 8 * 64;
   const FitSpec fit = error_curve_fit(spec.lattice);
   CHECK(fit.last_layer == 99);
   CHECK(fit.first_layer < fit.last_layer / 2);
@@ -28,7 +28,7 @@ TEST_CASE("error curves: the scatter over repetitions of one, two, ... units, an
   CHECK(curve.points[0].repetitions == 8);
   CHECK(curve.points[1].samples == 128);
   CHECK(curve.points[1].repetitions == 4);
-  CHECK(curve.samples == spec.samples);
+  CHECK(curve.samples == spec.response.samples);
   CHECK(curve.c.value == Approx(0.56).margin(0.02));
   CHECK(curve.points[0].scatter_c > 1e-5);
   CHECK(curve.points[0].scatter_c < 0.02);
@@ -79,15 +79,15 @@ TEST_CASE("error curves: errors of every estimator fall as the square root of th
                                  {EstimatorName::multiplexed, true, 2, 256, 64}}) {
     for (const double mu : {0.25, 0.3}) {
       EnsembleSpec spec;
-      spec.estimator = options.estimator;
-      spec.opposite = options.opposite;
-      spec.sign_run = options.sign_run;
+      spec.response.estimator = options.estimator;
+      spec.response.opposite = options.opposite;
+      spec.response.sign_run = options.sign_run;
       spec.sampler.mu = mu;
       spec.sampler.seed = ++seed;
-      spec.epsilon = 0.25;
+      spec.response.epsilon = 0.25;
       spec.lattice = {160, 80};
-      spec.blocks = options.repetitions * repetition_blocks;
-      spec.samples = static_cast<std::uint64_t>(options.repetitions) * options.samples;
+      spec.response.blocks = options.repetitions * repetition_blocks;
+      spec.response.samples = static_cast<std::uint64_t>(options.repetitions) * options.samples;
       spec.layers = layers_to_record(error_curve_fit(spec.lattice), {});
       const ErrorCurve curve = measure_error_curve(spec, run_ensemble(spec, 2, nullptr), 2);
       CAPTURE(mu, curve.estimator, curve.points.size(), curve.slope_c.value, curve.slope_D.value);

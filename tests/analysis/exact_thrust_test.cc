@@ -20,8 +20,8 @@ EnsembleSpec rejected_piles(double mu, LatticeSpec lattice, std::uint64_t sample
   spec.lattice = lattice;
   spec.load = Load::uniform;
   spec.record_profiles = false;
-  spec.samples = samples;
-  spec.blocks = 32;
+  spec.response.samples = samples;
+  spec.response.blocks = 32;
   return spec;
 }
 

@@ -17,13 +17,13 @@ namespace {
 
 EnsembleSpec pairs(double mu, double overload) {
   EnsembleSpec spec;
-  spec.estimator = EstimatorName::paired;
+  spec.response.estimator = EstimatorName::paired;
   spec.sampler.mu = mu;
   spec.sampler.seed = 77;
   spec.lattice = {.columns = 80, .layers = 60};
-  spec.overload = overload;
-  spec.samples = 256;
-  spec.blocks = 16;
+  spec.response.overload = overload;
+  spec.response.samples = 256;
+  spec.response.blocks = 16;
   return spec;
 }
 

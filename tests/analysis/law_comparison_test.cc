@@ -20,8 +20,8 @@ EnsembleSpec piles_of(Law law) {
   spec.lattice = {6, 6};
   spec.load = Load::uniform;
   spec.record_profiles = false;
-  spec.samples = 2048;
-  spec.blocks = 32;
+  spec.response.samples = 2048;
+  spec.response.blocks = 32;
   return spec;
 }
 
@@ -43,7 +43,7 @@ TEST_CASE("Independent piles count in full, those of a chain hardly left to run 
 
 TEST_CASE("The comparison of laws keeps each law's name, size, work and its means over the middle third") {
   EnsembleSpec spec = piles_of(Law::granusolve);
-  spec.samples = 512;
+  spec.response.samples = 512;
   spec.sampler.rules = MendingRules::no_pair;
   const EnsembleRecord record = run_ensemble(spec, 1, nullptr);
   const LawOnPiles measured = measure_law(spec, record);
@@ -68,7 +68,7 @@ TEST_CASE("The comparison of laws keeps each law's name, size, work and its mean
 
 TEST_CASE("What a chain ran for is kept with its piles, for one law and for main results") {
   EnsembleSpec spec = piles_of(Law::polytope);
-  spec.samples = 256;
+  spec.response.samples = 256;
   spec.sampler.burn_in = 50;
   spec.sampler.thinning = 3;
   const EnsembleRecord record = run_ensemble(spec, 2, nullptr);
@@ -98,8 +98,8 @@ TEST_CASE("What a chain ran for is kept with its piles, for one law and for main
 TEST_CASE("The response under a law has its slopes over the layers between the top and the bottom margin") {
   EnsembleSpec spec = piles_of(Law::granusolve);
   spec.load = Load::point;
-  spec.estimator = EstimatorName::multiplexed;
-  spec.epsilon = 0.5;
+  spec.response.estimator = EstimatorName::multiplexed;
+  spec.response.epsilon = 0.5;
   spec.record_profiles = true;
   spec.lattice = {24, 27};
   spec.layers = layers_to_record(law_response_fit(spec.lattice), {});

@@ -13,12 +13,12 @@ namespace {
 
 EnsembleSpec multiplexed(double mu, int columns, int layers) {
   EnsembleSpec spec;
-  spec.estimator = EstimatorName::multiplexed;
+  spec.response.estimator = EstimatorName::multiplexed;
   spec.sampler.mu = mu;
   spec.sampler.seed = 3;
   spec.lattice = {.columns = columns, .layers = layers};
-  spec.samples = 128;
-  spec.blocks = 16;
+  spec.response.samples = 128;
+  spec.response.blocks = 16;
   return spec;
 }
 
@@ -115,7 +115,7 @@ TEST_CASE("multiplexed: without layer 0 there is no response") {
 
 TEST_CASE("an ensemble without profiles has no response") {
   EnsembleSpec spec = multiplexed(0.5, 20, 30);
-  spec.estimator = EstimatorName::point;
+  spec.response.estimator = EstimatorName::point;
   spec.record_profiles = false;
   CHECK_THROWS_AS(mean_response(run_ensemble(spec, 0, nullptr).sums, 5, 1), InputError);
 }
@@ -129,8 +129,8 @@ TEST_CASE("multiplexed and point agree where the response is nearly linear", "[l
   const FitSpec fit;
   for (const auto& [mu, c, c_error, D, D_error] : independent) {
     EnsembleSpec spec = multiplexed(mu, 500, 200);
-    spec.samples = 1536;
-    spec.blocks = 32;
+    spec.response.samples = 1536;
+    spec.response.blocks = 32;
     spec.layers = layers_to_record(fit, {});
     const Transport t =
         measure_transport({mu, "granusolve", "multiplexed", 1, run_ensemble(spec, 0, nullptr)}, fit, {}, 0).transport;

@@ -28,7 +28,7 @@ MeasuredTransport measure(double mu, const FitSpec& fit) {
   EnsembleSpec spec;
   spec.sampler.mu = mu;
   spec.sampler.seed = seed;
-  spec.samples = 3456;
+  spec.response.samples = 3456;
   spec.layers = layers_to_record(fit, {});
   return measure_transport({mu, "granusolve", "point", 1.0, run_ensemble(spec, 0, nullptr)}, fit, {}, 0);
 }

@@ -12,12 +12,12 @@ namespace {
 
 EnsembleSpec paired(double mu) {
   EnsembleSpec spec;
-  spec.estimator = EstimatorName::paired;
+  spec.response.estimator = EstimatorName::paired;
   spec.sampler.mu = mu;
   spec.sampler.seed = 11;
   spec.lattice = {.columns = 80, .layers = 60};
-  spec.samples = 128;
-  spec.blocks = 8;
+  spec.response.samples = 128;
+  spec.response.blocks = 8;
   spec.record_profiles = false;
   return spec;
 }
@@ -77,7 +77,7 @@ TEST_CASE("redrawn beads need the estimator paired, all usable layers and comple
   spec.layers = {0, 5, 39};
   CHECK_THROWS_AS(measure_redrawn_beads(spec, run_ensemble(spec, 0, nullptr)), InputError);
   spec = paired(0.3);
-  spec.estimator = EstimatorName::point;
+  spec.response.estimator = EstimatorName::point;
   CHECK_THROWS_AS(measure_redrawn_beads(spec, run_ensemble(spec, 0, nullptr)), InputError);
 }
 

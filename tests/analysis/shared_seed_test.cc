@@ -14,7 +14,7 @@ MeasuredTransport measure(double mu, std::uint64_t seed) {
   EnsembleSpec spec;
   spec.sampler.mu = mu;
   spec.sampler.seed = seed;
-  spec.samples = 1024;
+  spec.response.samples = 1024;
   spec.lattice = {120, 90};
   FitSpec fit;
   fit.first_layer = fit.shallow_layer = 29;

@@ -45,7 +45,7 @@ TEST_CASE("Without friction the whole response lies along the rays") {
   EnsembleSpec spec;
   spec.sampler.mu = 0;
   spec.lattice = {70, 80};
-  spec.samples = 256;
+  spec.response.samples = 256;
   spec.layers = chain_layers(60);
   const ChainShare share =
       measure_chain_share({0.0, "granusolve", "point", 1.0, run_ensemble(spec, 1, nullptr), spec.lattice});

@@ -108,8 +108,8 @@ TEST_CASE("noise of waves: the noise of piles, over a thousandfold range of vari
   spec.sampler.seed = 11;
   spec.layers = {25, 31, 37, 43, 49};
   const auto worst = [&](std::uint64_t samples, EstimatorName estimator) {
-    spec.estimator = estimator;
-    spec.samples = samples;
+    spec.response.estimator = estimator;
+    spec.response.samples = samples;
     const BlockSums sums = run_ensemble(spec, 0, nullptr).sums;
     const std::size_t first = sums.layers.front() == 0 ? 1 : 0;
     std::vector<std::size_t> rows;
@@ -144,7 +144,7 @@ TEST_CASE("noise of waves: an ensemble without scatter has none") {
   EnsembleSpec spec;
   spec.lattice = {60, 50};
   spec.sampler.mu = 0;
-  spec.samples = 256;
+  spec.response.samples = 256;
   spec.layers = {20, 23, 26};
   CHECK_FALSE(weighing_noise(run_ensemble(spec, 0, nullptr).sums, {0, 1, 2}, 1));
 }

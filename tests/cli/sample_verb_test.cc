@@ -264,17 +264,17 @@ TEST_CASE("the command that an ensemble names for a failed pile meets the failur
     for (const bool opposite : {false, true}) {
       if (opposite && estimator != EstimatorName::multiplexed) continue;
       EnsembleSpec spec;
-      spec.estimator = estimator;
-      spec.opposite = opposite;
-      spec.sign_run = opposite ? 2 : 1;
-      spec.overload = 2;
-      spec.epsilon = 0.5;
+      spec.response.estimator = estimator;
+      spec.response.opposite = opposite;
+      spec.response.sign_run = opposite ? 2 : 1;
+      spec.response.overload = 2;
+      spec.response.epsilon = 0.5;
       spec.sampler.mu = 0.3;
       spec.sampler.seed = 5;
       spec.sampler.effort = 1.2;
       spec.lattice = {20, 30};
-      spec.samples = 64;
-      spec.blocks = 8;
+      spec.response.samples = 64;
+      spec.response.blocks = 8;
       EnsembleRecord record = run_ensemble(spec, 1, nullptr);
       while (record.failed.size() > 32 && spec.sampler.effort < 4) {  // until some piles fail and some do not
         spec.sampler.effort += 0.05;
@@ -282,7 +282,7 @@ TEST_CASE("the command that an ensemble names for a failed pile meets the failur
       }
       INFO(name_of(estimator) << ", failed " << record.failed.size());
       REQUIRE(!record.failed.empty());
-      REQUIRE(record.failed.size() < spec.samples);
+      REQUIRE(record.failed.size() < spec.response.samples);
       const auto repeat = [&](std::uint64_t sample) {
         std::istringstream words(replay_command(spec, sample));
         std::vector<std::string> arguments;

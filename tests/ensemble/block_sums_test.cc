@@ -21,8 +21,8 @@ EnsembleSpec small_ensemble() {
   spec.sampler.mu = 0.3;
   spec.sampler.seed = 7;
   spec.lattice = {.columns = 10, .layers = 12};
-  spec.samples = 8 * 11 + 3;  // the last group is not full, and 12 groups do not divide evenly among 8 blocks
-  spec.blocks = 8;
+  spec.response.samples = 8 * 11 + 3;  // the last group is not full, and 12 groups do not divide evenly among 8 blocks
+  spec.response.blocks = 8;
   return spec;
 }
 
@@ -53,7 +53,7 @@ TEST_CASE("block sums are the sums over separately drawn piles, exactly") {
         spec.record_profiles = profiles;
         spec.layers = layers;
         spec.load = load;
-        spec.overload = 0.75;
+        spec.response.overload = 0.75;
         const EnsembleRecord record = run_ensemble(spec, 1, nullptr);
 
         const Lattice lattice(spec.lattice);
@@ -63,7 +63,7 @@ TEST_CASE("block sums are the sums over separately drawn piles, exactly") {
           std::iota(recorded.begin(), recorded.end(), 0);
         }
         REQUIRE(record.sums.layers == recorded);
-        REQUIRE(record.sums.blocks() == spec.blocks);
+        REQUIRE(record.sums.blocks() == spec.response.blocks);
         CHECK(record.sums.quantities.count("weight") == (profiles ? 1U : 0U));
 
         // Blocks are runs of whole groups, in order; all samples are in.
@@ -112,8 +112,8 @@ TEST_CASE("block sums are the sums over separately drawn piles, exactly") {
           check("weight_variance", 1, variance, variance2);
           if (profiles) check("weight", 10, weight, weight2);
         }
-        CHECK(sample == spec.samples);
-        CHECK(record.counts.beads == spec.samples * lattice.beads());
+        CHECK(sample == spec.response.samples);
+        CHECK(record.counts.beads == spec.response.samples * lattice.beads());
         CHECK(record.failed.empty());
       }
     }
@@ -124,7 +124,7 @@ TEST_CASE("any number of threads gives the same bytes") {
   for (const double mu : {0.0, 0.1, 1.0}) {
     EnsembleSpec spec = small_ensemble();
     spec.sampler.mu = mu;
-    spec.blocks = 9;
+    spec.response.blocks = 9;
     const EnsembleRecord one = run_ensemble(spec, 1, nullptr);
     for (const int threads : {2, 3, 7, 0}) {
       INFO("threads " << threads << ", mu " << mu);
@@ -140,8 +140,8 @@ TEST_CASE("blocks hold whole groups of eight and differ by one group at most") {
     for (const int blocks : {8, 9, 32}) {
       EnsembleSpec spec = small_ensemble();
       spec.lattice = {.columns = 4, .layers = 1};
-      spec.samples = samples;
-      spec.blocks = blocks;
+      spec.response.samples = samples;
+      spec.response.blocks = blocks;
       INFO("samples " << samples << ", blocks " << blocks);
       if ((samples + 7) / 8 < static_cast<std::uint64_t>(blocks)) {
         CHECK_THROWS_AS(validate(spec), InputError);
@@ -166,8 +166,8 @@ TEST_CASE("an ensemble drawn piece by piece is the ensemble drawn at once, bit f
     for (const EstimatorName estimator : {EstimatorName::point, EstimatorName::paired, EstimatorName::multiplexed}) {
       EnsembleSpec spec = small_ensemble();
       spec.layout = layout;
-      spec.estimator = estimator;
-      spec.samples = 8 * 50 + 5;
+      spec.response.estimator = estimator;
+      spec.response.samples = 8 * 50 + 5;
       spec.sampler.effort = 1.16;  // so that some piles fail, in every piece
       INFO(name_of(estimator));
       const EnsembleRecord whole = run_ensemble(spec, 2, nullptr);
@@ -186,8 +186,8 @@ TEST_CASE("an ensemble drawn piece by piece is the ensemble drawn at once, bit f
 TEST_CASE("an interleaved ensemble of fewer samples is the beginning of one of more") {
   EnsembleSpec few = small_ensemble(), many = small_ensemble();
   few.layout = many.layout = BlockLayout::interleaved;
-  few.samples = 8 * 8 * 2;
-  many.samples = 8 * 8 * 5;
+  few.response.samples = 8 * 8 * 2;
+  many.response.samples = 8 * 8 * 5;
   EnsembleRecord grown = run_ensemble(few, 2, nullptr);
   add_groups(many, groups_per_block(few), groups_per_block(many), grown, 2, nullptr);
   const EnsembleRecord at_once = run_ensemble(many, 2, nullptr);
@@ -196,37 +196,37 @@ TEST_CASE("an interleaved ensemble of fewer samples is the beginning of one of m
   CHECK(same_bytes(grown, at_once));
   // Each sample once, in the block of its group.
   std::set<std::uint64_t> seen;
-  for (int block = 0; block < many.blocks; ++block) {
+  for (int block = 0; block < many.response.blocks; ++block) {
     for (std::uint64_t group = 0; group < groups_per_block(many); ++group) {
       const SampleRange samples = samples_of(many, block, group);
       CHECK(samples.first / 8 % 8 == static_cast<std::uint64_t>(block));
       for (std::uint64_t sample = samples.first; sample < samples.end; ++sample) seen.insert(sample);
     }
   }
-  CHECK(seen.size() == many.samples);
-  CHECK(*seen.rbegin() == many.samples - 1);
+  CHECK(seen.size() == many.response.samples);
+  CHECK(*seen.rbegin() == many.response.samples - 1);
 }
 
 TEST_CASE("a pile that runs out of effort is listed with its replay command and enters no sum") {
   EnsembleSpec spec = small_ensemble();
   spec.load = Load::point;
-  spec.overload = 500;  // so large that some piles complete and some do not
+  spec.response.overload = 500;  // so large that some piles complete and some do not
   spec.sampler.effort = 3;
   spec.lattice = {.columns = 20, .layers = 40};
-  spec.samples = 128;
+  spec.response.samples = 128;
   const EnsembleRecord record = run_ensemble(spec, 2, nullptr);
   const std::uint64_t in = std::accumulate(record.sums.count.begin(), record.sums.count.end(), std::uint64_t{0});
   CAPTURE(in, record.failed.size());
   REQUIRE_FALSE(record.failed.empty());
   REQUIRE(in > 0);
-  CHECK(in + record.failed.size() == spec.samples);
+  CHECK(in + record.failed.size() == spec.response.samples);
 
   const Lattice lattice(spec.lattice);
   const auto sampler = make_sampler(spec.sampler, lattice);
   std::size_t next = 0;
   Pile pile(lattice);
   double weight_of_middle = 0;
-  for (std::uint64_t sample = 0; sample < spec.samples; ++sample) {
+  for (std::uint64_t sample = 0; sample < spec.response.samples; ++sample) {
     const auto failure = sampler->draw(sample, top_load(spec), pile);
     if (!failure) {
       const std::size_t at = lattice.index(39, 3);
@@ -259,7 +259,7 @@ TEST_CASE("rejection and the frictionless pile run as ensembles, too") {
   spec.lattice = {.columns = 4, .layers = 3};
   spec.sampler.law = Law::rejection;
   const EnsembleRecord rejected = run_ensemble(spec, 2, nullptr);
-  CHECK(rejected.counts.tries > spec.samples);
+  CHECK(rejected.counts.tries > spec.response.samples);
   CHECK(rejected.failed.empty());
   spec = small_ensemble();
   spec.sampler.mu = 0;

@@ -18,8 +18,8 @@ EnsembleSpec sound() {
   EnsembleSpec spec;
   spec.sampler.mu = 0.2;
   spec.lattice = {.columns = 8, .layers = 6};
-  spec.samples = 80;
-  spec.blocks = 8;
+  spec.response.samples = 80;
+  spec.response.blocks = 8;
   return spec;
 }
 
@@ -31,15 +31,15 @@ TEST_CASE("ensembles that would mean nothing are refused before a pile is drawn"
     CHECK_THROWS_AS(validate(spec), InputError);
     CHECK_THROWS_AS(run_ensemble(spec, 2, nullptr), InputError);
   };
-  refused([](EnsembleSpec& s) { s.blocks = 7; });
-  refused([](EnsembleSpec& s) { s.blocks = -1; });
-  refused([](EnsembleSpec& s) { s.samples = 56; });  // seven groups for eight blocks
-  refused([](EnsembleSpec& s) { s.samples = 0; });
-  refused([](EnsembleSpec& s) { s.samples = (std::uint64_t{1} << 32) + 1; });  // more than one seed names
-  refused([](EnsembleSpec& s) { s.overload = 0; });
-  refused([](EnsembleSpec& s) { s.overload = -1; });
-  refused([](EnsembleSpec& s) { s.overload = std::numeric_limits<double>::quiet_NaN(); });
-  refused([](EnsembleSpec& s) { s.overload = std::numeric_limits<double>::infinity(); });
+  refused([](EnsembleSpec& s) { s.response.blocks = 7; });
+  refused([](EnsembleSpec& s) { s.response.blocks = -1; });
+  refused([](EnsembleSpec& s) { s.response.samples = 56; });  // seven groups for eight blocks
+  refused([](EnsembleSpec& s) { s.response.samples = 0; });
+  refused([](EnsembleSpec& s) { s.response.samples = (std::uint64_t{1} << 32) + 1; });  // more than one seed names
+  refused([](EnsembleSpec& s) { s.response.overload = 0; });
+  refused([](EnsembleSpec& s) { s.response.overload = -1; });
+  refused([](EnsembleSpec& s) { s.response.overload = std::numeric_limits<double>::quiet_NaN(); });
+  refused([](EnsembleSpec& s) { s.response.overload = std::numeric_limits<double>::infinity(); });
   refused([](EnsembleSpec& s) { s.layers = {0, 6}; });
   refused([](EnsembleSpec& s) { s.layers = {-1}; });
   refused([](EnsembleSpec& s) { s.layers = {2, 1}; });
@@ -59,7 +59,7 @@ TEST_CASE("a sampler that cannot be made is told from any thread") {
 
 TEST_CASE("absurd numbers of samples are called too many") {
   EnsembleSpec spec = sound();
-  spec.samples = std::numeric_limits<std::uint64_t>::max();
+  spec.response.samples = std::numeric_limits<std::uint64_t>::max();
   CHECK_THROWS_WITH(validate(spec), Catch::Contains("too many"));
 }
 
@@ -73,7 +73,7 @@ TEST_CASE("a replay command holds whatever decides where a pile fails") {
 
 TEST_CASE("the load is one on every top bead, and more on the middle one") {
   EnsembleSpec spec = sound();
-  spec.overload = 0.25;
+  spec.response.overload = 0.25;
   std::vector<double> expected(8, 1.0);
   spec.load = Load::uniform;
   CHECK(top_load(spec) == expected);
@@ -118,9 +118,9 @@ TEST_CASE("the configuration tells apart whatever changes the numbers, and nothi
   variant([](EnsembleSpec& s) { s.lattice.columns = 9; });
   variant([](EnsembleSpec& s) { s.lattice.layers = 7; });
   variant([](EnsembleSpec& s) { s.load = Load::uniform; });
-  variant([](EnsembleSpec& s) { s.overload = 0.5; });
-  variant([](EnsembleSpec& s) { s.samples = 81; });
-  variant([](EnsembleSpec& s) { s.blocks = 9; });
+  variant([](EnsembleSpec& s) { s.response.overload = 0.5; });
+  variant([](EnsembleSpec& s) { s.response.samples = 81; });
+  variant([](EnsembleSpec& s) { s.response.blocks = 9; });
   variant([](EnsembleSpec& s) { s.layers = {2}; });
   variant([](EnsembleSpec& s) { s.record_profiles = false; });
   CHECK(texts.size() == variants);
@@ -130,14 +130,14 @@ TEST_CASE("the configuration tells apart whatever changes the numbers, and nothi
   CHECK(configuration_text(named) == configuration_text(sound()));
   EnsembleSpec a = sound(), b = sound();
   a.load = b.load = Load::uniform;
-  b.overload = 3;
+  b.response.overload = 3;
   CHECK(configuration_text(a) == configuration_text(b));
 }
 
 TEST_CASE("progress is advanced by one for each sample, failed ones included") {
   EnsembleSpec spec = sound();
   spec.load = Load::point;
-  spec.overload = 1e6;  // too isolated to be solved: some piles fail
+  spec.response.overload = 1e6;  // too isolated to be solved: some piles fail
   spec.sampler.effort = 2;
   test::StandardErrorCapture capture;
   Progress progress("sampling", 80, ProgressStyle::plain);

@@ -22,9 +22,9 @@ EnsembleSpec ensemble(Law law, double mu, LatticeSpec lattice, std::uint64_t sam
   spec.sampler.law = law;
   spec.sampler.mu = mu;
   spec.lattice = lattice;
-  spec.samples = samples;
-  spec.blocks = 8;
-  spec.estimator = estimator;
+  spec.response.samples = samples;
+  spec.response.blocks = 8;
+  spec.response.estimator = estimator;
   return spec;
 }
 
@@ -39,7 +39,7 @@ double real_seconds(const EnsembleSpec& spec) {
 double off_by(const EnsembleSpec& spec, double seconds) {
   const ForetoldTime time = foretell_time(spec, seconds);
   CHECK_FALSE(time.at_least);
-  const double foretold = time.on_threads(spec.samples, 1), real = real_seconds(spec);
+  const double foretold = time.on_threads(spec.response.samples, 1), real = real_seconds(spec);
   CAPTURE(name_of(spec.sampler.law), spec.sampler.mu, foretold, real);
   CHECK(foretold > 0);
   return std::exp(std::abs(std::log(foretold / real)));
@@ -69,8 +69,8 @@ TEST_CASE("the time of chains is foretold from their sweeps, stated or measured,
   chains.sampler.burn_in = 300;
   chains.sampler.thinning = 40;
   CHECK(off_by(chains, 0.05) < 2);
-  chains.estimator = multiplexed;
-  chains.opposite = true;  // two chains for each pair
+  chains.response.estimator = multiplexed;
+  chains.response.opposite = true;  // two chains for each pair
   CHECK(off_by(chains, 0.05) < 2);
   CHECK(foretell_time(chains, 0.05).once == 0);
 

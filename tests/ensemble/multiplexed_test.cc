@@ -14,13 +14,13 @@ namespace {
 
 EnsembleSpec small_ensemble(int columns) {
   EnsembleSpec spec;
-  spec.estimator = EstimatorName::multiplexed;
+  spec.response.estimator = EstimatorName::multiplexed;
   spec.sampler.mu = 0.3;
   spec.sampler.seed = 7;
   spec.lattice = {.columns = columns, .layers = 30};
-  spec.samples = 64;
-  spec.blocks = 8;
-  spec.epsilon = 0.4;
+  spec.response.samples = 64;
+  spec.response.blocks = 8;
+  spec.response.epsilon = 0.4;
   return spec;
 }
 
@@ -70,8 +70,8 @@ TEST_CASE("multiplexed: block sums are the cross-correlations of separately draw
 
 TEST_CASE("multiplexed: any number of threads gives the same bytes") {
   EnsembleSpec spec = small_ensemble(20);
-  spec.blocks = 9;
-  spec.samples = 8 * 11 + 3;
+  spec.response.blocks = 9;
+  spec.response.samples = 8 * 11 + 3;
   const EnsembleRecord one = run_ensemble(spec, 1, nullptr);
   for (const int threads : {2, 5}) {
     const EnsembleRecord many = run_ensemble(spec, threads, nullptr);
@@ -88,10 +88,10 @@ TEST_CASE("multiplexed: any number of threads gives the same bytes") {
 
 TEST_CASE("multiplexed: epsilon is part of the configuration and must leave every bead loaded") {
   EnsembleSpec spec = small_ensemble(12), other = spec;
-  other.epsilon = 0.25;
+  other.response.epsilon = 0.25;
   CHECK(configuration_text(spec) != configuration_text(other));
   for (const double epsilon : {0.0, -0.1, 1.0, std::nan("")}) {
-    spec.epsilon = epsilon;
+    spec.response.epsilon = epsilon;
     CHECK_THROWS_AS(validate(spec), InputError);
   }
   spec = small_ensemble(12);
@@ -123,7 +123,7 @@ TEST_CASE("multiplexed: the signs of the loads are fair and independent") {
 
 TEST_CASE("multiplexed: opposite loads of one key give half the difference of two separately drawn piles") {
   EnsembleSpec spec = small_ensemble(12);
-  spec.opposite = true;
+  spec.response.opposite = true;
   spec.layers = {0, 7, 22};
   const EnsembleRecord record = run_ensemble(spec, 2, nullptr);
   const Lattice lattice(spec.lattice);
@@ -164,7 +164,7 @@ TEST_CASE("multiplexed: opposite loads of one key give half the difference of tw
     CHECK(record.sums.quantities.at("thrust").sum[block * 3 + l] == Approx(thrust).margin(1e-11));
   }
   // Both piles are counted as work.
-  CHECK(record.counts.beads == 2 * spec.samples * lattice.beads());
+  CHECK(record.counts.beads == 2 * spec.response.samples * lattice.beads());
 }
 
 TEST_CASE("multiplexed: opposite loads cancel most of the noise of small variations at small friction") {
@@ -172,9 +172,9 @@ TEST_CASE("multiplexed: opposite loads cancel most of the noise of small variati
   const auto scatter = [](bool opposite) {
     EnsembleSpec spec = small_ensemble(32);
     spec.sampler.mu = 0.1;
-    spec.epsilon = 0.1;
-    spec.opposite = opposite;
-    spec.samples = 256;
+    spec.response.epsilon = 0.1;
+    spec.response.opposite = opposite;
+    spec.response.samples = 256;
     spec.layers = {0, 24};
     const EnsembleRecord record = run_ensemble(spec, 2, nullptr);
     double variance = 0;
@@ -193,20 +193,20 @@ TEST_CASE("multiplexed: opposite loads cancel most of the noise of small variati
 
 TEST_CASE("multiplexed: its options are part of the configuration and must leave something to measure") {
   EnsembleSpec spec = small_ensemble(24), opposite = spec, run = spec;
-  opposite.opposite = true;
-  run.sign_run = 3;
+  opposite.response.opposite = true;
+  run.response.sign_run = 3;
   CHECK(configuration_text(spec) != configuration_text(opposite));
   CHECK(configuration_text(spec) != configuration_text(run));
   CHECK(configuration_text(opposite) != configuration_text(run));
   CHECK_NOTHROW(validate(run));
   for (const int beads : {-1, 0, 4, 24}) {
-    run.sign_run = beads;
+    run.response.sign_run = beads;
     CHECK_THROWS_AS(validate(run), InputError);
   }
-  opposite.estimator = EstimatorName::point;
+  opposite.response.estimator = EstimatorName::point;
   CHECK_THROWS_AS(validate(opposite), InputError);
-  spec.estimator = EstimatorName::paired;
-  spec.sign_run = 2;
+  spec.response.estimator = EstimatorName::paired;
+  spec.response.sign_run = 2;
   CHECK_THROWS_AS(validate(spec), InputError);
 }
 
@@ -220,9 +220,9 @@ TEST_CASE("estimators: each goes with every law, on any number of threads") {
         spec.sampler.burn_in = law == Law::polytope ? 20 : 0;
         spec.sampler.thinning = law == Law::polytope ? 4 : 0;
         spec.lattice.layers = 4;
-        spec.estimator = estimator;
-        spec.opposite = opposite;
-        spec.epsilon = 0.25;
+        spec.response.estimator = estimator;
+        spec.response.opposite = opposite;
+        spec.response.epsilon = 0.25;
         CAPTURE(name_of(law), name_of(estimator), opposite);
         const EnsembleRecord one = run_ensemble(spec, 1, nullptr), two = run_ensemble(spec, 2, nullptr);
         CHECK(one.failed.empty());

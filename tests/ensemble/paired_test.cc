@@ -12,13 +12,13 @@ namespace {
 
 EnsembleSpec small_ensemble() {
   EnsembleSpec spec;
-  spec.estimator = EstimatorName::paired;
+  spec.response.estimator = EstimatorName::paired;
   spec.sampler.mu = 0.3;
   spec.sampler.seed = 7;
   spec.lattice = {.columns = 24, .layers = 30};
-  spec.samples = 64;
-  spec.blocks = 8;
-  spec.overload = 0.5;
+  spec.response.samples = 64;
+  spec.response.blocks = 8;
+  spec.response.overload = 0.5;
   return spec;
 }
 
@@ -84,8 +84,8 @@ TEST_CASE("paired: near the top the response is that of the geometry") {
 
 TEST_CASE("paired: any number of threads gives the same bytes") {
   EnsembleSpec spec = small_ensemble();
-  spec.blocks = 9;
-  spec.samples = 8 * 11 + 3;
+  spec.response.blocks = 9;
+  spec.response.samples = 8 * 11 + 3;
   const EnsembleRecord one = run_ensemble(spec, 1, nullptr);
   for (const int threads : {2, 5}) {
     const EnsembleRecord many = run_ensemble(spec, threads, nullptr);
@@ -107,8 +107,8 @@ TEST_CASE("paired: without friction nothing is redrawn") {
 
 TEST_CASE("ensembles of different estimators, overloads and epsilons are told apart") {
   EnsembleSpec point = small_ensemble(), paired = point, stronger = point;
-  point.estimator = EstimatorName::point;
-  stronger.overload = 1;
+  point.response.estimator = EstimatorName::point;
+  stronger.response.overload = 1;
   CHECK(configuration_text(point) != configuration_text(paired));
   CHECK(configuration_text(stronger) != configuration_text(paired));
   CHECK(estimator_named("paired") == EstimatorName::paired);

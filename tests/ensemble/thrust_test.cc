@@ -26,8 +26,8 @@ Measured thrust_speed(double mu, std::uint64_t samples) {
   spec.sampler.seed = 5;
   spec.lattice = {.columns = 500, .layers = 200};
   spec.load = Load::uniform;
-  spec.samples = samples;
-  spec.blocks = 8;
+  spec.response.samples = samples;
+  spec.response.blocks = 8;
   spec.layers.resize(122);
   std::iota(spec.layers.begin(), spec.layers.end(), 58);
   spec.record_profiles = false;

@@ -163,16 +163,15 @@ TEST_CASE("Loads, estimators and laws that cannot work are refused") {
   for (const double overload : {0.0, -1.0, not_a_number, infinity, 1e9, 1e-9}) {
     CHECK_THAT(problem_after([&](Experiment& e) { e.response.overload = overload; }), Contains("response.overload: "));
   }
-  CHECK_THAT(problem_after([](Experiment& e) { e.response.estimator = "pont"; }), Contains("response.estimator: "));
   for (const double epsilon : {0.0, -0.25, 1.0, 1.5, not_a_number, infinity, 1e-9}) {
     CHECK_THAT(problem_after([&](Experiment& e) { e.response.epsilon = epsilon; }), Contains("response.epsilon: "));
   }
-  for (const char* estimator : {"point", "paired", "multiplexed"}) {
+  for (const EstimatorName estimator : {EstimatorName::point, EstimatorName::paired, EstimatorName::multiplexed}) {
     CHECK(problem_after([&](Experiment& e) { e.response.estimator = estimator; }) == "(none)");
   }
   for (const int run : {-1, 0, 63, 500}) {
     CHECK_THAT(problem_after([&](Experiment& e) {
-                 e.response.estimator = "multiplexed";
+                 e.response.estimator = EstimatorName::multiplexed;
                  e.response.sign_run = run;
                }),
                Contains("response.sign_run: "));
@@ -180,7 +179,7 @@ TEST_CASE("Loads, estimators and laws that cannot work are refused") {
   CHECK_THAT(problem_after([](Experiment& e) { e.response.opposite = true; }),
              Contains("response.opposite: ") && Contains("change nothing under point"));
   CHECK(problem_after([](Experiment& e) {
-          e.response.estimator = "multiplexed";
+          e.response.estimator = EstimatorName::multiplexed;
           e.response.opposite = true;
           e.response.sign_run = 62;
         }) == "(none)");

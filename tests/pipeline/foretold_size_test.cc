@@ -18,7 +18,7 @@ using test::TemporaryFolder;
 
 TEST_CASE("a growing ensemble says how many piles it takes and how long that is, from its errors so far") {
   Experiment experiment = small_experiment();
-  experiment.response.estimator = "multiplexed";
+  experiment.response.estimator = EstimatorName::multiplexed;
   experiment.mu = {0.3};
   experiment.precision = {8e-4, 0, 20000};
   experiment.figures = {};

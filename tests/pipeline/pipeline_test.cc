@@ -205,7 +205,7 @@ TEST_CASE("chains are kept part by part, too, though they draw few beads for the
   planned.spec.sampler.mu = 0.3;
   planned.spec.sampler.thinning = 10;  // the burn-in is measured, for the same key again when it goes on
   planned.spec.lattice = {6, 6};
-  planned.spec.samples = 32 * group_size * 4;
+  planned.spec.response.samples = 32 * group_size * 4;
   PlannedEnsemble at_once = planned;
   obtain_ensemble(at_once, whole.path(), 2, ProgressStyle::silent);
 
@@ -402,7 +402,7 @@ TEST_CASE("Side measurements are drawn, kept, reused and reported") {
 TEST_CASE("every estimator runs to a report that names it beside the numbers, the same for any number of threads") {
   for (const std::string estimator : {"paired", "multiplexed"}) {
     Experiment experiment = small_experiment();
-    experiment.response.estimator = estimator;
+    experiment.response.estimator = estimator_named(estimator);
     experiment.response.epsilon = 0.125;
     experiment.report.pdf = false;
     const TemporaryFolder one, two;
@@ -430,7 +430,7 @@ TEST_CASE("every estimator runs to a report that names it beside the numbers, th
 
 TEST_CASE("A precision is reached by whole steps: the same bytes for every number of threads, resumed or not") {
   Experiment experiment = small_experiment();
-  experiment.response.estimator = "multiplexed";
+  experiment.response.estimator = EstimatorName::multiplexed;
   experiment.mu = {0.0, 0.3};
   experiment.precision = {2e-3, 0, 4096};
   experiment.fit.scaling_window = {0.2, 0.4};

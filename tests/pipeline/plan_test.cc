@@ -17,7 +17,7 @@ namespace {
 Experiment multiplexed_experiment(double mu, bool opposite) {
   Experiment experiment = small_experiment();
   experiment.mu = {mu};
-  experiment.response.estimator = "multiplexed";
+  experiment.response.estimator = EstimatorName::multiplexed;
   experiment.response.epsilon = 0.25;
   experiment.response.opposite = opposite;
   return experiment;
@@ -38,9 +38,9 @@ EnsembleSpec pairs(EstimatorName estimator, bool opposite, Law law, double mu) {
   spec.lattice = {64, 40};
   spec.sampler.mu = mu;
   spec.sampler.law = law;
-  spec.estimator = estimator;
-  spec.opposite = opposite;
-  spec.samples = 256;
+  spec.response.estimator = estimator;
+  spec.response.opposite = opposite;
+  spec.response.samples = 256;
   return spec;
 }
 
@@ -58,11 +58,11 @@ TEST_CASE("the plan counts both piles of a pair with opposite loads") {
 TEST_CASE("the beads foretold are those that are drawn") {
   for (const bool opposite : {false, true}) {
     EnsembleSpec spec = pairs(EstimatorName::multiplexed, opposite, Law::granusolve, 0.3);
-    spec.epsilon = 0.25;
+    spec.response.epsilon = 0.25;
     INFO("opposite: " << opposite);
     const EnsembleRecord record = run_ensemble(spec, 1, nullptr);
     REQUIRE(record.failed.empty());
-    CHECK(record.counts.beads == beads_of(spec, spec.samples));
+    CHECK(record.counts.beads == beads_of(spec, spec.response.samples));
   }
 }
 

@@ -45,7 +45,7 @@ void damage_last_half(const fs::path& file) {
 
 Experiment growing_experiment() {
   Experiment experiment = small_experiment();
-  experiment.response.estimator = "multiplexed";
+  experiment.response.estimator = EstimatorName::multiplexed;
   experiment.mu = {0.3};
   experiment.precision = {2e-2, 0, 4096};
   return experiment;
