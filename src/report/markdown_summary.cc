@@ -1,9 +1,9 @@
 #include "report/markdown_summary.h"
 
 #include <nlohmann/json.hpp>
-#include <string_view>
 
 #include "report/clean_json.h"
+#include "report/escape_markdown.h"
 #include "report/mustache_page.h"
 #include "report/number_text.h"
 #include "report/report_view.h"
@@ -15,24 +15,6 @@ namespace granuscope {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-/// Text that Markdown shows as it stands, on one line, also inside a table.
-std::string escape_markdown(std::string_view text) {
-  std::string escaped;
-  for (const char c : text) {
-    if (c == '\n' || c == '\t') {
-      escaped += ' ';
-    } else if (c == '&') {
-      escaped += "&amp;";
-    } else if (c == '<') {
-      escaped += "&lt;";
-    } else {
-      if (std::string_view("\\`*_{}[]#|~>").find(c) != std::string_view::npos) escaped += '\\';
-      escaped += c;
-    }
-  }
-  return escaped;
-}
 
 void escape_strings(Json& view) {
   if (view.is_string()) {

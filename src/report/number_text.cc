@@ -28,22 +28,49 @@ std::string plain_number(double value) {
   return times == std::string::npos ? digits : digits + text.substr(times);
 }
 
+std::string fixed_number(double number, int decimals) {
+  std::string text = fmt::format("{:.{}f}", std::abs(number), decimals);
+  if (number < 0 && text.find_first_not_of("0.") != std::string::npos) text.insert(0, "−");
+  return text;
+}
+
+/// 2, of "fixed 2".
+int digits_of(std::string_view format) {
+  const std::string digits(format.substr(format.find(' ') + 1));
+  if (digits.empty() || digits.size() > 2 || digits.find_first_not_of("0123456789") != std::string::npos) {
+    throw std::logic_error(fmt::format("\"{}\" does not say how many digits", format));
+  }
+  return std::stoi(digits);
+}
+
 }  // namespace
+
+std::string format_number(const Json& value, std::string_view format) {
+  if (value.is_null()) return unknown;
+  if (value.is_string()) return value.get<std::string>();
+  const bool estimate = value.is_object() && value.contains("value") && value.contains("stderr");
+  if (!value.is_number() && !estimate) throw std::logic_error("neither a number nor a text: " + value.dump());
+  if (estimate) {
+    if (value["value"].is_null() || value["stderr"].is_null()) return unknown;
+    const auto number = value["value"].get<double>(), error = value["stderr"].get<double>();
+    if (format == "plain") return plain_value_with_error(number, error);
+    if (format.empty()) return value_with_error(number, error);
+  } else if (format.starts_with("fixed ")) {
+    return fixed_number(value.get<double>(), digits_of(format));
+  } else if (format.starts_with("significant ")) {
+    return significant(value.get<double>(), digits_of(format));
+  } else if (format.empty() || format == "plain") {
+    if (value.is_number_unsigned()) return std::to_string(value.get<std::uint64_t>());
+    if (value.is_number_integer()) return fmt::format("{}", value.get<std::int64_t>());
+    return plain_number(value.get<double>());
+  }
+  throw std::logic_error(fmt::format("{} is not written in the format \"{}\"", value.dump(), format));
+}
 
 std::string number_text(const Json& summary, const std::string& pointer) {
   const Json::json_pointer place(pointer);
   if (!summary.contains(place)) throw std::logic_error("summary.json has nothing at " + pointer);
-  const Json& value = summary.at(place);
-  if (value.is_null()) return unknown;
-  if (value.is_string()) return value.get<std::string>();
-  if (value.is_number_unsigned()) return std::to_string(value.get<std::uint64_t>());
-  if (value.is_number_integer()) return fmt::format("{}", value.get<std::int64_t>());
-  if (value.is_number()) return plain_number(value.get<double>());
-  if (value.is_object() && value.contains("value") && value.contains("stderr")) {
-    if (value["value"].is_null() || value["stderr"].is_null()) return unknown;
-    return value_with_error(value["value"].get<double>(), value["stderr"].get<double>());
-  }
-  throw std::logic_error("summary.json has no number at " + pointer);
+  return format_number(summary.at(place));
 }
 
 Json number_cell(const Json& summary, const std::string& pointer) {
@@ -70,10 +97,7 @@ Json fixed_cell(const Json& summary, const std::string& pointer, int decimals) {
   Json cell = number_cell(summary, pointer);
   const Json& value = summary.at(Json::json_pointer(pointer));
   if (!value.is_number()) return cell;
-  const auto number = value.get<double>();
-  std::string text = fmt::format("{:.{}f}", std::abs(number), decimals);
-  if (number < 0 && text.find_first_not_of("0.") != std::string::npos) text.insert(0, "−");
-  cell["text"] = text;
+  cell["text"] = fixed_number(value.get<double>(), decimals);
   return cell;
 }
 

@@ -1,14 +1,17 @@
 #pragma once
 #include <nlohmann/json_fwd.hpp>
 #include <string>
+#include <string_view>
 
 namespace granuscope {
 
-/// How the value at a JSON pointer into summary.json is written in the report:
-/// {value, stderr} as 0.0792(41); an integer or a text as it stands; another number with at most four significant
-/// digits
-/// ("0.3", "1.402", minus as U+2212); null, or an unknown value, as "n/a". Throws std::logic_error if the pointer leads
-/// nowhere or to something else.
+/// How a value of summary.json is written in the report: {value, stderr} as 0.0792(41); an integer or a text as it
+/// stands; another number with at most four significant digits ("0.3", "1.402", minus as U+2212); null, or an unknown
+/// value, as "n/a". `format` may ask for another form: "plain" never has a power of ten, "fixed 2" has so many digits
+/// behind the point, "significant 2" in all. Throws std::logic_error for anything else.
+std::string format_number(const nlohmann::ordered_json& value, std::string_view format = "");
+
+/// The same for the value at a JSON pointer into summary.json. Throws std::logic_error if it leads nowhere.
 std::string number_text(const nlohmann::ordered_json& summary, const std::string& pointer);
 
 /// {"key": pointer, "text": number_text} for the report's template.

@@ -6,6 +6,7 @@
 
 #include "analysis/results.h"
 #include "plot/figure.h"
+#include "report/report_part.h"
 #include "support/provenance.h"
 
 namespace granuscope {
@@ -30,7 +31,8 @@ struct ReportData {
   /// The same for the other laws that the run compares with it, each with its name.
   std::vector<std::pair<std::string, std::vector<std::string>>> other_laws_in_words;
   Analysis analysis;
-  std::vector<Figure> figures;  ///< in reading order
+  std::vector<Figure> figures;    ///< in reading order
+  std::vector<ReportPart> parts;  ///< in reading order of each place
   Provenance provenance;
   std::vector<std::pair<std::string, std::string>> environment;  ///< GL renderer, gnuplot, WeasyPrint versions
   std::vector<StageTiming> timings;

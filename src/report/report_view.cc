@@ -4,6 +4,7 @@
 
 #include "report/clean_json.h"
 #include "report/number_text.h"
+#include "report/page_scope.h"
 #include "support/template_file.h"
 
 namespace granuscope {
@@ -15,6 +16,26 @@ using Json = nlohmann::ordered_json;
 /// Adds the members of one view to another.
 void merge(Json& view, const Json& part) {
   for (const auto& [name, value] : part.items()) view[name] = value;
+}
+
+/// What is measured beside the main line, as far as no one else hands it in.
+std::vector<ReportPart> standard_parts() {
+  using enum ReportPart::Place;
+  return {{"studies/redrawn_beads.html", "/side", "redrawn_beads", numbers},
+          {"studies/chain_share.html", "/side", "chain_share", numbers},
+          {"studies/stress.html", "/side", "stress", numerics}};
+}
+
+/// The parts of one place, one after the other.
+std::string written_parts(const std::vector<ReportPart>& parts, ReportPart::Place place, const Json& summary) {
+  const Json nothing = Json::object();
+  const PageScope root(summary, nothing, Markup::html);
+  std::string html;
+  for (const ReportPart& part : parts) {
+    const PageScope scope(root, part.base, part.overlay);
+    if (part.place == place && scope.has(part.needs)) html += fill_template_file(part.page, scope);
+  }
+  return html;
 }
 
 }  // namespace
@@ -38,10 +59,12 @@ Json report_view(const ReportData& data, const Json& summary, const std::filesys
   view["claim_counts"] = claim_counts(summary);
   view["has_claims"] = !view["claims"].empty();
   merge(view, laws_view(summary));
-  merge(view, side_view(summary));
   merge(view, loads_view(summary));
   merge(view, law_comparison_view(summary, data));
-  merge(view, stress_view(summary));
+  std::vector<ReportPart> parts = standard_parts();
+  parts.insert(parts.end(), data.parts.begin(), data.parts.end());
+  view["numbers_parts"] = written_parts(parts, ReportPart::Place::numbers, summary);
+  view["numerics_parts"] = written_parts(parts, ReportPart::Place::numerics, summary);
   view["figures"] = figures_view(data, run_folder, medium);
   view["has_figures"] = !view["figures"].empty();
   view["checks"] = data.checks;
