@@ -5,6 +5,7 @@
 #include "report/clean_json.h"
 #include "report/number_text.h"
 #include "report/page_scope.h"
+#include "report/study_overlays.h"
 #include "support/template_file.h"
 
 namespace granuscope {
@@ -19,9 +20,14 @@ void merge(Json& view, const Json& part) {
 }
 
 /// What is measured beside the main line, as far as no one else hands it in.
-std::vector<ReportPart> standard_parts() {
+std::vector<ReportPart> standard_parts(const Json& summary, const ReportData& data) {
   using enum ReportPart::Place;
-  return {{"studies/redrawn_beads.html", "/side", "redrawn_beads", numbers},
+  return {{"studies/law_comparison.html", "/side", "laws", numbers, law_comparison_overlay(summary, data)},
+          {"studies/rejection_thrust.html", "/side", "exact_thrusts", numbers, rejection_thrust_overlay(summary)},
+          {"studies/law_responses.html", "/side", "law_responses", numbers, law_responses_overlay(summary)},
+          {"studies/law_rules.html", "/side", "rules", numbers, law_rules_overlay(summary)},
+          {"studies/nonlinearity.html", "/side/nonlinearity", "responses", numbers, nonlinearity_overlay(summary)},
+          {"studies/redrawn_beads.html", "/side", "redrawn_beads", numbers},
           {"studies/chain_share.html", "/side", "chain_share", numbers},
           {"studies/stress.html", "/side", "stress", numerics}};
 }
@@ -59,9 +65,7 @@ Json report_view(const ReportData& data, const Json& summary, const std::filesys
   view["claim_counts"] = claim_counts(summary);
   view["has_claims"] = !view["claims"].empty();
   merge(view, laws_view(summary));
-  merge(view, loads_view(summary));
-  merge(view, law_comparison_view(summary, data));
-  std::vector<ReportPart> parts = standard_parts();
+  std::vector<ReportPart> parts = standard_parts(summary, data);
   parts.insert(parts.end(), data.parts.begin(), data.parts.end());
   view["numbers_parts"] = written_parts(parts, ReportPart::Place::numbers, summary);
   view["numerics_parts"] = written_parts(parts, ReportPart::Place::numerics, summary);

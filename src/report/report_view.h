@@ -23,9 +23,6 @@ nlohmann::ordered_json claim_counts(const nlohmann::ordered_json& summary);  ///
 /// The verdict on one claim with a flag for its look; an empty object if the claim was not judged.
 nlohmann::ordered_json verdict_cell(const nlohmann::ordered_json& summary, const std::string& claim_id);
 nlohmann::ordered_json laws_view(const nlohmann::ordered_json& summary);   ///< powers of depth, chi^2 of the lines
-nlohmann::ordered_json loads_view(const nlohmann::ordered_json& summary);  ///< how far the response is linear
-/// The laws side by side: thrust, work, response.
-nlohmann::ordered_json law_comparison_view(const nlohmann::ordered_json& summary, const ReportData& data);
 nlohmann::ordered_json figures_view(const ReportData& data, const std::filesystem::path& run_folder, PageMedium medium);
 nlohmann::ordered_json numerics_view(const nlohmann::ordered_json& summary, const ReportData& data);
 nlohmann::ordered_json provenance_view(const ReportData& data);
