@@ -1,37 +1,30 @@
 #pragma once
-#include <array>
 #include <cstdint>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
-#include <utility>
 #include <vector>
 
-#include "model/equilibrium.h"
-#include "model/friction_cone.h"
-#include "sampling/random_key.h"
+#include "sampling/granusolve_solver.h"
 #include "sampling/sampler.h"
-#include "sampling/uniform_bits.h"
 
 namespace granuscope {
 
 class GranusolveGroup;
 
-/// The state of a pile that is being solved, and of the layer at its front: arrays of shape [layers, columns] and
-/// [columns], of which every stride-th entry belongs to this pile. Piles side by side share the arrays.
-struct GranusolveState {
-  double *V_R, *V_L, *H_R;
-  double* H_L;              ///< H - H_R; none if nobody reads it
-  double* H;                ///< total horizontal force entering each bead
-  std::uint32_t* attempts;  ///< attempts after the first
-  std::uint8_t* unsolved;   ///< not 0 from a climb on until the bead is solved again
-  std::uint8_t* rule;       ///< which rule gave the bead its value
-  std::uint8_t* climbs;     ///< that set out from the bead, at most 255; it then counts as climbed
-  double* first_uniform;    ///< of the front layer
-  std::uint64_t* failing;   ///< front layer, a bit for each bead: its bulk draw does not hold (any more)
-  std::uint64_t* changed;   ///< and the parents have changed since; none if nobody reads it
-  std::size_t stride = 1, lane = 0;
+/// What a GranusolveSolver works on where a pile is solved by itself, apart from the pile's own forces.
+class GranusolveMemory {
+ public:
+  /// The arrays of a pile of this memory's lattice, which must hold as long. Each layer is cleared when it is begun.
+  GranusolveArrays arrays(Pile& pile);
+  /// How many beads were solved by each rule.
+  std::array<std::uint64_t, granusolve_rules> beads_by() const;
+
+ private:
+  std::vector<double> H_, first_uniform_;
+  std::vector<std::uint32_t> attempts_;
+  std::vector<std::uint8_t> unsolved_, rule_, climbs_;
+  std::vector<std::uint64_t> failing_;
 };
 
 /// The law "granusolve": layers are solved from top to bottom, each from a random bead in a random direction; every
@@ -59,6 +52,10 @@ struct GranusolveState {
 ///
 /// Solving again (draw_again), a bead draws another number than its own only where a mend changes its split, and at the
 /// top of a climb.
+///
+/// Where what stands: the state of a pile and its invariants in granusolve_state.h, the numbers beads draw in
+/// granusolve_draws.h, the rules in granusolve_rules.h, the order of it all in granusolve_solver.h, eight piles side by
+/// side in granusolve_group.h.
 class GranusolveSampler final : public Sampler {
  public:
   GranusolveSampler(const SamplerSpec& spec, const Lattice& lattice);
@@ -72,149 +69,19 @@ class GranusolveSampler final : public Sampler {
                                          std::span<std::optional<SamplingFailure>> failures) override;
   void keep_layers(std::span<const int> layers) override;
 
+  /// Room for one pile, for groups that have to draw one by itself.
+  Pile& spare_pile();
+
  private:
-  friend class GranusolveGroup;
+  std::optional<SamplingFailure> solve_pile(std::uint64_t sample, std::span<const double> load, const Pile* first,
+                                            Pile& pile);
 
-  /// Which rule gave a bead its value, for the counts.
-  enum class Rule : std::uint8_t { first_draw, pair, arc, ring, climb };
-  static constexpr std::size_t rules = 5;
-  enum class Mend {
-    done,
-    climbed  ///< beads above have to be solved, and the bead tried again
-  };
-  enum class ArcOutcome { mended, too_narrow, hopeless };
-
-  /// States of a bead that a climb has unsolved (0: it is solved). Those at the top of the climb draw new numbers in
-  /// any case: the old ones led into a dead end.
-  static constexpr std::uint8_t below_climb = 1, top_of_climb = 2;
-  /// The numbers kept from a first solution came partly from its later attempts; those of the second solution start
-  /// here, so that they are independent of them.
-  static constexpr std::uint32_t attempts_before_solving_again = std::uint32_t{1} << 23;
-
-  /// Neighbouring parents of one layer, first + k step for k = 0 .. count-1, changed together.
-  struct Arc {
-    int layer;  ///< of the beads below the parents
-    int first, count, step;
-  };
-
-  /// Neighbouring beads of a layer, from left to right.
-  struct Run {
-    int first = 0, count = 0;
-    /// The least run that holds this one and another.
-    void include(int other, int others, int columns);
-  };
-  class InOrder;
-
-  std::optional<SamplingFailure> solve_pile(std::uint64_t sample, std::span<const double> load, Pile& pile);
-  void use_own_state(Pile& pile);
-  void begin_pile(std::uint64_t sample, std::span<const double> load);
-  void draw_layer_in_bulk(int layer);
-  void keep_splits(int layer);
-  void begin_layer(int layer);
-  int find_failing_between(int low, int high, int direction) const;
-  int next_failing();
-  bool solve_failing(int bead, bool no_pair = false);
-  std::optional<SamplingFailure> solve_layer(int layer);
-  /// Solves everything that a climb has unsolved, topmost layer first. False if the effort ran out.
-  bool solve_pending();
-  bool solve_one_pending(int layer, int bead);
-  bool solve_in_order(int layer);
-  bool redraw_in_order(int layer);
-  bool mends_pairs() const { return spec_.rules == MendingRules::all || spec_.rules == MendingRules::no_arcs; }
-  void count_pile();
-  void add_pile(const std::array<std::uint64_t, rules>& beads_by);
-  void set_rule(std::size_t bead, Rule rule);
-
-  Incoming incoming(int layer, int bead) const;
-  Interval interval_of(int layer, int bead) const;
-  Interval difference_band(int layer, int bead) const;
-  bool solved(int layer, int bead) const;
-  int position(int layer, int bead) const;
-
-  double choose_split(int layer, int bead, Outgoing out, Interval interval);
-  bool try_draw(int layer, int bead);
-  Mend solve_bead(int layer, int bead);
-  Mend solve_counted(int layer, int bead);
-  Mend mend(int layer, int bead, bool no_pair = false);
-  bool change_parents(int layer, int bead, bool no_pair);
-  bool mend_by_pair(int layer, int bead);
-  bool hopeless_alone(int layer, int bead) const;
-  ArcOutcome mend_by_arc(int layer, int bead, int parents);
-  bool mend_by_ring(int layer, int bead);
-  Mend climb(int layer, int bead);
-  void unsolve(int layer, int first, int count);
-
-  int parent(const Arc& arc, int k) const;
-  int child_after(const Arc& arc, int k) const;
-  Interval step_band(const Arc& arc, int k, int failed) const;
-  void take_numbers(const Arc& arc, int from);
-  void draw_backwards(int from, int to);
-  void set_split(int layer, int bead, double H_R);
-  void renew_child(int layer, int bead);
-  UniformPair next_uniforms(int layer, int bead, int used);
-  /// From here on the bead at the cursor counts as solved.
-  void step_cursor() {
-    ++cursor_;
-    cursor_bead_ = order_[static_cast<std::size_t>(front_)].direction > 0 ? lattice_.next(cursor_bead_)
-                                                                          : lattice_.previous(cursor_bead_);
-  }
-  /// A bead of the front layer whose turn has not come will be solved singly.
-  void forget_draw(int bead) {
-    const std::size_t bit = at(bead) + state_.lane;
-    state_.failing[bit / 64] |= std::uint64_t{1} << (bit % 64);
-    if (state_.changed != nullptr) state_.changed[bit / 64] |= std::uint64_t{1} << (bit % 64);
-  }
-  /// Such a bead has been drawn again as it is.
-  void note_draw(int bead, bool fails) {
-    const std::size_t bit = at(bead) + state_.lane;
-    const std::uint64_t mask = std::uint64_t{1} << (bit % 64);
-    std::uint64_t& failing = state_.failing[bit / 64];
-    failing = fails ? failing | mask : failing & ~mask;
-    if (state_.changed != nullptr) state_.changed[bit / 64] &= ~mask;
-  }
-
-  /// Index into the arrays of state_.
-  std::size_t at(int layer, int bead) const { return lattice_.index(layer & layer_mask_, bead) * state_.stride; }
-  std::size_t at(int bead) const { return static_cast<std::size_t>(bead) * state_.stride; }
-
-  FrictionCone cone_;
   SamplerSpec spec_;
-  PhiloxKeys philox_keys_;
-
-  const Pile* first_ = nullptr;        ///< while a pile is solved again: its first solution
-  std::vector<double> first_numbers_;  ///< and the numbers of that
-
-  // State of the pile being drawn; arrays have shape [layers, columns].
-  std::span<const double> load_;
-  RandomKey key_{0, 0};
-  bool eight_at_once_ = false;  ///< numbers of later attempts, where several are needed
-  GranusolveState state_{};
-  /// The state of the layers front_ - window_ + 1 .. front_ is kept, in the place of their number's last bits.
-  int window_ = std::numeric_limits<int>::max(), layer_mask_ = std::numeric_limits<int>::max();
-  bool beyond_window_ = false;                ///< a climb would have left the window: the pile is given up
-  std::vector<RandomKey::Order> order_;       ///< per layer
-  std::vector<Run> pending_;                  ///< per layer: all that a climb has unsolved is among these
-  int topmost_pending_ = 0;                   ///< no layer above it has any
-  int front_ = 0;                             ///< layer being solved
-  int cursor_ = 0;                            ///< position in its order; beads from there on are not solved yet
-  int cursor_bead_ = 0;                       ///< the bead at that position
-  std::vector<double> slack_;                 ///< front layer: length of the interval of each bead, as drawn in bulk
-  std::vector<double> half_load_, no_force_;  ///< what enters the top layer
-  std::uint64_t solutions_ = 0, max_solutions_ = 0;
-
-  // Work space of the arcs and the ring, one entry per parent.
-  std::vector<Interval> own_, filter_, bands_;
-  std::vector<double> split_, numbers_;
-
-  // What state_ points to if the pile is solved by itself, apart from the pile's own forces.
-  std::vector<double> own_H_, own_first_uniform_;
-  std::vector<std::uint32_t> own_attempts_;
-  std::vector<std::uint8_t> own_unsolved_, own_rule_, own_climbs_;
-  std::vector<std::uint64_t> own_failing_;
-
+  GranusolveSolver solver_;
+  GranusolveMemory memory_;
   std::vector<std::unique_ptr<GranusolveGroup>> together_;  ///< made when they are first needed
-  std::optional<Pile> lost_pile_;                           ///< where piles that these have lost are drawn
-  std::optional<std::vector<int>> kept_layers_;             ///< none: all forces of all
+  std::optional<Pile> spare_pile_;
+  std::optional<std::vector<int>> kept_layers_;  ///< none: all forces of all
 };
 
 }  // namespace granuscope

@@ -28,64 +28,6 @@ static_assert(std::endian::native == std::endian::little, "a word of failing bea
 
 }  // namespace
 
-GranusolveSampler::~GranusolveSampler() = default;
-
-void GranusolveSampler::keep_layers(std::span<const int> layers) {
-  kept_layers_.emplace(layers.begin(), layers.end());
-  groups_.clear();
-  together_.clear();
-}
-
-std::span<const PileGroup> GranusolveSampler::draw_groups(std::span<const std::uint64_t> samples,
-                                                          std::span<const std::span<const double>> loads,
-                                                          std::span<std::optional<SamplingFailure>> failures) {
-  groups_.clear();
-  drawn_alone_ = 0;
-  // Only eight samples from a multiple of eight on share the order of their layers; a part of them is drawn with empty
-  // lanes, a single one by itself.
-  struct Part {
-    std::size_t begin, count;
-    GranusolveGroup* together;
-  };
-  std::vector<Part> parts;
-  std::vector<GranusolveGroup*> together;
-  for (std::size_t done = 0; done < loads.size(); done += parts.back().count) {
-    const std::uint64_t sample = samples[done];
-    std::size_t count = 1;
-    while (done + count < samples.size() && samples[done + count] == sample + count &&
-           (sample + count) % group_lanes != 0) {
-      ++count;
-    }
-    parts.push_back({done, count, nullptr});
-    // Groups mend by the pair rule.
-    if (count < 2 || spec_.rules != MendingRules::all || !GranusolveGroup::fits(lattice_)) continue;
-    if (together.size() == together_.size()) {
-      together_.push_back(std::make_unique<GranusolveGroup>(spec_, lattice_, kept_layers_, *this));
-    }
-    parts.back().together = together_[together.size()].get();
-    parts.back().together->prepare(sample, loads.subspan(done, count), failures.subspan(done, count));
-    together.push_back(parts.back().together);
-  }
-  for (std::size_t g = 0; g < together.size(); g += 2) {
-    if (g + 1 < together.size()) {
-      GranusolveGroup::draw(*together[g], *together[g + 1]);
-    } else {
-      together[g]->draw();
-    }
-  }
-  for (const Part& part : parts) {
-    if (part.together != nullptr) {
-      groups_.push_back(part.together->piles());
-      counts_ += part.together->take_counts();
-    } else {
-      for (std::size_t k = part.begin; k < part.begin + part.count; ++k) {
-        draw_alone(samples[k], loads[k], failures[k]);
-      }
-    }
-  }
-  return groups_;
-}
-
 bool GranusolveGroup::fits(const Lattice& lattice) { return memory(lattice) <= most_memory; }
 
 double GranusolveGroup::memory(const Lattice& lattice) {
@@ -130,23 +72,21 @@ GranusolveGroup::GranusolveGroup(const SamplerSpec& spec, const Lattice& lattice
     std::fill_n(bits->get(), words, 0);
   }
   for (std::size_t k = 0; k < group_lanes; ++k) {
-    solvers_[k] = std::make_unique<GranusolveSampler>(spec, lattice);
-    solvers_[k]->state_ = {V_R_.get() + k,
-                           V_L_.get() + k,
-                           H_R_.get() + k,
-                           nullptr,
-                           H_.get() + k,
-                           attempts_.get() + k,
-                           unsolved_.get() + k,
-                           rule_.get() + k,
-                           climbs_.get() + k,
-                           first_uniform_.get() + k,
-                           failing_.get() + words_before,
-                           changed_.get() + words_before,
-                           group_lanes,
-                           k};
-    solvers_[k]->window_ = window;
-    solvers_[k]->layer_mask_ = window - 1;
+    solvers_[k] = std::make_unique<GranusolveSolver>(spec, lattice);
+    solvers_[k]->use({.V_R = V_R_.get() + k,
+                      .V_L = V_L_.get() + k,
+                      .H_R = H_R_.get() + k,
+                      .H = H_.get() + k,
+                      .attempts = attempts_.get() + k,
+                      .unsolved = unsolved_.get() + k,
+                      .rule = rule_.get() + k,
+                      .climbs = climbs_.get() + k,
+                      .first_uniform = first_uniform_.get() + k,
+                      .failing = failing_.get() + words_before,
+                      .changed = changed_.get() + words_before,
+                      .stride = group_lanes,
+                      .lane = k,
+                      .window = window});
   }
 }
 
@@ -170,7 +110,7 @@ void GranusolveGroup::prepare(std::uint64_t first_sample, std::span<const std::s
   front_.running = (1U << loads.size()) - 1;
   front_.keys = PhiloxKeys(spec_.seed);
   front_.columns = lattice_.columns();
-  front_.mended_rule = static_cast<std::uint8_t>(GranusolveSampler::Rule::pair);
+  front_.mended_rule = static_cast<std::uint8_t>(GranusolveRule::pair);
   front_.first_uniform = first_uniform_.get();
   front_.failing = reinterpret_cast<std::uint8_t*>(failing_.get() + words_before);
   front_.changed = reinterpret_cast<std::uint8_t*>(changed_.get() + words_before);
@@ -178,7 +118,7 @@ void GranusolveGroup::prepare(std::uint64_t first_sample, std::span<const std::s
     front_.sample[k] = static_cast<std::uint32_t>(first_sample + k);
     front_.pairs[k] = 0;
     const bool used = k < loads.size();
-    solvers_[k]->counts_ = {};
+    solvers_[k]->take_counts();
     if (used) solvers_[k]->begin_pile(first_sample + k, loads[k]);
     for (std::size_t i = 0; i < columns; ++i) half_load_[i * group_lanes + k] = used ? loads[k][i] / 2 : 0.5;
   }
@@ -239,7 +179,7 @@ PileGroup GranusolveGroup::piles() const {
 
 SamplerCounts GranusolveGroup::take_counts() {
   SamplerCounts sum;
-  for (std::size_t k = 0; k < loads_.size(); ++k) sum += std::exchange(solvers_[k]->counts_, {});
+  for (std::size_t k = 0; k < loads_.size(); ++k) sum += solvers_[k]->take_counts();
   return sum;
 }
 
@@ -248,20 +188,13 @@ void GranusolveGroup::draw_layer_in_bulk() {
   std::memset(front_.changed, 0, columns);
   draw_layer(cone_, half_load_.get(), front_);
   for (unsigned rest = front_.running; rest != 0; rest &= rest - 1) {
-    GranusolveSampler& solver = *solvers_[static_cast<std::size_t>(std::countr_zero(rest))];
-    solver.solutions_ += columns;
-    solver.counts_.uniforms += columns;
+    solvers_[static_cast<std::size_t>(std::countr_zero(rest))]->count_bulk_draw();
   }
 }
 
 /// The solver of one pile takes over what was counted for it.
 void GranusolveGroup::hand_over_counts(std::size_t lane) {
-  GranusolveSampler& solver = *solvers_[lane];
-  // Each bead that a pair mends has one solved neighbour, which draws again with it.
-  const std::uint64_t pairs = std::exchange(front_.pairs[lane], 0);
-  solver.solutions_ += 2 * pairs;
-  solver.counts_.uniforms += 2 * pairs;
-  solver.counts_.pairs += pairs;
+  solvers_[lane]->count_pairs(std::exchange(front_.pairs[lane], 0));
 }
 
 void GranusolveGroup::begin_layer(int layer) {
@@ -274,8 +207,8 @@ void GranusolveGroup::begin_layer(int layer) {
   std::memset(attempts_.get() + here, 0, columns * group_lanes * sizeof attempts_[0]);
   std::memset(unsolved_.get() + here, 0, columns * group_lanes);
   std::memset(climbs_.get() + here, 0, columns * group_lanes);
-  std::memset(rule_.get() + here, static_cast<int>(GranusolveSampler::Rule::first_draw), columns * group_lanes);
-  const RandomKey::Order order = solvers_[0]->order_[static_cast<std::size_t>(layer)];
+  std::memset(rule_.get() + here, static_cast<int>(GranusolveRule::first_draw), columns * group_lanes);
+  const RandomKey::Order order = solvers_[0]->order(layer);
   front_.layer = layer;
   front_.forward = order.direction > 0;
   front_.here = row(layer);
@@ -294,19 +227,18 @@ void GranusolveGroup::settle() {
   for (; front_.to_settle != 0; front_.to_settle &= front_.to_settle - 1) {
     const auto lane = static_cast<std::size_t>(std::countr_zero(front_.to_settle));
     hand_over_counts(lane);
-    GranusolveSampler& solver = *solvers_[lane];
-    solver.front_ = front_.layer;
-    solver.cursor_ = front_.position;
-    solver.cursor_bead_ = front_.bead;
-    if (!solver.solve_failing(front_.bead, (front_.no_pair >> lane & 1) != 0)) give_up(lane);
+    const bool no_pair = (front_.no_pair >> lane & 1) != 0;
+    note(lane, solvers_[lane]->solve_at(front_.layer, front_.position, front_.bead, no_pair));
   }
   front_.step();
   lap(Phase::one_by_one);
 }
 
-void GranusolveGroup::give_up(std::size_t lane) {
+/// A pile that is not solved is given up.
+void GranusolveGroup::note(std::size_t lane, SolveResult result) {
+  if (result == SolveResult::solved) return;
   front_.running &= ~(1U << lane);
-  if (solvers_[lane]->beyond_window_) {
+  if (result == SolveResult::beyond_window) {
     lost_ |= 1U << lane;
   } else {
     failures_[lane] = SamplingFailure{front_.layer};
@@ -317,7 +249,7 @@ void GranusolveGroup::end_layer() {
   for (unsigned rest = front_.running; rest != 0; rest &= rest - 1) {
     const auto lane = static_cast<std::size_t>(std::countr_zero(rest));
     hand_over_counts(lane);
-    if (solvers_[lane]->solutions_ > solvers_[lane]->max_solutions_) give_up(lane);
+    note(lane, solvers_[lane]->end_layer(front_.layer));
   }
 }
 
@@ -331,8 +263,8 @@ ForceRow GranusolveGroup::forces(int layer) const {
 void GranusolveGroup::finish_layer(int layer) {
   identities_.add_layer(forces(layer), forces(layer - 1), forces(layer - 2));
   const std::size_t columns = static_cast<std::size_t>(lattice_.columns());
-  static_assert(GranusolveSampler::rules == last_rule + 1);
-  static_assert(static_cast<std::uint8_t>(GranusolveSampler::Rule::climb) == last_rule);
+  static_assert(granusolve_rules == last_rule + 1);
+  static_assert(static_cast<std::uint8_t>(GranusolveRule::climb) == last_rule);
   const std::size_t in_window = lattice_.index(layer % window, 0) * group_lanes;
   count_rules(rule_.get() + in_window, climbs_.get() + in_window, columns, beads_by_);
   finished_ = layer + 1;
@@ -358,7 +290,7 @@ void GranusolveGroup::finish() {
   residuals_ = identities_.residuals();
   for (unsigned rest = front_.running; rest != 0; rest &= rest - 1) {
     const auto lane = static_cast<std::size_t>(std::countr_zero(rest));
-    solvers_[lane]->add_pile(beads_by_[lane]);
+    solvers_[lane]->count_pile(beads_by_[lane]);
   }
   lap(Phase::finishing);
   draw_lost_piles();
@@ -367,11 +299,10 @@ void GranusolveGroup::finish() {
 
 void GranusolveGroup::draw_lost_piles() {
   if (lost_ == 0) return;
-  if (!alone_.lost_pile_) alone_.lost_pile_.emplace(lattice_);
-  Pile& pile = *alone_.lost_pile_;
+  Pile& pile = alone_.spare_pile();
   for (unsigned rest = lost_; rest != 0; rest &= rest - 1) {
     const auto lane = static_cast<std::size_t>(std::countr_zero(rest));
-    solvers_[lane]->counts_ = {};
+    solvers_[lane]->take_counts();
     failures_[lane] = alone_.draw(front_.sample[lane], loads_[lane], pile);
     if (failures_[lane]) continue;
     residuals_[lane] = identity_residuals(pile);

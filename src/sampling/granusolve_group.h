@@ -14,7 +14,7 @@ namespace granuscope {
 /// Eight piles of the law granusolve side by side, one to a vector lane, in memory that interleaves them. They share
 /// the order in which the beads of a layer are solved (RandomKey::layer_order), so that a layer is drawn in bulk and
 /// its failing beads are mended by the pair rule in all piles at once (group_kernels.h). What that cannot settle (arcs,
-/// rings, climbs, rounding) is done for one pile by a GranusolveSampler that works on the same memory. The piles are
+/// rings, climbs, rounding) is done for one pile by a GranusolveSolver that works on the same memory. The piles are
 /// those of GranusolveSampler::draw, bit for bit.
 ///
 /// Of the layers above the front only a window is held: a climb hardly ever reaches farther up, and the memory of whole
@@ -75,7 +75,7 @@ class GranusolveGroup {
   bool layer_is_solved() const { return front_.position == front_.columns; }
   void solve_rest_of_layer();
   void settle();
-  void give_up(std::size_t lane);
+  void note(std::size_t lane, SolveResult result);
   void hand_over_counts(std::size_t lane);
   void finish_layer(int layer);
   ForceRow forces(int layer) const;
@@ -99,7 +99,7 @@ class GranusolveGroup {
   AlignedArray<double> first_uniform_, half_load_;                  ///< [columns, 8]
   AlignedArray<std::uint64_t> failing_, changed_;                   ///< [columns] bytes and padding
   FrictionCone cone_;
-  std::array<std::unique_ptr<GranusolveSampler>, group_lanes> solvers_;
+  std::array<std::unique_ptr<GranusolveSolver>, group_lanes> solvers_;
   SamplerSpec spec_;
   std::array<IdentityResiduals, group_lanes> residuals_{};
   RuleCounts beads_by_{};  ///< of the layers that have left the window

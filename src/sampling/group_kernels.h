@@ -75,7 +75,7 @@ void mend_along(const FrictionCone& cone, GroupFront& front);
 /// that have nothing to do with each other take hardly longer than one.
 void mend_along(const FrictionCone& cone, GroupFront& a, GroupFront& b);
 
-/// How many beads of each of eight piles were solved by each rule (GranusolveSampler::Rule); those at their first
+/// How many beads of each of eight piles were solved by each rule (GranusolveRule); those at their first
 /// number, rule 0, may be left out.
 inline constexpr std::uint8_t last_rule = 4;
 using RuleCounts = std::array<std::array<std::uint64_t, last_rule + 1>, group_lanes>;

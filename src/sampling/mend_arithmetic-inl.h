@@ -195,7 +195,7 @@ struct PairRoom {
   Mask some_pair;
 };
 
-/// GranusolveSampler::mend_by_pair for a bead, the neighbour behind which is solved and hangs below `outer` and A (if
+/// GranusolveRules::mend_by_pair for a bead, the neighbour behind which is solved and hangs below `outer` and A (if
 /// it is the left one) or B; the neighbour ahead is not.
 template <class X, class BySide>
 HWY_INLINE PairRoom<X> room_for_pair(const Cone<X>& cone, const Parent<X>& A, const Parent<X>& B,

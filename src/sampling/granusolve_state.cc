@@ -1,0 +1,124 @@
+#include "sampling/granusolve_state.h"
+
+#include <algorithm>
+#include <bit>
+
+#include "sampling/rounding.h"
+
+namespace granuscope {
+
+void BeadRun::include(int other, int others, int columns) {
+  if (count == 0) {
+    first = other;
+    count = others;
+    return;
+  }
+  // The shorter way from one run's first bead to the other's.
+  const int to_other = other < first ? other - first + columns : other - first;
+  if (to_other <= columns / 2) {
+    count = std::max(count, to_other + others);
+  } else {
+    count = std::max(others, columns - to_other + count);
+    first = other;
+  }
+  count = std::min(count, columns);
+}
+
+GranusolveState::GranusolveState(double mu, const Lattice& lattice)
+    : lattice_(lattice),
+      cone_(mu),
+      order_(static_cast<std::size_t>(lattice.layers())),
+      pending_(static_cast<std::size_t>(lattice.layers())) {}
+
+void GranusolveState::begin_pile(const RandomKey& key, LayerOrder order, std::span<const double> load,
+                                 std::uint32_t attempts_at_first) {
+  load_ = load;
+  attempts_at_first_ = attempts_at_first;
+  std::fill(pending_.begin(), pending_.end(), BeadRun{});
+  for (int layer = 0; layer < lattice_.layers(); ++layer) {
+    order_[static_cast<std::size_t>(layer)] =
+        order == LayerOrder::random ? key.layer_order(layer, lattice_.columns()) : RandomKey::Order{0, 1};
+  }
+  watch_pending();
+}
+
+/// The beads from `low` to `high` that fail: the first of them if `direction` > 0, else the last; -1 if there is none.
+int GranusolveState::find_failing_between(int low, int high, int direction) const {
+  if (low > high) return -1;
+  const int first_word = low / 64, last_word = high / 64;
+  const auto inside = [&](int word) {
+    std::uint64_t bits = arrays_.failing[static_cast<std::size_t>(word)];
+    if (word == first_word) bits &= ~std::uint64_t{0} << (low % 64);
+    if (word == last_word) bits &= ~std::uint64_t{0} >> (63 - high % 64);
+    return bits;
+  };
+  if (direction > 0) {
+    for (int word = first_word; word <= last_word; ++word) {
+      if (const std::uint64_t bits = inside(word); bits != 0) return 64 * word + std::countr_zero(bits);
+    }
+  } else {
+    for (int word = last_word; word >= first_word; --word) {
+      if (const std::uint64_t bits = inside(word); bits != 0) return 64 * word + 63 - std::countl_zero(bits);
+    }
+  }
+  return -1;
+}
+
+int GranusolveState::next_failing() {
+  const int columns = lattice_.columns(), here = cursor_bead_;
+  if (cursor_ == columns) return -1;
+  if (bit_of(arrays_.failing, here)) return here;  // the neighbour of a bead just mended, mostly
+  const auto [first, direction] = order(front_);
+  // From the cursor to the end of the row, and what lies beyond it up to the first bead of the order.
+  const bool wrapped = direction > 0 ? here < first : here > first;
+  int bead = -1;
+  if (direction > 0) {
+    bead = find_failing_between(here, wrapped ? first - 1 : columns - 1, 1);
+    if (bead < 0 && !wrapped) bead = find_failing_between(0, first - 1, 1);
+  } else {
+    bead = find_failing_between(wrapped ? first + 1 : 0, here, -1);
+    if (bead < 0 && !wrapped) bead = find_failing_between(first + 1, columns - 1, -1);
+  }
+  move_cursor(front_, bead < 0 ? columns : position(front_, bead), bead);
+  return bead;
+}
+
+Interval GranusolveState::interval_of(int layer, int bead) const {
+  const std::size_t here = at(layer, bead);
+  return closed(split_interval(cone_, {arrays_.V_R[here], arrays_.V_L[here]}, arrays_.H[here]));
+}
+
+Interval GranusolveState::difference_band(int layer, int bead) const {
+  const std::size_t P = at(layer - 1, lattice_.upper_left(layer, bead));
+  const std::size_t Q = at(layer - 1, lattice_.upper_right(layer, bead));
+  const Interval band = solvable_band(cone_, arrays_.V_R[P], arrays_.V_L[Q]);
+  return {band.low - arrays_.H[Q], band.high - arrays_.H[Q]};
+}
+
+/// Whatever hangs below an unsolved bead is unsolved already.
+void GranusolveState::unsolve(int layer, int first, int count) {
+  // A copy, which no store of a byte can change.
+  const Lattice lattice = lattice_;
+  const std::size_t stride = arrays_.stride;
+  for (; layer <= front_; first = lattice.lower_left(layer, first), ++layer, ++count) {
+    bool some_solved = false;
+    count = std::min(count, lattice.columns());
+    std::uint8_t* const unsolved = arrays_.unsolved + at(layer, 0);
+    const bool at_front = layer == front_;
+    for (int k = 0, bead = first; k < count; ++k, bead = lattice.next(bead)) {
+      // The bead at the cursor is either being solved right now, and is tried again by whoever called, or the next one.
+      if (at_front && position(layer, bead) >= cursor_) {
+        forget_draw(bead);
+        continue;
+      }
+      std::uint8_t& state = unsolved[static_cast<std::size_t>(bead) * stride];
+      some_solved |= state == 0;
+      state = std::max(state, below_climb);
+    }
+    if (!some_solved) return;
+    pending_[static_cast<std::size_t>(layer)].include(first, count, lattice_.columns());
+    topmost_pending_ = std::min(topmost_pending_, layer);
+  }
+}
+
+}  // namespace granuscope
