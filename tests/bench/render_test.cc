@@ -5,7 +5,7 @@
 #include <string>
 
 #include "bench/render_suite.h"
-#include "support/temporary_folder.h"
+#include "kit/temporary_folder.h"
 
 namespace granuscope {
 namespace {

@@ -15,11 +15,12 @@
 #include <vector>
 
 #include "cli/in_process.h"
+#include "kit/file_size_limit.h"
+#include "kit/temporary_folder.h"
 #include "support/atomic_file.h"
 #include "support/child_process.h"
 #include "support/digest.h"
 #include "support/file_descriptor.h"
-#include "support/file_size_limit.h"
 
 using namespace granuscope;
 using Catch::Matchers::Contains;
@@ -60,7 +61,7 @@ std::string replaced(std::string text, const std::string& old, const std::string
   return text.replace(at, old.size(), by);
 }
 
-fs::path config(const ScratchFolder& scratch, const std::string& text, const std::string& name = "e.toml") {
+fs::path config(const test::TemporaryFolder& scratch, const std::string& text, const std::string& name = "e.toml") {
   std::ofstream(scratch / name) << text;
   return scratch / name;
 }
@@ -138,7 +139,7 @@ class FakePrograms {
 }  // namespace
 
 TEST_CASE("Experiments that cannot be used are refused with their line and what to do") {
-  const ScratchFolder scratch("refused");
+  const test::TemporaryFolder scratch;
   struct Hostile {
     const char *old, *by, *words;
   };
@@ -183,7 +184,7 @@ TEST_CASE("Experiments that cannot be used are refused with their line and what 
 }
 
 TEST_CASE("Flags that cannot be meant are refused before anything is written") {
-  const ScratchFolder scratch("flags");
+  const test::TemporaryFolder scratch;
   const std::string pile = (scratch / "pile.h5").string();
   const std::string image = (scratch / "image.png").string();
   REQUIRE(granuscope_command({"sample", "--columns", "20", "--layers", "20", "--out", pile}).code == 0);
@@ -241,7 +242,7 @@ TEST_CASE("Flags that cannot be meant are refused before anything is written") {
 }
 
 TEST_CASE("Doctor leaves no folder behind") {
-  const ScratchFolder scratch("doctor");
+  const test::TemporaryFolder scratch;
   (void)granuscope_command({"doctor", "--out", (scratch / "a/b/c").string()});
   CHECK(fs::is_empty(scratch.path()));
 }
@@ -255,7 +256,7 @@ TEST_CASE("A pile none of which was completed costs nothing per bead that could 
 }
 
 TEST_CASE("Titles reach no shell, no plot command and no page unescaped") {
-  const ScratchFolder scratch("title");
+  const test::TemporaryFolder scratch;
   const std::string trap = (scratch / "trap").string();
   const std::string title =
       "`touch " + trap + "` $(touch " + trap + ") 'q' <script>alert(1)</script> {{law}} {{{x}}} ]]>";
@@ -282,7 +283,7 @@ TEST_CASE("Titles reach no shell, no plot command and no page unescaped") {
 }
 
 TEST_CASE("A run meets what is in its folder already") {
-  const ScratchFolder scratch("meets");
+  const test::TemporaryFolder scratch;
   const fs::path file = config(scratch, small);
   const fs::path out = scratch / "out";
   REQUIRE(run(file, out).code == 0);
@@ -328,7 +329,7 @@ TEST_CASE("A run meets what is in its folder already") {
 }
 
 TEST_CASE("Helpers that fail cost nothing that was there") {
-  const ScratchFolder scratch("helpers");
+  const test::TemporaryFolder scratch;
   const fs::path file = config(scratch, small);
   const fs::path out = scratch / "out";
   REQUIRE(run(file, out).code == 0);
@@ -371,7 +372,7 @@ TEST_CASE("Helpers that fail cost nothing that was there") {
 }
 
 TEST_CASE("A full disk at any write leaves whole files only") {
-  const ScratchFolder scratch("full");
+  const test::TemporaryFolder scratch;
   const fs::path file = config(scratch, small);
   REQUIRE(run(file, scratch / "whole").code == 0);
   const auto whole = contents_of(scratch / "whole");
@@ -408,7 +409,7 @@ TEST_CASE("A full disk at any write leaves whole files only") {
 }
 
 TEST_CASE("A run killed anywhere is taken up where it was, and cleaned up after", "[long]") {
-  const ScratchFolder scratch("killed");
+  const test::TemporaryFolder scratch;
   const fs::path file = config(scratch, replaced(small, "samples = 256", "samples = 2560"));
   REQUIRE(run(file, scratch / "whole").code == 0);
   const fs::path out = scratch / "out";

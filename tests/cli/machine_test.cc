@@ -6,6 +6,7 @@
 #include <string>
 
 #include "cli/in_process.h"
+#include "kit/temporary_folder.h"
 #include "support/error.h"
 
 using namespace granuscope;
@@ -21,7 +22,7 @@ void put(const fs::path& file, const std::string& text) {
 }  // namespace
 
 TEST_CASE("the memory of a container is what it was given, not what the machine has") {
-  const ScratchFolder scratch("machine");
+  const test::TemporaryFolder scratch;
   const double machine = usable_memory(scratch.path());  // no groups at all
   CHECK(machine > 1e8);
 

@@ -5,12 +5,13 @@
 #include <unistd.h>
 
 #include <catch2/catch.hpp>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "cli/in_process.h"
+#include "kit/temporary_folder.h"
 #include "render/picture_distance.h"
 #include "render/png_file.h"
+#include "support/atomic_file.h"
 #include "support/child_process.h"
 
 using namespace granuscope;
@@ -18,11 +19,6 @@ using Catch::Matchers::Contains;
 using nlohmann::json;
 
 namespace {
-
-std::string bytes_of(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
 
 /// The compressed pixels of a PNG file: its IDAT chunks, without the texts that go with them.
 std::string pixels_of(const std::string& png) {
@@ -54,7 +50,7 @@ ProcessResult program(std::vector<std::string> arguments, const std::map<std::st
 }  // namespace
 
 TEST_CASE("render --statistics prints one JSON object, whose counts add up to all contacts") {
-  const ScratchFolder scratch("render");
+  const test::TemporaryFolder scratch;
   store_pile(scratch / "pile.h5");
   const auto result =
       granuscope_command({"render", (scratch / "pile.h5").string(), "--image", (scratch / "a.png").string(), "--width",
@@ -67,18 +63,18 @@ TEST_CASE("render --statistics prints one JSON object, whose counts add up to al
   CHECK(count("outside") > 0);
   CHECK(count("pixels") % 800 == 0);
   for (const char* step : {"read", "build", "draw", "encode"}) CHECK(object["seconds"][step].get<double>() >= 0);
-  CHECK(bytes_of(scratch / "a.png").substr(1, 3) == "PNG");
+  CHECK(read_file(scratch / "a.png").substr(1, 3) == "PNG");
 }
 
 TEST_CASE("render draws the same bytes again, and --no-skip the same picture") {
-  const ScratchFolder scratch("skip");
+  const test::TemporaryFolder scratch;
   store_pile(scratch / "pile.h5");
   const auto draw = [&](const std::string& name, const std::vector<std::string>& more) {
     std::vector<std::string> arguments{
         "render", (scratch / "pile.h5").string(), "--image", (scratch / name).string(), "--width", "700"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     REQUIRE(granuscope_command(arguments).code == 0);
-    return bytes_of(scratch / name);
+    return read_file(scratch / name);
   };
   const std::string first = draw("a.png", {});
   const bool same_bytes = first == draw("b.png", {});
@@ -89,7 +85,7 @@ TEST_CASE("render draws the same bytes again, and --no-skip the same picture") {
 }
 
 TEST_CASE("render refuses what it cannot draw, with the status that says whose fault it is") {
-  const ScratchFolder scratch("refuse");
+  const test::TemporaryFolder scratch;
   store_pile(scratch / "pile.h5");
   const std::vector<std::pair<std::vector<std::string>, int>> cases{
       {{"--window", "1,2,3"}, 2},
@@ -132,7 +128,7 @@ TEST_CASE("render refuses what it cannot draw, with the status that says whose f
 }
 
 TEST_CASE("a window drawn from the file is the window drawn from the whole pile, also across the seam") {
-  const ScratchFolder scratch("window");
+  const test::TemporaryFolder scratch;
   store_pile(scratch / "pile.h5");
   for (const char* window : {"-20,-9.5,0,5", "12,20,11,12", "-3,4,20,29", "-20,20,0,29"}) {
     const auto draw = [&](const std::string& name, const std::vector<std::string>& more) {
@@ -141,7 +137,7 @@ TEST_CASE("a window drawn from the file is the window drawn from the whole pile,
           "500",    "--window=" + std::string(window)};
       arguments.insert(arguments.end(), more.begin(), more.end());
       REQUIRE(granuscope_command(arguments).code == 0);
-      return pixels_of(bytes_of(scratch / name));
+      return pixels_of(read_file(scratch / name));
     };
     for (const char* scene : {"forces", "weight", "friction"}) {
       INFO(window << ", " << scene);
@@ -153,7 +149,7 @@ TEST_CASE("a window drawn from the file is the window drawn from the whole pile,
 }
 
 TEST_CASE("render draws the response of a pair, and refuses piles that are none") {
-  const ScratchFolder scratch("response");
+  const test::TemporaryFolder scratch;
   const auto store = [&](const char* name, const std::vector<std::string>& more) {
     std::vector<std::string> arguments{
         "sample", "--mu", "0.1", "--columns", "40", "--layers", "30", "--out", (scratch / name).string()};
@@ -178,13 +174,13 @@ TEST_CASE("render draws the response of a pair, and refuses piles that are none"
 }
 
 TEST_CASE("a window is written as SVG and PDF, the same bytes again; a large scene is refused") {
-  const ScratchFolder scratch("vector");
+  const test::TemporaryFolder scratch;
   store_pile(scratch / "pile.h5");
   const auto draw = [&](const std::string& name) {
     REQUIRE(granuscope_command({"render", (scratch / "pile.h5").string(), "--image", (scratch / name).string(),
                                 "--width", "700", "--window=-10,10,0,15"})
                 .code == 0);
-    return bytes_of(scratch / name);
+    return read_file(scratch / name);
   };
   const std::string svg = draw("a.svg"), pdf = draw("a.pdf");
   CHECK(svg == draw("b.svg"));
@@ -204,7 +200,7 @@ TEST_CASE("a window is written as SVG and PDF, the same bytes again; a large sce
 }
 
 TEST_CASE("a picture has the same bytes for any number of rasteriser threads, and the slow driver draws it too") {
-  const ScratchFolder scratch("drivers");
+  const test::TemporaryFolder scratch;
   store_pile(scratch / "pile.h5");
   const auto drawn = [&](const std::string& name, const std::map<std::string, std::string>& environment) {
     std::filesystem::path image = scratch / (name + ".png");
@@ -216,8 +212,8 @@ TEST_CASE("a picture has the same bytes for any number of rasteriser threads, an
     return image;
   };
   const auto one = drawn("one", {{"LP_NUM_THREADS", "0"}});
-  CHECK((bytes_of(drawn("two", {{"LP_NUM_THREADS", "2"}})) == bytes_of(one)));
-  CHECK((bytes_of(drawn("five", {{"LP_NUM_THREADS", "5"}})) == bytes_of(one)));
+  CHECK((read_file(drawn("two", {{"LP_NUM_THREADS", "2"}})) == read_file(one)));
+  CHECK((read_file(drawn("five", {{"LP_NUM_THREADS", "5"}})) == read_file(one)));
   // It forgets elements beyond the first some hundred of a draw, without a word.
   const PictureDistance apart = distance(
       read_png(one), read_png(drawn("slow", {{"GALLIUM_DRIVER", "softpipe"}, {"LIBGL_ALWAYS_SOFTWARE", "1"}})));
@@ -228,7 +224,7 @@ TEST_CASE("a picture has the same bytes for any number of rasteriser threads, an
 }
 
 TEST_CASE("an OpenGL driver that the environment names and OSMesa does not have is named, not met by a crash") {
-  const ScratchFolder scratch("unknown-driver");
+  const test::TemporaryFolder scratch;
   const std::string pile = (scratch / "pile.h5").string();
   REQUIRE(granuscope_command({"sample", "--columns", "100", "--layers", "100", "--out", pile}).code == 0);
   for (const char* driver : {"swr", "d3d12", "LLVMPIPE"}) {
@@ -254,11 +250,11 @@ TEST_CASE("an OpenGL driver that the environment names and OSMesa does not have 
 }
 
 TEST_CASE("a picture killed half way leaves the one that was there, and never half of one") {
-  const ScratchFolder scratch("killed");
+  const test::TemporaryFolder scratch;
   store_pile(scratch / "pile.h5");
   const std::string pile = (scratch / "pile.h5").string(), image = (scratch / "a.png").string();
   REQUIRE(granuscope_command({"render", pile, "--image", image, "--width", "500"}).code == 0);
-  const std::string before = bytes_of(image);
+  const std::string before = read_file(image);
   const std::string binary = std::string(GRANUSCOPE_BINARY_DIR) + "/granuscope";
   int killed = 0;
   for (const char* target : {image.c_str(), "b.png"}) {
@@ -286,12 +282,12 @@ TEST_CASE("a picture killed half way leaves the one that was there, and never ha
     REQUIRE(::waitpid(child, &status, 0) == child);
     CHECK(WIFSIGNALED(status));
   }
-  CHECK(bytes_of(image) == before);
+  CHECK(read_file(image) == before);
   CHECK_FALSE(std::filesystem::exists(scratch / "b.png"));
 }
 
 TEST_CASE("no OpenGL library is loaded unless a picture needs one") {
-  const ScratchFolder scratch("no-gl");
+  const test::TemporaryFolder scratch;
   // Of glibc's loader: tells every library that it opens.
   const auto loads_gl = [](const std::vector<std::string>& arguments) {
     const ProcessResult result = program(arguments, {{"LD_DEBUG", "files"}});

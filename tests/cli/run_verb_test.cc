@@ -4,6 +4,8 @@
 
 #include "cli/in_process.h"
 #include "experiment/experiment_file.h"
+#include "kit/temporary_folder.h"
+#include "support/atomic_file.h"
 
 using namespace granuscope;
 using Catch::Matchers::Contains;
@@ -41,12 +43,7 @@ width_px = 700
 dpi = 150
 )";
 
-std::string text_of(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
-fs::path write_config(const ScratchFolder& scratch, const std::string& text) {
+fs::path write_config(const test::TemporaryFolder& scratch, const std::string& text) {
   std::ofstream(scratch / "small.toml") << text;
   return scratch / "small.toml";
 }
@@ -54,7 +51,7 @@ fs::path write_config(const ScratchFolder& scratch, const std::string& text) {
 }  // namespace
 
 TEST_CASE("run --print-config prints the resolved experiment and runs nothing") {
-  const ScratchFolder scratch("print");
+  const test::TemporaryFolder scratch;
   const auto config = write_config(scratch, small_experiment);
   const auto result =
       granuscope_command({"run", config.string(), "--print-config", "--out", (scratch / "out").string()});
@@ -65,7 +62,7 @@ TEST_CASE("run --print-config prints the resolved experiment and runs nothing") 
 }
 
 TEST_CASE("run --dry-run tells stages and cost and runs nothing") {
-  const ScratchFolder scratch("dry");
+  const test::TemporaryFolder scratch;
   const auto config = write_config(scratch, small_experiment);
   const auto result = granuscope_command({"run", config.string(), "--dry-run", "--out", (scratch / "out").string()});
   REQUIRE(result.code == 0);
@@ -75,7 +72,7 @@ TEST_CASE("run --dry-run tells stages and cost and runs nothing") {
 }
 
 TEST_CASE("run leaves the documented files, the same numbers for every number of threads, and resumes") {
-  const ScratchFolder scratch("run");
+  const test::TemporaryFolder scratch;
   const auto config = write_config(scratch, small_experiment);
   const auto first =
       granuscope_command({"run", config.string(), "--threads", "1", "--out", (scratch / "one").string()});
@@ -86,8 +83,8 @@ TEST_CASE("run leaves the documented files, the same numbers for every number of
     INFO(name);
     CHECK(fs::exists(scratch / "one" / name));
   }
-  CHECK(parse_experiment(text_of(scratch / "one" / "experiment.toml"), "resolved").lattice.columns == 120);
-  const json summary = json::parse(text_of(scratch / "one" / "summary.json"));
+  CHECK(parse_experiment(read_file(scratch / "one" / "experiment.toml"), "resolved").lattice.columns == 120);
+  const json summary = json::parse(read_file(scratch / "one" / "summary.json"));
   CHECK(summary["schema"] == 1);
   CHECK(summary["experiment"] == "small");
   REQUIRE(summary["results"].size() == 3);
@@ -95,19 +92,19 @@ TEST_CASE("run leaves the documented files, the same numbers for every number of
 
   REQUIRE(granuscope_command({"run", config.string(), "--threads", "2", "--out", (scratch / "two").string()}).code ==
           0);
-  CHECK(text_of(scratch / "one" / "summary.json") == text_of(scratch / "two" / "summary.json"));
+  CHECK(read_file(scratch / "one" / "summary.json") == read_file(scratch / "two" / "summary.json"));
 
   // Again in the same folder: everything that takes time is there already.
   const auto plan = granuscope_command({"run", config.string(), "--dry-run", "--out", (scratch / "one").string()});
   for (const char* mu : {"0", "0.2", "0.4"})
     CHECK_THAT(plan.out, Contains(std::string("mu = ") + mu + " (there already)"));
-  const std::string before = text_of(scratch / "one" / "summary.json");
+  const std::string before = read_file(scratch / "one" / "summary.json");
   REQUIRE(granuscope_command({"run", config.string(), "--out", (scratch / "one").string()}).code == 0);
-  CHECK(text_of(scratch / "one" / "summary.json") == before);
+  CHECK(read_file(scratch / "one" / "summary.json") == before);
 }
 
 TEST_CASE("run --only sample stops after the ensembles") {
-  const ScratchFolder scratch("only");
+  const test::TemporaryFolder scratch;
   const auto config = write_config(scratch, small_experiment);
   const auto result =
       granuscope_command({"run", config.string(), "--only", "sample", "--out", (scratch / "out").string()});
@@ -120,7 +117,7 @@ TEST_CASE("run --only sample stops after the ensembles") {
 }
 
 TEST_CASE("run --gate ends with 1 if a verdict is not the expected one") {
-  const ScratchFolder scratch("gate");
+  const test::TemporaryFolder scratch;
   // Without friction rays go straight, exactly: the opposite is expected here.
   const auto config =
       write_config(scratch, std::string(small_experiment) + "[gate.expect]\nfrictionless = \"not reproduced\"\n");
@@ -137,7 +134,7 @@ TEST_CASE("run --gate ends with 1 if a verdict is not the expected one") {
 }
 
 TEST_CASE("run refuses what it cannot read before it writes anything") {
-  const ScratchFolder scratch("refuse");
+  const test::TemporaryFolder scratch;
   const std::vector<std::string> bad{"[lattice]\ncolums = 500\n", "[lattice\n", "[friction]\nmu = [2.0]\n"};
   for (const std::string& text : bad) {
     const auto config = write_config(scratch, text);
@@ -153,7 +150,7 @@ TEST_CASE("run refuses what it cannot read before it writes anything") {
 }
 
 TEST_CASE("run tells a folder that cannot be written as an error of the environment") {
-  const ScratchFolder scratch("folder");
+  const test::TemporaryFolder scratch;
   const auto config = write_config(scratch, small_experiment);
   CHECK(granuscope_command({"run", config.string(), "--out", "/dev/null/results"}).code == 3);
   std::ofstream(scratch / "file") << "in the way";

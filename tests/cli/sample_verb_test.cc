@@ -10,8 +10,10 @@
 
 #include "cli/in_process.h"
 #include "ensemble/ensemble_runner.h"
+#include "kit/temporary_folder.h"
 #include "model/audit.h"
 #include "storage/pile_file.h"
+#include "support/atomic_file.h"
 
 using namespace granuscope;
 using Catch::Matchers::Contains;
@@ -23,11 +25,6 @@ std::vector<std::string> keys_of(const nlohmann::ordered_json& object) {
   std::vector<std::string> keys;
   for (const auto& item : object.items()) keys.push_back(item.key());
   return keys;
-}
-
-std::string bytes_of(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
 }
 
 }  // namespace
@@ -151,7 +148,7 @@ TEST_CASE("Without friction the thrust ratio is exactly 1 with a standard error 
 }
 
 TEST_CASE("sample --out stores the pile that its key names, and audit accepts it") {
-  const ScratchFolder scratch("sample");
+  const test::TemporaryFolder scratch;
   const std::vector<std::string> command{"sample", "--mu",  "0.3",    "--columns", "30",       "--layers", "25",
                                          "--load", "point", "--seed", "5",         "--sample", "17",       "--out"};
   for (const char* name : {"a.h5", "b.h5"}) {
@@ -159,7 +156,7 @@ TEST_CASE("sample --out stores the pile that its key names, and audit accepts it
     arguments.push_back((scratch / name).string());
     REQUIRE(granuscope_command(arguments).code == 0);
   }
-  CHECK(bytes_of(scratch / "a.h5") == bytes_of(scratch / "b.h5"));
+  CHECK(read_file(scratch / "a.h5") == read_file(scratch / "b.h5"));
   const Pile pile = read_pile(scratch / "a.h5");
   CHECK(pile.mu == 0.3);
   CHECK(pile.seed == 5);
@@ -172,7 +169,7 @@ TEST_CASE("sample --out stores the pile that its key names, and audit accepts it
 }
 
 TEST_CASE("A changed pile does not pass the audit") {
-  const ScratchFolder scratch("audit");
+  const test::TemporaryFolder scratch;
   REQUIRE(granuscope_command(
               {"sample", "--mu", "0.3", "--columns", "30", "--layers", "25", "--out", (scratch / "good.h5").string()})
               .code == 0);
@@ -187,7 +184,7 @@ TEST_CASE("A changed pile does not pass the audit") {
 }
 
 TEST_CASE("Piles that do not exist or are none are input errors") {
-  const ScratchFolder scratch("hostile");
+  const test::TemporaryFolder scratch;
   std::ofstream(scratch / "text.h5") << "this is no pile";
   std::ofstream(scratch / "empty.h5");
   for (const auto& file : {scratch / "missing.h5", scratch / "text.h5", scratch / "empty.h5", scratch.path()}) {
@@ -225,7 +222,7 @@ TEST_CASE("What the model cannot do is refused before anything is drawn") {
 }
 
 TEST_CASE("A file that cannot be written is an error of the environment and leaves nothing behind") {
-  const ScratchFolder scratch("unwritable");
+  const test::TemporaryFolder scratch;
   const auto result = granuscope_command(
       {"sample", "--columns", "10", "--layers", "5", "--out", (scratch / "no/such/folder/pile.h5").string()});
   CHECK(result.code == 3);
@@ -260,6 +257,8 @@ TEST_CASE("Many piles that cannot be completed are counted, and the first of the
 }
 
 TEST_CASE("the command that an ensemble names for a failed pile meets the failure, and draws the others") {
+  const test::TemporaryFolder scratch;
+  const auto replayed = scratch / "replayed.h5";
   for (const EstimatorName estimator : {EstimatorName::point, EstimatorName::paired, EstimatorName::multiplexed}) {
     for (const bool opposite : {false, true}) {
       if (opposite && estimator != EstimatorName::multiplexed) continue;
@@ -289,7 +288,7 @@ TEST_CASE("the command that an ensemble names for a failed pile meets the failur
         for (std::string word; words >> word;) arguments.push_back(word);
         REQUIRE(arguments.front() == "granuscope");
         arguments.erase(arguments.begin());
-        arguments.back() = (std::filesystem::temp_directory_path() / "granuscope-replayed.h5").string();
+        arguments.back() = replayed.string();
         return granuscope_command(arguments);
       };
       std::set<std::uint64_t> failed;
@@ -303,7 +302,7 @@ TEST_CASE("the command that an ensemble names for a failed pile meets the failur
       for (std::uint64_t sample = 0; sample < 64; ++sample) {
         if (failed.contains(sample)) continue;
         CHECK(repeat(sample).code == 0);
-        const Pile pile = read_pile(std::filesystem::temp_directory_path() / "granuscope-replayed.h5");
+        const Pile pile = read_pile(replayed);
         CHECK(pile.sample == sample);
         const double load = pile.load[static_cast<std::size_t>(pile.lattice.middle())];
         CHECK((estimator == EstimatorName::multiplexed ? std::abs(load - 1) == 0.5 : load == 3));

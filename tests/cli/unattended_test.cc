@@ -11,6 +11,7 @@
 #include <string>
 
 #include "cli/in_process.h"
+#include "kit/temporary_folder.h"
 #include "support/atomic_file.h"
 #include "support/child_process.h"
 
@@ -30,7 +31,8 @@ std::string experiment(int seed) {
 }
 
 /// Runs the program with a gnuplot of our own before the system's.
-ProcessResult run_with_gnuplot(const ScratchFolder& scratch, const std::string& script, const fs::path& config) {
+ProcessResult run_with_gnuplot(const test::TemporaryFolder& scratch, const std::string& script,
+                               const fs::path& config) {
   fs::create_directories(scratch / "programs");
   std::ofstream(scratch / "programs/gnuplot") << "#!/bin/sh\n" << script << '\n';
   fs::permissions(scratch / "programs/gnuplot", fs::perms::owner_all);
@@ -47,7 +49,7 @@ nlohmann::json manifest_in(const fs::path& folder) {
 }  // namespace
 
 TEST_CASE("A killed run leaves a folder that does not claim to be finished, and forgets no time") {
-  const ScratchFolder scratch("killed-manifest");
+  const test::TemporaryFolder scratch;
   std::ofstream(scratch / "first.toml") << experiment(1);
   std::ofstream(scratch / "second.toml") << experiment(2);
   const fs::path out = scratch / "out";
@@ -79,7 +81,7 @@ TEST_CASE("A killed run leaves a folder that does not claim to be finished, and 
 }
 
 TEST_CASE("A run goes on when nobody reads its progress any more") {
-  const ScratchFolder scratch("no-reader");
+  const test::TemporaryFolder scratch;
   std::ofstream(scratch / "e.toml") << experiment(1);
   std::array<int, 2> ends = {};
   REQUIRE(::pipe(ends.data()) == 0);
@@ -101,7 +103,7 @@ TEST_CASE("A run goes on when nobody reads its progress any more") {
 }
 
 TEST_CASE("A folder whose name is not UTF-8 gets its PDF, too") {
-  const ScratchFolder scratch("latin");
+  const test::TemporaryFolder scratch;
   std::ofstream(scratch / "e.toml") << experiment(1);
   const std::string out = (scratch / "Tr\xe4gheit").string();
   const auto result = granuscope_command({"run", (scratch / "e.toml").string(), "--out", out, "--require-pdf"});
@@ -110,7 +112,7 @@ TEST_CASE("A folder whose name is not UTF-8 gets its PDF, too") {
 }
 
 TEST_CASE("A flag that a script left empty is no default") {
-  const ScratchFolder scratch("empty");
+  const test::TemporaryFolder scratch;
   const std::string pile = (scratch / "pile.h5").string(), image = (scratch / "image.png").string();
   std::ofstream(scratch / "e.toml") << experiment(1);
   REQUIRE(granuscope_command({"sample", "--columns", "20", "--layers", "20", "--out", pile}).code == 0);
@@ -132,7 +134,7 @@ TEST_CASE("A flag that a script left empty is no default") {
 }
 
 TEST_CASE("A picture does not replace the pile it is drawn of") {
-  const ScratchFolder scratch("itself");
+  const test::TemporaryFolder scratch;
   const std::string pile = (scratch / "pile.png").string(), other = (scratch / "uniform.h5").string();
   const std::string link = (scratch / "link.png").string();
   REQUIRE(granuscope_command({"sample", "--columns", "30", "--layers", "20", "--load", "point", "--out", pile}).code ==
@@ -154,7 +156,7 @@ TEST_CASE("A picture does not replace the pile it is drawn of") {
 }
 
 TEST_CASE("A bench that could not be kept, or would heed no flag, does not begin") {
-  const ScratchFolder scratch("bench");
+  const test::TemporaryFolder scratch;
   const auto refused = [](std::vector<std::string> arguments, int code, const std::string& words) {
     arguments.insert(arguments.begin(), "bench");
     CAPTURE(arguments);
@@ -172,7 +174,7 @@ TEST_CASE("A bench that could not be kept, or would heed no flag, does not begin
 }
 
 TEST_CASE("A bench that is stopped says so and leaves its folder as it was") {
-  const ScratchFolder scratch("bench-stopped");
+  const test::TemporaryFolder scratch;
   std::ofstream(scratch / "picture.png") << "somebody's own";
   std::ofstream(scratch / "pile-70x60.h5") << "somebody's own";
   ProcessSpec spec;

@@ -2,19 +2,21 @@
 // definitions of the quantities; equality is exact.
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <cstring>
 #include <numeric>
 #include <set>
 #include <string>
 #include <vector>
 
 #include "ensemble/ensemble_runner.h"
+#include "kit/same_bytes.h"
 #include "sampling/sampler.h"
 #include "support/error.h"
 #include "support/interruption.h"
 
 namespace granuscope {
 namespace {
+
+using test::same_bytes;
 
 EnsembleSpec small_ensemble() {
   EnsembleSpec spec;
@@ -24,10 +26,6 @@ EnsembleSpec small_ensemble() {
   spec.response.samples = 8 * 11 + 3;  // the last group is not full, and 12 groups do not divide evenly among 8 blocks
   spec.response.blocks = 8;
   return spec;
-}
-
-bool same_bytes(const std::vector<double>& x, const std::vector<double>& y) {
-  return x.size() == y.size() && std::memcmp(x.data(), y.data(), x.size() * sizeof(double)) == 0;
 }
 
 bool same_bytes(const EnsembleRecord& a, const EnsembleRecord& b) {

@@ -7,10 +7,10 @@
 #include <vector>
 
 #include "ensemble/ensemble_runner.h"
+#include "kit/sanitized.h"
 #include "sampling/chain_plan.h"
 #include "support/error.h"
 #include "support/processor_time.h"
-#include "support/sanitized.h"
 
 namespace granuscope {
 namespace {

@@ -1,10 +1,10 @@
 // Source of the expected numbers: each pile drawn by itself and correlated with its loads straight from the definition.
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <cstring>
 #include <numbers>
 
 #include "ensemble/ensemble_runner.h"
+#include "kit/same_bytes.h"
 #include "sampling/random_key.h"
 #include "sampling/sampler.h"
 #include "support/error.h"
@@ -76,9 +76,7 @@ TEST_CASE("multiplexed: any number of threads gives the same bytes") {
   for (const int threads : {2, 5}) {
     const EnsembleRecord many = run_ensemble(spec, threads, nullptr);
     for (const auto& [name, sums] : one.sums.quantities) {
-      const std::vector<double>& other = many.sums.quantities.at(name).sum;
-      REQUIRE(other.size() == sums.sum.size());
-      CHECK(std::memcmp(other.data(), sums.sum.data(), other.size() * sizeof(double)) == 0);
+      CHECK(test::same_bytes(many.sums.quantities.at(name).sum, sums.sum));
     }
   }
   spec.sampler.seed = 8;

@@ -1,10 +1,10 @@
 // Source of the expected numbers: each pair of piles drawn by itself and summed straight from the definitions.
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <cstring>
 
 #include "ensemble/ensemble_runner.h"
 #include "ensemble/paired_estimator.h"
+#include "kit/same_bytes.h"
 #include "sampling/split_numbers.h"
 
 namespace granuscope {
@@ -90,9 +90,7 @@ TEST_CASE("paired: any number of threads gives the same bytes") {
   for (const int threads : {2, 5}) {
     const EnsembleRecord many = run_ensemble(spec, threads, nullptr);
     for (const auto& [name, sums] : one.sums.quantities) {
-      const std::vector<double>& other = many.sums.quantities.at(name).sum;
-      REQUIRE(other.size() == sums.sum.size());
-      CHECK(std::memcmp(other.data(), sums.sum.data(), other.size() * sizeof(double)) == 0);
+      CHECK(test::same_bytes(many.sums.quantities.at(name).sum, sums.sum));
     }
     CHECK(one.counts.uniforms == many.counts.uniforms);
   }

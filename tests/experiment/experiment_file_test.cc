@@ -9,6 +9,7 @@
 #include <string>
 
 #include "experiment/experiment_keys.h"
+#include "kit/temporary_folder.h"
 #include "support/error.h"
 
 using namespace granuscope;
@@ -25,13 +26,6 @@ std::string refusal(const std::string& text) {
   }
   return "(accepted)";
 }
-
-/// A folder that is removed at the end of its scope.
-struct ScratchFolder {
-  std::filesystem::path path = std::filesystem::path(GRANUSCOPE_BINARY_DIR) / "scratch-experiment";
-  ScratchFolder() { std::filesystem::create_directories(path); }
-  ~ScratchFolder() { std::filesystem::remove_all(path); }
-};
 
 void require_equal(const Experiment& a, const Experiment& b) {
   for (const ExperimentKey& key : experiment_keys()) {
@@ -272,14 +266,14 @@ TEST_CASE("Text that is not TOML is refused with its place") {
 }
 
 TEST_CASE("What is no readable file is refused") {
-  const ScratchFolder scratch;
-  CHECK_THROWS_WITH(read_experiment(scratch.path / "missing.toml"), Contains("no such file"));
-  CHECK_THROWS_WITH(read_experiment(scratch.path), Contains("this is a folder"));
+  const test::TemporaryFolder scratch;
+  CHECK_THROWS_WITH(read_experiment(scratch / "missing.toml"), Contains("no such file"));
+  CHECK_THROWS_WITH(read_experiment(scratch.path()), Contains("this is a folder"));
   CHECK_THROWS_WITH(read_experiment("/dev/zero"), Contains("not a plain file"));
-  std::ofstream(scratch.path / "huge.toml") << std::string(3'000'000, ' ');
-  CHECK_THROWS_WITH(read_experiment(scratch.path / "huge.toml"), Contains("too many"));
-  std::ofstream(scratch.path / "good.toml") << "[lattice]\ncolumns = 600\n";
-  CHECK(read_experiment(scratch.path / "good.toml").lattice.columns == 600);
+  std::ofstream(scratch / "huge.toml") << std::string(3'000'000, ' ');
+  CHECK_THROWS_WITH(read_experiment(scratch / "huge.toml"), Contains("too many"));
+  std::ofstream(scratch / "good.toml") << "[lattice]\ncolumns = 600\n";
+  CHECK(read_experiment(scratch / "good.toml").lattice.columns == 600);
 }
 
 TEST_CASE("Every example can be read") {

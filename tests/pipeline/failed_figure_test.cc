@@ -6,12 +6,12 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "kit/temporary_folder.h"
 #include "pipeline/pipeline.h"
 #include "quiet_run.h"
 #include "small_experiment.h"
 #include "support/atomic_file.h"
 #include "support/child_process.h"
-#include "support/temporary_folder.h"
 
 using namespace granuscope;
 using Catch::Matchers::Contains;

@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
+#include "kit/temporary_folder.h"
 #include "pipeline/pipeline.h"
 #include "small_experiment.h"
 #include "support/atomic_file.h"
 #include "support/child_process.h"
-#include "support/temporary_folder.h"
 
 using namespace granuscope;
 using test::TemporaryFolder;

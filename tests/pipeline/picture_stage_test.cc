@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
+#include "kit/temporary_folder.h"
 #include "render/png_file.h"
 #include "small_experiment.h"
 #include "support/atomic_file.h"
-#include "support/temporary_folder.h"
 
 namespace granuscope {
 namespace {

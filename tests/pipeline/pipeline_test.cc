@@ -8,6 +8,7 @@
 #include <set>
 #include <thread>
 
+#include "kit/temporary_folder.h"
 #include "pipeline/ensemble_stage.h"
 #include "quiet_run.h"
 #include "small_experiment.h"
@@ -16,7 +17,6 @@
 #include "support/atomic_file.h"
 #include "support/error.h"
 #include "support/interruption.h"
-#include "support/temporary_folder.h"
 
 using namespace granuscope;
 using test::TemporaryFolder;

@@ -4,9 +4,9 @@
 
 #include "ensemble/ensemble_runner.h"
 #include "ensemble/estimator.h"
+#include "kit/temporary_folder.h"
 #include "pipeline/pipeline.h"
 #include "small_experiment.h"
-#include "support/temporary_folder.h"
 
 using namespace granuscope;
 using Catch::Matchers::Contains;

@@ -5,8 +5,8 @@
 #include <fstream>
 #include <memory>
 
+#include "kit/temporary_folder.h"
 #include "support/error.h"
-#include "support/temporary_folder.h"
 
 using namespace granuscope;
 using Catch::Matchers::Contains;

@@ -9,13 +9,13 @@
 #include <set>
 #include <string>
 
+#include "kit/temporary_folder.h"
 #include "pipeline/pipeline.h"
 #include "quiet_run.h"
 #include "small_experiment.h"
 #include "support/atomic_file.h"
 #include "support/error.h"
 #include "support/interruption.h"
-#include "support/temporary_folder.h"
 
 using namespace granuscope;
 using Catch::Matchers::Contains;

@@ -3,14 +3,14 @@
 #include <cmath>
 #include <limits>
 
+#include "kit/temporary_folder.h"
 #include "plot/error_against_time.h"
 #include "plot/synthetic_analysis.h"
-#include "plot/temporary_folder.h"
 #include "support/atomic_file.h"
 #include "support/error.h"
 
 using namespace granuscope;
-using synthetic::TemporaryFolder;
+using test::TemporaryFolder;
 
 namespace {
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "kit/temporary_folder.h"
 #include "plot/bead_forces.h"
 #include "plot/figure_words.h"
 #include "plot/propagation_against_diffusion.h"
@@ -12,7 +13,6 @@
 #include "plot/response_profiles.h"
 #include "plot/scaling_with_friction.h"
 #include "plot/synthetic_analysis.h"
-#include "plot/temporary_folder.h"
 #include "plot/transport_with_depth.h"
 #include "sampling/sampler.h"
 #include "support/atomic_file.h"
@@ -20,7 +20,7 @@
 #include "support/error.h"
 
 using namespace granuscope;
-using synthetic::TemporaryFolder;
+using test::TemporaryFolder;
 
 namespace {
 

@@ -1,15 +1,15 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "kit/temporary_folder.h"
 #include "plot/law_cost.h"
 #include "plot/stress.h"
 #include "plot/synthetic_analysis.h"
-#include "plot/temporary_folder.h"
 #include "support/atomic_file.h"
 #include "support/error.h"
 
 using namespace granuscope;
-using synthetic::TemporaryFolder;
+using test::TemporaryFolder;
 
 namespace {
 

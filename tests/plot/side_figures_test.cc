@@ -1,16 +1,16 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "kit/temporary_folder.h"
 #include "plot/counted_work.h"
 #include "plot/nonlinearity.h"
 #include "plot/small_friction.h"
 #include "plot/synthetic_analysis.h"
-#include "plot/temporary_folder.h"
 #include "support/atomic_file.h"
 #include "support/error.h"
 
 using namespace granuscope;
-using synthetic::TemporaryFolder;
+using test::TemporaryFolder;
 
 namespace {
 

@@ -3,16 +3,16 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "kit/temporary_folder.h"
 #include "model/lattice.h"
 #include "plot/propagation_against_diffusion.h"
 #include "plot/scaling_with_friction.h"
 #include "plot/synthetic_analysis.h"
-#include "plot/temporary_folder.h"
 #include "plot/transport_with_depth.h"
 #include "support/atomic_file.h"
 
 using namespace granuscope;
-using synthetic::TemporaryFolder;
+using test::TemporaryFolder;
 
 namespace {
 

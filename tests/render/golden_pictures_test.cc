@@ -1,5 +1,3 @@
-#include <unistd.h>
-
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cctype>
@@ -9,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "kit/temporary_folder.h"
 #include "render/draw.h"
 #include "render/field_scene.h"
 #include "render/font.h"
@@ -100,8 +99,7 @@ TEST_CASE("every scene is drawn as it was: the same pixels by the same renderer,
   }
   REQUIRE_FALSE(folders.empty());
 
-  const fs::path scratch = fs::temp_directory_path() / ("granuscope-golden-" + std::to_string(::getpid()));
-  fs::create_directories(scratch);
+  const test::TemporaryFolder scratch;
   for (const Golden& golden : goldens()) {
     const Image now = drawn(golden, scratch / "now.png");
     for (const fs::path& folder : folders) {
@@ -129,13 +127,11 @@ TEST_CASE("every scene is drawn as it was: the same pixels by the same renderer,
       CHECK(same);
     }
   }
-  fs::remove_all(scratch);
 }
 
 TEST_CASE("what is allowed between renderers would not let another scale, a shift or a lost contact pass", "[golden]") {
   const Golden golden = goldens().front();
-  const fs::path scratch = fs::temp_directory_path() / ("granuscope-shift-" + std::to_string(::getpid()));
-  fs::create_directories(scratch);
+  const test::TemporaryFolder scratch;
   const Image whole = drawn(golden, scratch / "whole.png");
 
   Golden scaled = golden;
@@ -160,7 +156,6 @@ TEST_CASE("what is allowed between renderers would not let another scale, a shif
       std::fill_n(lost.rgba.begin() + static_cast<long>(lost.offset(x, y)), 3, 255);
   }
   CHECK(distance(whole, lost).largest > renderer_distance.largest);
-  fs::remove_all(scratch);
 }
 
 }  // namespace

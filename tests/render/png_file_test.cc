@@ -1,19 +1,18 @@
 #include "render/png_file.h"
 
-#include <sys/resource.h>
-
 #include <catch2/catch.hpp>
-#include <csignal>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <string>
 #include <vector>
 
+#include "kit/file_size_limit.h"
+#include "kit/temporary_folder.h"
 #include "render/draw.h"
 #include "render/gl_context.h"
 #include "render/painter.h"
 #include "render/test_piles.h"
+#include "support/atomic_file.h"
 #include "support/error.h"
 #include "support/interruption.h"
 
@@ -21,34 +20,7 @@ namespace granuscope {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// A folder of its own for each case.
-class Folder {
- public:
-  Folder() {
-    std::string name = (fs::temp_directory_path() / "granuscope-png-XXXXXX").string();
-    if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
-    path_ = name;
-  }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-  ~Folder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  fs::path operator/(const char* name) const { return path_ / name; }
-  std::size_t files() const {
-    return static_cast<std::size_t>(std::distance(fs::directory_iterator(path_), fs::directory_iterator()));
-  }
-
- private:
-  fs::path path_;
-};
-
-std::string bytes_of(const fs::path& path) {
-  std::ifstream stream(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
+using test::TemporaryFolder;
 
 struct Chunk {
   std::string type, data;
@@ -61,7 +33,7 @@ std::uint32_t big_endian(const std::string& bytes, std::size_t at) {
 }
 
 std::vector<Chunk> chunks_of(const fs::path& path) {
-  const std::string bytes = bytes_of(path);
+  const std::string bytes = read_file(path);
   std::vector<Chunk> chunks;
   for (std::size_t at = 8; at < bytes.size();) {
     const std::size_t length = big_endian(bytes, at);
@@ -87,7 +59,7 @@ Image small_image() {
 }
 
 TEST_CASE("an image carries its resolution, colour space and texts, and no time") {
-  const Folder folder;
+  const TemporaryFolder folder;
   write_png(folder / "a.png", small_image(), 300, {{"Software", "granuscope \u03bc = 0.1"}});
   const auto chunks = chunks_of(folder / "a.png");
   REQUIRE(of_type(chunks, "pHYs").size() == 1);
@@ -105,7 +77,7 @@ TEST_CASE("an image carries its resolution, colour space and texts, and no time"
 }
 
 TEST_CASE("what is written is read back") {
-  const Folder folder;
+  const TemporaryFolder folder;
   Image image = small_image();
   image.rgba[3] = 7;  // one translucent pixel
   write_png(folder / "a.png", image, 100);
@@ -118,53 +90,48 @@ TEST_CASE("what is written is read back") {
 }
 
 TEST_CASE("a PNG that cannot be written leaves nothing behind") {
-  const Folder folder;
+  const TemporaryFolder folder;
   CHECK_THROWS_AS(write_png(folder / "no/such/folder.png", small_image(), 100), EnvironmentError);
   CHECK_THROWS_AS(write_png(folder / "a.png", Image(), 100), InputError);
   CHECK_THROWS_AS(write_png(folder / "a.png", small_image(), 0), InputError);
   CHECK_THROWS_AS(write_png(folder / "a.png", small_image(), 100, {{"", "text"}}), InputError);
   CHECK_THROWS_AS(write_png(folder / "a.png", small_image(), 100, {{std::string(80, 'k'), "text"}}), InputError);
-  CHECK(folder.files() == 0);
+  CHECK(folder.contents().size() == 0);
 }
 
 TEST_CASE("a disk that fills up while writing leaves nothing behind and says so") {
-  const Folder folder;
+  const TemporaryFolder folder;
   Image image(200, 200, {});
   for (std::size_t i = 0; i < image.rgba.size(); ++i) {
     if (i % 4 != 3) image.rgba[i] = static_cast<std::uint8_t>(i * i * 2654435761U >> 16);  // compresses badly
   }
   // A limit on the size of files stands in for the full disk: writing fails at the same place.
-  rlimit before{};
-  REQUIRE(::getrlimit(RLIMIT_FSIZE, &before) == 0);
-  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
-  rlimit small = before;
-  small.rlim_cur = 4096;
-  REQUIRE(::setrlimit(RLIMIT_FSIZE, &small) == 0);
   std::string message;
-  try {
-    write_png(folder / "a.png", image, 100);
-  } catch (const EnvironmentError& error) {
-    message = error.what();
+  {
+    const test::FileSizeLimit full(4096);
+    try {
+      write_png(folder / "a.png", image, 100);
+    } catch (const EnvironmentError& error) {
+      message = error.what();
+    }
   }
-  ::setrlimit(RLIMIT_FSIZE, &before);
-  std::signal(SIGXFSZ, handler);
   CHECK_THAT(message, Catch::Contains("cannot write") && Catch::Contains("a.png"));
-  CHECK(folder.files() == 0);
+  CHECK(folder.contents().size() == 0);
 }
 
 TEST_CASE("a file that is not a whole PNG is refused") {
-  const Folder folder;
+  const TemporaryFolder folder;
   CHECK_THROWS_AS(read_png(folder / "none.png"), InputError);
   std::ofstream(folder / "text.png") << "not a picture";
   CHECK_THROWS_WITH(read_png(folder / "text.png"), Catch::Contains("not a whole PNG"));
   write_png(folder / "a.png", small_image(), 100);
-  const std::string whole = bytes_of(folder / "a.png");
+  const std::string whole = read_file(folder / "a.png");
   std::ofstream(folder / "half.png", std::ios::binary) << whole.substr(0, whole.size() - 20);
   CHECK_THROWS_AS(read_png(folder / "half.png"), InputError);
 }
 
 TEST_CASE("a request to stop ends any picture, and leaves no file") {
-  const Folder folder;
+  const TemporaryFolder folder;
   const Pile pile = frictionless_pile(60, 40);
   SceneSpec spec;
   spec.width_px = 400;
@@ -182,19 +149,19 @@ TEST_CASE("a request to stop ends any picture, and leaves no file") {
   CHECK_THROWS_AS(paint(detail, small, *context), Interrupted);
   CHECK_THROWS_AS(write_png(folder / "a.png", small_image(), 100), Interrupted);
   request_interruption(false);
-  CHECK(folder.files() == 0);
+  CHECK(folder.contents().size() == 0);
 }
 
 TEST_CASE("a pile is drawn to a file, twice the same bytes, with its numbers") {
-  const Folder folder;
+  const TemporaryFolder folder;
   const Pile pile = frictionless_pile(12, 10);
   SceneSpec spec;
   spec.width_px = 400;
   spec.dpi = 100;
   const SceneStatistics statistics = draw_pile(pile, spec, folder / "a.png", {{"Software", "granuscope"}});
   draw_pile(pile, spec, folder / "b.png", {{"Software", "granuscope"}});
-  CHECK((bytes_of(folder / "a.png") == bytes_of(folder / "b.png")));
-  CHECK(folder.files() == 2);
+  CHECK((read_file(folder / "a.png") == read_file(folder / "b.png")));
+  CHECK(folder.contents().size() == 2);
   const Image image = read_png(folder / "a.png");
   CHECK(image.width == 400);
   CHECK(statistics.counts.pixels == 400U * static_cast<unsigned>(image.height));
@@ -205,7 +172,7 @@ TEST_CASE("a pile is drawn to a file, twice the same bytes, with its numbers") {
   CHECK(contacts == "240 drawn, 0 outside, 0 too faint, 0 aggregated");
   spec.window = {{3, 3, 0, 0}};
   CHECK_THROWS_AS(draw_pile(pile, spec, folder / "c.png"), InputError);
-  CHECK(folder.files() == 2);
+  CHECK(folder.contents().size() == 2);
 }
 
 }  // namespace

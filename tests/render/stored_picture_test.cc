@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "kit/temporary_folder.h"
 #include "render/draw.h"
 #include "render/painter.h"
 #include "render/png_file.h"
@@ -19,7 +20,6 @@
 #include "storage/pile_file.h"
 #include "support/atomic_file.h"
 #include "support/error.h"
-#include "support/temporary_folder.h"
 
 namespace granuscope {
 namespace {

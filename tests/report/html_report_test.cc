@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "plot/temporary_folder.h"
+#include "kit/temporary_folder.h"
 #include "report/fixture.h"
 #include "report/markdown_summary.h"
 #include "report/page_reader.h"
@@ -29,7 +29,7 @@ std::vector<std::size_t> places(const std::string& text, const std::string& part
 }
 
 struct Page {
-  synthetic::TemporaryFolder run;
+  test::TemporaryFolder run;
   ReportData data = synthetic::report_data(run.path());
   std::string summary = summary_json(data);
   std::string html = html_report(data, summary, run.path());
@@ -164,7 +164,7 @@ TEST_CASE("Text contrasts with its background in light and dark") {
 }
 
 TEST_CASE("Hostile text stays text everywhere") {
-  const synthetic::TemporaryFolder run;
+  const test::TemporaryFolder run;
   ReportData data = synthetic::report_data(run.path());
   const std::string hostile = synthetic::hostile_text();
   data.experiment_name = data.description = data.resolved_experiment = hostile;
@@ -188,7 +188,7 @@ TEST_CASE("Hostile text stays text everywhere") {
 }
 
 TEST_CASE("Ten thousand failures do not bury the report: the first are named, the rest counted") {
-  const synthetic::TemporaryFolder run;
+  const test::TemporaryFolder run;
   ReportData data = synthetic::report_data(run.path());
   std::vector<FailedSample>& failed = data.analysis.results[4].failed;
   failed.assign(10'000, failed.front());
@@ -203,7 +203,7 @@ TEST_CASE("Ten thousand failures do not bury the report: the first are named, th
 }
 
 TEST_CASE("A run with almost nothing in it still has a page") {
-  const synthetic::TemporaryFolder run;
+  const test::TemporaryFolder run;
   const ReportData data;
   const std::string summary = summary_json(data);
   const std::string html = html_report(data, summary, run.path());
@@ -213,7 +213,7 @@ TEST_CASE("A run with almost nothing in it still has a page") {
 }
 
 TEST_CASE("A figure that is not there or of another kind is an error") {
-  const synthetic::TemporaryFolder run;
+  const test::TemporaryFolder run;
   ReportData data;
   data.figures.resize(1);
   data.figures[0].id = "gone";

@@ -4,8 +4,9 @@
 #include <catch2/catch.hpp>
 #include <sstream>
 
+#include "kit/temporary_folder.h"
+#include "kit/without_programs.h"
 #include "plot/synthetic_analysis.h"
-#include "plot/temporary_folder.h"
 #include "report/fixture.h"
 #include "report/report.h"
 #include "report/summary_json.h"
@@ -57,7 +58,7 @@ long pixels_of(const std::string& ppm, std::array<int, 3> colour) {
 }
 
 struct Written {
-  synthetic::TemporaryFolder run;
+  test::TemporaryFolder run;
   ReportData data = synthetic::report_data(run.path());
   ReportFiles files = write_report(data, run.path(), PdfPolicy::required);
 };
@@ -129,7 +130,7 @@ TEST_CASE("The PDF has vector plots, all labels, contents with page numbers and 
 }
 
 TEST_CASE("No table is wider than the page") {
-  const synthetic::TemporaryFolder run;
+  const test::TemporaryFolder run;
   ReportData data = synthetic::report_data(run.path());
   data.figures.clear();
   for (Transport& result : data.analysis.results) {
@@ -180,9 +181,9 @@ TEST_CASE("No table is wider than the page") {
 }
 
 TEST_CASE("Without WeasyPrint everything else is written and the page says why there is no PDF") {
-  const synthetic::TemporaryFolder run, empty;
+  const test::TemporaryFolder run, empty;
   const ReportData data = synthetic::report_data(run.path());
-  const synthetic::WithoutPrograms hidden(empty.path());
+  const test::WithoutPrograms hidden(empty.path());
   SECTION("if possible") {
     const ReportFiles files = write_report(data, run.path(), PdfPolicy::if_possible);
     CHECK_FALSE(files.pdf);
@@ -205,7 +206,7 @@ TEST_CASE("Without WeasyPrint everything else is written and the page says why t
 }
 
 TEST_CASE("A WeasyPrint that hangs or cannot load a figure is a failure, though it ends with status 0") {
-  const synthetic::TemporaryFolder run;
+  const test::TemporaryFolder run;
   ReportData data;
   const std::string summary = summary_json(data);
   CHECK(contains(pdf_report(data, summary, run.path(), 0.01).failure, "still running"));

@@ -4,8 +4,8 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "kit/temporary_folder.h"
 #include "plot/synthetic_analysis.h"
-#include "plot/temporary_folder.h"
 #include "report/fixture.h"
 #include "report/junit.h"
 #include "report/manifest_json.h"
@@ -107,7 +107,7 @@ TEST_CASE("The summary knows no time, host or path, and hostile names do not bre
 }
 
 TEST_CASE("The manifest lists every file with its hash, also of a failed run") {
-  const synthetic::TemporaryFolder run;
+  const test::TemporaryFolder run;
   write_file(run.path() / "summary.json", "{}");
   make_folder(run.path() / "figures");
   write_file(run.path() / "figures" / "a.csv", "x\n1\n");

@@ -3,8 +3,8 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "kit/temporary_folder.h"
 #include "plot/synthetic_analysis.h"
-#include "plot/temporary_folder.h"
 #include "report/html_report.h"
 #include "report/page_reader.h"
 #include "report/report_data.h"
@@ -36,7 +36,7 @@ struct Page {
   std::map<std::string, std::string> texts;  ///< of each key
 
   explicit Page(const ReportData& data) {
-    const synthetic::TemporaryFolder run;
+    const test::TemporaryFolder run;
     const std::string summary = summary_json(data);
     html = html_report(data, summary, run.path());
     for (const std::string& line : synthetic::differences(html, summary)) FAIL_CHECK(line);
@@ -140,7 +140,7 @@ TEST_CASE("A systematic error stands in the last digits of its value, one of the
   // Behind a sign where the value has a power of ten.
   data.analysis.results[1].c = known(3.2e-6, 1.4e-7);
   data.analysis.results[1].c.systematic = 2e-8;
-  const synthetic::TemporaryFolder run;
+  const test::TemporaryFolder run;
   CHECK(contains(html_report(data, summary_json(data), run.path()),
                  "3.20(14) × 10⁻⁶</span> ± <span data-key=\"/results/1/c/systematic\">2.0 × 10⁻⁸"));
 }
@@ -223,7 +223,7 @@ TEST_CASE("Rounding of an exact result stands as 0, a small number with an error
   data.analysis.results[0].D = data.analysis.results[0].c_minus_c_thrust = known(-2.5e-15, 0);
   data.analysis.results[1].D = known(0.00003, 0.00001);
   const std::string summary = summary_json(data);
-  const synthetic::TemporaryFolder run;
+  const test::TemporaryFolder run;
   std::map<std::string, std::string> texts;
   for (const auto& [key, text] : synthetic::keyed_texts(html_report(data, summary, run.path()))) texts[key] = text;
   CHECK(texts.at("/results/0/D") == "0");

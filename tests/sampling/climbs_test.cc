@@ -2,20 +2,18 @@
 // failures and counts too.
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <cstring>
 #include <random>
 #include <vector>
 
 #include "instruction_sets.h"
+#include "kit/same_bytes.h"
 #include "sampling/layer_kernels.h"
 #include "sampling/sampler.h"
 
 namespace granuscope {
 namespace {
 
-bool same_bytes(const std::vector<double>& a, const std::vector<double>& b) {
-  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(double)) == 0;
-}
+using test::same_bytes;
 
 struct Drawn {
   std::vector<Pile> piles;

@@ -5,8 +5,8 @@
 #include <numeric>
 #include <vector>
 
+#include "kit/sanitized.h"
 #include "sampling/sampler.h"
-#include "support/sanitized.h"
 
 namespace granuscope {
 namespace {

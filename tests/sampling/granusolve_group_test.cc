@@ -2,26 +2,19 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <numeric>
 #include <random>
 #include <vector>
 
 #include "instruction_sets.h"
+#include "kit/same_bytes.h"
 #include "sampling/sampler.h"
 
 namespace granuscope {
 namespace {
 
-bool same_bytes(const std::vector<double>& a, const std::vector<double>& b) {
-  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(double)) == 0;
-}
-
-bool same_bytes(const Pile& a, const Pile& b) {
-  return same_bytes(a.V_R, b.V_R) && same_bytes(a.V_L, b.V_L) && same_bytes(a.H_R, b.H_R) && same_bytes(a.H_L, b.H_L) &&
-         same_bytes(a.load, b.load) && a.sample == b.sample && a.seed == b.seed && a.law == b.law && a.mu == b.mu;
-}
+using test::same_bytes;
 
 void check_same_counts(const SamplerCounts& a, const SamplerCounts& b) {
   CHECK(a.beads == b.beads);
@@ -71,6 +64,7 @@ Done check_group(const SamplerSpec& spec, LatticeSpec lattice_spec, std::uint64_
       CHECK(failure->layer == failures[k]->layer);
     } else {
       CHECK(same_bytes(pile, piles[k]));
+      CHECK(test::same_key(pile, piles[k]));
     }
   }
   check_same_counts(together->counts(), single->counts());

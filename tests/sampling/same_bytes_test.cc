@@ -1,10 +1,10 @@
 // Source: a pile is a pure function of its key, and the law has no unit of force; equality is exact.
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <vector>
 
+#include "kit/same_bytes.h"
 #include "model/audit.h"
 #include "model/identities.h"
 #include "sampling/sampler.h"
@@ -13,14 +13,7 @@
 namespace granuscope {
 namespace {
 
-/// Every force, bit for bit (a zero's sign counts).
-bool same_bytes(const Pile& a, const Pile& b) {
-  const auto equal = [](const std::vector<double>& x, const std::vector<double>& y) {
-    return x.size() == y.size() && std::memcmp(x.data(), y.data(), x.size() * sizeof(double)) == 0;
-  };
-  return equal(a.V_R, b.V_R) && equal(a.V_L, b.V_L) && equal(a.H_R, b.H_R) && equal(a.H_L, b.H_L) &&
-         equal(a.load, b.load);
-}
+using test::same_bytes;
 
 SamplerSpec spec_of(double mu, Law law = Law::granusolve) {
   SamplerSpec spec;

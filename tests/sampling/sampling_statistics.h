@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "support/sanitized.h"
+#include "kit/sanitized.h"
 
 namespace granuscope::test {
 

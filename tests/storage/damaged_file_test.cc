@@ -13,6 +13,7 @@
 #include <random>
 #include <string>
 
+#include "kit/temporary_folder.h"
 #include "storage/ensemble_file.h"
 #include "storage/foreign_pile.h"
 #include "storage/pile_file.h"
@@ -20,7 +21,6 @@
 #include "storage/sample_records.h"
 #include "support/atomic_file.h"
 #include "support/error.h"
-#include "support/temporary_folder.h"
 
 using namespace granuscope;
 using namespace granuscope::test;

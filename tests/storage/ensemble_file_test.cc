@@ -6,13 +6,13 @@
 #include <stdexcept>
 #include <thread>
 
+#include "kit/file_size_limit.h"
+#include "kit/temporary_folder.h"
 #include "storage/pile_file.h"
 #include "storage/record_comparison.h"
 #include "storage/sample_records.h"
 #include "support/atomic_file.h"
 #include "support/error.h"
-#include "support/file_size_limit.h"
-#include "support/temporary_folder.h"
 
 using namespace granuscope;
 using namespace granuscope::test;

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "kit/temporary_folder.h"
 #include "storage/ensemble_file.h"
 #include "storage/foreign_pile.h"
 #include "storage/hdf5_handle.h"
@@ -16,7 +17,6 @@
 #include "storage/record_comparison.h"
 #include "storage/sample_records.h"
 #include "support/atomic_file.h"
-#include "support/temporary_folder.h"
 
 using namespace granuscope;
 using namespace granuscope::test;

@@ -14,10 +14,10 @@
 #include <string>
 #include <vector>
 
+#include "kit/temporary_folder.h"
 #include "storage/record_comparison.h"
 #include "support/error.h"
 #include "support/interruption.h"
-#include "support/temporary_folder.h"
 
 using namespace granuscope;
 using namespace granuscope::test;

@@ -9,9 +9,9 @@
 #include <fstream>
 #include <thread>
 
+#include "kit/file_size_limit.h"
+#include "kit/temporary_folder.h"
 #include "support/error.h"
-#include "support/file_size_limit.h"
-#include "support/temporary_folder.h"
 
 using namespace granuscope;
 using Catch::Matchers::Contains;

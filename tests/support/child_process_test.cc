@@ -11,10 +11,10 @@
 #include <string>
 #include <thread>
 
+#include "kit/temporary_folder.h"
 #include "support/atomic_file.h"
 #include "support/error.h"
 #include "support/interruption.h"
-#include "support/temporary_folder.h"
 
 using namespace granuscope;
 using Catch::Matchers::Contains;

@@ -2,9 +2,9 @@
 
 #include <catch2/catch.hpp>
 
+#include "kit/temporary_folder.h"
 #include "support/atomic_file.h"
 #include "support/error.h"
-#include "support/temporary_folder.h"
 
 using namespace granuscope;
 using granuscope::test::TemporaryFolder;

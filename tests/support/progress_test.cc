@@ -8,7 +8,7 @@
 #include <thread>
 #include <vector>
 
-#include "support/standard_error_capture.h"
+#include "kit/standard_error_capture.h"
 
 using namespace granuscope;
 using Catch::Matchers::Contains;

@@ -4,9 +4,9 @@
 #include <catch2/catch.hpp>
 #include <set>
 
+#include "kit/temporary_folder.h"
 #include "support/atomic_file.h"
 #include "support/child_process.h"
-#include "support/temporary_folder.h"
 
 using namespace granuscope;
 using granuscope::test::TemporaryFolder;

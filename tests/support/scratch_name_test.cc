@@ -9,7 +9,7 @@
 #include <fstream>
 #include <string>
 
-#include "support/temporary_folder.h"
+#include "kit/temporary_folder.h"
 
 using namespace granuscope;
 using namespace granuscope::test;

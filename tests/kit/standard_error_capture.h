@@ -6,8 +6,8 @@
 #include <filesystem>
 #include <string>
 
+#include "kit/temporary_folder.h"
 #include "support/atomic_file.h"
-#include "support/temporary_folder.h"
 
 namespace granuscope::test {
 
