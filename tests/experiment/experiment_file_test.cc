@@ -60,23 +60,38 @@ Experiment unusual_experiment() {
   e.fit.min_identifiable_width = 0.75;
   e.fit.scaling_window = {0.05, 0.35};
   e.fit.other_scaling_windows = {{0.1, 1.0 / 3.0}, {0.2, 0.9}};
-  e.precision = {2e-4, 3e-3, 55555};
-  e.claims = {36.5, 1.6, 0.015, 0.6};
+  e.precision = {.c = 2e-4, .D = 3e-3, .most_samples = 55555};
+  e.claims = {.decisive_chi2 = 36.5, .highest_mu = 1.6, .exponent_tolerance = 0.015, .chain_share = 0.6};
   e.figures.response_profiles = true;
   e.figures.profile_mu = 0.7;
   e.figures.profile_layers = {40, 90, 222};
   e.figures.transport_with_depth = false;
   e.figures.propagation_against_diffusion = false;
-  e.redrawn_beads = {{0.15, 0.3}, 555};
-  e.counted_work = {{0.0, 1.6}, {30, 60, 90, 120}, 72};
-  e.small_friction = {{0.05, 0.1}, 48, 6.5, 512};
-  e.small_friction.samples = 520;
+  e.redrawn_beads = {.mu = {0.15, 0.3}, .samples = 555};
+  e.counted_work = {.mu = {0.0, 1.6}, .sizes = {30, 60, 90, 120}, .samples = 72};
+  e.small_friction = {.mu = {0.05, 0.1}, .columns = 48, .depth = 6.5, .samples = 520};
   e.chain_share.samples = 640;
-  e.law_comparison = {0.25, 8, 20, 768, {0.1, 0.2}, {5, 7}, 512, 30, 28, 100, 50, {0.15, 0.2}, 1024};
-  e.stress = {400, 24};
+  e.law_comparison = {.mu = 0.25,
+                      .columns = 8,
+                      .layers = 20,
+                      .samples = 768,
+                      .cost_mu = {0.1, 0.2},
+                      .cost_sizes = {5, 7},
+                      .response_samples = 512,
+                      .response_columns = 30,
+                      .response_layers = 28,
+                      .response_burn_in = 100,
+                      .response_thinning = 50,
+                      .exact_mu = {0.15, 0.2},
+                      .exact_samples = 1024};
+  e.stress = {.layers = 400, .columns = 24};
   e.sampling.rules = MendingRules::no_arcs;
-  e.error_against_time = {24, 0.25, 300, 150};
-  e.nonlinearity = {{0.1, 0.2}, {0.05, 0.125}, {0.5, 2}, 2048, 4096};
+  e.error_against_time = {.repetitions = 24, .mu = 0.25, .columns = 300, .layers = 150};
+  e.nonlinearity = {.mu = {0.1, 0.2},
+                    .epsilons = {0.05, 0.125},
+                    .overloads = {0.5, 2},
+                    .multiplexed_samples = 2048,
+                    .point_samples = 4096};
   e.figures.bead_forces = false;
   e.figures.scaling_with_friction = false;
   e.figures.propagation_and_thrust = false;
