@@ -1,16 +1,41 @@
-// The scripts at the top, called the way that does nothing: with a word they do not know.
+// The scripts at the top, called the way that does nothing, with a word they do not know; and how ./check reads the
+// logs of tests.
 #include <sys/wait.h>
 
 #include <catch2/catch.hpp>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
+#include <sstream>
 #include <string>
 
+#include "kit/temporary_folder.h"
+
 namespace fs = std::filesystem;
+using namespace granuscope;
+
+namespace {
+
+/// What the functions of cmake/test_log.sh print, called as `command` where $log is a file that holds `log`.
+std::string said_of(const std::string& log, const std::string& command) {
+  const test::TemporaryFolder folder;
+  std::ofstream(folder / "log") << log;
+  const std::string line =
+      "log='" + (folder / "log").string() + "'; . '" GRANUSCOPE_SOURCE_DIR "/cmake/test_log.sh'; " + command;
+  std::ofstream(folder / "script") << "set -euo pipefail\n" << line << '\n';
+  const int status = std::system(  // NOLINT(concurrency-mt-unsafe): nothing else runs
+      ("bash '" + (folder / "script").string() + "' >'" + (folder / "said").string() + "'").c_str());
+  REQUIRE(status == 0);
+  std::ostringstream said;
+  said << std::ifstream(folder / "said").rdbuf();
+  return said.str();
+}
+
+}  // namespace
 
 TEST_CASE("the scripts find their folder from elsewhere and through a link") {
-  const fs::path scratch = fs::path(GRANUSCOPE_BINARY_DIR) / "scratch scripts";
-  fs::remove_all(scratch);
+  const test::TemporaryFolder folder;
+  const fs::path scratch = folder / "with a space";
   fs::create_directories(scratch);
   for (const char* script : {"reproduce", "check"}) {
     CAPTURE(script);
@@ -23,5 +48,27 @@ TEST_CASE("the scripts find their folder from elsewhere and through a link") {
       CHECK(WEXITSTATUS(status) == 2);  // usage
     }
   }
-  fs::remove_all(scratch);
+}
+
+TEST_CASE("the slowest cases are named with their run and program, and cases are counted") {
+  const std::string log = R"(Start testing
+1/3 Test: model
+Command: "test_model" "-d" "yes"
+0.002 s: One: with a colon
+12.500 s: 10 beads
+All tests passed (5 assertions in 2 test cases)
+
+2/3 Test: plot.long
+3.000 s: Three
+not a time: 99.0 s: words
+test cases: 4 | 1 passed | 3 failed
+3/3 Test: cli
+100.250 s: The last word of a program that crashed
+)";
+  CHECK(said_of(log, "counts_of \"$log\"") == "3 4\n");
+  CHECK(said_of(log, "case_times release quick \"$log\" | slowest_cases 3") ==
+        "   100.2 s  release quick, cli: The last word of a program that crashed\n"
+        "    12.5 s  release quick, model: 10 beads\n"
+        "     3.0 s  release quick, plot.long: Three\n");
+  CHECK(said_of("", "case_times release quick \"$log\" | slowest_cases 3").empty());
 }
