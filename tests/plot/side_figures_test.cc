@@ -127,7 +127,7 @@ TEST_CASE("Counted work is drawn per bead and names what was not completed") {
   CHECK_THROWS_AS(draw_counted_work({}, run.path()), InputError);
 
   // Without friction nothing is drawn, whatever the size.
-  for (CountedWork& one : work) one = {0.0, one.columns, one.layers, 64, 0, 0, 0, 0};
+  for (CountedWork& one : work) one = {.columns = one.columns, .layers = one.layers, .samples = 64};
   work.resize(3);
   CHECK(contains(read_file(run.path() / draw_counted_work(work, run.path()).screen), "μ = 0"));
 }

@@ -6,11 +6,11 @@
 #include <random>
 #include <vector>
 
+#include "kit/sampling_statistics.h"
 #include "model/audit.h"
 #include "model/friction_cone.h"
 #include "model/identities.h"
 #include "sampling/sampler.h"
-#include "sampling_statistics.h"
 
 namespace granuscope {
 namespace {

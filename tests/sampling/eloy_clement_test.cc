@@ -9,8 +9,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "kit/sampling_statistics.h"
 #include "sampling/sampler.h"
-#include "sampling_statistics.h"
 
 namespace granuscope {
 namespace {

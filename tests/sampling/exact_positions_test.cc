@@ -11,9 +11,9 @@
 #include <stdexcept>
 #include <vector>
 
+#include "kit/sampling_statistics.h"
 #include "model/friction_cone.h"
 #include "sampling/sampler.h"
-#include "sampling_statistics.h"
 
 namespace granuscope {
 namespace {

@@ -5,11 +5,11 @@
 #include <string>
 #include <vector>
 
+#include "kit/sampling_statistics.h"
 #include "model/audit.h"
 #include "model/identities.h"
 #include "naive_granusolve.h"
 #include "sampling/sampler.h"
-#include "sampling_statistics.h"
 
 namespace granuscope {
 namespace {

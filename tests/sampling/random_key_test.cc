@@ -9,8 +9,8 @@
 #include <set>
 #include <vector>
 
+#include "kit/sampling_statistics.h"
 #include "sampling/layer_kernels.h"
-#include "sampling_statistics.h"
 
 namespace granuscope {
 namespace {

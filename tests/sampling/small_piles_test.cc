@@ -8,10 +8,10 @@
 #include <stdexcept>
 #include <vector>
 
+#include "kit/sampling_statistics.h"
 #include "ring_quadrature.h"
 #include "sampling/eloy_clement.h"
 #include "sampling/sampler.h"
-#include "sampling_statistics.h"
 
 namespace granuscope {
 namespace {

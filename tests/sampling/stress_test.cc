@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
+#include "kit/sampling_statistics.h"
 #include "model/audit.h"
 #include "model/friction_cone.h"
 #include "model/identities.h"
 #include "sampling/sampler.h"
-#include "sampling_statistics.h"
 #include "support/error.h"
 
 namespace granuscope {

@@ -10,9 +10,9 @@
 #include <stdexcept>
 #include <vector>
 
+#include "kit/sampling_statistics.h"
 #include "sampling/sampler.h"
 #include "sampling/split_numbers.h"
-#include "sampling_statistics.h"
 
 namespace granuscope {
 namespace {

@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "sampling_statistics.h"
+#include "kit/sampling_statistics.h"
 
 namespace granuscope {
 namespace {
