@@ -93,8 +93,8 @@ TEST_CASE("What a chain ran for is kept with its piles, for one law and for main
   CHECK_FALSE(measure_transport(ensemble, fit, {}, 1).transport.chained);
 }
 
-// Source: c and D of an independent implementation at this friction (0.558 and 0.082 over deep layers); near the top
-// the slopes differ from those by a few percent and some tens of percent.
+// Source: c and D of multiplexed_response_test.cc at this friction (0.558 and 0.082 over deep layers, numbers on
+// record); near the top the slopes differ from those by a few percent and some tens of percent.
 TEST_CASE("The response under a law has its slopes over the layers between the top and the bottom margin") {
   EnsembleSpec spec = piles_of(Law::granusolve);
   spec.load = Load::point;

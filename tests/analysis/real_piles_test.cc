@@ -10,8 +10,9 @@ using namespace granuscope;
 
 namespace {
 
-/// Results of an independent implementation of the same law and procedure (two throw-away codes in agreement): 500 x
-/// 200 beads, overload 1 on a uniform load of 1, 3461 samples, slopes over layers 58 to 179; one standard error.
+/// 500 x 200 beads, overload 1 on a uniform load of 1, 3461 samples, slopes over layers 58 to 179; one standard error.
+/// Numbers on record: the independent implementation that printed them (two throw-away codes in agreement) is not in
+/// the repository. c_thrust is computed anew by a second implementation in tests/ensemble/thrust_test.cc.
 struct IndependentResult {
   double mu;
   double c, c_error;

@@ -153,9 +153,9 @@ TEST_CASE("a million beads complete at any friction, with work per bead that doe
   }
 }
 
-// Source: draws per bead of an independent implementation, 500 x 200 beads under a uniform load, printed to the digits
-// given; its mending differs in details only, so that a tenth is allowed. It draws a new number for the solved bead
-// beside one that a pair mends, which keeps its first one here.
+// Source: numbers on record: draws per bead of an independent implementation that is not in the repository, 500 x 200
+// beads under a uniform load, printed to the digits given. Its mending differs in details only, so that a tenth is
+// allowed. It draws a new number for the solved bead beside one that a pair mends, which keeps its first one here.
 TEST_CASE("the number of draws per bead is that of an independent implementation") {
   const Lattice lattice({.columns = test::sanitized ? 100 : 500, .layers = 200});
   const std::vector<double> load(static_cast<std::size_t>(lattice.columns()), 1.0);

@@ -8,7 +8,7 @@
 #include "kit/sampling_statistics.h"
 #include "model/audit.h"
 #include "model/identities.h"
-#include "naive_granusolve.h"
+#include "kit/naive_granusolve.h"
 #include "sampling/sampler.h"
 
 namespace granuscope {

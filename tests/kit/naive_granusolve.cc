@@ -1,4 +1,4 @@
-#include "naive_granusolve.h"
+#include "kit/naive_granusolve.h"
 
 #include <algorithm>
 #include <cmath>
