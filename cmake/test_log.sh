@@ -11,13 +11,15 @@ counts_of() {
     END { print passed + 0, failed + programs - ended + 0 }' "$1"
 }
 
-# case_times PRESET LABEL LOG: one line "SECONDS s  PRESET LABEL, PROGRAM: CASE" for each case (and section) of the log.
+# case_times PRESET LABEL LOG: one line "SECONDS s  PRESET LABEL, PROGRAM: CASE" for each case of the log. Sections have
+# lines, too; a case that is run once for each of its sections is added up.
 case_times() {
   awk -v run="$1 $2" '
     /^[0-9]+\/[0-9]+ Test: /  { program = $3 }
-    /^[0-9]+\.[0-9]+ s: /     { seconds = $1; sub(/^[^:]*: /, ""); printf "%8.1f s  %s, %s: %s\n", seconds, run, program, $0 }
+    /^[0-9]+\.[0-9]+ s: /     { seconds = $1; sub(/^[^:]*: /, ""); times[program ": " $0] += seconds }
+    END { for (name in times) printf "%8.1f s  %s, %s\n", times[name], run, name }
   ' "$3"
 }
 
 # slowest_cases N: of such lines on standard input the N with the longest times, longest first.
-slowest_cases() { sort -s -k1,1nr | sed -n "1,$1p"; }
+slowest_cases() { sort -k1,1nr -k2 | sed -n "1,$1p"; }

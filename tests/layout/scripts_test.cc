@@ -60,6 +60,8 @@ All tests passed (5 assertions in 2 test cases)
 
 2/3 Test: plot.long
 3.000 s: Three
+0.500 s: a section
+3.500 s: Three
 not a time: 99.0 s: words
 test cases: 4 | 1 passed | 3 failed
 3/3 Test: cli
@@ -69,6 +71,6 @@ test cases: 4 | 1 passed | 3 failed
   CHECK(said_of(log, "case_times release quick \"$log\" | slowest_cases 3") ==
         "   100.2 s  release quick, cli: The last word of a program that crashed\n"
         "    12.5 s  release quick, model: 10 beads\n"
-        "     3.0 s  release quick, plot.long: Three\n");
+        "     6.5 s  release quick, plot.long: Three\n");
   CHECK(said_of("", "case_times release quick \"$log\" | slowest_cases 3").empty());
 }
