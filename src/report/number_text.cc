@@ -67,38 +67,9 @@ std::string format_number(const Json& value, std::string_view format) {
   throw std::logic_error(fmt::format("{} is not written in the format \"{}\"", value.dump(), format));
 }
 
-std::string number_text(const Json& summary, const std::string& pointer) {
-  const Json::json_pointer place(pointer);
-  if (!summary.contains(place)) throw std::logic_error("summary.json has nothing at " + pointer);
-  return format_number(summary.at(place));
-}
-
-Json number_cell(const Json& summary, const std::string& pointer) {
-  Json cell;
-  cell["key"] = pointer;
-  cell["text"] = number_text(summary, pointer);
-  return cell;
-}
-
 std::string plain_value_with_error(double value, double standard_error) {
   constexpr int digits_if_exact = 6, smallest_exponent = -12;
   return value_with_error(value, standard_error, digits_if_exact, smallest_exponent);
-}
-
-Json plain_cell(const Json& summary, const std::string& pointer) {
-  Json cell = number_cell(summary, pointer);
-  const Json& place = summary.at(Json::json_pointer(pointer));
-  if (!place.is_object() || !place.at("value").is_number() || !place.at("stderr").is_number()) return cell;
-  cell["text"] = plain_value_with_error(place["value"].get<double>(), place["stderr"].get<double>());
-  return cell;
-}
-
-Json fixed_cell(const Json& summary, const std::string& pointer, int decimals) {
-  Json cell = number_cell(summary, pointer);
-  const Json& value = summary.at(Json::json_pointer(pointer));
-  if (!value.is_number()) return cell;
-  cell["text"] = fixed_number(value.get<double>(), decimals);
-  return cell;
 }
 
 }  // namespace granuscope

@@ -11,19 +11,7 @@ namespace granuscope {
 /// behind the point, "significant 2" in all. Throws std::logic_error for anything else.
 std::string format_number(const nlohmann::ordered_json& value, std::string_view format = "");
 
-/// The same for the value at a JSON pointer into summary.json. Throws std::logic_error if it leads nowhere.
-std::string number_text(const nlohmann::ordered_json& summary, const std::string& pointer);
-
-/// {"key": pointer, "text": number_text} for the report's template.
-nlohmann::ordered_json number_cell(const nlohmann::ordered_json& summary, const std::string& pointer);
-
 /// value_with_error without a power of ten, however small the number is.
 std::string plain_value_with_error(double value, double standard_error);
-
-/// The same for {value, stderr} that stands in a column with others: without a power of ten however small it is.
-nlohmann::ordered_json plain_cell(const nlohmann::ordered_json& summary, const std::string& pointer);
-
-/// The same for a number that stands in a column: with `decimals` digits after the point ("n/a" if it is null).
-nlohmann::ordered_json fixed_cell(const nlohmann::ordered_json& summary, const std::string& pointer, int decimals);
 
 }  // namespace granuscope

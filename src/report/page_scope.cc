@@ -39,12 +39,14 @@ const Json* find(const Json* from, std::string_view path) {
 struct Request {
   std::string name;
   std::string number_format;  ///< of format_number
-  bool bare = false, key = false, formulae = false;
+  std::string span_class;
+  bool bare = false, key = false, formulae = false, words = false;
 };
 
 Request request_of(const std::string& tag) {
   std::size_t bar = std::min(tag.find('|'), tag.size());
-  Request request{tag.substr(0, bar), ""};
+  Request request;
+  request.name = tag.substr(0, bar);
   while (bar < tag.size()) {
     const std::size_t next = std::min(tag.find('|', bar + 1), tag.size());
     const std::string format = tag.substr(bar + 1, next - bar - 1);
@@ -55,6 +57,10 @@ Request request_of(const std::string& tag) {
       request.key = true;
     } else if (format == "formulae") {
       request.formulae = true;
+    } else if (format == "words") {
+      request.words = true;
+    } else if (format.starts_with("class ")) {
+      request.span_class = format.substr(6);
     } else {
       request.number_format = format;
     }
@@ -70,6 +76,10 @@ const std::string* text_of(const Json* overlay) {
 }
 
 }  // namespace
+
+bool PageScope::Place::is_overlaid() const {
+  return overlay != nullptr && (summary == nullptr || !overlay->is_structured());
+}
 
 PageScope::PageScope(const Json& summary, const Json& overlay, Markup markup)
     : here_{"", &summary, &overlay}, markup_(markup) {}
@@ -120,19 +130,20 @@ std::string PageScope::raw_text(const std::string& name) const {
   const Place place = known(request.name);
   if (request.key) return place.pointer;
   if (const std::string* plain = text_of(place.overlay); plain != nullptr) return clean_text(*plain);
-  if (place.summary == nullptr) throw std::logic_error(fmt::format("{{{{{}}}}} is no text", name));
-  return format_number(*place.summary, request.number_format);
+  return format_number(place.is_overlaid() ? *place.overlay : *place.summary, request.number_format);
 }
 
 std::string PageScope::text(const std::string& name) const {
   const Request request = request_of(name);
   const std::string raw = raw_text(name);
   if (markup_ == Markup::markdown) return escape_markdown(raw);
-  const std::string html = request.formulae ? unbroken_formulae(raw) : escape_markup(raw);
+  const std::string html = request.formulae ? unbroken_formulae(raw)
+                           : request.words  ? unbroken_words(raw)
+                                            : escape_markup(raw);
   const Place place = known(request.name);
-  const bool plain = place.summary == nullptr || (place.overlay != nullptr && place.overlay->is_string());
-  if (request.bare || request.key || request.formulae || plain) return html;
-  return fmt::format("<span data-key=\"{}\">{}</span>", escape_markup(place.pointer), html);
+  if (request.bare || request.key || place.is_overlaid()) return html;
+  const std::string with_class = request.span_class.empty() ? "" : fmt::format(" class=\"{}\"", request.span_class);
+  return fmt::format("<span{} data-key=\"{}\">{}</span>", with_class, escape_markup(place.pointer), html);
 }
 
 PageScope::Place PageScope::element(const Place& list, std::size_t i) const {
@@ -154,9 +165,12 @@ void PageScope::enter(const std::string& name, Missing missing, const Write& wri
     const Place place = look_up(name);
     if (place.summary == nullptr && place.overlay == nullptr) return;
   }
+  if (const std::size_t equals = name.find('='); equals != std::string::npos) {
+    if (raw_text(name.substr(0, equals)) == name.substr(equals + 1)) write(*this);
+    return;
+  }
   const Place place = known(name);
-  const bool overlaid = place.overlay != nullptr && !(place.overlay->is_structured() && place.summary != nullptr);
-  const Json& value = overlaid ? *place.overlay : *place.summary;
+  const Json& value = place.is_overlaid() ? *place.overlay : *place.summary;
   if (value.is_array()) {
     if (place.overlay != nullptr && place.overlay->size() != value.size()) {
       throw std::logic_error(fmt::format("the overlay of {} has another length", place.pointer));

@@ -17,15 +17,17 @@ enum class Markup { html, markdown };
 /// data-key="/results/0/c">0.5605(4)
 /// </span>: an estimate with its error, an integer or a text as it stands, another number with at most four significant
 /// digits, null as n/a. Formats stand behind bars: {{c|plain}} never with a power of ten; {{z|fixed 2}} so many digits
-/// behind the point, {{residual|significant 2}} in all; {{law|bare}} without the span, {{c|key}} the pointer alone,
-/// {{statement|formulae}} bare with no formula broken over lines. {{{c}}} is the bare text, not escaped.
+/// behind the point, {{residual|significant 2}} in all; {{claim|formulae}} with no formula broken over lines and
+/// {{redraw|words}} with no word; {{id|class id}} with a class for the span; {{law|bare}} without it; {{c|key}} the
+/// pointer alone. {{{c}}} is the bare text, not escaped.
 ///
 /// A section is written for each element of a list, in it; once in an object; once, at the same place, for a number,
-/// a text or a yes. It is not written for null, no, a count of 0, and what is empty.
+/// a text or a yes. It is not written for null, no, a count of 0, and what is empty. {{#change=longer_above}} asks
+/// whether a text is that one.
 ///
-/// The overlay is JSON of the same shape and is looked up first. Its texts are plain ones without a span, its yes and
-/// no steer sections. An object with a "key" there stands for that place of summary.json, and with a "text" is written
-/// so.
+/// The overlay is JSON of the same shape and is looked up first. Its texts and numbers are plain ones without a span,
+/// its yes and no steer sections. An object with a "key" there stands for that place of summary.json, and with a "text"
+/// is written so.
 class PageScope : public TemplateScope {
  public:
   using Json = nlohmann::ordered_json;
@@ -54,6 +56,9 @@ class PageScope : public TemplateScope {
     std::string pointer;
     const Json* summary = nullptr;
     const Json* overlay = nullptr;
+
+    /// Whether it is the overlay that says what stands here, and not only something beside it.
+    bool is_overlaid() const;
   };
 
   PageScope(const PageScope& outer, const Place& place);

@@ -225,7 +225,7 @@ class TableWriter {
         html_ += "<td></td>";
         continue;
       }
-      const std::string cell = fill_template(column.cell, row), classes = class_attribute(column.classes);
+      const std::string cell = trimmed(fill_template(column.cell, row)), classes = class_attribute(column.classes);
       html_ += column.heading ? fmt::format("<th scope=\"row\"{}>{}</th>", classes, cell)
                               : fmt::format("<td{}>{}</td>", classes, cell);
     }

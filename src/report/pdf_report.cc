@@ -7,13 +7,11 @@
 #include <system_error>
 
 #include "plot/scratch_folder.h"
-#include "report/mustache_page.h"
-#include "report/report_view.h"
+#include "report/report_overlay.h"
 #include "support/atomic_file.h"
 #include "support/child_process.h"
 #include "support/error.h"
 #include "support/one_line.h"
-#include "support/template_file.h"
 
 namespace granuscope {
 
@@ -43,8 +41,7 @@ PdfOutcome pdf_report(const ReportData& data, const std::string& summary, const 
   if (!find_program("weasyprint")) return failed(fmt::format("WeasyPrint is not installed; {}", install));
 
   const auto numbers = nlohmann::ordered_json::parse(summary);
-  const std::string page =
-      fill_page(template_file("report.html.mustache"), report_view(data, numbers, run_folder, PageMedium::print));
+  const std::string page = report_page(data, numbers, run_folder, PageMedium::print);
   const ScratchFolder scratch(run_folder, "report-pdf");
   write_file(scratch.path() / "report.html", page);
 

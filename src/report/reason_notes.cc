@@ -4,8 +4,6 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
-#include "report/number_text.h"
-
 namespace granuscope {
 
 using Json = nlohmann::ordered_json;
@@ -31,9 +29,8 @@ void add_reason(Json& notes, const Json& summary, const std::string& pointer, co
   auto note = std::find_if(notes.begin(), notes.end(),
                            [&](const Json& known) { return known.at("why") == estimate.at("reason"); });
   if (note == notes.end()) {
-    notes.push_back({{"why", estimate.at("reason")},
-                     {"reason", number_cell(summary, pointer + "/reason")},
-                     {"places", Json::object()}});
+    notes.push_back(
+        {{"why", estimate.at("reason")}, {"reason", {{"key", pointer + "/reason"}}}, {"places", Json::object()}});
     note = std::prev(notes.end());
   }
   Json& names = (*note)["places"][place];

@@ -41,4 +41,9 @@ struct ReportData {
   std::vector<std::string> skipped;  ///< sentences: what was not done and why
 };
 
+/// The name of the experiment, or that it has none.
+inline std::string title_of(const ReportData& data) {
+  return data.experiment_name.empty() ? "untitled experiment" : data.experiment_name;
+}
+
 }  // namespace granuscope

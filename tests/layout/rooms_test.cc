@@ -95,8 +95,6 @@ const std::vector<Door> doors{
     {"CLI/", "cli"},
     {"toml++/", "experiment"},
     {"nlohmann/", "report"},
-    {"mustache", "report"},
-    {"kainjow/", "report"},
     {"Eigen/", "analysis"},
     {"eigen3/", "analysis"},
     {"gsl/gsl_fft", "ensemble"},

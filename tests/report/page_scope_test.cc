@@ -43,6 +43,8 @@ TEST_CASE("Formats stand behind bars") {
   CHECK(filled("{{results/0/c|key}}") == "/results/0/c");
   CHECK(filled("{{text|formulae}}", {{"text", "so x = 1 < 2"}}) ==
         "so <span class=\"formula-text\">x = 1</span> &lt; 2");
+  CHECK(filled("{{results/0/mu|class main}}") == "<span class=\"main\" data-key=\"/results/0/mu\">0.1</span>");
+  CHECK(filled("{{text|words}}", {{"text", "a b-c"}}) == "a <span class=\"word\">b-c</span>");
   CHECK_THROWS_AS(filled("{{results/0/c|fixed 2}}"), std::logic_error);
   CHECK_THROWS_AS(filled("{{seed|fixed}}"), std::logic_error);
   CHECK_THROWS_AS(filled("{{seed|hexadecimal}}"), std::logic_error);
@@ -68,18 +70,20 @@ TEST_CASE("A section asks whether something is there") {
   CHECK(filled("{{#results/1/failed}}{{results/1/failed|bare}}{{/results/1/failed}}") == "3");  // at the same place
   CHECK(filled("{{#zero}}measured{{/zero}}") == "measured");
   CHECK(filled("{{#results/0/reason?}}a{{/results/0/reason}}{{^results/0/reason?}}b{{/results/0/reason}}") == "b");
+  CHECK(filled("{{#word=one}}1{{/word=one}}{{#word=two}}2{{/word=two}}{{^word=one}}not 1{{/word=one}}",
+               {{"word", "two"}}) == "2not 1");
   CHECK_THROWS_AS(filled("{{#results/0/reason}}a{{/results/0/reason}}"), std::logic_error);
 }
 
 TEST_CASE("The overlay is looked up first and needs no key") {
   const Json overlay = Json::parse(R"({
-    "time": "< 1 s", "yes": true,
+    "time": "< 1 s", "yes": true, "count": 3, "seed": 8,
     "results": [{"first": true, "law": "a_b"}, {"first": false, "law": ""}],
     "notes": [{"what": "c & D", "reason": {"key": "/results/1/c/reason"}}, {"what": "n", "reason": {"key": "/name"}}],
     "chosen": [{"key": "/results/1", "mark": "*"}],
     "D": {"key": "/results/1/D", "text": "exactly 0"}
   })");
-  CHECK(filled("{{time}} {{{time}}}", overlay) == "&lt; 1 s < 1 s");
+  CHECK(filled("{{time}} {{{time}}} {{count}} {{seed}}", overlay) == "&lt; 1 s < 1 s 3 8");
   CHECK(filled("{{#results}}{{#first}}{{mu|bare}} {{law}}{{/first}}{{/results}}", overlay) == "0.1 a_b");
   CHECK(filled("{{#notes}}{{what}}: {{reason}};{{/notes}}", overlay) ==
         "c &amp; D: <span data-key=\"/results/1/c/reason\">too few</span>;"

@@ -14,9 +14,9 @@ using Json = nlohmann::ordered_json;
 TEST_CASE("Numbers of a column keep plain digits however small they are") {
   const auto summary = nlohmann::ordered_json::parse(
       R"({"a": {"value": -2.3e-5, "stderr": 1.2e-5}, "b": {"value": null, "stderr": null}})");
-  CHECK(number_text(summary, "/a") == "−2.3(1.2) × 10⁻⁵");
-  CHECK(plain_cell(summary, "/a")["text"] == "−0.000023(12)");
-  CHECK(plain_cell(summary, "/b")["text"] == "n/a");
+  CHECK(format_number(summary["a"]) == "−2.3(1.2) × 10⁻⁵");
+  CHECK(format_number(summary["a"], "plain") == "−0.000023(12)");
+  CHECK(format_number(summary["b"], "plain") == "n/a");
 }
 
 TEST_CASE("Clean text is valid UTF-8 without control characters") {
@@ -105,17 +105,15 @@ TEST_CASE("Numbers of the report are written from the summary") {
                         {"name", "text"},
                         {"none", nullptr},
                         {"list", {1, 2}}};
-  CHECK(number_text(summary, "/c") == "0.0792(41)");
-  CHECK(number_text(summary, "/unknown") == "n/a");
-  CHECK(number_text(summary, "/mu") == "0.3");
-  CHECK(number_text(summary, "/count") == "3456");
-  CHECK(number_text(summary, "/seed") == "18446744073709551615");
-  CHECK(number_text(summary, "/z") == "−12.35");
-  CHECK(number_text(summary, "/name") == "text");
-  CHECK(number_text(summary, "/none") == "n/a");
-  CHECK(fixed_cell(summary, "/z", 1)["text"] == "−12.3");
-  CHECK(fixed_cell(summary, "/none", 1)["text"] == "n/a");
-  CHECK(number_cell(summary, "/mu")["key"] == "/mu");
-  CHECK_THROWS_AS(number_text(summary, "/nowhere"), std::logic_error);
-  CHECK_THROWS_AS(number_text(summary, "/list"), std::logic_error);
+  CHECK(format_number(summary["c"]) == "0.0792(41)");
+  CHECK(format_number(summary["unknown"]) == "n/a");
+  CHECK(format_number(summary["mu"]) == "0.3");
+  CHECK(format_number(summary["count"]) == "3456");
+  CHECK(format_number(summary["seed"]) == "18446744073709551615");
+  CHECK(format_number(summary["z"]) == "−12.35");
+  CHECK(format_number(summary["name"]) == "text");
+  CHECK(format_number(summary["none"]) == "n/a");
+  CHECK(format_number(summary["z"], "fixed 1") == "−12.3");
+  CHECK(format_number(summary["none"], "fixed 1") == "n/a");
+  CHECK_THROWS_AS(format_number(summary["list"]), std::logic_error);
 }

@@ -4,12 +4,10 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "report/clean_text.h"
 #include "report/data_uri.h"
 #include "report/png_size.h"
-#include "report/report_view.h"
+#include "report/report_overlay.h"
 #include "report/svg_for_weasyprint.h"
-#include "report/unbroken_text.h"
 #include "support/atomic_file.h"
 #include "support/error.h"
 
@@ -58,34 +56,25 @@ std::string as_sentence(const std::string& message) {
 
 }  // namespace
 
-Json figures_view(const ReportData& data, const std::filesystem::path& run_folder, PageMedium medium) {
-  Json figures = Json::array();
-  for (std::size_t i = 0; i < data.figures.size(); ++i) {
-    const Figure& figure = data.figures[i];
-    Json view;
-    view["number"] = std::to_string(i + 1);
-    view["anchor"] = fmt::format("figure-{}", i + 1);
-    view["figure_title"] = figure.title;
-    view["drawn"] = figure.is_there();
-    view["failed"] = !figure.failure.empty();
-    view["failure"] = as_sentence(figure.failure);
-    view["image"] = figure.is_there() ? embedded(figure, run_folder, medium) : "";
-    view["raster"] = figure.screen.extension() == ".png";
-    const std::optional<double> width = view["raster"] == true && medium == PageMedium::print
-                                            ? png_width_mm(read_file(run_folder / figure.screen))
-                                            : std::nullopt;
-    view["sized"] = width.has_value();
-    view["width_mm"] = width ? fmt::format("{:.2f}", std::min(*width, text_width_mm)) : "";
-    view["alternative"] = figure.alternative;
-    view["caption_key"] = fmt::format("/figures/{}/caption", i);
-    view["caption"] = unbroken_formulae(clean_text(figure.caption));  // its text stands in summary.json
-    view["paper_says"] = unbroken_formulae(clean_text(figure.paper_says));
-    view["has_paper_says"] = !figure.paper_says.empty();
-    view["redraw"] = unbroken_words(clean_text(figure.redraw));
-    view["files"] = unbroken_words(clean_text(figure.is_there() ? files_in_words(figure) : ""));
-    figures.push_back(view);
+void add_figures(Json& overlay, const ReportData& data, const std::filesystem::path& run_folder, PageMedium medium) {
+  Json rows = Json::array();
+  for (const Figure& figure : data.figures) {
+    const bool raster = figure.screen.extension() == ".png";
+    const std::optional<double> width =
+        raster && medium == PageMedium::print ? png_width_mm(read_file(run_folder / figure.screen)) : std::nullopt;
+    rows.push_back({{"number", rows.size() + 1},
+                    {"drawn", figure.is_there()},
+                    {"failure", as_sentence(figure.failure)},
+                    {"image", figure.is_there() ? embedded(figure, run_folder, medium) : ""},
+                    {"raster", raster},
+                    {"width_mm", width ? fmt::format("{:.2f}", std::min(*width, text_width_mm)) : ""},
+                    {"alternative", figure.alternative},
+                    {"paper_says", figure.paper_says},
+                    {"redraw", figure.redraw},
+                    {"files", figure.is_there() ? files_in_words(figure) : ""}});
   }
-  return figures;
+  overlay["has_figures"] = !rows.empty();
+  overlay["figures"] = rows;
 }
 
 }  // namespace granuscope

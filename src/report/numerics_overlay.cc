@@ -1,0 +1,108 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "report/report_overlay.h"
+#include "support/number_format.h"
+#include "support/progress.h"
+
+namespace granuscope {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json named_values(const std::vector<std::pair<std::string, std::string>>& pairs) {
+  Json list = Json::array();
+  for (const auto& [name, value] : pairs) list.push_back({{"name", name}, {"value", value}});
+  return list;
+}
+
+/// Of each friction coefficient. All are in summary.json; ten thousand of them would bury the report.
+constexpr std::size_t most_named_failures = 8;
+
+/// The spread of chi^2 per degree of freedom over the depths that were fitted, as cells of the smallest and largest.
+Json fit_quality(const Json& depths, const std::string& pointer) {
+  std::size_t lowest = 0, highest = 0, fitted = 0;
+  const auto chi2 = [&depths](std::size_t i) { return depths[i].at("chi2_per_dof").get<double>(); };
+  for (std::size_t i = 0; i < depths.size(); ++i) {
+    if (depths[i].at("chi2_per_dof").is_null() || depths[i].at("identifiable") != true) continue;
+    if (fitted == 0 || chi2(i) < chi2(lowest)) lowest = i;
+    if (fitted == 0 || chi2(i) > chi2(highest)) highest = i;
+    ++fitted;
+  }
+  if (fitted == 0) return Json::object();
+  const auto cell = [&pointer](std::size_t i) { return Json{{"key", fmt::format("{}/{}/chi2_per_dof", pointer, i)}}; };
+  return {{"low", cell(lowest)}, {"high", cell(highest)}};
+}
+
+/// By how much chi^2 per degree of freedom scatters, with the degrees of freedom of the first depth fitted; or nothing.
+Json chi2_scatter(const Json& results) {
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    const Json& depths = results[i].at("depths");
+    for (std::size_t k = 0; k < depths.size(); ++k) {
+      const auto degrees = depths[k].at("degrees_of_freedom").get<int>();
+      if (degrees <= 0) continue;
+      const std::string pointer = fmt::format("/results/{}/depths/{}/degrees_of_freedom", i, k);
+      return {{"scatter", significant(std::sqrt(2.0 / degrees), 1)}, {"degrees_of_freedom", {{"key", pointer}}}};
+    }
+  }
+  return Json::object();
+}
+
+}  // namespace
+
+void add_numerics(Json& overlay, const Json& summary) {
+  Json failures = Json::array(), more = Json::array();
+  const Json& results = summary.at("results");
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    const std::string pointer = fmt::format("/results/{}", i);
+    const std::size_t failed = results[i].at("failed").size();
+    const Json mu = {{"key", pointer + "/mu"}};
+    overlay["results"][i]["failures"] = failed;
+    overlay["results"][i]["quality"] = fit_quality(results[i].at("depths"), pointer + "/depths");
+    for (std::size_t k = 0; k < std::min(failed, most_named_failures); ++k) {
+      failures.push_back({{"key", fmt::format("{}/failed/{}", pointer, k)}, {"at_mu", mu}});
+    }
+    if (failed > most_named_failures) more.push_back({{"at_mu", mu}, {"count", failed - most_named_failures}});
+  }
+  overlay["chi2_scatter"] = chi2_scatter(results);
+  overlay["failures"] = failures;
+  overlay["has_failures"] = !failures.empty();
+  overlay["more_failures"] = more;
+}
+
+void add_provenance(Json& overlay, const ReportData& data) {
+  const Provenance& from = data.provenance;
+  overlay["commit"] = from.git_commit;
+  overlay["dirty"] = from.git_dirty;
+  overlay["facts"] = named_values({{"Program", from.program_version},
+                                   {"Compiler", from.compiler},
+                                   {"Compiler flags", from.compiler_flags},
+                                   {"Build type", from.build_type},
+                                   {"Processor", from.host_cpu},
+                                   {"Operating system", from.operating_system},
+                                   {"Hardware threads", std::to_string(from.hardware_threads)}});
+  overlay["libraries"] = named_values(from.libraries);
+  overlay["has_libraries"] = !from.libraries.empty();
+  overlay["environment"] = named_values(data.environment);
+  Json timings = Json::array();
+  for (const StageTiming& timing : data.timings) {
+    std::string time = std::isfinite(timing.seconds) ? describe_duration(timing.seconds) : "not known";
+    const std::string shortest = "less than ";
+    if (time.starts_with(shortest)) time.replace(0, shortest.size(), "< ");
+    timings.push_back({{"stage", timing.stage}, {"time", time}, {"reused", timing.reused}});
+  }
+  overlay["timings"] = timings;
+  overlay["has_timings"] = !timings.empty();
+  // Line by line, so that what does not fit into one is seen to belong to it.
+  Json lines = Json::array();
+  std::istringstream text(data.resolved_experiment);
+  for (std::string line; std::getline(text, line);) lines.push_back(line);
+  overlay["experiment_lines"] = lines;
+}
+
+}  // namespace granuscope

@@ -1,0 +1,73 @@
+#include "report/report_overlay.h"
+
+#include <nlohmann/json.hpp>
+
+#include "report/page_scope.h"
+#include "report/study_overlays.h"
+#include "support/template_file.h"
+
+namespace granuscope {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// What is measured beside the main line, as far as no one else hands it in.
+std::vector<ReportPart> standard_parts(const Json& summary, const ReportData& data) {
+  using enum ReportPart::Place;
+  return {{"studies/law_comparison.html", "/side", "laws", numbers, law_comparison_overlay(summary, data)},
+          {"studies/rejection_thrust.html", "/side", "exact_thrusts", numbers, rejection_thrust_overlay(summary)},
+          {"studies/law_responses.html", "/side", "law_responses", numbers, law_responses_overlay(summary)},
+          {"studies/law_rules.html", "/side", "rules", numbers, law_rules_overlay(summary)},
+          {"studies/nonlinearity.html", "/side/nonlinearity", "responses", numbers, nonlinearity_overlay(summary)},
+          {"studies/redrawn_beads.html", "/side", "redrawn_beads", numbers},
+          {"studies/chain_share.html", "/side", "chain_share", numbers},
+          {"studies/stress.html", "/side", "stress", numerics}};
+}
+
+/// The parts of one place, one after the other.
+std::string written_parts(const std::vector<ReportPart>& parts, ReportPart::Place place, const PageScope& root) {
+  std::string html;
+  for (const ReportPart& part : parts) {
+    const PageScope scope(root, part.base, part.overlay);
+    if (part.place == place && scope.has(part.needs)) html += fill_template_file(part.page, scope);
+  }
+  return html;
+}
+
+}  // namespace
+
+std::string report_page(const ReportData& data, const Json& summary, const std::filesystem::path& run_folder,
+                        PageMedium medium) {
+  const bool print = medium == PageMedium::print;
+  Json overlay = {{"style", template_file(print ? "print.css" : "screen.css")},
+                  {"print", print},
+                  {"program", data.provenance.program_version},
+                  {"title", title_of(data)},
+                  {"description", data.description},
+                  {"checks", data.checks},
+                  {"has_checks", !data.checks.empty()},
+                  {"skipped", data.skipped},
+                  {"has_skipped", !data.skipped.empty()},
+                  {"law_in_words", data.law_in_words},
+                  {"has_law_in_words", !data.law_in_words.empty()},
+                  {"other_laws", Json::array()}};
+  for (const auto& [law, sentences] : data.other_laws_in_words) {
+    overlay["other_laws"].push_back({{"law", law}, {"sentences", sentences}});
+  }
+  add_results(overlay, summary);
+  add_laws(overlay, summary);
+  add_claims(overlay, summary);
+  add_numerics(overlay, summary);
+  add_figures(overlay, data, run_folder, medium);
+  add_provenance(overlay, data);
+
+  std::vector<ReportPart> parts = standard_parts(summary, data);
+  parts.insert(parts.end(), data.parts.begin(), data.parts.end());
+  const PageScope root(summary, overlay, Markup::html);
+  overlay["numbers_parts"] = written_parts(parts, ReportPart::Place::numbers, root);
+  overlay["numerics_parts"] = written_parts(parts, ReportPart::Place::numerics, root);
+  return fill_template_file("report.html.mustache", root);
+}
+
+}  // namespace granuscope

@@ -1,0 +1,170 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "report/number_text.h"
+#include "report/reason_notes.h"
+#include "report/report_overlay.h"
+#include "support/number_format.h"
+
+namespace granuscope {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// Whether all rows agree in a column, and there is one.
+bool all_equal(const Json& results, const char* column) {
+  for (const Json& result : results) {
+    if (result.at(column) != results[0].at(column)) return false;
+  }
+  return !results.empty();
+}
+
+/// What stands in the second bracket of 0.0792(41)(12): the systematic error in units of the value's last digit, one at
+/// least, or written out where the statistical one is: 123.4(5.6)(1.2). Empty for a value with a power of ten.
+std::string in_last_digits(double value, double error, double systematic) {
+  const std::string text = value_with_error(value, error);
+  const std::size_t bracket = text.find('('), point = text.find('.');
+  if (bracket == std::string::npos || text.find("×") != std::string::npos) return "";
+  const std::size_t decimals = point < bracket ? bracket - point - 1 : 0;
+  if (text.find('.', bracket) != std::string::npos) return fmt::format("{:.{}f}", systematic, decimals);
+  const double units = systematic * std::pow(10, static_cast<double>(decimals));
+  return fmt::format("{:.0f}", std::max(units, 1.0));
+}
+
+/// Adds the systematic error of an estimate as a cell: `name` + "bracket" for a bracket of its own or, where that
+/// cannot be, `name` + "beside" with two significant digits; neither if there is none beyond what the scatter accounts
+/// for.
+void add_systematic(Json& row, const std::string& name, const Json& estimate, const std::string& pointer) {
+  if (!estimate.contains("systematic") || estimate.at("systematic") == 0) return;
+  if (!estimate.at("value").is_number() || !estimate.at("stderr").is_number()) return;
+  const auto systematic = estimate.at("systematic").get<double>();
+  const std::string bracket =
+      in_last_digits(estimate.at("value").get<double>(), estimate.at("stderr").get<double>(), systematic);
+  const bool beside = bracket.empty();
+  row[name + (beside ? "beside" : "bracket")] = {{"key", pointer + "/systematic"},
+                                                 {"text", beside ? significant(systematic, 2) : bracket}};
+}
+
+/// Exact results are exact up to the rounding of the sums they come from: that is no number to show.
+bool is_rounding(const Json& result, const char* name) {
+  constexpr double rounding = 1e-12;
+  const Json& value = result.at(name).at("value");
+  return result.at("exact") == true && value.is_number() && std::abs(value.get<double>()) < rounding;
+}
+
+/// Whether any of the named estimates is known in any entry of a list.
+bool any_known(const Json& list, std::initializer_list<const char*> names) {
+  for (const Json& entry : list) {
+    for (const char* name : names) {
+      if (entry.at(name).at("value").is_number()) return true;
+    }
+  }
+  return false;
+}
+
+std::string greek(const std::string& name) { return name == "alpha" ? "α" : name == "beta" ? "β" : "γ"; }
+
+/// What the table of exponents says of one beside its fit.
+Json exponent_row(const Json& summary, const char* name, const char* claim_id, Json& notes) {
+  const std::string pointer = fmt::format("/scaling/{}", name);
+  const Json& fit = summary.at("scaling").at(name);
+  Json row = {{"key", pointer}, {"name", name}, {"symbol", greek(name)}};
+  add_systematic(row, "", fit, pointer);
+  const Json& claims = summary.at("claims");
+  for (std::size_t i = 0; i < claims.size(); ++i) {
+    if (claims[i].at("id") != claim_id || row.contains("verdict")) continue;
+    row["verdict"] = {{"key", fmt::format("/claims/{}/verdict", i)}};
+    row["look"] = look_of(claims[i].at("verdict"));
+  }
+  add_reason(notes, summary, pointer, greek(name), "");
+  if (fit.at("value").is_number()) {
+    add_reason(notes, summary, pointer + "/about_law", "χ² of " + greek(name), "");
+  }
+  return row;
+}
+
+/// Exponents over other windows, and from ratios: the reasons of those that are unknown.
+void add_other_exponent_reasons(Json& notes, const Json& summary) {
+  const auto add = [&](const char* list, std::size_t i, const std::string& place) {
+    for (const char* name : {"beta", "gamma", "alpha"}) {
+      add_reason(notes, summary, fmt::format("/scaling/{}/{}/{}", list, i, name), greek(name), place);
+    }
+  };
+  const Json &windows = summary.at("scaling").at("other_windows"), &depths = summary.at("scaling").at("by_ratio");
+  for (std::size_t i = 0; i < windows.size(); ++i) {
+    const Json& window = windows[i].at("beta").at("window");
+    add("other_windows", i, fmt::format(" over μ = {} to {}", format_number(window[0]), format_number(window[1])));
+  }
+  for (std::size_t i = 0; i < depths.size(); ++i) {
+    add("by_ratio", i, " from ratios at layer " + format_number(depths[i].at("layer")));
+  }
+}
+
+/// Where a shift of the window changes c or D by nothing known, the reason, once for all places that share it.
+void add_neighbour_reasons(Json& notes, const Json& summary, std::size_t result, const std::string& place) {
+  const std::string list = fmt::format("/results/{}/neighbouring_windows", result);
+  for (std::size_t i = 0; i < summary.at(Json::json_pointer(list)).size(); ++i) {
+    add_reason(notes, summary, fmt::format("{}/{}/c_shift", list, i), "", place);
+    add_reason(notes, summary, fmt::format("{}/{}/D_shift", list, i), "", place);
+  }
+}
+
+/// The rows of c and D, and what is said below their tables.
+void add_transport(Json& overlay, const Json& summary) {
+  Json rows = Json::array(), notes = Json::array(), neighbour_notes = Json::array(), asked = Json::array();
+  const Json& results = summary.at("results");
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    const std::string pointer = fmt::format("/results/{}", i);
+    Json row = {{"frictionless", results[i].at("mu") == 0}};
+    for (const char* name : {"D", "c_minus_c_thrust"}) {
+      if (is_rounding(results[i], name)) row[name] = {{"key", fmt::format("{}/{}", pointer, name)}, {"text", "0"}};
+    }
+    add_systematic(row, "c_", results[i].at("c"), pointer + "/c");
+    add_systematic(row, "D_", results[i].at("D"), pointer + "/D");
+    const std::string at = " at μ = " + format_number(results[i].at("mu"));
+    add_reason(notes, summary, pointer + "/c", "c", at);
+    add_reason(notes, summary, pointer + "/D", "D", at);
+    add_reason(notes, summary, pointer + "/c_thrust", "c from the thrust ratio", at);
+    add_neighbour_reasons(neighbour_notes, summary, i, at.substr(1));
+    if (results[i].contains("precision") && asked.empty()) asked.push_back({{"key", pointer + "/precision"}});
+    rows.push_back(row);
+  }
+  finish_notes(notes);
+  finish_notes(neighbour_notes);
+  overlay["results"] = rows;
+  overlay["has_results"] = !rows.empty();
+  overlay["transport_notes"] = notes;
+  overlay["neighbour_notes"] = neighbour_notes;
+  overlay["asked_precision"] = asked;
+}
+
+}  // namespace
+
+void add_results(Json& overlay, const Json& summary) {
+  const Json &results = summary.at("results"), &scaling = summary.at("scaling");
+  Json notes = Json::array();
+  overlay["exponents"] =
+      Json::array({exponent_row(summary, "beta", "D-of-mu", notes), exponent_row(summary, "gamma", "c-of-mu", notes),
+                   exponent_row(summary, "alpha", "c-of-D", notes)});
+  add_other_exponent_reasons(notes, summary);
+  finish_notes(notes);
+  overlay["exponent_notes"] = notes;
+  // A table of unknown numbers alone says no more than the notes, which name them all.
+  overlay["has_scaling_neighbours"] =
+      any_known(scaling.at("neighbouring_windows"), {"beta_shift", "gamma_shift", "alpha_shift"});
+  overlay["has_other_windows"] = any_known(scaling.at("other_windows"), {"beta", "gamma", "alpha"});
+  overlay["has_by_ratio"] = any_known(scaling.at("by_ratio"), {"beta", "gamma", "alpha"});
+  add_transport(overlay, summary);
+  overlay["same_procedure"] = all_equal(results, "estimator") && all_equal(results, "law");
+  for (const char* estimator : {"point", "paired", "multiplexed"}) {
+    overlay[std::string(estimator) + "_estimator"] =
+        all_equal(results, "estimator") && results[0].at("estimator") == estimator;
+  }
+  overlay["has_sign_run"] = overlay["multiplexed_estimator"] == true && results[0].at("sign_run") > 1;
+}
+
+}  // namespace granuscope
