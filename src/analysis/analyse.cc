@@ -13,7 +13,7 @@ Analysis analyse(std::vector<MeasuredTransport> measured, SideMeasurements side,
                  const ClaimSpec& claims, const std::vector<int>& ratio_layers,
                  const std::map<std::string, std::string>& expected_verdicts) {
   std::sort(measured.begin(), measured.end(),
-            [](const MeasuredTransport& a, const MeasuredTransport& b) { return a.transport.mu < b.transport.mu; });
+            [](const MeasuredTransport& a, const MeasuredTransport& b) { return a.transport.mu() < b.transport.mu(); });
   Analysis analysis;
   analysis.side = std::move(side);
   for (const MeasuredTransport& result : measured) analysis.results.push_back(result.transport);

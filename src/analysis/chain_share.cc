@@ -37,12 +37,10 @@ std::vector<int> chain_layers(int shown_layers) {
 
 ChainShare measure_chain_share(const MeasuredEnsemble& ensemble) {
   const BlockSums& sums = ensemble.record.sums;
-  const Lattice lattice(ensemble.lattice);
+  const Lattice lattice(ensemble.spec.lattice);
   ChainShare result;
-  result.mu = ensemble.mu;
-  result.columns = ensemble.lattice.columns;
+  result.spec = ensemble.spec;
   result.layers = static_cast<int>(sums.layers.size());
-  result.overload = ensemble.overload;
   result.samples = std::accumulate(sums.count.begin(), sums.count.end(), std::uint64_t{0});
   result.half_width = chain_half_width;
 

@@ -1,8 +1,8 @@
 #pragma once
 #include <vector>
 
+#include "analysis/measured_ensemble.h"
 #include "analysis/side_measurements.h"
-#include "analysis/transport.h"
 
 namespace granuscope {
 

@@ -49,20 +49,20 @@ Claim judge_double_peak(const Analysis& analysis, const FitSpec& fit, const Clai
   double least = std::numeric_limits<double>::infinity(), closest = least, undecided_evidence = 0;
   int undecided_known = 0;
   for (const Transport& result : analysis.results) {
-    if (result.exact || result.mu == 0) continue;
+    if (result.exact || result.mu() == 0) continue;
     for (const DepthFit& depth : result.depths) {
       const double evidence = std::min(depth.evidence.for_two_peaks, depth.evidence.against_one_gaussian);
       if (depth.layer < fit.first_layer || depth.layer > fit.last_layer) {
-        if (depth.evidence.for_two_peaks <= -spec.decisive_chi2) shallow.add(result.mu, depth.z);
+        if (depth.evidence.for_two_peaks <= -spec.decisive_chi2) shallow.add(result.mu(), depth.z);
         continue;
       }
       if (evidence >= spec.decisive_chi2) {
-        two.add(result.mu, depth.z);
+        two.add(result.mu(), depth.z);
         closest = std::min(closest, depth.peak_position.value / depth.width.value);
       } else if (depth.evidence.for_two_peaks <= -spec.decisive_chi2) {
-        one.add(result.mu, depth.z);
+        one.add(result.mu(), depth.z);
       } else {
-        undecided.add(result.mu, depth.z);
+        undecided.add(result.mu(), depth.z);
         if (std::isfinite(evidence)) {
           undecided_evidence += evidence;
           ++undecided_known;
@@ -82,7 +82,7 @@ Claim judge_double_peak(const Analysis& analysis, const FitSpec& fit, const Clai
     claim.measured.reason = "no depth could be fitted";
   }
 
-  const double reached = analysis.results.back().mu;
+  const double reached = analysis.results.back().mu();
   const bool far_enough = reached >= spec.highest_mu - 1e-9;
   claim.verdict = one.depths > 0 ? not_reproduced : undecided.depths > 0 || !far_enough ? undetermined : reproduced;
   if (one.depths > 0) say(claim, fmt::format("One peak is found at {}.", one.in_words()));

@@ -20,8 +20,8 @@ Claim judge_force_chains(const Analysis& analysis, const ClaimSpec& spec) {
     return claim;
   }
   const ChainShare& chains = analysis.side.chain_share.front();
-  claim.statement = fmt::format("A pile of {} × {} beads at μ = {} shows two oblique force chains.", chains.columns,
-                                chains.layers, chains.mu);
+  claim.statement = fmt::format("A pile of {} × {} beads at μ = {} shows two oblique force chains.",
+                                chains.spec.lattice.columns, chains.layers, chains.spec.sampler.mu);
   if (!chains.share.known()) {
     leave_open(claim, fmt::format("the share of the response along the rays is unknown: {}", chains.share.reason));
     return claim;

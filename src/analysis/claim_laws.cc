@@ -25,10 +25,10 @@ Claim judge_law(const Analysis& analysis, const ClaimSpec& spec, Claim claim, Es
   for (const Transport& result : analysis.results) {
     const Estimate& power = result.laws.*law;
     if (!power.known()) continue;
-    mu.push_back(result.mu);
+    mu.push_back(result.mu());
     const double z = judge_number(power, paper, spec.exponent_tolerance).z_score;
     if (std::abs(z) < std::abs(farthest_z)) continue;
-    farthest = result.mu;
+    farthest = result.mu();
     farthest_z = z;
     farthest_power = power;
   }

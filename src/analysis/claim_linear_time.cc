@@ -16,7 +16,9 @@ constexpr double paper_beads = 1e6;  ///< 1000 x 1000
 /// Ratio of the largest to the smallest number of beads from which a power is taken.
 constexpr double least_reach = 16;
 
-double beads_of(const CountedWork& work) { return static_cast<double>(work.columns) * work.layers; }
+double beads_of(const CountedWork& work) {
+  return static_cast<double>(work.spec.lattice.columns) * work.spec.lattice.layers;
+}
 
 /// Power of the number of beads in the number of draws; NaN where sizes do not reach far enough.
 double power_of(const std::vector<const CountedWork*>& sizes) {
@@ -53,8 +55,8 @@ Claim judge_linear_time(const Analysis& analysis, const ClaimSpec& spec) {
   std::map<double, std::vector<const CountedWork*>> by_mu;
   std::uint64_t large_completed = 0, large_failed = 0;
   for (const CountedWork& work : analysis.side.counted_work) {
-    by_mu[work.mu].push_back(&work);
-    if (work.mu >= spec.highest_mu - 1e-9 && beads_of(work) >= paper_beads) {
+    by_mu[work.spec.sampler.mu].push_back(&work);
+    if (work.spec.sampler.mu >= spec.highest_mu - 1e-9 && beads_of(work) >= paper_beads) {
       large_completed += work.samples;
       large_failed += work.failed;
     }
@@ -83,8 +85,8 @@ Claim judge_linear_time(const Analysis& analysis, const ClaimSpec& spec) {
         "The number of draws grows as the power {} of the number of beads at μ = {}, where it is farthest from 1 among "
         "{}: {} draws per bead with {} × {} beads, {} with {} × {}.",
         significant(claim.measured.value, 4), farthest_mu, list_of_mu(mu), significant((*smallest)->draws_per_bead, 4),
-        (*smallest)->columns, (*smallest)->layers, significant((*largest)->draws_per_bead, 4), (*largest)->columns,
-        (*largest)->layers);
+        (*smallest)->spec.lattice.columns, (*smallest)->spec.lattice.layers, significant((*largest)->draws_per_bead, 4),
+        (*largest)->spec.lattice.columns, (*largest)->spec.lattice.layers);
   } else {
     claim.measured.reason = fmt::format("the sizes counted do not span a factor of {} in beads", least_reach);
     of_power = fmt::format("The sizes counted do not span a factor of {} in beads: widen figures.counted_work.sizes.",

@@ -29,7 +29,7 @@ std::string percent(const Estimate& share) {
 /// Adds the share of the beads below the overload to a list in words.
 void say_below(std::string& list, const RedrawnBeads& beads) {
   if (!beads.below_overload.known()) return;
-  list += fmt::format("{}{} at μ = {}", list.empty() ? "" : ", ", percent(beads.below_overload), beads.mu);
+  list += fmt::format("{}{} at μ = {}", list.empty() ? "" : ", ", percent(beads.below_overload), beads.spec.sampler.mu);
 }
 
 }  // namespace
@@ -48,8 +48,9 @@ Claim judge_redraw_share(const Analysis& analysis) {
   double farthest = -1;
   for (const StatedShare& one : stated) {
     const auto& measured = analysis.side.redrawn_beads;
-    const auto found = std::find_if(measured.begin(), measured.end(),
-                                    [&](const RedrawnBeads& beads) { return std::abs(beads.mu - one.mu) < 1e-9; });
+    const auto found = std::find_if(measured.begin(), measured.end(), [&](const RedrawnBeads& beads) {
+      return std::abs(beads.spec.sampler.mu - one.mu) < 1e-9;
+    });
     if (found == measured.end()) {
       missing.push_back(one.mu);
       continue;

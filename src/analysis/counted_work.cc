@@ -12,9 +12,7 @@ CountedWork counted_work(const MeasuredEnsemble& ensemble) {
                              : static_cast<double>(count) / static_cast<double>(counts.beads);
   };
   CountedWork work;
-  work.mu = ensemble.mu;
-  work.columns = ensemble.lattice.columns;
-  work.layers = ensemble.lattice.layers;
+  work.spec = ensemble.spec;
   const auto& completed = ensemble.record.sums.count;
   work.samples = std::accumulate(completed.begin(), completed.end(), std::uint64_t{0});
   work.failed = ensemble.record.failed.size();

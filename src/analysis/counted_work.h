@@ -1,6 +1,6 @@
 #pragma once
+#include "analysis/measured_ensemble.h"
 #include "analysis/side_measurements.h"
-#include "analysis/transport.h"
 
 namespace granuscope {
 

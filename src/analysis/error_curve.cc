@@ -53,11 +53,8 @@ Values fit_all(const EnsembleSpec& spec, const std::vector<EnsembleRecord>& reco
   Values values{std::vector<double>(records.size()), std::vector<double>(records.size())};
   const FitSpec fit = error_curve_fit(spec.lattice);
   for_each_index(records.size(), threads, [&](std::size_t r) {
-    MeasuredEnsemble ensemble;
-    ensemble.mu = spec.sampler.mu;
-    ensemble.overload = spec.response.overload;
-    ensemble.record = records[r];
-    const Transport t = measure_transport(ensemble, fit, {}, 1).transport;
+    // The curves show how far off the estimator paired is.
+    const Transport t = measure_transport({spec, records[r]}, fit, {}, 1, BiasedPairs::measured).transport;
     values.c[r] = t.c.value;
     values.D[r] = t.D.value;
   });
@@ -123,19 +120,10 @@ FitSpec error_curve_fit(const LatticeSpec& lattice) {
   return fit;
 }
 
-ErrorCurve measure_error_curve(const EnsembleSpec& spec, const EnsembleRecord& record, int threads) {
+ErrorCurve measure_error_curve(const MeasuredEnsemble& ensemble, int threads) {
+  const auto& [spec, record] = ensemble;
   ErrorCurve curve;
-  curve.mu = spec.sampler.mu;
-  curve.estimator = name_of(spec.response.estimator);
-  if (spec.response.estimator == EstimatorName::multiplexed) {
-    curve.epsilon = spec.response.epsilon;
-    curve.opposite = spec.response.opposite;
-    curve.sign_run = spec.response.sign_run;
-  } else {
-    curve.overload = spec.response.overload;
-  }
-  curve.columns = spec.lattice.columns;
-  curve.layers = spec.lattice.layers;
+  curve.spec = spec;
   curve.failed = record.failed.size();
   for (const std::uint64_t count : record.sums.count) curve.samples += count;
   curve.beads = record.counts.beads;
@@ -169,7 +157,8 @@ ErrorCurve measure_error_curve(const EnsembleSpec& spec, const EnsembleRecord& r
 void set_shifts(std::vector<ErrorCurve>& curves) {
   const ErrorCurve* linear = nullptr;
   for (const ErrorCurve& curve : curves) {
-    if (curve.opposite && (linear == nullptr || curve.epsilon < linear->epsilon)) linear = &curve;
+    const ResponseSpec& response = curve.spec.response;
+    if (response.opposite && (linear == nullptr || response.epsilon < linear->spec.response.epsilon)) linear = &curve;
   }
   if (linear == nullptr) return;
   const Estimate c = linear->c, D = linear->D;

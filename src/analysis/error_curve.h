@@ -2,10 +2,8 @@
 #include <vector>
 
 #include "analysis/fit_spec.h"
+#include "analysis/measured_ensemble.h"
 #include "analysis/side_measurements.h"
-#include "ensemble/ensemble_spec.h"
-#include "model/lattice.h"
-#include "storage/ensemble_file.h"
 
 namespace granuscope {
 
@@ -20,7 +18,7 @@ FitSpec error_curve_fit(const LatticeSpec& lattice);
 /// each by itself, and of each two, four, ... of them together: how their values scatter is the error that an ensemble
 /// of that size has, whatever error bars it would state. Sizes with fewer than four
 /// repetitions are left out, and those of which one has no fit of two peaks.
-ErrorCurve measure_error_curve(const EnsembleSpec& spec, const EnsembleRecord& record, int threads);
+ErrorCurve measure_error_curve(const MeasuredEnsemble& ensemble, int threads);
 
 /// Slope of ln scatter on ln samples; -1/2 where the error is statistical. The scatter of n repetitions is known to
 /// 1/sqrt(2(n - 1)) of itself. Sizes share their piles, which makes the slope better known than its error says. Unknown

@@ -22,23 +22,23 @@ std::vector<ExactThrustSize> exact_thrust_sizes(double mu) {
   return sizes;
 }
 
-ExactThrust measure_exact_thrust(const EnsembleSpec& spec, const EnsembleRecord& record, int margin) {
+ExactThrust measure_exact_thrust(const MeasuredEnsemble& ensemble, int margin) {
+  const auto& [spec, record] = ensemble;
   const BlockSums& sums = record.sums;
   const double mu = spec.sampler.mu;
   ExactThrust result;
-  result.mu = mu;
-  result.columns = spec.lattice.columns;
-  result.layers = spec.lattice.layers;
+  result.spec = spec;
   result.samples = std::accumulate(sums.count.begin(), sums.count.end(), std::uint64_t{0});
   result.failed = record.failed.size();
   result.first_layer = margin;
-  result.last_layer = result.layers - margin - 1;
+  result.last_layer = result.spec.lattice.layers - margin - 1;
   std::vector<Replicated> upper, lower, bulk;
   const int bulk_layers = result.last_layer - result.first_layer + 1;
   for (std::size_t row = 0; row < sums.layers.size(); ++row) {
     const int in_bulk = sums.layers[row] - result.first_layer;
     const Replicated thrust = block_mean(sums, "thrust", row);
-    if (sums.layers[row] == result.layers - 1) result.alpha_of_last_layer = estimate(thrust, "no pile was completed");
+    if (sums.layers[row] == result.spec.lattice.layers - 1)
+      result.alpha_of_last_layer = estimate(thrust, "no pile was completed");
     if (in_bulk < 0 || in_bulk >= bulk_layers) continue;
     bulk.push_back(thrust);
     if (2 * in_bulk < bulk_layers - 1) upper.push_back(thrust);

@@ -1,9 +1,8 @@
 #pragma once
 #include <vector>
 
+#include "analysis/measured_ensemble.h"
 #include "analysis/side_measurements.h"
-#include "ensemble/ensemble_spec.h"
-#include "storage/ensemble_file.h"
 
 namespace granuscope {
 
@@ -20,6 +19,6 @@ std::vector<ExactThrustSize> exact_thrust_sizes(double mu);
 
 /// The thrust ratio in the bulk of uniformly loaded piles, and how much it changes with depth there. Needs every layer
 /// recorded, and more of them than twice the margin.
-ExactThrust measure_exact_thrust(const EnsembleSpec& spec, const EnsembleRecord& record, int margin);
+ExactThrust measure_exact_thrust(const MeasuredEnsemble& ensemble, int margin);
 
 }  // namespace granuscope

@@ -14,7 +14,7 @@ Estimate average(const std::vector<MeasuredTransport>& results, double tolerance
   for (const MeasuredTransport& result : results) {
     const Estimate& power = result.transport.laws.*law;
     if (!power.known()) {
-      if (result.transport.mu > 0) reason = power.reason;
+      if (result.transport.mu() > 0) reason = power.reason;
       continue;
     }
     powers.push_back(result.laws.*replicated);

@@ -7,6 +7,7 @@
 #include "analysis/effective_samples.h"
 #include "analysis/jackknife.h"
 #include "analysis/layer_spectrum.h"
+#include "analysis/transport.h"
 #include "model/lattice.h"
 
 namespace granuscope {
@@ -17,26 +18,22 @@ constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 /// At mu = 0.3 the peaks of granusolve are half a bead wide there, and narrower above.
 constexpr int first_response_layer = 4;
 
-/// Which law it is, and how its chains ran; the mean over the chains, all of which run alike.
+/// What was drawn, and how its chains ran; the mean over the chains, all of which run alike.
 template <class Measured>
 void set_law(const EnsembleSpec& spec, const SamplerCounts& counts, Measured& result) {
   const bool chain = spec.sampler.law == Law::polytope;
   const auto per_chain = [&](std::uint64_t sweeps) {
     return chain && counts.chains > 0 ? static_cast<double>(sweeps) / static_cast<double>(counts.chains) : nan;
   };
-  result.law = name_of(spec.sampler.law);
-  result.lambda = chain ? spec.sampler.lambda : nan;
-  if (spec.sampler.law == Law::granusolve) result.rules = name_of(spec.sampler.rules);
-  result.mu = spec.sampler.mu;
-  result.columns = spec.lattice.columns;
-  result.layers = spec.lattice.layers;
+  result.spec = spec;
   result.burn_in = per_chain(counts.burn_in);
   result.thinning = per_chain(counts.thinning);
 }
 
 }  // namespace
 
-LawOnPiles measure_law(const EnsembleSpec& spec, const EnsembleRecord& record) {
+LawOnPiles measure_law(const MeasuredEnsemble& ensemble) {
+  const auto& [spec, record] = ensemble;
   const BlockSums& sums = record.sums;
   const SamplerCounts& counts = record.counts;
   const auto per_bead = [&](std::uint64_t count) {
@@ -51,8 +48,9 @@ LawOnPiles measure_law(const EnsembleSpec& spec, const EnsembleRecord& record) {
   result.pair_per_bead = per_bead(counts.mended_by_pair);
   result.arc_per_bead = per_bead(counts.mended_by_arc + counts.mended_by_ring);
   result.climbed_per_bead = per_bead(counts.climbed);
-  result.first_layer = result.layers / 3;
-  result.last_layer = std::max(result.first_layer, 2 * result.layers / 3 - 1);
+  const int layers = spec.lattice.layers;
+  result.first_layer = layers / 3;
+  result.last_layer = std::max(result.first_layer, 2 * layers / 3 - 1);
   std::vector<Replicated> thrusts, variances;
   for (std::size_t row = 0; row < sums.layers.size(); ++row) {
     const int layer = sums.layers[row];
@@ -78,11 +76,11 @@ FitSpec law_response_fit(const LatticeSpec& lattice) {
   return fit;
 }
 
-LawResponse measure_law_response(const EnsembleSpec& spec, const MeasuredEnsemble& ensemble, int threads) {
-  const Transport transport = measure_transport(ensemble, law_response_fit(spec.lattice), {}, threads).transport;
+LawResponse measure_law_response(const MeasuredEnsemble& ensemble, int threads) {
+  const FitSpec fit = law_response_fit(ensemble.spec.lattice);
+  const Transport transport = measure_transport(ensemble, fit, {}, threads).transport;
   LawResponse result;
-  set_law(spec, ensemble.record.counts, result);
-  result.epsilon = spec.response.epsilon;
+  set_law(ensemble.spec, ensemble.record.counts, result);
   result.samples = transport.samples;
   result.failed = ensemble.record.failed.size();
   result.effective_samples = effective_samples(ensemble.record.sums);

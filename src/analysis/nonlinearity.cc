@@ -16,8 +16,6 @@ constexpr double window_slack = 1e-9;  ///< both ends of [0.1, 0.3] are inside
 double logarithm(double number) { return std::log(number); }
 double log_of_slowing(double c) { return std::log(tan30 - c); }
 
-bool is_uniform(const MeasuredEnsemble& ensemble) { return ensemble.estimator == uniform_load; }
-
 /// The speed that follows from the thrust ratio over the layers of the window, with replicates.
 Replicated thrust_speed(const BlockSums& sums, int first_layer) {
   std::vector<Replicated> ratios;
@@ -53,7 +51,7 @@ Estimate compare(const Estimate& one, const Replicated& replicates, const Estima
 }  // namespace
 
 void NonlinearityMeasurer::add(MeasuredEnsemble ensemble) {
-  if (!open_.empty() && open_.front().mu != ensemble.mu) close_friction();
+  if (!open_.empty() && open_.front().spec.sampler.mu != ensemble.spec.sampler.mu) close_friction();
   open_.push_back(std::move(ensemble));
 }
 
@@ -62,18 +60,14 @@ NonlinearityMeasurer::Measured NonlinearityMeasurer::measure(const MeasuredEnsem
   Measured measured;
   LoadResponse& response = measured.response;
   const BlockSums& sums = ensemble.record.sums;
-  response.mu = ensemble.mu;
-  response.estimator = ensemble.estimator;
-  const bool multiplexed = ensemble.estimator == "multiplexed";
-  response.load = is_uniform(ensemble) ? 0 : multiplexed ? ensemble.epsilon : ensemble.overload;
-  response.reference = multiplexed && ensemble.epsilon == reference_epsilon_;
-  response.columns = ensemble.lattice.columns;
-  response.layers = ensemble.lattice.layers;
+  response.spec = ensemble.spec;
+  const ResponseSpec& load = ensemble.spec.response;
+  response.reference = load.estimator == EstimatorName::multiplexed && load.epsilon == reference_epsilon_;
   response.samples = std::accumulate(sums.count.begin(), sums.count.end(), std::uint64_t{0});
   response.failed = ensemble.record.failed.size();
   response.first_layer = fit.first_layer;
   response.last_layer = fit.last_layer;
-  if (is_uniform(ensemble)) {
+  if (response.uniform()) {
     response.c.reason = response.D.reason = "a uniform load has no response";
     measured.slopes = {{response.c, {}}, {response.D, {}}};
     return measured;
@@ -131,7 +125,7 @@ void NonlinearityMeasurer::close_friction() {
   linear.c.estimate.reason = linear.D.estimate.reason = "no such ensemble was drawn";
   for (std::size_t k = 0; k < open_.size(); ++k) {
     if (measured[k].response.reference) linear = measured[k].slopes;
-    if (is_uniform(open_[k]) && measured[k].response.c_thrust.known()) uniform = &speeds[k];
+    if (measured[k].response.uniform() && measured[k].response.c_thrust.known()) uniform = &speeds[k];
   }
   for (std::size_t k = 0; k < open_.size(); ++k) {
     Measured& one = measured[k];
@@ -181,7 +175,7 @@ LoadExponents NonlinearityMeasurer::measure_exponents(std::size_t k) const {
   std::vector<const Slopes*> points, linear_points;
   for (const std::vector<Measured>& loads : measured_) {
     const Measured& one = loads[k];
-    const double mu = one.response.mu;
+    const double mu = one.response.spec.sampler.mu;
     if (mu < window[0] - window_slack || mu > window[1] + window_slack) continue;
     if (!has_logarithms(one.slopes) || !has_logarithms(one.linear)) continue;
     at_mu.push_back(mu);
@@ -191,8 +185,7 @@ LoadExponents NonlinearityMeasurer::measure_exponents(std::size_t k) const {
   const LawPair laws(at_mu, points, window), linear(at_mu, linear_points, window);
   const LoadResponse& load = measured_.front()[k].response;
   LoadExponents exponents;
-  exponents.estimator = load.estimator;
-  exponents.load = load.load;
+  exponents.response = load.spec.response;
   exponents.reference = load.reference;
   exponents.window = {at_mu.empty() ? window[0] : at_mu.front(), at_mu.empty() ? window[1] : at_mu.back()};
   exponents.points = static_cast<int>(points.size());
@@ -215,7 +208,7 @@ Nonlinearity NonlinearityMeasurer::finish() {
   }
   if (measured_.empty()) return result;
   for (std::size_t k = 0; k < measured_.front().size(); ++k) {
-    if (measured_.front()[k].response.estimator != uniform_load) result.exponents.push_back(measure_exponents(k));
+    if (!measured_.front()[k].response.uniform()) result.exponents.push_back(measure_exponents(k));
   }
   return result;
 }

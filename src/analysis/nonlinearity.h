@@ -9,9 +9,6 @@
 
 namespace granuscope {
 
-/// What stands for the estimator of piles under the uniform load, which have a thrust ratio but no response.
-inline constexpr const char* uniform_load = "uniform";
-
 /// A load takes part in the common window if it can be fitted at this share of the depths of the linear response.
 inline constexpr double common_share = 0.75;
 

@@ -31,7 +31,8 @@ Replicated share_of_pile(const BlockSums& sums, const std::string& quantity, int
 
 }  // namespace
 
-RedrawnBeads measure_redrawn_beads(const EnsembleSpec& spec, const EnsembleRecord& record) {
+RedrawnBeads measure_redrawn_beads(const MeasuredEnsemble& ensemble) {
+  const auto& [spec, record] = ensemble;
   const Lattice lattice(spec.lattice);
   const BlockSums& sums = record.sums;
   const int usable = lattice.usable_layers();
@@ -43,10 +44,7 @@ RedrawnBeads measure_redrawn_beads(const EnsembleSpec& spec, const EnsembleRecor
                     bottom_margin));
   }
   RedrawnBeads result;
-  result.mu = spec.sampler.mu;
-  result.columns = lattice.columns();
-  result.layers = lattice.layers();
-  result.overload = spec.response.overload;
+  result.spec = spec;
   result.failed = record.failed.size();
   for (const std::uint64_t count : sums.count) result.samples += count;
   if (std::find(sums.count.begin(), sums.count.end(), 0) != sums.count.end()) {

@@ -10,6 +10,7 @@
 #include "analysis/peak_evidence.h"
 #include "analysis/scaling_fit.h"
 #include "analysis/side_measurements.h"
+#include "ensemble/ensemble_spec.h"
 #include "storage/ensemble_file.h"
 
 namespace granuscope {
@@ -71,13 +72,7 @@ struct WindowNeighbour {
 
 /// Everything measured at one friction coefficient.
 struct Transport {
-  double mu = 0;
-  std::string law;
-  std::string estimator;
-  double overload = 1;        ///< extra force on the middle top bead (point, paired)
-  double epsilon = 0;         ///< by how much each top load was raised or lowered (multiplexed)
-  bool opposite = false;      ///< and each pile drawn once more with the opposite variations
-  int sign_run = 1;           ///< and so many neighbours varied alike
+  EnsembleSpec spec;          ///< of the ensemble it was measured on
   std::uint64_t samples = 0;  ///< piles that entered the averages
   std::vector<FailedSample> failed;
   PrecisionOutcome precision;
@@ -112,6 +107,8 @@ struct Transport {
 
   std::vector<DepthFit> depths;           ///< ascending, also shallower than the window
   std::vector<ResponseProfile> profiles;  ///< the layers asked for by figures
+
+  double mu() const { return spec.sampler.mu; }
 };
 
 struct ScalingFits {

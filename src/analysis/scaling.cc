@@ -49,7 +49,7 @@ std::vector<Coefficients> slopes_of(const std::vector<MeasuredTransport>& result
   std::vector<Coefficients> slopes;
   for (const MeasuredTransport& result : results) {
     const Transport& t = result.transport;
-    if (!t.exact && t.c.known() && t.D.known()) slopes.push_back({t.mu, result.c, result.D});
+    if (!t.exact && t.c.known() && t.D.known()) slopes.push_back({t.mu(), result.c, result.D});
   }
   return slopes;
 }
@@ -62,9 +62,9 @@ std::vector<Coefficients> neighbouring_slopes(const std::vector<MeasuredTranspor
     if (t.exact || !t.c.known() || !t.D.known()) continue;
     const NeighbourSlopes* const neighbour = k < result.neighbours.size() ? &result.neighbours[k] : nullptr;
     if (neighbour != nullptr && neighbour->shown.c.known() && neighbour->shown.D.known()) {
-      slopes.push_back({t.mu, neighbour->c, neighbour->D});
+      slopes.push_back({t.mu(), neighbour->c, neighbour->D});
     } else {
-      slopes.push_back({t.mu, result.c, result.D});
+      slopes.push_back({t.mu(), result.c, result.D});
     }
   }
   return slopes;
@@ -124,7 +124,7 @@ RatioScaling fit_ratio_scaling(const std::vector<MeasuredTransport>& results, in
   for (const MeasuredTransport& result : results) {
     if (result.transport.exact) continue;
     for (const MeasuredRatios& one : result.ratios) {
-      if (one.layer == layer) ratios.push_back({result.transport.mu, one.position, one.width_squared});
+      if (one.layer == layer) ratios.push_back({result.transport.mu(), one.position, one.width_squared});
     }
   }
   return {layer, Lattice::depth(layer), fit_all(ratios, window).shown()};

@@ -6,6 +6,7 @@
 
 #include "analysis/estimate.h"
 #include "analysis/scaling_fit.h"
+#include "ensemble/ensemble_spec.h"
 
 namespace granuscope {
 
@@ -15,9 +16,7 @@ namespace granuscope {
 /// The standard procedure (estimator "paired") at one friction coefficient: which beads had to draw another number when
 /// the overload was added.
 struct RedrawnBeads {
-  double mu = 0;
-  int columns = 0, layers = 0;
-  double overload = 1;
+  EnsembleSpec spec;
   std::uint64_t samples = 0;  ///< pairs of piles that entered
   std::uint64_t failed = 0;   ///< pairs that could not be completed
   Estimate whole_pile;        ///< share of all beads of the usable layers
@@ -26,8 +25,7 @@ struct RedrawnBeads {
 
 /// What it took to draw piles of one size at one friction coefficient: counted, never timed.
 struct CountedWork {
-  double mu = 0;
-  int columns = 0, layers = 0;
+  EnsembleSpec spec;
   std::uint64_t samples = 0;  ///< piles that were completed
   std::uint64_t failed = 0;   ///< piles that were not
   double draws_per_bead = 0;  ///< uniform numbers per bead, abandoned tries included
@@ -46,8 +44,7 @@ struct ThrustAtDepth {
 /// The thrust ratio at a small friction coefficient, on narrow piles deep enough for the force fluctuations to
 /// saturate (about 0.6/mu^2 layers).
 struct SmallFriction {
-  double mu = 0;
-  int columns = 0, layers = 0;
+  EnsembleSpec spec;
   std::uint64_t samples = 0;
   double depth_over_saturation = 0;   ///< layers / (0.6/mu^2)
   std::vector<ThrustAtDepth> depths;  ///< ascending
@@ -68,9 +65,8 @@ struct ChainShareAtDepth {
 
 /// The response of piles of the size of the force-chain picture, gathered along the rays.
 struct ChainShare {
-  double mu = 0;
-  int columns = 0, layers = 0;  ///< shown; more are computed
-  double overload = 1;
+  EnsembleSpec spec;
+  int layers = 0;  ///< shown; more are computed
   std::uint64_t samples = 0;
   double half_width = 3;                  ///< bead diameters
   Estimate c;                             ///< slope of the rays: c_thrust of these piles
@@ -81,15 +77,11 @@ struct ChainShare {
 
 /// One law on uniformly loaded piles of one size: what it gives and what it takes.
 struct LawOnPiles {
-  std::string law;
-  double lambda = 0;  ///< polytope; otherwise not a number
-  std::string rules;  ///< granusolve: which of its rules mend
-  double mu = 0;
-  int columns = 0, layers = 0;
+  EnsembleSpec spec;
   std::uint64_t samples = 0;  ///< piles that entered
   std::uint64_t failed = 0;   ///< piles that could not be completed
   Estimate effective_samples;
-  double burn_in = 0, thinning = 0;  ///< polytope: sweeps, see sampler_spec.h; otherwise not a number
+  double burn_in = 0, thinning = 0;  ///< polytope: sweeps, as measured; otherwise not a number
   double draws_per_bead = 0;         ///< uniform numbers per bead, whatever was thrown away included
   double pair_per_bead = 0, arc_per_bead = 0, climbed_per_bead = 0;  ///< share of beads whose value came from each rule
   std::vector<ThrustAtDepth> depths;                                 ///< every layer
@@ -101,8 +93,7 @@ struct LawOnPiles {
 
 /// The thrust ratio under the law rejection, away from top and bottom (exact_thrust.h).
 struct ExactThrust {
-  double mu = 0;
-  int columns = 0, layers = 0;
+  EnsembleSpec spec;
   std::uint64_t samples = 0;            ///< piles that entered
   std::uint64_t failed = 0;             ///< piles that could not be completed
   int first_layer = 0, last_layer = 0;  ///< of the bulk
@@ -114,27 +105,19 @@ struct ExactThrust {
 
 /// The response under one law, on piles small enough for the slowest.
 struct LawResponse {
-  std::string law;
-  double lambda = 0;  ///< polytope; otherwise not a number
-  std::string rules;  ///< granusolve: which of its rules mend
-  double mu = 0;
-  int columns = 0, layers = 0;
-  double epsilon = 0;  ///< of the estimator multiplexed
+  EnsembleSpec spec;
   std::uint64_t samples = 0;
   std::uint64_t failed = 0;
   Estimate effective_samples;
-  double burn_in = 0, thinning = 0;     ///< polytope: sweeps; otherwise not a number
+  double burn_in = 0, thinning = 0;     ///< polytope: sweeps, as measured; otherwise not a number
   int first_layer = 0, last_layer = 0;  ///< of the slopes c and D
   Estimate c, D;
 };
 
 /// The response at one friction coefficient to one kind and size of load, beside the linear response.
 struct LoadResponse {
-  double mu = 0;
-  std::string estimator;   ///< point, multiplexed, or uniform: no response, only the thrust ratio
-  double load = 0;         ///< overload (point), epsilon (multiplexed), 0 (uniform)
-  bool reference = false;  ///< taken for the linear response
-  int columns = 0, layers = 0;
+  EnsembleSpec spec;                    ///< under a uniform load there is no response, only the thrust ratio
+  bool reference = false;               ///< taken for the linear response
   std::uint64_t samples = 0;            ///< piles that entered
   std::uint64_t failed = 0;             ///< piles that could not be completed
   int first_layer = 0, last_layer = 0;  ///< of the window of the slopes
@@ -143,12 +126,14 @@ struct LoadResponse {
   Estimate c_shift;         ///< c minus that of the linear response, over the same layers
   Estimate D_shift;         ///< D over that of the linear response, minus 1; likewise
   Estimate c_thrust_shift;  ///< c_thrust minus that of uniformly loaded piles
+
+  bool uniform() const { return spec.load == Load::uniform; }
+  double load() const { return uniform() ? 0 : load_size(spec.response); }
 };
 
 /// The exponents over the friction coefficients of one load.
 struct LoadExponents {
-  std::string estimator;
-  double load = 0;
+  ResponseSpec response;
   bool reference = false;
   std::array<double, 2> window{};  ///< of mu: the least and largest that took part
   int points = 0;                  ///< friction coefficients that took part
@@ -191,12 +176,7 @@ struct ErrorPoint {
 
 /// The error of one estimator against the size of its ensembles, see error_curve.h.
 struct ErrorCurve {
-  std::string estimator;
-  double mu = 0;
-  int columns = 0, layers = 0;
-  double overload = 0, epsilon = 0;  ///< 0 where it has none
-  bool opposite = false;
-  int sign_run = 1;
+  EnsembleSpec spec;
   std::uint64_t samples = 0;  ///< of all repetitions
   std::uint64_t failed = 0;
   std::uint64_t beads = 0;         ///< drawn for them

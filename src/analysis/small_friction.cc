@@ -39,12 +39,11 @@ MeasuredSmallFriction measure_small_friction(const MeasuredEnsemble& ensemble) {
   const BlockSums& sums = ensemble.record.sums;
   MeasuredSmallFriction measured;
   SmallFriction& result = measured.result;
-  result.mu = ensemble.mu;
-  result.columns = ensemble.lattice.columns;
-  result.layers = ensemble.lattice.layers;
+  result.spec = ensemble.spec;
+  const int layers = ensemble.spec.lattice.layers;
   result.samples = std::accumulate(sums.count.begin(), sums.count.end(), std::uint64_t{0});
-  result.depth_over_saturation = result.layers / saturation_layers(result.mu);
-  result.first_layer = first_deep_layer(result.layers);
+  result.depth_over_saturation = layers / saturation_layers(ensemble.spec.sampler.mu);
+  result.first_layer = first_deep_layer(layers);
   result.last_layer = sums.layers.back();
   std::vector<Replicated> deep;
   for (std::size_t row = 0; row < sums.layers.size(); ++row) {
@@ -68,10 +67,10 @@ ScalingFit fit_small_friction(const std::vector<MeasuredSmallFriction>& measured
   std::array<double, 2> window{};
   for (const MeasuredSmallFriction& one : measured) {
     const Replicated slowing = transform([](double s) { return std::log(s); }, one.c0_minus_c);
-    if (one.result.mu <= 0 || !estimate(slowing).known()) continue;
-    if (log_mu.empty()) window[0] = one.result.mu;
-    window[1] = one.result.mu;
-    log_mu.push_back(transform([&](double) { return std::log(one.result.mu); }, slowing));
+    if (one.result.spec.sampler.mu <= 0 || !estimate(slowing).known()) continue;
+    if (log_mu.empty()) window[0] = one.result.spec.sampler.mu;
+    window[1] = one.result.spec.sampler.mu;
+    log_mu.push_back(transform([&](double) { return std::log(one.result.spec.sampler.mu); }, slowing));
     log_slowing.push_back(slowing);
   }
   return fit_power_law(log_mu, log_slowing, window);

@@ -2,8 +2,8 @@
 #include <vector>
 
 #include "analysis/jackknife.h"
+#include "analysis/measured_ensemble.h"
 #include "analysis/side_measurements.h"
-#include "analysis/transport.h"
 
 namespace granuscope {
 

@@ -121,14 +121,14 @@ MeasuredDepth measure_depth(const MeasuredEnsemble& ensemble, const WeighingNois
   depth.fit.layer = record.sums.layers[row];
   depth.fit.z = Lattice::depth(depth.fit.layer);
   depth.thrust = block_mean(record.sums, "thrust", row);
-  const LayerSpectrum spectrum = layer_spectrum(record.sums, row, ensemble.overload);
+  const LayerSpectrum spectrum = layer_spectrum(record.sums, row, ensemble.spec.response.overload);
   if (spectrum.exact) {
-    measure_exactly(record, row, ensemble.overload, depth);
+    measure_exactly(record, row, ensemble.spec.response.overload, depth);
   } else {
     measure_by_fit(spectrum, weights, spec, depth);
     if (depth.fit.identifiable && in_window(spec, depth.fit.layer)) {
       depth.height =
-          peak_height(mean_response(record.sums, row, ensemble.overload),
+          peak_height(mean_response(record.sums, row, ensemble.spec.response.overload),
                       Lattice({spectrum.columns, depth.fit.layer + 1}), depth.fit.layer, depth.peak, depth.width);
       depth.noise = residual_noise(spectrum, depth.peak, depth.width);
     }
@@ -324,7 +324,7 @@ MeasuredRatios ratios_of(const MeasuredDepth& depth) {
 }
 
 ResponseProfile response_profile(const MeasuredEnsemble& ensemble, std::size_t row, const MeasuredDepth& depth) {
-  const BlockMeans means = mean_response(ensemble.record.sums, row, ensemble.overload);
+  const BlockMeans means = mean_response(ensemble.record.sums, row, ensemble.spec.response.overload);
   const int layer = depth.fit.layer, columns = static_cast<int>(means.whole.size());
   const Lattice lattice({columns, layer + 1});
   ResponseProfile profile;
@@ -368,17 +368,11 @@ std::vector<int> layers_to_record(const FitSpec& spec, const std::vector<int>& e
 }
 
 MeasuredTransport measure_transport(const MeasuredEnsemble& ensemble, const FitSpec& spec,
-                                    const std::vector<int>& profile_layers, int threads) {
+                                    const std::vector<int>& profile_layers, int threads, BiasedPairs biased) {
   const EnsembleRecord& record = ensemble.record;
   MeasuredTransport result;
   Transport& t = result.transport;
-  t.mu = ensemble.mu;
-  t.law = ensemble.law;
-  t.estimator = ensemble.estimator;
-  t.overload = ensemble.overload;
-  t.epsilon = ensemble.epsilon;
-  t.opposite = ensemble.opposite;
-  t.sign_run = ensemble.sign_run;
+  t.spec = ensemble.spec;
   t.failed = record.failed;
   for (std::uint64_t count : record.sums.count) t.samples += count;
   const auto per_bead = [&](std::uint64_t count) {
@@ -411,16 +405,17 @@ MeasuredTransport measure_transport(const MeasuredEnsemble& ensemble, const FitS
   for (std::size_t row = first_row; row < record.sums.layers.size(); ++row) {
     if (in_window(spec, record.sums.layers[row])) rows_in_window.push_back(row);
   }
-  const std::optional<WeighingNoise> weights = weighing_noise(record.sums, rows_in_window, ensemble.overload);
+  const std::optional<WeighingNoise> weights =
+      weighing_noise(record.sums, rows_in_window, ensemble.spec.response.overload);
   std::vector<MeasuredDepth> depths(record.sums.layers.size() - first_row);
   for_each_index(depths.size(), threads, [&](std::size_t i) {
     depths[i] = measure_depth(ensemble, weights ? &*weights : nullptr, spec, i + first_row);
   });
   t.exact = std::all_of(depths.begin(), depths.end(),
                         [](const MeasuredDepth& d) { return d.fit.degrees_of_freedom == 0 && d.fit.identifiable; });
-  // Only who names the estimator asks for its verdict: the curves of error against time show the shift instead.
+  const bool can_be_biased = ensemble.spec.response.estimator == EstimatorName::paired;
   const std::string against_pairs =
-      ensemble.estimator == name_of(EstimatorName::paired) ? refuse_pairs(ensemble, spec, depths) : "";
+      can_be_biased && biased == BiasedPairs::refused ? refuse_pairs(ensemble, spec, depths) : "";
   fit_slopes(depths, spec, result);
   if (!against_pairs.empty()) set_unknown(t, against_pairs);
   measure_thrust(depths, spec, result);

@@ -1,28 +1,13 @@
 #pragma once
-#include <string>
 #include <vector>
 
 #include "analysis/fit_spec.h"
 #include "analysis/jackknife.h"
+#include "analysis/measured_ensemble.h"
 #include "analysis/results.h"
 #include "analysis/window_neighbours.h"
-#include "model/lattice.h"
-#include "storage/ensemble_file.h"
 
 namespace granuscope {
-
-/// One ensemble handed to the analysis, with what its numbers mean.
-struct MeasuredEnsemble {
-  double mu = 0;
-  std::string law;
-  std::string estimator;
-  double overload = 1;  ///< estimators point and paired
-  EnsembleRecord record;
-  LatticeSpec lattice{};
-  double epsilon = 0.25;  ///< estimator multiplexed, and its options
-  bool opposite = false;
-  int sign_run = 1;
-};
 
 /// x_p/z and W^2/z at one layer, with replicates.
 struct MeasuredRatios {
@@ -47,6 +32,12 @@ struct MeasuredTransport {
 /// The layers that a FitSpec needs recorded, ascending, with `extra` (figures) merged in.
 std::vector<int> layers_to_record(const FitSpec& spec, const std::vector<int>& extra);
 
+/// What becomes of c and D where the second piles of the estimator paired follow another law than the first ones.
+enum class BiasedPairs {
+  refused,   ///< they are unknown, and the reason says so
+  measured,  ///< they stand as they come out, for who shows how far off they are
+};
+
 /// Fits the response at every recorded layer, then x_p = x_0 + c z and W^2 = w_0 + D z over the window of `spec`, with
 /// delete-one-block replicates through the whole chain. The window loses its shallow end where the width is not
 /// identifiable, the last depth there by degrees (edge_of); the layers used are reported. Lines are fitted with weights
@@ -54,6 +45,7 @@ std::vector<int> layers_to_record(const FitSpec& spec, const std::vector<int>& e
 /// layers to report as ResponseProfile. An ensemble without scatter (mu = 0) is measured by its moments instead and
 /// marked exact. `threads`: 0 for as many as the machine has; the result does not depend on it.
 MeasuredTransport measure_transport(const MeasuredEnsemble& ensemble, const FitSpec& spec,
-                                    const std::vector<int>& profile_layers, int threads);
+                                    const std::vector<int>& profile_layers, int threads,
+                                    BiasedPairs biased = BiasedPairs::refused);
 
 }  // namespace granuscope

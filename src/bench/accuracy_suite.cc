@@ -59,11 +59,7 @@ FitSpec bench_fit() {
 }
 
 Transport measure(const EnsembleSpec& spec, const EnsembleRecord& record) {
-  MeasuredEnsemble ensemble;
-  ensemble.mu = spec.sampler.mu;
-  ensemble.overload = spec.response.overload;
-  ensemble.record = record;
-  return measure_transport(ensemble, bench_fit(), {}, 1).transport;
+  return measure_transport({spec, record}, bench_fit(), {}, 1, BiasedPairs::measured).transport;
 }
 
 struct MeanAndScatter {

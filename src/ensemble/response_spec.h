@@ -28,6 +28,16 @@ struct ResponseSpec {
   int blocks = 32;               ///< each of whole groups of eight samples (the last group may be incomplete)
 };
 
+inline ResponseSpec point_response(double overload) { return {.overload = overload}; }
+inline ResponseSpec multiplexed_response(double epsilon, bool opposite = false, int sign_run = 1) {
+  return {.estimator = EstimatorName::multiplexed, .epsilon = epsilon, .opposite = opposite, .sign_run = sign_run};
+}
+
+/// The load that the response is one to: epsilon (multiplexed) or the overload, in loads of one top bead.
+inline double load_size(const ResponseSpec& spec) {
+  return spec.estimator == EstimatorName::multiplexed ? spec.epsilon : spec.overload;
+}
+
 std::string name_of(Load load);
 Load load_named(const std::string& name);
 

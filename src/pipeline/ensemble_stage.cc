@@ -279,30 +279,10 @@ std::vector<PlannedEnsemble> plan_ensembles(const Experiment& experiment, const 
   return planned;
 }
 
-namespace {
-
-/// What is known of an ensemble before there is anything of it.
-MeasuredEnsemble about(const PlannedEnsemble& planned) {
-  MeasuredEnsemble measured;
-  measured.mu = planned.spec.sampler.mu;
-  measured.law = name_of(planned.spec.sampler.law);
-  measured.estimator = name_of(planned.spec.response.estimator);
-  measured.overload = planned.spec.response.overload;
-  measured.epsilon = planned.spec.response.epsilon;
-  measured.opposite = planned.spec.response.opposite;
-  measured.sign_run = planned.spec.response.sign_run;
-  measured.lattice = planned.spec.lattice;
-  return measured;
-}
-
-}  // namespace
-
 std::optional<MeasuredEnsemble> reuse_ensemble(PlannedEnsemble& planned, const std::filesystem::path& run_folder) {
   if (!planned.reusable) return std::nullopt;
-  MeasuredEnsemble measured = about(planned);
   try {
-    measured.record = read_ensemble(run_folder / planned.file);
-    return measured;
+    return MeasuredEnsemble{planned.spec, read_ensemble(run_folder / planned.file)};
   } catch (const InputError& damage) {
     // The plan read no further than the configuration.
     planned.reusable = false;
@@ -317,7 +297,6 @@ MeasuredEnsemble obtain_ensemble(PlannedEnsemble& planned, const std::filesystem
     say(progress, fmt::format("sampling {}: {} piles already there", planned.label, planned.spec.response.samples));
     return *std::move(there);
   }
-  MeasuredEnsemble measured = about(planned);
   const std::filesystem::path file = run_folder / planned.file;
   if (!planned.replaces.empty()) {
     say(progress, fmt::format("sampling {}: {} is drawn again and replaced once the new one is whole: {}",
@@ -326,13 +305,13 @@ MeasuredEnsemble obtain_ensemble(PlannedEnsemble& planned, const std::filesystem
   // What would be lost in the end is missed before anything is drawn.
   make_folder(file.parent_path());
   require_writable(file);
-  measured.record = draw_in_pieces(planned, run_folder, threads, progress, parts);
-  measured.record.configuration += planned.notes;
-  measured.record.configuration_key = cache_key(measured.record.configuration);
-  write_ensemble(file, measured.record);
+  MeasuredEnsemble drawn{planned.spec, draw_in_pieces(planned, run_folder, threads, progress, parts)};
+  drawn.record.configuration += planned.notes;
+  drawn.record.configuration_key = cache_key(drawn.record.configuration);
+  write_ensemble(file, drawn.record);
   std::error_code ignored;
   std::filesystem::remove(run_folder / part_file(planned), ignored);
-  return measured;
+  return drawn;
 }
 
 }  // namespace granuscope

@@ -15,7 +15,6 @@ namespace granuscope {
 struct PlannedEnsemble {
   std::string label;  ///< "mu = 0.3", in messages and timings
   EnsembleSpec spec;
-  std::string estimator;         ///< what its numbers mean
   std::filesystem::path file;    ///< relative to the run's folder
   bool reusable = false;         ///< the file is there and holds exactly this ensemble
   std::string replaces = {};     ///< why a file that is there cannot be used: it will be replaced

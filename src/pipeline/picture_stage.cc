@@ -251,13 +251,13 @@ std::vector<PictureOutcome> draw_pile_pictures(const Experiment& experiment, con
 }
 
 Field response_field(const MeasuredEnsemble& ensemble, const Transport& transport) {
-  const Lattice lattice(ensemble.lattice);
+  const Lattice lattice(ensemble.spec.lattice);
   const auto columns = static_cast<std::size_t>(lattice.columns());
   Field field;
   field.key_title = label("field");
   const std::vector<int>& layers = ensemble.record.sums.layers;
   for (std::size_t row = 0; row < layers.size(); ++row) {
-    const BlockMeans response = mean_response(ensemble.record.sums, row, ensemble.overload);
+    const BlockMeans response = mean_response(ensemble.record.sums, row, ensemble.spec.response.overload);
     FieldRow cells;
     cells.z = Lattice::depth(layers[row]);
     std::size_t leftmost = 0;
@@ -317,9 +317,9 @@ PictureOutcome draw_response_field(const Experiment& experiment, const Field& fi
     set_failure(figure, failure);
   }
   set_words(figure, "pictures/response_field.words",
-            {{"mu", caption_number(transport.mu)},
+            {{"mu", caption_number(transport.mu())},
              {"samples", std::to_string(transport.samples)},
-             {"estimator", transport.estimator}});
+             {"estimator", name_of(transport.spec.response.estimator)}});
   if (figure.is_there())
     outcome.environment = {{"OpenGL", drawn.renderer}, {"GL backend", drawn.backend + ": " + drawn.backend_reason}};
   return outcome;

@@ -104,7 +104,7 @@ class Run {
     for (const Transport& one : data_.analysis.results) {
       if (one.precision.asked && !one.precision.reached) {
         result_.unexpected.push_back(
-            fmt::format("the precision asked for was not reached at mu = {}: {}", one.mu, one.precision.reason));
+            fmt::format("the precision asked for was not reached at mu = {}: {}", one.mu(), one.precision.reason));
       }
     }
     return std::move(result_);
@@ -283,7 +283,8 @@ class Run {
         measured.push_back(
             measure_transport(ensemble, experiment_.fit, experiment_.figures.profile_layers, options_.threads));
         measured.back().transport.precision = precision;
-        if (experiment_.response_field.draw && needs(Stage::render) && ensemble.mu == experiment_.figures.profile_mu) {
+        if (experiment_.response_field.draw && needs(Stage::render) &&
+            ensemble.spec.sampler.mu == experiment_.figures.profile_mu) {
           field_transport_ = measured.back().transport;
           field_ = response_field(ensemble, *field_transport_);
         }

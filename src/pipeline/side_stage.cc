@@ -76,7 +76,7 @@ class Planner {
       add_load("point-" + exact(overload), static_cast<double>(asked.point_samples) / overload,
                [&](EnsembleSpec& spec) { spec.response.overload = overload; });
     }
-    add_load(uniform_load, multiplexed, [](EnsembleSpec& spec) {
+    add_load(name_of(Load::uniform), multiplexed, [](EnsembleSpec& spec) {
       spec.load = Load::uniform;
       spec.record_profiles = false;
     });
@@ -290,7 +290,7 @@ std::vector<SideEnsemble> plan_side_ensembles(const Experiment& experiment, cons
 void SideMeasurer::add(const SideEnsemble& side, const MeasuredEnsemble& ensemble, double seconds) {
   switch (side.kind) {
     case SideKind::redrawn_beads:
-      measured_.redrawn_beads.push_back(measure_redrawn_beads(side.planned.spec, ensemble.record));
+      measured_.redrawn_beads.push_back(measure_redrawn_beads(ensemble));
       break;
     case SideKind::counted_work:
       measured_.counted_work.push_back(counted_work(ensemble));
@@ -300,27 +300,24 @@ void SideMeasurer::add(const SideEnsemble& side, const MeasuredEnsemble& ensembl
       measured_.small_friction.push_back(small_friction_.back().result);
       break;
     case SideKind::law_comparison:
-      measured_.laws.push_back(measure_law(side.planned.spec, ensemble.record));
+      measured_.laws.push_back(measure_law(ensemble));
       law_seconds_.push_back(seconds);
       break;
     case SideKind::law_response:
-      measured_.law_responses.push_back(measure_law_response(side.planned.spec, ensemble, threads_));
+      measured_.law_responses.push_back(measure_law_response(ensemble, threads_));
       break;
     case SideKind::exact_thrust:
-      measured_.exact_thrusts.push_back(measure_exact_thrust(
-          side.planned.spec, ensemble.record, exact_thrust_sizes(side.planned.spec.sampler.mu).front().margin));
+      measured_.exact_thrusts.push_back(
+          measure_exact_thrust(ensemble, exact_thrust_sizes(ensemble.spec.sampler.mu).front().margin));
       break;
     case SideKind::law_cost:
-      measured_.law_costs.push_back(measure_law(side.planned.spec, ensemble.record));
+      measured_.law_costs.push_back(measure_law(ensemble));
       break;
-    case SideKind::nonlinearity: {
-      MeasuredEnsemble kept = ensemble;
-      if (side.planned.spec.load == Load::uniform) kept.estimator = uniform_load;
-      nonlinearity_.add(std::move(kept));
+    case SideKind::nonlinearity:
+      nonlinearity_.add(ensemble);
       break;
-    }
     case SideKind::error_curve:
-      measured_.error_curves.push_back(measure_error_curve(side.planned.spec, ensemble.record, threads_));
+      measured_.error_curves.push_back(measure_error_curve(ensemble, threads_));
       error_curve_seconds_.push_back(seconds);
       break;
     case SideKind::chain_share:

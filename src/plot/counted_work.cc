@@ -20,7 +20,9 @@ namespace {
 
 constexpr const char* figure_id = "counted-work";
 
-double beads_of(const CountedWork& work) { return static_cast<double>(work.columns) * work.layers; }
+double beads_of(const CountedWork& work) {
+  return static_cast<double>(work.spec.lattice.columns) * work.spec.lattice.layers;
+}
 
 /// Largest over smallest draws per bead among the sizes at one friction coefficient.
 double spread_of(const std::vector<const CountedWork*>& sizes) {
@@ -39,10 +41,11 @@ Figure draw_counted_work(const std::vector<CountedWork>& work, const std::filesy
   for (const CountedWork& one : work) {
     if (one.failed > 0) {
       incomplete.push_back(fmt::format("{} of {} piles of {} × {} beads at μ = {}", one.failed,
-                                       one.failed + one.samples, one.columns, one.layers, caption_number(one.mu)));
+                                       one.failed + one.samples, one.spec.lattice.columns, one.spec.lattice.layers,
+                                       caption_number(one.spec.sampler.mu)));
     }
     if (!std::isfinite(one.draws_per_bead)) continue;
-    by_mu[one.mu].push_back(&one);
+    by_mu[one.spec.sampler.mu].push_back(&one);
     beads.add(beads_of(one));
     draws.add(one.draws_per_bead);
   }
@@ -64,9 +67,9 @@ Figure draw_counted_work(const std::vector<CountedWork>& work, const std::filesy
   for (const auto& [mu, sizes] : by_mu) {
     CsvTable table({"beads", "columns", "layers", "piles", "draws_per_bead", "mended_per_bead", "climbed_per_bead"});
     for (const CountedWork* one : sizes) {
-      table.add_row({beads_of(*one), static_cast<double>(one->columns), static_cast<double>(one->layers),
-                     static_cast<double>(one->samples), one->draws_per_bead, one->mended_per_bead,
-                     one->climbed_per_bead});
+      table.add_row({beads_of(*one), static_cast<double>(one->spec.lattice.columns),
+                     static_cast<double>(one->spec.lattice.layers), static_cast<double>(one->samples),
+                     one->draws_per_bead, one->mended_per_bead, one->climbed_per_bead});
     }
     const std::string file = fmt::format("{}-mu-{}.csv", figure_id, exact(mu));
     plan.data[file] = table.text();

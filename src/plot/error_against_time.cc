@@ -23,9 +23,11 @@ constexpr double outlook = 300;
 constexpr double significant_shift = 3;  // standard errors
 
 std::string name_in_words(const ErrorCurve& curve) {
-  if (curve.estimator != "multiplexed") return curve.estimator;
-  return fmt::format("multiplexed, ε = {}{}{}", caption_number(curve.epsilon), curve.opposite ? ", opposite" : "",
-                     curve.sign_run > 1 ? fmt::format(", runs of {}", curve.sign_run) : "");
+  const ResponseSpec& response = curve.spec.response;
+  const std::string name = name_of(response.estimator);
+  if (response.estimator != EstimatorName::multiplexed) return name;
+  return fmt::format("{}, ε = {}{}{}", name, caption_number(response.epsilon), response.opposite ? ", opposite" : "",
+                     response.sign_run > 1 ? fmt::format(", runs of {}", response.sign_run) : "");
 }
 
 std::string in_words(const Estimate& number) {
@@ -144,7 +146,7 @@ Figure draw_error_against_time(const std::vector<ErrorCurve>& curves, const std:
       }
     }
     if (!shifts.empty()) floors.push_back(fmt::format("{} ({})", name_in_words(curve), enumeration(shifts)));
-    if (curve.estimator == "point") {
+    if (curve.spec.response.estimator == EstimatorName::point) {
       point = &curve;
       point_cost = cost;
     } else if (point != nullptr) {
@@ -173,9 +175,9 @@ Figure draw_error_against_time(const std::vector<ErrorCurve>& curves, const std:
   }
   Figure figure = draw_plot(plan, gaps, run_folder);
   set_words(figure, "plot/error_against_time.words",
-            {{"mu", caption_number(curves.front().mu)},
-             {"columns", std::to_string(curves.front().columns)},
-             {"layers", std::to_string(curves.front().layers)},
+            {{"mu", caption_number(curves.front().spec.sampler.mu)},
+             {"columns", std::to_string(curves.front().spec.lattice.columns)},
+             {"layers", std::to_string(curves.front().spec.lattice.layers)},
              {"timed", timed ? "yes" : ""},
              {"untimed", timed ? "" : "yes"},
              {"slopes_c", enumeration(slopes_c)},

@@ -23,9 +23,11 @@ std::string in_words(const Estimate& number) {
 }
 
 std::string name_in_words(const LawOnPiles& one) {
-  const std::string lambda = std::isfinite(one.lambda) ? ", λ = " + caption_number(one.lambda) : "";
-  const std::string rules = one.rules.empty() || one.rules == "all" ? "" : " (" + one.rules + ")";
-  return fmt::format("{}{}{}, {} × {}", one.law, rules, lambda, one.columns, one.layers);
+  const SamplerSpec& law = one.spec.sampler;
+  const LatticeSpec& lattice = one.spec.lattice;
+  const std::string lambda = law.law == Law::polytope ? ", λ = " + caption_number(law.lambda) : "";
+  const std::string rules = law.rules == MendingRules::all ? "" : " (" + name_of(law.rules) + ")";
+  return fmt::format("{}{}{}, {} × {}", name_of(law.law), rules, lambda, lattice.columns, lattice.layers);
 }
 
 }  // namespace
@@ -65,12 +67,13 @@ Figure draw_law_comparison(const std::vector<LawOnPiles>& laws, const std::files
                                                in_words(one.alpha_thrust), in_words(one.weight_variance),
                                                one.draws_per_bead < 100 ? caption_number(one.draws_per_bead, 3)
                                                                         : fmt::format("{:.0f}", one.draws_per_bead)))));
-    if (one.rules == "all") {
+    if (one.spec.sampler.law == Law::granusolve && one.spec.sampler.rules == MendingRules::all) {
       mended.push_back(fmt::format(
           "on {} × {} beads the pair rule gave {:.2f} %, arcs and rings {:.3f} % and climbs {:.3f} % of the beads "
           "their "
           "value",
-          one.columns, one.layers, 100 * one.pair_per_bead, 100 * one.arc_per_bead, 100 * one.climbed_per_bead));
+          one.spec.lattice.columns, one.spec.lattice.layers, 100 * one.pair_per_bead, 100 * one.arc_per_bead,
+          100 * one.climbed_per_bead));
     }
   }
   if (curves.empty()) {
@@ -88,9 +91,10 @@ Figure draw_law_comparison(const std::vector<LawOnPiles>& laws, const std::files
                              {"high", exact(alphas.high + 0.02)},
                              {"ticks", linear_ticks(alphas, 6)}},
                             run_folder);
-  set_words(
-      figure, "plot/law_comparison.words",
-      {{"mu", caption_number(laws.front().mu)}, {"mended", enumeration(mended)}, {"failed", enumeration(failed)}});
+  set_words(figure, "plot/law_comparison.words",
+            {{"mu", caption_number(laws.front().spec.sampler.mu)},
+             {"mended", enumeration(mended)},
+             {"failed", enumeration(failed)}});
   return figure;
 }
 

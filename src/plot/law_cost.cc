@@ -20,13 +20,16 @@ namespace {
 
 constexpr const char* figure_id = "law-cost";
 
-std::string size_in_words(const LawOnPiles& one) { return fmt::format("{} × {}", one.columns, one.layers); }
+std::string size_in_words(const LawOnPiles& one) {
+  return fmt::format("{} × {}", one.spec.lattice.columns, one.spec.lattice.layers);
+}
 
 /// "1.47 to 8.32 at μ = 0.3", and with "up to 8 × 8 beads" where the curve ends before the others.
 std::string growth_in_words(const LawOnPiles& smallest, const LawOnPiles& largest, double most_columns) {
-  const std::string end = largest.columns < most_columns ? fmt::format(" up to {} beads", size_in_words(largest)) : "";
+  const std::string end =
+      largest.spec.lattice.columns < most_columns ? fmt::format(" up to {} beads", size_in_words(largest)) : "";
   return fmt::format("{} to {} at μ = {}{}", significant(smallest.draws_per_bead, 3),
-                     significant(largest.draws_per_bead, 3), caption_number(largest.mu), end);
+                     significant(largest.draws_per_bead, 3), caption_number(largest.spec.sampler.mu), end);
 }
 
 }  // namespace
@@ -39,13 +42,13 @@ Figure draw_law_cost(const std::vector<LawOnPiles>& costs, const std::filesystem
   for (const LawOnPiles& one : costs) {
     if (one.failed > 0) {
       incomplete.push_back(fmt::format("{} of {} piles of {} × {} beads under {} at μ = {}", one.failed,
-                                       one.failed + one.samples, one.columns, one.layers, one.law,
-                                       caption_number(one.mu)));
+                                       one.failed + one.samples, one.spec.lattice.columns, one.spec.lattice.layers,
+                                       name_of(one.spec.sampler.law), caption_number(one.spec.sampler.mu)));
     }
     // What failed has drawn without an end: its work is no one's.
     if (one.failed > 0 || !std::isfinite(one.draws_per_bead)) continue;
-    curves_of[{one.law, one.mu}].push_back(&one);
-    columns.add(one.columns);
+    curves_of[{name_of(one.spec.sampler.law), one.spec.sampler.mu}].push_back(&one);
+    columns.add(one.spec.lattice.columns);
     draws.add(one.draws_per_bead);
   }
   if (curves_of.empty()) {
@@ -63,7 +66,7 @@ Figure draw_law_cost(const std::vector<LawOnPiles>& costs, const std::filesystem
   for (const auto& [which, sizes] : curves_of) {
     CsvTable table({"columns", "layers", "piles", "draws_per_bead"});
     for (const LawOnPiles* one : sizes) {
-      table.add_row({static_cast<double>(one->columns), static_cast<double>(one->layers),
+      table.add_row({static_cast<double>(one->spec.lattice.columns), static_cast<double>(one->spec.lattice.layers),
                      static_cast<double>(one->samples), one->draws_per_bead});
     }
     const auto& [law, mu] = which;
@@ -75,8 +78,8 @@ Figure draw_law_cost(const std::vector<LawOnPiles>& costs, const std::filesystem
     titles.push_back(fmt::format("keyentry with linespoints linewidth 1.2 pointsize 0.55 {} title {}", style,
                                  gnuplot_string(fmt::format("{}, μ = {}", law, caption_number(mu)))));
     growth[law].push_back(growth_in_words(*sizes.front(), *sizes.back(), columns.high));
-    if (least == nullptr || sizes.front()->columns < least->columns) least = sizes.front();
-    if (most == nullptr || sizes.back()->columns > most->columns) most = sizes.back();
+    if (least == nullptr || sizes.front()->spec.lattice.columns < least->spec.lattice.columns) least = sizes.front();
+    if (most == nullptr || sizes.back()->spec.lattice.columns > most->spec.lattice.columns) most = sizes.back();
   }
   plan.curves = static_cast<int>(curves.size());
   const Range up = widened_by_factor(draws, 1.5);

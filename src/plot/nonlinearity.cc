@@ -24,7 +24,7 @@ constexpr double percent = 100, milli = 1000;
 /// The responses to one kind of load at one friction coefficient, in the order of the loads.
 struct Series {
   double mu = 0;
-  std::string estimator;
+  EstimatorName estimator;
   std::vector<const LoadResponse*> loads;
 };
 
@@ -43,17 +43,17 @@ void add_series(PlotPlan& plan, Panels& panels, const Series& series, std::size_
                   "standard_error", "c", "standard_error", "piles"});
   for (const LoadResponse* one : series.loads) {
     if (!one->D_shift.known() || !one->c_shift.known()) continue;
-    table.add_row({one->load, percent * one->D_shift.value, percent * one->D_shift.standard_error,
+    table.add_row({one->load(), percent * one->D_shift.value, percent * one->D_shift.standard_error,
                    milli * one->c_shift.value, milli * one->c_shift.standard_error, one->D.value, one->D.standard_error,
                    one->c.value, one->c.standard_error, static_cast<double>(one->samples)});
-    panels.load.add(one->load);
+    panels.load.add(one->load());
     add(panels.D, one->D_shift, percent);
     add(panels.c, one->c_shift, milli);
   }
   if (table.empty()) return;
-  const std::string file = fmt::format("{}-{}-mu-{}.csv", figure_id, series.estimator, exact(series.mu));
+  const std::string file = fmt::format("{}-{}-mu-{}.csv", figure_id, name_of(series.estimator), exact(series.mu));
   plan.data[file] = table.text();
-  const bool point = series.estimator == "point";
+  const bool point = series.estimator == EstimatorName::point;
   const std::string style = fmt::format("with yerrorlines linewidth {} dashtype {} pointsize {} {} notitle",
                                         point ? 1.2 : 0.8, point ? 1 : 2, point ? 0.55 : 0.35, series_style(colour));
   panels.D_curves.push_back(fmt::format("'{}' using 1:2:3 {}", file, style));
@@ -73,7 +73,7 @@ std::string in_percent(const Estimate& shift) {
 std::string load_marks(const Nonlinearity& measured) {
   std::set<double> loads;
   for (const LoadResponse& one : measured.responses) {
-    if (one.load > 0) loads.insert(one.load);
+    if (one.load() > 0) loads.insert(one.load());
   }
   std::vector<std::string> marks;
   marks.reserve(loads.size());
@@ -85,8 +85,9 @@ std::string load_marks(const Nonlinearity& measured) {
 std::vector<std::string> shifts_of_the_paper(const Nonlinearity& measured) {
   std::vector<std::string> shifts;
   for (const LoadResponse& one : measured.responses) {
-    if (one.estimator != "point" || one.load != 1 || !one.D_shift.known()) continue;
-    shifts.push_back(fmt::format("{} at μ = {}", in_percent(one.D_shift), caption_number(one.mu)));
+    const bool of_the_paper = one.spec.response.estimator == EstimatorName::point && one.load() == 1;
+    if (!of_the_paper || !one.D_shift.known()) continue;
+    shifts.push_back(fmt::format("{} at μ = {}", in_percent(one.D_shift), caption_number(one.spec.sampler.mu)));
   }
   return shifts;
 }
@@ -98,12 +99,12 @@ Figure draw_nonlinearity(const Nonlinearity& measured, const std::filesystem::pa
   std::map<double, std::size_t> colours;
   double reference = 0;
   for (const LoadResponse& one : measured.responses) {
-    if (one.reference) reference = one.load;
-    if (one.load == 0) continue;  // the uniform load has no response
-    colours.emplace(one.mu, colours.size());
-    if (all.empty() || all.back().mu != one.mu || all.back().estimator != one.estimator) {
-      all.push_back({one.mu, one.estimator, {}});
-    }
+    if (one.reference) reference = one.load();
+    if (one.uniform()) continue;  // there is no response
+    const double mu = one.spec.sampler.mu;
+    const EstimatorName estimator = one.spec.response.estimator;
+    colours.emplace(mu, colours.size());
+    if (all.empty() || all.back().mu != mu || all.back().estimator != estimator) all.push_back({mu, estimator, {}});
     all.back().loads.push_back(&one);
   }
   PlotPlan plan;

@@ -27,7 +27,7 @@ bool fits_log_axes(const Transport& result) {
   return has_both(result) && !result.exact && result.D.value > 0 && result.c.value < tan30;
 }
 
-std::string mu_text(const Transport& result) { return "μ = " + caption_number(result.mu); }
+std::string mu_text(const Transport& result) { return "μ = " + caption_number(result.mu()); }
 
 struct Axes {
   Range D, c;
@@ -84,7 +84,7 @@ std::string point_labels(const std::vector<Transport>& results, const Axes& axes
   for (const Transport& result : results) {
     if (!has_both(result)) continue;
     points.push_back({place(result.D.value, result.c.value), share_of(result.D.value, result.D.standard_error, axes.D),
-                      share_of(result.c.value, result.c.standard_error, axes.c), caption_number(result.mu)});
+                      share_of(result.c.value, result.c.standard_error, axes.c), caption_number(result.mu())});
   }
   return label_commands(points, panel);
 }
@@ -123,7 +123,7 @@ PowerLawPanel law_panel(const Analysis& analysis) {
   for (const Transport& result : analysis.results) {
     if (!fits_log_axes(result)) continue;
     slopes.points.push_back(
-        {result.mu, result.D.value, result.D.standard_error, tan30 - result.c.value, result.c.standard_error});
+        {result.mu(), result.D.value, result.D.standard_error, tan30 - result.c.value, result.c.standard_error});
   }
   panel.series.push_back(slopes);
   const std::string exponent =
@@ -138,7 +138,7 @@ Figure draw_propagation_against_diffusion(const Analysis& analysis, const std::f
   CsvTable table({"mu", "D", "D_standard_error", "c", "c_standard_error"});
   for (const Transport& result : analysis.results) {
     if (!has_both(result)) continue;
-    table.add_row({result.mu, result.D.value, result.D.standard_error, result.c.value, result.c.standard_error});
+    table.add_row({result.mu(), result.D.value, result.D.standard_error, result.c.value, result.c.standard_error});
   }
   if (table.empty()) {
     throw InputError(
@@ -156,7 +156,7 @@ Figure draw_propagation_against_diffusion(const Analysis& analysis, const std::f
   const PowerLawPanelScript law = add_power_law_panel(plan, law_panel(analysis));
   Range window_D;
   for (const Transport& result : analysis.results) {
-    if (fits_log_axes(result) && in_window(result.mu, alpha.window)) window_D.add(result.D.value);
+    if (fits_log_axes(result) && in_window(result.mu(), alpha.window)) window_D.add(result.D.value);
   }
   const bool with_law = law.law && window_D.size() > 0;
   if (with_law) ++plan.curves;

@@ -45,16 +45,16 @@ Figure draw_propagation_and_thrust(const Analysis& analysis, const std::filesyst
   std::vector<LeftOut> unknown;
   std::vector<std::string> beyond_three;
   for (const Transport& result : analysis.results) {
-    const std::string mu_text = caption_number(result.mu);
+    const std::string mu_text = caption_number(result.mu());
     if (!has_both(result)) {
       const std::string& reason = result.c.known() ? result.c_thrust.reason : result.c.reason;
       unknown.push_back({"μ = " + mu_text, reason});
       continue;
     }
     const Estimate& gap = result.c_minus_c_thrust;
-    table.add_row({result.mu, result.c.value, result.c.standard_error, result.c_thrust.value,
+    table.add_row({result.mu(), result.c.value, result.c.standard_error, result.c_thrust.value,
                    result.c_thrust.standard_error, gap.value, gap.standard_error});
-    mu.add(result.mu);
+    mu.add(result.mu());
     if (std::abs(gap.value) > 3 * gap.standard_error && !result.exact) beyond_three.push_back(mu_text);
     for (const int sign : {-1, 1}) {
       speed.add(result.c.value + sign * result.c.standard_error);

@@ -229,7 +229,7 @@ Figure draw_response_profiles(const std::vector<Transport>& results, const Respo
     plan.curves += panel.has_curve ? 3 : 2;
     if (detailed) plan.curves += panel.has_curve ? 5 : 1;
   }
-  const std::string mu = caption_number(result->mu);
+  const std::string mu = caption_number(result->mu());
   const Gaps gaps = {{"mu", mu},
                      {"panels", std::to_string(panels.size())},
                      {"layers", fmt::format("{}", fmt::join(lists.layers, ", "))},
@@ -253,10 +253,10 @@ Figure draw_response_profiles(const std::vector<Transport>& results, const Respo
   Figure figure = draw_plot(plan, gaps, run_folder);
   set_words(figure, "plot/response_profiles.words",
             {{"mu", mu},
-             {"mu_differs", result->mu == spec.mu ? "" : caption_number(spec.mu)},
+             {"mu_differs", result->mu() == spec.mu ? "" : caption_number(spec.mu)},
              {"samples", std::to_string(result->samples)},
-             {"linear", result->estimator == "multiplexed" ? "yes" : ""},
-             {"finite", result->estimator == "multiplexed" ? "" : "yes"},
+             {"linear", result->spec.response.estimator == EstimatorName::multiplexed ? "yes" : ""},
+             {"finite", result->spec.response.estimator == EstimatorName::multiplexed ? "" : "yes"},
              {"depths", enumeration(lists.depths)},
              {"how_many", count_in_words(panels.size()) + (panels.size() == 1 ? " depth" : " depths")},
              {"panels", std::to_string(panels.size()) + (panels.size() == 1 ? " panel" : " panels")},

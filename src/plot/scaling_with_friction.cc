@@ -30,7 +30,7 @@ Estimate over(const Estimate& estimate, double z) {
 std::vector<Reading> slope_readings(const std::vector<Transport>& results) {
   std::vector<Reading> readings;
   for (const Transport& result : results) {
-    if (!result.exact) readings.push_back({result.mu, result.c, result.D});
+    if (!result.exact) readings.push_back({result.mu(), result.c, result.D});
   }
   return readings;
 }
@@ -42,7 +42,7 @@ std::vector<Reading> ratio_readings(const std::vector<Transport>& results, int l
     if (result.exact || (!result.c.known() && !result.D.known())) continue;
     for (const DepthFit& fit : result.depths) {
       if (fit.layer != layer || !fit.identifiable) continue;
-      readings.push_back({result.mu, over(fit.peak_position, fit.z), over(fit.width_squared, fit.z)});
+      readings.push_back({result.mu(), over(fit.peak_position, fit.z), over(fit.width_squared, fit.z)});
     }
   }
   return readings;

@@ -39,7 +39,7 @@ double deep_variance(const SmallFriction& one) {
 /// The variance of the weights over its deep value, against the layer in units of 0.6/mu^2, at layers a tenth apart.
 void add_saturation(PlotPlan& plan, Saturation& all, const SmallFriction& one) {
   const double deep = deep_variance(one);
-  const double saturation = one.layers / one.depth_over_saturation;
+  const double saturation = one.spec.lattice.layers / one.depth_over_saturation;
   if (!(deep > 0) || !(saturation > 0)) return;
   CsvTable table({"layers_over_saturation", "variance_over_deep", "standard_error", "layer", "weight_variance"});
   double last = 0;
@@ -54,13 +54,13 @@ void add_saturation(PlotPlan& plan, Saturation& all, const SmallFriction& one) {
     all.variance.add(y + error);
   }
   if (table.empty()) return;
-  const std::string file = fmt::format("{}-mu-{}.csv", figure_id, exact(one.mu));
+  const std::string file = fmt::format("{}-mu-{}.csv", figure_id, exact(one.spec.sampler.mu));
   plan.data[file] = table.text();
   const std::string style = series_style(all.curves.size());
   all.curves.push_back(
       fmt::format("'{}' using 1:2:3 with yerrorbars linewidth 0.8 pointsize 0.35 {} notitle", file, style));
   all.titles.push_back(fmt::format("keyentry with points pointsize 0.55 {} title {}", style,
-                                   gnuplot_string("μ = " + caption_number(one.mu))));
+                                   gnuplot_string("μ = " + caption_number(one.spec.sampler.mu))));
   ++plan.curves;
 }
 
@@ -96,13 +96,13 @@ Figure draw_small_friction(const Analysis& analysis, const std::filesystem::path
   for (const SmallFriction& one : side.small_friction) {
     if (!one.c0_minus_c.known()) continue;
     add_saturation(plan, saturation, one);
-    narrow.points.push_back(point_of(one.mu, one.c0_minus_c));
-    columns = one.columns;
+    narrow.points.push_back(point_of(one.spec.sampler.mu, one.c0_minus_c));
+    columns = one.spec.lattice.columns;
     shallowest = std::min(shallowest, one.depth_over_saturation);
   }
   for (const Transport& result : analysis.results) {
     if (result.exact || !result.c_thrust.known()) continue;
-    wide.points.push_back(point_of(result.mu, {tan30 - result.c_thrust.value, result.c_thrust.standard_error, ""}));
+    wide.points.push_back(point_of(result.mu(), {tan30 - result.c_thrust.value, result.c_thrust.standard_error, ""}));
   }
   panel.series = {narrow, wide};
   const Estimate& exponent = side.small_friction_scaling.exponent;

@@ -71,7 +71,7 @@ void set_both(Draft& draft, const std::string& name, const std::string& text) {
 std::vector<LeftOut> unknown_points(const std::vector<Transport>& results) {
   std::vector<LeftOut> unknown;
   for (const Transport& result : results) {
-    const std::string mu = "μ = " + caption_number(result.mu);
+    const std::string mu = "μ = " + caption_number(result.mu());
     if (!result.c.known() && !result.D.known() && result.c.reason == result.D.reason) {
       unknown.push_back({mu, result.c.reason});
       continue;
@@ -199,15 +199,16 @@ void add_c_inset(Draft& draft, const Analysis& analysis) {
   std::vector<PowerLawPoint> slowing;
   for (const Transport& result : analysis.results) {
     if (result.c.known()) {
-      speeds.add_row({result.mu, result.c.value, result.c.standard_error});
+      speeds.add_row({result.mu(), result.c.value, result.c.standard_error});
       c_range.add(result.c.value - result.c.standard_error);
       c_range.add(result.c.value + result.c.standard_error);
-      mu_range.add(result.mu);
-      if (!result.exact) slowing.push_back({result.mu, result.mu, 0, tan30 - result.c.value, result.c.standard_error});
+      mu_range.add(result.mu());
+      if (!result.exact)
+        slowing.push_back({result.mu(), result.mu(), 0, tan30 - result.c.value, result.c.standard_error});
     }
     // Beside the slope alone: the speeds of the thrust reach far beyond those of the peaks at large friction.
     if (result.c.known() && result.c_thrust.known()) {
-      thrusts.add_row({result.mu, result.c_thrust.value, result.c_thrust.standard_error});
+      thrusts.add_row({result.mu(), result.c_thrust.value, result.c_thrust.standard_error});
       c_range.add(result.c_thrust.value - result.c_thrust.standard_error);
       c_range.add(result.c_thrust.value + result.c_thrust.standard_error);
     }
@@ -254,15 +255,15 @@ void add_D_inset(Draft& draft, const Analysis& analysis) {
   Range mu_range, D_range;
   std::vector<PowerLawPoint> points;
   for (const Transport& result : analysis.results) {
-    const std::string mu = "μ = " + caption_number(result.mu);
+    const std::string mu = "μ = " + caption_number(result.mu());
     if (!result.D.known()) continue;
     if (result.exact) {
       draft.not_logarithmic.push_back({mu, "exact"});
     } else if (result.D.value <= 0) {
       draft.not_logarithmic.push_back({mu, "D is not positive"});
     } else {
-      mu_range.add(result.mu);
-      points.push_back({result.mu, result.mu, 0, result.D.value, result.D.standard_error});
+      mu_range.add(result.mu());
+      points.push_back({result.mu(), result.mu(), 0, result.D.value, result.D.standard_error});
       D_range.add(result.D.value);
       D_range.add(result.D.value + result.D.standard_error);
     }
@@ -274,8 +275,8 @@ void add_D_inset(Draft& draft, const Analysis& analysis) {
   for (const Transport& result : analysis.results) {
     if (!result.D.known() || result.exact || result.D.value <= 0) continue;
     const double low = std::max(result.D.value - result.D.standard_error, D_axis.low);
-    (in_window(result.mu, beta.window) ? inside : outside)
-        .add_row({result.mu, result.D.value, low, result.D.value + result.D.standard_error});
+    (in_window(result.mu(), beta.window) ? inside : outside)
+        .add_row({result.mu(), result.D.value, low, result.D.value + result.D.standard_error});
   }
   const WindowMiddle middle = middle_of_window(points, beta.window);
   const bool with_law = beta.exponent.known() && beta.intercept.known() && !middle.extent.empty;
@@ -324,8 +325,8 @@ Figure draw_transport_with_depth(const Analysis& analysis, const TransportWithDe
   draft.plan.id = figure_id;
   draft.plan.script = "transport_with_depth";
   draft.plan.height = 6.3;
-  set_both(draft, "mu", caption_number(result->mu));
-  draft.words["mu_differs"] = result->mu == spec.mu ? "" : caption_number(spec.mu);
+  set_both(draft, "mu", caption_number(result->mu()));
+  draft.words["mu_differs"] = result->mu() == spec.mu ? "" : caption_number(spec.mu);
   const double window_top = Lattice::depth(result->window_layers[0]);
   const double window_bottom = Lattice::depth(result->window_layers[1]);
   draft.script["c0"] = exact(tan30);

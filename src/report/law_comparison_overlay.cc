@@ -20,7 +20,7 @@ std::string time_per_bead(const ReportData& data, std::size_t i) {
   const LawOnPiles& one = data.analysis.side.laws[i];
   const double piles = static_cast<double>(one.samples + one.failed);
   if (i >= data.law_seconds.size() || !std::isfinite(data.law_seconds[i]) || piles == 0) return "not known";
-  return significant(1e9 * data.law_seconds[i] / (piles * one.columns * one.layers), 2);
+  return significant(1e9 * data.law_seconds[i] / (piles * one.spec.lattice.columns * one.spec.lattice.layers), 2);
 }
 
 /// By how many standard errors of their difference a number lies from that of the first law.

@@ -1,6 +1,7 @@
 #include "report/side_json.h"
 
 #include "report/estimate_json.h"
+#include "report/spec_json.h"
 
 namespace granuscope {
 
@@ -9,10 +10,10 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 Json to_json(const RedrawnBeads& redrawn) {
-  return {{"mu", redrawn.mu},
-          {"columns", redrawn.columns},
-          {"layers", redrawn.layers},
-          {"overload", redrawn.overload},
+  return {{"mu", redrawn.spec.sampler.mu},
+          {"columns", redrawn.spec.lattice.columns},
+          {"layers", redrawn.spec.lattice.layers},
+          {"overload", redrawn.spec.response.overload},
           {"samples", redrawn.samples},
           {"failed", redrawn.failed},
           {"whole_pile", granuscope::to_json(redrawn.whole_pile)},
@@ -20,9 +21,9 @@ Json to_json(const RedrawnBeads& redrawn) {
 }
 
 Json to_json(const CountedWork& work) {
-  Json json = {{"mu", work.mu},
-               {"columns", work.columns},
-               {"layers", work.layers},
+  Json json = {{"mu", work.spec.sampler.mu},
+               {"columns", work.spec.lattice.columns},
+               {"layers", work.spec.lattice.layers},
                {"samples", work.samples},
                {"failed", work.failed},
                {"draws_per_bead", finite_or_null(work.draws_per_bead)},
@@ -66,12 +67,12 @@ Json list_of(const std::vector<Item>& items) {
 }
 
 Json to_json(const ErrorCurve& curve) {
-  Json json = {{"estimator", curve.estimator}, {"mu", curve.mu}, {"columns", curve.columns}, {"layers", curve.layers}};
-  if (curve.estimator == "multiplexed") {
-    json.update(Json{{"epsilon", curve.epsilon}, {"opposite", curve.opposite}, {"sign_run", curve.sign_run}});
-  } else {
-    json["overload"] = curve.overload;
-  }
+  const ResponseSpec& response = curve.spec.response;
+  Json json = {{"estimator", name_of(response.estimator)},
+               {"mu", curve.spec.sampler.mu},
+               {"columns", curve.spec.lattice.columns},
+               {"layers", curve.spec.lattice.layers}};
+  json.update(granuscope::to_json(response));
   json.update(Json{{"samples", curve.samples},
                    {"failed", curve.failed},
                    {"beads", curve.beads},
@@ -86,9 +87,9 @@ Json to_json(const ErrorCurve& curve) {
 }
 
 Json to_json(const SmallFriction& small) {
-  return {{"mu", small.mu},
-          {"columns", small.columns},
-          {"layers", small.layers},
+  return {{"mu", small.spec.sampler.mu},
+          {"columns", small.spec.lattice.columns},
+          {"layers", small.spec.lattice.layers},
           {"samples", small.samples},
           {"depth_over_saturation", small.depth_over_saturation},
           {"window_layers", {small.first_layer, small.last_layer}},
@@ -108,21 +109,22 @@ Json to_json(const ChainShareAtDepth& depth) {
 /// Which law, and how its chains ran.
 template <class Measured>
 void name_law(const Measured& one, Json& json) {
-  if (one.law == "granusolve") json["mending_rules"] = one.rules;
-  if (one.law != "polytope") return;
-  json["lambda"] = one.lambda;
+  const SamplerSpec& sampler = one.spec.sampler;
+  if (sampler.law == Law::granusolve) json["mending_rules"] = name_of(sampler.rules);
+  if (sampler.law != Law::polytope) return;
+  json["lambda"] = sampler.lambda;
   json["burn_in"] = finite_or_null(one.burn_in);
   json["thinning"] = finite_or_null(one.thinning);
   if (json["burn_in"].is_null()) json["reason"] = "no chain was begun";
 }
 
 Json to_json(const LawResponse& one) {
-  Json json = {{"law", one.law}};
+  Json json = {{"law", name_of(one.spec.sampler.law)}};
   name_law(one, json);
-  json.update(Json{{"mu", one.mu},
-                   {"columns", one.columns},
-                   {"layers", one.layers},
-                   {"epsilon", one.epsilon},
+  json.update(Json{{"mu", one.spec.sampler.mu},
+                   {"columns", one.spec.lattice.columns},
+                   {"layers", one.spec.lattice.layers},
+                   {"epsilon", one.spec.response.epsilon},
                    {"samples", one.samples},
                    {"failed", one.failed},
                    {"effective_samples", granuscope::to_json(one.effective_samples)},
@@ -133,11 +135,11 @@ Json to_json(const LawResponse& one) {
 }
 
 Json to_json(const LawOnPiles& one) {
-  Json json = {{"law", one.law}};
+  Json json = {{"law", name_of(one.spec.sampler.law)}};
   name_law(one, json);
-  json.update(Json{{"mu", one.mu},
-                   {"columns", one.columns},
-                   {"layers", one.layers},
+  json.update(Json{{"mu", one.spec.sampler.mu},
+                   {"columns", one.spec.lattice.columns},
+                   {"layers", one.spec.lattice.layers},
                    {"samples", one.samples},
                    {"failed", one.failed},
                    {"effective_samples", granuscope::to_json(one.effective_samples)},
@@ -156,9 +158,9 @@ Json to_json(const LawOnPiles& one) {
 
 Json to_json(const ExactThrust& one) {
   return {{"law", "rejection"},
-          {"mu", one.mu},
-          {"columns", one.columns},
-          {"layers", one.layers},
+          {"mu", one.spec.sampler.mu},
+          {"columns", one.spec.lattice.columns},
+          {"layers", one.spec.lattice.layers},
           {"samples", one.samples},
           {"failed", one.failed},
           {"bulk_layers", {one.first_layer, one.last_layer}},
@@ -169,10 +171,10 @@ Json to_json(const ExactThrust& one) {
 }
 
 Json to_json(const ChainShare& share) {
-  return {{"mu", share.mu},
-          {"columns", share.columns},
+  return {{"mu", share.spec.sampler.mu},
+          {"columns", share.spec.lattice.columns},
           {"layers", share.layers},
-          {"overload", share.overload},
+          {"overload", share.spec.response.overload},
           {"samples", share.samples},
           {"half_width", share.half_width},
           {"c", granuscope::to_json(share.c)},
@@ -182,12 +184,12 @@ Json to_json(const ChainShare& share) {
 }
 
 Json to_json(const LoadResponse& one) {
-  return {{"mu", one.mu},
-          {"estimator", one.estimator},
-          {"load", one.load},
+  return {{"mu", one.spec.sampler.mu},
+          {"estimator", one.uniform() ? name_of(one.spec.load) : name_of(one.spec.response.estimator)},
+          {"load", one.load()},
           {"reference", one.reference},
-          {"columns", one.columns},
-          {"layers", one.layers},
+          {"columns", one.spec.lattice.columns},
+          {"layers", one.spec.lattice.layers},
           {"samples", one.samples},
           {"failed", one.failed},
           {"window_layers", {one.first_layer, one.last_layer}},
@@ -201,8 +203,8 @@ Json to_json(const LoadResponse& one) {
 }
 
 Json to_json(const LoadExponents& one) {
-  return {{"estimator", one.estimator},
-          {"load", one.load},
+  return {{"estimator", name_of(one.response.estimator)},
+          {"load", load_size(one.response)},
           {"reference", one.reference},
           {"window", one.window},
           {"points", one.points},

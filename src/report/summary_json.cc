@@ -6,6 +6,7 @@
 #include "report/clean_json.h"
 #include "report/estimate_json.h"
 #include "report/side_json.h"
+#include "report/spec_json.h"
 
 namespace granuscope {
 
@@ -95,16 +96,9 @@ Json to_json(const WindowNeighbour& neighbour) {
 
 Json to_json(const Transport& result) {
   Json json;
-  json["mu"] = result.mu;
-  json["law"] = result.law;
-  json["estimator"] = result.estimator;
-  if (result.estimator == "multiplexed") {
-    json["epsilon"] = result.epsilon;
-    json["opposite"] = result.opposite;
-    json["sign_run"] = result.sign_run;
-  } else {
-    json["overload"] = result.overload;
-  }
+  json["mu"] = result.mu();
+  json["law"] = name_of(result.spec.sampler.law);
+  json.update(granuscope::to_json(result.spec.response));
   json["samples"] = result.samples;
   json["failed"] = list_of(result.failed);
   json["exact"] = result.exact;

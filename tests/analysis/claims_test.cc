@@ -29,7 +29,7 @@ FitSpec window() {
 /// One friction coefficient of a known response, analysed through the whole chain.
 Analysis analysis_of(const KnownTransport& known, const SyntheticNoise& noise, double mu = 1.7) {
   MeasuredEnsemble ensemble = synthetic_ensemble(known, noise, columns, layers_to_record(window(), {}), 32, 100);
-  ensemble.mu = mu;
+  ensemble.spec.sampler.mu = mu;
   return analyse({measure_transport(ensemble, window(), {}, 2)}, {}, window(), {}, {}, {});
 }
 
@@ -113,7 +113,7 @@ TEST_CASE("What the offset of the width does to the heights is told from known w
   Analysis analysis;
   for (const auto& [mu, D, error] : {std::array{0.3, 0.05, 0.002}, std::array{1.7, -3.3, 8.9}}) {
     Transport result;
-    result.mu = mu;
+    result.spec.sampler.mu = mu;
     result.D = number(D, error);
     result.width_offset = number(1.25, 0.1);
     result.laws.amplitude = number(-0.45, 0.01);
@@ -249,7 +249,7 @@ TEST_CASE("One friction coefficient is no range of them") {
 
 TEST_CASE("What it costs to tell two peaks from one is told by all depths, not by the one nearest to nothing") {
   Transport result;
-  result.mu = 1.7;
+  result.spec.sampler.mu = 1.7;
   for (const double evidence : {0.001, 4.0, 6.0, 10.0 - 0.001}) {
     DepthFit depth;
     depth.layer = 60 + static_cast<int>(result.depths.size());
@@ -269,7 +269,7 @@ TEST_CASE("Both shares of redrawn beads must hold") {
   SideMeasurements side;
   const auto beads = [](double mu, double share, double error) {
     RedrawnBeads made;
-    made.mu = mu;
+    made.spec.sampler.mu = mu;
     made.samples = 512;
     made.whole_pile = number(share, error);
     made.below_overload = number(2 * share, error);
@@ -298,8 +298,8 @@ TEST_CASE("Work is linear if draws per bead do not grow and the largest piles ar
   for (const double mu : {0.3, 1.7}) {
     for (const int size : {125, 250, 500, 1000}) {
       CountedWork work;
-      work.mu = mu;
-      work.columns = work.layers = size;
+      work.spec.sampler.mu = mu;
+      work.spec.lattice.columns = work.spec.lattice.layers = size;
       work.samples = 64;
       work.draws_per_bead = 1.4 + mu + 0.001 * (size % 3);
       side.counted_work.push_back(work);
@@ -311,7 +311,8 @@ TEST_CASE("Work is linear if draws per bead do not grow and the largest piles ar
   CHECK(judged_with(failing, "linear-time").verdict == not_reproduced);
   SideMeasurements growing = side;
   for (CountedWork& work : growing.counted_work) {
-    if (work.mu == 0.3) work.draws_per_bead *= std::pow(work.columns * work.layers, 0.08);
+    if (work.spec.sampler.mu == 0.3)
+      work.draws_per_bead *= std::pow(work.spec.lattice.columns * work.spec.lattice.layers, 0.08);
   }
   const Claim worse = judged_with(growing, "linear-time");
   CHECK(worse.verdict == not_reproduced);
@@ -327,8 +328,8 @@ TEST_CASE("Work is linear if draws per bead do not grow and the largest piles ar
 TEST_CASE("Force chains carry more than half of the response and more than an even spread would put there") {
   SideMeasurements side;
   ChainShare chains;
-  chains.mu = 0.1;
-  chains.columns = 70;
+  chains.spec.sampler.mu = 0.1;
+  chains.spec.lattice.columns = 70;
   chains.layers = 60;
   chains.samples = 512;
   chains.c = number(0.575, 0.001);

@@ -67,9 +67,7 @@ void check_real(EnsembleSpec spec, const FitSpec& fit = short_window(25, 49),
   MeasuredEnsemble all;
   for (int r = 0; r < repetitions; ++r) {
     spec.sampler.seed = 500 + static_cast<std::uint64_t>(r);
-    MeasuredEnsemble one;
-    one.overload = spec.response.overload;
-    one.record = run_ensemble(spec, 0, nullptr);
+    const MeasuredEnsemble one{spec, run_ensemble(spec, 0, nullptr)};
     measured.push_back(measure_transport(one, fit, {}, 0).transport);
     if (r == 0) {
       all = one;
@@ -205,10 +203,7 @@ TEST_CASE("coverage: errors and values of precise ensembles, whose peaks are not
   std::vector<MeasuredEnsemble> all;
   for (int r = 0; r < ensembles; ++r) {
     spec.sampler.seed = 70'000 + static_cast<std::uint64_t>(r);
-    MeasuredEnsemble one;
-    one.overload = spec.response.overload;
-    one.record = run_ensemble(spec, 0, nullptr);
-    all.push_back(one);
+    all.push_back({spec, run_ensemble(spec, 0, nullptr)});
   }
   const Transport truth = measure_transport(side_by_side(all), fit, {}, 0).transport;
   double scatter_of_c_in_32 = 0;

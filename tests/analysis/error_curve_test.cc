@@ -22,7 +22,7 @@ TEST_CASE("error curves: the scatter over repetitions of one, two, ... units, an
   CHECK(fit.layer_step % 2 == 1);
   spec.layers = layers_to_record(fit, {});
   const EnsembleRecord record = run_ensemble(spec, 2, nullptr);
-  const ErrorCurve curve = measure_error_curve(spec, record, 2);
+  const ErrorCurve curve = measure_error_curve({spec, record}, 2);
   REQUIRE(curve.points.size() == 2);
   CHECK(curve.points[0].samples == 64);
   CHECK(curve.points[0].repetitions == 8);
@@ -46,11 +46,11 @@ TEST_CASE("error curves: shifts are held against opposite loads with the smalles
   point.D = {0.05, 3e-3, {}};
   wide.c = {0.56, 1e-3, {}};
   wide.D = {0.07, 1e-3, {}};
-  wide.opposite = narrow.opposite = true;
-  wide.epsilon = 0.25;
+  wide.spec.response.opposite = narrow.spec.response.opposite = true;
+  wide.spec.response.epsilon = 0.25;
   narrow.c = {0.55, 1e-3, {}};
   narrow.D = {0.06, 4e-3, {}};
-  narrow.epsilon = 0.1;
+  narrow.spec.response.epsilon = 0.1;
   std::vector<ErrorCurve> curves{point, wide, narrow};
   set_shifts(curves);
   CHECK(curves[0].shift_D.value == Approx(-0.01));
@@ -89,8 +89,8 @@ TEST_CASE("error curves: errors of every estimator fall as the square root of th
       spec.response.blocks = options.repetitions * repetition_blocks;
       spec.response.samples = static_cast<std::uint64_t>(options.repetitions) * options.samples;
       spec.layers = layers_to_record(error_curve_fit(spec.lattice), {});
-      const ErrorCurve curve = measure_error_curve(spec, run_ensemble(spec, 2, nullptr), 2);
-      CAPTURE(mu, curve.estimator, curve.points.size(), curve.slope_c.value, curve.slope_D.value);
+      const ErrorCurve curve = measure_error_curve({spec, run_ensemble(spec, 2, nullptr)}, 2);
+      CAPTURE(mu, name_of(options.estimator), curve.points.size(), curve.slope_c.value, curve.slope_D.value);
       // A size of which one repetition has no fit is left out.
       if (curve.points.size() < 3) continue;
       CHECK(std::abs(curve.slope_c.value + 0.5) < 4.5 * curve.slope_c.standard_error);

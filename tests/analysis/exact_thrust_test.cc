@@ -40,7 +40,7 @@ TEST_CASE("The bulk leaves out a margin at both ends; its halves leave out the m
     }
   };
   set_thrust([](int layer) { return layer < 4 || layer > 8 ? 100.0 : 0.9 + 0.01 * layer; });
-  const ExactThrust measured = measure_exact_thrust(spec, record, 4);
+  const ExactThrust measured = measure_exact_thrust({spec, record}, 4);
   CHECK(measured.first_layer == 4);
   CHECK(measured.last_layer == 8);
   CHECK(measured.samples == 256);
@@ -58,7 +58,7 @@ TEST_CASE("Under the exact law the thrust ratio settles below 1 by a share of mu
   constexpr std::size_t particles = test::sanitized ? 2000 : 10'000;
   for (const auto& [mu, lattice] : {Size{0.1, {6, 30}}, {0.2, {6, 20}}, {0.3, {6, 13}}}) {
     const EnsembleSpec spec = rejected_piles(mu, lattice, 1024);
-    const ExactThrust measured = measure_exact_thrust(spec, run_ensemble(spec, 2, nullptr), 4);
+    const ExactThrust measured = measure_exact_thrust({spec, run_ensemble(spec, 2, nullptr)}, 4);
     const test::Estimated expected = test::naive_rejection_thrust(
         mu, lattice.columns, lattice.layers, measured.first_layer, measured.last_layer, particles, 8, 11);
     CAPTURE(mu, measured.alpha.value, measured.alpha.standard_error, measured.change_with_depth.value);

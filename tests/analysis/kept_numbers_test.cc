@@ -60,7 +60,7 @@ TEST_CASE("pairs of granusolve have no c and D, by name, and every depth says wh
   fit.first_layer = fit.shallow_layer = 26;
   fit.last_layer = 38;
   spec.layers = layers_to_record(fit, {});
-  MeasuredEnsemble ensemble{0.2, "granusolve", "paired", 1, run_ensemble(spec, 0, nullptr)};
+  const MeasuredEnsemble ensemble{spec, run_ensemble(spec, 0, nullptr)};
   const Transport t = measure_transport(ensemble, fit, {}, 0).transport;
   CHECK_FALSE(t.c.known());
   CHECK_FALSE(t.D.known());

@@ -2,6 +2,7 @@
 // layer's variance of the weights under a uniform load is 0, and rejection on 6 x 6 beads has known values elsewhere
 // (tests/sampling/rejection_test.cc): here only the bookkeeping is held.
 #include "analysis/law_comparison.h"
+#include "analysis/transport.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -46,10 +47,8 @@ TEST_CASE("The comparison of laws keeps each law's name, size, work and its mean
   spec.response.samples = 512;
   spec.sampler.rules = MendingRules::no_pair;
   const EnsembleRecord record = run_ensemble(spec, 1, nullptr);
-  const LawOnPiles measured = measure_law(spec, record);
-  CHECK(measured.law == "granusolve");
-  CHECK(measured.rules == "no-pair");
-  CHECK(std::isnan(measured.lambda));
+  const LawOnPiles measured = measure_law({spec, record});
+  CHECK(configuration_text(measured.spec) == configuration_text(spec));
   CHECK(measured.samples == 512);
   CHECK(measured.failed == 0);
   CHECK(measured.pair_per_bead == 0);
@@ -72,10 +71,10 @@ TEST_CASE("What a chain ran for is kept with its piles, for one law and for main
   spec.sampler.burn_in = 50;
   spec.sampler.thinning = 3;
   const EnsembleRecord record = run_ensemble(spec, 2, nullptr);
-  const LawOnPiles measured = measure_law(spec, record);
+  const LawOnPiles measured = measure_law({spec, record});
   CHECK(measured.burn_in == 50);
   CHECK(measured.thinning == 3);
-  const LawOnPiles without_chain = measure_law(piles_of(Law::granusolve), EnsembleRecord(record));
+  const LawOnPiles without_chain = measure_law({piles_of(Law::granusolve), record});
   CHECK(std::isnan(without_chain.burn_in));
 
   spec.load = Load::point;
@@ -83,7 +82,7 @@ TEST_CASE("What a chain ran for is kept with its piles, for one law and for main
   spec.lattice = {16, 28};
   FitSpec fit = law_response_fit(spec.lattice);
   spec.layers = layers_to_record(fit, {});
-  MeasuredEnsemble ensemble{0.3, "polytope", "point", 1, run_ensemble(spec, 2, nullptr), spec.lattice};
+  MeasuredEnsemble ensemble{spec, run_ensemble(spec, 2, nullptr)};
   const Transport main_result = measure_transport(ensemble, fit, {}, 1).transport;
   CHECK(main_result.chained);
   CHECK(main_result.burn_in == 50);
@@ -103,10 +102,8 @@ TEST_CASE("The response under a law has its slopes over the layers between the t
   spec.record_profiles = true;
   spec.lattice = {24, 27};
   spec.layers = layers_to_record(law_response_fit(spec.lattice), {});
-  const LawResponse response = measure_law_response(
-      spec, {0.3, "granusolve", "multiplexed", 1, run_ensemble(spec, 2, nullptr), spec.lattice}, 1);
-  CHECK(response.law == "granusolve");
-  CHECK(response.rules == "all");
+  const LawResponse response = measure_law_response({spec, run_ensemble(spec, 2, nullptr)}, 1);
+  CHECK(configuration_text(response.spec) == configuration_text(spec));
   CHECK(response.first_layer == 4);
   CHECK(response.last_layer == 6);
   REQUIRE(response.c.known());

@@ -97,8 +97,7 @@ TEST_CASE("multiplexed: without friction c is tan 30 degrees and D is 0, exactly
   fit.shallow_layer = 20;
   EnsembleSpec spec = multiplexed(0, 100, 81);
   spec.layers = layers_to_record(fit, {});
-  const Transport t =
-      measure_transport({0, "granusolve", "multiplexed", 1, run_ensemble(spec, 0, nullptr)}, fit, {}, 0).transport;
+  const Transport t = measure_transport({spec, run_ensemble(spec, 0, nullptr)}, fit, {}, 0).transport;
   CHECK(t.exact);
   CHECK(t.c.value == Approx(tan30).epsilon(1e-11));
   CHECK(std::abs(t.D.value) < 1e-10);
@@ -132,8 +131,7 @@ TEST_CASE("multiplexed and point agree where the response is nearly linear", "[l
     spec.response.samples = 1536;
     spec.response.blocks = 32;
     spec.layers = layers_to_record(fit, {});
-    const Transport t =
-        measure_transport({mu, "granusolve", "multiplexed", 1, run_ensemble(spec, 0, nullptr)}, fit, {}, 0).transport;
+    const Transport t = measure_transport({spec, run_ensemble(spec, 0, nullptr)}, fit, {}, 0).transport;
     CAPTURE(mu, t.c.value, t.c.standard_error, t.D.value, t.D.standard_error);
     REQUIRE(t.c.known());
     // Half a unit of the last digit printed by the other code.

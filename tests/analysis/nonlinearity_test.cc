@@ -24,7 +24,7 @@ FitSpec window() {
 }
 
 /// D = 0.9 mu^2 (1 - drop), c = tan30 - 0.3 mu^2 + c_shift.
-MeasuredEnsemble ensemble(double mu, const char* estimator, double load, double drop, double c_shift,
+MeasuredEnsemble ensemble(double mu, EstimatorName estimator, double load, double drop, double c_shift,
                           double width_offset, std::uint64_t seed) {
   KnownTransport known;
   known.c = tan30 - 0.3 * mu * mu + c_shift;
@@ -34,15 +34,15 @@ MeasuredEnsemble ensemble(double mu, const char* estimator, double load, double 
   noise.per_sample = 0.05;
   noise.seed = seed;
   MeasuredEnsemble made = synthetic_ensemble(known, noise, columns, layers_to_record(window(), {}), 16, 64);
-  made.mu = mu;
-  made.estimator = estimator;
-  made.lattice = {columns, 141};
-  const bool multiplexed = made.estimator == "multiplexed";
-  made.overload = multiplexed ? 1 : load;
-  made.epsilon = multiplexed ? load : 0;
+  made.spec.sampler.mu = mu;
+  made.spec.response.estimator = estimator;
+  made.spec.lattice = {columns, 141};
+  const bool multiplexed = estimator == EstimatorName::multiplexed;
+  made.spec.response.overload = multiplexed ? 1 : load;
+  made.spec.response.epsilon = multiplexed ? load : 0;
   // The sums are those of a unit overload: w - 1 grows with the load.
   QuantitySums& weight = made.record.sums.quantities.at("weight");
-  for (double& sum : weight.sum) sum = 64 + made.overload * (sum - 64);
+  for (double& sum : weight.sum) sum = 64 + made.spec.response.overload * (sum - 64);
   return made;
 }
 
@@ -52,9 +52,10 @@ TEST_CASE("c, D and the exponents of a load are compared with those of the linea
   NonlinearityMeasurer measurer(window(), 0.25, 2);
   std::uint64_t seed = 1;
   for (const double mu : {0.1, 0.2, 0.3}) {
-    measurer.add(ensemble(mu, "multiplexed", 0.25, 0, 0, 0.4, seed++));
-    measurer.add(ensemble(mu, "point", 1, 0.5 * (0.4 - mu), 0.01 * mu * mu, 0.4, seed++));
-    MeasuredEnsemble uniform = ensemble(mu, uniform_load, 1, 0, 0, 0.4, seed++);
+    measurer.add(ensemble(mu, EstimatorName::multiplexed, 0.25, 0, 0, 0.4, seed++));
+    measurer.add(ensemble(mu, EstimatorName::point, 1, 0.5 * (0.4 - mu), 0.01 * mu * mu, 0.4, seed++));
+    MeasuredEnsemble uniform = ensemble(mu, EstimatorName::point, 1, 0, 0, 0.4, seed++);
+    uniform.spec.load = Load::uniform;
     uniform.record.sums.quantities.erase("weight");
     measurer.add(uniform);
   }
@@ -66,7 +67,7 @@ TEST_CASE("c, D and the exponents of a load are compared with those of the linea
                        &uniform = measured.responses[3 * k + 2];
     INFO("mu " << mu);
     CHECK(linear.reference);
-    CHECK(linear.load == 0.25);
+    CHECK(linear.load() == 0.25);
     CHECK(linear.D_shift.value == 0);
     CHECK(linear.D_shift.standard_error == 0);
     CHECK_FALSE(point.reference);
@@ -75,7 +76,7 @@ TEST_CASE("c, D and the exponents of a load are compared with those of the linea
     CHECK(std::abs(point.c_shift.value - 0.01 * mu * mu) < 5 * point.c_shift.standard_error);
     CHECK(point.D_shift.standard_error < 0.2);
     CHECK(point.samples == 1024);
-    CHECK(uniform.estimator == uniform_load);
+    CHECK(uniform.uniform());
     CHECK_FALSE(uniform.D.known());
     CHECK_THAT(uniform.D_shift.reason, Catch::Contains("no response"));
     CHECK(uniform.c_thrust.value == Approx(tan30 * std::sqrt(0.93)).epsilon(1e-4));
@@ -97,11 +98,11 @@ TEST_CASE("loads that can be fitted nearly as far up share a window, one that ca
   for (const double mu : {0.1, 0.2, 0.25, 0.3}) {
     const double D = 0.9 * mu * mu;
     const auto reaches_half_a_bead_at = [&](int layer) { return 0.25 - D * Lattice::depth(layer); };
-    measurer.add(ensemble(mu, "multiplexed", 0.25, 0, 0, 0.4, 5));
+    measurer.add(ensemble(mu, EstimatorName::multiplexed, 0.25, 0, 0, 0.4, 5));
     // W^2 reaches the least identifiable 0.25 a little below the top of the window, or in the middle of it; at mu = 0.1
     // nowhere.
-    measurer.add(ensemble(mu, "point", 1, 0, 0, mu == 0.1 ? 0.4 : reaches_half_a_bead_at(68), 6));
-    measurer.add(ensemble(mu, "point", 4, mu == 0.1 ? 1 - 1e-6 : 0.1, 0.002 * mu * mu,
+    measurer.add(ensemble(mu, EstimatorName::point, 1, 0, 0, mu == 0.1 ? 0.4 : reaches_half_a_bead_at(68), 6));
+    measurer.add(ensemble(mu, EstimatorName::point, 4, mu == 0.1 ? 1 - 1e-6 : 0.1, 0.002 * mu * mu,
                           mu == 0.1 ? 0.02 : reaches_half_a_bead_at(90), 7));
   }
   const Nonlinearity measured = measurer.finish();
@@ -115,7 +116,7 @@ TEST_CASE("loads that can be fitted nearly as far up share a window, one that ca
   CHECK_FALSE(at(0, 2).own_window);
   CHECK(at(0, 0).first_layer == 60);
   for (std::size_t mu = 1; mu < 4; ++mu) {
-    INFO("mu " << at(mu, 0).mu);
+    INFO("mu " << at(mu, 0).spec.sampler.mu);
     CHECK(at(mu, 0).first_layer > 60);
     CHECK(at(mu, 0).first_layer < 80);
     CHECK(at(mu, 1).first_layer == at(mu, 0).first_layer);
@@ -126,7 +127,8 @@ TEST_CASE("loads that can be fitted nearly as far up share a window, one that ca
     CHECK(large.first_layer > 80);
     CHECK(large.D_shift.known());
     CHECK(std::abs(large.D_shift.value + 0.1) < 5 * large.D_shift.standard_error);
-    CHECK(std::abs(large.c_shift.value - 0.002 * large.mu * large.mu) < 5 * large.c_shift.standard_error);
+    CHECK(std::abs(large.c_shift.value - 0.002 * large.spec.sampler.mu * large.spec.sampler.mu) <
+          5 * large.c_shift.standard_error);
     // Held against the linear response over the same layers, not over those of the others.
     CHECK(large.D_shift.value != large.D.value / at(mu, 0).D.value - 1);
   }
@@ -140,9 +142,9 @@ TEST_CASE("loads that can be fitted nearly as far up share a window, one that ca
 
 TEST_CASE("without a linear response, or without piles, nothing is compared, and the reasons are told") {
   NonlinearityMeasurer measurer(window(), 0.25, 1);
-  MeasuredEnsemble empty = ensemble(0.2, "point", 1, 0, 0, 0.4, 1);
+  MeasuredEnsemble empty = ensemble(0.2, EstimatorName::point, 1, 0, 0, 0.4, 1);
   empty.record.sums.count.back() = 0;
-  measurer.add(ensemble(0.2, "point", 0.5, 0, 0, 0.4, 1));
+  measurer.add(ensemble(0.2, EstimatorName::point, 0.5, 0, 0, 0.4, 1));
   measurer.add(empty);
   const Nonlinearity measured = measurer.finish();
   REQUIRE(measured.responses.size() == 2);

@@ -31,7 +31,7 @@ MeasuredTransport measure(double mu, const FitSpec& fit) {
   spec.sampler.seed = seed;
   spec.response.samples = 3456;
   spec.layers = layers_to_record(fit, {});
-  return measure_transport({mu, "granusolve", "point", 1.0, run_ensemble(spec, 0, nullptr)}, fit, {}, 0);
+  return measure_transport({spec, run_ensemble(spec, 0, nullptr)}, fit, {}, 0);
 }
 
 }  // namespace

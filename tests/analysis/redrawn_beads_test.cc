@@ -27,7 +27,7 @@ EnsembleSpec paired(double mu) {
 TEST_CASE("shares of redrawn beads are the means over the usable layers") {
   const EnsembleSpec spec = paired(0.3);
   EnsembleRecord record = run_ensemble(spec, 0, nullptr);
-  const RedrawnBeads shares = measure_redrawn_beads(spec, record);
+  const RedrawnBeads shares = measure_redrawn_beads({spec, record});
   const Lattice lattice(spec.lattice);
   double whole = 0, below = 0, beads_below = 0;
   for (int layer = 0; layer < 40; ++layer) {
@@ -49,20 +49,20 @@ TEST_CASE("shares of redrawn beads are the means over the usable layers") {
   CHECK(shares.failed == 0);
   // The layers below the usable ones do not count.
   for (std::size_t b = 0; b < 8; ++b) record.sums.quantities.at("redrawn").sum[b * 60 + 40] = 1e9;
-  CHECK(measure_redrawn_beads(spec, record).whole_pile.value == shares.whole_pile.value);
+  CHECK(measure_redrawn_beads({spec, record}).whole_pile.value == shares.whole_pile.value);
 }
 
 TEST_CASE("more friction makes more beads redraw, and none without it") {
   double before = 0;
   for (const double mu : {0.05, 0.1, 0.3, 0.8}) {
     const EnsembleSpec spec = paired(mu);
-    const RedrawnBeads shares = measure_redrawn_beads(spec, run_ensemble(spec, 0, nullptr));
+    const RedrawnBeads shares = measure_redrawn_beads({spec, run_ensemble(spec, 0, nullptr)});
     CHECK(shares.whole_pile.value > before + 3 * shares.whole_pile.standard_error);
     CHECK(shares.below_overload.value > shares.whole_pile.value);
     before = shares.whole_pile.value;
   }
   const EnsembleSpec spec = paired(0);
-  const RedrawnBeads none = measure_redrawn_beads(spec, run_ensemble(spec, 0, nullptr));
+  const RedrawnBeads none = measure_redrawn_beads({spec, run_ensemble(spec, 0, nullptr)});
   CHECK(none.whole_pile.value == 0);
   CHECK(none.whole_pile.standard_error == 0);
 }
@@ -71,14 +71,14 @@ TEST_CASE("redrawn beads need the estimator paired, all usable layers and comple
   EnsembleSpec spec = paired(0.3);
   EnsembleRecord record = run_ensemble(spec, 0, nullptr);
   record.sums.count[2] = 0;
-  const RedrawnBeads unknown = measure_redrawn_beads(spec, record);
+  const RedrawnBeads unknown = measure_redrawn_beads({spec, record});
   CHECK_FALSE(unknown.whole_pile.known());
   CHECK_FALSE(unknown.whole_pile.reason.empty());
   spec.layers = {0, 5, 39};
-  CHECK_THROWS_AS(measure_redrawn_beads(spec, run_ensemble(spec, 0, nullptr)), InputError);
+  CHECK_THROWS_AS(measure_redrawn_beads({spec, run_ensemble(spec, 0, nullptr)}), InputError);
   spec = paired(0.3);
   spec.response.estimator = EstimatorName::point;
-  CHECK_THROWS_AS(measure_redrawn_beads(spec, run_ensemble(spec, 0, nullptr)), InputError);
+  CHECK_THROWS_AS(measure_redrawn_beads({spec, run_ensemble(spec, 0, nullptr)}), InputError);
 }
 
 }  // namespace granuscope

@@ -14,7 +14,7 @@ namespace {
 /// A transport whose D and c0 - c follow power laws of mu, with small replicate scatter of a given relative size.
 MeasuredTransport on_power_laws(double mu, double beta, double gamma, double scatter) {
   MeasuredTransport result;
-  result.transport.mu = mu;
+  result.transport.spec.sampler.mu = mu;
   const double D = 1.6 * std::pow(mu, beta), slowing = 0.15 * std::pow(mu, gamma);
   result.D.value = D;
   result.c.value = tan30 - slowing;
@@ -193,7 +193,7 @@ TEST_CASE("claims follow the stated rule") {
 
 TEST_CASE("the frictionless claim holds to rounding and no further") {
   Transport t;
-  t.mu = 0;
+  t.spec.sampler.mu = 0;
   t.exact = true;
   t.c.value = tan30 + 1e-15;
   t.c.standard_error = 0;

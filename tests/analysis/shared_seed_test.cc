@@ -21,10 +21,7 @@ MeasuredTransport measure(double mu, std::uint64_t seed) {
   fit.last_layer = 69;
   fit.min_identifiable_width = 0.1;
   spec.layers = layers_to_record(fit, {});
-  MeasuredEnsemble ensemble;
-  ensemble.mu = mu;
-  ensemble.record = run_ensemble(spec, 0, nullptr);
-  return measure_transport(ensemble, fit, {}, 0);
+  return measure_transport({spec, run_ensemble(spec, 0, nullptr)}, fit, {}, 0);
 }
 
 double variance(const Replicated& number) { return std::pow(estimate(number).standard_error, 2); }

@@ -32,8 +32,8 @@ void add_quantity(BlockSums& sums, const char* name, int width, Value value) {
 
 MeasuredEnsemble ensemble_of(double mu, LatticeSpec lattice, std::vector<int> layers) {
   MeasuredEnsemble ensemble;
-  ensemble.mu = mu;
-  ensemble.lattice = lattice;
+  ensemble.spec.sampler.mu = mu;
+  ensemble.spec.lattice = lattice;
   ensemble.record.sums.layers = std::move(layers);
   ensemble.record.sums.count.assign(blocks, 8);
   return ensemble;
@@ -47,8 +47,7 @@ TEST_CASE("Without friction the whole response lies along the rays") {
   spec.lattice = {70, 80};
   spec.response.samples = 256;
   spec.layers = chain_layers(60);
-  const ChainShare share =
-      measure_chain_share({0.0, "granusolve", "point", 1.0, run_ensemble(spec, 1, nullptr), spec.lattice});
+  const ChainShare share = measure_chain_share({spec, run_ensemble(spec, 1, nullptr)});
   CHECK(share.layers == 60);
   CHECK(std::abs(share.c.value - tan30) < 1e-14);
   CHECK(std::abs(share.share.value - 1) < 1e-12);

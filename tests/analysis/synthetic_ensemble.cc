@@ -32,9 +32,7 @@ MeasuredEnsemble synthetic_ensemble(const std::function<std::vector<double>(int)
   std::mt19937_64 generator(noise.seed);
   std::normal_distribution<double> normal;
   MeasuredEnsemble ensemble;
-  ensemble.mu = 0.3;
-  ensemble.law = "synthetic";
-  ensemble.estimator = "point";
+  ensemble.spec.sampler.mu = 0.3;
   BlockSums& sums = ensemble.record.sums;
   sums.layers = layers;
   sums.count.assign(static_cast<std::size_t>(blocks), samples_per_block);

@@ -42,7 +42,7 @@ MeasuredEnsemble frictionless_ensemble(const std::vector<int>& layers, double ov
   pile.load[static_cast<std::size_t>(columns / 2)] += overload;
   fill_frictionless(std::vector<double>(pile.load), pile);
   MeasuredEnsemble ensemble;
-  ensemble.overload = overload;
+  ensemble.spec.response.overload = overload;
   BlockSums& sums = ensemble.record.sums;
   sums.layers = layers;
   sums.count.assign(8, 8);

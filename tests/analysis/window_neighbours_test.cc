@@ -129,7 +129,7 @@ TEST_CASE("exponents know the spread over windows of depth and of friction") {
     known.width_offset = 0.5;
     MeasuredEnsemble ensemble = synthetic_ensemble(known, {0.05, static_cast<std::uint64_t>(100 * mu)}, 300,
                                                    layers_to_record(spec, {}), 32, 100);
-    ensemble.mu = mu;
+    ensemble.spec.sampler.mu = mu;
     measured.push_back(measure_transport(ensemble, spec, {}, 0));
   }
   const ScalingWithNeighbours scaling = fit_scaling_with_neighbours(measured, {0.1, 0.3});

@@ -17,13 +17,13 @@ namespace {
 bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
 /// Scatter that falls exactly as samples^(-1/2), from what one sample scatters.
-ErrorCurve curve(const std::string& estimator, double epsilon, double one_c, double one_D) {
+ErrorCurve curve(EstimatorName estimator, double epsilon, double one_c, double one_D) {
   ErrorCurve made;
-  made.estimator = estimator;
-  made.mu = 0.3;
-  made.columns = 256;
-  made.layers = 120;
-  made.epsilon = epsilon;
+  made.spec.response.estimator = estimator;
+  made.spec.sampler.mu = 0.3;
+  made.spec.lattice.columns = 256;
+  made.spec.lattice.layers = 120;
+  made.spec.response.epsilon = epsilon;
   made.samples = 1600;
   made.beads = 1600ULL * 256 * 120;
   for (const std::uint64_t samples : {25ULL, 100ULL}) {
@@ -39,8 +39,9 @@ ErrorCurve curve(const std::string& estimator, double epsilon, double one_c, dou
 
 /// The paper's procedure, the standard one without any fit, and a multiplexed one of a twentieth of the scatter.
 std::vector<ErrorCurve> three_curves() {
-  std::vector<ErrorCurve> curves = {curve("point", 0, 0.04, 0.2), curve("paired", 0, 0.03, 0.1),
-                                    curve("multiplexed", 0.25, 0.002, 0.02)};
+  std::vector<ErrorCurve> curves = {curve(EstimatorName::point, 0, 0.04, 0.2),
+                                    curve(EstimatorName::paired, 0, 0.03, 0.1),
+                                    curve(EstimatorName::multiplexed, 0.25, 0.002, 0.02)};
   curves[0].shift_c = synthetic::known(0.004, 0.001);    // four standard errors
   curves[0].shift_D = synthetic::known(-0.002, 0.0008);  // two and a half
   curves[1].points.clear();

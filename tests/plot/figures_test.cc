@@ -156,7 +156,7 @@ TEST_CASE("Where no slope is known the insets show no thrust, and the scaling no
   const TemporaryFolder run;
   Analysis analysis = synthetic::analysis();
   Transport& last = analysis.results.back();
-  last.mu = 1.7;
+  last.spec.sampler.mu = 1.7;
   last.c = last.D = synthetic::unknown("the noise leaves open whether there are two peaks");
   last.c_thrust = synthetic::known(0.9033, 0.0004);
   draw_transport_with_depth(analysis, {}, run.path());
@@ -173,7 +173,7 @@ TEST_CASE("Points too far from their law for the narrow panel are named") {
   const TemporaryFolder run;
   Analysis analysis = synthetic::analysis();
   for (Transport& result : analysis.results) {
-    if (result.mu == 0.4) result.c.value = 0.5770;  // c₀ − c a hundred times too small for its D
+    if (result.mu() == 0.4) result.c.value = 0.5770;  // c₀ − c a hundred times too small for its D
   }
   CHECK(contains(draw_propagation_against_diffusion(analysis, run.path()).caption, "too far from the law: μ = 0.4."));
   CHECK(contains(draw_scaling_with_friction(analysis, run.path()).caption, "c₀ − c (slopes) at μ = 0.4"));

@@ -20,14 +20,14 @@ bool contains(const std::string& text, const std::string& part) { return text.fi
 TEST_CASE("Work of the laws against size leaves out and names what was not completed") {
   const TemporaryFolder run;
   std::vector<LawOnPiles> costs;
-  for (const char* law : {"granusolve", "eloy-clement"}) {
+  for (const Law law : {Law::granusolve, Law::eloy_clement}) {
     for (const int size : {4, 6, 8}) {
       LawOnPiles one;
-      one.law = law;
-      one.mu = 0.3;
-      one.columns = one.layers = size;
+      one.spec.sampler.law = law;
+      one.spec.sampler.mu = 0.3;
+      one.spec.lattice.columns = one.spec.lattice.layers = size;
       one.samples = 64;
-      one.draws_per_bead = one.law == "granusolve" ? 1.4 : std::exp(size);
+      one.draws_per_bead = law == Law::granusolve ? 1.4 : std::exp(size);
       costs.push_back(one);
     }
   }

@@ -19,14 +19,14 @@ bool contains(const std::string& text, const std::string& part) { return text.fi
 /// Made-up piles at small friction: variance 1 - exp(-n/saturation), deficit of the thrust ratio proportional to mu^2.
 SmallFriction small_friction(double mu) {
   SmallFriction made;
-  made.mu = mu;
-  made.columns = 32;
-  made.layers = static_cast<int>(2.4 / (mu * mu));
+  made.spec.sampler.mu = mu;
+  made.spec.lattice.columns = 32;
+  made.spec.lattice.layers = static_cast<int>(2.4 / (mu * mu));
   made.samples = 256;
   made.depth_over_saturation = 4;
-  made.first_layer = made.layers / 2;
-  made.last_layer = made.layers - 21;
-  const double saturation = made.layers / 4.0, deficit = 0.5 * mu * mu;
+  made.first_layer = made.spec.lattice.layers / 2;
+  made.last_layer = made.spec.lattice.layers - 21;
+  const double saturation = made.spec.lattice.layers / 4.0, deficit = 0.5 * mu * mu;
   for (int layer = 0; layer <= made.last_layer; layer += 1 + layer / 8) {
     ThrustAtDepth depth;
     depth.layer = layer;
@@ -72,9 +72,8 @@ TEST_CASE("The loads are drawn against the linear response, and what cannot be c
   for (const double mu : {0.1, 0.3}) {
     for (const double load : {0.1, 0.25, 0.5, 1.0, 4.0}) {
       LoadResponse one;
-      one.mu = mu;
-      one.estimator = load < 0.6 ? "multiplexed" : "point";
-      one.load = load;
+      one.spec.sampler.mu = mu;
+      one.spec.response = load < 0.6 ? multiplexed_response(load) : point_response(load);
       one.reference = load == 0.25;
       one.samples = 256;
       one.D_shift = synthetic::known(-0.25 * load, 0.03);
@@ -85,8 +84,8 @@ TEST_CASE("The loads are drawn against the linear response, and what cannot be c
       measured.responses.push_back(one);
     }
     LoadResponse uniform;
-    uniform.mu = mu;
-    uniform.estimator = "uniform";
+    uniform.spec.sampler.mu = mu;
+    uniform.spec.load = Load::uniform;
     uniform.D_shift = uniform.c_shift = synthetic::unknown("no response");
     measured.responses.push_back(uniform);
   }
@@ -108,8 +107,8 @@ TEST_CASE("Counted work is drawn per bead and names what was not completed") {
   for (const double mu : {0.1, 1.7}) {
     for (const int size : {100, 200, 400}) {
       CountedWork one;
-      one.mu = mu;
-      one.columns = one.layers = size;
+      one.spec.sampler.mu = mu;
+      one.spec.lattice.columns = one.spec.lattice.layers = size;
       one.samples = 64;
       one.draws_per_bead = 1 + 2 * mu + 0.0005 * size;
       work.push_back(one);
@@ -127,7 +126,11 @@ TEST_CASE("Counted work is drawn per bead and names what was not completed") {
   CHECK_THROWS_AS(draw_counted_work({}, run.path()), InputError);
 
   // Without friction nothing is drawn, whatever the size.
-  for (CountedWork& one : work) one = {.columns = one.columns, .layers = one.layers, .samples = 64};
+  for (CountedWork& one : work) {
+    EnsembleSpec frictionless = one.spec;
+    frictionless.sampler.mu = 0;
+    one = {.spec = frictionless, .samples = 64};
+  }
   work.resize(3);
   CHECK(contains(read_file(run.path() / draw_counted_work(work, run.path()).screen), "μ = 0"));
 }

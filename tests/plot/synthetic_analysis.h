@@ -106,9 +106,7 @@ inline DepthFit depth_fit(int layer, const Row& row, Pattern& pattern) {
 
 inline Transport frictionless() {
   Transport result;
-  result.mu = 0;
-  result.law = "granusolve";
-  result.estimator = "point";
+  result.spec.sampler.mu = 0;
   result.samples = 256;
   result.exact = true;
   result.c = known(tan30, 0);
@@ -137,9 +135,7 @@ inline Transport frictionless() {
 
 inline Transport transport(const Row& row) {
   Transport result;
-  result.mu = row.mu;
-  result.law = "granusolve";
-  result.estimator = "point";
+  result.spec.sampler.mu = row.mu;
   result.samples = 3456;
   result.c = known(row.c, row.c_error);
   result.D = known(row.D, row.D_error);

@@ -85,7 +85,7 @@ TEST_CASE("A law none of whose points are shown is not drawn either") {
   const TemporaryFolder run;
   Analysis analysis = analysis_over({0.1, 0.2});
   for (Transport& result : analysis.results) {
-    if (result.mu < 0.25 && !result.exact) result.c = result.D = synthetic::unknown("too uncertain for a point");
+    if (result.mu() < 0.25 && !result.exact) result.c = result.D = synthetic::unknown("too uncertain for a point");
   }
   const Figure figure = draw_transport_with_depth(analysis, {}, run.path());
   CHECK(figure.caption.find("power law") == std::string::npos);

@@ -154,10 +154,9 @@ TEST_CASE("No table is wider than the page") {
   }
   for (const double load : {0.25, 4.0}) {
     LoadResponse one;
-    one.mu = 0.15;
-    one.estimator = load < 1 ? "multiplexed" : "point";
+    one.spec.sampler.mu = 0.15;
+    one.spec.response = load < 1 ? multiplexed_response(load) : point_response(load);
     one.reference = load < 1;
-    one.load = load;
     one.samples = 100000;
     one.c = synthetic::known(0.574671, 0.000089);
     one.D = synthetic::known(0.00629, 0.00014);

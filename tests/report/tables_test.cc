@@ -64,11 +64,11 @@ WindowNeighbour neighbour(const std::string& change, std::array<int, 2> layers, 
   return made;
 }
 
-LoadResponse response(double mu, const std::string& estimator, double load, bool reference) {
+LoadResponse response(double mu, const ResponseSpec& load_spec, bool reference) {
+  const double load = load_size(load_spec);
   LoadResponse made;
-  made.mu = mu;
-  made.estimator = estimator;
-  made.load = load;
+  made.spec.sampler.mu = mu;
+  made.spec.response = load_spec;
   made.reference = reference;
   made.samples = 4096;
   made.c = known(0.5748 - 0.001 * load, 0.00021);
@@ -80,10 +80,10 @@ LoadResponse response(double mu, const std::string& estimator, double load, bool
   return made;
 }
 
-LoadExponents exponents(const std::string& estimator, double load, bool reference) {
+LoadExponents exponents(const ResponseSpec& load_spec, bool reference) {
+  const double load = load_size(load_spec);
   LoadExponents made;
-  made.estimator = estimator;
-  made.load = load;
+  made.response = load_spec;
   made.reference = reference;
   made.window = {0.1, 0.3};
   made.points = 4;
@@ -211,7 +211,7 @@ TEST_CASE("Estimator and law stand once where all rows share them, and in each r
   const Page shared(data);
   CHECK(shared.texts.at("/results/0/law") == "granusolve");
   CHECK_FALSE(shared.texts.contains("/results/1/law"));
-  data.analysis.results[2].law = "polytope";
+  data.analysis.results[2].spec.sampler.law = Law::polytope;
   const Page mixed(data);
   CHECK(mixed.texts.at("/results/1/law") == "granusolve");
   CHECK(mixed.texts.at("/results/2/law") == "polytope");
@@ -276,15 +276,16 @@ TEST_CASE("Loads are compared with the linear response, and what cannot be is na
   ReportData data = numbers();
   Nonlinearity& measured = data.analysis.side.nonlinearity;
   for (const double mu : {0.1, 0.3}) {
-    measured.responses.push_back(response(mu, "multiplexed", 0.25, true));
-    measured.responses.push_back(response(mu, "point", 1, false));
-    measured.responses.push_back(response(mu, "point", 4, false));
+    measured.responses.push_back(response(mu, multiplexed_response(0.25), true));
+    measured.responses.push_back(response(mu, point_response(1), false));
+    measured.responses.push_back(response(mu, point_response(4), false));
     LoadResponse& strong = measured.responses.back();
     strong.c = strong.D = strong.c_shift = strong.D_shift = unknown("the peaks are too narrow");
-    measured.responses.push_back(response(mu, "uniform", 0, false));
+    measured.responses.push_back(response(mu, point_response(0), false));
+    measured.responses.back().spec.load = Load::uniform;
   }
-  measured.exponents = {exponents("multiplexed", 0.25, true), exponents("point", 1, false),
-                        exponents("point", 4, false)};
+  measured.exponents = {exponents(multiplexed_response(0.25), true), exponents(point_response(1), false),
+                        exponents(point_response(4), false)};
   LoadExponents& few = measured.exponents.back();
   few.beta = few.gamma = few.beta_shift = few.gamma_shift = unknown("two friction coefficients are too few");
   const Page page(data);
@@ -307,7 +308,7 @@ TEST_CASE("Loads are compared with the linear response, and what cannot be is na
 
   // Without the paper's overload there is no sentence about it.
   for (LoadResponse& one : measured.responses) {
-    if (one.load == 1) one.load = 2;
+    if (one.load() == 1) one.spec.response.overload = 2;
   }
   measured.exponents.resize(1);
   CHECK_FALSE(contains(Page(data).html, "What the finite overload"));
@@ -318,13 +319,13 @@ TEST_CASE("Responses under the laws say how far they lie from the first") {
   ReportData data = numbers();
   auto& responses = data.analysis.side.law_responses;
   responses.assign(3, responses.empty() ? LawResponse{} : responses.front());
-  for (LawResponse& one : responses) one.law = "rejection";
+  for (LawResponse& one : responses) one.spec.sampler.law = Law::rejection;
   responses[0].c = known(0.55, 0.003);
   responses[1].c = known(0.54, 0.004);
   responses[0].D = responses[1].D = known(0.1, 0.01);
   responses[2].c = responses[2].D = unknown("too few");
   LawOnPiles law;
-  law.law = "rejection";
+  law.spec.sampler.law = Law::rejection;
   data.analysis.side.laws = {law};
   const std::string html = Page(data).html;
   const std::string section = html.substr(html.find("The response under these laws"));
@@ -338,13 +339,13 @@ TEST_CASE("Responses under the laws say how far they lie from the first") {
 TEST_CASE("The thrust of the exact law is said to settle below 1 only where the numbers say so") {
   ReportData data = numbers();
   LawOnPiles law;
-  law.law = "rejection";
+  law.spec.sampler.law = Law::rejection;
   data.analysis.side.laws = {law};
   CHECK_FALSE(contains(Page(data).html, "tend to 1 under the exact law"));
   ExactThrust one;
-  one.mu = 0.3;
-  one.columns = 4;
-  one.layers = 20;
+  one.spec.sampler.mu = 0.3;
+  one.spec.lattice.columns = 4;
+  one.spec.lattice.layers = 20;
   one.alpha = known(0.93, 0.001);
   one.deficit_over_mu2 = known(0.78, 0.01);
   one.change_with_depth = known(0.002, 0.002);

@@ -1,0 +1,11 @@
+#pragma once
+#include <nlohmann/json.hpp>
+
+#include "ensemble/response_spec.h"
+
+namespace granuscope {
+
+/// {"estimator", "overload"}, or {"estimator": "multiplexed", "epsilon", "opposite", "sign_run"}.
+nlohmann::ordered_json to_json(const ResponseSpec& response);
+
+}  // namespace granuscope
