@@ -43,8 +43,8 @@ struct Stream {
   HWY_INLINE void keep(const Bead<V>& bead, M where, std::size_t number) const {
     const V H_R = point_at(bead.interval, load(front.first_uniform, number));
     const std::size_t to = place(number);
-    hn::BlendedStore(bead.V_R, where, d, front.here.V_R + to);
-    hn::BlendedStore(bead.V_L, where, d, front.here.V_L + to);
+    hn::BlendedStore(bead.out.V_R, where, d, front.here.V_R + to);
+    hn::BlendedStore(bead.out.V_L, where, d, front.here.V_L + to);
     hn::BlendedStore(bead.H, where, d, front.here.H + to);
     hn::BlendedStore(H_R, where, d, front.here.H_R + to);
   }
@@ -132,13 +132,13 @@ struct Two {
 /// The part of `bead` that belongs to one stream.
 template <class X, class Part>
 HWY_INLINE Bead<V> part_of(const Bead<X>& bead, Part part) {
-  return {part(bead.V_R), part(bead.V_L), part(bead.H), {part(bead.interval.low), part(bead.interval.high)}};
+  return {{part(bead.out.V_R), part(bead.out.V_L)}, part(bead.H), {part(bead.interval.low), part(bead.interval.high)}};
 }
 
 template <class Streams>
 HWY_INLINE void mend_streams(const FrictionCone& friction, const Streams& streams, Outcome* outcomes) {
   using X = typename Streams::X;
-  const Cone<X> cone(friction);
+  const ConeOf<X> cone(friction);
   const auto above = [&](double* GroupRow::*row, std::size_t GroupBead::*bead) {
     return streams.all([=](const Stream& s) { return s.load(s.front.above.*row, s.at.*bead); });
   };
@@ -151,15 +151,18 @@ HWY_INLINE void mend_streams(const FrictionCone& friction, const Streams& stream
   const PairRoom<X> room = room_for_pair(cone, A, B, outer, by_side);
 
   const Numbers<X> u = streams.later_attempt();
-  const auto pair = draw_truncated_pairs(room.a, room.b, room.band, u.first, u.second);
-  const X A_H_L = minus(A.H, pair.a), B_H_L = minus(B.H, pair.b);
-  const Bead<X> self = bead_under(cone, A.V_R, B.V_L, plus(pair.a, B_H_L));
-  const Bead<X> behind = bead_under(cone, room.behind_V_UL, room.behind_V_UR,
-                                    streams.by_side(plus(outer.H_R, A_H_L), plus(pair.b, minus(outer.H, outer.H_R))));
+  const auto trapezoid = cut_trapezoid(room.a, room.b, room.band);
+  const auto exists = both(at_most(trapezoid.low, trapezoid.high), less(number<X>(0), trapezoid.area));
+  const X difference = clamped(difference_at(trapezoid, u.first), trapezoid.low, trapezoid.high);
+  const PairOf<X> pair = pair_apart(room.a, room.b, difference, u.second);
+  const X A_H_L = A.H - pair.a, B_H_L = B.H - pair.b;
+  const Bead<X> self = bead_under<X>(cone, {A.V_R, B.V_L, pair.a + B_H_L});
+  const X behind_H = streams.by_side(outer.H_R + A_H_L, pair.b + (outer.H - outer.H_R));
+  const Bead<X> behind = bead_under<X>(cone, {room.behind_V_UL, room.behind_V_UR, behind_H});
   // A neighbour or the bead itself whose interval is empty after all is so by rounding, which is not settled here.
   const auto active = streams.all([](const Stream& s) { return s.active(); });
   const auto out_of_band = both(active, room.out_of_band);
-  const auto possible = both(out_of_band, both(room.some_pair, pair.exists));
+  const auto possible = both(out_of_band, both(room.some_pair, exists));
   const auto no_pair = only(room.some_pair, both(out_of_band, room.own_intervals));
   const auto mended = only(either(self.unsolvable(), behind.unsolvable()), possible);
 
@@ -180,15 +183,14 @@ HWY_INLINE unsigned some_of(unsigned lanes, std::size_t k) { return lanes >> k &
 
 /// Solves the bead as it is with its first number, in those of the piles of `lanes` in which it has a solution; returns
 /// the others.
-HWY_INLINE unsigned draw_as_is(const Cone<V>& cone, GroupFront& front, const GroupBead& bead, unsigned lanes) {
+HWY_INLINE unsigned draw_as_is(const ConeOf<V>& cone, GroupFront& front, const GroupBead& bead, unsigned lanes) {
   unsigned open = 0;
   for (std::size_t k = 0; k < group_lanes; k += hn::Lanes(d)) {
     const Stream s{front, bead, k, some_of(lanes, k)};
     if (s.lanes == 0) continue;
     const GroupRow& above = front.above;
-    const Bead<V> as_is =
-        bead_under(cone, s.load(above.V_R, bead.A), s.load(above.V_L, bead.B),
-                   plus(s.load(above.H_R, bead.A), minus(s.load(above.H, bead.B), s.load(above.H_R, bead.B))));
+    const V H = s.load(above.H_R, bead.A) + (s.load(above.H, bead.B) - s.load(above.H_R, bead.B));
+    const Bead<V> as_is = bead_under<V>(cone, {s.load(above.V_R, bead.A), s.load(above.V_L, bead.B), H});
     const M active = s.active(), drawn = only(as_is.unsolvable(), active);
     s.keep(as_is, drawn, bead.bead);
     open |= bits_of(only(drawn, active)) << k;
@@ -242,7 +244,7 @@ HWY_INLINE bool skip_to_failing(GroupFront& front) {
 
 /// Goes on to the next bead that has no solution as it is in some pile (`to_mend`), or that is left to the solvers of
 /// single piles (`to_settle`); false at the end of the layer.
-HWY_INLINE bool find_unsolved(const Cone<V>& cone, GroupFront& front) {
+HWY_INLINE bool find_unsolved(const ConeOf<V>& cone, GroupFront& front) {
   if ((front.to_mend | front.to_settle) != 0) return true;
   for (; skip_to_failing(front); front.step()) {
     const unsigned failing = front.failing[front.bead] & front.running;
@@ -284,7 +286,7 @@ HWY_INLINE void note(GroupFront& front, const GroupBead& bead, const Outcome& ou
 }
 
 void MendAlong(const FrictionCone& friction, GroupFront& front) {
-  const Cone<V> cone(friction);
+  const ConeOf<V> cone(friction);
   while (find_unsolved(cone, front) && front.to_settle == 0) {
     lap(front, Phase::search);
     const GroupBead bead = surroundings(front);
@@ -307,7 +309,7 @@ void MendAlong(const FrictionCone& friction, GroupFront& front) {
 }
 
 void MendAlongBoth(const FrictionCone& friction, GroupFront& a, GroupFront& b) {
-  const Cone<V> cone(friction);
+  const ConeOf<V> cone(friction);
   for (;;) {
     const bool in_a = find_unsolved(cone, a), in_b = find_unsolved(cone, b);
     lap(a, Phase::search);
@@ -338,32 +340,30 @@ void MendAlongBoth(const FrictionCone& friction, GroupFront& a, GroupFront& b) {
 }
 
 /// One bead below A and B in the piles from lane k on; whether it has no solution.
-HWY_INLINE unsigned draw_first(const Cone<V>& cone, const GroupFront& front, const double* half_load, std::size_t k,
+HWY_INLINE unsigned draw_first(const ConeOf<V>& cone, const GroupFront& front, const double* half_load, std::size_t k,
                                std::size_t A, std::size_t B, std::size_t number, V uniform) {
   const std::size_t to = (number * group_lanes) + k;
-  V V_UL, V_UR, H;
+  IncomingOf<V> in;
   if (half_load != nullptr) {
-    V_UL = V_UR = hn::Load(d, half_load + to);
-    H = hn::Zero(d);
+    in.V_UL = in.V_UR = hn::Load(d, half_load + to);
+    in.H = hn::Zero(d);
   } else {
     const std::size_t a = (A * group_lanes) + k, b = (B * group_lanes) + k;
-    V_UL = hn::Load(d, front.above.V_R + a);
-    V_UR = hn::Load(d, front.above.V_L + b);
-    H = plus(hn::Load(d, front.above.H_R + a), minus(hn::Load(d, front.above.H + b), hn::Load(d, front.above.H_R + b)));
+    in.V_UL = hn::Load(d, front.above.V_R + a);
+    in.V_UR = hn::Load(d, front.above.V_L + b);
+    in.H = hn::Load(d, front.above.H_R + a) + (hn::Load(d, front.above.H + b) - hn::Load(d, front.above.H_R + b));
   }
-  const Bead<V> bead = bead_under(cone, V_UL, V_UR, H);
-  hn::Store(bead.V_R, d, front.here.V_R + to);
-  hn::Store(bead.V_L, d, front.here.V_L + to);
-  hn::Store(bead.H, d, front.here.H + to);
-  hn::Store(point_at(bead.interval, uniform), d, front.here.H_R + to);
+  const DrawnBeadOf<V> bead = draw_bead(cone, in, uniform);
+  hn::Store(bead.out.V_R, d, front.here.V_R + to);
+  hn::Store(bead.out.V_L, d, front.here.V_L + to);
+  hn::Store(in.H, d, front.here.H + to);
+  hn::Store(bead.H_R, d, front.here.H_R + to);
   // What is not a number has no solution, either.
-  const V slack = minus(bead.interval.high, bead.interval.low);
-  const M solvable = both(at_most(hn::Zero(d), slack), at_most(hn::Zero(d), smaller(bead.V_R, bead.V_L)));
-  return bits_of(negation(solvable)) & ((1U << hn::Lanes(d)) - 1);
+  return bits_of(negation(at_most(hn::Zero(d), bead.slack))) & ((1U << hn::Lanes(d)) - 1);
 }
 
 void DrawLayer(const FrictionCone& friction, const double* half_load, GroupFront& front) {
-  const Cone<V> cone(friction);
+  const ConeOf<V> cone(friction);
   const auto columns = static_cast<std::size_t>(front.columns);
   const W layers = hn::Set(dw, static_cast<std::uint64_t>(static_cast<std::uint32_t>(front.layer)));
   const double* const load = front.layer == 0 ? half_load : nullptr;

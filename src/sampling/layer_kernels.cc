@@ -5,7 +5,7 @@
 #include <hwy/foreach_target.h>  // compiles this file once for each instruction set
 #include <hwy/highway.h>
 
-#include "model/lattice.h"
+#include "sampling/mend_arithmetic-inl.h"
 #include "sampling/philox-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -15,62 +15,56 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 void FillFirstUniforms(std::uint64_t seed, std::uint32_t sample, int layer, double* HWY_RESTRICT uniforms,
                        std::size_t beads) {
-  const hn::ScalableTag<std::uint64_t> d;
-  const hn::RebindToFloat<decltype(d)> d_float;
+  const hn::ScalableTag<std::uint64_t> d_words;
+  const hn::RebindToFloat<decltype(d_words)> d_float;
   const PhiloxKeys keys(seed);
-  const auto layers = hn::Set(d, static_cast<std::uint64_t>(static_cast<std::uint32_t>(layer)));
-  const auto samples = hn::Set(d, static_cast<std::uint64_t>(sample));
+  const auto layers = hn::Set(d_words, static_cast<std::uint64_t>(static_cast<std::uint32_t>(layer)));
+  const auto samples = hn::Set(d_words, static_cast<std::uint64_t>(sample));
   const std::size_t calls = (beads + 1) / 2;
-  for (std::size_t call = 0; call < calls; call += hn::Lanes(d)) {
+  for (std::size_t call = 0; call < calls; call += hn::Lanes(d_words)) {
     // Attempt 0 of the stream of first attempts: beads 2k and 2k + 1 share counter k.
-    const auto u =
-        philox_uniforms(d, keys, hn::Iota(d, static_cast<std::uint64_t>(call)), layers, samples, hn::Zero(d));
+    const auto u = philox_uniforms(d_words, keys, hn::Iota(d_words, static_cast<std::uint64_t>(call)), layers, samples,
+                                   hn::Zero(d_words));
     hn::StoreInterleaved2(u.first, u.second, d_float, uniforms + 2 * call);
   }
 }
 
 /// All whole vectors of the run; returns how many beads were drawn.
-std::size_t DrawBeads(const FrictionCone& cone, const UpperRow& above, const double* HWY_RESTRICT uniforms,
+std::size_t DrawBeads(const FrictionCone& friction, const UpperRow& above, const double* HWY_RESTRICT uniforms,
                       std::size_t beads, const LowerRow& out) {
-  const hn::ScalableTag<double> d;
   const std::size_t lanes = hn::Lanes(d);
-  const auto t_minus = hn::Set(d, cone.t_minus()), t_plus = hn::Set(d, cone.t_plus()), root3 = hn::Set(d, sqrt3);
+  const ConeOf<V> cone(friction);
   std::size_t i = 0;
   for (; i + lanes <= beads; i += lanes) {
-    const auto H = hn::Add(hn::LoadU(d, above.H_UL + i), hn::LoadU(d, above.H_UR + i));
-    const auto shift = hn::Mul(root3, H);
-    const auto V_R = hn::Add(hn::LoadU(d, above.V_UR + i), shift);
-    const auto V_L = hn::Sub(hn::LoadU(d, above.V_UL + i), shift);
-    const auto low = hn::Max(hn::Mul(t_minus, V_R), hn::Add(hn::Mul(t_minus, V_L), H));
-    const auto high = hn::Min(hn::Mul(t_plus, V_R), hn::Add(hn::Mul(t_plus, V_L), H));
-    const auto slack = hn::Sub(high, low);
-    const auto H_R = hn::Min(hn::Add(low, hn::Mul(hn::LoadU(d, uniforms + i), slack)), high);
-    hn::StoreU(V_R, d, out.V_R + i);
-    hn::StoreU(V_L, d, out.V_L + i);
-    hn::StoreU(H, d, out.H + i);
-    hn::StoreU(H_R, d, out.H_R + i);
-    hn::StoreU(hn::Sub(H, H_R), d, out.H_L + i);
-    hn::StoreU(hn::Min(slack, hn::Min(V_R, V_L)), d, out.slack + i);
+    const IncomingOf<V> in{hn::LoadU(d, above.V_UL + i), hn::LoadU(d, above.V_UR + i),
+                           hn::LoadU(d, above.H_UL + i) + hn::LoadU(d, above.H_UR + i)};
+    const DrawnBeadOf<V> bead = draw_bead(cone, in, hn::LoadU(d, uniforms + i));
+    hn::StoreU(bead.out.V_R, d, out.V_R + i);
+    hn::StoreU(bead.out.V_L, d, out.V_L + i);
+    hn::StoreU(in.H, d, out.H + i);
+    hn::StoreU(bead.H_R, d, out.H_R + i);
+    hn::StoreU(bead.H_L, d, out.H_L + i);
+    hn::StoreU(bead.slack, d, out.slack + i);
   }
   return i;
 }
 
 void LaterNumbers(const PhiloxKeys& keys, std::uint32_t sample, int layer, const std::uint32_t* HWY_RESTRICT bead,
                   const std::uint32_t* HWY_RESTRICT attempt, double* HWY_RESTRICT number) {
-  const hn::CappedTag<std::uint64_t, attempts_at_once> d;
-  const hn::Rebind<std::uint32_t, decltype(d)> d_half;
-  const auto layers = hn::Set(d, static_cast<std::uint64_t>(static_cast<std::uint32_t>(layer)));
-  const auto samples = hn::Set(d, static_cast<std::uint64_t>(sample));
-  for (std::size_t i = 0; i < attempts_at_once; i += hn::Lanes(d)) {
-    const auto attempts = hn::PromoteTo(d, hn::LoadU(d_half, attempt + i));
-    const auto u = philox_uniforms(d, keys, hn::PromoteTo(d, hn::LoadU(d_half, bead + i)), layers, samples,
-                                   hn::Or(hn::ShiftLeft<8>(attempts), hn::Set(d, std::uint64_t{later_attempt_stream})));
-    hn::StoreU(u.first, hn::RebindToFloat<decltype(d)>(), number + i);
+  const hn::CappedTag<std::uint64_t, attempts_at_once> d_words;
+  const hn::Rebind<std::uint32_t, decltype(d_words)> d_half;
+  const auto layers = hn::Set(d_words, static_cast<std::uint64_t>(static_cast<std::uint32_t>(layer)));
+  const auto samples = hn::Set(d_words, static_cast<std::uint64_t>(sample));
+  for (std::size_t i = 0; i < attempts_at_once; i += hn::Lanes(d_words)) {
+    const auto attempts = hn::PromoteTo(d_words, hn::LoadU(d_half, attempt + i));
+    const auto u =
+        philox_uniforms(d_words, keys, hn::PromoteTo(d_words, hn::LoadU(d_half, bead + i)), layers, samples,
+                        hn::Or(hn::ShiftLeft<8>(attempts), hn::Set(d_words, std::uint64_t{later_attempt_stream})));
+    hn::StoreU(u.first, hn::RebindToFloat<decltype(d_words)>(), number + i);
   }
 }
 
 void FindFailing(const double* HWY_RESTRICT slack, std::size_t beads, std::uint64_t* HWY_RESTRICT words) {
-  const hn::CappedTag<double, 8> d;
   const std::size_t lanes = hn::Lanes(d);
   const auto zero = hn::Zero(d);
   for (std::size_t word = 0; word < (beads + 63) / 64; ++word) words[word] = 0;
@@ -138,14 +132,13 @@ void draw_beads_plain(const FrictionCone& cone, const UpperRow& above, const dou
                       const LowerRow& out) {
   for (std::size_t i = 0; i < beads; ++i) {
     const Incoming in{above.V_UL[i], above.V_UR[i], above.H_UL[i] + above.H_UR[i]};
-    const Outgoing bead = balance(in);
-    const Interval interval = split_interval(cone, bead, in.H);
-    out.V_R[i] = bead.V_R;
-    out.V_L[i] = bead.V_L;
+    const auto bead = draw_bead(cone, in, uniforms[i]);
+    out.V_R[i] = bead.out.V_R;
+    out.V_L[i] = bead.out.V_L;
     out.H[i] = in.H;
-    out.H_R[i] = point_at(interval, uniforms[i]);
-    out.H_L[i] = in.H - out.H_R[i];
-    out.slack[i] = std::min({interval.high - interval.low, bead.V_R, bead.V_L});
+    out.H_R[i] = bead.H_R;
+    out.H_L[i] = bead.H_L;
+    out.slack[i] = bead.slack;
   }
 }
 

@@ -2,13 +2,11 @@
 #include <optional>
 
 #include "model/equilibrium.h"
+#include "sampling/rounding.h"
 
 namespace granuscope {
 
-/// Two numbers drawn together.
-struct PairDraw {
-  double a, b;
-};
+using PairDraw = scalar::PairOf<double>;
 
 /// Draws (a, b) uniformly on the polygon { a in A, b in B, a - b in D } from two uniform numbers in [0, 1).
 /// The difference d = a - b has the density of a trapezoid (the length of the polygon's chord at d), cut to D; its
