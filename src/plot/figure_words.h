@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "plot/figure.h"
-#include "plot/fill_in.h"
+#include "plot/gaps.h"
 
 namespace granuscope {
 

@@ -1,5 +1,5 @@
 #pragma once
-#include "plot/fill_in.h"
+#include "plot/gaps.h"
 
 namespace granuscope {
 

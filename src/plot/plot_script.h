@@ -3,7 +3,7 @@
 #include <string>
 
 #include "plot/figure.h"
-#include "plot/fill_in.h"
+#include "plot/gaps.h"
 #include "plot/gnuplot.h"
 
 namespace granuscope {
