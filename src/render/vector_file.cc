@@ -14,6 +14,7 @@
 #include "render/layout.h"
 #include "render/level_table.h"
 #include "support/atomic_file.h"
+#include "support/clean_text.h"
 #include "support/error.h"
 
 namespace granuscope {
@@ -48,22 +49,6 @@ std::string points_of(const PathStep& step) {
   return text;
 }
 
-std::string escaped(const std::string& text) {
-  std::string safe;
-  for (const char c : text) {
-    if (c == '&') {
-      safe += "&amp;";
-    } else if (c == '<') {
-      safe += "&lt;";
-    } else if (c == '>') {
-      safe += "&gt;";
-    } else if (static_cast<unsigned char>(c) >= ' ') {
-      safe += c;
-    }
-  }
-  return safe;
-}
-
 class SvgPage : public VectorPage {
  public:
   SvgPage(const Layout& layout, double dpi, const ImageMetadata& metadata) {
@@ -72,7 +57,7 @@ class SvgPage : public VectorPage {
         coordinate(layout.width * 25.4 / dpi), coordinate(layout.height * 25.4 / dpi), layout.width, layout.height);
     std::string about;
     for (const auto& [keyword, value] : metadata) about += fmt::format("{}: {}\n", keyword, value);
-    text_ += "<desc>" + escaped_lines(about) + "</desc>\n";
+    text_ += "<desc>" + escape_markup(clean_text(about)) + "</desc>\n";
   }
   void fill(const Path& path, Rgb colour) override {
     text_ += fmt::format("<path fill=\"{}\" d=\"{}\"/>\n", to_hex(colour), data(path));
@@ -91,15 +76,6 @@ class SvgPage : public VectorPage {
   std::string finish() override { return text_ + "</svg>\n"; }
 
  private:
-  static std::string escaped_lines(const std::string& text) {
-    std::string lines;
-    for (std::size_t at = 0; at < text.size();) {
-      const std::size_t end = text.find('\n', at);
-      lines += escaped(text.substr(at, end - at)) + "\n";
-      at = end + 1;
-    }
-    return lines;
-  }
   static std::string data(const Path& path) {
     std::string text;
     for (const PathStep& step : path) {

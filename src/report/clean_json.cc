@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "report/clean_text.h"
+#include "support/clean_text.h"
 
 namespace granuscope {
 

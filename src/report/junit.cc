@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "report/clean_text.h"
+#include "support/clean_text.h"
 
 namespace granuscope {
 

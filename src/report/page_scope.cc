@@ -5,11 +5,11 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "report/clean_text.h"
 #include "report/escape_markdown.h"
 #include "report/number_text.h"
 #include "report/page_table.h"
 #include "report/unbroken_text.h"
+#include "support/clean_text.h"
 
 namespace granuscope {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "report/clean_text.h"
+#include "support/clean_text.h"
 
 namespace granuscope {
 

@@ -2,11 +2,11 @@
 #include <nlohmann/json.hpp>
 
 #include "report/clean_json.h"
-#include "report/clean_text.h"
 #include "report/data_uri.h"
 #include "report/number_text.h"
 #include "report/png_size.h"
 #include "report/unbroken_text.h"
+#include "support/clean_text.h"
 
 using namespace granuscope;
 using Json = nlohmann::ordered_json;

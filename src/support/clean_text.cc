@@ -1,4 +1,4 @@
-#include "report/clean_text.h"
+#include "support/clean_text.h"
 
 #include <cstddef>
 
