@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "plot/axes.h"
 #include "plot/csv_table.h"
 #include "plot/figure_words.h"
 #include "plot/label_places.h"
+#include "plot/point_selection.h"
 #include "support/number_format.h"
 
 namespace granuscope {

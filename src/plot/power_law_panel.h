@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "analysis/results.h"
-#include "plot/choice.h"
 #include "plot/plot_script.h"
 #include "plot/window_points.h"
 

@@ -6,11 +6,12 @@
 #include <cmath>
 
 #include "model/lattice.h"
-#include "plot/choice.h"
+#include "plot/axes.h"
 #include "plot/csv_table.h"
 #include "plot/figure_words.h"
 #include "plot/label_places.h"
 #include "plot/plot_colours.h"
+#include "plot/point_selection.h"
 #include "plot/power_law_panel.h"
 #include "support/error.h"
 #include "support/number_format.h"

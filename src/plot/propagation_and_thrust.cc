@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "model/lattice.h"
-#include "plot/choice.h"
+#include "plot/axes.h"
 #include "plot/csv_table.h"
 #include "plot/figure_words.h"
 #include "plot/plot_script.h"

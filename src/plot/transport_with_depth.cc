@@ -6,10 +6,11 @@
 #include <cmath>
 
 #include "model/lattice.h"
-#include "plot/choice.h"
+#include "plot/axes.h"
 #include "plot/csv_table.h"
 #include "plot/figure_words.h"
 #include "plot/plot_script.h"
+#include "plot/point_selection.h"
 #include "plot/window_points.h"
 #include "support/error.h"
 #include "support/number_format.h"

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "plot/point_selection.h"
+
 namespace granuscope {
 
 bool fits_log_axes(const PowerLawPoint& point) { return point.x > 0 && point.y > 0; }

@@ -2,7 +2,7 @@
 #include <array>
 #include <vector>
 
-#include "plot/choice.h"
+#include "plot/axes.h"
 
 namespace granuscope {
 

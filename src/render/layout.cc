@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <initializer_list>
 #include <utility>
 
 #include "render/labels.h"
+#include "support/axis_ticks.h"
 #include "support/error.h"
 
 namespace granuscope {
@@ -58,15 +58,6 @@ std::string number(double value) {
   return value < 0 && text != "0" ? "\u2212" + text : text;
 }
 
-/// The smallest of `digits` times 10^k, k >= lowest_power, that is at least `wanted`.
-double nice_at_least(double wanted, int lowest_power, std::initializer_list<double> digits = {1, 2, 5}) {
-  for (double power = std::pow(10.0, lowest_power);; power *= 10) {
-    for (const double step : digits) {
-      if (step * power >= wanted * (1 - 1e-9)) return step * power;
-    }
-  }
-}
-
 /// Ranges shorter than this, in bead diameters, may have numbers with a decimal.
 constexpr double short_range = 8;
 
@@ -107,26 +98,19 @@ Margins side_margins(const Extent& extent, const Font& font, const Paper& paper)
 /// number of the allowed digits in the range.
 std::vector<double> axis_ticks(double low, double high, double pixels_per_diameter, int room, const Paper& paper) {
   const int lowest_power = high - low < short_range ? -1 : 0;
-  const double slack = 1e-9 * (high - low);
-  const auto multiples = [&](double step) {
-    std::vector<double> values;
-    // Adding 0 turns -0 into 0.
-    for (double k = std::ceil((low - slack) / step); k * step <= high + slack; ++k) values.push_back(k * step + 0.0);
-    return values;
-  };
   const double roomy = (room + paper.mm(tick_gap_mm)) / pixels_per_diameter;
-  double step = nice_at_least(std::max(roomy, (high - low) / most_ticks), lowest_power);
-  std::vector<double> values = multiples(step);
+  RoundStep step = round_step_at_least(std::max(roomy, (high - low) / most_ticks), lowest_power);
+  std::vector<double> values = multiples_within(low, high, step);
   if (values.size() < 2) {
     const double tight = (room + paper.mm(gap_mm)) / pixels_per_diameter;
-    step = nice_at_least(tight, lowest_power, {1, 2, 3, 5});
-    values = multiples(step);
+    step = round_step_at_least(tight, lowest_power, {1, 2, 3, 5});
+    values = multiples_within(low, high, step);
   }
   const double finest = std::pow(10.0, lowest_power);
-  while (values.empty() && step > finest) {
+  while (values.empty() && step.size() > finest) {
     // A low window deep in the pile, between two numbers of that step: one finer number has room.
-    step = nice_at_least(0.4 * step, lowest_power);
-    values = multiples(step);
+    step = round_step_at_least(0.4 * step.size(), lowest_power);
+    values = multiples_within(low, high, step);
     if (values.size() > 1) values = {values[values.size() / 2]};
   }
   return values;
@@ -153,8 +137,8 @@ ScaleBar scale_bar(const Scene& scene, const Paper& paper) {
   const double shortest = std::max(paper.exact_mm(3) / scene.pixels_per_diameter, scene.extent.width() / 20);
   const double longest = scene.extent.width() / 3;
   double length = 10;
-  if (length > longest) length = nice_at_least(0.4 * longest, -1);  // 1, 2, 5: at most 2.5 apart
-  if (length < shortest) length = nice_at_least(std::min(shortest, longest), -1);
+  if (length > longest) length = round_step_at_least(0.4 * longest, -1).size();  // 1, 2, 5: at most 2.5 apart
+  if (length < shortest) length = round_step_at_least(std::min(shortest, longest), -1).size();
   ScaleBar bar;
   bar.diameters = length;
   bar.length_px = std::max(1, static_cast<int>(std::lround(length * scene.pixels_per_diameter)));

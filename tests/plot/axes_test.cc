@@ -1,9 +1,10 @@
 #include <catch2/catch.hpp>
 #include <limits>
 
-#include "plot/choice.h"
+#include "plot/axes.h"
 #include "plot/csv_table.h"
 #include "plot/figure_words.h"
+#include "plot/point_selection.h"
 
 using namespace granuscope;
 
