@@ -4,27 +4,6 @@
 
 namespace granuscope {
 
-void add_counts(SamplerCounts& to, const SamplerCounts& from) {
-  to.beads += from.beads;
-  to.uniforms += from.uniforms;
-  to.tries += from.tries;
-  to.mended_by_pair += from.mended_by_pair;
-  to.mended_by_arc += from.mended_by_arc;
-  to.mended_by_ring += from.mended_by_ring;
-  to.climbed += from.climbed;
-  to.pairs += from.pairs;
-  to.arcs += from.arcs;
-  to.rings += from.rings;
-  to.climbs += from.climbs;
-  to.rounded += from.rounded;
-  to.redrawn_layers += from.redrawn_layers;
-  to.moves += from.moves;
-  to.accepted_moves += from.accepted_moves;
-  to.chains += from.chains;
-  to.burn_in += from.burn_in;
-  to.thinning += from.thinning;
-}
-
 void merge_into(EnsembleRecord& to, const EnsembleRecord& more) {
   const auto add = [](auto& numbers, const auto& others) {
     for (std::size_t i = 0; i < numbers.size(); ++i) numbers[i] += others[i];
@@ -45,7 +24,7 @@ void merge_into(EnsembleRecord& to, const EnsembleRecord& more) {
     add(quantity.sum, other.sum);
     add(quantity.sum_of_squares, other.sum_of_squares);
   }
-  add_counts(to.counts, more.counts);
+  to.counts += more.counts;
   to.failed.insert(to.failed.end(), more.failed.begin(), more.failed.end());
 }
 

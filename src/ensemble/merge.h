@@ -7,6 +7,4 @@ namespace granuscope {
 /// both. Throws InputError unless both have the same layers, blocks and quantities.
 void merge_into(EnsembleRecord& to, const EnsembleRecord& more);
 
-void add_counts(SamplerCounts& to, const SamplerCounts& from);
-
 }  // namespace granuscope

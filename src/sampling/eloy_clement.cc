@@ -2,7 +2,8 @@
 
 #include <algorithm>
 
-#include "sampling/blind_layer.h"
+#include "sampling/fill_layer.h"
+#include "sampling/random_key.h"
 #include "support/interruption.h"
 
 namespace granuscope {
@@ -33,7 +34,10 @@ std::optional<SamplingFailure> EloyClementSampler::draw(std::uint64_t sample, st
     if (solutions > max_solutions_ || attempts_[at] == most_tries) return SamplingFailure{layer};
     if (++attempts_[at] > 1) ++counts_.redrawn_layers;
     const std::uint64_t drawn_before = counts_.uniforms;
-    const bool complete = draw_layer_blindly(key, attempts_[at], cone_, layer, pile, counts_);
+    const bool complete = fill_layer(cone_, layer, pile, [&](int bead, Outgoing, Interval interval) {
+      ++counts_.uniforms;
+      return point_at(interval, key.attempt(layer, bead, attempts_[at]).first);
+    });
     solutions += counts_.uniforms - drawn_before + (complete ? 0 : 1);
     if (complete) {
       failures_[at] = 0;

@@ -151,7 +151,9 @@ HWY_INLINE Bead<X> bead_under(const ConeOf<X>& cone, IncomingOf<X> in) {
 template <class X>
 struct Parent {
   X V_R, V_L, H, H_R;
-  HWY_INLINE IntervalOf<X> interval(const ConeOf<X>& cone) const { return split_interval(cone, OutgoingOf<X>{V_R, V_L}, H); }
+  HWY_INLINE IntervalOf<X> interval(const ConeOf<X>& cone) const {
+    return split_interval(cone, OutgoingOf<X>{V_R, V_L}, H);
+  }
 };
 
 /// What hangs below two parents.

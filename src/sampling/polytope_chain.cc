@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "model/equilibrium.h"
+#include "model/incoming.h"
 #include "sampling/portable_power.h"
 
 namespace granuscope {
@@ -44,13 +44,7 @@ void PolytopeChain::store(Pile& pile) {
   for (int n = 0; n < lattice_.layers(); ++n) {
     for (int i = 0; i < lattice_.columns(); ++i) {
       const std::size_t here = lattice_.index(n, i);
-      const double half_load = pile_.load[static_cast<std::size_t>(i)] / 2;
-      Incoming in{half_load, half_load, 0};
-      if (n > 0) {
-        const std::size_t a = lattice_.index(n - 1, lattice_.upper_left(n, i));
-        const std::size_t b = lattice_.index(n - 1, lattice_.upper_right(n, i));
-        in = {pile_.V_R[a], pile_.V_L[b], pile_.H_R[a] + pile_.H_L[b]};
-      }
+      const Incoming in = incoming(pile_, n, i);
       const Outgoing out = balance(in);
       pile_.V_R[here] = out.V_R;
       pile_.V_L[here] = out.V_L;

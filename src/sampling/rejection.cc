@@ -1,6 +1,6 @@
 #include "sampling/rejection.h"
 
-#include "model/equilibrium.h"
+#include "sampling/fill_layer.h"
 #include "sampling/random_key.h"
 #include "sampling/split_numbers.h"
 #include "support/interruption.h"
@@ -11,25 +11,10 @@ namespace {
 /// Fills the pile with the splits H_R = choose_split(layer, bead, forces, interval); the layer of the first bead
 /// without a solution, or -1.
 template <typename ChooseSplit>
-int try_pile(const FrictionCone& cone, std::span<const double> load, Pile& pile, ChooseSplit choose_split) {
-  const Lattice& lattice = pile.lattice;
-  for (int n = 0; n < lattice.layers(); ++n) {
-    for (int i = 0; i < lattice.columns(); ++i) {
-      const std::size_t at = lattice.index(n, i);
-      Incoming in{load[static_cast<std::size_t>(i)] / 2, load[static_cast<std::size_t>(i)] / 2, 0};
-      if (n > 0) {
-        const std::size_t a = lattice.index(n - 1, lattice.upper_left(n, i));
-        const std::size_t b = lattice.index(n - 1, lattice.upper_right(n, i));
-        in = {pile.V_R[a], pile.V_L[b], pile.H_R[a] + pile.H_L[b]};
-      }
-      const Outgoing out = balance(in);
-      const Interval interval = split_interval(cone, out, in.H);
-      if (unsolvable(out, interval)) return n;
-      pile.V_R[at] = out.V_R;
-      pile.V_L[at] = out.V_L;
-      pile.H_R[at] = choose_split(n, i, out, interval);
-      pile.H_L[at] = in.H - pile.H_R[at];
-    }
+int try_pile(const FrictionCone& cone, Pile& pile, ChooseSplit choose_split) {
+  for (int n = 0; n < pile.lattice.layers(); ++n) {
+    const auto choose = [&](int i, Outgoing out, Interval interval) { return choose_split(n, i, out, interval); };
+    if (!fill_layer(cone, n, pile, choose)) return n;
   }
   return -1;
 }
@@ -54,7 +39,7 @@ std::optional<SamplingFailure> RejectionSampler::draw(std::uint64_t sample, std:
   for (std::uint64_t attempt = 1; attempt <= spec_.max_tries; ++attempt) {
     throw_if_interrupted();
     ++counts_.tries;
-    failed_layer = try_pile(cone_, load, pile, [&](int n, int i, Outgoing, Interval interval) {
+    failed_layer = try_pile(cone_, pile, [&](int n, int i, Outgoing, Interval interval) {
       ++counts_.uniforms;
       return point_at(interval, key.attempt(n, i, static_cast<std::uint32_t>(attempt)).first);
     });
@@ -73,7 +58,7 @@ std::optional<SamplingFailure> RejectionSampler::draw_again(std::uint64_t sample
   ++counts_.tries;
   std::vector<double> numbers;
   read_split_numbers(first, numbers);
-  int failed_layer = try_pile(cone_, load, pile, [&](int n, int i, Outgoing out, Interval interval) {
+  int failed_layer = try_pile(cone_, pile, [&](int n, int i, Outgoing out, Interval interval) {
     const std::size_t at = lattice_.index(n, i);
     return kept_split(first, at, numbers[at], out, interval);
   });
@@ -81,7 +66,7 @@ std::optional<SamplingFailure> RejectionSampler::draw_again(std::uint64_t sample
   for (std::uint64_t attempt = 0; failed_layer >= 0 && attempt < spec_.max_tries; ++attempt) {
     throw_if_interrupted();
     ++counts_.tries;
-    failed_layer = try_pile(cone_, load, pile, [&](int n, int i, Outgoing, Interval interval) {
+    failed_layer = try_pile(cone_, pile, [&](int n, int i, Outgoing, Interval interval) {
       ++counts_.uniforms;
       return point_at(interval, key.attempt(n, i, static_cast<std::uint32_t>(most_tries - attempt)).first);
     });

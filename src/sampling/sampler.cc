@@ -17,9 +17,6 @@
 namespace granuscope {
 namespace {
 
-/// Solutions per bead beyond which an effort is no bound any more (nor countable in 64 bits for the largest piles).
-constexpr double max_effort = 1e9;
-
 /// Every law at mu = 0, where the only solution is the frictionless pile.
 class FrictionlessSampler final : public Sampler {
  public:
@@ -138,94 +135,6 @@ std::span<const PileGroup> Sampler::draw_groups(std::span<const std::uint64_t> s
   drawn_alone_ = 0;
   for (std::size_t k = 0; k < loads.size(); ++k) draw_alone(samples[k], loads[k], failures[k]);
   return groups_;
-}
-
-std::string name_of(Law law) {
-  switch (law) {
-    case Law::granusolve:
-      return "granusolve";
-    case Law::eloy_clement:
-      return "eloy-clement";
-    case Law::rejection:
-      return "rejection";
-    case Law::polytope:
-      return "polytope";
-  }
-  return {};
-}
-
-std::string names_of_laws() {
-  std::string names;
-  for (std::size_t k = 0; k < all_laws.size(); ++k) {
-    names += (k == 0 ? "" : k + 1 == all_laws.size() ? " and " : ", ") + name_of(all_laws[k]);
-  }
-  return names;
-}
-
-Law law_named(const std::string& name) {
-  for (Law law : all_laws) {
-    if (name_of(law) == name) return law;
-  }
-  throw InputError(fmt::format("there is no law \"{}\": known are {}", name, names_of_laws()));
-}
-
-std::string name_of(LayerOrder order) { return order == LayerOrder::random ? "random" : "fixed"; }
-
-LayerOrder layer_order_named(const std::string& name) {
-  for (LayerOrder order : {LayerOrder::random, LayerOrder::fixed}) {
-    if (name_of(order) == name) return order;
-  }
-  throw InputError(fmt::format("there is no layer order \"{}\": write \"random\" or \"fixed\"", name));
-}
-
-std::string name_of(MendingRules rules) {
-  switch (rules) {
-    case MendingRules::all:
-      return "all";
-    case MendingRules::no_pair:
-      return "no-pair";
-    case MendingRules::no_arcs:
-      return "no-arcs";
-    case MendingRules::climb_only:
-      return "climb-only";
-  }
-  return {};
-}
-
-MendingRules mending_rules_named(const std::string& name) {
-  for (MendingRules rules :
-       {MendingRules::all, MendingRules::no_pair, MendingRules::no_arcs, MendingRules::climb_only}) {
-    if (name_of(rules) == name) return rules;
-  }
-  throw InputError(fmt::format(
-      "there are no mending rules \"{}\": write \"all\", \"no-pair\", \"no-arcs\" or \"climb-only\"", name));
-}
-
-void validate(const SamplerSpec& spec) {
-  if (!(spec.effort >= 1 && spec.effort <= max_effort)) {
-    throw InputError(fmt::format(
-        "effort {} is out of range: a pile needs at least one solution per bead, and more than {:g} would never end",
-        spec.effort, max_effort));
-  }
-  if (spec.max_tries < 1 || spec.max_tries > most_tries) {
-    throw InputError(fmt::format("max_tries {} is out of range: use 1 to {}", spec.max_tries, most_tries));
-  }
-  if (!(spec.lambda >= 0 && spec.lambda <= 1)) {
-    throw InputError(
-        fmt::format("lambda {} is out of range: 0 is the flat measure, 1 the law rejection; use a number from 0 to 1",
-                    spec.lambda));
-  }
-  if (spec.rules != MendingRules::all && spec.law != Law::granusolve) {
-    throw InputError(fmt::format(
-        "the mending rules \"{}\" belong to the law granusolve and would change nothing under {}; leave them out",
-        name_of(spec.rules), name_of(spec.law)));
-  }
-  if (spec.burn_in > most_sweeps || spec.thinning > most_sweeps) {
-    throw InputError(
-        fmt::format("burn_in {} or thinning {} is out of range: a chain counts no more than {} sweeps of each; use "
-                    "fewer, or 0 to have them measured",
-                    spec.burn_in, spec.thinning, most_sweeps));
-  }
 }
 
 std::size_t piles_at_once(const SamplerSpec& spec, const Lattice& lattice) {

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "model/pile.h"
+#include "model/sampler_counts.h"
 #include "sampling/pile_group.h"
 #include "sampling/sampler_spec.h"
-#include "storage/ensemble_file.h"
 
 namespace granuscope {
 

@@ -5,36 +5,26 @@
 #include <limits>
 
 #include "model/friction_cone.h"
+#include "model/incoming.h"
 
 namespace granuscope {
 namespace {
 
 /// A split counts as kept within so many units in the last place of the forces that its interval is computed from: the
-/// sampler's own rounding allowance (granusolve.cc), and as much again for the interval recomputed here.
-constexpr double rounding_ulps = 128;
+/// sampler's own rounding allowance (rounding.h), and as much again for the interval recomputed here.
+constexpr double kept_ulps = 128;
 
 struct BeadInterval {
   Interval interval;  ///< not empty
   double rounding;    ///< of its ends
 };
 
-Incoming incoming(const Pile& pile, int layer, int bead) {
-  const Lattice& lattice = pile.lattice;
-  if (layer == 0) {
-    const double half = pile.load[static_cast<std::size_t>(bead)] / 2;
-    return {half, half, 0.0};
-  }
-  const std::size_t a = lattice.index(layer - 1, lattice.upper_left(layer, bead));
-  const std::size_t b = lattice.index(layer - 1, lattice.upper_right(layer, bead));
-  return {pile.V_R[a], pile.V_L[b], pile.H_R[a] + pile.H_L[b]};
-}
-
 BeadInterval interval_of(const FrictionCone& cone, const Pile& pile, int layer, int bead) {
   const Incoming in = incoming(pile, layer, bead);
   Interval interval = split_interval(cone, balance(in), in.H);
   const double scale = std::max({std::abs(interval.low), std::abs(interval.high), in.V_UL + in.V_UR, std::abs(in.H)});
   if (interval.empty()) interval.low = interval.high = interval.low + (interval.high - interval.low) / 2;
-  return {interval, rounding_ulps * std::numeric_limits<double>::epsilon() * scale};
+  return {interval, kept_ulps * std::numeric_limits<double>::epsilon() * scale};
 }
 
 template <typename Use>

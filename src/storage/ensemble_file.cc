@@ -27,27 +27,6 @@ constexpr const char* units =
 constexpr const char* counters_group = "counters";
 constexpr const char* failed_group = "failed";
 
-using Counter = std::pair<const char*, std::uint64_t SamplerCounts::*>;
-constexpr std::array<Counter, 18> counters = {Counter{"beads", &SamplerCounts::beads},
-                                              {"uniforms", &SamplerCounts::uniforms},
-                                              {"tries", &SamplerCounts::tries},
-                                              {"mended_by_pair", &SamplerCounts::mended_by_pair},
-                                              {"mended_by_arc", &SamplerCounts::mended_by_arc},
-                                              {"mended_by_ring", &SamplerCounts::mended_by_ring},
-                                              {"climbed", &SamplerCounts::climbed},
-                                              {"pairs", &SamplerCounts::pairs},
-                                              {"arcs", &SamplerCounts::arcs},
-                                              {"rings", &SamplerCounts::rings},
-                                              {"climbs", &SamplerCounts::climbs},
-                                              {"rounded", &SamplerCounts::rounded},
-                                              {"redrawn_layers", &SamplerCounts::redrawn_layers},
-                                              {"moves", &SamplerCounts::moves},
-                                              {"accepted_moves", &SamplerCounts::accepted_moves},
-                                              {"chains", &SamplerCounts::chains},
-                                              {"burn_in", &SamplerCounts::burn_in},
-                                              {"thinning", &SamplerCounts::thinning}};
-static_assert(sizeof(SamplerCounts) == counters.size() * sizeof(std::uint64_t), "a counter is missing from the list");
-
 /// What a caller must keep to; a reader finds the same broken rules as InputError.
 void check_record(const EnsembleRecord& record) {
   const BlockSums& sums = record.sums;
@@ -177,7 +156,7 @@ EnsembleRecord read_record(const std::filesystem::path& file) {
   if (reader.text("/", "sums_key") != key_of(record.sums)) {
     reader.fail("its numbers are not those it was written with: the file is damaged. Make the file again.");
   }
-  for (const auto& [name, counter] : counters) record.counts.*counter = reader.count("/counters", name);
+  for (const auto& [name, counter] : sampler_counters) record.counts.*counter = reader.count("/counters", name);
   record.failed = read_failed(reader);
   return record;
 }
@@ -236,11 +215,6 @@ EnsembleRecord from_bytes(const std::string& text) {
 
 }  // namespace
 
-SamplerCounts& SamplerCounts::operator+=(const SamplerCounts& other) {
-  for (const auto& [name, count] : counters) this->*count += other.*count;
-  return *this;
-}
-
 void write_ensemble(const std::filesystem::path& file, const EnsembleRecord& record) {
   check_record(record);
   Hdf5Writer writer(file, data_bytes(record));
@@ -265,7 +239,7 @@ void write_ensemble(const std::filesystem::path& file, const EnsembleRecord& rec
   }
 
   writer.group("/counters");
-  for (const auto& [name, counter] : counters) writer.attribute("/counters", name, record.counts.*counter);
+  for (const auto& [name, counter] : sampler_counters) writer.attribute("/counters", name, record.counts.*counter);
   write_failed(writer, record.failed);
   writer.commit();
 }

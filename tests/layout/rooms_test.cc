@@ -57,7 +57,7 @@ const std::map<std::string, std::set<std::string>>& rooms_below() {
     rooms["support"] = {};
     rooms["model"] = {"support"};
     rooms["storage"] = {"support", "model"};
-    rooms["sampling"] = {"support", "model", "storage"};
+    rooms["sampling"] = {"support", "model"};
     rooms["ensemble"] = {"support", "model", "storage", "sampling"};
     rooms["analysis"] = {"support", "model", "storage", "sampling", "ensemble"};
     rooms["render"] = {"support", "model", "storage"};

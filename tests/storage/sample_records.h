@@ -46,14 +46,7 @@ inline EnsembleRecord awkward_ensemble() {
     }
   }
   std::uint64_t count = std::numeric_limits<std::uint64_t>::max();
-  SamplerCounts& counts = record.counts;
-  for (std::uint64_t* one :
-       {&counts.beads, &counts.uniforms, &counts.tries, &counts.mended_by_pair, &counts.mended_by_arc,
-        &counts.mended_by_ring, &counts.climbed, &counts.pairs, &counts.arcs, &counts.rings, &counts.climbs,
-        &counts.rounded, &counts.redrawn_layers, &counts.moves, &counts.accepted_moves, &counts.chains, &counts.burn_in,
-        &counts.thinning}) {
-    *one = count--;
-  }
+  for (const auto& [name, counter] : sampler_counters) record.counts.*counter = count--;
   record.failed = {{17, 40, "granuscope sample --mu 0.1 --sample 17"}, {1234567890123, 0, ""}};
   return record;
 }
