@@ -9,13 +9,11 @@
 
 namespace granuscope {
 
-Analysis analyse(std::vector<MeasuredTransport> measured, SideMeasurements side, const FitSpec& fit,
-                 const ClaimSpec& claims, const std::vector<int>& ratio_layers,
-                 const std::map<std::string, std::string>& expected_verdicts) {
+Analysis analyse(std::vector<MeasuredTransport> measured, const FitSpec& fit, const ClaimSpec& claims,
+                 const std::vector<int>& ratio_layers) {
   std::sort(measured.begin(), measured.end(),
             [](const MeasuredTransport& a, const MeasuredTransport& b) { return a.transport.mu() < b.transport.mu(); });
   Analysis analysis;
-  analysis.side = std::move(side);
   for (const MeasuredTransport& result : measured) analysis.results.push_back(result.transport);
   ScalingWithNeighbours scaling = fit_scaling_with_neighbours(measured, fit.scaling_window);
   analysis.scaling = std::move(scaling.fits);
@@ -25,7 +23,7 @@ Analysis analyse(std::vector<MeasuredTransport> measured, SideMeasurements side,
     analysis.by_ratio.push_back(fit_ratio_scaling(measured, layer, fit.scaling_window));
   }
   analysis.mean_laws = average_laws(measured, claims.exponent_tolerance);
-  analysis.claims = judge_claims(analysis, fit, claims, expected_verdicts);
+  analysis.claims = judge_claims(analysis, fit, claims);
   return analysis;
 }
 

@@ -17,8 +17,5 @@ Claim judge_c_of_mu(const Analysis& analysis);
 Claim judge_D_of_mu(const Analysis& analysis);
 Claim judge_c_of_D(const Analysis& analysis);
 Claim judge_noise(const Analysis& analysis, const ClaimSpec& spec);
-Claim judge_redraw_share(const Analysis& analysis);
-Claim judge_linear_time(const Analysis& analysis, const ClaimSpec& spec);
-Claim judge_force_chains(const Analysis& analysis, const ClaimSpec& spec);
 
 }  // namespace granuscope

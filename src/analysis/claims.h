@@ -9,10 +9,11 @@
 
 namespace granuscope {
 
-/// Decides every claim of the paper from what was measured (all of `analysis` but its claims). `expected` maps claim
-/// ids to the verdict the experiment expects.
-std::vector<Claim> judge_claims(const Analysis& analysis, const FitSpec& fit, const ClaimSpec& spec,
-                                const std::map<std::string, std::string>& expected);
+/// Decides the claims of the paper about the main line from what was measured (all of `analysis` but its claims).
+std::vector<Claim> judge_claims(const Analysis& analysis, const FitSpec& fit, const ClaimSpec& spec);
+
+/// Notes with each claim the verdict that the experiment expects of it; `expected` maps claim ids to verdicts.
+void expect_verdicts(std::vector<Claim>& claims, const std::map<std::string, std::string>& expected);
 
 /// Ids of all claims that judge_claims decides, in its order.
 std::vector<std::string> claim_ids();

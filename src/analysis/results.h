@@ -9,7 +9,6 @@
 #include "analysis/line_test.h"
 #include "analysis/peak_evidence.h"
 #include "analysis/scaling_fit.h"
-#include "analysis/side_measurements.h"
 #include "ensemble/ensemble_spec.h"
 #include "storage/ensemble_file.h"
 
@@ -155,7 +154,6 @@ struct Analysis {
   std::vector<ScalingFits> other_windows;
   std::vector<RatioScaling> by_ratio;  ///< over the primary window, at the layers of the response profiles
   Laws mean_laws;                      ///< over all mu with scatter, see law_average.h
-  SideMeasurements side;
   std::vector<Claim> claims;
 };
 

@@ -6,74 +6,13 @@
 
 #include "analysis/estimate.h"
 #include "analysis/scaling_fit.h"
+#include "analysis/thrust_at_depth.h"
 #include "ensemble/ensemble_spec.h"
 
 namespace granuscope {
 
 /// What an experiment measures beside its main ensembles, each on small ensembles of its own. An empty list: the
 /// experiment did not ask for it.
-
-/// The standard procedure (estimator "paired") at one friction coefficient: which beads had to draw another number when
-/// the overload was added.
-struct RedrawnBeads {
-  EnsembleSpec spec;
-  std::uint64_t samples = 0;  ///< pairs of piles that entered
-  std::uint64_t failed = 0;   ///< pairs that could not be completed
-  Estimate whole_pile;        ///< share of all beads of the usable layers
-  Estimate below_overload;    ///< share of those with |x| <= z
-};
-
-/// What it took to draw piles of one size at one friction coefficient: counted, never timed.
-struct CountedWork {
-  EnsembleSpec spec;
-  std::uint64_t samples = 0;  ///< piles that were completed
-  std::uint64_t failed = 0;   ///< piles that were not
-  double draws_per_bead = 0;  ///< uniform numbers per bead, abandoned tries included
-  double mended_per_bead = 0;
-  double climbed_per_bead = 0;
-};
-
-/// The thrust ratio of uniformly loaded piles at one recorded layer.
-struct ThrustAtDepth {
-  int layer = 0;
-  double z = 0;  ///< bead diameters
-  Estimate thrust_ratio;
-  Estimate weight_variance;  ///< <(w - 1)^2>
-};
-
-/// The thrust ratio at a small friction coefficient, on narrow piles deep enough for the force fluctuations to
-/// saturate (about 0.6/mu^2 layers).
-struct SmallFriction {
-  EnsembleSpec spec;
-  std::uint64_t samples = 0;
-  double depth_over_saturation = 0;   ///< layers / (0.6/mu^2)
-  std::vector<ThrustAtDepth> depths;  ///< ascending
-  int first_layer = 0;                ///< of the deep part that the numbers below are averaged over
-  int last_layer = 0;
-  Estimate alpha_thrust;
-  Estimate c_thrust;    ///< tan30 sqrt(alpha_thrust)
-  Estimate c0_minus_c;  ///< tan30 - c_thrust, with the same error
-};
-
-/// The share of the mean response that lies within `half_width` of the two rays x = +-c z.
-struct ChainShareAtDepth {
-  int layer = 0;
-  double z = 0;
-  Estimate share;
-  double even_share = 0;  ///< what a response spread evenly over |x| <= c z + half_width would give
-};
-
-/// The response of piles of the size of the force-chain picture, gathered along the rays.
-struct ChainShare {
-  EnsembleSpec spec;
-  int layers = 0;  ///< shown; more are computed
-  std::uint64_t samples = 0;
-  double half_width = 3;                  ///< bead diameters
-  Estimate c;                             ///< slope of the rays: c_thrust of these piles
-  std::vector<ChainShareAtDepth> depths;  ///< from where the two bands no longer overlap
-  Estimate share;                         ///< mean over these depths
-  double even_share = 0;                  ///< the same mean of the even shares
-};
 
 /// One law on uniformly loaded piles of one size: what it gives and what it takes.
 struct LawOnPiles {
@@ -147,26 +86,6 @@ struct Nonlinearity {
   std::vector<LoadExponents> exponents;  ///< multiplexed ascending in epsilon, then point ascending in the overload
 };
 
-/// The worst residual of balance or cone over a range of layers.
-struct ResidualAtDepth {
-  int first_layer = 0, last_layer = 0;
-  double residual = 0;  ///< relative to the largest force of the same layer
-};
-
-/// One pile under conditions that strain the sampler.
-struct StressTrial {
-  double mu = 0;
-  int columns = 0, layers = 0;
-  std::string load;     ///< what rests on the top beads, in words
-  std::string outcome;  ///< solved; or stuck or refused, by name
-  std::string reason;   ///< if not solved
-  bool deep = false;    ///< one of those whose residuals are followed with depth
-  // What follows is known if it was solved.
-  double residual = 0;                  ///< the worst of all layers
-  double rounded_per_bead = 0;          ///< share of the beads put onto a band's end because only rounding missed it
-  std::vector<ResidualAtDepth> depths;  ///< from the top down, ever longer ranges
-};
-
 /// How c and D scatter over independent repetitions of so many samples.
 struct ErrorPoint {
   std::uint64_t samples = 0;
@@ -187,17 +106,11 @@ struct ErrorCurve {
 };
 
 struct SideMeasurements {
-  std::vector<RedrawnBeads> redrawn_beads;    ///< ascending in mu
-  std::vector<CountedWork> counted_work;      ///< ascending in mu, then in size
-  std::vector<SmallFriction> small_friction;  ///< ascending in mu
-  ScalingFit small_friction_scaling;          ///< tan30 - c_thrust against mu, over all of them
-  std::vector<ChainShare> chain_share;        ///< at most one
-  std::vector<LawOnPiles> laws;               ///< the larger piles first
-  std::vector<LawResponse> law_responses;     ///< those laws that can draw piles in which peaks stand apart
-  std::vector<ExactThrust> exact_thrusts;     ///< in the order of friction, then of columns
-  std::vector<LawOnPiles> law_costs;          ///< ascending in mu, then by law, then in size
+  std::vector<LawOnPiles> laws;            ///< the larger piles first
+  std::vector<LawResponse> law_responses;  ///< those laws that can draw piles in which peaks stand apart
+  std::vector<ExactThrust> exact_thrusts;  ///< in the order of friction, then of columns
+  std::vector<LawOnPiles> law_costs;       ///< ascending in mu, then by law, then in size
   Nonlinearity nonlinearity;
-  std::vector<StressTrial> stress;       ///< the deep piles first, ascending in mu
   std::vector<ErrorCurve> error_curves;  ///< one for each estimator
 };
 

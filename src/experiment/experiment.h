@@ -1,19 +1,11 @@
 #pragma once
-#include <algorithm>
 #include <cstdint>
-#include <limits>
 #include <map>
 #include <string>
 #include <vector>
 
-#include "analysis/claim_spec.h"
-#include "analysis/fit_spec.h"
-#include "analysis/precision.h"
-#include "analysis/stress.h"
-#include "ensemble/response_spec.h"
-#include "model/lattice.h"
-#include "render/scene.h"
-#include "sampling/sampler_spec.h"
+#include "studies/main_line.h"
+#include "studies/registry.h"
 
 namespace granuscope {
 
@@ -27,39 +19,6 @@ struct FigureSpec {
   bool propagation_against_diffusion = true;  ///< Fig. 4: c against D
   bool scaling_with_friction = true;          ///< D and c0 - c against mu, from slopes and from ratios
   bool propagation_and_thrust = true;         ///< c beside the speed that follows from the thrust ratio
-};
-
-/// The standard procedure beside the paper's own (estimator "paired"): how many beads draw again. On the experiment's
-/// lattice, with its overload.
-struct RedrawnBeadsSpec {
-  std::vector<double> mu;       ///< empty: not measured
-  std::uint64_t samples = 512;  ///< pairs of piles per friction coefficient
-};
-
-/// Blocks of an ensemble that is only counted: few, so that the largest piles need not be many.
-inline constexpr int counted_work_blocks = 8;
-
-/// The work of drawing piles of several sizes, counted.
-struct CountedWorkSpec {
-  std::vector<double> mu;                       ///< empty: not measured
-  std::vector<int> sizes{125, 250, 500, 1000};  ///< columns and layers of each square pile, ascending
-  std::uint64_t samples = 64;                   ///< piles per size and friction coefficient
-};
-
-/// The thrust ratio at small friction, from uniformly loaded piles that are narrow and deep.
-struct SmallFrictionSpec {
-  std::vector<double> mu;  ///< each above 0; empty: not measured
-  int columns = 64;
-  double depth = 4;             ///< in units of the saturation depth of 0.6/mu^2 layers
-  std::uint64_t samples = 512;  ///< piles per friction coefficient
-
-  /// Layers computed at one friction coefficient.
-  int layers(double friction) const;
-};
-
-/// The share of the response that lies along the rays, on piles of the size of the force-chain picture.
-struct ChainShareSpec {
-  std::uint64_t samples = 0;  ///< 0: not measured
 };
 
 /// The response to several kinds and sizes of load, beside the linear response.
@@ -96,24 +55,6 @@ struct ErrorAgainstTimeSpec {
   int columns = 500, layers = 200;
 };
 
-/// The rendered force network of one named pile (the paper's Fig. 1, right): never a chosen sample.
-struct ForceChainSpec {
-  bool draw = true;
-  int columns = 70;  ///< of the pile, periodic; all are shown
-  int layers = 60;   ///< shown; bottom_margin more are computed, so that the shown ones follow the bulk law
-  double mu = 0.1;
-  std::uint64_t sample = 0;  ///< of the experiment's seed
-  SceneSpec scene;           ///< its window is ignored: columns and layers above say what is shown
-  bool weight = true;        ///< also the weights of the same pile's beads
-  bool friction = false;     ///< also how much of its friction each contact uses
-  bool response = true;      ///< also how they change with the overload, every bead keeping its random number
-
-  /// Saturates: what is absurd is refused, but only after it has been looked at.
-  int computed_layers() const {
-    return std::min(layers, std::numeric_limits<int>::max() - bottom_margin) + bottom_margin;
-  }
-};
-
 /// One more picture of the pile of ForceChainSpec, under a name of its own.
 struct PictureSpec {
   std::string scene = "forces";
@@ -138,37 +79,20 @@ struct ReportSpec {
 
 /// One experiment, resolved and validated: what `granuscope run` computes, draws and says. Composed of each room's own
 /// parameter struct; the defaults are the paper's numbers.
-struct Experiment {
+struct Experiment : MainLine {
+  Experiment();
+
   std::string name = "experiment";  ///< untrusted text, one line
   std::string description;          ///< untrusted text, may be empty
-  LatticeSpec lattice;
-  std::vector<double> mu{0.0, 0.1, 0.2, 0.3};  ///< friction coefficients, ascending, no duplicates
-  SamplerSpec sampling;                        ///< its mu is ignored: see sampler_for
-  ResponseSpec response;
-  FitSpec fit;
-  PrecisionSpec precision;
-  ClaimSpec claims;
   FigureSpec figures;
-  RedrawnBeadsSpec redrawn_beads;
-  CountedWorkSpec counted_work;
-  SmallFrictionSpec small_friction;
-  ChainShareSpec chain_share;
+  Studies studies;
   LawComparisonSpec law_comparison;
   NonlinearitySpec nonlinearity;
-  StressSpec stress;
   ErrorAgainstTimeSpec error_against_time;
-  ForceChainSpec force_chains;
   std::map<std::string, PictureSpec> pictures;  ///< by name, the tables [scenes.pictures.NAME]
   ResponseFieldSpec response_field;
   ReportSpec report;
   std::map<std::string, std::string> expected_verdicts;  ///< claim id -> verdict, the table [gate.expect]
-
-  /// The sampler's parameters at one friction coefficient.
-  SamplerSpec sampler_for(double friction) const {
-    SamplerSpec spec = sampling;
-    spec.mu = friction;
-    return spec;
-  }
 };
 
 }  // namespace granuscope

@@ -11,12 +11,13 @@
 
 #include "analysis/claims.h"
 #include "ensemble/ensemble_runner.h"
-#include "experiment/check_parts.h"
+
 #include "experiment/experiment_keys.h"
 #include "experiment/nearest_name.h"
 #include "render/colour_scale.h"
 #include "render/layout.h"
 #include "render/pile_scene.h"
+#include "studies/common_checks.h"
 #include "support/describe_bytes.h"
 #include "support/error.h"
 
@@ -377,39 +378,54 @@ Problem find_picture_problem(const Experiment& e) {
       return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '_';
     };
     if (name.empty() || name.size() > 60 || !std::all_of(name.begin(), name.end(), plain)) {
-      return ExperimentProblem{table,
-                               "the name of a picture becomes that of a file; write up to 60 letters, digits, - "
-                               "and _"};
+      return KeyProblem{table,
+                        "the name of a picture becomes that of a file; write up to 60 letters, digits, - "
+                        "and _"};
     }
     if (!e.force_chains.draw) {
-      return ExperimentProblem{table,
-                               "there is no pile to draw it of, because scenes.force_chains.draw is false; write "
-                               "true there, or leave this table out"};
+      return KeyProblem{table,
+                        "there is no pile to draw it of, because scenes.force_chains.draw is false; write "
+                        "true there, or leave this table out"};
     }
     try {
       check_drawable(Lattice({e.force_chains.columns, e.force_chains.computed_layers()}), e.force_chains.mu,
                      picture.scene_like(e.force_chains));
     } catch (const InputError& error) {
-      return ExperimentProblem{table, error.what()};
+      return KeyProblem{table, error.what()};
     }
+  }
+  return {};
+}
+
+/// Ranges of all keys of the studies, and the rules across keys of those that are asked for.
+Problem find_study_problem(Experiment e) {
+  for (const auto& study : e.studies) {
+    for (const Key& key : study->keys()) {
+      if (auto found = find_range_problem(key)) return found;
+    }
+    if (!study->asked()) continue;
+    if (auto found = study->find_problem(e)) return found;
   }
   return {};
 }
 
 Problem find_gate_problem(const Experiment& e) {
   const std::array<const char*, 3> verdicts{"reproduced", "not reproduced", "undetermined"};
-  const std::vector<std::string> known = claim_ids();
+  std::vector<std::string> known = claim_ids();
+  for (const auto& study : e.studies) {
+    for (const Claim& claim : study->claims(e.claims)) known.push_back(claim.id);
+  }
   for (const auto& [claim, verdict] : e.expected_verdicts) {
     if (std::find(known.begin(), known.end(), claim) == known.end()) {
       const auto meant = nearest_name(claim, known);
-      return ExperimentProblem{"gate.expect." + claim,
-                               fmt::format("there is no such claim, so that nothing would be held against it; {}",
-                                           meant ? fmt::format("did you mean {}?", *meant)
-                                                 : fmt::format("known are {}", fmt::join(known, ", ")))};
+      return KeyProblem{"gate.expect." + claim,
+                        fmt::format("there is no such claim, so that nothing would be held against it; {}",
+                                    meant ? fmt::format("did you mean {}?", *meant)
+                                          : fmt::format("known are {}", fmt::join(known, ", ")))};
     }
     if (std::find(verdicts.begin(), verdicts.end(), verdict) == verdicts.end()) {
-      return ExperimentProblem{"gate.expect." + claim, fmt::format("\"{}\" is not a verdict; write one of {}", verdict,
-                                                                   fmt::join(verdicts, ", "))};
+      return KeyProblem{"gate.expect." + claim,
+                        fmt::format("\"{}\" is not a verdict; write one of {}", verdict, fmt::join(verdicts, ", "))};
     }
   }
   return {};
@@ -432,16 +448,16 @@ double estimate_memory(const Experiment& e) {
   double pile =
       std::max(pile_memory(e.lattice.columns, e.lattice.layers),
                pile_memory(e.force_chains.columns, static_cast<double>(e.force_chains.layers) + bottom_margin));
-  if (!e.counted_work.mu.empty()) {
-    for (const int size : e.counted_work.sizes) pile = std::max(pile, pile_memory(size, size));
+  for (const StudyEnsemble& one : e.studies.ensembles(e)) {
+    pile = std::max(pile, pile_memory(one.spec.lattice.columns, one.spec.lattice.layers));
   }
-  for (const double mu : e.small_friction.mu) {
-    pile = std::max(pile, pile_memory(e.small_friction.columns, e.small_friction.layers(mu)));
+  for (const auto& study : e.studies) {
+    if (study->asked()) pile = std::max(pile, study->memory());
   }
   return pile + sums_memory(e);
 }
 
-std::optional<ExperimentProblem> find_problem(const Experiment& e) {
+Problem find_problem(const Experiment& e) {
   if (auto found = find_text_problem(e)) return found;
   if (auto found =
           find_lattice_problem("lattice.columns", e.lattice.columns, "lattice.layers", e.lattice.layers,
@@ -456,6 +472,7 @@ std::optional<ExperimentProblem> find_problem(const Experiment& e) {
   if (auto found = find_claims_problem(e)) return found;
   if (auto found = find_figure_problem(e)) return found;
   if (auto found = find_side_problem(e)) return found;
+  if (auto found = find_study_problem(e)) return found;
   if (auto found = find_ring_problem(e)) return found;
   if (auto found = find_scene_problem(e)) return found;
   if (auto found = find_picture_problem(e)) return found;

@@ -1,20 +1,12 @@
 #pragma once
-#include <optional>
-#include <string>
-
 #include "experiment/experiment.h"
+#include "support/key.h"
 
 namespace granuscope {
 
-/// What makes an experiment unusable, and the key whose value should change.
-struct ExperimentProblem {
-  std::string key;      ///< "lattice.columns"
-  std::string message;  ///< what is wrong, why that is a problem, what to do
-};
-
 /// The one place where the parameters of an experiment are checked against their ranges and against each other.
 /// Returns the first problem in the order of the keys, or nothing if the experiment can be run.
-std::optional<ExperimentProblem> find_problem(const Experiment& experiment);
+Problem find_problem(const Experiment& experiment);
 
 /// Throws InputError with the first problem, if there is one.
 void check_experiment(const Experiment& experiment);
@@ -32,5 +24,8 @@ double expected_speed(double mu);
 
 /// Columns of a ring on which the two peaks of the response are still apart down to `layer`.
 double columns_needed(double mu, int layer);
+
+/// The tables [figures.*] that bring ensembles of their own.
+Problem find_side_problem(const Experiment& e);
 
 }  // namespace granuscope

@@ -107,12 +107,17 @@ std::optional<KeyValue> to_value(const toml::node& node, const KeyValue& like) {
   return std::visit(NodeReader{node}, like);
 }
 
+void sort(KeyValue& list) {
+  if (auto* numbers = std::get_if<std::vector<double>>(&list)) std::sort(numbers->begin(), numbers->end());
+  if (auto* numbers = std::get_if<std::vector<std::int64_t>>(&list)) std::sort(numbers->begin(), numbers->end());
+}
+
 /// Reads one parsed document into an experiment and remembers where each key stood.
 class Reader {
  public:
   explicit Reader(std::string file) : file_(std::move(file)) {
     tables_.insert("gate");
-    for (const ExperimentKey& key : experiment_keys()) {
+    for (const Key& key : all_keys_) {
       keys_[key.path()] = &key;
       for (auto dot = key.table.find('.'); dot != std::string::npos; dot = key.table.find('.', dot + 1)) {
         tables_.insert(key.table.substr(0, dot));
@@ -125,14 +130,6 @@ class Reader {
 
   Experiment read(const toml::table& document) {
     read_table(document, "");
-    for (double& mu : experiment_.mu) mu += 0.0;  // -0.0 becomes 0, whose sign no file name should show
-    for (std::vector<double>* list : {&experiment_.mu, &experiment_.redrawn_beads.mu, &experiment_.counted_work.mu,
-                                      &experiment_.small_friction.mu}) {
-      std::sort(list->begin(), list->end());
-    }
-    for (std::vector<int>* list : {&experiment_.figures.profile_layers, &experiment_.counted_work.sizes}) {
-      std::sort(list->begin(), list->end());
-    }
     if (const auto problem = find_problem(experiment_)) {
       const auto written = positions_.find(problem->key);
       throw InputError(
@@ -165,15 +162,16 @@ class Reader {
     }
   }
 
-  void read_key(const ExperimentKey& key, const toml::node& node, const toml::source_position& position) {
-    const KeyValue like = key.get(experiment_);
-    const auto value = to_value(node, like);
+  void read_key(const Key& key, const toml::node& node, const toml::source_position& position) {
+    const KeyValue like = key.get();
+    auto value = to_value(node, like);
     if (!value) {
       throw InputError(fmt::format("{}: {} must be {} but is {}; {}", location(file_, position), key.path(),
                                    kind_of(like), describe(node), key.meaning));
     }
     try {
-      key.set(experiment_, *value);
+      if (key.range.ascending) sort(*value);
+      key.set(*value);
     } catch (const InputError& error) {
       throw InputError(fmt::format("{}: {}: {}", location(file_, position), key.path(), error.what()));
     }
@@ -186,7 +184,7 @@ class Reader {
     experiment_.pictures.try_emplace(name);
     positions_[table] = position;
     tables_.insert(table);
-    for (const ExperimentKey& key : picture_keys(name)) {
+    for (const Key& key : picture_keys(experiment_, name)) {
       keys_[key.path()] = &picture_keys_.emplace_back(key);
     }
   }
@@ -234,8 +232,9 @@ class Reader {
 
   std::string file_;
   Experiment experiment_;
-  std::map<std::string, const ExperimentKey*> keys_;
-  std::list<ExperimentKey> picture_keys_;  ///< of the pictures met so far; keys_ points to them
+  std::vector<Key> all_keys_ = keys_of(experiment_);
+  std::map<std::string, const Key*> keys_;
+  std::list<Key> picture_keys_;  ///< of the pictures met so far; keys_ points to them
   std::set<std::string> tables_;
   std::map<std::string, toml::source_position> positions_;
 };

@@ -79,17 +79,18 @@ std::string escape_table_cell(std::string_view text) {
 std::string print_experiment(const Experiment& experiment) {
   std::string text;
   std::string table;
-  std::vector<ExperimentKey> keys = experiment_keys();
+  Experiment copy = experiment;  // keys could set what they print
+  std::vector<Key> keys = keys_of(copy);
   for (const auto& [name, picture] : experiment.pictures) {
-    for (const ExperimentKey& key : picture_keys(name)) keys.push_back(key);
+    for (Key& key : picture_keys(copy, name)) keys.push_back(std::move(key));
   }
-  for (const ExperimentKey& key : keys) {
+  for (const Key& key : keys) {
     if (key.table != table) {
       text += fmt::format("{}[{}]\n", text.empty() ? "" : "\n", key.table);
       table = key.table;
     }
     const std::string unit = key.unit.empty() ? "" : fmt::format(" [{}]", key.unit);
-    text += fmt::format("# {}{}\n{} = {}\n", key.meaning, unit, key.name, print_value(key.get(experiment)));
+    text += fmt::format("# {}{}\n{} = {}\n", key.meaning, unit, key.name, print_value(key.get()));
   }
   text += fmt::format("\n[{}]\n# {}\n", expected_verdicts_table, expected_verdicts_meaning);
   for (const auto& [claim, verdict] : experiment.expected_verdicts) {
@@ -99,19 +100,19 @@ std::string print_experiment(const Experiment& experiment) {
 }
 
 std::string describe_experiment_keys() {
-  const Experiment defaults;
-  std::string text = "| key | default | unit | meaning |\n|---|---|---|---|\n";
-  for (const ExperimentKey& key : experiment_keys()) {
-    text += fmt::format("| `{}` | `{}` | {} | {} |\n", key.path(), print_value(key.get(defaults)), key.unit,
-                        escape_table_cell(key.meaning));
-  }
-  Experiment with_picture;
-  with_picture.pictures.try_emplace("<name>");
-  for (const ExperimentKey& key : picture_keys("<name>")) {
-    text += fmt::format("| `{}` | `{}` | {} | {} |\n", key.path(), print_value(key.get(with_picture)), key.unit,
-                        escape_table_cell(key.meaning));
-  }
-  text += fmt::format("| `{}.<claim>` | none | | {} |\n", expected_verdicts_table, expected_verdicts_meaning);
+  Experiment defaults;
+  defaults.pictures.try_emplace("<name>");
+  std::string text = "| key | default | unit | range | meaning |\n|---|---|---|---|---|\n";
+  const auto add_rows = [&text](const std::vector<Key>& keys) {
+    for (const Key& key : keys) {
+      const KeyValue value = key.get();
+      text += fmt::format("| `{}` | `{}` | {} | {} | {} |\n", key.path(), print_value(value), key.unit,
+                          describe(key.range, value), escape_table_cell(key.meaning));
+    }
+  };
+  add_rows(keys_of(defaults));
+  add_rows(picture_keys(defaults, "<name>"));
+  text += fmt::format("| `{}.<claim>` | none | | | {} |\n", expected_verdicts_table, expected_verdicts_meaning);
   return text;
 }
 

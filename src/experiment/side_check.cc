@@ -4,10 +4,10 @@
 #include <cmath>
 #include <vector>
 
-#include "analysis/chain_share.h"
 #include "analysis/law_comparison.h"
 #include "ensemble/ensemble_runner.h"
-#include "experiment/check_parts.h"
+#include "experiment/experiment_check.h"
+#include "studies/common_checks.h"
 
 namespace granuscope {
 namespace {
@@ -29,13 +29,6 @@ Problem find_side_mu_problem(const char* key, const std::vector<double>& mu, boo
     }
   }
   return {};
-}
-
-Problem find_side_samples_problem(const char* key, std::uint64_t samples, int blocks) {
-  const auto least = group_size * static_cast<std::uint64_t>(blocks);
-  if (samples >= least && samples <= most_samples) return {};
-  return problem(key, "{} samples in {} blocks: each block needs a whole group of eight; give {} to {}", samples,
-                 blocks, least, most_samples);
 }
 
 Problem find_nonlinearity_problem(const Experiment& e) {
@@ -72,8 +65,8 @@ Problem find_nonlinearity_problem(const Experiment& e) {
     }
   }
   const char* key = "figures.nonlinearity.multiplexed_samples";
-  if (auto found = find_side_samples_problem(key, loads.multiplexed_samples, e.response.blocks)) return found;
-  return find_side_samples_problem("figures.nonlinearity.point_samples", loads.point_samples, e.response.blocks);
+  if (auto found = find_samples_problem(key, loads.multiplexed_samples, e.response.blocks)) return found;
+  return find_samples_problem("figures.nonlinearity.point_samples", loads.point_samples, e.response.blocks);
 }
 
 Problem find_law_response_problem(const Experiment& e) {
@@ -85,7 +78,7 @@ Problem find_law_response_problem(const Experiment& e) {
                    "put them into; set both or neither",
                    laws.response_samples);
   }
-  if (auto found = find_side_samples_problem(key, laws.response_samples, e.response.blocks)) return found;
+  if (auto found = find_samples_problem(key, laws.response_samples, e.response.blocks)) return found;
   const FitSpec fit = law_response_fit({laws.response_columns, laws.response_layers});
   constexpr int least_depths = 3;
   const int least_layers = fit.first_layer + least_depths + bottom_margin;
@@ -147,59 +140,12 @@ Problem find_error_curve_problem(const Experiment& e) {
 }  // namespace
 
 Problem find_side_problem(const Experiment& e) {
-  if (!e.redrawn_beads.mu.empty()) {
-    const char* key = "figures.redrawn_beads.mu";
-    if (auto found = find_side_mu_problem(key, e.redrawn_beads.mu, false)) return found;
-    if (e.sampling.law != Law::granusolve) {
-      return problem(key,
-                     "only the law granusolve can keep the random numbers of a pile while its load changes, but "
-                     "sampling.law is {}; empty the list or change the law",
-                     name_of(e.sampling.law));
-    }
-    key = "figures.redrawn_beads.samples";
-    if (auto found = find_side_samples_problem(key, e.redrawn_beads.samples, e.response.blocks)) return found;
-  }
-  if (!e.counted_work.mu.empty()) {
-    if (auto found = find_side_mu_problem("figures.counted_work.mu", e.counted_work.mu, true)) return found;
-    const char* key = "figures.counted_work.sizes";
-    const std::vector<int>& sizes = e.counted_work.sizes;
-    if (sizes.size() < 3) return problem(key, "{} sizes show no law; give at least 3", sizes.size());
-    for (std::size_t k = 0; k < sizes.size(); ++k) {
-      if (k > 0 && sizes[k] <= sizes[k - 1]) {
-        return problem(key, "{} follows {}, but the list must ascend without repetition; sort it", sizes[k],
-                       sizes[k - 1]);
-      }
-      if (auto found =
-              find_lattice_problem(key, sizes[k], key, sizes[k], bottom_margin + 1, pile_memory(sizes[k], sizes[k])))
-        return found;
-    }
-    key = "figures.counted_work.samples";
-    if (auto found = find_side_samples_problem(key, e.counted_work.samples, counted_work_blocks)) return found;
-  }
-  if (!e.small_friction.mu.empty()) {
-    if (auto found = find_side_mu_problem("figures.small_friction.mu", e.small_friction.mu, false)) return found;
-    if (!(std::isfinite(e.small_friction.depth) && e.small_friction.depth >= 1 && e.small_friction.depth <= 1000)) {
-      return problem("figures.small_friction.depth",
-                     "{} saturation depths: above 1 only are the fluctuations of the forces saturated, and more than "
-                     "1000 show nothing new; give 1 to 1000 (4 is usual)",
-                     e.small_friction.depth);
-    }
-    for (const double mu : e.small_friction.mu) {
-      if (auto found = find_lattice_problem("figures.small_friction.columns", e.small_friction.columns,
-                                            "figures.small_friction.mu", e.small_friction.layers(mu), 2 * bottom_margin,
-                                            pile_memory(e.small_friction.columns, e.small_friction.layers(mu)))) {
-        return found;
-      }
-    }
-    const char* key = "figures.small_friction.samples";
-    if (auto found = find_side_samples_problem(key, e.small_friction.samples, e.response.blocks)) return found;
-  }
   if (!e.nonlinearity.mu.empty()) {
     if (auto found = find_nonlinearity_problem(e)) return found;
   }
   if (e.law_comparison.samples > 0) {
     const LawComparisonSpec& laws = e.law_comparison;
-    if (auto found = find_side_samples_problem("figures.law_comparison.samples", laws.samples, e.response.blocks)) {
+    if (auto found = find_samples_problem("figures.law_comparison.samples", laws.samples, e.response.blocks)) {
       return found;
     }
     if (!(laws.mu > 0 && laws.mu <= 0.6)) {
@@ -235,8 +181,8 @@ Problem find_side_problem(const Experiment& e) {
                      "the thrust of the law rejection is asked for, but figures.law_comparison.samples is 0, so that "
                      "there is no comparison to stand in; set both or neither");
     }
-    if (auto found = find_side_samples_problem("figures.law_comparison.exact_samples", e.law_comparison.exact_samples,
-                                               e.response.blocks)) {
+    if (auto found = find_samples_problem("figures.law_comparison.exact_samples", e.law_comparison.exact_samples,
+                                          e.response.blocks)) {
       return found;
     }
   }
@@ -258,29 +204,8 @@ Problem find_side_problem(const Experiment& e) {
                      sizes[i], i + 1);
     }
   }
-  if (e.stress.layers != 0) {
-    constexpr double most_beads = 2e7;  // held as a whole, some 100 bytes each
-    if (e.stress.layers < 2 || e.stress.columns < 4 ||
-        static_cast<double>(e.stress.layers) * e.stress.columns > most_beads) {
-      return problem("figures.stress.layers",
-                     "{} layers of {} beads: such a pile is held in memory as a whole; give at least 2 layers of 4 "
-                     "beads and at most {:g} beads, or 0 layers for no stress test",
-                     e.stress.layers, e.stress.columns, most_beads);
-    }
-  }
   if (e.error_against_time.repetitions != 0) {
     if (auto found = find_error_curve_problem(e)) return found;
-  }
-  if (e.chain_share.samples > 0) {
-    const char* key = "figures.chain_share.samples";
-    if (auto found = find_side_samples_problem(key, e.chain_share.samples, e.response.blocks)) return found;
-    const double z = Lattice::depth(e.force_chains.layers - 1);
-    if (e.force_chains.columns < 2 * (tan30 * z + chain_half_width)) {
-      return problem("scenes.force_chains.columns",
-                     "with {} columns the two rays of the response meet behind the ring above layer {}, so that "
-                     "figures.chain_share would count one for the other; give at least {} columns",
-                     e.force_chains.columns, e.force_chains.layers, std::ceil(2 * (tan30 * z + chain_half_width)));
-    }
   }
   return {};
 }

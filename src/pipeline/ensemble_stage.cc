@@ -279,6 +279,15 @@ std::vector<PlannedEnsemble> plan_ensembles(const Experiment& experiment, const 
   return planned;
 }
 
+PlannedEnsemble plan_ensemble(const StudyEnsemble& asked, const std::filesystem::path& run_folder) {
+  PlannedEnsemble planned;
+  planned.label = asked.label;
+  planned.spec = asked.spec;
+  planned.file = std::filesystem::path("ensembles") / (asked.file + ".h5");
+  look_for(planned, run_folder);
+  return planned;
+}
+
 std::optional<MeasuredEnsemble> reuse_ensemble(PlannedEnsemble& planned, const std::filesystem::path& run_folder) {
   if (!planned.reusable) return std::nullopt;
   try {

@@ -39,6 +39,9 @@ std::uint64_t expected_samples(const PlannedEnsemble& planned, const PrecisionSp
 /// precision is asked for, an ensemble begins with response.samples, or with what the folder holds of it already.
 std::vector<PlannedEnsemble> plan_ensembles(const Experiment& experiment, const std::filesystem::path& run_folder);
 
+/// One of the ensembles of a study.
+PlannedEnsemble plan_ensemble(const StudyEnsemble& asked, const std::filesystem::path& run_folder);
+
 /// When an ensemble that is being drawn is kept beside its place; nothing here changes a number.
 struct PartPolicy {
   double seconds = 20;  ///< at least from one part to the next

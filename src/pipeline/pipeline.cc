@@ -10,8 +10,8 @@
 #include <optional>
 
 #include "analysis/analyse.h"
+#include "analysis/claims.h"
 #include "analysis/precision.h"
-#include "analysis/stress.h"
 #include "ensemble/estimator.h"
 #include "experiment/experiment_file.h"
 #include "pipeline/ensemble_stage.h"
@@ -20,7 +20,6 @@
 #include "pipeline/run_folder.h"
 #include "pipeline/side_stage.h"
 #include "plot/bead_forces.h"
-#include "plot/counted_work.h"
 #include "plot/error_against_time.h"
 #include "plot/figure_words.h"
 #include "plot/gnuplot.h"
@@ -32,8 +31,6 @@
 #include "plot/propagation_and_thrust.h"
 #include "plot/response_profiles.h"
 #include "plot/scaling_with_friction.h"
-#include "plot/small_friction.h"
-#include "plot/stress.h"
 #include "plot/transport_with_depth.h"
 #include "render/gl_context.h"
 #include "report/manifest_json.h"
@@ -266,6 +263,31 @@ class Run {
                   beads, rounded_beads_));
   }
 
+  void measure_studies() {
+    for (const auto& study : studies_) {
+      if (!study->asked()) continue;
+      study->begin(experiment_, options_.threads);
+      for (const StudyEnsemble& one : study->ensembles(experiment_)) {
+        PlannedEnsemble planned = plan_ensemble(one, options_.folder);
+        const MeasuredEnsemble ensemble = obtain(planned);
+        if (needs(Stage::analyse)) timed("analyse", [&] { study->add(one, ensemble, drawing_seconds(planned)); });
+      }
+      if (needs(Stage::analyse)) timed(study->seconds() > 0 ? study->id() : "analyse", [&] { study->finish(); });
+    }
+  }
+
+  void judge_studies() {
+    for (const auto& study : studies_) {
+      for (Claim& claim : study->claims(experiment_.claims)) data_.analysis.claims.push_back(std::move(claim));
+      study->write_json(data_.studies);
+    }
+    for (const auto& study : studies_) {
+      if (!study->asked()) continue;
+      for (ReportPart& part : study->parts(data_.studies)) data_.parts.push_back(std::move(part));
+    }
+    expect_verdicts(data_.analysis.claims, experiment_.expected_verdicts);
+  }
+
   void sample_and_measure() {
     std::vector<MeasuredTransport> measured;
     for (PlannedEnsemble& planned : plan_ensembles(experiment_, options_.folder)) {
@@ -296,6 +318,7 @@ class Run {
       const MeasuredEnsemble ensemble = obtain(one.planned);
       if (needs(Stage::analyse)) timed("analyse", [&] { side.add(one, ensemble, drawing_seconds(one.planned)); });
     }
+    measure_studies();
     error_curve_seconds_ = side.error_curve_seconds();
     data_.law_seconds = side.law_seconds();
     if (reused_ > 0) {
@@ -303,14 +326,11 @@ class Run {
           fmt::format("{} of {} ensembles were already there and were not drawn again.", reused_, obtained_));
     }
     if (!needs(Stage::analyse)) return;
-    SideMeasurements beside = side.finish();
-    if (experiment_.stress.layers > 0) {
-      timed("stress", [&] { beside.stress = run_stress(experiment_.stress, experiment_.sampling.seed); });
-      say(options_.progress, "strained the sampler");
-    }
+    data_.side = side.finish();
     timed("analyse", [&] {
-      data_.analysis = analyse(std::move(measured), std::move(beside), experiment_.fit, experiment_.claims,
-                               experiment_.figures.profile_layers, experiment_.expected_verdicts);
+      data_.analysis =
+          analyse(std::move(measured), experiment_.fit, experiment_.claims, experiment_.figures.profile_layers);
+      judge_studies();
     });
     say(options_.progress, "fitted c, D and the exponents");
   }
@@ -414,15 +434,9 @@ class Run {
       if (figures.propagation_and_thrust) {
         add_figure([&] { return draw_propagation_and_thrust(clear, options_.folder); });
       }
-      const SideMeasurements& side = data_.analysis.side;
+      const SideMeasurements& side = data_.side;
       if (!side.nonlinearity.responses.empty()) {
         add_figure([&] { return draw_nonlinearity(side.nonlinearity, options_.folder); });
-      }
-      if (!side.counted_work.empty()) {
-        add_figure([&] { return draw_counted_work(side.counted_work, options_.folder); });
-      }
-      if (!side.small_friction.empty()) {
-        add_figure([&] { return draw_small_friction(data_.analysis, options_.folder); });
       }
       if (!side.laws.empty()) {
         add_figure([&] { return draw_law_comparison(side.laws, options_.folder); });
@@ -430,11 +444,13 @@ class Run {
       if (!side.law_costs.empty()) {
         add_figure([&] { return draw_law_cost(side.law_costs, options_.folder); });
       }
-      if (!side.stress.empty()) {
-        add_figure([&] { return draw_stress(side.stress, options_.folder); });
-      }
       if (!side.error_curves.empty()) {
         add_figure([&] { return draw_error_against_time(side.error_curves, error_curve_seconds_, options_.folder); });
+      }
+      for (const auto& study : studies_) {
+        for (const FigureDrawing& drawing : study->figures(data_.analysis)) {
+          add_figure([&] { return drawing(options_.folder); });
+        }
       }
     });
     note_version("gnuplot");
@@ -473,6 +489,7 @@ class Run {
   ReportData data_;
   Field field_;  ///< the mean response at figures.response_profiles.mu, for its picture
   std::optional<Transport> field_transport_;
+  Studies studies_ = experiment_.studies;  ///< with what they measure
   std::vector<double> error_curve_seconds_;
   std::vector<std::pair<std::string, std::string>> failures_;  ///< what could not be drawn, and why
   RunResult result_;

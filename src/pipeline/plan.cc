@@ -6,7 +6,6 @@
 #include <set>
 
 #include "analysis/precision.h"
-#include "analysis/stress.h"
 #include "ensemble/estimator.h"
 #include "ensemble/foretold_time.h"
 #include "experiment/experiment_check.h"
@@ -57,8 +56,7 @@ PlannedStep plan_growth(const Experiment& experiment, const RunOptions& options,
 }
 
 // By what runs on one core of a cloud machine took.
-constexpr double seconds_per_fitted_bead = 3e-7;    // each bead of a profile, in each block and in all together
-constexpr double seconds_per_strained_bead = 2e-7;  // drawn by itself and audited
+constexpr double seconds_per_fitted_bead = 3e-7;  // each bead of a profile, in each block and in all together
 constexpr double seconds_for_pictures = 0.4, seconds_for_figures = 1, seconds_for_report = 3;
 
 /// Fits of the profiles of one ensemble, in all and without each block.
@@ -66,10 +64,6 @@ double seconds_for_fits(const EnsembleSpec& spec) {
   if (!spec.record_profiles) return 0;
   return seconds_per_fitted_bead * static_cast<double>(recorded_layers(spec).size()) * (spec.response.blocks + 1) *
          spec.lattice.columns;
-}
-
-double seconds_for_stress(const StressSpec& spec) {
-  return seconds_per_strained_bead * static_cast<double>(stress_friction().size()) * spec.columns * spec.layers;
 }
 
 /// A single pile, of a law that may take long for it.
@@ -106,11 +100,12 @@ std::vector<PlannedStep> plan_run(const Experiment& experiment, const RunOptions
     };
     for (const PlannedEnsemble& planned : plan_ensembles(experiment, options.folder)) add(planned);
     for (const SideEnsemble& side : plan_side_ensembles(experiment, options.folder)) add(side.planned);
+    for (const StudyEnsemble& one : experiment.studies.ensembles(experiment)) add(plan_ensemble(one, options.folder));
   }
   if (needed.contains(Stage::analyse)) {
     steps.push_back({Stage::analyse, fmt::format("fits at {} friction coefficients", experiment.mu.size()), false, 0});
     steps.back().parallel_seconds = fits;
-    steps.back().serial_seconds = seconds_for_stress(experiment.stress);
+    for (const auto& study : experiment.studies) steps.back().serial_seconds += study->seconds();
   }
   if (needed.contains(Stage::render) && experiment.force_chains.draw) {
     steps.push_back({Stage::render, "force chains", false,
@@ -170,6 +165,7 @@ double memory_needed(const Experiment& experiment, int threads) {
   };
   for (const PlannedEnsemble& planned : plan_ensembles(experiment, {})) consider(planned);
   for (const SideEnsemble& side : plan_side_ensembles(experiment, {})) consider(side.planned);
+  for (const StudyEnsemble& one : experiment.studies.ensembles(experiment)) consider(plan_ensemble(one, {}));
   return drawing * threads + estimate_memory(experiment);
 }
 

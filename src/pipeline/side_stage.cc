@@ -6,12 +6,9 @@
 #include <cmath>
 #include <numeric>
 
-#include "analysis/chain_share.h"
-#include "analysis/counted_work.h"
 #include "analysis/error_curve.h"
 #include "analysis/exact_thrust.h"
 #include "analysis/law_comparison.h"
-#include "analysis/redrawn_beads.h"
 #include "experiment/experiment_check.h"
 #include "support/number_format.h"
 
@@ -25,12 +22,6 @@ class Planner {
       : experiment_(experiment), run_folder_(run_folder) {}
 
   std::vector<SideEnsemble> plan() {
-    for (const double mu : experiment_.small_friction.mu) add_small_friction(mu);
-    if (experiment_.chain_share.samples > 0) add_chain_share();
-    for (const double mu : experiment_.redrawn_beads.mu) add_redrawn_beads(mu);
-    for (const double mu : experiment_.counted_work.mu) {
-      for (const int size : experiment_.counted_work.sizes) add_counted_work(mu, size);
-    }
     if (experiment_.law_comparison.samples > 0) add_laws();
     if (experiment_.law_comparison.response_samples > 0) add_law_responses();
     for (const double mu : experiment_.law_comparison.exact_mu) {
@@ -190,8 +181,8 @@ class Planner {
 
   /// Counted, not measured: few blocks, and piles that eloy-clement still finishes.
   void add_law_cost(Law law, double mu, int size) {
-    EnsembleSpec spec = uniform_piles(law, mu, {size, size}, group_size * counted_work_blocks);
-    spec.response.blocks = counted_work_blocks;
+    EnsembleSpec spec = uniform_piles(law, mu, {size, size}, group_size * 8);
+    spec.response.blocks = 8;
     add(SideKind::law_cost, fmt::format("work of {}, mu = {}, {} x {}", name_of(law), mu, size, size),
         fmt::format("law-cost-{}-mu-{}-{}x{}", name_of(law), exact(mu), size, size), spec);
   }
@@ -218,43 +209,6 @@ class Planner {
     const std::string which = law_in_file_name(law, lambda, rules);
     add(SideKind::law_comparison, fmt::format("law {}, {} x {}", which, lattice.columns, lattice.layers),
         fmt::format("law-{}-{}x{}", which, lattice.columns, lattice.layers), spec);
-  }
-
-  void add_small_friction(double mu) {
-    const SmallFrictionSpec& asked = experiment_.small_friction;
-    EnsembleSpec spec = spec_at(mu, {asked.columns, asked.layers(mu)}, asked.samples);
-    spec.load = Load::uniform;
-    spec.layers = thrust_layers(spec.lattice.layers);
-    spec.record_profiles = false;
-    add(SideKind::small_friction, fmt::format("small friction, mu = {}", mu),
-        fmt::format("small-friction-mu-{}", exact(mu)), spec);
-  }
-
-  void add_chain_share() {
-    const ForceChainSpec& chains = experiment_.force_chains;
-    EnsembleSpec spec = spec_at(chains.mu, {chains.columns, chains.computed_layers()}, experiment_.chain_share.samples);
-    spec.layers = chain_layers(chains.layers);
-    add(SideKind::chain_share, fmt::format("share along the rays, mu = {}", chains.mu), "chain-share", spec);
-  }
-
-  void add_redrawn_beads(double mu) {
-    EnsembleSpec spec = spec_at(mu, experiment_.lattice, experiment_.redrawn_beads.samples);
-    spec.response.estimator = EstimatorName::paired;
-    spec.layers.resize(static_cast<std::size_t>(Lattice(spec.lattice).usable_layers()));
-    std::iota(spec.layers.begin(), spec.layers.end(), 0);
-    spec.record_profiles = false;
-    add(SideKind::redrawn_beads, fmt::format("redrawn beads, mu = {}", mu),
-        fmt::format("redrawn-beads-mu-{}", exact(mu)), spec);
-  }
-
-  void add_counted_work(double mu, int size) {
-    EnsembleSpec spec = spec_at(mu, {size, size}, experiment_.counted_work.samples);
-    spec.load = Load::uniform;
-    spec.response.blocks = counted_work_blocks;
-    spec.layers = {size - bottom_margin - 1};  // nothing is measured; the ensemble is drawn to be counted
-    spec.record_profiles = false;
-    add(SideKind::counted_work, fmt::format("counted work, mu = {}, {} x {}", mu, size, size),
-        fmt::format("counted-work-mu-{}-{}x{}", exact(mu), size, size), spec);
   }
 
   EnsembleSpec spec_at(double mu, LatticeSpec lattice, std::uint64_t samples) const {
@@ -289,16 +243,6 @@ std::vector<SideEnsemble> plan_side_ensembles(const Experiment& experiment, cons
 
 void SideMeasurer::add(const SideEnsemble& side, const MeasuredEnsemble& ensemble, double seconds) {
   switch (side.kind) {
-    case SideKind::redrawn_beads:
-      measured_.redrawn_beads.push_back(measure_redrawn_beads(ensemble));
-      break;
-    case SideKind::counted_work:
-      measured_.counted_work.push_back(counted_work(ensemble));
-      break;
-    case SideKind::small_friction:
-      small_friction_.push_back(measure_small_friction(ensemble));
-      measured_.small_friction.push_back(small_friction_.back().result);
-      break;
     case SideKind::law_comparison:
       measured_.laws.push_back(measure_law(ensemble));
       law_seconds_.push_back(seconds);
@@ -320,14 +264,10 @@ void SideMeasurer::add(const SideEnsemble& side, const MeasuredEnsemble& ensembl
       measured_.error_curves.push_back(measure_error_curve(ensemble, threads_));
       error_curve_seconds_.push_back(seconds);
       break;
-    case SideKind::chain_share:
-      measured_.chain_share.push_back(measure_chain_share(ensemble));
-      break;
   }
 }
 
 SideMeasurements SideMeasurer::finish() {
-  measured_.small_friction_scaling = fit_small_friction(small_friction_);
   measured_.nonlinearity = nonlinearity_.finish();
   set_shifts(measured_.error_curves);
   return std::move(measured_);

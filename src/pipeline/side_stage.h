@@ -4,25 +4,13 @@
 
 #include "analysis/nonlinearity.h"
 #include "analysis/side_measurements.h"
-#include "analysis/small_friction.h"
 #include "experiment/experiment.h"
 #include "pipeline/ensemble_stage.h"
 
 namespace granuscope {
 
 /// What a side measurement is for.
-enum class SideKind {
-  redrawn_beads,
-  counted_work,
-  small_friction,
-  chain_share,
-  law_comparison,
-  law_response,
-  exact_thrust,
-  law_cost,
-  nonlinearity,
-  error_curve
-};
+enum class SideKind { law_comparison, law_response, exact_thrust, law_cost, nonlinearity, error_curve };
 
 /// One small ensemble beside the main ones.
 struct SideEnsemble {
@@ -49,7 +37,6 @@ class SideMeasurer {
 
  private:
   SideMeasurements measured_;
-  std::vector<MeasuredSmallFriction> small_friction_;
   int threads_;
   NonlinearityMeasurer nonlinearity_;
   std::vector<double> error_curve_seconds_, law_seconds_;

@@ -149,7 +149,7 @@ Figure draw_bead_forces(const Pile& pile, const BeadForcesSpec& spec, const std:
 
   PlotPlan plan;
   plan.id = figure_id;
-  plan.script = "bead_forces";
+  plan.script = "plot/bead_forces";
   plan.height = 3.05;
   plan.data[fmt::format("{}-contacts.csv", figure_id)] = table.text();
   plan.data[fmt::format("{}-beads.csv", figure_id)] = surrounding_beads();

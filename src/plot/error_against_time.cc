@@ -116,7 +116,7 @@ Figure draw_error_against_time(const std::vector<ErrorCurve>& curves, const std:
   const bool timed = std::all_of(seconds.begin(), seconds.end(), [](double s) { return std::isfinite(s) && s > 0; });
   PlotPlan plan;
   plan.id = figure_id;
-  plan.script = "error_against_time";
+  plan.script = "plot/error_against_time";
   plan.height = 3.5;
   Panel panels[2];
   std::vector<std::string> titles, slopes_c, slopes_D, floors, missing, gains;

@@ -35,7 +35,7 @@ std::string name_in_words(const LawOnPiles& one) {
 Figure draw_law_comparison(const std::vector<LawOnPiles>& laws, const std::filesystem::path& run_folder) {
   PlotPlan plan;
   plan.id = figure_id;
-  plan.script = "law_comparison";
+  plan.script = "plot/law_comparison";
   plan.height = 5;
   std::vector<std::string> curves, titles, mended, failed;
   Range layers, alphas;

@@ -58,7 +58,7 @@ Figure draw_law_cost(const std::vector<LawOnPiles>& costs, const std::filesystem
   }
   PlotPlan plan;
   plan.id = figure_id;
-  plan.script = "law_cost";
+  plan.script = "plot/law_cost";
   plan.height = 3;
   std::vector<std::string> curves, titles;
   std::map<std::string, std::vector<std::string>> growth;  // of each law

@@ -109,7 +109,7 @@ Figure draw_nonlinearity(const Nonlinearity& measured, const std::filesystem::pa
   }
   PlotPlan plan;
   plan.id = figure_id;
-  plan.script = "nonlinearity";
+  plan.script = "plot/nonlinearity";
   plan.height = 3.0;
   Panels panels;
   panels.D.add(0);

@@ -12,7 +12,7 @@ namespace granuscope {
 namespace {
 
 std::string plot_template(const std::string& name) {
-  return std::string(template_file(fmt::format("plot/{}.gp.mustache", name)));
+  return std::string(template_file(fmt::format("{}.gp.mustache", name)));
 }
 
 /// Colours the script does not use are no mistake; every other gap must be asked for.
@@ -35,10 +35,10 @@ Figure draw_plot(const PlotPlan& plan, const Gaps& gaps, const std::filesystem::
   const std::string height = exact(plan.height);
   Gaps all = gaps;
   all["stem"] = plan.id;
-  all["begin_pass"] = fill_in(plot_template("begin_pass"),
+  all["begin_pass"] = fill_in(plot_template("plot/begin_pass"),
                               {{"stem", plan.id}, {"width", exact(plot_width_inches)}, {"height", height}});
-  all["key_panel"] = plot_template("key_panel");
-  all["end_of_pass"] = plot_template("end_of_pass");
+  all["key_panel"] = plot_template("plot/key_panel");
+  all["end_of_pass"] = plot_template("plot/end_of_pass");
   add_colours_used(all, script_template);
 
   GnuplotJob job;

@@ -13,10 +13,10 @@ inline constexpr double plot_width_inches = 6.69;
 
 /// A figure as it is being made: its id, the size of its drawing, and the data files it reads.
 struct PlotPlan {
-  std::string id;                           ///< "response-profiles": stem of all its files
-  std::string script;                       ///< script template below templates/plot/, without .gp.mustache
-  double height = 3;                        ///< inches; every plot is as wide as the text of the printed report
-  int curves = 0;                           ///< plot elements the script draws
+  std::string id;      ///< "response-profiles": stem of all its files
+  std::string script;  ///< "plot/response_profiles": script template below templates/, without .gp.mustache
+  double height = 3;   ///< inches; every plot is as wide as the text of the printed report
+  int curves = 0;      ///< plot elements the script draws
   std::map<std::string, std::string> data;  ///< file name -> CSV
 };
 
@@ -26,7 +26,7 @@ struct PlotPlan {
 /// to be lost for it.
 Figure draw_plot(const PlotPlan& plan, const Gaps& gaps, const std::filesystem::path& run_folder);
 
-/// A part of a script that several figures share, with the colours it names: templates/plot/<name>.gp.mustache.
+/// A part of a script that several figures share, with the colours it names: templates/<name>.gp.mustache.
 std::string fill_script_part(const std::string& name, Gaps gaps);
 
 }  // namespace granuscope

@@ -252,7 +252,7 @@ PowerLawPanelScript add_power_law_panel(PlotPlan& plan, const PowerLawPanel& wan
   gaps["ratios"] = yes(any_ratio);
   gaps["no_ratios"] = yes(!any_ratio);
   if (any_ratio) ++plan.curves;  // the line at 1
-  script.text = fill_script_part("power_law_panel", gaps);
+  script.text = fill_script_part("plot/power_law_panel", gaps);
   return script;
 }
 

@@ -148,7 +148,7 @@ Figure draw_propagation_against_diffusion(const Analysis& analysis, const std::f
   }
   PlotPlan plan;
   plan.id = figure_id;
-  plan.script = "propagation_against_diffusion";
+  plan.script = "plot/propagation_against_diffusion";
   plan.height = figure_height;
   plan.data[fmt::format("{}-points.csv", figure_id)] = table.text();
   plan.curves = 2;  // the points and the line at c0

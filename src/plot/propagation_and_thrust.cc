@@ -74,7 +74,7 @@ Figure draw_propagation_and_thrust(const Analysis& analysis, const std::filesyst
 
   PlotPlan plan;
   plan.id = figure_id;
-  plan.script = "propagation_and_thrust";
+  plan.script = "plot/propagation_and_thrust";
   plan.height = 2.4;
   plan.data[std::string(figure_id) + ".csv"] = table.text();
   plan.curves = 5;

@@ -222,7 +222,7 @@ Figure draw_response_profiles(const std::vector<Transport>& results, const Respo
 
   PlotPlan plan;
   plan.id = figure_id;
-  plan.script = "response_profiles";
+  plan.script = "plot/response_profiles";
   const double rows = std::ceil(static_cast<double>(panels.size()) / 2);
   plan.height = detailed ? 5.0 : 0.3 + std::min(2.9, 9.0 / rows) * rows;
   for (const Panel& panel : panels) {

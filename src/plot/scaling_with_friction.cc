@@ -116,7 +116,7 @@ Figure draw_scaling_with_friction(const Analysis& analysis, const std::filesyste
 
   PlotPlan plan;
   plan.id = figure_id;
-  plan.script = "scaling_with_friction";
+  plan.script = "plot/scaling_with_friction";
   plan.height = 3.3;
   const PowerLawPanelScript left = add_power_law_panel(plan, D);
   const PowerLawPanelScript right = add_power_law_panel(plan, c);

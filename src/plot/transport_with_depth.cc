@@ -324,7 +324,7 @@ Figure draw_transport_with_depth(const Analysis& analysis, const TransportWithDe
 
   Draft draft;
   draft.plan.id = figure_id;
-  draft.plan.script = "transport_with_depth";
+  draft.plan.script = "plot/transport_with_depth";
   draft.plan.height = 6.3;
   set_both(draft, "mu", caption_number(result->mu()));
   draft.words["mu_differs"] = result->mu() == spec.mu ? "" : caption_number(spec.mu);

@@ -25,4 +25,11 @@ Json to_json(const Estimate& estimate) {
   return json;
 }
 
+Json to_json(const ThrustAtDepth& depth) {
+  return {{"layer", depth.layer},
+          {"z", depth.z},
+          {"thrust_ratio", to_json(depth.thrust_ratio)},
+          {"weight_variance", to_json(depth.weight_variance)}};
+}
+
 }  // namespace granuscope

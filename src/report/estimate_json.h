@@ -3,6 +3,7 @@
 #include <string>
 
 #include "analysis/estimate.h"
+#include "analysis/thrust_at_depth.h"
 
 namespace granuscope {
 
@@ -14,5 +15,8 @@ std::string stated(const std::string& reason);
 
 /// {"value", "stderr"}, or nulls beside a "reason".
 nlohmann::ordered_json to_json(const Estimate& estimate);
+
+/// {"layer", "z", "thrust_ratio", "weight_variance"}.
+nlohmann::ordered_json to_json(const ThrustAtDepth& depth);
 
 }  // namespace granuscope

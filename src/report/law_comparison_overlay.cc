@@ -17,7 +17,7 @@ bool some_rules(const Json& one) { return one.contains("mending_rules") && one.a
 
 /// Nanoseconds of wall time for each bead of the piles begun; no part of summary.json, which holds no times.
 std::string time_per_bead(const ReportData& data, std::size_t i) {
-  const LawOnPiles& one = data.analysis.side.laws[i];
+  const LawOnPiles& one = data.side.laws[i];
   const double piles = static_cast<double>(one.samples + one.failed);
   if (i >= data.law_seconds.size() || !std::isfinite(data.law_seconds[i]) || piles == 0) return "not known";
   return significant(1e9 * data.law_seconds[i] / (piles * one.spec.lattice.columns * one.spec.lattice.layers), 2);

@@ -1,10 +1,12 @@
 #pragma once
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "analysis/results.h"
+#include "analysis/side_measurements.h"
 #include "plot/figure.h"
 #include "report/report_part.h"
 #include "support/provenance.h"
@@ -31,8 +33,10 @@ struct ReportData {
   /// The same for the other laws that the run compares with it, each with its name.
   std::vector<std::pair<std::string, std::vector<std::string>>> other_laws_in_words;
   Analysis analysis;
-  std::vector<Figure> figures;    ///< in reading order
-  std::vector<ReportPart> parts;  ///< in reading order of each place
+  SideMeasurements side;
+  nlohmann::ordered_json studies = nlohmann::ordered_json::object();  ///< their results: "side" of summary.json
+  std::vector<Figure> figures;                                        ///< in reading order
+  std::vector<ReportPart> parts;                                      ///< in reading order of each place
   Provenance provenance;
   std::vector<std::pair<std::string, std::string>> environment;  ///< GL renderer, gnuplot, WeasyPrint versions
   std::vector<StageTiming> timings;

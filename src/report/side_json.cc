@@ -9,37 +9,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json to_json(const RedrawnBeads& redrawn) {
-  return {{"mu", redrawn.spec.sampler.mu},
-          {"columns", redrawn.spec.lattice.columns},
-          {"layers", redrawn.spec.lattice.layers},
-          {"overload", redrawn.spec.response.overload},
-          {"samples", redrawn.samples},
-          {"failed", redrawn.failed},
-          {"whole_pile", granuscope::to_json(redrawn.whole_pile)},
-          {"below_overload", granuscope::to_json(redrawn.below_overload)}};
-}
-
-Json to_json(const CountedWork& work) {
-  Json json = {{"mu", work.spec.sampler.mu},
-               {"columns", work.spec.lattice.columns},
-               {"layers", work.spec.lattice.layers},
-               {"samples", work.samples},
-               {"failed", work.failed},
-               {"draws_per_bead", finite_or_null(work.draws_per_bead)},
-               {"mended_per_bead", finite_or_null(work.mended_per_bead)},
-               {"climbed_per_bead", finite_or_null(work.climbed_per_bead)}};
-  if (json["draws_per_bead"].is_null()) json["reason"] = "no pile was completed";
-  return json;
-}
-
-Json to_json(const ThrustAtDepth& depth) {
-  return {{"layer", depth.layer},
-          {"z", depth.z},
-          {"thrust_ratio", granuscope::to_json(depth.thrust_ratio)},
-          {"weight_variance", granuscope::to_json(depth.weight_variance)}};
-}
-
 Json to_json(const ErrorPoint& point) {
   return {{"samples", point.samples},
           {"repetitions", point.repetitions},
@@ -48,16 +17,11 @@ Json to_json(const ErrorPoint& point) {
 }
 
 Json to_json(const ErrorCurve& curve);
-Json to_json(const SmallFriction& small);
-Json to_json(const ChainShareAtDepth& depth);
-Json to_json(const ChainShare& share);
 Json to_json(const LawOnPiles& one);
 Json to_json(const LawResponse& one);
 Json to_json(const ExactThrust& one);
 Json to_json(const LoadResponse& one);
 Json to_json(const LoadExponents& one);
-Json to_json(const ResidualAtDepth& range);
-Json to_json(const StressTrial& trial);
 
 template <typename Item>
 Json list_of(const std::vector<Item>& items) {
@@ -84,26 +48,6 @@ Json to_json(const ErrorCurve& curve) {
                    {"slope_c", granuscope::to_json(curve.slope_c)},
                    {"slope_D", granuscope::to_json(curve.slope_D)}});
   return json;
-}
-
-Json to_json(const SmallFriction& small) {
-  return {{"mu", small.spec.sampler.mu},
-          {"columns", small.spec.lattice.columns},
-          {"layers", small.spec.lattice.layers},
-          {"samples", small.samples},
-          {"depth_over_saturation", small.depth_over_saturation},
-          {"window_layers", {small.first_layer, small.last_layer}},
-          {"alpha_thrust", granuscope::to_json(small.alpha_thrust)},
-          {"c_thrust", granuscope::to_json(small.c_thrust)},
-          {"c0_minus_c_thrust", granuscope::to_json(small.c0_minus_c)},
-          {"depths", list_of(small.depths)}};
-}
-
-Json to_json(const ChainShareAtDepth& depth) {
-  return {{"layer", depth.layer},
-          {"z", depth.z},
-          {"share", granuscope::to_json(depth.share)},
-          {"even_share", depth.even_share}};
 }
 
 /// Which law, and how its chains ran.
@@ -170,19 +114,6 @@ Json to_json(const ExactThrust& one) {
           {"alpha_of_last_layer", granuscope::to_json(one.alpha_of_last_layer)}};
 }
 
-Json to_json(const ChainShare& share) {
-  return {{"mu", share.spec.sampler.mu},
-          {"columns", share.spec.lattice.columns},
-          {"layers", share.layers},
-          {"overload", share.spec.response.overload},
-          {"samples", share.samples},
-          {"half_width", share.half_width},
-          {"c", granuscope::to_json(share.c)},
-          {"share", granuscope::to_json(share.share)},
-          {"even_share", share.even_share},
-          {"depths", list_of(share.depths)}};
-}
-
 Json to_json(const LoadResponse& one) {
   return {{"mu", one.spec.sampler.mu},
           {"estimator", one.uniform() ? name_of(one.spec.load) : name_of(one.spec.response.estimator)},
@@ -214,47 +145,16 @@ Json to_json(const LoadExponents& one) {
           {"gamma_minus_linear", granuscope::to_json(one.gamma_shift)}};
 }
 
-Json to_json(const ResidualAtDepth& range) {
-  return {{"layers", {range.first_layer, range.last_layer}}, {"residual", range.residual}};
-}
-
-Json to_json(const StressTrial& trial) {
-  Json json = {{"mu", trial.mu},
-               {"columns", trial.columns},
-               {"layers", trial.layers},
-               {"load", trial.load},
-               {"outcome", trial.outcome}};
-  if (trial.outcome != "solved") {
-    json["reason"] = trial.reason;
-    return json;
-  }
-  json["residual"] = trial.residual;
-  json["rounded_per_bead"] = trial.rounded_per_bead;
-  json["depths"] = list_of(trial.depths);
-  return json;
-}
-
 }  // namespace
 
 Json to_json(const SideMeasurements& side) {
   Json json;
-  json["redrawn_beads"] = list_of(side.redrawn_beads);
-  json["counted_work"] = list_of(side.counted_work);
-  json["small_friction"] = list_of(side.small_friction);
-  if (!side.small_friction.empty()) {
-    Json scaling = granuscope::to_json(side.small_friction_scaling.exponent);
-    scaling["window"] = side.small_friction_scaling.window;
-    scaling["points"] = side.small_friction_scaling.points;
-    json["small_friction_exponent"] = scaling;
-  }
-  json["chain_share"] = list_of(side.chain_share);
   json["laws"] = list_of(side.laws);
   json["law_responses"] = list_of(side.law_responses);
   json["exact_thrusts"] = list_of(side.exact_thrusts);
   json["law_costs"] = list_of(side.law_costs);
   json["nonlinearity"]["responses"] = list_of(side.nonlinearity.responses);
   json["nonlinearity"]["exponents"] = list_of(side.nonlinearity.exponents);
-  json["stress"] = list_of(side.stress);
   json["error_curves"] = list_of(side.error_curves);
   return json;
 }

@@ -223,7 +223,8 @@ std::string summary_json(const ReportData& data) {
   json["scaling"]["neighbouring_windows"] = list_of(data.analysis.neighbours);
   json["scaling"]["other_windows"] = list_of(data.analysis.other_windows);
   json["scaling"]["by_ratio"] = list_of(data.analysis.by_ratio);
-  json["side"] = to_json(data.analysis.side);
+  json["side"] = to_json(data.side);
+  json["side"].update(data.studies);
   json["claims"] = list_of(data.analysis.claims);
   json["figures"] = list_of(data.figures);
   clean_strings(json);

@@ -126,7 +126,7 @@ TEST_CASE("points that follow no power law are told beside the exponent") {
   fits.beta.scatter = {32.1, 2, 4, {}};
   fits.gamma = exponent(1.0, 0.01);
   fits.gamma.scatter = {9.9, 2, 4, {}};  // 2 + 4 sqrt(4) = 10 is the limit
-  const std::vector<Claim> claims = judge_claims(with(fits), {}, {}, {});
+  const std::vector<Claim> claims = judge_claims(with(fits), {}, {});
   CHECK(claim(claims, "D-of-mu").remarks.find("power law is 32.1 on 2 degrees of freedom") != std::string::npos);
   CHECK(claim(claims, "c-of-mu").remarks.find("single power") == std::string::npos);
 }
@@ -172,7 +172,8 @@ TEST_CASE("results without scatter, unknown ones and impossible logarithms take 
 
 TEST_CASE("claims follow the stated rule") {
   ScalingFits fits{exponent(2.45, 0.06), exponent(1.7, 0.05), exponent(0.68, 0.02)};
-  auto claims = judge_claims(with(fits), {}, {}, {{"D-of-mu", "reproduced"}});
+  auto claims = judge_claims(with(fits), {}, {});
+  expect_verdicts(claims, {{"D-of-mu", "reproduced"}});
   CHECK(claim(claims, "D-of-mu").verdict == "reproduced");
   CHECK(claim(claims, "D-of-mu").expected == "reproduced");
   CHECK(claim(claims, "D-of-mu").z_score == Approx((2.45 - 2.5) / std::hypot(0.06, 0.05)));
@@ -181,13 +182,13 @@ TEST_CASE("claims follow the stated rule") {
   CHECK(claim(claims, "frictionless").verdict == "undetermined");
   // 20 % of 2.5 is 0.5: an error above 0.5/3 cannot exclude it, whatever the value.
   fits.beta = exponent(2.5, 0.17);
-  CHECK(claim(judge_claims(with(fits), {}, {}, {}), "D-of-mu").verdict == "undetermined");
+  CHECK(claim(judge_claims(with(fits), {}, {}), "D-of-mu").verdict == "undetermined");
   fits.beta = exponent(3.2, 0.15);
-  CHECK(claim(judge_claims(with(fits), {}, {}, {}), "D-of-mu").verdict == "not reproduced");
+  CHECK(claim(judge_claims(with(fits), {}, {}), "D-of-mu").verdict == "not reproduced");
   fits.beta.exponent = Estimate{};
   fits.beta.exponent.reason = "nothing was measured";
-  CHECK(claim(judge_claims(with(fits), {}, {}, {}), "D-of-mu").verdict == "undetermined");
-  CHECK(claim(judge_claims(with(fits), {}, {}, {}), "D-of-mu").explanation.find("nothing was measured") !=
+  CHECK(claim(judge_claims(with(fits), {}, {}), "D-of-mu").verdict == "undetermined");
+  CHECK(claim(judge_claims(with(fits), {}, {}), "D-of-mu").explanation.find("nothing was measured") !=
         std::string::npos);
 }
 
@@ -199,10 +200,10 @@ TEST_CASE("the frictionless claim holds to rounding and no further") {
   t.c.standard_error = 0;
   t.D.value = 0;
   t.D.standard_error = 0;
-  CHECK(claim(judge_claims(with(t), {}, {}, {}), "frictionless").verdict == "reproduced");
+  CHECK(claim(judge_claims(with(t), {}, {}), "frictionless").verdict == "reproduced");
   t.D.value = 1e-9;
-  CHECK(claim(judge_claims(with(t), {}, {}, {}), "frictionless").verdict == "not reproduced");
+  CHECK(claim(judge_claims(with(t), {}, {}), "frictionless").verdict == "not reproduced");
   t.D.value = 0;
   t.exact = false;
-  CHECK(claim(judge_claims(with(t), {}, {}, {}), "frictionless").verdict == "not reproduced");
+  CHECK(claim(judge_claims(with(t), {}, {}), "frictionless").verdict == "not reproduced");
 }

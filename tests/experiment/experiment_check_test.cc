@@ -7,6 +7,7 @@
 #include <string>
 
 #include "experiment/experiment_file.h"
+#include "kit/set_key.h"
 #include "support/error.h"
 
 using namespace granuscope;
@@ -318,36 +319,40 @@ TEST_CASE("Responses under the laws that could not be measured are refused") {
 
 TEST_CASE("Side measurements that could not be made are refused before anything is drawn") {
   CHECK(problem_after([](Experiment& e) {
-          e.redrawn_beads.mu = {0.1, 0.3};
-          e.counted_work.mu = {0.0, 1.7};
-          e.small_friction.mu = {0.02, 0.1};
-          e.chain_share.samples = 512;
+          set_key(e, "figures.redrawn_beads.mu", numbers({0.1, 0.3}));
+          set_key(e, "figures.counted_work.mu", numbers({0.0, 1.7}));
+          set_key(e, "figures.small_friction.mu", numbers({0.02, 0.1}));
+          set_key(e, "figures.chain_share.samples", std::int64_t{512});
         }) == "(none)");
   CHECK_THAT(problem_after([](Experiment& e) {
-               e.redrawn_beads.mu = {0.0, 0.1};
+               set_key(e, "figures.redrawn_beads.mu", numbers({0.0, 0.1}));
              }),
-             Contains("figures.redrawn_beads.mu: at mu = 0 nothing is random"));
-  CHECK_THAT(problem_after([](Experiment& e) { e.small_friction.mu = {-0.1}; }),
+             Contains("figures.redrawn_beads.mu: 0") && Contains("nothing is random"));
+  CHECK_THAT(problem_after([](Experiment& e) { set_key(e, "figures.small_friction.mu", numbers({-0.1})); }),
              Contains("figures.small_friction.mu: -0.1"));
-  CHECK_THAT(problem_after([](Experiment& e) { e.counted_work.mu = {0.3, 0.3}; }), Contains("must ascend"));
   CHECK_THAT(problem_after([](Experiment& e) {
-               e.counted_work = {{0.3}, {100, 200}, 64};
+               set_key(e, "figures.counted_work.mu", numbers({0.3, 0.3}));
              }),
-             Contains("figures.counted_work.sizes: 2 sizes show no law"));
+             Contains("must ascend"));
   CHECK_THAT(problem_after([](Experiment& e) {
-               e.counted_work = {{0.3}, {100, 200, 400}, 63};
+               set_key(e, "figures.counted_work.sizes", whole_numbers({100, 200}));
+             }),
+             Contains("figures.counted_work.sizes: 2 values"));
+  CHECK_THAT(problem_after([](Experiment& e) {
+               set_key(e, "figures.counted_work.mu", numbers({0.3}));
+               set_key(e, "figures.counted_work.samples", std::int64_t{63});
              }),
              Contains("figures.counted_work.samples: 63 samples in 8 blocks"));
   // 0.6/mu^2 = 6e9 layers at mu = 1e-5: the pile is refused with the memory it would need.
-  CHECK_THAT(problem_after([](Experiment& e) { e.small_friction.mu = {1e-5}; }),
+  CHECK_THAT(problem_after([](Experiment& e) { set_key(e, "figures.small_friction.mu", numbers({1e-5})); }),
              Contains("figures.small_friction.mu: ") && Contains("TB of memory"));
   CHECK_THAT(problem_after([](Experiment& e) {
-               e.small_friction.mu = {0.1};
-               e.small_friction.depth = not_a_number;
+               set_key(e, "figures.small_friction.mu", numbers({0.1}));
+               set_key(e, "figures.small_friction.depth", not_a_number);
              }),
              Contains("figures.small_friction.depth: "));
   CHECK_THAT(problem_after([](Experiment& e) {
-               e.chain_share.samples = 512;
+               set_key(e, "figures.chain_share.samples", std::int64_t{512});
                e.force_chains.columns = 60;
              }),
              Contains("scenes.force_chains.columns: with 60 columns the two rays") && Contains("at least 66 columns"));

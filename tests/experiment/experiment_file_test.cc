@@ -9,6 +9,7 @@
 #include <string>
 
 #include "experiment/experiment_keys.h"
+#include "kit/set_key.h"
 #include "kit/temporary_folder.h"
 #include "support/error.h"
 
@@ -27,10 +28,11 @@ std::string refusal(const std::string& text) {
   return "(accepted)";
 }
 
-void require_equal(const Experiment& a, const Experiment& b) {
-  for (const ExperimentKey& key : experiment_keys()) {
-    INFO(key.path());
-    CHECK(key.get(a) == key.get(b));
+void require_equal(Experiment a, Experiment b) {
+  const std::vector<Key> keys = keys_of(a), others = keys_of(b);
+  for (std::size_t k = 0; k < keys.size(); ++k) {
+    INFO(keys[k].path());
+    CHECK(keys[k].get() == others[k].get());
   }
   CHECK(a.expected_verdicts == b.expected_verdicts);
 }
@@ -67,10 +69,16 @@ Experiment unusual_experiment() {
   e.figures.profile_layers = {40, 90, 222};
   e.figures.transport_with_depth = false;
   e.figures.propagation_against_diffusion = false;
-  e.redrawn_beads = {.mu = {0.15, 0.3}, .samples = 555};
-  e.counted_work = {.mu = {0.0, 1.6}, .sizes = {30, 60, 90, 120}, .samples = 72};
-  e.small_friction = {.mu = {0.05, 0.1}, .columns = 48, .depth = 6.5, .samples = 520};
-  e.chain_share.samples = 640;
+  set_key(e, "figures.redrawn_beads.mu", numbers({0.15, 0.3}));
+  set_key(e, "figures.redrawn_beads.samples", std::int64_t{555});
+  set_key(e, "figures.counted_work.mu", numbers({0.0, 1.6}));
+  set_key(e, "figures.counted_work.sizes", whole_numbers({30, 60, 90, 120}));
+  set_key(e, "figures.counted_work.samples", std::int64_t{72});
+  set_key(e, "figures.small_friction.mu", numbers({0.05, 0.1}));
+  set_key(e, "figures.small_friction.columns", std::int64_t{48});
+  set_key(e, "figures.small_friction.depth", 6.5);
+  set_key(e, "figures.small_friction.samples", std::int64_t{520});
+  set_key(e, "figures.chain_share.samples", std::int64_t{640});
   e.law_comparison = {.mu = 0.25,
                       .columns = 8,
                       .layers = 20,
@@ -84,7 +92,8 @@ Experiment unusual_experiment() {
                       .response_thinning = 50,
                       .exact_mu = {0.15, 0.2},
                       .exact_samples = 1024};
-  e.stress = {.layers = 400, .columns = 24};
+  set_key(e, "figures.stress.layers", std::int64_t{400});
+  set_key(e, "figures.stress.columns", std::int64_t{24});
   e.sampling.rules = MendingRules::no_arcs;
   e.error_against_time = {.repetitions = 24, .mu = 0.25, .columns = 300, .layers = 150};
   e.nonlinearity = {.mu = {0.1, 0.2},
@@ -131,14 +140,17 @@ TEST_CASE("The unusual experiment exercises every key") {
   // Guards the test above: a key it leaves at its default would not be tested.
   const Experiment unusual = unusual_experiment();
   const Experiment usual;
-  for (const ExperimentKey& key : experiment_keys()) {
+  Experiment one = unusual, other = usual;
+  const std::vector<Key> keys = keys_of(one), others = keys_of(other);
+  for (std::size_t k = 0; k < keys.size(); ++k) {
+    const Key& key = keys[k];
     if (key.path() == "figures.response_profiles.draw" || key.path() == "sampling.law" ||
         key.path() == "response.estimator" || key.path() == "sampling.lambda" || key.path() == "sampling.burn_in" ||
         key.path() == "sampling.thinning") {
       continue;  // its other value would make the rest meaningless or is tested below, or there is no other value
     }
     INFO(key.path());
-    CHECK(key.get(unusual) != key.get(usual));
+    CHECK(key.get() != others[k].get());
   }
 }
 
@@ -160,7 +172,8 @@ TEST_CASE("The keys of the law polytope read back as they were printed") {
 
 TEST_CASE("A printed experiment holds every key with its meaning") {
   const std::string text = print_experiment(Experiment{});
-  for (const ExperimentKey& key : experiment_keys()) {
+  Experiment defaults;
+  for (const Key& key : keys_of(defaults)) {
     CHECK_THAT(text, Contains("# " + key.meaning));
     CHECK_THAT(text, Contains("\n" + key.name + " = "));
   }
@@ -175,7 +188,8 @@ TEST_CASE("A friction coefficient of minus zero is zero, in numbers, file names 
 
 TEST_CASE("The reference names every key once, with unit and default") {
   const std::string reference = describe_experiment_keys();
-  for (const ExperimentKey& key : experiment_keys()) {
+  Experiment defaults;
+  for (const Key& key : keys_of(defaults)) {
     const std::string cell = "| `" + key.path() + "` |";
     INFO(cell);
     const auto at = reference.find(cell);
@@ -183,7 +197,7 @@ TEST_CASE("The reference names every key once, with unit and default") {
     CHECK(reference.find(cell, at + 1) == std::string::npos);
     CHECK(!key.meaning.empty());
   }
-  CHECK_THAT(reference, Contains("| `lattice.columns` | `500` | beads |"));
+  CHECK_THAT(reference, Contains("| `lattice.columns` | `500` | beads | "));
 }
 
 TEST_CASE("Pictures have names of their own, read back as printed, and are refused before there is a pile") {

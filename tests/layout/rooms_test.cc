@@ -63,7 +63,7 @@ const std::map<std::string, std::set<std::string>>& rooms_below() {
     rooms["render"] = {"support", "model", "storage"};
     rooms["plot"] = {"support", "model", "storage", "sampling", "ensemble", "analysis", "render"};
     std::string previous = "plot";
-    for (const std::string room : {"report", "experiment", "pipeline", "bench", "cli"}) {
+    for (const std::string room : {"report", "studies", "experiment", "pipeline", "bench", "cli"}) {
       rooms[room] = rooms[previous];
       rooms[room].insert(previous);
       previous = room;
@@ -88,26 +88,26 @@ std::vector<std::string> higher_includes(const std::string& room, const std::vec
 
 struct Door {
   std::string header;  // beginning of the include
-  std::string room;
+  std::set<std::string> rooms;
 };
 
 const std::vector<Door> doors{
-    {"CLI/", "cli"},
-    {"toml++/", "experiment"},
-    {"nlohmann/", "report"},
-    {"Eigen/", "analysis"},
-    {"eigen3/", "analysis"},
-    {"gsl/gsl_fft", "ensemble"},
-    {"gsl/gsl_multifit", "analysis"},
-    {"gsl/gsl_errno", "analysis"},
-    {"hdf5", "storage"},
-    {"GL/", "render"},
-    {"EGL/", "render"},
-    {"png.h", "render"},
-    {"ft2build.h", "render"},
-    {"freetype", "render"},
-    {"hwy/", "sampling"},
-    {"Random123/", "sampling"},
+    {"CLI/", {"cli"}},
+    {"toml++/", {"experiment"}},
+    {"nlohmann/", {"report", "studies"}},
+    {"Eigen/", {"analysis"}},
+    {"eigen3/", {"analysis"}},
+    {"gsl/gsl_fft", {"ensemble"}},
+    {"gsl/gsl_multifit", {"analysis"}},
+    {"gsl/gsl_errno", {"analysis"}},
+    {"hdf5", {"storage"}},
+    {"GL/", {"render"}},
+    {"EGL/", {"render"}},
+    {"png.h", {"render"}},
+    {"ft2build.h", {"render"}},
+    {"freetype", {"render"}},
+    {"hwy/", {"sampling"}},
+    {"Random123/", {"sampling"}},
 };
 
 }  // namespace
@@ -155,7 +155,7 @@ TEST_CASE("Heavy headers have one door each") {
       for (const Door& door : doors) {
         if (name.rfind(door.header, 0) != 0) continue;
         INFO(file << " includes " << name);
-        CHECK(room_of(file, root) == door.room);
+        CHECK(door.rooms.count(room_of(file, root)) == 1);
       }
     }
   }

@@ -8,6 +8,7 @@
 #include <set>
 #include <thread>
 
+#include "kit/set_key.h"
 #include "kit/temporary_folder.h"
 #include "pipeline/ensemble_stage.h"
 #include "quiet_run.h"
@@ -344,10 +345,15 @@ TEST_CASE("the pile of the picture is the one its command draws again") {
 
 TEST_CASE("Side measurements are drawn, kept, reused and reported") {
   Experiment experiment = small_experiment();
-  experiment.small_friction = {{0.15, 0.2, 0.3}, 16, 2.0, 256};
-  experiment.counted_work = {{0.0, 0.8}, {30, 45, 60}, 64};
-  experiment.chain_share.samples = 256;
-  experiment.redrawn_beads = {{0.3}, 256};
+  set_key(experiment, "figures.small_friction.mu", numbers({0.15, 0.2, 0.3}));
+  set_key(experiment, "figures.small_friction.columns", std::int64_t{16});
+  set_key(experiment, "figures.small_friction.depth", 2.0);
+  set_key(experiment, "figures.small_friction.samples", std::int64_t{256});
+  set_key(experiment, "figures.counted_work.mu", numbers({0.0, 0.8}));
+  set_key(experiment, "figures.counted_work.sizes", whole_numbers({30, 45, 60}));
+  set_key(experiment, "figures.chain_share.samples", std::int64_t{256});
+  set_key(experiment, "figures.redrawn_beads.mu", numbers({0.3}));
+  set_key(experiment, "figures.redrawn_beads.samples", std::int64_t{256});
   experiment.nonlinearity = {{0.2, 0.3, 0.4}, {0.25, 0.5}, {1, 2}, 300, 1024};
   experiment.force_chains.layers = 25;
   TemporaryFolder folder;

@@ -4,6 +4,7 @@
 
 #include "ensemble/ensemble_runner.h"
 #include "ensemble/estimator.h"
+#include "kit/set_key.h"
 #include "kit/temporary_folder.h"
 #include "pipeline/pipeline.h"
 #include "small_experiment.h"
@@ -131,7 +132,7 @@ TEST_CASE("what comes after the drawing is part of the time of a plan, also wher
   CHECK(fits < whole);
   experiment.lattice.columns *= 2;
   CHECK(time() == Approx(2 * fits));
-  experiment.stress.layers = 100000;
+  set_key(experiment, "figures.stress.layers", std::int64_t{100000});
   CHECK(time() > 2 * fits + 5);
 }
 

@@ -3,7 +3,6 @@
 
 #include "kit/temporary_folder.h"
 #include "plot/law_cost.h"
-#include "plot/stress.h"
 #include "plot/synthetic_analysis.h"
 #include "support/atomic_file.h"
 #include "support/error.h"
@@ -40,29 +39,4 @@ TEST_CASE("Work of the laws against size leaves out and names what was not compl
                  "0.3 up to 6 × 6 beads; granusolve 1.40 to 1.40 at μ = 0.3."));
   CHECK(contains(read_file(run.path() / figure.screen), "eloy-clement, μ = 0.3"));
   CHECK_THROWS_AS(draw_law_cost({}, run.path()), InputError);
-}
-
-TEST_CASE("Residuals are drawn against depth for the deep piles that were solved") {
-  const TemporaryFolder run;
-  std::vector<StressTrial> trials(3);
-  for (StressTrial& trial : trials) {
-    trial.columns = 64;
-    trial.layers = 1000;
-    trial.outcome = "solved";
-    trial.deep = true;
-    trial.residual = 3e-15;
-    trial.depths = {{0, 0, 0.0}, {1, 1, 1e-16}, {2, 3, 4e-16}, {4, 999, 3e-15}};
-  }
-  trials[0].mu = tan30;
-  trials[1].mu = 1.73;
-  trials[1].deep = false;
-  trials[2].outcome = "stuck";
-  trials[2].mu = 1e-9;
-  trials[2].reason = "the effort ran out";
-  const Figure figure = draw_stress(trials, run.path());
-  CHECK(figure.data.size() == 1);
-  CHECK(contains(figure.caption, "Not solved: μ = 10⁻⁹ (the effort ran out)"));
-  CHECK(contains(read_file(run.path() / figure.screen), "1/√3"));
-  trials[0].deep = false;
-  CHECK_THROWS_AS(draw_stress(trials, run.path()), InputError);
 }

@@ -93,19 +93,13 @@ ReportData report_data(const std::filesystem::path& run_folder) {
   };
   data.analysis = analysis();
   data.figures.push_back(raster_picture(run_folder));
-  StressTrial solved, refused;
-  solved.mu = 1.73;
-  solved.outcome = "solved";
-  solved.load = refused.load = "half of the beads unloaded";
-  solved.columns = refused.columns = 64;
-  solved.layers = refused.layers = 60;
-  solved.residual = 3.2e-15;
-  solved.rounded_per_bead = 0.00012;
-  solved.depths = {{0, 0, 0.0}, {1, 59, 3.2e-15}};
-  refused.mu = 0.001;
-  refused.outcome = "refused";
-  refused.reason = "there is no load on top bead 0";
-  data.analysis.side.stress = {solved, refused};
+  data.studies["stress"] = nlohmann::ordered_json::parse(R"([
+    {"mu": 1.73, "columns": 64, "layers": 60, "load": "half of the beads unloaded", "outcome": "solved",
+     "residual": 3.2e-15, "rounded_per_bead": 0.00012, "depths": []},
+    {"mu": 0.001, "columns": 64, "layers": 60, "load": "half of the beads unloaded", "outcome": "refused",
+     "reason": "there is no load on top bead 0"}])");
+  data.parts.push_back(
+      {.page = "studies/stress.html", .base = "/side", .needs = "stress", .place = ReportPart::Place::numerics});
   LawOnPiles local, chain;
   local.burn_in = local.thinning = std::nan("");
   local.spec.sampler.mu = chain.spec.sampler.mu = 0.3;
@@ -123,7 +117,7 @@ ReportData report_data(const std::filesystem::path& run_folder) {
   chain.burn_in = 4000;
   chain.thinning = 500;
   chain.failed = 3;
-  data.analysis.side.laws = {local, chain};
+  data.side.laws = {local, chain};
   data.law_seconds = {0.002, std::nan("")};
   LawResponse response;
   response.spec.sampler.law = Law::polytope;
@@ -136,7 +130,7 @@ ReportData report_data(const std::filesystem::path& run_folder) {
   response.c = {0.46, 0.01, ""};
   response.D.reason = "made up";
   response.effective_samples.reason = "made up";
-  data.analysis.side.law_responses = {response};
+  data.side.law_responses = {response};
   data.analysis.results[2].chained = true;
   data.analysis.results[2].burn_in = 800;
   data.analysis.results[2].thinning = 100;

@@ -162,7 +162,7 @@ TEST_CASE("No table is wider than the page") {
     one.D = synthetic::known(0.00629, 0.00014);
     one.D_shift = synthetic::known(-0.25, 0.033);
     one.c_shift = one.c_thrust_shift = synthetic::known(-0.000091, 0.000069);
-    data.analysis.side.nonlinearity.responses.push_back(one);
+    data.side.nonlinearity.responses.push_back(one);
   }
   REQUIRE(write_report(data, run.path(), PdfPolicy::required).pdf);
   std::stringstream words(output_of({"pdftotext", "-bbox", "report.pdf", "-"}, run.path()));

@@ -1,18 +1,34 @@
-#include "experiment/check_parts.h"
+#include "studies/common_checks.h"
 
 #include <cmath>
 
+#include "ensemble/ensemble_spec.h"
 #include "support/describe_bytes.h"
 
 namespace granuscope {
+
+KeyRange friction_range() {
+  return KeyRange{.ascending = true,
+                  .why = "below 0 friction means nothing, and at sqrt(3) = 1.7320 the cone reaches the horizontal"}
+      .within(0, mu_limit)
+      .below(mu_limit);
+}
+
+KeyRange friction_range_above_zero() {
+  KeyRange range = friction_range();
+  range.why =
+      "at 0 nothing is random, so that there is nothing to measure here, and at sqrt(3) = 1.7320 the cone "
+      "reaches the horizontal";
+  return std::move(range).above(0);
+}
 
 double pile_memory(double columns, double layers) {
   const double numbers_per_bead = 4 + 8;  // a pile's forces, and what a solver keeps beside them
   return 8 * numbers_per_bead * columns * layers;
 }
 
-Problem find_lattice_problem(const char* columns_key, int columns, const char* layers_key, int layers, int least_layers,
-                             double memory) {
+Problem find_lattice_problem(const std::string& columns_key, int columns, const std::string& layers_key, int layers,
+                             int least_layers, double memory) {
   if (columns < 4) {
     return problem(columns_key,
                    "{} columns are too few: on a ring of fewer than 4 a bead meets its neighbour twice; "
@@ -38,12 +54,19 @@ Problem find_lattice_problem(const char* columns_key, int columns, const char* l
   return {};
 }
 
-Problem find_mu_problem(const char* key, double mu) {
+Problem find_mu_problem(const std::string& key, double mu) {
   if (std::isfinite(mu) && mu >= 0 && mu < mu_limit) return {};
   return problem(key,
                  "{} is not a friction coefficient that this model has: below 0 it means nothing, and at sqrt(3) "
                  "= 1.7320 the cone reaches the horizontal; give 0 <= mu < 1.7320",
                  mu);
+}
+
+Problem find_samples_problem(const std::string& key, std::uint64_t samples, int blocks) {
+  const auto least = group_size * static_cast<std::uint64_t>(blocks);
+  if (samples >= least && samples <= most_samples) return {};
+  return problem(key, "{} samples in {} blocks: each block needs a whole group of eight; give {} to {}", samples,
+                 blocks, least, most_samples);
 }
 
 }  // namespace granuscope

@@ -1,14 +1,19 @@
-#include "analysis/redrawn_beads.h"
+#include "studies/redrawn_beads.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "analysis/claim_rule.h"
 #include "ensemble/ensemble_runner.h"
 #include "ensemble/paired_estimator.h"
+#include "studies/made_up_ensemble.h"
 #include "support/error.h"
 
 namespace granuscope {
 namespace {
+
+using Catch::Matchers::Contains;
+using made_up::number;
 
 EnsembleSpec paired(double mu) {
   EnsembleSpec spec;
@@ -79,6 +84,34 @@ TEST_CASE("redrawn beads need the estimator paired, all usable layers and comple
   spec = paired(0.3);
   spec.response.estimator = EstimatorName::point;
   CHECK_THROWS_AS(measure_redrawn_beads({spec, run_ensemble(spec, 0, nullptr)}), InputError);
+}
+
+TEST_CASE("Both shares of redrawn beads must hold") {
+  std::vector<RedrawnBeads> measured;
+  const auto beads = [](double mu, double share, double error) {
+    RedrawnBeads made;
+    made.spec.sampler.mu = mu;
+    made.samples = 512;
+    made.whole_pile = number(share, error);
+    made.below_overload = number(2 * share, error);
+    return made;
+  };
+  measured = {beads(0.1, 0.0052, 0.0001), beads(0.3, 0.0235, 0.0002)};
+  CHECK(judge_redraw_share(measured).verdict == reproduced);
+  measured[1] = beads(0.3, 0.031, 0.0002);
+  const Claim off = judge_redraw_share(measured);
+  CHECK(off.verdict == not_reproduced);
+  CHECK(off.measured.value == 0.031);
+  CHECK(off.paper == 0.024);
+  CHECK_THAT(off.remarks, Contains("Of the order of the paper’s numbers they are"));
+  measured[1] = beads(0.3, 0.06, 0.0002);
+  CHECK_THAT(judge_redraw_share(measured).remarks, !Contains("Of the order"));
+  measured[1] = beads(0.3, 0.0235, 0.01);
+  CHECK(judge_redraw_share(measured).verdict == undetermined);
+  measured.pop_back();
+  const Claim half = judge_redraw_share(measured);
+  CHECK(half.verdict == undetermined);
+  CHECK_THAT(half.remarks, Contains("figures.redrawn_beads.mu"));
 }
 
 }  // namespace granuscope

@@ -1,19 +1,11 @@
 #pragma once
-#include <fmt/core.h>
-
 #include <cstdint>
-#include <optional>
 #include <string>
-#include <utility>
 
-#include "experiment/experiment_check.h"
 #include "model/lattice.h"
+#include "support/key.h"
 
 namespace granuscope {
-
-// What the parts of the check share.
-
-using Problem = std::optional<ExperimentProblem>;
 
 // Limits that no sensible experiment meets; beyond them a slip of the keyboard is more likely than an intention.
 inline constexpr double most_memory = 32e9;  // bytes
@@ -27,21 +19,21 @@ inline constexpr int most_beads_by_rejection = 256;
 // Contacts reach the horizontal at mu = sqrt(3): the interval of each bead is then unbounded.
 inline constexpr double mu_limit = sqrt3;
 
-template <class... Args>
-Problem problem(const char* key, fmt::format_string<Args...> text, Args&&... args) {
-  return ExperimentProblem{key, fmt::format(text, std::forward<Args>(args)...)};
-}
+/// Friction coefficients of a list or a single one: from 0, or above it where nothing can be measured without friction,
+/// to below mu_limit.
+KeyRange friction_range();
+KeyRange friction_range_above_zero();
 
-/// What one pile needs while it is drawn, in bytes.
+/// Memory that one pile needs while it is drawn, in bytes.
 double pile_memory(double columns, double layers);
 
 /// `memory`: what piles of this size need together with what is measured on them, in bytes.
-Problem find_lattice_problem(const char* columns_key, int columns, const char* layers_key, int layers, int least_layers,
-                             double memory);
+Problem find_lattice_problem(const std::string& columns_key, int columns, const std::string& layers_key, int layers,
+                             int least_layers, double memory);
 
-Problem find_mu_problem(const char* key, double mu);
+Problem find_mu_problem(const std::string& key, double mu);
 
-/// The tables [figures.*] that bring ensembles of their own.
-Problem find_side_problem(const Experiment& e);
+/// The samples of an ensemble in so many blocks: a whole group of eight in each.
+Problem find_samples_problem(const std::string& key, std::uint64_t samples, int blocks);
 
 }  // namespace granuscope

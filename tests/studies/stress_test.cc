@@ -1,5 +1,5 @@
 // Sources: balances and cones hold whatever the friction or the load; which loads have a solution follows from t-.
-#include "analysis/stress.h"
+#include "studies/stress.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -9,11 +9,23 @@
 #include <utility>
 #include <vector>
 
+#include "kit/temporary_folder.h"
 #include "model/audit.h"
 #include "model/friction_cone.h"
+#include "model/lattice.h"
 #include "sampling/sampler.h"
+#include "studies/study_page.h"
+#include "support/atomic_file.h"
+#include "support/error.h"
 
 using namespace granuscope;
+using test::TemporaryFolder;
+
+namespace {
+
+bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
+}  // namespace
 
 TEST_CASE("Every pile of the stress test is solved with small residuals or named") {
   const auto trials = run_stress({500, 32}, 3);
@@ -97,4 +109,40 @@ TEST_CASE("The audit by layers has the worst layer of the whole") {
   CHECK(layers[static_cast<std::size_t>(whole.balance_layer)].balance == whole.max_balance_residual);
   CHECK(layers[static_cast<std::size_t>(whole.cone_layer)].cone == whole.max_cone_violation);
   CHECK((whole.balance_layer == 17 || whole.balance_layer == 18));
+}
+
+TEST_CASE("Residuals are drawn against depth for the deep piles that were solved") {
+  const TemporaryFolder run;
+  std::vector<StressTrial> trials(3);
+  for (StressTrial& trial : trials) {
+    trial.columns = 64;
+    trial.layers = 1000;
+    trial.outcome = "solved";
+    trial.deep = true;
+    trial.residual = 3e-15;
+    trial.depths = {{0, 0, 0.0}, {1, 1, 1e-16}, {2, 3, 4e-16}, {4, 999, 3e-15}};
+  }
+  trials[0].mu = tan30;
+  trials[1].mu = 1.73;
+  trials[1].deep = false;
+  trials[2].outcome = "stuck";
+  trials[2].mu = 1e-9;
+  trials[2].reason = "the effort ran out";
+  const Figure figure = draw_stress(trials, run.path());
+  CHECK(figure.data.size() == 1);
+  CHECK(contains(figure.caption, "Not solved: μ = 10⁻⁹ (the effort ran out)"));
+  CHECK(contains(read_file(run.path() / figure.screen), "1/√3"));
+  trials[0].deep = false;
+  CHECK_THROWS_AS(draw_stress(trials, run.path()), InputError);
+}
+
+TEST_CASE("Residuals take no more digits than they have") {
+  StressTrial trial;
+  trial.mu = 1e-9;
+  trial.outcome = "solved";
+  trial.load = "one bead 2, others 1";
+  trial.residual = 6.7301e-16;
+  const Page page = study_page(*stress_study({trial}));
+  CHECK(page.texts.at("/side/stress/0/mu") == "1 × 10⁻⁹");
+  CHECK(page.texts.at("/side/stress/0/residual") == "6.7 × 10⁻¹⁶");
 }

@@ -1,0 +1,190 @@
+#include "studies/chain_share.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numeric>
+
+#include "analysis/claim_rule.h"
+#include "analysis/layer_spectrum.h"
+#include "model/lattice.h"
+#include "report/estimate_json.h"
+#include "studies/common_checks.h"
+#include "support/number_format.h"
+
+namespace granuscope {
+namespace {
+
+/// Part of the unit interval around x that lies in [low, high].
+double overlap(double x, double low, double high) {
+  return std::max(0.0, std::min(x + 0.5, high) - std::max(x - 0.5, low));
+}
+
+/// Share of the response `weight` - 1 of one layer that lies within chain_half_width of x = +-ray.
+double share_near(const Lattice& lattice, int layer, const std::vector<double>& weight, double ray) {
+  double inside = 0, all = 0;
+  for (int i = 0; i < lattice.columns(); ++i) {
+    const double x = lattice.x(layer, i), response = weight[static_cast<std::size_t>(i)] - 1;
+    inside += response * (overlap(x, ray - chain_half_width, ray + chain_half_width) +
+                          overlap(x, -ray - chain_half_width, -ray + chain_half_width));
+    all += response;
+  }
+  return inside / all;
+}
+
+}  // namespace
+
+ChainShare measure_chain_share(const MeasuredEnsemble& ensemble) {
+  const BlockSums& sums = ensemble.record.sums;
+  const Lattice lattice(ensemble.spec.lattice);
+  ChainShare result;
+  result.spec = ensemble.spec;
+  result.layers = static_cast<int>(sums.layers.size());
+  result.samples = std::accumulate(sums.count.begin(), sums.count.end(), std::uint64_t{0});
+  result.half_width = chain_half_width;
+
+  std::vector<Replicated> thrust;
+  for (std::size_t row = 0; row < sums.layers.size(); ++row) thrust.push_back(block_mean(sums, "thrust", row));
+  const Replicated c = transform([](double a) { return tan30 * std::sqrt(a); }, mean_of(thrust));
+  result.c = estimate(c, "the mean thrust ratio is negative");
+  result.share.reason = "no layer lies deep enough for the two bands to be apart";
+  if (!result.c.known()) {
+    result.share.reason = result.c.reason;
+    return result;
+  }
+
+  std::vector<Replicated> shares;
+  double even = 0;
+  for (std::size_t row = 0; row < sums.layers.size(); ++row) {
+    const int layer = sums.layers[row];
+    const double z = Lattice::depth(layer), ray = c.value * z;
+    if (ray < 2 * chain_half_width) continue;
+    const BlockMeans weight = block_means(sums, "weight", row);
+    Replicated share;
+    share.value = share_near(lattice, layer, weight.whole, ray);
+    for (std::size_t b = 0; b < weight.without_block.size(); ++b) {
+      share.without_block.push_back(share_near(lattice, layer, weight.without_block[b], c.without_block[b] * z));
+    }
+    const double even_share = 2 * chain_half_width / (ray + chain_half_width);
+    result.depths.push_back({layer, z, estimate(share), even_share});
+    shares.push_back(std::move(share));
+    even += even_share;
+  }
+  if (shares.empty()) return result;
+  result.share = estimate(mean_of(shares));
+  result.even_share = even / static_cast<double>(shares.size());
+  return result;
+}
+
+Claim judge_force_chains(const std::vector<ChainShare>& measured, const ClaimSpec& spec) {
+  Claim claim = open_claim("force-chains", "A pile of 70 × 60 beads at μ = 0.1 shows two oblique force chains.",
+                           "share of the response along the rays");
+  if (measured.empty()) {
+    leave_open(claim,
+               "the share of the response along the rays was not measured: set figures.chain_share.samples; a "
+               "few hundred piles of 70 × 60 beads decide");
+    return claim;
+  }
+  const ChainShare& chains = measured.front();
+  claim.statement = fmt::format("A pile of {} × {} beads at μ = {} shows two oblique force chains.",
+                                chains.spec.lattice.columns, chains.layers, chains.spec.sampler.mu);
+  if (!chains.share.known()) {
+    leave_open(claim, fmt::format("the share of the response along the rays is unknown: {}", chains.share.reason));
+    return claim;
+  }
+  claim.measured = chains.share;
+  const double needed = std::max(spec.chain_share, chains.even_share);
+  const double margin = agreement * chains.share.standard_error;
+  const double excess = chains.share.value - needed;
+  claim.verdict = excess > margin ? reproduced : excess < -margin ? not_reproduced : undetermined;
+  claim.explanation = fmt::format(
+      "{} of the response of {} piles lies within {} beads of the rays x = ±c z, c = {} by the thrust ratio of the "
+      "same piles; spread evenly between the rays it would be {}, and more than {} is asked for.",
+      value_with_error(chains.share.value, chains.share.standard_error), chains.samples, chains.half_width,
+      value_with_error(chains.c.value, chains.c.standard_error), significant(chains.even_share, 2),
+      significant(needed, 2));
+  if (claim.verdict == undetermined) say(claim, "The difference is within three standard errors.");
+  return claim;
+}
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json to_json(const ChainShare& share) {
+  Json depths = Json::array();
+  for (const ChainShareAtDepth& depth : share.depths) {
+    depths.push_back({{"layer", depth.layer},
+                      {"z", depth.z},
+                      {"share", granuscope::to_json(depth.share)},
+                      {"even_share", depth.even_share}});
+  }
+  return {{"mu", share.spec.sampler.mu},
+          {"columns", share.spec.lattice.columns},
+          {"layers", share.layers},
+          {"overload", share.spec.response.overload},
+          {"samples", share.samples},
+          {"half_width", share.half_width},
+          {"c", granuscope::to_json(share.c)},
+          {"share", granuscope::to_json(share.share)},
+          {"even_share", share.even_share},
+          {"depths", depths}};
+}
+
+class ChainShareStudy final : public CopiedStudy<ChainShareStudy> {
+ public:
+  std::string id() const override { return "chain_share"; }
+
+  std::vector<Key> keys() override {
+    return {make_key(table(), "samples", "piles",
+                     "piles of the size of scenes.force_chains from which the share of the response along the rays is "
+                     "taken; 0: none",
+                     samples_)};
+  }
+
+  bool asked() const override { return samples_ > 0; }
+
+  Problem find_problem(const MainLine& main) const override {
+    if (auto found = find_samples_problem(key("samples"), samples_, main.response.blocks)) return found;
+    const ForceChainSpec& chains = main.force_chains;
+    const double least = 2 * (tan30 * Lattice::depth(chains.layers - 1) + chain_half_width);
+    if (chains.columns >= least) return {};
+    return problem("scenes.force_chains.columns",
+                   "with {} columns the two rays of the response meet behind the ring above layer {}, so that {} would "
+                   "count one for the other; give at least {} columns",
+                   chains.columns, chains.layers, table(), std::ceil(least));
+  }
+
+  std::vector<StudyEnsemble> ensembles(const MainLine& main) const override {
+    const ForceChainSpec& chains = main.force_chains;
+    EnsembleSpec spec = main.ensemble_at(chains.mu, {chains.columns, chains.computed_layers()}, samples_);
+    spec.layers.resize(static_cast<std::size_t>(chains.layers));
+    std::iota(spec.layers.begin(), spec.layers.end(), 0);
+    return {{fmt::format("share along the rays, mu = {}", chains.mu), "chain-share", spec}};
+  }
+
+  void add(const StudyEnsemble&, const MeasuredEnsemble& ensemble, double) override {
+    measured_.push_back(measure_chain_share(ensemble));
+  }
+
+  std::vector<Claim> claims(const ClaimSpec& spec) const override { return {judge_force_chains(measured_, spec)}; }
+
+  void write_json(Json& side) const override {
+    side["chain_share"] = Json::array();
+    for (const ChainShare& share : measured_) side["chain_share"].push_back(to_json(share));
+  }
+
+  std::vector<ReportPart> parts(const Json&) const override { return {part("chain_share")}; }
+
+ private:
+  std::uint64_t samples_ = 0;
+  std::vector<ChainShare> measured_;  ///< at most one
+};
+
+}  // namespace
+
+std::unique_ptr<Study> chain_share_study() { return std::make_unique<ChainShareStudy>(); }
+
+}  // namespace granuscope

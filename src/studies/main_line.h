@@ -1,0 +1,58 @@
+#pragma once
+#include <algorithm>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "analysis/claim_spec.h"
+#include "analysis/fit_spec.h"
+#include "analysis/precision.h"
+#include "ensemble/ensemble_spec.h"
+#include "model/lattice.h"
+#include "render/scene.h"
+#include "sampling/sampler_spec.h"
+
+namespace granuscope {
+
+/// The rendered force network of one named pile (the paper's Fig. 1, right): never a chosen sample.
+struct ForceChainSpec {
+  bool draw = true;
+  int columns = 70;  ///< of the pile, periodic; all are shown
+  int layers = 60;   ///< shown; bottom_margin more are computed, so that the shown ones follow the bulk law
+  double mu = 0.1;
+  std::uint64_t sample = 0;  ///< of the experiment's seed
+  SceneSpec scene;           ///< its window is ignored: columns and layers above say what is shown
+  bool weight = true;        ///< also the weights of the same pile's beads
+  bool friction = false;     ///< also how much of its friction each contact uses
+  bool response = true;      ///< also how they change with the overload, every bead keeping its random number
+
+  /// Saturates: what is absurd is refused, but only after it has been looked at.
+  int computed_layers() const {
+    return std::min(layers, std::numeric_limits<int>::max() - bottom_margin) + bottom_margin;
+  }
+};
+
+/// What every experiment measures, and what a study may go by: the main ensembles, their fits and claims, and the pile
+/// that is shown. The defaults are the paper's numbers.
+struct MainLine {
+  LatticeSpec lattice;
+  std::vector<double> mu{0.0, 0.1, 0.2, 0.3};  ///< friction coefficients, ascending, no duplicates
+  SamplerSpec sampling;                        ///< its mu is ignored: see sampler_for
+  ResponseSpec response;
+  FitSpec fit;
+  PrecisionSpec precision;
+  ClaimSpec claims;
+  ForceChainSpec force_chains;
+
+  /// The sampler's parameters at one friction coefficient.
+  SamplerSpec sampler_for(double friction) const {
+    SamplerSpec spec = sampling;
+    spec.mu = friction;
+    return spec;
+  }
+
+  /// An ensemble of the main line's sampler, overload and blocks.
+  EnsembleSpec ensemble_at(double friction, LatticeSpec size, std::uint64_t samples) const;
+};
+
+}  // namespace granuscope

@@ -1,0 +1,226 @@
+#include "studies/redrawn_beads.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numeric>
+
+#include "analysis/claim_rule.h"
+#include "analysis/jackknife.h"
+#include "analysis/layer_spectrum.h"
+#include "ensemble/paired_estimator.h"
+#include "report/estimate_json.h"
+#include "studies/common_checks.h"
+#include "support/error.h"
+#include "support/number_format.h"
+
+namespace granuscope {
+namespace {
+
+/// The mean over the usable layers of a share per layer, each layer weighted with `beads_of(layer)`.
+template <typename BeadsOf>
+Replicated share_of_pile(const BlockSums& sums, const std::string& quantity, int layers, BeadsOf beads_of) {
+  Replicated share{0, std::vector<double>(static_cast<std::size_t>(sums.blocks()), 0.0)};
+  double beads = 0;
+  for (int layer = 0; layer < layers; ++layer) beads += beads_of(layer);
+  for (int layer = 0; layer < layers; ++layer) {
+    const double weight = beads_of(layer) / beads;
+    const BlockMeans means = block_means(sums, quantity, static_cast<std::size_t>(layer));
+    share.value += weight * means.whole[0];
+    for (std::size_t b = 0; b < share.without_block.size(); ++b) {
+      share.without_block[b] += weight * means.without_block[b][0];
+    }
+  }
+  return share;
+}
+
+/// What the paper states ("of the order of"), each taken to half a unit of its last digit.
+struct StatedShare {
+  double mu, share, error;
+};
+/// Numbers that differ by less than this factor are of one order.
+constexpr double same_order_up_to = 2;
+
+constexpr std::array<StatedShare, 2> stated_shares{{{0.1, 0.005, 0.0005}, {0.3, 0.024, 0.0005}}};
+
+std::string percent(const Estimate& share) {
+  return value_with_error(100 * share.value, 100 * share.standard_error) + " %";
+}
+
+/// Adds the share of the beads below the overload to a list in words.
+void say_below(std::string& list, const RedrawnBeads& beads) {
+  if (!beads.below_overload.known()) return;
+  list += fmt::format("{}{} at μ = {}", list.empty() ? "" : ", ", percent(beads.below_overload), beads.spec.sampler.mu);
+}
+
+}  // namespace
+
+RedrawnBeads measure_redrawn_beads(const MeasuredEnsemble& ensemble) {
+  const auto& [spec, record] = ensemble;
+  const Lattice lattice(spec.lattice);
+  const BlockSums& sums = record.sums;
+  const int usable = lattice.usable_layers();
+  if (usable == 0 || !sums.quantities.contains("redrawn") || sums.layers.size() < static_cast<std::size_t>(usable) ||
+      sums.layers[static_cast<std::size_t>(usable) - 1] != usable - 1) {
+    throw InputError(
+        fmt::format("the ensemble does not hold the redrawn beads of all usable layers, so that their share is not "
+                    "known; draw it with the estimator paired, more than {} layers, and all of them recorded",
+                    bottom_margin));
+  }
+  RedrawnBeads result;
+  result.spec = spec;
+  result.failed = record.failed.size();
+  for (const std::uint64_t count : sums.count) result.samples += count;
+  if (std::find(sums.count.begin(), sums.count.end(), 0) != sums.count.end()) {
+    result.whole_pile.reason = result.below_overload.reason =
+        "a block of the ensemble holds no completed pair of piles";
+    return result;
+  }
+  result.whole_pile = estimate(share_of_pile(sums, "redrawn", usable, [](int) { return 1.0; }));
+  result.below_overload = estimate(share_of_pile(sums, "redrawn_below_overload", usable,
+                                                 [&](int layer) { return beads_below_overload(lattice, layer); }));
+  return result;
+}
+
+Claim judge_redraw_share(const std::vector<RedrawnBeads>& measured) {
+  Claim claim = open_claim("redraw-share",
+                           "In the standard procedure beads draw again, of the order of 0.5 % at μ = 0.1 and 2.4 % at "
+                           "μ = 0.3.",
+                           "share of beads");
+  std::vector<double> missing;
+  std::vector<std::string> clauses;
+  std::string below;
+  bool failed = false, open = false, same_order = true;
+  double farthest = -1;
+  for (const StatedShare& one : stated_shares) {
+    const auto found = std::find_if(measured.begin(), measured.end(), [&](const RedrawnBeads& beads) {
+      return std::abs(beads.spec.sampler.mu - one.mu) < 1e-9;
+    });
+    if (found == measured.end()) {
+      missing.push_back(one.mu);
+      continue;
+    }
+    const Estimate& share = found->whole_pile;
+    const NumberVerdict judged = judge_number(share, one.share, one.error);
+    failed = failed || judged.verdict == not_reproduced;
+    open = open || judged.verdict == undetermined;
+    if (!share.known()) {
+      clauses.push_back(fmt::format("at μ = {} it could not be measured: {}", one.mu, share.reason));
+      continue;
+    }
+    clauses.push_back(fmt::format(
+        "{} of the beads draw again at μ = {}, {} combined standard errors {} the paper’s {} %", percent(share), one.mu,
+        significant(std::abs(judged.z_score), 2), judged.z_score > 0 ? "above" : "below", 100 * one.share));
+    say_below(below, *found);
+    same_order = same_order && share.value < same_order_up_to * one.share && share.value * same_order_up_to > one.share;
+    if (std::abs(judged.z_score) > farthest) {
+      farthest = std::abs(judged.z_score);
+      claim.quantity = fmt::format("share of beads at μ = {}", one.mu);
+      claim.measured = share;
+      claim.paper = one.share;
+      claim.paper_error = one.error;
+      claim.z_score = judged.z_score;
+    }
+  }
+  if (missing.size() == stated_shares.size()) {
+    leave_open(
+        claim,
+        "nothing was measured with the standard procedure: set figures.redrawn_beads.spec.sampler.mu = [0.1, 0.3]; "
+        "a few hundred pairs of piles decide");
+    return claim;
+  }
+  say(claim, fmt::format("{}.", fmt::join(clauses, "; ")));
+  if (!missing.empty()) {
+    say(claim, fmt::format("The other number of the paper needs {} in figures.redrawn_beads.spec.sampler.mu.",
+                           list_of_mu(missing)));
+  }
+  if (failed && same_order) {
+    say(claim,
+        "Of the order of the paper’s numbers they are; the paper gives no errors, for which half a unit of their last "
+        "digit stands here.");
+  }
+  if (!below.empty()) say(claim, fmt::format("Of the beads with |x| ≤ z it is {}.", below));
+  if (!claim.measured.known()) claim.measured.reason = "the shares are unknown";
+  claim.verdict = failed ? not_reproduced : open || !missing.empty() ? undetermined : reproduced;
+  return claim;
+}
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json to_json(const RedrawnBeads& redrawn) {
+  return {{"mu", redrawn.spec.sampler.mu},
+          {"columns", redrawn.spec.lattice.columns},
+          {"layers", redrawn.spec.lattice.layers},
+          {"overload", redrawn.spec.response.overload},
+          {"samples", redrawn.samples},
+          {"failed", redrawn.failed},
+          {"whole_pile", granuscope::to_json(redrawn.whole_pile)},
+          {"below_overload", granuscope::to_json(redrawn.below_overload)}};
+}
+
+class RedrawnBeadsStudy final : public CopiedStudy<RedrawnBeadsStudy> {
+ public:
+  std::string id() const override { return "redrawn_beads"; }
+
+  std::vector<Key> keys() override {
+    return {make_key(table(), "mu", "",
+                     "friction coefficients at which the standard procedure is followed too; none: not at all", mu_,
+                     friction_range_above_zero()),
+            make_key(table(), "samples", "pairs of piles", "pairs per friction coefficient", samples_)};
+  }
+
+  bool asked() const override { return !mu_.empty(); }
+
+  Problem find_problem(const MainLine& main) const override {
+    if (main.sampling.law != Law::granusolve) {
+      return problem(key("mu"),
+                     "only the law granusolve can keep the random numbers of a pile while its load changes, but "
+                     "sampling.law is {}; empty the list or change the law",
+                     name_of(main.sampling.law));
+    }
+    return find_samples_problem(key("samples"), samples_, main.response.blocks);
+  }
+
+  std::vector<StudyEnsemble> ensembles(const MainLine& main) const override {
+    std::vector<StudyEnsemble> all;
+    for (const double mu : mu_) {
+      EnsembleSpec spec = main.ensemble_at(mu, main.lattice, samples_);
+      spec.response.estimator = EstimatorName::paired;
+      spec.layers.resize(static_cast<std::size_t>(Lattice(spec.lattice).usable_layers()));
+      std::iota(spec.layers.begin(), spec.layers.end(), 0);
+      spec.record_profiles = false;
+      all.push_back({fmt::format("redrawn beads, mu = {}", mu), fmt::format("redrawn-beads-mu-{}", exact(mu)), spec});
+    }
+    return all;
+  }
+
+  void add(const StudyEnsemble&, const MeasuredEnsemble& ensemble, double) override {
+    measured_.push_back(measure_redrawn_beads(ensemble));
+  }
+
+  std::vector<Claim> claims(const ClaimSpec&) const override { return {judge_redraw_share(measured_)}; }
+
+  void write_json(Json& side) const override {
+    side["redrawn_beads"] = Json::array();
+    for (const RedrawnBeads& one : measured_) side["redrawn_beads"].push_back(to_json(one));
+  }
+
+  std::vector<ReportPart> parts(const Json&) const override { return {part("redrawn_beads")}; }
+
+ private:
+  std::vector<double> mu_;              ///< empty: not measured
+  std::uint64_t samples_ = 512;         ///< pairs of piles per friction coefficient
+  std::vector<RedrawnBeads> measured_;  ///< ascending in mu
+};
+
+}  // namespace
+
+std::unique_ptr<Study> redrawn_beads_study() { return std::make_unique<RedrawnBeadsStudy>(); }
+
+}  // namespace granuscope

@@ -1,0 +1,37 @@
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "analysis/estimate.h"
+#include "analysis/measured_ensemble.h"
+#include "analysis/results.h"
+#include "studies/study.h"
+
+namespace granuscope {
+
+/// The standard procedure (estimator "paired") at one friction coefficient: which beads had to draw another number when
+/// the overload was added.
+struct RedrawnBeads {
+  EnsembleSpec spec;
+  std::uint64_t samples = 0;  ///< pairs of piles that entered
+  std::uint64_t failed = 0;   ///< pairs that could not be completed
+  Estimate whole_pile;        ///< share of all beads of the usable layers
+  Estimate below_overload;    ///< share of those with |x| <= z
+};
+
+/// The shares of beads that had to draw another number, over the usable layers (0 .. layers - 21) of an ensemble of the
+/// estimator "paired", with standard errors by the jackknife over its blocks. All usable layers must be recorded;
+/// throws InputError otherwise. Unknown, with the reason, where a block holds no completed pair.
+RedrawnBeads measure_redrawn_beads(const MeasuredEnsemble& ensemble);
+
+/// The claim about the share of beads that draw again. Both numbers of the paper by the rule for numbers, against the
+/// share of all beads of the usable layers: not reproduced if either is not, reproduced if both are, else undetermined.
+/// The number shown is the one farther off.
+Claim judge_redraw_share(const std::vector<RedrawnBeads>& measured);
+
+/// The standard procedure beside the paper's own: how many beads draw again. On the experiment's lattice, with its
+/// overload.
+std::unique_ptr<Study> redrawn_beads_study();
+
+}  // namespace granuscope

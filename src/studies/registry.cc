@@ -1,0 +1,37 @@
+#include "studies/registry.h"
+
+#include "studies/chain_share.h"
+#include "studies/counted_work.h"
+#include "studies/redrawn_beads.h"
+#include "studies/small_friction.h"
+#include "studies/stress.h"
+
+namespace granuscope {
+
+Studies::Studies() {
+  all_.push_back(redrawn_beads_study());
+  all_.push_back(counted_work_study());
+  all_.push_back(small_friction_study());
+  all_.push_back(chain_share_study());
+  all_.push_back(stress_study());
+}
+
+Studies::Studies(const Studies& other) {
+  for (const auto& study : other.all_) all_.push_back(study->clone());
+}
+
+Studies& Studies::operator=(const Studies& other) {
+  if (this != &other) *this = Studies(other);
+  return *this;
+}
+
+std::vector<StudyEnsemble> Studies::ensembles(const MainLine& main) const {
+  std::vector<StudyEnsemble> ensembles;
+  for (const auto& study : all_) {
+    if (!study->asked()) continue;
+    for (StudyEnsemble& one : study->ensembles(main)) ensembles.push_back(std::move(one));
+  }
+  return ensembles;
+}
+
+}  // namespace granuscope

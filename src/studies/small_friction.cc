@@ -1,0 +1,316 @@
+#include "studies/small_friction.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <numeric>
+#include <set>
+
+#include "analysis/layer_spectrum.h"
+#include "analysis/power_law.h"
+#include "model/lattice.h"
+#include "plot/csv_table.h"
+#include "plot/figure_words.h"
+#include "plot/power_law_panel.h"
+#include "plot/series_style.h"
+#include "report/estimate_json.h"
+#include "studies/common_checks.h"
+#include "support/error.h"
+#include "support/number_format.h"
+
+namespace granuscope {
+namespace {
+
+constexpr int shown_depths = 40;      ///< spread evenly in ln z
+constexpr int averaged_depths = 500;  ///< at most about this many enter the average
+
+int usable(int layers) { return Lattice({4, layers}).usable_layers(); }
+
+int first_deep_layer(int layers) { return usable(layers) / 2; }
+
+constexpr const char* figure_id = "small-friction";
+
+struct Saturation {
+  std::vector<std::string> curves, titles;
+  Range depth, variance;
+};
+
+/// Mean of the weight variance over the deep part; not a number if it is unknown there.
+double deep_variance(const SmallFriction& one) {
+  double sum = 0, layers = 0;
+  for (const ThrustAtDepth& depth : one.depths) {
+    if (depth.layer < one.first_layer || depth.layer > one.last_layer || !depth.weight_variance.known()) continue;
+    sum += depth.weight_variance.value;
+    ++layers;
+  }
+  return sum / layers;
+}
+
+/// The variance of the weights over its deep value, against the layer in units of 0.6/mu^2, at layers a tenth apart.
+void add_saturation(PlotPlan& plan, Saturation& all, const SmallFriction& one) {
+  const double deep = deep_variance(one);
+  const double saturation = one.spec.lattice.layers / one.depth_over_saturation;
+  if (!(deep > 0) || !(saturation > 0)) return;
+  CsvTable table({"layers_over_saturation", "variance_over_deep", "standard_error", "layer", "weight_variance"});
+  double last = 0;
+  for (const ThrustAtDepth& depth : one.depths) {
+    if (!depth.weight_variance.known() || depth.layer < 1.1 * last || depth.layer == 0) continue;
+    last = depth.layer;
+    const double x = depth.layer / saturation, y = depth.weight_variance.value / deep;
+    const double error = depth.weight_variance.standard_error / deep;
+    table.add_row({x, y, error, last, depth.weight_variance.value});
+    all.depth.add(x);
+    all.variance.add(y - error);
+    all.variance.add(y + error);
+  }
+  if (table.empty()) return;
+  const std::string file = fmt::format("{}-mu-{}.csv", figure_id, exact(one.spec.sampler.mu));
+  plan.data[file] = table.text();
+  const std::string style = series_style(all.curves.size());
+  all.curves.push_back(
+      fmt::format("'{}' using 1:2:3 with yerrorbars linewidth 0.8 pointsize 0.35 {} notitle", file, style));
+  all.titles.push_back(fmt::format("keyentry with points pointsize 0.55 {} title {}", style,
+                                   gnuplot_string("μ = " + caption_number(one.spec.sampler.mu))));
+  ++plan.curves;
+}
+
+PowerLawPoint point_of(double mu, const Estimate& slowing) {
+  return {mu, mu, 0, slowing.value, slowing.standard_error};
+}
+
+std::string in_words(const Estimate& exponent) {
+  return exponent.known() ? value_with_error(exponent.value, exponent.standard_error) : "unknown";
+}
+
+}  // namespace
+
+double saturation_layers(double mu) { return 0.6 / (mu * mu); }
+
+std::vector<int> thrust_layers(int layers) {
+  const int last = usable(layers) - 1;
+  std::set<int> recorded;
+  for (int k = 0; k < shown_depths; ++k) {
+    recorded.insert(static_cast<int>(std::lround(std::pow(last, static_cast<double>(k) / (shown_depths - 1)))));
+  }
+  const int deep = last - first_deep_layer(layers);
+  const int step = std::max(1, deep / averaged_depths) | 1;  // odd, so that both row parities take part
+  for (int layer = last; layer >= first_deep_layer(layers); layer -= step) recorded.insert(layer);
+  return {recorded.begin(), recorded.end()};
+}
+
+MeasuredSmallFriction measure_small_friction(const MeasuredEnsemble& ensemble) {
+  const BlockSums& sums = ensemble.record.sums;
+  MeasuredSmallFriction measured;
+  SmallFriction& result = measured.result;
+  result.spec = ensemble.spec;
+  const int layers = ensemble.spec.lattice.layers;
+  result.samples = std::accumulate(sums.count.begin(), sums.count.end(), std::uint64_t{0});
+  result.depth_over_saturation = layers / saturation_layers(ensemble.spec.sampler.mu);
+  result.first_layer = first_deep_layer(layers);
+  result.last_layer = sums.layers.back();
+  std::vector<Replicated> deep;
+  for (std::size_t row = 0; row < sums.layers.size(); ++row) {
+    const int layer = sums.layers[row];
+    const Replicated thrust = block_mean(sums, "thrust", row);
+    result.depths.push_back(
+        {layer, Lattice::depth(layer), estimate(thrust), estimate(block_mean(sums, "weight_variance", row))});
+    if (layer >= result.first_layer) deep.push_back(thrust);
+  }
+  const Replicated alpha = mean_of(deep);
+  const Replicated c = transform([](double a) { return tan30 * std::sqrt(a); }, alpha);
+  measured.c0_minus_c = transform([](double speed) { return tan30 - speed; }, c);
+  result.alpha_thrust = estimate(alpha);
+  result.c_thrust = estimate(c, "the mean thrust ratio is negative");
+  result.c0_minus_c = estimate(measured.c0_minus_c, "the mean thrust ratio is negative");
+  return measured;
+}
+
+ScalingFit fit_small_friction(const std::vector<MeasuredSmallFriction>& measured) {
+  std::vector<Replicated> log_mu, log_slowing;
+  std::array<double, 2> window{};
+  for (const MeasuredSmallFriction& one : measured) {
+    const Replicated slowing = transform([](double s) { return std::log(s); }, one.c0_minus_c);
+    if (one.result.spec.sampler.mu <= 0 || !estimate(slowing).known()) continue;
+    if (log_mu.empty()) window[0] = one.result.spec.sampler.mu;
+    window[1] = one.result.spec.sampler.mu;
+    log_mu.push_back(transform([&](double) { return std::log(one.result.spec.sampler.mu); }, slowing));
+    log_slowing.push_back(slowing);
+  }
+  return fit_power_law(log_mu, log_slowing, window);
+}
+
+Figure draw_small_friction(const Analysis& main, const std::vector<SmallFriction>& measured, const ScalingFit& scaling,
+                           const std::filesystem::path& run_folder) {
+  PlotPlan plan;
+  plan.id = figure_id;
+  plan.script = "studies/small_friction";
+  plan.height = 3.1;
+  Saturation saturation;
+  PowerLawPanel panel;
+  panel.id = "slowing";
+  panel.x_label = "friction coefficient μ";
+  panel.y_label = "c₀ − c  (thrust)";
+  panel.against_mu = true;
+  panel.left = 0.60;
+  panel.right = 0.985;
+  panel.paper_exponent = "1";
+  PowerLawSeries narrow{"narrow-piles", {}, scaling}, wide{"main-piles", {}, {}};
+  wide.fit.window = main.scaling.gamma.window;
+  int columns = 0;
+  double shallowest = std::numeric_limits<double>::infinity();
+  for (const SmallFriction& one : measured) {
+    if (!one.c0_minus_c.known()) continue;
+    add_saturation(plan, saturation, one);
+    narrow.points.push_back(point_of(one.spec.sampler.mu, one.c0_minus_c));
+    columns = one.spec.lattice.columns;
+    shallowest = std::min(shallowest, one.depth_over_saturation);
+  }
+  for (const Transport& result : main.results) {
+    if (result.exact || !result.c_thrust.known()) continue;
+    wide.points.push_back(point_of(result.mu(), {tan30 - result.c_thrust.value, result.c_thrust.standard_error, ""}));
+  }
+  panel.series = {narrow, wide};
+  const Estimate& exponent = scaling.exponent;
+  panel.notes = {"narrow deep piles: " + in_words(exponent), "", "the paper, for c: 1"};
+  const PowerLawPanelScript law = add_power_law_panel(plan, panel);
+  if (saturation.curves.empty() || !law.drawn) {
+    throw InputError(
+        "the figure of small friction has nothing to show, because no thrust ratio was measured for it; list friction "
+        "coefficients in figures.small_friction.mu");
+  }
+  ++plan.curves;  // the line at 1
+  saturation.variance.add(0);
+  saturation.variance.add(1.15);
+  const Range depth = widened_by_factor(saturation.depth, saturation.depth.high > 1.5 * saturation.depth.low ? 1.3 : 2);
+  Figure figure = draw_plot(plan,
+                            {{"curves", fmt::format("{}", fmt::join(saturation.curves, ", \\\n    "))},
+                             {"titles", fmt::format("{}", fmt::join(saturation.titles, ", \\\n    "))},
+                             {"depth_low", exact(depth.low)},
+                             {"depth_high", exact(depth.high)},
+                             {"depth_ticks", log_ticks(depth)},
+                             {"variance_low", exact(saturation.variance.low)},
+                             {"variance_high", exact(1.05 * saturation.variance.high)},
+                             {"variance_ticks", linear_ticks(saturation.variance, 6)},
+                             {"law_panel", law.text},
+                             {"main_piles", law.second ? "yes" : ""}},
+                            run_folder);
+  set_words(figure, "studies/small_friction.words",
+            {{"columns", std::to_string(columns)},
+             {"shallowest", caption_number(shallowest, 2)},
+             {"exponent", exponent.known() ? in_words(exponent) : ""},
+             {"reason", exponent.known() ? "" : exponent.reason},
+             {"low", caption_number(scaling.window[0])},
+             {"high", caption_number(scaling.window[1])},
+             {"main_piles", law.second ? "yes" : ""},
+             {"off_scale", off_scale_in_words(law, "")}});
+  return figure;
+}
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json to_json(const SmallFriction& small) {
+  Json depths = Json::array();
+  for (const ThrustAtDepth& depth : small.depths) depths.push_back(granuscope::to_json(depth));
+  return {{"mu", small.spec.sampler.mu},
+          {"columns", small.spec.lattice.columns},
+          {"layers", small.spec.lattice.layers},
+          {"samples", small.samples},
+          {"depth_over_saturation", small.depth_over_saturation},
+          {"window_layers", {small.first_layer, small.last_layer}},
+          {"alpha_thrust", granuscope::to_json(small.alpha_thrust)},
+          {"c_thrust", granuscope::to_json(small.c_thrust)},
+          {"c0_minus_c_thrust", granuscope::to_json(small.c0_minus_c)},
+          {"depths", depths}};
+}
+
+class SmallFrictionStudy final : public CopiedStudy<SmallFrictionStudy> {
+ public:
+  std::string id() const override { return "small_friction"; }
+
+  std::vector<Key> keys() override {
+    return {
+        make_key(table(), "mu", "",
+                 "friction coefficients followed by the thrust of narrow deep piles; none: not at all", mu_,
+                 friction_range_above_zero()),
+        make_key(table(), "columns", "beads", "beads per layer of these piles", columns_),
+        make_key(table(), "depth", "0.6/mu^2 layers",
+                 "their depth in units of that over which the fluctuations saturate", depth_,
+                 KeyRange{.why = "above 1 only are the fluctuations of the forces saturated, and more than 1000 show "
+                                 "nothing new (4 is usual)"}
+                     .within(1, 1000)),
+        make_key(table(), "samples", "piles", "piles per friction coefficient, at least eight per block", samples_)};
+  }
+
+  bool asked() const override { return !mu_.empty(); }
+
+  Problem find_problem(const MainLine& main) const override {
+    for (const double mu : mu_) {
+      if (auto found = find_lattice_problem(key("columns"), columns_, key("mu"), layers(mu), 2 * bottom_margin,
+                                            pile_memory(columns_, layers(mu)))) {
+        return found;
+      }
+    }
+    return find_samples_problem(key("samples"), samples_, main.response.blocks);
+  }
+
+  std::vector<StudyEnsemble> ensembles(const MainLine& main) const override {
+    std::vector<StudyEnsemble> all;
+    for (const double mu : mu_) {
+      EnsembleSpec spec = main.ensemble_at(mu, {columns_, layers(mu)}, samples_);
+      spec.load = Load::uniform;
+      spec.layers = thrust_layers(spec.lattice.layers);
+      spec.record_profiles = false;
+      all.push_back({fmt::format("small friction, mu = {}", mu), fmt::format("small-friction-mu-{}", exact(mu)), spec});
+    }
+    return all;
+  }
+
+  void add(const StudyEnsemble&, const MeasuredEnsemble& ensemble, double) override {
+    replicated_.push_back(measure_small_friction(ensemble));
+    measured_.push_back(replicated_.back().result);
+  }
+
+  void finish() override { scaling_ = fit_small_friction(replicated_); }
+
+  void write_json(Json& side) const override {
+    side["small_friction"] = Json::array();
+    for (const SmallFriction& one : measured_) side["small_friction"].push_back(to_json(one));
+    if (measured_.empty()) return;
+    Json scaling = granuscope::to_json(scaling_.exponent);
+    scaling["window"] = scaling_.window;
+    scaling["points"] = scaling_.points;
+    side["small_friction_exponent"] = scaling;
+  }
+
+  std::vector<FigureDrawing> figures(const Analysis& main) const override {
+    if (measured_.empty()) return {};
+    return {[this, &main](const std::filesystem::path& folder) {
+      return draw_small_friction(main, measured_, scaling_, folder);
+    }};
+  }
+
+ private:
+  /// Far more than any pile may have stays a number, which the check then refuses.
+  int layers(double mu) const {
+    return static_cast<int>(std::min(std::ceil(depth_ * saturation_layers(mu)) + bottom_margin, 2e9));
+  }
+
+  std::vector<double> mu_;  ///< each above 0; empty: not measured
+  int columns_ = 64;
+  double depth_ = 4;             ///< in units of the saturation depth of 0.6/mu^2 layers
+  std::uint64_t samples_ = 512;  ///< piles per friction coefficient
+  std::vector<MeasuredSmallFriction> replicated_;
+  std::vector<SmallFriction> measured_;  ///< ascending in mu
+  ScalingFit scaling_;                   ///< tan30 - c_thrust against mu, over all of them
+};
+
+}  // namespace
+
+std::unique_ptr<Study> small_friction_study() { return std::make_unique<SmallFrictionStudy>(); }
+
+}  // namespace granuscope

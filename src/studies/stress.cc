@@ -1,0 +1,281 @@
+#include "studies/stress.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "model/audit.h"
+#include "model/friction_cone.h"
+#include "model/lattice.h"
+#include "plot/choice.h"
+#include "plot/csv_table.h"
+#include "plot/figure_words.h"
+#include "plot/plot_script.h"
+#include "plot/series_style.h"
+#include "sampling/portable_power.h"
+#include "sampling/random_key.h"
+#include "sampling/sampler.h"
+#include "studies/common_checks.h"
+#include "support/error.h"
+#include "support/interruption.h"
+#include "support/number_format.h"
+
+namespace granuscope {
+namespace {
+
+using Load = std::vector<double>;
+
+Load even_load(int columns) { return Load(static_cast<std::size_t>(columns), 1.0); }
+
+Load overloaded(int columns) {
+  Load load = even_load(columns);
+  load[load.size() / 2] = 2;
+  return load;
+}
+
+Load half_unloaded(int columns) {
+  Load load = even_load(columns);
+  std::fill(load.begin(), load.begin() + columns / 2, 0.0);
+  return load;
+}
+
+/// 1e-5 to 1e5 in random order, both among them.
+Load ten_orders(int columns, std::uint64_t seed) {
+  const RandomKey key(seed, 0);
+  Load load;
+  for (int i = 0; i < columns; ++i) load.push_back(1e-5 * portable_power(1e10, key.attempt(0, i, 1).first));
+  load[0] = 1e5;
+  load[1] = 1e-5;
+  return load;
+}
+
+/// Ranges of layers that double in length.
+std::vector<ResidualAtDepth> by_depth(const std::vector<LayerResidual>& layers) {
+  std::vector<ResidualAtDepth> depths;
+  const int count = static_cast<int>(layers.size());
+  for (int first = 0, next = 1; first < count; first = next, next = std::min(2 * next, count)) {
+    ResidualAtDepth range{first, next - 1, 0};
+    for (int layer = first; layer < next; ++layer) {
+      const LayerResidual& one = layers[static_cast<std::size_t>(layer)];
+      range.residual = std::max({range.residual, one.balance, one.cone});
+    }
+    depths.push_back(range);
+  }
+  return depths;
+}
+
+StressTrial attempt(double mu, LatticeSpec size, const std::string& name, const Load& load, std::uint64_t seed) {
+  throw_if_interrupted();
+  StressTrial trial;
+  trial.mu = mu;
+  trial.columns = size.columns;
+  trial.layers = size.layers;
+  trial.load = name;
+  const Lattice lattice(size);
+  SamplerSpec spec;
+  spec.mu = mu;
+  spec.seed = seed;
+  try {
+    const auto sampler = make_sampler(spec, lattice);
+    Pile pile(lattice);
+    if (const auto failure = sampler->draw(0, load, pile)) {
+      trial.outcome = "stuck";
+      trial.reason =
+          fmt::format("the effort of {} solutions per bead ran out at layer {}", spec.effort, failure->layer);
+      return trial;
+    }
+    trial.depths = by_depth(audit_layers(pile));
+    for (const ResidualAtDepth& range : trial.depths) trial.residual = std::max(trial.residual, range.residual);
+    const SamplerCounts& counts = sampler->counts();
+    trial.rounded_per_bead = static_cast<double>(counts.rounded) / static_cast<double>(counts.beads);
+    trial.outcome = "solved";
+  } catch (const InputError& refused) {
+    trial.outcome = "refused";
+    trial.reason = refused.what();
+  }
+  return trial;
+}
+
+constexpr const char* figure_id = "stress";
+
+/// The number 1/sqrt(3) and those next to it all read 0.5774.
+std::string friction_in_words(double mu) {
+  if (mu == tan30) return "1/√3";
+  if (mu == std::nextafter(tan30, 0.0)) return "1/√3, one number below";
+  if (mu == std::nextafter(tan30, 1.0)) return "1/√3, one number above";
+  return mu == 1e-9 ? "10⁻⁹" : caption_number(mu);
+}
+
+}  // namespace
+
+std::vector<double> stress_friction() {
+  return {1e-9, 1e-3, std::nextafter(tan30, 0.0), tan30, std::nextafter(tan30, 1.0), 1.7, 1.73};
+}
+
+std::vector<StressTrial> run_stress(const StressSpec& spec, std::uint64_t seed) {
+  std::vector<StressTrial> trials;
+  if (spec.layers <= 0) return trials;
+  for (const double mu : stress_friction()) {
+    trials.push_back(attempt(mu, {spec.columns, spec.layers}, "one bead 2, others 1", overloaded(spec.columns), seed));
+    trials.back().deep = true;
+  }
+  const LatticeSpec narrow{4, narrow_stress_layers}, uneven{spec.columns, uneven_stress_layers};
+  for (const double mu : stress_friction()) {
+    trials.push_back(attempt(mu, narrow, "one bead 2, others 1", overloaded(narrow.columns), seed));
+    trials.push_back(attempt(mu, uneven, "ten orders of magnitude", ten_orders(uneven.columns, seed), seed));
+    trials.push_back(attempt(mu, uneven, "half of the beads unloaded", half_unloaded(uneven.columns), seed));
+  }
+  return trials;
+}
+
+Figure draw_stress(const std::vector<StressTrial>& trials, const std::filesystem::path& run_folder) {
+  PlotPlan plan;
+  plan.id = figure_id;
+  plan.script = "studies/stress";
+  plan.height = 3.4;
+  std::vector<std::string> curves, titles, unsolved;
+  Range layers, residuals;
+  layers.add(1);
+  double worst = 0;
+  int columns = 0, deepest = 0;
+  for (const StressTrial& trial : trials) {
+    if (!trial.deep) continue;
+    columns = trial.columns;
+    deepest = std::max(deepest, trial.layers);
+    if (trial.outcome != "solved") {
+      unsolved.push_back(fmt::format("μ = {} ({})", friction_in_words(trial.mu), trial.reason));
+      continue;
+    }
+    CsvTable table({"first_layer", "last_layer", "residual"});
+    for (const ResidualAtDepth& range : trial.depths) {
+      // A logarithmic axis has no place for layer 0, nor for what balances exactly.
+      if (range.first_layer == 0 || !(range.residual > 0)) continue;
+      table.add_row({static_cast<double>(range.first_layer), static_cast<double>(range.last_layer), range.residual});
+      layers.add(range.first_layer);
+      residuals.add(range.residual);
+    }
+    if (table.empty()) continue;
+    worst = std::max(worst, trial.residual);
+    const std::string file = fmt::format("{}-{}.csv", figure_id, curves.size() + 1),
+                      style = series_style(curves.size());
+    plan.data[file] = table.text();
+    curves.push_back(
+        fmt::format("'{}' using 1:3 with linespoints linewidth 0.8 pointsize 0.5 {} notitle", file, style));
+    titles.push_back(fmt::format("keyentry with linespoints linewidth 0.8 pointsize 0.5 {} title {}", style,
+                                 gnuplot_string("μ = " + friction_in_words(trial.mu))));
+  }
+  if (curves.empty()) {
+    throw InputError(
+        "the stress test has no residuals to show, because none of its deep piles was solved; give "
+        "figures.stress.layers "
+        "a smaller number");
+  }
+  plan.curves = static_cast<int>(curves.size());
+  const Range across = widened_by_factor(layers, 1.3), up = widened_by_factor(residuals, 2);
+  Figure figure = draw_plot(plan,
+                            {{"curves", fmt::format("{}", fmt::join(curves, ", \\\n    "))},
+                             {"titles", fmt::format("{}", fmt::join(titles, ", \\\n    "))},
+                             {"left", exact(across.low)},
+                             {"right", exact(across.high)},
+                             {"layer_ticks", log_ticks(across)},
+                             {"residual_ticks", log_ticks(up)},
+                             {"low", exact(up.low)},
+                             {"high", exact(up.high)}},
+                            run_folder);
+  set_words(figure, "studies/stress.words",
+            {{"columns", fmt::format("{}", columns)},
+             {"layers", fmt::format("{}", deepest)},
+             {"worst", significant(worst, 2)},
+             {"unsolved", enumeration(unsolved)}});
+  return figure;
+}
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json to_json(const StressTrial& trial) {
+  Json json = {{"mu", trial.mu},
+               {"columns", trial.columns},
+               {"layers", trial.layers},
+               {"load", trial.load},
+               {"outcome", trial.outcome}};
+  if (trial.outcome != "solved") {
+    json["reason"] = trial.reason;
+    return json;
+  }
+  json["residual"] = trial.residual;
+  json["rounded_per_bead"] = trial.rounded_per_bead;
+  json["depths"] = Json::array();
+  for (const ResidualAtDepth& range : trial.depths) {
+    json["depths"].push_back({{"layers", {range.first_layer, range.last_layer}}, {"residual", range.residual}});
+  }
+  return json;
+}
+
+constexpr double bytes_per_bead = 100;     // a deep pile is held as a whole
+constexpr double seconds_per_bead = 2e-7;  // drawn by itself and audited, on one core of a cloud machine
+
+class StressStudy final : public CopiedStudy<StressStudy> {
+ public:
+  explicit StressStudy(std::vector<StressTrial> measured) : trials_(std::move(measured)) {}
+  std::string id() const override { return "stress"; }
+
+  std::vector<Key> keys() override {
+    return {make_key(table(), "layers", "layers",
+                     "layers of the piles that strain the sampler: friction from 1e-9 to 1.73, with others on four "
+                     "columns and under uneven loads beside them; 0: none",
+                     spec_.layers, KeyRange{.or_zero = true}.within(2, most_layers)),
+            make_key(table(), "columns", "beads", "beads per layer of these piles", spec_.columns,
+                     KeyRange{}.within(4, most_columns))};
+  }
+
+  bool asked() const override { return spec_.layers > 0; }
+
+  Problem find_problem(const MainLine&) const override {
+    constexpr double most_beads = 2e7;
+    if (beads() <= most_beads) return {};
+    return problem(key("layers"),
+                   "{} layers of {} beads: such a pile is held in memory as a whole; give at most {:g} beads, or 0 "
+                   "layers for no stress test",
+                   spec_.layers, spec_.columns, most_beads);
+  }
+
+  double memory() const override { return bytes_per_bead * beads(); }
+  double seconds() const override {
+    return asked() ? seconds_per_bead * static_cast<double>(stress_friction().size()) * beads() : 0;
+  }
+
+  void begin(const MainLine& main, int) override { seed_ = main.sampling.seed; }
+  void finish() override { trials_ = run_stress(spec_, seed_); }
+
+  void write_json(Json& side) const override {
+    side["stress"] = Json::array();
+    for (const StressTrial& trial : trials_) side["stress"].push_back(to_json(trial));
+  }
+
+  std::vector<ReportPart> parts(const Json&) const override { return {part("stress", ReportPart::Place::numerics)}; }
+
+  std::vector<FigureDrawing> figures(const Analysis&) const override {
+    if (trials_.empty()) return {};
+    return {[this](const std::filesystem::path& folder) { return draw_stress(trials_, folder); }};
+  }
+
+ private:
+  double beads() const { return static_cast<double>(spec_.layers) * spec_.columns; }
+
+  StressSpec spec_;
+  std::uint64_t seed_ = 0;
+  std::vector<StressTrial> trials_;  ///< the deep piles first, ascending in mu
+};
+
+}  // namespace
+
+std::unique_ptr<Study> stress_study(std::vector<StressTrial> measured) {
+  return std::make_unique<StressStudy>(std::move(measured));
+}
+
+}  // namespace granuscope

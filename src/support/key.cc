@@ -1,0 +1,171 @@
+#include "support/key.h"
+
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string_view>
+#include <type_traits>
+
+#include "support/describe_bytes.h"
+#include "support/error.h"
+
+namespace granuscope {
+namespace {
+
+int to_int(std::int64_t number) {
+  if (number < std::numeric_limits<int>::min() || number > std::numeric_limits<int>::max()) {
+    constexpr double bytes_per_bead = 96;  // four forces, and what a solver keeps beside them
+    throw InputError(
+        fmt::format("{} is beyond what this key can hold ({} at most; so many beads in a row would need {} of memory); "
+                    "give a smaller number",
+                    number, std::numeric_limits<int>::max(),
+                    describe_bytes(bytes_per_bead * std::abs(static_cast<double>(number)))));
+  }
+  return static_cast<int>(number);
+}
+
+bool is_inside(double number, const KeyRange& range) {
+  if (range.or_zero && number == 0) return true;
+  return number >= range.least && number <= range.most && !(range.beyond_least && number == range.least) &&
+         !(range.short_of_most && number == range.most) && std::isfinite(number);
+}
+
+/// "0.01 to 0.99", "more than 0 and at most 0.6", "at least 4".
+std::string describe_numbers(const KeyRange& range) {
+  const bool low = std::isfinite(range.least), high = std::isfinite(range.most);
+  std::string text;
+  if (low && high && !range.beyond_least && !range.short_of_most) {
+    text = fmt::format("{:.10g} to {:.10g}", range.least, range.most);
+  } else {
+    if (low) text += fmt::format("{} {:.10g}", range.beyond_least ? "more than" : "at least", range.least);
+    if (low && high) text += " and ";
+    if (high) text += fmt::format("{} {:.10g}", range.short_of_most ? "less than" : "at most", range.most);
+  }
+  return range.or_zero && !text.empty() ? "0, or " + text : text;
+}
+
+std::string because(const KeyRange& range) { return range.why.empty() ? "" : ": " + range.why; }
+
+Problem find_number_problem(const std::string& key, double number, const KeyRange& range) {
+  if (is_inside(number, range)) return {};
+  return problem(key, "{} is out of range{}; give {}", number, because(range),
+                 std::isfinite(range.least) || std::isfinite(range.most) ? describe_numbers(range) : "a finite number");
+}
+
+template <class Number>
+Problem find_list_problem(const std::string& key, const std::vector<Number>& numbers, const KeyRange& range) {
+  if (numbers.size() < range.fewest || numbers.size() > range.longest) {
+    return problem(key, "{} values{}; give {} to {}", numbers.size(), because(range), range.fewest, range.longest);
+  }
+  for (std::size_t k = 0; k < numbers.size(); ++k) {
+    if (auto found = find_number_problem(key, static_cast<double>(numbers[k]), range)) return found;
+    if (range.ascending && k > 0 && numbers[k] <= numbers[k - 1]) {
+      return problem(key, "{} follows {}, but the list must ascend without repetition; sort it, and remove one of two",
+                     numbers[k], numbers[k - 1]);
+    }
+  }
+  return {};
+}
+
+struct RangeCheck {
+  const std::string& key;
+  const KeyRange& range;
+
+  Problem operator()(bool) const { return {}; }
+  Problem operator()(std::int64_t number) const { return find_number_problem(key, static_cast<double>(number), range); }
+  Problem operator()(double number) const { return find_number_problem(key, number, range); }
+  Problem operator()(const std::string& name) const {
+    if (range.names.empty() || std::find(range.names.begin(), range.names.end(), name) != range.names.end()) return {};
+    return problem(key, "\"{}\" is none of its names{}; write one of {}", name, because(range),
+                   fmt::join(range.names, ", "));
+  }
+  Problem operator()(const std::vector<std::int64_t>& numbers) const { return find_list_problem(key, numbers, range); }
+  Problem operator()(const std::vector<double>& numbers) const { return find_list_problem(key, numbers, range); }
+  Problem operator()(const NumberPairs& pairs) const {
+    for (const auto& pair : pairs) {
+      if (auto found = find_list_problem(key, std::vector<double>(pair.begin(), pair.end()), range)) return found;
+    }
+    return {};
+  }
+};
+
+}  // namespace
+
+std::string kind_of(const KeyValue& value) {
+  static constexpr const char* kinds[] = {"true or false",
+                                          "a whole number",
+                                          "a number",
+                                          "a string",
+                                          "a list of whole numbers",
+                                          "a list of numbers",
+                                          "a list of pairs of numbers"};
+  static_assert(std::size(kinds) == std::variant_size_v<KeyValue>);
+  return kinds[value.index()];
+}
+
+KeyRange KeyRange::within(double low, double high) && {
+  least = low;
+  most = high;
+  return std::move(*this);
+}
+
+KeyRange KeyRange::above(double low) && {
+  least = low;
+  beyond_least = true;
+  return std::move(*this);
+}
+
+KeyRange KeyRange::below(double high) && {
+  most = high;
+  short_of_most = true;
+  return std::move(*this);
+}
+
+std::string describe(const KeyRange& range, const KeyValue& like) {
+  if (!range.names.empty()) return fmt::format("{}", fmt::join(range.names, ", "));
+  if (std::holds_alternative<bool>(like)) return "true, false";
+  const bool list = std::holds_alternative<std::vector<std::int64_t>>(like) ||
+                    std::holds_alternative<std::vector<double>>(like) || std::holds_alternative<NumberPairs>(like);
+  const std::string numbers = describe_numbers(range);
+  if (!list || range.longest == KeyRange{}.longest) return numbers;
+  return fmt::format("{} to {} values{}", range.fewest, range.longest, numbers.empty() ? "" : ", each " + numbers);
+}
+
+Problem find_range_problem(const Key& key) { return std::visit(RangeCheck{key.path(), key.range}, key.get()); }
+
+namespace key_fields {
+
+KeyValue to_value(const std::vector<int>& field) { return std::vector<std::int64_t>(field.begin(), field.end()); }
+KeyValue to_value(const std::array<double, 2>& field) { return std::vector<double>(field.begin(), field.end()); }
+
+void from_value(int& field, const KeyValue& value) { field = to_int(std::get<std::int64_t>(value)); }
+
+void from_value(std::uint64_t& field, const KeyValue& value) {
+  const auto number = std::get<std::int64_t>(value);
+  if (number < 0) throw InputError(fmt::format("{} is negative; give 0 or more", number));
+  field = static_cast<std::uint64_t>(number);
+}
+
+void from_value(std::vector<double>& field, const KeyValue& value) {
+  field = std::get<std::vector<double>>(value);
+  for (double& number : field) number += 0.0;  // -0.0 becomes 0, whose sign no file name should show
+}
+
+void from_value(std::vector<int>& field, const KeyValue& value) {
+  std::vector<int> numbers;
+  for (const auto number : std::get<std::vector<std::int64_t>>(value)) numbers.push_back(to_int(number));
+  field = std::move(numbers);
+}
+
+void from_value(std::array<double, 2>& field, const KeyValue& value) {
+  const auto& numbers = std::get<std::vector<double>>(value);
+  if (numbers.size() != 2) {
+    throw InputError(
+        fmt::format("a window needs two ends but {} numbers are given; write [low, high]", numbers.size()));
+  }
+  field = {numbers[0], numbers[1]};
+}
+
+}  // namespace key_fields
+}  // namespace granuscope
