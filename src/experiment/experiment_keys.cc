@@ -31,7 +31,8 @@ std::vector<Key> keys_of_main_line(Experiment& e) {
           "used",
           e.lattice.layers),
 
-      make_key("friction", "mu", "", "friction coefficients of the contacts, each at least 0 and below sqrt(3)", e.mu),
+      make_key("friction", "mu", "", "friction coefficients of the contacts, each at least 0 and below sqrt(3)", e.mu,
+               KeyRange{.fewest = 1, .ascending = true}),
 
       make_name_key(
           sampling, "law",
@@ -135,7 +136,7 @@ std::vector<Key> keys_of_main_line(Experiment& e) {
       make_key(profiles, "draw", "", "draw the response at a few layers with its fits (the paper's Fig. 2)",
                e.figures.response_profiles),
       make_key(profiles, "mu", "", "friction coefficient shown, one of friction.mu", e.figures.profile_mu),
-      make_key(profiles, "layers", "layers", "layers shown", e.figures.profile_layers),
+      make_key(profiles, "layers", "layers", "layers shown", e.figures.profile_layers, KeyRange{.ascending = true}),
       make_key("figures.transport_with_depth", "draw", "", "draw c and D against depth and against mu (Fig. 3)",
                e.figures.transport_with_depth),
       make_key("figures.propagation_against_diffusion", "draw", "", "draw c against D (Fig. 4)",

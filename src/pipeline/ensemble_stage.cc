@@ -10,6 +10,7 @@
 #include <cstdlib>
 #include <limits>
 #include <map>
+#include <numeric>
 #include <sstream>
 #include <system_error>
 
@@ -164,6 +165,11 @@ EnsembleRecord draw_in_pieces(const PlannedEnsemble& planned, const std::filesys
 }
 
 }  // namespace
+
+std::uint64_t samples_begun(const EnsembleRecord& record) {
+  return std::accumulate(record.sums.count.begin(), record.sums.count.end(),
+                         static_cast<std::uint64_t>(record.failed.size()));
+}
 
 std::filesystem::path part_file(const PlannedEnsemble& planned) {
   std::filesystem::path file = planned.file;

@@ -24,6 +24,9 @@ struct PlannedEnsemble {
   std::uint64_t begun = 0;  ///< groups of each block that a run that was stopped has left behind (part_file)
 };
 
+/// Samples of an ensemble that are drawn, those that failed included.
+std::uint64_t samples_begun(const EnsembleRecord& record);
+
 /// Where an ensemble is kept while it is being drawn, so that a kill loses little of it: relative to the run's folder.
 std::filesystem::path part_file(const PlannedEnsemble& planned);
 

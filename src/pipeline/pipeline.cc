@@ -46,12 +46,6 @@
 namespace granuscope {
 namespace {
 
-std::uint64_t samples_in(const EnsembleRecord& record) {
-  std::uint64_t samples = record.failed.size();
-  for (const std::uint64_t count : record.sums.count) samples += count;
-  return samples;
-}
-
 /// One run from its first stage to its last.
 class Run {
  public:
@@ -170,7 +164,7 @@ class Run {
   MeasuredEnsemble obtain(PlannedEnsemble& planned) {
     MeasuredEnsemble ensemble;
     const auto start = std::chrono::steady_clock::now();
-    const std::uint64_t there = planned.smaller == nullptr ? 0 : samples_in(*planned.smaller);
+    const std::uint64_t there = planned.smaller == nullptr ? 0 : samples_begun(*planned.smaller);
     timed("sample " + planned.label,
           [&] { ensemble = obtain_ensemble(planned, options_.folder, options_.threads, options_.progress); });
     if (!planned.reusable) {
@@ -280,9 +274,6 @@ class Run {
     for (const auto& study : studies_) {
       for (Claim& claim : study->claims(experiment_.claims)) data_.analysis.claims.push_back(std::move(claim));
       study->write_json(data_.studies);
-    }
-    for (const auto& study : studies_) {
-      if (!study->asked()) continue;
       for (ReportPart& part : study->parts(data_.studies)) data_.parts.push_back(std::move(part));
     }
     expect_verdicts(data_.analysis.claims, experiment_.expected_verdicts);
