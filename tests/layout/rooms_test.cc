@@ -188,7 +188,7 @@ TEST_CASE("Nothing depends on where the project lies or on the machine that buil
     }
   }
   for (const char* file : {"CMakeLists.txt", "CMakePresets.json", "reproduce", "check", "README.md", "Makefile.docs",
-                           "packages.txt", "CITATION.cff"}) {
+                           "packages.txt", "CITATION.cff", "CONTRIBUTING.md", "CHANGELOG.md"}) {
     REQUIRE(fs::exists(source_folder / file));
     files.push_back(source_folder / file);
   }
