@@ -1,11 +1,31 @@
 #pragma once
+#include <cstdint>
 #include <vector>
 
+#include "analysis/estimate.h"
 #include "analysis/fit_spec.h"
 #include "analysis/measured_ensemble.h"
-#include "analysis/side_measurements.h"
 
 namespace granuscope {
+
+/// How c and D scatter over independent repetitions of so many samples.
+struct ErrorPoint {
+  std::uint64_t samples = 0;
+  int repetitions = 0;
+  double scatter_c = 0, scatter_D = 0;  ///< standard deviations
+};
+
+/// The error of one estimator against the size of its ensembles.
+struct ErrorCurve {
+  EnsembleSpec spec;
+  std::uint64_t samples = 0;  ///< of all repetitions
+  std::uint64_t failed = 0;
+  std::uint64_t beads = 0;         ///< drawn for them
+  std::vector<ErrorPoint> points;  ///< ascending in samples; empty if the repetitions have no fit
+  Estimate c, D;                   ///< of all samples; errors from the scatter
+  Estimate shift_c, shift_D;       ///< from the linear response
+  Estimate slope_c, slope_D;       ///< of ln scatter on ln samples; -1/2 is expected
+};
 
 /// Blocks of one repetition: an ensemble that measures errors holds so many for each.
 inline constexpr int repetition_blocks = min_blocks;

@@ -21,15 +21,6 @@ struct FigureSpec {
   bool propagation_and_thrust = true;         ///< c beside the speed that follows from the thrust ratio
 };
 
-/// The response to several kinds and sizes of load, beside the linear response.
-struct NonlinearitySpec {
-  std::vector<double> mu;                        ///< each above 0; empty: not measured
-  std::vector<double> epsilons{0.1, 0.25, 0.5};  ///< multiplexed; that of ResponseSpec is taken for the linear response
-  std::vector<double> overloads{0.25, 1, 4};     ///< point
-  std::uint64_t multiplexed_samples = 1024;      ///< piles at the epsilon of ResponseSpec; others ~ 1/epsilon^2
-  std::uint64_t point_samples = 8192;            ///< piles at the overload 1; others in inverse proportion
-};
-
 /// The laws side by side on uniformly loaded piles.
 struct LawComparisonSpec {
   double mu = 0.3;
@@ -46,13 +37,6 @@ struct LawComparisonSpec {
   static constexpr int tiny = 6;               ///< columns and layers of the piles that every law can draw
   static constexpr LatticeSpec narrow{4, 16};  ///< the deepest piles that rejection still draws in a second
   static constexpr double effort = 1e5;        ///< solutions per bead that eloy-clement is granted
-};
-
-/// The error of each estimator against its run time, on ensembles of their own.
-struct ErrorAgainstTimeSpec {
-  int repetitions = 0;  ///< independent ones of each estimator; 0: not measured
-  double mu = 0.3;
-  int columns = 500, layers = 200;
 };
 
 /// One more picture of the pile of ForceChainSpec, under a name of its own.
@@ -87,8 +71,6 @@ struct Experiment : MainLine {
   FigureSpec figures;
   Studies studies;
   LawComparisonSpec law_comparison;
-  NonlinearitySpec nonlinearity;
-  ErrorAgainstTimeSpec error_against_time;
   std::map<std::string, PictureSpec> pictures;  ///< by name, the tables [scenes.pictures.NAME]
   ResponseFieldSpec response_field;
   ReportSpec report;

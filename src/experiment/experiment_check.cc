@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "analysis/claims.h"
+#include "analysis/expected_response.h"
 #include "ensemble/ensemble_runner.h"
 
 #include "experiment/experiment_keys.h"
@@ -432,17 +433,6 @@ Problem find_gate_problem(const Experiment& e) {
 }
 
 }  // namespace
-
-double expected_width(double mu, double z) { return std::sqrt(1 + 2.2 * std::pow(mu, 2.5) * z); }
-
-double expected_speed(double mu) { return mu > 1 ? tan30 + 0.8 * std::pow(mu - 1, 2) : tan30; }
-
-// Up to tan30 the peaks stay clear of each other by four widths each; where friction makes them faster, by two each:
-// the fit knows their images on the ring, but not which of two that coincide is which.
-double columns_needed(double mu, int layer) {
-  const double z = Lattice::depth(layer), width = expected_width(mu, z);
-  return std::max(2 * tan30 * z + 8 * width, 2 * expected_speed(mu) * z + 4 * width);
-}
 
 double estimate_memory(const Experiment& e) {
   double pile =

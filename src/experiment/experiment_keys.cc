@@ -17,8 +17,6 @@ std::vector<Key> keys_of_main_line(Experiment& e) {
   const std::string claims = "claims";
   const std::string precision = "precision";
   const std::string profiles = "figures.response_profiles";
-  const std::string loads = "figures.nonlinearity";
-  const std::string errors = "figures.error_against_time";
   return {
       make_key("experiment", "name", "", "title of the report, one line", e.name),
       make_key("experiment", "description", "", "a paragraph for the reader of the report", e.description),
@@ -183,32 +181,6 @@ std::vector<Key> keys_of_main_line(Experiment& e) {
           e.law_comparison.exact_mu),
       make_key("figures.law_comparison", "exact_samples", "piles", "piles of each of these sizes",
                e.law_comparison.exact_samples),
-      make_key(
-          errors, "repetitions", "repetitions",
-          "independent repetitions of each estimator from which its error is taken and drawn against its run time; 0: "
-          "none",
-          e.error_against_time.repetitions),
-      make_key(errors, "mu", "", "friction coefficient of that comparison", e.error_against_time.mu),
-      make_key(errors, "columns", "beads", "beads per layer of its piles", e.error_against_time.columns),
-      make_key(errors, "layers", "layers", "layers of its piles", e.error_against_time.layers),
-
-      make_key(
-          loads, "mu", "",
-          "friction coefficients at which the response to several loads is compared with the linear one; none: not at "
-          "all",
-          e.nonlinearity.mu),
-      make_key(
-          loads, "epsilons", "loads of one top bead",
-          "multiplexed loads compared; that of response.epsilon must be among them and stands for the linear response",
-          e.nonlinearity.epsilons),
-      make_key(loads, "overloads", "loads of one top bead", "point loads compared", e.nonlinearity.overloads),
-      make_key(
-          loads, "multiplexed_samples", "piles",
-          "piles at response.epsilon and under a uniform load; at another epsilon in inverse proportion to its square, "
-          "for errors of one size",
-          e.nonlinearity.multiplexed_samples),
-      make_key(loads, "point_samples", "piles", "piles at the overload 1; at another one in inverse proportion to it",
-               e.nonlinearity.point_samples),
   };
 }
 

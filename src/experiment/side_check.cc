@@ -12,63 +12,6 @@
 namespace granuscope {
 namespace {
 
-constexpr int most_error_repetitions = 256;
-
-/// A list of friction coefficients of a side measurement: `least` <= mu < sqrt(3), ascending.
-Problem find_side_mu_problem(const char* key, const std::vector<double>& mu, bool zero_allowed) {
-  if (mu.size() > most_friction_values) {
-    return problem(key, "{} values are more than {}; split the experiment", mu.size(), most_friction_values);
-  }
-  for (std::size_t k = 0; k < mu.size(); ++k) {
-    if (auto found = find_mu_problem(key, mu[k])) return found;
-    if (mu[k] == 0 && !zero_allowed) {
-      return problem(key, "at mu = 0 nothing is random, so that there is nothing to measure here; give mu above 0");
-    }
-    if (k > 0 && mu[k] <= mu[k - 1]) {
-      return problem(key, "{} follows {}, but the list must ascend without repetition; sort it", mu[k], mu[k - 1]);
-    }
-  }
-  return {};
-}
-
-Problem find_nonlinearity_problem(const Experiment& e) {
-  const NonlinearitySpec& loads = e.nonlinearity;
-  if (auto found = find_side_mu_problem("figures.nonlinearity.mu", loads.mu, false)) return found;
-  const auto find_list_problem = [](const char* key, const std::vector<double>& values, double least, double most) {
-    if (values.empty() || values.size() > 6) return problem(key, "{} loads; give 1 to 6", values.size());
-    for (std::size_t k = 0; k < values.size(); ++k) {
-      if (!(values[k] >= least && values[k] <= most)) {
-        return problem(key, "{} cannot be measured beside loads of 1; give {} to {}", values[k], least, most);
-      }
-      if (k > 0 && values[k] <= values[k - 1]) {
-        return problem(key, "{} follows {}, but the list must ascend without repetition; sort it", values[k],
-                       values[k - 1]);
-      }
-    }
-    return Problem{};
-  };
-  if (auto found = find_list_problem("figures.nonlinearity.epsilons", loads.epsilons, 0.01, 0.99)) return found;
-  if (auto found = find_list_problem("figures.nonlinearity.overloads", loads.overloads, 0.01, 100)) return found;
-  if (std::find(loads.epsilons.begin(), loads.epsilons.end(), e.response.epsilon) == loads.epsilons.end()) {
-    return problem(
-        "figures.nonlinearity.epsilons",
-        "response.epsilon = {} is not among [{}], but the linear response is measured with it and the others "
-        "are compared with that; add it",
-        e.response.epsilon, fmt::join(loads.epsilons, ", "));
-  }
-  for (const double mu : loads.mu) {
-    if (mu > e.mu.back()) {
-      return problem("figures.nonlinearity.mu",
-                     "{} is above the largest friction coefficient of friction.mu, {}, for which lattice.columns were "
-                     "found wide enough; leave it out",
-                     mu, e.mu.back());
-    }
-  }
-  const char* key = "figures.nonlinearity.multiplexed_samples";
-  if (auto found = find_samples_problem(key, loads.multiplexed_samples, e.response.blocks)) return found;
-  return find_samples_problem("figures.nonlinearity.point_samples", loads.point_samples, e.response.blocks);
-}
-
 Problem find_law_response_problem(const Experiment& e) {
   const LawComparisonSpec& laws = e.law_comparison;
   const char* key = "figures.law_comparison.response_samples";
@@ -103,46 +46,9 @@ Problem find_law_response_problem(const Experiment& e) {
   return {};
 }
 
-Problem find_error_curve_problem(const Experiment& e) {
-  const ErrorAgainstTimeSpec& asked = e.error_against_time;
-  if (asked.repetitions < 8 || asked.repetitions > most_error_repetitions) {
-    return problem("figures.error_against_time.repetitions",
-                   "{} repetitions: the scatter of fewer than 8 says nothing about an error, and their sums are kept "
-                   "apart, each in blocks of its own; give 8 to {}",
-                   asked.repetitions, most_error_repetitions);
-  }
-  if (e.sampling.law != Law::granusolve) {
-    return problem("figures.error_against_time.repetitions",
-                   "only the law granusolve draws enough piles in which peaks stand apart, but sampling.law is {}; set "
-                   "repetitions = 0 or change the law",
-                   name_of(e.sampling.law));
-  }
-  if (auto found = find_mu_problem("figures.error_against_time.mu", asked.mu)) return found;
-  if (asked.mu == 0)
-    return problem("figures.error_against_time.mu", "at mu = 0 nothing is random and no error falls; give mu above 0");
-  constexpr int least_layers = bottom_margin + 40;
-  if (auto found =
-          find_lattice_problem("figures.error_against_time.columns", asked.columns, "figures.error_against_time.layers",
-                               asked.layers, least_layers, pile_memory(asked.columns, asked.layers))) {
-    return found;
-  }
-  constexpr double room_for_widths = 24;  // bead diameters: eight widths of 3
-  const double least_columns = 2 * tan30 * Lattice::depth(asked.layers - bottom_margin) + room_for_widths;
-  if (asked.columns < least_columns) {
-    return problem("figures.error_against_time.columns",
-                   "{} columns: the two peaks meet behind the ring above layer {}, so that no slope could be fitted; "
-                   "give at least {}, or fewer layers",
-                   asked.columns, asked.layers - bottom_margin, std::ceil(least_columns));
-  }
-  return {};
-}
-
 }  // namespace
 
 Problem find_side_problem(const Experiment& e) {
-  if (!e.nonlinearity.mu.empty()) {
-    if (auto found = find_nonlinearity_problem(e)) return found;
-  }
   if (e.law_comparison.samples > 0) {
     const LawComparisonSpec& laws = e.law_comparison;
     if (auto found = find_samples_problem("figures.law_comparison.samples", laws.samples, e.response.blocks)) {
@@ -203,9 +109,6 @@ Problem find_side_problem(const Experiment& e) {
                      "eloy-clement begins is finished",
                      sizes[i], i + 1);
     }
-  }
-  if (e.error_against_time.repetitions != 0) {
-    if (auto found = find_error_curve_problem(e)) return found;
   }
   return {};
 }

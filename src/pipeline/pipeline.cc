@@ -20,12 +20,10 @@
 #include "pipeline/run_folder.h"
 #include "pipeline/side_stage.h"
 #include "plot/bead_forces.h"
-#include "plot/error_against_time.h"
 #include "plot/figure_words.h"
 #include "plot/gnuplot.h"
 #include "plot/law_comparison.h"
 #include "plot/law_cost.h"
-#include "plot/nonlinearity.h"
 #include "plot/point_selection.h"
 #include "plot/propagation_against_diffusion.h"
 #include "plot/propagation_and_thrust.h"
@@ -310,7 +308,6 @@ class Run {
       if (needs(Stage::analyse)) timed("analyse", [&] { side.add(one, ensemble, drawing_seconds(one.planned)); });
     }
     measure_studies();
-    error_curve_seconds_ = side.error_curve_seconds();
     data_.law_seconds = side.law_seconds();
     if (reused_ > 0) {
       data_.skipped.push_back(
@@ -426,17 +423,11 @@ class Run {
         add_figure([&] { return draw_propagation_and_thrust(clear, options_.folder); });
       }
       const SideMeasurements& side = data_.side;
-      if (!side.nonlinearity.responses.empty()) {
-        add_figure([&] { return draw_nonlinearity(side.nonlinearity, options_.folder); });
-      }
       if (!side.laws.empty()) {
         add_figure([&] { return draw_law_comparison(side.laws, options_.folder); });
       }
       if (!side.law_costs.empty()) {
         add_figure([&] { return draw_law_cost(side.law_costs, options_.folder); });
-      }
-      if (!side.error_curves.empty()) {
-        add_figure([&] { return draw_error_against_time(side.error_curves, error_curve_seconds_, options_.folder); });
       }
       for (const auto& study : studies_) {
         for (const FigureDrawing& drawing : study->figures(data_.analysis)) {
@@ -481,7 +472,6 @@ class Run {
   Field field_;  ///< the mean response at figures.response_profiles.mu, for its picture
   std::optional<Transport> field_transport_;
   Studies studies_ = experiment_.studies;  ///< with what they measure
-  std::vector<double> error_curve_seconds_;
   std::vector<std::pair<std::string, std::string>> failures_;  ///< what could not be drawn, and why
   RunResult result_;
   std::map<std::string, double> earlier_timings_;        ///< by stage

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <numeric>
 
-#include "analysis/error_curve.h"
 #include "analysis/exact_thrust.h"
 #include "analysis/law_comparison.h"
 #include "experiment/experiment_check.h"
@@ -32,95 +31,10 @@ class Planner {
         for (const int size : experiment_.law_comparison.cost_sizes) add_law_cost(law, mu, size);
       }
     }
-    for (const double mu : experiment_.nonlinearity.mu) add_loads(mu);
-    if (experiment_.error_against_time.repetitions > 0) add_error_curves();
     return std::move(planned_);
   }
 
  private:
-  /// On columns just wide enough for the response: beads outside it would cost time and tell nothing.
-  void add_loads(double mu) {
-    const NonlinearitySpec& asked = experiment_.nonlinearity;
-    FitSpec fit = experiment_.fit;
-    fit.shallow_layer = fit.first_layer;  // nothing is drawn of the layers above the window
-    constexpr double handy = 16;          // for the Fourier transforms
-    const int enough = static_cast<int>(handy * std::ceil(columns_needed(mu, fit.last_layer) / handy));
-    const LatticeSpec lattice{std::min(enough, experiment_.lattice.columns), experiment_.lattice.layers};
-    const double reference = experiment_.response.epsilon;
-    const auto add_load = [&](const std::string& name, double mean_samples, const auto& change) {
-      EnsembleSpec spec = spec_at(mu, lattice, whole_rounds(mean_samples));
-      spec.layout = BlockLayout::interleaved;
-      spec.layers = layers_to_record(fit, {});
-      change(spec);
-      add(SideKind::nonlinearity, fmt::format("load {}, mu = {}", name, mu),
-          fmt::format("load-{}-mu-{}", name, exact(mu)), spec);
-    };
-    const auto multiplexed = static_cast<double>(asked.multiplexed_samples);
-    for (const double epsilon : asked.epsilons) {
-      add_load("multiplexed-" + exact(epsilon), multiplexed * std::pow(reference / epsilon, 2),
-               [&](EnsembleSpec& spec) {
-                 spec.response.estimator = EstimatorName::multiplexed;
-                 spec.response.epsilon = epsilon;
-               });
-    }
-    for (const double overload : asked.overloads) {
-      add_load("point-" + exact(overload), static_cast<double>(asked.point_samples) / overload,
-               [&](EnsembleSpec& spec) { spec.response.overload = overload; });
-    }
-    add_load(name_of(Load::uniform), multiplexed, [](EnsembleSpec& spec) {
-      spec.load = Load::uniform;
-      spec.record_profiles = false;
-    });
-  }
-
-  /// The least number of samples, at least that many, of which every block holds as many groups.
-  std::uint64_t whole_rounds(double samples) const {
-    const std::uint64_t round = group_size * static_cast<std::uint64_t>(experiment_.response.blocks);
-    return round * static_cast<std::uint64_t>(std::max(1.0, std::ceil(samples / static_cast<double>(round) - 1e-9)));
-  }
-
-  /// Small repetitions of noisy estimators have no fit, so that these need more piles each time.
-  void add_error_curves() {
-    EnsembleSpec spec = error_spec(64);
-    spec.response.estimator = EstimatorName::point;
-    spec.response.samples *= 4;
-    add_error_curve("point", spec);
-    spec = error_spec(64);
-    spec.response.estimator = EstimatorName::paired;
-    spec.response.samples *= 2;
-    add_error_curve("paired", spec);
-    struct Options {
-      double epsilon;
-      bool opposite;
-      int sign_run;
-    };
-    for (const auto& [epsilon, opposite, sign_run] :
-         {Options{0.1, false, 1}, {0.25, false, 1}, {0.5, false, 1}, {0.25, true, 2}, {0.1, true, 2}}) {
-      spec = error_spec(64);
-      spec.response.estimator = EstimatorName::multiplexed;
-      spec.response.epsilon = epsilon;
-      spec.response.opposite = opposite;
-      spec.response.sign_run = sign_run;
-      add_error_curve(fmt::format("multiplexed-{}{}{}", exact(epsilon), opposite ? "-opposite" : "",
-                                  sign_run > 1 ? fmt::format("-runs-{}", sign_run) : ""),
-                      spec);
-    }
-  }
-
-  EnsembleSpec error_spec(std::uint64_t samples_each_time) const {
-    const ErrorAgainstTimeSpec& asked = experiment_.error_against_time;
-    const auto repetitions = static_cast<std::uint64_t>(asked.repetitions);
-    EnsembleSpec spec = spec_at(asked.mu, {asked.columns, asked.layers}, samples_each_time * repetitions);
-    spec.response.overload = ResponseSpec{}.overload;
-    spec.response.blocks = repetition_blocks * asked.repetitions;
-    spec.layers = layers_to_record(error_curve_fit(spec.lattice), {});
-    return spec;
-  }
-
-  void add_error_curve(const std::string& name, const EnsembleSpec& spec) {
-    add(SideKind::error_curve, fmt::format("error against time, {}", name), fmt::format("error-{}", name), spec);
-  }
-
   void add_laws() {
     const LawComparisonSpec& asked = experiment_.law_comparison;
     const LatticeSpec small{asked.columns, asked.layers}, tiny{LawComparisonSpec::tiny, LawComparisonSpec::tiny};
@@ -257,19 +171,10 @@ void SideMeasurer::add(const SideEnsemble& side, const MeasuredEnsemble& ensembl
     case SideKind::law_cost:
       measured_.law_costs.push_back(measure_law(ensemble));
       break;
-    case SideKind::nonlinearity:
-      nonlinearity_.add(ensemble);
-      break;
-    case SideKind::error_curve:
-      measured_.error_curves.push_back(measure_error_curve(ensemble, threads_));
-      error_curve_seconds_.push_back(seconds);
-      break;
   }
 }
 
 SideMeasurements SideMeasurer::finish() {
-  measured_.nonlinearity = nonlinearity_.finish();
-  set_shifts(measured_.error_curves);
   return std::move(measured_);
 }
 

@@ -2,7 +2,6 @@
 #include <filesystem>
 #include <vector>
 
-#include "analysis/nonlinearity.h"
 #include "analysis/side_measurements.h"
 #include "experiment/experiment.h"
 #include "pipeline/ensemble_stage.h"
@@ -10,7 +9,7 @@
 namespace granuscope {
 
 /// What a side measurement is for.
-enum class SideKind { law_comparison, law_response, exact_thrust, law_cost, nonlinearity, error_curve };
+enum class SideKind { law_comparison, law_response, exact_thrust, law_cost };
 
 /// One small ensemble beside the main ones.
 struct SideEnsemble {
@@ -26,11 +25,9 @@ std::vector<SideEnsemble> plan_side_ensembles(const Experiment& experiment, cons
 class SideMeasurer {
  public:
   SideMeasurer(const Experiment& experiment, int threads)
-      : threads_(threads), nonlinearity_(experiment.fit, experiment.response.epsilon, threads) {}
+      : threads_(threads) {}
   /// `seconds`: what drawing the ensemble took, NaN if unknown.
   void add(const SideEnsemble& side, const MeasuredEnsemble& ensemble, double seconds);
-  /// For each of the error curves.
-  const std::vector<double>& error_curve_seconds() const { return error_curve_seconds_; }
   /// For each of the laws on piles.
   const std::vector<double>& law_seconds() const { return law_seconds_; }
   SideMeasurements finish();
@@ -38,8 +35,7 @@ class SideMeasurer {
  private:
   SideMeasurements measured_;
   int threads_;
-  NonlinearityMeasurer nonlinearity_;
-  std::vector<double> error_curve_seconds_, law_seconds_;
+  std::vector<double> law_seconds_;
 };
 
 }  // namespace granuscope

@@ -18,8 +18,7 @@ std::vector<ReportPart> standard_parts(const Json& summary, const ReportData& da
   return {{"studies/law_comparison.html", "/side", "laws", numbers, law_comparison_overlay(summary, data)},
           {"studies/rejection_thrust.html", "/side", "exact_thrusts", numbers, rejection_thrust_overlay(summary)},
           {"studies/law_responses.html", "/side", "law_responses", numbers, law_responses_overlay(summary)},
-          {"studies/law_rules.html", "/side", "rules", numbers, law_rules_overlay(summary)},
-          {"studies/nonlinearity.html", "/side/nonlinearity", "responses", numbers, nonlinearity_overlay(summary)}};
+          {"studies/law_rules.html", "/side", "rules", numbers, law_rules_overlay(summary)}};
 }
 
 /// The parts of one place, one after the other.

@@ -9,44 +9,14 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json to_json(const ErrorPoint& point) {
-  return {{"samples", point.samples},
-          {"repetitions", point.repetitions},
-          {"scatter_c", finite_or_null(point.scatter_c)},
-          {"scatter_D", finite_or_null(point.scatter_D)}};
-}
-
-Json to_json(const ErrorCurve& curve);
 Json to_json(const LawOnPiles& one);
 Json to_json(const LawResponse& one);
 Json to_json(const ExactThrust& one);
-Json to_json(const LoadResponse& one);
-Json to_json(const LoadExponents& one);
 
 template <typename Item>
 Json list_of(const std::vector<Item>& items) {
   Json json = Json::array();
   for (const Item& item : items) json.push_back(to_json(item));
-  return json;
-}
-
-Json to_json(const ErrorCurve& curve) {
-  const ResponseSpec& response = curve.spec.response;
-  Json json = {{"estimator", name_of(response.estimator)},
-               {"mu", curve.spec.sampler.mu},
-               {"columns", curve.spec.lattice.columns},
-               {"layers", curve.spec.lattice.layers}};
-  json.update(granuscope::to_json(response));
-  json.update(Json{{"samples", curve.samples},
-                   {"failed", curve.failed},
-                   {"beads", curve.beads},
-                   {"points", list_of(curve.points)},
-                   {"c", granuscope::to_json(curve.c)},
-                   {"D", granuscope::to_json(curve.D)},
-                   {"shift_c", granuscope::to_json(curve.shift_c)},
-                   {"shift_D", granuscope::to_json(curve.shift_D)},
-                   {"slope_c", granuscope::to_json(curve.slope_c)},
-                   {"slope_D", granuscope::to_json(curve.slope_D)}});
   return json;
 }
 
@@ -114,37 +84,6 @@ Json to_json(const ExactThrust& one) {
           {"alpha_of_last_layer", granuscope::to_json(one.alpha_of_last_layer)}};
 }
 
-Json to_json(const LoadResponse& one) {
-  return {{"mu", one.spec.sampler.mu},
-          {"estimator", one.uniform() ? name_of(one.spec.load) : name_of(one.spec.response.estimator)},
-          {"load", one.load()},
-          {"reference", one.reference},
-          {"columns", one.spec.lattice.columns},
-          {"layers", one.spec.lattice.layers},
-          {"samples", one.samples},
-          {"failed", one.failed},
-          {"window_layers", {one.first_layer, one.last_layer}},
-          {"own_window", one.own_window},
-          {"c", granuscope::to_json(one.c)},
-          {"D", granuscope::to_json(one.D)},
-          {"c_thrust", granuscope::to_json(one.c_thrust)},
-          {"c_minus_linear", granuscope::to_json(one.c_shift)},
-          {"D_over_linear_minus_1", granuscope::to_json(one.D_shift)},
-          {"c_thrust_minus_uniform", granuscope::to_json(one.c_thrust_shift)}};
-}
-
-Json to_json(const LoadExponents& one) {
-  return {{"estimator", name_of(one.response.estimator)},
-          {"load", load_size(one.response)},
-          {"reference", one.reference},
-          {"window", one.window},
-          {"points", one.points},
-          {"beta", granuscope::to_json(one.beta)},
-          {"gamma", granuscope::to_json(one.gamma)},
-          {"beta_minus_linear", granuscope::to_json(one.beta_shift)},
-          {"gamma_minus_linear", granuscope::to_json(one.gamma_shift)}};
-}
-
 }  // namespace
 
 Json to_json(const SideMeasurements& side) {
@@ -153,9 +92,6 @@ Json to_json(const SideMeasurements& side) {
   json["law_responses"] = list_of(side.law_responses);
   json["exact_thrusts"] = list_of(side.exact_thrusts);
   json["law_costs"] = list_of(side.law_costs);
-  json["nonlinearity"]["responses"] = list_of(side.nonlinearity.responses);
-  json["nonlinearity"]["exponents"] = list_of(side.nonlinearity.exponents);
-  json["error_curves"] = list_of(side.error_curves);
   return json;
 }
 

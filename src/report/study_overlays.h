@@ -11,7 +11,4 @@ nlohmann::ordered_json rejection_thrust_overlay(const nlohmann::ordered_json& su
 nlohmann::ordered_json law_responses_overlay(const nlohmann::ordered_json& summary);
 nlohmann::ordered_json law_rules_overlay(const nlohmann::ordered_json& summary);
 
-/// The same of "/side/nonlinearity".
-nlohmann::ordered_json nonlinearity_overlay(const nlohmann::ordered_json& summary);
-
 }  // namespace granuscope

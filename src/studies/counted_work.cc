@@ -11,7 +11,7 @@
 
 #include "analysis/claim_rule.h"
 #include "analysis/line_fit.h"
-#include "plot/choice.h"
+#include "plot/axes.h"
 #include "plot/csv_table.h"
 #include "plot/figure_words.h"
 #include "plot/plot_script.h"

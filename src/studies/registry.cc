@@ -2,6 +2,8 @@
 
 #include "studies/chain_share.h"
 #include "studies/counted_work.h"
+#include "studies/error_against_time.h"
+#include "studies/nonlinearity/study.h"
 #include "studies/redrawn_beads.h"
 #include "studies/small_friction.h"
 #include "studies/stress.h"
@@ -14,6 +16,8 @@ Studies::Studies() {
   all_.push_back(small_friction_study());
   all_.push_back(chain_share_study());
   all_.push_back(stress_study());
+  all_.push_back(error_against_time_study());
+  all_.push_back(nonlinearity_study());
 }
 
 Studies::Studies(const Studies& other) {

@@ -10,7 +10,7 @@
 #include "model/audit.h"
 #include "model/friction_cone.h"
 #include "model/lattice.h"
-#include "plot/choice.h"
+#include "plot/axes.h"
 #include "plot/csv_table.h"
 #include "plot/figure_words.h"
 #include "plot/plot_script.h"

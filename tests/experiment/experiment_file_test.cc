@@ -95,12 +95,15 @@ Experiment unusual_experiment() {
   set_key(e, "figures.stress.layers", std::int64_t{400});
   set_key(e, "figures.stress.columns", std::int64_t{24});
   e.sampling.rules = MendingRules::no_arcs;
-  e.error_against_time = {.repetitions = 24, .mu = 0.25, .columns = 300, .layers = 150};
-  e.nonlinearity = {.mu = {0.1, 0.2},
-                    .epsilons = {0.05, 0.125},
-                    .overloads = {0.5, 2},
-                    .multiplexed_samples = 2048,
-                    .point_samples = 4096};
+  set_key(e, "figures.error_against_time.repetitions", std::int64_t{24});
+  set_key(e, "figures.error_against_time.mu", 0.25);
+  set_key(e, "figures.error_against_time.columns", std::int64_t{300});
+  set_key(e, "figures.error_against_time.layers", std::int64_t{150});
+  set_key(e, "figures.nonlinearity.mu", numbers({0.1, 0.2}));
+  set_key(e, "figures.nonlinearity.epsilons", numbers({0.05, 0.125}));
+  set_key(e, "figures.nonlinearity.overloads", numbers({0.5, 2}));
+  set_key(e, "figures.nonlinearity.multiplexed_samples", std::int64_t{2048});
+  set_key(e, "figures.nonlinearity.point_samples", std::int64_t{4096});
   e.figures.bead_forces = false;
   e.figures.scaling_with_friction = false;
   e.figures.propagation_and_thrust = false;

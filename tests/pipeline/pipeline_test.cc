@@ -354,7 +354,11 @@ TEST_CASE("Side measurements are drawn, kept, reused and reported") {
   set_key(experiment, "figures.chain_share.samples", std::int64_t{256});
   set_key(experiment, "figures.redrawn_beads.mu", numbers({0.3}));
   set_key(experiment, "figures.redrawn_beads.samples", std::int64_t{256});
-  experiment.nonlinearity = {{0.2, 0.3, 0.4}, {0.25, 0.5}, {1, 2}, 300, 1024};
+  set_key(experiment, "figures.nonlinearity.mu", numbers({0.2, 0.3, 0.4}));
+  set_key(experiment, "figures.nonlinearity.epsilons", numbers({0.25, 0.5}));
+  set_key(experiment, "figures.nonlinearity.overloads", numbers({1, 2}));
+  set_key(experiment, "figures.nonlinearity.multiplexed_samples", std::int64_t{300});
+  set_key(experiment, "figures.nonlinearity.point_samples", std::int64_t{1024});
   experiment.force_chains.layers = 25;
   TemporaryFolder folder;
   const auto summary_of = [&](const std::vector<Stage>& only) {

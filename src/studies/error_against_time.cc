@@ -1,15 +1,19 @@
-#include "plot/error_against_time.h"
+#include "studies/error_against_time.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
-#include "plot/choice.h"
+#include "analysis/transport.h"
+#include "plot/axes.h"
 #include "plot/csv_table.h"
 #include "plot/figure_words.h"
 #include "plot/plot_script.h"
 #include "plot/series_style.h"
+#include "report/estimate_json.h"
+#include "studies/common_checks.h"
 #include "support/error.h"
 #include "support/number_format.h"
 
@@ -116,7 +120,7 @@ Figure draw_error_against_time(const std::vector<ErrorCurve>& curves, const std:
   const bool timed = std::all_of(seconds.begin(), seconds.end(), [](double s) { return std::isfinite(s) && s > 0; });
   PlotPlan plan;
   plan.id = figure_id;
-  plan.script = "plot/error_against_time";
+  plan.script = "studies/error_against_time";
   plan.height = 3.5;
   Panel panels[2];
   std::vector<std::string> titles, slopes_c, slopes_D, floors, missing, gains;
@@ -174,7 +178,7 @@ Figure draw_error_against_time(const std::vector<ErrorCurve>& curves, const std:
     gaps[name + "_y_ticks"] = log_ticks(y);
   }
   Figure figure = draw_plot(plan, gaps, run_folder);
-  set_words(figure, "plot/error_against_time.words",
+  set_words(figure, "studies/error_against_time.words",
             {{"mu", caption_number(curves.front().spec.sampler.mu)},
              {"columns", std::to_string(curves.front().spec.lattice.columns)},
              {"layers", std::to_string(curves.front().spec.lattice.layers)},
@@ -190,5 +194,152 @@ Figure draw_error_against_time(const std::vector<ErrorCurve>& curves, const std:
              {"missing", enumeration(missing)}});
   return figure;
 }
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json to_json(const ErrorPoint& point) {
+  return {{"samples", point.samples},
+          {"repetitions", point.repetitions},
+          {"scatter_c", finite_or_null(point.scatter_c)},
+          {"scatter_D", finite_or_null(point.scatter_D)}};
+}
+
+Json to_json(const ErrorCurve& curve) {
+  const ResponseSpec& response = curve.spec.response;
+  Json points = Json::array();
+  for (const ErrorPoint& point : curve.points) points.push_back(to_json(point));
+  Json json = {{"estimator", name_of(response.estimator)},
+               {"mu", curve.spec.sampler.mu},
+               {"columns", curve.spec.lattice.columns},
+               {"layers", curve.spec.lattice.layers}};
+  json.update(granuscope::to_json(response));
+  json.update(Json{{"samples", curve.samples},
+                   {"failed", curve.failed},
+                   {"beads", curve.beads},
+                   {"points", points},
+                   {"c", granuscope::to_json(curve.c)},
+                   {"D", granuscope::to_json(curve.D)},
+                   {"shift_c", granuscope::to_json(curve.shift_c)},
+                   {"shift_D", granuscope::to_json(curve.shift_D)},
+                   {"slope_c", granuscope::to_json(curve.slope_c)},
+                   {"slope_D", granuscope::to_json(curve.slope_D)}});
+  return json;
+}
+
+constexpr int most_repetitions = 256;
+
+class ErrorAgainstTimeStudy final : public CopiedStudy<ErrorAgainstTimeStudy> {
+ public:
+  std::string id() const override { return "error_against_time"; }
+
+  std::vector<Key> keys() override {
+    return {make_key(table(), "repetitions", "repetitions",
+                     "independent repetitions of each estimator from which its error is taken and drawn against its "
+                     "run time; 0: none",
+                     repetitions_,
+                     KeyRange{.or_zero = true,
+                              .why = "the scatter of fewer than 8 says nothing about an error, and their sums are kept "
+                                     "apart, each in blocks of its own"}
+                         .within(8, most_repetitions)),
+            make_key(table(), "mu", "", "friction coefficient of that comparison", mu_, friction_range_above_zero()),
+            make_key(table(), "columns", "beads", "beads per layer of its piles", lattice_.columns),
+            make_key(table(), "layers", "layers", "layers of its piles", lattice_.layers)};
+  }
+
+  bool asked() const override { return repetitions_ > 0; }
+
+  Problem find_problem(const MainLine& main) const override {
+    if (main.sampling.law != Law::granusolve) {
+      return problem(key("repetitions"),
+                     "only the law granusolve draws enough piles in which peaks stand apart, but sampling.law is {}; "
+                     "set repetitions = 0 or change the law",
+                     name_of(main.sampling.law));
+    }
+    const auto& [columns, layers] = lattice_;
+    constexpr int least_layers = bottom_margin + 40;
+    if (auto found = find_lattice_problem(key("columns"), columns, key("layers"), layers, least_layers,
+                                          pile_memory(columns, layers))) {
+      return found;
+    }
+    constexpr double room_for_widths = 24;  // bead diameters: eight widths of 3
+    const double least_columns = 2 * tan30 * Lattice::depth(layers - bottom_margin) + room_for_widths;
+    if (columns >= least_columns) return {};
+    return problem(key("columns"),
+                   "{} columns: the two peaks meet behind the ring above layer {}, so that no slope could be fitted; "
+                   "give at least {}, or fewer layers",
+                   columns, layers - bottom_margin, std::ceil(least_columns));
+  }
+
+  /// Small repetitions of noisy estimators have no fit, so that these need more piles each time.
+  std::vector<StudyEnsemble> ensembles(const MainLine& main) const override {
+    std::vector<StudyEnsemble> all;
+    const auto add_curve = [&](const std::string& name, const EnsembleSpec& spec) {
+      all.push_back({fmt::format("error against time, {}", name), fmt::format("error-{}", name), spec});
+    };
+    EnsembleSpec spec = curve_of(main, 256);
+    spec.response.estimator = EstimatorName::point;
+    add_curve("point", spec);
+    spec = curve_of(main, 128);
+    spec.response.estimator = EstimatorName::paired;
+    add_curve("paired", spec);
+    struct Options {
+      double epsilon;
+      bool opposite;
+      int sign_run;
+    };
+    for (const auto& [epsilon, opposite, sign_run] :
+         {Options{0.1, false, 1}, {0.25, false, 1}, {0.5, false, 1}, {0.25, true, 2}, {0.1, true, 2}}) {
+      spec = curve_of(main, 64);
+      spec.response.estimator = EstimatorName::multiplexed;
+      spec.response.epsilon = epsilon;
+      spec.response.opposite = opposite;
+      spec.response.sign_run = sign_run;
+      add_curve(fmt::format("multiplexed-{}{}{}", exact(epsilon), opposite ? "-opposite" : "",
+                            sign_run > 1 ? fmt::format("-runs-{}", sign_run) : ""),
+                spec);
+    }
+    return all;
+  }
+
+  void begin(const MainLine&, int threads) override { threads_ = threads; }
+  void add(const StudyEnsemble&, const MeasuredEnsemble& ensemble, double seconds) override {
+    curves_.push_back(measure_error_curve(ensemble, threads_));
+    seconds_.push_back(seconds);
+  }
+  void finish() override { set_shifts(curves_); }
+
+  void write_json(Json& side) const override {
+    side["error_curves"] = Json::array();
+    for (const ErrorCurve& curve : curves_) side["error_curves"].push_back(to_json(curve));
+  }
+
+  std::vector<FigureDrawing> figures(const Analysis&) const override {
+    if (curves_.empty()) return {};
+    return {[this](const std::filesystem::path& folder) { return draw_error_against_time(curves_, seconds_, folder); }};
+  }
+
+ private:
+  EnsembleSpec curve_of(const MainLine& main, std::uint64_t samples_each_time) const {
+    EnsembleSpec spec =
+        main.ensemble_at(mu_, lattice_, samples_each_time * static_cast<std::uint64_t>(repetitions_));
+    spec.response.overload = ResponseSpec{}.overload;
+    spec.response.blocks = repetition_blocks * repetitions_;
+    spec.layers = layers_to_record(error_curve_fit(spec.lattice), {});
+    return spec;
+  }
+
+  int repetitions_ = 0;  ///< independent ones of each estimator; 0: not measured
+  double mu_ = 0.3;
+  LatticeSpec lattice_{500, 200};
+  int threads_ = 0;
+  std::vector<ErrorCurve> curves_;  ///< one for each estimator
+  std::vector<double> seconds_;     ///< what drawing each took
+};
+
+}  // namespace
+
+std::unique_ptr<Study> error_against_time_study() { return std::make_unique<ErrorAgainstTimeStudy>(); }
 
 }  // namespace granuscope

@@ -1,10 +1,12 @@
+#include "overlay.h"
+
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
 
 #include "report/number_text.h"
 #include "report/reason_notes.h"
-#include "report/study_overlays.h"
+
 
 namespace granuscope {
 
@@ -30,7 +32,7 @@ void add_load_reason(Json& notes, const Json& summary, const Json& one, const st
 
 }  // namespace
 
-Json nonlinearity_overlay(const Json& summary) {
+Json load_overlay(const Json& summary) {
   Json overlay, notes = Json::array();
   for (const char* list : {"responses", "exponents", "paper_load", "paper_load_exponents"}) {
     overlay[list] = Json::array();

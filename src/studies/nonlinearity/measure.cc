@@ -1,4 +1,4 @@
-#include "analysis/nonlinearity.h"
+#include "measure.h"
 
 #include <algorithm>
 #include <cmath>
@@ -50,12 +50,12 @@ Estimate compare(const Estimate& one, const Replicated& replicates, const Estima
 
 }  // namespace
 
-void NonlinearityMeasurer::add(MeasuredEnsemble ensemble) {
+void LoadComparer::add(MeasuredEnsemble ensemble) {
   if (!open_.empty() && open_.front().spec.sampler.mu != ensemble.spec.sampler.mu) close_friction();
   open_.push_back(std::move(ensemble));
 }
 
-NonlinearityMeasurer::Measured NonlinearityMeasurer::measure(const MeasuredEnsemble& ensemble,
+LoadComparer::Measured LoadComparer::measure(const MeasuredEnsemble& ensemble,
                                                              const FitSpec& fit) const {
   Measured measured;
   LoadResponse& response = measured.response;
@@ -81,14 +81,14 @@ NonlinearityMeasurer::Measured NonlinearityMeasurer::measure(const MeasuredEnsem
   return measured;
 }
 
-FitSpec NonlinearityMeasurer::starting_at(int first_layer) const {
+FitSpec LoadComparer::starting_at(int first_layer) const {
   FitSpec fit = fit_;
   fit.first_layer = first_layer;
   return fit;
 }
 
 /// Where the runs of all loads overlap that can be fitted at enough of the depths of the linear response.
-int NonlinearityMeasurer::first_common_layer(const std::vector<Measured>& measured) const {
+int LoadComparer::first_common_layer(const std::vector<Measured>& measured) const {
   int enough = 0;
   for (const Measured& one : measured) {
     if (one.response.reference) enough = static_cast<int>(std::ceil(common_share * one.depths));
@@ -100,7 +100,7 @@ int NonlinearityMeasurer::first_common_layer(const std::vector<Measured>& measur
   return first;
 }
 
-void NonlinearityMeasurer::close_friction() {
+void LoadComparer::close_friction() {
   std::vector<Measured> measured;
   for (const MeasuredEnsemble& ensemble : open_) measured.push_back(measure(ensemble, fit_));
   const int common = first_common_layer(measured);
@@ -146,7 +146,7 @@ void NonlinearityMeasurer::close_friction() {
 }
 
 /// The exponents of one load, over the friction coefficients given.
-struct NonlinearityMeasurer::LawPair {
+struct LoadComparer::LawPair {
   ReplicatedPowerLaw beta, gamma;
 
   LawPair(const std::vector<double>& mu, const std::vector<const Slopes*>& points, std::array<double, 2> window) {
@@ -161,7 +161,7 @@ struct NonlinearityMeasurer::LawPair {
   }
 };
 
-bool NonlinearityMeasurer::has_logarithms(const Slopes& slopes) {
+bool LoadComparer::has_logarithms(const Slopes& slopes) {
   return slopes.c.estimate.known() && slopes.D.estimate.known() &&
          estimate(transform(logarithm, slopes.D.replicates)).known() &&
          estimate(transform(log_of_slowing, slopes.c.replicates)).known();
@@ -169,7 +169,7 @@ bool NonlinearityMeasurer::has_logarithms(const Slopes& slopes) {
 
 /// The exponents of the load number `k` of every friction coefficient, and how they differ from those of the linear
 /// response over the same friction coefficients and layers: others could not be compared.
-LoadExponents NonlinearityMeasurer::measure_exponents(std::size_t k) const {
+LoadExponents LoadComparer::measure_exponents(std::size_t k) const {
   const std::array<double, 2> window = fit_.scaling_window;
   std::vector<double> at_mu;
   std::vector<const Slopes*> points, linear_points;
@@ -200,9 +200,9 @@ LoadExponents NonlinearityMeasurer::measure_exponents(std::size_t k) const {
   return exponents;
 }
 
-Nonlinearity NonlinearityMeasurer::finish() {
+LoadComparison LoadComparer::finish() {
   if (!open_.empty()) close_friction();
-  Nonlinearity result;
+  LoadComparison result;
   for (const std::vector<Measured>& loads : measured_) {
     for (const Measured& one : loads) result.responses.push_back(one.response);
   }

@@ -1,9 +1,11 @@
 #pragma once
 #include <filesystem>
+#include <memory>
 #include <vector>
 
-#include "analysis/side_measurements.h"
+#include "analysis/error_curve.h"
 #include "plot/figure.h"
+#include "studies/study.h"
 
 namespace granuscope {
 
@@ -15,5 +17,8 @@ namespace granuscope {
 /// EnvironmentError if gnuplot is missing or fails.
 Figure draw_error_against_time(const std::vector<ErrorCurve>& curves, const std::vector<double>& seconds,
                                const std::filesystem::path& run_folder);
+
+/// The error of each estimator against its run time, on ensembles of their own.
+std::unique_ptr<Study> error_against_time_study();
 
 }  // namespace granuscope

@@ -1,7 +1,7 @@
 #pragma once
 #include <filesystem>
 
-#include "analysis/side_measurements.h"
+#include "measure.h"
 #include "plot/figure.h"
 
 namespace granuscope {
@@ -10,6 +10,6 @@ namespace granuscope {
 /// size of the load, one pair of curves (point, multiplexed) for each friction coefficient.
 /// Writes figures/nonlinearity*.csv, .gp, .svg and .pdf below `run_folder`.
 /// Throws InputError if nothing could be compared, EnvironmentError if gnuplot is missing or fails.
-Figure draw_nonlinearity(const Nonlinearity& measured, const std::filesystem::path& run_folder);
+Figure draw_load_comparison(const LoadComparison& measured, const std::filesystem::path& run_folder);
 
 }  // namespace granuscope

@@ -1,13 +1,48 @@
 #pragma once
 #include <array>
-#include <string>
+#include <cstdint>
 #include <vector>
 
+#include "analysis/estimate.h"
 #include "analysis/fit_spec.h"
-#include "analysis/side_measurements.h"
-#include "analysis/transport.h"
+#include "analysis/jackknife.h"
+#include "analysis/measured_ensemble.h"
+#include "ensemble/ensemble_spec.h"
 
 namespace granuscope {
+
+/// The response at one friction coefficient to one kind and size of load, beside the linear response.
+struct LoadResponse {
+  EnsembleSpec spec;                    ///< under a uniform load there is no response, only the thrust ratio
+  bool reference = false;               ///< taken for the linear response
+  std::uint64_t samples = 0;            ///< piles that entered
+  std::uint64_t failed = 0;             ///< piles that could not be completed
+  int first_layer = 0, last_layer = 0;  ///< of the window of the slopes
+  bool own_window = false;  ///< shorter than the one common to the other loads at this mu, see LoadComparer
+  Estimate c, D, c_thrust;
+  Estimate c_shift;         ///< c minus that of the linear response, over the same layers
+  Estimate D_shift;         ///< D over that of the linear response, minus 1; likewise
+  Estimate c_thrust_shift;  ///< c_thrust minus that of uniformly loaded piles
+
+  bool uniform() const { return spec.load == Load::uniform; }
+  double load() const { return uniform() ? 0 : load_size(spec.response); }
+};
+
+/// The exponents over the friction coefficients of one load.
+struct LoadExponents {
+  ResponseSpec response;
+  bool reference = false;
+  std::array<double, 2> window{};  ///< of mu: the least and largest that took part
+  int points = 0;                  ///< friction coefficients that took part
+  Estimate beta, gamma;
+  Estimate beta_shift, gamma_shift;  ///< minus those of the linear response at the same friction coefficients
+};
+
+/// How far the response depends on the size of the load: c, D and the exponents for several loads.
+struct LoadComparison {
+  std::vector<LoadResponse> responses;   ///< ascending in mu, at each mu in the order of the exponents, then uniform
+  std::vector<LoadExponents> exponents;  ///< multiplexed ascending in epsilon, then point ascending in the overload
+};
 
 /// A load takes part in the common window if it can be fitted at this share of the depths of the linear response.
 inline constexpr double common_share = 0.75;
@@ -23,14 +58,14 @@ inline constexpr double common_share = 0.75;
 /// Every shift is taken with its own error: the ensembles share random numbers, so that block b is left out of all of
 /// them at once. Their blocks must hold whole rounds of groups, interleaved (ensemble_spec.h): then block b of one
 /// holds no pile of another block of the other.
-class NonlinearityMeasurer {
+class LoadComparer {
  public:
   /// `reference_epsilon`: the multiplexed ensemble that is taken for the linear response. `threads` changes no number.
-  NonlinearityMeasurer(const FitSpec& fit, double reference_epsilon, int threads)
+  LoadComparer(const FitSpec& fit, double reference_epsilon, int threads)
       : fit_(fit), reference_epsilon_(reference_epsilon), threads_(threads) {}
 
   void add(MeasuredEnsemble ensemble);
-  Nonlinearity finish();
+  LoadComparison finish();
 
  private:
   struct Slope {

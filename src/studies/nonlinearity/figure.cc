@@ -1,4 +1,4 @@
-#include "plot/nonlinearity.h"
+#include "figure.h"
 
 #include <fmt/format.h>
 
@@ -6,7 +6,7 @@
 #include <map>
 #include <set>
 
-#include "plot/choice.h"
+#include "plot/axes.h"
 #include "plot/csv_table.h"
 #include "plot/figure_words.h"
 #include "plot/plot_script.h"
@@ -70,7 +70,7 @@ std::string in_percent(const Estimate& shift) {
 }
 
 /// A mark for each load.
-std::string load_marks(const Nonlinearity& measured) {
+std::string load_marks(const LoadComparison& measured) {
   std::set<double> loads;
   for (const LoadResponse& one : measured.responses) {
     if (one.load() > 0) loads.insert(one.load());
@@ -82,7 +82,7 @@ std::string load_marks(const Nonlinearity& measured) {
 }
 
 /// "μ = 0.1: −24(3) %" for the overload nearest to the paper's.
-std::vector<std::string> shifts_of_the_paper(const Nonlinearity& measured) {
+std::vector<std::string> shifts_of_the_paper(const LoadComparison& measured) {
   std::vector<std::string> shifts;
   for (const LoadResponse& one : measured.responses) {
     const bool of_the_paper = one.spec.response.estimator == EstimatorName::point && one.load() == 1;
@@ -94,7 +94,7 @@ std::vector<std::string> shifts_of_the_paper(const Nonlinearity& measured) {
 
 }  // namespace
 
-Figure draw_nonlinearity(const Nonlinearity& measured, const std::filesystem::path& run_folder) {
+Figure draw_load_comparison(const LoadComparison& measured, const std::filesystem::path& run_folder) {
   std::vector<Series> all;
   std::map<double, std::size_t> colours;
   double reference = 0;
@@ -109,7 +109,7 @@ Figure draw_nonlinearity(const Nonlinearity& measured, const std::filesystem::pa
   }
   PlotPlan plan;
   plan.id = figure_id;
-  plan.script = "plot/nonlinearity";
+  plan.script = "studies/nonlinearity";
   plan.height = 3.0;
   Panels panels;
   panels.D.add(0);
@@ -141,7 +141,7 @@ Figure draw_nonlinearity(const Nonlinearity& measured, const std::filesystem::pa
                              {"c_high", exact(c[1])},
                              {"c_ticks", linear_ticks(panels.c, 7)}},
                             run_folder);
-  set_words(figure, "plot/nonlinearity.words",
+  set_words(figure, "studies/nonlinearity.words",
             {{"reference", caption_number(reference)}, {"paper_shifts", enumeration(shifts_of_the_paper(measured))}});
   return figure;
 }

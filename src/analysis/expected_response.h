@@ -1,0 +1,18 @@
+#pragma once
+
+namespace granuscope {
+
+// What a response will be like, before anything is drawn.
+
+/// Expected width W of a response peak in bead diameters at depth z, for making sure that the two peaks stay apart:
+/// W^2 = 1 + D z with D = 2.2 mu^2.5, which lies above every D measured on 500 x 200 beads up to mu = 0.5.
+double expected_width(double mu, double z);
+
+/// Expected speed x_p/z of a peak, for the same purpose: tan 30 degrees, which no peak exceeds up to mu = 1, and
+/// 0.8 (mu - 1)^2 more beyond. Lies above what 800 x 200 beads show: 0.61 at mu = 1.3, 0.68 at 1.5, 0.89 at 1.7.
+double expected_speed(double mu);
+
+/// Columns of a ring on which the two peaks of the response are still apart down to `layer`.
+double columns_needed(double mu, int layer);
+
+}  // namespace granuscope
