@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include "analysis/expected_response.h"
 #include "analysis/law_comparison.h"
 #include "ensemble/ensemble_runner.h"
 #include "experiment/experiment_check.h"

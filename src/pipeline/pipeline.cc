@@ -302,7 +302,7 @@ class Run {
       });
     }
     note_rounding();
-    SideMeasurer side(experiment_, options_.threads);
+    SideMeasurer side(options_.threads);
     for (SideEnsemble& one : plan_side_ensembles(experiment_, options_.folder)) {
       const MeasuredEnsemble ensemble = obtain(one.planned);
       if (needs(Stage::analyse)) timed("analyse", [&] { side.add(one, ensemble, drawing_seconds(one.planned)); });
@@ -471,7 +471,7 @@ class Run {
   ReportData data_;
   Field field_;  ///< the mean response at figures.response_profiles.mu, for its picture
   std::optional<Transport> field_transport_;
-  Studies studies_ = experiment_.studies;  ///< with what they measure
+  Studies studies_ = experiment_.studies;                      ///< with what they measure
   std::vector<std::pair<std::string, std::string>> failures_;  ///< what could not be drawn, and why
   RunResult result_;
   std::map<std::string, double> earlier_timings_;        ///< by stage

@@ -174,8 +174,6 @@ void SideMeasurer::add(const SideEnsemble& side, const MeasuredEnsemble& ensembl
   }
 }
 
-SideMeasurements SideMeasurer::finish() {
-  return std::move(measured_);
-}
+SideMeasurements SideMeasurer::finish() { return std::move(measured_); }
 
 }  // namespace granuscope

@@ -24,8 +24,7 @@ std::vector<SideEnsemble> plan_side_ensembles(const Experiment& experiment, cons
 /// at once.
 class SideMeasurer {
  public:
-  SideMeasurer(const Experiment& experiment, int threads)
-      : threads_(threads) {}
+  SideMeasurer(int threads) : threads_(threads) {}
   /// `seconds`: what drawing the ensemble took, NaN if unknown.
   void add(const SideEnsemble& side, const MeasuredEnsemble& ensemble, double seconds);
   /// For each of the laws on piles.

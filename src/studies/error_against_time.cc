@@ -13,6 +13,7 @@
 #include "plot/plot_script.h"
 #include "plot/series_style.h"
 #include "report/estimate_json.h"
+#include "report/spec_json.h"
 #include "studies/common_checks.h"
 #include "support/error.h"
 #include "support/number_format.h"
@@ -322,8 +323,7 @@ class ErrorAgainstTimeStudy final : public CopiedStudy<ErrorAgainstTimeStudy> {
 
  private:
   EnsembleSpec curve_of(const MainLine& main, std::uint64_t samples_each_time) const {
-    EnsembleSpec spec =
-        main.ensemble_at(mu_, lattice_, samples_each_time * static_cast<std::uint64_t>(repetitions_));
+    EnsembleSpec spec = main.ensemble_at(mu_, lattice_, samples_each_time * static_cast<std::uint64_t>(repetitions_));
     spec.response.overload = ResponseSpec{}.overload;
     spec.response.blocks = repetition_blocks * repetitions_;
     spec.layers = layers_to_record(error_curve_fit(spec.lattice), {});

@@ -127,16 +127,14 @@ Claim judge_redraw_share(const std::vector<RedrawnBeads>& measured) {
     }
   }
   if (missing.size() == stated_shares.size()) {
-    leave_open(
-        claim,
-        "nothing was measured with the standard procedure: set figures.redrawn_beads.mu = [0.1, 0.3]; "
-        "a few hundred pairs of piles decide");
+    leave_open(claim,
+               "nothing was measured with the standard procedure: set figures.redrawn_beads.mu = [0.1, 0.3]; "
+               "a few hundred pairs of piles decide");
     return claim;
   }
   say(claim, fmt::format("{}.", fmt::join(clauses, "; ")));
   if (!missing.empty()) {
-    say(claim, fmt::format("The other number of the paper needs {} in figures.redrawn_beads.mu.",
-                           list_of_mu(missing)));
+    say(claim, fmt::format("The other number of the paper needs {} in figures.redrawn_beads.mu.", list_of_mu(missing)));
   }
   if (failed && same_order) {
     say(claim,

@@ -281,13 +281,28 @@ TEST_CASE("Loads that could not be compared are refused") {
         }) == "(none)");
   CHECK_THAT(with([](Experiment& e) { e.response.epsilon = 0.3; }),
              Contains("figures.nonlinearity.epsilons: response.epsilon = 0.3 is not among [0.1, 0.25, 0.5]"));
-  CHECK_THAT(with([](Experiment& e) { set_key(e, "figures.nonlinearity.mu", numbers({0.0, 0.1})); }), Contains("nothing is random"));
-  CHECK_THAT(with([](Experiment& e) { set_key(e, "figures.nonlinearity.mu", numbers({0.1, 0.5})); }), Contains("0.5 is above the largest"));
-  CHECK_THAT(with([](Experiment& e) { set_key(e, "figures.nonlinearity.epsilons", numbers({0.25, 1})); }), Contains("1 cannot be measured"));
-  CHECK_THAT(with([](Experiment& e) { set_key(e, "figures.nonlinearity.overloads", numbers({1, 0.5})); }), Contains("must ascend"));
-  CHECK_THAT(with([](Experiment& e) { set_key(e, "figures.nonlinearity.overloads", numbers({})); }), Contains("0 loads"));
-  CHECK_THAT(with([](Experiment& e) { set_key(e, "figures.nonlinearity.point_samples", std::int64_t{255}); }), Contains("whole group of eight"));
-  CHECK_THAT(with([](Experiment& e) { set_key(e, "figures.nonlinearity.multiplexed_samples", std::int64_t{8}); }), Contains("multiplexed_samples"));
+  CHECK_THAT(with([](Experiment& e) {
+               set_key(e, "figures.nonlinearity.mu", numbers({0.0, 0.1}));
+             }),
+             Contains("nothing is random"));
+  CHECK_THAT(with([](Experiment& e) {
+               set_key(e, "figures.nonlinearity.mu", numbers({0.1, 0.5}));
+             }),
+             Contains("0.5 is above the largest"));
+  CHECK_THAT(with([](Experiment& e) {
+               set_key(e, "figures.nonlinearity.epsilons", numbers({0.25, 1}));
+             }),
+             Contains("figures.nonlinearity.epsilons: 1 is out of range"));
+  CHECK_THAT(with([](Experiment& e) {
+               set_key(e, "figures.nonlinearity.overloads", numbers({1, 0.5}));
+             }),
+             Contains("must ascend"));
+  CHECK_THAT(with([](Experiment& e) { set_key(e, "figures.nonlinearity.overloads", numbers({})); }),
+             Contains("figures.nonlinearity.overloads: 0 values"));
+  CHECK_THAT(with([](Experiment& e) { set_key(e, "figures.nonlinearity.point_samples", std::int64_t{255}); }),
+             Contains("whole group of eight"));
+  CHECK_THAT(with([](Experiment& e) { set_key(e, "figures.nonlinearity.multiplexed_samples", std::int64_t{8}); }),
+             Contains("multiplexed_samples"));
 }
 
 TEST_CASE("Responses under the laws that could not be measured are refused") {

@@ -152,18 +152,29 @@ TEST_CASE("No table is wider than the page") {
     result.neighbours = {neighbour};
     result.fitted_area = result.centre_background = synthetic::known(-0.00326, 0.0009);
   }
-  for (const double load : {0.25, 4.0}) {
-    LoadResponse one;
-    one.spec.sampler.mu = 0.15;
-    one.spec.response = load < 1 ? multiplexed_response(load) : point_response(load);
-    one.reference = load < 1;
-    one.samples = 100000;
-    one.c = synthetic::known(0.574671, 0.000089);
-    one.D = synthetic::known(0.00629, 0.00014);
-    one.D_shift = synthetic::known(-0.25, 0.033);
-    one.c_shift = one.c_thrust_shift = synthetic::known(-0.000091, 0.000069);
-    data.side.nonlinearity.responses.push_back(one);
+  // The widest table of the studies, with numbers as long as they become.
+  const nlohmann::ordered_json number = {{"value", -0.000091}, {"stderr", 0.000069}};
+  for (const char* estimator : {"multiplexed", "point"}) {
+    data.studies["nonlinearity"]["responses"].push_back({{"mu", 0.15},
+                                                         {"estimator", estimator},
+                                                         {"load", 0.25},
+                                                         {"reference", false},
+                                                         {"samples", 100000},
+                                                         {"window_layers", {59, 179}},
+                                                         {"c", {{"value", 0.574671}, {"stderr", 0.000089}}},
+                                                         {"D", {{"value", 0.00629}, {"stderr", 0.00014}}},
+                                                         {"c_minus_linear", number},
+                                                         {"D_over_linear_minus_1", number},
+                                                         {"c_thrust_minus_uniform", number}});
   }
+  data.studies["nonlinearity"]["exponents"] = nlohmann::ordered_json::array();
+  data.parts.push_back({.page = "studies/nonlinearity.html",
+                        .base = "/side/nonlinearity",
+                        .needs = "responses",
+                        .overlay = nlohmann::ordered_json::parse(R"({
+                          "responses": [{"one_bead": false, "all_beads": true, "uniform": false, "own_window_told": false},
+                                        {"one_bead": true, "all_beads": false, "uniform": false, "own_window_told": false}],
+                          "exponents": [], "paper_load": [], "paper_load_exponents": [], "notes": []})")});
   REQUIRE(write_report(data, run.path(), PdfPolicy::required).pdf);
   std::stringstream words(output_of({"pdftotext", "-bbox", "report.pdf", "-"}, run.path()));
   // A4 less the margin of 20 mm, in points; half a point for the rounding of letters.

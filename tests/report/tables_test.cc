@@ -64,36 +64,6 @@ WindowNeighbour neighbour(const std::string& change, std::array<int, 2> layers, 
   return made;
 }
 
-LoadResponse response(double mu, const ResponseSpec& load_spec, bool reference) {
-  const double load = load_size(load_spec);
-  LoadResponse made;
-  made.spec.sampler.mu = mu;
-  made.spec.response = load_spec;
-  made.reference = reference;
-  made.samples = 4096;
-  made.c = known(0.5748 - 0.001 * load, 0.00021);
-  made.D = known(0.0061 - 0.001 * load, 0.00017);
-  made.c_shift = reference ? known(0, 0) : known(-0.00012 * load, 0.00008);
-  made.D_shift = reference ? known(0, 0) : known(-0.25 * load, 0.033);
-  made.c_thrust = known(0.5748, 0.00001);
-  made.c_thrust_shift = known(0.000012, 0.000011);
-  return made;
-}
-
-LoadExponents exponents(const ResponseSpec& load_spec, bool reference) {
-  const double load = load_size(load_spec);
-  LoadExponents made;
-  made.response = load_spec;
-  made.reference = reference;
-  made.window = {0.1, 0.3};
-  made.points = 4;
-  made.beta = known(2.3 + 0.2 * load, 0.06);
-  made.gamma = known(1.8, 0.04);
-  made.beta_shift = reference ? known(0, 0) : known(0.2 * load, 0.07);
-  made.gamma_shift = reference ? known(0, 0) : known(-0.02 * load, 0.05);
-  return made;
-}
-
 }  // namespace
 
 TEST_CASE("Shifts of the window stand with their layers, and a systematic error only where there is one") {
@@ -262,49 +232,6 @@ TEST_CASE("Powers that could not be taken have their reason below the table") {
   CHECK(count(shared.html, "the window is too short") == 1);
   CHECK(count(shared.html, "the peaks are too wide") == 1);
   CHECK(contains(shared.html, "n/a at <var>μ</var> = 0.15 and 0.2: for the reasons that stand under"));
-}
-
-TEST_CASE("Loads are compared with the linear response, and what cannot be is named once") {
-  ReportData data = numbers();
-  Nonlinearity& measured = data.side.nonlinearity;
-  for (const double mu : {0.1, 0.3}) {
-    measured.responses.push_back(response(mu, multiplexed_response(0.25), true));
-    measured.responses.push_back(response(mu, point_response(1), false));
-    measured.responses.push_back(response(mu, point_response(4), false));
-    LoadResponse& strong = measured.responses.back();
-    strong.c = strong.D = strong.c_shift = strong.D_shift = unknown("the peaks are too narrow");
-    measured.responses.push_back(response(mu, point_response(0), false));
-    measured.responses.back().spec.load = Load::uniform;
-  }
-  measured.exponents = {exponents(multiplexed_response(0.25), true), exponents(point_response(1), false),
-                        exponents(point_response(4), false)};
-  LoadExponents& few = measured.exponents.back();
-  few.beta = few.gamma = few.beta_shift = few.gamma_shift = unknown("two friction coefficients are too few");
-  const Page page(data);
-  const std::string table = table_of(page.html, "loads");
-  CHECK(count(table, "<tr class=\"first\"") == 3);  // each friction coefficient, and the exponents
-  CHECK(count(table, "one bead ") == 6);
-  CHECK(count(table, "<tbody>") == 3);
-  CHECK(count(table, ", linear") == 3);
-  CHECK(page.texts.at("/side/nonlinearity/responses/1/D_over_linear_minus_1") == "−0.250(33)");
-  CHECK(page.texts.at("/side/nonlinearity/responses/1/c_minus_linear") == "−0.000120(80)");
-  CHECK(page.texts.at("/side/nonlinearity/responses/1/c_thrust_minus_uniform") == "0.000012(11)");
-  CHECK(page.texts.at("/side/nonlinearity/exponents/1/beta_minus_linear") == "0.200(70)");
-  CHECK_FALSE(page.texts.contains("/side/nonlinearity/responses/0/c_minus_linear"));
-  CHECK_FALSE(page.texts.contains("/side/nonlinearity/responses/0/D_over_linear_minus_1"));   // the reference itself
-  CHECK_FALSE(page.texts.contains("/side/nonlinearity/responses/3/c_thrust_minus_uniform"));  // nor the uniform load
-  CHECK(contains(page.html, "What the finite overload of the paper’s procedure does"));
-  CHECK(count(page.html, "the peaks are too narrow") == 1);
-  CHECK(contains(page.html, "No comparison for overload 4 at μ = 0.1; overload 4 at μ = 0.3: "));
-  CHECK(contains(page.html, "No comparison for the exponents with overload 4: "));
-
-  // Without the paper's overload there is no sentence about it.
-  for (LoadResponse& one : measured.responses) {
-    if (one.load() == 1) one.spec.response.overload = 2;
-  }
-  measured.exponents.resize(1);
-  CHECK_FALSE(contains(Page(data).html, "What the finite overload"));
-  CHECK(table_of(Page(numbers()).html, "loads").empty());
 }
 
 TEST_CASE("Responses under the laws say how far they lie from the first") {

@@ -6,6 +6,7 @@
 
 #include "analysis/layer_spectrum.h"
 #include "analysis/power_law.h"
+#include "analysis/transport.h"
 #include "model/lattice.h"
 
 namespace granuscope {
@@ -55,8 +56,7 @@ void LoadComparer::add(MeasuredEnsemble ensemble) {
   open_.push_back(std::move(ensemble));
 }
 
-LoadComparer::Measured LoadComparer::measure(const MeasuredEnsemble& ensemble,
-                                                             const FitSpec& fit) const {
+LoadComparer::Measured LoadComparer::measure(const MeasuredEnsemble& ensemble, const FitSpec& fit) const {
   Measured measured;
   LoadResponse& response = measured.response;
   const BlockSums& sums = ensemble.record.sums;

@@ -18,7 +18,7 @@ struct LoadResponse {
   std::uint64_t samples = 0;            ///< piles that entered
   std::uint64_t failed = 0;             ///< piles that could not be completed
   int first_layer = 0, last_layer = 0;  ///< of the window of the slopes
-  bool own_window = false;  ///< shorter than the one common to the other loads at this mu, see LoadComparer
+  bool own_window = false;              ///< shorter than the one common to the other loads at this mu, see LoadComparer
   Estimate c, D, c_thrust;
   Estimate c_shift;         ///< c minus that of the linear response, over the same layers
   Estimate D_shift;         ///< D over that of the linear response, minus 1; likewise

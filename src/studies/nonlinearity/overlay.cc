@@ -7,7 +7,6 @@
 #include "report/number_text.h"
 #include "report/reason_notes.h"
 
-
 namespace granuscope {
 
 namespace {

@@ -147,8 +147,7 @@ class NonlinearityStudy final : public CopiedStudy<NonlinearityStudy> {
       spec.layout = BlockLayout::interleaved;
       spec.layers = layers_to_record(fit, {});
       change(spec);
-      all.push_back(
-          {fmt::format("load {}, mu = {}", name, mu), fmt::format("load-{}-mu-{}", name, exact(mu)), spec});
+      all.push_back({fmt::format("load {}, mu = {}", name, mu), fmt::format("load-{}-mu-{}", name, exact(mu)), spec});
     };
     const auto multiplexed = static_cast<double>(multiplexed_samples_);
     for (const double epsilon : epsilons_) {
@@ -174,7 +173,7 @@ class NonlinearityStudy final : public CopiedStudy<NonlinearityStudy> {
     return round * static_cast<std::uint64_t>(std::max(1.0, std::ceil(samples / static_cast<double>(round) - 1e-9)));
   }
 
-  std::vector<double> mu_;                         ///< each above 0; empty: not measured
+  std::vector<double> mu_;                        ///< each above 0; empty: not measured
   std::vector<double> epsilons_{0.1, 0.25, 0.5};  ///< multiplexed; the main line's is taken for the linear response
   std::vector<double> overloads_{0.25, 1, 4};     ///< point
   std::uint64_t multiplexed_samples_ = 1024;      ///< piles at the main line's epsilon; others ~ 1/epsilon^2

@@ -4,8 +4,8 @@
 #include <limits>
 
 #include "kit/temporary_folder.h"
-#include "plot/error_against_time.h"
 #include "plot/synthetic_analysis.h"
+#include "studies/error_against_time.h"
 #include "support/atomic_file.h"
 #include "support/error.h"
 
