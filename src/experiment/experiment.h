@@ -21,24 +21,6 @@ struct FigureSpec {
   bool propagation_and_thrust = true;         ///< c beside the speed that follows from the thrust ratio
 };
 
-/// The laws side by side on uniformly loaded piles.
-struct LawComparisonSpec {
-  double mu = 0.3;
-  int columns = 12, layers = 30;         ///< of the piles of granusolve and polytope
-  std::uint64_t samples = 0;             ///< piles of each law; 0: not measured
-  std::vector<double> cost_mu;           ///< where the work of eloy-clement is counted; empty: not at all
-  std::vector<int> cost_sizes{4, 6, 8};  ///< columns and layers of the square piles for it, ascending
-  std::uint64_t response_samples = 0;    ///< piles of each law for c and D; 0: not measured
-  int response_columns = 24, response_layers = 27;
-  std::uint64_t response_burn_in = 20'000, response_thinning = 2000;  ///< polytope, sweeps; 0: measured
-  std::vector<double> exact_mu;        ///< where the thrust of the law rejection is followed; empty: not at all
-  std::uint64_t exact_samples = 2048;  ///< piles at each friction and size
-  static constexpr double response_epsilon = 0.5;
-  static constexpr int tiny = 6;               ///< columns and layers of the piles that every law can draw
-  static constexpr LatticeSpec narrow{4, 16};  ///< the deepest piles that rejection still draws in a second
-  static constexpr double effort = 1e5;        ///< solutions per bead that eloy-clement is granted
-};
-
 /// One more picture of the pile of ForceChainSpec, under a name of its own.
 struct PictureSpec {
   std::string scene = "forces";
@@ -70,7 +52,6 @@ struct Experiment : MainLine {
   std::string description;          ///< untrusted text, may be empty
   FigureSpec figures;
   Studies studies;
-  LawComparisonSpec law_comparison;
   std::map<std::string, PictureSpec> pictures;  ///< by name, the tables [scenes.pictures.NAME]
   ResponseFieldSpec response_field;
   ReportSpec report;

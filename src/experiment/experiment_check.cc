@@ -461,7 +461,6 @@ Problem find_problem(const Experiment& e) {
   if (auto found = find_fit_problem(e)) return found;
   if (auto found = find_claims_problem(e)) return found;
   if (auto found = find_figure_problem(e)) return found;
-  if (auto found = find_side_problem(e)) return found;
   if (auto found = find_study_problem(e)) return found;
   if (auto found = find_ring_problem(e)) return found;
   if (auto found = find_scene_problem(e)) return found;

@@ -14,7 +14,4 @@ void check_experiment(const Experiment& experiment);
 /// Memory of the largest data of a run, in bytes: the piles under work and the block sums. Saturates, never overflows.
 double estimate_memory(const Experiment& experiment);
 
-/// The tables [figures.*] that bring ensembles of their own.
-Problem find_side_problem(const Experiment& e);
-
 }  // namespace granuscope

@@ -143,44 +143,6 @@ std::vector<Key> keys_of_main_line(Experiment& e) {
                e.figures.scaling_with_friction),
       make_key("figures.propagation_and_thrust", "draw", "",
                "draw c beside the speed that follows from the thrust ratio", e.figures.propagation_and_thrust),
-
-      make_key(
-          "figures.law_comparison", "samples", "piles",
-          "uniformly loaded piles of every law from which the laws are compared (rejection and eloy-clement on 6 x 6 "
-          "beads only); 0: none",
-          e.law_comparison.samples),
-      make_key("figures.law_comparison", "mu", "", "friction coefficient of that comparison", e.law_comparison.mu),
-      make_key("figures.law_comparison", "columns", "beads",
-               "beads per layer of the piles of granusolve and polytope in it", e.law_comparison.columns),
-      make_key("figures.law_comparison", "layers", "layers", "layers of these piles", e.law_comparison.layers),
-      make_key("figures.law_comparison", "response_samples", "piles",
-               "multiplexed piles of granusolve and polytope from which c and D under these laws are compared; 0: none",
-               e.law_comparison.response_samples),
-      make_key("figures.law_comparison", "response_columns", "beads", "beads per layer of these piles",
-               e.law_comparison.response_columns),
-      make_key("figures.law_comparison", "response_layers", "layers",
-               "layers of these piles; c and D are slopes over layer 4 to the last but 21",
-               e.law_comparison.response_layers),
-      make_key("figures.law_comparison", "response_burn_in", "sweeps",
-               "polytope: from the start of a chain to the first of its eight piles; 0: measured, which takes long",
-               e.law_comparison.response_burn_in),
-      make_key("figures.law_comparison", "response_thinning", "sweeps",
-               "polytope: from one of the eight piles of a chain to the next; 0: measured",
-               e.law_comparison.response_thinning),
-      make_key(
-          "figures.law_comparison", "cost_mu", "",
-          "friction coefficients at which the work of eloy-clement is counted against size, beside granusolve; none: "
-          "not at all",
-          e.law_comparison.cost_mu),
-      make_key("figures.law_comparison", "cost_sizes", "beads", "columns and layers of the square piles for it",
-               e.law_comparison.cost_sizes),
-      make_key(
-          "figures.law_comparison", "exact_mu", "",
-          "friction coefficients, at most 0.3, at which the thrust ratio under the law rejection is taken from piles "
-          "of several widths and depths; none: not at all",
-          e.law_comparison.exact_mu),
-      make_key("figures.law_comparison", "exact_samples", "piles", "piles of each of these sizes",
-               e.law_comparison.exact_samples),
   };
 }
 

@@ -8,6 +8,7 @@
 #include <exception>
 #include <map>
 #include <optional>
+#include <set>
 
 #include "analysis/analyse.h"
 #include "analysis/claims.h"
@@ -18,12 +19,9 @@
 #include "pipeline/law_in_words.h"
 #include "pipeline/picture_stage.h"
 #include "pipeline/run_folder.h"
-#include "pipeline/side_stage.h"
 #include "plot/bead_forces.h"
 #include "plot/figure_words.h"
 #include "plot/gnuplot.h"
-#include "plot/law_comparison.h"
-#include "plot/law_cost.h"
 #include "plot/point_selection.h"
 #include "plot/propagation_against_diffusion.h"
 #include "plot/propagation_and_thrust.h"
@@ -139,8 +137,10 @@ class Run {
     data_.resolved_experiment = print_experiment(experiment_);
     data_.resolved_experiment_key = cache_key(data_.resolved_experiment);
     data_.law_in_words = law_in_words(experiment_.sampling.law);
+    std::set<Law> drawn;
+    for (const StudyEnsemble& one : studies_.ensembles(experiment_)) drawn.insert(one.spec.sampler.law);
     for (const Law law : all_laws) {
-      if (experiment_.law_comparison.samples == 0 || law == experiment_.sampling.law) continue;
+      if (law == experiment_.sampling.law || !drawn.contains(law)) continue;
       data_.other_laws_in_words.emplace_back(name_of(law), law_in_words(law));
     }
     data_.provenance = collect_provenance();
@@ -302,19 +302,12 @@ class Run {
       });
     }
     note_rounding();
-    SideMeasurer side(options_.threads);
-    for (SideEnsemble& one : plan_side_ensembles(experiment_, options_.folder)) {
-      const MeasuredEnsemble ensemble = obtain(one.planned);
-      if (needs(Stage::analyse)) timed("analyse", [&] { side.add(one, ensemble, drawing_seconds(one.planned)); });
-    }
     measure_studies();
-    data_.law_seconds = side.law_seconds();
     if (reused_ > 0) {
       data_.skipped.push_back(
           fmt::format("{} of {} ensembles were already there and were not drawn again.", reused_, obtained_));
     }
     if (!needs(Stage::analyse)) return;
-    data_.side = side.finish();
     timed("analyse", [&] {
       data_.analysis =
           analyse(std::move(measured), experiment_.fit, experiment_.claims, experiment_.figures.profile_layers);
@@ -421,13 +414,6 @@ class Run {
       }
       if (figures.propagation_and_thrust) {
         add_figure([&] { return draw_propagation_and_thrust(clear, options_.folder); });
-      }
-      const SideMeasurements& side = data_.side;
-      if (!side.laws.empty()) {
-        add_figure([&] { return draw_law_comparison(side.laws, options_.folder); });
-      }
-      if (!side.law_costs.empty()) {
-        add_figure([&] { return draw_law_cost(side.law_costs, options_.folder); });
       }
       for (const auto& study : studies_) {
         for (const FigureDrawing& drawing : study->figures(data_.analysis)) {

@@ -12,7 +12,6 @@
 #include "pipeline/ensemble_stage.h"
 #include "pipeline/picture_stage.h"
 #include "pipeline/pipeline.h"
-#include "pipeline/side_stage.h"
 #include "sampling/sampler.h"
 #include "support/number_format.h"
 #include "support/processor_time.h"
@@ -99,7 +98,6 @@ std::vector<PlannedStep> plan_run(const Experiment& experiment, const RunOptions
                        planned.reusable, beads_of(planned.spec, left), planned.spec, left});
     };
     for (const PlannedEnsemble& planned : plan_ensembles(experiment, options.folder)) add(planned);
-    for (const SideEnsemble& side : plan_side_ensembles(experiment, options.folder)) add(side.planned);
     for (const StudyEnsemble& one : experiment.studies.ensembles(experiment)) add(plan_ensemble(one, options.folder));
   }
   if (needed.contains(Stage::analyse)) {
@@ -164,7 +162,6 @@ double memory_needed(const Experiment& experiment, int threads) {
     drawing = std::max(drawing, drawing_memory(planned.spec));
   };
   for (const PlannedEnsemble& planned : plan_ensembles(experiment, {})) consider(planned);
-  for (const SideEnsemble& side : plan_side_ensembles(experiment, {})) consider(side.planned);
   for (const StudyEnsemble& one : experiment.studies.ensembles(experiment)) consider(plan_ensemble(one, {}));
   return drawing * threads + estimate_memory(experiment);
 }

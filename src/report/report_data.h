@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "analysis/results.h"
-#include "analysis/side_measurements.h"
 #include "plot/figure.h"
 #include "report/report_part.h"
 #include "support/provenance.h"
@@ -33,14 +32,12 @@ struct ReportData {
   /// The same for the other laws that the run compares with it, each with its name.
   std::vector<std::pair<std::string, std::vector<std::string>>> other_laws_in_words;
   Analysis analysis;
-  SideMeasurements side;
   nlohmann::ordered_json studies = nlohmann::ordered_json::object();  ///< their results: "side" of summary.json
   std::vector<Figure> figures;                                        ///< in reading order
   std::vector<ReportPart> parts;                                      ///< in reading order of each place
   Provenance provenance;
   std::vector<std::pair<std::string, std::string>> environment;  ///< GL renderer, gnuplot, WeasyPrint versions
   std::vector<StageTiming> timings;
-  std::vector<double> law_seconds;   ///< what drawing each of analysis.side.laws took; NaN or missing if not known
   std::vector<std::string> checks;   ///< sentences: what was checked on the way, and how it came out
   std::vector<std::string> skipped;  ///< sentences: what was not done and why
 };

@@ -3,7 +3,6 @@
 #include <nlohmann/json.hpp>
 
 #include "report/page_scope.h"
-#include "report/study_overlays.h"
 #include "support/template_file.h"
 
 namespace granuscope {
@@ -11,15 +10,6 @@ namespace granuscope {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-/// What is measured beside the main line, as far as no one else hands it in.
-std::vector<ReportPart> standard_parts(const Json& summary, const ReportData& data) {
-  using enum ReportPart::Place;
-  return {{"studies/law_comparison.html", "/side", "laws", numbers, law_comparison_overlay(summary, data)},
-          {"studies/rejection_thrust.html", "/side", "exact_thrusts", numbers, rejection_thrust_overlay(summary)},
-          {"studies/law_responses.html", "/side", "law_responses", numbers, law_responses_overlay(summary)},
-          {"studies/law_rules.html", "/side", "rules", numbers, law_rules_overlay(summary)}};
-}
 
 /// The parts of one place, one after the other.
 std::string written_parts(const std::vector<ReportPart>& parts, ReportPart::Place place, const PageScope& root) {
@@ -58,11 +48,9 @@ std::string report_page(const ReportData& data, const Json& summary, const std::
   add_figures(overlay, data, run_folder, medium);
   add_provenance(overlay, data);
 
-  std::vector<ReportPart> parts = standard_parts(summary, data);
-  parts.insert(parts.end(), data.parts.begin(), data.parts.end());
   const PageScope root(summary, overlay, Markup::html);
-  overlay["numbers_parts"] = written_parts(parts, ReportPart::Place::numbers, root);
-  overlay["numerics_parts"] = written_parts(parts, ReportPart::Place::numerics, root);
+  overlay["numbers_parts"] = written_parts(data.parts, ReportPart::Place::numbers, root);
+  overlay["numerics_parts"] = written_parts(data.parts, ReportPart::Place::numerics, root);
   return fill_template_file("report.html.mustache", root);
 }
 

@@ -5,7 +5,6 @@
 
 #include "report/clean_json.h"
 #include "report/estimate_json.h"
-#include "report/side_json.h"
 #include "report/spec_json.h"
 
 namespace granuscope {
@@ -223,8 +222,7 @@ std::string summary_json(const ReportData& data) {
   json["scaling"]["neighbouring_windows"] = list_of(data.analysis.neighbours);
   json["scaling"]["other_windows"] = list_of(data.analysis.other_windows);
   json["scaling"]["by_ratio"] = list_of(data.analysis.by_ratio);
-  json["side"] = to_json(data.side);
-  json["side"].update(data.studies);
+  json["side"] = data.studies;
   json["claims"] = list_of(data.analysis.claims);
   json["figures"] = list_of(data.figures);
   clean_strings(json);

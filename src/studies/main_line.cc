@@ -12,4 +12,15 @@ EnsembleSpec MainLine::ensemble_at(double friction, LatticeSpec size, std::uint6
   return spec;
 }
 
+EnsembleSpec MainLine::uniform_piles(Law law, double friction, LatticeSpec size, std::uint64_t samples) const {
+  EnsembleSpec spec = ensemble_at(friction, size, samples);
+  spec.sampler = {};
+  spec.sampler.mu = friction;
+  spec.sampler.seed = sampling.seed;
+  spec.sampler.law = law;
+  spec.load = Load::uniform;
+  spec.record_profiles = false;
+  return spec;
+}
+
 }  // namespace granuscope

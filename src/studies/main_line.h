@@ -53,6 +53,10 @@ struct MainLine {
 
   /// An ensemble of the main line's sampler, overload and blocks.
   EnsembleSpec ensemble_at(double friction, LatticeSpec size, std::uint64_t samples) const;
+
+  /// Uniformly loaded piles of a law as it is by default, whatever the main ensembles are drawn by; every layer
+  /// recorded.
+  EnsembleSpec uniform_piles(Law law, double friction, LatticeSpec size, std::uint64_t samples) const;
 };
 
 }  // namespace granuscope

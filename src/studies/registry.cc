@@ -3,8 +3,10 @@
 #include "studies/chain_share.h"
 #include "studies/counted_work.h"
 #include "studies/error_against_time.h"
+#include "studies/law_comparison/study.h"
 #include "studies/nonlinearity/study.h"
 #include "studies/redrawn_beads.h"
+#include "studies/rejection_thrust.h"
 #include "studies/small_friction.h"
 #include "studies/stress.h"
 
@@ -18,6 +20,8 @@ Studies::Studies() {
   all_.push_back(stress_study());
   all_.push_back(error_against_time_study());
   all_.push_back(nonlinearity_study());
+  all_.push_back(law_comparison_study());
+  all_.push_back(rejection_thrust_study("figures.law_comparison"));  // where its keys stand so far
 }
 
 Studies::Studies(const Studies& other) {

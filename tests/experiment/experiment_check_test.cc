@@ -305,32 +305,44 @@ TEST_CASE("Loads that could not be compared are refused") {
              Contains("multiplexed_samples"));
 }
 
-TEST_CASE("Responses under the laws that could not be measured are refused") {
-  const auto with = [](auto change) {
+TEST_CASE("Laws that could not be compared are refused") {
+  const auto with = [](const std::string& name, const KeyValue& value) {
     return problem_after([&](Experiment& e) {
-      e.law_comparison.samples = e.law_comparison.response_samples = 512;
-      change(e);
+      set_key(e, "figures.law_comparison.samples", std::int64_t{512});
+      set_key(e, "figures.law_comparison.response_samples", std::int64_t{512});
+      set_key(e, "figures.law_comparison." + name, value);
     });
   };
-  CHECK(with([](Experiment&) {}) == "(none)");
-  CHECK_THAT(with([](Experiment& e) { e.law_comparison.samples = 0; }), Contains("set both or neither"));
-  CHECK_THAT(with([](Experiment& e) { e.law_comparison.response_samples = 100; }), Contains("whole group of eight"));
-  CHECK_THAT(with([](Experiment& e) { e.law_comparison.response_layers = 26; }), Contains("give at least 27"));
-  CHECK_THAT(with([](Experiment& e) { e.law_comparison.response_columns = 12; }), Contains("not to meet"));
-  CHECK_THAT(with([](Experiment& e) { e.law_comparison.response_columns = 400; }), Contains("4096 beads"));
-  CHECK_THAT(with([](Experiment& e) { e.law_comparison.response_burn_in = most_sweeps + 1; }), Contains("sweeps"));
-  CHECK(with([](Experiment& e) { e.law_comparison.exact_mu = {0.1, 0.3}; }) == "(none)");
-  CHECK_THAT(with([](Experiment& e) { e.law_comparison.exact_mu = {0.1, 0.31}; }), Contains("takes for ever"));
-  CHECK_THAT(with([](Experiment& e) {
-               e.law_comparison.exact_mu = {0.1};
-               e.law_comparison.exact_samples = 100;
-             }),
-             Contains("whole group of eight"));
-  CHECK_THAT(with([](Experiment& e) {
-               e.law_comparison.exact_mu = {0.1};
-               e.law_comparison.samples = e.law_comparison.response_samples = 0;
-             }),
-             Contains("no comparison to stand in"));
+  CHECK(with("samples", std::int64_t{512}) == "(none)");
+  CHECK_THAT(with("samples", std::int64_t{0}), Contains("set both or neither"));
+  CHECK_THAT(with("samples", std::int64_t{100}), Contains("whole group of eight"));
+  CHECK_THAT(with("mu", 0.61), Contains("take for ever"));
+  CHECK_THAT(with("mu", 0.0), Contains("all laws are one"));
+  CHECK_THAT(with("columns", std::int64_t{3}), Contains("at least 4"));
+  CHECK_THAT(with("layers", std::int64_t{400}), Contains("4096"));
+  CHECK_THAT(with("response_samples", std::int64_t{100}), Contains("whole group of eight"));
+  CHECK_THAT(with("response_layers", std::int64_t{26}), Contains("give at least 27"));
+  CHECK_THAT(with("response_columns", std::int64_t{12}), Contains("not to meet"));
+  CHECK_THAT(with("response_columns", std::int64_t{400}), Contains("4096 beads"));
+  CHECK_THAT(with("response_burn_in", static_cast<std::int64_t>(most_sweeps) + 1), Contains("sweeps"));
+  CHECK(with("cost_mu", numbers({0.1, 0.6})) == "(none)");
+  CHECK_THAT(with("cost_mu", numbers({0.1, 0.61})), Contains("takes for ever"));
+  CHECK_THAT(with("cost_mu", numbers({0.2, 0.1})), Contains("must ascend"));
+  CHECK_THAT(with("cost_sizes", whole_numbers({4, 4})), Contains("must ascend"));
+  CHECK_THAT(with("cost_sizes", whole_numbers({4, 41})), Contains("4 to 40"));
+}
+
+TEST_CASE("The thrust under rejection is asked for by itself, where rejection still draws") {
+  const auto with = [](std::vector<double> mu, std::int64_t samples) {
+    return problem_after([&](Experiment& e) {
+      set_key(e, "figures.law_comparison.exact_mu", numbers(std::move(mu)));
+      set_key(e, "figures.law_comparison.exact_samples", samples);
+    });
+  };
+  CHECK(with({0.1, 0.3}, 256) == "(none)");
+  CHECK_THAT(with({0.1, 0.31}, 256), Contains("takes for ever"));
+  CHECK_THAT(with({0.3, 0.1}, 256), Contains("must ascend"));
+  CHECK_THAT(with({0.1}, 100), Contains("whole group of eight"));
 }
 
 TEST_CASE("Side measurements that could not be made are refused before anything is drawn") {

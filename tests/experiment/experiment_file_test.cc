@@ -79,19 +79,19 @@ Experiment unusual_experiment() {
   set_key(e, "figures.small_friction.depth", 6.5);
   set_key(e, "figures.small_friction.samples", std::int64_t{520});
   set_key(e, "figures.chain_share.samples", std::int64_t{640});
-  e.law_comparison = {.mu = 0.25,
-                      .columns = 8,
-                      .layers = 20,
-                      .samples = 768,
-                      .cost_mu = {0.1, 0.2},
-                      .cost_sizes = {5, 7},
-                      .response_samples = 512,
-                      .response_columns = 30,
-                      .response_layers = 28,
-                      .response_burn_in = 100,
-                      .response_thinning = 50,
-                      .exact_mu = {0.15, 0.2},
-                      .exact_samples = 1024};
+  set_key(e, "figures.law_comparison.mu", 0.25);
+  set_key(e, "figures.law_comparison.columns", std::int64_t{8});
+  set_key(e, "figures.law_comparison.layers", std::int64_t{20});
+  set_key(e, "figures.law_comparison.samples", std::int64_t{768});
+  set_key(e, "figures.law_comparison.cost_mu", numbers({0.1, 0.2}));
+  set_key(e, "figures.law_comparison.cost_sizes", whole_numbers({5, 7}));
+  set_key(e, "figures.law_comparison.response_samples", std::int64_t{512});
+  set_key(e, "figures.law_comparison.response_columns", std::int64_t{30});
+  set_key(e, "figures.law_comparison.response_layers", std::int64_t{28});
+  set_key(e, "figures.law_comparison.response_burn_in", std::int64_t{100});
+  set_key(e, "figures.law_comparison.response_thinning", std::int64_t{50});
+  set_key(e, "figures.law_comparison.exact_mu", numbers({0.15, 0.2}));
+  set_key(e, "figures.law_comparison.exact_samples", std::int64_t{1024});
   set_key(e, "figures.stress.layers", std::int64_t{400});
   set_key(e, "figures.stress.columns", std::int64_t{24});
   e.sampling.rules = MendingRules::no_arcs;

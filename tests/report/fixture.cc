@@ -100,37 +100,33 @@ ReportData report_data(const std::filesystem::path& run_folder) {
      "reason": "there is no load on top bead 0"}])");
   data.parts.push_back(
       {.page = "studies/stress.html", .base = "/side", .needs = "stress", .place = ReportPart::Place::numerics});
-  LawOnPiles local, chain;
-  local.burn_in = local.thinning = std::nan("");
-  local.spec.sampler.mu = chain.spec.sampler.mu = 0.3;
-  local.spec.lattice.columns = chain.spec.lattice.columns = 12;
-  local.spec.lattice.layers = chain.spec.lattice.layers = 30;
-  local.samples = chain.samples = 512;
-  local.effective_samples = {500, 120, ""};
-  local.draws_per_bead = 1.25;
-  local.pair_per_bead = 0.125;
-  local.alpha_thrust = {0.93, 0.001, ""};
-  local.c_thrust = {0.557, 0.0003, ""};
-  local.weight_variance = {0.157, 0.0013, ""};
-  chain = local;
-  chain.spec.sampler.law = Law::polytope;
-  chain.burn_in = 4000;
-  chain.thinning = 500;
-  chain.failed = 3;
-  data.side.laws = {local, chain};
-  data.law_seconds = {0.002, std::nan("")};
-  LawResponse response;
-  response.spec.sampler.law = Law::polytope;
-  response.spec.sampler.lambda = 0;
-  response.spec.sampler.mu = 0.3;
-  response.burn_in = 20000;
-  response.thinning = 2000;
-  response.first_layer = 4;
-  response.last_layer = 6;
-  response.c = {0.46, 0.01, ""};
-  response.D.reason = "made up";
-  response.effective_samples.reason = "made up";
-  data.side.law_responses = {response};
+  data.studies["laws"] = nlohmann::ordered_json::parse(R"([
+    {"law": "granusolve", "mending_rules": "all", "mu": 0.3, "columns": 12, "layers": 30, "samples": 512, "failed": 0,
+     "effective_samples": {"value": 500, "stderr": 120}, "draws_per_bead": 1.25, "pair_per_bead": 0.125,
+     "arc_per_bead": 0, "climbed_per_bead": 0, "window_layers": [0, 0],
+     "alpha_thrust": {"value": 0.93, "stderr": 0.001}, "c_thrust": {"value": 0.557, "stderr": 0.0003},
+     "weight_variance": {"value": 0.157, "stderr": 0.0013}, "depths": []},
+    {"law": "polytope", "lambda": 1, "burn_in": 4000, "thinning": 500, "mu": 0.3, "columns": 12, "layers": 30,
+     "samples": 512, "failed": 3, "effective_samples": {"value": 500, "stderr": 120}, "draws_per_bead": 1.25,
+     "pair_per_bead": 0.125, "arc_per_bead": 0, "climbed_per_bead": 0, "window_layers": [0, 0],
+     "alpha_thrust": {"value": 0.93, "stderr": 0.001}, "c_thrust": {"value": 0.557, "stderr": 0.0003},
+     "weight_variance": {"value": 0.157, "stderr": 0.0013}, "depths": []}])");
+  data.parts.push_back({.page = "studies/law_comparison.html",
+                        .base = "/side",
+                        .needs = "laws",
+                        .overlay = nlohmann::ordered_json::parse(R"({
+         "laws": [{"some_rules": false, "time_per_bead": "11"}, {"some_rules": false, "time_per_bead": "not known"}],
+         "chains": [{"key": "/side/laws/1", "last": true}]})")});
+  data.studies["law_responses"] = nlohmann::ordered_json::parse(R"([
+    {"law": "polytope", "lambda": 0, "burn_in": 20000, "thinning": 2000, "mu": 0.3, "columns": 0, "layers": 0,
+     "epsilon": 0.5, "samples": 0, "failed": 0,
+     "effective_samples": {"value": null, "stderr": null, "reason": "made up"}, "window_layers": [4, 6],
+     "c": {"value": 0.46, "stderr": 0.01}, "D": {"value": null, "stderr": null, "reason": "made up"}}])");
+  data.parts.push_back({.page = "studies/law_responses.html",
+                        .base = "/side",
+                        .needs = "law_responses",
+                        .overlay = nlohmann::ordered_json::parse(
+                            R"({"law_responses": [{"some_rules": false, "c_apart": "–", "D_apart": "–"}]})")});
   data.analysis.results[2].chained = true;
   data.analysis.results[2].burn_in = 800;
   data.analysis.results[2].thinning = 100;

@@ -234,55 +234,6 @@ TEST_CASE("Powers that could not be taken have their reason below the table") {
   CHECK(contains(shared.html, "n/a at <var>μ</var> = 0.15 and 0.2: for the reasons that stand under"));
 }
 
-TEST_CASE("Responses under the laws say how far they lie from the first") {
-  ReportData data = numbers();
-  auto& responses = data.side.law_responses;
-  responses.assign(3, responses.empty() ? LawResponse{} : responses.front());
-  for (LawResponse& one : responses) one.spec.sampler.law = Law::rejection;
-  responses[0].c = known(0.55, 0.003);
-  responses[1].c = known(0.54, 0.004);
-  responses[0].D = responses[1].D = known(0.1, 0.01);
-  responses[2].c = responses[2].D = unknown("too few");
-  LawOnPiles law;
-  law.spec.sampler.law = Law::rejection;
-  data.side.laws = {law};
-  const std::string html = Page(data).html;
-  const std::string section = html.substr(html.find("The response under these laws"));
-  const std::string body = section.substr(section.find("<tbody>"), section.find("</table>") - section.find("<tbody>"));
-  CHECK(count(body, "<td class=\"num\">–</td>") == 2 + 3);  // the first law itself, and no chain has a burn-in
-  CHECK(contains(body, "<td class=\"num\">2.0</td>"));
-  CHECK(contains(body, "<td class=\"num\">0.0</td>"));
-  CHECK(count(body, "<td class=\"num\">n/a</td>") == 2);
-}
-
-TEST_CASE("The thrust of the exact law is said to settle below 1 only where the numbers say so") {
-  ReportData data = numbers();
-  LawOnPiles law;
-  law.spec.sampler.law = Law::rejection;
-  data.side.laws = {law};
-  CHECK_FALSE(contains(Page(data).html, "tend to 1 under the exact law"));
-  ExactThrust one;
-  one.spec.sampler.mu = 0.3;
-  one.spec.lattice.columns = 4;
-  one.spec.lattice.layers = 20;
-  one.alpha = known(0.93, 0.001);
-  one.deficit_over_mu2 = known(0.78, 0.01);
-  one.change_with_depth = known(0.002, 0.002);
-  one.alpha_of_last_layer = known(0.99, 0.002);
-  data.side.exact_thrusts.assign(2, one);
-  const auto settles = [&] { return contains(Page(data).html, "It does not: at every friction"); };
-  CHECK(settles());
-  CHECK(Page(data).texts.at("/side/exact_thrusts/1/deficit_over_mu_squared") == "0.780(10)");
-  data.side.exact_thrusts[1].alpha = known(0.996, 0.001);
-  CHECK_FALSE(settles());
-  data.side.exact_thrusts[1] = one;
-  data.side.exact_thrusts[1].change_with_depth = known(0.03, 0.01);
-  CHECK_FALSE(settles());
-  data.side.exact_thrusts[1].change_with_depth = unknown("too few");
-  CHECK_FALSE(settles());
-  CHECK(contains(Page(data).html, "These piles do not decide it"));
-}
-
 TEST_CASE("Page 1 says how many claims are undetermined because nothing was measured") {
   ReportData data = numbers();
   CHECK(contains(Page(data).html, "(1 of them because it does not measure"));

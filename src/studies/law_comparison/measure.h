@@ -1,18 +1,13 @@
 #pragma once
-#include <array>
 #include <cstdint>
-#include <string>
 #include <vector>
 
 #include "analysis/estimate.h"
-#include "analysis/scaling_fit.h"
+#include "analysis/fit_spec.h"
+#include "analysis/measured_ensemble.h"
 #include "analysis/thrust_at_depth.h"
-#include "ensemble/ensemble_spec.h"
 
 namespace granuscope {
-
-/// What an experiment measures beside its main ensembles, each on small ensembles of its own. An empty list: the
-/// experiment did not ask for it.
 
 /// One law on uniformly loaded piles of one size: what it gives and what it takes.
 struct LawOnPiles {
@@ -30,18 +25,6 @@ struct LawOnPiles {
   Estimate weight_variance;
 };
 
-/// The thrust ratio under the law rejection, away from top and bottom (exact_thrust.h).
-struct ExactThrust {
-  EnsembleSpec spec;
-  std::uint64_t samples = 0;            ///< piles that entered
-  std::uint64_t failed = 0;             ///< piles that could not be completed
-  int first_layer = 0, last_layer = 0;  ///< of the bulk
-  Estimate alpha;                       ///< mean over the bulk
-  Estimate deficit_over_mu2;            ///< (1 - alpha)/mu^2
-  Estimate change_with_depth;           ///< alpha of the lower half of the bulk minus that of its upper half
-  Estimate alpha_of_last_layer;
-};
-
 /// The response under one law, on piles small enough for the slowest.
 struct LawResponse {
   EnsembleSpec spec;
@@ -53,11 +36,24 @@ struct LawResponse {
   Estimate c, D;
 };
 
-struct SideMeasurements {
-  std::vector<LawOnPiles> laws;            ///< the larger piles first
-  std::vector<LawResponse> law_responses;  ///< those laws that can draw piles in which peaks stand apart
-  std::vector<ExactThrust> exact_thrusts;  ///< in the order of friction, then of columns
-  std::vector<LawOnPiles> law_costs;       ///< ascending in mu, then by law, then in size
+/// All that the laws were compared by.
+struct ComparedLaws {
+  std::vector<LawOnPiles> on_piles;    ///< the larger piles first
+  std::vector<double> seconds;         ///< what drawing each of these took; NaN or missing if not known
+  std::vector<LawResponse> responses;  ///< under those laws that can draw piles in which peaks stand apart
+  std::vector<LawOnPiles> costs;       ///< ascending in mu, then by law, then in size
 };
+
+/// What one law makes of uniformly loaded piles: thrust ratio and variance of the weights by layer, their means over
+/// the middle third of the layers (away from the top, which the load fixes, and from the bottom, which nothing below
+/// constrains), and what drawing took. Needs every layer recorded.
+LawOnPiles measure_law(const MeasuredEnsemble& ensemble);
+
+/// c and D of multiplexed piles under one law, from the first layers in which peaks have a width to the last usable
+/// one.
+LawResponse measure_law_response(const MeasuredEnsemble& ensemble, int threads);
+
+/// The layers of that window, and how they are fitted.
+FitSpec law_response_fit(const LatticeSpec& lattice);
 
 }  // namespace granuscope

@@ -1,6 +1,6 @@
 // Sources: sums made by hand; and naive_rejection.h, the law rejection by sequential Monte Carlo, a code of its own
 // that shares nothing with the program.
-#include "analysis/exact_thrust.h"
+#include "studies/rejection_thrust.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -8,6 +8,8 @@
 #include "ensemble/ensemble_runner.h"
 #include "kit/naive_rejection.h"
 #include "kit/sanitized.h"
+#include "studies/made_up_ensemble.h"
+#include "studies/study_page.h"
 
 using namespace granuscope;
 
@@ -85,4 +87,33 @@ TEST_CASE("Piles for the exact thrust have about as many beads at each width, an
     CHECK(sizes.front().lattice.columns < sizes.back().lattice.columns);
     CHECK(sizes.front().margin == sizes.back().margin);
   }
+}
+
+TEST_CASE("The thrust of the exact law is said to settle below 1 only where the numbers say so") {
+  using made_up::number;
+  const auto page = [](const std::vector<ExactThrust>& measured) {
+    return study_page(*rejection_thrust_study("figures", measured));
+  };
+  const auto contains = [](const std::string& text, const char* part) { return text.find(part) != std::string::npos; };
+  CHECK_FALSE(contains(page({}).html, "tend to 1 under the exact law"));
+  ExactThrust one;
+  one.spec.sampler.mu = 0.3;
+  one.spec.lattice = {4, 20};
+  one.alpha = number(0.93, 0.001);
+  one.deficit_over_mu2 = number(0.78, 0.01);
+  one.change_with_depth = number(0.002, 0.002);
+  one.alpha_of_last_layer = number(0.99, 0.002);
+  std::vector<ExactThrust> measured(2, one);
+  const auto settles = [&] { return contains(page(measured).html, "It does not: at every friction"); };
+  CHECK(settles());
+  CHECK(page(measured).texts.at("/side/exact_thrusts/1/deficit_over_mu_squared") == "0.780(10)");
+  measured[1].alpha = number(0.996, 0.001);
+  CHECK_FALSE(settles());
+  measured[1] = one;
+  measured[1].change_with_depth = number(0.03, 0.01);
+  CHECK_FALSE(settles());
+  measured[1].change_with_depth = {};
+  measured[1].change_with_depth.reason = "too few";
+  CHECK_FALSE(settles());
+  CHECK(contains(page(measured).html, "These piles do not decide it"));
 }

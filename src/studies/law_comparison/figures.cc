@@ -1,4 +1,4 @@
-#include "plot/law_cost.h"
+#include "figures.h"
 
 #include <fmt/format.h>
 
@@ -6,7 +6,7 @@
 #include <map>
 #include <utility>
 
-#include "plot/choice.h"
+#include "plot/axes.h"
 #include "plot/csv_table.h"
 #include "plot/figure_words.h"
 #include "plot/plot_script.h"
@@ -18,7 +18,20 @@ namespace granuscope {
 
 namespace {
 
-constexpr const char* figure_id = "law-cost";
+constexpr const char* thrust_id = "law-comparison";
+constexpr const char* cost_id = "law-cost";
+
+std::string in_words(const Estimate& number) {
+  return number.known() ? value_with_error(number.value, number.standard_error) : "unknown";
+}
+
+std::string name_in_words(const LawOnPiles& one) {
+  const SamplerSpec& law = one.spec.sampler;
+  const LatticeSpec& lattice = one.spec.lattice;
+  const std::string lambda = law.law == Law::polytope ? ", λ = " + caption_number(law.lambda) : "";
+  const std::string rules = law.rules == MendingRules::all ? "" : " (" + name_of(law.rules) + ")";
+  return fmt::format("{}{}{}, {} × {}", name_of(law.law), rules, lambda, lattice.columns, lattice.layers);
+}
 
 std::string size_in_words(const LawOnPiles& one) {
   return fmt::format("{} × {}", one.spec.lattice.columns, one.spec.lattice.layers);
@@ -33,6 +46,73 @@ std::string growth_in_words(const LawOnPiles& smallest, const LawOnPiles& larges
 }
 
 }  // namespace
+
+Figure draw_laws(const std::vector<LawOnPiles>& laws, const std::filesystem::path& run_folder) {
+  PlotPlan plan;
+  plan.id = thrust_id;
+  plan.script = "studies/law_thrust";
+  plan.height = 5;
+  std::vector<std::string> curves, titles, mended, failed;
+  Range layers, alphas;
+  layers.add(0);
+  alphas.add(1);
+  for (const LawOnPiles& one : laws) {
+    CsvTable table({"layer", "thrust_ratio", "thrust_error", "weight_variance", "variance_error"});
+    for (const ThrustAtDepth& depth : one.depths) {
+      if (!depth.thrust_ratio.known()) continue;
+      const double alpha = depth.thrust_ratio.value, error = depth.thrust_ratio.standard_error;
+      table.add_row({static_cast<double>(depth.layer), alpha, error, depth.weight_variance.value,
+                     depth.weight_variance.standard_error});
+      layers.add(depth.layer);
+      alphas.add(alpha - error);
+      alphas.add(alpha + error);
+    }
+    if (one.failed > 0) {
+      failed.push_back(fmt::format("{} of {} piles of {}", one.failed, one.failed + one.samples, name_in_words(one)));
+    }
+    if (table.empty()) continue;
+    const std::string file = fmt::format("{}-{}.csv", thrust_id, curves.size() + 1);
+    plan.data[file] = table.text();
+    const std::string style = series_style(curves.size());
+    curves.push_back(
+        fmt::format("'{}' using 1:2:3 with yerrorlines linewidth 0.8 pointsize 0.45 {} notitle", file, style));
+    titles.push_back(
+        fmt::format("keyentry with points pointsize 0.6 {} title {}", style,
+                    gnuplot_string(fmt::format("{}:  α = {},  var w = {},  {} draws per bead", name_in_words(one),
+                                               in_words(one.alpha_thrust), in_words(one.weight_variance),
+                                               one.draws_per_bead < 100 ? caption_number(one.draws_per_bead, 3)
+                                                                        : fmt::format("{:.0f}", one.draws_per_bead)))));
+    if (one.spec.sampler.law == Law::granusolve && one.spec.sampler.rules == MendingRules::all) {
+      mended.push_back(fmt::format(
+          "on {} × {} beads the pair rule gave {:.2f} %, arcs and rings {:.3f} % and climbs {:.3f} % of the beads "
+          "their "
+          "value",
+          one.spec.lattice.columns, one.spec.lattice.layers, 100 * one.pair_per_bead, 100 * one.arc_per_bead,
+          100 * one.climbed_per_bead));
+    }
+  }
+  if (curves.empty()) {
+    throw InputError(
+        "the comparison of laws has nothing to show, because no pile of it was completed; give it smaller piles or "
+        "less "
+        "friction");
+  }
+  plan.curves = static_cast<int>(curves.size()) + 1;  // the line at 1
+  Figure figure = draw_plot(plan,
+                            {{"curves", fmt::format("{}", fmt::join(curves, ", \\\n    "))},
+                             {"titles", fmt::format("{}", fmt::join(titles, ", \\\n    "))},
+                             {"layer_high", exact(layers.high + 1)},
+                             {"layer_ticks", linear_ticks(layers, 8)},
+                             {"low", exact(alphas.low - 0.02)},
+                             {"high", exact(alphas.high + 0.02)},
+                             {"ticks", linear_ticks(alphas, 6)}},
+                            run_folder);
+  set_words(figure, "studies/law_thrust.words",
+            {{"mu", caption_number(laws.front().spec.sampler.mu)},
+             {"mended", enumeration(mended)},
+             {"failed", enumeration(failed)}});
+  return figure;
+}
 
 Figure draw_law_cost(const std::vector<LawOnPiles>& costs, const std::filesystem::path& run_folder) {
   std::map<std::pair<std::string, double>, std::vector<const LawOnPiles*>> curves_of;
@@ -53,12 +133,11 @@ Figure draw_law_cost(const std::vector<LawOnPiles>& costs, const std::filesystem
   }
   if (curves_of.empty()) {
     throw InputError(
-        "the figure of the laws' work has nothing to show, because no size was completed; give smaller "
-        "figures.law_comparison.cost_sizes");
+        "the figure of the laws' work has nothing to show, because no size was completed; give smaller cost_sizes");
   }
   PlotPlan plan;
-  plan.id = figure_id;
-  plan.script = "plot/law_cost";
+  plan.id = cost_id;
+  plan.script = "studies/law_cost";
   plan.height = 3;
   std::vector<std::string> curves, titles;
   std::map<std::string, std::vector<std::string>> growth;  // of each law
@@ -70,7 +149,7 @@ Figure draw_law_cost(const std::vector<LawOnPiles>& costs, const std::filesystem
                      static_cast<double>(one->samples), one->draws_per_bead});
     }
     const auto& [law, mu] = which;
-    const std::string file = fmt::format("{}-{}-mu-{}.csv", figure_id, law, exact(mu));
+    const std::string file = fmt::format("{}-{}-mu-{}.csv", cost_id, law, exact(mu));
     plan.data[file] = table.text();
     const std::string style = series_style(curves.size());
     curves.push_back(
@@ -96,7 +175,7 @@ Figure draw_law_cost(const std::vector<LawOnPiles>& costs, const std::filesystem
   std::vector<std::string> of_each_law;
   of_each_law.reserve(growth.size());
   for (const auto& [law, numbers] : growth) of_each_law.push_back(fmt::format("{} {}", law, enumeration(numbers)));
-  set_words(figure, "plot/law_cost.words",
+  set_words(figure, "studies/law_cost.words",
             {{"growth", fmt::format("{}", fmt::join(of_each_law, "; "))},
              {"piles", std::to_string(most->samples)},
              {"smallest", size_in_words(*least)},

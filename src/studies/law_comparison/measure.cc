@@ -1,4 +1,4 @@
-#include "analysis/law_comparison.h"
+#include "measure.h"
 
 #include <cmath>
 #include <limits>

@@ -1,0 +1,141 @@
+#include "json.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "report/estimate_json.h"
+#include "support/number_format.h"
+
+namespace granuscope {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// Which law, and how its chains ran.
+template <class Measured>
+Json law_json(const Measured& one) {
+  const SamplerSpec& sampler = one.spec.sampler;
+  Json json = {{"law", name_of(sampler.law)}};
+  if (sampler.law == Law::granusolve) json["mending_rules"] = name_of(sampler.rules);
+  if (sampler.law != Law::polytope) return json;
+  json["lambda"] = sampler.lambda;
+  json["burn_in"] = finite_or_null(one.burn_in);
+  json["thinning"] = finite_or_null(one.thinning);
+  if (json["burn_in"].is_null()) json["reason"] = "no chain was begun";
+  return json;
+}
+
+Json to_json(const LawResponse& one) {
+  Json json = law_json(one);
+  json.update(Json{{"mu", one.spec.sampler.mu},
+                   {"columns", one.spec.lattice.columns},
+                   {"layers", one.spec.lattice.layers},
+                   {"epsilon", one.spec.response.epsilon},
+                   {"samples", one.samples},
+                   {"failed", one.failed},
+                   {"effective_samples", granuscope::to_json(one.effective_samples)},
+                   {"window_layers", {one.first_layer, one.last_layer}},
+                   {"c", granuscope::to_json(one.c)},
+                   {"D", granuscope::to_json(one.D)}});
+  return json;
+}
+
+Json to_json(const LawOnPiles& one) {
+  Json depths = Json::array();
+  for (const ThrustAtDepth& depth : one.depths) depths.push_back(granuscope::to_json(depth));
+  Json json = law_json(one);
+  json.update(Json{{"mu", one.spec.sampler.mu},
+                   {"columns", one.spec.lattice.columns},
+                   {"layers", one.spec.lattice.layers},
+                   {"samples", one.samples},
+                   {"failed", one.failed},
+                   {"effective_samples", granuscope::to_json(one.effective_samples)},
+                   {"draws_per_bead", finite_or_null(one.draws_per_bead)},
+                   {"pair_per_bead", finite_or_null(one.pair_per_bead)},
+                   {"arc_per_bead", finite_or_null(one.arc_per_bead)},
+                   {"climbed_per_bead", finite_or_null(one.climbed_per_bead)},
+                   {"window_layers", {one.first_layer, one.last_layer}},
+                   {"alpha_thrust", granuscope::to_json(one.alpha_thrust)},
+                   {"c_thrust", granuscope::to_json(one.c_thrust)},
+                   {"weight_variance", granuscope::to_json(one.weight_variance)},
+                   {"depths", depths}});
+  if (json["draws_per_bead"].is_null()) json["reason"] = "no pile was completed";
+  return json;
+}
+
+template <class Measured>
+Json list_of(const std::vector<Measured>& all) {
+  Json json = Json::array();
+  for (const Measured& one : all) json.push_back(to_json(one));
+  return json;
+}
+
+/// Whether a law leaves out some of its rules.
+bool some_rules(const Json& one) { return one.contains("mending_rules") && one.at("mending_rules") != "all"; }
+
+/// Nanoseconds of wall time for each bead of the piles begun.
+std::string time_per_bead(const ComparedLaws& measured, std::size_t i) {
+  if (i >= measured.seconds.size() || i >= measured.on_piles.size()) return "not known";
+  const LawOnPiles& one = measured.on_piles[i];
+  const double piles = static_cast<double>(one.samples + one.failed);
+  if (!std::isfinite(measured.seconds[i]) || piles == 0) return "not known";
+  return significant(1e9 * measured.seconds[i] / (piles * one.spec.lattice.columns * one.spec.lattice.layers), 2);
+}
+
+/// By how many standard errors of their difference a number lies from that of the first law.
+std::string sigmas_from_first(const Json& one, const Json& first) {
+  if (!one.at("value").is_number() || !first.at("value").is_number()) return "n/a";
+  const double error = std::hypot(one.at("stderr").get<double>(), first.at("stderr").get<double>());
+  const double difference = std::abs(one.at("value").get<double>() - first.at("value").get<double>());
+  return error > 0 ? fmt::format("{:.1f}", difference / error) : "n/a";
+}
+
+}  // namespace
+
+void write_laws(const ComparedLaws& measured, Json& side) {
+  side["laws"] = list_of(measured.on_piles);
+  side["law_responses"] = list_of(measured.responses);
+  side["law_costs"] = list_of(measured.costs);
+}
+
+Json laws_overlay(const ComparedLaws& measured, const Json& side) {
+  const Json& laws = side.at("laws");
+  Json rows = Json::array(), chains = Json::array();
+  for (std::size_t i = 0; i < laws.size(); ++i) {
+    rows.push_back({{"some_rules", some_rules(laws[i])}, {"time_per_bead", time_per_bead(measured, i)}});
+    if (laws[i].contains("burn_in")) chains.push_back({{"key", fmt::format("/side/laws/{}", i)}, {"last", false}});
+  }
+  if (!chains.empty()) chains.back()["last"] = true;
+  return {{"laws", rows}, {"chains", chains}};
+}
+
+Json law_responses_overlay(const Json& side) {
+  const Json& responses = side.at("law_responses");
+  Json rows = Json::array();
+  for (std::size_t i = 0; i < responses.size(); ++i) {
+    Json row = {{"some_rules", some_rules(responses[i])}};
+    for (const char* name : {"c", "D"}) {
+      row[std::string(name) + "_apart"] =
+          i == 0 ? "–" : sigmas_from_first(responses[i].at(name), responses[0].at(name));
+    }
+    rows.push_back(row);
+  }
+  return {{"law_responses", rows}};
+}
+
+Json law_rules_overlay(const Json& side) {
+  const Json& laws = side.at("laws");
+  Json rules = Json::array();
+  for (std::size_t i = 0; i < laws.size(); ++i) {
+    const Json& one = laws[i];
+    const bool as_the_first = one.at("columns") == laws[0].at("columns") && one.at("layers") == laws[0].at("layers");
+    if (!one.contains("mending_rules") || !as_the_first) continue;
+    rules.push_back({{"key", fmt::format("/side/laws/{}", i)}, {"some_rules", some_rules(one)}});
+  }
+  return {{"rules", rules}};
+}
+
+}  // namespace granuscope
