@@ -2,6 +2,9 @@
 #include <array>
 #include <vector>
 
+#include "model/lattice.h"
+#include "support/problem.h"
+
 namespace granuscope {
 
 /// Where and how the response is fitted. All layers must be usable (0 .. layers - 21).
@@ -14,5 +17,11 @@ struct FitSpec {
   std::array<double, 2> scaling_window{0.1, 0.3};            ///< of mu, inclusive: beta, gamma, alpha
   std::vector<std::array<double, 2>> other_scaling_windows;  ///< shown beside it
 };
+
+inline constexpr int least_window_depths = 3;  ///< fewest depths from which a slope is taken
+inline constexpr double least_identifiable_width = 0.1, most_identifiable_width = 100;  ///< bead diameters
+
+/// The first number out of range on this lattice.
+Problem find_problem(const FitSpec& spec, const LatticeSpec& lattice);
 
 }  // namespace granuscope

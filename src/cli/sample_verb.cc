@@ -2,6 +2,7 @@
 #include <oneapi/tbb/global_control.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -66,12 +67,16 @@ void set_load(const SampleOptions& options, EnsembleSpec& spec) {
   } else {
     spec.load = load_named(options.load);
   }
-  if (!multiplexed && (spec.response.opposite || spec.response.sign_run != 1)) {
-    throw InputError("--opposite and --sign-run change nothing but --load multiplexed; leave them out or add it");
-  }
-  EnsembleSpec checked = spec;
-  checked.response.samples = static_cast<std::uint64_t>(checked.response.blocks) * group_size;
-  if (paired || multiplexed) validate(checked);
+}
+
+/// What no ensemble could be drawn with, by the name of the flag.
+void check_flags(EnsembleSpec spec) {
+  spec.response.samples = group_size * static_cast<std::uint64_t>(spec.response.blocks);  // --samples may be fewer
+  auto found = find_problem(spec);
+  if (!found) return;
+  std::replace(found->key.begin(), found->key.end(), '_', '-');
+  found->key.insert(0, "--");
+  refuse(found);
 }
 
 ExitCode sample(SampleOptions options, VerbContext& context) {
@@ -80,14 +85,7 @@ ExitCode sample(SampleOptions options, VerbContext& context) {
   set_load(options, spec);
   spec.sampler.order = layer_order_named(options.layer_order);
   spec.sampler.rules = mending_rules_named(options.mending_rules);
-  const SamplerSpec usual;
-  if (spec.sampler.law != Law::polytope &&
-      (spec.sampler.lambda != usual.lambda || spec.sampler.burn_in != 0 || spec.sampler.thinning != 0)) {
-    throw InputError(
-        fmt::format("--lambda, --burn-in and --thinning belong to the law polytope and would change nothing under {}; "
-                    "leave them out or add --law polytope",
-                    options.law));
-  }
+  check_flags(spec);
   if (!options.statistics && options.file.empty()) {
     throw InputError(
         "nothing is asked for; give --out FILE.h5 to store one pile, --statistics to measure many, or both");

@@ -57,94 +57,60 @@ std::vector<int> recorded_layers(const EnsembleSpec& spec) {
   return layers;
 }
 
-int most_sign_run(const Lattice& lattice) { return std::max(1, lattice.columns() / 8); }
-
-void validate(const EnsembleSpec& spec) {
-  const Lattice lattice(spec.lattice);
-  if (spec.response.blocks < min_blocks) {
-    throw InputError(
-        fmt::format("{} blocks are too few: a jackknife over fewer than {} blocks gives no usable standard "
-                    "error",
-                    spec.response.blocks, min_blocks));
-  }
-  if (groups_of(spec.response.samples) < static_cast<std::uint64_t>(spec.response.blocks)) {
-    throw InputError(fmt::format(
-        "{} samples are too few: each of the {} blocks needs at least one group of {} samples; ask for {} or more",
-        spec.response.samples, spec.response.blocks, group_size,
-        (static_cast<std::uint64_t>(spec.response.blocks) - 1) * group_size + 1));
-  }
-  if (spec.response.samples > max_samples) {
-    throw InputError(
-        fmt::format("{} samples are too many: one seed names {}; ask for fewer, or divide them among seeds",
-                    spec.response.samples, max_samples));
-  }
-  if (!(spec.response.overload > 0) || !std::isfinite(spec.response.overload)) {
-    throw InputError(fmt::format("overload {} is not a positive finite force: there would be no response to measure",
-                                 spec.response.overload));
-  }
-  if (!(spec.response.epsilon > 0 && spec.response.epsilon < 1)) {
-    throw InputError(
-        fmt::format("epsilon {} is out of range: at 0 there is no response to measure, and at 1 some top beads would "
-                    "carry no load, for which there is no solution at small friction; give more than 0 and less than 1",
-                    spec.response.epsilon));
-  }
-  if (spec.response.sign_run < 1 || spec.response.sign_run > most_sign_run(lattice)) {
-    throw InputError(
-        fmt::format("sign_run {} is out of range: at least one bead, and at most an eighth of the {} columns, so that "
-                    "every wave of the response meets loads that differ",
-                    spec.response.sign_run, lattice.columns()));
-  }
-  if (spec.response.estimator != EstimatorName::multiplexed &&
-      (spec.response.opposite || spec.response.sign_run != 1)) {
-    throw InputError(fmt::format(
-        "opposite and sign_run belong to the estimator multiplexed and would change nothing under {}; leave them out",
-        name_of(spec.response.estimator)));
-  }
-  if (spec.response.estimator != EstimatorName::point && spec.load != Load::point) {
-    throw InputError(fmt::format("the estimator {} brings its own loads; leave the load at point",
-                                 name_of(spec.response.estimator)));
+Problem find_problem(const EnsembleSpec& spec) {
+  if (auto found = find_problem(spec.lattice)) return found;
+  if (auto found = find_problem(spec.sampler)) return found;
+  if (auto found = find_problem(spec.response, spec.lattice)) return found;
+  const EstimatorName estimator = spec.response.estimator;
+  if (estimator != EstimatorName::point && spec.load != Load::point) {
+    return problem("load", "the estimator {} brings its own loads; leave the load at point", name_of(estimator));
   }
   if (std::adjacent_find(spec.layers.begin(), spec.layers.end(), std::greater_equal<>()) != spec.layers.end()) {
-    throw InputError("the recorded layers are not ascending: each may be named once, from the top down");
+    return problem("layers", "the recorded layers are not ascending: each may be named once, from the top down");
   }
-  for (int layer : spec.layers) {
-    if (layer < 0 || layer >= lattice.layers()) {
-      throw InputError(fmt::format("layer {} is outside the lattice of {} layers (0 to {})", layer, lattice.layers(),
-                                   lattice.layers() - 1));
+  for (const int layer : spec.layers) {
+    if (layer < 0 || layer >= spec.lattice.layers) {
+      return problem("layers", "layer {} is outside the lattice of {} layers (0 to {})", layer, spec.lattice.layers,
+                     spec.lattice.layers - 1);
     }
   }
+  return {};
 }
 
+void validate(const EnsembleSpec& spec) { refuse(find_problem(spec)); }
+
 std::string configuration_text(const EnsembleSpec& spec) {
-  const SamplerSpec& s = spec.sampler;
-  const bool point = spec.response.estimator == EstimatorName::point,
-             multiplexed = spec.response.estimator == EstimatorName::multiplexed;
-  // The lines of the estimator point are older than the choice of estimators; ensembles drawn then stay valid.
-  const std::string estimator = point ? ""
-                                      : fmt::format("estimator={}\nepsilon={}\n", name_of(spec.response.estimator),
-                                                    multiplexed ? exact(spec.response.epsilon) : "0");
-  // What was not always summed.
-  const std::string sums = spec.response.estimator == EstimatorName::paired ? "sums=response_thrust\n" : "";
-  // Likewise of their options,
-  const std::string options = (spec.response.opposite ? "opposite=true\n" : "") +
-                              (spec.response.sign_run != 1 ? fmt::format("sign_run={}\n", spec.response.sign_run) : "");
-  // and the keys of the law polytope.
-  const std::string chain = s.law == Law::polytope ? fmt::format("lambda={}\nburn_in={}\nthinning={}\n",
-                                                                 exact(s.lambda), s.burn_in, s.thinning)
-                                                   : "";
-  // And the rules of the law granusolve.
-  const std::string rules = s.rules != MendingRules::all ? fmt::format("rules={}\n", name_of(s.rules)) : "";
-  // And the layout of the blocks.
-  const std::string layout = spec.layout == BlockLayout::interleaved ? "blocks_of=interleaved\n" : "";
-  const bool overloaded = spec.response.estimator == EstimatorName::paired || (point && spec.load == Load::point);
-  return fmt::format(
-      "sampling_version={}\nlaw={}\nmu={}\nseed={}\neffort={}\nmax_tries={}\norder={}\n{}columns={}\nlayers={}\nload={}"
-      "\n"
-      "overload={}\nsamples={}\nblocks={}\nrecorded_layers={}\nprofiles={}\n{}{}",
-      sampling_version, name_of(s.law), exact(s.mu), s.seed, exact(s.effort), s.max_tries, name_of(s.order), chain,
-      spec.lattice.columns, spec.lattice.layers, point ? name_of(spec.load) : name_of(spec.response.estimator),
-      overloaded ? exact(spec.response.overload) : "0", spec.response.samples, spec.response.blocks,
-      fmt::join(recorded_layers(spec), ","), spec.record_profiles, estimator, options + rules + layout + sums);
+  const auto& [sampler, lattice, response, load, layers, layout, record_profiles] = spec;
+  const bool multiplexed = response.estimator == EstimatorName::multiplexed;
+  const bool overloaded = !multiplexed && load == Load::point;
+  std::string text;
+  const auto add = [&](const char* key, const auto& value) { text += fmt::format("{}={}\n", key, value); };
+  add("sampling_version", sampling_version);
+  add("law", name_of(sampler.law));
+  add("mu", exact(sampler.mu));
+  add("seed", sampler.seed);
+  add("effort", exact(sampler.effort));
+  add("max_tries", sampler.max_tries);
+  add("layer_order", name_of(sampler.order));
+  add("mending_rules", name_of(sampler.rules));
+  add("lambda", exact(sampler.lambda));
+  add("burn_in", sampler.burn_in);
+  add("thinning", sampler.thinning);
+  add("columns", lattice.columns);
+  add("layers", lattice.layers);
+  add("load", name_of(load));
+  add("estimator", name_of(response.estimator));
+  // What an estimator does not use changes no number.
+  add("overload", overloaded ? exact(response.overload) : "0");
+  add("epsilon", multiplexed ? exact(response.epsilon) : "0");
+  add("opposite", response.opposite);
+  add("sign_run", response.sign_run);
+  add("samples", response.samples);
+  add("blocks", response.blocks);
+  add("block_layout", layout == BlockLayout::interleaved ? "interleaved" : "runs");
+  add("recorded_layers", fmt::format("{}", fmt::join(recorded_layers(spec), ",")));
+  add("profiles", record_profiles);
+  return text;
 }
 
 std::vector<double> top_load(const EnsembleSpec& spec) {

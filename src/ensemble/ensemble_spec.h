@@ -27,15 +27,10 @@ struct EnsembleSpec {
   bool record_profiles = true;  ///< record the response [layers, columns] beside the numbers per layer
 };
 
-/// Fewest blocks from which a standard error is taken.
-inline constexpr int min_blocks = 8;
-/// Consecutive samples that share the order in which their layers are solved, and therefore the block.
-inline constexpr std::uint64_t group_size = 8;
-
-/// Largest EnsembleSpec::sign_run: several runs must fit into a layer.
-int most_sign_run(const Lattice& lattice);
-
-/// Throws InputError if the spec is out of range (fewer than one group per block, a layer outside the lattice, ...).
+/// What is wrong with the sampler, the lattice or the response, or with what they are together (a layer outside the
+/// lattice, ...).
+Problem find_problem(const EnsembleSpec& spec);
+/// Throws InputError with it.
 void validate(const EnsembleSpec& spec);
 
 /// Canonical text of everything the ensemble's numbers depend on. Equal text, equal numbers.

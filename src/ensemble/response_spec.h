@@ -2,6 +2,9 @@
 #include <cstdint>
 #include <string>
 
+#include "model/lattice.h"
+#include "support/problem.h"
+
 namespace granuscope {
 
 /// How the top is loaded.
@@ -16,6 +19,18 @@ enum class EstimatorName {
   paired,       ///< the standard procedure: each pile solved with and without the overload, keeping its random numbers
   multiplexed,  ///< every top load raised or lowered at random; the linear response by cross-correlation
 };
+
+/// Consecutive samples that share the order in which their layers are solved, and therefore the block.
+inline constexpr std::uint64_t group_size = 8;
+
+// Limits of ResponseSpec.
+inline constexpr double least_epsilon = 1e-6, epsilon_limit = 1;     ///< the latter is outside
+inline constexpr double least_overload = 1e-6, most_overload = 1e6;  ///< loads of one top bead
+inline constexpr int min_blocks = 8;                                 ///< fewest that give a standard error
+inline constexpr int most_blocks = 10'000;                           ///< more give no better one
+inline constexpr std::uint64_t most_samples = 1'000'000'000;         ///< of one seed
+/// Largest sign_run: several runs must fit into a layer.
+int most_sign_run(const LatticeSpec& lattice);
 
 /// How the response of an ensemble is measured, and on how many samples.
 struct ResponseSpec {
@@ -37,6 +52,9 @@ inline ResponseSpec multiplexed_response(double epsilon, bool opposite = false, 
 inline double load_size(const ResponseSpec& spec) {
   return spec.estimator == EstimatorName::multiplexed ? spec.epsilon : spec.overload;
 }
+
+/// The first number out of range on this lattice, or that would change nothing.
+Problem find_problem(const ResponseSpec& spec, const LatticeSpec& lattice);
 
 std::string name_of(Load load);
 Load load_named(const std::string& name);

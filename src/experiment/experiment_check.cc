@@ -11,8 +11,6 @@
 
 #include "analysis/claims.h"
 #include "analysis/expected_response.h"
-#include "ensemble/ensemble_runner.h"
-
 #include "experiment/experiment_keys.h"
 #include "experiment/nearest_name.h"
 #include "render/colour_scale.h"
@@ -96,93 +94,26 @@ Problem find_law_problem(const Experiment& e, const char* whose, int columns, in
 }
 
 Problem find_sampling_problem(const Experiment& e) {
-  const SamplerSpec& sampling = e.sampling;
-  if (sampling.seed > static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max())) {
-    return problem("sampling.seed", "{} does not fit into a TOML number; give at most {}", sampling.seed,
+  if (e.sampling.seed > static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max())) {
+    return problem("sampling.seed", "{} does not fit into a TOML number; give at most {}", e.sampling.seed,
                    std::numeric_limits<std::int64_t>::max());
   }
-  if (!(std::isfinite(sampling.effort) && sampling.effort >= 1 && sampling.effort <= 1e9)) {
-    return problem("sampling.effort",
-                   "{} solutions per bead cannot work: each bead is solved at least once, and "
-                   "every pile must end; give 1 to 1e9 (200 is plenty)",
-                   sampling.effort);
-  }
-  if (sampling.max_tries < 1 || sampling.max_tries > most_tries) {
-    return problem(
-        "sampling.max_tries",
-        "{} tries cannot work: every pile needs one, and a key of the random numbers counts no more than {}; "
-        "give 1 to {}",
-        sampling.max_tries, most_tries, most_tries);
-  }
-  if (!(sampling.lambda >= 0 && sampling.lambda <= 1)) {
-    return problem("sampling.lambda",
-                   "{} is no exponent of the law polytope: 0 is the flat measure, 1 the law rejection, and only what "
-                   "lies between is a law; give 0 to 1",
-                   sampling.lambda);
-  }
-  const SamplerSpec usual;
-  if (sampling.law != Law::polytope &&
-      (sampling.lambda != usual.lambda || sampling.burn_in != usual.burn_in || sampling.thinning != usual.thinning)) {
-    return problem("sampling.law",
-                   "lambda, burn_in and thinning belong to the law polytope and would change nothing under {}; remove "
-                   "them or set sampling.law = \"polytope\"",
-                   name_of(sampling.law));
-  }
-  if (sampling.burn_in > most_sweeps || sampling.thinning > most_sweeps) {
-    return problem(sampling.burn_in > most_sweeps ? "sampling.burn_in" : "sampling.thinning",
-                   "a chain counts no more than {} sweeps; give fewer, or 0 to have them measured", most_sweeps);
-  }
+  if (auto found = in_table("sampling", find_problem(e.sampling))) return found;
   if (auto found = find_law_problem(e, "[lattice]", e.lattice.columns, e.lattice.layers, e.mu.back())) return found;
   if (!e.force_chains.draw) return {};
   return find_law_problem(e, "scenes.force_chains, some of them computed below the layers shown,",
                           e.force_chains.columns, e.force_chains.computed_layers(), e.force_chains.mu);
 }
 
+/// In experiments every block holds a whole group, also the last one.
 Problem find_response_problem(const Experiment& e) {
-  const ResponseSpec& response = e.response;
-  if (!(response.epsilon >= 1e-6 && response.epsilon < 1)) {
-    return problem(
-        "response.epsilon",
-        "{} cannot be measured: some top beads carry 1 - epsilon, and one without load has no solution beside "
-        "loaded ones at small friction, while the response is divided by epsilon; give 1e-6 to less than 1 "
-        "(0.25 is usual)",
-        response.epsilon);
-  }
-  if (response.estimator != EstimatorName::multiplexed && (response.opposite || response.sign_run != 1)) {
-    return problem(response.opposite ? "response.opposite" : "response.sign_run",
-                   "it belongs to the estimator multiplexed and would change nothing under {}; remove it, or set "
-                   "response.estimator = \"multiplexed\"",
-                   name_of(response.estimator));
-  }
-  // A lattice without columns is reported by itself.
-  const int most_run = std::max(1, e.lattice.columns / 8);
-  if (response.sign_run < 1 || response.sign_run > most_run) {
-    return problem(
-        "response.sign_run",
-        "{} beads: a run has at least one, and where fewer than eight runs fit into lattice.columns = {} the "
-        "long waves meet hardly any load that differs; give 1 to {} (1 to 3 is usual)",
-        response.sign_run, e.lattice.columns, most_run);
-  }
-  if (!(std::isfinite(response.overload) && response.overload >= 1e-6 && response.overload <= 1e6)) {
-    return problem("response.overload",
-                   "{} cannot be measured: the response is divided by the overload, and the load "
-                   "of its neighbours is 1; give 1e-6 to 1e6 (the paper has 1)",
-                   response.overload);
-  }
-  if (response.blocks < min_blocks || response.blocks > most_blocks) {
-    return problem("response.blocks",
-                   "{} blocks: fewer than 8 give no reliable standard error, and more than {} no "
-                   "better one; give 8 to {} (32 is usual)",
-                   response.blocks, most_blocks, most_blocks);
-  }
-  const auto least = group_size * static_cast<std::uint64_t>(response.blocks);
-  if (response.samples < least || response.samples > most_samples) {
-    return problem("response.samples",
-                   "{} samples in {} blocks: each block needs a whole group of eight, which share "
-                   "the start and direction of their layers; give {} to {}, or fewer blocks",
-                   response.samples, response.blocks, least, most_samples);
-  }
-  return {};
+  if (auto found = in_table("response", find_problem(e.response, e.lattice))) return found;
+  const auto least = group_size * static_cast<std::uint64_t>(e.response.blocks);
+  if (e.response.samples >= least) return {};
+  return problem("response.samples",
+                 "{} samples in {} blocks: each block needs a whole group of eight, which share "
+                 "the start and direction of their layers; give {} to {}, or fewer blocks",
+                 e.response.samples, e.response.blocks, least, most_samples);
 }
 
 Problem find_precision_problem(const Experiment& e) {
@@ -198,51 +129,6 @@ Problem find_precision_problem(const Experiment& e) {
     return problem("precision.most_samples",
                    "{} piles: the ensembles begin with response.samples = {} and grow from there; give {} to {}",
                    asked.most_samples, e.response.samples, e.response.samples, most_samples);
-  }
-  return {};
-}
-
-Problem find_window_problem(const char* key, const std::array<double, 2>& window) {
-  if (std::isfinite(window[0]) && std::isfinite(window[1]) && window[0] >= 0 && window[0] < window[1]) return {};
-  return problem(key, "[{}, {}] is not a range of mu: it must ascend from 0 or more; write [low, high]", window[0],
-                 window[1]);
-}
-
-Problem find_fit_problem(const Experiment& e) {
-  const FitSpec& fit = e.fit;
-  const int last_usable = e.lattice.layers - bottom_margin - 1;
-  if (fit.layer_step < 1) {
-    return problem("fit.layer_step", "{} would never reach the end of the window; give 1 or more (3 is usual)",
-                   fit.layer_step);
-  }
-  if (fit.shallow_layer < 0 || fit.shallow_layer > fit.first_layer) {
-    return problem("fit.shallow_layer", "layer {} must lie between 0 and fit.first_layer = {}", fit.shallow_layer,
-                   fit.first_layer);
-  }
-  if (fit.last_layer > last_usable) {
-    return problem("fit.last_layer",
-                   "layer {} lies beyond the last usable one, {}: the lowest {} of lattice.layers = {} "
-                   "follow another law; end the window at {} or compute {} layers",
-                   fit.last_layer, last_usable, bottom_margin, e.lattice.layers, last_usable,
-                   static_cast<std::int64_t>(fit.last_layer) + bottom_margin + 1);
-  }
-  const int depths = fit.last_layer < fit.first_layer ? 0 : 1 + (fit.last_layer - fit.first_layer) / fit.layer_step;
-  if (depths < 3) {
-    return problem("fit.first_layer",
-                   "the window from layer {} to {} in steps of {} holds {} depths, but a slope with "
-                   "a test of it needs 3; widen the window",
-                   fit.first_layer, fit.last_layer, fit.layer_step, depths);
-  }
-  if (!(std::isfinite(fit.min_identifiable_width) && fit.min_identifiable_width >= 0.1 &&
-        fit.min_identifiable_width <= 100)) {
-    return problem("fit.min_identifiable_width",
-                   "{} bead diameters: below about half a bead the width of a peak "
-                   "cannot be told from the bead's; give 0.1 to 100 (0.5 is usual)",
-                   fit.min_identifiable_width);
-  }
-  if (auto found = find_window_problem("fit.scaling_window", fit.scaling_window)) return found;
-  for (const auto& window : fit.other_scaling_windows) {
-    if (auto found = find_window_problem("fit.other_scaling_windows", window)) return found;
   }
   return {};
 }
@@ -458,7 +344,7 @@ Problem find_problem(const Experiment& e) {
   if (auto found = find_sampling_problem(e)) return found;
   if (auto found = find_response_problem(e)) return found;
   if (auto found = find_precision_problem(e)) return found;
-  if (auto found = find_fit_problem(e)) return found;
+  if (auto found = in_table("fit", find_problem(e.fit, e.lattice))) return found;
   if (auto found = find_claims_problem(e)) return found;
   if (auto found = find_figure_problem(e)) return found;
   if (auto found = find_study_problem(e)) return found;

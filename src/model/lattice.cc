@@ -1,22 +1,22 @@
 #include "model/lattice.h"
 
-#include <fmt/format.h>
-
-#include "support/error.h"
-
 namespace granuscope {
 
-Lattice::Lattice(LatticeSpec spec) : spec_(spec) {
-  if (spec.columns < 4) {
-    throw InputError(fmt::format(
-        "a lattice of {} columns is too narrow: around a ring of fewer than 4 beads a bead is its own neighbour; "
-        "use 4 columns or more",
-        spec.columns));
+Problem find_problem(const LatticeSpec& spec) {
+  if (spec.columns < fewest_columns) {
+    return problem(
+        "columns",
+        "a lattice of {} columns is too narrow: around a ring of fewer than {} beads a bead is its own neighbour; "
+        "use {} columns or more",
+        spec.columns, fewest_columns, fewest_columns);
   }
-  if (spec.layers < 1) {
-    throw InputError(fmt::format("a lattice of {} layers holds no bead; use 1 layer or more", spec.layers));
+  if (spec.layers < fewest_layers) {
+    return problem("layers", "a lattice of {} layers holds no bead; use {} layer or more", spec.layers, fewest_layers);
   }
+  return {};
 }
+
+Lattice::Lattice(LatticeSpec spec) : spec_(spec) { refuse(find_problem(spec)); }
 
 double Lattice::x(int layer, int bead) const {
   const double x = bead - middle() + 0.5 * (layer % 2);

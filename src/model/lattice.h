@@ -1,6 +1,8 @@
 #pragma once
 #include <cstddef>
 
+#include "support/problem.h"
+
 namespace granuscope {
 
 /// Size of a pile. Layers counts the layers computed, not only those that are used.
@@ -8,6 +10,13 @@ struct LatticeSpec {
   int columns = 500;  ///< beads per layer, periodic in x; at least 4
   int layers = 200;   ///< layer 0 is the top one
 };
+
+/// Around a ring of fewer beads a bead is its own neighbour.
+inline constexpr int fewest_columns = 4;
+inline constexpr int fewest_layers = 1;
+
+/// What makes it no lattice.
+Problem find_problem(const LatticeSpec& spec);
 
 /// Layers at the bottom whose law differs from the bulk, because failures below them reach up.
 inline constexpr int bottom_margin = 20;
@@ -21,7 +30,7 @@ inline constexpr double sqrt3 = 1.7320508075688772935;
 /// n+1.
 class Lattice {
  public:
-  /// Throws InputError unless columns >= 4 and layers >= 1.
+  /// Throws InputError if there is a find_problem(spec).
   explicit Lattice(LatticeSpec spec);
 
   int columns() const { return spec_.columns; }

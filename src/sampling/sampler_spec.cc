@@ -9,9 +9,6 @@
 namespace granuscope {
 namespace {
 
-/// Solutions per bead beyond which an effort is no bound any more (nor countable in 64 bits for the largest piles).
-constexpr double max_effort = 1e9;
-
 template <typename Choice, std::size_t count>
 using Names = std::array<std::pair<Choice, const char*>, count>;
 
@@ -69,31 +66,47 @@ MendingRules mending_rules_named(const std::string& name) {
   return named_in(rules_names, name, "are no mending rules", R"(write "all", "no-pair", "no-arcs" or "climb-only")");
 }
 
-void validate(const SamplerSpec& spec) {
-  if (!(spec.effort >= 1 && spec.effort <= max_effort)) {
-    throw InputError(fmt::format(
-        "effort {} is out of range: a pile needs at least one solution per bead, and more than {:g} would never end",
-        spec.effort, max_effort));
+Problem find_problem(const SamplerSpec& spec) {
+  if (!(spec.effort >= least_effort && spec.effort <= most_effort)) {
+    return problem("effort",
+                   "{} solutions per bead cannot work: each bead is solved at least once, and "
+                   "every pile must end; give {} to {} (200 is plenty)",
+                   spec.effort, least_effort, most_effort);
   }
   if (spec.max_tries < 1 || spec.max_tries > most_tries) {
-    throw InputError(fmt::format("max_tries {} is out of range: use 1 to {}", spec.max_tries, most_tries));
+    return problem(
+        "max_tries",
+        "{} tries cannot work: every pile needs one, and a key of the random numbers counts no more than {}; "
+        "give 1 to {}",
+        spec.max_tries, most_tries, most_tries);
   }
   if (!(spec.lambda >= 0 && spec.lambda <= 1)) {
-    throw InputError(
-        fmt::format("lambda {} is out of range: 0 is the flat measure, 1 the law rejection; use a number from 0 to 1",
-                    spec.lambda));
+    return problem("lambda",
+                   "{} is no exponent of the law polytope: 0 is the flat measure, 1 the law rejection, and only "
+                   "what lies between is a law; give 0 to 1",
+                   spec.lambda);
   }
-  if (spec.rules != MendingRules::all && spec.law != Law::granusolve) {
-    throw InputError(fmt::format(
-        "the mending rules \"{}\" belong to the law granusolve and would change nothing under {}; leave them out",
-        name_of(spec.rules), name_of(spec.law)));
+  const SamplerSpec usual;
+  if (spec.law != Law::polytope &&
+      (spec.lambda != usual.lambda || spec.burn_in != usual.burn_in || spec.thinning != usual.thinning)) {
+    return problem("law",
+                   "lambda, burn_in and thinning belong to the law polytope and would change nothing under {}; "
+                   "leave them out, or choose that law",
+                   name_of(spec.law));
+  }
+  if (spec.law != Law::granusolve && spec.rules != usual.rules) {
+    return problem("mending_rules",
+                   "the mending rules {} belong to the law granusolve and would change nothing under {}; leave "
+                   "them out, or choose that law",
+                   name_of(spec.rules), name_of(spec.law));
   }
   if (spec.burn_in > most_sweeps || spec.thinning > most_sweeps) {
-    throw InputError(
-        fmt::format("burn_in {} or thinning {} is out of range: a chain counts no more than {} sweeps of each; use "
-                    "fewer, or 0 to have them measured",
-                    spec.burn_in, spec.thinning, most_sweeps));
+    return problem(spec.burn_in > most_sweeps ? "burn_in" : "thinning",
+                   "a chain counts no more than {} sweeps; give fewer, or 0 to have them measured", most_sweeps);
   }
+  return {};
 }
+
+void validate(const SamplerSpec& spec) { refuse(find_problem(spec)); }
 
 }  // namespace granuscope

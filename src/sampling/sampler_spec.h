@@ -3,12 +3,17 @@
 #include <cstdint>
 #include <string>
 
+#include "support/problem.h"
+
 namespace granuscope {
 
 /// What "a random pile" means. The mean response depends on it, so it is a named choice.
 enum class Law { granusolve, eloy_clement, rejection, polytope };
 
 inline constexpr std::array<Law, 4> all_laws = {Law::granusolve, Law::eloy_clement, Law::rejection, Law::polytope};
+
+/// SamplerSpec::effort: each bead is solved at least once, and every pile must end.
+inline constexpr double least_effort = 1, most_effort = 1e9;
 
 /// Largest SamplerSpec::max_tries: the key of a random number has 24 bits for the attempt.
 inline constexpr std::uint64_t most_tries = (std::uint64_t{1} << 24) - 1;
@@ -48,7 +53,9 @@ struct SamplerSpec {
   std::uint64_t thinning = 0;  ///< polytope: sweeps from one of them to the next; 0: from the autocorrelation
 };
 
-/// Throws InputError if a number is out of range (mu is left to the FrictionCone).
+/// The first number out of range, or that would change nothing (mu is left to the FrictionCone).
+Problem find_problem(const SamplerSpec& spec);
+/// Throws InputError with it.
 void validate(const SamplerSpec& spec);
 
 /// "granusolve", "eloy-clement", "rejection", "polytope".

@@ -29,7 +29,7 @@ double pile_memory(double columns, double layers) {
 
 Problem find_lattice_problem(const std::string& columns_key, int columns, const std::string& layers_key, int layers,
                              int least_layers, double memory) {
-  if (columns < 4) {
+  if (columns < fewest_columns) {
     return problem(columns_key,
                    "{} columns are too few: on a ring of fewer than 4 a bead meets its neighbour twice; "
                    "give at least 4",

@@ -9,9 +9,7 @@ namespace granuscope {
 
 // Limits that no sensible experiment meets; beyond them a slip of the keyboard is more likely than an intention.
 inline constexpr double most_memory = 32e9;  // bytes
-inline constexpr std::uint64_t most_samples = 1'000'000'000;
 inline constexpr std::size_t most_friction_values = 1000;
-inline constexpr int most_blocks = 10'000;
 inline constexpr int most_columns = 1'000'000;
 inline constexpr int most_layers = 1'000'000;
 // The rejection law accepts 4.5 % of the piles of 6 x 6 beads at mu = 0.3 and exponentially fewer of larger ones.

@@ -1,6 +1,4 @@
 #pragma once
-#include <fmt/core.h>
-
 #include <array>
 #include <cstdint>
 #include <functional>
@@ -10,6 +8,8 @@
 #include <utility>
 #include <variant>
 #include <vector>
+
+#include "support/problem.h"
 
 namespace granuscope {
 
@@ -38,18 +38,6 @@ struct KeyRange {
   KeyRange above(double low) &&;  ///< and not `low` itself
   KeyRange below(double high) &&;
 };
-
-/// What makes the value of a key unusable.
-struct KeyProblem {
-  std::string key;      ///< "lattice.columns"
-  std::string message;  ///< what is wrong, why that is a problem, what to do
-};
-using Problem = std::optional<KeyProblem>;
-
-template <class... Args>
-Problem problem(const std::string& key, fmt::format_string<Args...> text, Args&&... args) {
-  return KeyProblem{key, fmt::format(text, std::forward<Args>(args)...)};
-}
 
 /// One key of an experiment file, bound to the field that it sets: that field must outlive it. The keys of an
 /// experiment drive reading, the check for unknown keys and of ranges, printing with comments, and the reference.

@@ -48,6 +48,27 @@ TEST_CASE("ensembles that would mean nothing are refused before a pile is drawn"
   refused([](EnsembleSpec& s) { s.lattice.layers = 0; });
 }
 
+TEST_CASE("what is wrong is told by the key of the number that should change") {
+  const auto key_after = [](auto change) {
+    EnsembleSpec spec = sound();
+    change(spec);
+    const auto found = find_problem(spec);
+    return found ? found->key : "none";
+  };
+  CHECK(key_after([](EnsembleSpec&) {}) == "none");
+  CHECK(key_after([](EnsembleSpec& s) { s.lattice.layers = 0; }) == "layers");
+  CHECK(key_after([](EnsembleSpec& s) { s.sampler.max_tries = 0; }) == "max_tries");
+  CHECK(key_after([](EnsembleSpec& s) { s.sampler.lambda = 0.5; }) == "law");
+  CHECK(key_after([](EnsembleSpec& s) { s.response.epsilon = least_epsilon / 2; }) == "epsilon");
+  CHECK(key_after([](EnsembleSpec& s) { s.response.overload = 2 * most_overload; }) == "overload");
+  CHECK(key_after([](EnsembleSpec& s) { s.response.opposite = true; }) == "opposite");
+  CHECK(key_after([](EnsembleSpec& s) { s.response = multiplexed_response(0.25, true, 2); }) == "sign_run");
+  CHECK(key_after([](EnsembleSpec& s) { s.response.samples = 56; }) == "samples");
+  EnsembleSpec spec = sound();
+  spec.response.blocks = 7;
+  CHECK_THROWS_WITH(validate(spec), Catch::StartsWith("blocks: 7 blocks"));
+}
+
 TEST_CASE("a sampler that cannot be made is told from any thread") {
   EnsembleSpec spec = sound();
   spec.sampler.mu = 1.8;

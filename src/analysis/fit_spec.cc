@@ -1,0 +1,55 @@
+#include "analysis/fit_spec.h"
+
+#include <cmath>
+#include <cstdint>
+
+namespace granuscope {
+namespace {
+
+Problem find_window_problem(const char* field, const std::array<double, 2>& window) {
+  if (std::isfinite(window[0]) && std::isfinite(window[1]) && window[0] >= 0 && window[0] < window[1]) return {};
+  return problem(field, "[{}, {}] is not a range of mu: it must ascend from 0 or more; write [low, high]", window[0],
+                 window[1]);
+}
+
+}  // namespace
+
+Problem find_problem(const FitSpec& fit, const LatticeSpec& lattice) {
+  const int last_usable = lattice.layers - bottom_margin - 1;
+  if (fit.layer_step < 1) {
+    return problem("layer_step", "{} would never reach the end of the window; give 1 or more (3 is usual)",
+                   fit.layer_step);
+  }
+  if (fit.shallow_layer < 0 || fit.shallow_layer > fit.first_layer) {
+    return problem("shallow_layer", "layer {} must lie between 0 and first_layer = {}", fit.shallow_layer,
+                   fit.first_layer);
+  }
+  if (fit.last_layer > last_usable) {
+    return problem("last_layer",
+                   "layer {} lies beyond the last usable one, {}: the lowest {} of {} layers "
+                   "follow another law; end the window at {} or compute {} layers",
+                   fit.last_layer, last_usable, bottom_margin, lattice.layers, last_usable,
+                   static_cast<std::int64_t>(fit.last_layer) + bottom_margin + 1);
+  }
+  const int depths = fit.last_layer < fit.first_layer ? 0 : 1 + (fit.last_layer - fit.first_layer) / fit.layer_step;
+  if (depths < least_window_depths) {
+    return problem("first_layer",
+                   "the window from layer {} to {} in steps of {} holds {} depths, but a slope with "
+                   "a test of it needs {}; widen the window",
+                   fit.first_layer, fit.last_layer, fit.layer_step, depths, least_window_depths);
+  }
+  if (!(std::isfinite(fit.min_identifiable_width) && fit.min_identifiable_width >= least_identifiable_width &&
+        fit.min_identifiable_width <= most_identifiable_width)) {
+    return problem("min_identifiable_width",
+                   "{} bead diameters: below about half a bead the width of a peak "
+                   "cannot be told from the bead's; give {} to {} (0.5 is usual)",
+                   fit.min_identifiable_width, least_identifiable_width, most_identifiable_width);
+  }
+  if (auto found = find_window_problem("scaling_window", fit.scaling_window)) return found;
+  for (const auto& window : fit.other_scaling_windows) {
+    if (auto found = find_window_problem("other_scaling_windows", window)) return found;
+  }
+  return {};
+}
+
+}  // namespace granuscope
