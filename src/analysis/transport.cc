@@ -19,6 +19,7 @@
 #include "analysis/shape_diagnostics.h"
 #include "analysis/shape_fit.h"
 #include "analysis/shape_verdict.h"
+#include "analysis/speed_from_thrust.h"
 #include "analysis/weighing_noise.h"
 #include "ensemble/ensemble_spec.h"
 #include "ensemble/parallel.h"
@@ -28,7 +29,7 @@ namespace granuscope {
 namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-constexpr std::size_t min_depths = 3;           ///< fewest depths from which a slope is taken
+constexpr std::size_t min_depths = least_window_depths;
 constexpr std::size_t min_depths_of_a_law = 4;  ///< fewest from which a curvature is
 constexpr const char* no_extended_fit = "the fit with one parameter more did not converge";
 
@@ -43,9 +44,13 @@ struct MeasuredDepth {
   DepthFit fit;
   bool other_shape = false;  ///< why it is not identifiable
   Replicated peak, width, width_squared, thrust;
-  Replicated height;             ///< empty if not identifiable or exact
-  ShapeDiagnostics diagnostics;  ///< likewise, and outside the window
-  ResidualNoise noise;           ///< likewise, and outside the window
+  /// What is measured of two peaks inside the window; nothing if not identifiable or exact.
+  struct Inside {
+    Replicated height;
+    ShapeDiagnostics diagnostics;
+    ResidualNoise noise;
+  };
+  std::optional<Inside> inside;
 };
 
 /// |x| and x^2 moments of an exact profile: x_p = sum |x| P, W^2 = sum x^2 P - x_p^2.
@@ -111,7 +116,9 @@ void measure_by_fit(const LayerSpectrum& spectrum, const WeighingNoise* weights,
     store_shape(*fit, false);
   }
   depth.fit.identifiable = depth.fit.reason.empty();
-  if (depth.fit.identifiable && in_window(spec, depth.fit.layer)) depth.diagnostics = diagnose_shape(spectrum, *whole);
+  if (depth.fit.identifiable && in_window(spec, depth.fit.layer)) {
+    depth.inside.emplace().diagnostics = diagnose_shape(spectrum, *whole);
+  }
 }
 
 MeasuredDepth measure_depth(const MeasuredEnsemble& ensemble, const WeighingNoise* weights, const FitSpec& spec,
@@ -126,24 +133,24 @@ MeasuredDepth measure_depth(const MeasuredEnsemble& ensemble, const WeighingNois
     measure_exactly(record, row, ensemble.spec.response.overload, depth);
   } else {
     measure_by_fit(spectrum, weights, spec, depth);
-    if (depth.fit.identifiable && in_window(spec, depth.fit.layer)) {
-      depth.height =
-          peak_height(mean_response(record.sums, row, ensemble.spec.response.overload),
-                      Lattice({spectrum.columns, depth.fit.layer + 1}), depth.fit.layer, depth.peak, depth.width);
-      depth.noise = residual_noise(spectrum, depth.peak, depth.width);
-    }
+  }
+  if (depth.inside) {
+    depth.inside->height =
+        peak_height(mean_response(record.sums, row, ensemble.spec.response.overload),
+                    Lattice({spectrum.columns, depth.fit.layer + 1}), depth.fit.layer, depth.peak, depth.width);
+    depth.inside->noise = residual_noise(spectrum, depth.peak, depth.width);
   }
   depth.fit.peak_position = estimate(depth.peak, depth.fit.reason);
   depth.fit.width = estimate(depth.width, depth.fit.reason);
   depth.fit.width_squared = estimate(depth.width_squared, depth.fit.reason);
   depth.fit.thrust_ratio = estimate(depth.thrust);
-  if (depth.height.without_block.empty()) {
+  if (depth.inside) {
+    depth.fit.peak_height = estimate(depth.inside->height);
+    depth.fit.fitted_area = estimate(depth.inside->diagnostics.area, no_extended_fit);
+    depth.fit.centre_background = estimate(depth.inside->diagnostics.background, no_extended_fit);
+  } else {
     depth.fit.peak_height.reason = depth.fit.fitted_area.reason = depth.fit.centre_background.reason =
         "measured only at identifiable depths of the window, and where there is scatter";
-  } else {
-    depth.fit.peak_height = estimate(depth.height);
-    depth.fit.fitted_area = estimate(depth.diagnostics.area, no_extended_fit);
-    depth.fit.centre_background = estimate(depth.diagnostics.background, no_extended_fit);
   }
   return depth;
 }
@@ -165,7 +172,7 @@ void fit_laws(const std::vector<const MeasuredDepth*>& used, const DepthSeries& 
   Transport& t = result.transport;
   const auto all = {&t.laws.position, &t.laws.width, &t.laws.amplitude, &t.laws.noise};
   std::string reason;
-  if (std::any_of(used.begin(), used.end(), [](const MeasuredDepth* d) { return d->height.without_block.empty(); })) {
+  if (std::any_of(used.begin(), used.end(), [](const MeasuredDepth* d) { return !d->inside; })) {
     reason = "an exact profile has no scatter to test a law with";
   } else if (used.size() < min_depths_of_a_law || peaks.z.back() < least_reach * peaks.z.front()) {
     reason = fmt::format("{} depths from z = {:.1f} to {:.1f} can be fitted; a power of z needs {} over a factor of {}",
@@ -179,8 +186,8 @@ void fit_laws(const std::vector<const MeasuredDepth*>& used, const DepthSeries& 
   DepthSeries heights{peaks.z, {}};
   ResidualNoise noise;
   for (const MeasuredDepth* depth : used) {
-    heights.y.push_back(depth->height);
-    add(noise, depth->noise);
+    heights.y.push_back(depth->inside->height);
+    add(noise, depth->inside->noise);
   }
   result.laws = {growth_exponent(peaks, smooth_weights(peaks)), growth_exponent(widths, smooth_weights(widths)),
                  power_of_depth(heights), noise_exponent(noise)};
@@ -194,8 +201,8 @@ void fit_laws(const std::vector<const MeasuredDepth*>& used, const DepthSeries& 
 Estimate mean_over(const std::vector<const MeasuredDepth*>& used, Replicated ShapeDiagnostics::*number) {
   std::vector<Replicated> all;
   for (const MeasuredDepth* depth : used) {
-    if (depth->height.without_block.empty()) return {.reason = "an exact profile is not fitted"};
-    all.push_back(depth->diagnostics.*number);
+    if (!depth->inside) return {.reason = "an exact profile is not fitted"};
+    all.push_back(depth->inside->diagnostics.*number);
   }
   return estimate(mean_of(all), no_extended_fit);
 }
@@ -291,7 +298,7 @@ void measure_thrust(const std::vector<MeasuredDepth>& depths, const FitSpec& spe
     return;
   }
   const Replicated alpha = mean_of(ratios);
-  const Replicated c_thrust = transform([](double a) { return tan30 * std::sqrt(a); }, alpha);
+  const Replicated c_thrust = transform(speed_from_thrust, alpha);
   t.alpha_thrust = estimate(alpha);
   t.c_thrust = estimate(c_thrust, "the mean thrust ratio is negative");
   if (t.c.known()) {

@@ -41,9 +41,9 @@ enum class BiasedPairs {
 /// Fits the response at every recorded layer, then x_p = x_0 + c z and W^2 = w_0 + D z over the window of `spec`, with
 /// delete-one-block replicates through the whole chain. The window loses its shallow end where the width is not
 /// identifiable, the last depth there by degrees (edge_of); the layers used are reported. Lines are fitted with weights
-/// 1/variance(z), the variance of each depth taken from a smooth power of z (see transport.cc). `profile_layers`:
-/// layers to report as ResponseProfile. An ensemble without scatter (mu = 0) is measured by its moments instead and
-/// marked exact. `threads`: 0 for as many as the machine has; the result does not depend on it.
+/// 1/variance(z), the variance of each depth taken from a smooth power of z (smooth_weights in depth_series.h).
+/// `profile_layers`: layers to report as ResponseProfile. An ensemble without scatter (mu = 0) is measured by its
+/// moments instead and marked exact. `threads`: 0 for as many as the machine has; the result does not depend on it.
 MeasuredTransport measure_transport(const MeasuredEnsemble& ensemble, const FitSpec& spec,
                                     const std::vector<int>& profile_layers, int threads,
                                     BiasedPairs biased = BiasedPairs::refused);

@@ -9,8 +9,9 @@
 #include <cmath>
 
 #include "analysis/error_curve.h"
-#include "analysis/thrust.h"
+
 #include "analysis/transport.h"
+#include "bench/thrust.h"
 #include "ensemble/ensemble_runner.h"
 #include "ensemble/merge.h"
 #include "ensemble/parallel.h"

@@ -355,7 +355,7 @@ Problem find_problem(const Experiment& e) {
 }
 
 void check_experiment(const Experiment& experiment) {
-  if (const auto found = find_problem(experiment)) throw InputError(found->key + ": " + found->message);
+  refuse(find_problem(experiment));
 }
 
 }  // namespace granuscope

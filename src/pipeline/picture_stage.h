@@ -42,10 +42,7 @@ void require_backend(const ForceChainSpec& chains);
 std::vector<PictureOutcome> draw_pile_pictures(const Experiment& experiment, const std::filesystem::path& run_folder,
                                                const Provenance& provenance);
 
-/// The mean response at the recorded layers with the fitted rays x = +-(x_0 + c z) and, around each, +-W of
-/// W^2 = w_0 + D z.
-Field response_field(const MeasuredEnsemble& ensemble, const Transport& transport);
-/// Its picture (figures/response-field.png).
+/// The picture of a response_field (figures/response-field.png).
 PictureOutcome draw_response_field(const Experiment& experiment, const Field& field, const Transport& transport,
                                    const std::filesystem::path& run_folder, const Provenance& provenance);
 

@@ -25,6 +25,7 @@
 #include "plot/point_selection.h"
 #include "plot/propagation_against_diffusion.h"
 #include "plot/propagation_and_thrust.h"
+#include "plot/response_field.h"
 #include "plot/response_profiles.h"
 #include "plot/scaling_with_friction.h"
 #include "plot/transport_with_depth.h"

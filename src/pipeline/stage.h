@@ -5,7 +5,8 @@
 
 namespace granuscope {
 
-/// The stages of a run and what each needs: sample <- analyse <- plot <- report, render <- report.
+/// The stages of a run and what each needs: analyse needs sample, plot needs analyse, report needs analyse, plot and
+/// render.
 enum class Stage {
   sample,   ///< ensembles/*.h5
   analyse,  ///< fits, slopes, exponents, claims (kept in memory)

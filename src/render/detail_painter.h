@@ -12,7 +12,8 @@ namespace granuscope {
 /// level winning. Neighbours share samples and pixels, which take the mean of their samples as everywhere else: only
 /// the places of the samples differ from those of the full picture, and strengths below 1/255 of the scale.
 ///
-/// How far the two pictures may be apart is stated as detail_distance (render/picture_distance.h), and held by a test.
+/// How far the two pictures may be apart is stated as detail_distance (tests/render/picture_distance.h), and held by a
+/// test.
 void paint_detail(const Scene& scene, const LevelTable& table, Background background, int left, PictureRows& rows);
 
 /// Samples of that grid per bead diameter, across.

@@ -9,6 +9,7 @@
 
 #include "analysis/claim_rule.h"
 #include "analysis/layer_spectrum.h"
+#include "analysis/speed_from_thrust.h"
 #include "model/lattice.h"
 #include "report/estimate_json.h"
 #include "studies/common_checks.h"
@@ -47,7 +48,7 @@ ChainShare measure_chain_share(const MeasuredEnsemble& ensemble) {
 
   std::vector<Replicated> thrust;
   for (std::size_t row = 0; row < sums.layers.size(); ++row) thrust.push_back(block_mean(sums, "thrust", row));
-  const Replicated c = transform([](double a) { return tan30 * std::sqrt(a); }, mean_of(thrust));
+  const Replicated c = transform(speed_from_thrust, mean_of(thrust));
   result.c = estimate(c, "the mean thrust ratio is negative");
   result.share.reason = "no layer lies deep enough for the two bands to be apart";
   if (!result.c.known()) {

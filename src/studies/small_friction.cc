@@ -11,6 +11,7 @@
 
 #include "analysis/layer_spectrum.h"
 #include "analysis/power_law.h"
+#include "analysis/speed_from_thrust.h"
 #include "model/lattice.h"
 #include "plot/csv_table.h"
 #include "plot/figure_words.h"
@@ -120,7 +121,7 @@ MeasuredSmallFriction measure_small_friction(const MeasuredEnsemble& ensemble) {
     if (layer >= result.first_layer) deep.push_back(thrust);
   }
   const Replicated alpha = mean_of(deep);
-  const Replicated c = transform([](double a) { return tan30 * std::sqrt(a); }, alpha);
+  const Replicated c = transform(speed_from_thrust, alpha);
   measured.c0_minus_c = transform([](double speed) { return tan30 - speed; }, c);
   result.alpha_thrust = estimate(alpha);
   result.c_thrust = estimate(c, "the mean thrust ratio is negative");

@@ -7,6 +7,7 @@
 #include "analysis/effective_samples.h"
 #include "analysis/jackknife.h"
 #include "analysis/layer_spectrum.h"
+#include "analysis/speed_from_thrust.h"
 #include "analysis/transport.h"
 #include "model/lattice.h"
 
@@ -62,8 +63,7 @@ LawOnPiles measure_law(const MeasuredEnsemble& ensemble) {
   }
   const Replicated alpha = mean_of(thrusts);
   result.alpha_thrust = estimate(alpha, "no pile was completed");
-  result.c_thrust =
-      estimate(transform([](double a) { return tan30 * std::sqrt(a); }, alpha), "the mean thrust ratio is unknown");
+  result.c_thrust = estimate(transform(speed_from_thrust, alpha), "the mean thrust ratio is unknown");
   result.weight_variance = estimate(mean_of(variances), "no pile was completed");
   return result;
 }

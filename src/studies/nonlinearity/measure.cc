@@ -6,6 +6,7 @@
 
 #include "analysis/layer_spectrum.h"
 #include "analysis/power_law.h"
+#include "analysis/speed_from_thrust.h"
 #include "analysis/transport.h"
 #include "model/lattice.h"
 
@@ -23,7 +24,7 @@ Replicated thrust_speed(const BlockSums& sums, int first_layer) {
   for (std::size_t row = 0; row < sums.layers.size(); ++row) {
     if (sums.layers[row] >= first_layer) ratios.push_back(block_mean(sums, "thrust", row));
   }
-  return transform([](double alpha) { return tan30 * std::sqrt(alpha); }, mean_of(ratios));
+  return transform(speed_from_thrust, mean_of(ratios));
 }
 
 bool has_empty_block(const BlockSums& sums) {

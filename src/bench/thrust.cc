@@ -1,10 +1,11 @@
-#include "analysis/thrust.h"
+#include "bench/thrust.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "analysis/jackknife.h"
 #include "analysis/layer_spectrum.h"
+#include "analysis/speed_from_thrust.h"
 #include "model/lattice.h"
 
 namespace granuscope {
@@ -20,8 +21,7 @@ MeasuredThrust measure_thrust(const EnsembleRecord& record) {
   for (std::size_t row = 0; row < sums.layers.size(); ++row) ratios.push_back(block_mean(sums, "thrust", row));
   const Replicated alpha = mean_of(ratios);
   result.alpha_thrust = estimate(alpha);
-  result.c_thrust =
-      estimate(transform([](double a) { return tan30 * std::sqrt(a); }, alpha), "the mean thrust ratio is negative");
+  result.c_thrust = estimate(transform(speed_from_thrust, alpha), "the mean thrust ratio is negative");
   return result;
 }
 
