@@ -32,15 +32,18 @@ std::string curve_json(const std::vector<AccuracyPoint>& curve) {
 }
 
 std::string case_json(const AccuracyCase& c) {
+  const auto& [sampler, lattice, response, load, layers, layout, profiles] = c.spec;
+  const bool multiplexed = response.estimator == EstimatorName::multiplexed;
   return fmt::format(
       R"({{"mu":{},"law":"{}","estimator":"{}","epsilon":{},"overload":{},"opposite":{},"sign_run":{},"columns":{},)"
       R"("layers":{},"samples":{},"seconds":{},"stderr_c":{},"stderr_D":{},"stderr_c_thrust":{},"repetitions":{},)"
       R"("c":{},"D":{},"c_thrust":{},"slope_c":{},"slope_D":{},"curve":[{}]{}}})",
-      number(c.mu), c.law, c.estimator, c.epsilon > 0 ? number(c.epsilon) : "null",
-      c.overload > 0 ? number(c.overload) : "null", c.opposite, c.sign_run, c.columns, c.layers, c.samples,
-      number(c.seconds), number_of(c, &AccuracyPoint::stderr_c), number_of(c, &AccuracyPoint::stderr_D),
-      number(c.stderr_c_thrust), c.repetitions, mean_json(c.c), mean_json(c.D), mean_json(c.c_thrust),
-      mean_json(c.slope_c), mean_json(c.slope_D), curve_json(c.curve),
+      number(sampler.mu), name_of(sampler.law), c.thrust_alone() ? "thrust" : name_of(response.estimator),
+      multiplexed ? number(response.epsilon) : "null",
+      multiplexed || c.thrust_alone() ? "null" : number(response.overload), response.opposite, response.sign_run,
+      lattice.columns, lattice.layers, response.samples, number(c.seconds), number_of(c, &AccuracyPoint::stderr_c),
+      number_of(c, &AccuracyPoint::stderr_D), number(c.stderr_c_thrust), c.repetitions, mean_json(c.c), mean_json(c.D),
+      mean_json(c.c_thrust), mean_json(c.slope_c), mean_json(c.slope_D), curve_json(c.curve),
       c.reason.empty() ? "" : fmt::format(R"(,"reason":"{}")", c.reason));
 }
 
@@ -54,8 +57,8 @@ std::string accuracy_json(const AccuracyTable& table) {
   for (const Speedup& s : table.speedups) {
     at_this_mu = s.mu == mu ? at_this_mu + 1 : 0;
     mu = s.mu;
-    const std::string options =
-        fmt::format(R"("epsilon":{},"opposite":{},"sign_run":{})", number(s.epsilon), s.opposite, s.sign_run);
+    const std::string options = fmt::format(R"("epsilon":{},"opposite":{},"sign_run":{})", number(s.response.epsilon),
+                                            s.response.opposite, s.response.sign_run);
     if (at_this_mu == table.stated) {
       stated += fmt::format(R"({}"mu={}":{{"D":{},"c_peaks":{},"c_thrust":{},{}}})", stated.empty() ? "" : ",",
                             exact(s.mu), number(s.D), number(s.c_peaks), number(s.c_thrust), options);

@@ -9,12 +9,12 @@
 #include <cmath>
 
 #include "analysis/error_curve.h"
-
 #include "analysis/transport.h"
 #include "bench/thrust.h"
 #include "ensemble/ensemble_runner.h"
 #include "ensemble/merge.h"
 #include "ensemble/parallel.h"
+#include "plot/response_in_words.h"
 #include "sampling/chain_plan.h"
 #include "support/number_format.h"
 #include "support/processor_time.h"
@@ -28,18 +28,13 @@ constexpr std::uint64_t first_seed = 70'000;
 
 /// The multiplexed estimators compared. With one epsilon, opposite loads and runs change the scatter and not what is
 /// measured, but for what is of the order epsilon^2.
-struct Multiplexing {
-  double epsilon;
-  bool opposite;
-  int sign_run;
-};
-constexpr std::array<Multiplexing, 7> multiplexings{{{0.1, false, 1},
-                                                     {0.25, false, 1},
-                                                     {0.5, false, 1},
-                                                     {0.1, true, 1},
-                                                     {0.25, true, 1},
-                                                     {0.25, true, 2},
-                                                     {0.5, true, 2}}};
+const std::array<ResponseSpec, 7>& multiplexings() {
+  static const std::array<ResponseSpec, 7> all{multiplexed_response(0.1),         multiplexed_response(0.25),
+                                               multiplexed_response(0.5),         multiplexed_response(0.1, true),
+                                               multiplexed_response(0.25, true),  multiplexed_response(0.25, true, 2),
+                                               multiplexed_response(0.5, true, 2)};
+  return all;
+}
 /// Whose linear response the others are held against: of those compared it bends the response least, and scatters less
 /// than the other one of its epsilon.
 constexpr std::size_t reference_multiplexing = 3;
@@ -135,21 +130,7 @@ Drawn draw(EnsembleSpec spec, int repetitions, int threads) {
 
 AccuracyCase summarise(const Drawn& drawn) {
   AccuracyCase result;
-  const EnsembleSpec& spec = drawn.spec;
-  const bool thrust_only = spec.load == Load::uniform;
-  result.mu = spec.sampler.mu;
-  result.law = name_of(spec.sampler.law);
-  result.estimator = thrust_only ? "thrust" : name_of(spec.response.estimator);
-  if (spec.response.estimator == EstimatorName::multiplexed) {
-    result.epsilon = spec.response.epsilon;
-    result.opposite = spec.response.opposite;
-    result.sign_run = spec.response.sign_run;
-  } else if (!thrust_only) {
-    result.overload = spec.response.overload;
-  }
-  result.columns = spec.lattice.columns;
-  result.layers = spec.lattice.layers;
-  result.samples = spec.response.samples;
+  result.spec = drawn.spec;
   result.repetitions = static_cast<int>(drawn.repetitions.size());
   for (const Repetition& repetition : drawn.repetitions) result.seconds += repetition.seconds / result.repetitions;
   return result;
@@ -209,12 +190,10 @@ std::vector<EnsembleSpec> specs_at(double mu) {
   paired.response.estimator = EstimatorName::paired;
   paired.response.samples = 256;
   std::vector<EnsembleSpec> specs{point, paired};
-  for (const Multiplexing& options : multiplexings) {
+  for (const ResponseSpec& options : multiplexings()) {
     EnsembleSpec multiplexed = base;
-    multiplexed.response.estimator = EstimatorName::multiplexed;
-    multiplexed.response.epsilon = options.epsilon;
-    multiplexed.response.opposite = options.opposite;
-    multiplexed.response.sign_run = options.sign_run;
+    multiplexed.response = options;
+    multiplexed.response.blocks = base.response.blocks;
     multiplexed.response.samples = 256;
     specs.push_back(multiplexed);
   }
@@ -225,31 +204,29 @@ std::vector<EnsembleSpec> specs_at(double mu) {
   return specs;
 }
 
-bool is_multiplexed(const AccuracyCase& c, const Multiplexing& options) {
-  return c.estimator == "multiplexed" && c.epsilon == options.epsilon && c.opposite == options.opposite &&
-         c.sign_run == options.sign_run;
+bool is_multiplexed(const AccuracyCase& c, const ResponseSpec& options) {
+  return in_words(c.spec.response) == in_words(options);
 }
 
 /// Processor seconds that an error of 1 would cost: errors fall as the square root of the samples.
 double cost(double seconds, double error) { return seconds * error * error; }
 
-Speedup speedup_at(const std::vector<AccuracyCase>& cases, double mu, const Multiplexing& options) {
+Speedup speedup_at(const std::vector<AccuracyCase>& cases, double mu, const ResponseSpec& options) {
   const AccuracyCase *point = nullptr, *multiplexed = nullptr, *thrust = nullptr;
   for (const AccuracyCase& c : cases) {
-    if (c.mu != mu || c.law != name_of(Law::granusolve)) continue;
-    if (c.estimator == "point") point = &c;
+    if (c.spec.sampler.mu != mu || c.spec.sampler.law != Law::granusolve) continue;
+    if (c.thrust_alone()) {
+      thrust = &c;
+    } else if (c.spec.response.estimator == EstimatorName::point) {
+      point = &c;
+    }
     if (is_multiplexed(c, options)) multiplexed = &c;
-    if (c.estimator == "thrust") thrust = &c;
   }
   if (point == nullptr || multiplexed == nullptr || thrust == nullptr) {
     throw std::logic_error("the accuracy suite did not measure every estimator it compares");
   }
   const AccuracyPoint &p = point->curve.front(), &m = multiplexed->curve.front();
-  return {mu,
-          options.epsilon,
-          options.opposite,
-          options.sign_run,
-          cost(p.seconds, p.stderr_D) / cost(m.seconds, m.stderr_D),
+  return {mu, options, cost(p.seconds, p.stderr_D) / cost(m.seconds, m.stderr_D),
           cost(p.seconds, p.stderr_c) / cost(m.seconds, m.stderr_c),
           cost(p.seconds, p.stderr_c) / cost(thrust->seconds, thrust->stderr_c_thrust)};
 }
@@ -294,8 +271,8 @@ void add_other_laws(double mu, const AccuracyOptions& options, std::ostream& mes
       add_thrust(drawn, done);
       done.reason = small.reason;
       fmt::print(messages, "mu = {}: {}, {} on {} x {} beads, {} x {} piles, {:.3f} s each time; no peaks: {}\n", mu,
-                 done.law, done.estimator, done.columns, done.layers, options.repetitions, done.samples, done.seconds,
-                 done.reason);
+                 name_of(small.law), name_of(estimator), small.lattice.columns, small.lattice.layers,
+                 options.repetitions, spec.response.samples, done.seconds, done.reason);
     }
   }
 }
@@ -310,16 +287,14 @@ AccuracyTable measure_accuracy(const AccuracyOptions& options, std::ostream& mes
     for (const EnsembleSpec& spec : specs_at(mu)) {
       drawn.push_back(draw(spec, repetitions, options.threads));
       const AccuracyCase& done = table.cases.emplace_back(summarise(drawn.back()));
-      const std::string variations =
-          fmt::format(" epsilon {}{}{}", done.epsilon, done.opposite ? ", opposite" : "",
-                      done.sign_run > 1 ? fmt::format(", runs of {} or {}", done.sign_run, done.sign_run + 1) : "");
-      fmt::print(messages, "mu = {}: {}, {}{}, {} x {} samples, {:.3f} s each time\n", mu, done.law, done.estimator,
-                 done.epsilon > 0 ? variations : "", repetitions, done.samples, done.seconds);
+      fmt::print(messages, "mu = {}: {}, {}, {} x {} samples, {:.3f} s each time\n", mu, name_of(spec.sampler.law),
+                 done.thrust_alone() ? "thrust" : in_words(spec.response), repetitions, spec.response.samples,
+                 done.seconds);
     }
     const std::size_t first = table.cases.size() - drawn.size();
     Transport linear;
     for (std::size_t i = 0; i < drawn.size(); ++i) {
-      if (!is_multiplexed(table.cases[first + i], multiplexings[reference_multiplexing])) continue;
+      if (!is_multiplexed(table.cases[first + i], multiplexings()[reference_multiplexing])) continue;
       EnsembleRecord all = drawn[i].repetitions.front().record;
       for (std::size_t r = 1; r < drawn[i].repetitions.size(); ++r) merge_into(all, drawn[i].repetitions[r].record);
       linear = measure(drawn[i].spec, all);
@@ -332,8 +307,8 @@ AccuracyTable measure_accuracy(const AccuracyOptions& options, std::ostream& mes
       add_curve(drawn[i], linear.c.value, linear.D.value, options.threads, table.cases[first + i]);
     }
     add_other_laws(mu, options, messages, table);
-    for (std::size_t m = 0; m < multiplexings.size(); ++m) {
-      table.speedups.push_back(speedup_at(table.cases, mu, multiplexings[m]));
+    for (const ResponseSpec& options_compared : multiplexings()) {
+      table.speedups.push_back(speedup_at(table.cases, mu, options_compared));
     }
     table.stated = stated_multiplexing;
   }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "analysis/estimate.h"
+#include "ensemble/ensemble_spec.h"
 
 namespace granuscope {
 
@@ -24,20 +25,16 @@ struct AccuracyPoint {
 
 /// One estimator at one friction coefficient.
 struct AccuracyCase {
-  double mu = 0;
-  std::string law, estimator;
-  int columns = 0, layers = 0;
-  double epsilon = 0, overload = 0;  ///< 0 where it has none
-  bool opposite = false;             ///< options of the estimator multiplexed
-  int sign_run = 1;
+  EnsembleSpec spec;                 ///< of one repetition; under a uniform load the thrust alone is measured
   std::vector<AccuracyPoint> curve;  ///< the first one is a single repetition; empty for the thrust alone
-  std::uint64_t samples = 0;         ///< of one repetition
   int repetitions = 0;
   double seconds = 0;          ///< of one repetition: processor time of the thread that drew and summed
   double stderr_c_thrust = 0;  ///< standard deviation over the repetitions
   Estimate c, D, c_thrust;     ///< means over the repetitions
   Estimate slope_c, slope_D;   ///< of ln stderr on ln samples along the curve: -1/2 where errors are statistical
   std::string reason;          ///< why there is no scatter of c and D of the peaks, where there is none
+
+  bool thrust_alone() const { return spec.load == Load::uniform; }
 };
 
 /// How many times cheaper than by the estimator point D and c of the peaks come at equal scatter by the estimator
@@ -45,9 +42,7 @@ struct AccuracyCase {
 /// larger epsilon gains in scatter it pays with a bias of the order epsilon^2: see c, D and rms_* of the cases.
 struct Speedup {
   double mu = 0;
-  double epsilon = 0;
-  bool opposite = false;
-  int sign_run = 1;
+  ResponseSpec response;
   double D = 0, c_peaks = 0, c_thrust = 0;
 };
 

@@ -30,8 +30,7 @@ MultiplexedEstimator::MultiplexedEstimator(const EnsembleSpec& spec, Samplers sa
 }
 
 void MultiplexedEstimator::choose_loads(std::uint64_t sample, std::size_t k) {
-  const bool chain = spec_.sampler.law == Law::polytope;
-  draw_signs(spec_.sampler.seed, chain ? sample - sample % group_size : sample, spec_.response.sign_run, signs_[k]);
+  draw_signs(spec_, sample, signs_[k]);
   for (std::size_t i = 0; i < columns_; ++i) {
     loads_[k][i] = 1 + spec_.response.epsilon * signs_[k][i];
     if (spec_.response.opposite) loads_[signs_.size() + k][i] = 1 - spec_.response.epsilon * signs_[k][i];

@@ -18,8 +18,7 @@ std::optional<SamplingFailure> replay_pair(const EnsembleSpec& spec, std::uint64
 std::optional<SamplingFailure> replay_signs(const EnsembleSpec& spec, std::uint64_t sample, Pile& pile) {
   const auto sampler = make_sampler(spec.sampler, pile.lattice);
   std::vector<double> signs(static_cast<std::size_t>(pile.lattice.columns())), load(signs.size());
-  const bool chain = spec.sampler.law == Law::polytope;  // whose eight samples share their signs
-  draw_signs(spec.sampler.seed, chain ? sample - sample % group_size : sample, spec.response.sign_run, signs);
+  draw_signs(spec, sample, signs);
   for (const double side : {1.0, -1.0}) {
     if (side < 0 && !spec.response.opposite) break;
     for (std::size_t i = 0; i < load.size(); ++i) load[i] = 1 + side * spec.response.epsilon * signs[i];

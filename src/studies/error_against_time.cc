@@ -11,6 +11,7 @@
 #include "plot/csv_table.h"
 #include "plot/figure_words.h"
 #include "plot/plot_script.h"
+#include "plot/response_in_words.h"
 #include "plot/series_style.h"
 #include "report/estimate_json.h"
 #include "report/spec_json.h"
@@ -26,14 +27,6 @@ constexpr const char* figure_id = "error-against-time";
 /// How far beyond the measured points the total error is drawn, so that floors show.
 constexpr double outlook = 300;
 constexpr double significant_shift = 3;  // standard errors
-
-std::string name_in_words(const ErrorCurve& curve) {
-  const ResponseSpec& response = curve.spec.response;
-  const std::string name = name_of(response.estimator);
-  if (response.estimator != EstimatorName::multiplexed) return name;
-  return fmt::format("{}, ε = {}{}{}", name, caption_number(response.epsilon), response.opposite ? ", opposite" : "",
-                     response.sign_run > 1 ? fmt::format(", runs of {}", response.sign_run) : "");
-}
 
 std::string in_words(const Estimate& number) {
   return number.known() ? value_with_error(number.value, number.standard_error) : "unknown";
@@ -131,7 +124,7 @@ Figure draw_error_against_time(const std::vector<ErrorCurve>& curves, const std:
   for (std::size_t k = 0; k < curves.size(); ++k) {
     const ErrorCurve& curve = curves[k];
     if (curve.points.empty()) {
-      missing.push_back(name_in_words(curve));
+      missing.push_back(in_words(curve.spec.response));
       continue;
     }
     const double cost =
@@ -140,7 +133,7 @@ Figure draw_error_against_time(const std::vector<ErrorCurve>& curves, const std:
     const std::size_t number = titles.size();  // of the curve: those not shown count for nothing
     for (const std::size_t q : {0, 1}) add_curve(panels[q], plan, curve, quantities[q], cost, number);
     titles.push_back(fmt::format("keyentry with points pointsize 0.6 {} title {}", series_style(number),
-                                 gnuplot_string(fmt::format("{}:  c = {},  D = {}", name_in_words(curve),
+                                 gnuplot_string(fmt::format("{}:  c = {},  D = {}", in_words(curve.spec.response),
                                                             in_words(curve.c), in_words(curve.D)))));
     slopes_c.push_back(in_words(curve.slope_c));
     slopes_D.push_back(in_words(curve.slope_D));
@@ -150,14 +143,14 @@ Figure draw_error_against_time(const std::vector<ErrorCurve>& curves, const std:
         shifts.push_back(fmt::format("{} by {}", quantity.name, in_words(curve.*quantity.shift)));
       }
     }
-    if (!shifts.empty()) floors.push_back(fmt::format("{} ({})", name_in_words(curve), enumeration(shifts)));
+    if (!shifts.empty()) floors.push_back(fmt::format("{} ({})", in_words(curve.spec.response), enumeration(shifts)));
     if (curve.spec.response.estimator == EstimatorName::point) {
       point = &curve;
       point_cost = cost;
     } else if (point != nullptr) {
-      gains.push_back(fmt::format("{} for c and {} for D ({})",
-                                  gain_over(*point, point_cost, curve, cost, quantities[0]),
-                                  gain_over(*point, point_cost, curve, cost, quantities[1]), name_in_words(curve)));
+      gains.push_back(
+          fmt::format("{} for c and {} for D ({})", gain_over(*point, point_cost, curve, cost, quantities[0]),
+                      gain_over(*point, point_cost, curve, cost, quantities[1]), in_words(curve.spec.response)));
     }
   }
   if (titles.empty()) {
@@ -285,21 +278,17 @@ class ErrorAgainstTimeStudy final : public CopiedStudy<ErrorAgainstTimeStudy> {
     spec = curve_of(main, 128);
     spec.response.estimator = EstimatorName::paired;
     add_curve("paired", spec);
-    struct Options {
-      double epsilon;
-      bool opposite;
-      int sign_run;
-    };
-    for (const auto& [epsilon, opposite, sign_run] :
-         {Options{0.1, false, 1}, {0.25, false, 1}, {0.5, false, 1}, {0.25, true, 2}, {0.1, true, 2}}) {
+    for (const auto& [name, response] : {std::pair{"multiplexed-0.1", multiplexed_response(0.1)},
+                                         {"multiplexed-0.25", multiplexed_response(0.25)},
+                                         {"multiplexed-0.5", multiplexed_response(0.5)},
+                                         {"multiplexed-0.25-opposite-runs-2", multiplexed_response(0.25, true, 2)},
+                                         {"multiplexed-0.1-opposite-runs-2", multiplexed_response(0.1, true, 2)}}) {
       spec = curve_of(main, 64);
-      spec.response.estimator = EstimatorName::multiplexed;
-      spec.response.epsilon = epsilon;
-      spec.response.opposite = opposite;
-      spec.response.sign_run = sign_run;
-      add_curve(fmt::format("multiplexed-{}{}{}", exact(epsilon), opposite ? "-opposite" : "",
-                            sign_run > 1 ? fmt::format("-runs-{}", sign_run) : ""),
-                spec);
+      const ResponseSpec all_of_them = spec.response;
+      spec.response = response;
+      spec.response.samples = all_of_them.samples;
+      spec.response.blocks = all_of_them.blocks;
+      add_curve(name, spec);
     }
     return all;
   }

@@ -13,23 +13,21 @@ using namespace granuscope;
 TEST_CASE("the accuracy table is JSON with a case per estimator, unknown numbers as null") {
   AccuracyTable table;
   AccuracyCase point;
-  point.mu = 0.3;
-  point.law = "granusolve";
-  point.estimator = "point";
-  point.overload = 1;
-  point.samples = 512;
+  point.spec.sampler.mu = 0.3;
+  point.spec.response.samples = 512;
   point.repetitions = 24;
   point.seconds = 1.5;
   point.curve.push_back({512, 24, 1.5, 2e-3, 1e-2, 3e-3, 2e-2});
   point.c = {0.56, 1e-3, {}};
   point.slope_D = {-0.48, 0.09, {}};
   AccuracyCase thrust;
-  thrust.mu = 0.3;
-  thrust.estimator = "thrust";
+  thrust.spec.sampler.mu = 0.3;
+  thrust.spec.load = Load::uniform;
   thrust.stderr_c_thrust = 1e-5;
   thrust.reason = "too small";
   table.cases = {point, thrust};
-  table.speedups = {{0.3, 0.25, false, 1, 20, 25, 2000}, {0.3, 0.5, true, 2, 70, 75, 2000}};
+  table.speedups = {{0.3, multiplexed_response(0.25), 20, 25, 2000},
+                    {0.3, multiplexed_response(0.5, true, 2), 70, 75, 2000}};
   table.stated = 1;
   const auto json = nlohmann::json::parse(accuracy_json(table));
   REQUIRE(json.at("cases").size() == 2);
@@ -69,14 +67,15 @@ TEST_CASE("the multiplexed estimator is many times cheaper than the paper's proc
     CHECK(speedup.c_thrust > 500.0 / 3);
   }
   for (const Law law : all_laws) {
-    for (const char* estimator : {"point", "paired", "multiplexed"}) {
+    for (const EstimatorName estimator : {EstimatorName::point, EstimatorName::paired, EstimatorName::multiplexed}) {
       CHECK(std::any_of(table.cases.begin(), table.cases.end(), [&](const AccuracyCase& c) {
-        return c.law == name_of(law) && c.estimator == estimator && c.stderr_c_thrust > 0;
+        return c.spec.sampler.law == law && c.spec.response.estimator == estimator && !c.thrust_alone() &&
+               c.stderr_c_thrust > 0;
       }));
     }
   }
   for (const AccuracyCase& c : table.cases) {
-    if (c.curve.empty()) CHECK((!c.reason.empty() || c.estimator == "thrust"));
+    if (c.curve.empty()) CHECK((!c.reason.empty() || c.thrust_alone()));
     if (!c.curve.empty()) CHECK(std::isfinite(c.curve.front().stderr_D) == c.reason.empty());
     if (c.curve.empty()) continue;
     CHECK(c.curve.front().seconds > 0);

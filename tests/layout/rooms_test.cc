@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <cctype>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -174,6 +175,33 @@ TEST_CASE("Headers guard themselves and lie in one subject of readable size") {
       CHECK(std::count(text.begin(), text.end(), '\n') <= 500);
     }
   }
+}
+
+namespace {
+
+/// Files of src whose text holds the word, not as part of a longer one.
+std::vector<std::string> files_that_name(const std::string& word) {
+  const auto in_word = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_'; };
+  std::vector<std::string> files;
+  for (const fs::path& file : sources_in(source_folder / "src")) {
+    const std::string text = text_of(file);
+    for (std::size_t at = text.find(word); at != std::string::npos; at = text.find(word, at + 1)) {
+      const std::size_t end = at + word.size();
+      if ((at > 0 && in_word(text[at - 1])) || (end < text.size() && in_word(text[end]))) continue;
+      files.push_back(fs::relative(file, source_folder).string());
+      break;
+    }
+  }
+  return files;
+}
+
+}  // namespace
+
+TEST_CASE("A parameter is carried whole: few files name one field of it") {
+  const std::vector<std::string> files = files_that_name("sign_run");
+  INFO(fmt::format("{}", fmt::join(files, "\n")));
+  CHECK(files.size() <= 10);
+  CHECK(files.size() >= 3);  // declared, checked and used: else nothing was searched
 }
 
 TEST_CASE("Nothing depends on where the project lies or on the machine that builds it") {
