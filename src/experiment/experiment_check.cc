@@ -285,8 +285,9 @@ Problem find_picture_problem(const Experiment& e) {
 }
 
 /// Ranges of all keys of the studies, and the rules across keys of those that are asked for.
-Problem find_study_problem(Experiment e) {
-  for (const auto& study : e.studies) {
+Problem find_study_problem(const Experiment& e) {
+  for (const auto& original : e.studies) {
+    const auto study = original->clone();  // keys could set what they check
     for (const Key& key : study->keys()) {
       if (auto found = find_range_problem(key)) return found;
     }
@@ -354,8 +355,6 @@ Problem find_problem(const Experiment& e) {
   return find_gate_problem(e);
 }
 
-void check_experiment(const Experiment& experiment) {
-  refuse(find_problem(experiment));
-}
+void check_experiment(const Experiment& experiment) { refuse(find_problem(experiment)); }
 
 }  // namespace granuscope

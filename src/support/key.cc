@@ -127,7 +127,7 @@ std::string describe(const KeyRange& range, const KeyValue& like) {
   if (std::holds_alternative<bool>(like)) return "true, false";
   const bool list = std::holds_alternative<std::vector<std::int64_t>>(like) ||
                     std::holds_alternative<std::vector<double>>(like) || std::holds_alternative<NumberPairs>(like);
-  const std::string numbers = describe_numbers(range);
+  std::string numbers = describe_numbers(range);
   if (!list || range.longest == KeyRange{}.longest) return numbers;
   return fmt::format("{} to {} values{}", range.fewest, range.longest, numbers.empty() ? "" : ", each " + numbers);
 }

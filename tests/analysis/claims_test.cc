@@ -54,8 +54,9 @@ SyntheticNoise noise_of(double per_sample, std::uint64_t seed) { return {per_sam
 }  // namespace
 
 TEST_CASE("Every claim about the main line is decided, each once, and nothing measured leaves all open") {
-  const std::vector<std::string> ids{"frictionless", "double-peak", "linear-position", "diffusive-width", "amplitude",
-                                     "c-of-mu",      "D-of-mu",     "c-of-D",          "noise"};
+  const std::vector<std::string> ids{"frictionless",    "double-peak", "linear-position",
+                                     "diffusive-width", "amplitude",   "c-of-mu",
+                                     "D-of-mu",         "c-of-D",      "noise"};
   CHECK(claim_ids() == ids);
   for (const Claim& one : judge_claims({}, {}, {})) {
     INFO(one.id);

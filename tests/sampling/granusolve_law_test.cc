@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
+#include "kit/naive_granusolve.h"
 #include "kit/sampling_statistics.h"
 #include "model/audit.h"
 #include "model/identities.h"
-#include "kit/naive_granusolve.h"
 #include "sampling/sampler.h"
 
 namespace granuscope {
