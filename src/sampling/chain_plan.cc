@@ -105,9 +105,7 @@ class Pilot {
         observables_(lattice, std::accumulate(load.begin(), load.end(), 0.0)),
         key_(spec.seed, 0) {
     Pile start(lattice);
-    SamplerSpec start_spec = spec;
-    start_spec.law = Law::granusolve;
-    if (const auto failure = GranusolveSampler(start_spec, lattice).draw(0, load, start)) {
+    if (const auto failure = GranusolveSampler(start_of_chain(spec), lattice).draw(0, load, start)) {
       throw InputError(
           fmt::format("the chain of the law polytope starts from a pile of the law granusolve, but none could be "
                       "completed under this load (it got stuck in layer {}); raise the effort or take a more even load",
@@ -269,6 +267,16 @@ SamplerSpec with_measured_chain(SamplerSpec spec, const Lattice& lattice, std::s
   if (spec.burn_in == 0) spec.burn_in = plan.burn_in;
   if (spec.thinning == 0) spec.thinning = plan.thinning;
   return spec;
+}
+
+SamplerSpec start_of_chain(const SamplerSpec& spec) {
+  const SamplerSpec usual;
+  SamplerSpec start = spec;
+  start.law = Law::granusolve;
+  start.lambda = usual.lambda;
+  start.burn_in = usual.burn_in;
+  start.thinning = usual.thinning;
+  return start;
 }
 
 }  // namespace granuscope

@@ -46,4 +46,7 @@ ChainForecast foretell_chain(const SamplerSpec& spec, const Lattice& lattice, st
 /// long as the program runs.
 SamplerSpec with_measured_chain(SamplerSpec spec, const Lattice& lattice, std::span<const double> load);
 
+/// The law "granusolve", without what belongs to the chain alone: it draws the piles that chains start from.
+SamplerSpec start_of_chain(const SamplerSpec& spec);
+
 }  // namespace granuscope

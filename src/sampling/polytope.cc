@@ -7,20 +7,12 @@
 #include "support/interruption.h"
 
 namespace granuscope {
-namespace {
-
-SamplerSpec start_spec(SamplerSpec spec) {
-  spec.law = Law::granusolve;
-  return spec;
-}
-
-}  // namespace
 
 PolytopeSampler::PolytopeSampler(const SamplerSpec& spec, const Lattice& lattice)
     : Sampler(lattice),
       spec_(spec),
       measured_(spec),
-      start_(std::make_unique<GranusolveSampler>(start_spec(spec), lattice)),
+      start_(std::make_unique<GranusolveSampler>(start_of_chain(spec), lattice)),
       chain_(FrictionCone(spec.mu), lattice, spec.lambda) {}
 
 std::optional<SamplingFailure> PolytopeSampler::draw(std::uint64_t sample, std::span<const double> load, Pile& pile) {

@@ -336,9 +336,7 @@ std::vector<double> slow_numbers(const Pile& pile) {
 test::Estimated time_from_independent_chains(const SamplerSpec& spec, const Lattice& lattice, int chains,
                                              std::uint64_t burn_in, std::uint64_t sweeps) {
   const std::vector<double> load(static_cast<std::size_t>(lattice.columns()), 1.0);
-  SamplerSpec start = spec;
-  start.law = Law::granusolve;
-  const auto granusolve = make_sampler(start, lattice);
+  const auto granusolve = make_sampler(start_of_chain(spec), lattice);
   Pile pile(lattice);
   std::vector<RunningMean> means, singles;
   for (int number = 0; number < chains; ++number) {
