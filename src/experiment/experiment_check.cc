@@ -107,8 +107,10 @@ Problem find_sampling_problem(const Experiment& e) {
 
 /// In experiments every block holds a whole group, also the last one.
 Problem find_response_problem(const Experiment& e) {
-  if (auto found = in_table("response", find_problem(e.response, e.lattice))) return found;
   const auto least = group_size * static_cast<std::uint64_t>(e.response.blocks);
+  ResponseSpec filled = e.response;
+  filled.samples = std::max(filled.samples, least);
+  if (auto found = in_table("response", find_problem(filled, e.lattice))) return found;
   if (e.response.samples >= least) return {};
   return problem("response.samples",
                  "{} samples in {} blocks: each block needs a whole group of eight, which share "
