@@ -137,9 +137,9 @@ std::string PageScope::text(const std::string& name) const {
   const Request request = request_of(name);
   const std::string raw = raw_text(name);
   if (markup_ == Markup::markdown) return escape_markdown(raw);
-  const std::string html = request.formulae ? unbroken_formulae(raw)
-                           : request.words  ? unbroken_words(raw)
-                                            : escape_markup(raw);
+  std::string html = request.formulae ? unbroken_formulae(raw)
+                     : request.words  ? unbroken_words(raw)
+                                      : escape_markup(raw);
   const Place place = known(request.name);
   if (request.bare || request.key || place.is_overlaid()) return html;
   const std::string with_class = request.span_class.empty() ? "" : fmt::format(" class=\"{}\"", request.span_class);
@@ -179,7 +179,8 @@ void PageScope::enter(const std::string& name, Missing missing, const Write& wri
   } else if (value.is_object()) {
     if (!value.empty()) write(PageScope(*this, place));
   } else {
-    const bool nothing = value.is_null() || value == false || value == "" || (value.is_number_integer() && value == 0);
+    const bool no_text = value.is_string() && value.get_ref<const std::string&>().empty();
+    const bool nothing = value.is_null() || value == false || no_text || (value.is_number_integer() && value == 0);
     if (!nothing) write(*this);
   }
 }

@@ -1,5 +1,6 @@
 #include "support/axis_ticks.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace granuscope {
@@ -37,8 +38,12 @@ RoundStep round_step_with_at_most(int most, double low, double high) {
 
 std::vector<double> multiples_within(double low, double high, const RoundStep& step) {
   std::vector<double> values;
-  const double last = last_multiple(high, step.size());
-  for (double k = first_multiple(low, step.size()); k <= last; ++k) values.push_back(k == 0 ? 0 : k * step.size());
+  const double first = first_multiple(low, step.size()), last = last_multiple(high, step.size());
+  const auto count = static_cast<int>(std::max(0.0, last - first + 1));
+  for (int i = 0; i < count; ++i) {
+    const double k = first + i;
+    values.push_back(k == 0 ? 0 : k * step.size());
+  }
   return values;
 }
 
