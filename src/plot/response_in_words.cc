@@ -7,7 +7,7 @@
 namespace granuscope {
 
 std::string in_words(const ResponseSpec& response) {
-  const std::string name = name_of(response.estimator);
+  std::string name = name_of(response.estimator);
   if (response.estimator != EstimatorName::multiplexed) return name;
   return fmt::format("{}, ε = {}{}{}", name, caption_number(response.epsilon), response.opposite ? ", opposite" : "",
                      response.sign_run > 1 ? fmt::format(", runs of {}", response.sign_run) : "");
