@@ -13,8 +13,6 @@ struct ClaimSpec {
   /// Standard error granted to the exponent of a law that holds asymptotically, where the window ends at a finite
   /// depth.
   double exponent_tolerance = 0.02;
-  /// Share of the response along the two rays above which they carry it.
-  double chain_share = 0.5;
 };
 
 }  // namespace granuscope

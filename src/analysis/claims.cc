@@ -1,5 +1,7 @@
 #include "analysis/claims.h"
 
+#include <fmt/format.h>
+
 #include "analysis/claim_judges.h"
 
 namespace granuscope {
@@ -20,6 +22,21 @@ void expect_verdicts(std::vector<Claim>& claims, const std::map<std::string, std
   for (Claim& claim : claims) {
     if (const auto verdict = expected.find(claim.id); verdict != expected.end()) claim.expected = verdict->second;
   }
+}
+
+std::vector<std::string> unexpected_results(const Analysis& analysis) {
+  std::vector<std::string> sentences;
+  for (const Claim& claim : analysis.claims) {
+    if (claim.expected.empty() || claim.expected == claim.verdict) continue;
+    sentences.push_back(fmt::format("{} is \"{}\" where the experiment expects \"{}\": {}", claim.id, claim.verdict,
+                                    claim.expected, claim.explanation));
+  }
+  for (const Transport& one : analysis.results) {
+    if (!one.precision.asked || one.precision.reached) continue;
+    sentences.push_back(
+        fmt::format("the precision asked for was not reached at mu = {}: {}", one.mu(), one.precision.reason));
+  }
+  return sentences;
 }
 
 std::vector<std::string> claim_ids() {

@@ -25,7 +25,7 @@ constexpr int fewest_runs = 3;
 constexpr int kept_every = 3;  // layers
 
 // The limits the ratios are held against, for machines with AVX-512.
-constexpr double small_friction = 0.3, middle_friction = 0.8;
+constexpr double low_friction = 0.3, middle_friction = 0.8;
 constexpr double batch_gain_small = 2.5, batch_gain_middle = 4;
 constexpr double scalar_cost_0_1 = 10, scalar_cost_0_3 = 17, batch_cost_0_3 = 5;
 constexpr double growth_with_size = 1.2;
@@ -239,7 +239,7 @@ void add_ratios(SamplerBench& bench, const SamplerBenchOptions& options) {
                    limit = find(bench, mu, lattice, SamplerEngine::no_rejection)->ns_per_bead;
       const std::string where = fmt::format("mu={:g} {}x{}", mu, lattice.columns, lattice.layers);
       SamplerRatio gain{where + " scalar/batch", scalar / batch, std::nullopt, false};
-      if (mu <= small_friction) gain.limit = batch_gain_small;
+      if (mu <= low_friction) gain.limit = batch_gain_small;
       if (mu == middle_friction) gain.limit = batch_gain_middle;
       SamplerRatio scalar_cost{where + " scalar/no-rejection", scalar / limit, std::nullopt};
       if (mu == 0.1) scalar_cost.limit = scalar_cost_0_1;

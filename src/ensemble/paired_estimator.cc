@@ -63,13 +63,13 @@ std::optional<SamplingFailure> PairedEstimator::measure(std::uint64_t sample) {
 }
 
 void PairedEstimator::add_redrawn() {
-  find_redrawn(before_, after_, redrawn_beads_);
+  find_redrawn(before_, after_, beads_redrawn_);
   const Lattice& lattice = after_.lattice;
   for (std::size_t l = 0; l < layers_.size(); ++l) {
     const int layer = layers_[l];
     int everywhere = 0, below = 0, beads_below = 0;
     for (int i = 0; i < lattice.columns(); ++i) {
-      const int redrawn = redrawn_beads_[lattice.index(layer, i)];
+      const int redrawn = beads_redrawn_[lattice.index(layer, i)];
       everywhere += redrawn;
       if (!below_overload(lattice, layer, i)) continue;
       below += redrawn;

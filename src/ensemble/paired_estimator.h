@@ -29,7 +29,7 @@ class PairedEstimator final : public Estimator {
   std::vector<double> uniform_load_, overloaded_;
   Samplers samplers_;
   Pile before_, after_;
-  std::vector<unsigned char> redrawn_beads_;
+  std::vector<unsigned char> beads_redrawn_;
   const std::vector<int>& layers_;
   LayerNumbers numbers_;
   BlockSlice redrawn_, redrawn_below_, response_thrust_;

@@ -151,12 +151,6 @@ Problem find_claims_problem(const Experiment& e) {
                    "0.03",
                    claims.exponent_tolerance);
   }
-  if (!(claims.chain_share > 0 && claims.chain_share < 1)) {
-    return problem("claims.chain_share",
-                   "{} is not a share that the response could fall short of or exceed; give "
-                   "more than 0 and less than 1 (0.5 is usual)",
-                   claims.chain_share);
-  }
   return {};
 }
 

@@ -124,8 +124,6 @@ std::vector<Key> keys_of_main_line(Experiment& e) {
       make_key(claims, "exponent_tolerance", "",
                "laws in z, N and the number of beads: standard error granted to their exponents for the finite range",
                e.claims.exponent_tolerance),
-      make_key(claims, "chain_share", "", "force-chains: share of the response that the two rays must carry",
-               e.claims.chain_share),
 
       make_key(
           "figures.bead_forces", "draw", "",
@@ -187,7 +185,13 @@ std::vector<Key> keys_of(Experiment& experiment) {
   std::vector<Key> all;
   const auto append = [&all](std::vector<Key> keys) { std::move(keys.begin(), keys.end(), std::back_inserter(all)); };
   append(keys_of_main_line(experiment));
-  for (const auto& study : experiment.studies) append(study->keys());
+  for (const auto& study : experiment.studies) {
+    std::vector<Key> keys = study->keys();
+    for (Key& key : keys) {  // where all of them stood before they were called studies
+      if (key.formerly.empty()) key.formerly = fmt::format("figures.{}.{}", study->id(), key.name);
+    }
+    append(std::move(keys));
+  }
   append(keys_of_scenes(experiment));
   return all;
 }

@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
-#include <cmath>
 #include <exception>
 #include <map>
 #include <optional>
@@ -12,32 +10,23 @@
 
 #include "analysis/analyse.h"
 #include "analysis/claims.h"
-#include "analysis/precision.h"
-#include "ensemble/estimator.h"
 #include "experiment/experiment_file.h"
-#include "pipeline/ensemble_stage.h"
 #include "pipeline/law_in_words.h"
+#include "pipeline/main_figures.h"
 #include "pipeline/picture_stage.h"
 #include "pipeline/run_folder.h"
+#include "pipeline/sample_stage.h"
+#include "pipeline/timed.h"
 #include "plot/bead_forces.h"
 #include "plot/figure_words.h"
 #include "plot/gnuplot.h"
-#include "plot/point_selection.h"
-#include "plot/propagation_against_diffusion.h"
-#include "plot/propagation_and_thrust.h"
 #include "plot/response_field.h"
-#include "plot/response_profiles.h"
-#include "plot/scaling_with_friction.h"
-#include "plot/transport_with_depth.h"
-#include "render/gl_context.h"
 #include "report/manifest_json.h"
-#include "storage/ensemble_file.h"
 #include "support/atomic_file.h"
 #include "support/child_process.h"
 #include "support/digest.h"
 #include "support/error.h"
 #include "support/installed_program.h"
-#include "support/interruption.h"
 #include "support/number_format.h"
 
 namespace granuscope {
@@ -83,18 +72,7 @@ class Run {
     write_manifest(data_, options_.folder,
                    {whole ? "done" : "failed", static_cast<int>(code), result_.failure, earlier_timings_});
     result_.analysis = data_.analysis;
-    for (const Claim& claim : data_.analysis.claims) {
-      if (!claim.expected.empty() && claim.expected != claim.verdict) {
-        result_.unexpected.push_back(fmt::format("{} is \"{}\" where the experiment expects \"{}\": {}", claim.id,
-                                                 claim.verdict, claim.expected, claim.explanation));
-      }
-    }
-    for (const Transport& one : data_.analysis.results) {
-      if (one.precision.asked && !one.precision.reached) {
-        result_.unexpected.push_back(
-            fmt::format("the precision asked for was not reached at mu = {}: {}", one.mu(), one.precision.reason));
-      }
-    }
+    result_.unexpected = unexpected_results(data_.analysis);
     return std::move(result_);
   }
 
@@ -110,22 +88,6 @@ class Run {
           "WeasyPrint is not installed, so report.pdf, which is required, cannot be written; install it with `apt-get "
           "install weasyprint`, or leave out --require-pdf");
     }
-  }
-
-  /// Measures the wall time of a piece of work and adds it to a stage's line in the manifest.
-  template <typename Work>
-  void timed(const std::string& stage, Work work) {
-    throw_if_interrupted();
-    const auto start = std::chrono::steady_clock::now();
-    work();
-    const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
-    for (StageTiming& timing : data_.timings) {
-      if (timing.stage == stage) {
-        timing.seconds += elapsed.count();
-        return;
-      }
-    }
-    data_.timings.push_back({stage, elapsed.count(), false});
   }
 
   void describe() {
@@ -160,138 +122,44 @@ class Run {
                     earlier_timings_});
   }
 
-  MeasuredEnsemble obtain(PlannedEnsemble& planned) {
-    MeasuredEnsemble ensemble;
-    const auto start = std::chrono::steady_clock::now();
-    const std::uint64_t there = planned.smaller == nullptr ? 0 : samples_begun(*planned.smaller);
-    timed("sample " + planned.label,
-          [&] { ensemble = obtain_ensemble(planned, options_.folder, options_.threads, options_.progress); });
-    if (!planned.reusable) {
-      drawn_in_seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-      drawn_in_this_run_ += static_cast<double>(beads_of(planned.spec, planned.spec.response.samples - there));
-      mark_unfinished();
-    }
-    if (planned.reusable) {
-      StageTiming& timing = data_.timings.back();
-      timing.reused = true;
-      const auto earlier = earlier_timings_.find(timing.stage);
-      timing.seconds = earlier == earlier_timings_.end() ? std::nan("") : earlier->second;
-    }
-    if (const auto& failed = ensemble.record.failed; !failed.empty()) {
-      say(options_.progress,
-          fmt::format("{}: {} of {} piles could not be completed and enter no average; this command meets the first of "
-                      "these failures: {}",
-                      planned.label, failed.size(), planned.spec.response.samples, failed.front().replay));
-    }
-    ++obtained_;
-    if (planned.reusable) ++reused_;
-    return ensemble;
-  }
-
-  /// Lets a growing ensemble grow until its c and D are as precise as asked, which is looked at after whole steps only.
-  PrecisionOutcome reach_precision(PlannedEnsemble& planned, MeasuredEnsemble& ensemble) {
-    const PrecisionSpec& asked = experiment_.precision;
-    if (planned.grows_from == 0) return {};
-    PrecisionOutcome outcome{true, asked.c, asked.D, false, {}};
-    for (;;) {
-      Transport measured;
-      timed("analyse",
-            [&] { measured = measure_transport(ensemble, experiment_.fit, {}, options_.threads).transport; });
-      const std::uint64_t samples = planned.spec.response.samples;
-      const PrecisionLook look = look_at_precision(asked, measured, samples);
-      outcome.reached = look.reached;
-      outcome.reason = look.reason;
-      if (look.reached || look.hopeless) break;
-      if (!grow(planned, asked, std::move(ensemble.record), options_.folder)) {
-        ensemble.record = read_ensemble(options_.folder / planned.file);
-        outcome.reason = fmt::format(
-            "{} piles give c ± {} and D ± {}; about {} would be needed, and the next step would be more than "
-            "precision.most_samples = {}",
-            samples, significant(measured.c.standard_error, 2), significant(measured.D.standard_error, 2),
-            significant(look.samples_needed, 2), asked.most_samples);
-        break;
-      }
-      const std::uint64_t stop = expected_samples(planned, asked, look.samples_needed);
-      say(options_.progress,
-          fmt::format("{}: c ± {}, D ± {} after {} piles; about {} in all are needed, {} with whole steps{}",
-                      planned.label, significant(measured.c.standard_error, 2),
-                      significant(measured.D.standard_error, 2), samples, significant(look.samples_needed, 2), stop,
-                      time_for(planned.spec, stop - samples)));
-      const bool reused = planned.reusable;
-      ensemble = obtain(planned);
-      --obtained_;  // it is still the same one
-      planned.reusable = reused && planned.reusable;
-    }
-    return outcome;
-  }
-
-  /// ", 54 s more" at the rate at which beads were drawn in this run, once there is one.
-  std::string time_for(const EnsembleSpec& spec, std::uint64_t samples) const {
-    const auto beads = static_cast<double>(beads_of(spec, samples));
-    if (drawn_in_seconds_ <= 0 || drawn_in_this_run_ <= 0) return "";
-    return fmt::format(", {} more", describe_duration(beads * drawn_in_seconds_ / drawn_in_this_run_));
-  }
-
-  /// What drawing a whole ensemble took; NaN if parts of it came from a run that was stopped.
-  double drawing_seconds(const PlannedEnsemble& planned) const {
-    if (planned.begun > 0 && !planned.reusable) return std::nan("");
-    for (const StageTiming& timing : data_.timings) {
-      if (timing.stage == "sample " + planned.label) return timing.seconds;
-    }
-    return std::nan("");
-  }
-
-  /// A bead that only rounding puts outside its band is put onto its end; how often is part of the numerics.
-  void note_rounding() {
-    if (drawn_beads_ == 0) return;
-    const std::string beads = significant(static_cast<double>(drawn_beads_), 3);
-    data_.checks.push_back(
-        rounded_beads_ == 0
-            ? fmt::format(
-                  "None of the {} beads of the main ensembles missed the forces that have a solution by rounding.",
-                  beads)
-            : fmt::format(
-                  "Of the {} beads of the main ensembles {} missed the forces that have a solution by no more than "
-                  "rounding, and were put onto the end of their band.",
-                  beads, rounded_beads_));
-  }
-
   void measure_studies() {
     for (const auto& study : studies_) {
       if (!study->asked()) continue;
       study->begin(experiment_, options_.threads);
       for (const StudyEnsemble& one : study->ensembles(experiment_)) {
         PlannedEnsemble planned = plan_ensemble(one, options_.folder);
-        const MeasuredEnsemble ensemble = obtain(planned);
-        if (needs(Stage::analyse)) timed("analyse", [&] { study->add(one, ensemble, drawing_seconds(planned)); });
+        const MeasuredEnsemble ensemble = sampling_.obtain(planned);
+        if (!needs(Stage::analyse)) continue;
+        timed(data_.timings, "analyse", [&] { study->add(one, ensemble, sampling_.drawing_seconds(planned)); });
       }
-      if (needs(Stage::analyse)) timed(study->seconds() > 0 ? study->id() : "analyse", [&] { study->finish(); });
+      if (!needs(Stage::analyse)) continue;
+      timed(data_.timings, study->seconds() > 0 ? study->id() : "analyse", [&] { study->finish(); });
     }
   }
 
   void judge_studies() {
     for (const auto& study : studies_) {
       for (Claim& claim : study->claims(experiment_.claims)) data_.analysis.claims.push_back(std::move(claim));
-      study->write_json(data_.studies);
-      for (ReportPart& part : study->parts(data_.studies)) data_.parts.push_back(std::move(part));
+      const nlohmann::ordered_json& results = data_.studies[study->id()] = study->json();
+      for (ReportPart& part : study->parts(results)) data_.parts.push_back(std::move(part));
     }
     expect_verdicts(data_.analysis.claims, experiment_.expected_verdicts);
   }
 
   void sample_and_measure() {
     std::vector<MeasuredTransport> measured;
+    SamplerCounts counts;
     for (PlannedEnsemble& planned : plan_ensembles(experiment_, options_.folder)) {
-      MeasuredEnsemble ensemble = obtain(planned);
-      const PrecisionOutcome precision = reach_precision(planned, ensemble);
-      drawn_beads_ += ensemble.record.counts.beads;
-      rounded_beads_ += ensemble.record.counts.rounded;
+      MeasuredEnsemble ensemble = sampling_.obtain(planned);
+      const PrecisionOutcome precision = sampling_.reach_precision(planned, ensemble);
+      counts += ensemble.record.counts;
       if (planned.spec.response.samples < experiment_.response.samples) {
         data_.skipped.push_back(
             fmt::format("At \u03bc = {} every pile is the same: {} of {} samples were drawn, one group for each block.",
                         planned.spec.sampler.mu, planned.spec.response.samples, experiment_.response.samples));
       }
       if (!needs(Stage::analyse)) continue;
-      timed("analyse", [&] {
+      timed(data_.timings, "analyse", [&] {
         measured.push_back(
             measure_transport(ensemble, experiment_.fit, experiment_.figures.profile_layers, options_.threads));
         measured.back().transport.precision = precision;
@@ -302,14 +170,11 @@ class Run {
         }
       });
     }
-    note_rounding();
+    sampling_.tell_rounding(counts);
     measure_studies();
-    if (reused_ > 0) {
-      data_.skipped.push_back(
-          fmt::format("{} of {} ensembles were already there and were not drawn again.", reused_, obtained_));
-    }
+    sampling_.tell_reuse();
     if (!needs(Stage::analyse)) return;
-    timed("analyse", [&] {
+    timed(data_.timings, "analyse", [&] {
       data_.analysis =
           analyse(std::move(measured), experiment_.fit, experiment_.claims, experiment_.figures.profile_layers);
       judge_studies();
@@ -319,7 +184,7 @@ class Run {
 
   void render() {
     if (!experiment_.force_chains.draw) return;
-    timed("render", [&] {
+    timed(data_.timings, "render", [&] {
       try_to_draw([&] {
         for (PictureOutcome& picture : draw_pile_pictures(experiment_, options_.folder, data_.provenance)) {
           add_picture(std::move(picture));
@@ -385,9 +250,8 @@ class Run {
   }
 
   void plot() {
-    const FigureSpec& figures = experiment_.figures;
-    const Analysis clear = without_vague_points(data_.analysis);
-    timed("plot", [&] {
+    timed(data_.timings, "plot", [&] {
+      const FigureSpec& figures = experiment_.figures;
       if (figures.bead_forces) {
         const BeadForcesSpec spec{std::min(BeadForcesSpec{}.layer, experiment_.force_chains.layers - 1)};
         add_figure(
@@ -395,32 +259,11 @@ class Run {
         // The paper's Fig. 1 has this one on the left, the force chains on the right.
         if (data_.figures.size() > 1) std::rotate(data_.figures.begin(), data_.figures.end() - 1, data_.figures.end());
       }
-      if (figures.response_profiles) {
-        add_figure([&] {
-          return draw_response_profiles(data_.analysis.results,
-                                        {figures.profile_mu, figures.profile_layers, experiment_.lattice.layers},
-                                        options_.folder);
-        });
-      }
-      if (figures.transport_with_depth) {
-        add_figure([&] {
-          return draw_transport_with_depth(clear, TransportWithDepthSpec{figures.profile_mu}, options_.folder);
-        });
-      }
-      if (figures.propagation_against_diffusion) {
-        add_figure([&] { return draw_propagation_against_diffusion(clear, options_.folder); });
-      }
-      if (figures.scaling_with_friction) {
-        add_figure([&] { return draw_scaling_with_friction(clear, options_.folder); });
-      }
-      if (figures.propagation_and_thrust) {
-        add_figure([&] { return draw_propagation_and_thrust(clear, options_.folder); });
-      }
+      std::vector<FigureDrawing> drawings = main_figures(experiment_, data_.analysis);
       for (const auto& study : studies_) {
-        for (const FigureDrawing& drawing : study->figures(data_.analysis)) {
-          add_figure([&] { return drawing(options_.folder); });
-        }
+        for (FigureDrawing& drawing : study->figures(data_.analysis)) drawings.push_back(std::move(drawing));
       }
+      for (const FigureDrawing& drawing : drawings) add_figure([&] { return drawing(options_.folder); });
     });
     note_version("gnuplot");
     say(options_.progress, "drew the plots");
@@ -431,7 +274,7 @@ class Run {
                              : experiment_.report.pdf ? PdfPolicy::if_possible
                                                       : PdfPolicy::none;
     if (policy != PdfPolicy::none) note_version("weasyprint");
-    timed("report", [&] { result_.files = write_report(data_, options_.folder, policy); });
+    timed(data_.timings, "report", [&] { result_.files = write_report(data_, options_.folder, policy); });
     if (!result_.files.pdf_skipped.empty()) data_.skipped.push_back(result_.files.pdf_skipped);
     say(options_.progress, "wrote the report");
   }
@@ -454,16 +297,14 @@ class Run {
   const Experiment& experiment_;
   const RunOptions& options_;
   std::set<Stage> needed_;
-  std::uint64_t drawn_beads_ = 0, rounded_beads_ = 0;  ///< of the main ensembles
   ReportData data_;
   Field field_;  ///< the mean response at figures.response_profiles.mu, for its picture
   std::optional<Transport> field_transport_;
   Studies studies_ = experiment_.studies;                      ///< with what they measure
   std::vector<std::pair<std::string, std::string>> failures_;  ///< what could not be drawn, and why
   RunResult result_;
-  std::map<std::string, double> earlier_timings_;        ///< by stage
-  std::size_t obtained_ = 0, reused_ = 0;                ///< ensembles
-  double drawn_in_this_run_ = 0, drawn_in_seconds_ = 0;  ///< beads, for the time that is left
+  std::map<std::string, double> earlier_timings_;  ///< by stage
+  SampleStage sampling_{experiment_, options_, data_, earlier_timings_, [this] { mark_unfinished(); }};
 };
 
 }  // namespace

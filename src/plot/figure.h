@@ -1,5 +1,6 @@
 #pragma once
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -22,5 +23,8 @@ struct Figure {
   /// Whether there is a drawing: of this run, or of an earlier one from the same script and data.
   bool is_there() const { return !screen.empty(); }
 };
+
+/// Draws a figure into the run's folder. Throws InputError if there is nothing to show.
+using FigureDrawing = std::function<Figure(const std::filesystem::path& run_folder)>;
 
 }  // namespace granuscope

@@ -10,7 +10,7 @@ namespace granuscope {
 ///
 ///     caption: Share of the beads that had to draw another number
 ///     class: redrawn
-///     rows: redrawn_beads
+///     rows: piles
 ///     group: mu
 ///
 ///     <var>μ</var>    :: heading number :: {{mu}}

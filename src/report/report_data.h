@@ -32,9 +32,10 @@ struct ReportData {
   /// The same for the other laws that the run compares with it, each with its name.
   std::vector<std::pair<std::string, std::vector<std::string>>> other_laws_in_words;
   Analysis analysis;
-  nlohmann::ordered_json studies = nlohmann::ordered_json::object();  ///< their results: "side" of summary.json
-  std::vector<Figure> figures;                                        ///< in reading order
-  std::vector<ReportPart> parts;                                      ///< in reading order of each place
+  nlohmann::ordered_json studies =
+      nlohmann::ordered_json::object();  ///< their results: "studies" of summary.json, by id
+  std::vector<Figure> figures;           ///< in reading order
+  std::vector<ReportPart> parts;         ///< in reading order of each place
   Provenance provenance;
   std::vector<std::pair<std::string, std::string>> environment;  ///< GL renderer, gnuplot, WeasyPrint versions
   std::vector<StageTiming> timings;

@@ -9,7 +9,7 @@ struct ReportPart {
   /// Where in the report: among the numbers that matter, or under Numerics.
   enum class Place { numbers, numerics };
 
-  std::string page;   ///< its template below templates/ (report/page_scope.h), as "studies/redrawn_beads.html"
+  std::string page;   ///< its template below templates/ (report/page_scope.h), as "studies/<id>.html"
   std::string base;   ///< JSON pointer into summary.json: the place that the names of the page are relative to
   std::string needs;  ///< a name in that place: the part is left out if nothing is there
   Place place = Place::numbers;

@@ -209,7 +209,7 @@ Json to_json(const Figure& figure) {
 
 std::string summary_json(const ReportData& data) {
   Json json;
-  json["schema"] = 1;
+  json["schema"] = 2;
   json["experiment"] = data.experiment_name;
   json["experiment_key"] = data.resolved_experiment_key;
   json["columns"] = data.columns;
@@ -222,7 +222,7 @@ std::string summary_json(const ReportData& data) {
   json["scaling"]["neighbouring_windows"] = list_of(data.analysis.neighbours);
   json["scaling"]["other_windows"] = list_of(data.analysis.other_windows);
   json["scaling"]["by_ratio"] = list_of(data.analysis.by_ratio);
-  json["side"] = data.studies;
+  json["studies"] = data.studies;
   json["claims"] = list_of(data.analysis.claims);
   json["figures"] = list_of(data.figures);
   clean_strings(json);

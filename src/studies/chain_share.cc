@@ -79,12 +79,12 @@ ChainShare measure_chain_share(const MeasuredEnsemble& ensemble) {
   return result;
 }
 
-Claim judge_force_chains(const std::vector<ChainShare>& measured, const ClaimSpec& spec) {
+Claim judge_force_chains(const std::vector<ChainShare>& measured, double least_share) {
   Claim claim = open_claim("force-chains", "A pile of 70 × 60 beads at μ = 0.1 shows two oblique force chains.",
                            "share of the response along the rays");
   if (measured.empty()) {
     leave_open(claim,
-               "the share of the response along the rays was not measured: set figures.chain_share.samples; a "
+               "the share of the response along the rays was not measured: set studies.chain_share.samples; a "
                "few hundred piles of 70 × 60 beads decide");
     return claim;
   }
@@ -96,7 +96,7 @@ Claim judge_force_chains(const std::vector<ChainShare>& measured, const ClaimSpe
     return claim;
   }
   claim.measured = chains.share;
-  const double needed = std::max(spec.chain_share, chains.even_share);
+  const double needed = std::max(least_share, chains.even_share);
   const double margin = agreement * chains.share.standard_error;
   const double excess = chains.share.value - needed;
   claim.verdict = excess > margin ? reproduced : excess < -margin ? not_reproduced : undetermined;
@@ -139,10 +139,15 @@ class ChainShareStudy final : public CopiedStudy<ChainShareStudy> {
   std::string id() const override { return "chain_share"; }
 
   std::vector<Key> keys() override {
-    return {make_key(table(), "samples", "piles",
-                     "piles of the size of scenes.force_chains from which the share of the response along the rays is "
-                     "taken; 0: none",
-                     samples_)};
+    return {
+        make_key(table(), "samples", "piles",
+                 "piles of the size of scenes.force_chains from which the share of the response along the rays is "
+                 "taken; 0: none",
+                 samples_),
+        make_key(table(), "least_share", "", "force-chains: share of the response that the two rays must carry",
+                 least_share_,
+                 KeyRange{.why = "it is not a share that the response could fall short of or exceed"}.above(0).below(1))
+            .formerly_at("claims.chain_share")};
   }
 
   bool asked() const override { return samples_ > 0; }
@@ -170,17 +175,15 @@ class ChainShareStudy final : public CopiedStudy<ChainShareStudy> {
     measured_.push_back(measure_chain_share(ensemble));
   }
 
-  std::vector<Claim> claims(const ClaimSpec& spec) const override { return {judge_force_chains(measured_, spec)}; }
+  std::vector<Claim> claims(const ClaimSpec&) const override { return {judge_force_chains(measured_, least_share_)}; }
 
-  void write_json(Json& side) const override {
-    side["chain_share"] = Json::array();
-    for (const ChainShare& share : measured_) side["chain_share"].push_back(to_json(share));
-  }
+  Json json() const override { return list_of(measured_, to_json); }
 
-  std::vector<ReportPart> parts(const Json&) const override { return {part("chain_share")}; }
+  std::vector<ReportPart> parts(const Json&) const override { return {part()}; }
 
  private:
   std::uint64_t samples_ = 0;
+  double least_share_ = 0.5;          ///< fixed beforehand
   std::vector<ChainShare> measured_;  ///< at most one
 };
 

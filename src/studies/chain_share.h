@@ -38,10 +38,10 @@ struct ChainShare {
 /// each is wide. Unknown, with the reason, where the piles are too shallow for that.
 ChainShare measure_chain_share(const MeasuredEnsemble& ensemble);
 
-/// The claim that such a pile shows two oblique chains: they are there if the share exceeds both ClaimSpec::chain_share
-/// and what a response spread evenly between the rays would put there by more than three standard errors; they are not
+/// The claim that such a pile shows two oblique chains: they are there if the share exceeds both `least_share` and
+/// what a response spread evenly between the rays would put there by more than three standard errors; they are not
 /// if it falls short of either by as much. None measured: undetermined.
-Claim judge_force_chains(const std::vector<ChainShare>& measured, const ClaimSpec& spec);
+Claim judge_force_chains(const std::vector<ChainShare>& measured, double least_share);
 
 /// How much of the response to an overload lies along the two rays, on piles of the size of the force-chain picture.
 std::unique_ptr<Study> chain_share_study();

@@ -85,7 +85,7 @@ Claim judge_linear_time(const std::vector<CountedWork>& measured, const ClaimSpe
   claim.paper_error = spec.exponent_tolerance;
   if (measured.empty()) {
     leave_open(claim,
-               "no work was counted: set figures.counted_work.mu, up to 1.7; at that friction a pile of 1000 × "
+               "no work was counted: set studies.counted_work.mu, up to 1.7; at that friction a pile of 1000 × "
                "1000 takes well below a second");
     return claim;
   }
@@ -126,7 +126,7 @@ Claim judge_linear_time(const std::vector<CountedWork>& measured, const ClaimSpe
         (*largest)->spec.lattice.columns, (*largest)->spec.lattice.layers);
   } else {
     claim.measured.reason = fmt::format("the sizes counted do not span a factor of {} in beads", least_reach);
-    of_power = fmt::format("The sizes counted do not span a factor of {} in beads: widen figures.counted_work.sizes.",
+    of_power = fmt::format("The sizes counted do not span a factor of {} in beads: widen studies.counted_work.sizes.",
                            least_reach);
   }
   if (large_failed > 0) {
@@ -137,7 +137,7 @@ Claim judge_linear_time(const std::vector<CountedWork>& measured, const ClaimSpe
         fmt::format("All {} piles of 10⁶ beads or more at μ ≥ {} were completed.", large_completed, spec.highest_mu);
   } else {
     of_size = fmt::format(
-        "No pile of 1000 × 1000 was tried at μ = {}: it needs that value in figures.counted_work.mu "
+        "No pile of 1000 × 1000 was tried at μ = {}: it needs that value in studies.counted_work.mu "
         "and that size in sizes.",
         spec.highest_mu);
   }
@@ -170,7 +170,7 @@ Figure draw_counted_work(const std::vector<CountedWork>& work, const std::filesy
   if (by_mu.empty()) {
     throw InputError(
         "the figure of counted work has nothing to show, because no pile was drawn for it; list friction coefficients "
-        "in figures.counted_work.mu");
+        "in studies.counted_work.mu");
   }
 
   if (draws.high == 0) draws.add(1);  // without friction nothing is drawn, and an axis has two ends
@@ -280,10 +280,7 @@ class CountedWorkStudy final : public CopiedStudy<CountedWorkStudy> {
 
   std::vector<Claim> claims(const ClaimSpec& spec) const override { return {judge_linear_time(measured_, spec)}; }
 
-  void write_json(Json& side) const override {
-    side["counted_work"] = Json::array();
-    for (const CountedWork& work : measured_) side["counted_work"].push_back(to_json(work));
-  }
+  Json json() const override { return list_of(measured_, to_json); }
 
   std::vector<FigureDrawing> figures(const Analysis&) const override {
     if (measured_.empty()) return {};

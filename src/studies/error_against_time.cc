@@ -156,7 +156,7 @@ Figure draw_error_against_time(const std::vector<ErrorCurve>& curves, const std:
   if (titles.empty()) {
     throw InputError(
         "the figure of error against run time has nothing to show, because no repetition has a fit of two peaks; give "
-        "figures.error_against_time.mu where peaks stand apart, or more piles each time");
+        "studies.error_against_time.mu where peaks stand apart, or more piles each time");
   }
   Gaps gaps = {{"titles", fmt::format("{}", fmt::join(titles, ", \\\n    "))},
                {"axis", timed ? "seconds of drawing" : "million beads drawn"}};
@@ -300,10 +300,7 @@ class ErrorAgainstTimeStudy final : public CopiedStudy<ErrorAgainstTimeStudy> {
   }
   void finish() override { set_shifts(curves_); }
 
-  void write_json(Json& side) const override {
-    side["error_curves"] = Json::array();
-    for (const ErrorCurve& curve : curves_) side["error_curves"].push_back(to_json(curve));
-  }
+  Json json() const override { return list_of(curves_, to_json); }
 
   std::vector<FigureDrawing> figures(const Analysis&) const override {
     if (curves_.empty()) return {};

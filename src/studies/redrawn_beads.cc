@@ -128,13 +128,13 @@ Claim judge_redraw_share(const std::vector<RedrawnBeads>& measured) {
   }
   if (missing.size() == stated_shares.size()) {
     leave_open(claim,
-               "nothing was measured with the standard procedure: set figures.redrawn_beads.mu = [0.1, 0.3]; "
+               "nothing was measured with the standard procedure: set studies.redrawn_beads.mu = [0.1, 0.3]; "
                "a few hundred pairs of piles decide");
     return claim;
   }
   say(claim, fmt::format("{}.", fmt::join(clauses, "; ")));
   if (!missing.empty()) {
-    say(claim, fmt::format("The other number of the paper needs {} in figures.redrawn_beads.mu.", list_of_mu(missing)));
+    say(claim, fmt::format("The other number of the paper needs {} in studies.redrawn_beads.mu.", list_of_mu(missing)));
   }
   if (failed && same_order) {
     say(claim,
@@ -204,12 +204,9 @@ class RedrawnBeadsStudy final : public CopiedStudy<RedrawnBeadsStudy> {
 
   std::vector<Claim> claims(const ClaimSpec&) const override { return {judge_redraw_share(measured_)}; }
 
-  void write_json(Json& side) const override {
-    side["redrawn_beads"] = Json::array();
-    for (const RedrawnBeads& one : measured_) side["redrawn_beads"].push_back(to_json(one));
-  }
+  Json json() const override { return list_of(measured_, to_json); }
 
-  std::vector<ReportPart> parts(const Json&) const override { return {part("redrawn_beads")}; }
+  std::vector<ReportPart> parts(const Json&) const override { return {part()}; }
 
  private:
   std::vector<double> mu_;              ///< empty: not measured

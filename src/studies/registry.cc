@@ -5,10 +5,10 @@
 #include "studies/error_against_time.h"
 #include "studies/law_comparison/study.h"
 #include "studies/nonlinearity/study.h"
+#include "studies/numerical_stability.h"
 #include "studies/redrawn_beads.h"
 #include "studies/rejection_thrust.h"
 #include "studies/small_friction.h"
-#include "studies/stress.h"
 
 namespace granuscope {
 
@@ -17,11 +17,11 @@ Studies::Studies() {
   all_.push_back(counted_work_study());
   all_.push_back(small_friction_study());
   all_.push_back(chain_share_study());
-  all_.push_back(stress_study());
+  all_.push_back(numerical_stability_study());
   all_.push_back(error_against_time_study());
   all_.push_back(nonlinearity_study());
   all_.push_back(law_comparison_study());
-  all_.push_back(rejection_thrust_study("figures.law_comparison"));  // where its keys stand so far
+  all_.push_back(rejection_thrust_study());
 }
 
 Studies::Studies(const Studies& other) {

@@ -88,12 +88,11 @@ bool settles_below_one(const ExactThrust& one) {
 
 class RejectionThrustStudy final : public CopiedStudy<RejectionThrustStudy> {
  public:
-  RejectionThrustStudy(std::string table, std::vector<ExactThrust> measured)
-      : table_(std::move(table)), measured_(std::move(measured)) {}
+  explicit RejectionThrustStudy(std::vector<ExactThrust> measured) : measured_(std::move(measured)) {}
   std::string id() const override { return "rejection_thrust"; }
 
   std::vector<Key> keys() override {
-    return {make_key(table_, "exact_mu", "",
+    return {make_key(table(), "mu", "",
                      "friction coefficients, at most 0.3, at which the thrust ratio under the law rejection is taken "
                      "from piles of several widths and depths; none: not at all",
                      mu_,
@@ -101,14 +100,16 @@ class RejectionThrustStudy final : public CopiedStudy<RejectionThrustStudy> {
                               .why = "without friction alpha is 1 by definition, and above 0.3 rejection takes for "
                                      "ever on piles deep enough to have a bulk"}
                          .within(0, 0.3)
-                         .above(0)),
-            make_key(table_, "exact_samples", "piles", "piles of each of these sizes", samples_)};
+                         .above(0))
+                .formerly_at("figures.law_comparison.exact_mu"),
+            make_key(table(), "samples", "piles", "piles of each of these sizes", samples_)
+                .formerly_at("figures.law_comparison.exact_samples")};
   }
 
   bool asked() const override { return !mu_.empty(); }
 
   Problem find_problem(const MainLine& main) const override {
-    return find_samples_problem(table_ + ".exact_samples", samples_, main.response.blocks);
+    return find_samples_problem(key("samples"), samples_, main.response.blocks);
   }
 
   std::vector<StudyEnsemble> ensembles(const MainLine& main) const override {
@@ -128,19 +129,15 @@ class RejectionThrustStudy final : public CopiedStudy<RejectionThrustStudy> {
     measured_.push_back(measure_exact_thrust(ensemble, which.part));
   }
 
-  void write_json(Json& side) const override {
-    side["exact_thrusts"] = Json::array();
-    for (const ExactThrust& one : measured_) side["exact_thrusts"].push_back(to_json(one));
-  }
+  Json json() const override { return list_of(measured_, to_json); }
 
   std::vector<ReportPart> parts(const Json&) const override {
-    ReportPart thrust = part("exact_thrusts");
+    ReportPart thrust = part();
     thrust.overlay["exact_below_one"] = std::all_of(measured_.begin(), measured_.end(), settles_below_one);
     return {thrust};
   }
 
  private:
-  std::string table_;
   std::vector<double> mu_;             ///< empty: not measured
   std::uint64_t samples_ = 2048;       ///< piles at each friction and size
   std::vector<ExactThrust> measured_;  ///< in the order of friction, then of columns
@@ -148,8 +145,8 @@ class RejectionThrustStudy final : public CopiedStudy<RejectionThrustStudy> {
 
 }  // namespace
 
-std::unique_ptr<Study> rejection_thrust_study(std::string table, std::vector<ExactThrust> measured) {
-  return std::make_unique<RejectionThrustStudy>(std::move(table), std::move(measured));
+std::unique_ptr<Study> rejection_thrust_study(std::vector<ExactThrust> measured) {
+  return std::make_unique<RejectionThrustStudy>(std::move(measured));
 }
 
 }  // namespace granuscope

@@ -35,8 +35,7 @@ std::vector<ExactThrustSize> exact_thrust_sizes(double mu);
 /// recorded, and more of them than twice the margin.
 ExactThrust measure_exact_thrust(const MeasuredEnsemble& ensemble, int margin);
 
-/// Whether the thrust ratio tends to 1 under the law rejection. Its keys stand in `table`; `measured`: what was found,
-/// if that is known already.
-std::unique_ptr<Study> rejection_thrust_study(std::string table, std::vector<ExactThrust> measured = {});
+/// Whether the thrust ratio tends to 1 under the law rejection; `measured`: what was found, if that is known already.
+std::unique_ptr<Study> rejection_thrust_study(std::vector<ExactThrust> measured = {});
 
 }  // namespace granuscope

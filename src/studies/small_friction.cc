@@ -180,7 +180,7 @@ Figure draw_small_friction(const Analysis& main, const std::vector<SmallFriction
   if (saturation.curves.empty() || !law.drawn) {
     throw InputError(
         "the figure of small friction has nothing to show, because no thrust ratio was measured for it; list friction "
-        "coefficients in figures.small_friction.mu");
+        "coefficients in studies.small_friction.mu");
   }
   ++plan.curves;  // the line at 1
   saturation.variance.add(0);
@@ -278,14 +278,13 @@ class SmallFrictionStudy final : public CopiedStudy<SmallFrictionStudy> {
 
   void finish() override { scaling_ = fit_small_friction(replicated_); }
 
-  void write_json(Json& side) const override {
-    side["small_friction"] = Json::array();
-    for (const SmallFriction& one : measured_) side["small_friction"].push_back(to_json(one));
-    if (measured_.empty()) return;
-    Json scaling = granuscope::to_json(scaling_.exponent);
-    scaling["window"] = scaling_.window;
-    scaling["points"] = scaling_.points;
-    side["small_friction_exponent"] = scaling;
+  Json json() const override {
+    Json json = {{"piles", list_of(measured_, to_json)}};
+    if (measured_.empty()) return json;
+    json["exponent"] = granuscope::to_json(scaling_.exponent);
+    json["exponent"]["window"] = scaling_.window;
+    json["exponent"]["points"] = scaling_.points;
+    return json;
   }
 
   std::vector<FigureDrawing> figures(const Analysis& main) const override {

@@ -1,6 +1,4 @@
 #pragma once
-#include <filesystem>
-#include <functional>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -23,9 +21,6 @@ struct StudyEnsemble {
   int part = 0;  ///< which of the study's measurements it is for: the study's own numbers
 };
 
-/// Draws a figure into the run's folder. Throws InputError if there is nothing to show.
-using FigureDrawing = std::function<Figure(const std::filesystem::path& run_folder)>;
-
 /// What an experiment measures beside its main line, all of it in one place: the keys that ask for it, the ensembles it
 /// needs, the numbers, and how the report tells them. Sampling, resuming, memory and time are left to the pipeline,
 /// which sees the ensembles only. A study holds its settings and, once it is measured, its results.
@@ -35,7 +30,7 @@ class Study {
   virtual ~Study() = default;
   virtual std::unique_ptr<Study> clone() const = 0;
 
-  virtual std::string id() const = 0;  ///< "chain_share": the name of its table of keys and of its templates
+  virtual std::string id() const = 0;  ///< "some_words": the name of its table of keys and of its templates
   /// Its keys, bound to this object.
   virtual std::vector<Key> keys() = 0;
   /// Whether the experiment asks for it. What is not asked for is checked for its ranges only.
@@ -57,11 +52,11 @@ class Study {
 
   /// The claims of the paper that it decides; undetermined, with what to ask for, where nothing is measured.
   virtual std::vector<Claim> claims(const ClaimSpec&) const { return {}; }
-  /// Adds its results to the member "side" of summary.json, which is where its parts of the report find them.
-  virtual void write_json(nlohmann::ordered_json& side) const = 0;
+  /// Its results: what stands at /studies/<id> of summary.json.
+  virtual nlohmann::ordered_json json() const = 0;
   /// Its parts of the report, in reading order: templates/studies/<id>.html and its tables.
-  /// `side`: what write_json has written.
-  virtual std::vector<ReportPart> parts([[maybe_unused]] const nlohmann::ordered_json& side) const { return {}; }
+  /// `results`: what json() has returned.
+  virtual std::vector<ReportPart> parts([[maybe_unused]] const nlohmann::ordered_json& results) const { return {}; }
   /// Its figures, in reading order; `main`: what the main line found. The analysis outlives them.
   virtual std::vector<FigureDrawing> figures([[maybe_unused]] const Analysis& main) const { return {}; }
 
@@ -69,15 +64,27 @@ class Study {
   Study(const Study&) = default;
   Study& operator=(const Study&) = default;
 
-  /// The table of its keys: "figures.<id>".
-  std::string table() const { return "figures." + id(); }
-  /// The part templates/studies/<id>.html, left out where "side" has nothing named `needs`.
-  ReportPart part(const std::string& needs, ReportPart::Place place = ReportPart::Place::numbers) const {
-    return {.page = "studies/" + id() + ".html", .base = "/side", .needs = needs, .place = place};
-  }
-  /// "figures.<id>.<name>".
+  /// The table of its keys: "studies.<id>".
+  std::string table() const { return "studies." + id(); }
+  /// "studies.<id>.<name>".
   std::string key(const std::string& name) const { return table() + "." + name; }
+  /// The part templates/studies/<id>.html of a study whose results are a list; left out where that is empty.
+  ReportPart part(ReportPart::Place place = ReportPart::Place::numbers) const {
+    return {.page = "studies/" + id() + ".html", .base = "/studies", .needs = id(), .place = place};
+  }
+  /// The part templates/studies/<page>.html over the results, left out where these have nothing named `needs`.
+  ReportPart part(const std::string& page, const std::string& needs) const {
+    return {.page = "studies/" + page + ".html", .base = "/studies/" + id(), .needs = needs};
+  }
 };
+
+/// A list of results, each as `write` writes it.
+template <class Result>
+nlohmann::ordered_json list_of(const std::vector<Result>& results, nlohmann::ordered_json (*write)(const Result&)) {
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  for (const Result& one : results) list.push_back(write(one));
+  return list;
+}
 
 /// Copies of a study are made by its own type.
 template <class Derived>

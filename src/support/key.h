@@ -47,12 +47,17 @@ struct Key {
   std::string unit;     ///< "beads"; "" for a pure number, a name or a switch
   std::string meaning;  ///< one sentence
   KeyRange range;
+  std::string formerly;  ///< path under which older experiment files have it: refused with this key's name
   std::function<KeyValue()> get;
   /// `value` holds the alternative that get() returns. Throws InputError (without the key's name) if the field cannot
   /// hold it.
   std::function<void(const KeyValue&)> set;
 
   std::string path() const { return table + "." + name; }
+  Key formerly_at(std::string old_path) && {
+    formerly = std::move(old_path);
+    return std::move(*this);
+  }
 };
 
 /// "0.01 to 0.99", "at least 4", "0 or 8 to 256", "1 to 6 of 0.01 to 100", "point, paired or multiplexed"; empty where
@@ -96,6 +101,7 @@ Key make_key(std::string table, std::string name, std::string unit, std::string 
           std::move(unit),
           std::move(meaning),
           std::move(range),
+          {},
           [&field] { return key_fields::to_value(field); },
           [&field](const KeyValue& value) { key_fields::from_value(field, value); }};
 }
@@ -108,6 +114,7 @@ Key make_name_key(std::string table, std::string name, std::string meaning, Fiel
           std::move(name),
           "",
           std::move(meaning),
+          {},
           {},
           [&field] { return KeyValue{name_of(field)}; },
           [&field, named](const KeyValue& value) { field = named(std::get<std::string>(value)); }};

@@ -55,7 +55,8 @@ TEST_CASE("Thresholds of claims that decide nothing are refused") {
                Contains("claims.exponent_tolerance: "));
   }
   for (const double bad : {0.0, 1.0, -0.5, 2.0, not_a_number, infinity}) {
-    CHECK_THAT(problem_after([&](Experiment& e) { e.claims.chain_share = bad; }), Contains("claims.chain_share: "));
+    CHECK_THAT(problem_after([&](Experiment& e) { set_key(e, "studies.chain_share.least_share", bad); }),
+               Contains("studies.chain_share.least_share: "));
   }
   CHECK_THAT(problem_after([](Experiment& e) { e.claims.highest_mu = 1.8; }), Contains("claims.highest_mu: "));
 }
@@ -263,7 +264,7 @@ TEST_CASE("A precision that means nothing is refused") {
 TEST_CASE("Loads that could not be compared are refused") {
   const auto with = [](auto change) {
     return problem_after([&](Experiment& e) {
-      set_key(e, "figures.nonlinearity.mu", numbers({0.1, 0.2}));
+      set_key(e, "studies.nonlinearity.mu", numbers({0.1, 0.2}));
       change(e);
     });
   };
@@ -280,37 +281,37 @@ TEST_CASE("Loads that could not be compared are refused") {
           e.force_chains.draw = false;
         }) == "(none)");
   CHECK_THAT(with([](Experiment& e) { e.response.epsilon = 0.3; }),
-             Contains("figures.nonlinearity.epsilons: response.epsilon = 0.3 is not among [0.1, 0.25, 0.5]"));
+             Contains("studies.nonlinearity.epsilons: response.epsilon = 0.3 is not among [0.1, 0.25, 0.5]"));
   CHECK_THAT(with([](Experiment& e) {
-               set_key(e, "figures.nonlinearity.mu", numbers({0.0, 0.1}));
+               set_key(e, "studies.nonlinearity.mu", numbers({0.0, 0.1}));
              }),
              Contains("nothing is random"));
   CHECK_THAT(with([](Experiment& e) {
-               set_key(e, "figures.nonlinearity.mu", numbers({0.1, 0.5}));
+               set_key(e, "studies.nonlinearity.mu", numbers({0.1, 0.5}));
              }),
              Contains("0.5 is above the largest"));
   CHECK_THAT(with([](Experiment& e) {
-               set_key(e, "figures.nonlinearity.epsilons", numbers({0.25, 1}));
+               set_key(e, "studies.nonlinearity.epsilons", numbers({0.25, 1}));
              }),
-             Contains("figures.nonlinearity.epsilons: 1 is out of range"));
+             Contains("studies.nonlinearity.epsilons: 1 is out of range"));
   CHECK_THAT(with([](Experiment& e) {
-               set_key(e, "figures.nonlinearity.overloads", numbers({1, 0.5}));
+               set_key(e, "studies.nonlinearity.overloads", numbers({1, 0.5}));
              }),
              Contains("must ascend"));
-  CHECK_THAT(with([](Experiment& e) { set_key(e, "figures.nonlinearity.overloads", numbers({})); }),
-             Contains("figures.nonlinearity.overloads: 0 values"));
-  CHECK_THAT(with([](Experiment& e) { set_key(e, "figures.nonlinearity.point_samples", std::int64_t{255}); }),
+  CHECK_THAT(with([](Experiment& e) { set_key(e, "studies.nonlinearity.overloads", numbers({})); }),
+             Contains("studies.nonlinearity.overloads: 0 values"));
+  CHECK_THAT(with([](Experiment& e) { set_key(e, "studies.nonlinearity.point_samples", std::int64_t{255}); }),
              Contains("whole group of eight"));
-  CHECK_THAT(with([](Experiment& e) { set_key(e, "figures.nonlinearity.multiplexed_samples", std::int64_t{8}); }),
+  CHECK_THAT(with([](Experiment& e) { set_key(e, "studies.nonlinearity.multiplexed_samples", std::int64_t{8}); }),
              Contains("multiplexed_samples"));
 }
 
 TEST_CASE("Laws that could not be compared are refused") {
   const auto with = [](const std::string& name, const KeyValue& value) {
     return problem_after([&](Experiment& e) {
-      set_key(e, "figures.law_comparison.samples", std::int64_t{512});
-      set_key(e, "figures.law_comparison.response_samples", std::int64_t{512});
-      set_key(e, "figures.law_comparison." + name, value);
+      set_key(e, "studies.law_comparison.samples", std::int64_t{512});
+      set_key(e, "studies.law_comparison.response_samples", std::int64_t{512});
+      set_key(e, "studies.law_comparison." + name, value);
     });
   };
   CHECK(with("samples", std::int64_t{512}) == "(none)");
@@ -335,8 +336,8 @@ TEST_CASE("Laws that could not be compared are refused") {
 TEST_CASE("The thrust under rejection is asked for by itself, where rejection still draws") {
   const auto with = [](std::vector<double> mu, std::int64_t samples) {
     return problem_after([&](Experiment& e) {
-      set_key(e, "figures.law_comparison.exact_mu", numbers(std::move(mu)));
-      set_key(e, "figures.law_comparison.exact_samples", samples);
+      set_key(e, "studies.rejection_thrust.mu", numbers(std::move(mu)));
+      set_key(e, "studies.rejection_thrust.samples", samples);
     });
   };
   CHECK(with({0.1, 0.3}, 256) == "(none)");
@@ -347,40 +348,40 @@ TEST_CASE("The thrust under rejection is asked for by itself, where rejection st
 
 TEST_CASE("Side measurements that could not be made are refused before anything is drawn") {
   CHECK(problem_after([](Experiment& e) {
-          set_key(e, "figures.redrawn_beads.mu", numbers({0.1, 0.3}));
-          set_key(e, "figures.counted_work.mu", numbers({0.0, 1.7}));
-          set_key(e, "figures.small_friction.mu", numbers({0.02, 0.1}));
-          set_key(e, "figures.chain_share.samples", std::int64_t{512});
+          set_key(e, "studies.redrawn_beads.mu", numbers({0.1, 0.3}));
+          set_key(e, "studies.counted_work.mu", numbers({0.0, 1.7}));
+          set_key(e, "studies.small_friction.mu", numbers({0.02, 0.1}));
+          set_key(e, "studies.chain_share.samples", std::int64_t{512});
         }) == "(none)");
   CHECK_THAT(problem_after([](Experiment& e) {
-               set_key(e, "figures.redrawn_beads.mu", numbers({0.0, 0.1}));
+               set_key(e, "studies.redrawn_beads.mu", numbers({0.0, 0.1}));
              }),
-             Contains("figures.redrawn_beads.mu: 0") && Contains("nothing is random"));
-  CHECK_THAT(problem_after([](Experiment& e) { set_key(e, "figures.small_friction.mu", numbers({-0.1})); }),
-             Contains("figures.small_friction.mu: -0.1"));
+             Contains("studies.redrawn_beads.mu: 0") && Contains("nothing is random"));
+  CHECK_THAT(problem_after([](Experiment& e) { set_key(e, "studies.small_friction.mu", numbers({-0.1})); }),
+             Contains("studies.small_friction.mu: -0.1"));
   CHECK_THAT(problem_after([](Experiment& e) {
-               set_key(e, "figures.counted_work.mu", numbers({0.3, 0.3}));
+               set_key(e, "studies.counted_work.mu", numbers({0.3, 0.3}));
              }),
              Contains("must ascend"));
   CHECK_THAT(problem_after([](Experiment& e) {
-               set_key(e, "figures.counted_work.sizes", whole_numbers({100, 200}));
+               set_key(e, "studies.counted_work.sizes", whole_numbers({100, 200}));
              }),
-             Contains("figures.counted_work.sizes: 2 values"));
+             Contains("studies.counted_work.sizes: 2 values"));
   CHECK_THAT(problem_after([](Experiment& e) {
-               set_key(e, "figures.counted_work.mu", numbers({0.3}));
-               set_key(e, "figures.counted_work.samples", std::int64_t{63});
+               set_key(e, "studies.counted_work.mu", numbers({0.3}));
+               set_key(e, "studies.counted_work.samples", std::int64_t{63});
              }),
-             Contains("figures.counted_work.samples: 63 samples in 8 blocks"));
+             Contains("studies.counted_work.samples: 63 samples in 8 blocks"));
   // 0.6/mu^2 = 6e9 layers at mu = 1e-5: the pile is refused with the memory it would need.
-  CHECK_THAT(problem_after([](Experiment& e) { set_key(e, "figures.small_friction.mu", numbers({1e-5})); }),
-             Contains("figures.small_friction.mu: ") && Contains("TB of memory"));
+  CHECK_THAT(problem_after([](Experiment& e) { set_key(e, "studies.small_friction.mu", numbers({1e-5})); }),
+             Contains("studies.small_friction.mu: ") && Contains("TB of memory"));
   CHECK_THAT(problem_after([](Experiment& e) {
-               set_key(e, "figures.small_friction.mu", numbers({0.1}));
-               set_key(e, "figures.small_friction.depth", not_a_number);
+               set_key(e, "studies.small_friction.mu", numbers({0.1}));
+               set_key(e, "studies.small_friction.depth", not_a_number);
              }),
-             Contains("figures.small_friction.depth: "));
+             Contains("studies.small_friction.depth: "));
   CHECK_THAT(problem_after([](Experiment& e) {
-               set_key(e, "figures.chain_share.samples", std::int64_t{512});
+               set_key(e, "studies.chain_share.samples", std::int64_t{512});
                e.force_chains.columns = 60;
              }),
              Contains("scenes.force_chains.columns: with 60 columns the two rays") && Contains("at least 66 columns"));

@@ -63,47 +63,48 @@ Experiment unusual_experiment() {
   e.fit.scaling_window = {0.05, 0.35};
   e.fit.other_scaling_windows = {{0.1, 1.0 / 3.0}, {0.2, 0.9}};
   e.precision = {.c = 2e-4, .D = 3e-3, .most_samples = 55555};
-  e.claims = {.decisive_chi2 = 36.5, .highest_mu = 1.6, .exponent_tolerance = 0.015, .chain_share = 0.6};
+  e.claims = {.decisive_chi2 = 36.5, .highest_mu = 1.6, .exponent_tolerance = 0.015};
   e.figures.response_profiles = true;
   e.figures.profile_mu = 0.7;
   e.figures.profile_layers = {40, 90, 222};
   e.figures.transport_with_depth = false;
   e.figures.propagation_against_diffusion = false;
-  set_key(e, "figures.redrawn_beads.mu", numbers({0.15, 0.3}));
-  set_key(e, "figures.redrawn_beads.samples", std::int64_t{555});
-  set_key(e, "figures.counted_work.mu", numbers({0.0, 1.6}));
-  set_key(e, "figures.counted_work.sizes", whole_numbers({30, 60, 90, 120}));
-  set_key(e, "figures.counted_work.samples", std::int64_t{72});
-  set_key(e, "figures.small_friction.mu", numbers({0.05, 0.1}));
-  set_key(e, "figures.small_friction.columns", std::int64_t{48});
-  set_key(e, "figures.small_friction.depth", 6.5);
-  set_key(e, "figures.small_friction.samples", std::int64_t{520});
-  set_key(e, "figures.chain_share.samples", std::int64_t{640});
-  set_key(e, "figures.law_comparison.mu", 0.25);
-  set_key(e, "figures.law_comparison.columns", std::int64_t{8});
-  set_key(e, "figures.law_comparison.layers", std::int64_t{20});
-  set_key(e, "figures.law_comparison.samples", std::int64_t{768});
-  set_key(e, "figures.law_comparison.cost_mu", numbers({0.1, 0.2}));
-  set_key(e, "figures.law_comparison.cost_sizes", whole_numbers({5, 7}));
-  set_key(e, "figures.law_comparison.response_samples", std::int64_t{512});
-  set_key(e, "figures.law_comparison.response_columns", std::int64_t{30});
-  set_key(e, "figures.law_comparison.response_layers", std::int64_t{28});
-  set_key(e, "figures.law_comparison.response_burn_in", std::int64_t{100});
-  set_key(e, "figures.law_comparison.response_thinning", std::int64_t{50});
-  set_key(e, "figures.law_comparison.exact_mu", numbers({0.15, 0.2}));
-  set_key(e, "figures.law_comparison.exact_samples", std::int64_t{1024});
-  set_key(e, "figures.stress.layers", std::int64_t{400});
-  set_key(e, "figures.stress.columns", std::int64_t{24});
+  set_key(e, "studies.redrawn_beads.mu", numbers({0.15, 0.3}));
+  set_key(e, "studies.redrawn_beads.samples", std::int64_t{555});
+  set_key(e, "studies.counted_work.mu", numbers({0.0, 1.6}));
+  set_key(e, "studies.counted_work.sizes", whole_numbers({30, 60, 90, 120}));
+  set_key(e, "studies.counted_work.samples", std::int64_t{72});
+  set_key(e, "studies.small_friction.mu", numbers({0.05, 0.1}));
+  set_key(e, "studies.small_friction.columns", std::int64_t{48});
+  set_key(e, "studies.small_friction.depth", 6.5);
+  set_key(e, "studies.small_friction.samples", std::int64_t{520});
+  set_key(e, "studies.chain_share.samples", std::int64_t{640});
+  set_key(e, "studies.chain_share.least_share", 0.6);
+  set_key(e, "studies.law_comparison.mu", 0.25);
+  set_key(e, "studies.law_comparison.columns", std::int64_t{8});
+  set_key(e, "studies.law_comparison.layers", std::int64_t{20});
+  set_key(e, "studies.law_comparison.samples", std::int64_t{768});
+  set_key(e, "studies.law_comparison.cost_mu", numbers({0.1, 0.2}));
+  set_key(e, "studies.law_comparison.cost_sizes", whole_numbers({5, 7}));
+  set_key(e, "studies.law_comparison.response_samples", std::int64_t{512});
+  set_key(e, "studies.law_comparison.response_columns", std::int64_t{30});
+  set_key(e, "studies.law_comparison.response_layers", std::int64_t{28});
+  set_key(e, "studies.law_comparison.response_burn_in", std::int64_t{100});
+  set_key(e, "studies.law_comparison.response_thinning", std::int64_t{50});
+  set_key(e, "studies.rejection_thrust.mu", numbers({0.15, 0.2}));
+  set_key(e, "studies.rejection_thrust.samples", std::int64_t{1024});
+  set_key(e, "studies.numerical_stability.layers", std::int64_t{400});
+  set_key(e, "studies.numerical_stability.columns", std::int64_t{24});
   e.sampling.rules = MendingRules::no_arcs;
-  set_key(e, "figures.error_against_time.repetitions", std::int64_t{24});
-  set_key(e, "figures.error_against_time.mu", 0.25);
-  set_key(e, "figures.error_against_time.columns", std::int64_t{300});
-  set_key(e, "figures.error_against_time.layers", std::int64_t{150});
-  set_key(e, "figures.nonlinearity.mu", numbers({0.1, 0.2}));
-  set_key(e, "figures.nonlinearity.epsilons", numbers({0.05, 0.125}));
-  set_key(e, "figures.nonlinearity.overloads", numbers({0.5, 2}));
-  set_key(e, "figures.nonlinearity.multiplexed_samples", std::int64_t{2048});
-  set_key(e, "figures.nonlinearity.point_samples", std::int64_t{4096});
+  set_key(e, "studies.error_against_time.repetitions", std::int64_t{24});
+  set_key(e, "studies.error_against_time.mu", 0.25);
+  set_key(e, "studies.error_against_time.columns", std::int64_t{300});
+  set_key(e, "studies.error_against_time.layers", std::int64_t{150});
+  set_key(e, "studies.nonlinearity.mu", numbers({0.1, 0.2}));
+  set_key(e, "studies.nonlinearity.epsilons", numbers({0.05, 0.125}));
+  set_key(e, "studies.nonlinearity.overloads", numbers({0.5, 2}));
+  set_key(e, "studies.nonlinearity.multiplexed_samples", std::int64_t{2048});
+  set_key(e, "studies.nonlinearity.point_samples", std::int64_t{4096});
   e.figures.bead_forces = false;
   e.figures.scaling_with_friction = false;
   e.figures.propagation_and_thrust = false;
@@ -263,6 +264,23 @@ TEST_CASE("An unknown key is refused with file, line, column and the nearest kno
   CHECK_THAT(refusal("[experiment]\nsamples = 60\n"), Contains("did you mean response.samples?"));
   CHECK_THAT(refusal("mu = [0.1]\n"), Contains("did you mean friction.mu?"));
   CHECK_THAT(refusal("\"" + std::string(5000, 'k') + "\" = 3\n"), Contains("unknown key"));
+}
+
+TEST_CASE("A key or table under its former name is refused with the present one") {
+  CHECK(refusal("[figures.stress]\nlayers = 100\n") ==
+        "mine.toml:1:10: figures.stress has another name now; write [studies.numerical_stability], its values mean the "
+        "same");
+  CHECK_THAT(refusal("figures.stress.layers = 3\n"), Contains("write [studies.numerical_stability]"));
+  CHECK_THAT(refusal("[figures.small_friction]\nmu = [0.1]\n"), Contains("write [studies.small_friction]"));
+  CHECK_THAT(refusal("[figures.law_comparison]\nexact_mu = [0.1]\n"), Contains("write [studies.law_comparison]"));
+  CHECK_THAT(refusal("[studies.law_comparison]\nexact_mu = [0.1]\n"), Contains("write studies.rejection_thrust.mu"));
+  CHECK_THAT(refusal("[claims]\nchain_share = 0.4\n"), Contains("write studies.chain_share.least_share"));
+  // Every table of a study, and none that exists under this name.
+  Experiment any;
+  for (const Key& key : keys_of(any)) {
+    if (!key.formerly.empty()) CHECK_THAT(refusal(key.formerly + " = 0\n"), Contains("has another name now"));
+    CHECK(key.formerly != key.path());
+  }
 }
 
 TEST_CASE("A value of the wrong type is refused with what is expected") {

@@ -195,7 +195,40 @@ std::vector<std::string> files_that_name(const std::string& word) {
   return files;
 }
 
+/// What follows `before` up to `after`, wherever that stands in the text.
+std::vector<std::string> between(const std::string& text, const std::string& before, const std::string& after) {
+  std::vector<std::string> found;
+  for (std::size_t at = text.find(before); at != std::string::npos; at = text.find(before, at + 1)) {
+    const std::size_t from = at + before.size();
+    found.push_back(text.substr(from, text.find(after, from) - from));
+  }
+  return found;
+}
+
 }  // namespace
+
+TEST_CASE("A study lies in one place: few files of src name it") {
+  std::vector<std::string> ids;
+  for (const fs::path& file : sources_in(source_folder / "src/studies")) {
+    for (std::string& id : between(text_of(file), "std::string id() const override { return \"", "\"")) {
+      ids.push_back(std::move(id));
+    }
+  }
+  CHECK(ids.size() >= 9);
+  for (const std::string& id : ids) {
+    std::vector<std::string> naming;
+    for (const fs::path& file : sources_in(source_folder / "src")) {
+      std::string text = text_of(file);
+      // What a key was called before tells of the past.
+      for (const std::string& former : between(text, "formerly_at(", ")")) text.erase(text.find(former), former.size());
+      std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
+      if (text.find(id) != std::string::npos) naming.push_back(fs::relative(file, source_folder).string());
+    }
+    INFO(fmt::format("{}: {}", id, fmt::join(naming, ", ")));
+    CHECK(naming.size() <= 3);
+    CHECK(naming.size() >= 2);
+  }
+}
 
 TEST_CASE("A parameter is carried whole: few files name one field of it") {
   const std::vector<std::string> files = files_that_name("sign_run");

@@ -345,20 +345,20 @@ TEST_CASE("the pile of the picture is the one its command draws again") {
 
 TEST_CASE("Side measurements are drawn, kept, reused and reported") {
   Experiment experiment = small_experiment();
-  set_key(experiment, "figures.small_friction.mu", numbers({0.15, 0.2, 0.3}));
-  set_key(experiment, "figures.small_friction.columns", std::int64_t{16});
-  set_key(experiment, "figures.small_friction.depth", 2.0);
-  set_key(experiment, "figures.small_friction.samples", std::int64_t{256});
-  set_key(experiment, "figures.counted_work.mu", numbers({0.0, 0.8}));
-  set_key(experiment, "figures.counted_work.sizes", whole_numbers({30, 45, 60}));
-  set_key(experiment, "figures.chain_share.samples", std::int64_t{256});
-  set_key(experiment, "figures.redrawn_beads.mu", numbers({0.3}));
-  set_key(experiment, "figures.redrawn_beads.samples", std::int64_t{256});
-  set_key(experiment, "figures.nonlinearity.mu", numbers({0.2, 0.3, 0.4}));
-  set_key(experiment, "figures.nonlinearity.epsilons", numbers({0.25, 0.5}));
-  set_key(experiment, "figures.nonlinearity.overloads", numbers({1, 2}));
-  set_key(experiment, "figures.nonlinearity.multiplexed_samples", std::int64_t{300});
-  set_key(experiment, "figures.nonlinearity.point_samples", std::int64_t{1024});
+  set_key(experiment, "studies.small_friction.mu", numbers({0.15, 0.2, 0.3}));
+  set_key(experiment, "studies.small_friction.columns", std::int64_t{16});
+  set_key(experiment, "studies.small_friction.depth", 2.0);
+  set_key(experiment, "studies.small_friction.samples", std::int64_t{256});
+  set_key(experiment, "studies.counted_work.mu", numbers({0.0, 0.8}));
+  set_key(experiment, "studies.counted_work.sizes", whole_numbers({30, 45, 60}));
+  set_key(experiment, "studies.chain_share.samples", std::int64_t{256});
+  set_key(experiment, "studies.redrawn_beads.mu", numbers({0.3}));
+  set_key(experiment, "studies.redrawn_beads.samples", std::int64_t{256});
+  set_key(experiment, "studies.nonlinearity.mu", numbers({0.2, 0.3, 0.4}));
+  set_key(experiment, "studies.nonlinearity.epsilons", numbers({0.25, 0.5}));
+  set_key(experiment, "studies.nonlinearity.overloads", numbers({1, 2}));
+  set_key(experiment, "studies.nonlinearity.multiplexed_samples", std::int64_t{300});
+  set_key(experiment, "studies.nonlinearity.point_samples", std::int64_t{1024});
   experiment.force_chains.layers = 25;
   TemporaryFolder folder;
   const auto summary_of = [&](const std::vector<Stage>& only) {
@@ -366,17 +366,17 @@ TEST_CASE("Side measurements are drawn, kept, reused and reported") {
     return nlohmann::json::parse(read_file(folder.path() / "summary.json"));
   };
   const auto first = summary_of({});
-  const auto& side = first.at("side");
-  CHECK(side.at("small_friction").size() == 3);
-  CHECK(side.at("small_friction_exponent").at("points") == 3);
-  CHECK(side.at("redrawn_beads")[0].at("whole_pile").at("value") > 0.0);
-  CHECK(side.at("redrawn_beads")[0].at("whole_pile").at("value") <
-        side.at("redrawn_beads")[0].at("below_overload").at("value"));
-  CHECK(side.at("counted_work").size() == 6);
-  CHECK(side.at("counted_work")[0].at("draws_per_bead") == 0.0);  // without friction nothing is drawn
-  CHECK(side.at("counted_work")[5].at("draws_per_bead") > 1.0);
-  CHECK(side.at("chain_share")[0].at("share").at("value") > 0.8);
-  const auto& loads = side.at("nonlinearity");
+  const auto& studies = first.at("studies");
+  CHECK(studies.at("small_friction").at("piles").size() == 3);
+  CHECK(studies.at("small_friction").at("exponent").at("points") == 3);
+  CHECK(studies.at("redrawn_beads")[0].at("whole_pile").at("value") > 0.0);
+  CHECK(studies.at("redrawn_beads")[0].at("whole_pile").at("value") <
+        studies.at("redrawn_beads")[0].at("below_overload").at("value"));
+  CHECK(studies.at("counted_work").size() == 6);
+  CHECK(studies.at("counted_work")[0].at("draws_per_bead") == 0.0);  // without friction nothing is drawn
+  CHECK(studies.at("counted_work")[5].at("draws_per_bead") > 1.0);
+  CHECK(studies.at("chain_share")[0].at("share").at("value") > 0.8);
+  const auto& loads = studies.at("nonlinearity");
   REQUIRE(loads.at("responses").size() == 3 * 5);
   CHECK(loads.at("responses")[0].at("reference") == true);
   CHECK(loads.at("responses")[0].at("samples") == 512);  // the next whole round of 32 groups

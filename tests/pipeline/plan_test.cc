@@ -132,7 +132,7 @@ TEST_CASE("what comes after the drawing is part of the time of a plan, also wher
   CHECK(fits < whole);
   experiment.lattice.columns *= 2;
   CHECK(time() == Approx(2 * fits));
-  set_key(experiment, "figures.stress.layers", std::int64_t{100000});
+  set_key(experiment, "studies.numerical_stability.layers", std::int64_t{100000});
   CHECK(time() > 2 * fits + 5);
 }
 

@@ -93,14 +93,16 @@ ReportData report_data(const std::filesystem::path& run_folder) {
   };
   data.analysis = analysis();
   data.figures.push_back(raster_picture(run_folder));
-  data.studies["stress"] = nlohmann::ordered_json::parse(R"([
+  data.studies["numerical_stability"] = nlohmann::ordered_json::parse(R"([
     {"mu": 1.73, "columns": 64, "layers": 60, "load": "half of the beads unloaded", "outcome": "solved",
      "residual": 3.2e-15, "rounded_per_bead": 0.00012, "depths": []},
     {"mu": 0.001, "columns": 64, "layers": 60, "load": "half of the beads unloaded", "outcome": "refused",
      "reason": "there is no load on top bead 0"}])");
-  data.parts.push_back(
-      {.page = "studies/stress.html", .base = "/side", .needs = "stress", .place = ReportPart::Place::numerics});
-  data.studies["laws"] = nlohmann::ordered_json::parse(R"([
+  data.parts.push_back({.page = "studies/numerical_stability.html",
+                        .base = "/studies",
+                        .needs = "numerical_stability",
+                        .place = ReportPart::Place::numerics});
+  data.studies["law_comparison"]["laws"] = nlohmann::ordered_json::parse(R"([
     {"law": "granusolve", "mending_rules": "all", "mu": 0.3, "columns": 12, "layers": 30, "samples": 512, "failed": 0,
      "effective_samples": {"value": 500, "stderr": 120}, "draws_per_bead": 1.25, "pair_per_bead": 0.125,
      "arc_per_bead": 0, "climbed_per_bead": 0, "window_layers": [0, 0],
@@ -112,21 +114,21 @@ ReportData report_data(const std::filesystem::path& run_folder) {
      "alpha_thrust": {"value": 0.93, "stderr": 0.001}, "c_thrust": {"value": 0.557, "stderr": 0.0003},
      "weight_variance": {"value": 0.157, "stderr": 0.0013}, "depths": []}])");
   data.parts.push_back({.page = "studies/law_comparison.html",
-                        .base = "/side",
+                        .base = "/studies/law_comparison",
                         .needs = "laws",
                         .overlay = nlohmann::ordered_json::parse(R"({
          "laws": [{"some_rules": false, "time_per_bead": "11"}, {"some_rules": false, "time_per_bead": "not known"}],
-         "chains": [{"key": "/side/laws/1", "last": true}]})")});
-  data.studies["law_responses"] = nlohmann::ordered_json::parse(R"([
+         "chains": [{"key": "/studies/law_comparison/laws/1", "last": true}]})")});
+  data.studies["law_comparison"]["responses"] = nlohmann::ordered_json::parse(R"([
     {"law": "polytope", "lambda": 0, "burn_in": 20000, "thinning": 2000, "mu": 0.3, "columns": 0, "layers": 0,
      "epsilon": 0.5, "samples": 0, "failed": 0,
      "effective_samples": {"value": null, "stderr": null, "reason": "made up"}, "window_layers": [4, 6],
      "c": {"value": 0.46, "stderr": 0.01}, "D": {"value": null, "stderr": null, "reason": "made up"}}])");
   data.parts.push_back({.page = "studies/law_responses.html",
-                        .base = "/side",
-                        .needs = "law_responses",
+                        .base = "/studies/law_comparison",
+                        .needs = "responses",
                         .overlay = nlohmann::ordered_json::parse(
-                            R"({"law_responses": [{"some_rules": false, "c_apart": "–", "D_apart": "–"}]})")});
+                            R"({"responses": [{"some_rules": false, "c_apart": "–", "D_apart": "–"}]})")});
   data.analysis.results[2].chained = true;
   data.analysis.results[2].burn_in = 800;
   data.analysis.results[2].thinning = 100;

@@ -169,7 +169,7 @@ TEST_CASE("No table is wider than the page") {
   }
   data.studies["nonlinearity"]["exponents"] = nlohmann::ordered_json::array();
   data.parts.push_back({.page = "studies/nonlinearity.html",
-                        .base = "/side/nonlinearity",
+                        .base = "/studies/nonlinearity",
                         .needs = "responses",
                         .overlay = nlohmann::ordered_json::parse(R"({
                           "responses": [{"one_bead": false, "all_beads": true, "uniform": false, "own_window_told": false},

@@ -80,15 +80,15 @@ TEST_CASE("Force chains carry more than half of the response and more than an ev
   chains.c = number(0.575, 0.001);
   chains.even_share = 0.3;
   chains.share = number(0.9, 0.02);
-  CHECK(judge_force_chains({chains}, {}).verdict == reproduced);
+  CHECK(judge_force_chains({chains}, 0.5).verdict == reproduced);
   chains.share = number(0.35, 0.02);
-  CHECK(judge_force_chains({chains}, {}).verdict == not_reproduced);
+  CHECK(judge_force_chains({chains}, 0.5).verdict == not_reproduced);
   chains.share = number(0.55, 0.02);
-  CHECK(judge_force_chains({chains}, {}).verdict == undetermined);
+  CHECK(judge_force_chains({chains}, 0.5).verdict == undetermined);
   chains.share = number(0.6, 0.02);
   chains.even_share = 0.7;
-  CHECK(judge_force_chains({chains}, {}).verdict == not_reproduced);
+  CHECK(judge_force_chains({chains}, 0.5).verdict == not_reproduced);
   chains.share = {};
   chains.share.reason = "no layer lies deep enough";
-  CHECK(judge_force_chains({chains}, {}).verdict == undetermined);
+  CHECK(judge_force_chains({chains}, 0.5).verdict == undetermined);
 }

@@ -232,7 +232,7 @@ TEST_CASE("The loads are drawn against the linear response, and what cannot be c
     uniform.D_shift = uniform.c_shift = synthetic::unknown("no response");
     measured.responses.push_back(uniform);
   }
-  const Figure figure = draw_load_comparison(measured, run.path());
+  const Figure figure = draw_load_comparison(measured, "nonlinearity", run.path());
   CHECK(figure.data.size() == 4);
   CHECK(contains(figure.caption, "varied by ±0.25 of"));
   CHECK(contains(figure.caption, "−25.0(3.0) % at μ = 0.1 and −25.0(3.0) % at μ = 0.3"));
@@ -241,7 +241,7 @@ TEST_CASE("The loads are drawn against the linear response, and what cannot be c
   for (const char* label : {"size of the load", "all loads ±ε (multiplexed)", "μ = 0.3"}) CHECK(contains(svg, label));
   const std::string points = read_file(run.path() / "figures/nonlinearity-point-mu-0.1.csv");
   CHECK(std::count(points.begin(), points.end(), '\n') == 2);  // the header and the overload 1
-  CHECK_THROWS_AS(draw_load_comparison({}, run.path()), InputError);
+  CHECK_THROWS_AS(draw_load_comparison({}, "nonlinearity", run.path()), InputError);
 }
 
 TEST_CASE("Loads are compared with the linear response, and what cannot be is named once") {
@@ -265,13 +265,13 @@ TEST_CASE("Loads are compared with the linear response, and what cannot be is na
   CHECK(count(table, "one bead ") == 6);
   CHECK(count(table, "<tbody>") == 3);
   CHECK(count(table, ", linear") == 3);
-  CHECK(page.texts.at("/side/nonlinearity/responses/1/D_over_linear_minus_1") == "−0.250(33)");
-  CHECK(page.texts.at("/side/nonlinearity/responses/1/c_minus_linear") == "−0.000120(80)");
-  CHECK(page.texts.at("/side/nonlinearity/responses/1/c_thrust_minus_uniform") == "0.000012(11)");
-  CHECK(page.texts.at("/side/nonlinearity/exponents/1/beta_minus_linear") == "0.200(70)");
-  CHECK_FALSE(page.texts.contains("/side/nonlinearity/responses/0/c_minus_linear"));
-  CHECK_FALSE(page.texts.contains("/side/nonlinearity/responses/0/D_over_linear_minus_1"));   // the reference itself
-  CHECK_FALSE(page.texts.contains("/side/nonlinearity/responses/3/c_thrust_minus_uniform"));  // nor the uniform load
+  CHECK(page.texts.at("/studies/nonlinearity/responses/1/D_over_linear_minus_1") == "−0.250(33)");
+  CHECK(page.texts.at("/studies/nonlinearity/responses/1/c_minus_linear") == "−0.000120(80)");
+  CHECK(page.texts.at("/studies/nonlinearity/responses/1/c_thrust_minus_uniform") == "0.000012(11)");
+  CHECK(page.texts.at("/studies/nonlinearity/exponents/1/beta_minus_linear") == "0.200(70)");
+  CHECK_FALSE(page.texts.contains("/studies/nonlinearity/responses/0/c_minus_linear"));
+  CHECK_FALSE(page.texts.contains("/studies/nonlinearity/responses/0/D_over_linear_minus_1"));   // the reference itself
+  CHECK_FALSE(page.texts.contains("/studies/nonlinearity/responses/3/c_thrust_minus_uniform"));  // nor the uniform load
   CHECK(contains(page.html, "What the finite overload of the paper’s procedure does"));
   CHECK(count(page.html, "the peaks are too narrow") == 1);
   CHECK(contains(page.html, "No comparison for overload 4 at μ = 0.1; overload 4 at μ = 0.3: "));

@@ -111,7 +111,7 @@ TEST_CASE("Both shares of redrawn beads must hold") {
   measured.pop_back();
   const Claim half = judge_redraw_share(measured);
   CHECK(half.verdict == undetermined);
-  CHECK_THAT(half.remarks, Contains("figures.redrawn_beads.mu"));
+  CHECK_THAT(half.remarks, Contains("studies.redrawn_beads.mu"));
 }
 
 }  // namespace granuscope

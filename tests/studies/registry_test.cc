@@ -17,9 +17,7 @@ TEST_CASE("By default no study is asked for, and its keys stand in a table of it
     CHECK_FALSE(study->keys().empty());
     for (const Key& key : study->keys()) {
       INFO(key.path());
-      // Until its keys are renamed to [studies.*], this one keeps them where they were.
-      const std::string table = study->id() == "rejection_thrust" ? "law_comparison" : study->id();
-      CHECK(key.path() == "figures." + table + "." + key.name);
+      CHECK(key.path() == "studies." + study->id() + "." + key.name);
       CHECK_FALSE(key.meaning.empty());
       const Problem found = find_range_problem(key);
       CHECK((found ? found->message : "") == "");

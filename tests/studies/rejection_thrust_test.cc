@@ -92,7 +92,7 @@ TEST_CASE("Piles for the exact thrust have about as many beads at each width, an
 TEST_CASE("The thrust of the exact law is said to settle below 1 only where the numbers say so") {
   using made_up::number;
   const auto page = [](const std::vector<ExactThrust>& measured) {
-    return study_page(*rejection_thrust_study("figures", measured));
+    return study_page(*rejection_thrust_study(measured));
   };
   const auto contains = [](const std::string& text, const char* part) { return text.find(part) != std::string::npos; };
   CHECK_FALSE(contains(page({}).html, "tend to 1 under the exact law"));
@@ -106,7 +106,7 @@ TEST_CASE("The thrust of the exact law is said to settle below 1 only where the 
   std::vector<ExactThrust> measured(2, one);
   const auto settles = [&] { return contains(page(measured).html, "It does not: at every friction"); };
   CHECK(settles());
-  CHECK(page(measured).texts.at("/side/exact_thrusts/1/deficit_over_mu_squared") == "0.780(10)");
+  CHECK(page(measured).texts.at("/studies/rejection_thrust/1/deficit_over_mu_squared") == "0.780(10)");
   measured[1].alpha = number(0.996, 0.001);
   CHECK_FALSE(settles());
   measured[1] = one;

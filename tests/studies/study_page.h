@@ -20,8 +20,8 @@ struct Page {
 
 inline Page study_page(const Study& study) {
   ReportData data;
-  study.write_json(data.studies);
-  data.parts = study.parts(data.studies);
+  data.studies[study.id()] = study.json();
+  data.parts = study.parts(data.studies[study.id()]);
   const test::TemporaryFolder run;
   const std::string summary = summary_json(data);
   Page page;

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "report/estimate_json.h"
+#include "studies/study.h"
 #include "support/number_format.h"
 
 namespace granuscope {
@@ -66,13 +67,6 @@ Json to_json(const LawOnPiles& one) {
   return json;
 }
 
-template <class Measured>
-Json list_of(const std::vector<Measured>& all) {
-  Json json = Json::array();
-  for (const Measured& one : all) json.push_back(to_json(one));
-  return json;
-}
-
 /// Whether a law leaves out some of its rules.
 bool some_rules(const Json& one) { return one.contains("mending_rules") && one.at("mending_rules") != "all"; }
 
@@ -95,25 +89,25 @@ std::string sigmas_from_first(const Json& one, const Json& first) {
 
 }  // namespace
 
-void write_laws(const ComparedLaws& measured, Json& side) {
-  side["laws"] = list_of(measured.on_piles);
-  side["law_responses"] = list_of(measured.responses);
-  side["law_costs"] = list_of(measured.costs);
+Json laws_json(const ComparedLaws& measured) {
+  return {{"laws", list_of(measured.on_piles, to_json)},
+          {"responses", list_of(measured.responses, to_json)},
+          {"costs", list_of(measured.costs, to_json)}};
 }
 
-Json laws_overlay(const ComparedLaws& measured, const Json& side) {
-  const Json& laws = side.at("laws");
+Json laws_overlay(const ComparedLaws& measured, const Json& results, const std::string& base) {
+  const Json& laws = results.at("laws");
   Json rows = Json::array(), chains = Json::array();
   for (std::size_t i = 0; i < laws.size(); ++i) {
     rows.push_back({{"some_rules", some_rules(laws[i])}, {"time_per_bead", time_per_bead(measured, i)}});
-    if (laws[i].contains("burn_in")) chains.push_back({{"key", fmt::format("/side/laws/{}", i)}, {"last", false}});
+    if (laws[i].contains("burn_in")) chains.push_back({{"key", fmt::format("{}/laws/{}", base, i)}, {"last", false}});
   }
   if (!chains.empty()) chains.back()["last"] = true;
   return {{"laws", rows}, {"chains", chains}};
 }
 
-Json law_responses_overlay(const Json& side) {
-  const Json& responses = side.at("law_responses");
+Json law_responses_overlay(const Json& results) {
+  const Json& responses = results.at("responses");
   Json rows = Json::array();
   for (std::size_t i = 0; i < responses.size(); ++i) {
     Json row = {{"some_rules", some_rules(responses[i])}};
@@ -123,17 +117,17 @@ Json law_responses_overlay(const Json& side) {
     }
     rows.push_back(row);
   }
-  return {{"law_responses", rows}};
+  return {{"responses", rows}};
 }
 
-Json law_rules_overlay(const Json& side) {
-  const Json& laws = side.at("laws");
+Json law_rules_overlay(const Json& results, const std::string& base) {
+  const Json& laws = results.at("laws");
   Json rules = Json::array();
   for (std::size_t i = 0; i < laws.size(); ++i) {
     const Json& one = laws[i];
     const bool as_the_first = one.at("columns") == laws[0].at("columns") && one.at("layers") == laws[0].at("layers");
     if (!one.contains("mending_rules") || !as_the_first) continue;
-    rules.push_back({{"key", fmt::format("/side/laws/{}", i)}, {"some_rules", some_rules(one)}});
+    rules.push_back({{"key", fmt::format("{}/laws/{}", base, i)}, {"some_rules", some_rules(one)}});
   }
   return {{"rules", rules}};
 }

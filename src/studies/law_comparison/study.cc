@@ -132,17 +132,15 @@ class LawComparisonStudy final : public CopiedStudy<LawComparisonStudy> {
     }
   }
 
-  void write_json(Json& side) const override { write_laws(measured_, side); }
+  Json json() const override { return laws_json(measured_); }
 
-  std::vector<ReportPart> parts(const Json& side) const override {
-    ReportPart laws = part("laws");
-    laws.overlay = laws_overlay(measured_, side);
-    return {laws,
-            {.page = "studies/law_responses.html",
-             .base = "/side",
-             .needs = "law_responses",
-             .overlay = law_responses_overlay(side)},
-            {.page = "studies/law_rules.html", .base = "/side", .needs = "rules", .overlay = law_rules_overlay(side)}};
+  std::vector<ReportPart> parts(const Json& results) const override {
+    ReportPart laws = part(id(), "laws"), responses = part("law_responses", "responses"),
+               rules = part("law_rules", "rules");
+    laws.overlay = laws_overlay(measured_, results, laws.base);
+    responses.overlay = law_responses_overlay(results);
+    rules.overlay = law_rules_overlay(results, rules.base);
+    return {laws, responses, rules};
   }
 
   std::vector<FigureDrawing> figures(const Analysis&) const override {

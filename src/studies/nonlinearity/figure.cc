@@ -18,7 +18,6 @@ namespace granuscope {
 
 namespace {
 
-constexpr const char* figure_id = "nonlinearity";
 constexpr double percent = 100, milli = 1000;
 
 /// The responses to one kind of load at one friction coefficient, in the order of the loads.
@@ -51,7 +50,7 @@ void add_series(PlotPlan& plan, Panels& panels, const Series& series, std::size_
     add(panels.c, one->c_shift, milli);
   }
   if (table.empty()) return;
-  const std::string file = fmt::format("{}-{}-mu-{}.csv", figure_id, name_of(series.estimator), exact(series.mu));
+  const std::string file = fmt::format("{}-{}-mu-{}.csv", plan.id, name_of(series.estimator), exact(series.mu));
   plan.data[file] = table.text();
   const bool point = series.estimator == EstimatorName::point;
   const std::string style = fmt::format("with yerrorlines linewidth {} dashtype {} pointsize {} {} notitle",
@@ -94,7 +93,8 @@ std::vector<std::string> shifts_of_the_paper(const LoadComparison& measured) {
 
 }  // namespace
 
-Figure draw_load_comparison(const LoadComparison& measured, const std::filesystem::path& run_folder) {
+Figure draw_load_comparison(const LoadComparison& measured, const std::string& study,
+                            const std::filesystem::path& run_folder) {
   std::vector<Series> all;
   std::map<double, std::size_t> colours;
   double reference = 0;
@@ -108,8 +108,8 @@ Figure draw_load_comparison(const LoadComparison& measured, const std::filesyste
     all.back().loads.push_back(&one);
   }
   PlotPlan plan;
-  plan.id = figure_id;
-  plan.script = "studies/nonlinearity";
+  plan.id = study;
+  plan.script = "studies/" + study;
   plan.height = 3.0;
   Panels panels;
   panels.D.add(0);
@@ -118,7 +118,7 @@ Figure draw_load_comparison(const LoadComparison& measured, const std::filesyste
   if (plan.curves == 0) {
     throw InputError(
         "the figure of the loads has nothing to show, because nothing could be compared with the linear response; list "
-        "friction coefficients in figures.nonlinearity.mu at which the width of the peaks can be told");
+        "friction coefficients at which the width of the peaks can be told");
   }
   plan.curves += 2;  // the lines at 0
   const auto with_margin = [](const Range& range) {
@@ -141,7 +141,7 @@ Figure draw_load_comparison(const LoadComparison& measured, const std::filesyste
                              {"c_high", exact(c[1])},
                              {"c_ticks", linear_ticks(panels.c, 7)}},
                             run_folder);
-  set_words(figure, "studies/nonlinearity.words",
+  set_words(figure, "studies/" + study + ".words",
             {{"reference", caption_number(reference)}, {"paper_shifts", enumeration(shifts_of_the_paper(measured))}});
   return figure;
 }

@@ -13,8 +13,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr const char* base = "/side/nonlinearity";
-
 /// The wording of a load.
 Json load_flags(const Json& one) {
   return {{"one_bead", one.at("estimator") == "point"}, {"all_beads", one.at("estimator") == "multiplexed"}};
@@ -31,7 +29,7 @@ void add_load_reason(Json& notes, const Json& summary, const Json& one, const st
 
 }  // namespace
 
-Json load_overlay(const Json& summary) {
+Json load_overlay(const Json& summary, const std::string& base) {
   Json overlay, notes = Json::array();
   for (const char* list : {"responses", "exponents", "paper_load", "paper_load_exponents"}) {
     overlay[list] = Json::array();

@@ -113,24 +113,19 @@ class NonlinearityStudy final : public CopiedStudy<NonlinearityStudy> {
   void add(const StudyEnsemble&, const MeasuredEnsemble& ensemble, double) override { comparer_->add(ensemble); }
   void finish() override { measured_ = comparer_->finish(); }
 
-  void write_json(Json& side) const override {
-    Json& json = side["nonlinearity"];
-    json["responses"] = Json::array();
-    for (const LoadResponse& one : measured_.responses) json["responses"].push_back(to_json(one));
-    json["exponents"] = Json::array();
-    for (const LoadExponents& one : measured_.exponents) json["exponents"].push_back(to_json(one));
+  Json json() const override {
+    return {{"responses", list_of(measured_.responses, to_json)}, {"exponents", list_of(measured_.exponents, to_json)}};
   }
 
-  std::vector<ReportPart> parts(const Json& side) const override {
-    ReportPart loads = part("responses");
-    loads.base += "/nonlinearity";
-    loads.overlay = load_overlay({{"side", side}});
+  std::vector<ReportPart> parts(const Json& results) const override {
+    ReportPart loads = part(id(), "responses");
+    loads.overlay = load_overlay({{"studies", {{id(), results}}}}, loads.base);
     return {loads};
   }
 
   std::vector<FigureDrawing> figures(const Analysis&) const override {
     if (measured_.responses.empty()) return {};
-    return {[this](const std::filesystem::path& folder) { return draw_load_comparison(measured_, folder); }};
+    return {[this](const std::filesystem::path& folder) { return draw_load_comparison(measured_, id(), folder); }};
   }
 
  private:

@@ -15,7 +15,7 @@ struct ResidualAtDepth {
 };
 
 /// One pile under conditions that strain the sampler.
-struct StressTrial {
+struct StabilityTrial {
   double mu = 0;
   int columns = 0, layers = 0;
   std::string load;     ///< what rests on the top beads, in words
@@ -28,27 +28,27 @@ struct StressTrial {
   std::vector<ResidualAtDepth> depths;  ///< from the top down, ever longer ranges
 };
 
-/// The piles of a stress test, drawn by the law "granusolve".
-struct StressSpec {
-  int layers = 0;  ///< of the deep piles; 0: no stress test
+/// The piles of a stability test, drawn by the law "granusolve".
+struct StabilitySpec {
+  int layers = 0;  ///< of the deep piles; 0: no stability test
   int columns = 64;
 };
 
 /// Layers of the piles under uneven loads, and of those on the narrowest ring.
-inline constexpr int uneven_stress_layers = 60, narrow_stress_layers = 1000;
+inline constexpr int uneven_stability_layers = 60, narrow_stability_layers = 1000;
 
 /// Friction from next to none to next to sqrt(3), with 1/sqrt(3), where a contact may stand upright, and the numbers
 /// before and after it.
-std::vector<double> stress_friction();
+std::vector<double> stability_friction();
 
 /// At each friction: deep piles with an overload, the narrowest ring, loads over ten orders of magnitude side by side,
 /// and half of the top unloaded. Every pile is either solved, and audited, or its outcome says by name why not.
-std::vector<StressTrial> run_stress(const StressSpec& spec, std::uint64_t seed);
+std::vector<StabilityTrial> run_stability_trials(const StabilitySpec& spec, std::uint64_t seed);
 
 /// The figure: worst residual against depth in the deep piles. Throws InputError where none of them was solved.
-Figure draw_stress(const std::vector<StressTrial>& trials, const std::filesystem::path& run_folder);
+Figure draw_stability(const std::vector<StabilityTrial>& trials, const std::filesystem::path& run_folder);
 
 /// Piles that strain the sampler; `measured`: what they were found to do, if that is known already.
-std::unique_ptr<Study> stress_study(std::vector<StressTrial> measured = {});
+std::unique_ptr<Study> numerical_stability_study(std::vector<StabilityTrial> measured = {});
 
 }  // namespace granuscope

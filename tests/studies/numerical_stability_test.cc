@@ -1,5 +1,5 @@
 // Sources: balances and cones hold whatever the friction or the load; which loads have a solution follows from t-.
-#include "studies/stress.h"
+#include "studies/numerical_stability.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -27,11 +27,11 @@ bool contains(const std::string& text, const std::string& part) { return text.fi
 
 }  // namespace
 
-TEST_CASE("Every pile of the stress test is solved with small residuals or named") {
-  const auto trials = run_stress({500, 32}, 3);
-  CHECK(trials.size() == 4 * stress_friction().size());
+TEST_CASE("Every pile of the stability test is solved with small residuals or named") {
+  const auto trials = run_stability_trials({500, 32}, 3);
+  CHECK(trials.size() == 4 * stability_friction().size());
   std::set<std::string> loads;
-  for (const StressTrial& trial : trials) {
+  for (const StabilityTrial& trial : trials) {
     CAPTURE(trial.mu, trial.load, trial.outcome, trial.reason);
     loads.insert(trial.load);
     if (trial.outcome == "solved") {
@@ -49,15 +49,15 @@ TEST_CASE("Every pile of the stress test is solved with small residuals or named
     }
   }
   CHECK(loads.size() == 3);
-  CHECK(run_stress({}, 3).empty());
+  CHECK(run_stability_trials({}, 3).empty());
 }
 
 // In nearly every pile the balances are off by more than the cones, which mostly hold without any rounding. Under seed
 // 15 six columns have a layer in which only a cone is off: without it the test would not see a residual that leaves
 // cones out.
-TEST_CASE("What a stress trial calls its residual is the worst of balances and cones, in every range of layers") {
+TEST_CASE("What a stability trial calls its residual is the worst of balances and cones, in every range of layers") {
   int worst_by_balance = 0, worst_by_cone = 0;
-  const auto compare = [&](const StressTrial& trial, std::uint64_t seed) {
+  const auto compare = [&](const StabilityTrial& trial, std::uint64_t seed) {
     CAPTURE(trial.mu, trial.columns, trial.layers, trial.load, seed);
     std::vector<double> load(static_cast<std::size_t>(trial.columns), 1.0);
     if (trial.load == "one bead 2, others 1") {
@@ -86,8 +86,8 @@ TEST_CASE("What a stress trial calls its residual is the worst of balances and c
       worst_by_cone += cone > balance ? 1 : 0;
     }
   };
-  for (const auto& [spec, seed] : {std::pair{StressSpec{500, 32}, 3U}, {StressSpec{1, 6}, 15U}}) {
-    for (const StressTrial& trial : run_stress(spec, seed)) {
+  for (const auto& [spec, seed] : {std::pair{StabilitySpec{500, 32}, 3U}, {StabilitySpec{1, 6}, 15U}}) {
+    for (const StabilityTrial& trial : run_stability_trials(spec, seed)) {
       if (trial.outcome == "solved" && trial.load != "ten orders of magnitude") compare(trial, seed);
     }
   }
@@ -113,8 +113,8 @@ TEST_CASE("The audit by layers has the worst layer of the whole") {
 
 TEST_CASE("Residuals are drawn against depth for the deep piles that were solved") {
   const TemporaryFolder run;
-  std::vector<StressTrial> trials(3);
-  for (StressTrial& trial : trials) {
+  std::vector<StabilityTrial> trials(3);
+  for (StabilityTrial& trial : trials) {
     trial.columns = 64;
     trial.layers = 1000;
     trial.outcome = "solved";
@@ -128,21 +128,21 @@ TEST_CASE("Residuals are drawn against depth for the deep piles that were solved
   trials[2].outcome = "stuck";
   trials[2].mu = 1e-9;
   trials[2].reason = "the effort ran out";
-  const Figure figure = draw_stress(trials, run.path());
+  const Figure figure = draw_stability(trials, run.path());
   CHECK(figure.data.size() == 1);
   CHECK(contains(figure.caption, "Not solved: μ = 10⁻⁹ (the effort ran out)"));
   CHECK(contains(read_file(run.path() / figure.screen), "1/√3"));
   trials[0].deep = false;
-  CHECK_THROWS_AS(draw_stress(trials, run.path()), InputError);
+  CHECK_THROWS_AS(draw_stability(trials, run.path()), InputError);
 }
 
 TEST_CASE("Residuals take no more digits than they have") {
-  StressTrial trial;
+  StabilityTrial trial;
   trial.mu = 1e-9;
   trial.outcome = "solved";
   trial.load = "one bead 2, others 1";
   trial.residual = 6.7301e-16;
-  const Page page = study_page(*stress_study({trial}));
-  CHECK(page.texts.at("/side/stress/0/mu") == "1 × 10⁻⁹");
-  CHECK(page.texts.at("/side/stress/0/residual") == "6.7 × 10⁻¹⁶");
+  const Page page = study_page(*numerical_stability_study({trial}));
+  CHECK(page.texts.at("/studies/numerical_stability/0/mu") == "1 × 10⁻⁹");
+  CHECK(page.texts.at("/studies/numerical_stability/0/residual") == "6.7 × 10⁻¹⁶");
 }

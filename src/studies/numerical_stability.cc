@@ -1,4 +1,4 @@
-#include "studies/stress.h"
+#include "studies/numerical_stability.h"
 
 #include <fmt/format.h>
 
@@ -67,9 +67,9 @@ std::vector<ResidualAtDepth> by_depth(const std::vector<LayerResidual>& layers) 
   return depths;
 }
 
-StressTrial attempt(double mu, LatticeSpec size, const std::string& name, const Load& load, std::uint64_t seed) {
+StabilityTrial attempt(double mu, LatticeSpec size, const std::string& name, const Load& load, std::uint64_t seed) {
   throw_if_interrupted();
-  StressTrial trial;
+  StabilityTrial trial;
   trial.mu = mu;
   trial.columns = size.columns;
   trial.layers = size.layers;
@@ -99,7 +99,7 @@ StressTrial attempt(double mu, LatticeSpec size, const std::string& name, const 
   return trial;
 }
 
-constexpr const char* figure_id = "stress";
+constexpr const char* figure_id = "numerical-stability";
 
 /// The number 1/sqrt(3) and those next to it all read 0.5774.
 std::string friction_in_words(double mu) {
@@ -111,19 +111,19 @@ std::string friction_in_words(double mu) {
 
 }  // namespace
 
-std::vector<double> stress_friction() {
+std::vector<double> stability_friction() {
   return {1e-9, 1e-3, std::nextafter(tan30, 0.0), tan30, std::nextafter(tan30, 1.0), 1.7, 1.73};
 }
 
-std::vector<StressTrial> run_stress(const StressSpec& spec, std::uint64_t seed) {
-  std::vector<StressTrial> trials;
+std::vector<StabilityTrial> run_stability_trials(const StabilitySpec& spec, std::uint64_t seed) {
+  std::vector<StabilityTrial> trials;
   if (spec.layers <= 0) return trials;
-  for (const double mu : stress_friction()) {
+  for (const double mu : stability_friction()) {
     trials.push_back(attempt(mu, {spec.columns, spec.layers}, "one bead 2, others 1", overloaded(spec.columns), seed));
     trials.back().deep = true;
   }
-  const LatticeSpec narrow{4, narrow_stress_layers}, uneven{spec.columns, uneven_stress_layers};
-  for (const double mu : stress_friction()) {
+  const LatticeSpec narrow{4, narrow_stability_layers}, uneven{spec.columns, uneven_stability_layers};
+  for (const double mu : stability_friction()) {
     trials.push_back(attempt(mu, narrow, "one bead 2, others 1", overloaded(narrow.columns), seed));
     trials.push_back(attempt(mu, uneven, "ten orders of magnitude", ten_orders(uneven.columns, seed), seed));
     trials.push_back(attempt(mu, uneven, "half of the beads unloaded", half_unloaded(uneven.columns), seed));
@@ -131,17 +131,17 @@ std::vector<StressTrial> run_stress(const StressSpec& spec, std::uint64_t seed) 
   return trials;
 }
 
-Figure draw_stress(const std::vector<StressTrial>& trials, const std::filesystem::path& run_folder) {
+Figure draw_stability(const std::vector<StabilityTrial>& trials, const std::filesystem::path& run_folder) {
   PlotPlan plan;
   plan.id = figure_id;
-  plan.script = "studies/stress";
+  plan.script = "studies/numerical_stability";
   plan.height = 3.4;
   std::vector<std::string> curves, titles, unsolved;
   Range layers, residuals;
   layers.add(1);
   double worst = 0;
   int columns = 0, deepest = 0;
-  for (const StressTrial& trial : trials) {
+  for (const StabilityTrial& trial : trials) {
     if (!trial.deep) continue;
     columns = trial.columns;
     deepest = std::max(deepest, trial.layers);
@@ -169,8 +169,8 @@ Figure draw_stress(const std::vector<StressTrial>& trials, const std::filesystem
   }
   if (curves.empty()) {
     throw InputError(
-        "the stress test has no residuals to show, because none of its deep piles was solved; give "
-        "figures.stress.layers "
+        "the stability test has no residuals to show, because none of its deep piles was solved; give "
+        "studies.numerical_stability.layers "
         "a smaller number");
   }
   plan.curves = static_cast<int>(curves.size());
@@ -185,7 +185,7 @@ Figure draw_stress(const std::vector<StressTrial>& trials, const std::filesystem
                              {"low", exact(up.low)},
                              {"high", exact(up.high)}},
                             run_folder);
-  set_words(figure, "studies/stress.words",
+  set_words(figure, "studies/numerical_stability.words",
             {{"columns", fmt::format("{}", columns)},
              {"layers", fmt::format("{}", deepest)},
              {"worst", significant(worst, 2)},
@@ -197,7 +197,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json to_json(const StressTrial& trial) {
+Json to_json(const StabilityTrial& trial) {
   Json json = {{"mu", trial.mu},
                {"columns", trial.columns},
                {"layers", trial.layers},
@@ -219,18 +219,20 @@ Json to_json(const StressTrial& trial) {
 constexpr double bytes_per_bead = 100;     // a deep pile is held as a whole
 constexpr double seconds_per_bead = 2e-7;  // drawn by itself and audited, on one core of a cloud machine
 
-class StressStudy final : public CopiedStudy<StressStudy> {
+class NumericalStabilityStudy final : public CopiedStudy<NumericalStabilityStudy> {
  public:
-  explicit StressStudy(std::vector<StressTrial> measured) : trials_(std::move(measured)) {}
-  std::string id() const override { return "stress"; }
+  explicit NumericalStabilityStudy(std::vector<StabilityTrial> measured) : trials_(std::move(measured)) {}
+  std::string id() const override { return "numerical_stability"; }
 
   std::vector<Key> keys() override {
     return {make_key(table(), "layers", "layers",
                      "layers of the piles that strain the sampler: friction from 1e-9 to 1.73, with others on four "
                      "columns and under uneven loads beside them; 0: none",
-                     spec_.layers, KeyRange{.or_zero = true}.within(2, most_layers)),
+                     spec_.layers, KeyRange{.or_zero = true}.within(2, most_layers))
+                .formerly_at("figures.stress.layers"),
             make_key(table(), "columns", "beads", "beads per layer of these piles", spec_.columns,
-                     KeyRange{}.within(4, most_columns))};
+                     KeyRange{}.within(4, most_columns))
+                .formerly_at("figures.stress.columns")};
   }
 
   bool asked() const override { return spec_.layers > 0; }
@@ -240,42 +242,39 @@ class StressStudy final : public CopiedStudy<StressStudy> {
     if (beads() <= most_beads) return {};
     return problem(key("layers"),
                    "{} layers of {} beads: such a pile is held in memory as a whole; give at most {:g} beads, or 0 "
-                   "layers for no stress test",
+                   "layers for no stability test",
                    spec_.layers, spec_.columns, most_beads);
   }
 
   double memory() const override { return bytes_per_bead * beads(); }
   double seconds() const override {
-    return asked() ? seconds_per_bead * static_cast<double>(stress_friction().size()) * beads() : 0;
+    return asked() ? seconds_per_bead * static_cast<double>(stability_friction().size()) * beads() : 0;
   }
 
   void begin(const MainLine& main, int) override { seed_ = main.sampling.seed; }
-  void finish() override { trials_ = run_stress(spec_, seed_); }
+  void finish() override { trials_ = run_stability_trials(spec_, seed_); }
 
-  void write_json(Json& side) const override {
-    side["stress"] = Json::array();
-    for (const StressTrial& trial : trials_) side["stress"].push_back(to_json(trial));
-  }
+  Json json() const override { return list_of(trials_, to_json); }
 
-  std::vector<ReportPart> parts(const Json&) const override { return {part("stress", ReportPart::Place::numerics)}; }
+  std::vector<ReportPart> parts(const Json&) const override { return {part(ReportPart::Place::numerics)}; }
 
   std::vector<FigureDrawing> figures(const Analysis&) const override {
     if (trials_.empty()) return {};
-    return {[this](const std::filesystem::path& folder) { return draw_stress(trials_, folder); }};
+    return {[this](const std::filesystem::path& folder) { return draw_stability(trials_, folder); }};
   }
 
  private:
   double beads() const { return static_cast<double>(spec_.layers) * spec_.columns; }
 
-  StressSpec spec_;
+  StabilitySpec spec_;
   std::uint64_t seed_ = 0;
-  std::vector<StressTrial> trials_;  ///< the deep piles first, ascending in mu
+  std::vector<StabilityTrial> trials_;  ///< the deep piles first, ascending in mu
 };
 
 }  // namespace
 
-std::unique_ptr<Study> stress_study(std::vector<StressTrial> measured) {
-  return std::make_unique<StressStudy>(std::move(measured));
+std::unique_ptr<Study> numerical_stability_study(std::vector<StabilityTrial> measured) {
+  return std::make_unique<NumericalStabilityStudy>(std::move(measured));
 }
 
 }  // namespace granuscope

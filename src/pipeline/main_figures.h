@@ -1,0 +1,13 @@
+#pragma once
+#include <vector>
+
+#include "analysis/results.h"
+#include "experiment/experiment.h"
+#include "plot/figure.h"
+
+namespace granuscope {
+
+/// The plots of the main line that the experiment asks for, in reading order. The analysis must outlive them.
+std::vector<FigureDrawing> main_figures(const Experiment& experiment, const Analysis& analysis);
+
+}  // namespace granuscope

@@ -1,0 +1,112 @@
+#include "pipeline/sample_stage.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cmath>
+
+#include "ensemble/estimator.h"
+#include "pipeline/timed.h"
+#include "storage/ensemble_file.h"
+#include "support/number_format.h"
+
+namespace granuscope {
+
+MeasuredEnsemble SampleStage::obtain(PlannedEnsemble& planned) {
+  MeasuredEnsemble ensemble;
+  const auto start = std::chrono::steady_clock::now();
+  const std::uint64_t there = planned.smaller == nullptr ? 0 : samples_begun(*planned.smaller);
+  timed(data_.timings, "sample " + planned.label,
+        [&] { ensemble = obtain_ensemble(planned, options_.folder, options_.threads, options_.progress); });
+  if (!planned.reusable) {
+    drawn_in_seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    drawn_in_this_run_ += static_cast<double>(beads_of(planned.spec, planned.spec.response.samples - there));
+    drawn_();
+  }
+  if (planned.reusable) {
+    StageTiming& timing = data_.timings.back();
+    timing.reused = true;
+    const auto earlier = earlier_.find(timing.stage);
+    timing.seconds = earlier == earlier_.end() ? std::nan("") : earlier->second;
+  }
+  if (const auto& failed = ensemble.record.failed; !failed.empty()) {
+    say(options_.progress,
+        fmt::format("{}: {} of {} piles could not be completed and enter no average; this command meets the first of "
+                    "these failures: {}",
+                    planned.label, failed.size(), planned.spec.response.samples, failed.front().replay));
+  }
+  ++obtained_;
+  if (planned.reusable) ++reused_;
+  return ensemble;
+}
+
+/// ", 54 s more" at the rate at which beads were drawn in this run, once there is one.
+std::string SampleStage::time_for(const EnsembleSpec& spec, std::uint64_t samples) const {
+  const auto beads = static_cast<double>(beads_of(spec, samples));
+  if (drawn_in_seconds_ <= 0 || drawn_in_this_run_ <= 0) return "";
+  return fmt::format(", {} more", describe_duration(beads * drawn_in_seconds_ / drawn_in_this_run_));
+}
+
+PrecisionOutcome SampleStage::reach_precision(PlannedEnsemble& planned, MeasuredEnsemble& ensemble) {
+  const PrecisionSpec& asked = experiment_.precision;
+  if (planned.grows_from == 0) return {};
+  PrecisionOutcome outcome{true, asked.c, asked.D, false, {}};
+  for (;;) {
+    Transport measured;
+    timed(data_.timings, "analyse",
+          [&] { measured = measure_transport(ensemble, experiment_.fit, {}, options_.threads).transport; });
+    const std::uint64_t samples = planned.spec.response.samples;
+    const PrecisionLook look = look_at_precision(asked, measured, samples);
+    outcome.reached = look.reached;
+    outcome.reason = look.reason;
+    if (look.reached || look.hopeless) break;
+    if (!grow(planned, asked, std::move(ensemble.record), options_.folder)) {
+      ensemble.record = read_ensemble(options_.folder / planned.file);
+      outcome.reason = fmt::format(
+          "{} piles give c ± {} and D ± {}; about {} would be needed, and the next step would be more than "
+          "precision.most_samples = {}",
+          samples, significant(measured.c.standard_error, 2), significant(measured.D.standard_error, 2),
+          significant(look.samples_needed, 2), asked.most_samples);
+      break;
+    }
+    const std::uint64_t stop = expected_samples(planned, asked, look.samples_needed);
+    say(options_.progress,
+        fmt::format("{}: c ± {}, D ± {} after {} piles; about {} in all are needed, {} with whole steps{}",
+                    planned.label, significant(measured.c.standard_error, 2), significant(measured.D.standard_error, 2),
+                    samples, significant(look.samples_needed, 2), stop, time_for(planned.spec, stop - samples)));
+    const bool reused = planned.reusable;
+    ensemble = obtain(planned);
+    --obtained_;  // it is still the same one
+    planned.reusable = reused && planned.reusable;
+  }
+  return outcome;
+}
+
+double SampleStage::drawing_seconds(const PlannedEnsemble& planned) const {
+  if (planned.begun > 0 && !planned.reusable) return std::nan("");
+  for (const StageTiming& timing : data_.timings) {
+    if (timing.stage == "sample " + planned.label) return timing.seconds;
+  }
+  return std::nan("");
+}
+
+void SampleStage::tell_reuse() {
+  if (reused_ == 0) return;
+  data_.skipped.push_back(
+      fmt::format("{} of {} ensembles were already there and were not drawn again.", reused_, obtained_));
+}
+
+void SampleStage::tell_rounding(const SamplerCounts& counts) {
+  if (counts.beads == 0) return;
+  const std::string beads = significant(static_cast<double>(counts.beads), 3);
+  data_.checks.push_back(
+      counts.rounded == 0
+          ? fmt::format(
+                "None of the {} beads of the main ensembles missed the forces that have a solution by rounding.", beads)
+          : fmt::format(
+                "Of the {} beads of the main ensembles {} missed the forces that have a solution by no more than "
+                "rounding, and were put onto the end of their band.",
+                beads, counts.rounded));
+}
+
+}  // namespace granuscope
