@@ -166,8 +166,10 @@ class Reader {
     const KeyValue like = key.get();
     auto value = to_value(node, like);
     if (!value) {
-      throw InputError(fmt::format("{}: {} must be {} but is {}; {}", location(file_, position), key.path(),
-                                   kind_of(like), describe(node), key.meaning));
+      const std::string range = granuscope::describe(key.range, like);
+      throw InputError(fmt::format("{}: {} must be {} but is {}; {}{}", location(file_, position), key.path(),
+                                   kind_of(like), describe(node), key.meaning,
+                                   range.empty() || !key.range.names.empty() ? "" : " (" + range + ")"));
     }
     try {
       if (key.range.ascending) sort(*value);

@@ -5,6 +5,9 @@
 #include <iterator>
 #include <utility>
 
+#include "render/layout.h"
+#include "studies/common_checks.h"
+
 namespace granuscope {
 
 namespace {
@@ -17,44 +20,49 @@ std::vector<Key> keys_of_main_line(Experiment& e) {
   const std::string claims = "claims";
   const std::string precision = "precision";
   const std::string profiles = "figures.response_profiles";
+  KeyRange frictions = friction_range();
+  frictions.fewest = 1;
+  frictions.longest = most_friction_values;
+  const KeyRange standard_error =
+      KeyRange{.or_zero = true, .why = "it is no standard error to draw for"}.within(1e-9, 1);
   return {
       make_key("experiment", "name", "", "title of the report, one line", e.name),
       make_key("experiment", "description", "", "a paragraph for the reader of the report", e.description),
 
-      make_key(lattice, "columns", "beads", "beads per layer, periodic in x; even or odd, at least 4",
-               e.lattice.columns),
+      make_key(lattice, "columns", "beads", "beads per layer, periodic in x; even or odd", e.lattice.columns,
+               KeyRange{}.within(fewest_columns, most_columns)),
       make_key(
           lattice, "layers", "layers",
           "layers computed; the lowest 20 follow another law, since no failure below reaches up into them, and are not "
           "used",
-          e.lattice.layers),
+          e.lattice.layers, KeyRange{}.within(bottom_margin + 4, most_layers)),
 
-      make_key("friction", "mu", "", "friction coefficients of the contacts, each at least 0 and below sqrt(3)", e.mu,
-               KeyRange{.fewest = 1, .ascending = true}),
+      make_key("friction", "mu", "", "friction coefficients of the contacts", e.mu, frictions),
 
       make_name_key(
           sampling, "law",
           "what a random pile means: granusolve, polytope (small piles), or eloy-clement and rejection (tiny piles)",
           e.sampling.law, law_named),
       make_key(sampling, "seed", "", "together with the sample's number the key of every random number",
-               e.sampling.seed),
+               e.sampling.seed, KeyRange{.least = 0}),
       make_key(sampling, "effort", "solutions per bead",
                "granusolve, eloy-clement: a pile counts as failed, by name, after this many bead solutions per bead",
-               e.sampling.effort),
+               e.sampling.effort, KeyRange{}.within(least_effort, most_effort)),
       make_key(sampling, "max_tries", "piles", "rejection: a pile counts as failed, by name, after this many tries",
-               e.sampling.max_tries),
+               e.sampling.max_tries, KeyRange{}.within(1, most_tries)),
       make_key(
           sampling, "lambda", "",
           "polytope: piles have the density of the product of length^-lambda over the intervals of all beads; 0 is the "
           "flat measure, 1 the law rejection",
-          e.sampling.lambda),
+          e.sampling.lambda, KeyRange{}.within(0, 1)),
       make_key(
           sampling, "burn_in", "sweeps",
           "polytope: from the start of a chain to the first of its eight piles; 0: four times the autocorrelation time "
           "that a pilot chain measures",
-          e.sampling.burn_in),
+          e.sampling.burn_in, KeyRange{}.within(0, most_sweeps)),
       make_key(sampling, "thinning", "sweeps",
-               "polytope: from one of the eight piles of a chain to the next; 0: half that time", e.sampling.thinning),
+               "polytope: from one of the eight piles of a chain to the next; 0: half that time", e.sampling.thinning,
+               KeyRange{}.within(0, most_sweeps)),
       make_name_key(
           sampling, "layer_order",
           "random start and direction in each layer, or fixed (breaks the mirror symmetry: for comparison only)",
@@ -71,9 +79,10 @@ std::vector<Key> keys_of_main_line(Experiment& e) {
           "keeping its random numbers; multiplexed: all top loads varied at random, the linear response by correlation",
           e.response.estimator, estimator_named),
       make_key(response, "overload", "loads of one top bead", "extra force on the middle top bead (point, paired)",
-               e.response.overload),
+               e.response.overload, KeyRange{}.within(least_overload, most_overload)),
       make_key(response, "epsilon", "loads of one top bead",
-               "by how much each top load is raised or lowered (multiplexed), above 0 and below 1", e.response.epsilon),
+               "by how much each top load is raised or lowered (multiplexed)", e.response.epsilon,
+               KeyRange{}.within(least_epsilon, epsilon_limit).below(epsilon_limit)),
       make_key(
           response, "opposite", "",
           "multiplexed: draw each pile once more with all variations reversed, from the same random numbers, and take "
@@ -82,48 +91,55 @@ std::vector<Key> keys_of_main_line(Experiment& e) {
       make_key(response, "sign_run", "beads",
                "multiplexed: so many neighbouring top beads, or one more, are raised or lowered together (1: each by "
                "itself); 2 or 3 measure peaks wider than a bead better",
-               e.response.sign_run),
+               e.response.sign_run, KeyRange{.least = 1}),
       make_key(response, "samples", "piles", "piles per friction coefficient, at least eight per block",
-               e.response.samples),
-      make_key(response, "blocks", "blocks", "blocks of the jackknife, each of whole groups of eight piles; at least 8",
-               e.response.blocks),
+               e.response.samples, KeyRange{}.within(group_size * min_blocks, most_samples)),
+      make_key(response, "blocks", "blocks", "blocks of the jackknife, each of whole groups of eight piles",
+               e.response.blocks, KeyRange{}.within(min_blocks, most_blocks)),
 
       make_key(fit, "first_layer", "layer", "first layer of the window over which the slopes c and D are taken",
-               e.fit.first_layer),
-      make_key(fit, "last_layer", "layer", "last layer of that window, at most lattice.layers - 21", e.fit.last_layer),
+               e.fit.first_layer, KeyRange{.least = 0}),
+      make_key(fit, "last_layer", "layer", "last layer of that window, at most lattice.layers - 21", e.fit.last_layer,
+               KeyRange{.least = 0}),
       make_key(fit, "layer_step", "layers",
-               "distance of the fitted layers; an odd one alternates the two kinds of rows", e.fit.layer_step),
+               "distance of the fitted layers; an odd one alternates the two kinds of rows", e.fit.layer_step,
+               KeyRange{.least = 1}),
       make_key(fit, "shallow_layer", "layer", "from here down to the window layers are fitted for the figures only",
-               e.fit.shallow_layer),
+               e.fit.shallow_layer, KeyRange{.least = 0}),
       make_key(fit, "min_identifiable_width", "bead diameters", "below it the size of a bead hides the width of a peak",
-               e.fit.min_identifiable_width),
+               e.fit.min_identifiable_width, KeyRange{}.within(least_identifiable_width, most_identifiable_width)),
       make_key(fit, "scaling_window", "", "range of mu, both ends included, of the exponents beta, gamma and alpha",
-               e.fit.scaling_window),
+               e.fit.scaling_window, KeyRange{.least = 0}),
       make_key(fit, "other_scaling_windows", "", "further ranges of mu whose exponents are shown beside it",
-               e.fit.other_scaling_windows),
+               e.fit.other_scaling_windows, KeyRange{.least = 0}),
 
       make_key(
           precision, "c", "",
           "standard error of the slope c down to which response.samples is multiplied by 3/2 again and again, at each "
           "mu; "
           "0: not asked for",
-          e.precision.c),
+          e.precision.c, standard_error),
       make_key(precision, "D", "bead diameters", "the same for the slope D; both together: until both are reached",
-               e.precision.D),
+               e.precision.D, standard_error),
       make_key(precision, "most_samples", "piles", "per friction coefficient, beyond which it is given up and reported",
-               e.precision.most_samples),
+               e.precision.most_samples, KeyRange{}.within(1, most_samples)),
 
       make_key(claims, "decisive_chi2", "",
                "double-peak: difference in chi squared that decides between two peaks and one (25: five standard "
                "deviations)",
-               e.claims.decisive_chi2),
+               e.claims.decisive_chi2,
+               KeyRange{.why = "below 9 (three standard deviations) noise makes peaks, and beyond 1e6 nothing is ever "
+                               "decided (25 is usual)"}
+                   .within(9, 1e6)),
       make_key(
           claims, "highest_mu", "",
           "double-peak, linear-time: friction that friction.mu, or the counted work, must reach for a claim up to 1.7",
-          e.claims.highest_mu),
+          e.claims.highest_mu, friction_range()),
       make_key(claims, "exponent_tolerance", "",
                "laws in z, N and the number of beads: standard error granted to their exponents for the finite range",
-               e.claims.exponent_tolerance),
+               e.claims.exponent_tolerance,
+               KeyRange{.why = "three times it must stay below 20 % of the exponent 1/2, or nothing is left to decide"}
+                   .within(0, 0.03)),
 
       make_key(
           "figures.bead_forces", "draw", "",
@@ -132,7 +148,8 @@ std::vector<Key> keys_of_main_line(Experiment& e) {
       make_key(profiles, "draw", "", "draw the response at a few layers with its fits (the paper's Fig. 2)",
                e.figures.response_profiles),
       make_key(profiles, "mu", "", "friction coefficient shown, one of friction.mu", e.figures.profile_mu),
-      make_key(profiles, "layers", "layers", "layers shown", e.figures.profile_layers, KeyRange{.ascending = true}),
+      make_key(profiles, "layers", "layers", "layers shown", e.figures.profile_layers,
+               KeyRange{.least = 0, .ascending = true}),
       make_key("figures.transport_with_depth", "draw", "", "draw c and D against depth and against mu (Fig. 3)",
                e.figures.transport_with_depth),
       make_key("figures.propagation_against_diffusion", "draw", "", "draw c against D (Fig. 4)",
@@ -148,18 +165,21 @@ std::vector<Key> keys_of_scenes(Experiment& e) {
   const std::string chains = "scenes.force_chains";
   return {
       make_key(chains, "draw", "", "draw the force chains of one pile (Fig. 1)", e.force_chains.draw),
-      make_key(chains, "columns", "beads", "beads per layer of that pile, all shown", e.force_chains.columns),
-      make_key(chains, "layers", "layers", "layers shown; 20 more are computed below them", e.force_chains.layers),
-      make_key(chains, "mu", "", "friction coefficient of that pile", e.force_chains.mu),
-      make_key(chains, "sample", "", "number of that pile under sampling.seed", e.force_chains.sample),
+      make_key(chains, "columns", "beads", "beads per layer of that pile, all shown", e.force_chains.columns,
+               KeyRange{.least = fewest_columns}),
+      make_key(chains, "layers", "layers", "layers shown; 20 more are computed below them", e.force_chains.layers,
+               KeyRange{.least = 1}),
+      make_key(chains, "mu", "", "friction coefficient of that pile", e.force_chains.mu, friction_range()),
+      make_key(chains, "sample", "", "number of that pile under sampling.seed", e.force_chains.sample,
+               KeyRange{.least = 0}),
       make_key(chains, "width_px", "pixels", "width of the picture; mm = 25.4 width_px / dpi",
-               e.force_chains.scene.width_px),
+               e.force_chains.scene.width_px, KeyRange{}.within(min_image_px, max_image_px)),
       make_key(chains, "dpi", "pixels per inch", "resolution of the picture; its text is laid out in points",
-               e.force_chains.scene.dpi),
+               e.force_chains.scene.dpi, KeyRange{}.within(least_dpi, most_dpi)),
       make_key(chains, "colour_map", "", "colour map of the forces", e.force_chains.scene.colour_map),
       make_key(chains, "backend", "",
-               "how OpenGL is reached: auto, osmesa or egl; none: the processor draws the same pixels",
-               e.force_chains.scene.backend),
+               "how OpenGL is reached, auto: by what is there; none: the processor draws the same pixels",
+               e.force_chains.scene.backend, KeyRange{.names = {"auto", "osmesa", "egl", "none"}}),
       make_key(chains, "skip_invisible", "", "leave out contacts that cannot change a pixel",
                e.force_chains.scene.skip_invisible),
       make_key("scenes.weight", "draw", "", "draw the weights of the beads of scenes.force_chains, darker where larger",

@@ -1,7 +1,5 @@
 #include "studies/common_checks.h"
 
-#include <cmath>
-
 #include "ensemble/ensemble_spec.h"
 #include "support/describe_bytes.h"
 
@@ -52,14 +50,6 @@ Problem find_lattice_problem(const std::string& columns_key, int columns, const 
         columns, layers, wide ? most_columns : most_layers, wide ? "columns" : "layers", describe_bytes(memory));
   }
   return {};
-}
-
-Problem find_mu_problem(const std::string& key, double mu) {
-  if (std::isfinite(mu) && mu >= 0 && mu < mu_limit) return {};
-  return problem(key,
-                 "{} is not a friction coefficient that this model has: below 0 it means nothing, and at sqrt(3) "
-                 "= 1.7320 the cone reaches the horizontal; give 0 <= mu < 1.7320",
-                 mu);
 }
 
 Problem find_samples_problem(const std::string& key, std::uint64_t samples, int blocks) {

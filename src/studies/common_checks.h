@@ -29,8 +29,6 @@ double pile_memory(double columns, double layers);
 Problem find_lattice_problem(const std::string& columns_key, int columns, const std::string& layers_key, int layers,
                              int least_layers, double memory);
 
-Problem find_mu_problem(const std::string& key, double mu);
-
 /// The samples of an ensemble in so many blocks: a whole group of eight in each.
 Problem find_samples_problem(const std::string& key, std::uint64_t samples, int blocks);
 

@@ -56,13 +56,18 @@ Problem find_number_problem(const std::string& key, double number, const KeyRang
 template <class Number>
 Problem find_list_problem(const std::string& key, const std::vector<Number>& numbers, const KeyRange& range) {
   if (numbers.size() < range.fewest || numbers.size() > range.longest) {
-    return problem(key, "{} values{}; give {} to {}", numbers.size(), because(range), range.fewest, range.longest);
+    // Where the numbers have limits, the reason is that of the limits.
+    const std::string reason = describe_numbers(range).empty() ? because(range) : "";
+    if (numbers.empty())
+      return problem(key, "the list is empty{}; give {} to {} values", reason, range.fewest, range.longest);
+    return problem(key, "{} values{}; give {} to {}", numbers.size(), reason, range.fewest, range.longest);
   }
   for (std::size_t k = 0; k < numbers.size(); ++k) {
     if (auto found = find_number_problem(key, static_cast<double>(numbers[k]), range)) return found;
     if (range.ascending && k > 0 && numbers[k] <= numbers[k - 1]) {
-      return problem(key, "{} follows {}, but the list must ascend without repetition; sort it, and remove one of two",
-                     numbers[k], numbers[k - 1]);
+      return numbers[k] == numbers[k - 1]
+                 ? problem(key, "{} stands in the list twice; remove one", numbers[k])
+                 : problem(key, "{} follows {}, but the list must ascend; sort it", numbers[k], numbers[k - 1]);
     }
   }
   return {};

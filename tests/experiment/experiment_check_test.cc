@@ -64,7 +64,8 @@ TEST_CASE("Thresholds of claims that decide nothing are refused") {
 TEST_CASE("Duplicates in a file are found although the list is sorted when read") {
   CHECK_THROWS_WITH(parse_experiment("[friction]\nmu = [0.3, 0.1, 0.3]\n", "x.toml"),
                     Contains("x.toml:2:1: friction.mu: 0.3 stands in the list twice"));
-  CHECK_THROWS_WITH(parse_experiment("[friction]\nmu = [nan]\n", "x.toml"), Contains("friction.mu: nan is not"));
+  CHECK_THROWS_WITH(parse_experiment("[friction]\nmu = [nan]\n", "x.toml"),
+                    Contains("friction.mu: nan is out of range"));
 }
 
 TEST_CASE("A pile that cannot be held in memory is refused with the memory it would need") {
@@ -97,8 +98,9 @@ TEST_CASE("Windows must lie within the usable layers") {
                e.figures.profile_layers = {110, 180};
              }),
              Contains("figures.response_profiles.layers: layer 180 is not usable") && Contains("0 to 179"));
-  CHECK_THAT(problem_after([](Experiment& e) { e.figures.profile_layers = {-1}; }), Contains("not usable"));
-  CHECK_THAT(problem_after([](Experiment& e) { e.figures.profile_layers = {110, 110}; }), Contains("must ascend"));
+  CHECK_THAT(problem_after([](Experiment& e) { e.figures.profile_layers = {-1}; }),
+             Contains("figures.response_profiles.layers: -1"));
+  CHECK_THAT(problem_after([](Experiment& e) { e.figures.profile_layers = {110, 110}; }), Contains("twice"));
   CHECK_THAT(problem_after([](Experiment& e) { e.figures.profile_layers = {}; }), Contains("give 1 to 8"));
   CHECK_THAT(problem_after([](Experiment& e) { e.fit.first_layer = 178; }), Contains("holds 1 depths"));
   CHECK_THAT(problem_after([](Experiment& e) { e.fit.layer_step = 0; }), Contains("fit.layer_step: "));
@@ -299,7 +301,7 @@ TEST_CASE("Loads that could not be compared are refused") {
              }),
              Contains("must ascend"));
   CHECK_THAT(with([](Experiment& e) { set_key(e, "studies.nonlinearity.overloads", numbers({})); }),
-             Contains("studies.nonlinearity.overloads: 0 values"));
+             Contains("studies.nonlinearity.overloads: the list is empty"));
   CHECK_THAT(with([](Experiment& e) { set_key(e, "studies.nonlinearity.point_samples", std::int64_t{255}); }),
              Contains("whole group of eight"));
   CHECK_THAT(with([](Experiment& e) { set_key(e, "studies.nonlinearity.multiplexed_samples", std::int64_t{8}); }),
@@ -329,7 +331,7 @@ TEST_CASE("Laws that could not be compared are refused") {
   CHECK(with("cost_mu", numbers({0.1, 0.6})) == "(none)");
   CHECK_THAT(with("cost_mu", numbers({0.1, 0.61})), Contains("takes for ever"));
   CHECK_THAT(with("cost_mu", numbers({0.2, 0.1})), Contains("must ascend"));
-  CHECK_THAT(with("cost_sizes", whole_numbers({4, 4})), Contains("must ascend"));
+  CHECK_THAT(with("cost_sizes", whole_numbers({4, 4})), Contains("twice"));
   CHECK_THAT(with("cost_sizes", whole_numbers({4, 41})), Contains("4 to 40"));
 }
 
@@ -362,7 +364,7 @@ TEST_CASE("Side measurements that could not be made are refused before anything 
   CHECK_THAT(problem_after([](Experiment& e) {
                set_key(e, "studies.counted_work.mu", numbers({0.3, 0.3}));
              }),
-             Contains("must ascend"));
+             Contains("twice"));
   CHECK_THAT(problem_after([](Experiment& e) {
                set_key(e, "studies.counted_work.sizes", whole_numbers({100, 200}));
              }),

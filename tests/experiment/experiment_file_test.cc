@@ -6,8 +6,10 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <sstream>
 #include <string>
 
+#include "ensemble/ensemble_spec.h"
 #include "experiment/experiment_keys.h"
 #include "kit/set_key.h"
 #include "kit/temporary_folder.h"
@@ -204,6 +206,94 @@ TEST_CASE("The reference names every key once, with unit and default") {
   CHECK_THAT(reference, Contains("| `lattice.columns` | `500` | beads | "));
 }
 
+namespace {
+
+/// Sets a key to a value that it can take and does not have.
+void change(const Key& key) {
+  struct Changer {
+    std::vector<KeyValue> operator()(bool on) const { return {!on}; }
+    std::vector<KeyValue> operator()(std::int64_t number) const { return {number + 1}; }
+    std::vector<KeyValue> operator()(double number) const { return {number + 0.125}; }
+    std::vector<KeyValue> operator()(const std::string& text) const {
+      return {"rejection", "eloy-clement", "multiplexed", "point", "fixed", "no-pair", "osmesa", text + "x"};
+    }
+    std::vector<KeyValue> operator()(std::vector<std::int64_t> list) const {
+      list.push_back(7);
+      return {list};
+    }
+    std::vector<KeyValue> operator()(std::vector<double> list) const {
+      std::vector<double> longer = list;
+      longer.push_back(0.75);
+      if (!list.empty()) list.back() += 0.125;
+      return {longer, list};  // a window has two ends
+    }
+    std::vector<KeyValue> operator()(NumberPairs list) const {
+      list.push_back({0.25, 0.5});
+      return {list};
+    }
+  };
+  const KeyValue before = key.get();
+  for (const KeyValue& other : std::visit(Changer{}, before)) {
+    try {
+      key.set(other);
+      if (key.get() != before) return;
+    } catch (const InputError&) {  // a name of another key
+    }
+  }
+  FAIL(key.path() << " has no other value");
+}
+
+std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream in(text);
+  for (std::string line; std::getline(in, line);) lines.push_back(line);
+  return lines;
+}
+
+}  // namespace
+
+TEST_CASE("Every key that is changed is seen in the resolved experiment, and where it matters in what is drawn") {
+  Experiment defaults;
+  const std::size_t count = keys_of(defaults).size();
+  for (std::size_t k = 0; k < count; ++k) {
+    std::size_t other_draws = 0;
+    std::string table, path;
+    // What it takes for some keys to matter.
+    for (const Law law : {Law::granusolve, Law::rejection, Law::polytope}) {
+      for (const EstimatorName estimator : {EstimatorName::point, EstimatorName::multiplexed}) {
+        Experiment e;
+        e.sampling.law = law;
+        e.response.estimator = estimator;
+        const auto drawn = [&e] {
+          EnsembleSpec spec = e.ensemble_at(0.3, e.lattice, e.response.samples);
+          spec.response = e.response;
+          return configuration_text(spec);
+        };
+        const std::string before = drawn();
+        const Key key = keys_of(e)[k];
+        table = key.table, path = key.path();
+        INFO(path);
+        const std::vector<std::string> lines = lines_of(print_experiment(e));
+        change(key);
+        const std::vector<std::string> changed = lines_of(print_experiment(e));
+        REQUIRE(changed.size() == lines.size());
+        std::size_t differing = 0;
+        for (std::size_t i = 0; i < lines.size(); ++i) {
+          if (changed[i] == lines[i]) continue;
+          ++differing;
+          CHECK_THAT(changed[i], StartsWith(key.name + " = "));
+        }
+        CHECK(differing == 1);
+        if (drawn() != before) ++other_draws;
+      }
+    }
+    INFO(path);
+    const bool drawn_by = table == "lattice" || table == "sampling" || table == "response";
+    CHECK((other_draws > 0) == drawn_by);
+  }
+  CHECK(count > 80);
+}
+
 TEST_CASE("Pictures have names of their own, read back as printed, and are refused before there is a pile") {
   const std::string head = "[scenes.force_chains]\ncolumns = 40\nlayers = 20\n[scenes.pictures.left-edge]\n";
   const Experiment read =
@@ -286,7 +376,7 @@ TEST_CASE("A key or table under its former name is refused with the present one"
 TEST_CASE("A value of the wrong type is refused with what is expected") {
   CHECK(refusal("[lattice]\n  columns = 500.0\n") ==
         "mine.toml:2:3: lattice.columns must be a whole number but is a number with a fraction; beads per layer, "
-        "periodic in x; even or odd, at least 4");
+        "periodic in x; even or odd (4 to 1000000)");
   CHECK_THAT(refusal("[lattice]\ncolumns = \"500\"\n"), Contains("must be a whole number but is a string"));
   CHECK_THAT(refusal("[friction]\nmu = 0.3\n"), Contains("must be a list of numbers but is a number with a fraction"));
   CHECK_THAT(refusal("[friction]\nmu = [0.3, \"0.4\"]\n"), Contains("a list that holds something else"));
