@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "kit/temporary_folder.h"
+#include "kit/text_parts.h"
 #include "kit/without_programs.h"
 #include "plot/synthetic_analysis.h"
 #include "report/fixture.h"
@@ -15,10 +16,9 @@
 #include "support/error.h"
 
 using namespace granuscope;
+using test::contains;
 
 namespace {
-
-bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
 /// Standard output of a poppler tool, run in `folder`.
 std::string output_of(const std::vector<std::string>& arguments, const std::filesystem::path& folder) {

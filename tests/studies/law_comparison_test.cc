@@ -6,6 +6,7 @@
 #include "analysis/transport.h"
 #include "ensemble/ensemble_runner.h"
 #include "kit/temporary_folder.h"
+#include "kit/text_parts.h"
 #include "studies/law_comparison/figures.h"
 #include "studies/law_comparison/study.h"
 #include "studies/made_up_ensemble.h"
@@ -15,17 +16,11 @@
 
 using namespace granuscope;
 using made_up::number;
+using test::contains;
+using test::count;
 using test::TemporaryFolder;
 
 namespace {
-
-bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
-
-int count(const std::string& text, const std::string& part) {
-  int found = 0;
-  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++found;
-  return found;
-}
 
 Estimate unknown(const std::string& reason) {
   Estimate made;

@@ -8,10 +8,12 @@
 #include "ensemble/ensemble_runner.h"
 #include "kit/naive_rejection.h"
 #include "kit/sanitized.h"
+#include "kit/text_parts.h"
 #include "studies/made_up_ensemble.h"
 #include "studies/study_page.h"
 
 using namespace granuscope;
+using test::contains;
 
 namespace {
 
@@ -94,7 +96,6 @@ TEST_CASE("The thrust of the exact law is said to settle below 1 only where the 
   const auto page = [](const std::vector<ExactThrust>& measured) {
     return study_page(*rejection_thrust_study("figures", measured));
   };
-  const auto contains = [](const std::string& text, const char* part) { return text.find(part) != std::string::npos; };
   CHECK_FALSE(contains(page({}).html, "tend to 1 under the exact law"));
   ExactThrust one;
   one.spec.sampler.mu = 0.3;
