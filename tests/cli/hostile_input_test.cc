@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
-#include <cstdlib>
 #include <fstream>
 #include <functional>
 #include <map>
@@ -16,6 +15,7 @@
 
 #include "cli/in_process.h"
 #include "kit/file_size_limit.h"
+#include "kit/search_path.h"
 #include "kit/temporary_folder.h"
 #include "support/atomic_file.h"
 #include "support/child_process.h"
@@ -112,29 +112,6 @@ void check_failed_at_the_end(const CommandResult& result, const std::string& wor
   CHECK_THAT(result.err.substr(last), Contains(words) && Contains("while all else was made"));
   CHECK(std::count(result.err.begin() + static_cast<std::ptrdiff_t>(last), result.err.end(), '\n') == 2);
 }
-
-/// A folder of programs that come before those of the system while it lives.
-class FakePrograms {
- public:
-  explicit FakePrograms(const fs::path& folder) : folder_(folder), before_(std::getenv("PATH")) {
-    fs::create_directories(folder_);
-    ::setenv("PATH", (folder_.string() + ":" + before_).c_str(), 1);
-  }
-  FakePrograms(const FakePrograms&) = delete;
-  FakePrograms& operator=(const FakePrograms&) = delete;
-  ~FakePrograms() { ::setenv("PATH", before_.c_str(), 1); }
-
-  /// From now on this is the only fake.
-  void only(const std::string& name, const std::string& script) const {
-    for (const auto& entry : fs::directory_iterator(folder_)) fs::remove(entry.path());
-    std::ofstream(folder_ / name) << "#!/bin/sh\n" << script << '\n';
-    fs::permissions(folder_ / name, fs::perms::owner_all);
-  }
-
- private:
-  fs::path folder_;
-  std::string before_;
-};
 
 }  // namespace
 
@@ -334,7 +311,7 @@ TEST_CASE("Helpers that fail cost nothing that was there") {
   const fs::path out = scratch / "out";
   REQUIRE(run(file, out).code == 0);
   const auto before = contents_of(out);
-  const FakePrograms programs(scratch / "programs");
+  const test::FakePrograms programs(scratch / "programs");
 
   {
     INFO("gnuplot complains on two lines");

@@ -5,12 +5,12 @@
 
 #include <array>
 #include <catch2/catch.hpp>
-#include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <string>
 
 #include "cli/in_process.h"
+#include "kit/search_path.h"
 #include "kit/temporary_folder.h"
 #include "support/atomic_file.h"
 #include "support/child_process.h"
@@ -33,12 +33,10 @@ std::string experiment(int seed) {
 /// Runs the program with a gnuplot of our own before the system's.
 ProcessResult run_with_gnuplot(const test::TemporaryFolder& scratch, const std::string& script,
                                const fs::path& config) {
-  fs::create_directories(scratch / "programs");
-  std::ofstream(scratch / "programs/gnuplot") << "#!/bin/sh\n" << script << '\n';
-  fs::permissions(scratch / "programs/gnuplot", fs::perms::owner_all);
+  const test::FakePrograms programs(scratch / "programs");
+  programs.only("gnuplot", script);
   ProcessSpec spec;
   spec.arguments = {program, "run", config.string(), "--out", (scratch / "out").string()};
-  spec.environment = {{"PATH", (scratch / "programs").string() + ":" + std::getenv("PATH")}};
   return run_process(spec);
 }
 

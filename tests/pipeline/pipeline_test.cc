@@ -2,12 +2,12 @@
 
 #include <atomic>
 #include <catch2/catch.hpp>
-#include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <thread>
 
+#include "kit/search_path.h"
 #include "kit/set_key.h"
 #include "kit/temporary_folder.h"
 #include "pipeline/ensemble_stage.h"
@@ -283,12 +283,10 @@ TEST_CASE("figures with nothing to show are left out, the reasons reported") {
 
 TEST_CASE("a run that fails leaves a manifest that says why") {
   const TemporaryFolder folder;
-  const std::string path = std::getenv("PATH");
   // Nothing is installed in an empty folder, least of all gnuplot.
-  fs::create_directories(folder.path() / "empty");
-  ::setenv("PATH", (folder.path() / "empty").c_str(), 1);
+  const TemporaryFolder empty;
+  const test::SearchPath without_programs(empty.path());
   CHECK_THROWS_AS(run_experiment(small_experiment(), quiet(folder.path())), EnvironmentError);
-  ::setenv("PATH", path.c_str(), 1);
   const auto manifest = manifest_of(folder.path());
   CHECK(manifest["status"] == "failed");
   CHECK(manifest["exit_code"] == 3);

@@ -4,9 +4,9 @@
 #include <catch2/catch.hpp>
 #include <sstream>
 
+#include "kit/search_path.h"
 #include "kit/temporary_folder.h"
 #include "kit/text_parts.h"
-#include "kit/without_programs.h"
 #include "plot/synthetic_analysis.h"
 #include "report/fixture.h"
 #include "report/report.h"
@@ -193,7 +193,7 @@ TEST_CASE("No table is wider than the page") {
 TEST_CASE("Without WeasyPrint everything else is written and the page says why there is no PDF") {
   const test::TemporaryFolder run, empty;
   const ReportData data = synthetic::report_data(run.path());
-  const test::WithoutPrograms hidden(empty.path());
+  const test::SearchPath without_programs(empty.path());
   SECTION("if possible") {
     const ReportFiles files = write_report(data, run.path(), PdfPolicy::if_possible);
     CHECK_FALSE(files.pdf);
