@@ -16,6 +16,7 @@
 #include "cli/in_process.h"
 #include "kit/file_size_limit.h"
 #include "kit/search_path.h"
+#include "kit/small_experiment.h"
 #include "kit/temporary_folder.h"
 #include "support/atomic_file.h"
 #include "support/child_process.h"
@@ -29,31 +30,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// A second's work, every stage in it.
-const std::string small = R"([experiment]
-name = "small"
-[lattice]
-columns = 60
-layers = 50
-[friction]
-mu = [0.0, 0.3]
-[response]
-samples = 256
-[fit]
-first_layer = 8
-last_layer = 26
-layer_step = 2
-shallow_layer = 4
-scaling_window = [0.1, 0.3]
-[figures.response_profiles]
-mu = 0.3
-layers = [10, 20]
-[scenes.force_chains]
-columns = 30
-layers = 20
-width_px = 500
-dpi = 100
-)";
+const std::string& small = smallest_experiment_text;  // messages name its lines
 
 std::string replaced(std::string text, const std::string& old, const std::string& by) {
   const std::size_t at = text.find(old);

@@ -11,6 +11,7 @@
 
 #include "cli/in_process.h"
 #include "kit/search_path.h"
+#include "kit/small_experiment.h"
 #include "kit/temporary_folder.h"
 #include "support/atomic_file.h"
 #include "support/child_process.h"
@@ -24,10 +25,7 @@ namespace {
 const std::string program = std::string(GRANUSCOPE_BINARY_DIR) + "/granuscope";
 
 std::string experiment(int seed) {
-  return "[lattice]\ncolumns = 60\nlayers = 50\n[friction]\nmu = [0.0, 0.3]\n[sampling]\nseed = " +
-         std::to_string(seed) +
-         "\n[response]\nsamples = 256\n[fit]\nfirst_layer = 8\nlast_layer = 26\nlayer_step = 2\nshallow_layer = 4\n"
-         "[figures.response_profiles]\nmu = 0.3\nlayers = [10, 20]\n[scenes.force_chains]\ndraw = false\n";
+  return smallest_experiment_text + "draw = false\n[sampling]\nseed = " + std::to_string(seed) + "\n";
 }
 
 /// Runs the program with a gnuplot of our own before the system's.

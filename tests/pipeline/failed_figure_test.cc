@@ -5,10 +5,10 @@
 #include <string>
 
 #include "kit/search_path.h"
+#include "kit/small_experiment.h"
 #include "kit/temporary_folder.h"
 #include "pipeline/pipeline.h"
 #include "quiet_run.h"
-#include "small_experiment.h"
 #include "support/atomic_file.h"
 #include "support/child_process.h"
 

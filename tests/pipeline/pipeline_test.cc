@@ -9,10 +9,10 @@
 
 #include "kit/search_path.h"
 #include "kit/set_key.h"
+#include "kit/small_experiment.h"
 #include "kit/temporary_folder.h"
 #include "pipeline/ensemble_stage.h"
 #include "quiet_run.h"
-#include "small_experiment.h"
 #include "storage/ensemble_file.h"
 #include "storage/pile_file.h"
 #include "support/atomic_file.h"

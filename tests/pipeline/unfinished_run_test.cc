@@ -9,10 +9,10 @@
 #include <set>
 #include <string>
 
+#include "kit/small_experiment.h"
 #include "kit/temporary_folder.h"
 #include "pipeline/pipeline.h"
 #include "quiet_run.h"
-#include "small_experiment.h"
 #include "support/atomic_file.h"
 #include "support/error.h"
 #include "support/interruption.h"
