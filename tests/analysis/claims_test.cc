@@ -2,15 +2,18 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <stdexcept>
 
 #include "analysis/analyse.h"
 #include "analysis/claim_rule.h"
+#include "kit/claim.h"
+#include "kit/estimates.h"
 #include "model/lattice.h"
 #include "synthetic_ensemble.h"
 
 using namespace granuscope;
 using Catch::Matchers::Contains;
+using test::claim;
+using test::known;
 
 namespace {
 
@@ -33,21 +36,7 @@ Analysis analysis_of(const KnownTransport& known, const SyntheticNoise& noise, d
   return analyse({measure_transport(ensemble, window(), {}, 2)}, window(), {}, {});
 }
 
-const Claim& claim(const std::vector<Claim>& claims, const std::string& id) {
-  for (const Claim& one : claims) {
-    if (one.id == id) return one;
-  }
-  throw std::out_of_range(id);
-}
-
 std::string verdict(const Analysis& analysis, const std::string& id) { return claim(analysis.claims, id).verdict; }
-
-Estimate number(double value, double error) {
-  Estimate made;
-  made.value = value;
-  made.standard_error = error;
-  return made;
-}
 
 SyntheticNoise noise_of(double per_sample, std::uint64_t seed) { return {per_sample, seed}; }
 
@@ -68,37 +57,37 @@ TEST_CASE("Every claim about the main line is decided, each once, and nothing me
 }
 
 TEST_CASE("The rule for numbers") {
-  CHECK(judge_number(number(2.45, 0.06), 2.5, 0.05).verdict == reproduced);
-  CHECK(judge_number(number(2.45, 0.06), 2.5, 0.05).z_score == Approx(-0.05 / std::hypot(0.06, 0.05)));
-  CHECK(judge_number(number(3.2, 0.06), 2.5, 0.05).verdict == not_reproduced);
-  CHECK(judge_number(number(-0.8, 0.01), -0.5, 0.02).verdict == not_reproduced);
+  CHECK(judge_number(known(2.45, 0.06), 2.5, 0.05).verdict == reproduced);
+  CHECK(judge_number(known(2.45, 0.06), 2.5, 0.05).z_score == Approx(-0.05 / std::hypot(0.06, 0.05)));
+  CHECK(judge_number(known(3.2, 0.06), 2.5, 0.05).verdict == not_reproduced);
+  CHECK(judge_number(known(-0.8, 0.01), -0.5, 0.02).verdict == not_reproduced);
   // 20 % of the number must stand out by more than three errors, whatever the value measured.
-  CHECK(judge_number(number(9.0, 0.17), 2.5, 0.0).verdict == undetermined);
-  CHECK(judge_number(number(9.0, 0.16), 2.5, 0.0).verdict == not_reproduced);
+  CHECK(judge_number(known(9.0, 0.17), 2.5, 0.0).verdict == undetermined);
+  CHECK(judge_number(known(9.0, 0.16), 2.5, 0.0).verdict == not_reproduced);
   // 0.5 % is printed so coarsely that 20 % of it never stands out: a more precise measurement decides all the same.
-  CHECK(judge_number(number(0.0060, 0.0001), 0.005, 0.0005).verdict == reproduced);
-  CHECK(judge_number(number(0.0080, 0.0001), 0.005, 0.0005).verdict == not_reproduced);
-  CHECK(judge_number(number(0.0080, 0.0006), 0.005, 0.0005).verdict == undetermined);
+  CHECK(judge_number(known(0.0060, 0.0001), 0.005, 0.0005).verdict == reproduced);
+  CHECK(judge_number(known(0.0080, 0.0001), 0.005, 0.0005).verdict == not_reproduced);
+  CHECK(judge_number(known(0.0080, 0.0006), 0.005, 0.0005).verdict == undetermined);
   CHECK(judge_number(Estimate{}, 1, 0).verdict == undetermined);
-  CHECK(judge_number(number(1, 0), 1, 0).verdict == reproduced);
-  CHECK(judge_number(number(1.001, 0), 1, 0).verdict == not_reproduced);
+  CHECK(judge_number(known(1, 0), 1, 0).verdict == reproduced);
+  CHECK(judge_number(known(1.001, 0), 1, 0).verdict == not_reproduced);
 }
 
 TEST_CASE("What more piles would decide is said, and how many") {
   // (0.2/3)^2 = 0.0044 is the variance allowed; 0.2^2 = 0.04 is 9 times that.
-  CHECK_THAT(cost_of_deciding(number(1, 0.2), 1, 0), Contains("about 9.0 times as many piles"));
-  CHECK(cost_of_deciding(number(1, 0.01), 1, 0).empty());
-  CHECK(cost_of_deciding(number(1, 0.01), 1, 0.5).empty());  // more piles do not help against the paper's error
+  CHECK_THAT(cost_of_deciding(known(1, 0.2), 1, 0), Contains("about 9.0 times as many piles"));
+  CHECK(cost_of_deciding(known(1, 0.01), 1, 0).empty());
+  CHECK(cost_of_deciding(known(1, 0.01), 1, 0.5).empty());  // more piles do not help against the paper's error
 }
 
 TEST_CASE("A number that lies far off but is too uncertain for the rule says both") {
   Claim far, near;
-  judge_by_number(far, number(0.68, 0.03), 0.4, 0.01, "The exponent");
+  judge_by_number(far, known(0.68, 0.03), 0.4, 0.01, "The exponent");
   CHECK(far.verdict == undetermined);
   CHECK_THAT(
       far.explanation,
       Contains("is 0.680(30); it lies 8.9 combined standard errors from the paper’s value, but the rule leaves"));
-  judge_by_number(near, number(0.41, 0.03), 0.4, 0.01, "The exponent");
+  judge_by_number(near, known(0.41, 0.03), 0.4, 0.01, "The exponent");
   CHECK_THAT(near.explanation,
              Contains("is 0.410(30), too uncertain to tell a deviation of 20 %; it lies 0.32 combined"));
 }
@@ -108,9 +97,9 @@ TEST_CASE("What the offset of the width does to the heights is told from known w
   for (const auto& [mu, D, error] : {std::array{0.3, 0.05, 0.002}, std::array{1.7, -3.3, 8.9}}) {
     Transport result;
     result.spec.sampler.mu = mu;
-    result.D = number(D, error);
-    result.width_offset = number(1.25, 0.1);
-    result.laws.amplitude = number(-0.45, 0.01);
+    result.D = known(D, error);
+    result.width_offset = known(1.25, 0.1);
+    result.laws.amplitude = known(-0.45, 0.01);
     result.window_layers = {60, 180};
     for (const auto& [layer, z] : {std::pair{60, 50.0}, std::pair{180, 200.0}}) {
       DepthFit depth;
@@ -120,7 +109,7 @@ TEST_CASE("What the offset of the width does to the heights is told from known w
     }
     analysis.results.push_back(result);
   }
-  analysis.mean_laws.amplitude = number(-0.45, 0.01);
+  analysis.mean_laws.amplitude = known(-0.45, 0.01);
   // D z = 0.05 * sqrt(50 * 200) = 5 at the middle: -0.5 * 5 / 6.25 = -0.4.
   const std::string remarks = claim(judge_claims(analysis, {}, {}), "amplitude").remarks;
   CHECK_THAT(remarks, Contains("makes it −0.40;"));

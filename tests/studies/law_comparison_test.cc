@@ -5,46 +5,27 @@
 
 #include "analysis/transport.h"
 #include "ensemble/ensemble_runner.h"
+#include "kit/estimates.h"
+#include "kit/small_piles.h"
 #include "kit/temporary_folder.h"
 #include "kit/text_parts.h"
 #include "studies/law_comparison/figures.h"
 #include "studies/law_comparison/study.h"
-#include "studies/made_up_ensemble.h"
 #include "studies/study_page.h"
 #include "support/atomic_file.h"
 #include "support/error.h"
 
 using namespace granuscope;
-using made_up::number;
+using test::chained_piles;
 using test::contains;
 using test::count;
+using test::known;
+using test::piles_of;
 using test::TemporaryFolder;
-
-namespace {
-
-Estimate unknown(const std::string& reason) {
-  Estimate made;
-  made.reason = reason;
-  return made;
-}
-
-EnsembleSpec piles_of(Law law) {
-  EnsembleSpec spec;
-  spec.sampler.law = law;
-  spec.sampler.mu = 0.3;
-  spec.lattice = {6, 6};
-  spec.load = Load::uniform;
-  spec.record_profiles = false;
-  spec.response.samples = 2048;
-  spec.response.blocks = 32;
-  return spec;
-}
-
-}  // namespace
+using test::unknown;
 
 TEST_CASE("The comparison of laws keeps each law's name, size, work and its means over the middle third") {
-  EnsembleSpec spec = piles_of(Law::granusolve);
-  spec.response.samples = 512;
+  EnsembleSpec spec = piles_of(Law::granusolve, 0.3, {6, 6}, 512);
   spec.sampler.rules = MendingRules::no_pair;
   const EnsembleRecord record = run_ensemble(spec, 1, nullptr);
   const LawOnPiles measured = measure_law({spec, record});
@@ -66,10 +47,7 @@ TEST_CASE("The comparison of laws keeps each law's name, size, work and its mean
 }
 
 TEST_CASE("What a chain ran for is kept with its piles") {
-  EnsembleSpec spec = piles_of(Law::polytope);
-  spec.response.samples = 256;
-  spec.sampler.burn_in = 50;
-  spec.sampler.thinning = 3;
+  const EnsembleSpec spec = chained_piles(3, 256);
   const EnsembleRecord record = run_ensemble(spec, 2, nullptr);
   const LawOnPiles measured = measure_law({spec, record});
   CHECK(measured.burn_in == 50);
@@ -129,9 +107,9 @@ TEST_CASE("Responses under the laws say how far they lie from the first") {
   ComparedLaws measured;
   measured.responses.resize(3);
   for (LawResponse& one : measured.responses) one.spec.sampler.law = Law::rejection;
-  measured.responses[0].c = number(0.55, 0.003);
-  measured.responses[1].c = number(0.54, 0.004);
-  measured.responses[0].D = measured.responses[1].D = number(0.1, 0.01);
+  measured.responses[0].c = known(0.55, 0.003);
+  measured.responses[1].c = known(0.54, 0.004);
+  measured.responses[0].D = measured.responses[1].D = known(0.1, 0.01);
   measured.responses[2].c = measured.responses[2].D = unknown("too few");
   measured.on_piles.resize(1);
   measured.on_piles[0].spec.sampler.law = Law::rejection;
