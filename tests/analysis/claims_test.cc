@@ -29,6 +29,11 @@ FitSpec window() {
   return spec;
 }
 
+/// x_p = c z and W^2 = D z.
+KnownTransport straight_rays(double c, double D) {
+  return {.c = c, .D = D, .position_offset = 0, .width_offset = 0, .alpha_thrust = 0.9};
+}
+
 /// One friction coefficient of a known response, analysed through the whole chain.
 Analysis analysis_of(const KnownTransport& known, const SyntheticNoise& noise, double mu = 1.7) {
   MeasuredEnsemble ensemble = synthetic_ensemble(known, noise, columns, layers_to_record(window(), {}), 32, 100);
@@ -38,7 +43,7 @@ Analysis analysis_of(const KnownTransport& known, const SyntheticNoise& noise, d
 
 std::string verdict(const Analysis& analysis, const std::string& id) { return claim(analysis.claims, id).verdict; }
 
-SyntheticNoise noise_of(double per_sample, std::uint64_t seed) { return {per_sample, seed}; }
+SyntheticNoise noise_of(double per_sample, std::uint64_t seed) { return {.per_sample = per_sample, .seed = seed}; }
 
 }  // namespace
 
@@ -120,7 +125,7 @@ TEST_CASE("What the offset of the width does to the heights is told from known w
 }
 
 TEST_CASE("Two separate peaks are found, and their laws") {
-  const KnownTransport known{0.5, 0.15, 0.0, 0.0, 0.9};
+  const KnownTransport known = straight_rays(0.5, 0.15);
   const Analysis analysis = analysis_of(known, noise_of(0.1, 3));
   for (const char* id : {"double-peak", "linear-position", "diffusive-width", "amplitude", "noise"}) {
     INFO(id << ": " << claim(analysis.claims, id).explanation);
@@ -139,7 +144,7 @@ TEST_CASE("Two separate peaks are found, and their laws") {
 
 TEST_CASE("One peak is told from two, and noise from both") {
   // c = 0: a single Gaussian of W = 6 to 10.
-  const KnownTransport single{0.0, 0.7, 0.0, 0.0, 0.9};
+  const KnownTransport single = straight_rays(0, 0.7);
   const Analysis clear = analysis_of(single, noise_of(0.05, 4));
   CHECK(verdict(clear, "double-peak") == not_reproduced);
   CHECK_THAT(claim(clear.claims, "double-peak").explanation, Contains("One peak is found"));
@@ -147,7 +152,7 @@ TEST_CASE("One peak is told from two, and noise from both") {
   const Analysis blurred = analysis_of(single, noise_of(5, 5));
   CHECK(verdict(blurred, "double-peak") == undetermined);
   // Two Gaussians with x_p < W are told from one Gaussian but have a single maximum: x_p = 0.8 W at z = 66.
-  const KnownTransport merged{0.08, 0.7, 0.0, 0.0, 0.9};
+  const KnownTransport merged = straight_rays(0.08, 0.7);
   const Analysis together = analysis_of(merged, noise_of(0.02, 6));
   const auto& depths = together.results[0].depths;
   CHECK(depths.front().evidence.for_two_peaks < -25);
@@ -160,7 +165,7 @@ TEST_CASE("Noise about one Gaussian makes two peaks no more often than it may") 
   // its distribution is half chi^2 with one degree of freedom: 0.9 in 680. Smoothed noise spectra widen it a little.
   int exceeding = 0, two_peaks = 0, depths = 0;
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
-    const Analysis analysis = analysis_of({0.0, 0.7, 0.0, 0.0, 0.9}, noise_of(0.3, 100 + seed));
+    const Analysis analysis = analysis_of(straight_rays(0, 0.7), noise_of(0.3, 100 + seed));
     for (const DepthFit& depth : analysis.results[0].depths) {
       if (!std::isfinite(depth.evidence.for_two_peaks)) continue;
       ++depths;
@@ -175,7 +180,7 @@ TEST_CASE("Noise about one Gaussian makes two peaks no more often than it may") 
 }
 
 TEST_CASE("Growth that is not linear is not reproduced, and noise leaves it undetermined") {
-  KnownTransport bent{0.5, 0.15, 0.0, 0.0, 0.9};
+  KnownTransport bent = straight_rays(0.5, 0.15);
   bent.position_power = 0.85;
   bent.width_power = 1.5;
   const Analysis analysis = analysis_of(bent, noise_of(0.05, 7));
@@ -199,7 +204,7 @@ TEST_CASE("Straight lines are called bent no more often than they may be") {
   double chi2 = 0;
   int degrees_of_freedom = 0;
   for (std::uint64_t seed = 1; seed <= 60; ++seed) {
-    const Analysis analysis = analysis_of({0.5, 0.15, 0.0, 0.0, 0.9}, noise_of(0.2, 500 + seed));
+    const Analysis analysis = analysis_of(straight_rays(0.5, 0.15), noise_of(0.2, 500 + seed));
     const Transport& result = analysis.results[0];
     beyond += std::abs(result.laws.position.value - 1) > 3 * result.laws.position.standard_error;
     beyond += std::abs(result.laws.width.value - 1) > 3 * result.laws.width.standard_error;
@@ -215,7 +220,7 @@ TEST_CASE("Straight lines are called bent no more often than they may be") {
 }
 
 TEST_CASE("Noise that does not fall is seen: a response of another shape") {
-  KnownTransport skirt{0.5, 0.15, 0.0, 0.0, 0.9};
+  KnownTransport skirt = straight_rays(0.5, 0.15);
   skirt.in_the_middle = 0.03;  // less than what makes a depth count as another shape
   const Analysis analysis = analysis_of(skirt, noise_of(0.02, 9));
   CHECK(analysis.results[0].laws.noise.value > -0.3);
