@@ -161,8 +161,8 @@ TEST_CASE("A bench that could not be kept, or would heed no flag, does not begin
     CHECK(result.out.empty());
     CHECK_THAT(result.err, Contains(words));
   };
-  refused({"accuracy", "--json", (scratch / "none/a.json").string()}, 3, "that its folder exists");
-  refused({"sampler", "--json", scratch.path().string()}, 3, "A folder stands where a file is needed");
+  refused({"accuracy", "--json", (scratch / "none/a.json").string()}, 3, "none/a.json': ");
+  refused({"sampler", "--json", scratch.path().string()}, 3, "A folder stands");
   refused({"sampler", "--quick"}, 2, "--quick belongs to the suite render");
   refused({"accuracy", "--folder", "x"}, 2, "--folder belongs to the suite render");
   refused({"render", "--repetitions", "8"}, 2, "--repetitions belongs to the suite accuracy");
