@@ -2,15 +2,18 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <stdexcept>
 
 #include "analysis/analyse.h"
 #include "analysis/claim_rule.h"
+#include "kit/claim.h"
+#include "kit/estimates.h"
 #include "model/lattice.h"
 #include "synthetic_ensemble.h"
 
 using namespace granuscope;
 using Catch::Matchers::Contains;
+using test::claim;
+using test::known;
 
 namespace {
 
@@ -26,6 +29,11 @@ FitSpec window() {
   return spec;
 }
 
+/// x_p = c z and W^2 = D z.
+KnownTransport straight_rays(double c, double D) {
+  return {.c = c, .D = D, .position_offset = 0, .width_offset = 0, .alpha_thrust = 0.9};
+}
+
 /// One friction coefficient of a known response, analysed through the whole chain.
 Analysis analysis_of(const KnownTransport& known, const SyntheticNoise& noise, double mu = 1.7) {
   MeasuredEnsemble ensemble = synthetic_ensemble(known, noise, columns, layers_to_record(window(), {}), 32, 100);
@@ -33,23 +41,9 @@ Analysis analysis_of(const KnownTransport& known, const SyntheticNoise& noise, d
   return analyse({measure_transport(ensemble, window(), {}, 2)}, window(), {}, {});
 }
 
-const Claim& claim(const std::vector<Claim>& claims, const std::string& id) {
-  for (const Claim& one : claims) {
-    if (one.id == id) return one;
-  }
-  throw std::out_of_range(id);
-}
-
 std::string verdict(const Analysis& analysis, const std::string& id) { return claim(analysis.claims, id).verdict; }
 
-Estimate number(double value, double error) {
-  Estimate made;
-  made.value = value;
-  made.standard_error = error;
-  return made;
-}
-
-SyntheticNoise noise_of(double per_sample, std::uint64_t seed) { return {per_sample, seed}; }
+SyntheticNoise noise_of(double per_sample, std::uint64_t seed) { return {.per_sample = per_sample, .seed = seed}; }
 
 }  // namespace
 
@@ -68,37 +62,37 @@ TEST_CASE("Every claim about the main line is decided, each once, and nothing me
 }
 
 TEST_CASE("The rule for numbers") {
-  CHECK(judge_number(number(2.45, 0.06), 2.5, 0.05).verdict == reproduced);
-  CHECK(judge_number(number(2.45, 0.06), 2.5, 0.05).z_score == Approx(-0.05 / std::hypot(0.06, 0.05)));
-  CHECK(judge_number(number(3.2, 0.06), 2.5, 0.05).verdict == not_reproduced);
-  CHECK(judge_number(number(-0.8, 0.01), -0.5, 0.02).verdict == not_reproduced);
+  CHECK(judge_number(known(2.45, 0.06), 2.5, 0.05).verdict == reproduced);
+  CHECK(judge_number(known(2.45, 0.06), 2.5, 0.05).z_score == Approx(-0.05 / std::hypot(0.06, 0.05)));
+  CHECK(judge_number(known(3.2, 0.06), 2.5, 0.05).verdict == not_reproduced);
+  CHECK(judge_number(known(-0.8, 0.01), -0.5, 0.02).verdict == not_reproduced);
   // 20 % of the number must stand out by more than three errors, whatever the value measured.
-  CHECK(judge_number(number(9.0, 0.17), 2.5, 0.0).verdict == undetermined);
-  CHECK(judge_number(number(9.0, 0.16), 2.5, 0.0).verdict == not_reproduced);
+  CHECK(judge_number(known(9.0, 0.17), 2.5, 0.0).verdict == undetermined);
+  CHECK(judge_number(known(9.0, 0.16), 2.5, 0.0).verdict == not_reproduced);
   // 0.5 % is printed so coarsely that 20 % of it never stands out: a more precise measurement decides all the same.
-  CHECK(judge_number(number(0.0060, 0.0001), 0.005, 0.0005).verdict == reproduced);
-  CHECK(judge_number(number(0.0080, 0.0001), 0.005, 0.0005).verdict == not_reproduced);
-  CHECK(judge_number(number(0.0080, 0.0006), 0.005, 0.0005).verdict == undetermined);
+  CHECK(judge_number(known(0.0060, 0.0001), 0.005, 0.0005).verdict == reproduced);
+  CHECK(judge_number(known(0.0080, 0.0001), 0.005, 0.0005).verdict == not_reproduced);
+  CHECK(judge_number(known(0.0080, 0.0006), 0.005, 0.0005).verdict == undetermined);
   CHECK(judge_number(Estimate{}, 1, 0).verdict == undetermined);
-  CHECK(judge_number(number(1, 0), 1, 0).verdict == reproduced);
-  CHECK(judge_number(number(1.001, 0), 1, 0).verdict == not_reproduced);
+  CHECK(judge_number(known(1, 0), 1, 0).verdict == reproduced);
+  CHECK(judge_number(known(1.001, 0), 1, 0).verdict == not_reproduced);
 }
 
 TEST_CASE("What more piles would decide is said, and how many") {
   // (0.2/3)^2 = 0.0044 is the variance allowed; 0.2^2 = 0.04 is 9 times that.
-  CHECK_THAT(cost_of_deciding(number(1, 0.2), 1, 0), Contains("about 9.0 times as many piles"));
-  CHECK(cost_of_deciding(number(1, 0.01), 1, 0).empty());
-  CHECK(cost_of_deciding(number(1, 0.01), 1, 0.5).empty());  // more piles do not help against the paper's error
+  CHECK_THAT(cost_of_deciding(known(1, 0.2), 1, 0), Contains("about 9.0 times as many piles"));
+  CHECK(cost_of_deciding(known(1, 0.01), 1, 0).empty());
+  CHECK(cost_of_deciding(known(1, 0.01), 1, 0.5).empty());  // more piles do not help against the paper's error
 }
 
 TEST_CASE("A number that lies far off but is too uncertain for the rule says both") {
   Claim far, near;
-  judge_by_number(far, number(0.68, 0.03), 0.4, 0.01, "The exponent");
+  judge_by_number(far, known(0.68, 0.03), 0.4, 0.01, "The exponent");
   CHECK(far.verdict == undetermined);
   CHECK_THAT(
       far.explanation,
       Contains("is 0.680(30); it lies 8.9 combined standard errors from the paper’s value, but the rule leaves"));
-  judge_by_number(near, number(0.41, 0.03), 0.4, 0.01, "The exponent");
+  judge_by_number(near, known(0.41, 0.03), 0.4, 0.01, "The exponent");
   CHECK_THAT(near.explanation,
              Contains("is 0.410(30), too uncertain to tell a deviation of 20 %; it lies 0.32 combined"));
 }
@@ -108,9 +102,9 @@ TEST_CASE("What the offset of the width does to the heights is told from known w
   for (const auto& [mu, D, error] : {std::array{0.3, 0.05, 0.002}, std::array{1.7, -3.3, 8.9}}) {
     Transport result;
     result.spec.sampler.mu = mu;
-    result.D = number(D, error);
-    result.width_offset = number(1.25, 0.1);
-    result.laws.amplitude = number(-0.45, 0.01);
+    result.D = known(D, error);
+    result.width_offset = known(1.25, 0.1);
+    result.laws.amplitude = known(-0.45, 0.01);
     result.window_layers = {60, 180};
     for (const auto& [layer, z] : {std::pair{60, 50.0}, std::pair{180, 200.0}}) {
       DepthFit depth;
@@ -120,7 +114,7 @@ TEST_CASE("What the offset of the width does to the heights is told from known w
     }
     analysis.results.push_back(result);
   }
-  analysis.mean_laws.amplitude = number(-0.45, 0.01);
+  analysis.mean_laws.amplitude = known(-0.45, 0.01);
   // D z = 0.05 * sqrt(50 * 200) = 5 at the middle: -0.5 * 5 / 6.25 = -0.4.
   const std::string remarks = claim(judge_claims(analysis, {}, {}), "amplitude").remarks;
   CHECK_THAT(remarks, Contains("makes it −0.40;"));
@@ -131,7 +125,7 @@ TEST_CASE("What the offset of the width does to the heights is told from known w
 }
 
 TEST_CASE("Two separate peaks are found, and their laws") {
-  const KnownTransport known{0.5, 0.15, 0.0, 0.0, 0.9};
+  const KnownTransport known = straight_rays(0.5, 0.15);
   const Analysis analysis = analysis_of(known, noise_of(0.1, 3));
   for (const char* id : {"double-peak", "linear-position", "diffusive-width", "amplitude", "noise"}) {
     INFO(id << ": " << claim(analysis.claims, id).explanation);
@@ -150,7 +144,7 @@ TEST_CASE("Two separate peaks are found, and their laws") {
 
 TEST_CASE("One peak is told from two, and noise from both") {
   // c = 0: a single Gaussian of W = 6 to 10.
-  const KnownTransport single{0.0, 0.7, 0.0, 0.0, 0.9};
+  const KnownTransport single = straight_rays(0, 0.7);
   const Analysis clear = analysis_of(single, noise_of(0.05, 4));
   CHECK(verdict(clear, "double-peak") == not_reproduced);
   CHECK_THAT(claim(clear.claims, "double-peak").explanation, Contains("One peak is found"));
@@ -158,7 +152,7 @@ TEST_CASE("One peak is told from two, and noise from both") {
   const Analysis blurred = analysis_of(single, noise_of(5, 5));
   CHECK(verdict(blurred, "double-peak") == undetermined);
   // Two Gaussians with x_p < W are told from one Gaussian but have a single maximum: x_p = 0.8 W at z = 66.
-  const KnownTransport merged{0.08, 0.7, 0.0, 0.0, 0.9};
+  const KnownTransport merged = straight_rays(0.08, 0.7);
   const Analysis together = analysis_of(merged, noise_of(0.02, 6));
   const auto& depths = together.results[0].depths;
   CHECK(depths.front().evidence.for_two_peaks < -25);
@@ -171,7 +165,7 @@ TEST_CASE("Noise about one Gaussian makes two peaks no more often than it may") 
   // its distribution is half chi^2 with one degree of freedom: 0.9 in 680. Smoothed noise spectra widen it a little.
   int exceeding = 0, two_peaks = 0, depths = 0;
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
-    const Analysis analysis = analysis_of({0.0, 0.7, 0.0, 0.0, 0.9}, noise_of(0.3, 100 + seed));
+    const Analysis analysis = analysis_of(straight_rays(0, 0.7), noise_of(0.3, 100 + seed));
     for (const DepthFit& depth : analysis.results[0].depths) {
       if (!std::isfinite(depth.evidence.for_two_peaks)) continue;
       ++depths;
@@ -186,7 +180,7 @@ TEST_CASE("Noise about one Gaussian makes two peaks no more often than it may") 
 }
 
 TEST_CASE("Growth that is not linear is not reproduced, and noise leaves it undetermined") {
-  KnownTransport bent{0.5, 0.15, 0.0, 0.0, 0.9};
+  KnownTransport bent = straight_rays(0.5, 0.15);
   bent.position_power = 0.85;
   bent.width_power = 1.5;
   const Analysis analysis = analysis_of(bent, noise_of(0.05, 7));
@@ -210,7 +204,7 @@ TEST_CASE("Straight lines are called bent no more often than they may be") {
   double chi2 = 0;
   int degrees_of_freedom = 0;
   for (std::uint64_t seed = 1; seed <= 60; ++seed) {
-    const Analysis analysis = analysis_of({0.5, 0.15, 0.0, 0.0, 0.9}, noise_of(0.2, 500 + seed));
+    const Analysis analysis = analysis_of(straight_rays(0.5, 0.15), noise_of(0.2, 500 + seed));
     const Transport& result = analysis.results[0];
     beyond += std::abs(result.laws.position.value - 1) > 3 * result.laws.position.standard_error;
     beyond += std::abs(result.laws.width.value - 1) > 3 * result.laws.width.standard_error;
@@ -226,7 +220,7 @@ TEST_CASE("Straight lines are called bent no more often than they may be") {
 }
 
 TEST_CASE("Noise that does not fall is seen: a response of another shape") {
-  KnownTransport skirt{0.5, 0.15, 0.0, 0.0, 0.9};
+  KnownTransport skirt = straight_rays(0.5, 0.15);
   skirt.in_the_middle = 0.03;  // less than what makes a depth count as another shape
   const Analysis analysis = analysis_of(skirt, noise_of(0.02, 9));
   CHECK(analysis.results[0].laws.noise.value > -0.3);

@@ -6,44 +6,25 @@
 
 #include "analysis/transport.h"
 #include "ensemble/ensemble_runner.h"
+#include "kit/small_piles.h"
 
 using namespace granuscope;
-
-namespace {
-
-EnsembleSpec piles_of(Law law) {
-  EnsembleSpec spec;
-  spec.sampler.law = law;
-  spec.sampler.mu = 0.3;
-  spec.lattice = {6, 6};
-  spec.load = Load::uniform;
-  spec.record_profiles = false;
-  spec.response.samples = 2048;
-  spec.response.blocks = 32;
-  return spec;
-}
-
-}  // namespace
+using test::chained_piles;
+using test::piles_of;
 
 TEST_CASE("Independent piles count in full, those of a chain hardly left to run count less") {
   const auto independent = effective_samples(run_ensemble(piles_of(Law::granusolve), 1, nullptr).sums);
   REQUIRE(independent.known());
   CAPTURE(independent.value, independent.standard_error);
   CHECK(std::abs(independent.value - 2048) < 5 * independent.standard_error);
-  EnsembleSpec spec = piles_of(Law::polytope);
-  spec.sampler.burn_in = 50;
-  spec.sampler.thinning = 1;
-  const auto chained = effective_samples(run_ensemble(spec, 1, nullptr).sums);
+  const auto chained = effective_samples(run_ensemble(chained_piles(1, 2048), 1, nullptr).sums);
   REQUIRE(chained.known());
   CAPTURE(chained.value, chained.standard_error);
   CHECK(chained.value + 5 * chained.standard_error < 2048);
 }
 
 TEST_CASE("What a chain ran for is kept with the main results") {
-  EnsembleSpec spec = piles_of(Law::polytope);
-  spec.response.samples = 256;
-  spec.sampler.burn_in = 50;
-  spec.sampler.thinning = 3;
+  EnsembleSpec spec = chained_piles(3, 256);
   spec.load = Load::point;
   spec.record_profiles = true;
   spec.lattice = {16, 28};

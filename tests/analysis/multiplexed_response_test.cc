@@ -5,6 +5,7 @@
 #include "analysis/mean_response.h"
 #include "analysis/transport.h"
 #include "ensemble/ensemble_runner.h"
+#include "kit/linear_response.h"
 #include "support/error.h"
 
 using namespace granuscope;
@@ -120,13 +121,8 @@ TEST_CASE("an ensemble without profiles has no response") {
 }
 
 TEST_CASE("multiplexed and point agree where the response is nearly linear", "[long]") {
-  // Numbers on record: the linear response as an independent implementation that is not in the repository printed it
-  // (500 x 200 beads, epsilon 0.25, 1500 samples): c, its error, D, its error.
-  const double independent[][5] = {{0.1, 0.5749, 0.0001, 0.0061, 0.0001},
-                                   {0.2, 0.5678, 0.0001, 0.0297, 0.0006},
-                                   {0.3, 0.5580, 0.0002, 0.0818, 0.0014}};
   const FitSpec fit;
-  for (const auto& [mu, c, c_error, D, D_error] : independent) {
+  for (const auto& [mu, c, c_error, D, D_error] : test::linear_response) {
     EnsembleSpec spec = multiplexed(mu, 500, 200);
     spec.response.samples = 1536;
     spec.response.blocks = 32;

@@ -5,9 +5,12 @@
 
 #include "analysis/claims.h"
 #include "analysis/power_law.h"
+#include "kit/claim.h"
+#include "kit/estimates.h"
 #include "model/lattice.h"
 
 using namespace granuscope;
+using test::claim;
 
 namespace {
 
@@ -36,18 +39,10 @@ std::vector<MeasuredTransport> family(double scatter) {
 
 ScalingFit exponent(double value, double error) {
   ScalingFit fit;
-  fit.exponent.value = value;
-  fit.exponent.standard_error = error;
+  fit.exponent = test::known(value, error);
   fit.window = {0.1, 0.3};
   fit.points = 4;
   return fit;
-}
-
-const Claim& claim(const std::vector<Claim>& claims, const std::string& id) {
-  for (const Claim& c : claims) {
-    if (c.id == id) return c;
-  }
-  throw std::out_of_range(id);
 }
 
 Analysis with(const ScalingFits& fits) {
@@ -185,8 +180,7 @@ TEST_CASE("claims follow the stated rule") {
   CHECK(claim(judge_claims(with(fits), {}, {}), "D-of-mu").verdict == "undetermined");
   fits.beta = exponent(3.2, 0.15);
   CHECK(claim(judge_claims(with(fits), {}, {}), "D-of-mu").verdict == "not reproduced");
-  fits.beta.exponent = Estimate{};
-  fits.beta.exponent.reason = "nothing was measured";
+  fits.beta.exponent = test::unknown("nothing was measured");
   CHECK(claim(judge_claims(with(fits), {}, {}), "D-of-mu").verdict == "undetermined");
   CHECK(claim(judge_claims(with(fits), {}, {}), "D-of-mu").explanation.find("nothing was measured") !=
         std::string::npos);

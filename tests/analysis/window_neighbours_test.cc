@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "analysis/scaling.h"
+#include "kit/estimates.h"
 #include "model/lattice.h"
 #include "synthetic_ensemble.h"
 
@@ -61,13 +62,11 @@ TEST_CASE("straight lines have no systematic error beyond their scatter, bent on
 }
 
 TEST_CASE("systematic spread: shifts that their errors explain count nothing") {
-  const auto shift = [](double value, double error) { return Estimate{value, error, ""}; };
-  CHECK(systematic_spread({shift(1, 1), shift(-1, 1)}) == 0);
-  CHECK(systematic_spread({shift(0.1, 1)}) == 0);
-  CHECK(systematic_spread({shift(5, 3), shift(-5, 3)}) == Approx(4));
-  Estimate unknown;
-  unknown.reason = "no depth";
-  CHECK(systematic_spread({shift(2, 0), unknown}) == Approx(2));
+  CHECK(systematic_spread({test::known(1, 1), test::known(-1, 1)}) == 0);
+  CHECK(systematic_spread({test::known(0.1, 1)}) == 0);
+  CHECK(systematic_spread({test::known(5, 3), test::known(-5, 3)}) == Approx(4));
+  const Estimate unknown = test::unknown("no depth");
+  CHECK(systematic_spread({test::known(2, 0), unknown}) == Approx(2));
   CHECK(std::isnan(systematic_spread({unknown})));
   CHECK(std::isnan(systematic_spread({})));
 }

@@ -17,7 +17,13 @@ TEST_CASE("the accuracy table is JSON with a case per estimator, unknown numbers
   point.spec.response.samples = 512;
   point.repetitions = 24;
   point.seconds = 1.5;
-  point.curve.push_back({512, 24, 1.5, 2e-3, 1e-2, 3e-3, 2e-2});
+  point.curve.push_back({.samples = 512,
+                         .repetitions = 24,
+                         .seconds = 1.5,
+                         .stderr_c = 2e-3,
+                         .stderr_D = 1e-2,
+                         .rms_c = 3e-3,
+                         .rms_D = 2e-2});
   point.c = {0.56, 1e-3, {}};
   point.slope_D = {-0.48, 0.09, {}};
   AccuracyCase thrust;

@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/in_process.h"
-#include "experiment/experiment_file.h"
+#include "kit/small_experiment.h"
 #include "kit/temporary_folder.h"
 #include "support/atomic_file.h"
 
@@ -15,34 +15,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// Small enough for a test, large enough for every stage: two friction coefficients that fit on the ring.
-constexpr const char* small_experiment = R"(
-[experiment]
-name = "small"
-[lattice]
-columns = 120
-layers = 70
-[friction]
-mu = [0.0, 0.2, 0.4]
-[sampling]
-seed = 3
-[response]
-samples = 256
-[fit]
-first_layer = 20
-last_layer = 49
-shallow_layer = 10
-scaling_window = [0.1, 0.5]
-[figures.response_profiles]
-mu = 0.4
-layers = [30, 45]
-[scenes.force_chains]
-columns = 30
-layers = 20
-width_px = 700
-dpi = 150
-)";
-
 fs::path write_config(const test::TemporaryFolder& scratch, const std::string& text) {
   std::ofstream(scratch / "small.toml") << text;
   return scratch / "small.toml";
@@ -52,7 +24,7 @@ fs::path write_config(const test::TemporaryFolder& scratch, const std::string& t
 
 TEST_CASE("run --print-config prints the resolved experiment and runs nothing") {
   const test::TemporaryFolder scratch;
-  const auto config = write_config(scratch, small_experiment);
+  const auto config = write_config(scratch, small_experiment_text);
   const auto result =
       granuscope_command({"run", config.string(), "--print-config", "--out", (scratch / "out").string()});
   REQUIRE(result.code == 0);
@@ -63,7 +35,7 @@ TEST_CASE("run --print-config prints the resolved experiment and runs nothing") 
 
 TEST_CASE("run --dry-run tells stages and cost and runs nothing") {
   const test::TemporaryFolder scratch;
-  const auto config = write_config(scratch, small_experiment);
+  const auto config = write_config(scratch, small_experiment_text);
   const auto result = granuscope_command({"run", config.string(), "--dry-run", "--out", (scratch / "out").string()});
   REQUIRE(result.code == 0);
   CHECK_THAT(result.out, Contains("sample") && Contains("analyse") && Contains("report") && Contains("beads to draw") &&
@@ -73,7 +45,7 @@ TEST_CASE("run --dry-run tells stages and cost and runs nothing") {
 
 TEST_CASE("run leaves the documented files, the same numbers for every number of threads, and resumes") {
   const test::TemporaryFolder scratch;
-  const auto config = write_config(scratch, small_experiment);
+  const auto config = write_config(scratch, small_experiment_text);
   const auto first =
       granuscope_command({"run", config.string(), "--threads", "1", "--out", (scratch / "one").string()});
   INFO(first.err);
@@ -87,7 +59,7 @@ TEST_CASE("run leaves the documented files, the same numbers for every number of
   const json summary = json::parse(read_file(scratch / "one" / "summary.json"));
   CHECK(summary["schema"] == 2);
   CHECK(summary["experiment"] == "small");
-  REQUIRE(summary["results"].size() == 3);
+  REQUIRE(summary["results"].size() == 4);
   CHECK(summary["results"][1]["samples"] == 256);
 
   REQUIRE(granuscope_command({"run", config.string(), "--threads", "2", "--out", (scratch / "two").string()}).code ==
@@ -96,7 +68,7 @@ TEST_CASE("run leaves the documented files, the same numbers for every number of
 
   // Again in the same folder: everything that takes time is there already.
   const auto plan = granuscope_command({"run", config.string(), "--dry-run", "--out", (scratch / "one").string()});
-  for (const char* mu : {"0", "0.2", "0.4"})
+  for (const char* mu : {"0", "0.2", "0.3", "0.4"})
     CHECK_THAT(plan.out, Contains(std::string("mu = ") + mu + " (there already)"));
   const std::string before = read_file(scratch / "one" / "summary.json");
   REQUIRE(granuscope_command({"run", config.string(), "--out", (scratch / "one").string()}).code == 0);
@@ -105,7 +77,7 @@ TEST_CASE("run leaves the documented files, the same numbers for every number of
 
 TEST_CASE("run --only sample stops after the ensembles") {
   const test::TemporaryFolder scratch;
-  const auto config = write_config(scratch, small_experiment);
+  const auto config = write_config(scratch, small_experiment_text);
   const auto result =
       granuscope_command({"run", config.string(), "--only", "sample", "--out", (scratch / "out").string()});
   INFO(result.err);
@@ -120,7 +92,7 @@ TEST_CASE("run --gate ends with 1 if a verdict is not the expected one") {
   const test::TemporaryFolder scratch;
   // Without friction rays go straight, exactly: the opposite is expected here.
   const auto config =
-      write_config(scratch, std::string(small_experiment) + "[gate.expect]\nfrictionless = \"not reproduced\"\n");
+      write_config(scratch, smallest_experiment_text + "[gate.expect]\nfrictionless = \"not reproduced\"\n");
   const std::vector<std::string> command{"run", config.string(), "--out", (scratch / "out").string()};
   CHECK(granuscope_command(command).code == 0);
   auto gated = command;
@@ -151,7 +123,7 @@ TEST_CASE("run refuses what it cannot read before it writes anything") {
 
 TEST_CASE("run tells a folder that cannot be written as an error of the environment") {
   const test::TemporaryFolder scratch;
-  const auto config = write_config(scratch, small_experiment);
+  const auto config = write_config(scratch, small_experiment_text);
   CHECK(granuscope_command({"run", config.string(), "--out", "/dev/null/results"}).code == 3);
   std::ofstream(scratch / "file") << "in the way";
   CHECK(granuscope_command({"run", config.string(), "--out", (scratch / "file").string()}).code == 3);

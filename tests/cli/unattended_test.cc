@@ -5,12 +5,13 @@
 
 #include <array>
 #include <catch2/catch.hpp>
-#include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <string>
 
 #include "cli/in_process.h"
+#include "kit/search_path.h"
+#include "kit/small_experiment.h"
 #include "kit/temporary_folder.h"
 #include "support/atomic_file.h"
 #include "support/child_process.h"
@@ -24,21 +25,16 @@ namespace {
 const std::string program = std::string(GRANUSCOPE_BINARY_DIR) + "/granuscope";
 
 std::string experiment(int seed) {
-  return "[lattice]\ncolumns = 60\nlayers = 50\n[friction]\nmu = [0.0, 0.3]\n[sampling]\nseed = " +
-         std::to_string(seed) +
-         "\n[response]\nsamples = 256\n[fit]\nfirst_layer = 8\nlast_layer = 26\nlayer_step = 2\nshallow_layer = 4\n"
-         "[figures.response_profiles]\nmu = 0.3\nlayers = [10, 20]\n[scenes.force_chains]\ndraw = false\n";
+  return smallest_experiment_text + "draw = false\n[sampling]\nseed = " + std::to_string(seed) + "\n";
 }
 
 /// Runs the program with a gnuplot of our own before the system's.
 ProcessResult run_with_gnuplot(const test::TemporaryFolder& scratch, const std::string& script,
                                const fs::path& config) {
-  fs::create_directories(scratch / "programs");
-  std::ofstream(scratch / "programs/gnuplot") << "#!/bin/sh\n" << script << '\n';
-  fs::permissions(scratch / "programs/gnuplot", fs::perms::owner_all);
+  const test::FakePrograms programs(scratch / "programs");
+  programs.only("gnuplot", script);
   ProcessSpec spec;
   spec.arguments = {program, "run", config.string(), "--out", (scratch / "out").string()};
-  spec.environment = {{"PATH", (scratch / "programs").string() + ":" + std::getenv("PATH")}};
   return run_process(spec);
 }
 
@@ -165,8 +161,8 @@ TEST_CASE("A bench that could not be kept, or would heed no flag, does not begin
     CHECK(result.out.empty());
     CHECK_THAT(result.err, Contains(words));
   };
-  refused({"accuracy", "--json", (scratch / "none/a.json").string()}, 3, "that its folder exists");
-  refused({"sampler", "--json", scratch.path().string()}, 3, "A folder stands where a file is needed");
+  refused({"accuracy", "--json", (scratch / "none/a.json").string()}, 3, "none/a.json': ");
+  refused({"sampler", "--json", scratch.path().string()}, 3, "A folder stands");
   refused({"sampler", "--quick"}, 2, "--quick belongs to the suite render");
   refused({"accuracy", "--folder", "x"}, 2, "--folder belongs to the suite render");
   refused({"render", "--repetitions", "8"}, 2, "--repetitions belongs to the suite accuracy");

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "ensemble/ensemble_runner.h"
+#include "ensemble/small_ensemble.h"
 #include "kit/same_bytes.h"
 #include "sampling/sampler.h"
 #include "support/error.h"
@@ -19,28 +20,10 @@ namespace {
 using test::same_bytes;
 
 EnsembleSpec small_ensemble() {
-  EnsembleSpec spec;
-  spec.sampler.mu = 0.3;
-  spec.sampler.seed = 7;
-  spec.lattice = {.columns = 10, .layers = 12};
+  EnsembleSpec spec = test::small_ensemble(point_response(1), 10);
+  spec.lattice.layers = 12;
   spec.response.samples = 8 * 11 + 3;  // the last group is not full, and 12 groups do not divide evenly among 8 blocks
-  spec.response.blocks = 8;
   return spec;
-}
-
-bool same_bytes(const EnsembleRecord& a, const EnsembleRecord& b) {
-  if (a.configuration != b.configuration || a.sums.layers != b.sums.layers || a.sums.count != b.sums.count)
-    return false;
-  if (a.sums.quantities.size() != b.sums.quantities.size() || a.failed.size() != b.failed.size()) return false;
-  for (const auto& [name, sums] : a.sums.quantities) {
-    const QuantitySums& other = b.sums.quantities.at(name);
-    if (!same_bytes(sums.sum, other.sum) || !same_bytes(sums.sum_of_squares, other.sum_of_squares)) return false;
-  }
-  for (std::size_t k = 0; k < a.failed.size(); ++k) {
-    if (a.failed[k].sample != b.failed[k].sample || a.failed[k].layer != b.failed[k].layer) return false;
-  }
-  return a.counts.uniforms == b.counts.uniforms && a.counts.pairs == b.counts.pairs &&
-         a.counts.beads == b.counts.beads && a.counts.climbs == b.counts.climbs;
 }
 
 TEST_CASE("block sums are the sums over separately drawn piles, exactly") {

@@ -4,7 +4,7 @@
 #include <numbers>
 
 #include "ensemble/ensemble_runner.h"
-#include "kit/same_bytes.h"
+#include "ensemble/small_ensemble.h"
 #include "sampling/random_key.h"
 #include "sampling/sampler.h"
 #include "support/error.h"
@@ -12,17 +12,7 @@
 namespace granuscope {
 namespace {
 
-EnsembleSpec small_ensemble(int columns) {
-  EnsembleSpec spec;
-  spec.response.estimator = EstimatorName::multiplexed;
-  spec.sampler.mu = 0.3;
-  spec.sampler.seed = 7;
-  spec.lattice = {.columns = columns, .layers = 30};
-  spec.response.samples = 64;
-  spec.response.blocks = 8;
-  spec.response.epsilon = 0.4;
-  return spec;
-}
+EnsembleSpec small_ensemble(int columns) { return test::small_ensemble(multiplexed_response(0.4), columns); }
 
 }  // namespace
 
@@ -73,12 +63,7 @@ TEST_CASE("multiplexed: any number of threads gives the same bytes") {
   spec.response.blocks = 9;
   spec.response.samples = 8 * 11 + 3;
   const EnsembleRecord one = run_ensemble(spec, 1, nullptr);
-  for (const int threads : {2, 5}) {
-    const EnsembleRecord many = run_ensemble(spec, threads, nullptr);
-    for (const auto& [name, sums] : one.sums.quantities) {
-      CHECK(test::same_bytes(many.sums.quantities.at(name).sum, sums.sum));
-    }
-  }
+  for (const int threads : {2, 5}) CHECK(test::same_bytes(run_ensemble(spec, threads, nullptr), one));
   spec.sampler.seed = 8;
   CHECK(run_ensemble(spec, 1, nullptr).sums.quantities.at("correlation").sum !=
         one.sums.quantities.at("correlation").sum);

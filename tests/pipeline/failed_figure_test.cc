@@ -1,15 +1,14 @@
 // A figure that cannot be drawn costs nothing but itself.
 #include <catch2/catch.hpp>
-#include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "kit/search_path.h"
+#include "kit/small_experiment.h"
 #include "kit/temporary_folder.h"
 #include "pipeline/pipeline.h"
 #include "quiet_run.h"
-#include "small_experiment.h"
 #include "support/atomic_file.h"
 #include "support/child_process.h"
 
@@ -20,28 +19,12 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// While it lives the gnuplot that is found complains about scripts of this name, and else draws as always.
-class FussyGnuplot {
- public:
-  FussyGnuplot(const fs::path& folder, const std::string& script) {
-    const char* path = std::getenv("PATH");
-    REQUIRE(path != nullptr);
-    before_ = path;
-    const auto real = find_program("gnuplot");
-    REQUIRE(real);
-    fs::create_directories(folder);
-    std::ofstream(folder / "gnuplot") << "#!/bin/sh\ncase \"$2\" in " << script
-                                      << ") echo 'a warning' >&2;; esac\nexec " << *real << " \"$@\"\n";
-    fs::permissions(folder / "gnuplot", fs::perms::owner_all);
-    ::setenv("PATH", (folder.string() + ":" + before_).c_str(), 1);
-  }
-  FussyGnuplot(const FussyGnuplot&) = delete;
-  FussyGnuplot& operator=(const FussyGnuplot&) = delete;
-  ~FussyGnuplot() { ::setenv("PATH", before_.c_str(), 1); }
-
- private:
-  std::string before_;
-};
+/// Script of a gnuplot that complains about scripts of this name, and else draws as always.
+std::string fussy_gnuplot(const std::string& script) {
+  const auto real = find_program("gnuplot");
+  REQUIRE(real);
+  return "case \"$2\" in " + script + ") echo 'a warning' >&2;; esac\nexec " + real->string() + " \"$@\"";
+}
 
 Experiment experiment_with_few_figures() {
   Experiment experiment = small_experiment();
@@ -62,9 +45,10 @@ TEST_CASE("a figure that gnuplot does not draw is named in its place, and all el
   CHECK(report_in(whole.path()).find("Not drawn.") == std::string::npos);
 
   {
-    const FussyGnuplot gnuplot(lacking / "programs", "response-profiles*");
+    const test::FakePrograms programs(lacking / "programs");
+    programs.only("gnuplot", fussy_gnuplot("response-profiles*"));
     const RunResult result = run_experiment(experiment, quiet(lacking.path()));
-    CHECK_THAT(result.failure, Contains("figure response-profiles could not be made, while all else was made") &&
+    CHECK_THAT(result.failure, Contains("figure response-profiles could not be made") &&
                                    Contains("it complained: a warning"));
   }
   for (const char* file : {"summary.json", "summary.md", "claims.xml", "figures/transport-with-depth.svg"}) {
@@ -96,7 +80,8 @@ TEST_CASE("a drawing of an earlier run stands for one that fails only if script 
   const TemporaryFolder folder;
   Experiment experiment = experiment_with_few_figures();
   run_experiment(experiment, quiet(folder.path()));
-  const FussyGnuplot gnuplot(folder / "programs", "*");
+  const test::FakePrograms programs(folder / "programs");
+  programs.only("gnuplot", fussy_gnuplot("*"));
   CHECK_THAT(run_experiment(experiment, quiet(folder.path())).failure, Contains("could not be made"));
   const std::string same = report_in(folder.path());
   CHECK(same.find("drawn from the same script and data by an earlier run") != std::string::npos);

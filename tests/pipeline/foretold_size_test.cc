@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
+#include "kit/small_experiment.h"
 #include "kit/temporary_folder.h"
 #include "pipeline/pipeline.h"
-#include "small_experiment.h"
 #include "support/atomic_file.h"
 #include "support/child_process.h"
 

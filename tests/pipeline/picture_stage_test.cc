@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "kit/small_experiment.h"
 #include "kit/temporary_folder.h"
 #include "render/png_file.h"
-#include "small_experiment.h"
 #include "support/atomic_file.h"
 
 namespace granuscope {

@@ -5,9 +5,9 @@
 #include "ensemble/ensemble_runner.h"
 #include "ensemble/estimator.h"
 #include "kit/set_key.h"
+#include "kit/small_experiment.h"
 #include "kit/temporary_folder.h"
 #include "pipeline/pipeline.h"
-#include "small_experiment.h"
 
 using namespace granuscope;
 using Catch::Matchers::Contains;

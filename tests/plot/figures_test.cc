@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "kit/temporary_folder.h"
+#include "kit/text_parts.h"
 #include "plot/bead_forces.h"
 #include "plot/figure_words.h"
 #include "plot/propagation_against_diffusion.h"
@@ -20,11 +21,10 @@
 #include "support/error.h"
 
 using namespace granuscope;
+using test::contains;
 using test::TemporaryFolder;
 
 namespace {
-
-bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
 /// Every figure comes with all its files, words, and a command that draws the same bytes again.
 void check_whole(const Figure& figure, const std::filesystem::path& run_folder) {

@@ -2,8 +2,8 @@
 
 #include <catch2/catch.hpp>
 
+#include "kit/search_path.h"
 #include "kit/temporary_folder.h"
-#include "kit/without_programs.h"
 #include "support/atomic_file.h"
 #include "support/error.h"
 
@@ -94,7 +94,7 @@ TEST_CASE("Earlier drawings survive a failure") {
 
 TEST_CASE("Without gnuplot the message says how to install it") {
   const TemporaryFolder folder;
-  const test::WithoutPrograms hidden(folder.path());
+  const test::SearchPath without_programs(folder.path());
   CHECK(message_of(job_that_plots("plot x notitle", 1), folder.path()).find("apt-get install gnuplot-nox") !=
         std::string::npos);
 }

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "analysis/results.h"
+#include "kit/estimates.h"
 #include "model/lattice.h"
 
 namespace granuscope::synthetic {
@@ -27,12 +28,8 @@ class Pattern {
   std::uint64_t state_;
 };
 
-inline Estimate known(double value, double standard_error) { return {value, standard_error, ""}; }
-inline Estimate unknown(const std::string& reason) {
-  Estimate estimate;
-  estimate.reason = reason;
-  return estimate;
-}
+using test::known;
+using test::unknown;
 
 struct Row {
   double mu, c, c_error, D, D_error, c_thrust, draws, mended, climbed;

@@ -23,13 +23,6 @@ Field small_field() {
   return field;
 }
 
-SceneSpec small_spec() {
-  SceneSpec spec;
-  spec.width_px = 400;
-  spec.dpi = 100;
-  return spec;
-}
-
 TEST_CASE("a field's rows meet half way, and what is negative is page") {
   const Scene scene = build_field_scene(small_field(), small_spec());
   CHECK(scene.extent.x0 == -5);

@@ -231,9 +231,7 @@ TEST_CASE("a contact across the seam is seen at both sides") {
   Pile pile(Lattice({8, 4}));
   const std::size_t k = pile.lattice.index(2, 0);  // x = -4, on the seam; its lower-left contact leaves the window
   pile.V_L[k] = 1;
-  SceneSpec spec;
-  spec.width_px = 400;
-  spec.dpi = 100;
+  const SceneSpec spec = small_spec();
   const Scene scene = scene_of(pile, spec);
   CHECK(scene.counts.drawn == 1);
   CHECK(elements_of(scene).size() == 2);

@@ -11,13 +11,6 @@
 namespace granuscope {
 namespace {
 
-SceneSpec small_spec() {
-  SceneSpec spec;
-  spec.width_px = 400;
-  spec.dpi = 100;
-  return spec;
-}
-
 TEST_CASE("every contact of a small pile is drawn, half of the lowest ones, and twice across the seam") {
   const Pile pile = irregular_pile(4, 3);
   const Scene scene = scene_of(pile, small_spec());

@@ -133,9 +133,7 @@ TEST_CASE("a file that is not a whole PNG is refused") {
 TEST_CASE("a request to stop ends any picture, and leaves no file") {
   const TemporaryFolder folder;
   const Pile pile = frictionless_pile(60, 40);
-  SceneSpec spec;
-  spec.width_px = 400;
-  spec.dpi = 100;
+  const SceneSpec spec = small_spec();
   const Scene scene = scene_of(pile, spec);
   SceneSpec small = spec;
   small.width_px = 120;
@@ -155,9 +153,7 @@ TEST_CASE("a request to stop ends any picture, and leaves no file") {
 TEST_CASE("a pile is drawn to a file, twice the same bytes, with its numbers") {
   const TemporaryFolder folder;
   const Pile pile = frictionless_pile(12, 10);
-  SceneSpec spec;
-  spec.width_px = 400;
-  spec.dpi = 100;
+  SceneSpec spec = small_spec();
   const SceneStatistics statistics = draw_pile(pile, spec, folder / "a.png", {{"Software", "granuscope"}});
   draw_pile(pile, spec, folder / "b.png", {{"Software", "granuscope"}});
   CHECK((read_file(folder / "a.png") == read_file(folder / "b.png")));

@@ -107,12 +107,12 @@ TEST_CASE("so it does for cells with lines over them, and for bars in every dire
     const double x = -9 + 18 * part(0.6180339887), z = 25 * part(0.4142135623);
     const double length = 4 * part(0.7320508075) * part(0.2360679774), turn = 6.2831853 * part(0.1622776601);
     bars.push_back({x, z, x + length * std::cos(turn), z + length * std::sin(turn), 0.6 * part(0.3166247903),
-                    static_cast<std::uint8_t>(1 + k % 250), Outline::bar});
+                    static_cast<std::uint8_t>(1 + k % 250)});
   }
-  bars.push_back({-5, 3, -5, 9, 0.3, 251, Outline::bar});    // upright
-  bars.push_back({-5, 3, 5, 3, 0.3, 251, Outline::bar});     // level
-  bars.push_back({4, 20, 4, 20, 3, 251, Outline::bar});      // a disc
-  bars.push_back({-90, 5, 80, 22, 0.2, 251, Outline::bar});  // from far outside to far outside
+  bars.push_back({-5, 3, -5, 9, 0.3, 251});    // upright
+  bars.push_back({-5, 3, 5, 3, 0.3, 251});     // level
+  bars.push_back({4, 20, 4, 20, 3, 251});      // a disc
+  bars.push_back({-90, 5, 80, 22, 0.2, 251});  // from far outside to far outside
   scene.counts.drawn = bars.size();
   scene.elements = [&bars](const Extent&, const Scene::Visit& visit) {
     for (const Element& bar : bars) visit(bar);

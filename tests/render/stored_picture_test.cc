@@ -69,9 +69,7 @@ TEST_CASE("a pile read band by band gives the picture of the pile in memory, in 
 TEST_CASE("reading is timed as reading, wherever it happens") {
   const TemporaryFolder folder;
   write_pile(folder / "a.h5", irregular_pile(500, 500));
-  SceneSpec spec;
-  spec.width_px = 400;
-  spec.dpi = 100;
+  SceneSpec spec = small_spec();
   const auto layers = open_pile_layers(folder / "a.h5", whole_range, 0);
   CHECK(layers->seconds_reading() == 0);
   layers->hold(0, 1);

@@ -81,4 +81,12 @@ inline std::vector<Element> elements_of(const Scene& scene) {
   return elements;
 }
 
+/// Of a picture that takes no time.
+inline SceneSpec small_spec() {
+  SceneSpec spec;
+  spec.width_px = 400;
+  spec.dpi = 100;
+  return spec;
+}
+
 }  // namespace granuscope

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "kit/temporary_folder.h"
+#include "kit/text_parts.h"
 #include "report/fixture.h"
 #include "report/markdown_summary.h"
 #include "report/page_reader.h"
@@ -17,10 +18,9 @@
 
 using namespace granuscope;
 using Json = nlohmann::ordered_json;
+using test::contains;
 
 namespace {
-
-bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
 std::vector<std::size_t> places(const std::string& text, const std::string& part) {
   std::vector<std::size_t> found;

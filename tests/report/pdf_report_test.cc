@@ -4,8 +4,9 @@
 #include <catch2/catch.hpp>
 #include <sstream>
 
+#include "kit/search_path.h"
 #include "kit/temporary_folder.h"
-#include "kit/without_programs.h"
+#include "kit/text_parts.h"
 #include "plot/synthetic_analysis.h"
 #include "report/fixture.h"
 #include "report/report.h"
@@ -15,10 +16,9 @@
 #include "support/error.h"
 
 using namespace granuscope;
+using test::contains;
 
 namespace {
-
-bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
 /// Standard output of a poppler tool, run in `folder`.
 std::string output_of(const std::vector<std::string>& arguments, const std::filesystem::path& folder) {
@@ -193,7 +193,7 @@ TEST_CASE("No table is wider than the page") {
 TEST_CASE("Without WeasyPrint everything else is written and the page says why there is no PDF") {
   const test::TemporaryFolder run, empty;
   const ReportData data = synthetic::report_data(run.path());
-  const test::WithoutPrograms hidden(empty.path());
+  const test::SearchPath without_programs(empty.path());
   SECTION("if possible") {
     const ReportFiles files = write_report(data, run.path(), PdfPolicy::if_possible);
     CHECK_FALSE(files.pdf);

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "kit/temporary_folder.h"
+#include "kit/text_parts.h"
 #include "plot/synthetic_analysis.h"
 #include "report/fixture.h"
 #include "report/junit.h"
@@ -15,6 +16,7 @@
 
 using namespace granuscope;
 using Json = nlohmann::ordered_json;
+using test::contains;
 
 namespace {
 
@@ -29,8 +31,6 @@ ReportData numbers_only() {
   data.environment = {{"gnuplot", "secret-version"}};
   return data;
 }
-
-bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
 }  // namespace
 

@@ -3,7 +3,10 @@
 #include <catch2/catch.hpp>
 #include <string>
 
+#include "kit/text_parts.h"
+
 using namespace granuscope;
+using test::contains;
 
 namespace {
 
@@ -11,8 +14,6 @@ const std::string definitions =
     "\t<circle id='gpDot' r='0.5' stroke='currentColor'/>\n"
     "\t<circle id='gpPt5' stroke-width='0.2' stroke='currentColor' cx='0' cy='0' r='1'/>\n"
     "\t<use xlink:href='#gpPt5' id='gpPt6' fill='currentColor' stroke='none'/>\n";
-
-bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
 }  // namespace
 

@@ -4,8 +4,10 @@
 #include <nlohmann/json.hpp>
 
 #include "kit/temporary_folder.h"
+#include "kit/text_parts.h"
 #include "plot/synthetic_analysis.h"
 #include "report/html_report.h"
+#include "report/page.h"
 #include "report/page_reader.h"
 #include "report/report_data.h"
 #include "report/summary_json.h"
@@ -14,35 +16,10 @@ using namespace granuscope;
 using Json = nlohmann::ordered_json;
 using synthetic::known;
 using synthetic::unknown;
+using test::contains;
+using test::count;
 
 namespace {
-
-bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
-
-int count(const std::string& text, const std::string& part) {
-  int found = 0;
-  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++found;
-  return found;
-}
-
-/// The table of a class, from its start tag to its end tag; empty if there is none.
-std::string table_of(const std::string& html, const std::string& name) {
-  const std::size_t start = html.find("<table class=\"" + name + "\"");
-  return start == std::string::npos ? "" : html.substr(start, html.find("</table>", start) - start);
-}
-
-struct Page {
-  std::string html;
-  std::map<std::string, std::string> texts;  ///< of each key
-
-  explicit Page(const ReportData& data) {
-    const test::TemporaryFolder run;
-    const std::string summary = summary_json(data);
-    html = html_report(data, summary, run.path());
-    for (const std::string& line : synthetic::differences(html, summary)) FAIL_CHECK(line);
-    for (const auto& [key, text] : synthetic::keyed_texts(html)) texts[key] = text;
-  }
-};
 
 ReportData numbers() {
   ReportData data;

@@ -23,9 +23,9 @@ struct Setting {
   int columns, layers;
   double mu;
   bool point_load;
-  LayerOrder order;
+  LayerOrder order = LayerOrder::random;
   int piles;
-  bool telling;  ///< so many piles tell a fixed order from a random one
+  bool telling = false;  ///< so many piles tell a fixed order from a random one
   Law law = Law::granusolve;
   double lambda = 1;  ///< polytope
 };
@@ -162,35 +162,11 @@ void check_zero(const Deviation& found, std::size_t settings, double resolution)
 /// Ten thousand piles and more where they are small; a fifth of them when every access is checked.
 int fewer_if_sanitized(int piles) { return test::sanitized ? piles / 2 : piles; }
 
-TEST_CASE("left and right are equal, and the test would see it if layers were always solved rightwards") {
-  const std::vector<Setting> settings = {
-      {48, 40, 0.8, true, LayerOrder::random, 10'000, true}, {24, 20, 0.4, true, LayerOrder::random, 10'000, false},
-      {16, 12, 1.3, true, LayerOrder::random, 20'000, true}, {5, 4, 1.3, false, LayerOrder::random, 20'000, true},
-      {6, 4, 1.5, true, LayerOrder::random, 50'000, true},   {4, 3, 1.7, true, LayerOrder::random, 40'000, true},
-      {4, 3, 1.4, false, LayerOrder::random, 40'000, false},
-  };
+/// The statistics are zero where layers are solved in a random order, and tell a fixed one.
+void check_symmetry(const std::vector<Setting>& settings, const std::vector<Statistic>& statistics) {
   for (Setting setting : settings) {
     setting.piles = fewer_if_sanitized(setting.piles);
     CAPTURE(setting.columns, setting.layers, setting.mu, setting.point_load, setting.piles);
-    const Deviation fair = deviation_from_zero(setting, odd_statistics);
-    check_zero(fair, settings.size(), 0.1);
-    if (!setting.telling) continue;
-    setting.order = LayerOrder::fixed;
-    const Deviation fixed = deviation_from_zero(setting, odd_statistics);
-    CHECK(fixed.sigmas > (test::sanitized ? 6 : 10));
-  }
-}
-
-TEST_CASE("all columns are equal, and the test would see it if layers always began at bead 0") {
-  const auto statistics = harmonic_statistics();
-  const std::vector<Setting> settings = {
-      {24, 20, 0.4, false, LayerOrder::random, 10'000, false}, {12, 8, 1.3, false, LayerOrder::random, 10'000, true},
-      {5, 4, 1.3, false, LayerOrder::random, 20'000, true},    {6, 4, 1.5, false, LayerOrder::random, 20'000, true},
-      {4, 3, 1.7, false, LayerOrder::random, 50'000, true},
-  };
-  for (Setting setting : settings) {
-    setting.piles = fewer_if_sanitized(setting.piles);
-    CAPTURE(setting.columns, setting.layers, setting.mu, setting.piles);
     const Deviation fair = deviation_from_zero(setting, statistics);
     check_zero(fair, settings.size(), 0.1);
     if (!setting.telling) continue;
@@ -198,6 +174,30 @@ TEST_CASE("all columns are equal, and the test would see it if layers always beg
     const Deviation fixed = deviation_from_zero(setting, statistics);
     CHECK(fixed.sigmas > (test::sanitized ? 6 : 10));
   }
+}
+
+TEST_CASE("left and right are equal, and the test would see it if layers were always solved rightwards") {
+  const std::vector<Setting> settings = {
+      {.columns = 48, .layers = 40, .mu = 0.8, .point_load = true, .piles = 10'000, .telling = true},
+      {.columns = 24, .layers = 20, .mu = 0.4, .point_load = true, .piles = 10'000, .telling = false},
+      {.columns = 16, .layers = 12, .mu = 1.3, .point_load = true, .piles = 20'000, .telling = true},
+      {.columns = 5, .layers = 4, .mu = 1.3, .point_load = false, .piles = 20'000, .telling = true},
+      {.columns = 6, .layers = 4, .mu = 1.5, .point_load = true, .piles = 50'000, .telling = true},
+      {.columns = 4, .layers = 3, .mu = 1.7, .point_load = true, .piles = 40'000, .telling = true},
+      {.columns = 4, .layers = 3, .mu = 1.4, .point_load = false, .piles = 40'000, .telling = false},
+  };
+  check_symmetry(settings, odd_statistics);
+}
+
+TEST_CASE("all columns are equal, and the test would see it if layers always began at bead 0") {
+  const std::vector<Setting> settings = {
+      {.columns = 24, .layers = 20, .mu = 0.4, .point_load = false, .piles = 10'000, .telling = false},
+      {.columns = 12, .layers = 8, .mu = 1.3, .point_load = false, .piles = 10'000, .telling = true},
+      {.columns = 5, .layers = 4, .mu = 1.3, .point_load = false, .piles = 20'000, .telling = true},
+      {.columns = 6, .layers = 4, .mu = 1.5, .point_load = false, .piles = 20'000, .telling = true},
+      {.columns = 4, .layers = 3, .mu = 1.7, .point_load = false, .piles = 50'000, .telling = true},
+  };
+  check_symmetry(settings, harmonic_statistics());
 }
 
 /// Moments of every split and of products of two in a layer; `mirrored`: of the image x -> -x of the pile.
@@ -335,11 +335,20 @@ TEST_CASE("climbs have no side, and the test would see it if layers were always 
 void check_other_laws(int piles, int chained, double resolution) {
   std::vector<Setting> settings;
   for (const bool point_load : {true, false}) {
-    settings.push_back({6, 5, 0.3, point_load, LayerOrder::random, piles, false, Law::rejection});
-    settings.push_back({6, 5, 0.3, point_load, LayerOrder::random, piles, false, Law::eloy_clement});
-    settings.push_back({5, 4, 0.6, point_load, LayerOrder::random, chained, false, Law::eloy_clement});
+    settings.push_back(
+        {.columns = 6, .layers = 5, .mu = 0.3, .point_load = point_load, .piles = piles, .law = Law::rejection});
+    settings.push_back(
+        {.columns = 6, .layers = 5, .mu = 0.3, .point_load = point_load, .piles = piles, .law = Law::eloy_clement});
+    settings.push_back(
+        {.columns = 5, .layers = 4, .mu = 0.6, .point_load = point_load, .piles = chained, .law = Law::eloy_clement});
     for (const double lambda : {0.0, 1.0}) {
-      settings.push_back({5, 4, 0.4, point_load, LayerOrder::random, chained, false, Law::polytope, lambda});
+      settings.push_back({.columns = 5,
+                          .layers = 4,
+                          .mu = 0.4,
+                          .point_load = point_load,
+                          .piles = chained,
+                          .law = Law::polytope,
+                          .lambda = lambda});
     }
   }
   for (const Setting& setting : settings) {

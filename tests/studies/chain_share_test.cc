@@ -7,11 +7,13 @@
 
 #include "analysis/claim_rule.h"
 #include "ensemble/ensemble_runner.h"
+#include "kit/estimates.h"
 #include "model/lattice.h"
 #include "studies/made_up_ensemble.h"
 
 using namespace granuscope;
 using namespace granuscope::made_up;
+using granuscope::test::known;
 
 namespace {
 
@@ -77,18 +79,17 @@ TEST_CASE("Force chains carry more than half of the response and more than an ev
   chains.spec.lattice.columns = 70;
   chains.layers = 60;
   chains.samples = 512;
-  chains.c = number(0.575, 0.001);
+  chains.c = known(0.575, 0.001);
   chains.even_share = 0.3;
-  chains.share = number(0.9, 0.02);
+  chains.share = known(0.9, 0.02);
   CHECK(judge_force_chains({chains}, 0.5).verdict == reproduced);
-  chains.share = number(0.35, 0.02);
+  chains.share = known(0.35, 0.02);
   CHECK(judge_force_chains({chains}, 0.5).verdict == not_reproduced);
-  chains.share = number(0.55, 0.02);
+  chains.share = known(0.55, 0.02);
   CHECK(judge_force_chains({chains}, 0.5).verdict == undetermined);
-  chains.share = number(0.6, 0.02);
+  chains.share = known(0.6, 0.02);
   chains.even_share = 0.7;
   CHECK(judge_force_chains({chains}, 0.5).verdict == not_reproduced);
-  chains.share = {};
-  chains.share.reason = "no layer lies deep enough";
+  chains.share = test::unknown("no layer lies deep enough");
   CHECK(judge_force_chains({chains}, 0.5).verdict == undetermined);
 }

@@ -5,19 +5,15 @@
 
 #include "analysis/claim_rule.h"
 #include "kit/temporary_folder.h"
+#include "kit/text_parts.h"
 #include "studies/made_up_ensemble.h"
 #include "support/atomic_file.h"
 #include "support/error.h"
 
 using namespace granuscope;
 using namespace granuscope::made_up;
+using granuscope::test::contains;
 using granuscope::test::TemporaryFolder;
-
-namespace {
-
-bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
-
-}  // namespace
 
 TEST_CASE("Counted work divides the counts by the beads that were completed") {
   MeasuredEnsemble ensemble = ensemble_of(0.3, {10, 30}, {5});

@@ -4,17 +4,17 @@
 #include <limits>
 
 #include "kit/temporary_folder.h"
+#include "kit/text_parts.h"
 #include "plot/synthetic_analysis.h"
 #include "studies/error_against_time.h"
 #include "support/atomic_file.h"
 #include "support/error.h"
 
 using namespace granuscope;
+using test::contains;
 using test::TemporaryFolder;
 
 namespace {
-
-bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
 /// Scatter that falls exactly as samples^(-1/2), from what one sample scatters.
 ErrorCurve curve(EstimatorName estimator, double epsilon, double one_c, double one_D) {

@@ -5,51 +5,28 @@
 
 #include "analysis/transport.h"
 #include "ensemble/ensemble_runner.h"
+#include "kit/estimates.h"
+#include "kit/linear_response.h"
+#include "kit/small_piles.h"
 #include "kit/temporary_folder.h"
+#include "kit/text_parts.h"
 #include "studies/law_comparison/figures.h"
 #include "studies/law_comparison/study.h"
-#include "studies/made_up_ensemble.h"
 #include "studies/study_page.h"
 #include "support/atomic_file.h"
 #include "support/error.h"
 
 using namespace granuscope;
-using made_up::number;
+using test::chained_piles;
+using test::contains;
+using test::count;
+using test::known;
+using test::piles_of;
 using test::TemporaryFolder;
-
-namespace {
-
-bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
-
-int count(const std::string& text, const std::string& part) {
-  int found = 0;
-  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++found;
-  return found;
-}
-
-Estimate unknown(const std::string& reason) {
-  Estimate made;
-  made.reason = reason;
-  return made;
-}
-
-EnsembleSpec piles_of(Law law) {
-  EnsembleSpec spec;
-  spec.sampler.law = law;
-  spec.sampler.mu = 0.3;
-  spec.lattice = {6, 6};
-  spec.load = Load::uniform;
-  spec.record_profiles = false;
-  spec.response.samples = 2048;
-  spec.response.blocks = 32;
-  return spec;
-}
-
-}  // namespace
+using test::unknown;
 
 TEST_CASE("The comparison of laws keeps each law's name, size, work and its means over the middle third") {
-  EnsembleSpec spec = piles_of(Law::granusolve);
-  spec.response.samples = 512;
+  EnsembleSpec spec = piles_of(Law::granusolve, 0.3, {6, 6}, 512);
   spec.sampler.rules = MendingRules::no_pair;
   const EnsembleRecord record = run_ensemble(spec, 1, nullptr);
   const LawOnPiles measured = measure_law({spec, record});
@@ -71,10 +48,7 @@ TEST_CASE("The comparison of laws keeps each law's name, size, work and its mean
 }
 
 TEST_CASE("What a chain ran for is kept with its piles") {
-  EnsembleSpec spec = piles_of(Law::polytope);
-  spec.response.samples = 256;
-  spec.sampler.burn_in = 50;
-  spec.sampler.thinning = 3;
+  const EnsembleSpec spec = chained_piles(3, 256);
   const EnsembleRecord record = run_ensemble(spec, 2, nullptr);
   const LawOnPiles measured = measure_law({spec, record});
   CHECK(measured.burn_in == 50);
@@ -83,8 +57,8 @@ TEST_CASE("What a chain ran for is kept with its piles") {
   CHECK(std::isnan(without_chain.burn_in));
 }
 
-// Source: c and D of multiplexed_response_test.cc at this friction (0.558 and 0.082 over deep layers, numbers on
-// record); near the top the slopes differ from those by a few percent and some tens of percent.
+// Source: c and D of the linear response at this friction (numbers on record, over deep layers); near the top the
+// slopes differ from those by a few percent and some tens of percent.
 TEST_CASE("The response under a law has its slopes over the layers between the top and the bottom margin") {
   EnsembleSpec spec = piles_of(Law::granusolve);
   spec.load = Load::point;
@@ -99,9 +73,11 @@ TEST_CASE("The response under a law has its slopes over the layers between the t
   CHECK(response.last_layer == 6);
   REQUIRE(response.c.known());
   CAPTURE(response.c.value, response.c.standard_error, response.D.value, response.D.standard_error);
-  CHECK(std::abs(response.c.value - 0.558) < 0.02 + 5 * response.c.standard_error);
+  const test::LinearResponse& deep = test::linear_response[2];
+  REQUIRE(deep.mu == spec.sampler.mu);
+  CHECK(std::abs(response.c.value - deep.c) < 0.02 + 5 * response.c.standard_error);
   CHECK(response.c.standard_error < 0.006);
-  CHECK(std::abs(response.D.value - 0.082) < 0.03 + 5 * response.D.standard_error);
+  CHECK(std::abs(response.D.value - deep.D) < 0.03 + 5 * response.D.standard_error);
   CHECK(response.D.standard_error < 0.015);
 }
 
@@ -134,9 +110,9 @@ TEST_CASE("Responses under the laws say how far they lie from the first") {
   ComparedLaws measured;
   measured.responses.resize(3);
   for (LawResponse& one : measured.responses) one.spec.sampler.law = Law::rejection;
-  measured.responses[0].c = number(0.55, 0.003);
-  measured.responses[1].c = number(0.54, 0.004);
-  measured.responses[0].D = measured.responses[1].D = number(0.1, 0.01);
+  measured.responses[0].c = known(0.55, 0.003);
+  measured.responses[1].c = known(0.54, 0.004);
+  measured.responses[0].D = measured.responses[1].D = known(0.1, 0.01);
   measured.responses[2].c = measured.responses[2].D = unknown("too few");
   measured.on_piles.resize(1);
   measured.on_piles[0].spec.sampler.law = Law::rejection;

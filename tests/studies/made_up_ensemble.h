@@ -33,11 +33,4 @@ inline MeasuredEnsemble ensemble_of(double mu, LatticeSpec lattice, std::vector<
   return ensemble;
 }
 
-inline Estimate number(double value, double error) {
-  Estimate made;
-  made.value = value;
-  made.standard_error = error;
-  return made;
-}
-
 }  // namespace granuscope::made_up

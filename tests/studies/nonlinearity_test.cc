@@ -6,6 +6,7 @@
 
 #include "analysis/synthetic_ensemble.h"
 #include "kit/temporary_folder.h"
+#include "kit/text_parts.h"
 #include "model/lattice.h"
 #include "plot/synthetic_analysis.h"
 #include "studies/nonlinearity/figure.h"
@@ -17,6 +18,8 @@
 using namespace granuscope;
 using synthetic::known;
 using synthetic::unknown;
+using test::contains;
+using test::count;
 using test::TemporaryFolder;
 
 namespace {
@@ -54,20 +57,6 @@ MeasuredEnsemble ensemble(double mu, EstimatorName estimator, double load, doubl
   QuantitySums& weight = made.record.sums.quantities.at("weight");
   for (double& sum : weight.sum) sum = 64 + made.spec.response.overload * (sum - 64);
   return made;
-}
-
-bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
-
-int count(const std::string& text, const std::string& part) {
-  int found = 0;
-  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++found;
-  return found;
-}
-
-/// The table of a class, from its start tag to its end tag; empty if there is none.
-std::string table_of(const std::string& html, const std::string& name) {
-  const std::size_t start = html.find("<table class=\"" + name + "\"");
-  return start == std::string::npos ? "" : html.substr(start, html.find("</table>", start) - start);
 }
 
 LoadResponse response(double mu, const ResponseSpec& load_spec, bool reference) {

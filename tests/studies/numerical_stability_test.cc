@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "kit/temporary_folder.h"
+#include "kit/text_parts.h"
 #include "model/audit.h"
 #include "model/friction_cone.h"
 #include "model/lattice.h"
@@ -19,13 +20,8 @@
 #include "support/error.h"
 
 using namespace granuscope;
+using test::contains;
 using test::TemporaryFolder;
-
-namespace {
-
-bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
-
-}  // namespace
 
 TEST_CASE("Every pile of the stability test is solved with small residuals or named") {
   const auto trials = run_stability_trials({500, 32}, 3);

@@ -6,14 +6,14 @@
 #include "analysis/claim_rule.h"
 #include "ensemble/ensemble_runner.h"
 #include "ensemble/paired_estimator.h"
-#include "studies/made_up_ensemble.h"
+#include "kit/estimates.h"
 #include "support/error.h"
 
 namespace granuscope {
 namespace {
 
 using Catch::Matchers::Contains;
-using made_up::number;
+using test::known;
 
 EnsembleSpec paired(double mu) {
   EnsembleSpec spec;
@@ -92,8 +92,8 @@ TEST_CASE("Both shares of redrawn beads must hold") {
     RedrawnBeads made;
     made.spec.sampler.mu = mu;
     made.samples = 512;
-    made.whole_pile = number(share, error);
-    made.below_overload = number(2 * share, error);
+    made.whole_pile = known(share, error);
+    made.below_overload = known(2 * share, error);
     return made;
   };
   measured = {beads(0.1, 0.0052, 0.0001), beads(0.3, 0.0235, 0.0002)};

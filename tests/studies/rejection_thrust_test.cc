@@ -6,31 +6,20 @@
 #include <cmath>
 
 #include "ensemble/ensemble_runner.h"
+#include "kit/estimates.h"
 #include "kit/naive_rejection.h"
 #include "kit/sanitized.h"
-#include "studies/made_up_ensemble.h"
+#include "kit/small_piles.h"
+#include "kit/text_parts.h"
 #include "studies/study_page.h"
 
 using namespace granuscope;
-
-namespace {
-
-EnsembleSpec rejected_piles(double mu, LatticeSpec lattice, std::uint64_t samples) {
-  EnsembleSpec spec;
-  spec.sampler.law = Law::rejection;
-  spec.sampler.mu = mu;
-  spec.lattice = lattice;
-  spec.load = Load::uniform;
-  spec.record_profiles = false;
-  spec.response.samples = samples;
-  spec.response.blocks = 32;
-  return spec;
-}
-
-}  // namespace
+using test::contains;
+using test::known;
+using test::piles_of;
 
 TEST_CASE("The bulk leaves out a margin at both ends; its halves leave out the middle layer of an odd number") {
-  const EnsembleSpec spec = rejected_piles(0.3, {4, 13}, 256);
+  const EnsembleSpec spec = piles_of(Law::rejection, 0.3, {4, 13}, 256);
   EnsembleRecord record = run_ensemble(spec, 1, nullptr);
   BlockSums& sums = record.sums;
   const auto set_thrust = [&](const auto& alpha_of) {
@@ -59,7 +48,7 @@ TEST_CASE("Under the exact law the thrust ratio settles below 1 by a share of mu
   };
   constexpr std::size_t particles = test::sanitized ? 2000 : 10'000;
   for (const auto& [mu, lattice] : {Size{0.1, {6, 30}}, {0.2, {6, 20}}, {0.3, {6, 13}}}) {
-    const EnsembleSpec spec = rejected_piles(mu, lattice, 1024);
+    const EnsembleSpec spec = piles_of(Law::rejection, mu, lattice, 1024);
     const ExactThrust measured = measure_exact_thrust({spec, run_ensemble(spec, 2, nullptr)}, 4);
     const test::Estimated expected = test::naive_rejection_thrust(
         mu, lattice.columns, lattice.layers, measured.first_layer, measured.last_layer, particles, 8, 11);
@@ -90,30 +79,27 @@ TEST_CASE("Piles for the exact thrust have about as many beads at each width, an
 }
 
 TEST_CASE("The thrust of the exact law is said to settle below 1 only where the numbers say so") {
-  using made_up::number;
   const auto page = [](const std::vector<ExactThrust>& measured) {
     return study_page(*rejection_thrust_study(measured));
   };
-  const auto contains = [](const std::string& text, const char* part) { return text.find(part) != std::string::npos; };
   CHECK_FALSE(contains(page({}).html, "tend to 1 under the exact law"));
   ExactThrust one;
   one.spec.sampler.mu = 0.3;
   one.spec.lattice = {4, 20};
-  one.alpha = number(0.93, 0.001);
-  one.deficit_over_mu2 = number(0.78, 0.01);
-  one.change_with_depth = number(0.002, 0.002);
-  one.alpha_of_last_layer = number(0.99, 0.002);
+  one.alpha = known(0.93, 0.001);
+  one.deficit_over_mu2 = known(0.78, 0.01);
+  one.change_with_depth = known(0.002, 0.002);
+  one.alpha_of_last_layer = known(0.99, 0.002);
   std::vector<ExactThrust> measured(2, one);
   const auto settles = [&] { return contains(page(measured).html, "It does not: at every friction"); };
   CHECK(settles());
   CHECK(page(measured).texts.at("/studies/rejection_thrust/1/deficit_over_mu_squared") == "0.780(10)");
-  measured[1].alpha = number(0.996, 0.001);
+  measured[1].alpha = known(0.996, 0.001);
   CHECK_FALSE(settles());
   measured[1] = one;
-  measured[1].change_with_depth = number(0.03, 0.01);
+  measured[1].change_with_depth = known(0.03, 0.01);
   CHECK_FALSE(settles());
-  measured[1].change_with_depth = {};
-  measured[1].change_with_depth.reason = "too few";
+  measured[1].change_with_depth = test::unknown("too few");
   CHECK_FALSE(settles());
   CHECK(contains(page(measured).html, "These piles do not decide it"));
 }

@@ -5,6 +5,7 @@
 #include <random>
 
 #include "kit/temporary_folder.h"
+#include "kit/text_parts.h"
 #include "model/lattice.h"
 #include "plot/synthetic_analysis.h"
 #include "studies/made_up_ensemble.h"
@@ -13,11 +14,10 @@
 
 using namespace granuscope;
 using namespace granuscope::made_up;
+using granuscope::test::contains;
 using granuscope::test::TemporaryFolder;
 
 namespace {
-
-bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
 /// Made-up piles at small friction: variance 1 - exp(-n/saturation), deficit of the thrust ratio proportional to mu^2.
 SmallFriction small_friction(double mu) {

@@ -6,12 +6,14 @@
 #include <unistd.h>
 
 #include <catch2/catch.hpp>
+#include <cerrno>
 #include <fstream>
 #include <thread>
 
 #include "kit/file_size_limit.h"
 #include "kit/temporary_folder.h"
 #include "support/error.h"
+#include "support/system_reason.h"
 
 using namespace granuscope;
 using Catch::Matchers::Contains;
@@ -204,9 +206,7 @@ TEST_CASE("new files get the permissions the user asked for, not those of a priv
 TEST_CASE("read_file says why it cannot") {
   const TemporaryFolder folder;
   CHECK_THROWS_MATCHES(read_file(folder / "missing"), InputError,
-                       Message("cannot read '" + (folder / "missing").string() +
-                               "': No such file or directory. Check the spelling of the path and that its folder "
-                               "exists."));
+                       Message("cannot read '" + (folder / "missing").string() + "': " + system_reason(ENOENT)));
   CHECK_THROWS_AS(read_file(folder.path()), InputError);
   REQUIRE(::mkfifo((folder / "pipe").c_str(), 0600) == 0);  // nobody will ever write into it
   CHECK_THROWS_WITH(read_file(folder / "pipe"), Contains("It is not an ordinary file"));

@@ -1,0 +1,16 @@
+#pragma once
+#include <string>
+
+#include "analysis/estimate.h"
+
+namespace granuscope::test {
+
+inline Estimate known(double value, double standard_error) { return {value, standard_error, ""}; }
+
+inline Estimate unknown(const std::string& reason) {
+  Estimate estimate;
+  estimate.reason = reason;
+  return estimate;
+}
+
+}  // namespace granuscope::test
