@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "analysis/claims.h"
-#include "analysis/law_average.h"
+#include "analysis/exponent_average.h"
 #include "analysis/scaling.h"
 
 namespace granuscope {
@@ -15,14 +15,14 @@ Analysis analyse(std::vector<MeasuredTransport> measured, const FitSpec& fit, co
             [](const MeasuredTransport& a, const MeasuredTransport& b) { return a.transport.mu() < b.transport.mu(); });
   Analysis analysis;
   for (const MeasuredTransport& result : measured) analysis.results.push_back(result.transport);
-  ScalingWithNeighbours scaling = fit_scaling_with_neighbours(measured, fit.scaling_window);
+  ScalingWithVariations scaling = fit_scaling_with_variations(measured, fit.scaling_window);
   analysis.scaling = std::move(scaling.fits);
-  analysis.neighbours = std::move(scaling.neighbours);
+  analysis.variations = std::move(scaling.variations);
   for (const auto& window : fit.other_scaling_windows) analysis.other_windows.push_back(fit_scaling(measured, window));
   for (const int layer : ratio_layers) {
     analysis.by_ratio.push_back(fit_ratio_scaling(measured, layer, fit.scaling_window));
   }
-  analysis.mean_laws = average_laws(measured, claims.exponent_tolerance);
+  analysis.mean_exponents = average_exponents(measured, claims.exponent_tolerance);
   analysis.claims = judge_claims(analysis, fit, claims);
   return analysis;
 }

@@ -85,27 +85,30 @@ Claim judge_double_peak(const Analysis& analysis, const FitSpec& fit, const Clai
   const double reached = analysis.results.back().mu();
   const bool far_enough = reached >= spec.highest_mu - 1e-9;
   claim.verdict = one.depths > 0 ? not_reproduced : undecided.depths > 0 || !far_enough ? undetermined : reproduced;
-  if (one.depths > 0) say(claim, fmt::format("One peak is found at {}.", one.in_words()));
+  if (one.depths > 0) add_sentence(claim, fmt::format("One peak is found at {}.", one.in_words()));
   if (undecided.depths > 0) {
     // On average; a single depth of many may lie near 0 by chance, which says nothing about the cost.
     const double mean = undecided_evidence / std::max(undecided_known, 1);
-    say(claim, fmt::format("Undecided between one and two peaks (|Δχ²| < {}) at {}; Δχ² is {} there on average, and "
-                           "grows in proportion to the number of piles: {}.",
-                           spec.decisive_chi2, undecided.in_words(), significant(mean, 2),
-                           more_piles(std::max(1.0, spec.decisive_chi2 / std::abs(mean)))));
+    add_sentence(claim,
+                 fmt::format("Undecided between one and two peaks (|Δχ²| < {}) at {}; Δχ² is {} there on average, and "
+                             "grows in proportion to the number of piles: {}.",
+                             spec.decisive_chi2, undecided.in_words(), significant(mean, 2),
+                             more_piles(std::max(1.0, spec.decisive_chi2 / std::abs(mean)))));
   }
   if (!far_enough) {
-    say(claim, fmt::format("The experiment ends at μ = {}: whether the peaks merge up to {} needs that value in "
-                           "friction.mu, one more ensemble.",
-                           reached, spec.highest_mu));
+    add_sentence(claim,
+                 fmt::format("The experiment ends at μ = {}: whether the peaks merge up to {} needs that value in "
+                             "friction.mu, one more ensemble.",
+                             reached, spec.highest_mu));
   }
   if (two.depths > 0) {
-    say(claim, fmt::format("Two peaks are found at {}; nowhere are they closer than 2 xₚ = {} W, and they would merge "
+    add_sentence(
+        claim, fmt::format("Two peaks are found at {}; nowhere are they closer than 2 xₚ = {} W, and they would merge "
                            "at 2 W.",
                            two.in_words(), significant(2 * closest, 2)));
   }
   if (shallow.depths > 0) {
-    say(claim, fmt::format("Above the window of the fits one peak is found at {}.", shallow.in_words()));
+    add_sentence(claim, fmt::format("Above the window of the fits one peak is found at {}.", shallow.in_words()));
   }
   return claim;
 }

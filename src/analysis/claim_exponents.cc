@@ -38,7 +38,8 @@ void add_ratio(Claim& claim, const Analysis& analysis, const char* ratios, Scali
 void add_misfit(Claim& claim, const ScalingFit& fit) {
   const int degrees = fit.scatter.degrees_of_freedom;
   if (degrees < 1 || !(fit.scatter.chi2 > degrees + largest_excess * std::sqrt(2.0 * degrees))) return;
-  say(claim,
+  add_sentence(
+      claim,
       fmt::format(
           "χ² of the points about the power law is {} on {} degree{} of freedom: within their statistical errors they "
           "follow no single power over this window, and the exponent is one between those of its parts.",
@@ -81,11 +82,12 @@ Claim judge_c_of_mu(const Analysis& analysis) {
   add_ratio(claim, analysis, "the ratio xₚ/z", &ScalingFits::gamma);
   add_misfit(claim, analysis.scaling.gamma);
   if (claim.verdict == not_reproduced && !analysis.by_ratio.empty()) {
-    say(claim,
+    add_sentence(
+        claim,
         "The ratio’s correction of order 1/z can look like a linear law where the slope follows none; the size of the "
         "overload and the law of the piles may shift the exponent as well.");
   }
-  say(claim, turning_sentence(analysis));
+  add_sentence(claim, turning_sentence(analysis));
   return claim;
 }
 

@@ -17,13 +17,13 @@ constexpr double outlier = 4;
 /// Laws in z or N. The mean power over all friction coefficients is judged by the rule for numbers, the tolerance of
 /// the experiment taking the place of the paper's error (the paper states these laws for large z and N); a law is also
 /// not reproduced if the power at any single mu lies more than four combined standard errors off.
-Claim judge_law(const Analysis& analysis, const ClaimSpec& spec, Claim claim, Estimate Laws::*law, double paper,
+Claim judge_law(const Analysis& analysis, const ClaimSpec& spec, Claim claim, Estimate Exponents::*law, double paper,
                 const std::string& what) {
   std::vector<double> mu;
   double farthest = 0, farthest_z = 0;
   Estimate farthest_power;
   for (const Transport& result : analysis.results) {
-    const Estimate& power = result.laws.*law;
+    const Estimate& power = result.exponents.*law;
     if (!power.known()) continue;
     mu.push_back(result.mu());
     const double z = judge_number(power, paper, spec.exponent_tolerance).z_score;
@@ -32,7 +32,7 @@ Claim judge_law(const Analysis& analysis, const ClaimSpec& spec, Claim claim, Es
     farthest_z = z;
     farthest_power = power;
   }
-  judge_by_number(claim, analysis.mean_laws.*law, paper, spec.exponent_tolerance,
+  judge_by_number(claim, analysis.mean_exponents.*law, paper, spec.exponent_tolerance,
                   mu.empty() ? what : fmt::format("{} {}", what, over_all_mu(mu)));
   if (mu.empty()) {
     claim.explanation = fmt::format("No power could be taken: {}.", claim.measured.reason);
@@ -46,10 +46,10 @@ Claim judge_law(const Analysis& analysis, const ClaimSpec& spec, Claim claim, Es
         single, farthest, significant(std::abs(farthest_z), 2), list_of_mu(mu),
         value_with_error(claim.measured.value, claim.measured.standard_error), significant(std::abs(claim.z_score), 2));
   } else if (std::abs(farthest_z) > outlier) {
-    say(claim, fmt::format("At μ = {} alone it is {}, {} combined standard errors off.", farthest, single,
-                           significant(std::abs(farthest_z), 2)));
+    add_sentence(claim, fmt::format("At μ = {} alone it is {}, {} combined standard errors off.", farthest, single,
+                                    significant(std::abs(farthest_z), 2)));
   } else if (mu.size() > 1) {
-    say(claim, fmt::format("The single value farthest off is {} at μ = {}.", single, farthest));
+    add_sentence(claim, fmt::format("The single value farthest off is {} at μ = {}.", single, farthest));
   }
   return claim;
 }
@@ -76,7 +76,7 @@ std::string line_sentence(const Analysis& analysis, LineTest Transport::*line) {
 std::string offset_sentence(const Analysis& analysis) {
   double lowest = 0, highest = -1;
   for (const Transport& result : analysis.results) {
-    if (!result.laws.amplitude.known() || result.depths.empty()) continue;
+    if (!result.exponents.amplitude.known() || result.depths.empty()) continue;
     if (!(result.D.value > agreement * result.D.standard_error)) continue;
     double first = 0, last = 0;
     for (const DepthFit& depth : result.depths) {
@@ -102,8 +102,8 @@ Claim judge_linear_position(const Analysis& analysis, const ClaimSpec& spec) {
   Claim claim = judge_law(
       analysis, spec,
       open_claim("linear-position", "The position xₚ of the peaks grows linearly with z.", "power of z in xₚ − x₀"),
-      &Laws::position, 1, "The power of z in xₚ − x₀");
-  say(claim, line_sentence(analysis, &Transport::position_line));
+      &Exponents::position, 1, "The power of z in xₚ − x₀");
+  add_sentence(claim, line_sentence(analysis, &Transport::position_line));
   return claim;
 }
 
@@ -112,8 +112,8 @@ Claim judge_diffusive_width(const Analysis& analysis, const ClaimSpec& spec) {
   Claim claim = judge_law(analysis, spec,
                           open_claim("diffusive-width", "The squared width W² of the peaks grows linearly with z.",
                                      "power of z in W² − w₀"),
-                          &Laws::width, 1, "The power of z in W² − w₀");
-  say(claim, line_sentence(analysis, &Transport::width_line));
+                          &Exponents::width, 1, "The power of z in W² − w₀");
+  add_sentence(claim, line_sentence(analysis, &Transport::width_line));
   return claim;
 }
 
@@ -121,8 +121,8 @@ Claim judge_diffusive_width(const Analysis& analysis, const ClaimSpec& spec) {
 Claim judge_amplitude(const Analysis& analysis, const ClaimSpec& spec) {
   Claim claim = judge_law(analysis, spec,
                           open_claim("amplitude", "The height of the peaks falls as 1/√z.", "power of z in the height"),
-                          &Laws::amplitude, -0.5, "The power of z in the height");
-  if (claim.measured.known()) say(claim, offset_sentence(analysis));
+                          &Exponents::amplitude, -0.5, "The power of z in the height");
+  if (claim.measured.known()) add_sentence(claim, offset_sentence(analysis));
   return claim;
 }
 
@@ -133,16 +133,18 @@ Claim judge_noise(const Analysis& analysis, const ClaimSpec& spec) {
   Claim claim = judge_law(
       analysis, spec,
       open_claim("noise", "The residual noise of the averaged response falls as 1/√N.", "power of N in the residual"),
-      &Laws::noise, paper, "The power of N in the rms residual about the fit");
+      &Exponents::noise, paper, "The power of N in the rms residual about the fit");
   if (claim.verdict != not_reproduced) return claim;
   const auto above = [&](const Estimate& power, double allowed) {
     return power.known() && judge_number(power, paper, spec.exponent_tolerance).z_score > allowed;
   };
-  const bool another_shape = above(claim.measured, agreement) ||
-                             std::any_of(analysis.results.begin(), analysis.results.end(),
-                                         [&](const Transport& result) { return above(result.laws.noise, outlier); });
+  const bool another_shape =
+      above(claim.measured, agreement) ||
+      std::any_of(analysis.results.begin(), analysis.results.end(),
+                  [&](const Transport& result) { return above(result.exponents.noise, outlier); });
   if (another_shape) {
-    say(claim,
+    add_sentence(
+        claim,
         "A power nearer to 0 than −1/2: the response has not exactly the shape of two Gaussians, and what they miss "
         "stays however many piles are averaged. Of the noise itself that says nothing.");
   }

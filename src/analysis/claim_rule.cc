@@ -80,7 +80,7 @@ void judge_by_number(Claim& claim, const Estimate& measured, double paper, doubl
   }
 }
 
-void say(Claim& claim, const std::string& sentence) {
+void add_sentence(Claim& claim, const std::string& sentence) {
   if (sentence.empty()) return;
   std::string& text = claim.explanation.empty() ? claim.explanation : claim.remarks;
   if (!text.empty()) text += ' ';

@@ -38,7 +38,7 @@ void leave_open(Claim& claim, const std::string& reason);
 void judge_by_number(Claim& claim, const Estimate& measured, double paper, double paper_error, const std::string& what);
 
 /// The first sentence said explains the verdict, further ones are remarks. An empty one says nothing.
-void say(Claim& claim, const std::string& sentence);
+void add_sentence(Claim& claim, const std::string& sentence);
 
 /// How many times as many piles would make a standard error small enough for a verdict: a clause such as "about 3 times
 /// as many piles would decide it", or an empty one where more piles are not what is missing.

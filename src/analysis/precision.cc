@@ -19,7 +19,7 @@ PrecisionLook look_at_precision(const PrecisionSpec& asked, const Transport& mea
   const auto consider = [&](double target, const Estimate& number, const char* name) {
     if (target <= 0) return;
     if (!number.known()) {
-      look.hopeless = true;
+      look.unattainable = true;
       if (look.reason.empty()) look.reason = std::string(name) + " is unknown: " + number.reason;
       return;
     }
@@ -27,9 +27,9 @@ PrecisionLook look_at_precision(const PrecisionSpec& asked, const Transport& mea
   };
   consider(asked.c, measured.c, "c");
   consider(asked.D, measured.D, "D");
-  look.reached = !look.hopeless && ratio <= 1;
+  look.reached = !look.unattainable && ratio <= 1;
   look.samples_needed =
-      look.hopeless ? std::numeric_limits<double>::quiet_NaN() : static_cast<double>(samples) * ratio * ratio;
+      look.unattainable ? std::numeric_limits<double>::quiet_NaN() : static_cast<double>(samples) * ratio * ratio;
   return look;
 }
 

@@ -25,9 +25,9 @@ std::uint64_t expected_size(std::uint64_t rounds, double rounds_needed, std::uin
 /// What one look at an ensemble of `samples` piles says.
 struct PrecisionLook {
   bool reached = false;
-  bool hopeless = false;      ///< an error is unknown, and more piles promise no change
-  std::string reason;         ///< not empty if and only if it is hopeless
-  double samples_needed = 0;  ///< in all, since errors fall as 1/sqrt(samples); NaN if hopeless
+  bool unattainable = false;  ///< an error is unknown, and more piles promise no change
+  std::string reason;         ///< not empty if and only if it is unattainable
+  double samples_needed = 0;  ///< in all, since errors fall as 1/sqrt(samples); NaN if unattainable
 };
 
 PrecisionLook look_at_precision(const PrecisionSpec& asked, const Transport& measured, std::uint64_t samples);

@@ -45,7 +45,7 @@ struct ResponseProfile {
 };
 
 /// The powers of depth, and of the number of piles, that the paper's laws set, from the depths of the fit window.
-struct Laws {
+struct Exponents {
   Estimate position;   ///< p of x_p = x_0 + A z^p (growth_exponent); the paper: 1
   Estimate width;      ///< p of W^2 = w_0 + A z^p; the paper: 1
   Estimate amplitude;  ///< p of the peak height A z^p; the paper: -1/2
@@ -61,7 +61,7 @@ struct PrecisionOutcome {
 };
 
 /// What c and D become in a window beside that of the fit.
-struct WindowNeighbour {
+struct WindowVariation {
   std::string change;           ///< "without_shallowest_quarter", "without_deepest_quarter" or "longer_above"
   std::array<int, 2> layers{};  ///< first and last layer; 0 if unknown
   int depths = 0;
@@ -87,12 +87,12 @@ struct Transport {
   std::array<int, 2> window_layers{};  ///< first and last layer of the fit window
   int depths_in_window = 0;
 
-  std::vector<WindowNeighbour> neighbours;  ///< of that window; their spread is the systematic error of c and D
+  std::vector<WindowVariation> variations;  ///< of that window; their spread is the systematic error of c and D
   Estimate fitted_area;                     ///< mean over the window, see shape_diagnostics.h
   Estimate centre_background;               ///< likewise
   double largest_misfit = 0;                ///< largest misfit_at_least over the window
 
-  Laws laws;
+  Exponents exponents;
   LineTest position_line;  ///< of x_p = x_0 + c z
   LineTest width_line;     ///< of W^2 = w_0 + D z
 
@@ -125,8 +125,8 @@ struct RatioScaling {
 };
 
 /// The exponents from a window beside that of the fit.
-struct ScalingNeighbour {
-  std::string change;  ///< as in WindowNeighbour, or "without_lowest_mu", "without_highest_mu"
+struct ScalingVariation {
+  std::string change;  ///< as in WindowVariation, or "without_lowest_mu", "without_highest_mu"
   ScalingFits fits;
   Estimate beta_shift, gamma_shift, alpha_shift;  ///< minus the exponents of the windows themselves
 };
@@ -150,10 +150,10 @@ struct Claim {
 struct Analysis {
   std::vector<Transport> results;            ///< ascending in mu
   ScalingFits scaling;                       ///< over the primary window
-  std::vector<ScalingNeighbour> neighbours;  ///< of the windows of depth and of mu
+  std::vector<ScalingVariation> variations;  ///< of the windows of depth and of mu
   std::vector<ScalingFits> other_windows;
   std::vector<RatioScaling> by_ratio;  ///< over the primary window, at the layers of the response profiles
-  Laws mean_laws;                      ///< over all mu with scatter, see law_average.h
+  Exponents mean_exponents;            ///< over all mu with scatter, see law_average.h
   std::vector<Claim> claims;
 };
 

@@ -60,7 +60,7 @@ std::vector<Coefficients> neighbouring_slopes(const std::vector<MeasuredTranspor
   for (const MeasuredTransport& result : results) {
     const Transport& t = result.transport;
     if (t.exact || !t.c.known() || !t.D.known()) continue;
-    const NeighbourSlopes* const neighbour = k < result.neighbours.size() ? &result.neighbours[k] : nullptr;
+    const VariationSlopes* const neighbour = k < result.variations.size() ? &result.variations[k] : nullptr;
     if (neighbour != nullptr && neighbour->shown.c.known() && neighbour->shown.D.known()) {
       slopes.push_back({t.mu(), neighbour->c, neighbour->D});
     } else {
@@ -76,7 +76,7 @@ Estimate shift_between(const ReplicatedPowerLaw& moved, const ReplicatedPowerLaw
   return estimate(transform([](double a, double b) { return a - b; }, moved.exponent, from.exponent));
 }
 
-ScalingNeighbour neighbour_of(const ReplicatedFits& fits, const std::string& change, const ReplicatedFits& moved) {
+ScalingVariation neighbour_of(const ReplicatedFits& fits, const std::string& change, const ReplicatedFits& moved) {
   return {change, moved.shown(), shift_between(moved.beta, fits.beta), shift_between(moved.gamma, fits.gamma),
           shift_between(moved.alpha, fits.alpha)};
 }
@@ -87,16 +87,16 @@ ScalingFits fit_scaling(const std::vector<MeasuredTransport>& results, std::arra
   return fit_all(slopes_of(results), window).shown();
 }
 
-ScalingWithNeighbours fit_scaling_with_neighbours(const std::vector<MeasuredTransport>& results,
+ScalingWithVariations fit_scaling_with_variations(const std::vector<MeasuredTransport>& results,
                                                   std::array<double, 2> window) {
   const std::vector<Coefficients> slopes = slopes_of(results);
   const ReplicatedFits fits = fit_all(slopes, window);
-  ScalingWithNeighbours all{fits.shown(), {}};
+  ScalingWithVariations all{fits.shown(), {}};
   const auto with_neighbours = std::find_if(results.begin(), results.end(),
-                                            [](const MeasuredTransport& result) { return !result.neighbours.empty(); });
+                                            [](const MeasuredTransport& result) { return !result.variations.empty(); });
   if (with_neighbours != results.end()) {
-    for (std::size_t k = 0; k < with_neighbours->neighbours.size(); ++k) {
-      all.neighbours.push_back(neighbour_of(fits, with_neighbours->neighbours[k].shown.change,
+    for (std::size_t k = 0; k < with_neighbours->variations.size(); ++k) {
+      all.variations.push_back(neighbour_of(fits, with_neighbours->variations[k].shown.change,
                                             fit_all(neighbouring_slopes(results, k), window)));
     }
   }
@@ -105,17 +105,17 @@ ScalingWithNeighbours fit_scaling_with_neighbours(const std::vector<MeasuredTran
     if (one.mu >= window[0] - window_slack && one.mu <= window[1] + window_slack) mu.push_back(one.mu);
   }
   if (mu.size() > min_power_law_points) {
-    all.neighbours.push_back(neighbour_of(fits, "without_lowest_mu", fit_all(slopes, {mu[1], window[1]})));
-    all.neighbours.push_back(neighbour_of(fits, "without_highest_mu", fit_all(slopes, {window[0], mu[mu.size() - 2]})));
+    all.variations.push_back(neighbour_of(fits, "without_lowest_mu", fit_all(slopes, {mu[1], window[1]})));
+    all.variations.push_back(neighbour_of(fits, "without_highest_mu", fit_all(slopes, {window[0], mu[mu.size() - 2]})));
   }
-  const auto spread_of = [&](Estimate ScalingNeighbour::*shift) {
+  const auto spread_of = [&](Estimate ScalingVariation::*shift) {
     std::vector<Estimate> shifts;
-    for (const ScalingNeighbour& neighbour : all.neighbours) shifts.push_back(neighbour.*shift);
+    for (const ScalingVariation& neighbour : all.variations) shifts.push_back(neighbour.*shift);
     return systematic_spread(shifts);
   };
-  all.fits.beta.exponent.systematic = spread_of(&ScalingNeighbour::beta_shift);
-  all.fits.gamma.exponent.systematic = spread_of(&ScalingNeighbour::gamma_shift);
-  all.fits.alpha.exponent.systematic = spread_of(&ScalingNeighbour::alpha_shift);
+  all.fits.beta.exponent.systematic = spread_of(&ScalingVariation::beta_shift);
+  all.fits.gamma.exponent.systematic = spread_of(&ScalingVariation::gamma_shift);
+  all.fits.alpha.exponent.systematic = spread_of(&ScalingVariation::alpha_shift);
   return all;
 }
 

@@ -15,13 +15,13 @@ namespace granuscope {
 ScalingFits fit_scaling(const std::vector<MeasuredTransport>& results, std::array<double, 2> window);
 
 /// The same with the systematic error of each exponent: its spread (systematic_spread) over the windows of depth beside
-/// those of the fit (MeasuredTransport::neighbours; all friction coefficients at once, those without such a neighbour
+/// those of the fit (MeasuredTransport::variations; all friction coefficients at once, those without such a neighbour
 /// keeping theirs) and over `window` without its lowest or highest friction coefficient, if three are left.
-struct ScalingWithNeighbours {
+struct ScalingWithVariations {
   ScalingFits fits;
-  std::vector<ScalingNeighbour> neighbours;
+  std::vector<ScalingVariation> variations;
 };
-ScalingWithNeighbours fit_scaling_with_neighbours(const std::vector<MeasuredTransport>& results,
+ScalingWithVariations fit_scaling_with_variations(const std::vector<MeasuredTransport>& results,
                                                   std::array<double, 2> window);
 
 /// fit_scaling from the ratios x_p/z and W^2/z at one layer, where they were measured (MeasuredTransport::ratios).

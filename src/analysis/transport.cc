@@ -7,10 +7,11 @@
 #include <limits>
 #include <optional>
 
-#include "analysis/deepest_run.h"
+#include "analysis/coupling_bias.h"
 #include "analysis/depth_series.h"
 #include "analysis/effective_samples.h"
-#include "analysis/kept_numbers.h"
+#include "analysis/fit_noise.h"
+#include "analysis/identifiable_depths.h"
 #include "analysis/layer_spectrum.h"
 #include "analysis/mean_response.h"
 #include "analysis/peak_evidence.h"
@@ -20,7 +21,6 @@
 #include "analysis/shape_fit.h"
 #include "analysis/shape_verdict.h"
 #include "analysis/speed_from_thrust.h"
-#include "analysis/weighing_noise.h"
 #include "ensemble/ensemble_spec.h"
 #include "ensemble/parallel.h"
 #include "model/lattice.h"
@@ -75,8 +75,7 @@ void measure_exactly(const EnsembleRecord& record, std::size_t row, double overl
 }
 
 /// The verdict on the shape is chi^2 by the noise of this layer; x_p and W go by `weights`, which scatter less.
-void measure_by_fit(const LayerSpectrum& spectrum, const WeighingNoise* weights, const FitSpec& spec,
-                    MeasuredDepth& depth) {
+void measure_by_fit(const LayerSpectrum& spectrum, const FitNoise* weights, const FitSpec& spec, MeasuredDepth& depth) {
   const auto whole = fit_shape(spectrum, coarse_shape(spectrum, depth.fit.z));
   const auto set_unknown = [&](const std::string& reason) {
     const Replicated unknown{nan, std::vector<double>(spectrum.without_block.size(), nan)};
@@ -102,7 +101,7 @@ void measure_by_fit(const LayerSpectrum& spectrum, const WeighingNoise* weights,
     store(shape.width, depth.width, is_whole);
     store(shape.width * shape.width, depth.width_squared, is_whole);
   };
-  const auto noise = [&](const WaveNoise* model) {
+  const auto noise = [&](const NoiseSpectrum* model) {
     return model == nullptr ? spectrum.noise : model->standard_deviations(depth.fit.z);
   };
   const auto weighted =
@@ -121,7 +120,7 @@ void measure_by_fit(const LayerSpectrum& spectrum, const WeighingNoise* weights,
   }
 }
 
-MeasuredDepth measure_depth(const MeasuredEnsemble& ensemble, const WeighingNoise* weights, const FitSpec& spec,
+MeasuredDepth measure_depth(const MeasuredEnsemble& ensemble, const FitNoise* weights, const FitSpec& spec,
                             std::size_t row) {
   const EnsembleRecord& record = ensemble.record;
   MeasuredDepth depth;
@@ -157,8 +156,9 @@ MeasuredDepth measure_depth(const MeasuredEnsemble& ensemble, const WeighingNois
 
 /// Everything that follows from slopes.
 void set_unknown(Transport& t, const std::string& reason) {
-  for (Estimate* e : {&t.c, &t.D, &t.position_offset, &t.width_offset, &t.c_minus_c_thrust, &t.laws.position,
-                      &t.laws.width, &t.laws.amplitude, &t.laws.noise, &t.fitted_area, &t.centre_background}) {
+  for (Estimate* e :
+       {&t.c, &t.D, &t.position_offset, &t.width_offset, &t.c_minus_c_thrust, &t.exponents.position, &t.exponents.width,
+        &t.exponents.amplitude, &t.exponents.noise, &t.fitted_area, &t.centre_background}) {
     e->reason = reason;
   }
   t.position_line.reason = t.width_line.reason = reason;
@@ -167,10 +167,10 @@ void set_unknown(Transport& t, const std::string& reason) {
 constexpr double least_reach = 1.5;  ///< ratio of deepest to shallowest z from which a power of z is taken
 
 /// The powers of depth and of the number of piles over the depths that the slopes are taken from.
-void fit_laws(const std::vector<const MeasuredDepth*>& used, const DepthSeries& peaks, const DepthSeries& widths,
-              MeasuredTransport& result) {
+void fit_exponents(const std::vector<const MeasuredDepth*>& used, const DepthSeries& peaks, const DepthSeries& widths,
+                   MeasuredTransport& result) {
   Transport& t = result.transport;
-  const auto all = {&t.laws.position, &t.laws.width, &t.laws.amplitude, &t.laws.noise};
+  const auto all = {&t.exponents.position, &t.exponents.width, &t.exponents.amplitude, &t.exponents.noise};
   std::string reason;
   if (std::any_of(used.begin(), used.end(), [](const MeasuredDepth* d) { return !d->inside; })) {
     reason = "an exact profile has no scatter to test a law with";
@@ -189,10 +189,11 @@ void fit_laws(const std::vector<const MeasuredDepth*>& used, const DepthSeries& 
     heights.y.push_back(depth->inside->height);
     add(noise, depth->inside->noise);
   }
-  result.laws = {growth_exponent(peaks, smooth_weights(peaks)), growth_exponent(widths, smooth_weights(widths)),
-                 power_of_depth(heights), noise_exponent(noise)};
-  t.laws = {estimate(result.laws.position), estimate(result.laws.width),
-            estimate(result.laws.amplitude, "a measured peak height is not positive"), estimate(result.laws.noise)};
+  result.exponents = {growth_exponent(peaks, smooth_weights(peaks)), growth_exponent(widths, smooth_weights(widths)),
+                      power_of_depth(heights), noise_exponent(noise)};
+  t.exponents = {estimate(result.exponents.position), estimate(result.exponents.width),
+                 estimate(result.exponents.amplitude, "a measured peak height is not positive"),
+                 estimate(result.exponents.noise)};
   t.position_line = test_line(peaks);
   t.width_line = test_line(widths);
 }
@@ -218,17 +219,17 @@ std::vector<const MeasuredDepth*> identifiable_run(const std::vector<MeasuredDep
                    : depth.other_shape    ? DepthUse::other_shape
                                           : DepthUse::unidentified);
   }
-  for (const std::size_t i : deepest_run(uses)) run.push_back(at_steps[i]);
+  for (const std::size_t i : identifiable_depths(uses)) run.push_back(at_steps[i]);
   return run;
 }
 
-void measure_neighbours(const FittedRun& run, MeasuredTransport& result) {
+void measure_window_variations(const FittedRun& run, MeasuredTransport& result) {
   Transport& t = result.transport;
   if (!(t.c.standard_error > 0)) return;  // an exact line is the same in every window
-  result.neighbours = measure_neighbours(run, result.c, result.D);
+  result.variations = measure_window_variations(run, result.c, result.D);
   std::vector<Estimate> c_shifts, D_shifts;
-  for (const NeighbourSlopes& neighbour : result.neighbours) {
-    t.neighbours.push_back(neighbour.shown);
+  for (const VariationSlopes& neighbour : result.variations) {
+    t.variations.push_back(neighbour.shown);
     c_shifts.push_back(neighbour.shown.c_shift);
     D_shifts.push_back(neighbour.shown.D_shift);
   }
@@ -280,11 +281,11 @@ void fit_slopes(const std::vector<MeasuredDepth>& depths, const FitSpec& spec, M
   t.width_offset = estimate(lines.width.intercept);
   result.c = lines.position.slope;
   result.D = lines.width.slope;
-  measure_neighbours(run, result);
+  measure_window_variations(run, result);
   t.fitted_area = mean_over(used, &ShapeDiagnostics::area);
   t.centre_background = mean_over(used, &ShapeDiagnostics::background);
   for (const MeasuredDepth* depth : used) t.largest_misfit = std::max(t.largest_misfit, depth->fit.misfit_at_least);
-  fit_laws(used, window.peaks, window.widths, result);
+  fit_exponents(used, window.peaks, window.widths, result);
 }
 
 void measure_thrust(const std::vector<MeasuredDepth>& depths, const FitSpec& spec, MeasuredTransport& result) {
@@ -412,8 +413,7 @@ MeasuredTransport measure_transport(const MeasuredEnsemble& ensemble, const FitS
   for (std::size_t row = first_row; row < record.sums.layers.size(); ++row) {
     if (in_window(spec, record.sums.layers[row])) rows_in_window.push_back(row);
   }
-  const std::optional<WeighingNoise> weights =
-      weighing_noise(record.sums, rows_in_window, ensemble.spec.response.overload);
+  const std::optional<FitNoise> weights = fit_noise(record.sums, rows_in_window, ensemble.spec.response.overload);
   std::vector<MeasuredDepth> depths(record.sums.layers.size() - first_row);
   for_each_index(depths.size(), threads, [&](std::size_t i) {
     depths[i] = measure_depth(ensemble, weights ? &*weights : nullptr, spec, i + first_row);

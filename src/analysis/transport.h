@@ -5,7 +5,7 @@
 #include "analysis/jackknife.h"
 #include "analysis/measured_ensemble.h"
 #include "analysis/results.h"
-#include "analysis/window_neighbours.h"
+#include "analysis/window_variations.h"
 
 namespace granuscope {
 
@@ -16,7 +16,7 @@ struct MeasuredRatios {
 };
 
 /// Laws with replicates; empty where unknown.
-struct ReplicatedLaws {
+struct ReplicatedExponents {
   Replicated position, width, amplitude, noise;
 };
 
@@ -24,8 +24,8 @@ struct ReplicatedLaws {
 struct MeasuredTransport {
   Transport transport;
   Replicated c, D;                          ///< empty if unknown
-  std::vector<NeighbourSlopes> neighbours;  ///< as Transport::neighbours
-  ReplicatedLaws laws;
+  std::vector<VariationSlopes> variations;  ///< as Transport::variations
+  ReplicatedExponents exponents;
   std::vector<MeasuredRatios> ratios;  ///< at the identifiable ones of the profile layers
 };
 

@@ -72,7 +72,7 @@ RenderTiming time_once(const RenderCase& picture, const std::filesystem::path& p
     int status = 0;
     try {
       const auto start = std::chrono::steady_clock::now();
-      const SceneStatistics drawn = draw_pile_file({pile, {}, image}, picture.spec);
+      const SceneStatistics drawn = render_pile_file({pile, {}, image}, picture.spec);
       numbers.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
       numbers.counts = drawn.counts;
       numbers.steps = drawn.seconds;

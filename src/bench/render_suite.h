@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "render/draw.h"
+#include "render/render_pile.h"
 
 namespace granuscope {
 

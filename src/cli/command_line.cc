@@ -16,8 +16,8 @@
 #include "experiment/nearest_name.h"
 #include "support/error.h"
 #include "support/interruption.h"
-#include "support/one_line.h"
 #include "support/provenance.h"
+#include "support/single_line.h"
 
 namespace granuscope {
 namespace {
@@ -165,7 +165,7 @@ int run_command_line(int argc, const char* const* argv, std::ostream& out, std::
                                 error.what());
   }
   // Names of files and what other programs said may hold anything.
-  err << "granuscope: " << one_line(message, most_message_bytes) << '\n';
+  err << "granuscope: " << single_line(message, most_message_bytes) << '\n';
   err.flush();
   return static_cast<int>(code);
 }

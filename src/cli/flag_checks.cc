@@ -11,7 +11,7 @@
 
 #include "cli/machine.h"
 #include "support/describe_bytes.h"
-#include "support/one_line.h"
+#include "support/single_line.h"
 
 namespace granuscope {
 namespace {
@@ -30,12 +30,12 @@ CLI::Validator whole_number() {
         std::uint64_t number = 0;
         const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
         if (error == std::errc() && end == text.data() + text.size()) return "";
-        if (!text.empty() && text[0] == '-') return one_line(text) + " is negative; give 0 or more";
+        if (!text.empty() && text[0] == '-') return single_line(text) + " is negative; give 0 or more";
         if (error == std::errc::result_out_of_range) {
-          return fmt::format("{} is too large; give at most {}", one_line(text),
+          return fmt::format("{} is too large; give at most {}", single_line(text),
                              std::numeric_limits<std::uint64_t>::max());
         }
-        return one_line(text) + " is not a whole number; write it in digits";
+        return single_line(text) + " is not a whole number; write it in digits";
       },
       "", "");
 }
@@ -45,11 +45,12 @@ CLI::Validator lattice_side() {
       [](const std::string& text) -> std::string {
         std::int64_t number = 0;
         const std::errc error = read_whole(text, number);
-        if (error == std::errc::invalid_argument) return one_line(text) + " is not a whole number; write it in digits";
+        if (error == std::errc::invalid_argument)
+          return single_line(text) + " is not a whole number; write it in digits";
         if (error == std::errc() && number <= std::numeric_limits<int>::max()) return "";  // too few: the lattice says
         const double beads = std::strtod(text.c_str(), nullptr);
         return fmt::format("{} beads in a row would need about {} of memory for a single row; give fewer",
-                           one_line(text), describe_bytes(beads * bytes_per_bead));
+                           single_line(text), describe_bytes(beads * bytes_per_bead));
       },
       "", "");
 }

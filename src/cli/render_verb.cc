@@ -11,8 +11,8 @@
 
 #include "cli/flag_checks.h"
 #include "cli/verbs.h"
-#include "render/draw.h"
 #include "render/pile_scene.h"
+#include "render/render_pile.h"
 #include "report/statistics_json.h"
 #include "support/error.h"
 #include "support/provenance.h"
@@ -71,8 +71,8 @@ ExitCode render(RenderOptions options, VerbContext& context) {
 
   const auto draw = [&options] {
     try {
-      return draw_pile_file({options.pile_file, options.minus_file, options.image_file}, options.scene,
-                            {{"Software", provenance_line(collect_provenance())}});
+      return render_pile_file({options.pile_file, options.minus_file, options.image_file}, options.scene,
+                              {{"Software", provenance_line(collect_provenance())}});
     } catch (const Interrupted&) {
       throw Interrupted("stopped on request: no picture was written, and the same command draws it from the start");
     }

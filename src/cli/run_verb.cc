@@ -38,7 +38,7 @@ void print_plan(const Experiment& experiment, const std::vector<PlannedStep>& pl
   }
   out << std::flush;
   require_memory(memory_needed(experiment, workers));
-  const PlannedTime time = foretell_time(plan, workers);
+  const PlannedTime time = estimate_time(plan, workers);
   out << fmt::format("beads to draw: {:.3g}; all together roughly {}{} on {}, by a trial of the first piles\n",
                      static_cast<double>(beads), describe_duration(time.seconds), time.at_least ? " or more" : "",
                      workers == 1 ? "one thread" : fmt::format("{} threads", workers));

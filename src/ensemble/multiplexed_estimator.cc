@@ -7,7 +7,7 @@
 namespace granuscope {
 
 std::vector<QuantityShape> MultiplexedEstimator::quantities(const EnsembleSpec& spec) {
-  std::vector<QuantityShape> all = LayerNumbers::quantities();
+  std::vector<QuantityShape> all = LayerObservables::quantities();
   if (spec.record_profiles) all.push_back({"correlation", spec.lattice.columns});
   return all;
 }

@@ -1,6 +1,6 @@
 #pragma once
 #include "ensemble/estimator.h"
-#include "ensemble/layer_numbers.h"
+#include "ensemble/layer_observables.h"
 #include "ensemble/real_spectrum.h"
 
 namespace granuscope {
@@ -43,7 +43,7 @@ class MultiplexedEstimator final : public Estimator {
   std::vector<std::span<const double>> drawn_loads_;  ///< of the piles drawn last
   std::vector<PileGroup> side_, opposite_;            ///< the piles drawn last; opposite_: empty unless asked for
   const std::vector<int>& layers_;
-  LayerNumbers numbers_;
+  LayerObservables numbers_;
   bool profiles_;
   BlockSlice correlation_;
 };

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "model/identities.h"
-#include "sampling/split_numbers.h"
+#include "sampling/split_uniforms.h"
 
 namespace granuscope {
 namespace {
@@ -21,7 +21,7 @@ int beads_below_overload(const Lattice& lattice, int layer) {
 }
 
 std::vector<QuantityShape> PairedEstimator::quantities(const EnsembleSpec& spec) {
-  std::vector<QuantityShape> all = LayerNumbers::quantities();
+  std::vector<QuantityShape> all = LayerObservables::quantities();
   all.push_back({"redrawn", 1});
   all.push_back({"redrawn_below_overload", 1});
   all.push_back({"response_thrust", 1});

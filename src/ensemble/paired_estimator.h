@@ -1,6 +1,6 @@
 #pragma once
 #include "ensemble/estimator.h"
-#include "ensemble/layer_numbers.h"
+#include "ensemble/layer_observables.h"
 
 namespace granuscope {
 
@@ -11,7 +11,7 @@ namespace granuscope {
 ///   "redrawn_below_overload"   the same among the beads with |x| <= z;
 ///   "response_thrust"          sqrt(3) sum(H_R - H_L) with the overload, minus the same without, over the overload:
 ///                              the thrust ratio of the response itself. Its second moment grows with it, and in piles
-///                              of one law it is the thrust ratio of the piles (see analysis/kept_numbers.h);
+///                              of one law it is the thrust ratio of the piles (see analysis/coupling_bias.h);
 /// the numbers per layer are those of the uniformly loaded pile.
 class PairedEstimator final : public Estimator {
  public:
@@ -31,7 +31,7 @@ class PairedEstimator final : public Estimator {
   Pile before_, after_;
   std::vector<unsigned char> beads_redrawn_;
   const std::vector<int>& layers_;
-  LayerNumbers numbers_;
+  LayerObservables numbers_;
   BlockSlice redrawn_, redrawn_below_, response_thrust_;
   bool profiles_;
   BlockSlice response_;

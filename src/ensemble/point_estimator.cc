@@ -5,7 +5,7 @@
 namespace granuscope {
 
 std::vector<QuantityShape> PointEstimator::quantities(const EnsembleSpec& spec) {
-  std::vector<QuantityShape> all = LayerNumbers::quantities();
+  std::vector<QuantityShape> all = LayerObservables::quantities();
   if (spec.record_profiles) all.push_back({"weight", spec.lattice.columns});
   return all;
 }

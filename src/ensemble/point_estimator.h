@@ -1,6 +1,6 @@
 #pragma once
 #include "ensemble/estimator.h"
-#include "ensemble/layer_numbers.h"
+#include "ensemble/layer_observables.h"
 
 namespace granuscope {
 
@@ -22,7 +22,7 @@ class PointEstimator final : public Estimator {
   std::vector<std::span<const double>> loads_;  ///< the same for each pile drawn at once
   Sampler& sampler_;
   const std::vector<int>& layers_;
-  LayerNumbers numbers_;
+  LayerObservables numbers_;
   bool profiles_;
   BlockSlice weight_;
 };

@@ -21,7 +21,7 @@
 #include "support/error.h"
 #include "support/file_descriptor.h"
 #include "support/number_format.h"
-#include "support/one_line.h"
+#include "support/single_line.h"
 #include "support/system_reason.h"
 
 namespace granuscope {
@@ -46,10 +46,10 @@ std::string describe_difference(const std::string& there, const std::string& wan
   for (const auto& [key, value] : settings_of(wanted)) {
     const auto old = before.find(key);
     if (old == before.end()) {
-      differences.push_back(fmt::format("{} = {} is new", key, one_line(value, 40)));
+      differences.push_back(fmt::format("{} = {} is new", key, single_line(value, 40)));
     } else if (old->second != value) {
       differences.push_back(
-          fmt::format("{} = {} where {} is there", key, one_line(value, 40), one_line(old->second, 40)));
+          fmt::format("{} = {} where {} is there", key, single_line(value, 40), single_line(old->second, 40)));
     }
   }
   const bool more = differences.size() > most_shown;
@@ -121,10 +121,10 @@ SamplerSpec measure_sampler(const PlannedEnsemble& planned, ProgressStyle progre
   const SamplerSpec& sampler = planned.spec.sampler;
   const bool stated = sampler.burn_in > 0 && sampler.thinning > 0;
   if (sampler.law != Law::polytope || sampler.mu == 0 || stated) return sampler;
-  say(progress, fmt::format("sampling {}: measuring how many sweeps its chains need", planned.label));
+  log_line(progress, fmt::format("sampling {}: measuring how many sweeps its chains need", planned.label));
   const SamplerSpec measured = measured_sampler(planned.spec);
-  say(progress, fmt::format("sampling {}: {} sweeps to the first of eight piles, {} to each other one", planned.label,
-                            measured.burn_in, measured.thinning));
+  log_line(progress, fmt::format("sampling {}: {} sweeps to the first of eight piles, {} to each other one",
+                                 planned.label, measured.burn_in, measured.thinning));
   return measured;
 }
 
@@ -138,7 +138,7 @@ EnsembleRecord draw_in_pieces(const PlannedEnsemble& planned, const std::filesys
   const std::uint64_t all = groups_per_block(spec);
   const std::uint64_t there =
       std::min(spec.response.samples, done * group_size * static_cast<std::uint64_t>(spec.response.blocks));
-  if (done > 0) say(progress, fmt::format("sampling {}: going on after {} piles", planned.label, there));
+  if (done > 0) log_line(progress, fmt::format("sampling {}: going on after {} piles", planned.label, there));
   const SamplerSpec sampler = measure_sampler(planned, progress);
   Progress shown(fmt::format("sampling {}", planned.label), spec.response.samples - there, progress);
   const auto seconds_since = [](Clock::time_point start) {
@@ -309,13 +309,14 @@ std::optional<MeasuredEnsemble> reuse_ensemble(PlannedEnsemble& planned, const s
 MeasuredEnsemble obtain_ensemble(PlannedEnsemble& planned, const std::filesystem::path& run_folder, int threads,
                                  ProgressStyle progress, const PartPolicy& parts) {
   if (std::optional<MeasuredEnsemble> there = reuse_ensemble(planned, run_folder)) {
-    say(progress, fmt::format("sampling {}: {} piles already there", planned.label, planned.spec.response.samples));
+    log_line(progress,
+             fmt::format("sampling {}: {} piles already there", planned.label, planned.spec.response.samples));
     return *std::move(there);
   }
   const std::filesystem::path file = run_folder / planned.file;
   if (!planned.replaces.empty()) {
-    say(progress, fmt::format("sampling {}: {} is drawn again and replaced once the new one is whole: {}",
-                              planned.label, planned.file.string(), planned.replaces));
+    log_line(progress, fmt::format("sampling {}: {} is drawn again and replaced once the new one is whole: {}",
+                                   planned.label, planned.file.string(), planned.replaces));
   }
   // What would be lost in the end is missed before anything is drawn.
   make_folder(file.parent_path());

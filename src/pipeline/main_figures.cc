@@ -11,27 +11,27 @@
 
 namespace granuscope {
 
-std::vector<FigureDrawing> main_figures(const Experiment& experiment, const Analysis& analysis) {
+std::vector<FigurePlot> main_figures(const Experiment& experiment, const Analysis& analysis) {
   using Folder = const std::filesystem::path&;
   const FigureSpec& asked = experiment.figures;
-  const auto clear = std::make_shared<const Analysis>(without_vague_points(analysis));
-  std::vector<FigureDrawing> figures;
+  const auto clear = std::make_shared<const Analysis>(without_imprecise_points(analysis));
+  std::vector<FigurePlot> figures;
   if (asked.response_profiles) {
     const ResponseProfilesSpec spec{asked.profile_mu, asked.profile_layers, experiment.lattice.layers};
-    figures.emplace_back([&analysis, spec](Folder run) { return draw_response_profiles(analysis.results, spec, run); });
+    figures.emplace_back([&analysis, spec](Folder run) { return plot_response_profiles(analysis.results, spec, run); });
   }
   if (asked.transport_with_depth) {
     const TransportWithDepthSpec spec{asked.profile_mu};
-    figures.emplace_back([clear, spec](Folder run) { return draw_transport_with_depth(*clear, spec, run); });
+    figures.emplace_back([clear, spec](Folder run) { return plot_transport_with_depth(*clear, spec, run); });
   }
   if (asked.propagation_against_diffusion) {
-    figures.emplace_back([clear](Folder run) { return draw_propagation_against_diffusion(*clear, run); });
+    figures.emplace_back([clear](Folder run) { return plot_propagation_against_diffusion(*clear, run); });
   }
   if (asked.scaling_with_friction) {
-    figures.emplace_back([clear](Folder run) { return draw_scaling_with_friction(*clear, run); });
+    figures.emplace_back([clear](Folder run) { return plot_scaling_with_friction(*clear, run); });
   }
   if (asked.propagation_and_thrust) {
-    figures.emplace_back([clear](Folder run) { return draw_propagation_and_thrust(*clear, run); });
+    figures.emplace_back([clear](Folder run) { return plot_propagation_and_thrust(*clear, run); });
   }
   return figures;
 }

@@ -8,6 +8,6 @@
 namespace granuscope {
 
 /// The plots of the main line that the experiment asks for, in reading order. The analysis must outlive them.
-std::vector<FigureDrawing> main_figures(const Experiment& experiment, const Analysis& analysis);
+std::vector<FigurePlot> main_figures(const Experiment& experiment, const Analysis& analysis);
 
 }  // namespace granuscope

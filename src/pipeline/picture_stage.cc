@@ -10,10 +10,10 @@
 
 #include "ensemble/ensemble_runner.h"
 #include "model/audit.h"
-#include "plot/figure_words.h"
-#include "render/draw.h"
+#include "plot/figure_captions.h"
 #include "render/gl_context.h"
 #include "render/pile_scene.h"
+#include "render/render_pile.h"
 #include "sampling/sampler.h"
 #include "storage/pile_file.h"
 #include "support/atomic_file.h"
@@ -25,7 +25,7 @@ namespace {
 
 constexpr const char* figure_id = "force-chains";
 /// Of the pictures with a name of their own.
-constexpr const char* free_words = "pictures/free.words";
+constexpr const char* free_words = "pictures/free.captions";
 constexpr std::string_view free_prefix = "picture-";
 
 /// Draws the pile, or says why it could not be completed and how to meet the same failure.
@@ -140,15 +140,16 @@ class PilePictures {
     SceneStatistics drawn;
     try {
       make_folder(folder_ / "figures");
-      drawn =
-          draw_pile(pile, minus, scene, folder_ / figure.screen, {{"Software", software_}, {"Source", figure.redraw}});
+      drawn = render_pile(pile, minus, scene, folder_ / figure.screen,
+                          {{"Software", software_}, {"Source", figure.redraw}});
     } catch (const EnvironmentError& failure) {  // its words, which stand among the numbers, are the same
       set_failure(figure, failure);
       drawn.counts = count_elements(pile, minus, scene);
     }
-    Gaps gaps{{"columns", std::to_string(chains_.columns)}, {"layers", std::to_string(chains_.layers)},
-              {"mu", caption_number(chains_.mu)},           {"overload", caption_number(experiment_.response.overload)},
-              {"sample", std::to_string(chains_.sample)},   {"seed", std::to_string(experiment_.sampling.seed)}};
+    TemplateVariables gaps{
+        {"columns", std::to_string(chains_.columns)}, {"layers", std::to_string(chains_.layers)},
+        {"mu", caption_number(chains_.mu)},           {"overload", caption_number(experiment_.response.overload)},
+        {"sample", std::to_string(chains_.sample)},   {"seed", std::to_string(experiment_.sampling.seed)}};
     if (std::string_view(words) == free_words) {
       gaps["name"] = id.substr(free_prefix.size());
       gaps["shown"] = key_title_of(scene.scene);
@@ -163,7 +164,7 @@ class PilePictures {
       gaps["too_faint"] = std::to_string(drawn.counts.too_faint);
       gaps["outside"] = std::to_string(drawn.counts.outside);
     }
-    set_words(figure, words, gaps);
+    set_captions(figure, words, gaps);
     if (!figure.is_there()) return outcome;
     outcome.environment = {{"OpenGL", drawn.renderer}, {"GL backend", drawn.backend + ": " + drawn.backend_reason}};
     outcome.skipped.push_back(fmt::format(
@@ -186,14 +187,14 @@ class PilePictures {
 
 }  // namespace
 
-std::vector<PictureOutcome> draw_pile_pictures(const Experiment& experiment, const std::filesystem::path& run_folder,
-                                               const Provenance& provenance) {
+std::vector<PictureOutcome> render_pile_pictures(const Experiment& experiment, const std::filesystem::path& run_folder,
+                                                 const Provenance& provenance) {
   const ForceChainSpec& chains = experiment.force_chains;
   PilePictures pictures(experiment, run_folder, provenance);
   const std::string redraw = pictures.replay() + " && granuscope render pile.h5";
   std::vector<PictureOutcome> drawn;
   drawn.push_back(
-      pictures.draw(figure_id, "pictures/force_chains.words", chains.scene, pictures.pile(), nullptr, redraw));
+      pictures.draw(figure_id, "pictures/force_chains.captions", chains.scene, pictures.pile(), nullptr, redraw));
   const AuditResult residuals = audit(pictures.pile());
   drawn.front().checks.push_back(fmt::format(
       "The pile of the force chains was audited in normal and tangential components, which is not the form "
@@ -204,14 +205,14 @@ std::vector<PictureOutcome> draw_pile_pictures(const Experiment& experiment, con
   if (chains.weight) {
     SceneSpec scene = chains.scene;
     scene.scene = "weight";
-    drawn.push_back(pictures.draw("bead-weights", "pictures/weight.words", scene, pictures.pile(), nullptr, redraw));
+    drawn.push_back(pictures.draw("bead-weights", "pictures/weight.captions", scene, pictures.pile(), nullptr, redraw));
   }
   if (chains.friction) {
     SceneSpec scene = chains.scene;
     scene.scene = "friction";
     scene.colour_map.clear();
     drawn.push_back(
-        pictures.draw("mobilised-friction", "pictures/friction.words", scene, pictures.pile(), nullptr, redraw));
+        pictures.draw("mobilised-friction", "pictures/friction.captions", scene, pictures.pile(), nullptr, redraw));
   }
   std::optional<std::pair<Pile, Pile>> pair;
   if (needs_pair(experiment)) pair = pictures.pair();
@@ -227,7 +228,7 @@ std::vector<PictureOutcome> draw_pile_pictures(const Experiment& experiment, con
       scene.scene = "response";
       scene.colour_map.clear();
       drawn.push_back(
-          pictures.draw("pile-response", "pictures/response.words", scene, pair->second, &pair->first, redraw_pair));
+          pictures.draw("pile-response", "pictures/response.captions", scene, pair->second, &pair->first, redraw_pair));
     } else {
       drawn.back().skipped.emplace_back(
           "The response of the picture's pile is left out: it could not be solved again under the other load.");
@@ -248,8 +249,8 @@ std::vector<PictureOutcome> draw_pile_pictures(const Experiment& experiment, con
   return drawn;
 }
 
-PictureOutcome draw_response_field(const Experiment& experiment, const Field& field, const Transport& transport,
-                                   const std::filesystem::path& run_folder, const Provenance& provenance) {
+PictureOutcome render_response_field(const Experiment& experiment, const Field& field, const Transport& transport,
+                                     const std::filesystem::path& run_folder, const Provenance& provenance) {
   SceneSpec spec = experiment.force_chains.scene;
   spec.scene = "field";
   spec.colour_map = "grey";
@@ -267,14 +268,14 @@ PictureOutcome draw_response_field(const Experiment& experiment, const Field& fi
   SceneStatistics drawn;
   try {
     make_folder(run_folder / "figures");
-    drawn = draw_scene(scene, spec, run_folder / figure.screen, {{"Software", provenance_line(provenance)}});
+    drawn = render_scene(scene, spec, run_folder / figure.screen, {{"Software", provenance_line(provenance)}});
   } catch (const EnvironmentError& failure) {
     set_failure(figure, failure);
   }
-  set_words(figure, "pictures/response_field.words",
-            {{"mu", caption_number(transport.mu())},
-             {"samples", std::to_string(transport.samples)},
-             {"estimator", name_of(transport.spec.response.estimator)}});
+  set_captions(figure, "pictures/response_field.captions",
+               {{"mu", caption_number(transport.mu())},
+                {"samples", std::to_string(transport.samples)},
+                {"estimator", name_of(transport.spec.response.estimator)}});
   if (figure.is_there())
     outcome.environment = {{"OpenGL", drawn.renderer}, {"GL backend", drawn.backend + ": " + drawn.backend_reason}};
   return outcome;

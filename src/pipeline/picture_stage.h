@@ -39,11 +39,11 @@ void require_backend(const ForceChainSpec& chains);
 /// Draws the pile that the experiment names (piles/force-chains.h5) and its pictures: force chains, and as asked for
 /// the weights of its beads and how they change with the overload. A picture that could not be drawn says why
 /// (Figure::failure). Throws InputError if the pile could not be completed.
-std::vector<PictureOutcome> draw_pile_pictures(const Experiment& experiment, const std::filesystem::path& run_folder,
-                                               const Provenance& provenance);
+std::vector<PictureOutcome> render_pile_pictures(const Experiment& experiment, const std::filesystem::path& run_folder,
+                                                 const Provenance& provenance);
 
 /// The picture of a response_field (figures/response-field.png).
-PictureOutcome draw_response_field(const Experiment& experiment, const Field& field, const Transport& transport,
-                                   const std::filesystem::path& run_folder, const Provenance& provenance);
+PictureOutcome render_response_field(const Experiment& experiment, const Field& field, const Transport& transport,
+                                     const std::filesystem::path& run_folder, const Provenance& provenance);
 
 }  // namespace granuscope

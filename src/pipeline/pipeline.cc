@@ -11,14 +11,14 @@
 #include "analysis/analyse.h"
 #include "analysis/claims.h"
 #include "experiment/experiment_file.h"
-#include "pipeline/law_in_words.h"
+#include "pipeline/law_description.h"
 #include "pipeline/main_figures.h"
 #include "pipeline/picture_stage.h"
 #include "pipeline/run_folder.h"
 #include "pipeline/sample_stage.h"
 #include "pipeline/timed.h"
 #include "plot/bead_forces.h"
-#include "plot/figure_words.h"
+#include "plot/figure_captions.h"
 #include "plot/gnuplot.h"
 #include "plot/response_field.h"
 #include "report/manifest_json.h"
@@ -42,8 +42,8 @@ class Run {
     describe();
     const RunFolder folder(options_.folder);
     if (folder.leftovers_removed() > 0) {
-      say(options_.progress, fmt::format("removed {} half-written files and folders of a run that was killed",
-                                         folder.leftovers_removed()));
+      log_line(options_.progress, fmt::format("removed {} half-written files and folders of a run that was killed",
+                                              folder.leftovers_removed()));
     }
     earlier_timings_ = earlier_timings(options_.folder);
     mark_unfinished();
@@ -99,12 +99,12 @@ class Run {
     data_.overload = experiment_.response.overload;
     data_.resolved_experiment = print_experiment(experiment_);
     data_.resolved_experiment_key = cache_key(data_.resolved_experiment);
-    data_.law_in_words = law_in_words(experiment_.sampling.law);
+    data_.law_description = law_description(experiment_.sampling.law);
     std::set<Law> drawn;
     for (const StudyEnsemble& one : studies_.ensembles(experiment_)) drawn.insert(one.spec.sampler.law);
     for (const Law law : all_laws) {
       if (law == experiment_.sampling.law || !drawn.contains(law)) continue;
-      data_.other_laws_in_words.emplace_back(name_of(law), law_in_words(law));
+      data_.other_laws_in_words.emplace_back(name_of(law), law_description(law));
     }
     data_.provenance = collect_provenance();
     if (!needs(Stage::render) || !experiment_.force_chains.draw) {
@@ -179,24 +179,24 @@ class Run {
           analyse(std::move(measured), experiment_.fit, experiment_.claims, experiment_.figures.profile_layers);
       judge_studies();
     });
-    say(options_.progress, "fitted c, D and the exponents");
+    log_line(options_.progress, "fitted c, D and the exponents");
   }
 
   void render() {
     if (!experiment_.force_chains.draw) return;
     timed(data_.timings, "render", [&] {
-      try_to_draw([&] {
-        for (PictureOutcome& picture : draw_pile_pictures(experiment_, options_.folder, data_.provenance)) {
+      try_figure([&] {
+        for (PictureOutcome& picture : render_pile_pictures(experiment_, options_.folder, data_.provenance)) {
           add_picture(std::move(picture));
         }
       });
       if (field_transport_ && !field_.rows.empty()) {
-        try_to_draw([&] {
-          add_picture(draw_response_field(experiment_, field_, *field_transport_, options_.folder, data_.provenance));
+        try_figure([&] {
+          add_picture(render_response_field(experiment_, field_, *field_transport_, options_.folder, data_.provenance));
         });
       }
     });
-    say(options_.progress, "drew the pictures");
+    log_line(options_.progress, "drew the pictures");
   }
 
   void add_picture(PictureOutcome picture) {
@@ -211,13 +211,13 @@ class Run {
 
   void leave_out(const InputError& reason) {
     data_.skipped.push_back(fmt::format("A figure is left out: {}.", reason.what()));
-    say(options_.progress, data_.skipped.back());
+    log_line(options_.progress, data_.skipped.back());
   }
 
   /// A figure with nothing to show (InputError) is left out with its reason: the numbers that are known, and the
   /// reasons why others are not, are still to be reported.
   template <typename Draw>
-  void try_to_draw(Draw draw) {
+  void try_figure(Draw draw) {
     try {
       draw();
     } catch (const InputError& nothing_to_show) {
@@ -227,7 +227,7 @@ class Run {
 
   template <typename Draw>
   void add_figure(Draw draw) {
-    try_to_draw([&] { keep_figure(draw()); });
+    try_figure([&] { keep_figure(draw()); });
   }
 
   void keep_figure(Figure figure) {
@@ -236,7 +236,7 @@ class Run {
   }
 
   void note_failure(const std::string& what, const std::string& why) {
-    say(options_.progress, fmt::format("{} could not be made: {}", what, why));
+    log_line(options_.progress, fmt::format("{} could not be made: {}", what, why));
     failures_.emplace_back(what, why);
   }
 
@@ -255,18 +255,18 @@ class Run {
       if (figures.bead_forces) {
         const BeadForcesSpec spec{std::min(BeadForcesSpec{}.layer, experiment_.force_chains.layers - 1)};
         add_figure(
-            [&] { return draw_bead_forces(pile_for_figures(experiment_, figures.profile_mu), spec, options_.folder); });
+            [&] { return plot_bead_forces(pile_for_figures(experiment_, figures.profile_mu), spec, options_.folder); });
         // The paper's Fig. 1 has this one on the left, the force chains on the right.
         if (data_.figures.size() > 1) std::rotate(data_.figures.begin(), data_.figures.end() - 1, data_.figures.end());
       }
-      std::vector<FigureDrawing> drawings = main_figures(experiment_, data_.analysis);
+      std::vector<FigurePlot> drawings = main_figures(experiment_, data_.analysis);
       for (const auto& study : studies_) {
-        for (FigureDrawing& drawing : study->figures(data_.analysis)) drawings.push_back(std::move(drawing));
+        for (FigurePlot& drawing : study->figures(data_.analysis)) drawings.push_back(std::move(drawing));
       }
-      for (const FigureDrawing& drawing : drawings) add_figure([&] { return drawing(options_.folder); });
+      for (const FigurePlot& drawing : drawings) add_figure([&] { return drawing(options_.folder); });
     });
     note_version("gnuplot");
-    say(options_.progress, "drew the plots");
+    log_line(options_.progress, "drew the plots");
   }
 
   void report() {
@@ -276,7 +276,7 @@ class Run {
     if (policy != PdfPolicy::none) note_version("weasyprint");
     timed(data_.timings, "report", [&] { result_.files = write_report(data_, options_.folder, policy); });
     if (!result_.files.pdf_skipped.empty()) data_.skipped.push_back(result_.files.pdf_skipped);
-    say(options_.progress, "wrote the report");
+    log_line(options_.progress, "wrote the report");
   }
 
   void note_version(const std::string& program) {
@@ -290,7 +290,7 @@ class Run {
     try {
       write_manifest(data_, options_.folder, outcome);
     } catch (const std::exception&) {
-      say(options_.progress, "manifest.json could not be written either");
+      log_line(options_.progress, "manifest.json could not be written either");
     }
   }
 

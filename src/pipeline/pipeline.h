@@ -45,7 +45,7 @@ struct PlannedTime {
 
 /// Foretold from a trial of each ensemble on one core, and rules of thumb for what comes after it: takes seconds where
 /// chains or the laws of tiny piles are asked for, else much less. Stops with Interrupted if that is asked for.
-PlannedTime foretell_time(const std::vector<PlannedStep>& plan, int threads);
+PlannedTime estimate_time(const std::vector<PlannedStep>& plan, int threads);
 
 /// Memory that the largest of the ensembles needs while it is drawn on this many threads, and the sums, in bytes.
 double memory_needed(const Experiment& experiment, int threads);

@@ -7,7 +7,7 @@
 
 #include "analysis/precision.h"
 #include "ensemble/estimator.h"
-#include "ensemble/foretold_time.h"
+#include "ensemble/time_estimate.h"
 #include "experiment/experiment_check.h"
 #include "pipeline/ensemble_stage.h"
 #include "pipeline/picture_stage.h"
@@ -38,13 +38,13 @@ PlannedStep plan_growth(const Experiment& experiment, const RunOptions& options,
   const PrecisionLook look = look_at_precision(asked, errors, spec.response.samples);
   std::uint64_t rounds = spec.response.samples / (group_size * static_cast<std::uint64_t>(spec.response.blocks)),
                 samples = spec.response.samples;
-  while (!look.hopeless && static_cast<double>(samples) < look.samples_needed) {
+  while (!look.unattainable && static_cast<double>(samples) < look.samples_needed) {
     rounds = next_size(rounds);
     const std::uint64_t next = rounds * group_size * static_cast<std::uint64_t>(spec.response.blocks);
     if (next > asked.most_samples) break;
     samples = next;
   }
-  const bool enough = look.hopeless || static_cast<double>(samples) >= look.samples_needed;
+  const bool enough = look.unattainable || static_cast<double>(samples) >= look.samples_needed;
   const std::uint64_t drawn = there ? spec.response.samples : 0;
   std::string what = fmt::format("about {} {}, {}, for the precision asked ({})", samples, kind_of(spec), planned.label,
                                  there ? "by the errors so far" : "by a rule of thumb");
@@ -132,7 +132,7 @@ std::vector<PlannedStep> plan_run(const Experiment& experiment, const RunOptions
   return steps;
 }
 
-PlannedTime foretell_time(const std::vector<PlannedStep>& plan, int threads) {
+PlannedTime estimate_time(const std::vector<PlannedStep>& plan, int threads) {
   // Whether the pilot of a chain takes a second or an hour shows only when it has run for some time; of other laws the
   // first few piles tell enough.
   constexpr double all_chains = 8, longest_chain = 3, shortest_chain = 0.1, other_law = 0.3;  // seconds
@@ -146,7 +146,7 @@ PlannedTime foretell_time(const std::vector<PlannedStep>& plan, int threads) {
     const double start = processor_seconds();
     const double share =
         is_chain(step) ? std::clamp(left / std::max(1.0, chains), shortest_chain, longest_chain) : other_law;
-    const ForetoldTime one = foretell_time(step.spec, share);
+    const TimeEstimate one = estimate_time(step.spec, share);
     planned.seconds += one.on_threads(step.samples, threads);
     planned.at_least = planned.at_least || one.at_least;
     if (!is_chain(step)) continue;

@@ -30,7 +30,8 @@ MeasuredEnsemble SampleStage::obtain(PlannedEnsemble& planned) {
     timing.seconds = earlier == earlier_.end() ? std::nan("") : earlier->second;
   }
   if (const auto& failed = ensemble.record.failed; !failed.empty()) {
-    say(options_.progress,
+    log_line(
+        options_.progress,
         fmt::format("{}: {} of {} piles could not be completed and enter no average; this command meets the first of "
                     "these failures: {}",
                     planned.label, failed.size(), planned.spec.response.samples, failed.front().replay));
@@ -70,7 +71,8 @@ PrecisionOutcome SampleStage::reach_precision(PlannedEnsemble& planned, Measured
       break;
     }
     const std::uint64_t stop = expected_samples(planned, asked, look.samples_needed);
-    say(options_.progress,
+    log_line(
+        options_.progress,
         fmt::format("{}: c ± {}, D ± {} after {} piles; about {} in all are needed, {} with whole steps{}",
                     planned.label, significant(measured.c.standard_error, 2), significant(measured.D.standard_error, 2),
                     samples, significant(look.samples_needed, 2), stop, time_for(planned.spec, stop - samples)));

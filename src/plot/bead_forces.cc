@@ -10,7 +10,7 @@
 
 #include "plot/axes.h"
 #include "plot/csv_table.h"
-#include "plot/figure_words.h"
+#include "plot/figure_captions.h"
 #include "plot/plot_script.h"
 #include "support/error.h"
 #include "support/number_format.h"
@@ -123,7 +123,7 @@ std::string angle_labels(const FourContacts& contacts) {
 
 }  // namespace
 
-Figure draw_bead_forces(const Pile& pile, const BeadForcesSpec& spec, const std::filesystem::path& run_folder) {
+Figure plot_bead_forces(const Pile& pile, const BeadForcesSpec& spec, const std::filesystem::path& run_folder) {
   if (spec.layer < 1 || spec.layer >= pile.lattice.layers()) {
     throw InputError(
         fmt::format("the figure of one bead's forces has nothing to show, because the pile has no layer {} with "
@@ -154,34 +154,34 @@ Figure draw_bead_forces(const Pile& pile, const BeadForcesSpec& spec, const std:
   plan.data[fmt::format("{}-contacts.csv", figure_id)] = table.text();
   plan.data[fmt::format("{}-beads.csv", figure_id)] = surrounding_beads();
   plan.curves = 6;
-  Figure figure = draw_plot(plan,
-                            {{"mu", exact(pile.mu)},
-                             {"width", exact(plot_width_inches)},
-                             {"layer", std::to_string(spec.layer)},
-                             {"shown_width", exact(shown_width)},
-                             {"shown_depth", exact(shown_depth)},
-                             {"scale", exact(largest > 0 ? arrow_length / largest : 1)},
-                             {"contact_x", list(contacts, &ContactForce::x)},
-                             {"contact_z", list(contacts, &ContactForce::z)},
-                             {"normal", list(contacts, &ContactForce::N)},
-                             {"tangential", list(contacts, &ContactForce::T)},
-                             {"angles", angle_labels(contacts)},
-                             {"N_high", exact(normal.high)},
-                             {"T_high", exact(tangential.high)},
-                             {"N_ticks", linear_ticks(normal, 5)},
-                             {"T_ticks", linear_ticks(tangential, 6)}},
-                            run_folder);
+  Figure figure = plot_figure(plan,
+                              {{"mu", exact(pile.mu)},
+                               {"width", exact(plot_width_inches)},
+                               {"layer", std::to_string(spec.layer)},
+                               {"shown_width", exact(shown_width)},
+                               {"shown_depth", exact(shown_depth)},
+                               {"scale", exact(largest > 0 ? arrow_length / largest : 1)},
+                               {"contact_x", list(contacts, &ContactForce::x)},
+                               {"contact_z", list(contacts, &ContactForce::z)},
+                               {"normal", list(contacts, &ContactForce::N)},
+                               {"tangential", list(contacts, &ContactForce::T)},
+                               {"angles", angle_labels(contacts)},
+                               {"N_high", exact(normal.high)},
+                               {"T_high", exact(tangential.high)},
+                               {"N_ticks", linear_ticks(normal, 5)},
+                               {"T_ticks", linear_ticks(tangential, 6)}},
+                              run_folder);
   double x = pile.lattice.x(spec.layer, bead);
-  set_words(figure, "plot/bead_forces.words",
-            {{"mu", caption_number(pile.mu)},
-             {"phi", fmt::format("{:.1f}", std::atan(pile.mu) * 180 / std::numbers::pi)},
-             {"layer", std::to_string(spec.layer)},
-             {"x", caption_number(x)},
-             {"columns", std::to_string(pile.lattice.columns())},
-             {"layers", std::to_string(pile.lattice.layers())},
-             {"sample", std::to_string(pile.sample)},
-             {"seed", std::to_string(pile.seed)},
-             {"rule", shows_four_forces(contacts) ? "yes" : ""}});
+  set_captions(figure, "plot/bead_forces.captions",
+               {{"mu", caption_number(pile.mu)},
+                {"phi", fmt::format("{:.1f}", std::atan(pile.mu) * 180 / std::numbers::pi)},
+                {"layer", std::to_string(spec.layer)},
+                {"x", caption_number(x)},
+                {"columns", std::to_string(pile.lattice.columns())},
+                {"layers", std::to_string(pile.lattice.layers())},
+                {"sample", std::to_string(pile.sample)},
+                {"seed", std::to_string(pile.seed)},
+                {"rule", shows_four_forces(contacts) ? "yes" : ""}});
   return figure;
 }
 

@@ -17,6 +17,6 @@ struct BeadForcesSpec {
 /// them, in position space and in the plane of normal and tangential force.
 /// Writes figures/bead-forces*.csv, .gp, .svg and .pdf below `run_folder`. Throws InputError if the pile does not reach
 /// below the layer, EnvironmentError if gnuplot is missing or fails.
-Figure draw_bead_forces(const Pile& pile, const BeadForcesSpec& spec, const std::filesystem::path& run_folder);
+Figure plot_bead_forces(const Pile& pile, const BeadForcesSpec& spec, const std::filesystem::path& run_folder);
 
 }  // namespace granuscope

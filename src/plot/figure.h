@@ -25,6 +25,6 @@ struct Figure {
 };
 
 /// Draws a figure into the run's folder. Throws InputError if there is nothing to show.
-using FigureDrawing = std::function<Figure(const std::filesystem::path& run_folder)>;
+using FigurePlot = std::function<Figure(const std::filesystem::path& run_folder)>;
 
 }  // namespace granuscope

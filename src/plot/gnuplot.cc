@@ -9,7 +9,7 @@
 #include "support/atomic_file.h"
 #include "support/child_process.h"
 #include "support/error.h"
-#include "support/one_line.h"
+#include "support/single_line.h"
 
 namespace granuscope {
 
@@ -73,7 +73,7 @@ void require_gnuplot() {
   }
 }
 
-void draw_with_gnuplot(const GnuplotJob& job, const std::filesystem::path& folder, double timeout_seconds) {
+void plot_with_gnuplot(const GnuplotJob& job, const std::filesystem::path& folder, double timeout_seconds) {
   require_gnuplot();
   for (const auto& [name, csv] : job.data) {
     if (const std::string column = column_without_numbers(csv); !column.empty()) {
@@ -88,10 +88,10 @@ void draw_with_gnuplot(const GnuplotJob& job, const std::filesystem::path& folde
   const ProcessResult result = run_process(gnuplot_process(job, scratch.path(), timeout_seconds));
   if (result.timed_out) fail(job, fmt::format("it was still running after {:.0f} s", timeout_seconds));
   if (result.exit_code != 0) {
-    const std::string said = one_line(result.standard_error);
+    const std::string said = single_line(result.standard_error);
     fail(job, fmt::format("it {}{}{}", describe_end(result), said.empty() ? "" : ": ", said));
   }
-  if (!result.standard_error.empty()) fail(job, "it complained: " + one_line(result.standard_error));
+  if (!result.standard_error.empty()) fail(job, "it complained: " + single_line(result.standard_error));
 
   const std::string svg = read_drawing(job, scratch.path() / (job.stem + ".svg"), "</svg>");
   const std::string pdf = with_fixed_creation_date(read_drawing(job, scratch.path() / (job.stem + ".pdf"), "%%EOF"));

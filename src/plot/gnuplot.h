@@ -23,7 +23,7 @@ void require_gnuplot();
 /// stderr, whole files, every curve drawn), then moves script, data and drawings into `folder`. The same job gives the
 /// same bytes. Throws EnvironmentError (gnuplot missing, failing, hanging, or a drawing that is not whole); `folder`
 /// then holds what it held before.
-void draw_with_gnuplot(const GnuplotJob& job, const std::filesystem::path& folder, double timeout_seconds = 60);
+void plot_with_gnuplot(const GnuplotJob& job, const std::filesystem::path& folder, double timeout_seconds = 60);
 
 /// Whether `folder` holds whole drawings of exactly this script and data, of an earlier run.
 bool is_drawn(const GnuplotJob& job, const std::filesystem::path& folder);

@@ -11,13 +11,13 @@ namespace granuscope {
 
 namespace {
 
-Gaps read_colours() {
+TemplateVariables read_colours() {
   // The order in which Okabe and Ito list them.
   constexpr std::array names = {"black",  "orange", "sky_blue",  "bluish_green",
                                 "yellow", "blue",   "vermilion", "reddish_purple"};
   const std::vector<Rgb>& okabe_ito = Palette::builtin().colours("okabe-ito");
   if (okabe_ito.size() != names.size()) throw std::logic_error("palette.txt: okabe-ito does not have eight colours");
-  Gaps colours;
+  TemplateVariables colours;
   for (std::size_t i = 0; i < names.size(); ++i) colours[names[i]] = to_hex(okabe_ito[i]);
   colours["frame"] = to_hex(Palette::builtin().colour("frame"));
   return colours;
@@ -25,8 +25,8 @@ Gaps read_colours() {
 
 }  // namespace
 
-const Gaps& plot_colours() {
-  static const Gaps colours = read_colours();
+const TemplateVariables& plot_colours() {
+  static const TemplateVariables colours = read_colours();
   return colours;
 }
 

@@ -16,7 +16,7 @@ std::string plot_template(const std::string& name) {
 }
 
 /// Colours the script does not use are no mistake; every other gap must be asked for.
-void add_colours_used(Gaps& gaps, const std::string& script) {
+void add_colours_used(TemplateVariables& gaps, const std::string& script) {
   for (const auto& [name, colour] : plot_colours()) {
     if (script.find("{{" + name + "}}") != std::string::npos) gaps.emplace(name, colour);
   }
@@ -24,33 +24,33 @@ void add_colours_used(Gaps& gaps, const std::string& script) {
 
 }  // namespace
 
-std::string fill_script_part(const std::string& name, Gaps gaps) {
+std::string fill_script_part(const std::string& name, TemplateVariables gaps) {
   const std::string part = plot_template(name);
   add_colours_used(gaps, part);
-  return fill_in(part, gaps);
+  return fill_template(part, gaps);
 }
 
-Figure draw_plot(const PlotPlan& plan, const Gaps& gaps, const std::filesystem::path& run_folder) {
+Figure plot_figure(const PlotPlan& plan, const TemplateVariables& gaps, const std::filesystem::path& run_folder) {
   const std::string script_template = plot_template(plan.script);
   const std::string height = exact(plan.height);
-  Gaps all = gaps;
+  TemplateVariables all = gaps;
   all["stem"] = plan.id;
-  all["begin_pass"] = fill_in(plot_template("plot/begin_pass"),
-                              {{"stem", plan.id}, {"width", exact(plot_width_inches)}, {"height", height}});
+  all["begin_pass"] = fill_template(plot_template("plot/begin_pass"),
+                                    {{"stem", plan.id}, {"width", exact(plot_width_inches)}, {"height", height}});
   all["key_panel"] = plot_template("plot/key_panel");
   all["end_of_pass"] = plot_template("plot/end_of_pass");
   add_colours_used(all, script_template);
 
   GnuplotJob job;
   job.stem = plan.id;
-  job.script = fill_in(script_template, all);
+  job.script = fill_template(script_template, all);
   job.data = plan.data;
   job.curves = plan.curves;
   const std::filesystem::path folder = "figures";
   Figure figure;
   figure.id = plan.id;
   try {
-    draw_with_gnuplot(job, run_folder / folder);
+    plot_with_gnuplot(job, run_folder / folder);
   } catch (const EnvironmentError& failure) {
     figure.failure = failure.what();
     if (!is_drawn(job, run_folder / folder)) return figure;

@@ -3,8 +3,8 @@
 #include <string>
 
 #include "plot/figure.h"
-#include "plot/gaps.h"
 #include "plot/gnuplot.h"
+#include "plot/template_variables.h"
 
 namespace granuscope {
 
@@ -24,9 +24,9 @@ struct PlotPlan {
 /// `run_folder`/figures, and returns the figure without its words. Where gnuplot fails the figure says why and has no
 /// files, or those that an earlier run drew from the same script and data: the other figures, and the numbers, are not
 /// to be lost for it.
-Figure draw_plot(const PlotPlan& plan, const Gaps& gaps, const std::filesystem::path& run_folder);
+Figure plot_figure(const PlotPlan& plan, const TemplateVariables& gaps, const std::filesystem::path& run_folder);
 
 /// A part of a script that several figures share, with the colours it names: templates/<name>.gp.mustache.
-std::string fill_script_part(const std::string& name, Gaps gaps);
+std::string fill_script_part(const std::string& name, TemplateVariables gaps);
 
 }  // namespace granuscope

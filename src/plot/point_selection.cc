@@ -24,10 +24,10 @@ bool in_window(double mu, const std::array<double, 2>& window) {
   return mu >= window[0] - rounding && mu <= window[1] + rounding;
 }
 
-Analysis without_vague_points(const Analysis& analysis) {
+Analysis without_imprecise_points(const Analysis& analysis) {
   // Half of D still is a point on logarithmic axes; c is known to parts in a thousand wherever it means something.
-  constexpr double vague_D = 0.5, vague_c = 0.05;
-  const auto drop_if_vague = [](Estimate& estimate, double share) {
+  constexpr double imprecise_D = 0.5, imprecise_c = 0.05;
+  const auto drop_if_imprecise = [](Estimate& estimate, double share) {
     if (!estimate.known()) estimate.reason = "why stands under the table of c and D";
     if (!estimate.known() || estimate.standard_error <= share * std::abs(estimate.value)) return;
     estimate.reason =
@@ -36,8 +36,8 @@ Analysis without_vague_points(const Analysis& analysis) {
   };
   Analysis clear = analysis;
   for (Transport& result : clear.results) {
-    drop_if_vague(result.c, vague_c);
-    drop_if_vague(result.D, vague_D);
+    drop_if_imprecise(result.c, imprecise_c);
+    drop_if_imprecise(result.D, imprecise_D);
   }
   return clear;
 }

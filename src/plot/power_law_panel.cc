@@ -7,7 +7,7 @@
 
 #include "plot/axes.h"
 #include "plot/csv_table.h"
-#include "plot/figure_words.h"
+#include "plot/figure_captions.h"
 #include "plot/label_places.h"
 #include "plot/point_selection.h"
 #include "support/number_format.h"
@@ -125,8 +125,8 @@ Range fitted_range(const PowerLawPanel& panel, const PowerLawSeries& series, con
   return panel.against_mu ? window_on_axis(series.fit.window, axes.x) : middle.extent;
 }
 
-void add_series(Gaps& gaps, PlotPlan& plan, const PowerLawPanel& panel, std::size_t index, const Axes& axes,
-                PowerLawPanelScript& script) {
+void add_series(TemplateVariables& gaps, PlotPlan& plan, const PowerLawPanel& panel, std::size_t index,
+                const Axes& axes, PowerLawPanelScript& script) {
   const std::string prefix = index == 0 ? "first" : "second";
   const PowerLawSeries series = index < panel.series.size() ? panel.series[index] : PowerLawSeries{};
   const Drawn drawn = add_data(plan, panel, series, axes, script.off_scale);
@@ -224,23 +224,23 @@ PowerLawPanelScript add_power_law_panel(PlotPlan& plan, const PowerLawPanel& wan
   PowerLawPanel panel = wanted;
   panel.left += room_for_labels({y_ticks, ratio_ticks});
   script.drawn = true;
-  Gaps gaps = {{"stem", plan.id + "-" + panel.id},
-               {"left", exact(panel.left)},
-               {"right", exact(panel.right)},
-               {"label_at", exact(wanted.left - 0.092)},
-               {"x_label", panel.x_label},
-               {"y_label", panel.y_label},
-               {"x_low", exact(axes.x.low)},
-               {"x_high", exact(axes.x.high)},
-               {"y_low", exact(axes.y.low)},
-               {"y_high", exact(axes.y.high)},
-               {"ratio_low", exact(axes.ratio.low)},
-               {"ratio_high", exact(axes.ratio.high)},
-               {"x_ticks", log_ticks(axes.x)},
-               {"x_marks", without_labels(log_ticks(axes.x))},
-               {"y_ticks", y_ticks},
-               {"ratio_ticks", ratio_ticks},
-               {"labels", labels_beside(panel, axes)}};
+  TemplateVariables gaps = {{"stem", plan.id + "-" + panel.id},
+                            {"left", exact(panel.left)},
+                            {"right", exact(panel.right)},
+                            {"label_at", exact(wanted.left - 0.092)},
+                            {"x_label", panel.x_label},
+                            {"y_label", panel.y_label},
+                            {"x_low", exact(axes.x.low)},
+                            {"x_high", exact(axes.x.high)},
+                            {"y_low", exact(axes.y.low)},
+                            {"y_high", exact(axes.y.high)},
+                            {"ratio_low", exact(axes.ratio.low)},
+                            {"ratio_high", exact(axes.ratio.high)},
+                            {"x_ticks", log_ticks(axes.x)},
+                            {"x_marks", without_labels(log_ticks(axes.x))},
+                            {"y_ticks", y_ticks},
+                            {"ratio_ticks", ratio_ticks},
+                            {"labels", labels_beside(panel, axes)}};
   for (const std::size_t index : {0, 1}) add_series(gaps, plan, panel, index, axes, script);
   for (const std::size_t line : {0, 1, 2}) {
     const std::string name = fmt::format("note_{}", line + 1);

@@ -8,7 +8,7 @@
 #include "model/lattice.h"
 #include "plot/axes.h"
 #include "plot/csv_table.h"
-#include "plot/figure_words.h"
+#include "plot/figure_captions.h"
 #include "plot/label_places.h"
 #include "plot/plot_colours.h"
 #include "plot/point_selection.h"
@@ -135,7 +135,7 @@ PowerLawPanel law_panel(const Analysis& analysis) {
 
 }  // namespace
 
-Figure draw_propagation_against_diffusion(const Analysis& analysis, const std::filesystem::path& run_folder) {
+Figure plot_propagation_against_diffusion(const Analysis& analysis, const std::filesystem::path& run_folder) {
   CsvTable table({"mu", "D", "D_standard_error", "c", "c_standard_error"});
   for (const Transport& result : analysis.results) {
     if (!has_both(result)) continue;
@@ -165,26 +165,26 @@ Figure draw_propagation_against_diffusion(const Analysis& analysis, const std::f
   const std::string c_ticks = linear_ticks(axes.c, 7);
   const double c_room = room_for_labels({c_ticks});
   const auto if_law = [with_law](double number) { return with_law ? exact(number) : ""; };
-  const Gaps script = {{"c0", exact(tan30)},
-                       {"labels", point_labels(analysis.results, axes, alpha, window_D, c_room)},
-                       {"D_low", exact(axes.D.low)},
-                       {"D_high", exact(axes.D.high)},
-                       {"c_low", exact(axes.c.low)},
-                       {"c_high", exact(axes.c.high)},
-                       {"D_ticks", linear_ticks(axes.D, 6)},
-                       {"c_ticks", c_ticks},
-                       {"c_room", exact(c_room)},
-                       {"alpha", if_law(alpha.exponent.value)},
-                       {"alpha_intercept", if_law(alpha.intercept.value)},
-                       {"alpha_low", caption_number(alpha.window[0])},
-                       {"alpha_high", caption_number(alpha.window[1])},
-                       {"fit_D_low", if_law(window_D.low)},
-                       {"fit_D_high", if_law(window_D.high)},
-                       {"law_panel", law.text},
-                       {"outside", law.outside ? "yes" : ""}};
-  Figure figure = draw_plot(plan, script, run_folder);
-  set_words(
-      figure, "plot/propagation_against_diffusion.words",
+  const TemplateVariables script = {{"c0", exact(tan30)},
+                                    {"labels", point_labels(analysis.results, axes, alpha, window_D, c_room)},
+                                    {"D_low", exact(axes.D.low)},
+                                    {"D_high", exact(axes.D.high)},
+                                    {"c_low", exact(axes.c.low)},
+                                    {"c_high", exact(axes.c.high)},
+                                    {"D_ticks", linear_ticks(axes.D, 6)},
+                                    {"c_ticks", c_ticks},
+                                    {"c_room", exact(c_room)},
+                                    {"alpha", if_law(alpha.exponent.value)},
+                                    {"alpha_intercept", if_law(alpha.intercept.value)},
+                                    {"alpha_low", caption_number(alpha.window[0])},
+                                    {"alpha_high", caption_number(alpha.window[1])},
+                                    {"fit_D_low", if_law(window_D.low)},
+                                    {"fit_D_high", if_law(window_D.high)},
+                                    {"law_panel", law.text},
+                                    {"outside", law.outside ? "yes" : ""}};
+  Figure figure = plot_figure(plan, script, run_folder);
+  set_captions(
+      figure, "plot/propagation_against_diffusion.captions",
       {{"not_logarithmic", with_reasons(reasons_off_log_axes(analysis.results))},
        {"unknown", with_reasons(unknown_points(analysis.results))},
        {"law_panel", law.drawn ? "yes" : ""},

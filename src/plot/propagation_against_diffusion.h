@@ -10,6 +10,6 @@ namespace granuscope {
 /// logarithmic axes with the fitted power law, the paper's exponent, and each point over the law.
 /// Writes figures/propagation-against-diffusion*.csv, .gp, .svg and .pdf below `run_folder`.
 /// Throws InputError if no result has both c and D, EnvironmentError if gnuplot is missing or fails.
-Figure draw_propagation_against_diffusion(const Analysis& analysis, const std::filesystem::path& run_folder);
+Figure plot_propagation_against_diffusion(const Analysis& analysis, const std::filesystem::path& run_folder);
 
 }  // namespace granuscope

@@ -10,7 +10,7 @@
 #include "model/lattice.h"
 #include "plot/axes.h"
 #include "plot/csv_table.h"
-#include "plot/figure_words.h"
+#include "plot/figure_captions.h"
 #include "plot/plot_script.h"
 #include "support/error.h"
 #include "support/number_format.h"
@@ -35,7 +35,7 @@ Range with_margins(Range data, double least, double room = 0) {
 
 }  // namespace
 
-Figure draw_propagation_and_thrust(const Analysis& analysis, const std::filesystem::path& run_folder) {
+Figure plot_propagation_and_thrust(const Analysis& analysis, const std::filesystem::path& run_folder) {
   CsvTable table({"mu", "c", "c_standard_error", "c_thrust", "c_thrust_standard_error", "difference",
                   "difference_standard_error"});
   Range mu, speed, difference;
@@ -78,23 +78,23 @@ Figure draw_propagation_and_thrust(const Analysis& analysis, const std::filesyst
   plan.height = 2.4;
   plan.data[std::string(figure_id) + ".csv"] = table.text();
   plan.curves = 5;
-  Figure figure = draw_plot(plan,
-                            {{"c0", exact(tan30)},
-                             {"mu_low", exact(mu_axis.low)},
-                             {"mu_high", exact(mu_axis.high)},
-                             {"mu_ticks", linear_ticks(mu_axis, 6)},
-                             {"speed_low", exact(speed_axis.low)},
-                             {"speed_high", exact(speed_axis.high)},
-                             {"speed_ticks", speed_ticks},
-                             {"speed_room", exact(room_for_labels({speed_ticks}))},
-                             {"difference_low", exact(difference_axis.low)},
-                             {"difference_high", exact(difference_axis.high)},
-                             {"difference_ticks", difference_ticks},
-                             {"difference_room", exact(room_for_labels({difference_ticks}))}},
-                            run_folder);
-  set_words(figure, "plot/propagation_and_thrust.words",
-            {{"unknown", with_reasons(unknown)},
-             {"beyond_three", beyond_three.empty() ? "" : "μ = " + enumeration(beyond_three)}});
+  Figure figure = plot_figure(plan,
+                              {{"c0", exact(tan30)},
+                               {"mu_low", exact(mu_axis.low)},
+                               {"mu_high", exact(mu_axis.high)},
+                               {"mu_ticks", linear_ticks(mu_axis, 6)},
+                               {"speed_low", exact(speed_axis.low)},
+                               {"speed_high", exact(speed_axis.high)},
+                               {"speed_ticks", speed_ticks},
+                               {"speed_room", exact(room_for_labels({speed_ticks}))},
+                               {"difference_low", exact(difference_axis.low)},
+                               {"difference_high", exact(difference_axis.high)},
+                               {"difference_ticks", difference_ticks},
+                               {"difference_room", exact(room_for_labels({difference_ticks}))}},
+                              run_folder);
+  set_captions(figure, "plot/propagation_and_thrust.captions",
+               {{"unknown", with_reasons(unknown)},
+                {"beyond_three", beyond_three.empty() ? "" : "μ = " + enumeration(beyond_three)}});
   return figure;
 }
 

@@ -10,6 +10,6 @@ namespace granuscope {
 /// in bead diameters per bead diameter and in standard errors.
 /// Writes figures/propagation-and-thrust*.csv, .gp, .svg and .pdf below `run_folder`.
 /// Throws InputError if no result has both, EnvironmentError if gnuplot is missing or fails.
-Figure draw_propagation_and_thrust(const Analysis& analysis, const std::filesystem::path& run_folder);
+Figure plot_propagation_and_thrust(const Analysis& analysis, const std::filesystem::path& run_folder);
 
 }  // namespace granuscope

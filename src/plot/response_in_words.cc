@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "plot/figure_words.h"
+#include "plot/figure_captions.h"
 
 namespace granuscope {
 

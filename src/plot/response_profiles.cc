@@ -10,7 +10,7 @@
 #include "model/lattice.h"
 #include "plot/axes.h"
 #include "plot/csv_table.h"
-#include "plot/figure_words.h"
+#include "plot/figure_captions.h"
 #include "plot/plot_script.h"
 #include "plot/point_selection.h"
 #include "support/error.h"
@@ -197,7 +197,7 @@ bool shows_the_papers_layers(const std::vector<Panel>& panels, int layers_comput
 
 }  // namespace
 
-Figure draw_response_profiles(const std::vector<Transport>& results, const ResponseProfilesSpec& spec,
+Figure plot_response_profiles(const std::vector<Transport>& results, const ResponseProfilesSpec& spec,
                               const std::filesystem::path& run_folder) {
   const Transport* result =
       nearest_result(results, spec.mu, [](const Transport& transport) { return !transport.profiles.empty(); });
@@ -231,41 +231,41 @@ Figure draw_response_profiles(const std::vector<Transport>& results, const Respo
     if (detailed) plan.curves += panel.has_curve ? 5 : 1;
   }
   const std::string mu = caption_number(result->mu());
-  const Gaps gaps = {{"mu", mu},
-                     {"panels", std::to_string(panels.size())},
-                     {"layers", fmt::format("{}", fmt::join(lists.layers, ", "))},
-                     {"heads", fmt::format("{}", fmt::join(lists.heads, ", "))},
-                     {"notes", fmt::format("{}", fmt::join(lists.notes, ", "))},
-                     {"peaks", fmt::format("{}", fmt::join(lists.peaks, ", "))},
-                     {"curves", fmt::format("{}", fmt::join(lists.curves, ", "))},
-                     {"detailed", detailed ? "yes" : ""},
-                     {"centres", fmt::format("{}", fmt::join(lists.centres, ", "))},
-                     {"close_ticks", fmt::format("{}", fmt::join(lists.ticks, ", "))},
-                     {"close_marks", fmt::format("{}", fmt::join(lists.marks, ", "))},
-                     {"qualities", fmt::format("{}", fmt::join(lists.qualities, ", "))},
-                     {"close_view", exact(close_view)},
-                     {"reach", exact(reach)},
-                     {"residual_ticks", three_ticks(reach)},
-                     {"x_limit", exact(shown)},
-                     {"x_ticks", linear_ticks(x_axis, 5)},
-                     {"y_ticks", linear_ticks(range, 6)},
-                     {"y_low", exact(range.low - 0.05 * room)},
-                     {"y_high", exact(range.high + 0.22 * room)}};  // room for the labels above the peaks
-  Figure figure = draw_plot(plan, gaps, run_folder);
-  set_words(figure, "plot/response_profiles.words",
-            {{"mu", mu},
-             {"mu_differs", result->mu() == spec.mu ? "" : caption_number(spec.mu)},
-             {"samples", std::to_string(result->samples)},
-             {"linear", result->spec.response.estimator == EstimatorName::multiplexed ? "yes" : ""},
-             {"finite", result->spec.response.estimator == EstimatorName::multiplexed ? "" : "yes"},
-             {"depths", enumeration(lists.depths)},
-             {"how_many", count_in_words(panels.size()) + (panels.size() == 1 ? " depth" : " depths")},
-             {"panels", std::to_string(panels.size()) + (panels.size() == 1 ? " panel" : " panels")},
-             {"detailed", detailed ? "yes" : ""},
-             {"deeper", panels.size() > 1 ? "yes" : ""},
-             {"unfitted", enumeration(lists.unfitted)},
-             {"nearest", fmt::format("{}", fmt::join(nearest, ". "))},
-             {"paper_depths", shows_the_papers_layers(panels, spec.layers_computed) ? "yes" : ""}});
+  const TemplateVariables gaps = {{"mu", mu},
+                                  {"panels", std::to_string(panels.size())},
+                                  {"layers", fmt::format("{}", fmt::join(lists.layers, ", "))},
+                                  {"heads", fmt::format("{}", fmt::join(lists.heads, ", "))},
+                                  {"notes", fmt::format("{}", fmt::join(lists.notes, ", "))},
+                                  {"peaks", fmt::format("{}", fmt::join(lists.peaks, ", "))},
+                                  {"curves", fmt::format("{}", fmt::join(lists.curves, ", "))},
+                                  {"detailed", detailed ? "yes" : ""},
+                                  {"centres", fmt::format("{}", fmt::join(lists.centres, ", "))},
+                                  {"close_ticks", fmt::format("{}", fmt::join(lists.ticks, ", "))},
+                                  {"close_marks", fmt::format("{}", fmt::join(lists.marks, ", "))},
+                                  {"qualities", fmt::format("{}", fmt::join(lists.qualities, ", "))},
+                                  {"close_view", exact(close_view)},
+                                  {"reach", exact(reach)},
+                                  {"residual_ticks", three_ticks(reach)},
+                                  {"x_limit", exact(shown)},
+                                  {"x_ticks", linear_ticks(x_axis, 5)},
+                                  {"y_ticks", linear_ticks(range, 6)},
+                                  {"y_low", exact(range.low - 0.05 * room)},
+                                  {"y_high", exact(range.high + 0.22 * room)}};  // room for the labels above the peaks
+  Figure figure = plot_figure(plan, gaps, run_folder);
+  set_captions(figure, "plot/response_profiles.captions",
+               {{"mu", mu},
+                {"mu_differs", result->mu() == spec.mu ? "" : caption_number(spec.mu)},
+                {"samples", std::to_string(result->samples)},
+                {"linear", result->spec.response.estimator == EstimatorName::multiplexed ? "yes" : ""},
+                {"finite", result->spec.response.estimator == EstimatorName::multiplexed ? "" : "yes"},
+                {"depths", enumeration(lists.depths)},
+                {"how_many", count_in_words(panels.size()) + (panels.size() == 1 ? " depth" : " depths")},
+                {"panels", std::to_string(panels.size()) + (panels.size() == 1 ? " panel" : " panels")},
+                {"detailed", detailed ? "yes" : ""},
+                {"deeper", panels.size() > 1 ? "yes" : ""},
+                {"unfitted", enumeration(lists.unfitted)},
+                {"nearest", fmt::format("{}", fmt::join(nearest, ". "))},
+                {"paper_depths", shows_the_papers_layers(panels, spec.layers_computed) ? "yes" : ""}});
   return figure;
 }
 

@@ -17,7 +17,7 @@ struct ResponseProfilesSpec {
 /// The paper's Fig. 2: the measured response P(x) with its standard error and the fitted double Gaussian.
 /// Writes figures/response-profiles*.csv, .gp, .svg and .pdf below `run_folder`.
 /// Throws InputError if no result holds a profile, EnvironmentError if gnuplot is missing or fails.
-Figure draw_response_profiles(const std::vector<Transport>& results, const ResponseProfilesSpec& spec,
+Figure plot_response_profiles(const std::vector<Transport>& results, const ResponseProfilesSpec& spec,
                               const std::filesystem::path& run_folder);
 
 }  // namespace granuscope

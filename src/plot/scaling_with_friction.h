@@ -10,6 +10,6 @@ namespace granuscope {
 /// and x_p/z at one depth, each with its power law, and the paper's exponents as guides; below, every point over its
 /// law. Writes figures/scaling-with-friction*.csv, .gp, .svg and .pdf below `run_folder`. Throws InputError if no point
 /// fits logarithmic axes, EnvironmentError if gnuplot is missing or fails.
-Figure draw_scaling_with_friction(const Analysis& analysis, const std::filesystem::path& run_folder);
+Figure plot_scaling_with_friction(const Analysis& analysis, const std::filesystem::path& run_folder);
 
 }  // namespace granuscope

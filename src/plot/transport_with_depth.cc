@@ -8,7 +8,7 @@
 #include "model/lattice.h"
 #include "plot/axes.h"
 #include "plot/csv_table.h"
-#include "plot/figure_words.h"
+#include "plot/figure_captions.h"
 #include "plot/plot_script.h"
 #include "plot/point_selection.h"
 #include "plot/window_points.h"
@@ -58,8 +58,8 @@ Range with_margins(const Range& data) {
 /// Everything one figure consists of, filled step by step.
 struct Draft {
   PlotPlan plan;
-  Gaps script;
-  Gaps words;
+  TemplateVariables script;
+  TemplateVariables words;
   std::vector<LeftOut> not_logarithmic;  ///< "mu = 0"
 };
 
@@ -305,7 +305,7 @@ void add_D_inset(Draft& draft, const Analysis& analysis) {
 
 }  // namespace
 
-Figure draw_transport_with_depth(const Analysis& analysis, const TransportWithDepthSpec& spec,
+Figure plot_transport_with_depth(const Analysis& analysis, const TransportWithDepthSpec& spec,
                                  const std::filesystem::path& run_folder) {
   // The exact frictionless pile settles at once: it is shown only if there is nothing else. Slopes come before none.
   const Transport* result = nearest_result(analysis.results, spec.mu, [](const Transport& transport) {
@@ -350,8 +350,8 @@ Figure draw_transport_with_depth(const Analysis& analysis, const TransportWithDe
   draft.words["unknown"] = with_reasons(unknown_points(analysis.results));
   draft.words["not_logarithmic"] = with_reasons(draft.not_logarithmic);
 
-  Figure figure = draw_plot(draft.plan, draft.script, run_folder);
-  set_words(figure, "plot/transport_with_depth.words", draft.words);
+  Figure figure = plot_figure(draft.plan, draft.script, run_folder);
+  set_captions(figure, "plot/transport_with_depth.captions", draft.words);
   return figure;
 }
 

@@ -14,7 +14,7 @@ struct TransportWithDepthSpec {
 /// The paper's Fig. 3: x_p/z and W^2/z against depth with the slopes c and D; c(mu) and D(mu) as insets.
 /// Writes figures/transport-with-depth*.csv, .gp, .svg and .pdf below `run_folder`.
 /// Throws InputError if no depth at all was fitted, EnvironmentError if gnuplot is missing or fails.
-Figure draw_transport_with_depth(const Analysis& analysis, const TransportWithDepthSpec& spec,
+Figure plot_transport_with_depth(const Analysis& analysis, const TransportWithDepthSpec& spec,
                                  const std::filesystem::path& run_folder);
 
 }  // namespace granuscope

@@ -17,7 +17,7 @@ namespace {
 constexpr double mm_per_inch = 25.4;
 constexpr double points_per_inch = 72;
 
-// Distances of the furniture, in millimetres on paper.
+// Distances of the decorations, in millimetres on paper.
 constexpr double margin_mm = 1.0;        ///< between the outermost thing and the edge of the image
 constexpr double tick_mm = 1.0;          ///< length of a tick
 constexpr double gap_mm = 0.8;           ///< between things that belong together

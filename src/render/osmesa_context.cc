@@ -9,7 +9,7 @@
 #include <string_view>
 
 #include "support/error.h"
-#include "support/one_line.h"
+#include "support/single_line.h"
 
 namespace granuscope {
 namespace {
@@ -61,7 +61,7 @@ void require_known_driver() {
   throw EnvironmentError(fmt::format(
       "GALLIUM_DRIVER={} names a driver that OSMesa does not have, so no picture can be drawn; unset it, or "
       "set it to llvmpipe",
-      one_line(driver, 40)));
+      single_line(driver, 40)));
 }
 
 class OsMesaContext : public GlContext {

@@ -3,9 +3,9 @@
 #include <fmt/format.h>
 
 #include "render/colour_scale.h"
+#include "render/decorations.h"
 #include "render/detail_painter.h"
 #include "render/font.h"
-#include "render/furniture.h"
 #include "render/layout.h"
 #include "render/level_table.h"
 #include "render/palette.h"
@@ -34,7 +34,7 @@ struct Picture::Parts {
         scale(Palette::builtin(), scene.colour_map, scene.values.sign),
         font(text_pixels(spec)),
         layout(lay_out(spec, scene, font)),
-        furniture(scene, layout, Palette::builtin(), scale, font),
+        decorations(scene, layout, Palette::builtin(), scale, font),
         table(level_table_of(scene, scale)) {}
 
   const Scene& scene;
@@ -42,7 +42,7 @@ struct Picture::Parts {
   ColourScale scale;
   Font font;
   Layout layout;
-  Furniture furniture;
+  Decorations decorations;
   LevelTable table;
 };
 
@@ -78,7 +78,7 @@ void Picture::paint(GlContext* context, const PaintOptions& options, const Pictu
   const bool transparent = of.spec.background == Background::transparent;
   PictureRows rows(
       width(), height(), transparent ? Rgb{} : of.scale.page(), transparent ? 0 : 255,
-      [&of](Image& band, int top) { of.furniture.draw(band, top); }, take);
+      [&of](Image& band, int top) { of.decorations.draw(band, top); }, take);
   const Box& plot = of.layout.plot;
   rows.pass(plot.top);
   if (of.scene.detail) {

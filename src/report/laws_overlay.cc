@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "plot/figure_words.h"
+#include "plot/figure_captions.h"
 #include "report/number_text.h"
 #include "report/reason_notes.h"
 #include "report/report_overlay.h"

@@ -11,7 +11,7 @@
 #include "support/atomic_file.h"
 #include "support/child_process.h"
 #include "support/error.h"
-#include "support/one_line.h"
+#include "support/single_line.h"
 
 namespace granuscope {
 
@@ -65,12 +65,12 @@ PdfOutcome pdf_report(const ReportData& data, const std::string& summary, const 
   }
   if (result.timed_out) return failed(fmt::format("WeasyPrint was still running after {:.0f} s", timeout_seconds));
   if (result.exit_code != 0) {
-    const std::string said = one_line(last_line(result.standard_error));
+    const std::string said = single_line(last_line(result.standard_error));
     return failed(fmt::format("WeasyPrint {}{}{}", describe_end(result), said.empty() ? "" : ": ", said));
   }
   // It ends with status 0 even if an image or a style sheet could not be loaded.
   if (result.standard_error.find("ERROR") != std::string::npos) {
-    return failed("WeasyPrint could not load a part of the page: " + one_line(result.standard_error));
+    return failed("WeasyPrint could not load a part of the page: " + single_line(result.standard_error));
   }
   std::error_code error;
   if (!std::filesystem::exists(scratch.path() / "report.pdf", error)) return failed("WeasyPrint left no file");

@@ -26,9 +26,9 @@ struct ReportData {
   int columns = 0, layers = 0;
   std::uint64_t seed = 0;
   double overload = 1;
-  std::string resolved_experiment;        ///< the TOML text with every default resolved
-  std::string resolved_experiment_key;    ///< its cache_key
-  std::vector<std::string> law_in_words;  ///< the choices that shape the law, one sentence each
+  std::string resolved_experiment;           ///< the TOML text with every default resolved
+  std::string resolved_experiment_key;       ///< its cache_key
+  std::vector<std::string> law_description;  ///< the choices that shape the law, one sentence each
   /// The same for the other laws that the run compares with it, each with its name.
   std::vector<std::pair<std::string, std::vector<std::string>>> other_laws_in_words;
   Analysis analysis;

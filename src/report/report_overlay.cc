@@ -35,8 +35,8 @@ std::string report_page(const ReportData& data, const Json& summary, const std::
                   {"has_checks", !data.checks.empty()},
                   {"skipped", data.skipped},
                   {"has_skipped", !data.skipped.empty()},
-                  {"law_in_words", data.law_in_words},
-                  {"has_law_in_words", !data.law_in_words.empty()},
+                  {"law_description", data.law_description},
+                  {"has_law_in_words", !data.law_description.empty()},
                   {"other_laws", Json::array()}};
   for (const auto& [law, sentences] : data.other_laws_in_words) {
     overlay["other_laws"].push_back({{"law", law}, {"sentences", sentences}});

@@ -5,7 +5,7 @@
 
 #include "analysis/estimate.h"
 #include "model/audit.h"
-#include "render/draw.h"
+#include "render/render_pile.h"
 #include "storage/ensemble_file.h"
 
 namespace granuscope {

@@ -48,8 +48,8 @@ Json to_json(const DepthFit& fit) {
   return json;
 }
 
-Json to_json(const WindowNeighbour& neighbour);
-Json to_json(const ScalingNeighbour& neighbour);
+Json to_json(const WindowVariation& neighbour);
+Json to_json(const ScalingVariation& neighbour);
 Json to_json(const Transport& result);
 Json to_json(const ScalingFits& fits);
 Json to_json(const RatioScaling& ratios);
@@ -72,16 +72,16 @@ Json to_json(const LineTest& test) {
   return json;
 }
 
-Json to_json(const Laws& laws) {
+Json to_json(const Exponents& exponents) {
   Json json;
-  json["position"] = to_json(laws.position);
-  json["width_squared"] = to_json(laws.width);
-  json["amplitude"] = to_json(laws.amplitude);
-  json["noise"] = to_json(laws.noise);
+  json["position"] = to_json(exponents.position);
+  json["width_squared"] = to_json(exponents.width);
+  json["amplitude"] = to_json(exponents.amplitude);
+  json["noise"] = to_json(exponents.noise);
   return json;
 }
 
-Json to_json(const WindowNeighbour& neighbour) {
+Json to_json(const WindowVariation& neighbour) {
   Json json;
   json["change"] = neighbour.change;
   if (neighbour.depths > 0) json["window_layers"] = neighbour.layers;
@@ -116,12 +116,12 @@ Json to_json(const Transport& result) {
   json["c_minus_c_thrust"] = to_json(result.c_minus_c_thrust);
   json["position_offset"] = to_json(result.position_offset);
   json["width_offset"] = to_json(result.width_offset);
-  json["exponents"] = to_json(result.laws);
+  json["exponents"] = to_json(result.exponents);
   json["position_line"] = to_json(result.position_line);
   json["width_line"] = to_json(result.width_line);
   json["window_layers"] = result.window_layers;
   json["depths_in_window"] = result.depths_in_window;
-  json["neighbouring_windows"] = list_of(result.neighbours);
+  json["neighbouring_windows"] = list_of(result.variations);
   json["fitted_area"] = to_json(result.fitted_area);
   json["centre_background"] = to_json(result.centre_background);
   json["largest_misfit"] = result.largest_misfit;
@@ -156,7 +156,7 @@ Json to_json(const ScalingFits& fits) {
   return json;
 }
 
-Json to_json(const ScalingNeighbour& neighbour) {
+Json to_json(const ScalingVariation& neighbour) {
   Json json;
   json["change"] = neighbour.change;
   json.update(to_json(neighbour.fits));
@@ -217,9 +217,9 @@ std::string summary_json(const ReportData& data) {
   json["seed"] = data.seed;
   json["overload"] = data.overload;
   json["results"] = list_of(data.analysis.results);
-  json["mean_exponents"] = to_json(data.analysis.mean_laws);
+  json["mean_exponents"] = to_json(data.analysis.mean_exponents);
   json["scaling"] = to_json(data.analysis.scaling);
-  json["scaling"]["neighbouring_windows"] = list_of(data.analysis.neighbours);
+  json["scaling"]["neighbouring_windows"] = list_of(data.analysis.variations);
   json["scaling"]["other_windows"] = list_of(data.analysis.other_windows);
   json["scaling"]["by_ratio"] = list_of(data.analysis.by_ratio);
   json["studies"] = data.studies;

@@ -25,7 +25,7 @@ constexpr std::uint64_t fewest_sweeps = 4096, most_pilot_sweeps = std::uint64_t{
 /// Length of the pilot in autocorrelation times. The time is then known to about a third.
 constexpr double pilot_times = 100;
 /// The same for a forecast of how long chains will run, which is content with a factor of two.
-constexpr double foretelling_times = 20;
+constexpr double times_of_estimates = 20;
 
 /// Below which the autocorrelation time hardly is, for telling a pilot that is too short to have seen the slow waves of
 /// weight around the ring from one that has: within a factor of two of what pilots measured at lambda = 0 on 6 x 6 to
@@ -164,8 +164,8 @@ ChainPlan plan_chain(const SamplerSpec& spec, const Lattice& lattice, std::span<
   throw too_slow(fmt::format("not a hundred times in {} sweeps", most_pilot_sweeps));
 }
 
-ChainForecast foretell_chain(const SamplerSpec& spec, const Lattice& lattice, std::span<const double> load,
-                             double seconds) {
+ChainForecast estimate_chain_time(const SamplerSpec& spec, const Lattice& lattice, std::span<const double> load,
+                                  double seconds) {
   constexpr std::uint64_t at_once = 16;  // sweeps between two looks at the clock
   ChainForecast forecast;
   Pilot pilot(spec, lattice, load);
@@ -182,14 +182,14 @@ ChainForecast foretell_chain(const SamplerSpec& spec, const Lattice& lattice, st
   const double expected = shortest_time_expected(spec, lattice);
   // What a pilot has seen often enough stands, even below what is expected.
   const auto expected_at = [&](std::uint64_t sweeps) {
-    return long_enough(sweeps, foretelling_times, expected) ? 0 : expected;
+    return long_enough(sweeps, times_of_estimates, expected) ? 0 : expected;
   };
   double time = 0;
   for (std::uint64_t end = fewest_sweeps; end <= most_pilot_sweeps && !forecast.known; end *= 2) {
     run_to(end);
     if (!measured) break;
     time = std::max(pilot.autocorrelation_time(), expected_at(pilot.sweeps()));
-    forecast.known = long_enough(pilot.sweeps(), foretelling_times, time);
+    forecast.known = long_enough(pilot.sweeps(), times_of_estimates, time);
     if (processor_seconds() - start >= seconds) break;
   }
   forecast.seconds_per_sweep = sweeping / static_cast<double>(pilot.sweeps());

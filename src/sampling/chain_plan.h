@@ -38,8 +38,8 @@ struct ChainForecast {
 
 /// Runs at most so many seconds of the pilot (of processor time; at least some sweeps). Where burn_in and thinning are
 /// both stated, only the speed is measured. Throws InputError if the pilot could not be started.
-ChainForecast foretell_chain(const SamplerSpec& spec, const Lattice& lattice, std::span<const double> load,
-                             double seconds);
+ChainForecast estimate_chain_time(const SamplerSpec& spec, const Lattice& lattice, std::span<const double> load,
+                                  double seconds);
 
 /// The spec with burn_in and thinning measured where they are 0, for the law "polytope" at mu > 0; otherwise as it is.
 /// The piles are the same; what is saved is one pilot for every sampler made. What was measured is remembered for as

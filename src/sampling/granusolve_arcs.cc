@@ -48,8 +48,8 @@ void GranusolveRules::set_splits(const ParentArc& arc, int bead, GranusolveRule 
   }
 }
 
-/// Whether even the bead's own two parents, with all others let go, cannot help it: then every arc is hopeless.
-bool GranusolveRules::hopeless_alone(int layer, int bead) const {
+/// Whether even the bead's own two parents, with all others let go, cannot help it: then every arc is infeasible.
+bool GranusolveRules::infeasible_alone(int layer, int bead) const {
   const Interval a = state_.interval_of(layer - 1, state_.lattice().upper_left(layer, bead));
   const Interval b = state_.interval_of(layer - 1, state_.lattice().upper_right(layer, bead));
   const Interval band = state_.difference_band(layer, bead);
@@ -74,7 +74,7 @@ GranusolveRules::ArcOutcome GranusolveRules::mend_by_arc(int layer, int bead, in
     const auto here = static_cast<std::size_t>(k);
     own_[here] = state_.interval_of(layer - 1, parent(arc, k));
     filter_[here] = k == 0 ? own_[here] : filtered(here);
-    if (filter_[here].empty()) return ArcOutcome::hopeless;
+    if (filter_[here].empty()) return ArcOutcome::infeasible;
     bands_[here] = step_band(arc, k, bead);
   }
   // The parents next to the arc are held: parent -1 through the band before the arc, parent `parents` through the last.

@@ -5,7 +5,7 @@
 
 #include "sampling/layer_kernels.h"
 #include "sampling/rounding.h"
-#include "sampling/split_numbers.h"
+#include "sampling/split_uniforms.h"
 
 namespace granuscope {
 namespace {
@@ -28,7 +28,7 @@ GranusolveDraws::GranusolveDraws(std::uint64_t seed, GranusolveState& state, Gra
 std::uint32_t GranusolveDraws::begin_pile(std::uint64_t sample, const Pile* first) {
   key_ = RandomKey(key_.seed(), sample);
   first_ = first;
-  if (first != nullptr) read_split_numbers(*first, first_numbers_);
+  if (first != nullptr) read_split_uniforms(*first, first_numbers_);
   eight_at_once_ = first == nullptr && !PlainKernels::in_use();
   return first == nullptr ? 0 : attempts_before_solving_again;
 }

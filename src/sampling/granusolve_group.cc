@@ -101,7 +101,7 @@ void GranusolveGroup::prepare(std::uint64_t first_sample, std::span<const std::s
   front_.times = PhaseTimes::current();
   if (front_.times != nullptr) front_.times->begin();
   finished_ = 0;
-  lost_ = 0;
+  evicted_ = 0;
   beads_by_ = {};
   identities_.begin(lattice_, group_lanes, loads);
   loads_ = loads;
@@ -139,8 +139,8 @@ void GranusolveGroup::draw(GranusolveGroup& a, GranusolveGroup& b) {
     b.begin_layer(layer);
     while (!a.layer_is_solved() && !b.layer_is_solved()) {
       mend_along(a.cone_, a.front_, b.front_);
-      a.settle();
-      b.settle();
+      a.solve_singly();
+      b.solve_singly();
     }
     a.solve_rest_of_layer();
     b.solve_rest_of_layer();
@@ -154,7 +154,7 @@ void GranusolveGroup::draw(GranusolveGroup& a, GranusolveGroup& b) {
 void GranusolveGroup::solve_rest_of_layer() {
   while (!layer_is_solved()) {
     mend_along(cone_, front_);
-    settle();
+    solve_singly();
   }
 }
 
@@ -222,10 +222,10 @@ void GranusolveGroup::begin_layer(int layer) {
 }
 
 /// What the pair rule has left over, pile by pile, whatever it takes; then goes on to the next bead.
-void GranusolveGroup::settle() {
-  if (front_.to_settle == 0) return;
-  for (; front_.to_settle != 0; front_.to_settle &= front_.to_settle - 1) {
-    const auto lane = static_cast<std::size_t>(std::countr_zero(front_.to_settle));
+void GranusolveGroup::solve_singly() {
+  if (front_.to_solve_singly == 0) return;
+  for (; front_.to_solve_singly != 0; front_.to_solve_singly &= front_.to_solve_singly - 1) {
+    const auto lane = static_cast<std::size_t>(std::countr_zero(front_.to_solve_singly));
     hand_over_counts(lane);
     const bool no_pair = (front_.no_pair >> lane & 1) != 0;
     note(lane, solvers_[lane]->solve_at(front_.layer, front_.position, front_.bead, no_pair));
@@ -239,7 +239,7 @@ void GranusolveGroup::note(std::size_t lane, SolveResult result) {
   if (result == SolveResult::solved) return;
   front_.running &= ~(1U << lane);
   if (result == SolveResult::beyond_window) {
-    lost_ |= 1U << lane;
+    evicted_ |= 1U << lane;
   } else {
     failures_[lane] = SamplingFailure{front_.layer};
   }
@@ -283,7 +283,7 @@ void GranusolveGroup::finish_layer(int layer) {
 
 /// What is left when all layers have been drawn.
 void GranusolveGroup::finish() {
-  if ((front_.running | lost_) == 0) return;
+  if ((front_.running | evicted_) == 0) return;
   if (front_.running != 0) {
     for (int layer = finished_; layer < lattice_.layers(); ++layer) finish_layer(layer);
   }
@@ -293,24 +293,24 @@ void GranusolveGroup::finish() {
     solvers_[lane]->count_pile(beads_by_[lane]);
   }
   lap(Phase::finishing);
-  draw_lost_piles();
+  draw_evicted_piles();
   lap(Phase::one_by_one);
 }
 
-void GranusolveGroup::draw_lost_piles() {
-  if (lost_ == 0) return;
+void GranusolveGroup::draw_evicted_piles() {
+  if (evicted_ == 0) return;
   Pile& pile = alone_.spare_pile();
-  for (unsigned rest = lost_; rest != 0; rest &= rest - 1) {
+  for (unsigned rest = evicted_; rest != 0; rest &= rest - 1) {
     const auto lane = static_cast<std::size_t>(std::countr_zero(rest));
     solvers_[lane]->take_counts();
     failures_[lane] = alone_.draw(front_.sample[lane], loads_[lane], pile);
     if (failures_[lane]) continue;
     residuals_[lane] = identity_residuals(pile);
-    for (int layer = 0; layer < lattice_.layers(); ++layer) keep_lost_layer(pile, layer, lane);
+    for (int layer = 0; layer < lattice_.layers(); ++layer) keep_evicted_layer(pile, layer, lane);
   }
 }
 
-void GranusolveGroup::keep_lost_layer(const Pile& pile, int layer, std::size_t lane) {
+void GranusolveGroup::keep_evicted_layer(const Pile& pile, int layer, std::size_t lane) {
   const int place = kept_[static_cast<std::size_t>(layer)];
   if (place < 0) return;
   const std::size_t columns = static_cast<std::size_t>(lattice_.columns()), from = lattice_.index(layer, 0);

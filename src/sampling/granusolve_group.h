@@ -74,13 +74,13 @@ class GranusolveGroup {
   void end_layer();
   bool layer_is_solved() const { return front_.position == front_.columns; }
   void solve_rest_of_layer();
-  void settle();
+  void solve_singly();
   void note(std::size_t lane, SolveResult result);
   void hand_over_counts(std::size_t lane);
   void finish_layer(int layer);
   ForceRow forces(int layer) const;
-  void draw_lost_piles();
-  void keep_lost_layer(const Pile& pile, int layer, std::size_t lane);
+  void draw_evicted_piles();
+  void keep_evicted_layer(const Pile& pile, int layer, std::size_t lane);
   void finish();
 
   GroupFront front_;
@@ -104,8 +104,8 @@ class GranusolveGroup {
   std::array<IdentityResiduals, group_lanes> residuals_{};
   RuleCounts beads_by_{};  ///< of the layers that have left the window
   GroupIdentities identities_;
-  unsigned lost_ = 0;  ///< those a climb of which has left the window
-  int finished_ = 0;   ///< layers above it are final
+  unsigned evicted_ = 0;  ///< those a climb of which has left the window
+  int finished_ = 0;      ///< layers above it are final
   Lattice lattice_;
 };
 

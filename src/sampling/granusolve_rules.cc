@@ -27,7 +27,7 @@ GranusolveRules::GranusolveRules(MendingRules rules, GranusolveState& state, Gra
 
 bool GranusolveRules::change_parents(int layer, int bead, bool no_pair) {
   if (pairs_ && !no_pair && mend_by_pair(layer, bead)) return true;
-  if (!arcs_ || hopeless_alone(layer, bead)) return false;
+  if (!arcs_ || infeasible_alone(layer, bead)) return false;
   for (int parents = 4; parents < state_.lattice().columns(); parents *= 2) {
     const ArcOutcome outcome = mend_by_arc(layer, bead, parents);
     if (outcome != ArcOutcome::too_narrow) return outcome == ArcOutcome::mended;

@@ -29,10 +29,10 @@ class GranusolveRules {
   SolveResult climb(int layer, int bead);
 
  private:
-  enum class ArcOutcome : std::uint8_t { mended, too_narrow, hopeless };
+  enum class ArcOutcome : std::uint8_t { mended, too_narrow, infeasible };
 
   bool mend_by_pair(int layer, int bead);
-  bool hopeless_alone(int layer, int bead) const;
+  bool infeasible_alone(int layer, int bead) const;
   ArcOutcome mend_by_arc(int layer, int bead, int parents);
   bool mend_by_ring(int layer, int bead);
 

@@ -136,7 +136,7 @@ SolveResult GranusolveSolver::solve_pending() {
     if (result == SolveResult::beyond_window) return result;
     if (result == SolveResult::solved) {
       if (checks_granusolve_state) state_.check_run(layer, state_.pending(layer));
-      state_.settle(layer);
+      state_.clear_pending(layer);
       ++layer;
     } else {
       layer = std::min(layer, state_.topmost_pending());

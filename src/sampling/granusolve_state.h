@@ -167,7 +167,7 @@ class GranusolveState {
   void unsolve(int layer, int first, int count);
   const BeadRun& pending(int layer) const { return pending_[static_cast<std::size_t>(layer)]; }
   /// The layer, all of which is solved, has nothing pending any more.
-  void settle(int layer) { pending_[static_cast<std::size_t>(layer)].count = 0; }
+  void clear_pending(int layer) { pending_[static_cast<std::size_t>(layer)].count = 0; }
   int topmost_pending() const { return topmost_pending_; }
   /// From here on topmost_pending() tells what will be pending from now on: lattice().layers() if nothing.
   void watch_pending() { topmost_pending_ = lattice_.layers(); }

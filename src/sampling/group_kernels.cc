@@ -243,13 +243,13 @@ HWY_INLINE bool skip_to_failing(GroupFront& front) {
 }
 
 /// Goes on to the next bead that has no solution as it is in some pile (`to_mend`), or that is left to the solvers of
-/// single piles (`to_settle`); false at the end of the layer.
+/// single piles (`to_solve_singly`); false at the end of the layer.
 HWY_INLINE bool find_unsolved(const ConeOf<V>& cone, GroupFront& front) {
-  if ((front.to_mend | front.to_settle) != 0) return true;
+  if ((front.to_mend | front.to_solve_singly) != 0) return true;
   for (; skip_to_failing(front); front.step()) {
     const unsigned failing = front.failing[front.bead] & front.running;
     if (front.at_an_end()) {
-      front.to_settle = failing;
+      front.to_solve_singly = failing;
       front.no_pair = 0;
       return true;
     }
@@ -280,14 +280,14 @@ HWY_INLINE void note(GroupFront& front, const GroupBead& bead, const Outcome& ou
   rules = (rules & ~whole_bytes) | (whole_bytes & every_byte * front.mended_rule);
   std::memcpy(front.rule + bead.bead * group_lanes, &rules, sizeof rules);
   front.to_mend = 0;
-  front.to_settle = outcome.left_over;
+  front.to_solve_singly = outcome.left_over;
   front.no_pair = outcome.no_pair;
-  if (front.to_settle == 0) front.step();
+  if (front.to_solve_singly == 0) front.step();
 }
 
 void MendAlong(const FrictionCone& friction, GroupFront& front) {
   const ConeOf<V> cone(friction);
-  while (find_unsolved(cone, front) && front.to_settle == 0) {
+  while (find_unsolved(cone, front) && front.to_solve_singly == 0) {
     lap(front, Phase::search);
     const GroupBead bead = surroundings(front);
     Outcome whole;
@@ -313,7 +313,7 @@ void MendAlongBoth(const FrictionCone& friction, GroupFront& a, GroupFront& b) {
   for (;;) {
     const bool in_a = find_unsolved(cone, a), in_b = find_unsolved(cone, b);
     lap(a, Phase::search);
-    if (!in_a || !in_b || (a.to_settle | b.to_settle) != 0) return;
+    if (!in_a || !in_b || (a.to_solve_singly | b.to_solve_singly) != 0) return;
     const GroupBead bead_a = surroundings(a), bead_b = surroundings(b);
     Outcome whole[2];
     for (std::size_t k = 0; k < group_lanes; k += hn::Lanes(d)) {
@@ -335,7 +335,7 @@ void MendAlongBoth(const FrictionCone& friction, GroupFront& a, GroupFront& b) {
     note(a, bead_a, whole[0]);
     note(b, bead_b, whole[1]);
     lap(a, Phase::pairs);
-    if ((a.to_settle | b.to_settle) != 0) return;
+    if ((a.to_solve_singly | b.to_solve_singly) != 0) return;
   }
 }
 

@@ -34,12 +34,12 @@ struct GroupFront {
   PhiloxKeys keys;
   PhaseTimes* times = nullptr;  ///< who asks how long each phase takes, if anybody
   int layer = 0, columns = 0;
-  int position = 0, bead = 0;  ///< where the layer's order has come to; at position `columns` the layer is done
-  unsigned running = 0;        ///< piles that have not failed, a bit for each
-  unsigned to_mend = 0;        ///< those that have no solution at this bead as it is
-  unsigned to_settle = 0;      ///< those that the pair rule cannot help there
-  unsigned no_pair = 0;        ///< those of them that are known to have no solution as they are, nor by it
-  bool forward = true;         ///< the layer's direction: the neighbour behind a bead is its left one
+  int position = 0, bead = 0;    ///< where the layer's order has come to; at position `columns` the layer is done
+  unsigned running = 0;          ///< piles that have not failed, a bit for each
+  unsigned to_mend = 0;          ///< those that have no solution at this bead as it is
+  unsigned to_solve_singly = 0;  ///< those that the pair rule cannot help there
+  unsigned no_pair = 0;          ///< those of them that are known to have no solution as they are, nor by it
+  bool forward = true;           ///< the layer's direction: the neighbour behind a bead is its left one
   std::uint8_t mended_rule = 0;
 
   /// The top layer and the ends of the order are left to the solvers of single piles.
@@ -66,8 +66,8 @@ void draw_layer(const FrictionCone& cone, const double* half_load, GroupFront& f
 
 /// Goes on along the layer and solves each bead that fails in some piles: as it is with its first number where it has a
 /// solution, else by the pair rule, in all piles at once. Returns at the end of the layer, or at a bead that some piles
-/// must settle by another rule (to_settle), in which nothing is changed. Gives the bytes of GranusolveSampler, on every
-/// instruction set.
+/// must settle by another rule (to_solve_singly), in which nothing is changed. Gives the bytes of GranusolveSampler, on
+/// every instruction set.
 void mend_along(const FrictionCone& cone, GroupFront& front);
 
 /// The same in two groups at once, until one of them has something to settle or is at the end of its layer; what the

@@ -2,7 +2,7 @@
 
 #include "sampling/fill_layer.h"
 #include "sampling/random_key.h"
-#include "sampling/split_numbers.h"
+#include "sampling/split_uniforms.h"
 #include "support/interruption.h"
 
 namespace granuscope {
@@ -57,7 +57,7 @@ std::optional<SamplingFailure> RejectionSampler::draw_again(std::uint64_t sample
   const RandomKey key(spec_.seed, sample);
   ++counts_.tries;
   std::vector<double> numbers;
-  read_split_numbers(first, numbers);
+  read_split_uniforms(first, numbers);
   int failed_layer = try_pile(cone_, pile, [&](int n, int i, Outgoing out, Interval interval) {
     const std::size_t at = lattice_.index(n, i);
     return kept_split(first, at, numbers[at], out, interval);

@@ -200,8 +200,8 @@ std::vector<double> Hdf5Reader::numbers(const std::string& dataset, const Shape&
   return values;
 }
 
-StoredNumbers Hdf5Reader::stored_numbers(const std::string& dataset, const Shape& expected) const {
-  StoredNumbers stored;
+RawData Hdf5Reader::raw_data(const std::string& dataset, const Shape& expected) const {
+  RawData stored;
   stored.dataset = dataset;
   stored.shape = expected;
   {

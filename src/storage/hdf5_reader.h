@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "storage/hdf5_handle.h"
-#include "storage/stored_numbers.h"
+#include "storage/raw_data.h"
 
 namespace granuscope {
 
@@ -33,7 +33,7 @@ class Hdf5Reader {
   /// The whole array, row-major, which must have the given shape.
   std::vector<double> numbers(const std::string& dataset, const Shape& expected) const;
   /// Where the numbers stand, without reading them, if they stand there plainly; otherwise the numbers.
-  StoredNumbers stored_numbers(const std::string& dataset, const Shape& expected) const;
+  RawData raw_data(const std::string& dataset, const Shape& expected) const;
   std::vector<std::uint64_t> counts(const std::string& dataset, const Shape& expected) const;
   std::vector<int> integers(const std::string& dataset, const Shape& expected) const;
   std::vector<std::string> texts(const std::string& dataset, const Shape& expected) const;

@@ -13,7 +13,7 @@
 #include "storage/hdf5_reader.h"
 #include "storage/hdf5_writer.h"
 #include "storage/isolated_read.h"
-#include "storage/stored_numbers.h"
+#include "storage/raw_data.h"
 
 namespace granuscope {
 namespace {
@@ -66,8 +66,8 @@ struct PileDescription {
   double mu = 0;
   std::string law;
   std::uint64_t seed = 0, sample = 0;
-  std::array<StoredNumbers, force_arrays.size()> forces;
-  StoredNumbers load;
+  std::array<RawData, force_arrays.size()> forces;
+  RawData load;
 };
 
 PileDescription describe(const std::filesystem::path& file) {
@@ -78,9 +78,9 @@ PileDescription describe(const std::filesystem::path& file) {
   const auto layers = static_cast<std::uint64_t>(found.lattice.layers);
   const auto columns = static_cast<std::uint64_t>(found.lattice.columns);
   for (std::size_t i = 0; i < force_arrays.size(); ++i) {
-    found.forces[i] = reader.stored_numbers(force_arrays[i].path, {layers, columns});
+    found.forces[i] = reader.raw_data(force_arrays[i].path, {layers, columns});
   }
-  found.load = reader.stored_numbers("/load", {columns});
+  found.load = reader.raw_data("/load", {columns});
   found.mu = reader.number("/", "mu");
   found.law = reader.text("/", "law");
   found.seed = reader.count("/", "seed");
@@ -152,7 +152,7 @@ class StoredPile {
 
  private:
   PileDescription found_;
-  NumbersFile numbers_;
+  RawDataFile numbers_;
 };
 
 class StoredLayers : public PileLayers {

@@ -106,7 +106,7 @@ Claim judge_force_chains(const std::vector<ChainShare>& measured, double least_s
       value_with_error(chains.share.value, chains.share.standard_error), chains.samples, chains.half_width,
       value_with_error(chains.c.value, chains.c.standard_error), significant(chains.even_share, 2),
       significant(needed, 2));
-  if (claim.verdict == undetermined) say(claim, "The difference is within three standard errors.");
+  if (claim.verdict == undetermined) add_sentence(claim, "The difference is within three standard errors.");
   return claim;
 }
 

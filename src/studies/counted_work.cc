@@ -13,7 +13,7 @@
 #include "analysis/line_fit.h"
 #include "plot/axes.h"
 #include "plot/csv_table.h"
-#include "plot/figure_words.h"
+#include "plot/figure_captions.h"
 #include "plot/plot_script.h"
 #include "plot/series_style.h"
 #include "report/estimate_json.h"
@@ -146,12 +146,12 @@ Claim judge_linear_time(const std::vector<CountedWork>& measured, const ClaimSpe
                                                                : undetermined;
   // What decides comes first.
   const bool size_decides = linear && (large_failed > 0 || large_completed == 0);
-  say(claim, size_decides ? of_size : of_power);
-  say(claim, size_decides ? of_power : of_size);
+  add_sentence(claim, size_decides ? of_size : of_power);
+  add_sentence(claim, size_decides ? of_power : of_size);
   return claim;
 }
 
-Figure draw_counted_work(const std::vector<CountedWork>& work, const std::filesystem::path& run_folder) {
+Figure plot_counted_work(const std::vector<CountedWork>& work, const std::filesystem::path& run_folder) {
   std::map<double, std::vector<const CountedWork*>> by_mu;
   std::vector<std::string> incomplete;
   Range beads, draws;
@@ -200,19 +200,19 @@ Figure draw_counted_work(const std::vector<CountedWork>& work, const std::filesy
   }
   plan.curves = static_cast<int>(curves.size());
   const Range axis = widened_by_factor(beads, beads.high > 1.5 * beads.low ? 1.4 : 2);
-  Figure figure = draw_plot(plan,
-                            {{"curves", fmt::format("{}", fmt::join(curves, ", \\\n    "))},
-                             {"titles", fmt::format("{}", fmt::join(titles, ", \\\n    "))},
-                             {"low", exact(axis.low)},
-                             {"high", exact(axis.high)},
-                             {"ticks", log_ticks(axis)},
-                             {"draws_high", exact(1.12 * draws.high)},
-                             {"draws_ticks", linear_ticks(draws, 6)}},
-                            run_folder);
-  set_words(figure, "studies/counted_work.words",
-            {{"spread", fmt::format("{:.2f}", worst)},
-             {"piles", std::to_string(by_mu.begin()->second.front()->samples)},
-             {"incomplete", enumeration(incomplete)}});
+  Figure figure = plot_figure(plan,
+                              {{"curves", fmt::format("{}", fmt::join(curves, ", \\\n    "))},
+                               {"titles", fmt::format("{}", fmt::join(titles, ", \\\n    "))},
+                               {"low", exact(axis.low)},
+                               {"high", exact(axis.high)},
+                               {"ticks", log_ticks(axis)},
+                               {"draws_high", exact(1.12 * draws.high)},
+                               {"draws_ticks", linear_ticks(draws, 6)}},
+                              run_folder);
+  set_captions(figure, "studies/counted_work.captions",
+               {{"spread", fmt::format("{:.2f}", worst)},
+                {"piles", std::to_string(by_mu.begin()->second.front()->samples)},
+                {"incomplete", enumeration(incomplete)}});
   return figure;
 }
 
@@ -282,9 +282,9 @@ class CountedWorkStudy final : public CopiedStudy<CountedWorkStudy> {
 
   Json json() const override { return list_of(measured_, to_json); }
 
-  std::vector<FigureDrawing> figures(const Analysis&) const override {
+  std::vector<FigurePlot> figures(const Analysis&) const override {
     if (measured_.empty()) return {};
-    return {[this](const std::filesystem::path& folder) { return draw_counted_work(measured_, folder); }};
+    return {[this](const std::filesystem::path& folder) { return plot_counted_work(measured_, folder); }};
   }
 
  private:

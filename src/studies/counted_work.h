@@ -30,7 +30,7 @@ CountedWork counted_work(const MeasuredEnsemble& ensemble);
 Claim judge_linear_time(const std::vector<CountedWork>& measured, const ClaimSpec& spec);
 
 /// The figure: draws per bead against the number of beads. Throws InputError where no pile was completed.
-Figure draw_counted_work(const std::vector<CountedWork>& work, const std::filesystem::path& run_folder);
+Figure plot_counted_work(const std::vector<CountedWork>& work, const std::filesystem::path& run_folder);
 
 /// The work of drawing piles of several sizes.
 std::unique_ptr<Study> counted_work_study();

@@ -9,7 +9,7 @@
 #include "analysis/transport.h"
 #include "plot/axes.h"
 #include "plot/csv_table.h"
-#include "plot/figure_words.h"
+#include "plot/figure_captions.h"
 #include "plot/plot_script.h"
 #include "plot/response_in_words.h"
 #include "plot/series_style.h"
@@ -109,7 +109,7 @@ double gain_error(double repetitions) { return 2 / std::sqrt(repetitions - 1); }
 
 }  // namespace
 
-Figure draw_error_against_time(const std::vector<ErrorCurve>& curves, const std::vector<double>& seconds,
+Figure plot_error_against_time(const std::vector<ErrorCurve>& curves, const std::vector<double>& seconds,
                                const std::filesystem::path& run_folder) {
   const bool timed = std::all_of(seconds.begin(), seconds.end(), [](double s) { return std::isfinite(s) && s > 0; });
   PlotPlan plan;
@@ -158,8 +158,8 @@ Figure draw_error_against_time(const std::vector<ErrorCurve>& curves, const std:
         "the figure of error against run time has nothing to show, because no repetition has a fit of two peaks; give "
         "studies.error_against_time.mu where peaks stand apart, or more piles each time");
   }
-  Gaps gaps = {{"titles", fmt::format("{}", fmt::join(titles, ", \\\n    "))},
-               {"axis", timed ? "seconds of drawing" : "million beads drawn"}};
+  TemplateVariables gaps = {{"titles", fmt::format("{}", fmt::join(titles, ", \\\n    "))},
+                            {"axis", timed ? "seconds of drawing" : "million beads drawn"}};
   for (const std::size_t q : {0, 1}) {
     const Range x = widened_by_factor(panels[q].x, 1.4), y = widened_by_factor(panels[q].y, 1.3);
     const std::string name = quantities[q].name;
@@ -171,21 +171,21 @@ Figure draw_error_against_time(const std::vector<ErrorCurve>& curves, const std:
     gaps[name + "_y_high"] = exact(y.high);
     gaps[name + "_y_ticks"] = log_ticks(y);
   }
-  Figure figure = draw_plot(plan, gaps, run_folder);
-  set_words(figure, "studies/error_against_time.words",
-            {{"mu", caption_number(curves.front().spec.sampler.mu)},
-             {"columns", std::to_string(curves.front().spec.lattice.columns)},
-             {"layers", std::to_string(curves.front().spec.lattice.layers)},
-             {"timed", timed ? "yes" : ""},
-             {"untimed", timed ? "" : "yes"},
-             {"slopes_c", enumeration(slopes_c)},
-             {"slopes_D", enumeration(slopes_D)},
-             {"floors", enumeration(floors)},
-             {"gains", enumeration(gains)},
-             {"gain_error", caption_number(std::round(gain_error(repetitions.high) * 10) * 10)},
-             {"most_repetitions", caption_number(repetitions.high)},
-             {"fewest_repetitions", caption_number(repetitions.low)},
-             {"missing", enumeration(missing)}});
+  Figure figure = plot_figure(plan, gaps, run_folder);
+  set_captions(figure, "studies/error_against_time.captions",
+               {{"mu", caption_number(curves.front().spec.sampler.mu)},
+                {"columns", std::to_string(curves.front().spec.lattice.columns)},
+                {"layers", std::to_string(curves.front().spec.lattice.layers)},
+                {"timed", timed ? "yes" : ""},
+                {"untimed", timed ? "" : "yes"},
+                {"slopes_c", enumeration(slopes_c)},
+                {"slopes_D", enumeration(slopes_D)},
+                {"floors", enumeration(floors)},
+                {"gains", enumeration(gains)},
+                {"gain_error", caption_number(std::round(gain_error(repetitions.high) * 10) * 10)},
+                {"most_repetitions", caption_number(repetitions.high)},
+                {"fewest_repetitions", caption_number(repetitions.low)},
+                {"missing", enumeration(missing)}});
   return figure;
 }
 
@@ -302,9 +302,9 @@ class ErrorAgainstTimeStudy final : public CopiedStudy<ErrorAgainstTimeStudy> {
 
   Json json() const override { return list_of(curves_, to_json); }
 
-  std::vector<FigureDrawing> figures(const Analysis&) const override {
+  std::vector<FigurePlot> figures(const Analysis&) const override {
     if (curves_.empty()) return {};
-    return {[this](const std::filesystem::path& folder) { return draw_error_against_time(curves_, seconds_, folder); }};
+    return {[this](const std::filesystem::path& folder) { return plot_error_against_time(curves_, seconds_, folder); }};
   }
 
  private:

@@ -15,7 +15,7 @@ namespace granuscope {
 /// about the linear response, where its shift is known to differ from zero by three standard errors. Writes
 /// figures/error-against-time*.csv, .gp, .svg and .pdf below `run_folder`. Throws InputError if no curve has a point,
 /// EnvironmentError if gnuplot is missing or fails.
-Figure draw_error_against_time(const std::vector<ErrorCurve>& curves, const std::vector<double>& seconds,
+Figure plot_error_against_time(const std::vector<ErrorCurve>& curves, const std::vector<double>& seconds,
                                const std::filesystem::path& run_folder);
 
 /// The error of each estimator against its run time, on ensembles of their own.

@@ -12,7 +12,7 @@
 #include "model/lattice.h"
 #include "plot/axes.h"
 #include "plot/csv_table.h"
-#include "plot/figure_words.h"
+#include "plot/figure_captions.h"
 #include "plot/plot_script.h"
 #include "plot/series_style.h"
 #include "sampling/portable_power.h"
@@ -175,21 +175,21 @@ Figure draw_stability(const std::vector<StabilityTrial>& trials, const std::file
   }
   plan.curves = static_cast<int>(curves.size());
   const Range across = widened_by_factor(layers, 1.3), up = widened_by_factor(residuals, 2);
-  Figure figure = draw_plot(plan,
-                            {{"curves", fmt::format("{}", fmt::join(curves, ", \\\n    "))},
-                             {"titles", fmt::format("{}", fmt::join(titles, ", \\\n    "))},
-                             {"left", exact(across.low)},
-                             {"right", exact(across.high)},
-                             {"layer_ticks", log_ticks(across)},
-                             {"residual_ticks", log_ticks(up)},
-                             {"low", exact(up.low)},
-                             {"high", exact(up.high)}},
-                            run_folder);
-  set_words(figure, "studies/numerical_stability.words",
-            {{"columns", fmt::format("{}", columns)},
-             {"layers", fmt::format("{}", deepest)},
-             {"worst", significant(worst, 2)},
-             {"unsolved", enumeration(unsolved)}});
+  Figure figure = plot_figure(plan,
+                              {{"curves", fmt::format("{}", fmt::join(curves, ", \\\n    "))},
+                               {"titles", fmt::format("{}", fmt::join(titles, ", \\\n    "))},
+                               {"left", exact(across.low)},
+                               {"right", exact(across.high)},
+                               {"layer_ticks", log_ticks(across)},
+                               {"residual_ticks", log_ticks(up)},
+                               {"low", exact(up.low)},
+                               {"high", exact(up.high)}},
+                              run_folder);
+  set_captions(figure, "studies/numerical_stability.captions",
+               {{"columns", fmt::format("{}", columns)},
+                {"layers", fmt::format("{}", deepest)},
+                {"worst", significant(worst, 2)},
+                {"unsolved", enumeration(unsolved)}});
   return figure;
 }
 
@@ -258,7 +258,7 @@ class NumericalStabilityStudy final : public CopiedStudy<NumericalStabilityStudy
 
   std::vector<ReportPart> parts(const Json&) const override { return {part(ReportPart::Place::numerics)}; }
 
-  std::vector<FigureDrawing> figures(const Analysis&) const override {
+  std::vector<FigurePlot> figures(const Analysis&) const override {
     if (trials_.empty()) return {};
     return {[this](const std::filesystem::path& folder) { return draw_stability(trials_, folder); }};
   }

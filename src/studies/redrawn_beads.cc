@@ -132,16 +132,18 @@ Claim judge_redraw_share(const std::vector<RedrawnBeads>& measured) {
                "a few hundred pairs of piles decide");
     return claim;
   }
-  say(claim, fmt::format("{}.", fmt::join(clauses, "; ")));
+  add_sentence(claim, fmt::format("{}.", fmt::join(clauses, "; ")));
   if (!missing.empty()) {
-    say(claim, fmt::format("The other number of the paper needs {} in studies.redrawn_beads.mu.", list_of_mu(missing)));
+    add_sentence(
+        claim, fmt::format("The other number of the paper needs {} in studies.redrawn_beads.mu.", list_of_mu(missing)));
   }
   if (failed && same_order) {
-    say(claim,
+    add_sentence(
+        claim,
         "Of the order of the paper’s numbers they are; the paper gives no errors, for which half a unit of their last "
         "digit stands here.");
   }
-  if (!below.empty()) say(claim, fmt::format("Of the beads with |x| ≤ z it is {}.", below));
+  if (!below.empty()) add_sentence(claim, fmt::format("Of the beads with |x| ≤ z it is {}.", below));
   if (!claim.measured.known()) claim.measured.reason = "the shares are unknown";
   claim.verdict = failed ? not_reproduced : open || !missing.empty() ? undetermined : reproduced;
   return claim;

@@ -14,7 +14,7 @@
 #include "analysis/speed_from_thrust.h"
 #include "model/lattice.h"
 #include "plot/csv_table.h"
-#include "plot/figure_words.h"
+#include "plot/figure_captions.h"
 #include "plot/power_law_panel.h"
 #include "plot/series_style.h"
 #include "report/estimate_json.h"
@@ -143,7 +143,7 @@ ScalingFit fit_small_friction(const std::vector<MeasuredSmallFriction>& measured
   return fit_power_law(log_mu, log_slowing, window);
 }
 
-Figure draw_small_friction(const Analysis& main, const std::vector<SmallFriction>& measured, const ScalingFit& scaling,
+Figure plot_small_friction(const Analysis& main, const std::vector<SmallFriction>& measured, const ScalingFit& scaling,
                            const std::filesystem::path& run_folder) {
   PlotPlan plan;
   plan.id = figure_id;
@@ -186,27 +186,27 @@ Figure draw_small_friction(const Analysis& main, const std::vector<SmallFriction
   saturation.variance.add(0);
   saturation.variance.add(1.15);
   const Range depth = widened_by_factor(saturation.depth, saturation.depth.high > 1.5 * saturation.depth.low ? 1.3 : 2);
-  Figure figure = draw_plot(plan,
-                            {{"curves", fmt::format("{}", fmt::join(saturation.curves, ", \\\n    "))},
-                             {"titles", fmt::format("{}", fmt::join(saturation.titles, ", \\\n    "))},
-                             {"depth_low", exact(depth.low)},
-                             {"depth_high", exact(depth.high)},
-                             {"depth_ticks", log_ticks(depth)},
-                             {"variance_low", exact(saturation.variance.low)},
-                             {"variance_high", exact(1.05 * saturation.variance.high)},
-                             {"variance_ticks", linear_ticks(saturation.variance, 6)},
-                             {"law_panel", law.text},
-                             {"main_piles", law.second ? "yes" : ""}},
-                            run_folder);
-  set_words(figure, "studies/small_friction.words",
-            {{"columns", std::to_string(columns)},
-             {"shallowest", caption_number(shallowest, 2)},
-             {"exponent", exponent.known() ? in_words(exponent) : ""},
-             {"reason", exponent.known() ? "" : exponent.reason},
-             {"low", caption_number(scaling.window[0])},
-             {"high", caption_number(scaling.window[1])},
-             {"main_piles", law.second ? "yes" : ""},
-             {"off_scale", off_scale_in_words(law, "")}});
+  Figure figure = plot_figure(plan,
+                              {{"curves", fmt::format("{}", fmt::join(saturation.curves, ", \\\n    "))},
+                               {"titles", fmt::format("{}", fmt::join(saturation.titles, ", \\\n    "))},
+                               {"depth_low", exact(depth.low)},
+                               {"depth_high", exact(depth.high)},
+                               {"depth_ticks", log_ticks(depth)},
+                               {"variance_low", exact(saturation.variance.low)},
+                               {"variance_high", exact(1.05 * saturation.variance.high)},
+                               {"variance_ticks", linear_ticks(saturation.variance, 6)},
+                               {"law_panel", law.text},
+                               {"main_piles", law.second ? "yes" : ""}},
+                              run_folder);
+  set_captions(figure, "studies/small_friction.captions",
+               {{"columns", std::to_string(columns)},
+                {"shallowest", caption_number(shallowest, 2)},
+                {"exponent", exponent.known() ? in_words(exponent) : ""},
+                {"reason", exponent.known() ? "" : exponent.reason},
+                {"low", caption_number(scaling.window[0])},
+                {"high", caption_number(scaling.window[1])},
+                {"main_piles", law.second ? "yes" : ""},
+                {"off_scale", off_scale_in_words(law, "")}});
   return figure;
 }
 
@@ -287,10 +287,10 @@ class SmallFrictionStudy final : public CopiedStudy<SmallFrictionStudy> {
     return json;
   }
 
-  std::vector<FigureDrawing> figures(const Analysis& main) const override {
+  std::vector<FigurePlot> figures(const Analysis& main) const override {
     if (measured_.empty()) return {};
     return {[this, &main](const std::filesystem::path& folder) {
-      return draw_small_friction(main, measured_, scaling_, folder);
+      return plot_small_friction(main, measured_, scaling_, folder);
     }};
   }
 

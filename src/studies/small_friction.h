@@ -47,7 +47,7 @@ ScalingFit fit_small_friction(const std::vector<MeasuredSmallFriction>& measured
 
 /// The figure: saturation of the fluctuations with depth, and the slowing tan30 - c_thrust against mu beside that of
 /// the main piles. Throws InputError where no thrust ratio is known.
-Figure draw_small_friction(const Analysis& main, const std::vector<SmallFriction>& measured, const ScalingFit& scaling,
+Figure plot_small_friction(const Analysis& main, const std::vector<SmallFriction>& measured, const ScalingFit& scaling,
                            const std::filesystem::path& run_folder);
 
 /// The thrust ratio at small friction, from uniformly loaded piles that are narrow and deep.

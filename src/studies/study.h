@@ -58,7 +58,7 @@ class Study {
   /// `results`: what json() has returned.
   virtual std::vector<ReportPart> parts([[maybe_unused]] const nlohmann::ordered_json& results) const { return {}; }
   /// Its figures, in reading order; `main`: what the main line found. The analysis outlives them.
-  virtual std::vector<FigureDrawing> figures([[maybe_unused]] const Analysis& main) const { return {}; }
+  virtual std::vector<FigurePlot> figures([[maybe_unused]] const Analysis& main) const { return {}; }
 
  protected:
   Study(const Study&) = default;

@@ -141,7 +141,7 @@ void Progress::show(bool closing) {
   }
 }
 
-void say(ProgressStyle style, const std::string& line) {
+void log_line(ProgressStyle style, const std::string& line) {
   if (style != ProgressStyle::silent) console().print(line);
 }
 

@@ -41,7 +41,7 @@ class Progress {
 };
 
 /// One line on stderr, unless silent. The only way libraries speak is through objects they are handed.
-void say(ProgressStyle style, const std::string& line);
+void log_line(ProgressStyle style, const std::string& line);
 
 /// "41 s", "3 min 12 s", "2 h 05 min".
 std::string describe_duration(double seconds);

@@ -104,7 +104,7 @@ TEST_CASE("What the offset of the width does to the heights is told from known w
     result.spec.sampler.mu = mu;
     result.D = known(D, error);
     result.width_offset = known(1.25, 0.1);
-    result.laws.amplitude = known(-0.45, 0.01);
+    result.exponents.amplitude = known(-0.45, 0.01);
     result.window_layers = {60, 180};
     for (const auto& [layer, z] : {std::pair{60, 50.0}, std::pair{180, 200.0}}) {
       DepthFit depth;
@@ -114,7 +114,7 @@ TEST_CASE("What the offset of the width does to the heights is told from known w
     }
     analysis.results.push_back(result);
   }
-  analysis.mean_laws.amplitude = known(-0.45, 0.01);
+  analysis.mean_exponents.amplitude = known(-0.45, 0.01);
   // D z = 0.05 * sqrt(50 * 200) = 5 at the middle: -0.5 * 5 / 6.25 = -0.4.
   const std::string remarks = claim(judge_claims(analysis, {}, {}), "amplitude").remarks;
   CHECK_THAT(remarks, Contains("makes it −0.40;"));
@@ -131,13 +131,13 @@ TEST_CASE("Two separate peaks are found, and their laws") {
     INFO(id << ": " << claim(analysis.claims, id).explanation);
     CHECK(verdict(analysis, id) == reproduced);
   }
-  const Laws& laws = analysis.results[0].laws;
-  CHECK(std::abs(laws.position.value - 1) < 5 * laws.position.standard_error);
-  CHECK(std::abs(laws.width.value - 1) < 5 * laws.width.standard_error);
-  CHECK(std::abs(laws.amplitude.value + 0.5) < 5 * laws.amplitude.standard_error);
-  CHECK(std::abs(laws.noise.value + 0.5) < 5 * laws.noise.standard_error);
-  CHECK(laws.width.standard_error < 0.05);
-  CHECK(laws.amplitude.standard_error < 0.02);
+  const Exponents& exponents = analysis.results[0].exponents;
+  CHECK(std::abs(exponents.position.value - 1) < 5 * exponents.position.standard_error);
+  CHECK(std::abs(exponents.width.value - 1) < 5 * exponents.width.standard_error);
+  CHECK(std::abs(exponents.amplitude.value + 0.5) < 5 * exponents.amplitude.standard_error);
+  CHECK(std::abs(exponents.noise.value + 0.5) < 5 * exponents.noise.standard_error);
+  CHECK(exponents.width.standard_error < 0.05);
+  CHECK(exponents.amplitude.standard_error < 0.02);
   // The experiment must reach the friction that the claim names.
   CHECK(verdict(analysis_of(known, noise_of(0.1, 3), 0.6), "double-peak") == undetermined);
 }
@@ -187,9 +187,9 @@ TEST_CASE("Growth that is not linear is not reproduced, and noise leaves it unde
   CHECK(verdict(analysis, "linear-position") == not_reproduced);
   CHECK(verdict(analysis, "diffusive-width") == not_reproduced);
   CHECK(verdict(analysis, "amplitude") == not_reproduced);
-  CHECK(analysis.results[0].laws.position.value == Approx(0.85).margin(0.01));
-  CHECK(analysis.results[0].laws.width.value == Approx(1.5).margin(0.1));
-  CHECK(analysis.results[0].laws.amplitude.value == Approx(-0.75).margin(0.03));
+  CHECK(analysis.results[0].exponents.position.value == Approx(0.85).margin(0.01));
+  CHECK(analysis.results[0].exponents.width.value == Approx(1.5).margin(0.1));
+  CHECK(analysis.results[0].exponents.amplitude.value == Approx(-0.75).margin(0.03));
   const LineTest& line = analysis.results[0].position_line;
   CHECK(line.chi2 > 100 * line.degrees_of_freedom);
   const Analysis blurred = analysis_of(bent, noise_of(1.5, 8));
@@ -206,9 +206,9 @@ TEST_CASE("Straight lines are called bent no more often than they may be") {
   for (std::uint64_t seed = 1; seed <= 60; ++seed) {
     const Analysis analysis = analysis_of(straight_rays(0.5, 0.15), noise_of(0.2, 500 + seed));
     const Transport& result = analysis.results[0];
-    beyond += std::abs(result.laws.position.value - 1) > 3 * result.laws.position.standard_error;
-    beyond += std::abs(result.laws.width.value - 1) > 3 * result.laws.width.standard_error;
-    beyond += std::abs(result.laws.noise.value + 0.5) > 3 * result.laws.noise.standard_error;
+    beyond += std::abs(result.exponents.position.value - 1) > 3 * result.exponents.position.standard_error;
+    beyond += std::abs(result.exponents.width.value - 1) > 3 * result.exponents.width.standard_error;
+    beyond += std::abs(result.exponents.noise.value + 0.5) > 3 * result.exponents.noise.standard_error;
     chi2 += result.position_line.chi2 + result.width_line.chi2;
     degrees_of_freedom += result.position_line.degrees_of_freedom + result.width_line.degrees_of_freedom;
   }
@@ -223,7 +223,7 @@ TEST_CASE("Noise that does not fall is seen: a response of another shape") {
   KnownTransport skirt = straight_rays(0.5, 0.15);
   skirt.in_the_middle = 0.03;  // less than what makes a depth count as another shape
   const Analysis analysis = analysis_of(skirt, noise_of(0.02, 9));
-  CHECK(analysis.results[0].laws.noise.value > -0.3);
+  CHECK(analysis.results[0].exponents.noise.value > -0.3);
   CHECK(verdict(analysis, "noise") == not_reproduced);
   CHECK_THAT(claim(analysis.claims, "noise").remarks, Contains("the response has not exactly the shape"));
 }

@@ -41,7 +41,7 @@ TEST_CASE("an ensemble is precise once both errors are, and says how many piles 
   CHECK(look_at_precision(asked, with_errors(1e-4, 1e-3), 1000).reached);
   const PrecisionLook look = look_at_precision(asked, with_errors(2e-4, 3e-3), 1000);
   CHECK_FALSE(look.reached);
-  CHECK_FALSE(look.hopeless);
+  CHECK_FALSE(look.unattainable);
   CHECK(look.samples_needed == Approx(9000));
   asked.D = 0;  // c alone
   CHECK(look_at_precision(asked, with_errors(2e-4, 3e-3), 1000).samples_needed == Approx(4000));
@@ -49,10 +49,10 @@ TEST_CASE("an ensemble is precise once both errors are, and says how many piles 
   Transport unknown = with_errors(1e-5, 1e-5);
   unknown.c = {};
   unknown.c.reason = "too narrow";
-  const PrecisionLook hopeless = look_at_precision(asked, unknown, 1000);
-  CHECK_FALSE(hopeless.reached);
-  CHECK(hopeless.hopeless);
-  CHECK(hopeless.reason == "c is unknown: too narrow");
+  const PrecisionLook unattainable = look_at_precision(asked, unknown, 1000);
+  CHECK_FALSE(unattainable.reached);
+  CHECK(unattainable.unattainable);
+  CHECK(unattainable.reason == "c is unknown: too narrow");
 }
 
 TEST_CASE("the sizes at which an ensemble is looked at grow by half") {

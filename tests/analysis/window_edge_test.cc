@@ -6,7 +6,7 @@
 
 #include "analysis/depth_series.h"
 #include "analysis/transport.h"
-#include "analysis/window_neighbours.h"
+#include "analysis/window_variations.h"
 #include "synthetic_ensemble.h"
 
 using namespace granuscope;

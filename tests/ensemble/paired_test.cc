@@ -5,7 +5,7 @@
 #include "ensemble/ensemble_runner.h"
 #include "ensemble/paired_estimator.h"
 #include "ensemble/small_ensemble.h"
-#include "sampling/split_numbers.h"
+#include "sampling/split_uniforms.h"
 
 namespace granuscope {
 namespace {

@@ -141,7 +141,7 @@ bool NaiveGranusolve::mend(int layer, int bead) {
   for (int count = 4; count < columns_; count *= 2) {
     const Outcome outcome = arc(layer, bead, count);
     if (outcome == Outcome::mended) return true;
-    if (outcome == Outcome::hopeless) return false;
+    if (outcome == Outcome::infeasible) return false;
   }
   return ring(layer, bead);
 }
@@ -238,7 +238,7 @@ NaiveGranusolve::Outcome NaiveGranusolve::arc(int layer, int bead, int count) {
     parents.emplace_back(wrapped(near + step * (k - (count / 2 - 1))));
     order.insert(order.begin(), static_cast<std::size_t>(k));
   }
-  if (!feasible(parents.size(), constraints(layer, bead, parents, true))) return Outcome::hopeless;
+  if (!feasible(parents.size(), constraints(layer, bead, parents, true))) return Outcome::infeasible;
   const auto held = constraints(layer, bead, parents, false);
   if (!feasible(parents.size(), held)) return Outcome::too_narrow;
   draw_one_by_one(layer, parents, held, order);

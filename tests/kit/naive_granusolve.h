@@ -61,7 +61,7 @@ class NaiveGranusolve {
   bool mend(int layer, int bead);
   bool pair(int layer, int bead);
   /// What became of an arc of parents: changed, too narrow, or infeasible however wide.
-  enum class Outcome { mended, too_narrow, hopeless };
+  enum class Outcome { mended, too_narrow, infeasible };
   Outcome arc(int layer, int bead, int count);
   bool ring(int layer, int bead);
   void climb(int layer, int bead);

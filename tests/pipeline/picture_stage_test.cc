@@ -40,7 +40,7 @@ TEST_CASE("the picture of the friction and those with names of their own are dra
   experiment.pictures["change"].scene = "response";
 
   std::map<std::string, Figure> figures;
-  for (const PictureOutcome& drawn : draw_pile_pictures(experiment, folder.path(), Provenance{})) {
+  for (const PictureOutcome& drawn : render_pile_pictures(experiment, folder.path(), Provenance{})) {
     figures[drawn.figure.id] = drawn.figure;
   }
   REQUIRE(figures.size() == 4);
@@ -66,10 +66,10 @@ TEST_CASE("pictures that cannot be written say why, and what is said of them is 
   const TemporaryFolder whole, lacking;
   Experiment experiment = small_experiment();
   experiment.pictures["part"].scene = "weight";
-  const std::vector<PictureOutcome> drawn = draw_pile_pictures(experiment, whole.path(), Provenance{});
+  const std::vector<PictureOutcome> drawn = render_pile_pictures(experiment, whole.path(), Provenance{});
   write_file(lacking / "figures", "no folder");
   write_file(lacking / "piles", "no folder");
-  const std::vector<PictureOutcome> failed = draw_pile_pictures(experiment, lacking.path(), Provenance{});
+  const std::vector<PictureOutcome> failed = render_pile_pictures(experiment, lacking.path(), Provenance{});
   REQUIRE(failed.size() == drawn.size());
   REQUIRE(drawn.size() >= 4);
   for (std::size_t k = 0; k < drawn.size(); ++k) {

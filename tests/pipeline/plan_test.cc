@@ -107,13 +107,13 @@ TEST_CASE("the time of a plan is that of what is still to be drawn, shorter on m
   options.only = {Stage::sample};
   options.progress = ProgressStyle::silent;
   const std::vector<PlannedStep> plan = plan_run(experiment, options);
-  const PlannedTime one = foretell_time(plan, 1), two = foretell_time(plan, 2);
+  const PlannedTime one = estimate_time(plan, 1), two = estimate_time(plan, 2);
   CHECK_FALSE(one.at_least);
   CHECK(one.seconds > 0);
   CHECK(two.seconds < 0.8 * one.seconds);
   CHECK(two.seconds > 0.3 * one.seconds);
   run_experiment(experiment, options);
-  CHECK(foretell_time(plan_run(experiment, options), 1).seconds == 0);
+  CHECK(estimate_time(plan_run(experiment, options), 1).seconds == 0);
 }
 
 TEST_CASE("what comes after the drawing is part of the time of a plan, also where nothing is left to draw") {
@@ -122,7 +122,7 @@ TEST_CASE("what comes after the drawing is part of the time of a plan, also wher
   const auto time = [&] {
     std::vector<PlannedStep> plan = plan_run(experiment, options);
     for (PlannedStep& step : plan) step.samples = 0;
-    return foretell_time(plan, 1).seconds;
+    return estimate_time(plan, 1).seconds;
   };
   const double whole = time();
   CHECK(whole > 3);
@@ -142,7 +142,7 @@ TEST_CASE("the pilot of a chain is part of the time of a plan, and a long one ma
   chains.spec.lattice = {40, 40};
   chains.spec.sampler.lambda = 0;
   chains.samples = 8;
-  const PlannedTime on_many = foretell_time({chains}, 64);
+  const PlannedTime on_many = estimate_time({chains}, 64);
   CHECK(on_many.at_least);
   CHECK(on_many.seconds > 60);  // nearly all of it is the pilot's, which one core runs for all
 }

@@ -3,7 +3,7 @@
 
 #include "plot/axes.h"
 #include "plot/csv_table.h"
-#include "plot/figure_words.h"
+#include "plot/figure_captions.h"
 #include "plot/point_selection.h"
 
 using namespace granuscope;
@@ -123,7 +123,7 @@ TEST_CASE(
   analysis.results[0].D.standard_error = 0.6;
   analysis.results[1].c.value = 0.5;
   analysis.results[1].c.standard_error = 0.01;
-  const Analysis clear = without_vague_points(analysis);
+  const Analysis clear = without_imprecise_points(analysis);
   CHECK(clear.results[0].c.reason == "why stands under the table of c and D");
   CHECK_FALSE(clear.results[0].D.known());
   CHECK(clear.results[0].D.reason.starts_with("too uncertain for a point: 1"));

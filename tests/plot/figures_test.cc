@@ -8,7 +8,7 @@
 #include "kit/temporary_folder.h"
 #include "kit/text_parts.h"
 #include "plot/bead_forces.h"
-#include "plot/figure_words.h"
+#include "plot/figure_captions.h"
 #include "plot/propagation_against_diffusion.h"
 #include "plot/propagation_and_thrust.h"
 #include "plot/response_profiles.h"
@@ -59,7 +59,7 @@ void check_whole(const Figure& figure, const std::filesystem::path& run_folder) 
 TEST_CASE("The response profiles explain the paper's depths") {
   const TemporaryFolder run;
   const Analysis analysis = synthetic::analysis();
-  const Figure figure = draw_response_profiles(analysis.results, {}, run.path());
+  const Figure figure = plot_response_profiles(analysis.results, {}, run.path());
   check_whole(figure, run.path());
   CHECK(figure.data.size() == 2);
   CHECK(contains(figure.caption, "z = 95.8 (layer 110, 90 layers above the bottom)"));
@@ -84,7 +84,7 @@ TEST_CASE("Many depths are shown without close views") {
   }
   ResponseProfilesSpec spec;
   spec.layers = {110, 140, 170};
-  const Figure figure = draw_response_profiles(analysis.results, spec, run.path());
+  const Figure figure = plot_response_profiles(analysis.results, spec, run.path());
   check_whole(figure, run.path());
   CHECK(figure.data.size() == 3);
   CHECK_FALSE(contains(read_file(run.path() / figure.screen), "residual"));
@@ -97,7 +97,7 @@ TEST_CASE("Where a profile is missing the nearest one is drawn and the caption s
   spec.mu = 0.33;
   spec.layers = {112};
   spec.layers_computed = 220;
-  const Figure figure = draw_response_profiles(analysis.results, spec, run.path());
+  const Figure figure = plot_response_profiles(analysis.results, spec, run.path());
   check_whole(figure, run.path());
   CHECK(contains(figure.caption, "the nearest measured value to μ = 0.33"));
   CHECK(contains(figure.caption, "Layer 112 was not measured; the nearest one, 110, stands for it"));
@@ -116,7 +116,7 @@ TEST_CASE("A profile without a fit is drawn without one") {
       if (fit.layer == 170) fit.identifiable = false;
     }
   }
-  const Figure figure = draw_response_profiles(analysis.results, {}, run.path());
+  const Figure figure = plot_response_profiles(analysis.results, {}, run.path());
   check_whole(figure, run.path());
   CHECK(contains(figure.caption, "layer 170"));
   CHECK(contains(read_file(run.path() / figure.screen), "peaks not identified by the fit"));
@@ -130,13 +130,13 @@ TEST_CASE("An exact profile is drawn without a fit, whatever width rounding gave
       std::fill(profile.standard_error.begin(), profile.standard_error.end(), 0.0);
     }
   }
-  check_whole(draw_response_profiles(analysis.results, {}, run.path()), run.path());
+  check_whole(plot_response_profiles(analysis.results, {}, run.path()), run.path());
 }
 
 TEST_CASE("Transport with depth shows slopes, window, insets, and names what it leaves out") {
   const TemporaryFolder run;
   const Analysis analysis = synthetic::analysis();
-  const Figure figure = draw_transport_with_depth(analysis, {}, run.path());
+  const Figure figure = plot_transport_with_depth(analysis, {}, run.path());
   check_whole(figure, run.path());
   CHECK(contains(figure.caption, "μ = 0 (exact)"));
   CHECK(contains(figure.caption, "D at μ = 0.6 (the widths at 7 of 41 depths are not identified)"));
@@ -159,10 +159,10 @@ TEST_CASE("Where no slope is known the insets show no thrust, and the scaling no
   last.spec.sampler.mu = 1.7;
   last.c = last.D = synthetic::unknown("the noise leaves open whether there are two peaks");
   last.c_thrust = synthetic::known(0.9033, 0.0004);
-  draw_transport_with_depth(analysis, {}, run.path());
+  plot_transport_with_depth(analysis, {}, run.path());
   CHECK_FALSE(contains(read_file(run.path() / "figures/transport-with-depth-c-thrust-of-mu.csv"), "\n1.7,"));
   CHECK(contains(read_file(run.path() / "figures/transport-with-depth-c-thrust-of-mu.csv"), "\n0.4,"));
-  draw_scaling_with_friction(analysis, run.path());
+  plot_scaling_with_friction(analysis, run.path());
   for (const char* part : {"D-of-mu-ratios-inside", "D-of-mu-ratios-outside", "c-of-mu-ratios-outside"}) {
     const std::filesystem::path file = run.path() / fmt::format("figures/scaling-with-friction-{}.csv", part);
     if (std::filesystem::exists(file)) CHECK_FALSE(contains(read_file(file), "\n1.7,"));
@@ -175,8 +175,8 @@ TEST_CASE("Points too far from their law for the narrow panel are named") {
   for (Transport& result : analysis.results) {
     if (result.mu() == 0.4) result.c.value = 0.5770;  // c₀ − c a hundred times too small for its D
   }
-  CHECK(contains(draw_propagation_against_diffusion(analysis, run.path()).caption, "too far from the law: μ = 0.4."));
-  CHECK(contains(draw_scaling_with_friction(analysis, run.path()).caption, "c₀ − c (slopes) at μ = 0.4"));
+  CHECK(contains(plot_propagation_against_diffusion(analysis, run.path()).caption, "too far from the law: μ = 0.4."));
+  CHECK(contains(plot_scaling_with_friction(analysis, run.path()).caption, "c₀ − c (slopes) at μ = 0.4"));
 }
 
 TEST_CASE("Deep peaks far out keep their names inside the frame") {
@@ -190,7 +190,7 @@ TEST_CASE("Deep peaks far out keep their names inside the frame") {
       }
     }
   }
-  draw_response_profiles(analysis.results, {}, run.path());
+  plot_response_profiles(analysis.results, {}, run.path());
   CHECK(contains(read_file(run.path() / "figures/response-profiles.gp"), "set xrange [-220:220]"));
 }
 
@@ -204,10 +204,10 @@ TEST_CASE("Unknown slopes and exponents leave their curves out with a reason") {
   }
   analysis.scaling.beta.exponent = analysis.scaling.gamma.exponent = analysis.scaling.alpha.exponent =
       synthetic::unknown("too few points");
-  const Figure depth = draw_transport_with_depth(analysis, {}, run.path());
+  const Figure depth = plot_transport_with_depth(analysis, {}, run.path());
   check_whole(depth, run.path());
   CHECK(contains(depth.caption, "The slope c is unknown: too few depths."));
-  const Figure against = draw_propagation_against_diffusion(analysis, run.path());
+  const Figure against = plot_propagation_against_diffusion(analysis, run.path());
   check_whole(against, run.path());
   CHECK_FALSE(contains(against.caption, "α = 0"));
 }
@@ -215,7 +215,7 @@ TEST_CASE("Unknown slopes and exponents leave their curves out with a reason") {
 TEST_CASE("c against D shows the fit, the paper's exponent, both kinds of points, and names every point") {
   const TemporaryFolder run;
   const Analysis analysis = synthetic::analysis();
-  const Figure figure = draw_propagation_against_diffusion(analysis, run.path());
+  const Figure figure = plot_propagation_against_diffusion(analysis, run.path());
   check_whole(figure, run.path());
   CHECK(contains(figure.caption, "μ = 0 (exact)"));
   CHECK(contains(figure.caption, "μ = 0.6"));
@@ -239,7 +239,7 @@ TEST_CASE("c against D shows the fit, the paper's exponent, both kinds of points
 TEST_CASE("The scaling with friction shows slopes beside ratios, each with its exponent") {
   const TemporaryFolder run;
   const Analysis analysis = synthetic::analysis();
-  const Figure figure = draw_scaling_with_friction(analysis, run.path());
+  const Figure figure = plot_scaling_with_friction(analysis, run.path());
   check_whole(figure, run.path());
   CHECK(contains(figure.caption, "β = 2.538(81)"));
   CHECK(contains(figure.caption, "γ = 1.743(92)"));
@@ -262,7 +262,7 @@ TEST_CASE("The scaling with friction can do without ratios and without laws") {
   analysis.by_ratio.clear();
   analysis.scaling.beta.exponent = analysis.scaling.gamma.exponent = synthetic::unknown("too few points");
   analysis.results.erase(analysis.results.begin() + 2, analysis.results.end());  // mu = 0 and 0.1
-  const Figure figure = draw_scaling_with_friction(analysis, run.path());
+  const Figure figure = plot_scaling_with_friction(analysis, run.path());
   check_whole(figure, run.path());
   CHECK(contains(figure.caption, "β = unknown (too few points)"));
   CHECK_FALSE(contains(figure.caption, "Diamonds"));
@@ -270,7 +270,7 @@ TEST_CASE("The scaling with friction can do without ratios and without laws") {
 
 TEST_CASE("The two speeds stand beside their difference") {
   const TemporaryFolder run;
-  const Figure figure = draw_propagation_and_thrust(synthetic::analysis(), run.path());
+  const Figure figure = plot_propagation_and_thrust(synthetic::analysis(), run.path());
   check_whole(figure, run.path());
   CHECK(contains(figure.caption, "by more than three standard errors at μ = 0.3, 0.4 and 0.6"));
 }
@@ -302,7 +302,7 @@ TEST_CASE("One bead's forces balance and stay inside their cones") {
   Pile pile(lattice);
   const std::vector<double> load(40, 1.0);
   REQUIRE_FALSE(make_sampler(spec, lattice)->draw(3, load, pile));
-  const Figure figure = draw_bead_forces(pile, {}, run.path());
+  const Figure figure = plot_bead_forces(pile, {}, run.path());
   check_whole(figure, run.path());
   CHECK(contains(figure.caption, "16.7°"));
   CHECK(contains(figure.caption, "sample 3 of seed 7"));
@@ -324,7 +324,7 @@ TEST_CASE("One bead's forces balance and stay inside their cones") {
   CHECK(std::abs(torque) < 1e-12);
   const std::string svg = read_file(run.path() / figure.screen);
   for (const char* label : {"θ₁ = ", "θ₄ = ", "normal force N", "tangential force T"}) CHECK(contains(svg, label));
-  CHECK_THROWS_AS(draw_bead_forces(pile, {50}, run.path()), InputError);
+  CHECK_THROWS_AS(plot_bead_forces(pile, {50}, run.path()), InputError);
 }
 
 TEST_CASE("Without friction a bead's forces lie along its contacts") {
@@ -335,17 +335,17 @@ TEST_CASE("Without friction a bead's forces lie along its contacts") {
     pile.H_R[k] = 0.5 * tan30;
     pile.H_L[k] = -0.5 * tan30;
   }
-  check_whole(draw_bead_forces(pile, {}, run.path()), run.path());
+  check_whole(plot_bead_forces(pile, {}, run.path()), run.path());
   for (const auto& row : rows_of(run.path() / "figures/bead-forces-contacts.csv")) CHECK(std::abs(row[7]) < 1e-12);
 }
 
 TEST_CASE("A figure with nothing to show says so") {
   const TemporaryFolder run;
-  CHECK_THROWS_AS(draw_response_profiles({}, {}, run.path()), InputError);
-  CHECK_THROWS_AS(draw_transport_with_depth({}, {}, run.path()), InputError);
-  CHECK_THROWS_AS(draw_propagation_against_diffusion({}, run.path()), InputError);
-  CHECK_THROWS_AS(draw_scaling_with_friction({}, run.path()), InputError);
-  CHECK_THROWS_AS(draw_propagation_and_thrust({}, run.path()), InputError);
+  CHECK_THROWS_AS(plot_response_profiles({}, {}, run.path()), InputError);
+  CHECK_THROWS_AS(plot_transport_with_depth({}, {}, run.path()), InputError);
+  CHECK_THROWS_AS(plot_propagation_against_diffusion({}, run.path()), InputError);
+  CHECK_THROWS_AS(plot_scaling_with_friction({}, run.path()), InputError);
+  CHECK_THROWS_AS(plot_propagation_and_thrust({}, run.path()), InputError);
 }
 
 TEST_CASE("The frictionless pile alone can still be drawn") {
@@ -353,9 +353,9 @@ TEST_CASE("The frictionless pile alone can still be drawn") {
   Analysis analysis;
   analysis.results.push_back(synthetic::frictionless());
   for (DepthFit& fit : analysis.results[0].depths) fit.identifiable = true;
-  check_whole(draw_transport_with_depth(analysis, {}, run.path()), run.path());
-  check_whole(draw_propagation_against_diffusion(analysis, run.path()), run.path());
-  check_whole(draw_propagation_and_thrust(analysis, run.path()), run.path());
+  check_whole(plot_transport_with_depth(analysis, {}, run.path()), run.path());
+  check_whole(plot_propagation_against_diffusion(analysis, run.path()), run.path());
+  check_whole(plot_propagation_and_thrust(analysis, run.path()), run.path());
 }
 
 TEST_CASE("What is left out for the same reason is said once") {

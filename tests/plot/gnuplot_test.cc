@@ -27,7 +27,7 @@ GnuplotJob job_that_plots(const std::string& plot, int curves) {
 
 std::string message_of(const GnuplotJob& job, const std::filesystem::path& folder, double timeout = 60) {
   try {
-    draw_with_gnuplot(job, folder, timeout);
+    plot_with_gnuplot(job, folder, timeout);
   } catch (const EnvironmentError& error) {
     return error.what();
   }
@@ -39,8 +39,8 @@ std::string message_of(const GnuplotJob& job, const std::filesystem::path& folde
 TEST_CASE("A sound job leaves script, data and both drawings, the same bytes each time") {
   const TemporaryFolder first, second;
   const GnuplotJob job = job_that_plots("plot 'drawing.csv' using 1:2 with linespoints notitle", 1);
-  draw_with_gnuplot(job, first.path());
-  draw_with_gnuplot(job, second.path());
+  plot_with_gnuplot(job, first.path());
+  plot_with_gnuplot(job, second.path());
   for (const char* name : {"drawing.svg", "drawing.pdf", "drawing.gp", "drawing.csv"}) {
     INFO(name);
     CHECK(read_file(first.path() / name) == read_file(second.path() / name));
@@ -109,7 +109,7 @@ TEST_CASE("No text leaves a gnuplot string") {
       "'; system('touch " + witness + "'); ' `touch " + witness + "` \"\n!touch " + witness + " {/Bold x}_y \\";
   const std::string plot =
       "set label 1 " + gnuplot_string(hostile) + " at 1, 1 noenhanced\nplot 'drawing.csv' using 1:2 with lines notitle";
-  draw_with_gnuplot(job_that_plots(plot, 1), folder.path());
+  plot_with_gnuplot(job_that_plots(plot, 1), folder.path());
   CHECK_FALSE(std::filesystem::exists(witness));
   const std::string svg = read_file(folder.path() / "drawing.svg");
   CHECK(svg.find("`touch") != std::string::npos);

@@ -58,9 +58,9 @@ TEST_CASE("A window from zero or far beyond the points leaves every curve of the
     CAPTURE(window[0], window[1]);
     const TemporaryFolder run;
     const Analysis analysis = analysis_over(window);
-    CHECK_NOTHROW(draw_transport_with_depth(analysis, {}, run.path()));
-    CHECK_NOTHROW(draw_scaling_with_friction(analysis, run.path()));
-    CHECK_NOTHROW(draw_propagation_against_diffusion(analysis, run.path()));
+    CHECK_NOTHROW(plot_transport_with_depth(analysis, {}, run.path()));
+    CHECK_NOTHROW(plot_scaling_with_friction(analysis, run.path()));
+    CHECK_NOTHROW(plot_propagation_against_diffusion(analysis, run.path()));
   }
 }
 
@@ -68,7 +68,7 @@ TEST_CASE("The paper's laws stand at the points of the window, wherever the wind
   for (const double low : {0.0, 0.1}) {
     CAPTURE(low);
     const TemporaryFolder run;
-    draw_transport_with_depth(analysis_over({low, 0.3}), {}, run.path());
+    plot_transport_with_depth(analysis_over({low, 0.3}), {}, run.path());
     const std::string script = read_file(run.path() / "figures/transport-with-depth.gp");
     double log_D = 0, log_slowing = 0;
     for (const synthetic::Row& row : synthetic::rows()) {
@@ -87,7 +87,7 @@ TEST_CASE("A law none of whose points are shown is not drawn either") {
   for (Transport& result : analysis.results) {
     if (result.mu() < 0.25 && !result.exact) result.c = result.D = synthetic::unknown("too uncertain for a point");
   }
-  const Figure figure = draw_transport_with_depth(analysis, {}, run.path());
+  const Figure figure = plot_transport_with_depth(analysis, {}, run.path());
   CHECK(figure.caption.find("power law") == std::string::npos);
   CHECK(read_file(run.path() / figure.script).find("_guide") == std::string::npos);
 }

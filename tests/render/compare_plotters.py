@@ -110,7 +110,7 @@ def prepare_gnuplot(pile_file, folder, width):
 
 
 def mean_grey(image, plot_width, plot_height):
-    """Of the picture's plot area, which stands at the right below the upper edge where there is furniture."""
+    """Of the picture's plot area, which stands at the right below the upper edge where there is decorations."""
     import matplotlib.image
     import numpy
 

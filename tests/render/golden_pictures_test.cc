@@ -8,12 +8,12 @@
 #include <vector>
 
 #include "kit/temporary_folder.h"
-#include "render/draw.h"
 #include "render/field_scene.h"
 #include "render/font.h"
 #include "render/gl_context.h"
 #include "render/picture_distance.h"
 #include "render/png_file.h"
+#include "render/render_pile.h"
 #include "render/test_piles.h"
 
 namespace granuscope {
@@ -68,10 +68,10 @@ Field field_of_two_bands() {
 
 Image drawn(const Golden& golden, const fs::path& image) {
   if (golden.spec.scene == "field") {
-    draw_scene(build_field_scene(field_of_two_bands(), golden.spec), golden.spec, image);
+    render_scene(build_field_scene(field_of_two_bands(), golden.spec), golden.spec, image);
   } else {
     const bool pair = golden.spec.scene == "response";
-    draw_pile_file({pictures / "point.h5", pair ? pictures / "uniform.h5" : "", image}, golden.spec);
+    render_pile_file({pictures / "point.h5", pair ? pictures / "uniform.h5" : "", image}, golden.spec);
   }
   return read_png(image);
 }

@@ -8,9 +8,9 @@
 
 #include "kit/file_size_limit.h"
 #include "kit/temporary_folder.h"
-#include "render/draw.h"
 #include "render/gl_context.h"
 #include "render/painter.h"
+#include "render/render_pile.h"
 #include "render/test_piles.h"
 #include "support/atomic_file.h"
 #include "support/error.h"
@@ -154,8 +154,8 @@ TEST_CASE("a pile is drawn to a file, twice the same bytes, with its numbers") {
   const TemporaryFolder folder;
   const Pile pile = frictionless_pile(12, 10);
   SceneSpec spec = small_spec();
-  const SceneStatistics statistics = draw_pile(pile, spec, folder / "a.png", {{"Software", "granuscope"}});
-  draw_pile(pile, spec, folder / "b.png", {{"Software", "granuscope"}});
+  const SceneStatistics statistics = render_pile(pile, spec, folder / "a.png", {{"Software", "granuscope"}});
+  render_pile(pile, spec, folder / "b.png", {{"Software", "granuscope"}});
   CHECK((read_file(folder / "a.png") == read_file(folder / "b.png")));
   CHECK(folder.contents().size() == 2);
   const Image image = read_png(folder / "a.png");
@@ -167,7 +167,7 @@ TEST_CASE("a pile is drawn to a file, twice the same bytes, with its numbers") {
   for (const auto& [keyword, text] : image.metadata) contacts += keyword == "Elements" ? text : "";
   CHECK(contacts == "240 drawn, 0 outside, 0 too faint, 0 aggregated");
   spec.window = {{3, 3, 0, 0}};
-  CHECK_THROWS_AS(draw_pile(pile, spec, folder / "c.png"), InputError);
+  CHECK_THROWS_AS(render_pile(pile, spec, folder / "c.png"), InputError);
   CHECK(folder.contents().size() == 2);
 }
 

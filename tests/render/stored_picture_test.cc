@@ -12,9 +12,9 @@
 #include <vector>
 
 #include "kit/temporary_folder.h"
-#include "render/draw.h"
 #include "render/painter.h"
 #include "render/png_file.h"
+#include "render/render_pile.h"
 #include "render/test_piles.h"
 #include "render/window.h"
 #include "storage/pile_file.h"
@@ -81,7 +81,7 @@ TEST_CASE("reading is timed as reading, wherever it happens") {
   CHECK(layers->seconds_reading() > once);
   for (const char* name : {"a.png", "b.svg"}) {
     if (name[0] == 'b') spec.window = {{-20, 20, 0, 20}};
-    const SceneStatistics::Seconds seconds = draw_pile_file({folder / "a.h5", {}, folder / name}, spec).seconds;
+    const SceneStatistics::Seconds seconds = render_pile_file({folder / "a.h5", {}, folder / name}, spec).seconds;
     CHECK(seconds.read > 0);
     CHECK(seconds.build > 0);
     CHECK(seconds.draw >= 0);
@@ -101,7 +101,7 @@ TEST_CASE("a picture drawn to a file row by row holds the pixels and channels of
       spec.dpi = 150;
       spec.colour_map = map;
       spec.background = background;
-      draw_pile(pile, spec, folder / "rows.png");
+      render_pile(pile, spec, folder / "rows.png");
       const Image at_once = paint(build_scene(whole, nullptr, spec), spec, *context);
       write_png(folder / "at once.png", at_once, spec.dpi);
       CHECK((read_png(folder / "rows.png").rgba == at_once.rgba));
@@ -126,7 +126,7 @@ TEST_CASE("a force that is not finite is met before anything is drawn, whatever 
     const std::string place = "[" + std::to_string(layer) + ", 5]";
     CHECK_THROWS_WITH(build_scene(open_pile_layers(folder / "damaged.h5", choose, 0), nullptr, spec),
                       Catch::Contains("V_L") && Catch::Contains(place));
-    CHECK_THROWS_AS(draw_pile_file({folder / "damaged.h5", {}, folder / "a.png"}, spec), InputError);
+    CHECK_THROWS_AS(render_pile_file({folder / "damaged.h5", {}, folder / "a.png"}, spec), InputError);
     CHECK(!std::filesystem::exists(folder / "a.png"));
   }
 }
@@ -161,14 +161,14 @@ TEST_CASE("memory is bounded by bands, not by the pile or the height of the pict
   spec.width_px = 90;
   spec.dpi = 30;
   const std::size_t nothing = peak_of([] {});
-  const std::size_t detail = peak_of([&] { draw_pile_file({folder / "high.h5", {}, folder / "a.png"}, spec); });
+  const std::size_t detail = peak_of([&] { render_pile_file({folder / "high.h5", {}, folder / "a.png"}, spec); });
   CHECK(detail - nothing < pile_bytes * 2 / 3);
   // All of one colour, so that it takes no time: 4000 x 26000 pixels, in memory 416 MB.
   spec.window = {{-64, 64, 0, 950}};
   spec.range = {{1e8, 1e9}};
   spec.width_px = 4000;
   const std::size_t large = peak_of([&] {
-    const SceneStatistics drawn = draw_pile_file({folder / "high.h5", {}, folder / "b.png"}, spec);
+    const SceneStatistics drawn = render_pile_file({folder / "high.h5", {}, folder / "b.png"}, spec);
     if (drawn.counts.pixels < 90000000) throw std::length_error("a smaller picture than the test is about");
   });
   CHECK(large - nothing < std::size_t{100} << 20);

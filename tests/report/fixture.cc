@@ -84,7 +84,7 @@ ReportData report_data(const std::filesystem::path& run_folder) {
   data.overload = 1;
   data.resolved_experiment = experiment;
   data.resolved_experiment_key = "00112233445566aa";
-  data.law_in_words = {
+  data.law_description = {
       "Layer by layer from the top, each bead draws H_R uniformly from its admissible interval.",
       "Each layer starts at a random bead and runs in a random direction.",
       "A bead whose interval is empty makes its two parents draw again, jointly, within what their other children "
@@ -133,10 +133,10 @@ ReportData report_data(const std::filesystem::path& run_folder) {
   data.analysis.results[2].burn_in = 800;
   data.analysis.results[2].thinning = 100;
   data.analysis.results[2].effective_samples = {300, 70, ""};
-  data.figures.push_back(draw_response_profiles(data.analysis.results, {}, run_folder));
-  data.figures.push_back(draw_transport_with_depth(data.analysis, {}, run_folder));
-  data.figures.push_back(draw_propagation_against_diffusion(data.analysis, run_folder));
-  data.figures.push_back(draw_scaling_with_friction(data.analysis, run_folder));
+  data.figures.push_back(plot_response_profiles(data.analysis.results, {}, run_folder));
+  data.figures.push_back(plot_transport_with_depth(data.analysis, {}, run_folder));
+  data.figures.push_back(plot_propagation_against_diffusion(data.analysis, run_folder));
+  data.figures.push_back(plot_scaling_with_friction(data.analysis, run_folder));
   data.provenance.program_version = "granuscope 0.0.0";
   data.provenance.git_commit = std::string(40, 'a');
   data.provenance.git_dirty = true;

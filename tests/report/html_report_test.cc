@@ -168,7 +168,7 @@ TEST_CASE("Hostile text stays text everywhere") {
   ReportData data = synthetic::report_data(run.path());
   const std::string hostile = synthetic::hostile_text();
   data.experiment_name = data.description = data.resolved_experiment = hostile;
-  data.law_in_words.push_back(hostile);
+  data.law_description.push_back(hostile);
   data.skipped.push_back(hostile);
   data.environment.emplace_back(hostile, hostile);
   data.timings.push_back({hostile, 1, false});

@@ -144,12 +144,12 @@ TEST_CASE("No table is wider than the page") {
     result.c_minus_c_thrust = synthetic::known(-0.0000111, 0.0000026);
     result.alpha_thrust = synthetic::known(0.9996166, 0.0000029);
     result.samples = 100000;
-    WindowNeighbour neighbour;
+    WindowVariation neighbour;
     neighbour.change = "without_shallowest_quarter";
     neighbour.layers = {110, 179};
     neighbour.depths = 24;
     neighbour.c = neighbour.D = neighbour.c_shift = neighbour.D_shift = synthetic::known(-0.000112, 0.000046);
-    result.neighbours = {neighbour};
+    result.variations = {neighbour};
     result.fitted_area = result.centre_background = synthetic::known(-0.00326, 0.0009);
   }
   // The widest table of the studies, with numbers as long as they become.

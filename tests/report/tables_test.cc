@@ -29,9 +29,9 @@ ReportData numbers() {
   return data;
 }
 
-WindowNeighbour neighbour(const std::string& change, std::array<int, 2> layers, const Estimate& c_shift,
+WindowVariation neighbour(const std::string& change, std::array<int, 2> layers, const Estimate& c_shift,
                           const Estimate& D_shift) {
-  WindowNeighbour made;
+  WindowVariation made;
   made.change = change;
   made.layers = layers;
   made.depths = layers[1] > 0 ? 30 : 0;
@@ -49,10 +49,10 @@ TEST_CASE("Shifts of the window stand with their layers, and a systematic error 
   result.c.systematic = 0.00031;
   result.D.systematic = 0;  // no farther than the scatter accounts for
   const Estimate missing = unknown("no depth just above the window can be fitted");
-  result.neighbours = {
+  result.variations = {
       neighbour("without_shallowest_quarter", {89, 179}, known(-0.00011, 0.00005), known(7e-5, 0.00012)),
       neighbour("longer_above", {0, 0}, missing, missing)};
-  data.analysis.results[2].neighbours = {neighbour("longer_above", {0, 0}, missing, missing)};
+  data.analysis.results[2].variations = {neighbour("longer_above", {0, 0}, missing, missing)};
   const Page page(data);
   const std::string table = table_of(page.html, "shifts");
   CHECK(page.texts.at("/results/1/neighbouring_windows/0/c_shift") == "−0.000110(50)");
@@ -111,7 +111,7 @@ TEST_CASE("Times take no more digits than they have") {
 
 TEST_CASE("Laws that the run compares are told beside its own, and the experiment line by line") {
   ReportData data = numbers();
-  data.law_in_words = {"Layers are solved from top to bottom."};
+  data.law_description = {"Layers are solved from top to bottom."};
   data.other_laws_in_words = {{"rejection", {"The whole pile is thrown away.", "Tiny piles only."}}};
   data.resolved_experiment = "[lattice]\n# beads per layer\ncolumns = 500\n";
   const Page page(data);
@@ -190,10 +190,11 @@ TEST_CASE("Exponents without a value leave no empty tables, and their reasons ar
 TEST_CASE("Powers that could not be taken have their reason below the table") {
   ReportData data = numbers();
   for (Transport& result : data.analysis.results) {
-    result.laws.position = result.laws.width = result.laws.amplitude = result.laws.noise = known(1, 0.1);
+    result.exponents.position = result.exponents.width = result.exponents.amplitude = result.exponents.noise =
+        known(1, 0.1);
   }
-  Laws& laws = data.analysis.results[2].laws;
-  laws.position = laws.width = laws.amplitude = laws.noise = unknown("the window is too short");
+  Exponents& exponents = data.analysis.results[2].exponents;
+  exponents.position = exponents.width = exponents.amplitude = exponents.noise = unknown("the window is too short");
   const Page page(data);
   CHECK(count(page.html, "the window is too short") == 1);
   CHECK(contains(page.html, "n/a at μ = 0.15: "));
@@ -202,7 +203,7 @@ TEST_CASE("Powers that could not be taken have their reason below the table") {
   // A reason that c and D share stands with them alone.
   Transport& result = data.analysis.results[2];
   result.c = result.D = unknown("the window is too short");
-  Laws& others = data.analysis.results[3].laws;
+  Exponents& others = data.analysis.results[3].exponents;
   others.position = others.width = others.amplitude = others.noise = unknown("the peaks are too wide");
   data.analysis.results[3].c = data.analysis.results[3].D = unknown("the peaks are too wide");
   const Page shared(data);

@@ -8,7 +8,7 @@
 #include "sampling/layer_kernels.h"
 #include "sampling/random_key.h"
 #include "sampling/sampler.h"
-#include "sampling/split_numbers.h"
+#include "sampling/split_uniforms.h"
 
 namespace granuscope {
 namespace {
@@ -18,7 +18,7 @@ std::vector<int> beads_off_their_numbers(const Pile& pile, std::uint32_t attempt
   constexpr double rounding = 1e-9;  // of a number recomputed from forces; two numbers are as close once in 1e9 times
   const auto columns = static_cast<std::size_t>(pile.lattice.columns());
   std::vector<double> numbers, first(columns + uniform_padding);
-  read_split_numbers(pile, numbers);
+  read_split_uniforms(pile, numbers);
   const RandomKey key(pile.seed, pile.sample);
   std::vector<int> off;
   for (int n = 0; n < pile.lattice.layers(); ++n) {

@@ -12,7 +12,7 @@
 
 #include "kit/sampling_statistics.h"
 #include "sampling/sampler.h"
-#include "sampling/split_numbers.h"
+#include "sampling/split_uniforms.h"
 
 namespace granuscope {
 namespace {
@@ -267,7 +267,7 @@ RunningMean sides_of_arcs(LayerOrder order, std::uint64_t piles) {
     const std::uint64_t arcs = sampler->counts().arcs;
     if (sampler->draw(8 * k, load, pile)) throw std::runtime_error("stuck");
     if (sampler->counts().arcs == arcs) continue;
-    read_split_numbers(pile, numbers);
+    read_split_uniforms(pile, numbers);
     double sum = 0;
     for (std::size_t i = 0; i < columns; ++i) {
       const double u = numbers[i] - 0.5, v = numbers[(i + 1) % columns] - 0.5;
@@ -308,7 +308,7 @@ std::array<RunningMean, 2> sides_of_climbs(LayerOrder order, std::uint64_t piles
     const std::uint64_t climbs = sampler->counts().climbs;
     if (sampler->draw(8 * k, load, pile)) throw std::runtime_error("stuck");
     if (sampler->counts().climbs == climbs) continue;
-    read_split_numbers(pile, numbers);
+    read_split_uniforms(pile, numbers);
     const double u = numbers[heavy + 1] - 0.5, v = numbers[heavy - 1] - 0.5;
     means[0].add(u - v);
     means[1].add(u * u * v - u * v * v);

@@ -80,7 +80,7 @@ TEST_CASE("Counted work is drawn per bead and names what was not completed") {
     }
   }
   work.back().failed = 3;
-  const Figure figure = draw_counted_work(work, run.path());
+  const Figure figure = plot_counted_work(work, run.path());
   CHECK(figure.data.size() == 2);
   CHECK(contains(figure.caption, "by a factor of 1.12"));  // 1.4 / 1.25
   CHECK(contains(figure.caption, "means of 64 piles"));
@@ -88,7 +88,7 @@ TEST_CASE("Counted work is drawn per bead and names what was not completed") {
   const std::string svg = read_file(run.path() / figure.screen);
   CHECK(contains(svg, "random numbers per bead"));
   CHECK(contains(svg, "μ = 1.7"));
-  CHECK_THROWS_AS(draw_counted_work({}, run.path()), InputError);
+  CHECK_THROWS_AS(plot_counted_work({}, run.path()), InputError);
 
   // Without friction nothing is drawn, whatever the size.
   for (CountedWork& one : work) {
@@ -98,5 +98,5 @@ TEST_CASE("Counted work is drawn per bead and names what was not completed") {
     one = {.spec = without_friction, .samples = 64};
   }
   work.resize(3);
-  CHECK(contains(read_file(run.path() / draw_counted_work(work, run.path()).screen), "μ = 0"));
+  CHECK(contains(read_file(run.path() / plot_counted_work(work, run.path()).screen), "μ = 0"));
 }

@@ -52,7 +52,7 @@ std::vector<ErrorCurve> three_curves() {
 
 TEST_CASE("Errors against time compare with the paper's procedure, number what is shown, and name what is not") {
   const TemporaryFolder run;
-  const Figure figure = draw_error_against_time(three_curves(), {16, 16, 8}, run.path());
+  const Figure figure = plot_error_against_time(three_curves(), {16, 16, 8}, run.path());
   // (0.04 / 0.002)^2 and (0.2 / 0.02)^2, each at half the time.
   CHECK(contains(figure.caption, "the factors 800 for c and 200 for D (multiplexed, ε = 0.25), each known to about "));
   CHECK(contains(figure.caption, "something else: point (c by 0.0040(10))."));  // and not D
@@ -87,7 +87,7 @@ TEST_CASE("Without times the beads stand on the axis, and without shifts nothing
   std::vector<ErrorCurve> curves = three_curves();
   curves[0].shift_c = synthetic::unknown("nothing stands for the linear response");
   const double unknown = std::numeric_limits<double>::quiet_NaN();
-  const Figure figure = draw_error_against_time(curves, {16, 16, unknown}, run.path());
+  const Figure figure = plot_error_against_time(curves, {16, 16, unknown}, run.path());
   CHECK(contains(figure.caption, "times are not known"));
   CHECK(contains(figure.caption, "No shift from it exceeds three standard errors"));
   CHECK(contains(figure.caption, "the factors 400 for c and 100 for D"));  // as many beads for each sample
@@ -101,5 +101,5 @@ TEST_CASE("Errors against time without any curve are refused") {
   const TemporaryFolder run;
   std::vector<ErrorCurve> curves = three_curves();
   for (ErrorCurve& one : curves) one.points.clear();
-  CHECK_THROWS_AS(draw_error_against_time(curves, {1, 1, 1}, run.path()), InputError);
+  CHECK_THROWS_AS(plot_error_against_time(curves, {1, 1, 1}, run.path()), InputError);
 }

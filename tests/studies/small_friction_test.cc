@@ -94,7 +94,7 @@ TEST_CASE("Small friction shows saturation and the law that the deep piles follo
   std::vector<SmallFriction> measured;
   for (const double mu : {0.03, 0.05, 0.1}) measured.push_back(small_friction(mu));
   ScalingFit scaling = synthetic::power_law(2.0, 0.01, std::log(0.25 * tan30), {0.03, 0.1});
-  const Figure figure = draw_small_friction(analysis, measured, scaling, run.path());
+  const Figure figure = plot_small_friction(analysis, measured, scaling, run.path());
   CHECK(figure.redraw == "cd figures && gnuplot -d small-friction.gp");
   CHECK(contains(figure.caption, "exponent 2.000(10) fitted over μ = 0.03 to 0.1"));
   CHECK(contains(figure.caption, "32 columns, at least 4 times"));
@@ -108,6 +108,6 @@ TEST_CASE("Small friction shows saturation and the law that the deep piles follo
   CHECK(std::filesystem::exists(run.path() / "figures/small-friction-slowing-narrow-piles-inside-over-law.csv"));
   scaling = {};
   scaling.exponent = synthetic::unknown("only two points");
-  CHECK(contains(draw_small_friction(analysis, measured, scaling, run.path()).caption, "unknown: only two points"));
-  CHECK_THROWS_AS(draw_small_friction(synthetic::analysis(), {}, {}, run.path()), InputError);
+  CHECK(contains(plot_small_friction(analysis, measured, scaling, run.path()).caption, "unknown: only two points"));
+  CHECK_THROWS_AS(plot_small_friction(synthetic::analysis(), {}, {}, run.path()), InputError);
 }

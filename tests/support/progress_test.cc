@@ -65,7 +65,7 @@ TEST_CASE("a line said meanwhile does not land behind the running one") {
   Progress progress("samples", 2, ProgressStyle::terminal);
   std::this_thread::sleep_for(std::chrono::milliseconds(250));
   progress.advance();
-  say(ProgressStyle::terminal, "note");
+  log_line(ProgressStyle::terminal, "note");
   CHECK_THAT(capture.text(), Catch::EndsWith(" \rnote\n"));
   progress.finish();
 }
@@ -77,14 +77,14 @@ TEST_CASE("silence is silent") {
     progress.advance(10);
     progress.finish();
   }
-  say(ProgressStyle::silent, "nothing");
+  log_line(ProgressStyle::silent, "nothing");
   CHECK(capture.text().empty());
 }
 
 TEST_CASE("without a terminal, automatic is plain") {
   const StandardErrorCapture capture;
   { Progress("stage", 0, ProgressStyle::automatic).advance(3); }
-  say(ProgressStyle::automatic, "word");
+  log_line(ProgressStyle::automatic, "word");
   CHECK_THAT(capture.text(), Catch::StartsWith("stage: 3 in ") && Catch::EndsWith("\nword\n"));
 }
 

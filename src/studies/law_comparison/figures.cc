@@ -8,7 +8,7 @@
 
 #include "plot/axes.h"
 #include "plot/csv_table.h"
-#include "plot/figure_words.h"
+#include "plot/figure_captions.h"
 #include "plot/plot_script.h"
 #include "plot/series_style.h"
 #include "support/error.h"
@@ -98,23 +98,23 @@ Figure draw_laws(const std::vector<LawOnPiles>& laws, const std::filesystem::pat
         "friction");
   }
   plan.curves = static_cast<int>(curves.size()) + 1;  // the line at 1
-  Figure figure = draw_plot(plan,
-                            {{"curves", fmt::format("{}", fmt::join(curves, ", \\\n    "))},
-                             {"titles", fmt::format("{}", fmt::join(titles, ", \\\n    "))},
-                             {"layer_high", exact(layers.high + 1)},
-                             {"layer_ticks", linear_ticks(layers, 8)},
-                             {"low", exact(alphas.low - 0.02)},
-                             {"high", exact(alphas.high + 0.02)},
-                             {"ticks", linear_ticks(alphas, 6)}},
-                            run_folder);
-  set_words(figure, "studies/law_thrust.words",
-            {{"mu", caption_number(laws.front().spec.sampler.mu)},
-             {"mended", enumeration(mended)},
-             {"failed", enumeration(failed)}});
+  Figure figure = plot_figure(plan,
+                              {{"curves", fmt::format("{}", fmt::join(curves, ", \\\n    "))},
+                               {"titles", fmt::format("{}", fmt::join(titles, ", \\\n    "))},
+                               {"layer_high", exact(layers.high + 1)},
+                               {"layer_ticks", linear_ticks(layers, 8)},
+                               {"low", exact(alphas.low - 0.02)},
+                               {"high", exact(alphas.high + 0.02)},
+                               {"ticks", linear_ticks(alphas, 6)}},
+                              run_folder);
+  set_captions(figure, "studies/law_thrust.captions",
+               {{"mu", caption_number(laws.front().spec.sampler.mu)},
+                {"mended", enumeration(mended)},
+                {"failed", enumeration(failed)}});
   return figure;
 }
 
-Figure draw_law_cost(const std::vector<LawOnPiles>& costs, const std::filesystem::path& run_folder) {
+Figure plot_law_cost(const std::vector<LawOnPiles>& costs, const std::filesystem::path& run_folder) {
   std::map<std::pair<std::string, double>, std::vector<const LawOnPiles*>> curves_of;
   std::vector<std::string> incomplete;
   Range columns, draws;
@@ -162,25 +162,25 @@ Figure draw_law_cost(const std::vector<LawOnPiles>& costs, const std::filesystem
   }
   plan.curves = static_cast<int>(curves.size());
   const Range up = widened_by_factor(draws, 1.5);
-  Figure figure = draw_plot(plan,
-                            {{"curves", fmt::format("{}", fmt::join(curves, ", \\\n    "))},
-                             {"titles", fmt::format("{}", fmt::join(titles, ", \\\n    "))},
-                             {"left", exact(columns.low - 0.5)},
-                             {"right", exact(columns.high + 0.5)},
-                             {"column_ticks", linear_ticks(columns, 8)},
-                             {"low", exact(up.low)},
-                             {"high", exact(up.high)},
-                             {"ticks", log_ticks(up)}},
-                            run_folder);
+  Figure figure = plot_figure(plan,
+                              {{"curves", fmt::format("{}", fmt::join(curves, ", \\\n    "))},
+                               {"titles", fmt::format("{}", fmt::join(titles, ", \\\n    "))},
+                               {"left", exact(columns.low - 0.5)},
+                               {"right", exact(columns.high + 0.5)},
+                               {"column_ticks", linear_ticks(columns, 8)},
+                               {"low", exact(up.low)},
+                               {"high", exact(up.high)},
+                               {"ticks", log_ticks(up)}},
+                              run_folder);
   std::vector<std::string> of_each_law;
   of_each_law.reserve(growth.size());
   for (const auto& [law, numbers] : growth) of_each_law.push_back(fmt::format("{} {}", law, enumeration(numbers)));
-  set_words(figure, "studies/law_cost.words",
-            {{"growth", fmt::format("{}", fmt::join(of_each_law, "; "))},
-             {"piles", std::to_string(most->samples)},
-             {"smallest", size_in_words(*least)},
-             {"largest", size_in_words(*most)},
-             {"incomplete", enumeration(incomplete)}});
+  set_captions(figure, "studies/law_cost.captions",
+               {{"growth", fmt::format("{}", fmt::join(of_each_law, "; "))},
+                {"piles", std::to_string(most->samples)},
+                {"smallest", size_in_words(*least)},
+                {"largest", size_in_words(*most)},
+                {"incomplete", enumeration(incomplete)}});
   return figure;
 }
 

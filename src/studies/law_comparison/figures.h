@@ -13,6 +13,6 @@ Figure draw_laws(const std::vector<LawOnPiles>& laws, const std::filesystem::pat
 
 /// The figure: random numbers drawn per bead against the size of square piles, one curve for each law and friction, on
 /// a logarithmic axis on which exponential growth is straight. Throws InputError if no pile was completed.
-Figure draw_law_cost(const std::vector<LawOnPiles>& costs, const std::filesystem::path& run_folder);
+Figure plot_law_cost(const std::vector<LawOnPiles>& costs, const std::filesystem::path& run_folder);
 
 }  // namespace granuscope

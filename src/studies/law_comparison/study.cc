@@ -143,15 +143,15 @@ class LawComparisonStudy final : public CopiedStudy<LawComparisonStudy> {
     return {laws, responses, rules};
   }
 
-  std::vector<FigureDrawing> figures(const Analysis&) const override {
-    std::vector<FigureDrawing> drawings;
+  std::vector<FigurePlot> figures(const Analysis&) const override {
+    std::vector<FigurePlot> drawings;
     if (!measured_.on_piles.empty()) {
       drawings.emplace_back(
           [this](const std::filesystem::path& folder) { return draw_laws(measured_.on_piles, folder); });
     }
     if (!measured_.costs.empty()) {
       drawings.emplace_back(
-          [this](const std::filesystem::path& folder) { return draw_law_cost(measured_.costs, folder); });
+          [this](const std::filesystem::path& folder) { return plot_law_cost(measured_.costs, folder); });
     }
     return drawings;
   }

@@ -123,7 +123,7 @@ class NonlinearityStudy final : public CopiedStudy<NonlinearityStudy> {
     return {loads};
   }
 
-  std::vector<FigureDrawing> figures(const Analysis&) const override {
+  std::vector<FigurePlot> figures(const Analysis&) const override {
     if (measured_.responses.empty()) return {};
     return {[this](const std::filesystem::path& folder) { return draw_load_comparison(measured_, id(), folder); }};
   }

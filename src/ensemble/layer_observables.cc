@@ -1,0 +1,46 @@
+#include "ensemble/layer_observables.h"
+
+#include <numeric>
+
+namespace granuscope {
+
+LayerMoments LayerObservables::numbers_of(const PileGroup& group, int layer) {
+  LayerMoments numbers = group.moments_of(layer);
+  for (std::size_t k = 0; k < group.piles; ++k) {
+    const double total_load = std::accumulate(group.loads[k].begin(), group.loads[k].end(), 0.0);
+    numbers.thrust[k] = sqrt3 * numbers.thrust[k] / total_load;
+    numbers.variance[k] /= static_cast<double>(group.lattice.columns());
+  }
+  return numbers;
+}
+
+void LayerObservables::add(std::size_t l, double thrust, double variance) const {
+  thrust_.add(l, thrust);
+  variance_.add(l, variance);
+}
+
+void LayerObservables::add(const Pile& pile) const {
+  const std::span<const double> load = pile.load;
+  const std::optional<SamplingFailure> no_failure;
+  add(group_of(pile, load), {&no_failure, 1});
+}
+
+void LayerObservables::add(const PileGroup& group, Failures failures) const {
+  for (std::size_t l = 0; l < layers_.size(); ++l) {
+    const LayerMoments numbers = numbers_of(group, layers_[l]);
+    for (std::size_t k = 0; k < group.piles; ++k) {
+      if (!failures[k]) add(l, numbers.thrust[k], numbers.variance[k]);
+    }
+  }
+}
+
+void LayerObservables::add_mean(const PileGroup& one, const PileGroup& other, Failures failures) const {
+  for (std::size_t l = 0; l < layers_.size(); ++l) {
+    const LayerMoments a = numbers_of(one, layers_[l]), b = numbers_of(other, layers_[l]);
+    for (std::size_t k = 0; k < one.piles; ++k) {
+      if (!failures[k]) add(l, (a.thrust[k] + b.thrust[k]) / 2, (a.variance[k] + b.variance[k]) / 2);
+    }
+  }
+}
+
+}  // namespace granuscope

@@ -1,0 +1,37 @@
+#pragma once
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "ensemble/block_slice.h"
+#include "ensemble/estimator.h"
+#include "model/pile.h"
+#include "sampling/pile_group.h"
+
+namespace granuscope {
+
+/// What every estimator sums of its piles, layer by layer: "thrust", sqrt(3) sum(H_R - H_L) / sum(w) over the contacts
+/// leaving the layer, and "weight_variance", the mean over columns of (w - 1)^2.
+class LayerObservables {
+ public:
+  using Failures = std::span<const std::optional<SamplingFailure>>;
+
+  static std::vector<QuantityShape> quantities() { return {{"thrust", 1}, {"weight_variance", 1}}; }
+  LayerObservables(BlockSums& sums, int block)
+      : layers_(sums.layers), thrust_(sums, "thrust", block), variance_(sums, "weight_variance", block) {}
+  void add(const Pile& pile) const;
+  /// Those of the piles that did not fail; `failures` has an entry per pile.
+  void add(const PileGroup& group, Failures failures) const;
+  /// Of two groups whose piles make one sample each: the means of their numbers.
+  void add_mean(const PileGroup& one, const PileGroup& other, Failures failures) const;
+
+ private:
+  /// The moments of a layer, divided by what makes them the quantities.
+  static LayerMoments numbers_of(const PileGroup& group, int layer);
+  void add(std::size_t l, double thrust, double variance) const;
+
+  const std::vector<int>& layers_;
+  BlockSlice thrust_, variance_;
+};
+
+}  // namespace granuscope

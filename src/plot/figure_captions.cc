@@ -1,0 +1,95 @@
+#include "plot/figure_captions.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <sstream>
+#include <stdexcept>
+#include <string_view>
+
+#include "support/number_format.h"
+#include "support/template_file.h"
+
+namespace granuscope {
+
+namespace {
+
+constexpr std::string_view mu_equals = "μ = ";
+
+std::map<std::string, std::string> paragraphs_by_heading(const std::string& text) {
+  std::map<std::string, std::string> paragraphs;
+  std::string heading;
+  std::stringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    if (line.size() > 2 && line.front() == '[' && line.back() == ']') {
+      heading = line.substr(1, line.size() - 2);
+      continue;
+    }
+    std::stringstream words(line);
+    for (std::string word; words >> word;) {
+      std::string& paragraph = paragraphs[heading];
+      if (!paragraph.empty()) paragraph += ' ';
+      paragraph += word;
+    }
+  }
+  return paragraphs;
+}
+
+}  // namespace
+
+void set_captions(Figure& figure, const std::string& wording_template, const TemplateVariables& gaps) {
+  const auto paragraphs = paragraphs_by_heading(fill_template(template_file(wording_template), gaps));
+  const auto paragraph = [&](const std::string& heading) {
+    const auto found = paragraphs.find(heading);
+    if (found == paragraphs.end()) throw std::logic_error(wording_template + " lacks [" + heading + "]");
+    return found->second;
+  };
+  figure.title = paragraph("title");
+  figure.caption = paragraph("caption");
+  figure.alternative = paragraph("alternative");
+  figure.paper_says = paragraph("paper_says");
+}
+
+std::string enumeration(const std::vector<std::string>& items) {
+  std::string text;
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    if (i > 0) text += i + 1 == items.size() ? " and " : ", ";
+    text += items[i];
+  }
+  return text;
+}
+
+std::string with_reasons(const std::vector<LeftOut>& items) {
+  std::vector<std::pair<std::string, std::vector<std::string>>> groups;
+  for (const LeftOut& item : items) {
+    auto group =
+        std::find_if(groups.begin(), groups.end(), [&item](const auto& known) { return known.first == item.why; });
+    if (group == groups.end()) group = groups.insert(groups.end(), {item.why, {}});
+    const bool repeated = !group->second.empty() && group->second.front().starts_with(mu_equals);
+    group->second.push_back(repeated && item.what.starts_with(mu_equals) ? item.what.substr(mu_equals.size())
+                                                                         : item.what);
+  }
+  std::vector<std::string> texts;
+  texts.reserve(groups.size());
+  for (const auto& [why, whats] : groups) texts.push_back(fmt::format("{} ({})", enumeration(whats), why));
+  return enumeration(texts);
+}
+
+std::string count_in_words(std::size_t count) {
+  constexpr std::array words = {"no",    "one",   "two",  "three", "four",   "five",  "six",
+                                "seven", "eight", "nine", "ten",   "eleven", "twelve"};
+  return count < words.size() ? words[count] : std::to_string(count);
+}
+
+std::string points_in_words(std::size_t count) { return count_in_words(count) + (count == 1 ? " point" : " points"); }
+
+std::string caption_number(double value, int digits) {
+  std::string text = fmt::format("{:.{}g}", value, digits);
+  if (text.find('e') != std::string::npos) return significant(value, digits);
+  if (text.front() == '-') text.replace(0, 1, "−");
+  return text;
+}
+
+}  // namespace granuscope

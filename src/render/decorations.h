@@ -1,0 +1,36 @@
+#pragma once
+#include <vector>
+
+#include "render/colour_scale.h"
+#include "render/font.h"
+#include "render/image.h"
+#include "render/layout.h"
+#include "render/palette.h"
+
+namespace granuscope {
+
+/// Everything of a layout that is not the plot area: frame, ticks, labels, arrow, scale bar and colour scale. It is
+/// made once and drawn into as many bands of the picture as there are.
+class Decorations {
+ public:
+  Decorations(const Scene& scene, const Layout& layout, const Palette& palette, const ColourScale& scale,
+              const Font& font);
+
+  /// Draws what lies in these rows, the first of which is row `top` of the picture.
+  void draw(Image& rows, int top) const;
+
+ private:
+  /// Colours mixed in by the coverage of a mask, or wholly where there is none.
+  struct Piece {
+    Box box;
+    std::vector<std::uint8_t> coverage;
+    std::vector<Rgb> colours;  ///< one for all, or one for each column
+  };
+  void add(const CoverageMask& mask, int left, int top, std::vector<Rgb> colours);
+  void add_colour_scale(const Scene& scene, const Box& box, const ColourScale& scale, const Font& font);
+  void add_arrow(const Layout& layout, Rgb colour, const Font& font);
+
+  std::vector<Piece> pieces_;  ///< in the order they are drawn
+};
+
+}  // namespace granuscope

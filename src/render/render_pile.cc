@@ -1,0 +1,160 @@
+#include "render/render_pile.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <memory>
+
+#include "render/font.h"
+#include "render/gl_context.h"
+#include "render/painter.h"
+#include "render/pile_scene.h"
+#include "render/png_file.h"
+#include "render/vector_file.h"
+#include "render/window.h"
+#include "storage/pile_file.h"
+#include "support/error.h"
+#include "support/number_format.h"
+
+namespace granuscope {
+namespace {
+
+/// Seconds since the last call.
+class Lap {
+ public:
+  double operator()() {
+    const auto now = Clock::now();
+    const double seconds = std::chrono::duration<double>(now - before_).count();
+    before_ = now;
+    return seconds;
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  Clock::time_point before_ = Clock::now();
+};
+
+std::shared_ptr<PileLayers> in_memory(const Pile& pile) { return std::make_shared<LayersInMemory>(view_of(pile)); }
+
+SceneStatistics draw_layers(const std::shared_ptr<PileLayers>& pile, const std::shared_ptr<PileLayers>& minus,
+                            const SceneSpec& spec, const std::filesystem::path& image, const ImageMetadata& metadata) {
+  Lap lap;
+  double counted = 0;
+  const auto reading = [&] {  // since the last call
+    const double before = counted;
+    counted = pile->seconds_reading() + (minus ? minus->seconds_reading() : 0);
+    return counted - before;
+  };
+  const Scene scene = build_scene(pile, minus, spec);
+  const double to_build = reading(), building = lap();
+  SceneStatistics statistics = render_scene(scene, spec, image, metadata);
+  const double to_draw = reading();
+  statistics.seconds.read = to_build + to_draw;
+  statistics.seconds.build = building - to_build;
+  (statistics.seconds.draw > 0 ? statistics.seconds.draw : statistics.seconds.encode) -= to_draw;
+  return statistics;
+}
+
+}  // namespace
+
+void require_known_format(const std::filesystem::path& image) {
+  const std::filesystem::path ending = image.extension();
+  if (ending == ".png" || ending == ".svg" || ending == ".pdf") return;
+  throw InputError(fmt::format(
+      "'{}' ends neither in .png nor in .svg or .pdf, and no other format can be written; name a file ending so",
+      image.string()));
+}
+
+SceneStatistics render_scene(const Scene& scene, const SceneSpec& spec, const std::filesystem::path& image_path,
+                             const ImageMetadata& metadata) {
+  require_known_format(image_path);
+  SceneStatistics statistics;
+  statistics.backend = "none";
+  statistics.backend_reason = "nothing in the picture is larger than a pixel, so it needs no OpenGL";
+  statistics.renderer = "level of detail";
+  require_known_backend(spec.backend);
+  Lap lap;
+  if (image_path.extension() != ".png") {
+    ImageMetadata all = describe(scene);
+    all.insert(all.end(), metadata.begin(), metadata.end());
+    const auto [width, height] = write_vector(image_path, scene, spec, all);
+    statistics.backend_reason = "a vector picture has no pixels, so it needs no OpenGL";
+    statistics.renderer = "vector";
+    statistics.seconds.encode = lap();
+    statistics.counts = scene.counts;
+    statistics.counts.pixels = static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height);
+    return statistics;
+  }
+  const Picture picture(scene, spec);
+  std::unique_ptr<GlContext> context;
+  if (picture.has_use_for_gl() && (spec.backend == "none" || (spec.backend == "auto" && picture.is_small()))) {
+    statistics.renderer = "spans";
+    statistics.backend_reason = spec.backend == "none" ? "the processor was asked for by name"
+                                                       : "a picture so small is drawn before OpenGL would have started";
+  } else if (picture.has_use_for_gl()) {
+    context = make_gl_context(spec.backend);
+    statistics.backend = context->name();
+    statistics.backend_reason = context->reason();
+    statistics.renderer = context->renderer() + ", OpenGL " + context->version();
+  }
+  ImageMetadata all = describe(scene);
+  all.emplace_back("Renderer", fmt::format("{} ({}), {}", statistics.renderer, statistics.backend, typesetter()));
+  all.insert(all.end(), metadata.begin(), metadata.end());
+  PngWriter png(image_path, {picture.width(), picture.height(), picture.channels(), spec.dpi}, all);
+  // Rows are encoded while others are still to be drawn.
+  picture.paint(context.get(), {}, [&](const Image& rows, int) {
+    statistics.seconds.draw += lap();
+    png.add(rows);
+    statistics.seconds.encode += lap();
+  });
+  png.commit();
+  statistics.seconds.encode += lap();
+  statistics.counts = scene.counts;
+  statistics.counts.pixels = static_cast<std::uint64_t>(picture.width()) * static_cast<std::uint64_t>(picture.height());
+  return statistics;
+}
+
+SceneStatistics render_pile(const Pile& pile, const Pile* minus, const SceneSpec& spec,
+                            const std::filesystem::path& image, const ImageMetadata& metadata) {
+  return draw_layers(in_memory(pile), minus == nullptr ? nullptr : in_memory(*minus), spec, image, metadata);
+}
+
+SceneCounts count_elements(const Pile& pile, const Pile* minus, const SceneSpec& spec) {
+  return build_scene(in_memory(pile), minus == nullptr ? nullptr : in_memory(*minus), spec).counts;
+}
+
+SceneStatistics render_pile(const Pile& pile, const SceneSpec& spec, const std::filesystem::path& image,
+                            const ImageMetadata& metadata) {
+  return render_pile(pile, nullptr, spec, image, metadata);
+}
+
+SceneStatistics render_pile_file(const PictureFiles& files, const SceneSpec& spec, const ImageMetadata& metadata) {
+  require_known_format(files.image);
+  for (const std::filesystem::path& pile : {files.pile, files.minus}) {
+    std::error_code none;
+    if (pile.empty() || !std::filesystem::equivalent(pile, files.image, none) || none) continue;
+    throw InputError(fmt::format("'{}' is the pile to be drawn, which the picture would replace; name another image",
+                                 files.image.string()));
+  }
+  Lap lap;
+  const std::shared_ptr<PileLayers> layers =
+      open_pile_layers(files.pile, [&](const Lattice& lattice) { return range_needed(lattice, spec); });
+  const PileView& pile = layers->about();
+  std::shared_ptr<PileLayers> other;
+  if (!files.minus.empty()) {
+    other = open_pile_layers(files.minus, [&](const Lattice& lattice) {
+      const bool alike = lattice.columns() == pile.lattice.columns() && lattice.layers() == pile.lattice.layers();
+      return alike ? pile.range : PileRange{0, 1, 0, lattice.columns()};  // no pair, as will be said
+    });
+  }
+  const double opening = lap();
+  ImageMetadata all = metadata;
+  all.emplace_back("Description", fmt::format("pile of {} columns x {} layers, mu {}, law {}, seed {}, sample {}",
+                                              pile.lattice.columns(), pile.lattice.layers(), exact(pile.mu), pile.law,
+                                              pile.seed, pile.sample));
+  SceneStatistics statistics = draw_layers(layers, other, spec, files.image, all);
+  statistics.seconds.read += opening;
+  return statistics;
+}
+
+}  // namespace granuscope
