@@ -97,8 +97,8 @@ struct Transport {
   LineTest width_line;     ///< of W^2 = w_0 + D z
 
   double draws_per_bead = 0;
-  double mended_per_bead = 0;
-  double climbed_per_bead = 0;
+  double repaired_per_bead = 0;
+  double backtracked_per_bead = 0;
   double rounded_per_bead = 0;       ///< share put onto the end of a band that only rounding missed
   bool chained = false;              ///< the piles come from chains (law polytope) and depend on each other
   double burn_in = 0, thinning = 0;  ///< of the chains, sweeps

@@ -388,9 +388,9 @@ MeasuredTransport measure_transport(const MeasuredEnsemble& ensemble, const FitS
                                    : std::numeric_limits<double>::quiet_NaN();
   };
   t.draws_per_bead = per_bead(record.counts.uniforms);
-  t.mended_per_bead =
-      per_bead(record.counts.mended_by_pair + record.counts.mended_by_arc + record.counts.mended_by_ring);
-  t.climbed_per_bead = per_bead(record.counts.climbed);
+  t.repaired_per_bead =
+      per_bead(record.counts.repaired_by_pair + record.counts.repaired_by_arc + record.counts.repaired_by_ring);
+  t.backtracked_per_bead = per_bead(record.counts.backtracked);
   t.rounded_per_bead = per_bead(record.counts.rounded);
   if (const std::uint64_t chains = record.counts.chains; chains > 0) {
     t.chained = true;

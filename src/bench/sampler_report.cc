@@ -33,9 +33,9 @@ std::string sampler_bench_json(const SamplerBench& bench) {
     for (std::size_t p = 0; p < phases; ++p) {
       parts += fmt::format(R"(, "{}": {})", phase_names[p], c.ns_per_bead[p]);
     }
-    where.push_back(
-        fmt::format(R"(    {{"mu": {}, "columns": {}, "layers": {}{}, "pairs_per_bead": {}, "climbs_per_bead": {}}})",
-                    c.mu, c.lattice.columns, c.lattice.layers, parts, c.pairs_per_bead, c.climbs_per_bead));
+    where.push_back(fmt::format(
+        R"(    {{"mu": {}, "columns": {}, "layers": {}{}, "pairs_per_bead": {}, "backtracks_per_bead": {}}})", c.mu,
+        c.lattice.columns, c.lattice.layers, parts, c.pairs_per_bead, c.backtracks_per_bead));
   }
   for (const ThreadScaling& s : bench.scaling) {
     if (s.threads > 1) {
@@ -75,11 +75,11 @@ std::string sampler_bench_table(const SamplerBench& bench) {
   }
   text += fmt::format("\nwhere the time of batch goes, in nanoseconds per bead\n{:<14}{:>6}", "beads", "mu");
   for (const char* name : phase_names) text += fmt::format("{:>13}", name);
-  text += fmt::format("{:>13}{:>13}\n", "pairs/bead", "climbs/bead");
+  text += fmt::format("{:>13}{:>13}\n", "pairs/bead", "backtracks/bead");
   for (const PhaseCase& c : bench.phase_cases) {
     text += fmt::format("{:<14}{:>6g}", fmt::format("{} x {}", c.lattice.columns, c.lattice.layers), c.mu);
     for (const double part : c.ns_per_bead) text += fmt::format("{:>13.2f}", part);
-    text += fmt::format("{:>13.4f}{:>13.5f}\n", c.pairs_per_bead, c.climbs_per_bead);
+    text += fmt::format("{:>13.4f}{:>13.5f}\n", c.pairs_per_bead, c.backtracks_per_bead);
   }
   text += "\n";
   for (const ThreadScaling& s : bench.scaling) {

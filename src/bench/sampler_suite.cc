@@ -151,7 +151,7 @@ void time_engines(double mu, const LatticeSpec& lattice, double beads_per_case, 
     const auto per_bead = [&](std::uint64_t count) {
       return static_cast<double>(count) / static_cast<double>(counts.beads);
     };
-    PhaseCase where{mu, lattice, times.shares(), per_bead(counts.pairs), per_bead(counts.climbs)};
+    PhaseCase where{mu, lattice, times.shares(), per_bead(counts.pairs), per_bead(counts.backtracks)};
     for (double& part : where.ns_per_bead) part *= median(processor[e]);
     bench.phase_cases.push_back(where);
   }
@@ -252,7 +252,8 @@ void add_ratios(SamplerBench& bench, const SamplerBenchOptions& options) {
       const SamplerCase *const large = find(bench, mu, {1000, 1000}, engine), *const small =
                                                                                   find(bench, mu, {250, 250}, engine);
       if (large == nullptr || small == nullptr) continue;
-      // Deeper piles climb more often, and draw more numbers, under the law itself; no machine is to be blamed for it.
+      // Deeper piles backtrack more often, and draw more numbers, under the law itself; no machine is to be blamed for
+      // it.
       const std::string name = fmt::format("mu={:g} {} 1000x1000/250x250", mu, name_of(engine));
       bench.ratios.push_back({name + " per bead", large->ns_per_bead / small->ns_per_bead, std::nullopt});
       bench.ratios.push_back({name + " per draw", large->ns_per_draw() / small->ns_per_draw(), growth_with_size});

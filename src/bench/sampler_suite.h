@@ -14,7 +14,7 @@ namespace granuscope {
 
 /// What draws the piles.
 ///   scalar        Sampler::draw, one pile after the other, without any vectors of its own.
-///   beads         Sampler::draw: the first draws use vectors along the layer; what they leave unsolved is mended
+///   beads         Sampler::draw: the first draws use vectors along the layer; what they leave unsolved is repaired
 ///                 bead by bead, with numbers drawn eight at a time where several are needed.
 ///   batch         Sampler::draw_groups, eight or sixteen piles side by side, as ensembles are drawn. Includes the
 ///                 check of every pile's identities and measuring every third layer, as for an ensemble.
@@ -43,7 +43,7 @@ struct PhaseCase {
   double mu = 0;
   LatticeSpec lattice;
   std::array<double, phases> ns_per_bead{};
-  double pairs_per_bead = 0, climbs_per_bead = 0;
+  double pairs_per_bead = 0, backtracks_per_bead = 0;
 };
 
 /// The same work on every thread, against one thread.

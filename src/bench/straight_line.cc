@@ -5,7 +5,7 @@
 namespace granuscope {
 namespace {
 
-/// Errors of beads that are not mended grow with depth. Every so many layers the pile starts anew from the load, so
+/// Errors of beads that are not repaired grow with depth. Every so many layers the pile starts anew from the load, so
 /// that the numbers stay of the size that a solver works with.
 constexpr int layers_in_a_row = 16;
 

@@ -86,7 +86,7 @@ ExitCode run(const RunVerbOptions& given, VerbContext& context) {
     try {
       print_plan(experiment, plan_run(experiment, options), worker_count(options.threads), context.out);
     } catch (const Interrupted&) {
-      throw Interrupted("stopped on request before the time was foretold; nothing was written");
+      throw Interrupted("stopped on request before the time was estimated; nothing was written");
     }
     return ExitCode::done;
   }

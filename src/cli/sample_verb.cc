@@ -24,7 +24,7 @@ struct SampleOptions {
   std::string law = name_of(Law::granusolve);
   std::string load = name_of(Load::uniform);
   std::string layer_order = name_of(LayerOrder::random);
-  std::string mending_rules = name_of(MendingRules::all);
+  std::string repair_rules = name_of(RepairRules::all);
   int threads = 0;
   bool statistics = false;
   std::string file;
@@ -84,7 +84,7 @@ ExitCode sample(SampleOptions options, VerbContext& context) {
   spec.sampler.law = law_named(options.law);
   set_load(options, spec);
   spec.sampler.order = layer_order_named(options.layer_order);
-  spec.sampler.rules = mending_rules_named(options.mending_rules);
+  spec.sampler.rules = repair_rules_named(options.repair_rules);
   check_flags(spec);
   if (!options.statistics && options.file.empty()) {
     throw InputError(
@@ -168,8 +168,8 @@ void add_sample_verb(CLI::App& app, VerbContext& context) {
   verb->add_option("--layer-order", options->layer_order,
                    "granusolve: random, or fixed (breaks the mirror symmetry: for comparison only)")
       ->capture_default_str();
-  verb->add_option("--mending-rules", options->mending_rules,
-                   "granusolve: all, or no-pair, no-arcs, climb-only (other laws: for comparison only)")
+  verb->add_option("--repairing-rules", options->repair_rules,
+                   "granusolve: all, or no-pair, no-arcs, backtrack-only (other laws: for comparison only)")
       ->capture_default_str();
   verb->add_option("--threads", options->threads, "threads, 0 for all; never changes a number")
       ->capture_default_str()

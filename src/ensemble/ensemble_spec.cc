@@ -92,7 +92,7 @@ std::string configuration_text(const EnsembleSpec& spec) {
   add("effort", exact(sampler.effort));
   add("max_tries", sampler.max_tries);
   add("layer_order", name_of(sampler.order));
-  add("mending_rules", name_of(sampler.rules));
+  add("repair_rules", name_of(sampler.rules));
   add("lambda", exact(sampler.lambda));
   add("burn_in", sampler.burn_in);
   add("thinning", sampler.thinning);
@@ -139,7 +139,7 @@ std::string replay_command(const EnsembleSpec& spec, std::uint64_t sample) {
     if (spec.sampler.burn_in > 0) command += fmt::format(" --burn-in {}", spec.sampler.burn_in);
     if (spec.sampler.thinning > 0) command += fmt::format(" --thinning {}", spec.sampler.thinning);
   }
-  if (spec.sampler.rules != SamplerSpec{}.rules) command += " --mending-rules " + name_of(spec.sampler.rules);
+  if (spec.sampler.rules != SamplerSpec{}.rules) command += " --repairing-rules " + name_of(spec.sampler.rules);
   if (spec.sampler.order != SamplerSpec{}.order) command += " --layer-order " + name_of(spec.sampler.order);
   return command + fmt::format(" --seed {} --sample {} --out pile.h5", spec.sampler.seed, sample);
 }

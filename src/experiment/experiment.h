@@ -36,7 +36,7 @@ struct PictureSpec {
 
 /// The mean response of an ensemble over the plane, with the fitted rays and widths.
 struct ResponseFieldSpec {
-  bool draw = true;  ///< at the friction coefficient of figures.response_profiles
+  bool show = true;  ///< at the friction coefficient of figures.response_profiles
 };
 
 struct ReportSpec {

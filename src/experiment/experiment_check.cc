@@ -75,7 +75,7 @@ Problem find_law_problem(const Experiment& e, const char* whose, int columns, in
 Problem find_sampling_problem(const Experiment& e) {
   if (auto found = in_table("sampling", find_problem(e.sampling))) return found;
   if (auto found = find_law_problem(e, "[lattice]", e.lattice.columns, e.lattice.layers, e.mu.back())) return found;
-  if (!e.force_chains.draw) return {};
+  if (!e.force_chains.show) return {};
   return find_law_problem(e, "scenes.force_chains, some of them computed below the layers shown,",
                           e.force_chains.columns, e.force_chains.computed_layers(), e.force_chains.mu);
 }
@@ -111,7 +111,7 @@ Problem find_figure_problem(const Experiment& e) {
   if (std::find(e.mu.begin(), e.mu.end(), figures.profile_mu) == e.mu.end()) {
     return problem("figures.response_profiles.mu",
                    "{} is not one of friction.mu = [{}], so that there is no response "
-                   "to draw; choose one of them or set figures.response_profiles.draw = false",
+                   "to draw; choose one of them or set figures.response_profiles.show = false",
                    figures.profile_mu, fmt::join(e.mu, ", "));
   }
   if (figures.profile_layers.empty() || figures.profile_layers.size() > 8) {
@@ -151,7 +151,7 @@ Problem find_ring_problem(const Experiment& e) {
 
 Problem find_scene_problem(const Experiment& e) {
   const ForceChainSpec& chains = e.force_chains;
-  if (!chains.draw) return {};
+  if (!chains.show) return {};
   if (auto found = find_lattice_problem(
           "scenes.force_chains.columns", chains.columns, "scenes.force_chains.layers", chains.layers, 1,
           pile_memory(chains.columns, static_cast<double>(chains.layers) + bottom_margin))) {
@@ -159,7 +159,7 @@ Problem find_scene_problem(const Experiment& e) {
   }
   if (chains.friction && !(chains.mu > 0)) {
     return problem(
-        "scenes.friction.draw",
+        "scenes.friction.show",
         "without friction, as scenes.force_chains.mu = 0 says, there is none to be mobilised; write false, or "
         "a mu above 0");
   }
@@ -193,9 +193,9 @@ Problem find_picture_problem(const Experiment& e) {
                         "the name of a picture becomes that of a file; write up to 60 letters, digits, - "
                         "and _"};
     }
-    if (!e.force_chains.draw) {
+    if (!e.force_chains.show) {
       return KeyProblem{table,
-                        "there is no pile to draw it of, because scenes.force_chains.draw is false; write "
+                        "there is no pile to draw it of, because scenes.force_chains.show is false; write "
                         "true there, or leave this table out"};
     }
     try {

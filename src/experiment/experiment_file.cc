@@ -227,7 +227,7 @@ class Reader {
       if (key->table == table) siblings.push_back(key->name);
       // The right key in the wrong table. Where several tables have it, the one nearest to the top is the likeliest.
       const auto depth = [](const std::string& text) { return std::count(text.begin(), text.end(), '.'); };
-      if (key->name == name && key->name != "draw" && (!meant || depth(key_path) < depth(*meant))) meant = key_path;
+      if (key->name == name && key->name != "show" && (!meant || depth(key_path) < depth(*meant))) meant = key_path;
     }
     if (const auto sibling = nearest_name(name, siblings)) meant = table + "." + *sibling;
     if (!meant) meant = nearest_name(path, known);

@@ -12,6 +12,11 @@ namespace granuscope {
 
 namespace {
 
+/// Whether a figure or picture is made.
+Key show_key(const std::string& table, std::string meaning, bool& field) {
+  return make_key(table, "show", "", std::move(meaning), field).formerly_at(table + ".draw");
+}
+
 std::vector<Key> keys_of_main_line(Experiment& e) {
   const std::string lattice = "lattice";
   const std::string sampling = "sampling";
@@ -67,11 +72,11 @@ std::vector<Key> keys_of_main_line(Experiment& e) {
           sampling, "layer_order",
           "random start and direction in each layer, or fixed (breaks the mirror symmetry: for comparison only)",
           e.sampling.order, layer_order_named),
-      make_name_key(
-          sampling, "mending_rules",
-          "granusolve: all, or without some of the rules that mend a failing bead (no-pair, no-arcs, climb-only: other "
-          "laws, for comparison only)",
-          e.sampling.rules, mending_rules_named),
+      make_name_key(sampling, "repair_rules",
+                    "granusolve: all, or without some of the rules that repair a failing bead (no-pair, no-arcs, "
+                    "backtrack-only: other laws, for comparison only)",
+                    e.sampling.rules, repair_rules_named)
+          .formerly_at("sampling.mending_rules"),
 
       make_name_key(
           response, "estimator",
@@ -141,30 +146,30 @@ std::vector<Key> keys_of_main_line(Experiment& e) {
                KeyRange{.why = "three times it must stay below 20 % of the exponent 1/2, or nothing is left to decide"}
                    .within(0, 0.03)),
 
-      make_key(
-          "figures.bead_forces", "draw", "",
-          "draw one bead of the force-chain pile with its contacts and cones, at figures.response_profiles.mu (Fig. 1)",
+      show_key(
+          "figures.bead_forces",
+          "plot one bead of the force-chain pile with its contacts and cones, at figures.response_profiles.mu (Fig. 1)",
           e.figures.bead_forces),
-      make_key(profiles, "draw", "", "draw the response at a few layers with its fits (the paper's Fig. 2)",
+      show_key(profiles, "plot the response at a few layers with its fits (the paper's Fig. 2)",
                e.figures.response_profiles),
       make_key(profiles, "mu", "", "friction coefficient shown, one of friction.mu", e.figures.profile_mu),
       make_key(profiles, "layers", "layers", "layers shown", e.figures.profile_layers,
                KeyRange{.least = 0, .ascending = true}),
-      make_key("figures.transport_with_depth", "draw", "", "draw c and D against depth and against mu (Fig. 3)",
+      show_key("figures.transport_with_depth", "plot c and D against depth and against mu (Fig. 3)",
                e.figures.transport_with_depth),
-      make_key("figures.propagation_against_diffusion", "draw", "", "draw c against D (Fig. 4)",
+      show_key("figures.propagation_against_diffusion", "plot c against D (Fig. 4)",
                e.figures.propagation_against_diffusion),
-      make_key("figures.scaling_with_friction", "draw", "", "draw D and c0 - c against mu, from slopes and from ratios",
+      show_key("figures.scaling_with_friction", "plot D and c0 - c against mu, from slopes and from ratios",
                e.figures.scaling_with_friction),
-      make_key("figures.propagation_and_thrust", "draw", "",
-               "draw c beside the speed that follows from the thrust ratio", e.figures.propagation_and_thrust),
+      show_key("figures.propagation_and_thrust", "plot c beside the speed that follows from the thrust ratio",
+               e.figures.propagation_and_thrust),
   };
 }
 
 std::vector<Key> keys_of_scenes(Experiment& e) {
   const std::string chains = "scenes.force_chains";
   return {
-      make_key(chains, "draw", "", "draw the force chains of one pile (Fig. 1)", e.force_chains.draw),
+      show_key(chains, "render the force chains of one pile (Fig. 1)", e.force_chains.show),
       make_key(chains, "columns", "beads", "beads per layer of that pile, all shown", e.force_chains.columns,
                KeyRange{.least = fewest_columns}),
       make_key(chains, "layers", "layers", "layers shown; 20 more are computed below them", e.force_chains.layers,
@@ -182,18 +187,18 @@ std::vector<Key> keys_of_scenes(Experiment& e) {
                e.force_chains.scene.backend, KeyRange{.names = {"auto", "osmesa", "egl", "none"}}),
       make_key(chains, "skip_invisible", "", "leave out contacts that cannot change a pixel",
                e.force_chains.scene.skip_invisible),
-      make_key("scenes.weight", "draw", "", "draw the weights of the beads of scenes.force_chains, darker where larger",
+      show_key("scenes.weight", "render the weights of the beads of scenes.force_chains, darker where larger",
                e.force_chains.weight),
-      make_key("scenes.friction", "draw", "",
-               "draw how much of its friction each contact of scenes.force_chains mobilises, |T| / (mu N)",
+      show_key("scenes.friction",
+               "render how much of its friction each contact of scenes.force_chains mobilises, |T| / (mu N)",
                e.force_chains.friction),
-      make_key("scenes.response", "draw", "",
-               "draw how those weights change with the overload, every bead keeping its random number",
+      show_key("scenes.response",
+               "render how those weights change with the overload, every bead keeping its random number",
                e.force_chains.response),
-      make_key(
-          "scenes.response_field", "draw", "",
-          "draw the mean response over the plane, at figures.response_profiles.mu, with the fitted rays and widths",
-          e.response_field.draw),
+      show_key(
+          "scenes.response_field",
+          "render the mean response over the plane, at figures.response_profiles.mu, with the fitted rays and widths",
+          e.response_field.show),
 
       make_key("report", "pdf", "", "also write report.pdf, if WeasyPrint is installed", e.report.pdf),
   };

@@ -68,7 +68,7 @@ bool needs_pair(const Experiment& experiment) {
 }
 
 void require_backend(const ForceChainSpec& chains) {
-  if (chains.draw && chains.scene.backend != "none") make_gl_context(chains.scene.backend);
+  if (chains.show && chains.scene.backend != "none") make_gl_context(chains.scene.backend);
 }
 
 Pile pile_for_figures(const Experiment& experiment, double mu) {
@@ -112,7 +112,7 @@ class PilePictures {
   const Pile& pile() const { return pile_; }
 
   /// The pile under the uniform load, and beside it the same under the overload, every bead keeping its random number
-  /// unless a mend changes its split. Nothing if one of them could not be completed.
+  /// unless a repair changes its split. Nothing if one of them could not be completed.
   std::optional<std::pair<Pile, Pile>> pair() const {
     const auto sampler = make_sampler(spec_.sampler, pile_.lattice);
     EnsembleSpec uniform = spec_;

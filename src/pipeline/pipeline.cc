@@ -107,7 +107,7 @@ class Run {
       data_.other_laws_in_words.emplace_back(name_of(law), law_description(law));
     }
     data_.provenance = collect_provenance();
-    if (!needs(Stage::render) || !experiment_.force_chains.draw) {
+    if (!needs(Stage::render) || !experiment_.force_chains.show) {
       data_.skipped.emplace_back("No picture was asked for, so no GL context was made.");
     }
   }
@@ -163,7 +163,7 @@ class Run {
         measured.push_back(
             measure_transport(ensemble, experiment_.fit, experiment_.figures.profile_layers, options_.threads));
         measured.back().transport.precision = precision;
-        if (experiment_.response_field.draw && needs(Stage::render) &&
+        if (experiment_.response_field.show && needs(Stage::render) &&
             ensemble.spec.sampler.mu == experiment_.figures.profile_mu) {
           field_transport_ = measured.back().transport;
           field_ = response_field(ensemble, *field_transport_);
@@ -183,7 +183,7 @@ class Run {
   }
 
   void render() {
-    if (!experiment_.force_chains.draw) return;
+    if (!experiment_.force_chains.show) return;
     timed(data_.timings, "render", [&] {
       try_figure([&] {
         for (PictureOutcome& picture : render_pile_pictures(experiment_, options_.folder, data_.provenance)) {
@@ -259,11 +259,11 @@ class Run {
         // The paper's Fig. 1 has this one on the left, the force chains on the right.
         if (data_.figures.size() > 1) std::rotate(data_.figures.begin(), data_.figures.end() - 1, data_.figures.end());
       }
-      std::vector<FigurePlot> drawings = main_figures(experiment_, data_.analysis);
+      std::vector<FigurePlot> plots = main_figures(experiment_, data_.analysis);
       for (const auto& study : studies_) {
-        for (FigurePlot& drawing : study->figures(data_.analysis)) drawings.push_back(std::move(drawing));
+        for (FigurePlot& plot_one : study->figures(data_.analysis)) plots.push_back(std::move(plot_one));
       }
-      for (const FigurePlot& drawing : drawings) add_figure([&] { return drawing(options_.folder); });
+      for (const FigurePlot& plot_one : plots) add_figure([&] { return plot_one(options_.folder); });
     });
     note_version("gnuplot");
     log_line(options_.progress, "drew the plots");

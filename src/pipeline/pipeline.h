@@ -43,7 +43,7 @@ struct PlannedTime {
   bool at_least = false;  ///< it may also take much longer
 };
 
-/// Foretold from a trial of each ensemble on one core, and rules of thumb for what comes after it: takes seconds where
+/// Estimated from a trial of each ensemble on one core, and rules of thumb for what comes after it: takes seconds where
 /// chains or the laws of tiny piles are asked for, else much less. Stops with Interrupted if that is asked for.
 PlannedTime estimate_time(const std::vector<PlannedStep>& plan, int threads);
 

@@ -1,4 +1,4 @@
-// What a run would do, foretold without doing it.
+// What a run would do, estimated without doing it.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -105,7 +105,7 @@ std::vector<PlannedStep> plan_run(const Experiment& experiment, const RunOptions
     steps.back().parallel_seconds = fits;
     for (const auto& study : experiment.studies) steps.back().serial_seconds += study->seconds();
   }
-  if (needed.contains(Stage::render) && experiment.force_chains.draw) {
+  if (needed.contains(Stage::render) && experiment.force_chains.show) {
     steps.push_back({Stage::render, "force chains", false,
                      static_cast<std::uint64_t>(experiment.force_chains.columns) *
                          static_cast<std::uint64_t>(experiment.force_chains.computed_layers())});
@@ -122,7 +122,7 @@ std::vector<PlannedStep> plan_run(const Experiment& experiment, const RunOptions
     steps.push_back({Stage::plot, "figures", false, 0});
     steps.back().serial_seconds = seconds_for_figures;
     const double mu = experiment.figures.profile_mu;
-    const bool another = !experiment.force_chains.draw || mu != experiment.force_chains.mu;
+    const bool another = !experiment.force_chains.show || mu != experiment.force_chains.mu;
     if (experiment.figures.bead_forces && another) draw_one(steps.back(), pile_spec(experiment, mu));
   }
   if (needed.contains(Stage::report)) {

@@ -60,7 +60,7 @@ PrecisionOutcome SampleStage::reach_precision(PlannedEnsemble& planned, Measured
     const PrecisionLook look = look_at_precision(asked, measured, samples);
     outcome.reached = look.reached;
     outcome.reason = look.reason;
-    if (look.reached || look.hopeless) break;
+    if (look.reached || look.unattainable) break;
     if (!grow(planned, asked, std::move(ensemble.record), options_.folder)) {
       ensemble.record = read_ensemble(options_.folder / planned.file);
       outcome.reason = fmt::format(

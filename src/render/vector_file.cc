@@ -167,7 +167,7 @@ Path rectangle(double left, double top, double right, double bottom) {
 constexpr double overlap_px = 0.3;
 
 /// The elements, weak before strong, those of one level and width in one path.
-void draw_elements(const Scene& scene, const Layout& layout, const LevelTable& table, VectorPage& page) {
+void paint_elements(const Scene& scene, const Layout& layout, const LevelTable& table, VectorPage& page) {
   std::vector<Element> elements;
   scene.elements(scene.extent, [&](const Element& element) {
     if (table.visible[element.level]) elements.push_back(element);
@@ -203,7 +203,7 @@ void draw_elements(const Scene& scene, const Layout& layout, const LevelTable& t
   }
 }
 
-void draw_legend(const Scene& scene, const Box& box, const ColourScale& scale, VectorPage& page) {
+void paint_legend(const Scene& scene, const Box& box, const ColourScale& scale, VectorPage& page) {
   constexpr int slices = 128;
   const bool wedge = scene.glyph == Glyph::force_bar;
   for (int k = 0; k < slices; ++k) {
@@ -218,7 +218,7 @@ void draw_legend(const Scene& scene, const Box& box, const ColourScale& scale, V
   }
 }
 
-void draw_labels(const Layout& layout, const Font& font, Rgb ink, VectorPage& page) {
+void paint_labels(const Layout& layout, const Font& font, Rgb ink, VectorPage& page) {
   for (const Label& label : layout.labels) {
     Path path = font.outline(label.text);
     for (PathStep& step : path) {
@@ -257,9 +257,9 @@ std::array<int, 2> write_vector(const std::filesystem::path& path, const Scene& 
   }
   if (spec.background == Background::page) page->fill(rectangle(0, 0, layout.width, layout.height), scale.page());
   page->begin_clip(layout.plot);
-  draw_elements(scene, layout, table, *page);
+  paint_elements(scene, layout, table, *page);
   page->end_clip();
-  draw_legend(scene, layout.legend, scale, *page);
+  paint_legend(scene, layout.legend, scale, *page);
   for (const Rule& rule : layout.rules) {
     page->fill(rectangle(rule.box.left, rule.box.top, rule.box.right(), rule.box.bottom()),
                palette.colour(rule.colour));
@@ -272,7 +272,7 @@ std::array<int, 2> write_vector(const std::filesystem::path& path, const Scene& 
     arrow.push_back(close());
     page->fill(arrow, ink);
   }
-  draw_labels(layout, font, ink, *page);
+  paint_labels(layout, font, ink, *page);
   write_file(path, page->finish());
   return {layout.width, layout.height};
 }

@@ -26,7 +26,7 @@ ordered_json share(std::uint64_t part, std::uint64_t whole) {
 
 std::string sample_statistics_json(const SampleStatistics& statistics) {
   const SamplerCounts& counts = statistics.counts;
-  const std::uint64_t mended = counts.mended_by_pair + counts.mended_by_arc + counts.mended_by_ring;
+  const std::uint64_t repaired = counts.repaired_by_pair + counts.repaired_by_arc + counts.repaired_by_ring;
   ordered_json per_layer = ordered_json::array();
   for (const LayerStatistics& layer : statistics.per_layer) {
     per_layer.push_back({{"layer", layer.layer},
@@ -43,8 +43,8 @@ std::string sample_statistics_json(const SampleStatistics& statistics) {
                     {"samples", statistics.samples},
                     {"tries", counts.tries},
                     {"draws_per_bead", share(counts.uniforms, counts.beads)},
-                    {"mended_per_bead", share(mended, counts.beads)},
-                    {"climbed_per_bead", share(counts.climbed, counts.beads)},
+                    {"repaired_per_bead", share(repaired, counts.beads)},
+                    {"backtracked_per_bead", share(counts.backtracked, counts.beads)},
                     {"seconds", statistics.seconds}};
   if (counts.beads == 0) json["reason"] = "no pile was completed, so that there are no beads to count per";
   json["per_layer"] = per_layer;

@@ -127,8 +127,8 @@ Json to_json(const Transport& result) {
   json["largest_misfit"] = result.largest_misfit;
   json["depths"] = list_of(result.depths);
   json["sampler"]["draws_per_bead"] = finite_or_null(result.draws_per_bead);
-  json["sampler"]["mended_per_bead"] = finite_or_null(result.mended_per_bead);
-  json["sampler"]["climbed_per_bead"] = finite_or_null(result.climbed_per_bead);
+  json["sampler"]["repaired_per_bead"] = finite_or_null(result.repaired_per_bead);
+  json["sampler"]["backtracked_per_bead"] = finite_or_null(result.backtracked_per_bead);
   json["sampler"]["rounded_per_bead"] = finite_or_null(result.rounded_per_bead);
   if (result.chained) {
     json["sampler"]["effective_samples"] = to_json(result.effective_samples);

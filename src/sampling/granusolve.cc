@@ -16,7 +16,7 @@ GranusolveArrays GranusolveMemory::arrays(Pile& pile) {
   attempts_.resize(beads);
   unsolved_.resize(beads);
   rule_.resize(beads);
-  climbs_.resize(beads);
+  backtracks_.resize(beads);
   return {.V_R = pile.V_R.data(),
           .V_L = pile.V_L.data(),
           .H_R = pile.H_R.data(),
@@ -25,7 +25,7 @@ GranusolveArrays GranusolveMemory::arrays(Pile& pile) {
           .attempts = attempts_.data(),
           .unsolved = unsolved_.data(),
           .rule = rule_.data(),
-          .climbs = climbs_.data(),
+          .backtracks = backtracks_.data(),
           .first_uniform = first_uniform_.data(),
           .failing = failing_.data()};
 }
@@ -33,7 +33,7 @@ GranusolveArrays GranusolveMemory::arrays(Pile& pile) {
 std::array<std::uint64_t, granusolve_rules> GranusolveMemory::beads_by() const {
   std::array<std::uint64_t, granusolve_rules> beads_by{};
   for (std::size_t bead = 0; bead < rule_.size(); ++bead) {
-    ++beads_by[climbs_[bead] != 0 ? static_cast<std::size_t>(GranusolveRule::climb) : rule_[bead]];
+    ++beads_by[backtracks_[bead] != 0 ? static_cast<std::size_t>(GranusolveRule::backtrack) : rule_[bead]];
   }
   return beads_by;
 }
@@ -105,8 +105,8 @@ std::span<const PileGroup> GranusolveSampler::draw_groups(std::span<const std::u
       ++count;
     }
     parts.push_back({done, count, nullptr});
-    // Groups mend by the pair rule.
-    if (count < 2 || spec_.rules != MendingRules::all || !GranusolveGroup::fits(lattice_)) continue;
+    // Groups repair by the pair rule.
+    if (count < 2 || spec_.rules != RepairRules::all || !GranusolveGroup::fits(lattice_)) continue;
     if (together.size() == together_.size()) {
       together_.push_back(std::make_unique<GranusolveGroup>(spec_, lattice_, kept_layers_, *this));
     }

@@ -23,7 +23,7 @@ class GranusolveMemory {
  private:
   std::vector<double> H_, first_uniform_;
   std::vector<std::uint32_t> attempts_;
-  std::vector<std::uint8_t> unsolved_, rule_, climbs_;
+  std::vector<std::uint8_t> unsolved_, rule_, backtracks_;
   std::vector<std::uint64_t> failing_;
 };
 
@@ -36,10 +36,11 @@ class GranusolveMemory {
 ///  2. arc: if that set is empty, the same for the 4, 8, 16, ... parents around the bead, parents outside held. A
 ///     filter of intervals runs along the arc in the layer's direction, then back along it each parent is uniform on
 ///     what the filter and the parent before it leave. If the arc is infeasible even without the held neighbours,
-///     climb.
+///     backtrack.
 ///  3. ring: if the arc would meet itself, all parents of the layer: two rounds of tightening both ways, one parent
 ///     drawn, the others as an arc between its two sides.
-///  4. climb: the ancestors 2 + (climbs of this bead so far) layers up, and all their solved descendants, are unsolved
+///  4. backtrack: the ancestors 2 + (backtracks of this bead so far) layers up, and all their solved descendants, are
+///  unsolved
 ///     and solved again, topmost layer first; above the top layer the set widens sideways instead.
 ///
 /// Beads of the layer whose turn has not come yet restrict nothing.
@@ -48,10 +49,10 @@ class GranusolveMemory {
 /// it may keep its first number, and does.
 ///
 /// The effort counts a bead once when its layer is drawn, whatever changes above it before its turn has come, and then
-/// each time it is tried again after a climb, or solved again after a change of its parents.
+/// each time it is tried again after a backtrack, or solved again after a change of its parents.
 ///
-/// Solving again (draw_again), a bead draws another number than its own only where a mend changes its split, and at the
-/// top of a climb.
+/// Solving again (draw_again), a bead draws another number than its own only where a repair changes its split, and at
+/// the top of a backtrack.
 ///
 /// Where what stands: the state of a pile and its invariants in granusolve_state.h, the numbers beads draw in
 /// granusolve_draws.h, the rules in granusolve_rules.h, the order of it all in granusolve_solver.h, eight piles side by

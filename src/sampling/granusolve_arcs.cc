@@ -58,7 +58,7 @@ bool GranusolveRules::infeasible_alone(int layer, int bead) const {
                                            : intersection(a, {b.low + band.low, b.high + band.high}).empty();
 }
 
-GranusolveRules::ArcOutcome GranusolveRules::mend_by_arc(int layer, int bead, int parents) {
+GranusolveRules::ArcOutcome GranusolveRules::repair_by_arc(int layer, int bead, int parents) {
   const int step = state_.order(layer).direction;
   // The failed bead hangs below the arc's two middle parents.
   const int near = step > 0 ? state_.lattice().upper_left(layer, bead) : state_.lattice().upper_right(layer, bead);
@@ -94,10 +94,10 @@ GranusolveRules::ArcOutcome GranusolveRules::mend_by_arc(int layer, int bead, in
       point_at(filter_[static_cast<std::size_t>(last)], numbers_[static_cast<std::size_t>(last)]);
   draw_backwards(last, 0);
   set_splits(arc, bead, GranusolveRule::arc);
-  return ArcOutcome::mended;
+  return ArcOutcome::repaired;
 }
 
-bool GranusolveRules::mend_by_ring(int layer, int bead) {
+bool GranusolveRules::repair_by_ring(int layer, int bead) {
   const int columns = state_.lattice().columns();
   const int step = state_.order(layer).direction;
   // Pinned first is the parent that the layer's direction reaches first, so that the law keeps its mirror symmetry.

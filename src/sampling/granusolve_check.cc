@@ -45,11 +45,11 @@ void GranusolveState::check_row(int layer) const {
   for (int bead = 0; bead < lattice_.columns(); ++bead) {
     const std::size_t here = at(layer, bead);
     require(arrays_.unsolved[here] == 0, "it is unsolved, and not pending", layer, bead);
-    require(arrays_.rule[here] < static_cast<std::uint8_t>(GranusolveRule::climb), "it has no rule", layer, bead);
+    require(arrays_.rule[here] < static_cast<std::uint8_t>(GranusolveRule::backtrack), "it has no rule", layer, bead);
     require(arrays_.attempts[here] >= attempts_at_first_, "its attempts have begun anew", layer, bead);
     if (awaits_turn(layer, bead)) {
       const bool failing = bit_of(arrays_.failing, bead);
-      require(arrays_.attempts[here] == attempts_at_first_ && arrays_.climbs[here] == 0 &&
+      require(arrays_.attempts[here] == attempts_at_first_ && arrays_.backtracks[here] == 0 &&
                   arrays_.rule[here] == static_cast<std::uint8_t>(GranusolveRule::first_draw),
               "something was done for it before its turn", layer, bead);
       require(failing || arrays_.changed == nullptr || !bit_of(arrays_.changed, bead),

@@ -40,7 +40,7 @@ void GranusolveDraws::begin_layer(int layer) {
   std::fill_n(&arrays.attempts[here], columns, state_.attempts_at_first());
   std::fill_n(&arrays.unsolved[here], columns, std::uint8_t{0});
   std::fill_n(&arrays.rule[here], columns, static_cast<std::uint8_t>(GranusolveRule::first_draw));
-  std::fill_n(&arrays.climbs[here], columns, std::uint8_t{0});
+  std::fill_n(&arrays.backtracks[here], columns, std::uint8_t{0});
   draw_in_bulk(layer);
   find_failing(slack_.data(), slack_.size(), arrays.failing);
   if (first_ != nullptr) keep_splits(layer);
@@ -95,7 +95,7 @@ void GranusolveDraws::keep_splits(int layer) {
 
 inline double GranusolveDraws::choose_split(int layer, int bead, Outgoing out, Interval interval) {
   const std::size_t here = state_.at(layer, bead);
-  if (first_ != nullptr && state_.arrays().unsolved[here] != top_of_climb) {
+  if (first_ != nullptr && state_.arrays().unsolved[here] != top_of_backtrack) {
     return kept_split(*first_, here, first_numbers_[here], out, interval);
   }
   // At the front nobody has seen what came of the bead's first number.
@@ -134,7 +134,7 @@ void GranusolveDraws::renew_child(int layer, int bead) {
   }
   ++work_.solutions;
   if (!try_draw(layer, bead)) {
-    // Beyond the rounding allowance after all: it waits like a bead that a climb has unsolved.
+    // Beyond the rounding allowance after all: it waits like a bead that a backtrack has unsolved.
     state_.unsolve(layer, bead, 1);
   } else if (layer < state_.front()) {
     state_.unsolve(layer + 1, state_.lattice().lower_left(layer, bead), 2);

@@ -18,7 +18,7 @@ constexpr double most_memory = 2e9;  // bytes
 /// Of one pile: the weight of a kept bead; forces, H, attempts, state and rule of one in the window; what its solver
 /// holds for each column and each layer.
 constexpr double bytes_kept = 8, bytes_in_window = 39, bytes_of_column = 112, bytes_of_layer = 48;
-/// Layers of the window, a power of two. A climb of 29 layers takes 27 climbs of one bead before it.
+/// Layers of the window, a power of two. A backtrack of 29 layers takes 27 backtracks of one bead before it.
 constexpr int window = 32;
 
 /// Words of padding before the first bead's bits.
@@ -53,7 +53,7 @@ GranusolveGroup::GranusolveGroup(const SamplerSpec& spec, const Lattice& lattice
   attempts_ = aligned_array<std::uint32_t>(all);
   unsolved_ = aligned_array<std::uint8_t>(all);
   rule_ = aligned_array<std::uint8_t>(all);
-  climbs_ = aligned_array<std::uint8_t>(all);
+  backtracks_ = aligned_array<std::uint8_t>(all);
   if (kept) {
     for (std::size_t l = 0; l < kept->size(); ++l) kept_[static_cast<std::size_t>((*kept)[l])] = static_cast<int>(l);
     kept_weights_ = aligned_array<double>(kept->size() * layer);
@@ -80,7 +80,7 @@ GranusolveGroup::GranusolveGroup(const SamplerSpec& spec, const Lattice& lattice
                       .attempts = attempts_.get() + k,
                       .unsolved = unsolved_.get() + k,
                       .rule = rule_.get() + k,
-                      .climbs = climbs_.get() + k,
+                      .backtracks = backtracks_.get() + k,
                       .first_uniform = first_uniform_.get() + k,
                       .failing = failing_.get() + words_before,
                       .changed = changed_.get() + words_before,
@@ -110,7 +110,7 @@ void GranusolveGroup::prepare(std::uint64_t first_sample, std::span<const std::s
   front_.running = (1U << loads.size()) - 1;
   front_.keys = PhiloxKeys(spec_.seed);
   front_.columns = lattice_.columns();
-  front_.mended_rule = static_cast<std::uint8_t>(GranusolveRule::pair);
+  front_.repair_rule = static_cast<std::uint8_t>(GranusolveRule::pair);
   front_.first_uniform = first_uniform_.get();
   front_.failing = reinterpret_cast<std::uint8_t*>(failing_.get() + words_before);
   front_.changed = reinterpret_cast<std::uint8_t*>(changed_.get() + words_before);
@@ -138,7 +138,7 @@ void GranusolveGroup::draw(GranusolveGroup& a, GranusolveGroup& b) {
     a.begin_layer(layer);
     b.begin_layer(layer);
     while (!a.layer_is_solved() && !b.layer_is_solved()) {
-      mend_along(a.cone_, a.front_, b.front_);
+      repair_along(a.cone_, a.front_, b.front_);
       a.solve_singly();
       b.solve_singly();
     }
@@ -153,7 +153,7 @@ void GranusolveGroup::draw(GranusolveGroup& a, GranusolveGroup& b) {
 
 void GranusolveGroup::solve_rest_of_layer() {
   while (!layer_is_solved()) {
-    mend_along(cone_, front_);
+    repair_along(cone_, front_);
     solve_singly();
   }
 }
@@ -206,7 +206,7 @@ void GranusolveGroup::begin_layer(int layer) {
   const std::size_t here = lattice_.index(layer % window, 0) * group_lanes;
   std::memset(attempts_.get() + here, 0, columns * group_lanes * sizeof attempts_[0]);
   std::memset(unsolved_.get() + here, 0, columns * group_lanes);
-  std::memset(climbs_.get() + here, 0, columns * group_lanes);
+  std::memset(backtracks_.get() + here, 0, columns * group_lanes);
   std::memset(rule_.get() + here, static_cast<int>(GranusolveRule::first_draw), columns * group_lanes);
   const RandomKey::Order order = solvers_[0]->order(layer);
   front_.layer = layer;
@@ -264,9 +264,9 @@ void GranusolveGroup::finish_layer(int layer) {
   identities_.add_layer(forces(layer), forces(layer - 1), forces(layer - 2));
   const std::size_t columns = static_cast<std::size_t>(lattice_.columns());
   static_assert(granusolve_rules == last_rule + 1);
-  static_assert(static_cast<std::uint8_t>(GranusolveRule::climb) == last_rule);
+  static_assert(static_cast<std::uint8_t>(GranusolveRule::backtrack) == last_rule);
   const std::size_t in_window = lattice_.index(layer % window, 0) * group_lanes;
-  count_rules(rule_.get() + in_window, climbs_.get() + in_window, columns, beads_by_);
+  count_rules(rule_.get() + in_window, backtracks_.get() + in_window, columns, beads_by_);
   finished_ = layer + 1;
   const int place = kept_[static_cast<std::size_t>(layer)];
   if (place < 0) return;

@@ -13,31 +13,31 @@ namespace granuscope {
 
 /// Eight piles of the law granusolve side by side, one to a vector lane, in memory that interleaves them. They share
 /// the order in which the beads of a layer are solved (RandomKey::layer_order), so that a layer is drawn in bulk and
-/// its failing beads are mended by the pair rule in all piles at once (group_kernels.h). What that cannot settle (arcs,
-/// rings, climbs, rounding) is done for one pile by a GranusolveSolver that works on the same memory. The piles are
-/// those of GranusolveSampler::draw, bit for bit.
+/// its failing beads are repaired by the pair rule in all piles at once (group_kernels.h). What that cannot settle
+/// (arcs, rings, backtracks, rounding) is done for one pile by a GranusolveSolver that works on the same memory. The
+/// piles are those of GranusolveSampler::draw, bit for bit.
 ///
-/// Of the layers above the front only a window is held: a climb hardly ever reaches farther up, and the memory of whole
-/// piles does not fit the caches. A layer that leaves the window is checked, its rules are counted, and if it is to be
-/// kept, what is measured of it is. A pile whose climb would leave the window is lost, and drawn anew by itself; it is
-/// the same pile.
+/// Of the layers above the front only a window is held: a backtrack hardly ever reaches farther up, and the memory of
+/// whole piles does not fit the caches. A layer that leaves the window is checked, its rules are counted, and if it is
+/// to be kept, what is measured of it is. A pile whose backtrack would leave the window is lost, and drawn anew by
+/// itself; it is the same pile.
 ///
 /// Where the time goes: `granuscope bench sampler`. At mu = 0.3 two positions of three have a failing pile, 1.5 of the
-/// eight on average; pairs and the search take two thirds of all time. At mu = 0.1 a climb costs as much as seventy
-/// beads; deep piles climb half as often again as shallow ones. What did not help: a place of its own in the layer for
-/// each pile
-/// (gathers, or copies to and from eight lanes, cost more than the empty lanes); asking for memory ahead, of the next
-/// layer, of the rows of a climb, or of the layers that are checked; whole-vector instead of masked stores; drawing the
-/// bead ahead as it is within the mend, while the splits above it are at hand (too few registers: 4 to 8 % slower); a
-/// window of 16 layers; huge pages; in climbs: no data-dependent branches, the numbers of the next row
-/// found with those of this one (2 % slower), or those of a mend all at once (0), attempts gathered with vectors (3 %),
-/// few numbers without vectors, whole rows and their pairs in vectors, from memory and back (2 %); after a climb,
-/// giving the bead that set out back to the vectors of all piles; copying kept forces with vectors, or past the caches.
-/// What helped little: climbs of two or three layers drawn in registers from end to end gain 5 % at 0.1 for 500 lines;
-/// two groups in turn gain 8 % at mu = 0.15 and 0.3 and 13 % at 0.8; at 0.1 they gain 1 to 3 % in piles of up to 500
-/// columns and lose 2 % in 1000. Layers finished four or eight at a time, so that their memory is read once, gain 1 to
-/// 2 % at 0.1 and lose as much at 0.3 in piles of 1000 columns. Mends that tell hopeless beads from those that arcs may
-/// help gain 0.7 % at 0.1 and lose 1.5 % at 0.3; the solver of one pile tells them in little time.
+/// eight on average; pairs and the search take two thirds of all time. At mu = 0.1 a backtrack costs as much as seventy
+/// beads; deep piles backtrack half as often again as shallow ones. What did not help: a place of its own in the layer
+/// for each pile (gathers, or copies to and from eight lanes, cost more than the empty lanes); asking for memory ahead,
+/// of the next layer, of the rows of a backtrack, or of the layers that are checked; whole-vector instead of masked
+/// stores; drawing the bead ahead as it is within the repair, while the splits above it are at hand (too few registers:
+/// 4 to 8 % slower); a window of 16 layers; huge pages; in backtracks: no data-dependent branches, the numbers of the
+/// next row found with those of this one (2 % slower), or those of a repair all at once (0), attempts gathered with
+/// vectors (3 %), few numbers without vectors, whole rows and their pairs in vectors, from memory and back (2 %); after
+/// a backtrack, giving the bead that set out back to the vectors of all piles; copying kept forces with vectors, or
+/// past the caches. What helped little: backtracks of two or three layers drawn in registers from end to end gain 5 %
+/// at 0.1 for 500 lines; two groups in turn gain 8 % at mu = 0.15 and 0.3 and 13 % at 0.8; at 0.1 they gain 1 to 3 % in
+/// piles of up to 500 columns and lose 2 % in 1000. Layers finished four or eight at a time, so that their memory is
+/// read once, gain 1 to 2 % at 0.1 and lose as much at 0.3 in piles of 1000 columns. Repairs that tell infeasible beads
+/// from those that arcs may help gain 0.7 % at 0.1 and lose 1.5 % at 0.3; the solver of one pile tells them in little
+/// time.
 class GranusolveGroup {
  public:
   /// `kept`: the layers to be kept for whoever measures the piles, ascending; none: all forces of all layers. `alone`
@@ -57,7 +57,7 @@ class GranusolveGroup {
 
   /// Draws the piles last prepared.
   void draw();
-  /// Draws those of two groups, whose mends are done two at a time.
+  /// Draws those of two groups, whose repairs are done two at a time.
   static void draw(GranusolveGroup& a, GranusolveGroup& b);
 
   PileGroup piles() const;
@@ -90,7 +90,7 @@ class GranusolveGroup {
   // State of the layers in the window, [window, columns, 8]; a layer's place is its number modulo the window.
   AlignedArray<double> V_R_, V_L_, H_, H_R_;
   AlignedArray<std::uint32_t> attempts_;
-  AlignedArray<std::uint8_t> unsolved_, rule_, climbs_;
+  AlignedArray<std::uint8_t> unsolved_, rule_, backtracks_;
   bool keeps_forces_;
   std::vector<int> kept_;                                           ///< place of each layer among those kept, or -1
   AlignedArray<double> kept_weights_;                               ///< [kept layers, columns, 8]; or none, and instead
@@ -104,7 +104,7 @@ class GranusolveGroup {
   std::array<IdentityResiduals, group_lanes> residuals_{};
   RuleCounts beads_by_{};  ///< of the layers that have left the window
   GroupIdentities identities_;
-  unsigned evicted_ = 0;  ///< those a climb of which has left the window
+  unsigned evicted_ = 0;  ///< those a backtrack of which has left the window
   int finished_ = 0;      ///< layers above it are final
   Lattice lattice_;
 };

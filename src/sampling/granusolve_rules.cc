@@ -8,14 +8,14 @@
 namespace granuscope {
 namespace {
 
-constexpr int lowest_climb = 2;  // layers, of the first climb that sets out from a bead
+constexpr int lowest_backtrack = 2;  // layers, of the first backtrack that sets out from a bead
 
 }  // namespace
 
-GranusolveRules::GranusolveRules(MendingRules rules, GranusolveState& state, GranusolveDraws& draws,
+GranusolveRules::GranusolveRules(RepairRules rules, GranusolveState& state, GranusolveDraws& draws,
                                  GranusolveWork& work)
-    : pairs_(rules == MendingRules::all || rules == MendingRules::no_arcs),
-      arcs_(rules == MendingRules::all || rules == MendingRules::no_pair),
+    : pairs_(rules == RepairRules::all || rules == RepairRules::no_arcs),
+      arcs_(rules == RepairRules::all || rules == RepairRules::no_pair),
       state_(state),
       draws_(draws),
       work_(work),
@@ -26,16 +26,16 @@ GranusolveRules::GranusolveRules(MendingRules rules, GranusolveState& state, Gra
       numbers_(own_.size()) {}
 
 bool GranusolveRules::change_parents(int layer, int bead, bool no_pair) {
-  if (pairs_ && !no_pair && mend_by_pair(layer, bead)) return true;
+  if (pairs_ && !no_pair && repair_by_pair(layer, bead)) return true;
   if (!arcs_ || infeasible_alone(layer, bead)) return false;
   for (int parents = 4; parents < state_.lattice().columns(); parents *= 2) {
-    const ArcOutcome outcome = mend_by_arc(layer, bead, parents);
-    if (outcome != ArcOutcome::too_narrow) return outcome == ArcOutcome::mended;
+    const ArcOutcome outcome = repair_by_arc(layer, bead, parents);
+    if (outcome != ArcOutcome::too_narrow) return outcome == ArcOutcome::repaired;
   }
-  return mend_by_ring(layer, bead);
+  return repair_by_ring(layer, bead);
 }
 
-bool GranusolveRules::mend_by_pair(int layer, int bead) {
+bool GranusolveRules::repair_by_pair(int layer, int bead) {
   const Lattice& lattice = state_.lattice();
   const int A = lattice.upper_left(layer, bead), B = lattice.upper_right(layer, bead);
   Interval a = state_.interval_of(layer - 1, A), b = state_.interval_of(layer - 1, B);
@@ -69,16 +69,16 @@ bool GranusolveRules::mend_by_pair(int layer, int bead) {
   return true;
 }
 
-SolveResult GranusolveRules::climb(int layer, int bead) {
+SolveResult GranusolveRules::backtrack(int layer, int bead) {
   const Lattice& lattice = state_.lattice();
   const GranusolveArrays& arrays = state_.arrays();
-  ++work_.counts.climbs;
-  std::uint8_t& climbs = arrays.climbs[state_.at(layer, bead)];
-  const int height = lowest_climb + climbs, top = std::max(0, layer - height);
-  // Mends of the topmost unsolved layer change the one above it, and whoever keeps a window has read that one's
+  ++work_.counts.backtracks;
+  std::uint8_t& backtracks = arrays.backtracks[state_.at(layer, bead)];
+  const int height = lowest_backtrack + backtracks, top = std::max(0, layer - height);
+  // Repairs of the topmost unsolved layer change the one above it, and whoever keeps a window has read that one's
   // neighbours as final.
   if (state_.front() - top > arrays.window - 4) return SolveResult::beyond_window;
-  if (climbs < std::numeric_limits<std::uint8_t>::max()) ++climbs;
+  if (backtracks < std::numeric_limits<std::uint8_t>::max()) ++backtracks;
   const int sideways = height - (layer - top);
   int first = bead;
   for (int n = layer; n > top; --n) first = lattice.upper_left(n, first);
@@ -88,7 +88,7 @@ SolveResult GranusolveRules::climb(int layer, int bead) {
   state_.unsolve(top, leftmost, count);
   for (int k = 0, ancestor = leftmost; k < count; ++k, ancestor = lattice.next(ancestor)) {
     std::uint8_t& unsolved = arrays.unsolved[state_.at(top, ancestor)];
-    if (unsolved != 0) unsolved = top_of_climb;
+    if (unsolved != 0) unsolved = top_of_backtrack;
   }
   return SolveResult::unsolved_above;
 }

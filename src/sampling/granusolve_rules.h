@@ -13,28 +13,28 @@ enum class SolveResult : std::uint8_t {
   solved,
   unsolved_above,  ///< beads above have to be solved first, and then this tried again
   out_of_effort,
-  beyond_window  ///< a climb would have left the layers that are held: the pile must be solved by itself
+  beyond_window  ///< a backtrack would have left the layers that are held: the pile must be solved by itself
 };
 
 /// What granusolve (granusolve.h) does for a bead that has no solution as it is: it changes the splits of the bead's
-/// parents, so that it has one, or climbs. The rules pair, arc and ring change splits and renew the other children of
-/// the parents; the bead itself is then drawn by whoever called.
+/// parents, so that it has one, or backtracks. The rules pair, arc and ring change splits and renew the other children
+/// of the parents; the bead itself is then drawn by whoever called.
 class GranusolveRules {
  public:
-  GranusolveRules(MendingRules rules, GranusolveState& state, GranusolveDraws& draws, GranusolveWork& work);
+  GranusolveRules(RepairRules rules, GranusolveState& state, GranusolveDraws& draws, GranusolveWork& work);
 
   /// Tries the rules from the pair on (`no_pair`: it is known not to help); whether one of them helped.
   bool change_parents(int layer, int bead, bool no_pair);
   /// Unsolves what the bead hangs from: unsolved_above, or beyond_window with nothing changed.
-  SolveResult climb(int layer, int bead);
+  SolveResult backtrack(int layer, int bead);
 
  private:
-  enum class ArcOutcome : std::uint8_t { mended, too_narrow, infeasible };
+  enum class ArcOutcome : std::uint8_t { repaired, too_narrow, infeasible };
 
-  bool mend_by_pair(int layer, int bead);
+  bool repair_by_pair(int layer, int bead);
   bool infeasible_alone(int layer, int bead) const;
-  ArcOutcome mend_by_arc(int layer, int bead, int parents);
-  bool mend_by_ring(int layer, int bead);
+  ArcOutcome repair_by_arc(int layer, int bead, int parents);
+  bool repair_by_ring(int layer, int bead);
 
   int parent(const ParentArc& arc, int k) const { return parent_of(state_.lattice(), arc, k); }
   int child_after(const ParentArc& arc, int k) const;

@@ -53,10 +53,10 @@ void GranusolveSolver::begin_pile(std::uint64_t sample, std::span<const double> 
 void GranusolveSolver::count_pile(const std::array<std::uint64_t, granusolve_rules>& beads_by) {
   const auto by = [&](GranusolveRule rule) { return beads_by[static_cast<std::size_t>(rule)]; };
   work_.counts.beads += state_.lattice().beads();
-  work_.counts.mended_by_pair += by(GranusolveRule::pair);
-  work_.counts.mended_by_arc += by(GranusolveRule::arc);
-  work_.counts.mended_by_ring += by(GranusolveRule::ring);
-  work_.counts.climbed += by(GranusolveRule::climb);
+  work_.counts.repaired_by_pair += by(GranusolveRule::pair);
+  work_.counts.repaired_by_arc += by(GranusolveRule::arc);
+  work_.counts.repaired_by_ring += by(GranusolveRule::ring);
+  work_.counts.backtracked += by(GranusolveRule::backtrack);
 }
 
 void GranusolveSolver::count_bulk_draw() {
@@ -96,7 +96,7 @@ SolveResult GranusolveSolver::end_layer(int layer) {
 /// Solves the bead at the cursor, whatever it takes.
 SolveResult GranusolveSolver::solve_failing(int bead, bool no_pair) {
   const int front = state_.front();
-  SolveResult result = no_pair ? mend(front, bead, true) : solve_counted(front, bead);
+  SolveResult result = no_pair ? repair(front, bead, true) : solve_counted(front, bead);
   while (result == SolveResult::unsolved_above) {
     throw_if_interrupted();
     if (const SolveResult above = solve_pending(); above != SolveResult::solved) return above;
@@ -104,7 +104,7 @@ SolveResult GranusolveSolver::solve_failing(int bead, bool no_pair) {
   }
   if (result != SolveResult::solved) return result;
   state_.step_cursor();
-  // A child that rounding left unsolvable waits as pending even without a climb.
+  // A child that rounding left unsolvable waits as pending even without a backtrack.
   return state_.topmost_pending() > front ? SolveResult::solved : solve_pending();
 }
 
@@ -115,19 +115,19 @@ SolveResult GranusolveSolver::solve_bead(int layer, int bead) {
   return solve_counted(layer, bead);
 }
 
-/// Changes the splits above so that the bead has a solution, and draws it; or climbs.
-SolveResult GranusolveSolver::mend(int layer, int bead, bool no_pair) {
+/// Changes the splits above so that the bead has a solution, and draws it; or backtracks.
+SolveResult GranusolveSolver::repair(int layer, int bead, bool no_pair) {
   if (rules_.change_parents(layer, bead, no_pair)) {
     ++work_.solutions;
-    // After a change of parents the bead is solvable up to rounding; should rounding exceed its allowance, climb.
+    // After a change of parents the bead is solvable up to rounding; should rounding exceed its allowance, backtrack.
     if (draws_.try_draw(layer, bead)) return SolveResult::solved;
   }
-  return rules_.climb(layer, bead);
+  return rules_.backtrack(layer, bead);
 }
 
-// ---------------------------------------------------------------------------------------------- after a climb
+// ---------------------------------------------------------------------------------------------- after a backtrack
 
-/// Solves everything that a climb has unsolved, topmost layer first.
+/// Solves everything that a backtrack has unsolved, topmost layer first.
 SolveResult GranusolveSolver::solve_pending() {
   for (int layer = state_.topmost_pending(); layer <= state_.front();) {
     if (work_.exhausted()) return SolveResult::out_of_effort;

@@ -12,7 +12,7 @@
 namespace granuscope {
 
 /// Solves piles of the law granusolve (granusolve.h) bead by bead, in arrays that belong to somebody else: in which
-/// order, what a climb has unsolved first, and within the effort. A layer is either solved here as a whole, or by a
+/// order, what a backtrack has unsolved first, and within the effort. A layer is either solved here as a whole, or by a
 /// GranusolveGroup that asks for single beads.
 class GranusolveSolver {
  public:
@@ -27,12 +27,12 @@ class GranusolveSolver {
   /// Draws a layer in bulk and solves what fails: solved, out_of_effort or beyond_window.
   SolveResult solve_layer(int layer);
 
-  // -- for whoever draws layers of several piles in bulk, and mends pairs there
+  // -- for whoever draws layers of several piles in bulk, and repairs pairs there
   RandomKey::Order order(int layer) const { return state_.order(layer); }
   /// Solves the bead at this position of its layer, which becomes the front; `no_pair` says that it has no solution as
   /// it is, nor by the pair rule.
   SolveResult solve_at(int layer, int position, int bead, bool no_pair);
-  /// A layer has been drawn elsewhere, or so many beads of it mended by the pair rule.
+  /// A layer has been drawn elsewhere, or so many beads of it repaired by the pair rule.
   void count_bulk_draw();
   void count_pairs(std::uint64_t beads);
   /// Every bead of the layer has been solved.
@@ -49,11 +49,11 @@ class GranusolveSolver {
   SolveResult solve_bead(int layer, int bead);
   /// solve_bead without counting: a bead of the front layer whose turn has come was counted when the layer was drawn.
   SolveResult solve_counted(int layer, int bead) {
-    if (!draws_.try_draw(layer, bead)) return mend(layer, bead);
+    if (!draws_.try_draw(layer, bead)) return repair(layer, bead);
     state_.set_rule(state_.at(layer, bead), GranusolveRule::first_draw);
     return SolveResult::solved;
   }
-  SolveResult mend(int layer, int bead, bool no_pair = false);
+  SolveResult repair(int layer, int bead, bool no_pair = false);
   SolveResult solve_pending();
   SolveResult solve_row(int layer);
   SolveResult redraw_row(int layer);

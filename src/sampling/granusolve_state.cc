@@ -67,7 +67,7 @@ int GranusolveState::find_failing_between(int low, int high, int direction) cons
 int GranusolveState::next_failing() {
   const int columns = lattice_.columns(), here = cursor_bead_;
   if (cursor_ == columns) return -1;
-  if (bit_of(arrays_.failing, here)) return here;  // the neighbour of a bead just mended, mostly
+  if (bit_of(arrays_.failing, here)) return here;  // the neighbour of a bead just repaired, mostly
   const auto [first, direction] = order(front_);
   // From the cursor to the end of the row, and what lies beyond it up to the first bead of the order.
   const bool wrapped = direction > 0 ? here < first : here > first;
@@ -113,7 +113,7 @@ void GranusolveState::unsolve(int layer, int first, int count) {
       }
       std::uint8_t& state = unsolved[static_cast<std::size_t>(bead) * stride];
       some_solved |= state == 0;
-      state = std::max(state, below_climb);
+      state = std::max(state, below_backtrack);
     }
     if (!some_solved) return;
     pending_[static_cast<std::size_t>(layer)].include(first, count, lattice_.columns());

@@ -13,12 +13,12 @@
 namespace granuscope {
 
 /// Which rule gave a bead its value, for the counts.
-enum class GranusolveRule : std::uint8_t { first_draw, pair, arc, ring, climb };
+enum class GranusolveRule : std::uint8_t { first_draw, pair, arc, ring, backtrack };
 inline constexpr std::size_t granusolve_rules = 5;
 
-/// States of a bead that a climb has unsolved (0: it is solved). Those at the top of the climb draw new numbers in any
-/// case: the old ones led into a dead end.
-inline constexpr std::uint8_t below_climb = 1, top_of_climb = 2;
+/// States of a bead that a backtrack has unsolved (0: it is solved). Those at the top of the backtrack draw new numbers
+/// in any case: the old ones led into a dead end.
+inline constexpr std::uint8_t below_backtrack = 1, top_of_backtrack = 2;
 
 /// More layers than any lattice has, and a power of two.
 inline constexpr int every_layer = 1 << 30;
@@ -27,17 +27,17 @@ inline constexpr int every_layer = 1 << 30;
 /// stride-th entry belongs to this pile. Piles side by side share the arrays. They belong to somebody else.
 struct GranusolveArrays {
   double *V_R = nullptr, *V_L = nullptr, *H_R = nullptr;
-  double* H_L = nullptr;              ///< H - H_R; none if nobody reads it
-  double* H = nullptr;                ///< total horizontal force entering each bead
-  std::uint32_t* attempts = nullptr;  ///< attempts after the first
-  std::uint8_t* unsolved = nullptr;   ///< not 0 from a climb on until the bead is solved again
-  std::uint8_t* rule = nullptr;       ///< GranusolveRule, of those above climb
-  std::uint8_t* climbs = nullptr;     ///< that set out from the bead, at most 255; it then counts as climbed
-  double* first_uniform = nullptr;    ///< of the front layer
-  std::uint64_t* failing = nullptr;   ///< front layer, a bit for each bead: its bulk draw does not hold (any more)
-  std::uint64_t* changed = nullptr;   ///< and the parents have changed since; none if nobody reads it
-  std::size_t stride = 1, lane = 0;   ///< entry of bead i in a row: stride i, from an array that begins at the lane
-  int window = every_layer;           ///< layers held, a power of two: a layer's place is its number modulo this
+  double* H_L = nullptr;               ///< H - H_R; none if nobody reads it
+  double* H = nullptr;                 ///< total horizontal force entering each bead
+  std::uint32_t* attempts = nullptr;   ///< attempts after the first
+  std::uint8_t* unsolved = nullptr;    ///< not 0 from a backtrack on until the bead is solved again
+  std::uint8_t* rule = nullptr;        ///< GranusolveRule, of those above backtrack
+  std::uint8_t* backtracks = nullptr;  ///< that set out from the bead, at most 255; it then counts as backtracked
+  double* first_uniform = nullptr;     ///< of the front layer
+  std::uint64_t* failing = nullptr;    ///< front layer, a bit for each bead: its bulk draw does not hold (any more)
+  std::uint64_t* changed = nullptr;    ///< and the parents have changed since; none if nobody reads it
+  std::size_t stride = 1, lane = 0;    ///< entry of bead i in a row: stride i, from an array that begins at the lane
+  int window = every_layer;            ///< layers held, a power of two: a layer's place is its number modulo this
 };
 
 /// Neighbouring beads of a layer, from left to right.
@@ -48,8 +48,8 @@ struct BeadRun {
 };
 
 /// A pile of the law granusolve (granusolve.h) while it is solved: what is known of its beads, which layer is being
-/// solved (the front), how far its order has come (the cursor: a position, and the bead there), and what a climb has
-/// left to be solved again. Random numbers, counts and rules are not its business.
+/// solved (the front), how far its order has come (the cursor: a position, and the bead there), and what a backtrack
+/// has left to be solved again. Random numbers, counts and rules are not its business.
 ///
 /// Who may write what, and when. The layer is begun by whoever draws it in bulk (GranusolveDraws::begin_layer for a
 /// pile by itself, GranusolveGroup for eight); then only beads change that are solved singly: by the kernels of a group
@@ -80,11 +80,11 @@ struct BeadRun {
 ///                 twice.
 ///   rule          first_draw when a layer is begun, and whenever a bead is solved as it is; pair, arc or ring on the
 ///                 bead whose parents that rule has changed. Neighbours that draw again with it keep theirs.
-///   climbs        0 when a layer is begun; one more for each climb that sets out from the bead
-///   (GranusolveRules::climb). cursor        the beads before it are solved or pending; those from it on restrict
+///   backtracks        0 when a layer is begun; one more for each backtrack that sets out from the bead
+///   (GranusolveRules::backtrack). cursor        the beads before it are solved or pending; those from it on restrict
 ///   nothing. It only goes on.
 ///
-/// check() verifies this where a layer has been solved, and check_run() what a climb has had solved again.
+/// check() verifies this where a layer has been solved, and check_run() what a backtrack has had solved again.
 class GranusolveState {
  public:
   GranusolveState(double mu, const Lattice& lattice);

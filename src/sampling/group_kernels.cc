@@ -10,15 +10,15 @@
 #include <cstring>
 
 #include "model/lattice.h"
-#include "sampling/mend_arithmetic-inl.h"
 #include "sampling/philox-inl.h"
+#include "sampling/repair_arithmetic-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace granuscope {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// What a mend needs of a stream's memory: vectors of the piles from lane `k` on.
+/// What a repair needs of a stream's memory: vectors of the piles from lane `k` on.
 struct Stream {
   GroupFront& front;
   const GroupBead& at;
@@ -64,13 +64,13 @@ struct Stream {
 
 constexpr std::uint64_t every_byte = 0x0101010101010101U;
 
-/// Which piles of a stream were mended, and which were left over.
+/// Which piles of a stream were repaired, and which were left over.
 struct Outcome {
-  unsigned mended = 0, left_over = 0;
+  unsigned repaired = 0, left_over = 0;
   unsigned no_pair = 0;  ///< of those left over: the bead is out of its band, and no pair of splits brings it back
   /// Another one's, of the piles from lane k on.
   HWY_INLINE void add(const Outcome& other, std::size_t k) {
-    mended |= other.mended << k;
+    repaired |= other.repaired << k;
     left_over |= other.left_over << k;
     no_pair |= other.no_pair << k;
   }
@@ -136,7 +136,7 @@ HWY_INLINE Bead<V> part_of(const Bead<X>& bead, Part part) {
 }
 
 template <class Streams>
-HWY_INLINE void mend_streams(const FrictionCone& friction, const Streams& streams, Outcome* outcomes) {
+HWY_INLINE void repair_streams(const FrictionCone& friction, const Streams& streams, Outcome* outcomes) {
   using X = typename Streams::X;
   const ConeOf<X> cone(friction);
   const auto above = [&](double* GroupRow::*row, std::size_t GroupBead::*bead) {
@@ -164,10 +164,10 @@ HWY_INLINE void mend_streams(const FrictionCone& friction, const Streams& stream
   const auto out_of_band = both(active, room.out_of_band);
   const auto possible = both(out_of_band, both(room.some_pair, exists));
   const auto no_pair = only(room.some_pair, both(out_of_band, room.own_intervals));
-  const auto mended = only(either(self.unsolvable(), behind.unsolvable()), possible);
+  const auto repaired = only(either(self.unsolvable(), behind.unsolvable()), possible);
 
   streams.each([&](const Stream& s, auto part, std::size_t which) {
-    const M here = part(mended);
+    const M here = part(repaired);
     s.set_parent(s.at.A, part(pair.a), here);
     s.set_parent(s.at.B, part(pair.b), here);
     s.keep(part_of(self, part), here, s.at.bead);
@@ -218,7 +218,7 @@ HWY_INLINE bool skip_to_failing(GroupFront& front) {
   constexpr int at_once = 8;
   static_assert(at_once <= row_padding);
   const std::uint64_t running = front.running * every_byte;
-  // The bead ahead of one just mended, mostly. Its byte was just written, and would hold up the load of a whole word.
+  // The bead ahead of one just repaired, mostly. Its byte was just written, and would hold up the load of a whole word.
   if (front.position < front.columns && (front.failing[front.bead] & front.running) != 0) return true;
   while (front.position < front.columns) {
     // The beads up to the end of the row or of the layer's order, whichever comes first, eight at a time.
@@ -242,10 +242,10 @@ HWY_INLINE bool skip_to_failing(GroupFront& front) {
   return false;
 }
 
-/// Goes on to the next bead that has no solution as it is in some pile (`to_mend`), or that is left to the solvers of
+/// Goes on to the next bead that has no solution as it is in some pile (`to_repair`), or that is left to the solvers of
 /// single piles (`to_solve_singly`); false at the end of the layer.
 HWY_INLINE bool find_unsolved(const ConeOf<V>& cone, GroupFront& front) {
-  if ((front.to_mend | front.to_solve_singly) != 0) return true;
+  if ((front.to_repair | front.to_solve_singly) != 0) return true;
   for (; skip_to_failing(front); front.step()) {
     const unsigned failing = front.failing[front.bead] & front.running;
     if (front.at_an_end()) {
@@ -255,9 +255,9 @@ HWY_INLINE bool find_unsolved(const ConeOf<V>& cone, GroupFront& front) {
     }
     // A bead that had no solution when the layer was drawn has none now, unless its parents have changed since.
     const unsigned changed = failing & front.changed[front.bead];
-    front.to_mend = failing & ~changed;
-    if (changed != 0) front.to_mend |= draw_as_is(cone, front, surroundings(front), changed);
-    if (front.to_mend != 0) return true;
+    front.to_repair = failing & ~changed;
+    if (changed != 0) front.to_repair |= draw_as_is(cone, front, surroundings(front), changed);
+    if (front.to_repair != 0) return true;
   }
   return false;
 }
@@ -266,20 +266,20 @@ HWY_INLINE void lap(const GroupFront& front, Phase phase) {
   if (front.times != nullptr) front.times->end(phase);
 }
 
-/// What follows from a bead's mend, in all its piles: the rule is kept, and the neighbour ahead, whose turn has not
+/// What follows from a bead's repair, in all its piles: the rule is kept, and the neighbour ahead, whose turn has not
 /// come, forgets what was drawn for it.
 HWY_INLINE void note(GroupFront& front, const GroupBead& bead, const Outcome& outcome) {
-  front.failing[bead.ahead] = static_cast<std::uint8_t>(front.failing[bead.ahead] | outcome.mended);
-  front.changed[bead.ahead] = static_cast<std::uint8_t>(front.changed[bead.ahead] | outcome.mended);
-  // A byte of ones for each pile that was mended, without a branch for each.
+  front.failing[bead.ahead] = static_cast<std::uint8_t>(front.failing[bead.ahead] | outcome.repaired);
+  front.changed[bead.ahead] = static_cast<std::uint8_t>(front.changed[bead.ahead] | outcome.repaired);
+  // A byte of ones for each pile that was repaired, without a branch for each.
   constexpr std::uint64_t one_bit_a_byte = 0x8040201008040201U;
-  const std::uint64_t some_bit = outcome.mended * every_byte & one_bit_a_byte;
+  const std::uint64_t some_bit = outcome.repaired * every_byte & one_bit_a_byte;
   const std::uint64_t whole_bytes = (((some_bit + (every_byte * 0x7F)) | some_bit) >> 7 & every_byte) * 0xFF;
   std::uint64_t rules;
   std::memcpy(&rules, front.rule + bead.bead * group_lanes, sizeof rules);
-  rules = (rules & ~whole_bytes) | (whole_bytes & every_byte * front.mended_rule);
+  rules = (rules & ~whole_bytes) | (whole_bytes & every_byte * front.repair_rule);
   std::memcpy(front.rule + bead.bead * group_lanes, &rules, sizeof rules);
-  front.to_mend = 0;
+  front.to_repair = 0;
   front.to_solve_singly = outcome.left_over;
   front.no_pair = outcome.no_pair;
   if (front.to_solve_singly == 0) front.step();
@@ -292,13 +292,13 @@ void MendAlong(const FrictionCone& friction, GroupFront& front) {
     const GroupBead bead = surroundings(front);
     Outcome whole;
     for (std::size_t k = 0; k < group_lanes; k += hn::Lanes(d)) {
-      const Stream stream{front, bead, k, some_of(front.to_mend, k)};
+      const Stream stream{front, bead, k, some_of(front.to_repair, k)};
       if (stream.lanes == 0) continue;
       Outcome outcome;
       if (front.forward) {
-        mend_streams(friction, One<true>{stream}, &outcome);
+        repair_streams(friction, One<true>{stream}, &outcome);
       } else {
-        mend_streams(friction, One<false>{stream}, &outcome);
+        repair_streams(friction, One<false>{stream}, &outcome);
       }
       whole.add(outcome, k);
     }
@@ -317,17 +317,17 @@ void MendAlongBoth(const FrictionCone& friction, GroupFront& a, GroupFront& b) {
     const GroupBead bead_a = surroundings(a), bead_b = surroundings(b);
     Outcome whole[2];
     for (std::size_t k = 0; k < group_lanes; k += hn::Lanes(d)) {
-      const Stream first{a, bead_a, k, some_of(a.to_mend, k)}, second{b, bead_b, k, some_of(b.to_mend, k)};
+      const Stream first{a, bead_a, k, some_of(a.to_repair, k)}, second{b, bead_b, k, some_of(b.to_repair, k)};
       if ((first.lanes | second.lanes) == 0) continue;
       Outcome outcomes[2];
       if (a.forward && b.forward) {
-        mend_streams(friction, Two<true, true>{first, second}, outcomes);
+        repair_streams(friction, Two<true, true>{first, second}, outcomes);
       } else if (a.forward) {
-        mend_streams(friction, Two<true, false>{first, second}, outcomes);
+        repair_streams(friction, Two<true, false>{first, second}, outcomes);
       } else if (b.forward) {
-        mend_streams(friction, Two<false, true>{first, second}, outcomes);
+        repair_streams(friction, Two<false, true>{first, second}, outcomes);
       } else {
-        mend_streams(friction, Two<false, false>{first, second}, outcomes);
+        repair_streams(friction, Two<false, false>{first, second}, outcomes);
       }
       whole[0].add(outcomes[0], k);
       whole[1].add(outcomes[1], k);
@@ -388,17 +388,17 @@ void DrawLayer(const FrictionCone& friction, const double* half_load, GroupFront
 }
 
 /// The vectors of the row; returns how many entries they held. The piles take turns at the bytes.
-std::size_t CountRules(const std::uint8_t* HWY_RESTRICT rule, const std::uint8_t* HWY_RESTRICT climbs,
+std::size_t CountRules(const std::uint8_t* HWY_RESTRICT rule, const std::uint8_t* HWY_RESTRICT backtracks,
                        std::size_t entries, RuleCounts& counts) {
   const hn::CappedTag<std::uint8_t, 64> d_bytes;
   const std::size_t lanes = hn::Lanes(d_bytes), most_in_a_byte = 255;
-  const auto zero = hn::Zero(d_bytes), climb = hn::Set(d_bytes, last_rule);
+  const auto zero = hn::Zero(d_bytes), backtrack = hn::Set(d_bytes, last_rule);
   std::size_t done = 0;
   while (done + lanes <= entries) {
     auto by_1 = zero, by_2 = zero, by_3 = zero, by_4 = zero;
     for (std::size_t n = 0; n < most_in_a_byte && done + lanes <= entries; ++n, done += lanes) {
-      const auto climbed = hn::Ne(hn::LoadU(d_bytes, climbs + done), zero);
-      const auto by = hn::IfThenElse(climbed, climb, hn::LoadU(d_bytes, rule + done));
+      const auto backtracked = hn::Ne(hn::LoadU(d_bytes, backtracks + done), zero);
+      const auto by = hn::IfThenElse(backtracked, backtrack, hn::LoadU(d_bytes, rule + done));
       const auto add = [&](auto& sum, std::uint8_t which) {
         sum = hn::Sub(sum, hn::VecFromMask(d_bytes, hn::Eq(by, hn::Set(d_bytes, which))));
       };
@@ -433,9 +433,9 @@ HWY_EXPORT(MendAlongBoth);
 HWY_EXPORT(DrawLayer);
 HWY_EXPORT(CountRules);
 
-void mend_along(const FrictionCone& cone, GroupFront& front) { HWY_DYNAMIC_DISPATCH(MendAlong)(cone, front); }
+void repair_along(const FrictionCone& cone, GroupFront& front) { HWY_DYNAMIC_DISPATCH(MendAlong)(cone, front); }
 
-void mend_along(const FrictionCone& cone, GroupFront& a, GroupFront& b) {
+void repair_along(const FrictionCone& cone, GroupFront& a, GroupFront& b) {
   HWY_DYNAMIC_DISPATCH(MendAlongBoth)(cone, a, b);
 }
 
@@ -443,10 +443,10 @@ void draw_layer(const FrictionCone& cone, const double* half_load, GroupFront& f
   HWY_DYNAMIC_DISPATCH(DrawLayer)(cone, half_load, front);
 }
 
-void count_rules(const std::uint8_t* rule, const std::uint8_t* climbs, std::size_t beads, RuleCounts& counts) {
+void count_rules(const std::uint8_t* rule, const std::uint8_t* backtracks, std::size_t beads, RuleCounts& counts) {
   const std::size_t entries = beads * group_lanes;
-  for (std::size_t i = HWY_DYNAMIC_DISPATCH(CountRules)(rule, climbs, entries, counts); i < entries; ++i) {
-    ++counts[i % group_lanes][climbs[i] != 0 ? last_rule : rule[i]];
+  for (std::size_t i = HWY_DYNAMIC_DISPATCH(CountRules)(rule, backtracks, entries, counts); i < entries; ++i) {
+    ++counts[i % group_lanes][backtracks[i] != 0 ? last_rule : rule[i]];
   }
 }
 

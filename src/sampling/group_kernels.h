@@ -20,13 +20,13 @@ struct GroupRow {
 /// Bytes around a row of bits that are read with it.
 inline constexpr std::size_t row_padding = 8;
 
-/// The layer that is being solved, the one above it, and what its mends read and count.
+/// The layer that is being solved, the one above it, and what its repairs read and count.
 struct GroupFront {
   alignas(64) LaneWords sample{};
-  alignas(64) LaneWords pairs{};  ///< beads mended, counted for each pile
+  alignas(64) LaneWords pairs{};  ///< beads repaired, counted for each pile
   GroupRow above{}, here{};
   std::uint32_t* attempts = nullptr;  ///< after the first, of this layer
-  std::uint8_t* rule = nullptr;       ///< of this layer; set to mended_rule
+  std::uint8_t* rule = nullptr;       ///< of this layer; set to repair_rule
   double* first_uniform = nullptr;    ///< of this layer
   // A byte for each bead, a bit for each pile; row_padding bytes stand before and after them.
   std::uint8_t* failing = nullptr;  ///< what the bead was drawn with at first does not hold
@@ -36,11 +36,11 @@ struct GroupFront {
   int layer = 0, columns = 0;
   int position = 0, bead = 0;    ///< where the layer's order has come to; at position `columns` the layer is done
   unsigned running = 0;          ///< piles that have not failed, a bit for each
-  unsigned to_mend = 0;          ///< those that have no solution at this bead as it is
+  unsigned to_repair = 0;        ///< those that have no solution at this bead as it is
   unsigned to_solve_singly = 0;  ///< those that the pair rule cannot help there
   unsigned no_pair = 0;          ///< those of them that are known to have no solution as they are, nor by it
   bool forward = true;           ///< the layer's direction: the neighbour behind a bead is its left one
-  std::uint8_t mended_rule = 0;
+  std::uint8_t repair_rule = 0;
 
   /// The top layer and the ends of the order are left to the solvers of single piles.
   bool at_an_end() const { return layer == 0 || position == 0 || position == columns - 1; }
@@ -68,19 +68,20 @@ void draw_layer(const FrictionCone& cone, const double* half_load, GroupFront& f
 /// solution, else by the pair rule, in all piles at once. Returns at the end of the layer, or at a bead that some piles
 /// must settle by another rule (to_solve_singly), in which nothing is changed. Gives the bytes of GranusolveSampler, on
 /// every instruction set.
-void mend_along(const FrictionCone& cone, GroupFront& front);
+void repair_along(const FrictionCone& cone, GroupFront& front);
 
 /// The same in two groups at once, until one of them has something to settle or is at the end of its layer; what the
-/// other has found keeps for the next call. A mend is a long chain of operations that wait for each other; two chains
+/// other has found keeps for the next call. A repair is a long chain of operations that wait for each other; two chains
 /// that have nothing to do with each other take hardly longer than one.
-void mend_along(const FrictionCone& cone, GroupFront& a, GroupFront& b);
+void repair_along(const FrictionCone& cone, GroupFront& a, GroupFront& b);
 
 /// How many beads of each of eight piles were solved by each rule (GranusolveRule); those at their first
 /// number, rule 0, may be left out.
 inline constexpr std::uint8_t last_rule = 4;
 using RuleCounts = std::array<std::array<std::uint64_t, last_rule + 1>, group_lanes>;
 
-/// Adds a row of eight piles side by side to `counts`. A bead that has climbed counts for the last rule, climbing.
-void count_rules(const std::uint8_t* rule, const std::uint8_t* climbs, std::size_t beads, RuleCounts& counts);
+/// Adds a row of eight piles side by side to `counts`. A bead that has backtracked counts for the last rule,
+/// backtracking.
+void count_rules(const std::uint8_t* rule, const std::uint8_t* backtracks, std::size_t beads, RuleCounts& counts);
 
 }  // namespace granuscope

@@ -5,8 +5,8 @@
 #include <hwy/foreach_target.h>  // compiles this file once for each instruction set
 #include <hwy/highway.h>
 
-#include "sampling/mend_arithmetic-inl.h"
 #include "sampling/philox-inl.h"
+#include "sampling/repair_arithmetic-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace granuscope {

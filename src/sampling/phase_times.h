@@ -8,14 +8,14 @@ namespace granuscope {
 enum class Phase : std::uint8_t {
   first_draws,  ///< of whole layers
   search,       ///< for beads without solution, and beads that are solved as they are after all
-  pairs,        ///< mends by the pair rule, all piles at once
-  one_by_one,   ///< arcs, rings, climbs, the ends of a layer's order
+  pairs,        ///< repairs by the pair rule, all piles at once
+  one_by_one,   ///< arcs, rings, backtracks, the ends of a layer's order
   finishing     ///< identities, counts, what is kept of layers
 };
 inline constexpr std::size_t phases = 5;
 
 /// While one lives, piles drawn side by side in this thread note how long each phase takes. Reading the clock twice a
-/// mend slows them down, so that only the shares mean something.
+/// repair slows them down, so that only the shares mean something.
 class PhaseTimes {
  public:
   PhaseTimes();

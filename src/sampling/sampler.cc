@@ -140,7 +140,7 @@ std::span<const PileGroup> Sampler::draw_groups(std::span<const std::uint64_t> s
 std::size_t piles_at_once(const SamplerSpec& spec, const Lattice& lattice) {
   // Where few beads fail, two groups at once hide less waiting than they cost memory traffic in wide piles.
   constexpr double least_mu_for_two = 0.15;
-  if (spec.law != Law::granusolve || spec.rules != MendingRules::all || !(spec.mu > 0) ||
+  if (spec.law != Law::granusolve || spec.rules != RepairRules::all || !(spec.mu > 0) ||
       !GranusolveGroup::fits(lattice))
     return 1;
   return spec.mu >= least_mu_for_two ? 2 * group_lanes : group_lanes;

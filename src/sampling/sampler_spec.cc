@@ -17,10 +17,10 @@ constexpr Names<Law, all_laws.size()> law_names{{{Law::granusolve, "granusolve"}
                                                  {Law::rejection, "rejection"},
                                                  {Law::polytope, "polytope"}}};
 constexpr Names<LayerOrder, 2> order_names{{{LayerOrder::random, "random"}, {LayerOrder::fixed, "fixed"}}};
-constexpr Names<MendingRules, 4> rules_names{{{MendingRules::all, "all"},
-                                              {MendingRules::no_pair, "no-pair"},
-                                              {MendingRules::no_arcs, "no-arcs"},
-                                              {MendingRules::climb_only, "climb-only"}}};
+constexpr Names<RepairRules, 4> rules_names{{{RepairRules::all, "all"},
+                                             {RepairRules::no_pair, "no-pair"},
+                                             {RepairRules::no_arcs, "no-arcs"},
+                                             {RepairRules::backtrack_only, "backtrack-only"}}};
 
 template <typename Choice, std::size_t count>
 std::string name_in(const Names<Choice, count>& names, Choice choice) {
@@ -44,7 +44,7 @@ Choice named_in(const Names<Choice, count>& names, const std::string& wanted, co
 
 std::string name_of(Law law) { return name_in(law_names, law); }
 std::string name_of(LayerOrder order) { return name_in(order_names, order); }
-std::string name_of(MendingRules rules) { return name_in(rules_names, rules); }
+std::string name_of(RepairRules rules) { return name_in(rules_names, rules); }
 
 std::string names_of_laws() {
   std::string names;
@@ -62,8 +62,8 @@ LayerOrder layer_order_named(const std::string& name) {
   return named_in(order_names, name, "is no layer order", R"(write "random" or "fixed")");
 }
 
-MendingRules mending_rules_named(const std::string& name) {
-  return named_in(rules_names, name, "are no mending rules", R"(write "all", "no-pair", "no-arcs" or "climb-only")");
+RepairRules repair_rules_named(const std::string& name) {
+  return named_in(rules_names, name, "are no repair rules", R"(write "all", "no-pair", "no-arcs" or "backtrack-only")");
 }
 
 Problem find_problem(const SamplerSpec& spec) {
@@ -95,8 +95,8 @@ Problem find_problem(const SamplerSpec& spec) {
                    name_of(spec.law));
   }
   if (spec.law != Law::granusolve && spec.rules != usual.rules) {
-    return problem("mending_rules",
-                   "the mending rules {} belong to the law granusolve and would change nothing under {}; leave "
+    return problem("repair_rules",
+                   "the repair rules {} belong to the law granusolve and would change nothing under {}; leave "
                    "them out, or choose that law",
                    name_of(spec.rules), name_of(spec.law));
   }

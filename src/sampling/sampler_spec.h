@@ -31,13 +31,13 @@ enum class LayerOrder {
   fixed,   ///< always from bead 0 rightwards: breaks mirror symmetry, kept to show that the tests would see it
 };
 
-/// Which of its rules granusolve mends a failing bead by; climbs are always left to it. Anything but `all` is another
-/// law, kept to show what each rule contributes.
-enum class MendingRules {
-  all,         ///< pair, arcs and ring
-  no_pair,     ///< arcs of four parents and more, and the ring
-  no_arcs,     ///< the pair alone
-  climb_only,  ///< neither: the beads above draw blindly again
+/// Which of its rules granusolve repairs a failing bead by; backtracks are always left to it. Anything but `all` is
+/// another law, kept to show what each rule contributes.
+enum class RepairRules {
+  all,             ///< pair, arcs and ring
+  no_pair,         ///< arcs of four parents and more, and the ring
+  no_arcs,         ///< the pair alone
+  backtrack_only,  ///< neither: the beads above draw blindly again
 };
 
 struct SamplerSpec {
@@ -47,7 +47,7 @@ struct SamplerSpec {
   double effort = 200;  ///< granusolve, eloy-clement: a pile fails by name after this many bead solutions per bead
   std::uint64_t max_tries = 1'000'000;  ///< rejection: a pile fails by name after this many tries
   LayerOrder order = LayerOrder::random;
-  MendingRules rules = MendingRules::all;  ///< granusolve
+  RepairRules rules = RepairRules::all;  ///< granusolve
   double lambda = 1;           ///< polytope: the density is the product of length^-lambda over all beads, 0 to 1
   std::uint64_t burn_in = 0;   ///< polytope: sweeps before the first of eight piles; 0: from the autocorrelation
   std::uint64_t thinning = 0;  ///< polytope: sweeps from one of them to the next; 0: from the autocorrelation
@@ -70,10 +70,10 @@ std::string name_of(LayerOrder order);
 /// Throws InputError naming both.
 LayerOrder layer_order_named(const std::string& name);
 
-/// "all", "no-pair", "no-arcs", "climb-only".
-std::string name_of(MendingRules rules);
+/// "all", "no-pair", "no-arcs", "backtrack-only".
+std::string name_of(RepairRules rules);
 /// Throws InputError naming the known ones.
-MendingRules mending_rules_named(const std::string& name);
+RepairRules repair_rules_named(const std::string& name);
 
 /// Changes whenever the same key gives another pile; part of every ensemble's configuration.
 inline constexpr const char* sampling_version = "6";

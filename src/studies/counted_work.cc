@@ -72,8 +72,8 @@ CountedWork counted_work(const MeasuredEnsemble& ensemble) {
   work.samples = std::accumulate(completed.begin(), completed.end(), std::uint64_t{0});
   work.failed = ensemble.record.failed.size();
   work.draws_per_bead = per_bead(counts.uniforms);
-  work.mended_per_bead = per_bead(counts.mended_by_pair + counts.mended_by_arc + counts.mended_by_ring);
-  work.climbed_per_bead = per_bead(counts.climbed);
+  work.repaired_per_bead = per_bead(counts.repaired_by_pair + counts.repaired_by_arc + counts.repaired_by_ring);
+  work.backtracked_per_bead = per_bead(counts.backtracked);
   return work;
 }
 
@@ -183,11 +183,12 @@ Figure plot_counted_work(const std::vector<CountedWork>& work, const std::filesy
   double worst = 1;
   std::size_t index = 0;
   for (const auto& [mu, sizes] : by_mu) {
-    CsvTable table({"beads", "columns", "layers", "piles", "draws_per_bead", "mended_per_bead", "climbed_per_bead"});
+    CsvTable table(
+        {"beads", "columns", "layers", "piles", "draws_per_bead", "repaired_per_bead", "backtracked_per_bead"});
     for (const CountedWork* one : sizes) {
       table.add_row({beads_of(*one), static_cast<double>(one->spec.lattice.columns),
                      static_cast<double>(one->spec.lattice.layers), static_cast<double>(one->samples),
-                     one->draws_per_bead, one->mended_per_bead, one->climbed_per_bead});
+                     one->draws_per_bead, one->repaired_per_bead, one->backtracked_per_bead});
     }
     const std::string file = fmt::format("{}-mu-{}.csv", figure_id, exact(mu));
     plan.data[file] = table.text();
@@ -227,8 +228,8 @@ Json to_json(const CountedWork& work) {
                {"samples", work.samples},
                {"failed", work.failed},
                {"draws_per_bead", finite_or_null(work.draws_per_bead)},
-               {"mended_per_bead", finite_or_null(work.mended_per_bead)},
-               {"climbed_per_bead", finite_or_null(work.climbed_per_bead)}};
+               {"repaired_per_bead", finite_or_null(work.repaired_per_bead)},
+               {"backtracked_per_bead", finite_or_null(work.backtracked_per_bead)}};
   if (json["draws_per_bead"].is_null()) json["reason"] = "no pile was completed";
   return json;
 }

@@ -15,8 +15,8 @@ struct CountedWork {
   std::uint64_t samples = 0;  ///< piles that were completed
   std::uint64_t failed = 0;   ///< piles that were not
   double draws_per_bead = 0;  ///< uniform numbers per bead, abandoned tries included
-  double mended_per_bead = 0;
-  double climbed_per_bead = 0;
+  double repaired_per_bead = 0;
+  double backtracked_per_bead = 0;
 };
 
 /// What it took to draw an ensemble, from its counts.

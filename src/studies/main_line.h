@@ -16,7 +16,7 @@ namespace granuscope {
 
 /// The rendered force network of one named pile (the paper's Fig. 1, right): never a chosen sample.
 struct ForceChainSpec {
-  bool draw = true;
+  bool show = true;
   int columns = 70;  ///< of the pile, periodic; all are shown
   int layers = 60;   ///< shown; bottom_margin more are computed, so that the shown ones follow the bulk law
   double mu = 0.1;

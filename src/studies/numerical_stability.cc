@@ -131,7 +131,7 @@ std::vector<StabilityTrial> run_stability_trials(const StabilitySpec& spec, std:
   return trials;
 }
 
-Figure draw_stability(const std::vector<StabilityTrial>& trials, const std::filesystem::path& run_folder) {
+Figure plot_stability(const std::vector<StabilityTrial>& trials, const std::filesystem::path& run_folder) {
   PlotPlan plan;
   plan.id = figure_id;
   plan.script = "studies/numerical_stability";
@@ -260,7 +260,7 @@ class NumericalStabilityStudy final : public CopiedStudy<NumericalStabilityStudy
 
   std::vector<FigurePlot> figures(const Analysis&) const override {
     if (trials_.empty()) return {};
-    return {[this](const std::filesystem::path& folder) { return draw_stability(trials_, folder); }};
+    return {[this](const std::filesystem::path& folder) { return plot_stability(trials_, folder); }};
   }
 
  private:

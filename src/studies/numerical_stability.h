@@ -46,7 +46,7 @@ std::vector<double> stability_friction();
 std::vector<StabilityTrial> run_stability_trials(const StabilitySpec& spec, std::uint64_t seed);
 
 /// The figure: worst residual against depth in the deep piles. Throws InputError where none of them was solved.
-Figure draw_stability(const std::vector<StabilityTrial>& trials, const std::filesystem::path& run_folder);
+Figure plot_stability(const std::vector<StabilityTrial>& trials, const std::filesystem::path& run_folder);
 
 /// Piles that strain the sampler; `measured`: what they were found to do, if that is known already.
 std::unique_ptr<Study> numerical_stability_study(std::vector<StabilityTrial> measured = {});

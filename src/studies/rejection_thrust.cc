@@ -15,10 +15,10 @@
 
 namespace granuscope {
 
-std::vector<ExactThrustSize> exact_thrust_sizes(double mu) {
+std::vector<RejectionThrustSize> rejection_thrust_sizes(double mu) {
   constexpr double beads_times_mu = 25.2, margin_times_mu = 1.2;
   constexpr int deepest = 400, widest_margin = deepest / 4;
-  std::vector<ExactThrustSize> sizes;
+  std::vector<RejectionThrustSize> sizes;
   const int margin = static_cast<int>(std::min(std::round(margin_times_mu / mu), 1.0 * widest_margin));
   for (const int columns : {4, 6, 8}) {
     const double layers = std::max(beads_times_mu / mu / columns, 2.0 * margin + 2);
@@ -27,11 +27,11 @@ std::vector<ExactThrustSize> exact_thrust_sizes(double mu) {
   return sizes;
 }
 
-ExactThrust measure_exact_thrust(const MeasuredEnsemble& ensemble, int margin) {
+RejectionThrust measure_rejection_thrust(const MeasuredEnsemble& ensemble, int margin) {
   const auto& [spec, record] = ensemble;
   const BlockSums& sums = record.sums;
   const double mu = spec.sampler.mu;
-  ExactThrust result;
+  RejectionThrust result;
   result.spec = spec;
   result.samples = std::accumulate(sums.count.begin(), sums.count.end(), std::uint64_t{0});
   result.failed = record.failed.size();
@@ -63,7 +63,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json to_json(const ExactThrust& one) {
+Json to_json(const RejectionThrust& one) {
   return {{"law", "rejection"},
           {"mu", one.spec.sampler.mu},
           {"columns", one.spec.lattice.columns},
@@ -78,7 +78,7 @@ Json to_json(const ExactThrust& one) {
 }
 
 /// To five standard errors: whether alpha is below 1, and moves over the bulk by less than its distance from 1.
-bool settles_below_one(const ExactThrust& one) {
+bool settles_below_one(const RejectionThrust& one) {
   constexpr double sure = 5;
   if (!one.alpha.known() || !one.change_with_depth.known()) return false;
   const double distance = 1 - one.alpha.value;
@@ -88,7 +88,7 @@ bool settles_below_one(const ExactThrust& one) {
 
 class RejectionThrustStudy final : public CopiedStudy<RejectionThrustStudy> {
  public:
-  explicit RejectionThrustStudy(std::vector<ExactThrust> measured) : measured_(std::move(measured)) {}
+  explicit RejectionThrustStudy(std::vector<RejectionThrust> measured) : measured_(std::move(measured)) {}
   std::string id() const override { return "rejection_thrust"; }
 
   std::vector<Key> keys() override {
@@ -115,7 +115,7 @@ class RejectionThrustStudy final : public CopiedStudy<RejectionThrustStudy> {
   std::vector<StudyEnsemble> ensembles(const MainLine& main) const override {
     std::vector<StudyEnsemble> all;
     for (const double mu : mu_) {
-      for (const auto& [lattice, margin] : exact_thrust_sizes(mu)) {
+      for (const auto& [lattice, margin] : rejection_thrust_sizes(mu)) {
         all.push_back({fmt::format("thrust under rejection, mu = {}, {} x {}", mu, lattice.columns, lattice.layers),
                        fmt::format("exact-thrust-mu-{}-{}x{}", exact(mu), lattice.columns, lattice.layers),
                        main.uniform_piles(Law::rejection, mu, lattice, samples_), margin});
@@ -126,7 +126,7 @@ class RejectionThrustStudy final : public CopiedStudy<RejectionThrustStudy> {
 
   /// Each ensemble's part is its margin.
   void add(const StudyEnsemble& which, const MeasuredEnsemble& ensemble, double) override {
-    measured_.push_back(measure_exact_thrust(ensemble, which.part));
+    measured_.push_back(measure_rejection_thrust(ensemble, which.part));
   }
 
   Json json() const override { return list_of(measured_, to_json); }
@@ -138,14 +138,14 @@ class RejectionThrustStudy final : public CopiedStudy<RejectionThrustStudy> {
   }
 
  private:
-  std::vector<double> mu_;             ///< empty: not measured
-  std::uint64_t samples_ = 2048;       ///< piles at each friction and size
-  std::vector<ExactThrust> measured_;  ///< in the order of friction, then of columns
+  std::vector<double> mu_;                 ///< empty: not measured
+  std::uint64_t samples_ = 2048;           ///< piles at each friction and size
+  std::vector<RejectionThrust> measured_;  ///< in the order of friction, then of columns
 };
 
 }  // namespace
 
-std::unique_ptr<Study> rejection_thrust_study(std::vector<ExactThrust> measured) {
+std::unique_ptr<Study> rejection_thrust_study(std::vector<RejectionThrust> measured) {
   return std::make_unique<RejectionThrustStudy>(std::move(measured));
 }
 

@@ -69,8 +69,8 @@ TEST_CASE("an ensemble is expected to stop at the first step that is large enoug
   CHECK(expected_size(8, 1e9, 100) == 93);   // 41, 62, 93, and 140 is too much
 }
 
-TEST_CASE("how many piles are needed is foretold from the fall of the error") {
-  // Many small ensembles, each looked at once, foretell the size at which the error is a tenth of what it is.
+TEST_CASE("how many piles are needed is estimated from the fall of the error") {
+  // Many small ensembles, each looked at once, estimate the size at which the error is a tenth of what it is.
   constexpr int blocks = 32, trials = 2000, rounds = 4;
   const std::uint64_t seed = 1961;
   CAPTURE(seed);
@@ -78,19 +78,19 @@ TEST_CASE("how many piles are needed is foretold from the fall of the error") {
   std::normal_distribution<double> normal;
   PrecisionSpec asked;
   asked.c = 0.1 / std::sqrt(blocks * rounds);  // of unit normal numbers: a hundred times as many
-  double foretold = 0, squares = 0;
+  double estimated = 0, squares = 0;
   for (int trial = 0; trial < trials; ++trial) {
     std::vector<double> sums(blocks);
     for (double& one : sums) one = std::sqrt(rounds) * normal(generator);
     Transport measured = with_errors(0, 0);
     measured.c = estimate_of(sums, rounds);
     const double times = look_at_precision(asked, measured, rounds).samples_needed / (100.0 * rounds);
-    foretold += times / trials;
+    estimated += times / trials;
     squares += times * times / trials;
   }
   // The variance from 32 blocks has a relative error of sqrt(2/31) = 0.254; five standard errors of 2000 trials.
-  CHECK(foretold == Approx(1).margin(5 * 0.254 / std::sqrt(trials)));
-  CHECK(std::sqrt(squares - foretold * foretold) == Approx(0.254).margin(0.03));
+  CHECK(estimated == Approx(1).margin(5 * 0.254 / std::sqrt(trials)));
+  CHECK(std::sqrt(squares - estimated * estimated) == Approx(0.254).margin(0.03));
 }
 
 TEST_CASE("expected errors fall with the root of the number of piles and of the load") {

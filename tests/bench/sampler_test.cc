@@ -35,7 +35,7 @@ TEST_CASE("the sampler suite times every engine at every friction and size, and 
   CHECK_FALSE(json.at("instruction_set").get<std::string>().empty());
   REQUIRE(json.at("batch_ns_per_bead_by_phase").size() == 4);
   CHECK(json.at("batch_ns_per_bead_by_phase")[0].at("pairs_per_bead") > 0);
-  CHECK(json.at("batch_ns_per_bead_by_phase")[0].at("climbs_per_bead") > 0);
+  CHECK(json.at("batch_ns_per_bead_by_phase")[0].at("backtracks_per_bead") > 0);
   double of_phases = 0;
   for (const char* phase : {"first_draws", "search", "pairs", "one_by_one", "finishing"}) {
     CHECK(json.at("batch_ns_per_bead_by_phase")[0].at(phase) > 0);
@@ -74,7 +74,7 @@ TEST_CASE("the straight-line limit begins as the sampler does and stays finite")
     StraightLine(mu, lattice).fill(1, 5, straight);
     const std::vector<double> load(130, 1.0);
     REQUIRE_FALSE(make_sampler({.mu = mu, .seed = 1}, lattice)->draw(5, load, drawn));
-    // No bead of the top layer fails; what mends below changed there are splits, not vertical forces.
+    // No bead of the top layer fails; what repairs below changed there are splits, not vertical forces.
     for (std::size_t i = 0; i < 130; ++i) {
       CHECK(straight.V_R[i] == drawn.V_R[i]);
       CHECK(straight.V_L[i] == drawn.V_L[i]);

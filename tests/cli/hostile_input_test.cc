@@ -205,7 +205,7 @@ TEST_CASE("A pile none of which was completed costs nothing per bead that could 
   const auto result = granuscope_command({"sample", "--law", "rejection", "--mu", "0.5", "--columns", "30", "--layers",
                                           "30", "--max-tries", "3", "--samples", "2", "--statistics"});
   CHECK(result.code == 0);
-  CHECK_THAT(result.out, Contains("\"draws_per_bead\": null") && Contains("\"mended_per_bead\": null") &&
+  CHECK_THAT(result.out, Contains("\"draws_per_bead\": null") && Contains("\"repaired_per_bead\": null") &&
                              Contains("\"reason\": \"no pile was completed"));
 }
 

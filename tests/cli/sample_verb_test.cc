@@ -35,8 +35,9 @@ TEST_CASE("sample --statistics prints one JSON object with the documented keys a
   REQUIRE(result.code == 0);
   const auto object = nlohmann::ordered_json::parse(result.out);
   CHECK(keys_of(object) == std::vector<std::string>{"law", "mu", "columns", "layers", "samples", "tries",
-                                                    "draws_per_bead", "mended_per_bead", "climbed_per_bead", "seconds",
-                                                    "per_layer", "audit", "rounded_per_bead", "effective_samples"});
+                                                    "draws_per_bead", "repaired_per_bead", "backtracked_per_bead",
+                                                    "seconds", "per_layer", "audit", "rounded_per_bead",
+                                                    "effective_samples"});
   CHECK(object["law"] == "granusolve");
   CHECK(object["mu"] == 0.3);
   CHECK(object["columns"] == 12);

@@ -25,7 +25,7 @@ namespace {
 const std::string program = std::string(GRANUSCOPE_BINARY_DIR) + "/granuscope";
 
 std::string experiment(int seed) {
-  return smallest_experiment_text + "draw = false\n[sampling]\nseed = " + std::to_string(seed) + "\n";
+  return smallest_experiment_text + "show = false\n[sampling]\nseed = " + std::to_string(seed) + "\n";
 }
 
 /// Runs the program with a gnuplot of our own before the system's.

@@ -29,7 +29,7 @@ inline bool same_bytes(const EnsembleRecord& a, const EnsembleRecord& b) {
     if (a.failed[k].sample != b.failed[k].sample || a.failed[k].layer != b.failed[k].layer) return false;
   }
   return a.counts.uniforms == b.counts.uniforms && a.counts.pairs == b.counts.pairs &&
-         a.counts.beads == b.counts.beads && a.counts.climbs == b.counts.climbs;
+         a.counts.beads == b.counts.beads && a.counts.backtracks == b.counts.backtracks;
 }
 
 }  // namespace granuscope::test

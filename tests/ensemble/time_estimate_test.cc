@@ -1,4 +1,5 @@
-// What is foretold is held against the processor time of the same ensemble, drawn by the same program on the same core.
+// What is estimated is held against the processor time of the same ensemble, drawn by the same program on the same
+// core.
 #include "ensemble/time_estimate.h"
 
 #include <catch2/catch.hpp>
@@ -39,13 +40,13 @@ double real_seconds(const EnsembleSpec& spec) {
 double off_by(const EnsembleSpec& spec, double seconds) {
   const TimeEstimate time = estimate_time(spec, seconds);
   CHECK_FALSE(time.at_least);
-  const double foretold = time.on_threads(spec.response.samples, 1), real = real_seconds(spec);
-  CAPTURE(name_of(spec.sampler.law), spec.sampler.mu, foretold, real);
-  CHECK(foretold > 0);
-  return std::exp(std::abs(std::log(foretold / real)));
+  const double estimated = time.on_threads(spec.response.samples, 1), real = real_seconds(spec);
+  CAPTURE(name_of(spec.sampler.law), spec.sampler.mu, estimated, real);
+  CHECK(estimated > 0);
+  return std::exp(std::abs(std::log(estimated / real)));
 }
 
-TEST_CASE("the time of an ensemble is foretold within a factor of two, whatever the estimator and the friction") {
+TEST_CASE("the time of an ensemble is estimated within a factor of two, whatever the estimator and the friction") {
   const LatticeSpec lattice{120, 60};
   CHECK(off_by(ensemble(Law::granusolve, 0.02, lattice, 512), 0.1) < 2);
   CHECK(off_by(ensemble(Law::granusolve, 1.5, lattice, 256), 0.1) < 2);
@@ -58,13 +59,13 @@ TEST_CASE("the time of an ensemble is foretold within a factor of two, whatever 
   CHECK(off_by(deep, 0.1) < 2);
 }
 
-TEST_CASE("the time of the laws of tiny piles is foretold from piles that are given up early") {
+TEST_CASE("the time of the laws of tiny piles is estimated from piles that are given up early") {
   CHECK(off_by(ensemble(Law::rejection, 0.3, {6, 6}, 8000), 0.1) < 2);
   CHECK(off_by(ensemble(Law::rejection, 0.3, {6, 12}, 256), 0.2) < 2);
   CHECK(off_by(ensemble(Law::eloy_clement, 0.3, {12, 12}, 512), 0.2) < 2);
 }
 
-TEST_CASE("the time of chains is foretold from their sweeps, stated or measured, and the pilot's") {
+TEST_CASE("the time of chains is estimated from their sweeps, stated or measured, and the pilot's") {
   EnsembleSpec chains = ensemble(Law::polytope, 0.3, {16, 16}, 64);
   chains.sampler.burn_in = 300;
   chains.sampler.thinning = 40;
@@ -95,9 +96,9 @@ TEST_CASE(
   CHECK(time.on_threads(256, 8) < time.on_threads(256, 1));
 }
 
-TEST_CASE("a law that completes nothing in the time given for the trial is foretold from below") {
-  const EnsembleSpec hopeless = ensemble(Law::rejection, 1.0, {8, 16}, 256);
-  const TimeEstimate time = estimate_time(hopeless, 0.1);
+TEST_CASE("a law that completes nothing in the time given for the trial is estimated from below") {
+  const EnsembleSpec infeasible = ensemble(Law::rejection, 1.0, {8, 16}, 256);
+  const TimeEstimate time = estimate_time(infeasible, 0.1);
   CHECK(time.at_least);
   CHECK(time.per_sample > 0.01);  // of the tenth of a second the last trial took a good part, without one pile
 }

@@ -229,7 +229,7 @@ TEST_CASE("Pictures that nobody could open or read are refused, unless none is d
   CHECK_THAT(problem_after([](Experiment& e) { e.force_chains.scene.colour_map = "jet"; }), Contains("colour_map: "));
   CHECK_THAT(problem_after([](Experiment& e) { e.force_chains.scene.backend = "glx"; }), Contains("backend: "));
   CHECK(problem_after([](Experiment& e) {
-          e.force_chains.draw = false;
+          e.force_chains.show = false;
           e.force_chains.scene.width_px = 10;
         }) == "(none)");
 }
@@ -279,7 +279,7 @@ TEST_CASE("Loads that could not be compared are refused") {
           e.fit.last_layer = 14;
           e.figures.profile_mu = 0.2;
           e.figures.profile_layers = {6};
-          e.force_chains.draw = false;
+          e.force_chains.show = false;
         }) == "(none)");
   CHECK_THAT(with([](Experiment& e) { e.response.epsilon = 0.3; }),
              Contains("studies.nonlinearity.epsilons: response.epsilon = 0.3 is not among [0.1, 0.25, 0.5]"));

@@ -39,7 +39,7 @@ bool NaiveGranusolve::draw(std::span<const double> load, Pile& pile) {
     direction_[n] = std::uniform_int_distribution<int>(0, 1)(engine_) == 0 ? -1 : 1;
   }
   pending_.clear();
-  climbs_.clear();
+  backtracks_.clear();
   work_ = 0;
   later_numbers_ = 0;
   try {
@@ -104,12 +104,12 @@ NaiveGranusolve::Range NaiveGranusolve::solvable_H(double V_UL, double V_UR) con
   return {edge(-(V_UL + V_UR)), edge(V_UL + V_UR)};
 }
 
-/// Draws the bead; if that is impossible changes its parents; false if only a climb was left.
+/// Draws the bead; if that is impossible changes its parents; false if only a backtrack was left.
 bool NaiveGranusolve::place(int layer, int bead) {
   count_work();
   if (!solvable(layer, bead)) {
-    if (!mend(layer, bead)) {
-      climb(layer, bead);
+    if (!repair(layer, bead)) {
+      backtrack(layer, bead);
       return false;
     }
   }
@@ -136,11 +136,11 @@ void NaiveGranusolve::settle() {
   }
 }
 
-bool NaiveGranusolve::mend(int layer, int bead) {
+bool NaiveGranusolve::repair(int layer, int bead) {
   if (pair(layer, bead)) return true;
   for (int count = 4; count < columns_; count *= 2) {
     const Outcome outcome = arc(layer, bead, count);
-    if (outcome == Outcome::mended) return true;
+    if (outcome == Outcome::repaired) return true;
     if (outcome == Outcome::infeasible) return false;
   }
   return ring(layer, bead);
@@ -243,7 +243,7 @@ NaiveGranusolve::Outcome NaiveGranusolve::arc(int layer, int bead, int count) {
   if (!feasible(parents.size(), held)) return Outcome::too_narrow;
   draw_one_by_one(layer, parents, held, order);
   renew_children(layer, bead, parents);
-  return Outcome::mended;
+  return Outcome::repaired;
 }
 
 bool NaiveGranusolve::ring(int layer, int bead) {
@@ -298,14 +298,14 @@ void NaiveGranusolve::renew_children(int layer, int failed, const std::vector<in
   }
 }
 
-int NaiveGranusolve::climbs() const {
+int NaiveGranusolve::backtracks() const {
   int all = 0;
-  for (const auto& [bead, climbs] : climbs_) all += climbs;
+  for (const auto& [bead, backtracks] : backtracks_) all += backtracks;
   return all;
 }
 
-void NaiveGranusolve::climb(int layer, int bead) {
-  const int height = 2 + climbs_[{layer, bead}]++;
+void NaiveGranusolve::backtrack(int layer, int bead) {
+  const int height = 2 + backtracks_[{layer, bead}]++;
   int leftmost = bead, top = layer, wider = 0;
   for (int k = 0; k < height; ++k) {
     if (top > 0) {

@@ -20,12 +20,12 @@ class NaiveGranusolve {
  public:
   NaiveGranusolve(Lattice lattice, double mu, std::uint64_t seed);
 
-  /// Climbs of the pile drawn last.
-  int climbs() const;
+  /// Backtracks of the pile drawn last.
+  int backtracks() const;
   /// Numbers that its splits took after the first of each bead, as long as nothing is drawn blindly in vain: two for a
   /// pair, one for each parent of an arc, one for each bead solved again when its layer was complete.
   int later_numbers() const { return later_numbers_; }
-  /// Draws one pile; false if blind redrawing or climbing went on for too long.
+  /// Draws one pile; false if blind redrawing or backtracking went on for too long.
   bool draw(std::span<const double> load, Pile& pile);
 
  private:
@@ -58,13 +58,13 @@ class NaiveGranusolve {
   bool place(int layer, int bead);
   void redraw(int layer, int bead);
   void settle();
-  bool mend(int layer, int bead);
+  bool repair(int layer, int bead);
   bool pair(int layer, int bead);
   /// What became of an arc of parents: changed, too narrow, or infeasible however wide.
-  enum class Outcome { mended, too_narrow, infeasible };
+  enum class Outcome { repaired, too_narrow, infeasible };
   Outcome arc(int layer, int bead, int count);
   bool ring(int layer, int bead);
-  void climb(int layer, int bead);
+  void backtrack(int layer, int bead);
   void unsolve(int layer, int bead);
 
   /// Constraints on the splits of `parents` (of the layer above): own intervals, and solvability of the failed bead and
@@ -84,9 +84,9 @@ class NaiveGranusolve {
   double mu_, flat_, steep_;
   std::mt19937_64 engine_;
   std::vector<std::vector<Bead>> beads_;
-  std::vector<int> first_, direction_;           // per layer
-  std::set<std::tuple<int, int, int>> pending_;  // layer, position in its order, bead
-  std::map<std::pair<int, int>, int> climbs_;    // per bead
+  std::vector<int> first_, direction_;             // per layer
+  std::set<std::tuple<int, int, int>> pending_;    // layer, position in its order, bead
+  std::map<std::pair<int, int>, int> backtracks_;  // per bead
   std::vector<double> load_;
   std::int64_t work_ = 0;
   int front_ = 0, later_numbers_ = 0;

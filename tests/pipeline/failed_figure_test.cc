@@ -31,7 +31,7 @@ Experiment experiment_with_few_figures() {
   experiment.mu = {0.0, 0.3};
   experiment.figures.propagation_against_diffusion = false;
   experiment.figures.scaling_with_friction = false;
-  experiment.force_chains.draw = false;
+  experiment.force_chains.show = false;
   experiment.report.pdf = false;
   return experiment;
 }
@@ -48,8 +48,8 @@ TEST_CASE("a figure that gnuplot does not draw is named in its place, and all el
     const test::FakePrograms programs(lacking / "programs");
     programs.only("gnuplot", fussy_gnuplot("response-profiles*"));
     const RunResult result = run_experiment(experiment, quiet(lacking.path()));
-    CHECK_THAT(result.failure, Contains("figure response-profiles could not be made") &&
-                                   Contains("it complained: a warning"));
+    CHECK_THAT(result.failure,
+               Contains("figure response-profiles could not be made") && Contains("it complained: a warning"));
   }
   for (const char* file : {"summary.json", "summary.md", "claims.xml", "figures/transport-with-depth.svg"}) {
     INFO(file);

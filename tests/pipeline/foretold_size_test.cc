@@ -25,7 +25,7 @@ TEST_CASE("a growing ensemble says how many piles it takes and how long that is,
   experiment.figures.profile_mu = 0.3;
   experiment.figures.profile_layers = {31, 49};
   experiment.fit.scaling_window = {0.2, 0.4};
-  experiment.force_chains.draw = false;
+  experiment.force_chains.show = false;
   const TemporaryFolder folder;
   write_file(folder / "run.toml", print_experiment(experiment));
   ProcessSpec process;

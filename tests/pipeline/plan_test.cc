@@ -56,7 +56,7 @@ TEST_CASE("the plan counts both piles of a pair with opposite loads") {
   CHECK_THAT(pair.what, Contains("256 pairs of piles"));
 }
 
-TEST_CASE("the beads foretold are those that are drawn") {
+TEST_CASE("the beads estimated are those that are drawn") {
   for (const bool opposite : {false, true}) {
     EnsembleSpec spec = pairs(EstimatorName::multiplexed, opposite, Law::granusolve, 0.3);
     spec.response.epsilon = 0.25;
@@ -67,7 +67,7 @@ TEST_CASE("the beads foretold are those that are drawn") {
   }
 }
 
-TEST_CASE("fewer pairs than single piles are foretold for a precision") {
+TEST_CASE("fewer pairs than single piles are estimated for a precision") {
   Experiment experiment = multiplexed_experiment(0.3, false);
   experiment.precision = {2e-4, 0, 1000000};
   const PlannedStep single = drawing(experiment);

@@ -32,7 +32,7 @@ using test::known;
 using test::unknown;
 
 struct Row {
-  double mu, c, c_error, D, D_error, c_thrust, draws, mended, climbed;
+  double mu, c, c_error, D, D_error, c_thrust, draws, repaired, backtracked;
 };
 
 inline const std::vector<Row>& rows() {
@@ -145,8 +145,8 @@ inline Transport transport(const Row& row) {
   result.window_layers = {58, 179};
   result.depths_in_window = 41;
   result.draws_per_bead = row.draws;
-  result.mended_per_bead = row.mended;
-  result.climbed_per_bead = row.climbed;
+  result.repaired_per_bead = row.repaired;
+  result.backtracked_per_bead = row.backtracked;
   const auto seed = static_cast<std::uint64_t>(std::lround(1000 * row.mu));
   Pattern pattern(seed);
   for (int layer = 16; layer <= 179; layer += 3) result.depths.push_back(depth_fit(layer, row, pattern));

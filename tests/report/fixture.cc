@@ -103,14 +103,14 @@ ReportData report_data(const std::filesystem::path& run_folder) {
                         .needs = "numerical_stability",
                         .place = ReportPart::Place::numerics});
   data.studies["law_comparison"]["laws"] = nlohmann::ordered_json::parse(R"([
-    {"law": "granusolve", "mending_rules": "all", "mu": 0.3, "columns": 12, "layers": 30, "samples": 512, "failed": 0,
+    {"law": "granusolve", "repair_rules": "all", "mu": 0.3, "columns": 12, "layers": 30, "samples": 512, "failed": 0,
      "effective_samples": {"value": 500, "stderr": 120}, "draws_per_bead": 1.25, "pair_per_bead": 0.125,
-     "arc_per_bead": 0, "climbed_per_bead": 0, "window_layers": [0, 0],
+     "arc_per_bead": 0, "backtracked_per_bead": 0, "window_layers": [0, 0],
      "alpha_thrust": {"value": 0.93, "stderr": 0.001}, "c_thrust": {"value": 0.557, "stderr": 0.0003},
      "weight_variance": {"value": 0.157, "stderr": 0.0013}, "depths": []},
     {"law": "polytope", "lambda": 1, "burn_in": 4000, "thinning": 500, "mu": 0.3, "columns": 12, "layers": 30,
      "samples": 512, "failed": 3, "effective_samples": {"value": 500, "stderr": 120}, "draws_per_bead": 1.25,
-     "pair_per_bead": 0.125, "arc_per_bead": 0, "climbed_per_bead": 0, "window_layers": [0, 0],
+     "pair_per_bead": 0.125, "arc_per_bead": 0, "backtracked_per_bead": 0, "window_layers": [0, 0],
      "alpha_thrust": {"value": 0.93, "stderr": 0.001}, "c_thrust": {"value": 0.557, "stderr": 0.0003},
      "weight_variance": {"value": 0.157, "stderr": 0.0013}, "depths": []}])");
   data.parts.push_back({.page = "studies/law_comparison.html",

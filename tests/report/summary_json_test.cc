@@ -52,8 +52,8 @@ TEST_CASE("The summary has the fields others rely on") {
   CHECK(result["alpha_thrust"]["stderr"] == 2.1e-5);
   CHECK(result["c_thrust"]["value"] == 0.556);
   CHECK(result["sampler"]["draws_per_bead"] == 1.4023);
-  CHECK(result["sampler"]["mended_per_bead"] == 0.1304);
-  CHECK(result["sampler"]["climbed_per_bead"] == 0.0016);
+  CHECK(result["sampler"]["repaired_per_bead"] == 0.1304);
+  CHECK(result["sampler"]["backtracked_per_bead"] == 0.0016);
   for (const char* key : {"layer", "z", "peak_position", "width", "chi2_per_dof", "identifiable"}) {
     CHECK(result["depths"][10].contains(key));
   }

@@ -128,7 +128,7 @@ TEST_CASE("the smallest piles complete: four columns, one and two layers, extrem
 }
 
 // Where the cone is within 1e-3 of the horizontal, t_plus amplifies rounding (4e5 at mu = 1.73204) and splits that were
-// solvable on paper are not; beads are then mended more than once, and none may be left with forces of the past.
+// solvable on paper are not; beads are then repaired more than once, and none may be left with forces of the past.
 TEST_CASE("next to the limit of sqrt 3 piles complete and balance up to rounding times t_plus") {
   const LatticeSpec size{test::sanitized ? 100 : 500, 100};
   for (const double mu : {1.7315, 1.732, 1.73204, 1.73205, 1.7320508}) {
@@ -154,8 +154,8 @@ TEST_CASE("a million beads complete at any friction, with work per bead that doe
 }
 
 // Source: numbers on record: draws per bead of an independent implementation that is not in the repository, 500 x 200
-// beads under a uniform load, printed to the digits given. Its mending differs in details only, so that a tenth is
-// allowed. It draws a new number for the solved bead beside one that a pair mends, which keeps its first one here.
+// beads under a uniform load, printed to the digits given. Its repairing differs in details only, so that a tenth is
+// allowed. It draws a new number for the solved bead beside one that a pair repairs, which keeps its first one here.
 TEST_CASE("the number of draws per bead is that of an independent implementation") {
   const Lattice lattice({.columns = test::sanitized ? 100 : 500, .layers = 200});
   const std::vector<double> load(static_cast<std::size_t>(lattice.columns()), 1.0);

@@ -17,7 +17,7 @@ double handed_out() {
   return static_cast<double>(now.uordblks + now.hblkhd);
 }
 
-TEST_CASE("drawing takes no more memory than is foretold, and not much less") {
+TEST_CASE("drawing takes no more memory than is estimated, and not much less") {
   if (test::sanitized) return;  // its allocator keeps no such account
   for (const double mu : {0.1, 0.3}) {
     for (const LatticeSpec size : {LatticeSpec{64, 800}, {500, 200}}) {
@@ -39,10 +39,10 @@ TEST_CASE("drawing takes no more memory than is foretold, and not much less") {
       const auto sampler = make_sampler(spec, lattice);
       sampler->keep_layers(all);
       sampler->draw_groups(samples, views, failures);
-      const double taken = handed_out() - before, foretold = drawing_memory(spec, lattice);
-      INFO(taken << " of " << foretold);
-      CHECK(taken <= 1.02 * foretold);
-      CHECK(taken >= 0.6 * foretold);
+      const double taken = handed_out() - before, estimated = drawing_memory(spec, lattice);
+      INFO(taken << " of " << estimated);
+      CHECK(taken <= 1.02 * estimated);
+      CHECK(taken >= 0.6 * estimated);
     }
   }
 }

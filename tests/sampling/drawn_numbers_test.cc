@@ -1,4 +1,4 @@
-// Source: the law's description (granusolve.h). Every bead stands where one of its own numbers puts it, unless a mend
+// Source: the law's description (granusolve.h). Every bead stands where one of its own numbers puts it, unless a repair
 // of a bead below has changed its split: of the last layer nobody's is changed, and every bead there keeps its first
 // number.
 #include <catch2/catch.hpp>
@@ -49,14 +49,15 @@ TEST_CASE("in the last layer every bead keeps its first number, however it was s
       CAPTURE(mu, sample);
       CHECK(beads_off_their_numbers(pile, 0).back() == 0);
     }
-    CHECK(sampler->counts().pairs + sampler->counts().climbs > 10);
+    CHECK(sampler->counts().pairs + sampler->counts().backtracks > 10);
   }
 }
 
 // A pair changes two splits of the layer above. Of P pairs at least half as many as the top layer has changed splits
-// were mended in the middle layer; only the others have changed anything there. A bead of the middle layer that a climb
-// solves again, or that draws again below a changed parent, stands where a number of its own puts it.
-TEST_CASE("beads that a climb or a mend above has solved again stand where a later number of their own puts them") {
+// were repaired in the middle layer; only the others have changed anything there. A bead of the middle layer that a
+// backtrack solves again, or that draws again below a changed parent, stands where a number of its own puts it.
+TEST_CASE(
+    "beads that a backtrack or a repair above has solved again stand where a later number of their own puts them") {
   const std::vector<double> load = {1, 1, 1, 1, 8, 1, 1, 1};
   const Lattice lattice({.columns = 8, .layers = 3});
   SamplerSpec spec;
@@ -64,16 +65,16 @@ TEST_CASE("beads that a climb or a mend above has solved again stand where a lat
   spec.seed = 17;
   const auto sampler = make_sampler(spec, lattice);
   Pile pile(lattice);
-  int climbed = 0, mended_after_climb = 0;
+  int backtracked = 0, mended_after_climb = 0;
   for (std::uint64_t sample = 0; sample < 6000; ++sample) {
     const SamplerCounts before = sampler->counts();
     REQUIRE_FALSE(sampler->draw(sample, load, pile));
     const SamplerCounts after = sampler->counts();
-    if (after.climbs != before.climbs + 1 || after.arcs + after.rings != before.arcs + before.rings) continue;
-    ++climbed;
+    if (after.backtracks != before.backtracks + 1 || after.arcs + after.rings != before.arcs + before.rings) continue;
+    ++backtracked;
     const int pairs = static_cast<int>(after.pairs - before.pairs);
-    // The climb solves three beads of the top layer and four of the middle one again, with a number each; what else
-    // draws are neighbours of beads of the middle layer that are mended then.
+    // The backtrack solves three beads of the top layer and four of the middle one again, with a number each; what else
+    // draws are neighbours of beads of the middle layer that are repaired then.
     const auto numbers = static_cast<int>(after.uniforms - before.uniforms);
     const int neighbours = numbers - 24 - 2 * pairs - 7;
     const std::vector<int> off = beads_off_their_numbers(pile, 32);
@@ -83,7 +84,7 @@ TEST_CASE("beads that a climb or a mend above has solved again stand where a lat
     CHECK(off[2] == 0);
     mended_after_climb += neighbours > 0 && off[1] == 2 * (pairs - (off[0] + 1) / 2) ? 1 : 0;
   }
-  CAPTURE(climbed, mended_after_climb);
+  CAPTURE(backtracked, mended_after_climb);
   CHECK(mended_after_climb >= 40);
 }
 

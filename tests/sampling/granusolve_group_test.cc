@@ -20,14 +20,14 @@ void check_same_counts(const SamplerCounts& a, const SamplerCounts& b) {
   CHECK(a.beads == b.beads);
   CHECK(a.uniforms == b.uniforms);
   CHECK(a.tries == b.tries);
-  CHECK(a.mended_by_pair == b.mended_by_pair);
-  CHECK(a.mended_by_arc == b.mended_by_arc);
-  CHECK(a.mended_by_ring == b.mended_by_ring);
-  CHECK(a.climbed == b.climbed);
+  CHECK(a.repaired_by_pair == b.repaired_by_pair);
+  CHECK(a.repaired_by_arc == b.repaired_by_arc);
+  CHECK(a.repaired_by_ring == b.repaired_by_ring);
+  CHECK(a.backtracked == b.backtracked);
   CHECK(a.pairs == b.pairs);
   CHECK(a.arcs == b.arcs);
   CHECK(a.rings == b.rings);
-  CHECK(a.climbs == b.climbs);
+  CHECK(a.backtracks == b.backtracks);
   CHECK(a.rounded == b.rounded);
 }
 
@@ -111,8 +111,8 @@ TEST_CASE("piles drawn side by side are those drawn one by one in a fixed order 
     if (failures > 0 && failures < 8) ++with_some;
   }
   CHECK(with_some >= 2);
-  // A heavy bead beside light ones: climbs, one of which leaves the window of layers that a group holds, rings, and a
-  // failure by name.
+  // A heavy bead beside light ones: backtracks, one of which leaves the window of layers that a group holds, rings, and
+  // a failure by name.
   spec.effort = 20;
   auto loads = even_loads(50);
   for (std::size_t k = 0; k < 8; k += 2) loads[k][25] = std::pow(10.0, static_cast<double>(k));
@@ -172,7 +172,7 @@ TEST_CASE("what groups keep of a layer is what its piles say, of those drawn ane
   spec.mu = 0.3;
   spec.effort = 1000;
   std::vector<std::vector<double>> loads(19, std::vector<double>(50, 1.0));
-  loads[3][25] = 1e3;  // a climb of its pile leaves the window of layers that a group holds
+  loads[3][25] = 1e3;  // a backtrack of its pile leaves the window of layers that a group holds
   const std::vector<std::span<const double>> views(loads.begin(), loads.end());
   std::vector<std::uint64_t> samples(19);  // two whole groups and a part of one
   std::iota(samples.begin(), samples.end(), std::uint64_t{24});
@@ -180,8 +180,8 @@ TEST_CASE("what groups keep of a layer is what its piles say, of those drawn ane
   std::vector<Pile> piles;
   for (std::size_t k = 0; k < samples.size(); ++k) {
     REQUIRE_FALSE(single->draw(samples[k], loads[k], piles.emplace_back(lattice)));
-    // A climb of 29 layers takes 27 climbs of one bead before it.
-    if (k == 3) CHECK(single->counts().climbs > 10 * 27);
+    // A backtrack of 29 layers takes 27 backtracks of one bead before it.
+    if (k == 3) CHECK(single->counts().backtracks > 10 * 27);
   }
   for_each_instruction_set([&] {
     const auto sampler = make_sampler(spec, lattice);

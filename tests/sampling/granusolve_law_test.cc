@@ -31,16 +31,16 @@ const std::vector<double> point8 = {1, 1, 1, 1, 2, 1, 1, 1}, point5 = {1, 1, 2, 
 const std::vector<LawCase> law_cases = {
     {"two layers, pairs alone", 0.3, 2, point8},
     {"two layers, steep", 1.2, 2, uneven6},
-    {"small friction, climbs", 0.1, 5, uneven6, 8},
-    {"climbs on five columns", 0.3, 4, uneven5, 10},
+    {"small friction, backtracks", 0.1, 5, uneven6, 8},
+    {"backtracks on five columns", 0.3, 4, uneven5, 10},
     {"a point load", 0.3, 5, point8, 6},
     {"cone past the vertical", 0.7, 4, point8},
     {"arcs", 1.3, 4, point8},
     {"arcs that meet outside", 1.3, 3, uneven5},
     {"rings of four", 1.0, 4, flat4},
-    {"rings of four, climbs", 0.2, 5, {0.4, 1.6, 0.9, 1.1}, 8},
-    {"climbs in every pile", 0.3, 5, {0.1, 0.1, 0.1, 5, 0.1, 0.1}, 1},
-    {"climbs in every pile, eight columns", 0.45, 4, {0.1, 0.1, 0.1, 0.1, 3, 0.1, 0.1, 0.1}, 1},
+    {"rings of four, backtracks", 0.2, 5, {0.4, 1.6, 0.9, 1.1}, 8},
+    {"backtracks in every pile", 0.3, 5, {0.1, 0.1, 0.1, 5, 0.1, 0.1}, 1},
+    {"backtracks in every pile, eight columns", 0.45, 4, {0.1, 0.1, 0.1, 0.1, 3, 0.1, 0.1, 0.1}, 1},
     {"rings in every third pile", 1.5, 2, {1.6, 0.4, 0.2, 1.8}, 5},
     {"arcs in every other pile", 1.4, 3, {2, 0.1, 0.1, 2, 0.1, 0.1, 2, 0.1}, 4},
     {"a steep cone", 1.4, 3, uneven6},
@@ -89,7 +89,7 @@ class Moments {
 
 struct LawComparison {
   double worst_sigmas = 0;
-  double climb_sigmas = 0;   ///< of the number of climbs per pile
+  double climb_sigmas = 0;   ///< of the number of backtracks per pile
   double number_sigmas = 0;  ///< of the numbers per pile that are drawn after the first of each bead
   /// Largest combined standard error, in units of the spread of the quantity itself.
   double worst_resolution = 0;
@@ -107,7 +107,7 @@ LawComparison compare_laws(const LawCase& law_case, int piles_per_time, std::uin
   const auto sampler = make_sampler(spec, lattice);
   Pile pile(lattice);
   Moments program(lattice), naive(lattice);
-  // The forces of such small piles hardly tell how high climbs go; how many beads they solve again does.
+  // The forces of such small piles hardly tell how high backtracks go; how many beads they solve again does.
   RunningMean program_climbs, naive_climbs, program_numbers, naive_numbers;
   LawComparison result;
   SamplerCounts before;
@@ -116,7 +116,7 @@ LawComparison compare_laws(const LawCase& law_case, int piles_per_time, std::uin
     if (sampler->draw(8 * static_cast<std::uint64_t>(k), law_case.load, pile)) throw std::runtime_error("stuck");
     program.add(pile);
     const SamplerCounts after = sampler->counts();
-    program_climbs.add(static_cast<double>(after.climbs - before.climbs));
+    program_climbs.add(static_cast<double>(after.backtracks - before.backtracks));
     program_numbers.add(static_cast<double>(after.uniforms - before.uniforms) - static_cast<double>(lattice.beads()));
     before = after;
     if (k % 16 == 0) {
@@ -131,7 +131,7 @@ LawComparison compare_laws(const LawCase& law_case, int piles_per_time, std::uin
   for (int k = 0; k < piles; ++k) {
     if (reference.draw(law_case.load, pile)) {
       naive.add(pile);
-      naive_climbs.add(reference.climbs());
+      naive_climbs.add(reference.backtracks());
       naive_numbers.add(reference.later_numbers());
     } else {
       ++result.given_up;
@@ -151,12 +151,12 @@ LawComparison compare_laws(const LawCase& law_case, int piles_per_time, std::uin
 }
 
 void compare_all(int piles, double resolution) {
-  std::uint64_t pairs = 0, arcs = 0, rings = 0, climbs = 0;
+  std::uint64_t pairs = 0, arcs = 0, rings = 0, backtracks = 0;
   constexpr std::uint64_t seed = 271828;
   for (const LawCase& law_case : law_cases) {
     const LawComparison result = compare_laws(law_case, piles, seed);
     CAPTURE(law_case.name, law_case.mu, seed, piles, result.comparisons, result.given_up, result.counts.pairs,
-            result.counts.arcs, result.counts.rings, result.counts.climbs);
+            result.counts.arcs, result.counts.rings, result.counts.backtracks);
     CHECK(result.worst_sigmas < test::sigma_bound(law_cases.size() * result.comparisons));
     CHECK(result.climb_sigmas < test::sigma_bound(law_cases.size() * result.comparisons));
     CHECK(result.number_sigmas < test::sigma_bound(law_cases.size() * result.comparisons));
@@ -165,14 +165,14 @@ void compare_all(int piles, double resolution) {
     // A pile given up by blind redrawing is lost to the comparison: one in a thousand shifts no mean by a sigma here.
     CHECK(static_cast<double>(result.given_up) < 1e-3 * piles);
     pairs += result.counts.pairs, arcs += result.counts.arcs;
-    rings += result.counts.rings, climbs += result.counts.climbs;
+    rings += result.counts.rings, backtracks += result.counts.backtracks;
   }
   // Every rule was entered often enough to matter.
   constexpr std::uint64_t enough = test::sanitized ? 250 : 1000;
   CHECK(pairs >= enough);
   CHECK(arcs >= enough);
   CHECK(rings >= enough);
-  CHECK(climbs >= enough);
+  CHECK(backtracks >= enough);
 }
 
 TEST_CASE("the sampled law is the described law: moments of small piles") {

@@ -74,8 +74,8 @@ TEST_CASE("a pile holds its invariants after each layer, and a bead broken in th
       broken_by(arrays.H_L[bead], arrays.H_L[bead] + 1e-9);
       broken_by(arrays.H_R[bead], pile.state().interval_of(layer, 17).high + 1e-9);
       broken_by(arrays.H_R[bead], std::numeric_limits<double>::quiet_NaN());
-      broken_by(arrays.unsolved[bead], below_climb);
-      broken_by(arrays.rule[bead], static_cast<std::uint8_t>(GranusolveRule::climb));
+      broken_by(arrays.unsolved[bead], below_backtrack);
+      broken_by(arrays.rule[bead], static_cast<std::uint8_t>(GranusolveRule::backtrack));
     }
   }
 }
@@ -112,9 +112,9 @@ TEST_CASE("in the midst of a layer, a bead that does not fail is as good as solv
   ++state.arrays().attempts[state.at(12, bead)];
   expect_broken(state);
   --state.arrays().attempts[state.at(12, bead)];
-  ++state.arrays().climbs[state.at(12, bead)];
+  ++state.arrays().backtracks[state.at(12, bead)];
   expect_broken(state);
-  --state.arrays().climbs[state.at(12, bead)];
+  --state.arrays().backtracks[state.at(12, bead)];
   if ((state.arrays().failing[0] >> bead & 1) == 0) {
     pile.changed_bits[0] |= std::uint64_t{1} << bead;
     expect_broken(state);
@@ -123,7 +123,7 @@ TEST_CASE("in the midst of a layer, a bead that does not fail is as good as solv
   CHECK_NOTHROW(state.check());
 }
 
-TEST_CASE("what a climb has unsolved is pending until it is solved") {
+TEST_CASE("what a backtrack has unsolved is pending until it is solved") {
   Solved solved(10);
   GranusolveState state = solved.state();
   CHECK_NOTHROW(state.check());
@@ -135,7 +135,7 @@ TEST_CASE("what a climb has unsolved is pending until it is solved") {
   CHECK_THROWS_AS(state.check_run(9, state.pending(9)), std::logic_error);
   state.watch_pending();
   expect_broken(state);
-  for (const int layer : {8, 9, 10}) state.settle(layer);
+  for (const int layer : {8, 9, 10}) state.clear_pending(layer);
   expect_broken(state);  // unsolved, and forgotten
 }
 
@@ -154,7 +154,7 @@ TEST_CASE("a cursor at another bead than its own is seen") {
 
 TEST_CASE("a solver sees a broken pile by itself, unless assertions are off") {
   Solved pile(10);
-  pile.arrays().rule[pile.state().at(10, 7)] = static_cast<std::uint8_t>(GranusolveRule::climb);
+  pile.arrays().rule[pile.state().at(10, 7)] = static_cast<std::uint8_t>(GranusolveRule::backtrack);
   if (checks_granusolve_state) {
     CHECK_THROWS_AS(pile.solver.solve_layer(11), std::logic_error);
   } else {

@@ -51,16 +51,16 @@ TEST_CASE("every law stops in the midst of a pile where that is asked for, and g
   }
 }
 
-TEST_CASE("a climb that finds no way does not outlive a request to stop") {
+TEST_CASE("a backtrack that finds no way does not outlive a request to stop") {
   const Lattice lattice({16, 40});
   const std::vector<double> load(16, 1.0);
   SamplerSpec spec;
   spec.mu = 0.3;
-  spec.rules = MendingRules::climb_only;
+  spec.rules = RepairRules::backtrack_only;
   spec.effort = 1e9;
   Pile pile(lattice);
   const auto sampler = make_sampler(spec, lattice);
-  // By climbs alone no such pile is completed; without the request this would go on for days.
+  // By backtracks alone no such pile is completed; without the request this would go on for days.
   const std::jthread later([] {
     std::this_thread::sleep_for(std::chrono::milliseconds(100));
     request_interruption(true);

@@ -83,13 +83,13 @@ TEST_CASE("a pile of every law has the same bytes whatever the sampler drew befo
 TEST_CASE("a failure leaves nothing behind in the sampler") {
   const Lattice lattice({.columns = 60, .layers = 60});
   SamplerSpec spec = spec_of(0.1);
-  std::vector<double> hopeless(60, 1.0);
-  hopeless[30] = 1e6;  // next to this load the others vanish, and an isolated load has no solution at small friction
+  std::vector<double> infeasible(60, 1.0);
+  infeasible[30] = 1e6;  // next to this load the others vanish, and an isolated load has no solution at small friction
   const std::vector<double> load(60, 1.0);
   spec.effort = 2;
   const auto sampler = make_sampler(spec, lattice);
   Pile pile(lattice);
-  REQUIRE(sampler->draw(0, hopeless, pile).has_value());
+  REQUIRE(sampler->draw(0, infeasible, pile).has_value());
   CHECK(same_bytes(drawn(*sampler, lattice, 3, load), drawn(*make_sampler(spec, lattice), lattice, 3, load)));
 }
 

@@ -113,10 +113,10 @@ TEST_CASE("an overload redraws beads inside its light cone only, and the piles s
   }
 }
 
-// A pair draws two numbers and the three ancestors at the top of a first climb (four where the climb ends at the top of
-// the pile) one each. Nothing else does: beads that draw again because a neighbour was mended or a climb has unsolved
-// them, and beads that had no solution themselves, keep their numbers.
-TEST_CASE("solved again, only mended parents and the top of a climb draw numbers") {
+// A pair draws two numbers and the three ancestors at the top of a first backtrack (four where the backtrack ends at
+// the top of the pile) one each. Nothing else does: beads that draw again because a neighbour was repaired or a
+// backtrack has unsolved them, and beads that had no solution themselves, keep their numbers.
+TEST_CASE("solved again, only repaired parents and the top of a backtrack draw numbers") {
   const LatticeSpec size{.columns = 60, .layers = 40};
   std::vector<double> load(60, 1.0), overloaded = load;
   overloaded[30] = 2;
@@ -136,14 +136,14 @@ TEST_CASE("solved again, only mended parents and the top of a climb draw numbers
       const SamplerCounts after = sampler->counts();
       if (after.arcs + after.rings > before.arcs + before.rings) continue;
       const std::uint64_t drawn = after.uniforms - before.uniforms, of_pairs = 2 * (after.pairs - before.pairs),
-                          climbs = after.climbs - before.climbs;
-      CAPTURE(mu, sample, drawn, of_pairs, climbs);
-      if (climbs == 0) {
+                          backtracks = after.backtracks - before.backtracks;
+      CAPTURE(mu, sample, drawn, of_pairs, backtracks);
+      if (backtracks == 0) {
         CHECK(drawn == of_pairs);
         pairs_alone += drawn > 0 ? 1 : 0;
         redrawn_beads += count_redrawn(first, again);
         numbers += drawn;
-      } else if (climbs == 1) {
+      } else if (backtracks == 1) {
         CHECK(drawn >= of_pairs + 3);
         CHECK(drawn <= of_pairs + 4);
         ++one_climb;
@@ -153,7 +153,7 @@ TEST_CASE("solved again, only mended parents and the top of a climb draw numbers
   CAPTURE(pairs_alone, one_climb, redrawn_beads, numbers);
   CHECK(pairs_alone >= 50);
   CHECK(one_climb >= 10);
-  // A parent that was mended stands elsewhere than its number would put it, unless it was mended more than once.
+  // A parent that was repaired stands elsewhere than its number would put it, unless it was repaired more than once.
   CHECK(redrawn_beads <= numbers);
   CHECK(10 * redrawn_beads > 7 * numbers);
 }
@@ -188,7 +188,7 @@ TEST_CASE("numbers drawn when a pile is solved again are none of the first solut
     }
   }
   CHECK(of_first == 0);
-  CHECK(of_again >= 20);  // beads at the top of a climb stand where their number says
+  CHECK(of_again >= 20);  // beads at the top of a backtrack stand where their number says
 }
 
 TEST_CASE(

@@ -18,7 +18,7 @@ namespace granuscope {
 namespace {
 
 /// The largest residual of a pile that counts as solved, relative to the largest force of its layer.
-constexpr double stress_tolerance = 1e-10;
+constexpr double stability_tolerance = 1e-10;
 
 enum class Outcome { solved, stuck, refused };
 
@@ -100,7 +100,7 @@ void survive(int columns, int layers, int seeds) {
         const Trial trial = attempt({columns, layers}, mu, load, static_cast<std::uint64_t>(seed));
         INFO(columns << " x " << layers << ", mu " << mu << ", seed " << seed << ", residual " << trial.worst);
         CHECK(trial.outcome == Outcome::solved);
-        CHECK(trial.worst <= stress_tolerance);
+        CHECK(trial.worst <= stability_tolerance);
       }
     }
   }
@@ -122,7 +122,7 @@ TEST_CASE("100 000 layers of 64 columns are solved, and residuals do not grow wi
     INFO("mu " << mu << ", worst " << deep.worst << ", early " << deep.early << ", late " << deep.late << ", rounded "
                << deep.rounded_per_bead);
     CHECK(deep.outcome == Outcome::solved);
-    CHECK(deep.worst <= stress_tolerance);
+    CHECK(deep.worst <= stability_tolerance);
     // The largest of as many layers each time: a sum of rounding would be some nine times as large at the end, or three
     // if its signs were random.
     CHECK(deep.early > 0);
@@ -142,7 +142,7 @@ TEST_CASE("half the top unloaded is refused below 30 degrees of friction angle a
     for (const int columns : {4, 40}) {
       const Trial trial = attempt({columns, 60}, mu, half_unloaded(columns), 1);
       CAPTURE(mu, columns, cone.t_minus(), trial.worst, trial.stuck_layer);
-      CHECK(trial.worst <= stress_tolerance);
+      CHECK(trial.worst <= stability_tolerance);
       if (trial.outcome == Outcome::stuck) {
         CHECK(std::abs(cone.t_minus()) < 1e-12);
       } else {
@@ -157,7 +157,7 @@ TEST_CASE("half the top unloaded is refused below 30 degrees of friction angle a
       const Trial trial = attempt({5, 2}, mu, {1, 0, 0, 1, 1}, 1, law);
       CAPTURE(name_of(law), mu, trial.worst);
       CHECK(trial.outcome == (mu < tan30 ? Outcome::refused : Outcome::solved));
-      CHECK(trial.worst <= stress_tolerance);
+      CHECK(trial.worst <= stability_tolerance);
     }
     CHECK(attempt({5, 2}, 0.7, {0, 0, 0, 0, 0}, 1, law).outcome == Outcome::refused);
   }
@@ -169,7 +169,7 @@ TEST_CASE("a contact that is pulled is no solution, however small the friction i
     for (std::uint64_t seed = 1; seed <= 12; ++seed) {
       const Trial trial = attempt({64, 60}, mu, ten_orders(64, seed), seed);
       CAPTURE(mu, seed, trial.worst);
-      CHECK(trial.worst <= stress_tolerance);
+      CHECK(trial.worst <= stability_tolerance);
       solved += trial.outcome == Outcome::solved ? 1 : 0;
     }
   }
@@ -183,7 +183,7 @@ TEST_CASE("loads over ten orders of magnitude side by side: a pile with small re
       const Trial trial = attempt({24, 30}, mu, ten_orders(24, seed), seed);
       CAPTURE(mu, seed, trial.worst, trial.stuck_layer);
       CHECK(trial.outcome != Outcome::refused);
-      CHECK(trial.worst <= stress_tolerance);
+      CHECK(trial.worst <= stability_tolerance);
       solved += trial.outcome == Outcome::solved ? 1 : 0;
       if (mu > 1) {
         ++steep;

@@ -248,7 +248,7 @@ TEST_CASE("a pile under a load and the image of one under the image of the load 
   }
 }
 
-/// Of two layers in which arcs have mended something: sum over beads of u^3 v - u v^3, u and v being the numbers of
+/// Of two layers in which arcs have repaired something: sum over beads of u^3 v - u v^3, u and v being the numbers of
 /// neighbours in the top layer less 1/2. No horizontal force enters that layer, so that numbers are turned round with
 /// the pile, and the sum changes its sign.
 RunningMean sides_of_arcs(LayerOrder order, std::uint64_t piles) {
@@ -290,8 +290,8 @@ TEST_CASE("arcs have no side, and the test would see it if they were always draw
   CHECK(sigmas(fixed) > (test::sanitized ? 6 : 12));
 }
 
-/// Under a heavy bead, of piles with climbs: u - v and u^2 v - u v^2, u and v being the numbers less 1/2 of the beads
-/// at the right and at the left of it. They change their signs with left and right, as those of arcs do.
+/// Under a heavy bead, of piles with backtracks: u - v and u^2 v - u v^2, u and v being the numbers less 1/2 of the
+/// beads at the right and at the left of it. They change their signs with left and right, as those of arcs do.
 std::array<RunningMean, 2> sides_of_climbs(LayerOrder order, std::uint64_t piles) {
   constexpr std::size_t columns = 8, heavy = 4;
   const Lattice lattice({.columns = columns, .layers = 3});
@@ -305,9 +305,9 @@ std::array<RunningMean, 2> sides_of_climbs(LayerOrder order, std::uint64_t piles
   Pile pile(lattice);
   std::array<RunningMean, 2> means;
   for (std::uint64_t k = 0; k < piles; ++k) {
-    const std::uint64_t climbs = sampler->counts().climbs;
+    const std::uint64_t backtracks = sampler->counts().backtracks;
     if (sampler->draw(8 * k, load, pile)) throw std::runtime_error("stuck");
-    if (sampler->counts().climbs == climbs) continue;
+    if (sampler->counts().backtracks == backtracks) continue;
     read_split_uniforms(pile, numbers);
     const double u = numbers[heavy + 1] - 0.5, v = numbers[heavy - 1] - 0.5;
     means[0].add(u - v);
@@ -316,8 +316,8 @@ std::array<RunningMean, 2> sides_of_climbs(LayerOrder order, std::uint64_t piles
   return means;
 }
 
-// What a climb has unsolved is solved again in the direction of its layer, and mended in it.
-TEST_CASE("climbs have no side, and the test would see it if layers were always solved rightwards") {
+// What a backtrack has unsolved is solved again in the direction of its layer, and repaired in it.
+TEST_CASE("backtracks have no side, and the test would see it if layers were always solved rightwards") {
   constexpr std::uint64_t piles = test::sanitized ? 50'000 : 500'000;
   const auto fair = sides_of_climbs(LayerOrder::random, piles), fixed = sides_of_climbs(LayerOrder::fixed, piles);
   const auto worst = [](const std::array<RunningMean, 2>& means) {

@@ -17,7 +17,7 @@ struct TwoLayerMoments {
 /// The law "granusolve" on 4 columns and 2 layers by enumeration: the joint distribution of the four splits on a grid
 /// of cells^4, sent through first draw, pair and ring for each of the eight orders of the lower layer. No random
 /// numbers. On 4 columns there is no arc, and a two-layer pile has at least the frictionless solution, so that nothing
-/// climbs.
+/// backtracks.
 class TwoLayerLaw {
  public:
   TwoLayerLaw(double mu, const std::array<double, 4>& load, int cells);

@@ -66,7 +66,7 @@ TEST_CASE("pairs on four columns and two layers follow the enumerated law") {
     CAPTURE(setting.mu, spec.seed, counts.pairs, counts.rings, on_fine.lost);
     CHECK(counts.pairs >= 1000);
     CHECK(counts.arcs == 0);
-    CHECK(counts.climbs == 0);
+    CHECK(counts.backtracks == 0);
     CHECK(counts.rings == 0);
     CHECK(on_fine.lost < 1e-12);
     const double bound = test::sigma_bound(settings.size() * measured.size());
@@ -83,7 +83,7 @@ TEST_CASE("pairs on four columns and two layers follow the enumerated law") {
 }
 
 /// The moments of the middle layer's splits in piles of three layers: for each state of the top layer as two layers
-/// leave it, the middle layer's law once the lowest is solved. Valid where nothing climbs: then the lowest layer
+/// leave it, the middle layer's law once the lowest is solved. Valid where nothing backtracks: then the lowest layer
 /// changes no split of the top one.
 struct MiddleLayer {
   std::vector<double> moments;
@@ -127,10 +127,10 @@ void compare_three_layers(const std::vector<Setting>& settings, int cells, int d
       add_moments(pile.H_R.data() + 4, measured);
     }
     const auto& counts = sampler->counts();
-    // Rings and climbs are not followed: they must be rarer than what is to be told.
-    const double others = static_cast<double>(counts.rings + counts.climbs) / drawn;
+    // Rings and backtracks are not followed: they must be rarer than what is to be told.
+    const double others = static_cast<double>(counts.rings + counts.backtracks) / drawn;
     const double bound = test::sigma_bound(settings.size() * measured.size());
-    CAPTURE(setting.mu, spec.seed, counts.pairs, counts.rings, counts.climbs, on_fine.lost);
+    CAPTURE(setting.mu, spec.seed, counts.pairs, counts.rings, counts.backtracks, on_fine.lost);
     CHECK(counts.pairs >= 1000);
     for (std::size_t k = 0; k < measured.size(); ++k) {
       const auto found = measured[k].estimate();

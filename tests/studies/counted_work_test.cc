@@ -19,17 +19,17 @@ TEST_CASE("Counted work divides the counts by the beads that were completed") {
   MeasuredEnsemble ensemble = ensemble_of(0.3, {10, 30}, {5});
   ensemble.record.counts.beads = 1000;
   ensemble.record.counts.uniforms = 1500;
-  ensemble.record.counts.mended_by_pair = 100;
-  ensemble.record.counts.mended_by_arc = 20;
-  ensemble.record.counts.mended_by_ring = 3;
-  ensemble.record.counts.climbed = 7;
+  ensemble.record.counts.repaired_by_pair = 100;
+  ensemble.record.counts.repaired_by_arc = 20;
+  ensemble.record.counts.repaired_by_ring = 3;
+  ensemble.record.counts.backtracked = 7;
   ensemble.record.failed.push_back({3, 4, ""});
   const CountedWork work = counted_work(ensemble);
   CHECK(work.samples == 256);
   CHECK(work.failed == 1);
   CHECK(work.draws_per_bead == 1.5);
-  CHECK(work.mended_per_bead == 0.123);
-  CHECK(work.climbed_per_bead == 0.007);
+  CHECK(work.repaired_per_bead == 0.123);
+  CHECK(work.backtracked_per_bead == 0.007);
   ensemble.record.counts = {};
   CHECK_FALSE(std::isfinite(counted_work(ensemble).draws_per_bead));
 }

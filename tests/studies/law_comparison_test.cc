@@ -27,7 +27,7 @@ using test::unknown;
 
 TEST_CASE("The comparison of laws keeps each law's name, size, work and its means over the middle third") {
   EnsembleSpec spec = piles_of(Law::granusolve, 0.3, {6, 6}, 512);
-  spec.sampler.rules = MendingRules::no_pair;
+  spec.sampler.rules = RepairRules::no_pair;
   const EnsembleRecord record = run_ensemble(spec, 1, nullptr);
   const LawOnPiles measured = measure_law({spec, record});
   CHECK(configuration_text(measured.spec) == configuration_text(spec));

@@ -221,7 +221,7 @@ TEST_CASE("The loads are drawn against the linear response, and what cannot be c
     uniform.D_shift = uniform.c_shift = synthetic::unknown("no response");
     measured.responses.push_back(uniform);
   }
-  const Figure figure = draw_load_comparison(measured, "nonlinearity", run.path());
+  const Figure figure = plot_load_comparison(measured, "nonlinearity", run.path());
   CHECK(figure.data.size() == 4);
   CHECK(contains(figure.caption, "varied by ±0.25 of"));
   CHECK(contains(figure.caption, "−25.0(3.0) % at μ = 0.1 and −25.0(3.0) % at μ = 0.3"));
@@ -230,7 +230,7 @@ TEST_CASE("The loads are drawn against the linear response, and what cannot be c
   for (const char* label : {"size of the load", "all loads ±ε (multiplexed)", "μ = 0.3"}) CHECK(contains(svg, label));
   const std::string points = read_file(run.path() / "figures/nonlinearity-point-mu-0.1.csv");
   CHECK(std::count(points.begin(), points.end(), '\n') == 2);  // the header and the overload 1
-  CHECK_THROWS_AS(draw_load_comparison({}, "nonlinearity", run.path()), InputError);
+  CHECK_THROWS_AS(plot_load_comparison({}, "nonlinearity", run.path()), InputError);
 }
 
 TEST_CASE("Loads are compared with the linear response, and what cannot be is named once") {

@@ -124,12 +124,12 @@ TEST_CASE("Residuals are drawn against depth for the deep piles that were solved
   trials[2].outcome = "stuck";
   trials[2].mu = 1e-9;
   trials[2].reason = "the effort ran out";
-  const Figure figure = draw_stability(trials, run.path());
+  const Figure figure = plot_stability(trials, run.path());
   CHECK(figure.data.size() == 1);
   CHECK(contains(figure.caption, "Not solved: μ = 10⁻⁹ (the effort ran out)"));
   CHECK(contains(read_file(run.path() / figure.screen), "1/√3"));
   trials[0].deep = false;
-  CHECK_THROWS_AS(draw_stability(trials, run.path()), InputError);
+  CHECK_THROWS_AS(plot_stability(trials, run.path()), InputError);
 }
 
 TEST_CASE("Residuals take no more digits than they have") {

@@ -31,7 +31,7 @@ TEST_CASE("The bulk leaves out a margin at both ends; its halves leave out the m
     }
   };
   set_thrust([](int layer) { return layer < 4 || layer > 8 ? 100.0 : 0.9 + 0.01 * layer; });
-  const ExactThrust measured = measure_exact_thrust({spec, record}, 4);
+  const RejectionThrust measured = measure_rejection_thrust({spec, record}, 4);
   CHECK(measured.first_layer == 4);
   CHECK(measured.last_layer == 8);
   CHECK(measured.samples == 256);
@@ -49,7 +49,7 @@ TEST_CASE("Under the exact law the thrust ratio settles below 1 by a share of mu
   constexpr std::size_t particles = test::sanitized ? 2000 : 10'000;
   for (const auto& [mu, lattice] : {Size{0.1, {6, 30}}, {0.2, {6, 20}}, {0.3, {6, 13}}}) {
     const EnsembleSpec spec = piles_of(Law::rejection, mu, lattice, 1024);
-    const ExactThrust measured = measure_exact_thrust({spec, run_ensemble(spec, 2, nullptr)}, 4);
+    const RejectionThrust measured = measure_rejection_thrust({spec, run_ensemble(spec, 2, nullptr)}, 4);
     const test::Estimated expected = test::naive_rejection_thrust(
         mu, lattice.columns, lattice.layers, measured.first_layer, measured.last_layer, particles, 8, 11);
     CAPTURE(mu, measured.alpha.value, measured.alpha.standard_error, measured.change_with_depth.value);
@@ -65,9 +65,9 @@ TEST_CASE("Under the exact law the thrust ratio settles below 1 by a share of mu
 
 TEST_CASE("Piles for the exact thrust have about as many beads at each width, and a bulk between the margins") {
   for (const double mu : {1e-3, 0.05, 0.1, 0.2, 0.25, 0.3}) {
-    const auto sizes = exact_thrust_sizes(mu);
+    const auto sizes = rejection_thrust_sizes(mu);
     REQUIRE(sizes.size() == 3);
-    for (const ExactThrustSize& size : sizes) {
+    for (const RejectionThrustSize& size : sizes) {
       CAPTURE(mu, size.lattice.columns, size.lattice.layers, size.margin);
       CHECK(size.margin >= 4);
       CHECK(size.lattice.layers - 2 * size.margin >= 2);
@@ -79,18 +79,18 @@ TEST_CASE("Piles for the exact thrust have about as many beads at each width, an
 }
 
 TEST_CASE("The thrust of the exact law is said to settle below 1 only where the numbers say so") {
-  const auto page = [](const std::vector<ExactThrust>& measured) {
+  const auto page = [](const std::vector<RejectionThrust>& measured) {
     return study_page(*rejection_thrust_study(measured));
   };
   CHECK_FALSE(contains(page({}).html, "tend to 1 under the exact law"));
-  ExactThrust one;
+  RejectionThrust one;
   one.spec.sampler.mu = 0.3;
   one.spec.lattice = {4, 20};
   one.alpha = known(0.93, 0.001);
   one.deficit_over_mu2 = known(0.78, 0.01);
   one.change_with_depth = known(0.002, 0.002);
   one.alpha_of_last_layer = known(0.99, 0.002);
-  std::vector<ExactThrust> measured(2, one);
+  std::vector<RejectionThrust> measured(2, one);
   const auto settles = [&] { return contains(page(measured).html, "It does not: at every friction"); };
   CHECK(settles());
   CHECK(page(measured).texts.at("/studies/rejection_thrust/1/deficit_over_mu_squared") == "0.780(10)");

@@ -29,7 +29,7 @@ std::string name_in_words(const LawOnPiles& one) {
   const SamplerSpec& law = one.spec.sampler;
   const LatticeSpec& lattice = one.spec.lattice;
   const std::string lambda = law.law == Law::polytope ? ", λ = " + caption_number(law.lambda) : "";
-  const std::string rules = law.rules == MendingRules::all ? "" : " (" + name_of(law.rules) + ")";
+  const std::string rules = law.rules == RepairRules::all ? "" : " (" + name_of(law.rules) + ")";
   return fmt::format("{}{}{}, {} × {}", name_of(law.law), rules, lambda, lattice.columns, lattice.layers);
 }
 
@@ -47,12 +47,12 @@ std::string growth_in_words(const LawOnPiles& smallest, const LawOnPiles& larges
 
 }  // namespace
 
-Figure draw_laws(const std::vector<LawOnPiles>& laws, const std::filesystem::path& run_folder) {
+Figure plot_laws(const std::vector<LawOnPiles>& laws, const std::filesystem::path& run_folder) {
   PlotPlan plan;
   plan.id = thrust_id;
   plan.script = "studies/law_thrust";
   plan.height = 5;
-  std::vector<std::string> curves, titles, mended, failed;
+  std::vector<std::string> curves, titles, repaired, failed;
   Range layers, alphas;
   layers.add(0);
   alphas.add(1);
@@ -82,13 +82,13 @@ Figure draw_laws(const std::vector<LawOnPiles>& laws, const std::filesystem::pat
                                                in_words(one.alpha_thrust), in_words(one.weight_variance),
                                                one.draws_per_bead < 100 ? caption_number(one.draws_per_bead, 3)
                                                                         : fmt::format("{:.0f}", one.draws_per_bead)))));
-    if (one.spec.sampler.law == Law::granusolve && one.spec.sampler.rules == MendingRules::all) {
-      mended.push_back(fmt::format(
-          "on {} × {} beads the pair rule gave {:.2f} %, arcs and rings {:.3f} % and climbs {:.3f} % of the beads "
+    if (one.spec.sampler.law == Law::granusolve && one.spec.sampler.rules == RepairRules::all) {
+      repaired.push_back(fmt::format(
+          "on {} × {} beads the pair rule gave {:.2f} %, arcs and rings {:.3f} % and backtracks {:.3f} % of the beads "
           "their "
           "value",
           one.spec.lattice.columns, one.spec.lattice.layers, 100 * one.pair_per_bead, 100 * one.arc_per_bead,
-          100 * one.climbed_per_bead));
+          100 * one.backtracked_per_bead));
     }
   }
   if (curves.empty()) {
@@ -109,7 +109,7 @@ Figure draw_laws(const std::vector<LawOnPiles>& laws, const std::filesystem::pat
                               run_folder);
   set_captions(figure, "studies/law_thrust.captions",
                {{"mu", caption_number(laws.front().spec.sampler.mu)},
-                {"mended", enumeration(mended)},
+                {"repaired", enumeration(repaired)},
                 {"failed", enumeration(failed)}});
   return figure;
 }

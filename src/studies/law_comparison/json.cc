@@ -20,7 +20,7 @@ template <class Measured>
 Json law_json(const Measured& one) {
   const SamplerSpec& sampler = one.spec.sampler;
   Json json = {{"law", name_of(sampler.law)}};
-  if (sampler.law == Law::granusolve) json["mending_rules"] = name_of(sampler.rules);
+  if (sampler.law == Law::granusolve) json["repair_rules"] = name_of(sampler.rules);
   if (sampler.law != Law::polytope) return json;
   json["lambda"] = sampler.lambda;
   json["burn_in"] = finite_or_null(one.burn_in);
@@ -57,7 +57,7 @@ Json to_json(const LawOnPiles& one) {
                    {"draws_per_bead", finite_or_null(one.draws_per_bead)},
                    {"pair_per_bead", finite_or_null(one.pair_per_bead)},
                    {"arc_per_bead", finite_or_null(one.arc_per_bead)},
-                   {"climbed_per_bead", finite_or_null(one.climbed_per_bead)},
+                   {"backtracked_per_bead", finite_or_null(one.backtracked_per_bead)},
                    {"window_layers", {one.first_layer, one.last_layer}},
                    {"alpha_thrust", granuscope::to_json(one.alpha_thrust)},
                    {"c_thrust", granuscope::to_json(one.c_thrust)},
@@ -68,7 +68,7 @@ Json to_json(const LawOnPiles& one) {
 }
 
 /// Whether a law leaves out some of its rules.
-bool some_rules(const Json& one) { return one.contains("mending_rules") && one.at("mending_rules") != "all"; }
+bool some_rules(const Json& one) { return one.contains("repair_rules") && one.at("repair_rules") != "all"; }
 
 /// Nanoseconds of wall time for each bead of the piles begun.
 std::string time_per_bead(const ComparedLaws& measured, std::size_t i) {
@@ -126,7 +126,7 @@ Json law_rules_overlay(const Json& results, const std::string& base) {
   for (std::size_t i = 0; i < laws.size(); ++i) {
     const Json& one = laws[i];
     const bool as_the_first = one.at("columns") == laws[0].at("columns") && one.at("layers") == laws[0].at("layers");
-    if (!one.contains("mending_rules") || !as_the_first) continue;
+    if (!one.contains("repair_rules") || !as_the_first) continue;
     rules.push_back({{"key", fmt::format("{}/laws/{}", base, i)}, {"some_rules", some_rules(one)}});
   }
   return {{"rules", rules}};

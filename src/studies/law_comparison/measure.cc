@@ -46,9 +46,9 @@ LawOnPiles measure_law(const MeasuredEnsemble& ensemble) {
   result.failed = record.failed.size();
   result.effective_samples = effective_samples(sums);
   result.draws_per_bead = per_bead(counts.uniforms);
-  result.pair_per_bead = per_bead(counts.mended_by_pair);
-  result.arc_per_bead = per_bead(counts.mended_by_arc + counts.mended_by_ring);
-  result.climbed_per_bead = per_bead(counts.climbed);
+  result.pair_per_bead = per_bead(counts.repaired_by_pair);
+  result.arc_per_bead = per_bead(counts.repaired_by_arc + counts.repaired_by_ring);
+  result.backtracked_per_bead = per_bead(counts.backtracked);
   const int layers = spec.lattice.layers;
   result.first_layer = layers / 3;
   result.last_layer = std::max(result.first_layer, 2 * layers / 3 - 1);

@@ -17,9 +17,10 @@ struct LawOnPiles {
   Estimate effective_samples;
   double burn_in = 0, thinning = 0;  ///< polytope: sweeps, as measured; otherwise not a number
   double draws_per_bead = 0;         ///< uniform numbers per bead, whatever was thrown away included
-  double pair_per_bead = 0, arc_per_bead = 0, climbed_per_bead = 0;  ///< share of beads whose value came from each rule
-  std::vector<ThrustAtDepth> depths;                                 ///< every layer
-  int first_layer = 0, last_layer = 0;                               ///< that the means below are taken over
+  double pair_per_bead = 0, arc_per_bead = 0,
+         backtracked_per_bead = 0;      ///< share of beads whose value came from each rule
+  std::vector<ThrustAtDepth> depths;    ///< every layer
+  int first_layer = 0, last_layer = 0;  ///< that the means below are taken over
   Estimate alpha_thrust;
   Estimate c_thrust;  ///< tan30 sqrt(alpha_thrust)
   Estimate weight_variance;

@@ -28,10 +28,10 @@ constexpr int cost_blocks = 8;  ///< counted, not measured: few, and piles that 
 
 enum Measurement { on_piles, response, cost };
 
-std::string name_in_file(Law law, double lambda, MendingRules rules) {
-  return law == Law::polytope         ? fmt::format("{}-{}", name_of(law), lambda)
-         : rules != MendingRules::all ? fmt::format("{}-{}", name_of(law), name_of(rules))
-                                      : name_of(law);
+std::string name_in_file(Law law, double lambda, RepairRules rules) {
+  return law == Law::polytope        ? fmt::format("{}-{}", name_of(law), lambda)
+         : rules != RepairRules::all ? fmt::format("{}-{}", name_of(law), name_of(rules))
+                                     : name_of(law);
 }
 
 EnsembleSpec piles_of(const MainLine& main, Law law, double mu, LatticeSpec size, std::uint64_t samples) {
@@ -144,16 +144,15 @@ class LawComparisonStudy final : public CopiedStudy<LawComparisonStudy> {
   }
 
   std::vector<FigurePlot> figures(const Analysis&) const override {
-    std::vector<FigurePlot> drawings;
+    std::vector<FigurePlot> plots;
     if (!measured_.on_piles.empty()) {
-      drawings.emplace_back(
-          [this](const std::filesystem::path& folder) { return draw_laws(measured_.on_piles, folder); });
+      plots.emplace_back([this](const std::filesystem::path& folder) { return plot_laws(measured_.on_piles, folder); });
     }
     if (!measured_.costs.empty()) {
-      drawings.emplace_back(
+      plots.emplace_back(
           [this](const std::filesystem::path& folder) { return plot_law_cost(measured_.costs, folder); });
     }
-    return drawings;
+    return plots;
   }
 
  private:
@@ -188,7 +187,7 @@ class LawComparisonStudy final : public CopiedStudy<LawComparisonStudy> {
   }
 
   void add_laws(const MainLine& main, std::vector<StudyEnsemble>& all) const {
-    const auto add = [&](Law law, double lambda, LatticeSpec size, MendingRules rules = MendingRules::all) {
+    const auto add = [&](Law law, double lambda, LatticeSpec size, RepairRules rules = RepairRules::all) {
       EnsembleSpec spec = piles_of(main, law, mu_, size, samples_);
       spec.sampler.lambda = lambda;
       spec.sampler.rules = rules;
@@ -197,7 +196,7 @@ class LawComparisonStudy final : public CopiedStudy<LawComparisonStudy> {
                      fmt::format("law-{}-{}x{}", which, size.columns, size.layers), spec, on_piles});
     };
     add(Law::granusolve, 1, lattice_);
-    for (const MendingRules rules : {MendingRules::no_pair, MendingRules::no_arcs, MendingRules::climb_only}) {
+    for (const RepairRules rules : {RepairRules::no_pair, RepairRules::no_arcs, RepairRules::backtrack_only}) {
       add(Law::granusolve, 1, lattice_, rules);
     }
     add(Law::polytope, 1, lattice_);
@@ -209,9 +208,9 @@ class LawComparisonStudy final : public CopiedStudy<LawComparisonStudy> {
     add(Law::rejection, 1, narrow);
   }
 
-  /// What none of its rules could complete is left out: climbs alone finish hardly a pile.
+  /// What none of its rules could complete is left out: backtracks alone finish hardly a pile.
   void add_responses(const MainLine& main, std::vector<StudyEnsemble>& all) const {
-    const auto add = [&](Law law, double lambda, MendingRules rules) {
+    const auto add = [&](Law law, double lambda, RepairRules rules) {
       EnsembleSpec spec = piles_of(main, law, mu_, response_lattice_, response_samples_);
       spec.sampler.lambda = lambda;
       spec.sampler.rules = rules;
@@ -229,10 +228,10 @@ class LawComparisonStudy final : public CopiedStudy<LawComparisonStudy> {
           {fmt::format("response under {}, {} x {}", which, response_lattice_.columns, response_lattice_.layers),
            fmt::format("law-response-{}", which), spec, response});
     };
-    for (const MendingRules rules : {MendingRules::all, MendingRules::no_pair, MendingRules::no_arcs}) {
+    for (const RepairRules rules : {RepairRules::all, RepairRules::no_pair, RepairRules::no_arcs}) {
       add(Law::granusolve, 1, rules);
     }
-    for (const double lambda : {1.0, 0.0}) add(Law::polytope, lambda, MendingRules::all);
+    for (const double lambda : {1.0, 0.0}) add(Law::polytope, lambda, RepairRules::all);
   }
 
   static StudyEnsemble cost_of(const MainLine& main, Law law, double mu, int size) {

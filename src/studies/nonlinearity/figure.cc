@@ -93,7 +93,7 @@ std::vector<std::string> shifts_of_the_paper(const LoadComparison& measured) {
 
 }  // namespace
 
-Figure draw_load_comparison(const LoadComparison& measured, const std::string& study,
+Figure plot_load_comparison(const LoadComparison& measured, const std::string& study,
                             const std::filesystem::path& run_folder) {
   std::vector<Series> all;
   std::map<double, std::size_t> colours;
@@ -142,7 +142,7 @@ Figure draw_load_comparison(const LoadComparison& measured, const std::string& s
                                {"c_ticks", linear_ticks(panels.c, 7)}},
                               run_folder);
   set_captions(
-      figure, "studies/" + study + ".words",
+      figure, "studies/" + study + ".captions",
       {{"reference", caption_number(reference)}, {"paper_shifts", enumeration(shifts_of_the_paper(measured))}});
   return figure;
 }

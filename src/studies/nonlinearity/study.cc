@@ -125,7 +125,7 @@ class NonlinearityStudy final : public CopiedStudy<NonlinearityStudy> {
 
   std::vector<FigurePlot> figures(const Analysis&) const override {
     if (measured_.responses.empty()) return {};
-    return {[this](const std::filesystem::path& folder) { return draw_load_comparison(measured_, id(), folder); }};
+    return {[this](const std::filesystem::path& folder) { return plot_load_comparison(measured_, id(), folder); }};
   }
 
  private:

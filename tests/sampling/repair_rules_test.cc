@@ -14,21 +14,21 @@ namespace {
 
 constexpr double residual_of_rounding = 1e-12;
 
-SamplerSpec spec_with(MendingRules rules) {
+SamplerSpec spec_with(RepairRules rules) {
   SamplerSpec spec;
   spec.mu = 0.3;
   spec.rules = rules;
   return spec;
 }
 
-TEST_CASE("without some of its rules granusolve mends by the others, and its piles stay solutions") {
+TEST_CASE("without some of its rules granusolve repairs by the others, and its piles stay solutions") {
   const Lattice lattice({16, 40});
   const std::vector<double> load(16, 1.0);
-  for (const MendingRules rules :
-       {MendingRules::all, MendingRules::no_pair, MendingRules::no_arcs, MendingRules::climb_only}) {
+  for (const RepairRules rules :
+       {RepairRules::all, RepairRules::no_pair, RepairRules::no_arcs, RepairRules::backtrack_only}) {
     CAPTURE(name_of(rules));
     SamplerSpec spec = spec_with(rules);
-    if (rules == MendingRules::climb_only) spec.mu = 0.05;  // at 0.3 it completes nothing: see below
+    if (rules == RepairRules::backtrack_only) spec.mu = 0.05;  // at 0.3 it completes nothing: see below
     const auto sampler = make_sampler(spec, lattice);
     Pile pile(lattice);
     for (std::uint64_t sample = 0; sample < 40; ++sample) {
@@ -37,21 +37,21 @@ TEST_CASE("without some of its rules granusolve mends by the others, and its pil
       CHECK(result.max_balance_residual < residual_of_rounding);
       CHECK(result.max_cone_violation < residual_of_rounding);
     }
-    const bool pair = rules == MendingRules::all || rules == MendingRules::no_arcs;
-    const bool arcs = rules == MendingRules::no_pair;
-    CHECK((sampler->counts().mended_by_pair > 0) == pair);
-    if (arcs) CHECK(sampler->counts().mended_by_arc > 0);
-    if (rules == MendingRules::no_arcs || rules == MendingRules::climb_only) {
-      CHECK(sampler->counts().mended_by_arc + sampler->counts().mended_by_ring == 0);
+    const bool pair = rules == RepairRules::all || rules == RepairRules::no_arcs;
+    const bool arcs = rules == RepairRules::no_pair;
+    CHECK((sampler->counts().repaired_by_pair > 0) == pair);
+    if (arcs) CHECK(sampler->counts().repaired_by_arc > 0);
+    if (rules == RepairRules::no_arcs || rules == RepairRules::backtrack_only) {
+      CHECK(sampler->counts().repaired_by_arc + sampler->counts().repaired_by_ring == 0);
     }
-    CHECK(mending_rules_named(name_of(rules)) == rules);
+    CHECK(repair_rules_named(name_of(rules)) == rules);
   }
 }
 
-TEST_CASE("piles side by side are those of one by one under any mending rules") {
+TEST_CASE("piles side by side are those of one by one under any repair rules") {
   const Lattice lattice({12, 20});
   const std::vector<double> load(12, 1.0);
-  for (const MendingRules rules : {MendingRules::no_pair, MendingRules::no_arcs}) {
+  for (const RepairRules rules : {RepairRules::no_pair, RepairRules::no_arcs}) {
     const auto together = make_sampler(spec_with(rules), lattice), alone = make_sampler(spec_with(rules), lattice);
     std::vector<std::uint64_t> samples;
     for (std::uint64_t k = 0; k < 8; ++k) samples.push_back(k);
@@ -64,17 +64,17 @@ TEST_CASE("piles side by side are those of one by one under any mending rules") 
   }
 }
 
-TEST_CASE("by climbs alone nothing is completed at mu = 0.3: the effort runs out, by name") {
+TEST_CASE("by backtracks alone nothing is completed at mu = 0.3: the effort runs out, by name") {
   const Lattice lattice({16, 40});
   const std::vector<double> load(16, 1.0);
-  const auto sampler = make_sampler(spec_with(MendingRules::climb_only), lattice);
+  const auto sampler = make_sampler(spec_with(RepairRules::backtrack_only), lattice);
   Pile pile(lattice);
   CHECK(sampler->draw(0, load, pile).has_value());
 }
 
-TEST_CASE("mending rules are refused by name where they mean nothing") {
-  CHECK_THROWS_AS(mending_rules_named("none"), InputError);
-  SamplerSpec spec = spec_with(MendingRules::no_pair);
+TEST_CASE("repair rules are refused by name where they mean nothing") {
+  CHECK_THROWS_AS(repair_rules_named("none"), InputError);
+  SamplerSpec spec = spec_with(RepairRules::no_pair);
   spec.law = Law::rejection;
   CHECK_THROWS_AS(validate(spec), InputError);
 }

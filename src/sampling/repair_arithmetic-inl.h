@@ -1,4 +1,4 @@
-// The formulas of equilibrium.h and of the pair rule in vectors, for one stream of mends or two. A vector file of
+// The formulas of equilibrium.h and of the pair rule in vectors, for one stream of repairs or two. A vector file of
 // Highway: included once for every instruction set, so it has no ordinary include guard.
 #if defined(GRANUSCOPE_MEND_ARITHMETIC_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef GRANUSCOPE_MEND_ARITHMETIC_INL_H
@@ -31,7 +31,7 @@ constexpr Tag d;
 constexpr WordTag dw;
 constexpr hn::Rebind<std::uint32_t, Tag> d32;
 
-// The arithmetic of one stream of mends (V) and of two that are worked on in turn, operation by operation (V2).
+// The arithmetic of one stream of repairs (V) and of two that are worked on in turn, operation by operation (V2).
 struct V2 {
   V first, second;
 };
@@ -173,8 +173,8 @@ struct PairRoom {
   Mask some_pair;
 };
 
-/// GranusolveRules::mend_by_pair for a bead, the neighbour behind which is solved and hangs below `outer` and A (if it
-/// is the left one) or B; the neighbour ahead is not.
+/// GranusolveRules::repair_by_pair for a bead, the neighbour behind which is solved and hangs below `outer` and A (if
+/// it is the left one) or B; the neighbour ahead is not.
 template <class X, class BySide>
 HWY_INLINE PairRoom<X> room_for_pair(const ConeOf<X>& cone, const Parent<X>& A, const Parent<X>& B,
                                      const Parent<X>& outer, BySide by_side) {

@@ -1,5 +1,5 @@
-// Source: climbs that draw their numbers eight at a time are those that draw one after the other; equality is exact, of
-// failures and counts too.
+// Source: backtracks that draw their numbers eight at a time are those that draw one after the other; equality is
+// exact, of failures and counts too.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <random>
@@ -33,7 +33,7 @@ Drawn drawn_alone(const SamplerSpec& spec, const Lattice& lattice, const std::ve
   return drawn;
 }
 
-/// Draws piles with single numbers and with eight at a time; gives how often they climbed.
+/// Draws piles with single numbers and with eight at a time; gives how often they backtracked.
 std::uint64_t check_climbs(const SamplerSpec& spec, LatticeSpec lattice_spec, const std::vector<double>& load) {
   CAPTURE(spec.mu, spec.seed, spec.effort, name_of(spec.rules), lattice_spec.columns, lattice_spec.layers);
   const Lattice lattice(lattice_spec);
@@ -52,14 +52,14 @@ std::uint64_t check_climbs(const SamplerSpec& spec, LatticeSpec lattice_spec, co
   }
   const SamplerCounts &a = drawn.counts, &b = expected.counts;
   CHECK(a.uniforms == b.uniforms);
-  CHECK(a.climbs == b.climbs);
+  CHECK(a.backtracks == b.backtracks);
   CHECK(a.pairs == b.pairs);
   CHECK(a.arcs == b.arcs);
   CHECK(a.rings == b.rings);
-  CHECK(a.mended_by_pair == b.mended_by_pair);
-  CHECK(a.climbed == b.climbed);
+  CHECK(a.repaired_by_pair == b.repaired_by_pair);
+  CHECK(a.backtracked == b.backtracked);
   CHECK(a.rounded == b.rounded);
-  return b.climbs;
+  return b.backtracks;
 }
 
 /// Piles of all kinds; `rounding`: friction of a few ulps under loads of several orders of magnitude, so that nearly
@@ -69,10 +69,10 @@ std::uint64_t check_random_climbs(std::mt19937_64& generator, int trial, bool ro
   SamplerSpec spec;
   spec.mu = rounding ? std::pow(10.0, -16 + 3.5 * uniform(generator)) : 0.02 + 0.3 * uniform(generator);
   spec.seed = generator();
-  spec.rules = trial % 5 == 0 ? MendingRules::no_arcs : trial % 5 == 1 ? MendingRules::no_pair : MendingRules::all;
+  spec.rules = trial % 5 == 0 ? RepairRules::no_arcs : trial % 5 == 1 ? RepairRules::no_pair : RepairRules::all;
   // In one trial of three some run out of it.
   spec.effort = trial % 3 == 0 ? 1 + 0.3 * uniform(generator) * uniform(generator) : 20;
-  // Narrow ones: climbs at the seam, and at the ends of a layer's order.
+  // Narrow ones: backtracks at the seam, and at the ends of a layer's order.
   const int columns = 4 + static_cast<int>(26 * uniform(generator));
   const int layers = 4 + static_cast<int>(46 * uniform(generator));
   std::vector<double> load(static_cast<std::size_t>(columns), 1.0);
@@ -83,23 +83,23 @@ std::uint64_t check_random_climbs(std::mt19937_64& generator, int trial, bool ro
   return check_climbs(spec, {columns, layers}, load);
 }
 
-TEST_CASE("climbs that draw eight numbers at a time are those that draw one by one, wherever they set out from") {
+TEST_CASE("backtracks that draw eight numbers at a time are those that draw one by one, wherever they set out from") {
   for_each_instruction_set([] {
     std::mt19937_64 generator(23);
-    std::uint64_t climbs = 0;
-    for (int trial = 0; trial < 600; ++trial) climbs += check_random_climbs(generator, trial, trial % 3 == 1);
-    CHECK(climbs > 10'000);
+    std::uint64_t backtracks = 0;
+    for (int trial = 0; trial < 600; ++trial) backtracks += check_random_climbs(generator, trial, trial % 3 == 1);
+    CHECK(backtracks > 10'000);
   });
 }
 
-TEST_CASE("climbs of a wide pile that draw eight numbers at a time are those that draw one by one") {
+TEST_CASE("backtracks of a wide pile that draw eight numbers at a time are those that draw one by one") {
   SamplerSpec spec;
-  std::uint64_t climbs = 0;
+  std::uint64_t backtracks = 0;
   for (const double mu : {0.05, 0.1, 0.2}) {
     spec.mu = mu;
-    climbs += check_climbs(spec, {200, 150}, std::vector<double>(200, 1.0));
+    backtracks += check_climbs(spec, {200, 150}, std::vector<double>(200, 1.0));
   }
-  CHECK(climbs > 300);
+  CHECK(backtracks > 300);
 }
 
 }  // namespace

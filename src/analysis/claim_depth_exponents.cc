@@ -17,8 +17,8 @@ constexpr double outlier = 4;
 /// Laws in z or N. The mean power over all friction coefficients is judged by the rule for numbers, the tolerance of
 /// the experiment taking the place of the paper's error (the paper states these laws for large z and N); a law is also
 /// not reproduced if the power at any single mu lies more than four combined standard errors off.
-Claim judge_law(const Analysis& analysis, const ClaimSpec& spec, Claim claim, Estimate Exponents::*law, double paper,
-                const std::string& what) {
+Claim judge_exponent(const Analysis& analysis, const ClaimSpec& spec, Claim claim, Estimate Exponents::*law,
+                     double paper, const std::string& what) {
   std::vector<double> mu;
   double farthest = 0, farthest_z = 0;
   Estimate farthest_power;
@@ -99,7 +99,7 @@ std::string offset_sentence(const Analysis& analysis) {
 
 // The power p of x_p = x_0 + A z^p against 1: the curvature of x_p(z) over the window.
 Claim judge_linear_position(const Analysis& analysis, const ClaimSpec& spec) {
-  Claim claim = judge_law(
+  Claim claim = judge_exponent(
       analysis, spec,
       open_claim("linear-position", "The position xₚ of the peaks grows linearly with z.", "power of z in xₚ − x₀"),
       &Exponents::position, 1, "The power of z in xₚ − x₀");
@@ -109,19 +109,19 @@ Claim judge_linear_position(const Analysis& analysis, const ClaimSpec& spec) {
 
 // The power p of W^2 = w_0 + A z^p against 1: the curvature of W^2(z) over the window.
 Claim judge_diffusive_width(const Analysis& analysis, const ClaimSpec& spec) {
-  Claim claim = judge_law(analysis, spec,
-                          open_claim("diffusive-width", "The squared width W² of the peaks grows linearly with z.",
-                                     "power of z in W² − w₀"),
-                          &Exponents::width, 1, "The power of z in W² − w₀");
+  Claim claim = judge_exponent(analysis, spec,
+                               open_claim("diffusive-width", "The squared width W² of the peaks grows linearly with z.",
+                                          "power of z in W² − w₀"),
+                               &Exponents::width, 1, "The power of z in W² − w₀");
   add_sentence(claim, line_sentence(analysis, &Transport::width_line));
   return claim;
 }
 
 // The power of z in the height of the measured peaks against -1/2, an exact fraction: the slope of ln height on ln z.
 Claim judge_amplitude(const Analysis& analysis, const ClaimSpec& spec) {
-  Claim claim = judge_law(analysis, spec,
-                          open_claim("amplitude", "The height of the peaks falls as 1/√z.", "power of z in the height"),
-                          &Exponents::amplitude, -0.5, "The power of z in the height");
+  Claim claim = judge_exponent(
+      analysis, spec, open_claim("amplitude", "The height of the peaks falls as 1/√z.", "power of z in the height"),
+      &Exponents::amplitude, -0.5, "The power of z in the height");
   if (claim.measured.known()) add_sentence(claim, offset_sentence(analysis));
   return claim;
 }
@@ -130,7 +130,7 @@ Claim judge_amplitude(const Analysis& analysis, const ClaimSpec& spec) {
 // two Gaussians are not the exact shape, which is told beside the verdict.
 Claim judge_noise(const Analysis& analysis, const ClaimSpec& spec) {
   constexpr double paper = -0.5;
-  Claim claim = judge_law(
+  Claim claim = judge_exponent(
       analysis, spec,
       open_claim("noise", "The residual noise of the averaged response falls as 1/√N.", "power of N in the residual"),
       &Exponents::noise, paper, "The power of N in the rms residual about the fit");
