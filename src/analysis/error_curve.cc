@@ -11,8 +11,6 @@
 namespace granuscope {
 namespace {
 
-constexpr std::size_t least_repetitions = 4;
-
 /// The blocks of one repetition, as an ensemble of its own.
 EnsembleRecord repetition_of(const EnsembleRecord& record, std::size_t repetition) {
   const std::size_t first = repetition * repetition_blocks;
@@ -49,9 +47,8 @@ struct Values {
   }
 };
 
-Values fit_all(const EnsembleSpec& spec, const std::vector<EnsembleRecord>& records, int threads) {
+Values fit_all(const EnsembleSpec& spec, const FitSpec& fit, const std::vector<EnsembleRecord>& records, int threads) {
   Values values{std::vector<double>(records.size()), std::vector<double>(records.size())};
-  const FitSpec fit = error_curve_fit(spec.lattice);
   for_each_index(records.size(), threads, [&](std::size_t r) {
     // The curves show how far off the estimator paired is.
     const Transport t = measure_transport({spec, records[r]}, fit, {}, 1, BiasedPairs::measured).transport;
@@ -87,8 +84,8 @@ Estimate difference(const Estimate& a, const Estimate& b) {
   return {a.value - b.value, std::hypot(a.standard_error, b.standard_error), {}};
 }
 
-}  // namespace
-
+/// Slope of ln scatter on ln samples. The scatter of n repetitions is known to 1/sqrt(2(n - 1)) of itself. Sizes share
+/// their piles, which makes the slope better known than its error says.
 Estimate slope_of_scatter(const std::vector<ErrorPoint>& points, double ErrorPoint::*scatter) {
   if (points.size() < 2) return unknown("fewer than two sizes were measured");
   double weights = 0, x_mean = 0, y_mean = 0;
@@ -109,6 +106,8 @@ Estimate slope_of_scatter(const std::vector<ErrorPoint>& points, double ErrorPoi
   return {xy / xx, 1 / std::sqrt(xx), {}};
 }
 
+}  // namespace
+
 FitSpec error_curve_fit(const LatticeSpec& lattice) {
   FitSpec fit;
   fit.last_layer = lattice.layers - bottom_margin - 1;
@@ -120,7 +119,7 @@ FitSpec error_curve_fit(const LatticeSpec& lattice) {
   return fit;
 }
 
-ErrorCurve measure_error_curve(const MeasuredEnsemble& ensemble, int threads) {
+ErrorCurve measure_error_curve(const MeasuredEnsemble& ensemble, const FitSpec& fit, int threads) {
   const auto& [spec, record] = ensemble;
   ErrorCurve curve;
   curve.spec = spec;
@@ -138,14 +137,14 @@ ErrorCurve measure_error_curve(const MeasuredEnsemble& ensemble, int threads) {
   EnsembleRecord whole = records.front();
   for (std::size_t r = 1; r < records.size(); ++r) merge_into(whole, records[r]);
   std::uint64_t samples = curve.samples / repetitions;
-  for (; records.size() >= least_repetitions; records = paired_up(records), samples *= 2) {
-    const Values values = fit_all(spec, records, threads);
+  for (; records.size() >= std::size_t{least_repetitions}; records = paired_up(records), samples *= 2) {
+    const Values values = fit_all(spec, fit, records, threads);
     // A repetition too small for a fit tells nothing about the error of those that have one.
     if (!values.all_known()) continue;
     curve.points.push_back({samples, static_cast<int>(records.size()), scatter_of(values.c), scatter_of(values.D)});
   }
   if (curve.points.empty()) return curve;
-  const Values values = fit_all(spec, {whole}, threads);
+  const Values values = fit_all(spec, fit, {whole}, threads);
   curve.c = {values.c[0], error_of_all(curve, &ErrorPoint::scatter_c), {}};
   curve.D = {values.D[0], error_of_all(curve, &ErrorPoint::scatter_D), {}};
   if (!values.all_known()) curve.c = curve.D = unknown("the whole ensemble has no fit of two peaks");

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "analysis/mean_response.h"
+#include "analysis/speed_from_thrust.h"
 #include "model/lattice.h"
 
 namespace granuscope {
@@ -151,6 +152,14 @@ Replicated block_mean(const BlockSums& sums, const std::string& quantity, std::s
   number.value = means.whole[0];
   for (const auto& without : means.without_block) number.without_block.push_back(without[0]);
   return number;
+}
+
+Replicated thrust_speed(const BlockSums& sums, int first_layer) {
+  std::vector<Replicated> ratios;
+  for (std::size_t row = 0; row < sums.layers.size(); ++row) {
+    if (sums.layers[row] >= first_layer) ratios.push_back(block_mean(sums, "thrust", row));
+  }
+  return transform(speed_from_thrust, mean_of(ratios));
 }
 
 LayerSpectrum layer_spectrum(const BlockSums& sums, std::size_t row, double overload) {

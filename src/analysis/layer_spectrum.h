@@ -35,6 +35,10 @@ BlockMeans block_means(const BlockSums& sums, const std::string& quantity, std::
 /// The same for a quantity that is one number per layer.
 Replicated block_mean(const BlockSums& sums, const std::string& quantity, std::size_t row);
 
+/// The propagation coefficient that follows from the thrust ratio (speed_from_thrust.h), averaged over the recorded
+/// layers from `first_layer` on.
+Replicated thrust_speed(const BlockSums& sums, int first_layer);
+
 /// Spectrum of the response (w - 1)/overload at recorded layer number `row`.
 LayerSpectrum layer_spectrum(const BlockSums& sums, std::size_t row, double overload);
 

@@ -136,13 +136,13 @@ void add_bench_verb(CLI::App& app, VerbContext& context) {
                    "render: where piles and pictures are made for the time of the run (default: $TMPDIR or /tmp)");
   verb->add_flag("--quick", options->quick, "render: leave out what takes minutes");
   verb->add_option("--threads", options->accuracy.threads,
-                   "accuracy: repetitions drawn at the same time; one at a time disturbs them least")
+                   "accuracy: blocks drawn at the same time; one at a time disturbs them least")
       ->capture_default_str()
       ->check(CLI::Range(1, 4096));
   verb->add_option("--repetitions", options->accuracy.repetitions,
                    "accuracy: independent repetitions of each estimator")
       ->capture_default_str()
-      ->check(CLI::Range(2, 100000));
+      ->check(CLI::Range(least_repetitions, most_blocks / repetition_blocks));
   verb->callback([options, &context] { context.action = [options, &context] { return bench(*options, context); }; });
 }
 

@@ -11,6 +11,7 @@
 
 #include "analysis/effective_samples.h"
 #include "analysis/jackknife.h"
+#include "analysis/layer_spectrum.h"
 #include "sampling/chain_plan.h"
 #include "sampling/sampler.h"
 #include "support/interruption.h"
@@ -24,24 +25,6 @@ using Clock = std::chrono::steady_clock;
 constexpr int usual_blocks = 32;
 // Beyond this many beads the audit would take longer than a few seconds; then only some piles are audited.
 constexpr double most_audited_beads = 5e7;
-
-/// Mean over all samples of a quantity with one number per layer, and the same without each block.
-Replicated layer_mean(const BlockSums& sums, const std::string& quantity, std::size_t layer) {
-  const std::vector<double>& sum = sums.quantities.at(quantity).sum;
-  const std::size_t blocks = sums.count.size();
-  const std::size_t layers = sums.layers.size();
-  double total = 0;
-  std::uint64_t count = 0;
-  for (std::size_t b = 0; b < blocks; ++b) {
-    total += sum[b * layers + layer];
-    count += sums.count[b];
-  }
-  Replicated mean{total / static_cast<double>(count), {}};
-  for (std::size_t b = 0; b < blocks; ++b) {
-    mean.without_block.push_back((total - sum[b * layers + layer]) / static_cast<double>(count - sums.count[b]));
-  }
-  return mean;
-}
 
 /// One block per sample: enough for means, too few for standard errors.
 EnsembleRecord run_few(const EnsembleSpec& spec) {
@@ -84,7 +67,7 @@ EnsembleRecord run_few(const EnsembleSpec& spec) {
 }
 
 Estimate layer_estimate(const BlockSums& sums, const std::string& quantity, std::size_t layer) {
-  const Replicated mean = layer_mean(sums, quantity, layer);
+  const Replicated mean = block_mean(sums, quantity, layer);
   if (sums.blocks() >= min_blocks) return estimate(mean, "no pile, or a whole block without any, could be completed");
   Estimate without_error;
   without_error.value = mean.value;

@@ -44,7 +44,7 @@ struct ResponseSpec {
 };
 
 inline ResponseSpec point_response(double overload) { return {.overload = overload}; }
-inline ResponseSpec multiplexed_response(double epsilon, bool opposite = false, int sign_run = 1) {
+constexpr ResponseSpec multiplexed_response(double epsilon, bool opposite = false, int sign_run = 1) {
   return {.estimator = EstimatorName::multiplexed, .epsilon = epsilon, .opposite = opposite, .sign_run = sign_run};
 }
 

@@ -42,7 +42,6 @@ struct Image {
   int width = 0;
   int height = 0;
   std::vector<std::uint8_t> rgba;
-  ImageMetadata metadata;
 };
 
 }  // namespace granuscope

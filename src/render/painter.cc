@@ -100,7 +100,6 @@ Image paint(const Scene& scene, const SceneSpec& spec, GlContext& context, const
   picture.paint(&context, options, [&image](const Image& rows, int) {
     image.rgba.insert(image.rgba.end(), rows.rgba.begin(), rows.rgba.end());
   });
-  image.metadata = describe(scene);
   return image;
 }
 

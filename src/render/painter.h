@@ -44,7 +44,7 @@ class Picture {
   std::unique_ptr<const Parts> parts_;
 };
 
-/// The whole of a picture in memory; its metadata tells the scene and what was left out.
+/// The whole of a picture in memory.
 Image paint(const Scene& scene, const SceneSpec& spec, GlContext& context, const PaintOptions& options = {});
 
 /// What is to be told of a scene: what it shows, and what was drawn and left out.

@@ -31,7 +31,7 @@ struct CloseFile {
 using File = std::unique_ptr<std::FILE, CloseFile>;
 
 /// libpng reports through a callback and leaves by longjmp. No object with a destructor may then lie between the setjmp
-/// and the call into libpng, so that everything with one lives in the callers of encode_...() and decode_...().
+/// and the call into libpng, so that everything with one lives in the callers of encode_...().
 struct PngError {
   std::array<char, 256> message{};
 };
@@ -54,15 +54,6 @@ extern "C" void ignore_png_warning(png_structp, png_const_charp) {}
 constexpr int compression_level = 2;
 constexpr int row_filter = PNG_FILTER_NONE;
 constexpr int grey_strategy = Z_RLE;
-
-Channels channels_of(const Image& image) {
-  bool grey = true;
-  for (std::size_t i = 0; i < image.rgba.size(); i += 4) {
-    if (image.rgba[i + 3] != 255) return Channels::rgba;
-    grey = grey && image.rgba[i] == image.rgba[i + 1] && image.rgba[i] == image.rgba[i + 2];
-  }
-  return grey ? Channels::grey : Channels::rgb;
-}
 
 /// What the encoder holds between rows.
 struct Encoder {
@@ -122,36 +113,6 @@ void pack(const std::uint8_t* pixels, int width, Channels channels, png_bytep ro
   } else {
     std::memcpy(row, pixels, 4 * static_cast<std::size_t>(width));
   }
-}
-
-/// What decode() reads; the pointers stay valid until close().
-struct PngReader {
-  png_structp png = nullptr;
-  png_infop info = nullptr;
-  ~PngReader() { png_destroy_read_struct(&png, &info, nullptr); }
-};
-
-bool decode_header(std::FILE* file, PngReader* reader, PngError* error) {
-  reader->png = png_create_read_struct(PNG_LIBPNG_VER_STRING, error, note_png_error, ignore_png_warning);
-  if (reader->png == nullptr) return false;
-  reader->info = png_create_info_struct(reader->png);
-  if (reader->info == nullptr || setjmp(png_jmpbuf(reader->png)) != 0) return false;
-  png_init_io(reader->png, file);
-  png_read_info(reader->png, reader->info);
-  png_set_expand(reader->png);
-  png_set_strip_16(reader->png);
-  png_set_gray_to_rgb(reader->png);
-  png_set_add_alpha(reader->png, 255, PNG_FILLER_AFTER);
-  png_set_interlace_handling(reader->png);
-  png_read_update_info(reader->png, reader->info);
-  return true;
-}
-
-bool decode_pixels(PngReader* reader, png_bytepp rows) {
-  if (setjmp(png_jmpbuf(reader->png)) != 0) return false;
-  png_read_image(reader->png, rows);
-  png_read_end(reader->png, reader->info);
-  return true;
 }
 
 void require_keyword(const std::string& keyword) {
@@ -236,39 +197,6 @@ void PngWriter::commit() {
   if (!encode_end(&state_->encoder) || std::fflush(state_->file.get()) != 0) state_->fail();
   state_->file.reset();
   state_->target.commit();
-}
-
-void write_png(const std::filesystem::path& path, const Image& image, double dpi, const ImageMetadata& metadata) {
-  ImageMetadata all = image.metadata;
-  all.insert(all.end(), metadata.begin(), metadata.end());
-  PngWriter writer(path, {image.width, image.height, channels_of(image), dpi}, all);
-  writer.add(image);
-  writer.commit();
-}
-
-Image read_png(const std::filesystem::path& path) {
-  const File file(std::fopen(path.c_str(), "rb"));
-  if (file == nullptr) {
-    throw InputError(fmt::format("cannot read {}: {}", path.string(), std::generic_category().message(errno)));
-  }
-  PngError error;
-  PngReader reader;
-  const auto refuse = [&] {
-    throw InputError(fmt::format("{} is not a whole PNG file: {}", path.string(), error.message.data()));
-  };
-  if (!decode_header(file.get(), &reader, &error)) refuse();
-  Image image(static_cast<int>(png_get_image_width(reader.png, reader.info)),
-              static_cast<int>(png_get_image_height(reader.png, reader.info)), Rgb{});
-  std::vector<png_bytep> rows;
-  rows.reserve(static_cast<std::size_t>(image.height));
-  for (int y = 0; y < image.height; ++y) rows.push_back(image.rgba.data() + image.offset(0, y));
-  if (!decode_pixels(&reader, rows.data())) refuse();
-
-  png_textp texts = nullptr;
-  int count = 0;
-  png_get_text(reader.png, reader.info, &texts, &count);
-  for (int i = 0; i < count; ++i) image.metadata.emplace_back(texts[i].key, texts[i].text);
-  return image;
 }
 
 }  // namespace granuscope

@@ -123,11 +123,6 @@ SceneCounts count_elements(const Pile& pile, const Pile* minus, const SceneSpec&
   return build_scene(in_memory(pile), minus == nullptr ? nullptr : in_memory(*minus), spec).counts;
 }
 
-SceneStatistics render_pile(const Pile& pile, const SceneSpec& spec, const std::filesystem::path& image,
-                            const ImageMetadata& metadata) {
-  return render_pile(pile, nullptr, spec, image, metadata);
-}
-
 SceneStatistics render_pile_file(const PictureFiles& files, const SceneSpec& spec, const ImageMetadata& metadata) {
   require_known_format(files.image);
   for (const std::filesystem::path& pile : {files.pile, files.minus}) {

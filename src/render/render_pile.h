@@ -31,11 +31,9 @@ struct PictureFiles {
   std::filesystem::path image;  ///< PNG, SVG or PDF, by its ending
 };
 
-/// Draws a pile to a file, which appears whole or not at all; `metadata` (provenance) goes into it. Throws InputError
-/// and EnvironmentError as build_scene(), make_gl_context(), paint() and write_png() do; then no file is left.
-SceneStatistics render_pile(const Pile& pile, const SceneSpec& spec, const std::filesystem::path& image,
-                            const ImageMetadata& metadata = {});
-/// The same for two piles that a scene compares.
+/// Draws a pile, or two that a scene compares (`minus` may be null), to a file, which appears whole or not at all;
+/// `metadata` (provenance) goes into it. Throws InputError and EnvironmentError as build_scene(), make_gl_context(),
+/// Picture::paint() and PngWriter do; then no file is left.
 SceneStatistics render_pile(const Pile& pile, const Pile* minus, const SceneSpec& spec,
                             const std::filesystem::path& image, const ImageMetadata& metadata = {});
 /// What drawing it would count, but for the pixels.

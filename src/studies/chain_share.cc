@@ -9,7 +9,6 @@
 
 #include "analysis/claim_rule.h"
 #include "analysis/layer_spectrum.h"
-#include "analysis/speed_from_thrust.h"
 #include "model/lattice.h"
 #include "report/estimate_json.h"
 #include "studies/common_checks.h"
@@ -46,9 +45,7 @@ ChainShare measure_chain_share(const MeasuredEnsemble& ensemble) {
   result.samples = std::accumulate(sums.count.begin(), sums.count.end(), std::uint64_t{0});
   result.half_width = chain_half_width;
 
-  std::vector<Replicated> thrust;
-  for (std::size_t row = 0; row < sums.layers.size(); ++row) thrust.push_back(block_mean(sums, "thrust", row));
-  const Replicated c = transform(speed_from_thrust, mean_of(thrust));
+  const Replicated c = thrust_speed(sums, 0);
   result.c = estimate(c, "the mean thrust ratio is negative");
   result.share.reason = "no layer lies deep enough for the two bands to be apart";
   if (!result.c.known()) {

@@ -295,7 +295,7 @@ class ErrorAgainstTimeStudy final : public CopiedStudy<ErrorAgainstTimeStudy> {
 
   void begin(const MainLine&, int threads) override { threads_ = threads; }
   void add(const StudyEnsemble&, const MeasuredEnsemble& ensemble, double seconds) override {
-    curves_.push_back(measure_error_curve(ensemble, threads_));
+    curves_.push_back(measure_error_curve(ensemble, error_curve_fit(ensemble.spec.lattice), threads_));
     seconds_.push_back(seconds);
   }
   void finish() override { set_shifts(curves_); }

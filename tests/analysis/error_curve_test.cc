@@ -22,7 +22,7 @@ TEST_CASE("error curves: the scatter over repetitions of one, two, ... units, an
   CHECK(fit.layer_step % 2 == 1);
   spec.layers = layers_to_record(fit, {});
   const EnsembleRecord record = run_ensemble(spec, 2, nullptr);
-  const ErrorCurve curve = measure_error_curve({spec, record}, 2);
+  const ErrorCurve curve = measure_error_curve({spec, record}, fit, 2);
   REQUIRE(curve.points.size() == 2);
   CHECK(curve.points[0].samples == 64);
   CHECK(curve.points[0].repetitions == 8);
@@ -88,8 +88,9 @@ TEST_CASE("error curves: errors of every estimator fall as the square root of th
       spec.lattice = {160, 80};
       spec.response.blocks = options.repetitions * repetition_blocks;
       spec.response.samples = static_cast<std::uint64_t>(options.repetitions) * options.samples;
-      spec.layers = layers_to_record(error_curve_fit(spec.lattice), {});
-      const ErrorCurve curve = measure_error_curve({spec, run_ensemble(spec, 2, nullptr)}, 2);
+      const FitSpec fit = error_curve_fit(spec.lattice);
+      spec.layers = layers_to_record(fit, {});
+      const ErrorCurve curve = measure_error_curve({spec, run_ensemble(spec, 2, nullptr)}, fit, 2);
       CAPTURE(mu, name_of(options.estimator), curve.points.size(), curve.slope_c.value, curve.slope_D.value);
       // A size of which one repetition has no fit is left out.
       if (curve.points.size() < 3) continue;

@@ -8,9 +8,9 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/in_process.h"
+#include "kit/png_image.h"
 #include "kit/temporary_folder.h"
 #include "render/picture_distance.h"
-#include "render/png_file.h"
 #include "support/atomic_file.h"
 #include "support/child_process.h"
 
@@ -215,8 +215,9 @@ TEST_CASE("a picture has the same bytes for any number of rasteriser threads, an
   CHECK((read_file(drawn("two", {{"LP_NUM_THREADS", "2"}})) == read_file(one)));
   CHECK((read_file(drawn("five", {{"LP_NUM_THREADS", "5"}})) == read_file(one)));
   // It forgets elements beyond the first some hundred of a draw, without a word.
-  const PictureDistance apart = distance(
-      read_png(one), read_png(drawn("slow", {{"GALLIUM_DRIVER", "softpipe"}, {"LIBGL_ALWAYS_SOFTWARE", "1"}})));
+  const PictureDistance apart =
+      distance(test::read_png(one),
+               test::read_png(drawn("slow", {{"GALLIUM_DRIVER", "softpipe"}, {"LIBGL_ALWAYS_SOFTWARE", "1"}})));
   INFO("root mean square " << apart.root_mean_square << ", largest " << apart.largest);
   CHECK(apart.root_mean_square <= renderer_distance.root_mean_square);
   CHECK(apart.blocks <= renderer_distance.blocks);

@@ -95,7 +95,7 @@ struct Door {
 const std::vector<Door> doors{
     {"CLI/", {"cli"}},
     {"toml++/", {"experiment"}},
-    {"nlohmann/", {"report", "studies"}},
+    {"nlohmann/", {"report", "studies", "bench"}},
     {"Eigen/", {"analysis"}},
     {"eigen3/", {"analysis"}},
     {"gsl/gsl_fft", {"ensemble"}},

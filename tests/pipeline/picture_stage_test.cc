@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "kit/png_image.h"
 #include "kit/small_experiment.h"
 #include "kit/temporary_folder.h"
-#include "render/png_file.h"
 #include "support/atomic_file.h"
 
 namespace granuscope {
@@ -18,11 +18,7 @@ using test::TemporaryFolder;
 
 /// Width and what the picture says of its scene.
 std::string scene_in(const std::filesystem::path& picture) {
-  const Image image = read_png(picture);
-  for (const auto& [keyword, text] : image.metadata) {
-    if (keyword == "Scene") return std::to_string(image.width) + " px: " + text;
-  }
-  return "none";
+  return std::to_string(test::read_png(picture).width) + " px: " + test::png_text(picture, "Scene");
 }
 
 TEST_CASE("the picture of the friction and those with names of their own are drawn of one pile, each as asked for") {

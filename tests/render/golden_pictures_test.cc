@@ -7,12 +7,12 @@
 #include <string>
 #include <vector>
 
+#include "kit/png_image.h"
 #include "kit/temporary_folder.h"
 #include "render/field_scene.h"
 #include "render/font.h"
 #include "render/gl_context.h"
 #include "render/picture_distance.h"
-#include "render/png_file.h"
 #include "render/render_pile.h"
 #include "render/test_piles.h"
 
@@ -73,7 +73,7 @@ Image drawn(const Golden& golden, const fs::path& image) {
     const bool pair = golden.spec.scene == "response";
     render_pile_file({pictures / "point.h5", pair ? pictures / "uniform.h5" : "", image}, golden.spec);
   }
-  return read_png(image);
+  return test::read_png(image);
 }
 
 /// A folder's name: what the renderer calls itself, without what a name should not have.
@@ -108,7 +108,7 @@ TEST_CASE("every scene is drawn as it was: the same pixels by the same renderer,
       if (renew && folder.filename() == here) {
         fs::copy_file(scratch / "now.png", old, fs::copy_options::overwrite_existing);
       }
-      const Image before = read_png(old);
+      const Image before = test::read_png(old);
       bool same = before.width == now.width && before.height == now.height;
       REQUIRE(same);
       const PictureDistance apart = distance(before, now);

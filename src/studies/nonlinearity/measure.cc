@@ -6,7 +6,6 @@
 
 #include "analysis/layer_spectrum.h"
 #include "analysis/power_law.h"
-#include "analysis/speed_from_thrust.h"
 #include "analysis/transport.h"
 #include "model/lattice.h"
 
@@ -17,15 +16,6 @@ constexpr double window_slack = 1e-9;  ///< both ends of [0.1, 0.3] are inside
 
 double logarithm(double number) { return std::log(number); }
 double log_of_slowing(double c) { return std::log(tan30 - c); }
-
-/// The speed that follows from the thrust ratio over the layers of the window, with replicates.
-Replicated thrust_speed(const BlockSums& sums, int first_layer) {
-  std::vector<Replicated> ratios;
-  for (std::size_t row = 0; row < sums.layers.size(); ++row) {
-    if (sums.layers[row] >= first_layer) ratios.push_back(block_mean(sums, "thrust", row));
-  }
-  return transform(speed_from_thrust, mean_of(ratios));
-}
 
 bool has_empty_block(const BlockSums& sums) {
   return std::find(sums.count.begin(), sums.count.end(), 0) != sums.count.end();
