@@ -16,7 +16,7 @@ std::string written_parts(const std::vector<ReportPart>& parts, ReportPart::Plac
   std::string html;
   for (const ReportPart& part : parts) {
     const PageScope scope(root, part.base, part.overlay);
-    if (part.place == place && scope.has(part.needs)) html += fill_template_file(part.page, scope);
+    if (part.place == place && scope.has(part.needs)) html += scope.part(part.page);
   }
   return html;
 }

@@ -9,7 +9,8 @@ struct ReportPart {
   /// Where in the report: among the numbers that matter, or under Numerics.
   enum class Place { numbers, numerics };
 
-  std::string page;   ///< its template below templates/ (report/page_scope.h), as "studies/<id>.html"
+  /// Its template below templates/, as "studies/<id>.html" (report/page_scope.h) or "….table" (report/page_table.h).
+  std::string page;
   std::string base;   ///< JSON pointer into summary.json: the place that the names of the page are relative to
   std::string needs;  ///< a name in that place: the part is left out if nothing is there
   Place place = Place::numbers;

@@ -208,7 +208,7 @@ class RedrawnBeadsStudy final : public CopiedStudy<RedrawnBeadsStudy> {
 
   Json json() const override { return list_of(measured_, to_json); }
 
-  std::vector<ReportPart> parts(const Json&) const override { return {part()}; }
+  std::vector<ReportPart> parts(const Json&) const override { return {table_part()}; }
 
  private:
   std::vector<double> mu_;              ///< empty: not measured

@@ -72,6 +72,8 @@ class Study {
   ReportPart part(ReportPart::Place place = ReportPart::Place::numbers) const {
     return {.page = "studies/" + id() + ".html", .base = "/studies", .needs = id(), .place = place};
   }
+  /// The same where it is nothing but the table templates/studies/<id>.table.
+  ReportPart table_part() const { return {.page = "studies/" + id() + ".table", .base = "/studies", .needs = id()}; }
   /// The part templates/studies/<page>.html over the results, left out where these have nothing named `needs`.
   ReportPart part(const std::string& page, const std::string& needs) const {
     return {.page = "studies/" + page + ".html", .base = "/studies/" + id(), .needs = needs};
