@@ -223,6 +223,12 @@ Problem find_study_problem(const Experiment& e) {
   for (const auto& study : e.studies) {
     if (!study->asked()) continue;
     if (auto found = study->find_problem(e)) return found;
+    for (const StudyEnsemble& one : study->ensembles(e)) {
+      if (const auto found = find_problem(one.spec)) {
+        return problem("studies." + study->id(), "its ensemble \"{}\" cannot be drawn: {}: {}", one.label, found->key,
+                       found->message);
+      }
+    }
   }
   return {};
 }

@@ -301,6 +301,9 @@ TEST_CASE("Loads that could not be compared are refused") {
              Contains("must ascend"));
   CHECK_THAT(with([](Experiment& e) { set_key(e, "studies.nonlinearity.overloads", numbers({})); }),
              Contains("studies.nonlinearity.overloads: the list is empty"));
+  // At an overload of a quarter it takes four times as many: beyond what one seed has.
+  CHECK_THAT(with([](Experiment& e) { set_key(e, "studies.nonlinearity.point_samples", std::int64_t{900'000'000}); }),
+             Contains("studies.nonlinearity: ") && Contains("samples are too many"));
   CHECK_THAT(with([](Experiment& e) { set_key(e, "studies.nonlinearity.point_samples", std::int64_t{255}); }),
              Contains("whole group of eight"));
   CHECK_THAT(with([](Experiment& e) { set_key(e, "studies.nonlinearity.multiplexed_samples", std::int64_t{8}); }),
