@@ -38,8 +38,8 @@ FitSpec error_curve_fit(const LatticeSpec& lattice);
 
 /// Takes an ensemble apart into repetitions that share no pile (repetition_blocks blocks each), measures c and D of
 /// each by itself, and of each two, four, ... of them together: how their values scatter is the error that an ensemble
-/// of that size has, whatever error bars it would state. Sizes with fewer than
-/// least_repetitions are left out, and those of which one has no fit of two peaks.
+/// of that size has, whatever error bars it would state. Sizes with fewer than least_repetitions are left out, and
+/// those of which one has no fit of two peaks.
 ErrorCurve measure_error_curve(const MeasuredEnsemble& ensemble, const FitSpec& fit, int threads);
 
 /// What each curve measures beside the linear response, c and D minus those of the curve that bends it least: opposite

@@ -153,7 +153,7 @@ struct Analysis {
   std::vector<ScalingVariation> variations;  ///< of the windows of depth and of mu
   std::vector<ScalingFits> other_windows;
   std::vector<RatioScaling> by_ratio;  ///< over the primary window, at the layers of the response profiles
-  Exponents mean_exponents;            ///< over all mu with scatter, see law_average.h
+  Exponents mean_exponents;            ///< over all mu with scatter, see exponent_average.h
   std::vector<Claim> claims;
 };
 

@@ -15,7 +15,7 @@ struct MeasuredRatios {
   Replicated position, width_squared;
 };
 
-/// Laws with replicates; empty where unknown.
+/// Exponents with replicates; empty where unknown.
 struct ReplicatedExponents {
   Replicated position, width, amplitude, noise;
 };

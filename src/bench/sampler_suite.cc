@@ -252,8 +252,7 @@ void add_ratios(SamplerBench& bench, const SamplerBenchOptions& options) {
       const SamplerCase *const large = find(bench, mu, {1000, 1000}, engine), *const small =
                                                                                   find(bench, mu, {250, 250}, engine);
       if (large == nullptr || small == nullptr) continue;
-      // Deeper piles backtrack more often, and draw more numbers, under the law itself; no machine is to be blamed for
-      // it.
+      // Deeper piles backtrack more often, and draw more numbers, under the law itself, whatever the machine.
       const std::string name = fmt::format("mu={:g} {} 1000x1000/250x250", mu, name_of(engine));
       bench.ratios.push_back({name + " per bead", large->ns_per_bead / small->ns_per_bead, std::nullopt});
       bench.ratios.push_back({name + " per draw", large->ns_per_draw() / small->ns_per_draw(), growth_with_size});

@@ -168,7 +168,7 @@ void add_sample_verb(CLI::App& app, VerbContext& context) {
   verb->add_option("--layer-order", options->layer_order,
                    "granusolve: random, or fixed (breaks the mirror symmetry: for comparison only)")
       ->capture_default_str();
-  verb->add_option("--repairing-rules", options->repair_rules,
+  verb->add_option("--repair-rules", options->repair_rules,
                    "granusolve: all, or no-pair, no-arcs, backtrack-only (other laws: for comparison only)")
       ->capture_default_str();
   verb->add_option("--threads", options->threads, "threads, 0 for all; never changes a number")

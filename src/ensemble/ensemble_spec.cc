@@ -139,7 +139,7 @@ std::string replay_command(const EnsembleSpec& spec, std::uint64_t sample) {
     if (spec.sampler.burn_in > 0) command += fmt::format(" --burn-in {}", spec.sampler.burn_in);
     if (spec.sampler.thinning > 0) command += fmt::format(" --thinning {}", spec.sampler.thinning);
   }
-  if (spec.sampler.rules != SamplerSpec{}.rules) command += " --repairing-rules " + name_of(spec.sampler.rules);
+  if (spec.sampler.rules != SamplerSpec{}.rules) command += " --repair-rules " + name_of(spec.sampler.rules);
   if (spec.sampler.order != SamplerSpec{}.order) command += " --layer-order " + name_of(spec.sampler.order);
   return command + fmt::format(" --seed {} --sample {} --out pile.h5", spec.sampler.seed, sample);
 }

@@ -6,7 +6,7 @@
 #define GRANUSCOPE_INLINE inline __attribute__((always_inline))
 
 /// The arithmetic that formulas for every kind of number are written in, beside + - * /, for double.
-/// Vectors have the same in sampling/mend_arithmetic-inl.h.
+/// Vectors have the same in sampling/repair_arithmetic-inl.h.
 namespace granuscope::scalar {
 
 template <class X>

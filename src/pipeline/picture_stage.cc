@@ -25,7 +25,7 @@ namespace {
 
 constexpr const char* figure_id = "force-chains";
 /// Of the pictures with a name of their own.
-constexpr const char* free_words = "pictures/free.captions";
+constexpr const char* free_captions = "pictures/free.captions";
 constexpr std::string_view free_prefix = "picture-";
 
 /// Draws the pile, or says why it could not be completed and how to meet the same failure.
@@ -123,7 +123,7 @@ class PilePictures {
     return std::pair{std::move(first), std::move(second)};
   }
 
-  PictureOutcome draw(const std::string& id, const char* words, SceneSpec scene, const Pile& pile, const Pile* minus,
+  PictureOutcome draw(const std::string& id, const char* captions, SceneSpec scene, const Pile& pile, const Pile* minus,
                       const std::string& redraw) const {
     if (!scene.window) {
       scene.window = {{-0.5 * chains_.columns, 0.5 * chains_.columns, 0.0, static_cast<double>(chains_.layers - 1)}};
@@ -146,25 +146,25 @@ class PilePictures {
       set_failure(figure, failure);
       drawn.counts = count_elements(pile, minus, scene);
     }
-    TemplateVariables gaps{
+    TemplateVariables variables{
         {"columns", std::to_string(chains_.columns)}, {"layers", std::to_string(chains_.layers)},
         {"mu", caption_number(chains_.mu)},           {"overload", caption_number(experiment_.response.overload)},
         {"sample", std::to_string(chains_.sample)},   {"seed", std::to_string(experiment_.sampling.seed)}};
-    if (std::string_view(words) == free_words) {
-      gaps["name"] = id.substr(free_prefix.size());
-      gaps["shown"] = key_title_of(scene.scene);
-      gaps["x0"] = caption_number((*scene.window)[0]);
-      gaps["x1"] = caption_number((*scene.window)[1]);
-      gaps["first"] = caption_number((*scene.window)[2]);
-      gaps["last"] = caption_number((*scene.window)[3]);
+    if (std::string_view(captions) == free_captions) {
+      variables["name"] = id.substr(free_prefix.size());
+      variables["shown"] = key_title_of(scene.scene);
+      variables["x0"] = caption_number((*scene.window)[0]);
+      variables["x1"] = caption_number((*scene.window)[1]);
+      variables["first"] = caption_number((*scene.window)[2]);
+      variables["last"] = caption_number((*scene.window)[3]);
     }
     if (id == figure_id) {  // what was skipped is told once
-      gaps["computed_layers"] = std::to_string(chains_.computed_layers());
-      gaps["drawn"] = std::to_string(drawn.counts.drawn + drawn.counts.aggregated);
-      gaps["too_faint"] = std::to_string(drawn.counts.too_faint);
-      gaps["outside"] = std::to_string(drawn.counts.outside);
+      variables["computed_layers"] = std::to_string(chains_.computed_layers());
+      variables["drawn"] = std::to_string(drawn.counts.drawn + drawn.counts.aggregated);
+      variables["too_faint"] = std::to_string(drawn.counts.too_faint);
+      variables["outside"] = std::to_string(drawn.counts.outside);
     }
-    set_captions(figure, words, gaps);
+    set_captions(figure, captions, variables);
     if (!figure.is_there()) return outcome;
     outcome.environment = {{"OpenGL", drawn.renderer}, {"GL backend", drawn.backend + ": " + drawn.backend_reason}};
     outcome.skipped.push_back(fmt::format(
@@ -238,9 +238,9 @@ std::vector<PictureOutcome> render_pile_pictures(const Experiment& experiment, c
     const SceneSpec scene = picture.scene_like(chains);
     const std::string id = std::string(free_prefix) + name;
     if (!needs_two_piles(scene.scene)) {
-      drawn.push_back(pictures.draw(id, free_words, scene, pictures.pile(), nullptr, redraw));
+      drawn.push_back(pictures.draw(id, free_captions, scene, pictures.pile(), nullptr, redraw));
     } else if (pair) {
-      drawn.push_back(pictures.draw(id, free_words, scene, pair->second, &pair->first, redraw_pair));
+      drawn.push_back(pictures.draw(id, free_captions, scene, pair->second, &pair->first, redraw_pair));
     } else {
       drawn.back().skipped.push_back(
           fmt::format("The picture {} is left out: its pile could not be solved again under the other load.", id));

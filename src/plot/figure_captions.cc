@@ -39,8 +39,8 @@ std::map<std::string, std::string> paragraphs_by_heading(const std::string& text
 
 }  // namespace
 
-void set_captions(Figure& figure, const std::string& wording_template, const TemplateVariables& gaps) {
-  const auto paragraphs = paragraphs_by_heading(fill_template(template_file(wording_template), gaps));
+void set_captions(Figure& figure, const std::string& wording_template, const TemplateVariables& variables) {
+  const auto paragraphs = paragraphs_by_heading(fill_template(template_file(wording_template), variables));
   const auto paragraph = [&](const std::string& heading) {
     const auto found = paragraphs.find(heading);
     if (found == paragraphs.end()) throw std::logic_error(wording_template + " lacks [" + heading + "]");

@@ -9,7 +9,7 @@ namespace granuscope {
 
 /// Fills `figure`'s title, caption, alternative and paper_says from a wording template: headings in square brackets,
 /// each followed by its text, which becomes one paragraph. Throws std::logic_error if one of the four is missing.
-void set_captions(Figure& figure, const std::string& wording_template, const TemplateVariables& gaps);
+void set_captions(Figure& figure, const std::string& wording_template, const TemplateVariables& variables);
 
 /// "a", "a and b", "a, b and c".
 std::string enumeration(const std::vector<std::string>& items);

@@ -15,25 +15,25 @@ std::string plot_template(const std::string& name) {
   return std::string(template_file(fmt::format("{}.gp.mustache", name)));
 }
 
-/// Colours the script does not use are no mistake; every other gap must be asked for.
-void add_colours_used(TemplateVariables& gaps, const std::string& script) {
+/// Colours the script does not use are no mistake; every other variable must be asked for.
+void add_colours_used(TemplateVariables& variables, const std::string& script) {
   for (const auto& [name, colour] : plot_colours()) {
-    if (script.find("{{" + name + "}}") != std::string::npos) gaps.emplace(name, colour);
+    if (script.find("{{" + name + "}}") != std::string::npos) variables.emplace(name, colour);
   }
 }
 
 }  // namespace
 
-std::string fill_script_part(const std::string& name, TemplateVariables gaps) {
+std::string fill_script_part(const std::string& name, TemplateVariables variables) {
   const std::string part = plot_template(name);
-  add_colours_used(gaps, part);
-  return fill_template(part, gaps);
+  add_colours_used(variables, part);
+  return fill_template(part, variables);
 }
 
-Figure plot_figure(const PlotPlan& plan, const TemplateVariables& gaps, const std::filesystem::path& run_folder) {
+Figure plot_figure(const PlotPlan& plan, const TemplateVariables& variables, const std::filesystem::path& run_folder) {
   const std::string script_template = plot_template(plan.script);
   const std::string height = exact(plan.height);
-  TemplateVariables all = gaps;
+  TemplateVariables all = variables;
   all["stem"] = plan.id;
   all["begin_pass"] = fill_template(plot_template("plot/begin_pass"),
                                     {{"stem", plan.id}, {"width", exact(plot_width_inches)}, {"height", height}});

@@ -125,7 +125,7 @@ Range fitted_range(const PowerLawPanel& panel, const PowerLawSeries& series, con
   return panel.against_mu ? window_on_axis(series.fit.window, axes.x) : middle.extent;
 }
 
-void add_series(TemplateVariables& gaps, PlotPlan& plan, const PowerLawPanel& panel, std::size_t index,
+void add_series(TemplateVariables& variables, PlotPlan& plan, const PowerLawPanel& panel, std::size_t index,
                 const Axes& axes, PowerLawPanelScript& script) {
   const std::string prefix = index == 0 ? "first" : "second";
   const PowerLawSeries series = index < panel.series.size() ? panel.series[index] : PowerLawSeries{};
@@ -134,23 +134,23 @@ void add_series(TemplateVariables& gaps, PlotPlan& plan, const PowerLawPanel& pa
   const Law law = law_of(series);
   const bool with_law = law.known && !middle.extent.empty;
   const Range fitted = fitted_range(panel, series, middle, axes);
-  gaps[prefix + "_name"] = series.name;
-  gaps[prefix + "_inside"] = yes(drawn.inside);
-  gaps[prefix + "_outside"] = yes(drawn.outside);
-  gaps[prefix + "_ratio_inside"] = yes(drawn.ratio_inside);
-  gaps[prefix + "_ratio_outside"] = yes(drawn.ratio_outside);
-  gaps[prefix + "_law"] = yes(with_law);
-  gaps[prefix + "_exponent"] = exact(law.exponent);
-  gaps[prefix + "_intercept"] = exact(law.intercept);
-  gaps[prefix + "_low"] = exact(fitted.low);
-  gaps[prefix + "_high"] = exact(fitted.high);
+  variables[prefix + "_name"] = series.name;
+  variables[prefix + "_inside"] = yes(drawn.inside);
+  variables[prefix + "_outside"] = yes(drawn.outside);
+  variables[prefix + "_ratio_inside"] = yes(drawn.ratio_inside);
+  variables[prefix + "_ratio_outside"] = yes(drawn.ratio_outside);
+  variables[prefix + "_law"] = yes(with_law);
+  variables[prefix + "_exponent"] = exact(law.exponent);
+  variables[prefix + "_intercept"] = exact(law.intercept);
+  variables[prefix + "_low"] = exact(fitted.low);
+  variables[prefix + "_high"] = exact(fitted.high);
   if (with_law) plan.curves += index == 0 ? 2 : 1;  // the first also beyond its window
   if (index == 0) {
     const bool guide = !middle.extent.empty && !panel.paper_exponent.empty();
-    gaps["guide"] = yes(guide);
-    gaps["guide_x"] = exact(middle.x);
-    gaps["guide_y"] = exact(middle.y);
-    gaps["guide_exponent"] = panel.paper_exponent;
+    variables["guide"] = yes(guide);
+    variables["guide_x"] = exact(middle.x);
+    variables["guide_y"] = exact(middle.y);
+    variables["guide_exponent"] = panel.paper_exponent;
     if (guide) ++plan.curves;
     script.law = with_law;
   } else {
@@ -224,35 +224,35 @@ PowerLawPanelScript add_power_law_panel(PlotPlan& plan, const PowerLawPanel& wan
   PowerLawPanel panel = wanted;
   panel.left += room_for_labels({y_ticks, ratio_ticks});
   script.drawn = true;
-  TemplateVariables gaps = {{"stem", plan.id + "-" + panel.id},
-                            {"left", exact(panel.left)},
-                            {"right", exact(panel.right)},
-                            {"label_at", exact(wanted.left - 0.092)},
-                            {"x_label", panel.x_label},
-                            {"y_label", panel.y_label},
-                            {"x_low", exact(axes.x.low)},
-                            {"x_high", exact(axes.x.high)},
-                            {"y_low", exact(axes.y.low)},
-                            {"y_high", exact(axes.y.high)},
-                            {"ratio_low", exact(axes.ratio.low)},
-                            {"ratio_high", exact(axes.ratio.high)},
-                            {"x_ticks", log_ticks(axes.x)},
-                            {"x_marks", without_labels(log_ticks(axes.x))},
-                            {"y_ticks", y_ticks},
-                            {"ratio_ticks", ratio_ticks},
-                            {"labels", labels_beside(panel, axes)}};
-  for (const std::size_t index : {0, 1}) add_series(gaps, plan, panel, index, axes, script);
+  TemplateVariables variables = {{"stem", plan.id + "-" + panel.id},
+                                 {"left", exact(panel.left)},
+                                 {"right", exact(panel.right)},
+                                 {"label_at", exact(wanted.left - 0.092)},
+                                 {"x_label", panel.x_label},
+                                 {"y_label", panel.y_label},
+                                 {"x_low", exact(axes.x.low)},
+                                 {"x_high", exact(axes.x.high)},
+                                 {"y_low", exact(axes.y.low)},
+                                 {"y_high", exact(axes.y.high)},
+                                 {"ratio_low", exact(axes.ratio.low)},
+                                 {"ratio_high", exact(axes.ratio.high)},
+                                 {"x_ticks", log_ticks(axes.x)},
+                                 {"x_marks", without_labels(log_ticks(axes.x))},
+                                 {"y_ticks", y_ticks},
+                                 {"ratio_ticks", ratio_ticks},
+                                 {"labels", labels_beside(panel, axes)}};
+  for (const std::size_t index : {0, 1}) add_series(variables, plan, panel, index, axes, script);
   for (const std::size_t line : {0, 1, 2}) {
     const std::string name = fmt::format("note_{}", line + 1);
     const std::string note = line < panel.notes.size() ? panel.notes[line] : "";
-    gaps[name] = note.empty() ? "" : gnuplot_string(note);
+    variables[name] = note.empty() ? "" : gnuplot_string(note);
   }
-  const bool any_ratio = !gaps["first_ratio_inside"].empty() || !gaps["first_ratio_outside"].empty() ||
-                         !gaps["second_ratio_inside"].empty() || !gaps["second_ratio_outside"].empty();
-  gaps["ratios"] = yes(any_ratio);
-  gaps["no_ratios"] = yes(!any_ratio);
+  const bool any_ratio = !variables["first_ratio_inside"].empty() || !variables["first_ratio_outside"].empty() ||
+                         !variables["second_ratio_inside"].empty() || !variables["second_ratio_outside"].empty();
+  variables["ratios"] = yes(any_ratio);
+  variables["no_ratios"] = yes(!any_ratio);
   if (any_ratio) ++plan.curves;  // the line at 1
-  script.text = fill_script_part("plot/power_law_panel", gaps);
+  script.text = fill_script_part("plot/power_law_panel", variables);
   return script;
 }
 

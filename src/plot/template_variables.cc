@@ -11,13 +11,13 @@ namespace granuscope {
 
 namespace {
 
-class GapScope : public TemplateScope {
+class VariableScope : public TemplateScope {
  public:
-  explicit GapScope(const TemplateVariables& gaps) : gaps_(gaps) {}
+  explicit VariableScope(const TemplateVariables& variables) : variables_(variables) {}
 
   std::string raw_text(const std::string& name) const override {
-    const auto found = gaps_.find(name);
-    if (found == gaps_.end()) throw std::logic_error(fmt::format("plot template: no text for {{{{{}}}}}", name));
+    const auto found = variables_.find(name);
+    if (found == variables_.end()) throw std::logic_error(fmt::format("plot template: no text for {{{{{}}}}}", name));
     asked_.insert(name);
     return found->second;
   }
@@ -25,27 +25,27 @@ class GapScope : public TemplateScope {
   std::string text(const std::string& name) const override { return raw_text(name); }
 
   void enter(const std::string& name, Missing missing, const Write& write) const override {
-    if (missing == Missing::means_not_there && !gaps_.contains(name)) return;
+    if (missing == Missing::means_not_there && !variables_.contains(name)) return;
     if (!raw_text(name).empty()) write(*this);
   }
 
   void pass_over(const std::string& name) const override { raw_text(name); }
 
   void require_all_asked() const {
-    for (const auto& [name, value] : gaps_) {
+    for (const auto& [name, value] : variables_) {
       if (!asked_.contains(name)) throw std::logic_error(fmt::format("plot template: nothing asks for {}", name));
     }
   }
 
  private:
-  const TemplateVariables& gaps_;
+  const TemplateVariables& variables_;
   mutable std::set<std::string> asked_;
 };
 
 }  // namespace
 
-std::string fill_template(std::string_view text, const TemplateVariables& gaps) {
-  const GapScope scope(gaps);
+std::string fill_template(std::string_view text, const TemplateVariables& variables) {
+  const VariableScope scope(variables);
   std::string filled = fill_template(text, scope);
   scope.require_all_asked();
   return filled;

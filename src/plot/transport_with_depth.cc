@@ -59,13 +59,13 @@ Range with_margins(const Range& data) {
 struct Draft {
   PlotPlan plan;
   TemplateVariables script;
-  TemplateVariables words;
+  TemplateVariables caption;
   std::vector<LeftOut> not_logarithmic;  ///< "mu = 0"
 };
 
 void set_both(Draft& draft, const std::string& name, const std::string& text) {
   draft.script[name] = text;
-  draft.words[name] = text;
+  draft.caption[name] = text;
 }
 
 /// What the insets leave out; c and D of one mu in one name where they share their reason.
@@ -156,8 +156,8 @@ void add_depths(Draft& draft, const Transport& result) {
   z_axis.add(10 * std::ceil((z_range.high + 1) / 10));
   draft.script["z_limit"] = exact(z_axis.high);
   draft.script["z_ticks"] = linear_ticks(z_axis, 5);
-  draft.words["depths"] = std::to_string(shown);
-  draft.words["unidentified"] =
+  draft.caption["depths"] = std::to_string(shown);
+  draft.caption["unidentified"] =
       unidentified == 0 ? "" : count_in_words(unidentified) + (unidentified == 1 ? " depth" : " depths");
 }
 
@@ -168,8 +168,8 @@ void add_slope(Draft& draft, const std::string& name, const Estimate& slope, con
   draft.script[name] = known ? exact(slope.value) : "";
   draft.script[name + "_error"] = known ? exact(slope.standard_error) : "";
   draft.script[offset_name] = known ? exact(offset.value) : "";
-  draft.words[name] = known ? "known" : "";
-  draft.words[name + "_reason"] = known ? "" : slope.known() ? offset.reason : slope.reason;
+  draft.caption[name] = known ? "known" : "";
+  draft.caption[name + "_reason"] = known ? "" : slope.known() ? offset.reason : slope.reason;
   draft.script[name + "_text"] =
       known ? gnuplot_string(fmt::format("slope {} = {}", name, value_with_error(slope.value, slope.standard_error)))
             : "";
@@ -327,14 +327,14 @@ Figure plot_transport_with_depth(const Analysis& analysis, const TransportWithDe
   draft.plan.script = "plot/transport_with_depth";
   draft.plan.height = 6.3;
   set_both(draft, "mu", caption_number(result->mu()));
-  draft.words["mu_differs"] = result->mu() == spec.mu ? "" : caption_number(spec.mu);
+  draft.caption["mu_differs"] = result->mu() == spec.mu ? "" : caption_number(spec.mu);
   const double window_top = Lattice::depth(result->window_layers[0]);
   const double window_bottom = Lattice::depth(result->window_layers[1]);
   draft.script["c0"] = exact(tan30);
   draft.script["window_top"] = exact(window_top);
   draft.script["window_bottom"] = exact(window_bottom);
-  draft.words["window_top"] = caption_number(window_top);
-  draft.words["window_bottom"] = caption_number(window_bottom);
+  draft.caption["window_top"] = caption_number(window_top);
+  draft.caption["window_bottom"] = caption_number(window_bottom);
   add_depths(draft, *result);
   add_slope(draft, "c", result->c, "x_0", result->position_offset);
   add_slope(draft, "D", result->D, "w_0", result->width_offset);
@@ -347,11 +347,11 @@ Figure plot_transport_with_depth(const Analysis& analysis, const TransportWithDe
   draft.script["slopes"] = either("c", "D");
   draft.script["insets"] = either("inset_c", "inset_D");
   draft.script["laws"] = either("gamma", "beta");
-  draft.words["unknown"] = with_reasons(unknown_points(analysis.results));
-  draft.words["not_logarithmic"] = with_reasons(draft.not_logarithmic);
+  draft.caption["unknown"] = with_reasons(unknown_points(analysis.results));
+  draft.caption["not_logarithmic"] = with_reasons(draft.not_logarithmic);
 
   Figure figure = plot_figure(draft.plan, draft.script, run_folder);
-  set_captions(figure, "plot/transport_with_depth.captions", draft.words);
+  set_captions(figure, "plot/transport_with_depth.captions", draft.caption);
   return figure;
 }
 

@@ -36,7 +36,7 @@ std::string report_page(const ReportData& data, const Json& summary, const std::
                   {"skipped", data.skipped},
                   {"has_skipped", !data.skipped.empty()},
                   {"law_description", data.law_description},
-                  {"has_law_in_words", !data.law_description.empty()},
+                  {"has_law_description", !data.law_description.empty()},
                   {"other_laws", Json::array()}};
   for (const auto& [law, sentences] : data.other_laws_in_words) {
     overlay["other_laws"].push_back({{"law", law}, {"sentences", sentences}});

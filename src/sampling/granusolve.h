@@ -40,8 +40,7 @@ class GranusolveMemory {
 ///  3. ring: if the arc would meet itself, all parents of the layer: two rounds of tightening both ways, one parent
 ///     drawn, the others as an arc between its two sides.
 ///  4. backtrack: the ancestors 2 + (backtracks of this bead so far) layers up, and all their solved descendants, are
-///  unsolved
-///     and solved again, topmost layer first; above the top layer the set widens sideways instead.
+///     unsolved and solved again, topmost layer first; above the top layer the set widens sideways instead.
 ///
 /// Beads of the layer whose turn has not come yet restrict nothing.
 ///

@@ -13,14 +13,14 @@ namespace granuscope {
 
 /// Eight piles of the law granusolve side by side, one to a vector lane, in memory that interleaves them. They share
 /// the order in which the beads of a layer are solved (RandomKey::layer_order), so that a layer is drawn in bulk and
-/// its failing beads are repaired by the pair rule in all piles at once (group_kernels.h). What that cannot settle
+/// its failing beads are repaired by the pair rule in all piles at once (group_kernels.h). What that cannot solve
 /// (arcs, rings, backtracks, rounding) is done for one pile by a GranusolveSolver that works on the same memory. The
 /// piles are those of GranusolveSampler::draw, bit for bit.
 ///
 /// Of the layers above the front only a window is held: a backtrack hardly ever reaches farther up, and the memory of
 /// whole piles does not fit the caches. A layer that leaves the window is checked, its rules are counted, and if it is
-/// to be kept, what is measured of it is. A pile whose backtrack would leave the window is lost, and drawn anew by
-/// itself; it is the same pile.
+/// to be kept, what is measured of it is. A pile whose backtrack would leave the window is evicted, and drawn anew
+/// by itself; it is the same pile.
 ///
 /// Where the time goes: `granuscope bench sampler`. At mu = 0.3 two positions of three have a failing pile, 1.5 of the
 /// eight on average; pairs and the search take two thirds of all time. At mu = 0.1 a backtrack costs as much as seventy
@@ -41,7 +41,7 @@ namespace granuscope {
 class GranusolveGroup {
  public:
   /// `kept`: the layers to be kept for whoever measures the piles, ascending; none: all forces of all layers. `alone`
-  /// draws the piles that are lost, and counts them.
+  /// draws the piles that are evicted, and counts them.
   GranusolveGroup(const SamplerSpec& spec, const Lattice& lattice, const std::optional<std::vector<int>>& kept,
                   GranusolveSampler& alone);
 

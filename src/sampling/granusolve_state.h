@@ -65,24 +65,22 @@ struct BeadRun {
 ///                 has not come. Nobody clears it: behind the cursor it means nothing. From the cursor on, a bead that
 ///                 does not fail is as good as solved: its first number holds under its parents as they are now.
 ///   changed       goes with failing in a group: the bead failed, or was made to, for parents that have changed since
-///   it
-///                 was drawn, so that it may have a solution as it is. Cleared when the layer is begun; changed implies
-///                 failing.
+///                 it was drawn, so that it may have a solution as it is. Cleared when the layer is begun; changed
+///                 implies failing.
 ///   unsolved      0 when a layer is begun; unsolve() sets it above the front and before the cursor, never from the
 ///                 cursor on (such beads are forgotten instead); who solves the bead clears it. What hangs below an
 ///                 unsolved bead is unsolved or forgotten.
 ///   pending       of each layer, a run that holds all its unsolved beads; written with them. topmost_pending() is
-///   above
-///                 none of these layers, but for the one that GranusolveSolver::solve_pending is at. Nothing is pending
-///                 between two beads of the front layer.
+///                 above none of these layers, but for the one that GranusolveSolver::solve_pending is at. Nothing is
+///                 pending between two beads of the front layer.
 ///   attempts      attempts_at_first when a layer is begun; one more for each further pair of numbers a bead is given
 ///                 (GranusolveDraws, redraw_row, the kernels), whatever becomes of them. Never less: no number is used
 ///                 twice.
 ///   rule          first_draw when a layer is begun, and whenever a bead is solved as it is; pair, arc or ring on the
 ///                 bead whose parents that rule has changed. Neighbours that draw again with it keep theirs.
-///   backtracks        0 when a layer is begun; one more for each backtrack that sets out from the bead
-///   (GranusolveRules::backtrack). cursor        the beads before it are solved or pending; those from it on restrict
-///   nothing. It only goes on.
+///   backtracks    0 when a layer is begun; one more for each backtrack that sets out from the bead
+///                 (GranusolveRules::backtrack).
+///   cursor        the beads before it are solved or pending; those from it on restrict nothing. It only goes on.
 ///
 /// check() verifies this where a layer has been solved, and check_run() what a backtrack has had solved again.
 class GranusolveState {

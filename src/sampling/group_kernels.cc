@@ -285,7 +285,7 @@ HWY_INLINE void note(GroupFront& front, const GroupBead& bead, const Outcome& ou
   if (front.to_solve_singly == 0) front.step();
 }
 
-void MendAlong(const FrictionCone& friction, GroupFront& front) {
+void RepairAlong(const FrictionCone& friction, GroupFront& front) {
   const ConeOf<V> cone(friction);
   while (find_unsolved(cone, front) && front.to_solve_singly == 0) {
     lap(front, Phase::search);
@@ -308,7 +308,7 @@ void MendAlong(const FrictionCone& friction, GroupFront& front) {
   lap(front, Phase::search);
 }
 
-void MendAlongBoth(const FrictionCone& friction, GroupFront& a, GroupFront& b) {
+void RepairAlongBoth(const FrictionCone& friction, GroupFront& a, GroupFront& b) {
   const ConeOf<V> cone(friction);
   for (;;) {
     const bool in_a = find_unsolved(cone, a), in_b = find_unsolved(cone, b);
@@ -428,15 +428,15 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace granuscope {
 
-HWY_EXPORT(MendAlong);
-HWY_EXPORT(MendAlongBoth);
+HWY_EXPORT(RepairAlong);
+HWY_EXPORT(RepairAlongBoth);
 HWY_EXPORT(DrawLayer);
 HWY_EXPORT(CountRules);
 
-void repair_along(const FrictionCone& cone, GroupFront& front) { HWY_DYNAMIC_DISPATCH(MendAlong)(cone, front); }
+void repair_along(const FrictionCone& cone, GroupFront& front) { HWY_DYNAMIC_DISPATCH(RepairAlong)(cone, front); }
 
 void repair_along(const FrictionCone& cone, GroupFront& a, GroupFront& b) {
-  HWY_DYNAMIC_DISPATCH(MendAlongBoth)(cone, a, b);
+  HWY_DYNAMIC_DISPATCH(RepairAlongBoth)(cone, a, b);
 }
 
 void draw_layer(const FrictionCone& cone, const double* half_load, GroupFront& front) {

@@ -66,13 +66,13 @@ void draw_layer(const FrictionCone& cone, const double* half_load, GroupFront& f
 
 /// Goes on along the layer and solves each bead that fails in some piles: as it is with its first number where it has a
 /// solution, else by the pair rule, in all piles at once. Returns at the end of the layer, or at a bead that some piles
-/// must settle by another rule (to_solve_singly), in which nothing is changed. Gives the bytes of GranusolveSampler, on
+/// must solve by another rule (to_solve_singly), in which nothing is changed. Gives the bytes of GranusolveSampler, on
 /// every instruction set.
 void repair_along(const FrictionCone& cone, GroupFront& front);
 
-/// The same in two groups at once, until one of them has something to settle or is at the end of its layer; what the
-/// other has found keeps for the next call. A repair is a long chain of operations that wait for each other; two chains
-/// that have nothing to do with each other take hardly longer than one.
+/// The same in two groups at once, until one of them has a bead to solve singly or is at the end of its layer; what
+/// the other has found keeps for the next call. A repair is a long chain of operations that wait for each other; two
+/// chains that have nothing to do with each other take hardly longer than one.
 void repair_along(const FrictionCone& cone, GroupFront& a, GroupFront& b);
 
 /// How many beads of each of eight piles were solved by each rule (GranusolveRule); those at their first

@@ -1,10 +1,10 @@
 // The formulas of equilibrium.h and of the pair rule in vectors, for one stream of repairs or two. A vector file of
 // Highway: included once for every instruction set, so it has no ordinary include guard.
-#if defined(GRANUSCOPE_MEND_ARITHMETIC_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef GRANUSCOPE_MEND_ARITHMETIC_INL_H
-#undef GRANUSCOPE_MEND_ARITHMETIC_INL_H
+#if defined(GRANUSCOPE_REPAIR_ARITHMETIC_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef GRANUSCOPE_REPAIR_ARITHMETIC_INL_H
+#undef GRANUSCOPE_REPAIR_ARITHMETIC_INL_H
 #else
-#define GRANUSCOPE_MEND_ARITHMETIC_INL_H
+#define GRANUSCOPE_REPAIR_ARITHMETIC_INL_H
 #endif
 
 #include <hwy/highway.h>

@@ -148,7 +148,7 @@ std::size_t piles_at_once(const SamplerSpec& spec, const Lattice& lattice) {
 
 double drawing_memory(const SamplerSpec& spec, const Lattice& lattice) {
   const double pile = 32, solver = 68;  // bytes per bead, the latter for the law that needs most
-  const double granusolve = 15;         // of a pile by itself, such as the groups have lost
+  const double granusolve = 15;         // of a pile by itself, such as the groups have evicted
   const auto piles = static_cast<double>(piles_at_once(spec, lattice));
   if (piles > 1) {
     return piles / static_cast<double>(group_lanes) * GranusolveGroup::memory(lattice) +

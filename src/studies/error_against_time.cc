@@ -158,20 +158,20 @@ Figure plot_error_against_time(const std::vector<ErrorCurve>& curves, const std:
         "the figure of error against run time has nothing to show, because no repetition has a fit of two peaks; give "
         "studies.error_against_time.mu where peaks stand apart, or more piles each time");
   }
-  TemplateVariables gaps = {{"titles", fmt::format("{}", fmt::join(titles, ", \\\n    "))},
-                            {"axis", timed ? "seconds of drawing" : "million beads drawn"}};
+  TemplateVariables variables = {{"titles", fmt::format("{}", fmt::join(titles, ", \\\n    "))},
+                                 {"axis", timed ? "seconds of drawing" : "million beads drawn"}};
   for (const std::size_t q : {0, 1}) {
     const Range x = widened_by_factor(panels[q].x, 1.4), y = widened_by_factor(panels[q].y, 1.3);
     const std::string name = quantities[q].name;
-    gaps[name + "_curves"] = fmt::format("{}", fmt::join(panels[q].curves, ", \\\n    "));
-    gaps[name + "_x_low"] = exact(x.low);
-    gaps[name + "_x_high"] = exact(x.high);
-    gaps[name + "_x_ticks"] = log_ticks(x);
-    gaps[name + "_y_low"] = exact(y.low);
-    gaps[name + "_y_high"] = exact(y.high);
-    gaps[name + "_y_ticks"] = log_ticks(y);
+    variables[name + "_curves"] = fmt::format("{}", fmt::join(panels[q].curves, ", \\\n    "));
+    variables[name + "_x_low"] = exact(x.low);
+    variables[name + "_x_high"] = exact(x.high);
+    variables[name + "_x_ticks"] = log_ticks(x);
+    variables[name + "_y_low"] = exact(y.low);
+    variables[name + "_y_high"] = exact(y.high);
+    variables[name + "_y_ticks"] = log_ticks(y);
   }
-  Figure figure = plot_figure(plan, gaps, run_folder);
+  Figure figure = plot_figure(plan, variables, run_folder);
   set_captions(figure, "studies/error_against_time.captions",
                {{"mu", caption_number(curves.front().spec.sampler.mu)},
                 {"columns", std::to_string(curves.front().spec.lattice.columns)},

@@ -6,7 +6,7 @@
 namespace granuscope {
 
 /// What the tags of a template stand for, at one place of it. Every function throws std::logic_error for a name it has
-/// nothing for: a gap that silently stays empty would be a wrong page or figure.
+/// nothing for: a place that silently stays empty would be a wrong page or figure.
 class TemplateScope {
  public:
   virtual ~TemplateScope() = default;

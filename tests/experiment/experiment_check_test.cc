@@ -350,7 +350,7 @@ TEST_CASE("The thrust under rejection is asked for by itself, where rejection st
   CHECK_THAT(with({0.1}, 100), Contains("whole group of eight"));
 }
 
-TEST_CASE("Side measurements that could not be made are refused before anything is drawn") {
+TEST_CASE("Studies that could not be made are refused before anything is drawn") {
   CHECK(problem_after([](Experiment& e) {
           set_key(e, "studies.redrawn_beads.mu", numbers({0.1, 0.3}));
           set_key(e, "studies.counted_work.mu", numbers({0.0, 1.7}));

@@ -47,7 +47,7 @@ bool NaiveGranusolve::draw(std::span<const double> load, Pile& pile) {
       front_ = n;
       for (int k = 0; k < columns_; ++k) {
         const int bead = wrapped(first_[static_cast<std::size_t>(n)] + k * direction_[static_cast<std::size_t>(n)]);
-        while (!place(n, bead)) settle();
+        while (!place(n, bead)) solve_pending();
       }
     }
   } catch (const GivenUp&) {
@@ -129,7 +129,7 @@ void NaiveGranusolve::redraw(int layer, int bead) {
   if (layer < front_) ++later_numbers_;
 }
 
-void NaiveGranusolve::settle() {
+void NaiveGranusolve::solve_pending() {
   while (!pending_.empty()) {
     const auto next = *pending_.begin();
     if (place(std::get<0>(next), std::get<2>(next))) pending_.erase(next);

@@ -57,7 +57,7 @@ class NaiveGranusolve {
 
   bool place(int layer, int bead);
   void redraw(int layer, int bead);
-  void settle();
+  void solve_pending();
   bool repair(int layer, int bead);
   bool pair(int layer, int bead);
   /// What became of an arc of parents: changed, too narrow, or infeasible however wide.

@@ -341,7 +341,7 @@ TEST_CASE("the pile of the picture is the one its command draws again") {
   CHECK(pile.load[20] == 2.0);
 }
 
-TEST_CASE("Side measurements are drawn, kept, reused and reported") {
+TEST_CASE("The ensembles of studies are drawn, kept, reused and reported") {
   Experiment experiment = small_experiment();
   set_key(experiment, "studies.small_friction.mu", numbers({0.15, 0.2, 0.3}));
   set_key(experiment, "studies.small_friction.columns", std::int64_t{16});

@@ -1,4 +1,4 @@
-// What a run foretells of itself: beads to draw, and the memory for it.
+// What a run estimates of itself: beads to draw, and the memory for it.
 #include <catch2/catch.hpp>
 #include <string>
 

@@ -101,7 +101,7 @@ TEST_CASE("an ensemble that could not be kept is missed before it is drawn") {
   CHECK(manifest_of(folder.path())["status"] == "failed");
 }
 
-TEST_CASE("foretelling a growing ensemble draws nothing, even where what is there is damaged") {
+TEST_CASE("planning a growing ensemble draws nothing, even where what is there is damaged") {
   const TemporaryFolder folder;
   const Experiment experiment = growing_experiment();
   run_experiment(experiment, quiet(folder.path(), {Stage::sample}));

@@ -5,14 +5,14 @@
 
 using namespace granuscope;
 
-TEST_CASE("TemplateVariables are filled as they stand, sections stay or go") {
+TEST_CASE("Template variables are filled as they stand, sections stay or go") {
   CHECK(fill_template("a {{x}} b", {{"x", "<&'\">"}}) == "a <&'\"> b");
   CHECK(fill_template("{{#x}}yes {{x}}{{/x}}{{^x}}no{{/x}}", {{"x", "1"}}) == "yes 1");
   CHECK(fill_template("{{#x}}yes {{x}}{{/x}}{{^x}}no{{/x}}", {{"x", ""}}) == "no");
   CHECK(fill_template("{{^x}}{{#y}}hidden{{/y}}{{/x}}", {{"x", "1"}, {"y", "1"}}).empty());
 }
 
-TEST_CASE("A template and its gaps must match") {
+TEST_CASE("A template and its variables must match") {
   CHECK_THROWS_AS(fill_template("{{x}}", {}), std::logic_error);
   CHECK_THROWS_AS(fill_template("{{#x}}{{y}}{{/x}}", {{"x", ""}}), std::logic_error);  // also in a hidden section
   CHECK_THROWS_AS(fill_template("text", {{"x", "unasked"}}), std::logic_error);

@@ -34,7 +34,7 @@ Drawn drawn_alone(const SamplerSpec& spec, const Lattice& lattice, const std::ve
 }
 
 /// Draws piles with single numbers and with eight at a time; gives how often they backtracked.
-std::uint64_t check_climbs(const SamplerSpec& spec, LatticeSpec lattice_spec, const std::vector<double>& load) {
+std::uint64_t check_backtracks(const SamplerSpec& spec, LatticeSpec lattice_spec, const std::vector<double>& load) {
   CAPTURE(spec.mu, spec.seed, spec.effort, name_of(spec.rules), lattice_spec.columns, lattice_spec.layers);
   const Lattice lattice(lattice_spec);
   const auto one_by_one = [&] {
@@ -64,7 +64,7 @@ std::uint64_t check_climbs(const SamplerSpec& spec, LatticeSpec lattice_spec, co
 
 /// Piles of all kinds; `rounding`: friction of a few ulps under loads of several orders of magnitude, so that nearly
 /// all that holds a bead is rounding.
-std::uint64_t check_random_climbs(std::mt19937_64& generator, int trial, bool rounding) {
+std::uint64_t check_random_backtracks(std::mt19937_64& generator, int trial, bool rounding) {
   std::uniform_real_distribution<double> uniform;
   SamplerSpec spec;
   spec.mu = rounding ? std::pow(10.0, -16 + 3.5 * uniform(generator)) : 0.02 + 0.3 * uniform(generator);
@@ -80,14 +80,14 @@ std::uint64_t check_random_climbs(std::mt19937_64& generator, int trial, bool ro
     const double orders = rounding ? 3 + 2 * uniform(generator) : 3;
     for (double& force : load) force = std::pow(10.0, orders * uniform(generator));
   }
-  return check_climbs(spec, {columns, layers}, load);
+  return check_backtracks(spec, {columns, layers}, load);
 }
 
 TEST_CASE("backtracks that draw eight numbers at a time are those that draw one by one, wherever they set out from") {
   for_each_instruction_set([] {
     std::mt19937_64 generator(23);
     std::uint64_t backtracks = 0;
-    for (int trial = 0; trial < 600; ++trial) backtracks += check_random_climbs(generator, trial, trial % 3 == 1);
+    for (int trial = 0; trial < 600; ++trial) backtracks += check_random_backtracks(generator, trial, trial % 3 == 1);
     CHECK(backtracks > 10'000);
   });
 }
@@ -97,7 +97,7 @@ TEST_CASE("backtracks of a wide pile that draw eight numbers at a time are those
   std::uint64_t backtracks = 0;
   for (const double mu : {0.05, 0.1, 0.2}) {
     spec.mu = mu;
-    backtracks += check_climbs(spec, {200, 150}, std::vector<double>(200, 1.0));
+    backtracks += check_backtracks(spec, {200, 150}, std::vector<double>(200, 1.0));
   }
   CHECK(backtracks > 300);
 }

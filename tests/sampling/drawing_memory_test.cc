@@ -28,7 +28,7 @@ TEST_CASE("drawing takes no more memory than is estimated, and not much less") {
       spec.effort = 1000;
       const std::size_t piles = piles_at_once(spec, lattice);
       std::vector<std::vector<double>> loads(piles, std::vector<double>(static_cast<std::size_t>(size.columns), 1.0));
-      loads[3][25] = 1e3;  // lost by its group, and drawn by itself
+      loads[3][25] = 1e3;  // evicted from its group, and drawn by itself
       const std::vector<std::span<const double>> views(loads.begin(), loads.end());
       std::vector<std::uint64_t> samples(piles);
       std::iota(samples.begin(), samples.end(), std::uint64_t{24});

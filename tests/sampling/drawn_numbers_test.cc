@@ -65,7 +65,7 @@ TEST_CASE(
   spec.seed = 17;
   const auto sampler = make_sampler(spec, lattice);
   Pile pile(lattice);
-  int backtracked = 0, mended_after_climb = 0;
+  int backtracked = 0, repaired_after_backtrack = 0;
   for (std::uint64_t sample = 0; sample < 6000; ++sample) {
     const SamplerCounts before = sampler->counts();
     REQUIRE_FALSE(sampler->draw(sample, load, pile));
@@ -82,10 +82,10 @@ TEST_CASE(
     CHECK(neighbours >= 0);
     CHECK(off[1] <= 2 * (pairs - (off[0] + 1) / 2));
     CHECK(off[2] == 0);
-    mended_after_climb += neighbours > 0 && off[1] == 2 * (pairs - (off[0] + 1) / 2) ? 1 : 0;
+    repaired_after_backtrack += neighbours > 0 && off[1] == 2 * (pairs - (off[0] + 1) / 2) ? 1 : 0;
   }
-  CAPTURE(backtracked, mended_after_climb);
-  CHECK(mended_after_climb >= 40);
+  CAPTURE(backtracked, repaired_after_backtrack);
+  CHECK(repaired_after_backtrack >= 40);
 }
 
 }  // namespace

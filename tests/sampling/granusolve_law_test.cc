@@ -89,8 +89,8 @@ class Moments {
 
 struct LawComparison {
   double worst_sigmas = 0;
-  double climb_sigmas = 0;   ///< of the number of backtracks per pile
-  double number_sigmas = 0;  ///< of the numbers per pile that are drawn after the first of each bead
+  double backtrack_sigmas = 0;  ///< of the number of backtracks per pile
+  double number_sigmas = 0;     ///< of the numbers per pile that are drawn after the first of each bead
   /// Largest combined standard error, in units of the spread of the quantity itself.
   double worst_resolution = 0;
   std::size_t comparisons = 0;
@@ -108,7 +108,7 @@ LawComparison compare_laws(const LawCase& law_case, int piles_per_time, std::uin
   Pile pile(lattice);
   Moments program(lattice), naive(lattice);
   // The forces of such small piles hardly tell how high backtracks go; how many beads they solve again does.
-  RunningMean program_climbs, naive_climbs, program_numbers, naive_numbers;
+  RunningMean program_backtracks, naive_backtracks, program_numbers, naive_numbers;
   LawComparison result;
   SamplerCounts before;
   for (int k = 0; k < 2 * piles; ++k) {
@@ -116,7 +116,7 @@ LawComparison compare_laws(const LawCase& law_case, int piles_per_time, std::uin
     if (sampler->draw(8 * static_cast<std::uint64_t>(k), law_case.load, pile)) throw std::runtime_error("stuck");
     program.add(pile);
     const SamplerCounts after = sampler->counts();
-    program_climbs.add(static_cast<double>(after.backtracks - before.backtracks));
+    program_backtracks.add(static_cast<double>(after.backtracks - before.backtracks));
     program_numbers.add(static_cast<double>(after.uniforms - before.uniforms) - static_cast<double>(lattice.beads()));
     before = after;
     if (k % 16 == 0) {
@@ -131,14 +131,14 @@ LawComparison compare_laws(const LawCase& law_case, int piles_per_time, std::uin
   for (int k = 0; k < piles; ++k) {
     if (reference.draw(law_case.load, pile)) {
       naive.add(pile);
-      naive_climbs.add(reference.backtracks());
+      naive_backtracks.add(reference.backtracks());
       naive_numbers.add(reference.later_numbers());
     } else {
       ++result.given_up;
     }
   }
   result.comparisons = program.means().size() + 2;
-  result.climb_sigmas = std::abs(test::sigmas(program_climbs.estimate(), naive_climbs.estimate()));
+  result.backtrack_sigmas = std::abs(test::sigmas(program_backtracks.estimate(), naive_backtracks.estimate()));
   result.number_sigmas = std::abs(test::sigmas(program_numbers.estimate(), naive_numbers.estimate()));
   for (std::size_t k = 0; k < program.means().size(); ++k) {
     const auto a = program.means()[k].estimate(), b = naive.means()[k].estimate();
@@ -158,7 +158,7 @@ void compare_all(int piles, double resolution) {
     CAPTURE(law_case.name, law_case.mu, seed, piles, result.comparisons, result.given_up, result.counts.pairs,
             result.counts.arcs, result.counts.rings, result.counts.backtracks);
     CHECK(result.worst_sigmas < test::sigma_bound(law_cases.size() * result.comparisons));
-    CHECK(result.climb_sigmas < test::sigma_bound(law_cases.size() * result.comparisons));
+    CHECK(result.backtrack_sigmas < test::sigma_bound(law_cases.size() * result.comparisons));
     CHECK(result.number_sigmas < test::sigma_bound(law_cases.size() * result.comparisons));
     // Too few piles to see a shift of this share of a quantity's own spread would prove nothing.
     CHECK(result.worst_resolution < resolution);

@@ -120,7 +120,7 @@ TEST_CASE("solved again, only repaired parents and the top of a backtrack draw n
   const LatticeSpec size{.columns = 60, .layers = 40};
   std::vector<double> load(60, 1.0), overloaded = load;
   overloaded[30] = 2;
-  int pairs_alone = 0, one_climb = 0;
+  int pairs_alone = 0, one_backtrack = 0;
   std::uint64_t redrawn_beads = 0, numbers = 0;
   for (const double mu : {0.1, 0.3, 0.8}) {
     SamplerSpec spec;
@@ -146,13 +146,13 @@ TEST_CASE("solved again, only repaired parents and the top of a backtrack draw n
       } else if (backtracks == 1) {
         CHECK(drawn >= of_pairs + 3);
         CHECK(drawn <= of_pairs + 4);
-        ++one_climb;
+        ++one_backtrack;
       }
     }
   }
-  CAPTURE(pairs_alone, one_climb, redrawn_beads, numbers);
+  CAPTURE(pairs_alone, one_backtrack, redrawn_beads, numbers);
   CHECK(pairs_alone >= 50);
-  CHECK(one_climb >= 10);
+  CHECK(one_backtrack >= 10);
   // A parent that was repaired stands elsewhere than its number would put it, unless it was repaired more than once.
   CHECK(redrawn_beads <= numbers);
   CHECK(10 * redrawn_beads > 7 * numbers);

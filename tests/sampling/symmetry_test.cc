@@ -292,7 +292,7 @@ TEST_CASE("arcs have no side, and the test would see it if they were always draw
 
 /// Under a heavy bead, of piles with backtracks: u - v and u^2 v - u v^2, u and v being the numbers less 1/2 of the
 /// beads at the right and at the left of it. They change their signs with left and right, as those of arcs do.
-std::array<RunningMean, 2> sides_of_climbs(LayerOrder order, std::uint64_t piles) {
+std::array<RunningMean, 2> sides_of_backtracks(LayerOrder order, std::uint64_t piles) {
   constexpr std::size_t columns = 8, heavy = 4;
   const Lattice lattice({.columns = columns, .layers = 3});
   SamplerSpec spec;
@@ -319,7 +319,8 @@ std::array<RunningMean, 2> sides_of_climbs(LayerOrder order, std::uint64_t piles
 // What a backtrack has unsolved is solved again in the direction of its layer, and repaired in it.
 TEST_CASE("backtracks have no side, and the test would see it if layers were always solved rightwards") {
   constexpr std::uint64_t piles = test::sanitized ? 50'000 : 500'000;
-  const auto fair = sides_of_climbs(LayerOrder::random, piles), fixed = sides_of_climbs(LayerOrder::fixed, piles);
+  const auto fair = sides_of_backtracks(LayerOrder::random, piles),
+             fixed = sides_of_backtracks(LayerOrder::fixed, piles);
   const auto worst = [](const std::array<RunningMean, 2>& means) {
     double sigmas = 0;
     for (const RunningMean& one : means) sigmas = std::max(sigmas, std::abs(test::sigmas(one.estimate(), {0, 0})));
