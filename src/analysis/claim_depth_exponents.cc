@@ -10,20 +10,20 @@
 namespace granuscope {
 namespace {
 
-/// Beyond this many standard deviations a single friction coefficient speaks against a law that the mean follows: six
+/// Beyond this many standard deviations a single friction coefficient speaks against an exponent that the mean has: six
 /// coefficients meet it by chance once in 2600 experiments.
 constexpr double outlier = 4;
 
-/// Laws in z or N. The mean power over all friction coefficients is judged by the rule for numbers, the tolerance of
-/// the experiment taking the place of the paper's error (the paper states these laws for large z and N); a law is also
-/// not reproduced if the power at any single mu lies more than four combined standard errors off.
-Claim judge_exponent(const Analysis& analysis, const ClaimSpec& spec, Claim claim, Estimate Exponents::*law,
+/// Exponents of z or N. The mean over all friction coefficients is judged by the rule for numbers, the tolerance of the
+/// experiment taking the place of the paper's error (the paper states these exponents for large z and N); one is also
+/// not reproduced if its value at any single mu lies more than four combined standard errors off.
+Claim judge_exponent(const Analysis& analysis, const ClaimSpec& spec, Claim claim, Estimate Exponents::*exponent,
                      double paper, const std::string& what) {
   std::vector<double> mu;
   double farthest = 0, farthest_z = 0;
   Estimate farthest_power;
   for (const Transport& result : analysis.results) {
-    const Estimate& power = result.exponents.*law;
+    const Estimate& power = result.exponents.*exponent;
     if (!power.known()) continue;
     mu.push_back(result.mu());
     const double z = judge_number(power, paper, spec.exponent_tolerance).z_score;
@@ -32,7 +32,7 @@ Claim judge_exponent(const Analysis& analysis, const ClaimSpec& spec, Claim clai
     farthest_z = z;
     farthest_power = power;
   }
-  judge_by_number(claim, analysis.mean_exponents.*law, paper, spec.exponent_tolerance,
+  judge_by_number(claim, analysis.mean_exponents.*exponent, paper, spec.exponent_tolerance,
                   mu.empty() ? what : fmt::format("{} {}", what, over_all_mu(mu)));
   if (mu.empty()) {
     claim.explanation = fmt::format("No power could be taken: {}.", claim.measured.reason);

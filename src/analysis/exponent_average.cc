@@ -5,14 +5,14 @@
 namespace granuscope {
 namespace {
 
-Estimate average(const std::vector<MeasuredTransport>& results, double tolerance, Estimate Exponents::*law,
+Estimate average(const std::vector<MeasuredTransport>& results, double tolerance, Estimate Exponents::*exponent,
                  Replicated ReplicatedExponents::*replicated) {
   std::vector<Replicated> powers;
   std::vector<double> weights;
   double total = 0;
   std::string reason = "the experiment contains no friction above 0";
   for (const MeasuredTransport& result : results) {
-    const Estimate& power = result.transport.exponents.*law;
+    const Estimate& power = result.transport.exponents.*exponent;
     if (!power.known()) {
       if (result.transport.mu() > 0) reason = power.reason;
       continue;

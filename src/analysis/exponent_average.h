@@ -6,9 +6,9 @@
 
 namespace granuscope {
 
-/// Each law's power, averaged over the friction coefficients where it is known, with weights 1/(s^2 + tolerance^2): the
-/// most precise one must not outvote the others beyond what the law is trusted to hold (ClaimSpec::exponent_tolerance).
-/// Block b is left out at every mu at once.
+/// Each exponent, averaged over the friction coefficients where it is known, with weights 1/(s^2 + tolerance^2): the
+/// most precise one must not outvote the others beyond what the power law is trusted to hold
+/// (ClaimSpec::exponent_tolerance). Block b is left out at every mu at once.
 Exponents average_exponents(const std::vector<MeasuredTransport>& results, double tolerance);
 
 }  // namespace granuscope

@@ -44,7 +44,8 @@ struct ResponseProfile {
   std::vector<double> fit;  ///< the fitted G, integrated over the bead width
 };
 
-/// The powers of depth, and of the number of piles, that the paper's laws set, from the depths of the fit window.
+/// The exponents of depth, and of the number of piles, for which the paper has values, from the depths of the fit
+/// window.
 struct Exponents {
   Estimate position;   ///< p of x_p = x_0 + A z^p (growth_exponent); the paper: 1
   Estimate width;      ///< p of W^2 = w_0 + A z^p; the paper: 1

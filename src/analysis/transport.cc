@@ -173,13 +173,13 @@ void fit_exponents(const std::vector<const MeasuredDepth*>& used, const DepthSer
   const auto all = {&t.exponents.position, &t.exponents.width, &t.exponents.amplitude, &t.exponents.noise};
   std::string reason;
   if (std::any_of(used.begin(), used.end(), [](const MeasuredDepth* d) { return !d->inside; })) {
-    reason = "an exact profile has no scatter to test a law with";
+    reason = "an exact profile has no scatter to test an exponent with";
   } else if (used.size() < min_depths_of_a_law || peaks.z.back() < least_reach * peaks.z.front()) {
     reason = fmt::format("{} depths from z = {:.1f} to {:.1f} can be fitted; a power of z needs {} over a factor of {}",
                          used.size(), peaks.z.front(), peaks.z.back(), min_depths_of_a_law, least_reach);
   }
   if (!reason.empty()) {
-    for (Estimate* law : all) law->reason = reason;
+    for (Estimate* exponent : all) exponent->reason = reason;
     t.position_line.reason = t.width_line.reason = reason;
     return;
   }

@@ -45,7 +45,7 @@ void make_pile(const RenderCase& picture, const std::filesystem::path& file) {
   SamplerSpec spec;
   spec.mu = 0.3;
   if (make_sampler(spec, lattice)->draw(0, load, pile)) {
-    throw EnvironmentError("a pile of the suite could not be completed, so there is nothing to draw; report this");
+    throw EnvironmentError("a pile of the suite could not be completed, so there is nothing to render; report this");
   }
   write_pile(file, pile);
 }
@@ -58,7 +58,7 @@ struct ChildNumbers {
   char renderer[160] = {};
 };
 
-/// Draws in a process of its own: its memory is that of this picture alone, and its GL is started anew.
+/// Renders in a process of its own: its memory is that of this picture alone, and its GL is started anew.
 RenderTiming time_once(const RenderCase& picture, const std::filesystem::path& pile,
                        const std::filesystem::path& image) {
   RenderTiming timing;
@@ -72,11 +72,11 @@ RenderTiming time_once(const RenderCase& picture, const std::filesystem::path& p
     int status = 0;
     try {
       const auto start = std::chrono::steady_clock::now();
-      const SceneStatistics drawn = render_pile_file({pile, {}, image}, picture.spec);
+      const SceneStatistics statistics = render_pile_file({pile, {}, image}, picture.spec);
       numbers.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-      numbers.counts = drawn.counts;
-      numbers.steps = drawn.seconds;
-      drawn.renderer.copy(numbers.renderer, sizeof numbers.renderer - 1);
+      numbers.counts = statistics.counts;
+      numbers.steps = statistics.seconds;
+      statistics.renderer.copy(numbers.renderer, sizeof numbers.renderer - 1);
     } catch (const std::exception&) {
       status = 1;
     }
@@ -91,7 +91,7 @@ RenderTiming time_once(const RenderCase& picture, const std::filesystem::path& p
   rusage used{};
   ::wait4(child, &status, 0, &used);
   if (got != static_cast<ssize_t>(sizeof numbers) || !WIFEXITED(status) || WEXITSTATUS(status) != 0) {
-    timing.failure = "the picture could not be drawn; draw it with granuscope render to see why";
+    timing.failure = "the picture could not be rendered; do it with granuscope render to see why";
     return timing;
   }
   timing.seconds = numbers.seconds;

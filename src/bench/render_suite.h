@@ -43,7 +43,7 @@ struct RenderBench {
 /// the largest pile. `quick`: without the ones that take minutes.
 std::vector<RenderCase> render_cases(bool quick);
 
-/// Draws each case, `say` telling which. Piles and pictures are made in `folder` and removed.
+/// Renders each case, `say` telling which. Piles and pictures are made in `folder` and removed.
 RenderBench run_render_suite(const std::vector<RenderCase>& cases, const std::filesystem::path& folder,
                              const std::function<void(const std::string&)>& say);
 

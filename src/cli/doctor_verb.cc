@@ -104,7 +104,7 @@ ExitCode examine(const std::string& out_folder, VerbContext& context) {
                               usable_memory() / 1e9)},
       look_for_opengl(),
       look_for_fonts(),
-      look_for_program("gnuplot", "no plots can be drawn", "gnuplot-nox"),
+      look_for_program("gnuplot", "no plots can be made", "gnuplot-nox"),
       look_for_program("weasyprint", "report.pdf is left out, and --require-pdf fails", "weasyprint"),
       look_at_output(out_folder),
   };

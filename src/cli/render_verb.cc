@@ -74,7 +74,7 @@ ExitCode render(RenderOptions options, VerbContext& context) {
       return render_pile_file({options.pile_file, options.minus_file, options.image_file}, options.scene,
                               {{"Software", provenance_line(collect_provenance())}});
     } catch (const Interrupted&) {
-      throw Interrupted("stopped on request: no picture was written, and the same command draws it from the start");
+      throw Interrupted("stopped on request: no picture was written, and the same command renders it from the start");
     }
   };
   const SceneStatistics statistics = draw();
@@ -89,7 +89,7 @@ ExitCode render(RenderOptions options, VerbContext& context) {
 }  // namespace
 
 void add_render_verb(CLI::App& app, VerbContext& context) {
-  CLI::App* verb = app.add_subcommand("render", "Draw a stored pile off-screen into an image file");
+  CLI::App* verb = app.add_subcommand("render", "Render a stored pile off-screen into an image file");
   const auto options = std::make_shared<RenderOptions>();
   SceneSpec& scene = options->scene;
   verb->add_option("FILE", options->pile_file, "pile file (HDF5), as granuscope sample --out writes it")->required();
@@ -99,7 +99,7 @@ void add_render_verb(CLI::App& app, VerbContext& context) {
                    "the picture: .png, or .svg or .pdf where it has few enough elements")
       ->required()
       ->check(output_file());
-  verb->add_option("--scene", scene.scene, fmt::format("what to draw of the pile: {}", fmt::join(pile_scenes(), ", ")))
+  verb->add_option("--scene", scene.scene, fmt::format("what to show of the pile: {}", fmt::join(pile_scenes(), ", ")))
       ->capture_default_str();
   verb->add_option("--width", scene.width_px, "width of the picture in pixels; mm = 25.4 px / dpi")
       ->capture_default_str();
@@ -113,10 +113,10 @@ void add_render_verb(CLI::App& app, VerbContext& context) {
   verb->add_option("--colour-map", scene.colour_map,
                    "grey, viridis or cividis; diverging for the scene response (the scene's own if not given)");
   verb->add_option("--backend", scene.backend,
-                   "how OpenGL is reached: auto, osmesa or egl; none: the processor draws, to the same pixels")
+                   "how OpenGL is reached: auto, osmesa or egl; none: the processor paints, to the same pixels")
       ->capture_default_str();
   verb->add_flag("--transparent", options->transparent, "no page behind the picture");
-  verb->add_flag("--no-skip", options->no_skip, "draw also what cannot be seen; the picture is the same");
+  verb->add_flag("--no-skip", options->no_skip, "paint also what cannot be seen; the picture is the same");
   verb->add_flag("--statistics", options->statistics,
                  "print one JSON object on standard output and nothing else there");
   verb->callback([options, &context] { context.action = [options, &context] { return render(*options, context); }; });

@@ -106,7 +106,7 @@ ExitCode run(const RunVerbOptions& given, VerbContext& context) {
 }  // namespace
 
 void add_run_verb(CLI::App& app, VerbContext& context) {
-  CLI::App* verb = app.add_subcommand("run", "Run an experiment: sample, analyse, draw and write the report");
+  CLI::App* verb = app.add_subcommand("run", "Run an experiment: sample, analyse, plot, render and write the report");
   const auto options = std::make_shared<RunVerbOptions>();
   verb->add_option("CONFIG", options->config, "experiment file (TOML), for example examples/quick.toml")->required();
   verb->add_option("--out", options->folder, "folder of the results (default: out/ and the name of CONFIG)");

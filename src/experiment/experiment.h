@@ -9,7 +9,7 @@
 
 namespace granuscope {
 
-/// Which plots are drawn, and of what.
+/// Which plots are made, and of what.
 struct FigureSpec {
   bool bead_forces = true;                    ///< the paper's Fig. 1, left: one bead's forces, at profile_mu
   bool response_profiles = true;              ///< the paper's Fig. 2
@@ -29,8 +29,8 @@ struct PictureSpec {
   std::string colour_map;      ///< empty: the scene's own
   int width_px = 1600;
 
-  /// What is to be drawn, with the rest as the force-chain picture has it. Throws InputError if a list does not have as
-  /// many numbers as it needs.
+  /// What is to be rendered, with the rest as the force-chain picture has it. Throws InputError if a list does not have
+  /// as many numbers as it needs.
   SceneSpec scene_like(const ForceChainSpec& chains) const;
 };
 
@@ -43,7 +43,7 @@ struct ReportSpec {
   bool pdf = true;  ///< also write report.pdf where WeasyPrint is installed
 };
 
-/// One experiment, resolved and validated: what `granuscope run` computes, draws and says. Composed of each room's own
+/// One experiment, resolved and validated: what `granuscope run` computes, shows and says. Composed of each room's own
 /// parameter struct; the defaults are the paper's numbers.
 struct Experiment : MainLine {
   Experiment();

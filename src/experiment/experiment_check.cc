@@ -111,7 +111,7 @@ Problem find_figure_problem(const Experiment& e) {
   if (std::find(e.mu.begin(), e.mu.end(), figures.profile_mu) == e.mu.end()) {
     return problem("figures.response_profiles.mu",
                    "{} is not one of friction.mu = [{}], so that there is no response "
-                   "to draw; choose one of them or set figures.response_profiles.show = false",
+                   "to plot; choose one of them or set figures.response_profiles.show = false",
                    figures.profile_mu, fmt::join(e.mu, ", "));
   }
   if (figures.profile_layers.empty() || figures.profile_layers.size() > 8) {
@@ -163,7 +163,7 @@ Problem find_scene_problem(const Experiment& e) {
         "without friction, as scenes.force_chains.mu = 0 says, there is none to be mobilised; write false, or "
         "a mu above 0");
   }
-  // What the picture itself refuses, hours before it would be drawn.
+  // What the picture itself refuses, hours before it would be rendered.
   try {
     const ColourScale scale(Palette::builtin(), chains.scene.colour_map);
   } catch (const InputError& error) {
@@ -195,7 +195,7 @@ Problem find_picture_problem(const Experiment& e) {
     }
     if (!e.force_chains.show) {
       return KeyProblem{table,
-                        "there is no pile to draw it of, because scenes.force_chains.show is false; write "
+                        "there is no pile to render it of, because scenes.force_chains.show is false; write "
                         "true there, or leave this table out"};
     }
     try {

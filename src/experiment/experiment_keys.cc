@@ -141,7 +141,7 @@ std::vector<Key> keys_of_main_line(Experiment& e) {
           "double-peak, linear-time: friction that friction.mu, or the counted work, must reach for a claim up to 1.7",
           e.claims.highest_mu, friction_range()),
       make_key(claims, "exponent_tolerance", "",
-               "laws in z, N and the number of beads: standard error granted to their exponents for the finite range",
+               "exponents of z, N and the number of beads: standard error granted to them for the finite range",
                e.claims.exponent_tolerance,
                KeyRange{.why = "three times it must stay below 20 % of the exponent 1/2, or nothing is left to decide"}
                    .within(0, 0.03)),
@@ -183,7 +183,7 @@ std::vector<Key> keys_of_scenes(Experiment& e) {
                e.force_chains.scene.dpi, KeyRange{}.within(least_dpi, most_dpi)),
       make_key(chains, "colour_map", "", "colour map of the forces", e.force_chains.scene.colour_map),
       make_key(chains, "backend", "",
-               "how OpenGL is reached, auto: by what is there; none: the processor draws the same pixels",
+               "how OpenGL is reached, auto: by what is there; none: the processor paints the same pixels",
                e.force_chains.scene.backend, KeyRange{.names = {"auto", "osmesa", "egl", "none"}}),
       make_key(chains, "skip_invisible", "", "leave out contacts that cannot change a pixel",
                e.force_chains.scene.skip_invisible),

@@ -82,7 +82,7 @@ Pile pile_for_figures(const Experiment& experiment, double mu) {
 
 namespace {
 
-/// Draws pictures of the experiment's pile, one scene after the other, each from the files the report keeps.
+/// Renders pictures of the experiment's pile, one scene after the other, each from the files the report keeps.
 class PilePictures {
  public:
   PilePictures(const Experiment& experiment, const std::filesystem::path& run_folder, const Provenance& provenance)
@@ -123,8 +123,8 @@ class PilePictures {
     return std::pair{std::move(first), std::move(second)};
   }
 
-  PictureOutcome draw(const std::string& id, const char* captions, SceneSpec scene, const Pile& pile, const Pile* minus,
-                      const std::string& redraw) const {
+  PictureOutcome render(const std::string& id, const char* captions, SceneSpec scene, const Pile& pile,
+                        const Pile* minus, const std::string& redraw) const {
     if (!scene.window) {
       scene.window = {{-0.5 * chains_.columns, 0.5 * chains_.columns, 0.0, static_cast<double>(chains_.layers - 1)}};
     }
@@ -137,14 +137,14 @@ class PilePictures {
         exact(scene.dpi), window_text(*scene.window),
         scene.range ? fmt::format(" --range={},{}", exact((*scene.range)[0]), exact((*scene.range)[1])) : "",
         scene.colour_map.empty() ? "" : " --colour-map " + scene.colour_map);
-    SceneStatistics drawn;
+    SceneStatistics statistics;
     try {
       make_folder(folder_ / "figures");
-      drawn = render_pile(pile, minus, scene, folder_ / figure.screen,
-                          {{"Software", software_}, {"Source", figure.redraw}});
+      statistics = render_pile(pile, minus, scene, folder_ / figure.screen,
+                               {{"Software", software_}, {"Source", figure.redraw}});
     } catch (const EnvironmentError& failure) {  // its words, which stand among the numbers, are the same
       set_failure(figure, failure);
-      drawn.counts = count_elements(pile, minus, scene);
+      statistics.counts = count_elements(pile, minus, scene);
     }
     TemplateVariables variables{
         {"columns", std::to_string(chains_.columns)}, {"layers", std::to_string(chains_.layers)},
@@ -160,16 +160,18 @@ class PilePictures {
     }
     if (id == figure_id) {  // what was skipped is told once
       variables["computed_layers"] = std::to_string(chains_.computed_layers());
-      variables["drawn"] = std::to_string(drawn.counts.drawn + drawn.counts.aggregated);
-      variables["too_faint"] = std::to_string(drawn.counts.too_faint);
-      variables["outside"] = std::to_string(drawn.counts.outside);
+      variables["shown"] = std::to_string(statistics.counts.drawn + statistics.counts.aggregated);
+      variables["too_faint"] = std::to_string(statistics.counts.too_faint);
+      variables["outside"] = std::to_string(statistics.counts.outside);
     }
     set_captions(figure, captions, variables);
     if (!figure.is_there()) return outcome;
-    outcome.environment = {{"OpenGL", drawn.renderer}, {"GL backend", drawn.backend + ": " + drawn.backend_reason}};
+    outcome.environment = {{"OpenGL", statistics.renderer},
+                           {"GL backend", statistics.backend + ": " + statistics.backend_reason}};
     outcome.skipped.push_back(fmt::format(
-        "The picture {} draws {} elements; {} outside its window and {} too faint to change a pixel were left out.", id,
-        drawn.counts.drawn + drawn.counts.aggregated, drawn.counts.outside, drawn.counts.too_faint));
+        "The picture {} shows {} elements; {} outside its window and {} too faint to change a pixel were left out.", id,
+        statistics.counts.drawn + statistics.counts.aggregated, statistics.counts.outside,
+        statistics.counts.too_faint));
     return outcome;
   }
 
@@ -192,11 +194,11 @@ std::vector<PictureOutcome> render_pile_pictures(const Experiment& experiment, c
   const ForceChainSpec& chains = experiment.force_chains;
   PilePictures pictures(experiment, run_folder, provenance);
   const std::string redraw = pictures.replay() + " && granuscope render pile.h5";
-  std::vector<PictureOutcome> drawn;
-  drawn.push_back(
-      pictures.draw(figure_id, "pictures/force_chains.captions", chains.scene, pictures.pile(), nullptr, redraw));
+  std::vector<PictureOutcome> outcomes;
+  outcomes.push_back(
+      pictures.render(figure_id, "pictures/force_chains.captions", chains.scene, pictures.pile(), nullptr, redraw));
   const AuditResult residuals = audit(pictures.pile());
-  drawn.front().checks.push_back(fmt::format(
+  outcomes.front().checks.push_back(fmt::format(
       "The pile of the force chains was audited in normal and tangential components, which is not the form "
       "it was drawn in: relative to the largest force of a layer, no balance is off by more than {} and no "
       "force leaves its friction cone{}.",
@@ -205,14 +207,15 @@ std::vector<PictureOutcome> render_pile_pictures(const Experiment& experiment, c
   if (chains.weight) {
     SceneSpec scene = chains.scene;
     scene.scene = "weight";
-    drawn.push_back(pictures.draw("bead-weights", "pictures/weight.captions", scene, pictures.pile(), nullptr, redraw));
+    outcomes.push_back(
+        pictures.render("bead-weights", "pictures/weight.captions", scene, pictures.pile(), nullptr, redraw));
   }
   if (chains.friction) {
     SceneSpec scene = chains.scene;
     scene.scene = "friction";
     scene.colour_map.clear();
-    drawn.push_back(
-        pictures.draw("mobilised-friction", "pictures/friction.captions", scene, pictures.pile(), nullptr, redraw));
+    outcomes.push_back(
+        pictures.render("mobilised-friction", "pictures/friction.captions", scene, pictures.pile(), nullptr, redraw));
   }
   std::optional<std::pair<Pile, Pile>> pair;
   if (needs_pair(experiment)) pair = pictures.pair();
@@ -220,17 +223,17 @@ std::vector<PictureOutcome> render_pile_pictures(const Experiment& experiment, c
     pictures.keep("uniform", pair->first);
     pictures.keep("overloaded", pair->second);
   }
-  drawn.front().not_kept = pictures.not_kept();
+  outcomes.front().not_kept = pictures.not_kept();
   const char* const redraw_pair = "granuscope render piles/overloaded.h5 --minus piles/uniform.h5";
   if (chains.response) {
     if (pair) {
       SceneSpec scene = chains.scene;
       scene.scene = "response";
       scene.colour_map.clear();
-      drawn.push_back(
-          pictures.draw("pile-response", "pictures/response.captions", scene, pair->second, &pair->first, redraw_pair));
+      outcomes.push_back(pictures.render("pile-response", "pictures/response.captions", scene, pair->second,
+                                         &pair->first, redraw_pair));
     } else {
-      drawn.back().skipped.emplace_back(
+      outcomes.back().skipped.emplace_back(
           "The response of the picture's pile is left out: it could not be solved again under the other load.");
     }
   }
@@ -238,15 +241,15 @@ std::vector<PictureOutcome> render_pile_pictures(const Experiment& experiment, c
     const SceneSpec scene = picture.scene_like(chains);
     const std::string id = std::string(free_prefix) + name;
     if (!needs_two_piles(scene.scene)) {
-      drawn.push_back(pictures.draw(id, free_captions, scene, pictures.pile(), nullptr, redraw));
+      outcomes.push_back(pictures.render(id, free_captions, scene, pictures.pile(), nullptr, redraw));
     } else if (pair) {
-      drawn.push_back(pictures.draw(id, free_captions, scene, pair->second, &pair->first, redraw_pair));
+      outcomes.push_back(pictures.render(id, free_captions, scene, pair->second, &pair->first, redraw_pair));
     } else {
-      drawn.back().skipped.push_back(
+      outcomes.back().skipped.push_back(
           fmt::format("The picture {} is left out: its pile could not be solved again under the other load.", id));
     }
   }
-  return drawn;
+  return outcomes;
 }
 
 PictureOutcome render_response_field(const Experiment& experiment, const Field& field, const Transport& transport,
@@ -265,10 +268,10 @@ PictureOutcome render_response_field(const Experiment& experiment, const Field& 
   figure.screen = figure.print = std::filesystem::path("figures") / "response-field.png";
   figure.redraw = "cp experiment.toml again.toml && granuscope run again.toml --out . --only analyse --only render";
   const Scene scene = build_field_scene(field, spec);
-  SceneStatistics drawn;
+  SceneStatistics statistics;
   try {
     make_folder(run_folder / "figures");
-    drawn = render_scene(scene, spec, run_folder / figure.screen, {{"Software", provenance_line(provenance)}});
+    statistics = render_scene(scene, spec, run_folder / figure.screen, {{"Software", provenance_line(provenance)}});
   } catch (const EnvironmentError& failure) {
     set_failure(figure, failure);
   }
@@ -277,7 +280,8 @@ PictureOutcome render_response_field(const Experiment& experiment, const Field& 
                 {"samples", std::to_string(transport.samples)},
                 {"estimator", name_of(transport.spec.response.estimator)}});
   if (figure.is_there())
-    outcome.environment = {{"OpenGL", drawn.renderer}, {"GL backend", drawn.backend + ": " + drawn.backend_reason}};
+    outcome.environment = {{"OpenGL", statistics.renderer},
+                           {"GL backend", statistics.backend + ": " + statistics.backend_reason}};
   return outcome;
 }
 

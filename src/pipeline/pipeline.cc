@@ -196,11 +196,11 @@ class Run {
         });
       }
     });
-    log_line(options_.progress, "drew the pictures");
+    log_line(options_.progress, "rendered the pictures");
   }
 
   void add_picture(PictureOutcome picture) {
-    if (data_.figures.empty()) {  // what drew them is one for all
+    if (data_.figures.empty()) {  // what rendered them is one for all
       data_.environment.insert(data_.environment.end(), picture.environment.begin(), picture.environment.end());
     }
     keep_figure(std::move(picture.figure));
@@ -216,18 +216,18 @@ class Run {
 
   /// A figure with nothing to show (InputError) is left out with its reason: the numbers that are known, and the
   /// reasons why others are not, are still to be reported.
-  template <typename Draw>
-  void try_figure(Draw draw) {
+  template <typename Make>
+  void try_figure(Make make) {
     try {
-      draw();
+      make();
     } catch (const InputError& nothing_to_show) {
       leave_out(nothing_to_show);
     }
   }
 
-  template <typename Draw>
-  void add_figure(Draw draw) {
-    try_figure([&] { keep_figure(draw()); });
+  template <typename Make>
+  void add_figure(Make make) {
+    try_figure([&] { keep_figure(make()); });
   }
 
   void keep_figure(Figure figure) {
@@ -266,7 +266,7 @@ class Run {
       for (const FigurePlot& plot_one : plots) add_figure([&] { return plot_one(options_.folder); });
     });
     note_version("gnuplot");
-    log_line(options_.progress, "drew the plots");
+    log_line(options_.progress, "plotted the figures");
   }
 
   void report() {
@@ -301,7 +301,7 @@ class Run {
   Field field_;  ///< the mean response at figures.response_profiles.mu, for its picture
   std::optional<Transport> field_transport_;
   Studies studies_ = experiment_.studies;                      ///< with what they measure
-  std::vector<std::pair<std::string, std::string>> failures_;  ///< what could not be drawn, and why
+  std::vector<std::pair<std::string, std::string>> failures_;  ///< what could not be made, and why
   RunResult result_;
   std::map<std::string, double> earlier_timings_;  ///< by stage
   SampleStage sampling_{experiment_, options_, data_, earlier_timings_, [this] { mark_unfinished(); }};

@@ -80,7 +80,7 @@ double width_in_ems(const std::string& label) {
 }  // namespace
 
 double room_for_labels(const std::vector<std::string>& tick_lists) {
-  constexpr double font_points = 9, drawing_points = 6.69 * 72;
+  constexpr double font_points = 9, plot_points = 6.69 * 72;
   constexpr double left_for_labels = 0.062;
   double widest = 0;
   for (const std::string& ticks : tick_lists) {
@@ -90,7 +90,7 @@ double room_for_labels(const std::vector<std::string>& tick_lists) {
       from = to;
     }
   }
-  return std::max(0.0, widest * font_points / drawing_points - left_for_labels);
+  return std::max(0.0, widest * font_points / plot_points - left_for_labels);
 }
 
 std::string without_labels(const std::string& ticks) {

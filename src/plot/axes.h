@@ -21,7 +21,7 @@ std::string linear_ticks(const Range& range, int most);
 /// Three marks, one at 0 and one at either side, for a panel too low for more.
 std::string three_ticks(double reach);
 
-/// By how much of the drawing's width the longest label of vertical axes exceeds the room that the scripts leave for it
+/// By how much of the plot's width the longest label of vertical axes exceeds the room that the scripts leave for it
 /// between an axis and its name (six letters); 0 where it does not.
 double room_for_labels(const std::vector<std::string>& tick_lists);
 

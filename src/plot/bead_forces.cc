@@ -21,7 +21,7 @@ namespace {
 
 constexpr const char* figure_id = "bead-forces";
 constexpr double arrow_length = 0.8;  ///< of the largest of the four forces, bead diameters
-constexpr double shown_width = 1.75;  ///< half the width of the drawing of the lattice, bead diameters
+constexpr double shown_width = 1.75;  ///< half the width of the picture of the lattice, bead diameters
 constexpr double shown_depth = 1.5;   ///< half its height
 
 /// One of the four contacts of a bead, seen from its centre: x to the right, z down.
@@ -91,7 +91,7 @@ int choose_bead(const Pile& pile, int layer) {
   return chosen;
 }
 
-/// Centres of the beads around the chosen one that lie in the drawing, itself left out.
+/// Centres of the beads around the chosen one that lie in the picture, itself left out.
 std::string surrounding_beads() {
   CsvTable beads({"x", "z"});
   for (int row = -1; row <= 1; ++row) {
@@ -127,7 +127,7 @@ Figure plot_bead_forces(const Pile& pile, const BeadForcesSpec& spec, const std:
   if (spec.layer < 1 || spec.layer >= pile.lattice.layers()) {
     throw InputError(
         fmt::format("the figure of one bead's forces has nothing to show, because the pile has no layer {} with "
-                    "contacts above and below; draw it from a deeper pile, or switch the figure off",
+                    "contacts above and below; plot it from a deeper pile, or switch the figure off",
                     spec.layer));
   }
   const int bead = choose_bead(pile, spec.layer);

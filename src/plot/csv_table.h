@@ -19,8 +19,8 @@ class CsvTable {
   std::string text_;
 };
 
-/// The first column of a CSV text (header line, numbers) that holds no finite number, or nothing: a curve drawn from it
-/// would silently be empty.
+/// The first column of a CSV text (header line, numbers) that holds no finite number, or nothing: a curve plotted from
+/// it would silently be empty.
 std::string column_without_numbers(const std::string& csv);
 
 }  // namespace granuscope

@@ -17,14 +17,14 @@ struct Figure {
   std::filesystem::path print;              ///< PDF, or PNG for a rendered picture
   std::filesystem::path script;             ///< gnuplot script, empty for a rendered picture
   std::vector<std::filesystem::path> data;  ///< CSV
-  std::string redraw;                       ///< the command that draws it again
-  std::string failure = {};                 ///< why it could not be drawn in this run; empty if it was
+  std::string redraw;                       ///< the command that makes it again
+  std::string failure = {};                 ///< why it could not be made in this run; empty if it was
 
-  /// Whether there is a drawing: of this run, or of an earlier one from the same script and data.
+  /// Whether there is an image: of this run, or of an earlier one from the same script and data.
   bool is_there() const { return !screen.empty(); }
 };
 
-/// Draws a figure into the run's folder. Throws InputError if there is nothing to show.
+/// Makes a figure in the run's folder. Throws InputError if there is nothing to show.
 using FigurePlot = std::function<Figure(const std::filesystem::path& run_folder)>;
 
 }  // namespace granuscope

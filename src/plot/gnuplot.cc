@@ -25,12 +25,12 @@ bool ends_with_mark(std::string_view text, std::string_view mark) {
 
 [[noreturn]] void fail(const GnuplotJob& job, const std::string& what) {
   throw EnvironmentError(
-      fmt::format("gnuplot did not draw {}: {}; the figure would be missing or wrong. Run `granuscope doctor` to see "
+      fmt::format("gnuplot did not plot {}: {}; the figure would be missing or wrong. Run `granuscope doctor` to see "
                   "whether gnuplot-nox and fonts-dejavu-core are as expected",
                   job.stem, what));
 }
 
-std::string read_drawing(const GnuplotJob& job, const std::filesystem::path& file, std::string_view end) {
+std::string read_plot(const GnuplotJob& job, const std::filesystem::path& file, std::string_view end) {
   std::error_code error;
   const auto size = std::filesystem::file_size(file, error);
   if (error || size == 0) fail(job, fmt::format("{} is missing or empty", file.filename().string()));
@@ -68,7 +68,7 @@ ProcessSpec gnuplot_process(const GnuplotJob& job, const std::filesystem::path& 
 void require_gnuplot() {
   if (!find_program("gnuplot")) {
     throw EnvironmentError(
-        "gnuplot is not installed, so no plot can be drawn; install it with "
+        "gnuplot is not installed, so no plot can be made; install it with "
         "`apt-get install gnuplot-nox fonts-dejavu-core`");
   }
 }
@@ -93,10 +93,10 @@ void plot_with_gnuplot(const GnuplotJob& job, const std::filesystem::path& folde
   }
   if (!result.standard_error.empty()) fail(job, "it complained: " + single_line(result.standard_error));
 
-  const std::string svg = read_drawing(job, scratch.path() / (job.stem + ".svg"), "</svg>");
-  const std::string pdf = with_fixed_creation_date(read_drawing(job, scratch.path() / (job.stem + ".pdf"), "%%EOF"));
-  if (const int drawn = count_drawn_curves(svg); drawn != job.curves) {
-    fail(job, fmt::format("{} of {} curves are visible", drawn, job.curves));
+  const std::string svg = read_plot(job, scratch.path() / (job.stem + ".svg"), "</svg>");
+  const std::string pdf = with_fixed_creation_date(read_plot(job, scratch.path() / (job.stem + ".pdf"), "%%EOF"));
+  if (const int visible = count_visible_curves(svg); visible != job.curves) {
+    fail(job, fmt::format("{} of {} curves are visible", visible, job.curves));
   }
 
   for (const auto& [name, csv] : job.data) write_file(folder / name, csv);
@@ -111,8 +111,8 @@ bool is_drawn(const GnuplotJob& job, const std::filesystem::path& folder) {
       if (read_file(folder / name) != csv) return false;
     }
     if (read_file(folder / (job.stem + ".gp")) != job.script) return false;
-    (void)read_drawing(job, folder / (job.stem + ".pdf"), "%%EOF");
-    return count_drawn_curves(read_drawing(job, folder / (job.stem + ".svg"), "</svg>")) == job.curves;
+    (void)read_plot(job, folder / (job.stem + ".pdf"), "%%EOF");
+    return count_visible_curves(read_plot(job, folder / (job.stem + ".svg"), "</svg>")) == job.curves;
   } catch (const Error&) {  // missing, or not whole
     return false;
   }
@@ -139,28 +139,28 @@ std::string with_fixed_creation_date(std::string pdf) {
   const std::size_t digits = key + creation_date_key.size();
   if (key == std::string::npos || pdf.size() < digits + fixed_creation_date.size()) {
     throw EnvironmentError(
-        "a PDF drawn by gnuplot has no creation date where Debian 12's gnuplot 5.4 puts one, so its bytes cannot be "
+        "a PDF made by gnuplot has no creation date where Debian 12's gnuplot 5.4 puts one, so its bytes cannot be "
         "made reproducible; run `granuscope doctor` to see which gnuplot is installed");
   }
   return pdf.replace(digits, fixed_creation_date.size(), fixed_creation_date);
 }
 
-int count_drawn_curves(std::string_view svg) {
+int count_visible_curves(std::string_view svg) {
   constexpr std::string_view curve_start = "<g id=\"gnuplot_plot_";
   constexpr std::string_view untitled = "<title>gnuplot_plot_";
-  int drawn = 0;
+  int visible = 0;
   for (std::size_t start = svg.find(curve_start); start != std::string_view::npos;
        start = svg.find(curve_start, start + curve_start.size())) {
     const std::string_view curve = svg.substr(start, group_length(svg.substr(start)));
     if (curve.find(untitled) == std::string_view::npos) continue;
     for (const std::string_view mark : {"<path", "<polygon", "<polyline", "<use", "<circle", "<rect"}) {
       if (curve.find(mark) != std::string_view::npos) {
-        ++drawn;
+        ++visible;
         break;
       }
     }
   }
-  return drawn;
+  return visible;
 }
 
 }  // namespace granuscope

@@ -7,7 +7,7 @@
 
 namespace granuscope {
 
-/// One drawing to be made by gnuplot: a script that reads its data and writes <stem>.svg and <stem>.pdf, all by names
+/// One plot to be made by gnuplot: a script that reads its data and writes <stem>.svg and <stem>.pdf, all by names
 /// relative to the folder it stands in.
 struct GnuplotJob {
   std::string stem;
@@ -20,16 +20,16 @@ struct GnuplotJob {
 void require_gnuplot();
 
 /// Runs the job in a folder of its own below `folder`, checks all that gnuplot's exit status does not tell (silence on
-/// stderr, whole files, every curve drawn), then moves script, data and drawings into `folder`. The same job gives the
-/// same bytes. Throws EnvironmentError (gnuplot missing, failing, hanging, or a drawing that is not whole); `folder`
+/// stderr, whole files, every curve there), then moves script, data and plots into `folder`. The same job gives the
+/// same bytes. Throws EnvironmentError (gnuplot missing, failing, hanging, or a plot that is not whole); `folder`
 /// then holds what it held before.
 void plot_with_gnuplot(const GnuplotJob& job, const std::filesystem::path& folder, double timeout_seconds = 60);
 
-/// Whether `folder` holds whole drawings of exactly this script and data, of an earlier run.
+/// Whether `folder` holds whole plots of exactly this script and data, of an earlier run.
 bool is_drawn(const GnuplotJob& job, const std::filesystem::path& folder);
 
 /// Text as a gnuplot string that nothing inside can leave: in single quotes, ' doubled, line breaks and other control
-/// characters made spaces (and a space put before a leading '). To be drawn with noenhanced.
+/// characters made spaces (and a space put before a leading '). To be set with noenhanced.
 std::string gnuplot_string(std::string_view text);
 
 /// Overwrites the creation date that pdfcairo stamps (and SOURCE_DATE_EPOCH does not govern) with fixed digits of the
@@ -39,6 +39,6 @@ std::string with_fixed_creation_date(std::string pdf);
 /// Untitled plot elements of a gnuplot SVG that hold at least one visible mark (line, area, point). Titled ones do not
 /// count, because their sample in the key is a mark whatever became of the curve: a script names its curves by
 /// keyentry.
-int count_drawn_curves(std::string_view svg);
+int count_visible_curves(std::string_view svg);
 
 }  // namespace granuscope

@@ -41,7 +41,7 @@ struct LabelPlace {
 /// names as far as there is room, and as near to its point as that allows. The same input gives the same places.
 std::vector<LabelPlace> place_labels(const std::vector<NamedPoint>& points, const LabelledPanel& panel);
 
-/// The gnuplot commands that draw the names at those places, tags from 100 on: the text in the small font of insets,
+/// The gnuplot commands that put the names at those places, tags from 100 on: the text in the small font of insets,
 /// its line in the frame's colour.
 std::string label_commands(const std::vector<NamedPoint>& points, const LabelledPanel& panel);
 

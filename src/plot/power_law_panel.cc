@@ -81,16 +81,16 @@ Axes axes_of(const PowerLawPanel& panel) {
   return axes;
 }
 
-/// Data files of one series, and what draws them.
-struct Drawn {
+/// Data files of one series, and what plots them.
+struct SeriesShown {
   bool inside = false, outside = false;
   bool ratio_inside = false, ratio_outside = false;
 };
 
-Drawn add_data(PlotPlan& plan, const PowerLawPanel& panel, const PowerLawSeries& series, const Axes& axes,
-               std::vector<std::pair<std::string, double>>& off_scale) {
+SeriesShown add_data(PlotPlan& plan, const PowerLawPanel& panel, const PowerLawSeries& series, const Axes& axes,
+                     std::vector<std::pair<std::string, double>>& off_scale) {
   const Law law = law_of(series);
-  Drawn drawn;
+  SeriesShown shown;
   for (const bool inside : {true, false}) {
     CsvTable points({"mu", "x", "y", "x_low", "x_high", "y_low", "y_high"});
     CsvTable ratios({"mu", "x", "y_over_law", "low", "high"});
@@ -110,11 +110,11 @@ Drawn add_data(PlotPlan& plan, const PowerLawPanel& panel, const PowerLawSeries&
     const std::string stem = fmt::format("{}-{}-{}-{}", plan.id, panel.id, series.name, inside ? "inside" : "outside");
     if (!points.empty()) plan.data[stem + ".csv"] = points.text();
     if (!ratios.empty()) plan.data[stem + "-over-law.csv"] = ratios.text();
-    (inside ? drawn.inside : drawn.outside) = !points.empty();
-    (inside ? drawn.ratio_inside : drawn.ratio_outside) = !ratios.empty();
+    (inside ? shown.inside : shown.outside) = !points.empty();
+    (inside ? shown.ratio_inside : shown.ratio_outside) = !ratios.empty();
   }
-  for (const bool one : {drawn.inside, drawn.outside, drawn.ratio_inside, drawn.ratio_outside}) plan.curves += one;
-  return drawn;
+  for (const bool one : {shown.inside, shown.outside, shown.ratio_inside, shown.ratio_outside}) plan.curves += one;
+  return shown;
 }
 
 std::string yes(bool shown) { return shown ? "yes" : ""; }
@@ -129,16 +129,16 @@ void add_series(TemplateVariables& variables, PlotPlan& plan, const PowerLawPane
                 const Axes& axes, PowerLawPanelScript& script) {
   const std::string prefix = index == 0 ? "first" : "second";
   const PowerLawSeries series = index < panel.series.size() ? panel.series[index] : PowerLawSeries{};
-  const Drawn drawn = add_data(plan, panel, series, axes, script.off_scale);
+  const SeriesShown shown = add_data(plan, panel, series, axes, script.off_scale);
   const WindowMiddle middle = middle_of_window(series.points, series.fit.window);
   const Law law = law_of(series);
   const bool with_law = law.known && !middle.extent.empty;
   const Range fitted = fitted_range(panel, series, middle, axes);
   variables[prefix + "_name"] = series.name;
-  variables[prefix + "_inside"] = yes(drawn.inside);
-  variables[prefix + "_outside"] = yes(drawn.outside);
-  variables[prefix + "_ratio_inside"] = yes(drawn.ratio_inside);
-  variables[prefix + "_ratio_outside"] = yes(drawn.ratio_outside);
+  variables[prefix + "_inside"] = yes(shown.inside);
+  variables[prefix + "_outside"] = yes(shown.outside);
+  variables[prefix + "_ratio_inside"] = yes(shown.ratio_inside);
+  variables[prefix + "_ratio_outside"] = yes(shown.ratio_outside);
   variables[prefix + "_law"] = yes(with_law);
   variables[prefix + "_exponent"] = exact(law.exponent);
   variables[prefix + "_intercept"] = exact(law.intercept);
@@ -154,9 +154,9 @@ void add_series(TemplateVariables& variables, PlotPlan& plan, const PowerLawPane
     if (guide) ++plan.curves;
     script.law = with_law;
   } else {
-    script.second = drawn.inside || drawn.outside;
+    script.second = shown.inside || shown.outside;
   }
-  script.outside = script.outside || drawn.outside;
+  script.outside = script.outside || shown.outside;
 }
 
 /// mu beside each point of the first series, off the law and the guide.
@@ -223,7 +223,7 @@ PowerLawPanelScript add_power_law_panel(PlotPlan& plan, const PowerLawPanel& wan
   const std::string y_ticks = log_ticks(axes.y), ratio_ticks = linear_ticks(axes.ratio, 4);
   PowerLawPanel panel = wanted;
   panel.left += room_for_labels({y_ticks, ratio_ticks});
-  script.drawn = true;
+  script.shown = true;
   TemplateVariables variables = {{"stem", plan.id + "-" + panel.id},
                                  {"left", exact(panel.left)},
                                  {"right", exact(panel.right)},

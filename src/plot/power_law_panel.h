@@ -23,16 +23,16 @@ struct PowerLawPanel {
   bool against_mu = false;             ///< x is mu itself: a law's window is a range of x
   bool labels = false;                 ///< mu stands beside each point of the first series
   std::vector<PowerLawSeries> series;  ///< at most two: the first filled circles, the second diamonds
-  std::string paper_exponent;          ///< drawn as a guide through the middle of the first series' window points
+  std::string paper_exponent;          ///< plotted as a guide through the middle of the first series' window points
   std::vector<std::string> notes;      ///< lines of text in the upper left corner: one a series, then the paper's
-  double left = 0.1, right = 0.98;     ///< edges, as shares of the drawing's width
+  double left = 0.1, right = 0.98;     ///< edges, as shares of the plot's width
   double height = 2.2;                 ///< inches of the upper panel, by which the names find their places
 };
 
 /// What became of a panel.
 struct PowerLawPanelScript {
   std::string text;      ///< to be put into the figure's script
-  bool drawn = false;    ///< false if no point fits logarithmic axes: text is then empty
+  bool shown = false;    ///< false if no point fits logarithmic axes: text is then empty
   bool law = false;      ///< the first series has a fitted law
   bool second = false;   ///< the second series has points
   bool outside = false;  ///< some point lies outside the window

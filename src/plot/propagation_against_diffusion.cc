@@ -187,7 +187,7 @@ Figure plot_propagation_against_diffusion(const Analysis& analysis, const std::f
       figure, "plot/propagation_against_diffusion.captions",
       {{"not_logarithmic", with_reasons(reasons_off_log_axes(analysis.results))},
        {"unknown", with_reasons(unknown_points(analysis.results))},
-       {"law_panel", law.drawn ? "yes" : ""},
+       {"law_panel", law.shown ? "yes" : ""},
        {"alpha", with_law ? value_with_error(alpha.exponent.value, alpha.exponent.standard_error) : ""},
        {"alpha_low", caption_number(alpha.window[0])},
        {"alpha_high", caption_number(alpha.window[1])},

@@ -26,7 +26,7 @@ constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 struct Panel {
   const ResponseProfile* profile = nullptr;
   const DepthFit* fit = nullptr;  ///< nullptr if the layer was not fitted or the fit identifies no peak
-  bool has_curve = false;         ///< the fitted G is drawn
+  bool has_curve = false;         ///< the fitted G is plotted
 };
 
 const ResponseProfile& nearest_profile(const Transport& result, int layer) {

@@ -9,7 +9,7 @@ namespace granuscope {
 
 /// What the figure of mean response profiles shows.
 struct ResponseProfilesSpec {
-  double mu = 0.3;                    ///< the nearest measured one is drawn, and the caption says which
+  double mu = 0.3;                    ///< the nearest measured one is plotted, and the caption says which
   std::vector<int> layers{110, 170};  ///< one panel each; where one has no profile, the nearest that has
   int layers_computed = 200;          ///< of the lattice: the caption counts the layers from the bottom too
 };

@@ -120,7 +120,7 @@ Figure plot_scaling_with_friction(const Analysis& analysis, const std::filesyste
   plan.height = 3.3;
   const PowerLawPanelScript left = add_power_law_panel(plan, D);
   const PowerLawPanelScript right = add_power_law_panel(plan, c);
-  if (!left.drawn && !right.drawn) {
+  if (!left.shown && !right.shown) {
     throw InputError(
         "the figure of D and c0 - c against mu has nothing to show, because no friction coefficient has a positive "
         "one; "

@@ -178,7 +178,7 @@ void add_slope(Draft& draft, const std::string& name, const Estimate& slope, con
 
 /// The speed that follows from the thrust ratio, beside the slope c.
 void add_thrust(Draft& draft, const Transport& result) {
-  // Drawn over the window, of which something must be on the axis.
+  // Plotted over the window, of which something must be on the axis.
   const bool known =
       result.c_thrust.known() && std::any_of(result.depths.begin(), result.depths.end(), [&](const DepthFit& fit) {
         return shows(fit) && fit.layer > result.window_layers[0];
@@ -214,18 +214,18 @@ void add_c_inset(Draft& draft, const Analysis& analysis) {
       c_range.add(result.c_thrust.value + result.c_thrust.standard_error);
     }
   }
-  const bool drawn = !speeds.empty();
-  const bool with_thrust = drawn && !thrusts.empty();
+  const bool plotted = !speeds.empty();
+  const bool with_thrust = plotted && !thrusts.empty();
   const ScalingFit& gamma = analysis.scaling.gamma;
   // As in the other figures, the paper's law passes through the middle of the window's points on logarithmic axes.
   const WindowMiddle middle = middle_of_window(slowing, gamma.window);
   const bool with_law = gamma.exponent.known() && gamma.intercept.known() && !middle.extent.empty;
-  if (drawn) draft.plan.data[file_name("c-of-mu")] = speeds.text();
+  if (plotted) draft.plan.data[file_name("c-of-mu")] = speeds.text();
   if (with_thrust) draft.plan.data[file_name("c-thrust-of-mu")] = thrusts.text();
-  draft.plan.curves += (drawn ? 1 : 0) + (with_thrust ? 1 : 0) + (with_law ? 2 : 0);
+  draft.plan.curves += (plotted ? 1 : 0) + (with_thrust ? 1 : 0) + (with_law ? 2 : 0);
   draft.script["c_guide"] = with_law ? exact(middle.y / middle.x) : "";
   const double margin = 0.08 * std::max(c_range.size(), 0.005);
-  set_both(draft, "inset_c", drawn ? "yes" : "");
+  set_both(draft, "inset_c", plotted ? "yes" : "");
   set_both(draft, "inset_c_thrust", with_thrust ? "yes" : "");
   set_both(draft, "gamma", with_law ? exact(gamma.exponent.value) : "");
   set_both(draft, "gamma_low", caption_number(gamma.window[0]));
@@ -243,10 +243,10 @@ void add_c_inset(Draft& draft, const Analysis& analysis) {
   draft.script["gamma_to"] = with_law ? exact(fitted.high) : "";
   c_range.low -= margin;
   c_range.high += margin;
-  draft.script["linear_mu_ticks"] = drawn ? linear_ticks(mu_range, 4) : "";
+  draft.script["linear_mu_ticks"] = plotted ? linear_ticks(mu_range, 4) : "";
   draft.script["c_low"] = exact(c_range.low);
   draft.script["c_high"] = exact(c_range.high);
-  draft.script["c_ticks"] = drawn ? linear_ticks(c_range, 4) : "";
+  draft.script["c_ticks"] = plotted ? linear_ticks(c_range, 4) : "";
 }
 
 void add_D_inset(Draft& draft, const Analysis& analysis) {
@@ -269,7 +269,7 @@ void add_D_inset(Draft& draft, const Analysis& analysis) {
       D_range.add(result.D.value + result.D.standard_error);
     }
   }
-  const bool drawn = !mu_range.empty;
+  const bool plotted = !mu_range.empty;
   // A single friction coefficient stands on an axis of a factor of four.
   const Range mu_axis = widened_by_factor(mu_range, mu_range.high > 1.5 * mu_range.low ? 1.25 : 2);
   const Range D_axis = widened_by_factor(D_range, 2);
@@ -288,19 +288,19 @@ void add_D_inset(Draft& draft, const Analysis& analysis) {
   const Range fitted = window_on_axis(beta.window, mu_axis);
   draft.script["beta_from"] = with_law ? exact(fitted.low) : "";
   draft.script["beta_to"] = with_law ? exact(fitted.high) : "";
-  set_both(draft, "inset_D", drawn ? "yes" : "");
+  set_both(draft, "inset_D", plotted ? "yes" : "");
   set_both(draft, "beta", with_law ? exact(beta.exponent.value) : "");
   set_both(draft, "beta_low", caption_number(beta.window[0]));
   set_both(draft, "beta_high", caption_number(beta.window[1]));
   draft.script["beta_intercept"] = with_law ? exact(beta.intercept.value) : "";
   draft.script["D_inside"] = inside.empty() ? "" : "yes";
   draft.script["D_outside"] = outside.empty() ? "" : "yes";
-  draft.script["mu_log_low"] = drawn ? exact(mu_axis.low) : "";
-  draft.script["mu_log_high"] = drawn ? exact(mu_axis.high) : "";
-  draft.script["D_log_low"] = drawn ? exact(D_axis.low) : "";
-  draft.script["D_log_high"] = drawn ? exact(D_axis.high) : "";
-  draft.script["mu_ticks"] = drawn ? log_ticks(mu_axis) : "";
-  draft.script["D_ticks"] = drawn ? log_ticks(D_axis) : "";
+  draft.script["mu_log_low"] = plotted ? exact(mu_axis.low) : "";
+  draft.script["mu_log_high"] = plotted ? exact(mu_axis.high) : "";
+  draft.script["D_log_low"] = plotted ? exact(D_axis.low) : "";
+  draft.script["D_log_high"] = plotted ? exact(D_axis.high) : "";
+  draft.script["mu_ticks"] = plotted ? log_ticks(mu_axis) : "";
+  draft.script["D_ticks"] = plotted ? log_ticks(D_axis) : "";
 }
 
 }  // namespace

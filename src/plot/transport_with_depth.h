@@ -8,7 +8,7 @@ namespace granuscope {
 
 /// What the figure of c and D against depth shows in its two large panels.
 struct TransportWithDepthSpec {
-  double mu = 0.3;  ///< the nearest one with fitted depths is drawn, and the caption says which
+  double mu = 0.3;  ///< the nearest one with fitted depths is plotted, and the caption says which
 };
 
 /// The paper's Fig. 3: x_p/z and W^2/z against depth with the slopes c and D; c(mu) and D(mu) as insets.

@@ -10,13 +10,13 @@
 namespace granuscope {
 
 /// Everything of a layout that is not the plot area: frame, ticks, labels, arrow, scale bar and colour scale. It is
-/// made once and drawn into as many bands of the picture as there are.
+/// made once and painted into as many bands of the picture as there are.
 class Decorations {
  public:
   Decorations(const Scene& scene, const Layout& layout, const Palette& palette, const ColourScale& scale,
               const Font& font);
 
-  /// Draws what lies in these rows, the first of which is row `top` of the picture.
+  /// Paints what lies in these rows, the first of which is row `top` of the picture.
   void draw(Image& rows, int top) const;
 
  private:
@@ -30,7 +30,7 @@ class Decorations {
   void add_colour_scale(const Scene& scene, const Box& box, const ColourScale& scale, const Font& font);
   void add_arrow(const Layout& layout, Rgb colour, const Font& font);
 
-  std::vector<Piece> pieces_;  ///< in the order they are drawn
+  std::vector<Piece> pieces_;  ///< in the order they are painted
 };
 
 }  // namespace granuscope

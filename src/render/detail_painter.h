@@ -8,7 +8,7 @@ namespace granuscope {
 /// Paints the plot area of a pile whose beads are smaller than two pixels, without OpenGL, into the next rows of a
 /// picture, from column `left` on. Its samples stand on a grid
 /// that is locked to the lattice, 8 to a bead diameter across and 7 to a layer downwards; all contacts of one direction
-/// and level then cover the same samples, so that each is drawn by laying a stored stamp over those there, the higher
+/// and level then cover the same samples, so that each is painted by laying a stored stamp over those there, the higher
 /// level winning. Neighbours share samples and pixels, which take the mean of their samples as everywhere else: only
 /// the places of the samples differ from those of the full picture, and strengths below 1/255 of the scale.
 ///

@@ -33,7 +33,7 @@ EglLibrary open_library() {
   if (handle == nullptr) {
     const char* reason = ::dlerror();
     throw EnvironmentError(
-        fmt::format("EGL cannot be loaded ({}), and without it this backend cannot draw; install libegl1",
+        fmt::format("EGL cannot be loaded ({}), and without it this backend cannot render; install libegl1",
                     reason == nullptr ? "no reason given" : reason));
   }
   EglLibrary library;
@@ -63,7 +63,7 @@ struct EglDisplay {
 
   [[noreturn]] void fail(const char* step) const {
     throw EnvironmentError(
-        fmt::format("EGL cannot {} (error {:#x}), so this backend cannot draw; install "
+        fmt::format("EGL cannot {} (error {:#x}), so this backend cannot render; install "
                     "libegl-mesa0 and libgl1-mesa-dri, or use --backend osmesa",
                     step, egl.get_error()));
   }

@@ -27,7 +27,7 @@ struct Edges {
 };
 
 /// How far rows may reach up or down: where far fewer layers were recorded than elsewhere, page tells so better than
-/// one row drawn over all of them. 1.5 times half the usual distance.
+/// one row painted over all of them. 1.5 times half the usual distance.
 double longest_reach(const Field& field) {
   std::vector<double> gaps;
   for (std::size_t k = 1; k < field.rows.size(); ++k) gaps.push_back(field.rows[k].z - field.rows[k - 1].z);
@@ -49,7 +49,7 @@ Edges edges_of(const Field& field, std::size_t row, double longest) {
 }
 
 void require_rows(const Field& field) {
-  if (field.rows.empty()) throw InputError("the field has no rows, so there is nothing to draw; record some layers");
+  if (field.rows.empty()) throw InputError("the field has no rows, so there is nothing to render; record some layers");
   for (std::size_t k = 0; k < field.rows.size(); ++k) {
     if (field.rows[k].values.empty() || (k > 0 && field.rows[k].z <= field.rows[k - 1].z)) {
       throw InputError("the rows of the field are empty or not in the order of their depths; sort them");

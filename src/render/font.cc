@@ -113,7 +113,7 @@ CoverageMask Font::draw(std::string_view text) const {
   face_->walk(text, [&](FT_GlyphSlot slot, double pen) {
     const double whole = std::floor(pen);
     FT_Outline_Translate(&slot->outline, to_26_6(pen - whole), 0);
-    if (const FT_Error error = FT_Render_Glyph(slot, FT_RENDER_MODE_NORMAL); error != 0) fail(error, "draw a glyph of");
+    if (const FT_Error error = FT_Render_Glyph(slot, FT_RENDER_MODE_NORMAL); error != 0) fail(error, "show a glyph of");
     const FT_Bitmap& bitmap = slot->bitmap;
     for (int row = 0; row < static_cast<int>(bitmap.rows); ++row) {
       for (int column = 0; column < static_cast<int>(bitmap.width); ++column) {

@@ -58,7 +58,7 @@ class Font {
   double size_px_;
 };
 
-/// The library that draws the text, with its version; another one may round an edge of a letter otherwise.
+/// The library that renders the text, with its version; another one may round an edge of a letter otherwise.
 std::string typesetter();
 
 /// The mask turned by 90° counterclockwise: the text then reads upwards.

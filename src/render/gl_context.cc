@@ -39,7 +39,7 @@ void GlContext::load(Lookup lookup) {
     function = reinterpret_cast<Function>(lookup(gl_name));
     if (function == nullptr) {
       throw EnvironmentError(
-          fmt::format("the {} driver lacks {}, so it cannot draw a picture; OpenGL 3.3 is needed", name(), gl_name));
+          fmt::format("the {} driver lacks {}, so it cannot render a picture; OpenGL 3.3 is needed", name(), gl_name));
     }
   };
 #define GRANUSCOPE_FETCH(function) fetch(gl_.function, "gl" #function);
@@ -69,7 +69,7 @@ void require_known_backend(const std::string& backend) {
   for (const char* known : {"auto", "osmesa", "egl", "none"}) {
     if (backend == known) return;
   }
-  throw InputError(fmt::format("there is no backend '{}' to draw with; choose auto, osmesa, egl or none", backend));
+  throw InputError(fmt::format("there is no backend '{}' to render with; choose auto, osmesa, egl or none", backend));
 }
 
 std::unique_ptr<GlContext> make_gl_context(const std::string& backend) {

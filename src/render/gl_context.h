@@ -6,8 +6,8 @@
 
 namespace granuscope {
 
-/// An OpenGL 3.3 core context without a window. Nothing is ever drawn to its default buffer: the painter brings its own
-/// framebuffer, and then every backend on the same driver gives the same pixels.
+/// An OpenGL 3.3 core context without a window. Nothing is ever painted to its default buffer: the painter brings its
+/// own framebuffer, and then every backend on the same driver gives the same pixels.
 class GlContext {
  public:
   GlContext() = default;
@@ -40,7 +40,7 @@ class GlContext {
   std::string renderer_, version_, reason_;
 };
 
-/// Throws InputError unless `backend` is auto, osmesa, egl, or none: no OpenGL, all is drawn by the processor.
+/// Throws InputError unless `backend` is auto, osmesa, egl, or none: no OpenGL, all is painted by the processor.
 void require_known_backend(const std::string& backend);
 
 /// Makes the context for `backend`: "osmesa" (Mesa's off-screen library), "egl" (EGL without a window system), or

@@ -58,7 +58,7 @@ class LatticeValues {
   double half_width_;  ///< of a bar, or of a bead
 };
 
-/// The same as levels of a scale; and the places that can be drawn.
+/// The same as levels of a scale; and the places that can be painted.
 class LatticeLevels {
  public:
   /// Elements whose places lie outside `extent` are left out if `inside_only`.
@@ -67,7 +67,7 @@ class LatticeLevels {
   const LatticeValues& values() const { return values_; }
   /// As LatticeValues::values(), as levels.
   void levels(int layer, int side, int first_place, std::span<std::uint8_t> levels) const;
-  /// As LatticeValues::places(), without those that are not drawn.
+  /// As LatticeValues::places(), without those that are not painted.
   Places places(int layer, int side, const Extent& region) const;
   std::array<int, 2> layers(const Extent& region) const;
 

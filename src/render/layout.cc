@@ -122,7 +122,8 @@ void require_size(const SceneSpec& spec) {
                                  min_image_px, max_image_px));
   }
   if (!is_resolution(spec.dpi)) {
-    throw InputError(fmt::format("{} dpi is no resolution to draw at; choose {} to {}", spec.dpi, least_dpi, most_dpi));
+    throw InputError(
+        fmt::format("{} dpi is no resolution to render at; choose {} to {}", spec.dpi, least_dpi, most_dpi));
   }
 }
 
@@ -190,7 +191,7 @@ PlotSize plot_size(const SceneSpec& spec, const Extent& extent, const std::strin
   const double height = std::max(1.0, std::round(size.pixels_per_diameter * extent.height()));
   if (height > max_image_px) {
     throw InputError(fmt::format(
-        "the picture of this window would be {:.0f} pixels high, and at most {} can be drawn; choose a smaller "
+        "the picture of this window would be {:.0f} pixels high, and at most {} can be rendered; choose a smaller "
         "width or fewer layers",
         height, max_image_px));
   }
@@ -221,7 +222,7 @@ class LayoutMaker {
     layout_.height = below_ + paper_.mm(margin_mm);
     if (layout_.height > max_image_px) {
       throw InputError(
-          fmt::format("the picture of this window would be {} pixels high, and at most {} can be drawn; choose "
+          fmt::format("the picture of this window would be {} pixels high, and at most {} can be rendered; choose "
                       "a smaller width or fewer layers",
                       layout_.height, max_image_px));
     }

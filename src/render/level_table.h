@@ -15,7 +15,7 @@ struct LevelTable {
   std::array<bool, 256> visible{};      ///< false where the colour rounds to the page's
 };
 
-/// A bar thinner than one sample would be hit or missed by chance; it is drawn one sample wide instead, its colour
+/// A bar thinner than one sample would be hit or missed by chance; it is painted one sample wide instead, its colour
 /// thinned out by the same factor. Where that colour rounds to the page's, at the 8 bits of the image, the bar cannot
 /// be seen: width and colour map together decide.
 LevelTable make_level_table(const ColourScale& scale, const ValueScale& values, Glyph glyph,

@@ -32,7 +32,7 @@ OsMesaLibrary open_library() {
   if (handle == nullptr) {
     const char* reason = ::dlerror();
     throw EnvironmentError(
-        fmt::format("OSMesa cannot be loaded ({}), and without it no picture can be drawn; install libosmesa6",
+        fmt::format("OSMesa cannot be loaded ({}), and without it no picture can be rendered; install libosmesa6",
                     reason == nullptr ? "no reason given" : reason));
   }
   OsMesaLibrary library;
@@ -59,7 +59,7 @@ void require_known_driver() {
     if (driver == known) return;
   }
   throw EnvironmentError(fmt::format(
-      "GALLIUM_DRIVER={} names a driver that OSMesa does not have, so no picture can be drawn; unset it, or "
+      "GALLIUM_DRIVER={} names a driver that OSMesa does not have, so no picture can be rendered; unset it, or "
       "set it to llvmpipe",
       single_line(driver, 40)));
 }
@@ -86,7 +86,7 @@ class OsMesaContext : public GlContext {
     context_ = library_->create(attributes.data(), nullptr);
     if (context_ == nullptr) {
       throw EnvironmentError(
-          "OSMesa gives no OpenGL 3.3 core context, so no picture can be drawn; install libosmesa6 of Debian 12 or "
+          "OSMesa gives no OpenGL 3.3 core context, so no picture can be rendered; install libosmesa6 of Debian 12 or "
           "later, "
           "and unset GALLIUM_DRIVER if it is set");
     }
@@ -106,11 +106,11 @@ class OsMesaContext : public GlContext {
  private:
   void activate() {
     if (library_->make_current(context_, default_buffer_.data(), GL_UNSIGNED_BYTE, edge, edge) == GL_FALSE) {
-      throw EnvironmentError("OSMesa cannot make its context current, so no picture can be drawn");
+      throw EnvironmentError("OSMesa cannot make its context current, so no picture can be rendered");
     }
   }
 
-  /// OSMesa insists on a buffer of the caller; nothing is drawn to it.
+  /// OSMesa insists on a buffer of the caller; nothing is painted to it.
   static constexpr int edge = 16;
   std::array<unsigned char, 4 * edge * edge> default_buffer_{};
   const OsMesaLibrary* library_ = nullptr;

@@ -29,14 +29,14 @@ class Picture {
   int height() const;
   /// What its colours need, whatever the pixels turn out to be.
   Channels channels() const;
-  /// Whether there is something that OpenGL could draw.
+  /// Whether there is something that OpenGL could paint.
   bool has_use_for_gl() const;
   /// Whether the processor is done with it before OpenGL would have started.
   bool is_small() const;
 
-  /// Gives the rows from the top, some at a time, so that memory does not grow with the height. Without a
-  /// context all is drawn by the processor, to the same pixels. Throws EnvironmentError if GL fails, InputError if a
-  /// force that is read now is none.
+  /// Gives the rows from the top, some at a time, so that memory does not grow with the height. Without a context all
+  /// is painted by the processor, to the same pixels. Throws EnvironmentError if GL fails, InputError if a force that
+  /// is read now is none.
   void paint(GlContext* context, const PaintOptions& options, const PictureRows::Rows& take) const;
 
  private:
@@ -47,7 +47,7 @@ class Picture {
 /// The whole of a picture in memory.
 Image paint(const Scene& scene, const SceneSpec& spec, GlContext& context, const PaintOptions& options = {});
 
-/// What is to be told of a scene: what it shows, and what was drawn and left out.
+/// What is to be told of a scene: what it shows, and what was painted and left out.
 ImageMetadata describe(const Scene& scene);
 
 }  // namespace granuscope

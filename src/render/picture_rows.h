@@ -12,7 +12,7 @@ class PictureRows {
   /// An image of whole rows, the first of them at row `top` of the picture.
   using Rows = std::function<void(Image& rows, int top)>;
 
-  /// `finish` draws over rows that are complete otherwise, `take` gets them; either may be empty.
+  /// `finish` paints over rows that are complete otherwise, `take` gets them; either may be empty.
   PictureRows(int width, int height, Rgb blank, std::uint8_t alpha, Rows finish, Rows take);
 
   /// The next rows, at most those that are left; valid until the next call.

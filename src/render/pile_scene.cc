@@ -38,7 +38,7 @@ const Kind& kind_of(const std::string& scene) {
   const auto* const found =
       std::find_if(kinds.begin(), kinds.end(), [&](const Kind& kind) { return scene == kind.name; });
   if (found == kinds.end()) {
-    throw InputError(fmt::format("there is no scene '{}' to draw of a pile; choose one of {}", scene,
+    throw InputError(fmt::format("there is no scene '{}' to render of a pile; choose one of {}", scene,
                                  fmt::join(pile_scenes(), ", ")));
   }
   return *found;
@@ -86,7 +86,7 @@ void require_finite_loads(const PileView& pile) {
   for (std::size_t bead = 0; bead < pile.load.size(); ++bead) {
     if (std::isfinite(pile.load[bead])) continue;
     throw InputError(fmt::format(
-        "the load on bead {} is not a finite number, so the pile cannot be drawn; make the file again", bead));
+        "the load on bead {} is not a finite number, so the pile cannot be rendered; make the file again", bead));
   }
 }
 
@@ -119,10 +119,10 @@ void walk_window(const LatticeValues& values, const Extent& extent, const VisitR
       values.values(layer, side, places.first, row);
       for (std::size_t k = 0; k < row.size(); ++k) {
         if (std::isfinite(row[k])) continue;
-        throw InputError(
-            fmt::format("a force of bead {} in layer {} is not a finite number, so the pile cannot be drawn; make the "
-                        "file again",
-                        values.bead_at(places.first + static_cast<int>(k)), layer));
+        throw InputError(fmt::format(
+            "a force of bead {} in layer {} is not a finite number, so the pile cannot be rendered; make the "
+            "file again",
+            values.bead_at(places.first + static_cast<int>(k)), layer));
       }
       visit(row);
     }

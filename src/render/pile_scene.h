@@ -32,16 +32,16 @@ std::string key_title_of(const std::string& scene);
 /// without any.
 void check_drawable(const Lattice& lattice, double mu, const SceneSpec& spec);
 
-/// What is drawn of a pile:
+/// What is shown of a pile:
 /// - "forces" (right part of Fig. 1 of the paper): each contact is a bar between the centres of the two beads it
 ///   connects, whose width and darkness follow the magnitude sqrt(V² + H²) of its force;
 /// - "weight": each bead is a disc, darker the more weight V_R + V_L it passes on;
 /// - "friction": each contact is a bar whose colour is the mobilisation |T| / (mu N) of its friction, 0 to 1;
 /// - "response": each bead is a disc coloured by how its weight differs from that in the pile `minus`.
-/// Contacts that leave the lowest layer are drawn up to the contact point; those that cross the seam of the ring appear
-/// on both sides. What lies beside the window, and what has a colour that rounds to the page's at this width and dpi,
-/// is left out and counted; with spec.skip_invisible = false everything is drawn, and the picture is the same. Where
-/// a bead is smaller than two pixels the level of detail is used, unless nothing is to be skipped.
+/// Contacts that leave the lowest layer are painted up to the contact point; those that cross the seam of the ring
+/// appear on both sides. What lies beside the window, and what has a colour that rounds to the page's at this width and
+/// dpi, is left out and counted; with spec.skip_invisible = false everything is painted, and the picture is the same.
+/// Where a bead is smaller than two pixels the level of detail is used, unless nothing is to be skipped.
 ///
 /// The piles' range must be range_needed() (render/window.h); they are gone through layer by layer, here and when the
 /// scene is painted. Throws InputError: unknown scene or colour map; a force that is not finite; piles that do not

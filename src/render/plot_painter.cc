@@ -86,7 +86,7 @@ void main() {
 }
 )";
 
-/// Draws elements into the framebuffer bound at construction.
+/// Paints elements into the framebuffer bound at construction.
 class ElementProgram {
  public:
   ElementProgram(const GlContext& context, int tile_samples)
@@ -109,7 +109,7 @@ class ElementProgram {
 
   void set_origin(int x, int y) { gl_.Uniform2i(origin_, x, y); }
 
-  /// Draws `count` elements of one sample each, side by side, and looks whether all of them are there: drivers do not
+  /// Paints `count` elements of one sample each, side by side, and looks whether all of them are there: drivers do not
   /// report what they leave out.
   bool draws_whole_batch(std::size_t count, int tile_samples) {
     const auto wide = static_cast<std::size_t>(std::min(tile_samples, 128));
@@ -156,7 +156,7 @@ std::size_t batch_size_of(ElementProgram& program, const GlContext& context, int
     if (program.draws_whole_batch(size, tile_samples)) return size;
   }
   throw EnvironmentError(fmt::format(
-      "the driver {} ({}) leaves out what it is told to draw, so a picture would be wrong; choose another by "
+      "the driver {} ({}) leaves out what it is told to paint, so a picture would be wrong; choose another by "
       "--backend, and unset GALLIUM_DRIVER if it is set",
       context.renderer(), context.version()));
 }
@@ -164,7 +164,7 @@ std::size_t batch_size_of(ElementProgram& program, const GlContext& context, int
 /// Where the elements of a tile may lie. A tile at the edge of the plot area also takes what lies beyond.
 Extent region_of(const Scene& scene, int column, int row, int columns, int rows, int tile_px) {
   const double tile = tile_px / scene.pixels_per_diameter;
-  const double margin = 1 / scene.pixels_per_diameter;  // for rounding, and for bars drawn a sample wide
+  const double margin = 1 / scene.pixels_per_diameter;  // for rounding, and for bars painted a sample wide
   constexpr double infinity = std::numeric_limits<double>::infinity();
   const Extent& all = scene.extent;
   return {column == 0 ? -infinity : all.x0 + column * tile - margin,
@@ -183,7 +183,7 @@ void paint_plot_area(const Scene& scene, const LevelTable& table, Background bac
   const int tile_samples = tile_px * samples;
   if (tile_px < 1 || tile_samples > context.max_size()) {
     throw EnvironmentError(fmt::format(
-        "a tile of {} samples is more than {} can draw ({}), and the rest would stay blank; use smaller tiles",
+        "a tile of {} samples is more than {} can paint ({}), and the rest would stay blank; use smaller tiles",
         tile_samples, context.renderer(), context.max_size()));
   }
   const int tile_columns = (scene.plot_width_px + tile_px - 1) / tile_px;
@@ -234,7 +234,7 @@ void paint_plot_area(const Scene& scene, const LevelTable& table, Background bac
       const auto stride = static_cast<std::size_t>(row_samples);
       levels.resize(stride * static_cast<std::size_t>(height * samples));
       gl.ReadPixels(0, 0, row_samples, height * samples, GL_RED, GL_UNSIGNED_BYTE, levels.data());
-      check_gl(context, "drawing the plot area");
+      check_gl(context, "painting the plot area");
 
       std::vector<std::size_t> first_sample;
       for (int x = 0; x <= width; ++x) {

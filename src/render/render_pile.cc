@@ -89,8 +89,9 @@ SceneStatistics render_scene(const Scene& scene, const SceneSpec& spec, const st
   std::unique_ptr<GlContext> context;
   if (picture.has_use_for_gl() && (spec.backend == "none" || (spec.backend == "auto" && picture.is_small()))) {
     statistics.renderer = "spans";
-    statistics.backend_reason = spec.backend == "none" ? "the processor was asked for by name"
-                                                       : "a picture so small is drawn before OpenGL would have started";
+    statistics.backend_reason = spec.backend == "none"
+                                    ? "the processor was asked for by name"
+                                    : "a picture so small is painted before OpenGL would have started";
   } else if (picture.has_use_for_gl()) {
     context = make_gl_context(spec.backend);
     statistics.backend = context->name();
@@ -101,7 +102,7 @@ SceneStatistics render_scene(const Scene& scene, const SceneSpec& spec, const st
   all.emplace_back("Renderer", fmt::format("{} ({}), {}", statistics.renderer, statistics.backend, typesetter()));
   all.insert(all.end(), metadata.begin(), metadata.end());
   PngWriter png(image_path, {picture.width(), picture.height(), picture.channels(), spec.dpi}, all);
-  // Rows are encoded while others are still to be drawn.
+  // Rows are encoded while others are still to be painted.
   picture.paint(context.get(), {}, [&](const Image& rows, int) {
     statistics.seconds.draw += lap();
     png.add(rows);
@@ -128,7 +129,7 @@ SceneStatistics render_pile_file(const PictureFiles& files, const SceneSpec& spe
   for (const std::filesystem::path& pile : {files.pile, files.minus}) {
     std::error_code none;
     if (pile.empty() || !std::filesystem::equivalent(pile, files.image, none) || none) continue;
-    throw InputError(fmt::format("'{}' is the pile to be drawn, which the picture would replace; name another image",
+    throw InputError(fmt::format("'{}' is the pile to be rendered, which the picture would replace; name another image",
                                  files.image.string()));
   }
   Lap lap;

@@ -24,24 +24,24 @@ struct SceneStatistics {
   std::string renderer;        ///< GL_RENDERER and GL_VERSION, or what stood in
 };
 
-/// Which files to draw.
+/// Which files to render.
 struct PictureFiles {
   std::filesystem::path pile;
   std::filesystem::path minus;  ///< of a response: the pile without the overload; empty otherwise
   std::filesystem::path image;  ///< PNG, SVG or PDF, by its ending
 };
 
-/// Draws a pile, or two that a scene compares (`minus` may be null), to a file, which appears whole or not at all;
+/// Renders a pile, or two that a scene compares (`minus` may be null), to a file, which appears whole or not at all;
 /// `metadata` (provenance) goes into it. Throws InputError and EnvironmentError as build_scene(), make_gl_context(),
 /// Picture::paint() and PngWriter do; then no file is left.
 SceneStatistics render_pile(const Pile& pile, const Pile* minus, const SceneSpec& spec,
                             const std::filesystem::path& image, const ImageMetadata& metadata = {});
-/// What drawing it would count, but for the pixels.
+/// What rendering it would count, but for the pixels.
 SceneCounts count_elements(const Pile& pile, const Pile* minus, const SceneSpec& spec);
 /// render_pile from files, of which only what the window needs is read; the pile's key goes into the metadata.
 SceneStatistics render_pile_file(const PictureFiles& files, const SceneSpec& spec, const ImageMetadata& metadata = {});
 
-/// Draws any scene.
+/// Renders any scene.
 SceneStatistics render_scene(const Scene& scene, const SceneSpec& spec, const std::filesystem::path& image,
                              const ImageMetadata& metadata = {});
 

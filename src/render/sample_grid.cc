@@ -6,7 +6,7 @@
 namespace granuscope {
 namespace {
 
-/// Far outside (elements that are drawn although they lie beside the window) one place is as good as another.
+/// Far outside (elements that are painted although they lie beside the window) one place is as good as another.
 std::int32_t units(double value) {
   constexpr double far = 1 << 29;
   return static_cast<std::int32_t>(std::lround(std::clamp(value, -far, far)));

@@ -7,7 +7,7 @@ namespace granuscope {
 
 /// Positions in a picture are whole numbers of 1/256 sample, counted from the upper left corner of the plot area.
 /// Whether a sample lies in an element is then decided from differences of whole numbers, the same for whatever part of
-/// the picture is drawn at a time.
+/// the picture is painted at a time.
 inline constexpr int units_per_sample = 256;
 
 /// One element on that grid, as GL reads it: two texels of four 32-bit integers.

@@ -13,7 +13,7 @@ namespace granuscope {
 
 enum class Background { page, transparent };
 
-/// What to draw, and how large. Windows count from the overloaded bead, as x of a response does.
+/// What to render, and how large. Windows count from the overloaded bead, as x of a response does.
 struct SceneSpec {
   std::string scene = "forces";
   int width_px = 1600;  ///< of the whole image, axes and legend included
@@ -27,13 +27,13 @@ struct SceneSpec {
   Background background = Background::page;
 };
 
-/// What was drawn and what was left out, counted: drawn + outside + too_faint + aggregated = elements of the pile
+/// What was painted and what was left out, counted: drawn + outside + too_faint + aggregated = elements of the pile
 /// (contacts, or beads in scenes that colour beads).
 struct SceneCounts {
   std::uint64_t drawn = 0;
   std::uint64_t outside = 0;     ///< beside the window
   std::uint64_t too_faint = 0;   ///< their contribution rounds to nothing at 8 bits
-  std::uint64_t aggregated = 0;  ///< drawn by the level of detail, as samples that several share
+  std::uint64_t aggregated = 0;  ///< painted by the level of detail, as samples that several share
   std::uint64_t pixels = 0;
 };
 
@@ -41,8 +41,8 @@ struct SceneCounts {
 inline constexpr int min_image_px = 1;
 inline constexpr int max_image_px = 32768;
 
-/// The part of the plane that is drawn, in bead diameters: x from the overloaded bead, z down from the surface (the top
-/// of layer 0, so that layer n has its centres at Lattice::depth(n)).
+/// The part of the plane that is rendered, in bead diameters: x from the overloaded bead, z down from the surface (the
+/// top of layer 0, so that layer n has its centres at Lattice::depth(n)).
 struct Extent {
   double x0 = 0, x1 = 0, z0 = 0, z1 = 0;
   double width() const { return x1 - x0; }
@@ -54,7 +54,7 @@ enum class Outline {
   box   ///< from (x0, z0) to (x1, z1), its sides along the axes
 };
 
-/// One thing that is drawn, in bead diameters. Where several lie over each other the highest level is seen, whatever
+/// One thing that is painted, in bead diameters. Where several lie over each other the highest level is seen, whatever
 /// the order: strong contacts lie on weak ones.
 struct Element {
   double x0 = 0, z0 = 0, x1 = 0, z1 = 0;
@@ -91,7 +91,7 @@ struct OverlayLine {
 
 class LatticeLevels;
 
-/// What is to be drawn, free of how.
+/// What is to be rendered, free of how.
 struct Scene {
   std::string name;
   Extent extent;
@@ -118,8 +118,8 @@ struct Scene {
 };
 
 /// Samples along each edge of a pixel. A pixel is the mean of their squares, taken in sRGB space: a grey of the map
-/// then stays the share of black that was drawn, which linear light would lighten. At least 4; and at least as many as
-/// give a bead diameter 8 of them, so that a thumbnail shows what a poster seen from far does.
+/// then stays the share of black that was painted, which linear light would lighten. At least 4; and at least as many
+/// as give a bead diameter 8 of them, so that a thumbnail shows what a poster seen from far does.
 int samples_per_axis(double pixels_per_diameter);
 
 }  // namespace granuscope

@@ -17,7 +17,7 @@ namespace {
 /// Samples that are in memory at a time, about: what a processor's cache holds.
 constexpr std::int64_t samples_wanted = std::int64_t{2} << 20;
 
-/// Rows of pixels drawn at a time.
+/// Rows of pixels painted at a time.
 int rows_of_band(const Scene& scene, int samples) {
   const std::int64_t row = std::max<std::int64_t>(1, std::int64_t{scene.plot_width_px} * samples * samples);
   return static_cast<int>(std::clamp<std::int64_t>(samples_wanted / row, 8, 512));
@@ -198,7 +198,7 @@ class BarSpans {
 
 /// Where the elements of a band may lie, as region_of() of a row of tiles.
 Extent region_of(const Scene& scene, int first_row, int rows) {
-  const double margin = 1 / scene.pixels_per_diameter;  // for rounding, and for bars drawn a sample wide
+  const double margin = 1 / scene.pixels_per_diameter;  // for rounding, and for bars painted a sample wide
   constexpr double infinity = std::numeric_limits<double>::infinity();
   const double z0 = scene.extent.z0 + first_row / scene.pixels_per_diameter;
   const double z1 = scene.extent.z0 + (first_row + rows) / scene.pixels_per_diameter;

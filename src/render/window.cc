@@ -25,7 +25,7 @@ Extent extent_of(const Lattice& lattice, const SceneSpec& spec) {
     n0 = window[2];
     n1 = window[3];
     if (x0 >= x1 || n0 > n1) {
-      throw InputError(given + " is empty, so there is nothing to draw; it needs X0 < X1 and N0 <= N1");
+      throw InputError(given + " is empty, so there is nothing to render; it needs X0 < X1 and N0 <= N1");
     }
     if (x1 - x0 < 1) {
       throw InputError(given + " is narrower than a bead, too narrow for an axis; X1 - X0 must be at least 1");

@@ -27,7 +27,7 @@ std::string embedded(const Figure& figure, const std::filesystem::path& run_fold
   if (extension == ".svg") {
     return data_uri("image/svg+xml", medium == PageMedium::print ? svg_for_weasyprint(bytes) : bytes);
   }
-  throw InputError(fmt::format("figure {} is neither SVG nor PNG ({}), so the report cannot hold it; draw it again",
+  throw InputError(fmt::format("figure {} is neither SVG nor PNG ({}), so the report cannot hold it; make it again",
                                figure.id, figure.screen.string()));
 }
 
@@ -63,7 +63,7 @@ void add_figures(Json& overlay, const ReportData& data, const std::filesystem::p
     const std::optional<double> width =
         raster && medium == PageMedium::print ? png_width_mm(read_file(run_folder / figure.screen)) : std::nullopt;
     rows.push_back({{"number", rows.size() + 1},
-                    {"drawn", figure.is_there()},
+                    {"is_there", figure.is_there()},
                     {"failure", as_sentence(figure.failure)},
                     {"image", figure.is_there() ? embedded(figure, run_folder, medium) : ""},
                     {"raster", raster},

@@ -19,7 +19,7 @@ bool defines_shape(std::string_view line) {
   return line.find(" id='gpPt") != std::string_view::npos || line.find(" id='gpDot'") != std::string_view::npos;
 }
 
-/// A line that draws one point: refers to a shape and names a colour.
+/// A line that plots one point: refers to a shape and names a colour.
 bool draws_point(std::string_view line) {
   return line.find("<use " + std::string(reference)) != std::string_view::npos &&
          line.find(colour_start) != std::string_view::npos;

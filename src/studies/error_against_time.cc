@@ -24,7 +24,7 @@ namespace granuscope {
 namespace {
 
 constexpr const char* figure_id = "error-against-time";
-/// How far beyond the measured points the total error is drawn, so that floors show.
+/// How far beyond the measured points the total error is plotted, so that floors show.
 constexpr double outlook = 300;
 constexpr double significant_shift = 3;  // standard errors
 
@@ -230,7 +230,7 @@ class ErrorAgainstTimeStudy final : public CopiedStudy<ErrorAgainstTimeStudy> {
 
   std::vector<Key> keys() override {
     return {make_key(table(), "repetitions", "repetitions",
-                     "independent repetitions of each estimator from which its error is taken and drawn against its "
+                     "independent repetitions of each estimator from which its error is taken and plotted against its "
                      "run time; 0: none",
                      repetitions_,
                      KeyRange{.or_zero = true,

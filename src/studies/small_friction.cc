@@ -177,7 +177,7 @@ Figure plot_small_friction(const Analysis& main, const std::vector<SmallFriction
   const Estimate& exponent = scaling.exponent;
   panel.notes = {"narrow deep piles: " + in_words(exponent), "", "the paper, for c: 1"};
   const PowerLawPanelScript law = add_power_law_panel(plan, panel);
-  if (saturation.curves.empty() || !law.drawn) {
+  if (saturation.curves.empty() || !law.shown) {
     throw InputError(
         "the figure of small friction has nothing to show, because no thrust ratio was measured for it; list friction "
         "coefficients in studies.small_friction.mu");

@@ -21,7 +21,7 @@ TEST_CASE("the render suite has every size, with and without skipping, and the s
   CHECK(render_cases(true).size() < names.size());
 }
 
-TEST_CASE("a picture of the suite is timed in its steps, with its counts and memory; what cannot be drawn says so") {
+TEST_CASE("a picture of the suite is timed in its steps, with its counts and memory; what cannot be rendered says so") {
   const test::TemporaryFolder folder;
   RenderCase picture;
   picture.name = "1000 x 1000 to 2000 px";  // has targets; smaller here

@@ -66,7 +66,7 @@ TEST_CASE("render --statistics prints one JSON object, whose counts add up to al
   CHECK(read_file(scratch / "a.png").substr(1, 3) == "PNG");
 }
 
-TEST_CASE("render draws the same bytes again, and --no-skip the same picture") {
+TEST_CASE("render gives the same bytes again, and --no-skip the same picture") {
   const test::TemporaryFolder scratch;
   store_pile(scratch / "pile.h5");
   const auto draw = [&](const std::string& name, const std::vector<std::string>& more) {
@@ -84,7 +84,7 @@ TEST_CASE("render draws the same bytes again, and --no-skip the same picture") {
   CHECK(pixels_of(first).size() > 1000);
 }
 
-TEST_CASE("render refuses what it cannot draw, with the status that says whose fault it is") {
+TEST_CASE("render refuses what it cannot render, with the status that says whose fault it is") {
   const test::TemporaryFolder scratch;
   store_pile(scratch / "pile.h5");
   const std::vector<std::pair<std::vector<std::string>, int>> cases{
@@ -148,7 +148,7 @@ TEST_CASE("a window drawn from the file is the window drawn from the whole pile,
   }
 }
 
-TEST_CASE("render draws the response of a pair, and refuses piles that are none") {
+TEST_CASE("render gives the response of a pair, and refuses piles that are none") {
   const test::TemporaryFolder scratch;
   const auto store = [&](const char* name, const std::vector<std::string>& more) {
     std::vector<std::string> arguments{
@@ -199,7 +199,7 @@ TEST_CASE("a window is written as SVG and PDF, the same bytes again; a large sce
   CHECK_FALSE(std::filesystem::exists(scratch / "c.pdf"));
 }
 
-TEST_CASE("a picture has the same bytes for any number of rasteriser threads, and the slow driver draws it too") {
+TEST_CASE("a picture has the same bytes for any number of rasteriser threads, and the slow driver paints it too") {
   const test::TemporaryFolder scratch;
   store_pile(scratch / "pile.h5");
   const auto drawn = [&](const std::string& name, const std::map<std::string, std::string>& environment) {

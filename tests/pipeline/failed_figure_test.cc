@@ -1,4 +1,4 @@
-// A figure that cannot be drawn costs nothing but itself.
+// A figure that cannot be made costs nothing but itself.
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Script of a gnuplot that complains about scripts of this name, and else draws as always.
+/// Script of a gnuplot that complains about scripts of this name, and else plots as always.
 std::string fussy_gnuplot(const std::string& script) {
   const auto real = find_program("gnuplot");
   REQUIRE(real);
@@ -42,7 +42,7 @@ TEST_CASE("a figure that gnuplot does not draw is named in its place, and all el
   const TemporaryFolder whole, lacking;
   const Experiment experiment = experiment_with_few_figures();
   CHECK(run_experiment(experiment, quiet(whole.path())).failure.empty());
-  CHECK(report_in(whole.path()).find("Not drawn.") == std::string::npos);
+  CHECK(report_in(whole.path()).find("Not made.") == std::string::npos);
 
   {
     const test::FakePrograms programs(lacking / "programs");

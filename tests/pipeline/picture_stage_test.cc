@@ -21,7 +21,7 @@ std::string scene_in(const std::filesystem::path& picture) {
   return std::to_string(test::read_png(picture).width) + " px: " + test::png_text(picture, "Scene");
 }
 
-TEST_CASE("the picture of the friction and those with names of their own are drawn of one pile, each as asked for") {
+TEST_CASE("the picture of the friction and those with names of their own are rendered of one pile, each as asked for") {
   const TemporaryFolder folder;
   Experiment experiment = small_experiment();
   experiment.force_chains.weight = experiment.force_chains.response = false;

@@ -26,7 +26,7 @@ using test::TemporaryFolder;
 
 namespace {
 
-/// Every figure comes with all its files, words, and a command that draws the same bytes again.
+/// Every figure comes with all its files, captions, and a command that makes the same bytes again.
 void check_whole(const Figure& figure, const std::filesystem::path& run_folder) {
   INFO(figure.id);
   CHECK_FALSE(figure.title.empty());
@@ -90,7 +90,7 @@ TEST_CASE("Many depths are shown without close views") {
   CHECK_FALSE(contains(read_file(run.path() / figure.screen), "residual"));
 }
 
-TEST_CASE("Where a profile is missing the nearest one is drawn and the caption says so") {
+TEST_CASE("Where a profile is missing the nearest one is plotted and the caption says so") {
   const TemporaryFolder run;
   const Analysis analysis = synthetic::analysis();
   ResponseProfilesSpec spec;
@@ -105,7 +105,7 @@ TEST_CASE("Where a profile is missing the nearest one is drawn and the caption s
   CHECK(contains(figure.title, "one depth"));
 }
 
-TEST_CASE("A profile without a fit is drawn without one") {
+TEST_CASE("A profile without a fit is plotted without one") {
   const TemporaryFolder run;
   Analysis analysis = synthetic::analysis();
   for (Transport& result : analysis.results) {
@@ -122,7 +122,7 @@ TEST_CASE("A profile without a fit is drawn without one") {
   CHECK(contains(read_file(run.path() / figure.screen), "peaks not identified by the fit"));
 }
 
-TEST_CASE("An exact profile is drawn without a fit, whatever width rounding gave it") {
+TEST_CASE("An exact profile is plotted without a fit, whatever width rounding gave it") {
   const TemporaryFolder run;
   Analysis analysis = synthetic::analysis();
   for (Transport& result : analysis.results) {
@@ -348,7 +348,7 @@ TEST_CASE("A figure with nothing to show says so") {
   CHECK_THROWS_AS(plot_propagation_and_thrust({}, run.path()), InputError);
 }
 
-TEST_CASE("The frictionless pile alone can still be drawn") {
+TEST_CASE("The frictionless pile alone can still be plotted") {
   const TemporaryFolder run;
   Analysis analysis;
   analysis.results.push_back(synthetic::frictionless());

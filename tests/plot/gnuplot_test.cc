@@ -36,7 +36,7 @@ std::string message_of(const GnuplotJob& job, const std::filesystem::path& folde
 
 }  // namespace
 
-TEST_CASE("A sound job leaves script, data and both drawings, the same bytes each time") {
+TEST_CASE("A sound job leaves script, data and both plots, the same bytes each time") {
   const TemporaryFolder first, second;
   const GnuplotJob job = job_that_plots("plot 'drawing.csv' using 1:2 with linespoints notitle", 1);
   plot_with_gnuplot(job, first.path());
@@ -85,7 +85,7 @@ TEST_CASE("Failures that gnuplot's exit status hides are found, and nothing is l
   CHECK(std::filesystem::is_empty(folder.path()));
 }
 
-TEST_CASE("Earlier drawings survive a failure") {
+TEST_CASE("Earlier plots survive a failure") {
   const TemporaryFolder folder;
   write_file(folder.path() / "drawing.svg", "earlier");
   CHECK_FALSE(message_of(job_that_plots("plod x", 1), folder.path()).empty());

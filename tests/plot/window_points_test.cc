@@ -81,7 +81,7 @@ TEST_CASE("The paper's laws stand at the points of the window, wherever the wind
   }
 }
 
-TEST_CASE("A law none of whose points are shown is not drawn either") {
+TEST_CASE("A law none of whose points are shown is not plotted either") {
   const TemporaryFolder run;
   Analysis analysis = analysis_over({0.1, 0.2});
   for (Transport& result : analysis.results) {

@@ -40,7 +40,7 @@ TEST_CASE("a field's rows meet half way, and what is negative is page") {
   CHECK(std::all_of(cells.begin(), cells.end(), [](const Element& cell) { return cell.level <= levels_below_lines; }));
 }
 
-TEST_CASE("a gap between rows is page, not one row drawn over all of it") {
+TEST_CASE("a gap between rows is page, not one row painted over all of it") {
   Field field = small_field();
   FieldRow far = field.rows.back();
   far.z = 50;  // the others are 3 apart
@@ -68,7 +68,7 @@ TEST_CASE("lines lie over the field, dashes with gaps, along their whole length"
   CHECK(dashed > 0.5 * length);
 }
 
-TEST_CASE("a field that cannot be drawn is refused") {
+TEST_CASE("a field that cannot be rendered is refused") {
   CHECK_THROWS_AS(build_field_scene({}, small_spec()), InputError);
   Field field = small_field();
   field.rows[2].values[3] = std::numeric_limits<double>::quiet_NaN();

@@ -87,7 +87,7 @@ std::string key_of(const GlContext& context) {
   return key;
 }
 
-TEST_CASE("every scene is drawn as it was: the same pixels by the same renderer, nearly the same by any other",
+TEST_CASE("every scene is rendered as it was: the same pixels by the same renderer, nearly the same by any other",
           "[golden]") {
   const std::string here = key_of(*make_gl_context("auto"));
   INFO("drawn by " << here);

@@ -84,7 +84,7 @@ TEST_CASE("nothing is clipped and nothing overlaps, at any size and resolution")
   CHECK(drawn == 84);
 }
 
-TEST_CASE("the smallest width named in the refusal is the smallest that is drawn") {
+TEST_CASE("the smallest width named in the refusal is the smallest that is rendered") {
   const Pile pile = frictionless_pile(70, 80);
   for (const double dpi : {100.0, 300.0, 600.0}) {
     SceneSpec spec;

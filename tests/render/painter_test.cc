@@ -130,7 +130,7 @@ TEST_CASE("tiles do not change a pixel") {
   }
 }
 
-TEST_CASE("rows come from the top, each once, whatever draws them, and never many at a time") {
+TEST_CASE("rows come from the top, each once, whatever paints them, and never many at a time") {
   SceneSpec spec;
   spec.width_px = 900;
   spec.dpi = 100;
@@ -156,7 +156,7 @@ TEST_CASE("rows come from the top, each once, whatever draws them, and never man
   }
 }
 
-TEST_CASE("a picture wider than the driver's largest framebuffer is drawn to its last pixel") {
+TEST_CASE("a picture wider than the driver's largest framebuffer is painted to its last pixel") {
   const Pile pile = irregular_pile(200, 4);
   SceneSpec spec;
   spec.width_px = 20000;
@@ -269,7 +269,7 @@ TEST_CASE("backends: osmesa is there and says why it was chosen, others do not e
   CHECK_THROWS_AS(make_gl_context("vulkan"), InputError);
 }
 
-TEST_CASE("EGL without a window system draws the same pixels as OSMesa, where it is installed") {
+TEST_CASE("EGL without a window system paints the same pixels as OSMesa, where it is installed") {
   std::unique_ptr<GlContext> egl;
   try {
     egl = make_gl_context("egl");

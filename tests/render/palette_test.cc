@@ -66,7 +66,7 @@ TEST_CASE("darkness grows with the force from the page on, for every map") {
   CHECK_THROWS_WITH(ColourScale(Palette::builtin(), "diverging"), Catch::Contains("grey, viridis or cividis"));
 }
 
-TEST_CASE("a bar thinner than a sample is drawn one sample wide and thinned out by as much") {
+TEST_CASE("a bar thinner than a sample is painted one sample wide and thinned out by as much") {
   const ColourScale scale(Palette::builtin(), "grey");
   const ValueScale values;
   // At 8 samples to a diameter a bar of level 51, 0.1 diameters wide, covers 0.8 of a sample; one of 64 is wider.

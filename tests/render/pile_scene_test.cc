@@ -11,7 +11,7 @@
 namespace granuscope {
 namespace {
 
-TEST_CASE("every contact of a small pile is drawn, half of the lowest ones, and twice across the seam") {
+TEST_CASE("every contact of a small pile is painted, half of the lowest ones, and twice across the seam") {
   const Pile pile = irregular_pile(4, 3);
   const Scene scene = scene_of(pile, small_spec());
   CHECK(scene.counts.drawn == 24);
@@ -52,7 +52,7 @@ TEST_CASE("a contact goes from its bead to the neighbour on its side, with the m
   CHECK(scene.values.high < 1);
 }
 
-TEST_CASE("contacts outside the window are counted, not drawn") {
+TEST_CASE("contacts outside the window are counted, not painted") {
   const Pile pile = irregular_pile(4, 3);
   SceneSpec spec = small_spec();
   spec.window = {{-1, 1, 0, 0}};
@@ -108,7 +108,7 @@ TEST_CASE("the force scale covers the chains of an overload however many other c
   CHECK(scene.overload->load == 2);
 }
 
-TEST_CASE("the overload is drawn only where there is one, in the window") {
+TEST_CASE("the overload is painted only where there is one, in the window") {
   CHECK_FALSE(scene_of(frictionless_pile(10, 10, 1), small_spec()).overload);
   SceneSpec spec = small_spec();
   spec.window = {{-4, 4, 1, 9}};
@@ -131,7 +131,7 @@ TEST_CASE("a pile without any force gives an empty scene with a scale") {
   CHECK(scene_of(unloaded, small_spec()).values.high == 1);
 }
 
-TEST_CASE("what cannot be drawn is refused with the reason") {
+TEST_CASE("what cannot be rendered is refused with the reason") {
   const Pile pile = frictionless_pile(10, 10);
   const auto refused = [&](auto&& change) {
     SceneSpec spec = small_spec();

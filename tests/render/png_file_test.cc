@@ -115,7 +115,7 @@ TEST_CASE("a request to stop ends any picture, and leaves no file") {
   CHECK(folder.contents().size() == 0);
 }
 
-TEST_CASE("a pile is drawn to a file, twice the same bytes, with its numbers") {
+TEST_CASE("a pile is rendered to a file, twice the same bytes, with its numbers") {
   const TemporaryFolder folder;
   const Pile pile = frictionless_pile(12, 10);
   SceneSpec spec = small_spec();

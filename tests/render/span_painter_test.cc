@@ -48,7 +48,8 @@ void check_alike(const Scene& scene, const SceneSpec& spec) {
 }
 
 TEST_CASE(
-    "the processor draws the pixels that OpenGL draws: every scene, windows, all drawn or not, seen through or not") {
+    "the processor paints the pixels that OpenGL paints: every scene, windows, all painted or not, seen through or "
+    "not") {
   const Pile pile = irregular_pile(40, 30);
   Pile other = frictionless_pile(40, 30), with_friction = pile;
   other.law = pile.law;

@@ -99,7 +99,7 @@ int colour_type_needed(const Image& image) {
   return type;
 }
 
-TEST_CASE("a picture drawn to a file row by row holds the pixels and channels of one drawn at once") {
+TEST_CASE("a picture rendered to a file row by row holds the pixels and channels of one rendered at once") {
   const TemporaryFolder folder;
   const Pile pile = irregular_pile(30, 30), other = frictionless_pile(30, 30);
   const auto context = make_gl_context("auto");
@@ -119,7 +119,7 @@ TEST_CASE("a picture drawn to a file row by row holds the pixels and channels of
   }
 }
 
-TEST_CASE("a force that is not finite is met before anything is drawn, whatever band it stands in") {
+TEST_CASE("a force that is not finite is met before anything is painted, whatever band it stands in") {
   const TemporaryFolder folder;
   Pile pile = irregular_pile(8, 2 * band_layers);
   for (const int layer : {3, band_layers + 5, 2 * band_layers - 1}) {

@@ -198,7 +198,7 @@ TEST_CASE("without a linear response, or without piles, nothing is compared, and
   CHECK(LoadComparer(window(), 0.25, 1).finish().responses.empty());
 }
 
-TEST_CASE("The loads are drawn against the linear response, and what cannot be compared is left out") {
+TEST_CASE("The loads are plotted against the linear response, and what cannot be compared is left out") {
   const TemporaryFolder run;
   LoadComparison measured;
   for (const double mu : {0.1, 0.3}) {

@@ -107,7 +107,7 @@ TEST_CASE("The audit by layers has the worst layer of the whole") {
   CHECK((whole.balance_layer == 17 || whole.balance_layer == 18));
 }
 
-TEST_CASE("Residuals are drawn against depth for the deep piles that were solved") {
+TEST_CASE("Residuals are plotted against depth for the deep piles that were solved") {
   const TemporaryFolder run;
   std::vector<StabilityTrial> trials(3);
   for (StabilityTrial& trial : trials) {

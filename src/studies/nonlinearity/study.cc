@@ -132,7 +132,7 @@ class NonlinearityStudy final : public CopiedStudy<NonlinearityStudy> {
   /// On columns just wide enough for the response: beads outside it would cost time and tell nothing.
   void add_loads(double mu, const MainLine& main, std::vector<StudyEnsemble>& all) const {
     FitSpec fit = main.fit;
-    fit.shallow_layer = fit.first_layer;  // nothing is drawn of the layers above the window
+    fit.shallow_layer = fit.first_layer;  // nothing is plotted of the layers above the window
     constexpr double handy = 16;          // for the Fourier transforms
     const int enough = static_cast<int>(handy * std::ceil(columns_needed(mu, fit.last_layer) / handy));
     const LatticeSpec lattice{std::min(enough, main.lattice.columns), main.lattice.layers};
