@@ -66,8 +66,7 @@ std::string line_sentence(const Analysis& analysis, LineTest Transport::*line) {
   }
   if (degrees_of_freedom == 0) return "";
   return fmt::format(
-      "The straight lines leave χ² = {} on {} degrees of freedom, with the joint covariance of the "
-      "depths.",
+      "The straight lines leave χ² = {} on {} degrees of freedom, with the joint covariance of the depths.",
       significant(chi2, 3), degrees_of_freedom);
 }
 

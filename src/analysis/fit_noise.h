@@ -8,8 +8,8 @@
 
 namespace granuscope {
 
-/// The noise by which the fits of an ensemble weigh their modes, from the whole of it and again without each block:
-/// weights are part of the chain that errors go through.
+/// The noise by which the fits of an ensemble divide their modes, from the whole of it and again without each block: it
+/// is part of the chain that errors go through.
 struct FitNoise {
   NoiseSpectrum whole;
   std::vector<NoiseSpectrum> without_block;  ///< with D of the whole

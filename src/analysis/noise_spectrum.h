@@ -16,13 +16,13 @@ struct LayerVariances {
 /// growing as k^4 z^3 while the wave is longer than the depth (sum and first moment of a layer are exact), then to a
 /// value that no longer depends on z. ln S is a polynomial of low degree in k, the same at all depths.
 ///
-/// It is there to weigh the modes of a fit. The response is not exactly two Gaussians, so that x_p and W depend on the
-/// weights; a measured variance scatters by 25 % for 32 blocks, in the lowest modes even after any averaging over
+/// A fit divides its modes by it. The response is not exactly two Gaussians, so that x_p and W depend on what they are
+/// divided by; a measured variance scatters by 25 % for 32 blocks, in the lowest modes even after any averaging over
 /// neighbours, which differ tenfold, and over depths, which fluctuate together. In precise ensembles x_p followed that
 /// scatter. The few numbers of this model scatter by some percent.
 /// What did not help: polynomials of ln k and ln z (their ends follow the lowest modes); larger noise for the lowest
-/// modes (loses what they know); one power of k (loses a tenth of the precision);
-/// cosines of k instead of the polynomial (a little less precise).
+/// modes (loses what they know); one power of k (loses a tenth of the precision); cosines of k instead of the
+/// polynomial (a little less precise).
 class NoiseSpectrum {
  public:
   /// Fits S and D to variances of at least one layer, each with the same number of modes, on a ring of `columns`.

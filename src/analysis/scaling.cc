@@ -55,14 +55,14 @@ std::vector<Coefficients> slopes_of(const std::vector<MeasuredTransport>& result
 }
 
 /// The slopes over neighbour number k of each window of depth, and over the window where there is none.
-std::vector<Coefficients> neighbouring_slopes(const std::vector<MeasuredTransport>& results, std::size_t k) {
+std::vector<Coefficients> varied_slopes(const std::vector<MeasuredTransport>& results, std::size_t k) {
   std::vector<Coefficients> slopes;
   for (const MeasuredTransport& result : results) {
     const Transport& t = result.transport;
     if (t.exact || !t.c.known() || !t.D.known()) continue;
-    const VariationSlopes* const neighbour = k < result.variations.size() ? &result.variations[k] : nullptr;
-    if (neighbour != nullptr && neighbour->shown.c.known() && neighbour->shown.D.known()) {
-      slopes.push_back({t.mu(), neighbour->c, neighbour->D});
+    const VariationSlopes* const variation = k < result.variations.size() ? &result.variations[k] : nullptr;
+    if (variation != nullptr && variation->shown.c.known() && variation->shown.D.known()) {
+      slopes.push_back({t.mu(), variation->c, variation->D});
     } else {
       slopes.push_back({t.mu(), result.c, result.D});
     }
@@ -76,7 +76,7 @@ Estimate shift_between(const ReplicatedPowerLaw& moved, const ReplicatedPowerLaw
   return estimate(transform([](double a, double b) { return a - b; }, moved.exponent, from.exponent));
 }
 
-ScalingVariation neighbour_of(const ReplicatedFits& fits, const std::string& change, const ReplicatedFits& moved) {
+ScalingVariation variation_of(const ReplicatedFits& fits, const std::string& change, const ReplicatedFits& moved) {
   return {change, moved.shown(), shift_between(moved.beta, fits.beta), shift_between(moved.gamma, fits.gamma),
           shift_between(moved.alpha, fits.alpha)};
 }
@@ -92,12 +92,12 @@ ScalingWithVariations fit_scaling_with_variations(const std::vector<MeasuredTran
   const std::vector<Coefficients> slopes = slopes_of(results);
   const ReplicatedFits fits = fit_all(slopes, window);
   ScalingWithVariations all{fits.shown(), {}};
-  const auto with_neighbours = std::find_if(results.begin(), results.end(),
+  const auto with_variations = std::find_if(results.begin(), results.end(),
                                             [](const MeasuredTransport& result) { return !result.variations.empty(); });
-  if (with_neighbours != results.end()) {
-    for (std::size_t k = 0; k < with_neighbours->variations.size(); ++k) {
-      all.variations.push_back(neighbour_of(fits, with_neighbours->variations[k].shown.change,
-                                            fit_all(neighbouring_slopes(results, k), window)));
+  if (with_variations != results.end()) {
+    for (std::size_t k = 0; k < with_variations->variations.size(); ++k) {
+      all.variations.push_back(
+          variation_of(fits, with_variations->variations[k].shown.change, fit_all(varied_slopes(results, k), window)));
     }
   }
   std::vector<double> mu;
@@ -105,12 +105,12 @@ ScalingWithVariations fit_scaling_with_variations(const std::vector<MeasuredTran
     if (one.mu >= window[0] - window_slack && one.mu <= window[1] + window_slack) mu.push_back(one.mu);
   }
   if (mu.size() > min_power_law_points) {
-    all.variations.push_back(neighbour_of(fits, "without_lowest_mu", fit_all(slopes, {mu[1], window[1]})));
-    all.variations.push_back(neighbour_of(fits, "without_highest_mu", fit_all(slopes, {window[0], mu[mu.size() - 2]})));
+    all.variations.push_back(variation_of(fits, "without_lowest_mu", fit_all(slopes, {mu[1], window[1]})));
+    all.variations.push_back(variation_of(fits, "without_highest_mu", fit_all(slopes, {window[0], mu[mu.size() - 2]})));
   }
   const auto spread_of = [&](Estimate ScalingVariation::*shift) {
     std::vector<Estimate> shifts;
-    for (const ScalingVariation& neighbour : all.variations) shifts.push_back(neighbour.*shift);
+    for (const ScalingVariation& variation : all.variations) shifts.push_back(variation.*shift);
     return systematic_spread(shifts);
   };
   all.fits.beta.exponent.systematic = spread_of(&ScalingVariation::beta_shift);

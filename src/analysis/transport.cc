@@ -74,8 +74,9 @@ void measure_exactly(const EnsembleRecord& record, std::size_t row, double overl
   depth.fit.identifiable = true;
 }
 
-/// The verdict on the shape is chi^2 by the noise of this layer; x_p and W go by `weights`, which scatter less.
-void measure_by_fit(const LayerSpectrum& spectrum, const FitNoise* weights, const FitSpec& spec, MeasuredDepth& depth) {
+/// The verdict on the shape is chi^2 by the noise of this layer; x_p and W go by `noise_of_fits`, which scatters less.
+void measure_by_fit(const LayerSpectrum& spectrum, const FitNoise* noise_of_fits, const FitSpec& spec,
+                    MeasuredDepth& depth) {
   const auto whole = fit_shape(spectrum, coarse_shape(spectrum, depth.fit.z));
   const auto set_unknown = [&](const std::string& reason) {
     const Replicated unknown{nan, std::vector<double>(spectrum.without_block.size(), nan)};
@@ -104,13 +105,14 @@ void measure_by_fit(const LayerSpectrum& spectrum, const FitNoise* weights, cons
   const auto noise = [&](const NoiseSpectrum* model) {
     return model == nullptr ? spectrum.noise : model->standard_deviations(depth.fit.z);
   };
-  const auto weighted =
-      weighted_shape(spectrum, spectrum.whole, noise(weights == nullptr ? nullptr : &weights->whole), whole->shape);
+  const auto weighted = weighted_shape(spectrum, spectrum.whole,
+                                       noise(noise_of_fits == nullptr ? nullptr : &noise_of_fits->whole), whole->shape);
   if (!weighted) return set_unknown("the fit of the double Gaussian did not converge");
   store_shape(*weighted, true);
   for (std::size_t block = 0; block < spectrum.without_block.size(); ++block) {
-    const auto fit = weighted_shape(spectrum, spectrum.without_block[block],
-                                    noise(weights == nullptr ? nullptr : &weights->without_block[block]), *weighted);
+    const auto fit =
+        weighted_shape(spectrum, spectrum.without_block[block],
+                       noise(noise_of_fits == nullptr ? nullptr : &noise_of_fits->without_block[block]), *weighted);
     if (!fit) return set_unknown("the fit of the double Gaussian did not converge without one of the blocks");
     store_shape(*fit, false);
   }
@@ -120,7 +122,7 @@ void measure_by_fit(const LayerSpectrum& spectrum, const FitNoise* weights, cons
   }
 }
 
-MeasuredDepth measure_depth(const MeasuredEnsemble& ensemble, const FitNoise* weights, const FitSpec& spec,
+MeasuredDepth measure_depth(const MeasuredEnsemble& ensemble, const FitNoise* noise_of_fits, const FitSpec& spec,
                             std::size_t row) {
   const EnsembleRecord& record = ensemble.record;
   MeasuredDepth depth;
@@ -131,7 +133,7 @@ MeasuredDepth measure_depth(const MeasuredEnsemble& ensemble, const FitNoise* we
   if (spectrum.exact) {
     measure_exactly(record, row, ensemble.spec.response.overload, depth);
   } else {
-    measure_by_fit(spectrum, weights, spec, depth);
+    measure_by_fit(spectrum, noise_of_fits, spec, depth);
   }
   if (depth.inside) {
     depth.inside->height =
@@ -228,10 +230,10 @@ void measure_window_variations(const FittedRun& run, MeasuredTransport& result) 
   if (!(t.c.standard_error > 0)) return;  // an exact line is the same in every window
   result.variations = measure_window_variations(run, result.c, result.D);
   std::vector<Estimate> c_shifts, D_shifts;
-  for (const VariationSlopes& neighbour : result.variations) {
-    t.variations.push_back(neighbour.shown);
-    c_shifts.push_back(neighbour.shown.c_shift);
-    D_shifts.push_back(neighbour.shown.D_shift);
+  for (const VariationSlopes& variation : result.variations) {
+    t.variations.push_back(variation.shown);
+    c_shifts.push_back(variation.shown.c_shift);
+    D_shifts.push_back(variation.shown.D_shift);
   }
   t.c.systematic = systematic_spread(c_shifts);
   t.D.systematic = systematic_spread(D_shifts);
@@ -413,10 +415,10 @@ MeasuredTransport measure_transport(const MeasuredEnsemble& ensemble, const FitS
   for (std::size_t row = first_row; row < record.sums.layers.size(); ++row) {
     if (in_window(spec, record.sums.layers[row])) rows_in_window.push_back(row);
   }
-  const std::optional<FitNoise> weights = fit_noise(record.sums, rows_in_window, ensemble.spec.response.overload);
+  const std::optional<FitNoise> noise_of_fits = fit_noise(record.sums, rows_in_window, ensemble.spec.response.overload);
   std::vector<MeasuredDepth> depths(record.sums.layers.size() - first_row);
   for_each_index(depths.size(), threads, [&](std::size_t i) {
-    depths[i] = measure_depth(ensemble, weights ? &*weights : nullptr, spec, i + first_row);
+    depths[i] = measure_depth(ensemble, noise_of_fits ? &*noise_of_fits : nullptr, spec, i + first_row);
   });
   t.exact = std::all_of(depths.begin(), depths.end(),
                         [](const MeasuredDepth& d) { return d.fit.degrees_of_freedom == 0 && d.fit.identifiable; });

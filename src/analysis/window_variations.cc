@@ -15,24 +15,24 @@ constexpr std::size_t parts = 4;          ///< of the window, one of which a nei
 
 VariationSlopes measure(const char* change, const FittedRun& run, std::size_t first, std::size_t last,
                         const std::string& reason, const Replicated& c, const Replicated& D) {
-  VariationSlopes neighbour;
-  WindowVariation& shown = neighbour.shown;
+  VariationSlopes variation;
+  WindowVariation& shown = variation.shown;
   shown.change = change;
   if (!reason.empty()) {
     for (Estimate* e : {&shown.c, &shown.D, &shown.c_shift, &shown.D_shift}) e->reason = reason;
-    return neighbour;
+    return variation;
   }
   const TransportLines lines = transport_lines(part_of(run, first, last));
   const auto minus = [](double a, double b) { return a - b; };
-  neighbour.c = lines.position.slope;
-  neighbour.D = lines.width.slope;
+  variation.c = lines.position.slope;
+  variation.D = lines.width.slope;
   shown.layers = {run.layers[first], run.layers[last - 1]};
   shown.depths = static_cast<int>(last - first);
-  shown.c = estimate(neighbour.c);
-  shown.D = estimate(neighbour.D);
-  shown.c_shift = estimate(transform(minus, neighbour.c, c));
-  shown.D_shift = estimate(transform(minus, neighbour.D, D));
-  return neighbour;
+  shown.c = estimate(variation.c);
+  shown.D = estimate(variation.D);
+  shown.c_shift = estimate(transform(minus, variation.c, c));
+  shown.D_shift = estimate(transform(minus, variation.D, D));
+  return variation;
 }
 
 }  // namespace

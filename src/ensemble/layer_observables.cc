@@ -4,14 +4,14 @@
 
 namespace granuscope {
 
-LayerMoments LayerObservables::numbers_of(const PileGroup& group, int layer) {
-  LayerMoments numbers = group.moments_of(layer);
+LayerMoments LayerObservables::of_layer(const PileGroup& group, int layer) {
+  LayerMoments observables = group.moments_of(layer);
   for (std::size_t k = 0; k < group.piles; ++k) {
     const double total_load = std::accumulate(group.loads[k].begin(), group.loads[k].end(), 0.0);
-    numbers.thrust[k] = sqrt3 * numbers.thrust[k] / total_load;
-    numbers.variance[k] /= static_cast<double>(group.lattice.columns());
+    observables.thrust[k] = sqrt3 * observables.thrust[k] / total_load;
+    observables.variance[k] /= static_cast<double>(group.lattice.columns());
   }
-  return numbers;
+  return observables;
 }
 
 void LayerObservables::add(std::size_t l, double thrust, double variance) const {
@@ -27,16 +27,16 @@ void LayerObservables::add(const Pile& pile) const {
 
 void LayerObservables::add(const PileGroup& group, Failures failures) const {
   for (std::size_t l = 0; l < layers_.size(); ++l) {
-    const LayerMoments numbers = numbers_of(group, layers_[l]);
+    const LayerMoments observables = of_layer(group, layers_[l]);
     for (std::size_t k = 0; k < group.piles; ++k) {
-      if (!failures[k]) add(l, numbers.thrust[k], numbers.variance[k]);
+      if (!failures[k]) add(l, observables.thrust[k], observables.variance[k]);
     }
   }
 }
 
 void LayerObservables::add_mean(const PileGroup& one, const PileGroup& other, Failures failures) const {
   for (std::size_t l = 0; l < layers_.size(); ++l) {
-    const LayerMoments a = numbers_of(one, layers_[l]), b = numbers_of(other, layers_[l]);
+    const LayerMoments a = of_layer(one, layers_[l]), b = of_layer(other, layers_[l]);
     for (std::size_t k = 0; k < one.piles; ++k) {
       if (!failures[k]) add(l, (a.thrust[k] + b.thrust[k]) / 2, (a.variance[k] + b.variance[k]) / 2);
     }

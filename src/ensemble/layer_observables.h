@@ -22,12 +22,12 @@ class LayerObservables {
   void add(const Pile& pile) const;
   /// Those of the piles that did not fail; `failures` has an entry per pile.
   void add(const PileGroup& group, Failures failures) const;
-  /// Of two groups whose piles make one sample each: the means of their numbers.
+  /// Of two groups whose piles make one sample each: the means of their observables.
   void add_mean(const PileGroup& one, const PileGroup& other, Failures failures) const;
 
  private:
-  /// The moments of a layer, divided by what makes them the quantities.
-  static LayerMoments numbers_of(const PileGroup& group, int layer);
+  /// The moments of a layer, divided by what makes them the observables.
+  static LayerMoments of_layer(const PileGroup& group, int layer);
   void add(std::size_t l, double thrust, double variance) const;
 
   const std::vector<int>& layers_;

@@ -20,7 +20,7 @@ MultiplexedEstimator::MultiplexedEstimator(const EnsembleSpec& spec, Samplers sa
       fourier_(columns_),
       samplers_(samplers),
       layers_(sums.layers),
-      numbers_(sums, block),
+      observables_(sums, block),
       profiles_(spec.record_profiles),
       correlation_(profiles_ ? BlockSlice(sums, "correlation", block) : BlockSlice()) {
   const std::size_t at_once = piles_at_once(spec.sampler, Lattice(spec.lattice));
@@ -92,9 +92,9 @@ void MultiplexedEstimator::add(std::size_t g, std::size_t first,
   assert_identities(side_[g], failures);
   if (spec_.response.opposite) {
     assert_identities(opposite_[g], failures);
-    numbers_.add_mean(side_[g], opposite_[g], failures);
+    observables_.add_mean(side_[g], opposite_[g], failures);
   } else {
-    numbers_.add(side_[g], failures);
+    observables_.add(side_[g], failures);
   }
   for (std::size_t k = 0; profiles_ && k < side_[g].piles; ++k) {
     if (failures[k]) continue;

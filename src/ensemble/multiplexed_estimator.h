@@ -43,7 +43,7 @@ class MultiplexedEstimator final : public Estimator {
   std::vector<std::span<const double>> drawn_loads_;  ///< of the piles drawn last
   std::vector<PileGroup> side_, opposite_;            ///< the piles drawn last; opposite_: empty unless asked for
   const std::vector<int>& layers_;
-  LayerObservables numbers_;
+  LayerObservables observables_;
   bool profiles_;
   BlockSlice correlation_;
 };

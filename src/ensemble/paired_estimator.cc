@@ -37,7 +37,7 @@ PairedEstimator::PairedEstimator(const EnsembleSpec& spec, Samplers samplers, Bl
       before_(Lattice(spec.lattice)),
       after_(before_),
       layers_(sums.layers),
-      numbers_(sums, block),
+      observables_(sums, block),
       redrawn_(sums, "redrawn", block),
       redrawn_below_(sums, "redrawn_below_overload", block),
       response_thrust_(sums, "response_thrust", block),
@@ -55,7 +55,7 @@ std::optional<SamplingFailure> PairedEstimator::measure(std::uint64_t sample) {
   if (const auto failure = draw(sample)) return failure;
   assert_identities(before_);
   assert_identities(after_);
-  numbers_.add(before_);
+  observables_.add(before_);
   add_redrawn();
   add_response_thrust();
   if (profiles_) add_response();

@@ -31,7 +31,7 @@ class PairedEstimator final : public Estimator {
   Pile before_, after_;
   std::vector<unsigned char> beads_redrawn_;
   const std::vector<int>& layers_;
-  LayerObservables numbers_;
+  LayerObservables observables_;
   BlockSlice redrawn_, redrawn_below_, response_thrust_;
   bool profiles_;
   BlockSlice response_;

@@ -15,7 +15,7 @@ PointEstimator::PointEstimator(const EnsembleSpec& spec, Samplers samplers, Bloc
       loads_(piles_at_once(spec.sampler, Lattice(spec.lattice)), load_),
       sampler_(samplers.first),
       layers_(sums.layers),
-      numbers_(sums, block),
+      observables_(sums, block),
       profiles_(spec.record_profiles),
       weight_(profiles_ ? BlockSlice(sums, "weight", block) : BlockSlice()) {}
 
@@ -40,7 +40,7 @@ void PointEstimator::measure_samples(std::span<const std::uint64_t> samples,
 
 void PointEstimator::add(const PileGroup& group, std::span<const std::optional<SamplingFailure>> failures) {
   assert_identities(group, failures);
-  numbers_.add(group, failures);
+  observables_.add(group, failures);
   if (!profiles_) return;
   const auto columns = static_cast<std::size_t>(group.lattice.columns());
   for (std::size_t l = 0; l < layers_.size(); ++l) {

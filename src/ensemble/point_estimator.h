@@ -22,7 +22,7 @@ class PointEstimator final : public Estimator {
   std::vector<std::span<const double>> loads_;  ///< the same for each pile drawn at once
   Sampler& sampler_;
   const std::vector<int>& layers_;
-  LayerObservables numbers_;
+  LayerObservables observables_;
   bool profiles_;
   BlockSlice weight_;
 };

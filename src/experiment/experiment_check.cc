@@ -110,8 +110,8 @@ Problem find_figure_problem(const Experiment& e) {
   const int last_usable = e.lattice.layers - bottom_margin - 1;
   if (std::find(e.mu.begin(), e.mu.end(), figures.profile_mu) == e.mu.end()) {
     return problem("figures.response_profiles.mu",
-                   "{} is not one of friction.mu = [{}], so that there is no response "
-                   "to plot; choose one of them or set figures.response_profiles.show = false",
+                   "{} is not one of friction.mu = [{}], so that there is no response to plot; choose one of them "
+                   "or set figures.response_profiles.show = false",
                    figures.profile_mu, fmt::join(e.mu, ", "));
   }
   if (figures.profile_layers.empty() || figures.profile_layers.size() > 8) {

@@ -104,7 +104,7 @@ class Run {
     for (const StudyEnsemble& one : studies_.ensembles(experiment_)) drawn.insert(one.spec.sampler.law);
     for (const Law law : all_laws) {
       if (law == experiment_.sampling.law || !drawn.contains(law)) continue;
-      data_.other_laws_in_words.emplace_back(name_of(law), law_description(law));
+      data_.other_law_descriptions.emplace_back(name_of(law), law_description(law));
     }
     data_.provenance = collect_provenance();
     if (!needs(Stage::render) || !experiment_.force_chains.show) {

@@ -30,7 +30,7 @@ struct ReportData {
   std::string resolved_experiment_key;       ///< its cache_key
   std::vector<std::string> law_description;  ///< the choices that shape the law, one sentence each
   /// The same for the other laws that the run compares with it, each with its name.
-  std::vector<std::pair<std::string, std::vector<std::string>>> other_laws_in_words;
+  std::vector<std::pair<std::string, std::vector<std::string>>> other_law_descriptions;
   Analysis analysis;
   nlohmann::ordered_json studies =
       nlohmann::ordered_json::object();  ///< their results: "studies" of summary.json, by id

@@ -38,7 +38,7 @@ std::string report_page(const ReportData& data, const Json& summary, const std::
                   {"law_description", data.law_description},
                   {"has_law_description", !data.law_description.empty()},
                   {"other_laws", Json::array()}};
-  for (const auto& [law, sentences] : data.other_laws_in_words) {
+  for (const auto& [law, sentences] : data.other_law_descriptions) {
     overlay["other_laws"].push_back({{"law", law}, {"sentences", sentences}});
   }
   add_results(overlay, summary);

@@ -19,8 +19,8 @@ namespace granuscope {
 ///
 /// Of the layers above the front only a window is held: a backtrack hardly ever reaches farther up, and the memory of
 /// whole piles does not fit the caches. A layer that leaves the window is checked, its rules are counted, and if it is
-/// to be kept, what is measured of it is. A pile whose backtrack would leave the window is evicted, and drawn anew
-/// by itself; it is the same pile.
+/// to be kept, what is measured of it is. A pile whose backtrack would leave the window is evicted, and drawn anew by
+/// itself; it is the same pile.
 ///
 /// Where the time goes: `granuscope bench sampler`. At mu = 0.3 two positions of three have a failing pile, 1.5 of the
 /// eight on average; pairs and the search take two thirds of all time. At mu = 0.1 a backtrack costs as much as seventy

@@ -170,8 +170,7 @@ Figure plot_stability(const std::vector<StabilityTrial>& trials, const std::file
   if (curves.empty()) {
     throw InputError(
         "the stability test has no residuals to show, because none of its deep piles was solved; give "
-        "studies.numerical_stability.layers "
-        "a smaller number");
+        "studies.numerical_stability.layers a smaller number");
   }
   plan.curves = static_cast<int>(curves.size());
   const Range across = widened_by_factor(layers, 1.3), up = widened_by_factor(residuals, 2);
@@ -242,7 +241,7 @@ class NumericalStabilityStudy final : public CopiedStudy<NumericalStabilityStudy
     if (beads() <= most_beads) return {};
     return problem(key("layers"),
                    "{} layers of {} beads: such a pile is held in memory as a whole; give at most {:g} beads, or 0 "
-                   "layers for no stability test",
+                   "layers to leave the study out",
                    spec_.layers, spec_.columns, most_beads);
   }
 

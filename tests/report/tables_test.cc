@@ -112,7 +112,7 @@ TEST_CASE("Times take no more digits than they have") {
 TEST_CASE("Laws that the run compares are told beside its own, and the experiment line by line") {
   ReportData data = numbers();
   data.law_description = {"Layers are solved from top to bottom."};
-  data.other_laws_in_words = {{"rejection", {"The whole pile is thrown away.", "Tiny piles only."}}};
+  data.other_law_descriptions = {{"rejection", {"The whole pile is thrown away.", "Tiny piles only."}}};
   data.resolved_experiment = "[lattice]\n# beads per layer\ncolumns = 500\n";
   const Page page(data);
   CHECK(contains(page.html, "The law <em>rejection</em>"));

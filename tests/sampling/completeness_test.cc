@@ -154,7 +154,7 @@ TEST_CASE("a million beads complete at any friction, with work per bead that doe
 }
 
 // Source: numbers on record: draws per bead of an independent implementation that is not in the repository, 500 x 200
-// beads under a uniform load, printed to the digits given. Its repairing differs in details only, so that a tenth is
+// beads under a uniform load, printed to the digits given. Its repairs differ in details only, so that a tenth is
 // allowed. It draws a new number for the solved bead beside one that a pair repairs, which keeps its first one here.
 TEST_CASE("the number of draws per bead is that of an independent implementation") {
   const Lattice lattice({.columns = test::sanitized ? 100 : 500, .layers = 200});
