@@ -37,7 +37,7 @@ void leave_open(Claim& claim, const std::string& reason);
 /// Sets verdict, numbers and a sentence about `what` by judge_number.
 void judge_by_number(Claim& claim, const Estimate& measured, double paper, double paper_error, const std::string& what);
 
-/// The first sentence said explains the verdict, further ones are remarks. An empty one says nothing.
+/// The first sentence added explains the verdict, further ones are remarks. An empty one adds nothing.
 void add_sentence(Claim& claim, const std::string& sentence);
 
 /// How many times as many piles would make a standard error small enough for a verdict: a clause such as "about 3 times

@@ -48,8 +48,8 @@ Json to_json(const DepthFit& fit) {
   return json;
 }
 
-Json to_json(const WindowVariation& neighbour);
-Json to_json(const ScalingVariation& neighbour);
+Json to_json(const WindowVariation& variation);
+Json to_json(const ScalingVariation& variation);
 Json to_json(const Transport& result);
 Json to_json(const ScalingFits& fits);
 Json to_json(const RatioScaling& ratios);
@@ -81,15 +81,15 @@ Json to_json(const Exponents& exponents) {
   return json;
 }
 
-Json to_json(const WindowVariation& neighbour) {
+Json to_json(const WindowVariation& variation) {
   Json json;
-  json["change"] = neighbour.change;
-  if (neighbour.depths > 0) json["window_layers"] = neighbour.layers;
-  json["depths"] = neighbour.depths;
-  json["c"] = to_json(neighbour.c);
-  json["D"] = to_json(neighbour.D);
-  json["c_shift"] = to_json(neighbour.c_shift);
-  json["D_shift"] = to_json(neighbour.D_shift);
+  json["change"] = variation.change;
+  if (variation.depths > 0) json["window_layers"] = variation.layers;
+  json["depths"] = variation.depths;
+  json["c"] = to_json(variation.c);
+  json["D"] = to_json(variation.D);
+  json["c_shift"] = to_json(variation.c_shift);
+  json["D_shift"] = to_json(variation.D_shift);
   return json;
 }
 
@@ -156,13 +156,13 @@ Json to_json(const ScalingFits& fits) {
   return json;
 }
 
-Json to_json(const ScalingVariation& neighbour) {
+Json to_json(const ScalingVariation& variation) {
   Json json;
-  json["change"] = neighbour.change;
-  json.update(to_json(neighbour.fits));
-  json["beta_shift"] = to_json(neighbour.beta_shift);
-  json["gamma_shift"] = to_json(neighbour.gamma_shift);
-  json["alpha_shift"] = to_json(neighbour.alpha_shift);
+  json["change"] = variation.change;
+  json.update(to_json(variation.fits));
+  json["beta_shift"] = to_json(variation.beta_shift);
+  json["gamma_shift"] = to_json(variation.gamma_shift);
+  json["alpha_shift"] = to_json(variation.alpha_shift);
   return json;
 }
 

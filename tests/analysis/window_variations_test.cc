@@ -36,12 +36,12 @@ TEST_CASE("the windows beside a window are shorter or longer by a quarter of its
   CHECK(t.variations[0].layers == std::array{75, 120});
   CHECK(t.variations[1].layers == std::array{60, 105});
   CHECK(t.variations[2].layers == std::array{45, 120});
-  for (const WindowVariation& neighbour : t.variations) {
-    INFO(neighbour.change);
-    CHECK(neighbour.c_shift.value == Approx(neighbour.c.value - t.c.value).margin(1e-15));
-    CHECK(neighbour.D_shift.value == Approx(neighbour.D.value - t.D.value).margin(1e-15));
+  for (const WindowVariation& variation : t.variations) {
+    INFO(variation.change);
+    CHECK(variation.c_shift.value == Approx(variation.c.value - t.c.value).margin(1e-15));
+    CHECK(variation.D_shift.value == Approx(variation.D.value - t.D.value).margin(1e-15));
     // Most depths are shared: the shift is known better than from independent numbers.
-    CHECK(neighbour.c_shift.standard_error < std::hypot(neighbour.c.standard_error, t.c.standard_error));
+    CHECK(variation.c_shift.standard_error < std::hypot(variation.c.standard_error, t.c.standard_error));
   }
 }
 

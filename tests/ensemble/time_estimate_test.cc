@@ -97,8 +97,8 @@ TEST_CASE(
 }
 
 TEST_CASE("a law that completes nothing in the time given for the trial is estimated from below") {
-  const EnsembleSpec infeasible = ensemble(Law::rejection, 1.0, {8, 16}, 256);
-  const TimeEstimate time = estimate_time(infeasible, 0.1);
+  const EnsembleSpec unfinished = ensemble(Law::rejection, 1.0, {8, 16}, 256);
+  const TimeEstimate time = estimate_time(unfinished, 0.1);
   CHECK(time.at_least);
   CHECK(time.per_sample > 0.01);  // of the tenth of a second the last trial took a good part, without one pile
 }

@@ -144,12 +144,12 @@ TEST_CASE("No table is wider than the page") {
     result.c_minus_c_thrust = synthetic::known(-0.0000111, 0.0000026);
     result.alpha_thrust = synthetic::known(0.9996166, 0.0000029);
     result.samples = 100000;
-    WindowVariation neighbour;
-    neighbour.change = "without_shallowest_quarter";
-    neighbour.layers = {110, 179};
-    neighbour.depths = 24;
-    neighbour.c = neighbour.D = neighbour.c_shift = neighbour.D_shift = synthetic::known(-0.000112, 0.000046);
-    result.variations = {neighbour};
+    WindowVariation variation;
+    variation.change = "without_shallowest_quarter";
+    variation.layers = {110, 179};
+    variation.depths = 24;
+    variation.c = variation.D = variation.c_shift = variation.D_shift = synthetic::known(-0.000112, 0.000046);
+    result.variations = {variation};
     result.fitted_area = result.centre_background = synthetic::known(-0.00326, 0.0009);
   }
   // The widest table of the studies, with numbers as long as they become.

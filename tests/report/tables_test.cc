@@ -29,7 +29,7 @@ ReportData numbers() {
   return data;
 }
 
-WindowVariation neighbour(const std::string& change, std::array<int, 2> layers, const Estimate& c_shift,
+WindowVariation variation(const std::string& change, std::array<int, 2> layers, const Estimate& c_shift,
                           const Estimate& D_shift) {
   WindowVariation made;
   made.change = change;
@@ -50,9 +50,9 @@ TEST_CASE("Shifts of the window stand with their layers, and a systematic error 
   result.D.systematic = 0;  // no farther than the scatter accounts for
   const Estimate missing = unknown("no depth just above the window can be fitted");
   result.variations = {
-      neighbour("without_shallowest_quarter", {89, 179}, known(-0.00011, 0.00005), known(7e-5, 0.00012)),
-      neighbour("longer_above", {0, 0}, missing, missing)};
-  data.analysis.results[2].variations = {neighbour("longer_above", {0, 0}, missing, missing)};
+      variation("without_shallowest_quarter", {89, 179}, known(-0.00011, 0.00005), known(7e-5, 0.00012)),
+      variation("longer_above", {0, 0}, missing, missing)};
+  data.analysis.results[2].variations = {variation("longer_above", {0, 0}, missing, missing)};
   const Page page(data);
   const std::string table = table_of(page.html, "shifts");
   CHECK(page.texts.at("/results/1/neighbouring_windows/0/c_shift") == "−0.000110(50)");
