@@ -69,7 +69,7 @@ ExitCode render(RenderOptions options, VerbContext& context) {
   options.scene.skip_invisible = !options.no_skip;
   if (options.transparent) options.scene.background = Background::transparent;
 
-  const auto draw = [&options] {
+  const auto render_file = [&options] {
     try {
       return render_pile_file({options.pile_file, options.minus_file, options.image_file}, options.scene,
                               {{"Software", provenance_line(collect_provenance())}});
@@ -77,7 +77,7 @@ ExitCode render(RenderOptions options, VerbContext& context) {
       throw Interrupted("stopped on request: no picture was written, and the same command renders it from the start");
     }
   };
-  const SceneStatistics statistics = draw();
+  const SceneStatistics statistics = render_file();
   context.err << (statistics.backend == "none"
                       ? fmt::format("wrote {} without OpenGL ({})\n", options.image_file, statistics.backend_reason)
                       : fmt::format("wrote {} with the OpenGL backend {} ({})\n", options.image_file,

@@ -38,7 +38,7 @@ Decorations::Decorations(const Scene& scene, const Layout& layout, const Palette
   for (const Rule& rule : layout.rules) pieces_.push_back({rule.box, {}, {palette.colour(rule.colour)}});
   add_arrow(layout, ink, font);
   for (const Label& label : layout.labels) {
-    const CoverageMask mask = font.draw(label.text);
+    const CoverageMask mask = font.paint(label.text);
     add(label.reading == Reading::upwards ? turned_upwards(mask) : mask, label.box.left, label.box.top, {ink});
   }
 }
@@ -76,7 +76,7 @@ void Decorations::add_arrow(const Layout& layout, Rgb colour, const Font& font) 
       static_cast<int>(x), static_cast<int>(y), {colour});
 }
 
-void Decorations::draw(Image& rows, int top) const {
+void Decorations::paint(Image& rows, int top) const {
   for (const Piece& piece : pieces_) {
     const Box& box = piece.box;
     for (int y = std::max(0, top - box.top); y < std::min(box.height, rows.height + top - box.top); ++y) {

@@ -17,7 +17,7 @@ class Decorations {
               const Font& font);
 
   /// Paints what lies in these rows, the first of which is row `top` of the picture.
-  void draw(Image& rows, int top) const;
+  void paint(Image& rows, int top) const;
 
  private:
   /// Colours mixed in by the coverage of a mask, or wholly where there is none.

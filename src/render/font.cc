@@ -105,7 +105,7 @@ int Font::ascent() const { return static_cast<int>(std::ceil(ascent_em * size_px
 int Font::descent() const { return static_cast<int>(std::ceil(descent_em * size_px_)); }
 double Font::digit_height() const { return digit_height_em * size_px_; }
 
-CoverageMask Font::draw(std::string_view text) const {
+CoverageMask Font::paint(std::string_view text) const {
   CoverageMask mask;
   mask.width = width(text);
   mask.height = ascent() + descent();

@@ -46,7 +46,7 @@ class Font {
   /// Height of a digit, to centre numbers on their ticks.
   double digit_height() const;
   /// The text in a box of width(text) x (ascent() + descent()).
-  CoverageMask draw(std::string_view text) const;
+  CoverageMask paint(std::string_view text) const;
   /// Its outlines, from the start of the base line, y downwards.
   Path outline(std::string_view text) const;
   /// Coverage of a closed polygon in a box of width x height pixels; corners count from its upper left one.

@@ -120,9 +120,9 @@ Places LatticeLevels::places(int layer, int side, const Extent& region) const {
   if (inside_only_) return {std::max(wanted.first, inside.first), std::min(wanted.last, inside.last)};
   // The whole ring once, and what the window shows of it a second time.
   const int first = -values_.lattice().middle(), last = first + values_.lattice().columns() - 1;
-  Places drawn{first, last};
-  if (inside.count() > 0) drawn = {std::min(first, inside.first), std::max(last, inside.last)};
-  return {std::max(wanted.first, drawn.first), std::min(wanted.last, drawn.last)};
+  Places painted{first, last};
+  if (inside.count() > 0) painted = {std::min(first, inside.first), std::max(last, inside.last)};
+  return {std::max(wanted.first, painted.first), std::min(wanted.last, painted.last)};
 }
 
 std::array<int, 2> LatticeLevels::layers(const Extent& region) const { return values_.layers(region); }

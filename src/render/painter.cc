@@ -78,7 +78,7 @@ void Picture::paint(GlContext* context, const PaintOptions& options, const Pictu
   const bool transparent = of.spec.background == Background::transparent;
   PictureRows rows(
       width(), height(), transparent ? Rgb{} : of.scale.page(), transparent ? 0 : 255,
-      [&of](Image& band, int top) { of.decorations.draw(band, top); }, take);
+      [&of](Image& band, int top) { of.decorations.paint(band, top); }, take);
   const Box& plot = of.layout.plot;
   rows.pass(plot.top);
   if (of.scene.detail) {

@@ -125,7 +125,7 @@ class ElementProgram {
     }
     gl_.Clear(GL_COLOR_BUFFER_BIT);
     set_origin(0, 0);
-    draw(elements);
+    paint(elements);
     std::vector<std::uint8_t> seen(wide * high);
     gl_.ReadPixels(0, 0, static_cast<GLsizei>(wide), static_cast<GLsizei>(high), GL_RED, GL_UNSIGNED_BYTE, seen.data());
     for (std::size_t k = 0; k < count; ++k) {
@@ -134,7 +134,7 @@ class ElementProgram {
     return true;
   }
 
-  void draw(std::span<const PackedElement> elements) {
+  void paint(std::span<const PackedElement> elements) {
     gl_.BufferData(GL_TEXTURE_BUFFER, static_cast<GLsizeiptr>(elements.size_bytes()), elements.data(), GL_STREAM_DRAW);
     gl_.TexBuffer(GL_TEXTURE_BUFFER, GL_RGBA32I, buffer_.id());
     gl_.DrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(6 * elements.size()));
@@ -218,7 +218,7 @@ void paint_plot_area(const Scene& scene, const LevelTable& table, Background bac
         }
         any = true;
         throw_if_interrupted();
-        program.draw(batch);
+        program.paint(batch);
         batch.clear();
       };
       scene.elements(region_of(scene, column, row, tile_columns, tile_rows, tile_px), [&](const Element& element) {

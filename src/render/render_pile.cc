@@ -48,10 +48,10 @@ SceneStatistics draw_layers(const std::shared_ptr<PileLayers>& pile, const std::
   const Scene scene = build_scene(pile, minus, spec);
   const double to_build = reading(), building = lap();
   SceneStatistics statistics = render_scene(scene, spec, image, metadata);
-  const double to_draw = reading();
-  statistics.seconds.read = to_build + to_draw;
+  const double to_paint = reading();
+  statistics.seconds.read = to_build + to_paint;
   statistics.seconds.build = building - to_build;
-  (statistics.seconds.draw > 0 ? statistics.seconds.draw : statistics.seconds.encode) -= to_draw;
+  (statistics.seconds.draw > 0 ? statistics.seconds.draw : statistics.seconds.encode) -= to_paint;
   return statistics;
 }
 
