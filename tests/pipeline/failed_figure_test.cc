@@ -84,7 +84,7 @@ TEST_CASE("a drawing of an earlier run stands for one that fails only if script 
   programs.only("gnuplot", fussy_gnuplot("*"));
   CHECK_THAT(run_experiment(experiment, quiet(folder.path())).failure, Contains("could not be made"));
   const std::string same = report_in(folder.path());
-  CHECK(same.find("drawn from the same script and data by an earlier run") != std::string::npos);
+  CHECK(same.find("made from the same script and data by an earlier run") != std::string::npos);
   CHECK(same.find("data:image/svg+xml") != std::string::npos);
 
   experiment.sampling.seed = 12;
