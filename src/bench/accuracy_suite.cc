@@ -24,10 +24,11 @@ using Json = nlohmann::ordered_json;
 /// The multiplexed estimators compared. With one epsilon, opposite loads and runs change the scatter and not what is
 /// measured, but for what is of the order epsilon^2. The linear response that the others are held against (set_shifts)
 /// is the first one of opposite loads: of those compared it bends the response least.
-constexpr ResponseSpec multiplexings[] = {multiplexed_response(0.1),         multiplexed_response(0.25),
-                                          multiplexed_response(0.5),         multiplexed_response(0.1, true),
-                                          multiplexed_response(0.25, true),  multiplexed_response(0.25, true, 2),
-                                          multiplexed_response(0.5, true, 2)};
+std::vector<ResponseSpec> multiplexings() {
+  return {multiplexed_response(0.1),         multiplexed_response(0.25),       multiplexed_response(0.5),
+          multiplexed_response(0.1, true),   multiplexed_response(0.25, true), multiplexed_response(0.25, true, 2),
+          multiplexed_response(0.5, true, 2)};
+}
 
 /// The speed-up stated first is that of the linear response: of the epsilon whose bias is below the scatter.
 bool is_stated(const ResponseSpec& response) { return response.epsilon == 0.25 && response.sign_run == 2; }
@@ -106,12 +107,13 @@ void measure_peaks(double mu, const AccuracyOptions& options, std::ostream& mess
   add({}, 1024);
   add({.estimator = EstimatorName::paired}, 256);
   const std::size_t first_multiplexed = cases.size();
-  for (const ResponseSpec& response : multiplexings) add(response, 256);
+  for (const ResponseSpec& response : multiplexings()) add(response, 256);
   spec.load = Load::uniform;
   spec.record_profiles = false;
   add({}, 64, "a uniform load has no response");
 
   std::vector<ErrorCurve> curves;
+  curves.reserve(cases.size());
   for (const AccuracyCase& c : cases) curves.push_back(c.curve);
   set_shifts(curves);
   for (std::size_t k = 0; k < cases.size(); ++k) cases[k].curve = curves[k];
