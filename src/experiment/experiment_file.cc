@@ -204,10 +204,7 @@ class Reader {
   /// What a key or a table that older files have under this path is called now; empty if there was none.
   std::string present_name(const std::string& path) const {
     for (const Key& key : all_keys_) {
-      // A key may have moved out of a table that has been renamed since.
-      if (key.formerly == path || (path.starts_with("studies.") && key.formerly == "figures" + path.substr(7))) {
-        return key.path();
-      }
+      if (key.formerly == path || key.formerly == path.substr(path.rfind('.') + 1)) return key.path();
       if (key.formerly.starts_with(path + ".")) return fmt::format("[{}]", key.table);
     }
     return {};

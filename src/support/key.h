@@ -47,7 +47,7 @@ struct Key {
   std::string unit;     ///< "beads"; "" for a pure number, a name or a switch
   std::string meaning;  ///< one sentence
   KeyRange range;
-  std::string formerly;  ///< path under which older experiment files have it: refused with this key's name
+  std::string formerly;  ///< path, or name in any table, under which older files have it: refused with the path of now
   std::function<KeyValue()> get;
   /// `value` holds the alternative that get() returns. Throws InputError (without the key's name) if the field cannot
   /// hold it.

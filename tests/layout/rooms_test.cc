@@ -219,8 +219,6 @@ TEST_CASE("A study lies in one place: few files of src name it") {
     std::vector<std::string> naming;
     for (const fs::path& file : sources_in(source_folder / "src")) {
       std::string text = text_of(file);
-      // What a key was called before tells of the past.
-      for (const std::string& former : between(text, "formerly_at(", ")")) text.erase(text.find(former), former.size());
       std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
       if (text.find(id) != std::string::npos) naming.push_back(fs::relative(file, source_folder).string());
     }
