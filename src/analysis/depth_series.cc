@@ -16,36 +16,20 @@ constexpr std::size_t always_counted = 3;  ///< depths that no edge takes away: 
 
 }  // namespace
 
-// Single jackknife variances scatter by 25 % each and are correlated with the values; a power of z fitted through their
-// logarithms is not.
-std::vector<double> smooth_weights(const DepthSeries& series) {
-  std::vector<double> log_z, log_variance, weights(series.z.size(), 1.0);
-  for (std::size_t i = 0; i < series.z.size(); ++i) {
-    const double error = estimate(series.y[i]).standard_error;
-    if (!(error > 0)) return weights;
-    log_z.push_back(std::log(series.z[i]));
-    log_variance.push_back(2 * std::log(error));
-  }
-  const Line line = fit_line(log_z, log_variance, weights);
-  for (std::size_t i = 0; i < weights.size(); ++i) weights[i] = std::exp(-line.slope * (log_z[i] - log_z[0]));
+std::vector<double> depth_weights(const std::vector<double>& z) {
+  std::vector<double> weights;
+  for (const double depth : z) weights.push_back(1 / (depth * depth));
   return weights;
 }
 
-ReplicatedLine line_through(const DepthSeries& series, const std::vector<double>& weights) {
-  const auto part = [&](auto pick) {
-    return transform_all(series.y, [&](const std::vector<double>& y) { return pick(fit_line(series.z, y, weights)); });
-  };
-  return {part([](const Line& l) { return l.slope; }), part([](const Line& l) { return l.intercept; })};
-}
-
-ReplicatedLine line_through(const DepthSeries& series, const std::vector<double>& weights, const WindowEdge& edge) {
-  if (edge.reach == 0) return line_through(series, weights);
+ReplicatedLine line_through(const DepthSeries& series, const WindowEdge& edge) {
+  const std::vector<double> weights = depth_weights(series.z);
   std::vector<Replicated> numbers = series.y;
-  numbers.push_back(edge.z);
+  if (edge.reach > 0) numbers.push_back(edge.z);
   const auto part = [&](auto pick) {
     return transform_all(numbers, [&](const std::vector<double>& values) {
       std::vector<double> reduced = weights;
-      for (std::size_t i = 0; i + always_counted < reduced.size(); ++i) {
+      for (std::size_t i = 0; edge.reach > 0 && i + always_counted < reduced.size(); ++i) {
         reduced[i] *= std::clamp((series.z[i] - values.back()) / edge.reach, 0.0, 1.0);
       }
       return pick(fit_line(series.z, std::span(values).first(series.z.size()), reduced));
@@ -54,8 +38,11 @@ ReplicatedLine line_through(const DepthSeries& series, const std::vector<double>
   return {part([](const Line& l) { return l.slope; }), part([](const Line& l) { return l.intercept; })};
 }
 
-Replicated growth_exponent(const DepthSeries& series, const std::vector<double>& weights) {
-  const double middle = (series.z.front() + series.z.back()) / 2;
+Replicated growth_exponent(const DepthSeries& series) {
+  const std::vector<double> weights = depth_weights(series.z);
+  std::vector<double> cubes;
+  for (const double z : series.z) cubes.push_back(z * z * z);
+  const double middle = fit_parabola(series.z, cubes, weights).curvature / 3;
   std::vector<double> u;
   for (const double z : series.z) u.push_back((z - middle) / middle);
   return transform_all(series.y, [&](const std::vector<double>& y) {
@@ -65,12 +52,14 @@ Replicated growth_exponent(const DepthSeries& series, const std::vector<double>&
 }
 
 Replicated power_of_depth(const DepthSeries& series) {
-  DepthSeries logarithms;
+  const std::vector<double> weights = depth_weights(series.z);
+  std::vector<double> log_z;
+  std::vector<Replicated> log_y;
   for (std::size_t i = 0; i < series.z.size(); ++i) {
-    logarithms.z.push_back(std::log(series.z[i]));
-    logarithms.y.push_back(transform([](double y) { return std::log(y); }, series.y[i]));
+    log_z.push_back(std::log(series.z[i]));
+    log_y.push_back(transform([](double y) { return std::log(y); }, series.y[i]));
   }
-  return line_through(logarithms, smooth_weights({series.z, logarithms.y})).slope;
+  return transform_all(log_y, [&](const std::vector<double>& y) { return fit_line(log_z, y, weights).slope; });
 }
 
 LineTest test_line(const DepthSeries& series) {

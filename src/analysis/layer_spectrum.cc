@@ -94,19 +94,17 @@ using Row = Eigen::Array<double, 1, Eigen::Dynamic>;
 
 std::vector<double> to_vector(const Row& v) { return {v.data(), v.data() + v.size()}; }
 
-/// Each block's residual about the mean of all but the block `without` (none if it is their number),
-/// sum_b r_b^2/d_b / ((blocks - 1) sum_b d_b): the variance of a weighted mean of numerator/denominator.
-Row scatter_variance(const BlockModes& block, const Row& mean, const Row& denominator, int without) {
+/// With each block's residual r_b about the mean, sum_b r_b^2/d_b / ((blocks - 1) sum_b d_b): the variance of a
+/// weighted mean of numerator/denominator.
+Row scatter_variance(const BlockModes& block, const Row& mean, const Row& denominator) {
   const auto blocks = static_cast<int>(block.numerator.rows());
   Row variance = Row::Zero(mean.size());
   for (int b = 0; b < blocks; ++b) {
-    if (b == without) continue;
     const Row n = block.numerator.row(b), d = block.denominator.row(b);
     // Loads that happen to lack a mode, as those of a single pile may, say nothing about it.
     variance += (d > no_power * denominator).select((n - mean * d).square() / d, Row::Zero(mean.size()));
   }
-  const int counted = without < blocks ? blocks - 1 : blocks;
-  return variance / ((counted - 1) * denominator);
+  return variance / ((blocks - 1) * denominator);
 }
 
 /// The root of the variance, smoothed over neighbouring modes.
@@ -170,7 +168,7 @@ LayerSpectrum layer_spectrum(const BlockSums& sums, std::size_t row, double over
   const Row numerator = block.numerator.colwise().sum(), denominator = block.denominator.colwise().sum();
   const Row mean = numerator / denominator;
   spectrum.whole = to_vector(mean);
-  const Row variance = scatter_variance(block, mean, denominator, sums.blocks());
+  const Row variance = scatter_variance(block, mean, denominator);
   // A scatter at the level of rounding is no scatter.
   const double rounding = 1e-26;
   spectrum.exact = variance.maxCoeff() <= rounding * mean.square().maxCoeff();
@@ -181,19 +179,6 @@ LayerSpectrum layer_spectrum(const BlockSums& sums, std::size_t row, double over
     spectrum.without_block.push_back(to_vector((numerator - Row(block.numerator.row(b))) / d));
   }
   return spectrum;
-}
-
-BlockMeans mode_variances(const BlockSums& sums, std::size_t row, double overload) {
-  const BlockModes block = block_modes(sums, row, overload);
-  const Row numerator = block.numerator.colwise().sum(), denominator = block.denominator.colwise().sum();
-  BlockMeans variances;
-  variances.whole = to_vector(scatter_variance(block, numerator / denominator, denominator, sums.blocks()));
-  for (int b = 0; b < sums.blocks(); ++b) {
-    const Row d = denominator - Row(block.denominator.row(b));
-    const Row left = (numerator - Row(block.numerator.row(b))) / d;
-    variances.without_block.push_back(to_vector(scatter_variance(block, left, d, b)));
-  }
-  return variances;
 }
 
 }  // namespace granuscope

@@ -42,8 +42,4 @@ Replicated thrust_speed(const BlockSums& sums, int first_layer);
 /// Spectrum of the response (w - 1)/overload at recorded layer number `row`.
 LayerSpectrum layer_spectrum(const BlockSums& sums, std::size_t row, double overload);
 
-/// Variance of each mode of that spectrum, from the scatter of the block means, mode by mode, shape [modes] each; that
-/// without a block is about the mean of the others.
-BlockMeans mode_variances(const BlockSums& sums, std::size_t row, double overload);
-
 }  // namespace granuscope

@@ -61,13 +61,13 @@ struct PrecisionOutcome {
   std::string reason;  ///< why not; not empty if and only if it was asked for and not reached
 };
 
-/// What c and D become in a window beside that of the fit.
-struct WindowVariation {
-  std::string change;           ///< "without_shallowest_quarter", "without_deepest_quarter" or "longer_above"
+/// What c and D become in a window beside that of the fit, or under other weights.
+struct FitVariation {
+  std::string change;  ///< "without_shallowest_quarter", "without_deepest_quarter", "longer_above" or "equal_weights"
   std::array<int, 2> layers{};  ///< first and last layer; 0 if unknown
   int depths = 0;
   Estimate c, D;
-  Estimate c_shift, D_shift;  ///< minus those of the window, with their own errors
+  Estimate c_shift, D_shift;  ///< minus those of the fit, with their own errors
 };
 
 /// Everything measured at one friction coefficient.
@@ -88,10 +88,10 @@ struct Transport {
   std::array<int, 2> window_layers{};  ///< first and last layer of the fit window
   int depths_in_window = 0;
 
-  std::vector<WindowVariation> variations;  ///< of that window; their spread is the systematic error of c and D
-  Estimate fitted_area;                     ///< mean over the window, see shape_diagnostics.h
-  Estimate centre_background;               ///< likewise
-  double largest_misfit = 0;                ///< largest misfit_at_least over the window
+  std::vector<FitVariation> variations;  ///< their spread is the systematic error of c and D
+  Estimate fitted_area;                  ///< mean over the window, see shape_diagnostics.h
+  Estimate centre_background;            ///< likewise
+  double largest_misfit = 0;             ///< largest misfit_at_least over the window
 
   Exponents exponents;
   LineTest position_line;  ///< of x_p = x_0 + c z
@@ -125,11 +125,11 @@ struct RatioScaling {
   ScalingFits fits;
 };
 
-/// The exponents from a window beside that of the fit.
+/// The exponents from a choice beside that of the fit.
 struct ScalingVariation {
-  std::string change;  ///< as in WindowVariation, or "without_lowest_mu", "without_highest_mu"
+  std::string change;  ///< as in FitVariation, or "without_lowest_mu", "without_highest_mu"
   ScalingFits fits;
-  Estimate beta_shift, gamma_shift, alpha_shift;  ///< minus the exponents of the windows themselves
+  Estimate beta_shift, gamma_shift, alpha_shift;  ///< minus the exponents of the fit itself
 };
 
 /// One claim of the paper held against the measurement.

@@ -54,7 +54,7 @@ std::vector<Coefficients> slopes_of(const std::vector<MeasuredTransport>& result
   return slopes;
 }
 
-/// The slopes over neighbour number k of each window of depth, and over the window where there is none.
+/// The slopes from variation number k of each fit, and from the fit itself where there is none.
 std::vector<Coefficients> varied_slopes(const std::vector<MeasuredTransport>& results, std::size_t k) {
   std::vector<Coefficients> slopes;
   for (const MeasuredTransport& result : results) {

@@ -19,7 +19,6 @@ namespace {
 
 struct FitInput {
   const LayerSpectrum& spectrum;
-  std::span<const double> modes, noise;
   DoubleGaussian shape;  ///< what `model` was computed for
   std::vector<ModeValue> model;
 };
@@ -42,7 +41,7 @@ int residuals(const gsl_vector* parameters, void* data, gsl_vector* out) {
   auto& input = *static_cast<FitInput*>(data);
   const auto& model = modes_of(parameters, input);
   for (std::size_t i = 0; i < model.size(); ++i) {
-    gsl_vector_set(out, i, (model[i].value - input.modes[i]) / input.noise[i]);
+    gsl_vector_set(out, i, (model[i].value - input.spectrum.whole[i]) / input.spectrum.noise[i]);
   }
   return GSL_SUCCESS;
 }
@@ -51,8 +50,8 @@ int jacobian(const gsl_vector* parameters, void* data, gsl_matrix* out) {
   auto& input = *static_cast<FitInput*>(data);
   const auto& model = modes_of(parameters, input);
   for (std::size_t i = 0; i < model.size(); ++i) {
-    gsl_matrix_set(out, i, 0, model[i].by_peak / input.noise[i]);
-    gsl_matrix_set(out, i, 1, model[i].by_width / input.noise[i]);
+    gsl_matrix_set(out, i, 0, model[i].by_peak / input.spectrum.noise[i]);
+    gsl_matrix_set(out, i, 1, model[i].by_width / input.spectrum.noise[i]);
   }
   return GSL_SUCCESS;
 }
@@ -62,12 +61,13 @@ constexpr double narrowest_start = 0.35;  ///< bead diameters; below it no width
 constexpr double step_tolerance = 1e-9;   ///< relative; far below any standard error
 constexpr double misfit_errors = 2;       ///< standard errors that misfit_at_least leaves out
 
-std::optional<ShapeFit> fit(const LayerSpectrum& spectrum, std::span<const double> modes,
-                            std::span<const double> noises, DoubleGaussian start) {
+}  // namespace
+
+std::optional<ShapeFit> fit_shape(const LayerSpectrum& spectrum, DoubleGaussian start) {
+  const std::vector<double>&modes = spectrum.whole, &noises = spectrum.noise;
   // GSL's default handler aborts the process; status codes are checked instead.
   [[maybe_unused]] static const auto previous_handler = gsl_set_error_handler_off();
-  FitInput input{
-      spectrum, modes, noises, {std::numeric_limits<double>::quiet_NaN(), 0}, std::vector<ModeValue>(modes.size())};
+  FitInput input{spectrum, {std::numeric_limits<double>::quiet_NaN(), 0}, std::vector<ModeValue>(modes.size())};
   gsl_multifit_nlinear_fdf problem{};
   problem.f = residuals;
   problem.df = jacobian;
@@ -111,19 +111,6 @@ std::optional<ShapeFit> fit(const LayerSpectrum& spectrum, std::span<const doubl
   if (!std::isfinite(result.chi2) || !std::isfinite(result.shape.peak) || !std::isfinite(result.shape.width))
     return std::nullopt;
   return result;
-}
-
-}  // namespace
-
-std::optional<ShapeFit> fit_shape(const LayerSpectrum& spectrum, DoubleGaussian start) {
-  return fit(spectrum, spectrum.whole, spectrum.noise, start);
-}
-
-std::optional<DoubleGaussian> weighted_shape(const LayerSpectrum& spectrum, std::span<const double> modes,
-                                             std::span<const double> noise, DoubleGaussian start) {
-  const auto result = fit(spectrum, modes, noise, start);
-  if (!result) return std::nullopt;
-  return result->shape;
 }
 
 DoubleGaussian coarse_shape(const LayerSpectrum& spectrum, double z) {

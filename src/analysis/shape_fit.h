@@ -1,6 +1,5 @@
 #pragma once
 #include <optional>
-#include <span>
 #include <string>
 
 #include "analysis/double_gaussian.h"
@@ -23,11 +22,6 @@ struct ShapeFit {
 /// Levenberg-Marquardt (GSL) from `start`. On a ring x_p and columns - x_p are the same shape: the smaller one is
 /// given. None if it does not converge.
 std::optional<ShapeFit> fit_shape(const LayerSpectrum& spectrum, DoubleGaussian start);
-
-/// The shape that fits `modes`, of the layer of `spectrum` from all or some of its blocks, each weighted with `noise`
-/// (both as in LayerSpectrum).
-std::optional<DoubleGaussian> weighted_shape(const LayerSpectrum& spectrum, std::span<const double> modes,
-                                             std::span<const double> noise, DoubleGaussian start);
 
 /// The best shape on a coarse grid of positions up to 2 tan30 z, or half the ring, and widths: a start that no local
 /// minimum can fool.

@@ -10,7 +10,6 @@
 #include "analysis/coupling_bias.h"
 #include "analysis/depth_series.h"
 #include "analysis/effective_samples.h"
-#include "analysis/fit_noise.h"
 #include "analysis/identifiable_depths.h"
 #include "analysis/layer_spectrum.h"
 #include "analysis/mean_response.h"
@@ -21,6 +20,7 @@
 #include "analysis/shape_fit.h"
 #include "analysis/shape_verdict.h"
 #include "analysis/speed_from_thrust.h"
+#include "analysis/weighted_shape.h"
 #include "ensemble/ensemble_spec.h"
 #include "ensemble/parallel.h"
 #include "model/lattice.h"
@@ -44,6 +44,7 @@ struct MeasuredDepth {
   DepthFit fit;
   bool other_shape = false;  ///< why it is not identifiable
   Replicated peak, width, width_squared, thrust;
+  Replicated peak_by_equal, width_squared_by_equal;  ///< from ModeWeights::equal
   /// What is measured of two peaks inside the window; nothing if not identifiable or exact.
   struct Inside {
     Replicated height;
@@ -71,16 +72,40 @@ void measure_exactly(const EnsembleRecord& record, std::size_t row, double overl
   depth.peak = constant(first);
   depth.width_squared = constant(width_squared);
   depth.width = constant(std::sqrt(width_squared));
+  depth.peak_by_equal = depth.peak;
+  depth.width_squared_by_equal = depth.width_squared;
   depth.fit.identifiable = true;
 }
 
-/// The verdict on the shape is chi^2 by the noise of this layer; x_p and W go by `noise_of_fits`, which scatters less.
-void measure_by_fit(const LayerSpectrum& spectrum, const FitNoise* noise_of_fits, const FitSpec& spec,
-                    MeasuredDepth& depth) {
+/// x_p and W^2 under these weights, from the whole ensemble and without each block; NaN where the fit does not
+/// converge.
+struct FittedShapes {
+  Replicated peak, width, width_squared;
+};
+FittedShapes fit_replicates(const LayerSpectrum& spectrum, ModeWeights weights, DoubleGaussian start) {
+  const DoubleGaussian none{nan, nan};
+  const DoubleGaussian whole = weighted_shape(spectrum, spectrum.whole, weights, start).value_or(none);
+  FittedShapes shapes{{whole.peak, {}}, {whole.width, {}}, {whole.width * whole.width, {}}};
+  for (const auto& modes : spectrum.without_block) {
+    const DoubleGaussian shape = weighted_shape(spectrum, modes, weights, whole).value_or(none);
+    shapes.peak.without_block.push_back(shape.peak);
+    shapes.width.without_block.push_back(shape.width);
+    shapes.width_squared.without_block.push_back(shape.width * shape.width);
+  }
+  return shapes;
+}
+
+bool all_known(const Replicated& number) {
+  return std::isfinite(number.value) && std::all_of(number.without_block.begin(), number.without_block.end(),
+                                                    [](double value) { return std::isfinite(value); });
+}
+
+/// The verdict on the shape is chi^2 by the noise of this layer; x_p and W go by weights that do not look at it.
+void measure_by_fit(const LayerSpectrum& spectrum, const FitSpec& spec, MeasuredDepth& depth) {
   const auto whole = fit_shape(spectrum, coarse_shape(spectrum, depth.fit.z));
   const auto set_unknown = [&](const std::string& reason) {
     const Replicated unknown{nan, std::vector<double>(spectrum.without_block.size(), nan)};
-    depth.peak = depth.width = depth.width_squared = unknown;
+    depth.peak = depth.width = depth.width_squared = depth.peak_by_equal = depth.width_squared_by_equal = unknown;
     if (depth.fit.reason.empty()) depth.fit.reason = reason;
   };
   if (!whole) return set_unknown("the fit of the double Gaussian did not converge");
@@ -91,39 +116,21 @@ void measure_by_fit(const LayerSpectrum& spectrum, const FitNoise* noise_of_fits
   depth.fit.misfit_at_least = whole->misfit_at_least;
   depth.other_shape = !reason_against_two_gaussians(*whole).empty();
   depth.fit.reason = reason_against_identification(*whole, depth.fit.evidence, spec);
-  const auto store = [](double value, Replicated& to, bool is_whole) {
-    if (is_whole)
-      to.value = value;
-    else
-      to.without_block.push_back(value);
-  };
-  const auto store_shape = [&](const DoubleGaussian& shape, bool is_whole) {
-    store(shape.peak, depth.peak, is_whole);
-    store(shape.width, depth.width, is_whole);
-    store(shape.width * shape.width, depth.width_squared, is_whole);
-  };
-  const auto noise = [&](const NoiseSpectrum* model) {
-    return model == nullptr ? spectrum.noise : model->standard_deviations(depth.fit.z);
-  };
-  const auto weighted = weighted_shape(spectrum, spectrum.whole,
-                                       noise(noise_of_fits == nullptr ? nullptr : &noise_of_fits->whole), whole->shape);
-  if (!weighted) return set_unknown("the fit of the double Gaussian did not converge");
-  store_shape(*weighted, true);
-  for (std::size_t block = 0; block < spectrum.without_block.size(); ++block) {
-    const auto fit =
-        weighted_shape(spectrum, spectrum.without_block[block],
-                       noise(noise_of_fits == nullptr ? nullptr : &noise_of_fits->without_block[block]), *weighted);
-    if (!fit) return set_unknown("the fit of the double Gaussian did not converge without one of the blocks");
-    store_shape(*fit, false);
-  }
+  const FittedShapes shapes = fit_replicates(spectrum, ModeWeights::by_width, whole->shape);
+  if (!all_known(shapes.peak)) return set_unknown("the fit of the double Gaussian did not converge");
+  depth.peak = shapes.peak;
+  depth.width = shapes.width;
+  depth.width_squared = shapes.width_squared;
+  const FittedShapes by_equal = fit_replicates(spectrum, ModeWeights::equal, {depth.peak.value, depth.width.value});
+  depth.peak_by_equal = by_equal.peak;
+  depth.width_squared_by_equal = by_equal.width_squared;
   depth.fit.identifiable = depth.fit.reason.empty();
   if (depth.fit.identifiable && in_window(spec, depth.fit.layer)) {
     depth.inside.emplace().diagnostics = diagnose_shape(spectrum, *whole);
   }
 }
 
-MeasuredDepth measure_depth(const MeasuredEnsemble& ensemble, const FitNoise* noise_of_fits, const FitSpec& spec,
-                            std::size_t row) {
+MeasuredDepth measure_depth(const MeasuredEnsemble& ensemble, const FitSpec& spec, std::size_t row) {
   const EnsembleRecord& record = ensemble.record;
   MeasuredDepth depth;
   depth.fit.layer = record.sums.layers[row];
@@ -133,7 +140,7 @@ MeasuredDepth measure_depth(const MeasuredEnsemble& ensemble, const FitNoise* no
   if (spectrum.exact) {
     measure_exactly(record, row, ensemble.spec.response.overload, depth);
   } else {
-    measure_by_fit(spectrum, noise_of_fits, spec, depth);
+    measure_by_fit(spectrum, spec, depth);
   }
   if (depth.inside) {
     depth.inside->height =
@@ -191,8 +198,7 @@ void fit_exponents(const std::vector<const MeasuredDepth*>& used, const DepthSer
     heights.y.push_back(depth->inside->height);
     add(noise, depth->inside->noise);
   }
-  result.exponents = {growth_exponent(peaks, smooth_weights(peaks)), growth_exponent(widths, smooth_weights(widths)),
-                      power_of_depth(heights), noise_exponent(noise)};
+  result.exponents = {growth_exponent(peaks), growth_exponent(widths), power_of_depth(heights), noise_exponent(noise)};
   t.exponents = {estimate(result.exponents.position), estimate(result.exponents.width),
                  estimate(result.exponents.amplitude, "a measured peak height is not positive"),
                  estimate(result.exponents.noise)};
@@ -225,10 +231,10 @@ std::vector<const MeasuredDepth*> identifiable_run(const std::vector<MeasuredDep
   return run;
 }
 
-void measure_window_variations(const FittedRun& run, MeasuredTransport& result) {
+void measure_variations(const FittedRun& run, MeasuredTransport& result) {
   Transport& t = result.transport;
   if (!(t.c.standard_error > 0)) return;  // an exact line is the same in every window
-  result.variations = measure_window_variations(run, result.c, result.D);
+  result.variations = measure_variations(run, result.c, result.D);
   std::vector<Estimate> c_shifts, D_shifts;
   for (const VariationSlopes& variation : result.variations) {
     t.variations.push_back(variation.shown);
@@ -248,9 +254,11 @@ void fit_slopes(const std::vector<MeasuredDepth>& depths, const FitSpec& spec, M
     run.peaks.z.push_back(depth->fit.z);
     run.peaks.y.push_back(depth->peak);
     run.widths.y.push_back(depth->width_squared);
+    run.peaks_by_equal.y.push_back(depth->peak_by_equal);
+    run.widths_by_equal.y.push_back(depth->width_squared_by_equal);
     if (in_window(spec, depth->fit.layer)) used.push_back(depth);
   }
-  run.widths.z = run.peaks.z;
+  run.widths.z = run.peaks_by_equal.z = run.widths_by_equal.z = run.peaks.z;
   run.window_start = run.layers.size() - used.size();
   t.depths_in_window = static_cast<int>(used.size());
   if (used.size() < min_depths) {
@@ -283,7 +291,7 @@ void fit_slopes(const std::vector<MeasuredDepth>& depths, const FitSpec& spec, M
   t.width_offset = estimate(lines.width.intercept);
   result.c = lines.position.slope;
   result.D = lines.width.slope;
-  measure_window_variations(run, result);
+  measure_variations(run, result);
   t.fitted_area = mean_over(used, &ShapeDiagnostics::area);
   t.centre_background = mean_over(used, &ShapeDiagnostics::background);
   for (const MeasuredDepth* depth : used) t.largest_misfit = std::max(t.largest_misfit, depth->fit.misfit_at_least);
@@ -411,15 +419,9 @@ MeasuredTransport measure_transport(const MeasuredEnsemble& ensemble, const FitS
 
   // Layer 0 of the estimator multiplexed is there for the spectrum of its loads.
   const std::size_t first_row = holds_correlations(record.sums) ? 1 : 0;
-  std::vector<std::size_t> rows_in_window;
-  for (std::size_t row = first_row; row < record.sums.layers.size(); ++row) {
-    if (in_window(spec, record.sums.layers[row])) rows_in_window.push_back(row);
-  }
-  const std::optional<FitNoise> noise_of_fits = fit_noise(record.sums, rows_in_window, ensemble.spec.response.overload);
   std::vector<MeasuredDepth> depths(record.sums.layers.size() - first_row);
-  for_each_index(depths.size(), threads, [&](std::size_t i) {
-    depths[i] = measure_depth(ensemble, noise_of_fits ? &*noise_of_fits : nullptr, spec, i + first_row);
-  });
+  for_each_index(depths.size(), threads,
+                 [&](std::size_t i) { depths[i] = measure_depth(ensemble, spec, i + first_row); });
   t.exact = std::all_of(depths.begin(), depths.end(),
                         [](const MeasuredDepth& d) { return d.fit.degrees_of_freedom == 0 && d.fit.identifiable; });
   const bool can_be_biased = ensemble.spec.response.estimator == EstimatorName::paired;

@@ -2,10 +2,10 @@
 #include <vector>
 
 #include "analysis/fit_spec.h"
+#include "analysis/fit_variations.h"
 #include "analysis/jackknife.h"
 #include "analysis/measured_ensemble.h"
 #include "analysis/results.h"
-#include "analysis/window_variations.h"
 
 namespace granuscope {
 
@@ -40,8 +40,8 @@ enum class BiasedPairs {
 
 /// Fits the response at every recorded layer, then x_p = x_0 + c z and W^2 = w_0 + D z over the window of `spec`, with
 /// delete-one-block replicates through the whole chain. The window loses its shallow end where the width is not
-/// identifiable, the last depth there by degrees (edge_of); the layers used are reported. Lines are fitted with weights
-/// 1/variance(z), the variance of each depth taken from a smooth power of z (smooth_weights in depth_series.h).
+/// identifiable, the last depth there by degrees (edge_of); the layers used are reported. Fits have weights
+/// that do not look at the noise (depth_weights in depth_series.h, ModeWeights in weighted_shape.h).
 /// `profile_layers`: layers to report as ResponseProfile. An ensemble without scatter (mu = 0) is measured by its
 /// moments instead and marked exact. `threads`: 0 for as many as the machine has; the result does not depend on it.
 MeasuredTransport measure_transport(const MeasuredEnsemble& ensemble, const FitSpec& spec,

@@ -104,9 +104,9 @@ void add_other_exponent_reasons(Json& notes, const Json& summary) {
   }
 }
 
-/// Where a shift of the window changes c or D by nothing known, the reason, once for all places that share it.
-void add_neighbour_reasons(Json& notes, const Json& summary, std::size_t result, const std::string& place) {
-  const std::string list = fmt::format("/results/{}/neighbouring_windows", result);
+/// Where it is not known how a variation changes c or D, the reason, once for all places that share it.
+void add_variation_reasons(Json& notes, const Json& summary, std::size_t result, const std::string& place) {
+  const std::string list = fmt::format("/results/{}/variations", result);
   for (std::size_t i = 0; i < summary.at(Json::json_pointer(list)).size(); ++i) {
     add_reason(notes, summary, fmt::format("{}/{}/c_shift", list, i), "", place);
     add_reason(notes, summary, fmt::format("{}/{}/D_shift", list, i), "", place);
@@ -115,7 +115,7 @@ void add_neighbour_reasons(Json& notes, const Json& summary, std::size_t result,
 
 /// The rows of c and D, and what is said below their tables.
 void add_transport(Json& overlay, const Json& summary) {
-  Json rows = Json::array(), notes = Json::array(), neighbour_notes = Json::array(), asked = Json::array();
+  Json rows = Json::array(), notes = Json::array(), variation_notes = Json::array(), asked = Json::array();
   const Json& results = summary.at("results");
   for (std::size_t i = 0; i < results.size(); ++i) {
     const std::string pointer = fmt::format("/results/{}", i);
@@ -129,16 +129,16 @@ void add_transport(Json& overlay, const Json& summary) {
     add_reason(notes, summary, pointer + "/c", "c", at);
     add_reason(notes, summary, pointer + "/D", "D", at);
     add_reason(notes, summary, pointer + "/c_thrust", "c from the thrust ratio", at);
-    add_neighbour_reasons(neighbour_notes, summary, i, at.substr(1));
+    add_variation_reasons(variation_notes, summary, i, at.substr(1));
     if (results[i].contains("precision") && asked.empty()) asked.push_back({{"key", pointer + "/precision"}});
     rows.push_back(row);
   }
   finish_notes(notes);
-  finish_notes(neighbour_notes);
+  finish_notes(variation_notes);
   overlay["results"] = rows;
   overlay["has_results"] = !rows.empty();
   overlay["transport_notes"] = notes;
-  overlay["neighbour_notes"] = neighbour_notes;
+  overlay["variation_notes"] = variation_notes;
   overlay["asked_precision"] = asked;
 }
 
@@ -154,8 +154,7 @@ void add_results(Json& overlay, const Json& summary) {
   finish_notes(notes);
   overlay["exponent_notes"] = notes;
   // A table of unknown numbers alone says no more than the notes, which name them all.
-  overlay["has_scaling_neighbours"] =
-      any_known(scaling.at("neighbouring_windows"), {"beta_shift", "gamma_shift", "alpha_shift"});
+  overlay["has_scaling_variations"] = any_known(scaling.at("variations"), {"beta_shift", "gamma_shift", "alpha_shift"});
   overlay["has_other_windows"] = any_known(scaling.at("other_windows"), {"beta", "gamma", "alpha"});
   overlay["has_by_ratio"] = any_known(scaling.at("by_ratio"), {"beta", "gamma", "alpha"});
   add_transport(overlay, summary);

@@ -48,7 +48,7 @@ Json to_json(const DepthFit& fit) {
   return json;
 }
 
-Json to_json(const WindowVariation& variation);
+Json to_json(const FitVariation& variation);
 Json to_json(const ScalingVariation& variation);
 Json to_json(const Transport& result);
 Json to_json(const ScalingFits& fits);
@@ -81,7 +81,7 @@ Json to_json(const Exponents& exponents) {
   return json;
 }
 
-Json to_json(const WindowVariation& variation) {
+Json to_json(const FitVariation& variation) {
   Json json;
   json["change"] = variation.change;
   if (variation.depths > 0) json["window_layers"] = variation.layers;
@@ -121,7 +121,7 @@ Json to_json(const Transport& result) {
   json["width_line"] = to_json(result.width_line);
   json["window_layers"] = result.window_layers;
   json["depths_in_window"] = result.depths_in_window;
-  json["neighbouring_windows"] = list_of(result.variations);
+  json["variations"] = list_of(result.variations);
   json["fitted_area"] = to_json(result.fitted_area);
   json["centre_background"] = to_json(result.centre_background);
   json["largest_misfit"] = result.largest_misfit;
@@ -219,7 +219,7 @@ std::string summary_json(const ReportData& data) {
   json["results"] = list_of(data.analysis.results);
   json["mean_exponents"] = to_json(data.analysis.mean_exponents);
   json["scaling"] = to_json(data.analysis.scaling);
-  json["scaling"]["neighbouring_windows"] = list_of(data.analysis.variations);
+  json["scaling"]["variations"] = list_of(data.analysis.variations);
   json["scaling"]["other_windows"] = list_of(data.analysis.other_windows);
   json["scaling"]["by_ratio"] = list_of(data.analysis.by_ratio);
   json["studies"] = data.studies;

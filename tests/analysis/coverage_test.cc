@@ -187,8 +187,8 @@ TEST_CASE("coverage: small real ensembles of the estimator multiplexed", "[long]
 
 TEST_CASE("coverage: errors and values of precise ensembles, whose peaks are not quite Gaussian", "[long]") {
   // What the fit makes of the peaks' skewness depends on the weights of the modes. With weights from the noise of each
-  // depth alone these ensembles in 8 blocks stated errors of c 1.7 times too large, and c scattered 1.4 times as much
-  // as in 32. The scatter of 40 ensembles is known to 11 %.
+  // depth these ensembles in 8 blocks stated errors of c 1.7 times too large, and c scattered 1.4 times as much as in
+  // 32; weights that do not look at the noise do neither. The scatter of 40 ensembles is known to 11 %.
   constexpr int ensembles = 40;
   EnsembleSpec spec;
   spec.response.estimator = EstimatorName::multiplexed;

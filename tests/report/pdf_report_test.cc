@@ -144,7 +144,7 @@ TEST_CASE("No table is wider than the page") {
     result.c_minus_c_thrust = synthetic::known(-0.0000111, 0.0000026);
     result.alpha_thrust = synthetic::known(0.9996166, 0.0000029);
     result.samples = 100000;
-    WindowVariation variation;
+    FitVariation variation;
     variation.change = "without_shallowest_quarter";
     variation.layers = {110, 179};
     variation.depths = 24;

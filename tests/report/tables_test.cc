@@ -29,9 +29,9 @@ ReportData numbers() {
   return data;
 }
 
-WindowVariation variation(const std::string& change, std::array<int, 2> layers, const Estimate& c_shift,
+FitVariation variation(const std::string& change, std::array<int, 2> layers, const Estimate& c_shift,
                           const Estimate& D_shift) {
-  WindowVariation made;
+  FitVariation made;
   made.change = change;
   made.layers = layers;
   made.depths = layers[1] > 0 ? 30 : 0;
@@ -55,11 +55,11 @@ TEST_CASE("Shifts of the window stand with their layers, and a systematic error 
   data.analysis.results[2].variations = {variation("longer_above", {0, 0}, missing, missing)};
   const Page page(data);
   const std::string table = table_of(page.html, "shifts");
-  CHECK(page.texts.at("/results/1/neighbouring_windows/0/c_shift") == "−0.000110(50)");
-  CHECK(page.texts.at("/results/1/neighbouring_windows/0/D_shift") == "0.00007(12)");
-  CHECK(page.texts.at("/results/1/neighbouring_windows/0/window_layers/0") == "89");
-  CHECK(page.texts.at("/results/1/neighbouring_windows/0/window_layers/1") == "179");
-  CHECK_FALSE(page.texts.contains("/results/1/neighbouring_windows/1/window_layers/0"));
+  CHECK(page.texts.at("/results/1/variations/0/c_shift") == "−0.000110(50)");
+  CHECK(page.texts.at("/results/1/variations/0/D_shift") == "0.00007(12)");
+  CHECK(page.texts.at("/results/1/variations/0/window_layers/0") == "89");
+  CHECK(page.texts.at("/results/1/variations/0/window_layers/1") == "179");
+  CHECK_FALSE(page.texts.contains("/results/1/variations/1/window_layers/0"));
   CHECK(count(table, "<tr class=\"first\"") == 2);  // one for each friction coefficient
   CHECK(count(table, "without the shallowest quarter") == 1);
   CHECK(count(table, "<tbody>") == 2);  // none without a row: WeasyPrint would leave the heading alone on its page

@@ -10,9 +10,10 @@ namespace granuscope {
 /// A run of fitted depths at the step of the window (identifiable_depths.h), shallowest first.
 struct FittedRun {
   std::vector<int> layers;
-  DepthSeries peaks, widths;     ///< x_p and W^2
-  std::size_t window_start = 0;  ///< the depths from here on are the window; those before lie above it
-  WindowEdge edge;               ///< where the peaks become wide enough; it matters if the window begins there
+  DepthSeries peaks, widths;                    ///< x_p and W^2
+  DepthSeries peaks_by_equal, widths_by_equal;  ///< the same from ModeWeights::equal
+  std::size_t window_start = 0;                 ///< the depths from here on are the window; those before lie above it
+  WindowEdge edge;  ///< where the peaks become wide enough; it matters if the window begins there
 };
 
 /// Where the line W^2 = w_0 + D z through the window of `run` reaches `min_width`, with the distance `reach` of two
@@ -30,19 +31,19 @@ struct TransportLines {
 };
 TransportLines transport_lines(const FittedRun& run);
 
-/// c and D of one neighbouring window with replicates; empty if unknown.
+/// c and D of one variation with replicates; empty if unknown.
 struct VariationSlopes {
-  WindowVariation shown;
+  FitVariation shown;
   Replicated c, D;
 };
 
-/// The windows beside the window of `run`: without its shallowest quarter, without its deepest quarter, and with as
-/// much more above it as has been fitted, up to a quarter. Always these three; unknown, with the reason, where too few
-/// depths are there. `c`, `D`: of the window itself.
-std::vector<VariationSlopes> measure_window_variations(const FittedRun& run, const Replicated& c, const Replicated& D);
+/// The choices beside those of the fit: its window without the shallowest quarter, without the deepest quarter, and
+/// with as much more above it as has been fitted, up to a quarter; and the other weights of the modes. Always these
+/// four; unknown, with the reason, where too few depths are there. `c`, `D`: of the fit itself.
+std::vector<VariationSlopes> measure_variations(const FittedRun& run, const Replicated& c, const Replicated& D);
 
-/// How far a number depends on its window: the rms of its shifts to the neighbouring windows, freed of what their
-/// standard errors account for: sqrt(max(0, <shift^2 - s^2>)). NaN if no shift is known.
+/// How far a number depends on such choices: the rms of its shifts under the variations, freed of what their standard
+/// errors account for: sqrt(max(0, <shift^2 - s^2>)). NaN if no shift is known.
 double systematic_spread(const std::vector<Estimate>& shifts);
 
 }  // namespace granuscope

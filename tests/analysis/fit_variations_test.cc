@@ -1,4 +1,4 @@
-#include "analysis/window_variations.h"
+#include "analysis/fit_variations.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -29,14 +29,17 @@ Transport measure(const KnownTransport& known, double noise) {
 
 }  // namespace
 
-TEST_CASE("the windows beside a window are shorter or longer by a quarter of its depths") {
+TEST_CASE("the windows beside a window are shorter or longer by a quarter of its depths, or have other weights") {
   const Transport t = measure({}, 0.3);
-  REQUIRE(t.variations.size() == 3);
+  REQUIRE(t.variations.size() == 4);
   CHECK(t.depths_in_window == 13);
   CHECK(t.variations[0].layers == std::array{75, 120});
   CHECK(t.variations[1].layers == std::array{60, 105});
   CHECK(t.variations[2].layers == std::array{45, 120});
-  for (const WindowVariation& variation : t.variations) {
+  CHECK(t.variations[3].change == "equal_weights");
+  CHECK(t.variations[3].layers == t.window_layers);
+  CHECK(t.variations[3].c_shift.value != 0);
+  for (const FitVariation& variation : t.variations) {
     INFO(variation.change);
     CHECK(variation.c_shift.value == Approx(variation.c.value - t.c.value).margin(1e-15));
     CHECK(variation.D_shift.value == Approx(variation.D.value - t.D.value).margin(1e-15));
@@ -132,13 +135,13 @@ TEST_CASE("exponents know the spread over windows of depth and of friction") {
     measured.push_back(measure_transport(ensemble, spec, {}, 0));
   }
   const ScalingWithVariations scaling = fit_scaling_with_variations(measured, {0.1, 0.3});
-  REQUIRE(scaling.variations.size() == 5);
+  REQUIRE(scaling.variations.size() == 6);
   const ScalingFits plain = fit_scaling(measured, {0.1, 0.3});
   CHECK(scaling.fits.gamma.exponent.value == plain.gamma.exponent.value);
   CHECK(std::isnan(plain.gamma.exponent.systematic));
-  CHECK(scaling.variations[4].change == "without_highest_mu");
-  CHECK(scaling.variations[4].gamma_shift.value < 0);
-  CHECK(scaling.variations[4].fits.gamma.points == 3);
+  CHECK(scaling.variations[5].change == "without_highest_mu");
+  CHECK(scaling.variations[5].gamma_shift.value < 0);
+  CHECK(scaling.variations[5].fits.gamma.points == 3);
   CHECK(scaling.fits.gamma.exponent.systematic > 2 * scaling.fits.gamma.exponent.standard_error);
   CHECK(scaling.fits.beta.exponent.systematic < 3 * scaling.fits.beta.exponent.standard_error);
 }

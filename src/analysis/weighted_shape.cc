@@ -1,0 +1,123 @@
+#include "analysis/weighted_shape.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace granuscope {
+namespace {
+
+constexpr int most_steps = 200;
+constexpr double precision =
+    1e-18;  ///< of the sum of squares, relative to the response: of x_p and W relative to W, 1e-9
+constexpr double farthest_step = 0.5;  ///< of x_p relative to W
+constexpr double least_left = 0.3;     ///< of x_p^2 and W^2 after a step
+constexpr double nothing = 1e-6;       ///< x_p^2 relative to W^2, or W^2 in bead diameters^2: as good as 0
+constexpr double first_damping = 1e-4, damping_step = 10, least_damping = 1e-14, most_damping = 1e12;
+
+/// The normal equations of a step in x_p^2 and W^2.
+struct NormalEquations {
+  double pp = 0, pw = 0, ww = 0, rp = 0, rw = 0;
+};
+
+class WeightedFit {
+ public:
+  WeightedFit(const LayerSpectrum& spectrum, const std::vector<double>& modes, ModeWeights weights)
+      : spectrum_(spectrum), modes_(modes), by_width_(weights == ModeWeights::by_width), model_(modes.size()) {}
+
+  /// Computes the modes of a shape, to which what follows refers.
+  void take(const DoubleGaussian& shape) {
+    shape_ = shape;
+    fourier_modes(shape, spectrum_.columns, spectrum_.half_shifted, model_);
+  }
+  /// Under the weights of this width.
+  double sum_of_squares(double width) const {
+    double sum = 0;
+    for_each_mode(width, [&](std::size_t i, double weight) { sum += weight * residual(i) * residual(i); });
+    return sum;
+  }
+  double power(double width) const {
+    double sum = 0;
+    for_each_mode(width, [&](std::size_t i, double weight) { sum += weight * modes_[i] * modes_[i]; });
+    return sum;
+  }
+  NormalEquations equations() const {
+    NormalEquations sums;
+    for_each_mode(shape_.width, [&](std::size_t i, double weight) {
+      const double by_peak = model_[i].by_peak / (2 * shape_.peak), by_width = model_[i].by_width / (2 * shape_.width);
+      sums.pp += weight * by_peak * by_peak;
+      sums.pw += weight * by_peak * by_width;
+      sums.ww += weight * by_width * by_width;
+      sums.rp += weight * residual(i) * by_peak;
+      sums.rw += weight * residual(i) * by_width;
+    });
+    return sums;
+  }
+
+ private:
+  double residual(std::size_t i) const { return modes_[i] - model_[i].value; }
+  template <typename Use>
+  void for_each_mode(double width, Use use) const {
+    const double decay = by_width_ ? std::pow(2 * std::numbers::pi / spectrum_.columns * width, 2) / 4 : 0;
+    for (std::size_t i = 0; i < modes_.size(); ++i) {
+      const double m = static_cast<double>(i + 1);
+      use(i, decay > 0 ? std::exp(-decay * m * m) : 1.0);
+    }
+  }
+
+  const LayerSpectrum& spectrum_;
+  const std::vector<double>& modes_;
+  bool by_width_;
+  DoubleGaussian shape_;
+  std::vector<ModeValue> model_;
+};
+
+}  // namespace
+
+// Levenberg and Marquardt's steps in x_p^2 and W^2, in which the shape is smooth where peaks merge or are narrower than
+// beads, with the weights of the last W: they end where the least squares under the weights of W have that W. GSL's
+// solver keeps the weights that it begins with.
+std::optional<DoubleGaussian> weighted_shape(const LayerSpectrum& spectrum, const std::vector<double>& modes,
+                                             ModeWeights weights, DoubleGaussian start) {
+  DoubleGaussian at;
+  at.width = std::max(start.width, std::sqrt(nothing));
+  at.peak = std::max(start.peak, std::sqrt(nothing) * at.width);
+  WeightedFit fit(spectrum, modes, weights);
+  fit.take(at);
+  NormalEquations here = fit.equations();
+  double damping = first_damping, squares = fit.sum_of_squares(at.width);
+  const double least_gain = precision * fit.power(at.width);
+  for (int step = 0; step < most_steps; ++step) {
+    const double pp = here.pp * (1 + damping), ww = here.ww * (1 + damping), width_squared = at.width * at.width;
+    const double determinant = pp * ww - here.pw * here.pw;
+    double square_step = (here.rp * ww - here.rw * here.pw) / determinant;  // of x_p^2
+    double width_step = (here.rw * pp - here.rp * here.pw) / determinant;   // of W^2
+    if (square_step < 0 && at.peak * at.peak < nothing * width_squared) {   // merged: x_p stays where it is
+      square_step = 0;
+      width_step = here.rw / ww;
+    }
+    const double gain = here.rp * square_step + here.rw * width_step;
+    if (!std::isfinite(gain)) return std::nullopt;
+    if (gain <= least_gain || damping > most_damping || width_squared < nothing) {
+      // On a ring x_p and columns - x_p are the same shape: the smaller one is given.
+      return DoubleGaussian{std::abs(std::remainder(at.peak, spectrum.columns)), at.width};
+    }
+    const double part = std::min(
+        {1.0, 2 * farthest_step * at.peak * at.width / std::abs(square_step), width_squared / std::abs(width_step)});
+    const DoubleGaussian next{
+        std::sqrt(std::max(at.peak * at.peak + part * square_step, least_left * at.peak * at.peak)),
+        std::sqrt(std::max(width_squared + part * width_step, least_left * width_squared))};
+    fit.take(next);
+    if (fit.sum_of_squares(at.width) <= squares) {
+      at = next;
+      here = fit.equations();
+      squares = fit.sum_of_squares(at.width);
+      damping = std::max(damping / damping_step, least_damping);
+    } else {
+      damping *= damping_step;
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace granuscope

@@ -1,0 +1,81 @@
+#include "analysis/weighted_shape.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
+
+using namespace granuscope;
+
+namespace {
+
+constexpr int columns = 300;
+
+LayerSpectrum spectrum_of(std::vector<std::pair<double, DoubleGaussian>> shares) {
+  LayerSpectrum spectrum;
+  spectrum.columns = columns;
+  spectrum.whole.assign((columns - 1) / 2, 0.0);
+  spectrum.noise.assign(spectrum.whole.size(), 1.0);
+  std::vector<ModeValue> modes(spectrum.whole.size());
+  for (const auto& [share, shape] : shares) {
+    fourier_modes(shape, columns, false, modes);
+    for (std::size_t i = 0; i < modes.size(); ++i) spectrum.whole[i] += share * modes[i].value;
+  }
+  return spectrum;
+}
+
+/// What the fit makes least, with the weights of the width `of_weights`.
+double sum_of_squares(const LayerSpectrum& spectrum, ModeWeights weights, DoubleGaussian shape, double of_weights) {
+  double sum = 0;
+  for (std::size_t i = 0; i < spectrum.whole.size(); ++i) {
+    const double k = 2 * std::numbers::pi * static_cast<double>(i + 1) / columns;
+    const double weight = weights == ModeWeights::equal ? 1 : std::exp(-k * k * of_weights * of_weights / 4);
+    const double missed = spectrum.whole[i] - fourier_mode(shape, static_cast<int>(i + 1), columns, false).value;
+    sum += weight * missed * missed;
+  }
+  return sum;
+}
+
+}  // namespace
+
+TEST_CASE("a weighted fit finds two true Gaussians, merged or narrower than a bead as well") {
+  for (const ModeWeights weights : {ModeWeights::by_width, ModeWeights::equal}) {
+    for (const DoubleGaussian truth : {DoubleGaussian{40, 3}, {40, 0.4}, {12, 9}, {0, 5}, {70, 12}}) {
+      const LayerSpectrum spectrum = spectrum_of({{1, truth}});
+      const auto found =
+          weighted_shape(spectrum, spectrum.whole, weights, {truth.peak + 0.3 * truth.width, 1.3 * truth.width});
+      CAPTURE(truth.peak, truth.width);
+      REQUIRE(found);
+      CHECK(found->peak == Approx(truth.peak).margin(0.01));
+      CHECK(found->width == Approx(truth.width).epsilon(1e-5));
+    }
+  }
+}
+
+TEST_CASE("a weighted fit is the least of its own sum of squares, whatever the noise") {
+  // Peaks with tails: no two Gaussians.
+  LayerSpectrum spectrum = spectrum_of({{0.7, {40, 3}}, {0.3, {39, 6}}});
+  double width_before = 0;
+  for (const ModeWeights weights : {ModeWeights::by_width, ModeWeights::equal}) {
+    const auto found = weighted_shape(spectrum, spectrum.whole, weights, {40, 4});
+    REQUIRE(found);
+    const double least = sum_of_squares(spectrum, weights, *found, found->width);
+    for (const auto& [peak, width] : {std::pair{1e-4, 0.0}, {-1e-4, 0.0}, {0.0, 1e-4}, {0.0, -1e-4}}) {
+      CHECK(sum_of_squares(spectrum, weights, {found->peak + peak, found->width + width}, found->width) > least);
+    }
+    // Long waves count more: the tails make the peaks wider.
+    if (weights == ModeWeights::equal) CHECK(found->width < width_before - 0.05);
+    width_before = found->width;
+    LayerSpectrum noisy = spectrum;
+    for (std::size_t i = 0; i < noisy.noise.size(); ++i) noisy.noise[i] = 1.0 + static_cast<double>(i);
+    const auto again = weighted_shape(noisy, noisy.whole, weights, {38, 5});
+    REQUIRE(again);
+    CHECK(again->peak == Approx(found->peak).epsilon(1e-8));
+    CHECK(again->width == Approx(found->width).epsilon(1e-8));
+  }
+}
+
+TEST_CASE("modes that are no number are not fitted") {
+  LayerSpectrum spectrum = spectrum_of({{1, {40, 3}}});
+  spectrum.whole[5] = std::nan("");
+  CHECK_FALSE(weighted_shape(spectrum, spectrum.whole, ModeWeights::by_width, {40, 3}));
+}
