@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "analysis/mean_response.h"
+#include "analysis/propagator.h"
 #include "analysis/speed_from_thrust.h"
 #include "model/lattice.h"
 
@@ -160,7 +161,30 @@ Replicated thrust_speed(const BlockSums& sums, int first_layer) {
   return transform(speed_from_thrust, mean_of(ratios));
 }
 
+namespace {
+
+/// Each mode is a ratio of sums that the scatter of the blocks enters twice: its variance is the jackknife's.
+LayerSpectrum spectrum_of_propagation(const BlockSums& sums, std::size_t row) {
+  BlockMeans modes = propagated_modes(sums, row);
+  LayerSpectrum spectrum;
+  spectrum.columns = sums.quantities.at("propagation").width / 2;
+  spectrum.half_shifted = sums.layers[row] % 2 == 1;
+  Row variance(static_cast<Eigen::Index>(modes.whole.size()));
+  for (std::size_t m = 0; m < modes.whole.size(); ++m) {
+    Replicated mode{modes.whole[m], {}};
+    for (const auto& without : modes.without_block) mode.without_block.push_back(without[m]);
+    variance(static_cast<Eigen::Index>(m)) = std::pow(estimate(mode).standard_error, 2);
+  }
+  spectrum.noise = smoothed_root(variance);
+  spectrum.whole = std::move(modes.whole);
+  spectrum.without_block = std::move(modes.without_block);
+  return spectrum;
+}
+
+}  // namespace
+
 LayerSpectrum layer_spectrum(const BlockSums& sums, std::size_t row, double overload) {
+  if (holds_propagation(sums)) return spectrum_of_propagation(sums, row);
   const BlockModes block = block_modes(sums, row, overload);
   LayerSpectrum spectrum;
   spectrum.columns = columns_of_response(sums, overload);

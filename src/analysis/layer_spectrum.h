@@ -9,6 +9,7 @@ namespace granuscope {
 
 /// The mirror-symmetric Fourier modes of the mean response of one layer, by block:
 ///   y_m = sum_j P(x_j) cos(2 pi m x_j / columns),   m = 1 .. (columns-1)/2.
+/// The estimator fluctuation gives the first of them only, those that carry weight, and none where nothing fluctuates.
 /// The mode m = 0 is the area, known exactly; the mode m = columns/2 vanishes on every other layer and is left out.
 /// Cosines alone are the mirror symmetrisation x -> -x.
 struct LayerSpectrum {

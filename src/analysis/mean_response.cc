@@ -1,5 +1,7 @@
 #include "analysis/mean_response.h"
 
+#include "analysis/propagator.h"
+
 #include "ensemble/real_spectrum.h"
 #include "support/error.h"
 
@@ -52,6 +54,10 @@ ResponseQuantity response_quantity(const BlockSums& sums, double overload) {
 
 bool holds_correlations(const BlockSums& sums) { return sums.quantities.contains("correlation"); }
 
+std::size_t first_response(const BlockSums& sums) {
+  return holds_correlations(sums) || holds_propagation(sums) ? 1 : 0;
+}
+
 const double* correlation_sums(const BlockSums& sums, std::size_t block, std::size_t row) {
   const QuantitySums& q = sums.quantities.at("correlation");
   return &q.sum[(block * sums.layers.size() + row) * static_cast<std::size_t>(q.width)];
@@ -67,6 +73,7 @@ const double* load_spectrum_sums(const BlockSums& sums, std::size_t block) {
 }
 
 BlockMeans mean_response(const BlockSums& sums, std::size_t row, double overload) {
+  if (holds_propagation(sums)) return propagated_response(sums, row);
   if (holds_correlations(sums)) return mean_correlation(sums, row);
   const ResponseQuantity response = response_quantity(sums, overload);
   BlockMeans means = block_means(sums, response.name, row);

@@ -18,6 +18,9 @@ ResponseQuantity response_quantity(const BlockSums& sums, double overload);
 
 /// Whether the sums are those of the estimator multiplexed: spectra of cross-correlations instead of profiles.
 bool holds_correlations(const BlockSums& sums);
+/// The first recorded layer that holds a response: layer 0 of the estimators multiplexed and fluctuation holds what the
+/// others are divided by.
+std::size_t first_response(const BlockSums& sums);
 /// The sums of one block at recorded layer number `row`, and the realised spectrum of its loads, which is that of layer
 /// 0: both [columns], laid out as in ensemble/real_spectrum.h. The response is the ratio of their sums over blocks.
 /// Throws InputError where layer 0 is not recorded.

@@ -14,9 +14,10 @@ namespace granuscope {
 /// numbers between friction coefficients are accounted for. Unknown, with the reason, below three points.
 ScalingFits fit_scaling(const std::vector<MeasuredTransport>& results, std::array<double, 2> window);
 
-/// The same with the systematic error of each exponent: its spread (systematic_spread) over the windows of depth and the
-/// weights beside those of the fit (MeasuredTransport::variations; all friction coefficients at once, those without such
-/// a variation keeping theirs) and over `window` without its lowest or highest friction coefficient, if three are left.
+/// The same with the systematic error of each exponent: its spread (systematic_spread) over the windows of depth and
+/// the weights beside those of the fit (MeasuredTransport::variations; all friction coefficients at once, those without
+/// such a variation keeping theirs) and over `window` without its lowest or highest friction coefficient, if three are
+/// left.
 struct ScalingWithVariations {
   ScalingFits fits;
   std::vector<ScalingVariation> variations;

@@ -100,15 +100,18 @@ bool all_known(const Replicated& number) {
                                                     [](double value) { return std::isfinite(value); });
 }
 
+/// Nothing is fitted, for `reason` unless there is one already.
+void set_unknown(const char* reason, const LayerSpectrum& spectrum, MeasuredDepth& depth) {
+  const Replicated unknown{nan, std::vector<double>(spectrum.without_block.size(), nan)};
+  depth.peak = depth.width = depth.width_squared = depth.peak_by_equal = depth.width_squared_by_equal = unknown;
+  if (depth.fit.reason.empty()) depth.fit.reason = reason;
+}
+
 /// The verdict on the shape is chi^2 by the noise of this layer; x_p and W go by weights that do not look at it.
 void measure_by_fit(const LayerSpectrum& spectrum, const FitSpec& spec, MeasuredDepth& depth) {
   const auto whole = fit_shape(spectrum, coarse_shape(spectrum, depth.fit.z));
-  const auto set_unknown = [&](const std::string& reason) {
-    const Replicated unknown{nan, std::vector<double>(spectrum.without_block.size(), nan)};
-    depth.peak = depth.width = depth.width_squared = depth.peak_by_equal = depth.width_squared_by_equal = unknown;
-    if (depth.fit.reason.empty()) depth.fit.reason = reason;
-  };
-  if (!whole) return set_unknown("the fit of the double Gaussian did not converge");
+  const char* const no_fit = "the fit of the double Gaussian did not converge";
+  if (!whole) return set_unknown(no_fit, spectrum, depth);
   depth.fit.evidence = weigh_peaks(spectrum, *whole);
   depth.fit.degrees_of_freedom = whole->degrees_of_freedom;
   depth.fit.chi2_per_dof = whole->chi2 / whole->degrees_of_freedom;
@@ -117,7 +120,7 @@ void measure_by_fit(const LayerSpectrum& spectrum, const FitSpec& spec, Measured
   depth.other_shape = !reason_against_two_gaussians(*whole).empty();
   depth.fit.reason = reason_against_identification(*whole, depth.fit.evidence, spec);
   const FittedShapes shapes = fit_replicates(spectrum, ModeWeights::by_width, whole->shape);
-  if (!all_known(shapes.peak)) return set_unknown("the fit of the double Gaussian did not converge");
+  if (!all_known(shapes.peak)) return set_unknown(no_fit, spectrum, depth);
   depth.peak = shapes.peak;
   depth.width = shapes.width;
   depth.width_squared = shapes.width_squared;
@@ -137,7 +140,9 @@ MeasuredDepth measure_depth(const MeasuredEnsemble& ensemble, const FitSpec& spe
   depth.fit.z = Lattice::depth(depth.fit.layer);
   depth.thrust = block_mean(record.sums, "thrust", row);
   const LayerSpectrum spectrum = layer_spectrum(record.sums, row, ensemble.spec.response.overload);
-  if (spectrum.exact) {
+  if (spectrum.whole.empty()) {
+    set_unknown("piles without friction are all alike, so that there are no fluctuations to follow", spectrum, depth);
+  } else if (spectrum.exact) {
     measure_exactly(record, row, ensemble.spec.response.overload, depth);
   } else {
     measure_by_fit(spectrum, spec, depth);
@@ -417,8 +422,7 @@ MeasuredTransport measure_transport(const MeasuredEnsemble& ensemble, const FitS
     return result;
   }
 
-  // Layer 0 of the estimator multiplexed is there for the spectrum of its loads.
-  const std::size_t first_row = holds_correlations(record.sums) ? 1 : 0;
+  const std::size_t first_row = first_response(record.sums);
   std::vector<MeasuredDepth> depths(record.sums.layers.size() - first_row);
   for_each_index(depths.size(), threads,
                  [&](std::size_t i) { depths[i] = measure_depth(ensemble, spec, i + first_row); });

@@ -74,9 +74,9 @@ class Piles {
         pile_(lattice_),
         samples_(piles_together),
         failures_(piles_together) {
-    std::vector<int> layers;
-    for (int layer = 0; layer < lattice.layers; layer += kept_every) layers.push_back(layer);
-    sampler_->keep_layers(layers);
+    KeptLayers kept;
+    for (int layer = 0; layer < lattice.layers; layer += kept_every) kept.layers.push_back(layer);
+    sampler_->keep_layers(kept);
   }
 
   SamplerCounts take_counts() { return sampler_->take_counts(); }

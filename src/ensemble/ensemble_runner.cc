@@ -37,7 +37,7 @@ class SamplerPool {
     const std::lock_guard lock(mutex_);
     if (free_.empty()) {
       auto sampler = make_sampler(spec_.sampler, Lattice(spec_.lattice));
-      sampler->keep_layers(recorded_layers(spec_));
+      sampler->keep_layers(layers_to_keep(spec_));
       return sampler;
     }
     auto sampler = std::move(free_.back());

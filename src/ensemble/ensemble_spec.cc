@@ -8,6 +8,7 @@
 #include <functional>
 #include <numeric>
 
+#include "ensemble/fluctuation_plan.h"
 #include "sampling/random_key.h"
 #include "support/error.h"
 #include "support/number_format.h"
@@ -51,11 +52,27 @@ std::vector<int> recorded_layers(const EnsembleSpec& spec) {
   if (layers.empty()) {
     layers.resize(static_cast<std::size_t>(spec.lattice.layers));
     std::iota(layers.begin(), layers.end(), 0);
-  } else if (spec.response.estimator == EstimatorName::multiplexed && layers.front() != 0) {
+  } else if (!loads_one_bead(spec.response.estimator) && layers.front() != 0) {
     layers.insert(layers.begin(), 0);
   }
   return layers;
 }
+
+namespace {
+
+Problem find_fluctuation_problem(const EnsembleSpec& spec) {
+  const FluctuationPlan plan = fluctuation_plan(spec);
+  if (plan.lags.size() < 2) return problem("layers", "there is no lag to measure; name layers beside layer 0");
+  if (!plan.bases.empty()) return {};
+  return problem(
+      "layers",
+      "{} layers are too few for the estimator fluctuation: {} of saturated fluctuations, a reference of {}, "
+      "{} of response and {} at the bottom need {}; each base beyond the first one takes {} more",
+      spec.lattice.layers, plan.layers_needed - plan.reference - plan.lags.back() - bottom_margin - 1, plan.reference,
+      plan.lags.back(), bottom_margin + 1, plan.layers_needed, spec.response.base_step);
+}
+
+}  // namespace
 
 Problem find_problem(const EnsembleSpec& spec) {
   if (auto found = find_problem(spec.lattice)) return found;
@@ -74,6 +91,7 @@ Problem find_problem(const EnsembleSpec& spec) {
                      spec.lattice.layers - 1);
     }
   }
+  if (estimator == EstimatorName::fluctuation) return find_fluctuation_problem(spec);
   return {};
 }
 
@@ -82,7 +100,7 @@ void validate(const EnsembleSpec& spec) { refuse(find_problem(spec)); }
 std::string configuration_text(const EnsembleSpec& spec) {
   const auto& [sampler, lattice, response, load, layers, layout, record_profiles] = spec;
   const bool multiplexed = response.estimator == EstimatorName::multiplexed;
-  const bool overloaded = !multiplexed && load == Load::point;
+  const bool overloaded = loads_one_bead(response.estimator) && load == Load::point;
   std::string text;
   const auto add = [&](const char* key, const auto& value) { text += fmt::format("{}={}\n", key, value); };
   add("sampling_version", sampling_version);
@@ -105,6 +123,11 @@ std::string configuration_text(const EnsembleSpec& spec) {
   add("epsilon", multiplexed ? exact(response.epsilon) : "0");
   add("opposite", response.opposite);
   add("sign_run", response.sign_run);
+  if (response.estimator == EstimatorName::fluctuation) {
+    add("reference_lag", response.reference_lag);
+    add("first_base", response.first_base);
+    add("base_step", response.base_step);
+  }
   add("samples", response.samples);
   add("blocks", response.blocks);
   add("block_layout", layout == BlockLayout::interleaved ? "interleaved" : "runs");
@@ -116,20 +139,24 @@ std::string configuration_text(const EnsembleSpec& spec) {
 std::vector<double> top_load(const EnsembleSpec& spec) {
   const Lattice lattice(spec.lattice);
   std::vector<double> load(static_cast<std::size_t>(lattice.columns()), 1.0);
-  if (spec.load == Load::point) load[static_cast<std::size_t>(lattice.middle())] += spec.response.overload;
+  if (spec.load == Load::point && loads_one_bead(spec.response.estimator))
+    load[static_cast<std::size_t>(lattice.middle())] += spec.response.overload;
   return load;
 }
 
 std::string replay_command(const EnsembleSpec& spec, std::uint64_t sample) {
-  const bool point = spec.response.estimator == EstimatorName::point,
-             multiplexed = spec.response.estimator == EstimatorName::multiplexed;
-  std::string command = fmt::format("granuscope sample --law {} --mu {} --columns {} --layers {} --load {}",
-                                    name_of(spec.sampler.law), exact(spec.sampler.mu), spec.lattice.columns,
-                                    spec.lattice.layers, point ? name_of(spec.load) : name_of(spec.response.estimator));
+  const EstimatorName estimator = spec.response.estimator;
+  const bool multiplexed = estimator == EstimatorName::multiplexed;
+  const std::string load = estimator == EstimatorName::point         ? name_of(spec.load)
+                           : estimator == EstimatorName::fluctuation ? name_of(Load::uniform)
+                                                                     : name_of(estimator);
+  std::string command =
+      fmt::format("granuscope sample --law {} --mu {} --columns {} --layers {} --load {}", name_of(spec.sampler.law),
+                  exact(spec.sampler.mu), spec.lattice.columns, spec.lattice.layers, load);
   if (multiplexed) command += fmt::format(" --epsilon {}", exact(spec.response.epsilon));
   if (spec.response.opposite) command += " --opposite";
   if (spec.response.sign_run != 1) command += fmt::format(" --sign-run {}", spec.response.sign_run);
-  if (!multiplexed && spec.load == Load::point && spec.response.overload != 1.0)
+  if (loads_one_bead(estimator) && spec.load == Load::point && spec.response.overload != 1.0)
     command += fmt::format(" --overload {}", exact(spec.response.overload));
   if (spec.sampler.effort != SamplerSpec{}.effort) command += fmt::format(" --effort {}", exact(spec.sampler.effort));
   if (spec.sampler.max_tries != SamplerSpec{}.max_tries)

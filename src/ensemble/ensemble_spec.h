@@ -21,7 +21,7 @@ struct EnsembleSpec {
   SamplerSpec sampler;
   LatticeSpec lattice;
   ResponseSpec response;
-  Load load = Load::point;  ///< of the estimator point; under a uniform load there is no response to measure
+  Load load = Load::point;  ///< of the estimator point; under a uniform load it has no response to measure
   std::vector<int> layers;  ///< recorded layers, ascending; empty: all
   BlockLayout layout = BlockLayout::runs;
   bool record_profiles = true;  ///< record the response [layers, columns] beside the numbers per layer
@@ -37,7 +37,7 @@ void validate(const EnsembleSpec& spec);
 std::string configuration_text(const EnsembleSpec& spec);
 
 /// The layers whose sums are kept, ascending: those asked for, or all; multiplexed always keeps layer 0, which holds
-/// the spectrum of its loads.
+/// the spectrum of its loads. Of the estimator fluctuation they are lags, of which it always keeps 0.
 std::vector<int> recorded_layers(const EnsembleSpec& spec);
 
 /// Samples first .. end-1 of one group.

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "ensemble/fluctuation_estimator.h"
 #include "ensemble/multiplexed_estimator.h"
 #include "ensemble/paired_estimator.h"
 #include "ensemble/point_estimator.h"
@@ -20,6 +21,8 @@ std::string name_of(EstimatorName estimator) {
       return "paired";
     case multiplexed:
       return "multiplexed";
+    case fluctuation:
+      return "fluctuation";
     case point:
       break;
   }
@@ -27,11 +30,11 @@ std::string name_of(EstimatorName estimator) {
 }
 
 EstimatorName estimator_named(const std::string& name) {
-  for (EstimatorName estimator : {point, paired, multiplexed}) {
+  for (EstimatorName estimator : {point, paired, multiplexed, fluctuation}) {
     if (name_of(estimator) == name) return estimator;
   }
-  throw InputError(
-      fmt::format("there is no estimator \"{}\": known are point, paired and multiplexed; choose one of them", name));
+  throw InputError(fmt::format(
+      "there is no estimator \"{}\": known are point, paired, multiplexed and fluctuation; choose one of them", name));
 }
 
 std::vector<QuantityShape> quantities_of(const EnsembleSpec& spec) {
@@ -40,10 +43,17 @@ std::vector<QuantityShape> quantities_of(const EnsembleSpec& spec) {
       return PairedEstimator::quantities(spec);
     case multiplexed:
       return MultiplexedEstimator::quantities(spec);
+    case fluctuation:
+      return FluctuationEstimator::quantities(spec);
     case point:
       break;
   }
   return PointEstimator::quantities(spec);
+}
+
+KeptLayers layers_to_keep(const EnsembleSpec& spec) {
+  if (spec.response.estimator == fluctuation) return FluctuationEstimator::layers_to_keep(spec);
+  return {recorded_layers(spec)};
 }
 
 bool needs_two_samplers(const EnsembleSpec& spec) {
@@ -61,7 +71,8 @@ std::uint64_t beads_of(const EnsembleSpec& spec, std::uint64_t samples) {
 
 double drawing_memory(const EnsembleSpec& spec) {
   const Lattice lattice(spec.lattice);
-  const double memory = drawing_memory(spec.sampler, lattice);
+  double memory = drawing_memory(spec.sampler, lattice);
+  if (spec.response.estimator == fluctuation) memory += FluctuationEstimator::memory(spec);
   if (piles_per_sample(spec) == 1) return memory;
   // A sampler that draws two groups at once holds one of each load; any other holds twice what it is handed otherwise.
   const bool halves = spec.response.estimator == multiplexed && piles_at_once(spec.sampler, lattice) > group_lanes;
@@ -74,6 +85,8 @@ std::unique_ptr<Estimator> make_estimator(const EnsembleSpec& spec, Samplers sam
       return std::make_unique<PairedEstimator>(spec, samplers, sums, block);
     case multiplexed:
       return std::make_unique<MultiplexedEstimator>(spec, samplers, sums, block);
+    case fluctuation:
+      return std::make_unique<FluctuationEstimator>(spec, samplers, sums, block);
     case point:
       break;
   }

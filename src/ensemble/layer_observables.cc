@@ -1,5 +1,6 @@
 #include "ensemble/layer_observables.h"
 
+#include <map>
 #include <numeric>
 
 namespace granuscope {
@@ -39,6 +40,27 @@ void LayerObservables::add_mean(const PileGroup& one, const PileGroup& other, Fa
     const LayerMoments a = of_layer(one, layers_[l]), b = of_layer(other, layers_[l]);
     for (std::size_t k = 0; k < one.piles; ++k) {
       if (!failures[k]) add(l, (a.thrust[k] + b.thrust[k]) / 2, (a.variance[k] + b.variance[k]) / 2);
+    }
+  }
+}
+
+void LayerObservables::add_means(const PileGroup& group, Failures failures, const std::vector<int>& bases,
+                                 int offset) const {
+  std::map<int, LayerMoments> observables;
+  for (std::size_t l = 0; l < layers_.size(); ++l) {
+    LayerMoments sum;
+    for (const int base : bases) {
+      const int layer = base + offset + layers_[l];
+      const auto [found, is_new] = observables.try_emplace(layer);
+      if (is_new) found->second = of_layer(group, layer);
+      for (std::size_t k = 0; k < group.piles; ++k) {
+        sum.thrust[k] += found->second.thrust[k];
+        sum.variance[k] += found->second.variance[k];
+      }
+    }
+    const auto count = static_cast<double>(bases.size());
+    for (std::size_t k = 0; k < group.piles; ++k) {
+      if (!failures[k]) add(l, sum.thrust[k] / count, sum.variance[k] / count);
     }
   }
 }

@@ -24,6 +24,8 @@ class LayerObservables {
   void add(const PileGroup& group, Failures failures) const;
   /// Of two groups whose piles make one sample each: the means of their observables.
   void add_mean(const PileGroup& one, const PileGroup& other, Failures failures) const;
+  /// At recorded layer number l: their means over the layers that lie `offset` plus that layer below the bases.
+  void add_means(const PileGroup& group, Failures failures, const std::vector<int>& bases, int offset) const;
 
  private:
   /// The moments of a layer, divided by what makes them the observables.

@@ -36,6 +36,7 @@ std::optional<SamplingFailure> replay(const EnsembleSpec& spec, std::uint64_t sa
     case EstimatorName::multiplexed:
       return replay_signs(spec, sample, pile);
     case EstimatorName::point:
+    case EstimatorName::fluctuation:
       break;
   }
   return make_sampler(spec.sampler, pile.lattice)->draw(sample, top_load(spec), pile);

@@ -22,6 +22,30 @@ Problem find_problem(const ResponseSpec& spec, const LatticeSpec& lattice) {
                    "choose that estimator",
                    name_of(spec.estimator));
   }
+  const ResponseSpec usual;
+  if (spec.estimator != EstimatorName::fluctuation &&
+      (spec.reference_lag != usual.reference_lag || spec.first_base != usual.first_base ||
+       spec.base_step != usual.base_step)) {
+    return problem(spec.reference_lag != usual.reference_lag ? "reference_lag"
+                   : spec.first_base != usual.first_base     ? "first_base"
+                                                             : "base_step",
+                   "it belongs to the estimator fluctuation and would change nothing under {}; leave it out, or choose "
+                   "that estimator",
+                   name_of(spec.estimator));
+  }
+  if (spec.reference_lag < 0 || spec.reference_lag > most_reference_lag) {
+    return problem("reference_lag",
+                   "{} layers cannot be measured; give 0 to {} (24 is usual, fewer than 12 are biased)",
+                   spec.reference_lag, most_reference_lag);
+  }
+  if (spec.first_base < 0 || spec.first_base > most_first_base) {
+    return problem("first_base", "layer {} is no base; give 0 (where the fluctuations are saturated) to {}",
+                   spec.first_base, most_first_base);
+  }
+  if (spec.base_step < 1 || spec.base_step > most_base_step) {
+    return problem("base_step", "{} layers between two bases; give 1 to {} (6 is usual)", spec.base_step,
+                   most_base_step);
+  }
   if (spec.sign_run < 1 || spec.sign_run > most_sign_run(lattice)) {
     return problem(
         "sign_run",

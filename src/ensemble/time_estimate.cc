@@ -72,7 +72,7 @@ Trial draw_some(const EnsembleSpec& spec, double seconds) {
   smallest.response.samples = group_size * min_blocks;
   EnsembleRecord record = begin_ensemble(smallest);
   const auto sampler = make_sampler(spec.sampler, Lattice(spec.lattice));
-  sampler->keep_layers(recorded_layers(spec));
+  sampler->keep_layers(layers_to_keep(spec));
   const auto second = needs_two_samplers(spec) ? make_sampler(spec.sampler, Lattice(spec.lattice)) : nullptr;
   const auto estimator = make_estimator(spec, {*sampler, second ? *second : *sampler}, record.sums, 0);
   std::vector<std::uint64_t> samples(std::min(samples_at_once, spec.response.samples));

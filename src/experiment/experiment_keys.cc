@@ -81,7 +81,9 @@ std::vector<Key> keys_of_main_line(Experiment& e) {
       make_name_key(
           response, "estimator",
           "point: overloaded piles minus the uniform load; paired: each pile solved with and without the overload, "
-          "keeping its random numbers; multiplexed: all top loads varied at random, the linear response by correlation",
+          "keeping its random numbers; multiplexed: all top loads varied at random, the linear response by "
+          "correlation; "
+          "fluctuation: no load, the linear response from how fluctuations travel down (needs deeper piles)",
           e.response.estimator, estimator_named),
       make_key(response, "overload", "loads of one top bead", "extra force on the middle top bead (point, paired)",
                e.response.overload, KeyRange{}.within(least_overload, most_overload)),
@@ -97,6 +99,14 @@ std::vector<Key> keys_of_main_line(Experiment& e) {
                "multiplexed: so many neighbouring top beads, or one more, are raised or lowered together (1: each by "
                "itself); 2 or 3 measure peaks wider than a bead better",
                e.response.sign_run, KeyRange{.least = 1}),
+      make_key(response, "reference_lag", "layers",
+               "fluctuation: how far below a base layer the one lies that deeper ones are referred to",
+               e.response.reference_lag, KeyRange{}.within(0, most_reference_lag)),
+      make_key(response, "first_base", "layer",
+               "fluctuation: shallowest base layer; 0: where fluctuations are saturated, 0.6/mu^2 and at least 60",
+               e.response.first_base, KeyRange{}.within(0, most_first_base)),
+      make_key(response, "base_step", "layers", "fluctuation: distance of the base layers", e.response.base_step,
+               KeyRange{}.within(1, most_base_step)),
       make_key(response, "samples", "piles", "piles per friction coefficient, at least eight per block",
                e.response.samples, KeyRange{}.within(group_size * min_blocks, most_samples)),
       make_key(response, "blocks", "blocks", "blocks of the jackknife, each of whole groups of eight piles",

@@ -159,7 +159,7 @@ void add_results(Json& overlay, const Json& summary) {
   overlay["has_by_ratio"] = any_known(scaling.at("by_ratio"), {"beta", "gamma", "alpha"});
   add_transport(overlay, summary);
   overlay["same_procedure"] = all_equal(results, "estimator") && all_equal(results, "law");
-  for (const char* estimator : {"point", "paired", "multiplexed"}) {
+  for (const char* estimator : {"point", "paired", "multiplexed", "fluctuation"}) {
     overlay[std::string(estimator) + "_estimator"] =
         all_equal(results, "estimator") && results[0].at("estimator") == estimator;
   }

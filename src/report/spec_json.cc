@@ -8,6 +8,10 @@ nlohmann::ordered_json to_json(const ResponseSpec& response) {
     json["epsilon"] = response.epsilon;
     json["opposite"] = response.opposite;
     json["sign_run"] = response.sign_run;
+  } else if (response.estimator == EstimatorName::fluctuation) {
+    json["reference_lag"] = response.reference_lag;
+    json["first_base"] = response.first_base;
+    json["base_step"] = response.base_step;
   } else {
     json["overload"] = response.overload;
   }

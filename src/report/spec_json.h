@@ -5,7 +5,7 @@
 
 namespace granuscope {
 
-/// {"estimator", "overload"}, or {"estimator": "multiplexed", "epsilon" and its options}.
+/// {"estimator", "overload"}, or {"estimator": "multiplexed" or "fluctuation", and its options}.
 nlohmann::ordered_json to_json(const ResponseSpec& response);
 
 }  // namespace granuscope

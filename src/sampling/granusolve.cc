@@ -78,8 +78,8 @@ Pile& GranusolveSampler::spare_pile() {
   return *spare_pile_;
 }
 
-void GranusolveSampler::keep_layers(std::span<const int> layers) {
-  kept_layers_.emplace(layers.begin(), layers.end());
+void GranusolveSampler::keep_layers(const KeptLayers& kept) {
+  kept_layers_ = kept;
   groups_.clear();
   together_.clear();
 }

@@ -67,7 +67,7 @@ class GranusolveSampler final : public Sampler {
   std::span<const PileGroup> draw_groups(std::span<const std::uint64_t> samples,
                                          std::span<const std::span<const double>> loads,
                                          std::span<std::optional<SamplingFailure>> failures) override;
-  void keep_layers(std::span<const int> layers) override;
+  void keep_layers(const KeptLayers& kept) override;
 
   /// Room for one pile, for groups that have to draw one by itself.
   Pile& spare_pile();
@@ -81,7 +81,7 @@ class GranusolveSampler final : public Sampler {
   GranusolveMemory memory_;
   std::vector<std::unique_ptr<GranusolveGroup>> together_;  ///< made when they are first needed
   std::optional<Pile> spare_pile_;
-  std::optional<std::vector<int>> kept_layers_;  ///< none: all forces of all
+  std::optional<KeptLayers> kept_layers_;  ///< none: all forces of all
 };
 
 }  // namespace granuscope

@@ -37,8 +37,8 @@ double GranusolveGroup::memory(const Lattice& lattice) {
           bytes_of_layer * static_cast<double>(lattice.layers()));
 }
 
-GranusolveGroup::GranusolveGroup(const SamplerSpec& spec, const Lattice& lattice,
-                                 const std::optional<std::vector<int>>& kept, GranusolveSampler& alone)
+GranusolveGroup::GranusolveGroup(const SamplerSpec& spec, const Lattice& lattice, const std::optional<KeptLayers>& kept,
+                                 GranusolveSampler& alone)
     : alone_(alone),
       keeps_forces_(!kept),
       kept_(static_cast<std::size_t>(lattice.layers()), -1),
@@ -55,15 +55,17 @@ GranusolveGroup::GranusolveGroup(const SamplerSpec& spec, const Lattice& lattice
   rule_ = aligned_array<std::uint8_t>(all);
   backtracks_ = aligned_array<std::uint8_t>(all);
   if (kept) {
-    for (std::size_t l = 0; l < kept->size(); ++l) kept_[static_cast<std::size_t>((*kept)[l])] = static_cast<int>(l);
-    kept_weights_ = aligned_array<double>(kept->size() * layer);
+    const std::vector<int>& layers = kept->layers;
+    for (std::size_t l = 0; l < layers.size(); ++l) kept_[static_cast<std::size_t>(layers[l])] = static_cast<int>(l);
+    kept_weights_ = aligned_array<double>(layers.size() * layer);
+    if (kept->horizontal) kept_H_ = aligned_array<double>(layers.size() * layer);
   } else {
     std::iota(kept_.begin(), kept_.end(), 0);
     for (AlignedArray<double>* forces : {&kept_V_R_, &kept_V_L_, &kept_H_R_, &kept_H_L_}) {
       *forces = aligned_array<double>(kept_.size() * layer);
     }
   }
-  moments_.resize(kept ? kept->size() : kept_.size());
+  moments_.resize(kept ? kept->layers.size() : kept_.size());
   first_uniform_ = aligned_array<double>(layer + group_lanes);
   half_load_ = aligned_array<double>(layer);
   const std::size_t words = (static_cast<std::size_t>(lattice.columns()) + 7) / 8 + 2 * words_before;
@@ -167,6 +169,7 @@ PileGroup GranusolveGroup::piles() const {
           .H_R = kept_H_R_.get(),
           .H_L = kept_H_L_.get(),
           .weights = kept_weights_.get(),
+          .horizontal = kept_H_.get(),
           .moments = moments_,
           .kept = kept_,
           .loads = loads_,
@@ -274,6 +277,10 @@ void GranusolveGroup::finish_layer(int layer) {
   const ForceRow from = forces(layer);
   moments_[static_cast<std::size_t>(place)] =
       measure_row(from, columns, group_lanes, keeps_forces_ ? nullptr : &kept_weights_[to]);
+  if (kept_H_ != nullptr) {
+    // Rounded as it is where H_L is kept by itself.
+    for (std::size_t i = 0; i < size; ++i) kept_H_[to + i] = from.H_R[i] + (from.H_L[i] - from.H_R[i]);
+  }
   if (!keeps_forces_) return;
   std::copy_n(from.V_R, size, kept_V_R_.get() + to);
   std::copy_n(from.V_L, size, kept_V_L_.get() + to);
@@ -323,7 +330,13 @@ void GranusolveGroup::keep_evicted_layer(const Pile& pile, int layer, std::size_
   const auto keep = [&](const double* row, AlignedArray<double>& kept) {
     for (std::size_t i = 0; i < columns; ++i) kept[to + i * group_lanes] = row[i];
   };
-  if (!keeps_forces_) return keep(weights.data(), kept_weights_);
+  if (!keeps_forces_) {
+    keep(weights.data(), kept_weights_);
+    if (kept_H_ == nullptr) return;
+    std::vector<double> horizontal(columns);
+    for (std::size_t i = 0; i < columns; ++i) horizontal[i] = pile.H_R[from + i] + pile.H_L[from + i];
+    return keep(horizontal.data(), kept_H_);
+  }
   keep(&pile.V_R[from], kept_V_R_);
   keep(&pile.V_L[from], kept_V_L_);
   keep(&pile.H_R[from], kept_H_R_);

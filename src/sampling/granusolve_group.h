@@ -40,9 +40,9 @@ namespace granuscope {
 /// time.
 class GranusolveGroup {
  public:
-  /// `kept`: the layers to be kept for whoever measures the piles, ascending; none: all forces of all layers. `alone`
-  /// draws the piles that are evicted, and counts them.
-  GranusolveGroup(const SamplerSpec& spec, const Lattice& lattice, const std::optional<std::vector<int>>& kept,
+  /// `kept`: what is to be kept for whoever measures the piles; none: all forces of all layers. `alone` draws the piles
+  /// that are evicted, and counts them.
+  GranusolveGroup(const SamplerSpec& spec, const Lattice& lattice, const std::optional<KeptLayers>& kept,
                   GranusolveSampler& alone);
 
   /// Whether groups of this size should be drawn side by side; the largest piles need too much memory for it.
@@ -94,6 +94,7 @@ class GranusolveGroup {
   bool keeps_forces_;
   std::vector<int> kept_;                                           ///< place of each layer among those kept, or -1
   AlignedArray<double> kept_weights_;                               ///< [kept layers, columns, 8]; or none, and instead
+  AlignedArray<double> kept_H_;                                     ///< of the same shape, or none
   AlignedArray<double> kept_V_R_, kept_V_L_, kept_H_R_, kept_H_L_;  ///< all forces, of the same shape
   std::vector<LayerMoments> moments_;                               ///< [kept layers]
   AlignedArray<double> first_uniform_, half_load_;                  ///< [columns, 8]

@@ -5,6 +5,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "model/identities.h"
 #include "model/lattice.h"
@@ -18,6 +19,12 @@ struct SamplingFailure {
   int layer;
 };
 
+/// The layers that whoever measures piles reads, ascending, and what of them.
+struct KeptLayers {
+  std::vector<int> layers;
+  bool horizontal = false;  ///< the horizontal force of each bead as well as its weight
+};
+
 /// Piles that were drawn together, to be measured where they lie; it owns nothing. Arrays have the shape [kept layers,
 /// columns, stride]: bead i of pile k is entry row(layer) + stride i + k.
 struct PileGroup {
@@ -26,6 +33,7 @@ struct PileGroup {
   std::size_t piles = 1;                                                        ///< at most stride
   const double *V_R = nullptr, *V_L = nullptr, *H_R = nullptr, *H_L = nullptr;  ///< all forces, as in Pile; or none
   const double* weights = nullptr;        ///< then, instead of them: V_R + V_L of each bead
+  const double* horizontal = nullptr;     ///< and, where asked for, H_R + H_L
   std::span<const LayerMoments> moments;  ///< of each kept layer, where they were found while the piles were drawn
   std::span<const int> kept;              ///< place of each layer among the kept ones, -1: none; empty: all are kept
   std::span<const std::span<const double>> loads;  ///< of each pile
@@ -39,6 +47,8 @@ struct PileGroup {
   std::size_t row(int layer) const { return lattice.index(place_of(layer), 0) * stride; }
   /// Of the bead at an entry.
   double weight(std::size_t entry) const { return weights != nullptr ? weights[entry] : V_R[entry] + V_L[entry]; }
+  /// Likewise the horizontal force that it hands down; of a group that keeps all forces or has been asked for it.
+  double H(std::size_t entry) const { return horizontal != nullptr ? horizontal[entry] : H_R[entry] + H_L[entry]; }
   /// Of a kept layer, where all forces are kept.
   ForceRow forces(int layer) const {
     const std::size_t at = row(layer);

@@ -69,12 +69,13 @@ class CheckedSampler final : public Sampler {
     return groups;
   }
 
-  void keep_layers(std::span<const int> layers) override {
+  void keep_layers(const KeptLayers& kept) override {
+    const std::vector<int>& layers = kept.layers;
     const bool ascending = std::adjacent_find(layers.begin(), layers.end(), std::greater_equal<>()) == layers.end();
     if (layers.empty() || !ascending || layers.front() < 0 || layers.back() >= lattice_.layers()) {
       throw std::logic_error("a sampler was told to keep layers that the pile does not have, or in no order");
     }
-    inner_->keep_layers(layers);
+    inner_->keep_layers(kept);
   }
 
  private:

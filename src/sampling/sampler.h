@@ -42,10 +42,10 @@ class Sampler {
                                                  std::span<const std::span<const double>> loads,
                                                  std::span<std::optional<SamplingFailure>> failures);
 
-  /// The layers that draw_groups has to keep for whoever measures the piles, at least one, ascending (std::logic_error
+  /// What draw_groups has to keep for whoever measures the piles, at least one layer, ascending (std::logic_error
   /// otherwise); all forces of all layers, if this is never called. A law may give up the other layers, and keep of
-  /// these layers only their weights and moments (PileGroup).
-  virtual void keep_layers([[maybe_unused]] std::span<const int> layers) {}
+  /// these layers only what is asked for and their moments (PileGroup).
+  virtual void keep_layers([[maybe_unused]] const KeptLayers& kept) {}
 
   /// What was done since construction, or since the counts were last taken.
   const SamplerCounts& counts() const { return counts_; }

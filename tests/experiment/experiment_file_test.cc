@@ -152,14 +152,25 @@ TEST_CASE("The unusual experiment exercises every key of the main line") {
   for (std::size_t k = 0; k < keys.size(); ++k) {
     const Key& key = keys[k];
     if (key.table.starts_with("studies.")) continue;
-    if (key.path() == "figures.response_profiles.show" || key.path() == "sampling.law" ||
-        key.path() == "response.estimator" || key.path() == "sampling.lambda" || key.path() == "sampling.burn_in" ||
-        key.path() == "sampling.thinning") {
+    if (key.path() == "response.reference_lag" || key.path() == "response.first_base" ||
+        key.path() == "response.base_step" || key.path() == "figures.response_profiles.show" ||
+        key.path() == "sampling.law" || key.path() == "response.estimator" || key.path() == "sampling.lambda" ||
+        key.path() == "sampling.burn_in" || key.path() == "sampling.thinning") {
       continue;  // its other value would make the rest meaningless or is tested below, or there is no other value
     }
     INFO(key.path());
     CHECK(key.get() != others[k].get());
   }
+}
+
+TEST_CASE("The keys of the estimator fluctuation read back as they were printed") {
+  Experiment written;
+  written.lattice.layers = 500;
+  written.response.estimator = EstimatorName::fluctuation;
+  written.response.reference_lag = 30;
+  written.response.first_base = 70;
+  written.response.base_step = 9;
+  require_equal(parse_experiment(print_experiment(written), "printed.toml"), written);
 }
 
 TEST_CASE("The keys of the law polytope read back as they were printed") {
@@ -263,7 +274,8 @@ TEST_CASE("Every key that is changed is seen in the resolved experiment, and whe
     std::string table, path;
     // What it takes for some keys to matter.
     for (const Law law : {Law::granusolve, Law::rejection, Law::polytope}) {
-      for (const EstimatorName estimator : {EstimatorName::point, EstimatorName::multiplexed}) {
+      for (const EstimatorName estimator :
+           {EstimatorName::point, EstimatorName::multiplexed, EstimatorName::fluctuation}) {
         Experiment e;
         e.sampling.law = law;
         e.response.estimator = estimator;

@@ -107,7 +107,7 @@ const std::vector<Door> doors{
     {"png.h", {"render"}},
     {"ft2build.h", {"render"}},
     {"freetype", {"render"}},
-    {"hwy/", {"sampling"}},
+    {"hwy/", {"sampling", "ensemble"}},
     {"Random123/", {"sampling"}},
 };
 

@@ -440,7 +440,7 @@ TEST_CASE("A precision is reached by whole steps: the same bytes for every numbe
   Experiment experiment = small_experiment();
   experiment.response.estimator = EstimatorName::multiplexed;
   experiment.mu = {0.0, 0.3};
-  experiment.precision = {2e-3, 0, 4096};
+  experiment.precision = {2e-3, 0, 16384};
   experiment.fit.scaling_window = {0.2, 0.4};
   const auto run = [&](const TemporaryFolder& folder, int threads) {
     RunOptions options = quiet(folder.path(), {Stage::analyse});

@@ -5,7 +5,7 @@
 #include <random>
 #include <vector>
 
-#include "instruction_sets.h"
+#include "kit/instruction_sets.h"
 #include "kit/same_bytes.h"
 #include "sampling/layer_kernels.h"
 #include "sampling/sampler.h"

@@ -37,7 +37,7 @@ TEST_CASE("drawing takes no more memory than is estimated, and not much less") {
       std::vector<std::optional<SamplingFailure>> failures(piles);
       const double before = handed_out();
       const auto sampler = make_sampler(spec, lattice);
-      sampler->keep_layers(all);
+      sampler->keep_layers({all});
       sampler->draw_groups(samples, views, failures);
       const double taken = handed_out() - before, estimated = drawing_memory(spec, lattice);
       INFO(taken << " of " << estimated);

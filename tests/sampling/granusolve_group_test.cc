@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-#include "instruction_sets.h"
+#include "kit/instruction_sets.h"
 #include "kit/same_bytes.h"
 #include "sampling/sampler.h"
 
@@ -156,7 +156,11 @@ void check_kept(const PileGroup& group, std::span<const Pile> piles, const std::
       for (std::size_t i = 0; i < static_cast<std::size_t>(pile.lattice.columns()); ++i) {
         const std::size_t bead = pile.lattice.index(layer, 0) + i;
         const double w = pile.V_R[bead] + pile.V_L[bead];
-        CHECK(group.weight(group.row(layer) + group.stride * i + k) == w);
+        const std::size_t entry = group.row(layer) + group.stride * i + k;
+        CHECK(group.weight(entry) == w);
+        if (group.V_R != nullptr || group.horizontal != nullptr) {
+          CHECK(group.H(entry) == pile.H_R[bead] + pile.H_L[bead]);
+        }
         thrust += pile.H_R[bead] - pile.H_L[bead];
         variance += (w - 1) * (w - 1);
       }
@@ -201,8 +205,10 @@ TEST_CASE("what groups keep of a layer is what its piles say, of those drawn ane
     std::iota(all.begin(), all.end(), 0);
     check_all(all, true);
     for (const std::vector<int>& layers : {std::vector<int>{0, 7, 31, 32, 59}, {58}, {1, 2, 3}}) {
-      sampler->keep_layers(layers);
-      check_all(layers, false);
+      for (const bool horizontal : {false, true}) {
+        sampler->keep_layers({layers, horizontal});
+        check_all(layers, false);
+      }
     }
   });
 }
@@ -213,9 +219,9 @@ TEST_CASE("groups are not asked for what they have not kept, nor to keep what th
   spec.mu = 0.2;
   const auto sampler = make_sampler(spec, lattice);
   for (const std::vector<int>& layers : {std::vector<int>{}, {3, 2}, {3, 3}, {-1}, {12}}) {
-    CHECK_THROWS_AS(sampler->keep_layers(layers), std::logic_error);
+    CHECK_THROWS_AS(sampler->keep_layers({layers}), std::logic_error);
   }
-  sampler->keep_layers(std::vector<int>{2, 5});
+  sampler->keep_layers({{2, 5}});
   const std::vector<double> load(8, 1.0);
   const std::vector<std::span<const double>> loads(8, load);
   const std::vector<std::uint64_t> samples = {0, 1, 2, 3, 4, 5, 6, 7};

@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "instruction_sets.h"
+#include "kit/instruction_sets.h"
 #include "sampling/pile_group.h"
 #include "sampling/sampler.h"
 

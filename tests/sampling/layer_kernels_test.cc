@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-#include "instruction_sets.h"
+#include "kit/instruction_sets.h"
 #include "sampling/random_key.h"
 
 using namespace granuscope;

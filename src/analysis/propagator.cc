@@ -1,0 +1,81 @@
+#include "analysis/propagator.h"
+
+#include <cmath>
+#include <numbers>
+
+#include "ensemble/group_fourier.h"
+#include "model/lattice.h"
+#include "support/error.h"
+
+namespace granuscope {
+namespace {
+
+constexpr const char* quantity = "propagation";
+
+/// The sums of one lag over all blocks but one (none if it is their number).
+std::vector<double> total_without(const BlockSums& sums, std::size_t row, std::size_t left_out) {
+  const QuantitySums& q = sums.quantities.at(quantity);
+  const auto width = static_cast<std::size_t>(q.width);
+  std::vector<double> total(width);
+  for (std::size_t b = 0; b < sums.count.size(); ++b) {
+    if (b == left_out) continue;
+    const double* const of_block = &q.sum[(b * sums.layers.size() + row) * width];
+    for (std::size_t i = 0; i < width; ++i) total[i] += of_block[i];
+  }
+  return total;
+}
+
+/// The (w, w) element of C C_r^-1 where both have real diagonals and imaginary corners.
+double response_of(const double* C, const double* C_r) {
+  const double ww = C_r[0], HH = C_r[1], wH = C_r[2], Hw = C_r[3];
+  return (C[0] * HH + C[2] * Hw) / (ww * HH + wH * Hw);
+}
+
+std::vector<double> modes_without(const BlockSums& sums, std::size_t row, std::size_t left_out) {
+  const std::vector<double> C = total_without(sums, row, left_out), C_r = total_without(sums, 0, left_out);
+  std::vector<double> modes;
+  // Beyond the last mode with weight all parts are 0.
+  for (std::size_t at = 0; at + correlation_parts <= C.size() && (C[at] != 0 || C[at + 1] != 0);
+       at += correlation_parts) {
+    modes.push_back(response_of(&C[at], &C_r[at]));
+  }
+  return modes;
+}
+
+}  // namespace
+
+bool holds_propagation(const BlockSums& sums) { return sums.quantities.contains(quantity); }
+
+BlockMeans propagated_modes(const BlockSums& sums, std::size_t row) {
+  if (sums.layers.empty() || sums.layers.front() != 0) {
+    throw InputError(
+        "the ensemble does not hold the lag 0, and with it what its other lags are referred to, so that its response "
+        "is "
+        "not known; draw it again");
+  }
+  BlockMeans modes;
+  modes.whole = modes_without(sums, row, sums.count.size());
+  for (std::size_t b = 0; b < sums.count.size(); ++b) modes.without_block.push_back(modes_without(sums, row, b));
+  return modes;
+}
+
+BlockMeans propagated_response(const BlockSums& sums, std::size_t row) {
+  const int columns = sums.quantities.at(quantity).width / 2, layer = sums.layers[row];
+  const Lattice lattice({columns, layer + 1});
+  const auto in_x = [&](const std::vector<double>& modes) {
+    std::vector<double> response(static_cast<std::size_t>(columns));
+    for (int i = 0; i < columns; ++i) {
+      const double angle = 2 * std::numbers::pi * lattice.x(layer, i) / columns;
+      double sum = 1;
+      for (std::size_t m = 0; m < modes.size(); ++m) sum += 2 * modes[m] * std::cos(angle * static_cast<double>(m + 1));
+      response[static_cast<std::size_t>(i)] = sum / columns;
+    }
+    return response;
+  };
+  const BlockMeans modes = propagated_modes(sums, row);
+  BlockMeans response{in_x(modes.whole), {}};
+  for (const auto& without : modes.without_block) response.without_block.push_back(in_x(without));
+  return response;
+}
+
+}  // namespace granuscope

@@ -1,0 +1,188 @@
+#include "ensemble/fluctuation_estimator.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace granuscope {
+namespace {
+
+constexpr std::size_t of_mode = correlation_parts * group_lanes;
+/// The most memory that the modes of layers take, unless one base and its lags need more.
+constexpr std::size_t most_memory = std::size_t{48} << 20;  // bytes
+
+std::size_t most_modes(const FluctuationPlan& plan) {
+  return static_cast<std::size_t>(*std::max_element(plan.modes.begin(), plan.modes.end()));
+}
+
+/// Layers whose modes are held at once: at least those of one base, at most all.
+std::size_t layers_at_once(const FluctuationPlan& plan) {
+  const int reach = plan.reference + plan.lags.back();
+  const auto of_one = static_cast<std::size_t>(
+      std::count_if(plan.layers.begin(), plan.layers.end(), [&](int n) { return n <= plan.bases.front() + reach; }));
+  const std::size_t held = most_memory / (most_modes(plan) * of_mode * sizeof(double));
+  return std::min(plan.layers.size(), std::max(held, 2 * of_one));
+}
+
+}  // namespace
+
+std::vector<QuantityShape> FluctuationEstimator::quantities(const EnsembleSpec& spec) {
+  std::vector<QuantityShape> all = LayerObservables::quantities();
+  if (spec.record_profiles) all.push_back({"propagation", 2 * spec.lattice.columns});
+  return all;
+}
+
+KeptLayers FluctuationEstimator::layers_to_keep(const EnsembleSpec& spec) {
+  return {fluctuation_plan(spec).layers, true};
+}
+
+double FluctuationEstimator::memory(const EnsembleSpec& spec) {
+  const FluctuationPlan plan = fluctuation_plan(spec);
+  const double modes = static_cast<double>(most_modes(plan) * of_mode * sizeof(double));
+  return modes * static_cast<double>(layers_at_once(plan) + plan.lags.size());
+}
+
+FluctuationEstimator::FluctuationEstimator(const EnsembleSpec& spec, Samplers samplers, BlockSums& sums, int block)
+    : plan_(fluctuation_plan(spec)),
+      columns_(static_cast<std::size_t>(spec.lattice.columns)),
+      modes_(most_modes(plan_)),
+      room_(layers_at_once(plan_)),
+      load_(top_load(spec)),
+      loads_(piles_at_once(spec.sampler, Lattice(spec.lattice)), load_),
+      sampler_(samplers.first),
+      fourier_(columns_),
+      re_(aligned_array<double>(columns_ * group_lanes)),
+      im_(aligned_array<double>(columns_ * group_lanes)),
+      fields_(aligned_array<double>(modes_ * room_ * of_mode)),
+      correlations_(aligned_array<double>(modes_ * plan_.lags.size() * of_mode)),
+      place_(static_cast<std::size_t>(spec.lattice.layers), -1),
+      pairs_(plan_.lags.size()),
+      lags_(sums.layers),
+      observables_(sums, block),
+      profiles_(spec.record_profiles),
+      propagation_(profiles_ ? BlockSlice(sums, "propagation", block) : BlockSlice()) {}
+
+std::optional<SamplingFailure> FluctuationEstimator::measure(std::uint64_t sample) {
+  std::optional<SamplingFailure> failure;
+  measure_samples({&sample, 1}, {&failure, 1});
+  return failure;
+}
+
+void FluctuationEstimator::measure_samples(std::span<const std::uint64_t> samples,
+                                           std::span<std::optional<SamplingFailure>> failures) {
+  for (std::size_t done = 0; done < failures.size(); done += loads_.size()) {
+    const std::size_t count = std::min(loads_.size(), failures.size() - done);
+    std::size_t next = done;
+    for (const PileGroup& group :
+         sampler_.draw_groups(samples.subspan(done, count), {loads_.data(), count}, failures.subspan(done, count))) {
+      add(group, failures.subspan(next, group.piles));
+      next += group.piles;
+    }
+  }
+}
+
+void FluctuationEstimator::add(const PileGroup& group, Failures failures) {
+  assert_identities(group, failures);
+  observables_.add_means(group, failures, plan_.bases, plan_.reference);
+  if (!profiles_) return;
+  std::fill_n(correlations_.get(), modes_ * plan_.lags.size() * of_mode, 0.0);
+  const int reach = plan_.reference + plan_.lags.back();
+  const auto held_from = [&](int layer) {
+    return std::lower_bound(plan_.layers.begin(), plan_.layers.end(), layer) - plan_.layers.begin();
+  };
+  std::ptrdiff_t first = 0, end = 0;  // of the layers that fields_ holds
+  for (std::size_t base = 0; base < plan_.bases.size();) {
+    // Those that later bases need move to the front, and as many more follow as there is room for.
+    const std::ptrdiff_t from = held_from(plan_.bases[base]);
+    if (from > first && end > from) {
+      for (std::size_t m = 0; m < modes_; ++m) {
+        double* const mode = &fields_[m * room_ * of_mode];
+        std::copy(mode + static_cast<std::size_t>(from - first) * of_mode,
+                  mode + static_cast<std::size_t>(end - first) * of_mode, mode);
+      }
+    }
+    first = from;
+    end = std::max(end, first);
+    std::size_t last_base = base;
+    while (last_base < plan_.bases.size() &&
+           held_from(plan_.bases[last_base] + reach) - first < static_cast<std::ptrdiff_t>(room_)) {
+      ++last_base;
+    }
+    const std::ptrdiff_t new_end = held_from(plan_.bases[last_base - 1] + reach) + 1;
+    for (; end < new_end; ++end) {
+      transform_layer(group, failures, plan_.layers[static_cast<std::size_t>(end)],
+                      static_cast<std::size_t>(end - first));
+    }
+    for (std::ptrdiff_t i = first; i < end; ++i) {
+      place_[static_cast<std::size_t>(plan_.layers[static_cast<std::size_t>(i)])] = static_cast<int>(i - first);
+    }
+    compare_layers(base, last_base);
+    base = last_base;
+  }
+  add_sums(group.piles, failures);
+}
+
+/// The modes of w - 1 and H of a layer from one transform of w - 1 + i H. Piles that failed, and lanes without one, are
+/// 0.
+void FluctuationEstimator::transform_layer(const PileGroup& group, Failures failures, int layer, std::size_t place) {
+  const std::size_t row = group.row(layer);
+  for (std::size_t k = 0; k < group_lanes; ++k) {
+    const bool there = k < group.piles && !failures[k];
+    for (std::size_t i = 0; i < columns_; ++i) {
+      const std::size_t entry = row + i * group.stride + k;
+      re_[i * group_lanes + k] = there ? group.weight(entry) - 1 : 0;
+      im_[i * group_lanes + k] = there ? group.H(entry) : 0;
+    }
+  }
+  fourier_.transform(re_.get(), im_.get());
+  for (std::size_t m = 1; m <= modes_; ++m) {
+    // Beads of every other layer lie half a bead further right: exp(-i k/2).
+    const double half_k =
+        layer % 2 == 1 ? std::numbers::pi * static_cast<double>(m) / static_cast<double>(columns_) : 0.0;
+    const double cosine = std::cos(half_k), sine = -std::sin(half_k);
+    double* const to = &fields_[((m - 1) * room_ + place) * of_mode];
+    for (std::size_t k = 0; k < group_lanes; ++k) {
+      const std::size_t at = m * group_lanes + k, mirror = (columns_ - m) * group_lanes + k;
+      const double w_re = (re_[at] + re_[mirror]) / 2, w_im = (im_[at] - im_[mirror]) / 2;
+      const double H_re = (im_[at] + im_[mirror]) / 2, H_im = (re_[mirror] - re_[at]) / 2;
+      to[k] = w_re * cosine - w_im * sine;
+      to[group_lanes + k] = w_re * sine + w_im * cosine;
+      to[2 * group_lanes + k] = H_re * cosine - H_im * sine;
+      to[3 * group_lanes + k] = H_re * sine + H_im * cosine;
+    }
+  }
+}
+
+void FluctuationEstimator::compare_layers(std::size_t first_base, std::size_t end_base) {
+  const auto place = [&](int layer) { return place_[static_cast<std::size_t>(layer)]; };
+  for (std::size_t l = 0; l < plan_.lags.size(); ++l) {
+    pairs_[l].clear();
+    for (std::size_t b = first_base; b < end_base; ++b) {
+      pairs_[l].push_back(place(plan_.bases[b]));
+      pairs_[l].push_back(place(plan_.bases[b] + plan_.reference + plan_.lags[l]));
+    }
+  }
+  for (std::size_t m = 0; m < modes_; ++m) {
+    for (std::size_t l = 0; l < plan_.lags.size(); ++l) {
+      if (m >= static_cast<std::size_t>(plan_.modes[l])) continue;
+      add_correlations(&fields_[m * room_ * of_mode], pairs_[l], &correlations_[(m * plan_.lags.size() + l) * of_mode]);
+    }
+  }
+}
+
+void FluctuationEstimator::add_sums(std::size_t piles, Failures failures) {
+  const double scale = 1 / (static_cast<double>(columns_) * static_cast<double>(plan_.bases.size()));
+  for (std::size_t l = 0; l < plan_.lags.size(); ++l) {
+    const auto modes = static_cast<std::size_t>(plan_.modes[l]);
+    for (std::size_t m = 0; m < modes; ++m) {
+      const double* const from = &correlations_[(m * plan_.lags.size() + l) * of_mode];
+      for (std::size_t part = 0; part < correlation_parts; ++part) {
+        for (std::size_t k = 0; k < piles; ++k) {
+          if (!failures[k]) propagation_.add(l, correlation_parts * m + part, scale * from[part * group_lanes + k]);
+        }
+      }
+    }
+  }
+}
+
+}  // namespace granuscope

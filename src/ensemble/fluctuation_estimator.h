@@ -1,0 +1,56 @@
+#pragma once
+#include "ensemble/estimator.h"
+#include "ensemble/fluctuation_plan.h"
+#include "ensemble/group_fourier.h"
+#include "ensemble/layer_observables.h"
+
+namespace granuscope {
+
+/// No load at all: the fluctuations of uniformly loaded piles travel down as a load does. With the Fourier modes
+///   X_n(k) = sum_x exp(-i k x) (w - 1, H)
+/// of a layer n, x the true positions of its beads, a lag l takes a base m to
+///   C_l(k) = <X_{m+l} X_m^+>/columns,
+/// averaged over bases and mirror images, and the mean response over l layers is the (w, w) element of
+/// C_{r+l} C_r^-1 (analysis/propagator.h). The reference lag r lets die out what single contacts do to single beads;
+/// the recorded lag 0 is C_r itself. Onsager's regression, with a reference.
+///
+/// Sums:
+///   "propagation"   [lag, 2 columns]: the four parts (correlation_parts) of C_{r+l} of the modes 1, 2, ..., each the
+///                   mean over the bases; 0 from the first mode on that carries no weight at the lag;
+/// and the LayerObservables of the layers m + r + l, as means over the bases.
+class FluctuationEstimator final : public Estimator {
+ public:
+  static std::vector<QuantityShape> quantities(const EnsembleSpec& spec);
+  static KeptLayers layers_to_keep(const EnsembleSpec& spec);
+  static double memory(const EnsembleSpec& spec);  ///< of one, in bytes
+  FluctuationEstimator(const EnsembleSpec& spec, Samplers samplers, BlockSums& sums, int block);
+  std::optional<SamplingFailure> measure(std::uint64_t sample) override;
+  void measure_samples(std::span<const std::uint64_t> samples,
+                       std::span<std::optional<SamplingFailure>> failures) override;
+
+ private:
+  using Failures = std::span<const std::optional<SamplingFailure>>;
+
+  void add(const PileGroup& group, Failures failures);
+  void transform_layer(const PileGroup& group, Failures failures, int layer, std::size_t place);
+  void compare_layers(std::size_t first_base, std::size_t end_base);
+  void add_sums(std::size_t piles, Failures failures);
+
+  FluctuationPlan plan_;
+  std::size_t columns_, modes_, room_;  ///< room for that many layers at once
+  std::vector<double> load_;
+  std::vector<std::span<const double>> loads_;  ///< of each pile drawn at once
+  Sampler& sampler_;
+  GroupFourier fourier_;
+  AlignedArray<double> re_, im_;         ///< [columns, 8] a layer before and after its transform
+  AlignedArray<double> fields_;          ///< [modes, room, 4, 8]
+  AlignedArray<double> correlations_;    ///< [modes, lags, 4, 8]
+  std::vector<int> place_;               ///< [layers of the lattice] of those in fields_; -1: none
+  std::vector<std::vector<int>> pairs_;  ///< of each lag, for add_correlations
+  const std::vector<int>& lags_;
+  LayerObservables observables_;
+  bool profiles_;
+  BlockSlice propagation_;
+};
+
+}  // namespace granuscope

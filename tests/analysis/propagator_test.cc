@@ -1,0 +1,253 @@
+// The estimator fluctuation from its sums on: against what geometry fixes exactly, against a linear model whose
+// response is known, and against the responses to loads. Each of its ingredients is left out once, and must be missed.
+#include "analysis/propagator.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <complex>
+#include <numbers>
+#include <random>
+
+#include "analysis/transport.h"
+#include "ensemble/ensemble_runner.h"
+#include "support/error.h"
+
+using namespace granuscope;
+
+namespace {
+
+using Complex = std::complex<double>;
+
+constexpr int columns = 240, modes = 60;
+constexpr double c = 0.55, D = 0.08;
+
+FitSpec window(int first, int last) {
+  FitSpec fit;
+  fit.first_layer = fit.shallow_layer = first;
+  fit.last_layer = last;
+  return fit;
+}
+
+/// Two fields of which each Fourier mode is a stationary chain: it turns by the angle c k dz a layer, decays as the
+/// diffusion D has it, and is stirred by what restores its variance. The response is then cos(c k z) exp(-k^2 D z/2)
+/// exactly. `H_scale`: the size of the second field. `slip`: a share of the first field's variance that each layer has
+/// for itself, as the forces on single beads do.
+struct LinearModel {
+  double H_scale = 0.4, slip = 0;
+};
+
+/// Sums as the estimator leaves them.
+MeasuredEnsemble ensemble_of(const LinearModel& model, std::uint64_t seed, int reference, const std::vector<int>& lags,
+                             int blocks, int piles) {
+  constexpr int bases = 20, step = 6;
+  const double dz = Lattice::depth(1) - Lattice::depth(0);
+  MeasuredEnsemble ensemble;
+  ensemble.spec.response.estimator = EstimatorName::fluctuation;
+  ensemble.spec.sampler.mu = 0.3;
+  BlockSums& sums = ensemble.record.sums;
+  sums.layers = {0};
+  sums.layers.insert(sums.layers.end(), lags.begin(), lags.end());
+  const std::size_t rows = sums.layers.size(), width = 2 * columns;
+  const auto b = static_cast<std::size_t>(blocks);
+  sums.count.assign(b, static_cast<std::uint64_t>(piles));
+  sums.quantities["propagation"] = {2 * columns, std::vector<double>(b * rows * width),
+                                    std::vector<double>(b * rows * width)};
+  sums.quantities["thrust"] = {1, std::vector<double>(b * rows), std::vector<double>(b * rows)};
+  std::mt19937_64 generator(seed);
+  std::normal_distribution<double> gauss(0, std::sqrt(0.5));
+  const auto chance = [&] { return Complex(gauss(generator), gauss(generator)); };
+  const auto layers = static_cast<std::size_t>(step * (bases - 1) + reference + lags.back() + 1);
+  std::vector<Complex> w(layers), H(layers);
+  for (std::size_t block = 0; block < b; ++block) {
+    for (std::size_t row = 0; row < rows; ++row) {
+      sums.quantities["thrust"].sum[block * rows + row] = piles * (0.93 + 1e-5 * gauss(generator));
+    }
+    for (int pile = 0; pile < piles; ++pile) {
+      for (int m = 1; m <= modes; ++m) {
+        const double k = 2 * std::numbers::pi * m / columns;
+        const double kept = std::exp(-D * k * k * dz / 2), stirred = std::sqrt(1 - kept * kept);
+        const double cosine = kept * std::cos(c * k * dz), sine = kept * std::sin(c * k * dz);
+        w[0] = chance();
+        H[0] = chance();
+        for (std::size_t n = 0; n + 1 < layers; ++n) {
+          w[n + 1] = cosine * w[n] + Complex(0, sine) * H[n] + stirred * chance();
+          H[n + 1] = cosine * H[n] + Complex(0, sine) * w[n] + stirred * chance();
+        }
+        for (Complex& one : w) one += std::sqrt(model.slip) * chance();
+        for (std::size_t row = 0; row < rows; ++row) {
+          double* const part =
+              &sums.quantities["propagation"].sum[(block * rows + row) * width + 4 * (static_cast<std::size_t>(m) - 1)];
+          for (int base = 0; base < bases; ++base) {
+            const auto at = static_cast<std::size_t>(step * base);
+            const auto below = at + static_cast<std::size_t>(reference + sums.layers[row]);
+            part[0] += std::real(w[below] * std::conj(w[at])) / bases;
+            part[1] += model.H_scale * model.H_scale * std::real(H[below] * std::conj(H[at])) / bases;
+            part[2] += model.H_scale * std::imag(w[below] * std::conj(H[at])) / bases;
+            part[3] += model.H_scale * std::imag(H[below] * std::conj(w[at])) / bases;
+          }
+        }
+      }
+    }
+  }
+  return ensemble;
+}
+
+std::vector<int> every_third(int first, int last) {
+  std::vector<int> lags;
+  for (int lag = first; lag <= last; lag += 3) lags.push_back(lag);
+  return lags;
+}
+
+Transport measure(const MeasuredEnsemble& ensemble) {
+  return measure_transport(ensemble, window(40, 70), {}, 0).transport;
+}
+
+double pull(const Estimate& estimate, double truth) { return (estimate.value - truth) / estimate.standard_error; }
+
+/// Shares of ensembles whose c and D lie within one standard error of the truth, and their mean pulls.
+void check_coverage(int ensembles, double margin_of_share, double margin_of_pull) {
+  double inside_c = 0, inside_D = 0, pull_c = 0, pull_D = 0;
+  for (int r = 0; r < ensembles; ++r) {
+    const Transport t = measure(ensemble_of({}, 100 + static_cast<std::uint64_t>(r), 24, every_third(40, 70), 32, 2));
+    REQUIRE(t.c.known());
+    REQUIRE(t.D.known());
+    const double of_c = pull(t.c, c), of_D = pull(t.D, D);
+    inside_c += std::abs(of_c) <= 1 ? 1.0 / ensembles : 0;
+    inside_D += std::abs(of_D) <= 1 ? 1.0 / ensembles : 0;
+    pull_c += of_c / ensembles;
+    pull_D += of_D / ensembles;
+  }
+  CAPTURE(inside_c, inside_D, pull_c, pull_D);
+  CHECK(inside_c == Approx(0.683).margin(margin_of_share));
+  CHECK(inside_D == Approx(0.683).margin(margin_of_share));
+  CHECK(std::abs(pull_c) < margin_of_pull);
+  CHECK(std::abs(pull_D) < margin_of_pull);
+}
+
+EnsembleSpec real_piles(double mu, LatticeSpec lattice, std::uint64_t samples) {
+  EnsembleSpec spec;
+  spec.response.estimator = EstimatorName::fluctuation;
+  spec.response.samples = samples;
+  spec.sampler.mu = mu;
+  spec.sampler.seed = 5;
+  spec.lattice = lattice;
+  return spec;
+}
+
+Transport measure_real(EnsembleSpec spec, const FitSpec& fit) {
+  spec.layers = layers_to_record(fit, {});
+  return measure_transport({spec, run_ensemble(spec, 0, nullptr)}, fit, {}, 0).transport;
+}
+
+}  // namespace
+
+TEST_CASE("correlations of three layers obey the wave equation that balance makes of them, whatever the piles") {
+  // w_{n+1}(x) = w_{n-1}(x) + sqrt(3) [H_n(x - 1/2) - H_n(x + 1/2)], bead by bead.
+  EnsembleSpec spec = real_piles(0.4, {30, 70}, 64);
+  spec.response.blocks = 8;
+  spec.response.first_base = 10;
+  spec.layers = {4, 5, 6, 7};
+  for (const int reference : {0, 5}) {
+    spec.response.reference_lag = reference;
+    const BlockSums sums = run_ensemble(spec, 0, nullptr).sums;
+    const std::size_t width = 60;
+    const auto part = [&](std::size_t block, std::size_t row, std::size_t m, std::size_t which) {
+      return sums.quantities.at("propagation").sum[(block * sums.layers.size() + row) * width + 4 * (m - 1) + which];
+    };
+    for (const std::size_t row : {2U, 3U}) {
+      for (std::size_t m = 1; m <= 8; ++m) {
+        const double twice = 2 * sqrt3 * std::sin(std::numbers::pi * static_cast<double>(m) / 30);
+        REQUIRE(part(3, row + 1, m, 0) != 0);
+        CHECK(part(3, row + 1, m, 0) == Approx(part(3, row - 1, m, 0) + twice * part(3, row, m, 3)).margin(1e-9));
+        CHECK(part(3, row + 1, m, 2) == Approx(part(3, row - 1, m, 2) - twice * part(3, row, m, 1)).margin(1e-9));
+      }
+    }
+  }
+}
+
+TEST_CASE("the response in x is the one that its modes make") {
+  const MeasuredEnsemble ensemble = ensemble_of({}, 1, 24, {40, 43}, 8, 4);
+  for (const std::size_t row : {1U, 2U}) {
+    const BlockMeans found = propagated_modes(ensemble.record.sums, row),
+                     response = propagated_response(ensemble.record.sums, row);
+    const int layer = ensemble.record.sums.layers[row];
+    const Lattice lattice({columns, layer + 1});
+    double area = 0, mode = 0;
+    for (int i = 0; i < columns; ++i) {
+      const double value = response.without_block[2][static_cast<std::size_t>(i)];
+      area += value;
+      mode += value * std::cos(2 * std::numbers::pi * 7 * lattice.x(layer, i) / columns);
+    }
+    CHECK(area == Approx(1));
+    CHECK(mode == Approx(found.without_block[2][6]).margin(1e-12));
+    CHECK(found.whole.size() == modes);
+  }
+}
+
+TEST_CASE("fluctuations of a linear model give its c and D, with errors one can bet on") {
+  check_coverage(40, 0.25, 0.6);
+}
+
+TEST_CASE("fluctuations of a linear model: 400 ensembles", "[long]") { check_coverage(400, 0.05, 0.15); }
+
+TEST_CASE("what single layers have for themselves is biased without a reference and not with it") {
+  LinearModel model;
+  model.slip = 0.1;
+  const Transport with = measure(ensemble_of(model, 1, 24, every_third(40, 70), 32, 8));
+  CHECK(std::abs(pull(with.c, c)) < 3);
+  CHECK(std::abs(pull(with.D, D)) < 3);
+  const MeasuredEnsemble without = ensemble_of(model, 1, 0, every_third(40, 70), 32, 8);
+  // The share of the variance that does not travel is missing from every mode.
+  const LayerSpectrum spectrum = layer_spectrum(without.record.sums, 5, 0);
+  const double z = Lattice::depth(without.record.sums.layers[5]) - Lattice::depth(0),
+               k = 2 * std::numbers::pi / columns;
+  const double truth = std::cos(c * k * z) * std::exp(-D * k * k * z / 2);
+  CHECK(spectrum.whole[0] == Approx(truth / (1 + model.slip)).margin(4 * spectrum.noise[0]));
+  CHECK(std::abs(spectrum.whole[0] - truth) > 4 * spectrum.noise[0]);
+}
+
+TEST_CASE("with one field left out, or one sign wrong, the response is another") {
+  const MeasuredEnsemble whole = ensemble_of({}, 1, 24, every_third(40, 70), 32, 8);
+  const Transport good = measure(whole);
+  CHECK(std::abs(pull(good.c, c)) < 3);
+  CHECK(std::abs(pull(good.D, D)) < 3);
+  const auto damaged = [&](auto damage) {
+    MeasuredEnsemble other = whole;
+    std::vector<double>& sum = other.record.sums.quantities.at("propagation").sum;
+    for (std::size_t at = 0; at < sum.size(); at += 4) damage(&sum[at]);
+    const Transport t = measure(other);
+    return !t.c.known() || std::abs(pull(t.c, c)) > 5 || !t.D.known() || std::abs(pull(t.D, D)) > 5;
+  };
+  CHECK(damaged([](double* part) { part[2] = part[3] = 0; }));  // H left out
+  CHECK(damaged([](double* part) { part[3] = -part[3]; }));     // as if H did not change its sign in a mirror
+}
+
+TEST_CASE("piles without friction do not fluctuate, and the reason is said") {
+  const FitSpec fit = window(20, 40);
+  const Transport t = measure_real(real_piles(0, {60, 160}, 256), fit);
+  CHECK_FALSE(t.c.known());
+  CHECK(t.depths.front().reason.find("without friction") != std::string::npos);
+  CHECK(t.alpha_thrust.value == Approx(1));
+}
+
+TEST_CASE("an ensemble without lag 0 is refused") {
+  MeasuredEnsemble ensemble = ensemble_of({}, 1, 24, {40, 43, 46}, 8, 1);
+  ensemble.record.sums.layers[0] = 7;
+  CHECK_THROWS_AS(propagated_modes(ensemble.record.sums, 1), InputError);
+}
+
+TEST_CASE("fluctuations give the c and D that the response to loads has") {
+  const FitSpec fit = window(41, 119);
+  const Transport by_fluctuations = measure_real(real_piles(0.3, {300, 400}, 512), fit);
+  EnsembleSpec loaded = real_piles(0.3, {300, 140}, 2048);
+  loaded.response.estimator = EstimatorName::multiplexed;
+  loaded.response.opposite = true;
+  loaded.response.epsilon = 0.15;
+  const Transport by_loads = measure_real(loaded, fit);
+  for (const auto& [one, other] :
+       {std::pair{by_fluctuations.c, by_loads.c}, std::pair{by_fluctuations.D, by_loads.D}}) {
+    CAPTURE(one.value, one.standard_error, other.value, other.standard_error);
+    CHECK(std::abs(one.value - other.value) < 4 * std::hypot(one.standard_error, other.standard_error));
+  }
+  CHECK(by_fluctuations.D.standard_error < 0.03 * by_fluctuations.D.value);
+}
