@@ -51,9 +51,9 @@ Values fit_all(const EnsembleSpec& spec, const FitSpec& fit, const std::vector<E
   Values values{std::vector<double>(records.size()), std::vector<double>(records.size())};
   for_each_index(records.size(), threads, [&](std::size_t r) {
     // The curves show how far off the estimator paired is.
-    const Transport t = measure_transport({spec, records[r]}, fit, {}, 1, BiasedPairs::measured).transport;
-    values.c[r] = t.c.value;
-    values.D[r] = t.D.value;
+    const Slopes slopes = measure_slopes({spec, records[r]}, fit);
+    values.c[r] = slopes.c;
+    values.D[r] = slopes.D;
   });
   return values;
 }

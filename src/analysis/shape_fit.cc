@@ -58,6 +58,7 @@ int jacobian(const gsl_vector* parameters, void* data, gsl_matrix* out) {
 
 constexpr std::size_t max_iterations = 100;
 constexpr double narrowest_start = 0.35;  ///< bead diameters; below it no width can be told from the bead's
+constexpr double most_of_start = 5;       ///< k W, beyond which a start takes a mode, exp(-k^2 W^2/2), for 0
 constexpr double step_tolerance = 1e-9;   ///< relative; far below any standard error
 constexpr double misfit_errors = 2;       ///< standard errors that misfit_at_least leaves out
 
@@ -119,6 +120,9 @@ DoubleGaussian coarse_shape(const LayerSpectrum& spectrum, double z) {
   double best_chi2 = std::numeric_limits<double>::infinity();
   std::vector<double> envelope(modes), target(modes);
   for (std::size_t i = 0; i < modes; ++i) target[i] = spectrum.whole[i] / spectrum.noise[i];
+  // Of the modes from each one on, beyond which a shape has none.
+  std::vector<double> chi2_without_shape(modes + 1, 0.0);
+  for (std::size_t i = modes; i-- > 0;) chi2_without_shape[i] = chi2_without_shape[i + 1] + target[i] * target[i];
   // Beyond the far side of the ring a peak is the image of one on this side.
   const double farthest = std::min(2 * tan30 * z, 0.5 * spectrum.columns);
   double width = narrowest_start;
@@ -129,13 +133,15 @@ DoubleGaussian coarse_shape(const LayerSpectrum& spectrum, double z) {
       envelope[i] = std::exp(-k * k * width * width / 2) * std::sin(k / 2) / (k / 2) / spectrum.noise[i];
     }
     const double step = std::max(0.5 * width, 0.25);
+    const std::size_t of_shape = std::min(
+        modes, static_cast<std::size_t>(most_of_start / width * spectrum.columns / (2 * std::numbers::pi)) + 1);
     const int steps = static_cast<int>(farthest / step);
     for (int s = 0; s <= steps; ++s) {
       const double peak = s * step;
       // cos(k_m x_p) for m = 1, 2, ... by the recurrence of Chebyshev's polynomials.
       const double twice = 2 * std::cos(2 * std::numbers::pi / spectrum.columns * peak);
-      double before = 1, cosine = twice / 2, chi2 = 0;
-      for (std::size_t i = 0; i < modes; ++i) {
+      double before = 1, cosine = twice / 2, chi2 = chi2_without_shape[of_shape];
+      for (std::size_t i = 0; i < of_shape; ++i) {
         const double residual = envelope[i] * cosine - target[i];
         chi2 += residual * residual;
         const double next = twice * cosine - before;

@@ -107,11 +107,15 @@ void set_unknown(const char* reason, const LayerSpectrum& spectrum, MeasuredDept
   if (depth.fit.reason.empty()) depth.fit.reason = reason;
 }
 
-/// The verdict on the shape is chi^2 by the noise of this layer; x_p and W go by weights that do not look at it.
-void measure_by_fit(const LayerSpectrum& spectrum, const FitSpec& spec, MeasuredDepth& depth) {
+constexpr const char* no_fit = "the fit of the double Gaussian did not converge";
+
+/// The verdict on the shape, chi^2 by the noise of this layer. None if nothing fits.
+std::optional<ShapeFit> judge_shape(const LayerSpectrum& spectrum, const FitSpec& spec, MeasuredDepth& depth) {
   const auto whole = fit_shape(spectrum, coarse_shape(spectrum, depth.fit.z));
-  const char* const no_fit = "the fit of the double Gaussian did not converge";
-  if (!whole) return set_unknown(no_fit, spectrum, depth);
+  if (!whole) {
+    set_unknown(no_fit, spectrum, depth);
+    return whole;
+  }
   depth.fit.evidence = weigh_peaks(spectrum, *whole);
   depth.fit.degrees_of_freedom = whole->degrees_of_freedom;
   depth.fit.chi2_per_dof = whole->chi2 / whole->degrees_of_freedom;
@@ -119,6 +123,13 @@ void measure_by_fit(const LayerSpectrum& spectrum, const FitSpec& spec, Measured
   depth.fit.misfit_at_least = whole->misfit_at_least;
   depth.other_shape = !reason_against_two_gaussians(*whole).empty();
   depth.fit.reason = reason_against_identification(*whole, depth.fit.evidence, spec);
+  return whole;
+}
+
+/// x_p and W go by weights that do not look at the noise.
+void measure_by_fit(const LayerSpectrum& spectrum, const FitSpec& spec, MeasuredDepth& depth) {
+  const auto whole = judge_shape(spectrum, spec, depth);
+  if (!whole) return;
   const FittedShapes shapes = fit_replicates(spectrum, ModeWeights::by_width, whole->shape);
   if (!all_known(shapes.peak)) return set_unknown(no_fit, spectrum, depth);
   depth.peak = shapes.peak;
@@ -250,10 +261,10 @@ void measure_variations(const FittedRun& run, MeasuredTransport& result) {
   t.D.systematic = systematic_spread(D_shifts);
 }
 
-void fit_slopes(const std::vector<MeasuredDepth>& depths, const FitSpec& spec, MeasuredTransport& result) {
-  Transport& t = result.transport;
+/// That run, with its edge unless it is exact; `used`: its depths in the window.
+FittedRun fitted_run(const std::vector<MeasuredDepth>& depths, const FitSpec& spec, bool exact,
+                     std::vector<const MeasuredDepth*>& used) {
   FittedRun run;
-  std::vector<const MeasuredDepth*> used;
   for (const MeasuredDepth* depth : identifiable_run(depths, spec)) {
     run.layers.push_back(depth->fit.layer);
     run.peaks.z.push_back(depth->fit.z);
@@ -265,6 +276,17 @@ void fit_slopes(const std::vector<MeasuredDepth>& depths, const FitSpec& spec, M
   }
   run.widths.z = run.peaks_by_equal.z = run.widths_by_equal.z = run.peaks.z;
   run.window_start = run.layers.size() - used.size();
+  if (!exact && used.size() >= min_depths) {
+    const double reach = Lattice::depth(spec.layer_step) - Lattice::depth(0);
+    run.edge = edge_of(run, spec.min_identifiable_width, reach);
+  }
+  return run;
+}
+
+void fit_slopes(const std::vector<MeasuredDepth>& depths, const FitSpec& spec, MeasuredTransport& result) {
+  Transport& t = result.transport;
+  std::vector<const MeasuredDepth*> used;
+  const FittedRun run = fitted_run(depths, spec, t.exact, used);
   t.depths_in_window = static_cast<int>(used.size());
   if (used.size() < min_depths) {
     const std::string how_many = used.empty() ? "no depth" : used.size() == 1 ? "one depth" : "two depths";
@@ -282,10 +304,6 @@ void fit_slopes(const std::vector<MeasuredDepth>& depths, const FitSpec& spec, M
     set_unknown(t, reason);
     t.window_layers = {spec.first_layer, spec.last_layer};
     return;
-  }
-  if (!t.exact) {
-    const double reach = Lattice::depth(spec.layer_step) - Lattice::depth(0);
-    run.edge = edge_of(run, spec.min_identifiable_width, reach);
   }
   const FittedRun window = part_of(run, run.window_start, run.layers.size());
   const TransportLines lines = transport_lines(window);
@@ -391,7 +409,7 @@ std::vector<int> layers_to_record(const FitSpec& spec, const std::vector<int>& e
 }
 
 MeasuredTransport measure_transport(const MeasuredEnsemble& ensemble, const FitSpec& spec,
-                                    const std::vector<int>& profile_layers, int threads, BiasedPairs biased) {
+                                    const std::vector<int>& profile_layers, int threads) {
   const EnsembleRecord& record = ensemble.record;
   MeasuredTransport result;
   Transport& t = result.transport;
@@ -428,9 +446,8 @@ MeasuredTransport measure_transport(const MeasuredEnsemble& ensemble, const FitS
                  [&](std::size_t i) { depths[i] = measure_depth(ensemble, spec, i + first_row); });
   t.exact = std::all_of(depths.begin(), depths.end(),
                         [](const MeasuredDepth& d) { return d.fit.degrees_of_freedom == 0 && d.fit.identifiable; });
-  const bool can_be_biased = ensemble.spec.response.estimator == EstimatorName::paired;
   const std::string against_pairs =
-      can_be_biased && biased == BiasedPairs::refused ? refuse_pairs(ensemble, spec, depths) : "";
+      ensemble.spec.response.estimator == EstimatorName::paired ? refuse_pairs(ensemble, spec, depths) : "";
   fit_slopes(depths, spec, result);
   if (!against_pairs.empty()) set_unknown(t, against_pairs);
   measure_thrust(depths, spec, result);
@@ -442,6 +459,37 @@ MeasuredTransport measure_transport(const MeasuredEnsemble& ensemble, const FitS
     }
   }
   return result;
+}
+
+Slopes measure_slopes(const MeasuredEnsemble& ensemble, const FitSpec& spec) {
+  const BlockSums& sums = ensemble.record.sums;
+  const double overload = ensemble.spec.response.overload;
+  std::vector<MeasuredDepth> depths;
+  bool exact = true;
+  for (std::size_t row = first_response(sums); row < sums.layers.size(); ++row) {
+    if (!in_window(spec, sums.layers[row])) continue;
+    MeasuredDepth& depth = depths.emplace_back();
+    depth.fit.layer = sums.layers[row];
+    depth.fit.z = Lattice::depth(depth.fit.layer);
+    LayerSpectrum spectrum = layer_spectrum(sums, row, overload);
+    if (spectrum.exact) {
+      measure_exactly(ensemble.record, row, overload, depth);
+      continue;
+    }
+    exact = false;
+    spectrum.without_block.clear();
+    const auto whole = spectrum.whole.empty() ? std::nullopt : judge_shape(spectrum, spec, depth);
+    if (!whole) continue;
+    const FittedShapes shapes = fit_replicates(spectrum, ModeWeights::by_width, whole->shape);
+    depth.peak = shapes.peak;
+    depth.width_squared = shapes.width_squared;
+    depth.fit.identifiable = depth.fit.reason.empty() && std::isfinite(shapes.peak.value);
+  }
+  std::vector<const MeasuredDepth*> used;
+  const FittedRun run = fitted_run(depths, spec, exact, used);
+  if (used.size() < min_depths) return {nan, nan};
+  const TransportLines lines = transport_lines(run);
+  return {lines.position.slope.value, lines.width.slope.value};
 }
 
 }  // namespace granuscope

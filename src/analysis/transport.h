@@ -32,12 +32,6 @@ struct MeasuredTransport {
 /// The layers that a FitSpec needs recorded, ascending, with `extra` (figures) merged in.
 std::vector<int> layers_to_record(const FitSpec& spec, const std::vector<int>& extra);
 
-/// What becomes of c and D where the second piles of the estimator paired follow another law than the first ones.
-enum class BiasedPairs {
-  refused,   ///< they are unknown, and the reason says so
-  measured,  ///< they stand as they come out, for who shows how far off they are
-};
-
 /// Fits the response at every recorded layer, then x_p = x_0 + c z and W^2 = w_0 + D z over the window of `spec`, with
 /// delete-one-block replicates through the whole chain. The window loses its shallow end where the width is not
 /// identifiable, the last depth there by degrees (edge_of); the layers used are reported. Fits have weights
@@ -45,7 +39,13 @@ enum class BiasedPairs {
 /// `profile_layers`: layers to report as ResponseProfile. An ensemble without scatter (mu = 0) is measured by its
 /// moments instead and marked exact. `threads`: 0 for as many as the machine has; the result does not depend on it.
 MeasuredTransport measure_transport(const MeasuredEnsemble& ensemble, const FitSpec& spec,
-                                    const std::vector<int>& profile_layers, int threads,
-                                    BiasedPairs biased = BiasedPairs::refused);
+                                    const std::vector<int>& profile_layers, int threads);
+
+/// The same c and D alone, without errors and in a fraction of the time, for whoever has many ensembles to take the
+/// scatter from. NaN where unknown. Those of the estimator paired as they come out, whatever law its piles follow.
+struct Slopes {
+  double c = 0, D = 0;
+};
+Slopes measure_slopes(const MeasuredEnsemble& ensemble, const FitSpec& spec);
 
 }  // namespace granuscope

@@ -8,8 +8,7 @@ namespace granuscope {
 namespace {
 
 constexpr int most_steps = 200;
-constexpr double precision =
-    1e-18;  ///< of the sum of squares, relative to the response: of x_p and W relative to W, 1e-9
+constexpr double precision = 1e-15;    ///< of the sum of squares, relative to the response's
 constexpr double farthest_step = 0.5;  ///< of x_p relative to W
 constexpr double least_left = 0.3;     ///< of x_p^2 and W^2 after a step
 constexpr double nothing = 1e-6;       ///< x_p^2 relative to W^2, or W^2 in bead diameters^2: as good as 0
@@ -58,10 +57,14 @@ class WeightedFit {
   double residual(std::size_t i) const { return modes_[i] - model_[i].value; }
   template <typename Use>
   void for_each_mode(double width, Use use) const {
-    const double decay = by_width_ ? std::pow(2 * std::numbers::pi / spectrum_.columns * width, 2) / 4 : 0;
-    for (std::size_t i = 0; i < modes_.size(); ++i) {
-      const double m = static_cast<double>(i + 1);
-      use(i, decay > 0 ? std::exp(-decay * m * m) : 1.0);
+    // exp(-a m^2) for m = 1, 2, ... by recurrence.
+    const double a = by_width_ ? std::pow(2 * std::numbers::pi / spectrum_.columns * width, 2) / 4 : 0;
+    double weight = std::exp(-a), ratio = std::exp(-3 * a);
+    const double ratio_of_ratios = std::exp(-2 * a);
+    for (std::size_t i = 0; i < model_.size(); ++i) {
+      use(i, weight);
+      weight *= ratio;
+      ratio *= ratio_of_ratios;
     }
   }
 

@@ -256,3 +256,21 @@ TEST_CASE("profiles are mirror symmetric, sum to the overload and carry their fi
     CHECK(profile.fit.size() == n);
   }
 }
+
+TEST_CASE("c and D alone are those that come with their errors") {
+  for (const double noise : {0.05, 0.5, 3.0}) {
+    const FitSpec spec = short_window();
+    const MeasuredEnsemble ensemble = synthetic_ensemble({}, {noise, 9}, columns, layers_to_record(spec, {}), 16, 50);
+    const Transport whole = measure(ensemble);
+    const Slopes slopes = measure_slopes(ensemble, spec);
+    CAPTURE(noise);
+    CHECK(whole.c.known() == std::isfinite(slopes.c));
+    if (!whole.c.known()) continue;
+    CHECK(slopes.c == Approx(whole.c.value).epsilon(1e-12));
+    CHECK(slopes.D == Approx(whole.D.value).epsilon(1e-12));
+  }
+  const FitSpec spec = short_window();
+  const MeasuredEnsemble exact = frictionless_ensemble(layers_to_record(spec, {}), 1);
+  CHECK(measure_slopes(exact, spec).c == Approx(tan30).epsilon(1e-9));
+  CHECK(measure_slopes(exact, spec).D == Approx(0).margin(1e-9));
+}
