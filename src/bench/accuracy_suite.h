@@ -10,6 +10,7 @@ namespace granuscope {
 struct AccuracyOptions {
   int threads = 1;       ///< blocks drawn at the same time; one at a time disturbs them least
   int repetitions = 32;  ///< at least least_repetitions; the scatter of 32 is known to 13 %
+  bool quick = false;    ///< only the best estimators, and no laws of small piles
 };
 
 /// One estimator at one friction coefficient: all its repetitions in one ensemble.
@@ -22,7 +23,7 @@ struct AccuracyCase {
   bool thrust_alone() const { return curve.spec.load == Load::uniform; }
 };
 
-/// How many times cheaper than by the estimator point D and c of the peaks come at equal scatter by the estimator
+/// How many times cheaper than by the estimator point D and c of the peaks come at equal scatter by fluctuation, or by
 /// multiplexed with one epsilon and its options, and c_thrust, another quantity, than c of the peaks by point. What a
 /// larger epsilon gains in scatter it pays with a bias of the order epsilon^2: see the shifts of the cases.
 struct Speedup {
@@ -37,7 +38,7 @@ struct AccuracyTable {
   std::vector<Speedup> speedups;
 };
 
-/// Measures, on 500 x 200 beads at mu = 0.1 and 0.3, what each estimator costs and how its c and D scatter over
+/// Measures, on 500 x 200 beads (fluctuation: 256 x 1600) at mu = 0.1 and 0.3, what each estimator costs and how its c and D scatter over
 /// independent repetitions (error_curve.h), not what its own error bars say. Laws that do not reach piles in which
 /// peaks stand apart are measured on the largest piles they are good for, by the error of c_thrust alone, and say so.
 /// Times are processor seconds of all threads that draw and sum, Fourier transforms included; the fits that follow are

@@ -37,7 +37,9 @@ std::function<void(const std::string&)> teller(VerbContext& context) {
 }
 
 ExitCode bench_accuracy(const BenchOptions& options, VerbContext& context) {
-  const std::string json = accuracy_json(measure_accuracy(options.accuracy, context.err));
+  AccuracyOptions accuracy = options.accuracy;
+  accuracy.quick = options.quick;
+  const std::string json = accuracy_json(measure_accuracy(accuracy, context.err));
   if (options.json_file.empty()) {
     context.out << json;
   } else {
@@ -101,10 +103,8 @@ void refuse_foreign_flags(const BenchOptions& options) {
                                  options.suite));
   };
   const AccuracyOptions usual;
-  if (options.suite != "render") {
-    if (options.quick) refuse("--quick", "render");
-    if (!options.folder.empty()) refuse("--folder", "render");
-  }
+  if (options.suite == "sampler" && options.quick) refuse("--quick", "render or accuracy");
+  if (options.suite != "render" && !options.folder.empty()) refuse("--folder", "render");
   if (options.suite != "accuracy") {
     if (options.accuracy.threads != usual.threads) refuse("--threads", "accuracy");
     if (options.accuracy.repetitions != usual.repetitions) refuse("--repetitions", "accuracy");
@@ -134,7 +134,7 @@ void add_bench_verb(CLI::App& app, VerbContext& context) {
   verb->add_option("--json", options->json_file, "also write the numbers to this file")->check(output_file());
   verb->add_option("--folder", options->folder,
                    "render: where piles and pictures are made for the time of the run (default: $TMPDIR or /tmp)");
-  verb->add_flag("--quick", options->quick, "render: leave out what takes minutes");
+  verb->add_flag("--quick", options->quick, "render, accuracy: leave out what takes minutes");
   verb->add_option("--threads", options->accuracy.threads,
                    "accuracy: blocks drawn at the same time; one at a time disturbs them least")
       ->capture_default_str()

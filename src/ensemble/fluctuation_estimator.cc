@@ -9,7 +9,7 @@ namespace {
 
 constexpr std::size_t of_mode = correlation_parts * group_lanes;
 /// The most memory that the modes of layers take, unless one base and its lags need more.
-constexpr std::size_t most_memory = std::size_t{48} << 20;  // bytes
+constexpr std::size_t most_memory = std::size_t{8} << 20;  // bytes
 
 std::size_t most_modes(const FluctuationPlan& plan) {
   return static_cast<std::size_t>(*std::max_element(plan.modes.begin(), plan.modes.end()));
@@ -60,7 +60,12 @@ FluctuationEstimator::FluctuationEstimator(const EnsembleSpec& spec, Samplers sa
       lags_(sums.layers),
       observables_(sums, block),
       profiles_(spec.record_profiles),
-      propagation_(profiles_ ? BlockSlice(sums, "propagation", block) : BlockSlice()) {}
+      propagation_(profiles_ ? BlockSlice(sums, "propagation", block) : BlockSlice()) {
+  for (std::size_t m = 1; m <= modes_; ++m) {
+    const double angle = -std::numbers::pi * static_cast<double>(m) / static_cast<double>(columns_);
+    half_a_bead_.push_back({std::cos(angle), std::sin(angle)});
+  }
+}
 
 std::optional<SamplingFailure> FluctuationEstimator::measure(std::uint64_t sample) {
   std::optional<SamplingFailure> failure;
@@ -126,30 +131,22 @@ void FluctuationEstimator::add(const PileGroup& group, Failures failures) {
 /// 0.
 void FluctuationEstimator::transform_layer(const PileGroup& group, Failures failures, int layer, std::size_t place) {
   const std::size_t row = group.row(layer);
-  for (std::size_t k = 0; k < group_lanes; ++k) {
-    const bool there = k < group.piles && !failures[k];
-    for (std::size_t i = 0; i < columns_; ++i) {
-      const std::size_t entry = row + i * group.stride + k;
-      re_[i * group_lanes + k] = there ? group.weight(entry) - 1 : 0;
-      im_[i * group_lanes + k] = there ? group.H(entry) : 0;
+  for (std::size_t i = 0; i < columns_; ++i) {
+    const std::size_t from = row + i * group.stride, to = i * group_lanes;
+    for (std::size_t k = 0; k < group.piles; ++k) {
+      re_[to + k] = group.weight(from + k) - 1;
+      im_[to + k] = group.H(from + k);
     }
+  }
+  for (std::size_t k = 0; k < group_lanes; ++k) {
+    if (k < group.piles && !failures[k]) continue;
+    for (std::size_t i = 0; i < columns_; ++i) re_[i * group_lanes + k] = im_[i * group_lanes + k] = 0;
   }
   fourier_.transform(re_.get(), im_.get());
   for (std::size_t m = 1; m <= modes_; ++m) {
-    // Beads of every other layer lie half a bead further right: exp(-i k/2).
-    const double half_k =
-        layer % 2 == 1 ? std::numbers::pi * static_cast<double>(m) / static_cast<double>(columns_) : 0.0;
-    const double cosine = std::cos(half_k), sine = -std::sin(half_k);
-    double* const to = &fields_[((m - 1) * room_ + place) * of_mode];
-    for (std::size_t k = 0; k < group_lanes; ++k) {
-      const std::size_t at = m * group_lanes + k, mirror = (columns_ - m) * group_lanes + k;
-      const double w_re = (re_[at] + re_[mirror]) / 2, w_im = (im_[at] - im_[mirror]) / 2;
-      const double H_re = (im_[at] + im_[mirror]) / 2, H_im = (re_[mirror] - re_[at]) / 2;
-      to[k] = w_re * cosine - w_im * sine;
-      to[group_lanes + k] = w_re * sine + w_im * cosine;
-      to[2 * group_lanes + k] = H_re * cosine - H_im * sine;
-      to[3 * group_lanes + k] = H_re * sine + H_im * cosine;
-    }
+    // Beads of every other layer lie half a bead further right.
+    const Phase phase = layer % 2 == 1 ? half_a_bead_[m - 1] : Phase{};
+    separate_fields(re_.get(), im_.get(), columns_, m, phase, &fields_[((m - 1) * room_ + place) * of_mode]);
   }
 }
 

@@ -45,6 +45,7 @@ class FluctuationEstimator final : public Estimator {
   AlignedArray<double> re_, im_;         ///< [columns, 8] a layer before and after its transform
   AlignedArray<double> fields_;          ///< [modes, room, 4, 8]
   AlignedArray<double> correlations_;    ///< [modes, lags, 4, 8]
+  std::vector<Phase> half_a_bead_;       ///< exp(-i k/2) of each mode
   std::vector<int> place_;               ///< [layers of the lattice] of those in fields_; -1: none
   std::vector<std::vector<int>> pairs_;  ///< of each lag, for add_correlations
   const std::vector<int>& lags_;

@@ -141,6 +141,22 @@ void Split(const FourierStage& stage) {
   }
 }
 
+void SeparateFields(const double* HWY_RESTRICT re, const double* HWY_RESTRICT im, std::size_t size, std::size_t mode,
+                    Phase phase, double* HWY_RESTRICT fields) {
+  const Complex turn{hn::Set(d, phase.cosine), hn::Set(d, phase.sine)};
+  for (std::size_t lane = 0; lane < group_lanes; lane += hn::Lanes(d)) {
+    const std::size_t at = mode * group_lanes + lane, mirror = (size - mode) * group_lanes + lane;
+    const Complex z{hn::Load(d, re + at), hn::Load(d, im + at)};
+    const Complex z_mirror{hn::Load(d, re + mirror), hn::Load(d, im + mirror)};
+    const Complex a = scaled(0.5, Complex{hn::Add(z.re, z_mirror.re), hn::Sub(z.im, z_mirror.im)}) * turn;
+    const Complex b = scaled(0.5, Complex{hn::Add(z.im, z_mirror.im), hn::Sub(z_mirror.re, z.re)}) * turn;
+    hn::Store(a.re, d, fields + lane);
+    hn::Store(a.im, d, fields + group_lanes + lane);
+    hn::Store(b.re, d, fields + 2 * group_lanes + lane);
+    hn::Store(b.im, d, fields + 3 * group_lanes + lane);
+  }
+}
+
 void AddCorrelations(const double* HWY_RESTRICT fields, const int* HWY_RESTRICT pairs, std::size_t count,
                      double* HWY_RESTRICT sums) {
   constexpr std::size_t layer = correlation_parts * group_lanes;
@@ -179,6 +195,7 @@ HWY_AFTER_NAMESPACE();
 namespace granuscope {
 
 HWY_EXPORT(Split);
+HWY_EXPORT(SeparateFields);
 HWY_EXPORT(AddCorrelations);
 
 GroupFourier::GroupFourier(std::size_t size)
@@ -215,6 +232,11 @@ void GroupFourier::transform(double* re, double* im) {
   if (from_re == re) return;
   std::copy_n(from_re, size_ * group_lanes, re);
   std::copy_n(from_im, size_ * group_lanes, im);
+}
+
+void separate_fields(const double* re, const double* im, std::size_t size, std::size_t mode, Phase phase,
+                     double* fields) {
+  HWY_DYNAMIC_DISPATCH(SeparateFields)(re, im, size, mode, phase, fields);
 }
 
 void add_correlations(const double* fields, const std::vector<int>& pairs, double* sums) {

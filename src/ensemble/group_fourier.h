@@ -34,6 +34,14 @@ class GroupFourier {
   AlignedArray<double> work_re_, work_im_;
 };
 
+/// From the transform of a + i b of a ring of `size` numbers, mode m of both, each times the phase `cosine` + i `sine`:
+/// `fields` [4, 8] are the real and imaginary part of a, then of b.
+struct Phase {
+  double cosine = 1, sine = 0;
+};
+void separate_fields(const double* re, const double* im, std::size_t size, std::size_t mode, Phase phase,
+                     double* fields);
+
 /// The parts of 2 x 2 cross-correlations of two fields that are even under x -> -x: the real parts of w w' and H H',
 /// the imaginary parts of w H' and H w'.
 inline constexpr std::size_t correlation_parts = 4;

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "analysis/transport.h"
+#include "ensemble/fluctuation_plan.h"
 #include "plot/axes.h"
 #include "plot/csv_table.h"
 #include "plot/figure_captions.h"
@@ -121,11 +122,15 @@ Figure plot_error_against_time(const std::vector<ErrorCurve>& curves, const std:
   const ErrorCurve* point = nullptr;
   Range repetitions;
   double point_cost = 0;
+  std::string unloaded_layers;
   for (std::size_t k = 0; k < curves.size(); ++k) {
     const ErrorCurve& curve = curves[k];
     if (curve.points.empty()) {
       missing.push_back(in_words(curve.spec.response));
       continue;
+    }
+    if (curve.spec.response.estimator == EstimatorName::fluctuation) {
+      unloaded_layers = std::to_string(curve.spec.lattice.layers);
     }
     const double cost =
         (timed ? seconds[k] : 1e-6 * static_cast<double>(curve.beads)) / static_cast<double>(curve.samples);
@@ -176,6 +181,7 @@ Figure plot_error_against_time(const std::vector<ErrorCurve>& curves, const std:
                {{"mu", caption_number(curves.front().spec.sampler.mu)},
                 {"columns", std::to_string(curves.front().spec.lattice.columns)},
                 {"layers", std::to_string(curves.front().spec.lattice.layers)},
+                {"unloaded_layers", unloaded_layers},
                 {"timed", timed ? "yes" : ""},
                 {"untimed", timed ? "" : "yes"},
                 {"slopes_c", enumeration(slopes_c)},
@@ -290,12 +296,16 @@ class ErrorAgainstTimeStudy final : public CopiedStudy<ErrorAgainstTimeStudy> {
       spec.response.blocks = all_of_them.blocks;
       add_curve(name, spec);
     }
+    spec = curve_of(main, 64);
+    spec.response.estimator = EstimatorName::fluctuation;
+    spec.lattice = unloaded_piles(spec);
+    add_curve("fluctuation", spec);
     return all;
   }
 
   void begin(const MainLine&, int threads) override { threads_ = threads; }
   void add(const StudyEnsemble&, const MeasuredEnsemble& ensemble, double seconds) override {
-    curves_.push_back(measure_error_curve(ensemble, error_curve_fit(ensemble.spec.lattice), threads_));
+    curves_.push_back(measure_error_curve(ensemble, error_curve_fit(lattice_), threads_));
     seconds_.push_back(seconds);
   }
   void finish() override { set_shifts(curves_); }
@@ -308,6 +318,12 @@ class ErrorAgainstTimeStudy final : public CopiedStudy<ErrorAgainstTimeStudy> {
   }
 
  private:
+  /// Piles deep enough that most of their layers are compared.
+  static LatticeSpec unloaded_piles(const EnsembleSpec& spec) {
+    constexpr int times_deeper = 2;
+    return {spec.lattice.columns, times_deeper * fluctuation_plan(spec).layers_needed};
+  }
+
   EnsembleSpec curve_of(const MainLine& main, std::uint64_t samples_each_time) const {
     EnsembleSpec spec = main.ensemble_at(mu_, lattice_, samples_each_time * static_cast<std::uint64_t>(repetitions_));
     spec.response.overload = ResponseSpec{}.overload;
