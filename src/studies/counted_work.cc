@@ -177,7 +177,7 @@ Figure plot_counted_work(const std::vector<CountedWork>& work, const std::filesy
 
   PlotPlan plan;
   plan.id = figure_id;
-  plan.script = "studies/counted_work";
+  plan.script = "studies/work_against_size";
   plan.height = 2.5;
   std::vector<std::string> curves, titles;
   double worst = 1;
@@ -204,11 +204,13 @@ Figure plot_counted_work(const std::vector<CountedWork>& work, const std::filesy
   Figure figure = plot_figure(plan,
                               {{"curves", fmt::format("{}", fmt::join(curves, ", \\\n    "))},
                                {"titles", fmt::format("{}", fmt::join(titles, ", \\\n    "))},
-                               {"low", exact(axis.low)},
-                               {"high", exact(axis.high)},
-                               {"ticks", log_ticks(axis)},
-                               {"draws_high", exact(1.12 * draws.high)},
-                               {"draws_ticks", linear_ticks(draws, 6)}},
+                               {"of_laws", ""},
+                               {"left", exact(axis.low)},
+                               {"right", exact(axis.high)},
+                               {"size_ticks", log_ticks(axis)},
+                               {"low", "0"},
+                               {"high", exact(1.12 * draws.high)},
+                               {"ticks", linear_ticks(draws, 6)}},
                               run_folder);
   set_captions(figure, "studies/counted_work.captions",
                {{"spread", fmt::format("{:.2f}", worst)},

@@ -137,7 +137,7 @@ Figure plot_law_cost(const std::vector<LawOnPiles>& costs, const std::filesystem
   }
   PlotPlan plan;
   plan.id = cost_id;
-  plan.script = "studies/law_cost";
+  plan.script = "studies/work_against_size";
   plan.height = 3;
   std::vector<std::string> curves, titles;
   std::map<std::string, std::vector<std::string>> growth;  // of each law
@@ -165,9 +165,10 @@ Figure plot_law_cost(const std::vector<LawOnPiles>& costs, const std::filesystem
   Figure figure = plot_figure(plan,
                               {{"curves", fmt::format("{}", fmt::join(curves, ", \\\n    "))},
                                {"titles", fmt::format("{}", fmt::join(titles, ", \\\n    "))},
+                               {"of_laws", "yes"},
                                {"left", exact(columns.low - 0.5)},
                                {"right", exact(columns.high + 0.5)},
-                               {"column_ticks", linear_ticks(columns, 8)},
+                               {"size_ticks", linear_ticks(columns, 8)},
                                {"low", exact(up.low)},
                                {"high", exact(up.high)},
                                {"ticks", log_ticks(up)}},
