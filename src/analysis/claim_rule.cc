@@ -23,8 +23,8 @@ NumberVerdict judge_number(const Estimate& measured, double paper, double paper_
   const double deviation = deviation_to_detect * std::abs(paper);
   const bool hidden = deviation <= agreement * error;
   const bool hidden_by_paper = deviation <= agreement * paper_error && measured.standard_error <= paper_error;
-  if (hidden && !hidden_by_paper) return {undetermined, z};
-  return {std::abs(z) <= agreement ? reproduced : not_reproduced, z};
+  if (std::abs(z) > agreement) return {not_reproduced, z};
+  return {hidden && !hidden_by_paper ? undetermined : reproduced, z};
 }
 
 Claim open_claim(const std::string& id, const std::string& statement, const std::string& quantity) {
@@ -64,13 +64,10 @@ void judge_by_number(Claim& claim, const Estimate& measured, double paper, doubl
   const std::string distance = significant(std::abs(judged.z_score), 2);
   if (claim.verdict == undetermined) {
     const std::string cost = cost_of_deciding(measured, paper, paper_error);
-    // A number may lie far off and still be too uncertain for the rule.
-    const bool far = std::abs(judged.z_score) > agreement;
-    claim.explanation =
-        fmt::format("{} is {}{} it lies {} combined standard errors from the paper’s value{}{}.", what, number,
-                    far ? ";" : ", too uncertain to tell a deviation of 20 %;", distance,
-                    far ? ", but the rule leaves it open, since its error would hide a deviation of 20 %" : "",
-                    cost.empty() ? "" : "; " + cost);
+    claim.explanation = fmt::format(
+        "{} is {}, too uncertain to tell a deviation of 20 %; it lies {} combined standard errors from the paper’s "
+        "value{}.",
+        what, number, distance, cost.empty() ? "" : "; " + cost);
   } else if (claim.verdict == reproduced) {
     claim.explanation =
         fmt::format("{} is {} and agrees with the paper within {} combined standard errors.", what, number, distance);

@@ -22,9 +22,9 @@ struct NumberVerdict {
 };
 
 /// The rule for claims with a number: z = (m - p)/sqrt(s^2 + s_p^2), s_p being the paper's error where it gives one,
-/// half a unit of its last digit otherwise and 0 for a law stated as exact. "undetermined" if the measurement is
-/// unknown or s so large that a deviation of 20 % of p would not reach |z| > 3; else "reproduced" if |z| <= 3, else
-/// "not reproduced". Where s_p alone already hides 20 % of p, a measurement more precise than the paper's number (s <=
+/// half a unit of its last digit otherwise and 0 for a law stated as exact. "not reproduced" if |z| > 3; else
+/// "undetermined" if the measurement is unknown or s so large that a deviation of 20 % of p would not reach |z| > 3,
+/// else "reproduced". Where s_p alone already hides 20 % of p, a measurement more precise than the paper's number (s <=
 /// s_p) decides.
 NumberVerdict judge_number(const Estimate& measured, double paper, double paper_error);
 

@@ -14,6 +14,11 @@ Problem find_window_problem(const char* field, const std::array<double, 2>& wind
 
 }  // namespace
 
+bool at_step(const FitSpec& spec, int layer) {
+  return layer <= spec.last_layer && (spec.last_layer - layer) % spec.layer_step == 0;
+}
+bool in_window(const FitSpec& spec, int layer) { return layer >= spec.first_layer && at_step(spec, layer); }
+
 Problem find_problem(const FitSpec& fit, const LatticeSpec& lattice) {
   const int last_usable = lattice.layers - bottom_margin - 1;
   if (fit.layer_step < 1) {

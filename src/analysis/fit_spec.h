@@ -21,6 +21,10 @@ struct FitSpec {
 inline constexpr int least_window_depths = 3;  ///< fewest depths from which a slope is taken
 inline constexpr double least_identifiable_width = 0.1, most_identifiable_width = 100;  ///< bead diameters
 
+/// Layers recorded for a figure between the steps of the window take no part: drawing must not change a number.
+bool at_step(const FitSpec& spec, int layer);
+bool in_window(const FitSpec& spec, int layer);
+
 /// The first number out of range on this lattice.
 Problem find_problem(const FitSpec& spec, const LatticeSpec& lattice);
 

@@ -13,14 +13,9 @@
 #include "analysis/identifiable_depths.h"
 #include "analysis/layer_spectrum.h"
 #include "analysis/mean_response.h"
-#include "analysis/peak_evidence.h"
-#include "analysis/peak_height.h"
+#include "analysis/measured_depth.h"
 #include "analysis/residual_noise.h"
-#include "analysis/shape_diagnostics.h"
-#include "analysis/shape_fit.h"
-#include "analysis/shape_verdict.h"
 #include "analysis/speed_from_thrust.h"
-#include "analysis/weighted_shape.h"
 #include "ensemble/ensemble_spec.h"
 #include "ensemble/parallel.h"
 #include "model/lattice.h"
@@ -31,152 +26,10 @@ namespace {
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t min_depths = least_window_depths;
 constexpr std::size_t min_depths_of_a_law = 4;  ///< fewest from which a curvature is
-constexpr const char* no_extended_fit = "the fit with one parameter more did not converge";
 
-/// Layers recorded for a figure between the steps of the window take no part: drawing must not change a number.
-bool at_step(const FitSpec& spec, int layer) {
-  return layer <= spec.last_layer && (spec.last_layer - layer) % spec.layer_step == 0;
-}
-bool in_window(const FitSpec& spec, int layer) { return layer >= spec.first_layer && at_step(spec, layer); }
-
-/// The response at one layer with its replicates.
-struct MeasuredDepth {
-  DepthFit fit;
-  bool other_shape = false;  ///< why it is not identifiable
-  Replicated peak, width, width_squared, thrust;
-  Replicated peak_by_equal, width_squared_by_equal;  ///< from ModeWeights::equal
-  /// What is measured of two peaks inside the window; nothing if not identifiable or exact.
-  struct Inside {
-    Replicated height;
-    ShapeDiagnostics diagnostics;
-    ResidualNoise noise;
-  };
-  std::optional<Inside> inside;
-};
-
-/// |x| and x^2 moments of an exact profile: x_p = sum |x| P, W^2 = sum x^2 P - x_p^2.
-void measure_exactly(const EnsembleRecord& record, std::size_t row, double overload, MeasuredDepth& depth) {
-  const BlockMeans means = mean_response(record.sums, row, overload);
-  const auto columns = static_cast<int>(means.whole.size());
-  const int layer = record.sums.layers[row];
-  const Lattice lattice({columns, layer + 1});
-  double first = 0, second = 0;
-  for (int i = 0; i < columns; ++i) {
-    const double x = lattice.x(layer, i), pressure = means.whole[static_cast<std::size_t>(i)];
-    first += std::abs(x) * pressure;
-    second += x * x * pressure;
-  }
-  const std::vector<double> same(static_cast<std::size_t>(record.sums.blocks()), 0.0);
-  const auto constant = [&](double value) { return Replicated{value, std::vector<double>(same.size(), value)}; };
-  const double width_squared = std::max(0.0, second - first * first);
-  depth.peak = constant(first);
-  depth.width_squared = constant(width_squared);
-  depth.width = constant(std::sqrt(width_squared));
-  depth.peak_by_equal = depth.peak;
-  depth.width_squared_by_equal = depth.width_squared;
-  depth.fit.identifiable = true;
-}
-
-/// x_p and W^2 under these weights, from the whole ensemble and without each block; NaN where the fit does not
-/// converge.
-struct FittedShapes {
-  Replicated peak, width, width_squared;
-};
-FittedShapes fit_replicates(const LayerSpectrum& spectrum, ModeWeights weights, DoubleGaussian start) {
-  const DoubleGaussian none{nan, nan};
-  const DoubleGaussian whole = weighted_shape(spectrum, spectrum.whole, weights, start).value_or(none);
-  FittedShapes shapes{{whole.peak, {}}, {whole.width, {}}, {whole.width * whole.width, {}}};
-  for (const auto& modes : spectrum.without_block) {
-    const DoubleGaussian shape = weighted_shape(spectrum, modes, weights, whole).value_or(none);
-    shapes.peak.without_block.push_back(shape.peak);
-    shapes.width.without_block.push_back(shape.width);
-    shapes.width_squared.without_block.push_back(shape.width * shape.width);
-  }
-  return shapes;
-}
-
-bool all_known(const Replicated& number) {
-  return std::isfinite(number.value) && std::all_of(number.without_block.begin(), number.without_block.end(),
-                                                    [](double value) { return std::isfinite(value); });
-}
-
-/// Nothing is fitted, for `reason` unless there is one already.
-void set_unknown(const char* reason, const LayerSpectrum& spectrum, MeasuredDepth& depth) {
-  const Replicated unknown{nan, std::vector<double>(spectrum.without_block.size(), nan)};
-  depth.peak = depth.width = depth.width_squared = depth.peak_by_equal = depth.width_squared_by_equal = unknown;
-  if (depth.fit.reason.empty()) depth.fit.reason = reason;
-}
-
-constexpr const char* no_fit = "the fit of the double Gaussian did not converge";
-
-/// The verdict on the shape, chi^2 by the noise of this layer. None if nothing fits.
-std::optional<ShapeFit> judge_shape(const LayerSpectrum& spectrum, const FitSpec& spec, MeasuredDepth& depth) {
-  const auto whole = fit_shape(spectrum, coarse_shape(spectrum, depth.fit.z));
-  if (!whole) {
-    set_unknown(no_fit, spectrum, depth);
-    return whole;
-  }
-  depth.fit.evidence = weigh_peaks(spectrum, *whole);
-  depth.fit.degrees_of_freedom = whole->degrees_of_freedom;
-  depth.fit.chi2_per_dof = whole->chi2 / whole->degrees_of_freedom;
-  depth.fit.misfit = whole->misfit;
-  depth.fit.misfit_at_least = whole->misfit_at_least;
-  depth.other_shape = !reason_against_two_gaussians(*whole).empty();
-  depth.fit.reason = reason_against_identification(*whole, depth.fit.evidence, spec);
-  return whole;
-}
-
-/// x_p and W go by weights that do not look at the noise.
-void measure_by_fit(const LayerSpectrum& spectrum, const FitSpec& spec, MeasuredDepth& depth) {
-  const auto whole = judge_shape(spectrum, spec, depth);
-  if (!whole) return;
-  const FittedShapes shapes = fit_replicates(spectrum, ModeWeights::by_width, whole->shape);
-  if (!all_known(shapes.peak)) return set_unknown(no_fit, spectrum, depth);
-  depth.peak = shapes.peak;
-  depth.width = shapes.width;
-  depth.width_squared = shapes.width_squared;
-  const FittedShapes by_equal = fit_replicates(spectrum, ModeWeights::equal, {depth.peak.value, depth.width.value});
-  depth.peak_by_equal = by_equal.peak;
-  depth.width_squared_by_equal = by_equal.width_squared;
-  depth.fit.identifiable = depth.fit.reason.empty();
-  if (depth.fit.identifiable && in_window(spec, depth.fit.layer)) {
-    depth.inside.emplace().diagnostics = diagnose_shape(spectrum, *whole);
-  }
-}
-
-MeasuredDepth measure_depth(const MeasuredEnsemble& ensemble, const FitSpec& spec, std::size_t row) {
-  const EnsembleRecord& record = ensemble.record;
-  MeasuredDepth depth;
-  depth.fit.layer = record.sums.layers[row];
-  depth.fit.z = Lattice::depth(depth.fit.layer);
-  depth.thrust = block_mean(record.sums, "thrust", row);
-  const LayerSpectrum spectrum = layer_spectrum(record.sums, row, ensemble.spec.response.overload);
-  if (spectrum.whole.empty()) {
-    set_unknown("piles without friction are all alike, so that there are no fluctuations to follow", spectrum, depth);
-  } else if (spectrum.exact) {
-    measure_exactly(record, row, ensemble.spec.response.overload, depth);
-  } else {
-    measure_by_fit(spectrum, spec, depth);
-  }
-  if (depth.inside) {
-    depth.inside->height =
-        peak_height(mean_response(record.sums, row, ensemble.spec.response.overload),
-                    Lattice({spectrum.columns, depth.fit.layer + 1}), depth.fit.layer, depth.peak, depth.width);
-    depth.inside->noise = residual_noise(spectrum, depth.peak, depth.width);
-  }
-  depth.fit.peak_position = estimate(depth.peak, depth.fit.reason);
-  depth.fit.width = estimate(depth.width, depth.fit.reason);
-  depth.fit.width_squared = estimate(depth.width_squared, depth.fit.reason);
-  depth.fit.thrust_ratio = estimate(depth.thrust);
-  if (depth.inside) {
-    depth.fit.peak_height = estimate(depth.inside->height);
-    depth.fit.fitted_area = estimate(depth.inside->diagnostics.area, no_extended_fit);
-    depth.fit.centre_background = estimate(depth.inside->diagnostics.background, no_extended_fit);
-  } else {
-    depth.fit.peak_height.reason = depth.fit.fitted_area.reason = depth.fit.centre_background.reason =
-        "measured only at identifiable depths of the window, and where there is scatter";
-  }
-  return depth;
+bool all_exact(const std::vector<MeasuredDepth>& depths) {
+  return std::all_of(depths.begin(), depths.end(),
+                     [](const MeasuredDepth& d) { return d.fit.degrees_of_freedom == 0 && d.fit.identifiable; });
 }
 
 /// Everything that follows from slopes.
@@ -444,8 +297,7 @@ MeasuredTransport measure_transport(const MeasuredEnsemble& ensemble, const FitS
   std::vector<MeasuredDepth> depths(record.sums.layers.size() - first_row);
   for_each_index(depths.size(), threads,
                  [&](std::size_t i) { depths[i] = measure_depth(ensemble, spec, i + first_row); });
-  t.exact = std::all_of(depths.begin(), depths.end(),
-                        [](const MeasuredDepth& d) { return d.fit.degrees_of_freedom == 0 && d.fit.identifiable; });
+  t.exact = all_exact(depths);
   const std::string against_pairs =
       ensemble.spec.response.estimator == EstimatorName::paired ? refuse_pairs(ensemble, spec, depths) : "";
   fit_slopes(depths, spec, result);
@@ -463,30 +315,12 @@ MeasuredTransport measure_transport(const MeasuredEnsemble& ensemble, const FitS
 
 Slopes measure_slopes(const MeasuredEnsemble& ensemble, const FitSpec& spec) {
   const BlockSums& sums = ensemble.record.sums;
-  const double overload = ensemble.spec.response.overload;
   std::vector<MeasuredDepth> depths;
-  bool exact = true;
   for (std::size_t row = first_response(sums); row < sums.layers.size(); ++row) {
-    if (!in_window(spec, sums.layers[row])) continue;
-    MeasuredDepth& depth = depths.emplace_back();
-    depth.fit.layer = sums.layers[row];
-    depth.fit.z = Lattice::depth(depth.fit.layer);
-    LayerSpectrum spectrum = layer_spectrum(sums, row, overload);
-    if (spectrum.exact) {
-      measure_exactly(ensemble.record, row, overload, depth);
-      continue;
-    }
-    exact = false;
-    spectrum.without_block.clear();
-    const auto whole = spectrum.whole.empty() ? std::nullopt : judge_shape(spectrum, spec, depth);
-    if (!whole) continue;
-    const FittedShapes shapes = fit_replicates(spectrum, ModeWeights::by_width, whole->shape);
-    depth.peak = shapes.peak;
-    depth.width_squared = shapes.width_squared;
-    depth.fit.identifiable = depth.fit.reason.empty() && std::isfinite(shapes.peak.value);
+    if (in_window(spec, sums.layers[row])) depths.push_back(measure_depth_values(ensemble, spec, row));
   }
   std::vector<const MeasuredDepth*> used;
-  const FittedRun run = fitted_run(depths, spec, exact, used);
+  const FittedRun run = fitted_run(depths, spec, all_exact(depths), used);
   if (used.size() < min_depths) return {nan, nan};
   const TransportLines lines = transport_lines(run);
   return {lines.position.slope.value, lines.width.slope.value};

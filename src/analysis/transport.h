@@ -41,8 +41,9 @@ std::vector<int> layers_to_record(const FitSpec& spec, const std::vector<int>& e
 MeasuredTransport measure_transport(const MeasuredEnsemble& ensemble, const FitSpec& spec,
                                     const std::vector<int>& profile_layers, int threads);
 
-/// The same c and D alone, without errors and in a fraction of the time, for whoever has many ensembles to take the
-/// scatter from. NaN where unknown. Those of the estimator paired as they come out, whatever law its piles follow.
+/// c and D of measure_transport alone, without errors and in a fraction of the time, for whoever has many ensembles to
+/// take the scatter from. NaN where unknown. Those of the estimator paired as they come out, whatever law its piles
+/// follow.
 struct Slopes {
   double c = 0, D = 0;
 };

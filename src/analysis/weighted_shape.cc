@@ -7,6 +7,7 @@
 namespace granuscope {
 namespace {
 
+constexpr double width_of_bead = 1;
 constexpr int most_steps = 200;
 constexpr double precision = 1e-15;    ///< of the sum of squares, relative to the response's
 constexpr double farthest_step = 0.5;  ///< of x_p relative to W
@@ -58,7 +59,8 @@ class WeightedFit {
   template <typename Use>
   void for_each_mode(double width, Use use) const {
     // exp(-a m^2) for m = 1, 2, ... by recurrence.
-    const double a = by_width_ ? std::pow(2 * std::numbers::pi / spectrum_.columns * width, 2) / 4 : 0;
+    const double step_of_k = 2 * std::numbers::pi / spectrum_.columns;
+    const double a = by_width_ ? step_of_k * step_of_k * (width * width + width_of_bead * width_of_bead) / 4 : 0;
     double weight = std::exp(-a), ratio = std::exp(-3 * a);
     const double ratio_of_ratios = std::exp(-2 * a);
     for (std::size_t i = 0; i < model_.size(); ++i) {

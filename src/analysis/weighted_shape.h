@@ -13,8 +13,10 @@ namespace granuscope {
 /// 0.187 to 0.176 with the estimator; under `point` it makes errors smaller by a factor of 1.0 to 1.1 (D) and 1.1
 /// to 1.4 (c).
 enum class ModeWeights {
-  by_width,  ///< e^(-k^2 W^2/4) with the fitted W itself
-  equal,     ///< plain least squares in x; for how much the weights matter
+  /// exp(-k^2 (W^2 + 1)/4) with the fitted W itself and a bead: waves that see single beads count little where peaks
+  /// are narrow.
+  by_width,
+  equal,  ///< plain least squares in x; for how much the weights matter
 };
 
 /// The shape that fits `modes`, of the layer of `spectrum` from all or some of its blocks (as LayerSpectrum::whole), by

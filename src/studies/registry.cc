@@ -2,6 +2,7 @@
 
 #include "studies/chain_share.h"
 #include "studies/counted_work.h"
+#include "studies/deep_response.h"
 #include "studies/error_against_time.h"
 #include "studies/law_comparison/study.h"
 #include "studies/nonlinearity/study.h"
@@ -16,6 +17,7 @@ Studies::Studies() {
   all_.push_back(redrawn_beads_study());
   all_.push_back(counted_work_study());
   all_.push_back(small_friction_study());
+  all_.push_back(deep_response_study());
   all_.push_back(chain_share_study());
   all_.push_back(numerical_stability_study());
   all_.push_back(error_against_time_study());

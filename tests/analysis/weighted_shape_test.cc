@@ -28,7 +28,7 @@ double sum_of_squares(const LayerSpectrum& spectrum, ModeWeights weights, Double
   double sum = 0;
   for (std::size_t i = 0; i < spectrum.whole.size(); ++i) {
     const double k = 2 * std::numbers::pi * static_cast<double>(i + 1) / columns;
-    const double weight = weights == ModeWeights::equal ? 1 : std::exp(-k * k * of_weights * of_weights / 4);
+    const double weight = weights == ModeWeights::equal ? 1 : std::exp(-k * k * (of_weights * of_weights + 1) / 4);
     const double missed = spectrum.whole[i] - fourier_mode(shape, static_cast<int>(i + 1), columns, false).value;
     sum += weight * missed * missed;
   }

@@ -96,6 +96,10 @@ Experiment unusual_experiment() {
   set_key(e, "studies.law_comparison.response_thinning", std::int64_t{50});
   set_key(e, "studies.rejection_thrust.mu", numbers({0.15, 0.2}));
   set_key(e, "studies.rejection_thrust.samples", std::int64_t{1024});
+  set_key(e, "studies.deep_response.mu", numbers({0.1, 0.3}));
+  set_key(e, "studies.deep_response.octaves", std::int64_t{3});
+  set_key(e, "studies.deep_response.columns", std::int64_t{400});
+  set_key(e, "studies.deep_response.samples", std::int64_t{512});
   set_key(e, "studies.numerical_stability.layers", std::int64_t{400});
   set_key(e, "studies.numerical_stability.columns", std::int64_t{24});
   e.sampling.rules = RepairRules::no_arcs;

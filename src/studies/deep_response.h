@@ -1,0 +1,49 @@
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "analysis/jackknife.h"
+#include "analysis/measured_ensemble.h"
+#include "studies/study.h"
+
+namespace granuscope {
+
+/// The response over one lag.
+struct LagResponse {
+  int lag = 0;
+  double z = 0;            ///< its vertical distance, bead diameters
+  Estimate peak_position;  ///< x_p
+  Estimate width_squared;  ///< W^2
+  double chi2_per_dof = 0;
+  double misfit = 0;  ///< share of the response that two Gaussians miss
+};
+
+/// What changes from one lag to the next, twice as long.
+struct OctaveOfDepth {
+  double from = 0, to = 0;  ///< z of the two lags
+  Estimate exponent;        ///< p of W^2 proportional to z^p: log2 of the ratio of W^2
+  Estimate c, D;            ///< slopes of x_p and W^2
+  double misfit = 0;        ///< the larger one of the two lags
+};
+
+/// The response of saturated piles over lags that double, at one friction coefficient.
+struct DeepResponse {
+  EnsembleSpec spec;
+  std::uint64_t samples = 0;
+  std::vector<LagResponse> lags;
+  std::vector<OctaveOfDepth> octaves;  ///< one less than lags
+  Estimate c_thrust;                   ///< of the same layers
+};
+
+/// From an ensemble of the estimator fluctuation with such lags.
+DeepResponse measure_deep_response(const MeasuredEnsemble& ensemble, int threads);
+
+/// The figure: exponents against depth. Throws InputError where none is known.
+Figure plot_deep_response(const std::vector<DeepResponse>& measured, const std::filesystem::path& run_folder);
+
+/// How the peaks move and spread far below where the main line looks: whether W^2 stays proportional to z.
+std::unique_ptr<Study> deep_response_study();
+
+}  // namespace granuscope

@@ -1,0 +1,105 @@
+#include "studies/deep_response.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "analysis/transport.h"
+#include "ensemble/ensemble_runner.h"
+#include "kit/temporary_folder.h"
+#include "kit/text_parts.h"
+#include "studies/study_page.h"
+#include "support/atomic_file.h"
+#include "support/error.h"
+
+using namespace granuscope;
+using test::contains;
+using test::TemporaryFolder;
+
+namespace {
+
+/// The ensemble of a study that follows three octaves at mu = 0.3.
+struct Asked {
+  std::unique_ptr<Study> study = deep_response_study();
+  MainLine main;
+
+  explicit Asked(std::int64_t columns) {
+    const auto set = [&](const std::string& name, const KeyValue& value) {
+      for (const Key& key : study->keys()) {
+        if (key.name == name) key.set(value);
+      }
+    };
+    set("mu", std::vector<double>{0.3});
+    set("octaves", std::int64_t{3});
+    set("columns", columns);
+    set("samples", std::int64_t{256});
+  }
+};
+
+}  // namespace
+
+TEST_CASE("The deep response is followed over lags that double, and its slopes and exponents belong to them") {
+  Asked asked(320);
+  REQUIRE_FALSE(asked.study->find_problem(asked.main));
+  const std::vector<StudyEnsemble> ensembles = asked.study->ensembles(asked.main);
+  REQUIRE(ensembles.size() == 1);
+  const EnsembleSpec& spec = ensembles[0].spec;
+  CHECK(spec.layers == std::vector<int>{32, 64, 128, 256});
+  const MeasuredEnsemble ensemble{spec, run_ensemble(spec, 0, nullptr)};
+  const DeepResponse response = measure_deep_response(ensemble, 2);
+  REQUIRE(response.lags.size() == 4);
+  REQUIRE(response.octaves.size() == 3);
+  CHECK(response.samples == 256);
+  for (std::size_t i = 0; i < 3; ++i) {
+    const LagResponse &above = response.lags[i], &below = response.lags[i + 1];
+    const OctaveOfDepth& octave = response.octaves[i];
+    REQUIRE(octave.exponent.known());
+    CHECK(below.z == Approx(2 * above.z));
+    CHECK(above.z == Approx(above.lag * std::sqrt(3) / 2));
+    CHECK(octave.exponent.value ==
+          Approx(std::log2(below.width_squared.value / above.width_squared.value)).epsilon(1e-12));
+    CHECK(octave.c.value ==
+          Approx((below.peak_position.value - above.peak_position.value) / (below.z - above.z)).epsilon(1e-12));
+    CHECK(octave.D.value ==
+          Approx((below.width_squared.value - above.width_squared.value) / (below.z - above.z)).epsilon(1e-12));
+    // Independent errors would be larger than this only if the two lags were anticorrelated.
+    CHECK(octave.exponent.standard_error > 0);
+    CHECK(std::abs(octave.exponent.value - 1.07) < 5 * octave.exponent.standard_error + 0.05);
+    CHECK(std::abs(octave.c.value - 0.5575) < 5 * octave.c.standard_error + 0.001);
+  }
+  CHECK(response.c_thrust.value == Approx(0.5557).margin(0.0005));
+
+  asked.study->begin(asked.main, 2);
+  asked.study->add(ensembles[0], ensemble, 1);
+  asked.study->finish();
+  const auto json = asked.study->json();
+  REQUIRE(json.size() == 1);
+  CHECK(json[0].at("octaves").size() == 3);
+  CHECK(json[0].at("lags")[3].at("lag") == 256);
+  CHECK(json[0].at("octaves")[1].at("exponent").at("value") == response.octaves[1].exponent.value);
+  CHECK(json[0].at("base_layers")[0] == 60);
+  const Page page = study_page(*asked.study);
+  CHECK(contains(page.html, "from one depth to twice that depth"));
+  CHECK(page.texts.at("/studies/deep_response/0/octaves/0/z/0") == "28");
+  CHECK(page.texts.at("/studies/deep_response/0/octaves/0/z/1") == "55");
+
+  const TemporaryFolder run;
+  const Figure figure = plot_deep_response({response}, run.path());
+  CHECK(figure.data.size() == 1);
+  CHECK(contains(figure.caption, "256 uniformly loaded piles"));
+  CHECK(contains(figure.caption, "z = 222"));
+  CHECK(contains(read_file(run.path() / figure.screen), "power of z in W²"));
+  DeepResponse unknown = response;
+  for (OctaveOfDepth& octave : unknown.octaves) octave.exponent = {.reason = "no peaks"};
+  CHECK_THROWS_AS(plot_deep_response({unknown}, run.path()), InputError);
+}
+
+TEST_CASE("The deep response needs room for two peaks at its deepest lag") {
+  const auto refused = [](std::int64_t columns) {
+    const Asked asked(columns);
+    return asked.study->find_problem(asked.main);
+  };
+  const auto found = refused(290);
+  REQUIRE(found);
+  CHECK(contains(found->message, "meet behind the ring"));
+  CHECK_FALSE(refused(300));
+}
