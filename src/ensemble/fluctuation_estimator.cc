@@ -18,10 +18,14 @@ std::size_t most_modes(const FluctuationPlan& plan) {
 /// Layers whose modes are held at once: at least those of one base, at most all.
 std::size_t layers_at_once(const FluctuationPlan& plan) {
   const int reach = plan.reference + plan.lags.back();
-  const auto of_one = static_cast<std::size_t>(
-      std::count_if(plan.layers.begin(), plan.layers.end(), [&](int n) { return n <= plan.bases.front() + reach; }));
+  // From a base to its last partner lie partners of other bases, too.
+  std::ptrdiff_t of_one = 0;
+  for (const int base : plan.bases) {
+    const auto from = std::lower_bound(plan.layers.begin(), plan.layers.end(), base);
+    of_one = std::max(of_one, std::upper_bound(from, plan.layers.end(), base + reach) - from);
+  }
   const std::size_t held = most_memory / (most_modes(plan) * of_mode * sizeof(double));
-  return std::min(plan.layers.size(), std::max(held, 2 * of_one));
+  return std::min(plan.layers.size(), std::max(held, 2 * static_cast<std::size_t>(of_one)));
 }
 
 }  // namespace

@@ -122,6 +122,10 @@ TEST_CASE("fluctuation: piles whose layers do not fit into memory at once are co
   spec.response.base_step = 1;
   spec.layers = {10, 11};
   check_sums(spec, {1, 77, 900});
+  // From a base to its partners there are more layers farther down, where partners of earlier bases lie between.
+  spec.response.base_step = 4;
+  spec.layers = {100, 101};
+  check_sums(spec, {1, 500});
 }
 
 TEST_CASE("fluctuation: threads, partial groups and instruction sets change no byte") {
