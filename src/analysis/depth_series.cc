@@ -18,6 +18,7 @@ constexpr std::size_t always_counted = 3;  ///< depths that no edge takes away: 
 
 std::vector<double> depth_weights(const std::vector<double>& z) {
   std::vector<double> weights;
+  weights.reserve(z.size());
   for (const double depth : z) weights.push_back(1 / (depth * depth));
   return weights;
 }
