@@ -30,7 +30,7 @@ ReportData numbers() {
 }
 
 FitVariation variation(const std::string& change, std::array<int, 2> layers, const Estimate& c_shift,
-                          const Estimate& D_shift) {
+                       const Estimate& D_shift) {
   FitVariation made;
   made.change = change;
   made.layers = layers;
