@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "ensemble/draw_alike.h"
+
 namespace granuscope {
 namespace {
 
@@ -61,7 +63,6 @@ FluctuationEstimator::FluctuationEstimator(const EnsembleSpec& spec, Samplers sa
       correlations_(aligned_array<double>(modes_ * plan_.lags.size() * of_mode)),
       place_(static_cast<std::size_t>(spec.lattice.layers), -1),
       pairs_(plan_.lags.size()),
-      lags_(sums.layers),
       observables_(sums, block),
       profiles_(spec.record_profiles),
       propagation_(profiles_ ? BlockSlice(sums, "propagation", block) : BlockSlice()) {
@@ -79,15 +80,7 @@ std::optional<SamplingFailure> FluctuationEstimator::measure(std::uint64_t sampl
 
 void FluctuationEstimator::measure_samples(std::span<const std::uint64_t> samples,
                                            std::span<std::optional<SamplingFailure>> failures) {
-  for (std::size_t done = 0; done < failures.size(); done += loads_.size()) {
-    const std::size_t count = std::min(loads_.size(), failures.size() - done);
-    std::size_t next = done;
-    for (const PileGroup& group :
-         sampler_.draw_groups(samples.subspan(done, count), {loads_.data(), count}, failures.subspan(done, count))) {
-      add(group, failures.subspan(next, group.piles));
-      next += group.piles;
-    }
-  }
+  draw_alike(sampler_, loads_, samples, failures, [&](const PileGroup& group, auto of_group) { add(group, of_group); });
 }
 
 void FluctuationEstimator::add(const PileGroup& group, Failures failures) {

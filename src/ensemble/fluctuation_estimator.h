@@ -48,7 +48,6 @@ class FluctuationEstimator final : public Estimator {
   std::vector<Phase> half_a_bead_;       ///< exp(-i k/2) of each mode
   std::vector<int> place_;               ///< [layers of the lattice] of those in fields_; -1: none
   std::vector<std::vector<int>> pairs_;  ///< of each lag, for add_correlations
-  const std::vector<int>& lags_;
   LayerObservables observables_;
   bool profiles_;
   BlockSlice propagation_;

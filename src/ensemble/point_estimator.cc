@@ -1,6 +1,6 @@
 #include "ensemble/point_estimator.h"
 
-#include <algorithm>
+#include "ensemble/draw_alike.h"
 
 namespace granuscope {
 
@@ -27,15 +27,7 @@ std::optional<SamplingFailure> PointEstimator::measure(std::uint64_t sample) {
 
 void PointEstimator::measure_samples(std::span<const std::uint64_t> samples,
                                      std::span<std::optional<SamplingFailure>> failures) {
-  for (std::size_t done = 0; done < failures.size(); done += loads_.size()) {
-    const std::size_t count = std::min(loads_.size(), failures.size() - done);
-    std::size_t next = done;
-    for (const PileGroup& group :
-         sampler_.draw_groups(samples.subspan(done, count), {loads_.data(), count}, failures.subspan(done, count))) {
-      add(group, failures.subspan(next, group.piles));
-      next += group.piles;
-    }
-  }
+  draw_alike(sampler_, loads_, samples, failures, [&](const PileGroup& group, auto of_group) { add(group, of_group); });
 }
 
 void PointEstimator::add(const PileGroup& group, std::span<const std::optional<SamplingFailure>> failures) {
