@@ -130,7 +130,7 @@ class Run {
         PlannedEnsemble planned = plan_ensemble(one, options_.folder);
         const MeasuredEnsemble ensemble = sampling_.obtain(planned);
         if (!needs(Stage::analyse)) continue;
-        timed(data_.timings, "analyse", [&] { study->add(one, ensemble, sampling_.drawing_seconds(planned)); });
+        timed(data_.timings, "analyse", [&] { study->add(one, ensemble); });
       }
       if (!needs(Stage::analyse)) continue;
       timed(data_.timings, study->seconds() > 0 ? study->id() : "analyse", [&] { study->finish(); });
@@ -303,7 +303,7 @@ class Run {
   Studies studies_ = experiment_.studies;                      ///< with what they measure
   std::vector<std::pair<std::string, std::string>> failures_;  ///< what could not be made, and why
   RunResult result_;
-  std::map<std::string, double> earlier_timings_;  ///< by stage
+  std::map<std::string, StageTiming> earlier_timings_;  ///< by stage
   SampleStage sampling_{experiment_, options_, data_, earlier_timings_, [this] { mark_unfinished(); }};
 };
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 
@@ -12,22 +13,34 @@
 
 namespace granuscope {
 
+namespace {
+
+/// Samples of it that are not drawn again: of a smaller one, or of a run that was stopped.
+std::uint64_t samples_there(const PlannedEnsemble& planned) {
+  const std::uint64_t smaller = planned.smaller == nullptr ? 0 : samples_begun(*planned.smaller);
+  const std::uint64_t begun = planned.begun * group_size * static_cast<std::uint64_t>(planned.spec.response.blocks);
+  return std::min(planned.spec.response.samples, std::max(smaller, begun));
+}
+
+}  // namespace
+
 MeasuredEnsemble SampleStage::obtain(PlannedEnsemble& planned) {
   MeasuredEnsemble ensemble;
   const auto start = std::chrono::steady_clock::now();
-  const std::uint64_t there = planned.smaller == nullptr ? 0 : samples_begun(*planned.smaller);
+  const std::uint64_t there = samples_there(planned);
   timed(data_.timings, "sample " + planned.label,
         [&] { ensemble = obtain_ensemble(planned, options_.folder, options_.threads, options_.progress); });
-  if (!planned.reusable) {
-    drawn_in_seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    drawn_in_this_run_ += static_cast<double>(beads_of(planned.spec, planned.spec.response.samples - there));
-    drawn_();
-  }
+  StageTiming& timing = *std::find_if(data_.timings.begin(), data_.timings.end(),
+                                      [&](const StageTiming& one) { return one.stage == "sample " + planned.label; });
   if (planned.reusable) {
-    StageTiming& timing = data_.timings.back();
-    timing.reused = true;
     const auto earlier = earlier_.find(timing.stage);
-    timing.seconds = earlier == earlier_.end() ? std::nan("") : earlier->second;
+    timing = earlier == earlier_.end() ? StageTiming{timing.stage, std::nan(""), true} : earlier->second;
+  } else {
+    const std::uint64_t beads = beads_of(planned.spec, planned.spec.response.samples - there);
+    drawn_in_seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    drawn_in_this_run_ += static_cast<double>(beads);
+    timing.beads += beads;
+    drawn_();
   }
   if (const auto& failed = ensemble.record.failed; !failed.empty()) {
     log_line(
@@ -84,18 +97,9 @@ PrecisionOutcome SampleStage::reach_precision(PlannedEnsemble& planned, Measured
   return outcome;
 }
 
-double SampleStage::drawing_seconds(const PlannedEnsemble& planned) const {
-  if (planned.begun > 0 && !planned.reusable) return std::nan("");
-  for (const StageTiming& timing : data_.timings) {
-    if (timing.stage == "sample " + planned.label) return timing.seconds;
-  }
-  return std::nan("");
-}
-
 void SampleStage::tell_reuse() {
   if (reused_ == 0) return;
-  data_.skipped.push_back(
-      fmt::format("{} of {} ensembles were already there and were not drawn again.", reused_, obtained_));
+  data_.reuse = fmt::format("{} of {} ensembles were already there and were not drawn again.", reused_, obtained_);
 }
 
 void SampleStage::tell_rounding(const SamplerCounts& counts) {

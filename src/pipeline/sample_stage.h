@@ -19,16 +19,13 @@ class SampleStage {
   /// `earlier`: what each stage took in an earlier run. `drawn` is called whenever an ensemble has been drawn. All must
   /// outlive this object.
   SampleStage(const Experiment& experiment, const RunOptions& options, ReportData& data,
-              const std::map<std::string, double>& earlier, std::function<void()> drawn)
+              const std::map<std::string, StageTiming>& earlier, std::function<void()> drawn)
       : experiment_(experiment), options_(options), data_(data), earlier_(earlier), drawn_(std::move(drawn)) {}
 
   MeasuredEnsemble obtain(PlannedEnsemble& planned);
 
   /// Lets a growing ensemble grow until its c and D are as precise as asked, which is looked at after whole steps only.
   PrecisionOutcome reach_precision(PlannedEnsemble& planned, MeasuredEnsemble& ensemble);
-
-  /// What drawing a whole ensemble took; NaN if parts of it came from a run that was stopped.
-  double drawing_seconds(const PlannedEnsemble& planned) const;
 
   /// Tells how many ensembles were there already.
   void tell_reuse();
@@ -43,7 +40,7 @@ class SampleStage {
   const Experiment& experiment_;
   const RunOptions& options_;
   ReportData& data_;
-  const std::map<std::string, double>& earlier_;
+  const std::map<std::string, StageTiming>& earlier_;
   std::function<void()> drawn_;
   std::size_t obtained_ = 0, reused_ = 0;                ///< ensembles
   double drawn_in_this_run_ = 0, drawn_in_seconds_ = 0;  ///< beads, for the time that is left

@@ -12,6 +12,11 @@ namespace {
 
 bool differs(const Claim& claim) { return !claim.expected.empty() && claim.verdict != claim.expected; }
 
+/// Neither reproduced nor refuted, as expected: a case that says nothing.
+bool undecided(const Claim& claim) {
+  return claim.verdict != "reproduced" && claim.verdict != "not reproduced" && !differs(claim);
+}
+
 std::string markup(const std::string& text) { return escape_markup(clean_text(text)); }
 
 }  // namespace
@@ -20,17 +25,21 @@ std::string junit_claims(const std::vector<Claim>& claims, const std::string& ex
   std::string suite_name = markup(experiment_name);
   std::replace(suite_name.begin(), suite_name.end(), '\n', ' ');
   std::string xml = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n";
-  xml += fmt::format("<testsuite name=\"{}\" tests=\"{}\" failures=\"{}\" errors=\"0\" skipped=\"0\">\n", suite_name,
-                     claims.size(), std::count_if(claims.begin(), claims.end(), differs));
+  const auto skipped = std::count_if(claims.begin(), claims.end(), undecided);
+  xml += fmt::format("<testsuite name=\"{}\" tests=\"{}\" failures=\"{}\" errors=\"0\" skipped=\"{}\">\n", suite_name,
+                     claims.size(), std::count_if(claims.begin(), claims.end(), differs), skipped);
   for (const Claim& claim : claims) {
-    xml += fmt::format("  <testcase classname=\"claims\" name=\"{}\">{}", markup(claim.id), markup(claim.verdict));
+    const std::string verdict = markup(claim.verdict), explanation = markup(claim.explanation);
+    xml += fmt::format("  <testcase classname=\"claims\" name=\"{}\">", markup(claim.id));
     if (differs(claim)) {
-      xml += fmt::format("<failure message=\"the verdict is {}, expected was {}\">{}</failure>", markup(claim.verdict),
-                         markup(claim.expected), markup(claim.explanation));
+      xml += fmt::format("<failure message=\"the verdict is {}, expected was {}\">{}</failure>", verdict,
+                         markup(claim.expected), explanation);
+    } else if (undecided(claim)) {
+      xml += fmt::format("<skipped message=\"{}\"/>", verdict);
     }
     const std::string remarks = claim.remarks.empty() ? "" : " " + markup(claim.remarks);
-    xml += fmt::format("<system-out>{} {}{}</system-out></testcase>\n", markup(claim.statement),
-                       markup(claim.explanation), remarks);
+    xml += fmt::format("<system-out>{}: {} {}{}</system-out></testcase>\n", verdict, markup(claim.statement),
+                       explanation, remarks);
   }
   return xml + "</testsuite>\n";
 }

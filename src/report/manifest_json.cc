@@ -48,23 +48,24 @@ Json to_json(const StageTiming& timing) {
   stage["stage"] = timing.stage;
   stage["seconds"] = finite_or_null(timing.seconds);
   stage["reused"] = timing.reused;
+  if (timing.beads > 0) stage["beads"] = timing.beads;
   return stage;
 }
 
-Json timings_json(const std::vector<StageTiming>& timings, const std::map<std::string, double>& earlier) {
+Json stages_json(const std::vector<StageTiming>& timings, const std::map<std::string, StageTiming>& earlier) {
   Json json = Json::array();
   for (const StageTiming& timing : timings) json.push_back(to_json(timing));
-  for (const auto& [stage, seconds] : earlier) {
+  for (const auto& [stage, told] : earlier) {
     const auto is_it = [&name = stage](const StageTiming& timing) { return timing.stage == name; };
-    if (std::none_of(timings.begin(), timings.end(), is_it)) json.push_back(to_json(StageTiming{stage, seconds, true}));
+    if (std::none_of(timings.begin(), timings.end(), is_it)) json.push_back(to_json(told));
   }
   return json;
 }
 
 /// What a run leaves at the top of its folder and below it. A folder may hold more: that of a user who wrote --out . is
 /// not to be read as a whole, nor to be listed in what is then passed on.
-constexpr std::array results = {"experiment.toml", "summary.json", "summary.md", "claims.xml", "report.html",
-                                "report.pdf",      "ensembles",    "piles",      "figures"};
+constexpr std::array results = {"experiment.toml", "summary.json", "summary.md", "claims.xml", "timings.json",
+                                "report.html",     "report.pdf",   "ensembles",  "piles",      "figures"};
 
 bool hidden(const std::filesystem::path& relative) {
   return std::any_of(relative.begin(), relative.end(),
@@ -123,27 +124,39 @@ std::string manifest_json(const ReportData& data, const std::filesystem::path& r
   json["experiment_key"] = data.resolved_experiment_key;
   json["provenance"] = to_json(data.provenance);
   json["environment"] = to_json(data.environment);
-  json["timings"] = timings_json(data.timings, outcome.earlier_timings);
+  json["timings"] = stages_json(data.timings, outcome.earlier_timings);
   json["skipped"] = data.skipped;
+  if (!data.reuse.empty()) json["skipped"].push_back(data.reuse);
   json["files"] = outcome.exit_code ? files_json(run_folder) : Json::array();
   clean_strings(json);
   return json.dump(2) + "\n";
 }
 
-std::map<std::string, double> earlier_timings(const std::filesystem::path& run_folder) {
-  std::map<std::string, double> seconds;
+std::map<std::string, StageTiming> earlier_timings(const std::filesystem::path& run_folder) {
+  std::map<std::string, StageTiming> earlier;
   try {
     const Json manifest = Json::parse(read_file(run_folder / manifest_name));
     for (const Json& timing : manifest.at("timings")) {
-      if (timing.at("seconds").is_number()) seconds[timing.at("stage")] = timing.at("seconds");
+      if (!timing.at("seconds").is_number()) continue;
+      earlier[timing.at("stage")] = {timing.at("stage"), timing.at("seconds"), true,
+                                     timing.value("beads", std::uint64_t{0})};
     }
   } catch (const std::exception&) {
     return {};  // what a stage took is worth knowing, but nothing depends on it
   }
-  return seconds;
+  return earlier;
+}
+
+std::string timings_json(const ReportData& data, const RunOutcome& outcome) {
+  Json json;
+  json["schema"] = 1;
+  json["stages"] = stages_json(data.timings, outcome.earlier_timings);
+  clean_strings(json);
+  return json.dump(2) + "\n";
 }
 
 void write_manifest(const ReportData& data, const std::filesystem::path& run_folder, const RunOutcome& outcome) {
+  write_file(run_folder / "timings.json", timings_json(data, outcome));
   write_file(run_folder / manifest_name, manifest_json(data, run_folder, outcome));
 }
 

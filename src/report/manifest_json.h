@@ -13,7 +13,7 @@ struct RunOutcome {
   std::string status = "done";       ///< "done", "failed", "interrupted", or "unfinished": at work, or killed since
   std::optional<int> exit_code = 0;  ///< of an unfinished run none
   std::string error;                 ///< the message, empty if all went well
-  std::map<std::string, double> earlier_timings = {};  ///< of stages that this run has not come to
+  std::map<std::string, StageTiming> earlier_timings = {};  ///< of stages that this run has not come to
 };
 
 /// Provenance, environment, timings, what was skipped, how the run ended, and the SHA-256 and size of every file of a
@@ -22,11 +22,14 @@ struct RunOutcome {
 /// hash, so that a failing run still gets a manifest. The files of an unfinished run change, and none is listed.
 std::string manifest_json(const ReportData& data, const std::filesystem::path& run_folder, const RunOutcome& outcome);
 
-/// Seconds by stage as the manifest of an earlier run in this folder gives them, so that what is reused keeps the time
-/// it took. Empty where there is no such manifest or it is damaged.
-std::map<std::string, double> earlier_timings(const std::filesystem::path& run_folder);
+/// What each stage took as the manifest of an earlier run in this folder gives them, so that what is reused keeps the
+/// time it took. Empty where there is no such manifest or it is damaged.
+std::map<std::string, StageTiming> earlier_timings(const std::filesystem::path& run_folder);
 
-/// manifest_json into manifest.json, atomically. Call it last.
+/// The wall times of the stages: timings.json.
+std::string timings_json(const ReportData& data, const RunOutcome& outcome);
+
+/// timings_json into timings.json, and manifest_json into manifest.json, each atomically. Call it last.
 void write_manifest(const ReportData& data, const std::filesystem::path& run_folder, const RunOutcome& outcome);
 
 }  // namespace granuscope

@@ -94,8 +94,14 @@ void add_provenance(Json& overlay, const ReportData& data) {
     std::string time = std::isfinite(timing.seconds) ? describe_duration(timing.seconds) : "not known";
     const std::string shortest = "less than ";
     if (time.starts_with(shortest)) time.replace(0, shortest.size(), "< ");
-    timings.push_back({{"stage", timing.stage}, {"time", time}, {"reused", timing.reused}});
+    const double beads = timing.beads > 0 ? static_cast<double>(timing.beads) : std::nan("");
+    const double nanoseconds = 1e9 * timing.seconds / beads;
+    timings.push_back({{"stage", timing.stage},
+                       {"time", time},
+                       {"per_bead", std::isfinite(nanoseconds) ? significant(nanoseconds, 2) : ""},
+                       {"reused", timing.reused}});
   }
+  overlay["reuse"] = data.reuse;
   overlay["timings"] = timings;
   overlay["has_timings"] = !timings.empty();
   // Line by line, so that what does not fit into one is seen to belong to it.

@@ -1,4 +1,5 @@
 #pragma once
+#include <cstdint>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -12,11 +13,12 @@
 
 namespace granuscope {
 
-/// A stage's wall time, for manifest.json and the report's provenance section.
+/// A stage's wall time, for timings.json, manifest.json and the report's section of timings.
 struct StageTiming {
   std::string stage;
-  double seconds = 0;   ///< what computing it took, in an earlier run if it is reused; NaN if that is not known
-  bool reused = false;  ///< the result was already there
+  double seconds = 0;       ///< what computing it took, in an earlier run if it is reused; NaN if that is not known
+  bool reused = false;      ///< the result was already there
+  std::uint64_t beads = 0;  ///< drawn in that time, of a stage that draws an ensemble
 };
 
 /// Everything the report says. Nothing here is computed by the report itself.
@@ -41,6 +43,7 @@ struct ReportData {
   std::vector<StageTiming> timings;
   std::vector<std::string> checks;   ///< sentences: what was checked on the way, and how it came out
   std::vector<std::string> skipped;  ///< sentences: what was not done and why
+  std::string reuse = {};            ///< one sentence, of this run alone: what was there already; may be empty
 };
 
 /// The name of the experiment, or that it has none.

@@ -168,7 +168,7 @@ class ChainShareStudy final : public CopiedStudy<ChainShareStudy> {
     return {{fmt::format("share along the rays, mu = {}", chains.mu), "chain-share", spec}};
   }
 
-  void add(const StudyEnsemble&, const MeasuredEnsemble& ensemble, double) override {
+  void add(const StudyEnsemble&, const MeasuredEnsemble& ensemble) override {
     measured_.push_back(measure_chain_share(ensemble));
   }
 

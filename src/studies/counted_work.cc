@@ -277,7 +277,7 @@ class CountedWorkStudy final : public CopiedStudy<CountedWorkStudy> {
     return all;
   }
 
-  void add(const StudyEnsemble&, const MeasuredEnsemble& ensemble, double) override {
+  void add(const StudyEnsemble&, const MeasuredEnsemble& ensemble) override {
     measured_.push_back(counted_work(ensemble));
   }
 

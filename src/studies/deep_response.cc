@@ -214,7 +214,7 @@ class DeepResponseStudy final : public CopiedStudy<DeepResponseStudy> {
   }
 
   void begin(const MainLine&, int threads) override { threads_ = threads; }
-  void add(const StudyEnsemble&, const MeasuredEnsemble& ensemble, double) override {
+  void add(const StudyEnsemble&, const MeasuredEnsemble& ensemble) override {
     measured_.push_back(measure_deep_response(ensemble, threads_));
   }
 

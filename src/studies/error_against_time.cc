@@ -110,9 +110,7 @@ double gain_error(double repetitions) { return 2 / std::sqrt(repetitions - 1); }
 
 }  // namespace
 
-Figure plot_error_against_time(const std::vector<ErrorCurve>& curves, const std::vector<double>& seconds,
-                               const std::filesystem::path& run_folder) {
-  const bool timed = std::all_of(seconds.begin(), seconds.end(), [](double s) { return std::isfinite(s) && s > 0; });
+Figure plot_error_against_time(const std::vector<ErrorCurve>& curves, const std::filesystem::path& run_folder) {
   PlotPlan plan;
   plan.id = figure_id;
   plan.script = "studies/error_against_time";
@@ -123,8 +121,7 @@ Figure plot_error_against_time(const std::vector<ErrorCurve>& curves, const std:
   Range repetitions;
   double point_cost = 0;
   std::string unloaded_layers;
-  for (std::size_t k = 0; k < curves.size(); ++k) {
-    const ErrorCurve& curve = curves[k];
+  for (const ErrorCurve& curve : curves) {
     if (curve.points.empty()) {
       missing.push_back(in_words(curve.spec.response));
       continue;
@@ -132,8 +129,7 @@ Figure plot_error_against_time(const std::vector<ErrorCurve>& curves, const std:
     if (curve.spec.response.estimator == EstimatorName::fluctuation) {
       unloaded_layers = std::to_string(curve.spec.lattice.layers);
     }
-    const double cost =
-        (timed ? seconds[k] : 1e-6 * static_cast<double>(curve.beads)) / static_cast<double>(curve.samples);
+    const double cost = 1e-6 * static_cast<double>(curve.beads) / static_cast<double>(curve.samples);
     for (const ErrorPoint& p : curve.points) repetitions.add(p.repetitions);
     const std::size_t number = titles.size();  // of the curve: those not shown count for nothing
     for (const std::size_t q : {0, 1}) add_curve(panels[q], plan, curve, quantities[q], cost, number);
@@ -163,8 +159,7 @@ Figure plot_error_against_time(const std::vector<ErrorCurve>& curves, const std:
         "the figure of error against run time has nothing to show, because no repetition has a fit of two peaks; give "
         "studies.error_against_time.mu where peaks stand apart, or more piles each time");
   }
-  TemplateVariables variables = {{"titles", fmt::format("{}", fmt::join(titles, ", \\\n    "))},
-                                 {"axis", timed ? "seconds of drawing" : "million beads drawn"}};
+  TemplateVariables variables = {{"titles", fmt::format("{}", fmt::join(titles, ", \\\n    "))}};
   for (const std::size_t q : {0, 1}) {
     const Range x = widened_by_factor(panels[q].x, 1.4), y = widened_by_factor(panels[q].y, 1.3);
     const std::string name = quantities[q].name;
@@ -182,8 +177,6 @@ Figure plot_error_against_time(const std::vector<ErrorCurve>& curves, const std:
                 {"columns", std::to_string(curves.front().spec.lattice.columns)},
                 {"layers", std::to_string(curves.front().spec.lattice.layers)},
                 {"unloaded_layers", unloaded_layers},
-                {"timed", timed ? "yes" : ""},
-                {"untimed", timed ? "" : "yes"},
                 {"slopes_c", enumeration(slopes_c)},
                 {"slopes_D", enumeration(slopes_D)},
                 {"floors", enumeration(floors)},
@@ -236,8 +229,8 @@ class ErrorAgainstTimeStudy final : public CopiedStudy<ErrorAgainstTimeStudy> {
 
   std::vector<Key> keys() override {
     return {make_key(table(), "repetitions", "repetitions",
-                     "independent repetitions of each estimator from which its error is taken and plotted against its "
-                     "run time; 0: none",
+                     "independent repetitions of each estimator from which its error is taken and plotted against the "
+                     "beads drawn; 0: none",
                      repetitions_,
                      KeyRange{.or_zero = true,
                               .why = "the scatter of fewer than 8 says nothing about an error, and their sums are kept "
@@ -304,9 +297,8 @@ class ErrorAgainstTimeStudy final : public CopiedStudy<ErrorAgainstTimeStudy> {
   }
 
   void begin(const MainLine&, int threads) override { threads_ = threads; }
-  void add(const StudyEnsemble&, const MeasuredEnsemble& ensemble, double seconds) override {
+  void add(const StudyEnsemble&, const MeasuredEnsemble& ensemble) override {
     curves_.push_back(measure_error_curve(ensemble, error_curve_fit(lattice_), threads_));
-    seconds_.push_back(seconds);
   }
   void finish() override { set_shifts(curves_); }
 
@@ -314,7 +306,7 @@ class ErrorAgainstTimeStudy final : public CopiedStudy<ErrorAgainstTimeStudy> {
 
   std::vector<FigurePlot> figures(const Analysis&) const override {
     if (curves_.empty()) return {};
-    return {[this](const std::filesystem::path& folder) { return plot_error_against_time(curves_, seconds_, folder); }};
+    return {[this](const std::filesystem::path& folder) { return plot_error_against_time(curves_, folder); }};
   }
 
  private:
@@ -337,7 +329,6 @@ class ErrorAgainstTimeStudy final : public CopiedStudy<ErrorAgainstTimeStudy> {
   LatticeSpec lattice_{500, 200};
   int threads_ = 0;
   std::vector<ErrorCurve> curves_;  ///< one for each estimator
-  std::vector<double> seconds_;     ///< what drawing each took
 };
 
 }  // namespace

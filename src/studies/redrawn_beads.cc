@@ -200,7 +200,7 @@ class RedrawnBeadsStudy final : public CopiedStudy<RedrawnBeadsStudy> {
     return all;
   }
 
-  void add(const StudyEnsemble&, const MeasuredEnsemble& ensemble, double) override {
+  void add(const StudyEnsemble&, const MeasuredEnsemble& ensemble) override {
     measured_.push_back(measure_redrawn_beads(ensemble));
   }
 

@@ -125,7 +125,7 @@ class RejectionThrustStudy final : public CopiedStudy<RejectionThrustStudy> {
   }
 
   /// Each ensemble's part is its margin.
-  void add(const StudyEnsemble& which, const MeasuredEnsemble& ensemble, double) override {
+  void add(const StudyEnsemble& which, const MeasuredEnsemble& ensemble) override {
     measured_.push_back(measure_rejection_thrust(ensemble, which.part));
   }
 

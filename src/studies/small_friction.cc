@@ -271,7 +271,7 @@ class SmallFrictionStudy final : public CopiedStudy<SmallFrictionStudy> {
     return all;
   }
 
-  void add(const StudyEnsemble&, const MeasuredEnsemble& ensemble, double) override {
+  void add(const StudyEnsemble&, const MeasuredEnsemble& ensemble) override {
     replicated_.push_back(measure_small_friction(ensemble));
     measured_.push_back(replicated_.back().result);
   }

@@ -45,8 +45,8 @@ class Study {
 
   /// Begins to measure; `threads`: 0 for as many as the machine has. No result depends on it.
   virtual void begin(const MainLine&, [[maybe_unused]] int threads) {}
-  /// Takes one of its ensembles, each once and in their order. `seconds`: what drawing it took; NaN if unknown.
-  virtual void add(const StudyEnsemble&, const MeasuredEnsemble&, [[maybe_unused]] double seconds) {}
+  /// Takes one of its ensembles, each once and in their order.
+  virtual void add(const StudyEnsemble&, const MeasuredEnsemble&) {}
   /// All ensembles are there.
   virtual void finish() {}
 

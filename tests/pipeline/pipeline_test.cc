@@ -89,7 +89,7 @@ TEST_CASE("only what is asked for is made") {
   const Experiment experiment = small_experiment();
   run_experiment(experiment, quiet(folder.path(), {Stage::render}));
   std::set<std::string> files = files_in(folder.path());
-  CHECK(files == std::set<std::string>{"experiment.toml", "manifest.json", "piles/force-chains.h5",
+  CHECK(files == std::set<std::string>{"experiment.toml", "manifest.json", "timings.json", "piles/force-chains.h5",
                                        "piles/overloaded.h5", "piles/uniform.h5", "figures/bead-weights.png",
                                        "figures/force-chains.png", "figures/pile-response.png"});
   run_experiment(experiment, quiet(folder.path(), {Stage::sample}));

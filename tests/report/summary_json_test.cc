@@ -127,7 +127,7 @@ TEST_CASE("The manifest lists every file with its hash, also of a failed run") {
   CHECK(json["status"] == "failed");
   CHECK(json["exit_code"] == 3);
   CHECK(contains(json["error"], "<script>"));
-  REQUIRE(json["files"].size() == 2);
+  REQUIRE(json["files"].size() == 3);
   CHECK(json["files"][0]["path"] == "figures/a.csv");
   CHECK(json["files"][0]["bytes"] == 4);
   CHECK(json["files"][1]["path"] == "summary.json");
@@ -142,12 +142,14 @@ TEST_CASE("A JUnit case fails only when its verdict is not the expected one") {
   claims[0].verdict = "not reproduced";
   claims[0].explanation = "a < b & c";
   const std::string xml = junit_claims(claims, synthetic::hostile_text());
-  CHECK(contains(xml, "tests=\"5\" failures=\"1\""));
+  CHECK(contains(xml, "tests=\"5\" failures=\"1\" errors=\"0\" skipped=\"1\""));
   CHECK(contains(xml,
-                 "name=\"frictionless\">not reproduced<failure message=\"the verdict is not reproduced, expected was "
-                 "reproduced\">a &lt; b &amp; c</failure>"));
-  CHECK(contains(xml, "name=\"c-of-mu\">not reproduced<system-out>"));  // expected: no failure
-  CHECK(contains(xml, "name=\"amplitude\">undetermined<system-out>"));  // no expectation: no failure
+                 "name=\"frictionless\"><failure message=\"the verdict is not reproduced, expected was "
+                 "reproduced\">a &lt; b &amp; c</failure><system-out>not reproduced: "));
+  CHECK(contains(xml, "name=\"c-of-mu\"><system-out>not reproduced: "));  // expected: no failure
+  CHECK(contains(
+      xml, "name=\"amplitude\"><skipped message=\"undetermined\"/><system-out>undetermined: "));  // no expectation: no
+                                                                                                  // failure
   CHECK_FALSE(contains(xml, "<script>"));
 }
 

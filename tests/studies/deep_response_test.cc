@@ -69,7 +69,7 @@ TEST_CASE("The deep response is followed over lags that double, and its slopes a
   CHECK(response.c_thrust.value == Approx(0.5557).margin(0.0005));
 
   asked.study->begin(asked.main, 2);
-  asked.study->add(ensembles[0], ensemble, 1);
+  asked.study->add(ensembles[0], ensemble);
   asked.study->finish();
   const auto json = asked.study->json();
   REQUIRE(json.size() == 1);

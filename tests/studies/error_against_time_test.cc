@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <limits>
 
 #include "kit/temporary_folder.h"
 #include "kit/text_parts.h"
@@ -52,12 +51,12 @@ std::vector<ErrorCurve> three_curves() {
 
 TEST_CASE("Errors against time compare with the paper's procedure, number what is shown, and name what is not") {
   const TemporaryFolder run;
-  const Figure figure = plot_error_against_time(three_curves(), {16, 16, 8}, run.path());
-  // (0.04 / 0.002)^2 and (0.2 / 0.02)^2, each at half the time.
-  CHECK(contains(figure.caption, "the factors 800 for c and 200 for D (multiplexed, ε = 0.25), each known to about "));
+  const Figure figure = plot_error_against_time(three_curves(), run.path());
+  // (0.04 / 0.002)^2 and (0.2 / 0.02)^2, each of as many beads for each sample.
+  CHECK(contains(figure.caption, "the factors 400 for c and 100 for D (multiplexed, ε = 0.25), each known to about "));
   CHECK(contains(figure.caption, "something else: point (c by 0.0040(10))."));  // and not D
   CHECK(contains(figure.caption, "no fit of two peaks: paired"));
-  CHECK(contains(figure.caption, "the time that this run took"));
+  CHECK(contains(figure.caption, "against the number of beads drawn"));
   CHECK_FALSE(contains(figure.caption, "e+"));
   CHECK(contains(figure.alternative, "level off"));
   // The curve that is not shown has no number, so that the data follow the legend.
@@ -66,7 +65,7 @@ TEST_CASE("Errors against time compare with the paper's procedure, number what i
   CHECK_FALSE(std::filesystem::exists(run.path() / "figures/error-against-time-c-3.csv"));
   const std::string points = read_file(run.path() / "figures/error-against-time-D-2.csv");
   CHECK(std::count(points.begin(), points.end(), '\n') == 3);
-  CHECK(contains(points, "\n0.125,0.004,"));  // 25 of 1600 samples that took 8 s, 0.02 / 5
+  CHECK(contains(points, "\n0.768,0.004,"));  // 25 samples of 256 x 120 beads, 0.02 / 5
   CHECK(contains(points, ",25,16\n"));
   // With the shift of c the total error levels off at 0.004, and only there.
   const std::string script = read_file(run.path() / "figures/error-against-time.gp");
@@ -76,30 +75,24 @@ TEST_CASE("Errors against time compare with the paper's procedure, number what i
   for (std::size_t at = script.find(levels); at != std::string::npos; at = script.find(levels, at + 1)) ++straight;
   CHECK(straight == 3);
   const std::string svg = read_file(run.path() / figure.screen);
-  for (const char* label : {"seconds of drawing", "standard error of D", "multiplexed, ε = 0.25:  c = 0.5600(10)"}) {
+  for (const char* label : {"million beads drawn", "standard error of D", "multiplexed, ε = 0.25:  c = 0.5600(10)"}) {
     INFO(label);
     CHECK(contains(svg, label));
   }
 }
 
-TEST_CASE("Without times the beads stand on the axis, and without shifts nothing levels off") {
+TEST_CASE("Without shifts no error against beads levels off") {
   const TemporaryFolder run;
   std::vector<ErrorCurve> curves = three_curves();
   curves[0].shift_c = synthetic::unknown("nothing stands for the linear response");
-  const double unknown = std::numeric_limits<double>::quiet_NaN();
-  const Figure figure = plot_error_against_time(curves, {16, 16, unknown}, run.path());
-  CHECK(contains(figure.caption, "times are not known"));
+  const Figure figure = plot_error_against_time(curves, run.path());
   CHECK(contains(figure.caption, "No shift from it exceeds three standard errors"));
-  CHECK(contains(figure.caption, "the factors 400 for c and 100 for D"));  // as many beads for each sample
   CHECK_FALSE(contains(figure.alternative, "level off"));
-  CHECK(contains(read_file(run.path() / figure.screen), "million beads drawn"));
-  // 25 samples of 256 x 120 beads.
-  CHECK(contains(read_file(run.path() / "figures/error-against-time-c-1.csv"), "\n0.768,0.008,"));
 }
 
 TEST_CASE("Errors against time without any curve are refused") {
   const TemporaryFolder run;
   std::vector<ErrorCurve> curves = three_curves();
   for (ErrorCurve& one : curves) one.points.clear();
-  CHECK_THROWS_AS(plot_error_against_time(curves, {1, 1, 1}, run.path()), InputError);
+  CHECK_THROWS_AS(plot_error_against_time(curves, run.path()), InputError);
 }

@@ -124,18 +124,3 @@ TEST_CASE("Responses under the laws say how far they lie from the first") {
   CHECK(contains(body, "<td class=\"num\">0.0</td>"));
   CHECK(count(body, "<td class=\"num\">n/a</td>") == 2);
 }
-
-TEST_CASE("The time that drawing a law took stands beside its draws where it is known, and in no summary") {
-  ComparedLaws measured;
-  measured.on_piles.resize(2);
-  for (LawOnPiles& one : measured.on_piles) {
-    one.spec.lattice = {10, 10};
-    one.samples = 90;
-    one.failed = 10;
-  }
-  measured.seconds = {0.0042, std::nan("")};
-  const std::string html = study_page(*law_comparison_study(measured)).html;
-  CHECK(count(html, "<td class=\"num\">420</td>") == 1);  // 0.0042 s over 100 piles of 100 beads
-  CHECK(count(html, "<td class=\"num\">not known</td>") == 1);
-  CHECK_FALSE(contains(law_comparison_study(measured)->json().dump(), "seconds"));
-}

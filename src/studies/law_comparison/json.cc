@@ -8,7 +8,6 @@
 
 #include "report/estimate_json.h"
 #include "studies/study.h"
-#include "support/number_format.h"
 
 namespace granuscope {
 namespace {
@@ -70,15 +69,6 @@ Json to_json(const LawOnPiles& one) {
 /// Whether a law leaves out some of its rules.
 bool some_rules(const Json& one) { return one.contains("repair_rules") && one.at("repair_rules") != "all"; }
 
-/// Nanoseconds of wall time for each bead of the piles begun.
-std::string time_per_bead(const ComparedLaws& measured, std::size_t i) {
-  if (i >= measured.seconds.size() || i >= measured.on_piles.size()) return "not known";
-  const LawOnPiles& one = measured.on_piles[i];
-  const double piles = static_cast<double>(one.samples + one.failed);
-  if (!std::isfinite(measured.seconds[i]) || piles == 0) return "not known";
-  return significant(1e9 * measured.seconds[i] / (piles * one.spec.lattice.columns * one.spec.lattice.layers), 2);
-}
-
 /// By how many standard errors of their difference a number lies from that of the first law.
 std::string sigmas_from_first(const Json& one, const Json& first) {
   if (!one.at("value").is_number() || !first.at("value").is_number()) return "n/a";
@@ -95,11 +85,11 @@ Json laws_json(const ComparedLaws& measured) {
           {"costs", list_of(measured.costs, to_json)}};
 }
 
-Json laws_overlay(const ComparedLaws& measured, const Json& results, const std::string& base) {
+Json laws_overlay(const Json& results, const std::string& base) {
   const Json& laws = results.at("laws");
   Json rows = Json::array(), chains = Json::array();
   for (std::size_t i = 0; i < laws.size(); ++i) {
-    rows.push_back({{"some_rules", some_rules(laws[i])}, {"time_per_bead", time_per_bead(measured, i)}});
+    rows.push_back({{"some_rules", some_rules(laws[i])}});
     if (laws[i].contains("burn_in")) chains.push_back({{"key", fmt::format("{}/laws/{}", base, i)}, {"last", false}});
   }
   if (!chains.empty()) chains.back()["last"] = true;

@@ -10,9 +10,8 @@ namespace granuscope {
 nlohmann::ordered_json laws_json(const ComparedLaws& measured);
 
 // What the parts of the report need beside these `results`, which stand at `base` of summary.json: overlays of `base`
-// (report/page_scope.h). What drawing took is no part of summary.json, which holds no times.
-nlohmann::ordered_json laws_overlay(const ComparedLaws& measured, const nlohmann::ordered_json& results,
-                                    const std::string& base);
+// (report/page_scope.h).
+nlohmann::ordered_json laws_overlay(const nlohmann::ordered_json& results, const std::string& base);
 nlohmann::ordered_json law_responses_overlay(const nlohmann::ordered_json& results);
 nlohmann::ordered_json law_rules_overlay(const nlohmann::ordered_json& results, const std::string& base);
 

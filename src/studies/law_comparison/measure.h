@@ -40,7 +40,6 @@ struct LawResponse {
 /// All that the laws were compared by.
 struct ComparedLaws {
   std::vector<LawOnPiles> on_piles;    ///< the larger piles first
-  std::vector<double> seconds;         ///< what drawing each of these took; NaN or missing if not known
   std::vector<LawResponse> responses;  ///< under those laws that can draw piles in which peaks stand apart
   std::vector<LawOnPiles> costs;       ///< ascending in mu, then by law, then in size
 };

@@ -118,11 +118,10 @@ class LawComparisonStudy final : public CopiedStudy<LawComparisonStudy> {
 
   void begin(const MainLine&, int threads) override { threads_ = threads; }
 
-  void add(const StudyEnsemble& which, const MeasuredEnsemble& ensemble, double seconds) override {
+  void add(const StudyEnsemble& which, const MeasuredEnsemble& ensemble) override {
     switch (which.part) {
       case on_piles:
         measured_.on_piles.push_back(measure_law(ensemble));
-        measured_.seconds.push_back(seconds);
         break;
       case response:
         measured_.responses.push_back(measure_law_response(ensemble, threads_));
@@ -137,7 +136,7 @@ class LawComparisonStudy final : public CopiedStudy<LawComparisonStudy> {
   std::vector<ReportPart> parts(const Json& results) const override {
     ReportPart laws = part(id(), "laws"), responses = part("law_responses", "responses"),
                rules = part("law_rules", "rules");
-    laws.overlay = laws_overlay(measured_, results, laws.base);
+    laws.overlay = laws_overlay(results, laws.base);
     responses.overlay = law_responses_overlay(results);
     rules.overlay = law_rules_overlay(results, rules.base);
     return {laws, responses, rules};

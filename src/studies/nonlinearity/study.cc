@@ -110,7 +110,7 @@ class NonlinearityStudy final : public CopiedStudy<NonlinearityStudy> {
   void begin(const MainLine& main, int threads) override {
     comparer_.emplace(main.fit, main.response.epsilon, threads);
   }
-  void add(const StudyEnsemble&, const MeasuredEnsemble& ensemble, double) override { comparer_->add(ensemble); }
+  void add(const StudyEnsemble&, const MeasuredEnsemble& ensemble) override { comparer_->add(ensemble); }
   void finish() override { measured_ = comparer_->finish(); }
 
   Json json() const override {
