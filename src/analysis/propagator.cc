@@ -12,8 +12,26 @@ namespace {
 
 constexpr const char* quantity = "propagation";
 
-/// The sums of one lag over all blocks but one (none if it is their number).
-std::vector<double> total_without(const BlockSums& sums, std::size_t row, std::size_t left_out) {
+/// The (w, w) element of C C_r^-1 where both have real diagonals and imaginary corners.
+double response_of(const double* C, const double* C_r) {
+  const double ww = C_r[0], HH = C_r[1], wH = C_r[2], Hw = C_r[3];
+  return (C[0] * HH + C[2] * Hw) / (ww * HH + wH * Hw);
+}
+
+std::vector<double> modes_without(const BlockSums& sums, std::size_t row, std::size_t left_out) {
+  const std::vector<double> C = propagation_without(sums, row, left_out), C_r = propagation_without(sums, 0, left_out);
+  std::vector<double> modes;
+  for (std::size_t at = 0; at < C.size(); at += correlation_parts) modes.push_back(response_of(&C[at], &C_r[at]));
+  return modes;
+}
+
+}  // namespace
+
+bool holds_propagation(const BlockSums& sums) { return sums.quantities.contains(quantity); }
+
+std::size_t no_block(const BlockSums& sums) { return sums.count.size(); }
+
+std::vector<double> propagation_without(const BlockSums& sums, std::size_t row, std::size_t left_out) {
   const QuantitySums& q = sums.quantities.at(quantity);
   const auto width = static_cast<std::size_t>(q.width);
   std::vector<double> total(width);
@@ -22,29 +40,12 @@ std::vector<double> total_without(const BlockSums& sums, std::size_t row, std::s
     const double* const of_block = &q.sum[(b * sums.layers.size() + row) * width];
     for (std::size_t i = 0; i < width; ++i) total[i] += of_block[i];
   }
+  // Beyond the last mode with weight all parts are 0.
+  std::size_t end = 0;
+  while (end + correlation_parts <= width && (total[end] != 0 || total[end + 1] != 0)) end += correlation_parts;
+  total.resize(end);
   return total;
 }
-
-/// The (w, w) element of C C_r^-1 where both have real diagonals and imaginary corners.
-double response_of(const double* C, const double* C_r) {
-  const double ww = C_r[0], HH = C_r[1], wH = C_r[2], Hw = C_r[3];
-  return (C[0] * HH + C[2] * Hw) / (ww * HH + wH * Hw);
-}
-
-std::vector<double> modes_without(const BlockSums& sums, std::size_t row, std::size_t left_out) {
-  const std::vector<double> C = total_without(sums, row, left_out), C_r = total_without(sums, 0, left_out);
-  std::vector<double> modes;
-  // Beyond the last mode with weight all parts are 0.
-  for (std::size_t at = 0; at + correlation_parts <= C.size() && (C[at] != 0 || C[at + 1] != 0);
-       at += correlation_parts) {
-    modes.push_back(response_of(&C[at], &C_r[at]));
-  }
-  return modes;
-}
-
-}  // namespace
-
-bool holds_propagation(const BlockSums& sums) { return sums.quantities.contains(quantity); }
 
 BlockMeans propagated_modes(const BlockSums& sums, std::size_t row) {
   if (sums.layers.empty() || sums.layers.front() != 0) {
@@ -54,7 +55,7 @@ BlockMeans propagated_modes(const BlockSums& sums, std::size_t row) {
         "not known; draw it again");
   }
   BlockMeans modes;
-  modes.whole = modes_without(sums, row, sums.count.size());
+  modes.whole = modes_without(sums, row, no_block(sums));
   for (std::size_t b = 0; b < sums.count.size(); ++b) modes.without_block.push_back(modes_without(sums, row, b));
   return modes;
 }

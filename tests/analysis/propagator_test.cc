@@ -4,92 +4,26 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <complex>
 #include <numbers>
-#include <random>
 
+#include "analysis/linear_model.h"
 #include "analysis/transport.h"
 #include "ensemble/ensemble_runner.h"
 #include "support/error.h"
 
 using namespace granuscope;
+using test::LinearModel;
 
 namespace {
 
-using Complex = std::complex<double>;
-
-constexpr int columns = 240, modes = 60;
-constexpr double c = 0.55, D = 0.08;
+constexpr double c = LinearModel::c, D = LinearModel::D;
+constexpr int columns = LinearModel::columns, modes = LinearModel::modes;
 
 FitSpec window(int first, int last) {
   FitSpec fit;
   fit.first_layer = fit.shallow_layer = first;
   fit.last_layer = last;
   return fit;
-}
-
-/// Two fields of which each Fourier mode is a stationary chain: it turns by the angle c k dz a layer, decays as the
-/// diffusion D has it, and is stirred by what restores its variance. The response is then cos(c k z) exp(-k^2 D z/2)
-/// exactly. `H_scale`: the size of the second field. `slip`: a share of the first field's variance that each layer has
-/// for itself, as the forces on single beads do.
-struct LinearModel {
-  double H_scale = 0.4, slip = 0;
-};
-
-/// Sums as the estimator leaves them.
-MeasuredEnsemble ensemble_of(const LinearModel& model, std::uint64_t seed, int reference, const std::vector<int>& lags,
-                             int blocks, int piles) {
-  constexpr int bases = 20, step = 6;
-  const double dz = Lattice::depth(1) - Lattice::depth(0);
-  MeasuredEnsemble ensemble;
-  ensemble.spec.response.estimator = EstimatorName::fluctuation;
-  ensemble.spec.sampler.mu = 0.3;
-  BlockSums& sums = ensemble.record.sums;
-  sums.layers = {0};
-  sums.layers.insert(sums.layers.end(), lags.begin(), lags.end());
-  const std::size_t rows = sums.layers.size(), width = 2 * columns;
-  const auto b = static_cast<std::size_t>(blocks);
-  sums.count.assign(b, static_cast<std::uint64_t>(piles));
-  sums.quantities["propagation"] = {2 * columns, std::vector<double>(b * rows * width),
-                                    std::vector<double>(b * rows * width)};
-  sums.quantities["thrust"] = {1, std::vector<double>(b * rows), std::vector<double>(b * rows)};
-  std::mt19937_64 generator(seed);
-  std::normal_distribution<double> gauss(0, std::sqrt(0.5));
-  const auto chance = [&] { return Complex(gauss(generator), gauss(generator)); };
-  const auto layers = static_cast<std::size_t>(step * (bases - 1) + reference + lags.back() + 1);
-  std::vector<Complex> w(layers), H(layers);
-  for (std::size_t block = 0; block < b; ++block) {
-    for (std::size_t row = 0; row < rows; ++row) {
-      sums.quantities["thrust"].sum[block * rows + row] = piles * (0.93 + 1e-5 * gauss(generator));
-    }
-    for (int pile = 0; pile < piles; ++pile) {
-      for (int m = 1; m <= modes; ++m) {
-        const double k = 2 * std::numbers::pi * m / columns;
-        const double kept = std::exp(-D * k * k * dz / 2), stirred = std::sqrt(1 - kept * kept);
-        const double cosine = kept * std::cos(c * k * dz), sine = kept * std::sin(c * k * dz);
-        w[0] = chance();
-        H[0] = chance();
-        for (std::size_t n = 0; n + 1 < layers; ++n) {
-          w[n + 1] = cosine * w[n] + Complex(0, sine) * H[n] + stirred * chance();
-          H[n + 1] = cosine * H[n] + Complex(0, sine) * w[n] + stirred * chance();
-        }
-        for (Complex& one : w) one += std::sqrt(model.slip) * chance();
-        for (std::size_t row = 0; row < rows; ++row) {
-          double* const part =
-              &sums.quantities["propagation"].sum[(block * rows + row) * width + 4 * (static_cast<std::size_t>(m) - 1)];
-          for (int base = 0; base < bases; ++base) {
-            const auto at = static_cast<std::size_t>(step * base);
-            const auto below = at + static_cast<std::size_t>(reference + sums.layers[row]);
-            part[0] += std::real(w[below] * std::conj(w[at])) / bases;
-            part[1] += model.H_scale * model.H_scale * std::real(H[below] * std::conj(H[at])) / bases;
-            part[2] += model.H_scale * std::imag(w[below] * std::conj(H[at])) / bases;
-            part[3] += model.H_scale * std::imag(H[below] * std::conj(w[at])) / bases;
-          }
-        }
-      }
-    }
-  }
-  return ensemble;
 }
 
 std::vector<int> every_third(int first, int last) {
@@ -108,7 +42,8 @@ double pull(const Estimate& estimate, double truth) { return (estimate.value - t
 void check_coverage(int ensembles, double margin_of_share, double margin_of_pull) {
   double inside_c = 0, inside_D = 0, pull_c = 0, pull_D = 0;
   for (int r = 0; r < ensembles; ++r) {
-    const Transport t = measure(ensemble_of({}, 100 + static_cast<std::uint64_t>(r), 24, every_third(40, 70), 32, 2));
+    const Transport t =
+        measure(test::linear_ensemble({}, 100 + static_cast<std::uint64_t>(r), 24, every_third(40, 70), 32, 2));
     REQUIRE(t.c.known());
     REQUIRE(t.D.known());
     const double of_c = pull(t.c, c), of_D = pull(t.D, D);
@@ -166,7 +101,7 @@ TEST_CASE("correlations of three layers obey the wave equation that balance make
 }
 
 TEST_CASE("the response in x is the one that its modes make") {
-  const MeasuredEnsemble ensemble = ensemble_of({}, 1, 24, {40, 43}, 8, 4);
+  const MeasuredEnsemble ensemble = test::linear_ensemble({}, 1, 24, {40, 43}, 8, 4);
   for (const std::size_t row : {1U, 2U}) {
     const BlockMeans found = propagated_modes(ensemble.record.sums, row),
                      response = propagated_response(ensemble.record.sums, row);
@@ -193,10 +128,10 @@ TEST_CASE("fluctuations of a linear model: 400 ensembles", "[long]") { check_cov
 TEST_CASE("what single layers have for themselves is biased without a reference and not with it") {
   LinearModel model;
   model.slip = 0.1;
-  const Transport with = measure(ensemble_of(model, 1, 24, every_third(40, 70), 32, 8));
+  const Transport with = measure(test::linear_ensemble(model, 1, 24, every_third(40, 70), 32, 8));
   CHECK(std::abs(pull(with.c, c)) < 3);
   CHECK(std::abs(pull(with.D, D)) < 3);
-  const MeasuredEnsemble without = ensemble_of(model, 1, 0, every_third(40, 70), 32, 8);
+  const MeasuredEnsemble without = test::linear_ensemble(model, 1, 0, every_third(40, 70), 32, 8);
   // The share of the variance that does not travel is missing from every mode.
   const LayerSpectrum spectrum = layer_spectrum(without.record.sums, 5, 0);
   const double z = Lattice::depth(without.record.sums.layers[5]) - Lattice::depth(0),
@@ -207,7 +142,7 @@ TEST_CASE("what single layers have for themselves is biased without a reference 
 }
 
 TEST_CASE("with one field left out, or one sign wrong, the response is another") {
-  const MeasuredEnsemble whole = ensemble_of({}, 1, 24, every_third(40, 70), 32, 8);
+  const MeasuredEnsemble whole = test::linear_ensemble({}, 1, 24, every_third(40, 70), 32, 8);
   const Transport good = measure(whole);
   CHECK(std::abs(pull(good.c, c)) < 3);
   CHECK(std::abs(pull(good.D, D)) < 3);
@@ -231,7 +166,7 @@ TEST_CASE("piles without friction do not fluctuate, and the reason is said") {
 }
 
 TEST_CASE("an ensemble without lag 0 is refused") {
-  MeasuredEnsemble ensemble = ensemble_of({}, 1, 24, {40, 43, 46}, 8, 1);
+  MeasuredEnsemble ensemble = test::linear_ensemble({}, 1, 24, {40, 43, 46}, 8, 1);
   ensemble.record.sums.layers[0] = 7;
   CHECK_THROWS_AS(propagated_modes(ensemble.record.sums, 1), InputError);
 }

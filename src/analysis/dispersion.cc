@@ -1,0 +1,134 @@
+#include "analysis/dispersion.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "analysis/propagator.h"
+#include "ensemble/group_fourier.h"
+#include "model/lattice.h"
+
+namespace granuscope {
+namespace {
+
+constexpr int most_steps = 50;
+constexpr double small_step = 1e-10;  ///< of c k z and of k^2 D z / 2: far below any standard error
+constexpr double longest_step = 0.5;  ///< of the same
+
+/// Diagonal of G, and the imaginary parts of its corners.
+struct ModePropagator {
+  double k, ww, HH, wH, Hw;
+};
+
+ModePropagator propagator_of(double k, const double* below, const double* above) {
+  const double ww = above[0], HH = above[1], wH = above[2], Hw = above[3];
+  const double determinant = ww * HH + wH * Hw;
+  return {k, (below[0] * HH + below[2] * Hw) / determinant, (below[1] * ww + below[3] * wH) / determinant,
+          (below[2] * ww - below[0] * wH) / determinant, (below[3] * HH - below[1] * Hw) / determinant};
+}
+
+/// Gauss and Newton's steps; not finite where they do not end. Phase and decay decouple: the one turns the model, the
+/// other shortens it.
+RoughPropagation fit_band(const std::vector<ModePropagator>& band, double z, RoughPropagation at) {
+  constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+  const double farthest = band.back().k * z, decay_of_D = band.back().k * farthest / 2;
+  for (int step = 0; step < most_steps; ++step) {
+    // The ratio of the fields' amplitudes, by which the corners tell one sine.
+    double of_w = 0, of_H = 0;
+    const auto length = [&](double k) { return std::exp(-k * k * at.D * z / 2); };
+    for (const ModePropagator& G : band) {
+      const double corner = -length(G.k) * std::sin(at.c * G.k * z);
+      of_w += corner * G.wH;
+      of_H += corner * G.Hw;
+    }
+    const double s = std::sqrt(of_H / of_w);
+    if (!std::isfinite(s) || s == 0) break;
+    double turn = 0, turn_power = 0, decay = 0, decay_power = 0;
+    for (const ModePropagator& G : band) {
+      const double phase = at.c * G.k * z, modulus = length(G.k), by_c = G.k * z, by_D = G.k * G.k * z / 2;
+      // The part of e^(i c k z - k^2 D z / 2) that G has along the model and across it.
+      const double real = (G.ww + G.HH) / 2, imaginary = -(s * G.wH + G.Hw / s) / 2;
+      const double along = real * std::cos(phase) + imaginary * std::sin(phase) - modulus;
+      const double across = imaginary * std::cos(phase) - real * std::sin(phase);
+      turn += across * modulus * by_c;
+      turn_power += modulus * modulus * by_c * by_c;
+      decay -= along * modulus * by_D;
+      decay_power += modulus * modulus * by_D * by_D;
+    }
+    const double of_c = turn / turn_power, of_D = decay / decay_power;
+    const double part =
+        std::min({1.0, longest_step / (std::abs(of_c) * farthest), longest_step / (std::abs(of_D) * decay_of_D)});
+    at.c += part * of_c;
+    at.D += part * of_D;
+    if (!std::isfinite(at.c) || !std::isfinite(at.D)) break;
+    if (std::abs(of_c) * farthest < small_step && std::abs(of_D) * decay_of_D < small_step) return at;
+  }
+  return {unknown, unknown};
+}
+
+}  // namespace
+
+std::vector<double> half_octave_bands(int columns) {
+  std::vector<double> edges;
+  const double first = 2 * std::numbers::pi / columns;
+  for (double edge = 1; edge > first; edge /= std::numbers::sqrt2) edges.push_back(edge);
+  edges.push_back(edges.back() / std::numbers::sqrt2);
+  std::reverse(edges.begin(), edges.end());
+  return edges;
+}
+
+std::vector<BandOfModes> measure_dispersion(const BlockSums& sums, std::size_t above, std::size_t below,
+                                            const std::vector<double>& edges, RoughPropagation rough) {
+  const double first = 2 * std::numbers::pi / (sums.quantities.at("propagation").width / 2);
+  const std::size_t blocks = no_block(sums);
+  // Without each of the blocks, and last without none.
+  std::vector<std::vector<double>> of_above, of_below;
+  for (std::size_t left_out = 0; left_out <= blocks; ++left_out) {
+    of_above.push_back(propagation_without(sums, above, left_out));
+    of_below.push_back(propagation_without(sums, below, left_out));
+  }
+  const std::size_t known = std::min(of_above.back().size(), of_below.back().size()) / correlation_parts;
+  std::vector<BandOfModes> bands;
+  for (std::size_t e = 0; e + 1 < edges.size(); ++e) {
+    BandOfModes band;
+    band.k_from = edges[e];
+    band.k_to = edges[e + 1];
+    band.z_from = Lattice::depth(sums.layers[above]) - Lattice::depth(0);
+    band.z_to = Lattice::depth(sums.layers[below]) - Lattice::depth(0);
+    std::vector<std::size_t> modes;
+    double squares = 0;
+    for (std::size_t m = 1; m <= known; ++m) {
+      const double k = first * static_cast<double>(m);
+      if (k < band.k_from || k >= band.k_to) continue;
+      modes.push_back(m);
+      squares += k * k;
+    }
+    if (modes.empty()) continue;
+    band.modes = static_cast<int>(modes.size());
+    band.k = std::sqrt(squares / static_cast<double>(modes.size()));
+    const auto fit_without = [&](std::size_t left_out, RoughPropagation start) {
+      std::vector<ModePropagator> propagators;
+      for (const std::size_t m : modes) {
+        const std::size_t at = (m - 1) * correlation_parts;
+        propagators.push_back(
+            propagator_of(first * static_cast<double>(m), &of_below[left_out][at], &of_above[left_out][at]));
+      }
+      return fit_band(propagators, band.z_to - band.z_from, start);
+    };
+    const RoughPropagation whole = fit_without(blocks, rough);
+    Replicated c{whole.c, {}}, D{whole.D, {}};
+    for (std::size_t b = 0; b < blocks; ++b) {
+      const RoughPropagation without = fit_without(b, whole);
+      c.without_block.push_back(without.c);
+      D.without_block.push_back(without.D);
+    }
+    const std::string reason = "no two modes of sound describe the band";
+    band.c = estimate(c, reason);
+    band.D = estimate(D, reason);
+    bands.push_back(band);
+  }
+  return bands;
+}
+
+}  // namespace granuscope
