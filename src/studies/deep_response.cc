@@ -5,9 +5,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <numeric>
 
+#include "analysis/claim_rule.h"
 #include "analysis/expected_response.h"
 #include "analysis/layer_spectrum.h"
 #include "analysis/measured_depth.h"
@@ -15,14 +17,8 @@
 #include "ensemble/fluctuation_plan.h"
 #include "ensemble/parallel.h"
 #include "model/lattice.h"
-#include "plot/axes.h"
-#include "plot/csv_table.h"
-#include "plot/figure_captions.h"
-#include "plot/plot_script.h"
-#include "plot/series_style.h"
 #include "report/estimate_json.h"
 #include "studies/common_checks.h"
-#include "support/error.h"
 #include "support/number_format.h"
 
 namespace granuscope {
@@ -32,9 +28,32 @@ constexpr int least_octaves = 3, most_octaves = 11;
 /// Longer than the reference lag: modes that only shorter ones have are drowned in noise.
 constexpr int first_lag = 32;
 constexpr double least_width = 0.3;  ///< bead diameters
-constexpr const char* figure_id = "deep-response";
+constexpr double most_decay = 0.5;   ///< -ln of the amplitude that is left
 
 int last_lag(int octaves) { return first_lag << octaves; }
+
+/// Each band of modes over the deepest octave of depth at whose end it has kept most of its amplitude: there its decay
+/// stands out of the noise. (To take the octave with the least error would favour errors that are small by chance.)
+std::vector<BandOfModes> bands_at_their_depths(const BlockSums& sums, const std::vector<OctaveOfDepth>& octaves,
+                                               double c_thrust) {
+  const std::vector<double> edges = half_octave_bands(sums.quantities.at("propagation").width / 2);
+  std::map<double, BandOfModes> bands;  // by lower edge
+  for (std::size_t i = 0; i < octaves.size(); ++i) {
+    const double D = octaves[i].D.value;
+    if (!octaves[i].D.known()) continue;
+    for (const BandOfModes& band : measure_dispersion(sums, i + 1, i + 2, edges, {c_thrust, D})) {
+      if (!band.c.known() || !band.D.known()) continue;
+      if (band.k * band.k * D * band.z_to / 2 < most_decay) {
+        bands.insert_or_assign(band.k_from, band);
+      } else {
+        bands.try_emplace(band.k_from, band);
+      }
+    }
+  }
+  std::vector<BandOfModes> all;
+  for (const auto& [edge, band] : bands) all.push_back(band);
+  return all;
+}
 
 }  // namespace
 
@@ -53,81 +72,79 @@ DeepResponse measure_deep_response(const MeasuredEnsemble& ensemble, int threads
     response.lags.push_back({depth.fit.layer, depth.fit.z - Lattice::depth(0), estimate(depth.peak, reason(depth)),
                              estimate(depth.width_squared, reason(depth)), depth.fit.chi2_per_dof, depth.fit.misfit});
   }
+  const auto power = [&](std::size_t i, std::size_t j) {
+    const MeasuredDepth &above = depths[i], &below = depths[j];
+    PowerOfDepth result{response.lags[i].z, response.lags[j].z, {}};
+    const double stretch = std::log(result.to / result.from);
+    result.exponent.reason = !reason(above).empty() ? reason(above) : reason(below);
+    if (!result.exponent.reason.empty()) return result;
+    result.exponent = estimate(transform([&](double a, double b) { return std::log(b / a) / stretch; },
+                                         above.width_squared, below.width_squared));
+    return result;
+  };
   for (std::size_t i = 0; i + 1 < depths.size(); ++i) {
     const MeasuredDepth &above = depths[i], &below = depths[i + 1];
-    const double from = response.lags[i].z, to = response.lags[i + 1].z;
-    OctaveOfDepth octave{from, to, {}, {}, {}, std::max(above.fit.misfit, below.fit.misfit)};
-    const std::string against = !reason(above).empty() ? reason(above) : reason(below);
+    const PowerOfDepth of_width = power(i, i + 1);
+    const double from = of_width.from, to = of_width.to;
+    OctaveOfDepth octave{from, to, of_width.exponent, {}, {}, std::max(above.fit.misfit, below.fit.misfit)};
     const auto slope = [&](double a, double b) { return (b - a) / (to - from); };
-    const auto power = [&](double a, double b) { return std::log(b / a) / std::log(to / from); };
-    if (against.empty()) {
-      octave.exponent = estimate(transform(power, above.width_squared, below.width_squared));
+    if (octave.exponent.reason.empty()) {
       octave.c = estimate(transform(slope, above.peak, below.peak));
       octave.D = estimate(transform(slope, above.width_squared, below.width_squared));
     } else {
-      for (Estimate* unknown : {&octave.exponent, &octave.c, &octave.D}) unknown->reason = against;
+      octave.c.reason = octave.D.reason = octave.exponent.reason;
     }
     response.octaves.push_back(octave);
   }
+  const std::size_t last = depths.size() - 1;
+  response.shallow = power(1, 2);
+  response.deep = power(std::max<std::size_t>(2, last - 2), last);
   response.c_thrust = estimate(thrust_speed(sums, 0), "a block of the ensemble holds no completed pile");
+  if (response.c_thrust.known())
+    response.bands = bands_at_their_depths(sums, response.octaves, response.c_thrust.value);
   return response;
 }
 
-Figure plot_deep_response(const std::vector<DeepResponse>& measured, const std::filesystem::path& run_folder) {
-  PlotPlan plan;
-  plan.id = figure_id;
-  plan.script = "studies/deep_response";
-  plan.height = 3;
-  std::vector<std::string> curves, titles;
-  Range depth, exponents;
-  exponents.add(1);
+namespace {
+
+/// One stretch of depth, judged at the friction coefficient where the power is farthest from 1.
+Claim judge_stretch(const std::vector<DeepResponse>& measured, const ClaimSpec& spec, const char* id,
+                    const std::string& where, PowerOfDepth DeepResponse::*stretch) {
+  Claim claim =
+      open_claim(id, fmt::format("The squared width W² grows linearly with z {}.", where), "power of z in W²");
+  const DeepResponse* farthest = nullptr;
+  double farthest_z = 0;
+  std::vector<std::string> all;
   for (const DeepResponse& one : measured) {
-    CsvTable table({"z", "exponent", "standard_error", "z_from", "z_to", "c", "c_error", "D", "D_error"});
-    for (const OctaveOfDepth& octave : one.octaves) {
-      if (!octave.exponent.known()) continue;
-      const double z = std::sqrt(octave.from * octave.to), p = octave.exponent.value;
-      table.add_row({z, p, octave.exponent.standard_error, octave.from, octave.to, octave.c.value,
-                     octave.c.standard_error, octave.D.value, octave.D.standard_error});
-      depth.add(z);
-      exponents.add(p - octave.exponent.standard_error);
-      exponents.add(p + octave.exponent.standard_error);
-    }
-    if (table.empty()) continue;
-    const std::string mu = exact(one.spec.sampler.mu), file = fmt::format("{}-mu-{}.csv", figure_id, mu);
-    plan.data[file] = table.text();
-    const std::string style = series_style(curves.size() / 2);
-    const std::string colour = style.substr(style.find("linecolor"));
-    curves.push_back(fmt::format("'{}' using 1:2 with lines linewidth 0.8 {} notitle", file, colour));
-    curves.push_back(
-        fmt::format("'{}' using 1:2:3 with yerrorbars linewidth 0.9 pointsize 0.55 {} notitle", file, style));
-    titles.push_back(fmt::format("keyentry with linespoints linewidth 0.9 pointsize 0.55 {} title {}", style,
-                                 gnuplot_string("μ = " + caption_number(one.spec.sampler.mu))));
+    const Estimate& power = (one.*stretch).exponent;
+    if (!power.known()) continue;
+    all.push_back(
+        fmt::format("{} at μ = {}", value_with_error(power.value, power.standard_error), one.spec.sampler.mu));
+    const double z = std::abs(judge_number(power, 1, spec.exponent_tolerance).z_score);
+    if (farthest != nullptr && z <= farthest_z) continue;
+    farthest = &one;
+    farthest_z = z;
   }
-  if (curves.empty()) {
-    throw InputError(
-        "the figure of the response with depth has nothing to show, because no two lags were fitted; give "
-        "studies.deep_response.mu where peaks stand apart, or more piles");
+  if (farthest == nullptr) {
+    claim.paper = 1;
+    claim.paper_error = spec.exponent_tolerance;
+    leave_open(claim, "no pile was followed so deep: set studies.deep_response.mu; some minutes decide");
+    return claim;
   }
-  plan.curves = static_cast<int>(curves.size()) + 1;  // and the line at 1
-  const Range axis = widened_by_factor(depth, 1.4);
-  const double room = 0.06 * exponents.size();
-  Figure figure = plot_figure(plan,
-                              {{"curves", fmt::format("{}", fmt::join(curves, ", \\\n    "))},
-                               {"titles", fmt::format("{}", fmt::join(titles, ", \\\n    "))},
-                               {"left", exact(axis.low)},
-                               {"right", exact(axis.high)},
-                               {"depth_ticks", log_ticks(axis)},
-                               {"low", exact(exponents.low - room)},
-                               {"high", exact(exponents.high + room)},
-                               {"ticks", linear_ticks(exponents, 6)}},
-                              run_folder);
-  const DeepResponse& first = measured.front();
-  set_captions(figure, "studies/deep_response.captions",
-               {{"columns", std::to_string(first.spec.lattice.columns)},
-                {"piles", std::to_string(first.samples)},
-                {"deepest", caption_number(std::round(first.octaves.back().to))},
-                {"reference", std::to_string(fluctuation_plan(first.spec).reference)}});
-  return figure;
+  const PowerOfDepth& power = farthest->*stretch;
+  judge_by_number(claim, power.exponent, 1, spec.exponent_tolerance,
+                  fmt::format("The power of z in W² from z = {:.0f} to {:.0f} at μ = {}, where it is farthest from 1,",
+                              power.from, power.to, farthest->spec.sampler.mu));
+  if (all.size() > 1) add_sentence(claim, fmt::format("All of them: {}.", fmt::join(all, ", ")));
+  return claim;
+}
+
+}  // namespace
+
+std::vector<Claim> judge_spreading(const std::vector<DeepResponse>& measured, const ClaimSpec& spec) {
+  return {judge_stretch(measured, spec, "spreading-shallow",
+                        "as deep as the paper's piles, saturated ones without a load", &DeepResponse::shallow),
+          judge_stretch(measured, spec, "spreading-deep", "much deeper than the paper's piles", &DeepResponse::deep)};
 }
 
 namespace {
@@ -151,6 +168,19 @@ Json to_json(const OctaveOfDepth& octave) {
           {"misfit", finite_or_null(octave.misfit)}};
 }
 
+Json to_json(const PowerOfDepth& power) {
+  return {{"z", {power.from, power.to}}, {"exponent", granuscope::to_json(power.exponent)}};
+}
+
+Json to_json(const BandOfModes& band) {
+  return {{"k", band.k},
+          {"band", {band.k_from, band.k_to}},
+          {"modes", band.modes},
+          {"z", {band.z_from, band.z_to}},
+          {"c", granuscope::to_json(band.c)},
+          {"D", granuscope::to_json(band.D)}};
+}
+
 Json to_json(const DeepResponse& one) {
   const FluctuationPlan plan = fluctuation_plan(one.spec);
   return {{"mu", one.spec.sampler.mu},
@@ -163,6 +193,9 @@ Json to_json(const DeepResponse& one) {
           {"bases", plan.bases.size()},
           {"lags", list_of(one.lags, to_json)},
           {"octaves", list_of(one.octaves, to_json)},
+          {"shallow", to_json(one.shallow)},
+          {"deep", to_json(one.deep)},
+          {"dispersion", list_of(one.bands, to_json)},
           {"c_thrust", granuscope::to_json(one.c_thrust)}};
 }
 
@@ -218,12 +251,16 @@ class DeepResponseStudy final : public CopiedStudy<DeepResponseStudy> {
     measured_.push_back(measure_deep_response(ensemble, threads_));
   }
 
+  std::vector<Claim> claims(const ClaimSpec& spec) const override {
+    return asked() ? judge_spreading(measured_, spec) : std::vector<Claim>();
+  }
   Json json() const override { return list_of(measured_, to_json); }
   std::vector<ReportPart> parts(const Json&) const override { return {table_part()}; }
 
   std::vector<FigurePlot> figures(const Analysis&) const override {
     if (measured_.empty()) return {};
-    return {[this](const std::filesystem::path& folder) { return plot_deep_response(measured_, folder); }};
+    return {[this](const std::filesystem::path& folder) { return plot_deep_response(measured_, folder); },
+            [this](const std::filesystem::path& folder) { return plot_dispersion(measured_, folder); }};
   }
 
  private:

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "analysis/dispersion.h"
 #include "analysis/jackknife.h"
 #include "analysis/measured_ensemble.h"
 #include "studies/study.h"
@@ -28,20 +29,35 @@ struct OctaveOfDepth {
   double misfit = 0;        ///< the larger one of the two lags
 };
 
+/// The power of z in W^2 from one recorded lag to another.
+struct PowerOfDepth {
+  double from = 0, to = 0;  ///< z
+  Estimate exponent;
+};
+
 /// The response of saturated piles over lags that double, at one friction coefficient.
 struct DeepResponse {
   EnsembleSpec spec;
   std::uint64_t samples = 0;
   std::vector<LagResponse> lags;
   std::vector<OctaveOfDepth> octaves;  ///< one less than lags
+  std::vector<BandOfModes> bands;      ///< ascending in k, each over the octave that suits its decay
+  PowerOfDepth shallow;                ///< at depths that the paper's piles have, z = 55 to 111
+  PowerOfDepth deep;                   ///< from the third lag before the last one to the last, at least z = 111
   Estimate c_thrust;                   ///< of the same layers
 };
 
 /// From an ensemble of the estimator fluctuation with such lags.
 DeepResponse measure_deep_response(const MeasuredEnsemble& ensemble, int threads);
 
-/// The figure: exponents against depth. Throws InputError where none is known.
+/// Whether W^2 is proportional to z where the paper looked, and deeper.
+std::vector<Claim> judge_spreading(const std::vector<DeepResponse>& measured, const ClaimSpec& spec);
+
+/// Exponents against depth. Throws InputError where none is known.
 Figure plot_deep_response(const std::vector<DeepResponse>& measured, const std::filesystem::path& run_folder);
+
+/// c and D against the wave number. Throws InputError where none is known.
+Figure plot_dispersion(const std::vector<DeepResponse>& measured, const std::filesystem::path& run_folder);
 
 /// How the peaks move and spread far below where the main line looks: whether W^2 stays proportional to z.
 std::unique_ptr<Study> deep_response_study();

@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "analysis/claim_rule.h"
 #include "analysis/transport.h"
 #include "ensemble/ensemble_runner.h"
 #include "kit/temporary_folder.h"
@@ -88,9 +89,53 @@ TEST_CASE("The deep response is followed over lags that double, and its slopes a
   CHECK(contains(figure.caption, "256 uniformly loaded piles"));
   CHECK(contains(figure.caption, "z = 222"));
   CHECK(contains(read_file(run.path() / figure.screen), "power of z in W²"));
+  CHECK(response.shallow.exponent.value == response.octaves[1].exponent.value);
+  CHECK(response.deep.exponent.value == response.octaves[2].exponent.value);
+  REQUIRE(response.bands.size() > 5);
+  for (std::size_t i = 0; i < response.bands.size(); ++i) {
+    const BandOfModes& band = response.bands[i];
+    if (i > 0) CHECK(band.k > response.bands[i - 1].k);
+    // Small k are still far from saturated so near to the top, and the noise of one mode alone is not Gaussian.
+    if (band.modes < 4) continue;
+    CHECK(std::abs(band.c.value - 0.5575) < 5 * band.c.standard_error + 0.001);
+    CHECK(std::abs(band.D.value - 0.08) < 5 * band.D.standard_error + 0.01);
+  }
+  CHECK(json[0].at("dispersion").size() == response.bands.size());
+  const Figure relation = plot_dispersion({response}, run.path());
+  CHECK(relation.data.size() == 1);
+  CHECK(contains(read_file(run.path() / relation.screen), "wave number k"));
   DeepResponse unknown = response;
+  unknown.bands.clear();
+  CHECK_THROWS_AS(plot_dispersion({unknown}, run.path()), InputError);
   for (OctaveOfDepth& octave : unknown.octaves) octave.exponent = {.reason = "no peaks"};
   CHECK_THROWS_AS(plot_deep_response({unknown}, run.path()), InputError);
+}
+
+TEST_CASE("The law of spreading is judged where it is farthest from diffusion, shallow and deep apart") {
+  const auto at = [](double mu, double shallow, double deep) {
+    DeepResponse one;
+    one.spec.sampler.mu = mu;
+    one.shallow = {55, 111, {shallow, 0.01, ""}};
+    one.deep = {222, 887, {deep, 0.01, ""}};
+    return one;
+  };
+  const ClaimSpec spec;
+  const auto claims = judge_spreading({at(0.1, 1.02, 1.01), at(0.3, 1.04, 1.2)}, spec);
+  REQUIRE(claims.size() == 2);
+  CHECK(claims[0].verdict == reproduced);
+  CHECK(claims[0].measured.value == 1.04);
+  CHECK(claims[1].verdict == not_reproduced);
+  CHECK(claims[1].measured.value == 1.2);
+  CHECK(contains(claims[1].explanation, "z = 222 to 887 at μ = 0.3"));
+  CHECK(contains(claims[1].remarks, "1.010(10) at μ = 0.1"));
+  // Most precise is not farthest: a rough exponent does not hide a clear one.
+  DeepResponse rough = at(0.5, 1.3, 1.3);
+  rough.deep.exponent.standard_error = 0.2;
+  CHECK(judge_spreading({at(0.3, 1, 1.2), rough}, spec)[1].measured.value == 1.2);
+  DeepResponse unknown = at(0.5, 1, 1);
+  unknown.deep.exponent = {.reason = "no peaks"};
+  CHECK(judge_spreading({unknown}, spec)[1].verdict == undetermined);
+  CHECK(deep_response_study()->claims(spec).empty());
 }
 
 TEST_CASE("The deep response needs room for two peaks at its deepest lag") {
