@@ -57,15 +57,18 @@ std::vector<BandOfModes> bands_at_their_depths(const BlockSums& sums, const std:
 
 }  // namespace
 
-DeepResponse measure_deep_response(const MeasuredEnsemble& ensemble, int threads) {
+DeepResponse measure_deep_response(const MeasuredEnsemble& ensemble, DeepMeasurement by, int threads) {
   const BlockSums& sums = ensemble.record.sums;
+  // Recorded first are the lag 0, which others are referred to, or the loads.
+  constexpr std::size_t first = 1;
   DeepResponse response;
+  response.by = by;
   response.spec = ensemble.spec;
   response.samples = std::accumulate(sums.count.begin(), sums.count.end(), std::uint64_t{0});
   FitSpec fit;
   fit.min_identifiable_width = least_width;
-  std::vector<MeasuredDepth> depths(sums.layers.size() - 1);
-  for_each_index(depths.size(), threads, [&](std::size_t i) { depths[i] = measure_depth(ensemble, fit, i + 1); });
+  std::vector<MeasuredDepth> depths(sums.layers.size() - first);
+  for_each_index(depths.size(), threads, [&](std::size_t i) { depths[i] = measure_depth(ensemble, fit, i + first); });
   // Another shape than two Gaussians is told by the misfit, and no reason to be silent.
   const auto reason = [](const MeasuredDepth& depth) { return depth.other_shape ? std::string() : depth.fit.reason; };
   for (const MeasuredDepth& depth : depths) {
@@ -99,8 +102,9 @@ DeepResponse measure_deep_response(const MeasuredEnsemble& ensemble, int threads
   const std::size_t last = depths.size() - 1;
   response.shallow = power(1, 2);
   response.deep = power(std::max<std::size_t>(2, last - 2), last);
-  response.c_thrust = estimate(thrust_speed(sums, 0), "a block of the ensemble holds no completed pile");
-  if (response.c_thrust.known())
+  response.c_thrust = estimate(thrust_speed(sums, by == DeepMeasurement::loads ? sums.layers.back() : 0),
+                               "a block of the ensemble holds no completed pile");
+  if (by != DeepMeasurement::loads && response.c_thrust.known())
     response.bands = bands_at_their_depths(sums, response.octaves, response.c_thrust.value);
   return response;
 }
@@ -117,7 +121,7 @@ Claim judge_stretch(const std::vector<DeepResponse>& measured, const ClaimSpec& 
   std::vector<std::string> all;
   for (const DeepResponse& one : measured) {
     const Estimate& power = (one.*stretch).exponent;
-    if (!power.known()) continue;
+    if (!power.known() || one.by != DeepMeasurement::fluctuations) continue;
     all.push_back(
         fmt::format("{} at μ = {}", value_with_error(power.value, power.standard_error), one.spec.sampler.mu));
     const double z = std::abs(judge_number(power, 1, spec.exponent_tolerance).z_score);
@@ -182,21 +186,27 @@ Json to_json(const BandOfModes& band) {
 }
 
 Json to_json(const DeepResponse& one) {
-  const FluctuationPlan plan = fluctuation_plan(one.spec);
-  return {{"mu", one.spec.sampler.mu},
-          {"law", name_of(one.spec.sampler.law)},
-          {"columns", one.spec.lattice.columns},
-          {"layers", one.spec.lattice.layers},
-          {"samples", one.samples},
-          {"reference_lag", plan.reference},
-          {"base_layers", {plan.bases.front(), plan.bases.back()}},
-          {"bases", plan.bases.size()},
-          {"lags", list_of(one.lags, to_json)},
-          {"octaves", list_of(one.octaves, to_json)},
-          {"shallow", to_json(one.shallow)},
-          {"deep", to_json(one.deep)},
-          {"dispersion", list_of(one.bands, to_json)},
-          {"c_thrust", granuscope::to_json(one.c_thrust)}};
+  Json json{{"measurement", fmt::format("mu = {}, {}, {} columns", one.spec.sampler.mu,
+                                        name_of(one.spec.response.estimator), one.spec.lattice.columns)},
+            {"mu", one.spec.sampler.mu},
+            {"law", name_of(one.spec.sampler.law)},
+            {"estimator", name_of(one.spec.response.estimator)},
+            {"columns", one.spec.lattice.columns},
+            {"layers", one.spec.lattice.layers},
+            {"samples", one.samples}};
+  if (one.by != DeepMeasurement::loads) {
+    const FluctuationPlan plan = fluctuation_plan(one.spec);
+    json["reference_lag"] = plan.reference;
+    json["base_layers"] = {plan.bases.front(), plan.bases.back()};
+    json["bases"] = plan.bases.size();
+  }
+  json.update(Json{{"lags", list_of(one.lags, to_json)},
+                   {"octaves", list_of(one.octaves, to_json)},
+                   {"shallow", to_json(one.shallow)},
+                   {"deep", to_json(one.deep)},
+                   {"dispersion", list_of(one.bands, to_json)},
+                   {"c_thrust", granuscope::to_json(one.c_thrust)}});
+  return json;
 }
 
 class DeepResponseStudy final : public CopiedStudy<DeepResponseStudy> {
@@ -214,23 +224,34 @@ class DeepResponseStudy final : public CopiedStudy<DeepResponseStudy> {
                  KeyRange{}.within(least_octaves, most_octaves)),
         make_key(table(), "columns", "beads",
                  "beads per layer of these piles, wide enough for two peaks at the deepest lag", columns_),
-        make_key(table(), "samples", "piles", "piles per friction coefficient, at least eight per block", samples_)};
+        make_key(table(), "samples", "piles", "piles per friction coefficient, at least eight per block", samples_),
+        make_key(table(), "wide_mu", "", "those of mu that are measured once more with twice the columns", wide_mu_,
+                 friction_range_above_zero()),
+        make_key(table(), "loaded_mu", "",
+                 "those of mu that are measured once more by loads: estimator multiplexed, each pile and its opposite",
+                 loaded_mu_, friction_range_above_zero())};
   }
 
   bool asked() const override { return !mu_.empty(); }
 
   Problem find_problem(const MainLine& main) const override {
-    for (const double mu : mu_) {
-      const double needed = columns_needed(mu, last_lag(octaves_));
+    for (const auto& [name, checked] : {std::pair("wide_mu", &wide_mu_), std::pair("loaded_mu", &loaded_mu_)}) {
+      for (const double mu : *checked) {
+        if (std::find(mu_.begin(), mu_.end(), mu) != mu_.end()) continue;
+        return problem(key(name), "{} is not in {}, so that nothing would be there to hold it against; add it there",
+                       mu, key("mu"));
+      }
+    }
+    for (const StudyEnsemble& one : ensembles(main)) {
+      const double mu = one.spec.sampler.mu, needed = columns_needed(mu, last_lag(octaves_));
       if (columns_ < needed) {
         return problem(key("columns"),
                        "{} columns: at mu = {} the two peaks meet behind the ring above {} layers of depth; give at "
                        "least {}, or fewer octaves",
                        columns_, mu, last_lag(octaves_), std::ceil(needed));
       }
-      const EnsembleSpec spec = spec_at(main, mu);
-      if (auto found = find_lattice_problem(key("columns"), columns_, key("octaves"), spec.lattice.layers,
-                                            bottom_margin + 1, drawing_memory(spec))) {
+      if (auto found = find_lattice_problem(key("columns"), one.spec.lattice.columns, key("octaves"),
+                                            one.spec.lattice.layers, bottom_margin + 1, drawing_memory(one.spec))) {
         return found;
       }
     }
@@ -239,16 +260,28 @@ class DeepResponseStudy final : public CopiedStudy<DeepResponseStudy> {
 
   std::vector<StudyEnsemble> ensembles(const MainLine& main) const override {
     std::vector<StudyEnsemble> all;
-    for (const double mu : mu_) {
-      all.push_back({fmt::format("deep response, mu = {}", mu), fmt::format("deep-response-mu-{}", exact(mu)),
-                     spec_at(main, mu)});
-    }
+    const auto add = [&](DeepMeasurement by, const std::vector<double>& mu, const char* label, const char* file) {
+      for (const double one : mu) {
+        all.push_back({fmt::format("deep response{}, mu = {}", label, one),
+                       fmt::format("deep-response{}-mu-{}", file, exact(one)), spec_at(main, by, one),
+                       static_cast<int>(by)});
+      }
+    };
+    add(DeepMeasurement::fluctuations, mu_, "", "");
+    add(DeepMeasurement::wide, wide_mu_, " in wide piles", "-wide");
+    add(DeepMeasurement::loads, loaded_mu_, " to loads", "-loads");
     return all;
   }
 
   void begin(const MainLine&, int threads) override { threads_ = threads; }
-  void add(const StudyEnsemble&, const MeasuredEnsemble& ensemble) override {
-    measured_.push_back(measure_deep_response(ensemble, threads_));
+  void add(const StudyEnsemble& one, const MeasuredEnsemble& ensemble) override {
+    measured_.push_back(measure_deep_response(ensemble, static_cast<DeepMeasurement>(one.part), threads_));
+  }
+
+  void finish() override {
+    std::stable_sort(measured_.begin(), measured_.end(), [](const DeepResponse& a, const DeepResponse& b) {
+      return a.spec.sampler.mu < b.spec.sampler.mu;
+    });
   }
 
   std::vector<Claim> claims(const ClaimSpec& spec) const override {
@@ -264,21 +297,30 @@ class DeepResponseStudy final : public CopiedStudy<DeepResponseStudy> {
   }
 
  private:
-  /// As many bases as the deepest lag has layers: half of each pile.
-  EnsembleSpec spec_at(const MainLine& main, double mu) const {
-    EnsembleSpec spec = main.ensemble_at(mu, {columns_, last_lag(octaves_)}, samples_);
-    spec.response.estimator = EstimatorName::fluctuation;
+  EnsembleSpec spec_at(const MainLine& main, DeepMeasurement by, double mu) const {
+    const int columns = by == DeepMeasurement::wide ? std::min(columns_, most_columns / 2) * 2 : columns_;
+    EnsembleSpec spec = main.ensemble_at(mu, {columns, last_lag(octaves_)}, samples_);
     for (int octave = 0; octave <= octaves_; ++octave) spec.layers.push_back(last_lag(octave));
-    spec.lattice.layers = fluctuation_plan(spec).layers_needed + last_lag(octaves_);
+    if (by == DeepMeasurement::loads) {
+      spec.response.estimator = EstimatorName::multiplexed;
+      spec.response.opposite = true;
+      spec.response.epsilon = main.response.epsilon;
+      spec.lattice.layers += bottom_margin + 1;
+    } else {
+      spec.response.estimator = EstimatorName::fluctuation;
+      // As many bases as the deepest lag has layers: half of each pile.
+      spec.lattice.layers = fluctuation_plan(spec).layers_needed + last_lag(octaves_);
+    }
     return spec;
   }
 
-  std::vector<double> mu_;  ///< each above 0; empty: not measured
+  std::vector<double> mu_;                   ///< each above 0; empty: not measured
+  std::vector<double> wide_mu_, loaded_mu_;  ///< of those in mu_
   int octaves_ = 4;
   int columns_ = 720;
   std::uint64_t samples_ = 256;  ///< piles per friction coefficient
   int threads_ = 0;
-  std::vector<DeepResponse> measured_;  ///< ascending in mu
+  std::vector<DeepResponse> measured_;  ///< ascending in mu, checks behind what they check
 };
 
 }  // namespace

@@ -11,10 +11,10 @@
 
 namespace granuscope {
 
-/// The response over one lag.
+/// The response over one lag, or in one layer below loads.
 struct LagResponse {
   int lag = 0;
-  double z = 0;            ///< its vertical distance, bead diameters
+  double z = 0;            ///< its vertical distance, bead diameters; that of the layer from the top where loads act
   Estimate peak_position;  ///< x_p
   Estimate width_squared;  ///< W^2
   double chi2_per_dof = 0;
@@ -35,22 +35,30 @@ struct PowerOfDepth {
   Estimate exponent;
 };
 
-/// The response of saturated piles over lags that double, at one friction coefficient.
+/// The measurement, or how it is made once more as a check.
+enum class DeepMeasurement {
+  fluctuations,  ///< of uniformly loaded, saturated piles
+  wide,          ///< the same with twice the columns
+  loads,         ///< the response to loads (multiplexed), from the surface on
+};
+
+/// The response over depths that double, at one friction coefficient.
 struct DeepResponse {
+  DeepMeasurement by = DeepMeasurement::fluctuations;
   EnsembleSpec spec;
   std::uint64_t samples = 0;
   std::vector<LagResponse> lags;
   std::vector<OctaveOfDepth> octaves;  ///< one less than lags
-  std::vector<BandOfModes> bands;      ///< ascending in k, each over the octave that suits its decay
+  std::vector<BandOfModes> bands;      ///< ascending in k, each over the octave that suits its decay; none by loads
   PowerOfDepth shallow;                ///< at depths that the paper's piles have, z = 55 to 111
   PowerOfDepth deep;                   ///< from the third lag before the last one to the last, at least z = 111
   Estimate c_thrust;                   ///< of the same layers
 };
 
-/// From an ensemble of the estimator fluctuation with such lags.
-DeepResponse measure_deep_response(const MeasuredEnsemble& ensemble, int threads);
+/// From an ensemble with such lags or layers.
+DeepResponse measure_deep_response(const MeasuredEnsemble& ensemble, DeepMeasurement by, int threads);
 
-/// Whether W^2 is proportional to z where the paper looked, and deeper.
+/// Whether W^2 is proportional to z where the paper looked, and deeper; checks do not count.
 std::vector<Claim> judge_spreading(const std::vector<DeepResponse>& measured, const ClaimSpec& spec);
 
 /// Exponents against depth. Throws InputError where none is known.

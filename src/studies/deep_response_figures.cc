@@ -2,11 +2,14 @@
 #include <fmt/ranges.h>
 
 #include <cmath>
+#include <map>
+#include <set>
 
 #include "ensemble/fluctuation_plan.h"
 #include "plot/axes.h"
 #include "plot/csv_table.h"
 #include "plot/figure_captions.h"
+#include "plot/plot_colours.h"
 #include "plot/plot_script.h"
 #include "plot/series_style.h"
 #include "studies/deep_response.h"
@@ -25,9 +28,9 @@ struct Curves {
   Range range;
 
   /// Columns 1, `value` and `value` + 1 of a data file; y errors are one standard error.
-  void add(const std::string& file, int value, const std::string& style) {
+  void add(const std::string& file, int value, const std::string& style, const std::string& dashes) {
     const std::string colour = style.substr(style.find("linecolor"));
-    drawn.push_back(fmt::format("'{}' using 1:{} with lines linewidth 0.8 {} notitle", file, value, colour));
+    drawn.push_back(fmt::format("'{}' using 1:{} with lines linewidth 0.8{} {} notitle", file, value, dashes, colour));
     drawn.push_back(fmt::format("'{}' using 1:{}:{} with yerrorbars linewidth 0.9 pointsize 0.55 {} notitle", file,
                                 value, value + 1, style));
   }
@@ -38,14 +41,51 @@ struct Curves {
   std::string script() const { return fmt::format("{}", fmt::join(drawn, ", \\\n    ")); }
 };
 
-std::string title(double mu, const std::string& style) {
-  return fmt::format("keyentry with linespoints linewidth 0.9 pointsize 0.55 {} title {}", style,
-                     gnuplot_string("μ = " + caption_number(mu)));
+/// Lines of checks are dashed.
+std::string dashes(DeepMeasurement by) {
+  return by == DeepMeasurement::fluctuations ? "" : by == DeepMeasurement::wide ? " dashtype 2" : " dashtype 3";
 }
 
-std::string listed(const std::vector<std::string>& titles) {
-  return fmt::format("{}", fmt::join(titles, ", \\\n    "));
+std::string data_file(const PlotPlan& plan, const DeepResponse& one) {
+  const char* const check = one.by == DeepMeasurement::fluctuations ? ""
+                            : one.by == DeepMeasurement::wide       ? "-wide"
+                                                                    : "-loads";
+  return fmt::format("{}{}-mu-{}.csv", plan.id, check, exact(one.spec.sampler.mu));
 }
+
+/// Titles of the curves: one a friction coefficient, one for each kind of check.
+class Titles {
+ public:
+  /// The style of a curve.
+  std::string style_of(const DeepResponse& one) {
+    const auto [at, first] = styles_.try_emplace(one.spec.sampler.mu, series_style(styles_.size()));
+    if (first) titles_.push_back(title(one.spec.sampler.mu, at->second));
+    if (one.by != DeepMeasurement::fluctuations) checks_.insert(one.by);
+    return at->second;
+  }
+  bool empty() const { return titles_.empty(); }
+  /// Of at most three titles.
+  std::size_t rows() const { return (titles_.size() + checks_.size() + 2) / 3; }
+  std::string script() const {
+    std::vector<std::string> all = titles_;
+    for (const DeepMeasurement by : checks_) {
+      all.push_back(fmt::format("keyentry with lines linewidth 0.9{} linecolor rgb '{}' title '{}'", dashes(by),
+                                plot_colours().at("black"),
+                                by == DeepMeasurement::wide ? "twice the columns" : "by loads (multiplexed)"));
+    }
+    return fmt::format("{}", fmt::join(all, ", \\\n    "));
+  }
+
+ private:
+  static std::string title(double mu, const std::string& style) {
+    return fmt::format("keyentry with linespoints linewidth 0.9 pointsize 0.55 {} title {}", style,
+                       gnuplot_string("μ = " + caption_number(mu)));
+  }
+
+  std::map<double, std::string> styles_;
+  std::vector<std::string> titles_;
+  std::set<DeepMeasurement> checks_;
+};
 
 void caption(Figure& figure, const std::string& template_name, const std::vector<DeepResponse>& measured) {
   const DeepResponse& first = measured.front();
@@ -64,7 +104,7 @@ Figure plot_deep_response(const std::vector<DeepResponse>& measured, const std::
   plan.script = "studies/deep_response";
   plan.height = 3;
   Curves exponents;
-  std::vector<std::string> titles;
+  Titles titles;
   Range depth;
   exponents.range.add(1);
   for (const DeepResponse& one : measured) {
@@ -78,11 +118,9 @@ Figure plot_deep_response(const std::vector<DeepResponse>& measured, const std::
       exponents.reach(octave.exponent);
     }
     if (table.empty()) continue;
-    const std::string file = fmt::format("{}-mu-{}.csv", plan.id, exact(one.spec.sampler.mu));
-    const std::string style = series_style(titles.size());
+    const std::string file = data_file(plan, one);
     plan.data[file] = table.text();
-    exponents.add(file, 2, style);
-    titles.push_back(title(one.spec.sampler.mu, style));
+    exponents.add(file, 2, titles.style_of(one), dashes(one.by));
   }
   if (titles.empty()) {
     throw InputError(
@@ -94,7 +132,9 @@ Figure plot_deep_response(const std::vector<DeepResponse>& measured, const std::
   const double room = 0.06 * exponents.range.size();
   Figure figure = plot_figure(plan,
                               {{"curves", exponents.script()},
-                               {"titles", listed(titles)},
+                               {"titles", titles.script()},
+                               {"key_rows", std::to_string(titles.rows())},
+                               {"key_inches", exact(0.17 * static_cast<double>(titles.rows()))},
                                {"left", exact(axis.low)},
                                {"right", exact(axis.high)},
                                {"depth_ticks", log_ticks(axis)},
@@ -112,7 +152,7 @@ Figure plot_dispersion(const std::vector<DeepResponse>& measured, const std::fil
   plan.script = "studies/dispersion";
   plan.height = 3;
   Curves speeds, diffusions;
-  std::vector<std::string> titles;
+  Titles titles;
   Range waves;
   speeds.range.add(0);
   for (const DeepResponse& one : measured) {
@@ -128,12 +168,10 @@ Figure plot_dispersion(const std::vector<DeepResponse>& measured, const std::fil
       speeds.reach(above);
     }
     if (table.empty()) continue;
-    const std::string file = fmt::format("{}-mu-{}.csv", plan.id, exact(one.spec.sampler.mu));
-    const std::string style = series_style(titles.size());
+    const std::string file = data_file(plan, one), style = titles.style_of(one);
     plan.data[file] = table.text();
-    diffusions.add(file, 2, style);
-    speeds.add(file, 4, style);
-    titles.push_back(title(one.spec.sampler.mu, style));
+    diffusions.add(file, 2, style, dashes(one.by));
+    speeds.add(file, 4, style, dashes(one.by));
   }
   if (titles.empty()) {
     throw InputError(
@@ -146,7 +184,9 @@ Figure plot_dispersion(const std::vector<DeepResponse>& measured, const std::fil
   Figure figure = plot_figure(plan,
                               {{"c_curves", speeds.script()},
                                {"D_curves", diffusions.script()},
-                               {"titles", listed(titles)},
+                               {"titles", titles.script()},
+                               {"key_rows", std::to_string(titles.rows())},
+                               {"key_inches", exact(0.17 * static_cast<double>(titles.rows()))},
                                {"left", exact(axis.low)},
                                {"right", exact(axis.high)},
                                {"k_ticks", log_ticks(axis)},

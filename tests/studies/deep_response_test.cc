@@ -23,12 +23,12 @@ struct Asked {
   std::unique_ptr<Study> study = deep_response_study();
   MainLine main;
 
+  void set(const std::string& name, const KeyValue& value) {
+    for (const Key& key : study->keys()) {
+      if (key.name == name) key.set(value);
+    }
+  }
   explicit Asked(std::int64_t columns) {
-    const auto set = [&](const std::string& name, const KeyValue& value) {
-      for (const Key& key : study->keys()) {
-        if (key.name == name) key.set(value);
-      }
-    };
     set("mu", std::vector<double>{0.3});
     set("octaves", std::int64_t{3});
     set("columns", columns);
@@ -46,7 +46,7 @@ TEST_CASE("The deep response is followed over lags that double, and its slopes a
   const EnsembleSpec& spec = ensembles[0].spec;
   CHECK(spec.layers == std::vector<int>{32, 64, 128, 256});
   const MeasuredEnsemble ensemble{spec, run_ensemble(spec, 0, nullptr)};
-  const DeepResponse response = measure_deep_response(ensemble, 2);
+  const DeepResponse response = measure_deep_response(ensemble, DeepMeasurement::fluctuations, 2);
   REQUIRE(response.lags.size() == 4);
   REQUIRE(response.octaves.size() == 3);
   CHECK(response.samples == 256);
@@ -147,4 +147,37 @@ TEST_CASE("The deep response needs room for two peaks at its deepest lag") {
   REQUIRE(found);
   CHECK(contains(found->message, "meet behind the ring"));
   CHECK_FALSE(refused(300));
+}
+
+TEST_CASE("The deep response is checked in wide piles and by loads, at friction coefficients that it has") {
+  Asked asked(320);
+  asked.set("wide_mu", std::vector<double>{0.3});
+  asked.set("loaded_mu", std::vector<double>{0.3});
+  asked.main.response.epsilon = 0.15;
+  CHECK_FALSE(asked.study->find_problem(asked.main));
+  const std::vector<StudyEnsemble> ensembles = asked.study->ensembles(asked.main);
+  REQUIRE(ensembles.size() == 3);
+  CHECK(ensembles[1].spec.lattice.columns == 640);
+  CHECK(ensembles[1].spec.lattice.layers == ensembles[0].spec.lattice.layers);
+  EnsembleSpec loads = ensembles[2].spec;
+  CHECK(name_of(loads.response.estimator) == "multiplexed");
+  CHECK(loads.response.opposite);
+  CHECK(loads.response.epsilon == 0.15);
+  // No reference and no bases: loads act at the top.
+  loads.response.samples = 64;
+  loads.response.blocks = 8;
+  const MeasuredEnsemble few{loads, run_ensemble(loads, 0, nullptr)};
+  const DeepResponse response = measure_deep_response(few, DeepMeasurement::loads, 2);
+  REQUIRE(response.lags.size() == 4);
+  CHECK(response.lags[0].lag == 32);
+  CHECK(response.bands.empty());
+  CHECK(std::abs(response.octaves[1].c.value - 0.5575) < 5 * response.octaves[1].c.standard_error + 0.001);
+  CHECK(response.c_thrust.value == Approx(0.5557).margin(0.001));
+  // A check alone decides nothing.
+  CHECK(judge_spreading({response}, {})[0].verdict == undetermined);
+
+  asked.set("wide_mu", std::vector<double>{0.2});
+  const auto found = asked.study->find_problem(asked.main);
+  REQUIRE(found);
+  CHECK(contains(found->message, "0.2 is not in studies.deep_response.mu"));
 }
