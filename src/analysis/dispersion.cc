@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numbers>
 
 #include "analysis/propagator.h"
@@ -15,6 +16,7 @@ namespace {
 constexpr int most_steps = 50;
 constexpr double small_step = 1e-10;  ///< of c k z and of k^2 D z / 2: far below any standard error
 constexpr double longest_step = 0.5;  ///< of the same
+constexpr double most_decay = 0.5;    ///< -ln of the amplitude that is left
 
 /// Diagonal of G, and the imaginary parts of its corners.
 struct ModePropagator {
@@ -129,6 +131,25 @@ std::vector<BandOfModes> measure_dispersion(const BlockSums& sums, std::size_t a
     bands.push_back(band);
   }
   return bands;
+}
+
+std::vector<BandOfModes> dispersion_of_lags(const BlockSums& sums, double c, const std::vector<double>& D) {
+  const std::vector<double> edges = half_octave_bands(sums.quantities.at("propagation").width / 2);
+  std::map<double, BandOfModes> bands;  // by lower edge
+  for (std::size_t i = 0; i < D.size(); ++i) {
+    if (!std::isfinite(D[i])) continue;
+    for (const BandOfModes& band : measure_dispersion(sums, i + 1, i + 2, edges, {c, D[i]})) {
+      if (!band.c.known() || !band.D.known()) continue;
+      if (band.k * band.k * D[i] * band.z_to / 2 < most_decay) {
+        bands.insert_or_assign(band.k_from, band);
+      } else {
+        bands.try_emplace(band.k_from, band);
+      }
+    }
+  }
+  std::vector<BandOfModes> all;
+  for (const auto& [edge, band] : bands) all.push_back(band);
+  return all;
 }
 
 }  // namespace granuscope

@@ -34,4 +34,10 @@ std::vector<BandOfModes> measure_dispersion(const BlockSums& sums, std::size_t a
 /// Edges 1, 2^-1/2, 1/2, ... down to the first mode of a ring, ascending.
 std::vector<double> half_octave_bands(int columns);
 
+/// Bands of half an octave, ascending, each over the deepest pair of successive lags at whose end it has kept most of
+/// its amplitude: there its decay stands out of the noise. (To take the pair with the least error would favour errors
+/// that are small by chance.) `D`: rough values from lag number i + 1 to i + 2; pairs where it is not finite are passed
+/// over, and bands left out that no pair tells.
+std::vector<BandOfModes> dispersion_of_lags(const BlockSums& sums, double c, const std::vector<double>& D);
+
 }  // namespace granuscope
