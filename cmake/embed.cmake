@@ -1,16 +1,19 @@
-# Embeds a folder of files into a library, so that the program needs no installed data.
+# Embeds files into a library, so that the program needs no installed data.
 #
-#   granuscope_embed(<target> <folder>)
+#   granuscope_embed(<target> <folder> <examples>)
 #
-# generates a source that defines granuscope::embedded_files() (src/support/template_file.h) from every file
-# below <folder> (hidden ones excepted), and compiles it into <target>. A file that is added, changed or removed is
-# noticed by the next build. Run as a script (cmake -P) this same file writes that source.
+# generates a source that defines granuscope::embedded_files() (src/support/template_file.h) from every file below
+# <folder> (hidden ones excepted) and, as examples/<name>, the experiments of <examples>, and compiles it into <target>.
+# A file that is added, changed or removed is noticed by the next build. Run as a script (cmake -P) this same file writes
+# that source.
 
 if(NOT CMAKE_SCRIPT_MODE_FILE)
   set(granuscope_embed_script ${CMAKE_CURRENT_LIST_FILE})
 
-  function(granuscope_embed target folder)
+  function(granuscope_embed target folder examples)
     file(GLOB_RECURSE files CONFIGURE_DEPENDS ${folder}/*)
+    file(GLOB experiments CONFIGURE_DEPENDS ${examples}/*.toml)
+    list(APPEND files ${experiments})
     list(FILTER files EXCLUDE REGEX "/\\.[^/]*$")
     set(source ${CMAKE_CURRENT_BINARY_DIR}/embedded_files.cc)
     # The list of names is an input too: without it a removed file would stay embedded until another one changes.
@@ -18,9 +21,9 @@ if(NOT CMAKE_SCRIPT_MODE_FILE)
     file(CONFIGURE OUTPUT ${list} CONTENT "@files@")
     add_custom_command(
       OUTPUT ${source}
-      COMMAND ${CMAKE_COMMAND} -DFOLDER=${folder} -DLIST=${list} -DSOURCE=${source} -P ${granuscope_embed_script}
+      COMMAND ${CMAKE_COMMAND} -DFOLDER=${folder} -DEXAMPLES=${examples} -DLIST=${list} -DSOURCE=${source} -P ${granuscope_embed_script}
       DEPENDS ${files} ${list} ${granuscope_embed_script}
-      COMMENT "Embedding the files of ${folder}"
+      COMMENT "Embedding the files of ${folder} and the experiments of ${examples}"
       VERBATIM)
     target_sources(${target} PRIVATE ${source})
   endfunction()
@@ -28,12 +31,22 @@ if(NOT CMAKE_SCRIPT_MODE_FILE)
 endif()
 
 file(READ ${LIST} files)
-list(SORT files)  # by bytes: the lookup is a binary search
+set(names "")
+foreach(file IN LISTS files)
+  file(RELATIVE_PATH name ${FOLDER} ${file})
+  if(name MATCHES "^\\.\\./")
+    file(RELATIVE_PATH name ${EXAMPLES} ${file})
+    string(PREPEND name "examples/")
+  endif()
+  set(path_of_${name} ${file})
+  list(APPEND names ${name})
+endforeach()
+list(SORT names)  # by bytes: the lookup is a binary search
 set(contents "")
 set(table "")
 set(number 0)
-foreach(file IN LISTS files)
-  file(RELATIVE_PATH name ${FOLDER} ${file})
+foreach(name IN LISTS names)
+  set(file ${path_of_${name}})
   file(READ ${file} hex HEX)
   string(LENGTH "${hex}" digits)
   math(EXPR bytes "${digits} / 2")

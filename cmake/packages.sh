@@ -12,15 +12,21 @@ packages_of() {
     inside && $0 != "" { print }' packages.txt
 }
 
-# install_packages SECTION...: installs what these sections list and the machine lacks. Exits with 3 if that is not possible.
+# install_packages SECTION... [--but NAME]: installs what these sections list, except NAME, and the machine lacks. Exits
+# with 3 if that is not possible.
 install_packages() {
-  local section name missing=() get=()
+  local section name but="" missing=() get=()
+  if [ "$#" -gt 2 ] && [ "${*: -2:1}" = --but ]; then
+    but="${*: -1}"
+    set -- "${@:1:$#-2}"
+  fi
   if ! command -v dpkg-query >/dev/null; then
     echo "This is no Debian system: make sure that what packages.txt lists is installed. Going on." >&2
     return 0
   fi
   for section in "$@"; do
     for name in $(packages_of "$section"); do
+      if [ "$name" = "$but" ]; then continue; fi
       if [ "$(dpkg-query -W -f='${Status}' "$name" 2>/dev/null)" != "install ok installed" ]; then
         missing+=("$name")
       fi

@@ -1,6 +1,6 @@
 #include "analysis/layer_spectrum.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <numbers>

@@ -1,6 +1,6 @@
 #include "analysis/line_fit.h"
 
-#include <Eigen/Dense>
+#include <Eigen/QR>
 #include <stdexcept>
 
 namespace granuscope {

@@ -1,6 +1,6 @@
 #include "analysis/shape_diagnostics.h"
 
-#include <Eigen/Dense>
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <limits>

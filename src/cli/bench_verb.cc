@@ -135,7 +135,7 @@ void add_bench_verb(CLI::App& app, VerbContext& context) {
   verb->add_option("--folder", options->folder,
                    "render: where piles and pictures are made for the time of the run (default: $TMPDIR or /tmp)");
   verb->add_flag("--quick", options->quick, "render, accuracy: leave out what takes minutes");
-  verb->add_option("--threads", options->accuracy.threads,
+  verb->add_option("-j,--threads", options->accuracy.threads,
                    "accuracy: blocks drawn at the same time; one at a time disturbs them least")
       ->capture_default_str()
       ->check(CLI::Range(1, 4096));

@@ -1,10 +1,12 @@
 #include "cli/command_line.h"
 
 #include <fmt/core.h>
-#include <fmt/ranges.h>
+#include <poll.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cctype>
 #include <new>
 #include <stdexcept>
 #include <string>
@@ -31,35 +33,29 @@ constexpr const char* exit_codes =
 /// Longer than any message that means something.
 constexpr std::size_t most_message_bytes = 4000;
 
-/// CLI11 would only say that a verb is missing, not that the one given is none.
-void require_known_verb(const CLI::App& app, int argc, const char* const* argv) {
-  if (argc < 2 || argv[1][0] == '-') return;
-  std::vector<std::string> verbs;
-  for (const CLI::App* verb : app.get_subcommands([](const CLI::App*) { return true; })) {
-    if (verb->get_name() == argv[1]) return;
-    if (!verb->get_group().empty()) verbs.push_back(verb->get_name());
-  }
-  const auto meant = nearest_name(argv[1], verbs);
-  throw InputError(fmt::format(
-      "there is no verb \"{}\"; {}", argv[1],
-      meant ? fmt::format("did you mean {}?", *meant) : fmt::format("the verbs are {}", fmt::join(verbs, ", "))));
-}
-
 /// The first flag on the command line that the verb does not have, with the one that was probably meant; "" if there is
 /// none. CLI11 lists words without saying which of them is wrong.
 std::string find_unknown_flag(const CLI::App& verb, int argc, const char* const* argv) {
   std::vector<std::string> known;
+  std::string letters;
   for (const CLI::Option* option : verb.get_options()) {
-    for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
+    for (const std::string& name : option->get_lnames()) known.push_back(name);
+    for (const std::string& name : option->get_snames()) letters += name;
   }
   for (int i = 2; i < argc; ++i) {
     const std::string word(argv[i]);
-    const std::string flag = word.substr(0, word.find('='));
-    if (flag == "--") return "";
-    if (!flag.starts_with("--") || std::find(known.begin(), known.end(), flag) != known.end()) continue;
+    if (word == "--") return "";
+    if (word.size() < 2 || word[0] != '-') continue;
+    if (word[1] != '-') {  // a letter, perhaps with its value; a number is none
+      if (std::isalpha(static_cast<unsigned char>(word[1])) == 0 || letters.find(word[1]) != std::string::npos)
+        continue;
+      return fmt::format("{} has no flag {}", verb.get_name(), word.substr(0, 2));
+    }
+    const std::string flag = word.substr(2, word.find('=') - 2);
+    if (std::find(known.begin(), known.end(), flag) != known.end()) continue;
     const auto meant = nearest_name(flag, known);
-    return fmt::format("{} has no flag {}{}", verb.get_name(), flag,
-                       meant ? fmt::format("; did you mean {}?", *meant) : "");
+    return fmt::format("{} has no flag --{}{}", verb.get_name(), flag,
+                       meant ? fmt::format("; did you mean --{}?", *meant) : "");
   }
   return "";
 }
@@ -70,6 +66,10 @@ std::string explain(const CLI::ParseError& error, const CLI::App& app, int argc,
   std::string what = error.what();
   if (!chosen.empty()) {
     if (const std::string unknown = find_unknown_flag(*chosen.front(), argc, argv); !unknown.empty()) what = unknown;
+  }
+  if (what == "CONFIG is required") {
+    return "an experiment file is needed, since it says what to run; name one, or take a built-in one: "
+           "granuscope example lists them";
   }
   constexpr std::string_view unconverted = "Could not convert: ";
   if (what.starts_with(unconverted)) {
@@ -91,18 +91,22 @@ void require_values(const CLI::App& verb) {
   }
 }
 
+/// Whether standard output is a pipe whose reader has gone.
+bool reader_has_gone() {
+  pollfd output = {STDOUT_FILENO, POLLOUT, 0};
+  return ::poll(&output, 1, 0) == 1 && (output.revents & POLLERR) != 0;
+}
+
 void require_written(std::ostream& out) {
   out.flush();
-  if (out) return;
+  if (out || reader_has_gone()) return;  // who leaves early, as head does, has got what he wanted
   throw EnvironmentError("standard output cannot be written, so that the result is lost; free space or check the pipe");
 }
 
-/// Whether the system refused a thread. TBB tells it by its words only, the standard library by a code.
+/// Whether the system refused a thread.
 bool lacks_threads(const std::exception& error) {
-  if (const auto* system = dynamic_cast<const std::system_error*>(&error)) {
-    return system->code() == std::errc::resource_unavailable_try_again;
-  }
-  return std::string_view(error.what()).starts_with("pthread_create has failed");
+  const auto* system = dynamic_cast<const std::system_error*>(&error);
+  return system != nullptr && system->code() == std::errc::resource_unavailable_try_again;
 }
 
 ExitCode parse_and_act(int argc, const char* const* argv, std::ostream& out, std::ostream& err) {
@@ -112,7 +116,7 @@ ExitCode parse_and_act(int argc, const char* const* argv, std::ostream& out, std
       "granuscope"};
   app.footer(exit_codes);
   app.require_subcommand(1);
-  app.set_version_flag("--version", [] { return provenance_line(collect_provenance()); });
+  app.set_version_flag("-V,--version", [] { return provenance_line(collect_provenance()); });
   VerbContext context{out, err, {}};
   add_run_verb(app, context);
   add_sample_verb(app, context);
@@ -120,9 +124,19 @@ ExitCode parse_and_act(int argc, const char* const* argv, std::ostream& out, std
   add_audit_verb(app, context);
   add_bench_verb(app, context);
   add_doctor_verb(app, context);
+  add_example_verb(app, context);
+  add_help_verb(app, context);
   add_reference_verb(app, context);
+  app.get_formatter()->label("SUBCOMMAND", "VERB");
+  for (CLI::App* verb : app.get_subcommands([](CLI::App* added) { return !added->get_group().empty(); })) {
+    verb->group("Verbs");
+  }
 
-  require_known_verb(app, argc, argv);
+  if (argc < 2) {
+    err << app.help();
+    return ExitCode::bad_input;
+  }
+  if (argv[1][0] != '-') (void)verb_named(app, argv[1]);  // CLI11 would only say that a verb is missing
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

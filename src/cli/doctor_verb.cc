@@ -11,6 +11,7 @@
 #include "cli/machine.h"
 #include "cli/verbs.h"
 #include "render/gl_context.h"
+#include "report/statistics_json.h"
 #include "support/atomic_file.h"
 #include "support/describe_bytes.h"
 #include "support/error.h"
@@ -25,14 +26,6 @@ namespace fs = std::filesystem;
 /// What a run of the usual size leaves: ensembles of some 100 MB and a report.
 constexpr std::uintmax_t least_free_bytes = 200'000'000;
 
-/// What was looked at, what was found, and the Debian package that brings it if it is missing.
-struct Finding {
-  std::string subject;
-  std::string text;
-  bool good = true;
-  std::string package = {};  ///< empty: no package would help
-};
-
 Finding look_for_program(const std::string& name, const std::string& needed_for, const std::string& package) {
   const auto program = find_installed_program(name);
   if (!program) return {name, fmt::format("missing: {}", needed_for), false, package};
@@ -43,13 +36,12 @@ Finding look_for_program(const std::string& name, const std::string& needed_for,
 }
 
 Finding look_for_opengl() {
-  try {
-    const auto context = make_gl_context("auto");
+  std::string why_none;
+  if (const auto context = find_gl_context("auto", why_none)) {
     return {"OpenGL", fmt::format("backend {}: {}; {}, OpenGL {}", context->name(), context->reason(),
                                   context->renderer(), context->version())};
-  } catch (const Error& error) {
-    return {"OpenGL", error.what(), false, "libosmesa6"};
   }
+  return {"OpenGL", fmt::format("none, the processor paints the same pixels: {}", why_none)};
 }
 
 Finding look_for_fonts() {
@@ -95,7 +87,7 @@ Finding look_at_output(const fs::path& wanted) {
   return finding;
 }
 
-ExitCode examine(const std::string& out_folder, VerbContext& context) {
+ExitCode examine(const std::string& out_folder, bool json, VerbContext& context) {
   const Provenance provenance = collect_provenance();
   std::vector<Finding> findings{
       {"program", provenance_line(provenance)},
@@ -111,15 +103,17 @@ ExitCode examine(const std::string& out_folder, VerbContext& context) {
   std::vector<std::string> packages;
   bool good = true;
   for (const Finding& finding : findings) {
-    context.out << fmt::format("{:<4}{:<11} {}\n", finding.good ? "ok" : "--", finding.subject, finding.text);
+    if (!json)
+      context.out << fmt::format("{:<4}{:<11} {}\n", finding.good ? "ok" : "--", finding.subject, finding.text);
     good = good && finding.good;
     if (!finding.good && !finding.package.empty()) packages.push_back(finding.package);
   }
+  if (json) context.out << findings_json(findings);
   if (good) {
-    context.out << "everything that is needed is there\n";
+    if (!json) context.out << "everything that is needed is there\n";
     return ExitCode::done;
   }
-  if (!packages.empty()) {
+  if (!json && !packages.empty()) {
     context.out << fmt::format("install what is missing: apt-get install --no-install-recommends {}\n",
                                fmt::join(packages, " "));
   }
@@ -132,9 +126,12 @@ void add_doctor_verb(CLI::App& app, VerbContext& context) {
   CLI::App* verb = app.add_subcommand(
       "doctor", "Say what is installed, which OpenGL backend is used and why, and how to get what is missing");
   const auto out_folder = std::make_shared<std::string>("out");
-  verb->add_option("--out", *out_folder, "folder in which results shall be written")->capture_default_str();
-  verb->callback(
-      [out_folder, &context] { context.action = [out_folder, &context] { return examine(*out_folder, context); }; });
+  verb->add_option("-o,--out", *out_folder, "folder in which results shall be written")->capture_default_str();
+  const auto json = std::make_shared<bool>(false);
+  verb->add_flag("--json", *json, "print one JSON object on standard output and nothing else there");
+  verb->callback([out_folder, json, &context] {
+    context.action = [out_folder, json, &context] { return examine(*out_folder, *json, context); };
+  });
 }
 
 }  // namespace granuscope

@@ -1,11 +1,14 @@
 #include <fmt/core.h>
 
 #include <CLI/CLI.hpp>
+#include <filesystem>
 #include <memory>
 #include <string>
 
+#include "cli/installed_files.h"
 #include "cli/verbs.h"
 #include "experiment/experiment_file.h"
+#include "support/atomic_file.h"
 
 namespace granuscope {
 namespace {
@@ -23,7 +26,8 @@ std::string cell(const std::string& text) {
 std::string flag_row(const CLI::Option& option) {
   const std::string type = option.get_expected_max() == 0 ? "" : option.get_type_name();
   const std::string standard = option.get_default_str();
-  return fmt::format("| `{}` | {} | {} | {} |\n", cell(option.get_name(true, true)), cell(type),
+  return fmt::format("| `{}` | {} | {} | {} |\n",
+                     cell(option.nonpositional() ? option.get_name(false, true) : option.get_name(true)), cell(type),
                      standard.empty() ? "" : fmt::format("`{}`", cell(standard)), cell(option.get_description()));
 }
 
@@ -46,9 +50,19 @@ void add_reference_verb(CLI::App& app, VerbContext& context) {
   CLI::App* verb = app.add_subcommand("reference", "Print the table of experiment keys that README shows (Markdown)");
   verb->group("");  // not listed: for maintainers
   const auto verbs = std::make_shared<bool>(false);
+  const auto folder = std::make_shared<std::string>();
   verb->add_flag("--verbs", *verbs, "print every verb with its flags instead");
-  verb->callback([&app, &context, verbs] {
-    context.action = [&app, &context, verbs] {
+  verb->add_option("--files", *folder, "write manual pages and completion files below this folder (share) instead");
+  verb->callback([&app, &context, verbs, folder] {
+    context.action = [&app, &context, verbs, folder] {
+      if (!folder->empty()) {
+        for (const auto& [path, text] : installed_files(app)) {
+          const auto file = std::filesystem::path(*folder) / path;
+          make_folder(file.parent_path());
+          write_file(file, text);
+        }
+        return ExitCode::done;
+      }
       context.out << (*verbs ? describe_verbs(app) : describe_experiment_keys());
       return ExitCode::done;
     };

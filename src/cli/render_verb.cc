@@ -95,7 +95,7 @@ void add_render_verb(CLI::App& app, VerbContext& context) {
   verb->add_option("FILE", options->pile_file, "pile file (HDF5), as granuscope sample --out writes it")->required();
   verb->add_option("--minus", options->minus_file,
                    "scene response: the pile without the overload, of the same seed and sample");
-  verb->add_option("--image", options->image_file,
+  verb->add_option("IMAGE,-o,--image", options->image_file,
                    "the picture: .png, or .svg or .pdf where it has few enough elements")
       ->required()
       ->check(output_file());

@@ -1,5 +1,4 @@
 #include <fmt/core.h>
-#include <oneapi/tbb/global_control.h>
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
@@ -93,8 +92,6 @@ ExitCode run(const RunVerbOptions& given, VerbContext& context) {
   require_kept(given.config, options.folder / "experiment.toml", print_experiment(experiment));
   require_memory(memory_needed(experiment, worker_count(options.threads)));
 
-  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
-                                  static_cast<std::size_t>(worker_count(options.threads)));
   const RunResult result = run_experiment(experiment, options);
   tell_files(result.files, context.err);
   if (!result.failure.empty()) throw EnvironmentError(result.failure);
@@ -109,12 +106,12 @@ void add_run_verb(CLI::App& app, VerbContext& context) {
   CLI::App* verb = app.add_subcommand("run", "Run an experiment: sample, analyse, plot, render and write the report");
   const auto options = std::make_shared<RunVerbOptions>();
   verb->add_option("CONFIG", options->config, "experiment file (TOML), for example examples/quick.toml")->required();
-  verb->add_option("--out", options->folder, "folder of the results (default: out/ and the name of CONFIG)");
+  verb->add_option("-o,--out", options->folder, "folder of the results (default: out/ and the name of CONFIG)");
   verb->add_option("--only", options->only,
                    "only this stage and what it needs: sample, analyse, render, plot or report; may be repeated")
       ->expected(1)
       ->take_all();
-  verb->add_option("--threads", options->threads, "threads, 0 for all; never changes a number")
+  verb->add_option("-j,--threads", options->threads, "threads, 0 for all; never changes a number")
       ->capture_default_str()
       ->check(CLI::Range(0, 4096));
   verb->add_flag("--dry-run", options->dry_run,

@@ -1,5 +1,4 @@
 #include <fmt/core.h>
-#include <oneapi/tbb/global_control.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -100,7 +99,6 @@ ExitCode sample(SampleOptions options, VerbContext& context) {
 
   if (!options.file.empty()) store_sample(options, context);
   if (!options.statistics) return ExitCode::done;
-  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(workers));
   try {
     context.out << sample_statistics_json(measure_samples(spec, options.threads, context.err));
   } catch (const Interrupted&) {
@@ -171,12 +169,12 @@ void add_sample_verb(CLI::App& app, VerbContext& context) {
   verb->add_option("--repair-rules", options->repair_rules,
                    "granusolve: all, or no-pair, no-arcs, backtrack-only (other laws: for comparison only)")
       ->capture_default_str();
-  verb->add_option("--threads", options->threads, "threads, 0 for all; never changes a number")
+  verb->add_option("-j,--threads", options->threads, "threads, 0 for all; never changes a number")
       ->capture_default_str()
       ->check(CLI::Range(0, 4096));
   verb->add_flag("--statistics", options->statistics,
                  "print one JSON object on standard output and nothing else there");
-  verb->add_option("--out", options->file, "store one pile in this file (HDF5)")->check(output_file());
+  verb->add_option("-o,--out", options->file, "store one pile in this file (HDF5)")->check(output_file());
   verb->add_option("--sample", options->sample, "which pile --out stores")
       ->capture_default_str()
       ->check(whole_number());

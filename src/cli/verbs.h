@@ -1,6 +1,7 @@
 #pragma once
 #include <functional>
 #include <ostream>
+#include <string>
 
 #include "support/error.h"
 
@@ -17,6 +18,9 @@ struct VerbContext {
   std::function<ExitCode()> action;
 };
 
+/// The listed verb of that name. Throws InputError, with what was probably meant, if there is none.
+const CLI::App& verb_named(const CLI::App& app, const std::string& name);
+
 /// Each adds one verb with its flags to the command line; if the user chose it, it sets context.action.
 void add_run_verb(CLI::App& app, VerbContext& context);
 void add_sample_verb(CLI::App& app, VerbContext& context);
@@ -24,6 +28,8 @@ void add_render_verb(CLI::App& app, VerbContext& context);
 void add_audit_verb(CLI::App& app, VerbContext& context);
 void add_bench_verb(CLI::App& app, VerbContext& context);
 void add_doctor_verb(CLI::App& app, VerbContext& context);
-void add_reference_verb(CLI::App& app, VerbContext& context);  ///< hidden: the key table of README
+void add_example_verb(CLI::App& app, VerbContext& context);
+void add_help_verb(CLI::App& app, VerbContext& context);       ///< and version
+void add_reference_verb(CLI::App& app, VerbContext& context);  ///< hidden: keys, man pages, completions
 
 }  // namespace granuscope

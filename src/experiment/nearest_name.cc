@@ -27,7 +27,7 @@ int edit_distance(std::string_view a, std::string_view b) {
 std::optional<std::string> nearest_name(std::string_view mistyped, const std::vector<std::string>& known) {
   if (mistyped.size() > 200) return {};  // no typing error
   std::optional<std::string> best;
-  int least = std::max(2, static_cast<int>(mistyped.size()) / 3) + 1;
+  int least = std::max(1, static_cast<int>(mistyped.size()) / 3) + 1;
   for (const std::string& name : known) {
     const int distance = edit_distance(mistyped, name);
     if (distance < least) {

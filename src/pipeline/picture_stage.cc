@@ -68,7 +68,8 @@ bool needs_pair(const Experiment& experiment) {
 }
 
 void require_backend(const ForceChainSpec& chains) {
-  if (chains.show && chains.scene.backend != "none") make_gl_context(chains.scene.backend);
+  const std::string& backend = chains.scene.backend;
+  if (chains.show && backend != "none" && backend != "auto") make_gl_context(backend);
 }
 
 Pile pile_for_figures(const Experiment& experiment, double mu) {

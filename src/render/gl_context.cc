@@ -93,6 +93,16 @@ std::unique_ptr<GlContext> make_gl_context(const std::string& backend) {
   }
 }
 
+std::unique_ptr<GlContext> find_gl_context(const std::string& backend, std::string& why_none) {
+  try {
+    return make_gl_context(backend);
+  } catch (const EnvironmentError& error) {
+    if (backend != "auto") throw;
+    why_none = error.what();
+    return nullptr;
+  }
+}
+
 void check_gl(const GlContext& context, const char* step) {
   const GLenum error = context.gl().GetError();
   if (error == GL_NO_ERROR) return;

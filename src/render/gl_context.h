@@ -48,6 +48,10 @@ void require_known_backend(const std::string& backend);
 /// the backend cannot start, InputError if there is no such backend.
 std::unique_ptr<GlContext> make_gl_context(const std::string& backend);
 
+/// The same, except that "auto" on a machine without OpenGL gives none, and `why_none` says why: the processor then
+/// paints the same pixels.
+std::unique_ptr<GlContext> find_gl_context(const std::string& backend, std::string& why_none);
+
 /// Throws EnvironmentError naming the error and `step` if GL has noted one.
 void check_gl(const GlContext& context, const char* step);
 

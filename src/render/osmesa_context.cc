@@ -32,7 +32,7 @@ OsMesaLibrary open_library() {
   if (handle == nullptr) {
     const char* reason = ::dlerror();
     throw EnvironmentError(
-        fmt::format("OSMesa cannot be loaded ({}), and without it no picture can be rendered; install libosmesa6",
+        fmt::format("OSMesa cannot be loaded ({}), and without it this backend cannot render; install libosmesa6",
                     reason == nullptr ? "no reason given" : reason));
   }
   OsMesaLibrary library;

@@ -93,10 +93,12 @@ SceneStatistics render_scene(const Scene& scene, const SceneSpec& spec, const st
                                     ? "the processor was asked for by name"
                                     : "a picture so small is painted before OpenGL would have started";
   } else if (picture.has_use_for_gl()) {
-    context = make_gl_context(spec.backend);
-    statistics.backend = context->name();
-    statistics.backend_reason = context->reason();
-    statistics.renderer = context->renderer() + ", OpenGL " + context->version();
+    context = find_gl_context(spec.backend, statistics.backend_reason);
+    if (context != nullptr) {
+      statistics.backend = context->name();
+      statistics.backend_reason = context->reason();
+    }
+    statistics.renderer = context == nullptr ? "spans" : context->renderer() + ", OpenGL " + context->version();
   }
   ImageMetadata all = describe(scene);
   all.emplace_back("Renderer", fmt::format("{} ({}), {}", statistics.renderer, statistics.backend, typesetter()));

@@ -60,6 +60,36 @@ std::string sample_statistics_json(const SampleStatistics& statistics) {
   return json.dump(2) + "\n";
 }
 
+std::string findings_json(const std::vector<Finding>& findings) {
+  ordered_json list = ordered_json::array();
+  bool good = true;
+  for (const Finding& finding : findings) {
+    list.push_back({{"subject", finding.subject}, {"good", finding.good}, {"text", finding.text}});
+    if (!finding.good && !finding.package.empty()) list.back()["package"] = finding.package;
+    good = good && finding.good;
+  }
+  return ordered_json{{"good", good}, {"findings", list}}.dump(2) + "\n";
+}
+
+std::string audit_json(const Pile& pile, const AuditResult& audit, double tolerance) {
+  const auto residual = [](double value, int layer) {
+    return ordered_json{{"value", finite_or_null(value)}, {"layer", layer}};
+  };
+  const bool good = audit.max_balance_residual <= tolerance && audit.max_cone_violation <= tolerance;
+  return ordered_json{{"law", pile.law},
+                      {"mu", pile.mu},
+                      {"columns", pile.lattice.columns()},
+                      {"layers", pile.lattice.layers()},
+                      {"seed", pile.seed},
+                      {"sample", pile.sample},
+                      {"max_balance_residual", residual(audit.max_balance_residual, audit.balance_layer)},
+                      {"max_cone_violation", residual(audit.max_cone_violation, audit.cone_layer)},
+                      {"allowed", tolerance},
+                      {"good", good}}
+             .dump(2) +
+         "\n";
+}
+
 std::string render_statistics_json(const SceneStatistics& statistics) {
   const SceneCounts& counts = statistics.counts;
   const SceneStatistics::Seconds& seconds = statistics.seconds;

@@ -32,7 +32,17 @@ struct SampleStatistics {
   AuditResult audit;  ///< worst over the audited piles; not a number if none of them was completed
 };
 
+/// What `granuscope doctor` looked at, what it found, and the Debian package that brings it if it is missing.
+struct Finding {
+  std::string subject;
+  std::string text;
+  bool good = true;
+  std::string package = {};  ///< empty: no package would help
+};
+
 /// One JSON object with a final newline. Unknown numbers are null beside a "reason".
+std::string findings_json(const std::vector<Finding>& findings);
+std::string audit_json(const Pile& pile, const AuditResult& audit, double tolerance);
 std::string sample_statistics_json(const SampleStatistics& statistics);
 std::string render_statistics_json(const SceneStatistics& statistics);
 

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <openssl/evp.h>
-#include <xxhash.h>
 
 #include <array>
 #include <memory>
@@ -50,8 +49,6 @@ std::string sha256_of_file(const std::filesystem::path& file) {
   return hash.hexadecimal();
 }
 
-std::string cache_key(std::string_view bytes) {
-  return fmt::format("{:016x}", static_cast<std::uint64_t>(XXH3_64bits(bytes.data(), bytes.size())));
-}
+std::string cache_key(std::string_view bytes) { return sha256(bytes).substr(0, 16); }
 
 }  // namespace granuscope

@@ -9,7 +9,7 @@ namespace granuscope {
 std::string sha256(std::string_view bytes);
 std::string sha256_of_file(const std::filesystem::path& file);
 
-/// 64-bit xxHash (XXH3) as 16 hexadecimal digits: a fast key for caches, not a proof of origin.
+/// The first 16 of these digits: a key for caches.
 std::string cache_key(std::string_view bytes);
 
 }  // namespace granuscope

@@ -4,7 +4,6 @@
 #include <gnu/libc-version.h>
 #include <openssl/crypto.h>
 #include <sys/utsname.h>
-#include <xxhash.h>
 
 #include <chrono>
 #include <ctime>
@@ -71,9 +70,7 @@ std::vector<std::pair<std::string, std::string>> listed(std::string_view text) {
 
 std::vector<std::pair<std::string, std::string>> libraries() {
   std::vector<std::pair<std::string, std::string>> result = listed(build_facts::libraries);
-  const unsigned xxhash = XXH_versionNumber();
   result.emplace_back("OpenSSL", OpenSSL_version(OPENSSL_VERSION_STRING));
-  result.emplace_back("xxHash", fmt::format("{}.{}.{}", xxhash / 10000, xxhash / 100 % 100, xxhash % 100));
   result.emplace_back("glibc", gnu_get_libc_version());
   return result;
 }

@@ -39,7 +39,6 @@ TEST_CASE("The help of a verb states units and defaults") {
 
 TEST_CASE("Bad usage is status 2 with one message and no output") {
   const std::vector<std::vector<std::string>> misuses{
-      {},
       {"nonsense"},
       {"--nonsense"},
       {"sample", "--nonsense"},
@@ -71,6 +70,7 @@ TEST_CASE("A mistyped verb is answered with the nearest one") {
   CHECK_THAT(granuscope_command({"sampel"}).err, Contains("there is no verb \"sampel\"; did you mean sample?"));
   CHECK_THAT(granuscope_command({"zzzzzzzzzz"}).err,
              Contains("the verbs are run, sample, render, audit, bench, doctor"));
+  CHECK_THAT(granuscope_command({"help", "sampel"}).err, Contains("did you mean sample?"));
 }
 
 TEST_CASE("Output that cannot be written is an error of the environment") {

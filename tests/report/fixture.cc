@@ -144,7 +144,7 @@ ReportData report_data(const std::filesystem::path& run_folder) {
   data.provenance.compiler_flags =
       "-O2 -DNDEBUG -ffp-contract=off -march=x86-64-v2 -Wall -Wextra -Wconversion -Wshadow -Werror";
   data.provenance.build_type = "Release";
-  data.provenance.libraries = {{"HDF5", "1.10.8"},   {"GSL", "2.7.1"},       {"Eigen", "3.4.0"},  {"oneTBB", "2021.8"},
+  data.provenance.libraries = {{"HDF5", "1.10.8"},   {"GSL", "2.7.1"},       {"Eigen", "3.4.0"},  {"fmt", "9.1.0"},
                                {"libpng", "1.6.39"}, {"FreeType", "2.12.1"}, {"Highway", "1.0.3"}};
   data.provenance.host_cpu = "a processor";
   data.provenance.operating_system = "an operating system";

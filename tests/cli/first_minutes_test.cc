@@ -1,0 +1,194 @@
+// What somebody writes who has not read the documentation, and what an installation puts beside the program.
+#include <sys/wait.h>
+
+#include <catch2/catch.hpp>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+
+#include "cli/in_process.h"
+#include "experiment/experiment_file.h"
+#include "kit/temporary_folder.h"
+
+using namespace granuscope;
+using Catch::Matchers::Contains;
+using Catch::Matchers::StartsWith;
+
+namespace {
+
+std::string text_of(const std::filesystem::path& file) {
+  std::ostringstream text;
+  text << std::ifstream(file).rdbuf();
+  return text.str();
+}
+
+/// Exit status of a command line of the shell.
+int status_of(const std::string& command) {
+  const int status = std::system(command.c_str());  // NOLINT(concurrency-mt-unsafe): nothing else runs
+  REQUIRE(WIFEXITED(status));
+  return WEXITSTATUS(status);
+}
+
+}  // namespace
+
+TEST_CASE("Without a word the program prints its help, as a mistake") {
+  const auto result = granuscope_command({});
+  CHECK(result.code == 2);
+  CHECK(result.out.empty());
+  CHECK_THAT(result.err, Contains("Usage: granuscope") && Contains("Verbs:") && Contains("example"));
+}
+
+TEST_CASE("Help and version are found by the usual words") {
+  CHECK(granuscope_command({"help"}).out == granuscope_command({"--help"}).out);
+  CHECK(granuscope_command({"help", "render"}).out == granuscope_command({"render", "--help"}).out);
+  CHECK(granuscope_command({"version"}).out == granuscope_command({"--version"}).out);
+  CHECK(granuscope_command({"-V"}).out == granuscope_command({"--version"}).out);
+  CHECK_THAT(granuscope_command({"version"}).out, StartsWith("granuscope 0."));
+}
+
+TEST_CASE("A file where a verb belongs is answered with the command that takes it") {
+  CHECK_THAT(granuscope_command({"my.toml"}).err, Contains("did you mean: granuscope run my.toml?"));
+  CHECK_THAT(granuscope_command({"my.h5"}).err, Contains("did you mean: granuscope render my.h5?"));
+  const test::TemporaryFolder folder;
+  std::ofstream(folder / "experiment") << "[lattice]\n";
+  CHECK_THAT(granuscope_command({(folder / "experiment").string()}).err, Contains("did you mean: granuscope run "));
+}
+
+TEST_CASE("Only a near name is offered, and a flag of one letter is named") {
+  CHECK_THAT(granuscope_command({"sample", "--colums", "8"}).err, Contains("did you mean --columns?"));
+  CHECK_THAT(granuscope_command({"sample", "--best"}).err,
+             Contains("has no flag --best;") && !Contains("did you mean"));
+  CHECK_THAT(granuscope_command({"sample", "-x", "2"}).err, Contains("sample has no flag -x"));
+  CHECK_THAT(granuscope_command({"run"}).err, Contains("granuscope example"));
+}
+
+TEST_CASE("Every built-in example is listed by its title, and printed as it stands in examples/") {
+  const auto list = granuscope_command({"example"});
+  CHECK(list.code == 0);
+  int examples = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(GRANUSCOPE_SOURCE_DIR "/examples")) {
+    if (entry.path().extension() != ".toml") continue;
+    ++examples;
+    const std::string name = entry.path().stem().string();
+    INFO(name);
+    CHECK_THAT(list.out, Contains(name) && Contains(read_experiment(entry.path()).name));
+    CHECK((granuscope_command({"example", name}).out == text_of(entry.path())));
+    CHECK((granuscope_command({"example", name + ".toml"}).out == text_of(entry.path())));
+  }
+  CHECK(examples >= 6);
+  const auto unknown = granuscope_command({"example", "nothing"});
+  CHECK(unknown.code == 2);
+  CHECK_THAT(unknown.err, Contains("built in are") && Contains("quick"));
+}
+
+TEST_CASE("A reader that leaves early ends the program without a word") {
+  const test::TemporaryFolder folder;
+  const std::string program = GRANUSCOPE_BINARY_DIR "/granuscope ";
+  const std::string experiment = GRANUSCOPE_SOURCE_DIR "/examples/quick.toml ";
+  // The second program waits until the first reader has gone.
+  for (const std::string& verb : {"run " + experiment + "--print-config", std::string("reference")}) {
+    INFO(verb);
+    const std::string errors = (folder / "errors").string();
+    CHECK(status_of("bash -o pipefail -c '{ sleep 0.2; " + program + verb + " 2>" + errors + "; } | true'") == 0);
+    CHECK(text_of(errors).empty());
+  }
+}
+
+TEST_CASE("doctor and audit print JSON") {
+  const auto doctor = granuscope_command({"doctor", "--json"});
+  const auto findings = nlohmann::json::parse(doctor.out);
+  CHECK(findings.at("good").get<bool>() == (doctor.code == 0));
+  CHECK(findings.at("findings").size() >= 8);
+  for (const auto& finding : findings.at("findings")) CHECK_FALSE(finding.at("text").get<std::string>().empty());
+
+  const std::string pile = GRANUSCOPE_SOURCE_DIR "/tests/data/pictures/point.h5";
+  const auto audited = nlohmann::json::parse(granuscope_command({"audit", pile, "--json"}).out);
+  CHECK(audited.at("good").get<bool>());
+  CHECK(audited.at("max_balance_residual").at("value").get<double>() > 0);
+  CHECK(audited.at("max_balance_residual").at("value").get<double>() < audited.at("allowed").get<double>());
+  CHECK_THAT(granuscope_command({"audit", pile}).out, Contains(audited.at("law").get<std::string>()));
+}
+
+TEST_CASE("Manual pages and completions know every verb and flag, and their readers accept them") {
+  const test::TemporaryFolder folder;
+  REQUIRE(granuscope_command({"reference", "--files", folder.path().string()}).code == 0);
+  const std::string reference = granuscope_command({"reference", "--verbs"}).out;
+  const std::string bash = text_of(folder / "bash-completion/completions/granuscope");
+  const std::string zsh = text_of(folder / "zsh/vendor-completions/_granuscope");
+  const std::string fish = text_of(folder / "fish/vendor_completions.d/granuscope.fish");
+  std::istringstream lines(reference);
+  int flags = 0;
+  std::string page;
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with("### granuscope ")) {
+      const std::string verb = line.substr(15);
+      INFO(verb);
+      page = text_of(folder / ("man/man1/granuscope-" + verb + ".1"));
+      CHECK_THAT(page, StartsWith(".TH "));
+      CHECK_THAT(bash, Contains(" " + verb + ")"));
+      CHECK_THAT(zsh, Contains(" " + verb + ")"));
+      CHECK_THAT(fish, Contains("-a " + verb + " "));
+    }
+    const std::size_t at = line.find("--");
+    if (!line.starts_with("| `") || at == std::string::npos || at > 8) continue;
+    const std::string flag = line.substr(at + 2, line.find_first_of("`,", at) - at - 2);
+    std::string in_roff;
+    for (const char c : flag) in_roff += c == '-' ? std::string("\\-") : std::string(1, c);
+    INFO(flag);
+    CHECK_THAT(page, Contains("\\fB\\-\\-" + in_roff + "\\fR"));
+    CHECK_THAT(bash, Contains("--" + flag));
+    CHECK_THAT(zsh, Contains("--" + flag));
+    CHECK_THAT(fish, Contains("-l " + flag));
+    ++flags;
+  }
+  CHECK(flags > 40);
+  const std::string keys = text_of(folder / "man/man5/granuscope-experiment.5");
+  CHECK_THAT(keys, Contains("\\fBlattice.columns\\fR (default 500; beads;"));
+  CHECK_THAT(keys, Contains("|T| / (mu N)"));  // the bar of a Markdown cell, without its mark
+
+  // bash completes a verb and a flag.
+  const std::string script = (folder / "script").string();
+  std::ofstream(script) << ". '" << (folder / "bash-completion/completions/granuscope").string() << "'\n"
+                        << "COMP_WORDS=(granuscope ren) COMP_CWORD=1; _granuscope; echo \"${COMPREPLY[*]}\"\n"
+                        << "COMP_WORDS=(granuscope render --im) COMP_CWORD=2; _granuscope; echo \"${COMPREPLY[*]}\"\n";
+  CHECK(status_of("bash -eu " + script + " >" + script + ".out") == 0);
+  CHECK(text_of(script + ".out") == "render\n--image\n");
+  // The formatter of manual pages, where it is installed, has nothing to warn about.
+  if (status_of("command -v groff >/dev/null") == 0) {
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(folder / "man")) {
+      if (!entry.is_regular_file()) continue;
+      const std::string said = (folder / "said").string();
+      CHECK(status_of("groff -k -ww -man -Tutf8 -z '" + entry.path().string() + "' 2>" + said) == 0);
+      INFO(entry.path());
+      CHECK(text_of(said).empty());
+    }
+  }
+}
+
+TEST_CASE("render takes the picture as its second word") {
+  const test::TemporaryFolder folder;
+  const std::string pile = GRANUSCOPE_SOURCE_DIR "/tests/data/pictures/point.h5";
+  const auto result = granuscope_command({"render", pile, (folder / "a.png").string(), "--width", "400"});
+  CHECK(result.code == 0);
+  CHECK(std::filesystem::file_size(folder / "a.png") > 1000);
+}
+
+TEST_CASE("A machine without OpenGL paints the same picture, and doctor says so") {
+  const test::TemporaryFolder folder;
+  const std::string render = GRANUSCOPE_BINARY_DIR "/granuscope render " GRANUSCOPE_SOURCE_DIR
+                                                   "/tests/data/pictures/point.h5 --width 2400 --image " +
+                             (folder / "").string();
+  // No Mesa has a driver of this name.
+  const std::string without = "env GALLIUM_DRIVER=none-such LIBGL_ALWAYS_SOFTWARE=1 ";
+  const std::string said = (folder / "said").string();
+  CHECK(status_of(without + render + "auto.png 2>" + said) == 0);
+  CHECK_THAT(text_of(said), Contains("without OpenGL") && Contains("GALLIUM_DRIVER"));
+  CHECK(status_of(render + "none.png --backend none 2>/dev/null") == 0);
+  CHECK((text_of(folder / "auto.png") == text_of(folder / "none.png")));
+  CHECK(status_of(without + render + "osmesa.png --backend osmesa 2>/dev/null") == 3);  // asked for by name
+  CHECK(status_of(without + GRANUSCOPE_BINARY_DIR "/granuscope doctor >" + said) == 0);
+  CHECK_THAT(text_of(said), Contains("the processor paints the same pixels"));
+}
