@@ -13,20 +13,8 @@ namespace {
 
 /// The blocks of one repetition, as an ensemble of its own.
 EnsembleRecord repetition_of(const EnsembleRecord& record, std::size_t repetition) {
-  const std::size_t first = repetition * repetition_blocks;
   EnsembleRecord part;
-  const BlockSums& all = record.sums;
-  part.sums.layers = all.layers;
-  const auto count = all.count.begin() + static_cast<std::ptrdiff_t>(first);
-  part.sums.count.assign(count, count + repetition_blocks);
-  for (const auto& [name, quantity] : all.quantities) {
-    const std::size_t block = all.layers.size() * static_cast<std::size_t>(quantity.width);
-    const auto cut = [&](const std::vector<double>& numbers) {
-      const auto begin = numbers.begin() + static_cast<std::ptrdiff_t>(first * block);
-      return std::vector<double>(begin, begin + static_cast<std::ptrdiff_t>(repetition_blocks * block));
-    };
-    part.sums.quantities[name] = {quantity.width, cut(quantity.sum), cut(quantity.sum_of_squares)};
-  }
+  part.sums = take_blocks(record.sums, repetition * repetition_blocks, repetition_blocks);
   return part;
 }
 

@@ -6,25 +6,25 @@
 
 namespace granuscope {
 
-/// Where the sums of one quantity in one block stand: entries [layers, width].
+/// Where the sums of one quantity in one block of the ensemble stand: entries [layers, width].
 class BlockSlice {
  public:
   BlockSlice() = default;
   BlockSlice(BlockSums& sums, const std::string& quantity, int block) {
     QuantitySums& q = sums.quantities.at(quantity);
     width_ = static_cast<std::size_t>(q.width);
-    const std::size_t offset = static_cast<std::size_t>(block) * sums.layers.size() * width_;
+    const std::size_t offset = static_cast<std::size_t>(block - sums.first_block) * sums.layers.size() * width_;
     sum_ = q.sum.data() + offset;
-    sum_of_squares_ = q.sum_of_squares.data() + offset;
+    if (q.has_squares()) sum_of_squares_ = q.sum_of_squares.data() + offset;
   }
 
-  /// Adds one sample's value at recorded layer number `row`.
-  void add(std::size_t row, double value) const { add(row, 0, value); }
-  void add(std::size_t row, std::size_t column, double value) const {
-    const std::size_t at = row * width_ + column;
-    sum_[at] += value;
-    sum_of_squares_[at] += value * value;
+  /// Adds one sample's value at recorded layer number `row`: of a number per layer,
+  void add(std::size_t row, double value) const {
+    sum_[row] += value;
+    sum_of_squares_[row] += value * value;
   }
+  /// or of a profile.
+  void add(std::size_t row, std::size_t column, double value) const { sum_[row * width_ + column] += value; }
 
  private:
   double* sum_ = nullptr;

@@ -14,15 +14,11 @@
 namespace granuscope {
 namespace {
 
-BlockSums empty_sums(const EnsembleSpec& spec) {
-  BlockSums sums;
-  sums.layers = recorded_layers(spec);
-  sums.count.assign(static_cast<std::size_t>(spec.response.blocks), 0);
-  for (const QuantityShape& quantity : quantities_of(spec)) {
-    const std::size_t size = sums.count.size() * sums.layers.size() * static_cast<std::size_t>(quantity.width);
-    sums.quantities[quantity.name] = {quantity.width, std::vector<double>(size), std::vector<double>(size)};
-  }
-  return sums;
+BlockSums empty_sums(const EnsembleSpec& spec, int first_block, int blocks) {
+  BlockSums shapes;
+  shapes.layers = recorded_layers(spec);
+  for (const QuantityShape& quantity : quantities_of(spec)) shapes.quantities[quantity.name].width = quantity.width;
+  return zero_sums(shapes, first_block, static_cast<std::size_t>(blocks));
 }
 
 /// Groups between two looks for an interruption; enough for the laws that draw several side by side.
@@ -57,13 +53,15 @@ class SamplerPool {
 
 }  // namespace
 
-EnsembleRecord begin_ensemble(const EnsembleSpec& spec) {
+EnsembleRecord begin_ensemble(const EnsembleSpec& spec) { return begin_blocks(spec, 0, spec.response.blocks); }
+
+EnsembleRecord begin_blocks(const EnsembleSpec& spec, int first, int blocks) {
   validate(spec);
   EnsembleRecord record;
   record.configuration = configuration_text(spec);
   record.configuration_key = cache_key(record.configuration);
   record.sampling_version = sampling_version;
-  record.sums = empty_sums(spec);
+  record.sums = empty_sums(spec, first, blocks);
   return record;
 }
 
@@ -78,14 +76,14 @@ void add_groups(const EnsembleSpec& spec, std::uint64_t from, std::uint64_t to, 
 
 void add_groups(const EnsembleSpec& spec, const SamplerSpec& measured, std::uint64_t from, std::uint64_t to,
                 EnsembleRecord& record, int threads, Progress* progress) {
-  const auto blocks = static_cast<std::size_t>(spec.response.blocks);
+  const std::size_t blocks = record.sums.count.size();
   EnsembleSpec drawn = spec;
   drawn.sampler = measured;
   std::vector<SamplerCounts> counts(blocks);
   std::vector<std::vector<FailedSample>> failed(blocks);
   SamplerPool samplers(drawn);
   const auto run_block = [&](std::size_t b) {
-    const auto block = static_cast<int>(b);
+    const int block = record.sums.first_block + static_cast<int>(b);
     std::unique_ptr<Sampler> sampler = samplers.take();
     std::unique_ptr<Sampler> second = needs_two_samplers(drawn) ? samplers.take() : nullptr;
     const auto estimator = make_estimator(drawn, {*sampler, second ? *second : *sampler}, record.sums, block);

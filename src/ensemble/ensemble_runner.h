@@ -13,6 +13,8 @@ EnsembleRecord run_ensemble(const EnsembleSpec& spec, int threads, Progress* pro
 
 /// The same piece by piece. First the ensemble without any sample;
 EnsembleRecord begin_ensemble(const EnsembleSpec& spec);
+/// or only some of its blocks, which come out as those of the whole;
+EnsembleRecord begin_blocks(const EnsembleSpec& spec, int first, int blocks);
 /// then the groups from .. to-1 of each block (ensemble_spec.h) are added to it. Each group once and in order, in
 /// pieces of whatever size, up to groups_per_block(spec): the bytes of run_ensemble. What an exception leaves is of no
 /// use.

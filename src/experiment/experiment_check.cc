@@ -50,7 +50,7 @@ Problem find_text_problem(const Experiment& e) {
 double sums_memory(const Experiment& e) {
   const double layers_recorded = static_cast<double>(e.lattice.layers) / std::max(1, e.fit.layer_step);
   const double numbers_per_column = e.response.estimator == EstimatorName::fluctuation ? 2 : 1;
-  return 8 * 2.0 * e.response.blocks * layers_recorded * e.lattice.columns * numbers_per_column;
+  return 8.0 * e.response.blocks * layers_recorded * e.lattice.columns * numbers_per_column;
 }
 
 /// A pile that the experiment's law would never complete; `whose` says where its size stands.

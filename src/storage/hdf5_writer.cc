@@ -1,23 +1,21 @@
 #include "storage/hdf5_writer.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <hdf5.h>
+#include <unistd.h>
 
 #include <algorithm>
-#include <cstdlib>
+#include <bit>
+#include <cerrno>
 #include <stdexcept>
 #include <utility>
 
-#include "support/atomic_file.h"
 #include "support/error.h"
+#include "support/system_reason.h"
 
 namespace granuscope {
 namespace {
-
-/// Room for the metadata when memory is taken for the file.
-constexpr std::size_t metadata_bytes = std::size_t{1} << 16;
-/// Length of the first block of every file (format specification, superblock version 2).
-constexpr std::size_t superblock_bytes = 48;
 
 /// More attributes or links than any file has.
 constexpr unsigned many = 1000;
@@ -39,43 +37,14 @@ Hdf5Handle group_creation_list(Hdf5Id list_class) {
   return list;
 }
 
-// The library's in-memory driver asks these for memory and gives it back when the file is closed: the file is complete
-// only then. (H5Fget_file_image, which can be called earlier, spoils the checksum of this format's first block.)
-void* resize(void* bytes, std::size_t size, H5FD_file_image_op_t /*reason*/, void* image) {
-  void* resized = std::realloc(bytes, size);
-  if (resized != nullptr) {
-    static_cast<Hdf5Writer::Image*>(image)->bytes = resized;
-    static_cast<Hdf5Writer::Image*>(image)->capacity = size;
-  }
-  return resized;
-}
-
-herr_t keep(void* /*bytes*/, H5FD_file_image_op_t /*reason*/, void* /*image*/) { return 0; }
-
-void* same(void* image) { return image; }
-
-herr_t leave(void* /*image*/) { return 0; }
-
-/// An access list for a file in `image`, in the format of HDF5 1.8: read by everything since 2008, with checksums on
-/// all metadata.
-Hdf5Handle in_memory_access(std::size_t data_bytes, Hdf5Writer::Image* image) {
+/// An access list for the format of HDF5 1.8: read by everything since 2008, with checksums on all metadata.
+Hdf5Handle access_list(SparseImage* image) {
   Hdf5Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
-  H5FD_file_image_callbacks_t callbacks = {nullptr, nullptr, resize, keep, same, leave, image};
-  if (H5Pset_fapl_core(access.get(), data_bytes + metadata_bytes, false) < 0 ||
-      H5Pset_file_image_callbacks(access.get(), &callbacks) < 0 ||
+  if (set_sparse_driver(access.get(), image) < 0 ||
       H5Pset_libver_bounds(access.get(), H5F_LIBVER_V18, H5F_LIBVER_V18) < 0) {
     return {-1, H5Pclose};
   }
   return access;
-}
-
-/// The end of the file as its first block tells it (superblock version 2 of the format specification): the memory
-/// reaches further.
-std::uint64_t end_of_file(const unsigned char* bytes) {
-  constexpr int end_of_file_address = 28;
-  std::uint64_t end = 0;
-  for (int i = 7; i >= 0; --i) end = end << 8 | bytes[end_of_file_address + i];
-  return end;
 }
 
 /// Fixed-length UTF-8, zero-padded. The library knows no length 0.
@@ -90,15 +59,20 @@ Hdf5Handle text_type(std::size_t length) {
 
 }  // namespace
 
-Hdf5Writer::Image::~Image() { std::free(bytes); }
-
-Hdf5Writer::Hdf5Writer(std::filesystem::path target, std::size_t data_bytes)
-    : target_(std::move(target)), image_(std::make_unique<Image>()), file_(-1, H5Fclose) {
+Hdf5Writer::Hdf5Writer(std::filesystem::path target)
+    : target_(std::move(target)),
+      session_(std::in_place),
+      composed_(std::make_unique<SparseImage>()),
+      file_(-1, H5Fclose) {
   const Hdf5Handle creation = group_creation_list(H5P_FILE_CREATE);
-  const Hdf5Handle access = in_memory_access(data_bytes, image_.get());
+  const Hdf5Handle access = access_list(composed_.get());
   // The name is never used: there is no such file.
   file_ = {H5Fcreate("in memory", H5F_ACC_TRUNC, creation.get(), access.get()), H5Fclose};
   check(file_.get());
+}
+
+void Hdf5Writer::fail(int error_number) const {
+  throw EnvironmentError(fmt::format("cannot write '{}': {}", target_.string(), system_reason(error_number)));
 }
 
 Hdf5Id Hdf5Writer::check(Hdf5Id status) const {
@@ -128,10 +102,27 @@ void Hdf5Writer::array(const std::string& path, const std::vector<std::uint64_t>
   const Hdf5Handle space(H5Screate_simple(static_cast<int>(lengths.size()), lengths.data(), nullptr), H5Sclose);
   check(space.get());
   const Hdf5Handle creation = creation_list(H5P_DATASET_CREATE);
+  if (values == nullptr && count > 0) {
+    check(H5Pset_alloc_time(creation.get(), H5D_ALLOC_TIME_EARLY));
+    check(H5Pset_fill_time(creation.get(), H5D_FILL_TIME_NEVER));
+  }
   const Hdf5Handle made(
       H5Dcreate2(file_.get(), path.c_str(), stored, space.get(), H5P_DEFAULT, creation.get(), H5P_DEFAULT), H5Dclose);
   check(made.get());
-  if (count > 0) check(H5Dwrite(made.get(), in_memory, H5S_ALL, H5S_ALL, H5P_DEFAULT, values));
+  if (count == 0) return;
+  if (values == nullptr) {
+    const haddr_t offset = H5Dget_offset(made.get());
+    if (offset == HADDR_UNDEF) throw std::logic_error(fmt::format("dataset {} has no place yet", path));
+    reserved_[path] = {offset, count};
+  } else {
+    check(H5Dwrite(made.get(), in_memory, H5S_ALL, H5S_ALL, H5P_DEFAULT, values));
+  }
+}
+
+void Hdf5Writer::reserve(const std::string& path, const std::vector<std::uint64_t>& shape) {
+  std::size_t count = 1;
+  for (const std::uint64_t length : shape) count *= length;
+  array(path, shape, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, nullptr, count);
 }
 
 void Hdf5Writer::dataset(const std::string& path, const std::vector<std::uint64_t>& shape,
@@ -184,17 +175,45 @@ void Hdf5Writer::attribute(const std::string& path, const std::string& name, std
   scalar(path, name, type.get(), type.get(), terminated.c_str());
 }
 
-void Hdf5Writer::commit() {
+void Hdf5Writer::write_at(std::uint64_t offset, const void* data, std::size_t bytes) {
+  const auto* from = static_cast<const char*>(data);
+  while (bytes > 0) {
+    const ssize_t written = ::pwrite(file_on_disk_.get(), from, bytes, static_cast<off_t>(offset));
+    if (written < 0 && errno == EINTR) continue;
+    if (written <= 0) fail(written == 0 ? EIO : errno);  // a full disk shows as a short count first
+    from += written;
+    offset += static_cast<std::uint64_t>(written);
+    bytes -= static_cast<std::size_t>(written);
+  }
+}
+
+void Hdf5Writer::begin_data() {
   if (const herr_t status = H5Fclose(file_.release()); status < 0) {
-    image_->bytes = nullptr;  // the library may still hold it and try again when the program ends
+    (void)composed_.release();  // the library may still hold it and try again when the program ends
     check(status);
   }
-  const std::uint64_t size =
-      image_->capacity < superblock_bytes ? 0 : end_of_file(static_cast<const unsigned char*>(image_->bytes));
-  if (size < superblock_bytes || size > image_->capacity) {
-    throw std::logic_error("HDF5 composed a file without an end");
+  session_.reset();
+  output_.emplace(target_);
+  file_on_disk_ = FileDescriptor(::open(output_->temporary_path().c_str(), O_WRONLY | O_CLOEXEC));
+  if (!file_on_disk_.valid() || ::ftruncate(file_on_disk_.get(), static_cast<off_t>(composed_->size())) != 0) {
+    fail(errno);
   }
-  write_file(target_, {static_cast<const char*>(image_->bytes), static_cast<std::size_t>(size)});
+  composed_->for_each_page(
+      [this](std::uint64_t at, std::span<const char> bytes) { write_at(at, bytes.data(), bytes.size()); });
+  composed_.reset();
+}
+
+void Hdf5Writer::put(const std::string& path, std::size_t first, std::span<const double> values) {
+  static_assert(std::endian::native == std::endian::little, "raw data are written as they are in memory");
+  if (values.empty()) return;
+  const Reserved& room = reserved_.at(path);
+  if (first + values.size() > room.count) throw std::logic_error(fmt::format("dataset {} has less room", path));
+  write_at(room.offset + first * sizeof(double), values.data(), values.size_bytes());
+}
+
+void Hdf5Writer::commit() {
+  if (!output_) begin_data();
+  output_->commit();
 }
 
 }  // namespace granuscope

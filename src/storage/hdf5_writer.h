@@ -2,27 +2,31 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "storage/hdf5_handle.h"
+#include "storage/sparse_image.h"
+#include "support/atomic_file.h"
+#include "support/file_descriptor.h"
 
 namespace granuscope {
 
-/// An HDF5 file in the making. It is built in memory and reaches the disk in one piece in commit(): the library's own
-/// writing leaves a half-open file behind when the disk is full, and does not say why. Same calls, same bytes: nothing
-/// of the moment (times, addresses) is recorded. Metadata carry checksums; data do not, so that whoever needs to notice
-/// damage there stores a digest beside them.
+/// An HDF5 file in the making. The library composes it in memory that holds nothing but what was written; it
+/// reaches the disk by our own writes in commit(): the library's writing leaves a half-open file behind when the disk
+/// is full, and does not say why. Same calls, same bytes: nothing of the moment (times, addresses) is recorded.
+/// Metadata carry checksums; data do not, so that whoever needs to notice damage there stores a digest beside them.
 ///
 /// Paths are absolute inside the file ("/weight/sum"); groups must be made before what they hold. All errors are
-/// EnvironmentError naming the file. Holds the Hdf5Session while it lives.
+/// EnvironmentError naming the file. Holds the Hdf5Session until begin_data() or commit().
 class Hdf5Writer {
  public:
-  /// `data_bytes`: the expected size of all datasets together, so that the memory is taken once.
-  Hdf5Writer(std::filesystem::path target, std::size_t data_bytes);
+  explicit Hdf5Writer(std::filesystem::path target);
 
   void group(const std::string& path);
 
@@ -38,29 +42,37 @@ class Hdf5Writer {
   void attribute(const std::string& path, const std::string& name, std::uint64_t value);
   void attribute(const std::string& path, const std::string& name, std::string_view value);
 
-  /// Writes the file, whole or not at all. The last call.
+  /// Room for float64 numbers of this shape, which are put there piece by piece and never all in memory.
+  void reserve(const std::string& path, const std::vector<std::uint64_t>& shape);
+  /// Ends the composing: from here on only put() and commit() may be called.
+  void begin_data();
+  /// Numbers `first` and following of a reserved dataset, each to be put once.
+  void put(const std::string& path, std::size_t first, std::span<const double> values);
+
+  /// The file appears, whole or not at all. The last call.
   void commit();
 
-  /// The memory that HDF5 composes the file in.
-  struct Image {
-    Image() = default;
-    Image(const Image&) = delete;
-    Image& operator=(const Image&) = delete;
-    ~Image();
-    void* bytes = nullptr;
-    std::size_t capacity = 0;
+ private:
+  struct Reserved {
+    std::uint64_t offset = 0;
+    std::size_t count = 0;
   };
 
- private:
+  /// `values` null: room is reserved instead.
   void array(const std::string& path, const std::vector<std::uint64_t>& shape, Hdf5Id stored, Hdf5Id in_memory,
              const void* values, std::size_t count);
   void scalar(const std::string& path, const std::string& name, Hdf5Id stored, Hdf5Id in_memory, const void* value);
   Hdf5Id check(Hdf5Id status) const;
+  [[noreturn]] void fail(int error_number) const;
+  void write_at(std::uint64_t offset, const void* data, std::size_t bytes);
 
   std::filesystem::path target_;
-  Hdf5Session session_;
-  std::unique_ptr<Image> image_;  // before file_, which writes to it until it is closed
+  std::optional<Hdf5Session> session_;
+  std::unique_ptr<SparseImage> composed_;  // before file_, which writes to it until it is closed
   Hdf5Handle file_;
+  std::map<std::string, Reserved> reserved_;
+  std::optional<AtomicFile> output_;  // from begin_data() on
+  FileDescriptor file_on_disk_;
 };
 
 }  // namespace granuscope

@@ -206,7 +206,7 @@ class StoredLayers : public PileLayers {
 void write_pile(const std::filesystem::path& file, const Pile& pile) {
   const auto layers = static_cast<std::uint64_t>(pile.lattice.layers());
   const auto columns = static_cast<std::uint64_t>(pile.lattice.columns());
-  Hdf5Writer writer(file, (4 * layers + 1) * columns * sizeof(double));
+  Hdf5Writer writer(file);
   writer.attribute("/", "format", format_name);
   writer.attribute("/", "format_version", format_version);
   writer.attribute("/", "units", units);

@@ -1,12 +1,18 @@
 #include "storage/ensemble_file.h"
 
+#include <sys/resource.h>
+#include <unistd.h>
+
 #include <catch2/catch.hpp>
 #include <chrono>
+#include <filesystem>
+#include <fstream>
 #include <limits>
 #include <stdexcept>
 #include <thread>
 
 #include "kit/file_size_limit.h"
+#include "kit/sanitized.h"
 #include "kit/temporary_folder.h"
 #include "storage/pile_file.h"
 #include "storage/record_comparison.h"
@@ -61,6 +67,55 @@ TEST_CASE("the same ensemble gives the same bytes at any time") {
   CHECK(read_file(folder / "first.h5") == read_file(folder / "second.h5"));
 }
 
+TEST_CASE("an ensemble written and read block by block is the same") {
+  const TemporaryFolder folder;
+  const EnsembleRecord whole = awkward_ensemble();
+  write_ensemble(folder / "whole.h5", whole);
+  std::vector<std::string> keys;
+  for (int b = 0; b < whole.sums.blocks(); ++b) {
+    EnsembleRecord one = whole;
+    one.sums = take_blocks(whole.sums, static_cast<std::size_t>(b), 1);
+    CHECK(one.sums.first_block == b);
+    write_ensemble(folder / std::to_string(b), one);
+    const EnsembleReader reader(folder / std::to_string(b));
+    CHECK(reader.header().sums.first_block == b);
+    keys.push_back(reader.keys().at(0));
+    CHECK(keys.back() == EnsembleReader(folder / "whole.h5").keys().at(static_cast<std::size_t>(b)));
+    one.sums = reader.read_block(0);
+    check_same(read_ensemble(folder / std::to_string(b)), one);
+  }
+  EnsembleRecord header = whole;
+  for (auto& [name, quantity] : header.sums.quantities) quantity.sum = quantity.sum_of_squares = {};
+  write_ensemble(folder / "joined.h5", header, keys,
+                 [&](std::size_t b) { return EnsembleReader(folder / std::to_string(b)).read_block(0); });
+  CHECK(read_file(folder / "joined.h5") == read_file(folder / "whole.h5"));
+}
+
+TEST_CASE("an ensemble larger than the memory left is written block by block") {
+  // 200 MB in 24 blocks, of which a process with 60 MB more than now holds one or two at a time.
+  const TemporaryFolder folder;
+  EnsembleRecord header;
+  header.sums.layers = {0, 1};
+  header.sums.count.assign(24, 8);
+  header.sums.quantities["weight"].width = 1 << 19;
+  const auto block = [&](std::size_t b) {
+    BlockSums one = zero_sums(header.sums, static_cast<int>(b), 1);
+    one.quantities["weight"].sum.back() = static_cast<double>(b);
+    return one;
+  };
+  rlimit before = {};
+  ::getrlimit(RLIMIT_DATA, &before);
+  std::ifstream statm("/proc/self/statm");
+  std::uint64_t pages = 0, skipped = 0;
+  statm >> pages >> skipped >> skipped >> skipped >> skipped >> pages;  // the sixth: data
+  const rlimit limited = {pages * static_cast<std::uint64_t>(::getpagesize()) + (std::uint64_t{60} << 20),
+                          before.rlim_max};
+  if (!sanitized) ::setrlimit(RLIMIT_DATA, &limited);
+  CHECK_NOTHROW(write_ensemble(folder / "large.h5", header, std::vector<std::string>(24, "0123456789abcdef"), block));
+  ::setrlimit(RLIMIT_DATA, &before);
+  CHECK(std::filesystem::file_size(folder / "large.h5") > std::uint64_t{24} << 23);
+}
+
 TEST_CASE("what is not an ensemble file is refused") {
   const TemporaryFolder folder;
   const auto message = [&folder](const std::string& name) {
@@ -81,8 +136,8 @@ TEST_CASE("damaged sums are refused where they are") {
     return input_error_of([&] { (void)read_ensemble(folder / "ensemble.h5"); });
   };
   SECTION("not finite") {
-    record.sums.quantities["weight"].sum_of_squares[1 * 15 + 2 * 5 + 3] = std::numeric_limits<double>::infinity();
-    CHECK_THAT(message(), Contains("'/weight/sum_of_squares' at [1, 2, 3] is infinite"));
+    record.sums.quantities["weight"].sum[1 * 15 + 2 * 5 + 3] = std::numeric_limits<double>::infinity();
+    CHECK_THAT(message(), Contains("'/weight/sum' at [1, 2, 3] is infinite"));
   }
   SECTION("layers out of order") {
     record.sums.layers = {0, 4, 4};

@@ -27,6 +27,7 @@ inline void check_same(const EnsembleRecord& a, const EnsembleRecord& b) {
   CHECK(a.configuration_key == b.configuration_key);
   CHECK(a.sampling_version == b.sampling_version);
   CHECK(a.sums.layers == b.sums.layers);
+  CHECK(a.sums.first_block == b.sums.first_block);
   CHECK(a.sums.count == b.sums.count);
   REQUIRE(a.sums.quantities.size() == b.sums.quantities.size());
   for (const auto& [name, sums] : a.sums.quantities) {

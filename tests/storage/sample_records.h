@@ -39,6 +39,7 @@ inline EnsembleRecord awkward_ensemble() {
     QuantitySums& sums = record.sums.quantities[name];
     sums.width = width;
     for (auto* values : {&sums.sum, &sums.sum_of_squares}) {
+      if (values == &sums.sum_of_squares && !sums.has_squares()) continue;
       values->resize(3U * 3U * static_cast<std::size_t>(width));
       for (double& one : *values) one = (value += 0.3);
       values->front() = std::numeric_limits<double>::denorm_min();

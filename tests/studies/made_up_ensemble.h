@@ -18,7 +18,7 @@ void add_quantity(BlockSums& sums, const char* name, int width, Value value) {
       for (int i = 0; i < width; ++i) {
         const double mean = value(b, row, i), count = static_cast<double>(sums.count[static_cast<std::size_t>(b)]);
         q.sum.push_back(count * mean);
-        q.sum_of_squares.push_back(count * mean * mean);
+        if (q.has_squares()) q.sum_of_squares.push_back(count * mean * mean);
       }
     }
   }

@@ -1,0 +1,17 @@
+#pragma once
+#include <cstdint>
+
+/// What an ensemble file is called and holds, for those who write and read it.
+namespace granuscope::ensemble_format {
+
+inline constexpr const char* kind = "an ensemble file";
+inline constexpr const char* name = "granuscope ensemble";
+inline constexpr std::uint64_t version = 4;
+/// More blocks than any ensemble has.
+inline constexpr std::uint64_t most_blocks = 1'000'000;
+
+/// Groups that are not quantities.
+inline constexpr const char* counters_group = "counters";
+inline constexpr const char* failed_group = "failed";
+
+}  // namespace granuscope::ensemble_format
