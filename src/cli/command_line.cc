@@ -119,6 +119,7 @@ ExitCode parse_and_act(int argc, const char* const* argv, std::ostream& out, std
   app.set_version_flag("-V,--version", [] { return provenance_line(collect_provenance()); });
   VerbContext context{out, err, {}};
   add_run_verb(app, context);
+  add_merge_verb(app, context);
   add_sample_verb(app, context);
   add_render_verb(app, context);
   add_audit_verb(app, context);

@@ -1,6 +1,8 @@
 #include <fmt/core.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdlib>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -11,6 +13,7 @@
 #include "experiment/experiment_check.h"
 #include "experiment/experiment_file.h"
 #include "pipeline/pipeline.h"
+#include "pipeline/shards.h"
 #include "support/atomic_file.h"
 #include "support/error.h"
 #include "support/progress.h"
@@ -22,6 +25,7 @@ struct RunVerbOptions {
   std::string config;
   std::string folder;
   std::vector<std::string> only;
+  std::string shard;
   int threads = 0;
   bool dry_run = false;
   bool print_config = false;
@@ -61,6 +65,22 @@ void require_kept(const std::string& config, const std::filesystem::path& resolv
                   config));
 }
 
+/// One shard draws its blocks and does nothing else.
+void require_shard_alone(const RunVerbOptions& given) {
+  const bool more =
+      std::any_of(given.only.begin(), given.only.end(), [](const auto& stage) { return stage != "sample"; });
+  if (!more && !given.gate && !given.require_pdf && !given.dry_run) return;
+  throw InputError(
+      "--shard draws some blocks of the ensembles and comes to no other stage, so that --only, --gate, --require-pdf "
+      "and "
+      "--dry-run have nothing to act on; leave them to the run that follows the last shard");
+}
+
+std::string environment_variable(const char* name) {
+  const char* value = std::getenv(name);
+  return value == nullptr ? "" : value;
+}
+
 ExitCode run(const RunVerbOptions& given, VerbContext& context) {
   const Experiment experiment = read_experiment(given.config);
   RunOptions options;
@@ -79,6 +99,14 @@ ExitCode run(const RunVerbOptions& given, VerbContext& context) {
   }
   if (given.print_config) {
     context.out << print_experiment(experiment);
+    return ExitCode::done;
+  }
+  if (!given.shard.empty()) {
+    require_shard_alone(given);
+    const Shard shard = shard_named(given.shard, environment_variable);
+    require_memory(memory_needed(experiment, worker_count(options.threads)));
+    options.threads = worker_count(options.threads);
+    run_shard(experiment, options, shard);
     return ExitCode::done;
   }
   if (given.dry_run) {
@@ -111,6 +139,9 @@ void add_run_verb(CLI::App& app, VerbContext& context) {
                    "only this stage and what it needs: sample, analyse, render, plot or report; may be repeated")
       ->expected(1)
       ->take_all();
+  verb->add_option("--shard", options->shard,
+                   "draw only the blocks of shard K of N (K/N), or auto: the place of this process in a Slurm array, "
+                   "srun, Open MPI or MPICH; see merge");
   verb->add_option("-j,--threads", options->threads, "threads, 0 for all; never changes a number")
       ->capture_default_str()
       ->check(CLI::Range(0, 4096));

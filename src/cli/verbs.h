@@ -23,6 +23,7 @@ const CLI::App& verb_named(const CLI::App& app, const std::string& name);
 
 /// Each adds one verb with its flags to the command line; if the user chose it, it sets context.action.
 void add_run_verb(CLI::App& app, VerbContext& context);
+void add_merge_verb(CLI::App& app, VerbContext& context);
 void add_sample_verb(CLI::App& app, VerbContext& context);
 void add_render_verb(CLI::App& app, VerbContext& context);
 void add_audit_verb(CLI::App& app, VerbContext& context);

@@ -9,12 +9,12 @@
 #include <chrono>
 #include <cstdlib>
 #include <limits>
-#include <map>
 #include <numeric>
 #include <sstream>
 #include <system_error>
 
 #include "ensemble/estimator.h"
+#include "pipeline/block_files.h"
 #include "storage/ensemble_file.h"
 #include "support/atomic_file.h"
 #include "support/digest.h"
@@ -25,9 +25,7 @@
 #include "support/system_reason.h"
 
 namespace granuscope {
-namespace {
 
-/// Lines "key=value" of a configuration text.
 std::map<std::string, std::string> settings_of(const std::string& configuration) {
   std::map<std::string, std::string> settings;
   std::istringstream lines(configuration);
@@ -38,12 +36,11 @@ std::map<std::string, std::string> settings_of(const std::string& configuration)
   return settings;
 }
 
-/// The first settings in which two ensembles differ: "seed = 2 where 1 is there, samples = ...".
 std::string describe_difference(const std::string& there, const std::string& wanted) {
   constexpr std::size_t most_shown = 3;
-  const std::map<std::string, std::string> before = settings_of(there);
+  const std::map<std::string, std::string> before = settings_of(there), after = settings_of(wanted);
   std::vector<std::string> differences;
-  for (const auto& [key, value] : settings_of(wanted)) {
+  for (const auto& [key, value] : after) {
     const auto old = before.find(key);
     if (old == before.end()) {
       differences.push_back(fmt::format("{} = {} is new", key, single_line(value, 40)));
@@ -52,10 +49,53 @@ std::string describe_difference(const std::string& there, const std::string& wan
           fmt::format("{} = {} where {} is there", key, single_line(value, 40), single_line(old->second, 40)));
     }
   }
+  for (const auto& [key, value] : before) {
+    if (!after.contains(key)) differences.push_back(fmt::format("{} = {} is there only", key, single_line(value, 40)));
+  }
   const bool more = differences.size() > most_shown;
   if (more) differences.resize(most_shown);
   return fmt::format("{}{}", fmt::join(differences, ", "), more ? ", and more" : "");
 }
+
+std::uint64_t round_of(const EnsembleSpec& spec) {
+  return group_size * static_cast<std::uint64_t>(spec.response.blocks);
+}
+
+SamplerSpec measure_sampler(const PlannedEnsemble& planned, ProgressStyle progress) {
+  const SamplerSpec& sampler = planned.spec.sampler;
+  const bool stated = sampler.burn_in > 0 && sampler.thinning > 0;
+  if (sampler.law != Law::polytope || sampler.mu == 0 || stated) return sampler;
+  log_line(progress, fmt::format("sampling {}: measuring how many sweeps its chains need", planned.label));
+  const SamplerSpec measured = measured_sampler(planned.spec);
+  log_line(progress, fmt::format("sampling {}: {} sweeps to the first of eight piles, {} to each other one",
+                                 planned.label, measured.burn_in, measured.thinning));
+  return measured;
+}
+
+void draw_in_pieces(const EnsembleSpec& spec, const SamplerSpec& measured, std::uint64_t done, EnsembleRecord& record,
+                    int threads, Progress* progress, const PartPolicy& parts,
+                    const std::function<void(std::uint64_t groups)>& keep) {
+  using Clock = std::chrono::steady_clock;
+  const auto seconds_since = [](Clock::time_point start) {
+    return std::chrono::duration<double>(Clock::now() - start).count();
+  };
+  const std::uint64_t all = groups_per_block(spec);
+  auto kept = Clock::now();
+  // What a group costs depends on the law: pieces grow until they take as long as they should.
+  std::uint64_t per_piece = 1;
+  while (done < all) {
+    const std::uint64_t to = std::min(all, done + per_piece);
+    const auto start = Clock::now();
+    add_groups(spec, measured, done, to, record, threads, progress);
+    done = to;
+    if (seconds_since(start) < parts.look) per_piece *= 2;
+    if (done == all || seconds_since(kept) < parts.seconds) continue;
+    keep(done);
+    kept = Clock::now();
+  }
+}
+
+namespace {
 
 /// The configuration of an ensemble of which the first groups of each block are drawn.
 std::string part_configuration(const EnsembleSpec& spec, std::uint64_t groups) {
@@ -116,50 +156,22 @@ EnsembleRecord beginning_of(const PlannedEnsemble& planned, const std::filesyste
                     samples / (group_size * static_cast<std::uint64_t>(planned.spec.response.blocks)));
 }
 
-/// What is measured before anything is drawn may take minutes: it is told, and is no part of the rate of drawing.
-SamplerSpec measure_sampler(const PlannedEnsemble& planned, ProgressStyle progress) {
-  const SamplerSpec& sampler = planned.spec.sampler;
-  const bool stated = sampler.burn_in > 0 && sampler.thinning > 0;
-  if (sampler.law != Law::polytope || sampler.mu == 0 || stated) return sampler;
-  log_line(progress, fmt::format("sampling {}: measuring how many sweeps its chains need", planned.label));
-  const SamplerSpec measured = measured_sampler(planned.spec);
-  log_line(progress, fmt::format("sampling {}: {} sweeps to the first of eight piles, {} to each other one",
-                                 planned.label, measured.burn_in, measured.thinning));
-  return measured;
-}
-
 /// Draws what is missing of the ensemble, keeping what there is now and then.
-EnsembleRecord draw_in_pieces(const PlannedEnsemble& planned, const std::filesystem::path& run_folder, int threads,
-                              ProgressStyle progress, const PartPolicy& parts) {
-  using Clock = std::chrono::steady_clock;
+EnsembleRecord draw_whole(const PlannedEnsemble& planned, const std::filesystem::path& run_folder, int threads,
+                          ProgressStyle progress, const PartPolicy& parts) {
   const EnsembleSpec& spec = planned.spec;
   std::uint64_t done = 0;
   EnsembleRecord record = beginning_of(planned, run_folder, done);
-  const std::uint64_t all = groups_per_block(spec);
-  const std::uint64_t there =
-      std::min(spec.response.samples, done * group_size * static_cast<std::uint64_t>(spec.response.blocks));
+  const std::uint64_t there = std::min(spec.response.samples, done * round_of(spec));
   if (done > 0) log_line(progress, fmt::format("sampling {}: going on after {} piles", planned.label, there));
   const SamplerSpec sampler = measure_sampler(planned, progress);
   Progress shown(fmt::format("sampling {}", planned.label), spec.response.samples - there, progress);
-  const auto seconds_since = [](Clock::time_point start) {
-    return std::chrono::duration<double>(Clock::now() - start).count();
-  };
-  auto kept = Clock::now();
-  // What a group costs depends on the law: pieces grow until they take as long as they should.
-  std::uint64_t per_piece = 1;
-  while (done < all) {
-    const std::uint64_t to = std::min(all, done + per_piece);
-    const auto start = Clock::now();
-    add_groups(spec, sampler, done, to, record, threads, &shown);
-    done = to;
-    if (seconds_since(start) < parts.look) per_piece *= 2;
-    if (done == all || seconds_since(kept) < parts.seconds) continue;
+  draw_in_pieces(spec, sampler, done, record, threads, &shown, parts, [&](std::uint64_t groups) {
     EnsembleRecord part = record;
-    part.configuration = part_configuration(spec, done);
+    part.configuration = part_configuration(spec, groups);
     part.configuration_key = cache_key(part.configuration);
     write_ensemble(run_folder / part_file(planned), part);
-    kept = Clock::now();
-  }
+  });
   shown.finish();
   return record;
 }
@@ -180,6 +192,7 @@ void look_for(PlannedEnsemble& planned, const std::filesystem::path& run_folder)
   planned.reusable = false;
   planned.replaces.clear();
   planned.begun = groups_begun(planned, run_folder);
+  planned.blocks_there = BlockFiles(planned, run_folder).count();
   if (!is_there(run_folder, planned.file)) return;
   const std::filesystem::path file = run_folder / planned.file;
   try {
@@ -193,10 +206,6 @@ void look_for(PlannedEnsemble& planned, const std::filesystem::path& run_folder)
 }
 
 namespace {
-
-std::uint64_t round_of(const EnsembleSpec& spec) {
-  return group_size * static_cast<std::uint64_t>(spec.response.blocks);
-}
 
 /// What the stored configuration of a growing ensemble says beside its spec: from where it grew, and towards what.
 std::string growth_notes(std::uint64_t first_samples, const PrecisionSpec& asked) {
@@ -242,9 +251,11 @@ bool grow(PlannedEnsemble& planned, const PrecisionSpec& asked, EnsembleRecord r
           const std::filesystem::path& run_folder) {
   const std::uint64_t round = round_of(planned.spec), next = round * next_size(planned.spec.response.samples / round);
   if (next > asked.most_samples) return false;
+  planned.groups_before = planned.spec.response.samples / round;
   planned.spec.response.samples = next;
   planned.notes = growth_notes(planned.grows_from, asked);
   planned.begun = groups_begun(planned, run_folder);
+  planned.blocks_there = BlockFiles(planned, run_folder).count();
   planned.smaller = std::make_shared<const EnsembleRecord>(std::move(record));
   planned.reusable = false;
   planned.replaces.clear();
@@ -311,6 +322,8 @@ MeasuredEnsemble obtain_ensemble(PlannedEnsemble& planned, const std::filesystem
   if (std::optional<MeasuredEnsemble> there = reuse_ensemble(planned, run_folder)) {
     log_line(progress,
              fmt::format("sampling {}: {} piles already there", planned.label, planned.spec.response.samples));
+    std::error_code ignored;
+    if (planned.blocks_there > 0) std::filesystem::remove_all(BlockFiles(planned, run_folder).folder(), ignored);
     return *std::move(there);
   }
   const std::filesystem::path file = run_folder / planned.file;
@@ -321,7 +334,12 @@ MeasuredEnsemble obtain_ensemble(PlannedEnsemble& planned, const std::filesystem
   // What would be lost in the end is missed before anything is drawn.
   make_folder(file.parent_path());
   require_writable(file);
-  MeasuredEnsemble drawn{planned.spec, draw_in_pieces(planned, run_folder, threads, progress, parts)};
+  if (const BlockFiles blocks(planned, run_folder); planned.blocks_there > 0) {
+    blocks.draw_missing(threads, progress, parts);
+    blocks.join(progress);
+    return {planned.spec, read_ensemble(file)};
+  }
+  MeasuredEnsemble drawn{planned.spec, draw_whole(planned, run_folder, threads, progress, parts)};
   drawn.record.configuration += planned.notes;
   drawn.record.configuration_key = cache_key(drawn.record.configuration);
   write_ensemble(file, drawn.record);

@@ -1,5 +1,7 @@
 #pragma once
 #include <filesystem>
+#include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -21,7 +23,9 @@ struct PlannedEnsemble {
   std::uint64_t grows_from = 0;  ///< 0: fixed; else the samples from which it grows until [precision] is reached
   std::string notes = {};        ///< lines of the stored configuration beside those of the spec
   std::shared_ptr<const EnsembleRecord> smaller = {};  ///< the beginning of this interleaved ensemble, to go on from
-  std::uint64_t begun = 0;  ///< groups of each block that a run that was stopped has left behind (part_file)
+  std::uint64_t begun = 0;          ///< groups of each block that a run that was stopped has left behind (part_file)
+  std::uint64_t groups_before = 0;  ///< groups of each block in `smaller`
+  int blocks_there = 0;             ///< files of single blocks that shards have left (block_files.h)
 };
 
 /// Samples of an ensemble that are drawn, those that failed included.
@@ -29,6 +33,15 @@ std::uint64_t samples_begun(const EnsembleRecord& record);
 
 /// Where an ensemble is kept while it is being drawn, so that a kill loses little of it: relative to the run's folder.
 std::filesystem::path part_file(const PlannedEnsemble& planned);
+
+/// Lines "key=value" of a configuration text.
+std::map<std::string, std::string> settings_of(const std::string& configuration);
+
+/// The first settings in which two configurations differ: "seed = 2 where 1 is there, samples = ...".
+std::string describe_difference(const std::string& there, const std::string& wanted);
+
+/// Samples in one group of each block.
+std::uint64_t round_of(const EnsembleSpec& spec);
 
 /// Finds out whether the run's folder holds exactly this ensemble already, or something that it will replace; no folder
 /// (an empty path) holds nothing. Throws EnvironmentError if a file that may be it cannot be opened.
@@ -50,6 +63,14 @@ struct PartPolicy {
   double seconds = 20;  ///< at least from one part to the next
   double look = 1;      ///< seconds of drawing between two looks at the clock: long against starting threads
 };
+
+/// Draws groups `done` .. and all further ones of what `record` holds; `keep` is handed what is there now and then.
+void draw_in_pieces(const EnsembleSpec& spec, const SamplerSpec& measured, std::uint64_t done, EnsembleRecord& record,
+                    int threads, Progress* progress, const PartPolicy& parts,
+                    const std::function<void(std::uint64_t groups)>& keep);
+
+/// The sampler of the ensemble; what has to be measured first may take minutes, and is told.
+SamplerSpec measure_sampler(const PlannedEnsemble& planned, ProgressStyle progress);
 
 /// Reads the ensemble if it can be reused, and draws nothing. One that turns out to be damaged is none, and
 /// planned.reusable becomes false.

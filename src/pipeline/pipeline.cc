@@ -16,6 +16,7 @@
 #include "pipeline/picture_stage.h"
 #include "pipeline/run_folder.h"
 #include "pipeline/sample_stage.h"
+#include "pipeline/shards.h"
 #include "pipeline/timed.h"
 #include "plot/bead_forces.h"
 #include "plot/figure_captions.h"
@@ -173,6 +174,7 @@ class Run {
     sampling_.tell_rounding(counts);
     measure_studies();
     sampling_.tell_reuse();
+    forget_shards(options_.folder);
     if (!needs(Stage::analyse)) return;
     timed(data_.timings, "analyse", [&] {
       data_.analysis =

@@ -6,12 +6,15 @@
 
 namespace granuscope {
 
-/// The folder of a run, for this run alone as long as this object lives.
+/// Whether a process has a folder for itself, or shares it with others that share it: the shards of a run.
+enum class FolderUse { alone, shared };
+
+/// The folder of a run, for this run alone, or for its shards, as long as this object lives.
 class RunFolder {
  public:
-  /// Makes the folder if it is missing and removes what killed runs left half done. Throws EnvironmentError if it
-  /// cannot be made, or if another run is working in it: both would write the same files.
-  explicit RunFolder(std::filesystem::path folder);
+  /// Makes the folder if it is missing and removes what killed runs left half done (unless others may be at work).
+  /// Throws EnvironmentError if it cannot be made, or if another run is working in it: both would write the same files.
+  explicit RunFolder(std::filesystem::path folder, FolderUse use = FolderUse::alone);
 
   const std::filesystem::path& path() const { return path_; }
   int leftovers_removed() const { return leftovers_removed_; }

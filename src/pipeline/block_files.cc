@@ -1,0 +1,217 @@
+#include "pipeline/block_files.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
+#include <charconv>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <system_error>
+#include <thread>
+#include <utility>
+
+#include "ensemble/parallel.h"
+#include "storage/ensemble_file.h"
+#include "support/atomic_file.h"
+#include "support/digest.h"
+#include "support/error.h"
+
+namespace granuscope {
+namespace fs = std::filesystem;
+
+std::string block_configuration(const PlannedEnsemble& planned, int block) {
+  std::string text = configuration_text(planned.spec) + fmt::format("block={}\n", block);
+  // The counters and failures of a grown block are those of its new groups only.
+  if (planned.groups_before > 0) text += fmt::format("groups_before={}\n", planned.groups_before);
+  return text;
+}
+
+fs::path BlockFiles::folder() const {
+  fs::path folder = run_folder_ / planned_.file;
+  return folder.replace_extension(".blocks");
+}
+
+fs::path BlockFiles::file(int block) const { return folder() / fmt::format("{}.h5", block); }
+
+fs::path BlockFiles::part(int block) const { return folder() / fmt::format("{}.part.h5", block); }
+
+std::string BlockFiles::configuration(int block) const { return block_configuration(planned_, block); }
+
+int BlockFiles::count() const {
+  if (run_folder_.empty()) return 0;
+  int found = 0;
+  std::error_code ignored;
+  for (auto at = fs::directory_iterator(folder(), ignored); !ignored && at != fs::directory_iterator();
+       at.increment(ignored)) {
+    const std::string name = at->path().filename().string();
+    int block = -1;
+    const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), block);
+    if (error == std::errc() && std::string(end) == ".h5" && block >= 0 && block < planned_.spec.response.blocks)
+      ++found;
+  }
+  return found;
+}
+
+std::optional<std::string> BlockFiles::fault(int block) const {
+  std::error_code ignored;
+  if (!fs::exists(file(block), ignored)) return std::nullopt;
+  try {
+    const EnsembleReader reader(file(block));
+    const EnsembleRecord& header = reader.header();
+    if (header.configuration != configuration(block)) {
+      return "it is of another experiment: " + describe_difference(header.configuration, configuration(block));
+    }
+    if (header.sums.first_block != block || header.sums.blocks() != 1)
+      return "it holds other blocks than its name says";
+    (void)reader.read_block(0);
+  } catch (const InputError& damage) {
+    return damage.what();
+  }
+  return "";
+}
+
+bool BlockFiles::has(int block, ProgressStyle progress) const {
+  const std::optional<std::string> found = fault(block);
+  if (found && !found->empty()) {
+    log_line(progress, fmt::format("sampling {}: '{}' is drawn again and replaced: {}", planned_.label,
+                                   file(block).string(), *found));
+  }
+  return found && found->empty();
+}
+
+EnsembleRecord BlockFiles::beginning(int block, std::uint64_t& groups) const {
+  EnsembleRecord nothing = begin_blocks(planned_.spec, block, 1);
+  std::error_code ignored;
+  if (fs::exists(part(block), ignored)) {
+    try {
+      const std::string there = read_ensemble_configuration(part(block));
+      const auto settings = settings_of(there);
+      const auto found = settings.find("groups_drawn");
+      const std::uint64_t drawn = found == settings.end() ? 0 : std::strtoull(found->second.c_str(), nullptr, 10);
+      if (there == configuration(block) + fmt::format("groups_drawn={}\n", drawn)) {
+        EnsembleRecord begun = read_ensemble(part(block));
+        groups = drawn;
+        return begun;
+      }
+    } catch (const InputError&) {  // NOLINT(bugprone-empty-catch): damaged, so that it is drawn again
+    }
+  }
+  groups = planned_.groups_before;
+  if (groups > 0)
+    nothing.sums = EnsembleReader(run_folder_ / planned_.file).read_block(static_cast<std::size_t>(block));
+  return nothing;
+}
+
+void BlockFiles::draw(int block, const SamplerSpec& measured, Progress* progress, const PartPolicy& parts) const {
+  make_folder(folder());
+  std::uint64_t groups = 0;
+  EnsembleRecord record = beginning(block, groups);
+  const auto keep = [&](const fs::path& target, const std::string& configuration) {
+    record.configuration = configuration;
+    record.configuration_key = cache_key(configuration);
+    write_ensemble(target, record);
+  };
+  if (progress != nullptr && groups > 0) {
+    std::uint64_t there = 0;
+    for (std::uint64_t group = 0; group < groups; ++group) {
+      const SampleRange range = samples_of(planned_.spec, block, group);
+      there += range.empty() ? 0 : range.end - range.first;
+    }
+    progress->advance(there);
+  }
+  draw_in_pieces(planned_.spec, measured, groups, record, 1, progress, parts, [&](std::uint64_t drawn) {
+    keep(part(block), configuration(block) + fmt::format("groups_drawn={}\n", drawn));
+  });
+  keep(file(block), configuration(block));
+  std::error_code ignored;
+  fs::remove(part(block), ignored);
+}
+
+void BlockFiles::draw_missing(int threads, ProgressStyle progress, const PartPolicy& parts) const {
+  std::vector<int> missing;
+  for (int block = 0; block < planned_.spec.response.blocks; ++block) {
+    if (!has(block, progress)) missing.push_back(block);
+  }
+  log_line(progress, fmt::format("sampling {}: {} of {} blocks are there already", planned_.label,
+                                 planned_.spec.response.blocks - static_cast<int>(missing.size()),
+                                 planned_.spec.response.blocks));
+  if (missing.empty()) return;
+  Progress shown(
+      fmt::format("sampling {}", planned_.label),
+      planned_.spec.response.samples * missing.size() / static_cast<std::uint64_t>(planned_.spec.response.blocks),
+      progress);
+  std::atomic<std::size_t> taken{0};
+  draw_atoms({planned_}, run_folder_, threads, progress, &shown, parts, [&]() -> std::optional<Atom> {
+    const std::size_t at = taken++;
+    if (at >= missing.size()) return std::nullopt;
+    return Atom{0, missing[at]};
+  });
+  shown.finish();
+}
+
+void join_blocks(const PlannedEnsemble& planned, const fs::path& target, const std::vector<EnsembleReader>& blocks,
+                 const EnsembleReader* smaller) {
+  EnsembleRecord header = begin_blocks(planned.spec, 0, 0);
+  header.configuration += planned.notes;
+  header.configuration_key = cache_key(header.configuration);
+  std::vector<std::string> keys;
+  if (smaller != nullptr) {
+    header.counts = smaller->header().counts;
+    header.failed = smaller->header().failed;
+  }
+  for (const EnsembleReader& block : blocks) {
+    const EnsembleRecord& one = block.header();
+    header.sums.count.push_back(one.sums.count.at(0));
+    header.counts += one.counts;
+    header.failed.insert(header.failed.end(), one.failed.begin(), one.failed.end());
+    keys.push_back(block.keys().at(0));
+  }
+  std::sort(header.failed.begin(), header.failed.end(),
+            [](const FailedSample& one, const FailedSample& other) { return one.sample < other.sample; });
+  write_ensemble(target, header, keys, [&](std::size_t block) { return blocks[block].read_block(0); });
+}
+
+void BlockFiles::join(ProgressStyle progress) const {
+  std::vector<EnsembleReader> blocks;
+  for (int block = 0; block < planned_.spec.response.blocks; ++block) blocks.emplace_back(file(block));
+  const fs::path whole = run_folder_ / planned_.file;
+  std::optional<EnsembleReader> smaller;
+  if (planned_.groups_before > 0) smaller.emplace(whole);
+  join_blocks(planned_, whole, blocks, smaller ? &*smaller : nullptr);
+  std::error_code ignored;
+  fs::remove_all(folder(), ignored);
+  log_line(progress, fmt::format("sampling {}: joined {} blocks", planned_.label, blocks.size()));
+}
+
+void draw_atoms(const std::vector<PlannedEnsemble>& ensembles, const fs::path& run_folder, int threads,
+                ProgressStyle style, Progress* progress, const PartPolicy& parts,
+                const std::function<std::optional<Atom>()>& next) {
+  struct Measured {
+    std::once_flag once;
+    SamplerSpec sampler;
+  };
+  std::vector<std::unique_ptr<Measured>> measured;
+  for (std::size_t i = 0; i < ensembles.size(); ++i) measured.push_back(std::make_unique<Measured>());
+  const auto workers = static_cast<std::size_t>(
+      threads > 0 ? threads : static_cast<int>(std::max(1U, std::thread::hardware_concurrency())));
+  std::atomic<bool> failed{false};
+  for_each_index(workers, static_cast<int>(workers), [&](std::size_t) {
+    while (!failed) {
+      const std::optional<Atom> atom = next();
+      if (!atom) return;
+      try {
+        const PlannedEnsemble& planned = ensembles[atom->ensemble];
+        Measured& one = *measured[atom->ensemble];
+        std::call_once(one.once, [&] { one.sampler = measure_sampler(planned, style); });
+        BlockFiles(planned, run_folder).draw(atom->block, one.sampler, progress, parts);
+      } catch (...) {
+        failed = true;
+        throw;
+      }
+    }
+  });
+}
+
+}  // namespace granuscope

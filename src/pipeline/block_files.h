@@ -1,0 +1,70 @@
+#pragma once
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "pipeline/ensemble_stage.h"
+
+namespace granuscope {
+
+/// The blocks of one ensemble as files of their own, in a folder beside the place of the whole:
+/// ensembles/mu-0.3.blocks/7.h5. Whoever draws a block writes its file, whole or not at all, and the same one as
+/// everybody else would: shards and ranks share nothing but these files, and none of them waits for another.
+class BlockFiles {
+ public:
+  /// Both must outlive this object.
+  BlockFiles(const PlannedEnsemble& planned, const std::filesystem::path& run_folder)
+      : planned_(planned), run_folder_(run_folder) {}
+
+  std::filesystem::path folder() const;
+  std::filesystem::path file(int block) const;
+
+  /// How many files of blocks there are, without a look into them.
+  int count() const;
+  /// Why the file of a block cannot be taken for it: another configuration, damage. Empty if it can; nothing if there
+  /// is no file.
+  std::optional<std::string> fault(int block) const;
+  /// Whether the block is there and whole. A file that is not is told and will be replaced.
+  bool has(int block, ProgressStyle progress) const;
+
+  /// Draws one block on the calling thread, going on from what a killed process has left of it, and keeps it.
+  void draw(int block, const SamplerSpec& measured, Progress* progress, const PartPolicy& parts) const;
+  /// Draws those that are not there.
+  void draw_missing(int threads, ProgressStyle progress, const PartPolicy& parts) const;
+  /// Writes the whole ensemble from its blocks, with one block in memory at a time, and removes their files. The bytes
+  /// are those of an ensemble drawn in one piece.
+  void join(ProgressStyle progress) const;
+
+ private:
+  std::filesystem::path part(int block) const;
+  std::string configuration(int block) const;
+  EnsembleRecord beginning(int block, std::uint64_t& groups) const;
+
+  const PlannedEnsemble& planned_;
+  const std::filesystem::path& run_folder_;
+};
+
+/// Writes the whole ensemble to `target` from one reader for each of its blocks, in order, and for a grown ensemble the
+/// file of the smaller one, or null.
+void join_blocks(const PlannedEnsemble& planned, const std::filesystem::path& target,
+                 const std::vector<EnsembleReader>& blocks, const EnsembleReader* smaller);
+
+/// What the configuration of a single block says beside that of its ensemble.
+std::string block_configuration(const PlannedEnsemble& planned, int block);
+
+/// A block of one of several ensembles: what a shard or a rank takes up and leaves whole.
+struct Atom {
+  std::size_t ensemble = 0;
+  int block = 0;
+};
+
+/// Draws the atoms that `next` hands out, until it hands out none, on `threads` threads (0: as many as the machine
+/// has), each of which holds one block. `next` is called by all of them, `done` too. Throws what the first of them
+/// throws.
+void draw_atoms(const std::vector<PlannedEnsemble>& ensembles, const std::filesystem::path& run_folder, int threads,
+                ProgressStyle style, Progress* progress, const PartPolicy& parts,
+                const std::function<std::optional<Atom>()>& next);
+
+}  // namespace granuscope

@@ -1,0 +1,262 @@
+#include "pipeline/shards.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cerrno>
+#include <charconv>
+#include <cmath>
+#include <numeric>
+#include <set>
+#include <system_error>
+
+#include "ensemble/estimator.h"
+#include "experiment/experiment_file.h"
+#include "pipeline/run_folder.h"
+#include "support/atomic_file.h"
+#include "support/error.h"
+#include "support/file_descriptor.h"
+
+namespace granuscope {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr const char* shards_folder = "shards";
+constexpr int most_shards = 1'000'000;
+
+/// A whole number and nothing else.
+std::optional<int> number_in(std::string_view text) {
+  int number = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return number;
+}
+
+/// A process by its number from 0 on among several.
+struct Place {
+  int index = 0, count = 1;
+};
+
+/// Two variables of an environment, if it sets both.
+std::optional<Place> place_from(const std::function<std::string(const char*)>& variable, const char* index,
+                                const char* count) {
+  const auto i = number_in(variable(index)), n = number_in(variable(count));
+  if (!i || !n || *n < 1) return std::nullopt;
+  return Place{*i, *n};
+}
+
+std::optional<Place> place_in_array(const std::function<std::string(const char*)>& variable) {
+  auto place = place_from(variable, "SLURM_ARRAY_TASK_ID", "SLURM_ARRAY_TASK_COUNT");
+  if (!place) return std::nullopt;
+  const int first = number_in(variable("SLURM_ARRAY_TASK_MIN")).value_or(0);
+  const int step = number_in(variable("SLURM_ARRAY_TASK_STEP")).value_or(1);
+  place->index = (place->index - first) / std::max(1, step);
+  return place;
+}
+
+std::optional<Place> place_among_tasks(const std::function<std::string(const char*)>& variable) {
+  if (auto place = place_from(variable, "OMPI_COMM_WORLD_RANK", "OMPI_COMM_WORLD_SIZE")) return place;
+  if (auto place = place_from(variable, "PMI_RANK", "PMI_SIZE")) return place;
+  // The script of a batch job has SLURM_PROCID too, but is one process whatever --ntasks says.
+  return place_from(variable, "SLURM_PROCID", "SLURM_STEP_NUM_TASKS");
+}
+
+/// Keeps other processes from being the same shard in the same folder.
+FileDescriptor lock_shard(const fs::path& folder, Shard shard) {
+  make_folder(folder / shards_folder);
+  const fs::path name = folder / shards_folder / fmt::format("{}-of-{}", shard.number, shard.count);
+  FileDescriptor lock(::open(name.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666));
+  if (lock.valid() && ::flock(lock.get(), LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+    throw EnvironmentError(
+        fmt::format("shard {}/{} is at work in '{}' already, and both would draw the same blocks; wait for its end, or "
+                    "give each process a number of its own (--shard auto)",
+                    shard.number, shard.count, folder.string()));
+  }
+  return lock;
+}
+
+/// The largest count of shards that have worked in a folder; 0 if none has.
+int shards_seen(const fs::path& folder) {
+  int most = 0;
+  std::error_code ignored;
+  for (auto at = fs::directory_iterator(folder / shards_folder, ignored); !ignored && at != fs::directory_iterator();
+       at.increment(ignored)) {
+    const std::string name = at->path().filename().string();
+    const std::size_t between = name.find("-of-");
+    if (between != std::string::npos)
+      most = std::max(most, number_in(std::string_view(name).substr(between + 4)).value_or(0));
+  }
+  return most;
+}
+
+/// Leaves the experiment in the folder for those who join the shards, and for who looks into it.
+void keep_experiment(const fs::path& folder, const std::string& resolved) {
+  const fs::path file = folder / "experiment.toml";
+  std::error_code ignored;
+  if (fs::exists(file, ignored)) {
+    if (read_file(file) == resolved) return;
+    throw InputError(fmt::format(
+        "'{}' is another experiment than this one, and the blocks of both would be mixed up; choose another "
+        "--out, or remove that folder",
+        file.string()));
+  }
+  write_file(file, resolved);
+}
+
+std::string quoted(const std::string& word) {
+  const bool plain = word.find_first_not_of("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-./+,=@") ==
+                     std::string::npos;
+  if (plain && !word.empty()) return word;
+  std::string text = "'";
+  for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return text + "'";
+}
+
+}  // namespace
+
+Shard shard_named(const std::string& text, const std::function<std::string(const char*)>& variable) {
+  if (text == "auto") {
+    const auto array = place_in_array(variable), tasks = place_among_tasks(variable);
+    if (!array && !tasks) {
+      throw InputError(
+          "--shard auto finds no variables of a Slurm array, srun, Open MPI or MPICH, so that it cannot know which "
+          "shard this is; start it by one of them, or write --shard K/N");
+    }
+    const Place outer = array.value_or(Place{}), inner = tasks.value_or(Place{});
+    const Shard shard{outer.index * inner.count + inner.index + 1, outer.count * inner.count};
+    if (shard.number < 1 || shard.number > shard.count || shard.count > most_shards) {
+      throw InputError(
+          fmt::format("--shard auto: the environment says {} of {} (array {} of {}, task {} of {}), which is none of "
+                      "them; write --shard K/N",
+                      shard.number, shard.count, outer.index, outer.count, inner.index, inner.count));
+    }
+    return shard;
+  }
+  const std::size_t slash = text.find('/');
+  const auto number = slash == std::string::npos ? std::nullopt : number_in(text.substr(0, slash));
+  const auto count = slash == std::string::npos ? std::nullopt : number_in(text.substr(slash + 1));
+  if (!number || !count || *number < 1 || *number > *count || *count > most_shards) {
+    throw InputError(
+        fmt::format("--shard {}: this names no shard; write K/N with K from 1 to N, such as 3/16, or auto", text));
+  }
+  return {*number, *count};
+}
+
+std::vector<PlannedEnsemble> all_ensembles(const Experiment& experiment, const fs::path& run_folder) {
+  std::vector<PlannedEnsemble> ensembles = plan_ensembles(experiment, run_folder);
+  for (const StudyEnsemble& one : experiment.studies.ensembles(experiment)) {
+    ensembles.push_back(plan_ensemble(one, run_folder));
+  }
+  return ensembles;
+}
+
+double relative_cost(const EnsembleSpec& spec) {
+  // Granusolve takes 12 to 20 ns a bead from mu = 0 to 1, chains hundreds of sweeps a pile; what is recorded costs less
+  // than drawing. Only what does not divide evenly depends on it.
+  const double mu = spec.sampler.mu;
+  double by_law = mu == 0 ? 0.1 : 1 + std::min(mu, 1.0);
+  if (mu > 0 && spec.sampler.law != Law::granusolve) by_law *= 1000;
+  if (spec.response.estimator == EstimatorName::fluctuation) by_law *= 2;
+  return by_law * static_cast<double>(beads_of(spec, spec.response.samples)) / spec.response.blocks;
+}
+
+std::vector<Atom> atoms_of(const std::vector<PlannedEnsemble>& ensembles) {
+  std::vector<double> cost;
+  for (const PlannedEnsemble& planned : ensembles) cost.push_back(relative_cost(planned.spec));
+  std::vector<std::size_t> order(ensembles.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return cost[a] > cost[b]; });
+  std::vector<Atom> atoms;
+  for (const std::size_t ensemble : order) {
+    for (int block = 0; block < ensembles[ensemble].spec.response.blocks; ++block) atoms.push_back({ensemble, block});
+  }
+  return atoms;
+}
+
+std::vector<std::vector<Atom>> deal(const std::vector<PlannedEnsemble>& ensembles, int count) {
+  const std::vector<Atom> atoms = atoms_of(ensembles);
+  if (atoms.size() < static_cast<std::size_t>(count)) {
+    throw InputError(
+        fmt::format("{} shards are more than the {} blocks of this experiment, and a block is what one of them draws; "
+                    "raise response.blocks (with response.samples, eight piles for each block at least), or use fewer "
+                    "shards",
+                    count, atoms.size()));
+  }
+  // Longest first, each to the shard that has least to do: blocks of one ensemble are alike, so they go round.
+  std::vector<std::vector<Atom>> hands(static_cast<std::size_t>(count));
+  std::set<std::pair<double, std::size_t>> load;
+  for (std::size_t k = 0; k < hands.size(); ++k) load.insert({0.0, k});
+  for (const Atom& atom : atoms) {
+    auto [least, k] = *load.begin();
+    load.erase(load.begin());
+    hands[k].push_back(atom);
+    load.insert({least + relative_cost(ensembles[atom.ensemble].spec), k});
+  }
+  return hands;
+}
+
+void run_shard(const Experiment& experiment, const RunOptions& options, Shard shard) {
+  const RunFolder folder(options.folder, FolderUse::shared);
+  const std::vector<PlannedEnsemble> ensembles = all_ensembles(experiment, options.folder);
+  const std::vector<Atom> hand = deal(ensembles, shard.count).at(static_cast<std::size_t>(shard.number - 1));
+  keep_experiment(options.folder, print_experiment(experiment));
+  const FileDescriptor lock = lock_shard(options.folder, shard);
+  std::vector<Atom> missing;
+  std::uint64_t samples = 0;
+  for (const Atom& atom : hand) {
+    const PlannedEnsemble& planned = ensembles[atom.ensemble];
+    if (planned.reusable || BlockFiles(planned, options.folder).has(atom.block, options.progress)) continue;
+    missing.push_back(atom);
+    for (std::uint64_t group = 0; group < groups_per_block(planned.spec); ++group) {
+      const SampleRange range = samples_of(planned.spec, atom.block, group);
+      samples += range.empty() ? 0 : range.end - range.first;
+    }
+  }
+  log_line(options.progress,
+           fmt::format("shard {}/{}: {} of the {} blocks of this experiment, {} of them to draw", shard.number,
+                       shard.count, hand.size(), atoms_of(ensembles).size(), missing.size()));
+  if (missing.empty()) return;
+  Progress progress(fmt::format("shard {}/{}", shard.number, shard.count), samples, options.progress);
+  std::atomic<std::size_t> taken{0};
+  draw_atoms(ensembles, options.folder, options.threads, options.progress, &progress, {}, [&]() -> std::optional<Atom> {
+    const std::size_t at = taken++;
+    return at < missing.size() ? std::optional(missing[at]) : std::nullopt;
+  });
+  progress.finish();
+}
+
+std::vector<std::string> commands_for(const std::vector<PlannedEnsemble>& ensembles, const std::vector<Atom>& missing,
+                                      const std::vector<fs::path>& folders) {
+  fs::path folder = folders.front();
+  int count = 0;
+  for (const fs::path& one : folders) {
+    if (const int seen = shards_seen(one); seen > count) {
+      count = seen;
+      folder = one;
+    }
+  }
+  const std::string run = fmt::format("granuscope run {}", quoted((folder / "experiment.toml").string()));
+  const std::string out = fmt::format(" --out {}", quoted(folder.string()));
+  std::vector<std::string> commands;
+  const std::size_t atoms = atoms_of(ensembles).size();
+  if (count == 0 || static_cast<std::size_t>(count) > atoms) return {run + " --shard 1/1" + out};
+  const auto hands = deal(ensembles, count);
+  for (std::size_t k = 0; k < hands.size(); ++k) {
+    const bool wanted = std::any_of(missing.begin(), missing.end(), [&](const Atom& atom) {
+      return std::any_of(hands[k].begin(), hands[k].end(),
+                         [&](const Atom& held) { return held.ensemble == atom.ensemble && held.block == atom.block; });
+    });
+    if (wanted) commands.push_back(fmt::format("{} --shard {}/{}{}", run, k + 1, count, out));
+  }
+  return commands;
+}
+
+void forget_shards(const fs::path& run_folder) {
+  std::error_code ignored;
+  fs::remove_all(run_folder / shards_folder, ignored);
+}
+
+}  // namespace granuscope

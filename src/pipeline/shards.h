@@ -1,0 +1,49 @@
+#pragma once
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "experiment/experiment.h"
+#include "pipeline/block_files.h"
+#include "pipeline/pipeline.h"
+
+namespace granuscope {
+
+/// One of `count` processes, from 1 on, that draw the ensembles of an experiment together.
+struct Shard {
+  int number = 1;
+  int count = 1;
+};
+
+/// "3/16", or "auto": from the variables of a Slurm array, srun, Open MPI or MPICH, those of an array and of the tasks
+/// within it together. `variable` looks one up, "" where it is not set. Throws InputError.
+Shard shard_named(const std::string& text, const std::function<std::string(const char*)>& variable);
+
+/// All ensembles of an experiment, of its main line and its studies, in the order in which a run takes them.
+std::vector<PlannedEnsemble> all_ensembles(const Experiment& experiment, const std::filesystem::path& run_folder);
+
+/// The work of one block relative to that of others, by a rule that is the same on every machine.
+double relative_cost(const EnsembleSpec& spec);
+
+/// All blocks of all ensembles, those that take longest first.
+std::vector<Atom> atoms_of(const std::vector<PlannedEnsemble>& ensembles);
+
+/// The blocks of each of `count` shards: each ensemble is spread evenly over them, and what cannot be is dealt so that
+/// the costs even out. Depends on the experiment and `count` only. Throws InputError if there are fewer blocks than
+/// shards.
+std::vector<std::vector<Atom>> deal(const std::vector<PlannedEnsemble>& ensembles, int count);
+
+/// Draws the blocks of one shard that are not there yet, and leaves each in a file (block_files.h). Any number of
+/// shards may share a folder, also of different counts, and with the same shard drawn twice, one after the other.
+void run_shard(const Experiment& experiment, const RunOptions& options, Shard shard);
+
+/// Commands that draw the given missing blocks, for a folder in which shards have worked: those of the shards that have
+/// them, by the largest count of shards that the folder has seen.
+std::vector<std::string> commands_for(const std::vector<PlannedEnsemble>& ensembles, const std::vector<Atom>& missing,
+                                      const std::vector<std::filesystem::path>& folders);
+
+/// Removes what shards leave behind to keep each other off.
+void forget_shards(const std::filesystem::path& run_folder);
+
+}  // namespace granuscope

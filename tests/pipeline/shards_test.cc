@@ -1,0 +1,198 @@
+// Drawn by shards, in any number and order, an ensemble has the bytes of one drawn in one piece.
+#include "pipeline/shards.h"
+
+#include <catch2/catch.hpp>
+#include <map>
+#include <set>
+#include <string>
+
+#include "kit/temporary_folder.h"
+#include "pipeline/merge_folders.h"
+#include "pipeline/run_folder.h"
+#include "sharded_run.h"
+#include "support/error.h"
+#include "support/interruption.h"
+
+using namespace granuscope;
+using Catch::Matchers::Contains;
+using test::TemporaryFolder;
+namespace fs = std::filesystem;
+
+namespace {
+
+void draw_shards(const Experiment& experiment, const fs::path& folder, const std::vector<Shard>& shards) {
+  for (const Shard& shard : shards) {
+    RunOptions options = quiet(folder);
+    options.threads = 1 + shard.number % 2;
+    run_shard(experiment, options, shard);
+  }
+}
+
+}  // namespace
+
+TEST_CASE("a shard is named by its number or by the environment") {
+  std::map<std::string, std::string> variables;
+  const auto named = [&](const std::string& text) {
+    const Shard shard = shard_named(text, [&](const char* name) { return variables[name]; });
+    return std::pair{shard.number, shard.count};
+  };
+  CHECK(named("3/16") == std::pair{3, 16});
+  for (const std::string wrong : {"0/3", "4/3", "3", "1/3/5", "a/b", "-1/3", "1/", "/3", "1/99999999"}) {
+    CAPTURE(wrong);
+    CHECK_THROWS_WITH(named(wrong), Contains("names no shard") && Contains("K/N"));
+  }
+  CHECK_THROWS_WITH(named("auto"), Contains("no variables of a Slurm array"));
+
+  SECTION("a Slurm array, whatever its first number and step") {
+    variables = {{"SLURM_ARRAY_TASK_ID", "7"},   {"SLURM_ARRAY_TASK_COUNT", "4"}, {"SLURM_ARRAY_TASK_MIN", "3"},
+                 {"SLURM_ARRAY_TASK_STEP", "2"}, {"SLURM_PROCID", "0"},  // of the batch script, which is alone
+                 {"SLURM_NTASKS", "2"}};
+    CHECK(named("auto") == std::pair{3, 4});
+    variables["SLURM_STEP_NUM_TASKS"] = "2";  // under srun
+    variables["SLURM_PROCID"] = "1";
+    CHECK(named("auto") == std::pair{6, 8});
+    variables["SLURM_ARRAY_TASK_ID"] = "1";
+    CHECK_THROWS_WITH(named("auto"), Contains("none of them"));
+  }
+  SECTION("Open MPI") {
+    variables = {{"OMPI_COMM_WORLD_RANK", "2"}, {"OMPI_COMM_WORLD_SIZE", "3"}};
+    CHECK(named("auto") == std::pair{3, 3});
+  }
+  SECTION("MPICH") {
+    variables = {{"PMI_RANK", "0"}, {"PMI_SIZE", "5"}};
+    CHECK(named("auto") == std::pair{1, 5});
+  }
+}
+
+TEST_CASE("blocks are dealt once each, and evenly by what they cost") {
+  const std::vector<PlannedEnsemble> ensembles = all_ensembles(sharded_experiment(), {});
+  REQUIRE(ensembles.size() == 6);
+  double dearest = 0, all = 0;
+  for (const PlannedEnsemble& one : ensembles) {
+    dearest = std::max(dearest, relative_cost(one.spec));
+    all += relative_cost(one.spec) * one.spec.response.blocks;
+  }
+  for (const int count : {1, 2, 3, 5, 16, 31}) {
+    CAPTURE(count);
+    std::set<std::pair<std::size_t, int>> dealt;
+    const auto hands = deal(ensembles, count);
+    REQUIRE(hands.size() == static_cast<std::size_t>(count));
+    for (const auto& hand : hands) {
+      double cost = 0;
+      CHECK_FALSE(hand.empty());
+      for (const Atom& atom : hand) {
+        CHECK(dealt.insert({atom.ensemble, atom.block}).second);
+        cost += relative_cost(ensembles[atom.ensemble].spec);
+      }
+      CHECK(cost <= all / count + dearest);
+    }
+    CHECK(dealt.size() == atoms_of(ensembles).size());
+  }
+  CHECK_THROWS_WITH(deal(ensembles, 1000), Contains("raise response.blocks"));
+}
+
+TEST_CASE("shards of any number and order add up to the bytes of one run") {
+  const std::string estimator = GENERATE("point", "multiplexed", "fluctuation");
+  CAPTURE(estimator);
+  const Experiment experiment = sharded_experiment(estimator);
+  const TemporaryFolder one, others;
+  const auto expected = undivided(experiment, one.path());
+  REQUIRE(expected.size() == 6);
+
+  // 3 in one folder, then the run joins them.
+  draw_shards(experiment, others / "three", {{3, 3}, {1, 3}, {2, 3}});
+  CHECK(ensembles_in(others / "three").size() == atoms_of(all_ensembles(experiment, {})).size());
+  CHECK(undivided(experiment, others / "three") == expected);
+  CHECK_FALSE(fs::exists(others / "three/shards"));
+
+  // Mixed numbers in two folders, some blocks twice, joined by merge.
+  draw_shards(experiment, others / "a", {{5, 5}, {2, 5}, {1, 2}});
+  draw_shards(experiment, others / "b", {{2, 2}, {1, 3}});
+  merge_folders({others / "b", others / "a"}, others / "merged", ProgressStyle::silent);
+  CHECK(ensembles_in(others / "merged") == expected);
+  merge_folders({others / "merged", others / "b", others / "three"}, others / "b", ProgressStyle::silent);
+  CHECK(ensembles_in(others / "b") == expected);
+
+  // What is missing is drawn by the run.
+  draw_shards(experiment, others / "part", {{2, 3}});
+  CHECK(undivided(experiment, others / "part") == expected);
+}
+
+TEST_CASE("shards begin an ensemble that grows until it is precise") {
+  Experiment experiment = sharded_experiment("multiplexed");
+  experiment.mu = {0.3};
+  experiment.precision = {2e-2, 0, 2000};
+  const TemporaryFolder one, other;
+  const auto expected = undivided(experiment, one.path());
+  draw_shards(experiment, other.path(), {{1, 2}, {2, 2}});
+  CHECK(undivided(experiment, other.path()) == expected);
+}
+
+TEST_CASE("a shard that is stopped goes on where it was, and draws no block twice") {
+  const Experiment experiment = sharded_experiment();
+  const TemporaryFolder folder;
+  request_interruption(true);
+  CHECK_THROWS_AS(run_shard(experiment, quiet(folder.path()), {1, 2}), Interrupted);
+  request_interruption(false);
+  draw_shards(experiment, folder.path(), {{1, 2}});
+  const auto drawn = ensembles_in(folder.path());
+  std::map<std::string, fs::file_time_type> times;
+  for (const auto& [file, bytes] : drawn) times[file] = fs::last_write_time(folder / file);
+
+  // A damaged block and a foreign one are drawn again, others not.
+  const std::string damaged = times.begin()->first, foreign = std::next(times.begin())->first;
+  std::string bytes = drawn.at(damaged);
+  bytes[bytes.size() - 9] = static_cast<char>(bytes[bytes.size() - 9] ^ 1);
+  write_file(folder / damaged, bytes);
+  write_file(folder / foreign, "not even HDF5");
+  draw_shards(experiment, folder.path(), {{1, 2}});
+  CHECK(ensembles_in(folder.path()) == drawn);
+  for (const auto& [file, time] : times) {
+    if (file != damaged && file != foreign) CHECK(fs::last_write_time(folder / file) == time);
+  }
+}
+
+TEST_CASE("a block that was begun is gone on with") {
+  // Parts are kept whenever there is something to keep, and the fourth group is interrupted.
+  const TemporaryFolder folder, other;
+  Experiment experiment = sharded_experiment();
+  experiment.response.samples = 9 * 64;
+  const std::vector<PlannedEnsemble> ensembles = plan_ensembles(experiment, folder.path());
+  const PlannedEnsemble& planned = ensembles.at(1);
+  const PartPolicy often = {0, 1e9};
+  const BlockFiles files(planned, folder.path()), whole(planned, other.path());
+  whole.draw(4, planned.spec.sampler, nullptr, {});
+  int kept = 0;
+  EnsembleRecord begun = begin_blocks(planned.spec, 4, 1);
+  draw_in_pieces(planned.spec, planned.spec.sampler, 0, begun, 1, nullptr, often, [&](std::uint64_t groups) {
+    if (++kept != 2) return;
+    EnsembleRecord part = begun;
+    part.configuration = block_configuration(planned, 4) + "groups_drawn=" + std::to_string(groups) + "\n";
+    make_folder(files.folder());
+    write_ensemble(files.folder() / "4.part.h5", part);
+  });
+  REQUIRE(kept >= 2);
+  CHECK(files.count() == 0);
+  files.draw(4, planned.spec.sampler, nullptr, {});
+  CHECK(read_file(files.file(4)) == read_file(whole.file(4)));
+  CHECK_FALSE(fs::exists(files.folder() / "4.part.h5"));
+}
+
+TEST_CASE("shards keep off each other and off other experiments") {
+  const Experiment experiment = sharded_experiment();
+  const TemporaryFolder folder;
+  draw_shards(experiment, folder.path(), {{1, 20}});
+  {
+    const RunFolder at_work(folder.path());
+    CHECK_THROWS_WITH(run_shard(experiment, quiet(folder.path()), {2, 20}), Contains("another run is working"));
+  }
+  {
+    const RunFolder at_work(folder.path(), FolderUse::shared);
+    CHECK_NOTHROW(run_shard(experiment, quiet(folder.path()), {2, 20}));
+    CHECK_THROWS_WITH(undivided(experiment, folder.path()), Contains("another run or shard is working"));
+  }
+  Experiment other = experiment;
+  other.sampling.seed = 6;
+  CHECK_THROWS_WITH(run_shard(other, quiet(folder.path()), {2, 20}),
+                    Contains("experiment.toml") && Contains("another experiment"));
+}
