@@ -15,12 +15,12 @@ namespace granuscope {
 inline Experiment sharded_experiment(const std::string& estimator = "point") {
   const std::string layers = estimator == "fluctuation" ? "200" : "50";
   return parse_experiment(
-      "[experiment]\nname = \"shards\"\n[lattice]\ncolumns = 24\nlayers = " + layers +
+      "[experiment]\nname = \"shards\"\n[lattice]\ncolumns = 60\nlayers = " + layers +
           "\n[friction]\nmu = [0.0, 0.3, 0.5]\n[sampling]\nseed = 5\n[response]\nestimator = \"" + estimator +
           "\"\nsamples = 100\nblocks = 9\n[fit]\nfirst_layer = 8\nlast_layer = 26\nlayer_step = 2\n"
           "shallow_layer = 4\nscaling_window = [0.2, 0.6]\n[figures.response_profiles]\nmu = 0.3\n"
           "layers = [10, 20]\n[scenes.force_chains]\nmu = 0.3\n[studies.redrawn_beads]\nmu = [0.3]\n"
-          "samples = 64\n[studies.chain_share]\nsamples = 64\n",
+          "samples = 80\n[studies.chain_share]\nsamples = 80\n",
       "shards.toml");
 }
 

@@ -66,7 +66,7 @@ TEST_CASE("a shard is named by its number or by the environment") {
 
 TEST_CASE("blocks are dealt once each, and evenly by what they cost") {
   const std::vector<PlannedEnsemble> ensembles = all_ensembles(sharded_experiment(), {});
-  REQUIRE(ensembles.size() == 6);
+  REQUIRE(ensembles.size() == 5);
   double dearest = 0, all = 0;
   for (const PlannedEnsemble& one : ensembles) {
     dearest = std::max(dearest, relative_cost(one.spec));
@@ -91,13 +91,13 @@ TEST_CASE("blocks are dealt once each, and evenly by what they cost") {
   CHECK_THROWS_WITH(deal(ensembles, 1000), Contains("raise response.blocks"));
 }
 
-TEST_CASE("shards of any number and order add up to the bytes of one run") {
+TEST_CASE("shards of any number and order add up to the bytes of one run", "[long]") {
   const std::string estimator = GENERATE("point", "multiplexed", "fluctuation");
   CAPTURE(estimator);
   const Experiment experiment = sharded_experiment(estimator);
   const TemporaryFolder one, others;
   const auto expected = undivided(experiment, one.path());
-  REQUIRE(expected.size() == 6);
+  REQUIRE(expected.size() == 5);
 
   // 3 in one folder, then the run joins them.
   draw_shards(experiment, others / "three", {{3, 3}, {1, 3}, {2, 3}});
