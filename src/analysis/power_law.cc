@@ -10,13 +10,11 @@
 namespace granuscope {
 namespace {
 
-double variance(const Replicated& number) { return std::pow(estimate(number).standard_error, 2); }
-
-/// Covariance of two replicated numbers, by the same jackknife.
-double covariance(const Replicated& a, const Replicated& b) {
-  // From the variance of the sum: exact for the jackknife, which is a quadratic form.
-  const Replicated sum = transform([](double p, double q) { return p + q; }, a, b);
-  return (variance(sum) - variance(a) - variance(b)) / 2;
+/// Every point counts alike, whatever its error: a power law holds nowhere exactly, so that weights would change what
+/// the exponent means. Weights from the errors, which follow the noise of these, gave beta a bias of an eighth of its
+/// stated error, which was 8 % too small with 32 blocks, for an exponent 1 to 10 % more precise.
+Line fit_alike(const std::vector<double>& x, const std::vector<double>& y) {
+  return fit_line(x, y, std::vector<double>(x.size(), 1.0));
 }
 
 std::vector<double> values(const std::vector<Replicated>& numbers, std::size_t block, bool whole) {
@@ -40,24 +38,13 @@ ReplicatedPowerLaw fit_replicated_power_law(const std::vector<Replicated>& log_x
                     window[0], window[1], fit.points, fit.points == 1 ? "" : "s", min_power_law_points);
     return result;
   }
-  std::vector<double> weights(log_x.size(), 1.0);
-  double slope = 0;
-  // The weights depend on the slope through the errors of x; three rounds settle them far below their own accuracy.
-  for (int round = 0; round < 3; ++round) {
-    for (std::size_t i = 0; i < weights.size(); ++i) {
-      const double spread =
-          variance(log_y[i]) + slope * slope * variance(log_x[i]) - 2 * slope * covariance(log_x[i], log_y[i]);
-      weights[i] = 1 / spread;
-    }
-    slope = fit_line(values(log_x, 0, true), values(log_y, 0, true), weights).slope;
-  }
   Replicated& exponent = result.exponent;
   Replicated intercept;
-  const Line whole = fit_line(values(log_x, 0, true), values(log_y, 0, true), weights);
+  const Line whole = fit_alike(values(log_x, 0, true), values(log_y, 0, true));
   exponent.value = whole.slope;
   intercept.value = whole.intercept;
   for (std::size_t b = 0; b < log_x.front().without_block.size(); ++b) {
-    const Line line = fit_line(values(log_x, b, false), values(log_y, b, false), weights);
+    const Line line = fit_alike(values(log_x, b, false), values(log_y, b, false));
     exponent.without_block.push_back(line.slope);
     intercept.without_block.push_back(line.intercept);
   }

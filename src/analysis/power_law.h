@@ -17,8 +17,8 @@ struct ReplicatedPowerLaw {
 };
 
 /// ln y = intercept + exponent ln x through points with errors on both axes, given as logarithms with replicates over
-/// the same blocks. Weights are 1/variance of the residual y - exponent x, found by iteration. `window` of mu is only
-/// noted. Unknown, with the reason, below three points or where a logarithm is undefined.
+/// the same blocks, all of one weight. `window` of mu is only noted. Unknown, with the reason, below three
+/// points or where a logarithm is undefined.
 ScalingFit fit_power_law(const std::vector<Replicated>& log_x, const std::vector<Replicated>& log_y,
                          std::array<double, 2> window);
 

@@ -8,8 +8,7 @@
 namespace granuscope {
 
 /// The power laws of the paper over the friction coefficients inside `window` (inclusive): D = A mu^beta,
-/// c0 - c = B mu^gamma, c0 - c = C D^alpha, each a weighted straight line in the logarithms. Weights are 1/variance of
-/// the logarithm; for alpha, where both axes have errors, of the residual y - alpha x, found by iteration. Results
+/// c0 - c = B mu^gamma, c0 - c = C D^alpha, each a straight line in the logarithms, all points of one weight. Results
 /// without scatter and unknown ones take no part. Block b is left out at every mu at once, so that common random
 /// numbers between friction coefficients are accounted for. Unknown, with the reason, below three points.
 ScalingFits fit_scaling(const std::vector<MeasuredTransport>& results, std::array<double, 2> window);
