@@ -68,11 +68,11 @@ TEST_CASE("Duplicates in a file are found although the list is sorted when read"
 }
 
 TEST_CASE("A pile that cannot be held in memory is refused with the memory it would need") {
-  // 1e6 x 1e6 beads x 12 numbers x 8 bytes = 96 TB, and 2 x 32 x 333333 x 1e6 sums x 8 bytes = 171 TB.
+  // 1e6 x 1e6 beads x 12 numbers x 8 bytes = 96 TB, and 32 x 333333 x 1e6 sums x 8 bytes = 85 TB.
   CHECK_THAT(problem_after([](Experiment& e) {
                e.lattice = {1'000'000, 1'000'000};
              }),
-             Contains("lattice.layers: ") && Contains("267 TB"));
+             Contains("lattice.layers: ") && Contains("181 TB"));
   CHECK_THAT(problem_after([](Experiment& e) { e.lattice = {2147483647, 2147483647}; }), Contains("TB of memory"));
   CHECK_THAT(problem_after([](Experiment& e) { e.force_chains.columns = 2147483647; }),
              Contains("lattice.columns: ") || Contains("scenes.force_chains.columns: "));
