@@ -109,7 +109,7 @@ bool lacks_threads(const std::exception& error) {
   return system != nullptr && system->code() == std::errc::resource_unavailable_try_again;
 }
 
-ExitCode parse_and_act(int argc, const char* const* argv, std::ostream& out, std::ostream& err) {
+ExitCode parse_and_act(int argc, const char* const* argv, std::ostream& out, std::ostream& err, Crew* crew) {
   CLI::App app{
       "Random force networks of frictional beads: how a point load spreads through them, in numbers, pictures and "
       "one report.",
@@ -117,7 +117,7 @@ ExitCode parse_and_act(int argc, const char* const* argv, std::ostream& out, std
   app.footer(exit_codes);
   app.require_subcommand(1);
   app.set_version_flag("-V,--version", [] { return provenance_line(collect_provenance()); });
-  VerbContext context{out, err, {}};
+  VerbContext context{out, err, {}, crew};
   add_run_verb(app, context);
   add_merge_verb(app, context);
   add_sample_verb(app, context);
@@ -157,12 +157,12 @@ ExitCode parse_and_act(int argc, const char* const* argv, std::ostream& out, std
 
 }  // namespace
 
-int run_command_line(int argc, const char* const* argv, std::ostream& out, std::ostream& err) {
+int run_command_line(int argc, const char* const* argv, std::ostream& out, std::ostream& err, Crew* crew) {
   // The one place where errors become an exit status.
   ExitCode code = ExitCode::environment;
   std::string message;
   try {
-    return static_cast<int>(parse_and_act(argc, argv, out, err));
+    return static_cast<int>(parse_and_act(argc, argv, out, err, crew));
   } catch (const Error& error) {
     code = error.exit_code();
     message = error.what();

@@ -87,6 +87,7 @@ ExitCode run(const RunVerbOptions& given, VerbContext& context) {
   options.folder = given.folder.empty() ? std::filesystem::path("out") / std::filesystem::path(given.config).stem()
                                         : std::filesystem::path(given.folder);
   options.threads = given.threads;
+  options.crew = context.crew;
   options.require_pdf = given.require_pdf;
   for (const std::string& stage : given.only) options.only.push_back(stage_named(stage));
   if (given.require_pdf && !experiment.report.pdf) {

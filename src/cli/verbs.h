@@ -11,11 +11,14 @@ class App;
 
 namespace granuscope {
 
+class Crew;
+
 /// What a verb is given, and what it leaves to be done once the whole command line has been understood.
 struct VerbContext {
   std::ostream& out;  ///< results
   std::ostream& err;  ///< messages
   std::function<ExitCode()> action;
+  Crew* crew = nullptr;  ///< other processes that draw with this one (granuscope-mpi)
 };
 
 /// The listed verb of that name. Throws InputError, with what was probably meant, if there is none.

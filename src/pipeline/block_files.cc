@@ -173,9 +173,26 @@ void join_blocks(const PlannedEnsemble& planned, const fs::path& target, const s
   write_ensemble(target, header, keys, [&](std::size_t block) { return blocks[block].read_block(0); });
 }
 
+void BlockFiles::complete(int threads, ProgressStyle progress, const PartPolicy& parts) const {
+  if (count() == planned_.spec.response.blocks) {
+    try {
+      join(progress);
+      return;
+    } catch (const InputError&) {  // NOLINT(bugprone-empty-catch): the look at each block tells which and why
+    }
+  }
+  draw_missing(threads, progress, parts);
+  join(progress);
+}
+
 void BlockFiles::join(ProgressStyle progress) const {
   std::vector<EnsembleReader> blocks;
-  for (int block = 0; block < planned_.spec.response.blocks; ++block) blocks.emplace_back(file(block));
+  for (int block = 0; block < planned_.spec.response.blocks; ++block) {
+    const EnsembleRecord& header = blocks.emplace_back(file(block)).header();
+    if (header.configuration != configuration(block) || header.sums.first_block != block) {
+      throw InputError(fmt::format("'{}' is not block {} of {}", file(block).string(), block, planned_.label));
+    }
+  }
   const fs::path whole = run_folder_ / planned_.file;
   std::optional<EnsembleReader> smaller;
   if (planned_.groups_before > 0) smaller.emplace(whole);

@@ -31,13 +31,14 @@ class BlockFiles {
 
   /// Draws one block on the calling thread, going on from what a killed process has left of it, and keeps it.
   void draw(int block, const SamplerSpec& measured, Progress* progress, const PartPolicy& parts) const;
-  /// Draws those that are not there.
-  void draw_missing(int threads, ProgressStyle progress, const PartPolicy& parts) const;
+  /// Draws those that are not there, and joins all.
+  void complete(int threads, ProgressStyle progress, const PartPolicy& parts) const;
   /// Writes the whole ensemble from its blocks, with one block in memory at a time, and removes their files. The bytes
   /// are those of an ensemble drawn in one piece.
   void join(ProgressStyle progress) const;
 
  private:
+  void draw_missing(int threads, ProgressStyle progress, const PartPolicy& parts) const;
   std::filesystem::path part(int block) const;
   std::string configuration(int block) const;
   EnsembleRecord beginning(int block, std::uint64_t& groups) const;

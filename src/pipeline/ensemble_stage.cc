@@ -335,8 +335,9 @@ MeasuredEnsemble obtain_ensemble(PlannedEnsemble& planned, const std::filesystem
   make_folder(file.parent_path());
   require_writable(file);
   if (const BlockFiles blocks(planned, run_folder); planned.blocks_there > 0) {
-    blocks.draw_missing(threads, progress, parts);
-    blocks.join(progress);
+    blocks.complete(threads, progress, parts);
+    std::error_code ignored;
+    std::filesystem::remove(run_folder / part_file(planned), ignored);
     return {planned.spec, read_ensemble(file)};
   }
   MeasuredEnsemble drawn{planned.spec, draw_whole(planned, run_folder, threads, progress, parts)};

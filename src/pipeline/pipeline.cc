@@ -11,6 +11,7 @@
 #include "analysis/analyse.h"
 #include "analysis/claims.h"
 #include "experiment/experiment_file.h"
+#include "pipeline/crew.h"
 #include "pipeline/law_description.h"
 #include "pipeline/main_figures.h"
 #include "pipeline/picture_stage.h"
@@ -149,6 +150,8 @@ class Run {
 
   void sample_and_measure() {
     std::vector<MeasuredTransport> measured;
+    if (options_.crew != nullptr)
+      options_.crew->draw(experiment_, options_, all_ensembles(experiment_, options_.folder));
     SamplerCounts counts;
     for (PlannedEnsemble& planned : plan_ensembles(experiment_, options_.folder)) {
       MeasuredEnsemble ensemble = sampling_.obtain(planned);

@@ -13,6 +13,8 @@
 
 namespace granuscope {
 
+class Crew;
+
 /// How an experiment is run; nothing here changes a number.
 struct RunOptions {
   std::filesystem::path folder;  ///< where everything is left; made if it is missing
@@ -20,6 +22,7 @@ struct RunOptions {
   std::vector<Stage> only;       ///< empty: all stages
   bool require_pdf = false;      ///< a missing PDF is an error rather than a skipped file
   ProgressStyle progress = ProgressStyle::automatic;
+  Crew* crew = nullptr;  ///< processes that draw together with this one, if there are any
 };
 
 /// One line of a plan.

@@ -7,6 +7,8 @@
 #include <cmath>
 
 #include "ensemble/estimator.h"
+#include "pipeline/block_files.h"
+#include "pipeline/crew.h"
 #include "pipeline/timed.h"
 #include "storage/ensemble_file.h"
 #include "support/number_format.h"
@@ -89,6 +91,10 @@ PrecisionOutcome SampleStage::reach_precision(PlannedEnsemble& planned, Measured
         fmt::format("{}: c ± {}, D ± {} after {} piles; about {} in all are needed, {} with whole steps{}",
                     planned.label, significant(measured.c.standard_error, 2), significant(measured.D.standard_error, 2),
                     samples, significant(look.samples_needed, 2), stop, time_for(planned.spec, stop - samples)));
+    if (options_.crew != nullptr) {
+      options_.crew->draw(experiment_, options_, {planned});
+      planned.blocks_there = BlockFiles(planned, options_.folder).count();
+    }
     const bool reused = planned.reusable;
     ensemble = obtain(planned);
     --obtained_;  // it is still the same one

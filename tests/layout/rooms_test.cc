@@ -64,7 +64,7 @@ const std::map<std::string, std::set<std::string>>& rooms_below() {
     rooms["render"] = {"support", "model", "storage"};
     rooms["plot"] = {"support", "model", "storage", "sampling", "ensemble", "analysis", "render"};
     std::string previous = "plot";
-    for (const std::string room : {"report", "studies", "experiment", "pipeline", "bench", "cli"}) {
+    for (const std::string room : {"report", "studies", "experiment", "pipeline", "bench", "cli", "mpi"}) {
       rooms[room] = rooms[previous];
       rooms[room].insert(previous);
       previous = room;
@@ -102,6 +102,7 @@ const std::vector<Door> doors{
     {"gsl/gsl_multifit", {"analysis"}},
     {"gsl/gsl_errno", {"analysis"}},
     {"hdf5", {"storage"}},
+    {"mpi.h", {"mpi"}},
     {"GL/", {"render"}},
     {"EGL/", {"render"}},
     {"png.h", {"render"}},
