@@ -40,6 +40,9 @@ add_custom_command(OUTPUT ${share}/done
 add_custom_target(granuscope_manual ALL DEPENDS ${share}/done)
 set(documents ${CMAKE_INSTALL_DATADIR}/doc/granuscope)
 install(TARGETS granuscope RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT program)
+if(TARGET granuscope-mpi)
+  install(TARGETS granuscope-mpi RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT mpi)  # in none of the packages
+endif()
 install(DIRECTORY ${share}/ DESTINATION ${CMAKE_INSTALL_DATADIR} COMPONENT program PATTERN done EXCLUDE)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/templates DESTINATION ${CMAKE_INSTALL_DATADIR}/granuscope COMPONENT program)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/examples DESTINATION ${documents} COMPONENT program
