@@ -74,15 +74,19 @@ RoughPropagation fit_band(const std::vector<ModePropagator>& band, double z, Rou
 std::vector<double> half_octave_bands(int columns) {
   std::vector<double> edges;
   const double first = 2 * std::numbers::pi / columns;
-  for (double edge = 1; edge > first; edge /= std::numbers::sqrt2) edges.push_back(edge);
-  edges.push_back(edges.back() / std::numbers::sqrt2);
+  double edge = std::numbers::sqrt2;
+  do {
+    edge /= std::numbers::sqrt2;
+    edges.push_back(edge);
+  } while (edge > first);
   std::reverse(edges.begin(), edges.end());
   return edges;
 }
 
 std::vector<BandOfModes> measure_dispersion(const BlockSums& sums, std::size_t above, std::size_t below,
                                             const std::vector<double>& edges, RoughPropagation rough) {
-  const double first = 2 * std::numbers::pi / (sums.quantities.at("propagation").width / 2);
+  const int columns = sums.quantities.at("propagation").width / 2;
+  const double first = 2 * std::numbers::pi / columns;
   const std::size_t blocks = no_block(sums);
   // Without each of the blocks, and last without none.
   std::vector<std::vector<double>> of_above, of_below;
@@ -148,6 +152,7 @@ std::vector<BandOfModes> dispersion_of_lags(const BlockSums& sums, double c, con
     }
   }
   std::vector<BandOfModes> all;
+  all.reserve(bands.size());
   for (const auto& [edge, band] : bands) all.push_back(band);
   return all;
 }
