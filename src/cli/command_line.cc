@@ -20,6 +20,7 @@
 #include "support/interruption.h"
 #include "support/provenance.h"
 #include "support/single_line.h"
+#include "support/template_file.h"
 
 namespace granuscope {
 namespace {
@@ -125,6 +126,8 @@ ExitCode parse_and_act(int argc, const char* const* argv, std::ostream& out, std
   add_audit_verb(app, context);
   add_bench_verb(app, context);
   add_doctor_verb(app, context);
+  add_figure_verb(app, context);
+  add_numbers_verb(app, context);
   add_example_verb(app, context);
   add_help_verb(app, context);
   add_reference_verb(app, context);
@@ -170,6 +173,13 @@ int run_command_line(int argc, const char* const* argv, std::ostream& out, std::
     message = "there is not enough memory for this; make the pile smaller or use fewer --threads";
   } catch (const std::length_error&) {
     message = "this is larger than any memory; make the pile smaller";
+  } catch (const std::logic_error& error) {
+    const bool own = templates_folder().empty();
+    if (!own) code = ExitCode::bad_input;
+    message = own ? fmt::format("a fault of the program, not of the input: {}; please report it with the command line",
+                                error.what())
+                  : fmt::format("a file in {} cannot stand in for a template: {}; compare it with that of templates/",
+                                templates_folder().string(), error.what());
   } catch (const std::exception& error) {
     message = lacks_threads(error)
                   ? fmt::format(

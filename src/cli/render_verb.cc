@@ -4,16 +4,21 @@
 #include <CLI/CLI.hpp>
 #include <array>
 #include <charconv>
+#include <cstdlib>
 #include <memory>
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "cli/flag_checks.h"
 #include "cli/verbs.h"
+#include "plot/response_field.h"
+#include "render/field_scene.h"
 #include "render/pile_scene.h"
 #include "render/render_pile.h"
 #include "report/statistics_json.h"
+#include "storage/ensemble_file.h"
 #include "support/error.h"
 #include "support/provenance.h"
 
@@ -63,6 +68,40 @@ std::array<double, 2> parse_range(std::string_view text) {
       "--range {} is not LOW,HIGH; give the two ends of the colour scale, as in --range=0,1.5 or --range=-1,1", text));
 }
 
+/// The value of a line "key=value" of an ensemble's configuration.
+double configured(const std::string& configuration, const std::string& key) {
+  const std::string lines = "\n" + configuration;
+  const std::size_t at = lines.find("\n" + key + "=");
+  return at == std::string::npos ? 0 : std::atof(lines.c_str() + at + key.size() + 2);
+}
+
+/// The configuration of an ensemble; "" for a file that is none, which is then read, or refused, as a pile.
+std::string configuration_if_ensemble(const std::string& file) {
+  try {
+    return read_ensemble_configuration(file);
+  } catch (const InputError&) {
+    return "";
+  }
+}
+
+/// The mean response of an ensemble over the plane.
+SceneStatistics render_ensemble(const RenderOptions& options, const std::string& configuration) {
+  if (options.scene.scene != SceneSpec().scene || !options.minus_file.empty()) {
+    throw InputError(fmt::format(
+        "{} is an ensemble, of which the mean response is shown and no scene of a pile; leave out --scene and --minus",
+        options.pile_file));
+  }
+  MeasuredEnsemble ensemble;
+  ensemble.record = read_ensemble(options.pile_file);
+  const std::vector<int>& layers = ensemble.record.sums.layers;
+  ensemble.spec.lattice.columns = static_cast<int>(configured(configuration, "columns"));
+  ensemble.spec.lattice.layers = layers.empty() ? 1 : layers.back() + 1;
+  ensemble.spec.response.overload = configured(configuration, "overload");
+  const Field field = response_field(ensemble, {});
+  return render_scene(build_field_scene(field, options.scene), options.scene, options.image_file,
+                      {{"Software", provenance_line(collect_provenance())}});
+}
+
 ExitCode render(RenderOptions options, VerbContext& context) {
   if (!options.window.empty()) options.scene.window = parse_window(options.window);
   if (!options.range.empty()) options.scene.range = parse_range(options.range);
@@ -71,6 +110,8 @@ ExitCode render(RenderOptions options, VerbContext& context) {
 
   const auto render_file = [&options] {
     try {
+      const std::string configuration = configuration_if_ensemble(options.pile_file);
+      if (!configuration.empty()) return render_ensemble(options, configuration);
       return render_pile_file({options.pile_file, options.minus_file, options.image_file}, options.scene,
                               {{"Software", provenance_line(collect_provenance())}});
     } catch (const Interrupted&) {
@@ -89,10 +130,13 @@ ExitCode render(RenderOptions options, VerbContext& context) {
 }  // namespace
 
 void add_render_verb(CLI::App& app, VerbContext& context) {
-  CLI::App* verb = app.add_subcommand("render", "Render a stored pile off-screen into an image file");
+  CLI::App* verb = app.add_subcommand(
+      "render", "Render a stored pile, or the mean response of an ensemble, off-screen into an image file");
   const auto options = std::make_shared<RenderOptions>();
   SceneSpec& scene = options->scene;
-  verb->add_option("FILE", options->pile_file, "pile file (HDF5), as granuscope sample --out writes it")->required();
+  verb->add_option("FILE", options->pile_file,
+                   "pile file (HDF5), as granuscope sample --out writes it, or ensemble file, as a run leaves it")
+      ->required();
   verb->add_option("--minus", options->minus_file,
                    "scene response: the pile without the overload, of the same seed and sample");
   verb->add_option("IMAGE,-o,--image", options->image_file,

@@ -17,12 +17,14 @@
 #include "support/atomic_file.h"
 #include "support/error.h"
 #include "support/progress.h"
+#include "support/template_file.h"
 
 namespace granuscope {
 namespace {
 
 struct RunVerbOptions {
   std::string config;
+  std::string templates;
   std::string folder;
   std::vector<std::string> only;
   std::string shard;
@@ -82,6 +84,7 @@ std::string environment_variable(const char* name) {
 }
 
 ExitCode run(const RunVerbOptions& given, VerbContext& context) {
+  if (!given.templates.empty()) use_templates(given.templates);
   const Experiment experiment = read_experiment(given.config);
   RunOptions options;
   options.folder = given.folder.empty() ? std::filesystem::path("out") / std::filesystem::path(given.config).stem()
@@ -150,6 +153,8 @@ void add_run_verb(CLI::App& app, VerbContext& context) {
                  "print what would be done and how long it takes, by a trial of some seconds at most; write nothing");
   verb->add_flag("--print-config", options->print_config,
                  "print the experiment with every default resolved; do nothing");
+  verb->add_option("--templates", options->templates,
+                   "folder whose files stand in for those of the same name in templates/: wording, language, colours");
   verb->add_flag("--require-pdf", options->require_pdf, "fail (status 3) if report.pdf cannot be written");
   verb->add_flag("--gate", options->gate, "end with status 1 if a claim's verdict is not the one in [gate.expect]");
   verb->callback([options, &context] { context.action = [options, &context] { return run(*options, context); }; });

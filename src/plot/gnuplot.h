@@ -28,6 +28,19 @@ void plot_with_gnuplot(const GnuplotJob& job, const std::filesystem::path& folde
 /// Whether `folder` holds whole plots of exactly this script and data, of an earlier run.
 bool is_drawn(const GnuplotJob& job, const std::filesystem::path& folder);
 
+/// How a figure that was plotted already is to be plotted again.
+struct FigureStyle {
+  std::string format = "pdf";  ///< pdf, svg, eps, png or tikz
+  double width_mm = 0;         ///< 0: as wide as it is
+  double font_points = 9;
+  std::string font = "DejaVu Sans";
+};
+
+/// The figure `id` of a run's folder of figures, plotted again in a folder of its own from the script and the data that
+/// stand there. Returns the bytes of the file. Throws InputError for a figure that is not there or a style that cannot
+/// be, EnvironmentError as plot_with_gnuplot does.
+std::string plot_again(const std::filesystem::path& figures, const std::string& id, const FigureStyle& style);
+
 /// Text as a gnuplot string that nothing inside can leave: in single quotes, ' doubled, line breaks and other control
 /// characters made spaces (and a space put before a leading '). To be set with noenhanced.
 std::string gnuplot_string(std::string_view text);

@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <string_view>
+
 #include "plot/plot_colours.h"
 #include "support/error.h"
 #include "support/number_format.h"
@@ -22,6 +25,31 @@ void add_colours_used(TemplateVariables& variables, const std::string& script) {
   }
 }
 
+constexpr const char* begin_pass_place = "<begin_pass>";
+
+/// How many curves the key names, and how many letters the longest name has: the room that a key needs.
+struct KeySize {
+  int entries = 0, letters = 0;
+};
+
+KeySize size_of_key(const std::string& script) {
+  KeySize size;
+  constexpr std::string_view entry = "keyentry ", title = " title '";
+  for (std::size_t at = script.find(entry); at != std::string::npos; at = script.find(entry, at + 1)) {
+    const std::size_t end = std::min(script.find(entry, at + 1), script.size());
+    const std::size_t begins = script.find(title, at);
+    if (begins >= end) continue;
+    int letters = 0;
+    for (std::size_t i = begins + title.size(); i < end; ++i) {
+      if (script[i] == '\'' && script[++i] != '\'') break;  // a doubled one is one of the text
+      letters += (static_cast<unsigned char>(script[i]) & 0xC0U) != 0x80U ? 1 : 0;  // UTF-8
+    }
+    ++size.entries;
+    size.letters = std::max(size.letters, letters);
+  }
+  return size;
+}
+
 }  // namespace
 
 std::string fill_script_part(const std::string& name, TemplateVariables variables) {
@@ -32,11 +60,9 @@ std::string fill_script_part(const std::string& name, TemplateVariables variable
 
 Figure plot_figure(const PlotPlan& plan, const TemplateVariables& variables, const std::filesystem::path& run_folder) {
   const std::string script_template = plot_template(plan.script);
-  const std::string height = exact(plan.height);
   TemplateVariables all = variables;
   all["stem"] = plan.id;
-  all["begin_pass"] = fill_template(plot_template("plot/begin_pass"),
-                                    {{"stem", plan.id}, {"width", exact(plot_width_inches)}, {"height", height}});
+  all["begin_pass"] = begin_pass_place;
   all["key_panel"] = plot_template("plot/key_panel");
   all["end_of_pass"] = plot_template("plot/end_of_pass");
   add_colours_used(all, script_template);
@@ -44,6 +70,13 @@ Figure plot_figure(const PlotPlan& plan, const TemplateVariables& variables, con
   GnuplotJob job;
   job.stem = plan.id;
   job.script = fill_template(script_template, all);
+  const KeySize key = size_of_key(job.script);
+  job.script.replace(job.script.find(begin_pass_place), std::string_view(begin_pass_place).size(),
+                     fill_template(plot_template("plot/begin_pass"), {{"stem", plan.id},
+                                                                      {"width", exact(plot_width_inches)},
+                                                                      {"height", exact(plan.height)},
+                                                                      {"key_entries", std::to_string(key.entries)},
+                                                                      {"key_letters", std::to_string(key.letters)}}));
   job.data = plan.data;
   job.curves = plan.curves;
   const std::filesystem::path folder = "figures";

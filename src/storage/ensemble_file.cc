@@ -5,11 +5,13 @@
 #include <algorithm>
 #include <set>
 #include <stdexcept>
+#include <string_view>
 #include <utility>
 
 #include "storage/ensemble_format.h"
 #include "storage/hdf5_reader.h"
 #include "storage/hdf5_writer.h"
+#include "storage/lattice_axes.h"
 
 namespace granuscope {
 namespace {
@@ -21,7 +23,8 @@ constexpr const char* units =
 
 /// What a caller must keep to; a reader finds the same broken rules as InputError.
 void check_name(const std::string& quantity) {
-  static const std::set<std::string> taken = {"", ".", counters_group, failed_group, "count", "layers", "block_keys"};
+  static const std::set<std::string> taken = {"",  ".", counters_group, failed_group, "count", "layers", "block_keys",
+                                              "x", "z"};
   if (taken.contains(quantity) || quantity.find('/') != std::string::npos) {
     throw std::logic_error(fmt::format("'{}' cannot name a quantity", quantity));
   }
@@ -69,11 +72,20 @@ void write_ensemble(const std::filesystem::path& file, const EnsembleRecord& hea
   writer.dataset("/count", {blocks}, sums.count);
   writer.dataset("/layers", {layers}, sums.layers);
   writer.dataset("/block_keys", keys);
+  describe_dataset(writer, "/count", "samples", "block");
+  describe_dataset(writer, "/layers", "number of the layer, 0 at the top", "layer");
+  int columns = 0;
+  for (const auto& [quantity, numbers] : sums.quantities) columns = std::max(columns, numbers.width);
+  write_lattice_axes(writer, columns, sums.layers);
   for (const auto& [quantity, numbers] : sums.quantities) {
     const Shape shape = {blocks, layers, static_cast<std::uint64_t>(numbers.width)};
     writer.group("/" + quantity);
-    writer.reserve("/" + quantity + "/sum", shape);
-    if (numbers.has_squares()) writer.reserve("/" + quantity + "/sum_of_squares", shape);
+    for (const char* sum : {"sum", "sum_of_squares"}) {
+      if (sum != std::string_view("sum") && !numbers.has_squares()) continue;
+      const std::string path = fmt::format("/{}/{}", quantity, sum);
+      writer.reserve(path, shape);
+      writer.attribute(path, "axes", numbers.width == columns ? "block, layer, column" : "block, layer, one");
+    }
   }
   writer.group("/counters");
   for (const auto& [counter, field] : sampler_counters) writer.attribute("/counters", counter, header.counts.*field);

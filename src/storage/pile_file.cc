@@ -6,6 +6,7 @@
 #include <array>
 #include <chrono>
 #include <limits>
+#include <numeric>
 #include <span>
 #include <utility>
 
@@ -13,6 +14,7 @@
 #include "storage/hdf5_reader.h"
 #include "storage/hdf5_writer.h"
 #include "storage/isolated_read.h"
+#include "storage/lattice_axes.h"
 #include "storage/raw_data.h"
 
 namespace granuscope {
@@ -214,8 +216,16 @@ void write_pile(const std::filesystem::path& file, const Pile& pile) {
   writer.attribute("/", "law", pile.law);
   writer.attribute("/", "seed", pile.seed);
   writer.attribute("/", "sample", pile.sample);
-  for (const ForceArray& array : force_arrays) writer.dataset(array.path, {layers, columns}, pile.*(array.in_pile));
+  constexpr const char* force_unit = "loads of one top bead";
+  for (const ForceArray& array : force_arrays) {
+    writer.dataset(array.path, {layers, columns}, pile.*(array.in_pile));
+    describe_dataset(writer, array.path, force_unit, "layer, column");
+  }
   writer.dataset("/load", {columns}, pile.load);
+  describe_dataset(writer, "/load", force_unit, "column");
+  std::vector<int> all_layers(layers);
+  std::iota(all_layers.begin(), all_layers.end(), 0);
+  write_lattice_axes(writer, pile.lattice.columns(), all_layers);
   writer.commit();
 }
 

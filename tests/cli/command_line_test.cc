@@ -68,8 +68,7 @@ TEST_CASE("Bad usage is status 2 with one message and no output") {
 
 TEST_CASE("A mistyped verb is answered with the nearest one") {
   CHECK_THAT(granuscope_command({"sampel"}).err, Contains("there is no verb \"sampel\"; did you mean sample?"));
-  CHECK_THAT(granuscope_command({"zzzzzzzzzz"}).err,
-             Contains("the verbs are run, sample, render, audit, bench, doctor"));
+  CHECK_THAT(granuscope_command({"zzzzzzzzzz"}).err, Contains("the verbs are run, ") && Contains(", doctor, "));
   CHECK_THAT(granuscope_command({"help", "sampel"}).err, Contains("did you mean sample?"));
 }
 

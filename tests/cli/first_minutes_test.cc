@@ -2,6 +2,7 @@
 #include <sys/wait.h>
 
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -12,6 +13,7 @@
 #include "cli/in_process.h"
 #include "experiment/experiment_file.h"
 #include "kit/temporary_folder.h"
+#include "support/template_file.h"
 
 using namespace granuscope;
 using Catch::Matchers::Contains;
@@ -174,6 +176,99 @@ TEST_CASE("render takes the picture as its second word") {
   const auto result = granuscope_command({"render", pile, (folder / "a.png").string(), "--width", "400"});
   CHECK(result.code == 0);
   CHECK(std::filesystem::file_size(folder / "a.png") > 1000);
+}
+
+namespace {
+
+/// Debian's interpreter, which has Debian's modules; "" where `module` is missing.
+std::string python_with(const std::string& module) {
+  const std::string python = "/usr/bin/python3";
+  if (status_of("test -x " + python + " && " + python + " -c 'import " + module + "' 2>/dev/null") == 0) return python;
+  WARN("no " << python << " with " << module << " here: nothing was tested");
+  return "";
+}
+
+}  // namespace
+
+TEST_CASE("The Python examples read an ensemble and a pile") {
+  const std::string python = python_with("h5py");
+  if (python.empty()) return;
+  const test::TemporaryFolder folder;
+  const std::string scripts = GRANUSCOPE_SOURCE_DIR "/examples/python/", at = folder.path().string();
+  std::ofstream(folder / "e.toml") << "[lattice]\ncolumns = 64\nlayers = 64\n[friction]\nmu = [0.0]\n[response]\n"
+                                      "samples = 256\n[fit]\nfirst_layer = 24\nlast_layer = 42\n"
+                                      "[figures.response_profiles]\nshow = false\n";
+  REQUIRE(granuscope_command({"run", at + "/e.toml", "--out", at + "/out", "--only", "sample"}).code == 0);
+  REQUIRE(status_of(python + " " + scripts + "response_profile.py " + at + "/out/ensembles/mu-0.h5 24 >" + at +
+                    "/r.csv") == 0);
+  // Without friction the overload of 1 goes down two lines of beads, half of it each, at c0 z from the middle.
+  std::istringstream rows(text_of(folder / "r.csv"));
+  std::string head;
+  std::getline(rows, head);
+  CHECK(head == "x (bead diameters),response");
+  double sum = 0;
+  for (std::string row; std::getline(rows, row);) {
+    const double x = std::atof(row.c_str()), value = std::atof(row.c_str() + row.find(',') + 1);
+    INFO(row);
+    CHECK(value == Approx(std::abs(x) == 12 ? 0.5 : 0.0).margin(1e-9));
+    sum += value;
+  }
+  CHECK(sum == Approx(1).margin(1e-6));
+
+  // render takes the ensemble, too.
+  CHECK(granuscope_command({"render", at + "/out/ensembles/mu-0.h5", at + "/field.png", "--width", "500"}).code == 0);
+  CHECK(std::filesystem::file_size(folder / "field.png") > 1000);
+  CHECK(granuscope_command({"render", at + "/out/ensembles/mu-0.h5", at + "/x.png", "--scene", "weight"}).code == 2);
+
+  if (python_with("matplotlib").empty()) return;
+  REQUIRE(
+      granuscope_command({"sample", "--mu", "0.3", "--columns", "20", "--layers", "12", "--out", at + "/p.h5"}).code ==
+      0);
+  REQUIRE(status_of("MPLCONFIGDIR=" + at + " " + python + " " + scripts + "force_chains.py " + at + "/p.h5 " + at +
+                    "/c.png 2>/dev/null") == 0);
+  CHECK(text_of(folder / "c.png").substr(1, 3) == "PNG");
+  CHECK(std::filesystem::file_size(folder / "c.png") > 10'000);
+}
+
+TEST_CASE("Numbers of a run are listed for a paper, and its figures plotted again") {
+  const test::TemporaryFolder folder;
+  std::ofstream(folder / "summary.json")
+      << R"({"schema": 2, "results": [{"mu": 0.3, "c": {"value": 0.5607, "stderr": 0.0005}, "samples": 3456}],
+             "scaling": {"beta": {"value": 2.522, "stderr": 0.05}, "gamma": {"value": null, "stderr": null, "reason": "x"}},
+             "claims": [{"id": "D-of-mu", "measured": -1.5, "stderr": 0.02}], "figures": [{"id": "f", "height": 3}]})";
+  const std::string at = folder.path().string();
+  const auto tex = granuscope_command({"numbers", at});
+  CHECK(tex.code == 0);
+  CHECK_THAT(tex.out, Contains("\\csname granuscope@beta\\endcsname{\\ensuremath{2.522(50)}}") &&
+                          Contains("granuscope@mu-0.3/c\\endcsname{\\ensuremath{0.56070(50)}}") &&
+                          Contains("granuscope@mu-0.3/samples\\endcsname{\\ensuremath{3456}}") &&
+                          Contains("granuscope@claims/D-of-mu/measured\\endcsname{\\ensuremath{-1.500(20)}}") &&
+                          !Contains("gamma") && !Contains("height"));
+  CHECK_THAT(granuscope_command({"numbers", at, "--format", "csv"}).out,
+             StartsWith("name,value,standard_error,text\n") && Contains("beta,2.522,0.05,2.522(50)\n"));
+  const auto json = nlohmann::json::parse(granuscope_command({"numbers", at, "--format", "json"}).out);
+  CHECK(json.at("beta").at("stderr") == 0.05);
+  CHECK(granuscope_command({"numbers", at, "--format", "xml"}).code == 2);
+  CHECK(granuscope_command({"numbers", at + "/nowhere"}).code == 2);
+  CHECK(granuscope_command({"figure", at, "beta"}).code == 2);
+  CHECK_THAT(granuscope_command({"figure", at, "beta", "--width", "wide"}).err,
+             Contains("write 86mm, 8.6cm or 3.37in"));
+}
+
+TEST_CASE("A run takes wording from a folder of templates, and a wrong file there is the user's mistake") {
+  const test::TemporaryFolder folder;
+  const std::string at = folder.path().string();
+  std::filesystem::create_directories(folder / "words/plot");
+  const auto run = [&] {
+    const auto result = granuscope_command(
+        {"run", GRANUSCOPE_SOURCE_DIR "/examples/quick.toml", "--print-config", "--templates", at + "/words"});
+    use_templates({});
+    return result;
+  };
+  CHECK(run().code == 0);
+  std::ofstream(folder / "words/plot/no_such.captions") << "x";
+  CHECK(run().code == 2);
+  CHECK_THAT(run().err, Contains("the program has no template plot/no_such.captions"));
 }
 
 TEST_CASE("A machine without OpenGL paints the same picture, and doctor says so") {

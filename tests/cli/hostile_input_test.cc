@@ -50,11 +50,12 @@ CommandResult run(const fs::path& experiment, const fs::path& out, std::vector<s
 }
 
 /// Every file below a folder with a key of its bytes. The report tells of times and of what was reused, so that of it
-/// only counts whether it is whole; manifest.json, for the same reason, does not count.
+/// only counts whether it is whole; manifest.json and timings.json, for the same reason, do not count.
 std::map<std::string, std::string> contents_of(const fs::path& folder) {
   std::map<std::string, std::string> contents;
   for (const auto& entry : fs::recursive_directory_iterator(folder)) {
     if (!entry.is_regular_file() || entry.path().filename() == "manifest.json") continue;
+    if (entry.path().filename() == "timings.json") continue;
     const std::string bytes = read_file(entry.path());
     const std::string name = entry.path().lexically_relative(folder).string();
     contents[name] = cache_key(bytes);

@@ -1,0 +1,34 @@
+#!/usr/bin/env python3
+"""Print the mean response below a point load, from an ensemble file of granuscope.
+
+usage: response_profile.py ENSEMBLE.h5 LAYER >profile.csv
+
+Needs h5py (Debian: python3-h5py). The ensemble is one that `granuscope run` leaves in ensembles/, of the estimator point:
+each bead's mean weight minus the 1 that it has under a uniform load, per unit of the overload.
+"""
+import sys
+
+import h5py
+
+
+def response(file, layer):
+    """x and the mean response of each bead of that layer."""
+    layers = list(file["layers"])
+    if layer not in layers:
+        sys.exit(f"layer {layer} was not recorded; there are {layers}")
+    mean = file["weight/sum"][:, layers.index(layer), :].sum(axis=0) / file["count"][...].sum()
+    return file["x"][layer % 2], mean - 1
+
+
+def main():
+    if len(sys.argv) != 3:
+        sys.exit(__doc__)
+    with h5py.File(sys.argv[1]) as file:
+        x, profile = response(file, int(sys.argv[2]))
+        print(f"x ({file['x'].attrs['units'].decode()}),response")
+        for place, value in sorted(zip(x, profile)):
+            print(f"{place:g},{value:.6g}")
+
+
+if __name__ == "__main__":
+    main()

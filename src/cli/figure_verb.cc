@@ -1,0 +1,69 @@
+#include <fmt/core.h>
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "cli/flag_checks.h"
+#include "cli/verbs.h"
+#include "plot/gnuplot.h"
+#include "support/atomic_file.h"
+
+namespace granuscope {
+namespace {
+
+struct FigureOptions {
+  std::string folder, id, file, width;
+  FigureStyle style;
+};
+
+/// "86mm", "3.37in", "8.6cm", or millimetres alone.
+double millimetres(const std::string& text) {
+  std::size_t end = 0;
+  double number = 0;
+  try {
+    number = std::stod(text, &end);
+  } catch (const std::exception&) {
+    end = 0;
+  }
+  const std::string unit = text.substr(end);
+  if (end > 0 && (unit.empty() || unit == "mm")) return number;
+  if (end > 0 && unit == "cm") return 10 * number;
+  if (end > 0 && unit == "in") return 25.4 * number;
+  throw InputError(fmt::format("--width {} is no width; write 86mm, 8.6cm or 3.37in", text));
+}
+
+ExitCode plot_figure_again(FigureOptions options, VerbContext& context) {
+  if (!options.width.empty()) options.style.width_mm = millimetres(options.width);
+  const std::string file = options.file.empty() ? options.id + "." + options.style.format : options.file;
+  const auto figures = std::filesystem::path(options.folder) / "figures";
+  write_file(file, plot_again(figures, options.id, options.style));
+  context.err << fmt::format("wrote {}\n", file);
+  return ExitCode::done;
+}
+
+}  // namespace
+
+void add_figure_verb(CLI::App& app, VerbContext& context) {
+  CLI::App* verb =
+      app.add_subcommand("figure", "Plot a figure of a finished run again, in another size, font or format");
+  const auto options = std::make_shared<FigureOptions>();
+  verb->add_option("OUT", options->folder, "folder of the run")->required();
+  verb->add_option("ID", options->id, "which figure: the name of its files, for example scaling-with-friction")
+      ->required();
+  verb->add_option("--format", options->style.format,
+                   "pdf, svg, eps, png (300 dpi), or tikz, with TeX's own mathematics")
+      ->capture_default_str();
+  verb->add_option(
+      "--width", options->width,
+      "86mm, 8.6cm or 3.37in; panels stand one above the other where it is narrow (as in the report, 170mm)");
+  verb->add_option("--font", options->style.font, "of all text, as fontconfig names it")->capture_default_str();
+  verb->add_option("--font-size", options->style.font_points, "points; room around the axes grows with it")
+      ->capture_default_str();
+  verb->add_option("-o,--out", options->file, "file to write (default: ID and the format, here)")->check(output_file());
+  verb->callback(
+      [options, &context] { context.action = [options, &context] { return plot_figure_again(*options, context); }; });
+}
+
+}  // namespace granuscope

@@ -1,0 +1,33 @@
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "cli/verbs.h"
+#include "report/number_list.h"
+#include "support/atomic_file.h"
+
+namespace granuscope {
+
+void add_numbers_verb(CLI::App& app, VerbContext& context) {
+  CLI::App* verb = app.add_subcommand("numbers", "Print every number of a finished run, for the text of a paper");
+  const auto folder = std::make_shared<std::string>();
+  const auto format = std::make_shared<std::string>("tex");
+  verb->add_option("OUT", *folder, "folder of the run")->required();
+  verb->add_option("--format", *format, "tex (\\granuscope{beta} writes 2.522(50)), csv or json")
+      ->capture_default_str();
+  verb->callback([folder, format, &context] {
+    context.action = [folder, format, &context] {
+      const auto file = std::filesystem::path(*folder) / "summary.json";
+      std::error_code none;
+      if (!std::filesystem::is_regular_file(file, none)) {
+        throw InputError(file.string() +
+                         ": there is no such file, and so no numbers; name the folder of a finished run");
+      }
+      context.out << list_numbers(read_file(file), *format);
+      return ExitCode::done;
+    };
+  });
+}
+
+}  // namespace granuscope

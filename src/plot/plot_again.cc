@@ -1,0 +1,152 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "plot/gnuplot.h"
+#include "plot/scratch_folder.h"
+#include "support/atomic_file.h"
+#include "support/child_process.h"
+#include "support/error.h"
+#include "support/single_line.h"
+
+namespace granuscope {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::array<std::pair<std::string_view, std::string_view>, 5> ends_of_formats = {
+    {{"pdf", "%%EOF"}, {"svg", "</svg>"}, {"eps", "%%EOF"}, {"png", "IEND"}, {"tikz", "\\end{tikzpicture}"}}};
+
+constexpr double least_width_mm = 60, most_width_mm = 1000, least_points = 4, most_points = 40;
+
+void require_possible(const FigureStyle& style) {
+  const auto known = [&style](const auto& format) { return format.first == style.format; };
+  if (std::none_of(ends_of_formats.begin(), ends_of_formats.end(), known)) {
+    throw InputError(
+        fmt::format("there is no format {} for a figure; choose pdf, svg, eps, png or tikz", style.format));
+  }
+  if (style.width_mm != 0 && !(style.width_mm >= least_width_mm && style.width_mm <= most_width_mm)) {
+    throw InputError(
+        fmt::format("a figure {:g} mm wide has no room for its text, or none on any page; give {:g} to {:g}",
+                    style.width_mm, least_width_mm, most_width_mm));
+  }
+  if (!(style.font_points >= least_points && style.font_points <= most_points)) {
+    throw InputError(fmt::format("text of {:g} pt cannot be read or fills the figure; give {:g} to {:g}",
+                                 style.font_points, least_points, most_points));
+  }
+}
+
+/// What stands in the scripts as Unicode or as gnuplot's markup, in TeX's own mathematics.
+std::string in_tex(std::string text) {
+  constexpr std::pair<std::string_view, std::string_view> signs[] = {
+      {"{/:Italic ", "\\textit{"},
+      {"α", "\\ensuremath{\\alpha}"},
+      {"β", "\\ensuremath{\\beta}"},
+      {"γ", "\\ensuremath{\\gamma}"},
+      {"ε", "\\ensuremath{\\varepsilon}"},
+      {"μ", "\\ensuremath{\\mu}"},
+      {"σ", "\\ensuremath{\\sigma}"},
+      {"χ", "\\ensuremath{\\chi}"},
+      {"φ", "\\ensuremath{\\varphi}"},
+      {"λ", "\\ensuremath{\\lambda}"},
+      {"₀", "\\ensuremath{_0}"},
+      {"ₚ", "\\ensuremath{_p}"},
+      {"²", "\\ensuremath{^2}"},
+      {"³", "\\ensuremath{^3}"},
+      {"−", "\\ensuremath{-}"},
+      {"±", "\\ensuremath{\\pm}"},
+      {"≤", "\\ensuremath{\\le}"},
+      {"≥", "\\ensuremath{\\ge}"},
+      {"×", "\\ensuremath{\\times}"},
+      {"√", "\\ensuremath{\\surd}"},
+      {"°", "\\ensuremath{^\\circ}"},
+      {"–", "--"},
+      {"’", "'"},
+      {"∝", "\\ensuremath{\\propto}"},
+      {"_{thrust}", "\\ensuremath{_{\\mathrm{thrust}}}"}};
+  for (const auto& [sign, tex] : signs) {
+    for (std::size_t at = text.find(sign); at != std::string::npos; at = text.find(sign, at + tex.size())) {
+      text.replace(at, sign.size(), tex);
+    }
+  }
+  return text;
+}
+
+/// gnuplot's TikZ writes a text into the last pair of braces of a line that begins with \node, as it stands.
+std::string with_tex_texts(const std::string& tikz) {
+  std::string result;
+  for (std::size_t from = 0; from < tikz.size();) {
+    const std::size_t end = std::min(tikz.find('\n', from), tikz.size() - 1) + 1;
+    std::string line = tikz.substr(from, end - from);
+    from = end;
+    const std::size_t at = line.find("] at (");
+    const std::size_t open = line.find('{', line.find(')', at));
+    if (line.starts_with("\\node") && at != std::string::npos && open != std::string::npos) {
+      std::string text = line.substr(open);
+      for (std::size_t i = text.find('%'); i != std::string::npos; i = text.find('%', i + 2)) text.insert(i, "\\");
+      line = line.substr(0, open) + in_tex(text);
+    }
+    result += line;
+  }
+  return result;
+}
+
+}  // namespace
+
+std::string plot_again(const fs::path& figures, const std::string& id, const FigureStyle& style) {
+  require_possible(style);
+  require_gnuplot();
+  std::error_code none;
+  if (id.find('/') != std::string::npos || !fs::is_regular_file(figures / (id + ".gp"), none)) {
+    std::vector<std::string> known;
+    for (const auto& entry : fs::directory_iterator(figures, none)) {
+      if (entry.path().extension() == ".gp") known.push_back(entry.path().stem().string());
+    }
+    std::sort(known.begin(), known.end());
+    const bool picture = fs::is_regular_file(figures / (id + ".png"), none);
+    throw InputError(fmt::format(
+        "{}: {}; the plots there are: {}", figures.string(),
+        picture ? id + " is a picture of beads, which granuscope render makes at any size" : "there is no plot " + id,
+        known.empty() ? "none" : fmt::format("{}", fmt::join(known, ", "))));
+  }
+  const ScratchFolder scratch(fs::temp_directory_path(), id);
+  for (const auto& entry : fs::directory_iterator(figures)) {
+    const std::string name = entry.path().filename().string();
+    if (name == id + ".gp" || (name.starts_with(id) && name.ends_with(".csv"))) {
+      write_file(scratch.path() / name, read_file(entry.path()));
+    }
+  }
+  std::string settings =
+      fmt::format("only = '{}'; points = {}; font = {}", style.format, style.font_points, gnuplot_string(style.font));
+  if (style.width_mm != 0) settings += fmt::format("; width = {}", style.width_mm / 25.4);
+  ProcessSpec process;
+  process.arguments = {"gnuplot", "-d", "-e", settings, id + ".gp"};
+  process.working_folder = scratch.path();
+  process.environment = {
+      {"LC_ALL", "C.UTF-8"}, {"HOME", scratch.path().string()}, {"XDG_CACHE_HOME", scratch.path().string()}};
+  const ProcessResult result = run_process(process);
+  const auto fail = [&](const std::string& what) {
+    throw EnvironmentError(fmt::format(
+        "gnuplot did not plot {}: {}; run `granuscope doctor` to see whether gnuplot and the font are there", id,
+        what));
+  };
+  if (result.timed_out || result.exit_code != 0) fail(describe_end(result) + " " + single_line(result.standard_error));
+  if (!result.standard_error.empty()) fail("it complained: " + single_line(result.standard_error));
+  const fs::path file = scratch.path() / (id + "." + style.format);
+  if (!fs::is_regular_file(file, none)) fail("there is no file; the script may be of an older version: run it again");
+  std::string bytes = read_file(file);
+  for (const auto& [format, end] : ends_of_formats) {
+    if (format == style.format && bytes.rfind(end) == std::string::npos) fail("the file is cut off");
+  }
+  if (style.format == "pdf") bytes = with_fixed_creation_date(std::move(bytes));
+  if (style.format == "tikz") bytes = with_tex_texts(bytes);
+  return bytes;
+}
+
+}  // namespace granuscope

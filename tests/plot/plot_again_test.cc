@@ -1,0 +1,187 @@
+// Figures of a finished run plotted again: at the widths of journals no text is clipped or lies on another.
+#include <algorithm>
+#include <array>
+#include <catch2/catch.hpp>
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <vector>
+
+#include "kit/temporary_folder.h"
+#include "kit/text_parts.h"
+#include "plot/bead_forces.h"
+#include "plot/gnuplot.h"
+#include "plot/propagation_against_diffusion.h"
+#include "plot/propagation_and_thrust.h"
+#include "plot/response_profiles.h"
+#include "plot/scaling_with_friction.h"
+#include "plot/synthetic_analysis.h"
+#include "plot/transport_with_depth.h"
+#include "render/font.h"
+#include "sampling/sampler.h"
+#include "support/error.h"
+
+using namespace granuscope;
+using test::contains;
+
+namespace {
+
+struct TextBox {
+  std::string text;
+  double left = 0, right = 0, top = 0, bottom = 0;
+};
+
+std::string attribute(const std::string& tag, const std::string& name) {
+  const std::size_t at = tag.find(name + "=\"");
+  if (at == std::string::npos) return "";
+  const std::size_t from = at + name.size() + 2;
+  return tag.substr(from, tag.find('"', from) - from);
+}
+
+std::string without_tags(const std::string& xml) {
+  std::string text;
+  for (std::size_t i = 0; i < xml.size(); ++i) {
+    if (xml[i] == '<') {
+      i = xml.find('>', i);
+    } else {
+      text += xml[i];
+    }
+  }
+  for (const auto& [name, sign] : {std::pair{"&lt;", "<"}, {"&gt;", ">"}, {"&amp;", "&"}}) {
+    for (std::size_t at = text.find(name); at != std::string::npos; at = text.find(name)) {
+      text.replace(at, std::string(name).size(), sign);
+    }
+  }
+  return text;
+}
+
+/// The boxes of all texts of a gnuplot SVG, by the metrics of the font that it names.
+std::vector<TextBox> text_boxes(const std::string& svg) {
+  std::vector<TextBox> boxes;
+  const std::string group = "<g transform=\"translate(";
+  for (std::size_t at = svg.find(group); at != std::string::npos; at = svg.find(group, at + 1)) {
+    const std::string tag = svg.substr(at, svg.find('>', at) - at);
+    const std::size_t begin = svg.find("<text", at), end = svg.find("</text>", at);
+    if (begin == std::string::npos || svg.find("</g>", at) < begin) continue;
+    const double size = std::atof(attribute(tag, "font-size").c_str());
+    const double x = std::atof(tag.c_str() + group.size());
+    const double y = std::atof(tag.c_str() + tag.find(',') + 1);
+    TextBox box{without_tags(svg.substr(begin, end - begin))};
+    if (box.text.find_first_not_of(' ') == std::string::npos) continue;
+    const double width = Font(size).width(box.text);
+    const std::string anchor = attribute(tag, "text-anchor");
+    const double before = anchor == "end" ? width : anchor == "middle" ? 0.5 * width : 0;
+    const double above = 0.75 * size, below = 0.2 * size;
+    if (contains(tag, "rotate(-90")) {
+      box = {box.text, x - above, x + below, y - (width - before), y + before};
+    } else {
+      box = {box.text, x - before, x + width - before, y - above, y + below};
+    }
+    boxes.push_back(box);
+  }
+  return boxes;
+}
+
+/// A pixel of rounding, and the side bearings of letters.
+constexpr double tolerance_px = 1.5;
+
+void check_texts(const std::string& svg) {
+  const std::string view = attribute(svg, "viewBox");
+  const double width = std::atof(view.c_str() + 4), height = std::atof(view.c_str() + view.rfind(' '));
+  const std::vector<TextBox> boxes = text_boxes(svg);
+  CHECK(boxes.size() > 8);
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    const TextBox& box = boxes[i];
+    INFO(box.text << " reaches from " << box.left << ", " << box.top << " to " << box.right << ", " << box.bottom
+                  << " of " << width << " x " << height);
+    CHECK(box.left > -tolerance_px);
+    CHECK(box.top > -tolerance_px);
+    CHECK(box.right < width + tolerance_px);
+    CHECK(box.bottom < height + tolerance_px);
+    for (std::size_t k = 0; k < i; ++k) {
+      const TextBox& other = boxes[k];
+      INFO("it lies on " << other.text << " at " << other.left << ", " << other.top);
+      const double across = std::min(box.right, other.right) - std::max(box.left, other.left);
+      const double down = std::min(box.bottom, other.bottom) - std::max(box.top, other.top);
+      CHECK((across < tolerance_px || down < tolerance_px));
+    }
+  }
+}
+
+/// All figures of the main line.
+std::vector<std::string> plot_all(const std::filesystem::path& run) {
+  const Analysis analysis = synthetic::analysis();
+  SamplerSpec spec;
+  spec.mu = 0.3;
+  spec.seed = 7;
+  const Lattice lattice({40, 50});
+  Pile pile(lattice);
+  const std::vector<double> load(40, 1.0);
+  REQUIRE_FALSE(make_sampler(spec, lattice)->draw(3, load, pile));
+  std::vector<std::string> ids;
+  ids.push_back(plot_bead_forces(pile, {}, run).id);
+  ids.push_back(plot_response_profiles(analysis.results, {}, run).id);
+  ids.push_back(plot_transport_with_depth(analysis, {}, run).id);
+  ids.push_back(plot_propagation_against_diffusion(analysis, run).id);
+  ids.push_back(plot_scaling_with_friction(analysis, run).id);
+  ids.push_back(plot_propagation_and_thrust(analysis, run).id);
+  return ids;
+}
+
+}  // namespace
+
+TEST_CASE("At the widths of journals no text of a figure is clipped or covered") {
+  const test::TemporaryFolder run;
+  for (const std::string& id : plot_all(run.path())) {
+    for (const double width : {86.0, 120.0, 178.0}) {
+      INFO(id << " at " << width << " mm");
+      FigureStyle style;
+      style.format = "svg";
+      style.width_mm = width;
+      style.font_points = 8;
+      const std::string svg = plot_again(run / "figures", id, style);
+      CHECK(std::atof(attribute(svg, "width").c_str()) == Approx(width / 25.4 * 96).margin(1));
+      check_texts(svg);
+    }
+  }
+}
+
+TEST_CASE("A figure as it is, plotted again, has the same bytes") {
+  const test::TemporaryFolder run;
+  const std::string id = plot_propagation_and_thrust(synthetic::analysis(), run.path()).id;
+  for (const char* format : {"svg", "pdf"}) {
+    FigureStyle style;
+    style.format = format;
+    std::ifstream file(run / ("figures/" + id + "." + format), std::ios::binary);
+    CHECK((plot_again(run / "figures", id, style) == std::string(std::istreambuf_iterator<char>(file), {})));
+  }
+}
+
+TEST_CASE("A figure is plotted in the formats of TeX, with its mathematics") {
+  const test::TemporaryFolder run;
+  const std::string id = plot_propagation_and_thrust(synthetic::analysis(), run.path()).id;
+  FigureStyle style;
+  style.format = "tikz";
+  const std::string tikz = plot_again(run / "figures", id, style);
+  CHECK(contains(tikz, "friction coefficient \\ensuremath{\\mu}"));
+  CHECK(contains(tikz, "c\\ensuremath{_0}"));
+  CHECK_FALSE(contains(tikz, "μ"));
+  style.format = "eps";
+  CHECK(plot_again(run / "figures", id, style).starts_with("%!PS-Adobe"));
+  style.format = "png";
+  CHECK(plot_again(run / "figures", id, style).substr(1, 3) == "PNG");
+}
+
+TEST_CASE("A figure or style that cannot be is refused") {
+  const test::TemporaryFolder run;
+  const std::string id = plot_propagation_and_thrust(synthetic::analysis(), run.path()).id;
+  CHECK_THROWS_WITH(plot_again(run / "figures", "none-such", {}), Catch::Contains("the plots there are: " + id));
+  CHECK_THROWS_AS(plot_again(run / "figures", "../figures/" + id, {}), InputError);
+  FigureStyle narrow;
+  narrow.width_mm = 20;
+  CHECK_THROWS_AS(plot_again(run / "figures", id, narrow), InputError);
+  FigureStyle unknown;
+  unknown.format = "gif";
+  CHECK_THROWS_AS(plot_again(run / "figures", id, unknown), InputError);
+}
