@@ -165,6 +165,7 @@ double relative_cost(const EnsembleSpec& spec) {
 
 std::vector<Atom> atoms_of(const std::vector<PlannedEnsemble>& ensembles) {
   std::vector<double> cost;
+  cost.reserve(ensembles.size());
   for (const PlannedEnsemble& planned : ensembles) cost.push_back(relative_cost(planned.spec));
   std::vector<std::size_t> order(ensembles.size());
   std::iota(order.begin(), order.end(), std::size_t{0});

@@ -73,7 +73,7 @@ hid_t driver() {
     methods.name = "granuscope sparse image";
     methods.maxaddr = HADDR_MAX;
     methods.fc_degree = H5F_CLOSE_WEAK;
-    methods.fapl_size = sizeof(SparseImage*);
+    methods.fapl_size = sizeof(void*);  // the access list holds the address of an image
     methods.open = open_image;
     methods.close = close_image;
     methods.query = tell_features;
