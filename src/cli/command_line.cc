@@ -68,6 +68,12 @@ std::string explain(const CLI::ParseError& error, const CLI::App& app, int argc,
   if (!chosen.empty()) {
     if (const std::string unknown = find_unknown_flag(*chosen.front(), argc, argv); !unknown.empty()) what = unknown;
   }
+  if (chosen.empty() && what == "A subcommand is required") what = fmt::format("no verb follows {}", argv[1]);
+  if (what.starts_with("The following arguments were not expected: ")) {
+    // CLI11 lists them all, the last one first.
+    const std::vector<std::string> words = (chosen.empty() ? &app : chosen.front())->remaining(true);
+    if (!words.empty()) what = fmt::format("\"{}\" is one word more than is expected here", words.front());
+  }
   if (what == "CONFIG is required") {
     return "an experiment file is needed, since it says what to run; name one, or take a built-in one: "
            "granuscope example lists them";

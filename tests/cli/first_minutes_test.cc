@@ -65,6 +65,8 @@ TEST_CASE("Only a near name is offered, and a flag of one letter is named") {
              Contains("has no flag --best;") && !Contains("did you mean"));
   CHECK_THAT(granuscope_command({"sample", "-x", "2"}).err, Contains("sample has no flag -x"));
   CHECK_THAT(granuscope_command({"run"}).err, Contains("granuscope example"));
+  CHECK_THAT(granuscope_command({"--verbose"}).err, Contains("no verb follows --verbose"));
+  CHECK_THAT(granuscope_command({"audit", "one", "two", "three"}).err, Contains("\"two\" is one word more"));
 }
 
 TEST_CASE("Every built-in example is listed by its title, and printed as it stands in examples/") {
