@@ -29,7 +29,8 @@ constexpr const char* exit_codes =
     "Exit status: 0 all was made; 1 a claim came out otherwise than expected (only with --gate); 2 the command line,\n"
     "the experiment or a file cannot be used; 3 the machine lacks a program, OpenGL, space or permission; 4 "
     "interrupted:\n"
-    "the same command goes on. Lengths are in bead diameters, forces in loads of one top bead.";
+    "the same command goes on; 5 another run is at work in the folder. Lengths are in bead diameters, forces in loads "
+    "of one top bead.";
 
 /// Longer than any message that means something.
 constexpr std::size_t most_message_bytes = 4000;
@@ -130,6 +131,9 @@ ExitCode parse_and_act(int argc, const char* const* argv, std::ostream& out, std
   add_sample_verb(app, context);
   add_render_verb(app, context);
   add_audit_verb(app, context);
+  add_compare_verb(app, context);
+  add_nightly_verb(app, context);
+  add_history_verb(app, context);
   add_bench_verb(app, context);
   add_doctor_verb(app, context);
   add_figure_verb(app, context);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
+#include <iostream>
 #include <memory>
 #include <string>
 #include <vector>
@@ -14,7 +15,9 @@
 #include "experiment/experiment_file.h"
 #include "pipeline/pipeline.h"
 #include "pipeline/shards.h"
+#include "sampling/sampler_spec.h"
 #include "support/atomic_file.h"
+#include "support/digest.h"
 #include "support/error.h"
 #include "support/progress.h"
 #include "support/template_file.h"
@@ -33,6 +36,12 @@ struct RunVerbOptions {
   bool print_config = false;
   bool require_pdf = false;
   bool gate = false;
+  bool print_key = false;
+  bool quiet = false;
+  bool keep_going = false;
+  std::vector<std::string> overrides;
+
+  bool from_standard_input() const { return config == "-"; }
 };
 
 void print_plan(const Experiment& experiment, const std::vector<PlannedStep>& plan, int workers, std::ostream& out) {
@@ -85,8 +94,16 @@ std::string environment_variable(const char* name) {
 
 ExitCode run(const RunVerbOptions& given, VerbContext& context) {
   if (!given.templates.empty()) use_templates(given.templates);
-  const Experiment experiment = read_experiment(given.config);
+  const Experiment experiment = given.from_standard_input() ? read_experiment(std::cin, given.overrides)
+                                                            : read_experiment(given.config, given.overrides);
+  const bool only_told = given.print_config || given.print_key;
+  if (given.from_standard_input() && given.folder.empty() && !only_told) {
+    throw InputError(
+        "standard input has no name from which that of the results could be taken; give their folder by --out");
+  }
   RunOptions options;
+  options.keep_going = given.keep_going;
+  if (given.quiet) options.progress = ProgressStyle::silent;
   options.folder = given.folder.empty() ? std::filesystem::path("out") / std::filesystem::path(given.config).stem()
                                         : std::filesystem::path(given.folder);
   options.threads = given.threads;
@@ -100,6 +117,10 @@ ExitCode run(const RunVerbOptions& given, VerbContext& context) {
     throw InputError(
         "--gate compares verdicts, but the stages of --only reach none, so that it would always be content; "
         "add --only analyse or drop one of them");
+  }
+  if (given.print_key) {
+    context.out << fmt::format("{}-{}\n", cache_key(print_experiment(experiment)), sampling_version);
+    return ExitCode::done;
   }
   if (given.print_config) {
     context.out << print_experiment(experiment);
@@ -121,11 +142,12 @@ ExitCode run(const RunVerbOptions& given, VerbContext& context) {
     }
     return ExitCode::done;
   }
-  require_kept(given.config, options.folder / "experiment.toml", print_experiment(experiment));
+  if (!given.from_standard_input())
+    require_kept(given.config, options.folder / "experiment.toml", print_experiment(experiment));
   require_memory(memory_needed(experiment, worker_count(options.threads)));
 
   const RunResult result = run_experiment(experiment, options);
-  tell_files(result.files, context.err);
+  if (!given.quiet) tell_files(result.files, context.err);
   if (!result.failure.empty()) throw EnvironmentError(result.failure);
   if (!given.gate) return ExitCode::done;
   for (const std::string& sentence : result.unexpected) context.err << fmt::format("granuscope: {}\n", sentence);
@@ -137,7 +159,9 @@ ExitCode run(const RunVerbOptions& given, VerbContext& context) {
 void add_run_verb(CLI::App& app, VerbContext& context) {
   CLI::App* verb = app.add_subcommand("run", "Run an experiment: sample, analyse, plot, render and write the report");
   const auto options = std::make_shared<RunVerbOptions>();
-  verb->add_option("CONFIG", options->config, "experiment file (TOML), for example examples/quick.toml")->required();
+  verb->add_option("CONFIG", options->config,
+                   "experiment file (TOML), for example examples/quick.toml; - for standard input")
+      ->required();
   verb->add_option("-o,--out", options->folder, "folder of the results (default: out/ and the name of CONFIG)");
   verb->add_option("--only", options->only,
                    "only this stage and what it needs: sample, analyse, render, plot or report; may be repeated")
@@ -149,6 +173,17 @@ void add_run_verb(CLI::App& app, VerbContext& context) {
   verb->add_option("-j,--threads", options->threads, "threads, 0 for all; never changes a number")
       ->capture_default_str()
       ->check(CLI::Range(0, 4096));
+  verb->add_option(
+          "--set", options->overrides,
+          "KEY=VALUE in the place of what CONFIG says, for example --set response.samples=1024; may be repeated")
+      ->expected(1)
+      ->take_all();
+  verb->add_flag("--quiet", options->quiet, "say nothing but errors");
+  verb->add_flag(
+      "--keep-going", options->keep_going,
+      "begin although the machine lacks something: that costs its own results only, and status 3 at the end");
+  verb->add_flag("--print-key", options->print_key,
+                 "print one line that names the experiment and the version of the sampling, for a cache; do nothing");
   verb->add_flag("--dry-run", options->dry_run,
                  "print what would be done and how long it takes, by a trial of some seconds at most; write nothing");
   verb->add_flag("--print-config", options->print_config,

@@ -50,6 +50,7 @@ struct Experiment : MainLine {
 
   std::string name = "experiment";  ///< untrusted text, one line
   std::string description;          ///< untrusted text, may be empty
+  bool extendable = false;          ///< ensembles of more samples go on from those of fewer
   FigureSpec figures;
   Studies studies;
   std::map<std::string, PictureSpec> pictures;  ///< by name, the tables [scenes.pictures.NAME]

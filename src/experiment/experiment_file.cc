@@ -17,6 +17,7 @@
 #include <toml++/toml.h>
 
 #include <algorithm>
+#include <istream>
 #include <list>
 #include <map>
 #include <optional>
@@ -34,10 +35,6 @@ namespace granuscope {
 namespace {
 
 constexpr std::uintmax_t most_bytes = 1'000'000;  // a hundred times the largest sensible experiment file
-
-std::string location(const std::string& file, const toml::source_position& position) {
-  return fmt::format("{}:{}:{}", file, position.line, position.column);
-}
 
 std::optional<double> to_number(const toml::node& node) {
   if (const auto* number = node.as_floating_point()) return number->get();
@@ -128,19 +125,62 @@ class Reader {
     tables_.insert(pictures_table);
   }
 
-  Experiment read(const toml::table& document) {
-    read_table(document, "");
+  void read(const toml::table& document) { read_table(document, ""); }
+
+  /// What stands on the command line replaces what stands in the file.
+  void override_by(const std::string& assignment) {
+    override_ = assignment;
+    read_table(parsed(assignment), "");
+    override_.clear();
+  }
+
+  bool has_read_nothing() const { return positions_.empty(); }
+
+  Experiment checked() const {
     if (const auto problem = find_problem(experiment_)) {
       const auto written = positions_.find(problem->key);
       throw InputError(
           written != positions_.end()
-              ? fmt::format("{}: {}: {}", location(file_, written->second), problem->key, problem->message)
+              ? fmt::format("{}: {}: {}", written->second, problem->key, problem->message)
               : fmt::format("{}: {} (not in the file, default): {}", file_, problem->key, problem->message));
     }
     return experiment_;
   }
 
  private:
+  /// "file:line:column", or the flag.
+  std::string at(const toml::source_position& position) const {
+    if (!override_.empty()) return fmt::format("--set {}", override_);
+    return fmt::format("{}:{}:{}", file_, position.line, position.column);
+  }
+
+  /// KEY=VALUE as a document of one key. A word that is no TOML value is a text, so that a shell's user need not quote
+  /// twice.
+  static toml::table parsed(const std::string& assignment) {
+    const auto equals = assignment.find('=');
+    std::string key = assignment.substr(0, equals);
+    while (key.ends_with(' ')) key.pop_back();
+    const bool plain_key =
+        key.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-.") == std::string::npos;
+    if (equals == std::string::npos || key.empty() || !plain_key || assignment.find('\n') != std::string::npos) {
+      throw InputError(
+          fmt::format("--set {}: this sets no key; write --set response.samples=1024, for example", assignment));
+    }
+    const std::string value = assignment.substr(equals + 1);
+    const bool word = !value.empty() && value.find_first_of("\"'[]{}#") == std::string::npos;
+    try {
+      return toml::parse(fmt::format("{} = {}", key, value));
+    } catch (const toml::parse_error& error) {
+      if (!word)
+        throw InputError(fmt::format("--set {}: not valid TOML: {}; correct it", assignment, error.description()));
+    }
+    try {
+      return toml::parse(fmt::format("{} = '{}'", key, value));
+    } catch (const toml::parse_error& error) {
+      throw InputError(fmt::format("--set {}: not valid TOML: {}; correct it", assignment, error.description()));
+    }
+  }
+
   void read_table(const toml::table& table, const std::string& path) {
     for (const auto& [name, node] : table) {
       const std::string child = path.empty() ? std::string(name.str()) : fmt::format("{}.{}", path, name.str());
@@ -151,7 +191,7 @@ class Reader {
       } else if (tables_.count(child) != 0) {
         if (!node.is_table()) {
           throw InputError(fmt::format("{}: {} must be a table but is {}; write [{}] on a line of its own",
-                                       location(file_, position), child, describe(node), child));
+                                       at(position), child, describe(node), child));
         }
         read_table(*node.as_table(), child);
       } else if (const auto known = keys_.find(child); known != keys_.end()) {
@@ -167,24 +207,24 @@ class Reader {
     auto value = to_value(node, like);
     if (!value) {
       const std::string range = granuscope::describe(key.range, like);
-      throw InputError(fmt::format("{}: {} must be {} but is {}; {}{}", location(file_, position), key.path(),
-                                   kind_of(like), describe(node), key.meaning,
+      throw InputError(fmt::format("{}: {} must be {} but is {}; {}{}", at(position), key.path(), kind_of(like),
+                                   describe(node), key.meaning,
                                    range.empty() || !key.range.names.empty() ? "" : " (" + range + ")"));
     }
     try {
       if (key.range.ascending) sort(*value);
       key.set(*value);
     } catch (const InputError& error) {
-      throw InputError(fmt::format("{}: {}: {}", location(file_, position), key.path(), error.what()));
+      throw InputError(fmt::format("{}: {}: {}", at(position), key.path(), error.what()));
     }
-    positions_[key.path()] = position;
+    positions_[key.path()] = at(position);
   }
 
   /// From now on its table and keys are known.
   void add_picture(const std::string& name, const toml::source_position& position) {
     const std::string table = fmt::format("{}.{}", pictures_table, name);
     experiment_.pictures.try_emplace(name);
-    positions_[table] = position;
+    positions_[table] = at(position);
     tables_.insert(table);
     for (const Key& key : picture_keys(experiment_, name)) {
       keys_[key.path()] = &picture_keys_.emplace_back(key);
@@ -194,11 +234,11 @@ class Reader {
   void read_verdict(const std::string& claim, const toml::node& node, const toml::source_position& position) {
     const auto* verdict = node.as_string();
     if (verdict == nullptr) {
-      throw InputError(fmt::format("{}: {}.{} must be a string but is {}; {}", location(file_, position),
-                                   expected_verdicts_table, claim, describe(node), expected_verdicts_meaning));
+      throw InputError(fmt::format("{}: {}.{} must be a string but is {}; {}", at(position), expected_verdicts_table,
+                                   claim, describe(node), expected_verdicts_meaning));
     }
     experiment_.expected_verdicts[claim] = verdict->get();
-    positions_[fmt::format("{}.{}", expected_verdicts_table, claim)] = position;
+    positions_[fmt::format("{}.{}", expected_verdicts_table, claim)] = at(position);
   }
 
   /// What a key or a table that older files have under this path is called now; empty if there was none.
@@ -213,8 +253,8 @@ class Reader {
   [[noreturn]] void refuse(const std::string& table, const std::string& name, const toml::source_position& position) {
     const std::string path = table.empty() ? name : table + "." + name;
     if (const std::string now = present_name(path); !now.empty()) {
-      throw InputError(fmt::format("{}: {} has another name now; write {}, its values mean the same",
-                                   location(file_, position), path, now));
+      throw InputError(
+          fmt::format("{}: {} has another name now; write {}, its values mean the same", at(position), path, now));
     }
     std::vector<std::string> known(tables_.begin(), tables_.end());
     std::vector<std::string> siblings;
@@ -231,8 +271,8 @@ class Reader {
     std::string advice = meant ? fmt::format("did you mean {}?", *meant) : "";
     if (!meant && !siblings.empty()) advice = fmt::format("[{}] knows {}", table, fmt::join(siblings, ", "));
     if (!meant && siblings.empty()) advice = fmt::format("the tables are {}", fmt::join(tables_, ", "));
-    throw InputError(fmt::format("{}: unknown key {}: a mistyped key would silently keep its default; {}",
-                                 location(file_, position), path, advice));
+    throw InputError(fmt::format("{}: unknown key {}: a mistyped key would silently keep its default; {}", at(position),
+                                 path, advice));
   }
 
   static std::string describe(const toml::node& node) {
@@ -251,27 +291,51 @@ class Reader {
   std::map<std::string, const Key*> keys_;
   std::list<Key> picture_keys_;  ///< of the pictures met so far; keys_ points to them
   std::set<std::string> tables_;
-  std::map<std::string, toml::source_position> positions_;
+  std::map<std::string, std::string> positions_;  ///< where each key was written, in words
+  std::string override_;                          ///< KEY=VALUE, while that is read
 };
 
 }  // namespace
 
-Experiment parse_experiment(std::string_view text, const std::string& file) {
-  if (text.size() > most_bytes) {
-    throw InputError(
-        fmt::format("{}: {} bytes are too many for an experiment file (the limit is {}); is this the right "
-                    "file?",
-                    file, text.size(), most_bytes));
-  }
-  try {
-    return Reader(file).read(toml::parse(text, file));
-  } catch (const toml::parse_error& error) {
-    throw InputError(fmt::format("{}: not valid TOML: {}; correct the file", location(file, error.source().begin),
-                                 error.description()));
-  }
+namespace {
+
+void require_sensible_size(std::uintmax_t bytes, const std::string& file) {
+  if (bytes <= most_bytes) return;
+  throw InputError(
+      fmt::format("{}: {} bytes are too many for an experiment file (the limit is {}); is this the right file?", file,
+                  bytes, most_bytes));
 }
 
-Experiment read_experiment(const std::filesystem::path& file) {
+}  // namespace
+
+Experiment parse_experiment(std::string_view text, const std::string& file, const std::vector<std::string>& overrides,
+                            EmptyFile empty) {
+  require_sensible_size(text.size(), file);
+  Reader reader(file);
+  try {
+    reader.read(toml::parse(text, file));
+  } catch (const toml::parse_error& error) {
+    throw InputError(fmt::format("{}:{}:{}: not valid TOML: {}; correct the file", file, error.source().begin.line,
+                                 error.source().begin.column, error.description()));
+  }
+  if (empty == EmptyFile::refused && reader.has_read_nothing()) {
+    throw InputError(fmt::format(
+        "{}: there is no key in it, so that it may be empty by mistake, and the defaults are hours of work; "
+        "write at least one, for example [experiment] name = \"...\"",
+        file));
+  }
+  for (const std::string& assignment : overrides) reader.override_by(assignment);
+  return reader.checked();
+}
+
+Experiment read_experiment(std::istream& in, const std::vector<std::string>& overrides) {
+  std::string text(most_bytes + 1, '\0');
+  in.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(in.gcount()));
+  return parse_experiment(text, "standard input", overrides, EmptyFile::refused);
+}
+
+Experiment read_experiment(const std::filesystem::path& file, const std::vector<std::string>& overrides) {
   std::error_code code;
   const auto status = std::filesystem::status(file, code);
   if (!std::filesystem::exists(status)) {
@@ -284,13 +348,8 @@ Experiment read_experiment(const std::filesystem::path& file) {
                     std::filesystem::is_directory(status) ? "this is a folder" : "this is not a plain file"));
   }
   const auto size = std::filesystem::file_size(file, code);
-  if (!code && size > most_bytes) {
-    throw InputError(
-        fmt::format("{}: {} bytes are too many for an experiment file (the limit is {}); is this the right "
-                    "file?",
-                    file.string(), size, most_bytes));
-  }
-  return parse_experiment(read_file(file), file.string());
+  if (!code) require_sensible_size(size, file.string());
+  return parse_experiment(read_file(file), file.string(), overrides, EmptyFile::refused);
 }
 
 }  // namespace granuscope

@@ -1,19 +1,29 @@
 #pragma once
 #include <filesystem>
+#include <iosfwd>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "experiment/experiment.h"
 
 namespace granuscope {
 
-/// Reads and checks an experiment file (TOML). Throws InputError, naming file, line, column and key, for a file that
-/// cannot be read or is not TOML, for an unknown key (with the nearest known one), for a value of the wrong type or out
-/// of its range, and for values that contradict each other (check_experiment).
-Experiment read_experiment(const std::filesystem::path& file);
+/// What to do about a file without any key: the defaults are an experiment, but one that nobody may have meant.
+enum class EmptyFile { refused, allowed };
+
+/// Reads and checks an experiment file (TOML), with `overrides` KEY=VALUE in the place of what it says. Throws
+/// InputError, naming file, line, column and key, for a file that cannot be read, has no key or is not TOML, for an
+/// unknown key (with the nearest known one), for a value of the wrong type or out of its range, and for values that
+/// contradict each other (check_experiment).
+Experiment read_experiment(const std::filesystem::path& file, const std::vector<std::string>& overrides = {});
+
+/// The same from standard input.
+Experiment read_experiment(std::istream& in, const std::vector<std::string>& overrides);
 
 /// The same from text; `file` is only what messages call it.
-Experiment parse_experiment(std::string_view text, const std::string& file);
+Experiment parse_experiment(std::string_view text, const std::string& file,
+                            const std::vector<std::string>& overrides = {}, EmptyFile empty = EmptyFile::allowed);
 
 /// The experiment as TOML with every key written out and commented. It reads back to an equal experiment, and the same
 /// experiment gives the same bytes.

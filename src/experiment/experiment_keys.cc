@@ -109,6 +109,10 @@ std::vector<Key> keys_of_main_line(Experiment& e) {
                KeyRange{}.within(1, most_base_step)),
       make_key(response, "samples", "piles", "piles per friction coefficient, at least eight per block",
                e.response.samples, KeyRange{}.within(group_size * min_blocks, most_samples)),
+      make_key(response, "extendable", "",
+               "deal the piles out to the blocks in turn, in whole rounds of eight for each block, so that a later run "
+               "with more samples goes on from what is there, as precision does",
+               e.extendable),
       make_key(response, "blocks", "blocks", "blocks of the jackknife, each of whole groups of eight piles",
                e.response.blocks, KeyRange{}.within(min_blocks, most_blocks)),
 

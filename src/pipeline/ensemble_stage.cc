@@ -183,6 +183,12 @@ std::uint64_t samples_begun(const EnsembleRecord& record) {
                          static_cast<std::uint64_t>(record.failed.size()));
 }
 
+std::uint64_t samples_there(const PlannedEnsemble& planned) {
+  const std::uint64_t smaller = planned.smaller == nullptr ? 0 : samples_begun(*planned.smaller);
+  const std::uint64_t begun = planned.begun * group_size * static_cast<std::uint64_t>(planned.spec.response.blocks);
+  return std::min(planned.spec.response.samples, std::max(smaller, begun));
+}
+
 std::filesystem::path part_file(const PlannedEnsemble& planned) {
   std::filesystem::path file = planned.file;
   return file.replace_extension(".part.h5");
@@ -245,6 +251,26 @@ void look_for_smaller(PlannedEnsemble& planned, const PrecisionSpec& asked, cons
   }
 }
 
+/// An extendable ensemble goes on from one of fewer samples that is the same otherwise.
+void look_for_beginning(PlannedEnsemble& planned, const std::filesystem::path& run_folder) {
+  if (planned.reusable || planned.begun > 0 || !is_there(run_folder, planned.file)) return;
+  try {
+    const std::map<std::string, std::string> there =
+        settings_of(read_ensemble_configuration(run_folder / planned.file));
+    const auto samples = there.find("samples");
+    if (samples == there.end()) return;
+    PlannedEnsemble beginning = planned;
+    beginning.spec.response.samples = std::strtoull(samples->second.c_str(), nullptr, 10);
+    if (beginning.spec.response.samples >= planned.spec.response.samples) return;
+    look_for(beginning, run_folder);
+    std::optional<MeasuredEnsemble> found = reuse_ensemble(beginning, run_folder);
+    if (!found) return;
+    planned.smaller = std::make_shared<const EnsembleRecord>(std::move(found->record));
+    planned.replaces.clear();
+  } catch (const InputError&) {  // NOLINT(bugprone-empty-catch): look_for has said why it cannot be used
+  }
+}
+
 }  // namespace
 
 bool grow(PlannedEnsemble& planned, const PrecisionSpec& asked, EnsembleRecord record,
@@ -283,14 +309,21 @@ std::vector<PlannedEnsemble> plan_ensembles(const Experiment& experiment, const 
         layers_to_record(experiment.fit, profiles_wanted ? experiment.figures.profile_layers : std::vector<int>{});
     ensemble.file = std::filesystem::path("ensembles") / fmt::format("mu-{}.h5", exact(mu));
     ensemble.label = fmt::format("mu = {}", mu);
-    if (mu > 0 && experiment.precision.asked()) {
+    const bool grows = mu > 0 && experiment.precision.asked();
+    if (grows || experiment.extendable) {
       spec.layout = BlockLayout::interleaved;
       spec.response.samples = (spec.response.samples + round_of(spec) - 1) / round_of(spec) * round_of(spec);
+    }
+    if (grows) {
       ensemble.grows_from = spec.response.samples;
       ensemble.notes = growth_notes(spec.response.samples, experiment.precision);
     }
     look_for(ensemble, run_folder);
-    if (ensemble.grows_from > 0) look_for_smaller(ensemble, experiment.precision, run_folder);
+    if (ensemble.grows_from > 0) {
+      look_for_smaller(ensemble, experiment.precision, run_folder);
+    } else if (experiment.extendable) {
+      look_for_beginning(ensemble, run_folder);
+    }
     planned.push_back(std::move(ensemble));
   }
   return planned;

@@ -31,6 +31,9 @@ struct PlannedEnsemble {
 /// Samples of an ensemble that are drawn, those that failed included.
 std::uint64_t samples_begun(const EnsembleRecord& record);
 
+/// Samples of it that need not be drawn again: those of a smaller one, or of a run that was stopped.
+std::uint64_t samples_there(const PlannedEnsemble& planned);
+
 /// Where an ensemble is kept while it is being drawn, so that a kill loses little of it: relative to the run's folder.
 std::filesystem::path part_file(const PlannedEnsemble& planned);
 

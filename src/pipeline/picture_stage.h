@@ -33,7 +33,7 @@ bool needs_pair(const Experiment& experiment);
 /// Throws InputError if it could not be completed.
 Pile pile_for_figures(const Experiment& experiment, double mu);
 
-/// Throws EnvironmentError if OpenGL would be needed for the pictures and cannot be started.
+/// Throws EnvironmentError if OpenGL is asked for by name for the pictures and cannot be started.
 void require_backend(const ForceChainSpec& chains);
 
 /// Draws the pile that the experiment names (piles/force-chains.h5) and its pictures: force chains, and as asked for

@@ -51,7 +51,7 @@ class Run {
     mark_unfinished();
     write_file(options_.folder / "experiment.toml", data_.resolved_experiment);
     try {
-      check_tools();
+      if (!options_.keep_going) check_tools();
       if (needs(Stage::sample)) sample_and_measure();
       if (needs(Stage::render)) render();
       if (needs(Stage::plot)) plot();

@@ -21,6 +21,7 @@ struct RunOptions {
   int threads = 0;               ///< 0: as many as the machine has
   std::vector<Stage> only;       ///< empty: all stages
   bool require_pdf = false;      ///< a missing PDF is an error rather than a skipped file
+  bool keep_going = false;       ///< what the machine lacks is missed when it is needed, and costs its own results only
   ProgressStyle progress = ProgressStyle::automatic;
   Crew* crew = nullptr;  ///< processes that draw together with this one, if there are any
 };

@@ -85,9 +85,7 @@ std::vector<PlannedStep> plan_run(const Experiment& experiment, const RunOptions
         steps.push_back(plan_growth(experiment, options, planned));
         return;
       }
-      const std::uint64_t begun =
-          std::min(planned.spec.response.samples,
-                   planned.begun * group_size * static_cast<std::uint64_t>(planned.spec.response.blocks));
+      const std::uint64_t begun = samples_there(planned);
       const std::uint64_t left = planned.reusable ? 0 : planned.spec.response.samples - begun;
       const std::string continued = begun == 0 ? "" : fmt::format(", {} of them there already", begun);
       const std::string replaces =

@@ -20,7 +20,7 @@ RunFolder::RunFolder(std::filesystem::path folder, FolderUse use) : path_(std::m
   lock_ = FileDescriptor(::open(path_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   if (lock_.valid() && ::flock(lock_.get(), (use == FolderUse::alone ? LOCK_EX : LOCK_SH) | LOCK_NB) != 0 &&
       errno == EWOULDBLOCK) {
-    throw EnvironmentError(
+    throw BusyError(
         fmt::format("another run{} is working in '{}', and both would write the same files; wait for its end or choose "
                     "another --out",
                     use == FolderUse::alone ? " or shard" : "", path_.string()));

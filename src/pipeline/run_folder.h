@@ -13,7 +13,8 @@ enum class FolderUse { alone, shared };
 class RunFolder {
  public:
   /// Makes the folder if it is missing and removes what killed runs left half done (unless others may be at work).
-  /// Throws EnvironmentError if it cannot be made, or if another run is working in it: both would write the same files.
+  /// Throws EnvironmentError if it cannot be made, BusyError if another run is working in it: both would write the same
+  /// files.
   explicit RunFolder(std::filesystem::path folder, FolderUse use = FolderUse::alone);
 
   const std::filesystem::path& path() const { return path_; }

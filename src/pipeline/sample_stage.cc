@@ -15,17 +15,6 @@
 
 namespace granuscope {
 
-namespace {
-
-/// Samples of it that are not drawn again: of a smaller one, or of a run that was stopped.
-std::uint64_t samples_there(const PlannedEnsemble& planned) {
-  const std::uint64_t smaller = planned.smaller == nullptr ? 0 : samples_begun(*planned.smaller);
-  const std::uint64_t begun = planned.begun * group_size * static_cast<std::uint64_t>(planned.spec.response.blocks);
-  return std::min(planned.spec.response.samples, std::max(smaller, begun));
-}
-
-}  // namespace
-
 MeasuredEnsemble SampleStage::obtain(PlannedEnsemble& planned) {
   MeasuredEnsemble ensemble;
   const auto start = std::chrono::steady_clock::now();

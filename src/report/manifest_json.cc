@@ -10,6 +10,7 @@
 
 #include "report/clean_json.h"
 #include "report/estimate_json.h"
+#include "sampling/sampler_spec.h"
 #include "support/atomic_file.h"
 #include "support/digest.h"
 #include "support/error.h"
@@ -33,11 +34,13 @@ Json to_json(const Provenance& provenance) {
   json["program"] = provenance.program_version;
   json["git_commit"] = provenance.git_commit;
   json["git_dirty"] = provenance.git_dirty;
+  json["sampling_version"] = sampling_version;
   json["compiler"] = provenance.compiler;
   json["compiler_flags"] = provenance.compiler_flags;
   json["build_type"] = provenance.build_type;
   json["libraries"] = to_json(provenance.libraries);
   json["host_cpu"] = provenance.host_cpu;
+  json["processor_features"] = provenance.processor_features;
   json["operating_system"] = provenance.operating_system;
   json["hardware_threads"] = provenance.hardware_threads;
   return json;

@@ -11,6 +11,7 @@ enum class ExitCode : int {
   bad_input = 2,        ///< bad usage, configuration or input file
   environment = 3,      ///< missing program, no GL context, disk full, no permission
   interrupted = 4,      ///< stopped half way; finished parts are kept and a second run resumes
+  busy = 5,             ///< another run is at work in the folder
 };
 
 /// Base of every error the program raises on purpose. A message reads: what is wrong, why that is a problem, what to
@@ -34,6 +35,12 @@ class InputError : public Error {
 class EnvironmentError : public Error {
  public:
   explicit EnvironmentError(const std::string& message) : Error(ExitCode::environment, message) {}
+};
+
+/// Another run is at work where this one would be: nothing is wrong, and later it can be.
+class BusyError : public Error {
+ public:
+  explicit BusyError(const std::string& message) : Error(ExitCode::busy, message) {}
 };
 
 /// The user or the system asked to stop; what was finished is on disk.

@@ -1,8 +1,6 @@
 #include "support/provenance.h"
 
 #include <fmt/format.h>
-#include <gnu/libc-version.h>
-#include <openssl/crypto.h>
 #include <sys/utsname.h>
 
 #include <chrono>
@@ -13,6 +11,7 @@
 
 #include "generated/build_facts.h"
 #include "generated/git_state.h"
+#include "support/loaded_library.h"
 
 namespace granuscope {
 namespace {
@@ -70,9 +69,28 @@ std::vector<std::pair<std::string, std::string>> listed(std::string_view text) {
 
 std::vector<std::pair<std::string, std::string>> libraries() {
   std::vector<std::pair<std::string, std::string>> result = listed(build_facts::libraries);
-  result.emplace_back("OpenSSL", OpenSSL_version(OPENSSL_VERSION_STRING));
-  result.emplace_back("glibc", gnu_get_libc_version());
+  for (const char* name : {"OpenSSL", "glibc"}) result.emplace_back(name, "unknown");
+  for (auto& [name, version] : result) version = loaded_version(name).value_or(version);
   return result;
+}
+
+/// Instruction sets that libraries choose their code by: numbers may differ in their last bits with them.
+std::string processor_features() {
+  std::string features;
+  const auto add = [&](const char* name, bool there) {
+    if (there) features += (features.empty() ? "" : " ") + std::string(name);
+  };
+#if defined(__x86_64__)
+  add("sse4.2", __builtin_cpu_supports("sse4.2") != 0);
+  add("avx", __builtin_cpu_supports("avx") != 0);
+  add("fma", __builtin_cpu_supports("fma") != 0);
+  add("avx2", __builtin_cpu_supports("avx2") != 0);
+  add("avx512f", __builtin_cpu_supports("avx512f") != 0);
+  add("avx512dq", __builtin_cpu_supports("avx512dq") != 0);
+#else
+  add("not asked for", true);
+#endif
+  return features;
 }
 
 }  // namespace
@@ -89,6 +107,7 @@ Provenance collect_provenance() {
   result.build_type = build_facts::build_type;
   result.libraries = libraries();
   result.host_cpu = host_cpu(system);
+  result.processor_features = processor_features();
   result.operating_system = operating_system(system);
   result.hardware_threads = std::thread::hardware_concurrency();
   return result;

@@ -13,8 +13,9 @@ struct Provenance {
   std::string compiler;         ///< name and version
   std::string compiler_flags;
   std::string build_type;
-  std::vector<std::pair<std::string, std::string>> libraries;  ///< name, version (at run time where the library tells)
+  std::vector<std::pair<std::string, std::string>> libraries;  ///< name, version as loaded
   std::string host_cpu;
+  std::string processor_features;  ///< instruction sets that libraries choose by
   std::string operating_system;
   unsigned hardware_threads = 0;
 };

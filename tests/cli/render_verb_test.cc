@@ -229,6 +229,7 @@ TEST_CASE("an OpenGL driver that the environment names and OSMesa does not have 
   const std::string pile = (scratch / "pile.h5").string();
   REQUIRE(granuscope_command({"sample", "--columns", "100", "--layers", "100", "--out", pile}).code == 0);
   for (const char* driver : {"swr", "d3d12", "LLVMPIPE"}) {
+    std::filesystem::remove(scratch / "pile.png");
     for (const char* backend : {"osmesa", "auto"}) {
       ProcessSpec spec;
       spec.arguments = {std::string(GRANUSCOPE_BINARY_DIR) + "/granuscope",
@@ -244,7 +245,9 @@ TEST_CASE("an OpenGL driver that the environment names and OSMesa does not have 
       spec.environment = {{"GALLIUM_DRIVER", driver}, {"ASAN_OPTIONS", "detect_leaks=0"}};
       const ProcessResult result = run_process(spec);
       CAPTURE(driver, backend, result.standard_error);
-      CHECK(result.exit_code == 3);
+      // Asked for by name it is missed; otherwise the processor stands in, and why is said.
+      CHECK(result.exit_code == (std::string(backend) == "auto" ? 0 : 3));
+      CHECK(std::filesystem::exists(scratch / "pile.png") == (std::string(backend) == "auto"));
       CHECK_THAT(result.standard_error, Contains(std::string("GALLIUM_DRIVER=") + driver));
     }
   }

@@ -70,3 +70,39 @@ TEST_CASE("a growing ensemble says how many piles it takes and how long that is,
     CHECK(needed > stopped / 1.5 / 2.3);
   }
 }
+
+TEST_CASE("more samples of an extendable ensemble go on from what is there, to the bytes of one large run") {
+  const TemporaryFolder step_by_step, at_once;
+  Experiment experiment = small_experiment();
+  experiment.mu = {0.0, 0.3};
+  experiment.extendable = true;
+  const auto run = [&](const TemporaryFolder& folder, std::uint64_t samples) {
+    experiment.response.samples = samples;
+    RunOptions options;
+    options.folder = folder.path();
+    options.threads = 2;
+    options.only = {Stage::sample};
+    options.progress = ProgressStyle::silent;
+    const std::vector<PlannedStep> plan = plan_run(experiment, options);
+    run_experiment(experiment, options);
+    return plan;
+  };
+  const std::uint64_t round = 256;
+  run(step_by_step, round);
+  const std::vector<PlannedStep> plan = run(step_by_step, 3 * round - 5);  // filled up to whole rounds
+  REQUIRE(plan.size() == 2);
+  CHECK(plan[0].reused);  // without friction there is nothing to add
+  CHECK(plan[1].samples == 2 * round);
+  CHECK(plan[1].what.find("256 of them there already") != std::string::npos);
+  CHECK(plan[1].what.find("replaces") == std::string::npos);
+  run(at_once, 3 * round);
+  for (const char* file : {"ensembles/mu-0.h5", "ensembles/mu-0.3.h5"}) {
+    INFO(file);
+    CHECK((read_file(step_by_step / file) == read_file(at_once / file)));
+  }
+  // Fewer samples are another ensemble, and so are those of another seed.
+  experiment.sampling.seed += 1;
+  const std::vector<PlannedStep> other = run(step_by_step, 4 * round);
+  CHECK(other[1].samples == 4 * round);
+  CHECK(other[1].what.find("seed") != std::string::npos);
+}

@@ -1,0 +1,42 @@
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <string>
+
+#include "cli/verbs.h"
+#include "history/comparison.h"
+#include "support/atomic_file.h"
+
+namespace granuscope {
+namespace {
+
+struct CompareVerbOptions {
+  std::string before, after, json;
+  bool gate = false;
+};
+
+ExitCode compare(const CompareVerbOptions& given, VerbContext& context) {
+  if (!given.json.empty()) require_writable(given.json);
+  const Comparison comparison = compare_runs(given.before, given.after);
+  for (const std::string& line : describe(comparison)) context.out << line << '\n';
+  if (!given.json.empty()) write_file(given.json, json_text(comparison));
+  const bool comparable = comparison.likeness != Likeness::other_experiment;
+  return given.gate && (!comparable || comparison.alarms()) ? ExitCode::verdict_differs : ExitCode::done;
+}
+
+}  // namespace
+
+void add_compare_verb(CLI::App& app, VerbContext& context) {
+  CLI::App* verb = app.add_subcommand(
+      "compare", "Hold one run against another: same numbers, same experiment, other samples of it, or another one");
+  const auto options = std::make_shared<CompareVerbOptions>();
+  verb->add_option("OLD", options->before, "folder of a run, or its summary.json")->required();
+  verb->add_option("NEW", options->after, "folder of another run, or its summary.json")->required();
+  verb->add_option("--json", options->json, "file for the answer as JSON, every number with it");
+  verb->add_flag(
+      "--gate", options->gate,
+      "end with status 1 if the same experiment has other numbers beyond rounding, if a number moved between "
+      "samples, or if the experiments cannot be compared");
+  verb->callback([options, &context] { context.action = [options, &context] { return compare(*options, context); }; });
+}
+
+}  // namespace granuscope

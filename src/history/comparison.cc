@@ -1,0 +1,311 @@
+#include "history/comparison.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "history/run_record.h"
+#include "report/clean_json.h"
+#include "report/estimate_json.h"
+#include "storage/ensemble_file.h"
+#include "support/error.h"
+#include "support/number_format.h"
+#include "support/single_line.h"
+
+namespace granuscope {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+/// Path and hash of the files that a run lists.
+std::map<std::string, std::string> listed_files(const RunRecord& run) {
+  std::map<std::string, std::string> files;
+  if (!run.manifest || !run.manifest->is_object()) return files;
+  for (const Json& file : run.manifest->value("files", Json::array())) {
+    if (file.is_object() && file.contains("path") && file.contains("sha256") && file.at("sha256").is_string()) {
+      files[file.at("path")] = file.at("sha256");
+    }
+  }
+  return files;
+}
+
+bool same_sums(const BlockSums& one, const BlockSums& other) {
+  if (one.layers != other.layers || one.count != other.count || one.quantities.size() != other.quantities.size()) {
+    return false;
+  }
+  return std::all_of(one.quantities.begin(), one.quantities.end(), [&](const auto& named) {
+    const auto found = other.quantities.find(named.first);
+    return found != other.quantities.end() && found->second.sum == named.second.sum &&
+           found->second.sum_of_squares == named.second.sum_of_squares;
+  });
+}
+
+/// Whether the sums in two files differ: their bytes may, where another HDF5 wrote them.
+bool sums_differ(const fs::path& before, const fs::path& after) {
+  try {
+    return !same_sums(read_ensemble(before).sums, read_ensemble(after).sums);
+  } catch (const InputError&) {
+    return true;
+  }
+}
+
+/// The first file of such a folder whose hashes differ; "" if there is none.
+std::string first_other_file(const RunRecord& before, const RunRecord& after, const std::string& folder) {
+  const std::map<std::string, std::string> ours = listed_files(before), theirs = listed_files(after);
+  for (const auto& [path, hash] : ours) {
+    const auto found = theirs.find(path);
+    if (!path.starts_with(folder) || found == theirs.end() || found->second == hash) continue;
+    if (folder != "ensembles/" || sums_differ(before.folder / path, after.folder / path)) return path;
+  }
+  return "";
+}
+
+/// The standard error that belongs to a number of a summary, by its place; NaN if it has none.
+double error_of(const std::map<std::string, double>& numbers, const std::string& place) {
+  const std::string value = "/value";
+  if (!place.ends_with(value)) return std::nan("");
+  const auto found = numbers.find(place.substr(0, place.size() - value.size()) + "/stderr");
+  return found == numbers.end() ? std::nan("") : found->second;
+}
+
+/// Finds the first number that differs, and by how many standard errors they differ at most.
+void find_other_numbers(const RunRecord& before, const RunRecord& after, Comparison& comparison) {
+  const std::map<std::string, double> ours = numbers_of(before.summary), theirs = numbers_of(after.summary);
+  comparison.hash_before = hash_of(ours);
+  comparison.hash_after = hash_of(theirs);
+  if (comparison.hash_before == comparison.hash_after) return;
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  for (const auto& [place, number] : ours) {
+    const auto found = theirs.find(place);
+    if (found != theirs.end() && found->second == number) continue;
+    if (comparison.place.empty()) comparison.place = place;
+    if (found == theirs.end()) {
+      comparison.largest = infinity;
+      continue;
+    }
+    const double error = error_of(ours, place), difference = std::abs(found->second - number);
+    // A number without an error of its own counts by its own size.
+    const double apart =
+        error > 0 ? difference / error : difference / std::max(std::abs(number), std::abs(found->second));
+    comparison.largest = std::max(comparison.largest, error == 0 ? infinity : apart);
+  }
+  for (const auto& [place, number] : theirs) {
+    if (ours.contains(place)) continue;
+    if (comparison.place.empty()) comparison.place = place;
+    comparison.largest = infinity;
+  }
+}
+
+/// Of summaries alone: what is drawn as far as it stands there.
+std::map<std::string, std::string> keys_in_summary(const Json& summary) {
+  std::map<std::string, std::string> keys;
+  const auto add = [&](const Json& holder, const char* name, const std::string& key) {
+    if (holder.contains(name)) keys[key] = holder.at(name).dump();
+  };
+  add(summary, "columns", "lattice.columns");
+  add(summary, "layers", "lattice.layers");
+  add(summary, "seed", "sampling.seed");
+  add(summary, "overload", "response.overload");
+  for (const Json& result : summary.at("results")) {
+    if (!result.is_object()) continue;
+    const std::string mu = result.contains("mu") ? result.at("mu").dump() : "?";
+    for (const char* name : {"law", "estimator", "epsilon", "opposite", "sign_run"}) {
+      add(result, name, fmt::format("{} at mu = {}", name, mu));
+    }
+    // Those that failed are the same samples, too.
+    const std::uint64_t begun =
+        result.value("samples", std::uint64_t{0}) + (result.contains("failed") ? result.at("failed").size() : 0);
+    if (result.value("mu", 0.0) > 0) keys["response.samples"] = std::to_string(begun);
+  }
+  return keys;
+}
+
+std::vector<std::string> causes_of(const RunRecord& before, const RunRecord& after) {
+  std::vector<std::string> causes;
+  for (const ChangedKey& one : changed_keys(environment_of(*before.manifest), environment_of(*after.manifest))) {
+    causes.push_back(
+        fmt::format("{}: {} where {} was", one.key, single_line(one.after, 80), single_line(one.before, 80)));
+  }
+  return causes;
+}
+
+std::string in_errors(double apart) {
+  return std::isinf(apart) ? "without limit (an exact number, or one that is missing)"
+                           : fmt::format("{} standard errors", significant(apart, 2));
+}
+
+std::string in_words(const MovedNumber& number) {
+  return fmt::format("{}: {} to {}, z = {}, p = {}", number.name,
+                     value_with_error(number.before.value, number.before.standard_error),
+                     value_with_error(number.after.value, number.after.standard_error), significant(number.z, 2),
+                     significant(number.p, 2));
+}
+
+const MovedNumber* largest_of(const std::vector<MovedNumber>& numbers) {
+  const auto found = std::max_element(numbers.begin(), numbers.end(), [](const MovedNumber& a, const MovedNumber& b) {
+    return std::abs(a.z) < std::abs(b.z);
+  });
+  return found == numbers.end() ? nullptr : &*found;
+}
+
+Json to_json(const KnownNumber& number) { return {{"value", number.value}, {"stderr", number.standard_error}}; }
+
+Json to_json(const std::vector<MovedNumber>& numbers) {
+  Json list = Json::array();
+  for (const MovedNumber& one : numbers) {
+    list.push_back({{"name", one.name},
+                    {"before", to_json(one.before)},
+                    {"after", to_json(one.after)},
+                    {"z", finite_or_null(one.z)},
+                    {"p", one.p},
+                    {"moved", one.moved}});
+    if (!std::isfinite(one.z)) list.back()["reason"] = "exact numbers differ";
+  }
+  return list;
+}
+
+}  // namespace
+
+std::string name_of(Likeness likeness) {
+  switch (likeness) {
+    case Likeness::same:
+      return "same";
+    case Likeness::other_numbers:
+      return "other numbers";
+    case Likeness::other_samples:
+      return "other samples";
+    default:
+      return "other experiment";
+  }
+}
+
+std::string name_of(FirstDifference where) {
+  switch (where) {
+    case FirstDifference::sampling:
+      return "sampling";
+    case FirstDifference::analysis:
+      return "analysis";
+    case FirstDifference::plotting:
+      return "plotting";
+    default:
+      return "none";
+  }
+}
+
+bool Comparison::alarms() const {
+  if (likeness == Likeness::other_numbers) return !is_rounding();
+  return std::any_of(numbers.begin(), numbers.end(), [](const MovedNumber& one) { return one.moved; });
+}
+
+Comparison compare_runs(const RunRecord& before, const RunRecord& after) {
+  Comparison comparison;
+  const bool both = !before.keys.empty() && !after.keys.empty();
+  comparison.keys = both ? changed_keys(before.keys, after.keys)
+                         : changed_keys(keys_in_summary(before.summary), keys_in_summary(after.summary));
+  find_other_numbers(before, after, comparison);
+  if (!comparison.keys.empty()) {
+    if (!only_other_samples(comparison.keys)) {
+      comparison.likeness = Likeness::other_experiment;
+      return comparison;
+    }
+    comparison.likeness = Likeness::other_samples;
+    comparison.numbers =
+        hold_against(primary_numbers(before.summary), before.blocks, primary_numbers(after.summary), after.blocks);
+    comparison.depths =
+        hold_against(depth_numbers(before.summary), before.blocks, depth_numbers(after.summary), after.blocks);
+    for (MovedNumber& detail : comparison.depths) detail.moved = false;
+    return comparison;
+  }
+  const std::string sums = first_other_file(before, after, "ensembles/");
+  const bool numbers_differ = comparison.hash_before != comparison.hash_after;
+  const std::string figure = numbers_differ || !sums.empty() ? "" : first_other_file(before, after, "figures/");
+  if (!numbers_differ && sums.empty() && figure.empty()) return comparison;
+  comparison.likeness = Likeness::other_numbers;
+  comparison.where = !sums.empty()    ? FirstDifference::sampling
+                     : numbers_differ ? FirstDifference::analysis
+                                      : FirstDifference::plotting;
+  if (!sums.empty()) comparison.place = sums;
+  if (!figure.empty()) comparison.place = figure;
+  comparison.causes_known = before.manifest.has_value() && after.manifest.has_value();
+  if (comparison.causes_known) comparison.causes = causes_of(before, after);
+  return comparison;
+}
+
+Comparison compare_runs(const fs::path& before, const fs::path& after) {
+  return compare_runs(read_run(before), read_run(after));
+}
+
+std::vector<std::string> describe(const Comparison& comparison) {
+  std::vector<std::string> lines;
+  switch (comparison.likeness) {
+    case Likeness::same:
+      lines.push_back(fmt::format("same: every value and error is equal (numbers {})", comparison.hash_after));
+      break;
+    case Likeness::other_numbers:
+      lines.push_back(fmt::format("same experiment, other numbers: {} differs first, in {}", comparison.place,
+                                  name_of(comparison.where)));
+      if (comparison.where != FirstDifference::plotting) {
+        lines.push_back(fmt::format("the largest difference is {}{}", in_errors(comparison.largest),
+                                    comparison.is_rounding() ? ": rounding" : ""));
+      }
+      if (!comparison.causes_known) {
+        lines.emplace_back("why is not known: both runs' folders would tell by their manifest.json");
+      } else if (comparison.causes.empty()) {
+        lines.emplace_back(
+            "not reproducible: program, libraries and processor are the same, so that this is a fault; please report "
+            "it");
+      }
+      for (const std::string& cause : comparison.causes) lines.push_back("differs: " + cause);
+      break;
+    case Likeness::other_samples: {
+      const auto moved = std::count_if(comparison.numbers.begin(), comparison.numbers.end(),
+                                       [](const MovedNumber& one) { return one.moved; });
+      lines.push_back(fmt::format("same experiment but for {}: {} of {} primary numbers moved",
+                                  in_words(comparison.keys), moved, comparison.numbers.size()));
+      for (const MovedNumber& one : comparison.numbers) {
+        if (one.moved) lines.push_back("moved: " + in_words(one));
+      }
+      if (const MovedNumber* most = largest_of(comparison.numbers); most != nullptr && moved == 0) {
+        lines.push_back("furthest apart: " + in_words(*most));
+      }
+      if (const MovedNumber* most = largest_of(comparison.depths)) {
+        lines.push_back(fmt::format("of {} numbers of single depths, not judged, furthest apart: {}",
+                                    comparison.depths.size(), in_words(*most)));
+      }
+      break;
+    }
+    case Likeness::other_experiment:
+      lines.push_back("other experiments: " + in_words(comparison.keys));
+  }
+  return lines;
+}
+
+std::string json_text(const Comparison& comparison) {
+  Json json = {{"schema", 1},
+               {"likeness", name_of(comparison.likeness)},
+               {"alarm", comparison.alarms()},
+               {"lines", describe(comparison)},
+               {"hash_before", comparison.hash_before},
+               {"hash_after", comparison.hash_after}};
+  if (comparison.likeness == Likeness::other_numbers) {
+    json["first_difference"] = {{"stage", name_of(comparison.where)},
+                                {"place", comparison.place},
+                                {"largest_in_standard_errors", finite_or_null(comparison.largest)},
+                                {"rounding", comparison.is_rounding()}};
+    json["causes"] = comparison.causes;
+  }
+  Json keys = Json::array();
+  for (const ChangedKey& one : comparison.keys) {
+    keys.push_back({{"key", one.key}, {"before", one.before}, {"after", one.after}});
+  }
+  json["keys"] = keys;
+  json["numbers"] = to_json(comparison.numbers);
+  json["depths"] = to_json(comparison.depths);
+  clean_strings(json);
+  return json.dump(2) + "\n";
+}
+
+}  // namespace granuscope

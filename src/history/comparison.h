@@ -1,0 +1,59 @@
+#pragma once
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "history/moved_numbers.h"
+#include "history/settings.h"
+
+namespace granuscope {
+
+struct RunRecord;
+
+/// How two runs compare: the first line that holds.
+enum class Likeness {
+  same,              ///< every value and error is equal, and so are the figures where both have them
+  other_numbers,     ///< the same experiment, and other numbers: of another program or library, or not reproducible
+  other_samples,     ///< the same experiment but for seed or samples: the numbers must agree within their errors
+  other_experiment,  ///< nothing to compare
+};
+
+std::string name_of(Likeness likeness);
+
+/// Where two runs of the same experiment differ first.
+enum class FirstDifference { none, sampling, analysis, plotting };
+
+std::string name_of(FirstDifference where);
+
+/// Differences below this, in standard errors, are rounding.
+inline constexpr double rounding = 1e-6;
+
+struct Comparison {
+  Likeness likeness = Likeness::same;
+  FirstDifference where = FirstDifference::none;  ///< other_numbers: at what stage,
+  std::string place;                              ///< the file or number that differs first,
+  double largest = 0;  ///< the largest difference in standard errors; infinite where an exact number differs
+  std::vector<std::string> causes;   ///< and what else differs: program, libraries, processor; none: not reproducible
+  bool causes_known = false;         ///< whether both runs tell what made them
+  std::vector<MovedNumber> numbers;  ///< other_samples: the primary numbers
+  std::vector<MovedNumber> depths;   ///< and, not judged, those of single depths
+  std::vector<ChangedKey> keys;      ///< the keys that differ
+  std::string hash_before, hash_after;
+
+  bool is_rounding() const { return where == FirstDifference::analysis && largest < rounding; }
+  /// Whether something is to be looked at: other numbers beyond rounding, or a number that moved.
+  bool alarms() const;
+};
+
+/// `after` is held against `before`.
+Comparison compare_runs(const RunRecord& before, const RunRecord& after);
+/// The same of folders of runs or files summary.json. Throws InputError.
+Comparison compare_runs(const std::filesystem::path& before, const std::filesystem::path& after);
+
+/// The answer in lines for people, the first of which says it all.
+std::vector<std::string> describe(const Comparison& comparison);
+
+/// The same as JSON, for programs.
+std::string json_text(const Comparison& comparison);
+
+}  // namespace granuscope

@@ -1,0 +1,179 @@
+#include "history/night_book.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "support/error.h"
+
+namespace granuscope {
+namespace {
+
+constexpr int version = 1;
+constexpr const char* schema = R"sql(
+CREATE TABLE nights(
+  night INTEGER PRIMARY KEY AUTOINCREMENT, date TEXT NOT NULL, report TEXT NOT NULL, status TEXT NOT NULL,
+  samples INTEGER NOT NULL, experiment TEXT NOT NULL);
+CREATE TABLE environment(
+  night INTEGER NOT NULL REFERENCES nights ON DELETE CASCADE, name TEXT NOT NULL, value TEXT NOT NULL,
+  PRIMARY KEY(night, name)) WITHOUT ROWID;
+CREATE TABLE seconds(
+  night INTEGER NOT NULL REFERENCES nights ON DELETE CASCADE, stage TEXT NOT NULL, seconds REAL,
+  PRIMARY KEY(night, stage)) WITHOUT ROWID;
+CREATE TABLE numbers(
+  night INTEGER NOT NULL REFERENCES nights ON DELETE CASCADE, name TEXT NOT NULL, position INTEGER NOT NULL,
+  value REAL NOT NULL, stderr REAL NOT NULL, piece REAL, piece_stderr REAL, z REAL, moved INTEGER NOT NULL,
+  PRIMARY KEY(night, name)) WITHOUT ROWID;
+CREATE TABLE verdicts(
+  night INTEGER NOT NULL REFERENCES nights ON DELETE CASCADE, claim TEXT NOT NULL, position INTEGER NOT NULL,
+  verdict TEXT NOT NULL, z REAL, PRIMARY KEY(night, claim)) WITHOUT ROWID;
+CREATE TABLE alarms(
+  night INTEGER NOT NULL REFERENCES nights ON DELETE CASCADE, position INTEGER NOT NULL, kind TEXT NOT NULL,
+  what TEXT NOT NULL, state TEXT NOT NULL CHECK(state IN ('open', 'watched', 'accepted')),
+  PRIMARY KEY(night, position)) WITHOUT ROWID;
+CREATE TABLE state(name TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
+)sql";
+
+constexpr const char* columns = "SELECT night, date, report, status, samples, experiment FROM nights ";
+
+}  // namespace
+
+NightBook::NightBook(const std::filesystem::path& folder) : database_(folder / "history.sqlite", schema, version) {}
+
+void NightBook::keep_state(const std::map<std::string, std::string>& state) const {
+  Statement put(database_, "INSERT INTO state VALUES(?, ?) ON CONFLICT(name) DO UPDATE SET value = excluded.value");
+  for (const auto& [name, value] : state) put.bind(1, name).bind(2, value).run();
+}
+
+std::int64_t NightBook::add(const Night& night, const std::map<std::string, std::string>& state) {
+  std::int64_t number = 0;
+  database_.transaction([&] {
+    Statement(database_, "INSERT INTO nights(date, report, status, samples, experiment) VALUES(?, ?, ?, ?, ?)")
+        .bind(1, night.date)
+        .bind(2, night.report)
+        .bind(3, night.status)
+        .bind(4, static_cast<std::int64_t>(night.samples))
+        .bind(5, night.experiment)
+        .run();
+    number = database_.last_row();
+    Statement environment(database_, "INSERT INTO environment VALUES(?, ?, ?)");
+    for (const auto& [name, value] : night.environment) environment.bind(1, number).bind(2, name).bind(3, value).run();
+    Statement seconds(database_, "INSERT INTO seconds VALUES(?, ?, ?)");
+    for (const auto& [stage, time] : night.seconds) seconds.bind(1, number).bind(2, stage).bind(3, time).run();
+    Statement numbers(database_, "INSERT INTO numbers VALUES(?, ?, ?, ?, ?, ?, ?, ?, ?)");
+    for (std::size_t i = 0; i < night.numbers.size(); ++i) {
+      const NightNumber& one = night.numbers[i];
+      numbers.bind(1, number).bind(2, one.name).bind(3, static_cast<std::int64_t>(i)).bind(4, one.pool.value);
+      numbers.bind(5, one.pool.standard_error).bind(6, one.piece).bind(7, one.piece_error).bind(8, one.z);
+      numbers.bind(9, std::int64_t{one.moved}).run();
+    }
+    Statement verdicts(database_, "INSERT INTO verdicts VALUES(?, ?, ?, ?, ?)");
+    for (std::size_t i = 0; i < night.verdicts.size(); ++i) {
+      const NightVerdict& one = night.verdicts[i];
+      verdicts.bind(1, number).bind(2, one.claim).bind(3, static_cast<std::int64_t>(i)).bind(4, one.verdict);
+      verdicts.bind(5, one.z).run();
+    }
+    Statement alarms(database_, "INSERT INTO alarms VALUES(?, ?, ?, ?, ?)");
+    for (std::size_t i = 0; i < night.alarms.size(); ++i) {
+      const Alarm& one = night.alarms[i];
+      alarms.bind(1, number).bind(2, static_cast<std::int64_t>(i)).bind(3, one.kind).bind(4, one.what);
+      alarms.bind(5, one.state).run();
+    }
+    keep_state(state);
+  });
+  return number;
+}
+
+Night NightBook::read(Statement& row) const {
+  Night night;
+  night.number = row.integer(0);
+  night.date = row.text(1);
+  night.report = row.text(2);
+  night.status = row.text(3);
+  night.samples = static_cast<std::uint64_t>(row.integer(4));
+  night.experiment = row.text(5);
+  const auto of_night = [&](const char* sql) {
+    Statement rows(database_, sql);
+    rows.bind(1, night.number);
+    return rows;
+  };
+  for (Statement rows = of_night("SELECT name, value FROM environment WHERE night = ?"); rows.step();) {
+    night.environment[rows.text(0)] = rows.text(1);
+  }
+  for (Statement rows = of_night("SELECT stage, seconds FROM seconds WHERE night = ?"); rows.step();) {
+    night.seconds[rows.text(0)] = rows.number(1);
+  }
+  for (Statement rows = of_night("SELECT name, value, stderr, piece, piece_stderr, z, moved FROM numbers "
+                                 "WHERE night = ? ORDER BY position");
+       rows.step();) {
+    const std::string name = rows.text(0);
+    night.numbers.push_back({name,
+                             {name, rows.number(1), rows.number(2)},
+                             rows.number(3),
+                             rows.number(4),
+                             rows.number(5),
+                             rows.integer(6) != 0});
+  }
+  for (Statement rows = of_night("SELECT claim, verdict, z FROM verdicts WHERE night = ? ORDER BY position");
+       rows.step();) {
+    night.verdicts.push_back({rows.text(0), rows.text(1), rows.number(2)});
+  }
+  for (Statement rows = of_night("SELECT kind, what, state FROM alarms WHERE night = ? ORDER BY position");
+       rows.step();) {
+    night.alarms.push_back({rows.text(0), rows.text(1), rows.text(2)});
+  }
+  return night;
+}
+
+std::vector<Night> NightBook::last(std::size_t how_many) const {
+  std::vector<Night> nights;
+  const std::string limit = how_many == 0 ? "" : fmt::format(" LIMIT {}", how_many);
+  for (Statement rows(database_, std::string(columns) + "ORDER BY night DESC" + limit); rows.step();) {
+    nights.push_back(read(rows));
+  }
+  std::reverse(nights.begin(), nights.end());
+  return nights;
+}
+
+Night NightBook::night(std::int64_t number) const {
+  Statement row(database_, std::string(columns) + "WHERE night = ?");
+  row.bind(1, number);
+  if (!row.step()) {
+    throw InputError(
+        fmt::format("there is no night {} in this history; `granuscope history DIR list` shows them", number));
+  }
+  return read(row);
+}
+
+std::int64_t NightBook::count() const {
+  Statement row(database_, "SELECT count(*) FROM nights");
+  row.step();
+  return row.integer(0);
+}
+
+std::set<std::string> NightBook::last_reports(std::size_t how_many) const {
+  std::set<std::string> names;
+  Statement rows(database_, "SELECT report FROM nights WHERE report != '' ORDER BY night DESC LIMIT ?");
+  for (rows.bind(1, static_cast<std::int64_t>(how_many)); rows.step();) names.insert(rows.text(0));
+  return names;
+}
+
+void NightBook::forget(std::int64_t number) {
+  (void)night(number);
+  database_.transaction([&] { Statement(database_, "DELETE FROM nights WHERE night = ?").bind(1, number).run(); });
+}
+
+void NightBook::accept(std::int64_t number, const std::map<std::string, std::string>& state) {
+  database_.transaction([&] {
+    Statement(database_, "UPDATE alarms SET state = 'accepted' WHERE night = ?").bind(1, number).run();
+    keep_state(state);
+  });
+}
+
+std::string NightBook::state(const std::string& name) const {
+  Statement row(database_, "SELECT value FROM state WHERE name = ?");
+  row.bind(1, name);
+  return row.step() ? row.text(0) : "";
+}
+
+}  // namespace granuscope

@@ -1,0 +1,76 @@
+#pragma once
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "history/database.h"
+#include "history/moved_numbers.h"
+
+namespace granuscope {
+
+/// A primary number of one night: of the pool with the night's piece in it, and of the piece against the pool before.
+struct NightNumber {
+  std::string name;
+  KnownNumber pool;
+  double piece = 0, piece_error = 0, z = 0;  ///< NaN where the piece has none, or there was no pool
+  bool moved = false;
+};
+
+struct NightVerdict {
+  std::string claim, verdict;
+  double z = 0;  ///< NaN where no number decides
+};
+
+/// What is wrong in a night, and what became of it.
+struct Alarm {
+  std::string kind;   ///< "canary", "experiment", "failed pile", "identity", "broken", "number", "verdict"
+  std::string what;   ///< a sentence
+  std::string state;  ///< "open", "watched" (of one night only so far, and told to nobody) or "accepted"
+};
+
+struct Night {
+  std::int64_t number = 0;    ///< from 1
+  std::string date;           ///< when it began, UTC
+  std::string report;         ///< its folder in reports/
+  std::string status;         ///< "fine" or "alarm"
+  std::uint64_t samples = 0;  ///< piles in the pool after it, at each friction coefficient
+  std::string experiment;     ///< resolved
+  std::map<std::string, std::string> environment;
+  std::map<std::string, double> seconds;  ///< by stage
+  std::vector<NightNumber> numbers;
+  std::vector<NightVerdict> verdicts;
+  std::vector<Alarm> alarms;
+};
+
+/// The history of nights: DIR/history.sqlite.
+class NightBook {
+ public:
+  explicit NightBook(const std::filesystem::path& folder);
+
+  /// In one transaction with what the next night goes on from. Returns its number.
+  std::int64_t add(const Night& night, const std::map<std::string, std::string>& state);
+  /// The last nights, oldest first; 0: all.
+  std::vector<Night> last(std::size_t how_many) const;
+  /// Throws InputError if there is none.
+  Night night(std::int64_t number) const;
+  std::int64_t count() const;
+  /// Names of the last reports.
+  std::set<std::string> last_reports(std::size_t how_many) const;
+  void forget(std::int64_t number);
+  /// Its alarms are accepted, and the next night goes on from this state.
+  void accept(std::int64_t number, const std::map<std::string, std::string>& state);
+
+  /// What the next night goes on from, by name; "" if it is not there.
+  std::string state(const std::string& name) const;
+
+ private:
+  void keep_state(const std::map<std::string, std::string>& state) const;
+  Night read(Statement& row) const;
+
+  Database database_;
+};
+
+}  // namespace granuscope

@@ -1,0 +1,291 @@
+#include "history/night_page.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <system_error>
+
+#include "report/clean_json.h"
+#include "report/estimate_json.h"
+#include "report/page_scope.h"
+#include "support/atomic_file.h"
+#include "support/error.h"
+#include "support/number_format.h"
+#include "support/progress.h"
+#include "support/template_file.h"
+
+namespace granuscope {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+constexpr std::size_t nights_in_trends = 365, nights_in_table = 100;
+constexpr double width = 720, height = 120, margin = 6;  // of a trend, in its own units
+
+std::string day_of(const Night& night) { return night.date.substr(0, night.date.find('T')); }
+
+bool is_open(const Alarm& alarm) { return alarm.state == "open"; }
+
+bool alarms(const Night& night) { return std::any_of(night.alarms.begin(), night.alarms.end(), is_open); }
+
+/// A quantity over the nights; NaN where a night has none.
+struct Trend {
+  std::string name, last;
+  std::vector<double> value, error;
+};
+
+struct Scale {
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  void add(double number) {
+    if (!std::isfinite(number)) return;
+    low = std::min(low, number);
+    high = std::max(high, number);
+  }
+  double place(double number) const {
+    return high > low ? height - margin - (number - low) / (high - low) * (height - 2 * margin) : height / 2;
+  }
+};
+
+double place_of(std::size_t i, std::size_t nights) {
+  return nights < 2 ? width / 2
+                    : margin + static_cast<double>(i) / static_cast<double>(nights - 1) * (width - 2 * margin);
+}
+
+Json drawn(const Trend& trend, const Json& marks) {
+  Scale scale;
+  for (std::size_t i = 0; i < trend.value.size(); ++i) {
+    scale.add(trend.value[i] - trend.error[i]);
+    scale.add(trend.value[i] + trend.error[i]);
+  }
+  std::string line, upper, lower;
+  for (std::size_t i = 0; i < trend.value.size(); ++i) {
+    if (!std::isfinite(trend.value[i])) continue;
+    const double x = place_of(i, trend.value.size());
+    const auto point = [&](double value) { return fmt::format("{:.1f},{:.1f} ", x, scale.place(value)); };
+    line += point(trend.value[i]);
+    upper += point(trend.value[i] + trend.error[i]);
+    lower = point(trend.value[i] - trend.error[i]) + lower;
+  }
+  return {{"name", trend.name},
+          {"last", trend.last},
+          {"line", line},
+          {"band", upper + lower},
+          {"low", significant(scale.low, 5)},
+          {"high", significant(scale.high, 5)},
+          {"marks", marks}};
+}
+
+/// What changed in the environment from one night to the next, in words; empty if nothing.
+std::string change_between(const Night& before, const Night& now) {
+  std::vector<std::string> changes;
+  for (const auto& [name, value] : now.environment) {
+    const auto then = before.environment.find(name);
+    if (then != before.environment.end() && then->second != value) {
+      changes.push_back(fmt::format("{} {} → {}", name, then->second, value));
+    }
+  }
+  return fmt::format("{}", fmt::join(changes, ", "));
+}
+
+/// Of nights whose program, libraries or processor are others than the night before.
+Json marks_of(const std::vector<Night>& nights) {
+  Json marks = Json::array();
+  for (std::size_t i = 1; i < nights.size(); ++i) {
+    const std::string change = change_between(nights[i - 1], nights[i]);
+    if (change.empty()) continue;
+    marks.push_back({{"x", fmt::format("{:.1f}", place_of(i, nights.size()))},
+                     {"change", fmt::format("{}: {}", day_of(nights[i]), change)}});
+  }
+  return marks;
+}
+
+std::vector<Trend> number_trends(const std::vector<Night>& nights) {
+  constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+  std::vector<Trend> trends;
+  for (std::size_t i = 0; i < nights.size(); ++i) {
+    for (const NightNumber& number : nights[i].numbers) {
+      auto trend =
+          std::find_if(trends.begin(), trends.end(), [&](const Trend& one) { return one.name == number.name; });
+      if (trend == trends.end()) {
+        const std::vector<double> none(nights.size(), unknown);
+        trend = trends.insert(trends.end(), {number.name, "", none, none});
+      }
+      trend->value[i] = number.pool.value;
+      trend->error[i] = number.pool.standard_error;
+      trend->last = value_with_error(number.pool.value, number.pool.standard_error);
+    }
+  }
+  return trends;
+}
+
+std::vector<Trend> time_trends(const std::vector<Night>& nights) {
+  std::vector<Trend> trends;
+  for (const char* what : {"canary", "pool"}) {
+    Trend trend{what, "", {}, {}};
+    for (const Night& night : nights) {
+      const auto found = night.seconds.find(what);
+      trend.value.push_back(found == night.seconds.end() ? std::nan("") : found->second);
+      trend.error.push_back(0);
+      if (found != night.seconds.end()) trend.last = describe_duration(found->second);
+    }
+    trends.push_back(std::move(trend));
+  }
+  return trends;
+}
+
+Json row_of(const Night& night, const std::set<std::string>& kept) {
+  Json alarms_of_it = Json::array();
+  for (const Alarm& alarm : night.alarms) {
+    alarms_of_it.push_back({{"kind", alarm.kind}, {"what", alarm.what}, {"state", alarm.state}});
+  }
+  std::map<std::string, int> verdicts;
+  for (const NightVerdict& one : night.verdicts) ++verdicts[one.verdict];
+  std::vector<std::string> counted;
+  for (const auto& [verdict, count] : verdicts) counted.push_back(fmt::format("{} {}", count, verdict));
+  const std::string report = kept.contains(night.report) ? night.report : "";
+  return {{"night", std::to_string(night.number)},
+          {"date", day_of(night)},
+          {"samples", std::to_string(night.samples)},
+          {"status", alarms(night) ? "alarm" : "fine"},
+          {"look", alarms(night) ? "no" : "yes"},
+          {"verdicts", fmt::format("{}", fmt::join(counted, ", "))},
+          {"alarms", alarms_of_it},
+          {"report", report},
+          {"has_report", !report.empty()}};
+}
+
+std::set<std::string> reports_in(const fs::path& folder) {
+  std::set<std::string> names;
+  std::error_code none;
+  for (const auto& entry : fs::directory_iterator(folder / "reports", none)) names.insert(entry.path().filename());
+  return names;
+}
+
+std::string badge(const Night& last) {
+  const Json json = {{"schemaVersion", 1},
+                     {"label", "granuscope nightly"},
+                     {"message", alarms(last) ? fmt::format("alarm on {}", day_of(last))
+                                              : fmt::format("fine, {} samples", last.samples)},
+                     {"color", alarms(last) ? "critical" : "success"}};
+  return json.dump(2) + "\n";
+}
+
+/// A link appears whole, too.
+void point_latest_to(const fs::path& folder, const std::string& report) {
+  const fs::path target = fs::path("reports") / report, link = folder / "latest", beside = folder / ".latest";
+  std::error_code error;
+  fs::remove(beside, error);
+  fs::create_directory_symlink(target, beside, error);
+  if (!error) fs::rename(beside, link, error);
+  if (error) {
+    throw EnvironmentError(fmt::format("'{}' cannot be made to point to the last report: {}; remove what is there",
+                                       link.string(), error.message()));
+  }
+}
+
+}  // namespace
+
+std::string describe(const Night& night) {
+  std::string text =
+      fmt::format("{} {} {}, {} samples", night.number, night.date, alarms(night) ? "alarm" : "fine", night.samples);
+  for (const Alarm& alarm : night.alarms) text += fmt::format("\n  {} ({}): {}", alarm.kind, alarm.state, alarm.what);
+  return text;
+}
+
+void write_pages(const fs::path& folder, const NightBook& book) {
+  const std::vector<Night> nights = book.last(nights_in_trends);
+  if (nights.empty()) return;
+  const Json marks = marks_of(nights);
+  const std::set<std::string> kept = reports_in(folder);
+  Json numbers = Json::array(), times = Json::array(), rows = Json::array(), changes = Json::array();
+  for (const Trend& trend : number_trends(nights)) numbers.push_back(drawn(trend, marks));
+  for (const Trend& trend : time_trends(nights)) times.push_back(drawn(trend, marks));
+  for (std::size_t i = nights.size(); i > 0 && rows.size() < nights_in_table; --i)
+    rows.push_back(row_of(nights[i - 1], kept));
+  const Night& last = nights.back();
+  const auto latest =
+      std::find_if(nights.rbegin(), nights.rend(), [&](const Night& one) { return kept.contains(one.report); });
+  const Json overlay = {{"style", template_file("screen.css")},
+                        {"numbers", numbers},
+                        {"times", times},
+                        {"changes", marks},
+                        {"has_changes", !marks.empty()},
+                        {"nights", rows},
+                        {"count", std::to_string(book.count())},
+                        {"first", day_of(nights.front())},
+                        {"last", row_of(last, kept)},
+                        {"has_alarms", alarms(last)},
+                        {"has_latest", latest != nights.rend()}};
+  const Json summary = Json::object();
+  write_file(folder / "index.html",
+             fill_template_file("history/index.html.mustache", PageScope(summary, overlay, Markup::html)));
+  write_file(folder / "badge.json", badge(last));
+  if (latest != nights.rend()) point_latest_to(folder, latest->report);
+  if (alarms(last)) {
+    write_file(folder / "alert.md",
+               fill_template_file("history/alert.md.mustache", PageScope(summary, overlay, Markup::markdown)));
+  } else {
+    std::error_code none;
+    fs::remove(folder / "alert.md", none);
+  }
+}
+
+void prune_reports(const fs::path& folder, const NightBook& book, std::size_t keep) {
+  const std::set<std::string> kept = book.last_reports(std::max<std::size_t>(1, keep));
+  for (const std::string& report : reports_in(folder)) {
+    std::error_code none;
+    if (!kept.contains(report)) fs::remove_all(folder / "reports" / report, none);
+  }
+}
+
+std::string json_text(const std::vector<Night>& nights) {
+  Json list = Json::array();
+  for (const Night& night : nights) {
+    Json one = {{"night", night.number},     {"date", night.date},       {"status", alarms(night) ? "alarm" : "fine"},
+                {"samples", night.samples},  {"report", night.report},   {"environment", night.environment},
+                {"seconds", Json::object()}, {"numbers", Json::array()}, {"verdicts", Json::array()},
+                {"alarms", Json::array()}};
+    for (const auto& [stage, seconds] : night.seconds) one["seconds"][stage] = finite_or_null(seconds);
+    for (const NightNumber& number : night.numbers) {
+      one["numbers"].push_back({{"name", number.name},
+                                {"value", number.pool.value},
+                                {"stderr", number.pool.standard_error},
+                                {"piece", finite_or_null(number.piece)},
+                                {"piece_stderr", finite_or_null(number.piece_error)},
+                                {"z", finite_or_null(number.z)},
+                                {"moved", number.moved}});
+    }
+    for (const NightVerdict& verdict : night.verdicts) {
+      one["verdicts"].push_back(
+          {{"claim", verdict.claim}, {"verdict", verdict.verdict}, {"z", finite_or_null(verdict.z)}});
+    }
+    for (const Alarm& alarm : night.alarms) {
+      one["alarms"].push_back({{"kind", alarm.kind}, {"what", alarm.what}, {"state", alarm.state}});
+    }
+    list.push_back(std::move(one));
+  }
+  Json json = {{"schema", 1}, {"nights", list}};
+  clean_strings(json);
+  return json.dump(2) + "\n";
+}
+
+std::string csv_text(const std::vector<Night>& nights) {
+  const auto cell = [](double number) { return std::isfinite(number) ? exact(number) : ""; };
+  std::string text = "night,date,status,samples,name,value,stderr,piece,piece_stderr,z\n";
+  for (const Night& night : nights) {
+    for (const NightNumber& number : night.numbers) {
+      text += fmt::format("{},{},{},{},{},{},{},{},{},{}\n", night.number, night.date, alarms(night) ? "alarm" : "fine",
+                          night.samples, number.name, cell(number.pool.value), cell(number.pool.standard_error),
+                          cell(number.piece), cell(number.piece_error), cell(number.z));
+    }
+  }
+  return text;
+}
+
+}  // namespace granuscope

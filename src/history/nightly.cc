@@ -1,0 +1,369 @@
+#include "history/nightly.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <stdexcept>
+#include <system_error>
+
+#include "analysis/analyse.h"
+#include "experiment/experiment_file.h"
+#include "history/comparison.h"
+#include "history/night_page.h"
+#include "history/run_record.h"
+#include "history/settings.h"
+#include "pipeline/ensemble_stage.h"
+#include "pipeline/run_folder.h"
+#include "storage/ensemble_file.h"
+#include "support/atomic_file.h"
+#include "support/error.h"
+#include "support/provenance.h"
+
+namespace granuscope {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+constexpr std::uint64_t canary_share = 8;
+constexpr const char* frictionless_claim = "frictionless";  // holds exactly, whatever was drawn
+
+std::uint64_t round_of(const Experiment& experiment) {
+  return group_size * static_cast<std::uint64_t>(experiment.response.blocks);
+}
+
+std::uint64_t whole_rounds(const Experiment& experiment, std::uint64_t samples) {
+  const std::uint64_t round = round_of(experiment);
+  return std::max<std::uint64_t>(1, (samples + round - 1) / round) * round;
+}
+
+/// The main line alone, and nothing shown.
+Experiment canary_of(const Experiment& experiment) {
+  Experiment canary = experiment;
+  canary.extendable = true;
+  canary.response.samples = whole_rounds(experiment, experiment.response.samples / canary_share);
+  canary.precision = {};
+  canary.studies = Experiment().studies;
+  canary.figures.bead_forces = canary.figures.response_profiles = canary.figures.transport_with_depth = false;
+  canary.figures.propagation_against_diffusion = canary.figures.scaling_with_friction = false;
+  canary.figures.propagation_and_thrust = false;
+  canary.force_chains.show = canary.response_field.show = false;
+  canary.pictures.clear();
+  canary.report.pdf = false;
+  return canary;
+}
+
+Experiment pool_of(const Experiment& experiment, std::uint64_t samples) {
+  Experiment pool = experiment;
+  pool.extendable = true;
+  pool.response.samples = samples;
+  pool.precision = {};
+  return pool;
+}
+
+/// Removes a folder and all in it, if it is there.
+void remove_folder(const fs::path& folder) {
+  std::error_code error;
+  fs::remove_all(folder, error);
+  if (error) {
+    throw EnvironmentError(fmt::format("cannot remove '{}': {}; tonight's would be mixed with it. Remove it by hand",
+                                       folder.string(), error.message()));
+  }
+}
+
+void move_folder(const fs::path& from, const fs::path& to) {
+  remove_folder(to);
+  std::error_code error;
+  fs::rename(from, to, error);
+  if (error) {
+    throw EnvironmentError(fmt::format("cannot move '{}' to '{}': {}; make room or check the permissions",
+                                       from.string(), to.string(), error.message()));
+  }
+}
+
+/// Files are replaced, never changed: a second name for one is a copy.
+void keep_copy(const fs::path& from, const fs::path& to) {
+  std::error_code error;
+  fs::create_hard_link(from, to, error);
+  if (error) write_file(to, read_file(from));
+}
+
+/// What came in: the sums with it less the sums before.
+EnsembleRecord piece_between(const EnsembleRecord& before, EnsembleRecord after) {
+  const auto subtract = [](std::vector<double>& from, const std::vector<double>& what) {
+    if (from.size() != what.size()) throw std::logic_error("the pool's ensembles before and after differ in shape");
+    std::transform(from.begin(), from.end(), what.begin(), from.begin(), std::minus<>());
+  };
+  for (std::size_t b = 0; b < after.sums.count.size(); ++b) after.sums.count[b] -= before.sums.count.at(b);
+  for (auto& [name, quantity] : after.sums.quantities) {
+    const QuantitySums& then = before.sums.quantities.at(name);
+    subtract(quantity.sum, then.sum);
+    subtract(quantity.sum_of_squares, then.sum_of_squares);
+  }
+  std::erase_if(after.failed, [&](const FailedSample& failed) {
+    return std::any_of(before.failed.begin(), before.failed.end(),
+                       [&](const FailedSample& old) { return old.sample == failed.sample; });
+  });
+  return after;
+}
+
+class NightRun {
+ public:
+  NightRun(const Experiment& experiment, const NightlyOptions& options)
+      : experiment_(experiment), options_(options), lock_(options.folder), book_(options.folder) {
+    night_.date = options.date.empty() ? current_time() : options.date;
+    night_.experiment = print_experiment(experiment);
+    constexpr std::size_t looked_back = 30;
+    before_ = book_.last(looked_back);
+    std::erase_if(before_, [](const Night& one) { return one.numbers.empty(); });  // it told nothing of the pool
+    const std::string samples = book_.state("samples");
+    night_.samples = samples.empty() ? 0 : std::stoull(samples);
+  }
+
+  Night go() {
+    if (!experiment_changed() && canary_is_fine()) grow_pool();
+    add_soft_alarms(night_, before_);
+    const bool alarm =
+        std::any_of(night_.alarms.begin(), night_.alarms.end(), [](const Alarm& one) { return one.state == "open"; });
+    night_.status = alarm ? "alarm" : "fine";
+    keep_report();
+    std::map<std::string, std::string> state = {{"samples", std::to_string(night_.samples)}};
+    if (book_.state("experiment").empty()) state["experiment"] = night_.experiment;
+    night_.number = book_.add(night_, state);
+    if (canary_alarmed_) move_folder(tonights_canary(), canary_folder() / fmt::format("alarm-{}", night_.number));
+    write_pages(options_.folder, book_);
+    prune_reports(options_.folder, book_, options_.keep);
+    return night_;
+  }
+
+ private:
+  fs::path canary_folder() const { return options_.folder / "canary"; }
+  fs::path tonights_canary() const { return canary_folder() / "tonight"; }
+  fs::path pool_folder() const { return options_.folder / "pool"; }
+  fs::path before_folder() const { return options_.folder / "before"; }
+
+  void alarm(const std::string& kind, const std::string& what) { night_.alarms.push_back({kind, what, "open"}); }
+
+  bool experiment_changed() {
+    const std::string accepted = book_.state("experiment");
+    if (accepted.empty()) return false;
+    const auto changed = changed_keys(measuring_keys(accepted), measuring_keys(night_.experiment));
+    if (changed.empty()) return false;
+    alarm("experiment", fmt::format("the experiment is another one, and nothing was drawn: {}", in_words(changed)));
+    return true;
+  }
+
+  RunResult run(const Experiment& experiment, const fs::path& folder, const std::string& what) {
+    RunOptions options;
+    options.folder = folder;
+    options.threads = options_.threads;
+    options.keep_going = true;
+    options.progress = options_.progress;
+    const auto start = std::chrono::steady_clock::now();
+    RunResult result = options_.run(experiment, options);
+    night_.seconds[what] = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    const RunRecord record = read_run(folder);
+    if (record.manifest) night_.environment = environment_of(*record.manifest);
+    if (!result.failure.empty()) alarm("report", result.failure);
+    return result;
+  }
+
+  /// A run that breaks what always holds ends by logic_error: that is an alarm, not an end of the night.
+  template <class Work>
+  bool unbroken(const char* what, Work work) {
+    try {
+      work();
+      return true;
+    } catch (const std::logic_error& broken) {
+      alarm("broken", fmt::format("{}: {}", what, broken.what()));
+      return false;
+    }
+  }
+
+  bool canary_is_fine() {
+    make_folder(canary_folder());
+    remove_folder(tonights_canary());
+    if (!unbroken("the canary", [&] { run(canary_of(experiment_), tonights_canary(), "canary"); })) return false;
+    const fs::path reference = canary_folder() / "reference";
+    if (!fs::exists(reference)) {
+      move_folder(tonights_canary(), reference);
+      return true;
+    }
+    const Comparison comparison = compare_runs(reference, tonights_canary());
+    if (comparison.likeness == Likeness::same || comparison.is_rounding() ||
+        comparison.where == FirstDifference::plotting) {
+      remove_folder(tonights_canary());
+      return true;
+    }
+    alarm("canary", fmt::format("the same samples give other numbers: {}", fmt::join(describe(comparison), "; ")));
+    canary_alarmed_ = true;
+    return false;
+  }
+
+  /// The pool's ensembles as they were before tonight, kept so that a night that is killed can be gone on with.
+  void keep_pool_before() {
+    const fs::path marker = before_folder() / "samples";
+    std::error_code none;
+    if (fs::exists(marker, none) && read_file(marker) == std::to_string(night_.samples)) return;
+    remove_folder(before_folder());
+    if (night_.samples == 0) return;
+    make_folder(before_folder());
+    for (const PlannedEnsemble& planned : plan_ensembles(pool_of(experiment_, night_.samples), pool_folder())) {
+      if (!planned.reusable) {
+        throw InputError(fmt::format(
+            "'{}' is not what the last night left there{}{}: the pool would be begun anew without a word. Put it back, "
+            "or begin another --history",
+            (pool_folder() / planned.file).string(), planned.replaces.empty() ? "" : ", ", planned.replaces));
+      }
+      try {
+        (void)read_ensemble(pool_folder() / planned.file);  // the plan reads no further than the configuration
+        keep_copy(pool_folder() / planned.file, before_folder() / planned.file.filename());
+      } catch (const InputError& damage) {
+        alarm("damaged", fmt::format("{}; its piles are drawn again", damage.what()));
+      }
+    }
+    write_file(marker, std::to_string(night_.samples));
+  }
+
+  void grow_pool() {
+    keep_pool_before();
+    const std::uint64_t more =
+        whole_rounds(experiment_, options_.grow > 0 ? options_.grow : experiment_.response.samples);
+    const Experiment pool = pool_of(experiment_, night_.samples + more);
+    RunResult result;
+    if (!unbroken("the pool", [&] { result = run(pool, pool_folder(), "pool"); })) return;
+    std::map<std::string, NightNumber> pieces = measure_pieces(pool);
+    const RunRecord record = read_run(pool_folder());
+    for (const KnownNumber& known : primary_numbers(record.summary)) {
+      constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+      NightNumber number{known.name, known, unknown, unknown, unknown, false};
+      if (const auto piece = pieces.find(known.name); piece != pieces.end()) {
+        number = piece->second;
+        number.pool = known;
+      }
+      night_.numbers.push_back(number);
+    }
+    for (const Claim& claim : result.analysis.claims) {
+      night_.verdicts.push_back({claim.id, claim.verdict, claim.z_score});
+      if (claim.id == frictionless_claim && claim.verdict == "not reproduced") {
+        alarm("identity", fmt::format("{}: {}, which holds exactly for any piles", claim.statement, claim.explanation));
+      }
+    }
+    add_stage_times();
+    night_.samples += more;
+    report_made_ = true;
+  }
+
+  void add_stage_times() {
+    const Json timings = Json::parse(read_file(pool_folder() / "timings.json"));
+    for (const Json& stage : timings.at("stages")) {
+      if (stage.at("seconds").is_number())
+        night_.seconds["pool: " + stage.at("stage").get<std::string>()] = stage.at("seconds");
+    }
+  }
+
+  /// Tonight's piles by themselves, held against the pool before they came in. By name; empty on the first night.
+  std::map<std::string, NightNumber> measure_pieces(const Experiment& pool) {
+    std::vector<MeasuredTransport> measured;
+    for (const PlannedEnsemble& planned : plan_ensembles(pool, pool_folder())) {
+      if (planned.spec.sampler.mu == 0) continue;
+      EnsembleRecord after = read_ensemble(pool_folder() / planned.file);
+      const fs::path before = before_folder() / planned.file.filename();
+      if (night_.samples > 0 && !fs::exists(before)) continue;  // it was damaged
+      EnsembleRecord piece =
+          night_.samples == 0 ? std::move(after) : piece_between(read_ensemble(before), std::move(after));
+      if (!piece.failed.empty()) {
+        alarm("failed pile",
+              fmt::format("{}: {} piles could not be completed; this command meets the first failure: {}",
+                          planned.label, piece.failed.size(), piece.failed.front().replay));
+      }
+      if (night_.samples == 0) continue;
+      EnsembleSpec spec = planned.spec;
+      spec.response.samples -= night_.samples;
+      measured.push_back(measure_transport({spec, std::move(piece)}, pool.fit, {}, options_.threads));
+    }
+    std::map<std::string, NightNumber> numbers;
+    if (measured.empty() || before_.empty()) return numbers;
+    const Analysis analysis = analyse(std::move(measured), pool.fit, pool.claims, {});
+    std::vector<KnownNumber> known;
+    for (const NightNumber& number : before_.back().numbers) known.push_back(number.pool);
+    const int blocks = experiment_.response.blocks;
+    for (const MovedNumber& one : hold_against(known, blocks, primary_numbers_of(analysis), blocks)) {
+      numbers[one.name] = {one.name, {}, one.after.value, one.after.standard_error, one.z, one.moved};
+    }
+    return numbers;
+  }
+
+  /// The report of a night, whole or not at all.
+  void keep_report() {
+    if (!report_made_) return;
+    const std::set<std::string> taken = book_.last_reports(std::max<std::size_t>(1, options_.keep));
+    const std::string day = night_.date.substr(0, night_.date.find('T'));
+    night_.report = day;
+    for (int n = 2; taken.contains(night_.report); ++n) night_.report = fmt::format("{}-{}", day, n);
+    const fs::path reports = options_.folder / "reports";
+    make_folder(reports);
+    const fs::path unfinished = reports / ".unfinished";
+    remove_folder(unfinished);
+    make_folder(unfinished);
+    for (const char* file : {"summary.json", "summary.md", "claims.xml", "report.html", "report.pdf", "timings.json",
+                             "manifest.json", "experiment.toml"}) {
+      if (fs::exists(pool_folder() / file)) keep_copy(pool_folder() / file, unfinished / file);
+    }
+    move_folder(unfinished, reports / night_.report);
+  }
+
+  const Experiment& experiment_;
+  const NightlyOptions& options_;
+  RunFolder lock_;
+  NightBook book_;
+  Night night_;
+  std::vector<Night> before_;
+  bool canary_alarmed_ = false, report_made_ = false;
+};
+
+}  // namespace
+
+Night run_night(const Experiment& experiment, const NightlyOptions& options) {
+  return NightRun(experiment, options).go();
+}
+
+void accept_night(const fs::path& folder, std::int64_t number) {
+  const RunFolder lock(folder);
+  NightBook book(folder);
+  const Night night = book.night(number);
+  const auto has = [&](const char* kind) {
+    return std::any_of(night.alarms.begin(), night.alarms.end(), [&](const Alarm& one) { return one.kind == kind; });
+  };
+  if (night.alarms.empty()) {
+    throw InputError(fmt::format("night {} has no alarm, so that there is nothing to accept", number));
+  }
+  std::map<std::string, std::string> state;
+  const fs::path reference = folder / "canary/reference", other = folder / "canary" / fmt::format("alarm-{}", number);
+  if (has("canary")) {
+    if (!fs::exists(other)) {
+      throw InputError(fmt::format(
+          "the canary of night {} is not kept any more, so that nothing could be held against it; accept the "
+          "last night that alarmed",
+          number));
+    }
+    // What was drawn by another law cannot be averaged with what comes.
+    if (compare_runs(reference, other).where == FirstDifference::sampling) state["samples"] = "0";
+    move_folder(other, reference);
+  }
+  if (has("experiment")) {
+    state["experiment"] = night.experiment;
+    state["samples"] = "0";
+    remove_folder(reference);
+  }
+  if (state.contains("samples")) remove_folder(folder / "pool");
+  book.accept(number, state);
+  write_pages(folder, book);
+}
+
+}  // namespace granuscope

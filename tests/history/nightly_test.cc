@@ -1,0 +1,288 @@
+#include "history/nightly.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <catch2/catch.hpp>
+#include <chrono>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "history/night_page.h"
+#include "kit/file_size_limit.h"
+#include "kit/small_experiment.h"
+#include "kit/temporary_folder.h"
+#include "pipeline/quiet_run.h"
+#include "storage/ensemble_file.h"
+#include "support/atomic_file.h"
+#include "support/error.h"
+
+using namespace granuscope;
+using Catch::Matchers::Contains;
+using test::TemporaryFolder;
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+namespace {
+
+constexpr std::uint64_t round_of_samples = 256;
+
+/// Small piles, and nothing plotted.
+Experiment experiment() {
+  Experiment small = parse_experiment(smallest_experiment_text, "small.toml");
+  small.figures.bead_forces = small.figures.response_profiles = small.figures.transport_with_depth = false;
+  small.figures.propagation_against_diffusion = small.figures.scaling_with_friction = false;
+  small.figures.propagation_and_thrust = small.force_chains.show = false;
+  small.report.pdf = false;
+  return small;
+}
+
+NightlyOptions nights_in(const fs::path& folder) {
+  NightlyOptions options;
+  options.folder = folder;
+  options.grow = round_of_samples;
+  options.threads = 2;
+  options.keep = 5;
+  return options;
+}
+
+using Run = std::function<RunResult(const Experiment&, const RunOptions&)>;
+
+void edit(const fs::path& file, const std::function<void(Json&)>& change) {
+  Json json = Json::parse(read_file(file));
+  change(json);
+  write_file(file, json.dump(2));
+}
+
+/// A program whose sampling draws other piles under the same name.
+RunResult other_law(const Experiment& experiment, const RunOptions& options) {
+  Experiment changed = experiment;
+  changed.sampling.seed += 1000;
+  RunResult result = run_experiment(changed, options);
+  write_file(options.folder / "experiment.toml", print_experiment(experiment));
+  edit(options.folder / "summary.json", [&](Json& summary) { summary["seed"] = experiment.sampling.seed; });
+  return result;
+}
+
+RunResult other_library(const Experiment& experiment, const RunOptions& options) {
+  RunResult result = run_experiment(experiment, options);
+  edit(options.folder / "manifest.json", [](Json& manifest) { manifest["provenance"]["libraries"]["GSL"] = "9.9"; });
+  return result;
+}
+
+RunResult failing_pile(const Experiment& experiment, const RunOptions& options) {
+  RunResult result = run_experiment(experiment, options);
+  if (options.folder.filename() != "pool") return result;
+  const fs::path file = options.folder / "ensembles/mu-0.3.h5";
+  EnsembleRecord record = read_ensemble(file);
+  record.failed.push_back({experiment.response.samples - 1, 7, "granuscope sample --sample 1"});
+  write_ensemble(file, record);
+  return result;
+}
+
+RunResult broken_identity(const Experiment&, const RunOptions&) {
+  throw std::logic_error("the weights of a layer do not add up");
+}
+
+RunResult killed_after_growing(const Experiment& experiment, const RunOptions& options) {
+  RunResult result = run_experiment(experiment, options);
+  if (options.folder.filename() == "pool") throw Interrupted("killed");
+  return result;
+}
+
+std::set<std::string> told(const Night& night) {
+  std::set<std::string> kinds;
+  for (const Alarm& alarm : night.alarms) {
+    if (alarm.state == "open") kinds.insert(alarm.kind);
+  }
+  return kinds;
+}
+
+void damage(const fs::path& file) {
+  std::string bytes = read_file(file);
+  bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 1);
+  write_file(file, bytes);
+}
+
+}  // namespace
+
+TEST_CASE("The pool of several nights is, byte for byte, one run of as many samples") {
+  const TemporaryFolder history, at_once;
+  Experiment once = experiment();
+  NightlyOptions options = nights_in(history.path());
+  for (const std::uint64_t samples : {1, 2, 4}) {
+    options.grow = samples == 4 ? 2 * round_of_samples : 1;  // filled up to a whole round
+    const Night night = run_night(experiment(), options);
+    CHECK(night.samples == samples * round_of_samples);
+    CHECK(told(night).empty());
+  }
+  once.extendable = true;
+  once.response.samples = 4 * round_of_samples;
+  run_experiment(once, quiet(at_once.path()));
+  for (const char* file : {"summary.json", "ensembles/mu-0.3.h5", "ensembles/mu-0.h5", "claims.xml", "summary.md"}) {
+    INFO(file);
+    CHECK((read_file(history / "pool" / file) == read_file(at_once / file)));
+  }
+  CHECK((read_file(history / "latest/summary.json") == read_file(at_once / "summary.json")));
+  const NightBook book(history.path());
+  const Night last = book.night(3);
+  REQUIRE(last.numbers.size() >= 6);
+  int judged = 0;
+  for (const NightNumber& number : last.numbers) judged += std::isfinite(number.z) ? 1 : 0;
+  CHECK(judged == 3);  // c, D and c_thrust at mu = 0.3; without friction every pile is the same
+  CHECK_FALSE(last.environment.at("git_commit").empty());
+  CHECK(last.seconds.contains("pool: analyse"));
+}
+
+TEST_CASE("Thirty nights: each kind of change gives its alarm, and all other nights are quiet", "[long]") {
+  const TemporaryFolder history;
+  struct Injected {
+    Run run;
+    std::set<std::string> alarms;
+  };
+  std::map<int, Injected> injected;
+  injected[5] = {run_experiment, {"experiment"}};  // another seed, below
+  injected[9] = {other_law, {"canary"}};
+  injected[13] = {other_library, {}};  // the same numbers: marked, not told
+  injected[17] = {failing_pile, {"failed pile"}};
+  injected[19] = {broken_identity, {"broken"}};
+  injected[21] = {run_experiment, {"damaged"}};  // a file of the pool, below
+  std::uint64_t samples = 0;
+  for (int n = 1; n <= 30; ++n) {
+    CAPTURE(n);
+    Experiment tonight = experiment();
+    NightlyOptions options = nights_in(history.path());
+    if (const auto found = injected.find(n); found != injected.end()) options.run = found->second.run;
+    if (n == 5) tonight.sampling.seed = 99;
+    if (n == 21) damage(history / "pool/ensembles/mu-0.3.h5");
+    if (n == 24) {
+      options.run = killed_after_growing;
+      CHECK_THROWS_AS(run_night(tonight, options), Interrupted);
+      options.run = run_experiment;
+    }
+    if (n == 27) {
+      const int folder = ::open(history.path().c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+      REQUIRE(::flock(folder, LOCK_EX | LOCK_NB) == 0);
+      CHECK_THROWS_AS(run_night(tonight, options), BusyError);
+      ::close(folder);
+    }
+    const Night night = run_night(tonight, options);
+    const std::set<std::string> expected = injected.contains(n) ? injected[n].alarms : std::set<std::string>{};
+    for (const Alarm& alarm : night.alarms) UNSCOPED_INFO(alarm.kind << " (" << alarm.state << "): " << alarm.what);
+    CHECK(told(night) == expected);
+    CHECK((night.status == "alarm") == !expected.empty());
+    CHECK(fs::exists(history / "alert.md") == !expected.empty());
+    const bool grows = n != 5 && n != 9 && n != 19;
+    samples += grows ? round_of_samples : 0;
+    CHECK(night.samples == samples);
+    CHECK(night.number == n);
+  }
+  const std::string page = read_file(history / "index.html");
+  CHECK_THAT(page, Contains("library GSL") && Contains("9.9"));
+  CHECK_THAT(page, Contains("latest/report.html"));
+  CHECK(page.find("http") == std::string::npos);  // self-contained
+  int reports = 0;
+  for (const auto& entry : fs::directory_iterator(history / "reports")) reports += entry.is_directory() ? 1 : 0;
+  CHECK(reports == 5);
+  CHECK(read_file(history / "latest/summary.json") == read_file(history / "pool/summary.json"));
+  CHECK_THAT(read_file(history / "badge.json"), Contains("\"success\""));
+}
+
+TEST_CASE("An accepted change of law is the new normal, its pool begins anew, and the night stays", "[long]") {
+  const TemporaryFolder history;
+  NightlyOptions options = nights_in(history.path());
+  run_night(experiment(), options);
+  options.run = other_law;
+  CHECK(told(run_night(experiment(), options)) == std::set<std::string>{"canary"});
+  CHECK_THROWS_WITH(accept_night(history.path(), 1), Contains("nothing to accept"));
+  CHECK_THROWS_WITH(accept_night(history.path(), 7), Contains("there is no night 7"));
+  accept_night(history.path(), 2);
+  CHECK_FALSE(fs::exists(history / "alert.md"));
+  const Night next = run_night(experiment(), options);
+  CHECK(told(next).empty());
+  CHECK(next.samples == round_of_samples);
+  const NightBook book(history.path());
+  CHECK(book.night(2).alarms.at(0).state == "accepted");
+  // The law as it was is the change now.
+  options.run = run_experiment;
+  CHECK(told(run_night(experiment(), options)) == std::set<std::string>{"canary"});
+}
+
+TEST_CASE("An accepted experiment is the one that is run from then on", "[long]") {
+  const TemporaryFolder history;
+  const NightlyOptions options = nights_in(history.path());
+  run_night(experiment(), options);
+  Experiment other = experiment();
+  other.sampling.seed = 99;
+  other.name = "with another name, too";
+  CHECK(told(run_night(other, options)) == std::set<std::string>{"experiment"});
+  accept_night(history.path(), 2);
+  CHECK(told(run_night(other, options)).empty());
+  Experiment renamed = other;
+  renamed.name = "what is only told changes nothing";
+  CHECK(told(run_night(renamed, options)).empty());
+  CHECK(told(run_night(experiment(), options)) == std::set<std::string>{"experiment"});
+}
+
+TEST_CASE("A full disk leaves the history as it was, whatever it cuts off") {
+  const TemporaryFolder history;
+  Night night;
+  night.date = "2026-01-01T02:00:00Z";
+  night.status = "fine";
+  for (int k = 0; k < 400; ++k) night.numbers.push_back({std::to_string(k), {std::to_string(k), 1, 1}});
+  NightBook(history.path()).add(night, {{"samples", "256"}});
+  int failed = 0;
+  for (std::uint64_t limit = 4096; limit < 200'000 && failed < 40; limit += 12288) {
+    const std::int64_t before = NightBook(history.path()).count();
+    try {
+      const test::FileSizeLimit cut(limit);
+      NightBook(history.path()).add(night, {{"samples", "512"}});
+    } catch (const EnvironmentError&) {
+      ++failed;
+      const NightBook book(history.path());
+      CHECK(book.count() == before);
+      CHECK(book.state("samples") == (before == 1 ? "256" : "512"));
+      continue;
+    }
+    CHECK(NightBook(history.path()).count() == before + 1);
+  }
+  CHECK(failed > 0);
+}
+
+TEST_CASE("Ten thousand nights are told within a second", "[long]") {
+  const TemporaryFolder history;
+  { const NightBook book(history.path()); }
+  {
+    const Database database(history / "history.sqlite", "", 1);
+    const std::string count =
+        "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n WHERE i < 10000), "
+        "k(j) AS (SELECT 1 UNION ALL SELECT j + 1 FROM k WHERE j < 24) ";
+    database.transaction([&] {
+      database.run(count + "INSERT INTO nights SELECT i, '2026-01-01T02:00:00Z', '', 'fine', 256 * i, '' FROM n");
+      database.run(
+          count + "INSERT INTO numbers SELECT i, 'number ' || j, j, j + i * 1e-6, 0.01, NULL, NULL, NULL, 0 FROM n, k");
+      database.run(count + "INSERT INTO environment SELECT i, 'git_commit', i / 1000 FROM n");
+      database.run(count + "INSERT INTO seconds SELECT i, 'pool', 10 + i % 7 FROM n");
+    });
+  }
+  const NightBook book(history.path());
+  const auto start = std::chrono::steady_clock::now();
+  write_pages(history.path(), book);
+  prune_reports(history.path(), book, 30);
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  CHECK(seconds < 1);
+  WARN("10 000 nights: pages in " << seconds << " s, index.html of " << fs::file_size(history / "index.html")
+                                  << " bytes");
+  CHECK_THAT(read_file(history / "index.html"), Contains("10000 nights"));
+}
+
+TEST_CASE("A history is refused with its reason where it is none") {
+  const TemporaryFolder history;
+  write_file(history / "history.sqlite", std::string(5000, 'x'));
+  CHECK_THROWS_WITH(NightBook(history.path()), Contains("this is no history"));
+  fs::remove(history / "history.sqlite");
+  { const Database other(history / "history.sqlite", "CREATE TABLE t(x)", 77); }
+  CHECK_THROWS_WITH(NightBook(history.path()), Contains("version 77 where 1 is known"));
+}
