@@ -158,19 +158,18 @@ class NightRun {
     return true;
   }
 
-  RunResult run(const Experiment& experiment, const fs::path& folder, const std::string& what) {
+  void run(const Experiment& experiment, const fs::path& folder, const std::string& what) {
     RunOptions options;
     options.folder = folder;
     options.threads = options_.threads;
     options.keep_going = true;
     options.progress = options_.progress;
     const auto start = std::chrono::steady_clock::now();
-    RunResult result = options_.run(experiment, options);
+    const RunResult result = options_.run(experiment, options);
     night_.seconds[what] = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     const RunRecord record = read_run(folder);
     if (record.manifest) night_.environment = environment_of(*record.manifest);
     if (!result.failure.empty()) alarm("report", result.failure);
-    return result;
   }
 
   /// A run that breaks what always holds ends by logic_error: that is an alarm, not an end of the night.
@@ -235,8 +234,7 @@ class NightRun {
     const std::uint64_t more =
         whole_rounds(experiment_, options_.grow > 0 ? options_.grow : experiment_.response.samples);
     const Experiment pool = pool_of(experiment_, night_.samples + more);
-    RunResult result;
-    if (!unbroken("the pool", [&] { result = run(pool, pool_folder(), "pool"); })) return;
+    if (!unbroken("the pool", [&] { run(pool, pool_folder(), "pool"); })) return;
     std::map<std::string, NightNumber> pieces = measure_pieces(pool);
     const RunRecord record = read_run(pool_folder());
     for (const KnownNumber& known : primary_numbers(record.summary)) {
@@ -248,10 +246,12 @@ class NightRun {
       }
       night_.numbers.push_back(number);
     }
-    for (const Claim& claim : result.analysis.claims) {
-      night_.verdicts.push_back({claim.id, claim.verdict, claim.z_score});
-      if (claim.id == frictionless_claim && claim.verdict == "not reproduced") {
-        alarm("identity", fmt::format("{}: {}, which holds exactly for any piles", claim.statement, claim.explanation));
+    for (const Json& claim : record.summary.at("claims")) {
+      const std::string id = claim.at("id"), verdict = claim.at("verdict");
+      night_.verdicts.push_back({id, verdict, claim.at("z_score").is_number() ? claim.at("z_score").get<double>() : std::nan("")});
+      if (id == frictionless_claim && verdict == "not reproduced") {
+        alarm("identity", fmt::format("{}: {}, which holds exactly for any piles", claim.at("statement").get<std::string>(),
+                                      claim.at("explanation").get<std::string>()));
       }
     }
     add_stage_times();

@@ -23,6 +23,7 @@
 #include "plot/figure_captions.h"
 #include "plot/gnuplot.h"
 #include "plot/response_field.h"
+#include "report/finished_run.h"
 #include "report/manifest_json.h"
 #include "support/atomic_file.h"
 #include "support/child_process.h"
@@ -33,6 +34,23 @@
 
 namespace granuscope {
 namespace {
+
+/// Size and time of change of a program that a run starts: another one may make other files.
+std::string state_of(const std::string& program) {
+  const auto path = find_program(program);
+  if (!path) return program + " is missing";
+  std::error_code none;
+  const auto changed = std::filesystem::last_write_time(*path, none).time_since_epoch().count();
+  return fmt::format("{} {} {}", path->string(), std::filesystem::file_size(*path, none), changed);
+}
+
+/// One word for all that results depend on: the experiment, this program, its libraries, and the programs it runs.
+std::string key_of_all(const ReportData& data) {
+  std::string text = data.resolved_experiment + sha256_of_file("/proc/self/exe") + data.provenance.processor_features;
+  for (const auto& [name, version] : data.provenance.libraries) text += fmt::format("\n{} {}", name, version);
+  for (const char* program : {"gnuplot", "weasyprint"}) text += "\n" + state_of(program);
+  return cache_key(text);
+}
 
 /// One run from its first stage to its last.
 class Run {
@@ -47,6 +65,7 @@ class Run {
       log_line(options_.progress, fmt::format("removed {} half-written files and folders of a run that was killed",
                                               folder.leftovers_removed()));
     }
+    if (reuse_all()) return std::move(result_);
     earlier_timings_ = earlier_timings(options_.folder);
     mark_unfinished();
     write_file(options_.folder / "experiment.toml", data_.resolved_experiment);
@@ -57,13 +76,13 @@ class Run {
       if (needs(Stage::plot)) plot();
       if (needs(Stage::report)) report();
     } catch (const Interrupted& stop) {
-      keep_manifest({"interrupted", static_cast<int>(stop.exit_code()), stop.what(), earlier_timings_});
+      keep_manifest({"interrupted", static_cast<int>(stop.exit_code()), stop.what(), {}, earlier_timings_});
       throw;
     } catch (const Error& error) {
-      keep_manifest({"failed", static_cast<int>(error.exit_code()), error.what(), earlier_timings_});
+      keep_manifest({"failed", static_cast<int>(error.exit_code()), error.what(), {}, earlier_timings_});
       throw;
     } catch (const std::exception& error) {
-      keep_manifest({"failed", static_cast<int>(ExitCode::environment), error.what(), earlier_timings_});
+      keep_manifest({"failed", static_cast<int>(ExitCode::environment), error.what(), {}, earlier_timings_});
       throw;
     }
     // A run that has come to its ensembles knows all of their times, any other leaves them as they were.
@@ -71,15 +90,34 @@ class Run {
     result_.failure = failures_in_words();
     const bool whole = result_.failure.empty();
     const ExitCode code = whole ? ExitCode::done : ExitCode::environment;
-    write_manifest(data_, options_.folder,
-                   {whole ? "done" : "failed", static_cast<int>(code), result_.failure, earlier_timings_});
     result_.analysis = data_.analysis;
     result_.unexpected = unexpected_results(data_.analysis);
+    FinishedRun finished{made_from_, {}, result_.unexpected};
+    for (const Stage stage : needed_) finished.stages.insert(name_of(stage));
+    write_manifest(data_, options_.folder,
+                   {whole ? "done" : "failed", static_cast<int>(code), result_.failure, finished, earlier_timings_});
     return std::move(result_);
   }
 
  private:
   bool needs(Stage stage) const { return needed_.contains(stage); }
+
+  /// Whether the folder holds all that is asked for, made from the same by the same, so that nothing is to be done.
+  bool reuse_all() {
+    made_from_ = key_of_all(data_);
+    const std::optional<FinishedRun> there = find_finished_run(options_.folder);
+    if (!there || there->made_from != made_from_) return false;
+    for (const Stage stage : needed_) {
+      if (!there->stages.contains(name_of(stage))) return false;
+    }
+    if (needs(Stage::report)) {
+      result_.files = files_in(options_.folder);
+      if (options_.require_pdf && !result_.files.pdf) return false;
+    }
+    result_.unexpected = there->unexpected;
+    log_line(options_.progress, "everything is there already, and nothing it is made from has changed");
+    return true;
+  }
 
   /// What only the later stages need is missed now, not after an hour of sampling.
   void check_tools() const {
@@ -121,7 +159,7 @@ class Run {
                    {"unfinished", std::nullopt,
                     "the run is at work or was killed, so that what is here may be of an earlier one; the same command "
                     "goes on from there",
-                    earlier_timings_});
+                    {}, earlier_timings_});
   }
 
   void measure_studies() {
@@ -308,6 +346,7 @@ class Run {
   Studies studies_ = experiment_.studies;                      ///< with what they measure
   std::vector<std::pair<std::string, std::string>> failures_;  ///< what could not be made, and why
   RunResult result_;
+  std::string made_from_;                               ///< one word for all that the results depend on
   std::map<std::string, StageTiming> earlier_timings_;  ///< by stage
   SampleStage sampling_{experiment_, options_, data_, earlier_timings_, [this] { mark_unfinished(); }};
 };

@@ -56,13 +56,14 @@ double memory_needed(const Experiment& experiment, int threads);
 
 /// What a run leaves behind.
 struct RunResult {
-  Analysis analysis;                    ///< empty unless the stage analyse was needed
+  Analysis analysis;                    ///< empty unless the stage analyse was needed and not all was there
   ReportFiles files;                    ///< empty unless the stage report was needed
   std::vector<std::string> unexpected;  ///< claims whose verdict is not the expected one, as sentences
   std::string failure = {};             ///< what the machine did not let be made, while all else was; empty if nothing
 };
 
-/// Runs the stages in order, reusing finished ensembles, and leaves in the folder what the README lists. manifest.json
+/// Does nothing where the folder holds the whole results of the same experiment by the same program and libraries. Else
+/// runs the stages in order, reusing finished ensembles, and leaves in the folder what the README lists. manifest.json
 /// is written in any case, also when a stage fails or the run is interrupted; the error then goes on to the caller. A
 /// figure that cannot be made ends nothing: the report says so in its place, and RunResult::failure.
 RunResult run_experiment(const Experiment& experiment, const RunOptions& options);

@@ -125,6 +125,11 @@ std::string manifest_json(const ReportData& data, const std::filesystem::path& r
   json["finished"] = current_time();
   json["seed"] = data.seed;
   json["experiment_key"] = data.resolved_experiment_key;
+  if (outcome.status == "done") {
+    json["made_from"] = outcome.finished.made_from;
+    json["stages"] = outcome.finished.stages;
+    json["unexpected"] = outcome.finished.unexpected;
+  }
   json["provenance"] = to_json(data.provenance);
   json["environment"] = to_json(data.environment);
   json["timings"] = stages_json(data.timings, outcome.earlier_timings);

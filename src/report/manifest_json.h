@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "report/finished_run.h"
 #include "report/report_data.h"
 
 namespace granuscope {
@@ -13,6 +14,7 @@ struct RunOutcome {
   std::string status = "done";       ///< "done", "failed", "interrupted", or "unfinished": at work, or killed since
   std::optional<int> exit_code = 0;  ///< of an unfinished run none
   std::string error;                 ///< the message, empty if all went well
+  FinishedRun finished = {};  ///< for later runs
   std::map<std::string, StageTiming> earlier_timings = {};  ///< of stages that this run has not come to
 };
 

@@ -24,6 +24,9 @@ struct ReportFiles {
   std::string pdf_skipped;                   ///< one sentence why there is no PDF; empty if there is one
 };
 
+/// The same of a report that is there already.
+ReportFiles files_in(const std::filesystem::path& run_folder);
+
 /// Writes summary.json, claims.xml, summary.md, report.html and report.pdf into `run_folder`, each whole or not at all.
 /// Figures are read from `run_folder` by the relative paths they carry. Throws InputError for a figure that cannot be
 /// read, EnvironmentError for files that cannot be written.

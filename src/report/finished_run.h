@@ -1,0 +1,20 @@
+#pragma once
+#include <filesystem>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace granuscope {
+
+/// What a later run need not make again, kept in manifest.json.
+struct FinishedRun {
+  std::string made_from;                ///< one word for all that the results depend on
+  std::set<std::string> stages;         ///< by name, that were done
+  std::vector<std::string> unexpected;  ///< sentences: verdicts that are not the expected ones
+};
+
+/// The finished run in this folder, if every file that its manifest lists is there with the bytes that it had.
+std::optional<FinishedRun> find_finished_run(const std::filesystem::path& run_folder);
+
+}  // namespace granuscope
