@@ -123,10 +123,11 @@ std::vector<Trend> number_trends(const std::vector<Night>& nights) {
   }
   // What is exact, and has been so on every night, is no trend.
   std::erase_if(trends, [](const Trend& trend) {
-    const bool exact_each_night = std::all_of(trend.error.begin(), trend.error.end(), [](double e) { return !(e > 0); });
+    const bool exact_each_night =
+        std::all_of(trend.error.begin(), trend.error.end(), [](double e) { return !(e > 0); });
     const auto first = std::find_if(trend.value.begin(), trend.value.end(), [](double v) { return std::isfinite(v); });
-    return exact_each_night && std::all_of(trend.value.begin(), trend.value.end(),
-                                           [&](double v) { return std::isnan(v) || v == *first; });
+    return exact_each_night &&
+           std::all_of(trend.value.begin(), trend.value.end(), [&](double v) { return std::isnan(v) || v == *first; });
   });
   return trends;
 }

@@ -248,10 +248,12 @@ class NightRun {
     }
     for (const Json& claim : record.summary.at("claims")) {
       const std::string id = claim.at("id"), verdict = claim.at("verdict");
-      night_.verdicts.push_back({id, verdict, claim.at("z_score").is_number() ? claim.at("z_score").get<double>() : std::nan("")});
+      night_.verdicts.push_back(
+          {id, verdict, claim.at("z_score").is_number() ? claim.at("z_score").get<double>() : std::nan("")});
       if (id == frictionless_claim && verdict == "not reproduced") {
-        alarm("identity", fmt::format("{}: {}, which holds exactly for any piles", claim.at("statement").get<std::string>(),
-                                      claim.at("explanation").get<std::string>()));
+        alarm("identity",
+              fmt::format("{}: {}, which holds exactly for any piles", claim.at("statement").get<std::string>(),
+                          claim.at("explanation").get<std::string>()));
       }
     }
     add_stage_times();

@@ -83,10 +83,18 @@ void draw_in_pieces(const EnsembleSpec& spec, const SamplerSpec& measured, std::
   auto kept = Clock::now();
   // What a group costs depends on the law: pieces grow until they take as long as they should.
   std::uint64_t per_piece = 1;
+  const std::uint64_t done_at_start = done;
   while (done < all) {
     const std::uint64_t to = std::min(all, done + per_piece);
     const auto start = Clock::now();
-    add_groups(spec, measured, done, to, record, threads, progress);
+    const EnsembleRecord before = record;  // what an interruption leaves of it is of no use
+    try {
+      add_groups(spec, measured, done, to, record, threads, progress);
+    } catch (const Interrupted&) {
+      record = before;
+      if (done > done_at_start) keep(done);
+      throw;
+    }
     done = to;
     if (seconds_since(start) < parts.look) per_piece *= 2;
     if (done == all || seconds_since(kept) < parts.seconds) continue;

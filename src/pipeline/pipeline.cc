@@ -156,10 +156,12 @@ class Run {
   /// take them for its own. Written again with each ensemble, so that a kill does not make forgotten what it took.
   void mark_unfinished() {
     write_manifest(data_, options_.folder,
-                   {"unfinished", std::nullopt,
+                   {"unfinished",
+                    std::nullopt,
                     "the run is at work or was killed, so that what is here may be of an earlier one; the same command "
                     "goes on from there",
-                    {}, earlier_timings_});
+                    {},
+                    earlier_timings_});
   }
 
   void measure_studies() {

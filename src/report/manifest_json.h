@@ -14,7 +14,7 @@ struct RunOutcome {
   std::string status = "done";       ///< "done", "failed", "interrupted", or "unfinished": at work, or killed since
   std::optional<int> exit_code = 0;  ///< of an unfinished run none
   std::string error;                 ///< the message, empty if all went well
-  FinishedRun finished = {};  ///< for later runs
+  FinishedRun finished = {};         ///< for later runs
   std::map<std::string, StageTiming> earlier_timings = {};  ///< of stages that this run has not come to
 };
 

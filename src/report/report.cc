@@ -11,8 +11,12 @@
 namespace granuscope {
 
 ReportFiles files_in(const std::filesystem::path& run_folder) {
-  ReportFiles files{run_folder / "summary.json", run_folder / "claims.xml", run_folder / "summary.md",
-                    run_folder / "report.html",  std::nullopt,              ""};
+  ReportFiles files{run_folder / "summary.json",
+                    run_folder / "claims.xml",
+                    run_folder / "summary.md",
+                    run_folder / "report.html",
+                    std::nullopt,
+                    ""};
   if (std::filesystem::exists(run_folder / "report.pdf")) files.pdf = run_folder / "report.pdf";
   return files;
 }

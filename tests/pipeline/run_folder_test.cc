@@ -17,8 +17,9 @@ TEST_CASE("a folder is one run's at a time") {
   const auto path = folder / "deep/er";
   auto first = std::make_unique<RunFolder>(path);
   CHECK(std::filesystem::is_directory(path));
-  CHECK_THROWS_WITH(RunFolder(path), Contains("another run or shard is working in") && Contains("choose another --out"));
-  CHECK_THROWS_AS(RunFolder(path), EnvironmentError);
+  CHECK_THROWS_WITH(RunFolder(path),
+                    Contains("another run or shard is working in") && Contains("choose another --out"));
+  CHECK_THROWS_AS(RunFolder(path), BusyError);
   CHECK_NOTHROW(RunFolder(folder / "other"));
   first.reset();
   CHECK_NOTHROW(RunFolder(path));

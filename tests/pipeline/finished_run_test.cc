@@ -1,0 +1,100 @@
+// A run whose results are all there does nothing.
+#include <catch2/catch.hpp>
+#include <chrono>
+#include <filesystem>
+#include <map>
+#include <thread>
+#include <vector>
+
+#include "experiment/experiment_file.h"
+#include "kit/small_experiment.h"
+#include "kit/temporary_folder.h"
+#include "pipeline/ensemble_stage.h"
+#include "pipeline/quiet_run.h"
+#include "support/atomic_file.h"
+#include "support/error.h"
+#include "support/interruption.h"
+
+using namespace granuscope;
+using test::TemporaryFolder;
+namespace fs = std::filesystem;
+
+namespace {
+
+Experiment experiment() {
+  Experiment small = parse_experiment(smallest_experiment_text, "small.toml");
+  small.report.pdf = false;
+  return small;
+}
+
+std::map<std::string, fs::file_time_type> times_in(const fs::path& folder) {
+  std::map<std::string, fs::file_time_type> times;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    if (entry.is_regular_file()) times[entry.path().string()] = fs::last_write_time(entry.path());
+  }
+  return times;
+}
+
+}  // namespace
+
+TEST_CASE("An unchanged experiment run again does nothing, in a third of a second") {
+  const TemporaryFolder folder;
+  Experiment small = experiment();
+  small.expected_verdicts["frictionless"] = "not reproduced";
+  const RunResult first = run_experiment(small, quiet(folder.path()));
+  REQUIRE(first.unexpected.size() == 1);
+  const auto before = times_in(folder.path());
+  const auto start = std::chrono::steady_clock::now();
+  const RunResult again = run_experiment(small, quiet(folder.path()));
+  CHECK(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() < 0.3);
+  CHECK(times_in(folder.path()) == before);
+  CHECK(again.unexpected == first.unexpected);
+  CHECK(again.files.html == first.files.html);
+  CHECK(again.failure.empty());
+  // What is part of it is there, too.
+  run_experiment(small, quiet(folder.path(), {Stage::analyse}));
+  CHECK(times_in(folder.path()) == before);
+}
+
+TEST_CASE("What is missing, damaged or asked for otherwise is made again") {
+  const TemporaryFolder folder;
+  Experiment small = experiment();
+  run_experiment(small, quiet(folder.path(), {Stage::analyse}));
+  CHECK_FALSE(fs::exists(folder / "summary.json"));
+  run_experiment(small, quiet(folder.path()));  // more stages than are there
+  const std::string summary = read_file(folder / "summary.json"), figure = "figures/response-profiles.svg";
+  const std::string plot = read_file(folder / figure);
+
+  fs::remove(folder / figure);
+  run_experiment(small, quiet(folder.path()));
+  CHECK((read_file(folder / figure) == plot));
+  std::string damaged = plot;
+  damaged[damaged.size() / 2] ^= 1;
+  write_file(folder / figure, damaged);
+  run_experiment(small, quiet(folder.path()));
+  CHECK((read_file(folder / figure) == plot));
+
+  small.fit.layer_step = 3;
+  run_experiment(small, quiet(folder.path()));
+  CHECK(read_file(folder / "summary.json") != summary);
+  small.fit.layer_step = 2;
+  run_experiment(small, quiet(folder.path()));
+  CHECK((read_file(folder / "summary.json") == summary));
+}
+
+TEST_CASE("An interrupted ensemble keeps what was drawn, however long ago the last part was") {
+  const TemporaryFolder folder;
+  Experiment large = experiment();
+  large.response.samples = 32 * group_size * 2000;
+  const PartPolicy never_by_itself{1e9, 0};
+  std::vector<PlannedEnsemble> planned = plan_ensembles(large, folder.path());
+  std::thread stopper([] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    request_interruption(true);
+  });
+  CHECK_THROWS_AS(obtain_ensemble(planned[1], folder.path(), 2, ProgressStyle::silent, never_by_itself), Interrupted);
+  stopper.join();
+  request_interruption(false);
+  CHECK(fs::exists(folder.path() / part_file(planned[1])));
+  CHECK(plan_ensembles(large, folder.path())[1].begun > 0);
+}
