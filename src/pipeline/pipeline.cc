@@ -31,6 +31,7 @@
 #include "support/error.h"
 #include "support/installed_program.h"
 #include "support/number_format.h"
+#include "support/template_file.h"
 
 namespace granuscope {
 namespace {
@@ -46,7 +47,8 @@ std::string state_of(const std::string& program) {
 
 /// One word for all that results depend on: the experiment, this program, its libraries, and the programs it runs.
 std::string key_of_all(const ReportData& data) {
-  std::string text = data.resolved_experiment + sha256_of_file("/proc/self/exe") + data.provenance.processor_features;
+  std::string text = data.resolved_experiment + templates_digest() + sha256_of_file("/proc/self/exe") +
+                     data.provenance.processor_features;
   for (const auto& [name, version] : data.provenance.libraries) text += fmt::format("\n{} {}", name, version);
   for (const char* program : {"gnuplot", "weasyprint"}) text += "\n" + state_of(program);
   return cache_key(text);
