@@ -178,7 +178,7 @@ void add_run_verb(CLI::App& app, VerbContext& context) {
           "KEY=VALUE in the place of what CONFIG says, for example --set response.samples=1024; may be repeated")
       ->expected(1)
       ->take_all();
-  verb->add_flag("--quiet", options->quiet, "say nothing but errors");
+  verb->add_flag("-q,--quiet", options->quiet, "say nothing but errors");
   verb->add_flag(
       "--keep-going", options->keep_going,
       "begin although the machine lacks something: that costs its own results only, and status 3 at the end");
