@@ -23,6 +23,7 @@ Analysis analyse(std::vector<MeasuredTransport> measured, const FitSpec& fit, co
     analysis.by_ratio.push_back(fit_ratio_scaling(measured, layer, fit.scaling_window));
   }
   analysis.mean_exponents = average_exponents(measured, claims.exponent_tolerance);
+  analysis.mean_position_offset = average_position_offset(measured);
   analysis.claims = judge_claims(analysis, fit, claims);
   return analysis;
 }

@@ -14,11 +14,15 @@ namespace {
 /// coefficients meet it by chance once in 2600 experiments.
 constexpr double outlier = 4;
 
-/// Exponents of z or N. The mean over all friction coefficients is judged by the rule for numbers, the tolerance of the
-/// experiment taking the place of the paper's error (the paper states these exponents for large z and N); one is also
-/// not reproduced if its value at any single mu lies more than four combined standard errors off.
+/// W grows in proportion to z in an elastic medium, isotropic or not.
+const Rival elastic_width{2, "elastic scaling"};
+
+/// Exponents of z or N. The mean over all friction coefficients is judged by the rule for numbers, with the tolerance
+/// of the experiment (the paper states these exponents for large z and N); one is also not reproduced if its value at
+/// any single mu lies more than four standard errors off.
 Claim judge_exponent(const Analysis& analysis, const ClaimSpec& spec, Claim claim, Estimate Exponents::*exponent,
-                     double paper, const std::string& what) {
+                     double value, const std::optional<Rival>& rival, const std::string& what) {
+  const PaperNumber paper{.value = value, .tolerance = spec.exponent_tolerance};
   std::vector<double> mu;
   double farthest = 0, farthest_z = 0;
   Estimate farthest_power;
@@ -26,13 +30,13 @@ Claim judge_exponent(const Analysis& analysis, const ClaimSpec& spec, Claim clai
     const Estimate& power = result.exponents.*exponent;
     if (!power.known()) continue;
     mu.push_back(result.mu());
-    const double z = judge_number(power, paper, spec.exponent_tolerance).z_score;
+    const double z = judge_number(power, paper).z_score;
     if (std::abs(z) < std::abs(farthest_z)) continue;
     farthest = result.mu();
     farthest_z = z;
     farthest_power = power;
   }
-  judge_by_number(claim, analysis.mean_exponents.*exponent, paper, spec.exponent_tolerance,
+  judge_by_number(claim, analysis.mean_exponents.*exponent, paper, rival,
                   mu.empty() ? what : fmt::format("{} {}", what, over_all_mu(mu)));
   if (mu.empty()) {
     claim.explanation = fmt::format("No power could be taken: {}.", claim.measured.reason);
@@ -42,11 +46,11 @@ Claim judge_exponent(const Analysis& analysis, const ClaimSpec& spec, Claim clai
   if (std::abs(farthest_z) > outlier && claim.verdict != not_reproduced) {
     claim.verdict = not_reproduced;
     claim.explanation = fmt::format(
-        "{} is {} at μ = {}, {} combined standard errors off, though the mean over {}, {}, lies only {} off.", what,
-        single, farthest, significant(std::abs(farthest_z), 2), list_of_mu(mu),
+        "{} is {} at μ = {}, {} standard errors off, though the mean over {}, {}, lies only {} off.", what, single,
+        farthest, significant(std::abs(farthest_z), 2), list_of_mu(mu),
         value_with_error(claim.measured.value, claim.measured.standard_error), significant(std::abs(claim.z_score), 2));
   } else if (std::abs(farthest_z) > outlier) {
-    add_sentence(claim, fmt::format("At μ = {} alone it is {}, {} combined standard errors off.", farthest, single,
+    add_sentence(claim, fmt::format("At μ = {} alone it is {}, {} standard errors off.", farthest, single,
                                     significant(std::abs(farthest_z), 2)));
   } else if (mu.size() > 1) {
     add_sentence(claim, fmt::format("The single value farthest off is {} at μ = {}.", single, farthest));
@@ -70,30 +74,6 @@ std::string line_sentence(const Analysis& analysis, LineTest Transport::*line) {
       significant(chi2, 3), degrees_of_freedom);
 }
 
-/// The power that the straight lines W^2 = w_0 + D z alone would give the heights, at the middle of the window, over
-/// the friction coefficients whose D is known to differ from 0.
-std::string offset_sentence(const Analysis& analysis) {
-  double lowest = 0, highest = -1;
-  for (const Transport& result : analysis.results) {
-    if (!result.exponents.amplitude.known() || result.depths.empty()) continue;
-    if (!(result.D.value > agreement * result.D.standard_error)) continue;
-    double first = 0, last = 0;
-    for (const DepthFit& depth : result.depths) {
-      if (depth.layer == result.window_layers[0]) first = depth.z;
-      if (depth.layer == result.window_layers[1]) last = depth.z;
-    }
-    const double spread = result.D.value * std::sqrt(first * last);
-    const double power = -0.5 * spread / (result.width_offset.value + spread);
-    lowest = std::min(lowest, power);
-    highest = std::max(highest, power);
-  }
-  if (highest < lowest) return "";
-  std::string range = significant(highest, 2);
-  if (significant(lowest, 2) != range) range += " to " + significant(lowest, 2);
-  return fmt::format("At these depths the offset w₀ of W² = w₀ + D z alone makes it {}; −1/2 is its limit at large z.",
-                     range);
-}
-
 }  // namespace
 
 // The power p of x_p = x_0 + A z^p against 1: the curvature of x_p(z) over the window.
@@ -101,7 +81,7 @@ Claim judge_linear_position(const Analysis& analysis, const ClaimSpec& spec) {
   Claim claim = judge_exponent(
       analysis, spec,
       open_claim("linear-position", "The position xₚ of the peaks grows linearly with z.", "power of z in xₚ − x₀"),
-      &Exponents::position, 1, "The power of z in xₚ − x₀");
+      &Exponents::position, 1, {}, "The power of z in xₚ − x₀");
   add_sentence(claim, line_sentence(analysis, &Transport::position_line));
   return claim;
 }
@@ -111,17 +91,24 @@ Claim judge_diffusive_width(const Analysis& analysis, const ClaimSpec& spec) {
   Claim claim = judge_exponent(analysis, spec,
                                open_claim("diffusive-width", "The squared width W² of the peaks grows linearly with z.",
                                           "power of z in W² − w₀"),
-                               &Exponents::width, 1, "The power of z in W² − w₀");
+                               &Exponents::width, 1, elastic_width, "The power of z in W² − w₀");
   add_sentence(claim, line_sentence(analysis, &Transport::width_line));
   return claim;
 }
 
-// The power of z in the height of the measured peaks against -1/2, an exact fraction: the slope of ln height on ln z.
+// The power p of the peak height h against -1/2: 1/h^2 = a + A z^(-2p), so that an offset of W^2 counts for nothing.
 Claim judge_amplitude(const Analysis& analysis, const ClaimSpec& spec) {
-  Claim claim = judge_exponent(
+  return judge_exponent(
       analysis, spec, open_claim("amplitude", "The height of the peaks falls as 1/√z.", "power of z in the height"),
-      &Exponents::amplitude, -0.5, "The power of z in the height");
-  if (claim.measured.known()) add_sentence(claim, offset_sentence(analysis));
+      &Exponents::amplitude, -0.5, Rival{-1, "elastic scaling"}, "The power of z in the height, apart from an offset,");
+}
+
+// The power of W^2 against 2, which every elastic response has.
+Claim judge_no_elastic_scaling(const Analysis& analysis, const ClaimSpec& spec) {
+  Claim claim = open_claim("no-elastic-scaling", "The widths do not grow in proportion to z, as in any elastic medium.",
+                           "power of z in W² − w₀");
+  judge_by_exclusion(claim, analysis.mean_exponents.width, {.value = 1, .tolerance = spec.exponent_tolerance},
+                     elastic_width, "The mean power of z in W² − w₀");
   return claim;
 }
 
@@ -132,10 +119,10 @@ Claim judge_noise(const Analysis& analysis, const ClaimSpec& spec) {
   Claim claim = judge_exponent(
       analysis, spec,
       open_claim("noise", "The residual noise of the averaged response falls as 1/√N.", "power of N in the residual"),
-      &Exponents::noise, paper, "The power of N in the rms residual about the fit");
+      &Exponents::noise, paper, {}, "The power of N in the rms residual about the fit");
   if (claim.verdict != not_reproduced) return claim;
   const auto above = [&](const Estimate& power, double allowed) {
-    return power.known() && judge_number(power, paper, spec.exponent_tolerance).z_score > allowed;
+    return power.known() && judge_number(power, {paper, 0, spec.exponent_tolerance}).z_score > allowed;
   };
   const bool another_shape =
       above(claim.measured, agreement) ||

@@ -16,6 +16,10 @@ Claim judge_amplitude(const Analysis& analysis, const ClaimSpec& spec);
 Claim judge_c_of_mu(const Analysis& analysis);
 Claim judge_D_of_mu(const Analysis& analysis);
 Claim judge_c_of_D(const Analysis& analysis);
+Claim judge_no_elastic_scaling(const Analysis& analysis, const ClaimSpec& spec);
+Claim judge_differs_from_theory(const Analysis& analysis);
+Claim judge_two_gaussians(const Analysis& analysis, const FitSpec& fit, const ClaimSpec& spec);
+Claim judge_closer_and_wider(const Analysis& analysis, const FitSpec& fit);
 Claim judge_noise(const Analysis& analysis, const ClaimSpec& spec);
 
 }  // namespace granuscope

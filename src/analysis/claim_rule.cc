@@ -10,21 +10,55 @@
 
 namespace granuscope {
 
-NumberVerdict judge_number(const Estimate& measured, double paper, double paper_error) {
-  if (!measured.known() || !std::isfinite(measured.standard_error)) {
-    return {undetermined, std::numeric_limits<double>::quiet_NaN()};
-  }
-  const double error = std::hypot(measured.standard_error, paper_error);
-  const double distance = measured.value - paper;
+namespace {
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+double in_errors(double distance, double error) {
   // Without any error only the exact number agrees.
-  const double z = error > 0        ? distance / error
-                   : distance == 0. ? 0.
-                                    : std::copysign(std::numeric_limits<double>::infinity(), distance);
-  const double deviation = deviation_to_detect * std::abs(paper);
-  const bool hidden = deviation <= agreement * error;
-  const bool hidden_by_paper = deviation <= agreement * paper_error && measured.standard_error <= paper_error;
-  if (std::abs(z) > agreement) return {not_reproduced, z};
-  return {hidden && !hidden_by_paper ? undetermined : reproduced, z};
+  if (error > 0) return distance / error;
+  return distance == 0. ? 0. : std::copysign(std::numeric_limits<double>::infinity(), distance);
+}
+
+/// Of the values as far off the paper's as must be detected, the one nearer to the measured.
+Rival detectable_deviation(const PaperNumber& paper, double measured) {
+  const double off = std::copysign(deviation_to_detect * std::abs(paper.value), measured - paper.value);
+  return {paper.value + off, fmt::format("{} % off", significant(100 * deviation_to_detect, 2))};
+}
+
+std::string number_in_words(const Estimate& measured) {
+  std::string number = value_with_error(measured.value, measured.standard_error);
+  if (measured.systematic > 0 && measured.standard_error > 0) {
+    number += fmt::format(" with a systematic error of {}", significant(measured.systematic, 2));
+  }
+  return number;
+}
+
+std::string rival_in_words(const Claim& claim) {
+  return fmt::format("{} from {} ({})", significant(std::abs(claim.rival_distance), 2), significant(claim.rival, 2),
+                     claim.rival_name);
+}
+
+void take_unmeasured(Claim& claim, const std::string& what) {
+  claim.verdict = not_tested;
+  if (claim.measured.reason.empty()) claim.measured.reason = "the experiment does not contain it";
+  claim.explanation = fmt::format("{} could not be measured: {}.", what, claim.measured.reason);
+}
+
+}  // namespace
+
+double total_error(const Estimate& measured) {
+  return std::hypot(measured.standard_error, std::isfinite(measured.systematic) ? measured.systematic : 0.0);
+}
+
+NumberVerdict judge_number(const Estimate& measured, const PaperNumber& paper, const std::optional<Rival>& rival) {
+  const Rival other = rival ? *rival : detectable_deviation(paper, measured.value);
+  if (!measured.known() || !std::isfinite(measured.standard_error)) return {not_tested, nan, other, nan};
+  const double error = std::hypot(total_error(measured), paper.tolerance);
+  const double z = in_errors(measured.value - paper.value, std::hypot(error, paper.error));
+  const double rival_distance = in_errors(measured.value - other.value, error);
+  if (std::abs(z) > agreement) return {not_reproduced, z, other, rival_distance};
+  return {std::abs(rival_distance) > agreement ? reproduced : not_decided, z, other, rival_distance};
 }
 
 Claim open_claim(const std::string& id, const std::string& statement, const std::string& quantity) {
@@ -32,13 +66,12 @@ Claim open_claim(const std::string& id, const std::string& statement, const std:
   claim.id = id;
   claim.statement = statement;
   claim.quantity = quantity;
-  claim.paper = std::numeric_limits<double>::quiet_NaN();
-  claim.z_score = std::numeric_limits<double>::quiet_NaN();
+  claim.paper = claim.z_score = claim.rival = claim.rival_distance = nan;
   return claim;
 }
 
 void leave_open(Claim& claim, const std::string& reason) {
-  claim.verdict = undetermined;
+  claim.verdict = not_tested;
   claim.measured = {};
   claim.measured.reason = reason;
   claim.explanation = reason + ".";
@@ -47,34 +80,43 @@ void leave_open(Claim& claim, const std::string& reason) {
   if (first >= 'a' && first <= 'z') first = static_cast<char>(first - 'a' + 'A');
 }
 
-void judge_by_number(Claim& claim, const Estimate& measured, double paper, double paper_error,
-                     const std::string& what) {
+void judge_by_number(Claim& claim, const Estimate& measured, const PaperNumber& paper,
+                     const std::optional<Rival>& rival, const std::string& what) {
+  const NumberVerdict judged = judge_number(measured, paper, rival);
   claim.measured = measured;
-  claim.paper = paper;
-  claim.paper_error = paper_error;
-  const NumberVerdict judged = judge_number(measured, paper, paper_error);
+  claim.paper = paper.value;
+  claim.paper_error = paper.error;
+  claim.tolerance = paper.tolerance;
   claim.verdict = judged.verdict;
   claim.z_score = judged.z_score;
-  if (!measured.known()) {
-    if (claim.measured.reason.empty()) claim.measured.reason = "the experiment does not contain it";
-    claim.explanation = fmt::format("{} could not be measured: {}.", what, claim.measured.reason);
-    return;
-  }
-  const std::string number = value_with_error(measured.value, measured.standard_error);
-  const std::string distance = significant(std::abs(judged.z_score), 2);
-  if (claim.verdict == undetermined) {
-    const std::string cost = cost_of_deciding(measured, paper, paper_error);
-    claim.explanation = fmt::format(
-        "{} is {}, too uncertain to tell a deviation of 20 %; it lies {} combined standard errors from the paper’s "
-        "value{}.",
-        what, number, distance, cost.empty() ? "" : "; " + cost);
-  } else if (claim.verdict == reproduced) {
-    claim.explanation =
-        fmt::format("{} is {} and agrees with the paper within {} combined standard errors.", what, number, distance);
-  } else {
-    claim.explanation = fmt::format("{} is {}; it lies {} combined standard errors {} the paper’s value.", what, number,
-                                    distance, judged.z_score > 0 ? "above" : "below");
-  }
+  if (!measured.known()) return take_unmeasured(claim, what);
+  claim.rival = judged.rival.value;
+  claim.rival_name = judged.rival.name;
+  claim.rival_distance = judged.rival_distance;
+  claim.explanation = fmt::format("{} is {}, in standard errors {} {} the paper’s value and {}", what,
+                                  number_in_words(measured), significant(std::abs(judged.z_score), 2),
+                                  judged.z_score > 0 ? "above" : "below", rival_in_words(claim));
+  claim.explanation +=
+      claim.verdict == not_decided ? fmt::format("; {}.", cost_of_deciding(measured, paper, claim.rival)) : ".";
+}
+
+void judge_by_exclusion(Claim& claim, const Estimate& measured, const PaperNumber& paper, const Rival& rival,
+                        const std::string& what) {
+  claim.measured = measured;
+  if (!measured.known() || !std::isfinite(measured.standard_error)) return take_unmeasured(claim, what);
+  const double error = std::hypot(total_error(measured), paper.tolerance);
+  const double from_paper = in_errors(measured.value - paper.value, error);
+  claim.tolerance = paper.tolerance;
+  claim.rival = rival.value;
+  claim.rival_name = rival.name;
+  claim.rival_distance = in_errors(measured.value - rival.value, error);
+  claim.verdict = std::abs(claim.rival_distance) > agreement ? reproduced
+                  : std::abs(from_paper) > agreement         ? not_reproduced
+                                                             : not_decided;
+  claim.explanation =
+      fmt::format("{} is {}, in standard errors {}", what, number_in_words(measured), rival_in_words(claim));
+  claim.explanation +=
+      claim.verdict == not_decided ? fmt::format("; {}.", cost_of_deciding(measured, paper, claim.rival)) : ".";
 }
 
 void add_sentence(Claim& claim, const std::string& sentence) {
@@ -84,14 +126,16 @@ void add_sentence(Claim& claim, const std::string& sentence) {
   text += sentence;
 }
 
-std::string cost_of_deciding(const Estimate& measured, double paper, double paper_error) {
-  const double room = std::pow(deviation_to_detect * paper / agreement, 2) - paper_error * paper_error;
-  if (!measured.known() || !(room > 0)) return "";
-  const double factor = measured.standard_error * measured.standard_error / room;
-  return factor > 1 ? more_piles(factor) : "";
+std::string cost_of_deciding(const Estimate& measured, const PaperNumber& paper, double rival) {
+  const double systematic = std::isfinite(measured.systematic) ? measured.systematic : 0;
+  const double room =
+      std::pow((rival - paper.value) / agreement, 2) - systematic * systematic - paper.tolerance * paper.tolerance;
+  if (!(room > 0)) return "more piles do not decide it, since the systematic error alone hides the difference";
+  return more_piles(measured.standard_error * measured.standard_error / room);
 }
 
 std::string more_piles(double factor) {
+  if (factor < 1) return "somewhat more piles would decide it";
   if (!(factor < 1000)) return "more than a thousand times as many piles would be needed";
   return fmt::format("about {} times as many piles would decide it", significant(factor, 2));
 }

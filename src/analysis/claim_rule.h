@@ -1,4 +1,6 @@
 #pragma once
+#include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -8,43 +10,72 @@ namespace granuscope {
 
 inline constexpr const char* reproduced = "reproduced";
 inline constexpr const char* not_reproduced = "not reproduced";
-inline constexpr const char* undetermined = "undetermined";
+inline constexpr const char* not_decided = "not decided";  ///< measured, too uncertainly
+inline constexpr const char* not_tested = "not tested";    ///< not measured in this run
 
-/// Standard deviations up to which two numbers agree.
+/// All of them, in this order.
+inline constexpr std::array<const char*, 4> all_verdicts{reproduced, not_reproduced, not_decided, not_tested};
+
+/// Standard errors up to which two numbers agree.
 inline constexpr double agreement = 3;
-/// Share of the paper's number that a measurement must be able to tell from it.
+/// How far from the paper's number the rival lies where no theory names one, as a share of that number.
 inline constexpr double deviation_to_detect = 0.2;
+
+/// A number as the paper states it.
+struct PaperNumber {
+  double value = 0;
+  double error =
+      0;  ///< the paper's where it gives one, half a unit of its last digit otherwise, 0 for a proportionality
+  double tolerance = 0;  ///< granted by the experiment, since the paper's value is a limit
+};
+
+/// The value that another theory predicts.
+struct Rival {
+  double value = 0;
+  std::string name;
+};
 
 /// A number of the paper held against a measured one.
 struct NumberVerdict {
   std::string verdict;
   double z_score = 0;  ///< NaN where the measurement is unknown
+  Rival rival;
+  double rival_distance = 0;  ///< standard errors; NaN where the measurement is unknown
 };
 
-/// The rule for claims with a number: z = (m - p)/sqrt(s^2 + s_p^2), s_p being the paper's error where it gives one,
-/// half a unit of its last digit otherwise and 0 for a law stated as exact. "not reproduced" if |z| > 3; else
-/// "undetermined" if the measurement is unknown or s so large that a deviation of 20 % of p would not reach |z| > 3,
-/// else "reproduced". Where s_p alone already hides 20 % of p, a measurement more precise than the paper's number (s <=
-/// s_p) decides.
-NumberVerdict judge_number(const Estimate& measured, double paper, double paper_error);
+/// The rule for claims with a number: the pull z = (m - p)/sqrt(s^2 + s_sys^2 + s_p^2 + t^2), with the statistical and
+/// the systematic error of the measured m, the paper's error and the tolerance. "not reproduced" if |z| > 3; else
+/// "reproduced" if the rival lies more than 3 sqrt(s^2 + s_sys^2 + t^2) from m; else "not decided". Without a rival of
+/// a theory it is p (1 +- 0.2), the nearer of the two. "not tested" if m is unknown.
+NumberVerdict judge_number(const Estimate& measured, const PaperNumber& paper, const std::optional<Rival>& rival = {});
 
-/// A claim without a verdict yet: no number of the paper, no z-score.
+/// Statistical and systematic error in quadrature.
+double total_error(const Estimate& measured);
+
+/// A claim without a verdict yet: no number of the paper, no pull, no rival.
 Claim open_claim(const std::string& id, const std::string& statement, const std::string& quantity);
 
-/// Sets a claim to "undetermined" for want of a measurement: `reason` is a clause without a full stop.
+/// Sets a claim to "not tested" for want of a measurement: `reason` is a clause without a full stop.
 void leave_open(Claim& claim, const std::string& reason);
 
 /// Sets verdict, numbers and a sentence about `what` by judge_number.
-void judge_by_number(Claim& claim, const Estimate& measured, double paper, double paper_error, const std::string& what);
+void judge_by_number(Claim& claim, const Estimate& measured, const PaperNumber& paper,
+                     const std::optional<Rival>& rival, const std::string& what);
+
+/// For a claim that `measured` is not what another theory says, `paper` being what the paper has instead: reproduced if
+/// the rival lies more than three errors off, not reproduced if it does not and the paper's value does, else not
+/// decided.
+void judge_by_exclusion(Claim& claim, const Estimate& measured, const PaperNumber& paper, const Rival& rival,
+                        const std::string& what);
 
 /// The first sentence added explains the verdict, further ones are remarks. An empty one adds nothing.
 void add_sentence(Claim& claim, const std::string& sentence);
 
-/// How many times as many piles would make a standard error small enough for a verdict: a clause such as "about 3 times
-/// as many piles would decide it", or an empty one where more piles are not what is missing.
-std::string cost_of_deciding(const Estimate& measured, double paper, double paper_error);
+/// How many times as many piles would set the paper's value apart from the rival: a clause such as "about 3 times as
+/// many piles would decide it", or one that says that more piles do not help.
+std::string cost_of_deciding(const Estimate& measured, const PaperNumber& paper, double rival);
 
-/// "about 3 times as many piles would decide it", for a factor above 1.
+/// "about 3 times as many piles would decide it".
 std::string more_piles(double factor);
 
 /// "μ = 0.1", "μ = 0.1, 0.2 and 0.3", "14 values of μ from 0.1 to 1.7".

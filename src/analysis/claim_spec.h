@@ -10,6 +10,8 @@ struct ClaimSpec {
   double decisive_chi2 = 25;
   /// The friction coefficient that an experiment must reach for what the paper claims "up to mu about 1.7".
   double highest_mu = 1.7;
+  /// Share of the response that two Gaussians which describe a profile well may leave out.
+  double largest_remainder = 0.05;
   /// Standard error granted to the exponent of a law that holds asymptotically, where the window ends at a finite
   /// depth.
   double exponent_tolerance = 0.02;

@@ -9,12 +9,16 @@ namespace granuscope {
 std::vector<Claim> judge_claims(const Analysis& analysis, const FitSpec& fit, const ClaimSpec& spec) {
   return {judge_frictionless(analysis),
           judge_double_peak(analysis, fit, spec),
+          judge_two_gaussians(analysis, fit, spec),
           judge_linear_position(analysis, spec),
           judge_diffusive_width(analysis, spec),
           judge_amplitude(analysis, spec),
+          judge_no_elastic_scaling(analysis, spec),
+          judge_closer_and_wider(analysis, fit),
           judge_c_of_mu(analysis),
           judge_D_of_mu(analysis),
           judge_c_of_D(analysis),
+          judge_differs_from_theory(analysis),
           judge_noise(analysis, spec)};
 }
 

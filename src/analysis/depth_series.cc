@@ -52,17 +52,6 @@ Replicated growth_exponent(const DepthSeries& series) {
   });
 }
 
-Replicated power_of_depth(const DepthSeries& series) {
-  const std::vector<double> weights = depth_weights(series.z);
-  std::vector<double> log_z;
-  std::vector<Replicated> log_y;
-  for (std::size_t i = 0; i < series.z.size(); ++i) {
-    log_z.push_back(std::log(series.z[i]));
-    log_y.push_back(transform([](double y) { return std::log(y); }, series.y[i]));
-  }
-  return transform_all(log_y, [&](const std::vector<double>& y) { return fit_line(log_z, y, weights).slope; });
-}
-
 LineTest test_line(const DepthSeries& series) {
   const std::size_t blocks = series.y.empty() ? 0 : series.y.front().without_block.size();
   const std::size_t depths = std::min(series.z.size(), blocks / blocks_per_tested_depth);

@@ -37,9 +37,6 @@ ReplicatedLine line_through(const DepthSeries& series, const WindowEdge& edge = 
 /// whatever its offset. Needs four depths or more.
 Replicated growth_exponent(const DepthSeries& series);
 
-/// The power p of y = A z^p: the slope of ln y on ln z.
-Replicated power_of_depth(const DepthSeries& series);
-
 /// chi^2 of the straight line with the joint covariance of the depths (line_test.h), of which at most B/4 for B blocks,
 /// spread evenly, take part.
 LineTest test_line(const DepthSeries& series);

@@ -11,4 +11,7 @@ namespace granuscope {
 /// (ClaimSpec::exponent_tolerance). Block b is left out at every mu at once.
 Exponents average_exponents(const std::vector<MeasuredTransport>& results, double tolerance);
 
+/// The offset x_0 of x_p = x_0 + c z, averaged likewise with weights 1/s^2.
+Estimate average_position_offset(const std::vector<MeasuredTransport>& results);
+
 }  // namespace granuscope

@@ -49,7 +49,7 @@ struct ResponseProfile {
 struct Exponents {
   Estimate position;   ///< p of x_p = x_0 + A z^p (growth_exponent); the paper: 1
   Estimate width;      ///< p of W^2 = w_0 + A z^p; the paper: 1
-  Estimate amplitude;  ///< p of the peak height A z^p; the paper: -1/2
+  Estimate amplitude;  ///< p of the peak height h, 1/h^2 = a + A z^(-2p); the paper: -1/2
   Estimate noise;      ///< p of the rms residual A N^p (noise_exponent); the paper: -1/2
 };
 
@@ -93,6 +93,9 @@ struct Transport {
   Estimate centre_background;            ///< likewise
   double largest_misfit = 0;             ///< largest misfit_at_least over the window
 
+  /// Sum of x_p over that of W, over the depths of the window where a shape was fitted. Two Gaussians make two peaks
+  /// where x_p > W.
+  Estimate peak_separation;
   Exponents exponents;
   LineTest position_line;  ///< of x_p = x_0 + c z
   LineTest width_line;     ///< of W^2 = w_0 + D z
@@ -117,12 +120,12 @@ struct ScalingFits {
   ScalingFit alpha;  ///< c0 - c against D
 };
 
-/// The exponents that come out if c and D are read as the ratios x_p/z and W^2/z at one depth, as the paper's Fig. 3
-/// draws them, instead of as slopes. Their corrections of order 1/z depend on mu and shift the exponents.
+/// The exponents that come out if c and D are read as ratios at one depth instead of as slopes.
 struct RatioScaling {
   int layer = 0;
-  double z = 0;  ///< bead diameters
-  ScalingFits fits;
+  double z = 0;           ///< bead diameters
+  ScalingFits fits;       ///< from x_p/z and W^2/z, as the paper's Fig. 3 draws them
+  ScalingFits from_load;  ///< from x_p/(z - 1/2) and W^2/(z - 1/2): depth below the centre of the loaded bead
 };
 
 /// The exponents from a choice beside that of the fit.
@@ -136,15 +139,19 @@ struct ScalingVariation {
 struct Claim {
   std::string id;         ///< "D-of-mu", ...
   std::string statement;  ///< the claim in one sentence
-  std::string verdict;    ///< "reproduced", "not reproduced" or "undetermined"
+  std::string verdict;    ///< one of the four of claim_rule.h
   std::string expected;   ///< the verdict the experiment file expects, empty if none
   std::string quantity;   ///< what `measured` is, in a few words
   Estimate measured;
   double paper = 0;  ///< NaN where the paper gives no number
   double paper_error = 0;
-  double z_score = 0;       ///< NaN where the claim is not decided by a number
-  std::string explanation;  ///< why, in one sentence
-  std::string remarks;      ///< further sentences, may be empty
+  double tolerance = 0;       ///< granted to it on top, in quadrature
+  double z_score = 0;         ///< the pull; NaN where the claim is not decided by a number
+  double rival = 0;           ///< the value that must be excluded before the paper's counts as reproduced; NaN: none
+  std::string rival_name;     ///< what predicts it, empty if there is none
+  double rival_distance = 0;  ///< of `measured` from it in standard errors; NaN: none
+  std::string explanation;    ///< why, in one sentence
+  std::string remarks;        ///< further sentences, may be empty
 };
 
 /// What the analysis stage hands on.
@@ -155,6 +162,7 @@ struct Analysis {
   std::vector<ScalingFits> other_windows;
   std::vector<RatioScaling> by_ratio;  ///< over the primary window, at the layers of the response profiles
   Exponents mean_exponents;            ///< over all mu with scatter, see exponent_average.h
+  Estimate mean_position_offset;       ///< x_0, likewise
   std::vector<Claim> claims;
 };
 

@@ -120,14 +120,22 @@ ScalingWithVariations fit_scaling_with_variations(const std::vector<MeasuredTran
 }
 
 RatioScaling fit_ratio_scaling(const std::vector<MeasuredTransport>& results, int layer, std::array<double, 2> window) {
-  std::vector<Coefficients> ratios;
+  // The load acts at the centre of a top bead, half a bead below the surface from which z counts.
+  const double z = Lattice::depth(layer), below_load = z - Lattice::depth(0);
+  const auto from_load = [&](double per_depth) { return per_depth * z / below_load; };
+  std::vector<MeasuredRatios> shifted;
+  std::vector<Coefficients> ratios, shifted_ratios;
+  shifted.reserve(results.size());
   for (const MeasuredTransport& result : results) {
     if (result.transport.exact) continue;
     for (const MeasuredRatios& one : result.ratios) {
-      if (one.layer == layer) ratios.push_back({result.transport.mu(), one.position, one.width_squared});
+      if (one.layer != layer) continue;
+      ratios.push_back({result.transport.mu(), one.position, one.width_squared});
+      shifted.push_back({layer, transform(from_load, one.position), transform(from_load, one.width_squared)});
+      shifted_ratios.push_back({result.transport.mu(), shifted.back().position, shifted.back().width_squared});
     }
   }
-  return {layer, Lattice::depth(layer), fit_all(ratios, window).shown()};
+  return {layer, z, fit_all(ratios, window).shown(), fit_all(shifted_ratios, window).shown()};
 }
 
 }  // namespace granuscope

@@ -24,7 +24,7 @@ struct ScalingWithVariations {
 ScalingWithVariations fit_scaling_with_variations(const std::vector<MeasuredTransport>& results,
                                                   std::array<double, 2> window);
 
-/// fit_scaling from the ratios x_p/z and W^2/z at one layer, where they were measured (MeasuredTransport::ratios).
+/// fit_scaling from the ratios at one layer, by both depths, where they were measured (MeasuredTransport::ratios).
 RatioScaling fit_ratio_scaling(const std::vector<MeasuredTransport>& results, int layer, std::array<double, 2> window);
 
 }  // namespace granuscope

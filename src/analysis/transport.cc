@@ -36,7 +36,7 @@ bool all_exact(const std::vector<MeasuredDepth>& depths) {
 void set_unknown(Transport& t, const std::string& reason) {
   for (Estimate* e :
        {&t.c, &t.D, &t.position_offset, &t.width_offset, &t.c_minus_c_thrust, &t.exponents.position, &t.exponents.width,
-        &t.exponents.amplitude, &t.exponents.noise, &t.fitted_area, &t.centre_background}) {
+        &t.exponents.amplitude, &t.exponents.noise, &t.fitted_area, &t.centre_background, &t.peak_separation}) {
     e->reason = reason;
   }
   t.position_line.reason = t.width_line.reason = reason;
@@ -61,16 +61,16 @@ void fit_exponents(const std::vector<const MeasuredDepth*>& used, const DepthSer
     t.position_line.reason = t.width_line.reason = reason;
     return;
   }
-  DepthSeries heights{peaks.z, {}};
+  DepthSeries spreads{peaks.z, {}};  // 1/h^2, in proportion to W^2
   ResidualNoise noise;
   for (const MeasuredDepth* depth : used) {
-    heights.y.push_back(depth->inside->height);
+    spreads.y.push_back(transform([](double height) { return 1 / (height * height); }, depth->inside->height));
     add(noise, depth->inside->noise);
   }
-  result.exponents = {growth_exponent(peaks), growth_exponent(widths), power_of_depth(heights), noise_exponent(noise)};
+  const Replicated amplitude = transform([](double power) { return -power / 2; }, growth_exponent(spreads));
+  result.exponents = {growth_exponent(peaks), growth_exponent(widths), amplitude, noise_exponent(noise)};
   t.exponents = {estimate(result.exponents.position), estimate(result.exponents.width),
-                 estimate(result.exponents.amplitude, "a measured peak height is not positive"),
-                 estimate(result.exponents.noise)};
+                 estimate(result.exponents.amplitude), estimate(result.exponents.noise)};
   t.position_line = test_line(peaks);
   t.width_line = test_line(widths);
 }
@@ -167,6 +167,7 @@ void fit_slopes(const std::vector<MeasuredDepth>& depths, const FitSpec& spec, M
   t.width_offset = estimate(lines.width.intercept);
   result.c = lines.position.slope;
   result.D = lines.width.slope;
+  result.position_offset = lines.position.intercept;
   measure_variations(run, result);
   t.fitted_area = mean_over(used, &ShapeDiagnostics::area);
   t.centre_background = mean_over(used, &ShapeDiagnostics::background);
@@ -191,6 +192,23 @@ void measure_thrust(const std::vector<MeasuredDepth>& depths, const FitSpec& spe
   if (t.c.known()) {
     t.c_minus_c_thrust = estimate(transform([](double c, double thrust) { return c - thrust; }, result.c, c_thrust));
   }
+}
+
+/// Over all depths of the window where a shape was fitted, whether its width can be told from a bead's or not.
+void measure_separation(const std::vector<MeasuredDepth>& depths, const FitSpec& spec, Transport& t) {
+  std::vector<Replicated> peaks, widths;
+  for (const MeasuredDepth& depth : depths) {
+    if (!in_window(spec, depth.fit.layer) || !at_step(spec, depth.fit.layer) || !depth.fit.peak_position.known())
+      continue;
+    peaks.push_back(depth.peak);
+    widths.push_back(depth.width);
+  }
+  if (t.exact || peaks.empty()) {
+    t.peak_separation.reason = t.exact ? "an exact profile has no scatter" : "no depth of the window could be fitted";
+    return;
+  }
+  const auto ratio = [](double peak, double width) { return peak / width; };
+  t.peak_separation = estimate(transform(ratio, mean_of(peaks), mean_of(widths)));
 }
 
 /// Where the second piles of the estimator paired follow another law than the first ones, no depth can be trusted.
@@ -302,6 +320,7 @@ MeasuredTransport measure_transport(const MeasuredEnsemble& ensemble, const FitS
       ensemble.spec.response.estimator == EstimatorName::paired ? refuse_pairs(ensemble, spec, depths) : "";
   fit_slopes(depths, spec, result);
   if (!against_pairs.empty()) set_unknown(t, against_pairs);
+  if (against_pairs.empty()) measure_separation(depths, spec, t);
   measure_thrust(depths, spec, result);
   for (std::size_t i = 0; i < depths.size(); ++i) {
     t.depths.push_back(depths[i].fit);

@@ -23,7 +23,7 @@ struct ReplicatedExponents {
 /// A Transport together with the replicates that later fits need.
 struct MeasuredTransport {
   Transport transport;
-  Replicated c, D;                          ///< empty if unknown
+  Replicated c, D, position_offset;         ///< empty if unknown
   std::vector<VariationSlopes> variations;  ///< as Transport::variations
   ReplicatedExponents exponents;
   std::vector<MeasuredRatios> ratios;  ///< at the identifiable ones of the profile layers

@@ -40,7 +40,9 @@ struct ResponseFieldSpec {
 };
 
 struct ReportSpec {
-  bool pdf = true;  ///< also write report.pdf where WeasyPrint is installed
+  bool pdf = true;         ///< also write report.pdf where WeasyPrint is installed
+  std::string headline;    ///< page 1 says this instead of sentences made from the numbers; untrusted text
+  std::string key_figure;  ///< id of the figure of page 1; empty: the main line's, or the first of a study
 };
 
 /// One experiment, resolved and validated: what `granuscope run` computes, shows and says. Composed of each room's own

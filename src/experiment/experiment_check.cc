@@ -9,6 +9,7 @@
 #include <limits>
 #include <vector>
 
+#include "analysis/claim_rule.h"
 #include "analysis/claims.h"
 #include "analysis/expected_response.h"
 #include "experiment/experiment_keys.h"
@@ -235,7 +236,6 @@ Problem find_study_problem(const Experiment& e) {
 }
 
 Problem find_gate_problem(const Experiment& e) {
-  const std::array<const char*, 3> verdicts{"reproduced", "not reproduced", "undetermined"};
   std::vector<std::string> known = claim_ids();
   for (const auto& study : e.studies) {
     for (const Claim& claim : study->claims(e.claims)) known.push_back(claim.id);
@@ -248,9 +248,9 @@ Problem find_gate_problem(const Experiment& e) {
                                     meant ? fmt::format("did you mean {}?", *meant)
                                           : fmt::format("known are {}", fmt::join(known, ", ")))};
     }
-    if (std::find(verdicts.begin(), verdicts.end(), verdict) == verdicts.end()) {
-      return KeyProblem{"gate.expect." + claim,
-                        fmt::format("\"{}\" is not a verdict; write one of {}", verdict, fmt::join(verdicts, ", "))};
+    if (std::find(all_verdicts.begin(), all_verdicts.end(), verdict) == all_verdicts.end()) {
+      return KeyProblem{"gate.expect." + claim, fmt::format("\"{}\" is not a verdict; write one of {}", verdict,
+                                                            fmt::join(all_verdicts, ", "))};
     }
   }
   return {};

@@ -29,6 +29,9 @@ Experiment parse_experiment(std::string_view text, const std::string& file,
 /// experiment gives the same bytes.
 std::string print_experiment(const Experiment& experiment);
 
+/// The lines of it that differ from those of the default experiment, without comments.
+std::string print_changes(const Experiment& experiment);
+
 /// The reference of all keys as a Markdown table (key, default, unit, meaning).
 std::string describe_experiment_keys();
 

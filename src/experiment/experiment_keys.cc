@@ -154,6 +154,10 @@ std::vector<Key> keys_of_main_line(Experiment& e) {
           claims, "highest_mu", "",
           "double-peak, linear-time: friction that friction.mu, or the counted work, must reach for a claim up to 1.7",
           e.claims.highest_mu, friction_range()),
+      make_key(claims, "largest_remainder", "",
+               "two-gaussians: share of the response that two Gaussians which describe it well may leave out",
+               e.claims.largest_remainder,
+               KeyRange{.why = "it is not a share that a response could leave out or not"}.above(0).below(1)),
       make_key(claims, "exponent_tolerance", "",
                "exponents of z, N and the number of beads: standard error granted to them for the finite range",
                e.claims.exponent_tolerance,
@@ -215,6 +219,11 @@ std::vector<Key> keys_of_scenes(Experiment& e) {
           e.response_field.show),
 
       make_key("report", "pdf", "", "also write report.pdf, if WeasyPrint is installed", e.report.pdf),
+      make_key("report", "headline", "", "what page 1 says, in place of sentences made from the numbers",
+               e.report.headline),
+      make_key("report", "key_figure", "",
+               "id of the figure on page 1 (\"law-thrust\"); empty: c0 - c against mu and D, or else a study's first",
+               e.report.key_figure),
   };
 }
 

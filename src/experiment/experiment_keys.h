@@ -19,6 +19,7 @@ std::vector<Key> picture_keys(Experiment& experiment, const std::string& name);
 /// The table that maps claim ids to expected verdicts; its keys are free names.
 inline constexpr const char* expected_verdicts_table = "gate.expect";
 inline constexpr const char* expected_verdicts_meaning =
-    "verdict expected of a claim (reproduced, not reproduced, undetermined): --gate exits with 1 if another comes out";
+    "verdict expected of a claim (reproduced, not reproduced, not decided, not tested): --gate exits with 1 if another "
+    "comes out";
 
 }  // namespace granuscope

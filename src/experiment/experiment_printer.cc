@@ -1,8 +1,12 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <map>
+#include <set>
+#include <sstream>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -95,6 +99,33 @@ std::string print_experiment(const Experiment& experiment) {
   text += fmt::format("\n[{}]\n# {}\n", expected_verdicts_table, expected_verdicts_meaning);
   for (const auto& [claim, verdict] : experiment.expected_verdicts) {
     text += fmt::format("{} = {}\n", is_bare_key(claim) ? claim : quote(claim), quote(verdict));
+  }
+  return text;
+}
+
+std::string print_changes(const Experiment& experiment) {
+  const auto tables_of = [](const std::string& text) {
+    std::map<std::string, std::set<std::string>> tables;
+    std::istringstream lines(text);
+    std::string table;
+    for (std::string line; std::getline(lines, line);) {
+      if (line.starts_with('[')) table = line;
+      tables[table].insert(line);
+    }
+    return tables;
+  };
+  const auto defaults = tables_of(print_experiment(Experiment{}));
+  std::istringstream lines(print_experiment(experiment));
+  std::string text, table, pending;
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with('[')) {
+      table = line;
+      pending = (text.empty() ? "" : "\n") + line + "\n";
+      continue;
+    }
+    const auto same = defaults.find(table);
+    if (line.empty() || line.starts_with('#') || (same != defaults.end() && same->second.contains(line))) continue;
+    text += std::exchange(pending, "") + line + "\n";
   }
   return text;
 }

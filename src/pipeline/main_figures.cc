@@ -2,6 +2,7 @@
 
 #include <memory>
 
+#include "plot/main_finding.h"
 #include "plot/point_selection.h"
 #include "plot/propagation_against_diffusion.h"
 #include "plot/propagation_and_thrust.h"
@@ -16,6 +17,9 @@ std::vector<FigurePlot> main_figures(const Experiment& experiment, const Analysi
   const FigureSpec& asked = experiment.figures;
   const auto clear = std::make_shared<const Analysis>(without_imprecise_points(analysis));
   std::vector<FigurePlot> figures;
+  if (has_main_finding(*clear)) {
+    figures.emplace_back([clear](Folder run) { return plot_main_finding(*clear, run); });
+  }
   if (asked.response_profiles) {
     const ResponseProfilesSpec spec{asked.profile_mu, asked.profile_layers, experiment.lattice.layers};
     figures.emplace_back([&analysis, spec](Folder run) { return plot_response_profiles(analysis.results, spec, run); });

@@ -22,6 +22,7 @@
 #include "plot/bead_forces.h"
 #include "plot/figure_captions.h"
 #include "plot/gnuplot.h"
+#include "plot/main_finding.h"
 #include "plot/response_field.h"
 #include "report/finished_run.h"
 #include "report/manifest_json.h"
@@ -140,6 +141,8 @@ class Run {
     data_.seed = experiment_.sampling.seed;
     data_.overload = experiment_.response.overload;
     data_.resolved_experiment = print_experiment(experiment_);
+    data_.changed_experiment = print_changes(experiment_);
+    data_.headline = experiment_.report.headline;
     data_.resolved_experiment_key = cache_key(data_.resolved_experiment);
     data_.law_description = law_description(experiment_.sampling.law);
     std::set<Law> drawn;
@@ -307,13 +310,38 @@ class Run {
         if (data_.figures.size() > 1) std::rotate(data_.figures.begin(), data_.figures.end() - 1, data_.figures.end());
       }
       std::vector<FigurePlot> plots = main_figures(experiment_, data_.analysis);
+      const std::size_t of_main_line = plots.size();
       for (const auto& study : studies_) {
         for (FigurePlot& plot_one : study->figures(data_.analysis)) plots.push_back(std::move(plot_one));
       }
-      for (const FigurePlot& plot_one : plots) add_figure([&] { return plot_one(options_.folder); });
+      for (std::size_t i = 0; i < plots.size(); ++i) {
+        const std::size_t before = data_.figures.size();
+        add_figure([&] { return plots[i](options_.folder); });
+        const bool of_study = i >= of_main_line && data_.figures.size() > before;
+        if (of_study && first_of_studies_.empty()) first_of_studies_ = data_.figures.back().id;
+      }
     });
+    choose_key_figure();
     note_version("gnuplot");
     log_line(options_.progress, "plotted the figures");
+  }
+
+  /// The figure of page 1 comes first: the one that the experiment names, or what the main line found, or else the
+  /// first of a study.
+  void choose_key_figure() {
+    const auto find = [&](const std::string& id) {
+      return std::find_if(data_.figures.begin(), data_.figures.end(), [&](const Figure& one) { return one.id == id; });
+    };
+    const std::string& named = experiment_.report.key_figure;
+    auto chosen = find(named.empty() ? main_finding_id : named);
+    if (!named.empty() && chosen == data_.figures.end()) {
+      data_.skipped.push_back(
+          fmt::format("Page 1 has no figure: report.key_figure names {}, which this run does not make.", named));
+    }
+    if (named.empty() && chosen == data_.figures.end()) chosen = find(first_of_studies_);
+    if (chosen == data_.figures.end()) return;
+    data_.key_figure = chosen->id;
+    std::rotate(data_.figures.begin(), chosen, chosen + 1);
   }
 
   void report() {
@@ -347,6 +375,7 @@ class Run {
   ReportData data_;
   Field field_;  ///< the mean response at figures.response_profiles.mu, for its picture
   std::optional<Transport> field_transport_;
+  std::string first_of_studies_;                               ///< id of the first figure of a study
   Studies studies_ = experiment_.studies;                      ///< with what they measure
   std::vector<std::pair<std::string, std::string>> failures_;  ///< what could not be made, and why
   RunResult result_;

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <nlohmann/json.hpp>
 #include <optional>
 
@@ -9,6 +10,7 @@
 #include "report/report_overlay.h"
 #include "report/svg_for_weasyprint.h"
 #include "support/atomic_file.h"
+#include "support/clean_text.h"
 #include "support/error.h"
 
 namespace granuscope {
@@ -18,6 +20,11 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr double text_width_mm = 170;  // of print.css: A4 less two margins of 20 mm
+
+std::string upper(std::string text) {
+  for (char& c : text) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  return text;
+}
 
 /// Embeds the screen version in both media: a PDF cannot stand in a page, an SVG stays vector in print as well.
 std::string embedded(const Figure& figure, const std::filesystem::path& run_folder, PageMedium medium) {
@@ -31,22 +38,41 @@ std::string embedded(const Figure& figure, const std::filesystem::path& run_fold
                                figure.id, figure.screen.string()));
 }
 
-/// "figures/response-profiles.svg, .pdf, .gp, -layer-110.csv": the first name whole, of the others what differs; many
-/// data files are only counted.
-std::string files_in_words(const Figure& figure) {
-  std::vector<std::filesystem::path> files = {figure.screen};
-  if (figure.print != figure.screen) files.push_back(figure.print);
-  if (!figure.script.empty()) files.push_back(figure.script);
-  const bool many = figure.data.size() > 4;
-  if (!many) files.insert(files.end(), figure.data.begin(), figure.data.end());
-  const std::string stem = (figure.screen.parent_path() / figure.screen.stem()).generic_string();
-  std::string words = files.front().generic_string();
-  for (std::size_t i = 1; i < files.size(); ++i) {
-    const std::string name = files[i].generic_string();
-    words += ", " + (name.starts_with(stem) ? name.substr(stem.size()) : name);
+constexpr std::size_t most_embedded = 100'000;  ///< bytes of data files of one figure
+
+std::string link(const std::string& to, const std::string& file_name, const std::string& text) {
+  return fmt::format("<a href=\"{}\" download=\"{}\">{}</a>", escape_markup(to), escape_markup(file_name),
+                     escape_markup(text));
+}
+
+/// Links to the figure's files beside the page. The data stand in the page itself, as long as they are short, so that
+/// they come along where it is sent alone. On paper only the names.
+std::string links_to_files(const Figure& figure, const std::filesystem::path& run_folder, PageMedium medium) {
+  const std::string stem = figure.screen.stem().generic_string();
+  if (medium == PageMedium::print) return fmt::format("Files: figures/{}.*.", escape_markup(stem));
+  std::vector<std::pair<std::string, std::filesystem::path>> files = {{"", figure.screen}};
+  if (figure.print != figure.screen) files.emplace_back("", figure.print);
+  if (!figure.script.empty()) files.emplace_back("", figure.script);
+  std::string links;
+  for (const auto& [unused, file] : files) {
+    const std::string kind = file.extension().string();
+    links += link(file.generic_string(), file.filename().string(), kind == ".gp" ? "gnuplot" : upper(kind.substr(1))) +
+             " · ";
   }
-  if (many) words += fmt::format(", -*.csv ({} files)", figure.data.size());
-  return words;
+  std::size_t embedded = 0;
+  std::string data;
+  for (const std::filesystem::path& file : figure.data) {
+    const std::string name = file.filename().string();
+    const std::string bytes = std::filesystem::exists(run_folder / file) ? read_file(run_folder / file) : "";
+    embedded += bytes.size();
+    const bool inside = !bytes.empty() && embedded <= most_embedded;
+    const std::string shown = name.starts_with(stem + "-") ? name.substr(stem.size() + 1) : name;
+    data += link(inside ? data_uri("text/csv", bytes) : file.generic_string(), name, shown) + " ";
+  }
+  if (figure.data.size() > 2) {
+    data = fmt::format("<details><summary>{} data files</summary>{}</details>", figure.data.size(), data);
+  }
+  return links + data;
 }
 
 /// Messages end with a full stop or without.
@@ -63,6 +89,7 @@ void add_figures(Json& overlay, const ReportData& data, const std::filesystem::p
     const std::optional<double> width =
         raster && medium == PageMedium::print ? png_width_mm(read_file(run_folder / figure.screen)) : std::nullopt;
     rows.push_back({{"number", rows.size() + 1},
+                    {"on_page_1", figure.id == data.key_figure},
                     {"is_there", figure.is_there()},
                     {"failure", as_sentence(figure.failure)},
                     {"image", figure.is_there() ? embedded(figure, run_folder, medium) : ""},
@@ -71,7 +98,7 @@ void add_figures(Json& overlay, const ReportData& data, const std::filesystem::p
                     {"alternative", figure.alternative},
                     {"paper_says", figure.paper_says},
                     {"redraw", figure.redraw},
-                    {"files", figure.is_there() ? files_in_words(figure) : ""}});
+                    {"links", figure.is_there() ? links_to_files(figure, run_folder, medium) : ""}});
   }
   overlay["has_figures"] = !rows.empty();
   overlay["figures"] = rows;

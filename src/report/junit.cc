@@ -12,7 +12,7 @@ namespace {
 
 bool differs(const Claim& claim) { return !claim.expected.empty() && claim.verdict != claim.expected; }
 
-/// Neither reproduced nor refuted, as expected: a case that says nothing.
+/// Neither reproduced nor refuted: not decided or not tested, as expected.
 bool undecided(const Claim& claim) {
   return claim.verdict != "reproduced" && claim.verdict != "not reproduced" && !differs(claim);
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <sstream>
 
 #include "report/report_overlay.h"
@@ -75,9 +76,28 @@ void add_numerics(Json& overlay, const Json& summary) {
   overlay["more_failures"] = more;
 }
 
+namespace {
+
+/// "8192 piles at each of 6 μ", or nothing if they differ.
+std::string run_line(const Analysis& analysis) {
+  std::set<std::uint64_t> samples;
+  std::size_t frictions = 0;
+  for (const Transport& result : analysis.results) {
+    if (result.exact) continue;
+    ++frictions;
+    samples.insert(result.samples);
+  }
+  if (samples.size() != 1) return frictions == 0 ? "" : fmt::format("{} values of μ", frictions);
+  return frictions == 1 ? fmt::format("{} piles", *samples.begin())
+                        : fmt::format("{} piles at each of {} μ", *samples.begin(), frictions);
+}
+
+}  // namespace
+
 void add_provenance(Json& overlay, const ReportData& data) {
   const Provenance& from = data.provenance;
-  overlay["commit"] = from.git_commit;
+  overlay["run_line"] = run_line(data.analysis);
+  overlay["commit"] = from.git_commit.substr(0, 10);
   overlay["dirty"] = from.git_dirty;
   overlay["facts"] = named_values({{"Program", from.program_version},
                                    {"Compiler", from.compiler},
@@ -106,7 +126,7 @@ void add_provenance(Json& overlay, const ReportData& data) {
   overlay["has_timings"] = !timings.empty();
   // Line by line, so that what does not fit into one is seen to belong to it.
   Json lines = Json::array();
-  std::istringstream text(data.resolved_experiment);
+  std::istringstream text(data.changed_experiment.empty() ? data.resolved_experiment : data.changed_experiment);
   for (std::string line; std::getline(text, line);) lines.push_back(line);
   overlay["experiment_lines"] = lines;
 }

@@ -23,8 +23,11 @@ struct StageTiming {
 
 /// Everything the report says. Nothing here is computed by the report itself.
 struct ReportData {
-  std::string experiment_name;  ///< as given by the user; untrusted text
-  std::string description;      ///< one paragraph from the experiment file, may be empty; untrusted text
+  std::string experiment_name;     ///< as given by the user; untrusted text
+  std::string description;         ///< one paragraph from the experiment file, may be empty; untrusted text
+  std::string headline;            ///< of page 1, in place of the generated sentences; may be empty; untrusted text
+  std::string key_figure;          ///< id of the figure of page 1; empty: none
+  std::string changed_experiment;  ///< what of the TOML text differs from the defaults
   int columns = 0, layers = 0;
   std::uint64_t seed = 0;
   double overload = 1;

@@ -42,6 +42,9 @@ std::string report_page(const ReportData& data, const Json& summary, const std::
     overlay["other_laws"].push_back({{"law", law}, {"sentences", sentences}});
   }
   add_results(overlay, summary);
+  add_exponent_texts(overlay, summary);
+  add_headline(overlay, summary, data.headline);
+  add_causes(overlay, summary);
   add_laws(overlay, summary);
   add_claims(overlay, summary);
   add_numerics(overlay, summary);

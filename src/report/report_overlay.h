@@ -19,6 +19,11 @@ std::string report_page(const ReportData& data, const nlohmann::ordered_json& su
 void add_results(nlohmann::ordered_json& overlay, const nlohmann::ordered_json& summary);  ///< exponents, c and D
 void add_laws(nlohmann::ordered_json& overlay, const nlohmann::ordered_json& summary);     ///< notes on powers of depth
 void add_claims(nlohmann::ordered_json& overlay, const nlohmann::ordered_json& summary);
+void add_exponent_texts(nlohmann::ordered_json& overlay, const nlohmann::ordered_json& summary);
+/// The sentences of page 1: `own` of the experiment, or else what templates/headline.html makes of the numbers.
+void add_headline(nlohmann::ordered_json& overlay, const nlohmann::ordered_json& summary, const std::string& own);
+/// What makes the exponents differ from the paper's.
+void add_causes(nlohmann::ordered_json& overlay, const nlohmann::ordered_json& summary);
 void add_numerics(nlohmann::ordered_json& overlay, const nlohmann::ordered_json& summary);
 void add_provenance(nlohmann::ordered_json& overlay, const ReportData& data);
 void add_figures(nlohmann::ordered_json& overlay, const ReportData& data, const std::filesystem::path& run_folder,

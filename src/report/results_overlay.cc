@@ -73,7 +73,11 @@ Json exponent_row(const Json& summary, const char* name, const char* claim_id, J
   const std::string pointer = fmt::format("/scaling/{}", name);
   const Json& fit = summary.at("scaling").at(name);
   Json row = {{"key", pointer}, {"name", name}, {"symbol", greek(name)}};
-  add_systematic(row, "", fit, pointer);
+  if (fit.at("power_law") == false) {
+    row["text"] = significant(fit.at("value").get<double>(), 3);
+  } else {
+    add_systematic(row, "", fit, pointer);
+  }
   const Json& claims = summary.at("claims");
   for (std::size_t i = 0; i < claims.size(); ++i) {
     if (claims[i].at("id") != claim_id || row.contains("verdict")) continue;
@@ -120,7 +124,7 @@ void add_transport(Json& overlay, const Json& summary) {
   for (std::size_t i = 0; i < results.size(); ++i) {
     const std::string pointer = fmt::format("/results/{}", i);
     Json row = {{"frictionless", results[i].at("mu") == 0}};
-    for (const char* name : {"D", "c_minus_c_thrust"}) {
+    for (const char* name : {"D", "c_minus_c_thrust", "width_offset"}) {
       if (is_rounding(results[i], name)) row[name] = {{"key", fmt::format("{}/{}", pointer, name)}, {"text", "0"}};
     }
     add_systematic(row, "c_", results[i].at("c"), pointer + "/c");

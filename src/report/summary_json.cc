@@ -116,6 +116,7 @@ Json to_json(const Transport& result) {
   json["c_minus_c_thrust"] = to_json(result.c_minus_c_thrust);
   json["position_offset"] = to_json(result.position_offset);
   json["width_offset"] = to_json(result.width_offset);
+  json["peak_separation"] = to_json(result.peak_separation);
   json["exponents"] = to_json(result.exponents);
   json["position_line"] = to_json(result.position_line);
   json["width_line"] = to_json(result.width_line);
@@ -144,6 +145,7 @@ Json to_json(const ScalingFit& fit) {
   json["window"] = fit.window;
   json["points"] = fit.points;
   json["about_law"] = to_json(fit.scatter);
+  json["power_law"] = fit.exponent.known() ? Json(!fit.misses_the_points()) : Json(nullptr);
   json["ln_prefactor"] = to_json(fit.intercept);
   return json;
 }
@@ -171,6 +173,7 @@ Json to_json(const RatioScaling& ratios) {
   json["layer"] = ratios.layer;
   json["z"] = ratios.z;
   json.update(to_json(ratios.fits));
+  json["from_load"] = to_json(ratios.from_load);
   return json;
 }
 
@@ -184,13 +187,23 @@ Json to_json(const Claim& claim) {
   json["quantity"] = claim.quantity;
   json["measured"] = finite_or_null(claim.measured.value);
   json["stderr"] = claim.measured.known() ? finite_or_null(claim.measured.standard_error) : Json(nullptr);
+  if (std::isfinite(claim.measured.systematic)) json["systematic"] = claim.measured.systematic;
   json["paper"] = paper_known ? Json(claim.paper) : Json(nullptr);
   json["paper_stderr"] = paper_known ? finite_or_null(claim.paper_error) : Json(nullptr);
+  json["tolerance"] = claim.tolerance;
   json["z_score"] = claim.measured.known() ? finite_or_null(claim.z_score) : Json(nullptr);
   if (!claim.measured.known()) {
     json["reason"] = stated(claim.measured.reason);
   } else if (json["z_score"].is_null() || json["stderr"].is_null() || !paper_known) {
     json["reason"] = "the claim is decided by its own test, not by a z-score";
+  }
+  json["rival"] = nullptr;
+  if (claim.measured.known() && std::isfinite(claim.rival)) {
+    json["rival"] = {{"name", claim.rival_name}, {"value", claim.rival}};
+    json["rival"]["distance"] = finite_or_null(claim.rival_distance);
+    if (!std::isfinite(claim.rival_distance)) json["rival"]["reason"] = "the measured value has no error";
+  } else if (!json.contains("reason")) {
+    json["reason"] = "no rival value is held against this one";
   }
   json["explanation"] = claim.explanation;
   json["remarks"] = claim.remarks;
@@ -209,7 +222,7 @@ Json to_json(const Figure& figure) {
 
 std::string summary_json(const ReportData& data) {
   Json json;
-  json["schema"] = 2;
+  json["schema"] = 3;
   json["experiment"] = data.experiment_name;
   json["experiment_key"] = data.resolved_experiment_key;
   json["columns"] = data.columns;
@@ -218,6 +231,7 @@ std::string summary_json(const ReportData& data) {
   json["overload"] = data.overload;
   json["results"] = list_of(data.analysis.results);
   json["mean_exponents"] = to_json(data.analysis.mean_exponents);
+  json["mean_position_offset"] = to_json(data.analysis.mean_position_offset);
   json["scaling"] = to_json(data.analysis.scaling);
   json["scaling"]["variations"] = list_of(data.analysis.variations);
   json["scaling"]["other_windows"] = list_of(data.analysis.other_windows);

@@ -31,6 +31,8 @@ struct ChainShare {
   std::vector<ChainShareAtDepth> depths;  ///< from where the two bands no longer overlap
   Estimate share;                         ///< mean over these depths
   double even_share = 0;                  ///< the same mean of the even shares
+  std::uint64_t shown_sample = 0;         ///< of the pile that the picture shows
+  Estimate shown;                         ///< its share, without an error
 };
 
 /// The share of the mean response within chain_half_width of the rays x = +-c z, with c = c_thrust of the same piles. A
@@ -38,9 +40,15 @@ struct ChainShare {
 /// each is wide. Unknown, with the reason, where the piles are too shallow for that.
 ChainShare measure_chain_share(const MeasuredEnsemble& ensemble);
 
-/// The claim that such a pile shows two oblique chains: they are there if the share exceeds both `least_share` and
-/// what a response spread evenly between the rays would put there by more than three standard errors; they are not
-/// if it falls short of either by as much. None measured: undetermined.
+/// Standard deviation of the share between single piles.
+double scatter_of_piles(const ChainShare& chains);
+
+/// The same share in the pile that the picture shows, which is drawn for it.
+void measure_shown_pile(ChainShare& chains, std::uint64_t sample);
+
+/// The claim that the picture shows two oblique chains: reproduced if the share in the pile shown exceeds both
+/// `least_share` and what a response spread evenly between the rays would put there, else not reproduced. It is about
+/// one picture, so that the number has no error. None measured: not tested.
 Claim judge_force_chains(const std::vector<ChainShare>& measured, double least_share);
 
 /// How much of the response to an overload lies along the two rays, on piles of the size of the force-chain picture.

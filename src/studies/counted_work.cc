@@ -81,8 +81,9 @@ Claim judge_linear_time(const std::vector<CountedWork>& measured, const ClaimSpe
   Claim claim = open_claim(
       "linear-time", "The work is linear in the number of beads; piles of 1000 × 1000 are solved up to μ about 1.7.",
       "power of the beads in the draws");
-  claim.paper = 1;
-  claim.paper_error = spec.exponent_tolerance;
+  const PaperNumber paper{.value = 1, .tolerance = spec.exponent_tolerance};
+  claim.paper = paper.value;
+  claim.tolerance = paper.tolerance;
   if (measured.empty()) {
     leave_open(claim,
                "no work was counted: set studies.counted_work.mu, up to 1.7; at that friction a pile of 1000 × "
@@ -110,11 +111,11 @@ Claim judge_linear_time(const std::vector<CountedWork>& measured, const ClaimSpe
     claim.measured.standard_error = 0;  // counted
   }
   const bool power_known = claim.measured.known();
-  const bool linear = power_known && judge_number(claim.measured, 1, spec.exponent_tolerance).verdict == reproduced;
+  const bool linear = power_known && judge_number(claim.measured, paper).verdict == reproduced;
   std::string of_power, of_size;
   if (power_known) {
     claim.quantity = fmt::format("power of the beads in the draws, farthest off at μ = {}", farthest_mu);
-    claim.z_score = judge_number(claim.measured, 1, spec.exponent_tolerance).z_score;
+    claim.z_score = judge_number(claim.measured, paper).z_score;
     const auto fewer = [](const CountedWork* a, const CountedWork* b) { return beads_of(*a) < beads_of(*b); };
     const auto& sizes = by_mu[farthest_mu];
     const auto [smallest, largest] = std::minmax_element(sizes.begin(), sizes.end(), fewer);
@@ -143,7 +144,7 @@ Claim judge_linear_time(const std::vector<CountedWork>& measured, const ClaimSpe
   }
   claim.verdict = large_failed > 0 || (power_known && !linear) ? not_reproduced
                   : power_known && large_completed > 0         ? reproduced
-                                                               : undetermined;
+                                                               : not_tested;
   // What decides comes first.
   const bool size_decides = linear && (large_failed > 0 || large_completed == 0);
   add_sentence(claim, size_decides ? of_size : of_power);

@@ -25,7 +25,7 @@ CountedWork counted_work(const MeasuredEnsemble& ensemble);
 /// The claim that the work is linear in the number of beads. Decided by counted work, never by a clock: the power p
 /// with which the number of draws grows with the number of beads must lie within three tolerances of 1 at every mu
 /// counted, and every pile of 10^6 beads or more at a mu of at least ClaimSpec::highest_mu must have been completed.
-/// Not reproduced if a power lies outside or such a pile failed; else undetermined if no power or no such pile is
+/// Not reproduced if a power lies outside or such a pile failed; else not tested if no power or no such pile is
 /// there.
 Claim judge_linear_time(const std::vector<CountedWork>& measured, const ClaimSpec& spec);
 

@@ -103,6 +103,7 @@ Claim judge_stretch(const std::vector<DeepResponse>& measured, const ClaimSpec& 
                     const std::string& where, PowerOfDepth DeepResponse::*stretch) {
   Claim claim =
       open_claim(id, fmt::format("The squared width W² grows linearly with z {}.", where), "power of z in W²");
+  const PaperNumber paper{.value = 1, .tolerance = spec.exponent_tolerance};
   const DeepResponse* farthest = nullptr;
   double farthest_z = 0;
   std::vector<std::string> all;
@@ -111,19 +112,19 @@ Claim judge_stretch(const std::vector<DeepResponse>& measured, const ClaimSpec& 
     if (!power.known() || one.by != DeepMeasurement::fluctuations) continue;
     all.push_back(
         fmt::format("{} at μ = {}", value_with_error(power.value, power.standard_error), one.spec.sampler.mu));
-    const double z = std::abs(judge_number(power, 1, spec.exponent_tolerance).z_score);
+    const double z = std::abs(judge_number(power, paper).z_score);
     if (farthest != nullptr && z <= farthest_z) continue;
     farthest = &one;
     farthest_z = z;
   }
   if (farthest == nullptr) {
-    claim.paper = 1;
-    claim.paper_error = spec.exponent_tolerance;
+    claim.paper = paper.value;
+    claim.tolerance = paper.tolerance;
     leave_open(claim, "no pile was followed so deep: set studies.deep_response.mu; some minutes decide");
     return claim;
   }
   const PowerOfDepth& power = farthest->*stretch;
-  judge_by_number(claim, power.exponent, 1, spec.exponent_tolerance,
+  judge_by_number(claim, power.exponent, paper, {},
                   fmt::format("The power of z in W² from z = {:.0f} to {:.0f} at μ = {}, where it is farthest from 1,",
                               power.from, power.to, farthest->spec.sampler.mu));
   if (all.size() > 1) add_sentence(claim, fmt::format("All of them: {}.", fmt::join(all, ", ")));

@@ -25,9 +25,9 @@ struct RedrawnBeads {
 /// throws InputError otherwise. Unknown, with the reason, where a block holds no completed pair.
 RedrawnBeads measure_redrawn_beads(const MeasuredEnsemble& ensemble);
 
-/// The claim about the share of beads that draw again. Both numbers of the paper by the rule for numbers, against the
-/// share of all beads of the usable layers: not reproduced if either is not, reproduced if both are, else undetermined.
-/// The number shown is the one farther off.
+/// The claim about the share of beads that draw again, "of the order of" two numbers: the share of all beads of the
+/// usable layers must lie within a factor of 2 of each, by three standard errors; not reproduced if one lies outside by
+/// as much, not tested if one was not measured. The number shown is the one farther off.
 Claim judge_redraw_share(const std::vector<RedrawnBeads>& measured);
 
 /// The standard procedure beside the paper's own: how many beads draw again. On the experiment's lattice, with its

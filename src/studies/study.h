@@ -50,7 +50,7 @@ class Study {
   /// All ensembles are there.
   virtual void finish() {}
 
-  /// The claims of the paper that it decides; undetermined, with what to ask for, where nothing is measured.
+  /// The claims of the paper that it decides; not tested, with what to ask for, where nothing is measured.
   virtual std::vector<Claim> claims(const ClaimSpec&) const { return {}; }
   /// Its results: what stands at /studies/<id> of summary.json.
   virtual nlohmann::ordered_json json() const = 0;

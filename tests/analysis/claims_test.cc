@@ -48,13 +48,23 @@ SyntheticNoise noise_of(double per_sample, std::uint64_t seed) { return {.per_sa
 }  // namespace
 
 TEST_CASE("Every claim about the main line is decided, each once, and nothing measured leaves all open") {
-  const std::vector<std::string> ids{"frictionless",    "double-peak", "linear-position",
-                                     "diffusive-width", "amplitude",   "c-of-mu",
-                                     "D-of-mu",         "c-of-D",      "noise"};
+  const std::vector<std::string> ids{"frictionless",
+                                     "double-peak",
+                                     "two-gaussians",
+                                     "linear-position",
+                                     "diffusive-width",
+                                     "amplitude",
+                                     "no-elastic-scaling",
+                                     "closer-and-wider",
+                                     "c-of-mu",
+                                     "D-of-mu",
+                                     "c-of-D",
+                                     "differs-from-theory",
+                                     "noise"};
   CHECK(claim_ids() == ids);
   for (const Claim& one : judge_claims({}, {}, {})) {
     INFO(one.id);
-    CHECK(one.verdict == undetermined);
+    CHECK(one.verdict == not_tested);
     CHECK_FALSE(one.explanation.empty());
     CHECK_FALSE(one.measured.known());
     CHECK_FALSE(one.measured.reason.empty());
@@ -62,74 +72,135 @@ TEST_CASE("Every claim about the main line is decided, each once, and nothing me
 }
 
 TEST_CASE("The rule for numbers") {
-  CHECK(judge_number(known(2.45, 0.06), 2.5, 0.05).verdict == reproduced);
-  CHECK(judge_number(known(2.45, 0.06), 2.5, 0.05).z_score == Approx(-0.05 / std::hypot(0.06, 0.05)));
-  CHECK(judge_number(known(3.2, 0.06), 2.5, 0.05).verdict == not_reproduced);
-  CHECK(judge_number(known(-0.8, 0.01), -0.5, 0.02).verdict == not_reproduced);
+  constexpr PaperNumber beta{.value = 2.5, .error = 0.05}, exact{.value = 2.5};
+  CHECK(judge_number(known(2.45, 0.06), beta).verdict == reproduced);
+  CHECK(judge_number(known(2.45, 0.06), beta).z_score == Approx(-0.05 / std::hypot(0.06, 0.05)));
+  CHECK(judge_number(known(3.2, 0.06), beta).verdict == not_reproduced);
+  CHECK(judge_number(known(-0.8, 0.01), {.value = -0.5, .tolerance = 0.02}).verdict == not_reproduced);
   // What lies far off is not reproduced, however uncertain.
-  CHECK(judge_number(known(9.0, 2.0), 2.5, 0.0).verdict == not_reproduced);
-  CHECK(judge_number(known(9.0, 2.2), 2.5, 0.0).verdict == undetermined);
-  // To be reproduced, 20 % of the number must stand out by more than three errors.
-  CHECK(judge_number(known(2.6, 0.17), 2.5, 0.0).verdict == undetermined);
-  CHECK(judge_number(known(2.6, 0.16), 2.5, 0.0).verdict == reproduced);
-  // 0.5 % is printed so coarsely that 20 % of it never stands out: a more precise measurement decides all the same.
-  CHECK(judge_number(known(0.0060, 0.0001), 0.005, 0.0005).verdict == reproduced);
-  CHECK(judge_number(known(0.0080, 0.0001), 0.005, 0.0005).verdict == not_reproduced);
-  CHECK(judge_number(known(0.0080, 0.0006), 0.005, 0.0005).verdict == not_reproduced);
-  CHECK(judge_number(known(0.0060, 0.0006), 0.005, 0.0005).verdict == undetermined);
-  CHECK(judge_number(Estimate{}, 1, 0).verdict == undetermined);
-  CHECK(judge_number(known(1, 0), 1, 0).verdict == reproduced);
-  CHECK(judge_number(known(1.001, 0), 1, 0).verdict == not_reproduced);
+  CHECK(judge_number(known(9.0, 2.0), exact).verdict == not_reproduced);
+  CHECK(judge_number(known(9.0, 2.2), exact).verdict == not_decided);
+  // To be reproduced, the nearer of the values 20 % off must lie more than three errors away.
+  CHECK(judge_number(known(2.6, 0.14), exact).verdict == not_decided);
+  CHECK(judge_number(known(2.6, 0.13), exact).verdict == reproduced);
+  CHECK(judge_number(known(2.6, 0.13), exact).rival.value == Approx(3));
+  CHECK(judge_number(known(2.4, 0.13), exact).rival.value == Approx(2));
+  CHECK(judge_number(Estimate{}, exact).verdict == not_tested);
+  CHECK(judge_number(known(1, 0), {.value = 1}).verdict == reproduced);
+  CHECK(judge_number(known(1.001, 0), {.value = 1}).verdict == not_reproduced);
+}
+
+TEST_CASE("A rival of a theory takes the place of 20 %") {
+  constexpr PaperNumber linear{.value = 1, .tolerance = 0.02};
+  const Rival elastic{2, "elastic scaling"};
+  // 1.105(96): a deviation of 20 % would not stand out, the elastic rival does, by 9 errors.
+  const NumberVerdict judged = judge_number(known(1.105, 0.096), linear, elastic);
+  CHECK(judged.verdict == reproduced);
+  CHECK(judged.rival_distance == Approx((1.105 - 2) / std::hypot(0.096, 0.02)));
+  CHECK(judge_number(known(1.105, 0.096), linear).verdict == not_decided);
+  CHECK(judge_number(known(1.4, 0.21), linear, elastic).verdict == not_decided);
+  // The paper's own error does not bring the rival nearer.
+  CHECK(judge_number(known(1, 0.1), {.value = 1, .error = 0.5}, elastic).verdict == reproduced);
+}
+
+TEST_CASE("The systematic error counts in quadrature") {
+  Estimate measured = known(0.661, 0.026);
+  constexpr PaperNumber alpha{.value = 0.4, .error = 0.01};
+  CHECK(judge_number(measured, alpha).z_score == Approx(0.261 / std::hypot(0.026, 0.01)));
+  measured.systematic = 0.08;
+  CHECK(total_error(measured) == Approx(std::hypot(0.026, 0.08)));
+  CHECK(judge_number(measured, alpha).verdict == not_reproduced);
+  CHECK(judge_number(measured, alpha).z_score == Approx(0.261 / std::hypot(0.026, 0.08, 0.01)));
+  measured.systematic = 0.1;
+  CHECK(judge_number(measured, alpha).verdict == not_decided);
+  CHECK(judge_number(measured, alpha, Rival{1, "stochastic theory"}).verdict == reproduced);
+}
+
+TEST_CASE("A claim that a number is not another theory's is decided by that number's distance") {
+  constexpr PaperNumber paper{.value = 0.4, .error = 0.01};
+  const Rival theory{1, "stochastic theory"};
+  const auto verdict_at = [&](double value, double error) {
+    Claim claim = open_claim("", "", "");
+    judge_by_exclusion(claim, known(value, error), paper, theory, "The exponent");
+    CHECK(claim.rival_distance == Approx((value - 1) / error));
+    CHECK_FALSE(std::isfinite(claim.z_score));
+    return claim.verdict;
+  };
+  CHECK(verdict_at(0.66, 0.03) == reproduced);
+  CHECK(verdict_at(0.96, 0.03) == not_reproduced);
+  CHECK(verdict_at(0.7, 0.11) == not_decided);
 }
 
 TEST_CASE("What more piles would decide is said, and how many") {
   // (0.2/3)^2 = 0.0044 is the variance allowed; 0.2^2 = 0.04 is 9 times that.
-  CHECK_THAT(cost_of_deciding(known(1, 0.2), 1, 0), Contains("about 9.0 times as many piles"));
-  CHECK(cost_of_deciding(known(1, 0.01), 1, 0).empty());
-  CHECK(cost_of_deciding(known(1, 0.01), 1, 0.5).empty());  // more piles do not help against the paper's error
+  CHECK_THAT(cost_of_deciding(known(1, 0.2), {.value = 1}, 1.2), Contains("about 9.0 times as many piles"));
+  CHECK_THAT(cost_of_deciding(known(1, 0.2), {.value = 1, .tolerance = 0.1}, 1.2),
+             Contains("more piles do not decide"));
+  Estimate systematic = known(1, 0.2);
+  systematic.systematic = 0.07;
+  CHECK_THAT(cost_of_deciding(systematic, {.value = 1}, 1.2), Contains("more piles do not decide"));
 }
 
-TEST_CASE("A number that is too uncertain for a verdict says so, and one that lies far off how far") {
+TEST_CASE("A verdict names both distances, and what it would cost if there is none") {
   Claim far, near;
-  judge_by_number(far, known(0.68, 0.03), 0.4, 0.01, "The exponent");
+  judge_by_number(far, known(0.68, 0.03), {.value = 0.4, .error = 0.01}, Rival{1, "stochastic theory"}, "The exponent");
   CHECK(far.verdict == not_reproduced);
-  CHECK_THAT(far.explanation, Contains("is 0.680(30); it lies 8.9 combined standard errors above the paper’s value"));
-  judge_by_number(near, known(0.41, 0.03), 0.4, 0.01, "The exponent");
-  CHECK_THAT(near.explanation,
-             Contains("is 0.410(30), too uncertain to tell a deviation of 20 %; it lies 0.32 combined"));
+  CHECK(far.rival == 1);
+  CHECK_THAT(far.explanation, Contains("is 0.680(30), in standard errors 8.9 above the paper’s value and 11 from 1.0 "
+                                       "(stochastic theory)."));
+  judge_by_number(near, known(0.41, 0.03), {.value = 0.4, .error = 0.01}, {}, "The exponent");
+  CHECK(near.verdict == not_decided);
+  CHECK_THAT(near.explanation, Contains("0.32 above the paper’s value and 2.3 from 0.48 (20 % off); about"));
 }
 
-TEST_CASE("What the offset of the width does to the heights is told from known widths alone") {
+namespace {
+
+Transport at_friction(double mu, double c, double D, double background) {
+  Transport made;
+  made.spec.sampler.mu = mu;
+  made.c = known(c, 0.0005);
+  made.D = known(D, 0.002);
+  made.centre_background = known(background, 0.005);
+  made.fitted_area = known(0.998, 0.005);
+  return made;
+}
+
+Claim judged(const std::vector<Transport>& results, const std::string& id) {
   Analysis analysis;
-  for (const auto& [mu, D, error] : {std::array{0.3, 0.05, 0.002}, std::array{1.7, -3.3, 8.9}}) {
-    Transport result;
-    result.spec.sampler.mu = mu;
-    result.D = known(D, error);
-    result.width_offset = known(1.25, 0.1);
-    result.exponents.amplitude = known(-0.45, 0.01);
-    result.window_layers = {60, 180};
-    for (const auto& [layer, z] : {std::pair{60, 50.0}, std::pair{180, 200.0}}) {
-      DepthFit depth;
-      depth.layer = layer;
-      depth.z = z;
-      result.depths.push_back(depth);
-    }
-    analysis.results.push_back(result);
-  }
-  analysis.mean_exponents.amplitude = known(-0.45, 0.01);
-  // D z = 0.05 * sqrt(50 * 200) = 5 at the middle: -0.5 * 5 / 6.25 = -0.4.
-  const std::string remarks = claim(judge_claims(analysis, {}, {}), "amplitude").remarks;
-  CHECK_THAT(remarks, Contains("makes it −0.40;"));
-  analysis.results[1].D.standard_error = 0.1;  // negative, and known
-  CHECK_THAT(claim(judge_claims(analysis, {}, {}), "amplitude").remarks, Contains("makes it −0.40;"));
-  analysis.results.front().D.standard_error = 0.02;
-  CHECK_THAT(claim(judge_claims(analysis, {}, {}), "amplitude").remarks, !Contains("alone makes it"));
+  analysis.results = results;
+  return claim(judge_claims(analysis, window(), {}), id);
+}
+
+}  // namespace
+
+TEST_CASE("Peaks are closer and wider where c falls and D grows over the small frictions") {
+  const auto a = at_friction(0.1, 0.575, 0.005, 0), b = at_friction(0.2, 0.568, 0.026, 0),
+             c = at_friction(0.3, 0.56, 0.07, 0), farther = at_friction(1, 0.58, 0.06, 0);
+  CHECK(judged({a, b, c}, "closer-and-wider").verdict == reproduced);
+  CHECK(judged({a, b, c, farther}, "closer-and-wider").verdict == reproduced);  // the paper speaks of small friction
+  CHECK(judged({a, at_friction(0.2, 0.555, 0.026, 0), c}, "closer-and-wider").verdict == not_reproduced);
+  CHECK(judged({a, at_friction(0.2, 0.568, 0.09, 0), c}, "closer-and-wider").verdict == not_reproduced);
+  CHECK(judged({a, at_friction(0.3, 0.574, 0.07, 0)}, "closer-and-wider").verdict == not_decided);
+  CHECK(judged({a}, "closer-and-wider").verdict == not_tested);
+}
+
+TEST_CASE("Two Gaussians describe a profile that leaves little between the peaks") {
+  CHECK(judged({at_friction(0.3, 0.56, 0.07, 0.01)}, "two-gaussians").verdict == reproduced);
+  CHECK(judged({at_friction(0.3, 0.56, 0.07, 0.04)}, "two-gaussians").verdict == not_decided);
+  CHECK(judged({at_friction(0.3, 0.56, 0.07, 0.08)}, "two-gaussians").verdict == not_reproduced);
+  Transport area = at_friction(0.3, 0.56, 0.07, 0.01);
+  area.fitted_area = known(0.9, 0.01);
+  CHECK(judged({area}, "two-gaussians").verdict == not_reproduced);
+  const Claim wide = judged({at_friction(0.3, 0.56, 0.07, 0.01), at_friction(0.8, 0.55, 0.9, 0.1)}, "two-gaussians");
+  CHECK(wide.verdict == reproduced);
+  CHECK_THAT(wide.remarks, Contains("0.1000(50) at μ = 0.8"));
 }
 
 TEST_CASE("Two separate peaks are found, and their laws") {
   const KnownTransport known = straight_rays(0.5, 0.15);
   const Analysis analysis = analysis_of(known, noise_of(0.1, 3));
-  for (const char* id : {"double-peak", "linear-position", "diffusive-width", "amplitude", "noise"}) {
+  for (const char* id :
+       {"double-peak", "linear-position", "diffusive-width", "amplitude", "no-elastic-scaling", "noise"}) {
     INFO(id << ": " << claim(analysis.claims, id).explanation);
     CHECK(verdict(analysis, id) == reproduced);
   }
@@ -139,9 +210,9 @@ TEST_CASE("Two separate peaks are found, and their laws") {
   CHECK(std::abs(exponents.amplitude.value + 0.5) < 5 * exponents.amplitude.standard_error);
   CHECK(std::abs(exponents.noise.value + 0.5) < 5 * exponents.noise.standard_error);
   CHECK(exponents.width.standard_error < 0.05);
-  CHECK(exponents.amplitude.standard_error < 0.02);
+  CHECK(exponents.amplitude.standard_error < 0.03);
   // The experiment must reach the friction that the claim names.
-  CHECK(verdict(analysis_of(known, noise_of(0.1, 3), 0.6), "double-peak") == undetermined);
+  CHECK(verdict(analysis_of(known, noise_of(0.1, 3), 0.6), "double-peak") == not_tested);
 }
 
 TEST_CASE("One peak is told from two, and noise from both") {
@@ -149,10 +220,10 @@ TEST_CASE("One peak is told from two, and noise from both") {
   const KnownTransport single = straight_rays(0, 0.7);
   const Analysis clear = analysis_of(single, noise_of(0.05, 4));
   CHECK(verdict(clear, "double-peak") == not_reproduced);
-  CHECK_THAT(claim(clear.claims, "double-peak").explanation, Contains("One peak is found"));
+  CHECK_THAT(claim(clear.claims, "double-peak").explanation, Contains("have merged at μ = 1.7"));
   // The same under noise as high as the response says nothing.
   const Analysis blurred = analysis_of(single, noise_of(5, 5));
-  CHECK(verdict(blurred, "double-peak") == undetermined);
+  CHECK(verdict(blurred, "double-peak") == not_decided);
   // Two Gaussians with x_p < W are told from one Gaussian but have a single maximum: x_p = 0.8 W at z = 66.
   const KnownTransport merged = straight_rays(0.08, 0.7);
   const Analysis together = analysis_of(merged, noise_of(0.02, 6));
@@ -181,7 +252,7 @@ TEST_CASE("Noise about one Gaussian makes two peaks no more often than it may") 
   CHECK(two_peaks <= 4);
 }
 
-TEST_CASE("Growth that is not linear is not reproduced, and noise leaves it undetermined") {
+TEST_CASE("Growth that is not linear is not reproduced, and noise leaves it open") {
   KnownTransport bent = straight_rays(0.5, 0.15);
   bent.position_power = 0.85;
   bent.width_power = 1.5;
@@ -195,7 +266,7 @@ TEST_CASE("Growth that is not linear is not reproduced, and noise leaves it unde
   const LineTest& line = analysis.results[0].position_line;
   CHECK(line.chi2 > 100 * line.degrees_of_freedom);
   const Analysis blurred = analysis_of(bent, noise_of(1.5, 8));
-  CHECK(verdict(blurred, "diffusive-width") == undetermined);
+  CHECK(verdict(blurred, "diffusive-width") == not_decided);
   CHECK_THAT(claim(blurred.claims, "diffusive-width").explanation, Contains("times as many piles"));
 }
 
@@ -237,20 +308,32 @@ TEST_CASE("One friction coefficient is no range of them") {
   CHECK(over_all_mu({0.1, 0.2, 0.3, 0.4, 0.6}) == "over 5 values of μ from 0.1 to 0.6");
 }
 
-TEST_CASE("What it costs to tell two peaks from one is told by all depths, not by the one nearest to nothing") {
+TEST_CASE("Whether peaks have merged is told by all depths of the window together") {
   Transport result;
   result.spec.sampler.mu = 1.7;
-  for (const double evidence : {0.001, 4.0, 6.0, 10.0 - 0.001}) {
-    DepthFit depth;
-    depth.layer = 60 + static_cast<int>(result.depths.size());
-    depth.evidence.for_two_peaks = depth.evidence.against_one_gaussian = evidence;
-    result.depths.push_back(depth);
-  }
   Analysis analysis;
-  analysis.results.push_back(result);
-  const Claim peaks = claim(judge_claims(analysis, {}, {}), "double-peak");
-  CHECK(peaks.verdict == undetermined);
-  CHECK(peaks.measured.value == 0.001);
-  CHECK_THAT(peaks.explanation, Contains("Δχ² is 5.0 there on average"));
-  CHECK_THAT(peaks.explanation, Contains("about 5.0 times as many piles"));
+  const auto verdict_at = [&](double separation, double error) {
+    result.peak_separation = known(separation, error);
+    analysis.results = {result};
+    return claim(judge_claims(analysis, {}, {}), "double-peak");
+  };
+  CHECK(verdict_at(1.6, 0.1).verdict == reproduced);
+  CHECK(verdict_at(0.4, 0.1).verdict == not_reproduced);
+  const Claim open = verdict_at(1.25, 0.1);  // 2.5 of 5 errors
+  CHECK(open.verdict == not_decided);
+  CHECK(open.measured.value == 1.25);
+  CHECK_THAT(open.explanation, Contains("about 4.0 times as many piles"));
+  result.peak_separation = test::unknown("no depth could be fitted");
+  analysis.results = {result};
+  CHECK(claim(judge_claims(analysis, {}, {}), "double-peak").verdict == not_decided);
+}
+
+TEST_CASE("An offset of W² does not bend the height of the peaks") {
+  // W^2 = 3 + 0.15 z: the height itself falls as z^-0.39 over the window.
+  KnownTransport wide = straight_rays(0.5, 0.15);
+  wide.width_offset = 3;
+  const Analysis analysis = analysis_of(wide, noise_of(0.05, 11));
+  const Estimate& power = analysis.results[0].exponents.amplitude;
+  CHECK(std::abs(power.value + 0.5) < 5 * power.standard_error);
+  CHECK(power.standard_error < 0.03);
 }

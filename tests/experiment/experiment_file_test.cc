@@ -132,6 +132,9 @@ Experiment unusual_experiment() {
   e.force_chains.response = false;
   e.response_field.show = false;
   e.report.pdf = false;
+  e.report.headline = "found: \"nothing\"";
+  e.report.key_figure = "response-profiles";
+  e.claims.largest_remainder = 0.1;
   e.expected_verdicts = {{"D-of-mu", "reproduced"}, {"c-of-mu", "not reproduced"}};
   return e;
 }
@@ -147,6 +150,16 @@ TEST_CASE("A printed experiment reads back to an equal one, and prints to the sa
     require_equal(read, written);
     CHECK(print_experiment(read) == text);
   }
+}
+
+TEST_CASE("The changes of an experiment are its lines that are not the default ones, under their tables") {
+  CHECK(print_changes(Experiment{}).empty());
+  Experiment changed;
+  changed.lattice.columns = 77;
+  changed.report.pdf = false;
+  changed.expected_verdicts = {{"D-of-mu", "reproduced"}};
+  CHECK(print_changes(changed) ==
+        "[lattice]\ncolumns = 77\n\n[report]\npdf = false\n\n[gate.expect]\nD-of-mu = \"reproduced\"\n");
 }
 
 TEST_CASE("The unusual experiment exercises every key of the main line") {

@@ -190,6 +190,7 @@ inline Claim claim(const std::string& id, const std::string& statement, const st
   made.paper = paper;
   made.paper_error = paper_error;
   made.z_score = z_score;
+  made.rival = made.rival_distance = std::numeric_limits<double>::quiet_NaN();
   made.explanation = explanation;
   return made;
 }
@@ -206,7 +207,7 @@ inline std::vector<Claim> claims() {
             "Over this window c₀ − c grows faster than linearly; the exponent falls as the window moves up."));
   list.push_back(claim("c-of-D", "c₀ − c grows as D^α with α = 0.4 ± 0.01.", "not reproduced", known(0.688, 0.043), 0.4,
                        0.01, 6.52, "The exponent follows γ/β, and γ is not 1 over this window."));
-  list.push_back(claim("amplitude", "The height of the peaks falls as 1/√z.", "undetermined",
+  list.push_back(claim("amplitude", "The height of the peaks falls as 1/√z.", "not tested",
                        unknown("no claim about heights is evaluated with fewer than eight depths"), none, none, none,
                        "Too few depths are identified for a slope of the height."));
   list.back().expected.clear();
@@ -234,7 +235,8 @@ inline Analysis analysis() {
   other.gamma.exponent = unknown("D is unknown at μ = 0.6");
   other.gamma.intercept = other.gamma.exponent;
   made.other_windows.push_back(other);
-  made.by_ratio = {{110, 95.763, other}, {170, 147.724, other}};
+  made.by_ratio = {{110, 95.763, other, made.scaling}, {170, 147.724, other, made.scaling}};
+  made.mean_position_offset = known(-0.2874, 0.0059);
   made.claims = claims();
   return made;
 }

@@ -177,7 +177,7 @@ TEST_CASE("Exponents without a value leave no empty tables, and their reasons ar
   none.beta.exponent = none.gamma.exponent = none.alpha.exponent = missing;
   data.analysis.scaling = none;
   data.analysis.other_windows = {none};
-  data.analysis.by_ratio = {{110, 95.763, none}};
+  data.analysis.by_ratio = {{110, 95.763, none, none}};
   const Page page(data);
   CHECK_FALSE(contains(page.html, "The same exponents"));
   CHECK(count(page.html, "one friction coefficient is no law") == 1);
@@ -212,11 +212,11 @@ TEST_CASE("Powers that could not be taken have their reason below the table") {
   CHECK(contains(shared.html, "n/a at <var>μ</var> = 0.15 and 0.2: for the reasons that stand under"));
 }
 
-TEST_CASE("Page 1 says how many claims are undetermined because nothing was measured") {
+TEST_CASE("Page 1 counts what was not decided apart from what was not tested") {
   ReportData data = numbers();
-  CHECK(contains(Page(data).html, "(1 of them because it does not measure"));
-  for (Claim& claim : data.analysis.claims) claim.measured = known(1, 0.1);
+  CHECK(contains(Page(data).html, "<strong>1</strong> it does not test"));
+  data.analysis.claims.back().verdict = "not decided";
   const std::string html = Page(data).html;
-  CHECK(contains(html, "<strong>1</strong> undetermined"));
-  CHECK_FALSE(contains(html, "does not measure what they speak of"));
+  CHECK(contains(html, "does not decide <strong>1</strong>"));
+  CHECK(contains(html, "<strong>0</strong> it does not test"));
 }

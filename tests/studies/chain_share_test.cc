@@ -81,15 +81,34 @@ TEST_CASE("Force chains carry more than half of the response and more than an ev
   chains.samples = 512;
   chains.c = known(0.575, 0.001);
   chains.even_share = 0.3;
-  chains.share = known(0.9, 0.02);
+  chains.share = known(0.8, 0.01);
+  chains.shown = known(0.9, 0);
   CHECK(judge_force_chains({chains}, 0.5).verdict == reproduced);
-  chains.share = known(0.35, 0.02);
+  CHECK(judge_force_chains({chains}, 0.5).measured.value == 0.9);
+  chains.shown = known(0.4, 0);  // in the pile shown, whatever the mean
   CHECK(judge_force_chains({chains}, 0.5).verdict == not_reproduced);
-  chains.share = known(0.55, 0.02);
-  CHECK(judge_force_chains({chains}, 0.5).verdict == undetermined);
-  chains.share = known(0.6, 0.02);
+  chains.shown = known(0.6, 0);
   chains.even_share = 0.7;
   CHECK(judge_force_chains({chains}, 0.5).verdict == not_reproduced);
-  chains.share = test::unknown("no layer lies deep enough");
-  CHECK(judge_force_chains({chains}, 0.5).verdict == undetermined);
+  chains.shown = test::unknown("no layer lies deep enough");
+  CHECK(judge_force_chains({chains}, 0.5).verdict == not_tested);
 }
+
+TEST_CASE("The share of the pile shown is that of the sample of the picture") {
+  EnsembleSpec spec;
+  spec.lattice = {70, 60 + bottom_margin};
+  spec.sampler.mu = 0.1;
+  spec.response.samples = 256;
+  spec.layers = shown_layers(60);
+  ChainShare chains = measure_chain_share({spec, run_ensemble(spec, 1, nullptr)});
+  double sum = 0;
+  for (std::uint64_t sample = 0; sample < spec.response.samples; ++sample) {
+    measure_shown_pile(chains, sample);
+    REQUIRE(chains.shown.known());
+    sum += chains.shown.value;
+  }
+  // The same piles: their shares average to that of their mean.
+  CHECK(sum / 256 == Approx(chains.share.value).epsilon(1e-9));
+}
+
+}  // namespace granuscope

@@ -60,10 +60,10 @@ TEST_CASE("Work is linear if draws per bead do not grow and the largest piles ar
   CHECK(worse.measured.value == Approx(1.08).margin(0.001));
   std::vector<CountedWork> small = measured;
   small.pop_back();
-  CHECK(judge_linear_time(small, {}).verdict == undetermined);
+  CHECK(judge_linear_time(small, {}).verdict == not_tested);
   std::vector<CountedWork> single = measured;
   single = {measured.back()};
-  CHECK(judge_linear_time(single, {}).verdict == undetermined);
+  CHECK(judge_linear_time(single, {}).verdict == not_tested);
 }
 
 TEST_CASE("Counted work is drawn per bead and names what was not completed") {

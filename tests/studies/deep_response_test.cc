@@ -134,7 +134,7 @@ TEST_CASE("The law of spreading is judged where it is farthest from diffusion, s
   CHECK(judge_spreading({at(0.3, 1, 1.2), rough}, spec)[1].measured.value == 1.2);
   DeepResponse unknown = at(0.5, 1, 1);
   unknown.deep.exponent = {.reason = "no peaks"};
-  CHECK(judge_spreading({unknown}, spec)[1].verdict == undetermined);
+  CHECK(judge_spreading({unknown}, spec)[1].verdict == not_tested);
   CHECK(deep_response_study()->claims(spec).empty());
 }
 
@@ -174,7 +174,7 @@ TEST_CASE("The deep response is checked in wide piles and by loads, at friction 
   CHECK(std::abs(response.octaves[1].c.value - 0.5575) < 5 * response.octaves[1].c.standard_error + 0.001);
   CHECK(response.c_thrust.value == Approx(0.5557).margin(0.001));
   // A check alone decides nothing.
-  CHECK(judge_spreading({response}, {})[0].verdict == undetermined);
+  CHECK(judge_spreading({response}, {})[0].verdict == not_tested);
 
   asked.set("wide_mu", std::vector<double>{0.2});
   const auto found = asked.study->find_problem(asked.main);

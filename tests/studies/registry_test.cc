@@ -55,7 +55,7 @@ TEST_CASE("The claims that studies decide stay open while nothing is measured, w
     for (const Claim& claim : study->claims({})) {
       INFO(claim.id);
       ids.push_back(claim.id);
-      CHECK(claim.verdict == undetermined);
+      CHECK(claim.verdict == not_tested);
       CHECK_FALSE(claim.measured.known());
       CHECK(claim.explanation.find(study->id()) != std::string::npos);
     }

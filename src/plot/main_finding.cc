@@ -1,0 +1,203 @@
+#include "plot/main_finding.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "model/lattice.h"
+#include "plot/axes.h"
+#include "plot/csv_table.h"
+#include "plot/figure_captions.h"
+#include "plot/gnuplot.h"
+#include "plot/plot_script.h"
+#include "plot/window_points.h"
+#include "support/error.h"
+#include "support/number_format.h"
+
+namespace granuscope {
+namespace {
+
+constexpr double height_inches = 72 / 25.4;
+constexpr double paper_gamma = 1, paper_alpha = 0.4, theory_alpha = 1;
+
+/// c_0 - c of one reading at the friction coefficients where it is positive.
+std::vector<PowerLawPoint> slowing(const Analysis& analysis, const RatioScaling* ratio, double below_surface) {
+  std::vector<PowerLawPoint> points;
+  for (const Transport& result : analysis.results) {
+    if (result.exact || !result.c.known() || !result.D.known()) continue;
+    PowerLawPoint point{result.mu(), result.mu(), 0, tan30 - result.c.value, result.c.standard_error};
+    if (ratio != nullptr) {
+      const auto depth = std::find_if(result.depths.begin(), result.depths.end(),
+                                      [&](const DepthFit& fit) { return fit.layer == ratio->layer; });
+      if (depth == result.depths.end() || !depth->identifiable) continue;
+      const double z = depth->z - below_surface;
+      point.y = tan30 - depth->peak_position.value / z;
+      point.y_error = depth->peak_position.standard_error / z;
+    }
+    if (fits_log_axes(point)) points.push_back(point);
+  }
+  return points;
+}
+
+/// The slopes again, against D.
+std::vector<PowerLawPoint> against_diffusion(const Analysis& analysis) {
+  std::vector<PowerLawPoint> points;
+  for (const Transport& result : analysis.results) {
+    if (result.exact || !result.c.known() || !result.D.known()) continue;
+    const PowerLawPoint point{result.mu(), result.D.value, result.D.standard_error, tan30 - result.c.value,
+                              result.c.standard_error};
+    if (fits_log_axes(point)) points.push_back(point);
+  }
+  return points;
+}
+
+/// "1.66(4)", or what the points follow instead of a power law.
+std::string exponent_text(const ScalingFit& fit) {
+  if (!fit.exponent.known()) return "unknown";
+  if (!fit.misses_the_points()) return value_with_error(fit.exponent.value, fit.exponent.standard_error);
+  return fmt::format("{}, χ² = {} on {}", significant(fit.exponent.value, 3), significant(fit.scatter.chi2, 2),
+                     fit.scatter.degrees_of_freedom);
+}
+
+/// A power law through a point, as far as it lies inside the axes.
+struct Guide {
+  double x, y, exponent;
+  double at(double place) const { return y * std::pow(place / x, exponent); }
+  /// Where it meets the upper or the right end of the axes.
+  double right_end(const Range& x_axis, const Range& y_axis) const {
+    return std::min(x_axis.high, x * std::pow(y_axis.high / y, 1 / exponent));
+  }
+};
+
+/// One panel's variables, under a prefix.
+class Panel {
+ public:
+  Panel(PlotPlan& plan, TemplateVariables& variables, std::string prefix)
+      : plan_(plan), variables_(variables), prefix_(std::move(prefix)) {}
+
+  void set_axes(const std::vector<std::vector<PowerLawPoint>>& series) {
+    for (const auto& points : series) {
+      for (const PowerLawPoint& point : points) {
+        x_.add(std::max(point.x - point.x_error, point.x / 2));
+        x_.add(point.x + point.x_error);
+        y_.add(std::max(point.y - point.y_error, point.y / 2));
+        y_.add(point.y + point.y_error);
+      }
+    }
+    x_ = widened_by_factor(x_, 1.35);
+    y_ = widened_by_factor(y_, 1.35);
+    set("x_low", exact(x_.low));
+    set("x_high", exact(x_.high));
+    set("y_low", exact(y_.low));
+    set("y_high", exact(y_.high));
+    set("x_ticks", log_ticks(x_));
+    set("y_ticks", log_ticks(y_));
+  }
+
+  void add_points(const std::string& name, const std::vector<PowerLawPoint>& points) {
+    set(name, points.empty() ? "" : "yes");
+    if (points.empty()) return;
+    CsvTable table({"mu", "x", "y", "x_low", "x_high", "y_low", "y_high"});
+    for (const PowerLawPoint& point : points) {
+      table.add_row({point.mu, point.x, point.y, std::max(point.x - point.x_error, x_.low), point.x + point.x_error,
+                     std::max(point.y - point.y_error, y_.low), point.y + point.y_error});
+    }
+    plan_.data[fmt::format("{}-{}.csv", plan_.id, name)] = table.text();
+    ++plan_.curves;
+  }
+
+  void add_guide(const std::string& name, const WindowMiddle& middle, double exponent) {
+    set(name, middle.extent.empty ? "" : "yes");
+    for (const char* part : {"_x", "_y", "_exponent", "_end_x", "_end_y"}) set(name + part, "");
+    if (middle.extent.empty) return;
+    const Guide guide{middle.x, middle.y, exponent};
+    const double end = guide.right_end(x_, y_);
+    set(name + "_x", exact(guide.x));
+    set(name + "_y", exact(guide.y));
+    set(name + "_exponent", exact(exponent));
+    set(name + "_end_x", exact(end));
+    set(name + "_end_y", exact(guide.at(end)));
+    ++plan_.curves;
+  }
+
+  void add_law(const std::string& name, const ScalingFit& fit, const WindowMiddle& middle) {
+    const bool known = fit.exponent.known() && fit.intercept.known() && middle.extent.size() > 0;
+    set(name, known ? "yes" : "");
+    for (const char* part : {"_intercept", "_exponent", "_low", "_high"}) set(name + part, "");
+    if (!known) return;
+    set(name + "_intercept", exact(fit.intercept.value));
+    set(name + "_exponent", exact(fit.exponent.value));
+    set(name + "_low", exact(middle.extent.low));
+    set(name + "_high", exact(middle.extent.high));
+    ++plan_.curves;
+  }
+
+  void set(const std::string& name, const std::string& text) { variables_[prefix_ + name] = text; }
+  void set_label(const std::string& name, const std::string& text) { set(name, gnuplot_string(text)); }
+
+ private:
+  PlotPlan& plan_;
+  TemplateVariables& variables_;
+  std::string prefix_;
+  Range x_, y_;
+};
+
+}  // namespace
+
+bool has_main_finding(const Analysis& analysis) { return slowing(analysis, nullptr, 0).size() > 1; }
+
+Figure plot_main_finding(const Analysis& analysis, const std::filesystem::path& run_folder) {
+  if (!has_main_finding(analysis)) {
+    throw InputError(
+        "the figure of c0 - c has nothing to show, because fewer than two friction coefficients have a c below c0; use "
+        "more samples or deeper layers");
+  }
+  const RatioScaling* ratio = analysis.by_ratio.empty() ? nullptr : &analysis.by_ratio.front();
+  const ScalingFits& scaling = analysis.scaling;
+  const auto slopes = slowing(analysis, nullptr, 0), of_D = against_diffusion(analysis);
+  const auto ratios = ratio == nullptr ? std::vector<PowerLawPoint>{} : slowing(analysis, ratio, 0);
+  const auto from_load = ratio == nullptr ? std::vector<PowerLawPoint>{} : slowing(analysis, ratio, Lattice::depth(0));
+  PlotPlan plan;
+  plan.id = main_finding_id;
+  plan.script = "plot/main_finding";
+  plan.height = height_inches;
+  TemplateVariables variables;
+  const auto& window = scaling.gamma.window;
+
+  Panel left(plan, variables, "mu_");
+  left.set_axes({slopes, ratios, from_load});
+  left.add_points("slopes", slopes);
+  left.add_points("ratios", ratios);
+  left.add_points("from_load", from_load);
+  left.add_guide("paper", middle_of_window(ratios.empty() ? slopes : ratios, window), paper_gamma);
+  left.add_law("law", scaling.gamma, middle_of_window(slopes, window));
+  left.set_label("slopes_label", "slopes with depth: γ = " + exponent_text(scaling.gamma));
+  const ScalingFit none;
+  const ScalingFit &by_ratio = ratio == nullptr ? none : ratio->fits.gamma,
+                   &shifted = ratio == nullptr ? none : ratio->from_load.gamma;
+  left.set_label("ratios_label",
+                 fmt::format("xₚ/z at z = {:.1f}: γ = {}", ratio == nullptr ? 0 : ratio->z, exponent_text(by_ratio)));
+  left.set_label("from_load_label", "xₚ/(z − ½), same layer: γ = " + exponent_text(shifted));
+
+  Panel right(plan, variables, "D_");
+  right.set_axes({of_D});
+  right.add_points("points", of_D);
+  const WindowMiddle middle = middle_of_window(of_D, scaling.alpha.window);
+  right.add_guide("paper", middle, paper_alpha);
+  right.add_guide("theory", middle, theory_alpha);
+  right.add_law("law", scaling.alpha, middle);
+  right.set_label("law_label", "slopes: α = " + exponent_text(scaling.alpha));
+
+  Figure figure = plot_figure(plan, variables, run_folder);
+  set_captions(figure, "plot/main_finding.captions",
+               {{"gamma", exponent_text(scaling.gamma)},
+                {"ratio_gamma", ratios.empty() ? "" : exponent_text(by_ratio)},
+                {"from_load_gamma", from_load.empty() ? "" : exponent_text(shifted)},
+                {"alpha", exponent_text(scaling.alpha)},
+                {"low", caption_number(window[0])},
+                {"high", caption_number(window[1])}});
+  return figure;
+}
+
+}  // namespace granuscope

@@ -1,0 +1,114 @@
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "report/report_overlay.h"
+#include "support/number_format.h"
+
+namespace granuscope {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string verdict_of(const Json& summary, const char* id) {
+  for (const Json& claim : summary.at("claims")) {
+    if (claim.at("id") == id) return claim.at("verdict").get<std::string>();
+  }
+  return "not tested";
+}
+
+bool known(const Json& estimate) { return estimate.at("value").is_number(); }
+
+/// Exponents to which the points of the fit do not keep stand without an error.
+void add_exponents(Json& place, const Json& fits, const std::string& pointer) {
+  for (const char* name : {"beta", "gamma", "alpha"}) {
+    const Json& fit = fits.at(name);
+    if (fit.at("power_law") != false) continue;
+    place[name] = {{"key", fmt::format("{}/{}", pointer, name)},
+                   {"text", significant(fit.at("value").get<double>(), 3)}};
+  }
+}
+
+Json exponents_of(const Json& list, const std::string& pointer) {
+  Json places = Json::array();
+  for (const Json& fits : list) {
+    const std::string at = fmt::format("{}/{}", pointer, places.size());
+    Json place = Json::object();
+    add_exponents(place, fits, at);
+    if (fits.contains("from_load")) {
+      place["from_load"] = Json::object();
+      add_exponents(place["from_load"], fits.at("from_load"), at + "/from_load");
+    }
+    places.push_back(place);
+  }
+  return places;
+}
+
+/// Whether the ratio lies nearer to the paper's linear law than the slopes do.
+bool ratio_explains(const Json& scaling) {
+  const Json& ratio = scaling.at("by_ratio").at(0);
+  const auto off = [](const Json& fit) { return std::abs(fit.at("value").get<double>() - 1); };
+  return off(ratio.at("gamma")) < off(scaling.at("gamma")) / 2 &&
+         off(ratio.at("from_load").at("gamma")) > off(scaling.at("gamma")) / 2;
+}
+
+}  // namespace
+
+void add_exponent_texts(Json& overlay, const Json& summary) {
+  const Json& scaling = summary.at("scaling");
+  Json& place = overlay["scaling"] = Json::object();
+  add_exponents(place, scaling, "/scaling");
+  place["other_windows"] = exponents_of(scaling.at("other_windows"), "/scaling/other_windows");
+  place["by_ratio"] = exponents_of(scaling.at("by_ratio"), "/scaling/by_ratio");
+}
+
+void add_causes(Json& overlay, const Json& summary) {
+  const Json& scaling = summary.at("scaling");
+  Json shifts = Json::array();
+  if (summary.at("studies").contains("nonlinearity")) {
+    const Json& exponents = summary.at("studies").at("nonlinearity").at("exponents");
+    for (std::size_t i = 0; i < exponents.size(); ++i) {
+      const Json& one = exponents[i];
+      if (one.at("estimator") != "point" || one.at("load") != 1 || !known(one.at("beta_minus_linear")) ||
+          !known(one.at("gamma_minus_linear"))) {
+        continue;
+      }
+      shifts.push_back({{"key", fmt::format("/studies/nonlinearity/exponents/{}", i)}});
+    }
+  }
+  bool moved = true;
+  for (const char* name : {"beta", "gamma", "alpha"}) moved = moved && scaling.at(name).contains("systematic");
+  overlay["overload_shift"] = shifts;
+  overlay["depth_window"] = moved ? Json{{"key", "/scaling"}} : Json(nullptr);
+  overlay["has_causes"] = known(scaling.at("gamma")) && known(scaling.at("alpha"));
+}
+
+void add_headline(Json& overlay, const Json& summary, const std::string& own) {
+  const Json& scaling = summary.at("scaling");
+  const auto is = [&](const char* id, const char* verdict) { return verdict_of(summary, id) == verdict; };
+  const bool ratio = !scaling.at("by_ratio").empty() && known(scaling.at("by_ratio").at(0).at("gamma")) &&
+                     known(scaling.at("by_ratio").at(0).at("from_load").at("gamma"));
+  const bool generated = own.empty() && known(scaling.at("gamma")) && known(scaling.at("beta"));
+  overlay["headline"] = {
+      {"own", own},
+      {"generated", generated},
+      {"depth_holds", is("linear-position", "reproduced") && is("diffusive-width", "reproduced")},
+      {"c_fails", is("c-of-mu", "not reproduced")},
+      {"c_holds", is("c-of-mu", "reproduced")},
+      {"D_holds", is("D-of-mu", "reproduced")},
+      {"D_fails", is("D-of-mu", "not reproduced")},
+      {"alpha_fails", is("c-of-D", "not reproduced")},
+      {"alpha_holds", is("c-of-D", "reproduced")},
+      {"theory_excluded", is("differs-from-theory", "reproduced")},
+      {"theory_holds", is("differs-from-theory", "not reproduced")},
+      {"ratio", ratio ? Json{{"key", "/scaling/by_ratio/0"}} : Json(nullptr)},
+      {"explains", ratio && known(scaling.at("gamma")) && ratio_explains(scaling)},
+      {"other_window", !scaling.at("other_windows").empty() && known(scaling.at("other_windows").at(0).at("beta"))},
+      {"offset", known(summary.at("mean_position_offset"))}};
+  const bool any = !own.empty() || generated;
+  overlay["has_headline"] = any;
+}
+
+}  // namespace granuscope
