@@ -15,7 +15,7 @@ constexpr PaperNumber paper_beta{.value = 2.5, .error = 0.05};   ///< "about 2.5
 constexpr PaperNumber paper_alpha{.value = 0.4, .error = 0.01};  ///< given with its error
 
 /// c - c_0 in proportion to the variance of the disorder, as D, which grows as mu^2.
-const Rival quadratic{2, "a term of second order in μ"};
+const Rival quadratic{2, "second order in μ"};
 const Rival linear_in_D{1, "stochastic theory"};
 
 std::string over_window(const char* name, const ScalingFit& fit) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "model/lattice.h"
 #include "plot/axes.h"
@@ -19,6 +20,8 @@ namespace granuscope {
 namespace {
 
 constexpr double height_inches = 72 / 25.4;
+constexpr double panel_width = 0.41 * plot_width_inches,
+                 panel_height = height_inches - 0.7;  ///< as the script has them
 constexpr double paper_gamma = 1, paper_alpha = 0.4, theory_alpha = 1;
 
 /// c_0 - c of one reading at the friction coefficients where it is positive.
@@ -56,7 +59,7 @@ std::vector<PowerLawPoint> against_diffusion(const Analysis& analysis) {
 std::string exponent_text(const ScalingFit& fit) {
   if (!fit.exponent.known()) return "unknown";
   if (!fit.misses_the_points()) return value_with_error(fit.exponent.value, fit.exponent.standard_error);
-  return fmt::format("{}, χ² = {} on {}", significant(fit.exponent.value, 3), significant(fit.scatter.chi2, 2),
+  return fmt::format("{} (χ² = {} on {})", significant(fit.exponent.value, 3), significant(fit.scatter.chi2, 2),
                      fit.scatter.degrees_of_freedom);
 }
 
@@ -87,6 +90,7 @@ class Panel {
     }
     x_ = widened_by_factor(x_, 1.35);
     y_ = widened_by_factor(y_, 1.35);
+    y_.low /= 1.5;  // room for the names of the curves
     set("x_low", exact(x_.low));
     set("x_high", exact(x_.high));
     set("y_low", exact(y_.low));
@@ -109,15 +113,20 @@ class Panel {
 
   void add_guide(const std::string& name, const WindowMiddle& middle, double exponent) {
     set(name, middle.extent.empty ? "" : "yes");
-    for (const char* part : {"_x", "_y", "_exponent", "_end_x", "_end_y"}) set(name + part, "");
+    for (const char* part : {"_x", "_y", "_exponent", "_end", "_name_x", "_name_y", "_angle"}) set(name + part, "");
     if (middle.extent.empty) return;
     const Guide guide{middle.x, middle.y, exponent};
     const double end = guide.right_end(x_, y_);
     set(name + "_x", exact(guide.x));
     set(name + "_y", exact(guide.y));
     set(name + "_exponent", exact(exponent));
-    set(name + "_end_x", exact(end));
-    set(name + "_end_y", exact(guide.at(end)));
+    set(name + "_end", exact(end));
+    // Its name runs along it, near the end.
+    const double place = std::exp(std::log(end) - 0.3 * std::log(x_.high / x_.low));
+    set(name + "_name_x", exact(place));
+    set(name + "_name_y", exact(guide.at(place)));
+    const double rise = exponent * panel_height * std::log(x_.high / x_.low) / std::log(y_.high / y_.low) / panel_width;
+    set(name + "_angle", fmt::format("{:.1f}", std::atan(rise) * 180 / std::numbers::pi));
     ++plan_.curves;
   }
 
@@ -172,7 +181,7 @@ Figure plot_main_finding(const Analysis& analysis, const std::filesystem::path& 
   left.add_points("from_load", from_load);
   left.add_guide("paper", middle_of_window(ratios.empty() ? slopes : ratios, window), paper_gamma);
   left.add_law("law", scaling.gamma, middle_of_window(slopes, window));
-  left.set_label("slopes_label", "slopes with depth: γ = " + exponent_text(scaling.gamma));
+  left.set_label("slopes_label", "slopes: γ = " + exponent_text(scaling.gamma));
   const ScalingFit none;
   const ScalingFit &by_ratio = ratio == nullptr ? none : ratio->fits.gamma,
                    &shifted = ratio == nullptr ? none : ratio->from_load.gamma;

@@ -71,6 +71,9 @@ void add_claims(Json& overlay, const Json& summary) {
                 {"tested", verdict != "not tested"},
                 {"pull", nullptr},
                 {"allowed", ""},
+                {"rival_off", claim.at("rival").is_object() && claim.at("rival").at("distance").is_number()
+                                  ? fmt::format("{:.1f}", std::abs(claim.at("rival").at("distance").get<double>()))
+                                  : ""},
                 {"excludes", claim.at("rival").is_object() && claim.at("paper").is_null()},
                 {"differs", claim.at("expected").is_string() && claim.at("expected") != verdict}};
     add_measured(row, claim, fmt::format("/claims/{}", rows.size()));

@@ -103,7 +103,7 @@ void add_headline(Json& overlay, const Json& summary, const std::string& own) {
       {"alpha_holds", is("c-of-D", "reproduced")},
       {"theory_excluded", is("differs-from-theory", "reproduced")},
       {"theory_holds", is("differs-from-theory", "not reproduced")},
-      {"ratio", ratio ? Json{{"key", "/scaling/by_ratio/0"}} : Json(nullptr)},
+      {"ratio", ratio},
       {"explains", ratio && known(scaling.at("gamma")) && ratio_explains(scaling)},
       {"other_window", !scaling.at("other_windows").empty() && known(scaling.at("other_windows").at(0).at("beta"))},
       {"offset", known(summary.at("mean_position_offset"))}};

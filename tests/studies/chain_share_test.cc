@@ -110,5 +110,3 @@ TEST_CASE("The share of the pile shown is that of the sample of the picture") {
   // The same piles: their shares average to that of their mean.
   CHECK(sum / 256 == Approx(chains.share.value).epsilon(1e-9));
 }
-
-}  // namespace granuscope
