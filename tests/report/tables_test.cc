@@ -214,9 +214,31 @@ TEST_CASE("Powers that could not be taken have their reason below the table") {
 
 TEST_CASE("Page 1 counts what was not decided apart from what was not tested") {
   ReportData data = numbers();
-  CHECK(contains(Page(data).html, "<strong>1</strong> it does not test"));
+  CHECK(contains(Page(data).html, "0 not decided"));
+  CHECK(contains(Page(data).html, "Not tested in this run: amplitude."));
   data.analysis.claims.back().verdict = "not decided";
   const std::string html = Page(data).html;
-  CHECK(contains(html, "does not decide <strong>1</strong>"));
-  CHECK(contains(html, "<strong>0</strong> it does not test"));
+  CHECK(contains(html, "1 not decided"));
+  CHECK_FALSE(contains(html, "Not tested in this run"));
+}
+
+TEST_CASE("Page 1 tells where depth starts, and pulls beyond the strip end in an arrow") {
+  ReportData data = numbers();
+  data.analysis.by_ratio[0].fits.gamma = synthetic::scaling({0.1, 0.3}).gamma;
+  data.analysis.by_ratio[0].fits.gamma.exponent = known(1.12, 0.02);
+  data.analysis.by_ratio[0].fits.gamma.scatter = {50.1, 2, 4, {}};
+  std::string html = Page(data).html;
+  CHECK(contains(html, "gives <span class=\"word\"><span data-key=\"/scaling/by_ratio/0/gamma\">1.12</span></span>"));
+  CHECK(contains(html, "no power law"));
+  CHECK(contains(html, "would follow from where <var>z</var> starts"));
+  CHECK(contains(html, "−0.2874(59)"));
+  CHECK(contains(html, "aria-label=\"pull 8.1\""));
+  CHECK_FALSE(contains(html, "M9 -1L10.8 0L9 1Z"));
+  data.analysis.claims[2].z_score = 17;
+  html = Page(data).html;
+  CHECK(contains(html, "M9 -1L10.8 0L9 1Z"));
+  data.headline = "Nothing <b>was</b> found.";
+  html = Page(data).html;
+  CHECK(contains(html, "Nothing &lt;b&gt;was&lt;/b&gt; found."));
+  CHECK_FALSE(contains(html, "would follow from where <var>z</var> starts"));
 }
