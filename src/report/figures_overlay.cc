@@ -88,17 +88,20 @@ void add_figures(Json& overlay, const ReportData& data, const std::filesystem::p
     const bool raster = figure.screen.extension() == ".png";
     const std::optional<double> width =
         raster && medium == PageMedium::print ? png_width_mm(read_file(run_folder / figure.screen)) : std::nullopt;
-    rows.push_back({{"number", rows.size() + 1},
-                    {"on_page_1", figure.id == data.key_figure},
-                    {"is_there", figure.is_there()},
-                    {"failure", as_sentence(figure.failure)},
-                    {"image", figure.is_there() ? embedded(figure, run_folder, medium) : ""},
-                    {"raster", raster},
-                    {"width_mm", width ? fmt::format("{:.2f}", std::min(*width, text_width_mm)) : ""},
-                    {"alternative", figure.alternative},
-                    {"paper_says", figure.paper_says},
-                    {"redraw", figure.redraw},
-                    {"links", figure.is_there() ? links_to_files(figure, run_folder, medium) : ""}});
+    rows.push_back(
+        {{"number", rows.size() + 1},
+         {"on_page_1", figure.id == data.key_figure},
+         {"is_there", figure.is_there()},
+         {"failure", as_sentence(figure.failure)},
+         {"image", figure.is_there() ? embedded(figure, run_folder, medium) : ""},
+         {"raster", raster},
+         // The picture alone, to be looked at closely; a link keeps what scrolls within reach of the keyboard.
+         {"file", figure.is_there() && medium == PageMedium::screen ? figure.screen.generic_string() : ""},
+         {"width_mm", width ? fmt::format("{:.2f}", std::min(*width, text_width_mm)) : ""},
+         {"alternative", figure.alternative},
+         {"paper_says", figure.paper_says},
+         {"redraw", figure.redraw},
+         {"links", figure.is_there() ? links_to_files(figure, run_folder, medium) : ""}});
   }
   overlay["has_figures"] = !rows.empty();
   overlay["figures"] = rows;

@@ -48,7 +48,8 @@ PdfOutcome pdf_report(const ReportData& data, const std::string& summary, const 
   ProcessSpec process;
   // The page holds all it needs. Without a base of our own WeasyPrint makes one of the folder's name, and gives up on a
   // name that is not UTF-8.
-  process.arguments = {"weasyprint", "--encoding", "utf-8", "--base-url", "about:blank", "report.html", "report.pdf"};
+  process.arguments = {"weasyprint",    "--encoding", "utf-8",       "--base-url", "about:blank",
+                       "--pdf-variant", "pdf/ua-1",   "report.html", "report.pdf"};
   process.working_folder = scratch.path();
   // A fixed date makes the same report the same bytes. Font caches go into the scratch folder, where they can be
   // written.

@@ -147,9 +147,9 @@ TEST_CASE("A JUnit case fails only when its verdict is not the expected one") {
                  "name=\"frictionless\"><failure message=\"the verdict is not reproduced, expected was "
                  "reproduced\">a &lt; b &amp; c</failure><system-out>not reproduced: "));
   CHECK(contains(xml, "name=\"c-of-mu\"><system-out>not reproduced: "));  // expected: no failure
-  CHECK(contains(
-      xml, "name=\"amplitude\"><skipped message=\"not tested\"/><system-out>not tested: "));  // no expectation: no
-                                                                                                  // failure
+  CHECK(contains(xml,
+                 "name=\"amplitude\"><skipped message=\"not tested\"/><system-out>not tested: "));  // no expectation:
+                                                                                                    // no failure
   CHECK_FALSE(contains(xml, "<script>"));
 }
 
