@@ -68,8 +68,9 @@ TEST_CASE("Every keyed number of the page is the one in summary.json") {
   for (const auto& [key, text] : synthetic::keyed_texts(page.html)) keys.insert(key);
   const Json summary = Json::parse(page.summary);
   for (std::size_t i = 0; i < summary["results"].size(); ++i) {
-    for (const char* name : {"mu", "samples", "c", "D", "c_thrust", "alpha_thrust", "c_minus_c_thrust",
-                             "sampler/draws_per_bead", "sampler/repaired_per_bead", "sampler/backtracked_per_bead"}) {
+    for (const char* name :
+         {"mu", "samples", "c", "D", "c_thrust", "position_offset", "width_offset", "c_minus_c_thrust",
+          "sampler/draws_per_bead", "sampler/repaired_per_bead", "sampler/backtracked_per_bead"}) {
       INFO(i << name);
       CHECK(keys.contains("/results/" + std::to_string(i) + "/" + name));
     }
