@@ -14,7 +14,7 @@ constexpr double window_slack = 1e-9;
 
 /// The results above mu = 0 up to the upper end of the scaling window: the small friction to which the paper restricts
 /// its discussion.
-std::vector<const Transport*> at_small_friction(const Analysis& analysis, const FitSpec& fit) {
+std::vector<const Transport*> of_weak_friction(const Analysis& analysis, const FitSpec& fit) {
   std::vector<const Transport*> small;
   for (const Transport& result : analysis.results) {
     if (!result.exact && result.mu() > 0 && result.mu() <= fit.scaling_window[1] + window_slack) {
@@ -41,7 +41,7 @@ Claim judge_two_gaussians(const Analysis& analysis, const FitSpec& fit, const Cl
   double farthest_mu = 0;
   bool failed = false, open = false;
   Estimate largest;
-  for (const Transport* result : at_small_friction(analysis, fit)) {
+  for (const Transport* result : of_weak_friction(analysis, fit)) {
     if (!result->centre_background.known() || !result->fitted_area.known()) continue;
     mu.push_back(result->mu());
     Estimate lacking = result->fitted_area;
@@ -88,7 +88,7 @@ Claim judge_closer_and_wider(const Analysis& analysis, const FitSpec& fit) {
   Claim claim =
       open_claim("closer-and-wider", "The peaks get closer and wider as friction grows.", "fall of c over the window");
   std::vector<const Transport*> small;
-  for (const Transport* result : at_small_friction(analysis, fit)) {
+  for (const Transport* result : of_weak_friction(analysis, fit)) {
     if (result->c.known() && result->D.known()) small.push_back(result);
   }
   if (small.size() < 2) {

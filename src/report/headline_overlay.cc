@@ -67,15 +67,17 @@ void add_exponent_texts(Json& overlay, const Json& summary) {
 void add_causes(Json& overlay, const Json& summary) {
   const Json& scaling = summary.at("scaling");
   Json shifts = Json::array();
-  if (summary.at("studies").contains("nonlinearity")) {
-    const Json& exponents = summary.at("studies").at("nonlinearity").at("exponents");
+  // Whichever study holds the exponents of the paper's overload against those of the linear response.
+  for (const auto& [id, study] : summary.at("studies").items()) {
+    if (!study.is_object() || !study.contains("exponents")) continue;
+    const Json& exponents = study.at("exponents");
     for (std::size_t i = 0; i < exponents.size(); ++i) {
       const Json& one = exponents[i];
-      if (one.at("estimator") != "point" || one.at("load") != 1 || !known(one.at("beta_minus_linear")) ||
-          !known(one.at("gamma_minus_linear"))) {
+      if (!one.is_object() || !one.contains("beta_minus_linear") || one.at("estimator") != "point" ||
+          one.at("load") != 1 || !known(one.at("beta_minus_linear")) || !known(one.at("gamma_minus_linear"))) {
         continue;
       }
-      shifts.push_back({{"key", fmt::format("/studies/nonlinearity/exponents/{}", i)}});
+      shifts.push_back({{"key", fmt::format("/studies/{}/exponents/{}", id, i)}});
     }
   }
   bool moved = true;
