@@ -118,8 +118,6 @@ Claim judge_stretch(const std::vector<DeepResponse>& measured, const ClaimSpec& 
     farthest_z = z;
   }
   if (farthest == nullptr) {
-    claim.paper = paper.value;
-    claim.tolerance = paper.tolerance;
     leave_open(claim, "no pile was followed so deep: set studies.deep_response.mu; some minutes decide");
     return claim;
   }
