@@ -63,7 +63,7 @@ Figure plot_figure(const PlotPlan& plan, const TemplateVariables& variables, con
   TemplateVariables all = variables;
   all["stem"] = plan.id;
   all["begin_pass"] = begin_pass_place;
-  all["key_panel"] = plot_template("plot/key_panel");
+  if (script_template.find("{{key_panel}}") != std::string::npos) all["key_panel"] = plot_template("plot/key_panel");
   all["end_of_pass"] = plot_template("plot/end_of_pass");
   add_colours_used(all, script_template);
 
