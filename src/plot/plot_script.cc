@@ -41,7 +41,7 @@ KeySize size_of_key(const std::string& script) {
     if (begins >= end) continue;
     int letters = 0;
     for (std::size_t i = begins + title.size(); i < end; ++i) {
-      if (script[i] == '\'' && script[++i] != '\'') break;  // a doubled one is one of the text
+      if (script[i] == '\'' && script[++i] != '\'') break;                          // a doubled one is one of the text
       letters += (static_cast<unsigned char>(script[i]) & 0xC0U) != 0x80U ? 1 : 0;  // UTF-8
     }
     ++size.entries;

@@ -145,7 +145,7 @@ TEST_CASE("a folder at work ends with 5, and --quiet says nothing") {
   const CommandResult busy = granuscope_command({"run", config, "--out", out});
   ::close(folder);
   CHECK(busy.code == 5);
-  CHECK_THAT(busy.err, Contains("another run is working"));
+  CHECK_THAT(busy.err, Contains("another run or shard is working"));
 }
 
 TEST_CASE("run --keep-going loses only what the machine lacks") {
