@@ -31,7 +31,7 @@ Claim judge_exponent(const Analysis& analysis, const ClaimSpec& spec, Claim clai
     if (!power.known()) continue;
     mu.push_back(result.mu());
     const double z = judge_number(power, paper).z_score;
-    if (std::abs(z) < std::abs(farthest_z)) continue;
+    if (!(std::abs(z) >= std::abs(farthest_z))) continue;  // an error that is unknown hides none
     farthest = result.mu();
     farthest_z = z;
     farthest_power = power;

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "cli/flag_checks.h"
 #include "cli/verbs.h"
 #include "experiment/experiment_file.h"
 #include "history/night_page.h"
@@ -47,8 +48,9 @@ void add_nightly_verb(CLI::App& app, VerbContext& context) {
   verb->add_option("--history", options->history, "folder of the history")->required();
   verb->add_option("--keep", options->keep, "reports kept")->capture_default_str()->check(CLI::Range(1, 100000));
   verb->add_option(
-      "--grow", options->grow,
-      "samples by which the pool grows, in whole rounds of eight for each block (default: response.samples)");
+          "--grow", options->grow,
+          "samples by which the pool grows, in whole rounds of eight for each block (default: response.samples)")
+      ->check(whole_number());
   verb->add_option("--set", options->overrides, "KEY=VALUE in the place of what EXPERIMENT says; may be repeated")
       ->expected(1)
       ->take_all();

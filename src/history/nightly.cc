@@ -112,6 +112,15 @@ EnsembleRecord piece_between(const EnsembleRecord& before, EnsembleRecord after)
   return after;
 }
 
+/// What a claim's verdict goes by, in standard errors: the distance from the paper's number or, where the claim is to
+/// exclude another one, from that; NaN where it goes by neither.
+double deciding_distance(const Json& claim) {
+  if (claim.at("z_score").is_number()) return claim.at("z_score").get<double>();
+  const Json& rival = claim.at("rival");
+  if (rival.is_object() && rival.at("distance").is_number()) return rival.at("distance").get<double>();
+  return std::numeric_limits<double>::quiet_NaN();
+}
+
 class NightRun {
  public:
   NightRun(const Experiment& experiment, const NightlyOptions& options)
@@ -152,7 +161,7 @@ class NightRun {
   bool experiment_changed() {
     const std::string accepted = book_.state("experiment");
     if (accepted.empty()) return false;
-    const auto changed = changed_keys(measuring_keys(accepted), measuring_keys(night_.experiment));
+    const auto changed = changed_keys(keys_of_experiment(accepted), keys_of_experiment(night_.experiment));
     if (changed.empty()) return false;
     alarm("experiment", fmt::format("the experiment is another one, and nothing was drawn: {}", in_words(changed)));
     return true;
@@ -248,8 +257,7 @@ class NightRun {
     }
     for (const Json& claim : record.summary.at("claims")) {
       const std::string id = claim.at("id"), verdict = claim.at("verdict");
-      night_.verdicts.push_back(
-          {id, verdict, claim.at("z_score").is_number() ? claim.at("z_score").get<double>() : std::nan("")});
+      night_.verdicts.push_back({id, verdict, deciding_distance(claim)});
       if (id == frictionless_claim && verdict == "not reproduced") {
         alarm("identity",
               fmt::format("{}: {}, which holds exactly for any piles", claim.at("statement").get<std::string>(),
@@ -340,10 +348,12 @@ void accept_night(const fs::path& folder, std::int64_t number) {
   NightBook book(folder);
   const Night night = book.night(number);
   const auto has = [&](const char* kind) {
-    return std::any_of(night.alarms.begin(), night.alarms.end(), [&](const Alarm& one) { return one.kind == kind; });
+    return std::any_of(night.alarms.begin(), night.alarms.end(),
+                       [&](const Alarm& one) { return one.kind == kind && one.state != "accepted"; });
   };
-  if (night.alarms.empty()) {
-    throw InputError(fmt::format("night {} has no alarm, so that there is nothing to accept", number));
+  if (std::all_of(night.alarms.begin(), night.alarms.end(), [](const Alarm& one) { return one.state == "accepted"; })) {
+    throw InputError(
+        fmt::format("night {} has no alarm that is not accepted yet, so that there is nothing to accept", number));
   }
   std::map<std::string, std::string> state;
   const fs::path reference = folder / "canary/reference", other = folder / "canary" / fmt::format("alarm-{}", number);

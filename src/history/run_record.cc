@@ -37,7 +37,8 @@ void collect(const Json& json, const std::string& place, std::map<std::string, d
   }
 }
 
-/// With the defaults of this program, where it can still read it: a key that came later is none that differs.
+}  // namespace
+
 std::map<std::string, std::string> keys_of_experiment(const std::string& resolved) {
   try {
     return measuring_keys(print_experiment(parse_experiment(resolved, "experiment.toml")));
@@ -45,8 +46,6 @@ std::map<std::string, std::string> keys_of_experiment(const std::string& resolve
     return measuring_keys(resolved);
   }
 }
-
-}  // namespace
 
 RunRecord read_run(const fs::path& path) {
   std::error_code none;

@@ -20,6 +20,10 @@ struct RunRecord {
 /// Reads a run's folder or a summary.json. Throws InputError.
 RunRecord read_run(const std::filesystem::path& path);
 
+/// The measuring_keys of a resolved experiment with the defaults of this program, where it can still read it: a key
+/// that came later is none that differs.
+std::map<std::string, std::string> keys_of_experiment(const std::string& resolved);
+
 /// Every number of a summary with its place: captions, explanations and other words are left out.
 std::map<std::string, double> numbers_of(const nlohmann::ordered_json& summary);
 

@@ -203,6 +203,7 @@ void merge_folders(const std::vector<fs::path>& folders, const fs::path& out, Pr
   require_complete(ensembles, found, folders);
 
   const RunFolder target(out);
+  keep_experiment(out, print_experiment(experiment));
   make_folder(out / "ensembles");
   for (std::size_t i = 0; i < ensembles.size(); ++i) {
     throw_if_interrupted();
@@ -211,7 +212,6 @@ void merge_folders(const std::vector<fs::path>& folders, const fs::path& out, Pr
     fs::remove_all(BlockFiles(ensembles[i], out).folder(), ignored);
     log_line(progress, fmt::format("merged {}: {} blocks", ensembles[i].label, ensembles[i].spec.response.blocks));
   }
-  write_file(out / "experiment.toml", print_experiment(experiment));
   forget_shards(out);
 }
 

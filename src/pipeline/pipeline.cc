@@ -95,7 +95,7 @@ class Run {
     const ExitCode code = whole ? ExitCode::done : ExitCode::environment;
     result_.analysis = data_.analysis;
     result_.unexpected = unexpected_results(data_.analysis);
-    FinishedRun finished{made_from_, {}, result_.unexpected};
+    FinishedRun finished{made_from_, {}, result_.unexpected, result_.files.pdf.has_value()};
     for (const Stage stage : needed_) finished.stages.insert(name_of(stage));
     write_manifest(data_, options_.folder,
                    {whole ? "done" : "failed", static_cast<int>(code), result_.failure, finished, earlier_timings_});
@@ -115,6 +115,7 @@ class Run {
     }
     if (needs(Stage::report)) {
       result_.files = files_in(options_.folder);
+      if (!there->pdf) result_.files.pdf.reset();
       if (options_.require_pdf && !result_.files.pdf) return false;
     }
     result_.unexpected = there->unexpected;

@@ -92,20 +92,6 @@ int shards_seen(const fs::path& folder) {
   return most;
 }
 
-/// Leaves the experiment in the folder for those who join the shards, and for who looks into it.
-void keep_experiment(const fs::path& folder, const std::string& resolved) {
-  const fs::path file = folder / "experiment.toml";
-  std::error_code ignored;
-  if (fs::exists(file, ignored)) {
-    if (read_file(file) == resolved) return;
-    throw InputError(fmt::format(
-        "'{}' is another experiment than this one, and the blocks of both would be mixed up; choose another "
-        "--out, or remove that folder",
-        file.string()));
-  }
-  write_file(file, resolved);
-}
-
 std::string quoted(const std::string& word) {
   const bool plain = word.find_first_not_of("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-./+,=@") ==
                      std::string::npos;
@@ -197,6 +183,19 @@ std::vector<std::vector<Atom>> deal(const std::vector<PlannedEnsemble>& ensemble
     load.insert({least + relative_cost(ensembles[atom.ensemble].spec), k});
   }
   return hands;
+}
+
+void keep_experiment(const fs::path& folder, const std::string& resolved) {
+  const fs::path file = folder / "experiment.toml";
+  std::error_code ignored;
+  if (fs::exists(file, ignored)) {
+    if (read_file(file) == resolved) return;
+    throw InputError(fmt::format(
+        "'{}' is another experiment than this one, and the blocks of both would be mixed up; choose another "
+        "--out, or remove that folder",
+        file.string()));
+  }
+  write_file(file, resolved);
 }
 
 void run_shard(const Experiment& experiment, const RunOptions& options, Shard shard) {

@@ -34,6 +34,9 @@ std::vector<Atom> atoms_of(const std::vector<PlannedEnsemble>& ensembles);
 /// shards.
 std::vector<std::vector<Atom>> deal(const std::vector<PlannedEnsemble>& ensembles, int count);
 
+/// Leaves the resolved experiment in the folder. Throws InputError if another one is there.
+void keep_experiment(const std::filesystem::path& folder, const std::string& resolved);
+
 /// Draws the blocks of one shard that are not there yet, and leaves each in a file (block_files.h). Any number of
 /// shards may share a folder, also of different counts, and with the same shard drawn twice, one after the other.
 void run_shard(const Experiment& experiment, const RunOptions& options, Shard shard);

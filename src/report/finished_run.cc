@@ -12,7 +12,8 @@ std::optional<FinishedRun> find_finished_run(const std::filesystem::path& run_fo
   try {
     const auto manifest = nlohmann::ordered_json::parse(read_file(run_folder / "manifest.json"));
     if (manifest.at("status") != "done") return {};
-    const FinishedRun run{manifest.at("made_from"), manifest.at("stages"), manifest.at("unexpected")};
+    const FinishedRun run{manifest.at("made_from"), manifest.at("stages"), manifest.at("unexpected"),
+                          manifest.at("pdf")};
     for (const auto& file : manifest.at("files")) {
       const std::filesystem::path path = run_folder / file.at("path").get<std::string>();
       if (std::filesystem::file_size(path) != file.at("bytes")) return {};

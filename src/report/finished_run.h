@@ -12,6 +12,7 @@ struct FinishedRun {
   std::string made_from;                ///< one word for all that the results depend on
   std::set<std::string> stages;         ///< by name, that were done
   std::vector<std::string> unexpected;  ///< sentences: verdicts that are not the expected ones
+  bool pdf = false;                     ///< report.pdf is its own, not one that an earlier run left
 };
 
 /// The finished run in this folder, if every file that its manifest lists is there with the bytes that it had.

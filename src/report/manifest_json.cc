@@ -129,6 +129,7 @@ std::string manifest_json(const ReportData& data, const std::filesystem::path& r
     json["made_from"] = outcome.finished.made_from;
     json["stages"] = outcome.finished.stages;
     json["unexpected"] = outcome.finished.unexpected;
+    json["pdf"] = outcome.finished.pdf;
   }
   json["provenance"] = to_json(data.provenance);
   json["environment"] = to_json(data.environment);

@@ -2,8 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <string_view>
 #include <vector>
 
 #include "report/number_text.h"
@@ -84,7 +87,25 @@ std::string in_tex(std::string text) {
     }
   };
   replace("−", "-");
+  replace(" × ", " \\times ");
   replace("×", "\\times ");
+  // Raised figures stand together, behind a ten.
+  constexpr std::array<std::string_view, 11> raised = {"⁰", "¹", "²", "³", "⁴", "⁵", "⁶", "⁷", "⁸", "⁹", "⁻"};
+  const auto raised_at = [&](std::size_t at) {
+    return std::find_if(raised.begin(), raised.end(),
+                        [&](std::string_view sign) { return text.compare(at, sign.size(), sign) == 0; });
+  };
+  for (std::size_t at = 0; at < text.size(); ++at) {
+    if (raised_at(at) == raised.end()) continue;
+    std::string exponent;
+    std::size_t end = at;
+    for (auto sign = raised_at(end); end < text.size() && sign != raised.end(); sign = raised_at(end)) {
+      const auto figure = sign - raised.begin();
+      exponent += figure == 10 ? "-" : std::to_string(figure);
+      end += sign->size();
+    }
+    text.replace(at, end - at, "^{" + exponent + "}");
+  }
   return "\\ensuremath{" + text + "}";
 }
 

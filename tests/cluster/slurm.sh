@@ -15,7 +15,7 @@ for program in slurmctld slurmd sbatch srun; do
 done
 [ "$(id -u)" -eq 0 ] || skip "slurmd needs root"
 mkdir state spool
-port=$((20000 + $$ % 20000))
+port=$((20000 + $$ % 10000))
 cat >slurm.conf <<END
 ClusterName=granuscope
 SlurmctldHost=localhost(127.0.0.1)
@@ -73,7 +73,7 @@ finish
 [ -e array/ensembles/mu-0.3.h5 ] || fail "nothing was merged: $(cat slurm-*.out)"
 same array
 
-srun -n 3 granuscope run fixed.toml --shard auto --out steps 2>log || fail "srun: $(cat log)"
+timeout 120 srun --input=none -n 3 granuscope run fixed.toml --shard auto --out steps 2>log || fail "srun: $(cat log)"
 granuscope merge steps 2>log || fail "merge: $(cat log)"
 same steps
 

@@ -37,16 +37,19 @@ std::map<std::string, fs::file_time_type> times_in(const fs::path& folder) {
 
 }  // namespace
 
-TEST_CASE("An unchanged experiment run again does nothing, in a third of a second") {
+TEST_CASE("An unchanged experiment run again does nothing") {
   const TemporaryFolder folder;
   Experiment small = experiment();
   small.expected_verdicts["frictionless"] = "not reproduced";
+  const auto now = [] { return std::chrono::steady_clock::now(); };
+  const auto begin = now();
   const RunResult first = run_experiment(small, quiet(folder.path()));
+  const auto of_first = now() - begin;
   REQUIRE(first.unexpected.size() == 1);
   const auto before = times_in(folder.path());
-  const auto start = std::chrono::steady_clock::now();
+  const auto start = now();
   const RunResult again = run_experiment(small, quiet(folder.path()));
-  CHECK(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() < 0.3);
+  CHECK(now() - start < of_first / 2);
   CHECK(times_in(folder.path()) == before);
   CHECK(again.unexpected == first.unexpected);
   CHECK(again.files.html == first.files.html);
@@ -89,7 +92,7 @@ TEST_CASE("An interrupted ensemble keeps what was drawn, however long ago the la
   const PartPolicy never_by_itself{1e9, 0};
   std::vector<PlannedEnsemble> planned = plan_ensembles(large, folder.path());
   std::thread stopper([] {
-    std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    std::this_thread::sleep_for(std::chrono::seconds(2));
     request_interruption(true);
   });
   CHECK_THROWS_AS(obtain_ensemble(planned[1], folder.path(), 2, ProgressStyle::silent, never_by_itself), Interrupted);

@@ -40,8 +40,12 @@ std::map<std::string, std::string> stable_files(const fs::path& folder) {
 /// examples/quick.toml with small piles and few of them: its figures and studies are those of the example, but for
 /// those that count work.
 Experiment reduced_quick() {
+  // Without the verdicts expected: some are of claims that it does not make here.
+  const TemporaryFolder folder;
+  const std::string quick = read_file(fs::path(GRANUSCOPE_SOURCE_DIR) / "examples/quick.toml");
+  write_file(folder / "reduced.toml", std::string_view(quick).substr(0, quick.find("[gate.expect]")));
   return read_experiment(
-      fs::path(GRANUSCOPE_SOURCE_DIR) / "examples/quick.toml",
+      folder / "reduced.toml",
       {"lattice.columns=120", "lattice.layers=70", "friction.mu=[0.0, 0.2, 0.25, 0.3, 0.4]", "response.samples=256",
        "fit.first_layer=25", "fit.last_layer=49", "fit.shallow_layer=13", "fit.scaling_window=[0.2, 0.4]",
        "fit.other_scaling_windows=[[0.2, 0.3]]", "figures.response_profiles.layers=[31, 49]",
