@@ -121,7 +121,7 @@ std::vector<std::string> cells_of(const std::string& row) {
   return cells;
 }
 
-/// The keys of an experiment file, from the reference that README shows.
+/// The keys of an experiment file, from the reference that docs/reference.md shows.
 std::string experiment_page() {
   std::string text =
       title("granuscope experiment", 5) +

@@ -47,7 +47,7 @@ std::string describe_verbs(const CLI::App& app) {
 }  // namespace
 
 void add_reference_verb(CLI::App& app, VerbContext& context) {
-  CLI::App* verb = app.add_subcommand("reference", "Print the table of experiment keys that README shows (Markdown)");
+  CLI::App* verb = app.add_subcommand("reference", "Print the table of experiment keys, docs/reference.md (Markdown)");
   verb->group("");  // not listed: for maintainers
   const auto verbs = std::make_shared<bool>(false);
   const auto folder = std::make_shared<std::string>();

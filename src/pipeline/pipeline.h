@@ -63,7 +63,7 @@ struct RunResult {
 };
 
 /// Does nothing where the folder holds the whole results of the same experiment by the same program and libraries. Else
-/// runs the stages in order, reusing finished ensembles, and leaves in the folder what the README lists. manifest.json
+/// runs the stages in order, reusing finished ensembles, and leaves in the folder what docs/guide.md lists. manifest.json
 /// is written in any case, also when a stage fails or the run is interrupted; the error then goes on to the caller. A
 /// figure that cannot be made ends nothing: the report says so in its place, and RunResult::failure.
 RunResult run_experiment(const Experiment& experiment, const RunOptions& options);

@@ -85,15 +85,29 @@ TEST_CASE("Output that cannot be written is an error of the environment") {
   CHECK_THAT(err.str(), Contains("standard output cannot be written"));
 }
 
-TEST_CASE("README shows the program's own table of keys") {
-  std::ifstream file(std::string(GRANUSCOPE_SOURCE_DIR) + "/README.md");
-  std::ostringstream text;
-  text << file.rdbuf();
+std::string document(const std::string& name) {
+  std::ifstream file(GRANUSCOPE_SOURCE_DIR + ("/" + name));
+  REQUIRE(file);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+TEST_CASE("docs/reference.md shows the program's own table of keys") {
   const auto result = granuscope_command({"reference"});
   CHECK(result.code == 0);
   CHECK(result.out == describe_experiment_keys());
-  INFO("README.md is out of date: replace its table by the output of `granuscope reference`");
-  CHECK(text.str().find(result.out) != std::string::npos);
+  INFO("docs/reference.md is out of date: `make -f Makefile.docs reference` renews it");
+  CHECK(document("docs/reference.md").find(result.out) != std::string::npos);
+}
+
+TEST_CASE("README is short, and every document that it names is there") {
+  const std::string text = document("README.md");
+  CHECK(std::count(text.begin(), text.end(), '\n') <= 120);
+  for (const char* name : {"guide", "results", "performance", "reference"}) {
+    const std::string path = fmt::format("docs/{}.md", name);
+    INFO(path);
+    CHECK_THAT(text, Contains(path));
+    CHECK(document(path).size() > 1000);
+  }
 }
 
 TEST_CASE("The reference of verbs holds every flag that --help of a verb lists") {

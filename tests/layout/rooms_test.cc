@@ -241,7 +241,7 @@ TEST_CASE("Nothing depends on where the project lies or on the machine that buil
   const std::vector<std::string> forbidden{std::string("/ho") + "me/", std::string("/wo") + "rk/",
                                            std::string("-march=na") + "tive", std::string("/Us") + "ers/"};
   std::vector<fs::path> files;
-  for (const char* folder : {"src", "tests", "templates", "examples", "cmake"}) {
+  for (const char* folder : {"src", "tests", "templates", "examples", "cmake", "docs"}) {
     if (!fs::exists(source_folder / folder)) continue;
     for (const auto& entry : fs::recursive_directory_iterator(source_folder / folder)) {
       if (entry.is_regular_file()) files.push_back(entry.path());
