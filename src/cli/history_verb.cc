@@ -29,16 +29,17 @@ ExitCode history(const HistoryVerbOptions& given, VerbContext& context) {
     accept_night(given.folder, given.night);
     return ExitCode::done;
   }
-  NightBook book(given.folder);
+  if (given.action == "forget") {
+    forget_night(given.folder, given.night);
+    return ExitCode::done;
+  }
+  const NightBook book(given.folder);
   if (given.action == "list") {
     for (const Night& night : book.last(0)) context.out << describe(night) << '\n';
   } else if (given.action == "show") {
     context.out << json_text({book.night(given.night)});
-  } else if (given.action == "export") {
-    context.out << (given.format == "csv" ? csv_text(book.last(0)) : json_text(book.last(0)));
   } else {
-    book.forget(given.night);
-    write_pages(given.folder, book);
+    context.out << (given.format == "csv" ? csv_text(book.last(0)) : json_text(book.last(0)));
   }
   return ExitCode::done;
 }

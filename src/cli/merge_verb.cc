@@ -19,7 +19,7 @@ void add_merge_verb(CLI::App& app, VerbContext& context) {
   CLI::App* verb = app.add_subcommand("merge", "Join what the shards of an experiment have drawn (run --shard)");
   const auto options = std::make_shared<Options>();
   verb->add_option("DIR", options->folders, "folders in which shards have worked, in any order")->required();
-  verb->add_option("--out", options->out, "folder of the whole ensembles (default: the first DIR)");
+  verb->add_option("-o,--out", options->out, "folder of the whole ensembles (default: the first DIR)");
   verb->callback([options, &context] {
     context.action = [options, &context] {
       const std::filesystem::path out = options->out.empty() ? options->folders.front() : options->out;

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <iostream>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -80,11 +81,35 @@ void require_kept(const std::string& config, const std::filesystem::path& resolv
 void require_shard_alone(const RunVerbOptions& given) {
   const bool more =
       std::any_of(given.only.begin(), given.only.end(), [](const auto& stage) { return stage != "sample"; });
-  if (!more && !given.gate && !given.require_pdf && !given.dry_run) return;
+  if (!more && !given.gate && !given.require_pdf) return;
   throw InputError(
-      "--shard draws some blocks of the ensembles and comes to no other stage, so that --only, --gate, --require-pdf "
-      "and "
-      "--dry-run have nothing to act on; leave them to the run that follows the last shard");
+      "--shard draws some blocks of the ensembles and comes to no other stage, so that --only, --gate and "
+      "--require-pdf have nothing to act on; leave them to the run that follows the last shard");
+}
+
+ExitCode tell_plan(const Experiment& experiment, const RunOptions& options, const std::optional<Shard>& shard,
+                   std::ostream& out) {
+  if (!shard && is_all_there(experiment, options)) {
+    out << "everything is there already, and nothing it is made from has changed: nothing would be done\n";
+    return ExitCode::done;
+  }
+  const auto plan = shard ? plan_shard(experiment, options, *shard) : plan_run(experiment, options);
+  try {
+    print_plan(experiment, plan, worker_count(options.threads), out);
+  } catch (const Interrupted&) {
+    throw Interrupted("stopped on request before the time was estimated; nothing was written");
+  }
+  return ExitCode::done;
+}
+
+/// The histories of nights have files of the same names.
+void require_no_history(const std::filesystem::path& folder) {
+  std::error_code none;
+  if (!std::filesystem::exists(folder / "history.sqlite", none)) return;
+  throw InputError(
+      fmt::format("{}: this is the folder of a history (granuscope nightly), and a run's files would be mixed with it; "
+                  "choose another --out",
+                  folder.string()));
 }
 
 std::string environment_variable(const char* name) {
@@ -126,22 +151,17 @@ ExitCode run(const RunVerbOptions& given, VerbContext& context) {
     context.out << print_experiment(experiment);
     return ExitCode::done;
   }
+  require_no_history(options.folder);
   if (!given.shard.empty()) {
     require_shard_alone(given);
     const Shard shard = shard_named(given.shard, environment_variable);
+    if (given.dry_run) return tell_plan(experiment, options, shard, context.out);
     require_memory(memory_needed(experiment, worker_count(options.threads)));
     options.threads = worker_count(options.threads);
     run_shard(experiment, options, shard);
     return ExitCode::done;
   }
-  if (given.dry_run) {
-    try {
-      print_plan(experiment, plan_run(experiment, options), worker_count(options.threads), context.out);
-    } catch (const Interrupted&) {
-      throw Interrupted("stopped on request before the time was estimated; nothing was written");
-    }
-    return ExitCode::done;
-  }
+  if (given.dry_run) return tell_plan(experiment, options, std::nullopt, context.out);
   if (!given.from_standard_input())
     require_kept(given.config, options.folder / "experiment.toml", print_experiment(experiment));
   require_memory(memory_needed(experiment, worker_count(options.threads)));

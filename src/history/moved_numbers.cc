@@ -84,7 +84,9 @@ std::vector<KnownNumber> depth_numbers(const Json& summary) {
     if (depths == result.end() || !depths->is_array()) return;
     for (const Json& depth : *depths) {
       if (!depth.is_object() || !depth.contains("layer")) continue;
+      const bool narrow = depth.contains("identifiable") && depth.at("identifiable") == false;
       for (const char* key : {"peak_position", "width", "thrust_ratio"}) {
+        if (narrow && std::string_view(key) == "width") continue;  // the size of a bead hides it
         add_known(numbers, fmt::format("{} {}, layer {}", key, where, depth.at("layer").dump()), depth, key);
       }
     }

@@ -85,6 +85,8 @@ std::int64_t NightBook::add(const Night& night, const std::map<std::string, std:
 }
 
 Night NightBook::read(Statement& row) const {
+  Statement fine(database_, "SELECT night FROM nights WHERE status = 'fine' ORDER BY night DESC LIMIT 1");
+  const std::int64_t last_fine = fine.step() ? fine.integer(0) : 0;
   Night night;
   night.number = row.integer(0);
   night.date = row.text(1);
@@ -120,7 +122,8 @@ Night NightBook::read(Statement& row) const {
   }
   for (Statement rows = of_night("SELECT kind, what, state FROM alarms WHERE night = ? ORDER BY position");
        rows.step();) {
-    night.alarms.push_back({rows.text(0), rows.text(1), rows.text(2)});
+    const bool passed = rows.text(2) == "open" && night.number < last_fine;
+    night.alarms.push_back({rows.text(0), rows.text(1), passed ? "passed" : rows.text(2)});
   }
   return night;
 }
@@ -168,6 +171,10 @@ void NightBook::accept(std::int64_t number, const std::map<std::string, std::str
     Statement(database_, "UPDATE alarms SET state = 'accepted' WHERE night = ?").bind(1, number).run();
     keep_state(state);
   });
+}
+
+void NightBook::keep(const std::map<std::string, std::string>& state) {
+  database_.transaction([&] { keep_state(state); });
 }
 
 std::string NightBook::state(const std::string& name) const {

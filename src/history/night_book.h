@@ -26,10 +26,15 @@ struct NightVerdict {
 
 /// What is wrong in a night, and what became of it.
 struct Alarm {
-  std::string kind;   ///< "canary", "experiment", "failed pile", "identity", "broken", "number", "verdict"
+  std::string kind;   ///< "canary", "experiment", "failed pile", "identity", "broken", "damaged", "report", "number",
+                      ///< "verdict"
   std::string what;   ///< a sentence
-  std::string state;  ///< "open", "watched" (of one night only so far, and told to nobody) or "accepted"
+  std::string state;  ///< "open", "watched" (of one night only so far, and told to nobody), "accepted", or "passed":
+                      ///< it was open, and a later night was fine
 };
+
+/// The kind of an alarm that says nothing against the numbers: the machine did not let a part of the report be made.
+inline constexpr const char* lacking = "report";
 
 struct Night {
   std::int64_t number = 0;    ///< from 1
@@ -65,6 +70,7 @@ class NightBook {
 
   /// What the next night goes on from, by name; "" if it is not there.
   std::string state(const std::string& name) const;
+  void keep(const std::map<std::string, std::string>& state);
 
  private:
   void keep_state(const std::map<std::string, std::string>& state) const;

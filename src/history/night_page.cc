@@ -30,9 +30,9 @@ constexpr double width = 720, height = 120, margin = 6;  // of a trend, in its o
 
 std::string day_of(const Night& night) { return night.date.substr(0, night.date.find('T')); }
 
-bool is_open(const Alarm& alarm) { return alarm.state == "open"; }
+bool was_told(const Alarm& alarm) { return alarm.state == "open" || alarm.state == "passed"; }
 
-bool alarms(const Night& night) { return std::any_of(night.alarms.begin(), night.alarms.end(), is_open); }
+bool alarms(const Night& night) { return std::any_of(night.alarms.begin(), night.alarms.end(), was_told); }
 
 /// A quantity over the nights; NaN where a night has none.
 struct Trend {
@@ -120,6 +120,20 @@ std::vector<Trend> number_trends(const std::vector<Night>& nights) {
       trend->error[i] = number.pool.standard_error;
       trend->last = value_with_error(number.pool.value, number.pool.standard_error);
     }
+  }
+  // What there is no more keeps its past, behind those that there are.
+  const auto tells =
+      std::find_if(nights.rbegin(), nights.rend(), [](const Night& one) { return !one.numbers.empty(); });
+  if (tells != nights.rend()) {
+    const auto last = static_cast<std::size_t>(nights.rend() - tells) - 1;
+    for (Trend& trend : trends) {
+      if (!std::isnan(trend.value[last])) continue;
+      std::size_t of = last;
+      while (std::isnan(trend.value[of])) --of;
+      trend.last += fmt::format(" on {}, none since", day_of(nights[of]));
+    }
+    std::stable_partition(trends.begin(), trends.end(),
+                          [last](const Trend& trend) { return !std::isnan(trend.value[last]); });
   }
   // What is exact, and has been so on every night, is no trend.
   std::erase_if(trends, [](const Trend& trend) {

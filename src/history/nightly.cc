@@ -31,6 +31,8 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 constexpr std::uint64_t canary_share = 8;
+// What the book says of folders, by settle_folders.
+constexpr const char *new_reference = "new_reference", *no_reference = "none", *pool_ends = "pool_ends";
 constexpr const char* frictionless_claim = "frictionless";  // holds exactly, whatever was drawn
 
 std::uint64_t round_of(const Experiment& experiment) {
@@ -64,6 +66,12 @@ Experiment pool_of(const Experiment& experiment, std::uint64_t samples) {
   pool.response.samples = samples;
   pool.precision = {};
   return pool;
+}
+
+/// A sentence as a part of another one.
+std::string as_clause(std::string sentence) {
+  while (sentence.ends_with('.')) sentence.pop_back();
+  return sentence;
 }
 
 /// Removes a folder and all in it, if it is there.
@@ -121,10 +129,29 @@ double deciding_distance(const Json& claim) {
   return std::numeric_limits<double>::quiet_NaN();
 }
 
+/// What an accepted night does to the folders. The book says so first: where the process was killed before it was done,
+/// the next one does it.
+void settle_folders(const fs::path& folder, NightBook& book) {
+  const std::string reference = book.state(new_reference), pool = book.state(pool_ends);
+  if (reference.empty() && pool.empty()) return;
+  const fs::path canary = folder / "canary";
+  if (reference == no_reference) {
+    remove_folder(canary / "reference");
+  } else if (!reference.empty() && fs::exists(canary / reference)) {
+    move_folder(canary / reference, canary / "reference");
+  }
+  if (!pool.empty()) {
+    remove_folder(folder / "pool");
+    remove_folder(folder / "before");
+  }
+  book.keep({{new_reference, ""}, {pool_ends, ""}});
+}
+
 class NightRun {
  public:
   NightRun(const Experiment& experiment, const NightlyOptions& options)
       : experiment_(experiment), options_(options), lock_(options.folder), book_(options.folder) {
+    settle_folders(options.folder, book_);
     night_.date = options.date.empty() ? current_time() : options.date;
     night_.experiment = print_experiment(experiment);
     constexpr std::size_t looked_back = 30;
@@ -178,7 +205,7 @@ class NightRun {
     night_.seconds[what] = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     const RunRecord record = read_run(folder);
     if (record.manifest) night_.environment = environment_of(*record.manifest);
-    if (!result.failure.empty()) alarm("report", result.failure);
+    if (!result.failure.empty()) alarm(lacking, result.failure);
   }
 
   /// A run that breaks what always holds ends by logic_error: that is an alarm, not an end of the night.
@@ -226,13 +253,14 @@ class NightRun {
         throw InputError(fmt::format(
             "'{}' is not what the last night left there{}{}: the pool would be begun anew without a word. Put it back, "
             "or begin another --history",
-            (pool_folder() / planned.file).string(), planned.replaces.empty() ? "" : ", ", planned.replaces));
+            (pool_folder() / planned.file).string(), planned.replaces.empty() ? "" : ", ",
+            as_clause(planned.replaces)));
       }
       try {
         (void)read_ensemble(pool_folder() / planned.file);  // the plan reads no further than the configuration
         keep_copy(pool_folder() / planned.file, before_folder() / planned.file.filename());
       } catch (const InputError& damage) {
-        alarm("damaged", fmt::format("{}; its piles are drawn again", damage.what()));
+        alarm("damaged", fmt::format("{}: its piles are drawn again", as_clause(damage.what())));
       }
     }
     write_file(marker, std::to_string(night_.samples));
@@ -240,8 +268,7 @@ class NightRun {
 
   void grow_pool() {
     keep_pool_before();
-    const std::uint64_t more =
-        whole_rounds(experiment_, options_.grow > 0 ? options_.grow : experiment_.response.samples);
+    const std::uint64_t more = samples_of_night(experiment_, options_.grow);
     const Experiment pool = pool_of(experiment_, night_.samples + more);
     if (!unbroken("the pool", [&] { run(pool, pool_folder(), "pool"); })) return;
     std::map<std::string, NightNumber> pieces = measure_pieces(pool);
@@ -339,6 +366,10 @@ class NightRun {
 
 }  // namespace
 
+std::uint64_t samples_of_night(const Experiment& experiment, std::uint64_t grow) {
+  return whole_rounds(experiment, grow > 0 ? grow : experiment.response.samples);
+}
+
 Night run_night(const Experiment& experiment, const NightlyOptions& options) {
   return NightRun(experiment, options).go();
 }
@@ -346,6 +377,7 @@ Night run_night(const Experiment& experiment, const NightlyOptions& options) {
 void accept_night(const fs::path& folder, std::int64_t number) {
   const RunFolder lock(folder);
   NightBook book(folder);
+  settle_folders(folder, book);
   const Night night = book.night(number);
   const auto has = [&](const char* kind) {
     return std::any_of(night.alarms.begin(), night.alarms.end(),
@@ -356,25 +388,34 @@ void accept_night(const fs::path& folder, std::int64_t number) {
         fmt::format("night {} has no alarm that is not accepted yet, so that there is nothing to accept", number));
   }
   std::map<std::string, std::string> state;
-  const fs::path reference = folder / "canary/reference", other = folder / "canary" / fmt::format("alarm-{}", number);
   if (has("canary")) {
+    const std::string kept = fmt::format("alarm-{}", number);
+    const fs::path other = folder / "canary" / kept;
     if (!fs::exists(other)) {
       throw InputError(fmt::format(
           "the canary of night {} is not kept any more, so that nothing could be held against it; accept the "
           "last night that alarmed",
           number));
     }
+    state[new_reference] = kept;
     // What was drawn by another law cannot be averaged with what comes.
-    if (compare_runs(reference, other).where == FirstDifference::sampling) state["samples"] = "0";
-    move_folder(other, reference);
+    if (compare_runs(folder / "canary/reference", other).where == FirstDifference::sampling) state["samples"] = "0";
   }
   if (has("experiment")) {
     state["experiment"] = night.experiment;
     state["samples"] = "0";
-    remove_folder(reference);
+    state[new_reference] = no_reference;
   }
-  if (state.contains("samples")) remove_folder(folder / "pool");
+  if (state.contains("samples")) state[pool_ends] = "yes";
   book.accept(number, state);
+  settle_folders(folder, book);
+  write_pages(folder, book);
+}
+
+void forget_night(const fs::path& folder, std::int64_t number) {
+  const RunFolder lock(folder);
+  NightBook book(folder);
+  book.forget(number);
   write_pages(folder, book);
 }
 

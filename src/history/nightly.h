@@ -21,6 +21,9 @@ struct NightlyOptions {
   std::function<RunResult(const Experiment&, const RunOptions&)> run = run_experiment;
 };
 
+/// Samples that come in when so many are asked for, 0: response.samples.
+std::uint64_t samples_of_night(const Experiment& experiment, std::uint64_t grow);
+
 /// One night of an experiment, kept in the history.
 ///
 /// A canary (response.samples / 8 with the experiment's own seed, always the same samples) must give the numbers of the
@@ -38,6 +41,9 @@ Night run_night(const Experiment& experiment, const NightlyOptions& options);
 /// night is the one to be run, and a pool of other samples is begun anew. Throws InputError for a night that has no
 /// alarms or whose canary is not kept any more.
 void accept_night(const std::filesystem::path& folder, std::int64_t night);
+
+/// Removes the record of a night. Throws BusyError while a night is at work.
+void forget_night(const std::filesystem::path& folder, std::int64_t night);
 
 /// Whether a claim's number lies so near to where its verdict changes, three standard errors, that it says nothing.
 bool at_the_edge(double z);

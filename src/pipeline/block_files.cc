@@ -28,6 +28,15 @@ std::string block_configuration(const PlannedEnsemble& planned, int block) {
   return text;
 }
 
+std::uint64_t samples_in_block(const EnsembleSpec& spec, int block) {
+  std::uint64_t samples = 0;
+  for (std::uint64_t group = 0; group < groups_per_block(spec); ++group) {
+    const SampleRange range = samples_of(spec, block, group);
+    samples += range.empty() ? 0 : range.end - range.first;
+  }
+  return samples;
+}
+
 fs::path BlockFiles::folder() const {
   fs::path folder = run_folder_ / planned_.file;
   return folder.replace_extension(".blocks");
@@ -50,6 +59,15 @@ int BlockFiles::count() const {
     const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), block);
     if (error == std::errc() && std::string(end) == ".h5" && block >= 0 && block < planned_.spec.response.blocks)
       ++found;
+  }
+  return found;
+}
+
+std::uint64_t BlockFiles::samples() const {
+  std::uint64_t found = 0;
+  std::error_code ignored;
+  for (int block = 0; block < planned_.spec.response.blocks; ++block) {
+    if (fs::exists(file(block), ignored)) found += samples_in_block(planned_.spec, block);
   }
   return found;
 }

@@ -9,6 +9,8 @@
 
 namespace granuscope {
 
+std::uint64_t samples_in_block(const EnsembleSpec& spec, int block);
+
 /// The blocks of one ensemble as files of their own, in a folder beside the place of the whole:
 /// ensembles/mu-0.3.blocks/7.h5. Whoever draws a block writes its file, whole or not at all, and the same one as
 /// everybody else would: shards and ranks share nothing but these files, and none of them waits for another.
@@ -23,6 +25,8 @@ class BlockFiles {
 
   /// How many files of blocks there are, without a look into them.
   int count() const;
+  /// Samples of these blocks.
+  std::uint64_t samples() const;
   /// Why the file of a block cannot be taken for it: another configuration, damage. Empty if it can; nothing if there
   /// is no file.
   std::optional<std::string> fault(int block) const;

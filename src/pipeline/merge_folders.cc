@@ -171,6 +171,21 @@ Experiment experiment_of(const std::vector<fs::path>& folders) {
                   folders.front().string()));
 }
 
+/// While blocks are still being drawn, those that are missing are no fault. Each folder once, however it is named; that
+/// of the result, which is made only when all is there, only if it is there.
+std::vector<RunFolder> lock_folders(const std::vector<fs::path>& folders, const fs::path& out) {
+  std::set<fs::path> sources;
+  for (const fs::path& folder : folders) sources.insert(fs::canonical(folder));
+  std::vector<RunFolder> locks;
+  std::error_code ignored;
+  if (fs::is_directory(out, ignored)) {
+    sources.erase(fs::canonical(out));
+    locks.emplace_back(out);
+  }
+  for (const fs::path& source : sources) locks.emplace_back(source, FolderUse::read);
+  return locks;
+}
+
 /// A whole ensemble needs no joining, but all its numbers are looked at on the way.
 void write_whole(const PlannedEnsemble& planned, const fs::path& target, const Found& found) {
   if (found.whole != nullptr) {
@@ -187,6 +202,7 @@ void write_whole(const PlannedEnsemble& planned, const fs::path& target, const F
 
 void merge_folders(const std::vector<fs::path>& folders, const fs::path& out, ProgressStyle progress) {
   const Experiment experiment = experiment_of(folders);
+  const std::vector<RunFolder> locks = lock_folders(folders, out);
   // What a folder holds is no part of what is wanted: the plan of an empty one.
   const std::vector<PlannedEnsemble> ensembles = all_ensembles(experiment, {});
   std::vector<Found> found(ensembles.size());
@@ -202,7 +218,7 @@ void merge_folders(const std::vector<fs::path>& folders, const fs::path& out, Pr
   }
   require_complete(ensembles, found, folders);
 
-  const RunFolder target(out);
+  make_folder(out);
   keep_experiment(out, print_experiment(experiment));
   make_folder(out / "ensembles");
   for (std::size_t i = 0; i < ensembles.size(); ++i) {

@@ -46,13 +46,30 @@ std::string state_of(const std::string& program) {
   return fmt::format("{} {} {}", path->string(), std::filesystem::file_size(*path, none), changed);
 }
 
+std::set<std::string> files_of(const Figure& figure) {
+  std::set<std::string> files;
+  for (const auto& file : figure.data) files.insert(file.generic_string());
+  for (const auto& file : {figure.screen, figure.print, figure.script}) {
+    if (!file.empty()) files.insert(file.generic_string());
+  }
+  return files;
+}
+
 /// One word for all that results depend on: the experiment, this program, its libraries, and the programs it runs.
-std::string key_of_all(const ReportData& data) {
-  std::string text = data.resolved_experiment + templates_digest() + sha256_of_file("/proc/self/exe") +
-                     data.provenance.processor_features;
-  for (const auto& [name, version] : data.provenance.libraries) text += fmt::format("\n{} {}", name, version);
+std::string key_of_all(const std::string& resolved_experiment, const Provenance& provenance) {
+  std::string text =
+      resolved_experiment + templates_digest() + sha256_of_file("/proc/self/exe") + provenance.processor_features;
+  for (const auto& [name, version] : provenance.libraries) text += fmt::format("\n{} {}", name, version);
   for (const char* program : {"gnuplot", "weasyprint"}) text += "\n" + state_of(program);
   return cache_key(text);
+}
+
+/// The run that left all that is asked for, made from the same.
+std::optional<FinishedRun> find_whole_run(const std::string& made_from, const RunOptions& options) {
+  const std::set<Stage> needed = stages_needed(options.only);
+  std::optional<FinishedRun> there = find_finished_run(options.folder, made_from, names_of(needed));
+  if (there && needed.contains(Stage::report) && options.require_pdf && !there->pdf) return {};
+  return there;
 }
 
 /// One run from its first stage to its last.
@@ -70,6 +87,7 @@ class Run {
     }
     if (reuse_all()) return std::move(result_);
     earlier_timings_ = earlier_timings(options_.folder);
+    figure_files_ = earlier_figure_files(options_.folder);
     mark_unfinished();
     write_file(options_.folder / "experiment.toml", data_.resolved_experiment);
     try {
@@ -79,13 +97,15 @@ class Run {
       if (needs(Stage::plot)) plot();
       if (needs(Stage::report)) report();
     } catch (const Interrupted& stop) {
-      keep_manifest({"interrupted", static_cast<int>(stop.exit_code()), stop.what(), {}, earlier_timings_});
+      keep_manifest(
+          {"interrupted", static_cast<int>(stop.exit_code()), stop.what(), {}, earlier_timings_, figure_files_});
       throw;
     } catch (const Error& error) {
-      keep_manifest({"failed", static_cast<int>(error.exit_code()), error.what(), {}, earlier_timings_});
+      keep_manifest({"failed", static_cast<int>(error.exit_code()), error.what(), {}, earlier_timings_, figure_files_});
       throw;
     } catch (const std::exception& error) {
-      keep_manifest({"failed", static_cast<int>(ExitCode::environment), error.what(), {}, earlier_timings_});
+      keep_manifest(
+          {"failed", static_cast<int>(ExitCode::environment), error.what(), {}, earlier_timings_, figure_files_});
       throw;
     }
     // A run that has come to its ensembles knows all of their times, any other leaves them as they were.
@@ -95,10 +115,11 @@ class Run {
     const ExitCode code = whole ? ExitCode::done : ExitCode::environment;
     result_.analysis = data_.analysis;
     result_.unexpected = unexpected_results(data_.analysis);
-    FinishedRun finished{made_from_, {}, result_.unexpected, result_.files.pdf.has_value()};
-    for (const Stage stage : needed_) finished.stages.insert(name_of(stage));
+    const FinishedRun finished{made_from_, names_of(needed_), result_.unexpected, result_.files.pdf.has_value()};
+    if (needs(Stage::report)) remove_earlier_figures();
     write_manifest(data_, options_.folder,
-                   {whole ? "done" : "failed", static_cast<int>(code), result_.failure, finished, earlier_timings_});
+                   {whole ? "done" : "failed", static_cast<int>(code), result_.failure, finished, earlier_timings_,
+                    figure_files_});
     return std::move(result_);
   }
 
@@ -107,16 +128,12 @@ class Run {
 
   /// Whether the folder holds all that is asked for, made from the same by the same, so that nothing is to be done.
   bool reuse_all() {
-    made_from_ = key_of_all(data_);
-    const std::optional<FinishedRun> there = find_finished_run(options_.folder);
-    if (!there || there->made_from != made_from_) return false;
-    for (const Stage stage : needed_) {
-      if (!there->stages.contains(name_of(stage))) return false;
-    }
+    made_from_ = key_of_all(data_.resolved_experiment, data_.provenance);
+    const std::optional<FinishedRun> there = find_whole_run(made_from_, options_);
+    if (!there) return false;
     if (needs(Stage::report)) {
       result_.files = files_in(options_.folder);
       if (!there->pdf) result_.files.pdf.reset();
-      if (options_.require_pdf && !result_.files.pdf) return false;
     }
     result_.unexpected = there->unexpected;
     log_line(options_.progress, "everything is there already, and nothing it is made from has changed");
@@ -167,7 +184,21 @@ class Run {
                     "the run is at work or was killed, so that what is here may be of an earlier one; the same command "
                     "goes on from there",
                     {},
-                    earlier_timings_});
+                    earlier_timings_,
+                    figure_files_});
+  }
+
+  /// What an earlier run of another experiment plotted, and this one does not, is no figure of this folder any more.
+  void remove_earlier_figures() {
+    std::set<std::string> own;
+    for (const Figure& figure : data_.figures) own.merge(files_of(figure));
+    for (const std::string& file : figure_files_) {
+      const std::filesystem::path path(file);  // a manifest may come from anywhere: nothing but figures is removed
+      const bool in_place = path == std::filesystem::path("figures") / path.filename();
+      std::error_code not_there;
+      if (in_place && !own.contains(file)) std::filesystem::remove(options_.folder / path, not_there);
+    }
+    figure_files_ = std::move(own);
   }
 
   void measure_studies() {
@@ -283,6 +314,7 @@ class Run {
 
   void keep_figure(Figure figure) {
     if (!figure.failure.empty()) note_failure("figure " + figure.id, figure.failure);
+    figure_files_.merge(files_of(figure));
     data_.figures.push_back(std::move(figure));
   }
 
@@ -382,10 +414,15 @@ class Run {
   RunResult result_;
   std::string made_from_;                               ///< one word for all that the results depend on
   std::map<std::string, StageTiming> earlier_timings_;  ///< by stage
+  std::set<std::string> figure_files_;                  ///< of figures in the folder, of earlier runs, too
   SampleStage sampling_{experiment_, options_, data_, earlier_timings_, [this] { mark_unfinished(); }};
 };
 
 }  // namespace
+
+bool is_all_there(const Experiment& experiment, const RunOptions& options) {
+  return find_whole_run(key_of_all(print_experiment(experiment), collect_provenance()), options).has_value();
+}
 
 RunResult run_experiment(const Experiment& experiment, const RunOptions& options) {
   return Run(experiment, options).go();

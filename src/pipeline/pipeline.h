@@ -38,6 +38,9 @@ struct PlannedStep {
          serial_seconds = 0;  ///< of other work, by rules of thumb; the former is shared by threads
 };
 
+/// Whether run_experiment would find all that is asked for, made from the same, and do nothing.
+bool is_all_there(const Experiment& experiment, const RunOptions& options);
+
 /// What run_experiment would do, in order; draws nothing and writes nothing.
 std::vector<PlannedStep> plan_run(const Experiment& experiment, const RunOptions& options);
 
@@ -63,9 +66,9 @@ struct RunResult {
 };
 
 /// Does nothing where the folder holds the whole results of the same experiment by the same program and libraries. Else
-/// runs the stages in order, reusing finished ensembles, and leaves in the folder what docs/guide.md lists. manifest.json
-/// is written in any case, also when a stage fails or the run is interrupted; the error then goes on to the caller. A
-/// figure that cannot be made ends nothing: the report says so in its place, and RunResult::failure.
+/// runs the stages in order, reusing finished ensembles, and leaves in the folder what docs/guide.md lists.
+/// manifest.json is written in any case, also when a stage fails or the run is interrupted; the error then goes on to
+/// the caller. A figure that cannot be made ends nothing: the report says so in its place, and RunResult::failure.
 RunResult run_experiment(const Experiment& experiment, const RunOptions& options);
 
 }  // namespace granuscope

@@ -9,6 +9,7 @@
 #include "ensemble/estimator.h"
 #include "ensemble/time_estimate.h"
 #include "experiment/experiment_check.h"
+#include "pipeline/block_files.h"
 #include "pipeline/ensemble_stage.h"
 #include "pipeline/picture_stage.h"
 #include "pipeline/pipeline.h"
@@ -85,9 +86,14 @@ std::vector<PlannedStep> plan_run(const Experiment& experiment, const RunOptions
         steps.push_back(plan_growth(experiment, options, planned));
         return;
       }
-      const std::uint64_t begun = samples_there(planned);
+      const std::uint64_t begun =
+          planned.blocks_there > 0 ? BlockFiles(planned, options.folder).samples() : samples_there(planned);
       const std::uint64_t left = planned.reusable ? 0 : planned.spec.response.samples - begun;
-      const std::string continued = begun == 0 ? "" : fmt::format(", {} of them there already", begun);
+      std::string continued = begun == 0 ? "" : fmt::format(", {} of them there already", begun);
+      if (planned.blocks_there > 0) {
+        continued =
+            fmt::format(", {} of {} blocks drawn by shards", planned.blocks_there, planned.spec.response.blocks);
+      }
       const std::string replaces =
           planned.replaces.empty() ? "" : fmt::format("; replaces the file there: {}", planned.replaces);
       steps.push_back({Stage::sample,

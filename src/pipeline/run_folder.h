@@ -6,8 +6,9 @@
 
 namespace granuscope {
 
-/// Whether a process has a folder for itself, or shares it with others that share it: the shards of a run.
-enum class FolderUse { alone, shared };
+/// Whether a process has a folder for itself, or shares it with others that share it: the shards of a run. Or only
+/// reads what must not change meanwhile.
+enum class FolderUse { alone, shared, read };
 
 /// The folder of a run, for this run alone, or for its shards, as long as this object lives.
 class RunFolder {

@@ -70,7 +70,7 @@ FileDescriptor lock_shard(const fs::path& folder, Shard shard) {
   const fs::path name = folder / shards_folder / fmt::format("{}-of-{}", shard.number, shard.count);
   FileDescriptor lock(::open(name.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666));
   if (lock.valid() && ::flock(lock.get(), LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
-    throw EnvironmentError(
+    throw BusyError(
         fmt::format("shard {}/{} is at work in '{}' already, and both would draw the same blocks; wait for its end, or "
                     "give each process a number of its own (--shard auto)",
                     shard.number, shard.count, folder.string()));
@@ -198,6 +198,29 @@ void keep_experiment(const fs::path& folder, const std::string& resolved) {
   write_file(file, resolved);
 }
 
+std::vector<PlannedStep> plan_shard(const Experiment& experiment, const RunOptions& options, Shard shard) {
+  const std::vector<PlannedEnsemble> ensembles = all_ensembles(experiment, options.folder);
+  const std::vector<Atom> hand = deal(ensembles, shard.count).at(static_cast<std::size_t>(shard.number - 1));
+  std::vector<PlannedStep> steps;
+  for (std::size_t i = 0; i < ensembles.size(); ++i) {
+    const PlannedEnsemble& planned = ensembles[i];
+    int held = 0, there = 0;
+    std::uint64_t left = 0;
+    for (const Atom& atom : hand) {
+      if (atom.ensemble != i) continue;
+      ++held;
+      const bool drawn = planned.reusable || BlockFiles(planned, options.folder).fault(atom.block) == "";
+      there += drawn ? 1 : 0;
+      left += drawn ? 0 : samples_in_block(planned.spec, atom.block);
+    }
+    if (held == 0) continue;
+    const std::string what = fmt::format("{} of {} blocks, {}{}", held, planned.spec.response.blocks, planned.label,
+                                         there == 0 ? "" : fmt::format(", {} of them there already", there));
+    steps.push_back({Stage::sample, what, there == held, beads_of(planned.spec, left), planned.spec, left});
+  }
+  return steps;
+}
+
 void run_shard(const Experiment& experiment, const RunOptions& options, Shard shard) {
   const RunFolder folder(options.folder, FolderUse::shared);
   const std::vector<PlannedEnsemble> ensembles = all_ensembles(experiment, options.folder);
@@ -210,10 +233,7 @@ void run_shard(const Experiment& experiment, const RunOptions& options, Shard sh
     const PlannedEnsemble& planned = ensembles[atom.ensemble];
     if (planned.reusable || BlockFiles(planned, options.folder).has(atom.block, options.progress)) continue;
     missing.push_back(atom);
-    for (std::uint64_t group = 0; group < groups_per_block(planned.spec); ++group) {
-      const SampleRange range = samples_of(planned.spec, atom.block, group);
-      samples += range.empty() ? 0 : range.end - range.first;
-    }
+    samples += samples_in_block(planned.spec, atom.block);
   }
   log_line(options.progress,
            fmt::format("shard {}/{}: {} of the {} blocks of this experiment, {} of them to draw", shard.number,

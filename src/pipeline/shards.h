@@ -41,6 +41,9 @@ void keep_experiment(const std::filesystem::path& folder, const std::string& res
 /// shards may share a folder, also of different counts, and with the same shard drawn twice, one after the other.
 void run_shard(const Experiment& experiment, const RunOptions& options, Shard shard);
 
+/// What run_shard would do, one step for each ensemble of which the shard has blocks.
+std::vector<PlannedStep> plan_shard(const Experiment& experiment, const RunOptions& options, Shard shard);
+
 /// Commands that draw the given missing blocks, for a folder in which shards have worked: those of the shards that have
 /// them, by the largest count of shards that the folder has seen.
 std::vector<std::string> commands_for(const std::vector<PlannedEnsemble>& ensembles, const std::vector<Atom>& missing,

@@ -38,6 +38,12 @@ std::string name_of(Stage stage) {
   return {};
 }
 
+std::set<std::string> names_of(const std::set<Stage>& stages) {
+  std::set<std::string> names;
+  for (const Stage stage : stages) names.insert(name_of(stage));
+  return names;
+}
+
 Stage stage_named(const std::string& name) {
   for (const StageRule& rule : rules()) {
     if (name == rule.name) return rule.stage;

@@ -16,6 +16,7 @@ enum class Stage {
 };
 
 std::string name_of(Stage stage);
+std::set<std::string> names_of(const std::set<Stage>& stages);
 /// Throws InputError naming the stages.
 Stage stage_named(const std::string& name);
 

@@ -15,7 +15,9 @@ struct FinishedRun {
   bool pdf = false;                     ///< report.pdf is its own, not one that an earlier run left
 };
 
-/// The finished run in this folder, if every file that its manifest lists is there with the bytes that it had.
-std::optional<FinishedRun> find_finished_run(const std::filesystem::path& run_folder);
+/// The finished run in this folder, if it is made from this and came to these stages, and every file that its manifest
+/// lists is there with the bytes that it had. Files are read only if all else fits.
+std::optional<FinishedRun> find_finished_run(const std::filesystem::path& run_folder, const std::string& made_from,
+                                             const std::set<std::string>& stages);
 
 }  // namespace granuscope

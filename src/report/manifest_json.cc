@@ -125,12 +125,13 @@ std::string manifest_json(const ReportData& data, const std::filesystem::path& r
   json["finished"] = current_time();
   json["seed"] = data.seed;
   json["experiment_key"] = data.resolved_experiment_key;
-  if (outcome.status == "done") {
+  if (!outcome.finished.made_from.empty()) {
     json["made_from"] = outcome.finished.made_from;
     json["stages"] = outcome.finished.stages;
     json["unexpected"] = outcome.finished.unexpected;
     json["pdf"] = outcome.finished.pdf;
   }
+  json["figure_files"] = outcome.figure_files;
   json["provenance"] = to_json(data.provenance);
   json["environment"] = to_json(data.environment);
   json["timings"] = stages_json(data.timings, outcome.earlier_timings);
@@ -154,6 +155,14 @@ std::map<std::string, StageTiming> earlier_timings(const std::filesystem::path& 
     return {};  // what a stage took is worth knowing, but nothing depends on it
   }
   return earlier;
+}
+
+std::set<std::string> earlier_figure_files(const std::filesystem::path& run_folder) {
+  try {
+    return Json::parse(read_file(run_folder / manifest_name)).at("figure_files");
+  } catch (const std::exception&) {
+    return {};
+  }
 }
 
 std::string timings_json(const ReportData& data, const RunOutcome& outcome) {

@@ -2,6 +2,7 @@
 #include <filesystem>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 
 #include "report/finished_run.h"
@@ -16,6 +17,7 @@ struct RunOutcome {
   std::string error;                 ///< the message, empty if all went well
   FinishedRun finished = {};         ///< for later runs
   std::map<std::string, StageTiming> earlier_timings = {};  ///< of stages that this run has not come to
+  std::set<std::string> figure_files = {};                  ///< of figures in the folder, of this run or an earlier one
 };
 
 /// Provenance, environment, timings, what was skipped, how the run ended, and the SHA-256 and size of every file of a
@@ -27,6 +29,9 @@ std::string manifest_json(const ReportData& data, const std::filesystem::path& r
 /// What each stage took as the manifest of an earlier run in this folder gives them, so that what is reused keeps the
 /// time it took. Empty where there is no such manifest or it is damaged.
 std::map<std::string, StageTiming> earlier_timings(const std::filesystem::path& run_folder);
+
+/// The files of figures that runs have left in this folder, as its manifest lists them. Empty as above.
+std::set<std::string> earlier_figure_files(const std::filesystem::path& run_folder);
 
 /// The wall times of the stages: timings.json.
 std::string timings_json(const ReportData& data, const RunOutcome& outcome);

@@ -72,8 +72,26 @@ TEST_CASE("A night says nothing while all is well, alarms with 1, and is told by
 
   const int lock = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   REQUIRE(::flock(lock, LOCK_EX | LOCK_NB) == 0);
-  CHECK(night().exit_code == 5);
+  const ProcessResult busy = night();
+  CHECK(busy.exit_code == 5);
+  CHECK_THAT(busy.standard_error, Contains("choose another folder"));
+  CHECK(granuscope_command({"history", folder, "forget", "1"}).code == 5);
   ::close(lock);
+  CHECK(night({"--grow", "0"}).exit_code == 2);
+  const CommandResult run = granuscope_command({"run", config, "--out", folder});
+  CHECK(run.code == 2);
+  CHECK_THAT(run.err, Contains("folder of a history"));
+}
+
+TEST_CASE("A night without gnuplot has its numbers, and ends with 3") {
+  const test::TemporaryFolder scratch;
+  const std::string config = write_config(scratch), folder = (scratch / "nights").string();
+  const test::SearchPath none((scratch / "no-programs").string());
+  const CommandResult night = granuscope_command({"nightly", config, "--history", folder, "--grow", "10", "--verbose"});
+  CHECK(night.code == 3);
+  CHECK_THAT(night.out, Contains("report (open): ") && Contains("gnuplot is not installed"));
+  CHECK_THAT(night.err, Contains("--grow 10 is rounded up to 256"));
+  CHECK_THAT(granuscope_command({"history", folder, "show", "1"}).out, Contains("c at mu = 0.3"));
 }
 
 TEST_CASE("A night that is killed is gone on with by the next one, to the same pool", "[long]") {

@@ -168,6 +168,16 @@ TEST_CASE("Another seed is held against by its primary numbers, another law not 
   CHECK(compare_runs(a_run(), copy.path).likeness == Likeness::same);
 }
 
+TEST_CASE("A summary that an earlier run left beside another experiment is compared with nothing") {
+  const Copy copy;
+  Experiment other = experiment();
+  other.sampling.seed = 12;
+  run_experiment(other, quiet(copy.path, {Stage::sample}));
+  REQUIRE(fs::exists(copy.path / "summary.json"));
+  CHECK_THROWS_WITH(compare_runs(a_run(), copy.path), Contains("did not come to its report"));
+  CHECK_THROWS_AS(compare_runs(copy.path, a_run()), InputError);
+}
+
 TEST_CASE("What is no run is refused with the reason") {
   const TemporaryFolder scratch;
   CHECK_THROWS_WITH(compare_runs(a_run(), scratch / "nothing"), Contains("neither a run nor a summary"));

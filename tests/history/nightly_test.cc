@@ -210,6 +210,45 @@ TEST_CASE("An accepted change of law is the new normal, its pool begins anew, an
   CHECK(told(run_night(experiment(), options)) == std::set<std::string>{"canary"});
 }
 
+TEST_CASE("What an accepted night does to the folders is done by the next one where it was killed", "[long]") {
+  const TemporaryFolder history;
+  NightlyOptions options = nights_in(history.path());
+  run_night(experiment(), options);
+  options.run = other_law;
+  run_night(experiment(), options);
+  // As accept_night leaves the book, with the folders as they were.
+  NightBook(history.path()).accept(2, {{"samples", "0"}, {"new_reference", "alarm-2"}, {"pool_ends", "yes"}});
+  REQUIRE(fs::exists(history / "canary/alarm-2"));
+  const Night next = run_night(experiment(), options);
+  CHECK(told(next).empty());
+  CHECK(next.samples == round_of_samples);
+  CHECK_FALSE(fs::exists(history / "canary/alarm-2"));
+  CHECK(NightBook(history.path()).state("new_reference").empty());
+}
+
+TEST_CASE("An alarm has passed once a night is fine, and a number that is gone says since when") {
+  const TemporaryFolder history;
+  NightBook book(history.path());
+  Night night;
+  night.status = "alarm";
+  night.date = "2026-01-01T02:00:00Z";
+  night.numbers = {{"c", {"c", 0.55, 0.01}}, {"D", {"D", 0.07, 0.01}}};
+  night.alarms = {{"damaged", "a file", "open"}};
+  book.add(night, {});
+  CHECK(book.night(1).alarms[0].state == "open");
+  night = {};
+  night.status = "fine";
+  night.date = "2026-01-02T02:00:00Z";
+  night.numbers = {{"D", {"D", 0.07, 0.01}}};
+  book.add(night, {});
+  CHECK(book.night(1).alarms[0].state == "passed");
+  CHECK_THAT(describe(book.night(1)), Contains("alarm") && Contains("damaged (passed)"));
+  write_pages(history.path(), book);
+  const std::string page = read_file(history / "index.html");
+  CHECK_THAT(page, Contains("c: 0.550(10) on 2026-01-01, none since"));
+  CHECK(page.find("<h3>D: 0.070(10)</h3>") < page.find("<h3>c: "));
+}
+
 TEST_CASE("An accepted experiment is the one that is run from then on", "[long]") {
   const TemporaryFolder history;
   const NightlyOptions options = nights_in(history.path());

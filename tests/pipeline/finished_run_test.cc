@@ -85,6 +85,37 @@ TEST_CASE("What is missing, damaged or asked for otherwise is made again") {
   CHECK((read_file(folder / "summary.json") == summary));
 }
 
+TEST_CASE("Figures of an earlier experiment leave the folder, and nothing else does") {
+  const TemporaryFolder folder;
+  Experiment small = experiment();
+  run_experiment(small, quiet(folder.path()));
+  REQUIRE(fs::exists(folder / "figures/response-profiles.svg"));
+  REQUIRE(fs::exists(folder / "figures/force-chains.png"));
+  write_file(folder / "figures/notes.txt", "somebody's own");
+  const std::string chains = read_file(folder / "figures/force-chains.png");
+  small.figures.response_profiles = false;
+  run_experiment(small, quiet(folder.path(), {Stage::sample}));  // has no figures of its own
+  CHECK(fs::exists(folder / "figures/response-profiles.svg"));
+  run_experiment(small, quiet(folder.path()));
+  for (const auto& entry : fs::directory_iterator(folder / "figures")) {
+    CHECK(entry.path().filename().string().find("response-profiles") == std::string::npos);
+  }
+  CHECK(fs::exists(folder / "figures/notes.txt"));
+  CHECK((read_file(folder / "figures/force-chains.png") == chains));
+  CHECK(fs::exists(folder / "ensembles/mu-0.3.h5"));
+}
+
+TEST_CASE("What is all there is planned as nothing") {
+  const TemporaryFolder folder;
+  const Experiment small = experiment();
+  CHECK_FALSE(is_all_there(small, quiet(folder.path())));
+  run_experiment(small, quiet(folder.path(), {Stage::analyse}));
+  CHECK_FALSE(is_all_there(small, quiet(folder.path())));
+  CHECK(is_all_there(small, quiet(folder.path(), {Stage::sample})));
+  fs::remove(folder / "ensembles/mu-0.3.h5");
+  CHECK_FALSE(is_all_there(small, quiet(folder.path(), {Stage::sample})));
+}
+
 TEST_CASE("An interrupted ensemble keeps what was drawn, however long ago the last part was") {
   const TemporaryFolder folder;
   Experiment large = experiment();

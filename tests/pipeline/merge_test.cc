@@ -5,6 +5,7 @@
 
 #include "kit/temporary_folder.h"
 #include "pipeline/merge_folders.h"
+#include "pipeline/run_folder.h"
 #include "sharded_run.h"
 #include "storage/ensemble_file.h"
 #include "support/digest.h"
@@ -129,6 +130,15 @@ TEST_CASE("hostile folders are not merged, and nothing of them is lost") {
                       Contains("no experiment.toml"));
   }
   CHECK(ensembles_in(halves.b).size() >= 4);
+}
+
+TEST_CASE("folders at work are not merged, and the same folder twice is one") {
+  const Halves halves;
+  {
+    const RunFolder at_work(halves.b, FolderUse::shared);
+    CHECK_THROWS_AS(halves.merge(), BusyError);
+  }
+  CHECK_NOTHROW(merge_folders({halves.a, halves.b, halves.a / "."}, halves.a, ProgressStyle::silent));
 }
 
 TEST_CASE("missing blocks are listed with the commands that draw them") {

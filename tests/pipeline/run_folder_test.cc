@@ -18,7 +18,7 @@ TEST_CASE("a folder is one run's at a time") {
   auto first = std::make_unique<RunFolder>(path);
   CHECK(std::filesystem::is_directory(path));
   CHECK_THROWS_WITH(RunFolder(path),
-                    Contains("another run or shard is working in") && Contains("choose another --out"));
+                    Contains("another run or shard is working in") && Contains("choose another folder"));
   CHECK_THROWS_AS(RunFolder(path), BusyError);
   CHECK_NOTHROW(RunFolder(folder / "other"));
   first.reset();

@@ -178,6 +178,29 @@ TEST_CASE("a block that was begun is gone on with") {
   CHECK_FALSE(fs::exists(files.folder() / "4.part.h5"));
 }
 
+TEST_CASE("the plan of a shard has its own blocks, and that of a run what shards have drawn") {
+  const Experiment experiment = sharded_experiment();
+  const TemporaryFolder folder;
+  const auto left = [&](const std::vector<PlannedStep>& steps) {
+    std::uint64_t samples = 0;
+    for (const PlannedStep& step : steps) samples += step.stage == Stage::sample ? step.samples : 0;
+    return samples;
+  };
+  const RunOptions options = quiet(folder.path(), {Stage::sample});
+  const std::uint64_t all = left(plan_run(experiment, options));
+  std::uint64_t together = 0;
+  for (const int number : {1, 2, 3}) together += left(plan_shard(experiment, options, {number, 3}));
+  CHECK(together == all);
+  CHECK(fs::is_empty(folder.path()));  // nothing is written
+  run_shard(experiment, options, {2, 3});
+  const auto drawn = plan_shard(experiment, options, {2, 3});
+  REQUIRE_FALSE(drawn.empty());
+  CHECK(left(drawn) == 0);
+  CHECK(drawn.front().reused);
+  CHECK(left(plan_run(experiment, options)) ==
+        left(plan_shard(experiment, options, {1, 3})) + left(plan_shard(experiment, options, {3, 3})));
+}
+
 TEST_CASE("shards keep off each other and off other experiments") {
   const Experiment experiment = sharded_experiment();
   const TemporaryFolder folder;
