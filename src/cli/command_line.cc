@@ -138,6 +138,7 @@ ExitCode parse_and_act(int argc, const char* const* argv, std::ostream& out, std
   add_doctor_verb(app, context);
   add_figure_verb(app, context);
   add_numbers_verb(app, context);
+  add_pack_verb(app, context);
   add_example_verb(app, context);
   add_help_verb(app, context);
   add_reference_verb(app, context);

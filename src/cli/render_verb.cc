@@ -5,6 +5,7 @@
 #include <array>
 #include <charconv>
 #include <cstdlib>
+#include <filesystem>
 #include <memory>
 #include <span>
 #include <string>
@@ -20,6 +21,7 @@
 #include "report/statistics_json.h"
 #include "storage/ensemble_file.h"
 #include "support/error.h"
+#include "support/number_format.h"
 #include "support/provenance.h"
 
 namespace granuscope {
@@ -84,6 +86,22 @@ std::string configuration_if_ensemble(const std::string& file) {
   }
 }
 
+/// What the picture says of itself. Names without their folders: the same picture is the same file anywhere.
+ImageMetadata metadata_for(const RenderOptions& options, const std::string& shown) {
+  const auto name_of = [](const std::string& file) { return std::filesystem::path(file).filename().string(); };
+  const SceneSpec& scene = options.scene;
+  std::string command = "granuscope render " + name_of(options.pile_file);
+  if (!options.minus_file.empty()) command += " --minus " + name_of(options.minus_file);
+  command += fmt::format(" --image {} --scene {} --width {} --dpi {}", name_of(options.image_file), scene.scene,
+                         scene.width_px, exact(scene.dpi));
+  if (!options.window.empty()) command += " --window=" + options.window;
+  if (!options.range.empty()) command += " --range=" + options.range;
+  if (!scene.colour_map.empty()) command += " --colour-map " + scene.colour_map;
+  return {{"Title", fmt::format("{} of {}", shown, name_of(options.pile_file))},
+          {"Software", provenance_line(collect_provenance())},
+          {"Source", command}};
+}
+
 /// The mean response of an ensemble over the plane.
 SceneStatistics render_ensemble(const RenderOptions& options, const std::string& configuration) {
   if (options.scene.scene != SceneSpec().scene || !options.minus_file.empty()) {
@@ -99,7 +117,7 @@ SceneStatistics render_ensemble(const RenderOptions& options, const std::string&
   ensemble.spec.response.overload = configured(configuration, "overload");
   const Field field = response_field(ensemble, {});
   return render_scene(build_field_scene(field, options.scene), options.scene, options.image_file,
-                      {{"Software", provenance_line(collect_provenance())}});
+                      metadata_for(options, "mean response"));
 }
 
 ExitCode render(RenderOptions options, VerbContext& context) {
@@ -113,7 +131,7 @@ ExitCode render(RenderOptions options, VerbContext& context) {
       const std::string configuration = configuration_if_ensemble(options.pile_file);
       if (!configuration.empty()) return render_ensemble(options, configuration);
       return render_pile_file({options.pile_file, options.minus_file, options.image_file}, options.scene,
-                              {{"Software", provenance_line(collect_provenance())}});
+                              metadata_for(options, options.scene.scene));
     } catch (const Interrupted&) {
       throw Interrupted("stopped on request: no picture was written, and the same command renders it from the start");
     }

@@ -12,7 +12,7 @@ struct RunRecord;
 
 /// How two runs compare: the first line that holds.
 enum class Likeness {
-  same,              ///< every value and error is equal, and so are the figures where both have them
+  same,              ///< every value and error is equal, and so are the data of the figures (of one build: the figures)
   other_numbers,     ///< the same experiment, and other numbers: of another program or library, or not reproducible
   other_samples,     ///< the same experiment but for seed or samples: the numbers must agree within their errors
   other_experiment,  ///< nothing to compare

@@ -21,6 +21,7 @@
 #include "pipeline/timed.h"
 #include "plot/bead_forces.h"
 #include "plot/figure_captions.h"
+#include "plot/file_label.h"
 #include "plot/gnuplot.h"
 #include "plot/main_finding.h"
 #include "plot/response_field.h"
@@ -314,6 +315,11 @@ class Run {
 
   void keep_figure(Figure figure) {
     if (!figure.failure.empty()) note_failure("figure " + figure.id, figure.failure);
+    try {
+      label_files(figure, options_.folder, provenance_line(data_.provenance));
+    } catch (const EnvironmentError& failure) {
+      note_failure("the label of figure " + figure.id, failure.what());
+    }
     figure_files_.merge(files_of(figure));
     data_.figures.push_back(std::move(figure));
   }

@@ -15,8 +15,7 @@ namespace granuscope {
 
 namespace {
 
-constexpr std::string_view creation_date_key = "/CreationDate (D:";
-constexpr std::string_view fixed_creation_date = "20000101000000";
+constexpr std::string_view creation_date_key = "/CreationDate (";
 
 bool ends_with_mark(std::string_view text, std::string_view mark) {
   while (!text.empty() && std::isspace(static_cast<unsigned char>(text.back())) != 0) text.remove_suffix(1);
@@ -94,7 +93,7 @@ void plot_with_gnuplot(const GnuplotJob& job, const std::filesystem::path& folde
   if (!result.standard_error.empty()) fail(job, "it complained: " + single_line(result.standard_error));
 
   const std::string svg = read_plot(job, scratch.path() / (job.stem + ".svg"), "</svg>");
-  const std::string pdf = with_fixed_creation_date(read_plot(job, scratch.path() / (job.stem + ".pdf"), "%%EOF"));
+  const std::string pdf = without_creation_date(read_plot(job, scratch.path() / (job.stem + ".pdf"), "%%EOF"));
   if (const int visible = count_visible_curves(svg); visible != job.curves) {
     fail(job, fmt::format("{} of {} curves are visible", visible, job.curves));
   }
@@ -134,15 +133,14 @@ std::string gnuplot_string(std::string_view text) {
   return quoted + "'";
 }
 
-std::string with_fixed_creation_date(std::string pdf) {
-  const std::size_t key = pdf.find(creation_date_key);
-  const std::size_t digits = key + creation_date_key.size();
-  if (key == std::string::npos || pdf.size() < digits + fixed_creation_date.size()) {
+std::string without_creation_date(std::string pdf) {
+  const std::size_t key = pdf.find(creation_date_key), end = pdf.find(')', key);
+  if (key == std::string::npos || end == std::string::npos) {
     throw EnvironmentError(
         "a PDF made by gnuplot has no creation date where Debian 12's gnuplot 5.4 puts one, so its bytes cannot be "
         "made reproducible; run `granuscope doctor` to see which gnuplot is installed");
   }
-  return pdf.replace(digits, fixed_creation_date.size(), fixed_creation_date);
+  return pdf.replace(key, end + 1 - key, end + 1 - key, ' ');
 }
 
 int count_visible_curves(std::string_view svg) {

@@ -45,9 +45,9 @@ std::string plot_again(const std::filesystem::path& figures, const std::string& 
 /// characters made spaces (and a space put before a leading '). To be set with noenhanced.
 std::string gnuplot_string(std::string_view text);
 
-/// Overwrites the creation date that pdfcairo stamps (and SOURCE_DATE_EPOCH does not govern) with fixed digits of the
-/// same length. Throws EnvironmentError if there is none.
-std::string with_fixed_creation_date(std::string pdf);
+/// Overwrites the creation date that pdfcairo stamps (and SOURCE_DATE_EPOCH does not govern) with spaces. Throws
+/// EnvironmentError if there is none.
+std::string without_creation_date(std::string pdf);
 
 /// Untitled plot elements of a gnuplot SVG that hold at least one visible mark (line, area, point). Titled ones do not
 /// count, because their sample in the key is a mark whatever became of the curve: a script names its curves by

@@ -4,10 +4,12 @@
 #include <algorithm>
 #include <array>
 #include <filesystem>
+#include <optional>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+#include "plot/file_label.h"
 #include "plot/gnuplot.h"
 #include "plot/scratch_folder.h"
 #include "support/atomic_file.h"
@@ -97,6 +99,12 @@ std::string with_tex_texts(const std::string& tikz) {
   return result;
 }
 
+/// What the plot of the run says of itself.
+std::optional<FileLabel> label_of_run(const fs::path& svg) {
+  std::error_code none;
+  return fs::is_regular_file(svg, none) ? label_of_svg(read_file(svg)) : std::nullopt;
+}
+
 }  // namespace
 
 std::string plot_again(const fs::path& figures, const std::string& id, const FigureStyle& style) {
@@ -144,7 +152,14 @@ std::string plot_again(const fs::path& figures, const std::string& id, const Fig
   for (const auto& [format, end] : ends_of_formats) {
     if (format == style.format && bytes.rfind(end) == std::string::npos) fail("the file is cut off");
   }
-  if (style.format == "pdf") bytes = with_fixed_creation_date(std::move(bytes));
+  if (style.format == "pdf") bytes = without_creation_date(std::move(bytes));
+  if (auto label = label_of_run(figures / (id + ".svg"))) {
+    label->command = fmt::format("granuscope figure OUT {} --format {}{} --font-size {} --font {}", id, style.format,
+                                 style.width_mm == 0 ? "" : fmt::format(" --width {}mm", style.width_mm),
+                                 style.font_points, gnuplot_string(style.font));
+    if (style.format == "pdf") bytes = labelled_pdf(std::move(bytes), *label);
+    if (style.format == "svg") bytes = labelled_svg(std::move(bytes), *label);
+  }
   if (style.format == "tikz") bytes = with_tex_texts(bytes);
   return bytes;
 }

@@ -56,7 +56,10 @@ class SvgPage : public VectorPage {
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{}mm\" height=\"{}mm\" viewBox=\"0 0 {} {}\">\n",
         coordinate(layout.width * 25.4 / dpi), coordinate(layout.height * 25.4 / dpi), layout.width, layout.height);
     std::string about;
-    for (const auto& [keyword, value] : metadata) about += fmt::format("{}: {}\n", keyword, value);
+    for (const auto& [keyword, value] : metadata) {
+      if (keyword == "Title") text_ += "<title>" + escape_markup(clean_text(value)) + "</title>\n";
+      about += fmt::format("{}: {}\n", keyword, value);
+    }
     text_ += "<desc>" + escape_markup(clean_text(about)) + "</desc>\n";
   }
   void fill(const Path& path, Rgb colour) override {
@@ -104,13 +107,16 @@ class PdfPage : public VectorPage {
   void end_clip() override { content_ += "Q\n"; }
   std::string finish() override {
     std::string about;
-    for (const auto& [keyword, value] : metadata_) about += fmt::format("{}: {}; ", keyword, value);
+    for (const auto& [keyword, value] : metadata_) {
+      const std::string_view key = keyword == "Source" ? "Subject" : keyword == "Software" ? "Creator" : keyword;
+      about += fmt::format(" /{} {}", key, pdf_string(value));
+    }
     const std::vector<std::string> objects{
         "<< /Type /Catalog /Pages 2 0 R >>", "<< /Type /Pages /Kids [3 0 R] /Count 1 >>",
         fmt::format("<< /Type /Page /Parent 2 0 R /MediaBox [0 0 {:.4f} {:.4f}] /Contents 4 0 R /Resources << >> >>",
                     width_ * points_per_unit_, height_ * points_per_unit_),
         fmt::format("<< /Length {} >>\nstream\n{}endstream", content_.size(), content_),
-        fmt::format("<< /Producer {} /Subject {} >>", text_string("granuscope"), text_string(about))};
+        fmt::format("<< /Producer (granuscope){} >>", about)};
     std::string file = "%PDF-1.4\n";
     std::vector<std::size_t> places;
     for (std::size_t k = 0; k < objects.size(); ++k) {
@@ -139,16 +145,6 @@ class PdfPage : public VectorPage {
     }
     return text;
   }
-  /// ASCII as it is; what else a text may hold is not worth another encoding here.
-  static std::string text_string(const std::string& text) {
-    std::string safe = "(";
-    for (const char c : text) {
-      if (c == '(' || c == ')' || c == '\\') safe += '\\';
-      if (c >= ' ' && c <= '~') safe += c;
-    }
-    return safe + ")";
-  }
-
   double points_per_unit_;
   int width_, height_;
   ImageMetadata metadata_;

@@ -119,6 +119,7 @@ std::string manifest_json(const ReportData& data, const std::filesystem::path& r
   Json json;
   json["schema"] = 1;
   json["experiment"] = data.experiment_name;
+  json["description"] = data.description;
   json["status"] = outcome.status;
   json["exit_code"] = outcome.exit_code ? Json(*outcome.exit_code) : Json(nullptr);
   json["error"] = outcome.error.empty() ? Json(nullptr) : Json(outcome.error);

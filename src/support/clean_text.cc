@@ -1,5 +1,10 @@
 #include "support/clean_text.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdint>
+
 #include <cstddef>
 
 namespace granuscope {
@@ -83,6 +88,36 @@ std::string escape_markup(std::string_view text) {
     }
   }
   return escaped;
+}
+
+std::string pdf_string(std::string_view bytes) {
+  const std::string text = clean_text(bytes);
+  const bool plain = std::all_of(text.begin(), text.end(), [](char c) { return c >= ' ' && c <= '~'; });
+  if (plain) {
+    std::string string = "(";
+    for (const char c : text) {
+      if (c == '(' || c == ')' || c == '\\') string += '\\';
+      string += c;
+    }
+    return string + ")";
+  }
+  std::string string = "<FEFF";
+  for (std::size_t i = 0; i < text.size();) {
+    const auto first = static_cast<unsigned char>(text[i]);
+    const int more = first < 0x80U ? 0 : first < 0xE0U ? 1 : first < 0xF0U ? 2 : 3;
+    std::uint32_t code = more == 0 ? first : first & (0x3FU >> static_cast<unsigned>(more));
+    for (int k = 1; k <= more; ++k) {
+      code = (code << 6U) | (static_cast<unsigned char>(text[i + static_cast<std::size_t>(k)]) & 0x3FU);
+    }
+    i += static_cast<std::size_t>(more) + 1;
+    if (code >= 0x10000U) {
+      code -= 0x10000U;
+      string += fmt::format("{:04X}", 0xD800U + (code >> 10U));
+      code = 0xDC00U + (code & 0x3FFU);
+    }
+    string += fmt::format("{:04X}", code);
+  }
+  return string + ">";
 }
 
 }  // namespace granuscope

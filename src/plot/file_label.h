@@ -1,0 +1,31 @@
+#pragma once
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "plot/figure.h"
+
+namespace granuscope {
+
+/// What the file of a figure says of itself, wherever it is taken to: an SVG in <title> and <desc>, a PDF in its
+/// document information.
+struct FileLabel {
+  std::string title;
+  std::string command;  ///< that makes it
+  std::string program;  ///< provenance_line of the one that made it: version, commit, compiler
+};
+
+/// A gnuplot SVG with the label in the place of gnuplot's own. Throws EnvironmentError if there is no such place.
+std::string labelled_svg(std::string svg, const FileLabel& label);
+
+/// A PDF of cairo with the label, as an update behind the file. Throws EnvironmentError for a PDF of another build.
+std::string labelled_pdf(std::string pdf, const FileLabel& label);
+
+/// Labels the files of a figure that gnuplot plotted in this run.
+void label_files(const Figure& figure, const std::filesystem::path& run_folder, const std::string& program);
+
+/// The label of an SVG, if it has one.
+std::optional<FileLabel> label_of_svg(std::string_view svg);
+
+}  // namespace granuscope
