@@ -47,7 +47,7 @@ Claim judge_double_peak(const Analysis& analysis, const FitSpec& fit, const Clai
                  "mean xₚ over mean W, least");
   const double decisive = std::sqrt(spec.decisive_chi2);
   Found one, shallow;
-  std::vector<double> two, merged, open;
+  std::vector<double> two, merged, open, unfitted;
   double needed = 0, least_mu = 0;
   for (const Transport& result : analysis.results) {
     if (result.exact || result.mu() == 0) continue;
@@ -57,8 +57,7 @@ Claim judge_double_peak(const Analysis& analysis, const FitSpec& fit, const Clai
     }
     const Estimate& separation = result.peak_separation;
     if (!separation.known()) {
-      open.push_back(result.mu());
-      needed = std::numeric_limits<double>::infinity();
+      unfitted.push_back(result.mu());
       continue;
     }
     const double excess = (separation.value - 1) / separation.standard_error;
@@ -68,7 +67,7 @@ Claim judge_double_peak(const Analysis& analysis, const FitSpec& fit, const Clai
     claim.measured = separation;
     least_mu = result.mu();
   }
-  if (two.empty() && merged.empty() && open.empty()) {
+  if (two.empty() && merged.empty() && open.empty() && unfitted.empty()) {
     leave_open(claim, "the experiment contains no friction above 0: add some to friction.mu, up to 1.7");
     return claim;
   }
@@ -76,7 +75,10 @@ Claim judge_double_peak(const Analysis& analysis, const FitSpec& fit, const Clai
   const double reached = analysis.results.back().mu();
   const bool far_enough = reached >= spec.highest_mu - 1e-9;
   const bool one_peak = !merged.empty() || one.depths > 0;
-  claim.verdict = one_peak ? not_reproduced : !far_enough ? not_tested : open.empty() ? reproduced : not_decided;
+  claim.verdict = one_peak                           ? not_reproduced
+                  : !far_enough                      ? not_tested
+                  : open.empty() && unfitted.empty() ? reproduced
+                                                     : not_decided;
   if (!merged.empty())
     add_sentence(claim, fmt::format("Over the window the peaks have merged at {}.", list_of_mu(merged)));
   if (one.depths > 0) add_sentence(claim, fmt::format("One peak is found at {}.", one.in_words()));
@@ -87,8 +89,13 @@ Claim judge_double_peak(const Analysis& analysis, const FitSpec& fit, const Clai
                              reached, spec.highest_mu));
   }
   if (!open.empty()) {
-    add_sentence(claim, fmt::format("One peak or two is open at {}: {}.", list_of_mu(open),
-                                    std::isfinite(needed) ? more_piles(needed) : "no depth could be fitted"));
+    add_sentence(claim,
+                 fmt::format("One peak or two is open at {}: {}.", list_of_mu(open),
+                             std::isfinite(needed) ? more_piles(needed) : "they stand exactly where peaks merge"));
+  }
+  if (!unfitted.empty()) {
+    add_sentence(claim,
+                 fmt::format("One peak or two is unknown at {}: no depth could be fitted.", list_of_mu(unfitted)));
   }
   if (!two.empty()) add_sentence(claim, fmt::format("Two peaks are found at {}.", list_of_mu(two)));
   if (claim.measured.known()) {

@@ -9,12 +9,13 @@
 #include "cli/verbs.h"
 #include "plot/gnuplot.h"
 #include "support/atomic_file.h"
+#include "support/template_file.h"
 
 namespace granuscope {
 namespace {
 
 struct FigureOptions {
-  std::string folder, id, file, width;
+  std::string folder, id, file, width, templates;
   FigureStyle style;
 };
 
@@ -28,13 +29,13 @@ double millimetres(const std::string& text) {
     end = 0;
   }
   const std::string unit = text.substr(end);
-  if (end > 0 && (unit.empty() || unit == "mm")) return number;
-  if (end > 0 && unit == "cm") return 10 * number;
-  if (end > 0 && unit == "in") return 25.4 * number;
+  const double scale = unit.empty() || unit == "mm" ? 1 : unit == "cm" ? 10 : unit == "in" ? 25.4 : 0;
+  if (end > 0 && number > 0 && scale > 0) return scale * number;
   throw InputError(fmt::format("--width {} is no width; write 86mm, 8.6cm or 3.37in", text));
 }
 
 ExitCode plot_figure_again(FigureOptions options, VerbContext& context) {
+  if (!options.templates.empty()) use_templates(options.templates);
   if (!options.width.empty()) options.style.width_mm = millimetres(options.width);
   const std::string file = options.file.empty() ? options.id + "." + options.style.format : options.file;
   const auto figures = std::filesystem::path(options.folder) / "figures";
@@ -61,6 +62,10 @@ void add_figure_verb(CLI::App& app, VerbContext& context) {
   verb->add_option("--font", options->style.font, "of all text, as fontconfig names it")->capture_default_str();
   verb->add_option("--font-size", options->style.font_points, "points; room around the axes grows with it")
       ->capture_default_str();
+  verb->add_option("--language", options->style.language, "of its texts and decimal point: en, fr or de")
+      ->capture_default_str();
+  verb->add_option("--templates", options->templates,
+                   "folder whose plot/labels.txt says in other words what stands on the plots");
   verb->add_option("-o,--out", options->file, "file to write (default: ID and the format, here)")->check(output_file());
   verb->callback(
       [options, &context] { context.action = [options, &context] { return plot_figure_again(*options, context); }; });

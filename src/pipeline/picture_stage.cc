@@ -11,6 +11,7 @@
 #include "ensemble/ensemble_runner.h"
 #include "model/audit.h"
 #include "plot/figure_captions.h"
+#include "plot/response_field.h"
 #include "render/gl_context.h"
 #include "render/pile_scene.h"
 #include "render/render_pile.h"
@@ -253,7 +254,7 @@ std::vector<PictureOutcome> render_pile_pictures(const Experiment& experiment, c
   return outcomes;
 }
 
-PictureOutcome render_response_field(const Experiment& experiment, const Field& field, const Transport& transport,
+PictureOutcome render_response_field(const Experiment& experiment, Field field, const Transport& transport,
                                      const std::filesystem::path& run_folder, const Provenance& provenance) {
   SceneSpec spec = experiment.force_chains.scene;
   spec.scene = "field";
@@ -268,10 +269,13 @@ PictureOutcome render_response_field(const Experiment& experiment, const Field& 
   figure.id = "response-field";
   figure.screen = figure.print = std::filesystem::path("figures") / "response-field.png";
   figure.redraw = "cp experiment.toml again.toml && granuscope run again.toml --out . --only analyse --only render";
-  const Scene scene = build_field_scene(field, spec);
   SceneStatistics statistics;
   try {
     make_folder(run_folder / "figures");
+    figure.data = {std::filesystem::path("figures") / "response-field.csv"};
+    write_file(run_folder / figure.data.front(), response_field_csv(field, transport));
+    put_fit_on_the_right(field, transport);
+    const Scene scene = build_field_scene(field, spec);
     statistics = render_scene(scene, spec, run_folder / figure.screen, {{"Software", provenance_line(provenance)}});
   } catch (const EnvironmentError& failure) {
     set_failure(figure, failure);

@@ -43,7 +43,7 @@ std::vector<PictureOutcome> render_pile_pictures(const Experiment& experiment, c
                                                  const Provenance& provenance);
 
 /// The picture of a response_field (figures/response-field.png).
-PictureOutcome render_response_field(const Experiment& experiment, const Field& field, const Transport& transport,
+PictureOutcome render_response_field(const Experiment& experiment, Field field, const Transport& transport,
                                      const std::filesystem::path& run_folder, const Provenance& provenance);
 
 }  // namespace granuscope

@@ -93,7 +93,7 @@ int choose_bead(const Pile& pile, int layer) {
 
 /// Centres of the beads around the chosen one that lie in the picture, itself left out.
 std::string surrounding_beads() {
-  CsvTable beads({"x", "z"});
+  CsvTable beads({"x: bead diameters", "z: bead diameters"});
   for (int row = -1; row <= 1; ++row) {
     for (int column = -3; column <= 3; ++column) {
       const double x = column + (row % 2 == 0 ? 0.0 : 0.5), z = row * sqrt3 / 2;
@@ -132,7 +132,9 @@ Figure plot_bead_forces(const Pile& pile, const BeadForcesSpec& spec, const std:
   }
   const int bead = choose_bead(pile, spec.layer);
   const FourContacts contacts = contacts_of(pile, spec.layer, bead);
-  CsvTable table({"contact", "x", "z", "fx", "fz", "normal", "tangential", "theta_degrees"});
+  CsvTable table({"contact: dimensionless", "x: bead diameters", "z: bead diameters", "fx: loads of one top bead",
+                  "fz: loads of one top bead", "normal: loads of one top bead", "tangential: loads of one top bead",
+                  "theta_degrees: degrees"});
   double largest = 0, strongest_N = 0, strongest_T = 0, number = 0;
   for (const ContactForce& contact : contacts) {
     table.add_row({++number, contact.x, contact.z, contact.fx, contact.fz, contact.N, contact.T, contact.angle()});

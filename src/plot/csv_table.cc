@@ -4,17 +4,22 @@
 #include <cmath>
 #include <cstdlib>
 #include <sstream>
+#include <stdexcept>
 
 #include "support/number_format.h"
 
 namespace granuscope {
 
 CsvTable::CsvTable(const std::vector<std::string>& columns) : columns_(columns.size()) {
-  for (std::size_t i = 0; i < columns.size(); ++i) {
-    if (i > 0) text_ += ',';
-    text_ += columns[i];
+  std::string units;
+  for (const std::string& column : columns) {
+    const std::size_t at = column.find(": ");
+    if (at == std::string::npos) throw std::logic_error("the column " + column + " has no unit");
+    const char* const comma = units.empty() ? "" : ",";
+    text_ += comma + column.substr(0, at);
+    units += comma + column.substr(at + 2);
   }
-  text_ += '\n';
+  text_ += '\n' + units + '\n';
 }
 
 void CsvTable::add_row(const std::vector<double>& numbers) {

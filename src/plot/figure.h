@@ -10,7 +10,8 @@ namespace granuscope {
 struct Figure {
   std::string id;  ///< "response-profiles", also the stem of its files
   std::string title;
-  std::string caption;                      ///< can be pasted into a paper; plain text, UTF-8
+  std::string caption;                      ///< at most 60 words, the finding first; plain text, UTF-8
+  std::string details = {};                 ///< how it is made and what it leaves out, for those who want to know
   std::string alternative;                  ///< what a reader who cannot see it must know
   std::string paper_says;                   ///< what the paper reports about it, paraphrased
   std::filesystem::path screen;             ///< SVG, or PNG for a rendered picture

@@ -48,6 +48,7 @@ void set_captions(Figure& figure, const std::string& wording_template, const Tem
   };
   figure.title = paragraph("title");
   figure.caption = paragraph("caption");
+  figure.details = paragraph("details");
   figure.alternative = paragraph("alternative");
   figure.paper_says = paragraph("paper_says");
 }

@@ -7,8 +7,8 @@
 
 namespace granuscope {
 
-/// Fills `figure`'s title, caption, alternative and paper_says from a wording template: headings in square brackets,
-/// each followed by its text, which becomes one paragraph. Throws std::logic_error if one of the four is missing.
+/// Fills `figure`'s title, caption, details, alternative and paper_says from a wording template: headings in square
+/// brackets, each followed by its text, which becomes one paragraph. Throws std::logic_error if one is missing.
 void set_captions(Figure& figure, const std::string& wording_template, const TemplateVariables& variables);
 
 /// "a", "a and b", "a, b and c".

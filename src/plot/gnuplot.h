@@ -34,6 +34,7 @@ struct FigureStyle {
   double width_mm = 0;         ///< 0: as wide as it is
   double font_points = 9;
   std::string font = "DejaVu Sans";
+  std::string language = "en";  ///< of its texts: en, fr or de
 };
 
 /// The figure `id` of a run's folder of figures, plotted again in a folder of its own from the script and the data that

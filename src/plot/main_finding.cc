@@ -21,38 +21,78 @@ namespace {
 
 constexpr double height_inches = 72 / 25.4;
 constexpr double panel_width = 0.41 * plot_width_inches,
-                 panel_height = height_inches - 0.7;  ///< as the script has them
+                 panel_height = height_inches - 0.7;     ///< as the script has them
+constexpr double half_name = 0.55, name_off_line = 0.1;  ///< inches, of the name of a guide
 constexpr double paper_gamma = 1, paper_alpha = 0.4, theory_alpha = 1;
 
-/// c_0 - c of one reading at the friction coefficients where it is positive.
-std::vector<PowerLawPoint> slowing(const Analysis& analysis, const RatioScaling* ratio, double below_surface) {
+/// The points of a curve, and which friction coefficients have none, with the reason.
+struct Curve {
   std::vector<PowerLawPoint> points;
-  for (const Transport& result : analysis.results) {
-    if (result.exact || !result.c.known() || !result.D.known()) continue;
-    PowerLawPoint point{result.mu(), result.mu(), 0, tan30 - result.c.value, result.c.standard_error};
-    if (ratio != nullptr) {
-      const auto depth = std::find_if(result.depths.begin(), result.depths.end(),
-                                      [&](const DepthFit& fit) { return fit.layer == ratio->layer; });
-      if (depth == result.depths.end() || !depth->identifiable) continue;
-      const double z = depth->z - below_surface;
-      point.y = tan30 - depth->peak_position.value / z;
-      point.y_error = depth->peak_position.standard_error / z;
+  std::vector<LeftOut> left_out;
+
+  void add(const PowerLawPoint& point, const std::string& reading) {
+    if (fits_log_axes(point)) {
+      points.push_back(point);
+    } else {
+      leave_out(point.mu, reading, "not above 0");
     }
-    if (fits_log_axes(point)) points.push_back(point);
   }
-  return points;
+  void leave_out(double mu, const std::string& reading, const std::string& why) {
+    left_out.push_back({fmt::format("μ = {}", caption_number(mu)), reading + why});
+  }
+};
+
+bool has_slopes(const Transport& result) { return !result.exact && result.c.known() && result.D.known(); }
+
+/// c_0 - c as the slope of the peak position.
+Curve slopes_against_friction(const Analysis& analysis) {
+  Curve curve;
+  for (const Transport& result : analysis.results) {
+    if (has_slopes(result)) {
+      curve.add({result.mu(), result.mu(), 0, tan30 - result.c.value, result.c.standard_error}, "c₀ − c of slopes ");
+    } else if (!result.exact) {
+      curve.leave_out(result.mu(), "", "c or D unknown");
+    }
+  }
+  return curve;
+}
+
+/// c_0 - c as the ratio of peak position to depth in one layer; depth counts from `below_surface`.
+Curve ratios_against_friction(const Analysis& analysis, const RatioScaling& ratio, double below_surface) {
+  Curve curve;
+  const std::string reading = below_surface > 0 ? "c₀ − xₚ/(z − ½) " : "c₀ − xₚ/z ";
+  for (const Transport& result : analysis.results) {
+    if (!has_slopes(result)) continue;
+    const auto depth = std::find_if(result.depths.begin(), result.depths.end(),
+                                    [&](const DepthFit& fit) { return fit.layer == ratio.layer; });
+    if (depth == result.depths.end() || !depth->identifiable) {
+      if (below_surface == 0) {
+        curve.leave_out(result.mu(), "", fmt::format("no peaks identified at z = {:.1f}, for ratios", ratio.z));
+      }
+      continue;
+    }
+    const double z = depth->z - below_surface;
+    curve.add(
+        {result.mu(), result.mu(), 0, tan30 - depth->peak_position.value / z, depth->peak_position.standard_error / z},
+        reading);
+  }
+  return curve;
 }
 
 /// The slopes again, against D.
-std::vector<PowerLawPoint> against_diffusion(const Analysis& analysis) {
-  std::vector<PowerLawPoint> points;
+Curve slopes_against_diffusion(const Analysis& analysis) {
+  Curve curve;
   for (const Transport& result : analysis.results) {
-    if (result.exact || !result.c.known() || !result.D.known()) continue;
+    if (!has_slopes(result)) continue;
     const PowerLawPoint point{result.mu(), result.D.value, result.D.standard_error, tan30 - result.c.value,
                               result.c.standard_error};
-    if (fits_log_axes(point)) points.push_back(point);
+    if (!(point.x > 0)) {
+      curve.leave_out(point.mu, "D ", "not above 0");
+    } else if (fits_log_axes(point)) {
+      curve.points.push_back(point);  // else named with the slopes against friction
+    }
   }
-  return points;
+  return curve;
 }
 
 /// "1.66(4)", or what the points follow instead of a power law.
@@ -102,7 +142,7 @@ class Panel {
   void add_points(const std::string& name, const std::vector<PowerLawPoint>& points) {
     set(name, points.empty() ? "" : "yes");
     if (points.empty()) return;
-    CsvTable table({"mu", "x", "y", "x_low", "x_high", "y_low", "y_high"});
+    CsvTable table(power_law_columns(prefix_ == "mu_" ? "dimensionless" : "bead diameters", "dimensionless"));
     for (const PowerLawPoint& point : points) {
       table.add_row({point.mu, point.x, point.y, std::max(point.x - point.x_error, x_.low), point.x + point.x_error,
                      std::max(point.y - point.y_error, y_.low), point.y + point.y_error});
@@ -111,7 +151,9 @@ class Panel {
     ++plan_.curves;
   }
 
-  void add_guide(const std::string& name, const WindowMiddle& middle, double exponent) {
+  /// `avoided`: the points that its name must not cover.
+  void add_guide(const std::string& name, const WindowMiddle& middle, double exponent,
+                 const std::vector<PowerLawPoint>& avoided) {
     set(name, middle.extent.empty ? "" : "yes");
     for (const char* part : {"_x", "_y", "_exponent", "_end", "_name_x", "_name_y", "_angle"}) set(name + part, "");
     if (middle.extent.empty) return;
@@ -121,12 +163,30 @@ class Panel {
     set(name + "_y", exact(guide.y));
     set(name + "_exponent", exact(exponent));
     set(name + "_end", exact(end));
-    // Its name runs along it, near the end.
-    const double place = std::exp(std::log(end) - 0.3 * std::log(x_.high / x_.low));
+    const double width = std::log(x_.high / x_.low), height = std::log(y_.high / y_.low);
+    const double rise = exponent * panel_height * width / height / panel_width;
+    // Its name runs along it, below or above, where it is farthest from the points.
+    const double angle = std::atan(rise), side = name == "theory" ? 1 : -1;
+    double best = -1, place = end;
+    for (const double back : {0.22, 0.27, 0.32, 0.37, 0.42, 0.47, 0.52, 0.57}) {
+      const double at = end * std::exp(-back * width);
+      double nearest = panel_width;
+      for (const PowerLawPoint& point : avoided) {
+        // Inches along the line from the middle of the name, and across.
+        const double x = std::log(point.x / at) / width * panel_width;
+        const double y = std::log(point.y / guide.at(at)) / height * panel_height;
+        const double along = std::max(0.0, std::abs(x * std::cos(angle) + y * std::sin(angle)) - half_name);
+        const double across = y * std::cos(angle) - x * std::sin(angle) - side * name_off_line;
+        nearest = std::min(nearest, std::hypot(along, across));
+      }
+      if (nearest > best) {
+        best = nearest;
+        place = at;
+      }
+    }
     set(name + "_name_x", exact(place));
     set(name + "_name_y", exact(guide.at(place)));
-    const double rise = exponent * panel_height * std::log(x_.high / x_.low) / std::log(y_.high / y_.low) / panel_width;
-    set(name + "_angle", fmt::format("{:.1f}", std::atan(rise) * 180 / std::numbers::pi));
+    set(name + "_angle", fmt::format("{:.1f}", angle * 180 / std::numbers::pi));
     ++plan_.curves;
   }
 
@@ -154,7 +214,7 @@ class Panel {
 
 }  // namespace
 
-bool has_main_finding(const Analysis& analysis) { return slowing(analysis, nullptr, 0).size() > 1; }
+bool has_main_finding(const Analysis& analysis) { return slopes_against_friction(analysis).points.size() > 1; }
 
 Figure plot_main_finding(const Analysis& analysis, const std::filesystem::path& run_folder) {
   if (!has_main_finding(analysis)) {
@@ -164,9 +224,14 @@ Figure plot_main_finding(const Analysis& analysis, const std::filesystem::path& 
   }
   const RatioScaling* ratio = analysis.by_ratio.empty() ? nullptr : &analysis.by_ratio.front();
   const ScalingFits& scaling = analysis.scaling;
-  const auto slopes = slowing(analysis, nullptr, 0), of_D = against_diffusion(analysis);
-  const auto ratios = ratio == nullptr ? std::vector<PowerLawPoint>{} : slowing(analysis, ratio, 0);
-  const auto from_load = ratio == nullptr ? std::vector<PowerLawPoint>{} : slowing(analysis, ratio, Lattice::depth(0));
+  const Curve of_mu = slopes_against_friction(analysis), against_D = slopes_against_diffusion(analysis);
+  const Curve by_surface = ratio == nullptr ? Curve{} : ratios_against_friction(analysis, *ratio, 0);
+  const Curve by_load = ratio == nullptr ? Curve{} : ratios_against_friction(analysis, *ratio, Lattice::depth(0));
+  const auto &slopes = of_mu.points, &of_D = against_D.points, &ratios = by_surface.points, &from_load = by_load.points;
+  std::vector<LeftOut> left_out;
+  for (const Curve& curve : {of_mu, by_surface, by_load, against_D}) {
+    left_out.insert(left_out.end(), curve.left_out.begin(), curve.left_out.end());
+  }
   PlotPlan plan;
   plan.id = main_finding_id;
   plan.script = "plot/main_finding";
@@ -179,7 +244,9 @@ Figure plot_main_finding(const Analysis& analysis, const std::filesystem::path& 
   left.add_points("slopes", slopes);
   left.add_points("ratios", ratios);
   left.add_points("from_load", from_load);
-  left.add_guide("paper", middle_of_window(ratios.empty() ? slopes : ratios, window), paper_gamma);
+  std::vector<PowerLawPoint> all_points = slopes;
+  for (const auto* more : {&ratios, &from_load}) all_points.insert(all_points.end(), more->begin(), more->end());
+  left.add_guide("paper", middle_of_window(ratios.empty() ? slopes : ratios, window), paper_gamma, all_points);
   left.add_law("law", scaling.gamma, middle_of_window(slopes, window));
   left.set_label("slopes_label", "slopes: γ = " + exponent_text(scaling.gamma));
   const ScalingFit none;
@@ -193,19 +260,23 @@ Figure plot_main_finding(const Analysis& analysis, const std::filesystem::path& 
   right.set_axes({of_D});
   right.add_points("points", of_D);
   const WindowMiddle middle = middle_of_window(of_D, scaling.alpha.window);
-  right.add_guide("paper", middle, paper_alpha);
-  right.add_guide("theory", middle, theory_alpha);
+  right.add_guide("paper", middle, paper_alpha, of_D);
+  right.add_guide("theory", middle, theory_alpha, of_D);
   right.add_law("law", scaling.alpha, middle);
   right.set_label("law_label", "slopes: α = " + exponent_text(scaling.alpha));
 
   Figure figure = plot_figure(plan, variables, run_folder);
+  const auto known = [](const ScalingFit& fit) { return fit.exponent.known() ? exponent_text(fit) : ""; };
   set_captions(figure, "plot/main_finding.captions",
-               {{"gamma", exponent_text(scaling.gamma)},
-                {"ratio_gamma", ratios.empty() ? "" : exponent_text(by_ratio)},
-                {"from_load_gamma", from_load.empty() ? "" : exponent_text(shifted)},
-                {"alpha", exponent_text(scaling.alpha)},
+               {{"gamma", known(scaling.gamma)},
+                {"gamma_reason", scaling.gamma.exponent.known() ? "" : scaling.gamma.exponent.reason},
+                {"ratio_gamma", ratios.empty() ? "" : known(by_ratio)},
+                {"from_load_gamma", from_load.empty() ? "" : known(shifted)},
+                {"alpha", known(scaling.alpha)},
+                {"alpha_reason", scaling.alpha.exponent.known() ? "" : scaling.alpha.exponent.reason},
                 {"low", caption_number(window[0])},
-                {"high", caption_number(window[1])}});
+                {"high", caption_number(window[1])},
+                {"left_out", with_reasons(left_out)}});
   return figure;
 }
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <filesystem>
 #include <optional>
 #include <string_view>
@@ -11,11 +12,14 @@
 
 #include "plot/file_label.h"
 #include "plot/gnuplot.h"
+#include "plot/plot_language.h"
+#include "plot/plot_script.h"
 #include "plot/scratch_folder.h"
 #include "support/atomic_file.h"
 #include "support/child_process.h"
 #include "support/error.h"
 #include "support/single_line.h"
+#include "support/template_file.h"
 
 namespace granuscope {
 namespace {
@@ -42,6 +46,43 @@ void require_possible(const FigureStyle& style) {
     throw InputError(fmt::format("text of {:g} pt cannot be read or fills the figure; give {:g} to {:g}",
                                  style.font_points, least_points, most_points));
   }
+}
+
+/// fontconfig puts another font in the place of one that it does not know, and gnuplot says nothing.
+void require_font(const std::string& name) {
+  ProcessSpec process;
+  process.arguments = {"fc-match", "--format=%{family}", name};
+  ProcessResult result;
+  try {
+    result = run_process(process);
+  } catch (const EnvironmentError&) {
+    return;  // no fc-match: nobody to ask
+  }
+  const auto lower = [](std::string text) {
+    for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return text;
+  };
+  // Generic names stand for whatever is there.
+  for (const char* generic : {"sans", "serif", "sans-serif", "monospace", "mono"}) {
+    if (lower(name) == generic) return;
+  }
+  if (result.exit_code != 0 || lower(result.standard_output).find(lower(name)) != std::string::npos) return;
+  throw InputError(
+      fmt::format("there is no font {} here, {} would take its place; `fc-list : family` lists what there is",
+                  single_line(name), single_line(result.standard_output)));
+}
+
+/// In another language the key has other letters. A folder of templates (use_templates) comes before the language.
+std::string translated_script(const std::string& script, const std::string& language) {
+  std::string result = in_language(script, catalogue_of(language));
+  if (!templates_folder().empty()) result = in_language(result, template_file("plot/labels.txt"));
+  if (result == script) return script;
+  const std::string setting = "key_letters = ";
+  const std::size_t at = result.find(setting);
+  if (at == std::string::npos) return result;
+  const std::size_t from = at + setting.size();
+  return result.replace(from, result.find_first_not_of("0123456789", from) - from,
+                        std::to_string(size_of_key(result).letters));
 }
 
 /// What stands in the scripts as Unicode or as gnuplot's markup, in TeX's own mathematics.
@@ -110,7 +151,12 @@ std::optional<FileLabel> label_of_run(const fs::path& svg) {
 std::string plot_again(const fs::path& figures, const std::string& id, const FigureStyle& style) {
   require_possible(style);
   require_gnuplot();
+  if (style.format != "tikz") require_font(style.font);
   std::error_code none;
+  if (!fs::is_directory(figures, none)) {
+    throw InputError(fmt::format(
+        "there is no folder {}, so no figure of a run; name the folder that `granuscope run` wrote", figures.string()));
+  }
   if (id.find('/') != std::string::npos || !fs::is_regular_file(figures / (id + ".gp"), none)) {
     std::vector<std::string> known;
     for (const auto& entry : fs::directory_iterator(figures, none)) {
@@ -126,7 +172,9 @@ std::string plot_again(const fs::path& figures, const std::string& id, const Fig
   const ScratchFolder scratch(fs::temp_directory_path(), id);
   for (const auto& entry : fs::directory_iterator(figures)) {
     const std::string name = entry.path().filename().string();
-    if (name == id + ".gp" || (name.starts_with(id) && name.ends_with(".csv"))) {
+    if (name == id + ".gp") {
+      write_file(scratch.path() / name, translated_script(read_file(entry.path()), style.language));
+    } else if (name.starts_with(id) && name.ends_with(".csv")) {
       write_file(scratch.path() / name, read_file(entry.path()));
     }
   }

@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "plot/plot_colours.h"
+#include "plot/plot_language.h"
 #include "support/error.h"
 #include "support/number_format.h"
 #include "support/template_file.h"
@@ -27,10 +28,7 @@ void add_colours_used(TemplateVariables& variables, const std::string& script) {
 
 constexpr const char* begin_pass_place = "<begin_pass>";
 
-/// How many curves the key names, and how many letters the longest name has: the room that a key needs.
-struct KeySize {
-  int entries = 0, letters = 0;
-};
+}  // namespace
 
 KeySize size_of_key(const std::string& script) {
   KeySize size;
@@ -50,8 +48,6 @@ KeySize size_of_key(const std::string& script) {
   return size;
 }
 
-}  // namespace
-
 std::string fill_script_part(const std::string& name, TemplateVariables variables) {
   const std::string part = plot_template(name);
   add_colours_used(variables, part);
@@ -70,6 +66,7 @@ Figure plot_figure(const PlotPlan& plan, const TemplateVariables& variables, con
   GnuplotJob job;
   job.stem = plan.id;
   job.script = fill_template(script_template, all);
+  job.script = in_language(job.script, template_file("plot/labels.txt"));
   const KeySize key = size_of_key(job.script);
   job.script.replace(job.script.find(begin_pass_place), std::string_view(begin_pass_place).size(),
                      fill_template(plot_template("plot/begin_pass"), {{"stem", plan.id},

@@ -26,6 +26,12 @@ struct PlotPlan {
 /// are not to be lost for it.
 Figure plot_figure(const PlotPlan& plan, const TemplateVariables& variables, const std::filesystem::path& run_folder);
 
+/// How many curves the key names, and how many letters the longest name has: the room that a key needs.
+struct KeySize {
+  int entries = 0, letters = 0;
+};
+KeySize size_of_key(const std::string& script);
+
 /// A part of a script that several figures share, with the colours it names: templates/<name>.gp.mustache.
 std::string fill_script_part(const std::string& name, TemplateVariables variables);
 

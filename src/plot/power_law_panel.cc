@@ -92,8 +92,9 @@ SeriesShown add_data(PlotPlan& plan, const PowerLawPanel& panel, const PowerLawS
   const Law law = law_of(series);
   SeriesShown shown;
   for (const bool inside : {true, false}) {
-    CsvTable points({"mu", "x", "y", "x_low", "x_high", "y_low", "y_high"});
-    CsvTable ratios({"mu", "x", "y_over_law", "low", "high"});
+    CsvTable points(power_law_columns(panel.x_unit, panel.y_unit));
+    CsvTable ratios({"mu: dimensionless", "x: " + panel.x_unit, "y_over_law: dimensionless", "low: dimensionless",
+                     "high: dimensionless"});
     for (const PowerLawPoint& point : series.points) {
       if (!fits_log_axes(point) || in_window(point.mu, series.fit.window) != inside) continue;
       // A bar that reaches zero or below ends at the axis.

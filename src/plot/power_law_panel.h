@@ -20,8 +20,9 @@ struct PowerLawSeries {
 struct PowerLawPanel {
   std::string id;  ///< of its data files: "D-of-mu"
   std::string x_label, y_label;
-  bool against_mu = false;             ///< x is mu itself: a law's window is a range of x
-  bool labels = false;                 ///< mu stands beside each point of the first series
+  std::string x_unit = "dimensionless", y_unit = "dimensionless";  ///< in the CSV
+  bool against_mu = false;                                         ///< x is mu itself: a law's window is a range of x
+  bool labels = false;                                             ///< mu stands beside each point of the first series
   std::vector<PowerLawSeries> series;  ///< at most two: the first filled circles, the second diamonds
   std::string paper_exponent;          ///< plotted as a guide through the middle of the first series' window points
   std::vector<std::string> notes;      ///< lines of text in the upper left corner: one a series, then the paper's

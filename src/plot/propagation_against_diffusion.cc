@@ -115,6 +115,7 @@ PowerLawPanel law_panel(const Analysis& analysis) {
   panel.id = "slowing";
   panel.x_label = "diffusion coefficient D  (bead diameters)";
   panel.y_label = "c₀ − c";
+  panel.x_unit = "bead diameters";
   panel.labels = true;
   panel.height = upper_panel_height;
   panel.left = 0.60;
@@ -136,7 +137,8 @@ PowerLawPanel law_panel(const Analysis& analysis) {
 }  // namespace
 
 Figure plot_propagation_against_diffusion(const Analysis& analysis, const std::filesystem::path& run_folder) {
-  CsvTable table({"mu", "D", "D_standard_error", "c", "c_standard_error"});
+  CsvTable table({"mu: dimensionless", "D: bead diameters", "D_standard_error: bead diameters", "c: dimensionless",
+                  "c_standard_error: dimensionless"});
   for (const Transport& result : analysis.results) {
     if (!has_both(result)) continue;
     table.add_row({result.mu(), result.D.value, result.D.standard_error, result.c.value, result.c.standard_error});

@@ -36,8 +36,9 @@ Range with_margins(Range data, double least, double room = 0) {
 }  // namespace
 
 Figure plot_propagation_and_thrust(const Analysis& analysis, const std::filesystem::path& run_folder) {
-  CsvTable table({"mu", "c", "c_standard_error", "c_thrust", "c_thrust_standard_error", "difference",
-                  "difference_standard_error"});
+  CsvTable table({"mu: dimensionless", "c: dimensionless", "c_standard_error: dimensionless", "c_thrust: dimensionless",
+                  "c_thrust_standard_error: dimensionless", "difference: dimensionless",
+                  "difference_standard_error: dimensionless"});
   Range mu, speed, difference;
   mu.add(0);
   speed.add(tan30);

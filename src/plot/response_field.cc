@@ -1,13 +1,60 @@
 #include "plot/response_field.h"
 
 #include <cmath>
+#include <limits>
+#include <optional>
 #include <utility>
 
+#include "analysis/double_gaussian.h"
 #include "analysis/mean_response.h"
 #include "model/lattice.h"
+#include "plot/csv_table.h"
 #include "render/labels.h"
 
 namespace granuscope {
+
+namespace {
+
+/// The fitted two Gaussians at a depth, if they have a width there.
+std::optional<DoubleGaussian> fitted_at(const Transport& transport, double z) {
+  if (!transport.c.known() || !transport.position_offset.known()) return std::nullopt;
+  if (!transport.D.known() || !transport.width_offset.known()) return std::nullopt;
+  const double square = transport.width_offset.value + transport.D.value * z;
+  if (!(square > 0)) return std::nullopt;
+  return DoubleGaussian{transport.position_offset.value + transport.c.value * z, std::sqrt(square)};
+}
+
+/// What the fit makes of a row; nothing if it makes nothing of it.
+std::vector<double> fitted_row(const FieldRow& row, const Transport& transport) {
+  const auto shape = fitted_at(transport, row.z);
+  if (!shape) return {};
+  std::vector<double> x;
+  for (std::size_t k = 0; k < row.values.size(); ++k) x.push_back(row.x0 + 0.5 + static_cast<double>(k));
+  return evaluate(*shape, x, static_cast<int>(x.size()));
+}
+
+}  // namespace
+
+std::string response_field_csv(const Field& measured, const Transport& transport) {
+  CsvTable table({"x: bead diameters", "z: bead diameters", "P: 1/bead diameter", "fit: 1/bead diameter"});
+  for (const FieldRow& row : measured.rows) {
+    const std::vector<double> fit = fitted_row(row, transport);
+    for (std::size_t k = 0; k < row.values.size(); ++k) {
+      table.add_row({row.x0 + 0.5 + static_cast<double>(k), row.z, row.values[k],
+                     fit.empty() ? std::numeric_limits<double>::quiet_NaN() : fit[k]});
+    }
+  }
+  return table.text();
+}
+
+void put_fit_on_the_right(Field& field, const Transport& transport) {
+  for (FieldRow& row : field.rows) {
+    const std::vector<double> fit = fitted_row(row, transport);
+    for (std::size_t k = 0; k < fit.size(); ++k) {
+      if (row.x0 + 0.5 + static_cast<double>(k) > 0) row.values[k] = fit[k];
+    }
+  }
+}
 
 Field response_field(const MeasuredEnsemble& ensemble, const Transport& transport) {
   const Lattice lattice(ensemble.spec.lattice);
@@ -29,7 +76,7 @@ Field response_field(const MeasuredEnsemble& ensemble, const Transport& transpor
     field.rows.push_back(std::move(cells));
   }
   if (field.rows.empty()) return field;
-  const double first = field.rows.front().z, last = field.rows.back().z;
+  const double first = Lattice::depth(0), last = field.rows.back().z;
   const auto known = [](const Estimate& estimate) { return std::isfinite(estimate.value); };
   if (!known(transport.c) || !known(transport.position_offset)) return field;
   const bool widths = known(transport.D) && known(transport.width_offset);
@@ -40,6 +87,7 @@ Field response_field(const MeasuredEnsemble& ensemble, const Transport& transpor
     for (int k = 0; k <= pieces; ++k) {
       const double z = first + (last - first) * k / pieces;
       const double x = transport.position_offset.value + transport.c.value * z;
+      if (x < 0) continue;
       ray.points.push_back({side * x, z});
       const double square = widths ? transport.width_offset.value + transport.D.value * z : 0;
       if (square <= 0) continue;

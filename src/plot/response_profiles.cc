@@ -73,8 +73,9 @@ double residual(const ResponseProfile& profile, std::size_t i) {
 
 std::string data_of(const Panel& panel) {
   const ResponseProfile& profile = *panel.profile;
-  std::vector<std::string> columns = {"x", "P", "standard_error"};
-  if (panel.has_curve) columns.insert(columns.end(), {"fit", "residual_in_standard_errors"});
+  std::vector<std::string> columns = {"x: bead diameters", "P: 1/bead diameter", "standard_error: 1/bead diameter"};
+  if (panel.has_curve)
+    columns.insert(columns.end(), {"fit: 1/bead diameter", "residual_in_standard_errors: standard errors"});
   CsvTable table(columns);
   for (std::size_t i = 0; i < profile.x.size(); ++i) {
     std::vector<double> row = {profile.x[i], profile.pressure[i], profile.standard_error[i]};

@@ -88,6 +88,7 @@ Figure plot_scaling_with_friction(const Analysis& analysis, const std::filesyste
   D.id = "D-of-mu";
   D.x_label = "friction coefficient μ";
   D.y_label = "D  (bead diameters)";
+  D.y_unit = "bead diameters";
   D.against_mu = true;
   D.left = 0.105;
   D.right = 0.49;

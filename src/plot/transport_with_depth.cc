@@ -11,7 +11,6 @@
 #include "plot/figure_captions.h"
 #include "plot/plot_script.h"
 #include "plot/point_selection.h"
-#include "plot/window_points.h"
 #include "support/error.h"
 #include "support/number_format.h"
 
@@ -27,26 +26,6 @@ bool has_depths(const Transport& result) { return std::any_of(result.depths.begi
 
 std::string file_name(const std::string& part) { return fmt::format("{}-{}.csv", figure_id, part); }
 
-/// The share of a panel's height, at its bottom, that its inset takes.
-constexpr double inset_share = 0.56;
-
-/// The axis of a large panel: the data in the upper part, room for the inset below them.
-Range with_room_below(const Range& data) {
-  const double size = data.size() > 0 ? data.size() : 0.1 * std::max(std::abs(data.high), 0.01);
-  Range axis;
-  axis.high = data.high + 0.08 * size;
-  axis.low = data.low - 0.05 * size;
-  axis.low = axis.high - axis.size() / (1 - inset_share);
-  return axis;
-}
-
-/// The part of such an axis that belongs to the data: only there it has tick marks.
-Range upper_part(const Range& axis) {
-  Range part = axis;
-  part.low = axis.high - axis.size() * (1 - inset_share);
-  return part;
-}
-
 Range with_margins(const Range& data) {
   const double margin = 0.08 * (data.size() > 0 ? data.size() : 1);
   Range axis = data;
@@ -60,7 +39,6 @@ struct Draft {
   PlotPlan plan;
   TemplateVariables script;
   TemplateVariables caption;
-  std::vector<LeftOut> not_logarithmic;  ///< "mu = 0"
 };
 
 void set_both(Draft& draft, const std::string& name, const std::string& text) {
@@ -68,25 +46,12 @@ void set_both(Draft& draft, const std::string& name, const std::string& text) {
   draft.caption[name] = text;
 }
 
-/// What the insets leave out; c and D of one mu in one name where they share their reason.
-std::vector<LeftOut> unknown_points(const std::vector<Transport>& results) {
-  std::vector<LeftOut> unknown;
-  for (const Transport& result : results) {
-    const std::string mu = "μ = " + caption_number(result.mu());
-    if (!result.c.known() && !result.D.known() && result.c.reason == result.D.reason) {
-      unknown.push_back({mu, result.c.reason});
-      continue;
-    }
-    if (!result.c.known()) unknown.push_back({"c at " + mu, result.c.reason});
-    if (!result.D.known()) unknown.push_back({"D at " + mu, result.D.reason});
-  }
-  return unknown;
-}
-
 void add_depths(Draft& draft, const Transport& result) {
-  CsvTable positions({"z", "x_p/z", "standard_error", "x_p-c0*z", "standard_error"});
-  CsvTable widths({"z", "W^2/z", "standard_error", "W^2", "standard_error"});
-  Range position_range, width_range, z_range, shown_z_range, shift_range, square_range;
+  CsvTable positions({"z: bead diameters", "x_p/z: dimensionless", "standard_error: dimensionless",
+                      "x_p-c0*z: bead diameters", "standard_error: bead diameters"});
+  CsvTable widths({"z: bead diameters", "W^2/z: bead diameters", "standard_error: bead diameters",
+                   "W^2: bead diameters squared", "standard_error: bead diameters squared"});
+  Range position_range, width_range, z_range, shift_range, square_range;
   shift_range.add(0);
   square_range.add(0);
   position_range.add(tan30);
@@ -100,7 +65,6 @@ void add_depths(Draft& draft, const Transport& result) {
       continue;
     }
     ++shown;
-    shown_z_range.add(fit.z);
     const double position = fit.peak_position.value / fit.z;
     const double position_error = fit.peak_position.standard_error / fit.z;
     const double width = fit.width_squared.value / fit.z;
@@ -115,25 +79,19 @@ void add_depths(Draft& draft, const Transport& result) {
       width_range.add(width + sign * width_error);
     }
   }
-  // At few samples a slope can lie well off the ratios it belongs to; it must be seen all the same.
-  for (const int sign : {-1, 1}) {
-    position_range.add(result.c.value + sign * result.c.standard_error);
-    width_range.add(result.D.value + sign * result.D.standard_error);
-  }
   draft.plan.data[file_name("position")] = positions.text();
   draft.plan.data[file_name("width")] = widths.text();
   draft.plan.curves += 7;  // above both point sets and the line at c0, below both point sets and lines at zero
 
-  position_range.add(result.c_thrust.value);
   shift_range.add((result.c_thrust.value - tan30) * z_range.high);
-  const Range position_axis = with_room_below(position_range);
-  const Range width_axis = with_room_below(width_range);
+  const Range position_axis = with_margins(position_range);
+  const Range width_axis = with_margins(width_range);
   draft.script["position_low"] = exact(position_axis.low);
   draft.script["position_high"] = exact(position_axis.high);
   draft.script["width_low"] = exact(width_axis.low);
   draft.script["width_high"] = exact(width_axis.high);
-  const std::string position_ticks = linear_ticks(upper_part(position_axis), 6);
-  const std::string width_ticks = linear_ticks(upper_part(width_axis), 6);
+  const std::string position_ticks = linear_ticks(position_axis, 5);
+  const std::string width_ticks = linear_ticks(width_axis, 5);
   draft.script["position_ticks"] = position_ticks;
   draft.script["width_ticks"] = width_ticks;
   const Range shift_axis = with_margins(shift_range);
@@ -150,7 +108,6 @@ void add_depths(Draft& draft, const Transport& result) {
   draft.script["square_ticks"] = square_ticks;
   draft.script["left_room"] = exact(room_for_labels({position_ticks, shift_ticks}));
   draft.script["right_room"] = exact(room_for_labels({width_ticks, square_ticks}));
-  draft.script["z_first"] = exact(shown_z_range.low);
   Range z_axis;
   z_axis.add(0);
   z_axis.add(10 * std::ceil((z_range.high + 1) / 10));
@@ -161,19 +118,18 @@ void add_depths(Draft& draft, const Transport& result) {
       unidentified == 0 ? "" : count_in_words(unidentified) + (unidentified == 1 ? " depth" : " depths");
 }
 
-/// The slope of one large panel: line, band and the ratio it implies at finite depth.
+/// The slope and offset of one line, and the ratio that they imply at finite depth.
 void add_slope(Draft& draft, const std::string& name, const Estimate& slope, const std::string& offset_name,
                const Estimate& offset) {
   const bool known = slope.known() && offset.known();
   draft.script[name] = known ? exact(slope.value) : "";
-  draft.script[name + "_error"] = known ? exact(slope.standard_error) : "";
   draft.script[offset_name] = known ? exact(offset.value) : "";
   draft.caption[name] = known ? "known" : "";
   draft.caption[name + "_reason"] = known ? "" : slope.known() ? offset.reason : slope.reason;
   draft.script[name + "_text"] =
       known ? gnuplot_string(fmt::format("slope {} = {}", name, value_with_error(slope.value, slope.standard_error)))
             : "";
-  if (known) draft.plan.curves += 4;  // line, band and ratio above, line below
+  if (known) draft.plan.curves += 2;  // above and below
 }
 
 /// The speed that follows from the thrust ratio, beside the slope c.
@@ -190,117 +146,7 @@ void add_thrust(Draft& draft, const Transport& result) {
   set_both(draft, "thrust", known ? exact(result.c_thrust.value) : "");
   draft.script["thrust_text"] = text("c from thrust", result.c_thrust);
   draft.script["difference_text"] = known ? text("difference", result.c_minus_c_thrust) : "";
-  if (known) draft.plan.curves += 2;
-}
-
-void add_c_inset(Draft& draft, const Analysis& analysis) {
-  CsvTable speeds({"mu", "c", "standard_error"});
-  CsvTable thrusts({"mu", "c_thrust", "standard_error"});
-  Range c_range, mu_range;
-  std::vector<PowerLawPoint> slowing;
-  for (const Transport& result : analysis.results) {
-    if (result.c.known()) {
-      speeds.add_row({result.mu(), result.c.value, result.c.standard_error});
-      c_range.add(result.c.value - result.c.standard_error);
-      c_range.add(result.c.value + result.c.standard_error);
-      mu_range.add(result.mu());
-      if (!result.exact)
-        slowing.push_back({result.mu(), result.mu(), 0, tan30 - result.c.value, result.c.standard_error});
-    }
-    // Beside the slope alone: the speeds of the thrust reach far beyond those of the peaks at large friction.
-    if (result.c.known() && result.c_thrust.known()) {
-      thrusts.add_row({result.mu(), result.c_thrust.value, result.c_thrust.standard_error});
-      c_range.add(result.c_thrust.value - result.c_thrust.standard_error);
-      c_range.add(result.c_thrust.value + result.c_thrust.standard_error);
-    }
-  }
-  const bool plotted = !speeds.empty();
-  const bool with_thrust = plotted && !thrusts.empty();
-  const ScalingFit& gamma = analysis.scaling.gamma;
-  // As in the other figures, the paper's law passes through the middle of the window's points on logarithmic axes.
-  const WindowMiddle middle = middle_of_window(slowing, gamma.window);
-  const bool with_law = gamma.exponent.known() && gamma.intercept.known() && !middle.extent.empty;
-  if (plotted) draft.plan.data[file_name("c-of-mu")] = speeds.text();
-  if (with_thrust) draft.plan.data[file_name("c-thrust-of-mu")] = thrusts.text();
-  draft.plan.curves += (plotted ? 1 : 0) + (with_thrust ? 1 : 0) + (with_law ? 2 : 0);
-  draft.script["c_guide"] = with_law ? exact(middle.y / middle.x) : "";
-  const double margin = 0.08 * std::max(c_range.size(), 0.005);
-  set_both(draft, "inset_c", plotted ? "yes" : "");
-  set_both(draft, "inset_c_thrust", with_thrust ? "yes" : "");
-  set_both(draft, "gamma", with_law ? exact(gamma.exponent.value) : "");
-  set_both(draft, "gamma_low", caption_number(gamma.window[0]));
-  set_both(draft, "gamma_high", caption_number(gamma.window[1]));
-  draft.script["gamma_intercept"] = with_law ? exact(gamma.intercept.value) : "";
-  const double mu_margin = 0.06 * std::max(mu_range.high, 0.01);
-  Range mu_axis;
-  mu_axis.add(-mu_margin);  // mu = 0 stands clear of the frame
-  mu_axis.add(mu_range.high + mu_margin);
-  draft.script["mu_low"] = exact(mu_axis.low);
-  draft.script["mu_high"] = exact(mu_axis.high);
-  mu_range.add(0);
-  const Range fitted = window_on_axis(gamma.window, mu_axis);
-  draft.script["gamma_from"] = with_law ? exact(fitted.low) : "";
-  draft.script["gamma_to"] = with_law ? exact(fitted.high) : "";
-  c_range.low -= margin;
-  c_range.high += margin;
-  draft.script["linear_mu_ticks"] = plotted ? linear_ticks(mu_range, 4) : "";
-  draft.script["c_low"] = exact(c_range.low);
-  draft.script["c_high"] = exact(c_range.high);
-  draft.script["c_ticks"] = plotted ? linear_ticks(c_range, 4) : "";
-}
-
-void add_D_inset(Draft& draft, const Analysis& analysis) {
-  CsvTable inside({"mu", "D", "low", "high"});
-  CsvTable outside({"mu", "D", "low", "high"});
-  const ScalingFit& beta = analysis.scaling.beta;
-  Range mu_range, D_range;
-  std::vector<PowerLawPoint> points;
-  for (const Transport& result : analysis.results) {
-    const std::string mu = "μ = " + caption_number(result.mu());
-    if (!result.D.known()) continue;
-    if (result.exact) {
-      draft.not_logarithmic.push_back({mu, "exact"});
-    } else if (result.D.value <= 0) {
-      draft.not_logarithmic.push_back({mu, "D is not positive"});
-    } else {
-      mu_range.add(result.mu());
-      points.push_back({result.mu(), result.mu(), 0, result.D.value, result.D.standard_error});
-      D_range.add(result.D.value);
-      D_range.add(result.D.value + result.D.standard_error);
-    }
-  }
-  const bool plotted = !mu_range.empty;
-  // A single friction coefficient stands on an axis of a factor of four.
-  const Range mu_axis = widened_by_factor(mu_range, mu_range.high > 1.5 * mu_range.low ? 1.25 : 2);
-  const Range D_axis = widened_by_factor(D_range, 2);
-  for (const Transport& result : analysis.results) {
-    if (!result.D.known() || result.exact || result.D.value <= 0) continue;
-    const double low = std::max(result.D.value - result.D.standard_error, D_axis.low);
-    (in_window(result.mu(), beta.window) ? inside : outside)
-        .add_row({result.mu(), result.D.value, low, result.D.value + result.D.standard_error});
-  }
-  const WindowMiddle middle = middle_of_window(points, beta.window);
-  const bool with_law = beta.exponent.known() && beta.intercept.known() && !middle.extent.empty;
-  if (!inside.empty()) draft.plan.data[file_name("D-of-mu-inside")] = inside.text();
-  if (!outside.empty()) draft.plan.data[file_name("D-of-mu-outside")] = outside.text();
-  draft.plan.curves += (inside.empty() ? 0 : 1) + (outside.empty() ? 0 : 1) + (with_law ? 3 : 0);
-  draft.script["D_guide"] = with_law ? exact(middle.y / std::pow(middle.x, 2.5)) : "";
-  const Range fitted = window_on_axis(beta.window, mu_axis);
-  draft.script["beta_from"] = with_law ? exact(fitted.low) : "";
-  draft.script["beta_to"] = with_law ? exact(fitted.high) : "";
-  set_both(draft, "inset_D", plotted ? "yes" : "");
-  set_both(draft, "beta", with_law ? exact(beta.exponent.value) : "");
-  set_both(draft, "beta_low", caption_number(beta.window[0]));
-  set_both(draft, "beta_high", caption_number(beta.window[1]));
-  draft.script["beta_intercept"] = with_law ? exact(beta.intercept.value) : "";
-  draft.script["D_inside"] = inside.empty() ? "" : "yes";
-  draft.script["D_outside"] = outside.empty() ? "" : "yes";
-  draft.script["mu_log_low"] = plotted ? exact(mu_axis.low) : "";
-  draft.script["mu_log_high"] = plotted ? exact(mu_axis.high) : "";
-  draft.script["D_log_low"] = plotted ? exact(D_axis.low) : "";
-  draft.script["D_log_high"] = plotted ? exact(D_axis.high) : "";
-  draft.script["mu_ticks"] = plotted ? log_ticks(mu_axis) : "";
-  draft.script["D_ticks"] = plotted ? log_ticks(D_axis) : "";
+  if (known) ++draft.plan.curves;
 }
 
 }  // namespace
@@ -325,7 +171,7 @@ Figure plot_transport_with_depth(const Analysis& analysis, const TransportWithDe
   Draft draft;
   draft.plan.id = figure_id;
   draft.plan.script = "plot/transport_with_depth";
-  draft.plan.height = 6.3;
+  draft.plan.height = 4.7;
   set_both(draft, "mu", caption_number(result->mu()));
   draft.caption["mu_differs"] = result->mu() == spec.mu ? "" : caption_number(spec.mu);
   const double window_top = Lattice::depth(result->window_layers[0]);
@@ -339,16 +185,7 @@ Figure plot_transport_with_depth(const Analysis& analysis, const TransportWithDe
   add_slope(draft, "c", result->c, "x_0", result->position_offset);
   add_slope(draft, "D", result->D, "w_0", result->width_offset);
   add_thrust(draft, *result);
-  add_c_inset(draft, analysis);
-  add_D_inset(draft, analysis);
-  const auto either = [&](const char* one, const char* other) {
-    return draft.script[one].empty() && draft.script[other].empty() ? "" : "yes";
-  };
-  draft.script["slopes"] = either("c", "D");
-  draft.script["insets"] = either("inset_c", "inset_D");
-  draft.script["laws"] = either("gamma", "beta");
-  draft.caption["unknown"] = with_reasons(unknown_points(analysis.results));
-  draft.caption["not_logarithmic"] = with_reasons(draft.not_logarithmic);
+  draft.script["slopes"] = draft.script["c"].empty() && draft.script["D"].empty() ? "" : "yes";
 
   Figure figure = plot_figure(draft.plan, draft.script, run_folder);
   set_captions(figure, "plot/transport_with_depth.captions", draft.caption);

@@ -7,6 +7,11 @@
 
 namespace granuscope {
 
+std::vector<std::string> power_law_columns(const std::string& x_unit, const std::string& y_unit) {
+  return {"mu: dimensionless", "x: " + x_unit,     "y: " + y_unit,     "x_low: " + x_unit,
+          "x_high: " + x_unit, "y_low: " + y_unit, "y_high: " + y_unit};
+}
+
 bool fits_log_axes(const PowerLawPoint& point) { return point.x > 0 && point.y > 0; }
 
 WindowMiddle middle_of_window(const std::vector<PowerLawPoint>& points, const std::array<double, 2>& window) {

@@ -1,5 +1,6 @@
 #pragma once
 #include <array>
+#include <string>
 #include <vector>
 
 #include "plot/axes.h"
@@ -12,6 +13,9 @@ struct PowerLawPoint {
   double x = 0, x_error = 0;
   double y = 0, y_error = 0;
 };
+
+/// Columns of a table of such points (csv_table.h): mu, x, y and the ends of the error bars.
+std::vector<std::string> power_law_columns(const std::string& x_unit, const std::string& y_unit);
 
 /// Only what is positive has a place on logarithmic axes.
 bool fits_log_axes(const PowerLawPoint& point);

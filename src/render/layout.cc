@@ -260,7 +260,9 @@ class LayoutMaker {
     const double head = paper_.exact_mm(arrow_half_mm), shaft = std::max(0.5, paper_.exact_mm(shaft_half_mm));
     layout_.arrow = {{x, tip},          {x + head, neck},  {x + shaft, neck}, {x + shaft, tail},
                      {x - shaft, tail}, {x - shaft, neck}, {x - head, neck}};
-    const std::string text = fmt::format("{} {}", label("overload"), number(scene_.overload->load));
+    const std::string text = scene_.overload->added
+                                 ? "+" + number(scene_.overload->load)
+                                 : fmt::format("{} {}", label("overload"), number(scene_.overload->load));
     const int width = font_.width(text), gap = paper_.mm(gap_mm);
     const int right_of_it = static_cast<int>(std::ceil(x + head)) + gap;
     const bool fits = right_of_it + width <= layout_.width - paper_.mm(margin_mm);

@@ -91,7 +91,7 @@ void require_finite_loads(const PileView& pile) {
 }
 
 /// The bead whose load differs while all the others have the same.
-std::optional<Overload> find_overload(const PileView& pile, const Extent& extent) {
+std::optional<Overload> find_overload(const PileView& pile, const Extent& extent, bool added) {
   const auto& load = pile.load;
   if (load.size() < 3 || extent.z0 > 0) return std::nullopt;
   const double ordinary = load[0] == load[1] ? load[0] : load[2];
@@ -100,7 +100,7 @@ std::optional<Overload> find_overload(const PileView& pile, const Extent& extent
   const auto bead = std::find_if(load.begin(), load.end(), differs) - load.begin();
   const double x = pile.lattice.x(0, static_cast<int>(bead));
   if (x < extent.x0 || x > extent.x1) return std::nullopt;
-  return Overload{x, load[static_cast<std::size_t>(bead)]};
+  return Overload{x, load[static_cast<std::size_t>(bead)] - (added ? ordinary : 0), added};
 }
 
 /// One side of one layer: how many places there are in the window, and their values.
@@ -191,7 +191,7 @@ Scene build_scene(const std::shared_ptr<PileLayers>& pile_layers, const std::sha
   require_pair(pile, minus, kind);
   require_friction(kind, pile.mu);
   require_finite_loads(pile);
-  scene.overload = find_overload(pile, scene.extent);
+  scene.overload = find_overload(pile, scene.extent, minus != nullptr);
 
   const LatticeValues values(pile_layers, minus_layers, kind.quantity);
   MagnitudeHistogram seen;

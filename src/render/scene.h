@@ -79,8 +79,9 @@ double width_of(Glyph glyph, double strength);
 
 /// The one bead whose load differs from all the others.
 struct Overload {
-  double x = 0;     ///< bead diameters from the middle
-  double load = 0;  ///< units of the load on an ordinary top bead
+  double x = 0;        ///< bead diameters from the middle
+  double load = 0;     ///< units of the load on an ordinary top bead
+  bool added = false;  ///< what is added to that load, of which the picture shows the effect
 };
 
 /// A line over the picture, of constant thickness on paper.

@@ -92,6 +92,50 @@ std::string run_line(const Analysis& analysis) {
                         : fmt::format("{} piles at each of {} μ", *samples.begin(), frictions);
 }
 
+/// Which of five sums a stage belongs to; what a study times by itself is one of its own.
+std::string sum_of(const std::string& stage) {
+  if (stage.starts_with("sample mu")) return "sampling, main ensembles";
+  if (stage.starts_with("sample ")) return "sampling, studies";
+  if (stage == "analyse") return "analysis";
+  if (stage == "render") return "pictures";
+  if (stage == "plot") return "figures";
+  return stage;
+}
+
+/// timings.json has every stage.
+Json sums_of_timings(const std::vector<StageTiming>& timings) {
+  struct Sum {
+    std::string name;
+    double seconds = 0;
+    std::uint64_t beads = 0;
+    int stages = 0, reused = 0;
+  };
+  std::vector<Sum> sums;
+  for (const StageTiming& timing : timings) {
+    const std::string name = sum_of(timing.stage);
+    auto sum = std::find_if(sums.begin(), sums.end(), [&name](const Sum& known) { return known.name == name; });
+    if (sum == sums.end()) sum = sums.insert(sums.end(), Sum{name});
+    sum->seconds += timing.seconds;
+    sum->beads += timing.beads;
+    ++sum->stages;
+    sum->reused += timing.reused ? 1 : 0;
+  }
+  Json rows = Json::array();
+  for (const Sum& sum : sums) {
+    std::string time = std::isfinite(sum.seconds) ? describe_duration(sum.seconds) : "not known";
+    const std::string shortest = "less than ";
+    if (time.starts_with(shortest)) time.replace(0, shortest.size(), "< ");
+    const double nanoseconds = sum.beads > 0 ? 1e9 * sum.seconds / static_cast<double>(sum.beads) : std::nan("");
+    rows.push_back({{"stage", sum.name},
+                    {"time", time},
+                    {"per_bead", std::isfinite(nanoseconds) ? significant(nanoseconds, 2) : ""},
+                    {"result", sum.reused == 0            ? "computed"
+                               : sum.reused == sum.stages ? "reused"
+                                                          : fmt::format("{} of {} reused", sum.reused, sum.stages)}});
+  }
+  return rows;
+}
+
 }  // namespace
 
 void add_provenance(Json& overlay, const ReportData& data) {
@@ -109,21 +153,9 @@ void add_provenance(Json& overlay, const ReportData& data) {
   overlay["libraries"] = named_values(from.libraries);
   overlay["has_libraries"] = !from.libraries.empty();
   overlay["environment"] = named_values(data.environment);
-  Json timings = Json::array();
-  for (const StageTiming& timing : data.timings) {
-    std::string time = std::isfinite(timing.seconds) ? describe_duration(timing.seconds) : "not known";
-    const std::string shortest = "less than ";
-    if (time.starts_with(shortest)) time.replace(0, shortest.size(), "< ");
-    const double beads = timing.beads > 0 ? static_cast<double>(timing.beads) : std::nan("");
-    const double nanoseconds = 1e9 * timing.seconds / beads;
-    timings.push_back({{"stage", timing.stage},
-                       {"time", time},
-                       {"per_bead", std::isfinite(nanoseconds) ? significant(nanoseconds, 2) : ""},
-                       {"reused", timing.reused}});
-  }
+  overlay["timings"] = sums_of_timings(data.timings);
+  overlay["has_timings"] = !data.timings.empty();
   overlay["reuse"] = data.reuse;
-  overlay["timings"] = timings;
-  overlay["has_timings"] = !timings.empty();
   // Line by line, so that what does not fit into one is seen to belong to it.
   Json lines = Json::array();
   std::istringstream text(data.changed_experiment.empty() ? data.resolved_experiment : data.changed_experiment);

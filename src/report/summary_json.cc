@@ -215,6 +215,7 @@ Json to_json(const Figure& figure) {
   json["id"] = figure.id;
   json["title"] = figure.title;
   json["caption"] = figure.caption;
+  json["details"] = figure.details;
   return json;
 }
 

@@ -171,7 +171,7 @@ class ChainShareStudy final : public CopiedStudy<ChainShareStudy> {
     return {
         make_key(table(), "samples", "piles",
                  "piles of the size of scenes.force_chains from which the share of the response along the rays is "
-                 "taken; 0: none",
+                 "taken, at least eight per block; 0: none",
                  samples_),
         make_key(table(), "least_share", "", "force-chains: share of the response that the two rays must carry",
                  least_share_,

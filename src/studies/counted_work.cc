@@ -184,8 +184,9 @@ Figure plot_counted_work(const std::vector<CountedWork>& work, const std::filesy
   double worst = 1;
   std::size_t index = 0;
   for (const auto& [mu, sizes] : by_mu) {
-    CsvTable table(
-        {"beads", "columns", "layers", "piles", "draws_per_bead", "repaired_per_bead", "backtracked_per_bead"});
+    CsvTable table({"beads: beads", "columns: beads", "layers: layers", "piles: piles",
+                    "draws_per_bead: draws per bead", "repaired_per_bead: dimensionless",
+                    "backtracked_per_bead: dimensionless"});
     for (const CountedWork* one : sizes) {
       table.add_row({beads_of(*one), static_cast<double>(one->spec.lattice.columns),
                      static_cast<double>(one->spec.lattice.layers), static_cast<double>(one->samples),

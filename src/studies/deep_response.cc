@@ -221,13 +221,15 @@ Figure plot_deep_response(const std::vector<DeepResponse>& measured, const std::
   PlotPlan plan;
   plan.id = "deep-response";
   plan.script = "studies/deep_response";
-  plan.height = 3;
+  plan.height = 2.6;
   Curves exponents;
   Titles titles;
   Range depth;
   exponents.range.add(1);
   for (const DeepResponse& one : measured) {
-    CsvTable table({"z", "exponent", "standard_error", "z_from", "z_to", "c", "c_error", "D", "D_error"});
+    CsvTable table({"z: bead diameters", "exponent: dimensionless", "standard_error: dimensionless",
+                    "z_from: bead diameters", "z_to: bead diameters", "c: dimensionless", "c_error: dimensionless",
+                    "D: bead diameters", "D_error: bead diameters"});
     for (const OctaveOfDepth& octave : one.octaves) {
       if (!octave.exponent.known()) continue;
       const double z = std::sqrt(octave.from * octave.to);
@@ -241,11 +243,9 @@ Figure plot_deep_response(const std::vector<DeepResponse>& measured, const std::
     plan.data[file] = table.text();
     exponents.add(file, 2, titles.style_of(one), dashes(one.by));
   }
-  if (titles.empty()) {
+  if (titles.empty())
     throw InputError(
-        "the figure of the response with depth has nothing to show, because no two lags were fitted; give "
-        "studies.deep_response.mu where peaks stand apart, or more piles");
-  }
+        "the figure of the response with depth has nothing to show: no two lags were fitted; give more piles");
   plan.curves = static_cast<int>(exponents.drawn.size()) + 1;  // and the line at 1
   const Range axis = widened_by_factor(depth, 1.4);
   const double room = 0.06 * exponents.range.size();
@@ -269,13 +269,16 @@ Figure plot_dispersion(const std::vector<DeepResponse>& measured, const std::fil
   PlotPlan plan;
   plan.id = "dispersion";
   plan.script = "studies/dispersion";
-  plan.height = 3;
+  plan.height = 2.6;
   Curves speeds, diffusions;
   Titles titles;
   Range waves;
   speeds.range.add(0);
   for (const DeepResponse& one : measured) {
-    CsvTable table({"k", "D", "D_error", "c_minus_c_thrust", "c_error", "c", "k_from", "k_to", "z_from", "z_to"});
+    CsvTable table({"k: 1/bead diameter", "D: bead diameters", "D_error: bead diameters",
+                    "c_minus_c_thrust: dimensionless", "c_error: dimensionless", "c: dimensionless",
+                    "k_from: 1/bead diameter", "k_to: 1/bead diameter", "z_from: bead diameters",
+                    "z_to: bead diameters"});
     for (const BandOfModes& band : one.bands) {
       // A logarithmic axis shows positive numbers only: to leave out the others of a noisy band would be a choice.
       if (!(band.D.standard_error < noisiest * one.octaves.front().D.value) || !(band.D.value > 0)) continue;
@@ -292,11 +295,9 @@ Figure plot_dispersion(const std::vector<DeepResponse>& measured, const std::fil
     diffusions.add(file, 2, style, dashes(one.by));
     speeds.add(file, 4, style, dashes(one.by));
   }
-  if (titles.empty()) {
+  if (titles.empty())
     throw InputError(
-        "the figure of the dispersion relation has nothing to show, because no band of modes was fitted; give "
-        "studies.deep_response.mu where peaks stand apart, or more piles");
-  }
+        "the figure of the dispersion relation has nothing to show: no band of modes was fitted; give more piles");
   plan.curves = static_cast<int>(speeds.drawn.size() + diffusions.drawn.size()) + 2;  // and a guide in each panel
   const Range axis = widened_by_factor(waves, 1.3), D_axis = widened_by_factor(diffusions.range, 1.3);
   const double room = 0.06 * speeds.range.size();

@@ -68,7 +68,8 @@ struct Panel {
 /// `cost`: of one sample of the curve, on the axis.
 void add_curve(Panel& panel, PlotPlan& plan, const ErrorCurve& curve, const Quantity& quantity, double cost,
                std::size_t number) {
-  CsvTable table({"cost", "error", "error_low", "error_high", "samples", "repetitions"});
+  CsvTable table({"cost: beads", "error: bead diameters", "error_low: bead diameters", "error_high: bead diameters",
+                  "samples: piles", "repetitions: repetitions"});
   for (const ErrorPoint& p : curve.points) {
     const double error = p.*quantity.scatter, relative = 1 / std::sqrt(2.0 * (p.repetitions - 1));
     table.add_row({cost * static_cast<double>(p.samples), error, error * std::exp(-relative),

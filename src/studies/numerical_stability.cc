@@ -149,7 +149,7 @@ Figure plot_stability(const std::vector<StabilityTrial>& trials, const std::file
       unsolved.push_back(fmt::format("μ = {} ({})", friction_in_words(trial.mu), trial.reason));
       continue;
     }
-    CsvTable table({"first_layer", "last_layer", "residual"});
+    CsvTable table({"first_layer: layers", "last_layer: layers", "residual: dimensionless"});
     for (const ResidualAtDepth& range : trial.depths) {
       // A logarithmic axis has no place for layer 0, nor for what balances exactly.
       if (range.first_layer == 0 || !(range.residual > 0)) continue;

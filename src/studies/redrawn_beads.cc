@@ -179,7 +179,8 @@ class RedrawnBeadsStudy final : public CopiedStudy<RedrawnBeadsStudy> {
     return {make_key(table(), "mu", "",
                      "friction coefficients at which the standard procedure is followed too; none: not at all", mu_,
                      friction_range_above_zero()),
-            make_key(table(), "samples", "pairs of piles", "pairs per friction coefficient", samples_)};
+            make_key(table(), "samples", "pairs of piles", "pairs per friction coefficient, at least eight per block",
+                     samples_)};
   }
 
   bool asked() const override { return !mu_.empty(); }

@@ -55,7 +55,8 @@ void add_saturation(PlotPlan& plan, Saturation& all, const SmallFriction& one) {
   const double deep = deep_variance(one);
   const double saturation = one.spec.lattice.layers / one.depth_over_saturation;
   if (!(deep > 0) || !(saturation > 0)) return;
-  CsvTable table({"layers_over_saturation", "variance_over_deep", "standard_error", "layer", "weight_variance"});
+  CsvTable table({"layers_over_saturation: 0.6/mu^2 layers", "variance_over_deep: dimensionless",
+                  "standard_error: dimensionless", "layer: layers", "weight_variance: loads of one top bead squared"});
   double last = 0;
   for (const ThrustAtDepth& depth : one.depths) {
     if (!depth.weight_variance.known() || depth.layer < 1.1 * last || depth.layer == 0) continue;

@@ -194,6 +194,27 @@ TEST_CASE("Two Gaussians describe a profile that leaves little between the peaks
   const Claim wide = judged({at_friction(0.3, 0.56, 0.07, 0.01), at_friction(0.8, 0.55, 0.9, 0.1)}, "two-gaussians");
   CHECK(wide.verdict == reproduced);
   CHECK_THAT(wide.remarks, Contains("0.1000(50) at μ = 0.8"));
+
+  // What decides is what the sentence tells: here the area, at another friction than the largest share.
+  const Claim by_area = judged({area, at_friction(0.2, 0.56, 0.07, 0.03)}, "two-gaussians");
+  CHECK_THAT(by_area.explanation, Contains("missing from the area") && Contains("0.100(10) at μ = 0.3") &&
+                                      Contains("exceeds it by more than three standard errors"));
+  // A friction whose peaks are too narrow is named; one whose response has another shape refutes the claim.
+  Transport skipped = at_friction(0.1, 0.575, 0.005, 0);
+  skipped.centre_background = skipped.fitted_area = test::unknown("the width of a bead hides it");
+  DepthFit depth;
+  depth.layer = window().first_layer;
+  depth.width = known(0.4, 0.01);
+  depth.chi2_per_dof = 1;
+  depth.degrees_of_freedom = 200;
+  skipped.depths = {depth};
+  const Claim narrow = judged({skipped, at_friction(0.3, 0.56, 0.07, 0.01)}, "two-gaussians");
+  CHECK(narrow.verdict == reproduced);
+  CHECK_THAT(narrow.remarks, Contains("Not known at μ = 0.1"));
+  skipped.depths[0].chi2_per_dof = 3;
+  skipped.depths[0].misfit_at_least = 0.4;
+  CHECK(judged({skipped, at_friction(0.3, 0.56, 0.07, 0.01)}, "two-gaussians").verdict == not_reproduced);
+  CHECK(judged({skipped}, "two-gaussians").verdict == not_reproduced);
 }
 
 TEST_CASE("Two separate peaks are found, and their laws") {
@@ -323,6 +344,7 @@ TEST_CASE("Whether peaks have merged is told by all depths of the window togethe
   CHECK(open.verdict == not_decided);
   CHECK(open.measured.value == 1.25);
   CHECK_THAT(open.explanation, Contains("about 4.0 times as many piles"));
+  CHECK_THAT(verdict_at(1, 0.1).explanation, Contains("exactly where peaks merge"));
   result.peak_separation = test::unknown("no depth could be fitted");
   analysis.results = {result};
   CHECK(claim(judge_claims(analysis, {}, {}), "double-peak").verdict == not_decided);

@@ -255,6 +255,7 @@ TEST_CASE("Numbers of a run are listed for a paper, and its figures plotted agai
   CHECK(granuscope_command({"figure", at, "beta"}).code == 2);
   CHECK_THAT(granuscope_command({"figure", at, "beta", "--width", "wide"}).err,
              Contains("write 86mm, 8.6cm or 3.37in"));
+  CHECK_THAT(granuscope_command({"figure", at, "beta", "--width", "0mm"}).err, Contains("--width 0mm is no width"));
 }
 
 TEST_CASE("A run takes wording from a folder of templates, and a wrong file there is the user's mistake") {

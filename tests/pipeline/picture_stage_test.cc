@@ -50,10 +50,10 @@ TEST_CASE("the picture of the friction and those with names of their own are ren
              Contains("1600 px: response; x -20 to 20") && Contains("diverging"));
 
   // What is said of them, and that the commands name what was asked for.
-  CHECK_THAT(figures.at("mobilised-friction").caption, Contains("|T| / (μN)") && Contains("40 × 20 beads"));
+  CHECK_THAT(figures.at("mobilised-friction").details, Contains("|T| / (μN)") && Contains("40 × 20 beads"));
   CHECK_THAT(figures.at("mobilised-friction").redraw, Contains("--scene friction"));
   CHECK(figures.at("picture-part").title == "part: weight / top load");
-  CHECK_THAT(figures.at("picture-part").caption, Contains("6 to 8 in the layers 2 to 11"));
+  CHECK_THAT(figures.at("picture-part").details, Contains("6 to 8 in the layers 2 to 11"));
   CHECK_THAT(figures.at("picture-part").redraw, Contains("--window=-6") && Contains("--range=0") &&
                                                     Contains("--scene weight") && Contains("--colour-map cividis"));
 }

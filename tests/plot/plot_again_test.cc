@@ -184,4 +184,9 @@ TEST_CASE("A figure or style that cannot be is refused") {
   FigureStyle unknown;
   unknown.format = "gif";
   CHECK_THROWS_AS(plot_again(run / "figures", id, unknown), InputError);
+  FigureStyle font;
+  font.font = "No Such Font";
+  CHECK_THROWS_WITH(plot_again(run / "figures", id, font), Catch::Contains("there is no font No Such Font"));
+  CHECK_THROWS_WITH(plot_again(run / "elsewhere", id, {}),
+                    Catch::Contains("name the folder that `granuscope run` wrote"));
 }

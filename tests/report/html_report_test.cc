@@ -94,12 +94,12 @@ TEST_CASE("The comparison of page and summary sees a wrong digit") {
   CHECK_FALSE(synthetic::differences(page.html, without.dump()).empty());
 }
 
-TEST_CASE("The page opens with what was found, then figures, causes, claims, method, and the tables last") {
+TEST_CASE("The page opens with what was found, then figures, causes, method, and the appendices last") {
   const Page page;
   std::size_t at = 0;
   for (const char* id : {"class=\"headline\"", "id=\"claims\"", "id=\"figures\"", "id=\"fig-force-chains\"",
-                         "id=\"fig-scaling-with-friction\"", "id=\"causes\"", "id=\"decided\"", "id=\"method\"",
-                         "id=\"numbers\"", "id=\"numerics\"", "id=\"provenance\"", "id=\"experiment\""}) {
+                         "id=\"fig-scaling-with-friction\"", "id=\"causes\"", "id=\"method\"", "id=\"numbers\"",
+                         "id=\"decided\"", "id=\"numerics\"", "id=\"provenance\"", "id=\"experiment\""}) {
     INFO(id);
     const std::size_t next = page.html.find(id, at);
     REQUIRE(next != std::string::npos);

@@ -101,12 +101,18 @@ TEST_CASE("An exponent stands beside the chi squared of its points") {
   CHECK_FALSE(page.texts.contains("/scaling/gamma/about_law/chi2"));  // not known
 }
 
-TEST_CASE("Times take no more digits than they have") {
+TEST_CASE("Times are summed, and take no more digits than they have") {
   ReportData data = numbers();
-  data.timings = {{"plot", 0.01, false}, {"analyse", 12, true}};
+  data.timings = {{"plot", 0.01, false},
+                  {"analyse", 12, true},
+                  {"sample mu = 0.1", 30, true, 1'000'000'000},
+                  {"sample mu = 0.2", 60, false, 1'000'000'000}};
   const Page page(data);
   CHECK(contains(page.html, "<td class=\"num\">&lt; 0.1 s</td>"));
   CHECK(contains(page.html, "<td class=\"num\">12 s</td>"));
+  CHECK(contains(
+      page.html,
+      "sampling, main ensembles</th><td class=\"num\">1 min 30 s</td><td class=\"num\">45</td><td>1 of 2 reused"));
 }
 
 TEST_CASE("Laws that the run compares are told beside its own, and the experiment line by line") {

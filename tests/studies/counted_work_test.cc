@@ -82,9 +82,9 @@ TEST_CASE("Counted work is drawn per bead and names what was not completed") {
   work.back().failed = 3;
   const Figure figure = plot_counted_work(work, run.path());
   CHECK(figure.data.size() == 2);
-  CHECK(contains(figure.caption, "by a factor of 1.12"));  // 1.4 / 1.25
-  CHECK(contains(figure.caption, "means of 64 piles"));
-  CHECK(contains(figure.caption, "3 of 67 piles of 400 × 400 beads at μ = 1.7"));
+  CHECK(contains(figure.details, "by a factor of 1.12"));  // 1.4 / 1.25
+  CHECK(contains(figure.details, "means of 64 piles"));
+  CHECK(contains(figure.details, "3 of 67 piles of 400 × 400 beads at μ = 1.7"));
   const std::string svg = read_file(run.path() / figure.screen);
   CHECK(contains(svg, "random numbers per bead"));
   CHECK(contains(svg, "μ = 1.7"));

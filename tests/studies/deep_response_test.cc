@@ -86,8 +86,8 @@ TEST_CASE("The deep response is followed over lags that double, and its slopes a
   const TemporaryFolder run;
   const Figure figure = plot_deep_response({response}, run.path());
   CHECK(figure.data.size() == 1);
-  CHECK(contains(figure.caption, "256 uniformly loaded piles"));
-  CHECK(contains(figure.caption, "z = 222"));
+  CHECK(contains(figure.details, "256 uniformly loaded piles"));
+  CHECK(contains(figure.details, "z = 222"));
   CHECK(contains(read_file(run.path() / figure.screen), "power of z in W²"));
   CHECK(response.shallow.exponent.value == response.octaves[1].exponent.value);
   CHECK(response.deep.exponent.value == response.octaves[2].exponent.value);

@@ -53,18 +53,18 @@ TEST_CASE("Errors against time compare with the paper's procedure, number what i
   const TemporaryFolder run;
   const Figure figure = plot_error_against_time(three_curves(), run.path());
   // (0.04 / 0.002)^2 and (0.2 / 0.02)^2, each of as many beads for each sample.
-  CHECK(contains(figure.caption, "the factors 400 for c and 100 for D (multiplexed, ε = 0.25), each known to about "));
-  CHECK(contains(figure.caption, "something else: point (c by 0.0040(10))."));  // and not D
-  CHECK(contains(figure.caption, "no fit of two peaks: paired"));
-  CHECK(contains(figure.caption, "against the number of beads drawn"));
-  CHECK_FALSE(contains(figure.caption, "e+"));
+  CHECK(contains(figure.details, "the factors 400 for c and 100 for D (multiplexed, ε = 0.25), each known to about "));
+  CHECK(contains(figure.details, "something else: point (c by 0.0040(10))."));  // and not D
+  CHECK(contains(figure.details, "no fit of two peaks: paired"));
+  CHECK(contains(figure.details, "against the number of beads drawn"));
+  CHECK_FALSE(contains(figure.details, "e+"));
   CHECK(contains(figure.alternative, "level off"));
   // The curve that is not shown has no number, so that the data follow the legend.
   CHECK(figure.data.size() == 4);
   CHECK(std::filesystem::exists(run.path() / "figures/error-against-time-c-2.csv"));
   CHECK_FALSE(std::filesystem::exists(run.path() / "figures/error-against-time-c-3.csv"));
   const std::string points = read_file(run.path() / "figures/error-against-time-D-2.csv");
-  CHECK(std::count(points.begin(), points.end(), '\n') == 3);
+  CHECK(std::count(points.begin(), points.end(), '\n') == 4);
   CHECK(contains(points, "\n0.768,0.004,"));  // 25 samples of 256 x 120 beads, 0.02 / 5
   CHECK(contains(points, ",25,16\n"));
   // With the shift of c the total error levels off at 0.004, and only there.
@@ -86,7 +86,7 @@ TEST_CASE("Without shifts no error against beads levels off") {
   std::vector<ErrorCurve> curves = three_curves();
   curves[0].shift_c = synthetic::unknown("nothing stands for the linear response");
   const Figure figure = plot_error_against_time(curves, run.path());
-  CHECK(contains(figure.caption, "No shift from it exceeds three standard errors"));
+  CHECK(contains(figure.details, "No shift from it exceeds three standard errors"));
   CHECK_FALSE(contains(figure.alternative, "level off"));
 }
 

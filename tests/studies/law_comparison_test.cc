@@ -98,8 +98,8 @@ TEST_CASE("Work of the laws against size leaves out and names what was not compl
   costs.back().failed = 5;
   const Figure figure = plot_law_cost(costs, run.path());
   CHECK(figure.data.size() == 2);
-  CHECK(contains(figure.caption, "5 of 69 piles of 8 × 8 beads under eloy-clement at μ = 0.3"));
-  CHECK(contains(figure.caption,
+  CHECK(contains(figure.details, "5 of 69 piles of 8 × 8 beads under eloy-clement at μ = 0.3"));
+  CHECK(contains(figure.details,
                  "Means of 64 piles. From 4 × 4 to 8 × 8 beads a bead takes: eloy-clement 54.6 to 403 at μ = "
                  "0.3 up to 6 × 6 beads; granusolve 1.40 to 1.40 at μ = 0.3."));
   CHECK(contains(read_file(run.path() / figure.screen), "eloy-clement, μ = 0.3"));

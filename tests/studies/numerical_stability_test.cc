@@ -126,7 +126,7 @@ TEST_CASE("Residuals are plotted against depth for the deep piles that were solv
   trials[2].reason = "the effort ran out";
   const Figure figure = plot_stability(trials, run.path());
   CHECK(figure.data.size() == 1);
-  CHECK(contains(figure.caption, "Not solved: μ = 10⁻⁹ (the effort ran out)"));
+  CHECK(contains(figure.details, "Not solved: μ = 10⁻⁹ (the effort ran out)"));
   CHECK(contains(read_file(run.path() / figure.screen), "1/√3"));
   trials[0].deep = false;
   CHECK_THROWS_AS(plot_stability(trials, run.path()), InputError);

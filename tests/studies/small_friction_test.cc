@@ -96,9 +96,9 @@ TEST_CASE("Small friction shows saturation and the law that the deep piles follo
   ScalingFit scaling = synthetic::power_law(2.0, 0.01, std::log(0.25 * tan30), {0.03, 0.1});
   const Figure figure = plot_small_friction(analysis, measured, scaling, run.path());
   CHECK(figure.redraw == "cd figures && gnuplot -d small-friction.gp");
-  CHECK(contains(figure.caption, "exponent 2.000(10) fitted over μ = 0.03 to 0.1"));
-  CHECK(contains(figure.caption, "32 columns, at least 4 times"));
-  CHECK_FALSE(contains(figure.caption, " ."));
+  CHECK(contains(figure.details, "exponent 2.000(10) fitted over μ = 0.03 to 0.1"));
+  CHECK(contains(figure.details, "32 columns, at least 4 times"));
+  CHECK_FALSE(contains(figure.details, " ."));
   const std::string svg = read_file(run.path() / figure.screen);
   for (const char* label : {"layer  in units of 0.6/μ²", "narrow deep piles: 2.000(10)", "right: the main piles"}) {
     INFO(label);
@@ -108,6 +108,6 @@ TEST_CASE("Small friction shows saturation and the law that the deep piles follo
   CHECK(std::filesystem::exists(run.path() / "figures/small-friction-slowing-narrow-piles-inside-over-law.csv"));
   scaling = {};
   scaling.exponent = synthetic::unknown("only two points");
-  CHECK(contains(plot_small_friction(analysis, measured, scaling, run.path()).caption, "unknown: only two points"));
+  CHECK(contains(plot_small_friction(analysis, measured, scaling, run.path()).details, "unknown: only two points"));
   CHECK_THROWS_AS(plot_small_friction(synthetic::analysis(), {}, {}, run.path()), InputError);
 }

@@ -57,7 +57,8 @@ Figure plot_laws(const std::vector<LawOnPiles>& laws, const std::filesystem::pat
   layers.add(0);
   alphas.add(1);
   for (const LawOnPiles& one : laws) {
-    CsvTable table({"layer", "thrust_ratio", "thrust_error", "weight_variance", "variance_error"});
+    CsvTable table({"layer: layers", "thrust_ratio: dimensionless", "thrust_error: dimensionless",
+                    "weight_variance: loads of one top bead squared", "variance_error: loads of one top bead squared"});
     for (const ThrustAtDepth& depth : one.depths) {
       if (!depth.thrust_ratio.known()) continue;
       const double alpha = depth.thrust_ratio.value, error = depth.thrust_ratio.standard_error;
@@ -143,7 +144,7 @@ Figure plot_law_cost(const std::vector<LawOnPiles>& costs, const std::filesystem
   std::map<std::string, std::vector<std::string>> growth;  // of each law
   const LawOnPiles *least = nullptr, *most = nullptr;
   for (const auto& [which, sizes] : curves_of) {
-    CsvTable table({"columns", "layers", "piles", "draws_per_bead"});
+    CsvTable table({"columns: beads", "layers: layers", "piles: piles", "draws_per_bead: draws per bead"});
     for (const LawOnPiles* one : sizes) {
       table.add_row({static_cast<double>(one->spec.lattice.columns), static_cast<double>(one->spec.lattice.layers),
                      static_cast<double>(one->samples), one->draws_per_bead});

@@ -38,8 +38,10 @@ void add(Range& range, const Estimate& shift, double scale) {
 }
 
 void add_series(PlotPlan& plan, Panels& panels, const Series& series, std::size_t colour) {
-  CsvTable table({"load", "D_shift_percent", "standard_error", "c_shift_thousandths", "standard_error", "D",
-                  "standard_error", "c", "standard_error", "piles"});
+  CsvTable table({"load: loads of one top bead", "D_shift_percent: %", "standard_error: %",
+                  "c_shift_thousandths: 0.001", "standard_error: 0.001", "D: bead diameters",
+                  "standard_error: bead diameters", "c: dimensionless", "standard_error: dimensionless",
+                  "piles: piles"});
   for (const LoadResponse* one : series.loads) {
     if (!one->D_shift.known() || !one->c_shift.known()) continue;
     table.add_row({one->load(), percent * one->D_shift.value, percent * one->D_shift.standard_error,

@@ -1,0 +1,143 @@
+#include "plot/plot_language.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cctype>
+#include <regex>
+
+#include "kit/temporary_folder.h"
+#include "kit/text_parts.h"
+#include "plot/gnuplot.h"
+#include "plot/scaling_with_friction.h"
+#include "plot/synthetic_analysis.h"
+#include "support/error.h"
+#include "support/template_file.h"
+
+using namespace granuscope;
+using test::contains;
+
+namespace {
+
+/// Words of two letters or more that a catalogue leaves as they are: none may be left of an English text.
+std::vector<std::string> words_left(const std::string& text, const std::string& catalogue) {
+  // What the catalogue gives is marked, so that a word of its own language is not taken for one left over.
+  std::string marked;
+  for (std::size_t at = 0; at < catalogue.size();) {
+    const std::size_t end = std::min(catalogue.find('\n', at), catalogue.size() - 1) + 1;
+    const std::string line = catalogue.substr(at, end - at);
+    const std::size_t arrow = line.find(" -> ");
+    marked += line.front() == '#' || arrow == std::string::npos || line.front() == '.'
+                  ? ""
+                  : line.substr(0, arrow) + " -> 1\n";
+    at = end;
+  }
+  const std::string script = "set label '" + std::regex_replace(text, std::regex("'"), "''") + "'\n";
+  const std::string left = in_language(script, marked);
+  std::vector<std::string> words;
+  const std::string rest = left.substr(left.find('\''));
+  const std::regex word("[A-Za-z]{2,}");
+  for (auto it = std::sregex_iterator(rest.begin(), rest.end(), word); it != std::sregex_iterator(); ++it) {
+    words.push_back(it->str());
+  }
+  return words;
+}
+
+std::string without_places(std::string text) {
+  text = std::regex_replace(text, std::regex("\\{\\{[^}]*\\}\\}"), " ");
+  return std::regex_replace(text, std::regex("\\{/:Italic [^}]*\\}"), " ");
+}
+
+}  // namespace
+
+TEST_CASE("Texts of a script are translated, file names and formats are not") {
+  const std::string script =
+      "# 'depth z' in a comment\nplot 'depth z.csv' title 'depth z  (bead diameters)', 'x' title 'the paper''s 0.25'\n"
+      "set format '%.1f depth z'\n";
+  CHECK(in_language(script, ". -> ,\ndepth z -> Tiefe z\nbead diameters -> l'unité\nthe paper's -> l'article\n") ==
+        "# 'depth z' in a comment\nplot 'depth z.csv' title 'Tiefe z  (l''unité)', 'x' title 'l''article 0,25'\n"
+        "set format '%.1f depth z'\n");
+  // Whole words, the longest phrase first.
+  CHECK(in_language("'slope of slopes'", "slope -> A\nslopes -> B\nslope of -> C\n") == "'C B'");
+  CHECK(in_language(script, catalogue_of("en")) == script);
+  CHECK_THROWS_AS(in_language(script, "no arrow\n"), InputError);
+  CHECK_THROWS_AS(catalogue_of("xx"), InputError);
+}
+
+TEST_CASE("The built-in languages have a word for every text of every plot") {
+  int texts = 0;
+  for (const char* language : {"fr", "de"}) {
+    const std::string catalogue(catalogue_of(language));
+    for (const EmbeddedFile& file : embedded_files()) {
+      if (!file.name.ends_with(".gp.mustache")) continue;
+      for (const std::string& text : texts_of_script(file.content)) {
+        ++texts;
+        INFO(language << ", " << file.name << ": " << text);
+        CHECK(words_left(without_places(text), catalogue).empty());
+      }
+    }
+    // What the program puts into them.
+    for (const char* text :
+         {"slopes: γ = 1.66(4)", "xₚ/(z − ½), same layer: γ = unknown", "slope c = 0.56", "c from thrust 0.56",
+          "difference 0.1", "multiplexed, ε = 0.25, opposite, runs of 2:  c = 1,  D = 2", "fluctuation", "point",
+          "paired", "twice the columns", "by loads (multiplexed)", "var w = 0.1,  3 draws per bead",
+          "peaks not identified by the fit", "ratios at z = 95.8"}) {
+      INFO(language << ": " << text);
+      CHECK(words_left(text, catalogue).empty());
+    }
+  }
+  CHECK(texts > 100);
+}
+
+TEST_CASE("A figure of a run is plotted again in French, with commas") {
+  const test::TemporaryFolder run;
+  const std::string id = plot_scaling_with_friction(synthetic::analysis(), run.path()).id;
+  FigureStyle style;
+  style.format = "svg";
+  style.language = "fr";
+  const std::string svg = plot_again(run / "figures", id, style);
+  CHECK(contains(svg, "loi de puissance ajustée"));
+  CHECK(contains(svg, ">0,1<"));
+  CHECK_FALSE(contains(svg, "power law"));
+  style.language = "it";
+  CHECK_THROWS_AS(plot_again(run / "figures", id, style), InputError);
+}
+
+TEST_CASE("A built-in translation has the captions of the same templates, with the same places in them") {
+  const auto places = [](std::string_view text) {
+    std::vector<std::string> names;
+    const std::string all(text);
+    const std::regex place("\\{\\{[#^]?([a-zA-Z_0-9/]+)\\}\\}|\\[[a-z_]+\\]\n");
+    for (auto it = std::sregex_iterator(all.begin(), all.end(), place); it != std::sregex_iterator(); ++it) {
+      names.push_back((*it)[1].matched ? (*it)[1].str() : it->str());
+    }
+    std::sort(names.begin(), names.end());
+    names.erase(std::unique(names.begin(), names.end()), names.end());
+    return names;
+  };
+  int compared = 0;
+  for (const EmbeddedFile& file : embedded_files()) {
+    if (!file.name.ends_with(".captions") || file.name.starts_with("fr/")) continue;
+    INFO(file.name);
+    CHECK(places(template_file("fr/" + std::string(file.name))) == places(file.content));
+    ++compared;
+  }
+  CHECK(compared > 15);
+}
+
+TEST_CASE("A caption has at most sixty words") {
+  for (const EmbeddedFile& file : embedded_files()) {
+    if (!file.name.ends_with(".captions")) continue;
+    INFO(file.name);
+    const std::size_t begin = file.content.find("[caption]\n"), end = file.content.find("[details]\n");
+    REQUIRE(begin < end);
+    std::string caption(file.content.substr(begin + 10, end - begin - 10));
+    // A place counts as one word, both branches of a section count, and signs between words do not.
+    caption = std::regex_replace(caption, std::regex("\\{\\{[#^/][^}]*\\}\\}"), "");
+    int words = 0;
+    const std::regex word("[^\\s]*[A-Za-z{][^\\s]*");
+    for (auto it = std::sregex_iterator(caption.begin(), caption.end(), word); it != std::sregex_iterator(); ++it)
+      ++words;
+    CHECK(words <= 60);
+    CHECK(words >= 10);
+  }
+}
