@@ -168,7 +168,8 @@ class TableWriter {
     if (html_.empty()) return "";
     const std::string caption = fill_template(form_.caption, place_);
     return fmt::format(
-        "<div class=\"wide\">\n<table{}>\n<caption><span class=\"caption\">{}</span></caption>\n{}</tbody>\n</table>\n"
+        "<div class=\"wide\" role=\"group\" aria-label=\"Table\" tabindex=\"0\">\n<table{}>\n<caption><span "
+        "class=\"caption\">{}</span></caption>\n{}</tbody>\n</table>\n"
         "</div>\n",
         class_attribute(form_.classes), caption, html_);
   }

@@ -43,7 +43,7 @@ TEST_CASE("A table of data becomes one of HTML") {
               "<var>μ</var> :: heading number :: {{mu|bare}}\n"
               "count        :: number main    :: {{n|bare}}\n"
               "what         :: name after     :: a {{../named|bare}}\n") ==
-        "<div class=\"wide\">\n<table class=\"loads whole\">\n"
+        "<div class=\"wide\" role=\"group\" aria-label=\"Table\" tabindex=\"0\">\n<table class=\"loads whole\">\n"
         "<caption><span class=\"caption\">Numbers of law\nand more</span></caption>\n"
         "<thead><tr><th scope=\"col\" class=\"num\"><var>μ</var></th><th scope=\"col\" class=\"num\">count</th>"
         "<th scope=\"col\" class=\"after\">what</th></tr></thead>\n"
