@@ -171,7 +171,7 @@ Figure plot_transport_with_depth(const Analysis& analysis, const TransportWithDe
   Draft draft;
   draft.plan.id = figure_id;
   draft.plan.script = "plot/transport_with_depth";
-  draft.plan.height = 5.1;
+  draft.plan.height = 4.7;
   set_both(draft, "mu", caption_number(result->mu()));
   draft.caption["mu_differs"] = result->mu() == spec.mu ? "" : caption_number(spec.mu);
   const double window_top = Lattice::depth(result->window_layers[0]);
