@@ -142,7 +142,7 @@ void FluctuationEstimator::transform_layer(const PileGroup& group, Failures fail
   fourier_.transform(re_.get(), im_.get());
   for (std::size_t m = 1; m <= modes_; ++m) {
     // Beads of every other layer lie half a bead further right.
-    const Phase phase = layer % 2 == 1 ? half_a_bead_[m - 1] : Phase{};
+    const PhaseFactor phase = layer % 2 == 1 ? half_a_bead_[m - 1] : PhaseFactor{};
     separate_fields(re_.get(), im_.get(), columns_, m, phase, &fields_[((m - 1) * room_ + place) * of_mode]);
   }
 }

@@ -142,7 +142,7 @@ void Split(const FourierStage& stage) {
 }
 
 void SeparateFields(const double* HWY_RESTRICT re, const double* HWY_RESTRICT im, std::size_t size, std::size_t mode,
-                    Phase phase, double* HWY_RESTRICT fields) {
+                    PhaseFactor phase, double* HWY_RESTRICT fields) {
   const Complex turn{hn::Set(d, phase.cosine), hn::Set(d, phase.sine)};
   for (std::size_t lane = 0; lane < group_lanes; lane += hn::Lanes(d)) {
     const std::size_t at = mode * group_lanes + lane, mirror = (size - mode) * group_lanes + lane;
@@ -234,7 +234,7 @@ void GroupFourier::transform(double* re, double* im) {
   std::copy_n(from_im, size_ * group_lanes, im);
 }
 
-void separate_fields(const double* re, const double* im, std::size_t size, std::size_t mode, Phase phase,
+void separate_fields(const double* re, const double* im, std::size_t size, std::size_t mode, PhaseFactor phase,
                      double* fields) {
   HWY_DYNAMIC_DISPATCH(SeparateFields)(re, im, size, mode, phase, fields);
 }

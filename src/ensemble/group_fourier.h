@@ -36,10 +36,10 @@ class GroupFourier {
 
 /// From the transform of a + i b of a ring of `size` numbers, mode m of both, each times the phase `cosine` + i `sine`:
 /// `fields` [4, 8] are the real and imaginary part of a, then of b.
-struct Phase {
+struct PhaseFactor {
   double cosine = 1, sine = 0;
 };
-void separate_fields(const double* re, const double* im, std::size_t size, std::size_t mode, Phase phase,
+void separate_fields(const double* re, const double* im, std::size_t size, std::size_t mode, PhaseFactor phase,
                      double* fields);
 
 /// The parts of 2 x 2 cross-correlations of two fields that are even under x -> -x: the real parts of w w' and H H',

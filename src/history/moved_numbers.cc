@@ -17,7 +17,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double rounding = 1e-12;  ///< of numbers that are exact without friction, as in claim_frictionless.cc
+constexpr double tiny = 1e-12;  ///< of numbers that are exact without friction, as in claim_frictionless.cc
 
 void add_known(std::vector<KnownNumber>& numbers, const std::string& name, const Json& holder, const char* key) {
   const auto found = holder.find(key);
@@ -113,7 +113,7 @@ std::vector<MovedNumber> hold_against(const std::vector<KnownNumber>& before, in
     const double error = std::sqrt(before_variance + after_variance);
     if (error > 0) {
       number.z = difference / error;
-    } else if (std::abs(difference) > rounding * std::max(1.0, std::abs(old.value))) {
+    } else if (std::abs(difference) > tiny * std::max(1.0, std::abs(old.value))) {
       number.z = std::copysign(std::numeric_limits<double>::infinity(), difference);
     }
     number.p = chance_of(number.z, degrees_of_freedom(before_variance, blocks_before, after_variance, blocks_after));

@@ -43,9 +43,9 @@ Edges edges_of(const Field& field, std::size_t row, double longest) {
   const bool first = row == 0, last = row + 1 == rows.size();
   // A gap that is too long is nobody's: both rows beside it are as high as they usually are.
   const auto reach = [&](double gap) { return 0.5 * gap <= longest ? 0.5 * gap : longest / 1.5; };
-  const double up = first ? 0 : reach(z - rows[row - 1].z), down = last ? 0 : reach(rows[row + 1].z - z);
+  const double above = first ? 0 : reach(z - rows[row - 1].z), below = last ? 0 : reach(rows[row + 1].z - z);
   if (first && last) return {z - 0.5, z + 0.5};
-  return {z - (first ? down : up), z + (last ? up : down)};
+  return {z - (first ? below : above), z + (last ? above : below)};
 }
 
 void require_rows(const Field& field) {

@@ -254,7 +254,7 @@ TEST_CASE("One peak is told from two, and noise from both") {
   CHECK(verdict(together, "double-peak") == not_reproduced);
 }
 
-TEST_CASE("Noise about one Gaussian makes two peaks no more often than it may") {
+TEST_CASE("Noise about one Gaussian makes two peaks no more often than it may", "[unsanitized]") {
   // 40 ensembles x 17 depths. The likelihood ratio against one Gaussian exceeds 9 with probability 0.00135 per depth if
   // its distribution is half chi^2 with one degree of freedom: 0.9 in 680. Smoothed noise spectra widen it a little.
   int exceeding = 0, two_peaks = 0, depths = 0;
@@ -291,7 +291,7 @@ TEST_CASE("Growth that is not linear is not reproduced, and noise leaves it open
   CHECK_THAT(claim(blurred.claims, "diffusive-width").explanation, Contains("times as many piles"));
 }
 
-TEST_CASE("Straight lines are called bent no more often than they may be") {
+TEST_CASE("Straight lines are called bent no more often than they may be", "[unsanitized]") {
   // z-scores of the powers over 60 ensembles: |z| > 3 with probability 0.0027, by Student's t with 31 degrees of
   // freedom 0.0053 each. 180 powers: one expected, more than six has probability below 1e-4.
   int beyond = 0;

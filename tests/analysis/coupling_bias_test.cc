@@ -38,7 +38,8 @@ Replicated mean_deep(const EnsembleRecord& record, const std::string& quantity) 
 
 }  // namespace
 
-TEST_CASE("pairs of granusolve: numbers that were kept change the law by as much under every overload") {
+TEST_CASE("pairs of granusolve: numbers that were kept change the law by as much under every overload",
+          "[unsanitized]") {
   std::vector<Estimate> changes;
   for (const double overload : {0.25, 1.0, 4.0}) {
     const EnsembleRecord record = run_ensemble(pairs(0.3, overload), 0, nullptr);
@@ -74,7 +75,7 @@ TEST_CASE("pairs of granusolve have no c and D, by name, and every depth says wh
   }
 }
 
-TEST_CASE("pairs of one law are not refused: a chain run once more, and piles without friction") {
+TEST_CASE("pairs of one law are not refused: a chain run once more, and piles without friction", "[unsanitized]") {
   EnsembleSpec chain = pairs(0.3, 1);
   chain.sampler.law = Law::polytope;
   chain.sampler.burn_in = 200;

@@ -8,7 +8,8 @@
 
 namespace granuscope {
 
-TEST_CASE("error curves: the scatter over repetitions of one, two, ... units, and a slope with its error") {
+TEST_CASE("error curves: the scatter over repetitions of one, two, ... units, and a slope with its error",
+          "[unsanitized]") {
   EnsembleSpec spec;
   spec.response.estimator = EstimatorName::multiplexed;
   spec.sampler.mu = 0.3;

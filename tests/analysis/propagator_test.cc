@@ -119,13 +119,13 @@ TEST_CASE("the response in x is the one that its modes make") {
   }
 }
 
-TEST_CASE("fluctuations of a linear model give its c and D, with errors one can bet on") {
+TEST_CASE("fluctuations of a linear model give its c and D, with errors one can bet on", "[unsanitized]") {
   check_coverage(20, 0.33, 0.9);
 }
 
 TEST_CASE("fluctuations of a linear model: 400 ensembles", "[long]") { check_coverage(400, 0.05, 0.15); }
 
-TEST_CASE("what single layers have for themselves is biased without a reference and not with it") {
+TEST_CASE("what single layers have for themselves is biased without a reference and not with it", "[unsanitized]") {
   LinearModel model;
   model.slip = 0.1;
   const Transport with = measure(test::linear_ensemble(model, 1, 24, every_third(40, 70), 32, 8));
@@ -141,7 +141,7 @@ TEST_CASE("what single layers have for themselves is biased without a reference 
   CHECK(std::abs(spectrum.whole[0] - truth) > 4 * spectrum.noise[0]);
 }
 
-TEST_CASE("with one field left out, or one sign wrong, the response is another") {
+TEST_CASE("with one field left out, or one sign wrong, the response is another", "[unsanitized]") {
   const MeasuredEnsemble whole = test::linear_ensemble({}, 1, 24, every_third(40, 70), 32, 8);
   const Transport good = measure(whole);
   CHECK(std::abs(pull(good.c, c)) < 3);
@@ -171,7 +171,7 @@ TEST_CASE("an ensemble without lag 0 is refused") {
   CHECK_THROWS_AS(propagated_modes(ensemble.record.sums, 1), InputError);
 }
 
-TEST_CASE("fluctuations give the c and D that the response to loads has") {
+TEST_CASE("fluctuations give the c and D that the response to loads has", "[unsanitized]") {
   const FitSpec fit = window(41, 119);
   const Transport by_fluctuations = measure_real(real_piles(0.3, {300, 400}, 512), fit);
   EnsembleSpec loaded = real_piles(0.3, {300, 140}, 2048);

@@ -54,7 +54,7 @@ std::function<std::vector<double>(int)> two_gaussians(double peak, double width)
 
 }  // namespace
 
-TEST_CASE("two true Gaussians are called another shape in fewer than one case in a thousand") {
+TEST_CASE("two true Gaussians are called another shape in fewer than one case in a thousand", "[unsanitized]") {
   // None in 3000 bounds the rate by 10^-3 at 95 %. Widths from below a bead on; noise up to that of the response.
   int rejected = 0;
   for (const double width : {0.3, 0.6, 2.5}) {

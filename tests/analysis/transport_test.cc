@@ -127,7 +127,7 @@ TEST_CASE("layers recorded for a figure change no number") {
   CHECK(a.alpha_thrust.value == b.alpha_thrust.value);
 }
 
-TEST_CASE("noisy responses are unbiased, their errors right and chi2 about 1") {
+TEST_CASE("noisy responses are unbiased, their errors right and chi2 about 1", "[unsanitized]") {
   // 60 ensembles with known truth. The mean of (value - truth)/error has an error of 1/sqrt(60) = 0.13, its variance
   // one of 0.19; five of those.
   const KnownTransport known;

@@ -79,7 +79,7 @@ TEST_CASE("the edge lies where the line through the widths reaches the least one
   CHECK(edge_of(run, 0.5, 2.6).z.value < -1e300);  // peaks that narrow have no depth from which they are wide enough
 }
 
-TEST_CASE("c and D do not jump with the first depth that is wide enough") {
+TEST_CASE("c and D do not jump with the first depth that is wide enough", "[unsanitized]") {
   // W^2 is bent, and exactly 1/4 at layer 53: the window begins there or three layers below, and D of the two windows
   // differs by more than twice its standard error. A line that takes the depth or leaves it scatters by 1.7 times what
   // it states.

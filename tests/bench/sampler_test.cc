@@ -12,7 +12,8 @@
 
 using namespace granuscope;
 
-TEST_CASE("the sampler suite times every engine at every friction and size, and holds its ratios against limits") {
+TEST_CASE("the sampler suite times every engine at every friction and size, and holds its ratios against limits",
+          "[unsanitized]") {
   SamplerBenchOptions options;
   options.mus = {0.1, 0.3};
   options.lattices = {{64, 16}, {40, 20}};

@@ -5,7 +5,7 @@
 trap 'rm -rf "$scratch"' EXIT
 command -v mpirun >/dev/null || skip "there is no mpirun; install openmpi-bin"
 command -v granuscope-mpi >/dev/null || skip "granuscope-mpi was not built; install libopenmpi-dev"
-export OMPI_MCA_odls_base_sigkill_timeout=10 OMPI_MCA_btl_vader_single_copy_mechanism=none OMPI_MCA_hwloc_base_binding_policy=none
+export OMPI_MCA_btl_vader_single_copy_mechanism=none OMPI_MCA_hwloc_base_binding_policy=none
 export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 OMPI_MCA_rmaps_base_oversubscribe=1
 draw_undivided
 
@@ -29,6 +29,8 @@ granuscope-mpi run "$3" --only sample --out "$4"
 echo $? >"status-$OMPI_COMM_WORLD_RANK"
 END
 sed 's/samples = 1500/samples = 150000/; s/8000/150000/' "$experiment" >long.toml
+# Open MPI waits so many seconds before it sends SIGTERM, and as many again before SIGKILL.
+export OMPI_MCA_odls_base_sigkill_timeout=3
 for victim in 0 2; do
   rm -f status-*
   begin=$(date +%s)
@@ -39,6 +41,7 @@ for victim in 0 2; do
   done
   [ "$(cat status-* | wc -l)" -ge 1 ] || fail "no other rank told how it ended"
 done
+unset OMPI_MCA_odls_base_sigkill_timeout
 
 kill=0
 while [ $kill -lt "$3" ]; do

@@ -46,7 +46,8 @@ double off_by(const EnsembleSpec& spec, double seconds) {
   return std::exp(std::abs(std::log(estimated / real)));
 }
 
-TEST_CASE("the time of an ensemble is estimated within a factor of two, whatever the estimator and the friction") {
+TEST_CASE("the time of an ensemble is estimated within a factor of two, whatever the estimator and the friction",
+          "[unsanitized]") {
   const LatticeSpec lattice{120, 60};
   CHECK(off_by(ensemble(Law::granusolve, 0.02, lattice, 512), 0.1) < 2);
   CHECK(off_by(ensemble(Law::granusolve, 1.5, lattice, 256), 0.1) < 2);
@@ -59,13 +60,13 @@ TEST_CASE("the time of an ensemble is estimated within a factor of two, whatever
   CHECK(off_by(deep, 0.1) < 2);
 }
 
-TEST_CASE("the time of the laws of tiny piles is estimated from piles that are given up early") {
+TEST_CASE("the time of the laws of tiny piles is estimated from piles that are given up early", "[unsanitized]") {
   CHECK(off_by(ensemble(Law::rejection, 0.3, {6, 6}, 8000), 0.1) < 2);
   CHECK(off_by(ensemble(Law::rejection, 0.3, {6, 12}, 256), 0.2) < 2);
   CHECK(off_by(ensemble(Law::eloy_clement, 0.3, {12, 12}, 512), 0.2) < 2);
 }
 
-TEST_CASE("the time of chains is estimated from their sweeps, stated or measured, and the pilot's") {
+TEST_CASE("the time of chains is estimated from their sweeps, stated or measured, and the pilot's", "[unsanitized]") {
   EnsembleSpec chains = ensemble(Law::polytope, 0.3, {16, 16}, 64);
   chains.sampler.burn_in = 300;
   chains.sampler.thinning = 40;

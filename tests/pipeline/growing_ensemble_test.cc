@@ -16,7 +16,8 @@
 using namespace granuscope;
 using test::TemporaryFolder;
 
-TEST_CASE("a growing ensemble says how many piles it takes and how long that is, from its errors so far") {
+TEST_CASE("a growing ensemble says how many piles it takes and how long that is, from its errors so far",
+          "[unsanitized]") {
   Experiment experiment = small_experiment();
   experiment.response.estimator = EstimatorName::multiplexed;
   experiment.mu = {0.3};

@@ -437,7 +437,8 @@ TEST_CASE("every estimator runs to a report that names it beside the numbers, th
   }
 }
 
-TEST_CASE("A precision is reached by whole steps: the same bytes for every number of threads, resumed or not") {
+TEST_CASE("A precision is reached by whole steps: the same bytes for every number of threads, resumed or not",
+          "[unsanitized]") {
   Experiment experiment = small_experiment();
   experiment.response.estimator = EstimatorName::multiplexed;
   experiment.mu = {0.0, 0.3};

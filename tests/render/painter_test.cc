@@ -296,7 +296,7 @@ TEST_CASE("EGL without a window system paints the same pixels as OSMesa, where i
   }
 }
 
-TEST_CASE("the level of detail is as near to the full picture as stated") {
+TEST_CASE("the level of detail is as near to the full picture as stated", "[unsanitized]") {
   struct Case {
     int columns, layers, width;
     const char* scene;

@@ -11,7 +11,7 @@
 namespace granuscope {
 namespace {
 
-TEST_CASE("a chain is measured once in a program, and another one anew") {
+TEST_CASE("a chain is measured once in a program, and another one anew", "[unsanitized]") {
   const Lattice lattice({.columns = 6, .layers = 7});
   std::vector<double> load(6, 1.0);
   SamplerSpec spec;

@@ -119,7 +119,7 @@ void check_uniform(Law law, double lambda, const Lattice& lattice, const std::ve
   }
 }
 
-TEST_CASE("a pile lies uniformly along the shift of a layer, under the exact law and every chain") {
+TEST_CASE("a pile lies uniformly along the shift of a layer, under the exact law and every chain", "[unsanitized]") {
   const Lattice lattice({.columns = 5, .layers = 5});
   std::vector<std::vector<Direction>> shifts;
   for (int n = 0; n < lattice.layers(); ++n) shifts.push_back({layer_shift(lattice, n)});

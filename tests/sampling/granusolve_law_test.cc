@@ -175,7 +175,7 @@ void compare_all(int piles, double resolution) {
   CHECK(backtracks >= enough);
 }
 
-TEST_CASE("the sampled law is the described law: moments of small piles") {
+TEST_CASE("the sampled law is the described law: moments of small piles", "[unsanitized]") {
   compare_all(test::sanitized ? 1500 : 6000, test::sanitized ? 0.04 : 0.02);
 }
 

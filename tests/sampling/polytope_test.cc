@@ -112,7 +112,7 @@ void compare_with_rejection(std::uint64_t groups, double resolution) {
   }
 }
 
-TEST_CASE("the chain at lambda = 1 draws the law rejection") {
+TEST_CASE("the chain at lambda = 1 draws the law rejection", "[unsanitized]") {
   compare_with_rejection(test::sanitized ? 100 : 160, test::sanitized ? 0.12 : 0.06);
 }
 
@@ -154,7 +154,8 @@ TEST_CASE("the chain at lambda = 0 draws the flat measure: rejection piles rewei
   }
 }
 
-TEST_CASE("the chain at lambda = 1 meets a second implementation of the law rejection on 6 x 6 beads") {
+TEST_CASE("the chain at lambda = 1 meets a second implementation of the law rejection on 6 x 6 beads",
+          "[unsanitized]") {
   const auto expected = test::naive_rejection_moments(0.3, 6, 6, 200'000 / test::share_of_samples, 7);
   const auto means = measure({6, 6, 0.3}, spec_of(Law::polytope, 0.3), test::sanitized ? 100 : 200);
   for (std::size_t n = 0; n < 6; ++n) {
@@ -194,7 +195,8 @@ std::vector<RunningMean> after_sweeps(const Size& size, double lambda, int first
 // Three starts from both sides of the law: weights that scatter more than under it (granusolve) and not at all, with
 // the least thrust that the cones allow and with the most. Different chains have different keys, so that nothing makes
 // them meet but the law.
-TEST_CASE("chains from unlike starts have forgotten them after the burn-in, and the test would see if they had not") {
+TEST_CASE("chains from unlike starts have forgotten them after the burn-in, and the test would see if they had not",
+          "[unsanitized]") {
   const Size size{6, 6, 0.3};
   const Lattice lattice({.columns = size.columns, .layers = size.layers});
   const FrictionCone cone(size.mu);
@@ -368,7 +370,7 @@ test::Estimated time_from_independent_chains(const SamplerSpec& spec, const Latt
 
 // A pilot reports the longest of several noisy times, each known to about a third, so that its mean lies above the time
 // of the slowest number; never as far as by half, nor below. A time taken for half or twice of what it is would show.
-TEST_CASE("the time that pilots measure is the one by which means over independent chains scatter") {
+TEST_CASE("the time that pilots measure is the one by which means over independent chains scatter", "[unsanitized]") {
   const Lattice lattice({.columns = 4, .layers = 4});
   const std::vector<double> load(4, 1.0);
   for (const double lambda : {0.0, 1.0}) {

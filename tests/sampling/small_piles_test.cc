@@ -105,7 +105,7 @@ void compare(int cells, std::uint64_t independent, std::uint64_t chained, double
   }
 }
 
-TEST_CASE("two- and three-layer piles of every exact density follow its quadrature") {
+TEST_CASE("two- and three-layer piles of every exact density follow its quadrature", "[unsanitized]") {
   compare(8, test::sanitized ? 4000 : 16'000, test::sanitized ? 1600 : 4000, test::sanitized ? 0.5 : 0.25);
 }
 

@@ -176,7 +176,8 @@ void check_symmetry(const std::vector<Setting>& settings, const std::vector<Stat
   }
 }
 
-TEST_CASE("left and right are equal, and the test would see it if layers were always solved rightwards") {
+TEST_CASE("left and right are equal, and the test would see it if layers were always solved rightwards",
+          "[unsanitized]") {
   const std::vector<Setting> settings = {
       {.columns = 48, .layers = 40, .mu = 0.8, .point_load = true, .piles = 10'000, .telling = true},
       {.columns = 24, .layers = 20, .mu = 0.4, .point_load = true, .piles = 10'000, .telling = false},
@@ -189,7 +190,7 @@ TEST_CASE("left and right are equal, and the test would see it if layers were al
   check_symmetry(settings, odd_statistics);
 }
 
-TEST_CASE("all columns are equal, and the test would see it if layers always began at bead 0") {
+TEST_CASE("all columns are equal, and the test would see it if layers always began at bead 0", "[unsanitized]") {
   const std::vector<Setting> settings = {
       {.columns = 24, .layers = 20, .mu = 0.4, .point_load = false, .piles = 10'000, .telling = false},
       {.columns = 12, .layers = 8, .mu = 1.3, .point_load = false, .piles = 10'000, .telling = true},
@@ -359,7 +360,7 @@ void check_other_laws(int piles, int chained, double resolution) {
   }
 }
 
-TEST_CASE("left and right, and all columns, are equal under every law") {
+TEST_CASE("left and right, and all columns, are equal under every law", "[unsanitized]") {
   check_other_laws(test::sanitized ? 2000 : 8000, test::sanitized ? 400 : 800, test::sanitized ? 0.4 : 0.25);
 }
 

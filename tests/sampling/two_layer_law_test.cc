@@ -40,7 +40,7 @@ void add_moments(const double* H_R, std::vector<test::RunningMean>& measured) {
   }
 }
 
-TEST_CASE("pairs on four columns and two layers follow the enumerated law") {
+TEST_CASE("pairs on four columns and two layers follow the enumerated law", "[unsanitized]") {
   const std::vector<Setting> settings = {
       {0.3, {1, 1, 1, 1}},         {1.0, {1, 1, 1, 1}},         {0.3, {1, 2, 1, 1}},
       {0.6, {0.3, 1.8, 0.5, 1.4}}, {0.8, {0.3, 1.8, 0.5, 1.4}},
@@ -146,7 +146,7 @@ void compare_three_layers(const std::vector<Setting>& settings, int cells, int d
   }
 }
 
-TEST_CASE("the middle one of three layers follows the enumerated law") {
+TEST_CASE("the middle one of three layers follows the enumerated law", "[unsanitized]") {
   compare_three_layers({{0.3, {1, 1, 1, 1}}}, test::sanitized ? 6 : 8, test::sanitized ? 20'000 : 100'000,
                        test::sanitized ? 0.2 : 0.1);
 }

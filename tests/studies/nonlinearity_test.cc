@@ -139,7 +139,8 @@ TEST_CASE("c, D and the exponents of a load are compared with those of the linea
   CHECK(point.beta_shift.value > 3 * point.beta_shift.standard_error);
 }
 
-TEST_CASE("loads that can be fitted nearly as far up share a window, one that cannot keeps a shorter one of its own") {
+TEST_CASE("loads that can be fitted nearly as far up share a window, one that cannot keeps a shorter one of its own",
+          "[unsanitized]") {
   LoadComparer measurer(window(), 0.25, 1);
   for (const double mu : {0.1, 0.2, 0.25, 0.3}) {
     const double D = 0.9 * mu * mu;

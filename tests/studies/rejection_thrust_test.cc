@@ -41,7 +41,8 @@ TEST_CASE("The bulk leaves out a margin at both ends; its halves leave out the m
   CHECK(measured.alpha_of_last_layer.value == Approx(100));
 }
 
-TEST_CASE("Under the exact law the thrust ratio settles below 1 by a share of mu squared, as another code has it") {
+TEST_CASE("Under the exact law the thrust ratio settles below 1 by a share of mu squared, as another code has it",
+          "[unsanitized]") {
   struct Size {
     double mu;
     LatticeSpec lattice;
