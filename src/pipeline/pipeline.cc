@@ -7,6 +7,7 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <thread>
 
 #include "analysis/analyse.h"
 #include "analysis/claims.h"
@@ -16,6 +17,7 @@
 #include "pipeline/main_figures.h"
 #include "pipeline/picture_stage.h"
 #include "pipeline/run_folder.h"
+#include "pipeline/run_progress.h"
 #include "pipeline/sample_stage.h"
 #include "pipeline/shards.h"
 #include "pipeline/timed.h"
@@ -208,12 +210,15 @@ class Run {
       study->begin(experiment_, options_.threads);
       for (const StudyEnsemble& one : study->ensembles(experiment_)) {
         PlannedEnsemble planned = plan_ensemble(one, options_.folder);
+        const double cost = seconds_to_draw(planned, threads_);
         const MeasuredEnsemble ensemble = sampling_.obtain(planned);
+        progress_.finish(cost);
         if (!needs(Stage::analyse)) continue;
         timed(data_.timings, "analyse", [&] { study->add(one, ensemble); });
       }
       if (!needs(Stage::analyse)) continue;
       timed(data_.timings, study->seconds() > 0 ? study->id() : "analyse", [&] { study->finish(); });
+      progress_.finish(study->seconds());
     }
   }
 
@@ -226,12 +231,34 @@ class Run {
     expect_verdicts(data_.analysis.claims, experiment_.expected_verdicts);
   }
 
+  /// Drawing an ensemble and fitting it.
+  double cost_of(const PlannedEnsemble& planned) const {
+    return seconds_to_draw(planned, threads_) + seconds_for_fits(planned.spec) / threads_;
+  }
+
+  void expect_steps(const std::vector<PlannedEnsemble>& ensembles) {
+    for (const PlannedEnsemble& planned : ensembles) progress_.expect(cost_of(planned));
+    for (const auto& study : studies_) {
+      if (!study->asked()) continue;
+      for (const StudyEnsemble& one : study->ensembles(experiment_)) {
+        progress_.expect(seconds_to_draw(plan_ensemble(one, options_.folder), threads_));
+      }
+      if (needs(Stage::analyse)) progress_.expect(study->seconds());
+    }
+    if (needs(Stage::render)) progress_.expect(seconds_for_pictures);
+    if (needs(Stage::plot)) progress_.expect(seconds_for_figures);
+    if (needs(Stage::report)) progress_.expect(seconds_for_report);
+  }
+
   void sample_and_measure() {
     std::vector<MeasuredTransport> measured;
     if (options_.crew != nullptr)
       options_.crew->draw(experiment_, options_, all_ensembles(experiment_, options_.folder));
     SamplerCounts counts;
-    for (PlannedEnsemble& planned : plan_ensembles(experiment_, options_.folder)) {
+    std::vector<PlannedEnsemble> ensembles = plan_ensembles(experiment_, options_.folder);
+    expect_steps(ensembles);
+    for (PlannedEnsemble& planned : ensembles) {
+      const double cost = cost_of(planned);
       MeasuredEnsemble ensemble = sampling_.obtain(planned);
       const PrecisionOutcome precision = sampling_.reach_precision(planned, ensemble);
       counts += ensemble.record.counts;
@@ -240,7 +267,10 @@ class Run {
             fmt::format("At \u03bc = {} every pile is the same: {} of {} samples were drawn, one group for each block.",
                         planned.spec.sampler.mu, planned.spec.response.samples, experiment_.response.samples));
       }
-      if (!needs(Stage::analyse)) continue;
+      if (!needs(Stage::analyse)) {
+        progress_.finish(cost);
+        continue;
+      }
       timed(data_.timings, "analyse", [&] {
         measured.push_back(
             measure_transport(ensemble, experiment_.fit, experiment_.figures.profile_layers, options_.threads));
@@ -251,6 +281,7 @@ class Run {
           field_ = response_field(ensemble, *field_transport_);
         }
       });
+      progress_.finish(cost);
     }
     sampling_.tell_rounding(counts);
     measure_studies();
@@ -280,6 +311,7 @@ class Run {
       }
     });
     log_line(options_.progress, "rendered the pictures");
+    progress_.finish(seconds_for_pictures);
   }
 
   void add_picture(PictureOutcome picture) {
@@ -363,6 +395,7 @@ class Run {
     choose_key_figure();
     note_version("gnuplot");
     log_line(options_.progress, "plotted the figures");
+    progress_.finish(seconds_for_figures);
   }
 
   /// The figure of page 1 comes first: the one that the experiment names, or what the main line found, or else the
@@ -418,6 +451,9 @@ class Run {
   Studies studies_ = experiment_.studies;                      ///< with what they measure
   std::vector<std::pair<std::string, std::string>> failures_;  ///< what could not be made, and why
   RunResult result_;
+  RunProgress progress_{options_.progress};
+  int threads_ = options_.threads > 0 ? options_.threads
+                                      : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   std::string made_from_;                               ///< one word for all that the results depend on
   std::map<std::string, StageTiming> earlier_timings_;  ///< by stage
   std::set<std::string> figure_files_;                  ///< of figures in the folder, of earlier runs, too

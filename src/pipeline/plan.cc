@@ -13,6 +13,7 @@
 #include "pipeline/ensemble_stage.h"
 #include "pipeline/picture_stage.h"
 #include "pipeline/pipeline.h"
+#include "pipeline/run_progress.h"
 #include "sampling/sampler.h"
 #include "support/number_format.h"
 #include "support/processor_time.h"
@@ -53,17 +54,6 @@ PlannedStep plan_growth(const Experiment& experiment, const RunOptions& options,
   if (!enough) what += fmt::format("; about {} would be needed", significant(look.samples_needed, 2));
   if (!planned.replaces.empty()) what += fmt::format("; replaces the file there: {}", planned.replaces);
   return {Stage::sample, what, samples == drawn, beads_of(spec, samples - drawn), spec, samples - drawn};
-}
-
-// By what runs on one core of a cloud machine took.
-constexpr double seconds_per_fitted_bead = 3e-7;  // each bead of a profile, in each block and in all together
-constexpr double seconds_for_pictures = 0.4, seconds_for_figures = 1, seconds_for_report = 3;
-
-/// Fits of the profiles of one ensemble, in all and without each block.
-double seconds_for_fits(const EnsembleSpec& spec) {
-  if (!spec.record_profiles) return 0;
-  return seconds_per_fitted_bead * static_cast<double>(recorded_layers(spec).size()) * (spec.response.blocks + 1) *
-         spec.lattice.columns;
 }
 
 /// A single pile, of a law that may take long for it.

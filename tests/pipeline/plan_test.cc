@@ -8,6 +8,7 @@
 #include "kit/small_experiment.h"
 #include "kit/temporary_folder.h"
 #include "pipeline/pipeline.h"
+#include "pipeline/run_progress.h"
 
 using namespace granuscope;
 using Catch::Matchers::Contains;
@@ -134,6 +135,22 @@ TEST_CASE("what comes after the drawing is part of the time of a plan, also wher
   CHECK(time() == Approx(2 * fits));
   set_key(experiment, "studies.numerical_stability.layers", std::int64_t{100000});
   CHECK(time() > 2 * fits + 5);
+}
+
+TEST_CASE("a whole run tells its share and, at the pace of what is done, the time left") {
+  CHECK(RunProgress::line(1, 4, 30) == "whole run: 25 %, about 1 min 30 s left");
+  CHECK(RunProgress::line(0, 4, 30).empty());  // nothing is known yet
+  CHECK(RunProgress::line(4, 4, 30).empty());  // nor is there anything left
+  PlannedEnsemble planned;
+  planned.spec.sampler.mu = 0.3;
+  planned.spec.response.samples = 3200;
+  const double whole = seconds_to_draw(planned, 1);
+  CHECK(whole > 0);
+  CHECK(seconds_to_draw(planned, 2) == Approx(whole / 2));
+  planned.blocks_there = planned.spec.response.blocks / 2;
+  CHECK(seconds_to_draw(planned, 1) == Approx(whole / 2));
+  planned.reusable = true;
+  CHECK(seconds_to_draw(planned, 1) == 0);
 }
 
 TEST_CASE("the pilot of a chain is part of the time of a plan, and a long one makes it an open one") {
