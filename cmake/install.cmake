@@ -1,5 +1,6 @@
 # What `cmake --install` puts where, and the packages that `cmake --build build/release --target package` makes of it:
-# granuscope_*.deb (the program) and libgranuscope-dev_*.deb (the library). Component "library" is the latter.
+# granuscope_*.deb (the program), granuscope-mpi_*.deb (where MPI was found) and libgranuscope-dev_*.deb (the library,
+# component "library").
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
@@ -41,7 +42,7 @@ add_custom_target(granuscope_manual ALL DEPENDS ${share}/done)
 set(documents ${CMAKE_INSTALL_DATADIR}/doc/granuscope)
 install(TARGETS granuscope RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT program)
 if(TARGET granuscope-mpi)
-  install(TARGETS granuscope-mpi RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT mpi)  # in none of the packages
+  install(TARGETS granuscope-mpi RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT mpi)
 endif()
 install(DIRECTORY ${share}/ DESTINATION ${CMAKE_INSTALL_DATADIR} COMPONENT program PATTERN done EXCLUDE)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/templates DESTINATION ${CMAKE_INSTALL_DATADIR}/granuscope COMPONENT program)
@@ -56,6 +57,10 @@ configure_file(${PROJECT_SOURCE_DIR}/cmake/debian/changelog.in ${CMAKE_BINARY_DI
 execute_process(COMMAND gzip -9nf ${CMAKE_BINARY_DIR}/changelog)
 set(components program library)
 set(packages granuscope libgranuscope-dev)
+if(TARGET granuscope-mpi)
+  list(APPEND components mpi)
+  list(APPEND packages granuscope-mpi)
+endif()
 foreach(component package IN ZIP_LISTS components packages)
   install(FILES ${PROJECT_SOURCE_DIR}/cmake/debian/copyright ${CMAKE_BINARY_DIR}/changelog.gz
           DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/${package} COMPONENT ${component})
@@ -68,7 +73,7 @@ set(CPACK_PACKAGE_NAME granuscope)
 set(CPACK_PACKAGE_CONTACT "The granuscope authors <granuscope@example.org>")
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)
-set(CPACK_COMPONENTS_ALL program library)
+set(CPACK_COMPONENTS_ALL ${components})
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION science)
@@ -86,4 +91,8 @@ set(CPACK_DEBIAN_LIBRARY_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_LIBRARY_DESCRIPTION "The rooms model, storage, sampling, ensemble and analysis of granuscope as a
 static library with headers. Its interface may change with every version.")
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_DEPENDS "libfmt-dev, libgsl-dev, libhdf5-dev, libhwy-dev, libssl-dev, pkg-config")
+set(CPACK_DEBIAN_MPI_PACKAGE_NAME granuscope-mpi)
+set(CPACK_DEBIAN_MPI_PACKAGE_DEPENDS "granuscope (= ${PROJECT_VERSION})")
+set(CPACK_DEBIAN_MPI_DESCRIPTION "The program granuscope for MPI: mpirun -n N granuscope-mpi run EXPERIMENT draws
+the piles of an experiment on all ranks, and leaves the bytes of one process.")
 include(CPack)

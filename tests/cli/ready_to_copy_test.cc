@@ -1,4 +1,5 @@
-// The commands in examples/nightly and examples/ci, taken out of these files and run.
+// The commands in examples/nightly, examples/ci and the Snakefile of examples/cluster, taken out of these files and
+// run.
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <map>
@@ -54,6 +55,24 @@ std::vector<std::string> gitlab_commands() {
       inside = line == "  script:";
   }
   return commands;
+}
+
+/// The command of a rule of the Snakefile, with what Snakemake puts into its braces.
+std::string snakemake_command(const std::string& rule, const std::map<std::string, std::string>& values) {
+  bool inside = false;
+  for (const std::string& line : lines_of("cluster/Snakefile")) {
+    if (line.starts_with("rule ")) inside = line == "rule " + rule + ":";
+    const std::size_t at = line.find("shell: \"");
+    if (!inside || at == std::string::npos) continue;
+    std::string command = line.substr(at + 8, line.rfind('"') - at - 8);
+    for (const auto& [name, value] : values) {
+      for (std::size_t i = command.find("{" + name + "}"); i != std::string::npos; i = command.find("{" + name + "}")) {
+        command.replace(i, name.size() + 2, value);
+      }
+    }
+    return command;
+  }
+  return "false";
 }
 
 /// Runs it as a shell of the machine would, with the program found by its name.
@@ -121,4 +140,30 @@ TEST_CASE("The cron line, the systemd service and the lines of the page beside t
   }
   CHECK(fs::exists(project / "nights/index.html"));
   CHECK(fs::exists(project / "nights/latest/report.html"));
+}
+
+TEST_CASE("The commands of the Snakefile, in its order, leave the bytes of one run", "[long]") {
+  REQUIRE(lines_of("cluster/Snakefile").size() <= 25);
+  const test::TemporaryFolder folder;
+  write_file(folder / "experiment.toml", experiment_text);
+  const auto run = [&](const std::string& command) {
+    INFO(command);
+    CHECK(command.find('{') == std::string::npos);  // nothing is left to fill in
+    const ProcessResult result = in_shell(folder.path(), command);
+    INFO(result.standard_error);
+    REQUIRE(result.exit_code == 0);
+  };
+  std::map<std::string, std::string> values = {
+      {"EXPERIMENT", "experiment.toml"}, {"OUT", "out"}, {"N", "3"}, {"threads", "1"}};
+  for (const char* shard : {"3", "1", "2"}) {
+    values["wildcards.k"] = shard;
+    run(snakemake_command("shard", values));
+    CHECK_FALSE(fs::exists(folder / "out/summary.json"));
+  }
+  run(snakemake_command("report", values));
+  run("granuscope run experiment.toml --quiet --out one");
+  for (const char* file : {"summary.json", "ensembles/mu-0.3.h5", "claims.xml"}) {
+    INFO(file);
+    CHECK((read_file(folder / "out" / file) == read_file(folder / "one" / file)));
+  }
 }

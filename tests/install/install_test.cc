@@ -95,5 +95,10 @@ TEST_CASE("the Debian package, unpacked into an empty folder, makes a report", "
   fields << std::ifstream(folder / "said").rdbuf();
   CHECK_THAT(fields.str(), Contains("libhdf5") && Contains("gnuplot-nox") && Contains("Recommends: libosmesa6") &&
                                Contains("Suggests: weasyprint"));
+  if (fs::exists(fs::path(build_folder) / "granuscope-mpi")) {
+    require_done(folder.path(),
+                 "dpkg-deb -x packages/granuscope-mpi_*.deb root && test -x root/usr/bin/granuscope-mpi");
+    require_done(folder.path(), "dpkg-deb -f packages/granuscope-mpi_*.deb Depends | grep -q 'granuscope (= '");
+  }
   if (has_program("lintian")) require_done(folder.path(), "lintian --allow-root --fail-on error packages/*.deb");
 }
