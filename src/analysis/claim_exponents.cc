@@ -47,8 +47,7 @@ std::string misfit_sentence(const ScalingFit& fit) {
   if (!fit.exponent.known() || !fit.misses_the_points()) return "";
   return fmt::format(
       "χ² of the points about the power law is {} on {}: they follow no single power over this window, and the "
-      "exponent "
-      "lies between those of its parts.",
+      "exponent lies between those of its parts.",
       significant(fit.scatter.chi2, 3), fit.scatter.degrees_of_freedom);
 }
 

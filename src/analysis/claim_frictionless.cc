@@ -29,9 +29,8 @@ Claim judge_frictionless(const Analysis& analysis) {
   const bool holds = result->exact && c_error <= rounding && D_error <= rounding;
   claim.verdict = holds ? reproduced : not_reproduced;
   claim.explanation = fmt::format(
-      "A check of the program, since the rays are exact on this lattice: c differs from tan 30\u00b0 by {} and D from "
-      "0 "
-      "by {}; up to {} is rounding.",
+      "A check of the program, since the rays are exact on this lattice: c differs from tan 30\u00b0 by {} and D "
+      "from 0 by {}; up to {} is rounding.",
       significant(c_error, 2), significant(D_error, 2), significant(rounding, 1));
   return claim;
 }

@@ -57,6 +57,17 @@ std::string describe_difference(const std::string& there, const std::string& wan
   return fmt::format("{}{}", fmt::join(differences, ", "), more ? ", and more" : "");
 }
 
+namespace {
+
+bool only_more_samples(const std::string& there, const std::string& wanted) {
+  std::map<std::string, std::string> before = settings_of(there), after = settings_of(wanted);
+  const std::string fewer = before["samples"], more = after["samples"];
+  before["samples"] = more;
+  return before == after && std::strtoull(fewer.c_str(), nullptr, 10) < std::strtoull(more.c_str(), nullptr, 10);
+}
+
+}  // namespace
+
 std::uint64_t round_of(const EnsembleSpec& spec) {
   return group_size * static_cast<std::uint64_t>(spec.response.blocks);
 }
@@ -214,6 +225,9 @@ void look_for(PlannedEnsemble& planned, const std::filesystem::path& run_folder)
     const std::string wanted = configuration_text(planned.spec) + planned.notes;
     planned.reusable = there == wanted;
     if (!planned.reusable) planned.replaces = "it is of another experiment: " + describe_difference(there, wanted);
+    if (!planned.reusable && planned.spec.layout != BlockLayout::interleaved && only_more_samples(there, wanted)) {
+      planned.replaces += " (with response.extendable = true more samples go on from those that are there)";
+    }
   } catch (const InputError& damage) {
     planned.replaces = damage.what();  // damaged or foreign
   }

@@ -24,14 +24,8 @@ namespace {
 
 const std::string program = std::string(GRANUSCOPE_BINARY_DIR) + "/granuscope";
 
-/// One plot, no pictures, no PDF.
 std::string write_config(const test::TemporaryFolder& scratch) {
-  std::string text = smallest_experiment_text + "show = false\n[report]\npdf = false\n";
-  for (const char* figure : {"bead_forces", "transport_with_depth", "propagation_against_diffusion",
-                             "scaling_with_friction", "propagation_and_thrust"}) {
-    text += std::string("[figures.") + figure + "]\nshow = false\n";
-  }
-  std::ofstream(scratch / "small.toml") << text;
+  std::ofstream(scratch / "small.toml") << one_plot_text;
   return (scratch / "small.toml").string();
 }
 

@@ -77,14 +77,8 @@ std::string told_by(const fs::path& archive) {
   return result.standard_output;
 }
 
-/// One plot, no PDF.
 fs::path finished_run(const test::TemporaryFolder& scratch) {
-  std::string text = smallest_experiment_text + "show = false\n[report]\npdf = false\n";
-  for (const char* figure : {"bead_forces", "transport_with_depth", "propagation_against_diffusion",
-                             "scaling_with_friction", "propagation_and_thrust"}) {
-    text += std::string("[figures.") + figure + "]\nshow = false\n";
-  }
-  std::ofstream(scratch / "small.toml") << text;
+  std::ofstream(scratch / "small.toml") << one_plot_text;
   const fs::path out = scratch / "out";
   REQUIRE(granuscope_command({"run", (scratch / "small.toml").string(), "--out", out.string(), "--quiet"}).code == 0);
   return out;

@@ -20,12 +20,10 @@ using Json = nlohmann::ordered_json;
 
 namespace {
 
+/// With the one figure whose layers are fitted for it.
 Experiment experiment() {
-  Experiment small = small_experiment();
-  small.figures.bead_forces = small.figures.transport_with_depth = small.figures.propagation_against_diffusion = false;
-  small.figures.scaling_with_friction = small.figures.propagation_and_thrust = false;
-  small.force_chains.show = false;
-  small.report.pdf = false;
+  Experiment small = unplotted(small_experiment());
+  small.figures.response_profiles = true;
   return small;
 }
 

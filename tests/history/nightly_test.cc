@@ -30,14 +30,7 @@ namespace {
 constexpr std::uint64_t round_of_samples = 256;
 
 /// Small piles, and nothing plotted.
-Experiment experiment() {
-  Experiment small = parse_experiment(smallest_experiment_text, "small.toml");
-  small.figures.bead_forces = small.figures.response_profiles = small.figures.transport_with_depth = false;
-  small.figures.propagation_against_diffusion = small.figures.scaling_with_friction = false;
-  small.figures.propagation_and_thrust = small.force_chains.show = false;
-  small.report.pdf = false;
-  return small;
-}
+Experiment experiment() { return unplotted(parse_experiment(smallest_experiment_text, "small.toml")); }
 
 NightlyOptions nights_in(const fs::path& folder) {
   NightlyOptions options;
@@ -288,6 +281,36 @@ TEST_CASE("A full disk leaves the history as it was, whatever it cuts off") {
     CHECK(NightBook(history.path()).count() == before + 1);
   }
   CHECK(failed > 0);
+}
+
+TEST_CASE("A night that a full disk stops is gone on with by the next one, to the same pool", "[long]") {
+  const TemporaryFolder full, whole;
+  const NightlyOptions on_full = nights_in(full.path()), on_whole = nights_in(whole.path());
+  for (int n = 0; n < 2; ++n) run_night(experiment(), on_whole);
+  int stopped = 0;
+  // From the first file that is written to the largest one, on the first night and on the second.
+  for (const std::uint64_t limit : {1'000, 12'000, 40'000, 100'000, 200'000, 0, 2'000, 30'000, 60'000, 150'000, 0}) {
+    CAPTURE(limit);
+    if (limit == 0) {
+      CHECK(told(run_night(experiment(), on_full)).empty());
+      continue;
+    }
+    const test::FileSizeLimit cut(limit);
+    try {
+      run_night(experiment(), on_full);
+      break;  // it had room
+    } catch (const EnvironmentError&) {
+      ++stopped;
+    }
+  }
+  CHECK(stopped >= 4);
+  const NightBook one(full.path()), other(whole.path());
+  REQUIRE(one.count() == other.count());
+  CHECK(one.night(2).samples == other.night(2).samples);
+  for (const char* file : {"pool/summary.json", "pool/ensembles/mu-0.3.h5", "latest/summary.json"}) {
+    INFO(file);
+    CHECK((read_file(full / file) == read_file(whole / file)));
+  }
 }
 
 TEST_CASE("Ten thousand nights are told within a second", "[long]") {

@@ -59,4 +59,25 @@ width_px = 500
 dpi = 100
 )";
 
+/// The same without figures, pictures and PDF.
+inline Experiment unplotted(Experiment experiment) {
+  FigureSpec& figures = experiment.figures;
+  for (bool* shown : {&figures.bead_forces, &figures.response_profiles, &figures.transport_with_depth,
+                      &figures.propagation_against_diffusion, &figures.scaling_with_friction,
+                      &figures.propagation_and_thrust, &experiment.force_chains.show, &experiment.report.pdf}) {
+    *shown = false;
+  }
+  return experiment;
+}
+
+/// The smallest one with one plot, no pictures and no PDF.
+inline const std::string one_plot_text = [] {
+  std::string text = smallest_experiment_text + "show = false\n[report]\npdf = false\n";
+  for (const char* figure : {"bead_forces", "transport_with_depth", "propagation_against_diffusion",
+                             "scaling_with_friction", "propagation_and_thrust"}) {
+    text += std::string("[figures.") + figure + "]\nshow = false\n";
+  }
+  return text;
+}();
+
 }  // namespace granuscope
