@@ -86,14 +86,14 @@ std::string configuration_if_ensemble(const std::string& file) {
   }
 }
 
-/// What the picture says of itself. Names without their folders: the same picture is the same file anywhere.
+/// What the picture says of itself. It names no folder, nor its own file: the same picture is the same bytes anywhere.
 ImageMetadata metadata_for(const RenderOptions& options, const std::string& shown) {
   const auto name_of = [](const std::string& file) { return std::filesystem::path(file).filename().string(); };
   const SceneSpec& scene = options.scene;
   std::string command = "granuscope render " + name_of(options.pile_file);
   if (!options.minus_file.empty()) command += " --minus " + name_of(options.minus_file);
-  command += fmt::format(" --image {} --scene {} --width {} --dpi {}", name_of(options.image_file), scene.scene,
-                         scene.width_px, exact(scene.dpi));
+  command +=
+      fmt::format(" --image IMAGE --scene {} --width {} --dpi {}", scene.scene, scene.width_px, exact(scene.dpi));
   if (!options.window.empty()) command += " --window=" + options.window;
   if (!options.range.empty()) command += " --range=" + options.range;
   if (!scene.colour_map.empty()) command += " --colour-map " + scene.colour_map;

@@ -67,7 +67,10 @@ TEST_CASE("run leaves the documented files, the same numbers for every number of
   CHECK(read_file(scratch / "one" / "summary.json") == read_file(scratch / "two" / "summary.json"));
 
   // Again in the same folder: everything that takes time is there already.
-  const auto plan = granuscope_command({"run", config.string(), "--dry-run", "--out", (scratch / "one").string()});
+  const auto nothing = granuscope_command({"run", config.string(), "--dry-run", "--out", (scratch / "one").string()});
+  CHECK_THAT(nothing.out, Contains("nothing would be done"));
+  const auto plan = granuscope_command({"run", config.string(), "--dry-run", "--out", (scratch / "one").string(),
+                                        "--set", "report.headline=other words"});
   for (const char* mu : {"0", "0.2", "0.3", "0.4"})
     CHECK_THAT(plan.out, Contains(std::string("mu = ") + mu + " (there already)"));
   const std::string before = read_file(scratch / "one" / "summary.json");
