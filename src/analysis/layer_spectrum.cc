@@ -16,13 +16,13 @@ namespace {
 using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 /// cos(2 pi m x_j / columns), shape [columns, modes]. 2 x_j is an integer, so every angle comes from one exact table.
-Matrix cosine_matrix(const Lattice& lattice, int layer, int modes) {
+Matrix cosine_matrix(const Lattice& lattice, bool half_shifted, int modes) {
   const int period = 2 * lattice.columns();
   std::vector<double> cosine(static_cast<std::size_t>(period));
   for (int i = 0; i < period; ++i) cosine[static_cast<std::size_t>(i)] = std::cos(2 * std::numbers::pi * i / period);
   Matrix matrix(lattice.columns(), modes);
   for (int j = 0; j < lattice.columns(); ++j) {
-    const long twice_x = std::lround(2 * lattice.x(layer, j)) + period;
+    const long twice_x = std::lround(2 * lattice.x(half_shifted ? 1 : 0, j)) + period;
     for (int m = 1; m <= modes; ++m) matrix(j, m - 1) = cosine[static_cast<std::size_t>(twice_x * m % period)];
   }
   return matrix;
@@ -45,8 +45,7 @@ struct BlockModes {
 BlockModes modes_of_profiles(const BlockSums& sums, std::size_t row, double overload, int modes) {
   const ResponseQuantity response = response_quantity(sums, overload);
   const QuantitySums& q = sums.quantities.at(response.name);
-  const int columns = q.width, blocks = sums.blocks(), layer = sums.layers[row];
-  const Lattice lattice({columns, layer + 1});
+  const int columns = q.width, blocks = sums.blocks();
   // Rows: block sums. The uniform load only enters the mode m = 0.
   Matrix block_sums(blocks, columns), count(blocks, modes);
   for (int b = 0; b < blocks; ++b) {
@@ -58,13 +57,15 @@ BlockModes modes_of_profiles(const BlockSums& sums, std::size_t row, double over
       block_sums(b, i) = q.sum[offset + static_cast<std::size_t>(i)] - samples * response.background;
     }
   }
-  return {block_sums * cosine_matrix(lattice, layer, modes) / response.scale, count};
+  return {
+      block_sums * cosine_matrix(Lattice({columns, 2}), sums.rows.shifted(sums.layers[row]), modes) / response.scale,
+      count};
 }
 
 /// Cross-correlations, divided by the realised spectrum of the loads.
 BlockModes modes_of_correlations(const BlockSums& sums, std::size_t row, int modes) {
   const int blocks = sums.blocks(), columns = sums.quantities.at("correlation").width;
-  const bool half_shifted = sums.layers[row] % 2 == 1;
+  const bool half_shifted = sums.rows.shifted(sums.layers[row]);
   BlockModes result{Matrix(blocks, modes), Matrix(blocks, modes)};
   for (int b = 0; b < blocks; ++b) {
     const double* const correlation = correlation_sums(sums, static_cast<std::size_t>(b), row);
@@ -168,7 +169,7 @@ LayerSpectrum spectrum_of_propagation(const BlockSums& sums, std::size_t row) {
   BlockMeans modes = propagated_modes(sums, row);
   LayerSpectrum spectrum;
   spectrum.columns = sums.quantities.at("propagation").width / 2;
-  spectrum.half_shifted = sums.layers[row] % 2 == 1;
+  spectrum.half_shifted = sums.rows.shifted(sums.layers[row]);
   Row variance(static_cast<Eigen::Index>(modes.whole.size()));
   for (std::size_t m = 0; m < modes.whole.size(); ++m) {
     Replicated mode{modes.whole[m], {}};
@@ -188,7 +189,7 @@ LayerSpectrum layer_spectrum(const BlockSums& sums, std::size_t row, double over
   const BlockModes block = block_modes(sums, row, overload);
   LayerSpectrum spectrum;
   spectrum.columns = columns_of_response(sums, overload);
-  spectrum.half_shifted = sums.layers[row] % 2 == 1;
+  spectrum.half_shifted = sums.rows.shifted(sums.layers[row]);
   const Row numerator = block.numerator.colwise().sum(), denominator = block.denominator.colwise().sum();
   const Row mean = numerator / denominator;
   spectrum.whole = to_vector(mean);

@@ -24,10 +24,11 @@ void measure_exactly(const EnsembleRecord& record, std::size_t row, double overl
   const BlockMeans means = mean_response(record.sums, row, overload);
   const auto columns = static_cast<int>(means.whole.size());
   const int layer = record.sums.layers[row];
-  const Lattice lattice({columns, layer + 1});
+  const Lattice lattice({columns, 2});
+  const int kind_of_row = record.sums.rows.shifted(layer) ? 1 : 0;
   double first = 0, second = 0;
   for (int i = 0; i < columns; ++i) {
-    const double x = lattice.x(layer, i), pressure = means.whole[static_cast<std::size_t>(i)];
+    const double x = lattice.x(kind_of_row, i), pressure = means.whole[static_cast<std::size_t>(i)];
     first += std::abs(x) * pressure;
     second += x * x * pressure;
   }
@@ -113,7 +114,7 @@ void measure_by_fit(const LayerSpectrum& spectrum, const FitSpec& spec, Measured
 MeasuredDepth depth_of(const MeasuredEnsemble& ensemble, std::size_t row) {
   MeasuredDepth depth;
   depth.fit.layer = ensemble.record.sums.layers[row];
-  depth.fit.z = Lattice::depth(depth.fit.layer);
+  depth.fit.z = ensemble.record.sums.rows.depth(depth.fit.layer);
   return depth;
 }
 
@@ -136,8 +137,8 @@ MeasuredDepth measure_depth(const MeasuredEnsemble& ensemble, const FitSpec& spe
   }
   if (depth.inside) {
     depth.inside->height =
-        peak_height(mean_response(record.sums, row, ensemble.spec.response.overload),
-                    Lattice({spectrum.columns, depth.fit.layer + 1}), depth.fit.layer, depth.peak, depth.width);
+        peak_height(mean_response(record.sums, row, ensemble.spec.response.overload), Lattice({spectrum.columns, 2}),
+                    spectrum.half_shifted ? 1 : 0, depth.peak, depth.width);
     depth.inside->noise = residual_noise(spectrum, depth.peak, depth.width);
   }
   depth.fit.peak_position = estimate(depth.peak, depth.fit.reason);

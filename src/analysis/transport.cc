@@ -115,7 +115,7 @@ void measure_variations(const FittedRun& run, MeasuredTransport& result) {
 }
 
 /// That run, with its edge unless it is exact; `used`: its depths in the window.
-FittedRun fitted_run(const std::vector<MeasuredDepth>& depths, const FitSpec& spec, bool exact,
+FittedRun fitted_run(const std::vector<MeasuredDepth>& depths, const FitSpec& spec, const RowGeometry& rows, bool exact,
                      std::vector<const MeasuredDepth*>& used) {
   FittedRun run;
   for (const MeasuredDepth* depth : identifiable_run(depths, spec)) {
@@ -130,7 +130,7 @@ FittedRun fitted_run(const std::vector<MeasuredDepth>& depths, const FitSpec& sp
   run.widths.z = run.peaks_by_equal.z = run.widths_by_equal.z = run.peaks.z;
   run.window_start = run.layers.size() - used.size();
   if (!exact && used.size() >= min_depths) {
-    const double reach = Lattice::depth(spec.layer_step) - Lattice::depth(0);
+    const double reach = rows.depth(spec.layer_step) - rows.depth(0);
     run.edge = edge_of(run, spec.min_identifiable_width, reach);
   }
   return run;
@@ -139,7 +139,7 @@ FittedRun fitted_run(const std::vector<MeasuredDepth>& depths, const FitSpec& sp
 void fit_slopes(const std::vector<MeasuredDepth>& depths, const FitSpec& spec, MeasuredTransport& result) {
   Transport& t = result.transport;
   std::vector<const MeasuredDepth*> used;
-  const FittedRun run = fitted_run(depths, spec, t.exact, used);
+  const FittedRun run = fitted_run(depths, spec, rows_of(t.spec.sampler.model), t.exact, used);
   t.depths_in_window = static_cast<int>(used.size());
   if (used.size() < min_depths) {
     const std::string how_many = used.empty() ? "no depth" : used.size() == 1 ? "one depth" : "two depths";
@@ -238,16 +238,18 @@ MeasuredRatios ratios_of(const MeasuredDepth& depth) {
 ResponseProfile response_profile(const MeasuredEnsemble& ensemble, std::size_t row, const MeasuredDepth& depth) {
   const BlockMeans means = mean_response(ensemble.record.sums, row, ensemble.spec.response.overload);
   const int layer = depth.fit.layer, columns = static_cast<int>(means.whole.size());
-  const Lattice lattice({columns, layer + 1});
+  const Lattice lattice({columns, 2});
+  const int kind_of_row = ensemble.record.sums.rows.shifted(layer) ? 1 : 0;
   ResponseProfile profile;
   profile.layer = layer;
   profile.z = depth.fit.z;
   std::vector<int> order(means.whole.size());
   for (int i = 0; i < columns; ++i) order[static_cast<std::size_t>(i)] = i;
-  std::sort(order.begin(), order.end(), [&](int a, int b) { return lattice.x(layer, a) < lattice.x(layer, b); });
-  // Bead at -x, on the ring: x = i - middle + shift, so the mirror image of i is 2 middle - i - (layer mod 2).
+  std::sort(order.begin(), order.end(),
+            [&](int a, int b) { return lattice.x(kind_of_row, a) < lattice.x(kind_of_row, b); });
+  // Bead at -x, on the ring: x = i - middle + shift, so the mirror image of i is 2 middle - i - twice the shift.
   const auto mirror = [&](int i) {
-    const int image = 2 * lattice.middle() - i - layer % 2;
+    const int image = 2 * lattice.middle() - i - kind_of_row;
     return static_cast<std::size_t>((image % columns + columns) % columns);
   };
   for (int i : order) {
@@ -257,7 +259,7 @@ ResponseProfile response_profile(const MeasuredEnsemble& ensemble, std::size_t r
     };
     Replicated pressure{symmetrised(means.whole), {}};
     for (const auto& without : means.without_block) pressure.without_block.push_back(symmetrised(without));
-    profile.x.push_back(lattice.x(layer, i));
+    profile.x.push_back(lattice.x(kind_of_row, i));
     profile.pressure.push_back(pressure.value);
     profile.standard_error.push_back(estimate(pressure).standard_error);
   }
@@ -339,7 +341,7 @@ Slopes measure_slopes(const MeasuredEnsemble& ensemble, const FitSpec& spec) {
     if (in_window(spec, sums.layers[row])) depths.push_back(measure_depth_values(ensemble, spec, row));
   }
   std::vector<const MeasuredDepth*> used;
-  const FittedRun run = fitted_run(depths, spec, all_exact(depths), used);
+  const FittedRun run = fitted_run(depths, spec, sums.rows, all_exact(depths), used);
   if (used.size() < min_depths) return {nan, nan};
   const TransportLines lines = transport_lines(run);
   return {lines.position.slope.value, lines.width.slope.value};

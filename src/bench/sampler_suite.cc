@@ -66,7 +66,7 @@ class Piles {
  public:
   Piles(double mu, const LatticeSpec& lattice)
       : lattice_(lattice),
-        spec_{.mu = mu, .seed = seed},
+        spec_{.mu = mu, .seed = seed, .model = {}},
         sampler_(make_sampler(spec_, lattice_)),
         straight_line_(mu, lattice_),
         load_(static_cast<std::size_t>(lattice.columns), 1.0),

@@ -72,12 +72,27 @@ Problem find_fluctuation_problem(const EnsembleSpec& spec) {
       plan.lags.back(), bottom_margin + 1, plan.layers_needed, spec.response.base_step);
 }
 
+/// What of the estimators makes no sense with a model that has no contacts of beads.
+Problem find_model_problem(const EnsembleSpec& spec) {
+  const ModelSpec& model = spec.sampler.model;
+  if (model.is_beads()) return {};
+  if (auto found = find_problem(model, spec.lattice)) return found;
+  const EstimatorName estimator = spec.response.estimator;
+  if (estimator == EstimatorName::point || estimator == EstimatorName::multiplexed) return {};
+  return problem("estimator",
+                 "the estimator {} follows {} of beads, which the model {} does not have; choose point or multiplexed",
+                 name_of(estimator),
+                 estimator == EstimatorName::paired ? "the splits" : "weights and horizontal forces",
+                 name_of(model.name));
+}
+
 }  // namespace
 
 Problem find_problem(const EnsembleSpec& spec) {
   if (auto found = find_problem(spec.lattice)) return found;
   if (auto found = find_problem(spec.sampler)) return found;
   if (auto found = find_problem(spec.response, spec.lattice)) return found;
+  if (auto found = find_model_problem(spec)) return found;
   const EstimatorName estimator = spec.response.estimator;
   if (estimator != EstimatorName::point && spec.load != Load::point) {
     return problem("load", "the estimator {} brings its own loads; leave the load at point", name_of(estimator));
@@ -104,6 +119,7 @@ std::string configuration_text(const EnsembleSpec& spec) {
   std::string text;
   const auto add = [&](const char* key, const auto& value) { text += fmt::format("{}={}\n", key, value); };
   add("sampling_version", sampling_version);
+  text += configuration_text(sampler.model);
   add("law", name_of(sampler.law));
   add("mu", exact(sampler.mu));
   add("seed", sampler.seed);

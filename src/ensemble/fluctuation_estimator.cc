@@ -33,7 +33,7 @@ std::size_t layers_at_once(const FluctuationPlan& plan) {
 }  // namespace
 
 std::vector<QuantityShape> FluctuationEstimator::quantities(const EnsembleSpec& spec) {
-  std::vector<QuantityShape> all = LayerObservables::quantities();
+  std::vector<QuantityShape> all = LayerObservables::quantities(spec);
   if (spec.record_profiles) all.push_back({"propagation", 2 * spec.lattice.columns});
   return all;
 }
@@ -63,7 +63,7 @@ FluctuationEstimator::FluctuationEstimator(const EnsembleSpec& spec, Samplers sa
       correlations_(aligned_array<double>(modes_ * plan_.lags.size() * of_mode)),
       place_(static_cast<std::size_t>(spec.lattice.layers), -1),
       pairs_(plan_.lags.size()),
-      observables_(sums, block),
+      observables_(spec, sums, block),
       profiles_(spec.record_profiles),
       propagation_(profiles_ ? BlockSlice(sums, "propagation", block) : BlockSlice()) {
   for (std::size_t m = 1; m <= modes_; ++m) {

@@ -5,6 +5,17 @@
 
 namespace granuscope {
 
+std::vector<QuantityShape> LayerObservables::quantities(const EnsembleSpec& spec) {
+  std::vector<QuantityShape> all = {{"thrust", 1}, {"weight_variance", 1}};
+  for (const char* extra : extra_names(spec.sampler.model)) all.push_back({extra, 1});
+  return all;
+}
+
+LayerObservables::LayerObservables(const EnsembleSpec& spec, BlockSums& sums, int block)
+    : layers_(sums.layers), thrust_(sums, "thrust", block), variance_(sums, "weight_variance", block) {
+  for (const char* extra : extra_names(spec.sampler.model)) extras_.emplace_back(sums, extra, block);
+}
+
 LayerMoments LayerObservables::of_layer(const PileGroup& group, int layer) {
   LayerMoments observables = group.moments_of(layer);
   for (std::size_t k = 0; k < group.piles; ++k) {
@@ -32,6 +43,16 @@ void LayerObservables::add(const PileGroup& group, Failures failures) const {
     for (std::size_t k = 0; k < group.piles; ++k) {
       if (!failures[k]) add(l, observables.thrust[k], observables.variance[k]);
     }
+    add_extras(l, group, group, failures);
+  }
+}
+
+void LayerObservables::add_extras(std::size_t l, const PileGroup& one, const PileGroup& other,
+                                  Failures failures) const {
+  for (std::size_t e = 0; e < extras_.size(); ++e) {
+    for (std::size_t k = 0; k < one.piles; ++k) {
+      if (!failures[k]) extras_[e].add(l, (one.extra(layers_[l], e, k) + other.extra(layers_[l], e, k)) / 2);
+    }
   }
 }
 
@@ -41,6 +62,7 @@ void LayerObservables::add_mean(const PileGroup& one, const PileGroup& other, Fa
     for (std::size_t k = 0; k < one.piles; ++k) {
       if (!failures[k]) add(l, (a.thrust[k] + b.thrust[k]) / 2, (a.variance[k] + b.variance[k]) / 2);
     }
+    add_extras(l, one, other, failures);
   }
 }
 

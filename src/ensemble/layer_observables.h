@@ -11,14 +11,14 @@
 namespace granuscope {
 
 /// What every estimator sums of its piles, layer by layer: "thrust", sqrt(3) sum(H_R - H_L) / sum(w) over the contacts
-/// leaving the layer, and "weight_variance", the mean over columns of (w - 1)^2.
+/// leaving the layer, and "weight_variance", the mean over columns of (w - 1)^2,
+/// and what the model counts besides (extra_names).
 class LayerObservables {
  public:
   using Failures = std::span<const std::optional<SamplingFailure>>;
 
-  static std::vector<QuantityShape> quantities() { return {{"thrust", 1}, {"weight_variance", 1}}; }
-  LayerObservables(BlockSums& sums, int block)
-      : layers_(sums.layers), thrust_(sums, "thrust", block), variance_(sums, "weight_variance", block) {}
+  static std::vector<QuantityShape> quantities(const EnsembleSpec& spec);
+  LayerObservables(const EnsembleSpec& spec, BlockSums& sums, int block);
   void add(const Pile& pile) const;
   /// Those of the piles that did not fail; `failures` has an entry per pile.
   void add(const PileGroup& group, Failures failures) const;
@@ -31,9 +31,12 @@ class LayerObservables {
   /// The moments of a layer, divided by what makes them the observables.
   static LayerMoments of_layer(const PileGroup& group, int layer);
   void add(std::size_t l, double thrust, double variance) const;
+  /// Of both groups, the means; they may be the same one.
+  void add_extras(std::size_t l, const PileGroup& one, const PileGroup& other, Failures failures) const;
 
   const std::vector<int>& layers_;
   BlockSlice thrust_, variance_;
+  std::vector<BlockSlice> extras_;
 };
 
 }  // namespace granuscope

@@ -7,7 +7,7 @@
 namespace granuscope {
 
 std::vector<QuantityShape> MultiplexedEstimator::quantities(const EnsembleSpec& spec) {
-  std::vector<QuantityShape> all = LayerObservables::quantities();
+  std::vector<QuantityShape> all = LayerObservables::quantities(spec);
   if (spec.record_profiles) all.push_back({"correlation", spec.lattice.columns});
   return all;
 }
@@ -20,7 +20,7 @@ MultiplexedEstimator::MultiplexedEstimator(const EnsembleSpec& spec, Samplers sa
       fourier_(columns_),
       samplers_(samplers),
       layers_(sums.layers),
-      observables_(sums, block),
+      observables_(spec, sums, block),
       profiles_(spec.record_profiles),
       correlation_(profiles_ ? BlockSlice(sums, "correlation", block) : BlockSlice()) {
   const std::size_t at_once = piles_at_once(spec.sampler, Lattice(spec.lattice));

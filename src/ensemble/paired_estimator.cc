@@ -21,7 +21,7 @@ int beads_below_overload(const Lattice& lattice, int layer) {
 }
 
 std::vector<QuantityShape> PairedEstimator::quantities(const EnsembleSpec& spec) {
-  std::vector<QuantityShape> all = LayerObservables::quantities();
+  std::vector<QuantityShape> all = LayerObservables::quantities(spec);
   all.push_back({"redrawn", 1});
   all.push_back({"redrawn_below_overload", 1});
   all.push_back({"response_thrust", 1});
@@ -37,7 +37,7 @@ PairedEstimator::PairedEstimator(const EnsembleSpec& spec, Samplers samplers, Bl
       before_(Lattice(spec.lattice)),
       after_(before_),
       layers_(sums.layers),
-      observables_(sums, block),
+      observables_(spec, sums, block),
       redrawn_(sums, "redrawn", block),
       redrawn_below_(sums, "redrawn_below_overload", block),
       response_thrust_(sums, "response_thrust", block),

@@ -5,7 +5,7 @@
 namespace granuscope {
 
 std::vector<QuantityShape> PointEstimator::quantities(const EnsembleSpec& spec) {
-  std::vector<QuantityShape> all = LayerObservables::quantities();
+  std::vector<QuantityShape> all = LayerObservables::quantities(spec);
   if (spec.record_profiles) all.push_back({"weight", spec.lattice.columns});
   return all;
 }
@@ -15,7 +15,7 @@ PointEstimator::PointEstimator(const EnsembleSpec& spec, Samplers samplers, Bloc
       loads_(piles_at_once(spec.sampler, Lattice(spec.lattice)), load_),
       sampler_(samplers.first),
       layers_(sums.layers),
-      observables_(sums, block),
+      observables_(spec, sums, block),
       profiles_(spec.record_profiles),
       weight_(profiles_ ? BlockSlice(sums, "weight", block) : BlockSlice()) {}
 

@@ -15,6 +15,17 @@ struct LatticeSpec {
 inline constexpr int fewest_columns = 4;
 inline constexpr int fewest_layers = 1;
 
+/// Where the rows of a model lie. Lengths in bead diameters: neighbours in a row are 1 apart.
+struct RowGeometry {
+  double spacing = 1.7320508075688772935 / 2;  ///< of rows in depth; by default that of the beads
+  bool staggered = true;                       ///< every other row lies half a bead further right
+
+  /// z of a row, counted from the surface as that of the beads is.
+  double depth(int row) const { return 0.5 + row * spacing; }
+  bool shifted(int row) const { return staggered && row % 2 == 1; }
+  bool operator==(const RowGeometry&) const = default;
+};
+
 /// What makes it no lattice.
 Problem find_problem(const LatticeSpec& spec);
 

@@ -39,6 +39,10 @@ struct PileGroup {
   std::span<const std::span<const double>> loads;  ///< of each pile
   std::span<const IdentityResiduals> residuals;    ///< of each pile, where they were found while it was drawn
 
+  /// What a model counts beside the moments, [kept layers, names, group_lanes]: means over a layer's beads.
+  std::span<const char* const> extra_names = {};
+  const double* extras = nullptr;
+
   double mu = 0;
   std::string law;
   std::uint64_t seed = 0, first_sample = 0;
@@ -56,6 +60,10 @@ struct PileGroup {
   }
   /// Those of a kept layer.
   LayerMoments moments_of(int layer) const;
+  /// Extra number `which` of pile k in a kept layer.
+  double extra(int layer, std::size_t which, std::size_t k) const {
+    return extras[(static_cast<std::size_t>(place_of(layer)) * extra_names.size() + which) * group_lanes + k];
+  }
 
  private:
   int place_of(int layer) const;

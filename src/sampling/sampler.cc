@@ -12,6 +12,7 @@
 #include "sampling/polytope.h"
 #include "sampling/random_key.h"
 #include "sampling/rejection.h"
+#include "sampling/row_model_sampler.h"
 #include "support/error.h"
 
 namespace granuscope {
@@ -39,8 +40,8 @@ class FrictionlessSampler final : public Sampler {
 /// Guards the contract of draw() once, for every law.
 class CheckedSampler final : public Sampler {
  public:
-  CheckedSampler(std::unique_ptr<Sampler> inner, const Lattice& lattice, const FrictionCone& cone)
-      : Sampler(lattice), inner_(std::move(inner)), takes_zero_(cone.mu() > 0 && cone.t_minus() <= 0) {}
+  CheckedSampler(std::unique_ptr<Sampler> inner, const Lattice& lattice, bool takes_zero)
+      : Sampler(lattice), inner_(std::move(inner)), takes_zero_(takes_zero) {}
   std::optional<SamplingFailure> draw(std::uint64_t sample, std::span<const double> load, Pile& pile) override {
     check(sample, load, pile);
     auto failure = inner_->draw(sample, load, pile);
@@ -116,7 +117,7 @@ class CheckedSampler final : public Sampler {
   }
 
   std::unique_ptr<Sampler> inner_;
-  bool takes_zero_;  ///< t- <= 0: a contact may lean outwards, and unloaded beads can carry their neighbours' force
+  bool takes_zero_;  ///< unloaded beads can carry their neighbours' force
 };
 
 }  // namespace
@@ -141,6 +142,7 @@ std::span<const PileGroup> Sampler::draw_groups(std::span<const std::uint64_t> s
 std::size_t piles_at_once(const SamplerSpec& spec, const Lattice& lattice) {
   // Where few beads fail, two groups at once hide less waiting than they cost memory traffic in wide piles.
   constexpr double least_mu_for_two = 0.15;
+  if (!spec.model.is_beads()) return group_lanes;
   if (spec.law != Law::granusolve || spec.rules != RepairRules::all || !(spec.mu > 0) ||
       !GranusolveGroup::fits(lattice))
     return 1;
@@ -148,6 +150,7 @@ std::size_t piles_at_once(const SamplerSpec& spec, const Lattice& lattice) {
 }
 
 double drawing_memory(const SamplerSpec& spec, const Lattice& lattice) {
+  if (!spec.model.is_beads()) return RowModelSampler::memory(lattice);
   const double pile = 32, solver = 68;  // bytes per bead, the latter for the law that needs most
   const double granusolve = 15;         // of a pile by itself, such as the groups have evicted
   const auto piles = static_cast<double>(piles_at_once(spec, lattice));
@@ -160,6 +163,10 @@ double drawing_memory(const SamplerSpec& spec, const Lattice& lattice) {
 
 std::unique_ptr<Sampler> make_sampler(const SamplerSpec& spec, const Lattice& lattice) {
   validate(spec);
+  if (!spec.model.is_beads()) {
+    refuse(find_problem(spec.model, {lattice.columns(), lattice.layers()}));
+    return std::make_unique<CheckedSampler>(std::make_unique<RowModelSampler>(spec, lattice), lattice, true);
+  }
   const FrictionCone cone(spec.mu);
   std::unique_ptr<Sampler> sampler;
   if (cone.mu() == 0) {
@@ -173,7 +180,8 @@ std::unique_ptr<Sampler> make_sampler(const SamplerSpec& spec, const Lattice& la
   } else {
     sampler = std::make_unique<PolytopeSampler>(spec, lattice);
   }
-  return std::make_unique<CheckedSampler>(std::move(sampler), lattice, cone);
+  // t- <= 0: a contact may lean outwards.
+  return std::make_unique<CheckedSampler>(std::move(sampler), lattice, cone.mu() > 0 && cone.t_minus() <= 0);
 }
 
 }  // namespace granuscope

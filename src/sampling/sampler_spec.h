@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <string>
 
+#include "sampling/model_spec.h"
 #include "support/problem.h"
 
 namespace granuscope {
@@ -51,6 +52,7 @@ struct SamplerSpec {
   double lambda = 1;           ///< polytope: the density is the product of length^-lambda over all beads, 0 to 1
   std::uint64_t burn_in = 0;   ///< polytope: sweeps before the first of eight piles; 0: from the autocorrelation
   std::uint64_t thinning = 0;  ///< polytope: sweeps from one of them to the next; 0: from the autocorrelation
+  ModelSpec model;             ///< any but the frictional beads has its own law and no mu; of these it takes the seed
 };
 
 /// The first number out of range, or that would change nothing (mu is left to the FrictionCone).

@@ -20,6 +20,7 @@ std::span<const double> slice(const BlockSums& sums, const QuantitySums& quantit
 BlockSums zero_sums(const BlockSums& like, int first_block, std::size_t blocks) {
   BlockSums zero;
   zero.layers = like.layers;
+  zero.rows = like.rows;
   zero.first_block = first_block;
   zero.count.assign(blocks, 0);
   for (const auto& [name, quantity] : like.quantities) {
@@ -33,6 +34,7 @@ BlockSums zero_sums(const BlockSums& like, int first_block, std::size_t blocks) 
 BlockSums take_blocks(const BlockSums& all, std::size_t first, std::size_t blocks) {
   BlockSums taken;
   taken.layers = all.layers;
+  taken.rows = all.rows;
   taken.first_block = all.first_block + static_cast<int>(first);
   const auto count = all.count.begin() + static_cast<std::ptrdiff_t>(first);
   taken.count.assign(count, count + static_cast<std::ptrdiff_t>(blocks));

@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "model/lattice.h"
+
 namespace granuscope {
 
 /// Sums of one measured quantity over the samples of each block, shape [blocks, layers, width], row-major; width is
@@ -28,6 +30,7 @@ struct BlockSums {
   std::vector<int> layers;           ///< which layers are recorded, ascending
   std::vector<std::uint64_t> count;  ///< samples that entered each block
   std::map<std::string, QuantitySums> quantities;
+  RowGeometry rows;     ///< where the layers lie
   int first_block = 0;  ///< number of the first of these blocks in the ensemble, of which they may be a part
 
   int blocks() const { return static_cast<int>(count.size()); }

@@ -12,6 +12,7 @@
 #include "storage/hdf5_reader.h"
 #include "storage/hdf5_writer.h"
 #include "storage/lattice_axes.h"
+#include "support/number_format.h"
 
 namespace granuscope {
 namespace {
@@ -76,7 +77,11 @@ void write_ensemble(const std::filesystem::path& file, const EnsembleRecord& hea
   describe_dataset(writer, "/layers", "number of the layer, 0 at the top", "layer");
   int columns = 0;
   for (const auto& [quantity, numbers] : sums.quantities) columns = std::max(columns, numbers.width);
-  write_lattice_axes(writer, columns, sums.layers);
+  write_lattice_axes(writer, columns, sums.layers, sums.rows);
+  if (sums.rows != RowGeometry{}) {  // those of the beads go without saying
+    writer.attribute("/", row_spacing, exact(sums.rows.spacing));
+    writer.attribute("/", rows_staggered, sums.rows.staggered ? "yes" : "no");
+  }
   for (const auto& [quantity, numbers] : sums.quantities) {
     const Shape shape = {blocks, layers, static_cast<std::uint64_t>(numbers.width)};
     writer.group("/" + quantity);

@@ -10,6 +10,9 @@ inline constexpr std::uint64_t version = 4;
 /// More blocks than any ensemble has.
 inline constexpr std::uint64_t most_blocks = 1'000'000;
 
+/// Where the rows lie, if not as those of beads: a number in full, and "yes" or "no".
+inline constexpr const char *row_spacing = "row_spacing", *rows_staggered = "rows_staggered";
+
 /// Groups that are not quantities.
 inline constexpr const char* counters_group = "counters";
 inline constexpr const char* failed_group = "failed";

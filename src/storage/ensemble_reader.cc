@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <limits>
 #include <span>
 #include <utility>
@@ -62,6 +63,18 @@ int read_first_block(const Hdf5Reader& reader) {
   return static_cast<int>(first);
 }
 
+RowGeometry read_rows(const Hdf5Reader& reader) {
+  RowGeometry rows;
+  if (!reader.has_attribute("/", row_spacing)) return rows;
+  const std::string spacing = reader.text("/", row_spacing);
+  rows.staggered = reader.text("/", rows_staggered) == "yes";
+  const auto [end, error] = std::from_chars(spacing.data(), spacing.data() + spacing.size(), rows.spacing);
+  if (error != std::errc{} || end != spacing.data() + spacing.size() || !(rows.spacing > 0)) {
+    reader.fail(fmt::format("its rows are '{}' apart, which is no distance. Make the file again.", spacing));
+  }
+  return rows;
+}
+
 Description describe(const std::filesystem::path& file) {
   const Hdf5Reader reader(file, kind);
   check_format(reader);
@@ -75,6 +88,7 @@ Description describe(const std::filesystem::path& file) {
   sums.first_block = read_first_block(reader);
   sums.count = reader.counts("/count", {blocks});
   sums.layers = reader.integers("/layers", {layers});
+  sums.rows = read_rows(reader);
   const auto not_ascending = [](int upper, int lower) { return upper >= lower; };
   if ((!sums.layers.empty() && sums.layers.front() < 0) ||
       std::adjacent_find(sums.layers.begin(), sums.layers.end(), not_ascending) != sums.layers.end()) {
@@ -110,8 +124,8 @@ std::string to_bytes(const Description& found) {
   ByteWriter writer;
   const auto put = [&writer](const auto&... field) { (writer.put(field), ...); };
   const EnsembleRecord& header = found.header;
-  put(header.configuration, header.configuration_key, header.sampling_version, header.sums.layers, header.sums.count,
-      header.sums.first_block, header.counts, header.sums.quantities.size());
+  put(header.configuration, header.configuration_key, header.sampling_version, header.sums.layers, header.sums.rows,
+      header.sums.count, header.sums.first_block, header.counts, header.sums.quantities.size());
   for (const auto& [quantity, described] : header.sums.quantities) {
     put(quantity, described.width);
     each_field(put, found.stored.at(quantity).first);
@@ -129,8 +143,8 @@ Description from_bytes(const std::string& bytes) {
   Description found;
   EnsembleRecord& header = found.header;
   std::size_t length = 0;
-  get(header.configuration, header.configuration_key, header.sampling_version, header.sums.layers, header.sums.count,
-      header.sums.first_block, header.counts, length);
+  get(header.configuration, header.configuration_key, header.sampling_version, header.sums.layers, header.sums.rows,
+      header.sums.count, header.sums.first_block, header.counts, length);
   for (std::size_t i = 0; i < length; ++i) {
     std::string quantity;
     get(quantity);

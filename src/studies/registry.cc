@@ -5,6 +5,7 @@
 #include "studies/deep_response.h"
 #include "studies/error_against_time.h"
 #include "studies/law_comparison/study.h"
+#include "studies/models/study.h"
 #include "studies/nonlinearity/study.h"
 #include "studies/numerical_stability.h"
 #include "studies/redrawn_beads.h"
@@ -24,6 +25,7 @@ Studies::Studies() {
   all_.push_back(nonlinearity_study());
   all_.push_back(law_comparison_study());
   all_.push_back(rejection_thrust_study());
+  all_.push_back(models_study());
 }
 
 Studies::Studies(const Studies& other) {

@@ -74,7 +74,7 @@ TEST_CASE("the straight-line limit begins as the sampler does and stays finite")
     Pile straight(lattice), drawn(lattice);
     StraightLine(mu, lattice).fill(1, 5, straight);
     const std::vector<double> load(130, 1.0);
-    REQUIRE_FALSE(make_sampler({.mu = mu, .seed = 1}, lattice)->draw(5, load, drawn));
+    REQUIRE_FALSE(make_sampler({.mu = mu, .seed = 1, .model = {}}, lattice)->draw(5, load, drawn));
     // No bead of the top layer fails; what repairs below changed there are splits, not vertical forces.
     for (std::size_t i = 0; i < 130; ++i) {
       CHECK(straight.V_R[i] == drawn.V_R[i]);

@@ -1,0 +1,158 @@
+#include "sampling/model_spec.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <utility>
+
+#include "support/error.h"
+#include "support/number_format.h"
+
+namespace granuscope {
+namespace {
+
+template <typename Choice>
+using Name = std::pair<Choice, const char*>;
+
+constexpr std::array<Name<ModelName>, all_models.size()> model_names{{{ModelName::frictional_beads, "frictional-beads"},
+                                                                      {ModelName::q_model, "q-model"},
+                                                                      {ModelName::three_leg, "three-leg"},
+                                                                      {ModelName::stochastic_osl, "stochastic-osl"}}};
+constexpr std::array<Name<SplitLaw>, 3> split_names{
+    {{SplitLaw::uniform, "uniform"}, {SplitLaw::critical, "critical"}, {SplitLaw::beta, "beta"}}};
+constexpr std::array<Name<MiddleLaw>, 3> middle_names{
+    {{MiddleLaw::free, "free"}, {MiddleLaw::positive, "positive"}, {MiddleLaw::clipped, "clipped"}}};
+
+template <typename Choice, std::size_t count>
+std::string name_in(const std::array<Name<Choice>, count>& names, Choice choice) {
+  for (const auto& [one, name] : names) {
+    if (one == choice) return name;
+  }
+  return {};
+}
+
+template <typename Choice, std::size_t count>
+Choice named_in(const std::array<Name<Choice>, count>& names, const std::string& wanted, const char* what) {
+  std::string known;
+  for (const auto& [one, name] : names) {
+    if (name == wanted) return one;
+    known += (known.empty() ? "" : ", ") + std::string(name);
+  }
+  throw InputError(fmt::format("there is no {} \"{}\": known are {}", what, wanted, known));
+}
+
+constexpr std::array<const char*, 2> three_leg_extras = {"middle", "traction"};
+
+Problem find_cell_problem(const std::string& table, int cell_columns, int cell_rows, const LatticeSpec& lattice) {
+  constexpr int most_rows = 1000;
+  if (cell_columns < 1 || lattice.columns % cell_columns != 0 || cell_columns > lattice.columns / 4) {
+    return problem(table + ".cell_columns",
+                   "cells of {} columns do not fill a ring of {}, of which at least four must fit, so that the noise "
+                   "would not be the same everywhere; give a divisor of it",
+                   cell_columns, lattice.columns);
+  }
+  if (cell_rows < 1 || cell_rows > most_rows) {
+    return problem(table + ".cell_rows", "cells cannot be {} rows high; give 1 to {}", cell_rows, most_rows);
+  }
+  return {};
+}
+
+Problem find_problem(const ThreeLegSpec& spec, const LatticeSpec& lattice) {
+  if (!(spec.middle >= 0 && spec.middle < 1)) {
+    return problem("three_leg.middle",
+                   "{} is no share of a force that leaves something for the outer legs; give 0 to "
+                   "below 1",
+                   spec.middle);
+  }
+  if (!(spec.noise >= 0 && spec.noise <= spec.middle && spec.middle + spec.noise <= 1)) {
+    return problem("three_leg.noise", "the share of the middle leg would leave [0, 1] with {} +- {}; give at most {}",
+                   spec.middle, spec.noise, std::min(spec.middle, 1 - spec.middle));
+  }
+  if (!(spec.share > 0 && spec.share <= 1)) {
+    return problem("three_leg.share",
+                   "{} of the largest share is none, or more than the legs can bear; give above 0 "
+                   "to 1",
+                   spec.share);
+  }
+  const bool cells = spec.cell_columns != 1 || spec.cell_rows != 1;
+  if (cells && spec.law != MiddleLaw::free) {
+    return problem("three_leg.cell_columns",
+                   "under the law {} each bead has bounds of its own, so that cells cannot have one share; leave the "
+                   "cells at 1, or choose free",
+                   name_of(spec.law));
+  }
+  return find_cell_problem("three_leg", spec.cell_columns, spec.cell_rows, lattice);
+}
+
+Problem find_problem(const StochasticOslSpec& spec, const LatticeSpec& lattice) {
+  constexpr int finest_grid = 16;
+  // v = -1 would stop the waves; with rows sqrt(3)/2 apart the explicit scheme is stable up to v = 3.
+  const double most = 1 / std::sqrt(3.0);
+  if (!(spec.disorder >= 0 && spec.disorder < most)) {
+    return problem("stochastic_osl.disorder",
+                   "with a standard deviation of {} the uniform v would reach -1, where sigma_xx changes sign and no "
+                   "wave propagates; give 0 to below {:.4f}",
+                   spec.disorder, most);
+  }
+  if (spec.grid < 1 || spec.grid > finest_grid) {
+    return problem("stochastic_osl.grid",
+                   "{} nodes per bead diameter are none, or more than a test of convergence "
+                   "needs; give 1 to {}",
+                   spec.grid, finest_grid);
+  }
+  return find_cell_problem("stochastic_osl", spec.cell_columns, spec.cell_rows, lattice);
+}
+
+}  // namespace
+
+RowGeometry rows_of(const ModelSpec& model) {
+  if (model.name == ModelName::three_leg) return {.spacing = sqrt3, .staggered = false};
+  if (model.name == ModelName::stochastic_osl) return {.spacing = sqrt3 / 2, .staggered = false};
+  return {};
+}
+
+double speed_without_disorder(const ModelSpec& model) { return model.name == ModelName::q_model ? 0 : tan30; }
+
+std::span<const char* const> extra_names(const ModelSpec& model) {
+  if (model.name == ModelName::three_leg) return three_leg_extras;
+  return {};
+}
+
+Problem find_problem(const ModelSpec& model, const LatticeSpec& lattice) {
+  if (model.name == ModelName::three_leg) return find_problem(model.three_leg, lattice);
+  if (model.name == ModelName::stochastic_osl) return find_problem(model.stochastic_osl, lattice);
+  return {};
+}
+
+std::string configuration_text(const ModelSpec& model) {
+  if (model.is_beads()) return {};
+  std::string text = fmt::format("model={}\n", name_of(model.name));
+  if (model.name == ModelName::q_model) text += fmt::format("split={}\n", name_of(model.q_model.split));
+  if (model.name == ModelName::three_leg) {
+    const ThreeLegSpec& legs = model.three_leg;
+    text += fmt::format("middle_law={}\n", name_of(legs.law));
+    if (legs.law == MiddleLaw::positive) {
+      text += fmt::format("share={}\n", exact(legs.share));
+    } else {
+      text += fmt::format("middle={}\nnoise={}\ncells={}x{}\n", exact(legs.middle), exact(legs.noise),
+                          legs.cell_columns, legs.cell_rows);
+    }
+  }
+  if (model.name == ModelName::stochastic_osl) {
+    const StochasticOslSpec& osl = model.stochastic_osl;
+    text += fmt::format("disorder={}\ncells={}x{}\ngrid={}\n", exact(osl.disorder), osl.cell_columns, osl.cell_rows,
+                        osl.grid);
+  }
+  return text;
+}
+
+std::string name_of(ModelName name) { return name_in(model_names, name); }
+std::string name_of(SplitLaw law) { return name_in(split_names, law); }
+std::string name_of(MiddleLaw law) { return name_in(middle_names, law); }
+ModelName model_named(const std::string& name) { return named_in(model_names, name, "model"); }
+SplitLaw split_law_named(const std::string& name) { return named_in(split_names, name, "law of the q-model"); }
+MiddleLaw middle_law_named(const std::string& name) {
+  return named_in(middle_names, name, "law of the three-leg model");
+}
+
+}  // namespace granuscope

@@ -1,0 +1,94 @@
+#pragma once
+#include <array>
+#include <span>
+#include <string>
+
+#include "model/lattice.h"
+#include "support/problem.h"
+
+namespace granuscope {
+
+/// What a pile is a model of. All but the first hand the forces of a row down to the next one by a rule of their own,
+/// and never look back.
+enum class ModelName {
+  frictional_beads,  ///< the paper's beads, under one of the laws of sampler_spec.h
+  q_model,           ///< each bead hands a random share of its weight to either lower neighbour; no horizontal force
+  three_leg,         ///< each bead stands on three legs, on a rectangular lattice
+  stochastic_osl,    ///< oriented stress linearity, sigma_xx = eta (1 + v) sigma_zz, v random in space
+};
+inline constexpr std::array<ModelName, 4> all_models = {ModelName::frictional_beads, ModelName::q_model,
+                                                        ModelName::three_leg, ModelName::stochastic_osl};
+
+/// q-model: the distribution of the share q that the lower-left neighbour gets, independent from bead to bead.
+enum class SplitLaw {
+  uniform,   ///< on [0, 1]
+  critical,  ///< 0 or 1
+  beta,      ///< of density 6 q (1 - q)
+};
+
+/// Three-leg model: the distribution of the share p that the middle leg carries.
+enum class MiddleLaw {
+  free,      ///< middle + v, whatever the other legs do; they may pull
+  positive,  ///< uniform on [0, share p_max], p_max = 1 - |F_x| / (F_t tan psi): every leg pushes
+  clipped,   ///< uniform on what [0, p_max] leaves of middle +- noise, and p_max where it leaves nothing
+};
+
+struct QModelSpec {
+  SplitLaw split = SplitLaw::uniform;
+};
+
+/// Columns are one bead diameter apart, rows sqrt 3: the outer legs lean by 30 degrees, as the contacts of beads do.
+struct ThreeLegSpec {
+  MiddleLaw law = MiddleLaw::free;
+  double middle = 0.1;   ///< free, clipped: the mean of p before it is clipped
+  double noise = 0.05;   ///< free, clipped: p is uniform on middle +- noise
+  double share = 1;      ///< positive
+  int cell_columns = 1;  ///< free: v is the same within cells of so many columns and rows, which lie at random
+  int cell_rows = 1;
+};
+
+/// The mean speed is that of beads without friction, eta = 1/3. Rows are sqrt(3)/2 apart.
+struct StochasticOslSpec {
+  double disorder = 0.2;  ///< standard deviation of v, which is uniform
+  int cell_columns = 1;   ///< v is the same within cells of so many bead diameters and rows, which lie at random
+  int cell_rows = 1;
+  int grid = 2;  ///< nodes per bead diameter, and steps per row
+};
+
+struct ModelSpec {
+  ModelName name = ModelName::frictional_beads;
+  QModelSpec q_model;
+  ThreeLegSpec three_leg;
+  StochasticOslSpec stochastic_osl;
+
+  bool is_beads() const { return name == ModelName::frictional_beads; }
+};
+
+/// Where its rows lie.
+RowGeometry rows_of(const ModelSpec& model);
+
+/// Propagation coefficient of the model without its disorder: the speed that disorder slows down. 0 of the q-model.
+double speed_without_disorder(const ModelSpec& model);
+
+/// What is counted of each of its layers beside thrust and weight variance, as means over the beads: "middle" (p of the
+/// three-leg model), "traction" (share of its beads on a leg that pulls or, if clipped, for which nothing was left).
+std::span<const char* const> extra_names(const ModelSpec& model);
+
+/// The first number out of range, or a lattice on which the model cannot be. Keys are those of the model's table, such
+/// as "three_leg.middle".
+Problem find_problem(const ModelSpec& model, const LatticeSpec& lattice);
+
+/// Canonical text of everything that its numbers depend on, a line for each; nothing for the beads.
+std::string configuration_text(const ModelSpec& model);
+
+/// "frictional-beads", "q-model", "three-leg", "stochastic-osl". Those that take a name throw InputError with all.
+std::string name_of(ModelName name);
+ModelName model_named(const std::string& name);
+/// "uniform", "critical", "beta".
+std::string name_of(SplitLaw law);
+SplitLaw split_law_named(const std::string& name);
+/// "free", "positive", "clipped".
+std::string name_of(MiddleLaw law);
+MiddleLaw middle_law_named(const std::string& name);
+
+}  // namespace granuscope

@@ -1,0 +1,46 @@
+#pragma once
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include "sampling/group_lanes.h"
+#include "sampling/model_spec.h"
+
+namespace granuscope {
+
+/// Up to eight piles that are drawn side by side: one to a lane; lanes without a pile repeat the last one.
+using LaneSamples = std::array<std::uint64_t, group_lanes>;
+
+/// What a row of beads hands down, summed over its beads for each pile.
+struct RowSums {
+  std::array<double, group_lanes> thrust{};                 ///< horizontal momentum flux, sum of sigma_xx
+  std::array<std::array<double, group_lanes>, 2> extras{};  ///< of extra_names(model)
+};
+
+/// A model that hands the forces of a row down to the next one and never looks back, on eight piles side by side. What
+/// it makes of a pile depends on (seed, sample, load) only. Rows have the shape [columns, group_lanes].
+class RowModel {
+ public:
+  virtual ~RowModel() = default;
+
+  /// Begins with row 0 under these loads, of the shape of a row.
+  virtual void begin(std::uint64_t seed, const LaneSamples& samples, const double* loads) = 0;
+  /// The weight that enters each bead of the present row.
+  virtual const double* weight() const = 0;
+  /// The horizontal force that enters it; none in a scalar model.
+  virtual const double* horizontal() const { return nullptr; }
+  /// Goes on to the next row. `sums`, if not null, gets those of what the present one, number `row`, hands down.
+  virtual void hand_down(int row, RowSums* sums) = 0;
+  /// Uniform numbers that a pile of this many rows takes.
+  virtual std::uint64_t uniforms(int rows) const = 0;
+};
+
+std::unique_ptr<RowModel> make_row_model(const ModelSpec& model, int columns);
+
+// The models, each in a file of its own.
+std::unique_ptr<RowModel> make_q_model(const QModelSpec& spec, int columns);
+std::unique_ptr<RowModel> make_three_leg(const ThreeLegSpec& spec, int columns);
+std::unique_ptr<RowModel> make_stochastic_osl(const StochasticOslSpec& spec, int columns);
+
+}  // namespace granuscope

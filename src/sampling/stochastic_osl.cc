@@ -1,0 +1,148 @@
+#include "sampling/row_model.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "sampling/stochastic_osl.cc"
+#include <hwy/foreach_target.h>  // compiles this file once for each instruction set
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace granuscope {
+namespace HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+/// h_{j+1/2} -= ratio (s_{j+1} - s_j), s = eta (1 + v) w, with v = lowest + width u of the bead that node j lies in.
+void PushNodes(const double* HWY_RESTRICT weight, const double* HWY_RESTRICT uniforms, double lowest, double width,
+               double eta, double ratio, std::size_t columns, std::size_t grid, double* HWY_RESTRICT push) {
+  const hn::CappedTag<double, group_lanes> d;
+  const auto low = hn::Set(d, lowest), wide = hn::Set(d, width), one = hn::Set(d, 1.0);
+  const auto eta_ratio = hn::Set(d, eta * ratio);
+  for (std::size_t k = 0; k < group_lanes; k += hn::Lanes(d)) {
+    const auto stiffness = [&](std::size_t bead) {
+      const auto v = hn::Add(low, hn::Mul(wide, hn::LoadU(d, uniforms + bead * group_lanes + k)));
+      return hn::Mul(eta_ratio, hn::Add(one, v));
+    };
+    auto here = stiffness(0);
+    const auto first = hn::Mul(here, hn::LoadU(d, weight + k));
+    auto s = first;
+    std::size_t at = k;
+    for (std::size_t bead = 0; bead < columns; ++bead) {
+      for (std::size_t node = 0; node < grid; ++node, at += group_lanes) {
+        auto s_next = first;
+        const bool end_of_bead = node + 1 == grid;
+        if (!(end_of_bead && bead + 1 == columns)) {
+          if (end_of_bead) here = stiffness(bead + 1);
+          s_next = hn::Mul(here, hn::LoadU(d, weight + at + group_lanes));
+        }
+        hn::StoreU(hn::Sub(hn::LoadU(d, push + at), hn::Sub(s_next, s)), d, push + at);
+        s = s_next;
+      }
+    }
+  }
+}
+
+/// w_j -= ratio (h_{j+1/2} - h_{j-1/2}).
+void PressNodes(const double* HWY_RESTRICT push, double ratio, std::size_t nodes, double* HWY_RESTRICT weight) {
+  const hn::CappedTag<double, group_lanes> d;
+  const auto r = hn::Set(d, ratio);
+  for (std::size_t k = 0; k < group_lanes; k += hn::Lanes(d)) {
+    auto before = hn::LoadU(d, push + (nodes - 1) * group_lanes + k);
+    for (std::size_t at = k; at < nodes * group_lanes; at += group_lanes) {
+      const auto h = hn::LoadU(d, push + at);
+      hn::StoreU(hn::Sub(hn::LoadU(d, weight + at), hn::Mul(r, hn::Sub(h, before))), d, weight + at);
+      before = h;
+    }
+  }
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace granuscope
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+#include <algorithm>
+#include <cmath>
+
+#include "sampling/row_noise.h"
+
+namespace granuscope {
+
+HWY_EXPORT(PushNodes);
+HWY_EXPORT(PressNodes);
+
+namespace {
+
+/// d_z sigma_zz = -d_x sigma_xz, d_z sigma_xz = -d_x sigma_xx on staggered nodes, explicit and of second order. Stable
+/// while eta (1 + v) (dz/dx)^2 <= 1: with dz/dx = sqrt(3)/2 and eta = 1/3 up to v = 3. Weight is conserved exactly.
+class StochasticOsl final : public RowModel {
+ public:
+  StochasticOsl(const StochasticOslSpec& spec, int columns)
+      : half_width_(std::sqrt(3.0) * spec.disorder),
+        columns_(static_cast<std::size_t>(columns)),
+        grid_(static_cast<std::size_t>(spec.grid)),
+        noise_(columns, {spec.cell_columns, spec.cell_rows}),
+        beads_(aligned_array<double>(columns_ * group_lanes)),
+        weight_(aligned_array<double>(nodes() * group_lanes)),
+        push_(aligned_array<double>(nodes() * group_lanes)) {}
+
+  void begin(std::uint64_t seed, const LaneSamples& samples, const double* loads) override {
+    noise_.begin(seed, samples);
+    for (std::size_t j = 0; j < nodes(); ++j) {
+      std::copy_n(loads + j / grid_ * group_lanes, group_lanes, weight_.get() + j * group_lanes);
+    }
+    std::fill_n(push_.get(), nodes() * group_lanes, 0.0);
+    average_nodes();
+  }
+  const double* weight() const override { return beads_.get(); }
+
+  void hand_down(int row, RowSums* sums) override {
+    const double* const uniforms = noise_.row(row);
+    if (sums != nullptr) add_thrust(uniforms, *sums);
+    for (std::size_t step = 0; step < grid_; ++step) {
+      HWY_DYNAMIC_DISPATCH(PushNodes)
+      (weight_.get(), uniforms, -half_width_, 2 * half_width_, eta, ratio, columns_, grid_, push_.get());
+      HWY_DYNAMIC_DISPATCH(PressNodes)(push_.get(), ratio, nodes(), weight_.get());
+    }
+    average_nodes();
+  }
+
+  std::uint64_t uniforms(int rows) const override { return noise_.drawn(rows); }
+
+ private:
+  static constexpr double eta = 1.0 / 3, ratio = sqrt3 / 2;
+
+  std::size_t nodes() const { return columns_ * grid_; }
+
+  /// Of each bead, from its nodes.
+  void average_nodes() {
+    for (std::size_t i = 0; i < columns_; ++i) {
+      for (std::size_t k = 0; k < group_lanes; ++k) {
+        double sum = 0;
+        for (std::size_t node = 0; node < grid_; ++node) sum += weight_[(i * grid_ + node) * group_lanes + k];
+        beads_[i * group_lanes + k] = sum / static_cast<double>(grid_);
+      }
+    }
+  }
+
+  void add_thrust(const double* uniforms, RowSums& sums) const {
+    for (std::size_t i = 0; i < columns_; ++i) {
+      for (std::size_t k = 0; k < group_lanes; ++k) {
+        const double v = half_width_ * (2 * uniforms[i * group_lanes + k] - 1);
+        sums.thrust[k] += (1 + v) * beads_[i * group_lanes + k];
+      }
+    }
+  }
+
+  double half_width_;
+  std::size_t columns_, grid_;
+  RowNoise noise_;
+  AlignedArray<double> beads_, weight_, push_;
+};
+
+}  // namespace
+
+std::unique_ptr<RowModel> make_stochastic_osl(const StochasticOslSpec& spec, int columns) {
+  return std::make_unique<StochasticOsl>(spec, columns);
+}
+
+}  // namespace granuscope
+#endif

@@ -1,0 +1,159 @@
+#include "measure.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <utility>
+
+#include "analysis/depth_series.h"
+#include "analysis/power_law.h"
+#include "model/lattice.h"
+
+namespace granuscope {
+namespace {
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+/// The exact c and D where they are known.
+void set_expected(const ModelSpec& model, ModelResponse& response) {
+  response.c_expected = response.D_expected = nan;
+  const double spacing = rows_of(model).spacing;
+  if (model.name == ModelName::q_model) {
+    // A random walk of half a bead either way in every row.
+    response.D_expected = 0.25 / spacing;
+  }
+  const ThreeLegSpec& legs = model.three_leg;
+  if (model.name == ModelName::three_leg && legs.law == MiddleLaw::free && legs.cell_columns == 1 &&
+      legs.cell_rows == 1) {
+    response.c_expected = tan30 * std::sqrt(1 - legs.middle);
+    response.D_expected = legs.middle / (2 * spacing);
+  }
+}
+
+/// D and the power of z of the single Gaussian that fits each depth of the window best.
+void measure_one_peak(const MeasuredEnsemble& ensemble, const FitSpec& fit, MeasuredModel& measured) {
+  const BlockSums& sums = ensemble.record.sums;
+  DepthSeries widths;
+  for (std::size_t row = 0; row < sums.layers.size(); ++row) {
+    if (!in_window(fit, sums.layers[row])) continue;
+    const LayerSpectrum spectrum = layer_spectrum(sums, row, ensemble.spec.response.overload);
+    Replicated width{single_width_squared(spectrum, spectrum.whole), {}};
+    for (const auto& modes : spectrum.without_block) {
+      width.without_block.push_back(single_width_squared(spectrum, modes));
+    }
+    widths.z.push_back(sums.rows.depth(sums.layers[row]));
+    widths.y.push_back(std::move(width));
+  }
+  measured.D = line_through(widths).slope;
+  measured.response.D = estimate(measured.D);
+  measured.response.width_exponent = estimate(growth_exponent(widths));
+}
+
+/// Of the three-leg model: how much of the slowing follows from the mean of p alone.
+void measure_middle(const BlockSums& sums, std::size_t row, ModelResponse& response, const Replicated& slowing) {
+  if (!sums.quantities.contains("middle")) {
+    response.middle.reason = response.c_of_middle.reason = response.traction.reason = response.share_of_mean.reason =
+        "the model has no middle leg";
+    return;
+  }
+  const Replicated middle = block_mean(sums, "middle", row);
+  const Replicated c = transform([](double p) { return tan30 * std::sqrt(1 - p); }, middle);
+  response.middle = estimate(middle);
+  response.traction = estimate(block_mean(sums, "traction", row));
+  response.c_of_middle = estimate(c);
+  if (slowing.without_block.empty()) {
+    response.share_of_mean.reason = "c is unknown";
+  } else {
+    response.share_of_mean =
+        estimate(transform([](double of_mean, double all) { return (tan30 - of_mean) / all; }, c, slowing));
+  }
+}
+
+/// Two Gaussians have two maxima where x_p > W.
+int peaks_of(ResponseShape shape, const FittedResponseShape& fit) {
+  const double least = shape == ResponseShape::two_gaussians ? fit.width : 0;
+  return fit.position > least ? 2 : 1;
+}
+
+}  // namespace
+
+std::string class_of_model(ResponseShape shape, const Estimate& width_exponent) {
+  constexpr double between = 1.5, sure = 3;  // diffusion has the power 1, elasticity 2
+  if (!width_exponent.known()) return "not decided: the growth of the width is unknown";
+  const double p = width_exponent.value, error = sure * width_exponent.standard_error;
+  const bool elastic = shape == ResponseShape::isotropic || shape == ResponseShape::orthotropic;
+  const bool spreads = p + error<between, grows_with_depth = p - error> between;
+  if (!spreads && !grows_with_depth) return "not decided: the power of the width is too uncertain";
+  if (elastic && grows_with_depth) return "elastic";
+  if (shape == ResponseShape::two_gaussians && spreads) return "hyperbolic with noise";
+  if (shape == ResponseShape::one_gaussian && spreads) return "diffusive";
+  return "none of these: the shape of one class and the growth of another";
+}
+
+MeasuredModel measure_model(const MeasuredEnsemble& ensemble, const FitSpec& fit, std::string series,
+                            std::string parameter, int threads) {
+  const BlockSums& sums = ensemble.record.sums;
+  const ModelSpec& model = ensemble.spec.sampler.model;
+  MeasuredModel measured;
+  ModelResponse& response = measured.response;
+  response.series = std::move(series);
+  response.parameter = std::move(parameter);
+  response.model = name_of(model.name);
+  response.samples = std::accumulate(sums.count.begin(), sums.count.end(), std::uint64_t{0});
+  response.speed_without_disorder = speed_without_disorder(model);
+  response.layers = {fit.first_layer, fit.last_layer};
+  response.z = {sums.rows.depth(fit.first_layer), sums.rows.depth(fit.last_layer)};
+  set_expected(model, response);
+
+  const MeasuredTransport transport = measure_transport(ensemble, fit, {fit.last_layer}, threads);
+  const Transport& t = transport.transport;
+  response.c = t.c;
+  response.D = t.D;
+  response.c_thrust = t.c_thrust;
+  response.width_exponent = t.exponents.width;
+  if (!t.profiles.empty()) response.profile = t.profiles.back();
+  if (t.c.known()) {
+    measured.D = transport.D;
+    measured.slowing = transform([&](double c) { return response.speed_without_disorder - c; }, transport.c);
+    response.slowing = estimate(measured.slowing);
+  } else {
+    response.slowing.reason = t.c.reason;
+  }
+
+  std::array<int, all_response_shapes.size()> best{};
+  std::size_t deepest = 0;
+  for (std::size_t row = 0; row < sums.layers.size(); ++row) {
+    if (!in_window(fit, sums.layers[row])) continue;
+    const LayerSpectrum spectrum = layer_spectrum(sums, row, ensemble.spec.response.overload);
+    response.fits = fit_response_shapes(spectrum, sums.rows.depth(sums.layers[row]));
+    ++best[static_cast<std::size_t>(best_shape(response.fits))];
+    deepest = row;
+  }
+  response.shape =
+      all_response_shapes[static_cast<std::size_t>(std::max_element(best.begin(), best.end()) - best.begin())];
+  response.peaks = peaks_of(response.shape, response.fits[static_cast<std::size_t>(response.shape)]);
+  if (!t.c.known() && response.shape == ResponseShape::one_gaussian) measure_one_peak(ensemble, fit, measured);
+  response.verdict = class_of_model(response.shape, response.width_exponent);
+  measure_middle(sums, deepest, response, measured.slowing);
+  return measured;
+}
+
+ScalingFit slowing_against_spreading(const std::vector<const MeasuredModel*>& series) {
+  std::vector<Replicated> log_D, log_slowing;
+  for (const MeasuredModel* one : series) {
+    if (one->slowing.without_block.empty()) continue;
+    const auto logarithm = [](double value) { return std::log(value); };
+    const Replicated D = transform(logarithm, one->D), slowing = transform(logarithm, one->slowing);
+    if (!estimate(D).known() || !estimate(slowing).known()) continue;
+    log_D.push_back(D);
+    log_slowing.push_back(slowing);
+  }
+  ScalingFit fit = fit_power_law(log_D, log_slowing, {});
+  if (log_D.size() < min_power_law_points) {
+    fit.exponent.reason = "an exponent needs three parameters with known c and D";
+  }
+  return fit;
+}
+
+}  // namespace granuscope

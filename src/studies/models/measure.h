@@ -1,0 +1,53 @@
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "analysis/measured_ensemble.h"
+#include "analysis/response_shapes.h"
+#include "analysis/transport.h"
+
+namespace granuscope {
+
+/// The response of one model with one value of its parameter.
+struct ModelResponse {
+  std::string series;     ///< "three-leg, free": what is scanned together
+  std::string parameter;  ///< "p̄ = 0.1"; empty: there is none
+  std::string model;      ///< "three-leg"
+  std::uint64_t samples = 0;
+  std::array<int, 2> layers{};        ///< of the window
+  std::array<double, 2> z{};          ///< their depths
+  double speed_without_disorder = 0;  ///< c0 of the series
+
+  int peaks = 1;  ///< of the best shape at the deepest layer
+  Estimate c, D;  ///< slopes of x_p and W^2 of two Gaussians; D of one Gaussian where there is one peak
+  Estimate c_thrust;
+  Estimate slowing;                        ///< c0 - c
+  Estimate width_exponent;                 ///< power of z in W^2
+  double c_expected = 0, D_expected = 0;   ///< exact; NaN where none is known
+  Estimate middle, c_of_middle, traction;  ///< three-leg: <p>, c0 sqrt(1 - <p>), share of beads on a pulling leg
+  Estimate share_of_mean;                  ///< of c0 - c that <p> alone gives
+
+  ResponseShape shape = ResponseShape::two_gaussians;  ///< best at most depths of the window
+  FittedResponseShapes fits;                           ///< at the deepest one
+  std::string verdict;                                 ///< class of models
+  std::optional<ResponseProfile> profile;              ///< at the deepest layer
+};
+
+/// With the replicates that a power law over a series needs; empty where unknown.
+struct MeasuredModel {
+  ModelResponse response;
+  Replicated slowing, D;
+};
+
+/// `series` and `parameter` name it.
+MeasuredModel measure_model(const MeasuredEnsemble& ensemble, const FitSpec& fit, std::string series,
+                            std::string parameter, int threads);
+
+/// Classes: a best shape together with how fast its width grows.
+std::string class_of_model(ResponseShape shape, const Estimate& width_exponent);
+
+/// c0 - c as a power of D over those of one series whose c and D are known.
+ScalingFit slowing_against_spreading(const std::vector<const MeasuredModel*>& series);
+
+}  // namespace granuscope

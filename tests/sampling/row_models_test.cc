@@ -1,0 +1,354 @@
+// Source: the definitions of the models, bead by bead, and what is known of them exactly.
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <functional>
+#include <numeric>
+#include <vector>
+
+#include "kit/instruction_sets.h"
+#include "kit/same_bytes.h"
+#include "sampling/row_model_sampler.h"
+#include "sampling/row_noise.h"
+#include "support/error.h"
+
+namespace granuscope {
+namespace {
+
+using Row = std::vector<double>;
+
+constexpr std::uint64_t seed = 20;
+constexpr double five_sigma = 5;
+
+ModelSpec q_model(SplitLaw split) {
+  ModelSpec model;
+  model.name = ModelName::q_model;
+  model.q_model.split = split;
+  return model;
+}
+
+ModelSpec three_leg(MiddleLaw law, double middle = 0.1, double noise = 0.05) {
+  ModelSpec model;
+  model.name = ModelName::three_leg;
+  model.three_leg = {.law = law, .middle = middle, .noise = noise};
+  return model;
+}
+
+ModelSpec stochastic_osl(double disorder, int grid) {
+  ModelSpec model;
+  model.name = ModelName::stochastic_osl;
+  model.stochastic_osl = {.disorder = disorder, .grid = grid};
+  return model;
+}
+
+std::vector<ModelSpec> every_model() {
+  ModelSpec cells = three_leg(MiddleLaw::free, 0.3, 0.2), coarse = stochastic_osl(0.3, 2);
+  cells.three_leg.cell_columns = 2;
+  cells.three_leg.cell_rows = 3;
+  coarse.stochastic_osl.cell_columns = 2;
+  coarse.stochastic_osl.cell_rows = 2;
+  return {q_model(SplitLaw::uniform),
+          q_model(SplitLaw::critical),
+          q_model(SplitLaw::beta),
+          three_leg(MiddleLaw::free),
+          three_leg(MiddleLaw::positive),
+          three_leg(MiddleLaw::clipped, 0.3, 0.2),
+          cells,
+          stochastic_osl(0.4, 1),
+          stochastic_osl(0.4, 3),
+          coarse};
+}
+
+/// Weights of the samples first .. first + count - 1 in `layer`, [count][columns].
+std::vector<Row> weights_of(const ModelSpec& model, const Row& load, int layer, std::uint64_t first, std::size_t count,
+                            Row* thrust = nullptr) {
+  SamplerSpec spec;
+  spec.model = model;
+  spec.seed = seed;
+  const auto sampler = make_sampler(spec, Lattice({static_cast<int>(load.size()), layer + 1}));
+  sampler->keep_layers({{layer}});
+  std::vector<std::uint64_t> samples(count);
+  std::iota(samples.begin(), samples.end(), first);
+  const std::vector<std::span<const double>> loads(count, load);
+  std::vector<std::optional<SamplingFailure>> failures(count);
+  std::vector<Row> weights;
+  for (const PileGroup& group : sampler->draw_groups(samples, loads, failures)) {
+    for (std::size_t k = 0; k < group.piles; ++k) {
+      Row& row = weights.emplace_back();
+      for (std::size_t i = 0; i < load.size(); ++i)
+        row.push_back(group.weight(group.row(layer) + i * group.stride + k));
+      if (thrust != nullptr) thrust->push_back(group.moments_of(layer).thrust[k]);
+    }
+  }
+  return weights;
+}
+
+double share_of_middle(const ThreeLegSpec& legs, double u, double F_t, double F_x) {
+  const double p_max = 1 - std::abs(F_x) / F_t;
+  if (legs.law == MiddleLaw::positive) return u * legs.share * p_max;
+  if (legs.law == MiddleLaw::free) return legs.middle + legs.noise * (2 * u - 1);
+  const double low = legs.middle - legs.noise, high = std::min(legs.middle + legs.noise, p_max);
+  return high < low ? std::max(p_max, 0.0) : low + u * (high - low);
+}
+
+double q_of(SplitLaw split, double a, double b, double c) {
+  if (split == SplitLaw::uniform) return a;
+  if (split == SplitLaw::critical) return a < 0.5 ? 0 : 1;
+  return a + b + c - std::min({a, b, c}) - std::max({a, b, c});
+}
+
+/// One pile with single cells by the definition of its model, weights of `layer`.
+Row naive(const ModelSpec& model, Row w, int layer, std::uint64_t sample) {
+  const int columns = static_cast<int>(w.size());
+  const auto ring = [&](int i) { return static_cast<std::size_t>((i % columns + columns) % columns); };
+  const auto u = [&](int row, int i, std::uint32_t number) { return row_number_plain(seed, sample, row, i, number); };
+  const int grid = model.stochastic_osl.grid;
+  Row F_x(w.size());
+  if (model.name == ModelName::stochastic_osl) {
+    Row nodes, h(w.size() * static_cast<std::size_t>(grid));
+    for (const double load : w) nodes.insert(nodes.end(), static_cast<std::size_t>(grid), load);
+    const int all = columns * grid;
+    const auto node = [&](int j) { return static_cast<std::size_t>((j % all + all) % all); };
+    const double courant = std::sqrt(3.0) / 2, half = std::sqrt(3.0) * model.stochastic_osl.disorder;
+    for (int n = 0; n < layer; ++n) {
+      for (int step = 0; step < grid; ++step) {
+        const auto stress = [&](int j) {
+          return (1 + half * (2 * u(n, static_cast<int>(node(j)) / grid, 0) - 1)) / 3 * nodes[node(j)];
+        };
+        for (int j = 0; j < all; ++j) h[node(j)] -= courant * (stress(j + 1) - stress(j));
+        for (int j = 0; j < all; ++j) nodes[node(j)] -= courant * (h[node(j)] - h[node(j - 1)]);
+      }
+    }
+    for (std::size_t i = 0; i < w.size(); ++i) {
+      const auto first = nodes.begin() + static_cast<std::ptrdiff_t>(i) * grid;
+      w[i] = std::accumulate(first, first + grid, 0.0) / grid;
+    }
+    return w;
+  }
+  for (int n = 0; n < layer; ++n) {
+    Row below(w.size()), F_x_below(w.size());
+    for (int i = 0; i < columns; ++i) {
+      const double F_t = w[ring(i)], push = F_x[ring(i)];
+      if (model.name == ModelName::q_model) {
+        const double q = q_of(model.q_model.split, u(n, i, 0), u(n, i, 1), u(n, i, 2));
+        below[ring(n % 2 == 0 ? i - 1 : i)] += q * F_t;
+        below[ring(n % 2 == 0 ? i : i + 1)] += (1 - q) * F_t;
+      } else {
+        // F_x in units of tan psi.
+        const double p = share_of_middle(model.three_leg, u(n, i, 0), F_t, push);
+        const double right = ((1 - p) * F_t + push) / 2, left = ((1 - p) * F_t - push) / 2;
+        below[ring(i)] += p * F_t;
+        below[ring(i + 1)] += right;
+        below[ring(i - 1)] += left;
+        F_x_below[ring(i + 1)] += right;
+        F_x_below[ring(i - 1)] -= left;
+      }
+    }
+    w = below;
+    F_x = F_x_below;
+  }
+  return w;
+}
+
+Row uneven_load(std::size_t columns) {
+  Row load(columns, 1.0);
+  load[columns / 2] = 2;
+  load[1] = 0.25;
+  return load;
+}
+
+}  // namespace
+
+TEST_CASE("every model hands down what its definition says, bead by bead") {
+  constexpr double rounding = 1e-12;
+  for (const ModelSpec& model : every_model()) {
+    if (model.three_leg.cell_columns > 1 || model.stochastic_osl.cell_columns > 1) continue;
+    for (const std::size_t columns : {5U, 8U}) {
+      const Row load = uneven_load(columns);
+      const auto weights = weights_of(model, load, 13, 3, 11);
+      for (std::size_t k = 0; k < weights.size(); ++k) {
+        const Row expected = naive(model, load, 13, 3 + k);
+        for (std::size_t i = 0; i < columns; ++i) CHECK(std::abs(weights[k][i] - expected[i]) < rounding);
+      }
+    }
+  }
+}
+
+TEST_CASE("piles of every model are the same bytes on every instruction set and in whatever company they are drawn") {
+  for (const ModelSpec& model : every_model()) {
+    const Row load = uneven_load(12);
+    const auto reference = weights_of(model, load, 20, 0, 16);
+    for_each_instruction_set([&] { CHECK(weights_of(model, load, 20, 0, 16) == reference); });
+    for (std::uint64_t sample : {0U, 5U, 15U}) {
+      CHECK(weights_of(model, load, 20, sample, 1).front() == reference[sample]);
+    }
+    CHECK(reference[0] != reference[1]);
+  }
+}
+
+TEST_CASE("every model conserves weight to rounding, and left and right are alike") {
+  constexpr double rounding = 1e-12;
+  for (const ModelSpec& model : every_model()) {
+    constexpr std::size_t columns = 24, piles = 512;
+    constexpr int layer = 9;  // nothing has come around the ring yet
+    Row load(columns, 1.0);
+    load[columns / 2] = 2;
+    double first = 0, square = 0;
+    for (const Row& w : weights_of(model, load, layer, 0, piles)) {
+      CHECK(std::abs(std::accumulate(w.begin(), w.end(), 0.0) / (columns + 1) - 1) < rounding);
+      double moment = 0;
+      for (std::size_t i = 0; i < columns; ++i) {
+        const double shift = rows_of(model).shifted(layer) ? 0.5 : 0;
+        moment += (static_cast<double>(i) - columns / 2 + shift) * (w[i] - 1);
+      }
+      first += moment;
+      square += moment * moment;
+    }
+    // Of odd rows the bead farthest left is left over: its background is no part of the response.
+    const double mean = first / piles, error = std::sqrt((square / piles - mean * mean) / piles);
+    INFO(configuration_text(model));
+    CHECK(error > 0);
+    CHECK(std::abs(mean) < five_sigma * error);
+  }
+}
+
+namespace {
+
+/// Chance that a weight of mean 1 on a ring of N is at most w where all are jointly Dirichlet's of parameter a: that of
+/// a beta distribution of parameters a and a (N - 1), by the binomial sum.
+double dirichlet_weight(int a, int N, double w) {
+  const int b = a * (N - 1), n = a + b - 1;
+  const double x = std::min(1.0, w / N);
+  double above = 0, term = std::pow(1 - x, n);
+  for (int j = 0; j < a; ++j) {
+    above += term;
+    term *= x / (1 - x) * (n - j) / (j + 1);
+  }
+  return 1 - above;
+}
+
+/// Largest distance of the two distribution functions times the root of the number of weights.
+double kolmogorov_distance(Row weights, const std::function<double(double)>& distribution) {
+  std::sort(weights.begin(), weights.end());
+  const auto n = static_cast<double>(weights.size());
+  double largest = 0;
+  for (std::size_t i = 0; i < weights.size(); ++i) {
+    const double expected = distribution(weights[i]), at = static_cast<double>(i);
+    largest = std::max({largest, (at + 1) / n - expected, expected - at / n});
+  }
+  return largest * std::sqrt(n);
+}
+
+/// Of 5 standard deviations: 2 exp(-2 K^2) = 5.7e-7.
+constexpr double largest_distance = 2.74;
+
+Row deep_weights(SplitLaw split, int columns, int layer, std::size_t piles) {
+  Row all;
+  for (const Row& row : weights_of(q_model(split), Row(static_cast<std::size_t>(columns), 1.0), layer, 0, piles)) {
+    all.insert(all.end(), row.begin(), row.end());
+  }
+  return all;
+}
+
+}  // namespace
+
+TEST_CASE("weights deep in the q-model have their exact distribution: on a wide ring 4 w exp(-2 w)") {
+  constexpr int columns = 32, layer = 800;  // relaxes within columns^2/10 layers
+  for (const auto& [split, a] : {std::pair{SplitLaw::uniform, 2}, {SplitLaw::beta, 4}}) {
+    const Row weights = deep_weights(split, columns, layer, 256);
+    CHECK(kolmogorov_distance(weights, [a = a](double w) { return dirichlet_weight(a, columns, w); }) <
+          largest_distance);
+    // The test tells the two laws apart.
+    CHECK(kolmogorov_distance(weights, [a = a](double w) { return dirichlet_weight(6 - a, columns, w); }) >
+          2 * largest_distance);
+  }
+  // The limit of the wide ring.
+  const auto limit = [](double w) { return 1 - (1 + 2 * w) * std::exp(-2 * w); };
+  for (const double w : {0.1, 0.5, 1.0, 2.0, 4.0})
+    CHECK(dirichlet_weight(2, 100'000, w) == Approx(limit(w)).epsilon(1e-3));
+}
+
+TEST_CASE("the mean response of the q-model is binomial under every law of q") {
+  constexpr int columns = 24, layer = 12;
+  constexpr std::size_t piles = 4096;
+  Row load(columns, 1e-9);
+  load[columns / 2] = 1;
+  for (const SplitLaw split : {SplitLaw::uniform, SplitLaw::critical, SplitLaw::beta}) {
+    Row sum(columns), square(columns);
+    for (const Row& w : weights_of(q_model(split), load, layer, 0, piles)) {
+      for (std::size_t i = 0; i < columns; ++i) sum[i] += w[i], square[i] += w[i] * w[i];
+    }
+    double binomial = std::pow(0.5, layer), variance = 0, expected_variance = 0;
+    for (int right = 0; right <= layer; ++right) {
+      const double x = right - layer / 2.0;
+      const auto i = static_cast<std::size_t>(columns / 2 + right - layer / 2);
+      const double mean = sum[i] / piles, error = std::sqrt((square[i] / piles - mean * mean) / piles);
+      CHECK(std::abs(mean - binomial) < five_sigma * error + 1e-7);
+      variance += x * x * mean;
+      expected_variance += x * x * binomial;
+      binomial *= static_cast<double>(layer - right) / (right + 1);
+    }
+    CHECK(expected_variance == Approx(layer / 4.0));
+    CHECK(variance == Approx(layer / 4.0).epsilon(0.1));
+  }
+}
+
+TEST_CASE("independent noise leaves the mean response of the free three-leg model as it is, exactly") {
+  constexpr int columns = 32, layer = 14;
+  constexpr std::size_t piles = 4096;
+  Row load(columns, 1.0);
+  load[columns / 2] = 2;
+  const Row expected = naive(three_leg(MiddleLaw::free, 0.3, 0.0), load, layer, 0);
+  Row sum(columns), square(columns);
+  for (const Row& w : weights_of(three_leg(MiddleLaw::free, 0.3, 0.3), load, layer, 0, piles)) {
+    for (std::size_t i = 0; i < columns; ++i) sum[i] += w[i], square[i] += w[i] * w[i];
+  }
+  for (std::size_t i = 0; i < columns; ++i) {
+    const double mean = sum[i] / piles, error = std::sqrt((square[i] / piles - mean * mean) / piles);
+    CHECK(error < 0.02);
+    CHECK(std::abs(mean - expected[i]) < five_sigma * error);
+  }
+}
+
+TEST_CASE("legs of the positive and the clipped model push, and a fast one carries what a throw-away code found") {
+  // Guidance: <p> = 0.337, thrust 0.8129(1)^2, variance of F_t 0.32, deep down.
+  constexpr int columns = 64, layer = 150;
+  constexpr std::size_t piles = 128;
+  Row thrust;
+  double variance = 0;
+  for (const Row& w : weights_of(three_leg(MiddleLaw::positive), Row(columns, 1.0), layer, 0, piles, &thrust)) {
+    for (const double one : w) {
+      CHECK(one >= 0);
+      variance += (one - 1) * (one - 1) / (columns * piles);
+    }
+  }
+  double alpha = 0;
+  for (const double one : thrust) alpha += sqrt3 * one / (columns * piles);
+  CHECK(std::sqrt(alpha) == Approx(0.8129).margin(0.004));
+  CHECK(variance == Approx(0.32).margin(0.02));
+}
+
+TEST_CASE("a model refuses what it cannot be") {
+  const LatticeSpec lattice{20, 10};
+  const auto key_of = [&](const ModelSpec& model) {
+    const Problem found = find_problem(model, lattice);
+    return found ? found->key : std::string();
+  };
+  for (const ModelSpec& model : every_model()) CHECK(key_of(model).empty());
+  CHECK(key_of(three_leg(MiddleLaw::free, 1.0, 0)) == "three_leg.middle");
+  CHECK(key_of(three_leg(MiddleLaw::free, 0.1, 0.2)) == "three_leg.noise");
+  CHECK(key_of(stochastic_osl(0.6, 1)) == "stochastic_osl.disorder");
+  CHECK(key_of(stochastic_osl(0.1, 0)) == "stochastic_osl.grid");
+  ModelSpec cells = three_leg(MiddleLaw::free);
+  cells.three_leg.cell_columns = 3;
+  CHECK(key_of(cells) == "three_leg.cell_columns");
+  cells = three_leg(MiddleLaw::positive);
+  cells.three_leg.cell_rows = 2;
+  CHECK(key_of(cells) == "three_leg.cell_columns");
+  SamplerSpec spec;
+  spec.model = q_model(SplitLaw::uniform);
+  Pile pile{Lattice(lattice)};
+  CHECK_THROWS_AS(make_sampler(spec, Lattice(lattice))->draw(0, Row(20, 1.0), pile), InputError);
+}
+
+}  // namespace granuscope
