@@ -5,7 +5,7 @@
 #include "studies/deep_response.h"
 #include "studies/error_against_time.h"
 #include "studies/law_comparison/study.h"
-#include "studies/models/study.h"
+#include "studies/model_classes/study.h"
 #include "studies/nonlinearity/study.h"
 #include "studies/numerical_stability.h"
 #include "studies/redrawn_beads.h"

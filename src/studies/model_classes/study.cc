@@ -1,4 +1,4 @@
-#include "studies/models/study.h"
+#include "studies/model_classes/study.h"
 
 #include <fmt/format.h>
 
@@ -58,7 +58,7 @@ class ModelsStudy final : public CopiedStudy<ModelsStudy> {
  public:
   explicit ModelsStudy(std::vector<ModelSeries> measured) : measured_(std::move(measured)) {}
 
-  std::string id() const override { return "models"; }
+  std::string id() const override { return "model_classes"; }
 
   std::vector<Key> keys() override {
     const auto list = [](KeyRange range, const char* why) {

@@ -73,14 +73,14 @@ void add_profile(PlotPlan& plan, Panels& panels, const ModelResponse& one, const
 Figure plot_models(const std::vector<ModelSeries>& series, const std::string& study,
                    const std::filesystem::path& run_folder) {
   PlotPlan plan;
-  plan.id = study;
+  plan.id = "model-classes";
   plan.script = "studies/" + study;
   plan.height = 3.3;
   Panels panels;
   panels.height.add(0);
   std::vector<std::string> shown;
   for (std::size_t k = 0; k < series.size(); ++k) {
-    const std::string stem = fmt::format("{}-{}", study, k + 1), style = series_style(k);
+    const std::string stem = fmt::format("{}-{}", plan.id, k + 1), style = series_style(k);
     add_slowing(plan, panels, series[k], stem, style);
     const ModelResponse& last = series[k].responses.back();
     add_profile(plan, panels, last, stem, k);
@@ -90,8 +90,8 @@ Figure plot_models(const std::vector<ModelSeries>& series, const std::string& st
   }
   if (panels.slowing.empty() || panels.profiles.empty()) {
     throw InputError(
-        "the figure of the models has nothing to show, because no model with two peaks was measured; list parameters "
-        "in studies.models");
+        "the figure of the models has nothing to show, because no model with two peaks was measured; ask for "
+        "parameters at which the width of the peaks can be told");
   }
   const Range D = widened_by_factor(panels.D, 1.4), c = widened_by_factor(panels.c, 1.4);
   Figure figure = plot_figure(plan,
