@@ -112,8 +112,9 @@ Figure plot_models(const std::vector<ModelSeries>& series, const std::string& st
   set_captions(figure, "studies/" + study + ".captions",
                {{"shown", enumeration(shown)},
                 {"exponents", enumeration(panels.exponents)},
-                {"shallowest", caption_number(panels.shallowest)},
-                {"deepest", caption_number(panels.deepest)}});
+                {"depths", panels.shallowest == panels.deepest
+                               ? caption_number(panels.deepest)
+                               : caption_number(panels.shallowest) + " to " + caption_number(panels.deepest)}});
   return figure;
 }
 

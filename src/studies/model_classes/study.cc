@@ -17,6 +17,11 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+Json exact_or_unknown(double value) {
+  return std::isfinite(value) ? granuscope::to_json(Estimate{.value = value, .standard_error = 0, .reason = ""})
+                              : granuscope::to_json(Estimate{.reason = "no exact value is known"});
+}
+
 Json to_json(const ModelResponse& one) {
   Json chi2 = Json::object(), differences = Json::array();
   for (const ResponseShape shape : all_response_shapes) {
@@ -32,9 +37,9 @@ Json to_json(const ModelResponse& one) {
           {"window_z", one.z},
           {"peaks", one.peaks},
           {"c", granuscope::to_json(one.c)},
-          {"c_expected", finite_or_null(std::isfinite(one.c_expected) ? std::round(1e5 * one.c_expected) / 1e5 : NAN)},
+          {"c_expected", exact_or_unknown(one.c_expected)},
           {"D", granuscope::to_json(one.D)},
-          {"D_expected", finite_or_null(std::isfinite(one.D_expected) ? std::round(1e5 * one.D_expected) / 1e5 : NAN)},
+          {"D_expected", exact_or_unknown(one.D_expected)},
           {"c0_minus_c", granuscope::to_json(one.slowing)},
           {"c_thrust", granuscope::to_json(one.c_thrust)},
           {"width_exponent", granuscope::to_json(one.width_exponent)},
