@@ -23,12 +23,14 @@ Json exact_or_unknown(double value) {
 }
 
 Json to_json(const ModelResponse& one) {
-  Json chi2 = Json::object(), differences = Json::array();
+  Json chi2 = Json::object();
   for (const ResponseShape shape : all_response_shapes) {
-    const double value = one.fits[static_cast<std::size_t>(shape)].chi2;
-    chi2[name_of(shape)] = finite_or_null(value);
-    if (shape != ResponseShape::two_gaussians) differences.push_back(std::round(value - one.fits[0].chi2));
+    chi2[name_of(shape)] = finite_or_null(one.fits[static_cast<std::size_t>(shape)].chi2);
   }
+  const auto of = [&](ResponseShape shape) { return one.fits[static_cast<std::size_t>(shape)].chi2; };
+  const double elastic = std::min(of(ResponseShape::isotropic), of(ResponseShape::orthotropic));
+  const double gaussian = std::min(of(ResponseShape::one_gaussian), of(ResponseShape::two_gaussians));
+  const std::size_t colon = std::min(one.verdict.find(": "), one.verdict.size());
   return {{"series", one.series},
           {"model", one.model},
           {"parameter", one.parameter},
@@ -45,8 +47,9 @@ Json to_json(const ModelResponse& one) {
           {"width_exponent", granuscope::to_json(one.width_exponent)},
           {"shape", name_of(one.shape)},
           {"chi2", chi2},
-          {"delta_chi2", differences},
-          {"class", one.verdict},
+          {"chi2_against_elastic", std::round(elastic - gaussian)},
+          {"class", one.verdict.substr(0, colon)},
+          {"why", colon < one.verdict.size() ? one.verdict.substr(colon + 2) : ""},
           {"middle", granuscope::to_json(one.middle)},
           {"c_of_middle", granuscope::to_json(one.c_of_middle)},
           {"share_of_mean", granuscope::to_json(one.share_of_mean)},
