@@ -25,7 +25,8 @@ struct Panels {
 
 void add_slowing(PlotPlan& plan, Panels& panels, const ModelSeries& series, const std::string& file_stem,
                  const std::string& style) {
-  CsvTable table({"D", "standard_error", "c0_minus_c", "standard_error"});
+  CsvTable table({"D: bead diameters", "standard_error: bead diameters", "c0_minus_c: dimensionless",
+                  "standard_error: dimensionless"});
   for (const ModelResponse& one : series.responses) {
     if (!one.slowing.known() || !(one.slowing.value > one.slowing.standard_error) ||
         !(one.D.value > one.D.standard_error))
@@ -50,7 +51,8 @@ void add_profile(PlotPlan& plan, Panels& panels, const ModelResponse& one, const
                  std::size_t colour) {
   if (!one.profile) return;
   const ResponseProfile& profile = *one.profile;
-  CsvTable table({"x_over_z", "z_response", "standard_error", "x", "response"});
+  CsvTable table({"x_over_z: dimensionless", "z_response: dimensionless", "standard_error: dimensionless",
+                  "x: bead diameters", "response: per bead"});
   for (std::size_t i = 0; i < profile.x.size(); ++i) {
     const double x = profile.x[i] / profile.z;
     if (std::abs(x) > 1) continue;
