@@ -137,7 +137,7 @@ TEST_CASE("the report has a table of classes, one of the means, and a figure") {
   }
   const TemporaryFolder run;
   const Figure figure = plot_models(all, "model_classes", run.path());
-  CHECK(contains(figure.caption, "0.970(20) (stochastic OSL)"));
+  CHECK(contains(figure.details, "0.970(20) (stochastic OSL)"));
   CHECK(contains(read_file(run.path() / "figures/model-classes-1.csv"), "\n0.01,"));
   CHECK(std::filesystem::exists(run.path() / "figures/model-classes-2-profile.csv"));
   all.clear();
