@@ -28,7 +28,7 @@ std::vector<std::size_t> places(const std::string& text, const std::string& part
   return found;
 }
 
-struct Page {
+struct MadePage {
   test::TemporaryFolder run;
   ReportData data = synthetic::report_data(run.path());
   std::string summary = summary_json(data);
@@ -61,7 +61,7 @@ std::map<std::string, std::string> custom_colours(const std::string& css) {
 }  // namespace
 
 TEST_CASE("Every keyed number of the page is the one in summary.json") {
-  const Page page;
+  const MadePage page;
   for (const std::string& line : synthetic::differences(page.html, page.summary)) FAIL_CHECK(line);
 
   std::set<std::string> keys;
@@ -85,7 +85,7 @@ TEST_CASE("Every keyed number of the page is the one in summary.json") {
 }
 
 TEST_CASE("The comparison of page and summary sees a wrong digit") {
-  const Page page;
+  const MadePage page;
   std::string altered = page.summary;
   altered.replace(altered.find("\"value\": 2.538"), 14, "\"value\": 2.548");
   CHECK_FALSE(synthetic::differences(page.html, altered).empty());
@@ -95,7 +95,7 @@ TEST_CASE("The comparison of page and summary sees a wrong digit") {
 }
 
 TEST_CASE("The page opens with what was found, then figures, causes, method, and the appendices last") {
-  const Page page;
+  const MadePage page;
   std::size_t at = 0;
   for (const char* id : {"class=\"headline\"", "id=\"claims\"", "id=\"figures\"", "id=\"fig-force-chains\"",
                          "id=\"fig-scaling-with-friction\"", "id=\"causes\"", "id=\"method\"", "id=\"numbers\"",
@@ -114,7 +114,7 @@ TEST_CASE("The page opens with what was found, then figures, causes, method, and
 }
 
 TEST_CASE("The page is self-contained") {
-  const Page page;
+  const MadePage page;
   for (const char* forbidden :
        {"<script", "<link", "<iframe", "http:", "https:", "file:", "@import", "url(", "onload="}) {
     INFO(forbidden);
@@ -126,7 +126,7 @@ TEST_CASE("The page is self-contained") {
 }
 
 TEST_CASE("The page is accessible") {
-  const Page page;
+  const MadePage page;
   CHECK(contains(page.html, "<html lang=\"en\">"));
   CHECK(contains(page.html, "name=\"viewport\""));
   CHECK(places(page.html, "<img").size() == places(page.html, " alt=\"").size());
