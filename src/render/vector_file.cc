@@ -108,7 +108,7 @@ class PdfPage : public VectorPage {
   std::string finish() override {
     std::string about;
     for (const auto& [keyword, value] : metadata_) {
-      const std::string_view key = keyword == "Source" ? "Subject" : keyword == "Software" ? "Creator" : keyword;
+      const std::string key = keyword == "Source" ? "Subject" : keyword == "Software" ? "Creator" : keyword;
       about += fmt::format(" /{} {}", key, pdf_string(value));
     }
     const std::vector<std::string> objects{
