@@ -226,7 +226,8 @@ class ModelsStudy final : public CopiedStudy<ModelsStudy> {
     std::vector<Wanted> all;
     const auto add = [&](const std::string& series, const std::string& parameter, const std::string& file,
                          const auto& change) {
-      Wanted& one = all.emplace_back(series, parameter, "model-" + file, SamplerSpec{});
+      all.push_back({series, parameter, "model-" + file, SamplerSpec{}});
+      Wanted& one = all.back();
       one.sampler.seed = main.sampling.seed;
       change(one.sampler);
     };
