@@ -30,9 +30,10 @@ double chi2_of(const LayerSpectrum& spectrum, const std::vector<double>& modes, 
 /// The smallest value of f over widths: a scan that no local minimum can fool, then a golden section.
 template <typename F>
 std::pair<double, double> least_over_widths(double widest, F f) {
-  double best_width = narrowest, best = infinite;
-  for (double width = narrowest; width < widest; width *= coarse_step) {
+  double width = narrowest, best_width = narrowest, best = infinite;
+  while (width < widest) {
     if (const double value = f(width); value < best) best = value, best_width = width;
+    width *= coarse_step;
   }
   constexpr double golden = 0.6180339887498949;
   double low = best_width / coarse_step, high = best_width * coarse_step;
@@ -94,11 +95,17 @@ FittedResponseShape fit_orthotropic(const LayerSpectrum& spectrum) {
     if (a < 0) return;
     if (const FittedResponseShape one = fit_elastic(spectrum, a); one.chi2 < best.chi2) best = one, best_a = a;
   };
-  for (double a = first_step; a < most; a *= coarse_step) try_a(a);
-  for (double step = std::max(first_step, 0.3 * best_a); step > 1e-3 * std::max(1.0, best_a); step /= 2) {
+  double a = first_step;
+  while (a < most) {
+    try_a(a);
+    a *= coarse_step;
+  }
+  double step = std::max(first_step, 0.3 * best_a);
+  while (step > 1e-3 * std::max(1.0, best_a)) {
     const double centre = best_a;
     try_a(centre - step);
     try_a(centre + step);
+    step /= 2;
   }
   return best;
 }

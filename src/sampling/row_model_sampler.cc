@@ -101,7 +101,7 @@ std::span<const PileGroup> RowModelSampler::draw_groups(std::span<const std::uin
                        .law = name_of(spec_.model.name),
                        .seed = spec_.seed,
                        .first_sample = samples[done]});
-    const auto rows = static_cast<std::uint64_t>(layers_.back() + 1);
+    const auto rows = static_cast<std::uint64_t>(layers_.back()) + 1;
     counts_.tries += count;
     counts_.beads += count * rows * static_cast<std::uint64_t>(lattice_.columns());
     counts_.uniforms += count * model_->uniforms(layers_.back() + 1);
