@@ -70,7 +70,7 @@ Json drawn(const Trend& trend, const Json& marks) {
     const auto point = [&](double value) { return fmt::format("{:.1f},{:.1f} ", x, scale.place(value)); };
     line += point(trend.value[i]);
     upper += point(trend.value[i] + trend.error[i]);
-    lower = point(trend.value[i] - trend.error[i]) + lower;
+    lower.insert(0, point(trend.value[i] - trend.error[i]));
   }
   return {{"name", trend.name},
           {"last", trend.last},
@@ -169,6 +169,7 @@ Json row_of(const Night& night, const std::set<std::string>& kept) {
   std::map<std::string, int> verdicts;
   for (const NightVerdict& one : night.verdicts) ++verdicts[one.verdict];
   std::vector<std::string> counted;
+  counted.reserve(verdicts.size());
   for (const auto& [verdict, count] : verdicts) counted.push_back(fmt::format("{} {}", count, verdict));
   const std::string report = kept.contains(night.report) ? night.report : "";
   return {{"night", std::to_string(night.number)},

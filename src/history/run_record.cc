@@ -43,7 +43,7 @@ void collect(const Json& json, const std::string& place, std::map<std::string, d
   if (json.is_number()) {
     numbers[place] = json.get<double>();
   } else if (json.is_object()) {
-    for (const auto& [key, value] : json.items()) collect(value, place + "/" + key, numbers);
+    for (const auto& [key, value] : json.items()) collect(value, fmt::format("{}/{}", place, key), numbers);
   } else if (json.is_array()) {
     for (std::size_t i = 0; i < json.size(); ++i) collect(json[i], fmt::format("{}/{}", place, i), numbers);
   }

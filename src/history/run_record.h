@@ -8,7 +8,7 @@
 namespace granuscope {
 
 /// What a run left, as far as it is there: a run's folder has all of it, a summary.json alone only that.
-struct RunRecord {
+struct RunRecord {               // NOLINT(bugprone-exception-escape): ordered_json has a move that may throw
   std::filesystem::path path;    ///< as named by the user
   std::filesystem::path folder;  ///< empty: only a summary
   nlohmann::ordered_json summary;

@@ -16,7 +16,8 @@ constexpr int columns = 40, layers = 24;
 
 /// A pile solved down to a layer, and what it is solved in.
 struct Solved {
-  explicit Solved(int down_to, double mu = 0.3, std::uint64_t sample = 0) : solver({.mu = mu, .seed = 3, .model = {}}, lattice) {
+  explicit Solved(int down_to, double mu = 0.3, std::uint64_t sample = 0)
+      : solver({.mu = mu, .seed = 3, .model = {}}, lattice) {
     solver.use(memory.arrays(pile));
     solver.begin_pile(sample, load);
     for (int layer = 0; layer <= down_to; ++layer) REQUIRE(solver.solve_layer(layer) == SolveResult::solved);
