@@ -30,10 +30,10 @@ double chi2_of(const LayerSpectrum& spectrum, const std::vector<double>& modes, 
 /// The smallest value of f over widths: a scan that no local minimum can fool, then a golden section.
 template <typename F>
 std::pair<double, double> least_over_widths(double widest, F f) {
-  double width = narrowest, best_width = narrowest, best = infinite;
-  while (width < widest) {
-    if (const double value = f(width); value < best) best = value, best_width = width;
-    width *= coarse_step;
+  double scanned = narrowest, best_width = narrowest, best = infinite;
+  while (scanned < widest) {
+    if (const double value = f(scanned); value < best) best = value, best_width = scanned;
+    scanned *= coarse_step;
   }
   constexpr double golden = 0.6180339887498949;
   double low = best_width / coarse_step, high = best_width * coarse_step;
