@@ -6,6 +6,7 @@ usage: response_profile.py ENSEMBLE.h5 LAYER >profile.csv
 Needs h5py (Debian: python3-h5py). The ensemble is one that `granuscope run` leaves in ensembles/, of the estimator point:
 each bead's mean weight minus the 1 that it has under a uniform load, per unit of the overload.
 """
+import json
 import sys
 
 import h5py
@@ -24,6 +25,9 @@ def main():
     if len(sys.argv) != 3:
         sys.exit(__doc__)
     with h5py.File(sys.argv[1]) as file:
+        settings = json.loads(file.attrs["configuration_json"])
+        if settings["estimator"] != "point":
+            sys.exit(f"the estimator of this ensemble is {settings['estimator']}, and not point")
         x, profile = response(file, int(sys.argv[2]))
         print(f"x ({file['x'].attrs['units'].decode()}),response")
         for place, value in sorted(zip(x, profile)):

@@ -4,6 +4,7 @@
 
 #include "analysis/claim_judges.h"
 #include "analysis/claim_rule.h"
+#include "analysis/power_law.h"
 #include "model/lattice.h"
 #include "support/number_format.h"
 
@@ -43,12 +44,18 @@ std::string ratio_sentence(const Analysis& analysis, const char* name, const cha
   return "";
 }
 
-std::string misfit_sentence(const ScalingFit& fit) {
+/// `of`: what the power is one of.
+std::string misfit_sentence(const ScalingFit& fit, const char* of) {
   if (!fit.exponent.known() || !fit.misses_the_points()) return "";
-  return fmt::format(
+  std::string sentence = fmt::format(
       "χ² of the points about the power law is {} on {}: they follow no single power over this window, and the "
       "exponent lies between those of its parts.",
       significant(fit.scatter.chi2, 3), fit.scatter.degrees_of_freedom);
+  if (fit.running.meets_the_points()) {
+    sentence += fmt::format(" With an exponent that changes steadily, {}, χ² is {} on {}.", in_words(fit.running, of),
+                            significant(fit.running.scatter.chi2, 2), fit.running.scatter.degrees_of_freedom);
+  }
+  return sentence;
 }
 
 Claim judge_exponent(const char* id, const char* statement, const char* symbol, const ScalingFit& fit,
@@ -104,7 +111,7 @@ Claim judge_c_of_mu(const Analysis& analysis) {
                    "The paper’s law would follow from where z starts; its curves are not available to check that.");
     }
   }
-  add_sentence(claim, misfit_sentence(analysis.scaling.gamma));
+  add_sentence(claim, misfit_sentence(analysis.scaling.gamma, "μ"));
   add_sentence(claim, turning_sentence(analysis));
   return claim;
 }
@@ -116,7 +123,7 @@ Claim judge_D_of_mu(const Analysis& analysis) {
   if (claim.measured.known()) {
     add_sentence(claim, ratio_sentence(analysis, "β", "W²/z", "W²/(z − ½)", &ScalingFits::beta));
   }
-  add_sentence(claim, misfit_sentence(analysis.scaling.beta));
+  add_sentence(claim, misfit_sentence(analysis.scaling.beta, "μ"));
   return claim;
 }
 
@@ -131,7 +138,7 @@ Claim judge_c_of_D(const Analysis& analysis) {
                                     significant(fits.gamma.exponent.value / fits.beta.exponent.value, 3)));
   }
   add_sentence(claim, ratio_sentence(analysis, "α", "xₚ/z and W²/z", "xₚ/(z − ½) and W²/(z − ½)", &ScalingFits::alpha));
-  add_sentence(claim, misfit_sentence(fits.alpha));
+  add_sentence(claim, misfit_sentence(fits.alpha, "D"));
   return claim;
 }
 

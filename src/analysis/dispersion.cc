@@ -87,12 +87,13 @@ std::vector<BandOfModes> measure_dispersion(const BlockSums& sums, std::size_t a
                                             const std::vector<double>& edges, RoughPropagation rough) {
   const int columns = sums.quantities.at("propagation").width / 2;
   const double first = 2 * std::numbers::pi / columns;
-  const std::size_t blocks = no_block(sums);
+  const LayerSums sums_above = propagation_at(sums, above), sums_below = propagation_at(sums, below);
+  const std::size_t blocks = sums_above.blocks();
   // Without each of the blocks, and last without none.
   std::vector<std::vector<double>> of_above, of_below;
   for (std::size_t left_out = 0; left_out <= blocks; ++left_out) {
-    of_above.push_back(propagation_without(sums, above, left_out));
-    of_below.push_back(propagation_without(sums, below, left_out));
+    of_above.push_back(propagation_without(sums_above, left_out));
+    of_below.push_back(propagation_without(sums_below, left_out));
   }
   const std::size_t known = std::min(of_above.back().size(), of_below.back().size()) / correlation_parts;
   std::vector<BandOfModes> bands;

@@ -12,9 +12,9 @@ namespace granuscope {
 namespace {
 
 /// The blocks of one repetition, as an ensemble of its own.
-EnsembleRecord repetition_of(const EnsembleRecord& record, std::size_t repetition) {
+EnsembleRecord repetition_of(const BlockSums& all, std::size_t repetition) {
   EnsembleRecord part;
-  part.sums = take_blocks(record.sums, repetition * repetition_blocks, repetition_blocks);
+  part.sums = take_blocks(all, repetition * repetition_blocks, repetition_blocks);
   return part;
 }
 
@@ -121,7 +121,8 @@ ErrorCurve measure_error_curve(const MeasuredEnsemble& ensemble, const FitSpec& 
   std::vector<EnsembleRecord> records;
   const auto repetitions = static_cast<std::size_t>(record.sums.blocks() / repetition_blocks);
   if (repetitions == 0) return curve;
-  for (std::size_t r = 0; r < repetitions; ++r) records.push_back(repetition_of(record, r));
+  const BlockSums all = in_memory(record.sums);
+  for (std::size_t r = 0; r < repetitions; ++r) records.push_back(repetition_of(all, r));
   EnsembleRecord whole = records.front();
   for (std::size_t r = 1; r < records.size(); ++r) merge_into(whole, records[r]);
   std::uint64_t samples = curve.samples / repetitions;

@@ -44,18 +44,15 @@ struct BlockModes {
 /// Means over samples: the denominator is their number.
 BlockModes modes_of_profiles(const BlockSums& sums, std::size_t row, double overload, int modes) {
   const ResponseQuantity response = response_quantity(sums, overload);
-  const QuantitySums& q = sums.quantities.at(response.name);
-  const int columns = q.width, blocks = sums.blocks();
+  const LayerSums layer = sums.layer(response.name, row);
+  const int columns = static_cast<int>(layer.width()), blocks = sums.blocks();
   // Rows: block sums. The uniform load only enters the mode m = 0.
   Matrix block_sums(blocks, columns), count(blocks, modes);
   for (int b = 0; b < blocks; ++b) {
     const auto samples = static_cast<double>(sums.count[static_cast<std::size_t>(b)]);
     count.row(b).setConstant(samples);
-    const std::size_t offset =
-        (static_cast<std::size_t>(b) * sums.layers.size() + row) * static_cast<std::size_t>(columns);
-    for (int i = 0; i < columns; ++i) {
-      block_sums(b, i) = q.sum[offset + static_cast<std::size_t>(i)] - samples * response.background;
-    }
+    const double* const of_block = layer.block(static_cast<std::size_t>(b));
+    for (int i = 0; i < columns; ++i) block_sums(b, i) = of_block[i] - samples * response.background;
   }
   return {
       block_sums * cosine_matrix(Lattice({columns, 2}), sums.rows.shifted(sums.layers[row]), modes) / response.scale,
@@ -67,9 +64,10 @@ BlockModes modes_of_correlations(const BlockSums& sums, std::size_t row, int mod
   const int blocks = sums.blocks(), columns = sums.quantities.at("correlation").width;
   const bool half_shifted = sums.rows.shifted(sums.layers[row]);
   BlockModes result{Matrix(blocks, modes), Matrix(blocks, modes)};
+  const LayerSums correlations = sums.layer("correlation", row), load_spectra = load_spectrum_sums(sums);
   for (int b = 0; b < blocks; ++b) {
-    const double* const correlation = correlation_sums(sums, static_cast<std::size_t>(b), row);
-    const double* const loads = load_spectrum_sums(sums, static_cast<std::size_t>(b));
+    const double* const correlation = correlations.block(static_cast<std::size_t>(b));
+    const double* const loads = load_spectra.block(static_cast<std::size_t>(b));
     for (int m = 1; m <= modes; ++m) {
       // The spectrum counts whole beads; x does half a bead more on every other layer: Re[C_m exp(-i k/2)].
       const double half_k = half_shifted ? std::numbers::pi * m / columns : 0.0;
@@ -124,15 +122,13 @@ std::vector<double> smoothed_root(const Row& variance) {
 }  // namespace
 
 BlockMeans block_means(const BlockSums& sums, const std::string& quantity, std::size_t row) {
-  const QuantitySums& q = sums.quantities.at(quantity);
-  const auto width = static_cast<std::size_t>(q.width);
-  const auto blocks = static_cast<std::size_t>(sums.blocks());
+  const LayerSums layer = sums.layer(quantity, row);
+  const std::size_t width = layer.width(), blocks = layer.blocks();
   std::vector<double> total(width);
   double samples = 0;
-  const auto block_sum = [&](std::size_t b) { return &q.sum[(b * sums.layers.size() + row) * width]; };
   for (std::size_t b = 0; b < blocks; ++b) {
     samples += static_cast<double>(sums.count[b]);
-    for (std::size_t i = 0; i < width; ++i) total[i] += block_sum(b)[i];
+    for (std::size_t i = 0; i < width; ++i) total[i] += layer.block(b)[i];
   }
   BlockMeans means;
   means.whole.resize(width);
@@ -140,7 +136,7 @@ BlockMeans block_means(const BlockSums& sums, const std::string& quantity, std::
   for (std::size_t i = 0; i < width; ++i) {
     means.whole[i] = total[i] / samples;
     for (std::size_t b = 0; b < blocks; ++b) {
-      means.without_block[b][i] = (total[i] - block_sum(b)[i]) / (samples - static_cast<double>(sums.count[b]));
+      means.without_block[b][i] = (total[i] - layer.block(b)[i]) / (samples - static_cast<double>(sums.count[b]));
     }
   }
   return means;

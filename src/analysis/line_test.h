@@ -8,7 +8,7 @@
 
 namespace granuscope {
 
-/// chi^2 of a straight line through several points, with their joint covariance.
+/// chi^2 of a straight line, or of a parabola, through several points, with their joint covariance.
 struct LineTest {
   double chi2 = std::numeric_limits<double>::quiet_NaN();
   int degrees_of_freedom = 0;
@@ -24,5 +24,8 @@ struct LineTest {
 /// heavier than that of chi^2. Unknown, with the reason, for fewer points, for more than B/2, and where the covariance
 /// has no inverse.
 LineTest test_line(std::span<const double> x, const std::vector<Replicated>& y);
+
+/// The same of a parabola through four points or more.
+LineTest test_parabola(std::span<const double> x, const std::vector<Replicated>& y);
 
 }  // namespace granuscope

@@ -23,15 +23,15 @@ std::vector<double> response_of(const std::vector<double>& correlation, const st
 }
 
 BlockMeans mean_correlation(const BlockSums& sums, std::size_t row) {
-  const auto columns = static_cast<std::size_t>(sums.quantities.at("correlation").width);
-  const auto blocks = static_cast<std::size_t>(sums.blocks());
+  const LayerSums correlations = sums.layer("correlation", row), load_spectra = load_spectrum_sums(sums);
+  const std::size_t columns = correlations.width(), blocks = correlations.blocks();
   const RealSpectrum fourier(columns);
   const auto total = [&](std::size_t left_out) {
     std::vector<double> correlation(columns), loads(columns);
     for (std::size_t b = 0; b < blocks; ++b) {
       if (b == left_out) continue;
-      const double* const c = correlation_sums(sums, b, row);
-      const double* const l = load_spectrum_sums(sums, b);
+      const double* const c = correlations.block(b);
+      const double* const l = load_spectra.block(b);
       for (std::size_t i = 0; i < columns; ++i) correlation[i] += c[i], loads[i] += l[i];
     }
     return response_of(correlation, loads, fourier);
@@ -58,18 +58,13 @@ std::size_t first_response(const BlockSums& sums) {
   return holds_correlations(sums) || holds_propagation(sums) ? 1 : 0;
 }
 
-const double* correlation_sums(const BlockSums& sums, std::size_t block, std::size_t row) {
-  const QuantitySums& q = sums.quantities.at("correlation");
-  return &q.sum[(block * sums.layers.size() + row) * static_cast<std::size_t>(q.width)];
-}
-
-const double* load_spectrum_sums(const BlockSums& sums, std::size_t block) {
+LayerSums load_spectrum_sums(const BlockSums& sums) {
   if (sums.layers.empty() || sums.layers.front() != 0) {
     throw InputError(
         "the ensemble does not hold layer 0, and with it the spectrum of its loads, so that its response is not known; "
         "draw it again");
   }
-  return correlation_sums(sums, block, 0);
+  return sums.layer("correlation", 0);
 }
 
 BlockMeans mean_response(const BlockSums& sums, std::size_t row, double overload) {

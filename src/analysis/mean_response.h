@@ -21,11 +21,10 @@ bool holds_correlations(const BlockSums& sums);
 /// The first recorded layer that holds a response: layer 0 of the estimators multiplexed and fluctuation holds what the
 /// others are divided by.
 std::size_t first_response(const BlockSums& sums);
-/// The sums of one block at recorded layer number `row`, and the realised spectrum of its loads, which is that of layer
-/// 0: both [columns], laid out as in ensemble/real_spectrum.h. The response is the ratio of their sums over blocks.
-/// Throws InputError where layer 0 is not recorded.
-const double* correlation_sums(const BlockSums& sums, std::size_t block, std::size_t row);
-const double* load_spectrum_sums(const BlockSums& sums, std::size_t block);
+/// The realised spectrum of the loads, which is the correlation of layer 0: laid out as in ensemble/real_spectrum.h.
+/// The response is the ratio of sums over blocks of the correlation and this. Throws InputError where layer 0 is not
+/// recorded.
+LayerSums load_spectrum_sums(const BlockSums& sums);
 
 /// The mean response to a unit load at recorded layer number `row`, over the whole ensemble and without each block;
 /// entry i belongs to bead i, the loaded bead being Lattice::middle().

@@ -106,7 +106,7 @@ void measure_by_fit(const LayerSpectrum& spectrum, const FitSpec& spec, Measured
   depth.width_squared_by_equal = by_equal.width_squared;
   depth.fit.identifiable = depth.fit.reason.empty();
   if (depth.fit.identifiable && in_window(spec, depth.fit.layer)) {
-    depth.inside.emplace().diagnostics = diagnose_shape(spectrum, *whole);
+    depth.inside.emplace().diagnostics = diagnose_shape(spectrum, *whole, {depth.peak.value, depth.width.value});
   }
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "analysis/line_fit.h"
+#include "support/number_format.h"
 
 namespace granuscope {
 namespace {
@@ -24,6 +25,48 @@ std::vector<double> values(const std::vector<Replicated>& numbers, std::size_t b
   return result;
 }
 
+/// What scatters across a curve is y less what of the curve depends on x, with x as uncertain as it is; adding the
+/// curve back leaves a test against its own terms in x alone.
+template <class Rest>
+std::vector<Replicated> across(const std::vector<Replicated>& log_x, const std::vector<Replicated>& log_y,
+                               const Rest& rest) {
+  std::vector<Replicated> scatter;
+  for (std::size_t i = 0; i < log_x.size(); ++i) {
+    scatter.push_back(transform([&](double x, double y) { return y - rest(x); }, log_x[i], log_y[i]));
+  }
+  return scatter;
+}
+
+/// With coordinates from the middle of the points: their powers are then well apart.
+RunningExponent fit_running_exponent(std::vector<Replicated> log_x, const std::vector<Replicated>& log_y) {
+  RunningExponent running;
+  if (log_x.size() < min_power_law_points + 1) {
+    running.at_low.reason = running.at_high.reason = running.scatter.reason =
+        fmt::format("an exponent that changes needs {} friction coefficients", min_power_law_points + 1);
+    return running;
+  }
+  const std::vector<double> at = values(log_x, 0, true);
+  const auto [low, high] = std::minmax_element(at.begin(), at.end());
+  running.low = std::exp(*low);
+  running.high = std::exp(*high);
+  const double middle = (*low + *high) / 2, half = (*high - *low) / 2;
+  for (Replicated& x : log_x) x = transform([&](double number) { return number - middle; }, x);
+  const std::vector<double> ones(log_x.size(), 1.0);
+  const Parabola whole = fit_parabola(values(log_x, 0, true), values(log_y, 0, true), ones);
+  const auto slope = [&](const Parabola& one, double side) { return one.slope + 2 * side * half * one.curvature; };
+  Replicated at_low{slope(whole, -1), {}}, at_high{slope(whole, 1), {}};
+  for (std::size_t b = 0; b < log_x.front().without_block.size(); ++b) {
+    const Parabola without = fit_parabola(values(log_x, b, false), values(log_y, b, false), ones);
+    at_low.without_block.push_back(slope(without, -1));
+    at_high.without_block.push_back(slope(without, 1));
+  }
+  running.at_low = estimate(at_low);
+  running.at_high = estimate(at_high);
+  running.scatter = test_parabola(
+      values(log_x, 0, true), across(log_x, log_y, [&](double x) { return x * (whole.slope + x * whole.curvature); }));
+  return running;
+}
+
 }  // namespace
 
 ReplicatedPowerLaw fit_replicated_power_law(const std::vector<Replicated>& log_x, const std::vector<Replicated>& log_y,
@@ -33,9 +76,10 @@ ReplicatedPowerLaw fit_replicated_power_law(const std::vector<Replicated>& log_x
   fit.window = window;
   fit.points = static_cast<int>(log_x.size());
   if (fit.points < min_power_law_points) {
-    fit.exponent.reason = fit.intercept.reason = fit.scatter.reason =
-        fmt::format("the window μ = {} to {} has usable results at {} friction coefficient{}, an exponent needs {}",
-                    window[0], window[1], fit.points, fit.points == 1 ? "" : "s", min_power_law_points);
+    fit.exponent.reason = fit.intercept.reason = fit.scatter.reason = fit.running.at_low.reason =
+        fit.running.at_high.reason = fit.running.scatter.reason =
+            fmt::format("the window μ = {} to {} has usable results at {} friction coefficient{}, an exponent needs {}",
+                        window[0], window[1], fit.points, fit.points == 1 ? "" : "s", min_power_law_points);
     return result;
   }
   Replicated& exponent = result.exponent;
@@ -53,20 +97,23 @@ ReplicatedPowerLaw fit_replicated_power_law(const std::vector<Replicated>& log_x
   fit.intercept = estimate(intercept, reason);
   if (!fit.exponent.known()) {
     fit.scatter.reason = fit.exponent.reason;
+    fit.running.at_low.reason = fit.running.at_high.reason = fit.running.scatter.reason = fit.exponent.reason;
     return result;
   }
-  // What scatters across the law is y - exponent x; adding it back to the law leaves the test a line in x.
-  std::vector<Replicated> across;
-  for (std::size_t i = 0; i < log_x.size(); ++i) {
-    across.push_back(transform([&](double x, double y) { return y - whole.slope * x; }, log_x[i], log_y[i]));
-  }
-  fit.scatter = test_line(values(log_x, 0, true), across);
+  fit.scatter = test_line(values(log_x, 0, true), across(log_x, log_y, [&](double x) { return whole.slope * x; }));
+  fit.running = fit_running_exponent(log_x, log_y);
   return result;
 }
 
 ScalingFit fit_power_law(const std::vector<Replicated>& log_x, const std::vector<Replicated>& log_y,
                          std::array<double, 2> window) {
   return fit_replicated_power_law(log_x, log_y, window).fit;
+}
+
+std::string in_words(const RunningExponent& running, const char* of) {
+  const auto text = [](const Estimate& exponent) { return value_with_error(exponent.value, exponent.standard_error); };
+  return fmt::format("from {} at {} = {} to {} at {}", text(running.at_low), of, significant(running.low, 2),
+                     text(running.at_high), significant(running.high, 2));
 }
 
 }  // namespace granuscope

@@ -1,5 +1,6 @@
 #pragma once
 #include <array>
+#include <string>
 #include <vector>
 
 #include "analysis/jackknife.h"
@@ -25,5 +26,8 @@ ScalingFit fit_power_law(const std::vector<Replicated>& log_x, const std::vector
 /// The same with the replicates that are needed to compare exponents.
 ReplicatedPowerLaw fit_replicated_power_law(const std::vector<Replicated>& log_x, const std::vector<Replicated>& log_y,
                                             std::array<double, 2> window);
+
+/// "from 2.07(4) at μ = 0.014 to 1.94(1) at 0.1"; `of`: what the power is one of.
+std::string in_words(const RunningExponent& running, const char* of);
 
 }  // namespace granuscope

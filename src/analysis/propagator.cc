@@ -18,8 +18,8 @@ double response_of(const double* C, const double* C_r) {
   return (C[0] * HH + C[2] * Hw) / (ww * HH + wH * Hw);
 }
 
-std::vector<double> modes_without(const BlockSums& sums, std::size_t row, std::size_t left_out) {
-  const std::vector<double> C = propagation_without(sums, row, left_out), C_r = propagation_without(sums, 0, left_out);
+std::vector<double> modes_without(const LayerSums& lag, const LayerSums& reference, std::size_t left_out) {
+  const std::vector<double> C = propagation_without(lag, left_out), C_r = propagation_without(reference, left_out);
   std::vector<double> modes;
   for (std::size_t at = 0; at < C.size(); at += correlation_parts) modes.push_back(response_of(&C[at], &C_r[at]));
   return modes;
@@ -29,15 +29,14 @@ std::vector<double> modes_without(const BlockSums& sums, std::size_t row, std::s
 
 bool holds_propagation(const BlockSums& sums) { return sums.quantities.contains(quantity); }
 
-std::size_t no_block(const BlockSums& sums) { return sums.count.size(); }
+LayerSums propagation_at(const BlockSums& sums, std::size_t row) { return sums.layer(quantity, row); }
 
-std::vector<double> propagation_without(const BlockSums& sums, std::size_t row, std::size_t left_out) {
-  const QuantitySums& q = sums.quantities.at(quantity);
-  const auto width = static_cast<std::size_t>(q.width);
+std::vector<double> propagation_without(const LayerSums& propagation, std::size_t left_out) {
+  const std::size_t width = propagation.width();
   std::vector<double> total(width);
-  for (std::size_t b = 0; b < sums.count.size(); ++b) {
+  for (std::size_t b = 0; b < propagation.blocks(); ++b) {
     if (b == left_out) continue;
-    const double* const of_block = &q.sum[(b * sums.layers.size() + row) * width];
+    const double* const of_block = propagation.block(b);
     for (std::size_t i = 0; i < width; ++i) total[i] += of_block[i];
   }
   // Beyond the last mode with weight all parts are 0.
@@ -55,8 +54,9 @@ BlockMeans propagated_modes(const BlockSums& sums, std::size_t row) {
         "not known; draw it again");
   }
   BlockMeans modes;
-  modes.whole = modes_without(sums, row, no_block(sums));
-  for (std::size_t b = 0; b < sums.count.size(); ++b) modes.without_block.push_back(modes_without(sums, row, b));
+  const LayerSums lag = propagation_at(sums, row), reference = propagation_at(sums, 0);
+  modes.whole = modes_without(lag, reference, lag.blocks());
+  for (std::size_t b = 0; b < lag.blocks(); ++b) modes.without_block.push_back(modes_without(lag, reference, b));
   return modes;
 }
 

@@ -10,12 +10,12 @@ namespace granuscope {
 /// Whether the sums are those of the estimator fluctuation: correlations of layers instead of a response.
 bool holds_propagation(const BlockSums& sums);
 
-/// Number of the left-out block that leaves none out.
-std::size_t no_block(const BlockSums& sums);
+/// The sums of "propagation" of recorded lag number `row`.
+LayerSums propagation_at(const BlockSums& sums, std::size_t row);
 
-/// The sums of "propagation" of recorded lag number `row` over all blocks but one: correlation_parts
+/// Their totals over all blocks but one, or over all if `left_out` is blocks(): correlation_parts
 /// (ensemble/group_fourier.h) for each of the modes 1, 2, ... that carry weight there.
-std::vector<double> propagation_without(const BlockSums& sums, std::size_t row, std::size_t left_out);
+std::vector<double> propagation_without(const LayerSums& propagation, std::size_t left_out);
 
 /// The Fourier modes of the mean response over recorded lag number `row`, the (w, w) element of C_{r+l} C_r^-1
 /// (ensemble/fluctuation_estimator.h), from sums over blocks, never from ratios of one block. As many modes as carry

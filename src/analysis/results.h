@@ -91,6 +91,7 @@ struct Transport {
   std::vector<FitVariation> variations;  ///< their spread is the systematic error of c and D
   Estimate fitted_area;                  ///< mean over the window, see shape_diagnostics.h
   Estimate centre_background;            ///< likewise
+  Estimate c_beside, D_beside;           ///< slopes of x_p and W^2 beside such a background, see there
   double largest_misfit = 0;             ///< largest misfit_at_least over the window
 
   /// Sum of x_p over that of W, over the depths of the window where a shape was fitted. Two Gaussians make two peaks

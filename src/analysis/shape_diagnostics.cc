@@ -2,11 +2,14 @@
 
 #include <Eigen/QR>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
 #include <utility>
 #include <vector>
+
+#include "analysis/weighted_shape.h"
 
 namespace granuscope {
 namespace {
@@ -18,6 +21,10 @@ constexpr int max_iterations = 50;
 constexpr double precision = 1e-8;  ///< of chi^2, relative: a step that gains less ends the search
 constexpr double narrowest = 0.05;  ///< bead diameters; a W below it has run away
 constexpr int most_halvings = 10;   ///< of a Gauss-Newton step
+
+Eigen::Map<const Vector> as_vector(const std::vector<double>& list) {
+  return {list.data(), static_cast<Eigen::Index>(list.size())};
+}
 
 /// Modes of a response spread evenly over |x| < reach, each bead holding the part of its width inside.
 Vector plateau_modes(double reach, const LayerSpectrum& spectrum) {
@@ -44,25 +51,31 @@ class ExtendedFit {
  public:
   enum class Extra { area, background };
 
-  ExtendedFit(const LayerSpectrum& spectrum, const ShapeFit& fit, Extra extra)
+  /// `sigma`: of each mode.
+  ExtendedFit(const LayerSpectrum& spectrum, const DoubleGaussian& shape, const Vector& sigma, Extra extra)
       : spectrum_(spectrum),
-        shape_(fit.shape),
-        y_(Eigen::Map<const Vector>(spectrum.whole.data(), static_cast<Eigen::Index>(spectrum.whole.size()))),
-        sigma_(Eigen::Map<const Vector>(spectrum.noise.data(), static_cast<Eigen::Index>(spectrum.noise.size()))),
-        added_(extra == Extra::area ? Vector::Zero(y_.size()) : plateau_modes(fit.shape.peak, spectrum)),
+        shape_(shape),
+        y_(as_vector(spectrum.whole)),
+        sigma_(sigma),
+        added_(extra == Extra::area ? Vector::Zero(y_.size()) : plateau_modes(shape.peak, spectrum)),
         of_shape_(extra == Extra::area ? 1 : -1),
         modes_(spectrum.whole.size()) {}
 
-  /// t with its replicates.
-  Replicated measure() {
-    Replicated t;
-    t.value = converge() ? t_ : nan;
+  struct Measured {
+    Replicated peak, width, t;
+  };
+  Measured measure() {
+    const bool found = converge();
+    const std::array<double, 3> whole{found ? shape_.peak : nan, found ? shape_.width : nan, found ? t_ : nan};
+    Measured measured{{whole[0], {}}, {whole[1], {}}, {whole[2], {}}};
     const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> factor(design_);
     for (const auto& without : spectrum_.without_block) {
-      const Eigen::Map<const Vector> modes(without.data(), y_.size());
-      t.without_block.push_back(t.value + factor.solve(((modes - y_).array() / sigma_.array()).matrix())(2));
+      const Eigen::Vector3d step = factor.solve(((as_vector(without) - y_).array() / sigma_.array()).matrix());
+      measured.peak.without_block.push_back(whole[0] + step(0));
+      measured.width.without_block.push_back(whole[1] + step(1));
+      measured.t.without_block.push_back(whole[2] + step(2));
     }
-    return t;
+    return measured;
   }
 
  private:
@@ -119,10 +132,20 @@ class ExtendedFit {
 
 }  // namespace
 
-ShapeDiagnostics diagnose_shape(const LayerSpectrum& spectrum, const ShapeFit& fit) {
-  const Replicated excess = ExtendedFit(spectrum, fit, ExtendedFit::Extra::area).measure();
-  return {transform([](double t) { return 1 + t; }, excess),
-          ExtendedFit(spectrum, fit, ExtendedFit::Extra::background).measure()};
+ShapeDiagnostics diagnose_shape(const LayerSpectrum& spectrum, const ShapeFit& fit, const DoubleGaussian& shape) {
+  using Extra = ExtendedFit::Extra;
+  const Vector noise = as_vector(spectrum.noise);
+  Vector by_width(noise.size());
+  for (Eigen::Index i = 0; i < by_width.size(); ++i) {
+    const double k = 2 * std::numbers::pi * static_cast<double>(i + 1) / spectrum.columns;
+    by_width(i) = 1 / std::sqrt(weight_by_width(k, shape.width));
+  }
+  const Replicated excess = ExtendedFit(spectrum, fit.shape, noise, Extra::area).measure().t;
+  const ExtendedFit::Measured beside = ExtendedFit(spectrum, shape, by_width, Extra::background).measure();
+  return {.area = transform([](double t) { return 1 + t; }, excess),
+          .background = ExtendedFit(spectrum, fit.shape, noise, Extra::background).measure().t,
+          .peak = beside.peak,
+          .width_squared = transform([](double width) { return width * width; }, beside.width)};
 }
 
 }  // namespace granuscope

@@ -13,10 +13,13 @@ struct ShapeDiagnostics {
   Replicated area;
   /// Share b of the response that lies spread evenly over |x| < x_p (x_p of `fit`): (1 - b) G + b/(2 x_p).
   Replicated background;
+  /// x_p and W^2 of the Gaussians beside such a background, by the weights that x_p and W are taken from.
+  Replicated peak, width_squared;
 };
 
-/// `fit` is the fit to spectrum.whole. The replicates follow from the fits linearised about it. Numbers are NaN where a
-/// fit does not converge.
-ShapeDiagnostics diagnose_shape(const LayerSpectrum& spectrum, const ShapeFit& fit);
+/// `fit` is the fit to spectrum.whole by its noise, `shape` the one that x_p and W are taken from
+/// (ModeWeights::by_width). The replicates follow from the fits linearised about them. Numbers are NaN where a fit does
+/// not converge.
+ShapeDiagnostics diagnose_shape(const LayerSpectrum& spectrum, const ShapeFit& fit, const DoubleGaussian& shape);
 
 }  // namespace granuscope

@@ -34,9 +34,9 @@ bool all_exact(const std::vector<MeasuredDepth>& depths) {
 
 /// Everything that follows from slopes.
 void set_unknown(Transport& t, const std::string& reason) {
-  for (Estimate* e :
-       {&t.c, &t.D, &t.position_offset, &t.width_offset, &t.c_minus_c_thrust, &t.exponents.position, &t.exponents.width,
-        &t.exponents.amplitude, &t.exponents.noise, &t.fitted_area, &t.centre_background, &t.peak_separation}) {
+  for (Estimate* e : {&t.c, &t.D, &t.position_offset, &t.width_offset, &t.c_minus_c_thrust, &t.exponents.position,
+                      &t.exponents.width, &t.exponents.amplitude, &t.exponents.noise, &t.fitted_area,
+                      &t.centre_background, &t.c_beside, &t.D_beside, &t.peak_separation}) {
     e->reason = reason;
   }
   t.position_line.reason = t.width_line.reason = reason;
@@ -83,6 +83,23 @@ Estimate mean_over(const std::vector<const MeasuredDepth*>& used, Replicated Sha
     all.push_back(depth->inside->diagnostics.*number);
   }
   return estimate(mean_of(all), no_extended_fit);
+}
+
+/// The slopes of c and D with a background beside the two Gaussians at every depth.
+void measure_beside_background(const std::vector<const MeasuredDepth*>& used, const WindowEdge& edge, Transport& t) {
+  DepthSeries peaks, widths;
+  for (const MeasuredDepth* depth : used) {
+    if (!depth->inside) {
+      t.c_beside.reason = t.D_beside.reason = "an exact profile is not fitted";
+      return;
+    }
+    peaks.z.push_back(depth->fit.z);
+    peaks.y.push_back(depth->inside->diagnostics.peak);
+    widths.y.push_back(depth->inside->diagnostics.width_squared);
+  }
+  widths.z = peaks.z;
+  t.c_beside = estimate(line_through(peaks, edge).slope, no_extended_fit);
+  t.D_beside = estimate(line_through(widths, edge).slope, no_extended_fit);
 }
 
 /// The deepest run of identifiable depths, in the window and above it.
@@ -171,6 +188,7 @@ void fit_slopes(const std::vector<MeasuredDepth>& depths, const FitSpec& spec, M
   measure_variations(run, result);
   t.fitted_area = mean_over(used, &ShapeDiagnostics::area);
   t.centre_background = mean_over(used, &ShapeDiagnostics::background);
+  measure_beside_background(used, run.edge, t);
   for (const MeasuredDepth* depth : used) t.largest_misfit = std::max(t.largest_misfit, depth->fit.misfit_at_least);
   fit_exponents(used, window.peaks, window.widths, result);
 }

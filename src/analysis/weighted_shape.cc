@@ -79,6 +79,10 @@ class WeightedFit {
 
 }  // namespace
 
+double weight_by_width(double k, double width) {
+  return std::exp(-k * k * (width * width + width_of_bead * width_of_bead) / 4);
+}
+
 // Levenberg and Marquardt's steps in x_p^2 and W^2, in which the shape is smooth where peaks merge or are narrower than
 // beads, with the weights of the last W: they end where the least squares under the weights of W have that W. GSL's
 // solver keeps the weights that it begins with.

@@ -19,6 +19,9 @@ enum class ModeWeights {
   equal,  ///< plain least squares in x; for how much the weights matter
 };
 
+/// What ModeWeights::by_width lets a mode of wave number k count.
+double weight_by_width(double k, double width);
+
 /// The shape that fits `modes`, of the layer of `spectrum` from all or some of its blocks (as LayerSpectrum::whole), by
 /// least squares under these weights. None if that does not converge.
 std::optional<DoubleGaussian> weighted_shape(const LayerSpectrum& spectrum, const std::vector<double>& modes,

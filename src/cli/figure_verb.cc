@@ -37,22 +37,28 @@ double millimetres(const std::string& text) {
 ExitCode plot_figure_again(FigureOptions options, VerbContext& context) {
   if (!options.templates.empty()) use_templates(options.templates);
   if (!options.width.empty()) options.style.width_mm = millimetres(options.width);
-  const std::string file = options.file.empty() ? options.id + "." + options.style.format : options.file;
   const auto figures = std::filesystem::path(options.folder) / "figures";
-  write_file(file, plot_again(figures, options.id, options.style));
+  if (options.id.empty()) {
+    for (const std::string& id : plots_in(figures)) context.out << id << '\n';
+    return ExitCode::done;
+  }
+  const PlottedFigure plotted = plot_again(figures, options.id, options.style);
+  const std::string file = options.file.empty() ? options.id + "." + options.style.format : options.file;
+  write_file(file, plotted.bytes);
   context.err << fmt::format("wrote {}\n", file);
+  if (!plotted.caption.empty()) context.out << fmt::format("{}. {}\n", plotted.title, plotted.caption);
   return ExitCode::done;
 }
 
 }  // namespace
 
 void add_figure_verb(CLI::App& app, VerbContext& context) {
-  CLI::App* verb =
-      app.add_subcommand("figure", "Plot a figure of a finished run again, in another size, font or format");
+  CLI::App* verb = app.add_subcommand(
+      "figure", "Plot a figure of a finished run again, in another size, font or format, and print its caption");
   const auto options = std::make_shared<FigureOptions>();
   verb->add_option("OUT", options->folder, "folder of the run")->required();
-  verb->add_option("ID", options->id, "which figure: the name of its files, for example scaling-with-friction")
-      ->required();
+  verb->add_option("ID", options->id,
+                   "which figure: the name of its files, for example scaling-with-friction (a list if not given)");
   verb->add_option("--format", options->style.format,
                    "pdf, svg, eps, png (300 dpi), or tikz, with TeX's own mathematics")
       ->capture_default_str();
@@ -64,8 +70,9 @@ void add_figure_verb(CLI::App& app, VerbContext& context) {
       ->capture_default_str();
   verb->add_option("--language", options->style.language, "of its texts and decimal point: en, fr or de")
       ->capture_default_str();
-  verb->add_option("--templates", options->templates,
-                   "folder whose plot/labels.txt says in other words what stands on the plots");
+  verb->add_option(
+      "--templates", options->templates,
+      "folder whose files stand in for those of the same name in templates/: plot scripts, labels, captions, palette");
   verb->add_option("-o,--out", options->file, "file to write (default: ID and the format, here)")->check(output_file());
   verb->callback(
       [options, &context] { context.action = [options, &context] { return plot_figure_again(*options, context); }; });

@@ -4,9 +4,11 @@
 #include <CLI/CLI.hpp>
 #include <array>
 #include <charconv>
+#include <chrono>
 #include <cstdlib>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -14,18 +16,27 @@
 
 #include "cli/flag_checks.h"
 #include "cli/verbs.h"
+#include "ensemble/parallel.h"
 #include "plot/response_field.h"
 #include "render/field_scene.h"
+#include "render/film.h"
 #include "render/pile_scene.h"
 #include "render/render_pile.h"
 #include "report/statistics_json.h"
 #include "storage/ensemble_file.h"
+#include "storage/pile_file.h"
+#include "support/atomic_file.h"
 #include "support/error.h"
+#include "support/interruption.h"
 #include "support/number_format.h"
 #include "support/provenance.h"
 
 namespace granuscope {
 namespace {
+
+/// Of a film, unless asked for otherwise: what a screen shows, with text to be read there.
+constexpr int film_width_px = 1280;
+constexpr double film_dpi = 110;
 
 struct RenderOptions {
   std::string pile_file;
@@ -37,6 +48,9 @@ struct RenderOptions {
   bool no_skip = false;
   bool statistics = false;
   SceneSpec scene;
+  std::string film_folder;
+  FilmSpec film;
+  int threads = 0;
 };
 
 /// Numbers with commas between them; whether there are as many as wanted.
@@ -92,8 +106,10 @@ ImageMetadata metadata_for(const RenderOptions& options, const std::string& show
   const SceneSpec& scene = options.scene;
   std::string command = "granuscope render " + name_of(options.pile_file);
   if (!options.minus_file.empty()) command += " --minus " + name_of(options.minus_file);
-  command +=
-      fmt::format(" --image IMAGE --scene {} --width {} --dpi {}", scene.scene, scene.width_px, exact(scene.dpi));
+  command += options.film_folder.empty()
+                 ? std::string(" --image IMAGE")
+                 : fmt::format(" --film DIR --height {} --step {}", options.film.height_px, options.film.step);
+  command += fmt::format(" --scene {} --width {} --dpi {}", scene.scene, scene.width_px, exact(scene.dpi));
   if (!options.window.empty()) command += " --window=" + options.window;
   if (!options.range.empty()) command += " --range=" + options.range;
   if (!scene.colour_map.empty()) command += " --colour-map " + scene.colour_map;
@@ -110,7 +126,7 @@ SceneStatistics render_ensemble(const RenderOptions& options, const std::string&
         options.pile_file));
   }
   MeasuredEnsemble ensemble;
-  ensemble.record = read_ensemble(options.pile_file);
+  ensemble.record = open_ensemble(options.pile_file);
   const std::vector<int>& layers = ensemble.record.sums.layers;
   ensemble.spec.lattice.columns = static_cast<int>(configured(configuration, "columns"));
   ensemble.spec.lattice.layers = layers.empty() ? 1 : layers.back() + 1;
@@ -120,11 +136,60 @@ SceneStatistics render_ensemble(const RenderOptions& options, const std::string&
                       metadata_for(options, "mean response"));
 }
 
+/// Frames of another film would be taken for some of this one.
+void require_no_other_frames(const std::filesystem::path& folder, std::size_t frames) {
+  std::error_code none;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, none)) {
+    const std::string name = entry.path().filename().string();
+    if (!name.starts_with("frame-") || entry.path().extension() != ".png") continue;
+    if (name < Film::name_of(frames).string()) continue;
+    throw InputError(
+        fmt::format("{}: this is a frame of another film, which would be mixed with the {} frames of this "
+                    "one; take it away or choose another --film",
+                    entry.path().string(), frames));
+  }
+}
+
+ExitCode render_film(RenderOptions options, VerbContext& context) {
+  if (!configuration_if_ensemble(options.pile_file).empty()) {
+    throw InputError(
+        fmt::format("{} is an ensemble, of which there is one picture; a film slides down a pile", options.pile_file));
+  }
+  const Pile pile = read_pile(options.pile_file);
+  std::optional<Pile> minus;
+  if (!options.minus_file.empty()) minus = read_pile(options.minus_file);
+  options.film.scene = options.scene;
+  options.image_file = Film::name_of(0);
+  const Film film(pile, minus ? &*minus : nullptr, options.film, metadata_for(options, options.scene.scene));
+  const std::filesystem::path folder = options.film_folder;
+  make_folder(folder);
+  require_no_other_frames(folder, film.frames());
+  const auto start = std::chrono::steady_clock::now();
+  try {
+    for_each_index(film.frames(), options.threads, [&](std::size_t frame) {
+      throw_if_interrupted();
+      film.render(frame, folder);
+    });
+  } catch (const Interrupted&) {
+    throw Interrupted("stopped on request: each frame that is there is whole, and the same command renders them all");
+  }
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  context.err << fmt::format("wrote {} frames of {} layers each to {} ({:.0f} a second); a video of them:\n",
+                             film.frames(), film.layers_seen(), options.film_folder,
+                             static_cast<double>(film.frames()) / seconds)
+              << "  ffmpeg -framerate 25 -i " << (folder / "frame-%05d.png").string() << " -pix_fmt yuv420p film.mp4\n";
+  return ExitCode::done;
+}
+
 ExitCode render(RenderOptions options, VerbContext& context) {
   if (!options.window.empty()) options.scene.window = parse_window(options.window);
   if (!options.range.empty()) options.scene.range = parse_range(options.range);
   options.scene.skip_invisible = !options.no_skip;
   if (options.transparent) options.scene.background = Background::transparent;
+  if (!options.film_folder.empty()) return render_film(options, context);
+  if (options.image_file.empty()) {
+    throw InputError("no picture is named; give IMAGE.png after the pile, or --film DIR for a film");
+  }
 
   const auto render_file = [&options] {
     try {
@@ -159,7 +224,6 @@ void add_render_verb(CLI::App& app, VerbContext& context) {
                    "scene response: the pile without the overload, of the same seed and sample");
   verb->add_option("IMAGE,-o,--image", options->image_file,
                    "the picture: .png, or .svg or .pdf where it has few enough elements")
-      ->required()
       ->check(output_file());
   verb->add_option("--scene", scene.scene, fmt::format("what to show of the pile: {}", fmt::join(pile_scenes(), ", ")))
       ->capture_default_str();
@@ -177,11 +241,33 @@ void add_render_verb(CLI::App& app, VerbContext& context) {
   verb->add_option("--backend", scene.backend,
                    "how OpenGL is reached: auto, osmesa or egl; none: the processor paints, to the same pixels")
       ->capture_default_str();
+  verb->add_option("--film", options->film_folder,
+                   "folder: instead of a picture, numbered frames of a window that slides down the pile (--window: all "
+                   "that is seen; 1280 pixels wide and 110 dpi unless given)");
+  verb->add_option("--height", options->film.height_px, "of a film: height of a frame in pixels")
+      ->capture_default_str();
+  verb->add_option("--step", options->film.step, "of a film: layers from frame to frame")->capture_default_str();
+  verb->add_option("-j,--threads", options->threads, "of a film: threads, 0 for all; never changes a pixel")
+      ->capture_default_str()
+      ->check(CLI::Range(0, 4096));
   verb->add_flag("--transparent", options->transparent, "no page behind the picture");
   verb->add_flag("--no-skip", options->no_skip, "paint also what cannot be seen; the picture is the same");
   verb->add_flag("--statistics", options->statistics,
                  "print one JSON object on standard output and nothing else there");
-  verb->callback([options, &context] { context.action = [options, &context] { return render(*options, context); }; });
+  verb->callback([options, verb, &context] {
+    if (!options->film_folder.empty()) {
+      for (const char* flag : {"--image", "--statistics", "--backend"}) {
+        if (verb->count(flag) == 0) continue;
+        throw CLI::ValidationError(
+            fmt::format("{} has no meaning for a film, whose frames go to --film and are painted "
+                        "by the processor; leave it out",
+                        flag));
+      }
+      if (verb->count("--width") == 0) options->scene.width_px = film_width_px;
+      if (verb->count("--dpi") == 0) options->scene.dpi = film_dpi;
+    }
+    context.action = [options, &context] { return render(*options, context); };
+  });
 }
 
 }  // namespace granuscope

@@ -78,6 +78,7 @@ void add_groups(const EnsembleSpec& spec, std::uint64_t from, std::uint64_t to, 
 void add_groups(const EnsembleSpec& spec, const SamplerSpec& measured, std::uint64_t from, std::uint64_t to,
                 EnsembleRecord& record, int threads, Progress* progress) {
   const std::size_t blocks = record.sums.count.size();
+  const auto all_blocks = static_cast<std::uint64_t>(spec.response.blocks);
   EnsembleSpec drawn = spec;
   drawn.sampler = measured;
   std::vector<SamplerCounts> counts(blocks);
@@ -90,13 +91,12 @@ void add_groups(const EnsembleSpec& spec, const SamplerSpec& measured, std::uint
     const auto estimator = make_estimator(drawn, {*sampler, second ? *second : *sampler}, record.sums, block);
     std::vector<std::uint64_t> samples;
     std::vector<std::optional<SamplingFailure>> failures;
-    for (std::uint64_t group = from; group < to;) {
+    for (std::uint64_t group = group_of_block(spec, block, from); group < to;) {
       samples.clear();
-      for (std::size_t k = 0; k < groups_at_once && group < to; ++k, ++group) {
-        const SampleRange range = samples_of(spec, block, group);
+      for (std::size_t k = 0; k < groups_at_once && group < to; ++k, group += all_blocks) {
+        const SampleRange range = samples_of(spec, group);
         for (std::uint64_t sample = range.first; sample < range.end; ++sample) samples.push_back(sample);
       }
-      if (samples.empty()) break;
       throw_if_interrupted();
       failures.assign(samples.size(), std::nullopt);
       estimator->measure_samples(samples, failures);
@@ -128,7 +128,7 @@ void add_groups(const EnsembleSpec& spec, const SamplerSpec& measured, std::uint
 
 EnsembleRecord run_ensemble(const EnsembleSpec& spec, int threads, Progress* progress) {
   EnsembleRecord record = begin_ensemble(spec);
-  add_groups(spec, 0, groups_per_block(spec), record, threads, progress);
+  add_groups(spec, 0, groups_of(spec), record, threads, progress);
   return record;
 }
 

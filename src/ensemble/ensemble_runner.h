@@ -15,9 +15,9 @@ EnsembleRecord run_ensemble(const EnsembleSpec& spec, int threads, Progress* pro
 EnsembleRecord begin_ensemble(const EnsembleSpec& spec);
 /// or only some of its blocks, which come out as those of the whole;
 EnsembleRecord begin_blocks(const EnsembleSpec& spec, int first, int blocks);
-/// then the groups from .. to-1 of each block (ensemble_spec.h) are added to it. Each group once and in order, in
-/// pieces of whatever size, up to groups_per_block(spec): the bytes of run_ensemble. What an exception leaves is of no
-/// use.
+/// then those of the groups from .. to-1 (ensemble_spec.h) that its blocks hold are added to it. Each group once and in
+/// order, in pieces of whatever size, up to groups_of(spec): the bytes of run_ensemble. What an exception leaves is of
+/// no use.
 void add_groups(const EnsembleSpec& spec, std::uint64_t from, std::uint64_t to, EnsembleRecord& record, int threads,
                 Progress* progress);
 /// with what the sampler has to measure first (below), so that many pieces do it once.

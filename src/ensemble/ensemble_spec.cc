@@ -14,11 +14,6 @@
 #include "support/number_format.h"
 
 namespace granuscope {
-namespace {
-
-std::uint64_t groups_of(std::uint64_t samples) { return samples / group_size + (samples % group_size != 0 ? 1 : 0); }
-
-}  // namespace
 
 std::string name_of(Load load) { return load == Load::uniform ? "uniform" : "point"; }
 
@@ -29,22 +24,26 @@ Load load_named(const std::string& name) {
   throw InputError(fmt::format("there is no load \"{}\": known are uniform and point", name));
 }
 
-SampleRange samples_of(const EnsembleSpec& spec, int block, std::uint64_t group) {
-  const std::uint64_t groups = groups_of(spec.response.samples);
-  const auto blocks = static_cast<std::uint64_t>(spec.response.blocks), at = static_cast<std::uint64_t>(block);
+SampleRange samples_of(const EnsembleSpec& spec, std::uint64_t group) {
   const auto from = [&](std::uint64_t number) { return std::min(number * group_size, spec.response.samples); };
-  if (spec.layout == BlockLayout::interleaved) {
-    const std::uint64_t number = group * blocks + at;
-    return {from(number), from(number + 1)};
-  }
-  const std::uint64_t number = groups * at / blocks + group;
-  if (number >= groups * (at + 1) / blocks) return {};
-  return {from(number), from(number + 1)};
+  return {from(group), from(group + 1)};
 }
 
-std::uint64_t groups_per_block(const EnsembleSpec& spec) {
+std::uint64_t groups_of(const EnsembleSpec& spec) {
+  return spec.response.samples / group_size + (spec.response.samples % group_size != 0 ? 1 : 0);
+}
+
+std::uint64_t group_of_block(const EnsembleSpec& spec, int block, std::uint64_t from) {
+  const auto blocks = static_cast<std::uint64_t>(spec.response.blocks), at = static_cast<std::uint64_t>(block);
+  return from + (at + blocks - from % blocks) % blocks;
+}
+
+std::uint64_t samples_in_block(const EnsembleSpec& spec, int block, std::uint64_t groups) {
   const auto blocks = static_cast<std::uint64_t>(spec.response.blocks);
-  return (groups_of(spec.response.samples) + blocks - 1) / blocks;
+  std::uint64_t samples = 0;
+  for (std::uint64_t group = group_of_block(spec, block, 0); group < groups; group += blocks)
+    samples += samples_of(spec, group).size();
+  return samples;
 }
 
 std::vector<int> recorded_layers(const EnsembleSpec& spec) {
@@ -113,7 +112,7 @@ Problem find_problem(const EnsembleSpec& spec) {
 void validate(const EnsembleSpec& spec) { refuse(find_problem(spec)); }
 
 std::string configuration_text(const EnsembleSpec& spec) {
-  const auto& [sampler, lattice, response, load, layers, layout, record_profiles] = spec;
+  const auto& [sampler, lattice, response, load, layers, record_profiles] = spec;
   const bool multiplexed = response.estimator == EstimatorName::multiplexed;
   const bool overloaded = loads_one_bead(response.estimator) && load == Load::point;
   std::string text;
@@ -144,9 +143,10 @@ std::string configuration_text(const EnsembleSpec& spec) {
     add("first_base", response.first_base);
     add("base_step", response.base_step);
   }
+  // Files of before hold no forces of redrawn beads.
+  if (response.estimator == EstimatorName::paired) add("paired_sums", 3);
   add("samples", response.samples);
   add("blocks", response.blocks);
-  add("block_layout", layout == BlockLayout::interleaved ? "interleaved" : "runs");
   add("recorded_layers", fmt::format("{}", fmt::join(recorded_layers(spec), ",")));
   add("profiles", record_profiles);
   return text;

@@ -9,21 +9,13 @@
 
 namespace granuscope {
 
-/// Which samples make up a block.
-enum class BlockLayout {
-  runs,        ///< each block a run of consecutive groups; it depends on the number of samples
-  interleaved  ///< group g belongs to block g mod blocks, so that more samples extend each block: an ensemble of fewer
-               ///< samples is the beginning of one of more, and both have the same samples in the same blocks
-};
-
 /// One ensemble: piles of one law at one friction coefficient, how they are loaded, and what is measured on them.
 struct EnsembleSpec {
   SamplerSpec sampler;
   LatticeSpec lattice;
   ResponseSpec response;
-  Load load = Load::point;  ///< of the estimator point; under a uniform load it has no response to measure
-  std::vector<int> layers;  ///< recorded layers, ascending; empty: all
-  BlockLayout layout = BlockLayout::runs;
+  Load load = Load::point;      ///< of the estimator point; under a uniform load it has no response to measure
+  std::vector<int> layers;      ///< recorded layers, ascending; empty: all
   bool record_profiles = true;  ///< record the response [layers, columns] beside the numbers per layer
 };
 
@@ -43,15 +35,22 @@ std::vector<int> recorded_layers(const EnsembleSpec& spec);
 /// Samples first .. end-1 of one group.
 struct SampleRange {
   std::uint64_t first = 0, end = 0;
-  bool empty() const { return first >= end; }
+  std::uint64_t size() const { return end - first; }
 };
 
-/// The samples of the group number `group` of a block, counted from 0 within the block; empty beyond its last one.
-/// Blocks hold whole groups and differ by at most one group.
-SampleRange samples_of(const EnsembleSpec& spec, int block, std::uint64_t group);
+/// The samples of the group number `group`, of which the last one may be incomplete. Group g belongs to block g mod
+/// blocks: blocks differ by at most one group, and an ensemble of fewer whole groups is the beginning of one of more,
+/// with the same samples in the same blocks.
+SampleRange samples_of(const EnsembleSpec& spec, std::uint64_t group);
 
-/// Groups of the largest block.
-std::uint64_t groups_per_block(const EnsembleSpec& spec);
+/// Groups of the ensemble, an incomplete one included.
+std::uint64_t groups_of(const EnsembleSpec& spec);
+
+/// The first group of a block from the group `from` on.
+std::uint64_t group_of_block(const EnsembleSpec& spec, int block, std::uint64_t from);
+
+/// Samples of a block that are in the first `groups` groups of the ensemble.
+std::uint64_t samples_in_block(const EnsembleSpec& spec, int block, std::uint64_t groups);
 
 /// The load on every top bead of the estimator point, shape [columns].
 std::vector<double> top_load(const EnsembleSpec& spec);

@@ -1,7 +1,9 @@
 #include "ensemble/paired_estimator.h"
 
+#include <algorithm>
 #include <cmath>
 
+#include "ensemble/rearrangements.h"
 #include "model/identities.h"
 #include "sampling/split_uniforms.h"
 
@@ -24,6 +26,9 @@ std::vector<QuantityShape> PairedEstimator::quantities(const EnsembleSpec& spec)
   std::vector<QuantityShape> all = LayerObservables::quantities(spec);
   all.push_back({"redrawn", 1});
   all.push_back({"redrawn_below_overload", 1});
+  all.push_back({"least_force", 1});
+  all.push_back({"redrawn_force", 1});
+  all.push_back({"redrawn_together", 1});
   all.push_back({"response_thrust", 1});
   if (spec.record_profiles) all.push_back({"response", spec.lattice.columns});
   return all;
@@ -40,6 +45,9 @@ PairedEstimator::PairedEstimator(const EnsembleSpec& spec, Samplers samplers, Bl
       observables_(spec, sums, block),
       redrawn_(sums, "redrawn", block),
       redrawn_below_(sums, "redrawn_below_overload", block),
+      least_force_(sums, "least_force", block),
+      redrawn_force_(sums, "redrawn_force", block),
+      redrawn_together_(sums, "redrawn_together", block),
       response_thrust_(sums, "response_thrust", block),
       profiles_(spec.record_profiles),
       response_(profiles_ ? BlockSlice(sums, "response", block) : BlockSlice()) {
@@ -65,18 +73,28 @@ std::optional<SamplingFailure> PairedEstimator::measure(std::uint64_t sample) {
 void PairedEstimator::add_redrawn() {
   find_redrawn(before_, after_, beads_redrawn_);
   const Lattice& lattice = after_.lattice;
+  measure_rearrangements(lattice, beads_redrawn_, rearranged_);
   for (std::size_t l = 0; l < layers_.size(); ++l) {
     const int layer = layers_[l];
     int everywhere = 0, below = 0, beads_below = 0;
+    double force = 0, of_redrawn = 0, together = 0;
     for (int i = 0; i < lattice.columns(); ++i) {
-      const int redrawn = beads_redrawn_[lattice.index(layer, i)];
+      const std::size_t at = lattice.index(layer, i);
+      const int redrawn = beads_redrawn_[at];
       everywhere += redrawn;
+      together += rearranged_[at];
+      const double least = std::min(before_.V_R[at], before_.V_L[at]);
+      force += least;
+      of_redrawn += redrawn * least;
       if (!below_overload(lattice, layer, i)) continue;
       below += redrawn;
       ++beads_below;
     }
     redrawn_.add(l, static_cast<double>(everywhere) / lattice.columns());
     redrawn_below_.add(l, static_cast<double>(below) / beads_below);
+    least_force_.add(l, force / lattice.columns());
+    redrawn_force_.add(l, of_redrawn / lattice.columns());
+    redrawn_together_.add(l, together / lattice.columns());
   }
 }
 

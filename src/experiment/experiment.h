@@ -40,9 +40,10 @@ struct ResponseFieldSpec {
 };
 
 struct ReportSpec {
-  bool pdf = true;         ///< also write report.pdf where WeasyPrint is installed
-  std::string headline;    ///< page 1 says this instead of sentences made from the numbers; untrusted text
-  std::string key_figure;  ///< id of the figure of page 1; empty: the main line's, or the first of a study
+  bool pdf = true;       ///< also write report.pdf where WeasyPrint is installed
+  std::string headline;  ///< page 1 says this instead of sentences made from the numbers; untrusted text
+  std::string about;     ///< id of the study that page 1 is about; empty: the main line, or a study if it found nothing
+  std::string key_figure;  ///< id of the figure of page 1; empty: the first of what page 1 is about
 };
 
 /// One experiment, resolved and validated: what `granuscope run` computes, shows and says. Composed of each room's own
@@ -52,7 +53,6 @@ struct Experiment : MainLine {
 
   std::string name = "experiment";  ///< untrusted text, one line
   std::string description;          ///< untrusted text, may be empty
-  bool extendable = false;          ///< ensembles of more samples go on from those of fewer
   FigureSpec figures;
   Studies studies;
   std::map<std::string, PictureSpec> pictures;  ///< by name, the tables [scenes.pictures.NAME]

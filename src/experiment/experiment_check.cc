@@ -47,11 +47,13 @@ Problem find_text_problem(const Experiment& e) {
   return {};
 }
 
-/// What the block sums of a main ensemble need, in bytes.
+/// What the block sums of a main ensemble need, in bytes: larger ones are drawn block by block and read layer by layer.
 double sums_memory(const Experiment& e) {
+  constexpr double most_at_once = 50e6, copies_of_layer = 8;
   const double layers_recorded = static_cast<double>(e.lattice.layers) / std::max(1, e.fit.layer_step);
   const double numbers_per_column = e.response.estimator == EstimatorName::fluctuation ? 2 : 1;
-  return 8.0 * e.response.blocks * layers_recorded * e.lattice.columns * numbers_per_column;
+  const double layer = 8.0 * e.response.blocks * e.lattice.columns * numbers_per_column;
+  return std::min(most_at_once, 3 * layer * layers_recorded) + copies_of_layer * layer;
 }
 
 /// A pile that the experiment's law would never complete; `whose` says where its size stands.
@@ -235,6 +237,19 @@ Problem find_study_problem(const Experiment& e) {
   return {};
 }
 
+Problem find_report_problem(const Experiment& e) {
+  if (e.report.about.empty()) return {};
+  std::vector<std::string> measured;
+  for (const auto& study : e.studies) {
+    if (study->asked()) measured.push_back(study->id());
+  }
+  if (std::find(measured.begin(), measured.end(), e.report.about) != measured.end()) return {};
+  return problem("report.about", "\"{}\" is no study of this experiment, so that page 1 would have nothing to tell; {}",
+                 e.report.about,
+                 measured.empty() ? "it has none: ask for one, or leave this empty"
+                                  : fmt::format("write one of {}, or leave it empty", fmt::join(measured, ", ")));
+}
+
 Problem find_gate_problem(const Experiment& e) {
   std::vector<std::string> known = claim_ids();
   for (const auto& study : e.studies) {
@@ -290,6 +305,7 @@ Problem find_problem(const Experiment& e) {
   if (auto found = find_ring_problem(e)) return found;
   if (auto found = find_scene_problem(e)) return found;
   if (auto found = find_picture_problem(e)) return found;
+  if (auto found = find_report_problem(e)) return found;
   return find_gate_problem(e);
 }
 

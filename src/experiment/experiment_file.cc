@@ -30,6 +30,7 @@
 #include "experiment/nearest_name.h"
 #include "support/atomic_file.h"
 #include "support/error.h"
+#include "support/template_file.h"
 
 namespace granuscope {
 namespace {
@@ -339,8 +340,13 @@ Experiment read_experiment(const std::filesystem::path& file, const std::vector<
   std::error_code code;
   const auto status = std::filesystem::status(file, code);
   if (!std::filesystem::exists(status)) {
-    throw InputError(
-        fmt::format("{}: there is no such file; give the path of an experiment file (TOML)", file.string()));
+    const std::string name = file.stem().string();
+    const bool built_in = std::ranges::any_of(
+        embedded_files(), [&](const EmbeddedFile& one) { return one.name == "examples/" + name + ".toml"; });
+    throw InputError(fmt::format(
+        "{}: there is no such file; {}", file.string(),
+        built_in ? fmt::format("granuscope example {0} >{0}.toml writes the built-in one of that name", name)
+                 : "give the path of an experiment file (TOML)"));
   }
   if (!std::filesystem::is_regular_file(status)) {
     throw InputError(

@@ -109,10 +109,6 @@ std::vector<Key> keys_of_main_line(Experiment& e) {
                KeyRange{}.within(1, most_base_step)),
       make_key(response, "samples", "piles", "piles per friction coefficient, at least eight per block",
                e.response.samples, KeyRange{}.within(group_size * min_blocks, most_samples)),
-      make_key(response, "extendable", "",
-               "deal the piles out to the blocks in turn, in whole rounds of eight for each block, so that a later run "
-               "with more samples goes on from what is there, as precision does",
-               e.extendable),
       make_key(response, "blocks", "blocks", "blocks of the jackknife, each of whole groups of eight piles",
                e.response.blocks, KeyRange{}.within(min_blocks, most_blocks)),
 
@@ -221,8 +217,12 @@ std::vector<Key> keys_of_scenes(Experiment& e) {
       make_key("report", "pdf", "", "also write report.pdf, if WeasyPrint is installed", e.report.pdf),
       make_key("report", "headline", "", "what page 1 says, in place of sentences made from the numbers",
                e.report.headline),
+      make_key("report", "about", "",
+               "study that page 1 is about: the ID of its table [studies.ID]; empty: the exponents of c and D, or a "
+               "study where there are none",
+               e.report.about),
       make_key("report", "key_figure", "",
-               "id of the figure on page 1 (\"law-thrust\"); empty: c0 - c against mu and D, or else a study's first",
+               "id of the figure on page 1 (\"dispersion\"); empty: the first one of what page 1 is about",
                e.report.key_figure),
   };
 }

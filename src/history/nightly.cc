@@ -47,7 +47,6 @@ std::uint64_t whole_rounds(const Experiment& experiment, std::uint64_t samples) 
 /// The main line alone, and nothing shown.
 Experiment canary_of(const Experiment& experiment) {
   Experiment canary = experiment;
-  canary.extendable = true;
   canary.response.samples = whole_rounds(experiment, experiment.response.samples / canary_share);
   canary.precision = {};
   canary.studies = Experiment().studies;
@@ -62,7 +61,6 @@ Experiment canary_of(const Experiment& experiment) {
 
 Experiment pool_of(const Experiment& experiment, std::uint64_t samples) {
   Experiment pool = experiment;
-  pool.extendable = true;
   pool.response.samples = samples;
   pool.precision = {};
   return pool;

@@ -27,7 +27,7 @@ std::uint64_t samples_of_night(const Experiment& experiment, std::uint64_t grow)
 /// One night of an experiment, kept in the history.
 ///
 /// A canary (response.samples / 8 with the experiment's own seed, always the same samples) must give the numbers of the
-/// night that it was first run, but for rounding. Then the pool, an extendable run in DIR/pool, takes in the next
+/// night that it was first run, but for rounding. Then the pool, a run in DIR/pool, takes in the next
 /// samples; its result is, byte for byte, one run of as many samples. What came in by itself is held against the pool
 /// before it, the primary numbers only and with a correction for how many they are.
 ///

@@ -15,8 +15,8 @@ namespace {
 /// Tables of what is shown and told, and what is expected.
 constexpr std::array untold_tables = {"experiment", "figures.", "scenes.", "report", "gate."};
 /// What numbers the samples, and how many there are.
-constexpr std::array sample_keys = {"sampling.seed", "response.samples", "response.extendable",
-                                    "precision.c",   "precision.D",      "precision.most_samples"};
+constexpr std::array sample_keys = {"sampling.seed", "response.samples", "precision.c", "precision.D",
+                                    "precision.most_samples"};
 
 /// Layers of the profiles are fitted beside the others, so that they are in the summary.
 bool is_told_only(const std::string& key) {

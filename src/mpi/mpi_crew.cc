@@ -20,8 +20,10 @@
 
 #include "experiment/experiment_file.h"
 #include "pipeline/block_files.h"
+#include "pipeline/placed_blocks.h"
 #include "pipeline/shards.h"
 #include "storage/byte_record.h"
+#include "support/digest.h"
 #include "support/error.h"
 #include "support/interruption.h"
 
@@ -153,24 +155,91 @@ Failure describe(const std::exception_ptr& thrown) {
   }
 }
 
-/// Other machines may see a file later than the one that wrote it.
-void wait_for_files(const std::vector<PlannedEnsemble>& ensembles, const std::vector<Atom>& atoms,
-                    const fs::path& folder) {
+/// Other machines may see a file later than the one that made it.
+void wait_for(const fs::path& file) {
   const auto deadline = std::chrono::steady_clock::now() + folder_delay;
-  for (const Atom& atom : atoms) {
-    const fs::path file = BlockFiles(ensembles[atom.ensemble], folder).file(atom.block);
-    std::error_code ignored;
-    while (!fs::exists(file, ignored)) {
-      throw_if_interrupted();
-      if (std::chrono::steady_clock::now() > deadline) {
-        throw EnvironmentError(fmt::format(
-            "'{}' was written by another rank and is not seen by rank 0, so that the ranks do not share the folder; "
-            "choose an --out that all machines see",
-            file.string()));
-      }
-      std::this_thread::sleep_for(std::chrono::milliseconds(200));
+  std::error_code ignored;
+  while (!fs::exists(file, ignored)) {
+    throw_if_interrupted();
+    if (std::chrono::steady_clock::now() > deadline) {
+      throw EnvironmentError(fmt::format(
+          "'{}' was made by rank 0 and is not seen by another rank, so that the ranks do not share the folder; choose "
+          "an --out that all machines see",
+          file.string()));
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+  }
+}
+
+/// The places of blocks depend on it.
+std::string key_of(const PlannedEnsemble& planned) {
+  return cache_key(configuration_text(planned.spec) + planned.notes);
+}
+
+/// The blocks that a rank has put at their places, by ensemble.
+class Placed {
+ public:
+  Placed(const std::vector<PlannedEnsemble>& ensembles, const fs::path& folder) : ensembles_(ensembles) {
+    notes_.resize(ensembles.size());
+    for (const PlannedEnsemble& planned : ensembles) {
+      const PlacedBlocks placed(planned, folder);
+      wait_for(placed.file());
+      files_.push_back(placed.open());
     }
   }
+
+  /// Any number of threads may do so.
+  void put(const Atom& atom, const EnsembleRecord& block) {
+    files_[atom.ensemble]->put(static_cast<std::size_t>(atom.block), block.sums);
+    const std::lock_guard lock(mutex_);
+    notes_[atom.ensemble].push_back(note_of(block));
+  }
+
+  /// The files of single blocks of ensembles that are whole: each rank removes its own, since all of them are many.
+  void remove_files_of_whole(const fs::path& folder) const {
+    std::error_code ignored;
+    for (std::size_t i = 0; i < ensembles_.size(); ++i) {
+      if (fs::exists(PlacedBlocks(ensembles_[i], folder).file(), ignored)) continue;
+      const BlockFiles files(ensembles_[i], folder);
+      for (const BlockNote& note : notes_[i]) fs::remove(files.file(note.block), ignored);
+    }
+  }
+
+  std::string to_bytes() const {
+    ByteWriter writer;
+    for (std::size_t i = 0; i < ensembles_.size(); ++i) {
+      writer.put(key_of(ensembles_[i]));
+      writer.put(granuscope::to_bytes(notes_[i]));
+    }
+    return writer.take();
+  }
+
+ private:
+  const std::vector<PlannedEnsemble>& ensembles_;
+  std::vector<std::unique_ptr<SharedEnsemble>> files_;
+  std::mutex mutex_;
+  std::vector<std::vector<BlockNote>> notes_;
+};
+
+/// The notes of all ranks, by ensemble and block.
+std::vector<std::vector<BlockNote>> notes_of_all(const std::vector<PlannedEnsemble>& ensembles,
+                                                 const std::vector<std::string>& ranks) {
+  std::vector<std::vector<BlockNote>> notes(ensembles.size());
+  for (const std::string& bytes : ranks) {
+    ByteReader reader(bytes);
+    for (std::size_t i = 0; i < ensembles.size(); ++i) {
+      std::string key, more;
+      reader.get(key);
+      reader.get(more);
+      if (key != key_of(ensembles[i])) throw std::logic_error("the ranks do not mean the same ensemble");
+      for (BlockNote& note : notes_from(more)) notes[i].push_back(std::move(note));
+    }
+  }
+  for (auto& of_one : notes) {
+    std::sort(of_one.begin(), of_one.end(),
+              [](const BlockNote& one, const BlockNote& other) { return one.block < other.block; });
+  }
+  return notes;
 }
 
 }  // namespace
@@ -184,20 +253,29 @@ void MpiCrew::draw(const Experiment& experiment, const RunOptions& options,
   const std::vector<PlannedEnsemble> all = all_ensembles(experiment, {});
   std::vector<PlannedEnsemble> wanted;
   for (const PlannedEnsemble& planned : ensembles) {
-    if (planned.reusable) continue;
+    if (planned.reusable || PlacedBlocks(planned, options.folder).complete()) continue;
     const auto same = std::find_if(all.begin(), all.end(), [&](const auto& one) { return one.file == planned.file; });
     task.sizes.push_back(
         {static_cast<std::uint64_t>(same - all.begin()), planned.spec.response.samples, planned.groups_before});
     wanted.push_back(planned);
   }
-  for (const Atom& atom : atoms_of(wanted)) {
-    if (!BlockFiles(wanted[atom.ensemble], options.folder).has(atom.block, options.progress)) {
-      task.atoms.push_back(atom);
-    }
-  }
+  task.atoms = atoms_of(wanted);
   if (task.atoms.empty()) return;
-  work(ranks_.broadcast(to_bytes(task)), options.progress);
-  wait_for_files(wanted, task.atoms, options.folder);
+  for (const PlannedEnsemble& planned : wanted) PlacedBlocks(planned, options.folder).begin();
+  work(ranks_.broadcast(to_bytes(task)), options.progress, [&](const std::vector<std::string>& told) {
+    const auto notes = notes_of_all(wanted, told);
+    for (std::size_t i = 0; i < wanted.size(); ++i) {
+      const PlacedBlocks placed(wanted[i], options.folder);
+      placed.keep_notes(notes[i]);
+      placed.finish();
+    }
+  });
+  // By now each rank has removed the files of the blocks that it has put there.
+  for (const PlannedEnsemble& planned : wanted) {
+    std::error_code ignored;
+    if (!fs::exists(PlacedBlocks(planned, options.folder).file(), ignored))
+      fs::remove_all(BlockFiles(planned, options.folder).folder(), ignored);
+  }
 }
 
 void MpiCrew::end(int code) {
@@ -219,7 +297,7 @@ int MpiCrew::follow() {
       return code;
     }
     try {
-      work(received, ProgressStyle::silent);
+      work(received, ProgressStyle::silent, [](const std::vector<std::string>&) {});
     } catch (const Interrupted&) {
       throw;
     } catch (const Error&) {  // NOLINT(bugprone-empty-catch): all ranks know of it, and rank 0 tells it
@@ -227,7 +305,8 @@ int MpiCrew::follow() {
   }
 }
 
-void MpiCrew::work(const std::string& received, ProgressStyle style) {
+void MpiCrew::work(const std::string& received, ProgressStyle style,
+                   const std::function<void(const std::vector<std::string>&)>& finish) {
   using namespace std::chrono_literals;
   Task task;
   ByteReader reader(received);
@@ -235,11 +314,11 @@ void MpiCrew::work(const std::string& received, ProgressStyle style) {
   reader.get(command);
   const auto get = [&reader](auto&... field) { (reader.get(field), ...); };
   each_field(get, task);
-  const std::vector<PlannedEnsemble> all =
+  const std::vector<PlannedEnsemble> known =
       all_ensembles(parse_experiment(task.experiment, "the experiment of rank 0"), {});
   std::vector<PlannedEnsemble> ensembles;
   for (const Size& size : task.sizes) {
-    PlannedEnsemble& one = ensembles.emplace_back(all.at(size.ensemble));
+    PlannedEnsemble& one = ensembles.emplace_back(known.at(size.ensemble));
     one.spec.response.samples = size.samples;
     one.groups_before = size.groups_before;
   }
@@ -247,6 +326,7 @@ void MpiCrew::work(const std::string& received, ProgressStyle style) {
   const int threads = threads_of(ranks_, task.threads);
   ranks_.reset_counters();
 
+  std::optional<Placed> placed;
   Hand hand(task.atoms);
   std::exception_ptr thrown;
   std::atomic<bool> drawn{false};
@@ -267,7 +347,10 @@ void MpiCrew::work(const std::string& received, ProgressStyle style) {
   {
     std::jthread drawing([&] {
       try {
-        draw_atoms(ensembles, folder, threads, style, nullptr, {}, [&] { return hand.next(); });
+        placed.emplace(ensembles, folder);
+        draw_atoms(
+            ensembles, folder, threads, style, nullptr, {}, [&] { return hand.next(); },
+            [&](const Atom& atom, const EnsembleRecord& block) { placed->put(atom, block); });
       } catch (...) {
         thrown = std::current_exception();
         hand.end();
@@ -294,16 +377,30 @@ void MpiCrew::work(const std::string& received, ProgressStyle style) {
       throw;  // the drawing ends first, at its next look for an interruption
     }
   }
+  // What goes wrong on one rank is thrown on all.
+  const auto throw_together = [this](const Failure& failure) {
+    const int code = ranks_.largest(failure.code);
+    if (code == 0) return;
+    const int whose = ranks_.smallest(failure.code == code ? ranks_.rank() : ranks_.size());
+    rethrow({code, fmt::format("{}", ranks_.broadcast(failure.message, whose))});
+  };
   const Failure mine = describe(thrown);
   if (mine.code != 0) {
     ranks_.add(Ranks::taken, no_more);
   } else {
     tell(hand.given());
   }
-  if (const int code = ranks_.largest(mine.code); code != 0) {
-    const int whose = ranks_.smallest(mine.code == code ? ranks_.rank() : ranks_.size());
-    rethrow({code, fmt::format("{}", ranks_.broadcast(mine.message, whose))});
+  throw_together(mine);
+  const std::vector<std::string> notes = ranks_.gather(placed->to_bytes());
+  Failure finishing;
+  try {
+    finish(notes);
+  } catch (...) {
+    finishing = describe(std::current_exception());
   }
+  throw_together(finishing);
+  placed->remove_files_of_whole(folder);
+  ranks_.wait_for_all();
   if (progress) {
     tell(told);
     progress->finish();

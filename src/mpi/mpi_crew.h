@@ -1,5 +1,7 @@
 #pragma once
+#include <functional>
 #include <string>
+#include <vector>
 
 #include "mpi/ranks.h"
 #include "pipeline/crew.h"
@@ -8,7 +10,8 @@ namespace granuscope {
 
 /// The ranks of an MPI program as a crew. Rank 0 runs the command and calls draw(); the others follow it. All take
 /// blocks from one shared counter, the dearest first, so that slow machines take fewer. Each writes the blocks it has
-/// drawn into the run's folder, which all must see; nothing but numbers of blocks goes through the network.
+/// drawn into the run's folder, which all must see, and puts them at their places in the ensemble (placed_blocks.h);
+/// nothing but the numbers of blocks and notes about them goes through the network.
 class MpiCrew : public Crew {
  public:
   explicit MpiCrew(Ranks& ranks) : ranks_(ranks) {}
@@ -22,7 +25,9 @@ class MpiCrew : public Crew {
   int follow();
 
  private:
-  void work(const std::string& task, ProgressStyle style);
+  /// `finish` is handed on rank 0 what each rank tells of the blocks that it has put at their places.
+  void work(const std::string& task, ProgressStyle style,
+            const std::function<void(const std::vector<std::string>&)>& finish);
 
   Ranks& ranks_;
 };

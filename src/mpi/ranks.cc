@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <numeric>
 #include <thread>
 
 #include "support/interruption.h"
@@ -51,6 +52,25 @@ std::string Ranks::broadcast(std::string bytes, int from) {
   return bytes;
 }
 
+std::vector<std::string> Ranks::gather(std::string bytes) {
+  const auto size = static_cast<int>(bytes.size());
+  const auto ranks = static_cast<std::size_t>(rank_ == 0 ? size_ : 0);
+  std::vector<int> sizes(ranks), places(ranks);
+  MPI_Request request = MPI_REQUEST_NULL;
+  MPI_Igather(&size, 1, MPI_INT, sizes.data(), 1, MPI_INT, 0, MPI_COMM_WORLD, &request);
+  wait(request);
+  std::exclusive_scan(sizes.begin(), sizes.end(), places.begin(), 0);
+  std::string all(std::accumulate(sizes.begin(), sizes.end(), std::size_t{0}), '\0');
+  MPI_Igatherv(bytes.data(), size, MPI_BYTE, all.data(), sizes.data(), places.data(), MPI_BYTE, 0, MPI_COMM_WORLD,
+               &request);
+  wait(request);
+  std::vector<std::string> each;
+  for (std::size_t i = 0; i < ranks; ++i) {
+    each.push_back(all.substr(static_cast<std::size_t>(places[i]), static_cast<std::size_t>(sizes[i])));
+  }
+  return each;
+}
+
 int Ranks::largest(int value) {
   int result = value;
   MPI_Request request = MPI_REQUEST_NULL;
@@ -67,6 +87,10 @@ void Ranks::reset_counters() {
     const std::int64_t before = add(counter, 0);
     add(counter, -before);
   }
+  wait_for_all();
+}
+
+void Ranks::wait_for_all() {
   MPI_Request request = MPI_REQUEST_NULL;
   MPI_Ibarrier(MPI_COMM_WORLD, &request);
   wait(request);

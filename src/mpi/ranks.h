@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 namespace granuscope {
 
@@ -23,8 +24,12 @@ class Ranks {
 
   /// The bytes of rank `from`, on every rank.
   std::string broadcast(std::string bytes, int from = 0);
+  /// The bytes of every rank, in order, on rank 0; nothing on others.
+  std::vector<std::string> gather(std::string bytes);
   int largest(int value);
   int smallest(int value);
+  /// Returns when all ranks have come here.
+  void wait_for_all();
 
   // Two shared counters, kept by rank 0.
   enum Counter { taken, finished };

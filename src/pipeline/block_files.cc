@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "ensemble/parallel.h"
+#include "pipeline/placed_blocks.h"
 #include "storage/ensemble_file.h"
 #include "support/atomic_file.h"
 #include "support/digest.h"
@@ -26,15 +27,6 @@ std::string block_configuration(const PlannedEnsemble& planned, int block) {
   // The counters and failures of a grown block are those of its new groups only.
   if (planned.groups_before > 0) text += fmt::format("groups_before={}\n", planned.groups_before);
   return text;
-}
-
-std::uint64_t samples_in_block(const EnsembleSpec& spec, int block) {
-  std::uint64_t samples = 0;
-  for (std::uint64_t group = 0; group < groups_per_block(spec); ++group) {
-    const SampleRange range = samples_of(spec, block, group);
-    samples += range.empty() ? 0 : range.end - range.first;
-  }
-  return samples;
 }
 
 fs::path BlockFiles::folder() const {
@@ -67,7 +59,7 @@ std::uint64_t BlockFiles::samples() const {
   std::uint64_t found = 0;
   std::error_code ignored;
   for (int block = 0; block < planned_.spec.response.blocks; ++block) {
-    if (fs::exists(file(block), ignored)) found += samples_in_block(planned_.spec, block);
+    if (fs::exists(file(block), ignored)) found += samples_in_block(planned_.spec, block, groups_of(planned_.spec));
   }
   return found;
 }
@@ -122,7 +114,8 @@ EnsembleRecord BlockFiles::beginning(int block, std::uint64_t& groups) const {
   return nothing;
 }
 
-void BlockFiles::draw(int block, const SamplerSpec& measured, Progress* progress, const PartPolicy& parts) const {
+EnsembleRecord BlockFiles::draw(int block, const SamplerSpec& measured, Progress* progress,
+                                const PartPolicy& parts) const {
   make_folder(folder());
   std::uint64_t groups = 0;
   EnsembleRecord record = beginning(block, groups);
@@ -131,20 +124,14 @@ void BlockFiles::draw(int block, const SamplerSpec& measured, Progress* progress
     record.configuration_key = cache_key(configuration);
     write_ensemble(target, record);
   };
-  if (progress != nullptr && groups > 0) {
-    std::uint64_t there = 0;
-    for (std::uint64_t group = 0; group < groups; ++group) {
-      const SampleRange range = samples_of(planned_.spec, block, group);
-      there += range.empty() ? 0 : range.end - range.first;
-    }
-    progress->advance(there);
-  }
+  if (progress != nullptr) progress->advance(samples_in_block(planned_.spec, block, groups));
   draw_in_pieces(planned_.spec, measured, groups, record, 1, progress, parts, [&](std::uint64_t drawn) {
     keep(part(block), configuration(block) + fmt::format("groups_drawn={}\n", drawn));
   });
   keep(file(block), configuration(block));
   std::error_code ignored;
   fs::remove(part(block), ignored);
+  return record;
 }
 
 void BlockFiles::draw_missing(int threads, ProgressStyle progress, const PartPolicy& parts) const {
@@ -171,24 +158,15 @@ void BlockFiles::draw_missing(int threads, ProgressStyle progress, const PartPol
 
 void join_blocks(const PlannedEnsemble& planned, const fs::path& target, const std::vector<EnsembleReader>& blocks,
                  const EnsembleReader* smaller) {
-  EnsembleRecord header = begin_blocks(planned.spec, 0, 0);
-  header.configuration += planned.notes;
-  header.configuration_key = cache_key(header.configuration);
+  std::vector<BlockNote> notes;
   std::vector<std::string> keys;
-  if (smaller != nullptr) {
-    header.counts = smaller->header().counts;
-    header.failed = smaller->header().failed;
-  }
   for (const EnsembleReader& block : blocks) {
     const EnsembleRecord& one = block.header();
-    header.sums.count.push_back(one.sums.count.at(0));
-    header.counts += one.counts;
-    header.failed.insert(header.failed.end(), one.failed.begin(), one.failed.end());
     keys.push_back(block.keys().at(0));
+    notes.push_back({one.sums.first_block, one.sums.count.at(0), keys.back(), one.counts, one.failed});
   }
-  std::sort(header.failed.begin(), header.failed.end(),
-            [](const FailedSample& one, const FailedSample& other) { return one.sample < other.sample; });
-  write_ensemble(target, header, keys, [&](std::size_t block) { return blocks[block].read_block(0); });
+  write_ensemble(target, header_of(planned, notes, smaller == nullptr ? nullptr : &smaller->header()), keys,
+                 [&](std::size_t block) { return blocks[block].read_block(0); });
 }
 
 void BlockFiles::complete(int threads, ProgressStyle progress, const PartPolicy& parts) const {
@@ -204,6 +182,13 @@ void BlockFiles::complete(int threads, ProgressStyle progress, const PartPolicy&
 }
 
 void BlockFiles::join(ProgressStyle progress) const {
+  if (!PlacedBlocks(planned_, run_folder_).finish()) copy_together();
+  std::error_code ignored;
+  fs::remove_all(folder(), ignored);
+  log_line(progress, fmt::format("sampling {}: joined {} blocks", planned_.label, planned_.spec.response.blocks));
+}
+
+void BlockFiles::copy_together() const {
   std::vector<EnsembleReader> blocks;
   for (int block = 0; block < planned_.spec.response.blocks; ++block) {
     const EnsembleRecord& header = blocks.emplace_back(file(block)).header();
@@ -215,14 +200,12 @@ void BlockFiles::join(ProgressStyle progress) const {
   std::optional<EnsembleReader> smaller;
   if (planned_.groups_before > 0) smaller.emplace(whole);
   join_blocks(planned_, whole, blocks, smaller ? &*smaller : nullptr);
-  std::error_code ignored;
-  fs::remove_all(folder(), ignored);
-  log_line(progress, fmt::format("sampling {}: joined {} blocks", planned_.label, blocks.size()));
 }
 
 void draw_atoms(const std::vector<PlannedEnsemble>& ensembles, const fs::path& run_folder, int threads,
                 ProgressStyle style, Progress* progress, const PartPolicy& parts,
-                const std::function<std::optional<Atom>()>& next) {
+                const std::function<std::optional<Atom>()>& next,
+                const std::function<void(const Atom&, const EnsembleRecord&)>& done) {
   struct Measured {
     std::once_flag once;
     SamplerSpec sampler;
@@ -238,9 +221,15 @@ void draw_atoms(const std::vector<PlannedEnsemble>& ensembles, const fs::path& r
       if (!atom) return;
       try {
         const PlannedEnsemble& planned = ensembles[atom->ensemble];
+        const BlockFiles files(planned, run_folder);
+        if (done && files.has(atom->block, style)) {
+          done(*atom, read_ensemble(files.file(atom->block)));
+          continue;
+        }
         Measured& one = *measured[atom->ensemble];
         std::call_once(one.once, [&] { one.sampler = measure_sampler(planned, style); });
-        BlockFiles(planned, run_folder).draw(atom->block, one.sampler, progress, parts);
+        const EnsembleRecord drawn = files.draw(atom->block, one.sampler, progress, parts);
+        if (done) done(*atom, drawn);
       } catch (...) {
         failed = true;
         throw;

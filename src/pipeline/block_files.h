@@ -9,8 +9,6 @@
 
 namespace granuscope {
 
-std::uint64_t samples_in_block(const EnsembleSpec& spec, int block);
-
 /// The blocks of one ensemble as files of their own, in a folder beside the place of the whole:
 /// ensembles/mu-0.3.blocks/7.h5. Whoever draws a block writes its file, whole or not at all, and the same one as
 /// everybody else would: shards and ranks share nothing but these files, and none of them waits for another.
@@ -34,14 +32,15 @@ class BlockFiles {
   bool has(int block, ProgressStyle progress) const;
 
   /// Draws one block on the calling thread, going on from what a killed process has left of it, and keeps it.
-  void draw(int block, const SamplerSpec& measured, Progress* progress, const PartPolicy& parts) const;
+  EnsembleRecord draw(int block, const SamplerSpec& measured, Progress* progress, const PartPolicy& parts) const;
   /// Draws those that are not there, and joins all.
   void complete(int threads, ProgressStyle progress, const PartPolicy& parts) const;
-  /// Writes the whole ensemble from its blocks, with one block in memory at a time, and removes their files. The bytes
-  /// are those of an ensemble drawn in one piece.
+  /// Makes the whole ensemble from its blocks, with one block in memory at a time unless they are at their places
+  /// already (placed_blocks.h), and removes their files. The bytes are those of an ensemble drawn in one piece.
   void join(ProgressStyle progress) const;
 
  private:
+  void copy_together() const;
   void draw_missing(int threads, ProgressStyle progress, const PartPolicy& parts) const;
   std::filesystem::path part(int block) const;
   std::string configuration(int block) const;
@@ -66,10 +65,12 @@ struct Atom {
 };
 
 /// Draws the atoms that `next` hands out, until it hands out none, on `threads` threads (0: as many as the machine
-/// has), each of which holds one block. `next` is called by all of them, `done` too. Throws what the first of them
+/// has), each of which holds one block. `next` is called by all of them, and so is `done`, if there is one, with each
+/// block; then those that are in their files already are read and not drawn again. Throws what the first of them
 /// throws.
 void draw_atoms(const std::vector<PlannedEnsemble>& ensembles, const std::filesystem::path& run_folder, int threads,
                 ProgressStyle style, Progress* progress, const PartPolicy& parts,
-                const std::function<std::optional<Atom>()>& next);
+                const std::function<std::optional<Atom>()>& next,
+                const std::function<void(const Atom&, const EnsembleRecord&)>& done = {});
 
 }  // namespace granuscope

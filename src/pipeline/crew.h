@@ -15,8 +15,9 @@ class Crew {
   Crew& operator=(const Crew&) = delete;
   virtual ~Crew() = default;
 
-  /// Draws all blocks of these ensembles of the experiment that are not there, and returns when each is in its file
-  /// (block_files.h). Those that are reusable are left alone. What goes wrong with one of them is thrown here.
+  /// Draws what is not there of these ensembles of the experiment, and returns when all are whole in the folder, or at
+  /// least each of their blocks is in its file (block_files.h). Those that are reusable are left alone. What goes wrong
+  /// with one of them is thrown here.
   virtual void draw(const Experiment& experiment, const RunOptions& options,
                     const std::vector<PlannedEnsemble>& ensembles) = 0;
 };

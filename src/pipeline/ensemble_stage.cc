@@ -90,10 +90,10 @@ void draw_in_pieces(const EnsembleSpec& spec, const SamplerSpec& measured, std::
   const auto seconds_since = [](Clock::time_point start) {
     return std::chrono::duration<double>(Clock::now() - start).count();
   };
-  const std::uint64_t all = groups_per_block(spec);
+  const std::uint64_t all = groups_of(spec);
   auto kept = Clock::now();
   // What a group costs depends on the law: pieces grow until they take as long as they should.
-  std::uint64_t per_piece = 1;
+  std::uint64_t per_piece = static_cast<std::uint64_t>(spec.response.blocks);
   const std::uint64_t done_at_start = done;
   while (done < all) {
     const std::uint64_t to = std::min(all, done + per_piece);
@@ -116,7 +116,7 @@ void draw_in_pieces(const EnsembleSpec& spec, const SamplerSpec& measured, std::
 
 namespace {
 
-/// The configuration of an ensemble of which the first groups of each block are drawn.
+/// The configuration of an ensemble of which the first groups are drawn.
 std::string part_configuration(const EnsembleSpec& spec, std::uint64_t groups) {
   return fmt::format("{}groups_drawn={}\n", configuration_text(spec), groups);
 }
@@ -134,7 +134,7 @@ bool is_there(const std::filesystem::path& run_folder, const std::filesystem::pa
       file.string(), system_reason(errno)));
 }
 
-/// How many groups of each block the run's folder holds of this ensemble; 0 where there is no part of it.
+/// How many groups the run's folder holds of this ensemble; 0 where there is no part of it.
 std::uint64_t groups_begun(const PlannedEnsemble& planned, const std::filesystem::path& run_folder) {
   if (!is_there(run_folder, part_file(planned))) return 0;
   const std::filesystem::path file = run_folder / part_file(planned);
@@ -144,15 +144,14 @@ std::uint64_t groups_begun(const PlannedEnsemble& planned, const std::filesystem
     const auto found = settings.find("groups_drawn");
     if (found == settings.end()) return 0;
     const std::uint64_t groups = std::strtoull(found->second.c_str(), nullptr, 10);
-    const bool usable = groups < groups_per_block(planned.spec) && there == part_configuration(planned.spec, groups);
+    const bool usable = groups < groups_of(planned.spec) && there == part_configuration(planned.spec, groups);
     return usable ? groups : 0;
   } catch (const InputError&) {
     return 0;  // damaged or foreign
   }
 }
 
-/// The beginning that an earlier run or a smaller ensemble left, or nothing drawn yet; `groups` of each block are in
-/// it.
+/// The beginning that an earlier run or a smaller ensemble left, or nothing drawn yet; the first `groups` are in it.
 EnsembleRecord beginning_of(const PlannedEnsemble& planned, const std::filesystem::path& run_folder,
                             std::uint64_t& groups) {
   EnsembleRecord nothing = begin_ensemble(planned.spec);
@@ -169,10 +168,19 @@ EnsembleRecord beginning_of(const PlannedEnsemble& planned, const std::filesyste
     }
   }
   if (planned.smaller == nullptr) return nothing;
-  std::uint64_t samples = planned.smaller->failed.size();
-  for (const std::uint64_t count : planned.smaller->sums.count) samples += count;
-  return go_on_from(*planned.smaller,
-                    samples / (group_size * static_cast<std::uint64_t>(planned.spec.response.blocks)));
+  EnsembleRecord smaller = *planned.smaller;
+  smaller.sums = in_memory(smaller.sums);
+  return go_on_from(std::move(smaller), samples_begun(*planned.smaller) / group_size);
+}
+
+/// Whether an ensemble is drawn in memory, all of its blocks at once, and not a block for each thread. There it takes
+/// this three times: what there is, what a stop would go back to, what is being written.
+bool fits_in_memory(const EnsembleSpec& spec) {
+  constexpr double most_bytes = 16e6;
+  const BlockSums shapes = begin_blocks(spec, 0, 0).sums;
+  double numbers = 0;
+  for (const auto& [name, quantity] : shapes.quantities) numbers += quantity.width;
+  return 8.0 * numbers * static_cast<double>(shapes.layers.size()) * spec.response.blocks <= most_bytes;
 }
 
 /// Draws what is missing of the ensemble, keeping what there is now and then.
@@ -181,7 +189,7 @@ EnsembleRecord draw_whole(const PlannedEnsemble& planned, const std::filesystem:
   const EnsembleSpec& spec = planned.spec;
   std::uint64_t done = 0;
   EnsembleRecord record = beginning_of(planned, run_folder, done);
-  const std::uint64_t there = std::min(spec.response.samples, done * round_of(spec));
+  const std::uint64_t there = std::min(spec.response.samples, done * group_size);
   if (done > 0) log_line(progress, fmt::format("sampling {}: going on after {} piles", planned.label, there));
   const SamplerSpec sampler = measure_sampler(planned, progress);
   Progress shown(fmt::format("sampling {}", planned.label), spec.response.samples - there, progress);
@@ -204,8 +212,7 @@ std::uint64_t samples_begun(const EnsembleRecord& record) {
 
 std::uint64_t samples_there(const PlannedEnsemble& planned) {
   const std::uint64_t smaller = planned.smaller == nullptr ? 0 : samples_begun(*planned.smaller);
-  const std::uint64_t begun = planned.begun * group_size * static_cast<std::uint64_t>(planned.spec.response.blocks);
-  return std::min(planned.spec.response.samples, std::max(smaller, begun));
+  return std::min(planned.spec.response.samples, std::max(smaller, planned.begun * group_size));
 }
 
 std::filesystem::path part_file(const PlannedEnsemble& planned) {
@@ -225,8 +232,9 @@ void look_for(PlannedEnsemble& planned, const std::filesystem::path& run_folder)
     const std::string wanted = configuration_text(planned.spec) + planned.notes;
     planned.reusable = there == wanted;
     if (!planned.reusable) planned.replaces = "it is of another experiment: " + describe_difference(there, wanted);
-    if (!planned.reusable && planned.spec.layout != BlockLayout::interleaved && only_more_samples(there, wanted)) {
-      planned.replaces += " (with response.extendable = true more samples go on from those that are there)";
+    if (!planned.reusable && only_more_samples(there, wanted)) {
+      planned.replaces +=
+          fmt::format(" (piles are drawn {0} at a time: only from a multiple of {0} more go on)", group_size);
     }
   } catch (const InputError& damage) {
     planned.replaces = damage.what();  // damaged or foreign
@@ -273,7 +281,7 @@ void look_for_smaller(PlannedEnsemble& planned, const PrecisionSpec& asked, cons
   }
 }
 
-/// An extendable ensemble goes on from one of fewer samples that is the same otherwise.
+/// An ensemble goes on from one of fewer samples, in whole groups, that is the same otherwise.
 void look_for_beginning(PlannedEnsemble& planned, const std::filesystem::path& run_folder) {
   if (planned.reusable || planned.begun > 0 || !is_there(run_folder, planned.file)) return;
   try {
@@ -284,10 +292,12 @@ void look_for_beginning(PlannedEnsemble& planned, const std::filesystem::path& r
     PlannedEnsemble beginning = planned;
     beginning.spec.response.samples = std::strtoull(samples->second.c_str(), nullptr, 10);
     if (beginning.spec.response.samples >= planned.spec.response.samples) return;
+    if (beginning.spec.response.samples % group_size != 0) return;
     look_for(beginning, run_folder);
     std::optional<MeasuredEnsemble> found = reuse_ensemble(beginning, run_folder);
     if (!found) return;
     planned.smaller = std::make_shared<const EnsembleRecord>(std::move(found->record));
+    planned.groups_before = beginning.spec.response.samples / group_size;
     planned.replaces.clear();
   } catch (const InputError&) {  // NOLINT(bugprone-empty-catch): look_for has said why it cannot be used
   }
@@ -299,7 +309,7 @@ bool grow(PlannedEnsemble& planned, const PrecisionSpec& asked, EnsembleRecord r
           const std::filesystem::path& run_folder) {
   const std::uint64_t round = round_of(planned.spec), next = round * next_size(planned.spec.response.samples / round);
   if (next > asked.most_samples) return false;
-  planned.groups_before = planned.spec.response.samples / round;
+  planned.groups_before = planned.spec.response.samples / group_size;
   planned.spec.response.samples = next;
   planned.notes = growth_notes(planned.grows_from, asked);
   planned.begun = groups_begun(planned, run_folder);
@@ -331,19 +341,15 @@ std::vector<PlannedEnsemble> plan_ensembles(const Experiment& experiment, const 
         layers_to_record(experiment.fit, profiles_wanted ? experiment.figures.profile_layers : std::vector<int>{});
     ensemble.file = std::filesystem::path("ensembles") / fmt::format("mu-{}.h5", exact(mu));
     ensemble.label = fmt::format("mu = {}", mu);
-    const bool grows = mu > 0 && experiment.precision.asked();
-    if (grows || experiment.extendable) {
-      spec.layout = BlockLayout::interleaved;
+    if (mu > 0 && experiment.precision.asked()) {
       spec.response.samples = (spec.response.samples + round_of(spec) - 1) / round_of(spec) * round_of(spec);
-    }
-    if (grows) {
       ensemble.grows_from = spec.response.samples;
       ensemble.notes = growth_notes(spec.response.samples, experiment.precision);
     }
     look_for(ensemble, run_folder);
     if (ensemble.grows_from > 0) {
       look_for_smaller(ensemble, experiment.precision, run_folder);
-    } else if (experiment.extendable) {
+    } else {
       look_for_beginning(ensemble, run_folder);
     }
     planned.push_back(std::move(ensemble));
@@ -363,7 +369,7 @@ PlannedEnsemble plan_ensemble(const StudyEnsemble& asked, const std::filesystem:
 std::optional<MeasuredEnsemble> reuse_ensemble(PlannedEnsemble& planned, const std::filesystem::path& run_folder) {
   if (!planned.reusable) return std::nullopt;
   try {
-    return MeasuredEnsemble{planned.spec, read_ensemble(run_folder / planned.file)};
+    return MeasuredEnsemble{planned.spec, open_ensemble(run_folder / planned.file)};
   } catch (const InputError& damage) {
     // The plan read no further than the configuration.
     planned.reusable = false;
@@ -389,11 +395,11 @@ MeasuredEnsemble obtain_ensemble(PlannedEnsemble& planned, const std::filesystem
   // What would be lost in the end is missed before anything is drawn.
   make_folder(file.parent_path());
   require_writable(file);
-  if (const BlockFiles blocks(planned, run_folder); planned.blocks_there > 0) {
-    blocks.complete(threads, progress, parts);
+  if (planned.blocks_there > 0 || (planned.begun == 0 && !fits_in_memory(planned.spec))) {
+    BlockFiles(planned, run_folder).complete(threads, progress, parts);
     std::error_code ignored;
     std::filesystem::remove(run_folder / part_file(planned), ignored);
-    return {planned.spec, read_ensemble(file)};
+    return {planned.spec, open_ensemble(file)};
   }
   MeasuredEnsemble drawn{planned.spec, draw_whole(planned, run_folder, threads, progress, parts)};
   drawn.record.configuration += planned.notes;

@@ -22,9 +22,9 @@ struct PlannedEnsemble {
   std::string replaces = {};     ///< why a file that is there cannot be used: it will be replaced
   std::uint64_t grows_from = 0;  ///< 0: fixed; else the samples from which it grows until [precision] is reached
   std::string notes = {};        ///< lines of the stored configuration beside those of the spec
-  std::shared_ptr<const EnsembleRecord> smaller = {};  ///< the beginning of this interleaved ensemble, to go on from
-  std::uint64_t begun = 0;          ///< groups of each block that a run that was stopped has left behind (part_file)
-  std::uint64_t groups_before = 0;  ///< groups of each block in `smaller`
+  std::shared_ptr<const EnsembleRecord> smaller = {};  ///< the beginning of this ensemble, to go on from
+  std::uint64_t begun = 0;          ///< groups that a run that was stopped has left behind (part_file)
+  std::uint64_t groups_before = 0;  ///< groups in `smaller`
   int blocks_there = 0;             ///< files of single blocks that shards have left (block_files.h)
 };
 

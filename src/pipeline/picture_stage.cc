@@ -166,7 +166,7 @@ class PilePictures {
       variables["too_faint"] = std::to_string(statistics.counts.too_faint);
       variables["outside"] = std::to_string(statistics.counts.outside);
     }
-    set_captions(figure, captions, variables);
+    set_captions(figure, {captions, variables});
     if (!figure.is_there()) return outcome;
     outcome.environment = {{"OpenGL", statistics.renderer},
                            {"GL backend", statistics.backend + ": " + statistics.backend_reason}};
@@ -263,7 +263,7 @@ PictureOutcome render_response_field(const Experiment& experiment, Field field, 
   // A little more than the light cone of the frictionless pile; layers as the scene counts them.
   const double reach = std::min(half - 1, std::ceil(tan30 * last) + 10);
   const auto layer_at = [](double z) { return std::round((z - 0.5) / (sqrt3 / 2)); };
-  spec.window = {{-reach, reach, layer_at(field.rows.front().z), layer_at(last)}};
+  spec.window = {{-reach, reach, 0, layer_at(last)}};
   PictureOutcome outcome;
   Figure& figure = outcome.figure;
   figure.id = "response-field";
@@ -280,10 +280,10 @@ PictureOutcome render_response_field(const Experiment& experiment, Field field, 
   } catch (const EnvironmentError& failure) {
     set_failure(figure, failure);
   }
-  set_captions(figure, "pictures/response_field.captions",
-               {{"mu", caption_number(transport.mu())},
-                {"samples", std::to_string(transport.samples)},
-                {"estimator", name_of(transport.spec.response.estimator)}});
+  set_captions(figure, {"pictures/response_field.captions",
+                        {{"mu", caption_number(transport.mu())},
+                         {"samples", std::to_string(transport.samples)},
+                         {"estimator", name_of(transport.spec.response.estimator)}}});
   if (figure.is_there())
     outcome.environment = {{"OpenGL", statistics.renderer},
                            {"GL backend", statistics.backend + ": " + statistics.backend_reason}};

@@ -26,6 +26,7 @@
 #include "plot/file_label.h"
 #include "plot/gnuplot.h"
 #include "plot/main_finding.h"
+#include "plot/point_selection.h"
 #include "plot/response_field.h"
 #include "report/finished_run.h"
 #include "report/manifest_json.h"
@@ -52,7 +53,7 @@ std::string state_of(const std::string& program) {
 std::set<std::string> files_of(const Figure& figure) {
   std::set<std::string> files;
   for (const auto& file : figure.data) files.insert(file.generic_string());
-  for (const auto& file : {figure.screen, figure.print, figure.script}) {
+  for (const auto& file : {figure.screen, figure.print, figure.script, figure.recipe}) {
     if (!file.empty()) files.insert(file.generic_string());
   }
   return files;
@@ -226,9 +227,26 @@ class Run {
     for (const auto& study : studies_) {
       for (Claim& claim : study->claims(experiment_.claims)) data_.analysis.claims.push_back(std::move(claim));
       const nlohmann::ordered_json& results = data_.studies[study->id()] = study->json();
-      for (ReportPart& part : study->parts(results)) data_.parts.push_back(std::move(part));
+      for (ReportPart& part : study->parts(results)) {
+        if (part.place == ReportPart::Place::page_1 && !takes_page_1(study->id())) continue;
+        data_.parts.push_back(std::move(part));
+      }
     }
     expect_verdicts(data_.analysis.claims, experiment_.expected_verdicts);
+  }
+
+  /// Whether page 1 is about this study: the one that the experiment names, or, where the main line found nothing, the
+  /// first that has something to say.
+  bool takes_page_1(const std::string& study) {
+    if (about_.empty()) {
+      const bool main_line = has_main_finding(without_imprecise_points(data_.analysis));
+      if (!experiment_.report.about.empty()) {
+        about_ = experiment_.report.about;
+      } else if (!main_line) {
+        about_ = study;
+      }
+    }
+    return about_ == study;
   }
 
   /// Drawing an ensemble and fitting it.
@@ -252,8 +270,7 @@ class Run {
 
   void sample_and_measure() {
     std::vector<MeasuredTransport> measured;
-    if (options_.crew != nullptr)
-      options_.crew->draw(experiment_, options_, all_ensembles(experiment_, options_.folder));
+    if (options_.crew != nullptr) sampling_.draw_by_crew(all_ensembles(experiment_, options_.folder));
     SamplerCounts counts;
     std::vector<PlannedEnsemble> ensembles = plan_ensembles(experiment_, options_.folder);
     expect_steps(ensembles);
@@ -347,11 +364,6 @@ class Run {
 
   void keep_figure(Figure figure) {
     if (!figure.failure.empty()) note_failure("figure " + figure.id, figure.failure);
-    try {
-      label_files(figure, options_.folder, provenance_line(data_.provenance));
-    } catch (const EnvironmentError& failure) {
-      note_failure("the label of figure " + figure.id, failure.what());
-    }
     figure_files_.merge(files_of(figure));
     data_.figures.push_back(std::move(figure));
   }
@@ -380,16 +392,15 @@ class Run {
         // The paper's Fig. 1 has this one on the left, the force chains on the right.
         if (data_.figures.size() > 1) std::rotate(data_.figures.begin(), data_.figures.end() - 1, data_.figures.end());
       }
-      std::vector<FigurePlot> plots = main_figures(experiment_, data_.analysis);
-      const std::size_t of_main_line = plots.size();
+      const std::vector<FigurePlot> plots = main_figures(experiment_, data_.analysis);
+      for (const FigurePlot& plot_one : plots) add_figure([&] { return plot_one(options_.folder); });
       for (const auto& study : studies_) {
-        for (FigurePlot& plot_one : study->figures(data_.analysis)) plots.push_back(std::move(plot_one));
-      }
-      for (std::size_t i = 0; i < plots.size(); ++i) {
         const std::size_t before = data_.figures.size();
-        add_figure([&] { return plots[i](options_.folder); });
-        const bool of_study = i >= of_main_line && data_.figures.size() > before;
-        if (of_study && first_of_studies_.empty()) first_of_studies_ = data_.figures.back().id;
+        for (const FigurePlot& plot_one : study->figures(data_.analysis)) {
+          add_figure([&] { return plot_one(options_.folder); });
+        }
+        const bool wanted = about_.empty() ? first_of_study_.empty() : about_ == study->id();
+        if (wanted && data_.figures.size() > before) first_of_study_ = data_.figures[before].id;
       }
     });
     choose_key_figure();
@@ -398,19 +409,19 @@ class Run {
     progress_.finish(seconds_for_figures);
   }
 
-  /// The figure of page 1 comes first: the one that the experiment names, or what the main line found, or else the
-  /// first of a study.
+  /// The figure of page 1 comes first: the one that the experiment names, or the first of the study that page 1 is
+  /// about, or what the main line found, or else the first of a study.
   void choose_key_figure() {
     const auto find = [&](const std::string& id) {
       return std::find_if(data_.figures.begin(), data_.figures.end(), [&](const Figure& one) { return one.id == id; });
     };
     const std::string& named = experiment_.report.key_figure;
-    auto chosen = find(named.empty() ? main_finding_id : named);
+    auto chosen = find(!named.empty() ? named : about_.empty() ? main_finding_id : first_of_study_);
     if (!named.empty() && chosen == data_.figures.end()) {
       data_.skipped.push_back(
           fmt::format("Page 1 has no figure: report.key_figure names {}, which this run does not make.", named));
     }
-    if (named.empty() && chosen == data_.figures.end()) chosen = find(first_of_studies_);
+    if (named.empty() && chosen == data_.figures.end()) chosen = find(first_of_study_);
     if (chosen == data_.figures.end()) return;
     data_.key_figure = chosen->id;
     std::rotate(data_.figures.begin(), chosen, chosen + 1);
@@ -447,7 +458,8 @@ class Run {
   ReportData data_;
   Field field_;  ///< the mean response at figures.response_profiles.mu, for its picture
   std::optional<Transport> field_transport_;
-  std::string first_of_studies_;                               ///< id of the first figure of a study
+  std::string about_;                                          ///< id of the study that page 1 is about; empty: none
+  std::string first_of_study_;                                 ///< id of the first figure of that one, or of any
   Studies studies_ = experiment_.studies;                      ///< with what they measure
   std::vector<std::pair<std::string, std::string>> failures_;  ///< what could not be made, and why
   RunResult result_;

@@ -7,13 +7,20 @@
 #include <cmath>
 
 #include "ensemble/estimator.h"
-#include "pipeline/block_files.h"
 #include "pipeline/crew.h"
 #include "pipeline/timed.h"
 #include "storage/ensemble_file.h"
 #include "support/number_format.h"
 
 namespace granuscope {
+
+void SampleStage::draw_by_crew(const std::vector<PlannedEnsemble>& ensembles) {
+  if (options_.crew == nullptr) return;
+  options_.crew->draw(experiment_, options_, ensembles);
+  for (const PlannedEnsemble& planned : ensembles) {
+    if (!planned.reusable) drawn_by_crew_.insert(planned.file);
+  }
+}
 
 MeasuredEnsemble SampleStage::obtain(PlannedEnsemble& planned) {
   MeasuredEnsemble ensemble;
@@ -23,7 +30,8 @@ MeasuredEnsemble SampleStage::obtain(PlannedEnsemble& planned) {
         [&] { ensemble = obtain_ensemble(planned, options_.folder, options_.threads, options_.progress); });
   StageTiming& timing = *std::find_if(data_.timings.begin(), data_.timings.end(),
                                       [&](const StageTiming& one) { return one.stage == "sample " + planned.label; });
-  if (planned.reusable) {
+  const bool reused = planned.reusable && !drawn_by_crew_.contains(planned.file);
+  if (reused) {
     const auto earlier = earlier_.find(timing.stage);
     timing = earlier == earlier_.end() ? StageTiming{timing.stage, std::nan(""), true} : earlier->second;
   } else {
@@ -41,7 +49,7 @@ MeasuredEnsemble SampleStage::obtain(PlannedEnsemble& planned) {
                     planned.label, failed.size(), planned.spec.response.samples, failed.front().replay));
   }
   ++obtained_;
-  if (planned.reusable) ++reused_;
+  if (reused) ++reused_;
   return ensemble;
 }
 
@@ -66,7 +74,7 @@ PrecisionOutcome SampleStage::reach_precision(PlannedEnsemble& planned, Measured
     outcome.reason = look.reason;
     if (look.reached || look.unattainable) break;
     if (!grow(planned, asked, std::move(ensemble.record), options_.folder)) {
-      ensemble.record = read_ensemble(options_.folder / planned.file);
+      ensemble.record = open_ensemble(options_.folder / planned.file);
       outcome.reason = fmt::format(
           "{} piles give c ± {} and D ± {}; about {} would be needed, and the next step would be more than "
           "precision.most_samples = {}",
@@ -81,8 +89,8 @@ PrecisionOutcome SampleStage::reach_precision(PlannedEnsemble& planned, Measured
                     planned.label, significant(measured.c.standard_error, 2), significant(measured.D.standard_error, 2),
                     samples, significant(look.samples_needed, 2), stop, time_for(planned.spec, stop - samples)));
     if (options_.crew != nullptr) {
-      options_.crew->draw(experiment_, options_, {planned});
-      planned.blocks_there = BlockFiles(planned, options_.folder).count();
+      draw_by_crew({planned});
+      look_for(planned, options_.folder);
     }
     const bool reused = planned.reusable;
     ensemble = obtain(planned);

@@ -1,8 +1,11 @@
 #pragma once
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <map>
+#include <set>
 #include <string>
+#include <vector>
 
 #include "analysis/precision.h"
 #include "analysis/transport.h"
@@ -24,6 +27,9 @@ class SampleStage {
 
   MeasuredEnsemble obtain(PlannedEnsemble& planned);
 
+  /// Lets the crew, if there is one, draw what is not there of these ensembles.
+  void draw_by_crew(const std::vector<PlannedEnsemble>& ensembles);
+
   /// Lets a growing ensemble grow until its c and D are as precise as asked, which is looked at after whole steps only.
   PrecisionOutcome reach_precision(PlannedEnsemble& planned, MeasuredEnsemble& ensemble);
 
@@ -42,6 +48,7 @@ class SampleStage {
   ReportData& data_;
   const std::map<std::string, StageTiming>& earlier_;
   std::function<void()> drawn_;
+  std::set<std::filesystem::path> drawn_by_crew_;        ///< in this run: they are there, and yet not reused
   std::size_t obtained_ = 0, reused_ = 0;                ///< ensembles
   double drawn_in_this_run_ = 0, drawn_in_seconds_ = 0;  ///< beads, for the time that is left
 };

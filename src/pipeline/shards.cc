@@ -211,7 +211,7 @@ std::vector<PlannedStep> plan_shard(const Experiment& experiment, const RunOptio
       ++held;
       const bool drawn = planned.reusable || BlockFiles(planned, options.folder).fault(atom.block) == "";
       there += drawn ? 1 : 0;
-      left += drawn ? 0 : samples_in_block(planned.spec, atom.block);
+      left += drawn ? 0 : samples_in_block(planned.spec, atom.block, groups_of(planned.spec));
     }
     if (held == 0) continue;
     const std::string what = fmt::format("{} of {} blocks, {}{}", held, planned.spec.response.blocks, planned.label,
@@ -233,7 +233,7 @@ void run_shard(const Experiment& experiment, const RunOptions& options, Shard sh
     const PlannedEnsemble& planned = ensembles[atom.ensemble];
     if (planned.reusable || BlockFiles(planned, options.folder).has(atom.block, options.progress)) continue;
     missing.push_back(atom);
-    samples += samples_in_block(planned.spec, atom.block);
+    samples += samples_in_block(planned.spec, atom.block, groups_of(planned.spec));
   }
   log_line(options.progress,
            fmt::format("shard {}/{}: {} of the {} blocks of this experiment, {} of them to draw", shard.number,

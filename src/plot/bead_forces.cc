@@ -156,35 +156,34 @@ Figure plot_bead_forces(const Pile& pile, const BeadForcesSpec& spec, const std:
   plan.data[fmt::format("{}-contacts.csv", figure_id)] = table.text();
   plan.data[fmt::format("{}-beads.csv", figure_id)] = surrounding_beads();
   plan.curves = 6;
-  Figure figure = plot_figure(plan,
-                              {{"mu", exact(pile.mu)},
-                               {"width", exact(plot_width_inches)},
-                               {"layer", std::to_string(spec.layer)},
-                               {"shown_width", exact(shown_width)},
-                               {"shown_depth", exact(shown_depth)},
-                               {"scale", exact(largest > 0 ? arrow_length / largest : 1)},
-                               {"contact_x", list(contacts, &ContactForce::x)},
-                               {"contact_z", list(contacts, &ContactForce::z)},
-                               {"normal", list(contacts, &ContactForce::N)},
-                               {"tangential", list(contacts, &ContactForce::T)},
-                               {"angles", angle_labels(contacts)},
-                               {"N_high", exact(normal.high)},
-                               {"T_high", exact(tangential.high)},
-                               {"N_ticks", linear_ticks(normal, 5)},
-                               {"T_ticks", linear_ticks(tangential, 6)}},
-                              run_folder);
   double x = pile.lattice.x(spec.layer, bead);
-  set_captions(figure, "plot/bead_forces.captions",
-               {{"mu", caption_number(pile.mu)},
-                {"phi", fmt::format("{:.1f}", std::atan(pile.mu) * 180 / std::numbers::pi)},
-                {"layer", std::to_string(spec.layer)},
-                {"x", caption_number(x)},
-                {"columns", std::to_string(pile.lattice.columns())},
-                {"layers", std::to_string(pile.lattice.layers())},
-                {"sample", std::to_string(pile.sample)},
-                {"seed", std::to_string(pile.seed)},
-                {"rule", shows_four_forces(contacts) ? "yes" : ""}});
-  return figure;
+  return plot_figure(plan,
+                     {{"mu", exact(pile.mu)},
+                      {"width", exact(plot_width_inches)},
+                      {"layer", std::to_string(spec.layer)},
+                      {"shown_width", exact(shown_width)},
+                      {"shown_depth", exact(shown_depth)},
+                      {"scale", exact(largest > 0 ? arrow_length / largest : 1)},
+                      {"contact_x", list(contacts, &ContactForce::x)},
+                      {"contact_z", list(contacts, &ContactForce::z)},
+                      {"normal", list(contacts, &ContactForce::N)},
+                      {"tangential", list(contacts, &ContactForce::T)},
+                      {"angles", angle_labels(contacts)},
+                      {"N_high", exact(normal.high)},
+                      {"T_high", exact(tangential.high)},
+                      {"N_ticks", linear_ticks(normal, 5)},
+                      {"T_ticks", linear_ticks(tangential, 6)}},
+                     {"plot/bead_forces.captions",
+                      {{"mu", caption_number(pile.mu)},
+                       {"phi", fmt::format("{:.1f}", std::atan(pile.mu) * 180 / std::numbers::pi)},
+                       {"layer", std::to_string(spec.layer)},
+                       {"x", caption_number(x)},
+                       {"columns", std::to_string(pile.lattice.columns())},
+                       {"layers", std::to_string(pile.lattice.layers())},
+                       {"sample", std::to_string(pile.sample)},
+                       {"seed", std::to_string(pile.seed)},
+                       {"rule", shows_four_forces(contacts) ? "yes" : ""}}},
+                     run_folder);
 }
 
 }  // namespace granuscope

@@ -17,6 +17,7 @@ struct Figure {
   std::filesystem::path screen;             ///< SVG, or PNG for a rendered picture
   std::filesystem::path print;              ///< PDF, or PNG for a rendered picture
   std::filesystem::path script;             ///< gnuplot script, empty for a rendered picture
+  std::filesystem::path recipe;             ///< JSON that fills the script again, empty for a rendered picture
   std::vector<std::filesystem::path> data;  ///< CSV
   std::string redraw;                       ///< the command that makes it again
   std::string failure = {};                 ///< why it could not be made in this run; empty if it was

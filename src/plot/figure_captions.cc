@@ -39,11 +39,11 @@ std::map<std::string, std::string> paragraphs_by_heading(const std::string& text
 
 }  // namespace
 
-void set_captions(Figure& figure, const std::string& wording_template, const TemplateVariables& variables) {
-  const auto paragraphs = paragraphs_by_heading(fill_template(template_file(wording_template), variables));
+void set_captions(Figure& figure, const Wording& wording) {
+  const auto paragraphs = paragraphs_by_heading(fill_template(template_file(wording.captions), wording.variables));
   const auto paragraph = [&](const std::string& heading) {
     const auto found = paragraphs.find(heading);
-    if (found == paragraphs.end()) throw std::logic_error(wording_template + " lacks [" + heading + "]");
+    if (found == paragraphs.end()) throw std::logic_error(wording.captions + " lacks [" + heading + "]");
     return found->second;
   };
   figure.title = paragraph("title");

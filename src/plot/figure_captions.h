@@ -7,9 +7,15 @@
 
 namespace granuscope {
 
-/// Fills `figure`'s title, caption, details, alternative and paper_says from a wording template: headings in square
+/// The template of a figure's captions and what fills it.
+struct Wording {
+  std::string captions;  ///< "plot/response_profiles.captions", below templates/
+  TemplateVariables variables;
+};
+
+/// Fills `figure`'s title, caption, details, alternative and paper_says from its wording: headings in square
 /// brackets, each followed by its text, which becomes one paragraph. Throws std::logic_error if one is missing.
-void set_captions(Figure& figure, const std::string& wording_template, const TemplateVariables& variables);
+void set_captions(Figure& figure, const Wording& wording);
 
 /// "a", "a and b", "a, b and c".
 std::string enumeration(const std::vector<std::string>& items);

@@ -6,7 +6,6 @@
 #include <charconv>
 #include <utility>
 
-#include "support/atomic_file.h"
 #include "support/clean_text.h"
 #include "support/error.h"
 
@@ -104,17 +103,6 @@ std::string labelled_pdf(std::string pdf, const FileLabel& label) {
   pdf += fmt::format("xref\n{} 1\n{:010} 00000 n \ntrailer\n<< /Size {} /Root {} 0 R /Info {} 0 R /Prev {} >>\n",
                      information, object, size, root, information, table);
   return pdf + fmt::format("startxref\n{}\n%%EOF\n", new_table);
-}
-
-void label_files(const Figure& figure, const std::filesystem::path& run_folder, const std::string& program) {
-  if (!figure.failure.empty()) return;
-  const FileLabel label{figure.title, figure.redraw, program};
-  if (const auto file = run_folder / figure.screen; file.extension() == ".svg") {
-    write_file(file, labelled_svg(read_file(file), label));
-  }
-  if (const auto file = run_folder / figure.print; file.extension() == ".pdf") {
-    write_file(file, labelled_pdf(read_file(file), label));
-  }
 }
 
 }  // namespace granuscope

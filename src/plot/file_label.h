@@ -1,10 +1,7 @@
 #pragma once
-#include <filesystem>
 #include <optional>
 #include <string>
 #include <string_view>
-
-#include "plot/figure.h"
 
 namespace granuscope {
 
@@ -21,9 +18,6 @@ std::string labelled_svg(std::string svg, const FileLabel& label);
 
 /// A PDF of cairo with the label, as an update behind the file. Throws EnvironmentError for a PDF of another build.
 std::string labelled_pdf(std::string pdf, const FileLabel& label);
-
-/// Labels the files of a figure that gnuplot plotted in this run.
-void label_files(const Figure& figure, const std::filesystem::path& run_folder, const std::string& program);
 
 /// The label of an SVG, if it has one.
 std::optional<FileLabel> label_of_svg(std::string_view svg);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cctype>
+#include <utility>
 
 #include "plot/csv_table.h"
 #include "plot/scratch_folder.h"
@@ -92,13 +93,19 @@ void plot_with_gnuplot(const GnuplotJob& job, const std::filesystem::path& folde
   }
   if (!result.standard_error.empty()) fail(job, "it complained: " + single_line(result.standard_error));
 
-  const std::string svg = read_plot(job, scratch.path() / (job.stem + ".svg"), "</svg>");
-  const std::string pdf = without_creation_date(read_plot(job, scratch.path() / (job.stem + ".pdf"), "%%EOF"));
+  std::string svg = read_plot(job, scratch.path() / (job.stem + ".svg"), "</svg>");
+  std::string pdf = without_creation_date(read_plot(job, scratch.path() / (job.stem + ".pdf"), "%%EOF"));
   if (const int visible = count_visible_curves(svg); visible != job.curves) {
     fail(job, fmt::format("{} of {} curves are visible", visible, job.curves));
   }
 
+  if (job.label) {
+    svg = labelled_svg(std::move(svg), *job.label);
+    pdf = labelled_pdf(std::move(pdf), *job.label);
+  }
+
   for (const auto& [name, csv] : job.data) write_file(folder / name, csv);
+  if (!job.recipe.empty()) write_file(folder / (job.stem + ".json"), job.recipe);
   write_file(folder / (job.stem + ".gp"), job.script);
   write_file(folder / (job.stem + ".pdf"), pdf);
   write_file(folder / (job.stem + ".svg"), svg);

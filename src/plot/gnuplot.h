@@ -1,9 +1,12 @@
 #pragma once
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "plot/file_label.h"
 
 namespace granuscope {
 
@@ -13,6 +16,8 @@ struct GnuplotJob {
   std::string stem;
   std::string script;
   std::map<std::string, std::string> data;  ///< file name -> contents (CSV)
+  std::string recipe = {};                  ///< of <stem>.json, from which the script can be filled again; "" for none
+  std::optional<FileLabel> label = {};      ///< what SVG and PDF say of themselves
   int curves = 0;  ///< plot elements without a title, each with at least one visible mark (titles come by keyentry)
 };
 
@@ -20,9 +25,9 @@ struct GnuplotJob {
 void require_gnuplot();
 
 /// Runs the job in a folder of its own below `folder`, checks all that gnuplot's exit status does not tell (silence on
-/// stderr, whole files, every curve there), then moves script, data and plots into `folder`. The same job gives the
-/// same bytes. Throws EnvironmentError (gnuplot missing, failing, hanging, or a plot that is not whole); `folder`
-/// then holds what it held before.
+/// stderr, whole files, every curve there), then moves recipe, script, data and labelled plots into `folder`. The same
+/// job gives the same bytes. Throws EnvironmentError (gnuplot missing, failing, hanging, or a plot that is not whole);
+/// `folder` then holds what it held before.
 void plot_with_gnuplot(const GnuplotJob& job, const std::filesystem::path& folder, double timeout_seconds = 60);
 
 /// Whether `folder` holds whole plots of exactly this script and data, of an earlier run.
@@ -37,10 +42,19 @@ struct FigureStyle {
   std::string language = "en";  ///< of its texts: en, fr or de
 };
 
+/// A figure plotted again.
+struct PlottedFigure {
+  std::string bytes;           ///< of the file
+  std::string title, caption;  ///< in the language asked for, where there are captions in it
+};
+
+/// The ids of the plots in a run's folder of figures, sorted. Throws InputError if there is no such folder.
+std::vector<std::string> plots_in(const std::filesystem::path& figures);
+
 /// The figure `id` of a run's folder of figures, plotted again in a folder of its own from the script and the data that
-/// stand there. Returns the bytes of the file. Throws InputError for a figure that is not there or a style that cannot
-/// be, EnvironmentError as plot_with_gnuplot does.
-std::string plot_again(const std::filesystem::path& figures, const std::string& id, const FigureStyle& style);
+/// stand there. Where templates were replaced (use_templates) the script is filled again, from its recipe. Throws
+/// InputError for a figure that is not there or a style that cannot be, EnvironmentError as plot_with_gnuplot does.
+PlottedFigure plot_again(const std::filesystem::path& figures, const std::string& id, const FigureStyle& style);
 
 /// Text as a gnuplot string that nothing inside can leave: in single quotes, ' doubled, line breaks and other control
 /// characters made spaces (and a space put before a leading '). To be set with noenhanced.

@@ -26,15 +26,20 @@ struct Box {
   double left = 0, right = 0, bottom = 0, top = 0;
 };
 
+struct Point {
+  double x = 0, y = 0;
+};
+
+double distance(const Box& box, const Point& point) {
+  return std::hypot(std::max({box.left - point.x, point.x - box.right, 0.0}),
+                    std::max({box.bottom - point.y, point.y - box.top, 0.0}));
+}
+
 double overlap(const Box& a, const Box& b) {
   const double width = std::min(a.right, b.right) - std::max(a.left, b.left);
   const double height = std::min(a.top, b.top) - std::max(a.bottom, b.bottom);
   return width > 0 && height > 0 ? width * height : 0;
 }
-
-struct Point {
-  double x = 0, y = 0;
-};
 
 struct Segment {
   Point from, to;
@@ -139,6 +144,7 @@ class Placement {
               const std::vector<bool>& known) const {
     const Box& box = place.box;
     double sum = 2 * place.gap;
+    const double own = distance(box, points_[i]);
     const double outside = std::max(
         {0.0, 0.03 - box.left, box.right - panel_.width + 0.03, 0.03 - box.bottom, box.top - panel_.height + 0.03});
     sum += 1000 * outside;
@@ -148,6 +154,8 @@ class Placement {
     for (std::size_t j = 0; j < points_.size(); ++j) {
       sum += 500 * overlap(box, marks_[j]);
       if (j == i) continue;
+      // Beside another point it would read as that one's name, unless a line leads to its own.
+      if (!place.with_line() && distance(box, points_[j]) < own + air) sum += 3;
       if (place.with_line()) sum += 20 * length_inside(place.line, marks_[j]);
       if (!known[j]) continue;
       sum += 2000 * overlap(box, others[j].box);

@@ -265,19 +265,19 @@ Figure plot_main_finding(const Analysis& analysis, const std::filesystem::path& 
   right.add_law("law", scaling.alpha, middle);
   right.set_label("law_label", "slopes: α = " + exponent_text(scaling.alpha));
 
-  Figure figure = plot_figure(plan, variables, run_folder);
   const auto known = [](const ScalingFit& fit) { return fit.exponent.known() ? exponent_text(fit) : ""; };
-  set_captions(figure, "plot/main_finding.captions",
-               {{"gamma", known(scaling.gamma)},
-                {"gamma_reason", scaling.gamma.exponent.known() ? "" : scaling.gamma.exponent.reason},
-                {"ratio_gamma", ratios.empty() ? "" : known(by_ratio)},
-                {"from_load_gamma", from_load.empty() ? "" : known(shifted)},
-                {"alpha", known(scaling.alpha)},
-                {"alpha_reason", scaling.alpha.exponent.known() ? "" : scaling.alpha.exponent.reason},
-                {"low", caption_number(window[0])},
-                {"high", caption_number(window[1])},
-                {"left_out", with_reasons(left_out)}});
-  return figure;
+  return plot_figure(plan, variables,
+                     {"plot/main_finding.captions",
+                      {{"gamma", known(scaling.gamma)},
+                       {"gamma_reason", scaling.gamma.exponent.known() ? "" : scaling.gamma.exponent.reason},
+                       {"ratio_gamma", ratios.empty() ? "" : known(by_ratio)},
+                       {"from_load_gamma", from_load.empty() ? "" : known(shifted)},
+                       {"alpha", known(scaling.alpha)},
+                       {"alpha_reason", scaling.alpha.exponent.known() ? "" : scaling.alpha.exponent.reason},
+                       {"low", caption_number(window[0])},
+                       {"high", caption_number(window[1])},
+                       {"left_out", with_reasons(left_out)}}},
+                     run_folder);
 }
 
 }  // namespace granuscope

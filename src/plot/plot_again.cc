@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "plot/figure_captions.h"
 #include "plot/file_label.h"
 #include "plot/gnuplot.h"
 #include "plot/plot_language.h"
@@ -72,10 +73,9 @@ void require_font(const std::string& name) {
                   single_line(name), single_line(result.standard_output)));
 }
 
-/// In another language the key has other letters. A folder of templates (use_templates) comes before the language.
+/// In another language the key has other letters.
 std::string translated_script(const std::string& script, const std::string& language) {
   std::string result = in_language(script, catalogue_of(language));
-  if (!templates_folder().empty()) result = in_language(result, template_file("plot/labels.txt"));
   if (result == script) return script;
   const std::string setting = "key_letters = ";
   const std::size_t at = result.find(setting);
@@ -96,12 +96,29 @@ std::string in_tex(std::string text) {
       {"μ", "\\ensuremath{\\mu}"},
       {"σ", "\\ensuremath{\\sigma}"},
       {"χ", "\\ensuremath{\\chi}"},
+      {"θ", "\\ensuremath{\\theta}"},
       {"φ", "\\ensuremath{\\varphi}"},
       {"λ", "\\ensuremath{\\lambda}"},
       {"₀", "\\ensuremath{_0}"},
+      {"₁", "\\ensuremath{_1}"},
+      {"₂", "\\ensuremath{_2}"},
+      {"₃", "\\ensuremath{_3}"},
+      {"₄", "\\ensuremath{_4}"},
       {"ₚ", "\\ensuremath{_p}"},
       {"²", "\\ensuremath{^2}"},
       {"³", "\\ensuremath{^3}"},
+      {"⁰", "\\ensuremath{^0}"},
+      {"¹", "\\ensuremath{^1}"},
+      {"⁴", "\\ensuremath{^4}"},
+      {"⁵", "\\ensuremath{^5}"},
+      {"⁶", "\\ensuremath{^6}"},
+      {"⁷", "\\ensuremath{^7}"},
+      {"⁸", "\\ensuremath{^8}"},
+      {"⁹", "\\ensuremath{^9}"},
+      {"⁻", "\\ensuremath{^-}"},
+      {"|", "\\ensuremath{|}"},
+      {"½", "\\ensuremath{{}^1\\!/_2}"},
+      {"≈", "\\ensuremath{\\approx}"},
       {"−", "\\ensuremath{-}"},
       {"±", "\\ensuremath{\\pm}"},
       {"≤", "\\ensuremath{\\le}"},
@@ -121,7 +138,8 @@ std::string in_tex(std::string text) {
   return text;
 }
 
-/// gnuplot's TikZ writes a text into the last pair of braces of a line that begins with \node, as it stands.
+/// gnuplot's TikZ writes a text into the last pair of braces of a line that begins with \node, as it stands; and the
+/// moment into a comment.
 std::string with_tex_texts(const std::string& tikz) {
   std::string result;
   for (std::size_t from = 0; from < tikz.size();) {
@@ -135,9 +153,25 @@ std::string with_tex_texts(const std::string& tikz) {
       for (std::size_t i = text.find('%'); i != std::string::npos; i = text.find('%', i + 2)) text.insert(i, "\\");
       line = line.substr(0, open) + in_tex(text);
     }
-    result += line;
+    if (!line.starts_with("%% ") || line.starts_with("%% generated")) result += line;
   }
   return result;
+}
+
+std::string without_moment(std::string eps) {
+  const std::size_t at = eps.find("%%CreationDate:");
+  return at == std::string::npos ? eps : eps.erase(at, eps.find('\n', at) + 1 - at);
+}
+
+/// From what the run filled the script. Runs of versions before this one left none.
+std::optional<FigureRecipe> recipe_of_run(const fs::path& file) {
+  std::error_code none;
+  if (fs::is_regular_file(file, none)) return read_recipe(read_file(file), file.string());
+  if (templates_folder().empty()) return std::nullopt;
+  throw InputError(
+      fmt::format("{}: there is no such file, from which the script of the figure could be filled again from other "
+                  "templates; run the experiment again with this version",
+                  file.string()));
 }
 
 /// What the plot of the run says of itself.
@@ -148,32 +182,52 @@ std::optional<FileLabel> label_of_run(const fs::path& svg) {
 
 }  // namespace
 
-std::string plot_again(const fs::path& figures, const std::string& id, const FigureStyle& style) {
-  require_possible(style);
-  require_gnuplot();
-  if (style.format != "tikz") require_font(style.font);
+std::vector<std::string> plots_in(const fs::path& figures) {
   std::error_code none;
   if (!fs::is_directory(figures, none)) {
     throw InputError(fmt::format(
         "there is no folder {}, so no figure of a run; name the folder that `granuscope run` wrote", figures.string()));
   }
+  std::vector<std::string> known;
+  for (const auto& entry : fs::directory_iterator(figures, none)) {
+    if (entry.path().extension() == ".gp") known.push_back(entry.path().stem().string());
+  }
+  std::sort(known.begin(), known.end());
+  return known;
+}
+
+PlottedFigure plot_again(const fs::path& figures, const std::string& id, const FigureStyle& style) {
+  require_possible(style);
+  require_gnuplot();
+  if (style.format != "tikz") require_font(style.font);
+  const std::vector<std::string> known = plots_in(figures);
+  std::error_code none;
   if (id.find('/') != std::string::npos || !fs::is_regular_file(figures / (id + ".gp"), none)) {
-    std::vector<std::string> known;
-    for (const auto& entry : fs::directory_iterator(figures, none)) {
-      if (entry.path().extension() == ".gp") known.push_back(entry.path().stem().string());
-    }
-    std::sort(known.begin(), known.end());
     const bool picture = fs::is_regular_file(figures / (id + ".png"), none);
     throw InputError(fmt::format(
         "{}: {}; the plots there are: {}", figures.string(),
         picture ? id + " is a picture of beads, which granuscope render makes at any size" : "there is no plot " + id,
         known.empty() ? "none" : fmt::format("{}", fmt::join(known, ", "))));
   }
+  const std::optional<FigureRecipe> recipe = recipe_of_run(figures / (id + ".json"));
+  const bool other_templates = !templates_folder().empty();
+  PlottedFigure plotted;
+  if (recipe) {
+    plotted.title = recipe->title;
+    plotted.caption = recipe->caption;
+  }
+  if (recipe && (other_templates || style.language != "en")) {
+    Figure figure;
+    set_captions(figure, {name_in_language(recipe->wording.captions, style.language), recipe->wording.variables});
+    plotted.title = figure.title;
+    plotted.caption = figure.caption;
+  }
   const ScratchFolder scratch(fs::temp_directory_path(), id);
   for (const auto& entry : fs::directory_iterator(figures)) {
     const std::string name = entry.path().filename().string();
     if (name == id + ".gp") {
-      write_file(scratch.path() / name, translated_script(read_file(entry.path()), style.language));
+      const std::string script = other_templates ? fill_script(*recipe) : read_file(entry.path());
+      write_file(scratch.path() / name, translated_script(script, style.language));
     } else if (name.starts_with(id) && name.ends_with(".csv")) {
       write_file(scratch.path() / name, read_file(entry.path()));
     }
@@ -196,20 +250,22 @@ std::string plot_again(const fs::path& figures, const std::string& id, const Fig
   if (!result.standard_error.empty()) fail("it complained: " + single_line(result.standard_error));
   const fs::path file = scratch.path() / (id + "." + style.format);
   if (!fs::is_regular_file(file, none)) fail("there is no file; the script may be of an older version: run it again");
-  std::string bytes = read_file(file);
+  std::string& bytes = plotted.bytes = read_file(file);
   for (const auto& [format, end] : ends_of_formats) {
     if (format == style.format && bytes.rfind(end) == std::string::npos) fail("the file is cut off");
   }
   if (style.format == "pdf") bytes = without_creation_date(std::move(bytes));
   if (auto label = label_of_run(figures / (id + ".svg"))) {
+    if (recipe) label->title = plotted.title;
     label->command = fmt::format("granuscope figure OUT {} --format {}{} --font-size {} --font {}", id, style.format,
                                  style.width_mm == 0 ? "" : fmt::format(" --width {}mm", style.width_mm),
                                  style.font_points, gnuplot_string(style.font));
     if (style.format == "pdf") bytes = labelled_pdf(std::move(bytes), *label);
     if (style.format == "svg") bytes = labelled_svg(std::move(bytes), *label);
   }
+  if (style.format == "eps") bytes = without_moment(std::move(bytes));
   if (style.format == "tikz") bytes = with_tex_texts(bytes);
-  return bytes;
+  return plotted;
 }
 
 }  // namespace granuscope

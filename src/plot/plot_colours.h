@@ -6,6 +6,6 @@ namespace granuscope {
 /// The categorical colours of templates/palette.txt (Okabe and Ito) by name, as "#rrggbb": black, orange, sky_blue,
 /// bluish_green, yellow, blue, vermilion, reddish_purple, and frame for decorations. Throws std::logic_error if the
 /// palette lacks one.
-const TemplateVariables& plot_colours();
+TemplateVariables plot_colours();
 
 }  // namespace granuscope

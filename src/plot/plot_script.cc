@@ -4,11 +4,13 @@
 
 #include <algorithm>
 #include <string_view>
+#include <utility>
 
 #include "plot/plot_colours.h"
 #include "plot/plot_language.h"
 #include "support/error.h"
 #include "support/number_format.h"
+#include "support/provenance.h"
 #include "support/template_file.h"
 
 namespace granuscope {
@@ -27,6 +29,8 @@ void add_colours_used(TemplateVariables& variables, const std::string& script) {
 }
 
 constexpr const char* begin_pass_place = "<begin_pass>";
+
+std::string part_place(std::size_t index) { return fmt::format("<part {}>", index); }
 
 }  // namespace
 
@@ -48,37 +52,59 @@ KeySize size_of_key(const std::string& script) {
   return size;
 }
 
-std::string fill_script_part(const std::string& name, TemplateVariables variables) {
-  const std::string part = plot_template(name);
-  add_colours_used(variables, part);
-  return fill_template(part, variables);
+std::string PlotPlan::add_part(ScriptPart part) {
+  parts.push_back(std::move(part));
+  return part_place(parts.size() - 1);
 }
 
-Figure plot_figure(const PlotPlan& plan, const TemplateVariables& variables, const std::filesystem::path& run_folder) {
-  const std::string script_template = plot_template(plan.script);
-  TemplateVariables all = variables;
-  all["stem"] = plan.id;
+std::string fill_script(const FigureRecipe& recipe) {
+  const std::string script_template = plot_template(recipe.script);
+  TemplateVariables all = recipe.variables;
+  all["stem"] = recipe.id;
   all["begin_pass"] = begin_pass_place;
   if (script_template.find("{{key_panel}}") != std::string::npos) all["key_panel"] = plot_template("plot/key_panel");
   all["end_of_pass"] = plot_template("plot/end_of_pass");
   add_colours_used(all, script_template);
+  std::string script = fill_template(script_template, all);
+  for (std::size_t i = 0; i < recipe.parts.size(); ++i) {
+    const std::string place = part_place(i), part_template = plot_template(recipe.parts[i].script);
+    const std::size_t at = script.find(place);
+    if (at == std::string::npos) continue;
+    TemplateVariables variables = recipe.parts[i].variables;
+    add_colours_used(variables, part_template);
+    script.replace(at, place.size(), fill_template(part_template, variables));
+  }
+  script = in_language(script, template_file("plot/labels.txt"));
+  const KeySize key = size_of_key(script);
+  return script.replace(
+      script.find(begin_pass_place), std::string_view(begin_pass_place).size(),
+      fill_template(plot_template("plot/begin_pass"),
+                    {{"stem", recipe.id},
+                     {"width", exact(plot_width_inches)},
+                     {"height", exact(recipe.height)},
+                     {"own_width", exact(recipe.half_width ? half_plot_width_inches : plot_width_inches)},
+                     {"own_points", recipe.half_width ? "8" : "9"},
+                     {"key_entries", std::to_string(key.entries)},
+                     {"key_letters", std::to_string(key.letters)}}));
+}
 
-  GnuplotJob job;
-  job.stem = plan.id;
-  job.script = fill_template(script_template, all);
-  job.script = in_language(job.script, template_file("plot/labels.txt"));
-  const KeySize key = size_of_key(job.script);
-  job.script.replace(job.script.find(begin_pass_place), std::string_view(begin_pass_place).size(),
-                     fill_template(plot_template("plot/begin_pass"), {{"stem", plan.id},
-                                                                      {"width", exact(plot_width_inches)},
-                                                                      {"height", exact(plan.height)},
-                                                                      {"key_entries", std::to_string(key.entries)},
-                                                                      {"key_letters", std::to_string(key.letters)}}));
-  job.data = plan.data;
-  job.curves = plan.curves;
+Figure plot_figure(const PlotPlan& plan, const TemplateVariables& variables, const Wording& wording,
+                   const std::filesystem::path& run_folder) {
   const std::filesystem::path folder = "figures";
   Figure figure;
   figure.id = plan.id;
+  figure.redraw = fmt::format("cd figures && gnuplot -d {}.gp", plan.id);
+  set_captions(figure, wording);
+
+  const FigureRecipe recipe{plan.id,    plan.script, plan.height,  plan.half_width, variables,
+                            plan.parts, wording,     figure.title, figure.caption,  plot_colours()};
+  GnuplotJob job;
+  job.stem = plan.id;
+  job.script = fill_script(recipe);
+  job.data = plan.data;
+  job.recipe = recipe_json(recipe);
+  job.label = FileLabel{figure.title, figure.redraw, provenance_line(collect_provenance())};
+  job.curves = plan.curves;
   try {
     plot_with_gnuplot(job, run_folder / folder);
   } catch (const EnvironmentError& failure) {
@@ -88,8 +114,8 @@ Figure plot_figure(const PlotPlan& plan, const TemplateVariables& variables, con
   figure.screen = folder / (plan.id + ".svg");
   figure.print = folder / (plan.id + ".pdf");
   figure.script = folder / (plan.id + ".gp");
+  figure.recipe = folder / (plan.id + ".json");
   for (const auto& [name, csv] : plan.data) figure.data.push_back(folder / name);
-  figure.redraw = fmt::format("cd figures && gnuplot -d {}.gp", plan.id);
   return figure;
 }
 

@@ -3,36 +3,70 @@
 #include <string>
 
 #include "plot/figure.h"
+#include "plot/figure_captions.h"
 #include "plot/gnuplot.h"
 #include "plot/template_variables.h"
 
 namespace granuscope {
 
-/// Every plot is as wide as the text of the printed report, 170 mm, so that its 9 pt stay 9 pt there.
+/// Most plots are as wide as the text of the printed report, 170 mm, with text of 9 pt.
 inline constexpr double plot_width_inches = 6.69;
+/// Two of these stand side by side there, 82 mm each, with text of 8 pt.
+inline constexpr double half_plot_width_inches = 3.228;
+
+/// A part of a script that several figures share, with what fills it.
+struct ScriptPart {
+  std::string script;  ///< template, as of a PlotPlan
+  TemplateVariables variables;
+};
 
 /// A figure as it is being made: its id, the size of its plot, and the data files it reads.
 struct PlotPlan {
   std::string id;      ///< "response-profiles": stem of all its files
   std::string script;  ///< "plot/response_profiles": script template below templates/, without .gp.mustache
-  double height = 3;   ///< inches; every plot is as wide as the text of the printed report
-  int curves = 0;      ///< elements the script plots
+  double height = 3;   ///< inches, with text of 9 pt
+  bool half_width = false;
+  int curves = 0;                           ///< elements the script plots
   std::map<std::string, std::string> data;  ///< file name -> CSV
+  std::vector<ScriptPart> parts;
+
+  /// The text of a variable in whose place the part will stand.
+  std::string add_part(ScriptPart part);
 };
 
+/// All that a script and its captions are filled from, to be filled again from other templates.
+struct FigureRecipe {
+  std::string id, script;
+  double height = 3;
+  bool half_width = false;
+  TemplateVariables variables;
+  std::vector<ScriptPart> parts;
+  Wording wording;
+  std::string title, caption;  ///< as the wording was when it was made
+  TemplateVariables colours;   ///< of the palette with which it was made
+};
+
+/// The script, from the templates of now.
+std::string fill_script(const FigureRecipe& recipe);
+
+/// The recipe as JSON, as it stands beside the script.
+std::string recipe_json(const FigureRecipe& recipe);
+
+/// A recipe that recipe_json wrote, its colours those of the palette of now. Throws InputError, naming `source`, for
+/// what is none.
+FigureRecipe read_recipe(const std::string& json, const std::string& source);
+
 /// Fills the script template (common set-up, terminals and colours are given; `variables` has the rest), plots it into
-/// `run_folder`/figures, and returns the figure without its captions. Where gnuplot fails the figure says why and has
+/// `run_folder`/figures, and returns the figure with its captions. Where gnuplot fails the figure says why and has
 /// no files, or those that an earlier run plotted from the same script and data: the other figures, and the numbers,
 /// are not to be lost for it.
-Figure plot_figure(const PlotPlan& plan, const TemplateVariables& variables, const std::filesystem::path& run_folder);
+Figure plot_figure(const PlotPlan& plan, const TemplateVariables& variables, const Wording& wording,
+                   const std::filesystem::path& run_folder);
 
 /// How many curves the key names, and how many letters the longest name has: the room that a key needs.
 struct KeySize {
   int entries = 0, letters = 0;
 };
 KeySize size_of_key(const std::string& script);
-
-/// A part of a script that several figures share, with the colours it names: templates/<name>.gp.mustache.
-std::string fill_script_part(const std::string& name, TemplateVariables variables);
 
 }  // namespace granuscope

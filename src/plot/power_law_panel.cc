@@ -9,6 +9,7 @@
 #include "plot/csv_table.h"
 #include "plot/figure_captions.h"
 #include "plot/label_places.h"
+#include "plot/plot_colours.h"
 #include "plot/point_selection.h"
 #include "support/number_format.h"
 
@@ -16,7 +17,7 @@ namespace granuscope {
 
 namespace {
 
-/// Points farther from their law than this stay out of the narrow panel: they would flatten all others.
+/// Points farther from their law than this are arrows at the edge of the narrow panel: they would flatten all others.
 constexpr double lowest_ratio = 0.4, highest_ratio = 1.8;
 
 /// A line of the notes, as a share of the panel.
@@ -87,8 +88,16 @@ struct SeriesShown {
   bool ratio_inside = false, ratio_outside = false;
 };
 
+/// An arrow at the edge of the narrow panel, where a point lies beyond it.
+std::string arrow_beyond(double x, bool up, const std::string& colour) {
+  return fmt::format(
+      "set arrow from first {0}, graph {1} to first {0}, graph {2} size graph 0.02, 25 filled linecolor rgb "
+      "'{3}'\n  ",
+      exact(x), up ? 0.7 : 0.3, up ? 0.98 : 0.02, colour);
+}
+
 SeriesShown add_data(PlotPlan& plan, const PowerLawPanel& panel, const PowerLawSeries& series, const Axes& axes,
-                     std::vector<std::pair<std::string, double>>& off_scale) {
+                     const std::string& colour, PowerLawPanelScript& script, std::string& arrows) {
   const Law law = law_of(series);
   SeriesShown shown;
   for (const bool inside : {true, false}) {
@@ -105,7 +114,8 @@ SeriesShown add_data(PlotPlan& plan, const PowerLawPanel& panel, const PowerLawS
         ratios.add_row({point.mu, point.x, ratio.value, std::max(ratio.value - ratio.error, axes.ratio.low),
                         std::min(ratio.value + ratio.error, axes.ratio.high)});
       } else if (law.known) {
-        off_scale.emplace_back(series.name, point.mu);
+        script.off_scale.emplace_back(series.name, point.mu);
+        arrows += arrow_beyond(point.x, ratio.value > 1, colour);
       }
     }
     const std::string stem = fmt::format("{}-{}-{}-{}", plan.id, panel.id, series.name, inside ? "inside" : "outside");
@@ -130,7 +140,8 @@ void add_series(TemplateVariables& variables, PlotPlan& plan, const PowerLawPane
                 const Axes& axes, PowerLawPanelScript& script) {
   const std::string prefix = index == 0 ? "first" : "second";
   const PowerLawSeries series = index < panel.series.size() ? panel.series[index] : PowerLawSeries{};
-  const SeriesShown shown = add_data(plan, panel, series, axes, script.off_scale);
+  const std::string colour = plot_colours().at(index == 0 ? "blue" : "vermilion");
+  const SeriesShown shown = add_data(plan, panel, series, axes, colour, script, variables["arrows"]);
   const WindowMiddle middle = middle_of_window(series.points, series.fit.window);
   const Law law = law_of(series);
   const bool with_law = law.known && !middle.extent.empty;
@@ -253,7 +264,7 @@ PowerLawPanelScript add_power_law_panel(PlotPlan& plan, const PowerLawPanel& wan
   variables["ratios"] = yes(any_ratio);
   variables["no_ratios"] = yes(!any_ratio);
   if (any_ratio) ++plan.curves;  // the line at 1
-  script.text = fill_script_part("plot/power_law_panel", variables);
+  script.text = plan.add_part({"plot/power_law_panel", variables});
   return script;
 }
 

@@ -184,18 +184,18 @@ Figure plot_propagation_against_diffusion(const Analysis& analysis, const std::f
                                     {"fit_D_high", if_law(window_D.high)},
                                     {"law_panel", law.text},
                                     {"outside", law.outside ? "yes" : ""}};
-  Figure figure = plot_figure(plan, script, run_folder);
-  set_captions(
-      figure, "plot/propagation_against_diffusion.captions",
-      {{"not_logarithmic", with_reasons(reasons_off_log_axes(analysis.results))},
-       {"unknown", with_reasons(unknown_points(analysis.results))},
-       {"law_panel", law.shown ? "yes" : ""},
-       {"alpha", with_law ? value_with_error(alpha.exponent.value, alpha.exponent.standard_error) : ""},
-       {"alpha_low", caption_number(alpha.window[0])},
-       {"alpha_high", caption_number(alpha.window[1])},
-       {"alpha_reason", alpha.exponent.known() ? "fewer than two points lie in its window" : alpha.exponent.reason},
-       {"off_scale", off_scale_in_words(law, "")}});
-  return figure;
+  return plot_figure(
+      plan, script,
+      {"plot/propagation_against_diffusion.captions",
+       {{"not_logarithmic", with_reasons(reasons_off_log_axes(analysis.results))},
+        {"unknown", with_reasons(unknown_points(analysis.results))},
+        {"law_panel", law.shown ? "yes" : ""},
+        {"alpha", with_law ? value_with_error(alpha.exponent.value, alpha.exponent.standard_error) : ""},
+        {"alpha_low", caption_number(alpha.window[0])},
+        {"alpha_high", caption_number(alpha.window[1])},
+        {"alpha_reason", alpha.exponent.known() ? "fewer than two points lie in its window" : alpha.exponent.reason},
+        {"off_scale", off_scale_in_words(law, "")}}},
+      run_folder);
 }
 
 }  // namespace granuscope

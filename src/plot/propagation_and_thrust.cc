@@ -79,24 +79,23 @@ Figure plot_propagation_and_thrust(const Analysis& analysis, const std::filesyst
   plan.height = 2.4;
   plan.data[std::string(figure_id) + ".csv"] = table.text();
   plan.curves = 5;
-  Figure figure = plot_figure(plan,
-                              {{"c0", exact(tan30)},
-                               {"mu_low", exact(mu_axis.low)},
-                               {"mu_high", exact(mu_axis.high)},
-                               {"mu_ticks", linear_ticks(mu_axis, 6)},
-                               {"speed_low", exact(speed_axis.low)},
-                               {"speed_high", exact(speed_axis.high)},
-                               {"speed_ticks", speed_ticks},
-                               {"speed_room", exact(room_for_labels({speed_ticks}))},
-                               {"difference_low", exact(difference_axis.low)},
-                               {"difference_high", exact(difference_axis.high)},
-                               {"difference_ticks", difference_ticks},
-                               {"difference_room", exact(room_for_labels({difference_ticks}))}},
-                              run_folder);
-  set_captions(figure, "plot/propagation_and_thrust.captions",
-               {{"unknown", with_reasons(unknown)},
-                {"beyond_three", beyond_three.empty() ? "" : "μ = " + enumeration(beyond_three)}});
-  return figure;
+  return plot_figure(plan,
+                     {{"c0", exact(tan30)},
+                      {"mu_low", exact(mu_axis.low)},
+                      {"mu_high", exact(mu_axis.high)},
+                      {"mu_ticks", linear_ticks(mu_axis, 6)},
+                      {"speed_low", exact(speed_axis.low)},
+                      {"speed_high", exact(speed_axis.high)},
+                      {"speed_ticks", speed_ticks},
+                      {"speed_room", exact(room_for_labels({speed_ticks}))},
+                      {"difference_low", exact(difference_axis.low)},
+                      {"difference_high", exact(difference_axis.high)},
+                      {"difference_ticks", difference_ticks},
+                      {"difference_room", exact(room_for_labels({difference_ticks}))}},
+                     {"plot/propagation_and_thrust.captions",
+                      {{"unknown", with_reasons(unknown)},
+                       {"beyond_three", beyond_three.empty() ? "" : "μ = " + enumeration(beyond_three)}}},
+                     run_folder);
 }
 
 }  // namespace granuscope

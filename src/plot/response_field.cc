@@ -48,6 +48,16 @@ std::string response_field_csv(const Field& measured, const Transport& transport
 }
 
 void put_fit_on_the_right(Field& field, const Transport& transport) {
+  // Up to the surface, above the first layer that was recorded, there is the fit alone.
+  if (field.rows.size() > 1) {
+    const FieldRow first = field.rows.front();
+    const double gap = field.rows[1].z - first.z;
+    std::vector<FieldRow> above;
+    for (int k = 1; first.z - k * gap > 0; ++k) {
+      above.push_back({first.z - k * gap, first.x0, std::vector<double>(first.values.size(), 0.0)});
+    }
+    field.rows.insert(field.rows.begin(), above.rbegin(), above.rend());
+  }
   for (FieldRow& row : field.rows) {
     const std::vector<double> fit = fitted_row(row, transport);
     for (std::size_t k = 0; k < fit.size(); ++k) {

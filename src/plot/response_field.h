@@ -15,7 +15,7 @@ Field response_field(const MeasuredEnsemble& ensemble, const Transport& transpor
 std::string response_field_csv(const Field& measured, const Transport& transport);
 
 /// Puts the fitted two Gaussians into the right half of each row where the fit has both slopes, so that the measured
-/// response stands beside it.
+/// response stands beside it; rows up to the surface, above those recorded, have the fit alone.
 void put_fit_on_the_right(Field& field, const Transport& transport);
 
 }  // namespace granuscope

@@ -253,24 +253,24 @@ Figure plot_response_profiles(const std::vector<Transport>& results, const Respo
       {"y_ticks", linear_ticks(range, 6)},
       {"y_low", exact(range.low - 0.05 * room)},
       {"y_high", exact(range.high + 0.22 * room)}};  // room for the labels above the peaks
-  Figure figure = plot_figure(plan, variables, run_folder);
   const EstimatorName estimator = result->spec.response.estimator;
-  set_captions(figure, "plot/response_profiles.captions",
-               {{"mu", mu},
-                {"mu_differs", result->mu() == spec.mu ? "" : caption_number(spec.mu)},
-                {"samples", std::to_string(result->samples)},
-                {"linear", estimator == EstimatorName::multiplexed ? "yes" : ""},
-                {"unloaded", estimator == EstimatorName::fluctuation ? "yes" : ""},
-                {"finite", loads_one_bead(estimator) ? "yes" : ""},
-                {"depths", enumeration(lists.depths)},
-                {"how_many", count_in_words(panels.size()) + (panels.size() == 1 ? " depth" : " depths")},
-                {"panels", std::to_string(panels.size()) + (panels.size() == 1 ? " panel" : " panels")},
-                {"detailed", detailed ? "yes" : ""},
-                {"deeper", panels.size() > 1 ? "yes" : ""},
-                {"unfitted", enumeration(lists.unfitted)},
-                {"nearest", fmt::format("{}", fmt::join(nearest, ". "))},
-                {"paper_depths", shows_the_papers_layers(panels, spec.layers_computed) ? "yes" : ""}});
-  return figure;
+  return plot_figure(plan, variables,
+                     {"plot/response_profiles.captions",
+                      {{"mu", mu},
+                       {"mu_differs", result->mu() == spec.mu ? "" : caption_number(spec.mu)},
+                       {"samples", std::to_string(result->samples)},
+                       {"linear", estimator == EstimatorName::multiplexed ? "yes" : ""},
+                       {"unloaded", estimator == EstimatorName::fluctuation ? "yes" : ""},
+                       {"finite", loads_one_bead(estimator) ? "yes" : ""},
+                       {"depths", enumeration(lists.depths)},
+                       {"how_many", count_in_words(panels.size()) + (panels.size() == 1 ? " depth" : " depths")},
+                       {"panels", std::to_string(panels.size()) + (panels.size() == 1 ? " panel" : " panels")},
+                       {"detailed", detailed ? "yes" : ""},
+                       {"deeper", panels.size() > 1 ? "yes" : ""},
+                       {"unfitted", enumeration(lists.unfitted)},
+                       {"nearest", fmt::format("{}", fmt::join(nearest, ". "))},
+                       {"paper_depths", shows_the_papers_layers(panels, spec.layers_computed) ? "yes" : ""}}},
+                     run_folder);
 }
 
 }  // namespace granuscope

@@ -128,28 +128,27 @@ Figure plot_scaling_with_friction(const Analysis& analysis, const std::filesyste
         "use more samples or deeper layers, or switch the figure off");
   }
   const auto either = [](bool one, bool other) { return one || other ? "yes" : ""; };
-  Figure figure = plot_figure(plan,
-                              {{"left_panel", left.text},
-                               {"right_panel", right.text},
-                               {"slope_law", either(left.law, right.law)},
-                               {"ratio_title", left.second || right.second ? ratio_name : ""},
-                               {"outside", either(left.outside, right.outside)}},
-                              run_folder);
   std::vector<std::string> off_scale = {off_scale_in_words(left, "D"), off_scale_in_words(right, "c₀ − c")};
   std::erase(off_scale, "");
   const ScalingFits none;
   const ScalingFits& by_ratio = ratio == nullptr ? none : ratio->fits;
-  set_captions(figure, "plot/scaling_with_friction.captions",
-               {{"low", caption_number(analysis.scaling.beta.window[0])},
-                {"high", caption_number(analysis.scaling.beta.window[1])},
-                {"beta", in_words(analysis.scaling.beta.exponent)},
-                {"gamma", in_words(analysis.scaling.gamma.exponent)},
-                {"ratios", left.second || right.second ? "yes" : ""},
-                {"z", ratio == nullptr ? "" : fmt::format("{:.1f}", ratio->z)},
-                {"ratio_beta", in_words(by_ratio.beta.exponent)},
-                {"ratio_gamma", in_words(by_ratio.gamma.exponent)},
-                {"off_scale", enumeration(off_scale)}});
-  return figure;
+  return plot_figure(plan,
+                     {{"left_panel", left.text},
+                      {"right_panel", right.text},
+                      {"slope_law", either(left.law, right.law)},
+                      {"ratio_title", left.second || right.second ? ratio_name : ""},
+                      {"outside", either(left.outside, right.outside)}},
+                     {"plot/scaling_with_friction.captions",
+                      {{"low", caption_number(analysis.scaling.beta.window[0])},
+                       {"high", caption_number(analysis.scaling.beta.window[1])},
+                       {"beta", in_words(analysis.scaling.beta.exponent)},
+                       {"gamma", in_words(analysis.scaling.gamma.exponent)},
+                       {"ratios", left.second || right.second ? "yes" : ""},
+                       {"z", ratio == nullptr ? "" : fmt::format("{:.1f}", ratio->z)},
+                       {"ratio_beta", in_words(by_ratio.beta.exponent)},
+                       {"ratio_gamma", in_words(by_ratio.gamma.exponent)},
+                       {"off_scale", enumeration(off_scale)}}},
+                     run_folder);
 }
 
 }  // namespace granuscope

@@ -171,7 +171,7 @@ Figure plot_transport_with_depth(const Analysis& analysis, const TransportWithDe
   Draft draft;
   draft.plan.id = figure_id;
   draft.plan.script = "plot/transport_with_depth";
-  draft.plan.height = 4.7;
+  draft.plan.height = 4.3;
   set_both(draft, "mu", caption_number(result->mu()));
   draft.caption["mu_differs"] = result->mu() == spec.mu ? "" : caption_number(spec.mu);
   const double window_top = Lattice::depth(result->window_layers[0]);
@@ -187,9 +187,7 @@ Figure plot_transport_with_depth(const Analysis& analysis, const TransportWithDe
   add_thrust(draft, *result);
   draft.script["slopes"] = draft.script["c"].empty() && draft.script["D"].empty() ? "" : "yes";
 
-  Figure figure = plot_figure(draft.plan, draft.script, run_folder);
-  set_captions(figure, "plot/transport_with_depth.captions", draft.caption);
-  return figure;
+  return plot_figure(draft.plan, draft.script, {"plot/transport_with_depth.captions", draft.caption}, run_folder);
 }
 
 }  // namespace granuscope

@@ -68,14 +68,14 @@ struct AxisRoom {
   int x_width = 0;
 };
 
-AxisRoom axis_room(const Extent& extent, const Font& font) {
+AxisRoom axis_room(const SceneSpec& spec, const Extent& extent, const Font& font) {
   const auto widest = [&](double largest, double range, bool negative) {
     std::string text = negative ? "\u2212" : "";
     text += std::string(fmt::format("{:.0f}", std::floor(largest)).size(), '0');  // digits have one width
     if (range < short_range) text += ".0";                                        // as axis_ticks() allows
     return font.width(text);
   };
-  return {widest(extent.z1, extent.height(), false),
+  return {widest(std::max(extent.z1, spec.deepest_z), extent.height(), false),
           widest(std::max(std::abs(extent.x0), std::abs(extent.x1)), extent.width(), extent.x0 < 0)};
 }
 
@@ -83,8 +83,8 @@ struct Margins {
   int left = 0, right = 0;
 };
 
-Margins side_margins(const Extent& extent, const Font& font, const Paper& paper) {
-  const AxisRoom room = axis_room(extent, font);
+Margins side_margins(const SceneSpec& spec, const Extent& extent, const Font& font, const Paper& paper) {
+  const AxisRoom room = axis_room(spec, extent, font);
   const int frame = paper.points(line_points);
   const int title = font.ascent() + font.descent();
   const int left =
@@ -153,8 +153,9 @@ int narrowest_scale(const std::string& key_title, const Font& font, const Paper&
 }
 
 /// What the texts need in width, whatever stands below or beside them.
-int smallest_width(const Extent& extent, const std::string& key_title, const Font& font, const Paper& paper) {
-  const Margins margins = side_margins(extent, font, paper);
+int smallest_width(const SceneSpec& spec, const Extent& extent, const std::string& key_title, const Font& font,
+                   const Paper& paper) {
+  const Margins margins = side_margins(spec, extent, font, paper);
   // The scale bar is shorter than the window, and so has no more digits.
   const std::string digits(fmt::format("{:.0f}", extent.width()).size(), '0');
   const int title = font.width(fmt::format("{} {}", digits, label("diameters")));
@@ -178,13 +179,13 @@ double text_pixels(const SceneSpec& spec) {
 PlotSize plot_size(const SceneSpec& spec, const Extent& extent, const std::string& key_title) {
   const Font font(text_pixels(spec));
   const Paper paper(spec.dpi);
-  const int smallest = smallest_width(extent, key_title, font, paper);
+  const int smallest = smallest_width(spec, extent, key_title, font, paper);
   if (spec.width_px < smallest) {
     throw InputError(fmt::format(
         "an image {} pixels wide is too small for labels of {} pt at {} dpi; the smallest width is {} pixels",
         spec.width_px, text_points, spec.dpi, smallest));
   }
-  const Margins margins = side_margins(extent, font, paper);
+  const Margins margins = side_margins(spec, extent, font, paper);
   PlotSize size;
   size.width_px = spec.width_px - margins.left - margins.right;
   size.pixels_per_diameter = size.width_px / extent.width();
@@ -205,21 +206,25 @@ namespace {
 class LayoutMaker {
  public:
   LayoutMaker(const SceneSpec& spec, const Scene& scene, const Font& font)
-      : scene_(scene), font_(font), paper_(spec.dpi), margins_(side_margins(scene.extent, font, paper_)) {
+      : spec_(spec),
+        scene_(scene),
+        font_(font),
+        paper_(spec.dpi),
+        margins_(side_margins(spec, scene.extent, font, paper_)) {
     layout_.width = spec.width_px;
   }
 
   Layout make() {
     const int line = font_.ascent() + font_.descent();
     int top = paper_.mm(margin_mm) + (line + 1) / 2;  // half of a number at the upper end of the z axis
-    if (scene_.overload) top = paper_.mm(margin_mm) + paper_.mm(arrow_mm) + frame();
+    if (scene_.overload || spec_.deepest_z > 0) top = paper_.mm(margin_mm) + paper_.mm(arrow_mm) + frame();
     layout_.plot = {margins_.left, top, scene_.plot_width_px, scene_.plot_height_px};
     add_frame();
     add_overload();
     add_z_axis();
     add_x_axis();
     add_legend();
-    layout_.height = below_ + paper_.mm(margin_mm);
+    layout_.height = std::max(spec_.height_px, below_ + paper_.mm(margin_mm));
     if (layout_.height > max_image_px) {
       throw InputError(
           fmt::format("the picture of this window would be {} pixels high, and at most {} can be rendered; choose "
@@ -299,7 +304,7 @@ class LayoutMaker {
     const Box& plot = layout_.plot;
     const int t = frame(), length = paper_.mm(tick_mm);
     const int tick_top = plot.bottom() + t;
-    const int room = axis_room(scene_.extent, font_).x_width;
+    const int room = axis_room(spec_, scene_.extent, font_).x_width;
     const int number_top = tick_top + length + paper_.mm(gap_mm);  // clear of the last number of the z axis
     for (const double x : axis_ticks(scene_.extent.x0, scene_.extent.x1, scene_.pixels_per_diameter, room, paper_)) {
       const double at = pixel_of_x(x);
@@ -407,6 +412,7 @@ class LayoutMaker {
     below_ = std::max(below_, number_top + line_height());
   }
 
+  const SceneSpec& spec_;
   const Scene& scene_;
   const Font& font_;
   Paper paper_;

@@ -25,6 +25,10 @@ struct SceneSpec {
   std::string backend = "auto";
   bool skip_invisible = true;
   Background background = Background::page;
+  // Of the frames of a film (film.h), so that all of them have one size and their axes in one place.
+  int height_px = 0;  ///< of the whole image, blank below what it shows; 0: as high as that is
+  double deepest_z =
+      0;  ///< the z axis leaves room for its number, and there is room for an overload; 0: for what is seen
 };
 
 /// What was painted and what was left out, counted: drawn + outside + too_faint + aggregated = elements of the pile

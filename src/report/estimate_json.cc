@@ -32,4 +32,25 @@ Json to_json(const ThrustAtDepth& depth) {
           {"weight_variance", to_json(depth.weight_variance)}};
 }
 
+Json to_json(const LineTest& test) {
+  Json json;
+  json["chi2"] = finite_or_null(test.chi2);
+  json["degrees_of_freedom"] = test.degrees_of_freedom;
+  json["points"] = test.points;
+  if (json["chi2"].is_null()) json["reason"] = stated(test.reason);
+  return json;
+}
+
+Json to_json(const RunningExponent& running) {
+  Json json;
+  json["at_low"] = to_json(running.at_low);
+  json["at_high"] = to_json(running.at_high);
+  if (running.at_low.known()) {
+    json["at_low"]["at"] = running.low;
+    json["at_high"]["at"] = running.high;
+  }
+  json["about_law"] = to_json(running.scatter);
+  return json;
+}
+
 }  // namespace granuscope

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "analysis/estimate.h"
+#include "analysis/scaling_fit.h"
 #include "analysis/thrust_at_depth.h"
 
 namespace granuscope {
@@ -18,5 +19,11 @@ nlohmann::ordered_json to_json(const Estimate& estimate);
 
 /// {"layer", "z", "thrust_ratio", "weight_variance"}.
 nlohmann::ordered_json to_json(const ThrustAtDepth& depth);
+
+/// {"chi2", "degrees_of_freedom", "points"}.
+nlohmann::ordered_json to_json(const LineTest& test);
+
+/// {"at_low": {"value", "stderr", "at"}, "at_high", "about_law"}.
+nlohmann::ordered_json to_json(const RunningExponent& running);
 
 }  // namespace granuscope

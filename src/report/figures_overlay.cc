@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <optional>
 
@@ -20,6 +21,20 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr double text_width_mm = 170;  // of print.css: A4 less two margins of 20 mm
+constexpr double half_width_mm = 85;   // two narrower ones stand side by side
+
+/// Of an SVG in pixels of 1/96 inch.
+double svg_width_mm(const std::string& svg) {
+  static constexpr std::string_view attribute = "width=\"";
+  const std::size_t at = svg.find(attribute, svg.find("<svg"));
+  if (at == std::string::npos) return text_width_mm;
+  return std::strtod(svg.c_str() + at + attribute.size(), nullptr) / 96 * 25.4;
+}
+
+bool has_half_width(const Figure& figure, const std::filesystem::path& run_folder) {
+  if (figure.screen.extension() == ".png") return true;
+  return figure.is_there() && svg_width_mm(read_file(run_folder / figure.screen)) < half_width_mm;
+}
 
 std::string upper(std::string text) {
   for (char& c : text) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
@@ -95,6 +110,7 @@ void add_figures(Json& overlay, const ReportData& data, const std::filesystem::p
          {"failure", as_sentence(figure.failure)},
          {"image", figure.is_there() ? embedded(figure, run_folder, medium) : ""},
          {"raster", raster},
+         {"half", has_half_width(figure, run_folder)},
          // The picture alone, to be looked at closely; a link keeps what scrolls within reach of the keyboard.
          {"file", figure.is_there() && medium == PageMedium::screen ? figure.screen.generic_string() : ""},
          {"width_mm", width ? fmt::format("{:.2f}", std::min(*width, text_width_mm)) : ""},

@@ -52,6 +52,13 @@ std::string report_page(const ReportData& data, const Json& summary, const std::
   add_provenance(overlay, data);
 
   const PageScope root(summary, overlay, Markup::html);
+  // What the experiment is about has its own sentences on page 1; the experiment's own words come before all others.
+  const std::string of_study = data.headline.empty() ? written_parts(data.parts, ReportPart::Place::page_1, root) : "";
+  overlay["headline"]["of_study"] = of_study;
+  if (!of_study.empty()) {
+    overlay["has_headline"] = true;
+    overlay["headline"]["generated"] = false;
+  }
   overlay["numbers_parts"] = written_parts(data.parts, ReportPart::Place::numbers, root);
   overlay["numerics_parts"] = written_parts(data.parts, ReportPart::Place::numerics, root);
   return fill_template_file("report.html.mustache", root);

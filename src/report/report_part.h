@@ -6,8 +6,9 @@ namespace granuscope {
 
 /// A piece of the report about one measurement, written from its numbers in summary.json.
 struct ReportPart {
-  /// Where in the report: among the numbers that matter, or under Numerics.
-  enum class Place { numbers, numerics };
+  /// Where in the report: on page 1, where the experiment is about this study, among the numbers that matter, or under
+  /// Numerics.
+  enum class Place { page_1, numbers, numerics };
 
   /// Its template below templates/, as "studies/<id>.html" (report/page_scope.h) or "….table" (report/page_table.h).
   std::string page;

@@ -63,15 +63,6 @@ Json list_of(const std::vector<Item>& items) {
   return json;
 }
 
-Json to_json(const LineTest& test) {
-  Json json;
-  json["chi2"] = finite_or_null(test.chi2);
-  json["degrees_of_freedom"] = test.degrees_of_freedom;
-  json["points"] = test.points;
-  if (json["chi2"].is_null()) json["reason"] = stated(test.reason);
-  return json;
-}
-
 Json to_json(const Exponents& exponents) {
   Json json;
   json["position"] = to_json(exponents.position);
@@ -125,6 +116,8 @@ Json to_json(const Transport& result) {
   json["variations"] = list_of(result.variations);
   json["fitted_area"] = to_json(result.fitted_area);
   json["centre_background"] = to_json(result.centre_background);
+  json["c_beside_background"] = to_json(result.c_beside);
+  json["D_beside_background"] = to_json(result.D_beside);
   json["largest_misfit"] = result.largest_misfit;
   json["depths"] = list_of(result.depths);
   json["sampler"]["draws_per_bead"] = finite_or_null(result.draws_per_bead);
@@ -147,6 +140,7 @@ Json to_json(const ScalingFit& fit) {
   json["about_law"] = to_json(fit.scatter);
   json["power_law"] = fit.exponent.known() ? Json(!fit.misses_the_points()) : Json(nullptr);
   json["ln_prefactor"] = to_json(fit.intercept);
+  json["running"] = to_json(fit.running);
   return json;
 }
 

@@ -1,6 +1,8 @@
 #include "storage/block_sums.h"
 
+#include <algorithm>
 #include <span>
+#include <stdexcept>
 
 #include "support/digest.h"
 
@@ -10,12 +12,43 @@ namespace {
 /// The numbers of some blocks; none where there are no squares.
 std::span<const double> slice(const BlockSums& sums, const QuantitySums& quantity, const std::vector<double>& numbers,
                               std::size_t first, std::size_t blocks) {
+  if (sums.elsewhere && quantity.width > 1) throw std::logic_error("profiles of blocks are taken from memory only");
   if (numbers.empty()) return {};
   const std::size_t each = sums.layers.size() * static_cast<std::size_t>(quantity.width);
   return std::span(numbers).subspan(first * each, blocks * each);
 }
 
 }  // namespace
+
+LayerSums BlockSums::layer(const std::string& quantity, std::size_t row) const {
+  const QuantitySums& q = quantities.at(quantity);
+  const auto width = static_cast<std::size_t>(q.width);
+  if (elsewhere == nullptr || width == 1) return {&q.sum[row * width], count.size(), layers.size() * width, width};
+  std::vector<double> read(count.size() * width);
+  for (std::size_t b = 0; b < count.size(); ++b) {
+    elsewhere->read(quantity, b, row, std::span(read).subspan(b * width, width));
+  }
+  return {std::move(read), width};
+}
+
+BlockSums in_memory(const BlockSums& sums) {
+  BlockSums all = sums;
+  if (sums.elsewhere == nullptr) return all;
+  all.elsewhere.reset();
+  for (auto& [name, quantity] : all.quantities) {
+    if (quantity.width == 1) continue;
+    quantity.sum.clear();
+    const auto width = static_cast<std::size_t>(quantity.width);
+    quantity.sum.resize(sums.count.size() * sums.layers.size() * width);
+    for (std::size_t row = 0; row < sums.layers.size(); ++row) {
+      const LayerSums layer = sums.layer(name, row);
+      for (std::size_t b = 0; b < sums.count.size(); ++b) {
+        std::copy_n(layer.block(b), width, &quantity.sum[(b * sums.layers.size() + row) * width]);
+      }
+    }
+  }
+  return all;
+}
 
 BlockSums zero_sums(const BlockSums& like, int first_block, std::size_t blocks) {
   BlockSums zero;
@@ -48,6 +81,12 @@ BlockSums take_blocks(const BlockSums& all, std::size_t first, std::size_t block
 
 std::string key_of_block(const BlockSums& sums, std::size_t at) {
   std::string bytes;
+  std::size_t size = sizeof(int) + sizeof(sums.count[at]) + sums.layers.size() * sizeof(int);
+  for (const auto& [name, quantity] : sums.quantities) {
+    const std::size_t numbers = sums.layers.size() * static_cast<std::size_t>(quantity.width);
+    size += name.size() + (quantity.has_squares() ? 2 : 1) * numbers * sizeof(double);
+  }
+  bytes.reserve(size);  // a growing one would take three times as much
   const auto append = [&bytes](const auto& numbers) {
     bytes.append(reinterpret_cast<const char*>(numbers.data()), numbers.size() * sizeof(numbers[0]));
   };

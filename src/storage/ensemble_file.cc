@@ -8,10 +8,12 @@
 #include <string_view>
 #include <utility>
 
+#include "storage/configuration_json.h"
 #include "storage/ensemble_format.h"
 #include "storage/hdf5_reader.h"
 #include "storage/hdf5_writer.h"
 #include "storage/lattice_axes.h"
+#include "support/digest.h"
 #include "support/number_format.h"
 
 namespace granuscope {
@@ -55,18 +57,16 @@ void write_failed(Hdf5Writer& writer, const std::vector<FailedSample>& failed) {
   writer.dataset("/failed/replay", replays);
 }
 
-}  // namespace
-
-void write_ensemble(const std::filesystem::path& file, const EnsembleRecord& header,
-                    const std::vector<std::string>& keys, const std::function<BlockSums(std::size_t)>& block) {
+/// All but the numbers, for which there is room.
+void compose(Hdf5Writer& writer, const EnsembleRecord& header, const std::vector<std::string>& keys) {
   const BlockSums& sums = header.sums;
   const std::uint64_t blocks = sums.count.size(), layers = sums.layers.size();
   for (const auto& [quantity, numbers] : sums.quantities) check_name(quantity);
-  Hdf5Writer writer(file);
   writer.attribute("/", "format", name);
   writer.attribute("/", "format_version", version);
   writer.attribute("/", "units", units);
   writer.attribute("/", "configuration", header.configuration);
+  writer.attribute("/", "configuration_json", configuration_json(header.configuration));
   writer.attribute("/", "configuration_key", header.configuration_key);
   writer.attribute("/", "sampling_version", header.sampling_version);
   writer.attribute("/", "first_block", static_cast<std::uint64_t>(sums.first_block));
@@ -95,18 +95,58 @@ void write_ensemble(const std::filesystem::path& file, const EnsembleRecord& hea
   writer.group("/counters");
   for (const auto& [counter, field] : sampler_counters) writer.attribute("/counters", counter, header.counts.*field);
   write_failed(writer, header.failed);
+}
 
-  writer.begin_data();
-  for (std::size_t at = 0; at < blocks; ++at) {
-    const BlockSums one = block(at);
-    for (const auto& [quantity, numbers] : one.quantities) {
-      check_shape(one, quantity, numbers);
-      writer.put("/" + quantity + "/sum", at * numbers.sum.size(), numbers.sum);
-      if (numbers.has_squares())
-        writer.put("/" + quantity + "/sum_of_squares", at * numbers.sum.size(), numbers.sum_of_squares);
-    }
+void put_block(Hdf5Writer& writer, std::size_t at, const BlockSums& one) {
+  for (const auto& [quantity, numbers] : one.quantities) {
+    check_shape(one, quantity, numbers);
+    writer.put("/" + quantity + "/sum", at * numbers.sum.size(), numbers.sum);
+    if (numbers.has_squares())
+      writer.put("/" + quantity + "/sum_of_squares", at * numbers.sum.size(), numbers.sum_of_squares);
   }
+}
+
+/// Before anything is known of the blocks: what is said of them later takes the same room.
+void compose_places(Hdf5Writer& writer, EnsembleRecord header) {
+  header.failed.clear();
+  compose(writer, header, std::vector<std::string>(header.sums.count.size(), cache_key("")));
+}
+
+}  // namespace
+
+void write_ensemble(const std::filesystem::path& file, const EnsembleRecord& header,
+                    const std::vector<std::string>& keys, const std::function<BlockSums(std::size_t)>& block) {
+  Hdf5Writer writer(file);
+  compose(writer, header, keys);
+  writer.begin_data();
+  for (std::size_t at = 0; at < header.sums.count.size(); ++at) put_block(writer, at, block(at));
   writer.commit();
+}
+
+SharedEnsemble::SharedEnsemble(const std::filesystem::path& file, EnsembleRecord header) : writer_(file) {
+  compose_places(writer_, std::move(header));
+  writer_.begin_shared_data(file);
+}
+
+void SharedEnsemble::put(std::size_t at, const BlockSums& block) {
+  put_block(writer_, at, block);
+  writer_.sync();
+}
+
+bool finish_shared(const std::filesystem::path& file, const std::filesystem::path& target, const EnsembleRecord& header,
+                   const std::vector<std::string>& keys) {
+  std::map<std::string, std::uint64_t> places;
+  {
+    Hdf5Writer before(target);
+    compose_places(before, header);
+    places = before.places();
+  }
+  Hdf5Writer whole(target);
+  compose(whole, header, keys);
+  if (whole.places() != places) return false;
+  whole.begin_shared_data(file);
+  whole.commit();
+  return true;
 }
 
 void write_ensemble(const std::filesystem::path& file, const EnsembleRecord& record) {

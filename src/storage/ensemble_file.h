@@ -8,6 +8,7 @@
 
 #include "model/sampler_counts.h"
 #include "storage/block_sums.h"
+#include "storage/hdf5_writer.h"
 #include "storage/raw_data.h"
 
 namespace granuscope {
@@ -38,9 +39,32 @@ void write_ensemble(const std::filesystem::path& file, const EnsembleRecord& rec
 void write_ensemble(const std::filesystem::path& file, const EnsembleRecord& header,
                     const std::vector<std::string>& keys, const std::function<BlockSums(std::size_t)>& block);
 
+/// The same file again, while its blocks are put at their places by any number of processes and in any order. `header`
+/// is as above, but of the blocks only their number counts.
+class SharedEnsemble {
+ public:
+  /// `file` is there, empty or opened by others before.
+  SharedEnsemble(const std::filesystem::path& file, EnsembleRecord header);
+  /// Puts a block at its place; it is on disk when this returns. Any number of threads may do so.
+  void put(std::size_t at, const BlockSums& block);
+
+ private:
+  Hdf5Writer writer_;
+};
+
+/// Ends it: with all blocks at their places in `file`, writes what is to be known of them, and renames it to `target`.
+/// False, with nothing done, if that leaves no place for them where they are.
+bool finish_shared(const std::filesystem::path& file, const std::filesystem::path& target, const EnsembleRecord& header,
+                   const std::vector<std::string>& keys);
+
 /// Throws InputError for a missing, damaged or foreign file, wrong shapes, or numbers that are not finite or not those
 /// that were written (block_keys).
 EnsembleRecord read_ensemble(const std::filesystem::path& file);
+
+/// The same with the profiles left in the file, from which they are read a layer at a time: the memory does not depend
+/// on how large it is. All is read once, to find damage now and not later; the file may be replaced meanwhile, but not
+/// changed.
+EnsembleRecord open_ensemble(const std::filesystem::path& file);
 
 /// The configuration alone, without reading the sums. Throws InputError as read_ensemble does for what it touches.
 std::string read_ensemble_configuration(const std::filesystem::path& file);
@@ -57,9 +81,13 @@ class EnsembleReader {
   BlockSums read_block(std::size_t at) const;
 
  private:
+  friend EnsembleRecord open_ensemble(const std::filesystem::path& file);
   struct Stored {
     RawData sum, sum_of_squares;
   };
+  class Profiles;
+
+  BlockSums read_block(std::size_t at, const RawDataFile& numbers) const;
 
   std::filesystem::path file_;
   EnsembleRecord header_;

@@ -171,8 +171,9 @@ EnsembleReader::EnsembleReader(const std::filesystem::path& file) : file_(file) 
   }
 }
 
-BlockSums EnsembleReader::read_block(std::size_t at) const {
-  const RawDataFile numbers(file_, kind);
+BlockSums EnsembleReader::read_block(std::size_t at) const { return read_block(at, RawDataFile(file_, kind)); }
+
+BlockSums EnsembleReader::read_block(std::size_t at, const RawDataFile& numbers) const {
   BlockSums sums = zero_sums(header_.sums, header_.sums.first_block + static_cast<int>(at), 1);
   sums.count[0] = header_.sums.count.at(at);
   for (auto& [quantity, values] : sums.quantities) {
@@ -189,23 +190,47 @@ BlockSums EnsembleReader::read_block(std::size_t at) const {
   return sums;
 }
 
-EnsembleRecord read_ensemble(const std::filesystem::path& file) {
-  const EnsembleReader reader(file);
-  EnsembleRecord record = reader.header();
-  const std::size_t blocks = record.sums.count.size();
-  BlockSums all = zero_sums(record.sums, record.sums.first_block, blocks);
-  all.count = record.sums.count;
-  for (std::size_t at = 0; at < blocks; ++at) {
-    const BlockSums one = reader.read_block(at);
-    for (const auto& [quantity, values] : one.quantities) {
-      QuantitySums& to = all.quantities.at(quantity);
-      std::copy(values.sum.begin(), values.sum.end(),
-                to.sum.begin() + static_cast<std::ptrdiff_t>(at * values.sum.size()));
-      std::copy(values.sum_of_squares.begin(), values.sum_of_squares.end(),
-                to.sum_of_squares.begin() + static_cast<std::ptrdiff_t>(at * values.sum_of_squares.size()));
+/// The profiles of a file, which stays open.
+class EnsembleReader::Profiles : public ProfileSource {
+ public:
+  explicit Profiles(const std::filesystem::path& file) : numbers_(file, kind), reader_(file) {}
+
+  void read(const std::string& quantity, std::size_t block, std::size_t row, std::span<double> to) const override {
+    numbers_.read(reader_.stored_.at(quantity).sum, (block * reader_.header_.sums.layers.size() + row) * to.size(), to);
+  }
+  BlockSums read_block(std::size_t at) const { return reader_.read_block(at, numbers_); }
+  const EnsembleRecord& header() const { return reader_.header(); }
+
+ private:
+  RawDataFile numbers_;
+  EnsembleReader reader_;
+};
+
+EnsembleRecord open_ensemble(const std::filesystem::path& file) {
+  auto profiles = std::make_shared<const EnsembleReader::Profiles>(file);
+  EnsembleRecord record = profiles->header();
+  BlockSums& sums = record.sums;
+  for (auto& [quantity, values] : sums.quantities) {
+    const std::size_t numbers = values.has_squares() ? sums.count.size() * sums.layers.size() : 0;
+    values.sum.reserve(numbers);
+    values.sum_of_squares.reserve(numbers);
+  }
+  for (std::size_t at = 0; at < sums.count.size(); ++at) {
+    const BlockSums one = profiles->read_block(at);
+    for (auto& [quantity, values] : sums.quantities) {
+      if (!values.has_squares()) continue;
+      const QuantitySums& more = one.quantities.at(quantity);
+      values.sum.insert(values.sum.end(), more.sum.begin(), more.sum.end());
+      values.sum_of_squares.insert(values.sum_of_squares.end(), more.sum_of_squares.begin(), more.sum_of_squares.end());
     }
   }
-  record.sums = std::move(all);
+  sums.elsewhere = std::move(profiles);
+  return record;
+}
+
+EnsembleRecord read_ensemble(const std::filesystem::path& file) {
+  EnsembleRecord record = open_ensemble(file);
+  record.sums = in_memory(record.sums);
   return record;
 }
 

@@ -187,12 +187,16 @@ void Hdf5Writer::write_at(std::uint64_t offset, const void* data, std::size_t by
   }
 }
 
-void Hdf5Writer::begin_data() {
+void Hdf5Writer::end_composing() {
   if (const herr_t status = H5Fclose(file_.release()); status < 0) {
     (void)composed_.release();  // the library may still hold it and try again when the program ends
     check(status);
   }
   session_.reset();
+}
+
+void Hdf5Writer::begin_data() {
+  end_composing();
   output_.emplace(target_);
   file_on_disk_ = FileDescriptor(::open(output_->temporary_path().c_str(), O_WRONLY | O_CLOEXEC));
   if (!file_on_disk_.valid() || ::ftruncate(file_on_disk_.get(), static_cast<off_t>(composed_->size())) != 0) {
@@ -201,6 +205,39 @@ void Hdf5Writer::begin_data() {
   composed_->for_each_page(
       [this](std::uint64_t at, std::span<const char> bytes) { write_at(at, bytes.data(), bytes.size()); });
   composed_.reset();
+}
+
+void Hdf5Writer::begin_shared_data(const std::filesystem::path& file) {
+  end_composing();
+  shared_ = file;
+  file_on_disk_ = FileDescriptor(::open(file.c_str(), O_WRONLY | O_CLOEXEC));
+  if (!file_on_disk_.valid() || ::ftruncate(file_on_disk_.get(), static_cast<off_t>(composed_->size())) != 0) {
+    fail(errno);
+  }
+}
+
+void Hdf5Writer::sync() const {
+  if (::fdatasync(file_on_disk_.get()) != 0 && errno != EINTR) fail(errno);
+}
+
+std::map<std::string, std::uint64_t> Hdf5Writer::places() const {
+  std::map<std::string, std::uint64_t> found;
+  for (const auto& [path, room] : reserved_) found[path] = room.offset;
+  return found;
+}
+
+/// Pages that hold the end or the beginning of reserved room must not overwrite what others have put there.
+void Hdf5Writer::write_beside_data(std::uint64_t at, std::span<const char> bytes) {
+  std::map<std::uint64_t, std::uint64_t> data;  // where they begin and end
+  for (const auto& [path, room] : reserved_) data[room.offset] = room.offset + room.count * sizeof(double);
+  const std::uint64_t end = at + bytes.size();
+  std::uint64_t from = at;
+  for (const auto& [first, last] : data) {
+    if (last <= from || first >= end) continue;
+    if (first > from) write_at(from, &bytes[from - at], first - from);
+    from = last;
+  }
+  if (from < end) write_at(from, &bytes[from - at], end - from);
 }
 
 void Hdf5Writer::put(const std::string& path, std::size_t first, std::span<const double> values) {
@@ -212,6 +249,11 @@ void Hdf5Writer::put(const std::string& path, std::size_t first, std::span<const
 }
 
 void Hdf5Writer::commit() {
+  if (!shared_.empty()) {
+    composed_->for_each_page([this](std::uint64_t at, std::span<const char> bytes) { write_beside_data(at, bytes); });
+    rename_whole(shared_, target_);
+    return;
+  }
   if (!output_) begin_data();
   output_->commit();
 }

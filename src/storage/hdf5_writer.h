@@ -46,6 +46,13 @@ class Hdf5Writer {
   void reserve(const std::string& path, const std::vector<std::uint64_t>& shape);
   /// Ends the composing: from here on only put() and commit() may be called.
   void begin_data();
+  /// The same with the data in a file that is there, into which other processes that compose the same put theirs; all
+  /// but the data is written in commit().
+  void begin_shared_data(const std::filesystem::path& file);
+  /// What was put is on disk when this returns.
+  void sync() const;
+  /// Where the reserved datasets begin in the file.
+  std::map<std::string, std::uint64_t> places() const;
   /// Numbers `first` and following of a reserved dataset, each to be put once.
   void put(const std::string& path, std::size_t first, std::span<const double> values);
 
@@ -64,7 +71,9 @@ class Hdf5Writer {
   void scalar(const std::string& path, const std::string& name, Hdf5Id stored, Hdf5Id in_memory, const void* value);
   Hdf5Id check(Hdf5Id status) const;
   [[noreturn]] void fail(int error_number) const;
+  void end_composing();
   void write_at(std::uint64_t offset, const void* data, std::size_t bytes);
+  void write_beside_data(std::uint64_t at, std::span<const char> bytes);
 
   std::filesystem::path target_;
   std::optional<Hdf5Session> session_;
@@ -72,6 +81,7 @@ class Hdf5Writer {
   Hdf5Handle file_;
   std::map<std::string, Reserved> reserved_;
   std::optional<AtomicFile> output_;  // from begin_data() on
+  std::filesystem::path shared_;      // or from begin_shared_data() on
   FileDescriptor file_on_disk_;
 };
 

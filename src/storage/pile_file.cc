@@ -11,11 +11,13 @@
 #include <utility>
 
 #include "storage/byte_record.h"
+#include "storage/configuration_json.h"
 #include "storage/hdf5_reader.h"
 #include "storage/hdf5_writer.h"
 #include "storage/isolated_read.h"
 #include "storage/lattice_axes.h"
 #include "storage/raw_data.h"
+#include "support/number_format.h"
 
 namespace granuscope {
 namespace {
@@ -216,6 +218,10 @@ void write_pile(const std::filesystem::path& file, const Pile& pile) {
   writer.attribute("/", "law", pile.law);
   writer.attribute("/", "seed", pile.seed);
   writer.attribute("/", "sample", pile.sample);
+  writer.attribute("/", "configuration_json",
+                   configuration_json(fmt::format("law={}\nmu={}\nseed={}\nsample={}\ncolumns={}\nlayers={}\n",
+                                                  pile.law, exact(pile.mu), pile.seed, pile.sample,
+                                                  pile.lattice.columns(), pile.lattice.layers())));
   constexpr const char* force_unit = "loads of one top bead";
   for (const ForceArray& array : force_arrays) {
     writer.dataset(array.path, {layers, columns}, pile.*(array.in_pile));

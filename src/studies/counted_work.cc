@@ -179,7 +179,8 @@ Figure plot_counted_work(const std::vector<CountedWork>& work, const std::filesy
   PlotPlan plan;
   plan.id = figure_id;
   plan.script = "studies/work_against_size";
-  plan.height = 2.5;
+  plan.half_width = true;
+  plan.height = 2.15;
   std::vector<std::string> curves, titles;
   double worst = 1;
   std::size_t index = 0;
@@ -203,22 +204,21 @@ Figure plot_counted_work(const std::vector<CountedWork>& work, const std::filesy
   }
   plan.curves = static_cast<int>(curves.size());
   const Range axis = widened_by_factor(beads, beads.high > 1.5 * beads.low ? 1.4 : 2);
-  Figure figure = plot_figure(plan,
-                              {{"curves", fmt::format("{}", fmt::join(curves, ", \\\n    "))},
-                               {"titles", fmt::format("{}", fmt::join(titles, ", \\\n    "))},
-                               {"of_laws", ""},
-                               {"left", exact(axis.low)},
-                               {"right", exact(axis.high)},
-                               {"size_ticks", log_ticks(axis)},
-                               {"low", "0"},
-                               {"high", exact(1.12 * draws.high)},
-                               {"ticks", linear_ticks(draws, 6)}},
-                              run_folder);
-  set_captions(figure, "studies/counted_work.captions",
-               {{"spread", fmt::format("{:.2f}", worst)},
-                {"piles", std::to_string(by_mu.begin()->second.front()->samples)},
-                {"incomplete", enumeration(incomplete)}});
-  return figure;
+  return plot_figure(plan,
+                     {{"curves", fmt::format("{}", fmt::join(curves, ", \\\n    "))},
+                      {"titles", fmt::format("{}", fmt::join(titles, ", \\\n    "))},
+                      {"of_laws", ""},
+                      {"left", exact(axis.low)},
+                      {"right", exact(axis.high)},
+                      {"size_ticks", log_ticks(axis)},
+                      {"low", "0"},
+                      {"high", exact(1.12 * draws.high)},
+                      {"ticks", linear_ticks(draws, 6)}},
+                     {"studies/counted_work.captions",
+                      {{"spread", fmt::format("{:.2f}", worst)},
+                       {"piles", std::to_string(by_mu.begin()->second.front()->samples)},
+                       {"incomplete", enumeration(incomplete)}}},
+                     run_folder);
 }
 
 namespace {

@@ -10,7 +10,6 @@
 #include <numeric>
 #include <set>
 
-#include "analysis/claim_rule.h"
 #include "analysis/expected_response.h"
 #include "analysis/layer_spectrum.h"
 #include "analysis/measured_depth.h"
@@ -98,47 +97,6 @@ DeepResponse measure_deep_response(const MeasuredEnsemble& ensemble, DeepMeasure
 
 namespace {
 
-/// One stretch of depth, judged at the friction coefficient where the power is farthest from 1.
-Claim judge_stretch(const std::vector<DeepResponse>& measured, const ClaimSpec& spec, const char* id,
-                    const std::string& where, PowerOfDepth DeepResponse::*stretch) {
-  Claim claim =
-      open_claim(id, fmt::format("The squared width W² grows linearly with z {}.", where), "power of z in W²");
-  const PaperNumber paper{.value = 1, .tolerance = spec.exponent_tolerance};
-  const DeepResponse* farthest = nullptr;
-  double farthest_z = 0;
-  std::vector<std::string> all;
-  for (const DeepResponse& one : measured) {
-    const Estimate& power = (one.*stretch).exponent;
-    if (!power.known() || one.by != DeepMeasurement::fluctuations) continue;
-    all.push_back(
-        fmt::format("{} at μ = {}", value_with_error(power.value, power.standard_error), one.spec.sampler.mu));
-    const double z = std::abs(judge_number(power, paper).z_score);
-    if (farthest != nullptr && z <= farthest_z) continue;
-    farthest = &one;
-    farthest_z = z;
-  }
-  if (farthest == nullptr) {
-    leave_open(claim, "no pile was followed so deep: set studies.deep_response.mu; some minutes decide");
-    return claim;
-  }
-  const PowerOfDepth& power = farthest->*stretch;
-  judge_by_number(claim, power.exponent, paper, {},
-                  fmt::format("The power of z in W² from z = {:.0f} to {:.0f} at μ = {}, where it is farthest from 1,",
-                              power.from, power.to, farthest->spec.sampler.mu));
-  if (all.size() > 1) add_sentence(claim, fmt::format("All of them: {}.", fmt::join(all, ", ")));
-  return claim;
-}
-
-}  // namespace
-
-std::vector<Claim> judge_spreading(const std::vector<DeepResponse>& measured, const ClaimSpec& spec) {
-  return {judge_stretch(measured, spec, "spreading-shallow",
-                        "as deep as the paper's piles, saturated ones without a load", &DeepResponse::shallow),
-          judge_stretch(measured, spec, "spreading-deep", "much deeper than the paper's piles", &DeepResponse::deep)};
-}
-
-namespace {
-
 /// Error of a D that is shown, relative to the D of the peaks in the first octave.
 constexpr double noisiest = 0.25;
 
@@ -206,13 +164,13 @@ class Titles {
   std::set<DeepMeasurement> checks_;
 };
 
-void caption(Figure& figure, const std::string& template_name, const std::vector<DeepResponse>& measured) {
+Wording wording(const std::string& captions, const std::vector<DeepResponse>& measured) {
   const DeepResponse& first = measured.front();
-  set_captions(figure, template_name,
-               {{"columns", std::to_string(first.spec.lattice.columns)},
-                {"piles", std::to_string(first.samples)},
-                {"deepest", caption_number(std::round(first.octaves.back().to))},
-                {"reference", std::to_string(fluctuation_plan(first.spec).reference)}});
+  return {captions,
+          {{"columns", std::to_string(first.spec.lattice.columns)},
+           {"piles", std::to_string(first.samples)},
+           {"deepest", caption_number(std::round(first.octaves.back().to))},
+           {"reference", std::to_string(fluctuation_plan(first.spec).reference)}}};
 }
 
 }  // namespace
@@ -221,7 +179,8 @@ Figure plot_deep_response(const std::vector<DeepResponse>& measured, const std::
   PlotPlan plan;
   plan.id = "deep-response";
   plan.script = "studies/deep_response";
-  plan.height = 2.6;
+  plan.half_width = true;
+  plan.height = 2.15;
   Curves exponents;
   Titles titles;
   Range depth;
@@ -249,20 +208,18 @@ Figure plot_deep_response(const std::vector<DeepResponse>& measured, const std::
   plan.curves = static_cast<int>(exponents.drawn.size()) + 1;  // and the line at 1
   const Range axis = widened_by_factor(depth, 1.4);
   const double room = 0.06 * exponents.range.size();
-  Figure figure = plot_figure(plan,
-                              {{"curves", exponents.script()},
-                               {"titles", titles.script()},
-                               {"key_rows", std::to_string(titles.rows())},
-                               {"key_inches", exact(0.17 * static_cast<double>(titles.rows()))},
-                               {"left", exact(axis.low)},
-                               {"right", exact(axis.high)},
-                               {"depth_ticks", log_ticks(axis)},
-                               {"low", exact(exponents.range.low - room)},
-                               {"high", exact(exponents.range.high + room)},
-                               {"ticks", linear_ticks(exponents.range, 6)}},
-                              run_folder);
-  caption(figure, "studies/deep_response.captions", measured);
-  return figure;
+  return plot_figure(plan,
+                     {{"curves", exponents.script()},
+                      {"titles", titles.script()},
+                      {"key_rows", std::to_string(titles.rows())},
+                      {"key_inches", exact(0.17 * static_cast<double>(titles.rows()))},
+                      {"left", exact(axis.low)},
+                      {"right", exact(axis.high)},
+                      {"depth_ticks", log_ticks(axis)},
+                      {"low", exact(exponents.range.low - room)},
+                      {"high", exact(exponents.range.high + room)},
+                      {"ticks", linear_ticks(exponents.range, 6)}},
+                     wording("studies/deep_response.captions", measured), run_folder);
 }
 
 Figure plot_dispersion(const std::vector<DeepResponse>& measured, const std::filesystem::path& run_folder) {
@@ -301,24 +258,22 @@ Figure plot_dispersion(const std::vector<DeepResponse>& measured, const std::fil
   plan.curves = static_cast<int>(speeds.drawn.size() + diffusions.drawn.size()) + 2;  // and a guide in each panel
   const Range axis = widened_by_factor(waves, 1.3), D_axis = widened_by_factor(diffusions.range, 1.3);
   const double room = 0.06 * speeds.range.size();
-  Figure figure = plot_figure(plan,
-                              {{"c_curves", speeds.script()},
-                               {"D_curves", diffusions.script()},
-                               {"titles", titles.script()},
-                               {"key_rows", std::to_string(titles.rows())},
-                               {"key_inches", exact(0.17 * static_cast<double>(titles.rows()))},
-                               {"left", exact(axis.low)},
-                               {"right", exact(axis.high)},
-                               {"k_ticks", log_ticks(axis)},
-                               {"c_low", exact(speeds.range.low - room)},
-                               {"c_high", exact(speeds.range.high + room)},
-                               {"c_ticks", linear_ticks(speeds.range, 6)},
-                               {"D_low", exact(D_axis.low)},
-                               {"D_high", exact(D_axis.high)},
-                               {"D_ticks", log_ticks(D_axis)}},
-                              run_folder);
-  caption(figure, "studies/dispersion.captions", measured);
-  return figure;
+  return plot_figure(plan,
+                     {{"c_curves", speeds.script()},
+                      {"D_curves", diffusions.script()},
+                      {"titles", titles.script()},
+                      {"key_rows", std::to_string(titles.rows())},
+                      {"key_inches", exact(0.17 * static_cast<double>(titles.rows()))},
+                      {"left", exact(axis.low)},
+                      {"right", exact(axis.high)},
+                      {"k_ticks", log_ticks(axis)},
+                      {"c_low", exact(speeds.range.low - room)},
+                      {"c_high", exact(speeds.range.high + room)},
+                      {"c_ticks", linear_ticks(speeds.range, 6)},
+                      {"D_low", exact(D_axis.low)},
+                      {"D_high", exact(D_axis.high)},
+                      {"D_ticks", log_ticks(D_axis)}},
+                     wording("studies/dispersion.captions", measured), run_folder);
 }
 
 namespace {
@@ -458,7 +413,10 @@ class DeepResponseStudy final : public CopiedStudy<DeepResponseStudy> {
     return asked() ? judge_spreading(measured_, spec) : std::vector<Claim>();
   }
   Json json() const override { return list_of(measured_, to_json); }
-  std::vector<ReportPart> parts(const Json&) const override { return {table_part()}; }
+  std::vector<ReportPart> parts(const Json& results) const override {
+    const Json told = spreading_page_1(results, "/studies/" + id());
+    return told.is_null() ? std::vector{table_part()} : std::vector{page_1(told), table_part()};
+  }
 
   std::vector<FigurePlot> figures(const Analysis&) const override {
     if (measured_.empty()) return {};

@@ -172,21 +172,21 @@ Figure plot_error_against_time(const std::vector<ErrorCurve>& curves, const std:
     variables[name + "_y_high"] = exact(y.high);
     variables[name + "_y_ticks"] = log_ticks(y);
   }
-  Figure figure = plot_figure(plan, variables, run_folder);
-  set_captions(figure, "studies/error_against_time.captions",
-               {{"mu", caption_number(curves.front().spec.sampler.mu)},
-                {"columns", std::to_string(curves.front().spec.lattice.columns)},
-                {"layers", std::to_string(curves.front().spec.lattice.layers)},
-                {"unloaded_layers", unloaded_layers},
-                {"slopes_c", enumeration(slopes_c)},
-                {"slopes_D", enumeration(slopes_D)},
-                {"floors", enumeration(floors)},
-                {"gains", enumeration(gains)},
-                {"gain_error", caption_number(std::round(gain_error(repetitions.high) * 10) * 10)},
-                {"most_repetitions", caption_number(repetitions.high)},
-                {"fewest_repetitions", caption_number(repetitions.low)},
-                {"missing", enumeration(missing)}});
-  return figure;
+  return plot_figure(plan, variables,
+                     {"studies/error_against_time.captions",
+                      {{"mu", caption_number(curves.front().spec.sampler.mu)},
+                       {"columns", std::to_string(curves.front().spec.lattice.columns)},
+                       {"layers", std::to_string(curves.front().spec.lattice.layers)},
+                       {"unloaded_layers", unloaded_layers},
+                       {"slopes_c", enumeration(slopes_c)},
+                       {"slopes_D", enumeration(slopes_D)},
+                       {"floors", enumeration(floors)},
+                       {"gains", enumeration(gains)},
+                       {"gain_error", caption_number(std::round(gain_error(repetitions.high) * 10) * 10)},
+                       {"most_repetitions", caption_number(repetitions.high)},
+                       {"fewest_repetitions", caption_number(repetitions.low)},
+                       {"missing", enumeration(missing)}}},
+                     run_folder);
 }
 
 namespace {

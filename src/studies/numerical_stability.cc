@@ -174,22 +174,21 @@ Figure plot_stability(const std::vector<StabilityTrial>& trials, const std::file
   }
   plan.curves = static_cast<int>(curves.size());
   const Range across = widened_by_factor(layers, 1.3), up = widened_by_factor(residuals, 2);
-  Figure figure = plot_figure(plan,
-                              {{"curves", fmt::format("{}", fmt::join(curves, ", \\\n    "))},
-                               {"titles", fmt::format("{}", fmt::join(titles, ", \\\n    "))},
-                               {"left", exact(across.low)},
-                               {"right", exact(across.high)},
-                               {"layer_ticks", log_ticks(across)},
-                               {"residual_ticks", log_ticks(up)},
-                               {"low", exact(up.low)},
-                               {"high", exact(up.high)}},
-                              run_folder);
-  set_captions(figure, "studies/numerical_stability.captions",
-               {{"columns", fmt::format("{}", columns)},
-                {"layers", fmt::format("{}", deepest)},
-                {"worst", significant(worst, 2)},
-                {"unsolved", enumeration(unsolved)}});
-  return figure;
+  return plot_figure(plan,
+                     {{"curves", fmt::format("{}", fmt::join(curves, ", \\\n    "))},
+                      {"titles", fmt::format("{}", fmt::join(titles, ", \\\n    "))},
+                      {"left", exact(across.low)},
+                      {"right", exact(across.high)},
+                      {"layer_ticks", log_ticks(across)},
+                      {"residual_ticks", log_ticks(up)},
+                      {"low", exact(up.low)},
+                      {"high", exact(up.high)}},
+                     {"studies/numerical_stability.captions",
+                      {{"columns", fmt::format("{}", columns)},
+                       {"layers", fmt::format("{}", deepest)},
+                       {"worst", significant(worst, 2)},
+                       {"unsolved", enumeration(unsolved)}}},
+                     run_folder);
 }
 
 namespace {

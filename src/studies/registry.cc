@@ -37,6 +37,15 @@ Studies& Studies::operator=(const Studies& other) {
   return *this;
 }
 
+nlohmann::ordered_json enumerated(const std::vector<std::string>& pointers) {
+  nlohmann::ordered_json places = nlohmann::ordered_json::array();
+  for (std::size_t i = 0; i < pointers.size(); ++i) {
+    const std::size_t left = pointers.size() - 1 - i;
+    places.push_back({{"key", pointers[i]}, {"joint", left > 1 ? ", " : left == 1 ? " and " : ""}});
+  }
+  return places;
+}
+
 std::vector<StudyEnsemble> Studies::ensembles(const MainLine& main) const {
   std::vector<StudyEnsemble> ensembles;
   for (const auto& study : all_) {

@@ -187,28 +187,32 @@ Figure plot_small_friction(const Analysis& main, const std::vector<SmallFriction
   saturation.variance.add(0);
   saturation.variance.add(1.15);
   const Range depth = widened_by_factor(saturation.depth, saturation.depth.high > 1.5 * saturation.depth.low ? 1.3 : 2);
-  Figure figure = plot_figure(plan,
-                              {{"curves", fmt::format("{}", fmt::join(saturation.curves, ", \\\n    "))},
-                               {"titles", fmt::format("{}", fmt::join(saturation.titles, ", \\\n    "))},
-                               {"depth_low", exact(depth.low)},
-                               {"depth_high", exact(depth.high)},
-                               {"depth_ticks", log_ticks(depth)},
-                               {"variance_low", exact(saturation.variance.low)},
-                               {"variance_high", exact(1.05 * saturation.variance.high)},
-                               {"variance_ticks", linear_ticks(saturation.variance, 6)},
-                               {"law_panel", law.text},
-                               {"main_piles", law.second ? "yes" : ""}},
-                              run_folder);
-  set_captions(figure, "studies/small_friction.captions",
-               {{"columns", std::to_string(columns)},
-                {"shallowest", caption_number(shallowest, 2)},
-                {"exponent", exponent.known() ? in_words(exponent) : ""},
-                {"reason", exponent.known() ? "" : exponent.reason},
-                {"low", caption_number(scaling.window[0])},
-                {"high", caption_number(scaling.window[1])},
-                {"main_piles", law.second ? "yes" : ""},
-                {"off_scale", off_scale_in_words(law, "")}});
-  return figure;
+  return plot_figure(plan,
+                     {{"curves", fmt::format("{}", fmt::join(saturation.curves, ", \\\n    "))},
+                      {"titles", fmt::format("{}", fmt::join(saturation.titles, ", \\\n    "))},
+                      {"depth_low", exact(depth.low)},
+                      {"depth_high", exact(depth.high)},
+                      {"depth_ticks", log_ticks(depth)},
+                      {"variance_low", exact(saturation.variance.low)},
+                      {"variance_high", exact(1.05 * saturation.variance.high)},
+                      {"variance_ticks", linear_ticks(saturation.variance, 6)},
+                      {"law_panel", law.text},
+                      {"main_piles", law.second ? "yes" : ""}},
+                     {"studies/small_friction.captions",
+                      {{"columns", std::to_string(columns)},
+                       {"shallowest", caption_number(shallowest, 2)},
+                       {"exponent", exponent.known() ? in_words(exponent) : ""},
+                       {"reason", exponent.known() ? "" : exponent.reason},
+                       {"chi2", scaling.misses_the_points() ? significant(scaling.scatter.chi2, 2) : ""},
+                       {"degrees", std::to_string(scaling.scatter.degrees_of_freedom)},
+                       {"running", scaling.running.meets_the_points() ? "yes" : ""},
+                       {"at_low", in_words(scaling.running.at_low)},
+                       {"at_high", in_words(scaling.running.at_high)},
+                       {"low", caption_number(scaling.window[0])},
+                       {"high", caption_number(scaling.window[1])},
+                       {"main_piles", law.second ? "yes" : ""},
+                       {"off_scale", off_scale_in_words(law, "")}}},
+                     run_folder);
 }
 
 namespace {
@@ -285,6 +289,7 @@ class SmallFrictionStudy final : public CopiedStudy<SmallFrictionStudy> {
     json["exponent"] = granuscope::to_json(scaling_.exponent);
     json["exponent"]["window"] = scaling_.window;
     json["exponent"]["points"] = scaling_.points;
+    json["exponent"]["running"] = granuscope::to_json(scaling_.running);
     return json;
   }
 

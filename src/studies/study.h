@@ -74,6 +74,14 @@ class Study {
   }
   /// The same where it is nothing but the table templates/studies/<id>.table.
   ReportPart table_part() const { return {.page = "studies/" + id() + ".table", .base = "/studies", .needs = id()}; }
+  /// The sentences templates/studies/<id>.page_1.html of page 1, over all studies.
+  ReportPart page_1(nlohmann::ordered_json overlay) const {
+    return {.page = "studies/" + id() + ".page_1.html",
+            .base = "/studies",
+            .needs = id(),
+            .place = ReportPart::Place::page_1,
+            .overlay = std::move(overlay)};
+  }
   /// The part templates/studies/<page>.html over the results, left out where these have nothing named `needs`.
   ReportPart part(const std::string& page, const std::string& needs) const {
     return {.page = "studies/" + page + ".html", .base = "/studies/" + id(), .needs = needs};
@@ -96,5 +104,8 @@ class CopiedStudy : public Study {
     return std::make_unique<Derived>(static_cast<const Derived&>(*this));
   }
 };
+
+/// Places of summary.json for an enumeration in a template, each with what to write behind it: "{{joint}}".
+nlohmann::ordered_json enumerated(const std::vector<std::string>& pointers);
 
 }  // namespace granuscope

@@ -76,17 +76,21 @@ AtomicFile::~AtomicFile() {
 }
 
 void AtomicFile::commit() {
-  FileDescriptor file(::open(temporary_.c_str(), O_RDONLY | O_CLOEXEC));
-  if (!file.valid()) fail(target_, errno);
-  sync_checked(file, target_);
-  close_checked(file, target_);
-
-  if (::rename(temporary_.c_str(), target_.c_str()) != 0) fail(target_, errno);
+  rename_whole(temporary_, target_);
   committed_ = true;
+}
+
+void rename_whole(const fs::path& whole, const fs::path& target) {
+  FileDescriptor file(::open(whole.c_str(), O_RDONLY | O_CLOEXEC));
+  if (!file.valid()) fail(target, errno);
+  sync_checked(file, target);
+  close_checked(file, target);
+
+  if (::rename(whole.c_str(), target.c_str()) != 0) fail(target, errno);
 
   // The rename itself lives in the folder. Some file systems cannot sync a folder, and say EINVAL: then it is theirs.
-  const FileDescriptor folder(::open(folder_of(target_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (folder.valid() && ::fsync(folder.get()) != 0 && errno != EINVAL && errno != EINTR) fail(target_, errno);
+  const FileDescriptor folder(::open(folder_of(target).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (folder.valid() && ::fsync(folder.get()) != 0 && errno != EINVAL && errno != EINTR) fail(target, errno);
 }
 
 void write_file(const fs::path& target, std::string_view bytes) {

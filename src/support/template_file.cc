@@ -44,6 +44,11 @@ std::string_view template_file(std::string_view name) {
   return file->content;
 }
 
+std::string name_in_language(const std::string& name, const std::string& language) {
+  const std::string other = language + "/" + name;
+  return stand_ins().files.contains(name) || find_embedded(other) == nullptr ? name : other;
+}
+
 void use_templates(const fs::path& folder) {
   StandIns given;
   given.folder = folder;

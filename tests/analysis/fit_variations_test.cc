@@ -93,6 +93,10 @@ TEST_CASE("area and background are 1 and 0 for two Gaussians, with errors that c
   CHECK(std::abs(t.centre_background.value) < 4 * t.centre_background.standard_error);
   CHECK(t.fitted_area.standard_error < 0.1);
   CHECK(t.fitted_area.standard_error > 0);
+  // A third parameter costs precision and moves nothing.
+  CHECK(std::abs(t.c_beside.value - t.c.value) < 4 * t.c_beside.standard_error);
+  CHECK(std::abs(t.D_beside.value - t.D.value) < 4 * t.D_beside.standard_error);
+  CHECK(t.D_beside.standard_error > t.D.standard_error);
 }
 
 TEST_CASE("a plateau between the peaks is found with its share") {
@@ -119,6 +123,10 @@ TEST_CASE("a plateau between the peaks is found with its share") {
   // Its ends are those of the fit without it, a little inside.
   CHECK(t.centre_background.value == Approx(share).margin(0.005));
   CHECK(1 - t.fitted_area.value > 3 * t.fitted_area.standard_error);
+  // Two Gaussians alone take the plateau for wider peaks; beside it they are right. c hardly knows of it.
+  CHECK(t.D.value - 0.08 > 0.005);
+  CHECK(t.D_beside.value == Approx(0.08).margin(0.2 * (t.D.value - 0.08)));
+  CHECK(t.c_beside.value == Approx(0.55).margin(1e-4));
 }
 
 TEST_CASE("exponents know the spread over windows of depth and of friction") {

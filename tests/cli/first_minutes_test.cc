@@ -253,6 +253,13 @@ TEST_CASE("Numbers of a run are listed for a paper, and its figures plotted agai
   CHECK(granuscope_command({"numbers", at, "--format", "xml"}).code == 2);
   CHECK(granuscope_command({"numbers", at + "/nowhere"}).code == 2);
   CHECK(granuscope_command({"figure", at, "beta"}).code == 2);
+  CHECK(granuscope_command({"figure", at}).code == 2);
+  std::filesystem::create_directories(folder / "figures");
+  std::ofstream(folder / "figures/b.gp") << "x";
+  std::ofstream(folder / "figures/a.gp") << "x";
+  CHECK(granuscope_command({"figure", at}).out == "a\nb\n");
+  CHECK_THAT(granuscope_command({"run", "no-such-folder/quick"}).err,
+             Contains("granuscope example quick >quick.toml writes the built-in one"));
   CHECK_THAT(granuscope_command({"figure", at, "beta", "--width", "wide"}).err,
              Contains("write 86mm, 8.6cm or 3.37in"));
   CHECK_THAT(granuscope_command({"figure", at, "beta", "--width", "0mm"}).err, Contains("--width 0mm is no width"));

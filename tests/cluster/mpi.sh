@@ -16,6 +16,15 @@ done
 [ "$(grep -c 'drawing on' log)" -ge 2 ] || fail "no ensemble grew on all ranks: $(cat log)"
 [ "$(grep -c 'drawing on' log)" -eq "$(grep -c 'drawing on 7 ranks' log)" ] || fail "more than rank 0 tells progress"
 
+# A rank on a machine with other vector instructions.
+least=$programs/tests/libleast_vectors.so
+timeout 120 mpirun -n 1 env LD_PRELOAD="$least" granuscope-mpi run "$experiment" --only sample --out mixed : \
+  -n 1 granuscope-mpi run "$experiment" --only sample --out mixed 2>log || fail "ranks of two instruction sets: $(cat log)"
+same mixed
+words=$(sed -n 's/^vectors of \(.*\) instead of \(.*\)/\1 \2/p' log)
+[ "$(echo "$words" | wc -w)" -eq 2 ] || fail "no rank kept to the least vector instructions: $(cat log)"
+[ "${words% *}" != "${words#* }" ] || echo "skipped: the machine has only the vector instructions ${words% *}"
+
 # Input that is wrong ends all ranks with status 2 and one message.
 timeout 120 mpirun -n 2 granuscope-mpi run nowhere.toml >log 2>&1
 [ $? -eq 2 ] || fail "a missing experiment does not end with 2"
@@ -54,3 +63,13 @@ while [ $kill -lt "$3" ]; do
 done
 timeout 120 mpirun -n 3 granuscope-mpi run "$experiment" --only sample --out killed 2>log || fail "after $3 kills: $(cat log)"
 same killed
+
+# More piles go on from those that are there.
+sed '/precision/,/most_samples/d' "$experiment" >more.toml
+sed 's/samples = 1500/samples = 800/' more.toml >fewer.toml
+for which in fewer more; do
+  timeout 120 mpirun -n 2 granuscope-mpi run $which.toml --only sample --out grown 2>log || fail "growing: $(cat log)"
+done
+granuscope run more.toml --only sample --out at-once 2>log || fail "at once: $(cat log)"
+expected=$(digest at-once)
+same grown

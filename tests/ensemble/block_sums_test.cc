@@ -47,17 +47,17 @@ TEST_CASE("block sums are the sums over separately drawn piles, exactly") {
         REQUIRE(record.sums.blocks() == spec.response.blocks);
         CHECK(record.sums.quantities.count("weight") == (profiles ? 1U : 0U));
 
-        // Blocks are runs of whole groups, in order; all samples are in.
-        std::uint64_t sample = 0;
+        // Blocks take turns at the groups of eight; all samples are in.
+        std::uint64_t seen = 0;
         const std::size_t n_layers = recorded.size();
         for (std::size_t block = 0; block < 8; ++block) {
           INFO("block " << block);
-          const std::uint64_t count = record.sums.count[block];
-          CHECK(count > 0);
-          CHECK((count % 8 == 0 || block == 7));
           std::vector<double> thrust(n_layers), thrust2(n_layers), variance(n_layers), variance2(n_layers);
           std::vector<double> weight(n_layers * 10), weight2(n_layers * 10);
-          for (std::uint64_t k = 0; k < count; ++k, ++sample) {
+          std::uint64_t count = 0;
+          for (std::uint64_t sample = 0; sample < spec.response.samples; ++sample) {
+            if (sample / 8 % 8 != block) continue;
+            ++count;
             // A sampler of its own for every pile.
             Pile pile(lattice);
             REQUIRE_FALSE(make_sampler(spec.sampler, lattice)->draw(sample, top_load(spec), pile).has_value());
@@ -97,8 +97,10 @@ TEST_CASE("block sums are the sums over separately drawn piles, exactly") {
           check("thrust", 1, thrust, thrust2);
           check("weight_variance", 1, variance, variance2);
           if (profiles) check("weight", 10, weight, weight2);
+          CHECK(record.sums.count[block] == count);
+          seen += count;
         }
-        CHECK(sample == spec.response.samples);
+        CHECK(seen == spec.response.samples);
         CHECK(record.counts.beads == spec.response.samples * lattice.beads());
         CHECK(record.failed.empty());
       }
@@ -139,7 +141,8 @@ TEST_CASE("blocks hold whole groups of eight and differ by one group at most") {
       for (std::size_t block = 0; block < count.size(); ++block) {
         const std::uint64_t groups = (count[block] + 7) / 8;
         fewest = std::min(fewest, groups), most = std::max(most, groups);
-        if (block + 1 < count.size()) CHECK(count[block] % 8 == 0);
+        const bool has_last = block == (samples - 1) / 8 % count.size();
+        CHECK(count[block] % 8 == (has_last ? samples % 8 : 0));
       }
       CHECK(fewest >= 1);
       CHECK(most <= fewest + 1);
@@ -148,34 +151,31 @@ TEST_CASE("blocks hold whole groups of eight and differ by one group at most") {
 }
 
 TEST_CASE("an ensemble drawn piece by piece is the ensemble drawn at once, bit for bit") {
-  for (const BlockLayout layout : {BlockLayout::runs, BlockLayout::interleaved}) {
-    for (const EstimatorName estimator : {EstimatorName::point, EstimatorName::paired, EstimatorName::multiplexed}) {
-      EnsembleSpec spec = small_ensemble();
-      spec.layout = layout;
-      spec.response.estimator = estimator;
-      spec.response.samples = 8 * 50 + 5;
-      spec.sampler.effort = 1.16;  // so that some piles fail, in every piece
-      INFO(name_of(estimator));
-      const EnsembleRecord whole = run_ensemble(spec, 2, nullptr);
-      CHECK(whole.failed.size() > 8);
-      REQUIRE(groups_per_block(spec) == 7);
-      EnsembleRecord pieces = begin_ensemble(spec);
-      add_groups(spec, 0, 1, pieces, 1, nullptr);
-      CHECK_FALSE(same_bytes(pieces, whole));
-      add_groups(spec, 1, 5, pieces, 3, nullptr);
-      add_groups(spec, 5, 7, pieces, 2, nullptr);
-      CHECK(same_bytes(pieces, whole));
-    }
+  for (const EstimatorName estimator : {EstimatorName::point, EstimatorName::paired, EstimatorName::multiplexed}) {
+    EnsembleSpec spec = small_ensemble();
+    spec.response.estimator = estimator;
+    spec.response.samples = 8 * 50 + 5;
+    spec.sampler.effort = 1.16;  // so that some piles fail, in every piece
+    INFO(name_of(estimator));
+    const EnsembleRecord whole = run_ensemble(spec, 2, nullptr);
+    CHECK(whole.failed.size() > 8);
+    REQUIRE(groups_of(spec) == 51);
+    REQUIRE(spec.response.blocks == 8);
+    EnsembleRecord pieces = begin_ensemble(spec);
+    add_groups(spec, 0, 5, pieces, 1, nullptr);  // not one of every block
+    CHECK_FALSE(same_bytes(pieces, whole));
+    add_groups(spec, 5, 43, pieces, 3, nullptr);
+    add_groups(spec, 43, 51, pieces, 2, nullptr);
+    CHECK(same_bytes(pieces, whole));
   }
 }
 
-TEST_CASE("an interleaved ensemble of fewer samples is the beginning of one of more") {
+TEST_CASE("an ensemble of fewer whole groups is the beginning of one of more") {
   EnsembleSpec few = small_ensemble(), many = small_ensemble();
-  few.layout = many.layout = BlockLayout::interleaved;
-  few.response.samples = 8 * 8 * 2;
-  many.response.samples = 8 * 8 * 5;
+  few.response.samples = 8 * 19;       // two of each block, and one more of three
+  many.response.samples = 8 * 41 + 3;  // an incomplete one at the end
   EnsembleRecord grown = run_ensemble(few, 2, nullptr);
-  add_groups(many, groups_per_block(few), groups_per_block(many), grown, 2, nullptr);
+  add_groups(many, groups_of(few), groups_of(many), grown, 2, nullptr);
   const EnsembleRecord at_once = run_ensemble(many, 2, nullptr);
   CHECK(grown.configuration != at_once.configuration);  // it still names the number of samples it began with
   grown.configuration = at_once.configuration;
@@ -183,11 +183,16 @@ TEST_CASE("an interleaved ensemble of fewer samples is the beginning of one of m
   // Each sample once, in the block of its group.
   std::set<std::uint64_t> seen;
   for (int block = 0; block < many.response.blocks; ++block) {
-    for (std::uint64_t group = 0; group < groups_per_block(many); ++group) {
-      const SampleRange samples = samples_of(many, block, group);
+    std::uint64_t in_block = 0;
+    for (std::uint64_t group = group_of_block(many, block, 0); group < groups_of(many);
+         group = group_of_block(many, block, group + 1)) {
+      const SampleRange samples = samples_of(many, group);
       CHECK(samples.first / 8 % 8 == static_cast<std::uint64_t>(block));
       for (std::uint64_t sample = samples.first; sample < samples.end; ++sample) seen.insert(sample);
+      in_block += samples.size();
+      CHECK(samples_in_block(many, block, group + 1) == in_block);
     }
+    CHECK(at_once.sums.count.at(static_cast<std::size_t>(block)) == in_block);
   }
   CHECK(seen.size() == many.response.samples);
   CHECK(*seen.rbegin() == many.response.samples - 1);

@@ -34,6 +34,19 @@ TEST_CASE("The default experiment can be run") {
   CHECK_NOTHROW(check_experiment(Experiment{}));
 }
 
+TEST_CASE("Page 1 is about a study that is measured") {
+  CHECK_THAT(problem_after([](Experiment& e) { e.report.about = "deep_response"; }),
+             Contains("report.about: ") && Contains("it has none"));
+  const auto of_chains = [](const char* about) {
+    return [about](Experiment& e) {
+      set_key(e, "studies.chain_share.samples", std::int64_t{256});
+      e.report.about = about;
+    };
+  };
+  CHECK_THAT(problem_after(of_chains("deep_response")), Contains("write one of chain_share"));
+  CHECK(problem_after(of_chains("chain_share")) == "(none)");
+}
+
 TEST_CASE("Friction coefficients outside [0, sqrt 3) are refused") {
   for (const double mu : {-0.1, -1e-300, 1.7320508075688773, 2.0, not_a_number, infinity, -infinity}) {
     CHECK_THAT(problem_after([&](Experiment& e) { e.mu = {mu}; }), Contains("friction.mu: ") && Contains("sqrt(3)"));
@@ -68,11 +81,11 @@ TEST_CASE("Duplicates in a file are found although the list is sorted when read"
 }
 
 TEST_CASE("A pile that cannot be held in memory is refused with the memory it would need") {
-  // 1e6 x 1e6 beads x 12 numbers x 8 bytes = 96 TB, and 32 x 333333 x 1e6 sums x 8 bytes = 85 TB.
+  // 1e6 x 1e6 beads x 12 numbers x 8 bytes = 96 TB; of the sums no more than some layers.
   CHECK_THAT(problem_after([](Experiment& e) {
                e.lattice = {1'000'000, 1'000'000};
              }),
-             Contains("lattice.layers: ") && Contains("181 TB"));
+             Contains("lattice.layers: ") && Contains("96 TB"));
   CHECK_THAT(problem_after([](Experiment& e) { e.lattice = {2147483647, 2147483647}; }), Contains("TB of memory"));
   CHECK_THAT(problem_after([](Experiment& e) { e.force_chains.columns = 2147483647; }),
              Contains("lattice.columns: ") || Contains("scenes.force_chains.columns: "));

@@ -38,7 +38,6 @@ void require_equal(Experiment a, Experiment b) {
     CHECK(keys[k].get() == others[k].get());
   }
   CHECK(a.expected_verdicts == b.expected_verdicts);
-  CHECK(a.extendable == b.extendable);
 }
 
 /// Every field differs from its default.
@@ -59,7 +58,6 @@ Experiment unusual_experiment() {
   e.response.sign_run = 3;
   e.response.samples = 1001;
   e.response.blocks = 16;
-  e.extendable = true;
   e.fit.first_layer = 61;
   e.fit.last_layer = 200;
   e.fit.layer_step = 5;
@@ -134,6 +132,7 @@ Experiment unusual_experiment() {
   e.report.pdf = false;
   e.report.headline = "found: \"nothing\"";
   e.report.key_figure = "response-profiles";
+  e.report.about = "numerical_stability";
   e.claims.largest_remainder = 0.1;
   e.expected_verdicts = {{"D-of-mu", "reproduced"}, {"c-of-mu", "not reproduced"}};
   return e;
@@ -325,9 +324,7 @@ TEST_CASE("Every key that is changed is seen in the resolved experiment, and whe
       }
     }
     INFO(path);
-    // How blocks are dealt is set by the pipeline.
-    const bool drawn_by =
-        table == "lattice" || table == "sampling" || (table == "response" && path != "response.extendable");
+    const bool drawn_by = table == "lattice" || table == "sampling" || table == "response";
     CHECK((other_draws > 0) == drawn_by);
   }
   CHECK(count > 80);

@@ -111,7 +111,6 @@ TEST_CASE("The pool of several nights is, byte for byte, one run of as many samp
     CHECK(night.samples == samples * round_of_samples);
     CHECK(told(night).empty());
   }
-  once.extendable = true;
   once.response.samples = 4 * round_of_samples;
   run_experiment(once, quiet(at_once.path()));
   for (const char* file : {"summary.json", "ensembles/mu-0.3.h5", "ensembles/mu-0.h5", "claims.xml", "summary.md"}) {

@@ -95,7 +95,7 @@ struct Door {
 const std::vector<Door> doors{
     {"CLI/", {"cli"}},
     {"toml++/", {"experiment"}},
-    {"nlohmann/", {"report", "studies", "history", "bench"}},
+    {"nlohmann/", {"plot", "report", "studies", "history", "bench"}},
     {"Eigen/", {"analysis"}},
     {"eigen3/", {"analysis"}},
     {"gsl/gsl_fft", {"ensemble"}},

@@ -105,20 +105,6 @@ TEST_CASE("Figures of an earlier experiment leave the folder, and nothing else d
   CHECK(fs::exists(folder / "ensembles/mu-0.3.h5"));
 }
 
-TEST_CASE("Who raises the samples of a fixed ensemble is told how they would have been gone on with") {
-  const TemporaryFolder folder;
-  Experiment small = experiment();
-  run_experiment(small, quiet(folder.path(), {Stage::sample}));
-  const auto replaces = [&] { return plan_ensembles(small, folder.path()).at(1).replaces; };
-  small.response.samples *= 2;
-  CHECK_THAT(replaces(), Catch::Matchers::Contains("response.extendable = true"));
-  small.sampling.seed += 1;
-  CHECK_THAT(replaces(), !Catch::Matchers::Contains("extendable"));
-  small.sampling.seed -= 1;
-  small.response.samples /= 4;
-  CHECK_THAT(replaces(), !Catch::Matchers::Contains("extendable") && Catch::Matchers::Contains("samples = "));
-}
-
 TEST_CASE("What is all there is planned as nothing") {
   const TemporaryFolder folder;
   const Experiment small = experiment();

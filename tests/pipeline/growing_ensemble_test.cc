@@ -72,11 +72,10 @@ TEST_CASE("a growing ensemble says how many piles it takes and how long that is,
   }
 }
 
-TEST_CASE("more samples of an extendable ensemble go on from what is there, to the bytes of one large run") {
+TEST_CASE("more samples go on from what is there, to the bytes of one large run") {
   const TemporaryFolder step_by_step, at_once;
   Experiment experiment = small_experiment();
   experiment.mu = {0.0, 0.3};
-  experiment.extendable = true;
   const auto run = [&](const TemporaryFolder& folder, std::uint64_t samples) {
     experiment.response.samples = samples;
     RunOptions options;
@@ -88,22 +87,26 @@ TEST_CASE("more samples of an extendable ensemble go on from what is there, to t
     run_experiment(experiment, options);
     return plan;
   };
-  const std::uint64_t round = 256;
-  run(step_by_step, round);
-  const std::vector<PlannedStep> plan = run(step_by_step, 3 * round - 5);  // filled up to whole rounds
+  const std::uint64_t few = 264, many = 763;  // neither gives each of the 32 blocks as many groups of eight
+  run(step_by_step, few);
+  const std::vector<PlannedStep> plan = run(step_by_step, many);
   REQUIRE(plan.size() == 2);
   CHECK(plan[0].reused);  // without friction there is nothing to add
-  CHECK(plan[1].samples == 2 * round);
-  CHECK(plan[1].what.find("256 of them there already") != std::string::npos);
+  CHECK(plan[1].samples == many - few);
+  CHECK(plan[1].what.find("264 of them there already") != std::string::npos);
   CHECK(plan[1].what.find("replaces") == std::string::npos);
-  run(at_once, 3 * round);
+  run(at_once, many);
   for (const char* file : {"ensembles/mu-0.h5", "ensembles/mu-0.3.h5"}) {
     INFO(file);
     CHECK((read_file(step_by_step / file) == read_file(at_once / file)));
   }
-  // Fewer samples are another ensemble, and so are those of another seed.
+  // An incomplete group is the beginning of nothing, and so are samples of another seed.
+  const std::vector<PlannedStep> incomplete = run(step_by_step, 768);
+  CHECK(incomplete[1].samples == 768);
+  CHECK(incomplete[1].what.find("multiple of 8") != std::string::npos);
   experiment.sampling.seed += 1;
-  const std::vector<PlannedStep> other = run(step_by_step, 4 * round);
-  CHECK(other[1].samples == 4 * round);
+  const std::vector<PlannedStep> other = run(step_by_step, 1024);
+  CHECK(other[1].samples == 1024);
   CHECK(other[1].what.find("seed") != std::string::npos);
+  CHECK(other[1].what.find("multiple of 8") == std::string::npos);
 }

@@ -8,6 +8,7 @@
 
 #include "kit/temporary_folder.h"
 #include "pipeline/merge_folders.h"
+#include "pipeline/placed_blocks.h"
 #include "pipeline/run_folder.h"
 #include "sharded_run.h"
 #include "support/error.h"
@@ -176,6 +177,88 @@ TEST_CASE("a block that was begun is gone on with") {
   files.draw(4, planned.spec.sampler, nullptr, {});
   CHECK(read_file(files.file(4)) == read_file(whole.file(4)));
   CHECK_FALSE(fs::exists(files.folder() / "4.part.h5"));
+}
+
+TEST_CASE("blocks at their places make the ensemble that copies of them make") {
+  const TemporaryFolder one, other;
+  const Experiment experiment = sharded_experiment();
+  PlannedEnsemble planned = plan_ensembles(experiment, one.path()).at(1);
+  const BlockFiles files(planned, other.path());
+  obtain_ensemble(planned, one.path(), 1, ProgressStyle::silent);
+  const std::string expected = read_file(one / planned.file.string());
+
+  // Drawn and put by two processes; the second finds two blocks drawn already.
+  const PlacedBlocks placed(planned, other.path());
+  placed.begin();
+  std::vector<BlockNote> notes(static_cast<std::size_t>(planned.spec.response.blocks));
+  const auto shared = placed.open();
+  files.draw(1, planned.spec.sampler, nullptr, {});
+  files.draw(4, planned.spec.sampler, nullptr, {});
+  const auto drawn = fs::last_write_time(files.file(4));
+  int next = planned.spec.response.blocks;
+  draw_atoms(
+      {planned}, other.path(), 1, ProgressStyle::silent, nullptr, {},
+      [&]() -> std::optional<Atom> {
+        return next == 0 ? std::nullopt : std::optional(Atom{0, --next});
+      },
+      [&](const Atom& atom, const EnsembleRecord& block) {
+        shared->put(static_cast<std::size_t>(atom.block), block.sums);
+        notes.at(static_cast<std::size_t>(atom.block)) = note_of(block);
+      });
+  CHECK(fs::last_write_time(files.file(4)) == drawn);
+  CHECK(files.count() == planned.spec.response.blocks);
+  CHECK_FALSE(placed.finish());  // nobody knows yet that all are there
+
+  const fs::path kept = files.folder() / "whole.notes";
+  placed.keep_notes(notes);
+  CHECK(placed.complete());
+  SECTION("without a look at their files") {
+    for (int block = 0; block < planned.spec.response.blocks; ++block) fs::remove(files.file(block));
+  }
+  SECTION("or with one, where the notes are damaged") {
+    std::string bytes = read_file(kept);
+    bytes.back() = static_cast<char>(bytes.back() ^ 1);
+    write_file(kept, bytes);
+    CHECK_FALSE(placed.complete());
+  }
+  SECTION("or those of another experiment") {
+    PlannedEnsemble another = planned;
+    another.spec.sampler.seed += 1;
+    PlacedBlocks(another, other.path()).keep_notes(notes);
+    CHECK_FALSE(placed.complete());
+  }
+  files.join(ProgressStyle::silent);
+  CHECK(read_file(other / planned.file.string()) == expected);
+  CHECK_FALSE(fs::exists(files.folder()));
+}
+
+TEST_CASE("blocks go on from the fewer piles that are there") {
+  const TemporaryFolder one, other;
+  Experiment few = sharded_experiment(), many = few;
+  few.response.samples = 80;
+  many.response.samples = 200;
+  undivided(few, one.path());
+  const auto whole = undivided(many, other.path());
+  const PlannedEnsemble planned = plan_ensembles(many, one.path()).at(1);
+  CHECK(planned.groups_before == 10);
+  BlockFiles(planned, one.path()).complete(2, ProgressStyle::silent, {});
+  CHECK(read_file(one / planned.file.string()) == whole.at(planned.file.string()));
+}
+
+TEST_CASE("an ensemble too large to be drawn in memory has the same bytes") {
+  const TemporaryFolder folder;
+  PlannedEnsemble planned;
+  planned.label = "large";
+  planned.file = "ensembles/large.h5";
+  planned.spec.sampler.mu = 0;
+  planned.spec.lattice = {2000, 53};
+  planned.spec.response.samples = 256;
+  for (int layer = 0; layer < 33; ++layer) planned.spec.layers.push_back(layer);  // 17 MB
+  const MeasuredEnsemble drawn = obtain_ensemble(planned, folder.path(), 2, ProgressStyle::silent);
+  CHECK(drawn.record.sums.elsewhere != nullptr);
+  const std::string bytes = read_file(folder / "ensembles/large.h5");
+  write_ensemble(folder / "at-once.h5", run_ensemble(planned.spec, 2, nullptr));
+  CHECK(bytes == read_file(folder / "at-once.h5"));
 }
 
 TEST_CASE("the plan of a shard has its own blocks, and that of a run what shards have drawn") {

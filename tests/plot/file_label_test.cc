@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "kit/temporary_folder.h"
+#include "plot/figure.h"
 #include "plot/gnuplot.h"
 #include "support/atomic_file.h"
 #include "support/child_process.h"
@@ -28,15 +29,15 @@ Figure plotted(const std::filesystem::path& run_folder) {
   job.script =
       "set datafile separator ','\nset terminal svg\nset output 'drawing.svg'\nplot 'drawing.csv' with linespoints "
       "notitle\nset terminal pdfcairo\nset output 'drawing.pdf'\nreplot\nset output\n";
-  std::filesystem::create_directories(run_folder / "figures");
-  plot_with_gnuplot(job, run_folder / "figures");
   Figure figure;
   figure.id = "drawing";
   figure.title = "c \u2212 c\u2080 < D & \"\u03bc\"";
   figure.screen = "figures/drawing.svg";
   figure.print = "figures/drawing.pdf";
   figure.redraw = "cd figures && gnuplot -d drawing.gp";
-  label_files(figure, run_folder, program);
+  job.label = FileLabel{figure.title, figure.redraw, program};
+  std::filesystem::create_directories(run_folder / "figures");
+  plot_with_gnuplot(job, run_folder / "figures");
   return figure;
 }
 
@@ -71,21 +72,17 @@ TEST_CASE("A figure plotted again keeps the title and the commit of its run") {
   const Figure figure = plotted(folder.path());
   write_file(folder / "figures/drawing.gp",
              "set datafile separator ','\nset terminal svg\nset output 'drawing.svg'\nplot 'drawing.csv' with lines\n");
-  const auto label = label_of_svg(plot_again(folder / "figures", "drawing", {"svg", 90}));
+  const auto label = label_of_svg(plot_again(folder / "figures", "drawing", {"svg", 90}).bytes);
   REQUIRE(label);
   CHECK(label->title == figure.title);
   CHECK(label->command == "granuscope figure OUT drawing --format svg --width 90mm --font-size 9 --font 'DejaVu Sans'");
   CHECK(label->program == program);
 }
 
-TEST_CASE("Files of another build of gnuplot are refused, and a figure that failed is left alone") {
+TEST_CASE("Files of another build of gnuplot are refused") {
   CHECK_THROWS_AS(labelled_svg("<svg></svg>", {}), EnvironmentError);
   CHECK_THROWS_AS(labelled_pdf("%PDF-1.7\nstartxref\n%%EOF\n", {}), EnvironmentError);
   CHECK_FALSE(label_of_svg("<svg><title>Gnuplot</title><desc>Produced by GNUPLOT</desc></svg>"));
-  Figure failed;
-  failed.screen = "figures/none.svg";
-  failed.failure = "gnuplot is missing";
-  CHECK_NOTHROW(label_files(failed, "/nowhere", program));
 }
 
 TEST_CASE("A PDF string is plain or UTF-16") {

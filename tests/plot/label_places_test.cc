@@ -78,6 +78,27 @@ TEST_CASE("names in a column do not touch while there is room beside them") {
   }
 }
 
+TEST_CASE("a name without a line is nearer to its own point than to any other") {
+  // The steep curve of c against D at small friction, where a name to the right stood beside the point above or below.
+  std::vector<NamedPoint> points;
+  const double D[] = {0.03, 0.035, 0.05, 0.07, 0.12, 0.27}, c[] = {0.94, 0.89, 0.82, 0.75, 0.62, 0.42};
+  for (int i = 0; i < 6; ++i) points.push_back(named(D[i], c[i], "0.15"));
+  const LabelledPanel panel{width, height, {{{0, 0.94}, {1, 0.94}}, {{0.03, 0.94}, {0.12, 0.62}}}, {}};
+  const std::vector<LabelPlace> places = place_labels(points, panel);
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    if (places[i].with_line) continue;
+    const auto away = [&](const NamedPoint& point) {
+      const double x = point.at.x * width, left = places[i].left.x * width, right = left + 4 * 0.068;
+      return std::hypot(std::max({left - x, x - right, 0.0}),
+                        std::max(std::abs(point.at.y - places[i].left.y) * height - 0.125 / 2, 0.0));
+    };
+    for (std::size_t j = 0; j < points.size(); ++j) {
+      INFO(i << " and " << j);
+      if (j != i) CHECK(away(points[j]) > away(points[i]));
+    }
+  }
+}
+
 TEST_CASE("names keep off the notes and off curves where there is room") {
   Range strip;
   strip.add(0.8);

@@ -94,7 +94,7 @@ TEST_CASE("A figure of a run is plotted again in French, with commas") {
   FigureStyle style;
   style.format = "svg";
   style.language = "fr";
-  const std::string svg = plot_again(run / "figures", id, style);
+  const std::string svg = plot_again(run / "figures", id, style).bytes;
   CHECK(contains(svg, "loi de puissance ajustée"));
   CHECK(contains(svg, ">0,1<"));
   CHECK_FALSE(contains(svg, "power law"));

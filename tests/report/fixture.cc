@@ -3,6 +3,7 @@
 #include <cmath>
 #include <string>
 
+#include "plot/main_finding.h"
 #include "plot/propagation_against_diffusion.h"
 #include "plot/response_profiles.h"
 #include "plot/scaling_with_friction.h"
@@ -133,6 +134,8 @@ ReportData report_data(const std::filesystem::path& run_folder) {
   data.analysis.results[2].burn_in = 800;
   data.analysis.results[2].thinning = 100;
   data.analysis.results[2].effective_samples = {300, 70, ""};
+  data.figures.insert(data.figures.begin(), plot_main_finding(data.analysis, run_folder));
+  data.key_figure = main_finding_id;
   data.figures.push_back(plot_response_profiles(data.analysis.results, {}, run_folder));
   data.figures.push_back(plot_transport_with_depth(data.analysis, {}, run_folder));
   data.figures.push_back(plot_propagation_against_diffusion(data.analysis, run_folder));

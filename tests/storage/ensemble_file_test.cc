@@ -5,6 +5,7 @@
 
 #include <catch2/catch.hpp>
 #include <chrono>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <limits>
@@ -21,6 +22,7 @@
 #include "support/error.h"
 
 using namespace granuscope;
+namespace fs = std::filesystem;
 using namespace granuscope::test;
 using Catch::Matchers::Contains;
 
@@ -91,18 +93,69 @@ TEST_CASE("an ensemble written and read block by block is the same") {
   CHECK(read_file(folder / "joined.h5") == read_file(folder / "whole.h5"));
 }
 
-TEST_CASE("an ensemble larger than the memory left is written block by block") {
-  // 200 MB in 24 blocks, of which a process with 60 MB more than now holds one or two at a time.
+TEST_CASE("an opened ensemble gives each layer as the one in memory does") {
+  const TemporaryFolder folder;
+  const EnsembleRecord whole = awkward_ensemble();
+  write_ensemble(folder / "whole.h5", whole);
+  const EnsembleRecord opened = open_ensemble(folder / "whole.h5");
+  CHECK(opened.sums.quantities.at("weight").sum.empty());
+  write_file(folder / "another", "replaced");
+  fs::rename(folder / "another", folder / "whole.h5");  // what is open stays what it was
+  for (const auto& [name, quantity] : whole.sums.quantities) {
+    for (std::size_t row = 0; row < whole.sums.layers.size(); ++row) {
+      const LayerSums one = whole.sums.layer(name, row), other = opened.sums.layer(name, row);
+      REQUIRE(one.blocks() == whole.sums.count.size());
+      REQUIRE(other.blocks() == one.blocks());
+      REQUIRE(other.width() == one.width());
+      for (std::size_t b = 0; b < one.blocks(); ++b) {
+        CHECK(std::memcmp(one.block(b), other.block(b), one.width() * sizeof(double)) == 0);
+      }
+    }
+  }
+  CHECK_THROWS_AS(take_blocks(opened.sums, 0, 1), std::logic_error);
+  EnsembleRecord loaded = opened;
+  loaded.sums = in_memory(opened.sums);
+  check_same(loaded, whole);
+}
+
+TEST_CASE("blocks put into a shared file in any order make the bytes of the whole") {
+  const TemporaryFolder folder;
+  EnsembleRecord whole = awkward_ensemble();
+  const bool failures = GENERATE(true, false);
+  if (!failures) whole.failed.clear();
+  write_ensemble(folder / "whole.h5", whole);
+  const EnsembleReader reader(folder / "whole.h5");
+  EnsembleRecord header = reader.header();
+  header.sums.count.assign(header.sums.count.size(), 0);  // not known yet
+  header.counts = {};
+  header.failed.clear();
+  write_file(folder / "shared", "");
+  {
+    SharedEnsemble one(folder / "shared", header), other(folder / "shared", header);
+    one.put(2, reader.read_block(2));
+    other.put(0, reader.read_block(0));
+    SharedEnsemble(folder / "shared", header).put(1, reader.read_block(1));
+  }
+  REQUIRE(finish_shared(folder / "shared", folder / "joined.h5", reader.header(), reader.keys()));
+  CHECK(read_file(folder / "joined.h5") == read_file(folder / "whole.h5"));
+  CHECK_FALSE(fs::exists(folder / "shared"));
+}
+
+TEST_CASE("an ensemble larger than the memory left is written block by block and read layer by layer") {
+  // 200 MB in 24 blocks, of which a process with 60 MB more than now holds one or two at a time; a layer has 13 MB.
   const TemporaryFolder folder;
   EnsembleRecord header;
-  header.sums.layers = {0, 1};
+  header.sums.layers = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
   header.sums.count.assign(24, 8);
-  header.sums.quantities["weight"].width = 1 << 19;
+  header.sums.quantities["weight"].width = 1 << 16;
   const auto block = [&](std::size_t b) {
     BlockSums one = zero_sums(header.sums, static_cast<int>(b), 1);
+    one.count = {8};
     one.quantities["weight"].sum.back() = static_cast<double>(b);
     return one;
   };
+  std::vector<std::string> keys;
+  for (std::size_t b = 0; b < header.sums.count.size(); ++b) keys.push_back(key_of_block(block(b), 0));
   rlimit before = {};
   ::getrlimit(RLIMIT_DATA, &before);
   std::ifstream statm("/proc/self/statm");
@@ -111,8 +164,11 @@ TEST_CASE("an ensemble larger than the memory left is written block by block") {
   const rlimit limited = {pages * static_cast<std::uint64_t>(::getpagesize()) + (std::uint64_t{60} << 20),
                           before.rlim_max};
   if (!sanitized) ::setrlimit(RLIMIT_DATA, &limited);
-  CHECK_NOTHROW(write_ensemble(folder / "large.h5", header, std::vector<std::string>(24, "0123456789abcdef"), block));
+  CHECK_NOTHROW(write_ensemble(folder / "large.h5", header, keys, block));
+  double last = 0;
+  CHECK_NOTHROW(last = open_ensemble(folder / "large.h5").sums.layer("weight", 15).block(23)[(1 << 16) - 1]);
   ::setrlimit(RLIMIT_DATA, &before);
+  CHECK(last == 23);
   CHECK(std::filesystem::file_size(folder / "large.h5") > std::uint64_t{24} << 23);
 }
 

@@ -6,6 +6,7 @@
 #include "analysis/claim_rule.h"
 #include "kit/temporary_folder.h"
 #include "kit/text_parts.h"
+#include "plot/figure_texts.h"
 #include "studies/made_up_ensemble.h"
 #include "support/atomic_file.h"
 #include "support/error.h"
@@ -81,6 +82,7 @@ TEST_CASE("Counted work is drawn per bead and names what was not completed") {
   }
   work.back().failed = 3;
   const Figure figure = plot_counted_work(work, run.path());
+  check_at_widths_of_journals(run / "figures", figure.id);
   CHECK(figure.data.size() == 2);
   CHECK(contains(figure.details, "by a factor of 1.12"));  // 1.4 / 1.25
   CHECK(contains(figure.details, "means of 64 piles"));

@@ -8,6 +8,7 @@
 #include "ensemble/ensemble_runner.h"
 #include "kit/temporary_folder.h"
 #include "kit/text_parts.h"
+#include "plot/figure_texts.h"
 #include "studies/study_page.h"
 #include "support/atomic_file.h"
 #include "support/error.h"
@@ -85,6 +86,7 @@ TEST_CASE("The deep response is followed over lags that double, and its slopes a
 
   const TemporaryFolder run;
   const Figure figure = plot_deep_response({response}, run.path());
+  check_at_widths_of_journals(run / "figures", figure.id);
   CHECK(figure.data.size() == 1);
   CHECK(contains(figure.details, "256 uniformly loaded piles"));
   CHECK(contains(figure.details, "z = 222"));
@@ -102,6 +104,7 @@ TEST_CASE("The deep response is followed over lags that double, and its slopes a
   }
   CHECK(json[0].at("dispersion").size() == response.bands.size());
   const Figure relation = plot_dispersion({response}, run.path());
+  check_at_widths_of_journals(run / "figures", relation.id);
   CHECK(relation.data.size() == 1);
   CHECK(contains(read_file(run.path() / relation.screen), "wave number k"));
   DeepResponse unknown = response;
@@ -180,4 +183,23 @@ TEST_CASE("The deep response is checked in wide piles and by loads, at friction 
   const auto found = asked.study->find_problem(asked.main);
   REQUIRE(found);
   CHECK(contains(found->message, "0.2 is not in studies.deep_response.mu"));
+}
+
+TEST_CASE("Page 1 tells spreading from diffusion by three standard errors, and checks from measurements") {
+  const auto told = [](const char* list) { return spreading_page_1(nlohmann::ordered_json::parse(list), "/list"); };
+  const std::string slow = R"({"mu": 0.1, "octaves": [{}, {}], "deep": {"exponent": {"value": 1.02, "stderr": 0.01}}})";
+  const std::string fast = R"({"mu": 0.3, "octaves": [{}, {}], "deep": {"exponent": {"value": 1.2, "stderr": 0.03}}})";
+  const std::string check = R"({"mu": 0.3, "octaves": [{}, {}], "deep": {"exponent": {"value": 1.3, "stderr": 0.04}}})";
+  const std::string open = R"({"mu": 0.5, "octaves": [], "deep": {"exponent": {"value": null, "stderr": null}}})";
+  const auto both = told(("[" + slow + "," + fast + "," + check + "," + open + "]").c_str());
+  CHECK(both.at("some_fast") == true);
+  CHECK(both.at("deep").size() == 2);
+  CHECK(both.at("deep")[0].at("joint") == " and ");
+  CHECK(both.at("largest").at("key") == "/list/1");
+  CHECK(both.at("last_octave").at("key") == "/list/1/octaves/1");
+  CHECK(both.at("apart") == "2.0");  // 0.1 over 0.05
+  CHECK(told(("[" + fast + "]").c_str()).at("all_fast") == true);
+  CHECK(told(("[" + slow + "]").c_str()).at("none_fast") == true);
+  CHECK(told(("[" + slow + "]").c_str()).at("checked") == false);
+  CHECK(told(("[" + open + "]").c_str()).is_null());
 }

@@ -4,6 +4,7 @@
 
 #include "kit/temporary_folder.h"
 #include "kit/text_parts.h"
+#include "plot/figure_texts.h"
 #include "plot/synthetic_analysis.h"
 #include "studies/error_against_time.h"
 #include "support/atomic_file.h"
@@ -52,6 +53,7 @@ std::vector<ErrorCurve> three_curves() {
 TEST_CASE("Errors against time compare with the paper's procedure, number what is shown, and name what is not") {
   const TemporaryFolder run;
   const Figure figure = plot_error_against_time(three_curves(), run.path());
+  check_at_widths_of_journals(run / "figures", figure.id);
   // (0.04 / 0.002)^2 and (0.2 / 0.02)^2, each of as many beads for each sample.
   CHECK(contains(figure.details, "the factors 400 for c and 100 for D (multiplexed, ε = 0.25), each known to about "));
   CHECK(contains(figure.details, "something else: point (c by 0.0040(10))."));  // and not D
@@ -86,6 +88,7 @@ TEST_CASE("Without shifts no error against beads levels off") {
   std::vector<ErrorCurve> curves = three_curves();
   curves[0].shift_c = synthetic::unknown("nothing stands for the linear response");
   const Figure figure = plot_error_against_time(curves, run.path());
+  check_at_widths_of_journals(run / "figures", figure.id);
   CHECK(contains(figure.details, "No shift from it exceeds three standard errors"));
   CHECK_FALSE(contains(figure.alternative, "level off"));
 }

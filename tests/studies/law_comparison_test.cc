@@ -10,6 +10,7 @@
 #include "kit/small_piles.h"
 #include "kit/temporary_folder.h"
 #include "kit/text_parts.h"
+#include "plot/figure_texts.h"
 #include "studies/law_comparison/figures.h"
 #include "studies/law_comparison/study.h"
 #include "studies/study_page.h"
@@ -97,6 +98,7 @@ TEST_CASE("Work of the laws against size leaves out and names what was not compl
   }
   costs.back().failed = 5;
   const Figure figure = plot_law_cost(costs, run.path());
+  check_at_widths_of_journals(run / "figures", figure.id);
   CHECK(figure.data.size() == 2);
   CHECK(contains(figure.details, "5 of 69 piles of 8 × 8 beads under eloy-clement at μ = 0.3"));
   CHECK(contains(figure.details,
@@ -123,4 +125,31 @@ TEST_CASE("Responses under the laws say how far they lie from the first") {
   CHECK(contains(body, "<td class=\"num\">2.0</td>"));
   CHECK(contains(body, "<td class=\"num\">0.0</td>"));
   CHECK(count(body, "<td class=\"num\">n/a</td>") == 2);
+}
+
+TEST_CASE("Page 1 says what the laws decide, and only of piles that can be compared") {
+  ComparedLaws measured;
+  measured.on_piles.resize(3);
+  for (LawOnPiles& one : measured.on_piles) {
+    one.spec.lattice = {12, 30};
+    one.spec.sampler.mu = 0.3;
+    one.alpha_thrust = known(0.90, 0.001);
+  }
+  measured.on_piles[1].spec.sampler.law = Law::rejection;
+  measured.on_piles[1].alpha_thrust = known(0.91, 0.001);
+  measured.on_piles[2].spec.sampler.rules = RepairRules::no_pair;
+  measured.on_piles[2].alpha_thrust = known(0.5, 0.001);
+  const auto sentences = [&] {
+    const std::string html = study_page(*law_comparison_study(measured)).html;
+    const std::size_t from = html.find("class=\"headline\"");
+    return from == std::string::npos ? "" : html.substr(from, html.find("</div>", from) - from);
+  };
+  CHECK(contains(sentences(), "decides the thrust"));
+  CHECK(contains(sentences(), "0.9100(10)</span></span> under"));
+  CHECK_FALSE(contains(sentences(), "0.5000(10)"));  // its rules are not whole: no law of its own
+  CHECK_FALSE(contains(sentences(), "every law can be drawn"));
+  measured.on_piles[1].alpha_thrust = known(0.902, 0.001);
+  CHECK(contains(sentences(), "same thrust within three standard errors"));
+  measured.on_piles.resize(1);
+  CHECK(sentences().empty());
 }

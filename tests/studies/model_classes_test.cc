@@ -8,6 +8,7 @@
 #include "ensemble/ensemble_runner.h"
 #include "kit/temporary_folder.h"
 #include "kit/text_parts.h"
+#include "plot/figure_texts.h"
 #include "plot/synthetic_analysis.h"
 #include "studies/study_page.h"
 #include "support/atomic_file.h"
@@ -131,12 +132,17 @@ TEST_CASE("the report has a table of classes, one of the means, and a figure") {
   all[1].alpha.exponent = unknown("an exponent needs three parameters with known c and D");
   const auto study = models_study(all);
   const std::string page = study_page(*study).html;
-  for (const char* text : {"hyperbolic with noise", "0.337", "0.4701", "0.9700(30)"}) {
+  // Page 1: one number of peaks for all, so that they are not told apart; the exponent that is known.
+  for (const char* text : {"same number of peaks", ">stochastic OSL</span></em>", "hyperbolic with noise", "0.337",
+                           "0.4701", "0.9700(30)"}) {
     INFO(text);
     CHECK(contains(page, text));
   }
+  all[1].responses[0].peaks = 1;
+  CHECK(contains(study_page(*models_study(all)).html, "apart by its number of peaks"));
   const TemporaryFolder run;
   const Figure figure = plot_models(all, "model_classes", run.path());
+  check_at_widths_of_journals(run / "figures", figure.id);
   CHECK(contains(figure.details, "0.970(20) (stochastic OSL)"));
   CHECK(contains(read_file(run.path() / "figures/model-classes-1.csv"), "\n0.01,"));
   CHECK(std::filesystem::exists(run.path() / "figures/model-classes-2-profile.csv"));

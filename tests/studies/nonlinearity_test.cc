@@ -8,6 +8,7 @@
 #include "kit/temporary_folder.h"
 #include "kit/text_parts.h"
 #include "model/lattice.h"
+#include "plot/figure_texts.h"
 #include "plot/synthetic_analysis.h"
 #include "studies/nonlinearity/figure.h"
 #include "studies/nonlinearity/study.h"
@@ -226,6 +227,7 @@ TEST_CASE("The loads are plotted against the linear response, and what cannot be
     measured.responses.push_back(uniform);
   }
   const Figure figure = plot_load_comparison(measured, "nonlinearity", run.path());
+  check_at_widths_of_journals(run / "figures", figure.id);
   CHECK(figure.data.size() == 4);
   CHECK(contains(figure.details, "varied by ±0.25 of"));
   CHECK(contains(figure.details, "−25.0(3.0) % at μ = 0.1 and −25.0(3.0) % at μ = 0.3"));

@@ -14,6 +14,7 @@
 #include "model/audit.h"
 #include "model/friction_cone.h"
 #include "model/lattice.h"
+#include "plot/figure_texts.h"
 #include "sampling/sampler.h"
 #include "studies/study_page.h"
 #include "support/atomic_file.h"
@@ -125,6 +126,7 @@ TEST_CASE("Residuals are plotted against depth for the deep piles that were solv
   trials[2].mu = 1e-9;
   trials[2].reason = "the effort ran out";
   const Figure figure = plot_stability(trials, run.path());
+  check_at_widths_of_journals(run / "figures", figure.id);
   CHECK(figure.data.size() == 1);
   CHECK(contains(figure.details, "Not solved: μ = 10⁻⁹ (the effort ran out)"));
   CHECK(contains(read_file(run.path() / figure.screen), "1/√3"));

@@ -6,6 +6,7 @@
 #include "analysis/claim_rule.h"
 #include "ensemble/ensemble_runner.h"
 #include "ensemble/paired_estimator.h"
+#include "ensemble/rearrangements.h"
 #include "kit/estimates.h"
 #include "support/error.h"
 
@@ -50,6 +51,24 @@ TEST_CASE("shares of redrawn beads are the means over the usable layers") {
   CHECK(shares.below_overload.value == Approx(below / beads_below).epsilon(1e-12));
   CHECK(shares.whole_pile.standard_error > 0);
   CHECK(shares.whole_pile.standard_error < 0.2 * shares.whole_pile.value);
+  double force = 0, redrawn = 0, usual = 0;
+  const auto& sums = record.sums.quantities;
+  for (int layer = 0; layer < 40; ++layer) {
+    double force_here = 0, redrawn_here = 0, least_here = 0;
+    for (std::size_t b = 0; b < 8; ++b) {
+      const std::size_t row = b * 60 + static_cast<std::size_t>(layer);
+      force_here += sums.at("redrawn_force").sum[row];
+      redrawn_here += sums.at("redrawn").sum[row];
+      least_here += sums.at("least_force").sum[row];
+    }
+    CHECK(least_here / 128 < 0.5 + 1e-12);  // half of the mean weight at most
+    force += force_here;
+    redrawn += redrawn_here;
+    usual += redrawn_here * least_here / 128;
+  }
+  CHECK(shares.force.value == Approx(force / redrawn).epsilon(1e-12));
+  CHECK(shares.relative_force.value == Approx(force / usual).epsilon(1e-12));
+  CHECK(shares.together.value > 1);
   CHECK(shares.samples == 128);
   CHECK(shares.failed == 0);
   // The layers below the usable ones do not count.
@@ -68,6 +87,7 @@ TEST_CASE("more friction makes more beads redraw, and none without it") {
   }
   const EnsembleSpec spec = paired(0);
   const RedrawnBeads none = measure_redrawn_beads({spec, run_ensemble(spec, 0, nullptr)});
+  CHECK_FALSE(none.force.known());
   CHECK(none.whole_pile.value == 0);
   CHECK(none.whole_pile.standard_error == 0);
 }
@@ -84,6 +104,52 @@ TEST_CASE("redrawn beads need the estimator paired, all usable layers and comple
   spec = paired(0.3);
   spec.response.estimator = EstimatorName::point;
   CHECK_THROWS_AS(measure_redrawn_beads({spec, run_ensemble(spec, 0, nullptr)}), InputError);
+}
+
+TEST_CASE("Rearrangements are what touches, counted by contacts and around the ring") {
+  const Lattice lattice({.columns = 8, .layers = 6});
+  std::vector<unsigned char> redrawn(lattice.beads(), 0);
+  std::vector<int> beads;
+  const auto at = [&](int layer, int bead) { return lattice.index(layer, bead); };
+  redrawn[at(1, 2)] = redrawn[at(1, 3)] = 1;  // neighbours of a layer do not touch by a contact
+  measure_rearrangements(lattice, redrawn, beads);
+  CHECK(beads[at(1, 2)] == 1);
+  CHECK(beads[at(0, 0)] == 0);
+  redrawn[at(2, lattice.lower_right(1, 2))] = 1;                     // joins the two
+  redrawn[at(4, 0)] = redrawn[at(5, lattice.lower_left(4, 0))] = 1;  // behind the ring
+  measure_rearrangements(lattice, redrawn, beads);
+  CHECK(beads[at(1, 2)] == 3);
+  CHECK(beads[at(1, 3)] == 3);
+  CHECK(lattice.lower_left(4, 0) == 7);
+  CHECK(beads[at(4, 0)] == 2);
+}
+
+TEST_CASE("Rearrangements are local and prefer small forces if both hold at every friction") {
+  std::vector<RedrawnBeads> measured;
+  const auto beads = [](double mu, double force, double together) {
+    RedrawnBeads made;
+    made.spec.sampler.mu = mu;
+    made.spec.response.overload = 2;
+    made.force = known(force / 2, 0.01);
+    made.relative_force = known(force, 0.01);
+    made.together = known(together, 0.1);
+    return made;
+  };
+  CHECK(judge_rearrangements(measured, 10).verdict == not_tested);
+  measured = {beads(0.1, 0.6, 2), beads(0.3, 0.7, 5)};
+  const Claim small = judge_rearrangements(measured, 10);
+  CHECK(small.verdict == reproduced);
+  CHECK(small.measured.value == 0.7);  // the one nearer to no preference
+  CHECK(small.rival_distance == Approx(-30));
+  CHECK_THAT(
+      small.explanation,
+      Contains("0.700(10) times the mean (0.17 of the overload) in rearrangements of 5.00(10) beads at μ = 0.3"));
+  CHECK(judge_rearrangements(measured, 4).verdict == not_reproduced);
+  CHECK(judge_rearrangements(measured, 5.1).verdict == not_decided);
+  measured[0] = beads(0.1, 0.98, 2);
+  CHECK(judge_rearrangements(measured, 10).verdict == not_decided);
+  measured[0] = beads(0.1, 1.04, 2);
+  CHECK(judge_rearrangements(measured, 10).verdict == not_reproduced);
 }
 
 TEST_CASE("Both shares of redrawn beads must hold") {

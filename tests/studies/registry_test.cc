@@ -60,5 +60,5 @@ TEST_CASE("The claims that studies decide stay open while nothing is measured, w
       CHECK(claim.explanation.find(study->id()) != std::string::npos);
     }
   }
-  CHECK(ids == std::vector<std::string>{"redraw-share", "linear-time", "force-chains"});
+  CHECK(ids == std::vector<std::string>{"redraw-share", "local-rearrangements", "linear-time", "force-chains"});
 }

@@ -7,6 +7,7 @@
 #include "kit/temporary_folder.h"
 #include "kit/text_parts.h"
 #include "model/lattice.h"
+#include "plot/figure_texts.h"
 #include "plot/synthetic_analysis.h"
 #include "studies/made_up_ensemble.h"
 #include "support/atomic_file.h"
@@ -95,6 +96,7 @@ TEST_CASE("Small friction shows saturation and the law that the deep piles follo
   for (const double mu : {0.03, 0.05, 0.1}) measured.push_back(small_friction(mu));
   ScalingFit scaling = synthetic::power_law(2.0, 0.01, std::log(0.25 * tan30), {0.03, 0.1});
   const Figure figure = plot_small_friction(analysis, measured, scaling, run.path());
+  check_at_widths_of_journals(run / "figures", figure.id);
   CHECK(figure.redraw == "cd figures && gnuplot -d small-friction.gp");
   CHECK(contains(figure.details, "exponent 2.000(10) fitted over μ = 0.03 to 0.1"));
   CHECK(contains(figure.details, "32 columns, at least 4 times"));

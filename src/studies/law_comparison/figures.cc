@@ -99,20 +99,19 @@ Figure plot_laws(const std::vector<LawOnPiles>& laws, const std::filesystem::pat
         "friction");
   }
   plan.curves = static_cast<int>(curves.size()) + 1;  // the line at 1
-  Figure figure = plot_figure(plan,
-                              {{"curves", fmt::format("{}", fmt::join(curves, ", \\\n    "))},
-                               {"titles", fmt::format("{}", fmt::join(titles, ", \\\n    "))},
-                               {"layer_high", exact(layers.high + 1)},
-                               {"layer_ticks", linear_ticks(layers, 8)},
-                               {"low", exact(alphas.low - 0.02)},
-                               {"high", exact(alphas.high + 0.02)},
-                               {"ticks", linear_ticks(alphas, 6)}},
-                              run_folder);
-  set_captions(figure, "studies/law_thrust.captions",
-               {{"mu", caption_number(laws.front().spec.sampler.mu)},
-                {"repaired", enumeration(repaired)},
-                {"failed", enumeration(failed)}});
-  return figure;
+  return plot_figure(plan,
+                     {{"curves", fmt::format("{}", fmt::join(curves, ", \\\n    "))},
+                      {"titles", fmt::format("{}", fmt::join(titles, ", \\\n    "))},
+                      {"layer_high", exact(layers.high + 1)},
+                      {"layer_ticks", linear_ticks(layers, 8)},
+                      {"low", exact(alphas.low - 0.02)},
+                      {"high", exact(alphas.high + 0.02)},
+                      {"ticks", linear_ticks(alphas, 6)}},
+                     {"studies/law_thrust.captions",
+                      {{"mu", caption_number(laws.front().spec.sampler.mu)},
+                       {"repaired", enumeration(repaired)},
+                       {"failed", enumeration(failed)}}},
+                     run_folder);
 }
 
 Figure plot_law_cost(const std::vector<LawOnPiles>& costs, const std::filesystem::path& run_folder) {
@@ -139,7 +138,8 @@ Figure plot_law_cost(const std::vector<LawOnPiles>& costs, const std::filesystem
   PlotPlan plan;
   plan.id = cost_id;
   plan.script = "studies/work_against_size";
-  plan.height = 3;
+  plan.half_width = true;
+  plan.height = 2.3;
   std::vector<std::string> curves, titles;
   std::map<std::string, std::vector<std::string>> growth;  // of each law
   const LawOnPiles *least = nullptr, *most = nullptr;
@@ -163,27 +163,26 @@ Figure plot_law_cost(const std::vector<LawOnPiles>& costs, const std::filesystem
   }
   plan.curves = static_cast<int>(curves.size());
   const Range up = widened_by_factor(draws, 1.5);
-  Figure figure = plot_figure(plan,
-                              {{"curves", fmt::format("{}", fmt::join(curves, ", \\\n    "))},
-                               {"titles", fmt::format("{}", fmt::join(titles, ", \\\n    "))},
-                               {"of_laws", "yes"},
-                               {"left", exact(columns.low - 0.5)},
-                               {"right", exact(columns.high + 0.5)},
-                               {"size_ticks", linear_ticks(columns, 8)},
-                               {"low", exact(up.low)},
-                               {"high", exact(up.high)},
-                               {"ticks", log_ticks(up)}},
-                              run_folder);
   std::vector<std::string> of_each_law;
   of_each_law.reserve(growth.size());
   for (const auto& [law, numbers] : growth) of_each_law.push_back(fmt::format("{} {}", law, enumeration(numbers)));
-  set_captions(figure, "studies/law_cost.captions",
-               {{"growth", fmt::format("{}", fmt::join(of_each_law, "; "))},
-                {"piles", std::to_string(most->samples)},
-                {"smallest", size_in_words(*least)},
-                {"largest", size_in_words(*most)},
-                {"incomplete", enumeration(incomplete)}});
-  return figure;
+  return plot_figure(plan,
+                     {{"curves", fmt::format("{}", fmt::join(curves, ", \\\n    "))},
+                      {"titles", fmt::format("{}", fmt::join(titles, ", \\\n    "))},
+                      {"of_laws", "yes"},
+                      {"left", exact(columns.low - 0.5)},
+                      {"right", exact(columns.high + 0.5)},
+                      {"size_ticks", linear_ticks(columns, 8)},
+                      {"low", exact(up.low)},
+                      {"high", exact(up.high)},
+                      {"ticks", log_ticks(up)}},
+                     {"studies/law_cost.captions",
+                      {{"growth", fmt::format("{}", fmt::join(of_each_law, "; "))},
+                       {"piles", std::to_string(most->samples)},
+                       {"smallest", size_in_words(*least)},
+                       {"largest", size_in_words(*most)},
+                       {"incomplete", enumeration(incomplete)}}},
+                     run_folder);
 }
 
 }  // namespace granuscope

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -70,11 +71,16 @@ Json to_json(const LawOnPiles& one) {
 bool some_rules(const Json& one) { return one.contains("repair_rules") && one.at("repair_rules") != "all"; }
 
 /// By how many standard errors of their difference a number lies from that of the first law.
-std::string sigmas_from_first(const Json& one, const Json& first) {
-  if (!one.at("value").is_number() || !first.at("value").is_number()) return "n/a";
+double distance(const Json& one, const Json& first) {
   const double error = std::hypot(one.at("stderr").get<double>(), first.at("stderr").get<double>());
   const double difference = std::abs(one.at("value").get<double>() - first.at("value").get<double>());
-  return error > 0 ? fmt::format("{:.1f}", difference / error) : "n/a";
+  return error > 0 ? difference / error : 0;
+}
+
+std::string sigmas_from_first(const Json& one, const Json& first) {
+  if (!one.at("value").is_number() || !first.at("value").is_number()) return "n/a";
+  const bool none = one.at("stderr") == 0 && first.at("stderr") == 0;
+  return none ? "n/a" : fmt::format("{:.1f}", distance(one, first));
 }
 
 }  // namespace
@@ -120,6 +126,55 @@ Json law_rules_overlay(const Json& results, const std::string& base) {
     rules.push_back({{"key", fmt::format("{}/laws/{}", base, i)}, {"some_rules", some_rules(one)}});
   }
   return {{"rules", rules}};
+}
+
+Json laws_page_1(const Json& results, const std::string& base) {
+  constexpr double sure = 3;  // standard errors
+  const Json& laws = results.at("laws");
+  const auto known = [](const Json& number) { return number.at("value").is_number(); };
+  std::vector<std::string> same, small, responses;
+  const Json *first = nullptr, *first_small = nullptr;
+  double farthest = 0;
+  for (std::size_t i = 0; i < laws.size(); ++i) {
+    const Json& one = laws[i];
+    if (some_rules(one) || !known(one.at("alpha_thrust"))) continue;
+    const std::string pointer = fmt::format("{}/laws/{}", base, i);
+    const auto size_of = [](const Json& law) { return std::pair(law.at("columns"), law.at("layers")); };
+    if (first == nullptr) first = &one;
+    if (size_of(one) == size_of(*first)) {
+      same.push_back(pointer);
+      farthest = std::max(farthest, distance(one.at("alpha_thrust"), first->at("alpha_thrust")));
+      continue;
+    }
+    if (first_small == nullptr) first_small = &one;
+    if (size_of(one) == size_of(*first_small)) small.push_back(pointer);
+  }
+  if (same.size() < 2) return nullptr;
+  for (std::size_t i = 0; i < results.at("responses").size(); ++i) {
+    const Json& one = results.at("responses")[i];
+    if (some_rules(one) || !known(one.at("c")) || !known(one.at("D"))) continue;
+    responses.push_back(fmt::format("{}/responses/{}", base, i));
+  }
+  if (responses.size() < 2) responses.clear();
+  const Json& costs = results.at("costs");
+  std::string cheapest, dearest;  // of the largest piles at the largest friction, which come last
+  for (std::size_t i = 0; i < costs.size(); ++i) {
+    const Json& one = costs[i];
+    if (one.at("mu") != costs.back().at("mu") || one.at("columns") != costs.back().at("columns")) continue;
+    if (one.at("failed") != 0 || !one.at("draws_per_bead").is_number()) continue;
+    (one.at("law") == "granusolve" ? cheapest : dearest) = fmt::format("{}/costs/{}", base, i);
+  }
+  Json cost = nullptr;
+  if (!cheapest.empty() && !dearest.empty()) cost = {{"cheap", {{"key", cheapest}}}, {"dear", {{"key", dearest}}}};
+  return {{"differ", farthest > sure},
+          {"same", enumerated(same)},
+          {"first", {{"key", same.front()}}},
+          {"has_small", small.size() > 1},
+          {"small", enumerated(small)},
+          {"first_small", small.empty() ? Json(nullptr) : Json{{"key", small.front()}}},
+          {"has_responses", !responses.empty()},
+          {"responses", enumerated(responses)},
+          {"cost", cost}};
 }
 
 }  // namespace granuscope

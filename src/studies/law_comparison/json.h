@@ -14,5 +14,7 @@ nlohmann::ordered_json laws_json(const ComparedLaws& measured);
 nlohmann::ordered_json laws_overlay(const nlohmann::ordered_json& results, const std::string& base);
 nlohmann::ordered_json law_responses_overlay(const nlohmann::ordered_json& results);
 nlohmann::ordered_json law_rules_overlay(const nlohmann::ordered_json& results, const std::string& base);
+/// Of the sentences of page 1, over all studies; null where fewer than two laws were compared.
+nlohmann::ordered_json laws_page_1(const nlohmann::ordered_json& results, const std::string& base);
 
 }  // namespace granuscope

@@ -139,7 +139,9 @@ class LawComparisonStudy final : public CopiedStudy<LawComparisonStudy> {
     laws.overlay = laws_overlay(results, laws.base);
     responses.overlay = law_responses_overlay(results);
     rules.overlay = law_rules_overlay(results, rules.base);
-    return {laws, responses, rules};
+    const Json told = laws_page_1(results, laws.base);
+    if (told.is_null()) return {laws, responses, rules};
+    return {page_1(told), laws, responses, rules};
   }
 
   std::vector<FigurePlot> figures(const Analysis&) const override {

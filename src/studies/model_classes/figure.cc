@@ -96,28 +96,27 @@ Figure plot_models(const std::vector<ModelSeries>& series, const std::string& st
         "parameters at which the width of the peaks can be told");
   }
   const Range D = widened_by_factor(panels.D, 1.4), c = widened_by_factor(panels.c, 1.4);
-  Figure figure = plot_figure(plan,
-                              {{"slowing", fmt::format("{}", fmt::join(panels.slowing, ", \\\n    "))},
-                               {"profiles", fmt::format("{}", fmt::join(panels.profiles, ", \\\n    "))},
-                               {"titles", fmt::format("{}", fmt::join(panels.titles, ", \\\n    "))},
-                               {"D_low", exact(D.low)},
-                               {"D_high", exact(D.high)},
-                               {"D_ticks", log_ticks(D)},
-                               {"c_low", exact(c.low)},
-                               {"c_high", exact(c.high)},
-                               {"c_ticks", log_ticks(c)},
-                               {"c0", exact(tan30)},
-                               {"height_low", exact(panels.height.low - 0.03 * panels.height.size())},
-                               {"height_high", exact(panels.height.high + 0.05 * panels.height.size())},
-                               {"height_ticks", linear_ticks(panels.height, 6)}},
-                              run_folder);
-  set_captions(figure, "studies/" + study + ".captions",
-               {{"shown", enumeration(shown)},
-                {"exponents", enumeration(panels.exponents)},
-                {"depths", panels.shallowest == panels.deepest
-                               ? caption_number(panels.deepest)
-                               : caption_number(panels.shallowest) + " to " + caption_number(panels.deepest)}});
-  return figure;
+  return plot_figure(plan,
+                     {{"slowing", fmt::format("{}", fmt::join(panels.slowing, ", \\\n    "))},
+                      {"profiles", fmt::format("{}", fmt::join(panels.profiles, ", \\\n    "))},
+                      {"titles", fmt::format("{}", fmt::join(panels.titles, ", \\\n    "))},
+                      {"D_low", exact(D.low)},
+                      {"D_high", exact(D.high)},
+                      {"D_ticks", log_ticks(D)},
+                      {"c_low", exact(c.low)},
+                      {"c_high", exact(c.high)},
+                      {"c_ticks", log_ticks(c)},
+                      {"c0", exact(tan30)},
+                      {"height_low", exact(panels.height.low - 0.03 * panels.height.size())},
+                      {"height_high", exact(panels.height.high + 0.05 * panels.height.size())},
+                      {"height_ticks", linear_ticks(panels.height, 6)}},
+                     {"studies/" + study + ".captions",
+                      {{"shown", enumeration(shown)},
+                       {"exponents", enumeration(panels.exponents)},
+                       {"depths", panels.shallowest == panels.deepest
+                                      ? caption_number(panels.deepest)
+                                      : caption_number(panels.shallowest) + " to " + caption_number(panels.deepest)}}},
+                     run_folder);
 }
 
 }  // namespace granuscope

@@ -56,6 +56,51 @@ Json to_json(const ModelResponse& one) {
           {"traction", granuscope::to_json(one.traction)}};
 }
 
+/// What the sentences of page 1 need beside the results: series by the number of their peaks, exponents that are known,
+/// and the smallest and largest known share of the slowing that a mean explains.
+Json page_1_overlay(const Json& results) {
+  constexpr double roughest = 0.2;  // standard error of a power of z that is told
+  const std::string base = "/studies/model_classes";
+  std::vector<std::string> by_peaks[2], exponents;
+  std::string least, most, fastest, slowest, last;
+  const auto value = [&results](const std::string& pointer) {
+    return results.at(Json::json_pointer(pointer)).at("value");
+  };
+  const auto place = [&](std::string& chosen, const std::string& pointer, double sign) {
+    const Json& candidate = value(pointer);
+    if (!candidate.is_number()) return;
+    if (chosen.empty() || sign * candidate.get<double>() > sign * value(chosen).get<double>()) chosen = pointer;
+  };
+  for (std::size_t i = 0; i < results.at("responses").size(); ++i) {
+    const Json& one = results.at("responses")[i];
+    const std::string pointer = fmt::format("/responses/{}", i);
+    const std::size_t peaks = one.at("peaks") == 1 ? 0 : 1;
+    std::vector<std::string>& alike = by_peaks[peaks];
+    if (one.at("series") != last || alike.empty()) alike.push_back(base + pointer);
+    last = one.at("series");
+    place(least, pointer + "/share_of_mean", -1);
+    place(most, pointer + "/share_of_mean", 1);
+    const Json& power = one.at("width_exponent");
+    if (!power.at("value").is_number() || power.at("stderr").get<double>() > roughest) continue;
+    place(slowest, pointer + "/width_exponent", -1);
+    place(fastest, pointer + "/width_exponent", 1);
+  }
+  for (std::size_t i = 0; i < results.at("exponents").size(); ++i) {
+    const std::string pointer = fmt::format("/exponents/{}", i);
+    if (value(pointer + "/alpha").is_number()) exponents.push_back(base + pointer);
+  }
+  const auto pair = [&](const std::string& low, const std::string& high) {
+    return low.empty() ? Json(nullptr) : Json{{"low", {{"key", base + low}}}, {"high", {{"key", base + high}}}};
+  };
+  return {{"told_apart", !by_peaks[0].empty() && !by_peaks[1].empty()},
+          {"one_peak", enumerated(by_peaks[0])},
+          {"two_peaks", enumerated(by_peaks[1])},
+          {"some_exponents", !exponents.empty()},
+          {"exponents", enumerated(exponents)},
+          {"widths", pair(slowest, fastest)},
+          {"shares", pair(least, most)}};
+}
+
 /// One ensemble of the study before it is drawn.
 struct Wanted {
   std::string series, parameter, file;
@@ -201,7 +246,10 @@ class ModelsStudy final : public CopiedStudy<ModelsStudy> {
     return {{"responses", responses}, {"exponents", exponents}};
   }
 
-  std::vector<ReportPart> parts(const Json&) const override { return {part(id(), "responses")}; }
+  std::vector<ReportPart> parts(const Json& results) const override {
+    const ReportPart tables = part(id(), "responses");
+    return measured_.empty() ? std::vector{tables} : std::vector{page_1(page_1_overlay(results)), tables};
+  }
 
   std::vector<FigurePlot> figures(const Analysis&) const override {
     if (measured_.empty()) return {};

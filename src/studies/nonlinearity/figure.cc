@@ -129,24 +129,23 @@ Figure plot_load_comparison(const LoadComparison& measured, const std::string& s
   };
   const auto D = with_margin(panels.D), c = with_margin(panels.c);
   const Range load = widened_by_factor(panels.load, 1.3);
-  Figure figure = plot_figure(plan,
-                              {{"D_curves", fmt::format("{}", fmt::join(panels.D_curves, ", \\\n    "))},
-                               {"c_curves", fmt::format("{}", fmt::join(panels.c_curves, ", \\\n    "))},
-                               {"titles", fmt::format("{}", fmt::join(panels.titles, ", \\\n    "))},
-                               {"load_low", exact(load.low)},
-                               {"load_high", exact(load.high)},
-                               {"load_ticks", load_marks(measured)},
-                               {"D_low", exact(D[0])},
-                               {"D_high", exact(D[1])},
-                               {"D_ticks", linear_ticks(panels.D, 7)},
-                               {"c_low", exact(c[0])},
-                               {"c_high", exact(c[1])},
-                               {"c_ticks", linear_ticks(panels.c, 7)}},
-                              run_folder);
-  set_captions(
-      figure, "studies/" + study + ".captions",
-      {{"reference", caption_number(reference)}, {"paper_shifts", enumeration(shifts_of_the_paper(measured))}});
-  return figure;
+  return plot_figure(
+      plan,
+      {{"D_curves", fmt::format("{}", fmt::join(panels.D_curves, ", \\\n    "))},
+       {"c_curves", fmt::format("{}", fmt::join(panels.c_curves, ", \\\n    "))},
+       {"titles", fmt::format("{}", fmt::join(panels.titles, ", \\\n    "))},
+       {"load_low", exact(load.low)},
+       {"load_high", exact(load.high)},
+       {"load_ticks", load_marks(measured)},
+       {"D_low", exact(D[0])},
+       {"D_high", exact(D[1])},
+       {"D_ticks", linear_ticks(panels.D, 7)},
+       {"c_low", exact(c[0])},
+       {"c_high", exact(c[1])},
+       {"c_ticks", linear_ticks(panels.c, 7)}},
+      {"studies/" + study + ".captions",
+       {{"reference", caption_number(reference)}, {"paper_shifts", enumeration(shifts_of_the_paper(measured))}}},
+      run_folder);
 }
 
 }  // namespace granuscope

@@ -139,7 +139,6 @@ class NonlinearityStudy final : public CopiedStudy<NonlinearityStudy> {
     const double reference = main.response.epsilon;
     const auto add_load = [&](const std::string& name, double mean_samples, const auto& change) {
       EnsembleSpec spec = main.ensemble_at(mu, lattice, whole_rounds(mean_samples, main.response.blocks));
-      spec.layout = BlockLayout::interleaved;
       spec.layers = layers_to_record(fit, {});
       change(spec);
       all.push_back({fmt::format("load {}, mu = {}", name, mu), fmt::format("load-{}-mu-{}", name, exact(mu)), spec});

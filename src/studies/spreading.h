@@ -1,0 +1,65 @@
+#pragma once
+#include <cstdint>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+#include "analysis/claim_spec.h"
+#include "analysis/dispersion.h"
+#include "analysis/results.h"
+#include "ensemble/ensemble_spec.h"
+
+namespace granuscope {
+
+/// The response over one lag, or in one layer below loads.
+struct LagResponse {
+  int lag = 0;
+  double z = 0;            ///< its vertical distance, bead diameters; that of the layer from the top where loads act
+  Estimate peak_position;  ///< x_p
+  Estimate width_squared;  ///< W^2
+  double chi2_per_dof = 0;
+  double misfit = 0;  ///< share of the response that two Gaussians miss
+};
+
+/// What changes from one lag to the next, twice as long.
+struct OctaveOfDepth {
+  double from = 0, to = 0;  ///< z of the two lags
+  Estimate exponent;        ///< p of W^2 proportional to z^p: log2 of the ratio of W^2
+  Estimate c, D;            ///< slopes of x_p and W^2
+  double misfit = 0;        ///< the larger one of the two lags
+};
+
+/// The power of z in W^2 from one recorded lag to another.
+struct PowerOfDepth {
+  double from = 0, to = 0;  ///< z
+  Estimate exponent;
+};
+
+/// The measurement, or how it is made once more as a check.
+enum class DeepMeasurement {
+  fluctuations,  ///< of uniformly loaded, saturated piles
+  wide,          ///< the same with twice the columns
+  loads,         ///< the response to loads (multiplexed), from the surface on
+};
+
+/// The response over depths that double, at one friction coefficient.
+struct DeepResponse {
+  DeepMeasurement by = DeepMeasurement::fluctuations;
+  EnsembleSpec spec;
+  std::uint64_t samples = 0;
+  std::vector<LagResponse> lags;
+  std::vector<OctaveOfDepth> octaves;  ///< one less than lags
+  std::vector<BandOfModes> bands;      ///< ascending in k, each over the octave that suits its decay; none by loads
+  PowerOfDepth shallow;                ///< at depths that the paper's piles have, z = 55 to 111
+  PowerOfDepth deep;                   ///< from the third lag before the last one to the last, at least z = 111
+  Estimate c_thrust;                   ///< of the same layers
+};
+
+/// Whether W^2 is proportional to z where the paper looked, and deeper; checks do not count.
+std::vector<Claim> judge_spreading(const std::vector<DeepResponse>& measured, const ClaimSpec& spec);
+
+/// What sentences about these results need beside them, which stand at `pointer` of summary.json; null where no
+/// exponent is known.
+nlohmann::ordered_json spreading_page_1(const nlohmann::ordered_json& results, const std::string& pointer);
+
+}  // namespace granuscope
