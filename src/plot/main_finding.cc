@@ -20,9 +20,6 @@ namespace granuscope {
 namespace {
 
 constexpr double height_inches = 72 / 25.4;
-constexpr double panel_width = 0.41 * plot_width_inches,
-                 panel_height = height_inches - 0.7;     ///< as the script has them
-constexpr double half_name = 0.55, name_off_line = 0.1;  ///< inches, of the name of a guide
 constexpr double paper_gamma = 1, paper_alpha = 0.4, theory_alpha = 1;
 
 /// The points of a curve, and which friction coefficients have none, with the reason.
@@ -106,7 +103,6 @@ std::string exponent_text(const ScalingFit& fit) {
 /// A power law through a point, as far as it lies inside the axes.
 struct Guide {
   double x, y, exponent;
-  double at(double place) const { return y * std::pow(place / x, exponent); }
   /// Where it meets the upper or the right end of the axes.
   double right_end(const Range& x_axis, const Range& y_axis) const {
     return std::min(x_axis.high, x * std::pow(y_axis.high / y, 1 / exponent));
@@ -151,42 +147,15 @@ class Panel {
     ++plan_.curves;
   }
 
-  /// `avoided`: the points that its name must not cover.
-  void add_guide(const std::string& name, const WindowMiddle& middle, double exponent,
-                 const std::vector<PowerLawPoint>& avoided) {
+  void add_guide(const std::string& name, const WindowMiddle& middle, double exponent) {
     set(name, middle.extent.empty ? "" : "yes");
-    for (const char* part : {"_x", "_y", "_exponent", "_end", "_name_x", "_name_y", "_angle"}) set(name + part, "");
+    for (const char* part : {"_x", "_y", "_exponent", "_end"}) set(name + part, "");
     if (middle.extent.empty) return;
     const Guide guide{middle.x, middle.y, exponent};
-    const double end = guide.right_end(x_, y_);
     set(name + "_x", exact(guide.x));
     set(name + "_y", exact(guide.y));
     set(name + "_exponent", exact(exponent));
-    set(name + "_end", exact(end));
-    const double width = std::log(x_.high / x_.low), height = std::log(y_.high / y_.low);
-    const double rise = exponent * panel_height * width / height / panel_width;
-    // Its name runs along it, below or above, where it is farthest from the points.
-    const double angle = std::atan(rise), side = name == "theory" ? 1 : -1;
-    double best = -1, place = end;
-    for (const double back : {0.22, 0.27, 0.32, 0.37, 0.42, 0.47, 0.52, 0.57}) {
-      const double at = end * std::exp(-back * width);
-      double nearest = panel_width;
-      for (const PowerLawPoint& point : avoided) {
-        // Inches along the line from the middle of the name, and across.
-        const double x = std::log(point.x / at) / width * panel_width;
-        const double y = std::log(point.y / guide.at(at)) / height * panel_height;
-        const double along = std::max(0.0, std::abs(x * std::cos(angle) + y * std::sin(angle)) - half_name);
-        const double across = y * std::cos(angle) - x * std::sin(angle) - side * name_off_line;
-        nearest = std::min(nearest, std::hypot(along, across));
-      }
-      if (nearest > best) {
-        best = nearest;
-        place = at;
-      }
-    }
-    set(name + "_name_x", exact(place));
-    set(name + "_name_y", exact(guide.at(place)));
-    set(name + "_angle", fmt::format("{:.1f}", angle * 180 / std::numbers::pi));
+    set(name + "_end", exact(guide.right_end(x_, y_)));
     ++plan_.curves;
   }
 
@@ -244,9 +213,7 @@ Figure plot_main_finding(const Analysis& analysis, const std::filesystem::path& 
   left.add_points("slopes", slopes);
   left.add_points("ratios", ratios);
   left.add_points("from_load", from_load);
-  std::vector<PowerLawPoint> all_points = slopes;
-  for (const auto* more : {&ratios, &from_load}) all_points.insert(all_points.end(), more->begin(), more->end());
-  left.add_guide("paper", middle_of_window(ratios.empty() ? slopes : ratios, window), paper_gamma, all_points);
+  left.add_guide("paper", middle_of_window(ratios.empty() ? slopes : ratios, window), paper_gamma);
   left.add_law("law", scaling.gamma, middle_of_window(slopes, window));
   left.set_label("slopes_label", "slopes: γ = " + exponent_text(scaling.gamma));
   const ScalingFit none;
@@ -260,8 +227,8 @@ Figure plot_main_finding(const Analysis& analysis, const std::filesystem::path& 
   right.set_axes({of_D});
   right.add_points("points", of_D);
   const WindowMiddle middle = middle_of_window(of_D, scaling.alpha.window);
-  right.add_guide("paper", middle, paper_alpha, of_D);
-  right.add_guide("theory", middle, theory_alpha, of_D);
+  right.add_guide("paper", middle, paper_alpha);
+  right.add_guide("theory", middle, theory_alpha);
   right.add_law("law", scaling.alpha, middle);
   right.set_label("law_label", "slopes: α = " + exponent_text(scaling.alpha));
 

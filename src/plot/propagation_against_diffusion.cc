@@ -49,7 +49,7 @@ Axes make_axes(const std::vector<Transport>& results) {
   axes.D.low -= 0.05 * D_size;
   axes.D.high += 0.05 * D_size;
   axes.c.low -= 0.07 * c_size;
-  axes.c.high += 0.07 * c_size;
+  axes.c.high += 0.12 * c_size;  // room for the name of the point on the line of c0
   return axes;
 }
 

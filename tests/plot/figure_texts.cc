@@ -1,12 +1,17 @@
 #include "plot/figure_texts.h"
 
 #include <algorithm>
+#include <array>
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <cstdlib>
+#include <numbers>
+#include <sstream>
 #include <utility>
 #include <vector>
 
 #include "kit/text_parts.h"
+#include "plot/axes.h"
 #include "plot/gnuplot.h"
 #include "render/font.h"
 
@@ -15,10 +20,70 @@ namespace {
 
 using test::contains;
 
+struct Point {
+  double x = 0, y = 0;
+};
+
+/// A text and the rectangle that it fills, which may be turned.
 struct TextBox {
   std::string text;
-  double left = 0, right = 0, top = 0, bottom = 0;
+  Point middle;
+  double half_width = 0, half_height = 0;
+  Point along{1, 0};  ///< unit vector in which it is read
+
+  /// Of a place: how far it is from the middle along the text and across.
+  Point seen(const Point& place) const {
+    const double x = place.x - middle.x, y = place.y - middle.y;
+    return {x * along.x + y * along.y, y * along.x - x * along.y};
+  }
+  std::array<Point, 4> corners() const {
+    std::array<Point, 4> all;
+    for (std::size_t i = 0; i < 4; ++i) {
+      const double u = (i % 2 == 0 ? -1 : 1) * half_width, v = (i < 2 ? -1 : 1) * half_height;
+      all[i] = {middle.x + u * along.x - v * along.y, middle.y + u * along.y + v * along.x};
+    }
+    return all;
+  }
 };
+
+/// By how much the boxes overlap in the axes of `one`, at least; below 0 if a line along one of them parts the two.
+double overlap_in_axes_of(const TextBox& one, const TextBox& other) {
+  Range u, v;
+  for (const Point& corner : other.corners()) {
+    const Point seen = one.seen(corner);
+    u.add(seen.x);
+    v.add(seen.y);
+  }
+  return std::min({one.half_width - u.low, u.high + one.half_width, one.half_height - v.low, v.high + one.half_height});
+}
+
+double overlap(const TextBox& one, const TextBox& other) {
+  return std::min(overlap_in_axes_of(one, other), overlap_in_axes_of(other, one));
+}
+
+/// The mark of a point: its middle, and how far it reaches from there.
+struct Mark {
+  Point middle;
+  double radius = 0;
+};
+
+/// Whether the straight line enters the box by more than `tolerance`.
+bool crosses(const TextBox& box, const Point& from, const Point& to, double tolerance) {
+  const Point a = box.seen(from), b = box.seen(to);
+  double enter = 0, leave = 1;
+  const auto clip = [&](double start, double end, double reach) {
+    const double rate = end - start;
+    if (rate == 0) {
+      if (std::abs(start) > reach) leave = -1;
+      return;
+    }
+    enter = std::max(enter, std::min((-reach - start) / rate, (reach - start) / rate));
+    leave = std::min(leave, std::max((-reach - start) / rate, (reach - start) / rate));
+  };
+  clip(a.x, b.x, box.half_width - tolerance);
+  clip(a.y, b.y, box.half_height - tolerance);
+  return leave > enter;
+}
 
 std::string attribute(const std::string& tag, const std::string& name) {
   const std::size_t at = tag.find(name + "=\"");
@@ -55,20 +120,54 @@ std::vector<TextBox> text_boxes(const std::string& svg) {
     const double size = std::atof(attribute(tag, "font-size").c_str());
     const double x = std::atof(tag.c_str() + group.size());
     const double y = std::atof(tag.c_str() + tag.find(',') + 1);
-    TextBox box{without_tags(svg.substr(begin, end - begin))};
-    if (box.text.find_first_not_of(' ') == std::string::npos) continue;
-    const double width = Font(size).width(box.text);
+    const std::string text = without_tags(svg.substr(begin, end - begin));
+    if (text.find_first_not_of(' ') == std::string::npos) continue;
+    const double width = Font(size).width(text);
     const std::string anchor = attribute(tag, "text-anchor");
     const double before = anchor == "end" ? width : anchor == "middle" ? 0.5 * width : 0;
     const double above = 0.75 * size, below = 0.2 * size;
-    if (contains(tag, "rotate(-90")) {
-      box = {box.text, x - above, x + below, y - (width - before), y + before};
-    } else {
-      box = {box.text, x - before, x + width - before, y - above, y + below};
-    }
+    const std::size_t turn = tag.find("rotate(");
+    const double angle = turn == std::string::npos ? 0 : std::atof(tag.c_str() + turn + 7) * std::numbers::pi / 180;
+    TextBox box{text, {}, 0.5 * width, 0.5 * (above + below), {std::cos(angle), std::sin(angle)}};
+    const double u = 0.5 * width - before, v = 0.5 * (below - above);
+    box.middle = {x + u * box.along.x - v * box.along.y, y + u * box.along.y + v * box.along.x};
     boxes.push_back(box);
   }
   return boxes;
+}
+
+/// The marks of all points of a gnuplot SVG.
+std::vector<Mark> marks(const std::string& svg) {
+  std::vector<Mark> found;
+  const std::string use = "<use ";
+  for (std::size_t at = svg.find(use); at != std::string::npos; at = svg.find(use, at + 1)) {
+    const std::string tag = svg.substr(at, svg.find('>', at) - at);
+    const auto number_after = [&](const std::string& sign) {
+      const std::size_t from = tag.find(sign);
+      return from == std::string::npos ? 0 : std::atof(tag.c_str() + from + sign.size());
+    };
+    found.push_back({{number_after("translate("), number_after(",")}, number_after("scale(")});
+  }
+  return found;
+}
+
+/// The straight pieces of all curves and error bars.
+std::vector<std::pair<Point, Point>> pieces_of_curves(const std::string& svg) {
+  std::vector<std::pair<Point, Point>> pieces;
+  const std::string curve = "<g id=\"gnuplot_plot_", path = " d='";
+  for (std::size_t at = svg.find(curve); at != std::string::npos; at = svg.find(curve, at + 1)) {
+    const std::size_t end = svg.find("\n\t</g>", at);
+    for (std::size_t from = svg.find(path, at); from < end; from = svg.find(path, from + 1)) {
+      std::istringstream words(svg.substr(from + path.size(), svg.find('\'', from + path.size()) - from - path.size()));
+      Point before;
+      for (std::string word; words >> word;) {
+        const Point here{std::atof(word.c_str() + 1), std::atof(word.c_str() + word.find(',') + 1)};
+        if (word[0] == 'L') pieces.emplace_back(before, here);
+        if (word[0] == 'M' || word[0] == 'L') before = here;
+      }
+    }
+  }
+  return pieces;
 }
 
 /// A pixel of rounding, and the side bearings of letters.
@@ -80,29 +179,42 @@ void check_texts(const std::string& svg) {
   const std::string view = attribute(svg, "viewBox");
   const double width = std::atof(view.c_str() + 4), height = std::atof(view.c_str() + view.rfind(' '));
   const std::vector<TextBox> boxes = text_boxes(svg);
+  const std::vector<Mark> all_marks = marks(svg);
+  const std::vector<std::pair<Point, Point>> curves = pieces_of_curves(svg);
   CHECK(boxes.size() > 5);
   for (std::size_t i = 0; i < boxes.size(); ++i) {
     const TextBox& box = boxes[i];
-    INFO(box.text << " reaches from " << box.left << ", " << box.top << " to " << box.right << ", " << box.bottom
-                  << " of " << width << " x " << height);
-    CHECK(box.left > -tolerance_px);
-    CHECK(box.top > -tolerance_px);
-    CHECK(box.right < width + tolerance_px);
-    CHECK(box.bottom < height + tolerance_px);
-    for (std::size_t k = 0; k < i; ++k) {
-      const TextBox& other = boxes[k];
-      INFO("it lies on " << other.text << " at " << other.left << ", " << other.top);
-      const double across = std::min(box.right, other.right) - std::max(box.left, other.left);
-      const double down = std::min(box.bottom, other.bottom) - std::max(box.top, other.top);
-      CHECK((across < tolerance_px || down < tolerance_px));
+    INFO(box.text << " in the middle of " << box.middle.x << ", " << box.middle.y << " of " << width << " x "
+                  << height);
+    for (const Point& corner : box.corners()) {
+      CHECK(corner.x > -tolerance_px);
+      CHECK(corner.y > -tolerance_px);
+      CHECK(corner.x < width + tolerance_px);
+      CHECK(corner.y < height + tolerance_px);
     }
+    for (std::size_t k = 0; k < i; ++k) {
+      INFO("it lies on " << boxes[k].text);
+      CHECK(overlap(box, boxes[k]) < tolerance_px);
+    }
+    for (const Mark& mark : all_marks) {
+      const Point seen = box.seen(mark.middle);
+      INFO("it lies on the point at " << mark.middle.x << ", " << mark.middle.y);
+      CHECK(std::hypot(std::max(std::abs(seen.x) - box.half_width, 0.0),
+                       std::max(std::abs(seen.y) - box.half_height, 0.0)) > mark.radius - tolerance_px);
+    }
+    const auto on = std::find_if(curves.begin(), curves.end(), [&](const auto& piece) {
+      return crosses(box, piece.first, piece.second, tolerance_px);
+    });
+    if (on != curves.end()) FAIL_CHECK("it lies on the line at " << on->first.x << ", " << on->first.y);
   }
 }
 
-void check_at_widths_of_journals(const std::filesystem::path& figures, const std::string& id) {
+void check_at_widths_of_journals(const std::filesystem::path& figures, const std::string& id,
+                                 const std::string& language) {
   for (const double width : {86.0, 120.0, 178.0}) {
-    INFO(id << " at " << width << " mm");
+    INFO(id << " at " << width << " mm, " << language);
     FigureStyle style;
+    style.language = language;
     style.format = "svg";
     style.width_mm = width;
     style.font_points = 8;

@@ -4,10 +4,12 @@
 
 namespace granuscope {
 
-/// Checks that no text of a gnuplot SVG reaches over its edges or lies on another one, by the metrics of its font.
+/// Checks that no text of a gnuplot SVG reaches over its edges or lies on another one, on a point or on a line, by the
+/// metrics of its font.
 void check_texts(const std::string& svg);
 
 /// Checks this of a figure of a run, plotted again at the widths of journals, 86, 120 and 178 mm, with text of 8 pt.
-void check_at_widths_of_journals(const std::filesystem::path& figures, const std::string& id);
+void check_at_widths_of_journals(const std::filesystem::path& figures, const std::string& id,
+                                 const std::string& language = "en");
 
 }  // namespace granuscope

@@ -60,6 +60,22 @@ TEST_CASE("At the widths of journals no text of a figure is clipped or covered")
   for (const std::string& id : plot_all(run.path())) check_at_widths_of_journals(run / "figures", id);
 }
 
+TEST_CASE("The longest names in the figure of the main finding leave points and lines free in every language") {
+  const test::TemporaryFolder run;
+  Analysis analysis = synthetic::analysis();
+  RatioScaling& ratio = analysis.by_ratio.front();
+  ratio.fits.gamma = synthetic::power_law(1.104, 0.02, -2.5, {0.1, 0.3});
+  for (ScalingFit* fit :
+       {&analysis.scaling.gamma, &analysis.scaling.alpha, &ratio.fits.gamma, &ratio.from_load.gamma}) {
+    fit->scatter.chi2 = 123;
+    fit->scatter.degrees_of_freedom = 4;
+    REQUIRE(fit->misses_the_points());
+  }
+  analysis.results.back().D = synthetic::known(0.46, 0.06);
+  const std::string id = plot_main_finding(analysis, run.path()).id;
+  for (const char* language : {"en", "fr", "de"}) check_at_widths_of_journals(run / "figures", id, language);
+}
+
 TEST_CASE("A figure as it is, plotted again, has the same bytes") {
   const test::TemporaryFolder run;
   const std::string id = plot_propagation_and_thrust(synthetic::analysis(), run.path()).id;

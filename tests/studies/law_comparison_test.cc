@@ -108,6 +108,37 @@ TEST_CASE("Work of the laws against size leaves out and names what was not compl
   CHECK_THROWS_AS(plot_law_cost({}, run.path()), InputError);
 }
 
+TEST_CASE("The thrust under every law has names that leave each other and the curves free") {
+  std::vector<LawOnPiles> laws;
+  for (const Law law : {Law::granusolve, Law::polytope, Law::eloy_clement, Law::rejection}) {
+    for (const LatticeSpec lattice : {LatticeSpec{12, 30}, LatticeSpec{6, 6}}) {
+      for (const RepairRules rules : {RepairRules::all, RepairRules::no_pair}) {
+        if (rules != RepairRules::all && law != Law::granusolve) continue;
+        LawOnPiles one;
+        one.spec.sampler.law = law;
+        one.spec.sampler.mu = 0.3;
+        one.spec.sampler.lambda = -1.5;
+        one.spec.sampler.rules = rules;
+        one.spec.lattice = lattice;
+        one.samples = 512;
+        for (int layer = 0; layer < lattice.layers; ++layer) {
+          const double share = static_cast<double>(layer) / lattice.layers;
+          one.depths.push_back(
+              {layer, Lattice::depth(layer), known(1 - 0.08 * share, 0.0012), known(0.4 * share, 0.01)});
+        }
+        one.alpha_thrust = known(0.9312, 0.0012);
+        one.weight_variance = known(0.2345, 0.0067);
+        one.draws_per_bead = law == Law::rejection ? 1234.5 : 1.234;
+        laws.push_back(one);
+      }
+    }
+  }
+  const TemporaryFolder run;
+  const Figure figure = plot_laws(laws, run.path());
+  CHECK(figure.data.size() == laws.size());
+  check_at_widths_of_journals(run / "figures", figure.id);
+}
+
 TEST_CASE("Responses under the laws say how far they lie from the first") {
   ComparedLaws measured;
   measured.responses.resize(3);
