@@ -24,6 +24,38 @@ using namespace ensemble_format;
 constexpr const char* units =
     "per block and layer: sums over samples; weights in units of the load on one ordinary top bead";
 
+/// What the numbers of a quantity are, for whoever reads them without this program.
+struct QuantityMeaning {
+  std::string_view quantity;
+  const char *unit, *unit_of_square;  ///< of the sums, and of the sums of squares
+  const char* axis = "column";        ///< along which the numbers of a profile follow each other
+};
+
+constexpr const char *load_unit = "loads of one top bead", *squared_load = "squared loads of one top bead",
+                     *pure = "dimensionless";
+constexpr QuantityMeaning meanings[] = {
+    {"weight", load_unit, squared_load},
+    {"response", pure, pure},
+    {"correlation", pure, pure, "mode"},
+    {"propagation", squared_load, "loads of one top bead to the power 4", "part of the correlation of a mode"},
+    {"thrust", pure, pure},
+    {"weight_variance", squared_load, "loads of one top bead to the power 4"},
+    {"redrawn", pure, pure},
+    {"redrawn_below_overload", pure, pure},
+    {"least_force", load_unit, squared_load},
+    {"redrawn_force", load_unit, squared_load},
+    {"redrawn_together", "beads", "squared beads"},
+    {"response_thrust", pure, pure},
+    {"middle", pure, pure},
+    {"traction", pure, pure}};
+
+/// Null for a quantity that no estimator has.
+const QuantityMeaning* meaning_of(std::string_view quantity) {
+  const auto* const found = std::find_if(std::begin(meanings), std::end(meanings),
+                                         [&](const QuantityMeaning& one) { return one.quantity == quantity; });
+  return found == std::end(meanings) ? nullptr : found;
+}
+
 /// What a caller must keep to; a reader finds the same broken rules as InputError.
 void check_name(const std::string& quantity) {
   static const std::set<std::string> taken = {"",  ".", counters_group, failed_group, "count", "layers", "block_keys",
@@ -55,6 +87,22 @@ void write_failed(Hdf5Writer& writer, const std::vector<FailedSample>& failed) {
   writer.dataset("/failed/sample", {failed.size()}, samples);
   writer.dataset("/failed/layer", {failed.size()}, layers);
   writer.dataset("/failed/replay", replays);
+  describe_dataset(writer, "/failed/sample", "number of the sample", "failure");
+  describe_dataset(writer, "/failed/layer", "number of the layer, 0 at the top", "failure");
+  describe_dataset(writer, "/failed/replay", "command that meets the failure again", "failure");
+}
+
+void describe_sums(Hdf5Writer& writer, const std::string& quantity, const QuantitySums& numbers) {
+  const QuantityMeaning* const meaning = meaning_of(quantity);
+  const std::string axes = fmt::format("block, layer, {}", numbers.width == 1 ? "one"
+                                                           : meaning          ? meaning->axis
+                                                                              : "column");
+  for (const bool squared : {false, true}) {
+    if (squared && !numbers.has_squares()) continue;
+    const std::string path = fmt::format("/{}/{}", quantity, squared ? "sum_of_squares" : "sum");
+    writer.attribute(path, "axes", axes);
+    if (meaning != nullptr) writer.attribute(path, "units", squared ? meaning->unit_of_square : meaning->unit);
+  }
 }
 
 /// All but the numbers, for which there is room.
@@ -74,10 +122,15 @@ void compose(Hdf5Writer& writer, const EnsembleRecord& header, const std::vector
   writer.dataset("/layers", {layers}, sums.layers);
   writer.dataset("/block_keys", keys);
   describe_dataset(writer, "/count", "samples", "block");
-  describe_dataset(writer, "/layers", "number of the layer, 0 at the top", "layer");
-  int columns = 0;
-  for (const auto& [quantity, numbers] : sums.quantities) columns = std::max(columns, numbers.width);
-  write_lattice_axes(writer, columns, sums.layers, sums.rows);
+  describe_dataset(writer, "/block_keys", "digest of the block", "block");
+  if (sums.quantities.contains("propagation")) {
+    describe_dataset(writer, "/layers", "layers from base to partner, beside the reference lag", "layer");
+  } else {
+    describe_dataset(writer, "/layers", "number of the layer, 0 at the top", "layer");
+    int columns = 0;
+    for (const auto& [quantity, numbers] : sums.quantities) columns = std::max(columns, numbers.width);
+    write_lattice_axes(writer, columns, sums.layers, sums.rows);
+  }
   if (sums.rows != RowGeometry{}) {  // those of the beads go without saying
     writer.attribute("/", row_spacing, exact(sums.rows.spacing));
     writer.attribute("/", rows_staggered, sums.rows.staggered ? "yes" : "no");
@@ -89,8 +142,8 @@ void compose(Hdf5Writer& writer, const EnsembleRecord& header, const std::vector
       if (sum != std::string_view("sum") && !numbers.has_squares()) continue;
       const std::string path = fmt::format("/{}/{}", quantity, sum);
       writer.reserve(path, shape);
-      writer.attribute(path, "axes", numbers.width == columns ? "block, layer, column" : "block, layer, one");
     }
+    describe_sums(writer, quantity, numbers);
   }
   writer.group("/counters");
   for (const auto& [counter, field] : sampler_counters) writer.attribute("/counters", counter, header.counts.*field);
