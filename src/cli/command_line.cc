@@ -62,6 +62,19 @@ std::string find_unknown_flag(const CLI::App& verb, int argc, const char* const*
   return "";
 }
 
+/// A word that begins with a dash where a verb is expected, with the flag of the program that was probably meant.
+std::string name_unknown_flag(const CLI::App& app, const std::string& word) {
+  const std::string flag = word.substr(std::min(word.find_first_not_of('-'), word.size()));
+  const auto lower = [](const std::string& text) { return std::tolower(static_cast<unsigned char>(text[0])); };
+  for (const CLI::Option* option : app.get_options()) {  // each has a letter and a name
+    const std::string& letter = option->get_snames().front();
+    const bool other_case = flag.size() == 1 && lower(flag) == lower(letter);
+    if (!other_case && !nearest_name(flag, option->get_lnames())) continue;
+    return fmt::format("there is no flag {}; did you mean -{} (--{})?", word, letter, option->get_lnames().front());
+  }
+  return "";
+}
+
 /// What is wrong with the command line, and where to look.
 std::string explain(const CLI::ParseError& error, const CLI::App& app, int argc, const char* const* argv) {
   const std::vector<const CLI::App*> chosen = app.get_subcommands([](const CLI::App* verb) { return verb->parsed(); });
@@ -69,7 +82,10 @@ std::string explain(const CLI::ParseError& error, const CLI::App& app, int argc,
   if (!chosen.empty()) {
     if (const std::string unknown = find_unknown_flag(*chosen.front(), argc, argv); !unknown.empty()) what = unknown;
   }
-  if (chosen.empty() && what == "A subcommand is required") what = fmt::format("no verb follows {}", argv[1]);
+  if (chosen.empty() && what == "A subcommand is required") {
+    what = name_unknown_flag(app, argv[1]);
+    if (what.empty()) what = fmt::format("no verb follows {}", argv[1]);
+  }
   if (what.starts_with("The following arguments were not expected: ")) {
     // CLI11 lists them all, the last one first.
     const std::vector<std::string> words = (chosen.empty() ? &app : chosen.front())->remaining(true);

@@ -12,6 +12,7 @@
 
 #include "cli/in_process.h"
 #include "experiment/experiment_file.h"
+#include "kit/small_experiment.h"
 #include "kit/temporary_folder.h"
 #include "support/template_file.h"
 
@@ -66,6 +67,13 @@ TEST_CASE("Only a near name is offered, and a flag of one letter is named") {
   CHECK_THAT(granuscope_command({"sample", "-x", "2"}).err, Contains("sample has no flag -x"));
   CHECK_THAT(granuscope_command({"run"}).err, Contains("granuscope example"));
   CHECK_THAT(granuscope_command({"--verbose"}).err, Contains("no verb follows --verbose"));
+  for (const char* version : {"-v", "-version", "--versoin"}) {
+    const auto result = granuscope_command({version});
+    CHECK(result.code == 2);
+    CHECK_THAT(result.err, Contains(version) && Contains("did you mean -V (--version)?"));
+  }
+  CHECK_THAT(granuscope_command({"-H"}).err, Contains("did you mean -h (--help)?"));
+  for (const char* dashes : {"-", "--"}) CHECK(granuscope_command({dashes}).code == 2);
   CHECK_THAT(granuscope_command({"audit", "one", "two", "three"}).err, Contains("\"two\" is one word more"));
 }
 
@@ -279,6 +287,49 @@ TEST_CASE("A run takes wording from a folder of templates, and a wrong file ther
   std::ofstream(folder / "words/plot/no_such.captions") << "x";
   CHECK(run().code == 2);
   CHECK_THAT(run().err, Contains("the program has no template plot/no_such.captions"));
+}
+
+TEST_CASE("A run takes page, style sheets and tables from a folder of templates, and makes them anew without it") {
+  const test::TemporaryFolder folder;
+  const std::string at = folder.path().string(), words = at + "/words";
+  std::ofstream(folder / "e.toml") << one_plot_text;
+  const auto run = [&](const std::vector<std::string>& flags) {
+    std::vector<std::string> arguments = {"run", at + "/e.toml", "--out", at + "/out"};
+    arguments.insert(arguments.end(), flags.begin(), flags.end());
+    const auto result = granuscope_command(arguments);
+    use_templates({});
+    INFO(result.err);
+    REQUIRE(result.code == 0);
+    return text_of(folder / "out/report.html");
+  };
+  const auto add_to = [&](const std::string& name, const std::string& end) {
+    std::filesystem::create_directories((folder / ("words/" + name)).parent_path());
+    std::ofstream(folder / ("words/" + name)) << template_file(name) << end;
+  };
+  add_to("screen.css", "\nbody { color: #123456 }\n");
+  add_to("print.css", "\n@page { size: 150mm 230mm }\n");
+  add_to("report.html.mustache", "<p>Our own last words</p>\n");
+  add_to("summary.md.mustache", "\nOur own summary\n");
+  std::filesystem::create_directories(folder / "words/tables");
+  std::string table(template_file("tables/transport.table"));
+  REQUIRE(table.starts_with("caption: "));
+  std::ofstream(folder / "words/tables/transport.table") << table.insert(9, "Ours ");
+  const std::string ours = run({"--templates", words});
+  CHECK_THAT(ours, Contains("body { color: #123456 }") && Contains("Our own last words") && Contains("Ours "));
+  CHECK_THAT(text_of(folder / "out/summary.md"), Contains("Our own summary"));
+  const std::string built_in = run({});
+  CHECK_THAT(built_in, !Contains("#123456") && !Contains("Our own") && !Contains("Ours "));
+  CHECK_THAT(text_of(folder / "out/summary.md"), !Contains("Our own summary"));
+
+  const bool with_pdf = status_of("command -v weasyprint pdfinfo >/dev/null") == 0;
+  if (!with_pdf) {
+    WARN("no weasyprint or no pdfinfo here: the style sheet of the PDF was not tested");
+    return;
+  }
+  std::ofstream(folder / "e.toml")
+      << std::string(one_plot_text).replace(one_plot_text.find("pdf = false"), 11, "pdf = true");
+  run({"--templates", words, "--require-pdf"});
+  CHECK(status_of("pdfinfo " + at + "/out/report.pdf | grep 'Page size: *425.* x 65[12]' >/dev/null") == 0);
 }
 
 TEST_CASE("A machine without OpenGL paints the same picture, and doctor says so") {
