@@ -134,9 +134,11 @@ Figure plot_error_against_time(const std::vector<ErrorCurve>& curves, const std:
     for (const ErrorPoint& p : curve.points) repetitions.add(p.repetitions);
     const std::size_t number = titles.size();  // of the curve: those not shown count for nothing
     for (const std::size_t q : {0, 1}) add_curve(panels[q], plan, curve, quantities[q], cost, number);
-    titles.push_back(fmt::format("keyentry with points pointsize 0.6 {} title {}", series_style(number),
-                                 gnuplot_string(fmt::format("{}:  c = {},  D = {}", in_words(curve.spec.response),
-                                                            in_words(curve.c), in_words(curve.D)))));
+    const std::string name = in_words(curve.spec.response);
+    titles.push_back(
+        fmt::format("keyentry with points pointsize 0.6 {} title (wide ? {} : {})", series_style(number),
+                    gnuplot_string(fmt::format("{}:  c = {},  D = {}", name, in_words(curve.c), in_words(curve.D))),
+                    gnuplot_string(name)));
     slopes_c.push_back(in_words(curve.slope_c));
     slopes_D.push_back(in_words(curve.slope_D));
     std::vector<std::string> shifts;

@@ -187,10 +187,10 @@ void check_texts(const std::string& svg) {
     INFO(box.text << " in the middle of " << box.middle.x << ", " << box.middle.y << " of " << width << " x "
                   << height);
     for (const Point& corner : box.corners()) {
-      CHECK(corner.x > -tolerance_px);
-      CHECK(corner.y > -tolerance_px);
-      CHECK(corner.x < width + tolerance_px);
-      CHECK(corner.y < height + tolerance_px);
+      CHECK(corner.x >= 0);
+      CHECK(corner.y >= 0);
+      CHECK(corner.x <= width);
+      CHECK(corner.y <= height);
     }
     for (std::size_t k = 0; k < i; ++k) {
       INFO("it lies on " << boxes[k].text);

@@ -154,7 +154,7 @@ TEST_CASE("Transport with depth shows ratios and lines") {
   check_whole(figure, run.path());
   const std::string svg = read_file(run.path() / figure.screen);
   for (const char* label :
-       {"depth z  (bead diameters)", "peak position over depth  xₚ/z", "squared width over depth  W²/z",
+       {"depth z  (bead diameters)", "position over depth  xₚ/z", "width² over depth  W²/z",
         "peak position  xₚ − c₀ z", "squared width W²", "c from thrust"}) {
     INFO(label);
     CHECK(contains(svg, label));

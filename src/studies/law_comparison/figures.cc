@@ -51,7 +51,6 @@ Figure plot_laws(const std::vector<LawOnPiles>& laws, const std::filesystem::pat
   PlotPlan plan;
   plan.id = thrust_id;
   plan.script = "studies/law_thrust";
-  plan.height = 5;
   std::vector<std::string> curves, titles, repaired, failed;
   Range layers, alphas;
   layers.add(0);
@@ -77,12 +76,13 @@ Figure plot_laws(const std::vector<LawOnPiles>& laws, const std::filesystem::pat
     const std::string style = series_style(curves.size());
     curves.push_back(
         fmt::format("'{}' using 1:2:3 with yerrorlines linewidth 0.8 pointsize 0.45 {} notitle", file, style));
-    titles.push_back(
-        fmt::format("keyentry with points pointsize 0.6 {} title {}", style,
-                    gnuplot_string(fmt::format("{}:  α = {},  var w = {},  {} draws per bead", name_in_words(one),
-                                               in_words(one.alpha_thrust), in_words(one.weight_variance),
-                                               one.draws_per_bead < 100 ? caption_number(one.draws_per_bead, 3)
-                                                                        : fmt::format("{:.0f}", one.draws_per_bead)))));
+    const std::string name = fmt::format("{}:  α = {}", name_in_words(one), in_words(one.alpha_thrust));
+    const std::string work =
+        one.draws_per_bead < 100 ? caption_number(one.draws_per_bead, 3) : fmt::format("{:.0f}", one.draws_per_bead);
+    titles.push_back(fmt::format(
+        "keyentry with points pointsize 0.6 {} title (wide ? {} : {})", style,
+        gnuplot_string(fmt::format("{},  var w = {},  {} draws per bead", name, in_words(one.weight_variance), work)),
+        gnuplot_string(name)));
     if (one.spec.sampler.law == Law::granusolve && one.spec.sampler.rules == RepairRules::all) {
       repaired.push_back(fmt::format(
           "on {} × {} beads the pair rule gave {:.2f} %, arcs and rings {:.3f} % and backtracks {:.3f} % of the beads "
@@ -99,9 +99,13 @@ Figure plot_laws(const std::vector<LawOnPiles>& laws, const std::filesystem::pat
         "friction");
   }
   plan.curves = static_cast<int>(curves.size()) + 1;  // the line at 1
+  const double key_inches = 0.1 + 0.165 * static_cast<double>(titles.size());
+  plan.height = 3.1 + key_inches;
   return plot_figure(plan,
                      {{"curves", fmt::format("{}", fmt::join(curves, ", \\\n    "))},
                       {"titles", fmt::format("{}", fmt::join(titles, ", \\\n    "))},
+                      {"lines", std::to_string(titles.size())},
+                      {"key_inches", exact(key_inches)},
                       {"layer_high", exact(layers.high + 1)},
                       {"layer_ticks", linear_ticks(layers, 8)},
                       {"low", exact(alphas.low - 0.02)},
