@@ -10,6 +10,7 @@
 
 #include "cli/verbs.h"
 #include "experiment/experiment_file.h"
+#include "experiment/nearest_name.h"
 #include "support/template_file.h"
 
 namespace granuscope {
@@ -45,7 +46,9 @@ ExitCode print_example(std::string name, VerbContext& context) {
   }
   if (name.ends_with(extension)) name.resize(name.size() - extension.size());
   if (std::find(names.begin(), names.end(), name) == names.end()) {
-    throw InputError(fmt::format("there is no example {}; built in are {}", name, fmt::join(names, ", ")));
+    const auto meant = nearest_name(name, names);
+    throw InputError(fmt::format("there is no example {}; {}built in are {}", name,
+                                 meant ? fmt::format("did you mean {}? ", *meant) : "", fmt::join(names, ", ")));
   }
   context.out << text_of_example(name);
   return ExitCode::done;

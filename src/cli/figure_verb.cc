@@ -1,9 +1,12 @@
 #include <fmt/core.h>
 
 #include <CLI/CLI.hpp>
+#include <cstdlib>
 #include <filesystem>
+#include <initializer_list>
 #include <memory>
 #include <string>
+#include <string_view>
 
 #include "cli/flag_checks.h"
 #include "cli/verbs.h"
@@ -15,28 +18,44 @@ namespace granuscope {
 namespace {
 
 struct FigureOptions {
-  std::string folder, id, file, width, templates;
+  std::string folder, id, file, width, font_size, templates;
   FigureStyle style;
 };
 
-/// "86mm", "3.37in", "8.6cm", or millimetres alone.
-double millimetres(const std::string& text) {
-  std::size_t end = 0;
-  double number = 0;
-  try {
-    number = std::stod(text, &end);
-  } catch (const std::exception&) {
-    end = 0;
+struct Unit {
+  std::string_view name;
+  double scale;
+};
+
+/// A number above 0 with a unit behind it, or without, which is the first one; 0 for any other text.
+double measure_in(const std::string& text, std::initializer_list<Unit> units) {
+  char* end = nullptr;
+  const double number = std::strtod(text.c_str(), &end);
+  if (end == text.c_str() || !(number > 0)) return 0;
+  const std::string_view unit = end;
+  if (unit.empty()) return number * units.begin()->scale;
+  for (const Unit& known : units) {
+    if (unit == known.name) return number * known.scale;
   }
-  const std::string unit = text.substr(end);
-  const double scale = unit.empty() || unit == "mm" ? 1 : unit == "cm" ? 10 : unit == "in" ? 25.4 : 0;
-  if (end > 0 && number > 0 && scale > 0) return scale * number;
+  return 0;
+}
+
+double millimetres(const std::string& text) {
+  const double width = measure_in(text, {{"mm", 1}, {"cm", 10}, {"in", 25.4}});
+  if (width > 0) return width;
   throw InputError(fmt::format("--width {} is no width; write 86mm, 8.6cm or 3.37in", text));
+}
+
+double points(const std::string& text) {
+  const double size = measure_in(text, {{"pt", 1}});
+  if (size > 0) return size;
+  throw InputError(fmt::format("--font-size {} is no size of text; write 8pt or 8", text));
 }
 
 ExitCode plot_figure_again(FigureOptions options, VerbContext& context) {
   if (!options.templates.empty()) use_templates(options.templates);
   if (!options.width.empty()) options.style.width_mm = millimetres(options.width);
+  if (!options.font_size.empty()) options.style.font_points = points(options.font_size);
   const auto figures = std::filesystem::path(options.folder) / "figures";
   if (options.id.empty()) {
     for (const std::string& id : plots_in(figures)) context.out << id << '\n';
@@ -66,8 +85,9 @@ void add_figure_verb(CLI::App& app, VerbContext& context) {
       "--width", options->width,
       "86mm, 8.6cm or 3.37in; panels stand one above the other where it is narrow (as in the report, 170mm)");
   verb->add_option("--font", options->style.font, "of all text, as fontconfig names it")->capture_default_str();
-  verb->add_option("--font-size", options->style.font_points, "points; room around the axes grows with it")
-      ->capture_default_str();
+  verb->add_option("--font-size", options->font_size,
+                   fmt::format("8pt, or 8; room around the axes grows with it (as in the report, {:g}pt)",
+                               options->style.font_points));
   verb->add_option("--language", options->style.language, "of its texts and decimal point: en, fr or de")
       ->capture_default_str();
   verb->add_option(

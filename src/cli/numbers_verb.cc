@@ -3,6 +3,7 @@
 #include <memory>
 #include <string>
 
+#include "cli/flag_checks.h"
 #include "cli/verbs.h"
 #include "report/number_list.h"
 #include "support/atomic_file.h"
@@ -16,15 +17,23 @@ void add_numbers_verb(CLI::App& app, VerbContext& context) {
   verb->add_option("OUT", *folder, "folder of the run")->required();
   verb->add_option("--format", *format, "tex (\\granuscope{beta} writes 2.522(50)), csv or json")
       ->capture_default_str();
-  verb->callback([folder, format, &context] {
-    context.action = [folder, format, &context] {
+  const auto target = std::make_shared<std::string>();
+  verb->add_option("-o,--out", *target, "file to write (standard output if not given)")->check(output_file());
+  verb->callback([folder, format, target, &context] {
+    context.action = [folder, format, target, &context] {
       const auto file = std::filesystem::path(*folder) / "summary.json";
       std::error_code none;
       if (!std::filesystem::is_regular_file(file, none)) {
         throw InputError(file.string() +
                          ": there is no such file, and so no numbers; name the folder of a finished run");
       }
-      context.out << list_numbers(read_file(file), *format);
+      const std::string list = list_numbers(read_file(file), *format);
+      if (target->empty()) {
+        context.out << list;
+      } else {
+        write_file(*target, list);
+        context.err << "wrote " << *target << '\n';
+      }
       return ExitCode::done;
     };
   });

@@ -94,6 +94,7 @@ TEST_CASE("Every built-in example is listed by its title, and printed as it stan
   const auto unknown = granuscope_command({"example", "nothing"});
   CHECK(unknown.code == 2);
   CHECK_THAT(unknown.err, Contains("built in are") && Contains("quick"));
+  CHECK_THAT(granuscope_command({"example", "quikc"}).err, Contains("did you mean quick?"));
 }
 
 TEST_CASE("A reader that leaves early ends the program without a word") {
@@ -271,6 +272,10 @@ TEST_CASE("Numbers of a run are listed for a paper, and its figures plotted agai
   CHECK_THAT(granuscope_command({"figure", at, "beta", "--width", "wide"}).err,
              Contains("write 86mm, 8.6cm or 3.37in"));
   CHECK_THAT(granuscope_command({"figure", at, "beta", "--width", "0mm"}).err, Contains("--width 0mm is no width"));
+  CHECK_THAT(granuscope_command({"figure", at, "beta", "--font-size", "8mm"}).err, Contains("write 8pt or 8"));
+  CHECK_THAT(granuscope_command({"figure", at, "beta", "--font-size", "8pt"}).err, Contains("there is no plot beta"));
+  CHECK(granuscope_command({"numbers", at, "-o", at + "/numbers.tex"}).out.empty());
+  CHECK((text_of(folder / "numbers.tex") == tex.out));
 }
 
 TEST_CASE("A run takes wording from a folder of templates, and a wrong file there is the user's mistake") {
