@@ -322,6 +322,9 @@ TEST_CASE("A run takes page, style sheets and tables from a folder of templates,
   const std::string ours = run({"--templates", words});
   CHECK_THAT(ours, Contains("body { color: #123456 }") && Contains("Our own last words") && Contains("Ours "));
   CHECK_THAT(text_of(folder / "out/summary.md"), Contains("Our own summary"));
+  const std::string french = run({"--templates", GRANUSCOPE_SOURCE_DIR "/templates/fr"});
+  CHECK_THAT(french, Contains("Réponse moyenne à") && !Contains("Our own"));
+  CHECK_THAT(text_of(folder / "out/figures/response-profiles.svg"), Contains("diamètres de bille"));
   const std::string built_in = run({});
   CHECK_THAT(built_in, !Contains("#123456") && !Contains("Our own") && !Contains("Ours "));
   CHECK_THAT(text_of(folder / "out/summary.md"), !Contains("Our own summary"));
