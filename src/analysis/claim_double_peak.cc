@@ -101,7 +101,7 @@ Claim judge_double_peak(const Analysis& analysis, const FitSpec& fit, const Clai
   if (claim.measured.known()) {
     add_sentence(claim,
                  fmt::format("The mean xₚ over the mean W of the window is least at μ = {}, {}; the peaks merge at "
-                             "1, and {} standard errors decide.",
+                             "1, and a distance of {} standard errors is required.",
                              least_mu, value_with_error(claim.measured.value, claim.measured.standard_error),
                              significant(decisive, 2)));
   }

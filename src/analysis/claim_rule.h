@@ -43,8 +43,8 @@ struct NumberVerdict {
   double rival_distance = 0;  ///< standard errors; NaN where the measurement is unknown
 };
 
-/// The rule for claims with a number: the pull z = (m - p)/sqrt(s^2 + s_sys^2 + s_p^2 + t^2), with the statistical and
-/// the systematic error of the measured m, the paper's error and the tolerance. "not reproduced" if |z| > 3; else
+/// The rule for claims with a number: the pull, (m - p)/sqrt(s^2 + s_sys^2 + s_p^2 + t^2), with the statistical and
+/// the systematic error of the measured m, the paper's error and the tolerance. "not reproduced" beyond +-3; else
 /// "reproduced" if the rival lies more than 3 sqrt(s^2 + s_sys^2 + t^2) from m; else "not decided". Without a rival of
 /// a theory it is p (1 +- 0.2), the nearer of the two. "not tested" if m is unknown.
 NumberVerdict judge_number(const Estimate& measured, const PaperNumber& paper, const std::optional<Rival>& rival = {});

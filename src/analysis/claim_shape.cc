@@ -92,12 +92,11 @@ Claim judge_two_gaussians(const Analysis& analysis, const FitSpec& fit, const Cl
   const char* distance = failed                       ? "exceeds it by more than three standard errors"
                          : worst->excess > -agreement ? "lies within three standard errors of it"
                                                       : "stays below it by more than three standard errors";
-  add_sentence(
-      claim, fmt::format("{} the share of the response that {} comes nearest to failing, with {} at μ = {}: up "
-                         "to {} counts as well described, and this {}.",
-                         mu.size() == 1 ? fmt::format("At μ = {}", mu.front()) : "Over " + list_of_mu(mu), worst->what,
-                         value_with_error(worst->share.value, worst->share.standard_error), worst->mu,
-                         significant(spec.largest_remainder, 2), distance));
+  add_sentence(claim, fmt::format("{} the share of the response that {} is worst with {} at μ = {}: up "
+                                  "to {} counts as well described, and this {}.",
+                                  mu.size() == 1 ? fmt::format("At μ = {}", mu.front()) : "Over " + list_of_mu(mu),
+                                  worst->what, value_with_error(worst->share.value, worst->share.standard_error),
+                                  worst->mu, significant(spec.largest_remainder, 2), distance));
   if (!unknown.empty()) {
     add_sentence(claim, fmt::format("Not known at {}, where no fit tells the peaks.", list_of_mu(unknown)));
   }
@@ -141,7 +140,7 @@ Claim judge_closer_and_wider(const Analysis& analysis, const FitSpec& fit) {
   const double fall = -growth(first.c, last.c), rise = growth(first.D, last.D);
   add_sentence(claim,
                fmt::format("From μ = {} to {} c falls from {} to {}, by {} standard errors, and D grows from {} to "
-                           "{}, by {}; {} decide.",
+                           "{}, by {}; at least {} are required.",
                            first.mu(), last.mu(), value_with_error(first.c.value, first.c.standard_error),
                            value_with_error(last.c.value, last.c.standard_error), significant(fall, 2),
                            value_with_error(first.D.value, first.D.standard_error),

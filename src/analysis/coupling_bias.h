@@ -14,10 +14,10 @@ namespace granuscope {
 /// differ in the mean, by an amount that does not depend on the overload, so that the difference over the overload is
 ///   P(x) = response + (change of the law)/overload.
 /// What has one law tells itself by an identity: the total thrust is homogeneous of degree one in the loads and the
-/// mean pile invariant under translation, so that the thrust of the linear response is the thrust ratio alpha of the
+/// mean pile invariant under translation, so that the thrust of the linear response is the thrust ratio kappa of the
 /// piles. "response_thrust" - "thrust" is therefore 0, or the second piles follow another law.
 ///
-/// Why c and D of such pairs mean nothing, or nothing if they may: response_thrust differs from alpha by more than
+/// Why c and D of such pairs mean nothing, or nothing if they may: response_thrust differs from kappa by more than
 /// coupling_bias_errors standard errors of the difference. Both from the same ensemble, means over the same layers.
 std::string reason_against_pairs(const Replicated& response_thrust, const Replicated& thrust);
 

@@ -30,8 +30,9 @@ std::string reason_against_identification(const ShapeFit& fit, const PeakEvidenc
     return "the two peaks are closer to the middle than their width: position and width cannot be told apart";
   }
   if (!(evidence.for_two_peaks > least_evidence_for_two_peaks)) {
-    return fmt::format("the noise leaves open whether there are two peaks or one: χ² differs by {:.1f}, {} decide",
-                       evidence.for_two_peaks, least_evidence_for_two_peaks);
+    return fmt::format(
+        "the noise leaves open whether there are two peaks or one: χ² differs by {:.1f}, and at least {} is required",
+        evidence.for_two_peaks, least_evidence_for_two_peaks);
   }
   return {};
 }

@@ -5,7 +5,7 @@
 
 namespace granuscope {
 
-/// The propagation coefficient that follows from the thrust ratio alone: c = tan 30 degrees sqrt(alpha).
-inline double speed_from_thrust(double alpha) { return tan30 * std::sqrt(alpha); }
+/// The propagation coefficient that follows from the thrust ratio alone: c = tan 30 degrees sqrt(kappa).
+inline double speed_from_thrust(double kappa) { return tan30 * std::sqrt(kappa); }
 
 }  // namespace granuscope

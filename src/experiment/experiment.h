@@ -27,7 +27,7 @@ struct PictureSpec {
   std::vector<double> window;  ///< x0, x1 in bead diameters from the middle, first and last layer; empty: all shown
   std::vector<double> range;   ///< ends of the colour scale; empty: from what is shown
   std::string colour_map;      ///< empty: the scene's own
-  int width_px = 1600;
+  int width_px = 900;
 
   /// What is to be rendered, with the rest as the force-chain picture has it. Throws InputError if a list does not have
   /// as many numbers as it needs.

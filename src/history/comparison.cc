@@ -152,7 +152,7 @@ std::string in_errors(double apart) {
 }
 
 std::string in_words(const MovedNumber& number) {
-  return fmt::format("{}: {} to {}, z = {}, p = {}", number.name,
+  return fmt::format("{}: {} to {}, pull {}, p = {}", number.name,
                      value_with_error(number.before.value, number.before.standard_error),
                      value_with_error(number.after.value, number.after.standard_error), significant(number.z, 2),
                      significant(number.p, 2));

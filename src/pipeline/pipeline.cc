@@ -53,7 +53,7 @@ std::string state_of(const std::string& program) {
 std::set<std::string> files_of(const Figure& figure) {
   std::set<std::string> files;
   for (const auto& file : figure.data) files.insert(file.generic_string());
-  for (const auto& file : {figure.screen, figure.print, figure.script, figure.recipe}) {
+  for (const auto& file : {figure.screen, figure.narrow, figure.print, figure.script, figure.recipe}) {
     if (!file.empty()) files.insert(file.generic_string());
   }
   return files;

@@ -111,11 +111,12 @@ void SampleStage::tell_rounding(const SamplerCounts& counts) {
   data_.checks.push_back(
       counts.rounded == 0
           ? fmt::format(
-                "None of the {} beads of the main ensembles missed the forces that have a solution by rounding.", beads)
-          : fmt::format(
-                "Of the {} beads of the main ensembles {} missed the forces that have a solution by no more than "
-                "rounding, and were put onto the end of their band.",
-                beads, counts.rounded));
+                "Rounding carried none of the {} beads of the main ensembles out of the interval that has a solution.",
+                beads)
+          : fmt::format("Rounding carried {1} of the {0} beads of the main ensembles out of the interval that has a "
+                        "solution; they "
+                        "were put onto its end.",
+                        beads, counts.rounded));
 }
 
 }  // namespace granuscope

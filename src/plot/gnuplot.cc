@@ -52,18 +52,38 @@ std::size_t group_length(std::string_view svg) {
   return svg.size();
 }
 
-ProcessSpec gnuplot_process(const GnuplotJob& job, const std::filesystem::path& folder, double timeout_seconds) {
+/// Runs the script in `folder`, `settings` before it, and takes nothing but silence for success.
+void run_script(const GnuplotJob& job, const std::filesystem::path& folder, const std::vector<std::string>& settings,
+                double timeout_seconds) {
   ProcessSpec process;
   // -d ignores ~/.gnuplot. C.UTF-8 rather than C: the same number formats, but with C gnuplot warns on stderr that it
   // cannot convert the degree sign as soon as a script says `set encoding utf8`, and stderr has to stay empty.
-  process.arguments = {"gnuplot", "-d", job.stem + ".gp"};
+  process.arguments = {"gnuplot", "-d"};
+  process.arguments.insert(process.arguments.end(), settings.begin(), settings.end());
+  process.arguments.push_back(job.stem + ".gp");
   process.working_folder = folder;
   process.environment = {{"LC_ALL", "C.UTF-8"}, {"HOME", folder.string()}, {"XDG_CACHE_HOME", folder.string()}};
   process.timeout_seconds = timeout_seconds;
-  return process;
+  const ProcessResult result = run_process(process);
+  if (result.timed_out) fail(job, fmt::format("it was still running after {:.0f} s", timeout_seconds));
+  if (result.exit_code != 0) {
+    const std::string said = single_line(result.standard_error);
+    fail(job, fmt::format("it {}{}{}", describe_end(result), said.empty() ? "" : ": ", said));
+  }
+  if (!result.standard_error.empty()) fail(job, "it complained: " + single_line(result.standard_error));
+}
+
+std::string read_svg(const GnuplotJob& job, const std::filesystem::path& folder) {
+  std::string svg = read_plot(job, folder / (job.stem + ".svg"), "</svg>");
+  if (const int visible = count_visible_curves(svg); visible != job.curves) {
+    fail(job, fmt::format("{} of {} curves are visible", visible, job.curves));
+  }
+  return svg;
 }
 
 }  // namespace
+
+std::string narrow_svg(const std::string& stem) { return stem + "-narrow.svg"; }
 
 void require_gnuplot() {
   if (!find_program("gnuplot")) {
@@ -85,29 +105,27 @@ void plot_with_gnuplot(const GnuplotJob& job, const std::filesystem::path& folde
   write_file(scratch.path() / (job.stem + ".gp"), job.script);
   for (const auto& [name, csv] : job.data) write_file(scratch.path() / name, csv);
 
-  const ProcessResult result = run_process(gnuplot_process(job, scratch.path(), timeout_seconds));
-  if (result.timed_out) fail(job, fmt::format("it was still running after {:.0f} s", timeout_seconds));
-  if (result.exit_code != 0) {
-    const std::string said = single_line(result.standard_error);
-    fail(job, fmt::format("it {}{}{}", describe_end(result), said.empty() ? "" : ": ", said));
-  }
-  if (!result.standard_error.empty()) fail(job, "it complained: " + single_line(result.standard_error));
-
-  std::string svg = read_plot(job, scratch.path() / (job.stem + ".svg"), "</svg>");
+  run_script(job, scratch.path(), {}, timeout_seconds);
+  std::string svg = read_svg(job, scratch.path());
   std::string pdf = without_creation_date(read_plot(job, scratch.path() / (job.stem + ".pdf"), "%%EOF"));
-  if (const int visible = count_visible_curves(svg); visible != job.curves) {
-    fail(job, fmt::format("{} of {} curves are visible", visible, job.curves));
+  std::string narrow;
+  if (job.narrow_inches > 0) {
+    run_script(job, scratch.path(), {"-e", fmt::format("only = 'svg'; width = {}", job.narrow_inches)},
+               timeout_seconds);
+    narrow = read_svg(job, scratch.path());
   }
 
   if (job.label) {
     svg = labelled_svg(std::move(svg), *job.label);
     pdf = labelled_pdf(std::move(pdf), *job.label);
+    if (!narrow.empty()) narrow = labelled_svg(std::move(narrow), *job.label);
   }
 
   for (const auto& [name, csv] : job.data) write_file(folder / name, csv);
   if (!job.recipe.empty()) write_file(folder / (job.stem + ".json"), job.recipe);
   write_file(folder / (job.stem + ".gp"), job.script);
   write_file(folder / (job.stem + ".pdf"), pdf);
+  if (!narrow.empty()) write_file(folder / narrow_svg(job.stem), narrow);
   write_file(folder / (job.stem + ".svg"), svg);
 }
 
@@ -118,6 +136,7 @@ bool is_drawn(const GnuplotJob& job, const std::filesystem::path& folder) {
     }
     if (read_file(folder / (job.stem + ".gp")) != job.script) return false;
     (void)read_plot(job, folder / (job.stem + ".pdf"), "%%EOF");
+    if (job.narrow_inches > 0) (void)read_plot(job, folder / narrow_svg(job.stem), "</svg>");
     return count_visible_curves(read_plot(job, folder / (job.stem + ".svg"), "</svg>")) == job.curves;
   } catch (const Error&) {  // missing, or not whole
     return false;

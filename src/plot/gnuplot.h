@@ -19,7 +19,12 @@ struct GnuplotJob {
   std::string recipe = {};                  ///< of <stem>.json, from which the script can be filled again; "" for none
   std::optional<FileLabel> label = {};      ///< what SVG and PDF say of themselves
   int curves = 0;  ///< plot elements without a title, each with at least one visible mark (titles come by keyentry)
+  /// Other than 0: plotted once more, so many inches wide, as <stem>-narrow.svg; the script takes `only` and `width`.
+  double narrow_inches = 0;
 };
+
+/// "plot" for "plot-narrow.svg", the plot of a narrow screen.
+std::string narrow_svg(const std::string& stem);
 
 /// Throws EnvironmentError, naming the command that installs it, if gnuplot is missing.
 void require_gnuplot();

@@ -92,14 +92,6 @@ Curve slopes_against_diffusion(const Analysis& analysis) {
   return curve;
 }
 
-/// "1.66(4)", or what the points follow instead of a power law.
-std::string exponent_text(const ScalingFit& fit) {
-  if (!fit.exponent.known()) return "unknown";
-  if (!fit.misses_the_points()) return value_with_error(fit.exponent.value, fit.exponent.standard_error);
-  return fmt::format("{} (χ² = {} on {})", significant(fit.exponent.value, 3), significant(fit.scatter.chi2, 2),
-                     fit.scatter.degrees_of_freedom);
-}
-
 /// A power law through a point, as far as it lies inside the axes.
 struct Guide {
   double x, y, exponent;
@@ -115,7 +107,8 @@ class Panel {
   Panel(PlotPlan& plan, TemplateVariables& variables, std::string prefix)
       : plan_(plan), variables_(variables), prefix_(std::move(prefix)) {}
 
-  void set_axes(const std::vector<std::vector<PowerLawPoint>>& series) {
+  /// `room_above`: share of the height that stays free for a name as long as the panel.
+  void set_axes(const std::vector<std::vector<PowerLawPoint>>& series, double room_above) {
     for (const auto& points : series) {
       for (const PowerLawPoint& point : points) {
         x_.add(std::max(point.x - point.x_error, point.x / 2));
@@ -127,6 +120,7 @@ class Panel {
     x_ = widened_by_factor(x_, 1.35);
     y_ = widened_by_factor(y_, 1.35);
     y_.low /= 1.5;  // room for the names of the curves
+    y_.high *= std::pow(y_.high / y_.low, room_above / (1 - room_above));
     set("x_low", exact(x_.low));
     set("x_high", exact(x_.high));
     set("y_low", exact(y_.low));
@@ -209,7 +203,7 @@ Figure plot_main_finding(const Analysis& analysis, const std::filesystem::path& 
   const auto& window = scaling.gamma.window;
 
   Panel left(plan, variables, "mu_");
-  left.set_axes({slopes, ratios, from_load});
+  left.set_axes({slopes, ratios, from_load}, ratios.empty() ? 0 : 0.1);
   left.add_points("slopes", slopes);
   left.add_points("ratios", ratios);
   left.add_points("from_load", from_load);
@@ -221,10 +215,10 @@ Figure plot_main_finding(const Analysis& analysis, const std::filesystem::path& 
                    &shifted = ratio == nullptr ? none : ratio->from_load.gamma;
   left.set_label("ratios_label",
                  fmt::format("xₚ/z at z = {:.1f}: γ = {}", ratio == nullptr ? 0 : ratio->z, exponent_text(by_ratio)));
-  left.set_label("from_load_label", "xₚ/(z − ½), same layer: γ = " + exponent_text(shifted));
+  left.set_label("from_load_label", "xₚ/(z − ½): γ = " + exponent_text(shifted));
 
   Panel right(plan, variables, "D_");
-  right.set_axes({of_D});
+  right.set_axes({of_D}, 0);
   right.add_points("points", of_D);
   const WindowMiddle middle = middle_of_window(of_D, scaling.alpha.window);
   right.add_guide("paper", middle, paper_alpha);

@@ -105,6 +105,7 @@ Figure plot_figure(const PlotPlan& plan, const TemplateVariables& variables, con
   job.recipe = recipe_json(recipe);
   job.label = FileLabel{figure.title, figure.redraw, provenance_line(collect_provenance())};
   job.curves = plan.curves;
+  job.narrow_inches = plan.half_width ? 0 : narrow_plot_width_inches;
   try {
     plot_with_gnuplot(job, run_folder / folder);
   } catch (const EnvironmentError& failure) {
@@ -112,6 +113,7 @@ Figure plot_figure(const PlotPlan& plan, const TemplateVariables& variables, con
     if (!is_drawn(job, run_folder / folder)) return figure;
   }
   figure.screen = folder / (plan.id + ".svg");
+  if (job.narrow_inches > 0) figure.narrow = folder / narrow_svg(plan.id);
   figure.print = folder / (plan.id + ".pdf");
   figure.script = folder / (plan.id + ".gp");
   figure.recipe = folder / (plan.id + ".json");

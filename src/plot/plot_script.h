@@ -14,6 +14,9 @@ inline constexpr double plot_width_inches = 6.69;
 /// Two of these stand side by side there, 82 mm each, with text of 8 pt.
 inline constexpr double half_plot_width_inches = 3.228;
 
+/// A plot as wide as the text is made again this wide, for phones: two panels stand one above the other there.
+inline constexpr double narrow_plot_width_inches = 0.5 * plot_width_inches;
+
 /// A part of a script that several figures share, with what fills it.
 struct ScriptPart {
   std::string script;  ///< template, as of a PlotPlan

@@ -128,9 +128,7 @@ PowerLawPanel law_panel(const Analysis& analysis) {
         {result.mu(), result.D.value, result.D.standard_error, tan30 - result.c.value, result.c.standard_error});
   }
   panel.series.push_back(slopes);
-  const std::string exponent =
-      alpha.exponent.known() ? value_with_error(alpha.exponent.value, alpha.exponent.standard_error) : "unknown";
-  panel.notes = {fmt::format("this run: α = {}", exponent), "", "the paper: α = 0.4"};
+  panel.notes = {"this run: α = " + exponent_text(alpha), "", "the paper: α = 0.4"};
   return panel;
 }
 
@@ -190,7 +188,7 @@ Figure plot_propagation_against_diffusion(const Analysis& analysis, const std::f
        {{"not_logarithmic", with_reasons(reasons_off_log_axes(analysis.results))},
         {"unknown", with_reasons(unknown_points(analysis.results))},
         {"law_panel", law.shown ? "yes" : ""},
-        {"alpha", with_law ? value_with_error(alpha.exponent.value, alpha.exponent.standard_error) : ""},
+        {"alpha", with_law ? exponent_text(alpha) : ""},
         {"alpha_low", caption_number(alpha.window[0])},
         {"alpha_high", caption_number(alpha.window[1])},
         {"alpha_reason", alpha.exponent.known() ? "fewer than two points lie in its window" : alpha.exponent.reason},

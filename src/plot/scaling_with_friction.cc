@@ -65,14 +65,12 @@ std::vector<PowerLawPoint> slowing_points(const std::vector<Reading>& readings) 
   return points;
 }
 
-std::string note(const std::string& how, const std::string& symbol, const Estimate& exponent) {
-  if (!exponent.known()) return fmt::format("{}: {} unknown", how, symbol);
-  return fmt::format("{}: {} = {}", how, symbol, value_with_error(exponent.value, exponent.standard_error));
+std::string note(const std::string& how, const std::string& symbol, const ScalingFit& fit) {
+  return fmt::format("{}: {} {}{}", how, symbol, fit.exponent.known() ? "= " : "", exponent_text(fit));
 }
 
-std::string in_words(const Estimate& exponent) {
-  return exponent.known() ? value_with_error(exponent.value, exponent.standard_error)
-                          : fmt::format("unknown ({})", exponent.reason);
+std::string in_words(const ScalingFit& fit) {
+  return fit.exponent.known() ? exponent_text(fit) : fmt::format("unknown ({})", fit.exponent.reason);
 }
 
 }  // namespace
@@ -101,13 +99,13 @@ Figure plot_scaling_with_friction(const Analysis& analysis, const std::filesyste
   c.paper_exponent = "1";
   D.series.push_back({"slopes", diffusion_points(slopes), analysis.scaling.beta});
   c.series.push_back({"slopes", slowing_points(slopes), analysis.scaling.gamma});
-  D.notes = {note("slopes", "β", analysis.scaling.beta.exponent)};
-  c.notes = {note("slopes", "γ", analysis.scaling.gamma.exponent)};
+  D.notes = {note("slopes", "β", analysis.scaling.beta)};
+  c.notes = {note("slopes", "γ", analysis.scaling.gamma)};
   if (ratio != nullptr) {
     D.series.push_back({"ratios", diffusion_points(ratios), ratio->fits.beta});
     c.series.push_back({"ratios", slowing_points(ratios), ratio->fits.gamma});
-    D.notes.push_back(note(ratio_name, "β", ratio->fits.beta.exponent));
-    c.notes.push_back(note(ratio_name, "γ", ratio->fits.gamma.exponent));
+    D.notes.push_back(note(ratio_name, "β", ratio->fits.beta));
+    c.notes.push_back(note(ratio_name, "γ", ratio->fits.gamma));
   } else {
     D.notes.emplace_back();
     c.notes.emplace_back();
@@ -141,12 +139,12 @@ Figure plot_scaling_with_friction(const Analysis& analysis, const std::filesyste
                      {"plot/scaling_with_friction.captions",
                       {{"low", caption_number(analysis.scaling.beta.window[0])},
                        {"high", caption_number(analysis.scaling.beta.window[1])},
-                       {"beta", in_words(analysis.scaling.beta.exponent)},
-                       {"gamma", in_words(analysis.scaling.gamma.exponent)},
+                       {"beta", in_words(analysis.scaling.beta)},
+                       {"gamma", in_words(analysis.scaling.gamma)},
                        {"ratios", left.second || right.second ? "yes" : ""},
                        {"z", ratio == nullptr ? "" : fmt::format("{:.1f}", ratio->z)},
-                       {"ratio_beta", in_words(by_ratio.beta.exponent)},
-                       {"ratio_gamma", in_words(by_ratio.gamma.exponent)},
+                       {"ratio_beta", in_words(by_ratio.beta)},
+                       {"ratio_gamma", in_words(by_ratio.gamma)},
                        {"off_scale", enumeration(off_scale)}}},
                      run_folder);
 }

@@ -1,9 +1,12 @@
 #include "plot/window_points.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
 #include "plot/point_selection.h"
+#include "support/number_format.h"
 
 namespace granuscope {
 
@@ -35,6 +38,13 @@ Range window_on_axis(const std::array<double, 2>& window, const Range& axis) {
   part.add(std::clamp(window[0], axis.low, axis.high));
   part.add(std::clamp(window[1], axis.low, axis.high));
   return part;
+}
+
+std::string exponent_text(const ScalingFit& fit) {
+  if (!fit.exponent.known()) return "unknown";
+  if (!fit.misses_the_points()) return value_with_error(fit.exponent.value, fit.exponent.standard_error);
+  return fmt::format("{} (χ² = {} on {})", significant(fit.exponent.value, 3), significant(fit.scatter.chi2, 2),
+                     fit.scatter.degrees_of_freedom);
 }
 
 }  // namespace granuscope

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "analysis/scaling_fit.h"
 #include "plot/axes.h"
 
 namespace granuscope {
@@ -33,5 +34,8 @@ WindowMiddle middle_of_window(const std::vector<PowerLawPoint>& points, const st
 /// The part of a window of mu that lies on an axis of mu. A curve is sampled at a fixed number of places: over a window
 /// that ends far beyond the axis, none of them might be on it.
 Range window_on_axis(const std::array<double, 2>& window, const Range& axis);
+
+/// "1.66(4)"; without an error and with chi^2 where the points follow no power law; "unknown".
+std::string exponent_text(const ScalingFit& fit);
 
 }  // namespace granuscope

@@ -319,20 +319,18 @@ class LayoutMaker {
     below_ = title.bottom();
   }
 
-  /// Scale bar on the left, colour scale on the right; one below the other where the image is too narrow for both. Each
-  /// is a title above a bar.
+  /// Scale bar on the left, colour scale on the right, each a title above a bar. Where the image is too narrow for both
+  /// at full length the axes alone say how long a diameter is.
   void add_legend() {
     const ScaleBar bar = scale_bar(scene_, paper_);
-    const int bar_title = font_.width(bar.text);
-    const int bar_width = std::max(bar.length_px, bar_title);
+    const int bar_width = std::max(bar.length_px, font_.width(bar.text));
     const int left = layout_.plot.left, right = layout_.plot.right();
     const int narrowest = narrowest_scale(scene_.key_title, font_, paper_), widest = paper_.mm(scale_length_mm);
     const int beside = right - left - bar_width - 2 * paper_.mm(block_gap_mm);
-    const bool one_row = beside >= narrowest;
+    const bool one_row = beside >= widest;
 
-    int top = below_ + paper_.mm(block_gap_mm);
-    add_scale_bar(bar, bar_width, one_row || bar_width <= right - left ? left : paper_.mm(margin_mm), top);
-    if (!one_row) top = below_ + paper_.mm(block_gap_mm);
+    const int top = below_ + paper_.mm(block_gap_mm);
+    if (one_row) add_scale_bar(bar, bar_width, left, top);
     const int room = one_row ? beside : layout_.width - 2 * paper_.mm(margin_mm);
     const int length = std::clamp(room, narrowest, widest);
     // Numbers at its ends hang over by half their width, which the block gap or the margin takes.

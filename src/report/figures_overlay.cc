@@ -41,16 +41,18 @@ std::string upper(std::string text) {
   return text;
 }
 
-/// Embeds the screen version in both media: a PDF cannot stand in a page, an SVG stays vector in print as well.
-std::string embedded(const Figure& figure, const std::filesystem::path& run_folder, PageMedium medium) {
-  const std::string extension = figure.screen.extension().string();
-  const std::string bytes = read_file(run_folder / figure.screen);
+/// The image of a file: SVG in both media, since a PDF cannot stand in a page, and an SVG stays vector in print as
+/// well.
+std::string embedded(const Figure& figure, const std::filesystem::path& image, const std::filesystem::path& run_folder,
+                     PageMedium medium) {
+  const std::string extension = image.extension().string();
+  const std::string bytes = read_file(run_folder / image);
   if (extension == ".png") return data_uri("image/png", bytes);
   if (extension == ".svg") {
     return data_uri("image/svg+xml", medium == PageMedium::print ? svg_for_weasyprint(bytes) : bytes);
   }
   throw InputError(fmt::format("figure {} is neither SVG nor PNG ({}), so the report cannot hold it; make it again",
-                               figure.id, figure.screen.string()));
+                               figure.id, image.string()));
 }
 
 constexpr std::size_t most_embedded = 100'000;  ///< bytes of data files of one figure
@@ -84,6 +86,7 @@ std::string links_to_files(const Figure& figure, const std::filesystem::path& ru
     const std::string shown = name.starts_with(stem + "-") ? name.substr(stem.size() + 1) : name;
     data += link(inside ? data_uri("text/csv", bytes) : file.generic_string(), name, shown) + " ";
   }
+  if (figure.data.empty() || figure.data.size() > 2) links.erase(links.size() - std::string_view(" · ").size());
   if (figure.data.size() > 2) {
     data = fmt::format("<details><summary>{} data files</summary>{}</details>", figure.data.size(), data);
   }
@@ -101,14 +104,16 @@ void add_figures(Json& overlay, const ReportData& data, const std::filesystem::p
   Json rows = Json::array();
   for (const Figure& figure : data.figures) {
     const bool raster = figure.screen.extension() == ".png";
-    const std::optional<double> width =
-        raster && medium == PageMedium::print ? png_width_mm(read_file(run_folder / figure.screen)) : std::nullopt;
+    const std::optional<double> width = raster ? png_width_mm(read_file(run_folder / figure.screen)) : std::nullopt;
     rows.push_back(
         {{"number", rows.size() + 1},
          {"on_page_1", figure.id == data.key_figure},
          {"is_there", figure.is_there()},
          {"failure", as_sentence(figure.failure)},
-         {"image", figure.is_there() ? embedded(figure, run_folder, medium) : ""},
+         {"image", figure.is_there() ? embedded(figure, figure.screen, run_folder, medium) : ""},
+         {"narrow", !figure.narrow.empty() && medium == PageMedium::screen
+                        ? embedded(figure, figure.narrow, run_folder, medium)
+                        : ""},
          {"raster", raster},
          {"half", has_half_width(figure, run_folder)},
          // The picture alone, to be looked at closely; a link keeps what scrolls within reach of the keyboard.

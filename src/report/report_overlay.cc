@@ -26,7 +26,9 @@ std::string written_parts(const std::vector<ReportPart>& parts, ReportPart::Plac
 std::string report_page(const ReportData& data, const Json& summary, const std::filesystem::path& run_folder,
                         PageMedium medium) {
   const bool print = medium == PageMedium::print;
-  Json overlay = {{"style", template_file(print ? "print.css" : "screen.css")},
+  // A browser prints the page as WeasyPrint does.
+  Json overlay = {{"screen_style", print ? "" : template_file("screen.css")},
+                  {"print_style", template_file("print.css")},
                   {"print", print},
                   {"program", data.provenance.program_version},
                   {"title", title_of(data)},

@@ -189,7 +189,7 @@ Json to_json(const Claim& claim) {
   if (!claim.measured.known()) {
     json["reason"] = stated(claim.measured.reason);
   } else if (json["z_score"].is_null() || json["stderr"].is_null() || !paper_known) {
-    json["reason"] = "the claim is decided by its own test, not by a z-score";
+    json["reason"] = "the claim is decided by its own test, not by a pull";
   }
   json["rival"] = nullptr;
   if (claim.measured.known() && std::isfinite(claim.rival)) {

@@ -35,7 +35,7 @@ std::string unbroken_formulae(std::string_view text) {
   bool inside = false;
   for (std::size_t i = 0; i < words.size(); ++i) {
     const bool last = i + 1 == words.size();
-    const bool goes_on = !last && (joins(words[i + 1]) || (inside && joins(words[i])));
+    const bool goes_on = !last && (joins(words[i + 1]) || words[i + 1].starts_with('%') || (inside && joins(words[i])));
     if ((goes_on || short_fraction(words[i])) && !inside) {
       html += "<span class=\"formula-text\">";
       inside = true;

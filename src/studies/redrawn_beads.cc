@@ -130,11 +130,10 @@ RedrawnBeads measure_redrawn_beads(const MeasuredEnsemble& ensemble) {
 }
 
 Claim judge_redraw_share(const std::vector<RedrawnBeads>& measured) {
-  Claim claim =
-      open_claim("redraw-share",
-                 "With the standard procedure of the order of 0.5 % (μ = 0.1) and 2.4 % (μ = 0.3) of the beads "
-                 "change their random number.",
-                 "share of beads");
+  Claim claim = open_claim("redraw-share",
+                           "With the standard procedure about 0.5 % (μ = 0.1) and 2.4 % (μ = 0.3) of the beads "
+                           "change their random number.",
+                           "share of beads");
   std::vector<double> missing;
   std::vector<std::string> clauses;
   std::string below;

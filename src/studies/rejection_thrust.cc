@@ -93,15 +93,16 @@ class RejectionThrustStudy final : public CopiedStudy<RejectionThrustStudy> {
 
   std::vector<Key> keys() override {
     return {
-        make_key(table(), "mu", "",
-                 "friction coefficients, at most 0.3, at which the thrust ratio under the law rejection is taken "
-                 "from piles of several widths and depths; none: not at all",
-                 mu_,
-                 KeyRange{.ascending = true,
-                          .why = "without friction alpha is 1 by definition, and above 0.3 rejection takes for "
-                                 "ever on piles deep enough to have a bulk"}
-                     .within(0, 0.3)
-                     .above(0))
+        make_key(
+            table(), "mu", "",
+            "friction coefficients, at most 0.3, at which the thrust ratio under the law rejection is taken "
+            "from piles of several widths and depths; none: not at all",
+            mu_,
+            KeyRange{.ascending = true,
+                     .why = "without friction the thrust ratio is 1 by definition, and above 0.3 rejection takes for "
+                            "ever on piles deep enough to have a bulk"}
+                .within(0, 0.3)
+                .above(0))
             .formerly_at("exact_mu"),
         make_key(table(), "samples", "piles", "piles of each of these sizes", samples_).formerly_at("exact_samples")};
   }

@@ -41,13 +41,13 @@ TEST_CASE("the picture of the friction and those with names of their own are ren
   }
   REQUIRE(figures.size() == 4);
   const std::filesystem::path pictures = folder / "figures";
-  CHECK_THAT(scene_in(pictures / "force-chains.png"), Contains("1600 px: forces; x -20 to 20"));
+  CHECK_THAT(scene_in(pictures / "force-chains.png"), Contains("900 px: forces; x -20 to 20"));
   CHECK_THAT(scene_in(pictures / "mobilised-friction.png"),
-             Contains("1600 px: friction; x -20 to 20") && Contains("|T| / (μN) from 0 to 1") && Contains("viridis"));
+             Contains("900 px: friction; x -20 to 20") && Contains("|T| / (μN) from 0 to 1") && Contains("viridis"));
   CHECK_THAT(scene_in(pictures / "picture-part.png"),
              Contains("700 px: weight; x -6 to 8, z 1.73") && Contains("from 0 to 2.5") && Contains("cividis"));
   CHECK_THAT(scene_in(pictures / "picture-change.png"),
-             Contains("1600 px: response; x -20 to 20") && Contains("diverging"));
+             Contains("900 px: response; x -20 to 20") && Contains("diverging"));
 
   // What is said of them, and that the commands name what was asked for.
   CHECK_THAT(figures.at("mobilised-friction").details, Contains("|T| / (μN)") && Contains("40 × 20 beads"));

@@ -121,7 +121,12 @@ TEST_CASE("The page is self-contained") {
     CHECK_FALSE(contains(page.html, forbidden));
   }
   for (const std::size_t at : places(page.html, "src=\"")) CHECK(page.html.substr(at, 16) == "src=\"data:image/");
-  CHECK(places(page.html, "data:image/svg+xml;base64,").size() == 5);
+  for (const std::size_t at : places(page.html, "srcset=\"")) {
+    CHECK(page.html.substr(at, 19) == "srcset=\"data:image/");
+  }
+  // Each plot, and the same for a phone with its panels one above the other.
+  CHECK(places(page.html, "data:image/svg+xml;base64,").size() == 10);
+  CHECK(places(page.html, "<source media=\"screen and").size() == 5);
   CHECK(places(page.html, "data:image/png;base64,").size() == 1);
 }
 

@@ -63,7 +63,7 @@ TEST_CASE("Shifts of the window stand with their layers, and a systematic error 
   CHECK(count(table, "<tr class=\"first\"") == 2);  // one for each friction coefficient
   CHECK(count(table, "without the shallowest quarter") == 1);
   CHECK(count(table, "<tbody>") == 2);  // none without a row: WeasyPrint would leave the heading alone on its page
-  CHECK(count(table, "longer above by up to a quarter") == 2);
+  CHECK(count(table, "extended upwards by up to a quarter") == 2);
   CHECK(page.texts.at("/results/1/c/systematic") == "31");  // beside 0.57480(20)
   CHECK(contains(page.html, "(<span data-key=\"/results/1/c/systematic\">31</span>)"));
   CHECK_FALSE(page.texts.contains("/results/1/D/systematic"));
@@ -215,7 +215,7 @@ TEST_CASE("Powers that could not be taken have their reason below the table") {
   const Page shared(data);
   CHECK(count(shared.html, "the window is too short") == 1);
   CHECK(count(shared.html, "the peaks are too wide") == 1);
-  CHECK(contains(shared.html, "n/a at <var>μ</var> = 0.15 and 0.2: for the reasons that stand under"));
+  CHECK(contains(shared.html, "n/a at <var>μ</var> = 0.15 and 0.2: for the reasons given under"));
 }
 
 TEST_CASE("Page 1 counts what was not decided apart from what was not tested") {

@@ -85,6 +85,7 @@ TEST_CASE("Formulae in captions stay on one line and keep their text") {
   CHECK(unbroken_formulae("the ratio xₚ/z = 3 and") == "the ratio <span class=\"formula-text\">xₚ/z = 3</span> and");
   CHECK(unbroken_formulae("piles of 70 × 60") == "piles of <span class=\"formula-text\">70 × 60</span>");
   CHECK(unbroken_formulae("figures/response-profiles.svg").find("span") == std::string::npos);
+  CHECK(unbroken_formulae("2.0 (20 % off)") == "2.0 <span class=\"formula-text\">(20 %</span> off)");
   CHECK(unbroken_formulae("ends with =") == "ends <span class=\"formula-text\">with =</span>");
   CHECK(unbroken_formulae("").empty());
 }

@@ -88,7 +88,7 @@ TEST_CASE("Counted work is drawn per bead and names what was not completed") {
   CHECK(contains(figure.details, "means of 64 piles"));
   CHECK(contains(figure.details, "3 of 67 piles of 400 × 400 beads at μ = 1.7"));
   const std::string svg = read_file(run.path() / figure.screen);
-  CHECK(contains(svg, "random numbers per bead"));
+  CHECK(contains(svg, "draws per bead"));
   CHECK(contains(svg, "μ = 1.7"));
   CHECK_THROWS_AS(plot_counted_work({}, run.path()), InputError);
 

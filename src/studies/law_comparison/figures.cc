@@ -76,7 +76,7 @@ Figure plot_laws(const std::vector<LawOnPiles>& laws, const std::filesystem::pat
     const std::string style = series_style(curves.size());
     curves.push_back(
         fmt::format("'{}' using 1:2:3 with yerrorlines linewidth 0.8 pointsize 0.45 {} notitle", file, style));
-    const std::string name = fmt::format("{}:  α = {}", name_in_words(one), in_words(one.alpha_thrust));
+    const std::string name = fmt::format("{}:  κ = {}", name_in_words(one), in_words(one.alpha_thrust));
     const std::string work =
         one.draws_per_bead < 100 ? caption_number(one.draws_per_bead, 3) : fmt::format("{:.0f}", one.draws_per_bead);
     titles.push_back(fmt::format(
