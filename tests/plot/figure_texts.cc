@@ -209,18 +209,19 @@ void check_texts(const std::string& svg) {
   }
 }
 
-void check_at_widths_of_journals(const std::filesystem::path& figures, const std::string& id,
-                                 const std::string& language) {
-  for (const double width : {86.0, 120.0, 178.0}) {
-    INFO(id << " at " << width << " mm, " << language);
-    FigureStyle style;
-    style.language = language;
-    style.format = "svg";
-    style.width_mm = width;
-    style.font_points = 8;
-    const std::string svg = plot_again(figures, id, style).bytes;
-    CHECK(std::atof(attribute(svg, "width").c_str()) == Approx(width / 25.4 * 96).margin(1));
-    check_texts(svg);
+void check_at_widths_of_journals(const std::filesystem::path& figures, const std::string& id) {
+  for (const char* language : {"en", "fr", "de"}) {
+    for (const double width : {86.0, 120.0, 178.0}) {
+      INFO(id << " at " << width << " mm, " << language);
+      FigureStyle style;
+      style.language = language;
+      style.format = "svg";
+      style.width_mm = width;
+      style.font_points = 8;
+      const std::string svg = plot_again(figures, id, style).bytes;
+      CHECK(std::atof(attribute(svg, "width").c_str()) == Approx(width / 25.4 * 96).margin(1));
+      check_texts(svg);
+    }
   }
 }
 
