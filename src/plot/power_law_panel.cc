@@ -22,6 +22,8 @@ constexpr double lowest_ratio = 0.4, highest_ratio = 1.8;
 
 /// A line of the notes, as a share of the panel.
 constexpr double note_height = 0.09;
+/// Room for the name of a point, likewise.
+constexpr double name_height = 0.08;
 
 struct Law {
   bool known = false;
@@ -76,6 +78,7 @@ Axes axes_of(const PowerLawPanel& panel) {
   // The notes stand above all points.
   const double room = note_height * static_cast<double>(panel.notes.size());
   axes.y.high *= std::pow(axes.y.high / axes.y.low, room / (1 - room));
+  if (panel.labels) axes.y.low /= std::pow(axes.y.high / axes.y.low, name_height);  // below the lowest its name
   const double margin = 0.08 * axes.ratio.size();
   axes.ratio.low -= margin;
   axes.ratio.high += margin;

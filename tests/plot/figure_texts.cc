@@ -205,7 +205,9 @@ void check_texts(const std::string& svg) {
     const auto on = std::find_if(curves.begin(), curves.end(), [&](const auto& piece) {
       return crosses(box, piece.first, piece.second, tolerance_px);
     });
-    if (on != curves.end()) FAIL_CHECK("it lies on the line at " << on->first.x << ", " << on->first.y);
+    if (on != curves.end())
+      FAIL_CHECK("it lies on the line from " << on->first.x << ", " << on->first.y << " to " << on->second.x << ", "
+                                             << on->second.y);
   }
 }
 

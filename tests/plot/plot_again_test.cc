@@ -60,7 +60,7 @@ TEST_CASE("At the widths of journals no text of a figure is clipped or covered, 
   for (const std::string& id : plot_all(run.path())) check_at_widths_of_journals(run / "figures", id);
 }
 
-TEST_CASE("The longest names in the figure of the main finding leave points and lines free") {
+TEST_CASE("The longest texts of exponents, where there is no power law, leave points and lines free") {
   const test::TemporaryFolder run;
   Analysis analysis = synthetic::analysis();
   RatioScaling& ratio = analysis.by_ratio.front();
@@ -72,8 +72,12 @@ TEST_CASE("The longest names in the figure of the main finding leave points and 
     REQUIRE(fit->misses_the_points());
   }
   analysis.results.back().D = synthetic::known(0.46, 0.06);
-  const std::string id = plot_main_finding(analysis, run.path()).id;
-  check_at_widths_of_journals(run / "figures", id);
+  const Figure scaling = plot_scaling_with_friction(analysis, run.path());
+  CHECK(contains(scaling.details, "γ = 1.10 (χ² = 120 on 4)"));
+  for (const std::string& id : {plot_main_finding(analysis, run.path()).id, scaling.id,
+                                plot_propagation_against_diffusion(analysis, run.path()).id}) {
+    check_at_widths_of_journals(run / "figures", id);
+  }
 }
 
 TEST_CASE("A figure as it is, plotted again, has the same bytes") {
