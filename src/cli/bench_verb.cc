@@ -8,6 +8,7 @@
 #include <string>
 
 #include "bench/accuracy_suite.h"
+#include "bench/measured_with.h"
 #include "bench/render_suite.h"
 #include "bench/sampler_suite.h"
 #include "cli/flag_checks.h"
@@ -39,7 +40,7 @@ std::function<void(const std::string&)> teller(VerbContext& context) {
 ExitCode bench_accuracy(const BenchOptions& options, VerbContext& context) {
   AccuracyOptions accuracy = options.accuracy;
   accuracy.quick = options.quick;
-  const std::string json = accuracy_json(measure_accuracy(accuracy, context.err));
+  const std::string json = with_measured_with(accuracy_json(measure_accuracy(accuracy, context.err)));
   if (options.json_file.empty()) {
     context.out << json;
   } else {
@@ -51,7 +52,7 @@ ExitCode bench_accuracy(const BenchOptions& options, VerbContext& context) {
 
 ExitCode bench_sampler(const BenchOptions& options, VerbContext& context) {
   const SamplerBench result = run_sampler_suite({}, teller(context));
-  if (!options.json_file.empty()) write_file(options.json_file, sampler_bench_json(result));
+  if (!options.json_file.empty()) write_file(options.json_file, with_measured_with(sampler_bench_json(result)));
   context.out << sampler_bench_table(result);
   return ExitCode::done;
 }
@@ -68,7 +69,7 @@ ExitCode bench_render(const BenchOptions& options, VerbContext& context) {
   remove_leftovers(folder);
   const ScratchFolder scratch(folder, "bench");
   const RenderBench result = run_render_suite(render_cases(options.quick), scratch.path(), teller(context));
-  if (!options.json_file.empty()) write_file(options.json_file, render_bench_json(result));
+  if (!options.json_file.empty()) write_file(options.json_file, with_measured_with(render_bench_json(result)));
   context.out << render_bench_table(result);
   return ExitCode::done;
 }
