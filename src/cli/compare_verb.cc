@@ -26,10 +26,10 @@ ExitCode compare(const CompareVerbOptions& given, VerbContext& context) {
 }  // namespace
 
 void add_compare_verb(CLI::App& app, VerbContext& context) {
-  CLI::App* verb = app.add_subcommand(
-      "compare",
-      "Hold one run against another: same numbers, same experiment, other samples of it, or another one. Ends "
-      "with 0, whatever it finds, unless --gate is given; with 2 if there is nothing to compare");
+  CLI::App* verb =
+      app.add_subcommand("compare",
+                         "Compare two runs: same numbers, same experiment, other samples of it, or another one. Ends "
+                         "with 0, whatever it finds, unless --gate is given; with 2 if there is nothing to compare");
   const auto options = std::make_shared<CompareVerbOptions>();
   verb->add_option("OLD", options->before, "folder of a run, or its summary.json")->required();
   verb->add_option("NEW", options->after, "folder of another run, or its summary.json")->required();

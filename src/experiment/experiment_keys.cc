@@ -99,9 +99,10 @@ std::vector<Key> keys_of_main_line(Experiment& e) {
                "multiplexed: so many neighbouring top beads, or one more, are raised or lowered together (1: each by "
                "itself); 2 or 3 measure peaks wider than a bead better",
                e.response.sign_run, KeyRange{.least = 1}),
-      make_key(response, "reference_lag", "layers",
-               "fluctuation: how far below a base layer the one lies that deeper ones are referred to",
-               e.response.reference_lag, KeyRange{}.within(0, most_reference_lag)),
+      make_key(
+          response, "reference_lag", "layers",
+          "fluctuation: layers from a base layer down to the reference layer, from which the deeper ones are followed",
+          e.response.reference_lag, KeyRange{}.within(0, most_reference_lag)),
       make_key(response, "first_base", "layer",
                "fluctuation: shallowest base layer; 0: where fluctuations are saturated, 0.6/mu^2 and at least 60",
                e.response.first_base, KeyRange{}.within(0, most_first_base)),
@@ -130,13 +131,13 @@ std::vector<Key> keys_of_main_line(Experiment& e) {
 
       make_key(
           precision, "c", "",
-          "standard error of the slope c down to which response.samples is multiplied by 3/2 again and again, at each "
-          "mu; "
-          "0: not asked for",
+          "largest standard error wanted of the slope c: at each mu response.samples is multiplied by 3/2 until it "
+          "is reached; 0: not asked for",
           e.precision.c, standard_error),
       make_key(precision, "D", "bead diameters", "the same for the slope D; both together: until both are reached",
                e.precision.D, standard_error),
-      make_key(precision, "most_samples", "piles", "per friction coefficient, beyond which it is given up and reported",
+      make_key(precision, "most_samples", "piles",
+               "most piles per friction coefficient; where they do not reach the precision, the report says so",
                e.precision.most_samples, KeyRange{}.within(1, most_samples)),
 
       make_key(claims, "decisive_chi2", "",
@@ -169,8 +170,7 @@ std::vector<Key> keys_of_main_line(Experiment& e) {
       make_key(profiles, "mu", "", "friction coefficient shown, one of friction.mu", e.figures.profile_mu),
       make_key(profiles, "layers", "layers", "layers shown", e.figures.profile_layers,
                KeyRange{.least = 0, .ascending = true}),
-      show_key("figures.transport_with_depth", "plot c and D against depth and against mu (Fig. 3)",
-               e.figures.transport_with_depth),
+      show_key("figures.transport_with_depth", "plot c and D against depth (Fig. 3)", e.figures.transport_with_depth),
       show_key("figures.propagation_against_diffusion", "plot c against D (Fig. 4)",
                e.figures.propagation_against_diffusion),
       show_key("figures.scaling_with_friction", "plot D and c0 - c against mu, from slopes and from ratios",

@@ -122,46 +122,46 @@ class ModelsStudy final : public CopiedStudy<ModelsStudy> {
     };
     KeyRange shares = list(KeyRange{}.within(0, 1).above(0).below(1),
                            "the middle leg carries a share of the force, and leaves some to the others");
-    return {make_key(table(), "mu", "", "friction coefficients of the beads that stand beside the models", mu_,
-                     friction_range_above_zero()),
-            make_key(table(), "q_model", "",
-                     "measure the scalar q-model, with shares q uniform on [0, 1], 0 or 1, and of density 6 q (1 - q)",
-                     q_model_),
-            make_key(table(), "three_leg_free", "",
-                     "three-leg model: mean shares of the middle leg, whose noise knows no bounds", three_leg_free_,
-                     shares),
-            make_key(
-                table(), "three_leg_positive", "",
-                "three-leg model: the share of the middle leg is uniform from 0 to so much of the largest one with "
-                "which no leg pulls (1: all of it)",
-                three_leg_positive_, list(KeyRange{}.within(0, 1).above(0), "it is a share of what the legs can bear")),
-            make_key(table(), "three_leg_clipped", "",
-                     "three-leg model: mean shares of the middle leg, whose noise is clipped so that no leg pulls",
-                     three_leg_clipped_, shares),
-            make_key(table(), "three_leg_noise", "",
-                     "three_leg_free and _clipped: the share is uniform on the mean plus and minus so much of it",
-                     noise_, KeyRange{.why = "a share is never negative"}.within(0, 1)),
-            make_key(table(), "stochastic_osl", "",
-                     "stochastic OSL: standard deviations of the noise v in sigma_xx = (1 + v) sigma_zz / 3", osl_,
-                     list(KeyRange{}.within(0, 0.57).above(0), "a uniform v would reach -1, where no wave propagates")),
-            make_key(table(), "osl_grid", "nodes per bead diameter", "stochastic OSL: fineness of the explicit scheme",
-                     grid_, KeyRange{}.within(1, 16)),
-            make_key(
-                table(), "osl_cells", "bead diameters, rows",
-                "stochastic OSL: width and height of the cells within which noise is the same; must divide the columns",
-                cells_, KeyRange{}.within(1, 64)),
-            make_key(table(), "columns", "beads", "beads per layer", columns_,
-                     KeyRange{}.within(fewest_columns, most_columns)),
-            make_key(table(), "depth", "bead diameters",
-                     "deepest layer that is measured; the fits begin at a third of it", depth_,
-                     KeyRange{.why = "below 30 the peaks have not yet parted, and beyond 10000 nothing is new"}.within(
-                         30, 10'000)),
-            make_key(table(), "samples", "piles",
-                     "piles of each, at least eight per block; a quarter of them of beads and of stochastic OSL, which "
-                     "cost more",
-                     samples_),
-            make_key(table(), "epsilon", "loads of one top bead", "by how much each top load is raised or lowered",
-                     epsilon_, KeyRange{}.within(least_epsilon, epsilon_limit).below(epsilon_limit))};
+    return {
+        make_key(table(), "mu", "", "friction coefficients of the beads that stand beside the models", mu_,
+                 friction_range_above_zero()),
+        make_key(table(), "q_model", "",
+                 "measure the scalar q-model, with shares q uniform on [0, 1], 0 or 1, and of density 6 q (1 - q)",
+                 q_model_),
+        make_key(table(), "three_leg_free", "",
+                 "three-leg model: mean shares of the middle leg, whose noise is not bounded", three_leg_free_, shares),
+        make_key(table(), "three_leg_positive", "",
+                 "three-leg model: the share of the middle leg is uniform from 0 to so much of the largest one with "
+                 "which no leg pulls (1: all of it)",
+                 three_leg_positive_,
+                 list(KeyRange{}.within(0, 1).above(0), "it is a share of what the legs can bear")),
+        make_key(table(), "three_leg_clipped", "",
+                 "three-leg model: mean shares of the middle leg, whose noise is clipped so that no leg pulls",
+                 three_leg_clipped_, shares),
+        make_key(table(), "three_leg_noise", "",
+                 "three_leg_free and _clipped: the share is uniform on the mean plus and minus so much of it", noise_,
+                 KeyRange{.why = "a share is never negative"}.within(0, 1)),
+        make_key(table(), "stochastic_osl", "",
+                 "stochastic OSL: standard deviations of the noise v in sigma_xx = (1 + v) sigma_zz / 3", osl_,
+                 list(KeyRange{}.within(0, 0.57).above(0), "a uniform v would reach -1, where no wave propagates")),
+        make_key(table(), "osl_grid", "nodes per bead diameter", "stochastic OSL: fineness of the explicit scheme",
+                 grid_, KeyRange{}.within(1, 16)),
+        make_key(
+            table(), "osl_cells", "bead diameters, rows",
+            "stochastic OSL: width and height of the cells within which noise is the same; must divide the columns",
+            cells_, KeyRange{}.within(1, 64)),
+        make_key(table(), "columns", "beads", "beads per layer", columns_,
+                 KeyRange{}.within(fewest_columns, most_columns)),
+        make_key(table(), "depth", "bead diameters", "deepest layer that is measured; the fits begin at a third of it",
+                 depth_,
+                 KeyRange{.why = "below 30 the peaks have not yet parted, and beyond 10000 nothing is new"}.within(
+                     30, 10'000)),
+        make_key(table(), "samples", "piles",
+                 "piles of each, at least eight per block; a quarter of them of beads and of stochastic OSL, which "
+                 "cost more",
+                 samples_),
+        make_key(table(), "epsilon", "loads of one top bead", "by how much each top load is raised or lowered",
+                 epsilon_, KeyRange{}.within(least_epsilon, epsilon_limit).below(epsilon_limit))};
   }
 
   bool asked() const override {
