@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// What an attachment may have; the pages of examples/quick.toml and paper.toml have 3.26 and 3.46 million bytes.
+/// What an attachment may have; the pages of examples/quick.toml and paper.toml have 3.14 and 3.34 million bytes.
 constexpr std::uintmax_t size_budget = 4'000'000;
 
 /// An example with all its figures, tables, depths and friction coefficients, but few piles: they do not change how
