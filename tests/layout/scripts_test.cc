@@ -6,6 +6,8 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <regex>
+#include <set>
 #include <sstream>
 #include <string>
 
@@ -48,6 +50,34 @@ TEST_CASE("the scripts find their folder from elsewhere and through a link") {
       CHECK(WEXITSTATUS(status) == 2);  // usage
     }
   }
+}
+
+TEST_CASE("stages of the Dockerfile stand on each other, copy what is there, and have commands that bash reads") {
+  std::ostringstream text;
+  text << std::ifstream(GRANUSCOPE_SOURCE_DIR "/Dockerfile").rdbuf();
+  std::istringstream lines(std::regex_replace(text.str(), std::regex("\\\\\n"), " "));
+  const test::TemporaryFolder folder;
+  std::set<std::string> stages;
+  for (std::string line; std::getline(lines, line);) {
+    CAPTURE(line);
+    std::istringstream words(line);
+    std::string instruction, first, as, name;
+    words >> instruction >> first >> as >> name;
+    if (instruction == "FROM") {
+      CHECK((first == "debian:12-slim" || stages.contains(first)));
+      stages.insert(name);
+    } else if (instruction == "COPY" && first.starts_with("--from=")) {
+      CHECK(stages.contains(first.substr(7)));
+    } else if (instruction == "COPY") {
+      CHECK(fs::exists(fs::path(GRANUSCOPE_SOURCE_DIR) / first));
+    } else if (instruction == "RUN") {
+      std::ofstream(folder / "run") << line.substr(4) << '\n';
+      const int status = std::system(  // NOLINT(concurrency-mt-unsafe): nothing else runs
+          ("bash -n '" + (folder / "run").string() + "'").c_str());
+      CHECK(status == 0);
+    }
+  }
+  CHECK(stages == std::set<std::string>{"build", "gl", "pdf", "slim"});
 }
 
 TEST_CASE("the slowest cases are named with their run and program, and cases are counted") {
