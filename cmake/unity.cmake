@@ -9,7 +9,8 @@
 set(granuscope_unity_files 12)  # at the most in a piece: two cores share the larger rooms
 
 # What a source declares in its unnamed namespaces, and what a file beside it may therefore not declare there: a name, or
-# a function of these types of parameters. Such declarations begin a line (.clang-format).
+# a function of these types of parameters (templates and those with defaults: any). Such declarations begin a line
+# (.clang-format).
 function(granuscope_own_names source names clashes)
   file(READ ${source} text)
   string(REGEX REPLACE "[][;\\\\]" "" text "${text}")  # what would be read as syntax of a list
@@ -27,9 +28,9 @@ function(granuscope_own_names source names clashes)
       if(declaration MATCHES "\n(struct|class|enum class|enum) ([A-Za-z0-9_]+)")
         list(APPEND own ${CMAKE_MATCH_2})
         list(APPEND others ${CMAKE_MATCH_2} "${CMAKE_MATCH_2}()")
-      elseif(declaration MATCHES "^[^(={]*[ *&]([A-Za-z0-9_]+) *\\((.*)$" AND NOT template)
+      elseif(declaration MATCHES "^[^(={]*[ *&]([A-Za-z0-9_]+) *\\(([^)=]*)($|\\))" AND NOT template)
         set(name ${CMAKE_MATCH_1})
-        string(REGEX REPLACE " [a-z0-9_]+([,)])" "\\1" types "${CMAKE_MATCH_2}")  # without names of parameters
+        string(REGEX REPLACE " [a-z0-9_]+(,|$)" "\\1" types "${CMAKE_MATCH_2}")  # without names of parameters
         string(MAKE_C_IDENTIFIER "${types}" types)
         list(APPEND own "${name}()" "${name}(${types})")
         list(APPEND others ${name} "${name}(${types})")
