@@ -24,9 +24,9 @@ struct ForceChainSpec {
   /// 57 mm wide: two pictures share a row of the printed report, with text of 8 pt. Its window is ignored: columns and
   /// layers above say what is shown.
   SceneSpec scene{.width_px = 900, .dpi = 400, .window = {}, .range = {}};
-  bool weight = true;        ///< also the weights of the same pile's beads
-  bool friction = false;     ///< also how much of its friction each contact uses
-  bool response = true;      ///< also how they change with the overload, every bead keeping its random number
+  bool weight = true;     ///< also the weights of the same pile's beads
+  bool friction = false;  ///< also how much of its friction each contact uses
+  bool response = true;   ///< also how they change with the overload, every bead keeping its random number
 
   /// Saturates: what is absurd is refused, but only after it has been looked at.
   int computed_layers() const {
