@@ -129,6 +129,12 @@ void add_sample_verb(CLI::App& app, VerbContext& context) {
                    "uniform: 1 on every top bead; point: 1 + overload on the middle one; paired, multiplexed: the pile "
                    "that an ensemble of this estimator draws, to follow what it names as failed")
       ->capture_default_str();
+  verb->add_option("--load-angle", spec.sampler.load_angle,
+                   "of the load on every top bead from the vertical, in degrees, to the right > 0: a tilted pile")
+      ->capture_default_str();
+  verb->add_option("--load-offset", spec.sampler.load_offset,
+                   "how far to the right of their centres the loads act on the top beads, in bead radii: a torque")
+      ->capture_default_str();
   verb->add_option("--overload", spec.response.overload,
                    "extra force of --load point or paired, in loads of one top bead")
       ->capture_default_str();

@@ -122,6 +122,8 @@ std::string configuration_text(const EnsembleSpec& spec) {
   add("law", name_of(sampler.law));
   add("mu", exact(sampler.mu));
   add("seed", sampler.seed);
+  if (sampler.load_angle != 0) add("load_angle", exact(sampler.load_angle));
+  if (sampler.load_offset != 0) add("load_offset", exact(sampler.load_offset));
   add("effort", exact(sampler.effort));
   add("max_tries", sampler.max_tries);
   add("layer_order", name_of(sampler.order));
@@ -174,6 +176,8 @@ std::string replay_command(const EnsembleSpec& spec, std::uint64_t sample) {
   if (spec.response.sign_run != 1) command += fmt::format(" --sign-run {}", spec.response.sign_run);
   if (loads_one_bead(estimator) && spec.load == Load::point && spec.response.overload != 1.0)
     command += fmt::format(" --overload {}", exact(spec.response.overload));
+  if (spec.sampler.load_angle != 0) command += fmt::format(" --load-angle={}", exact(spec.sampler.load_angle));
+  if (spec.sampler.load_offset != 0) command += fmt::format(" --load-offset={}", exact(spec.sampler.load_offset));
   if (spec.sampler.effort != SamplerSpec{}.effort) command += fmt::format(" --effort {}", exact(spec.sampler.effort));
   if (spec.sampler.max_tries != SamplerSpec{}.max_tries)
     command += fmt::format(" --max-tries {}", spec.sampler.max_tries);

@@ -50,6 +50,14 @@ std::vector<Key> keys_of_main_line(Experiment& e) {
           e.sampling.law, law_named),
       make_key(sampling, "seed", "", "together with the sample's number the key of every random number",
                e.sampling.seed, KeyRange{.least = 0}),
+      make_key(sampling, "load_angle", "degrees",
+               "of the load on every top bead from the vertical, to the right > 0: a tilted pile; responses are still "
+               "averaged over mirror images",
+               e.sampling.load_angle, KeyRange{}.above(-load_angle_limit).below(load_angle_limit)),
+      make_key(sampling, "load_offset", "bead radii",
+               "how far to the right of their centres the loads act on the top beads: a torque, handed down with "
+               "alternating sign",
+               e.sampling.load_offset, KeyRange{}.within(-2, 2)),
       make_key(sampling, "effort", "solutions per bead",
                "granusolve, eloy-clement: a pile counts as failed, by name, after this many bead solutions per bead",
                e.sampling.effort, KeyRange{}.within(least_effort, most_effort)),

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "model/friction_cone.h"
+#include "model/incoming.h"
 #include "support/error.h"
 
 namespace granuscope {
@@ -41,10 +42,10 @@ std::vector<LayerResidual> audit_layers(const Pile& pile) {
       const ContactForce L = resolve_left(pile.V_L[at], pile.H_L[at]);
       ContactForce UL, UR;
       if (n == 0) {
-        // The load enters as two equal vertical halves, one through each upper contact.
-        const double half = pile.load[static_cast<std::size_t>(i)] / 2;
-        UL = resolve_right(half, 0);
-        UR = resolve_left(half, 0);
+        // The load enters through both upper contacts; how they divide its horizontal part changes no balance.
+        const Incoming load = top_load(pile.load[static_cast<std::size_t>(i)], pile.load_line);
+        UL = resolve_right(load.V_UL, load.H / 2);
+        UR = resolve_left(load.V_UR, load.H / 2);
       } else {
         const std::size_t a = lattice.index(n - 1, lattice.upper_left(n, i));
         const std::size_t b = lattice.index(n - 1, lattice.upper_right(n, i));

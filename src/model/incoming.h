@@ -4,11 +4,18 @@
 
 namespace granuscope {
 
+/// What enters a top bead: its load through two upper contacts, whose friction is the load's torque. With contacts like
+/// gears, T_R + T_L = -(T_UL + T_UR) at every bead, or V_R - V_L = 2 sqrt(3) H - (V_UL - V_UR): a load through the
+/// centres (offset 0) is borne by all layers alike, any other torque goes down with alternating sign.
+inline Incoming top_load(double load, const LoadLine& line) {
+  const double half = load / 2, lean = sqrt3 * line.slope - 2 * line.offset;
+  return {half * (1 + lean), half * (1 - lean), line.slope * load};
+}
+
 /// What enters a bead of a pile from its load or from the two beads above it.
 inline Incoming incoming(const Pile& pile, int layer, int bead) {
   if (layer == 0) {
-    const double half = pile.load[static_cast<std::size_t>(bead)] / 2;
-    return {half, half, 0.0};
+    return top_load(pile.load[static_cast<std::size_t>(bead)], pile.load_line);
   }
   const Lattice& lattice = pile.lattice;
   const std::size_t a = lattice.index(layer - 1, lattice.upper_left(layer, bead));

@@ -7,6 +7,13 @@
 
 namespace granuscope {
 
+/// The line along which all loads of a pile act.
+struct LoadLine {
+  double slope = 0;   ///< horizontal force over vertical force, to the right > 0
+  double offset = 0;  ///< where it passes the bead's centre, to the right > 0, bead radii: the load's torque
+  bool operator==(const LoadLine&) const = default;
+};
+
 /// One complete contact-force network. Forces are those a bead pushes onto the bead below it, V down > 0, H right > 0,
 /// in units of the load on one ordinary top bead. All four arrays have shape [layers, columns], row-major, and hold the
 /// contacts leaving bead (n, i): _R towards its lower-right, _L towards its lower-left neighbour.
@@ -22,6 +29,7 @@ struct Pile {
   Lattice lattice;
   std::vector<double> V_R, V_L, H_R, H_L;
   std::vector<double> load;  ///< vertical force on each top bead, shape [columns]
+  LoadLine load_line;
 
   double mu = 0;           ///< friction coefficient
   std::string law;         ///< name of the law that drew it ("granusolve", "rejection", ...)

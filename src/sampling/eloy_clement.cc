@@ -23,6 +23,7 @@ std::optional<SamplingFailure> EloyClementSampler::draw(std::uint64_t sample, st
   pile.seed = spec_.seed;
   pile.sample = sample;
   pile.load.assign(load.begin(), load.end());
+  pile.load_line = load_line(spec_);
   const RandomKey key(spec_.seed, sample);
   std::fill(failures_.begin(), failures_.end(), 0);
   std::fill(attempts_.begin(), attempts_.end(), 0);

@@ -1,5 +1,7 @@
 #include "sampling/frictionless.h"
 
+#include "model/incoming.h"
+
 namespace granuscope {
 
 void fill_frictionless(std::span<const double> load, Pile& pile) {
@@ -9,8 +11,10 @@ void fill_frictionless(std::span<const double> load, Pile& pile) {
     for (int i = 0; i < lattice.columns(); ++i) {
       const std::size_t at = lattice.index(n, i);
       // A bead hands the force of its upper-left contact on to its lower right and the other way round.
-      pile.V_R[at] = n == 0 ? load[at] / 2 : pile.V_R[lattice.index(n - 1, lattice.upper_left(n, i))];
-      pile.V_L[at] = n == 0 ? load[at] / 2 : pile.V_L[lattice.index(n - 1, lattice.upper_right(n, i))];
+      pile.V_R[at] =
+          n == 0 ? top_load(load[at], pile.load_line).V_UL : pile.V_R[lattice.index(n - 1, lattice.upper_left(n, i))];
+      pile.V_L[at] =
+          n == 0 ? top_load(load[at], pile.load_line).V_UR : pile.V_L[lattice.index(n - 1, lattice.upper_right(n, i))];
       pile.H_R[at] = pile.V_R[at] * tan30;
       pile.H_L[at] = -pile.V_L[at] * tan30;
     }

@@ -59,6 +59,7 @@ std::optional<SamplingFailure> GranusolveSampler::solve_pile(std::uint64_t sampl
   pile.seed = spec_.seed;
   pile.sample = sample;
   pile.load.assign(load.begin(), load.end());
+  pile.load_line = load_line(spec_);
   solver_.use(memory_.arrays(pile));
   solver_.begin_pile(sample, load, first);
   SolveResult result = SolveResult::solved;

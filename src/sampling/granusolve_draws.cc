@@ -22,8 +22,9 @@ GranusolveDraws::GranusolveDraws(std::uint64_t seed, GranusolveState& state, Gra
       key_(seed, 0),
       philox_keys_(seed),
       slack_(static_cast<std::size_t>(state.lattice().columns())),
-      half_load_(slack_.size()),
-      no_force_(slack_.size()) {}
+      from_left_(slack_.size()),
+      from_right_(slack_.size()),
+      half_across_(slack_.size()) {}
 
 std::uint32_t GranusolveDraws::begin_pile(std::uint64_t sample, const Pile* first) {
   key_ = RandomKey(key_.seed(), sample);
@@ -67,9 +68,15 @@ void GranusolveDraws::draw_in_bulk(int layer) {
   };
   const FrictionCone& cone = state_.cone();
   if (layer == 0) {
-    for (std::size_t i = 0; i < columns; ++i) half_load_[i] = state_.load()[i] / 2;
-    const double *const half = half_load_.data(), *const none = no_force_.data();
-    draw_beads(cone, {.V_UL = half, .V_UR = half, .H_UL = none, .H_UR = none}, arrays.first_uniform, columns, row(0));
+    for (std::size_t i = 0; i < columns; ++i) {
+      const Incoming load = top_load(state_.load()[i], state_.load_line());
+      from_left_[i] = load.V_UL;
+      from_right_[i] = load.V_UR;
+      half_across_[i] = load.H / 2;
+    }
+    const double* const across = half_across_.data();
+    draw_beads(cone, {.V_UL = from_left_.data(), .V_UR = from_right_.data(), .H_UL = across, .H_UR = across},
+               arrays.first_uniform, columns, row(0));
     return;
   }
   const auto above = [&](std::size_t upper_left, std::size_t upper_right) {

@@ -65,10 +65,10 @@ class GranusolveDraws {
   RandomKey key_;
   PhiloxKeys philox_keys_;
   bool eight_at_once_ = false;
-  const Pile* first_ = nullptr;               ///< while a pile is solved again: its first solution
-  std::vector<double> first_numbers_;         ///< and the numbers of that
-  std::vector<double> slack_;                 ///< front layer: length of the interval of each bead, as drawn in bulk
-  std::vector<double> half_load_, no_force_;  ///< what enters the top layer
+  const Pile* first_ = nullptr;        ///< while a pile is solved again: its first solution
+  std::vector<double> first_numbers_;  ///< and the numbers of that
+  std::vector<double> slack_;          ///< front layer: length of the interval of each bead, as drawn in bulk
+  std::vector<double> from_left_, from_right_, half_across_;  ///< what enters the top layer
 };
 
 /// Parent k of an arc; one beyond its ends may be asked for.

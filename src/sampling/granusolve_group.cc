@@ -173,6 +173,7 @@ PileGroup GranusolveGroup::piles() const {
           .moments = moments_,
           .kept = kept_,
           .loads = loads_,
+          .load_line = load_line(spec_),
           .residuals = {residuals_.data(), loads_.size()},
           .mu = spec_.mu,
           .law = name_of(Law::granusolve),
@@ -189,7 +190,7 @@ SamplerCounts GranusolveGroup::take_counts() {
 void GranusolveGroup::draw_layer_in_bulk() {
   const auto columns = static_cast<std::size_t>(lattice_.columns());
   std::memset(front_.changed, 0, columns);
-  draw_layer(cone_, half_load_.get(), front_);
+  draw_layer(cone_, {half_load_.get(), load_line(spec_)}, front_);
   for (unsigned rest = front_.running; rest != 0; rest &= rest - 1) {
     solvers_[static_cast<std::size_t>(std::countr_zero(rest))]->count_bulk_draw();
   }

@@ -36,7 +36,7 @@ class InOrder {
 
 GranusolveSolver::GranusolveSolver(const SamplerSpec& spec, const Lattice& lattice)
     : layer_order_(spec.order),
-      state_(spec.mu, lattice),
+      state_(spec, lattice),
       work_{.counts = {},
             .solutions = 0,
             .max_solutions = static_cast<std::uint64_t>(spec.effort * static_cast<double>(lattice.beads()))},

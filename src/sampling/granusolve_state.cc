@@ -24,11 +24,12 @@ void BeadRun::include(int other, int others, int columns) {
   count = std::min(count, columns);
 }
 
-GranusolveState::GranusolveState(double mu, const Lattice& lattice)
+GranusolveState::GranusolveState(const SamplerSpec& spec, const Lattice& lattice)
     : lattice_(lattice),
-      cone_(mu),
+      cone_(spec.mu),
       order_(static_cast<std::size_t>(lattice.layers())),
-      pending_(static_cast<std::size_t>(lattice.layers())) {}
+      pending_(static_cast<std::size_t>(lattice.layers())),
+      load_line_(granuscope::load_line(spec)) {}
 
 void GranusolveState::begin_pile(const RandomKey& key, LayerOrder order, std::span<const double> load,
                                  std::uint32_t attempts_at_first) {

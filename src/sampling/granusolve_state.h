@@ -6,6 +6,7 @@
 
 #include "model/equilibrium.h"
 #include "model/friction_cone.h"
+#include "model/incoming.h"
 #include "model/lattice.h"
 #include "sampling/random_key.h"
 #include "sampling/sampler_spec.h"
@@ -85,7 +86,7 @@ struct BeadRun {
 /// check() verifies this where a layer has been solved, and check_run() what a backtrack has had solved again.
 class GranusolveState {
  public:
-  GranusolveState(double mu, const Lattice& lattice);
+  GranusolveState(const SamplerSpec& spec, const Lattice& lattice);
 
   const Lattice& lattice() const { return lattice_; }
   const FrictionCone& cone() const { return cone_; }
@@ -99,6 +100,7 @@ class GranusolveState {
   void begin_pile(const RandomKey& key, LayerOrder order, std::span<const double> load,
                   std::uint32_t attempts_at_first = 0);
   std::span<const double> load() const { return load_; }
+  const LoadLine& load_line() const { return load_line_; }
   std::uint32_t attempts_at_first() const { return attempts_at_first_; }
 
   // -- where the pile has come to
@@ -135,8 +137,7 @@ class GranusolveState {
   std::size_t at(int bead) const { return static_cast<std::size_t>(bead) * arrays_.stride; }
   Incoming incoming(int layer, int bead) const {
     if (layer == 0) {
-      const double half = load_[static_cast<std::size_t>(bead)] / 2;
-      return {half, half, 0.0};
+      return top_load(load_[static_cast<std::size_t>(bead)], load_line_);
     }
     const std::size_t a = at(layer - 1, lattice_.upper_left(layer, bead));
     const std::size_t b = at(layer - 1, lattice_.upper_right(layer, bead));
@@ -194,6 +195,7 @@ class GranusolveState {
   std::uint32_t attempts_at_first_ = 0;
   std::vector<RandomKey::Order> order_;  ///< per layer
   std::vector<BeadRun> pending_;         ///< per layer
+  LoadLine load_line_;
   int topmost_pending_ = 0;
   int front_ = 0, cursor_ = 0, cursor_bead_ = 0;
 };

@@ -340,13 +340,16 @@ void RepairAlongBoth(const FrictionCone& friction, GroupFront& a, GroupFront& b)
 }
 
 /// One bead below A and B in the piles from lane k on; whether it has no solution.
-HWY_INLINE unsigned draw_first(const ConeOf<V>& cone, const GroupFront& front, const double* half_load, std::size_t k,
+HWY_INLINE unsigned draw_first(const ConeOf<V>& cone, const GroupFront& front, const TopLoad* top, std::size_t k,
                                std::size_t A, std::size_t B, std::size_t number, V uniform) {
   const std::size_t to = (number * group_lanes) + k;
   IncomingOf<V> in;
-  if (half_load != nullptr) {
-    in.V_UL = in.V_UR = hn::Load(d, half_load + to);
-    in.H = hn::Zero(d);
+  if (top != nullptr) {
+    const V half = hn::Load(d, top->half + to);
+    const double lean = sqrt3 * top->line.slope - 2 * top->line.offset;
+    in.V_UL = half * hn::Set(d, 1 + lean);
+    in.V_UR = half * hn::Set(d, 1 - lean);
+    in.H = half * hn::Set(d, 2 * top->line.slope);
   } else {
     const std::size_t a = (A * group_lanes) + k, b = (B * group_lanes) + k;
     in.V_UL = hn::Load(d, front.above.V_R + a);
@@ -362,11 +365,11 @@ HWY_INLINE unsigned draw_first(const ConeOf<V>& cone, const GroupFront& front, c
   return bits_of(negation(at_most(hn::Zero(d), bead.slack))) & ((1U << hn::Lanes(d)) - 1);
 }
 
-void DrawLayer(const FrictionCone& friction, const double* half_load, GroupFront& front) {
+void DrawLayer(const FrictionCone& friction, const TopLoad& top, GroupFront& front) {
   const ConeOf<V> cone(friction);
   const auto columns = static_cast<std::size_t>(front.columns);
   const W layers = hn::Set(dw, static_cast<std::uint64_t>(static_cast<std::uint32_t>(front.layer)));
-  const double* const load = front.layer == 0 ? half_load : nullptr;
+  const TopLoad* const load = front.layer == 0 ? &top : nullptr;
   const bool even = front.layer % 2 == 0;
   for (std::size_t k = 0; k < group_lanes; k += hn::Lanes(d)) {
     const W samples = hn::Load(dw, front.sample.data() + k);
@@ -439,8 +442,8 @@ void repair_along(const FrictionCone& cone, GroupFront& a, GroupFront& b) {
   HWY_DYNAMIC_DISPATCH(RepairAlongBoth)(cone, a, b);
 }
 
-void draw_layer(const FrictionCone& cone, const double* half_load, GroupFront& front) {
-  HWY_DYNAMIC_DISPATCH(DrawLayer)(cone, half_load, front);
+void draw_layer(const FrictionCone& cone, const TopLoad& top, GroupFront& front) {
+  HWY_DYNAMIC_DISPATCH(DrawLayer)(cone, top, front);
 }
 
 void count_rules(const std::uint8_t* rule, const std::uint8_t* backtracks, std::size_t beads, RuleCounts& counts) {

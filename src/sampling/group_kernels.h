@@ -59,10 +59,15 @@ struct GroupBead {
   std::size_t A, B, outer, behind, bead, ahead;
 };
 
+/// What enters the top layer: half the load of each bead, [columns, 8], and the line of all.
+struct TopLoad {
+  const double* half;
+  LoadLine line;
+};
+
 /// Draws the front layer in all piles, each bead with its first number (layer_kernels.h) whether it has a solution or
-/// not, and notes which have none. `half_load`: of the beads of the top layer. first_uniform has room for one bead
-/// more.
-void draw_layer(const FrictionCone& cone, const double* half_load, GroupFront& front);
+/// not, and notes which have none. first_uniform has room for one bead more.
+void draw_layer(const FrictionCone& cone, const TopLoad& top, GroupFront& front);
 
 /// Goes on along the layer and solves each bead that fails in some piles: as it is with its first number where it has a
 /// solution, else by the pair rule, in all piles at once. Returns at the end of the layer, or at a bead that some piles

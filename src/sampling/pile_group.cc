@@ -43,6 +43,7 @@ PileGroup group_of(const Pile& pile, const std::span<const double>& load) {
           .moments = {},
           .kept = {},
           .loads = {&load, 1},
+          .load_line = pile.load_line,
           .residuals = {},
           .mu = pile.mu,
           .law = pile.law,
@@ -65,6 +66,7 @@ Pile pile_of(const PileGroup& group, std::size_t k) {
     for (std::size_t bead = 0; bead < beads; ++bead) (*to)[bead] = from[bead * group.stride + k];
   }
   pile.load.assign(group.loads[k].begin(), group.loads[k].end());
+  pile.load_line = group.load_line;
   pile.mu = group.mu;
   pile.law = group.law;
   pile.seed = group.seed;

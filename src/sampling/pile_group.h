@@ -37,6 +37,7 @@ struct PileGroup {
   std::span<const LayerMoments> moments;  ///< of each kept layer, where they were found while the piles were drawn
   std::span<const int> kept;              ///< place of each layer among the kept ones, -1: none; empty: all are kept
   std::span<const std::span<const double>> loads;  ///< of each pile
+  LoadLine load_line = {};                         ///< of all of them
   std::span<const IdentityResiduals> residuals;    ///< of each pile, where they were found while it was drawn
 
   /// What a model counts beside the moments, [kept layers, names, group_lanes]: means over a layer's beads.

@@ -30,6 +30,7 @@ void RejectionSampler::begin_pile(std::uint64_t sample, std::span<const double> 
   pile.seed = spec_.seed;
   pile.sample = sample;
   pile.load.assign(load.begin(), load.end());
+  pile.load_line = load_line(spec_);
 }
 
 std::optional<SamplingFailure> RejectionSampler::draw(std::uint64_t sample, std::span<const double> load, Pile& pile) {

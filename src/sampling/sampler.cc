@@ -23,6 +23,7 @@ class FrictionlessSampler final : public Sampler {
  public:
   FrictionlessSampler(const SamplerSpec& spec, const Lattice& lattice) : Sampler(lattice), spec_(spec) {}
   std::optional<SamplingFailure> draw(std::uint64_t sample, std::span<const double> load, Pile& pile) override {
+    pile.load_line = load_line(spec_);
     fill_frictionless(load, pile);
     pile.mu = 0;
     pile.law = name_of(spec_.law);

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+#include <numbers>
 #include <utility>
 
 #include "support/error.h"
@@ -86,6 +88,26 @@ Problem find_problem(const SamplerSpec& spec) {
                    "what lies between is a law; give 0 to 1",
                    spec.lambda);
   }
+  if (!(std::abs(spec.load_angle) < load_angle_limit)) {
+    return problem(
+        "load_angle",
+        "a load {} degrees from the vertical cannot be borne: at {} it points along a contact, and the other "
+        "one bears nothing; give an angle between -{} and {}",
+        spec.load_angle, load_angle_limit, load_angle_limit, load_angle_limit);
+  }
+  // Both contacts bear it by friction alone: |T_R + T_L| <= mu (N_R + N_L).
+  if (spec.load_offset != 0 && !(std::abs(spec.load_offset) <= 2 * spec.mu / sqrt3)) {
+    return problem(
+        "load_offset",
+        "a load that acts {} bead radii beside the centres cannot be borne: friction bears no more than 2/sqrt(3) mu, "
+        "{:.3g} at mu = {}; give less",
+        spec.load_offset, 2 * spec.mu / sqrt3, spec.mu);
+  }
+  if ((spec.load_angle != 0 || spec.load_offset != 0) && !spec.model.is_beads()) {
+    return problem("load_angle",
+                   "the model {} has upright loads through the centres only; leave load_angle and load_offset at 0",
+                   name_of(spec.model.name));
+  }
   const SamplerSpec usual;
   if (spec.law != Law::polytope &&
       (spec.lambda != usual.lambda || spec.burn_in != usual.burn_in || spec.thinning != usual.thinning)) {
@@ -105,6 +127,10 @@ Problem find_problem(const SamplerSpec& spec) {
                    "a chain counts no more than {} sweeps; give fewer, or 0 to have them measured", most_sweeps);
   }
   return {};
+}
+
+LoadLine load_line(const SamplerSpec& spec) {
+  return {std::tan(spec.load_angle * std::numbers::pi / 180), spec.load_offset};
 }
 
 void validate(const SamplerSpec& spec) { refuse(find_problem(spec)); }

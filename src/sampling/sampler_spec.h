@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <string>
 
+#include "model/pile.h"
 #include "sampling/model_spec.h"
 #include "support/problem.h"
 
@@ -45,7 +46,9 @@ struct SamplerSpec {
   Law law = Law::granusolve;
   double mu = 0.1;  ///< friction coefficient, 0 <= mu < sqrt(3)
   std::uint64_t seed = 1;
-  double effort = 200;  ///< granusolve, eloy-clement: a pile fails by name after this many bead solutions per bead
+  double load_angle = 0;   ///< of the load on every top bead from the vertical, degrees: to the right > 0
+  double load_offset = 0;  ///< how far to the right of their centres the loads act on the top beads, bead radii
+  double effort = 200;     ///< granusolve, eloy-clement: a pile fails by name after this many bead solutions per bead
   std::uint64_t max_tries = 1'000'000;  ///< rejection: a pile fails by name after this many tries
   LayerOrder order = LayerOrder::random;
   RepairRules rules = RepairRules::all;  ///< granusolve
@@ -54,6 +57,12 @@ struct SamplerSpec {
   std::uint64_t thinning = 0;  ///< polytope: sweeps from one of them to the next; 0: from the autocorrelation
   ModelSpec model;             ///< any but the frictional beads has its own law and no mu; of these it takes the seed
 };
+
+/// Limit of SamplerSpec::load_angle, degrees: where a load points along a contact, the other one bears nothing.
+inline constexpr double load_angle_limit = 30;
+
+/// As the samplers take it.
+LoadLine load_line(const SamplerSpec& spec);
 
 /// The first number out of range, or that would change nothing (mu is left to the FrictionCone).
 Problem find_problem(const SamplerSpec& spec);

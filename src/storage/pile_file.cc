@@ -69,6 +69,7 @@ struct PileDescription {
   LatticeSpec lattice;
   double mu = 0;
   std::string law;
+  LoadLine load_line;
   std::uint64_t seed = 0, sample = 0;
   std::array<RawData, force_arrays.size()> forces;
   RawData load;
@@ -85,6 +86,9 @@ PileDescription describe(const std::filesystem::path& file) {
     found.forces[i] = reader.raw_data(force_arrays[i].path, {layers, columns});
   }
   found.load = reader.raw_data("/load", {columns});
+  if (reader.has_attribute("/load", "slope")) {
+    found.load_line = {reader.number("/load", "slope"), reader.number("/load", "offset")};
+  }
   found.mu = reader.number("/", "mu");
   found.law = reader.text("/", "law");
   found.seed = reader.count("/", "seed");
@@ -95,7 +99,7 @@ PileDescription describe(const std::filesystem::path& file) {
 /// The same, by a process of its own: whatever the library makes of a damaged file happens there.
 PileDescription describe_in_child(const std::filesystem::path& file) {
   const auto each_field = [](auto& bytes_put_or_get, auto& found) {
-    bytes_put_or_get(found.lattice, found.mu, found.law, found.seed, found.sample);
+    bytes_put_or_get(found.lattice, found.load_line, found.mu, found.law, found.seed, found.sample);
     for (auto& one : found.forces) bytes_put_or_get(one.dataset, one.shape, one.offset, one.values);
     bytes_put_or_get(found.load.dataset, found.load.shape, found.load.offset, found.load.values);
   };
@@ -122,6 +126,7 @@ class StoredPile {
     PilePart part{Lattice(found_.lattice)};
     part.load.resize(static_cast<std::size_t>(part.lattice.columns()));
     numbers_.read(found_.load, 0, part.load);
+    part.load_line = found_.load_line;
     part.mu = found_.mu;
     part.law = found_.law;
     part.seed = found_.seed;
@@ -200,7 +205,7 @@ class StoredLayers : public PileLayers {
  private:
   StoredPile stored_;
   PilePart part_;
-  PileView about_{part_.lattice, {}, {}, {}, {}, {}, {}, 0, {}, 0, 0}, held_ = about_;
+  PileView about_{part_.lattice, {}, {}, {}, {}, {}, {}, {}, 0, {}, 0, 0}, held_ = about_;
   int band_layers_ = 0;
   double seconds_reading_ = 0;
 };
@@ -229,6 +234,11 @@ void write_pile(const std::filesystem::path& file, const Pile& pile) {
   }
   writer.dataset("/load", {columns}, pile.load);
   describe_dataset(writer, "/load", force_unit, "column");
+  // The vertical parts stand there; files of upright loads are as they were before there were others.
+  if (pile.load_line != LoadLine{}) {
+    writer.attribute("/load", "slope", pile.load_line.slope);
+    writer.attribute("/load", "offset", pile.load_line.offset);
+  }
   std::vector<int> all_layers(layers);
   std::iota(all_layers.begin(), all_layers.end(), 0);
   write_lattice_axes(writer, pile.lattice.columns(), all_layers);
@@ -253,6 +263,7 @@ Pile read_pile(const std::filesystem::path& file) {
   Pile pile(all.lattice);
   for (const ForceArray& array : force_arrays) pile.*(array.in_pile) = std::move(all.*(array.in_part));
   pile.load = std::move(all.load);
+  pile.load_line = all.load_line;
   pile.mu = all.mu;
   pile.law = std::move(all.law);
   pile.seed = all.seed;

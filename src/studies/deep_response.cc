@@ -40,7 +40,7 @@ int last_lag(int octaves) { return first_lag << octaves; }
 
 }  // namespace
 
-DeepResponse measure_deep_response(const MeasuredEnsemble& ensemble, DeepMeasurement by, int threads) {
+DeepResponse measure_spreading(const MeasuredEnsemble& ensemble, DeepMeasurement by, int threads) {
   const BlockSums& sums = ensemble.record.sums;
   // Recorded first are the lag 0, which others are referred to, or the loads.
   constexpr std::size_t first = 1;
@@ -76,8 +76,10 @@ DeepResponse measure_deep_response(const MeasuredEnsemble& ensemble, DeepMeasure
     const auto slope = [&](double a, double b) { return (b - a) / (to - from); };
     if (octave.exponent.reason.empty()) {
       octave.c = estimate(transform(slope, above.peak, below.peak));
-      octave.D = estimate(transform(slope, above.width_squared, below.width_squared));
+      response.slopes_of_width.push_back(transform(slope, above.width_squared, below.width_squared));
+      octave.D = estimate(response.slopes_of_width.back());
     } else {
+      response.slopes_of_width.emplace_back();
       octave.c.reason = octave.D.reason = octave.exponent.reason;
     }
     response.octaves.push_back(octave);
@@ -276,9 +278,9 @@ Figure plot_dispersion(const std::vector<DeepResponse>& measured, const std::fil
                      wording("studies/dispersion.captions", measured), run_folder);
 }
 
-namespace {
-
 using Json = nlohmann::ordered_json;
+
+namespace {
 
 Json to_json(const LagResponse& lag) {
   return {{"lag", lag.lag},
@@ -310,7 +312,9 @@ Json to_json(const BandOfModes& band) {
           {"D", granuscope::to_json(band.D)}};
 }
 
-Json to_json(const DeepResponse& one) {
+}  // namespace
+
+Json spreading_json(const DeepResponse& one) {
   Json json{{"measurement", fmt::format("mu = {}, {}, {} columns", one.spec.sampler.mu,
                                         name_of(one.spec.response.estimator), one.spec.lattice.columns)},
             {"mu", one.spec.sampler.mu},
@@ -333,6 +337,8 @@ Json to_json(const DeepResponse& one) {
                    {"c_thrust", granuscope::to_json(one.c_thrust)}});
   return json;
 }
+
+namespace {
 
 class DeepResponseStudy final : public CopiedStudy<DeepResponseStudy> {
  public:
@@ -400,7 +406,7 @@ class DeepResponseStudy final : public CopiedStudy<DeepResponseStudy> {
 
   void begin(const MainLine&, int threads) override { threads_ = threads; }
   void add(const StudyEnsemble& one, const MeasuredEnsemble& ensemble) override {
-    measured_.push_back(measure_deep_response(ensemble, static_cast<DeepMeasurement>(one.part), threads_));
+    measured_.push_back(measure_spreading(ensemble, static_cast<DeepMeasurement>(one.part), threads_));
   }
 
   void finish() override {
@@ -412,7 +418,7 @@ class DeepResponseStudy final : public CopiedStudy<DeepResponseStudy> {
   std::vector<Claim> claims(const ClaimSpec& spec) const override {
     return asked() ? judge_spreading(measured_, spec) : std::vector<Claim>();
   }
-  Json json() const override { return list_of(measured_, to_json); }
+  Json json() const override { return list_of(measured_, spreading_json); }
   std::vector<ReportPart> parts(const Json& results) const override {
     const Json told = spreading_page_1(results, "/studies/" + id());
     return told.is_null() ? std::vector{table_part()} : std::vector{page_1(told), table_part()};

@@ -10,9 +10,6 @@
 
 namespace granuscope {
 
-/// From an ensemble with such lags or layers.
-DeepResponse measure_deep_response(const MeasuredEnsemble& ensemble, DeepMeasurement by, int threads);
-
 /// Exponents against depth. Throws InputError where none is known.
 Figure plot_deep_response(const std::vector<DeepResponse>& measured, const std::filesystem::path& run_folder);
 

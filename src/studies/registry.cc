@@ -5,6 +5,7 @@
 #include "studies/deep_response.h"
 #include "studies/error_against_time.h"
 #include "studies/law_comparison/study.h"
+#include "studies/mode_coupling/study.h"
 #include "studies/model_classes/study.h"
 #include "studies/nonlinearity/study.h"
 #include "studies/numerical_stability.h"
@@ -19,6 +20,7 @@ Studies::Studies() {
   all_.push_back(counted_work_study());
   all_.push_back(small_friction_study());
   all_.push_back(deep_response_study());
+  all_.push_back(mode_coupling_study());
   all_.push_back(chain_share_study());
   all_.push_back(numerical_stability_study());
   all_.push_back(error_against_time_study());

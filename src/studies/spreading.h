@@ -6,6 +6,8 @@
 
 #include "analysis/claim_spec.h"
 #include "analysis/dispersion.h"
+#include "analysis/jackknife.h"
+#include "analysis/measured_ensemble.h"
 #include "analysis/results.h"
 #include "ensemble/ensemble_spec.h"
 
@@ -48,12 +50,19 @@ struct DeepResponse {
   EnsembleSpec spec;
   std::uint64_t samples = 0;
   std::vector<LagResponse> lags;
-  std::vector<OctaveOfDepth> octaves;  ///< one less than lags
-  std::vector<BandOfModes> bands;      ///< ascending in k, each over the octave that suits its decay; none by loads
-  PowerOfDepth shallow;                ///< at depths that the paper's piles have, z = 55 to 111
-  PowerOfDepth deep;                   ///< from the third lag before the last one to the last, at least z = 111
-  Estimate c_thrust;                   ///< of the same layers
+  std::vector<OctaveOfDepth> octaves;       ///< one less than lags
+  std::vector<Replicated> slopes_of_width;  ///< their D, empty where that is unknown
+  std::vector<BandOfModes> bands;  ///< ascending in k, each over the octave that suits its decay; none by loads
+  PowerOfDepth shallow;            ///< at depths that the paper's piles have, z = 55 to 111
+  PowerOfDepth deep;               ///< from the third lag before the last one to the last, at least z = 111
+  Estimate c_thrust;               ///< of the same layers
 };
+
+/// From an ensemble whose lags (of fluctuations) or layers (below loads) double, behind the one they are referred to.
+DeepResponse measure_spreading(const MeasuredEnsemble& ensemble, DeepMeasurement by, int threads);
+
+/// As it stands in summary.json.
+nlohmann::ordered_json spreading_json(const DeepResponse& one);
 
 /// Whether W^2 is proportional to z where the paper looked, and deeper; checks do not count.
 std::vector<Claim> judge_spreading(const std::vector<DeepResponse>& measured, const ClaimSpec& spec);

@@ -279,7 +279,7 @@ TEST_CASE("a picture killed half way leaves the one that was there, and never ha
       }
       return files == killed;
     };
-    for (int k = 0; k < 2000 && !begun(); ++k) ::usleep(5000);
+    for (int k = 0; k < 24000 && !begun(); ++k) ::usleep(5000);  // two minutes, of a machine at work
     CHECK(begun());
     CHECK(::kill(child, SIGKILL) == 0);
     int status = 0;

@@ -58,6 +58,7 @@ Experiment unusual_experiment() {
   e.response.sign_run = 3;
   e.response.samples = 1001;
   e.response.blocks = 16;
+  e.sampling.load_angle = 5.5;
   e.fit.first_layer = 61;
   e.fit.last_layer = 200;
   e.fit.layer_step = 5;
@@ -172,8 +173,8 @@ TEST_CASE("The unusual experiment exercises every key of the main line") {
     if (key.table.starts_with("studies.")) continue;
     if (key.path() == "response.reference_lag" || key.path() == "response.first_base" ||
         key.path() == "response.base_step" || key.path() == "figures.response_profiles.show" ||
-        key.path() == "sampling.law" || key.path() == "response.estimator" || key.path() == "sampling.lambda" ||
-        key.path() == "sampling.burn_in" || key.path() == "sampling.thinning") {
+        key.path() == "sampling.law" || key.path() == "sampling.load_offset" || key.path() == "response.estimator" ||
+        key.path() == "sampling.lambda" || key.path() == "sampling.burn_in" || key.path() == "sampling.thinning") {
       continue;  // its other value would make the rest meaningless or is tested below, or there is no other value
     }
     INFO(key.path());

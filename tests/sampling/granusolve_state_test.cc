@@ -12,6 +12,12 @@
 namespace granuscope {
 namespace {
 
+SamplerSpec with_friction(double mu) {
+  SamplerSpec spec;
+  spec.mu = mu;
+  return spec;
+}
+
 constexpr int columns = 40, layers = 24;
 
 /// A pile solved down to a layer, and what it is solved in.
@@ -34,7 +40,8 @@ struct Solved {
 
 /// The same a layer further, which has been drawn in bulk only.
 struct Begun : Solved {
-  explicit Begun(int layer) : Solved(layer - 1), changed_bits(1), begun(0.3, lattice), draws(3, begun, work) {
+  explicit Begun(int layer)
+      : Solved(layer - 1), changed_bits(1), begun(with_friction(0.3), lattice), draws(3, begun, work) {
     GranusolveArrays with_changed = arrays();
     with_changed.changed = changed_bits.data();
     begun.use(with_changed);

@@ -25,9 +25,14 @@ using Catch::Matchers::Contains;
 TEST_CASE("a pile comes back bit by bit") {
   const TemporaryFolder folder;
   for (const auto& [layers, columns] : {std::pair{1, 4}, {3, 5}, {37, 64}}) {
-    const Pile pile = awkward_pile(layers, columns);
-    write_pile(folder / "pile.h5", pile);
-    check_same(read_pile(folder / "pile.h5"), pile);
+    Pile pile = awkward_pile(layers, columns);
+    for (const LoadLine& line : {LoadLine{}, LoadLine{0.1, -0.05}}) {
+      pile.load_line = line;
+      write_pile(folder / "pile.h5", pile);
+      const Pile read = read_pile(folder / "pile.h5");
+      check_same(read, pile);
+      CHECK(read.load_line == line);
+    }
   }
   CHECK(folder.contents() == std::vector<std::string>{"pile.h5"});
 }

@@ -47,7 +47,7 @@ TEST_CASE("The deep response is followed over lags that double, and its slopes a
   const EnsembleSpec& spec = ensembles[0].spec;
   CHECK(spec.layers == std::vector<int>{32, 64, 128, 256});
   const MeasuredEnsemble ensemble{spec, run_ensemble(spec, 0, nullptr)};
-  const DeepResponse response = measure_deep_response(ensemble, DeepMeasurement::fluctuations, 2);
+  const DeepResponse response = measure_spreading(ensemble, DeepMeasurement::fluctuations, 2);
   REQUIRE(response.lags.size() == 4);
   REQUIRE(response.octaves.size() == 3);
   CHECK(response.samples == 256);
@@ -170,7 +170,7 @@ TEST_CASE("The deep response is checked in wide piles and by loads, at friction 
   loads.response.samples = 64;
   loads.response.blocks = 8;
   const MeasuredEnsemble few{loads, run_ensemble(loads, 0, nullptr)};
-  const DeepResponse response = measure_deep_response(few, DeepMeasurement::loads, 2);
+  const DeepResponse response = measure_spreading(few, DeepMeasurement::loads, 2);
   REQUIRE(response.lags.size() == 4);
   CHECK(response.lags[0].lag == 32);
   CHECK(response.bands.empty());

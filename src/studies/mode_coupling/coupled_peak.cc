@@ -1,0 +1,230 @@
+#include "coupled_peak.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+
+#include "analysis/weighted_shape.h"
+#include "ensemble/real_spectrum.h"
+#include "support/error.h"
+
+namespace granuscope {
+namespace {
+
+using Complex = std::complex<double>;
+using Modes = std::vector<Complex>;
+
+constexpr int corrections = 1;      ///< of the kernel at the end of a step, which the step's own end enters
+constexpr double forgotten = 1e-9;  ///< of a mode: what is left of it counts no more
+
+double wave_number(const CouplingSpec& spec, std::size_t mode) {
+  return 2 * std::numbers::pi * static_cast<double>(mode) / spec.ring;
+}
+
+std::size_t steps_of(const CouplingSpec& spec) { return static_cast<std::size_t>(std::ceil(spec.depth / spec.step)); }
+
+/// What is there of the fluctuations of a field in the layers from which the peak starts, by mode.
+std::vector<double> saturation(const CouplingSpec& spec, double D) {
+  std::vector<double> share;
+  for (std::size_t m = 0; m <= static_cast<std::size_t>(spec.ring) / 2; ++m) {
+    const double k = wave_number(spec, m);
+    share.push_back(spec.saturated_by > 0 ? -std::expm1(-D * k * k * spec.saturated_by) : 1);
+  }
+  return share;
+}
+
+/// Squares on a ring of functions that are given by their modes.
+class Squares {
+ public:
+  explicit Squares(int ring)
+      : spectrum_(static_cast<std::size_t>(ring)), ring_(static_cast<std::size_t>(ring)), there_(ring_) {}
+
+  /// The modes of f(x)^2; of one of the two factors, the correlation, only the share that is there (the other is the
+  /// response).
+  Modes of(const Modes& f, const std::vector<double>& share) {
+    to_x(f, nullptr, ring_);
+    to_x(f, share.data(), there_);
+    for (std::size_t i = 0; i < ring_.size(); ++i) ring_[i] *= there_[i];
+    spectrum_.transform(ring_);
+    const std::size_t half = ring_.size() / 2;
+    Modes square(half + 1);
+    square[0] = ring_[0];
+    for (std::size_t m = 1; m < half; ++m) square[m] = {ring_[2 * m - 1], ring_[2 * m]};
+    square[half] = ring_.back();
+    return square;
+  }
+
+ private:
+  void to_x(const Modes& f, const double* share, std::vector<double>& ring) const {
+    const auto of = [&](std::size_t m) { return share == nullptr ? 1 : share[m]; };
+    const std::size_t half = ring.size() / 2;
+    ring[0] = of(0) * f[0].real();
+    for (std::size_t m = 1; m < half; ++m) {
+      ring[2 * m - 1] = of(m) * f[m].real();
+      ring[2 * m] = of(m) * f[m].imag();
+    }
+    ring.back() = of(half) * f[half].real();
+    spectrum_.inverse(ring);
+  }
+
+  RealSpectrum spectrum_;
+  std::vector<double> ring_, there_;
+};
+
+class Solver {
+ public:
+  Solver(const CouplingSpec& spec, const TorqueKernels& torque)
+      : torque_(torque),
+        squares_(spec.ring),
+        modes_(static_cast<std::size_t>(spec.ring) / 2 + 1),
+        saturation_(saturation(spec, spec.D)),
+        kept_(modes_, 0) {
+    peak_.spec = spec;
+    for (std::size_t m = 0; m < modes_; ++m) k_squared_.push_back(std::pow(wave_number(spec, m), 2));
+  }
+
+  CoupledPeak solve() {
+    peak_.modes.emplace_back(modes_, 1.0);
+    kernels_.push_back(kernel_of(peak_.modes.back(), 0));
+    Modes memory(modes_);  // the integral over s at the last step
+    for (std::size_t n = 1; n <= steps_of(peak_.spec); ++n) {
+      const Modes past = past_without_ends(n);
+      Modes kernel = kernels_.back(), next;
+      for (int i = 0; i <= corrections; ++i) {
+        next = step(memory, past, kernel);
+        kernel = kernel_of(next, n);
+      }
+      memory = memory_of(past, kernel, next);
+      kernels_.push_back(kernel);
+      for (std::size_t m = 0; m < modes_; ++m) {
+        if (std::abs(next[m]) > forgotten) kept_[m] = n;
+      }
+      peak_.modes.push_back(std::move(next));
+    }
+    return std::move(peak_);
+  }
+
+ private:
+  Modes kernel_of(const Modes& f, std::size_t step) {
+    Modes kernel(modes_);
+    if (peak_.spec.to_itself != 0) kernel = squares_.of(f, saturation_);
+    for (std::size_t m = 0; m < modes_; ++m)
+      kernel[m] = peak_.spec.to_itself * kernel[m] + peak_.spec.to_torque * torque_[step][m];
+    return kernel;
+  }
+  /// The trapezoidal sum over s at step n but for its two ends, which need what is not known yet.
+  Modes past_without_ends(std::size_t n) const {
+    Modes sum(modes_);
+    for (std::size_t s = 1; s < n; ++s) {
+      const double* const M = reinterpret_cast<const double*>(kernels_[s].data());
+      const double* const f = reinterpret_cast<const double*>(peak_.modes[n - s].data());
+      double* const to = reinterpret_cast<double*>(sum.data());
+      // Of short waves little is left: those that have gone by then are the last ones.
+      for (std::size_t m = 0; m < modes_ && (m < 8 || kept_[m] >= n - s); ++m) {
+        to[2 * m] += M[2 * m] * f[2 * m] - M[2 * m + 1] * f[2 * m + 1];
+        to[2 * m + 1] += M[2 * m] * f[2 * m + 1] + M[2 * m + 1] * f[2 * m];
+      }
+    }
+    return sum;
+  }
+  Modes memory_of(const Modes& past, const Modes& kernel, const Modes& f) const {
+    Modes memory(modes_);
+    for (std::size_t m = 0; m < modes_; ++m)
+      memory[m] = peak_.spec.step * (past[m] + (kernels_.front()[m] * f[m] + kernel[m]) / 2.0);
+    return memory;
+  }
+  /// f at the next step, the mean of both ends driving it.
+  Modes step(const Modes& memory, const Modes& past, const Modes& kernel) const {
+    const Modes& f = peak_.modes.back();
+    const double h = peak_.spec.step, D = peak_.spec.D;
+    Modes next(modes_);
+    for (std::size_t m = 0; m < modes_; ++m) {
+      const double damping = h / 2 * k_squared_[m];
+      const Complex known = f[m] - damping * (D / 2 * f[m] + memory[m] + h * (past[m] + kernel[m] / 2.0));
+      next[m] = known / (1.0 + damping * (D / 2 + h * kernels_.front()[m] / 2.0));
+    }
+    return next;
+  }
+
+  const TorqueKernels& torque_;
+  Squares squares_;
+  std::size_t modes_;
+  std::vector<double> k_squared_, saturation_;
+  std::vector<Modes> kernels_;     ///< M(k, s)
+  std::vector<std::size_t> kept_;  ///< of each mode, the last step at which something is left of it
+  CoupledPeak peak_;
+};
+
+std::size_t step_at(const CoupledPeak& peak, double z) {
+  return std::min(static_cast<std::size_t>(std::lround(z / peak.spec.step)), peak.modes.size() - 1);
+}
+
+}  // namespace
+
+std::vector<double> CoupledPeak::response(double z) const {
+  const std::size_t step = step_at(*this, z);
+  const double way = spec.c * spec.step * static_cast<double>(step);
+  std::vector<double> response;
+  for (std::size_t m = 1; m < modes[step].size() - 1; ++m) {
+    const Complex turned = modes[step][m] * std::polar(1.0, -wave_number(spec, m) * way);
+    response.push_back(turned.real());
+  }
+  return response;
+}
+
+DoubleGaussian CoupledPeak::shape(double z) const {
+  const std::size_t step = step_at(*this, z);
+  const double there = spec.step * static_cast<double>(step);
+  LayerSpectrum spectrum;
+  spectrum.columns = spec.ring;
+  spectrum.whole = response(z);
+  const DoubleGaussian start{spec.c * there, std::sqrt(spec.D * there)};
+  const auto fitted = weighted_shape(spectrum, spectrum.whole, ModeWeights::by_width, start);
+  if (!fitted) throw InputError("two Gaussians do not fit to a peak of the mode-coupling equation");
+  return *fitted;
+}
+
+double CoupledPeak::density(double z, double x) const {
+  const Modes& f = modes[step_at(*this, z)];
+  double sum = 1;
+  for (std::size_t m = 1; m + 1 < f.size(); ++m) sum += 2 * (f[m] * std::polar(1.0, wave_number(spec, m) * x)).real();
+  return sum / spec.ring;
+}
+
+std::complex<double> CoupledPeak::mode_at(double z, double k) const {
+  const Modes& f = modes[step_at(*this, z)];
+  const double place = k / wave_number(spec, 1);
+  const std::size_t below = std::min(static_cast<std::size_t>(place), f.size() - 2);
+  const Complex first = f[below], second = f[below + 1];
+  if (!(std::abs(first) > 0 && std::abs(second) > 0)) return 0;
+  // Nearly a Gaussian: the logarithm of its size is straight in k^2, and its phase nearly straight in k.
+  const auto square = [](double number) { return number * number; };
+  const auto low = static_cast<double>(below);
+  const double share = (square(place) - square(low)) / (square(low + 1) - square(low));
+  const double size = std::exp(std::log(std::abs(first)) * (1 - share) + std::log(std::abs(second)) * share);
+  return std::polar(size, std::arg(first) + std::arg(second / first) * (place - low));
+}
+
+TorqueKernels torque_kernels(const CouplingSpec& spec) {
+  const std::vector<double> share = saturation(spec, spec.D_torque);
+  Squares squares(spec.ring);
+  TorqueKernels kernels;
+  for (std::size_t n = 0; n <= steps_of(spec); ++n) {
+    const double s = spec.step * static_cast<double>(n);
+    Modes f(share.size());
+    for (std::size_t m = 0; m < f.size(); ++m)
+      f[m] = std::exp(-spec.D_torque * std::pow(wave_number(spec, m), 2) * s / 2);
+    kernels.push_back(squares.of(f, share));
+    for (std::size_t m = 0; m < f.size(); ++m) kernels.back()[m] *= std::polar(1.0, wave_number(spec, m) * spec.c * s);
+  }
+  return kernels;
+}
+
+CoupledPeak solve_coupled_peak(const CouplingSpec& spec, const TorqueKernels& torque) {
+  return Solver(spec, torque).solve();
+}
+
+CoupledPeak solve_coupled_peak(const CouplingSpec& spec) { return solve_coupled_peak(spec, torque_kernels(spec)); }
+
+}  // namespace granuscope

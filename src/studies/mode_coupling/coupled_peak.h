@@ -1,0 +1,53 @@
+#pragma once
+#include <complex>
+#include <vector>
+
+#include "analysis/double_gaussian.h"
+
+namespace granuscope {
+
+/// A peak of sound that moves with speed c and is coupled to itself and to a field that spreads where it is.
+struct CouplingSpec {
+  double D = 0;          ///< W^2 = D z without coupling, bead diameters
+  double c = 0;          ///< of the peak
+  double to_itself = 0;  ///< m of its kernel m f(x, z)^2
+  double to_torque = 0;  ///< likewise of that with the spreading field
+  double D_torque = 0;   ///< of that field: a peak of it has the variance D_torque z
+  double depth = 0;      ///< to which it is followed, bead diameters
+  double step = 1;       ///< of z
+  int ring = 1024;       ///< bead diameters around, a power of 2, more than 2 c depth
+  /// Depth of the layers from which the peak starts: their fluctuations have reached the share 1 - exp(-D k^2 z) of the
+  /// plateau. 0: all of it.
+  double saturated_by = 0;
+};
+
+/// The peak in the frame that moves with c, followed in z.
+struct CoupledPeak {
+  CouplingSpec spec;
+  std::vector<std::vector<std::complex<double>>> modes;  ///< f(k, z), k = 0 .. ring/2 in 2 pi/ring, at each step of z
+
+  /// The response cos(k c z) Re f(k) + sin(k c z) Im f(k) of two such peaks at the step nearest to z, at k = m 2
+  /// pi/ring, m = 1, 2, ....
+  std::vector<double> response(double z) const;
+  /// x_p and W of two Gaussians fitted to it under the weights of every fit (analysis/weighted_shape.h).
+  DoubleGaussian shape(double z) const;
+  /// The density of one peak, of area 1, at x from the place where it would be without coupling, c z.
+  double density(double z, double x) const;
+  /// f(k, z) at any k > 0, of the step nearest to z.
+  std::complex<double> mode_at(double z, double k) const;
+};
+
+/// Solves the one-loop mode-coupling equation (Spohn, J. Stat. Phys. 154, 1191 (2014)),
+///   d_z f(k, z) = -(D/2) k^2 f(k, z) - k^2 integral over s of M(k, s) f(k, z - s),
+/// M(x, s) = to_itself f(x, s)^2 + to_torque t(x + c s, s)^2, t a Gaussian peak of variance D_torque s: a field that
+/// stays where it is passes the peak with speed c. The first term makes W^2 grow from D z towards z^(4/3), the second
+/// one makes D grow as k^(-1/2) and gives the peak a tail towards that field. Errors are of second order in the step,
+/// which is implicit; time grows with the square of the depth and with the ring.
+CoupledPeak solve_coupled_peak(const CouplingSpec& spec);
+
+/// The modes of t(x + c s, s)^2 at each step: half of the work, and the same for every D and coupling.
+using TorqueKernels = std::vector<std::vector<std::complex<double>>>;
+TorqueKernels torque_kernels(const CouplingSpec& spec);
+CoupledPeak solve_coupled_peak(const CouplingSpec& spec, const TorqueKernels& torque);
+
+}  // namespace granuscope

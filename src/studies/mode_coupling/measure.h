@@ -1,0 +1,91 @@
+#pragma once
+#include <vector>
+
+#include "analysis/line_test.h"
+#include "analysis/measured_ensemble.h"
+#include "coupled_peak.h"
+#include "fluctuations.h"
+#include "studies/spreading.h"
+
+namespace granuscope {
+
+/// Uniformly loaded piles whose loads lean, or act beside the centres of the beads.
+struct LoadedPiles {
+  EnsembleSpec spec;
+  LoadLine line;
+  Replicated thrust;        ///< kappa = 3 sigma_xx / w where fluctuations are saturated
+  Replicated thrust_below;  ///< the same much deeper: equal, if they are
+};
+
+/// How the thrust ratio kappa depends on one of the two: kappa(0) + kappa'' x^2/2 + ... x^4.
+struct ThrustCurvature {
+  Estimate at_zero, curvature;
+  LineTest test;  ///< of that form
+};
+
+/// How much better another shape of the peaks describes one lag than Gaussians do.
+struct PeakShapeTest {
+  double z = 0;
+  int degrees_of_freedom = 0;
+  double gaussian = 0, kpz = 0, coupled = 0;  ///< chi^2 with x_p and W free
+};
+
+/// One of the two peaks, scaled by its own x_p and W to variance and area 1.
+struct ScaledPeak {
+  double z = 0;
+  std::vector<double> x;         ///< (x - x_p)/W
+  std::vector<Estimate> height;  ///< 2 W P
+};
+
+/// Means over a band of modes that are saturated and long against beads, in the deepest layer.
+struct Plateau {
+  int layer = 0;
+  double k_from = 0, k_to = 0;
+  Estimate of_w, of_H, of_torque;
+  Estimate ratio;  ///< C_H/C_w; that of sound is c_thrust^2
+};
+
+/// What the theory says at the lags of a response, of which it takes W^2 at the first lag as it is.
+struct PredictedSpreading {
+  std::vector<double> width_squared,
+      width_squared_error;  ///< errors from those of the couplings and of the first octave
+  std::vector<double> c;    ///< slope of x_p over each octave
+  double D = 0;             ///< without coupling: such that the first octave spreads as measured
+  double chi2 = 0;          ///< of the octaves behind the first, errors of both sides
+};
+
+/// What the mode-coupling theory of the three conserved fields, weight, horizontal force and torque, says at one
+/// friction coefficient, beside what is measured.
+struct CoupledSpreading {
+  double mu = 0;
+  DeepResponse response;
+  std::vector<LoadedPiles> leaning, turned;  ///< upright first, ascending in slope, in offset
+  std::vector<LayerFluctuations> layers;
+  ThrustCurvature by_slope, by_torque;
+  Plateau plateau;
+  Estimate D_torque;
+  Estimate to_itself,
+      to_torque;                 ///< the couplings m (coupled_peak.h): kappa_hh^2 C_H/144 and kappa_tt^2 C_t^2/(36 C_H)
+  PredictedSpreading predicted;  ///< with both; empty where something is unknown
+  PredictedSpreading without_torque;
+  Estimate strength, fitted_D;  ///< common factor of both couplings, and D, that describe all octaves best
+  double fitted_chi2 = 0;
+  int fitted_degrees_of_freedom = 0;
+  double diffusion_chi2 = 0;      ///< of one D in all octaves
+  std::vector<ScaledPeak> peaks;  ///< of the deepest lags
+  ScaledPeak predicted_peak;      ///< of the last of them; no errors
+  std::vector<PeakShapeTest> shapes;
+};
+
+/// Of an ensemble with two lags recorded.
+LoadedPiles measure_loaded(const MeasuredEnsemble& ensemble);
+
+/// Of piles that are alike but for one number of their line of load, `x` of it. Piles of equal sample share their
+/// random numbers, which their replicates know.
+ThrustCurvature fit_thrust(const std::vector<LoadedPiles>& piles, double LoadLine::*x, Replicated* curvature = nullptr);
+
+/// All of it, from an ensemble as measure_spreading takes it and what else has been measured.
+CoupledSpreading measure_coupling(const MeasuredEnsemble& deep, std::vector<LoadedPiles> leaning,
+                                  std::vector<LoadedPiles> turned, Fluctuations fluctuations, int threads);
+
+}  // namespace granuscope

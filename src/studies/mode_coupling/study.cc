@@ -1,0 +1,319 @@
+#include "studies/mode_coupling/study.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "analysis/claim_rule.h"
+#include "analysis/expected_response.h"
+#include "ensemble/estimator.h"
+#include "ensemble/fluctuation_plan.h"
+#include "figures.h"
+#include "measure.h"
+#include "model/lattice.h"
+#include "report/estimate_json.h"
+#include "studies/common_checks.h"
+#include "support/number_format.h"
+
+namespace granuscope {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr int first_lag = 32, least_octaves = 3, most_octaves = 9;
+/// Tolerance of the claim. Of the class whose W^2 is known exactly, 0.5105 (lambda z)^(4/3), the one-loop equation has
+/// 0.455: what it is off by in W^2 is 1.19 in the strength of the coupling.
+constexpr double most_amiss = 0.2;
+constexpr std::size_t least_lines = 3;  ///< beside the upright load: an even fit of fourth order, tested
+/// Piles under such loads: bases, and how much deeper they are looked at once more.
+constexpr int loaded_bases = 50, loaded_lag = 512;
+/// Beads per layer of those piles, and of those whose fluctuations are measured: no peak crosses them.
+constexpr int narrow = 512;
+
+enum Part { deep, leaning, turned };
+
+Json to_json(const LoadedPiles& one) {
+  return {{"load_angle", one.spec.sampler.load_angle},
+          {"slope", one.line.slope},
+          {"load_offset", one.line.offset},
+          {"thrust_ratio", granuscope::to_json(estimate(one.thrust))},
+          {"thrust_ratio_deeper", granuscope::to_json(estimate(one.thrust_below))}};
+}
+
+Json to_json(const ThrustCurvature& one) {
+  return {{"at_zero", granuscope::to_json(one.at_zero)},
+          {"curvature", granuscope::to_json(one.curvature)},
+          {"about_form", granuscope::to_json(one.test)}};
+}
+
+Json to_json(const PeakShapeTest& test) {
+  return {{"z", test.z},
+          {"degrees_of_freedom", test.degrees_of_freedom},
+          {"chi2_gaussian", finite_or_null(test.gaussian)},
+          {"chi2_kpz", finite_or_null(test.kpz)},
+          {"chi2_mode_coupling", finite_or_null(test.coupled)}};
+}
+
+Json to_json(const PredictedSpreading& one, const DeepResponse& response) {
+  if (one.width_squared.empty()) return nullptr;
+  Json lags = Json::array(), octaves = Json::array();
+  for (std::size_t i = 0; i < one.width_squared.size(); ++i) {
+    const Estimate width{one.width_squared[i], one.width_squared_error[i], {}};
+    lags.push_back({{"z", response.lags[i].z}, {"width_squared", granuscope::to_json(width)}});
+  }
+  for (std::size_t i = 0; i < one.c.size(); ++i) {
+    const double from = response.lags[i].z, to = response.lags[i + 1].z;
+    const double D = (one.width_squared[i + 1] - one.width_squared[i]) / (to - from);
+    const double exponent = std::log2(one.width_squared[i + 1] / one.width_squared[i]);
+    octaves.push_back({{"z", {from, to}}, {"exponent", exponent}, {"c", one.c[i]}, {"D", D}});
+  }
+  return {{"D_without_coupling", one.D},
+          {"lags", lags},
+          {"octaves", octaves},
+          {"chi2", finite_or_null(one.chi2)},
+          {"octaves_predicted", one.c.size() - 1}};
+}
+
+Json to_json(const CoupledSpreading& one) {
+  return {{"mu", one.mu},
+          {"response", spreading_json(one.response)},
+          {"leaning", list_of(one.leaning, to_json)},
+          {"turned", list_of(one.turned, to_json)},
+          {"thrust_by_slope", to_json(one.by_slope)},
+          {"thrust_by_torque", to_json(one.by_torque)},
+          {"plateau",
+           {{"layer", one.plateau.layer},
+            {"k", {one.plateau.k_from, one.plateau.k_to}},
+            {"C_w", granuscope::to_json(one.plateau.of_w)},
+            {"C_H", granuscope::to_json(one.plateau.of_H)},
+            {"C_torque", granuscope::to_json(one.plateau.of_torque)},
+            {"C_H_over_C_w", granuscope::to_json(one.plateau.ratio)}}},
+          {"D_torque", granuscope::to_json(one.D_torque)},
+          {"coupling_to_itself", granuscope::to_json(one.to_itself)},
+          {"coupling_to_torque", granuscope::to_json(one.to_torque)},
+          {"predicted", to_json(one.predicted, one.response)},
+          {"without_torque", to_json(one.without_torque, one.response)},
+          {"diffusion_chi2", finite_or_null(one.diffusion_chi2)},
+          {"fit",
+           {{"strength", granuscope::to_json(one.strength)},
+            {"D", granuscope::to_json(one.fitted_D)},
+            {"chi2", finite_or_null(one.fitted_chi2)},
+            {"degrees_of_freedom", one.fitted_degrees_of_freedom}}},
+          {"shapes", list_of(one.shapes, to_json)}};
+}
+
+/// What the sentences of page 1 need beside the results; null where nothing is predicted.
+Json page_1_of(const Json& results) {
+  std::vector<std::string> strengths;
+  bool explained = true;
+  std::size_t last = 0;
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    const Json& strength = results[i].at("fit").at("strength");
+    if (!strength.at("value").is_number()) continue;
+    strengths.push_back(fmt::format("/studies/mode_coupling/{}", i));
+    const double distance = std::abs(strength.at("value").get<double>() - 1);
+    explained = explained && distance < most_amiss + 3 * strength.at("stderr").get<double>();
+    last = i;
+  }
+  if (strengths.empty()) return nullptr;
+  const std::string largest = strengths.back();
+  const std::size_t octaves = results[last].at("response").at("octaves").size();
+  return {{"explained", explained},
+          {"strengths", enumerated(strengths)},
+          {"largest", {{"key", largest}}},
+          {"first", {{"key", largest + "/response/octaves/0"}}},
+          {"last", {{"key", fmt::format("{}/response/octaves/{}", largest, octaves - 1)}}}};
+}
+
+class ModeCouplingStudy final : public CopiedStudy<ModeCouplingStudy> {
+ public:
+  std::string id() const override { return "mode_coupling"; }
+
+  std::vector<Key> keys() override {
+    return {
+        make_key(table(), "mu", "",
+                 "friction coefficients at which the spreading of the peaks is predicted from how the conserved fields "
+                 "weight, horizontal force and torque couple, and measured; none: not at all",
+                 mu_, friction_range_above_zero()),
+        make_key(table(), "octaves", "octaves",
+                 "doublings of the depth, from 32 layers on; 5 reach 1024 layers, z = 887", octaves_,
+                 KeyRange{}.within(least_octaves, most_octaves)),
+        make_key(table(), "columns", "beads",
+                 "beads per layer of these piles, wide enough for two peaks at the deepest lag", columns_),
+        make_key(table(), "samples", "piles", "piles per friction coefficient, at least eight per block", samples_),
+        make_key(table(), "load_angles", "degrees",
+                 "angles of leaning loads, which tell how the horizontal force changes the thrust", angles_,
+                 KeyRange{.fewest = least_lines, .longest = 12, .ascending = true}.above(0).below(load_angle_limit)),
+        make_key(table(), "load_offsets", "bead radii",
+                 "how far beside the centres of the top beads loads act, which tells how torque changes the thrust",
+                 offsets_, KeyRange{.fewest = least_lines, .longest = 12, .ascending = true}.above(0).within(0, 2)),
+        make_key(table(), "loaded_samples", "piles", "piles per such load and friction coefficient", loaded_samples_),
+        make_key(table(), "fluctuation_layers", "layers",
+                 "layers whose fluctuations are followed, to see where they are saturated", layers_,
+                 KeyRange{.fewest = 1, .longest = 12, .ascending = true}.within(1, 100'000)),
+        make_key(table(), "fluctuation_samples", "piles", "piles per such layer and friction coefficient",
+                 fluctuation_samples_)};
+  }
+
+  bool asked() const override { return !mu_.empty(); }
+
+  Problem find_problem(const MainLine& main) const override {
+    for (const StudyEnsemble& one : ensembles(main)) {
+      const double mu = one.spec.sampler.mu, needed = columns_needed(mu, first_lag << octaves_);
+      if (columns_ < needed) {
+        return problem(key("columns"),
+                       "{} columns: at mu = {} the two peaks meet behind the ring above {} layers of depth; give at "
+                       "least {}, or fewer octaves",
+                       columns_, mu, first_lag << octaves_, std::ceil(needed));
+      }
+      if (auto found = find_lattice_problem(key("columns"), one.spec.lattice.columns, key("octaves"),
+                                            one.spec.lattice.layers, bottom_margin + 1, drawing_memory(one.spec))) {
+        return found;
+      }
+    }
+    const int blocks = main.response.blocks;
+    for (const auto& [name, samples] : {std::pair("samples", samples_), std::pair("loaded_samples", loaded_samples_),
+                                        std::pair("fluctuation_samples", fluctuation_samples_)}) {
+      if (auto found = find_samples_problem(key(name), samples, blocks)) return found;
+    }
+    return {};
+  }
+
+  double memory() const override { return 2 * pile_memory(narrow, layers_needed(fluctuation_piles(0))); }
+  double seconds() const override {
+    constexpr double beads_per_second = 1e7, theory = 30;
+    const double beads = narrow * static_cast<double>(layers_needed(fluctuation_piles(0)));
+    return static_cast<double>(mu_.size()) *
+           (theory + static_cast<double>(fluctuation_samples_) * beads / beads_per_second);
+  }
+
+  std::vector<StudyEnsemble> ensembles(const MainLine& main) const override {
+    std::vector<StudyEnsemble> all;
+    for (const double mu : mu_) {
+      const auto add = [&](const std::string& label, const std::string& file, EnsembleSpec spec, Part part) {
+        all.push_back(
+            {fmt::format("{}, mu = {}", label, mu), fmt::format("{}-mu-{}", file, exact(mu)), std::move(spec), part});
+      };
+      add("upright load", "upright", loaded_spec(main, mu, 0, 0), leaning);
+      for (const double angle : angles_) {
+        add(fmt::format("load leaning by {} degrees", angle), fmt::format("leaning-{}", exact(angle)),
+            loaded_spec(main, mu, angle, 0), leaning);
+      }
+      for (const double offset : offsets_) {
+        add(fmt::format("load {} bead radii beside", offset), fmt::format("turned-{}", exact(offset)),
+            loaded_spec(main, mu, 0, offset), turned);
+      }
+      // Last of its friction coefficient: add() then has the rest.
+      add("spreading", "spreading", deep_spec(main, mu), deep);
+    }
+    return all;
+  }
+
+  void begin(const MainLine& main, int threads) override {
+    threads_ = threads;
+    sampling_ = main.sampling;
+    blocks_ = main.response.blocks;
+  }
+
+  void add(const StudyEnsemble& one, const MeasuredEnsemble& ensemble) override {
+    if (one.part == leaning) leaning_.push_back(measure_loaded(ensemble));
+    if (one.part == turned) turned_.push_back(measure_loaded(ensemble));
+    if (one.part != deep) return;
+    turned_.insert(turned_.begin(), leaning_.front());
+    measured_.push_back(measure_coupling(ensemble, std::exchange(leaning_, {}), std::exchange(turned_, {}),
+                                         measure_fluctuations(fluctuation_piles(ensemble.spec.sampler.mu), threads_),
+                                         threads_));
+  }
+
+  std::vector<Claim> claims(const ClaimSpec&) const override {
+    if (!asked()) return {};
+    Claim claim =
+        open_claim("mode-coupling", "The peaks spread as the coupling of weight, horizontal force and torque predicts.",
+                   "strength of the couplings that the spreading needs, over the predicted one");
+    const CoupledSpreading* farthest = nullptr;
+    double farthest_z = 0;
+    std::vector<std::string> all;
+    for (const CoupledSpreading& one : measured_) {
+      const Estimate& strength = one.strength;
+      if (!strength.known()) continue;
+      all.push_back(fmt::format("{} at μ = {}", value_with_error(strength.value, strength.standard_error), one.mu));
+      const double z = std::abs(strength.value - 1) / strength.standard_error;
+      if (farthest != nullptr && z <= farthest_z) continue;
+      farthest = &one;
+      farthest_z = z;
+    }
+    if (farthest == nullptr) {
+      leave_open(claim, "the strength is not known: give the study more piles");
+      return {claim};
+    }
+    judge_by_number(claim, farthest->strength, {.value = 1, .tolerance = most_amiss}, {},
+                    fmt::format("That strength at μ = {}, where it is farthest from 1,", farthest->mu));
+    if (all.size() > 1) add_sentence(claim, fmt::format("All of them: {}.", fmt::join(all, ", ")));
+    return {claim};
+  }
+
+  Json json() const override { return list_of(measured_, to_json); }
+  std::vector<ReportPart> parts(const Json& results) const override {
+    const Json told = page_1_of(results);
+    return told.is_null() ? std::vector{table_part()} : std::vector{page_1(told), table_part()};
+  }
+  std::vector<FigurePlot> figures(const Analysis&) const override {
+    if (measured_.empty()) return {};
+    return {[this](const std::filesystem::path& folder) { return plot_predicted_width(measured_, folder); },
+            [this](const std::filesystem::path& folder) { return plot_coupling(measured_, folder); },
+            [this](const std::filesystem::path& folder) { return plot_peak_shape(measured_, folder); }};
+  }
+
+ private:
+  EnsembleSpec fluctuation_spec(const MainLine& main, double mu, std::uint64_t samples) const {
+    EnsembleSpec spec = main.ensemble_at(mu, {columns_, 1}, samples);
+    spec.response.estimator = EstimatorName::fluctuation;
+    return spec;
+  }
+  EnsembleSpec deep_spec(const MainLine& main, double mu) const {
+    EnsembleSpec spec = fluctuation_spec(main, mu, samples_);
+    for (int octave = 0; octave <= octaves_; ++octave) spec.layers.push_back(first_lag << octave);
+    // As many bases as the deepest lag has layers: half of each pile.
+    spec.lattice.layers = fluctuation_plan(spec).layers_needed + spec.layers.back();
+    return spec;
+  }
+  EnsembleSpec loaded_spec(const MainLine& main, double mu, double angle, double offset) const {
+    EnsembleSpec spec = fluctuation_spec(main, mu, loaded_samples_);
+    spec.sampler.load_angle = angle;
+    spec.sampler.load_offset = offset;
+    spec.record_profiles = false;
+    spec.lattice.columns = std::min(narrow, columns_);
+    spec.layers = {0, loaded_lag};
+    spec.lattice.layers = fluctuation_plan(spec).layers_needed + loaded_bases * spec.response.base_step;
+    return spec;
+  }
+  FluctuationPiles fluctuation_piles(double mu) const {
+    FluctuationPiles piles{sampling_, std::min(narrow, columns_), layers_, fluctuation_samples_, blocks_};
+    piles.sampler.mu = mu;
+    return piles;
+  }
+
+  std::vector<double> mu_;
+  int octaves_ = 5;
+  int columns_ = 1536;
+  std::uint64_t samples_ = 256;
+  std::vector<double> angles_{2, 4, 6, 8, 10};
+  std::vector<double> offsets_{0.03, 0.06, 0.09, 0.12};
+  std::uint64_t loaded_samples_ = 256;
+  std::vector<int> layers_{64, 256, 1024};
+  std::uint64_t fluctuation_samples_ = 256;
+  int threads_ = 0;
+  SamplerSpec sampling_;
+  int blocks_ = 0;
+  std::vector<LoadedPiles> leaning_, turned_;  ///< of the friction coefficient at work
+  std::vector<CoupledSpreading> measured_;
+};
+
+}  // namespace
+
+std::unique_ptr<Study> mode_coupling_study() { return std::make_unique<ModeCouplingStudy>(); }
+
+}  // namespace granuscope
