@@ -84,7 +84,10 @@ void add_figure_verb(CLI::App& app, VerbContext& context) {
   verb->add_option(
       "--width", options->width,
       "86mm, 8.6cm or 3.37in; panels stand one above the other where it is narrow (as in the report, 170mm)");
-  verb->add_option("--font", options->style.font, "of all text, as fontconfig names it")->capture_default_str();
+  verb->add_option("--font", options->style.font,
+                   "of all text, as fontconfig names it; TeX: set by TeX with its own mathematics, as eps (needs latex "
+                   "and dvips)")
+      ->capture_default_str();
   verb->add_option("--font-size", options->font_size,
                    fmt::format("8pt, or 8; room around the axes grows with it (as in the report, {:g}pt)",
                                options->style.font_points));

@@ -43,8 +43,8 @@ struct FigureStyle {
   std::string format = "pdf";  ///< pdf, svg, eps, png or tikz
   double width_mm = 0;         ///< 0: as wide as it is
   double font_points = 9;
-  std::string font = "DejaVu Sans";
-  std::string language = "en";  ///< of its texts: en, fr or de
+  std::string font = "DejaVu Sans";  ///< "TeX": that of TeX and its mathematics (tikz, eps)
+  std::string language = "en";       ///< of its texts: en, fr or de
 };
 
 /// A figure plotted again.

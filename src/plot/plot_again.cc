@@ -30,6 +30,9 @@ namespace fs = std::filesystem;
 constexpr std::array<std::pair<std::string_view, std::string_view>, 5> ends_of_formats = {
     {{"pdf", "%%EOF"}, {"svg", "</svg>"}, {"eps", "%%EOF"}, {"png", "IEND"}, {"tikz", "\\end{tikzpicture}"}}};
 
+/// Of a figure whose texts TeX sets.
+constexpr std::string_view font_of_tex = "TeX";
+
 constexpr double least_width_mm = 60, most_width_mm = 1000, least_points = 4, most_points = 40;
 
 void require_possible(const FigureStyle& style) {
@@ -195,8 +198,57 @@ std::vector<std::string> plots_in(const fs::path& figures) {
   return known;
 }
 
+namespace {
+
+/// The figure as an EPS that TeX sets, with its own fonts and mathematics. dvips finds the edges of letters and rules,
+/// not those of what is drawn: hair-thin white rules stand in the corners.
+std::string eps_by_tex(const std::string& tikz, const std::string& id, double points) {
+  const ScratchFolder scratch(fs::temp_directory_path(), id);
+  write_file(scratch.path() / "figure.tikz", tikz);
+  write_file(
+      scratch.path() / "figure.tex",
+      fmt::format(
+          "\\documentclass{{article}}\n\\usepackage{{fix-cm}}\n\\usepackage{{tikz,gnuplot-lua-tikz}}\n"
+          "\\pagestyle{{empty}}\n\\parindent=0pt\n\\hoffset=-1in\n\\voffset=-1in\n\\textwidth=1200mm\n\\textheight="
+          "1200mm\n"
+          "\\begin{{document}}\n\\fontsize{{{0}}}{{{1}}}\\selectfont\n"
+          "\\setbox0=\\hbox{{\\input{{figure.tikz}}}}\n\\def\\hair{{\\hbox{{\\color{{white}}\\vrule width 0.01pt "
+          "height 0.01pt depth "
+          "0pt}}}}\n"
+          "\\hbox{{\\rlap{{\\lower\\dp0\\hair}}\\rlap{{\\raise\\ht0\\hair}}\\rlap{{\\kern\\wd0\\raise\\ht0\\hair}}"
+          "\\copy0}}\n\\end{{document}}\n",
+          points, 1.2 * points));
+  const auto run = [&](const std::vector<std::string>& arguments) {
+    ProcessSpec process;
+    process.arguments = arguments;
+    process.working_folder = scratch.path();
+    process.environment = {{"HOME", scratch.path().string()}};
+    const ProcessResult result = run_process(process);
+    if (!result.timed_out && result.exit_code == 0) return;
+    throw EnvironmentError(
+        fmt::format("{} did not set {}: {} {}; the font TeX needs latex with TikZ and dvips (Debian: "
+                    "texlive-latex-base, texlive-pictures)",
+                    arguments.front(), id, describe_end(result), single_line(result.standard_error)));
+  };
+  run({"latex", "-interaction=batchmode", "-halt-on-error", "figure.tex"});
+  run({"dvips", "-q", "-E", "-o", "figure.eps", "figure.dvi"});
+  return without_moment(read_file(scratch.path() / "figure.eps"));
+}
+
+}  // namespace
+
 PlottedFigure plot_again(const fs::path& figures, const std::string& id, const FigureStyle& style) {
   require_possible(style);
+  if (style.font == font_of_tex && style.format != "tikz") {
+    if (style.format != "eps")
+      throw InputError(
+          fmt::format("the font TeX is what TeX sets, as tikz or eps, not as {}; choose one of them", style.format));
+    FigureStyle tikz = style;
+    tikz.format = "tikz";
+    PlottedFigure plotted = plot_again(figures, id, tikz);
+    plotted.bytes = eps_by_tex(plotted.bytes, id, style.font_points);
+    return plotted;
+  }
   require_gnuplot();
   if (style.format != "tikz") require_font(style.font);
   const std::vector<std::string> known = plots_in(figures);

@@ -148,6 +148,21 @@ TEST_CASE("TeX and Ghostscript take the figures of the main line as they are") {
   write_file(run / "one.eps", plot_again(run / "figures", ids.front(), style).bytes);
   succeeds({"ps2pdf", "-dEPSCrop", "one.eps", "one.pdf"});
   CHECK(read_file(run / "one.pdf").starts_with("%PDF"));
+
+  // By TeX itself: its fonts, its mathematics, and the whole width (TikZ leaves some room around texts).
+  style.font = "TeX";
+  style.font_points = 8;
+  const std::string eps = plot_again(run / "figures", ids.front(), style).bytes;
+  CHECK(contains(eps, "CMMI"));  // mathematical italics
+  CHECK(eps == plot_again(run / "figures", ids.front(), style).bytes);
+  std::smatch box;
+  REQUIRE(std::regex_search(eps, box, std::regex("%%BoundingBox: (-?[0-9]+) (-?[0-9]+) ([0-9]+) ([0-9]+)")));
+  CHECK(std::stod(box[3]) - std::stod(box[1]) == Approx(86 / 25.4 * 72).margin(9));
+  write_file(run / "two.eps", eps);
+  succeeds({"ps2pdf", "-dEPSCrop", "two.eps", "two.pdf"});
+  CHECK(read_file(run / "two.pdf").starts_with("%PDF"));
+  style.format = "svg";
+  CHECK_THROWS_AS(plot_again(run / "figures", ids.front(), style), InputError);
 }
 
 TEST_CASE("A figure or style that cannot be is refused") {
