@@ -90,6 +90,18 @@ std::string translated_script(const std::string& script, const std::string& lang
 
 /// What stands in the scripts as Unicode or as gnuplot's markup, in TeX's own mathematics.
 std::string in_tex(std::string text) {
+  // gnuplot's own marks of what stands lower or higher: a sign or a group in braces.
+  for (std::size_t at = text.find_first_of("_^"); at != std::string::npos; at = text.find_first_of("_^", at)) {
+    const bool group = at + 1 < text.size() && text[at + 1] == '{';
+    std::size_t end = group ? text.find('}', at) : at + 2;
+    if (end == std::string::npos) break;
+    while (!group && end < text.size() && (static_cast<unsigned char>(text[end]) & 0xC0) == 0x80) ++end;  // of one sign
+    const std::string inside = group ? text.substr(at + 2, end - at - 2) : text.substr(at + 1, end - at - 1);
+    const std::string tex = group ? fmt::format("\\ensuremath{{{}\\mathrm{{{}}}}}", text[at], inside)
+                                  : fmt::format("\\ensuremath{{{}{}}}", text[at], inside);
+    text.replace(at, (group ? end + 1 : end) - at, tex);
+    at += tex.size();
+  }
   constexpr std::pair<std::string_view, std::string_view> signs[] = {{"{/:Italic ", "\\textit{"},
                                                                      {"α", "\\ensuremath{\\alpha}"},
                                                                      {"β", "\\ensuremath{\\beta}"},
@@ -97,6 +109,7 @@ std::string in_tex(std::string text) {
                                                                      {"ε", "\\ensuremath{\\varepsilon}"},
                                                                      {"μ", "\\ensuremath{\\mu}"},
                                                                      {"σ", "\\ensuremath{\\sigma}"},
+                                                                     {"τ", "\\ensuremath{\\tau}"},
                                                                      {"χ", "\\ensuremath{\\chi}"},
                                                                      {"θ", "\\ensuremath{\\theta}"},
                                                                      {"φ", "\\ensuremath{\\varphi}"},

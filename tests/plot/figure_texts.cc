@@ -225,6 +225,19 @@ void check_at_widths_of_journals(const std::filesystem::path& figures, const std
       check_texts(svg);
     }
   }
+  // What TeX would stumble over: a sign that its fonts do not have, a subscript outside mathematics.
+  FigureStyle tikz;
+  tikz.format = "tikz";
+  std::istringstream lines(plot_again(figures, id, tikz).bytes);
+  for (std::string line; std::getline(lines, line);) {
+    if (!line.starts_with("\\node")) continue;
+    INFO(id << " as TikZ: " << line);
+    const std::string half = "\\ensuremath{{}^1\\!/_2}";
+    for (std::size_t at = line.find(half); at != std::string::npos; at = line.find(half)) line.erase(at, half.size());
+    CHECK(std::all_of(line.begin(), line.end(), [](char c) { return static_cast<unsigned char>(c) < 0x80; }));
+    for (std::size_t at = line.find_first_of("_^"); at != std::string::npos; at = line.find_first_of("_^", at + 1))
+      CHECK(line.substr(0, at).ends_with("\\ensuremath{"));
+  }
 }
 
 }  // namespace granuscope
