@@ -8,8 +8,8 @@ namespace granuscope {
 /// metrics of its font.
 void check_texts(const std::string& svg);
 
-/// Checks this of a figure of a run in every language, plotted again at the widths of journals, 86, 120 and 178 mm, with
-/// text of 8 pt.
+/// Checks this of a figure of a run in every language, plotted again at the widths of journals, 86, 120 and 178 mm,
+/// with text of 8 pt; and that TeX can set it.
 void check_at_widths_of_journals(const std::filesystem::path& figures, const std::string& id);
 
 }  // namespace granuscope
