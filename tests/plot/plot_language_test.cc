@@ -77,9 +77,9 @@ TEST_CASE("The built-in languages have a word for every text of every plot") {
     }
     // What the program puts into them.
     for (const char* text :
-         {"slopes: γ = 1.66(4)", "xₚ/(z − ½): γ = unknown", "slope c = 0.56", "c from thrust 0.56",
-          "difference 0.1", "multiplexed, ε = 0.25, opposite, runs of 2:  c = 1,  D = 2", "fluctuation", "point",
-          "paired", "twice the columns", "the paper: β ≈ 2.5", "this run: α = 0.6", "by loads (multiplexed)",
+         {"slopes: γ = 1.66(4)", "xₚ/(z − ½): γ = unknown", "slope c = 0.56", "c from thrust 0.56", "difference 0.1",
+          "multiplexed, ε = 0.25, opposite, runs of 2:  c = 1,  D = 2", "fluctuation", "point", "paired",
+          "twice the columns", "the paper: β ≈ 2.5", "this run: α = 0.6", "by loads (multiplexed)",
           "var w = 0.1,  3 draws per bead", "peaks not identified by the fit", "ratios at z = 95.8"}) {
       INFO(language << ": " << text);
       CHECK(words_left(text, catalogue).empty());

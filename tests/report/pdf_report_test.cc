@@ -138,11 +138,10 @@ TEST_CASE("The PDF has vector plots, all labels, contents with page numbers and 
   {
     INFO("every axis label is found");
     const std::string text = output_of({"pdftotext", "report.pdf", "-"}, folder);
-    for (const char* label :
-         {"position x (bead diameters)", "response P(x)", "depth z (bead diameters)", "position over depth xₚ/z",
-          "width² over depth W²/z", "friction coefficient μ", "diffusion coefficient D (bead diameters)",
-          "propagation coefficient c", "c₀ − c", "fitted double Gaussian", "the paper's exponent", "residual / σ",
-          "over law"}) {
+    for (const char* label : {"position x (bead diameters)", "response P(x)", "depth z (bead diameters)",
+                              "position over depth xₚ/z", "width² over depth W²/z", "friction coefficient μ",
+                              "diffusion coefficient D (bead diameters)", "propagation coefficient c", "c₀ − c",
+                              "fitted double Gaussian", "the paper's exponent", "residual / σ", "over law"}) {
       INFO(label);
       CHECK(contains(text, label));
     }
