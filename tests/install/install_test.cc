@@ -51,6 +51,7 @@ layers = [30]
 columns = 20
 layers = 12
 width_px = 500
+dpi = 110
 )";
 
 }  // namespace
