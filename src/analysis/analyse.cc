@@ -11,10 +11,12 @@ namespace granuscope {
 
 Analysis analyse(std::vector<MeasuredTransport> measured, const FitSpec& fit, const ClaimSpec& claims,
                  const std::vector<int>& ratio_layers) {
-  std::sort(measured.begin(), measured.end(),
-            [](const MeasuredTransport& a, const MeasuredTransport& b) { return a.transport.mu() < b.transport.mu(); });
+  std::sort(measured.begin(), measured.end(), [](const MeasuredTransport& a, const MeasuredTransport& b) {
+    return a.transport.scanned() < b.transport.scanned();
+  });
   Analysis analysis;
   for (const MeasuredTransport& result : measured) analysis.results.push_back(result.transport);
+  if (!measured.empty()) analysis.scan = measured.front().transport.scan;
   ScalingWithVariations scaling = fit_scaling_with_variations(measured, fit.scaling_window);
   analysis.scaling = std::move(scaling.fits);
   analysis.variations = std::move(scaling.variations);

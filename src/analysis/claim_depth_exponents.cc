@@ -10,8 +10,8 @@
 namespace granuscope {
 namespace {
 
-/// Beyond this many standard deviations a single friction coefficient speaks against an exponent that the mean has: six
-/// coefficients meet it by chance once in 2600 experiments.
+/// Beyond this many standard deviations a single ensemble speaks against an exponent that the mean has: six
+/// ensembles meet it by chance once in 2600 experiments.
 constexpr double outlier = 4;
 
 /// W grows in proportion to z in an elastic medium, isotropic or not.
@@ -23,22 +23,23 @@ const Rival elastic_width{2, "elastic scaling"};
 Claim judge_exponent(const Analysis& analysis, const ClaimSpec& spec, Claim claim, Estimate Exponents::*exponent,
                      double value, const std::optional<Rival>& rival, const std::string& what) {
   const PaperNumber paper{.value = value, .tolerance = spec.exponent_tolerance};
-  std::vector<double> mu;
-  double farthest = 0, farthest_z = 0;
+  std::vector<double> values;
+  const Transport* farthest = nullptr;
+  double farthest_z = 0;
   Estimate farthest_power;
   for (const Transport& result : analysis.results) {
     const Estimate& power = result.exponents.*exponent;
     if (!power.known()) continue;
-    mu.push_back(result.mu());
+    values.push_back(result.scanned());
     const double z = judge_number(power, paper).z_score;
     if (!(std::abs(z) >= std::abs(farthest_z))) continue;  // an error that is unknown hides none
-    farthest = result.mu();
+    farthest = &result;
     farthest_z = z;
     farthest_power = power;
   }
   judge_by_number(claim, analysis.mean_exponents.*exponent, paper, rival,
-                  mu.empty() ? what : fmt::format("{} {}", what, over_all_mu(mu)));
-  if (mu.empty()) {
+                  values.empty() ? what : fmt::format("{} {}", what, over_all_values(values, analysis.scan->symbol)));
+  if (values.empty()) {
     claim.explanation = fmt::format("No power could be taken: {}.", claim.measured.reason);
     return claim;
   }
@@ -46,14 +47,14 @@ Claim judge_exponent(const Analysis& analysis, const ClaimSpec& spec, Claim clai
   if (std::abs(farthest_z) > outlier && claim.verdict != not_reproduced) {
     claim.verdict = not_reproduced;
     claim.explanation = fmt::format(
-        "{} is {} at μ = {}, {} standard errors off, though the mean over {}, {}, lies only {} off.", what, single,
-        farthest, significant(std::abs(farthest_z), 2), list_of_mu(mu),
+        "{} is {} at {}, {} standard errors off, though the mean over {}, {}, lies only {} off.", what, single,
+        farthest->at(), significant(std::abs(farthest_z), 2), list_of_values(values, analysis.scan->symbol),
         value_with_error(claim.measured.value, claim.measured.standard_error), significant(std::abs(claim.z_score), 2));
   } else if (std::abs(farthest_z) > outlier) {
-    add_sentence(claim, fmt::format("At μ = {} alone it is {}, {} standard errors off.", farthest, single,
+    add_sentence(claim, fmt::format("At {} alone it is {}, {} standard errors off.", farthest->at(), single,
                                     significant(std::abs(farthest_z), 2)));
-  } else if (mu.size() > 1) {
-    add_sentence(claim, fmt::format("The single value farthest off is {} at μ = {}.", single, farthest));
+  } else if (values.size() > 1) {
+    add_sentence(claim, fmt::format("The single value farthest off is {} at {}.", single, farthest->at()));
   }
   return claim;
 }

@@ -27,7 +27,7 @@ struct Found {
     const std::string at = depths == 1
                                ? fmt::format("one depth, z = {:.1f}", shallowest)
                                : fmt::format("{} depths from z = {:.1f} to {:.1f}", depths, shallowest, deepest);
-    return fmt::format("{}, {}", list_of_mu(mu), at);
+    return fmt::format("{}, {}", list_of_values(mu), at);
   }
 };
 
@@ -50,29 +50,29 @@ Claim judge_double_peak(const Analysis& analysis, const FitSpec& fit, const Clai
   std::vector<double> two, merged, open, unfitted;
   double needed = 0, least_mu = 0;
   for (const Transport& result : analysis.results) {
-    if (result.exact || result.mu() == 0) continue;
+    if (result.exact || result.scanned() == 0) continue;
     for (const DepthFit& depth : result.depths) {
       if (!(depth.evidence.for_two_peaks <= -spec.decisive_chi2)) continue;
-      (depth.layer < fit.first_layer || depth.layer > fit.last_layer ? shallow : one).add(result.mu(), depth.z);
+      (depth.layer < fit.first_layer || depth.layer > fit.last_layer ? shallow : one).add(result.scanned(), depth.z);
     }
     const Estimate& separation = result.peak_separation;
     if (!separation.known()) {
-      unfitted.push_back(result.mu());
+      unfitted.push_back(result.scanned());
       continue;
     }
     const double excess = (separation.value - 1) / separation.standard_error;
-    (excess > decisive ? two : excess < -decisive ? merged : open).push_back(result.mu());
+    (excess > decisive ? two : excess < -decisive ? merged : open).push_back(result.scanned());
     if (std::abs(excess) <= decisive) needed = std::max(needed, std::pow(decisive / excess, 2));
     if (claim.measured.known() && separation.value >= claim.measured.value) continue;
     claim.measured = separation;
-    least_mu = result.mu();
+    least_mu = result.scanned();
   }
   if (two.empty() && merged.empty() && open.empty() && unfitted.empty()) {
     leave_open(claim, "the experiment contains no friction above 0: add some to friction.mu, up to 1.7");
     return claim;
   }
   if (!claim.measured.known()) claim.measured.reason = "no depth could be fitted";
-  const double reached = analysis.results.back().mu();
+  const double reached = analysis.results.back().scanned();
   const bool far_enough = reached >= spec.highest_mu - 1e-9;
   const bool one_peak = !merged.empty() || one.depths > 0;
   claim.verdict = one_peak                           ? not_reproduced
@@ -80,7 +80,7 @@ Claim judge_double_peak(const Analysis& analysis, const FitSpec& fit, const Clai
                   : open.empty() && unfitted.empty() ? reproduced
                                                      : not_decided;
   if (!merged.empty())
-    add_sentence(claim, fmt::format("Over the window the peaks have merged at {}.", list_of_mu(merged)));
+    add_sentence(claim, fmt::format("Over the window the peaks have merged at {}.", list_of_values(merged)));
   if (one.depths > 0) add_sentence(claim, fmt::format("One peak is found at {}.", one.in_words()));
   if (!far_enough && !one_peak) {
     add_sentence(claim,
@@ -90,14 +90,14 @@ Claim judge_double_peak(const Analysis& analysis, const FitSpec& fit, const Clai
   }
   if (!open.empty()) {
     add_sentence(claim,
-                 fmt::format("One peak or two is open at {}: {}.", list_of_mu(open),
+                 fmt::format("One peak or two is open at {}: {}.", list_of_values(open),
                              std::isfinite(needed) ? more_piles(needed) : "they stand exactly where peaks merge"));
   }
   if (!unfitted.empty()) {
     add_sentence(claim,
-                 fmt::format("One peak or two is unknown at {}: no depth could be fitted.", list_of_mu(unfitted)));
+                 fmt::format("One peak or two is unknown at {}: no depth could be fitted.", list_of_values(unfitted)));
   }
-  if (!two.empty()) add_sentence(claim, fmt::format("Two peaks are found at {}.", list_of_mu(two)));
+  if (!two.empty()) add_sentence(claim, fmt::format("Two peaks are found at {}.", list_of_values(two)));
   if (claim.measured.known()) {
     add_sentence(claim,
                  fmt::format("The mean xₚ over the mean W of the window is least at μ = {}, {}; the peaks merge at "

@@ -91,8 +91,8 @@ std::string turning_sentence(const Analysis& analysis) {
   return fmt::format(
       "Of the friction coefficients measured the speed that follows from the thrust ratio is least at μ = {}, {}, and "
       "grows beyond it, to {} at μ = {}.",
-      lowest->mu(), value_with_error(least.value, least.standard_error),
-      value_with_error(end.value, end.standard_error), last->mu());
+      lowest->scanned(), value_with_error(least.value, least.standard_error),
+      value_with_error(end.value, end.standard_error), last->scanned());
 }
 
 }  // namespace

@@ -18,8 +18,8 @@ constexpr double rounding = 1e-12;  ///< of sums over some hundred layers
 Claim judge_frictionless(const Analysis& analysis) {
   Claim claim = open_claim("frictionless", "Without friction c = tan 30\u00b0 and D = 0.", "c at \u03bc = 0");
   claim.paper = tan30;
-  const auto result =
-      std::find_if(analysis.results.begin(), analysis.results.end(), [](const Transport& t) { return t.mu() == 0; });
+  const auto result = std::find_if(analysis.results.begin(), analysis.results.end(),
+                                   [](const Transport& t) { return t.scanned() == 0; });
   if (result == analysis.results.end()) {
     leave_open(claim, "the experiment does not contain \u03bc = 0: add it to friction.mu, it costs next to nothing");
     return claim;

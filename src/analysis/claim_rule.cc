@@ -140,15 +140,17 @@ std::string more_piles(double factor) {
   return fmt::format("about {} times as many piles would decide it", significant(factor, 2));
 }
 
-std::string list_of_mu(const std::vector<double>& mu) {
+std::string list_of_values(const std::vector<double>& values, const std::string& symbol) {
   constexpr std::size_t most_listed = 4;
-  if (mu.size() > most_listed) {
-    return fmt::format("{} values of μ from {} to {}", mu.size(), mu.front(), mu.back());
+  if (values.size() > most_listed) {
+    return fmt::format("{} values of {} from {} to {}", values.size(), symbol, values.front(), values.back());
   }
-  if (mu.size() < 2) return fmt::format("μ = {}", fmt::join(mu, ""));
-  return fmt::format("μ = {} and {}", fmt::join(mu.begin(), mu.end() - 1, ", "), mu.back());
+  if (values.size() < 2) return fmt::format("{} = {}", symbol, fmt::join(values, ""));
+  return fmt::format("{} = {} and {}", symbol, fmt::join(values.begin(), values.end() - 1, ", "), values.back());
 }
 
-std::string over_all_mu(const std::vector<double>& mu) { return (mu.size() == 1 ? "at " : "over ") + list_of_mu(mu); }
+std::string over_all_values(const std::vector<double>& values, const std::string& symbol) {
+  return (values.size() == 1 ? "at " : "over ") + list_of_values(values, symbol);
+}
 
 }  // namespace granuscope

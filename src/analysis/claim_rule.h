@@ -79,9 +79,9 @@ std::string cost_of_deciding(const Estimate& measured, const PaperNumber& paper,
 std::string more_piles(double factor);
 
 /// "μ = 0.1", "μ = 0.1, 0.2 and 0.3", "14 values of μ from 0.1 to 1.7".
-std::string list_of_mu(const std::vector<double>& mu);
+std::string list_of_values(const std::vector<double>& values, const std::string& symbol = "μ");
 
 /// What holds at these: "at μ = 0.1", "over μ = 0.1 and 0.3", "over 14 values of μ from 0.1 to 1.7".
-std::string over_all_mu(const std::vector<double>& mu);
+std::string over_all_values(const std::vector<double>& values, const std::string& symbol = "μ");
 
 }  // namespace granuscope

@@ -20,7 +20,7 @@ constexpr double window_slack = 1e-9;
 std::vector<const Transport*> of_weak_friction(const Analysis& analysis, const FitSpec& fit) {
   std::vector<const Transport*> small;
   for (const Transport& result : analysis.results) {
-    if (!result.exact && result.mu() > 0 && result.mu() <= fit.scaling_window[1] + window_slack) {
+    if (!result.exact && result.scanned() > 0 && result.scanned() <= fit.scaling_window[1] + window_slack) {
       small.push_back(&result);
     }
   }
@@ -63,21 +63,21 @@ Claim judge_two_gaussians(const Analysis& analysis, const FitSpec& fit, const Cl
   std::optional<Remainder> worst;
   for (const Transport* result : of_weak_friction(analysis, fit)) {
     if (!result->centre_background.known() || !result->fitted_area.known()) {
-      (of_another_shape(*result, fit) ? other_shape : unknown).push_back(result->mu());
+      (of_another_shape(*result, fit) ? other_shape : unknown).push_back(result->scanned());
       continue;
     }
-    mu.push_back(result->mu());
+    mu.push_back(result->scanned());
     Estimate lacking = result->fitted_area;
     lacking.value = 1 - lacking.value;
     for (const auto& [share, what] : {std::pair{result->centre_background, "lies spread between the peaks"},
                                       std::pair{lacking, "is missing from the area of the Gaussians"}}) {
       const double excess = (std::abs(share.value) - spec.largest_remainder) / share.standard_error;
-      if (!worst || excess > worst->excess) worst = Remainder{share, result->mu(), excess, what};
+      if (!worst || excess > worst->excess) worst = Remainder{share, result->scanned(), excess, what};
     }
   }
   if (!other_shape.empty()) {
     add_sentence(claim, fmt::format("At most depths of {} the response has another shape than two Gaussians.",
-                                    list_of_mu(other_shape)));
+                                    list_of_values(other_shape)));
     claim.verdict = not_reproduced;
     claim.measured.reason = "two Gaussians do not fit";
   }
@@ -94,16 +94,16 @@ Claim judge_two_gaussians(const Analysis& analysis, const FitSpec& fit, const Cl
                                                       : "stays below it by more than three standard errors";
   add_sentence(claim, fmt::format("{} the share of the response that {} is worst with {} at μ = {}: up "
                                   "to {} counts as well described, and this {}.",
-                                  mu.size() == 1 ? fmt::format("At μ = {}", mu.front()) : "Over " + list_of_mu(mu),
+                                  mu.size() == 1 ? fmt::format("At μ = {}", mu.front()) : "Over " + list_of_values(mu),
                                   worst->what, value_with_error(worst->share.value, worst->share.standard_error),
                                   worst->mu, significant(spec.largest_remainder, 2), distance));
   if (!unknown.empty()) {
-    add_sentence(claim, fmt::format("Not known at {}, where no fit tells the peaks.", list_of_mu(unknown)));
+    add_sentence(claim, fmt::format("Not known at {}, where no fit tells the peaks.", list_of_values(unknown)));
   }
   const Transport* larger = nullptr;
   for (const Transport& result : analysis.results) {
     const Estimate& share = result.centre_background;
-    if (result.mu() <= fit.scaling_window[1] + window_slack || !share.known()) continue;
+    if (result.scanned() <= fit.scaling_window[1] + window_slack || !share.known()) continue;
     if (std::abs(share.value) - spec.largest_remainder <= agreement * share.standard_error) continue;
     if (larger == nullptr || share.value > larger->centre_background.value) larger = &result;
   }
@@ -111,7 +111,7 @@ Claim judge_two_gaussians(const Analysis& analysis, const FitSpec& fit, const Cl
     add_sentence(
         claim, fmt::format("At larger friction the share between the peaks exceeds that: {} at μ = {}.",
                            value_with_error(larger->centre_background.value, larger->centre_background.standard_error),
-                           larger->mu()));
+                           larger->scanned()));
   }
   return claim;
 }
@@ -141,14 +141,14 @@ Claim judge_closer_and_wider(const Analysis& analysis, const FitSpec& fit) {
   add_sentence(claim,
                fmt::format("From μ = {} to {} c falls from {} to {}, by {} standard errors, and D grows from {} to "
                            "{}, by {}; at least {} are required.",
-                           first.mu(), last.mu(), value_with_error(first.c.value, first.c.standard_error),
+                           first.scanned(), last.scanned(), value_with_error(first.c.value, first.c.standard_error),
                            value_with_error(last.c.value, last.c.standard_error), significant(fall, 2),
                            value_with_error(first.D.value, first.D.standard_error),
                            value_with_error(last.D.value, last.D.standard_error), significant(rise, 2),
                            significant(agreement, 2)));
   if (reversed != small.end()) {
     add_sentence(claim, fmt::format("Between μ = {} and {} one of them goes the other way by more than that.",
-                                    (*reversed)->mu(), (*(reversed + 1))->mu()));
+                                    (*reversed)->scanned(), (*(reversed + 1))->scanned()));
   }
   return claim;
 }

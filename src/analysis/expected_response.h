@@ -1,4 +1,5 @@
 #pragma once
+#include "sampling/sampler_spec.h"
 
 namespace granuscope {
 
@@ -14,5 +15,7 @@ double expected_speed(double mu);
 
 /// Columns of a ring on which the two peaks of the response are still apart down to `layer`.
 double columns_needed(double mu, int layer);
+/// The same of any model.
+double columns_needed(const SamplerSpec& sampler, int layer);
 
 }  // namespace granuscope

@@ -10,6 +10,7 @@
 #include "analysis/peak_evidence.h"
 #include "analysis/scaling_fit.h"
 #include "ensemble/ensemble_spec.h"
+#include "sampling/scan_parameter.h"
 #include "storage/ensemble_file.h"
 
 namespace granuscope {
@@ -70,7 +71,7 @@ struct FitVariation {
   Estimate c_shift, D_shift;  ///< minus those of the fit, with their own errors
 };
 
-/// Everything measured at one friction coefficient.
+/// Everything measured on one ensemble.
 struct Transport {
   EnsembleSpec spec;          ///< of the ensemble it was measured on
   std::uint64_t samples = 0;  ///< piles that entered the averages
@@ -112,7 +113,12 @@ struct Transport {
   std::vector<DepthFit> depths;           ///< ascending, also shallower than the window
   std::vector<ResponseProfile> profiles;  ///< the layers asked for by figures
 
-  double mu() const { return spec.sampler.mu; }
+  const ScanParameter* scan = &friction_parameter();  ///< what differs from result to result
+
+  RowGeometry rows() const { return rows_of(spec.sampler.model); }
+  double scanned() const { return scan->value(spec.sampler); }
+  std::string at() const { return scan->at(spec.sampler); }  ///< "μ = 0.3"
+  bool is_frictionless() const { return spec.sampler.model.is_beads() && spec.sampler.mu == 0; }
 };
 
 struct ScalingFits {
@@ -157,9 +163,10 @@ struct Claim {
 
 /// What the analysis stage hands on.
 struct Analysis {
-  std::vector<Transport> results;            ///< ascending in mu
-  ScalingFits scaling;                       ///< over the primary window
-  std::vector<ScalingVariation> variations;  ///< of the windows of depth and of mu
+  const ScanParameter* scan = &friction_parameter();  ///< that of all results
+  std::vector<Transport> results;                     ///< ascending in it
+  ScalingFits scaling;                                ///< over the primary window
+  std::vector<ScalingVariation> variations;           ///< of the windows of depth and of mu
   std::vector<ScalingFits> other_windows;
   std::vector<RatioScaling> by_ratio;  ///< over the primary window, at the layers of the response profiles
   Exponents mean_exponents;            ///< over all mu with scatter, see exponent_average.h

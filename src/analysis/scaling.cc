@@ -23,9 +23,9 @@ struct ReplicatedFits {
   ScalingFits shown() const { return {beta.fit, gamma.fit, alpha.fit}; }
 };
 
-/// c and D of one friction coefficient, however they were read.
+/// c and D of one ensemble, however they were read.
 struct Coefficients {
-  double mu;
+  double scanned;
   const Replicated& c;
   const Replicated& D;
 };
@@ -33,13 +33,13 @@ struct Coefficients {
 ReplicatedFits fit_all(const std::vector<Coefficients>& coefficients, std::array<double, 2> window) {
   Points beta, gamma, alpha;
   for (const Coefficients& one : coefficients) {
-    if (one.mu < window[0] - window_slack || one.mu > window[1] + window_slack) continue;
-    const Replicated log_mu = transform([&](double) { return std::log(one.mu); }, one.c);
+    if (one.scanned < window[0] - window_slack || one.scanned > window[1] + window_slack) continue;
+    const Replicated log_scanned = transform([&](double) { return std::log(one.scanned); }, one.c);
     const Replicated log_D = transform([](double D) { return std::log(D); }, one.D);
     const Replicated log_slowing = transform([](double c) { return std::log(tan30 - c); }, one.c);
     const bool D_usable = estimate(log_D).known(), slowing_usable = estimate(log_slowing).known();
-    if (D_usable) beta.x.push_back(log_mu), beta.y.push_back(log_D);
-    if (slowing_usable) gamma.x.push_back(log_mu), gamma.y.push_back(log_slowing);
+    if (D_usable) beta.x.push_back(log_scanned), beta.y.push_back(log_D);
+    if (slowing_usable) gamma.x.push_back(log_scanned), gamma.y.push_back(log_slowing);
     if (D_usable && slowing_usable) alpha.x.push_back(log_D), alpha.y.push_back(log_slowing);
   }
   return {beta.fit(window), gamma.fit(window), alpha.fit(window)};
@@ -49,7 +49,7 @@ std::vector<Coefficients> slopes_of(const std::vector<MeasuredTransport>& result
   std::vector<Coefficients> slopes;
   for (const MeasuredTransport& result : results) {
     const Transport& t = result.transport;
-    if (!t.exact && t.c.known() && t.D.known()) slopes.push_back({t.mu(), result.c, result.D});
+    if (!t.exact && t.c.known() && t.D.known()) slopes.push_back({t.scanned(), result.c, result.D});
   }
   return slopes;
 }
@@ -62,9 +62,9 @@ std::vector<Coefficients> varied_slopes(const std::vector<MeasuredTransport>& re
     if (t.exact || !t.c.known() || !t.D.known()) continue;
     const VariationSlopes* const variation = k < result.variations.size() ? &result.variations[k] : nullptr;
     if (variation != nullptr && variation->shown.c.known() && variation->shown.D.known()) {
-      slopes.push_back({t.mu(), variation->c, variation->D});
+      slopes.push_back({t.scanned(), variation->c, variation->D});
     } else {
-      slopes.push_back({t.mu(), result.c, result.D});
+      slopes.push_back({t.scanned(), result.c, result.D});
     }
   }
   return slopes;
@@ -100,13 +100,15 @@ ScalingWithVariations fit_scaling_with_variations(const std::vector<MeasuredTran
           variation_of(fits, with_variations->variations[k].shown.change, fit_all(varied_slopes(results, k), window)));
     }
   }
-  std::vector<double> mu;
+  std::vector<double> values;
   for (const Coefficients& one : slopes) {
-    if (one.mu >= window[0] - window_slack && one.mu <= window[1] + window_slack) mu.push_back(one.mu);
+    if (one.scanned >= window[0] - window_slack && one.scanned <= window[1] + window_slack)
+      values.push_back(one.scanned);
   }
-  if (mu.size() > min_power_law_points) {
-    all.variations.push_back(variation_of(fits, "without_lowest_mu", fit_all(slopes, {mu[1], window[1]})));
-    all.variations.push_back(variation_of(fits, "without_highest_mu", fit_all(slopes, {window[0], mu[mu.size() - 2]})));
+  if (values.size() > min_power_law_points) {
+    all.variations.push_back(variation_of(fits, "without_lowest_mu", fit_all(slopes, {values[1], window[1]})));
+    all.variations.push_back(
+        variation_of(fits, "without_highest_mu", fit_all(slopes, {window[0], values[values.size() - 2]})));
   }
   const auto spread_of = [&](Estimate ScalingVariation::*shift) {
     std::vector<Estimate> shifts;
@@ -121,7 +123,8 @@ ScalingWithVariations fit_scaling_with_variations(const std::vector<MeasuredTran
 
 RatioScaling fit_ratio_scaling(const std::vector<MeasuredTransport>& results, int layer, std::array<double, 2> window) {
   // The load acts at the centre of a top bead, half a bead below the surface from which z counts.
-  const double z = Lattice::depth(layer), below_load = z - Lattice::depth(0);
+  const RowGeometry rows = results.empty() ? RowGeometry{} : rows_of(results.front().transport.spec.sampler.model);
+  const double z = rows.depth(layer), below_load = z - rows.depth(0);
   const auto from_load = [&](double per_depth) { return per_depth * z / below_load; };
   std::vector<MeasuredRatios> shifted;
   std::vector<Coefficients> ratios, shifted_ratios;
@@ -130,9 +133,9 @@ RatioScaling fit_ratio_scaling(const std::vector<MeasuredTransport>& results, in
     if (result.transport.exact) continue;
     for (const MeasuredRatios& one : result.ratios) {
       if (one.layer != layer) continue;
-      ratios.push_back({result.transport.mu(), one.position, one.width_squared});
+      ratios.push_back({result.transport.scanned(), one.position, one.width_squared});
       shifted.push_back({layer, transform(from_load, one.position), transform(from_load, one.width_squared)});
-      shifted_ratios.push_back({result.transport.mu(), shifted.back().position, shifted.back().width_squared});
+      shifted_ratios.push_back({result.transport.scanned(), shifted.back().position, shifted.back().width_squared});
     }
   }
   return {layer, z, fit_all(ratios, window).shown(), fit_all(shifted_ratios, window).shown()};

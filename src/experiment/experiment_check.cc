@@ -56,6 +56,40 @@ double sums_memory(const Experiment& e) {
   return std::min(most_at_once, 3 * layer * layers_recorded) + copies_of_layer * layer;
 }
 
+Problem find_scan_problem(const Experiment& e) {
+  try {
+    e.scanned();
+  } catch (const InputError& error) {
+    return problem("scan.parameter", "{}", error.what());
+  }
+  const ScanParameter& scanned = e.scanned();
+  const bool beads = e.sampling.model.is_beads();
+  if (beads && &scanned != &friction_parameter() && e.mu.size() != 1) {
+    return problem("friction.mu",
+                   "{} friction coefficients, while {} is what differs from ensemble to ensemble; give one",
+                   e.mu.size(), scanned.name);
+  }
+  for (const double value : e.scan_values()) {
+    const SamplerSpec sampler = e.sampler_at(value);
+    Problem found = find_problem(sampler);
+    if (!found && !beads) found = in_table("model", find_problem(sampler.model, e.lattice));
+    if (!found) continue;
+    if (e.scan.values.empty()) return found;
+    return problem("scan.values", "with {} = {} no pile can be drawn: {}", scanned.name, value, found->message);
+  }
+  if (beads) return {};
+  if (e.force_chains.friction || !e.pictures.empty()) {
+    return problem(e.force_chains.friction ? "scenes.friction.show" : std::string(pictures_table),
+                   "the model {} has no contacts of beads, of which alone this picture is; leave it out",
+                   name_of(e.sampling.model.name));
+  }
+  EnsembleSpec ensemble;
+  ensemble.sampler = e.sampler_at(e.scan_values().front());
+  ensemble.lattice = e.lattice;
+  ensemble.response = e.response;
+  return in_table("response", find_problem(ensemble));
+}
+
 /// A pile that the experiment's law would never complete; `whose` says where its size stands.
 Problem find_law_problem(const Experiment& e, const char* whose, int columns, int layers, double mu) {
   const double beads = static_cast<double>(columns) * layers;
@@ -78,6 +112,7 @@ Problem find_law_problem(const Experiment& e, const char* whose, int columns, in
 
 Problem find_sampling_problem(const Experiment& e) {
   if (auto found = in_table("sampling", find_problem(e.sampling))) return found;
+  if (!e.sampling.model.is_beads()) return {};
   if (auto found = find_law_problem(e, "[lattice]", e.lattice.columns, e.lattice.layers, e.mu.back())) return found;
   if (!e.force_chains.show) return {};
   return find_law_problem(e, "scenes.force_chains, some of them computed below the layers shown,",
@@ -112,7 +147,8 @@ Problem find_figure_problem(const Experiment& e) {
   const FigureSpec& figures = e.figures;
   if (!figures.response_profiles) return {};
   const int last_usable = e.lattice.layers - bottom_margin - 1;
-  if (std::find(e.mu.begin(), e.mu.end(), figures.profile_mu) == e.mu.end()) {
+  const bool of_friction = &e.scanned() == &friction_parameter();
+  if (of_friction && std::find(e.mu.begin(), e.mu.end(), figures.profile_mu) == e.mu.end()) {
     return problem("figures.response_profiles.mu",
                    "{} is not one of friction.mu = [{}], so that there is no response to plot; choose one of them "
                    "or set figures.response_profiles.show = false",
@@ -138,17 +174,17 @@ Problem find_figure_problem(const Experiment& e) {
 Problem find_ring_problem(const Experiment& e) {
   int deepest = e.fit.last_layer;
   if (e.figures.response_profiles) deepest = std::max(deepest, e.figures.profile_layers.back());
-  const double mu = e.mu.back();
-  const auto needed = [mu](int layer) { return columns_needed(mu, layer); };
+  const SamplerSpec widest = e.sampler_at(e.scan_values().back());
+  const auto needed = [&](int layer) { return columns_needed(widest, layer); };
   if (e.lattice.columns > needed(deepest)) return {};
   int layer = deepest;
   while (layer > 0 && e.lattice.columns <= needed(layer - 1)) --layer;
   const bool by_figure = deepest > e.fit.last_layer;
   return problem("lattice.columns",
-                 "with {} columns the two peaks of the response at mu = {} meet behind the ring from "
+                 "with {} columns the two peaks of the response at {} = {} meet behind the ring from "
                  "layer {} on, but layer {} is used ({}), and the fit would take one for the other; give more than {} "
                  "columns or stop at layer {}",
-                 e.lattice.columns, mu, layer, deepest,
+                 e.lattice.columns, e.scanned().name, e.scan_values().back(), layer, deepest,
                  by_figure ? "figures.response_profiles.layers" : "fit.last_layer", std::floor(needed(deepest)),
                  std::max(0, layer - 1));
 }
@@ -156,6 +192,7 @@ Problem find_ring_problem(const Experiment& e) {
 Problem find_scene_problem(const Experiment& e) {
   const ForceChainSpec& chains = e.force_chains;
   if (!chains.show) return {};
+  const bool beads = e.sampling.model.is_beads();
   if (auto found = find_lattice_problem(
           "scenes.force_chains.columns", chains.columns, "scenes.force_chains.layers", chains.layers, 1,
           pile_memory(chains.columns, static_cast<double>(chains.layers) + bottom_margin))) {
@@ -176,10 +213,10 @@ Problem find_scene_problem(const Experiment& e) {
   try {
     const double half = 0.5 * chains.columns;
     const Extent extent{-half, half, 0, Lattice::depth(chains.layers - 1) + 0.5};
-    plot_size(chains.scene, extent, key_title_of("forces"));
+    if (beads) plot_size(chains.scene, extent, key_title_of("forces"));
     if (chains.weight) plot_size(chains.scene, extent, key_title_of("weight"));
     if (chains.friction) plot_size(chains.scene, extent, key_title_of("friction"));
-    if (chains.response) plot_size(chains.scene, extent, key_title_of("response"));
+    if (chains.response && beads) plot_size(chains.scene, extent, key_title_of("response"));
   } catch (const InputError& error) {
     return problem("scenes.force_chains.width_px", "{}", error.what());
   }
@@ -294,9 +331,11 @@ Problem find_problem(const Experiment& e) {
     return found;
   }
   if (auto found = find_range_problem(e, "friction")) return found;
+  if (auto found = find_range_problem(e, "scan")) return found;
   // Where a room knows its limits, it says best what is wrong; then what is left.
   if (auto found = find_sampling_problem(e)) return found;
   if (auto found = find_response_problem(e)) return found;
+  if (auto found = find_scan_problem(e)) return found;
   if (auto found = in_table("fit", find_problem(e.fit, e.lattice))) return found;
   if (auto found = find_range_problem(e, "")) return found;
   if (auto found = find_precision_problem(e)) return found;

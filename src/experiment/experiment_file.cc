@@ -137,7 +137,10 @@ class Reader {
 
   bool has_read_nothing() const { return positions_.empty(); }
 
-  Experiment checked() const {
+  Experiment checked() {
+    if (experiment_.scan.parameter == friction_parameter().name && !experiment_.scan.values.empty()) {
+      experiment_.mu = std::exchange(experiment_.scan, {}).values;  // what [friction] is the short form of
+    }
     if (const auto problem = find_problem(experiment_)) {
       const auto written = positions_.find(problem->key);
       throw InputError(

@@ -24,6 +24,7 @@ std::vector<Key> keys_of_main_line(Experiment& e) {
   const std::string fit = "fit";
   const std::string claims = "claims";
   const std::string precision = "precision";
+  ModelSpec& model = e.sampling.model;
   const std::string profiles = "figures.response_profiles";
   KeyRange frictions = friction_range();
   frictions.fewest = 1;
@@ -42,7 +43,46 @@ std::vector<Key> keys_of_main_line(Experiment& e) {
           "used",
           e.lattice.layers, KeyRange{}.within(bottom_margin + 4, most_layers)),
 
-      make_key("friction", "mu", "", "friction coefficients of the contacts", e.mu, frictions),
+      make_key("friction", "mu", "", "friction coefficients of the contacts of beads", e.mu, frictions),
+
+      make_key(
+          "scan", "parameter", "",
+          "what differs from main ensemble to main ensemble: mu or lambda (law polytope) of the beads, disorder of "
+          "the q-model or of stochastic OSL, middle, noise or share of the three-leg model; empty: the first of "
+          "these that the piles depend on",
+          e.scan.parameter),
+      make_key("scan", "values", "", "its values; none: friction.mu, or the one that the model's table has",
+               e.scan.values, KeyRange{.least = 0, .longest = most_friction_values, .ascending = true}),
+
+      make_name_key("model", "name",
+                    "what a pile is a model of: frictional-beads (under a law of [sampling]), q-model, three-leg or "
+                    "stochastic-osl",
+                    model.name, model_named),
+      make_name_key("model.q_model", "split",
+                    "share q of a bead's weight that its lower left neighbour gets: uniform on [0, 1], critical (0 or "
+                    "1), or beta, of density 6 q (1 - q)",
+                    model.q_model.split, split_law_named),
+      make_key("model.q_model", "disorder", "", "by how much of that q deviates from 1/2", model.q_model.disorder,
+               KeyRange{}.within(0, 1)),
+      make_name_key(
+          "model.three_leg", "law",
+          "share p of the middle leg: free (middle +- noise), positive (up to a share of the largest with which "
+          "no leg pulls) or clipped (middle +- noise, cut to that)",
+          model.three_leg.law, middle_law_named),
+      make_key("model.three_leg", "middle", "", "free, clipped: mean of p", model.three_leg.middle),
+      make_key("model.three_leg", "noise", "", "free, clipped: p is uniform on middle +- noise", model.three_leg.noise),
+      make_key("model.three_leg", "share", "", "positive: of the largest p, up to which p is uniform",
+               model.three_leg.share),
+      make_key("model.three_leg", "cell_columns", "columns", "free: width of the cells in which noise is the same",
+               model.three_leg.cell_columns),
+      make_key("model.three_leg", "cell_rows", "rows", "free: their height", model.three_leg.cell_rows),
+      make_key("model.stochastic_osl", "disorder", "", "standard deviation of v in sigma_xx = (1 + v) sigma_zz / 3",
+               model.stochastic_osl.disorder),
+      make_key("model.stochastic_osl", "cell_columns", "bead diameters",
+               "width of the cells in which noise is the same", model.stochastic_osl.cell_columns),
+      make_key("model.stochastic_osl", "cell_rows", "rows", "their height", model.stochastic_osl.cell_rows),
+      make_key("model.stochastic_osl", "grid", "nodes per bead diameter", "fineness of the explicit scheme",
+               model.stochastic_osl.grid),
 
       make_name_key(
           sampling, "law",
@@ -132,7 +172,8 @@ std::vector<Key> keys_of_main_line(Experiment& e) {
                e.fit.shallow_layer, KeyRange{.least = 0}),
       make_key(fit, "min_identifiable_width", "bead diameters", "below it the size of a bead hides the width of a peak",
                e.fit.min_identifiable_width, KeyRange{}.within(least_identifiable_width, most_identifiable_width)),
-      make_key(fit, "scaling_window", "", "range of mu, both ends included, of the exponents beta, gamma and alpha",
+      make_key(fit, "scaling_window", "",
+               "range of mu, or of what is scanned, both ends included, of the exponents beta, gamma and alpha",
                e.fit.scaling_window, KeyRange{.least = 0}),
       make_key(fit, "other_scaling_windows", "", "further ranges of mu whose exponents are shown beside it",
                e.fit.other_scaling_windows, KeyRange{.least = 0}),
@@ -175,7 +216,9 @@ std::vector<Key> keys_of_main_line(Experiment& e) {
           e.figures.bead_forces),
       show_key(profiles, "plot the response at a few layers with its fits (the paper's Fig. 2)",
                e.figures.response_profiles),
-      make_key(profiles, "mu", "", "friction coefficient shown, one of friction.mu", e.figures.profile_mu),
+      make_key(profiles, "mu", "",
+               "friction coefficient shown, one of friction.mu; of another scan the value, or else the last",
+               e.figures.profile_mu),
       make_key(profiles, "layers", "layers", "layers shown", e.figures.profile_layers,
                KeyRange{.least = 0, .ascending = true}),
       show_key("figures.transport_with_depth", "plot c and D against depth (Fig. 3)", e.figures.transport_with_depth),

@@ -10,6 +10,7 @@
 #include "history/run_record.h"
 #include "report/clean_json.h"
 #include "report/estimate_json.h"
+#include "report/reason_notes.h"
 #include "storage/ensemble_file.h"
 #include "support/error.h"
 #include "support/number_format.h"
@@ -125,14 +126,15 @@ std::map<std::string, std::string> keys_in_summary(const Json& summary) {
   add(summary, "overload", "response.overload");
   for (const Json& result : summary.at("results")) {
     if (!result.is_object()) continue;
-    const std::string mu = result.contains("mu") ? result.at("mu").dump() : "?";
+    const std::string scanned = scanned_in(summary);
+    const std::string value = result.contains(scanned) ? result.at(scanned).dump() : "?";
     for (const char* name : {"law", "estimator", "epsilon", "opposite", "sign_run"}) {
-      add(result, name, fmt::format("{} at mu = {}", name, mu));
+      add(result, name, fmt::format("{} at {} = {}", name, scanned, value));
     }
     // Those that failed are the same samples, too.
     const std::uint64_t begun =
         result.value("samples", std::uint64_t{0}) + (result.contains("failed") ? result.at("failed").size() : 0);
-    if (result.value("mu", 0.0) > 0) keys["response.samples"] = std::to_string(begun);
+    if (result.value(scanned, 0.0) > 0) keys["response.samples"] = std::to_string(begun);
   }
   return keys;
 }

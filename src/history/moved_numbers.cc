@@ -10,6 +10,7 @@
 #include <numeric>
 
 #include "analysis/results.h"
+#include "report/reason_notes.h"
 #include "support/number_format.h"
 
 namespace granuscope {
@@ -27,16 +28,19 @@ void add_known(std::vector<KnownNumber>& numbers, const std::string& name, const
   numbers.push_back({name, value->get<double>(), error->get<double>()});
 }
 
-std::string at_friction(double mu) { return fmt::format("at mu = {}", exact(mu)); }
+std::string at_value(const std::string& scanned, double value) {
+  return fmt::format("at {} = {}", scanned, exact(value));
+}
 
 /// Calls `use` for each result with where it is: "at mu = 0.3".
 template <class Use>
 void for_each_result(const Json& summary, Use use) {
   const auto results = summary.find("results");
   if (results == summary.end() || !results->is_array()) return;
+  const std::string scanned = scanned_in(summary);
   for (const Json& result : *results) {
-    if (!result.is_object() || !result.contains("mu") || !result.at("mu").is_number()) continue;
-    use(result, at_friction(result.at("mu").get<double>()));
+    if (!result.is_object() || !result.contains(scanned) || !result.at(scanned).is_number()) continue;
+    use(result, at_value(scanned, result.at(scanned).get<double>()));
   }
 }
 
@@ -66,7 +70,7 @@ std::vector<KnownNumber> primary_numbers_of(const Analysis& analysis) {
     if (estimate.known()) numbers.push_back({name, estimate.value, estimate.standard_error});
   };
   for (const Transport& result : analysis.results) {
-    const std::string where = at_friction(result.mu());
+    const std::string where = at_value(result.scan->name, result.scanned());
     add("c " + where, result.c);
     add("D " + where, result.D);
     add("c_thrust " + where, result.c_thrust);

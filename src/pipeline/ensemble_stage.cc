@@ -328,20 +328,23 @@ std::uint64_t expected_samples(const PlannedEnsemble& planned, const PrecisionSp
 
 std::vector<PlannedEnsemble> plan_ensembles(const Experiment& experiment, const std::filesystem::path& run_folder) {
   std::vector<PlannedEnsemble> planned;
-  for (double mu : experiment.mu) {
+  const ScanParameter& scan = experiment.scanned();
+  for (const double value : experiment.scan_values()) {
     PlannedEnsemble ensemble;
     EnsembleSpec& spec = ensemble.spec;
-    spec.sampler = experiment.sampler_for(mu);
+    spec.sampler = experiment.sampler_at(value);
     spec.lattice = experiment.lattice;
     spec.response = experiment.response;
     const std::uint64_t one_group_each = static_cast<std::uint64_t>(spec.response.blocks) * group_size;
-    if (mu == 0) spec.response.samples = std::min(spec.response.samples, one_group_each);
-    const bool profiles_wanted = experiment.figures.response_profiles && mu == experiment.figures.profile_mu;
+    const bool frictionless = spec.sampler.model.is_beads() && spec.sampler.mu == 0;
+    if (frictionless) spec.response.samples = std::min(spec.response.samples, one_group_each);
+    const bool profiles_wanted =
+        experiment.figures.response_profiles && value == experiment.shown_value(experiment.figures.profile_mu);
     spec.layers =
         layers_to_record(experiment.fit, profiles_wanted ? experiment.figures.profile_layers : std::vector<int>{});
-    ensemble.file = std::filesystem::path("ensembles") / fmt::format("mu-{}.h5", exact(mu));
-    ensemble.label = fmt::format("mu = {}", mu);
-    if (mu > 0 && experiment.precision.asked()) {
+    ensemble.file = std::filesystem::path("ensembles") / (scan.file_part(spec.sampler) + ".h5");
+    ensemble.label = fmt::format("{} = {}", scan.name, value);
+    if (!frictionless && experiment.precision.asked()) {
       spec.response.samples = (spec.response.samples + round_of(spec) - 1) / round_of(spec) * round_of(spec);
       ensemble.grows_from = spec.response.samples;
       ensemble.notes = growth_notes(spec.response.samples, experiment.precision);

@@ -6,8 +6,8 @@
 
 namespace granuscope {
 
-std::vector<std::string> law_description(Law law) {
-  std::istringstream lines{std::string(template_file("law/" + name_of(law) + ".txt"))};
+std::vector<std::string> law_description(const std::string& law) {
+  std::istringstream lines{std::string(template_file("law/" + law + ".txt"))};
   std::vector<std::string> sentences;
   for (std::string line; std::getline(lines, line);) {
     if (!line.empty()) sentences.push_back(line);

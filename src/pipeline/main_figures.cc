@@ -21,11 +21,12 @@ std::vector<FigurePlot> main_figures(const Experiment& experiment, const Analysi
     figures.emplace_back([clear](Folder run) { return plot_main_finding(*clear, run); });
   }
   if (asked.response_profiles) {
-    const ResponseProfilesSpec spec{asked.profile_mu, asked.profile_layers, experiment.lattice.layers};
+    const ResponseProfilesSpec spec{experiment.shown_value(asked.profile_mu), asked.profile_layers,
+                                    experiment.lattice.layers};
     figures.emplace_back([&analysis, spec](Folder run) { return plot_response_profiles(analysis.results, spec, run); });
   }
   if (asked.transport_with_depth) {
-    const TransportWithDepthSpec spec{asked.profile_mu};
+    const TransportWithDepthSpec spec{experiment.shown_value(asked.profile_mu)};
     figures.emplace_back([clear, spec](Folder run) { return plot_transport_with_depth(*clear, spec, run); });
   }
   if (asked.propagation_against_diffusion) {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 #include <string_view>
@@ -11,6 +12,7 @@
 #include "ensemble/ensemble_runner.h"
 #include "model/audit.h"
 #include "plot/figure_captions.h"
+#include "plot/plot_language.h"
 #include "plot/response_field.h"
 #include "render/gl_context.h"
 #include "render/pile_scene.h"
@@ -25,6 +27,9 @@ namespace granuscope {
 namespace {
 
 constexpr const char* figure_id = "force-chains";
+/// Of what is no pile of beads, which the verb render would take.
+constexpr const char* render_again =
+    "cp experiment.toml again.toml && granuscope run again.toml --out . --only analyse --only render";
 /// Of the pictures with a name of their own.
 constexpr const char* free_captions = "pictures/free.captions";
 constexpr std::string_view free_prefix = "picture-";
@@ -191,8 +196,74 @@ class PilePictures {
 
 }  // namespace
 
+namespace {
+
+/// What the beads of one pile of a model carry, one to a cell; its rows need not be those of the beads.
+Field weights_of(const SamplerSpec& sampler, const EnsembleSpec& spec, std::uint64_t sample, int layers) {
+  const Lattice lattice(spec.lattice);
+  const auto drawing = make_sampler(sampler, lattice);
+  const std::vector<double> load = top_load(spec);
+  const std::array<std::uint64_t, 1> samples{sample};
+  const std::array<std::span<const double>, 1> loads{load};
+  std::array<std::optional<SamplingFailure>, 1> failures;
+  const PileGroup pile = drawing->draw_groups(samples, loads, failures).front();
+  const RowGeometry rows = rows_of(sampler.model);
+  Field field;
+  field.key_title = key_title_of("weight");
+  for (int layer = 0; layer < layers; ++layer) {
+    FieldRow row{rows.depth(layer), lattice.x(rows.shifted(layer) ? 1 : 0, 0) - 0.5, {}};
+    for (int bead = 0; bead < lattice.columns(); ++bead) {
+      row.values.push_back(pile.weight(pile.row(layer) + static_cast<std::size_t>(bead) * pile.stride));
+    }
+    field.rows.push_back(std::move(row));
+  }
+  return field;
+}
+
+/// The picture of a model: there are no contacts of beads to be shown.
+PictureOutcome render_weights_of_model(const Experiment& experiment, const std::filesystem::path& run_folder,
+                                       const Provenance& provenance) {
+  const ForceChainSpec& chains = experiment.force_chains;
+  const EnsembleSpec spec = pile_spec(experiment, chains.mu);
+  const SamplerSpec sampler = experiment.sampler_at(experiment.shown_value(experiment.figures.profile_mu));
+  SceneSpec scene = chains.scene;
+  scene.scene = "field";
+  scene.colour_map = "grey";
+  scene.window = {{-0.5 * chains.columns, 0.5 * chains.columns, 0, static_cast<double>(chains.layers - 1)}};
+  PictureOutcome outcome;
+  Figure& figure = outcome.figure;
+  figure.id = "model-weights";
+  figure.screen = figure.print = std::filesystem::path("figures") / "model-weights.png";
+  figure.redraw = render_again;
+  try {
+    make_folder(run_folder / "figures");
+    const RowGeometry rows = rows_of(sampler.model);
+    const double deepest = Lattice::depth(chains.layers - 1);
+    const int shown =
+        std::min(chains.computed_layers(), 1 + static_cast<int>((deepest - rows.depth(0)) / rows.spacing));
+    const SceneStatistics statistics =
+        render_scene(build_field_scene(weights_of(sampler, spec, chains.sample, shown), scene), scene,
+                     run_folder / figure.screen, {{"Software", provenance_line(provenance)}});
+    outcome.environment = {{"OpenGL", statistics.renderer},
+                           {"GL backend", statistics.backend + ": " + statistics.backend_reason}};
+  } catch (const EnvironmentError& failure) {
+    set_failure(figure, failure);
+  }
+  set_captions(figure, {"pictures/model_weights.captions",
+                        {{"model", name_of(sampler.model.name)},
+                         {"at", experiment.scanned().at(sampler)},
+                         {"columns", std::to_string(chains.columns)},
+                         {"overload", caption_number(experiment.response.overload)},
+                         {"sample", std::to_string(chains.sample)},
+                         {"seed", std::to_string(experiment.sampling.seed)}}});
+  return outcome;
+}
+
+}  // namespace
+
 std::vector<PictureOutcome> render_pile_pictures(const Experiment& experiment, const std::filesystem::path& run_folder,
                                                  const Provenance& provenance) {
+  if (!experiment.sampling.model.is_beads()) return {render_weights_of_model(experiment, run_folder, provenance)};
   const ForceChainSpec& chains = experiment.force_chains;
   PilePictures pictures(experiment, run_folder, provenance);
   const std::string redraw = pictures.replay() + " && granuscope render pile.h5";
@@ -268,7 +339,7 @@ PictureOutcome render_response_field(const Experiment& experiment, Field field, 
   Figure& figure = outcome.figure;
   figure.id = "response-field";
   figure.screen = figure.print = std::filesystem::path("figures") / "response-field.png";
-  figure.redraw = "cp experiment.toml again.toml && granuscope run again.toml --out . --only analyse --only render";
+  figure.redraw = render_again;
   SceneStatistics statistics;
   try {
     make_folder(run_folder / "figures");
@@ -281,9 +352,10 @@ PictureOutcome render_response_field(const Experiment& experiment, Field field, 
     set_failure(figure, failure);
   }
   set_captions(figure, {"pictures/response_field.captions",
-                        {{"mu", caption_number(transport.mu())},
+                        {{"mu", caption_number(transport.scanned())},
                          {"samples", std::to_string(transport.samples)},
-                         {"estimator", name_of(transport.spec.response.estimator)}}});
+                         {"estimator", name_of(transport.spec.response.estimator)}},
+                        terms_of(*transport.scan)});
   if (figure.is_there())
     outcome.environment = {{"OpenGL", statistics.renderer},
                            {"GL backend", statistics.backend + ": " + statistics.backend_reason}};

@@ -166,12 +166,14 @@ class Run {
     data_.changed_experiment = print_changes(experiment_);
     data_.headline = experiment_.report.headline;
     data_.resolved_experiment_key = cache_key(data_.resolved_experiment);
-    data_.law_description = law_description(experiment_.sampling.law);
+    data_.law_description =
+        law_description(experiment_.sampling.model.is_beads() ? name_of(experiment_.sampling.law)
+                                                              : name_of(experiment_.sampling.model.name));
     std::set<Law> drawn;
     for (const StudyEnsemble& one : studies_.ensembles(experiment_)) drawn.insert(one.spec.sampler.law);
     for (const Law law : all_laws) {
-      if (law == experiment_.sampling.law || !drawn.contains(law)) continue;
-      data_.other_law_descriptions.emplace_back(name_of(law), law_description(law));
+      if ((experiment_.sampling.model.is_beads() && law == experiment_.sampling.law) || !drawn.contains(law)) continue;
+      data_.other_law_descriptions.emplace_back(name_of(law), law_description(name_of(law)));
     }
     data_.provenance = collect_provenance();
     if (!needs(Stage::render) || !experiment_.force_chains.show) {
@@ -281,8 +283,9 @@ class Run {
       counts += ensemble.record.counts;
       if (planned.spec.response.samples < experiment_.response.samples) {
         data_.skipped.push_back(
-            fmt::format("At \u03bc = {} every pile is the same: {} of {} samples were drawn, one group for each block.",
-                        planned.spec.sampler.mu, planned.spec.response.samples, experiment_.response.samples));
+            fmt::format("At {} every pile is the same: {} of {} samples were drawn, one group for each block.",
+                        experiment_.scanned().at(planned.spec.sampler), planned.spec.response.samples,
+                        experiment_.response.samples));
       }
       if (!needs(Stage::analyse)) {
         progress_.finish(cost);
@@ -292,8 +295,9 @@ class Run {
         measured.push_back(
             measure_transport(ensemble, experiment_.fit, experiment_.figures.profile_layers, options_.threads));
         measured.back().transport.precision = precision;
+        measured.back().transport.scan = &experiment_.scanned();
         if (experiment_.response_field.show && needs(Stage::render) &&
-            ensemble.spec.sampler.mu == experiment_.figures.profile_mu) {
+            measured.back().transport.scanned() == experiment_.shown_value(experiment_.figures.profile_mu)) {
           field_transport_ = measured.back().transport;
           field_ = response_field(ensemble, *field_transport_);
         }
@@ -385,10 +389,13 @@ class Run {
   void plot() {
     timed(data_.timings, "plot", [&] {
       const FigureSpec& figures = experiment_.figures;
-      if (figures.bead_forces) {
+      if (figures.bead_forces && experiment_.sampling.model.is_beads()) {
         const BeadForcesSpec spec{std::min(BeadForcesSpec{}.layer, experiment_.force_chains.layers - 1)};
-        add_figure(
-            [&] { return plot_bead_forces(pile_for_figures(experiment_, figures.profile_mu), spec, options_.folder); });
+        add_figure([&] {
+          return plot_bead_forces(
+              pile_for_figures(experiment_, experiment_.sampler_at(experiment_.shown_value(figures.profile_mu)).mu),
+              spec, options_.folder);
+        });
         // The paper's Fig. 1 has this one on the left, the force chains on the right.
         if (data_.figures.size() > 1) std::rotate(data_.figures.begin(), data_.figures.end() - 1, data_.figures.end());
       }

@@ -95,7 +95,8 @@ std::vector<PlannedStep> plan_run(const Experiment& experiment, const RunOptions
     for (const StudyEnsemble& one : experiment.studies.ensembles(experiment)) add(plan_ensemble(one, options.folder));
   }
   if (needed.contains(Stage::analyse)) {
-    steps.push_back({Stage::analyse, fmt::format("fits at {} friction coefficients", experiment.mu.size()), false, 0});
+    steps.push_back(
+        {Stage::analyse, fmt::format("fits of {} main ensembles", experiment.scan_values().size()), false, 0});
     steps.back().parallel_seconds = fits;
     for (const auto& study : experiment.studies) steps.back().serial_seconds += study->seconds();
   }
@@ -105,7 +106,7 @@ std::vector<PlannedStep> plan_run(const Experiment& experiment, const RunOptions
                          static_cast<std::uint64_t>(experiment.force_chains.computed_layers())});
     steps.back().serial_seconds = seconds_for_pictures;
     draw_one(steps.back(), pile_spec(experiment, experiment.force_chains.mu));
-    if (needs_pair(experiment)) {
+    if (experiment.sampling.model.is_beads() && needs_pair(experiment)) {
       EnsembleSpec uniform = pile_spec(experiment, experiment.force_chains.mu);
       uniform.load = Load::uniform;
       steps.push_back({Stage::render, "their pile under a uniform load", false, Lattice(uniform.lattice).beads()});
@@ -117,7 +118,8 @@ std::vector<PlannedStep> plan_run(const Experiment& experiment, const RunOptions
     steps.back().serial_seconds = seconds_for_figures;
     const double mu = experiment.figures.profile_mu;
     const bool another = !experiment.force_chains.show || mu != experiment.force_chains.mu;
-    if (experiment.figures.bead_forces && another) draw_one(steps.back(), pile_spec(experiment, mu));
+    if (experiment.sampling.model.is_beads() && experiment.figures.bead_forces && another)
+      draw_one(steps.back(), pile_spec(experiment, mu));
   }
   if (needed.contains(Stage::report)) {
     steps.push_back({Stage::report, "report", false, 0});

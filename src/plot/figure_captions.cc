@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <string_view>
 
+#include "plot/plot_language.h"
 #include "support/number_format.h"
 #include "support/template_file.h"
 
@@ -46,10 +47,10 @@ void set_captions(Figure& figure, const Wording& wording) {
     if (found == paragraphs.end()) throw std::logic_error(wording.captions + " lacks [" + heading + "]");
     return found->second;
   };
-  figure.title = paragraph("title");
-  figure.caption = paragraph("caption");
-  figure.details = paragraph("details");
-  figure.alternative = paragraph("alternative");
+  figure.title = in_terms(paragraph("title"), wording.terms);
+  figure.caption = in_terms(paragraph("caption"), wording.terms);
+  figure.details = in_terms(paragraph("details"), wording.terms);
+  figure.alternative = in_terms(paragraph("alternative"), wording.terms);
   figure.paper_says = paragraph("paper_says");
 }
 

@@ -11,6 +11,7 @@ namespace granuscope {
 struct Wording {
   std::string captions;  ///< "plot/response_profiles.captions", below templates/
   TemplateVariables variables;
+  std::string terms = {};  ///< terms_of(what varies), in which all but what the paper says is put
 };
 
 /// Fills `figure`'s title, caption, details, alternative and paper_says from its wording: headings in square

@@ -44,7 +44,10 @@ std::string recipe_json(const FigureRecipe& recipe) {
                      {"half_width", recipe.half_width},
                      {"variables", recipe.variables},
                      {"parts", parts},
-                     {"captions", {{"template", recipe.wording.captions}, {"variables", recipe.wording.variables}}},
+                     {"captions",
+                      {{"template", recipe.wording.captions},
+                       {"variables", recipe.wording.variables},
+                       {"terms", recipe.wording.terms}}},
                      {"colours", recipe.colours}};
   return json.dump(1) + "\n";
 }
@@ -65,6 +68,7 @@ FigureRecipe read_recipe(const std::string& json, const std::string& source) {
     }
     read.at("captions").at("template").get_to(recipe.wording.captions);
     read.at("captions").at("variables").get_to(recipe.wording.variables);
+    recipe.wording.terms = read.at("captions").value("terms", "");
     const auto old = read.at("colours").get<TemplateVariables>();
     recipe.colours = plot_colours();
     recolour(recipe.variables, old, recipe.colours);

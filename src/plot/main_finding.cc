@@ -11,6 +11,7 @@
 #include "plot/csv_table.h"
 #include "plot/figure_captions.h"
 #include "plot/gnuplot.h"
+#include "plot/plot_language.h"
 #include "plot/plot_script.h"
 #include "plot/window_points.h"
 #include "support/error.h"
@@ -46,9 +47,10 @@ Curve slopes_against_friction(const Analysis& analysis) {
   Curve curve;
   for (const Transport& result : analysis.results) {
     if (has_slopes(result)) {
-      curve.add({result.mu(), result.mu(), 0, tan30 - result.c.value, result.c.standard_error}, "c₀ − c of slopes ");
+      curve.add({result.scanned(), result.scanned(), 0, tan30 - result.c.value, result.c.standard_error},
+                "c₀ − c of slopes ");
     } else if (!result.exact) {
-      curve.leave_out(result.mu(), "", "c or D unknown");
+      curve.leave_out(result.scanned(), "", "c or D unknown");
     }
   }
   return curve;
@@ -64,14 +66,14 @@ Curve ratios_against_friction(const Analysis& analysis, const RatioScaling& rati
                                     [&](const DepthFit& fit) { return fit.layer == ratio.layer; });
     if (depth == result.depths.end() || !depth->identifiable) {
       if (below_surface == 0) {
-        curve.leave_out(result.mu(), "", fmt::format("no peaks identified at z = {:.1f}, for ratios", ratio.z));
+        curve.leave_out(result.scanned(), "", fmt::format("no peaks identified at z = {:.1f}, for ratios", ratio.z));
       }
       continue;
     }
     const double z = depth->z - below_surface;
-    curve.add(
-        {result.mu(), result.mu(), 0, tan30 - depth->peak_position.value / z, depth->peak_position.standard_error / z},
-        reading);
+    curve.add({result.scanned(), result.scanned(), 0, tan30 - depth->peak_position.value / z,
+               depth->peak_position.standard_error / z},
+              reading);
   }
   return curve;
 }
@@ -81,7 +83,7 @@ Curve slopes_against_diffusion(const Analysis& analysis) {
   Curve curve;
   for (const Transport& result : analysis.results) {
     if (!has_slopes(result)) continue;
-    const PowerLawPoint point{result.mu(), result.D.value, result.D.standard_error, tan30 - result.c.value,
+    const PowerLawPoint point{result.scanned(), result.D.value, result.D.standard_error, tan30 - result.c.value,
                               result.c.standard_error};
     if (!(point.x > 0)) {
       curve.leave_out(point.mu, "D ", "not above 0");
@@ -189,7 +191,8 @@ Figure plot_main_finding(const Analysis& analysis, const std::filesystem::path& 
   const ScalingFits& scaling = analysis.scaling;
   const Curve of_mu = slopes_against_friction(analysis), against_D = slopes_against_diffusion(analysis);
   const Curve by_surface = ratio == nullptr ? Curve{} : ratios_against_friction(analysis, *ratio, 0);
-  const Curve by_load = ratio == nullptr ? Curve{} : ratios_against_friction(analysis, *ratio, Lattice::depth(0));
+  const Curve by_load =
+      ratio == nullptr ? Curve{} : ratios_against_friction(analysis, *ratio, analysis.results.front().rows().depth(0));
   const auto &slopes = of_mu.points, &of_D = against_D.points, &ratios = by_surface.points, &from_load = by_load.points;
   std::vector<LeftOut> left_out;
   for (const Curve& curve : {of_mu, by_surface, by_load, against_D}) {
@@ -237,7 +240,8 @@ Figure plot_main_finding(const Analysis& analysis, const std::filesystem::path& 
                        {"alpha_reason", scaling.alpha.exponent.known() ? "" : scaling.alpha.exponent.reason},
                        {"low", caption_number(window[0])},
                        {"high", caption_number(window[1])},
-                       {"left_out", with_reasons(left_out)}}},
+                       {"left_out", with_reasons(left_out)}},
+                      terms_of(*analysis.scan)},
                      run_folder);
 }
 

@@ -106,6 +106,8 @@ std::string in_tex(std::string text) {
                                                                      {"α", "\\ensuremath{\\alpha}"},
                                                                      {"β", "\\ensuremath{\\beta}"},
                                                                      {"γ", "\\ensuremath{\\gamma}"},
+                                                                     {"δ", "\\ensuremath{\\delta}"},
+                                                                     {"Δ", "\\ensuremath{\\Delta}"},
                                                                      {"ε", "\\ensuremath{\\varepsilon}"},
                                                                      {"μ", "\\ensuremath{\\mu}"},
                                                                      {"σ", "\\ensuremath{\\sigma}"},
@@ -282,7 +284,8 @@ PlottedFigure plot_again(const fs::path& figures, const std::string& id, const F
   }
   if (recipe && (other_templates || style.language != "en")) {
     Figure figure;
-    set_captions(figure, {name_in_language(recipe->wording.captions, style.language), recipe->wording.variables});
+    set_captions(figure, {name_in_language(recipe->wording.captions, style.language), recipe->wording.variables,
+                          recipe->wording.terms});
     plotted.title = figure.title;
     plotted.caption = figure.caption;
   }

@@ -124,6 +124,21 @@ std::string in_language(const std::string& script, std::string_view catalogue_te
                         [&](const std::string& text) { return is_text(text) ? translated(text, catalogue) : text; });
 }
 
+std::string in_terms(const std::string& text, std::string_view catalogue_text) {
+  return catalogue_text.empty() ? text : translated(text, read_catalogue(catalogue_text));
+}
+
+std::string terms_of(const ScanParameter& parameter) {
+  if (&parameter == &friction_parameter()) return {};
+  const ScanParameter& friction = friction_parameter();
+  std::string terms = fmt::format("{} -> {}\n{} -> {}\n{} -> {}\n", friction.label(), parameter.label(),
+                                  friction.meaning, parameter.meaning, friction.name, parameter.name);
+  if (parameter.symbol != std::string_view(friction.symbol)) {
+    terms += fmt::format("{} -> {}\n", friction.symbol, parameter.symbol);
+  }
+  return terms;
+}
+
 std::vector<std::string> texts_of_script(std::string_view script) {
   std::vector<std::string> texts;
   with_each_text(script, [&](const std::string& text) {

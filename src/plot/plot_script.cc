@@ -74,7 +74,7 @@ std::string fill_script(const FigureRecipe& recipe) {
     add_colours_used(variables, part_template);
     script.replace(at, place.size(), fill_template(part_template, variables));
   }
-  script = in_language(script, template_file("plot/labels.txt"));
+  script = in_language(in_language(script, recipe.wording.terms), template_file("plot/labels.txt"));
   const KeySize key = size_of_key(script);
   return script.replace(
       script.find(begin_pass_place), std::string_view(begin_pass_place).size(),
@@ -102,6 +102,10 @@ Figure plot_figure(const PlotPlan& plan, const TemplateVariables& variables, con
   job.stem = plan.id;
   job.script = fill_script(recipe);
   job.data = plan.data;
+  for (auto& [name, csv] : job.data) {
+    const std::size_t head = std::min(csv.find('\n'), csv.size());
+    csv = in_terms(csv.substr(0, head), wording.terms) + csv.substr(head);
+  }
   job.recipe = recipe_json(recipe);
   job.label = FileLabel{figure.title, figure.redraw, provenance_line(collect_provenance())};
   job.curves = plan.curves;

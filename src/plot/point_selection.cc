@@ -14,7 +14,7 @@ const Transport* nearest_result(const std::vector<Transport>& results, double mu
   const Transport* nearest = nullptr;
   for (const Transport& result : results) {
     if (!usable(result)) continue;
-    if (nearest == nullptr || std::abs(result.mu() - mu) < std::abs(nearest->mu() - mu)) nearest = &result;
+    if (nearest == nullptr || std::abs(result.scanned() - mu) < std::abs(nearest->scanned() - mu)) nearest = &result;
   }
   return nearest;
 }

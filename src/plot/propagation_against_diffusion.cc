@@ -11,6 +11,7 @@
 #include "plot/figure_captions.h"
 #include "plot/label_places.h"
 #include "plot/plot_colours.h"
+#include "plot/plot_language.h"
 #include "plot/point_selection.h"
 #include "plot/power_law_panel.h"
 #include "support/error.h"
@@ -28,7 +29,7 @@ bool fits_log_axes(const Transport& result) {
   return has_both(result) && !result.exact && result.D.value > 0 && result.c.value < tan30;
 }
 
-std::string mu_text(const Transport& result) { return "μ = " + caption_number(result.mu()); }
+std::string mu_text(const Transport& result) { return "μ = " + caption_number(result.scanned()); }
 
 struct Axes {
   Range D, c;
@@ -85,7 +86,7 @@ std::string point_labels(const std::vector<Transport>& results, const Axes& axes
   for (const Transport& result : results) {
     if (!has_both(result)) continue;
     points.push_back({place(result.D.value, result.c.value), share_of(result.D.value, result.D.standard_error, axes.D),
-                      share_of(result.c.value, result.c.standard_error, axes.c), caption_number(result.mu())});
+                      share_of(result.c.value, result.c.standard_error, axes.c), caption_number(result.scanned())});
   }
   return label_commands(points, panel);
 }
@@ -125,7 +126,7 @@ PowerLawPanel law_panel(const Analysis& analysis) {
   for (const Transport& result : analysis.results) {
     if (!fits_log_axes(result)) continue;
     slopes.points.push_back(
-        {result.mu(), result.D.value, result.D.standard_error, tan30 - result.c.value, result.c.standard_error});
+        {result.scanned(), result.D.value, result.D.standard_error, tan30 - result.c.value, result.c.standard_error});
   }
   panel.series.push_back(slopes);
   panel.notes = {"this run: α = " + exponent_text(alpha), "", "the paper: α = 0.4"};
@@ -139,7 +140,7 @@ Figure plot_propagation_against_diffusion(const Analysis& analysis, const std::f
                   "c_standard_error: dimensionless"});
   for (const Transport& result : analysis.results) {
     if (!has_both(result)) continue;
-    table.add_row({result.mu(), result.D.value, result.D.standard_error, result.c.value, result.c.standard_error});
+    table.add_row({result.scanned(), result.D.value, result.D.standard_error, result.c.value, result.c.standard_error});
   }
   if (table.empty()) {
     throw InputError(
@@ -157,7 +158,7 @@ Figure plot_propagation_against_diffusion(const Analysis& analysis, const std::f
   const PowerLawPanelScript law = add_power_law_panel(plan, law_panel(analysis));
   Range window_D;
   for (const Transport& result : analysis.results) {
-    if (fits_log_axes(result) && in_window(result.mu(), alpha.window)) window_D.add(result.D.value);
+    if (fits_log_axes(result) && in_window(result.scanned(), alpha.window)) window_D.add(result.D.value);
   }
   const bool with_law = law.law && window_D.size() > 0;
   if (with_law) ++plan.curves;
@@ -192,7 +193,8 @@ Figure plot_propagation_against_diffusion(const Analysis& analysis, const std::f
         {"alpha_low", caption_number(alpha.window[0])},
         {"alpha_high", caption_number(alpha.window[1])},
         {"alpha_reason", alpha.exponent.known() ? "fewer than two points lie in its window" : alpha.exponent.reason},
-        {"off_scale", off_scale_in_words(law, "")}}},
+        {"off_scale", off_scale_in_words(law, "")}},
+       terms_of(*analysis.scan)},
       run_folder);
 }
 

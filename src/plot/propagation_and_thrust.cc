@@ -11,6 +11,7 @@
 #include "plot/axes.h"
 #include "plot/csv_table.h"
 #include "plot/figure_captions.h"
+#include "plot/plot_language.h"
 #include "plot/plot_script.h"
 #include "support/error.h"
 #include "support/number_format.h"
@@ -46,16 +47,16 @@ Figure plot_propagation_and_thrust(const Analysis& analysis, const std::filesyst
   std::vector<LeftOut> unknown;
   std::vector<std::string> beyond_three;
   for (const Transport& result : analysis.results) {
-    const std::string mu_text = caption_number(result.mu());
+    const std::string mu_text = caption_number(result.scanned());
     if (!has_both(result)) {
       const std::string& reason = result.c.known() ? result.c_thrust.reason : result.c.reason;
       unknown.push_back({"μ = " + mu_text, reason});
       continue;
     }
     const Estimate& gap = result.c_minus_c_thrust;
-    table.add_row({result.mu(), result.c.value, result.c.standard_error, result.c_thrust.value,
+    table.add_row({result.scanned(), result.c.value, result.c.standard_error, result.c_thrust.value,
                    result.c_thrust.standard_error, gap.value, gap.standard_error});
-    mu.add(result.mu());
+    mu.add(result.scanned());
     if (std::abs(gap.value) > 3 * gap.standard_error && !result.exact) beyond_three.push_back(mu_text);
     for (const int sign : {-1, 1}) {
       speed.add(result.c.value + sign * result.c.standard_error);
@@ -94,7 +95,8 @@ Figure plot_propagation_and_thrust(const Analysis& analysis, const std::filesyst
                       {"difference_room", exact(room_for_labels({difference_ticks}))}},
                      {"plot/propagation_and_thrust.captions",
                       {{"unknown", with_reasons(unknown)},
-                       {"beyond_three", beyond_three.empty() ? "" : "μ = " + enumeration(beyond_three)}}},
+                       {"beyond_three", beyond_three.empty() ? "" : "μ = " + enumeration(beyond_three)}},
+                      terms_of(*analysis.scan)},
                      run_folder);
 }
 

@@ -68,25 +68,27 @@ void put_fit_on_the_right(Field& field, const Transport& transport) {
 
 Field response_field(const MeasuredEnsemble& ensemble, const Transport& transport) {
   const Lattice lattice(ensemble.spec.lattice);
-  const auto columns = static_cast<std::size_t>(lattice.columns());
+  const RowGeometry rows = ensemble.record.sums.rows;
+  const auto columns = static_cast<std::size_t>(ensemble.spec.lattice.columns);
   Field field;
   field.key_title = label("field");
   const std::vector<int>& layers = ensemble.record.sums.layers;
   for (std::size_t row = 0; row < layers.size(); ++row) {
     const BlockMeans response = mean_response(ensemble.record.sums, row, ensemble.spec.response.overload);
     FieldRow cells;
-    cells.z = Lattice::depth(layers[row]);
+    cells.z = rows.depth(layers[row]);
+    const int kind_of_row = rows.shifted(layers[row]) ? 1 : 0;
     std::size_t leftmost = 0;
     for (std::size_t bead = 1; bead < columns; ++bead) {
-      const auto x = [&](std::size_t i) { return lattice.x(layers[row], static_cast<int>(i)); };
+      const auto x = [&](std::size_t i) { return lattice.x(kind_of_row, static_cast<int>(i)); };
       if (x(bead) < x(leftmost)) leftmost = bead;
     }
-    cells.x0 = lattice.x(layers[row], static_cast<int>(leftmost)) - 0.5;
+    cells.x0 = lattice.x(kind_of_row, static_cast<int>(leftmost)) - 0.5;
     for (std::size_t k = 0; k < columns; ++k) cells.values.push_back(response.whole[(leftmost + k) % columns]);
     field.rows.push_back(std::move(cells));
   }
   if (field.rows.empty()) return field;
-  const double first = Lattice::depth(0), last = field.rows.back().z;
+  const double first = rows.depth(0), last = field.rows.back().z;
   const auto known = [](const Estimate& estimate) { return std::isfinite(estimate.value); };
   if (!known(transport.c) || !known(transport.position_offset)) return field;
   const bool widths = known(transport.D) && known(transport.width_offset);

@@ -11,6 +11,7 @@
 #include "plot/axes.h"
 #include "plot/csv_table.h"
 #include "plot/figure_captions.h"
+#include "plot/plot_language.h"
 #include "plot/plot_script.h"
 #include "plot/point_selection.h"
 #include "support/error.h"
@@ -231,7 +232,7 @@ Figure plot_response_profiles(const std::vector<Transport>& results, const Respo
     plan.curves += panel.has_curve ? 3 : 2;
     if (detailed) plan.curves += panel.has_curve ? 5 : 1;
   }
-  const std::string mu = caption_number(result->mu());
+  const std::string mu = caption_number(result->scanned());
   const TemplateVariables variables = {
       {"mu", mu},
       {"panels", std::to_string(panels.size())},
@@ -257,7 +258,7 @@ Figure plot_response_profiles(const std::vector<Transport>& results, const Respo
   return plot_figure(plan, variables,
                      {"plot/response_profiles.captions",
                       {{"mu", mu},
-                       {"mu_differs", result->mu() == spec.mu ? "" : caption_number(spec.mu)},
+                       {"mu_differs", result->scanned() == spec.mu ? "" : caption_number(spec.mu)},
                        {"samples", std::to_string(result->samples)},
                        {"linear", estimator == EstimatorName::multiplexed ? "yes" : ""},
                        {"unloaded", estimator == EstimatorName::fluctuation ? "yes" : ""},
@@ -269,7 +270,8 @@ Figure plot_response_profiles(const std::vector<Transport>& results, const Respo
                        {"deeper", panels.size() > 1 ? "yes" : ""},
                        {"unfitted", enumeration(lists.unfitted)},
                        {"nearest", fmt::format("{}", fmt::join(nearest, ". "))},
-                       {"paper_depths", shows_the_papers_layers(panels, spec.layers_computed) ? "yes" : ""}}},
+                       {"paper_depths", shows_the_papers_layers(panels, spec.layers_computed) ? "yes" : ""}},
+                      terms_of(*result->scan)},
                      run_folder);
 }
 

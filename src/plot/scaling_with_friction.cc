@@ -4,6 +4,7 @@
 
 #include "model/lattice.h"
 #include "plot/figure_captions.h"
+#include "plot/plot_language.h"
 #include "plot/power_law_panel.h"
 #include "support/error.h"
 #include "support/number_format.h"
@@ -30,7 +31,7 @@ Estimate over(const Estimate& estimate, double z) {
 std::vector<Reading> slope_readings(const std::vector<Transport>& results) {
   std::vector<Reading> readings;
   for (const Transport& result : results) {
-    if (!result.exact) readings.push_back({result.mu(), result.c, result.D});
+    if (!result.exact) readings.push_back({result.scanned(), result.c, result.D});
   }
   return readings;
 }
@@ -42,7 +43,7 @@ std::vector<Reading> ratio_readings(const std::vector<Transport>& results, int l
     if (result.exact || (!result.c.known() && !result.D.known())) continue;
     for (const DepthFit& fit : result.depths) {
       if (fit.layer != layer || !fit.identifiable) continue;
-      readings.push_back({result.mu(), over(fit.peak_position, fit.z), over(fit.width_squared, fit.z)});
+      readings.push_back({result.scanned(), over(fit.peak_position, fit.z), over(fit.width_squared, fit.z)});
     }
   }
   return readings;
@@ -145,7 +146,8 @@ Figure plot_scaling_with_friction(const Analysis& analysis, const std::filesyste
                        {"z", ratio == nullptr ? "" : fmt::format("{:.1f}", ratio->z)},
                        {"ratio_beta", in_words(by_ratio.beta)},
                        {"ratio_gamma", in_words(by_ratio.gamma)},
-                       {"off_scale", enumeration(off_scale)}}},
+                       {"off_scale", enumeration(off_scale)}},
+                      terms_of(*analysis.scan)},
                      run_folder);
 }
 

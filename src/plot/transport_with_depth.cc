@@ -9,6 +9,7 @@
 #include "plot/axes.h"
 #include "plot/csv_table.h"
 #include "plot/figure_captions.h"
+#include "plot/plot_language.h"
 #include "plot/plot_script.h"
 #include "plot/point_selection.h"
 #include "support/error.h"
@@ -172,10 +173,10 @@ Figure plot_transport_with_depth(const Analysis& analysis, const TransportWithDe
   draft.plan.id = figure_id;
   draft.plan.script = "plot/transport_with_depth";
   draft.plan.height = 4.3;
-  set_both(draft, "mu", caption_number(result->mu()));
-  draft.caption["mu_differs"] = result->mu() == spec.mu ? "" : caption_number(spec.mu);
-  const double window_top = Lattice::depth(result->window_layers[0]);
-  const double window_bottom = Lattice::depth(result->window_layers[1]);
+  set_both(draft, "mu", caption_number(result->scanned()));
+  draft.caption["mu_differs"] = result->scanned() == spec.mu ? "" : caption_number(spec.mu);
+  const double window_top = result->rows().depth(result->window_layers[0]);
+  const double window_bottom = result->rows().depth(result->window_layers[1]);
   draft.script["c0"] = exact(tan30);
   draft.script["window_top"] = exact(window_top);
   draft.script["window_bottom"] = exact(window_bottom);
@@ -187,7 +188,8 @@ Figure plot_transport_with_depth(const Analysis& analysis, const TransportWithDe
   add_thrust(draft, *result);
   draft.script["slopes"] = draft.script["c"].empty() && draft.script["D"].empty() ? "" : "yes";
 
-  return plot_figure(draft.plan, draft.script, {"plot/transport_with_depth.captions", draft.caption}, run_folder);
+  return plot_figure(draft.plan, draft.script,
+                     {"plot/transport_with_depth.captions", draft.caption, terms_of(*analysis.scan)}, run_folder);
 }
 
 }  // namespace granuscope

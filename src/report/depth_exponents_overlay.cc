@@ -32,12 +32,13 @@ void add_laws(Json& overlay, const Json& summary) {
   const Json& results = summary.at("results");
   for (std::size_t i = 0; i < results.size(); ++i) {
     if (results[i].at("exact") == true) continue;
-    const std::string mu = format_number(results[i].at("mu"));
+    const std::string at = at_scanned(summary, i);
     for (const char* name : {"position", "width_squared", "amplitude", "noise"}) {
       if (told_with_slopes(results[i], results[i].at("exponents").at(name))) {
-        if (told.empty() || told.back() != mu) told.push_back(mu);
+        const std::string value = at.substr(at.find("= ") + 2);
+        if (told.empty() || told.back() != value) told.push_back(value);
       } else {
-        add_reason(notes, summary, fmt::format("/results/{}/exponents/{}", i, name), "", "at μ = " + mu);
+        add_reason(notes, summary, fmt::format("/results/{}/exponents/{}", i, name), "", "at " + at);
       }
     }
   }

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "report/reason_notes.h"
 #include "report/report_overlay.h"
 #include "support/number_format.h"
 
@@ -87,12 +88,31 @@ void add_causes(Json& overlay, const Json& summary) {
   overlay["has_causes"] = known(scaling.at("gamma")) && known(scaling.at("alpha"));
 }
 
+/// The first and the last result whose c and D are known; null if there are not two.
+Json ends_of_scan(const Json& summary, bool powers) {
+  const Json& results = summary.at("results");
+  std::vector<std::size_t> told;
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    if (known(results[i].at("c")) && known(results[i].at("D"))) told.push_back(i);
+  }
+  if (told.size() < 2) return nullptr;
+  const auto end = [&](std::size_t i) {
+    const std::string place = fmt::format("/results/{}", i);
+    return Json{{"scanned", {{"key", place_of_scanned(summary, i)}}},
+                {"c", {{"key", place + "/c"}}},
+                {"D", {{"key", place + "/D"}}}};
+  };
+  return {{"first", end(told.front())}, {"last", end(told.back())}, {"powers", powers}};
+}
+
 void add_headline(Json& overlay, const Json& summary, const std::string& own) {
   const Json& scaling = summary.at("scaling");
   const auto is = [&](const char* id, const char* verdict) { return verdict_of(summary, id) == verdict; };
   const bool ratio = !scaling.at("by_ratio").empty() && known(scaling.at("by_ratio").at(0).at("gamma")) &&
                      known(scaling.at("by_ratio").at(0).at("from_load").at("gamma"));
-  const bool generated = own.empty() && known(scaling.at("gamma")) && known(scaling.at("beta"));
+  const bool of_friction = summary.at("scan").at("parameter") == "mu";
+  const bool powers = known(scaling.at("alpha")) && known(scaling.at("beta"));
+  const bool generated = own.empty() && of_friction && known(scaling.at("gamma")) && known(scaling.at("beta"));
   overlay["headline"] = {
       {"own", own},
       {"generated", generated},
@@ -109,7 +129,8 @@ void add_headline(Json& overlay, const Json& summary, const std::string& own) {
       {"explains", ratio && known(scaling.at("gamma")) && ratio_explains(scaling)},
       {"other_window", !scaling.at("other_windows").empty() && known(scaling.at("other_windows").at(0).at("beta"))},
       {"offset", known(summary.at("mean_position_offset"))}};
-  const bool any = !own.empty() || generated;
+  overlay["headline"]["scanned"] = own.empty() && !of_friction ? ends_of_scan(summary, powers) : Json(nullptr);
+  const bool any = !own.empty() || generated || !overlay["headline"]["scanned"].is_null();
   overlay["has_headline"] = any;
 }
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "report/number_text.h"
+#include "report/reason_notes.h"
 #include "support/error.h"
 #include "support/number_format.h"
 
@@ -26,6 +27,9 @@ struct NamedNumber {
 
 class NumberList {
  public:
+  /// `scanned`: what tells results apart.
+  explicit NumberList(std::string scanned) : scanned_(std::move(scanned)) {}
+
   void add(const std::string& name, const Json& json) {
     if (json.is_object() && json.contains("value") && json.contains("stderr")) {
       if (json["value"].is_number()) take(name, json["value"], json["stderr"]);
@@ -52,9 +56,9 @@ class NumberList {
     return name.empty() || name == "results" || name == "scaling" ? key : name + "/" + key;
   }
 
-  static std::string name_of(const Json& element, std::size_t index) {
+  std::string name_of(const Json& element, std::size_t index) const {
     if (element.is_object()) {
-      for (const char* key : {"mu", "layer"}) {
+      for (const std::string& key : {scanned_, std::string("mu"), std::string("layer")}) {
         if (element.contains(key) && element[key].is_number()) {
           return fmt::format("{}-{}", key, exact(element[key].get<double>()));
         }
@@ -75,6 +79,7 @@ class NumberList {
                                    : format_number(value, "plain")});
   }
 
+  std::string scanned_;
   std::vector<NamedNumber> numbers_;
   std::set<std::string> names_;
 };
@@ -116,7 +121,7 @@ std::string list_numbers(std::string_view summary, const std::string& format) {
   if (!json.is_object() || !json.contains("results")) {
     throw InputError("this is no summary.json of a run, so that it has no numbers; name the folder of a finished run");
   }
-  NumberList list;
+  NumberList list(scanned_in(json));
   for (const auto& [key, part] : json.items()) {
     if (key != "schema" && key != "figures") list.add(key, part);
   }

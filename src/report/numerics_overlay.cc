@@ -6,6 +6,7 @@
 #include <set>
 #include <sstream>
 
+#include "report/reason_notes.h"
 #include "report/report_overlay.h"
 #include "support/number_format.h"
 #include "support/progress.h"
@@ -62,13 +63,13 @@ void add_numerics(Json& overlay, const Json& summary) {
   for (std::size_t i = 0; i < results.size(); ++i) {
     const std::string pointer = fmt::format("/results/{}", i);
     const std::size_t failed = results[i].at("failed").size();
-    const Json mu = {{"key", pointer + "/mu"}};
+    const Json scanned = {{"key", place_of_scanned(summary, i)}};
     overlay["results"][i]["failures"] = failed;
     overlay["results"][i]["quality"] = fit_quality(results[i].at("depths"), pointer + "/depths");
     for (std::size_t k = 0; k < std::min(failed, most_named_failures); ++k) {
-      failures.push_back({{"key", fmt::format("{}/failed/{}", pointer, k)}, {"at_mu", mu}});
+      failures.push_back({{"key", fmt::format("{}/failed/{}", pointer, k)}, {"scanned", scanned}});
     }
-    if (failed > most_named_failures) more.push_back({{"at_mu", mu}, {"count", failed - most_named_failures}});
+    if (failed > most_named_failures) more.push_back({{"scanned", scanned}, {"count", failed - most_named_failures}});
   }
   overlay["chi2_scatter"] = chi2_scatter(results);
   overlay["failures"] = failures;
@@ -81,20 +82,21 @@ namespace {
 /// "8192 piles at each of 6 μ", or nothing if they differ.
 std::string run_line(const Analysis& analysis) {
   std::set<std::uint64_t> samples;
-  std::size_t frictions = 0;
+  std::size_t ensembles = 0;
   for (const Transport& result : analysis.results) {
     if (result.exact) continue;
-    ++frictions;
+    ++ensembles;
     samples.insert(result.samples);
   }
-  if (samples.size() != 1) return frictions == 0 ? "" : fmt::format("{} values of μ", frictions);
-  return frictions == 1 ? fmt::format("{} piles", *samples.begin())
-                        : fmt::format("{} piles at each of {} μ", *samples.begin(), frictions);
+  const std::string symbol = analysis.scan->symbol;
+  if (samples.size() != 1) return ensembles == 0 ? "" : fmt::format("{} values of {}", ensembles, symbol);
+  return ensembles == 1 ? fmt::format("{} piles", *samples.begin())
+                        : fmt::format("{} piles at each of {} {}", *samples.begin(), ensembles, symbol);
 }
 
 /// Which of five sums a stage belongs to; what a study times by itself is one of its own.
-std::string sum_of(const std::string& stage) {
-  if (stage.starts_with("sample mu")) return "sampling, main ensembles";
+std::string sum_of(const std::string& stage, const std::string& scanned) {
+  if (stage.starts_with(fmt::format("sample {} = ", scanned))) return "sampling, main ensembles";
   if (stage.starts_with("sample ")) return "sampling, studies";
   if (stage == "analyse") return "analysis";
   if (stage == "render") return "pictures";
@@ -103,7 +105,7 @@ std::string sum_of(const std::string& stage) {
 }
 
 /// timings.json has every stage.
-Json sums_of_timings(const std::vector<StageTiming>& timings) {
+Json sums_of_timings(const std::vector<StageTiming>& timings, const std::string& scanned) {
   struct Sum {
     std::string name;
     double seconds = 0;
@@ -112,7 +114,7 @@ Json sums_of_timings(const std::vector<StageTiming>& timings) {
   };
   std::vector<Sum> sums;
   for (const StageTiming& timing : timings) {
-    const std::string name = sum_of(timing.stage);
+    const std::string name = sum_of(timing.stage, scanned);
     auto sum = std::find_if(sums.begin(), sums.end(), [&name](const Sum& known) { return known.name == name; });
     if (sum == sums.end()) sum = sums.insert(sums.end(), Sum{name});
     sum->seconds += timing.seconds;
@@ -153,7 +155,7 @@ void add_provenance(Json& overlay, const ReportData& data) {
   overlay["libraries"] = named_values(from.libraries);
   overlay["has_libraries"] = !from.libraries.empty();
   overlay["environment"] = named_values(data.environment);
-  overlay["timings"] = sums_of_timings(data.timings);
+  overlay["timings"] = sums_of_timings(data.timings, data.analysis.scan->name);
   overlay["has_timings"] = !data.timings.empty();
   overlay["reuse"] = data.reuse;
   // Line by line, so that what does not fit into one is seen to belong to it.

@@ -1,8 +1,13 @@
 #include "report/reason_notes.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <iterator>
 #include <nlohmann/json.hpp>
+
+#include "report/number_text.h"
+#include "sampling/scan_parameter.h"
 
 namespace granuscope {
 
@@ -21,6 +26,22 @@ std::string enumerated(const Json& names) {
 }
 
 }  // namespace
+
+std::string scanned_in(const Json& summary) {
+  const auto scan = summary.find("scan");
+  const bool told =
+      scan != summary.end() && scan->is_object() && scan->contains("parameter") && scan->at("parameter").is_string();
+  return told ? scan->at("parameter").get<std::string>() : friction_parameter().name;
+}
+
+std::string place_of_scanned(const Json& summary, std::size_t result) {
+  return fmt::format("/results/{}/{}", result, scanned_in(summary));
+}
+
+std::string at_scanned(const Json& summary, std::size_t result) {
+  return fmt::format("{} = {}", summary.at("scan").at("symbol").get<std::string>(),
+                     format_number(summary.at(Json::json_pointer(place_of_scanned(summary, result)))));
+}
 
 void add_reason(Json& notes, const Json& summary, const std::string& pointer, const std::string& name,
                 const std::string& place) {

@@ -60,6 +60,7 @@ std::string report_page(const ReportData& data, const Json& summary, const std::
   if (!of_study.empty()) {
     overlay["has_headline"] = true;
     overlay["headline"]["generated"] = false;
+    overlay["headline"]["scanned"] = nullptr;
   }
   overlay["numbers_parts"] = written_parts(data.parts, ReportPart::Place::numbers, root);
   overlay["numerics_parts"] = written_parts(data.parts, ReportPart::Place::numerics, root);

@@ -101,7 +101,9 @@ void add_other_exponent_reasons(Json& notes, const Json& summary) {
   const Json &windows = summary.at("scaling").at("other_windows"), &depths = summary.at("scaling").at("by_ratio");
   for (std::size_t i = 0; i < windows.size(); ++i) {
     const Json& window = windows[i].at("beta").at("window");
-    add("other_windows", i, fmt::format(" over μ = {} to {}", format_number(window[0]), format_number(window[1])));
+    add("other_windows", i,
+        fmt::format(" over {} = {} to {}", summary.at("scan").at("symbol").get<std::string>(), format_number(window[0]),
+                    format_number(window[1])));
   }
   for (std::size_t i = 0; i < depths.size(); ++i) {
     add("by_ratio", i, " from ratios at layer " + format_number(depths[i].at("layer")));
@@ -123,13 +125,14 @@ void add_transport(Json& overlay, const Json& summary) {
   const Json& results = summary.at("results");
   for (std::size_t i = 0; i < results.size(); ++i) {
     const std::string pointer = fmt::format("/results/{}", i);
-    Json row = {{"frictionless", results[i].at("mu") == 0}};
+    Json row = {{"frictionless", results[i].contains("mu") && results[i].at("mu") == 0},
+                {"scanned", {{"key", place_of_scanned(summary, i)}}}};
     for (const char* name : {"D", "c_minus_c_thrust", "width_offset"}) {
       if (is_rounding(results[i], name)) row[name] = {{"key", fmt::format("{}/{}", pointer, name)}, {"text", "0"}};
     }
     add_systematic(row, "c_", results[i].at("c"), pointer + "/c");
     add_systematic(row, "D_", results[i].at("D"), pointer + "/D");
-    const std::string at = " at μ = " + format_number(results[i].at("mu"));
+    const std::string at = " at " + at_scanned(summary, i);
     add_reason(notes, summary, pointer + "/c", "c", at);
     add_reason(notes, summary, pointer + "/D", "D", at);
     add_reason(notes, summary, pointer + "/c_thrust", "c from the thrust ratio", at);
@@ -162,6 +165,7 @@ void add_results(Json& overlay, const Json& summary) {
   overlay["has_other_windows"] = any_known(scaling.at("other_windows"), {"beta", "gamma", "alpha"});
   overlay["has_by_ratio"] = any_known(scaling.at("by_ratio"), {"beta", "gamma", "alpha"});
   add_transport(overlay, summary);
+  overlay["of_beads"] = summary.at("scan").at("model") == "frictional-beads";
   overlay["same_procedure"] = all_equal(results, "estimator") && all_equal(results, "law");
   for (const char* estimator : {"point", "paired", "multiplexed", "fluctuation"}) {
     overlay[std::string(estimator) + "_estimator"] =

@@ -86,8 +86,10 @@ Json to_json(const FitVariation& variation) {
 
 Json to_json(const Transport& result) {
   Json json;
-  json["mu"] = result.mu();
-  json["law"] = name_of(result.spec.sampler.law);
+  const SamplerSpec& sampler = result.spec.sampler;
+  if (sampler.model.is_beads()) json["mu"] = sampler.mu;
+  json[result.scan->name] = result.scanned();
+  json["law"] = law_of(sampler);
   json.update(granuscope::to_json(result.spec.response));
   json["samples"] = result.samples;
   json["failed"] = list_of(result.failed);
@@ -224,6 +226,13 @@ std::string summary_json(const ReportData& data) {
   json["layers"] = data.layers;
   json["seed"] = data.seed;
   json["overload"] = data.overload;
+  const ScanParameter& scan = *data.analysis.scan;
+  const SamplerSpec sampler =
+      data.analysis.results.empty() ? SamplerSpec{} : data.analysis.results.front().spec.sampler;
+  json["scan"] = {{"model", name_of(sampler.model.name)},
+                  {"parameter", scan.name},
+                  {"symbol", scan.symbol},
+                  {"meaning", scan.meaning}};
   json["results"] = list_of(data.analysis.results);
   json["mean_exponents"] = to_json(data.analysis.mean_exponents);
   json["mean_position_offset"] = to_json(data.analysis.mean_position_offset);

@@ -57,6 +57,13 @@ Problem find_cell_problem(const std::string& table, int cell_columns, int cell_r
   return {};
 }
 
+Problem find_problem(const QModelSpec& spec) {
+  if (spec.disorder >= 0 && spec.disorder <= 1) return {};
+  return problem("q_model.disorder",
+                 "with {} times the deviation of its law from 1/2 a share would leave [0, 1]; give 0 to 1",
+                 spec.disorder);
+}
+
 Problem find_problem(const ThreeLegSpec& spec, const LatticeSpec& lattice) {
   if (!(spec.middle >= 0 && spec.middle < 1)) {
     return problem("three_leg.middle",
@@ -119,6 +126,7 @@ std::span<const char* const> extra_names(const ModelSpec& model) {
 }
 
 Problem find_problem(const ModelSpec& model, const LatticeSpec& lattice) {
+  if (model.name == ModelName::q_model) return find_problem(model.q_model);
   if (model.name == ModelName::three_leg) return find_problem(model.three_leg, lattice);
   if (model.name == ModelName::stochastic_osl) return find_problem(model.stochastic_osl, lattice);
   return {};
@@ -127,7 +135,10 @@ Problem find_problem(const ModelSpec& model, const LatticeSpec& lattice) {
 std::string configuration_text(const ModelSpec& model) {
   if (model.is_beads()) return {};
   std::string text = fmt::format("model={}\n", name_of(model.name));
-  if (model.name == ModelName::q_model) text += fmt::format("split={}\n", name_of(model.q_model.split));
+  if (model.name == ModelName::q_model) {
+    text += fmt::format("split={}\n", name_of(model.q_model.split));
+    if (model.q_model.disorder != 1) text += fmt::format("disorder={}\n", exact(model.q_model.disorder));
+  }
   if (model.name == ModelName::three_leg) {
     const ThreeLegSpec& legs = model.three_leg;
     text += fmt::format("middle_law={}\n", name_of(legs.law));

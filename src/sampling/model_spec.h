@@ -33,8 +33,10 @@ enum class MiddleLaw {
   clipped,   ///< uniform on what [0, p_max] leaves of middle +- noise, and p_max where it leaves nothing
 };
 
+/// q = 1/2 + disorder (q' - 1/2), with q' of the law.
 struct QModelSpec {
   SplitLaw split = SplitLaw::uniform;
+  double disorder = 1;  ///< 0 (all beads split alike) to 1
 };
 
 /// Columns are one bead diameter apart, rows sqrt 3: the outer legs lean by 30 degrees, as the contacts of beads do.
@@ -52,7 +54,7 @@ struct StochasticOslSpec {
   double disorder = 0.2;  ///< standard deviation of v, which is uniform
   int cell_columns = 1;   ///< v is the same within cells of so many bead diameters and rows, which lie at random
   int cell_rows = 1;
-  int grid = 2;  ///< nodes per bead diameter, and steps per row
+  int grid = 8;  ///< nodes per bead diameter, and steps per row
 };
 
 struct ModelSpec {

@@ -10,20 +10,24 @@ namespace granuscope {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// The lower-left neighbour of each bead gets left = q w, the lower-right one what remains, and a bead of the next row
-/// what its upper left hands to the right and its upper right to the left. `shift`: 0 where the next row lies half a
-/// bead further right, else 1.
-void HandDownShares(const double* HWY_RESTRICT weight, const double* HWY_RESTRICT q, std::size_t columns,
-                    std::size_t shift, double* HWY_RESTRICT next) {
+/// q = disorder q' + (1 - disorder)/2; the lower-left neighbour of each bead gets left = q w, the lower-right one what
+/// remains, and a bead of the next row what its upper left hands to the right and its upper right to the left. `shift`:
+/// 0 where the next row lies half a bead further right, else 1.
+void HandDownShares(const double* HWY_RESTRICT weight, const double* HWY_RESTRICT q, double disorder,
+                    std::size_t columns, std::size_t shift, double* HWY_RESTRICT next) {
   const hn::CappedTag<double, group_lanes> d;
+  const auto scale = hn::Set(d, disorder), equal = hn::Set(d, (1 - disorder) / 2);
+  const auto left_of = [&](std::size_t at, auto w) {
+    return hn::Mul(hn::Add(hn::Mul(scale, hn::LoadU(d, q + at)), equal), w);
+  };
   for (std::size_t k = 0; k < group_lanes; k += hn::Lanes(d)) {
     const std::size_t last = (columns - 1) * group_lanes + k;
     const auto w_last = hn::LoadU(d, weight + last);
-    auto right = hn::Sub(w_last, hn::Mul(hn::LoadU(d, q + last), w_last));
+    auto right = hn::Sub(w_last, left_of(last, w_last));
     // Bead i meets the right part of bead i - 1 in bead i - 1 + shift below.
     for (std::size_t i = 0; i < columns; ++i) {
       const auto w = hn::LoadU(d, weight + i * group_lanes + k);
-      const auto left = hn::Mul(hn::LoadU(d, q + i * group_lanes + k), w);
+      const auto left = left_of(i * group_lanes + k, w);
       const std::size_t below = shift == 1 ? i : (i == 0 ? columns - 1 : i - 1);
       hn::StoreU(hn::Add(right, left), d, next + below * group_lanes + k);
       right = hn::Sub(w, left);
@@ -71,6 +75,7 @@ class QModel final : public RowModel {
  public:
   QModel(const QModelSpec& spec, int columns)
       : split_(spec.split),
+        disorder_(spec.disorder),
         columns_(static_cast<std::size_t>(columns)),
         noise_(columns, {}),
         weight_(aligned_array<double>(size())),
@@ -98,7 +103,7 @@ class QModel final : public RowModel {
     }
     // The next row lies half a bead further right than an even one.
     HWY_DYNAMIC_DISPATCH(HandDownShares)
-    (weight_.get(), q, columns_, static_cast<std::size_t>(row % 2), next_.get());
+    (weight_.get(), q, disorder_, columns_, static_cast<std::size_t>(row % 2), next_.get());
     std::swap(weight_, next_);
   }
 
@@ -108,6 +113,7 @@ class QModel final : public RowModel {
   std::size_t size() const { return columns_ * group_lanes; }
 
   SplitLaw split_;
+  double disorder_;
   std::size_t columns_;
   RowNoise noise_;
   AlignedArray<double> weight_, next_, q_;

@@ -71,6 +71,8 @@ void validate(const SamplerSpec& spec);
 
 /// "granusolve", "eloy-clement", "rejection", "polytope".
 std::string name_of(Law law);
+/// Of any model: "granusolve", "three-leg, positive".
+std::string law_of(const SamplerSpec& spec);
 /// All of them, for messages and help: "granusolve, eloy-clement, rejection and polytope".
 std::string names_of_laws();
 /// Throws InputError naming the known laws.

@@ -122,9 +122,10 @@ Claim judge_linear_time(const std::vector<CountedWork>& measured, const ClaimSpe
     of_power = fmt::format(
         "The number of draws grows as the power {} of the number of beads at μ = {}, where it is farthest from 1 among "
         "{}: {} draws per bead with {} × {} beads, {} with {} × {}.",
-        significant(claim.measured.value, 4), farthest_mu, list_of_mu(mu), significant((*smallest)->draws_per_bead, 4),
-        (*smallest)->spec.lattice.columns, (*smallest)->spec.lattice.layers, significant((*largest)->draws_per_bead, 4),
-        (*largest)->spec.lattice.columns, (*largest)->spec.lattice.layers);
+        significant(claim.measured.value, 4), farthest_mu, list_of_values(mu),
+        significant((*smallest)->draws_per_bead, 4), (*smallest)->spec.lattice.columns,
+        (*smallest)->spec.lattice.layers, significant((*largest)->draws_per_bead, 4), (*largest)->spec.lattice.columns,
+        (*largest)->spec.lattice.layers);
   } else {
     claim.measured.reason = fmt::format("the sizes counted do not span a factor of {} in beads", least_reach);
     of_power = fmt::format("The sizes counted do not span a factor of {} in beads: widen studies.counted_work.sizes.",

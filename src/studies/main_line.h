@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <limits>
+#include <string>
 #include <vector>
 
 #include "analysis/claim_spec.h"
@@ -11,6 +12,7 @@
 #include "model/lattice.h"
 #include "render/scene.h"
 #include "sampling/sampler_spec.h"
+#include "sampling/scan_parameter.h"
 
 namespace granuscope {
 
@@ -34,21 +36,40 @@ struct ForceChainSpec {
   }
 };
 
+/// What differs from main ensemble to main ensemble.
+struct ScanSpec {
+  std::string parameter;  ///< ScanParameter::name; empty: the usual one of the model
+  std::vector<double>
+      values;  ///< ascending, no duplicates; none: MainLine::mu of beads, else what the model itself says
+};
+
 /// What every experiment measures, and what a study may go by: the main ensembles, their fits and claims, and the pile
 /// that is shown. The defaults are the paper's numbers.
 struct MainLine {
   LatticeSpec lattice;
   std::vector<double> mu{0.0, 0.1, 0.2, 0.3};  ///< friction coefficients, ascending, no duplicates
-  SamplerSpec sampling;                        ///< its mu is ignored: see sampler_for
+  SamplerSpec sampling;                        ///< its mu is ignored: see sampler_at
+  ScanSpec scan;                               ///< of friction it is empty: mu has its values
   ResponseSpec response;
   FitSpec fit;
   PrecisionSpec precision;
   ClaimSpec claims;
   ForceChainSpec force_chains;
 
-  /// The sampler's parameters at one friction coefficient.
+  /// Throws InputError if the scan names a parameter on which the piles do not depend.
+  const ScanParameter& scanned() const;
+  /// Of each main ensemble, ascending.
+  std::vector<double> scan_values() const;
+  /// The value that figures of a single one show: the nearest to `wanted`, but the last of another parameter than
+  /// friction that does not have it.
+  double shown_value(double wanted) const;
+  /// The sampler's parameters at one value of what is scanned.
+  SamplerSpec sampler_at(double value) const;
+
+  /// Those of beads at one friction coefficient, whatever the model is.
   SamplerSpec sampler_for(double friction) const {
     SamplerSpec spec = sampling;
+    spec.model = {};
     spec.mu = friction;
     return spec;
   }

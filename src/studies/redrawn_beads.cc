@@ -178,8 +178,8 @@ Claim judge_redraw_share(const std::vector<RedrawnBeads>& measured) {
   add_sentence(claim, fmt::format("{}; up to a factor of {} counts as of that order.", fmt::join(clauses, "; "),
                                   same_order_up_to));
   if (!missing.empty()) {
-    add_sentence(
-        claim, fmt::format("The other number of the paper needs {} in studies.redrawn_beads.mu.", list_of_mu(missing)));
+    add_sentence(claim, fmt::format("The other number of the paper needs {} in studies.redrawn_beads.mu.",
+                                    list_of_values(missing)));
   }
   if (!below.empty()) add_sentence(claim, fmt::format("Of the beads with |x| ≤ z it is {}.", below));
   return claim;

@@ -172,7 +172,8 @@ Figure plot_small_friction(const Analysis& main, const std::vector<SmallFriction
   }
   for (const Transport& result : main.results) {
     if (result.exact || !result.c_thrust.known()) continue;
-    wide.points.push_back(point_of(result.mu(), {tan30 - result.c_thrust.value, result.c_thrust.standard_error, ""}));
+    wide.points.push_back(
+        point_of(result.scanned(), {tan30 - result.c_thrust.value, result.c_thrust.standard_error, ""}));
   }
   panel.series = {narrow, wide};
   const Estimate& exponent = scaling.exponent;

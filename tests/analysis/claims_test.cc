@@ -323,10 +323,10 @@ TEST_CASE("Noise that does not fall is seen: a response of another shape") {
 }
 
 TEST_CASE("One friction coefficient is no range of them") {
-  CHECK(over_all_mu({0.3}) == "at μ = 0.3");
-  CHECK(over_all_mu({0.1, 0.3}) == "over μ = 0.1 and 0.3");
-  CHECK(over_all_mu({0.1, 0.2, 0.3}) == "over μ = 0.1, 0.2 and 0.3");
-  CHECK(over_all_mu({0.1, 0.2, 0.3, 0.4, 0.6}) == "over 5 values of μ from 0.1 to 0.6");
+  CHECK(over_all_values({0.3}) == "at μ = 0.3");
+  CHECK(over_all_values({0.1, 0.3}) == "over μ = 0.1 and 0.3");
+  CHECK(over_all_values({0.1, 0.2, 0.3}) == "over μ = 0.1, 0.2 and 0.3");
+  CHECK(over_all_values({0.1, 0.2, 0.3, 0.4, 0.6}) == "over 5 values of μ from 0.1 to 0.6");
 }
 
 TEST_CASE("Whether peaks have merged is told by all depths of the window together") {

@@ -178,7 +178,7 @@ TEST_CASE("Points too far from their law for the narrow panel are arrows at its 
   const TemporaryFolder run;
   Analysis analysis = synthetic::analysis();
   for (Transport& result : analysis.results) {
-    if (result.mu() == 0.4) result.c.value = 0.5770;  // c₀ − c a hundred times too small for its D
+    if (result.scanned() == 0.4) result.c.value = 0.5770;  // c₀ − c a hundred times too small for its D
   }
   const Figure figure = plot_propagation_against_diffusion(analysis, run.path());
   CHECK(contains(figure.details, "too far from the law for it, μ = 0.4."));

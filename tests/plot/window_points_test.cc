@@ -95,7 +95,7 @@ TEST_CASE("A law none of whose points are shown is not plotted either") {
   const TemporaryFolder run;
   Analysis analysis = analysis_over({0.1, 0.2});
   for (Transport& result : analysis.results) {
-    if (result.mu() < 0.25 && !result.exact) result.c = result.D = synthetic::unknown("too uncertain for a point");
+    if (result.scanned() < 0.25 && !result.exact) result.c = result.D = synthetic::unknown("too uncertain for a point");
   }
   const Figure figure = plot_scaling_with_friction(analysis, run.path());
   CHECK(guide_factors(read_file(run.path() / figure.script)).empty());
