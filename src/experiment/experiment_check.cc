@@ -63,7 +63,7 @@ Problem find_scan_problem(const Experiment& e) {
     return problem("scan.parameter", "{}", error.what());
   }
   const ScanParameter& scanned = e.scanned();
-  const bool beads = e.sampling.model.is_beads();
+  const bool beads = e.sampling.model.has_contacts();
   if (beads && &scanned != &friction_parameter() && e.mu.size() != 1) {
     return problem("friction.mu",
                    "{} friction coefficients, while {} is what differs from ensemble to ensemble; give one",
@@ -112,7 +112,7 @@ Problem find_law_problem(const Experiment& e, const char* whose, int columns, in
 
 Problem find_sampling_problem(const Experiment& e) {
   if (auto found = in_table("sampling", find_problem(e.sampling))) return found;
-  if (!e.sampling.model.is_beads()) return {};
+  if (!e.sampling.model.has_contacts()) return {};
   if (auto found = find_law_problem(e, "[lattice]", e.lattice.columns, e.lattice.layers, e.mu.back())) return found;
   if (!e.force_chains.show) return {};
   return find_law_problem(e, "scenes.force_chains, some of them computed below the layers shown,",
@@ -192,7 +192,7 @@ Problem find_ring_problem(const Experiment& e) {
 Problem find_scene_problem(const Experiment& e) {
   const ForceChainSpec& chains = e.force_chains;
   if (!chains.show) return {};
-  const bool beads = e.sampling.model.is_beads();
+  const bool beads = e.sampling.model.has_contacts();
   if (auto found = find_lattice_problem(
           "scenes.force_chains.columns", chains.columns, "scenes.force_chains.layers", chains.layers, 1,
           pile_memory(chains.columns, static_cast<double>(chains.layers) + bottom_margin))) {

@@ -1,6 +1,7 @@
 #include "experiment/experiment_keys.h"
 
 #include <fmt/core.h>
+#include <fmt/ranges.h>
 
 #include <iterator>
 #include <utility>
@@ -24,7 +25,7 @@ std::vector<Key> keys_of_main_line(Experiment& e) {
   const std::string fit = "fit";
   const std::string claims = "claims";
   const std::string precision = "precision";
-  ModelSpec& model = e.sampling.model;
+  const std::string parameters = fmt::format("{}", fmt::join(names_of_scan_parameters(), ", "));
   const std::string profiles = "figures.response_profiles";
   KeyRange frictions = friction_range();
   frictions.fewest = 1;
@@ -53,36 +54,6 @@ std::vector<Key> keys_of_main_line(Experiment& e) {
           e.scan.parameter),
       make_key("scan", "values", "", "its values; none: friction.mu, or the one that the model's table has",
                e.scan.values, KeyRange{.least = 0, .longest = most_friction_values, .ascending = true}),
-
-      make_name_key("model", "name",
-                    "what a pile is a model of: frictional-beads (under a law of [sampling]), q-model, three-leg or "
-                    "stochastic-osl",
-                    model.name, model_named),
-      make_name_key("model.q_model", "split",
-                    "share q of a bead's weight that its lower left neighbour gets: uniform on [0, 1], critical (0 or "
-                    "1), or beta, of density 6 q (1 - q)",
-                    model.q_model.split, split_law_named),
-      make_key("model.q_model", "disorder", "", "by how much of that q deviates from 1/2", model.q_model.disorder,
-               KeyRange{}.within(0, 1)),
-      make_name_key(
-          "model.three_leg", "law",
-          "share p of the middle leg: free (middle +- noise), positive (up to a share of the largest with which "
-          "no leg pulls) or clipped (middle +- noise, cut to that)",
-          model.three_leg.law, middle_law_named),
-      make_key("model.three_leg", "middle", "", "free, clipped: mean of p", model.three_leg.middle),
-      make_key("model.three_leg", "noise", "", "free, clipped: p is uniform on middle +- noise", model.three_leg.noise),
-      make_key("model.three_leg", "share", "", "positive: of the largest p, up to which p is uniform",
-               model.three_leg.share),
-      make_key("model.three_leg", "cell_columns", "columns", "free: width of the cells in which noise is the same",
-               model.three_leg.cell_columns),
-      make_key("model.three_leg", "cell_rows", "rows", "free: their height", model.three_leg.cell_rows),
-      make_key("model.stochastic_osl", "disorder", "", "standard deviation of v in sigma_xx = (1 + v) sigma_zz / 3",
-               model.stochastic_osl.disorder),
-      make_key("model.stochastic_osl", "cell_columns", "bead diameters",
-               "width of the cells in which noise is the same", model.stochastic_osl.cell_columns),
-      make_key("model.stochastic_osl", "cell_rows", "rows", "their height", model.stochastic_osl.cell_rows),
-      make_key("model.stochastic_osl", "grid", "nodes per bead diameter", "fineness of the explicit scheme",
-               model.stochastic_osl.grid),
 
       make_name_key(
           sampling, "law",
@@ -284,6 +255,7 @@ std::vector<Key> keys_of(Experiment& experiment) {
   std::vector<Key> all;
   const auto append = [&all](std::vector<Key> keys) { std::move(keys.begin(), keys.end(), std::back_inserter(all)); };
   append(keys_of_main_line(experiment));
+  append(keys_of(experiment.sampling.model));
   for (const auto& study : experiment.studies) {
     std::vector<Key> keys = study->keys();
     for (Key& key : keys) {  // where all of them stood before they were called studies

@@ -263,7 +263,7 @@ PictureOutcome render_weights_of_model(const Experiment& experiment, const std::
 
 std::vector<PictureOutcome> render_pile_pictures(const Experiment& experiment, const std::filesystem::path& run_folder,
                                                  const Provenance& provenance) {
-  if (!experiment.sampling.model.is_beads()) return {render_weights_of_model(experiment, run_folder, provenance)};
+  if (!experiment.sampling.model.has_contacts()) return {render_weights_of_model(experiment, run_folder, provenance)};
   const ForceChainSpec& chains = experiment.force_chains;
   PilePictures pictures(experiment, run_folder, provenance);
   const std::string redraw = pictures.replay() + " && granuscope render pile.h5";

@@ -389,7 +389,7 @@ class Run {
   void plot() {
     timed(data_.timings, "plot", [&] {
       const FigureSpec& figures = experiment_.figures;
-      if (figures.bead_forces && experiment_.sampling.model.is_beads()) {
+      if (figures.bead_forces && experiment_.sampling.model.has_contacts()) {
         const BeadForcesSpec spec{std::min(BeadForcesSpec{}.layer, experiment_.force_chains.layers - 1)};
         add_figure([&] {
           return plot_bead_forces(

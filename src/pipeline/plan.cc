@@ -106,7 +106,7 @@ std::vector<PlannedStep> plan_run(const Experiment& experiment, const RunOptions
                          static_cast<std::uint64_t>(experiment.force_chains.computed_layers())});
     steps.back().serial_seconds = seconds_for_pictures;
     draw_one(steps.back(), pile_spec(experiment, experiment.force_chains.mu));
-    if (experiment.sampling.model.is_beads() && needs_pair(experiment)) {
+    if (experiment.sampling.model.has_contacts() && needs_pair(experiment)) {
       EnsembleSpec uniform = pile_spec(experiment, experiment.force_chains.mu);
       uniform.load = Load::uniform;
       steps.push_back({Stage::render, "their pile under a uniform load", false, Lattice(uniform.lattice).beads()});
@@ -118,7 +118,7 @@ std::vector<PlannedStep> plan_run(const Experiment& experiment, const RunOptions
     steps.back().serial_seconds = seconds_for_figures;
     const double mu = experiment.figures.profile_mu;
     const bool another = !experiment.force_chains.show || mu != experiment.force_chains.mu;
-    if (experiment.sampling.model.is_beads() && experiment.figures.bead_forces && another)
+    if (experiment.sampling.model.has_contacts() && experiment.figures.bead_forces && another)
       draw_one(steps.back(), pile_spec(experiment, mu));
   }
   if (needed.contains(Stage::report)) {

@@ -133,7 +133,7 @@ std::string terms_of(const ScanParameter& parameter) {
   const ScanParameter& friction = friction_parameter();
   std::string terms = fmt::format("{} -> {}\n{} -> {}\n{} -> {}\n", friction.label(), parameter.label(),
                                   friction.meaning, parameter.meaning, friction.name, parameter.name);
-  if (parameter.symbol != std::string_view(friction.symbol)) {
+  if (parameter.symbol != friction.symbol) {
     terms += fmt::format("{} -> {}\n", friction.symbol, parameter.symbol);
   }
   return terms;

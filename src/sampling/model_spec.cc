@@ -41,6 +41,10 @@ Choice named_in(const std::array<Name<Choice>, count>& names, const std::string&
   throw InputError(fmt::format("there is no {} \"{}\": known are {}", what, wanted, known));
 }
 
+bool has_free_noise(const ModelSpec& model) {
+  return model.name == ModelName::three_leg && model.three_leg.law != MiddleLaw::positive;
+}
+
 constexpr std::array<const char*, 2> three_leg_extras = {"middle", "traction"};
 
 Problem find_cell_problem(const std::string& table, int cell_columns, int cell_rows, const LatticeSpec& lattice) {
@@ -155,6 +159,65 @@ std::string configuration_text(const ModelSpec& model) {
                         osl.grid);
   }
   return text;
+}
+
+std::span<const ModelParameter> model_parameters() {
+  static constexpr std::array parameters = {
+      ModelParameter{"disorder", "Δ", "disorder of the shares",
+                     [](const ModelSpec& model) { return model.name == ModelName::q_model; },
+                     [](ModelSpec& model) -> double& { return model.q_model.disorder; }},
+      ModelParameter{"middle", "p", "mean share of the middle leg", has_free_noise,
+                     [](ModelSpec& model) -> double& { return model.three_leg.middle; }},
+      ModelParameter{"noise", "δ", "noise of the share", has_free_noise,
+                     [](ModelSpec& model) -> double& { return model.three_leg.noise; }},
+      ModelParameter{
+          "share", "s", "bound of p over p_max",
+          [](const ModelSpec& model) { return model.name == ModelName::three_leg && !has_free_noise(model); },
+          [](ModelSpec& model) -> double& { return model.three_leg.share; }},
+      ModelParameter{"disorder", "Δ", "standard deviation of the noise",
+                     [](const ModelSpec& model) { return model.name == ModelName::stochastic_osl; },
+                     [](ModelSpec& model) -> double& { return model.stochastic_osl.disorder; }},
+  };
+  return parameters;
+}
+
+std::vector<Key> keys_of(ModelSpec& model) {
+  const std::string three_leg = "model.three_leg", osl = "model.stochastic_osl";
+  return {
+      make_name_key("model", "name",
+                    "what a pile is a model of: frictional-beads (under a law of [sampling]), q-model, three-leg or "
+                    "stochastic-osl",
+                    model.name, model_named),
+      make_name_key("model.q_model", "split",
+                    "share q of a bead's weight that its lower left neighbour gets: uniform on [0, 1], critical (0 or "
+                    "1), or beta, of density 6 q (1 - q)",
+                    model.q_model.split, split_law_named),
+      make_key("model.q_model", "disorder", "", "by how much of that q deviates from 1/2", model.q_model.disorder,
+               KeyRange{}.within(0, 1)),
+      make_name_key(
+          three_leg, "law",
+          "share p of the middle leg: free (middle +- noise), positive (up to a share of the largest with which "
+          "no leg pulls) or clipped (middle +- noise, cut to that)",
+          model.three_leg.law, middle_law_named),
+      make_key(three_leg, "middle", "", "free, clipped: mean of p", model.three_leg.middle),
+      make_key(three_leg, "noise", "", "free, clipped: p is uniform on middle +- noise", model.three_leg.noise),
+      make_key(three_leg, "share", "", "positive: of the largest p, up to which p is uniform", model.three_leg.share),
+      make_key(three_leg, "cell_columns", "columns", "free: width of the cells in which noise is the same",
+               model.three_leg.cell_columns),
+      make_key(three_leg, "cell_rows", "rows", "free: their height", model.three_leg.cell_rows),
+      make_key(osl, "disorder", "", "standard deviation of v in sigma_xx = (1 + v) sigma_zz / 3",
+               model.stochastic_osl.disorder),
+      make_key(osl, "cell_columns", "bead diameters", "width of the cells in which noise is the same",
+               model.stochastic_osl.cell_columns),
+      make_key(osl, "cell_rows", "rows", "their height", model.stochastic_osl.cell_rows),
+      make_key(osl, "grid", "nodes per bead diameter", "fineness of the explicit scheme", model.stochastic_osl.grid)};
+}
+
+std::string law_of(const ModelSpec& model) {
+  const std::string name = name_of(model.name);
+  if (model.name == ModelName::q_model) return name + ", " + name_of(model.q_model.split);
+  if (model.name == ModelName::three_leg) return name + ", " + name_of(model.three_leg.law);
+  return name;
 }
 
 std::string name_of(ModelName name) { return name_in(model_names, name); }

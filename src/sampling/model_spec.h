@@ -2,8 +2,10 @@
 #include <array>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "model/lattice.h"
+#include "support/key.h"
 #include "support/problem.h"
 
 namespace granuscope {
@@ -64,7 +66,20 @@ struct ModelSpec {
   StochasticOslSpec stochastic_osl;
 
   bool is_beads() const { return name == ModelName::frictional_beads; }
+  bool has_contacts() const { return is_beads(); }  ///< of beads with friction: a pile of it is a Pile
 };
+
+/// A number of a model that says how disordered its piles are.
+struct ModelParameter {
+  const char *name, *symbol, *meaning;   ///< "middle", "p", "mean share of the middle leg"
+  bool (*belongs_to)(const ModelSpec&);  ///< whether its piles depend on it
+  double& (*in)(ModelSpec&);             ///< where it is
+};
+/// Of all models; of each the usual one first.
+std::span<const ModelParameter> model_parameters();
+
+/// [model] and the tables of its models, bound to the spec.
+std::vector<Key> keys_of(ModelSpec& model);
 
 /// Where its rows lie.
 RowGeometry rows_of(const ModelSpec& model);
@@ -86,6 +101,8 @@ std::string configuration_text(const ModelSpec& model);
 /// "frictional-beads", "q-model", "three-leg", "stochastic-osl". Those that take a name throw InputError with all.
 std::string name_of(ModelName name);
 ModelName model_named(const std::string& name);
+/// "three-leg, positive": with the law it follows.
+std::string law_of(const ModelSpec& model);
 /// "uniform", "critical", "beta".
 std::string name_of(SplitLaw law);
 SplitLaw split_law_named(const std::string& name);

@@ -38,9 +38,4 @@ class RowModel {
 
 std::unique_ptr<RowModel> make_row_model(const ModelSpec& model, int columns);
 
-// The models, each in a file of its own.
-std::unique_ptr<RowModel> make_q_model(const QModelSpec& spec, int columns);
-std::unique_ptr<RowModel> make_three_leg(const ThreeLegSpec& spec, int columns);
-std::unique_ptr<RowModel> make_stochastic_osl(const StochasticOslSpec& spec, int columns);
-
 }  // namespace granuscope

@@ -12,6 +12,11 @@
 
 namespace granuscope {
 
+// The models, each in a file of its own.
+std::unique_ptr<RowModel> make_q_model(const QModelSpec& spec, int columns);
+std::unique_ptr<RowModel> make_three_leg(const ThreeLegSpec& spec, int columns);
+std::unique_ptr<RowModel> make_stochastic_osl(const StochasticOslSpec& spec, int columns);
+
 std::unique_ptr<RowModel> make_row_model(const ModelSpec& model, int columns) {
   switch (model.name) {
     case ModelName::q_model:

@@ -48,20 +48,7 @@ std::string name_of(Law law) { return name_in(law_names, law); }
 std::string name_of(LayerOrder order) { return name_in(order_names, order); }
 std::string name_of(RepairRules rules) { return name_in(rules_names, rules); }
 
-std::string law_of(const SamplerSpec& spec) {
-  const std::string model = name_of(spec.model.name);
-  switch (spec.model.name) {
-    case ModelName::frictional_beads:
-      return name_of(spec.law);
-    case ModelName::q_model:
-      return model + ", " + name_of(spec.model.q_model.split);
-    case ModelName::three_leg:
-      return model + ", " + name_of(spec.model.three_leg.law);
-    case ModelName::stochastic_osl:
-      break;
-  }
-  return model;
-}
+std::string law_of(const SamplerSpec& spec) { return spec.model.is_beads() ? name_of(spec.law) : law_of(spec.model); }
 
 std::string names_of_laws() {
   std::string names;

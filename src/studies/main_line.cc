@@ -20,8 +20,8 @@ double MainLine::shown_value(double wanted) const {
 
 SamplerSpec MainLine::sampler_at(double value) const {
   SamplerSpec spec = sampling;
-  if (spec.model.is_beads()) spec.mu = mu.front();
-  scanned().set(spec, value);
+  if (spec.model.has_contacts()) spec.mu = mu.front();
+  scanned().in(spec) = value;
   return spec;
 }
 
