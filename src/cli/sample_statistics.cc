@@ -55,9 +55,11 @@ EnsembleRecord run_few(const EnsembleSpec& spec) {
     }
     ++record.sums.count[0];
     for (std::size_t n = 0; n < layers; ++n) {
+      const double mean = mean_weight(spec.sampler.bead_weight, static_cast<int>(n));
+      const double total = total_load + (mean - 1) * static_cast<double>(columns);
       for (std::size_t b = n * columns; b < (n + 1) * columns; ++b) {
-        const double excess = pile.V_R[b] + pile.V_L[b] - 1;
-        thrust.sum[n] += sqrt3 * (pile.H_R[b] - pile.H_L[b]) / total_load;
+        const double excess = (pile.V_R[b] + pile.V_L[b] - mean) / mean;
+        thrust.sum[n] += sqrt3 * (pile.H_R[b] - pile.H_L[b]) / total;
         variance.sum[n] += excess * excess / static_cast<double>(columns);
       }
     }

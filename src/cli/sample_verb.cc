@@ -135,6 +135,9 @@ void add_sample_verb(CLI::App& app, VerbContext& context) {
   verb->add_option("--load-offset", spec.sampler.load_offset,
                    "how far to the right of their centres the loads act on the top beads, in bead radii: a torque")
       ->capture_default_str();
+  verb->add_option("--bead-weight", spec.sampler.bead_weight,
+                   "of every bead by itself, in loads of one top bead: gravity")
+      ->capture_default_str();
   verb->add_option("--overload", spec.response.overload,
                    "extra force of --load point or paired, in loads of one top bead")
       ->capture_default_str();

@@ -60,6 +60,7 @@ std::vector<int> recorded_layers(const EnsembleSpec& spec) {
 namespace {
 
 Problem find_fluctuation_problem(const EnsembleSpec& spec) {
+  if (auto found = find_gravity_problem(spec.sampler, spec.response)) return found;
   const FluctuationPlan plan = fluctuation_plan(spec);
   if (plan.lags.size() < 2) return problem("layers", "there is no lag to measure; name layers beside layer 0");
   if (!plan.bases.empty()) return {};
@@ -86,6 +87,14 @@ Problem find_model_problem(const EnsembleSpec& spec) {
 }
 
 }  // namespace
+
+Problem find_gravity_problem(const SamplerSpec& sampler, const ResponseSpec& response) {
+  if (sampler.bead_weight == 0 || response.estimator != EstimatorName::fluctuation) return {};
+  return problem("estimator",
+                 "the estimator fluctuation averages over layers that are alike, which those of beads of weight {} are "
+                 "not: their mean weight grows with depth; choose point, paired or multiplexed",
+                 sampler.bead_weight);
+}
 
 Problem find_problem(const EnsembleSpec& spec) {
   if (auto found = find_problem(spec.lattice)) return found;
@@ -124,6 +133,7 @@ std::string configuration_text(const EnsembleSpec& spec) {
   add("seed", sampler.seed);
   if (sampler.load_angle != 0) add("load_angle", exact(sampler.load_angle));
   if (sampler.load_offset != 0) add("load_offset", exact(sampler.load_offset));
+  if (sampler.bead_weight != 0) add("bead_weight", exact(sampler.bead_weight));
   add("effort", exact(sampler.effort));
   add("max_tries", sampler.max_tries);
   add("layer_order", name_of(sampler.order));
@@ -178,6 +188,7 @@ std::string replay_command(const EnsembleSpec& spec, std::uint64_t sample) {
     command += fmt::format(" --overload {}", exact(spec.response.overload));
   if (spec.sampler.load_angle != 0) command += fmt::format(" --load-angle={}", exact(spec.sampler.load_angle));
   if (spec.sampler.load_offset != 0) command += fmt::format(" --load-offset={}", exact(spec.sampler.load_offset));
+  if (spec.sampler.bead_weight != 0) command += fmt::format(" --bead-weight {}", exact(spec.sampler.bead_weight));
   if (spec.sampler.effort != SamplerSpec{}.effort) command += fmt::format(" --effort {}", exact(spec.sampler.effort));
   if (spec.sampler.max_tries != SamplerSpec{}.max_tries)
     command += fmt::format(" --max-tries {}", spec.sampler.max_tries);

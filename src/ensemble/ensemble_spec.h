@@ -20,6 +20,9 @@ struct EnsembleSpec {
 };
 
 /// What is wrong with the sampler, the lattice or the response, or with what they are together (a layer outside the
+/// Why the estimator cannot measure beads that have a weight of their own, if it cannot.
+Problem find_gravity_problem(const SamplerSpec& sampler, const ResponseSpec& response);
+
 /// lattice, ...).
 Problem find_problem(const EnsembleSpec& spec);
 /// Throws InputError with it.

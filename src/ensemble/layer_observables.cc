@@ -18,10 +18,12 @@ LayerObservables::LayerObservables(const EnsembleSpec& spec, BlockSums& sums, in
 
 LayerMoments LayerObservables::of_layer(const PileGroup& group, int layer) {
   LayerMoments observables = group.moments_of(layer);
+  const double columns = group.lattice.columns(), mean = mean_weight(group.bead_weight, layer);
   for (std::size_t k = 0; k < group.piles; ++k) {
-    const double total_load = std::accumulate(group.loads[k].begin(), group.loads[k].end(), 0.0);
-    observables.thrust[k] = sqrt3 * observables.thrust[k] / total_load;
-    observables.variance[k] /= static_cast<double>(group.lattice.columns());
+    const double total =
+        std::accumulate(group.loads[k].begin(), group.loads[k].end(), 0.0) + columns * group.weight_of_beads(layer);
+    observables.thrust[k] = sqrt3 * observables.thrust[k] / total;
+    observables.variance[k] /= columns * (mean * mean);
   }
   return observables;
 }

@@ -11,7 +11,7 @@
 namespace granuscope {
 
 /// What every estimator sums of its piles, layer by layer: "thrust", sqrt(3) sum(H_R - H_L) / sum(w) over the contacts
-/// leaving the layer, and "weight_variance", the mean over columns of (w - 1)^2,
+/// leaving the layer, and "weight_variance", the mean over columns of (w/<w> - 1)^2, <w> known exactly,
 /// and what the model counts besides (extra_names).
 class LayerObservables {
  public:

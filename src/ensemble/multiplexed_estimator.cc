@@ -108,9 +108,10 @@ void MultiplexedEstimator::find_variation(std::size_t g, std::size_t k, int laye
   const auto weight = [&](const PileGroup& group, std::size_t i) {
     return group.weight(group.row(layer) + i * group.stride + k);
   };
-  for (std::size_t i = 0; i < columns_; ++i) spectrum_[i] = weight(side_[g], i) - 1;
+  const double mean = mean_weight(side_[g].bead_weight, layer);
+  for (std::size_t i = 0; i < columns_; ++i) spectrum_[i] = weight(side_[g], i) - mean;
   if (!spec_.response.opposite) return;
-  for (std::size_t i = 0; i < columns_; ++i) spectrum_[i] = (spectrum_[i] - (weight(opposite_[g], i) - 1)) / 2;
+  for (std::size_t i = 0; i < columns_; ++i) spectrum_[i] = (spectrum_[i] - (weight(opposite_[g], i) - mean)) / 2;
 }
 
 void MultiplexedEstimator::add_correlation(std::size_t g, std::size_t k) {

@@ -37,9 +37,10 @@ void PointEstimator::add(const PileGroup& group, std::span<const std::optional<S
   const auto columns = static_cast<std::size_t>(group.lattice.columns());
   for (std::size_t l = 0; l < layers_.size(); ++l) {
     const std::size_t row = group.row(layers_[l]);
+    const double of_beads = group.weight_of_beads(layers_[l]);
     for (std::size_t i = 0; i < columns; ++i) {
       for (std::size_t k = 0; k < group.piles; ++k) {
-        if (!failures[k]) weight_.add(l, i, group.weight(row + i * group.stride + k));
+        if (!failures[k]) weight_.add(l, i, group.weight(row + i * group.stride + k) - of_beads);
       }
     }
   }

@@ -5,8 +5,9 @@
 namespace granuscope {
 
 /// The paper's procedure: each sample is one pile under the load of the ensemble. Sums "weight", w = V_R + V_L of each
-/// bead, from which the analysis takes the uniform load away. Under a uniform load there is no response to measure; the
-/// numbers per layer alone then give the thrust ratio.
+/// bead less the mean of what beads weigh by themselves down to its layer, from which the analysis takes the uniform
+/// load away. Under a uniform load there is no response to measure; the numbers per layer alone then give the thrust
+/// ratio.
 class PointEstimator final : public Estimator {
  public:
   static std::vector<QuantityShape> quantities(const EnsembleSpec& spec);

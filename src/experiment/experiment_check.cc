@@ -125,6 +125,7 @@ Problem find_response_problem(const Experiment& e) {
   ResponseSpec filled = e.response;
   filled.samples = std::max(filled.samples, least);
   if (auto found = in_table("response", find_problem(filled, e.lattice))) return found;
+  if (auto found = in_table("response", find_gravity_problem(e.sampling, e.response))) return found;
   if (e.response.samples >= least) return {};
   return problem("response.samples",
                  "{} samples in {} blocks: each block needs a whole group of eight, which share "

@@ -69,6 +69,10 @@ std::vector<Key> keys_of_main_line(Experiment& e) {
                "how far to the right of their centres the loads act on the top beads: a torque, handed down with "
                "alternating sign",
                e.sampling.load_offset, KeyRange{}.within(-2, 2)),
+      make_key(sampling, "bead_weight", "loads of one top bead",
+               "of every bead by itself: gravity, so that the mean weight grows with depth; responses are those to a "
+               "load at the top, as without it",
+               e.sampling.bead_weight, KeyRange{}.within(0, most_bead_weight)),
       make_key(sampling, "effort", "solutions per bead",
                "granusolve, eloy-clement: a pile counts as failed, by name, after this many bead solutions per bead",
                e.sampling.effort, KeyRange{}.within(least_effort, most_effort)),

@@ -52,7 +52,8 @@ std::vector<LayerResidual> audit_layers(const Pile& pile) {
         UL = resolve_right(pile.V_R[a], pile.H_R[a]);
         UR = resolve_left(pile.V_L[b], pile.H_L[b]);
       }
-      const double vertical = vertical_right(UL) + vertical_left(UR) - vertical_right(R) - vertical_left(L);
+      const double vertical =
+          vertical_right(UL) + vertical_left(UR) + pile.bead_weight - vertical_right(R) - vertical_left(L);
       const double horizontal = horizontal_right(UL) + horizontal_left(UR) - horizontal_right(R) - horizontal_left(L);
       const double torque = UL.T + UR.T + L.T + R.T;
       if (!std::isfinite(vertical + horizontal + torque)) {

@@ -61,7 +61,8 @@ IdentityResiduals identity_residuals(const Pile& pile) {
     const std::size_t row = lattice.index(n, 0);
     add_rows(&pile.V_R[row], &pile.V_L[row], weight);
     const RowFacts weights = facts(weight);
-    worst.weight_sum = worse(worst.weight_sum, std::abs(weights.sum - total_load) / total_load);
+    const double total = total_load + pile.bead_weight * static_cast<double>(columns) * (n + 1);
+    worst.weight_sum = worse(worst.weight_sum, std::abs(weights.sum - total) / total);
     if (n >= 2) {
       // Bead i of layer n lies straight below bead i of layer n-2, between its two parents in layer n-1, the left of
       // which is ring[i].
@@ -69,7 +70,7 @@ IdentityResiduals identity_residuals(const Pile& pile) {
       std::rotate_copy(H.begin(), H.begin() + first, H.end(), ring.begin());
       ring.back() = ring.front();
       for (std::size_t i = 0; i < columns; ++i) {
-        residual[i] = std::abs(weight[i] - (above[i] + sqrt3 * (ring[i] - ring[i + 1])));
+        residual[i] = std::abs(weight[i] - (above[i] + 2 * pile.bead_weight + sqrt3 * (ring[i] - ring[i + 1])));
       }
       const RowFacts residuals = facts(residual);
       const double largest = std::max({largest_above, largest_H, weights.largest});

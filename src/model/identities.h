@@ -8,8 +8,9 @@ namespace granuscope {
 
 /// Worst residuals of the identities every pile obeys exactly, relative to the largest force involved.
 struct IdentityResiduals {
-  double weight_sum = 0;     ///< each layer's sum of w against the sum of the loads, relative to that sum
-  double wave_equation = 0;  ///< w_{n+1}(x) = w_{n-1}(x) + sqrt(3) [H_n(x - 1/2) - H_n(x + 1/2)], bead by bead
+  /// Each layer's sum of w against that of the loads and of the weights g of the beads down to it, relative to these.
+  double weight_sum = 0;
+  double wave_equation = 0;  ///< w_{n+1}(x) = w_{n-1}(x) + 2 g + sqrt(3) [H_n(x - 1/2) - H_n(x + 1/2)], bead by bead
 };
 
 /// Largest rounding error of an identity that a correct pile shows. 500 columns x 1000 layers stay below 1e-13.

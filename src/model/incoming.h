@@ -12,15 +12,21 @@ inline Incoming top_load(double load, const LoadLine& line) {
   return {half * (1 + lean), half * (1 - lean), line.slope * load};
 }
 
-/// What enters a bead of a pile from its load or from the two beads above it.
+inline Incoming with_weight(Incoming from_above, double half_weight) {
+  return {from_above.V_UL + half_weight, from_above.V_UR + half_weight, from_above.H};
+}
+
+/// What enters a bead of a pile from its load or from the two beads above it, and half of its own weight with either: a
+/// force through the centre, which bears no torque, acts on what leaves the bead as if both contacts brought a half.
 inline Incoming incoming(const Pile& pile, int layer, int bead) {
+  const double half_weight = pile.bead_weight / 2;
   if (layer == 0) {
-    return top_load(pile.load[static_cast<std::size_t>(bead)], pile.load_line);
+    return with_weight(top_load(pile.load[static_cast<std::size_t>(bead)], pile.load_line), half_weight);
   }
   const Lattice& lattice = pile.lattice;
   const std::size_t a = lattice.index(layer - 1, lattice.upper_left(layer, bead));
   const std::size_t b = lattice.index(layer - 1, lattice.upper_right(layer, bead));
-  return {pile.V_R[a], pile.V_L[b], pile.H_R[a] + pile.H_L[b]};
+  return with_weight({pile.V_R[a], pile.V_L[b], pile.H_R[a] + pile.H_L[b]}, half_weight);
 }
 
 }  // namespace granuscope

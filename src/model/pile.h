@@ -30,6 +30,7 @@ struct Pile {
   std::vector<double> V_R, V_L, H_R, H_L;
   std::vector<double> load;  ///< vertical force on each top bead, shape [columns]
   LoadLine load_line;
+  double bead_weight = 0;  ///< of each bead by itself, a vertical force through its centre; no part of `load`
 
   double mu = 0;           ///< friction coefficient
   std::string law;         ///< name of the law that drew it ("granusolve", "rejection", ...)

@@ -30,6 +30,7 @@ struct PileView {
   std::span<const double> V_R, V_L, H_R, H_L;
   std::span<const double> load;  ///< of all columns
   LoadLine load_line;
+  double bead_weight = 0;
 
   double mu = 0;
   std::string law;
@@ -44,12 +45,8 @@ struct PileView {
 };
 
 inline PileView view_of(const Pile& pile) {
-  return {pile.lattice, whole_range(pile.lattice),
-          pile.V_R,     pile.V_L,
-          pile.H_R,     pile.H_L,
-          pile.load,    pile.load_line,
-          pile.mu,      pile.law,
-          pile.seed,    pile.sample};
+  return {pile.lattice,   whole_range(pile.lattice), pile.V_R, pile.V_L, pile.H_R,  pile.H_L,   pile.load,
+          pile.load_line, pile.bead_weight,          pile.mu,  pile.law, pile.seed, pile.sample};
 }
 
 /// A part of a pile that owns its forces.
@@ -61,6 +58,7 @@ struct PilePart {
   std::vector<double> V_R, V_L, H_R, H_L;
   std::vector<double> load;  ///< of all columns
   LoadLine load_line;
+  double bead_weight = 0;
 
   double mu = 0;
   std::string law;
@@ -68,8 +66,8 @@ struct PilePart {
 };
 
 inline PileView view_of(const PilePart& part) {
-  return {part.lattice, part.range,     part.V_R, part.V_L, part.H_R,  part.H_L,
-          part.load,    part.load_line, part.mu,  part.law, part.seed, part.sample};
+  return {part.lattice,   part.range,       part.V_R, part.V_L, part.H_R,  part.H_L,   part.load,
+          part.load_line, part.bead_weight, part.mu,  part.law, part.seed, part.sample};
 }
 
 }  // namespace granuscope

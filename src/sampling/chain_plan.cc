@@ -248,7 +248,10 @@ class KnownPlans {
                                static_cast<double>(spec.seed & 0xffffffffU),
                                static_cast<double>(spec.order),
                                static_cast<double>(lattice.columns()),
-                               static_cast<double>(lattice.layers())};
+                               static_cast<double>(lattice.layers()),
+                               spec.load_angle,
+                               spec.load_offset,
+                               spec.bead_weight};
     key.insert(key.end(), load.begin(), load.end());
     return key;
   }

@@ -24,6 +24,7 @@ std::optional<SamplingFailure> EloyClementSampler::draw(std::uint64_t sample, st
   pile.sample = sample;
   pile.load.assign(load.begin(), load.end());
   pile.load_line = load_line(spec_);
+  pile.bead_weight = spec_.bead_weight;
   const RandomKey key(spec_.seed, sample);
   std::fill(failures_.begin(), failures_.end(), 0);
   std::fill(attempts_.begin(), attempts_.end(), 0);

@@ -60,6 +60,7 @@ std::optional<SamplingFailure> GranusolveSampler::solve_pile(std::uint64_t sampl
   pile.sample = sample;
   pile.load.assign(load.begin(), load.end());
   pile.load_line = load_line(spec_);
+  pile.bead_weight = spec_.bead_weight;
   solver_.use(memory_.arrays(pile));
   solver_.begin_pile(sample, load, first);
   SolveResult result = SolveResult::solved;

@@ -67,6 +67,7 @@ void GranusolveDraws::draw_in_bulk(int layer) {
                     .slack = &slack_[from]};
   };
   const FrictionCone& cone = state_.cone();
+  const double half_weight = state_.half_weight();
   if (layer == 0) {
     for (std::size_t i = 0; i < columns; ++i) {
       const Incoming load = top_load(state_.load()[i], state_.load_line());
@@ -75,13 +76,22 @@ void GranusolveDraws::draw_in_bulk(int layer) {
       half_across_[i] = load.H / 2;
     }
     const double* const across = half_across_.data();
-    draw_beads(cone, {.V_UL = from_left_.data(), .V_UR = from_right_.data(), .H_UL = across, .H_UR = across},
+    draw_beads(cone,
+               {.V_UL = from_left_.data(),
+                .V_UR = from_right_.data(),
+                .H_UL = across,
+                .H_UR = across,
+                .half_weight = half_weight},
                arrays.first_uniform, columns, row(0));
     return;
   }
   const auto above = [&](std::size_t upper_left, std::size_t upper_right) {
     const std::size_t a = state_.at(layer - 1, 0) + upper_left, b = state_.at(layer - 1, 0) + upper_right;
-    return UpperRow{.V_UL = &arrays.V_R[a], .V_UR = &arrays.V_L[b], .H_UL = &arrays.H_R[a], .H_UR = &arrays.H_L[b]};
+    return UpperRow{.V_UL = &arrays.V_R[a],
+                    .V_UR = &arrays.V_L[b],
+                    .H_UL = &arrays.H_R[a],
+                    .H_UR = &arrays.H_L[b],
+                    .half_weight = half_weight};
   };
   // Away from the seam the parents of a bead stand side by side; the seam's bead is a run of its own.
   const std::size_t first = layer % 2 == 0 ? 1 : 0, seam = layer % 2 == 0 ? 0 : columns - 1;

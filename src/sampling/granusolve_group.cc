@@ -105,12 +105,13 @@ void GranusolveGroup::prepare(std::uint64_t first_sample, std::span<const std::s
   finished_ = 0;
   evicted_ = 0;
   beads_by_ = {};
-  identities_.begin(lattice_, group_lanes, loads);
+  identities_.begin(lattice_, group_lanes, loads, spec_.bead_weight);
   loads_ = loads;
   failures_ = failures;
   std::fill(failures.begin(), failures.end(), std::nullopt);
   front_.running = (1U << loads.size()) - 1;
   front_.keys = PhiloxKeys(spec_.seed);
+  front_.half_weight = spec_.bead_weight / 2;
   front_.columns = lattice_.columns();
   front_.repair_rule = static_cast<std::uint8_t>(GranusolveRule::pair);
   front_.first_uniform = first_uniform_.get();
@@ -174,6 +175,7 @@ PileGroup GranusolveGroup::piles() const {
           .kept = kept_,
           .loads = loads_,
           .load_line = load_line(spec_),
+          .bead_weight = spec_.bead_weight,
           .residuals = {residuals_.data(), loads_.size()},
           .mu = spec_.mu,
           .law = name_of(Law::granusolve),
@@ -276,8 +278,8 @@ void GranusolveGroup::finish_layer(int layer) {
   if (place < 0) return;
   const std::size_t size = columns * group_lanes, to = static_cast<std::size_t>(place) * size;
   const ForceRow from = forces(layer);
-  moments_[static_cast<std::size_t>(place)] =
-      measure_row(from, columns, group_lanes, keeps_forces_ ? nullptr : &kept_weights_[to]);
+  moments_[static_cast<std::size_t>(place)] = measure_row(
+      from, columns, group_lanes, mean_weight(spec_.bead_weight, layer), keeps_forces_ ? nullptr : &kept_weights_[to]);
   if (kept_H_ != nullptr) {
     // Rounded as it is where H_L is kept by itself.
     for (std::size_t i = 0; i < size; ++i) kept_H_[to + i] = from.H_R[i] + (from.H_L[i] - from.H_R[i]);
@@ -324,8 +326,8 @@ void GranusolveGroup::keep_evicted_layer(const Pile& pile, int layer, std::size_
   const std::size_t columns = static_cast<std::size_t>(lattice_.columns()), from = lattice_.index(layer, 0);
   const std::size_t to = static_cast<std::size_t>(place) * columns * group_lanes + lane;
   std::vector<double> weights(columns);
-  const LayerMoments moments =
-      measure_row({&pile.V_R[from], &pile.V_L[from], &pile.H_R[from], &pile.H_L[from]}, columns, 1, weights.data());
+  const LayerMoments moments = measure_row({&pile.V_R[from], &pile.V_L[from], &pile.H_R[from], &pile.H_L[from]},
+                                           columns, 1, mean_weight(spec_.bead_weight, layer), weights.data());
   moments_[static_cast<std::size_t>(place)].thrust[lane] = moments.thrust[0];
   moments_[static_cast<std::size_t>(place)].variance[lane] = moments.variance[0];
   const auto keep = [&](const double* row, AlignedArray<double>& kept) {

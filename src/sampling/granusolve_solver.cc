@@ -175,6 +175,7 @@ SolveResult GranusolveSolver::redraw_row(int layer) {
   const BeadRun run = state_.pending(layer);
   const InOrder in_order(run, state_.order(layer), lattice.columns());
   const bool at_front = layer == state_.front();
+  const double half_weight = state_.half_weight();
   const std::size_t here = state_.at(layer, 0), above = state_.at(layer - 1, 0);
   for (int begin = 0; begin < run.count;) {
     std::array<std::uint32_t, attempts_at_once> beads{}, attempts{};
@@ -196,7 +197,8 @@ SolveResult GranusolveSolver::redraw_row(int layer) {
       const auto bead = static_cast<int>(beads[k]);
       const std::size_t a = above + (static_cast<std::size_t>(lattice.upper_left(layer, bead)) * arrays.stride);
       const std::size_t b = above + (static_cast<std::size_t>(lattice.upper_right(layer, bead)) * arrays.stride);
-      const Incoming in{arrays.V_R[a], arrays.V_L[b], arrays.H_R[a] + (arrays.H[b] - arrays.H_R[b])};
+      const Incoming in =
+          with_weight({arrays.V_R[a], arrays.V_L[b], arrays.H_R[a] + (arrays.H[b] - arrays.H_R[b])}, half_weight);
       const Outgoing out = balance(in);
       const Interval interval = split_interval(cone, out, in.H);
       if (unsolvable(out, interval)) {

@@ -29,7 +29,8 @@ GranusolveState::GranusolveState(const SamplerSpec& spec, const Lattice& lattice
       cone_(spec.mu),
       order_(static_cast<std::size_t>(lattice.layers())),
       pending_(static_cast<std::size_t>(lattice.layers())),
-      load_line_(granuscope::load_line(spec)) {}
+      load_line_(granuscope::load_line(spec)),
+      half_weight_(spec.bead_weight / 2) {}
 
 void GranusolveState::begin_pile(const RandomKey& key, LayerOrder order, std::span<const double> load,
                                  std::uint32_t attempts_at_first) {
@@ -92,7 +93,7 @@ Interval GranusolveState::interval_of(int layer, int bead) const {
 Interval GranusolveState::difference_band(int layer, int bead) const {
   const std::size_t P = at(layer - 1, lattice_.upper_left(layer, bead));
   const std::size_t Q = at(layer - 1, lattice_.upper_right(layer, bead));
-  const Interval band = solvable_band(cone_, arrays_.V_R[P], arrays_.V_L[Q]);
+  const Interval band = solvable_band(cone_, arrays_.V_R[P] + half_weight_, arrays_.V_L[Q] + half_weight_);
   return {band.low - arrays_.H[Q], band.high - arrays_.H[Q]};
 }
 

@@ -101,6 +101,8 @@ class GranusolveState {
                   std::uint32_t attempts_at_first = 0);
   std::span<const double> load() const { return load_; }
   const LoadLine& load_line() const { return load_line_; }
+  /// Of each bead by itself.
+  double half_weight() const { return half_weight_; }
   std::uint32_t attempts_at_first() const { return attempts_at_first_; }
 
   // -- where the pile has come to
@@ -137,11 +139,12 @@ class GranusolveState {
   std::size_t at(int bead) const { return static_cast<std::size_t>(bead) * arrays_.stride; }
   Incoming incoming(int layer, int bead) const {
     if (layer == 0) {
-      return top_load(load_[static_cast<std::size_t>(bead)], load_line_);
+      return with_weight(top_load(load_[static_cast<std::size_t>(bead)], load_line_), half_weight_);
     }
     const std::size_t a = at(layer - 1, lattice_.upper_left(layer, bead));
     const std::size_t b = at(layer - 1, lattice_.upper_right(layer, bead));
-    return {arrays_.V_R[a], arrays_.V_L[b], arrays_.H_R[a] + (arrays_.H[b] - arrays_.H_R[b])};
+    return with_weight({arrays_.V_R[a], arrays_.V_L[b], arrays_.H_R[a] + (arrays_.H[b] - arrays_.H_R[b])},
+                       half_weight_);
   }
   /// Where a solved bead may move its H_R, whatever hangs below it.
   Interval interval_of(int layer, int bead) const;
@@ -196,6 +199,7 @@ class GranusolveState {
   std::vector<RandomKey::Order> order_;  ///< per layer
   std::vector<BeadRun> pending_;         ///< per layer
   LoadLine load_line_;
+  double half_weight_ = 0;
   int topmost_pending_ = 0;
   int front_ = 0, cursor_ = 0, cursor_bead_ = 0;
 };

@@ -148,7 +148,8 @@ HWY_INLINE void repair_streams(const FrictionCone& friction, const Streams& stre
   };
   const Parent<X> A = parent(&GroupBead::A), B = parent(&GroupBead::B), outer = parent(&GroupBead::outer);
   const auto by_side = [&](X left, X right) __attribute__((always_inline)) { return streams.by_side(left, right); };
-  const PairRoom<X> room = room_for_pair(cone, A, B, outer, by_side);
+  const X half_weight = streams.all([](const Stream& s) { return hn::Set(d, s.front.half_weight); });
+  const PairRoom<X> room = room_for_pair(cone, A, B, outer, half_weight, by_side);
 
   const Numbers<X> u = streams.later_attempt();
   const auto trapezoid = cut_trapezoid(room.a, room.b, room.band);
@@ -156,7 +157,7 @@ HWY_INLINE void repair_streams(const FrictionCone& friction, const Streams& stre
   const X difference = clamped(difference_at(trapezoid, u.first), trapezoid.low, trapezoid.high);
   const PairOf<X> pair = pair_apart(room.a, room.b, difference, u.second);
   const X A_H_L = A.H - pair.a, B_H_L = B.H - pair.b;
-  const Bead<X> self = bead_under<X>(cone, {A.V_R, B.V_L, pair.a + B_H_L});
+  const Bead<X> self = bead_under<X>(cone, {room.V_UL, room.V_UR, pair.a + B_H_L});
   const X behind_H = streams.by_side(outer.H_R + A_H_L, pair.b + (outer.H - outer.H_R));
   const Bead<X> behind = bead_under<X>(cone, {room.behind_V_UL, room.behind_V_UR, behind_H});
   // A neighbour or the bead itself whose interval is empty after all is so by rounding, which is not settled here.
@@ -190,7 +191,9 @@ HWY_INLINE unsigned draw_as_is(const ConeOf<V>& cone, GroupFront& front, const G
     if (s.lanes == 0) continue;
     const GroupRow& above = front.above;
     const V H = s.load(above.H_R, bead.A) + (s.load(above.H, bead.B) - s.load(above.H_R, bead.B));
-    const Bead<V> as_is = bead_under<V>(cone, {s.load(above.V_R, bead.A), s.load(above.V_L, bead.B), H});
+    const V half_weight = hn::Set(d, front.half_weight);
+    const Bead<V> as_is =
+        bead_under<V>(cone, {s.load(above.V_R, bead.A) + half_weight, s.load(above.V_L, bead.B) + half_weight, H});
     const M active = s.active(), drawn = only(as_is.unsolvable(), active);
     s.keep(as_is, drawn, bead.bead);
     open |= bits_of(only(drawn, active)) << k;
@@ -356,6 +359,9 @@ HWY_INLINE unsigned draw_first(const ConeOf<V>& cone, const GroupFront& front, c
     in.V_UR = hn::Load(d, front.above.V_L + b);
     in.H = hn::Load(d, front.above.H_R + a) + (hn::Load(d, front.above.H + b) - hn::Load(d, front.above.H_R + b));
   }
+  const V half_weight = hn::Set(d, front.half_weight);
+  in.V_UL = in.V_UL + half_weight;
+  in.V_UR = in.V_UR + half_weight;
   const DrawnBeadOf<V> bead = draw_bead(cone, in, uniform);
   hn::Store(bead.out.V_R, d, front.here.V_R + to);
   hn::Store(bead.out.V_L, d, front.here.V_L + to);

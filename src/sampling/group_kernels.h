@@ -39,6 +39,7 @@ struct GroupFront {
   unsigned to_repair = 0;        ///< those that have no solution at this bead as it is
   unsigned to_solve_singly = 0;  ///< those that the pair rule cannot help there
   unsigned no_pair = 0;          ///< those of them that are known to have no solution as they are, nor by it
+  double half_weight = 0;        ///< of each bead by itself
   bool forward = true;           ///< the layer's direction: the neighbour behind a bead is its left one
   std::uint8_t repair_rule = 0;
 

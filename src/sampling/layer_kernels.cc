@@ -34,9 +34,10 @@ std::size_t DrawBeads(const FrictionCone& friction, const UpperRow& above, const
                       std::size_t beads, const LowerRow& out) {
   const std::size_t lanes = hn::Lanes(d);
   const ConeOf<V> cone(friction);
+  const V half_weight = hn::Set(d, above.half_weight);
   std::size_t i = 0;
   for (; i + lanes <= beads; i += lanes) {
-    const IncomingOf<V> in{hn::LoadU(d, above.V_UL + i), hn::LoadU(d, above.V_UR + i),
+    const IncomingOf<V> in{hn::LoadU(d, above.V_UL + i) + half_weight, hn::LoadU(d, above.V_UR + i) + half_weight,
                            hn::LoadU(d, above.H_UL + i) + hn::LoadU(d, above.H_UR + i)};
     const DrawnBeadOf<V> bead = draw_bead(cone, in, hn::LoadU(d, uniforms + i));
     hn::StoreU(bead.out.V_R, d, out.V_R + i);
@@ -84,7 +85,7 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 #include <Random123/philox.h>
 
-#include "model/equilibrium.h"
+#include "model/incoming.h"
 #include "sampling/uniform_bits.h"
 
 namespace granuscope {
@@ -131,7 +132,7 @@ void later_numbers(const PhiloxKeys& keys, std::uint32_t sample, int layer,
 void draw_beads_plain(const FrictionCone& cone, const UpperRow& above, const double* uniforms, std::size_t beads,
                       const LowerRow& out) {
   for (std::size_t i = 0; i < beads; ++i) {
-    const Incoming in{above.V_UL[i], above.V_UR[i], above.H_UL[i] + above.H_UR[i]};
+    const Incoming in = with_weight({above.V_UL[i], above.V_UR[i], above.H_UL[i] + above.H_UR[i]}, above.half_weight);
     const auto bead = draw_bead(cone, in, uniforms[i]);
     out.V_R[i] = bead.out.V_R;
     out.V_L[i] = bead.out.V_L;
@@ -145,8 +146,9 @@ void draw_beads_plain(const FrictionCone& cone, const UpperRow& above, const dou
 void draw_beads(const FrictionCone& cone, const UpperRow& above, const double* uniforms, std::size_t beads,
                 const LowerRow& out) {
   const std::size_t done = plain_kernels > 0 ? 0 : HWY_DYNAMIC_DISPATCH(DrawBeads)(cone, above, uniforms, beads, out);
-  draw_beads_plain(cone, {above.V_UL + done, above.V_UR + done, above.H_UL + done, above.H_UR + done}, uniforms + done,
-                   beads - done,
+  draw_beads_plain(cone,
+                   {above.V_UL + done, above.V_UR + done, above.H_UL + done, above.H_UR + done, above.half_weight},
+                   uniforms + done, beads - done,
                    {out.V_R + done, out.V_L + done, out.H + done, out.H_R + done, out.H_L + done, out.slack + done});
 }
 

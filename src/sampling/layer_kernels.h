@@ -15,6 +15,7 @@ struct UpperRow {
   const double* V_UR;
   const double* H_UL;
   const double* H_UR;
+  double half_weight = 0;  ///< of each bead by itself, which comes to either vertical force
 };
 struct LowerRow {
   double* V_R;

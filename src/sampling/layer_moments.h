@@ -15,11 +15,12 @@ struct ForceRow {
 /// What is measured of a layer: sums over its beads, for each pile.
 struct LayerMoments {
   std::array<double, group_lanes> thrust{};    ///< of H_R - H_L
-  std::array<double, group_lanes> variance{};  ///< of (w - 1)^2, w = V_R + V_L
+  std::array<double, group_lanes> variance{};  ///< of (w - mean)^2, w = V_R + V_L
 };
 
 /// The moments of a row of `beads` beads of 1 or group_lanes piles (`stride`), summed bead by bead in their order. One
-/// pile gives H_L, not totals. Writes the weight w of each entry to `weight`, if that is not null.
-LayerMoments measure_row(const ForceRow& row, std::size_t beads, std::size_t stride, double* weight);
+/// pile gives H_L, not totals. `mean`: of w, exactly known. Writes the weight w of each entry to `weight`, if that is
+/// not null.
+LayerMoments measure_row(const ForceRow& row, std::size_t beads, std::size_t stride, double mean, double* weight);
 
 }  // namespace granuscope

@@ -44,6 +44,7 @@ PileGroup group_of(const Pile& pile, const std::span<const double>& load) {
           .kept = {},
           .loads = {&load, 1},
           .load_line = pile.load_line,
+          .bead_weight = pile.bead_weight,
           .residuals = {},
           .mu = pile.mu,
           .law = pile.law,
@@ -67,6 +68,7 @@ Pile pile_of(const PileGroup& group, std::size_t k) {
   }
   pile.load.assign(group.loads[k].begin(), group.loads[k].end());
   pile.load_line = group.load_line;
+  pile.bead_weight = group.bead_weight;
   pile.mu = group.mu;
   pile.law = group.law;
   pile.seed = group.seed;
@@ -76,15 +78,17 @@ Pile pile_of(const PileGroup& group, std::size_t k) {
 
 LayerMoments PileGroup::moments_of(int layer) const {
   if (!moments.empty()) return moments[static_cast<std::size_t>(place_of(layer))];
-  return measure_row(forces(layer), static_cast<std::size_t>(lattice.columns()), stride, nullptr);
+  return measure_row(forces(layer), static_cast<std::size_t>(lattice.columns()), stride,
+                     mean_weight(bead_weight, layer), nullptr);
 }
 
-void GroupIdentities::begin(const Lattice& lattice, std::size_t stride,
-                            std::span<const std::span<const double>> loads) {
+void GroupIdentities::begin(const Lattice& lattice, std::size_t stride, std::span<const std::span<const double>> loads,
+                            double bead_weight) {
   *this = {};
   lattice_ = lattice;
   stride_ = stride;
   piles_ = loads.size();
+  bead_weight_ = bead_weight;
   for (std::size_t k = 0; k < piles_; ++k) loads_[k] = total(loads[k]);
 }
 
@@ -99,7 +103,7 @@ void GroupIdentities::add_layer(const ForceRow& here, const ForceRow& above, con
     const auto run = [&](std::size_t bead, std::size_t left, std::size_t right, std::size_t beads) {
       const std::size_t at = bead * stride_, l = left * stride_, r = right * stride_;
       check_beads({here.V_R + at, here.V_L + at, here.H_R + at, two_above.V_R + at, two_above.V_L + at, above.H_R + l,
-                   above.H_L + l, above.H_R + r, above.H_L + r, above.totals},
+                   above.H_L + l, above.H_R + r, above.H_L + r, 2 * bead_weight_, above.totals},
                   beads * stride_, facts);
     };
     run(first, 0, 1, columns - 1);
@@ -111,7 +115,8 @@ void GroupIdentities::add_layer(const ForceRow& here, const ForceRow& above, con
       return std::isfinite(residual) ? std::max(so_far, residual) : std::numeric_limits<double>::infinity();
     };
     IdentityResiduals& pile = worst_[k];
-    pile.weight_sum = worse(pile.weight_sum, std::abs(facts.weight_sum[k] - loads_[k]) / loads_[k]);
+    const double total = loads_[k] + bead_weight_ * static_cast<double>(columns) * (layer_ + 1);
+    pile.weight_sum = worse(pile.weight_sum, std::abs(facts.weight_sum[k] - total) / total);
     if (!std::isfinite(facts.finite_sum[k])) pile.wave_equation = std::numeric_limits<double>::infinity();
     if (layer_ >= 2) {
       const double largest = std::max({largest_above_[k], largest_H_[k], facts.largest_weight[k]});
@@ -128,7 +133,7 @@ void GroupIdentities::add_layer(const ForceRow& here, const ForceRow& above, con
 std::array<IdentityResiduals, group_lanes> identity_residuals(const PileGroup& group) {
   require_forces(group);
   GroupIdentities identities;
-  identities.begin(group.lattice, group.stride, group.loads);
+  identities.begin(group.lattice, group.stride, group.loads, group.bead_weight);
   const auto row = [&](int layer) { return group.forces(std::max(layer, 0)); };
   for (int layer = 0; layer < group.lattice.layers(); ++layer) {
     identities.add_layer(row(layer), row(layer - 1), row(layer - 2));

@@ -25,6 +25,9 @@ struct KeptLayers {
   bool horizontal = false;  ///< the horizontal force of each bead as well as its weight
 };
 
+/// Mean weight that leaves the beads of a layer under loads of mean 1.
+inline double mean_weight(double bead_weight, int layer) { return 1 + bead_weight * (layer + 1); }
+
 /// Piles that were drawn together, to be measured where they lie; it owns nothing. Arrays have the shape [kept layers,
 /// columns, stride]: bead i of pile k is entry row(layer) + stride i + k.
 struct PileGroup {
@@ -38,6 +41,7 @@ struct PileGroup {
   std::span<const int> kept;              ///< place of each layer among the kept ones, -1: none; empty: all are kept
   std::span<const std::span<const double>> loads;  ///< of each pile
   LoadLine load_line = {};                         ///< of all of them
+  double bead_weight = 0;                          ///< of each bead by itself
   std::span<const IdentityResiduals> residuals;    ///< of each pile, where they were found while it was drawn
 
   /// What a model counts beside the moments, [kept layers, names, group_lanes]: means over a layer's beads.
@@ -50,6 +54,8 @@ struct PileGroup {
 
   /// Entry of pile 0's first bead of a kept layer. Throws std::logic_error if the layer was not kept.
   std::size_t row(int layer) const { return lattice.index(place_of(layer), 0) * stride; }
+  /// What the weights of the beads of a layer and of those above it come to, per bead of the layer.
+  double weight_of_beads(int layer) const { return bead_weight * (layer + 1); }
   /// Of the bead at an entry.
   double weight(std::size_t entry) const { return weights != nullptr ? weights[entry] : V_R[entry] + V_L[entry]; }
   /// Likewise the horizontal force that it hands down; of a group that keeps all forces or has been asked for it.
@@ -81,7 +87,8 @@ Pile pile_of(const PileGroup& group, std::size_t k);
 class GroupIdentities {
  public:
   /// Begins with the top layer of piles under these loads.
-  void begin(const Lattice& lattice, std::size_t stride, std::span<const std::span<const double>> loads);
+  void begin(const Lattice& lattice, std::size_t stride, std::span<const std::span<const double>> loads,
+             double bead_weight);
   /// The next layer, with the two above it; the top two layers read none or one of these.
   void add_layer(const ForceRow& here, const ForceRow& above, const ForceRow& two_above);
   /// Of each pile so far.
@@ -92,6 +99,7 @@ class GroupIdentities {
 
   Lattice lattice_{{4, 1}};
   std::size_t stride_ = 1, piles_ = 0;
+  double bead_weight_ = 0;
   int layer_ = 0;
   Lanes loads_{}, largest_above_{}, largest_middle_{}, largest_H_{};
   std::array<IdentityResiduals, group_lanes> worst_{};

@@ -31,6 +31,7 @@ void RejectionSampler::begin_pile(std::uint64_t sample, std::span<const double> 
   pile.sample = sample;
   pile.load.assign(load.begin(), load.end());
   pile.load_line = load_line(spec_);
+  pile.bead_weight = spec_.bead_weight;
 }
 
 std::optional<SamplingFailure> RejectionSampler::draw(std::uint64_t sample, std::span<const double> load, Pile& pile) {

@@ -156,17 +156,12 @@ struct Parent {
   }
 };
 
-/// What hangs below two parents.
-template <class X>
-HWY_INLINE IncomingOf<X> below(const Parent<X>& A, const Parent<X>& B) {
-  return {A.V_R, B.V_L, A.H_R + (B.H - B.H_R)};
-}
-
 /// What the pair rule may draw from for a bead below A and B: their splits, and the difference of the two.
 template <class X>
 struct PairRoom {
   using Mask = decltype(less(std::declval<X>(), std::declval<X>()));
   IntervalOf<X> a, b, band;
+  X V_UL, V_UR;                ///< onto the bead, with its weight
   X behind_V_UL, behind_V_UR;  ///< onto the neighbour behind
   Mask out_of_band;            ///< by more than rounding
   Mask own_intervals;          ///< a parent whose own is empty by rounding is left to others
@@ -177,18 +172,20 @@ struct PairRoom {
 /// it is the left one) or B; the neighbour ahead is not.
 template <class X, class BySide>
 HWY_INLINE PairRoom<X> room_for_pair(const ConeOf<X>& cone, const Parent<X>& A, const Parent<X>& B,
-                                     const Parent<X>& outer, BySide by_side) {
-  const auto out_of_band = misses_band(cone, below(A, B));
+                                     const Parent<X>& outer, X half_weight, BySide by_side) {
+  const X V_UL = A.V_R + half_weight, V_UR = B.V_L + half_weight;
+  const auto out_of_band = misses_band(cone, IncomingOf<X>{V_UL, V_UR, A.H_R + (B.H - B.H_R)});
   IntervalOf<X> a = A.interval(cone), b = B.interval(cone);
   const auto own_intervals = negation(either(a.empty(), b.empty()));
-  const X behind_V_UL = by_side(outer.V_R, B.V_R), behind_V_UR = by_side(A.V_L, outer.V_L);
+  const X behind_V_UL = by_side(outer.V_R, B.V_R) + half_weight;
+  const X behind_V_UR = by_side(A.V_L, outer.V_L) + half_weight;
   const IntervalOf<X> hold = solvable_band(cone, behind_V_UL, behind_V_UR) - by_side(A.H, outer.H);
   const IntervalOf<X> held_a = intersection(a, outer.H_R - hold), held_b = intersection(b, outer.H_R + hold);
   a = {by_side(held_a.low, a.low), by_side(held_a.high, a.high)};
   b = {by_side(b.low, held_b.low), by_side(b.high, held_b.high)};
-  const IntervalOf<X> band = solvable_band(cone, A.V_R, B.V_L) - B.H;
+  const IntervalOf<X> band = solvable_band(cone, V_UL, V_UR) - B.H;
   const auto some_pair = negation(either(either(a.empty(), b.empty()), intersection(band, a - b).empty()));
-  return {a, b, band, behind_V_UL, behind_V_UR, out_of_band, own_intervals, some_pair};
+  return {a, b, band, V_UL, V_UR, behind_V_UL, behind_V_UR, out_of_band, own_intervals, some_pair};
 }
 
 }  // namespace HWY_NAMESPACE

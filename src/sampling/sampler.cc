@@ -24,6 +24,7 @@ class FrictionlessSampler final : public Sampler {
   FrictionlessSampler(const SamplerSpec& spec, const Lattice& lattice) : Sampler(lattice), spec_(spec) {}
   std::optional<SamplingFailure> draw(std::uint64_t sample, std::span<const double> load, Pile& pile) override {
     pile.load_line = load_line(spec_);
+    pile.bead_weight = spec_.bead_weight;
     fill_frictionless(load, pile);
     pile.mu = 0;
     pile.law = name_of(spec_.law);

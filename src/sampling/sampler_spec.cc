@@ -110,6 +110,16 @@ Problem find_problem(const SamplerSpec& spec) {
                    "the model {} has upright loads through the centres only; leave load_angle and load_offset at 0",
                    name_of(spec.model.name));
   }
+  if (!(spec.bead_weight >= 0 && spec.bead_weight <= most_bead_weight)) {
+    return problem("bead_weight",
+                   "beads cannot weigh {} loads of one top bead: gravity points down, and beside so much the loads "
+                   "would be lost; give 0 to {}",
+                   spec.bead_weight, most_bead_weight);
+  }
+  if (spec.bead_weight != 0 && !spec.model.is_beads()) {
+    return problem("bead_weight", "the beads of the model {} have no weight of their own; leave bead_weight at 0",
+                   name_of(spec.model.name));
+  }
   const SamplerSpec usual;
   if (spec.law != Law::polytope &&
       (spec.lambda != usual.lambda || spec.burn_in != usual.burn_in || spec.thinning != usual.thinning)) {

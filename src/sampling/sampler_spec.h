@@ -48,6 +48,7 @@ struct SamplerSpec {
   std::uint64_t seed = 1;
   double load_angle = 0;   ///< of the load on every top bead from the vertical, degrees: to the right > 0
   double load_offset = 0;  ///< how far to the right of their centres the loads act on the top beads, bead radii
+  double bead_weight = 0;  ///< of every bead by itself, loads of one top bead: gravity
   double effort = 200;     ///< granusolve, eloy-clement: a pile fails by name after this many bead solutions per bead
   std::uint64_t max_tries = 1'000'000;  ///< rejection: a pile fails by name after this many tries
   LayerOrder order = LayerOrder::random;
@@ -60,6 +61,9 @@ struct SamplerSpec {
 
 /// Limit of SamplerSpec::load_angle, degrees: where a load points along a contact, the other one bears nothing.
 inline constexpr double load_angle_limit = 30;
+
+/// Largest SamplerSpec::bead_weight: a top load counts for little beside it, and forces keep their digits.
+inline constexpr double most_bead_weight = 1000;
 
 /// As the samplers take it.
 LoadLine load_line(const SamplerSpec& spec);

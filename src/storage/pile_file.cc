@@ -70,6 +70,7 @@ struct PileDescription {
   double mu = 0;
   std::string law;
   LoadLine load_line;
+  double bead_weight = 0;
   std::uint64_t seed = 0, sample = 0;
   std::array<RawData, force_arrays.size()> forces;
   RawData load;
@@ -89,6 +90,7 @@ PileDescription describe(const std::filesystem::path& file) {
   if (reader.has_attribute("/load", "slope")) {
     found.load_line = {reader.number("/load", "slope"), reader.number("/load", "offset")};
   }
+  if (reader.has_attribute("/", "bead_weight")) found.bead_weight = reader.number("/", "bead_weight");
   found.mu = reader.number("/", "mu");
   found.law = reader.text("/", "law");
   found.seed = reader.count("/", "seed");
@@ -99,7 +101,7 @@ PileDescription describe(const std::filesystem::path& file) {
 /// The same, by a process of its own: whatever the library makes of a damaged file happens there.
 PileDescription describe_in_child(const std::filesystem::path& file) {
   const auto each_field = [](auto& bytes_put_or_get, auto& found) {
-    bytes_put_or_get(found.lattice, found.load_line, found.mu, found.law, found.seed, found.sample);
+    bytes_put_or_get(found.lattice, found.load_line, found.bead_weight, found.mu, found.law, found.seed, found.sample);
     for (auto& one : found.forces) bytes_put_or_get(one.dataset, one.shape, one.offset, one.values);
     bytes_put_or_get(found.load.dataset, found.load.shape, found.load.offset, found.load.values);
   };
@@ -127,6 +129,7 @@ class StoredPile {
     part.load.resize(static_cast<std::size_t>(part.lattice.columns()));
     numbers_.read(found_.load, 0, part.load);
     part.load_line = found_.load_line;
+    part.bead_weight = found_.bead_weight;
     part.mu = found_.mu;
     part.law = found_.law;
     part.seed = found_.seed;
@@ -205,7 +208,7 @@ class StoredLayers : public PileLayers {
  private:
   StoredPile stored_;
   PilePart part_;
-  PileView about_{part_.lattice, {}, {}, {}, {}, {}, {}, {}, 0, {}, 0, 0}, held_ = about_;
+  PileView about_ = view_of(part_), held_ = about_;
   int band_layers_ = 0;
   double seconds_reading_ = 0;
 };
@@ -239,6 +242,7 @@ void write_pile(const std::filesystem::path& file, const Pile& pile) {
     writer.attribute("/load", "slope", pile.load_line.slope);
     writer.attribute("/load", "offset", pile.load_line.offset);
   }
+  if (pile.bead_weight != 0) writer.attribute("/", "bead_weight", pile.bead_weight);
   std::vector<int> all_layers(layers);
   std::iota(all_layers.begin(), all_layers.end(), 0);
   write_lattice_axes(writer, pile.lattice.columns(), all_layers);
@@ -264,6 +268,7 @@ Pile read_pile(const std::filesystem::path& file) {
   for (const ForceArray& array : force_arrays) pile.*(array.in_pile) = std::move(all.*(array.in_part));
   pile.load = std::move(all.load);
   pile.load_line = all.load_line;
+  pile.bead_weight = all.bead_weight;
   pile.mu = all.mu;
   pile.law = std::move(all.law);
   pile.seed = all.seed;

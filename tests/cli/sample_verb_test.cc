@@ -272,6 +272,7 @@ TEST_CASE("the command that an ensemble names for a failed pile meets the failur
       spec.sampler.mu = 0.3;
       spec.sampler.seed = 5;
       spec.sampler.effort = 1.2;
+      spec.sampler.bead_weight = 0.25;
       spec.lattice = {20, 30};
       spec.response.samples = 64;
       spec.response.blocks = 8;

@@ -173,8 +173,9 @@ TEST_CASE("The unusual experiment exercises every key of the main line") {
     if (key.table.starts_with("studies.") || key.table == "scan" || key.table.starts_with("model")) continue;
     if (key.path() == "response.reference_lag" || key.path() == "response.first_base" ||
         key.path() == "response.base_step" || key.path() == "figures.response_profiles.show" ||
-        key.path() == "sampling.law" || key.path() == "sampling.load_offset" || key.path() == "response.estimator" ||
-        key.path() == "sampling.lambda" || key.path() == "sampling.burn_in" || key.path() == "sampling.thinning") {
+        key.path() == "sampling.law" || key.path() == "sampling.load_offset" || key.path() == "sampling.bead_weight" ||
+        key.path() == "response.estimator" || key.path() == "sampling.lambda" || key.path() == "sampling.burn_in" ||
+        key.path() == "sampling.thinning") {
       continue;  // its other value would make the rest meaningless or is tested below, or there is no other value
     }
     INFO(key.path());
@@ -190,6 +191,15 @@ TEST_CASE("The keys of the estimator fluctuation read back as they were printed"
   written.response.first_base = 70;
   written.response.base_step = 9;
   require_equal(parse_experiment(print_experiment(written), "printed.toml"), written);
+}
+
+TEST_CASE("The weight of beads reads back as it was printed, and is refused where layers must be alike") {
+  Experiment written;
+  written.sampling.bead_weight = 0.1;
+  require_equal(parse_experiment(print_experiment(written), "printed.toml"), written);
+  written.response.estimator = EstimatorName::fluctuation;
+  written.lattice.layers = 500;
+  CHECK_THROWS_WITH(parse_experiment(print_experiment(written), "printed.toml"), Contains("beads of weight 0.1"));
 }
 
 TEST_CASE("The keys of the law polytope read back as they were printed") {

@@ -12,10 +12,11 @@ constexpr int blind_tries = 2000;              // from the whole interval, befor
 
 }  // namespace
 
-NaiveGranusolve::NaiveGranusolve(Lattice lattice, double mu, std::uint64_t seed)
+NaiveGranusolve::NaiveGranusolve(Lattice lattice, double mu, std::uint64_t seed, double bead_weight)
     : lattice_(lattice),
       columns_(lattice.columns()),
       mu_(mu),
+      bead_weight_(bead_weight),
       flat_(std::tan(std::atan(1 / std::sqrt(3.0)) - std::atan(mu))),
       steep_(std::tan(std::atan(1 / std::sqrt(3.0)) + std::atan(mu))),
       engine_(seed) {}
@@ -55,6 +56,7 @@ bool NaiveGranusolve::draw(std::span<const double> load, Pile& pile) {
   }
   pile.load = load_;
   pile.mu = mu_;
+  pile.bead_weight = bead_weight_;
   pile.law = "naive granusolve";
   for (int n = 0; n < lattice_.layers(); ++n) {
     for (int i = 0; i < columns_; ++i) {
@@ -69,12 +71,12 @@ bool NaiveGranusolve::draw(std::span<const double> load, Pile& pile) {
 
 std::tuple<double, double, double> NaiveGranusolve::received(int layer, int bead) {
   if (layer == 0) {
-    const double half = load_[static_cast<std::size_t>(bead)] / 2;
+    const double half = (load_[static_cast<std::size_t>(bead)] + bead_weight_) / 2;
     return {half, half, 0};
   }
   const Bead& a = at(layer - 1, lattice_.upper_left(layer, bead));
   const Bead& b = at(layer - 1, lattice_.upper_right(layer, bead));
-  return {a.V_R, b.V_L, a.H_R + (b.H - b.H_R)};
+  return {a.V_R + bead_weight_ / 2, b.V_L + bead_weight_ / 2, a.H_R + (b.H - b.H_R)};
 }
 
 NaiveGranusolve::Range NaiveGranusolve::cone_range(double V_R, double V_L, double H) const {

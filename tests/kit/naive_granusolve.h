@@ -18,7 +18,7 @@ namespace granuscope::test {
 /// found by bisection on Coulomb's cone, and nothing is drawn in bulk. Slow.
 class NaiveGranusolve {
  public:
-  NaiveGranusolve(Lattice lattice, double mu, std::uint64_t seed);
+  NaiveGranusolve(Lattice lattice, double mu, std::uint64_t seed, double bead_weight = 0);
 
   /// Backtracks of the pile drawn last.
   int backtracks() const;
@@ -81,7 +81,7 @@ class NaiveGranusolve {
 
   Lattice lattice_;
   int columns_;
-  double mu_, flat_, steep_;
+  double mu_, bead_weight_, flat_, steep_;
   std::mt19937_64 engine_;
   std::vector<std::vector<Bead>> beads_;
   std::vector<int> first_, direction_;             // per layer

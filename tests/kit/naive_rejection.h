@@ -19,10 +19,11 @@ class NaiveRejection {
     std::vector<double> V_R, V_L, H_R, H_L;
   };
 
-  NaiveRejection(double mu, int columns, std::uint64_t seed)
+  NaiveRejection(double mu, int columns, std::uint64_t seed, double bead_weight = 0)
       : columns_(static_cast<std::size_t>(columns)),
         flat_(std::tan(std::atan(1 / std::sqrt(3.0)) - std::atan(mu))),
         steep_(std::tan(std::atan(1 / std::sqrt(3.0)) + std::atan(mu))),
+        bead_weight_(bead_weight),
         engine_(seed) {}
 
   Layer empty_layer() const {
@@ -37,6 +38,7 @@ class NaiveRejection {
         const std::size_t right = (j + 1) % columns_;
         V_UL = above->V_R[j], V_UR = above->V_L[right], H = above->H_R[j] + above->H_L[right];
       }
+      V_UL += bead_weight_ / 2, V_UR += bead_weight_ / 2;
       const double V_R = V_UR + std::sqrt(3.0) * H, V_L = V_UL - std::sqrt(3.0) * H;
       const double low = std::max(flat_ * V_R, flat_ * V_L + H), high = std::min(steep_ * V_R, steep_ * V_L + H);
       if (!(low <= high)) return false;
@@ -63,7 +65,7 @@ class NaiveRejection {
 
  private:
   std::size_t columns_;
-  double flat_, steep_;
+  double flat_, steep_, bead_weight_;
   std::mt19937_64 engine_;
   std::uniform_real_distribution<double> unit_{0, 1};
 };

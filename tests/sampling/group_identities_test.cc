@@ -30,7 +30,7 @@ class Forces {
     std::vector<double> H(size_);
     for (std::size_t i = 0; i < size_; ++i) H[i] = arrays_[2][i] + arrays_[3][i];
     GroupIdentities identities;
-    identities.begin(group_.lattice, group_.stride, loads_);
+    identities.begin(group_.lattice, group_.stride, loads_, group_.bead_weight);
     const auto row = [&](int layer) {
       const std::size_t from = at(std::max(layer, 0), 0, 0);
       return ForceRow{&arrays_[0][from], &arrays_[1][from], &arrays_[2][from], totals ? &H[from] : &arrays_[3][from],

@@ -28,10 +28,12 @@ TEST_CASE("a pile comes back bit by bit") {
     Pile pile = awkward_pile(layers, columns);
     for (const LoadLine& line : {LoadLine{}, LoadLine{0.1, -0.05}}) {
       pile.load_line = line;
+      pile.bead_weight = line.slope;
       write_pile(folder / "pile.h5", pile);
       const Pile read = read_pile(folder / "pile.h5");
       check_same(read, pile);
       CHECK(read.load_line == line);
+      CHECK(read.bead_weight == line.slope);
     }
   }
   CHECK(folder.contents() == std::vector<std::string>{"pile.h5"});
