@@ -145,7 +145,8 @@ std::string configuration_text(const ModelSpec& model) {
   }
   if (model.name == ModelName::three_leg) {
     const ThreeLegSpec& legs = model.three_leg;
-    text += fmt::format("middle_law={}\n", name_of(legs.law));
+    // Files of before hold shares of beads that are pulled, which mean nothing.
+    text += fmt::format("middle_law={}\nmiddle_sums=2\n", name_of(legs.law));
     if (legs.law == MiddleLaw::positive) {
       text += fmt::format("share={}\n", exact(legs.share));
     } else {
@@ -155,8 +156,9 @@ std::string configuration_text(const ModelSpec& model) {
   }
   if (model.name == ModelName::stochastic_osl) {
     const StochasticOslSpec& osl = model.stochastic_osl;
-    text += fmt::format("disorder={}\ncells={}x{}\ngrid={}\n", exact(osl.disorder), osl.cell_columns, osl.cell_rows,
-                        osl.grid);
+    // Files of before hold the thrust at the top of each row.
+    text += fmt::format("disorder={}\ncells={}x{}\ngrid={}\nthrust_sums=2\n", exact(osl.disorder), osl.cell_columns,
+                        osl.cell_rows, osl.grid);
   }
   return text;
 }

@@ -96,13 +96,15 @@ class StochasticOsl final : public RowModel {
 
   void hand_down(int row, RowSums* sums) override {
     const double* const uniforms = noise_.row(row);
-    if (sums != nullptr) add_thrust(uniforms, *sums);
+    // The flux within the row is the mean of those at its ends: weight leaves stiff places as long as they last.
+    if (sums != nullptr) add_half_thrust(uniforms, *sums);
     for (std::size_t step = 0; step < grid_; ++step) {
       HWY_DYNAMIC_DISPATCH(PushNodes)
       (weight_.get(), uniforms, -half_width_, 2 * half_width_, eta, ratio, columns_, grid_, push_.get());
       HWY_DYNAMIC_DISPATCH(PressNodes)(push_.get(), ratio, nodes(), weight_.get());
     }
     average_nodes();
+    if (sums != nullptr) add_half_thrust(uniforms, *sums);
   }
 
   std::uint64_t uniforms(int rows) const override { return noise_.drawn(rows); }
@@ -123,11 +125,11 @@ class StochasticOsl final : public RowModel {
     }
   }
 
-  void add_thrust(const double* uniforms, RowSums& sums) const {
+  void add_half_thrust(const double* uniforms, RowSums& sums) const {
     for (std::size_t i = 0; i < columns_; ++i) {
       for (std::size_t k = 0; k < group_lanes; ++k) {
         const double v = half_width_ * (2 * uniforms[i * group_lanes + k] - 1);
-        sums.thrust[k] += (1 + v) * beads_[i * group_lanes + k];
+        sums.thrust[k] += (1 + v) / 2 * beads_[i * group_lanes + k];
       }
     }
   }

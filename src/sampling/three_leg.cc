@@ -40,24 +40,26 @@ void HandDown(const ThreeLegLaw& numbers, const double* HWY_RESTRICT weight, con
     for (std::size_t t = 0; t < columns + 2; ++t) {
       const std::size_t at = (t < columns ? t : t - columns) * group_lanes + k;
       const V w = hn::LoadU(d, weight + at), h = hn::LoadU(d, push + at), u = hn::LoadU(d, uniforms + at);
-      V m;
+      V m, p = zero;
       auto nothing_left = hn::Lt(w, zero);
       if constexpr (law == MiddleLaw::positive) {
         m = hn::Mul(hn::Mul(share, u), hn::Sub(w, hn::Abs(h)));
+        if constexpr (with_sums) p = hn::Div(m, hn::Max(w, least_weight));
       } else if constexpr (law == MiddleLaw::free) {
-        m = hn::Mul(hn::Add(lowest, hn::Mul(width, u)), w);
+        p = hn::Add(lowest, hn::Mul(width, u));
+        m = hn::Mul(p, w);
       } else {
         const V p_max = hn::Max(zero, hn::Sub(one, hn::Div(hn::Abs(h), hn::Max(w, least_weight))));
         const V high = hn::Min(hn::Add(lowest, width), p_max);
         nothing_left = hn::Lt(high, lowest);
-        const V p = hn::Add(lowest, hn::Mul(u, hn::Sub(high, lowest)));
-        m = hn::Mul(hn::IfThenElse(nothing_left, p_max, p), w);
+        p = hn::IfThenElse(nothing_left, p_max, hn::Add(lowest, hn::Mul(u, hn::Sub(high, lowest))));
+        m = hn::Mul(p, w);
       }
       const V outer = hn::Sub(w, m);
       const V plus = hn::Mul(half, hn::Add(outer, h)), minus = hn::Sub(outer, plus);
       if (with_sums && t < columns) {
         thrust = hn::Add(thrust, outer);
-        middle = hn::Add(middle, hn::Div(m, hn::Max(w, least_weight)));
+        middle = hn::Add(middle, p);
         if constexpr (law == MiddleLaw::free) nothing_left = hn::Lt(hn::Min(plus, minus), zero);
         pulling = hn::Add(pulling, hn::IfThenElseZero(nothing_left, one));
       }

@@ -82,6 +82,7 @@ Figure plot_models(const std::vector<ModelSeries>& series, const std::string& st
   panels.height.add(0);
   std::vector<std::string> shown;
   for (std::size_t k = 0; k < series.size(); ++k) {
+    if (series[k].aside) continue;
     const std::string stem = fmt::format("{}-{}", plan.id, k + 1), style = series_style(k);
     add_slowing(plan, panels, series[k], stem, style);
     const ModelResponse& last = series[k].responses.back();

@@ -6,16 +6,19 @@
 #include <numeric>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "analysis/depth_series.h"
 #include "analysis/power_law.h"
 #include "model/lattice.h"
+#include "sampling/pile_group.h"
 
 namespace granuscope {
 namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
-/// The exact c and D where they are known.
+/// The c and D of theory where there is one, for peaks as wide as these are.
 void set_expected(const ModelSpec& model, ModelResponse& response) {
   response.c_expected = response.D_expected = nan;
   const double spacing = rows_of(model).spacing;
@@ -24,11 +27,39 @@ void set_expected(const ModelSpec& model, ModelResponse& response) {
     response.D_expected = 0.25 / spacing;
   }
   const ThreeLegSpec& legs = model.three_leg;
-  if (model.name == ModelName::three_leg && legs.law == MiddleLaw::free && legs.cell_columns == 1 &&
-      legs.cell_rows == 1) {
-    response.c_expected = tan30 * std::sqrt(1 - legs.middle);
-    response.D_expected = legs.middle / (2 * spacing);
+  const bool free_legs = model.name == ModelName::three_leg && legs.law == MiddleLaw::free;
+  if (!free_legs && model.name != ModelName::stochastic_osl) return;
+  const NoiseTheory theory = noise_theory(model);
+  response.c_expected = theory.c(response.width);
+  response.D_expected = theory.D(response.width);
+  if (!free_legs || legs.cell_rows > 1) response.theory = theory;
+}
+
+/// What the noise alone does, beside its theory.
+void compare_with_theory(const MeasuredTransport& measured, ModelResponse& response) {
+  const NoiseTheory& theory = *response.theory;
+  const auto loss = [&](double speed) { return 1 - speed * speed / (theory.c0 * theory.c0); };
+  const Estimate& thrust = response.c_thrust;
+  response.thrust_loss = thrust;
+  if (thrust.known()) {
+    response.thrust_loss.value = loss(thrust.value);
+    response.thrust_loss.standard_error = 2 * thrust.value * thrust.standard_error / (theory.c0 * theory.c0);
   }
+  response.speed_loss.reason = response.spreading_gain.reason = response.c.reason;
+  if (!response.c.known()) return;
+  response.speed_loss = estimate(transform(loss, measured.c));
+  response.spreading_gain = estimate(transform([&](double spreading) { return spreading - theory.D0; }, measured.D));
+}
+
+std::vector<StressAtDepth> stress_with_depth(const MeasuredEnsemble& ensemble) {
+  const BlockSums& sums = ensemble.record.sums;
+  std::vector<StressAtDepth> stress;
+  for (std::size_t row = 0; row < sums.layers.size(); ++row) {
+    stress.push_back({sums.rows.depth(sums.layers[row]),
+                      mean_weight(ensemble.spec.sampler.bead_weight, sums.layers[row]),
+                      estimate(block_mean(sums, "thrust", row)), estimate(block_mean(sums, "weight_variance", row))});
+  }
+  return stress;
 }
 
 /// D and the power of z of the single Gaussian that fits each depth of the window best.
@@ -100,12 +131,11 @@ MeasuredModel measure_model(const MeasuredEnsemble& ensemble, const FitSpec& fit
   response.series = std::move(series);
   response.parameter = std::move(parameter);
   response.model = name_of(model.name);
+  response.bead_weight = ensemble.spec.sampler.bead_weight;
   response.samples = std::accumulate(sums.count.begin(), sums.count.end(), std::uint64_t{0});
   response.speed_without_disorder = speed_without_disorder(model);
   response.layers = {fit.first_layer, fit.last_layer};
   response.z = {sums.rows.depth(fit.first_layer), sums.rows.depth(fit.last_layer)};
-  set_expected(model, response);
-
   const MeasuredTransport transport = measure_transport(ensemble, fit, {fit.last_layer}, threads);
   const Transport& t = transport.transport;
   response.c = t.c;
@@ -120,6 +150,7 @@ MeasuredModel measure_model(const MeasuredEnsemble& ensemble, const FitSpec& fit
   } else {
     response.slowing.reason = t.c.reason;
   }
+  if (model.is_beads()) response.stress = stress_with_depth(ensemble);
 
   std::array<int, all_response_shapes.size()> best{};
   std::size_t deepest = 0;
@@ -132,11 +163,42 @@ MeasuredModel measure_model(const MeasuredEnsemble& ensemble, const FitSpec& fit
   }
   response.shape =
       all_response_shapes[static_cast<std::size_t>(std::max_element(best.begin(), best.end()) - best.begin())];
+  response.width = response.fits[static_cast<std::size_t>(ResponseShape::two_gaussians)].width;
+  set_expected(model, response);
+  if (response.theory) compare_with_theory(transport, response);
   response.peaks = peaks_of(response.shape, response.fits[static_cast<std::size_t>(response.shape)]);
   if (!t.c.known() && response.shape == ResponseShape::one_gaussian) measure_one_peak(ensemble, fit, measured);
   response.verdict = class_of_model(response.shape, response.width_exponent);
   measure_middle(sums, deepest, response, measured.slowing);
   return measured;
+}
+
+TractionDepth measure_traction(const MeasuredEnsemble& ensemble) {
+  const BlockSums& sums = ensemble.record.sums;
+  const ThreeLegSpec& legs = ensemble.spec.sampler.model.three_leg;
+  TractionDepth depth;
+  depth.middle = legs.middle;
+  depth.noise = legs.noise;
+  depth.samples = std::accumulate(sums.count.begin(), sums.count.end(), std::uint64_t{0});
+  std::vector<Replicated> shares;
+  std::vector<double> z;
+  for (std::size_t row = 0; row < sums.layers.size(); ++row) {
+    shares.push_back(block_mean(sums, "traction", row));
+    z.push_back(sums.rows.depth(sums.layers[row]));
+  }
+  depth.columns = ensemble.spec.lattice.columns;
+  const Replicated appears = transform_all(shares, [&](const std::vector<double>& share) {
+    double beads = 0;
+    for (std::size_t row = 0; row < share.size(); ++row) {
+      const double more = share[row] * depth.columns;
+      // Straight within the row that makes it one bead.
+      if (beads + more >= 1) return z[row] - (row == 0 ? 0 : (z[row] - z[row - 1]) * (beads + more - 1) / more);
+      beads += more;
+    }
+    return nan;
+  });
+  depth.z = estimate(appears, fmt::format("none does down to z = {:.0f}", z.back()));
+  return depth;
 }
 
 ScalingFit slowing_against_spreading(const std::vector<const MeasuredModel*>& series) {

@@ -6,14 +6,23 @@
 #include "analysis/measured_ensemble.h"
 #include "analysis/response_shapes.h"
 #include "analysis/transport.h"
+#include "theory.h"
 
 namespace granuscope {
+
+/// How stresses grow with depth: sigma_zz is exact, 1 + (n + 1) g below layer n, sigma_xx = kappa sigma_zz / 3.
+struct StressAtDepth {
+  double z = 0, weight = 0;  ///< mean weight that leaves a bead there
+  Estimate thrust_ratio;     ///< kappa
+  Estimate weight_variance;  ///< over the square of the mean
+};
 
 /// The response of one model with one value of its parameter.
 struct ModelResponse {
   std::string series;     ///< "three-leg, free": what is scanned together
   std::string parameter;  ///< "p̄ = 0.1"; empty: there is none
   std::string model;      ///< "three-leg"
+  double bead_weight = 0;
   std::uint64_t samples = 0;
   std::array<int, 2> layers{};        ///< of the window
   std::array<double, 2> z{};          ///< their depths
@@ -24,7 +33,12 @@ struct ModelResponse {
   Estimate c_thrust;
   Estimate slowing;                        ///< c0 - c
   Estimate width_exponent;                 ///< power of z in W^2
-  double c_expected = 0, D_expected = 0;   ///< exact; NaN where none is known
+  double c_expected = 0, D_expected = 0;   ///< of theory, of noise to second order; NaN where none is known
+  std::optional<NoiseTheory> theory;       ///< of noise that is correlated
+  Estimate speed_loss, spreading_gain;     ///< then 1 - c^2/c0^2 and D - D0, with its c0 and D0
+  Estimate thrust_loss;                    ///< and 1 - c_thrust^2/c0^2
+  double width = 0;                        ///< W of two Gaussians in the deepest layer
+  std::vector<StressAtDepth> stress;       ///< of all recorded layers of beads
   Estimate middle, c_of_middle, traction;  ///< three-leg: <p>, c0 sqrt(1 - <p>), share of beads on a pulling leg
   Estimate share_of_mean;                  ///< of c0 - c that <p> alone gives
 
@@ -46,6 +60,17 @@ MeasuredModel measure_model(const MeasuredEnsemble& ensemble, const FitSpec& fit
 
 /// Classes: a best shape together with how fast its width grows.
 std::string class_of_model(ResponseShape shape, const Estimate& width_exponent);
+
+/// Where a pulling leg appears in the free three-leg model under a uniform load: a layer-by-layer calculation that
+/// takes pushing legs for granted has to stop there.
+struct TractionDepth {
+  double middle = 0, noise = 0;  ///< p = middle +- noise
+  std::uint64_t samples = 0;
+  int columns = 0;
+  Estimate z;  ///< down to which one bead of a pile of these columns stands on a pulling leg, in the mean
+};
+
+TractionDepth measure_traction(const MeasuredEnsemble& ensemble);
 
 /// c0 - c as a power of D over those of one series whose c and D are known.
 ScalingFit slowing_against_spreading(const std::vector<const MeasuredModel*>& series);

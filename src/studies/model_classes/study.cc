@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "claims.h"
 #include "model/lattice.h"
 #include "report/estimate_json.h"
 #include "studies/common_checks.h"
@@ -22,6 +23,39 @@ Json exact_or_unknown(double value) {
                               : granuscope::to_json(Estimate{.reason = "no exact value is known"});
 }
 
+Json to_json(const std::optional<NoiseTheory>& theory, const ModelResponse& one) {
+  if (!theory) return nullptr;
+  const double squared = theory->disorder * theory->disorder;
+  return {{"disorder", theory->disorder},
+          {"disorder_squared", squared},
+          {"c0", theory->c0},
+          {"D0", theory->D0},
+          {"kappa", theory->wide.kappa},
+          {"spreading", theory->wide.spreading},
+          {"narrow", theory->narrow && one.width < theory->cell},
+          {"thrust_loss", granuscope::to_json(one.thrust_loss)},
+          {"thrust_loss_expected", theory->wide.kappa * squared},
+          {"speed_loss", granuscope::to_json(one.speed_loss)},
+          {"speed_loss_expected", theory->shift(one.width).kappa * squared},
+          {"spreading_gain", granuscope::to_json(one.spreading_gain)},
+          {"spreading_gain_expected", theory->shift(one.width).spreading * squared}};
+}
+
+Json to_json(const StressAtDepth& one) {
+  return {{"z", one.z},
+          {"weight", one.weight},
+          {"thrust_ratio", granuscope::to_json(one.thrust_ratio)},
+          {"weight_variance", granuscope::to_json(one.weight_variance)}};
+}
+
+Json to_json(const TractionDepth& one) {
+  return {{"middle", one.middle},
+          {"noise", one.noise},
+          {"columns", one.columns},
+          {"samples", one.samples},
+          {"z", granuscope::to_json(one.z)}};
+}
+
 Json to_json(const ModelResponse& one) {
   Json chi2 = Json::object();
   for (const ResponseShape shape : all_response_shapes) {
@@ -34,12 +68,14 @@ Json to_json(const ModelResponse& one) {
   return {{"series", one.series},
           {"model", one.model},
           {"parameter", one.parameter},
+          {"bead_weight", one.bead_weight},
           {"samples", one.samples},
           {"window_layers", one.layers},
           {"window_z", one.z},
           {"peaks", one.peaks},
           {"c", granuscope::to_json(one.c)},
           {"c_expected", exact_or_unknown(one.c_expected)},
+          {"noise", to_json(one.theory, one)},
           {"D", granuscope::to_json(one.D)},
           {"D_expected", exact_or_unknown(one.D_expected)},
           {"c0_minus_c", granuscope::to_json(one.slowing)},
@@ -53,7 +89,8 @@ Json to_json(const ModelResponse& one) {
           {"middle", granuscope::to_json(one.middle)},
           {"c_of_middle", granuscope::to_json(one.c_of_middle)},
           {"share_of_mean", granuscope::to_json(one.share_of_mean)},
-          {"traction", granuscope::to_json(one.traction)}};
+          {"traction", granuscope::to_json(one.traction)},
+          {"stress", list_of<StressAtDepth>(one.stress, to_json)}};
 }
 
 /// What the sentences of page 1 need beside the results: series by the number of their peaks, exponents that are known,
@@ -73,6 +110,7 @@ Json page_1_overlay(const Json& results) {
   };
   for (std::size_t i = 0; i < results.at("responses").size(); ++i) {
     const Json& one = results.at("responses")[i];
+    if (one.at("aside")) continue;
     const std::string pointer = fmt::format("/responses/{}", i);
     const std::size_t peaks = one.at("peaks") == 1 ? 0 : 1;
     std::vector<std::string>& alike = by_peaks[peaks];
@@ -105,11 +143,14 @@ Json page_1_overlay(const Json& results) {
 struct Wanted {
   std::string series, parameter, file;
   SamplerSpec sampler;
+  bool aside = false;     ///< ModelSeries::aside
+  bool traction = false;  ///< not for its response
 };
 
 class ModelsStudy final : public CopiedStudy<ModelsStudy> {
  public:
-  explicit ModelsStudy(std::vector<ModelSeries> measured) : measured_(std::move(measured)) {}
+  ModelsStudy(std::vector<ModelSeries> measured, std::vector<TractionDepth> tractions)
+      : measured_(std::move(measured)), tractions_(std::move(tractions)) {}
 
   std::string id() const override { return "model_classes"; }
 
@@ -125,6 +166,9 @@ class ModelsStudy final : public CopiedStudy<ModelsStudy> {
     return {
         make_key(table(), "mu", "", "friction coefficients of the beads that stand beside the models", mu_,
                  friction_range_above_zero()),
+        make_key(table(), "bead_weights", "loads of one top bead",
+                 "weights that the beads have by themselves, at the largest mu of the study: gravity", bead_weights_,
+                 list(KeyRange{}.within(0, most_bead_weight).above(0), "beads without weight are measured anyway")),
         make_key(table(), "q_model", "",
                  "measure the scalar q-model, with shares q uniform on [0, 1], 0 or 1, and of density 6 q (1 - q)",
                  q_model_),
@@ -141,14 +185,29 @@ class ModelsStudy final : public CopiedStudy<ModelsStudy> {
         make_key(table(), "three_leg_noise", "",
                  "three_leg_free and _clipped: the share is uniform on the mean plus and minus so much of it", noise_,
                  KeyRange{.why = "a share is never negative"}.within(0, 1)),
+        make_key(
+            table(), "three_leg_cells", "",
+            "three-leg model, noise alike in cells: standard deviations of the share of the middle leg, whose mean "
+            "is 0.3",
+            three_leg_cells_,
+            list(KeyRange{}.within(0, middle_of_cells / sqrt3).above(0), "a uniform share would fall below 0")),
+        make_key(table(), "traction_noise", "",
+                 "at which depth legs of three_leg_free begin to pull under a uniform load, with the share uniform on "
+                 "the mean plus and minus so much of it",
+                 traction_noise_, list(KeyRange{}.within(0, 1).above(0), "a share is never negative")),
         make_key(table(), "stochastic_osl", "",
                  "stochastic OSL: standard deviations of the noise v in sigma_xx = (1 + v) sigma_zz / 3", osl_,
                  list(KeyRange{}.within(0, 0.57).above(0), "a uniform v would reach -1, where no wave propagates")),
         make_key(table(), "osl_grid", "nodes per bead diameter", "stochastic OSL: fineness of the explicit scheme",
                  grid_, KeyRange{}.within(1, 16)),
+        make_key(table(), "osl_coarser_grids", "nodes per bead diameter",
+                 "stochastic OSL: other grids to measure the largest disorder with, which show how far the scheme has "
+                 "converged",
+                 coarser_grids_, KeyRange{.longest = 8, .ascending = true}.within(1, 16)),
         make_key(
             table(), "osl_cells", "bead diameters, rows",
-            "stochastic OSL: width and height of the cells within which noise is the same; must divide the columns",
+            "stochastic OSL and three_leg_cells: width and height of the cells within which noise is the same; must "
+            "divide the columns",
             cells_, KeyRange{}.within(1, 64)),
         make_key(table(), "columns", "beads", "beads per layer", columns_,
                  KeyRange{}.within(fewest_columns, most_columns)),
@@ -166,10 +225,22 @@ class ModelsStudy final : public CopiedStudy<ModelsStudy> {
 
   bool asked() const override {
     return q_model_ || !mu_.empty() || !three_leg_free_.empty() || !three_leg_positive_.empty() ||
-           !three_leg_clipped_.empty() || !osl_.empty();
+           !three_leg_clipped_.empty() || !osl_.empty() || !three_leg_cells_.empty() || !bead_weights_.empty();
   }
 
   Problem find_problem(const MainLine& main) const override {
+    if (!bead_weights_.empty() && mu_.empty()) {
+      return problem(key("bead_weights"), "heavy beads need a friction coefficient, and {} names none; give some",
+                     key("mu"));
+    }
+    if (!traction_noise_.empty() && three_leg_free_.empty()) {
+      return problem(key("traction_noise"), "tractions appear about a mean share, and {} names none; give some",
+                     key("three_leg_free"));
+    }
+    if (!coarser_grids_.empty() && osl_.empty()) {
+      return problem(key("osl_coarser_grids"), "a grid needs noise to be measured with, and {} names none; give some",
+                     key("stochastic_osl"));
+    }
     // Peaks run apart with c0 at most, and are at most as wide as the single one of the q-model.
     const double needed = 2 * tan30 * depth_ + 8 * std::sqrt(0.3 * depth_ + 1);
     if (columns_ < needed) {
@@ -198,13 +269,28 @@ class ModelsStudy final : public CopiedStudy<ModelsStudy> {
       spec.response.epsilon = epsilon_;
       spec.response.blocks = main.response.blocks;
       spec.response.samples = samples_;
+      const std::string label = one.parameter.empty() ? one.series : fmt::format("{}, {}", one.series, one.parameter);
+      if (one.traction) {
+        spec.lattice.layers = traction_rows;
+        spec.response.estimator = EstimatorName::point;
+        spec.response.samples = group_size * static_cast<std::uint64_t>(main.response.blocks);
+        spec.load = Load::uniform;
+        spec.record_profiles = false;
+        all.push_back({label, one.file, spec, static_cast<int>(k)});
+        continue;
+      }
       const ModelName model = one.sampler.model.name;
-      if (model == ModelName::frictional_beads || model == ModelName::stochastic_osl) {
+      // What a load at the top does is lost among heavy beads the sooner.
+      if ((model == ModelName::frictional_beads && !one.aside) || model == ModelName::stochastic_osl) {
         const auto least = group_size * static_cast<std::uint64_t>(main.response.blocks);
         spec.response.samples = std::max(samples_ / costly, least);
       }
-      spec.layers = layers_to_record(fit, {});
-      const std::string label = one.parameter.empty() ? one.series : fmt::format("{}, {}", one.series, one.parameter);
+      // Of beads the stresses from the top on are shown.
+      std::vector<int> shallow;
+      if (model == ModelName::frictional_beads) {
+        for (double layer = 1; layer < fit.first_layer; layer *= 1.5) shallow.push_back(static_cast<int>(layer));
+      }
+      spec.layers = layers_to_record(fit, shallow);
       all.push_back({label, one.file, spec, static_cast<int>(k)});
     }
     return all;
@@ -217,6 +303,11 @@ class ModelsStudy final : public CopiedStudy<ModelsStudy> {
 
   void add(const StudyEnsemble& which, const MeasuredEnsemble& ensemble) override {
     const Wanted& wanted = wanted_.at(static_cast<std::size_t>(which.part));
+    if (wanted.traction) {
+      tractions_.push_back(measure_traction(ensemble));
+      return;
+    }
+    asides_.push_back(wanted.aside);
     replicated_.push_back(
         measure_model(ensemble, fit_of(ensemble.spec.sampler.model), wanted.series, wanted.parameter, threads_));
   }
@@ -225,6 +316,7 @@ class ModelsStudy final : public CopiedStudy<ModelsStudy> {
     for (auto one = replicated_.begin(); one != replicated_.end();) {
       ModelSeries& series = measured_.emplace_back();
       series.name = one->response.series;
+      series.aside = asides_[static_cast<std::size_t>(one - replicated_.begin())];
       std::vector<const MeasuredModel*> members;
       for (; one != replicated_.end() && one->response.series == series.name; ++one) {
         series.responses.push_back(one->response);
@@ -233,17 +325,25 @@ class ModelsStudy final : public CopiedStudy<ModelsStudy> {
       series.alpha = slowing_against_spreading(members);
     }
     replicated_.clear();
+    asides_.clear();
   }
+
+  std::vector<Claim> claims(const ClaimSpec&) const override { return judge_models(measured_); }
 
   Json json() const override {
     Json responses = Json::array(), exponents = Json::array();
     for (const ModelSeries& series : measured_) {
-      for (const ModelResponse& one : series.responses) responses.push_back(to_json(one));
+      for (const ModelResponse& one : series.responses) {
+        responses.push_back(to_json(one));
+        responses.back()["aside"] = series.aside;
+      }
+      if (series.aside) continue;
       exponents.push_back({{"series", series.name},
                            {"points", series.alpha.points},
                            {"alpha", granuscope::to_json(series.alpha.exponent)}});
     }
-    return {{"responses", responses}, {"exponents", exponents}};
+    return {
+        {"responses", responses}, {"exponents", exponents}, {"tractions", list_of<TractionDepth>(tractions_, to_json)}};
   }
 
   std::vector<ReportPart> parts(const Json& results) const override {
@@ -253,7 +353,25 @@ class ModelsStudy final : public CopiedStudy<ModelsStudy> {
 
   std::vector<FigurePlot> figures(const Analysis&) const override {
     if (measured_.empty()) return {};
-    return {[this](const std::filesystem::path& folder) { return plot_models(measured_, id(), folder); }};
+    using Folder = const std::filesystem::path&;
+    std::vector<FigurePlot> all = {[this](Folder folder) { return plot_models(measured_, id(), folder); }};
+    const auto some = [this](const auto& fits) {
+      return std::any_of(measured_.begin(), measured_.end(), [&](const ModelSeries& series) {
+        return std::any_of(series.responses.begin(), series.responses.end(), fits);
+      });
+    };
+    if (some([](const ModelResponse& one) { return one.theory && one.speed_loss.known(); })) {
+      all.emplace_back([this](Folder folder) { return plot_noise(measured_, folder); });
+    }
+    const auto appears = [](const TractionDepth& one) { return one.z.known(); };
+    if (std::any_of(tractions_.begin(), tractions_.end(), appears) &&
+        some([](const ModelResponse& one) { return one.middle.known() && one.c.known(); })) {
+      all.emplace_back([this](Folder folder) { return plot_middle(measured_, tractions_, folder); });
+    }
+    if (some([](const ModelResponse& one) { return one.bead_weight > 0; })) {
+      all.emplace_back([this](Folder folder) { return plot_gravity(measured_, folder); });
+    }
+    return all;
   }
 
  private:
@@ -316,10 +434,57 @@ class ModelsStudy final : public CopiedStudy<ModelsStudy> {
         spec.model.q_model.split = split;
       });
     }
+    add_asides(add, main, all);
     return all;
   }
 
-  std::vector<double> mu_;
+  /// What has figures of its own: heavy beads, noise in cells, other grids, and piles whose legs come to pull.
+  template <class Add>
+  void add_asides(const Add& add, const MainLine& main, std::vector<Wanted>& all) const {
+    const std::size_t first = all.size();
+    for (const double weight : bead_weights_) {
+      add(fmt::format("beads under gravity, μ = {}", mu_.back()), fmt::format("g = {}", weight),
+          fmt::format("beads-weight-{}", exact(weight)), [&](SamplerSpec& spec) {
+            spec = main.sampler_for(mu_.back());
+            spec.bead_weight = weight;
+          });
+    }
+    const auto legs = [&](SamplerSpec& spec, double middle, double noise) -> ThreeLegSpec& {
+      spec.model.name = ModelName::three_leg;
+      spec.model.three_leg.middle = middle;
+      spec.model.three_leg.noise = std::min(noise, 1 - middle);
+      return spec.model.three_leg;
+    };
+    for (const double disorder : three_leg_cells_) {
+      add("three-leg, noise in cells", fmt::format("Δ = {:.3g}", disorder / (1 - middle_of_cells)),
+          fmt::format("three-leg-cells-{}", exact(disorder)), [&](SamplerSpec& spec) {
+            ThreeLegSpec& of_cells = legs(spec, middle_of_cells, disorder * sqrt3);
+            of_cells.cell_columns = of_cells.cell_rows = cells_;
+          });
+    }
+    for (const int grid : coarser_grids_) {
+      add("stochastic OSL, other grids", fmt::format("{} nodes a bead", grid),
+          fmt::format("stochastic-osl-grid-{}", grid), [&](SamplerSpec& spec) {
+            spec.model.name = ModelName::stochastic_osl;
+            spec.model.stochastic_osl = {osl_.back(), cells_, cells_, grid};
+          });
+    }
+    for (std::size_t k = first; k < all.size(); ++k) all[k].aside = true;
+    for (const double middle : three_leg_free_) {
+      for (const double share : traction_noise_) {
+        add("three-leg, uniform load", fmt::format("p = {} ± {:.3g}", middle, share * middle),
+            fmt::format("three-leg-traction-{}-{}", exact(middle), exact(share)),
+            [&](SamplerSpec& spec) { legs(spec, middle, share * middle); });
+        all.back().traction = true;
+      }
+    }
+  }
+
+  static constexpr double middle_of_cells = 0.3;
+  static constexpr int traction_rows = 600;
+
+  std::vector<double> mu_, bead_weights_, three_leg_cells_, traction_noise_;
+  std::vector<int> coarser_grids_;
   bool q_model_ = false;
   std::vector<double> three_leg_free_, three_leg_positive_, three_leg_clipped_, osl_;
   double noise_ = 0.5;  ///< of the mean share
@@ -333,13 +498,15 @@ class ModelsStudy final : public CopiedStudy<ModelsStudy> {
   int threads_ = 0;
   std::vector<Wanted> wanted_;
   std::vector<MeasuredModel> replicated_;
+  std::vector<bool> asides_;           ///< of each of them
   std::vector<ModelSeries> measured_;  ///< in the order of the keys
+  std::vector<TractionDepth> tractions_;
 };
 
 }  // namespace
 
-std::unique_ptr<Study> models_study(std::vector<ModelSeries> measured) {
-  return std::make_unique<ModelsStudy>(std::move(measured));
+std::unique_ptr<Study> models_study(std::vector<ModelSeries> measured, std::vector<TractionDepth> tractions) {
+  return std::make_unique<ModelsStudy>(std::move(measured), std::move(tractions));
 }
 
 }  // namespace granuscope

@@ -9,6 +9,6 @@ namespace granuscope {
 
 /// The models that the paper argues with, under one procedure: what the response of each looks like, and which class it
 /// belongs to. `measured`: what has been, for tests of the report.
-std::unique_ptr<Study> models_study(std::vector<ModelSeries> measured = {});
+std::unique_ptr<Study> models_study(std::vector<ModelSeries> measured = {}, std::vector<TractionDepth> tractions = {});
 
 }  // namespace granuscope

@@ -1,0 +1,148 @@
+#include "claims.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "analysis/claim_rule.h"
+#include "model/lattice.h"
+#include "support/number_format.h"
+
+namespace granuscope {
+namespace {
+
+/// How much of c0 - c the mean must give to explain it. Named by no paper.
+constexpr double nearly_all = 0.1;
+
+/// Of the classes, not of what has figures of its own.
+template <class Use>
+void for_each(const std::vector<ModelSeries>& series, const std::string& model, Use use) {
+  for (const ModelSeries& one : series) {
+    if (one.aside) continue;
+    for (const ModelResponse& response : one.responses) {
+      if (response.model == model) use(one, response);
+    }
+  }
+}
+
+void judge_growth(const std::vector<ModelSeries>& series, std::vector<Claim>& claims) {
+  const ModelResponse* nearest = nullptr;
+  const auto distance = [](const ModelResponse& one) {
+    return (2 - one.width_exponent.value) / one.width_exponent.standard_error;
+  };
+  bool measured = false;
+  for_each(series, "frictional-beads", [&](const ModelSeries&, const ModelResponse& one) {
+    measured = true;
+    if (!one.width_exponent.known()) return;
+    if (nearest == nullptr || distance(one) < distance(*nearest)) nearest = &one;
+  });
+  if (!measured) return;
+  Claim claim = open_claim("models-not-elastic", "The width of the response does not scale as in an elastic medium.",
+                           "power of z in W² of the beads");
+  if (nearest == nullptr) {
+    leave_open(claim, "the power of z in W² is not known for any friction coefficient: ask for more samples");
+  } else {
+    judge_by_exclusion(
+        claim, nearest->width_exponent, {.value = 1}, {2, "elastic"},
+        fmt::format("The power of z in W² at {}, where it is nearest to 2 in its errors,", nearest->parameter));
+  }
+  claims.push_back(std::move(claim));
+}
+
+/// Root of the mean square distance from below the load, W of one Gaussian and sqrt(x_p^2 + W^2) of two, at z by the
+/// slopes.
+Estimate reach(const ModelResponse& one, double z) {
+  Estimate reach;
+  const double c = one.peaks == 2 ? one.c.value : 0;
+  reach.value = std::sqrt(c * c * z * z + one.D.value * z);
+  const double c_error = one.peaks == 2 ? one.c.standard_error : 0;
+  reach.standard_error = std::hypot(c * z * z * c_error, z * one.D.standard_error / 2) / reach.value;
+  return reach;
+}
+
+void judge_q_model(const std::vector<ModelSeries>& series, std::vector<Claim>& claims) {
+  const ModelResponse *q_model = nullptr, *beads = nullptr;
+  bool single = true;
+  for_each(series, "q-model", [&](const ModelSeries&, const ModelResponse& one) {
+    q_model = &one;
+    single = single && one.peaks == 1;
+  });
+  for_each(series, "frictional-beads", [&](const ModelSeries&, const ModelResponse& one) {
+    if (one.c.known() && one.D.known()) beads = &one;
+  });
+  if (q_model == nullptr || beads == nullptr) return;
+  Claim claim = open_claim("q-model-too-narrow", "The response of the q-model is a single peak, and too narrow.",
+                           "root mean square distance of the q-model’s response from below the load, over the beads’");
+  if (!q_model->D.known()) {
+    leave_open(claim, "the width of the q-model is not known: " + q_model->D.reason);
+  } else {
+    const double z = std::min(q_model->z[1], beads->z[1]);
+    const Estimate narrow = reach(*q_model, z), wide = reach(*beads, z);
+    Estimate ratio;
+    ratio.value = narrow.value / wide.value;
+    ratio.standard_error =
+        ratio.value * std::hypot(narrow.standard_error / narrow.value, wide.standard_error / wide.value);
+    judge_by_exclusion(claim, ratio, {.value = 0}, {1, "as wide"},
+                       fmt::format("The ratio to the beads at {} and z = {:.0f}", beads->parameter, z));
+    if (ratio.value > 1 && claim.verdict == reproduced) claim.verdict = not_reproduced;
+    if (!single) claim.verdict = not_reproduced;
+    add_sentence(claim, single ? "It has one peak under every law of q." : "Under some law of q it has two peaks.");
+  }
+  claims.push_back(std::move(claim));
+}
+
+void judge_scaling(const std::vector<ModelSeries>& series, std::vector<Claim>& claims) {
+  const ModelSeries *beads = nullptr, *osl = nullptr;
+  for_each(series, "frictional-beads", [&](const ModelSeries& one, const ModelResponse&) { beads = &one; });
+  for_each(series, "stochastic-osl", [&](const ModelSeries& one, const ModelResponse&) { osl = &one; });
+  if (beads == nullptr) return;
+  Claim claim = open_claim("models-c-of-D", "c₀ − c of the beads does not follow D as the stochastic theory has it.",
+                           "exponent of c₀ − c against D of the beads, linear response");
+  if (!beads->alpha.exponent.known()) {
+    leave_open(claim, "the exponent is not known: " + beads->alpha.exponent.reason);
+  } else {
+    judge_by_exclusion(claim, beads->alpha.exponent, {.value = 0.4, .error = 0.01}, {1, "stochastic theory"},
+                       "The exponent");
+    if (osl != nullptr && osl->alpha.exponent.known()) {
+      const Estimate& alpha = osl->alpha.exponent;
+      add_sentence(claim, fmt::format("Stochastic OSL itself has {} by the same fits.",
+                                      value_with_error(alpha.value, alpha.standard_error)));
+    }
+  }
+  claims.push_back(std::move(claim));
+}
+
+void judge_mean(const std::vector<ModelSeries>& series, std::vector<Claim>& claims) {
+  const ModelResponse* widest = nullptr;
+  for_each(series, "three-leg", [&](const ModelSeries& one, const ModelResponse& response) {
+    if (one.name == "three-leg, positive") widest = &response;
+  });
+  if (widest == nullptr) return;
+  Claim claim = open_claim("mean-of-noise", "A noise with a finite mean explains the propagation coefficient.",
+                           "share of c₀ − c that the mean share of the middle leg gives by itself");
+  if (!widest->share_of_mean.known()) {
+    leave_open(claim, "the share is not known: " + widest->share_of_mean.reason);
+  } else {
+    judge_by_number(claim, widest->share_of_mean, {.value = 1, .tolerance = nearly_all}, Rival{0, "fluctuations alone"},
+                    fmt::format("The share in the three-leg model whose legs push, {},", widest->parameter));
+    if (widest->c.known()) {
+      add_sentence(claim, fmt::format("There c = {}, and c₀ √(1 − ⟨p⟩) = {}.",
+                                      value_with_error(widest->c.value, widest->c.standard_error),
+                                      value_with_error(widest->c_of_middle.value, widest->c_of_middle.standard_error)));
+    }
+  }
+  claims.push_back(std::move(claim));
+}
+
+}  // namespace
+
+std::vector<Claim> judge_models(const std::vector<ModelSeries>& series) {
+  std::vector<Claim> claims;
+  judge_growth(series, claims);
+  judge_q_model(series, claims);
+  judge_scaling(series, claims);
+  judge_mean(series, claims);
+  return claims;
+}
+
+}  // namespace granuscope
