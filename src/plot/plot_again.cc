@@ -146,6 +146,9 @@ std::string in_tex(std::string text) {
                                                                      {"–", "--"},
                                                                      {"’", "'"},
                                                                      {"∝", "\\ensuremath{\\propto}"},
+                                                                     {"Δ", "\\ensuremath{\\Delta}"},
+                                                                     {"⟨", "\\ensuremath{\\langle}"},
+                                                                     {"⟩", "\\ensuremath{\\rangle}"},
                                                                      {"κ", "\\ensuremath{\\kappa}"}};
   for (const auto& [sign, tex] : signs) {
     for (std::size_t at = text.find(sign); at != std::string::npos; at = text.find(sign, at + tex.size())) {

@@ -3,6 +3,7 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <complex>
 #include <limits>
 
 #include "ensemble/ensemble_runner.h"
@@ -10,6 +11,7 @@
 #include "kit/text_parts.h"
 #include "plot/figure_texts.h"
 #include "plot/synthetic_analysis.h"
+#include "studies/model_classes/claims.h"
 #include "studies/study_page.h"
 #include "support/atomic_file.h"
 #include "support/error.h"
@@ -106,6 +108,222 @@ TEST_CASE("the q-model has one peak that spreads by half a bead a row") {
   CHECK(found.c_thrust.value == 0);
 }
 
+TEST_CASE("the theory of noise has the limits of the wave-number dependent one, and nothing for independent rows") {
+  ModelSpec model;
+  model.name = ModelName::stochastic_osl;
+  for (const auto& [columns, rows] : {std::pair{4, 4}, {2, 8}, {6, 1}}) {
+    model.stochastic_osl = {.disorder = 0.1, .cell_columns = columns, .cell_rows = rows, .grid = 1};
+    const NoiseTheory theory = noise_theory(model);
+    // Q(k) of theory.h by the midpoint rule.
+    const auto Q = [columns = columns, rows = rows](double k) {
+      const double width = columns, reach = rows / 2.0, end = std::min(width, reach);  // tan 30 times sqrt(3)/2 = 1/2
+      std::complex<double> sum = 0;
+      constexpr int steps = 20'000;
+      for (int step = 0; step < steps; ++step) {
+        const double u = (step + 0.5) * end / steps, g_z = 1 - u / reach, g = 1 - u / width, slope = -1 / width;
+        const std::complex<double> ik(0, k);
+        sum += g_z * ((slope + ik * g) * std::exp(2.0 * ik * u) + slope - ik * g) * end / double{steps};
+      }
+      return sum / 2.0;
+    };
+    CHECK(theory.wide.kappa == Approx(-Q(1e-4).real()).epsilon(1e-5));
+    CHECK(theory.wide.spreading == Approx(-theory.c0 * Q(1e-4).imag() / 1e-4).epsilon(1e-4));
+    const double k = 400;
+    CHECK(theory.narrow->kappa == Approx(-Q(k).real()).margin(0.01));
+    CHECK(theory.narrow->spreading == Approx(-theory.c0 * Q(k).imag() / k).margin(0.01));
+    CHECK(theory.c(columns - 0.1) == Approx(theory.c0 * std::sqrt(1 - theory.narrow->kappa * 0.01)));
+    CHECK(theory.D(columns + 0.1) == Approx(theory.wide.spreading * 0.01));
+  }
+  model.name = ModelName::three_leg;
+  model.three_leg.cell_columns = 4;
+  CHECK(noise_theory(model).wide.kappa == 0);
+  model.three_leg.cell_rows = 2;
+  // One row back: of the share beyond p, p stays in the middle and the outer halves come back by 0; beside it
+  // -(1/2)(p + ...) lands where noise is alike with 1 - |x|/4. By hand, for p = 0.1: weight 1 at 0 and -1/2 at +-1.
+  const double q = 0.5 * (1 - 2 * 0.5 * 0.75);
+  CHECK(noise_theory(model).wide.kappa == Approx(0.9 * q));
+  CHECK(noise_theory(model).wide.spreading == Approx(1.5 * q * 0.81 / std::sqrt(3.0)));
+  model.name = ModelName::q_model;
+  CHECK_THROWS_AS(noise_theory(model), std::logic_error);
+}
+
+TEST_CASE("noise in cells slows long waves as its theory says, in both models") {
+  ModelSpec model;
+  model.name = ModelName::three_leg;
+  model.three_leg = {.middle = 0.3, .noise = 0.2, .cell_columns = 4, .cell_rows = 4};
+  // To the next order, Delta^4: a tenth of what is measured.
+  const auto check = [](const ModelResponse& found) {
+    REQUIRE(found.theory);
+    const double squared = found.theory->disorder * found.theory->disorder, loss = found.theory->wide.kappa * squared;
+    REQUIRE(found.thrust_loss.known());
+    CAPTURE(found.thrust_loss.value, found.thrust_loss.standard_error, loss);
+    CHECK(std::abs(found.thrust_loss.value - loss) < 5 * found.thrust_loss.standard_error + 0.1 * loss);
+    CHECK(found.thrust_loss.standard_error < 0.02 * loss);
+  };
+  check(measured(model, 16384, window(12, 32, 3)).response);
+  model.name = ModelName::stochastic_osl;
+  model.stochastic_osl = {.disorder = 0.2, .cell_columns = 4, .cell_rows = 4, .grid = 4};
+  const ModelResponse waves = measured(model, 8192, window(24, 60, 3)).response;
+  check(waves);
+  // The peaks are narrower than a cell: their width grows as theory has it for these, and 2.5 times as fast as for
+  // others.
+  REQUIRE(waves.spreading_gain.known());
+  const double D = waves.theory->narrow->spreading * 0.04;
+  CHECK(std::abs(waves.spreading_gain.value - D) < 5 * waves.spreading_gain.standard_error + 0.1 * D);
+  CHECK(waves.spreading_gain.standard_error < 0.1 * D);
+}
+
+TEST_CASE("legs begin to pull where a pile has come to one bead on a pulling leg") {
+  MeasuredEnsemble ensemble;
+  ensemble.spec.lattice = {100, 40};
+  ensemble.spec.sampler.model.name = ModelName::three_leg;
+  ensemble.spec.sampler.model.three_leg = {.middle = 0.3, .noise = 0.2};
+  BlockSums& sums = ensemble.record.sums;
+  sums.rows = rows_of(ensemble.spec.sampler.model);
+  sums.count = std::vector<std::uint64_t>(8, 2);
+  QuantitySums& traction = sums.quantities["traction"];
+  for (int row = 0; row < 40; ++row) sums.layers.push_back(row);
+  for (int block = 0; block < 8; ++block) {
+    // From row 10 on 0.1 bead a row, and a little more in some blocks.
+    for (int row = 0; row < 40; ++row) traction.sum.push_back(row < 10 ? 0 : 2 * (0.001 + 1e-6 * (block - 3.5)));
+  }
+  const TractionDepth found = measure_traction(ensemble);
+  REQUIRE(found.z.known());
+  CHECK(found.z.value == Approx(sums.rows.depth(19)).margin(0.01));
+  CHECK(found.z.standard_error > 0);
+  CHECK(found.z.standard_error < 0.1);
+  CHECK(found.samples == 16);
+  for (double& share : traction.sum) share /= 10;
+  CHECK_FALSE(measure_traction(ensemble).z.known());
+}
+
+TEST_CASE("heavy beads keep their stresses over depth, sigma_zz exactly") {
+  EnsembleSpec spec;
+  spec.sampler.mu = 0.4;
+  spec.sampler.bead_weight = 0.5;
+  spec.lattice = {128, 60};
+  spec.response = multiplexed_response(0.2);
+  spec.response.samples = 256;
+  spec.response.blocks = 16;
+  const FitSpec fit = window(12, 30, 3);
+  spec.layers = layers_to_record(fit, {2});
+  const ModelResponse found =
+      measure_model({spec, run_ensemble(spec, 1, nullptr)}, fit, "beads", "g = 0.5", 1).response;
+  CHECK(found.bead_weight == 0.5);
+  REQUIRE(found.stress.size() >= 8);
+  for (const StressAtDepth& at : found.stress) {
+    const double layer = (at.z - 0.5) / (std::sqrt(3.0) / 2);
+    CHECK(at.weight == Approx(1 + 0.5 * (layer + 1)));
+    // Relative to the mean: neither grows with depth, as both would by tens.
+    CHECK(at.thrust_ratio.value == Approx(layer < 1 ? 1.1 : 0.95).margin(0.15));
+    CHECK(at.weight_variance.value < 0.3);
+  }
+}
+
+TEST_CASE("claims about classes of models say what was measured, and turn where it turns") {
+  std::vector<ModelSeries> all(4);
+  const char* const names[] = {"frictional-beads", "q-model", "stochastic-osl", "three-leg"};
+  for (std::size_t k = 0; k < 4; ++k) {
+    all[k].name = k == 3 ? "three-leg, positive" : names[k];
+    all[k].responses = {response(names[k], 0.05, 0.02)};
+    all[k].responses[0].z = {33, 99};
+    all[k].alpha = synthetic::power_law(0.97, 0.02, 0, {0, 0});
+  }
+  all[0].alpha = synthetic::power_law(0.77, 0.02, 0, {0, 0});
+  all[1].responses[0].peaks = 1;
+  all[1].responses[0].D = known(0.29, 0.002);
+  all[3].responses[0].share_of_mean = known(0.97, 0.003);
+  const auto verdicts = [&] {
+    std::vector<std::string> found;
+    for (const Claim& claim : judge_models(all)) found.push_back(claim.id + ": " + claim.verdict);
+    return found;
+  };
+  using Verdicts = std::vector<std::string>;
+  CHECK(verdicts() == Verdicts{"models-not-elastic: reproduced", "q-model-too-narrow: reproduced",
+                               "models-c-of-D: reproduced", "mean-of-noise: reproduced"});
+  CHECK(contains(judge_models(all)[1].explanation, "0.097"));  // sqrt(0.29 z) over sqrt(c^2 z^2 + D z)
+  all[0].responses[0].width_exponent = known(1.95, 0.05);
+  all[0].alpha = synthetic::power_law(0.98, 0.02, 0, {0, 0});
+  all[1].responses[0].peaks = 2;
+  all[3].responses[0].share_of_mean = known(0.4, 0.01);
+  CHECK(verdicts() == Verdicts{"models-not-elastic: not reproduced", "q-model-too-narrow: not reproduced",
+                               "models-c-of-D: not reproduced", "mean-of-noise: not reproduced"});
+  all.erase(all.begin());
+  CHECK(verdicts() == Verdicts{"mean-of-noise: not reproduced"});
+}
+
+TEST_CASE("noise, mean shares and gravity have figures that hold at every width, and tables", "[long]") {
+  std::vector<ModelSeries> all(4);
+  const auto with_theory = [](double disorder) {
+    ModelSpec model;
+    model.name = ModelName::stochastic_osl;
+    model.stochastic_osl = {.disorder = disorder, .cell_columns = 4, .cell_rows = 4, .grid = 2};
+    ModelResponse one = response("stochastic OSL", 0.24 * disorder * disorder, 0.1 * disorder * disorder);
+    one.theory = noise_theory(model);
+    one.speed_without_disorder = one.theory->c0;
+    one.width = 1;
+    one.thrust_loss = known(0.25 * disorder * disorder, 1e-4);
+    one.speed_loss = known(0.37 * disorder * disorder, 1e-3);
+    one.spreading_gain = one.D;
+    one.c_expected = one.theory->c(1);
+    one.D_expected = one.theory->D(1);
+    return one;
+  };
+  all[0].name = "stochastic OSL";
+  all[0].responses = {with_theory(0.1), with_theory(0.2), with_theory(0.3)};
+  all[1].name = "three-leg, positive";
+  for (const double p : {0.1, 0.2, 0.3}) {
+    all[1].responses.push_back(response("three-leg", p / 3.4, 0.577 - std::sqrt((1 - p) / 3)));
+    all[1].responses.back().middle = known(p, 1e-4);
+    all[1].responses.back().c_of_middle = known(std::sqrt((1 - p) / 3), 1e-4);
+  }
+  all[2].name = "beads";
+  all[3].name = "beads under gravity";
+  all[3].aside = true;
+  for (const double g : {0.0, 0.01, 0.1}) {
+    ModelResponse one = response("frictional-beads", 0.08, 0.02);
+    one.parameter = g == 0 ? "μ = 0.3" : "g";
+    one.bead_weight = g;
+    for (const double z : {1.0, 20.0, 100.0}) {
+      one.stress.push_back({z, 1 + 1.15 * g * z, known(0.93, 0.001), known(0.14, 0.001)});
+    }
+    all[g == 0 ? 2 : 3].responses.push_back(one);
+  }
+  const auto traction = [](double middle, double noise, const Estimate& z) {
+    TractionDepth one;
+    one.middle = middle;
+    one.noise = noise;
+    one.samples = 256;
+    one.columns = 256;
+    one.z = z;
+    return one;
+  };
+  const std::vector<TractionDepth> tractions = {traction(0.1, 0.1, known(600, 9)), traction(0.2, 0.2, known(13, 0.3)),
+                                                traction(0.2, 0.1, unknown("none does")),
+                                                traction(0.3, 0.15, known(130, 7))};
+  const TemporaryFolder run;
+  const auto study = models_study(all, tractions);
+  const auto figures = study->figures({});
+  REQUIRE(figures.size() == 4);
+  std::vector<std::string> ids;
+  for (const FigurePlot& plot : figures) {
+    const Figure figure = plot(run.path());
+    ids.push_back(figure.id);
+    INFO(figure.failure);
+    check_at_widths_of_journals(run / "figures", figure.id);
+  }
+  CHECK(ids == std::vector<std::string>{"model-classes", "model-noise", "model-middle", "model-gravity"});
+  CHECK(contains(read_file(run.path() / "figures/model-noise-0-thrust-theory.csv"), "\n0.09,0.02"));
+  CHECK(contains(read_file(run.path() / "figures/model-gravity-g-0.1-vertical.csv"), "\n100,12.5"));
+  CHECK(contains(read_file(run.path() / "figures/model-middle-tractions-50.csv"), "\n0.3,130,7"));
+  CHECK_FALSE(contains(read_file(run.path() / "figures/model-middle-tractions-50.csv"), "\n0.2"));
+  const std::string page = study_page(*study).html;
+  for (const char* text : {"Where legs begin to pull", "13.00(30)", "What noise in cells does", "0.02250"}) {
+    INFO(text);
+    CHECK(contains(page, text));
+  }
+}
+
 TEST_CASE("a class of models needs the shape and the growth of the width") {
   using enum ResponseShape;
   CHECK(class_of_model(two_gaussians, known(1.1, 0.05)) == "hyperbolic with noise");
@@ -146,6 +364,9 @@ TEST_CASE("the report has a table of classes, one of the means, and a figure") {
   CHECK(contains(figure.details, "0.970(20) (stochastic OSL)"));
   CHECK(contains(read_file(run.path() / "figures/model-classes-1.csv"), "\n0.01,"));
   CHECK(std::filesystem::exists(run.path() / "figures/model-classes-2-profile.csv"));
+  // What stands aside is no class, and needs no exponent.
+  all[1].aside = true;
+  CHECK_FALSE(contains(plot_models(all, "model_classes", run.path()).details, "positive"));
   all.clear();
   CHECK_THROWS_AS(plot_models(all, "model_classes", run.path()), InputError);
 }
@@ -172,6 +393,30 @@ TEST_CASE("the study refuses a ring on which the peaks meet, and asks for an ens
     const RowGeometry rows = rows_of(one.spec.sampler.model);
     CHECK(rows.depth(one.spec.layers.back()) == Approx(100).margin(rows.spacing));
   }
+  set("stochastic_osl", std::vector<double>{});
+  set("osl_coarser_grids", std::vector<std::int64_t>{2});
+  CHECK(study->find_problem(main)->key == "studies.model_classes.osl_coarser_grids");
+  set("osl_coarser_grids", std::vector<std::int64_t>{});
+  set("bead_weights", std::vector<double>{0.01});
+  CHECK(study->find_problem(main)->key == "studies.model_classes.bead_weights");
+  set("mu", std::vector<double>{0.1, 0.3});
+  set("traction_noise", std::vector<double>{0.5, 1});
+  CHECK(study->find_problem(main)->key == "studies.model_classes.traction_noise");
+  set("three_leg_free", std::vector<double>{0.1, 0.7});
+  set("three_leg_cells", std::vector<double>{0.1});
+  CHECK_FALSE(study->find_problem(main).has_value());
+  const auto more = study->ensembles(main);
+  // Beads, legs free and pushing, laws of the q-model, heavy beads, cells, tractions.
+  REQUIRE(more.size() == 2 + 2 + 1 + 3 + 1 + 1 + 4);
+  for (const StudyEnsemble& one : more) {
+    INFO(one.label);
+    CHECK_FALSE(find_problem(one.spec).has_value());
+  }
+  CHECK(more[8].spec.sampler.bead_weight == 0.01);
+  CHECK(more[8].spec.sampler.mu == 0.3);
+  CHECK(more[9].spec.sampler.model.three_leg.cell_rows == 4);
+  CHECK(more[13].spec.load == Load::uniform);
+  CHECK(more[13].spec.sampler.model.three_leg.noise == Approx(0.3));  // shares end at 1
   set("columns", std::int64_t{128});
   const Problem found = study->find_problem(main);
   REQUIRE(found.has_value());

@@ -19,6 +19,7 @@ namespace {
 
 struct Panels {
   std::vector<std::string> slowing, profiles, titles, exponents;
+  std::string theory;  ///< its entry in the key
   Range D, c, height;
   double reach = 0, shallowest = 0, deepest = 0;  ///< of the profiles
 };
@@ -45,6 +46,23 @@ void add_slowing(PlotPlan& plan, Panels& panels, const ModelSeries& series, cons
     panels.exponents.push_back(fmt::format(
         "{} ({})", value_with_error(series.alpha.exponent.value, series.alpha.exponent.standard_error), series.name));
   }
+}
+
+/// c0 - c against D by the theory of the noise of a series, as far as the series goes.
+void add_theory(PlotPlan& plan, Panels& panels, const ModelSeries& series, const std::string& file_stem,
+                std::size_t colour) {
+  CsvTable table({"D: bead diameters", "c0_minus_c: dimensionless"});
+  for (const ModelResponse& one : series.responses) {
+    if (!one.theory || one.theory->D0 > 0 || !one.slowing.known()) continue;
+    table.add_row({one.D_expected, one.speed_without_disorder - one.c_expected});
+  }
+  if (table.empty()) return;
+  const std::string file = file_stem + "-theory.csv", style = series_style(colour);
+  plan.data[file] = table.text();
+  const std::string line = "lines linewidth 1.2 dashtype 2 " + style.substr(style.find("linecolor"));
+  panels.slowing.push_back(fmt::format("'{}' using 1:2 with {} notitle", file, line));
+  panels.theory = fmt::format("keyentry with {} title {}", line, gnuplot_string("theory of " + series.name));
+  ++plan.curves;
 }
 
 void add_profile(PlotPlan& plan, Panels& panels, const ModelResponse& one, const std::string& file_stem,
@@ -85,6 +103,7 @@ Figure plot_models(const std::vector<ModelSeries>& series, const std::string& st
     if (series[k].aside) continue;
     const std::string stem = fmt::format("{}-{}", plan.id, k + 1), style = series_style(k);
     add_slowing(plan, panels, series[k], stem, style);
+    add_theory(plan, panels, series[k], stem, k);
     const ModelResponse& last = series[k].responses.back();
     add_profile(plan, panels, last, stem, k);
     panels.titles.push_back(fmt::format("keyentry with linespoints linewidth 1 pointsize 0.55 {} title {}", style,
@@ -96,6 +115,7 @@ Figure plot_models(const std::vector<ModelSeries>& series, const std::string& st
         "the figure of the models has nothing to show, because no model with two peaks was measured; ask for "
         "parameters at which the width of the peaks can be told");
   }
+  if (!panels.theory.empty()) panels.titles.push_back(panels.theory);
   const Range D = widened_by_factor(panels.D, 1.4), c = widened_by_factor(panels.c, 1.4);
   return plot_figure(plan,
                      {{"slowing", fmt::format("{}", fmt::join(panels.slowing, ", \\\n    "))},

@@ -134,22 +134,32 @@ Figure plot_middle(const std::vector<ModelSeries>& series, const std::vector<Tra
 
 Figure plot_gravity(const std::vector<ModelSeries>& series, const std::filesystem::path& run_folder) {
   PlotPlan plan = plan_of("model-gravity");
-  ModelPanel stress{.x_label = "depth z  (bead diameters)", .y_label = "κ", .x = {}, .y = {}, .curves = {}};
+  ModelPanel stress{.x_label = "depth z  (bead diameters)",
+                    .y_label = "3σ_{xx} and σ_{zz}",
+                    .x = {},
+                    .y = {},
+                    .log_y = true,
+                    .curves = {}};
   ModelPanel profile{.x_label = "x/z", .y_label = "z P(x, z)", .x = {}, .y = {}, .curves = {}};
   std::vector<std::string> titles;
   const ModelResponse* light = nullptr;
   double deepest = 0;
   std::size_t colour = 0;
   const auto add = [&](const ModelResponse& one) {
-    CurveRows ratios, response;
+    CurveRows horizontal, vertical, response;
     for (const StressAtDepth& at : one.stress) {
-      if (at.thrust_ratio.known()) ratios.push_back({at.z, at.thrust_ratio.value, at.thrust_ratio.standard_error});
+      if (!at.thrust_ratio.known()) continue;
+      horizontal.push_back({at.z, at.weight * at.thrust_ratio.value, at.weight * at.thrust_ratio.standard_error});
+      vertical.push_back({at.z, at.weight, 0});
     }
-    const std::string name = fmt::format("g-{}", exact(one.bead_weight));
-    add_curve(plan, stress, name + "-stress", ratios, CurveKind::joined_points, colour, "z: bead diameters",
-              "thrust_ratio: dimensionless");
-    // Where nothing is known of the peaks the response is lost in the noise of what beads weigh.
-    if (one.profile && one.c.known()) {
+    const std::string name = fmt::format("g-{}", exact(one.bead_weight)), z_column = "z: bead diameters";
+    add_curve(plan, stress, name + "-horizontal", horizontal, CurveKind::points, colour, z_column,
+              "three_sigma_xx: loads of one top bead");
+    add_curve(plan, stress, name + "-vertical", vertical, CurveKind::line, colour, z_column,
+              "sigma_zz: loads of one top bead");
+    // Where less is known of the peaks the response is lost in the noise of what beads weigh.
+    constexpr double most_uncertain = 0.01;
+    if (one.profile && one.c.known() && one.c.standard_error < most_uncertain) {
       const double z = deepest = one.profile->z;
       for (std::size_t i = 0; i < one.profile->x.size(); ++i) {
         if (std::abs(one.profile->x[i]) < z) {
