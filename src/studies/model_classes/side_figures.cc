@@ -135,7 +135,7 @@ Figure plot_middle(const std::vector<ModelSeries>& series, const std::vector<Tra
 Figure plot_gravity(const std::vector<ModelSeries>& series, const std::filesystem::path& run_folder) {
   PlotPlan plan = plan_of("model-gravity");
   ModelPanel stress{.x_label = "depth z  (bead diameters)",
-                    .y_label = "3σ_{xx} and σ_{zz}",
+                    .y_label = "stresses  (loads of one top bead)",
                     .x = {},
                     .y = {},
                     .log_y = true,
