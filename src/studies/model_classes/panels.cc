@@ -58,7 +58,10 @@ void add_curve(PlotPlan& plan, ModelPanel& panel, const std::string& name, const
   for (const auto& [x, y, error] : rows) {
     table.add_row(line ? std::vector<double>{x, y} : std::vector<double>{x, y, error});
     panel.x.add(x);
-    panel.y.add(y);
+    // With its bar, where that is not the whole of a logarithmic axis.
+    for (const double end : {y - error, y, y + error}) {
+      if (end > 0 || !panel.log_y) panel.y.add(end);
+    }
   }
   const std::string file = fmt::format("{}-{}.csv", plan.id, name), with = appearance(colour, kind);
   plan.data[file] = table.text();
