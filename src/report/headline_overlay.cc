@@ -85,7 +85,8 @@ void add_causes(Json& overlay, const Json& summary) {
   for (const char* name : {"beta", "gamma", "alpha"}) moved = moved && scaling.at(name).contains("systematic");
   overlay["overload_shift"] = shifts;
   overlay["depth_window"] = moved ? Json{{"key", "/scaling"}} : Json(nullptr);
-  overlay["has_causes"] = known(scaling.at("gamma")) && known(scaling.at("alpha"));
+  overlay["has_causes"] =
+      scanned_in(summary) == "mu" && known(scaling.at("gamma")) && known(scaling.at("alpha"));
 }
 
 /// The first and the last result whose c and D are known; null if there are not two.
