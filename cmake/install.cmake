@@ -15,7 +15,7 @@ set_target_properties(granuscope_library PROPERTIES OUTPUT_NAME granuscope EXPOR
 target_compile_features(granuscope_library INTERFACE cxx_std_20)
 target_include_directories(granuscope_library INTERFACE $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/granuscope>)
 target_link_libraries(granuscope_library PUBLIC fmt::fmt
-                      PRIVATE OpenSSL::Crypto Threads::Threads GSL::gsl PkgConfig::HWY ${HDF5_C_LIBRARIES})
+                      PRIVATE OpenSSL::Crypto Threads::Threads GSL::gsl PkgConfig::HWY ${GLPK_LIBRARY} ${HDF5_C_LIBRARIES})
 install(TARGETS granuscope_library EXPORT granuscope ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT library)
 foreach(room IN LISTS granuscope_library_rooms)
   install(DIRECTORY ${PROJECT_SOURCE_DIR}/src/${room} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/granuscope
@@ -90,7 +90,7 @@ set(CPACK_DEBIAN_LIBRARY_PACKAGE_NAME libgranuscope-dev)
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_LIBRARY_DESCRIPTION "The rooms model, storage, sampling, ensemble and analysis of granuscope as a
 static library with headers. Its interface may change with every version.")
-set(CPACK_DEBIAN_LIBRARY_PACKAGE_DEPENDS "libfmt-dev, libgsl-dev, libhdf5-dev, libhwy-dev, libssl-dev, pkg-config")
+set(CPACK_DEBIAN_LIBRARY_PACKAGE_DEPENDS "libfmt-dev, libglpk-dev, libgsl-dev, libhdf5-dev, libhwy-dev, libssl-dev, pkg-config")
 set(CPACK_DEBIAN_MPI_PACKAGE_NAME granuscope-mpi)
 set(CPACK_DEBIAN_MPI_PACKAGE_DEPENDS "granuscope (= ${PROJECT_VERSION})")
 set(CPACK_DEBIAN_MPI_DESCRIPTION "The program granuscope for MPI: mpirun -n N granuscope-mpi run EXPERIMENT draws

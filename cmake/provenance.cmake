@@ -16,7 +16,7 @@ function(granuscope_provenance target)
   pkg_check_modules(GRANUSCOPE_TOMLPP QUIET tomlplusplus)
   set(facts_libraries "")
   foreach(entry "CLI11 ${CLI11_VERSION}" "Eigen ${Eigen3_VERSION}" "FreeType ${FREETYPE_VERSION_STRING}"
-          "GSL ${GSL_VERSION}" "HDF5 ${HDF5_VERSION}" "Highway ${HWY_VERSION}"
+          "GLPK ${GLPK_VERSION}" "GSL ${GSL_VERSION}" "HDF5 ${HDF5_VERSION}" "Highway ${HWY_VERSION}"
           "fmt ${fmt_VERSION}" "libpng ${PNG_VERSION_STRING}" "nlohmann-json ${nlohmann_json_VERSION}"
           "tomlplusplus ${GRANUSCOPE_TOMLPP_VERSION}")
     if(entry MATCHES " [0-9]")

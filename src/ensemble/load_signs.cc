@@ -21,7 +21,7 @@ void draw_signs(std::uint64_t seed, std::uint64_t sample, int run, std::span<dou
 }
 
 void draw_signs(const EnsembleSpec& spec, std::uint64_t sample, std::span<double> signs) {
-  const bool chain = spec.sampler.law == Law::polytope;
+  const bool chain = spec.sampler.law == Law::polytope || spec.sampler.model.name == ModelName::diluted_beads;
   const std::uint64_t named = chain ? sample - sample % group_size : sample;
   draw_signs(spec.sampler.seed, named, spec.response.sign_run, signs);
 }

@@ -17,7 +17,8 @@ using Name = std::pair<Choice, const char*>;
 constexpr std::array<Name<ModelName>, all_models.size()> model_names{{{ModelName::frictional_beads, "frictional-beads"},
                                                                       {ModelName::q_model, "q-model"},
                                                                       {ModelName::three_leg, "three-leg"},
-                                                                      {ModelName::stochastic_osl, "stochastic-osl"}}};
+                                                                      {ModelName::stochastic_osl, "stochastic-osl"},
+                                                                      {ModelName::diluted_beads, "diluted-beads"}}};
 constexpr std::array<Name<SplitLaw>, 3> split_names{
     {{SplitLaw::uniform, "uniform"}, {SplitLaw::critical, "critical"}, {SplitLaw::beta, "beta"}}};
 constexpr std::array<Name<MiddleLaw>, 3> middle_names{
@@ -114,6 +115,30 @@ Problem find_problem(const StochasticOslSpec& spec, const LatticeSpec& lattice) 
   return find_cell_problem("stochastic_osl", spec.cell_columns, spec.cell_rows, lattice);
 }
 
+Problem find_problem(const DilutedBeadsSpec& spec, const LatticeSpec& lattice) {
+  constexpr double most = 0.25;
+  constexpr int most_beads = 2048;
+  if (!(spec.share >= 0 && spec.share < most)) {
+    return problem("diluted_beads.share",
+                   "with a share of {} of the contacts opened there are at most as many unknowns as balances, 4 (1 - "
+                   "share) against 3 for each bead; give 0 to below {}",
+                   spec.share, most);
+  }
+  // sqrt 3 N is at most the load where it is the same everywhere.
+  if (!(spec.least_slack > 0 && spec.least_slack < tan30)) {
+    return problem("diluted_beads.least_slack",
+                   "not even an undiluted pile has a slack of {} in all contacts at once; give above 0 to below {:.4f}",
+                   spec.least_slack, tan30);
+  }
+  if (static_cast<double>(lattice.columns) * lattice.layers > most_beads) {
+    return problem("columns",
+                   "{} x {} beads with opened contacts are solved as a whole, in a time that grows as the third power "
+                   "of their number; give at most {} beads",
+                   lattice.columns, lattice.layers, most_beads);
+  }
+  return {};
+}
+
 }  // namespace
 
 RowGeometry rows_of(const ModelSpec& model) {
@@ -133,6 +158,7 @@ Problem find_problem(const ModelSpec& model, const LatticeSpec& lattice) {
   if (model.name == ModelName::q_model) return find_problem(model.q_model);
   if (model.name == ModelName::three_leg) return find_problem(model.three_leg, lattice);
   if (model.name == ModelName::stochastic_osl) return find_problem(model.stochastic_osl, lattice);
+  if (model.name == ModelName::diluted_beads) return find_problem(model.diluted_beads, lattice);
   return {};
 }
 
@@ -159,6 +185,10 @@ std::string configuration_text(const ModelSpec& model) {
     // Files of before hold the thrust at the top of each row.
     text += fmt::format("disorder={}\ncells={}x{}\ngrid={}\nthrust_sums=2\n", exact(osl.disorder), osl.cell_columns,
                         osl.cell_rows, osl.grid);
+  }
+  if (model.name == ModelName::diluted_beads) {
+    text += fmt::format("opened_share={}\nleast_slack={}\n", exact(model.diluted_beads.share),
+                        exact(model.diluted_beads.least_slack));
   }
   return text;
 }

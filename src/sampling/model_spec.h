@@ -10,16 +10,18 @@
 
 namespace granuscope {
 
-/// What a pile is a model of. All but the first hand the forces of a row down to the next one by a rule of their own,
-/// and never look back.
+/// What a pile is a model of. All but the first and the last hand the forces of a row down to the next one by a rule of
+/// their own, and never look back.
 enum class ModelName {
   frictional_beads,  ///< the paper's beads, under one of the laws of sampler_spec.h
   q_model,           ///< each bead hands a random share of its weight to either lower neighbour; no horizontal force
   three_leg,         ///< each bead stands on three legs, on a rectangular lattice
   stochastic_osl,    ///< oriented stress linearity, sigma_xx = eta (1 + v) sigma_zz, v random in space
+  diluted_beads,     ///< the paper's beads, of which a share of the contacts is opened; solved as a whole, not by rows
 };
-inline constexpr std::array<ModelName, 4> all_models = {ModelName::frictional_beads, ModelName::q_model,
-                                                        ModelName::three_leg, ModelName::stochastic_osl};
+inline constexpr std::array<ModelName, 5> all_models = {ModelName::frictional_beads, ModelName::q_model,
+                                                        ModelName::three_leg, ModelName::stochastic_osl,
+                                                        ModelName::diluted_beads};
 
 /// q-model: the distribution of the share q that the lower-left neighbour gets, independent from bead to bead.
 enum class SplitLaw {
@@ -59,11 +61,19 @@ struct StochasticOslSpec {
   int grid = 8;  ///< nodes per bead diameter, and steps per row
 };
 
+/// Friction is that of the SamplerSpec. See diluted_beads.h.
+struct DilutedBeadsSpec {
+  double share = 0.05;        ///< of the contacts below the top layer that are opened
+  double least_slack = 0.02;  ///< a contact is opened only if all others can have N - |T|/mu at least so large, in
+                              ///< loads of one top bead, at once
+};
+
 struct ModelSpec {
   ModelName name = ModelName::frictional_beads;
   QModelSpec q_model;
   ThreeLegSpec three_leg;
   StochasticOslSpec stochastic_osl;
+  DilutedBeadsSpec diluted_beads;
 
   bool is_beads() const { return name == ModelName::frictional_beads; }
   bool has_contacts() const { return is_beads(); }  ///< of beads with friction: a pile of it is a Pile
@@ -98,7 +108,8 @@ Problem find_problem(const ModelSpec& model, const LatticeSpec& lattice);
 /// Canonical text of everything that its numbers depend on, a line for each; nothing for the beads.
 std::string configuration_text(const ModelSpec& model);
 
-/// "frictional-beads", "q-model", "three-leg", "stochastic-osl". Those that take a name throw InputError with all.
+/// "frictional-beads", "q-model", "three-leg", "stochastic-osl", "diluted-beads". Those that take a name throw
+/// InputError with all.
 std::string name_of(ModelName name);
 ModelName model_named(const std::string& name);
 /// "three-leg, positive": with the law it follows.

@@ -26,6 +26,7 @@ std::unique_ptr<RowModel> make_row_model(const ModelSpec& model, int columns) {
     case ModelName::stochastic_osl:
       return make_stochastic_osl(model.stochastic_osl, columns);
     case ModelName::frictional_beads:
+    case ModelName::diluted_beads:
       break;
   }
   throw std::logic_error("beads are no model that hands forces down row by row");

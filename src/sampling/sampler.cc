@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 
+#include "sampling/diluted_beads.h"
 #include "sampling/eloy_clement.h"
 #include "sampling/frictionless.h"
 #include "sampling/granusolve.h"
@@ -152,6 +153,7 @@ std::size_t piles_at_once(const SamplerSpec& spec, const Lattice& lattice) {
 }
 
 double drawing_memory(const SamplerSpec& spec, const Lattice& lattice) {
+  if (spec.model.name == ModelName::diluted_beads) return DilutedBeadsSampler::memory(lattice);
   if (!spec.model.is_beads()) return RowModelSampler::memory(lattice);
   const double pile = 32, solver = 68;  // bytes per bead, the latter for the law that needs most
   const double granusolve = 15;         // of a pile by itself, such as the groups have evicted
@@ -167,6 +169,9 @@ std::unique_ptr<Sampler> make_sampler(const SamplerSpec& spec, const Lattice& la
   validate(spec);
   if (!spec.model.is_beads()) {
     refuse(find_problem(spec.model, {lattice.columns(), lattice.layers()}));
+    if (spec.model.name == ModelName::diluted_beads) {
+      return std::make_unique<CheckedSampler>(std::make_unique<DilutedBeadsSampler>(spec, lattice), lattice, false);
+    }
     return std::make_unique<CheckedSampler>(std::make_unique<RowModelSampler>(spec, lattice), lattice, true);
   }
   const FrictionCone cone(spec.mu);

@@ -80,7 +80,7 @@ TEST_CASE("provenance knows the program, its build and its machine") {
     names.insert(name);
   }
   CHECK(names.size() == provenance.libraries.size());
-  for (const char* name : {"Eigen", "GSL", "HDF5", "libpng", "FreeType", "fmt", "Highway", "OpenSSL"}) {
+  for (const char* name : {"Eigen", "GLPK", "GSL", "HDF5", "libpng", "FreeType", "fmt", "Highway", "OpenSSL"}) {
     CHECK(names.count(name) == 1);
   }
 }
