@@ -153,7 +153,11 @@ bool DilutedBeadsSampler::begin_walk(std::uint64_t group, std::span<const double
   if (!opened_.complete) return false;
   LargestSlack start = find_largest_slack(balances_, opened_.opened, load);
   if (start.solvability != Solvability::inside) return false;
-  walk_.emplace(std::move(start.slacks), find_null_directions(balances_, opened_.opened));
+  if (directions_of_ != opened_.opened) {
+    directions_ = find_null_directions(balances_, opened_.opened);
+    directions_of_ = opened_.opened;
+  }
+  walk_.emplace(std::move(start.slacks), directions_);
   ++counts_.chains;
   counts_.burn_in += burn_in_sweeps();
   counts_.thinning += thinning_sweeps();

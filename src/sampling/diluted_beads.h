@@ -37,9 +37,9 @@ OpenedStepwise open_while_solvable(const ContactBalances& balances, const std::v
 /// all cones. The law is the flat one on all solutions, that of the law polytope with lambda = 0.
 class FlatWalk {
  public:
-  /// Starts from slacks that solve the balances.
-  FlatWalk(ContactSlacks start, std::vector<NullDirection> directions)
-      : slacks_(std::move(start)), directions_(std::move(directions)) {}
+  /// Starts from slacks that solve the balances. The directions must outlive it.
+  FlatWalk(ContactSlacks start, const std::vector<NullDirection>& directions)
+      : slacks_(std::move(start)), directions_(directions) {}
   /// One move along each direction; uniform(number of the direction) is in [0, 1).
   template <class Uniform>
   void sweep(const Uniform& uniform) {
@@ -52,7 +52,7 @@ class FlatWalk {
   void move(const NullDirection& direction, double uniform);
 
   ContactSlacks slacks_;
-  std::vector<NullDirection> directions_;
+  const std::vector<NullDirection>& directions_;
 };
 
 /// The model "diluted-beads": beads of which a share of the contacts is opened and bears no force. Contacts are opened
@@ -87,6 +87,9 @@ class DilutedBeadsSampler final : public Sampler {
   std::optional<std::uint64_t> opened_group_;
   std::vector<std::vector<double>> opened_loads_;
   OpenedStepwise opened_;
+  // Those that the directions are of: both loads of a group have the same, and so have all without opened contacts.
+  OpenedContacts directions_of_;
+  std::vector<NullDirection> directions_;
 
   // Where the walk stands.
   std::optional<std::uint64_t> walk_group_;

@@ -3,6 +3,7 @@
 #include "studies/chain_share.h"
 #include "studies/counted_work.h"
 #include "studies/deep_response.h"
+#include "studies/dilution/study.h"
 #include "studies/error_against_time.h"
 #include "studies/law_comparison/study.h"
 #include "studies/mode_coupling/study.h"
@@ -28,6 +29,7 @@ Studies::Studies() {
   all_.push_back(law_comparison_study());
   all_.push_back(rejection_thrust_study());
   all_.push_back(models_study());
+  all_.push_back(dilution_study());
 }
 
 Studies::Studies(const Studies& other) {
