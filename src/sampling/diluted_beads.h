@@ -76,9 +76,9 @@ class DilutedBeadsSampler final : public Sampler {
  private:
   bool begin_walk(std::uint64_t group, std::span<const double> load);
   void run(std::uint64_t sweeps);
-  /// A sweep per bead outlasts the slowest wave of the weights (tests/sampling/diluted_beads_test.cc).
+  /// The slowest wave of the weights is forgotten in a sweep per bead or two.
   std::uint64_t thinning_sweeps() const { return lattice_.beads(); }
-  std::uint64_t burn_in_sweeps() const { return 4 * lattice_.beads(); }
+  std::uint64_t burn_in_sweeps() const { return 8 * lattice_.beads(); }
 
   SamplerSpec spec_;
   ContactBalances balances_;

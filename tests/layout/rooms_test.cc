@@ -97,6 +97,7 @@ const std::vector<Door> doors{
     {"toml++/", {"experiment"}},
     {"nlohmann/", {"plot", "report", "studies", "history", "bench"}},
     {"Eigen/", {"analysis"}},
+    {"glpk", {"sampling"}},
     {"eigen3/", {"analysis"}},
     {"gsl/gsl_fft", {"ensemble"}},
     {"gsl/gsl_multifit", {"analysis"}},
