@@ -44,8 +44,8 @@ DilutedResponse response(double share, double position, double width, int peaks)
   return made;
 }
 
-Dilution made_up() {
-  Dilution all;
+DilutedPiles made_up() {
+  DilutedPiles all;
   for (const double mu : {0.1, 0.3}) {
     for (const int size : {6, 9}) {
       for (const double share : {0.0, 0.05}) {
@@ -132,7 +132,7 @@ TEST_CASE("an ensemble of diluted piles has the same sums for every number of th
 }
 
 TEST_CASE("the report of opened contacts says whether the peaks merge, with tables and two figures") {
-  Dilution all = made_up();
+  DilutedPiles all = made_up();
   const std::string page = study_page(*dilution_study(all)).html;
   for (const char* text : {"do not merge", "0.2163(23)", "0.1106(23)", "0.250(54)", "4.100(41)"}) {
     INFO(text);

@@ -28,10 +28,10 @@ std::string key_entry(const std::string& style, const std::string& title) {
 
 }  // namespace
 
-Figure plot_solvable_shares(const Dilution& measured, const std::filesystem::path& run_folder) {
+Figure plot_solvable_shares(const DilutedPiles& measured, const std::filesystem::path& run_folder) {
   if (measured.solvable.empty()) {
     throw InputError(
-        "the figure of solvable piles has nothing to show: no pile was tried; give studies.dilution.shares");
+        "the figure of solvable piles has nothing to show: no pile was tried; give the study mu, sizes and shares");
   }
   PlotPlan plan;
   plan.id = "solvable-piles";
@@ -86,7 +86,7 @@ Figure plot_solvable_shares(const Dilution& measured, const std::filesystem::pat
                      run_folder);
 }
 
-Figure plot_diluted_responses(const Dilution& measured, const std::filesystem::path& run_folder) {
+Figure plot_diluted_responses(const DilutedPiles& measured, const std::filesystem::path& run_folder) {
   PlotPlan plan;
   plan.id = "diluted-response";
   plan.script = "studies/diluted_response";
@@ -140,14 +140,19 @@ Figure plot_diluted_responses(const Dilution& measured, const std::filesystem::p
   if (profiles.empty() || peaks.empty()) {
     throw InputError(
         "the figure of the response of diluted piles has nothing to show, because no peaks were found; give a larger "
-        "studies.dilution.samples or smaller shares");
+        "number of samples, or smaller shares");
   }
   shares.add(shares.high + 0.01);
+  const double half = 0.5 * measured.responses.front().columns;
+  Range inner;  // no label at a corner of the panel
+  inner.add(-0.7 * half);
+  inner.add(0.7 * half);
   return plot_figure(plan,
                      {{"profiles", joined(profiles)},
                       {"peaks", joined(peaks)},
                       {"titles", joined(titles)},
-                      {"reach", exact(0.5 * measured.responses.front().columns)},
+                      {"reach", exact(half)},
+                      {"x_ticks", linear_ticks(inner, 5)},
                       {"height_low", exact(height.low - 0.03 * height.size())},
                       {"height_high", exact(height.high + 0.05 * height.size())},
                       {"height_ticks", linear_ticks(height, 6)},

@@ -51,7 +51,7 @@ Json to_json(const DilutedResponse& one) {
 }
 
 /// What page 1 says: whether all responses have two peaks, and those with the least and the most opened contacts.
-Json page_1_overlay(const Dilution& measured) {
+Json page_1_overlay(const DilutedPiles& measured) {
   const auto place = [](const char* list, std::size_t k) {
     return Json{{"key", fmt::format("/studies/dilution/{}/{}", list, k)}};
   };
@@ -80,7 +80,7 @@ Json page_1_overlay(const Dilution& measured) {
 
 class DilutionStudy final : public CopiedStudy<DilutionStudy> {
  public:
-  explicit DilutionStudy(Dilution measured) : measured_(std::move(measured)) {}
+  explicit DilutionStudy(DilutedPiles measured) : measured_(std::move(measured)) {}
 
   std::string id() const override { return "dilution"; }
 
@@ -279,12 +279,12 @@ class DilutionStudy final : public CopiedStudy<DilutionStudy> {
 
   std::uint64_t seed_ = 1;
   int threads_ = 0;
-  Dilution measured_;
+  DilutedPiles measured_;
 };
 
 }  // namespace
 
-std::unique_ptr<Study> dilution_study(Dilution measured) {
+std::unique_ptr<Study> dilution_study(DilutedPiles measured) {
   return std::make_unique<DilutionStudy>(std::move(measured));
 }
 
