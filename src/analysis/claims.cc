@@ -11,9 +11,9 @@ namespace {
 
 /// What the paper claims of its beads as friction varies says nothing of another model, or of another parameter.
 Claim of_friction(const Analysis& analysis, const Claim& claim) {
-  if (analysis.scan == &friction_parameter()) return claim;
-  Claim open = open_claim(claim.id, claim.statement, claim.quantity);
   const SamplerSpec sampler = analysis.results.empty() ? SamplerSpec{} : analysis.results.front().spec.sampler;
+  if (analysis.scan == &friction_parameter() && sampler.model.is_beads()) return claim;
+  Claim open = open_claim(claim.id, claim.statement, claim.quantity);
   leave_open(open, fmt::format("it is about the friction of beads, and this experiment varies the {} of the model {}",
                                analysis.scan->label(), name_of(sampler.model.name)));
   return open;

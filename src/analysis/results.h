@@ -118,7 +118,7 @@ struct Transport {
   RowGeometry rows() const { return rows_of(spec.sampler.model); }
   double scanned() const { return scan->value(spec.sampler); }
   std::string at() const { return scan->at(spec.sampler); }  ///< "μ = 0.3"
-  bool is_frictionless() const { return spec.sampler.model.is_beads() && spec.sampler.mu == 0; }
+  bool is_frictionless() const { return spec.sampler.model.has_contacts() && spec.sampler.mu == 0; }
 };
 
 struct ScalingFits {

@@ -72,7 +72,7 @@ Problem find_scan_problem(const Experiment& e) {
   for (const double value : e.scan_values()) {
     const SamplerSpec sampler = e.sampler_at(value);
     Problem found = find_problem(sampler);
-    if (!found && !beads) found = in_table("model", find_problem(sampler.model, e.lattice));
+    if (!found && !sampler.model.is_beads()) found = in_table("model", find_problem(sampler.model, e.lattice));
     if (!found) continue;
     if (e.scan.values.empty()) return found;
     return problem("scan.values", "with {} = {} no pile can be drawn: {}", scanned.name, value, found->message);
@@ -204,6 +204,9 @@ Problem find_scene_problem(const Experiment& e) {
         "scenes.friction.show",
         "without friction, as scenes.force_chains.mu = 0 says, there is none to be mobilised; write false, or "
         "a mu above 0");
+  }
+  if (auto found = find_problem(e.sampling.model, {chains.columns, chains.computed_layers()})) {
+    return problem("scenes.force_chains.columns", "{}", found->message);
   }
   // What the picture itself refuses, hours before it would be rendered.
   try {

@@ -336,7 +336,7 @@ std::vector<PlannedEnsemble> plan_ensembles(const Experiment& experiment, const 
     spec.lattice = experiment.lattice;
     spec.response = experiment.response;
     const std::uint64_t one_group_each = static_cast<std::uint64_t>(spec.response.blocks) * group_size;
-    const bool frictionless = spec.sampler.model.is_beads() && spec.sampler.mu == 0;
+    const bool frictionless = spec.sampler.model.has_contacts() && spec.sampler.mu == 0;
     if (frictionless) spec.response.samples = std::min(spec.response.samples, one_group_each);
     const bool profiles_wanted =
         experiment.figures.response_profiles && value == experiment.shown_value(experiment.figures.profile_mu);

@@ -60,7 +60,9 @@ std::string window_text(const std::array<double, 4>& window) {
 
 EnsembleSpec pile_spec(const Experiment& experiment, double mu) {
   EnsembleSpec spec;
-  spec.sampler = experiment.sampler_for(mu);
+  spec.sampler = experiment.sampling.model.is_beads()
+                     ? experiment.sampler_for(mu)
+                     : experiment.sampler_at(experiment.shown_value(experiment.figures.profile_mu));
   spec.lattice = {experiment.force_chains.columns, experiment.force_chains.computed_layers()};
   spec.load = Load::point;
   spec.response.overload = experiment.response.overload;
@@ -199,15 +201,15 @@ class PilePictures {
 namespace {
 
 /// What the beads of one pile of a model carry, one to a cell; its rows need not be those of the beads.
-Field weights_of(const SamplerSpec& sampler, const EnsembleSpec& spec, std::uint64_t sample, int layers) {
+Field weights_of(const EnsembleSpec& spec, std::uint64_t sample, int layers) {
   const Lattice lattice(spec.lattice);
-  const auto drawing = make_sampler(sampler, lattice);
+  const auto sampler = make_sampler(spec.sampler, lattice);
   const std::vector<double> load = top_load(spec);
   const std::array<std::uint64_t, 1> samples{sample};
   const std::array<std::span<const double>, 1> loads{load};
   std::array<std::optional<SamplingFailure>, 1> failures;
-  const PileGroup pile = drawing->draw_groups(samples, loads, failures).front();
-  const RowGeometry rows = rows_of(sampler.model);
+  const PileGroup pile = sampler->draw_groups(samples, loads, failures).front();
+  const RowGeometry rows = rows_of(spec.sampler.model);
   Field field;
   field.key_title = key_title_of("weight");
   for (int layer = 0; layer < layers; ++layer) {
@@ -225,7 +227,7 @@ PictureOutcome render_weights_of_model(const Experiment& experiment, const std::
                                        const Provenance& provenance) {
   const ForceChainSpec& chains = experiment.force_chains;
   const EnsembleSpec spec = pile_spec(experiment, chains.mu);
-  const SamplerSpec sampler = experiment.sampler_at(experiment.shown_value(experiment.figures.profile_mu));
+  const SamplerSpec& sampler = spec.sampler;
   SceneSpec scene = chains.scene;
   scene.scene = "field";
   scene.colour_map = "grey";
@@ -242,7 +244,7 @@ PictureOutcome render_weights_of_model(const Experiment& experiment, const std::
     const int shown =
         std::min(chains.computed_layers(), 1 + static_cast<int>((deepest - rows.depth(0)) / rows.spacing));
     const SceneStatistics statistics =
-        render_scene(build_field_scene(weights_of(sampler, spec, chains.sample, shown), scene), scene,
+        render_scene(build_field_scene(weights_of(spec, chains.sample, shown), scene), scene,
                      run_folder / figure.screen, {{"Software", provenance_line(provenance)}});
     outcome.environment = {{"OpenGL", statistics.renderer},
                            {"GL backend", statistics.backend + ": " + statistics.backend_reason}};

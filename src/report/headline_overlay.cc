@@ -20,6 +20,11 @@ std::string verdict_of(const Json& summary, const char* id) {
   return "not tested";
 }
 
+/// What the paper varies.
+bool is_friction_of_beads(const Json& summary) {
+  return scanned_in(summary) == "mu" && summary.at("scan").at("model") == "frictional-beads";
+}
+
 bool known(const Json& estimate) { return estimate.at("value").is_number(); }
 
 /// Exponents to which the points of the fit do not keep stand without an error.
@@ -85,8 +90,7 @@ void add_causes(Json& overlay, const Json& summary) {
   for (const char* name : {"beta", "gamma", "alpha"}) moved = moved && scaling.at(name).contains("systematic");
   overlay["overload_shift"] = shifts;
   overlay["depth_window"] = moved ? Json{{"key", "/scaling"}} : Json(nullptr);
-  overlay["has_causes"] =
-      scanned_in(summary) == "mu" && known(scaling.at("gamma")) && known(scaling.at("alpha"));
+  overlay["has_causes"] = is_friction_of_beads(summary) && known(scaling.at("gamma")) && known(scaling.at("alpha"));
 }
 
 /// The first and the last result whose c and D are known; null if there are not two.
@@ -111,7 +115,7 @@ void add_headline(Json& overlay, const Json& summary, const std::string& own) {
   const auto is = [&](const char* id, const char* verdict) { return verdict_of(summary, id) == verdict; };
   const bool ratio = !scaling.at("by_ratio").empty() && known(scaling.at("by_ratio").at(0).at("gamma")) &&
                      known(scaling.at("by_ratio").at(0).at("from_load").at("gamma"));
-  const bool of_friction = summary.at("scan").at("parameter") == "mu";
+  const bool of_friction = is_friction_of_beads(summary);
   const bool powers = known(scaling.at("alpha")) && known(scaling.at("beta"));
   const bool generated = own.empty() && of_friction && known(scaling.at("gamma")) && known(scaling.at("beta"));
   overlay["headline"] = {

@@ -87,7 +87,7 @@ Json to_json(const FitVariation& variation) {
 Json to_json(const Transport& result) {
   Json json;
   const SamplerSpec& sampler = result.spec.sampler;
-  if (sampler.model.is_beads()) json["mu"] = sampler.mu;
+  if (sampler.model.has_contacts()) json["mu"] = sampler.mu;
   json[result.scan->name] = result.scanned();
   json["law"] = law_of(sampler);
   json.update(granuscope::to_json(result.spec.response));

@@ -76,7 +76,9 @@ struct ModelSpec {
   DilutedBeadsSpec diluted_beads;
 
   bool is_beads() const { return name == ModelName::frictional_beads; }
-  bool has_contacts() const { return is_beads(); }  ///< of beads with friction: a pile of it is a Pile
+  bool has_contacts() const {  ///< of beads with friction: a pile of it is a Pile
+    return is_beads() || name == ModelName::diluted_beads;
+  }
 };
 
 /// A number of a model that says how disordered its piles are.

@@ -16,7 +16,9 @@ std::vector<ScanParameter> all_parameters() {
        [](SamplerSpec& spec) -> double& { return spec.mu; }},
       {"lambda", "λ", "power of the intervals",
        [](const SamplerSpec& spec) { return spec.model.is_beads() && spec.law == Law::polytope; },
-       [](SamplerSpec& spec) -> double& { return spec.lambda; }}};
+       [](SamplerSpec& spec) -> double& { return spec.lambda; }},
+      {"bead_weight", "g", "weight of a bead", [](const SamplerSpec& spec) { return spec.model.is_beads(); },
+       [](SamplerSpec& spec) -> double& { return spec.bead_weight; }}};
   for (const ModelParameter& one : model_parameters()) {
     all.push_back({one.name, one.symbol, one.meaning,
                    [&one](const SamplerSpec& spec) { return one.belongs_to(spec.model); },
@@ -25,7 +27,7 @@ std::vector<ScanParameter> all_parameters() {
   return all;
 }
 
-/// Of each sampler the usual one first.
+/// Those of beads first.
 const std::vector<ScanParameter>& parameters() {
   static const std::vector<ScanParameter> all = all_parameters();
   return all;
@@ -44,9 +46,10 @@ std::string ScanParameter::file_part(const SamplerSpec& spec) const {
 const ScanParameter& friction_parameter() { return parameters().front(); }
 
 const ScanParameter& usual_parameter(const SamplerSpec& spec) {
-  const auto found = std::find_if(parameters().begin(), parameters().end(),
-                                  [&](const ScanParameter& one) { return one.belongs_to(spec); });
-  return found == parameters().end() ? friction_parameter() : *found;
+  const auto of_model = std::find_if(parameters().begin(), parameters().end(), [&](const ScanParameter& one) {
+    return &one != &friction_parameter() && one.belongs_to(spec);
+  });
+  return spec.model.is_beads() || of_model == parameters().end() ? friction_parameter() : *of_model;
 }
 
 const ScanParameter& scan_parameter_named(const std::string& name, const SamplerSpec& spec) {

@@ -27,7 +27,7 @@ struct ScanParameter {
 /// The friction coefficient of beads.
 const ScanParameter& friction_parameter();
 
-/// The one that is varied where nothing else is said: the first that belongs to the sampler.
+/// The one that is varied where nothing else is said: friction of beads, else the first of the model.
 const ScanParameter& usual_parameter(const SamplerSpec& spec);
 
 /// Throws InputError naming those that belong to the sampler.
