@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <stdexcept>
 #include <vector>
 
@@ -67,23 +68,28 @@ class BalanceProgramme {
     return number;
   }
 
-  /// Goes on from the last basis. False: no solution. Throws std::logic_error if the library gives up.
-  bool solve(Method method) {
+  /// Goes on from the last basis. Whether there is a solution; nothing if the library cannot tell.
+  std::optional<bool> solve(Method method) {
     glp_smcp parameters;
     glp_init_smcp(&parameters);
     parameters.msg_lev = GLP_MSG_OFF;
     parameters.meth = method == Method::primal ? GLP_PRIMAL : GLP_DUALP;
     parameters.tol_bnd = parameters.tol_dj = 1e-9;
-    int failed = glp_simplex(problem_, &parameters);
-    if (failed != 0) {  // a basis that has become singular: begin anew
-      glp_std_basis(problem_);
-      failed = glp_simplex(problem_, &parameters);
+    // Updates of a large basis lose digits, until it is singular or no step goes on: then the next begins anew, the
+    // last by another method.
+    for (const int begin : {0, 1, 2}) {
+      if (begin == 1) glp_std_basis(problem_);
+      if (begin == 2) {
+        glp_adv_basis(problem_, 0);
+        parameters.meth = GLP_PRIMAL;
+      }
+      if (glp_simplex(problem_, &parameters) != 0) continue;
+      const int status = glp_get_status(problem_);
+      if (status == GLP_OPT) return true;
+      if (status == GLP_NOFEAS) return false;
     }
-    const int status = glp_get_status(problem_);
-    if (failed != 0 || (status != GLP_OPT && status != GLP_NOFEAS)) {
-      throw std::logic_error("the linear programme of a pile with opened contacts was neither solved nor refuted");
-    }
-    return status == GLP_OPT;
+    glp_std_basis(problem_);
+    return std::nullopt;
   }
 
   /// Solves the balances of the last basis afresh: updates of its factors have lost some digits.
@@ -125,7 +131,10 @@ LargestSlack find_largest_slack(const ContactBalances& balances, const OpenedCon
   }
   const int common = programme.add_common_slack(balances, opened);
   LargestSlack found;
-  if (!programme.solve(Method::primal)) {
+  const std::optional<bool> solved = programme.solve(Method::primal);
+  if (!solved)
+    throw std::logic_error("the linear programme of a pile with opened contacts was neither solved nor refuted");
+  if (!*solved) {
     found.slack = std::numeric_limits<double>::quiet_NaN();
     return found;
   }
@@ -155,7 +164,8 @@ StepwiseOpening::StepwiseOpening(StepwiseOpening&&) noexcept = default;
 StepwiseOpening::~StepwiseOpening() = default;
 
 // Nothing is maximised: the dual simplex method goes on from the last basis, which stays dual feasible.
-bool StepwiseOpening::solvable() { return programme_->solve(Method::dual); }
+// What cannot be told counts as no: the contact stays closed.
+bool StepwiseOpening::solvable() { return programme_->solve(Method::dual).value_or(false); }
 void StepwiseOpening::open(std::size_t contact) { programme_->set_opened(contact); }
 void StepwiseOpening::close(std::size_t contact) { programme_->set_least(contact, least_slack_); }
 

@@ -75,6 +75,7 @@ TEST_CASE("A scan that cannot be is refused with what to write") {
   refused("[model]\nname = \"three-leg\"\n[scan]\nparameter = \"disorder\"\n", "choose one of: middle, noise");
   refused("[model]\nname = \"three-leg\"\n[scan]\nvalues = [0.1, 1.2]\n",
           "scan.values: with middle = 1.2 no pile can be");
+  refused("[model]\nname = \"diluted-beads\"\n", "they have a study of their own");
   refused("[model]\nname = \"q-models\"\n", "there is no model \"q-models\"");
   refused("[model]\nname = \"q-model\"\n[scenes.force_chains]\nmu = 0.2\n[scenes.friction]\nshow = true\n",
           "has no contacts of beads");
