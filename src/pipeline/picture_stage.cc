@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <optional>
 #include <string_view>
@@ -14,6 +13,7 @@
 #include "plot/figure_captions.h"
 #include "plot/plot_language.h"
 #include "plot/response_field.h"
+#include "plot/weights_picture.h"
 #include "render/gl_context.h"
 #include "render/pile_scene.h"
 #include "render/render_pile.h"
@@ -200,64 +200,28 @@ class PilePictures {
 
 namespace {
 
-/// What the beads of one pile of a model carry, one to a cell; its rows need not be those of the beads.
-Field weights_of(const EnsembleSpec& spec, std::uint64_t sample, int layers) {
-  const Lattice lattice(spec.lattice);
-  const auto sampler = make_sampler(spec.sampler, lattice);
-  const std::vector<double> load = top_load(spec);
-  const std::array<std::uint64_t, 1> samples{sample};
-  const std::array<std::span<const double>, 1> loads{load};
-  std::array<std::optional<SamplingFailure>, 1> failures;
-  const PileGroup pile = sampler->draw_groups(samples, loads, failures).front();
-  const RowGeometry rows = rows_of(spec.sampler.model);
-  Field field;
-  field.key_title = key_title_of("weight");
-  for (int layer = 0; layer < layers; ++layer) {
-    FieldRow row{rows.depth(layer), lattice.x(rows.shifted(layer) ? 1 : 0, 0) - 0.5, {}};
-    for (int bead = 0; bead < lattice.columns(); ++bead) {
-      row.values.push_back(pile.weight(pile.row(layer) + static_cast<std::size_t>(bead) * pile.stride));
-    }
-    field.rows.push_back(std::move(row));
-  }
-  return field;
-}
-
 /// The picture of a model: there are no contacts of beads to be shown.
-PictureOutcome render_weights_of_model(const Experiment& experiment, const std::filesystem::path& run_folder,
-                                       const Provenance& provenance) {
+PictureOutcome render_weights_of_model(const Experiment& experiment, const std::filesystem::path& run_folder) {
   const ForceChainSpec& chains = experiment.force_chains;
-  const EnsembleSpec spec = pile_spec(experiment, chains.mu);
-  const SamplerSpec& sampler = spec.sampler;
-  SceneSpec scene = chains.scene;
-  scene.scene = "field";
-  scene.colour_map = "grey";
-  scene.window = {{-0.5 * chains.columns, 0.5 * chains.columns, 0, static_cast<double>(chains.layers - 1)}};
+  const EnsembleSpec pile = pile_spec(experiment, chains.mu);
+  const TemplateVariables variables = {
+      {"model", name_of(pile.sampler.model.name)}, {"at", experiment.scanned().at(pile.sampler)},
+      {"columns", std::to_string(chains.columns)}, {"overload", caption_number(experiment.response.overload)},
+      {"sample", std::to_string(chains.sample)},   {"seed", std::to_string(experiment.sampling.seed)}};
+  SceneStatistics statistics;
   PictureOutcome outcome;
-  Figure& figure = outcome.figure;
-  figure.id = "model-weights";
-  figure.screen = figure.print = std::filesystem::path("figures") / "model-weights.png";
-  figure.redraw = render_again;
-  try {
-    make_folder(run_folder / "figures");
-    const RowGeometry rows = rows_of(sampler.model);
-    const double deepest = Lattice::depth(chains.layers - 1);
-    const int shown =
-        std::min(chains.computed_layers(), 1 + static_cast<int>((deepest - rows.depth(0)) / rows.spacing));
-    const SceneStatistics statistics =
-        render_scene(build_field_scene(weights_of(spec, chains.sample, shown), scene), scene,
-                     run_folder / figure.screen, {{"Software", provenance_line(provenance)}});
+  outcome.figure = render_weights({.id = "model-weights",
+                                   .pile = pile,
+                                   .sample = chains.sample,
+                                   .depth = Lattice::depth(chains.layers - 1),
+                                   .scene = chains.scene,
+                                   .wording = {"pictures/model_weights.captions", variables},
+                                   .redraw = render_again},
+                                  run_folder, statistics);
+  if (outcome.figure.is_there()) {
     outcome.environment = {{"OpenGL", statistics.renderer},
                            {"GL backend", statistics.backend + ": " + statistics.backend_reason}};
-  } catch (const EnvironmentError& failure) {
-    set_failure(figure, failure);
   }
-  set_captions(figure, {"pictures/model_weights.captions",
-                        {{"model", name_of(sampler.model.name)},
-                         {"at", experiment.scanned().at(sampler)},
-                         {"columns", std::to_string(chains.columns)},
-                         {"overload", caption_number(experiment.response.overload)},
-                         {"sample", std::to_string(chains.sample)},
-                         {"seed", std::to_string(experiment.sampling.seed)}}});
   return outcome;
 }
 
@@ -265,7 +229,7 @@ PictureOutcome render_weights_of_model(const Experiment& experiment, const std::
 
 std::vector<PictureOutcome> render_pile_pictures(const Experiment& experiment, const std::filesystem::path& run_folder,
                                                  const Provenance& provenance) {
-  if (!experiment.sampling.model.has_contacts()) return {render_weights_of_model(experiment, run_folder, provenance)};
+  if (!experiment.sampling.model.has_contacts()) return {render_weights_of_model(experiment, run_folder)};
   const ForceChainSpec& chains = experiment.force_chains;
   PilePictures pictures(experiment, run_folder, provenance);
   const std::string redraw = pictures.replay() + " && granuscope render pile.h5";

@@ -29,6 +29,9 @@ Figure plot_noise(const std::vector<ModelSeries>& series, const std::filesystem:
 Figure plot_middle(const std::vector<ModelSeries>& series, const std::vector<TractionDepth>& tractions,
                    const std::filesystem::path& run_folder);
 
+/// What the beads of one pile of the last model of a series carry, under a uniform load.
+Figure render_pile_of(const ModelSeries& series, const std::filesystem::path& run_folder);
+
 /// Heavy beads: the thrust ratio over depth, and the response at the deepest layer.
 Figure plot_gravity(const std::vector<ModelSeries>& series, const std::filesystem::path& run_folder);
 

@@ -130,6 +130,7 @@ MeasuredModel measure_model(const MeasuredEnsemble& ensemble, const FitSpec& fit
   ModelResponse& response = measured.response;
   response.series = std::move(series);
   response.parameter = std::move(parameter);
+  response.sampler = ensemble.spec.sampler;
   response.model = name_of(model.name);
   response.bead_weight = ensemble.spec.sampler.bead_weight;
   response.samples = std::accumulate(sums.count.begin(), sums.count.end(), std::uint64_t{0});

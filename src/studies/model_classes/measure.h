@@ -21,6 +21,7 @@ struct StressAtDepth {
 struct ModelResponse {
   std::string series;     ///< "three-leg, free": what is scanned together
   std::string parameter;  ///< "p̄ = 0.1"; empty: there is none
+  SamplerSpec sampler;    ///< its piles
   std::string model;      ///< "three-leg"
   double bead_weight = 0;
   std::uint64_t samples = 0;

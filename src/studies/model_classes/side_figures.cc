@@ -7,6 +7,8 @@
 #include "figure.h"
 #include "model/lattice.h"
 #include "panels.h"
+#include "plot/weights_picture.h"
+#include "studies/main_line.h"
 #include "support/number_format.h"
 
 namespace granuscope {
@@ -130,6 +132,37 @@ Figure plot_middle(const std::vector<ModelSeries>& series, const std::vector<Tra
   }
   return plot_panels(plan, speed, depth, titles,
                      wording_of(plan, {{"columns", fmt::format("{}", tractions.front().columns)}}), run_folder);
+}
+
+Figure render_pile_of(const ModelSeries& series, const std::filesystem::path& run_folder) {
+  constexpr double depth = 40;  // bead diameters: two pictures share a row of the printed report
+  constexpr double darkest = 3;
+  const ModelResponse& one = series.responses.back();
+  const RowGeometry rows = rows_of(one.sampler.model);
+  WeightsPicture picture;
+  picture.id = "pile-of-";
+  for (const char letter : series.name) {
+    if (letter == ' ' || letter == ',') {
+      if (picture.id.back() != '-') picture.id += '-';
+    } else {
+      picture.id += letter;
+    }
+  }
+  picture.pile.sampler = one.sampler;
+  picture.pile.lattice = {64, static_cast<int>((depth - rows.depth(0)) / rows.spacing) + 1 + bottom_margin};
+  picture.pile.load = Load::uniform;
+  picture.depth = depth;
+  picture.scene = ForceChainSpec{}.scene;
+  picture.scene.backend = "none";  // no window of a GL context for so little
+  picture.scene.range = {{0, darkest}};
+  picture.wording = {"studies/model_pile.captions",
+                     {{"series", series.name},
+                      {"parameter", one.parameter},
+                      {"columns", std::to_string(picture.pile.lattice.columns)},
+                      {"seed", std::to_string(one.sampler.seed)}}};
+  picture.redraw = "cp experiment.toml again.toml && granuscope run again.toml --out . --only analyse --only plot";
+  SceneStatistics statistics;
+  return render_weights(picture, run_folder, statistics);
 }
 
 Figure plot_gravity(const std::vector<ModelSeries>& series, const std::filesystem::path& run_folder) {

@@ -236,6 +236,10 @@ class ModelsStudy final : public CopiedStudy<ModelsStudy> {
     if (some([](const ModelResponse& one) { return one.bead_weight > 0; })) {
       all.emplace_back([this](Folder folder) { return plot_gravity(measured_, folder); });
     }
+    for (const ModelSeries& series : measured_) {
+      if (series.aside || series.responses.empty()) continue;
+      all.emplace_back([&series](Folder folder) { return render_pile_of(series, folder); });
+    }
     return all;
   }
 
