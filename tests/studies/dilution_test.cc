@@ -44,7 +44,7 @@ DilutedResponse response(double share, double position, double width, int peaks)
   return made;
 }
 
-DilutedPiles made_up() {
+DilutedPiles invented_piles() {
   DilutedPiles all;
   for (const double mu : {0.1, 0.3}) {
     for (const int size : {6, 9}) {
@@ -132,7 +132,7 @@ TEST_CASE("an ensemble of diluted piles has the same sums for every number of th
 }
 
 TEST_CASE("the report of opened contacts says whether the peaks merge, with tables and two figures") {
-  DilutedPiles all = made_up();
+  DilutedPiles all = invented_piles();
   const std::string page = study_page(*dilution_study(all)).html;
   for (const char* text : {"do not merge", "0.2163(23)", "0.1106(23)", "0.250(54)", "4.100(41)"}) {
     INFO(text);
