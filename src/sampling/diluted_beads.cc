@@ -66,6 +66,7 @@ OpenedStepwise open_while_solvable(const ContactBalances& balances, const std::v
     return result;
   }
   std::vector<StepwiseOpening> piles;
+  piles.reserve(loads.size());
   for (const std::vector<double>& load : loads) piles.emplace_back(balances, load, least_slack);
   const auto all_solvable = [&] {
     return std::all_of(piles.begin(), piles.end(), [](StepwiseOpening& pile) { return pile.solvable(); });

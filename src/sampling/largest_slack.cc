@@ -13,11 +13,21 @@ namespace {
 
 enum class Method { primal, dual };
 
+/// The library keeps an environment for each thread that uses it; it is to end with the thread.
+struct ThreadEnvironment {
+  ~ThreadEnvironment() { glp_free_env(); }
+};
+
+glp_prob* make_problem() {
+  thread_local const ThreadEnvironment environment;
+  return glp_create_prob();
+}
+
 /// A linear programme of the library GLPK, whose rows are the balances and whose columns 2 k + 1 and 2 k + 2 the slacks
 /// of contact k. Belongs to the thread that made it.
 class BalanceProgramme {
  public:
-  BalanceProgramme(const ContactBalances& balances, std::span<const double> load) : problem_(glp_create_prob()) {
+  BalanceProgramme(const ContactBalances& balances, std::span<const double> load) : problem_(make_problem()) {
     glp_term_out(GLP_OFF);
     glp_add_rows(problem_, static_cast<int>(balances.equations()));
     for (std::size_t row = 0; row < balances.equations(); ++row) {

@@ -257,7 +257,7 @@ std::vector<Key> keys_of(ModelSpec& model) {
 }
 
 std::string law_of(const ModelSpec& model) {
-  const std::string name = name_of(model.name);
+  std::string name = name_of(model.name);
   if (model.name == ModelName::q_model) return name + ", " + name_of(model.q_model.split);
   if (model.name == ModelName::three_leg) return name + ", " + name_of(model.three_leg.law);
   return name;

@@ -36,7 +36,7 @@ NoiseTheory theory_of(const ThreeLegSpec& spec, double spacing) {
   theory.disorder = spec.noise / std::sqrt(3.0) / (1 - p);
   theory.cell = spec.cell_columns;
   const int rows = spec.cell_rows, middle = rows + 1;
-  std::vector<double> weight(static_cast<std::size_t>(2 * middle + 1)), push(weight.size());
+  std::vector<double> weight(2 * static_cast<std::size_t>(middle) + 1), push(weight.size());
   const auto at = [middle](std::vector<double>& row, int x) -> double& {
     return row[static_cast<std::size_t>(middle + x)];
   };
