@@ -38,7 +38,8 @@ NoiseTheory theory_of(const ThreeLegSpec& spec, double spacing) {
   const int rows = spec.cell_rows, middle = rows + 1;
   std::vector<double> weight(2 * static_cast<std::size_t>(middle) + 1), push(weight.size());
   const auto at = [middle](std::vector<double>& row, int x) -> double& {
-    return row[static_cast<std::size_t>(middle + x)];
+    const int place = middle + x;
+    return row[static_cast<std::size_t>(place)];
   };
   at(weight, 0) = 1;
   at(weight, 1) = at(weight, -1) = at(push, 1) = -0.5;
