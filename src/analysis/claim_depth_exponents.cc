@@ -24,7 +24,7 @@ Claim judge_exponent(const Analysis& analysis, const ClaimSpec& spec, Claim clai
                      double value, const std::optional<Rival>& rival, const std::string& what) {
   const PaperNumber paper{.value = value, .tolerance = spec.exponent_tolerance};
   std::vector<double> values;
-  const Transport* farthest = nullptr;
+  std::string farthest;  // "μ = 0.3"
   double farthest_z = 0;
   Estimate farthest_power;
   for (const Transport& result : analysis.results) {
@@ -33,7 +33,7 @@ Claim judge_exponent(const Analysis& analysis, const ClaimSpec& spec, Claim clai
     values.push_back(result.scanned());
     const double z = judge_number(power, paper).z_score;
     if (!(std::abs(z) >= std::abs(farthest_z))) continue;  // an error that is unknown hides none
-    farthest = &result;
+    farthest = result.at();
     farthest_z = z;
     farthest_power = power;
   }
@@ -48,13 +48,13 @@ Claim judge_exponent(const Analysis& analysis, const ClaimSpec& spec, Claim clai
     claim.verdict = not_reproduced;
     claim.explanation = fmt::format(
         "{} is {} at {}, {} standard errors off, though the mean over {}, {}, lies only {} off.", what, single,
-        farthest->at(), significant(std::abs(farthest_z), 2), list_of_values(values, analysis.scan->symbol),
+        farthest, significant(std::abs(farthest_z), 2), list_of_values(values, analysis.scan->symbol),
         value_with_error(claim.measured.value, claim.measured.standard_error), significant(std::abs(claim.z_score), 2));
   } else if (std::abs(farthest_z) > outlier) {
-    add_sentence(claim, fmt::format("At {} alone it is {}, {} standard errors off.", farthest->at(), single,
+    add_sentence(claim, fmt::format("At {} alone it is {}, {} standard errors off.", farthest, single,
                                     significant(std::abs(farthest_z), 2)));
   } else if (values.size() > 1) {
-    add_sentence(claim, fmt::format("The single value farthest off is {} at {}.", single, farthest->at()));
+    add_sentence(claim, fmt::format("The single value farthest off is {} at {}.", single, farthest));
   }
   return claim;
 }

@@ -167,7 +167,7 @@ class ModelsStudy final : public CopiedStudy<ModelsStudy> {
       // Of beads the stresses from the top on are shown.
       std::vector<int> shallow;
       if (model == ModelName::frictional_beads) {
-        for (double layer = 1; layer < fit.first_layer; layer *= 1.5) shallow.push_back(static_cast<int>(layer));
+        for (int layer = 1; layer < fit.first_layer; layer += (layer + 1) / 2) shallow.push_back(layer);
       }
       spec.layers = layers_to_record(fit, shallow);
       all.push_back({label, one.file, spec, static_cast<int>(k)});
