@@ -21,7 +21,7 @@ Estimate average(const std::vector<MeasuredTransport>& results, double tolerance
     if (result.transport.exact) continue;
     const Averaged one = pick(result);
     if (!one.shown.known()) {
-      if (result.transport.scanned() > 0) unknown.reason = one.shown.reason;
+      if (!result.transport.is_frictionless()) unknown.reason = one.shown.reason;
       continue;
     }
     numbers.push_back(one.replicated);

@@ -146,7 +146,6 @@ std::string in_tex(std::string text) {
                                                                      {"–", "--"},
                                                                      {"’", "'"},
                                                                      {"∝", "\\ensuremath{\\propto}"},
-                                                                     {"Δ", "\\ensuremath{\\Delta}"},
                                                                      {"⟨", "\\ensuremath{\\langle}"},
                                                                      {"⟩", "\\ensuremath{\\rangle}"},
                                                                      {"κ", "\\ensuremath{\\kappa}"}};
