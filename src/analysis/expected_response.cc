@@ -20,7 +20,7 @@ double columns_needed(double mu, int layer) {
 
 // Other models hand nothing on faster than c0, and are no wider than positive legs or the one peak of the q-model.
 double columns_needed(const SamplerSpec& sampler, int layer) {
-  if (sampler.model.is_beads()) return columns_needed(sampler.mu, layer);
+  if (sampler.model.has_contacts()) return columns_needed(sampler.mu, layer);
   constexpr double widest = 0.3;
   const double z = rows_of(sampler.model).depth(layer);
   return 2 * tan30 * z + 8 * std::sqrt(widest * z + 1);

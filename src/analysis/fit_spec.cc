@@ -19,8 +19,8 @@ bool at_step(const FitSpec& spec, int layer) {
 }
 bool in_window(const FitSpec& spec, int layer) { return layer >= spec.first_layer && at_step(spec, layer); }
 
-Problem find_problem(const FitSpec& fit, const LatticeSpec& lattice) {
-  const int last_usable = lattice.layers - bottom_margin - 1;
+Problem find_problem(const FitSpec& fit, const LatticeSpec& lattice, int unused) {
+  const int last_usable = lattice.layers - unused - 1;
   if (fit.layer_step < 1) {
     return problem("layer_step", "{} would never reach the end of the window; give 1 or more (3 is usual)",
                    fit.layer_step);
@@ -33,8 +33,8 @@ Problem find_problem(const FitSpec& fit, const LatticeSpec& lattice) {
     return problem("last_layer",
                    "layer {} lies beyond the last usable one, {}: the lowest {} of {} layers "
                    "follow another law; end the window at {} or compute {} layers",
-                   fit.last_layer, last_usable, bottom_margin, lattice.layers, last_usable,
-                   static_cast<std::int64_t>(fit.last_layer) + bottom_margin + 1);
+                   fit.last_layer, last_usable, unused, lattice.layers, last_usable,
+                   static_cast<std::int64_t>(fit.last_layer) + unused + 1);
   }
   const int depths = fit.last_layer < fit.first_layer ? 0 : 1 + (fit.last_layer - fit.first_layer) / fit.layer_step;
   if (depths < least_window_depths) {

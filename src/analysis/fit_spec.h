@@ -7,7 +7,7 @@
 
 namespace granuscope {
 
-/// Where and how the response is fitted. All layers must be usable (0 .. layers - 21).
+/// Where and how the response is fitted. All layers must be usable (those of beads are 0 .. layers - 21).
 struct FitSpec {
   int first_layer = 58;  ///< of the window over which the slopes c and D are taken
   int last_layer = 179;
@@ -25,7 +25,7 @@ inline constexpr double least_identifiable_width = 0.1, most_identifiable_width 
 bool at_step(const FitSpec& spec, int layer);
 bool in_window(const FitSpec& spec, int layer);
 
-/// The first number out of range on this lattice.
-Problem find_problem(const FitSpec& spec, const LatticeSpec& lattice);
+/// The first number out of range on this lattice, of which so many layers at the bottom are not used.
+Problem find_problem(const FitSpec& spec, const LatticeSpec& lattice, int unused = bottom_margin);
 
 }  // namespace granuscope

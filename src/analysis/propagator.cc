@@ -12,9 +12,10 @@ namespace {
 
 constexpr const char* quantity = "propagation";
 
-/// The (w, w) element of C C_r^-1 where both have real diagonals and imaginary corners.
+/// The (w, w) element of C C_r^-1 where both have real diagonals and imaginary corners; a scalar model has no H.
 double response_of(const double* C, const double* C_r) {
   const double ww = C_r[0], HH = C_r[1], wH = C_r[2], Hw = C_r[3];
+  if (HH == 0) return C[0] / ww;
   return (C[0] * HH + C[2] * Hw) / (ww * HH + wH * Hw);
 }
 
@@ -62,11 +63,12 @@ BlockMeans propagated_modes(const BlockSums& sums, std::size_t row) {
 
 BlockMeans propagated_response(const BlockSums& sums, std::size_t row) {
   const int columns = sums.quantities.at(quantity).width / 2, layer = sums.layers[row];
-  const Lattice lattice({columns, layer + 1});
+  const Lattice lattice({columns, 2});
+  const int kind_of_row = sums.rows.shifted(layer) ? 1 : 0;
   const auto in_x = [&](const std::vector<double>& modes) {
     std::vector<double> response(static_cast<std::size_t>(columns));
     for (int i = 0; i < columns; ++i) {
-      const double angle = 2 * std::numbers::pi * lattice.x(layer, i) / columns;
+      const double angle = 2 * std::numbers::pi * lattice.x(kind_of_row, i) / columns;
       double sum = 1;
       for (std::size_t m = 0; m < modes.size(); ++m) sum += 2 * modes[m] * std::cos(angle * static_cast<double>(m + 1));
       response[static_cast<std::size_t>(i)] = sum / columns;

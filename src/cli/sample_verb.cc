@@ -20,6 +20,7 @@ namespace {
 
 struct SampleOptions {
   EnsembleSpec spec;
+  std::string model = name_of(ModelName::frictional_beads);
   std::string law = name_of(Law::granusolve);
   std::string load = name_of(Load::uniform);
   std::string layer_order = name_of(LayerOrder::random);
@@ -73,6 +74,7 @@ void check_flags(EnsembleSpec spec) {
   spec.response.samples = group_size * static_cast<std::uint64_t>(spec.response.blocks);  // --samples may be fewer
   auto found = find_problem(spec);
   if (!found) return;
+  found->key.erase(0, found->key.find('.') + 1);  // the table of a model
   std::replace(found->key.begin(), found->key.end(), '_', '-');
   found->key.insert(0, "--");
   refuse(found);
@@ -80,6 +82,19 @@ void check_flags(EnsembleSpec spec) {
 
 ExitCode sample(SampleOptions options, VerbContext& context) {
   EnsembleSpec& spec = options.spec;
+  spec.sampler.model.name = model_named(options.model);
+  if (!spec.sampler.model.has_contacts()) {
+    throw InputError(fmt::format(
+        "piles of the model {} have no contacts that could be stored; measure them by granuscope run, or give {} or {}",
+        options.model, name_of(ModelName::frictional_beads), name_of(ModelName::diluted_beads)));
+  }
+  const DilutedBeadsSpec &diluted = spec.sampler.model.diluted_beads, usual;
+  if (spec.sampler.model.is_beads() && (diluted.share != usual.share || diluted.least_slack != usual.least_slack)) {
+    throw InputError(
+        "--opened-share and --least-slack would change nothing: they belong to --model diluted-beads; leave them out, "
+        "or "
+        "give that");
+  }
   spec.sampler.law = law_named(options.law);
   set_load(options, spec);
   spec.sampler.order = layer_order_named(options.layer_order);
@@ -121,6 +136,14 @@ void add_sample_verb(CLI::App& app, VerbContext& context) {
   verb->add_option("--layers", spec.lattice.layers, "layers, 0 is the top one")
       ->capture_default_str()
       ->check(lattice_side());
+  verb->add_option("--model", options->model, "frictional-beads, or diluted-beads (small piles with opened contacts)")
+      ->capture_default_str();
+  verb->add_option("--opened-share", spec.sampler.model.diluted_beads.share,
+                   "diluted-beads: of the contacts below the top layer")
+      ->capture_default_str();
+  verb->add_option("--least-slack", spec.sampler.model.diluted_beads.least_slack,
+                   "diluted-beads: smallest N - |T|/mu that all closed contacts must be able to have at once")
+      ->capture_default_str();
   verb->add_option(
           "--law", options->law,
           "what a random pile means: granusolve, polytope (small piles), or eloy-clement and rejection (tiny piles)")

@@ -64,26 +64,35 @@ Problem find_fluctuation_problem(const EnsembleSpec& spec) {
   const FluctuationPlan plan = fluctuation_plan(spec);
   if (plan.lags.size() < 2) return problem("layers", "there is no lag to measure; name layers beside layer 0");
   if (!plan.bases.empty()) return {};
+  const int unused = bottom_margin_of(spec.sampler.model);
   return problem(
       "layers",
       "{} layers are too few for the estimator fluctuation: {} of saturated fluctuations, a reference of {}, "
       "{} of response and {} at the bottom need {}; each base beyond the first one takes {} more",
-      spec.lattice.layers, plan.layers_needed - plan.reference - plan.lags.back() - bottom_margin - 1, plan.reference,
-      plan.lags.back(), bottom_margin + 1, plan.layers_needed, spec.response.base_step);
+      spec.lattice.layers, plan.layers_needed - plan.reference - plan.lags.back() - unused - 1, plan.reference,
+      plan.lags.back(), unused + 1, plan.layers_needed, spec.response.base_step);
 }
 
-/// What of the estimators makes no sense with a model that has no contacts of beads.
+/// What of the estimators makes no sense with a model other than the beads.
 Problem find_model_problem(const EnsembleSpec& spec) {
   const ModelSpec& model = spec.sampler.model;
   if (model.is_beads()) return {};
   if (auto found = find_problem(model, spec.lattice)) return found;
   const EstimatorName estimator = spec.response.estimator;
-  if (estimator == EstimatorName::point || estimator == EstimatorName::multiplexed) return {};
-  return problem("estimator",
-                 "the estimator {} follows {} of beads, which the model {} does not have; choose point or multiplexed",
-                 name_of(estimator),
-                 estimator == EstimatorName::paired ? "the splits" : "weights and horizontal forces",
-                 name_of(model.name));
+  if (estimator == EstimatorName::paired) {
+    return problem(
+        "estimator",
+        "the estimator paired keeps the split of each bead, which the model {} does not have; choose another "
+        "one",
+        name_of(model.name));
+  }
+  if (estimator == EstimatorName::fluctuation && model.has_contacts()) {
+    return problem("estimator",
+                   "the estimator fluctuation averages over layers of deep piles that are alike, while those of {} are "
+                   "small and solved as a whole; choose point or multiplexed",
+                   name_of(model.name));
+  }
+  return {};
 }
 
 }  // namespace
@@ -172,6 +181,18 @@ std::vector<double> top_load(const EnsembleSpec& spec) {
   return load;
 }
 
+namespace {
+
+/// Of the models whose piles can fail.
+std::string flags_of_model(const SamplerSpec& sampler) {
+  if (sampler.model.is_beads()) return "--law " + name_of(sampler.law);
+  const DilutedBeadsSpec& diluted = sampler.model.diluted_beads;
+  return fmt::format("--model {} --opened-share {} --least-slack {}", name_of(sampler.model.name), exact(diluted.share),
+                     exact(diluted.least_slack));
+}
+
+}  // namespace
+
 std::string replay_command(const EnsembleSpec& spec, std::uint64_t sample) {
   const EstimatorName estimator = spec.response.estimator;
   const bool multiplexed = estimator == EstimatorName::multiplexed;
@@ -179,7 +200,7 @@ std::string replay_command(const EnsembleSpec& spec, std::uint64_t sample) {
                            : estimator == EstimatorName::fluctuation ? name_of(Load::uniform)
                                                                      : name_of(estimator);
   std::string command =
-      fmt::format("granuscope sample --law {} --mu {} --columns {} --layers {} --load {}", name_of(spec.sampler.law),
+      fmt::format("granuscope sample {} --mu {} --columns {} --layers {} --load {}", flags_of_model(spec.sampler),
                   exact(spec.sampler.mu), spec.lattice.columns, spec.lattice.layers, load);
   if (multiplexed) command += fmt::format(" --epsilon {}", exact(spec.response.epsilon));
   if (spec.response.opposite) command += " --opposite";

@@ -19,10 +19,10 @@ struct EnsembleSpec {
   bool record_profiles = true;  ///< record the response [layers, columns] beside the numbers per layer
 };
 
-/// What is wrong with the sampler, the lattice or the response, or with what they are together (a layer outside the
 /// Why the estimator cannot measure beads that have a weight of their own, if it cannot.
 Problem find_gravity_problem(const SamplerSpec& sampler, const ResponseSpec& response);
 
+/// What is wrong with the sampler, the lattice or the response, or with what they are together (a layer outside the
 /// lattice, ...).
 Problem find_problem(const EnsembleSpec& spec);
 /// Throws InputError with it.

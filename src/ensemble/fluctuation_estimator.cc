@@ -53,6 +53,7 @@ FluctuationEstimator::FluctuationEstimator(const EnsembleSpec& spec, Samplers sa
       columns_(static_cast<std::size_t>(spec.lattice.columns)),
       modes_(most_modes(plan_)),
       room_(layers_at_once(plan_)),
+      rows_(rows_of(spec.sampler.model)),
       load_(top_load(spec)),
       loads_(piles_at_once(spec.sampler, Lattice(spec.lattice)), load_),
       sampler_(samplers.first),
@@ -142,7 +143,7 @@ void FluctuationEstimator::transform_layer(const PileGroup& group, Failures fail
   fourier_.transform(re_.get(), im_.get());
   for (std::size_t m = 1; m <= modes_; ++m) {
     // Beads of every other layer lie half a bead further right.
-    const PhaseFactor phase = layer % 2 == 1 ? half_a_bead_[m - 1] : PhaseFactor{};
+    const PhaseFactor phase = rows_.shifted(layer) ? half_a_bead_[m - 1] : PhaseFactor{};
     separate_fields(re_.get(), im_.get(), columns_, m, phase, &fields_[((m - 1) * room_ + place) * of_mode]);
   }
 }

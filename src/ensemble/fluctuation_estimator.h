@@ -12,7 +12,7 @@ namespace granuscope {
 ///   C_l(k) = <X_{m+l} X_m^+>/columns,
 /// averaged over bases and mirror images, and the mean response over l layers is the (w, w) element of
 /// C_{r+l} C_r^-1 (analysis/propagator.h). The reference lag r lets die out what single contacts do to single beads;
-/// the recorded lag 0 is C_r itself. Onsager's regression, with a reference.
+/// the recorded lag 0 is C_r itself. Onsager's regression, with a reference. In a scalar model w is alone.
 ///
 /// Sums:
 ///   "propagation"   [lag, 2 columns]: the four parts (correlation_parts) of C_{r+l} of the modes 1, 2, ..., each the
@@ -38,6 +38,7 @@ class FluctuationEstimator final : public Estimator {
 
   FluctuationPlan plan_;
   std::size_t columns_, modes_, room_;  ///< room for that many layers at once
+  RowGeometry rows_;
   std::vector<double> load_;
   std::vector<std::span<const double>> loads_;  ///< of each pile drawn at once
   Sampler& sampler_;

@@ -9,11 +9,34 @@ namespace granuscope {
 namespace {
 
 constexpr double most_of_lag = 4.5, most_of_reference = 3;  ///< k W
-/// W^2 = smallest + slope mu^power z, within a third of what was measured at mu = 0.1 to 0.8.
-constexpr double smallest = 0.1, slope = 2.4, power = 2.7;
+constexpr double smallest = 0.1;                            ///< W^2 of the shortest lags
 
-constexpr double saturation = 0.6;  ///< layers times mu^2
-constexpr int shallowest_base = 60, deepest_first_base = 2000;
+/// Growth of W^2 per bead diameter, of beads within a third of what was measured at mu = 0.1 to 0.8.
+double spreading_of(const SamplerSpec& sampler) {
+  constexpr double slope = 2.4, power = 2.7;
+  return sampler.model.has_contacts() ? slope * std::pow(sampler.mu, power) : rough_spreading(sampler.model);
+}
+
+/// The highest mode on a ring of `columns` that tells something of a lag: where k W = 4.5 for a rough W(lag), so that
+/// the response has fallen to 4e-5 and the mode counts less than 1 % in the fit that x_p and W come from
+/// (weighted_shape.h); or where k W(reference) = 3, if that is less: the noise is divided by exp(-k^2
+/// W(reference)^2/2).
+int weighty_modes(const SamplerSpec& sampler, int columns, int lag, int reference) {
+  const auto width = [&](int layers) {
+    return std::sqrt(smallest + spreading_of(sampler) * layers * rows_of(sampler.model).spacing);
+  };
+  const double k = std::min(most_of_lag / width(lag), most_of_reference / width(reference));
+  const int all = (columns - 1) / 2;
+  return std::clamp(static_cast<int>(k * columns / (2 * std::numbers::pi)), std::min(4, all), all);
+}
+
+/// Layers below which uniformly loaded piles fluctuate as deep ones do: 0.6/mu^2 of beads, at least 60 and at most
+/// 2000. Other models are linear, so that it does not matter, or have legs that push and are there by 60.
+int saturated_layer(const SamplerSpec& sampler) {
+  constexpr double shallowest = 60, deepest = 2000, times_mu_squared = 0.6;
+  if (!sampler.model.has_contacts() || !(sampler.mu > 0)) return static_cast<int>(shallowest);
+  return static_cast<int>(std::clamp(times_mu_squared / (sampler.mu * sampler.mu), shallowest, deepest));
+}
 
 /// The common divisor of the distances between lags: bases and references that keep to it need the fewest layers.
 int spacing_of(const std::vector<int>& lags) {
@@ -34,38 +57,25 @@ std::vector<int> layers_of(const FluctuationPlan& plan) {
 
 }  // namespace
 
-int weighty_modes(double mu, int columns, int lag, int reference) {
-  const auto width = [&](int layers) {
-    return std::sqrt(smallest + slope * std::pow(mu, power) * (Lattice::depth(layers) - Lattice::depth(0)));
-  };
-  const double k = std::min(most_of_lag / width(lag), most_of_reference / width(reference));
-  const int all = (columns - 1) / 2;
-  return std::clamp(static_cast<int>(k * columns / (2 * std::numbers::pi)), std::min(4, all), all);
-}
-
-int saturated_layer(double mu) {
-  if (!(mu > 0)) return shallowest_base;
-  return static_cast<int>(std::clamp(saturation / (mu * mu), double{shallowest_base}, double{deepest_first_base}));
-}
-
 FluctuationPlan fluctuation_plan(const EnsembleSpec& spec) {
   const ResponseSpec& response = spec.response;
   FluctuationPlan plan;
   plan.lags = recorded_layers(spec);
   const int spacing = spacing_of(plan.lags), last = plan.lags.back();
   const int step = (response.base_step + spacing - 1) / spacing * spacing;
-  const int first = response.first_base > 0 ? response.first_base : saturated_layer(spec.sampler.mu);
+  const int first = response.first_base > 0 ? response.first_base : saturated_layer(spec.sampler);
   // The deepest lag then falls on a layer as far from a base as lags are apart.
   plan.reference = response.reference_lag;
   while ((plan.reference + last) % spacing != 0) ++plan.reference;
-  plan.layers_needed = first + plan.reference + last + bottom_margin + 1;
-  for (int base = first; base + plan.reference + last + bottom_margin < spec.lattice.layers; base += step) {
+  const int unused = bottom_margin_of(spec.sampler.model);
+  plan.layers_needed = first + plan.reference + last + unused + 1;
+  for (int base = first; base + plan.reference + last + unused < spec.lattice.layers; base += step) {
     plan.bases.push_back(base);
   }
   for (const int lag : plan.lags) {
     // The reference serves every lag.
     const int shallowest = lag == 0 && plan.lags.size() > 1 ? plan.lags[1] : lag;
-    plan.modes.push_back(weighty_modes(spec.sampler.mu, spec.lattice.columns, shallowest, plan.reference));
+    plan.modes.push_back(weighty_modes(spec.sampler, spec.lattice.columns, shallowest, plan.reference));
   }
   plan.layers = layers_of(plan);
   return plan;

@@ -19,13 +19,4 @@ struct FluctuationPlan {
 
 FluctuationPlan fluctuation_plan(const EnsembleSpec& spec);
 
-/// The highest mode on a ring of `columns` that tells something of a lag: where k W = 4.5 for a rough W(lag), so that
-/// the response has fallen to 4e-5 and the mode counts less than 1 % in the fit that x_p and W come from
-/// (weighted_shape.h); or where k W(reference) = 3, if that is less: the noise is divided by exp(-k^2
-/// W(reference)^2/2).
-int weighty_modes(double mu, int columns, int lag, int reference);
-
-/// Layers below which uniformly loaded piles fluctuate as deep ones do: 0.6/mu^2, at least 60 and at most 2000.
-int saturated_layer(double mu);
-
 }  // namespace granuscope

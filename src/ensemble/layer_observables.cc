@@ -84,7 +84,13 @@ void LayerObservables::add_means(const PileGroup& group, Failures failures, cons
     }
     const auto count = static_cast<double>(bases.size());
     for (std::size_t k = 0; k < group.piles; ++k) {
-      if (!failures[k]) add(l, sum.thrust[k] / count, sum.variance[k] / count);
+      if (failures[k]) continue;
+      add(l, sum.thrust[k] / count, sum.variance[k] / count);
+      for (std::size_t e = 0; e < extras_.size(); ++e) {
+        double total = 0;
+        for (const int base : bases) total += group.extra(base + offset + layers_[l], e, k);
+        extras_[e].add(l, total / count);
+      }
     }
   }
 }

@@ -4,11 +4,22 @@
 
 #include <algorithm>
 
+#include "analysis/transport.h"
 #include "support/error.h"
 
 namespace granuscope {
 
 Experiment::Experiment() = default;
+
+EnsembleSpec Experiment::main_ensemble(double value) const {
+  EnsembleSpec spec;
+  spec.sampler = sampler_at(value);
+  spec.lattice = lattice;
+  spec.response = response;
+  const bool profiles_wanted = figures.response_profiles && value == shown_value(figures.profile_mu);
+  spec.layers = layers_to_record(fit, profiles_wanted ? figures.profile_layers : std::vector<int>{});
+  return spec;
+}
 
 SceneSpec PictureSpec::scene_like(const ForceChainSpec& chains) const {
   SceneSpec spec = chains.scene;

@@ -59,6 +59,9 @@ struct Experiment : MainLine {
   ResponseFieldSpec response_field;
   ReportSpec report;
   std::map<std::string, std::string> expected_verdicts;  ///< claim id -> verdict, the table [gate.expect]
+
+  /// The main ensemble at one value of what is scanned, with the layers that fits and figures read.
+  EnsembleSpec main_ensemble(double value) const;
 };
 
 }  // namespace granuscope

@@ -83,11 +83,20 @@ Problem find_scan_problem(const Experiment& e) {
                    "the model {} has no contacts of beads, of which alone this picture is; leave it out",
                    name_of(e.sampling.model.name));
   }
-  EnsembleSpec ensemble;
-  ensemble.sampler = e.sampler_at(e.scan_values().front());
-  ensemble.lattice = e.lattice;
-  ensemble.response = e.response;
-  return in_table("response", find_problem(ensemble));
+  return {};
+}
+
+/// What of the main ensembles makes no sense; their parts have been looked at.
+Problem find_ensemble_problem(const Experiment& e) {
+  for (const double value : e.scan_values()) {
+    EnsembleSpec spec = e.main_ensemble(value);
+    spec.response.samples = std::max<std::uint64_t>(spec.response.samples, group_size);
+    const Problem found = find_problem(spec);
+    if (!found) continue;
+    // The layers of the window are lags of the estimator fluctuation.
+    return problem(found->key == "layers" ? "lattice.layers" : "response." + found->key, "{}", found->message);
+  }
+  return {};
 }
 
 /// A pile that the experiment's law would never complete; `whose` says where its size stands.
@@ -147,7 +156,7 @@ Problem find_precision_problem(const Experiment& e) {
 Problem find_figure_problem(const Experiment& e) {
   const FigureSpec& figures = e.figures;
   if (!figures.response_profiles) return {};
-  const int last_usable = e.lattice.layers - bottom_margin - 1;
+  const int last_usable = e.lattice.layers - bottom_margin_of(e.sampling.model) - 1;
   const bool of_friction = &e.scanned() == &friction_parameter();
   if (of_friction && std::find(e.mu.begin(), e.mu.end(), figures.profile_mu) == e.mu.end()) {
     return problem("figures.response_profiles.mu",
@@ -220,7 +229,7 @@ Problem find_scene_problem(const Experiment& e) {
     if (beads) plot_size(chains.scene, extent, key_title_of("forces"));
     if (chains.weight) plot_size(chains.scene, extent, key_title_of("weight"));
     if (chains.friction) plot_size(chains.scene, extent, key_title_of("friction"));
-    if (chains.response && beads) plot_size(chains.scene, extent, key_title_of("response"));
+    if (chains.response && e.sampling.model.is_beads()) plot_size(chains.scene, extent, key_title_of("response"));
   } catch (const InputError& error) {
     return problem("scenes.force_chains.width_px", "{}", error.what());
   }
@@ -329,9 +338,9 @@ double estimate_memory(const Experiment& e) {
 
 Problem find_problem(const Experiment& e) {
   if (auto found = find_text_problem(e)) return found;
-  if (auto found =
-          find_lattice_problem("lattice.columns", e.lattice.columns, "lattice.layers", e.lattice.layers,
-                               bottom_margin + 4, pile_memory(e.lattice.columns, e.lattice.layers) + sums_memory(e))) {
+  if (auto found = find_lattice_problem("lattice.columns", e.lattice.columns, "lattice.layers", e.lattice.layers,
+                                        bottom_margin_of(e.sampling.model) + 4,
+                                        pile_memory(e.lattice.columns, e.lattice.layers) + sums_memory(e))) {
     return found;
   }
   if (auto found = find_range_problem(e, "friction")) return found;
@@ -340,8 +349,9 @@ Problem find_problem(const Experiment& e) {
   if (auto found = find_sampling_problem(e)) return found;
   if (auto found = find_response_problem(e)) return found;
   if (auto found = find_scan_problem(e)) return found;
-  if (auto found = in_table("fit", find_problem(e.fit, e.lattice))) return found;
+  if (auto found = in_table("fit", find_problem(e.fit, e.lattice, bottom_margin_of(e.sampling.model)))) return found;
   if (auto found = find_range_problem(e, "")) return found;
+  if (auto found = find_ensemble_problem(e)) return found;
   if (auto found = find_precision_problem(e)) return found;
   if (auto found = find_figure_problem(e)) return found;
   if (auto found = find_study_problem(e)) return found;

@@ -38,19 +38,18 @@ std::vector<Key> keys_of_main_line(Experiment& e) {
 
       make_key(lattice, "columns", "beads", "beads per layer, periodic in x; even or odd", e.lattice.columns,
                KeyRange{}.within(fewest_columns, most_columns)),
-      make_key(
-          lattice, "layers", "layers",
-          "layers computed; the lowest 20 follow another law, since no failure below reaches up into them, and are not "
-          "used",
-          e.lattice.layers, KeyRange{}.within(bottom_margin + 4, most_layers)),
+      make_key(lattice, "layers", "layers",
+               "layers computed; the lowest 20 of beads (5 of diluted ones) follow another law, since no failure below "
+               "reaches up into them, and are not used",
+               e.lattice.layers, KeyRange{}.within(4, most_layers)),
 
       make_key("friction", "mu", "", "friction coefficients of the contacts of beads", e.mu, frictions),
 
       make_key(
           "scan", "parameter", "",
           "what differs from main ensemble to main ensemble: mu or lambda (law polytope) of the beads, disorder of "
-          "the q-model or of stochastic OSL, middle, noise or share of the three-leg model; empty: the first of "
-          "these that the piles depend on",
+          "the q-model or of stochastic OSL, middle, noise or share of the three-leg model, opened_share of diluted "
+          "beads; empty: the first of these that the piles depend on",
           e.scan.parameter),
       make_key("scan", "values", "", "its values; none: friction.mu, or the one that the model's table has",
                e.scan.values, KeyRange{.least = 0, .longest = most_friction_values, .ascending = true}),

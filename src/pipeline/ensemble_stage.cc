@@ -332,16 +332,10 @@ std::vector<PlannedEnsemble> plan_ensembles(const Experiment& experiment, const 
   for (const double value : experiment.scan_values()) {
     PlannedEnsemble ensemble;
     EnsembleSpec& spec = ensemble.spec;
-    spec.sampler = experiment.sampler_at(value);
-    spec.lattice = experiment.lattice;
-    spec.response = experiment.response;
+    spec = experiment.main_ensemble(value);
     const std::uint64_t one_group_each = static_cast<std::uint64_t>(spec.response.blocks) * group_size;
     const bool frictionless = spec.sampler.model.has_contacts() && spec.sampler.mu == 0;
     if (frictionless) spec.response.samples = std::min(spec.response.samples, one_group_each);
-    const bool profiles_wanted =
-        experiment.figures.response_profiles && value == experiment.shown_value(experiment.figures.profile_mu);
-    spec.layers =
-        layers_to_record(experiment.fit, profiles_wanted ? experiment.figures.profile_layers : std::vector<int>{});
     ensemble.file = std::filesystem::path("ensembles") / (scan.file_part(spec.sampler) + ".h5");
     ensemble.label = fmt::format("{} = {}", scan.name, value);
     if (!frictionless && experiment.precision.asked()) {

@@ -70,7 +70,7 @@ EnsembleSpec pile_spec(const Experiment& experiment, double mu) {
 }
 
 bool needs_pair(const Experiment& experiment) {
-  return experiment.force_chains.response ||
+  return (experiment.force_chains.response && experiment.sampling.model.is_beads()) ||
          std::any_of(experiment.pictures.begin(), experiment.pictures.end(),
                      [](const auto& one) { return needs_two_piles(one.second.scene); });
 }
@@ -264,7 +264,7 @@ std::vector<PictureOutcome> render_pile_pictures(const Experiment& experiment, c
   }
   outcomes.front().not_kept = pictures.not_kept();
   const char* const redraw_pair = "granuscope render piles/overloaded.h5 --minus piles/uniform.h5";
-  if (chains.response) {
+  if (chains.response && experiment.sampling.model.is_beads()) {
     if (pair) {
       SceneSpec scene = chains.scene;
       scene.scene = "response";

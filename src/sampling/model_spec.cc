@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <stdexcept>
 #include <utility>
 
 #include "support/error.h"
@@ -21,6 +22,7 @@ constexpr std::array<Name<ModelName>, all_models.size()> model_names{{{ModelName
                                                                       {ModelName::diluted_beads, "diluted-beads"}}};
 constexpr std::array<Name<SplitLaw>, 3> split_names{
     {{SplitLaw::uniform, "uniform"}, {SplitLaw::critical, "critical"}, {SplitLaw::beta, "beta"}}};
+constexpr std::array<Name<NoiseLaw>, 2> noise_names{{{NoiseLaw::uniform, "uniform"}, {NoiseLaw::gaussian, "gaussian"}}};
 constexpr std::array<Name<MiddleLaw>, 3> middle_names{
     {{MiddleLaw::free, "free"}, {MiddleLaw::positive, "positive"}, {MiddleLaw::clipped, "clipped"}}};
 
@@ -98,6 +100,14 @@ Problem find_problem(const ThreeLegSpec& spec, const LatticeSpec& lattice) {
 
 Problem find_problem(const StochasticOslSpec& spec, const LatticeSpec& lattice) {
   constexpr int finest_grid = 16;
+  // Cut at four standard deviations, a Gaussian loses a thousandth of its variance.
+  constexpr double most_gaussian = 0.25;
+  if (spec.noise == NoiseLaw::gaussian && !(spec.disorder >= 0 && spec.disorder <= most_gaussian)) {
+    return problem("stochastic_osl.disorder",
+                   "with a standard deviation of {} a Gaussian v would often be below -1, where sigma_xx changes sign "
+                   "and no wave propagates; give 0 to {}, or choose uniform noise",
+                   spec.disorder, most_gaussian);
+  }
   // v = -1 would stop the waves; with rows sqrt(3)/2 apart the explicit scheme is stable up to v = 3.
   const double most = 1 / std::sqrt(3.0);
   if (!(spec.disorder >= 0 && spec.disorder < most)) {
@@ -119,7 +129,7 @@ Problem find_problem(const DilutedBeadsSpec& spec, const LatticeSpec& lattice) {
   constexpr double most = 0.25;
   constexpr int most_beads = 2048;
   if (!(spec.share >= 0 && spec.share < most)) {
-    return problem("diluted_beads.share",
+    return problem("diluted_beads.opened_share",
                    "with a share of {} of the contacts opened there are at most as many unknowns as balances, 4 (1 - "
                    "share) against 3 for each bead; give 0 to below {}",
                    spec.share, most);
@@ -139,23 +149,37 @@ Problem find_problem(const DilutedBeadsSpec& spec, const LatticeSpec& lattice) {
   return {};
 }
 
-/// The models of [model]. Diluted beads are too small for the pictures and windows of a main line.
-ModelName row_model_named(const std::string& name) {
-  const ModelName model = model_named(name);
-  if (model == ModelName::diluted_beads) {
-    throw InputError(
-        "piles with opened contacts are solved as a whole, so that only small ones can be drawn, without a window of "
-        "layers for the usual fits; they have a study of their own: ask for that");
-  }
-  return model;
-}
-
 }  // namespace
 
 RowGeometry rows_of(const ModelSpec& model) {
   if (model.name == ModelName::three_leg) return {.spacing = sqrt3, .staggered = false};
   if (model.name == ModelName::stochastic_osl) return {.spacing = sqrt3 / 2, .staggered = false};
   return {};
+}
+
+int bottom_margin_of(const ModelSpec& model) {
+  constexpr int of_diluted = 5;
+  if (model.is_beads()) return bottom_margin;
+  return model.name == ModelName::diluted_beads ? of_diluted : 0;
+}
+
+// Exact of the q-model and of free legs but for their noise; the others as measured.
+double rough_spreading(const ModelSpec& model) {
+  switch (model.name) {
+    case ModelName::q_model:
+      return 1 / (2 * sqrt3);
+    case ModelName::three_leg:
+      return model.three_leg.law == MiddleLaw::positive ? 0.22 * model.three_leg.share
+                                                        : model.three_leg.middle / (2 * sqrt3);
+    case ModelName::stochastic_osl: {
+      const StochasticOslSpec& osl = model.stochastic_osl;
+      return 0.01 * osl.disorder * osl.disorder * osl.cell_columns * osl.cell_rows;
+    }
+    case ModelName::frictional_beads:
+    case ModelName::diluted_beads:
+      break;
+  }
+  throw std::logic_error("beads are no model that hands forces down row by row");
 }
 
 double speed_without_disorder(const ModelSpec& model) { return model.name == ModelName::q_model ? 0 : tan30; }
@@ -196,6 +220,7 @@ std::string configuration_text(const ModelSpec& model) {
     // Files of before hold the thrust at the top of each row.
     text += fmt::format("disorder={}\ncells={}x{}\ngrid={}\nthrust_sums=2\n", exact(osl.disorder), osl.cell_columns,
                         osl.cell_rows, osl.grid);
+    if (osl.noise != NoiseLaw::uniform) text += fmt::format("noise={}\n", name_of(osl.noise));
   }
   if (model.name == ModelName::diluted_beads) {
     text += fmt::format("opened_share={}\nleast_slack={}\n", exact(model.diluted_beads.share),
@@ -220,17 +245,20 @@ std::span<const ModelParameter> model_parameters() {
       ModelParameter{"disorder", "Δ", "standard deviation of the noise",
                      [](const ModelSpec& model) { return model.name == ModelName::stochastic_osl; },
                      [](ModelSpec& model) -> double& { return model.stochastic_osl.disorder; }},
+      ModelParameter{"opened_share", "q", "share of opened contacts",
+                     [](const ModelSpec& model) { return model.name == ModelName::diluted_beads; },
+                     [](ModelSpec& model) -> double& { return model.diluted_beads.share; }},
   };
   return parameters;
 }
 
 std::vector<Key> keys_of(ModelSpec& model) {
-  const std::string three_leg = "model.three_leg", osl = "model.stochastic_osl";
+  const std::string three_leg = "model.three_leg", osl = "model.stochastic_osl", diluted = "model.diluted_beads";
   return {
       make_name_key("model", "name",
-                    "what a pile is a model of: frictional-beads (under a law of [sampling]), q-model, three-leg or "
-                    "stochastic-osl",
-                    model.name, row_model_named),
+                    "what a pile is a model of: frictional-beads (under a law of [sampling]), q-model, three-leg, "
+                    "stochastic-osl or diluted-beads (small piles)",
+                    model.name, model_named),
       make_name_key("model.q_model", "split",
                     "share q of a bead's weight that its lower left neighbour gets: uniform on [0, 1], critical (0 or "
                     "1), or beta, of density 6 q (1 - q)",
@@ -248,12 +276,20 @@ std::vector<Key> keys_of(ModelSpec& model) {
       make_key(three_leg, "cell_columns", "columns", "free: width of the cells in which noise is the same",
                model.three_leg.cell_columns),
       make_key(three_leg, "cell_rows", "rows", "free: their height", model.three_leg.cell_rows),
-      make_key(osl, "disorder", "", "standard deviation of v in sigma_xx = (1 + v) sigma_zz / 3",
-               model.stochastic_osl.disorder),
+      make_name_key(osl, "noise", "v in sigma_xx = (1 + v) sigma_zz / 3: uniform or gaussian (cut at |v| = 1)",
+                    model.stochastic_osl.noise, noise_law_named),
+      make_key(osl, "disorder", "", "standard deviation of v", model.stochastic_osl.disorder),
       make_key(osl, "cell_columns", "bead diameters", "width of the cells in which noise is the same",
                model.stochastic_osl.cell_columns),
       make_key(osl, "cell_rows", "rows", "their height", model.stochastic_osl.cell_rows),
-      make_key(osl, "grid", "nodes per bead diameter", "fineness of the explicit scheme", model.stochastic_osl.grid)};
+      make_key(osl, "grid", "nodes per bead diameter", "fineness of the explicit scheme", model.stochastic_osl.grid),
+      make_key(diluted, "opened_share", "",
+               "of the contacts below the top layer that are opened, one after the other, each only if the pile stays "
+               "solvable",
+               model.diluted_beads.share),
+      make_key(diluted, "least_slack", "loads of one top bead",
+               "smallest N - |T|/mu that all closed contacts must be able to have at once",
+               model.diluted_beads.least_slack)};
 }
 
 std::string law_of(const ModelSpec& model) {
@@ -264,6 +300,8 @@ std::string law_of(const ModelSpec& model) {
 }
 
 std::string name_of(ModelName name) { return name_in(model_names, name); }
+std::string name_of(NoiseLaw law) { return name_in(noise_names, law); }
+NoiseLaw noise_law_named(const std::string& name) { return named_in(noise_names, name, "noise of stochastic OSL"); }
 std::string name_of(SplitLaw law) { return name_in(split_names, law); }
 std::string name_of(MiddleLaw law) { return name_in(middle_names, law); }
 ModelName model_named(const std::string& name) { return named_in(model_names, name, "model"); }

@@ -53,12 +53,19 @@ struct ThreeLegSpec {
   int cell_rows = 1;
 };
 
+/// Stochastic OSL: the distribution of v.
+enum class NoiseLaw {
+  uniform,
+  gaussian,  ///< cut at |v| = 1
+};
+
 /// The mean speed is that of beads without friction, eta = 1/3. Rows are sqrt(3)/2 apart.
 struct StochasticOslSpec {
-  double disorder = 0.2;  ///< standard deviation of v, which is uniform
+  double disorder = 0.2;  ///< standard deviation of v
   int cell_columns = 1;   ///< v is the same within cells of so many bead diameters and rows, which lie at random
   int cell_rows = 1;
   int grid = 8;  ///< nodes per bead diameter, and steps per row
+  NoiseLaw noise = NoiseLaw::uniform;
 };
 
 /// Friction is that of the SamplerSpec. See diluted_beads.h.
@@ -96,6 +103,15 @@ std::vector<Key> keys_of(ModelSpec& model);
 /// Where its rows lie.
 RowGeometry rows_of(const ModelSpec& model);
 
+/// Layers at the bottom that are computed and not used: failures below would reach up into those of beads; a floor that
+/// bears whatever it is given lets the lowest layers of piles that are solved as a whole be freer than others. Models
+/// that never look back have none.
+int bottom_margin_of(const ModelSpec& model);
+
+/// Roughly by how much the square of a peak's width grows per bead diameter of depth, within a factor of two. Of the
+/// models that hand forces down row by row.
+double rough_spreading(const ModelSpec& model);
+
 /// Propagation coefficient of the model without its disorder: the speed that disorder slows down. 0 of the q-model.
 double speed_without_disorder(const ModelSpec& model);
 
@@ -116,6 +132,9 @@ std::string name_of(ModelName name);
 ModelName model_named(const std::string& name);
 /// "three-leg, positive": with the law it follows.
 std::string law_of(const ModelSpec& model);
+/// "uniform", "gaussian".
+std::string name_of(NoiseLaw law);
+NoiseLaw noise_law_named(const std::string& name);
 /// "uniform", "critical", "beta".
 std::string name_of(SplitLaw law);
 SplitLaw split_law_named(const std::string& name);

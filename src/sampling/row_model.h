@@ -28,8 +28,9 @@ class RowModel {
   virtual void begin(std::uint64_t seed, const LaneSamples& samples, const double* loads) = 0;
   /// The weight that enters each bead of the present row.
   virtual const double* weight() const = 0;
-  /// The horizontal force that enters it; none in a scalar model.
-  virtual const double* horizontal() const { return nullptr; }
+  /// The horizontal force that enters it; none in a scalar model. Its unit is of no importance: see the estimator
+  /// fluctuation.
+  virtual const double* horizontal() { return nullptr; }
   /// Goes on to the next row. `sums`, if not null, gets those of what the present one, number `row`, hands down.
   virtual void hand_down(int row, RowSums* sums) = 0;
   /// Uniform numbers that a pile of this many rows takes.

@@ -44,7 +44,7 @@ RowModelSampler::RowModelSampler(const SamplerSpec& spec, const Lattice& lattice
 }
 
 double RowModelSampler::memory(const Lattice& lattice) {
-  const double numbers_per_bead = 1, numbers_per_column = 8 * 17;  // weights kept; rows of a model and of its noise
+  const double numbers_per_bead = 2, numbers_per_column = 8 * 17;  // fields kept; rows of a model and of its noise
   return 8 * static_cast<double>(group_lanes) *
          (numbers_per_bead * static_cast<double>(lattice.beads()) + numbers_per_column * lattice.columns());
 }
@@ -69,7 +69,10 @@ RowModelSampler::Kept& RowModelSampler::room(std::size_t group) {
     Kept& kept = kept_.emplace_back();
     const std::size_t size = layers_.size() * static_cast<std::size_t>(lattice_.columns()) * group_lanes;
     kept.weights = aligned_array<double>(size);
-    if (horizontal_) kept.horizontal = aligned_array<double>(size);
+    if (horizontal_) {
+      kept.horizontal = aligned_array<double>(size);
+      std::fill_n(kept.horizontal.get(), size, 0.0);  // as it stays in a scalar model
+    }
     kept.moments.resize(layers_.size());
     kept.extras.resize(layers_.size() * extra_names(spec_.model).size() * group_lanes);
   }
@@ -135,8 +138,10 @@ void RowModelSampler::draw_group(const LaneSamples& samples, std::span<const std
     }
     const std::size_t to = static_cast<std::size_t>(place) * columns * group_lanes;
     std::copy_n(model_->weight(), columns * group_lanes, kept.weights.get() + to);
-    if (horizontal_ && model_->horizontal() != nullptr)
-      std::copy_n(model_->horizontal(), columns * group_lanes, kept.horizontal.get() + to);
+    if (horizontal_) {
+      const double* const horizontal = model_->horizontal();
+      if (horizontal != nullptr) std::copy_n(horizontal, columns * group_lanes, kept.horizontal.get() + to);
+    }
     RowSums sums;
     model_->hand_down(layer, &sums);
     keep_row(layer, sums, total, kept);

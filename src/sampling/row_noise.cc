@@ -41,20 +41,15 @@ namespace granuscope {
 
 HWY_EXPORT(FillRowNumbers);
 
-namespace {
-
-// The low byte of Philox's last counter word, beside the streams of random_key.cc; the rest is the number.
-enum Stream : std::uint32_t { row_stream = 5, cell_stream = 6, offset_stream = 7 };
-
-double number_of(std::uint64_t seed, std::uint64_t sample, int row, int bead, std::uint32_t number, Stream stream) {
+double noise_number(std::uint64_t seed, std::uint64_t sample, int row, int bead, std::uint32_t number,
+                    NoiseStream stream) {
   const r123::Philox4x32::ctr_type counter{{static_cast<std::uint32_t>(bead / 2), static_cast<std::uint32_t>(row),
-                                            static_cast<std::uint32_t>(sample), number << 8 | stream}};
+                                            static_cast<std::uint32_t>(sample),
+                                            number << 8 | static_cast<std::uint32_t>(stream)}};
   const r123::Philox4x32::key_type key{{static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32)}};
   const auto words = r123::Philox4x32()(counter, key);
   return bead % 2 == 0 ? to_unit_interval(words[0], words[1]) : to_unit_interval(words[2], words[3]);
 }
-
-}  // namespace
 
 RowNoise::RowNoise(int columns, NoiseCells cells)
     : columns_(columns),
@@ -68,7 +63,7 @@ void RowNoise::begin(std::uint64_t seed, const LaneSamples& samples) {
   samples_ = samples;
   band_.fill(-1);
   for (std::size_t k = 0; k < group_lanes; ++k) {
-    first_row_[k] = static_cast<int>(number_of(seed, samples[k], 0, 0, 0, offset_stream) * cells_.rows);
+    first_row_[k] = static_cast<int>(noise_number(seed, samples[k], 0, 0, 0, NoiseStream::offset) * cells_.rows);
   }
 }
 
@@ -76,7 +71,7 @@ const double* RowNoise::row(int row, std::uint32_t number) {
   const PhiloxKeys keys(seed_);
   if (cells_.single()) {
     HWY_DYNAMIC_DISPATCH(FillRowNumbers)
-    (keys, samples_.data(), static_cast<std::uint32_t>(row), number << 8 | row_stream,
+    (keys, samples_.data(), static_cast<std::uint32_t>(row), number << 8 | static_cast<std::uint32_t>(NoiseStream::row),
      static_cast<std::size_t>(columns_), numbers_.get());
     return numbers_.get();
   }
@@ -84,9 +79,10 @@ const double* RowNoise::row(int row, std::uint32_t number) {
     const int band = (row + first_row_[k]) / cells_.rows;
     if (band == band_[k]) continue;
     band_[k] = band;
-    const int first = static_cast<int>(number_of(seed_, samples_[k], band, 1, 0, offset_stream) * cells_.columns);
+    const int first =
+        static_cast<int>(noise_number(seed_, samples_[k], band, 1, 0, NoiseStream::offset) * cells_.columns);
     for (int cell = 0; cell < columns_ / cells_.columns; ++cell) {
-      of_cells_[static_cast<std::size_t>(cell)] = number_of(seed_, samples_[k], band, cell, 0, cell_stream);
+      of_cells_[static_cast<std::size_t>(cell)] = noise_number(seed_, samples_[k], band, cell, 0, NoiseStream::cell);
     }
     for (int i = 0; i < columns_; ++i) {
       const int cell = (i + first) % columns_ / cells_.columns;
@@ -99,10 +95,6 @@ const double* RowNoise::row(int row, std::uint32_t number) {
 std::uint64_t RowNoise::drawn(int rows) const {
   const auto of_row = static_cast<std::uint64_t>(columns_ / cells_.columns);
   return of_row * static_cast<std::uint64_t>((rows + cells_.rows - 1) / cells_.rows);
-}
-
-double row_number_plain(std::uint64_t seed, std::uint64_t sample, int row, int bead, std::uint32_t number) {
-  return number_of(seed, sample, row, bead, number, row_stream);
 }
 
 }  // namespace granuscope

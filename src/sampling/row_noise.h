@@ -34,7 +34,15 @@ class RowNoise {
   AlignedArray<double> numbers_, of_cells_;
 };
 
-/// The same number bead by bead, without vectors: what RowNoise gives in row `row` where cells are single.
-double row_number_plain(std::uint64_t seed, std::uint64_t sample, int row, int bead, std::uint32_t number);
+/// The low byte of Philox's last counter word, beside the streams of random_key.cc.
+enum class NoiseStream : std::uint32_t {
+  row = 5,     ///< of single cells, by row, bead and number
+  cell = 6,    ///< of others, by band and cell
+  offset = 7,  ///< where cells begin: row 0, bead 0 in depth; row band, bead 1 along each band
+};
+
+/// The number that RowNoise uses, by itself and without vectors.
+double noise_number(std::uint64_t seed, std::uint64_t sample, int row, int bead, std::uint32_t number,
+                    NoiseStream stream);
 
 }  // namespace granuscope

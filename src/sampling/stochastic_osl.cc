@@ -11,14 +11,14 @@ namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 /// h_{j+1/2} -= ratio (s_{j+1} - s_j), s = eta (1 + v) w, with v = lowest + width u of the bead that node j lies in.
-void PushNodes(const double* HWY_RESTRICT weight, const double* HWY_RESTRICT uniforms, double lowest, double width,
+void PushNodes(const double* HWY_RESTRICT weight, const double* HWY_RESTRICT numbers, double lowest, double width,
                double eta, double ratio, std::size_t columns, std::size_t grid, double* HWY_RESTRICT push) {
   const hn::CappedTag<double, group_lanes> d;
   const auto low = hn::Set(d, lowest), wide = hn::Set(d, width), one = hn::Set(d, 1.0);
   const auto eta_ratio = hn::Set(d, eta * ratio);
   for (std::size_t k = 0; k < group_lanes; k += hn::Lanes(d)) {
     const auto stiffness = [&](std::size_t bead) {
-      const auto v = hn::Add(low, hn::Mul(wide, hn::LoadU(d, uniforms + bead * group_lanes + k)));
+      const auto v = hn::Add(low, hn::Mul(wide, hn::LoadU(d, numbers + bead * group_lanes + k)));
       return hn::Mul(eta_ratio, hn::Add(one, v));
     };
     auto here = stiffness(0);
@@ -59,6 +59,8 @@ void PressNodes(const double* HWY_RESTRICT push, double ratio, std::size_t nodes
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
+#include <gsl/gsl_cdf.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -76,13 +78,18 @@ namespace {
 class StochasticOsl final : public RowModel {
  public:
   StochasticOsl(const StochasticOslSpec& spec, int columns)
-      : half_width_(std::sqrt(3.0) * spec.disorder),
+      : disorder_(spec.disorder),
+        gaussian_(spec.noise == NoiseLaw::gaussian && spec.disorder > 0),
+        lowest_(gaussian_ ? 0 : -std::sqrt(3.0) * spec.disorder),
+        width_(gaussian_ ? 1 : 2 * std::sqrt(3.0) * spec.disorder),
         columns_(static_cast<std::size_t>(columns)),
         grid_(static_cast<std::size_t>(spec.grid)),
         noise_(columns, {spec.cell_columns, spec.cell_rows}),
         beads_(aligned_array<double>(columns_ * group_lanes)),
         weight_(aligned_array<double>(nodes() * group_lanes)),
-        push_(aligned_array<double>(nodes() * group_lanes)) {}
+        push_(aligned_array<double>(nodes() * group_lanes)) {
+    if (gaussian_) gaussian_noise_ = aligned_array<double>(columns_ * group_lanes);
+  }
 
   void begin(std::uint64_t seed, const LaneSamples& samples, const double* loads) override {
     noise_.begin(seed, samples);
@@ -93,18 +100,33 @@ class StochasticOsl final : public RowModel {
     average_nodes();
   }
   const double* weight() const override { return beads_.get(); }
+  /// The mean over each bead, of fluxes on both sides of its nodes so that it is even about the bead's centre.
+  const double* horizontal() override {
+    if (horizontal_ == nullptr) horizontal_ = aligned_array<double>(columns_ * group_lanes);
+    const auto flux = [this](std::size_t node, std::size_t k) { return push_[node * group_lanes + k]; };
+    for (std::size_t i = 0; i < columns_; ++i) {
+      const std::size_t first = i * grid_, before = first == 0 ? nodes() - 1 : first - 1;
+      for (std::size_t k = 0; k < group_lanes; ++k) {
+        double sum = (flux(before, k) + flux(first + grid_ - 1, k)) / 2;
+        for (std::size_t node = first; node + 1 < first + grid_; ++node) sum += flux(node, k);
+        horizontal_[i * group_lanes + k] = sum / static_cast<double>(grid_);
+      }
+    }
+    return horizontal_.get();
+  }
 
   void hand_down(int row, RowSums* sums) override {
-    const double* const uniforms = noise_.row(row);
+    const double* numbers = noise_.row(row);
+    if (gaussian_) numbers = make_gaussian(numbers);
     // The flux within the row is the mean of those at its ends: weight leaves stiff places as long as they last.
-    if (sums != nullptr) add_half_thrust(uniforms, *sums);
+    if (sums != nullptr) add_half_thrust(numbers, *sums);
     for (std::size_t step = 0; step < grid_; ++step) {
       HWY_DYNAMIC_DISPATCH(PushNodes)
-      (weight_.get(), uniforms, -half_width_, 2 * half_width_, eta, ratio, columns_, grid_, push_.get());
+      (weight_.get(), numbers, lowest_, width_, eta, ratio, columns_, grid_, push_.get());
       HWY_DYNAMIC_DISPATCH(PressNodes)(push_.get(), ratio, nodes(), weight_.get());
     }
     average_nodes();
-    if (sums != nullptr) add_half_thrust(uniforms, *sums);
+    if (sums != nullptr) add_half_thrust(numbers, *sums);
   }
 
   std::uint64_t uniforms(int rows) const override { return noise_.drawn(rows); }
@@ -125,19 +147,30 @@ class StochasticOsl final : public RowModel {
     }
   }
 
-  void add_half_thrust(const double* uniforms, RowSums& sums) const {
+  /// v of uniform numbers, by the inverse distribution function between -1 and 1.
+  const double* make_gaussian(const double* uniforms) {
+    const double below = gsl_cdf_ugaussian_P(-1 / disorder_), between = 1 - 2 * below;
+    for (std::size_t i = 0; i < columns_ * group_lanes; ++i) {
+      gaussian_noise_[i] = disorder_ * gsl_cdf_ugaussian_Pinv(below + between * uniforms[i]);
+    }
+    return gaussian_noise_.get();
+  }
+
+  void add_half_thrust(const double* numbers, RowSums& sums) const {
     for (std::size_t i = 0; i < columns_; ++i) {
       for (std::size_t k = 0; k < group_lanes; ++k) {
-        const double v = half_width_ * (2 * uniforms[i * group_lanes + k] - 1);
+        const double v = lowest_ + width_ * numbers[i * group_lanes + k];
         sums.thrust[k] += (1 + v) / 2 * beads_[i * group_lanes + k];
       }
     }
   }
 
-  double half_width_;
+  double disorder_;
+  bool gaussian_;
+  double lowest_, width_;  ///< v = lowest + width times the number of the bead
   std::size_t columns_, grid_;
   RowNoise noise_;
-  AlignedArray<double> beads_, weight_, push_;
+  AlignedArray<double> beads_, weight_, push_, horizontal_, gaussian_noise_;
 };
 
 }  // namespace

@@ -135,7 +135,7 @@ class ThreeLeg final : public RowModel {
     std::fill_n(push_.get(), columns_ * group_lanes, 0.0);
   }
   const double* weight() const override { return weight_.get(); }
-  const double* horizontal() const override { return push_.get(); }
+  const double* horizontal() override { return push_.get(); }
 
   void hand_down(int row, RowSums* sums) override {
     HWY_DYNAMIC_DISPATCH(HandDownLegs)

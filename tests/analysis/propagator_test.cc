@@ -2,8 +2,11 @@
 // response is known, and against the responses to loads. Each of its ingredients is left out once, and must be missed.
 #include "analysis/propagator.h"
 
+#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <complex>
+#include <functional>
 #include <numbers>
 
 #include "analysis/linear_model.h"
@@ -215,4 +218,76 @@ TEST_CASE("without a reference lag two Gaussians of area 1 fit badly; 12, 24 and
   // What single contacts do to single beads stays in C_0 and makes all amplitudes too small.
   const auto chi2_of = [](const Transport& t) { return t.depths.front().chi2_per_dof; };
   CHECK(chi2_of(none) > 1.5 * chi2_of(usual));
+}
+
+namespace {
+
+using Complex = std::complex<double>;
+
+/// What a model with noise that is independent from bead to bead makes of a mode of w and H within a row, on the mean.
+struct RowPropagator {
+  ModelSpec model;
+  std::function<std::array<Complex, 4>(double)> of;  ///< ww, wH, Hw, HH
+};
+
+std::vector<RowPropagator> row_propagators() {
+  static constexpr Complex i(0, 1);
+  RowPropagator q, legs, osl;
+  q.model.name = ModelName::q_model;
+  q.of = [](double k) { return std::array<Complex, 4>{std::cos(k / 2), 0, 0, 0}; };
+  legs.model.name = ModelName::three_leg;
+  legs.model.three_leg.middle = 0.3;
+  legs.model.three_leg.noise = 0.3;
+  legs.of = [](double k) {
+    return std::array<Complex, 4>{0.3 + 0.7 * std::cos(k), -i * std::sin(k), -0.7 * i * std::sin(k), std::cos(k)};
+  };
+  osl.model.name = ModelName::stochastic_osl;
+  osl.model.stochastic_osl.grid = 1;
+  osl.model.stochastic_osl.disorder = 0.4;
+  osl.of = [](double k) {
+    // H lies between the beads; its mean over both sides of a bead has the factor cos(k/2).
+    const double courant = std::sqrt(3.0) / 2, eta = 1.0 / 3;
+    const Complex push = -courant * eta * 2.0 * i * std::sin(k / 2), press = -courant * 2.0 * i * std::sin(k / 2);
+    return std::array<Complex, 4>{1.0 + press * push, press / std::cos(k / 2), push * std::cos(k / 2), 1.0};
+  };
+  return {q, legs, osl};
+}
+
+}  // namespace
+
+TEST_CASE("fluctuations of models that hand forces down row by row give their exact response, mode by mode") {
+  for (const RowPropagator& exact : row_propagators()) {
+    const bool scalar = exact.model.name == ModelName::q_model;
+    EnsembleSpec spec = real_piles(0.3, {48, scalar ? 140 : 90}, 4096);
+    spec.sampler.model = exact.model;
+    spec.response.reference_lag = scalar ? 1 : 6;
+    spec.response.base_step = 2;
+    spec.layers = {3, 8, 17};
+    const EnsembleRecord record = run_ensemble(spec, 0, nullptr);
+    int compared = 0, precise = 0;
+    double chi2 = 0;
+    for (std::size_t row = 1; row < record.sums.layers.size(); ++row) {
+      const BlockMeans modes = propagated_modes(record.sums, row);
+      for (std::size_t m = 1; m <= modes.whole.size(); ++m) {
+        const auto step = exact.of(2 * std::numbers::pi * static_cast<double>(m) / 48);
+        Complex w = 1, H = 0;
+        for (int n = 0; n < record.sums.layers[row]; ++n) {
+          const Complex below = step[0] * w + step[1] * H;
+          H = step[2] * w + step[3] * H;
+          w = below;
+        }
+        Replicated mode{modes.whole[m - 1], {}};
+        for (const auto& without : modes.without_block) mode.without_block.push_back(without[m - 1]);
+        const double off = pull(estimate(mode), w.real());
+        if (estimate(mode).standard_error < 0.01) ++precise;
+        CAPTURE(configuration_text(exact.model), record.sums.layers[row], m, mode.value, w.real());
+        CHECK(std::abs(off) < 5);
+        chi2 += off * off;
+        ++compared;
+      }
+    }
+    CAPTURE(configuration_text(exact.model), compared, precise, chi2);
+    CHECK(precise > 20);
+    CHECK(chi2 < 2 * compared);
+  }
 }

@@ -1,8 +1,10 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -167,6 +169,28 @@ TEST_CASE("sample --out stores the pile that its key names, and audit accepts it
   const auto audited = granuscope_command({"audit", (scratch / "a.h5").string()});
   CHECK(audited.code == 0);
   CHECK_THAT(audited.out, Contains("largest balance residual"));
+}
+
+TEST_CASE(
+    "sample stores a pile with opened contacts, and refuses models without contacts and options without a model") {
+  const test::TemporaryFolder scratch;
+  const std::vector<std::string> small{"sample", "--mu", "0.3", "--columns", "12", "--layers", "8", "--out"};
+  const auto with = [&](const std::vector<std::string>& flags) {
+    std::vector<std::string> arguments = small;
+    arguments.push_back((scratch / "pile.h5").string());
+    arguments.insert(arguments.end(), flags.begin(), flags.end());
+    return granuscope_command(arguments);
+  };
+  CHECK_THAT(with({"--model", "q-model"}).err, Contains("have no contacts that could be stored"));
+  CHECK_THAT(with({"--opened-share", "0.1"}).err, Contains("--model diluted-beads"));
+  CHECK_THAT(with({"--model", "diluted-beads", "--opened-share", "0.3"}).err, Contains("--opened-share: "));
+  CHECK_FALSE(std::filesystem::exists(scratch / "pile.h5"));
+  REQUIRE(with({"--model", "diluted-beads", "--opened-share", "0.06"}).code == 0);
+  const Pile pile = read_pile(scratch / "pile.h5");
+  const auto opened =
+      std::count(pile.V_R.begin(), pile.V_R.end(), 0.0) + std::count(pile.V_L.begin(), pile.V_L.end(), 0.0);
+  CHECK(opened == std::lround(0.06 * 2 * 12 * 7));
+  CHECK(granuscope_command({"audit", (scratch / "pile.h5").string()}).code == 0);
 }
 
 TEST_CASE("A changed pile does not pass the audit") {

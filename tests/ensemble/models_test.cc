@@ -44,14 +44,18 @@ TEST_CASE("the linear response of a linear model does not depend on how it is lo
   for (std::size_t i = 0; i < a.size(); ++i) CHECK(a[i] == Approx(b[i]).margin(1e-9));
 }
 
-TEST_CASE("estimators that follow contacts of beads refuse other models by name, and beads keep their configuration") {
-  for (const EstimatorName estimator : {EstimatorName::paired, EstimatorName::fluctuation}) {
-    EnsembleSpec spec = ensemble_of(ModelName::three_leg, {.estimator = estimator});
+TEST_CASE("estimators that make no sense with a model refuse it by name, and beads keep their configuration") {
+  for (const auto& [model, estimator] : {std::pair{ModelName::three_leg, EstimatorName::paired},
+                                         {ModelName::diluted_beads, EstimatorName::paired},
+                                         {ModelName::diluted_beads, EstimatorName::fluctuation}}) {
+    EnsembleSpec spec = ensemble_of(model, {.estimator = estimator});
     const Problem found = find_problem(spec);
     REQUIRE(found.has_value());
     CHECK(found->key == "estimator");
-    CHECK(found->message.find("three-leg") != std::string::npos);
+    CHECK(found->message.find(name_of(model)) != std::string::npos);
   }
+  const std::string again = replay_command(ensemble_of(ModelName::diluted_beads, multiplexed_response(0.2)), 3);
+  CHECK(again.find("granuscope sample --model diluted-beads --opened-share 0.05 --least-slack 0.02 --mu 0.3 ") == 0);
   const EnsembleSpec beads = test::small_ensemble(point_response(1), 24);
   CHECK(configuration_text(beads).find("model") == std::string::npos);
   CHECK(configuration_text(ensemble_of(ModelName::q_model, point_response(1))).find("model=q-model\n") !=

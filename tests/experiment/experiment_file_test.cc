@@ -257,8 +257,8 @@ void change(const Key& key) {
     std::vector<KeyValue> operator()(std::int64_t number) const { return {number + 1}; }
     std::vector<KeyValue> operator()(double number) const { return {number + 0.125}; }
     std::vector<KeyValue> operator()(const std::string& text) const {
-      return {"rejection", "eloy-clement", "multiplexed", "point", "fixed",    "no-pair",
-              "osmesa",    "q-model",      "critical",    "free",  "positive", text + "x"};
+      return {"rejection", "eloy-clement", "multiplexed", "point",    "fixed",    "no-pair", "osmesa",
+              "q-model",   "critical",     "free",        "positive", "gaussian", text + "x"};
     }
     std::vector<KeyValue> operator()(std::vector<std::int64_t> list) const {
       list.push_back(7);

@@ -20,10 +20,11 @@ shallow_layer = 10
 [figures.response_profiles]
 layers = [30, 50]
 [response]
-estimator = "multiplexed"
 )";
 
-Experiment with(const std::string& text) { return parse_experiment(small + text, "model.toml"); }
+Experiment with(const std::string& text) {
+  return parse_experiment(small + "estimator = \"multiplexed\"\n" + text, "model.toml");
+}
 
 }  // namespace
 
@@ -75,11 +76,29 @@ TEST_CASE("A scan that cannot be is refused with what to write") {
   refused("[model]\nname = \"three-leg\"\n[scan]\nparameter = \"disorder\"\n", "choose one of: middle, noise");
   refused("[model]\nname = \"three-leg\"\n[scan]\nvalues = [0.1, 1.2]\n",
           "scan.values: with middle = 1.2 no pile can be");
-  refused("[model]\nname = \"diluted-beads\"\n", "they have a study of their own");
+  refused("[friction]\nmu = [0.3]\n[model]\nname = \"diluted-beads\"\n", "give at most 2048 beads");
   refused("[model]\nname = \"q-models\"\n", "there is no model \"q-models\"");
   refused("[model]\nname = \"q-model\"\n[scenes.force_chains]\nmu = 0.2\n[scenes.friction]\nshow = true\n",
           "has no contacts of beads");
   refused("[model]\nname = \"three-leg\"\n[model.three_leg]\nmiddle = 1.5\n", "model.three_leg.middle");
   CHECK_THROWS_WITH(parse_experiment("[model]\nname = \"q-model\"\n[response]\nestimator = \"paired\"\n", "x"),
                     Contains("which the model q-model does not have"));
+  const std::string diluted =
+      "[friction]\nmu = [0.3]\n[model]\nname = \"diluted-beads\"\n[lattice]\ncolumns = 24\nlayers = 16\n";
+  CHECK_THROWS_WITH(parse_experiment(diluted + "[fit]\nfirst_layer = 5\nshallow_layer = 4\nlast_layer = 11\n", "x"),
+                    Contains("the lowest 5 of 16 layers"));
+  CHECK_THROWS_WITH(
+      parse_experiment(diluted + "[fit]\nfirst_layer = 5\nshallow_layer = 4\nlast_layer = 8\nlayer_step = 1\n" +
+                           "[figures.response_profiles]\nshow = false\n[scenes.force_chains]\nshow = false\n" +
+                           "[response]\nestimator = \"fluctuation\"\n",
+                       "x"),
+      Contains("small and solved as a whole"));
+}
+
+TEST_CASE("A window too deep for the estimator fluctuation is refused before anything is drawn") {
+  for (const char* model : {"frictional-beads", "three-leg"}) {
+    CHECK_THROWS_WITH(
+        parse_experiment(small + "estimator = \"fluctuation\"\n[model]\nname = \"" + model + "\"\n", "deep.toml"),
+        Contains("too few for the estimator fluctuation"));
+  }
 }

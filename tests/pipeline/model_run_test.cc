@@ -122,3 +122,49 @@ values = [0.25, 0.35]
   CHECK(0.57735 - weak["value"].get<double>() > 5 * weak["stderr"].get<double>());
   CHECK(std::filesystem::exists(folder.path() / "figures/model-weights.png"));
 }
+
+TEST_CASE("Fluctuations of free legs give the exact c and D without any load") {
+  const TemporaryFolder folder;
+  const nlohmann::json summary =
+      run("[model]\nname = \"three-leg\"\n[scan]\nvalues = [0.2, 0.4]\n", folder.path(),
+          {"response.estimator=fluctuation", "response.reference_lag=8", "lattice.layers=150"});
+  for (const auto& result : summary["results"]) {
+    const double p = result["middle"];
+    INFO("p = " << p);
+    const auto agrees = [](const nlohmann::json& measured, double exact) {
+      const double value = measured["value"], error = measured["stderr"];
+      CHECK(error < 0.1 * exact);
+      CHECK(std::abs(value - exact) < 5 * error + 0.01 * exact);
+    };
+    agrees(result["c"], std::sqrt((1 - p) / 3));
+    agrees(result["D"], p / (2 * std::sqrt(3.0)));
+  }
+}
+
+TEST_CASE("Diluted beads go through the main line, with their opened contacts in the pictures", "[long]") {
+  const TemporaryFolder folder;
+  const std::vector<std::string> changes{"lattice.columns=20",
+                                         "lattice.layers=12",
+                                         "response.opposite=true",
+                                         "response.samples=64",
+                                         "response.blocks=8",
+                                         "fit.first_layer=4",
+                                         "fit.last_layer=6",
+                                         "fit.shallow_layer=3",
+                                         "fit.scaling_window=[0, 0.1]",
+                                         "figures.response_profiles.layers=[5, 6]",
+                                         "scenes.force_chains.columns=16",
+                                         "scenes.force_chains.layers=8",
+                                         "scenes.force_chains.mu=0.3"};
+  const nlohmann::json summary =
+      run("[model]\nname = \"diluted-beads\"\n[friction]\nmu = [0.3]\n[scan]\nvalues = [0.0, 0.06]\n", folder.path(),
+          changes);
+  REQUIRE(summary["results"].size() == 2);
+  CHECK(summary["scan"]["parameter"] == "opened_share");
+  CHECK(summary["results"][1]["opened_share"] == 0.06);
+  CHECK(summary["results"][1]["mu"] == 0.3);
+  for (const char* name : {"force-chains.png", "bead-weights.png", "response-field.png"}) {
+    INFO(name);
+    CHECK(std::filesystem::exists(folder.path() / "figures" / name));
+  }
+}

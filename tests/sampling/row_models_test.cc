@@ -34,10 +34,10 @@ ModelSpec three_leg(MiddleLaw law, double middle = 0.1, double noise = 0.05) {
   return model;
 }
 
-ModelSpec stochastic_osl(double disorder, int grid) {
+ModelSpec stochastic_osl(double disorder, int grid, NoiseLaw noise = NoiseLaw::uniform) {
   ModelSpec model;
   model.name = ModelName::stochastic_osl;
-  model.stochastic_osl = {.disorder = disorder, .grid = grid};
+  model.stochastic_osl = {.disorder = disorder, .grid = grid, .noise = noise};
   return model;
 }
 
@@ -56,17 +56,18 @@ std::vector<ModelSpec> every_model() {
           cells,
           stochastic_osl(0.4, 1),
           stochastic_osl(0.4, 3),
+          stochastic_osl(0.2, 2, NoiseLaw::gaussian),
           coarse};
 }
 
 /// Weights of the samples first .. first + count - 1 in `layer`, [count][columns].
 std::vector<Row> weights_of(const ModelSpec& model, const Row& load, int layer, std::uint64_t first, std::size_t count,
-                            Row* thrust = nullptr) {
+                            Row* thrust = nullptr, std::vector<Row>* horizontal = nullptr) {
   SamplerSpec spec;
   spec.model = model;
   spec.seed = seed;
   const auto sampler = make_sampler(spec, Lattice({static_cast<int>(load.size()), layer + 1}));
-  sampler->keep_layers({{layer}});
+  sampler->keep_layers({{layer}, horizontal != nullptr});
   std::vector<std::uint64_t> samples(count);
   std::iota(samples.begin(), samples.end(), first);
   const std::vector<std::span<const double>> loads(count, load);
@@ -78,6 +79,9 @@ std::vector<Row> weights_of(const ModelSpec& model, const Row& load, int layer, 
       for (std::size_t i = 0; i < load.size(); ++i)
         row.push_back(group.weight(group.row(layer) + i * group.stride + k));
       if (thrust != nullptr) thrust->push_back(group.moments_of(layer).thrust[k]);
+      if (horizontal == nullptr) continue;
+      Row& H = horizontal->emplace_back();
+      for (std::size_t i = 0; i < load.size(); ++i) H.push_back(group.H(group.row(layer) + i * group.stride + k));
     }
   }
   return weights;
@@ -97,11 +101,39 @@ double q_of(SplitLaw split, double a, double b, double c) {
   return a + b + c - std::min({a, b, c}) - std::max({a, b, c});
 }
 
-/// One pile with single cells by the definition of its model, weights of `layer`.
-Row naive(const ModelSpec& model, Row w, int layer, std::uint64_t sample) {
+/// The number that is v = x in a Gaussian distribution of standard deviation 1 cut at |v| = 1, by bisection.
+double gaussian_number(double u, double disorder) {
+  const auto below = [](double x) { return std::erfc(-x / std::sqrt(2.0)) / 2; };
+  const double least = below(-1 / disorder);
+  double low = -1 / disorder, high = -low;
+  for (int step = 0; step < 100; ++step) {
+    const double middle = (low + high) / 2;
+    (below(middle) < least + (1 - 2 * least) * u ? low : high) = middle;
+  }
+  return disorder * low;
+}
+
+/// The uniform number of a bead where noise is the same within cells.
+double number_in_cell(std::uint64_t sample, int row, int bead, int columns, int width, int height) {
+  const auto offset = [&](int band, int which) {
+    return noise_number(seed, sample, band, which, 0, NoiseStream::offset);
+  };
+  const int band = (row + static_cast<int>(height * offset(0, 0))) / height;
+  const int cell = (bead + static_cast<int>(width * offset(band, 1))) % columns / width;
+  return noise_number(seed, sample, band, cell, 0, NoiseStream::cell);
+}
+
+/// One pile by the definition of its model, weights of `layer`, and what horizontal force enters its beads.
+Row naive(const ModelSpec& model, Row w, int layer, std::uint64_t sample, Row* horizontal = nullptr) {
   const int columns = static_cast<int>(w.size());
   const auto ring = [&](int i) { return static_cast<std::size_t>((i % columns + columns) % columns); };
-  const auto u = [&](int row, int i, std::uint32_t number) { return row_number_plain(seed, sample, row, i, number); };
+  const bool osl = model.name == ModelName::stochastic_osl;
+  const int cell_columns = osl ? model.stochastic_osl.cell_columns : model.three_leg.cell_columns;
+  const int cell_rows = osl ? model.stochastic_osl.cell_rows : model.three_leg.cell_rows;
+  const auto u = [&](int row, int i, std::uint32_t number) {
+    return cell_columns == 1 && cell_rows == 1 ? noise_number(seed, sample, row, i, number, NoiseStream::row)
+                                               : number_in_cell(sample, row, i, columns, cell_columns, cell_rows);
+  };
   const int grid = model.stochastic_osl.grid;
   Row F_x(w.size());
   if (model.name == ModelName::stochastic_osl) {
@@ -109,11 +141,15 @@ Row naive(const ModelSpec& model, Row w, int layer, std::uint64_t sample) {
     for (const double load : w) nodes.insert(nodes.end(), static_cast<std::size_t>(grid), load);
     const int all = columns * grid;
     const auto node = [&](int j) { return static_cast<std::size_t>((j % all + all) % all); };
-    const double courant = std::sqrt(3.0) / 2, half = std::sqrt(3.0) * model.stochastic_osl.disorder;
+    const double courant = std::sqrt(3.0) / 2, disorder = model.stochastic_osl.disorder;
+    const auto deviation = [&](double number) {
+      return model.stochastic_osl.noise == NoiseLaw::gaussian ? gaussian_number(number, disorder)
+                                                              : std::sqrt(3.0) * disorder * (2 * number - 1);
+    };
     for (int n = 0; n < layer; ++n) {
       for (int step = 0; step < grid; ++step) {
         const auto stress = [&](int j) {
-          return (1 + half * (2 * u(n, static_cast<int>(node(j)) / grid, 0) - 1)) / 3 * nodes[node(j)];
+          return (1 + deviation(u(n, static_cast<int>(node(j)) / grid, 0))) / 3 * nodes[node(j)];
         };
         for (int j = 0; j < all; ++j) h[node(j)] -= courant * (stress(j + 1) - stress(j));
         for (int j = 0; j < all; ++j) nodes[node(j)] -= courant * (h[node(j)] - h[node(j - 1)]);
@@ -122,7 +158,12 @@ Row naive(const ModelSpec& model, Row w, int layer, std::uint64_t sample) {
     for (std::size_t i = 0; i < w.size(); ++i) {
       const auto first = nodes.begin() + static_cast<std::ptrdiff_t>(i) * grid;
       w[i] = std::accumulate(first, first + grid, 0.0) / grid;
+      // A node bears the mean of the fluxes beside it.
+      for (int j = static_cast<int>(i) * grid; j < (static_cast<int>(i) + 1) * grid; ++j) {
+        F_x[i] += (h[node(j - 1)] + h[node(j)]) / (2 * grid);
+      }
     }
+    if (horizontal != nullptr) *horizontal = F_x;
     return w;
   }
   for (int n = 0; n < layer; ++n) {
@@ -147,6 +188,7 @@ Row naive(const ModelSpec& model, Row w, int layer, std::uint64_t sample) {
     w = below;
     F_x = F_x_below;
   }
+  if (horizontal != nullptr) *horizontal = F_x;
   return w;
 }
 
@@ -162,13 +204,18 @@ Row uneven_load(std::size_t columns) {
 TEST_CASE("every model hands down what its definition says, bead by bead") {
   constexpr double rounding = 1e-12;
   for (const ModelSpec& model : every_model()) {
-    if (model.three_leg.cell_columns > 1 || model.stochastic_osl.cell_columns > 1) continue;
-    for (const std::size_t columns : {5U, 8U}) {
+    const bool cells = model.three_leg.cell_columns > 1 || model.stochastic_osl.cell_columns > 1;
+    for (const std::size_t columns : {cells ? 12U : 5U, 8U}) {
       const Row load = uneven_load(columns);
-      const auto weights = weights_of(model, load, 13, 3, 11);
+      std::vector<Row> horizontal;
+      const auto weights = weights_of(model, load, 13, 3, 11, nullptr, &horizontal);
       for (std::size_t k = 0; k < weights.size(); ++k) {
-        const Row expected = naive(model, load, 13, 3 + k);
-        for (std::size_t i = 0; i < columns; ++i) CHECK(std::abs(weights[k][i] - expected[i]) < rounding);
+        Row expected_horizontal;
+        const Row expected = naive(model, load, 13, 3 + k, &expected_horizontal);
+        for (std::size_t i = 0; i < columns; ++i) {
+          CHECK(std::abs(weights[k][i] - expected[i]) < rounding);
+          CHECK(std::abs(horizontal[k][i] - expected_horizontal[i]) < rounding);
+        }
       }
     }
   }
@@ -338,6 +385,7 @@ TEST_CASE("a model refuses what it cannot be") {
   CHECK(key_of(three_leg(MiddleLaw::free, 1.0, 0)) == "three_leg.middle");
   CHECK(key_of(three_leg(MiddleLaw::free, 0.1, 0.2)) == "three_leg.noise");
   CHECK(key_of(stochastic_osl(0.6, 1)) == "stochastic_osl.disorder");
+  CHECK(key_of(stochastic_osl(0.3, 1, NoiseLaw::gaussian)) == "stochastic_osl.disorder");
   CHECK(key_of(stochastic_osl(0.1, 0)) == "stochastic_osl.grid");
   ModelSpec cells = three_leg(MiddleLaw::free);
   cells.three_leg.cell_columns = 3;
