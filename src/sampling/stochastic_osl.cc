@@ -10,47 +10,49 @@ namespace granuscope {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// h_{j+1/2} -= ratio (s_{j+1} - s_j), s = eta (1 + v) w, with v = lowest + width u of the bead that node j lies in.
-void PushNodes(const double* HWY_RESTRICT weight, const double* HWY_RESTRICT numbers, double lowest, double width,
-               double eta, double ratio, std::size_t columns, std::size_t grid, double* HWY_RESTRICT push) {
+/// One step: h_{j+1/2} -= ratio (s_{j+1} - s_j), s = eta (1 + v) w, with v = lowest + width u of the bead that node j
+/// lies in; then w_j -= ratio (h_{j+1/2} - h_{j-1/2}), in one pass, since node j + 1 needs nothing of the old w_j.
+void StepNodes(const double* HWY_RESTRICT numbers, double lowest, double width, double eta, double ratio,
+               std::size_t columns, std::size_t grid, double* HWY_RESTRICT weight, double* HWY_RESTRICT push) {
   const hn::CappedTag<double, group_lanes> d;
-  const auto low = hn::Set(d, lowest), wide = hn::Set(d, width), one = hn::Set(d, 1.0);
-  const auto eta_ratio = hn::Set(d, eta * ratio);
+  using V = hn::Vec<decltype(d)>;
+  const V low = hn::Set(d, lowest), wide = hn::Set(d, width), one = hn::Set(d, 1.0);
+  const V eta_ratio = hn::Set(d, eta * ratio), r = hn::Set(d, ratio);
   for (std::size_t k = 0; k < group_lanes; k += hn::Lanes(d)) {
     const auto stiffness = [&](std::size_t bead) {
-      const auto v = hn::Add(low, hn::Mul(wide, hn::LoadU(d, numbers + bead * group_lanes + k)));
+      const V v = hn::Add(low, hn::Mul(wide, hn::LoadU(d, numbers + bead * group_lanes + k)));
       return hn::Mul(eta_ratio, hn::Add(one, v));
     };
-    auto here = stiffness(0);
-    const auto first = hn::Mul(here, hn::LoadU(d, weight + k));
-    auto s = first;
+    V here = stiffness(0), w = hn::LoadU(d, weight + k), s = hn::Mul(here, w);
+    const V first_w = w, first_s = s;
+    V first_h = hn::Zero(d), before = hn::Zero(d);
     std::size_t at = k;
-    for (std::size_t bead = 0; bead < columns; ++bead) {
-      for (std::size_t node = 0; node < grid; ++node, at += group_lanes) {
-        auto s_next = first;
-        const bool end_of_bead = node + 1 == grid;
-        if (!(end_of_bead && bead + 1 == columns)) {
-          if (end_of_bead) here = stiffness(bead + 1);
-          s_next = hn::Mul(here, hn::LoadU(d, weight + at + group_lanes));
-        }
-        hn::StoreU(hn::Sub(hn::LoadU(d, push + at), hn::Sub(s_next, s)), d, push + at);
-        s = s_next;
+    // The last node is followed by the first one as it was.
+    const auto next = [&](V w_next, V s_next) {
+      const V h = hn::Sub(hn::LoadU(d, push + at), hn::Sub(s_next, s));
+      hn::StoreU(h, d, push + at);
+      if (at == k) {
+        first_h = h;
+      } else {
+        hn::StoreU(hn::Sub(w, hn::Mul(r, hn::Sub(h, before))), d, weight + at);
       }
-    }
-  }
-}
-
-/// w_j -= ratio (h_{j+1/2} - h_{j-1/2}).
-void PressNodes(const double* HWY_RESTRICT push, double ratio, std::size_t nodes, double* HWY_RESTRICT weight) {
-  const hn::CappedTag<double, group_lanes> d;
-  const auto r = hn::Set(d, ratio);
-  for (std::size_t k = 0; k < group_lanes; k += hn::Lanes(d)) {
-    auto before = hn::LoadU(d, push + (nodes - 1) * group_lanes + k);
-    for (std::size_t at = k; at < nodes * group_lanes; at += group_lanes) {
-      const auto h = hn::LoadU(d, push + at);
-      hn::StoreU(hn::Sub(hn::LoadU(d, weight + at), hn::Mul(r, hn::Sub(h, before))), d, weight + at);
       before = h;
+      w = w_next;
+      s = s_next;
+      at += group_lanes;
+    };
+    for (std::size_t bead = 0; bead < columns; ++bead) {
+      for (std::size_t node = 1; node < grid; ++node) {
+        const V w_next = hn::LoadU(d, weight + at + group_lanes);
+        next(w_next, hn::Mul(here, w_next));
+      }
+      if (bead + 1 == columns) break;
+      here = stiffness(bead + 1);
+      const V w_next = hn::LoadU(d, weight + at + group_lanes);
+      next(w_next, hn::Mul(here, w_next));
     }
+    next(first_w, first_s);
+    hn::StoreU(hn::Sub(first_w, hn::Mul(r, hn::Sub(first_h, before))), d, weight + k);
   }
 }
 
@@ -68,8 +70,7 @@ HWY_AFTER_NAMESPACE();
 
 namespace granuscope {
 
-HWY_EXPORT(PushNodes);
-HWY_EXPORT(PressNodes);
+HWY_EXPORT(StepNodes);
 
 namespace {
 
@@ -121,9 +122,8 @@ class StochasticOsl final : public RowModel {
     // The flux within the row is the mean of those at its ends: weight leaves stiff places as long as they last.
     if (sums != nullptr) add_half_thrust(numbers, *sums);
     for (std::size_t step = 0; step < grid_; ++step) {
-      HWY_DYNAMIC_DISPATCH(PushNodes)
-      (weight_.get(), numbers, lowest_, width_, eta, ratio, columns_, grid_, push_.get());
-      HWY_DYNAMIC_DISPATCH(PressNodes)(push_.get(), ratio, nodes(), weight_.get());
+      HWY_DYNAMIC_DISPATCH(StepNodes)
+      (numbers, lowest_, width_, eta, ratio, columns_, grid_, weight_.get(), push_.get());
     }
     average_nodes();
     if (sums != nullptr) add_half_thrust(numbers, *sums);
