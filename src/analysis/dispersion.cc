@@ -101,8 +101,8 @@ std::vector<BandOfModes> measure_dispersion(const BlockSums& sums, std::size_t a
     BandOfModes band;
     band.k_from = edges[e];
     band.k_to = edges[e + 1];
-    band.z_from = Lattice::depth(sums.layers[above]) - Lattice::depth(0);
-    band.z_to = Lattice::depth(sums.layers[below]) - Lattice::depth(0);
+    band.z_from = sums.rows.spacing * sums.layers[above];
+    band.z_to = sums.rows.spacing * sums.layers[below];
     std::vector<std::size_t> modes;
     double squares = 0;
     for (std::size_t m = 1; m <= known; ++m) {
