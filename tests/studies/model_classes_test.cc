@@ -329,7 +329,7 @@ TEST_CASE("noise, mean shares and gravity have figures that hold at every width,
                                                 traction(0.2, 0.1, unknown("none does")),
                                                 traction(0.3, 0.15, known(130, 7))};
   const TemporaryFolder run;
-  const auto study = models_study(all, tractions);
+  const auto study = models_study({all, tractions, {}});
   const auto figures = study->figures({});
   REQUIRE(figures.size() == 7);
   std::vector<std::string> ids;
@@ -378,16 +378,21 @@ TEST_CASE("the report has a table of classes, one of the means, and a figure") {
   all[1].responses[0].traction = known(0, 0);
   all[1].responses[0].share_of_mean = known(0.97, 0.003);
   all[1].alpha.exponent = unknown("an exponent needs three parameters with known c and D");
-  const auto study = models_study(all);
+  DeepModel deep{"three-leg, positive", "share of p_max = 1", {}};
+  deep.response.spec.response.estimator = EstimatorName::fluctuation;
+  deep.response.spec.lattice = {512, 400};
+  deep.response.spec.layers = {32, 64};
+  deep.response.octaves = {{55, 111, known(1.12, 0.01), known(0.471, 1e-4), known(0.27, 0.002), 0.03}};
+  const auto study = models_study({all, {}, {deep}});
   const std::string page = study_page(*study).html;
   // Page 1: one number of peaks for all, so that they are not told apart; the exponent that is known.
   for (const char* text : {"same number of peaks", ">stochastic OSL</span></em>", "hyperbolic with noise", "0.337",
-                           "0.4701", "0.9700(30)"}) {
+                           "0.4701", "0.9700(30)", "spread at depth", "1.120(10)"}) {
     INFO(text);
     CHECK(contains(page, text));
   }
   all[1].responses[0].peaks = 1;
-  CHECK(contains(study_page(*models_study(all)).html, "apart by its number of peaks"));
+  CHECK(contains(study_page(*models_study({all, {}, {}})).html, "apart by its number of peaks"));
   const TemporaryFolder run;
   const Figure figure = plot_models(all, "model_classes", run.path());
   check_at_widths_of_journals(run / "figures", figure.id);
@@ -443,6 +448,15 @@ TEST_CASE("the study refuses a ring on which the peaks meet, and asks for an ens
     CHECK_FALSE(find_problem(one.spec).has_value());
   }
   CHECK(more[8].spec.sampler.bead_weight == 0.01);
+  // Free and pushing legs once more, down to 128 rows.
+  set("deep_octaves", std::int64_t{3});
+  const auto deep = study->ensembles(main);
+  REQUIRE(deep.size() == more.size() + 2);
+  for (std::size_t k = more.size(); k < deep.size(); ++k) {
+    CHECK_FALSE(find_problem(deep[k].spec).has_value());
+    CHECK(deep[k].spec.layers == std::vector{16, 32, 64, 128});
+    CHECK(deep[k].spec.response.estimator == EstimatorName::fluctuation);
+  }
   CHECK(more[8].spec.sampler.mu == 0.3);
   CHECK(more[9].spec.sampler.model.three_leg.cell_rows == 4);
   CHECK(more[13].spec.load == Load::uniform);

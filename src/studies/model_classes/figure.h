@@ -5,6 +5,7 @@
 
 #include "measure.h"
 #include "plot/figure.h"
+#include "studies/spreading.h"
 
 namespace granuscope {
 
@@ -14,6 +15,19 @@ struct ModelSeries {
   bool aside = false;  ///< no class of models by itself: it has a figure of its own
   std::vector<ModelResponse> responses;
   ScalingFit alpha;
+};
+
+/// The response of one model over depths that double, from its fluctuations.
+struct DeepModel {
+  std::string series, parameter;
+  DeepResponse response;
+};
+
+/// What the study has measured.
+struct MeasuredModels {
+  std::vector<ModelSeries> series;
+  std::vector<TractionDepth> tractions;
+  std::vector<DeepModel> deep;
 };
 
 /// c0 - c against D of all series with two peaks, and the response of the last of each series at the

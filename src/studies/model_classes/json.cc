@@ -51,6 +51,15 @@ Json to_json(const TractionDepth& one) {
           {"z", granuscope::to_json(one.z)}};
 }
 
+Json to_json(const DeepModel& one) {
+  Json json{{"series", one.series}, {"parameter", one.parameter}};
+  const Json spreading = spreading_json(one.response);
+  for (const char* key : {"estimator", "columns", "layers", "samples", "lags", "octaves", "dispersion", "c_thrust"}) {
+    json[key] = spreading.at(key);
+  }
+  return json;
+}
+
 Json to_json(const ModelResponse& one) {
   Json chi2 = Json::object();
   for (const ResponseShape shape : all_response_shapes) {
@@ -90,9 +99,9 @@ Json to_json(const ModelResponse& one) {
 
 }  // namespace
 
-Json models_json(const std::vector<ModelSeries>& measured, const std::vector<TractionDepth>& tractions) {
+Json models_json(const MeasuredModels& measured) {
   Json responses = Json::array(), exponents = Json::array();
-  for (const ModelSeries& series : measured) {
+  for (const ModelSeries& series : measured.series) {
     for (const ModelResponse& one : series.responses) {
       responses.push_back(to_json(one));
       responses.back()["aside"] = series.aside;
@@ -102,8 +111,10 @@ Json models_json(const std::vector<ModelSeries>& measured, const std::vector<Tra
                          {"points", series.alpha.points},
                          {"alpha", granuscope::to_json(series.alpha.exponent)}});
   }
-  return {
-      {"responses", responses}, {"exponents", exponents}, {"tractions", list_of<TractionDepth>(tractions, to_json)}};
+  return {{"responses", responses},
+          {"exponents", exponents},
+          {"tractions", list_of<TractionDepth>(measured.tractions, to_json)},
+          {"deep", list_of<DeepModel>(measured.deep, to_json)}};
 }
 
 Json models_page_1(const Json& results) {

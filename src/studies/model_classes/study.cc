@@ -7,7 +7,9 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "analysis/expected_response.h"
 #include "claims.h"
+#include "ensemble/fluctuation_plan.h"
 #include "json.h"
 #include "model/lattice.h"
 #include "studies/common_checks.h"
@@ -24,12 +26,12 @@ struct Wanted {
   SamplerSpec sampler;
   bool aside = false;     ///< ModelSeries::aside
   bool traction = false;  ///< not for its response
+  bool deep = false;      ///< followed by its fluctuations
 };
 
 class ModelsStudy final : public CopiedStudy<ModelsStudy> {
  public:
-  ModelsStudy(std::vector<ModelSeries> measured, std::vector<TractionDepth> tractions)
-      : measured_(std::move(measured)), tractions_(std::move(tractions)) {}
+  explicit ModelsStudy(MeasuredModels measured) : measured_(std::move(measured)) {}
 
   std::string id() const override { return "model_classes"; }
 
@@ -98,6 +100,12 @@ class ModelsStudy final : public CopiedStudy<ModelsStudy> {
                  "piles of each, at least eight per block; a quarter of them of beads and of stochastic OSL, which "
                  "cost more",
                  samples_),
+        make_key(table(), "deep_octaves", "octaves",
+                 "doublings of the depth, from 16 rows on, over which the models with two peaks, each with the last of "
+                 "its values, are followed by their fluctuations; 0: not at all",
+                 deep_octaves_, KeyRange{.or_zero = true}.within(3, 11)),
+        make_key(table(), "deep_samples", "piles", "piles of each that are followed, at least eight per block",
+                 deep_samples_),
         make_key(table(), "epsilon", "loads of one top bead", "by how much each top load is raised or lowered",
                  epsilon_, KeyRange{}.within(least_epsilon, epsilon_limit).below(epsilon_limit))};
   }
@@ -132,6 +140,9 @@ class ModelsStudy final : public CopiedStudy<ModelsStudy> {
                                           pile_memory(columns_, layers))) {
       return found;
     }
+    if (deep_octaves_ > 0) {
+      if (auto found = find_samples_problem(key("deep_samples"), deep_samples_, main.response.blocks)) return found;
+    }
     return find_samples_problem(key("samples"), samples_, main.response.blocks);
   }
 
@@ -140,6 +151,11 @@ class ModelsStudy final : public CopiedStudy<ModelsStudy> {
     const std::vector<Wanted> wanted = wanted_of(main);
     for (std::size_t k = 0; k < wanted.size(); ++k) {
       const Wanted& one = wanted[k];
+      const std::string label = one.parameter.empty() ? one.series : fmt::format("{}, {}", one.series, one.parameter);
+      if (one.deep) {
+        all.push_back({label + ", deep", one.file, deep_spec(one.sampler, main.response.blocks), static_cast<int>(k)});
+        continue;
+      }
       const FitSpec fit = fit_of(one.sampler.model);
       EnsembleSpec spec;
       spec.sampler = one.sampler;
@@ -148,7 +164,6 @@ class ModelsStudy final : public CopiedStudy<ModelsStudy> {
       spec.response.epsilon = epsilon_;
       spec.response.blocks = main.response.blocks;
       spec.response.samples = samples_;
-      const std::string label = one.parameter.empty() ? one.series : fmt::format("{}, {}", one.series, one.parameter);
       if (one.traction) {
         spec.lattice.layers = traction_rows;
         spec.response.estimator = EstimatorName::point;
@@ -183,7 +198,12 @@ class ModelsStudy final : public CopiedStudy<ModelsStudy> {
   void add(const StudyEnsemble& which, const MeasuredEnsemble& ensemble) override {
     const Wanted& wanted = wanted_.at(static_cast<std::size_t>(which.part));
     if (wanted.traction) {
-      tractions_.push_back(measure_traction(ensemble));
+      measured_.tractions.push_back(measure_traction(ensemble));
+      return;
+    }
+    if (wanted.deep) {
+      measured_.deep.push_back(
+          {wanted.series, wanted.parameter, measure_spreading(ensemble, DeepMeasurement::fluctuations, threads_)});
       return;
     }
     asides_.push_back(wanted.aside);
@@ -193,7 +213,7 @@ class ModelsStudy final : public CopiedStudy<ModelsStudy> {
 
   void finish() override {
     for (auto one = replicated_.begin(); one != replicated_.end();) {
-      ModelSeries& series = measured_.emplace_back();
+      ModelSeries& series = measured_.series.emplace_back();
       series.name = one->response.series;
       series.aside = asides_[static_cast<std::size_t>(one - replicated_.begin())];
       std::vector<const MeasuredModel*> members;
@@ -207,36 +227,36 @@ class ModelsStudy final : public CopiedStudy<ModelsStudy> {
     asides_.clear();
   }
 
-  std::vector<Claim> claims(const ClaimSpec&) const override { return judge_models(measured_); }
+  std::vector<Claim> claims(const ClaimSpec&) const override { return judge_models(measured_.series); }
 
-  Json json() const override { return models_json(measured_, tractions_); }
+  Json json() const override { return models_json(measured_); }
 
   std::vector<ReportPart> parts(const Json& results) const override {
     const ReportPart tables = part(id(), "responses");
-    return measured_.empty() ? std::vector{tables} : std::vector{page_1(models_page_1(results)), tables};
+    return measured_.series.empty() ? std::vector{tables} : std::vector{page_1(models_page_1(results)), tables};
   }
 
   std::vector<FigurePlot> figures(const Analysis&) const override {
-    if (measured_.empty()) return {};
+    if (measured_.series.empty()) return {};
     using Folder = const std::filesystem::path&;
-    std::vector<FigurePlot> all = {[this](Folder folder) { return plot_models(measured_, id(), folder); }};
+    std::vector<FigurePlot> all = {[this](Folder folder) { return plot_models(measured_.series, id(), folder); }};
     const auto some = [this](const auto& fits) {
-      return std::any_of(measured_.begin(), measured_.end(), [&](const ModelSeries& series) {
+      return std::any_of(measured_.series.begin(), measured_.series.end(), [&](const ModelSeries& series) {
         return std::any_of(series.responses.begin(), series.responses.end(), fits);
       });
     };
     if (some([](const ModelResponse& one) { return one.theory && one.speed_loss.known(); })) {
-      all.emplace_back([this](Folder folder) { return plot_noise(measured_, folder); });
+      all.emplace_back([this](Folder folder) { return plot_noise(measured_.series, folder); });
     }
     const auto appears = [](const TractionDepth& one) { return one.z.known(); };
-    if (std::any_of(tractions_.begin(), tractions_.end(), appears) &&
+    if (std::any_of(measured_.tractions.begin(), measured_.tractions.end(), appears) &&
         some([](const ModelResponse& one) { return one.middle.known() && one.c.known(); })) {
-      all.emplace_back([this](Folder folder) { return plot_middle(measured_, tractions_, folder); });
+      all.emplace_back([this](Folder folder) { return plot_middle(measured_.series, measured_.tractions, folder); });
     }
     if (some([](const ModelResponse& one) { return one.bead_weight > 0; })) {
-      all.emplace_back([this](Folder folder) { return plot_gravity(measured_, folder); });
+      all.emplace_back([this](Folder folder) { return plot_gravity(measured_.series, folder); });
     }
-    for (const ModelSeries& series : measured_) {
+    for (const ModelSeries& series : measured_.series) {
       if (series.aside || series.responses.empty()) continue;
       all.emplace_back([&series](Folder folder) { return render_pile_of(series, folder); });
     }
@@ -347,6 +367,41 @@ class ModelsStudy final : public CopiedStudy<ModelsStudy> {
         all.back().traction = true;
       }
     }
+    if (deep_octaves_ > 0) add_deep(all);
+  }
+
+  /// Of each series with two peaks whose rows are handed down one by one, the last one.
+  static void add_deep(std::vector<Wanted>& all) {
+    std::vector<Wanted> deep;
+    for (std::size_t k = 0; k < all.size(); ++k) {
+      const Wanted& one = all[k];
+      const bool last = k + 1 == all.size() || all[k + 1].series != one.series;
+      const ModelSpec& model = one.sampler.model;
+      if (!last || one.aside || one.traction || model.has_contacts() || speed_without_disorder(model) == 0) continue;
+      deep.push_back(one);
+      deep.back().file += "-deep";
+      deep.back().deep = true;
+    }
+    all.insert(all.end(), deep.begin(), deep.end());
+  }
+
+  /// Rings on which the peaks never meet, and as many bases as the deepest lag has rows.
+  EnsembleSpec deep_spec(const SamplerSpec& sampler, int blocks) const {
+    // Rows hand on what single beads have for themselves within few of them, so that a short reference will do: modes
+    // that have decayed by it are drowned in noise.
+    constexpr int first_lag = 16;
+    const int last_lag = first_lag << deep_octaves_, whole = 64 * cells_;
+    EnsembleSpec spec;
+    spec.sampler = sampler;
+    spec.lattice.columns = (static_cast<int>(columns_needed(sampler, last_lag)) / whole + 1) * whole;
+    spec.response.estimator = EstimatorName::fluctuation;
+    spec.response.base_step = spec.response.reference_lag = first_lag;
+    spec.response.blocks = blocks;
+    spec.response.samples = deep_samples_;
+    for (int lag = first_lag; lag <= last_lag; lag *= 2) spec.layers.push_back(lag);
+    spec.lattice.layers = last_lag;
+    spec.lattice.layers += fluctuation_plan(spec).layers_needed;
+    return spec;
   }
 
   static constexpr double middle_of_cells = 0.3;
@@ -363,19 +418,20 @@ class ModelsStudy final : public CopiedStudy<ModelsStudy> {
   std::uint64_t samples_ = 8192;  ///< of each model but the costly ones
   static constexpr std::uint64_t costly = 4;
   double epsilon_ = 0.2;
+  int deep_octaves_ = 0;
+  std::uint64_t deep_samples_ = 256;
 
   int threads_ = 0;
   std::vector<Wanted> wanted_;
   std::vector<MeasuredModel> replicated_;
-  std::vector<bool> asides_;           ///< of each of them
-  std::vector<ModelSeries> measured_;  ///< in the order of the keys
-  std::vector<TractionDepth> tractions_;
+  std::vector<bool> asides_;  ///< of each of them
+  MeasuredModels measured_;   ///< in the order of the keys
 };
 
 }  // namespace
 
-std::unique_ptr<Study> models_study(std::vector<ModelSeries> measured, std::vector<TractionDepth> tractions) {
-  return std::make_unique<ModelsStudy>(std::move(measured), std::move(tractions));
+std::unique_ptr<Study> models_study(MeasuredModels measured) {
+  return std::make_unique<ModelsStudy>(std::move(measured));
 }
 
 }  // namespace granuscope

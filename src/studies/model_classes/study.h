@@ -1,6 +1,5 @@
 #pragma once
 #include <memory>
-#include <vector>
 
 #include "figure.h"
 #include "studies/study.h"
@@ -9,6 +8,6 @@ namespace granuscope {
 
 /// The models that the paper argues with, under one procedure: what the response of each looks like, and which class it
 /// belongs to. `measured`: what has been, for tests of the report.
-std::unique_ptr<Study> models_study(std::vector<ModelSeries> measured = {}, std::vector<TractionDepth> tractions = {});
+std::unique_ptr<Study> models_study(MeasuredModels measured = {});
 
 }  // namespace granuscope
