@@ -56,6 +56,11 @@ KeptLayers layers_to_keep(const EnsembleSpec& spec) {
   return {recorded_layers(spec)};
 }
 
+std::size_t piles_at_once(const EnsembleSpec& spec) {
+  const KeptLayers kept = layers_to_keep(spec);
+  return piles_at_once(spec.sampler, Lattice(spec.lattice), &kept);
+}
+
 bool needs_two_samplers(const EnsembleSpec& spec) {
   return piles_per_sample(spec) == 2 && spec.sampler.law == Law::polytope;
 }
@@ -71,11 +76,12 @@ std::uint64_t beads_of(const EnsembleSpec& spec, std::uint64_t samples) {
 
 double drawing_memory(const EnsembleSpec& spec) {
   const Lattice lattice(spec.lattice);
-  double memory = drawing_memory(spec.sampler, lattice);
+  const KeptLayers kept = layers_to_keep(spec);
+  double memory = drawing_memory(spec.sampler, lattice, &kept);
   if (spec.response.estimator == fluctuation) memory += FluctuationEstimator::memory(spec);
   if (piles_per_sample(spec) == 1) return memory;
   // A sampler that draws two groups at once holds one of each load; any other holds twice what it is handed otherwise.
-  const bool halves = spec.response.estimator == multiplexed && piles_at_once(spec.sampler, lattice) > group_lanes;
+  const bool halves = spec.response.estimator == multiplexed && piles_at_once(spec) > group_lanes;
   return halves ? memory : 2 * memory;
 }
 

@@ -41,6 +41,9 @@ std::vector<QuantityShape> quantities_of(const EnsembleSpec& spec);
 /// What it reads of its piles.
 KeptLayers layers_to_keep(const EnsembleSpec& spec);
 
+/// How many piles an estimator hands a sampler at once.
+std::size_t piles_at_once(const EnsembleSpec& spec);
+
 /// What an estimator draws its piles with. Where each sample is two piles under two loads and the law keeps a chain for
 /// a load, the two are different samplers.
 struct Samplers {

@@ -55,7 +55,7 @@ FluctuationEstimator::FluctuationEstimator(const EnsembleSpec& spec, Samplers sa
       room_(layers_at_once(plan_)),
       rows_(rows_of(spec.sampler.model)),
       load_(top_load(spec)),
-      loads_(piles_at_once(spec.sampler, Lattice(spec.lattice)), load_),
+      loads_(piles_at_once(spec), load_),
       sampler_(samplers.first),
       fourier_(columns_),
       re_(aligned_array<double>(columns_ * group_lanes)),

@@ -23,7 +23,7 @@ MultiplexedEstimator::MultiplexedEstimator(const EnsembleSpec& spec, Samplers sa
       observables_(spec, sums, block),
       profiles_(spec.record_profiles),
       correlation_(profiles_ ? BlockSlice(sums, "correlation", block) : BlockSlice()) {
-  const std::size_t at_once = piles_at_once(spec.sampler, Lattice(spec.lattice));
+  const std::size_t at_once = piles_at_once(spec);
   // With their opposites, whole groups; two of them are drawn at once.
   signs_.assign(spec.response.opposite ? std::min(at_once, group_lanes) : at_once, std::vector<double>(columns_));
   loads_.assign(spec.response.opposite ? 2 * signs_.size() : signs_.size(), signs_.front());

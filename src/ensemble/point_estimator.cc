@@ -12,7 +12,7 @@ std::vector<QuantityShape> PointEstimator::quantities(const EnsembleSpec& spec) 
 
 PointEstimator::PointEstimator(const EnsembleSpec& spec, Samplers samplers, BlockSums& sums, int block)
     : load_(top_load(spec)),
-      loads_(piles_at_once(spec.sampler, Lattice(spec.lattice)), load_),
+      loads_(piles_at_once(spec), load_),
       sampler_(samplers.first),
       layers_(sums.layers),
       observables_(spec, sums, block),

@@ -97,6 +97,7 @@ std::span<const PileGroup> GranusolveSampler::draw_groups(std::span<const std::u
     std::size_t begin, count;
     GranusolveGroup* together;
   };
+  const KeptLayers* const kept = kept_layers_ ? &*kept_layers_ : nullptr;
   std::vector<Part> parts;
   std::vector<GranusolveGroup*> together;
   for (std::size_t done = 0; done < loads.size(); done += parts.back().count) {
@@ -108,7 +109,7 @@ std::span<const PileGroup> GranusolveSampler::draw_groups(std::span<const std::u
     }
     parts.push_back({done, count, nullptr});
     // Groups repair by the pair rule.
-    if (count < 2 || spec_.rules != RepairRules::all || !GranusolveGroup::fits(lattice_)) continue;
+    if (count < 2 || spec_.rules != RepairRules::all || !GranusolveGroup::fits(lattice_, kept)) continue;
     if (together.size() == together_.size()) {
       together_.push_back(std::make_unique<GranusolveGroup>(spec_, lattice_, kept_layers_, *this));
     }

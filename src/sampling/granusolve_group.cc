@@ -15,8 +15,8 @@ namespace {
 
 /// The most memory that eight piles side by side may take; beyond it they are drawn one by one.
 constexpr double most_memory = 2e9;  // bytes
-/// Of one pile: the weight of a kept bead; forces, H, attempts, state and rule of one in the window; what its solver
-/// holds for each column and each layer.
+/// Of one pile: the weight (or horizontal force) of a kept bead; forces, H, attempts, state and rule of one in the
+/// window; what its solver holds for each column and each layer.
 constexpr double bytes_kept = 8, bytes_in_window = 39, bytes_of_column = 112, bytes_of_layer = 48;
 /// Layers of the window, a power of two. A backtrack of 29 layers takes 27 backtracks of one bead before it.
 constexpr int window = 32;
@@ -28,12 +28,15 @@ static_assert(std::endian::native == std::endian::little, "a word of failing bea
 
 }  // namespace
 
-bool GranusolveGroup::fits(const Lattice& lattice) { return memory(lattice) <= most_memory; }
+bool GranusolveGroup::fits(const Lattice& lattice, const KeptLayers* kept) {
+  return memory(lattice, kept) <= most_memory;
+}
 
-double GranusolveGroup::memory(const Lattice& lattice) {
+double GranusolveGroup::memory(const Lattice& lattice, const KeptLayers* kept) {
+  const double rows =
+      kept == nullptr ? lattice.layers() : static_cast<double>(kept->layers.size()) * (kept->horizontal ? 2 : 1);
   return static_cast<double>(group_lanes) *
-         (bytes_kept * static_cast<double>(lattice.beads()) +
-          (bytes_in_window * window + bytes_of_column) * static_cast<double>(lattice.columns()) +
+         ((bytes_kept * rows + bytes_in_window * window + bytes_of_column) * static_cast<double>(lattice.columns()) +
           bytes_of_layer * static_cast<double>(lattice.layers()));
 }
 

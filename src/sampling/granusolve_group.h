@@ -46,9 +46,10 @@ class GranusolveGroup {
                   GranusolveSampler& alone);
 
   /// Whether groups of this size should be drawn side by side; the largest piles need too much memory for it.
-  static bool fits(const Lattice& lattice);
-  /// Of a group that keeps the weights of all layers, in bytes. One that keeps all forces takes four times as much.
-  static double memory(const Lattice& lattice);
+  static bool fits(const Lattice& lattice, const KeptLayers* kept = nullptr);
+  /// Of a group that keeps what is told of these layers, or the weights of all, in bytes. One that keeps all forces
+  /// takes four times as much.
+  static double memory(const Lattice& lattice, const KeptLayers* kept = nullptr);
 
   /// At most eight piles that share the order of their layers: what draw() of this group, or of two at once, is to
   /// draw.

@@ -142,24 +142,24 @@ std::span<const PileGroup> Sampler::draw_groups(std::span<const std::uint64_t> s
   return groups_;
 }
 
-std::size_t piles_at_once(const SamplerSpec& spec, const Lattice& lattice) {
+std::size_t piles_at_once(const SamplerSpec& spec, const Lattice& lattice, const KeptLayers* kept) {
   // Where few beads fail, two groups at once hide less waiting than they cost memory traffic in wide piles.
   constexpr double least_mu_for_two = 0.15;
   if (!spec.model.is_beads()) return group_lanes;
   if (spec.law != Law::granusolve || spec.rules != RepairRules::all || !(spec.mu > 0) ||
-      !GranusolveGroup::fits(lattice))
+      !GranusolveGroup::fits(lattice, kept))
     return 1;
   return spec.mu >= least_mu_for_two ? 2 * group_lanes : group_lanes;
 }
 
-double drawing_memory(const SamplerSpec& spec, const Lattice& lattice) {
+double drawing_memory(const SamplerSpec& spec, const Lattice& lattice, const KeptLayers* kept) {
   if (spec.model.name == ModelName::diluted_beads) return DilutedBeadsSampler::memory(lattice);
   if (!spec.model.is_beads()) return RowModelSampler::memory(lattice);
   const double pile = 32, solver = 68;  // bytes per bead, the latter for the law that needs most
   const double granusolve = 15;         // of a pile by itself, such as the groups have evicted
-  const auto piles = static_cast<double>(piles_at_once(spec, lattice));
+  const auto piles = static_cast<double>(piles_at_once(spec, lattice, kept));
   if (piles > 1) {
-    return piles / static_cast<double>(group_lanes) * GranusolveGroup::memory(lattice) +
+    return piles / static_cast<double>(group_lanes) * GranusolveGroup::memory(lattice, kept) +
            (pile + granusolve) * static_cast<double>(lattice.beads());
   }
   return (pile + solver) * static_cast<double>(lattice.beads());

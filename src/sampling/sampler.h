@@ -65,10 +65,11 @@ class Sampler {
 };
 
 /// How many piles draw_groups gains from being handed at once: more than one where a law draws them side by side.
-std::size_t piles_at_once(const SamplerSpec& spec, const Lattice& lattice);
+/// `kept`: of which these layers are kept; null: all of them.
+std::size_t piles_at_once(const SamplerSpec& spec, const Lattice& lattice, const KeptLayers* kept = nullptr);
 
 /// Memory that one thread needs for drawing that many piles, the piles included, in bytes.
-double drawing_memory(const SamplerSpec& spec, const Lattice& lattice);
+double drawing_memory(const SamplerSpec& spec, const Lattice& lattice, const KeptLayers* kept = nullptr);
 
 /// Throws InputError if the spec is out of range.
 std::unique_ptr<Sampler> make_sampler(const SamplerSpec& spec, const Lattice& lattice);
