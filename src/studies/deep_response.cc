@@ -33,10 +33,21 @@ namespace {
 
 constexpr int least_octaves = 3, most_octaves = 11;
 /// Longer than the reference lag: modes that only shorter ones have are drowned in noise.
-constexpr int first_lag = 32;
+constexpr int least_first_lag = 32, most_first_lag = 1024;
 constexpr double least_width = 0.3;  ///< bead diameters
 
-int last_lag(int octaves) { return first_lag << octaves; }
+/// What a fit gives of x_p on a ring is the image of either peak that is nearest to the load. Of all images, the one
+/// nearest to `expected`.
+double unwrapped(double peak, double expected, int columns) {
+  const auto image = [&](double of) { return of + columns * std::round((expected - of) / columns); };
+  const double right = image(peak), left = image(-peak);
+  return std::abs(left - expected) < std::abs(right - expected) ? left : right;
+}
+
+void unwrap(Replicated& peak, double expected, int columns) {
+  peak.value = unwrapped(peak.value, expected, columns);
+  for (double& without : peak.without_block) without = unwrapped(without, peak.value, columns);
+}
 
 }  // namespace
 
@@ -52,6 +63,12 @@ DeepResponse measure_spreading(const MeasuredEnsemble& ensemble, DeepMeasurement
   fit.min_identifiable_width = least_width;
   std::vector<MeasuredDepth> depths(sums.layers.size() - first);
   for_each_index(depths.size(), threads, [&](std::size_t i) { depths[i] = measure_depth(ensemble, fit, i + first); });
+  response.c_thrust = estimate(thrust_speed(sums, by == DeepMeasurement::loads ? sums.layers.back() : 0),
+                               "a block of the ensemble holds no completed pile");
+  for (MeasuredDepth& depth : depths) {
+    const double expected = response.c_thrust.value * (depth.fit.z - Lattice::depth(0));
+    if (response.c_thrust.known()) unwrap(depth.peak, expected, ensemble.spec.lattice.columns);
+  }
   // Another shape than two Gaussians is told by the misfit, and no reason to be silent.
   const auto reason = [](const MeasuredDepth& depth) { return depth.other_shape ? std::string() : depth.fit.reason; };
   for (const MeasuredDepth& depth : depths) {
@@ -87,8 +104,6 @@ DeepResponse measure_spreading(const MeasuredEnsemble& ensemble, DeepMeasurement
   const std::size_t last = depths.size() - 1;
   response.shallow = power(1, 2);
   response.deep = power(std::max<std::size_t>(2, last - 2), last);
-  response.c_thrust = estimate(thrust_speed(sums, by == DeepMeasurement::loads ? sums.layers.back() : 0),
-                               "a block of the ensemble holds no completed pile");
   if (by != DeepMeasurement::loads && response.c_thrust.known()) {
     std::vector<double> D;
     for (const OctaveOfDepth& octave : response.octaves) D.push_back(octave.D.value);
@@ -351,10 +366,15 @@ class DeepResponseStudy final : public CopiedStudy<DeepResponseStudy> {
                  "none: not at all",
                  mu_, friction_range_above_zero()),
         make_key(table(), "octaves", "octaves",
-                 "doublings of the depth, from 32 layers on; 5 reach 1024 layers, z = 887", octaves_,
+                 "doublings of the depth, from first_lag on; 5 reach 1024 layers, z = 887", octaves_,
                  KeyRange{}.within(least_octaves, most_octaves)),
+        make_key(table(), "first_lag", "layers",
+                 "depth from which it is doubled; piles are kept in memory one layer in so many", first_lag_,
+                 KeyRange{}.within(least_first_lag, most_first_lag)),
         make_key(table(), "columns", "beads",
-                 "beads per layer of these piles, wide enough for two peaks at the deepest lag", columns_),
+                 "beads per layer of these piles: twelve widths of a peak or more, so that the two are apart at each "
+                 "depth",
+                 columns_),
         make_key(table(), "samples", "piles", "piles per friction coefficient, at least eight per block", samples_),
         make_key(table(), "wide_mu", "", "those of mu that are measured once more with twice the columns", wide_mu_,
                  friction_range_above_zero()),
@@ -374,12 +394,14 @@ class DeepResponseStudy final : public CopiedStudy<DeepResponseStudy> {
       }
     }
     for (const StudyEnsemble& one : ensembles(main)) {
-      const double mu = one.spec.sampler.mu, needed = columns_needed(mu, last_lag(octaves_));
-      if (columns_ < needed) {
-        return problem(key("columns"),
-                       "{} columns: at mu = {} the two peaks meet behind the ring above {} layers of depth; give at "
-                       "least {}, or fewer octaves",
-                       columns_, mu, last_lag(octaves_), std::ceil(needed));
+      const double mu = one.spec.sampler.mu;
+      if (const int enough = columns_apart(mu, one.spec.layers, columns_); enough != columns_) {
+        return problem(
+            key("columns"),
+            "{} columns: at mu = {} the two peaks meet on the ring at one of the depths that are measured, so "
+            "that their position and width could not be told apart; give {} columns, or another number of "
+            "octaves",
+            columns_, mu, enough);
       }
       if (auto found = find_lattice_problem(key("columns"), one.spec.lattice.columns, key("octaves"),
                                             one.spec.lattice.layers, bottom_margin + 1, drawing_memory(one.spec))) {
@@ -431,10 +453,11 @@ class DeepResponseStudy final : public CopiedStudy<DeepResponseStudy> {
   }
 
  private:
+  int last_lag() const { return first_lag_ << octaves_; }
   EnsembleSpec spec_at(const MainLine& main, DeepMeasurement by, double mu) const {
     const int columns = by == DeepMeasurement::wide ? std::min(columns_, most_columns / 2) * 2 : columns_;
-    EnsembleSpec spec = main.ensemble_at(mu, {columns, last_lag(octaves_)}, samples_);
-    for (int octave = 0; octave <= octaves_; ++octave) spec.layers.push_back(last_lag(octave));
+    EnsembleSpec spec = main.ensemble_at(mu, {columns, last_lag()}, samples_);
+    for (int octave = 0; octave <= octaves_; ++octave) spec.layers.push_back(first_lag_ << octave);
     if (by == DeepMeasurement::loads) {
       spec.response.estimator = EstimatorName::multiplexed;
       spec.response.opposite = true;
@@ -443,7 +466,7 @@ class DeepResponseStudy final : public CopiedStudy<DeepResponseStudy> {
     } else {
       spec.response.estimator = EstimatorName::fluctuation;
       // As many bases as the deepest lag has layers: half of each pile.
-      spec.lattice.layers = fluctuation_plan(spec).layers_needed + last_lag(octaves_);
+      spec.lattice.layers = fluctuation_plan(spec).layers_needed + last_lag();
     }
     return spec;
   }
@@ -451,6 +474,7 @@ class DeepResponseStudy final : public CopiedStudy<DeepResponseStudy> {
   std::vector<double> mu_;                   ///< each above 0; empty: not measured
   std::vector<double> wide_mu_, loaded_mu_;  ///< of those in mu_
   int octaves_ = 4;
+  int first_lag_ = least_first_lag;
   int columns_ = 720;
   std::uint64_t samples_ = 256;  ///< piles per friction coefficient
   int threads_ = 0;

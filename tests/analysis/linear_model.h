@@ -30,6 +30,7 @@ inline MeasuredEnsemble linear_ensemble(const LinearModel& model, std::uint64_t 
   MeasuredEnsemble ensemble;
   ensemble.spec.response.estimator = EstimatorName::fluctuation;
   ensemble.spec.sampler.mu = 0.3;
+  ensemble.spec.lattice.columns = columns;
   BlockSums& sums = ensemble.record.sums;
   sums.layers = {0};
   sums.layers.insert(sums.layers.end(), lags.begin(), lags.end());

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "analysis/claim_rule.h"
+#include "analysis/linear_model.h"
 #include "analysis/transport.h"
 #include "ensemble/ensemble_runner.h"
 #include "kit/temporary_folder.h"
@@ -141,15 +142,81 @@ TEST_CASE("The law of spreading is judged where it is farthest from diffusion, s
   CHECK(deep_response_study()->claims(spec).empty());
 }
 
-TEST_CASE("The deep response needs room for two peaks at its deepest lag") {
-  const auto refused = [](std::int64_t columns) {
-    const Asked asked(columns);
+TEST_CASE("The deep response needs a ring on which its peaks are apart at the depths that it measures, no wider") {
+  const auto refused = [](std::int64_t columns, std::int64_t first_lag = 32) {
+    Asked asked(columns);
+    asked.set("first_lag", first_lag);
     return asked.study->find_problem(asked.main);
   };
-  const auto found = refused(290);
+  // At z = 222 each peak has gone 123 columns.
+  const auto found = refused(250);
   REQUIRE(found);
-  CHECK(contains(found->message, "meet behind the ring"));
-  CHECK_FALSE(refused(300));
+  CHECK(contains(found->message, "meet on the ring"));
+  CHECK(contains(found->message, "give 28"));
+  CHECK_FALSE(refused(290));
+  CHECK_FALSE(refused(180));
+  CHECK(refused(50));  // less than twelve widths
+  CHECK(refused(290, 40));
+}
+
+namespace {
+
+/// Lags at which the peaks of the linear model stand a third of its 240 columns apart, on whichever side: down to the
+/// last one they would need 700.
+const std::vector<int> third_of_ring{42, 84, 168, 336, 672};
+
+double pull(const Estimate& estimate, double truth) { return (estimate.value - truth) / estimate.standard_error; }
+
+/// W^2 as the fit has it, which takes a bead off.
+double width_of_model(double z) { return test::LinearModel::D * z - 1.0 / 12; }
+
+}  // namespace
+
+TEST_CASE("Peaks that have gone around the ring are followed to where they are", "[unsanitized]") {
+  constexpr double c = test::LinearModel::c, D = test::LinearModel::D;
+  const MeasuredEnsemble ensemble = test::linear_ensemble({}, 3, 24, third_of_ring, 16, 4);
+  const DeepResponse response = measure_spreading(ensemble, DeepMeasurement::fluctuations, 2);
+  REQUIRE(response.octaves.size() == 4);
+  for (const LagResponse& lag : response.lags) {
+    CAPTURE(lag.z, lag.peak_position.value, lag.width_squared.value);
+    CHECK(std::abs(pull(lag.peak_position, c * lag.z)) < 5);
+    CHECK(std::abs(pull(lag.width_squared, width_of_model(lag.z))) < 5);
+    CHECK(lag.peak_position.standard_error < 1);
+  }
+  for (const OctaveOfDepth& octave : response.octaves) {
+    CAPTURE(octave.from, octave.exponent.value, octave.exponent.standard_error);
+    CHECK(std::abs(pull(octave.c, c)) < 5);
+    CHECK(std::abs(pull(octave.D, D)) < 5);
+    CHECK(octave.c.standard_error < 0.01);
+  }
+  // Where they meet, x_p and W are hardly told apart, and the errors say so: at z = 213 peaks of W = 4 are 6 apart.
+  const MeasuredEnsemble meeting = test::linear_ensemble({}, 3, 24, {61, 123, 246}, 16, 4);
+  const LagResponse met = measure_spreading(meeting, DeepMeasurement::fluctuations, 2).lags.back();
+  CHECK(std::abs(pull(met.peak_position, c * met.z)) < 5);
+  CHECK(std::abs(pull(met.width_squared, width_of_model(met.z))) < 5);
+  CHECK(met.width_squared.standard_error > 3 * response.lags[3].width_squared.standard_error);
+}
+
+TEST_CASE("Exponents of octaves of depth have errors one can bet on, on a ring that peaks go around", "[long]") {
+  constexpr int ensembles = 120;
+  std::vector<double> inside(4), sum(4);
+  for (int r = 0; r < ensembles; ++r) {
+    const auto seed = 200 + static_cast<std::uint64_t>(r);
+    const MeasuredEnsemble ensemble = test::linear_ensemble({}, seed, 24, third_of_ring, 32, 1);
+    const DeepResponse response = measure_spreading(ensemble, DeepMeasurement::fluctuations, 2);
+    for (std::size_t i = 0; i < 4; ++i) {
+      const OctaveOfDepth& octave = response.octaves[i];
+      const double truth = std::log2(width_of_model(octave.to) / width_of_model(octave.from));
+      const double off = pull(octave.exponent, truth);
+      inside[i] += std::abs(off) <= 1 ? 1.0 / ensembles : 0;
+      sum[i] += off / ensembles;
+    }
+  }
+  for (std::size_t i = 0; i < 4; ++i) {
+    CAPTURE(i, inside[i], sum[i]);
+    CHECK(inside[i] == Approx(0.683).margin(0.127));  // three standard errors
+    CHECK(std::abs(sum[i]) < 0.35);
+  }
 }
 
 TEST_CASE("The deep response is checked in wide piles and by loads, at friction coefficients that it has") {
