@@ -270,3 +270,23 @@ TEST_CASE("Page 1 tells spreading from diffusion by three standard errors, and c
   CHECK(told(("[" + slow + "]").c_str()).at("checked") == false);
   CHECK(told(("[" + open + "]").c_str()).is_null());
 }
+
+TEST_CASE("Peaks whose halves run at two speeds are seen to spread as z, their W² as its square", "[long]") {
+  // Where layers are solved from bead 0 rightwards, left and right peaks move at two speeds, and the mean of a pile and
+  // its mirror image has both: W² grows from D z towards (Δc z/2)². At mu = 1.2 that takes z = 400.
+  const auto last_octave = [](LayerOrder order) {
+    Asked asked(1600);
+    asked.set("mu", std::vector<double>{1.2});
+    asked.set("octaves", std::int64_t{5});
+    EnsembleSpec spec = asked.study->ensembles(asked.main)[0].spec;
+    spec.sampler.order = order;
+    return measure_spreading({spec, run_ensemble(spec, 2, nullptr)}, DeepMeasurement::fluctuations, 2)
+        .octaves.back()
+        .exponent;
+  };
+  const Estimate fixed = last_octave(LayerOrder::fixed), random = last_octave(LayerOrder::random);
+  CAPTURE(fixed.value, fixed.standard_error, random.value, random.standard_error);
+  REQUIRE(fixed.standard_error < 0.15);
+  CHECK(std::abs(pull(fixed, 2)) < 3);
+  CHECK(pull(random, 2) < -5);
+}
