@@ -1,5 +1,7 @@
 #include "studies/common_checks.h"
 
+#include <algorithm>
+
 #include "ensemble/ensemble_spec.h"
 #include "support/describe_bytes.h"
 
@@ -57,6 +59,16 @@ Problem find_samples_problem(const std::string& key, std::uint64_t samples, int 
   if (samples >= least && samples <= most_samples) return {};
   return problem(key, "{} samples in {} blocks: each block needs a whole group of eight; give {} to {}", samples,
                  blocks, least, most_samples);
+}
+
+Problem find_check_problem(const std::string& key, const std::vector<double>& checked, const std::string& measured_key,
+                           const std::vector<double>& measured) {
+  for (const double mu : checked) {
+    if (std::find(measured.begin(), measured.end(), mu) != measured.end()) continue;
+    return problem(key, "{} is not in {}, so that nothing would be there to hold it against; add it there", mu,
+                   measured_key);
+  }
+  return {};
 }
 
 }  // namespace granuscope

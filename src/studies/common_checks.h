@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "model/lattice.h"
 #include "support/key.h"
@@ -31,5 +32,9 @@ Problem find_lattice_problem(const std::string& columns_key, int columns, const 
 
 /// The samples of an ensemble in so many blocks: a whole group of eight in each.
 Problem find_samples_problem(const std::string& key, std::uint64_t samples, int blocks);
+
+/// Friction coefficients that are measured once more as a check: each must be among those that are measured.
+Problem find_check_problem(const std::string& key, const std::vector<double>& checked, const std::string& measured_key,
+                           const std::vector<double>& measured);
 
 }  // namespace granuscope

@@ -51,6 +51,17 @@ void unwrap(Replicated& peak, double expected, int columns) {
 
 }  // namespace
 
+EnsembleSpec spec_of_check(EnsembleSpec spec, DeepMeasurement by, double epsilon) {
+  if (by == DeepMeasurement::wide) spec.lattice.columns = 2 * std::min(spec.lattice.columns, most_columns / 2);
+  if (by == DeepMeasurement::loads) {
+    spec.response.estimator = EstimatorName::multiplexed;
+    spec.response.opposite = true;
+    spec.response.epsilon = epsilon;
+    spec.lattice.layers = spec.layers.back() + bottom_margin + 1;
+  }
+  return spec;
+}
+
 DeepResponse measure_spreading(const MeasuredEnsemble& ensemble, DeepMeasurement by, int threads) {
   const BlockSums& sums = ensemble.record.sums;
   // Recorded first are the lag 0, which others are referred to, or the loads.
@@ -386,13 +397,8 @@ class DeepResponseStudy final : public CopiedStudy<DeepResponseStudy> {
   bool asked() const override { return !mu_.empty(); }
 
   Problem find_problem(const MainLine& main) const override {
-    for (const auto& [name, checked] : {std::pair("wide_mu", &wide_mu_), std::pair("loaded_mu", &loaded_mu_)}) {
-      for (const double mu : *checked) {
-        if (std::find(mu_.begin(), mu_.end(), mu) != mu_.end()) continue;
-        return problem(key(name), "{} is not in {}, so that nothing would be there to hold it against; add it there",
-                       mu, key("mu"));
-      }
-    }
+    if (auto found = find_check_problem(key("wide_mu"), wide_mu_, key("mu"), mu_)) return found;
+    if (auto found = find_check_problem(key("loaded_mu"), loaded_mu_, key("mu"), mu_)) return found;
     for (const StudyEnsemble& one : ensembles(main)) {
       const double mu = one.spec.sampler.mu;
       if (const int enough = columns_apart(mu, one.spec.layers, columns_); enough != columns_) {
@@ -455,20 +461,12 @@ class DeepResponseStudy final : public CopiedStudy<DeepResponseStudy> {
  private:
   int last_lag() const { return first_lag_ << octaves_; }
   EnsembleSpec spec_at(const MainLine& main, DeepMeasurement by, double mu) const {
-    const int columns = by == DeepMeasurement::wide ? std::min(columns_, most_columns / 2) * 2 : columns_;
-    EnsembleSpec spec = main.ensemble_at(mu, {columns, last_lag()}, samples_);
+    EnsembleSpec spec = main.ensemble_at(mu, {columns_, last_lag()}, samples_);
     for (int octave = 0; octave <= octaves_; ++octave) spec.layers.push_back(first_lag_ << octave);
-    if (by == DeepMeasurement::loads) {
-      spec.response.estimator = EstimatorName::multiplexed;
-      spec.response.opposite = true;
-      spec.response.epsilon = main.response.epsilon;
-      spec.lattice.layers += bottom_margin + 1;
-    } else {
-      spec.response.estimator = EstimatorName::fluctuation;
-      // As many bases as the deepest lag has layers: half of each pile.
-      spec.lattice.layers = fluctuation_plan(spec).layers_needed + last_lag();
-    }
-    return spec;
+    spec.response.estimator = EstimatorName::fluctuation;
+    // As many bases as the deepest lag has layers: half of each pile.
+    spec.lattice.layers = fluctuation_plan(spec).layers_needed + last_lag();
+    return spec_of_check(spec, by, main.response.epsilon);
   }
 
   std::vector<double> mu_;                   ///< each above 0; empty: not measured

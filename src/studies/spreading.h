@@ -58,6 +58,9 @@ struct DeepResponse {
   Estimate c_thrust;               ///< of the same layers
 };
 
+/// The piles of a check, from those that are measured by fluctuations. `epsilon`: of its loads.
+EnsembleSpec spec_of_check(EnsembleSpec spec, DeepMeasurement by, double epsilon);
+
 /// From an ensemble whose lags (of fluctuations) or layers (below loads) double, behind the one they are referred to.
 DeepResponse measure_spreading(const MeasuredEnsemble& ensemble, DeepMeasurement by, int threads);
 

@@ -1,11 +1,15 @@
+#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <complex>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <random>
 
 #include "analysis/transport.h"
+#include "analysis/weighted_shape.h"
 #include "ensemble/ensemble_runner.h"
+#include "ensemble/real_spectrum.h"
 #include "kit/temporary_folder.h"
 #include "plot/figure_texts.h"
 #include "sampling/sampler.h"
@@ -141,6 +145,74 @@ TEST_CASE("The equation holds for a lattice that is known to carry itself along"
   }
 }
 
+TEST_CASE("Fits as those of piles find the power 4/3 of the Burgers lattice, and 1 without its coupling", "[long]") {
+  // The lattice of the test above, stationary; time stands for depth. Coupled so strongly it is past diffusion at once.
+  constexpr int size = 512, rings = 30, bases = 40, base_step = 16;
+  const std::vector<int> times{8, 16, 32};
+  for (const auto& [lambda, D, dt, power] : {std::array{0.0, 2.0, 0.05, 1.0}, std::array{2.0, 0.5, 0.005, 4.0 / 3}}) {
+    const auto steps = static_cast<int>(std::lround(8 / dt));
+    std::mt19937_64 engine(7);
+    std::normal_distribution<double> normal;
+    // Of each ring: correlations with the state at a base, over the time 0 and those above, by mode.
+    constexpr std::size_t modes = size / 8;
+    std::vector<std::vector<std::vector<double>>> sums(
+        rings, std::vector<std::vector<double>>(times.size() + 1, std::vector<double>(modes)));
+    std::vector<double> u(size), flux(size);
+    for (auto& of_ring : sums) {
+      for (double& one : u) one = normal(engine);
+      std::vector<std::vector<std::complex<double>>> states;  // 8 apart
+      for (int state = 0; state <= (bases * base_step + times.back()) / 8; ++state) {
+        states.emplace_back();
+        RealSpectrum spectrum(size);
+        std::vector<double> copy = u;
+        spectrum.transform(copy);
+        for (std::size_t m = 1; m <= modes; ++m) states.back().emplace_back(copy[2 * m - 1], copy[2 * m]);
+        for (int step = 0; step < steps; ++step) {
+          for (std::size_t j = 0; j < size; ++j) {
+            const double a = u[j], b = u[(j + 1) % size];
+            flux[j] = lambda / 6 * (a * a + a * b + b * b) - D / 2 * (b - a) + std::sqrt(D / dt) * normal(engine);
+          }
+          for (std::size_t j = 0; j < size; ++j) u[j] -= dt * (flux[j] - flux[(j + size - 1) % size]);
+        }
+      }
+      for (std::size_t base = 0; base < bases; ++base) {
+        const auto& above = states[base * base_step / 8];
+        for (std::size_t t = 0; t <= times.size(); ++t) {
+          const auto& below = states[base * base_step / 8 + (t == 0 ? 0 : static_cast<std::size_t>(times[t - 1]) / 8)];
+          for (std::size_t m = 0; m < modes; ++m) of_ring[t][m] += (below[m] * std::conj(above[m])).real();
+        }
+      }
+    }
+    LayerSpectrum spectrum;
+    spectrum.columns = size;
+    const auto width_squared = [&](std::size_t time, std::size_t left_out) {
+      std::vector<double> there(modes), first(modes);
+      for (std::size_t ring = 0; ring < rings; ++ring) {
+        for (std::size_t m = 0; m < modes && ring != left_out; ++m) {
+          there[m] += sums[ring][time][m];
+          first[m] += sums[ring][0][m];
+        }
+      }
+      for (std::size_t m = 0; m < modes; ++m) there[m] /= first[m];
+      const auto shape = weighted_shape(spectrum, there, ModeWeights::by_width, {0, 5});
+      REQUIRE(shape);
+      return shape->peak * shape->peak + shape->width * shape->width;
+    };
+    for (std::size_t time = 1; time < times.size(); ++time) {
+      Replicated exponent;
+      for (std::size_t left_out = 0; left_out <= rings; ++left_out) {
+        const double one = std::log2(width_squared(time + 1, left_out) / width_squared(time, left_out));
+        if (left_out < rings) exponent.without_block.push_back(one);
+        if (left_out == rings) exponent.value = one;
+      }
+      const Estimate found = estimate(exponent);
+      CAPTURE(lambda, times[time], found.value, found.standard_error);
+      CHECK(found.standard_error < 0.06);
+      CHECK(std::abs(found.value - power) < 5 * found.standard_error);
+    }
+  }
+}
+
 TEST_CASE("Torque fluctuates and spreads in layers as in those computed here bead by bead") {
   FluctuationPiles piles;
   piles.sampler.mu = 0.5;
@@ -196,6 +268,9 @@ TEST_CASE("The couplings predict the spreading of the peaks", "[unsanitized]") {
   set("octaves", std::int64_t{3});
   set("columns", std::int64_t{400});
   set("samples", std::int64_t{256});
+  set("wide_mu", std::vector<double>{0.5});
+  set("loaded_mu", std::vector<double>{0.5});
+  main.response.epsilon = 0.15;
   set("loaded_samples", std::int64_t{256});
   set("fluctuation_layers", std::vector<std::int64_t>{64, 512});
   set("fluctuation_samples", std::int64_t{256});
@@ -224,6 +299,22 @@ TEST_CASE("The couplings predict the spreading of the peaks", "[unsanitized]") {
   // The first octave is the measured one.
   CHECK(found["predicted"]["octaves"][0]["D"].get<double>() ==
         Approx(value(found["response"]["octaves"][0]["D"])).epsilon(1e-3));
+  // Once more in wide piles, and by loads.
+  REQUIRE(found["checks"].size() == 2);
+  const auto& wide = found["checks"][0]["response"];
+  CHECK(wide["columns"] == 800);
+  CHECK(found["checks"][1]["response"]["estimator"] == "multiplexed");
+  double chi2 = 0;
+  for (std::size_t octave = 0; octave < 3; ++octave) {
+    const auto &one = found["response"]["octaves"][octave]["D"], &other = wide["octaves"][octave]["D"];
+    CAPTURE(octave, value(one), value(other), error(other));
+    CHECK(std::abs(value(one) - value(other)) < 5 * std::hypot(error(one), error(other)));
+    const double predicted = found["predicted"]["octaves"][octave]["D"].get<double>();
+    if (octave > 0) chi2 += std::pow((value(other) - predicted) / error(other), 2);
+  }
+  // The prediction has an error of its own.
+  CHECK(found["checks"][0]["chi2"].get<double>() < chi2);
+  CHECK(found["checks"][0]["chi2"].get<double>() > 0);
   CHECK(study->claims({}).front().id == "mode-coupling");
   const test::TemporaryFolder folder;
   for (const FigurePlot& plot : study->figures({})) {

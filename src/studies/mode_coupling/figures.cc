@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
 
 #include "kpz_peak.h"
@@ -35,6 +36,9 @@ std::string line_title(const char* style, const char* title) {
   return fmt::format("keyentry with lines {} linecolor rgb '{}' title '{}'", style, plot_colours().at("black"), title);
 }
 
+/// Point types of checks: open squares and circles.
+constexpr int wide_points = 4, loads_points = 6;
+
 std::string in_words(const Estimate& number) {
   return number.known() ? value_with_error(number.value, number.standard_error) : "unknown";
 }
@@ -46,7 +50,8 @@ Figure plot_predicted_width(const std::vector<CoupledSpreading>& measured, const
   plan.id = "predicted-width";
   plan.script = "studies/predicted_width";
   plan.height = 3.6;
-  std::vector<std::string> curves, titles, ratios;
+  std::vector<std::string> curves, titles, ratios, words;
+  std::map<std::string, int> checked;
   Range z, spreading;
   for (const CoupledSpreading& one : measured) {
     const std::vector<double>& predicted = one.predicted.width_squared;
@@ -70,6 +75,23 @@ Figure plot_predicted_width(const std::vector<CoupledSpreading>& measured, const
     curves.push_back(
         fmt::format("'{}' using 1:2:3 with yerrorbars linewidth 0.9 pointsize 0.6 {} notitle", file, style));
     titles.push_back(title_of(one.mu, style));
+    for (const CheckedSpreading& check : one.checks) {
+      const bool wide = check.response.by == DeepMeasurement::wide;
+      CsvTable points({"z: bead diameters", "measured: bead diameters", "standard_error: bead diameters"});
+      for (const LagResponse& lag : check.response.lags) {
+        if (!lag.width_squared.known()) continue;
+        points.add_row({lag.z, lag.width_squared.value / lag.z, lag.width_squared.standard_error / lag.z});
+        spreading.add(lag.width_squared.value / lag.z);
+      }
+      const std::string name = fmt::format("{}-{}-mu-{}.csv", plan.id, wide ? "wide" : "loads", exact(one.mu));
+      plan.data[name] = points.text();
+      curves.push_back(
+          fmt::format("'{}' using 1:2:3 with yerrorbars linewidth 0.7 pointsize 1.1 pointtype {} {} notitle", name,
+                      wide ? wide_points : loads_points, colour_of(style)));
+      checked[wide ? "twice the columns" : "by loads (multiplexed)"] = wide ? wide_points : loads_points;
+      words.push_back(fmt::format("{:.1f} at μ = {} {}", check.chi2, caption_number(one.mu),
+                                  wide ? "in piles twice as wide" : "by loads"));
+    }
     if (one.strength.known())
       ratios.push_back(fmt::format("{} at μ = {}", in_words(one.strength), caption_number(one.mu)));
   }
@@ -79,6 +101,10 @@ Figure plot_predicted_width(const std::vector<CoupledSpreading>& measured, const
         "friction coefficient; give the study more piles");
   }
   plan.curves = static_cast<int>(curves.size());
+  for (const auto& [title, points] : checked) {
+    titles.push_back(fmt::format("keyentry with points pointsize 1.1 pointtype {} linecolor rgb '{}' title '{}'",
+                                 points, plot_colours().at("black"), title));
+  }
   titles.push_back(line_title("linewidth 1.2", "predicted"));
   titles.push_back(line_title("linewidth 0.8 dashtype 2", "without torque"));
   const Range axis = widened_by_factor(z, 1.4), widths = widened_by_factor(spreading, 1.3);
@@ -93,6 +119,8 @@ Figure plot_predicted_width(const std::vector<CoupledSpreading>& measured, const
                       {"ticks", log_ticks(widths)}},
                      {"studies/predicted_width.captions",
                       {{"strengths", enumeration(ratios)},
+                       {"checks", words.empty() ? "" : enumeration(words)},
+                       {"octaves", std::to_string(measured.front().response.octaves.size() - 1)},
                        {"first", caption_number(std::round(z.low))},
                        {"deepest", caption_number(std::round(z.high))},
                        {"piles", std::to_string(measured.front().response.samples)}}},

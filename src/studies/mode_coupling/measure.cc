@@ -174,6 +174,16 @@ std::vector<double> widths_of(const std::vector<double>& slopes, double first, c
   return widths;
 }
 
+/// Of the octaves behind the first.
+double chi2_of(const PredictedSpreading& predicted, const DeepResponse& response) {
+  double sum = 0;
+  for (std::size_t i = 1; i < predicted.slopes.size(); ++i) {
+    const Estimate &D = response.octaves[i].D, &slope = predicted.slopes[i];
+    sum += std::pow((D.value - slope.value) / std::hypot(D.standard_error, slope.standard_error), 2);
+  }
+  return sum;
+}
+
 /// The prediction, of which nothing is free but the D of the first octave. `error`: of the couplings, relative.
 PredictedSpreading predict(const Theory& theory, const DeepResponse& response, Couplings couplings, double error,
                            int threads) {
@@ -203,11 +213,9 @@ PredictedSpreading predict(const Theory& theory, const DeepResponse& response, C
     const double here = result.width_squared[i];
     result.width_squared_error.push_back(std::hypot(a[i] - here, b[i] - here));
   }
-  for (std::size_t i = 1; i < slopes.size(); ++i) {
-    const Estimate& D = response.octaves[i].D;
-    const double sigma = std::hypot(D.standard_error, by_coupling[i] - slopes[i], by_first[i] - slopes[i]);
-    result.chi2 += std::pow((D.value - slopes[i]) / sigma, 2);
-  }
+  for (std::size_t i = 0; i < slopes.size(); ++i)
+    result.slopes.push_back({slopes[i], std::hypot(by_coupling[i] - slopes[i], by_first[i] - slopes[i]), {}});
+  result.chi2 = chi2_of(result, response);
   return result;
 }
 
@@ -357,7 +365,8 @@ PeakShapeTest test_shape(const MeasuredEnsemble& deep, std::size_t row, const La
 }  // namespace
 
 CoupledSpreading measure_coupling(const MeasuredEnsemble& deep, std::vector<LoadedPiles> leaning,
-                                  std::vector<LoadedPiles> turned, Fluctuations fluctuations, int threads) {
+                                  std::vector<LoadedPiles> turned, Fluctuations fluctuations,
+                                  std::vector<DeepResponse> checks, int threads) {
   CoupledSpreading result;
   result.mu = deep.spec.sampler.mu;
   result.response = measure_spreading(deep, DeepMeasurement::fluctuations, threads);
@@ -392,6 +401,10 @@ CoupledSpreading measure_coupling(const MeasuredEnsemble& deep, std::vector<Load
   result.predicted = predict(theory, result.response, both, error, threads);
   result.without_torque = predict(theory, result.response, {both.to_itself, 0},
                                   result.to_itself.standard_error / result.to_itself.value, threads);
+  for (DeepResponse& check : checks) {
+    const double chi2 = chi2_of(result.predicted, check);
+    result.checks.push_back({std::move(check), chi2});
+  }
   fit(theory, result.response.slopes_of_width, both, threads, result);
   const CoupledPeak coupled = theory.peak(result.predicted.D, both);
   const std::size_t lags = result.response.lags.size();

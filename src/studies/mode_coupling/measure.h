@@ -48,10 +48,17 @@ struct Plateau {
 /// What the theory says at the lags of a response, of which it takes W^2 at the first lag as it is.
 struct PredictedSpreading {
   std::vector<double> width_squared,
-      width_squared_error;  ///< errors from those of the couplings and of the first octave
-  std::vector<double> c;    ///< slope of x_p over each octave
-  double D = 0;             ///< without coupling: such that the first octave spreads as measured
-  double chi2 = 0;          ///< of the octaves behind the first, errors of both sides
+      width_squared_error;       ///< errors from those of the couplings and of the first octave
+  std::vector<double> c;         ///< slope of x_p over each octave
+  double D = 0;                  ///< without coupling: such that the first octave spreads as measured
+  std::vector<Estimate> slopes;  ///< of W^2 over each octave
+  double chi2 = 0;               ///< of the octaves behind the first, errors of both sides
+};
+
+/// The same response measured in another way.
+struct CheckedSpreading {
+  DeepResponse response;
+  double chi2 = 0;  ///< of the same prediction
 };
 
 /// What the mode-coupling theory of the three conserved fields, weight, horizontal force and torque, says at one
@@ -68,6 +75,7 @@ struct CoupledSpreading {
       to_torque;                 ///< the couplings m (coupled_peak.h): kappa_hh^2 C_H/144 and kappa_tt^2 C_t^2/(36 C_H)
   PredictedSpreading predicted;  ///< with both; empty where something is unknown
   PredictedSpreading without_torque;
+  std::vector<CheckedSpreading> checks;
   Estimate strength, fitted_D;  ///< common factor of both couplings, and D, that describe all octaves best
   double fitted_chi2 = 0;
   int fitted_degrees_of_freedom = 0;
@@ -86,6 +94,7 @@ ThrustCurvature fit_thrust(const std::vector<LoadedPiles>& piles, double LoadLin
 
 /// All of it, from an ensemble as measure_spreading takes it and what else has been measured.
 CoupledSpreading measure_coupling(const MeasuredEnsemble& deep, std::vector<LoadedPiles> leaning,
-                                  std::vector<LoadedPiles> turned, Fluctuations fluctuations, int threads);
+                                  std::vector<LoadedPiles> turned, Fluctuations fluctuations,
+                                  std::vector<DeepResponse> checks, int threads);
 
 }  // namespace granuscope

@@ -33,7 +33,7 @@ constexpr int loaded_bases = 50, loaded_lag = 512;
 /// Beads per layer of those piles, and of those whose fluctuations are measured: no peak crosses them.
 constexpr int narrow = 512;
 
-enum Part { deep, leaning, turned };
+enum Part { deep, leaning, turned, wide, loads };
 
 Json to_json(const LoadedPiles& one) {
   return {{"load_angle", one.spec.sampler.load_angle},
@@ -55,6 +55,10 @@ Json to_json(const PeakShapeTest& test) {
           {"chi2_gaussian", finite_or_null(test.gaussian)},
           {"chi2_kpz", finite_or_null(test.kpz)},
           {"chi2_mode_coupling", finite_or_null(test.coupled)}};
+}
+
+Json to_json(const CheckedSpreading& one) {
+  return {{"response", spreading_json(one.response)}, {"chi2", finite_or_null(one.chi2)}};
 }
 
 Json to_json(const PredictedSpreading& one, const DeepResponse& response) {
@@ -96,6 +100,7 @@ Json to_json(const CoupledSpreading& one) {
           {"coupling_to_torque", granuscope::to_json(one.to_torque)},
           {"predicted", to_json(one.predicted, one.response)},
           {"without_torque", to_json(one.without_torque, one.response)},
+          {"checks", list_of(one.checks, to_json)},
           {"diffusion_chi2", finite_or_null(one.diffusion_chi2)},
           {"fit",
            {{"strength", granuscope::to_json(one.strength)},
@@ -144,6 +149,11 @@ class ModeCouplingStudy final : public CopiedStudy<ModeCouplingStudy> {
         make_key(table(), "columns", "beads",
                  "beads per layer of these piles, wide enough for two peaks at the deepest lag", columns_),
         make_key(table(), "samples", "piles", "piles per friction coefficient, at least eight per block", samples_),
+        make_key(table(), "wide_mu", "", "those of mu that are measured once more with twice the columns", wide_mu_,
+                 friction_range_above_zero()),
+        make_key(table(), "loaded_mu", "",
+                 "those of mu that are measured once more by loads: estimator multiplexed, each pile and its opposite",
+                 loaded_mu_, friction_range_above_zero()),
         make_key(table(), "load_angles", "degrees",
                  "angles of leaning loads, which tell how the horizontal force changes the thrust", angles_,
                  KeyRange{.fewest = least_lines, .longest = 12, .ascending = true}.above(0).below(load_angle_limit)),
@@ -161,6 +171,8 @@ class ModeCouplingStudy final : public CopiedStudy<ModeCouplingStudy> {
   bool asked() const override { return !mu_.empty(); }
 
   Problem find_problem(const MainLine& main) const override {
+    if (auto found = find_check_problem(key("wide_mu"), wide_mu_, key("mu"), mu_)) return found;
+    if (auto found = find_check_problem(key("loaded_mu"), loaded_mu_, key("mu"), mu_)) return found;
     for (const StudyEnsemble& one : ensembles(main)) {
       const double mu = one.spec.sampler.mu, needed = columns_needed(mu, first_lag << octaves_);
       if (columns_ < needed) {
@@ -206,6 +218,13 @@ class ModeCouplingStudy final : public CopiedStudy<ModeCouplingStudy> {
         add(fmt::format("load {} bead radii beside", offset), fmt::format("turned-{}", exact(offset)),
             loaded_spec(main, mu, 0, offset), turned);
       }
+      const auto check = [&](const std::vector<double>& checked, DeepMeasurement by, const char* name, Part part) {
+        if (std::find(checked.begin(), checked.end(), mu) == checked.end()) return;
+        add(fmt::format("spreading {}", name), fmt::format("spreading-{}", name),
+            spec_of_check(deep_spec(main, mu), by, main.response.epsilon), part);
+      };
+      check(wide_mu_, DeepMeasurement::wide, "wide", wide);
+      check(loaded_mu_, DeepMeasurement::loads, "loads", loads);
       // Last of its friction coefficient: add() then has the rest.
       add("spreading", "spreading", deep_spec(main, mu), deep);
     }
@@ -221,11 +240,13 @@ class ModeCouplingStudy final : public CopiedStudy<ModeCouplingStudy> {
   void add(const StudyEnsemble& one, const MeasuredEnsemble& ensemble) override {
     if (one.part == leaning) leaning_.push_back(measure_loaded(ensemble));
     if (one.part == turned) turned_.push_back(measure_loaded(ensemble));
+    if (one.part == wide) checks_.push_back(measure_spreading(ensemble, DeepMeasurement::wide, threads_));
+    if (one.part == loads) checks_.push_back(measure_spreading(ensemble, DeepMeasurement::loads, threads_));
     if (one.part != deep) return;
     turned_.insert(turned_.begin(), leaning_.front());
     measured_.push_back(measure_coupling(ensemble, std::exchange(leaning_, {}), std::exchange(turned_, {}),
                                          measure_fluctuations(fluctuation_piles(ensemble.spec.sampler.mu), threads_),
-                                         threads_));
+                                         std::exchange(checks_, {}), threads_));
   }
 
   std::vector<Claim> claims(const ClaimSpec&) const override {
@@ -300,6 +321,7 @@ class ModeCouplingStudy final : public CopiedStudy<ModeCouplingStudy> {
   int octaves_ = 5;
   int columns_ = 1536;
   std::uint64_t samples_ = 256;
+  std::vector<double> wide_mu_, loaded_mu_;  ///< of those in mu_
   std::vector<double> angles_{2, 4, 6, 8, 10};
   std::vector<double> offsets_{0.03, 0.06, 0.09, 0.12};
   std::uint64_t loaded_samples_ = 256;
@@ -308,7 +330,8 @@ class ModeCouplingStudy final : public CopiedStudy<ModeCouplingStudy> {
   int threads_ = 0;
   SamplerSpec sampling_;
   int blocks_ = 0;
-  std::vector<LoadedPiles> leaning_, turned_;  ///< of the friction coefficient at work
+  std::vector<LoadedPiles> leaning_, turned_;
+  std::vector<DeepResponse> checks_;  ///< and these of the friction coefficient at work
   std::vector<CoupledSpreading> measured_;
 };
 
