@@ -32,8 +32,8 @@ namespace granuscope {
 namespace {
 
 constexpr int least_octaves = 3, most_octaves = 11;
-/// Longer than the reference lag: modes that only shorter ones have are drowned in noise.
-constexpr int least_first_lag = 32, most_first_lag = 1024;
+/// Longer than the usual reference lag: modes that only shorter ones have are drowned in noise.
+constexpr int usual_first_lag = 32, most_first_lag = 1024;
 constexpr double least_width = 0.3;  ///< bead diameters
 
 /// What a fit gives of x_p on a ring is the image of either peak that is nearest to the load. Of all images, the one
@@ -381,7 +381,7 @@ class DeepResponseStudy final : public CopiedStudy<DeepResponseStudy> {
                  KeyRange{}.within(least_octaves, most_octaves)),
         make_key(table(), "first_lag", "layers",
                  "depth from which it is doubled; piles are kept in memory one layer in so many", first_lag_,
-                 KeyRange{}.within(least_first_lag, most_first_lag)),
+                 KeyRange{}.within(1, most_first_lag)),
         make_key(table(), "columns", "beads",
                  "beads per layer of these piles: twelve widths of a peak or more, so that the two are apart at each "
                  "depth",
@@ -472,7 +472,7 @@ class DeepResponseStudy final : public CopiedStudy<DeepResponseStudy> {
   std::vector<double> mu_;                   ///< each above 0; empty: not measured
   std::vector<double> wide_mu_, loaded_mu_;  ///< of those in mu_
   int octaves_ = 4;
-  int first_lag_ = least_first_lag;
+  int first_lag_ = usual_first_lag;
   int columns_ = 720;
   std::uint64_t samples_ = 256;  ///< piles per friction coefficient
   int threads_ = 0;
