@@ -149,6 +149,9 @@ class ModeCouplingStudy final : public CopiedStudy<ModeCouplingStudy> {
         make_key(table(), "columns", "beads",
                  "beads per layer of these piles, wide enough for two peaks at the deepest lag", columns_),
         make_key(table(), "samples", "piles", "piles per friction coefficient, at least eight per block", samples_),
+        make_key(table(), "first_base", "layer",
+                 "shallowest layer from which the response is followed; 0: 0.6/mu^2, where short waves are saturated",
+                 first_base_, KeyRange{}.within(0, most_first_base)),
         make_key(table(), "wide_mu", "", "those of mu that are measured once more with twice the columns", wide_mu_,
                  friction_range_above_zero()),
         make_key(table(), "loaded_mu", "",
@@ -292,6 +295,7 @@ class ModeCouplingStudy final : public CopiedStudy<ModeCouplingStudy> {
   EnsembleSpec fluctuation_spec(const MainLine& main, double mu, std::uint64_t samples) const {
     EnsembleSpec spec = main.ensemble_at(mu, {columns_, 1}, samples);
     spec.response.estimator = EstimatorName::fluctuation;
+    spec.response.first_base = first_base_;
     return spec;
   }
   EnsembleSpec deep_spec(const MainLine& main, double mu) const {
@@ -320,6 +324,7 @@ class ModeCouplingStudy final : public CopiedStudy<ModeCouplingStudy> {
   std::vector<double> mu_;
   int octaves_ = 5;
   int columns_ = 1536;
+  int first_base_ = 0;
   std::uint64_t samples_ = 256;
   std::vector<double> wide_mu_, loaded_mu_;  ///< of those in mu_
   std::vector<double> angles_{2, 4, 6, 8, 10};
