@@ -9,6 +9,7 @@
 #include <functional>
 #include <numbers>
 
+#include "analysis/dispersion.h"
 #include "analysis/linear_model.h"
 #include "analysis/transport.h"
 #include "ensemble/ensemble_runner.h"
@@ -201,23 +202,70 @@ TEST_CASE("bases in the top, where fluctuations still build up, give another res
   CHECK(top.value - deep.value > 4 * std::hypot(top.standard_error, deep.standard_error));
 }
 
-TEST_CASE("without a reference lag two Gaussians of area 1 fit badly; 12, 24 and 40 layers of it agree", "[long]") {
+TEST_CASE("without a reference lag two Gaussians of area 1 fit badly", "[long]") {
   const FitSpec fit = window(58, 148);
-  const auto measured = [&](int reference) {
+  // What single contacts do to single beads stays in C_0 and makes all amplitudes too small.
+  const auto chi2_with = [&](int reference) {
     EnsembleSpec spec = real_piles(0.4, {300, 900}, 512);
     spec.response.reference_lag = reference;
-    return measure_real(spec, fit);
+    return measure_real(spec, fit).depths.front().chi2_per_dof;
   };
-  const Transport none = measured(0), twelve = measured(12), usual = measured(24), long_one = measured(40);
-  CAPTURE(none.D.value, twelve.D.value, usual.D.value, long_one.D.value, usual.D.standard_error);
-  CAPTURE(none.c.value, twelve.c.value, usual.c.value, long_one.c.value, usual.c.standard_error);
-  for (const Transport* t : {&twelve, &long_one}) {
-    CHECK(std::abs(t->D.value - usual.D.value) < 4 * std::hypot(t->D.standard_error, usual.D.standard_error));
-    CHECK(std::abs(t->c.value - usual.c.value) < 4 * std::hypot(t->c.standard_error, usual.c.standard_error));
+  CHECK(chi2_with(0) > 1.5 * chi2_with(24));
+}
+
+TEST_CASE("reference lags of 12 and 24 and 40 layers give nearly the same c and D", "[long]") {
+  // A reference is part of the way: c and D belong to the depth r + l, and since D grows with depth 40 layers give 1 %
+  // more of it than 24 at mu = 0.4, and a c that is lower by 4e-5 at mu = 0.1 and by 1e-4 at 0.3. 12 layers leave some
+  // slip: 4e-5 in c at mu = 0.1, 2 % of D at 0.4; none leave 12e-5 and 3 %.
+  struct Case {
+    double mu, of_c, of_D;  // margins, the latter relative
+  };
+  const Case one = GENERATE(Case{0.1, 1e-4, 0.02}, Case{0.3, 2e-4, 0.02}, Case{0.4, 3e-4, 0.03});
+  FitSpec fit = window(58, 148);
+  fit.layer_step = 3;
+  const auto measured = [&](int reference) {
+    EnsembleSpec spec = real_piles(one.mu, {300, 900}, 512);
+    spec.response.reference_lag = reference;
+    spec.layers = layers_to_record(fit, {});
+    return measure_transport({spec, run_ensemble(spec, 0, nullptr)}, fit, {}, 0);
+  };
+  const MeasuredTransport usual = measured(24);
+  for (const int reference : {12, 40}) {
+    // Block by block, so that what the piles have in common drops out.
+    const MeasuredTransport other = measured(reference);
+    const Estimate of_c = estimate(transform(std::minus<>{}, other.c, usual.c)),
+                   of_D = estimate(transform([](double a, double b) { return a / b - 1; }, other.D, usual.D));
+    CAPTURE(one.mu, reference, of_c.value, of_c.standard_error, of_D.value, of_D.standard_error);
+    CHECK(std::abs(of_c.value) < one.of_c);
+    CHECK(std::abs(of_D.value) < one.of_D);
+    CHECK(of_c.standard_error < one.of_c / 3);
+    CHECK(of_D.standard_error < one.of_D / 3);
   }
-  // What single contacts do to single beads stays in C_0 and makes all amplitudes too small.
-  const auto chi2_of = [](const Transport& t) { return t.depths.front().chi2_per_dof; };
-  CHECK(chi2_of(none) > 1.5 * chi2_of(usual));
+}
+
+TEST_CASE("fluctuations under another law than granusolve travel as its thrust has it", "[long]") {
+  // The law polytope on rings as wide as can be drawn: c of its waves is c_thrust of its piles, and the flat measure
+  // spreads a load more than the exact law, as loads near the top say, too (0.52(4) and 0.22(3), examples/laws.toml).
+  std::vector<Estimate> D;
+  for (const double lambda : {0.0, 1.0}) {
+    EnsembleSpec spec = real_piles(0.3, {32, 72}, 256);
+    spec.sampler.law = Law::polytope;
+    spec.sampler.lambda = lambda;
+    spec.sampler.burn_in = 2000;
+    spec.sampler.thinning = 200;
+    spec.response.first_base = 16;
+    spec.response.reference_lag = 8;
+    spec.response.base_step = 1;
+    spec.layers = {12};
+    const BlockSums sums = run_ensemble(spec, 0, nullptr).sums;
+    const Estimate c_thrust = estimate(thrust_speed(sums, 0));
+    const BandOfModes band = measure_dispersion(sums, 0, 1, {0.3, 0.8}, {c_thrust.value, 0.3}).front();
+    CAPTURE(lambda, c_thrust.value, band.c.value, band.c.standard_error, band.D.value, band.D.standard_error);
+    CHECK(std::abs(band.c.value - c_thrust.value) < 4 * band.c.standard_error);
+    CHECK(band.c.standard_error < 0.05 * c_thrust.value);
+    D.push_back(band.D);
+  }
+  CHECK(D[0].value - D[1].value > 4 * std::hypot(D[0].standard_error, D[1].standard_error));
 }
 
 namespace {
