@@ -13,6 +13,8 @@ std::uint64_t expected_size(std::uint64_t rounds, double rounds_needed, std::uin
   return rounds;
 }
 
+double stopped_scatter(int blocks) { return 1 + 1.2 / (blocks - 1); }
+
 PrecisionLook look_at_precision(const PrecisionSpec& asked, const Transport& measured, std::uint64_t samples) {
   PrecisionLook look;
   double ratio = 0;
@@ -23,7 +25,7 @@ PrecisionLook look_at_precision(const PrecisionSpec& asked, const Transport& mea
       if (look.reason.empty()) look.reason = std::string(name) + " is unknown: " + number.reason;
       return;
     }
-    ratio = std::max(ratio, number.standard_error / target);
+    ratio = std::max(ratio, stopped_scatter(measured.spec.response.blocks) * number.standard_error / target);
   };
   consider(asked.c, measured.c, "c");
   consider(asked.D, measured.D, "D");

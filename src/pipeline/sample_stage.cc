@@ -97,6 +97,7 @@ PrecisionOutcome SampleStage::reach_precision(PlannedEnsemble& planned, Measured
     --obtained_;  // it is still the same one
     planned.reusable = reused && planned.reusable;
   }
+  if (outcome.reached) ensemble.record.sums.scatter = stopped_scatter(planned.spec.response.blocks);
   return outcome;
 }
 

@@ -1,6 +1,7 @@
 #include "storage/block_sums.h"
 
 #include <algorithm>
+#include <numeric>
 #include <span>
 #include <stdexcept>
 
@@ -18,22 +19,44 @@ std::span<const double> slice(const BlockSums& sums, const QuantitySums& quantit
   return std::span(numbers).subspan(first * each, blocks * each);
 }
 
+/// Moves the means of blocks of `count` samples apart about that of all of them. `sums`: [blocks, width].
+void scatter_blocks(std::vector<double>& sums, const std::vector<std::uint64_t>& count, double factor) {
+  const std::size_t width = sums.size() / count.size();
+  const auto samples = static_cast<double>(std::accumulate(count.begin(), count.end(), std::uint64_t{0}));
+  for (std::size_t i = 0; i < width; ++i) {
+    double mean = 0;
+    for (std::size_t b = 0; b < count.size(); ++b) mean += sums[b * width + i] / samples;
+    for (std::size_t b = 0; b < count.size(); ++b) {
+      const double expected = mean * static_cast<double>(count[b]);
+      sums[b * width + i] = expected + factor * (sums[b * width + i] - expected);
+    }
+  }
+}
+
 }  // namespace
 
 LayerSums BlockSums::layer(const std::string& quantity, std::size_t row) const {
   const QuantitySums& q = quantities.at(quantity);
   const auto width = static_cast<std::size_t>(q.width);
-  if (elsewhere == nullptr || width == 1) return {&q.sum[row * width], count.size(), layers.size() * width, width};
+  const bool here = elsewhere == nullptr || width == 1;
+  if (here && scatter == 1) return {&q.sum[row * width], count.size(), layers.size() * width, width};
   std::vector<double> read(count.size() * width);
   for (std::size_t b = 0; b < count.size(); ++b) {
-    elsewhere->read(quantity, b, row, std::span(read).subspan(b * width, width));
+    const std::span to = std::span(read).subspan(b * width, width);
+    if (here) {
+      for (std::size_t i = 0; i < width; ++i) to[i] = q.sum[(b * layers.size() + row) * width + i];
+    } else {
+      elsewhere->read(quantity, b, row, to);
+    }
   }
+  if (scatter != 1) scatter_blocks(read, count, scatter);
   return {std::move(read), width};
 }
 
 BlockSums in_memory(const BlockSums& sums) {
   BlockSums all = sums;
   if (sums.elsewhere == nullptr) return all;
+  if (sums.scatter != 1) throw std::logic_error("blocks are moved apart for an analysis, not to be kept");
   all.elsewhere.reset();
   for (auto& [name, quantity] : all.quantities) {
     if (quantity.width == 1) continue;

@@ -73,6 +73,7 @@ struct BlockSums {
   RowGeometry rows;     ///< where the layers lie
   int first_block = 0;  ///< number of the first of these blocks in the ensemble, of which they may be a part
   std::shared_ptr<const ProfileSource> elsewhere = {};  ///< not null: it has the profiles, which are not in memory
+  double scatter = 1;  ///< factor by which `layer` moves the means of the blocks apart, see stopped_scatter
 
   /// The sums of a quantity at recorded layer number `row`, wherever they are.
   LayerSums layer(const std::string& quantity, std::size_t row) const;
