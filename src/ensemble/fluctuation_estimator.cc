@@ -69,7 +69,8 @@ FluctuationEstimator::FluctuationEstimator(const EnsembleSpec& spec, Samplers sa
       propagation_(profiles_ ? BlockSlice(sums, "propagation", block) : BlockSlice()) {
   for (std::size_t m = 1; m <= modes_; ++m) {
     const double angle = -std::numbers::pi * static_cast<double>(m) / static_cast<double>(columns_);
-    half_a_bead_.push_back({std::cos(angle), std::sin(angle)});
+    phases_[0].push_back({});
+    phases_[1].push_back({std::cos(angle), std::sin(angle)});
   }
 }
 
@@ -141,11 +142,8 @@ void FluctuationEstimator::transform_layer(const PileGroup& group, Failures fail
     for (std::size_t i = 0; i < columns_; ++i) re_[i * group_lanes + k] = im_[i * group_lanes + k] = 0;
   }
   fourier_.transform(re_.get(), im_.get());
-  for (std::size_t m = 1; m <= modes_; ++m) {
-    // Beads of every other layer lie half a bead further right.
-    const PhaseFactor phase = rows_.shifted(layer) ? half_a_bead_[m - 1] : PhaseFactor{};
-    separate_fields(re_.get(), im_.get(), columns_, m, phase, &fields_[((m - 1) * room_ + place) * of_mode]);
-  }
+  separate_fields(re_.get(), im_.get(), columns_, phases_[rows_.shifted(layer) ? 1 : 0], room_ * of_mode,
+                  &fields_[place * of_mode]);
 }
 
 void FluctuationEstimator::compare_layers(std::size_t first_base, std::size_t end_base) {

@@ -1,4 +1,6 @@
 #pragma once
+#include <array>
+
 #include "ensemble/estimator.h"
 #include "ensemble/fluctuation_plan.h"
 #include "ensemble/group_fourier.h"
@@ -43,12 +45,12 @@ class FluctuationEstimator final : public Estimator {
   std::vector<std::span<const double>> loads_;  ///< of each pile drawn at once
   Sampler& sampler_;
   GroupFourier fourier_;
-  AlignedArray<double> re_, im_;          ///< [columns, 8] a layer before and after its transform
-  AlignedArray<double> fields_;           ///< [modes, room, 4, 8]
-  AlignedArray<double> correlations_;     ///< [modes, lags, 4, 8]
-  std::vector<PhaseFactor> half_a_bead_;  ///< exp(-i k/2) of each mode
-  std::vector<int> place_;                ///< [layers of the lattice] of those in fields_; -1: none
-  std::vector<std::vector<int>> pairs_;   ///< of each lag, for add_correlations
+  AlignedArray<double> re_, im_;                    ///< [columns, 8] a layer before and after its transform
+  AlignedArray<double> fields_;                     ///< [modes, room, 4, 8]
+  AlignedArray<double> correlations_;               ///< [modes, lags, 4, 8]
+  std::array<std::vector<PhaseFactor>, 2> phases_;  ///< of each mode: 1, and exp(-i k/2) where beads lie half a bead on
+  std::vector<int> place_;                          ///< [layers of the lattice] of those in fields_; -1: none
+  std::vector<std::vector<int>> pairs_;             ///< of each lag, for add_correlations
   LayerObservables observables_;
   bool profiles_;
   BlockSlice propagation_;

@@ -141,19 +141,21 @@ void Split(const FourierStage& stage) {
   }
 }
 
-void SeparateFields(const double* HWY_RESTRICT re, const double* HWY_RESTRICT im, std::size_t size, std::size_t mode,
-                    PhaseFactor phase, double* HWY_RESTRICT fields) {
-  const Complex turn{hn::Set(d, phase.cosine), hn::Set(d, phase.sine)};
-  for (std::size_t lane = 0; lane < group_lanes; lane += hn::Lanes(d)) {
-    const std::size_t at = mode * group_lanes + lane, mirror = (size - mode) * group_lanes + lane;
-    const Complex z{hn::Load(d, re + at), hn::Load(d, im + at)};
-    const Complex z_mirror{hn::Load(d, re + mirror), hn::Load(d, im + mirror)};
-    const Complex a = scaled(0.5, Complex{hn::Add(z.re, z_mirror.re), hn::Sub(z.im, z_mirror.im)}) * turn;
-    const Complex b = scaled(0.5, Complex{hn::Add(z.im, z_mirror.im), hn::Sub(z_mirror.re, z.re)}) * turn;
-    hn::Store(a.re, d, fields + lane);
-    hn::Store(a.im, d, fields + group_lanes + lane);
-    hn::Store(b.re, d, fields + 2 * group_lanes + lane);
-    hn::Store(b.im, d, fields + 3 * group_lanes + lane);
+void SeparateFields(const double* HWY_RESTRICT re, const double* HWY_RESTRICT im, std::size_t size,
+                    std::span<const PhaseFactor> phases, std::size_t stride, double* HWY_RESTRICT fields) {
+  for (std::size_t mode = 1; mode <= phases.size(); ++mode, fields += stride) {
+    const Complex turn{hn::Set(d, phases[mode - 1].cosine), hn::Set(d, phases[mode - 1].sine)};
+    for (std::size_t lane = 0; lane < group_lanes; lane += hn::Lanes(d)) {
+      const std::size_t at = mode * group_lanes + lane, mirror = (size - mode) * group_lanes + lane;
+      const Complex z{hn::Load(d, re + at), hn::Load(d, im + at)};
+      const Complex z_mirror{hn::Load(d, re + mirror), hn::Load(d, im + mirror)};
+      const Complex a = scaled(0.5, Complex{hn::Add(z.re, z_mirror.re), hn::Sub(z.im, z_mirror.im)}) * turn;
+      const Complex b = scaled(0.5, Complex{hn::Add(z.im, z_mirror.im), hn::Sub(z_mirror.re, z.re)}) * turn;
+      hn::Store(a.re, d, fields + lane);
+      hn::Store(a.im, d, fields + group_lanes + lane);
+      hn::Store(b.re, d, fields + 2 * group_lanes + lane);
+      hn::Store(b.im, d, fields + 3 * group_lanes + lane);
+    }
   }
 }
 
@@ -234,9 +236,9 @@ void GroupFourier::transform(double* re, double* im) {
   std::copy_n(from_im, size_ * group_lanes, im);
 }
 
-void separate_fields(const double* re, const double* im, std::size_t size, std::size_t mode, PhaseFactor phase,
-                     double* fields) {
-  HWY_DYNAMIC_DISPATCH(SeparateFields)(re, im, size, mode, phase, fields);
+void separate_fields(const double* re, const double* im, std::size_t size, std::span<const PhaseFactor> phases,
+                     std::size_t stride, double* fields) {
+  HWY_DYNAMIC_DISPATCH(SeparateFields)(re, im, size, phases, stride, fields);
 }
 
 void add_correlations(const double* fields, const std::vector<int>& pairs, double* sums) {

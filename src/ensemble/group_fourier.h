@@ -1,5 +1,6 @@
 #pragma once
 #include <cstddef>
+#include <span>
 #include <vector>
 
 #include "sampling/group_lanes.h"
@@ -34,13 +35,14 @@ class GroupFourier {
   AlignedArray<double> work_re_, work_im_;
 };
 
-/// From the transform of a + i b of a ring of `size` numbers, mode m of both, each times the phase `cosine` + i `sine`:
-/// `fields` [4, 8] are the real and imaginary part of a, then of b.
+/// From the transform of a + i b of a ring of `size` numbers, modes 1, 2, ... of both, each times its phase `cosine` +
+/// i `sine`: `fields` [4, 8] of a mode are the real and imaginary part of a, then of b; those of the next mode lie
+/// `stride` numbers farther.
 struct PhaseFactor {
   double cosine = 1, sine = 0;
 };
-void separate_fields(const double* re, const double* im, std::size_t size, std::size_t mode, PhaseFactor phase,
-                     double* fields);
+void separate_fields(const double* re, const double* im, std::size_t size, std::span<const PhaseFactor> phases,
+                     std::size_t stride, double* fields);
 
 /// The parts of 2 x 2 cross-correlations of two fields that are even under x -> -x: the real parts of w w' and H H',
 /// the imaginary parts of w H' and H w'.
