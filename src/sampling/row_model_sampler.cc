@@ -43,10 +43,11 @@ RowModelSampler::RowModelSampler(const SamplerSpec& spec, const Lattice& lattice
   std::iota(place_.begin(), place_.end(), 0);
 }
 
-double RowModelSampler::memory(const Lattice& lattice) {
-  const double numbers_per_bead = 2, numbers_per_column = 8 * 17;  // fields kept; rows of a model and of its noise
-  return 8 * static_cast<double>(group_lanes) *
-         (numbers_per_bead * static_cast<double>(lattice.beads()) + numbers_per_column * lattice.columns());
+double RowModelSampler::memory(const Lattice& lattice, const KeptLayers* kept) {
+  const double rows =
+      kept == nullptr ? lattice.layers() : static_cast<double>(kept->layers.size()) * (kept->horizontal ? 2 : 1);
+  const double rows_of_model = 8 * 17;  // and of its noise
+  return 8 * static_cast<double>(group_lanes) * (rows + rows_of_model) * lattice.columns();
 }
 
 std::optional<SamplingFailure> RowModelSampler::draw(std::uint64_t, std::span<const double>, Pile&) {

@@ -17,8 +17,8 @@ class RowModelSampler final : public Sampler {
                                          std::span<std::optional<SamplingFailure>> failures) override;
   void keep_layers(const KeptLayers& kept) override;
 
-  /// Of so many piles that keep all layers, in bytes.
-  static double memory(const Lattice& lattice);
+  /// Of eight piles that keep these layers, or all of them, in bytes.
+  static double memory(const Lattice& lattice, const KeptLayers* kept = nullptr);
 
  private:
   /// What a group's piles are measured by.

@@ -154,7 +154,7 @@ std::size_t piles_at_once(const SamplerSpec& spec, const Lattice& lattice, const
 
 double drawing_memory(const SamplerSpec& spec, const Lattice& lattice, const KeptLayers* kept) {
   if (spec.model.name == ModelName::diluted_beads) return DilutedBeadsSampler::memory(lattice);
-  if (!spec.model.is_beads()) return RowModelSampler::memory(lattice);
+  if (!spec.model.is_beads()) return RowModelSampler::memory(lattice, kept);
   const double pile = 32, solver = 68;  // bytes per bead, the latter for the law that needs most
   const double granusolve = 15;         // of a pile by itself, such as the groups have evicted
   const auto piles = static_cast<double>(piles_at_once(spec, lattice, kept));
