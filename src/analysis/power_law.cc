@@ -78,8 +78,8 @@ ReplicatedPowerLaw fit_replicated_power_law(const std::vector<Replicated>& log_x
   if (fit.points < min_power_law_points) {
     fit.exponent.reason = fit.intercept.reason = fit.scatter.reason = fit.running.at_low.reason =
         fit.running.at_high.reason = fit.running.scatter.reason =
-            fmt::format("the window μ = {} to {} has usable results at {} friction coefficient{}, an exponent needs {}",
-                        window[0], window[1], fit.points, fit.points == 1 ? "" : "s", min_power_law_points);
+            fmt::format("the window from {} to {} holds usable results at {} value{}, an exponent needs {}", window[0],
+                        window[1], fit.points, fit.points == 1 ? "" : "s", min_power_law_points);
     return result;
   }
   Replicated& exponent = result.exponent;

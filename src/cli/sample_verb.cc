@@ -91,9 +91,8 @@ ExitCode sample(SampleOptions options, VerbContext& context) {
   const DilutedBeadsSpec &diluted = spec.sampler.model.diluted_beads, usual;
   if (spec.sampler.model.is_beads() && (diluted.share != usual.share || diluted.least_slack != usual.least_slack)) {
     throw InputError(
-        "--opened-share and --least-slack would change nothing: they belong to --model diluted-beads; leave them out, "
-        "or "
-        "give that");
+        "--opened-share and --least-slack belong to --model diluted-beads and would change nothing; leave them out, or "
+        "give that model");
   }
   spec.sampler.law = law_named(options.law);
   set_load(options, spec);

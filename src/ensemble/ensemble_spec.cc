@@ -82,8 +82,7 @@ Problem find_model_problem(const EnsembleSpec& spec) {
   if (estimator == EstimatorName::paired) {
     return problem(
         "estimator",
-        "the estimator paired keeps the split of each bead, which the model {} does not have; choose another "
-        "one",
+        "the estimator paired keeps the split of each bead, which the model {} does not have; choose another",
         name_of(model.name));
   }
   if (estimator == EstimatorName::fluctuation && model.has_contacts()) {

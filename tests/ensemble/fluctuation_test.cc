@@ -170,6 +170,13 @@ TEST_CASE("fluctuation: bases are saturated, evenly spaced and leave room for re
   CHECK_THROWS_AS(validate(spec), InputError);
   spec.sampler.mu = 0.01;
   CHECK(fluctuation_plan(spec).layers_needed == 2000 + plan.reference + 148 + 21);
+  // Legs that push are a matter of the deepest lag; noise that is free is the same in every layer. None looks back.
+  spec.sampler.model.name = ModelName::three_leg;
+  CHECK(fluctuation_plan(spec).layers_needed == 60 + plan.reference + 148 + 1);
+  for (const MiddleLaw law : {MiddleLaw::positive, MiddleLaw::clipped}) {
+    spec.sampler.model.three_leg.law = law;
+    CHECK(fluctuation_plan(spec).layers_needed == 2 * 148 + plan.reference + 148 + 1);
+  }
 }
 
 TEST_CASE("fluctuation: its keys are refused under other estimators and belong to the configuration under its own") {
