@@ -18,37 +18,30 @@ constexpr double small_step = 1e-10;  ///< of c k z and of k^2 D z / 2: far belo
 constexpr double longest_step = 0.5;  ///< of the same
 constexpr double most_decay = 0.5;    ///< -ln of the amplitude that is left
 
-/// Diagonal of G, and the imaginary parts of its corners.
-struct ModePropagator {
-  double k, ww, HH, wH, Hw;
+struct WaveOfBand {
+  double k;
+  ModePropagator G;
 };
-
-ModePropagator propagator_of(double k, const double* below, const double* above) {
-  const double ww = above[0], HH = above[1], wH = above[2], Hw = above[3];
-  const double determinant = ww * HH + wH * Hw;
-  return {k, (below[0] * HH + below[2] * Hw) / determinant, (below[1] * ww + below[3] * wH) / determinant,
-          (below[2] * ww - below[0] * wH) / determinant, (below[3] * HH - below[1] * Hw) / determinant};
-}
 
 /// Gauss and Newton's steps; not finite where they do not end. Phase and decay decouple: the one turns the model, the
 /// other shortens it.
-RoughPropagation fit_band(const std::vector<ModePropagator>& band, double z, RoughPropagation at) {
+RoughPropagation fit_band(const std::vector<WaveOfBand>& band, double z, RoughPropagation at) {
   constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
   const double farthest = band.back().k * z, decay_of_D = band.back().k * farthest / 2;
   for (int step = 0; step < most_steps; ++step) {
     // The ratio of the fields' amplitudes, by which the corners tell one sine.
     double of_w = 0, of_H = 0;
     const auto length = [&](double k) { return std::exp(-k * k * at.D * z / 2); };
-    for (const ModePropagator& G : band) {
-      const double corner = -length(G.k) * std::sin(at.c * G.k * z);
+    for (const auto& [k, G] : band) {
+      const double corner = -length(k) * std::sin(at.c * k * z);
       of_w += corner * G.wH;
       of_H += corner * G.Hw;
     }
     const double s = std::sqrt(of_H / of_w);
     if (!std::isfinite(s) || s == 0) break;
     double turn = 0, turn_power = 0, decay = 0, decay_power = 0;
-    for (const ModePropagator& G : band) {
-      const double phase = at.c * G.k * z, modulus = length(G.k), by_c = G.k * z, by_D = G.k * G.k * z / 2;
+    for (const auto& [k, G] : band) {
+      const double phase = at.c * k * z, modulus = length(k), by_c = k * z, by_D = k * k * z / 2;
       // The part of e^(i c k z - k^2 D z / 2) that G has along the model and across it.
       const double real = (G.ww + G.HH) / 2, imaginary = -(s * G.wH + G.Hw / s) / 2;
       const double along = real * std::cos(phase) + imaginary * std::sin(phase) - modulus;
@@ -115,13 +108,13 @@ std::vector<BandOfModes> measure_dispersion(const BlockSums& sums, std::size_t a
     band.modes = static_cast<int>(modes.size());
     band.k = std::sqrt(squares / static_cast<double>(modes.size()));
     const auto fit_without = [&](std::size_t left_out, RoughPropagation start) {
-      std::vector<ModePropagator> propagators;
+      std::vector<WaveOfBand> waves;
       for (const std::size_t m : modes) {
         const std::size_t at = (m - 1) * correlation_parts;
-        propagators.push_back(
-            propagator_of(first * static_cast<double>(m), &of_below[left_out][at], &of_above[left_out][at]));
+        waves.push_back(
+            {first * static_cast<double>(m), mode_propagator(&of_below[left_out][at], &of_above[left_out][at])});
       }
-      return fit_band(propagators, band.z_to - band.z_from, start);
+      return fit_band(waves, band.z_to - band.z_from, start);
     };
     const RoughPropagation whole = fit_without(blocks, rough);
     Replicated c{whole.c, {}}, D{whole.D, {}};

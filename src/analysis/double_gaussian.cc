@@ -86,7 +86,8 @@ ModeValue fourier_mode(const DoubleGaussian& shape, int mode, int columns, bool 
   return sum;
 }
 
-void fourier_modes(const DoubleGaussian& shape, int columns, bool half_shifted, std::span<ModeValue> modes) {
+void fourier_modes(const DoubleGaussian& shape, int columns, bool half_shifted, std::span<ModeValue> modes,
+                   std::span<ModeValue> sines) {
   // Aliases k + 2 pi l with |k + 2 pi l| beyond q_max carry nothing.
   const double half_variance = shape.width * shape.width / 2;
   const double q_max = half_variance > 0 ? std::sqrt(largest_exponent / half_variance) : two_pi * most_aliases;
@@ -101,7 +102,7 @@ void fourier_modes(const DoubleGaussian& shape, int columns, bool half_shifted, 
     phase = turned(phase, step);
     half_phase = turned(half_phase, half_step);
     const double k = two_pi * static_cast<double>(m + 1) / columns;
-    ModeValue sum{0, 0, 0};
+    ModeValue sum{0, 0, 0}, of_sine{0, 0, 0};
     for (int l = -aliases; l <= aliases; ++l) {
       const double q = k + two_pi * l;
       const double exponent = q * q * half_variance;
@@ -113,8 +114,12 @@ void fourier_modes(const DoubleGaussian& shape, int columns, bool half_shifted, 
       sum.value += envelope * wave.cosine;
       sum.by_peak -= envelope * q * wave.sine;
       sum.by_width -= envelope * q * q * shape.width * wave.cosine;
+      of_sine.value += envelope * wave.sine;
+      of_sine.by_peak += envelope * q * wave.cosine;
+      of_sine.by_width -= envelope * q * q * shape.width * wave.sine;
     }
     modes[m] = sum;
+    if (!sines.empty()) sines[m] = of_sine;
   }
 }
 

@@ -28,7 +28,9 @@ struct ModeValue {
 ModeValue fourier_mode(const DoubleGaussian& shape, int mode, int columns, bool half_shifted);
 
 /// fourier_mode for the modes 1 .. modes.size(), the form the fits use: angles by rotation instead of one sine and
-/// cosine for each alias. Agrees with fourier_mode to 1e-12.
-void fourier_modes(const DoubleGaussian& shape, int columns, bool half_shifted, std::span<ModeValue> modes);
+/// cosine for each alias. Agrees with fourier_mode to 1e-12. `sines`: as many, or none of them: sum_j G_+(x_j)
+/// sin(k x_j) of the Gaussian G_+ at +peak, of area 1; the same formula with sin(q x_p).
+void fourier_modes(const DoubleGaussian& shape, int columns, bool half_shifted, std::span<ModeValue> modes,
+                   std::span<ModeValue> sines = {});
 
 }  // namespace granuscope

@@ -162,7 +162,8 @@ namespace {
 
 /// Each mode is a ratio of sums that the scatter of the blocks enters twice: its variance is the jackknife's.
 LayerSpectrum spectrum_of_propagation(const BlockSums& sums, std::size_t row) {
-  BlockMeans modes = propagated_modes(sums, row);
+  PropagatedModes propagated = propagated_modes(sums, row);
+  BlockMeans& modes = propagated.cosines;
   LayerSpectrum spectrum;
   spectrum.columns = sums.quantities.at("propagation").width / 2;
   spectrum.half_shifted = sums.rows.shifted(sums.layers[row]);
@@ -175,6 +176,7 @@ LayerSpectrum spectrum_of_propagation(const BlockSums& sums, std::size_t row) {
   spectrum.noise = smoothed_root(variance);
   spectrum.whole = std::move(modes.whole);
   spectrum.without_block = std::move(modes.without_block);
+  spectrum.sines = std::move(propagated.sines);
   return spectrum;
 }
 

@@ -1,4 +1,6 @@
 #pragma once
+#include <cstddef>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -6,6 +8,18 @@
 #include "storage/block_sums.h"
 
 namespace granuscope {
+
+/// Mean of a profile or number over the whole ensemble and without each block, shape [width] each.
+struct BlockMeans {
+  std::vector<double> whole;
+  std::vector<std::vector<double>> without_block;
+};
+
+/// Modes 1, 2, ... of a response, from all or some of its blocks.
+struct ResponseModes {
+  std::span<const double> cosines;
+  std::span<const double> sines = {};  ///< as LayerSpectrum::sines
+};
 
 /// The mirror-symmetric Fourier modes of the mean response of one layer, by block:
 ///   y_m = sum_j P(x_j) cos(2 pi m x_j / columns),   m = 1 .. (columns-1)/2.
@@ -22,12 +36,15 @@ struct LayerSpectrum {
   /// covariance (for a point load an approximation).
   std::vector<double> noise;
   bool exact = false;  ///< no scatter at all: noise is 0
-};
+  /// Where it is known what goes to which side, as of the estimator fluctuation by H: sum_j P_+(x_j) sin(2 pi m x_j /
+  /// columns) of the peak P_+ that moves towards +x, P being half of it and half of its mirror image. Empty elsewhere.
+  BlockMeans sines;
 
-/// Mean of a profile or number over the whole ensemble and without each block, shape [width] each.
-struct BlockMeans {
-  std::vector<double> whole;
-  std::vector<std::vector<double>> without_block;
+  ResponseModes modes() const { return {whole, sines.whole}; }
+  ResponseModes modes_without(std::size_t block) const {
+    return {without_block[block],
+            sines.whole.empty() ? std::span<const double>() : std::span<const double>(sines.without_block[block])};
+  }
 };
 
 /// Means of one quantity at recorded layer number `row` (an index into sums.layers).

@@ -50,10 +50,10 @@ struct FittedShapes {
 };
 FittedShapes fit_replicates(const LayerSpectrum& spectrum, ModeWeights weights, DoubleGaussian start) {
   const DoubleGaussian none{nan, nan};
-  const DoubleGaussian whole = weighted_shape(spectrum, spectrum.whole, weights, start).value_or(none);
+  const DoubleGaussian whole = weighted_shape(spectrum, spectrum.modes(), weights, start).value_or(none);
   FittedShapes shapes{{whole.peak, {}}, {whole.width, {}}, {whole.width * whole.width, {}}};
-  for (const auto& modes : spectrum.without_block) {
-    const DoubleGaussian shape = weighted_shape(spectrum, modes, weights, whole).value_or(none);
+  for (std::size_t b = 0; b < spectrum.without_block.size(); ++b) {
+    const DoubleGaussian shape = weighted_shape(spectrum, spectrum.modes_without(b), weights, whole).value_or(none);
     shapes.peak.without_block.push_back(shape.peak);
     shapes.width.without_block.push_back(shape.width);
     shapes.width_squared.without_block.push_back(shape.width * shape.width);

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "ensemble/group_fourier.h"
 #include "model/lattice.h"
@@ -12,17 +13,27 @@ namespace {
 
 constexpr const char* quantity = "propagation";
 
-/// The (w, w) element of C C_r^-1 where both have real diagonals and imaginary corners; a scalar model has no H.
-double response_of(const double* C, const double* C_r) {
-  const double ww = C_r[0], HH = C_r[1], wH = C_r[2], Hw = C_r[3];
-  if (HH == 0) return C[0] / ww;
-  return (C[0] * HH + C[2] * Hw) / (ww * HH + wH * Hw);
-}
+struct Modes {
+  std::vector<double> cosines, sines;
+};
 
-std::vector<double> modes_without(const LayerSums& lag, const LayerSums& reference, std::size_t left_out) {
+Modes modes_without(const LayerSums& lag, const LayerSums& reference, std::size_t left_out) {
   const std::vector<double> C = propagation_without(lag, left_out), C_r = propagation_without(reference, left_out);
-  std::vector<double> modes;
-  for (std::size_t at = 0; at < C.size(); at += correlation_parts) modes.push_back(response_of(&C[at], &C_r[at]));
+  std::vector<ModePropagator> propagators;
+  double of_w = 0, of_H = 0;
+  for (std::size_t at = 0; at < C.size(); at += correlation_parts) {
+    propagators.push_back(mode_propagator(&C[at], &C_r[at]));
+    of_w += std::abs(propagators.back().wH);
+    of_H += std::abs(propagators.back().Hw);
+  }
+  Modes modes;
+  const bool scalar = of_w == 0 || of_H == 0;
+  // The sines depend on it in second order only.
+  const double s = std::sqrt(of_H / of_w);
+  for (const ModePropagator& G : propagators) {
+    modes.cosines.push_back(scalar ? G.ww : (G.ww + G.HH) / 2);
+    if (!scalar) modes.sines.push_back(-(s * G.wH + G.Hw / s) / 2);
+  }
   return modes;
 }
 
@@ -47,17 +58,31 @@ std::vector<double> propagation_without(const LayerSums& propagation, std::size_
   return total;
 }
 
-BlockMeans propagated_modes(const BlockSums& sums, std::size_t row) {
+ModePropagator mode_propagator(const double* below, const double* above) {
+  const double ww = above[0], HH = above[1], wH = above[2], Hw = above[3];
+  if (HH == 0) return {below[0] / ww, 0, 0, 0};
+  const double determinant = ww * HH + wH * Hw;
+  return {(below[0] * HH + below[2] * Hw) / determinant, (below[1] * ww + below[3] * wH) / determinant,
+          (below[2] * ww - below[0] * wH) / determinant, (below[3] * HH - below[1] * Hw) / determinant};
+}
+
+PropagatedModes propagated_modes(const BlockSums& sums, std::size_t row) {
   if (sums.layers.empty() || sums.layers.front() != 0) {
     throw InputError(
         "the ensemble does not hold the lag 0, and with it what its other lags are referred to, so that its response "
         "is "
         "not known; draw it again");
   }
-  BlockMeans modes;
+  PropagatedModes modes;
   const LayerSums lag = propagation_at(sums, row), reference = propagation_at(sums, 0);
-  modes.whole = modes_without(lag, reference, lag.blocks());
-  for (std::size_t b = 0; b < lag.blocks(); ++b) modes.without_block.push_back(modes_without(lag, reference, b));
+  Modes whole = modes_without(lag, reference, lag.blocks());
+  modes.cosines.whole = std::move(whole.cosines);
+  modes.sines.whole = std::move(whole.sines);
+  for (std::size_t b = 0; b < lag.blocks(); ++b) {
+    Modes without = modes_without(lag, reference, b);
+    modes.cosines.without_block.push_back(std::move(without.cosines));
+    modes.sines.without_block.push_back(std::move(without.sines));
+  }
   return modes;
 }
 
@@ -75,7 +100,7 @@ BlockMeans propagated_response(const BlockSums& sums, std::size_t row) {
     }
     return response;
   };
-  const BlockMeans modes = propagated_modes(sums, row);
+  const BlockMeans modes = propagated_modes(sums, row).cosines;
   BlockMeans response{in_x(modes.whole), {}};
   for (const auto& without : modes.without_block) response.without_block.push_back(in_x(without));
   return response;

@@ -22,40 +22,46 @@ struct NormalEquations {
 
 class WeightedFit {
  public:
-  WeightedFit(const LayerSpectrum& spectrum, const std::vector<double>& modes, ModeWeights weights)
-      : spectrum_(spectrum), modes_(modes), by_width_(weights == ModeWeights::by_width), model_(modes.size()) {}
+  WeightedFit(const LayerSpectrum& spectrum, ResponseModes modes, ModeWeights weights)
+      : spectrum_(spectrum),
+        modes_(modes),
+        by_width_(weights == ModeWeights::by_width),
+        cosines_(modes.cosines.size()),
+        sines_(modes.sines.size()) {}
 
   /// Computes the modes of a shape, to which what follows refers.
   void take(const DoubleGaussian& shape) {
     shape_ = shape;
-    fourier_modes(shape, spectrum_.columns, spectrum_.half_shifted, model_);
+    fourier_modes(shape, spectrum_.columns, spectrum_.half_shifted, cosines_, sines_);
   }
   /// Under the weights of this width.
   double sum_of_squares(double width) const {
     double sum = 0;
-    for_each_mode(width, [&](std::size_t i, double weight) { sum += weight * residual(i) * residual(i); });
+    for_each_mode(width, [&](double weight, double mode, const ModeValue& model) {
+      sum += weight * (mode - model.value) * (mode - model.value);
+    });
     return sum;
   }
   double power(double width) const {
     double sum = 0;
-    for_each_mode(width, [&](std::size_t i, double weight) { sum += weight * modes_[i] * modes_[i]; });
+    for_each_mode(width, [&](double weight, double mode, const ModeValue&) { sum += weight * mode * mode; });
     return sum;
   }
   NormalEquations equations() const {
     NormalEquations sums;
-    for_each_mode(shape_.width, [&](std::size_t i, double weight) {
-      const double by_peak = model_[i].by_peak / (2 * shape_.peak), by_width = model_[i].by_width / (2 * shape_.width);
+    for_each_mode(shape_.width, [&](double weight, double mode, const ModeValue& model) {
+      const double by_peak = model.by_peak / (2 * shape_.peak), by_width = model.by_width / (2 * shape_.width);
+      const double residual = mode - model.value;
       sums.pp += weight * by_peak * by_peak;
       sums.pw += weight * by_peak * by_width;
       sums.ww += weight * by_width * by_width;
-      sums.rp += weight * residual(i) * by_peak;
-      sums.rw += weight * residual(i) * by_width;
+      sums.rp += weight * residual * by_peak;
+      sums.rw += weight * residual * by_width;
     });
     return sums;
   }
 
  private:
-  double residual(std::size_t i) const { return modes_[i] - model_[i].value; }
   template <typename Use>
   void for_each_mode(double width, Use use) const {
     // exp(-a m^2) for m = 1, 2, ... by recurrence.
@@ -63,18 +69,19 @@ class WeightedFit {
     const double a = by_width_ ? step_of_k * step_of_k * (width * width + width_of_bead * width_of_bead) / 4 : 0;
     double weight = std::exp(-a), ratio = std::exp(-3 * a);
     const double ratio_of_ratios = std::exp(-2 * a);
-    for (std::size_t i = 0; i < model_.size(); ++i) {
-      use(i, weight);
+    for (std::size_t i = 0; i < cosines_.size(); ++i) {
+      use(weight, modes_.cosines[i], cosines_[i]);
+      if (i < sines_.size()) use(weight, modes_.sines[i], sines_[i]);
       weight *= ratio;
       ratio *= ratio_of_ratios;
     }
   }
 
   const LayerSpectrum& spectrum_;
-  const std::vector<double>& modes_;
+  ResponseModes modes_;
   bool by_width_;
   DoubleGaussian shape_;
-  std::vector<ModeValue> model_;
+  std::vector<ModeValue> cosines_, sines_;
 };
 
 }  // namespace
@@ -86,12 +93,20 @@ double weight_by_width(double k, double width) {
 // Levenberg and Marquardt's steps in x_p^2 and W^2, in which the shape is smooth where peaks merge or are narrower than
 // beads, with the weights of the last W: they end where the least squares under the weights of W have that W. GSL's
 // solver keeps the weights that it begins with.
-std::optional<DoubleGaussian> weighted_shape(const LayerSpectrum& spectrum, const std::vector<double>& modes,
-                                             ModeWeights weights, DoubleGaussian start) {
+std::optional<DoubleGaussian> weighted_shape(const LayerSpectrum& spectrum, ResponseModes modes, ModeWeights weights,
+                                             DoubleGaussian start) {
   DoubleGaussian at;
   at.width = std::max(start.width, std::sqrt(nothing));
   at.peak = std::max(start.peak, std::sqrt(nothing) * at.width);
   WeightedFit fit(spectrum, modes, weights);
+  if (!modes.sines.empty()) {
+    // They tell x_p from columns - x_p, as the cosines that the start is from do not.
+    const auto squares_at = [&](double peak) {
+      fit.take({peak, at.width});
+      return fit.sum_of_squares(at.width);
+    };
+    if (squares_at(spectrum.columns - at.peak) < squares_at(at.peak)) at.peak = spectrum.columns - at.peak;
+  }
   fit.take(at);
   NormalEquations here = fit.equations();
   double damping = first_damping, squares = fit.sum_of_squares(at.width);
@@ -108,7 +123,6 @@ std::optional<DoubleGaussian> weighted_shape(const LayerSpectrum& spectrum, cons
     const double gain = here.rp * square_step + here.rw * width_step;
     if (!std::isfinite(gain)) return std::nullopt;
     if (gain <= least_gain || damping > most_damping || width_squared < nothing) {
-      // On a ring x_p and columns - x_p are the same shape: the smaller one is given.
       return DoubleGaussian{std::abs(std::remainder(at.peak, spectrum.columns)), at.width};
     }
     const double part = std::min(

@@ -1,6 +1,5 @@
 #pragma once
 #include <optional>
-#include <vector>
 
 #include "analysis/double_gaussian.h"
 #include "analysis/layer_spectrum.h"
@@ -22,9 +21,10 @@ enum class ModeWeights {
 /// What ModeWeights::by_width lets a mode of wave number k count.
 double weight_by_width(double k, double width);
 
-/// The shape that fits `modes`, of the layer of `spectrum` from all or some of its blocks (as LayerSpectrum::whole), by
-/// least squares under these weights. None if that does not converge.
-std::optional<DoubleGaussian> weighted_shape(const LayerSpectrum& spectrum, const std::vector<double>& modes,
-                                             ModeWeights weights, DoubleGaussian start);
+/// The shape that fits `modes`, of the layer of `spectrum` from all or some of its blocks, by least squares under these
+/// weights, sines counting as cosines do. On a ring the shape at columns - x_p has the same cosines: the smaller one is
+/// given. None if that does not converge.
+std::optional<DoubleGaussian> weighted_shape(const LayerSpectrum& spectrum, ResponseModes modes, ModeWeights weights,
+                                             DoubleGaussian start);
 
 }  // namespace granuscope

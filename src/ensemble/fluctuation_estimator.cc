@@ -53,6 +53,7 @@ FluctuationEstimator::FluctuationEstimator(const EnsembleSpec& spec, Samplers sa
       columns_(static_cast<std::size_t>(spec.lattice.columns)),
       modes_(most_modes(plan_)),
       room_(layers_at_once(plan_)),
+      parts_(is_scalar(spec.sampler.model) ? 1 : correlation_parts),
       rows_(rows_of(spec.sampler.model)),
       load_(top_load(spec)),
       loads_(piles_at_once(spec), load_),
@@ -169,7 +170,7 @@ void FluctuationEstimator::add_sums(std::size_t piles, Failures failures) {
     const auto modes = static_cast<std::size_t>(plan_.modes[l]);
     for (std::size_t m = 0; m < modes; ++m) {
       const double* const from = &correlations_[(m * plan_.lags.size() + l) * of_mode];
-      for (std::size_t part = 0; part < correlation_parts; ++part) {
+      for (std::size_t part = 0; part < parts_; ++part) {
         for (std::size_t k = 0; k < piles; ++k) {
           if (!failures[k]) propagation_.add(l, correlation_parts * m + part, scale * from[part * group_lanes + k]);
         }

@@ -18,7 +18,8 @@ namespace granuscope {
 ///
 /// Sums:
 ///   "propagation"   [lag, 2 columns]: the four parts (correlation_parts) of C_{r+l} of the modes 1, 2, ..., each the
-///                   mean over the bases; 0 from the first mode on that carries no weight at the lag;
+///                   mean over the bases; 0 from the first mode on that carries no weight at the lag, and
+///                   all but w w' in a scalar model;
 /// and the LayerObservables of the layers m + r + l, as means over the bases.
 class FluctuationEstimator final : public Estimator {
  public:
@@ -40,6 +41,7 @@ class FluctuationEstimator final : public Estimator {
 
   FluctuationPlan plan_;
   std::size_t columns_, modes_, room_;  ///< room for that many layers at once
+  std::size_t parts_;                   ///< of correlation_parts; what rounding makes of the absent H is not added
   RowGeometry rows_;
   std::vector<double> load_;
   std::vector<std::span<const double>> loads_;  ///< of each pile drawn at once

@@ -115,6 +115,9 @@ double rough_spreading(const ModelSpec& model);
 /// Propagation coefficient of the model without its disorder: the speed that disorder slows down. 0 of the q-model.
 double speed_without_disorder(const ModelSpec& model);
 
+/// Whether it hands down weights alone and knows no horizontal force.
+inline bool is_scalar(const ModelSpec& model) { return model.name == ModelName::q_model; }
+
 /// What is counted of each of its layers beside thrust and weight variance, as means over the beads: "middle" (p of the
 /// three-leg model), "traction" (share of its beads on a leg that pulls or, if clipped, for which nothing was left).
 std::span<const char* const> extra_names(const ModelSpec& model);

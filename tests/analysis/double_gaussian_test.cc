@@ -62,6 +62,41 @@ TEST_CASE("Fourier modes of the shape equal the cosine sums of its values") {
   }
 }
 
+TEST_CASE("sines are those of the Gaussian that moves towards +x, and their derivatives agree with differences") {
+  const int columns = 61;
+  const double h = 1e-5;
+  for (const bool half_shifted : {false, true}) {
+    const std::vector<double> x = bead_positions(columns, half_shifted ? 1 : 0);
+    for (const DoubleGaussian shape : {DoubleGaussian{13.3, 0.4}, {13.3, 1.5}, {40.2, 3}}) {
+      const auto sines_of = [&](const DoubleGaussian& of) {
+        std::vector<ModeValue> cosines(30), sines(30);
+        fourier_modes(of, columns, half_shifted, cosines, sines);
+        return sines;
+      };
+      const std::vector<ModeValue> sines = sines_of(shape);
+      const std::vector<ModeValue> farther = sines_of({shape.peak + h, shape.width}),
+                                   nearer = sines_of({shape.peak - h, shape.width}),
+                                   wider = sines_of({shape.peak, shape.width + h}),
+                                   narrower = sines_of({shape.peak, shape.width - h});
+      for (std::size_t m = 0; m < sines.size(); ++m) {
+        double sum = 0;
+        for (const double at : x) {
+          for (const double image : {-61.0, 0.0, 61.0}) {
+            const double from = (at + image - shape.peak - 0.5) / (shape.width * std::numbers::sqrt2),
+                         to = (at + image - shape.peak + 0.5) / (shape.width * std::numbers::sqrt2);
+            sum += (std::erf(to) - std::erf(from)) / 2 *
+                   std::sin(2 * std::numbers::pi * static_cast<double>(m + 1) * at / columns);
+          }
+        }
+        CAPTURE(half_shifted, shape.peak, shape.width, m + 1);
+        CHECK(sines[m].value == Approx(sum).margin(1e-12));
+        CHECK(sines[m].by_peak == Approx((farther[m].value - nearer[m].value) / (2 * h)).margin(1e-7));
+        CHECK(sines[m].by_width == Approx((wider[m].value - narrower[m].value) / (2 * h)).margin(1e-7));
+      }
+    }
+  }
+}
+
 TEST_CASE("derivatives of the modes agree with differences") {
   const double h = 1e-5;
   for (const DoubleGaussian shape : {DoubleGaussian{13.3, 0.5}, {30, 2.5}}) {

@@ -42,7 +42,7 @@ TEST_CASE("a weighted fit finds two true Gaussians, merged or narrower than a be
     for (const DoubleGaussian truth : {DoubleGaussian{40, 3}, {40, 0.4}, {12, 9}, {0, 5}, {70, 12}}) {
       const LayerSpectrum spectrum = spectrum_of({{1, truth}});
       const auto found =
-          weighted_shape(spectrum, spectrum.whole, weights, {truth.peak + 0.3 * truth.width, 1.3 * truth.width});
+          weighted_shape(spectrum, spectrum.modes(), weights, {truth.peak + 0.3 * truth.width, 1.3 * truth.width});
       CAPTURE(truth.peak, truth.width);
       REQUIRE(found);
       CHECK(found->peak == Approx(truth.peak).margin(0.01));
@@ -56,7 +56,7 @@ TEST_CASE("a weighted fit is the least of its own sum of squares, whatever the n
   LayerSpectrum spectrum = spectrum_of({{0.7, {40, 3}}, {0.3, {39, 6}}});
   double width_before = 0;
   for (const ModeWeights weights : {ModeWeights::by_width, ModeWeights::equal}) {
-    const auto found = weighted_shape(spectrum, spectrum.whole, weights, {40, 4});
+    const auto found = weighted_shape(spectrum, spectrum.modes(), weights, {40, 4});
     REQUIRE(found);
     const double least = sum_of_squares(spectrum, weights, *found, found->width);
     for (const auto& [peak, width] : {std::pair{1e-4, 0.0}, {-1e-4, 0.0}, {0.0, 1e-4}, {0.0, -1e-4}}) {
@@ -67,15 +67,35 @@ TEST_CASE("a weighted fit is the least of its own sum of squares, whatever the n
     width_before = found->width;
     LayerSpectrum noisy = spectrum;
     for (std::size_t i = 0; i < noisy.noise.size(); ++i) noisy.noise[i] = 1.0 + static_cast<double>(i);
-    const auto again = weighted_shape(noisy, noisy.whole, weights, {38, 5});
+    const auto again = weighted_shape(noisy, noisy.modes(), weights, {38, 5});
     REQUIRE(again);
     CHECK(again->peak == Approx(found->peak).epsilon(1e-7));
     CHECK(again->width == Approx(found->width).epsilon(1e-7));
   }
 }
 
+TEST_CASE("sines fit to a peak that has gone around half of the ring") {
+  const DoubleGaussian truth{230, 9};
+  LayerSpectrum spectrum = spectrum_of({{1, truth}});
+  std::vector<ModeValue> cosines(spectrum.whole.size()), sines(spectrum.whole.size());
+  fourier_modes(truth, columns, false, cosines, sines);
+  for (const ModeValue& sine : sines) spectrum.sines.whole.push_back(sine.value);
+  for (const double start : {67.0, 72.0, 232.0}) {
+    const auto found = weighted_shape(spectrum, spectrum.modes(), ModeWeights::by_width, {start, 7});
+    REQUIRE(found);
+    CHECK(found->peak == Approx(columns - truth.peak));  // the smaller of the two
+    CHECK(found->width == Approx(truth.width));
+  }
+  // Of the peak that moves to the other side they are no sines of it.
+  for (double& sine : spectrum.sines.whole) sine = -sine;
+  const auto mirrored = weighted_shape(spectrum, spectrum.modes(), ModeWeights::by_width, {67, 7});
+  REQUIRE(mirrored);
+  CHECK(mirrored->peak == Approx(columns - truth.peak));
+  CHECK(mirrored->width == Approx(truth.width));
+}
+
 TEST_CASE("modes that are no number are not fitted") {
   LayerSpectrum spectrum = spectrum_of({{1, {40, 3}}});
   spectrum.whole[5] = std::nan("");
-  CHECK_FALSE(weighted_shape(spectrum, spectrum.whole, ModeWeights::by_width, {40, 3}));
+  CHECK_FALSE(weighted_shape(spectrum, spectrum.modes(), ModeWeights::by_width, {40, 3}));
 }

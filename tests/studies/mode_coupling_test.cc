@@ -194,7 +194,7 @@ TEST_CASE("Fits as those of piles find the power 4/3 of the Burgers lattice, and
         }
       }
       for (std::size_t m = 0; m < modes; ++m) there[m] /= first[m];
-      const auto shape = weighted_shape(spectrum, there, ModeWeights::by_width, {0, 5});
+      const auto shape = weighted_shape(spectrum, {there}, ModeWeights::by_width, {0, 5});
       REQUIRE(shape);
       return shape->peak * shape->peak + shape->width * shape->width;
     };

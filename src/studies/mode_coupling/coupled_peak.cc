@@ -162,25 +162,18 @@ std::size_t step_at(const CoupledPeak& peak, double z) {
 
 }  // namespace
 
-std::vector<double> CoupledPeak::response(double z) const {
-  const std::size_t step = step_at(*this, z);
-  const double way = spec.c * spec.step * static_cast<double>(step);
-  std::vector<double> response;
-  for (std::size_t m = 1; m < modes[step].size() - 1; ++m) {
-    const Complex turned = modes[step][m] * std::polar(1.0, -wave_number(spec, m) * way);
-    response.push_back(turned.real());
-  }
-  return response;
-}
-
 DoubleGaussian CoupledPeak::shape(double z) const {
   const std::size_t step = step_at(*this, z);
   const double there = spec.step * static_cast<double>(step);
   LayerSpectrum spectrum;
   spectrum.columns = spec.ring;
-  spectrum.whole = response(z);
+  for (std::size_t m = 1; m < modes[step].size() - 1; ++m) {
+    const Complex turned = modes[step][m] * std::polar(1.0, -wave_number(spec, m) * spec.c * there);
+    spectrum.whole.push_back(turned.real());
+    spectrum.sines.whole.push_back(-turned.imag());
+  }
   const DoubleGaussian start{spec.c * there, std::sqrt(spec.D * there)};
-  const auto fitted = weighted_shape(spectrum, spectrum.whole, ModeWeights::by_width, start);
+  const auto fitted = weighted_shape(spectrum, spectrum.modes(), ModeWeights::by_width, start);
   if (!fitted) throw InputError("two Gaussians do not fit to a peak of the mode-coupling equation");
   return *fitted;
 }

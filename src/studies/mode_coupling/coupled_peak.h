@@ -26,10 +26,8 @@ struct CoupledPeak {
   CouplingSpec spec;
   std::vector<std::vector<std::complex<double>>> modes;  ///< f(k, z), k = 0 .. ring/2 in 2 pi/ring, at each step of z
 
-  /// The response cos(k c z) Re f(k) + sin(k c z) Im f(k) of two such peaks at the step nearest to z, at k = m 2
-  /// pi/ring, m = 1, 2, ....
-  std::vector<double> response(double z) const;
-  /// x_p and W of two Gaussians fitted to it under the weights of every fit (analysis/weighted_shape.h).
+  /// x_p and W of a Gaussian fitted to exp(-i k c z) f(k) at the step nearest to z under the weights of every fit
+  /// (analysis/weighted_shape.h).
   DoubleGaussian shape(double z) const;
   /// The density of one peak, of area 1, at x from the place where it would be without coupling, c z.
   double density(double z, double x) const;
