@@ -33,20 +33,25 @@ double deep_speed(double mu) {
   return std::lerp(below->second, above->second, (mu - below->first) / (above->first - below->first));
 }
 
-}  // namespace
-
-// Deep down W^2 grows faster than z, by a tenth to a fifth in the exponent.
-int columns_apart(double mu, const std::vector<int>& layers, int columns) {
+/// Whether the two peaks are apart in this layer of a ring. Deep down W^2 grows faster than z, by a tenth to a fifth in
+/// the exponent.
+bool are_apart(double mu, int layer, int ring) {
   constexpr double apart = 6, around = 12;  // widths: from one peak to the other, and the least of a ring
   constexpr double usual = 100, faster = 0.2;
   constexpr double largest_mu = 1;  // of those whose speed is known well enough
+  if (ring >= columns_needed(mu, layer)) return true;
+  const double z = Lattice::depth(layer);
+  const double width = expected_width(mu, z) * std::pow(std::max(1.0, z / usual), faster / 2);
+  return mu <= largest_mu && ring >= around * width &&
+         2 * std::abs(std::remainder(deep_speed(mu) * z, ring / 2.0)) >= apart * width;
+}
+
+}  // namespace
+
+int columns_apart(const std::vector<double>& mu, const std::vector<int>& layers, int columns) {
   const auto suits = [&](int ring) {
-    return std::all_of(layers.begin(), layers.end(), [&](int layer) {
-      if (ring >= columns_needed(mu, layer)) return true;
-      const double z = Lattice::depth(layer);
-      const double width = expected_width(mu, z) * std::pow(std::max(1.0, z / usual), faster / 2);
-      return mu <= largest_mu && ring >= around * width &&
-             2 * std::abs(std::remainder(deep_speed(mu) * z, ring / 2.0)) >= apart * width;
+    return std::all_of(mu.begin(), mu.end(), [&](double one) {
+      return std::all_of(layers.begin(), layers.end(), [&](int layer) { return are_apart(one, layer, ring); });
     });
   };
   while (!suits(columns)) ++columns;

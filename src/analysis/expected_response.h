@@ -18,8 +18,8 @@ double expected_speed(double mu);
 /// Columns of a ring on which the two peaks of the response are still apart down to `layer`.
 double columns_needed(double mu, int layer);
 /// The fewest columns, from `columns` on, of a ring on which they are apart at each of these layers alone, however
-/// often they have met on the way there: fits in Fourier modes need no more.
-int columns_apart(double mu, const std::vector<int>& layers, int columns);
+/// often they have met on the way there, at each of these friction coefficients: fits in Fourier modes need no more.
+int columns_apart(const std::vector<double>& mu, const std::vector<int>& layers, int columns);
 /// The same as columns_needed of any model.
 double columns_needed(const SamplerSpec& sampler, int layer);
 

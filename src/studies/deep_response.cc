@@ -32,8 +32,7 @@ namespace granuscope {
 namespace {
 
 constexpr int least_octaves = 3, most_octaves = 11;
-/// Longer than the usual reference lag: modes that only shorter ones have are drowned in noise.
-constexpr int usual_first_lag = 32, most_first_lag = 1024;
+constexpr int most_first_lag = 1024;
 constexpr double least_width = 0.3;  ///< bead diameters
 
 /// What a fit gives of x_p on a ring is the image of either peak that is nearest to the load. Of all images, the one
@@ -50,6 +49,33 @@ void unwrap(Replicated& peak, double expected, int columns) {
 }
 
 }  // namespace
+
+Key first_lag_key(const std::string& table, int& first_lag) {
+  return make_key(table, "first_lag", "layers",
+                  "depth from which it is doubled; piles are kept in memory one layer in so many", first_lag,
+                  KeyRange{}.within(1, most_first_lag));
+}
+
+EnsembleSpec spec_of_lags(EnsembleSpec spec, int first_lag, int octaves) {
+  spec.response.estimator = EstimatorName::fluctuation;
+  for (int octave = 0; octave <= octaves; ++octave) spec.layers.push_back(first_lag << octave);
+  spec.lattice.layers = spec.layers.back();
+  spec.lattice.layers += fluctuation_plan(spec).layers_needed;
+  return spec;
+}
+
+Problem find_ring_problem(const std::string& columns_key, int columns, const std::vector<double>& mu,
+                          const std::vector<int>& lags) {
+  for (const double one : mu) {
+    if (columns_apart({one}, lags, columns) == columns) continue;
+    return problem(columns_key,
+                   "{} columns: at mu = {} the two peaks meet on the ring at one of the depths that are measured, so "
+                   "that their position and width could not be told apart; give {} columns, or another number of "
+                   "octaves",
+                   columns, one, columns_apart(mu, lags, columns));
+  }
+  return {};
+}
 
 EnsembleSpec spec_of_check(EnsembleSpec spec, DeepMeasurement by, double epsilon) {
   if (by == DeepMeasurement::wide) spec.lattice.columns = 2 * std::min(spec.lattice.columns, most_columns / 2);
@@ -379,9 +405,7 @@ class DeepResponseStudy final : public CopiedStudy<DeepResponseStudy> {
         make_key(table(), "octaves", "octaves",
                  "doublings of the depth, from first_lag on; 5 reach 1024 layers, z = 887", octaves_,
                  KeyRange{}.within(least_octaves, most_octaves)),
-        make_key(table(), "first_lag", "layers",
-                 "depth from which it is doubled; piles are kept in memory one layer in so many", first_lag_,
-                 KeyRange{}.within(1, most_first_lag)),
+        first_lag_key(table(), first_lag_),
         make_key(table(), "columns", "beads",
                  "beads per layer of these piles: twelve widths of a peak or more, so that the two are apart at each "
                  "depth",
@@ -399,16 +423,9 @@ class DeepResponseStudy final : public CopiedStudy<DeepResponseStudy> {
   Problem find_problem(const MainLine& main) const override {
     if (auto found = find_check_problem(key("wide_mu"), wide_mu_, key("mu"), mu_)) return found;
     if (auto found = find_check_problem(key("loaded_mu"), loaded_mu_, key("mu"), mu_)) return found;
-    for (const StudyEnsemble& one : ensembles(main)) {
-      const double mu = one.spec.sampler.mu;
-      if (const int enough = columns_apart(mu, one.spec.layers, columns_); enough != columns_) {
-        return problem(
-            key("columns"),
-            "{} columns: at mu = {} the two peaks meet on the ring at one of the depths that are measured, so "
-            "that their position and width could not be told apart; give {} columns, or another number of "
-            "octaves",
-            columns_, mu, enough);
-      }
+    const std::vector<StudyEnsemble> all = ensembles(main);
+    if (auto found = find_ring_problem(key("columns"), columns_, mu_, all.front().spec.layers)) return found;
+    for (const StudyEnsemble& one : all) {
       if (auto found = find_lattice_problem(key("columns"), one.spec.lattice.columns, key("octaves"),
                                             one.spec.lattice.layers, bottom_margin + 1, drawing_memory(one.spec))) {
         return found;
@@ -459,14 +476,9 @@ class DeepResponseStudy final : public CopiedStudy<DeepResponseStudy> {
   }
 
  private:
-  int last_lag() const { return first_lag_ << octaves_; }
   EnsembleSpec spec_at(const MainLine& main, DeepMeasurement by, double mu) const {
-    EnsembleSpec spec = main.ensemble_at(mu, {columns_, last_lag()}, samples_);
-    for (int octave = 0; octave <= octaves_; ++octave) spec.layers.push_back(first_lag_ << octave);
-    spec.response.estimator = EstimatorName::fluctuation;
-    // As many bases as the deepest lag has layers: half of each pile.
-    spec.lattice.layers = fluctuation_plan(spec).layers_needed + last_lag();
-    return spec_of_check(spec, by, main.response.epsilon);
+    const EnsembleSpec piles = main.ensemble_at(mu, {columns_, 1}, samples_);
+    return spec_of_check(spec_of_lags(piles, first_lag_, octaves_), by, main.response.epsilon);
   }
 
   std::vector<double> mu_;                   ///< each above 0; empty: not measured

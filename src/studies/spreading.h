@@ -10,6 +10,7 @@
 #include "analysis/measured_ensemble.h"
 #include "analysis/results.h"
 #include "ensemble/ensemble_spec.h"
+#include "support/key.h"
 
 namespace granuscope {
 
@@ -57,6 +58,20 @@ struct DeepResponse {
   PowerOfDepth deep;               ///< from the third lag before the last one to the last, at least z = 111
   Estimate c_thrust;               ///< of the same layers
 };
+
+/// Longer than the usual reference lag: modes that only shorter ones have are drowned in noise.
+inline constexpr int usual_first_lag = 32;
+/// The key of the depth from which depths double.
+Key first_lag_key(const std::string& table, int& first_lag);
+
+/// Piles whose fluctuations are followed over lags that double `octaves` times from `first_lag` on, from those of one
+/// friction coefficient and size: as many bases as the deepest lag has layers, half of each pile.
+EnsembleSpec spec_of_lags(EnsembleSpec spec, int first_lag, int octaves);
+
+/// Whether the two peaks are apart on a ring at each of these lags, however often they have met on the way there; the
+/// number of columns that is offered suits all of `mu`.
+Problem find_ring_problem(const std::string& columns_key, int columns, const std::vector<double>& mu,
+                          const std::vector<int>& lags);
 
 /// The piles of a check, from those that are measured by fluctuations. `epsilon`: of its loads.
 EnsembleSpec spec_of_check(EnsembleSpec spec, DeepMeasurement by, double epsilon);

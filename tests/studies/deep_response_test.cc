@@ -157,6 +157,17 @@ TEST_CASE("The deep response needs a ring on which its peaks are apart at the de
   CHECK_FALSE(refused(180));
   CHECK(refused(50));  // less than twelve widths
   CHECK(refused(290, 40));
+
+  // At mu = 0.2 alone 151 columns would do, which at 0.5 are too few: what is offered suits all of the table.
+  Asked table(100);
+  table.set("mu", std::vector<double>{0.2, 0.5, 0.8});
+  table.set("octaves", std::int64_t{5});
+  CHECK(contains(table.study->find_problem(table.main)->message, "at mu = 0.2"));
+  CHECK(contains(table.study->find_problem(table.main)->message, "give 636 columns"));
+  table.set("columns", std::int64_t{636});
+  CHECK_FALSE(table.study->find_problem(table.main));
+  table.set("columns", std::int64_t{635});
+  CHECK(table.study->find_problem(table.main));
 }
 
 namespace {

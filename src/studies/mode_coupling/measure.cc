@@ -326,7 +326,7 @@ ScaledPeak scaled_peak(const MeasuredEnsemble& deep, std::size_t row, const LagR
   const Lattice lattice({deep.spec.lattice.columns, lag.lag + 1});
   ScaledPeak peak{lag.z, {}, {}};
   for (int i = 0; i < lattice.columns(); ++i) {
-    const double from_peak = lattice.x(lag.lag, i) - lag.peak_position.value;
+    const double from_peak = std::remainder(lattice.x(lag.lag, i) - lag.peak_position.value, lattice.columns());
     if (std::abs(from_peak) > reach) continue;
     peak.x.push_back(from_peak / W);
     peak.height.push_back(

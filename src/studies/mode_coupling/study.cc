@@ -8,7 +8,6 @@
 #include <optional>
 
 #include "analysis/claim_rule.h"
-#include "analysis/expected_response.h"
 #include "ensemble/estimator.h"
 #include "ensemble/fluctuation_plan.h"
 #include "figures.h"
@@ -23,7 +22,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr int first_lag = 32, least_octaves = 3, most_octaves = 9;
+constexpr int least_octaves = 3, most_octaves = 9;
 /// Tolerance of the claim. Of the class whose W^2 is known exactly, 0.5105 (lambda z)^(4/3), the one-loop equation has
 /// 0.455: what it is off by in W^2 is 1.19 in the strength of the coupling.
 constexpr double most_amiss = 0.2;
@@ -144,10 +143,13 @@ class ModeCouplingStudy final : public CopiedStudy<ModeCouplingStudy> {
                  "weight, horizontal force and torque couple, and measured; none: not at all",
                  mu_, friction_range_above_zero()),
         make_key(table(), "octaves", "octaves",
-                 "doublings of the depth, from 32 layers on; 5 reach 1024 layers, z = 887", octaves_,
+                 "doublings of the depth, from first_lag on; 5 reach 1024 layers, z = 887", octaves_,
                  KeyRange{}.within(least_octaves, most_octaves)),
+        first_lag_key(table(), first_lag_),
         make_key(table(), "columns", "beads",
-                 "beads per layer of these piles, wide enough for two peaks at the deepest lag", columns_),
+                 "beads per layer of these piles: twelve widths of a peak or more, so that the two are apart at each "
+                 "depth",
+                 columns_),
         make_key(table(), "samples", "piles", "piles per friction coefficient, at least eight per block", samples_),
         make_key(table(), "first_base", "layer",
                  "shallowest layer from which the response is followed; 0: 0.6/mu^2, where short waves are saturated",
@@ -176,14 +178,9 @@ class ModeCouplingStudy final : public CopiedStudy<ModeCouplingStudy> {
   Problem find_problem(const MainLine& main) const override {
     if (auto found = find_check_problem(key("wide_mu"), wide_mu_, key("mu"), mu_)) return found;
     if (auto found = find_check_problem(key("loaded_mu"), loaded_mu_, key("mu"), mu_)) return found;
+    if (auto found = find_ring_problem(key("columns"), columns_, mu_, deep_spec(main, mu_.front()).layers))
+      return found;
     for (const StudyEnsemble& one : ensembles(main)) {
-      const double mu = one.spec.sampler.mu, needed = columns_needed(mu, first_lag << octaves_);
-      if (columns_ < needed) {
-        return problem(key("columns"),
-                       "{} columns: at mu = {} the two peaks meet behind the ring above {} layers of depth; give at "
-                       "least {}, or fewer octaves",
-                       columns_, mu, first_lag << octaves_, std::ceil(needed));
-      }
       if (auto found = find_lattice_problem(key("columns"), one.spec.lattice.columns, key("octaves"),
                                             one.spec.lattice.layers, bottom_margin + 1, drawing_memory(one.spec))) {
         return found;
@@ -299,11 +296,7 @@ class ModeCouplingStudy final : public CopiedStudy<ModeCouplingStudy> {
     return spec;
   }
   EnsembleSpec deep_spec(const MainLine& main, double mu) const {
-    EnsembleSpec spec = fluctuation_spec(main, mu, samples_);
-    for (int octave = 0; octave <= octaves_; ++octave) spec.layers.push_back(first_lag << octave);
-    // As many bases as the deepest lag has layers: half of each pile.
-    spec.lattice.layers = fluctuation_plan(spec).layers_needed + spec.layers.back();
-    return spec;
+    return spec_of_lags(fluctuation_spec(main, mu, samples_), first_lag_, octaves_);
   }
   EnsembleSpec loaded_spec(const MainLine& main, double mu, double angle, double offset) const {
     EnsembleSpec spec = fluctuation_spec(main, mu, loaded_samples_);
@@ -323,6 +316,7 @@ class ModeCouplingStudy final : public CopiedStudy<ModeCouplingStudy> {
 
   std::vector<double> mu_;
   int octaves_ = 5;
+  int first_lag_ = usual_first_lag;
   int columns_ = 1536;
   int first_base_ = 0;
   std::uint64_t samples_ = 256;
