@@ -17,6 +17,7 @@
 #include "studies/mode_coupling/fluctuations.h"
 #include "studies/mode_coupling/kpz_peak.h"
 #include "studies/mode_coupling/study.h"
+#include "studies/mode_coupling/thrust_in_blocks.h"
 #include "support/atomic_file.h"
 
 using namespace granuscope;
@@ -255,6 +256,45 @@ TEST_CASE("Torque fluctuates and spreads in layers as in those computed here bea
   CHECK(other.layers[1].of_torque[2].without_block == layer.of_torque[2].without_block);
 }
 
+TEST_CASE("Thrust by what rows of beads carry is the parabola through rows of known slope and torque") {
+  // Layers of 32 beads whose eights carry slopes and torques of their own, w = 2, and the thrust that belongs to them.
+  const auto thrust = [](double h, double torque) { return 0.9 + 2.5 * h * h / 2 - 6.5 * torque * torque / 2; };
+  std::vector<BlockRegression> blocks;
+  std::mt19937_64 engine(11);
+  std::uniform_real_distribution<double> some(-0.2, 0.2);
+  for (int block = 0; block < 8; ++block) {
+    BlockRegression& sums = blocks.emplace_back(8);
+    Pile pile(Lattice({32, 3}));
+    for (int row = 0; row < 4; ++row) {
+      const double h = some(engine), torque = some(engine), w = 2;
+      for (int i = 8 * row; i < 8 * row + 8; ++i) {
+        const std::size_t at = pile.lattice.index(1, i);
+        const double V_difference = std::sqrt(3) * h * w + 2 * torque * w;  // of V_R and V_L, an odd layer
+        pile.V_R[at] = (w + V_difference) / 2;
+        pile.V_L[at] = (w - V_difference) / 2;
+        pile.H_R[at] = (h * w + thrust(h, torque) * w / std::sqrt(3)) / 2;
+        pile.H_L[at] = (h * w - thrust(h, torque) * w / std::sqrt(3)) / 2;
+      }
+    }
+    sums.add(pile, 1);
+  }
+  const ThrustInBlocks found = thrust_in_blocks(blocks);
+  CHECK(found.beads == 8);
+  CHECK(found.by_slope.value == Approx(2.5).epsilon(1e-9));
+  CHECK(found.by_torque.value == Approx(-6.5).epsilon(1e-9));
+  REQUIRE(found.by_slope.without_block.size() == 8);
+  CHECK(found.by_slope.without_block[3] == Approx(2.5).epsilon(1e-9));
+  // Without noise no row says otherwise; one that does moves all replicates but the one without it.
+  Pile other(Lattice({8, 1}));
+  other.V_R.assign(8, 0.5);
+  other.V_L.assign(8, 0.5);
+  other.H_R.assign(8, 2);
+  blocks[3].add(other, 0);
+  const ThrustInBlocks moved = thrust_in_blocks(blocks);
+  CHECK(moved.by_slope.without_block[3] == Approx(2.5).epsilon(1e-9));
+  CHECK(moved.by_slope.without_block[4] > 3);
+}
+
 TEST_CASE("The couplings predict the spreading of the peaks, on a ring that they go around", "[unsanitized]") {
   const std::unique_ptr<Study> study = mode_coupling_study();
   MainLine main;
@@ -294,6 +334,17 @@ TEST_CASE("The couplings predict the spreading of the peaks, on a ring that they
   CHECK(value(found["thrust_by_slope"]["at_zero"]) == Approx(0.833).margin(0.004));
   CHECK(value(found["thrust_by_slope"]["curvature"]) > 3 * error(found["thrust_by_slope"]["curvature"]));
   CHECK(value(found["thrust_by_torque"]["curvature"]) < -5);
+  // Thrust in rows of beads goes with slope and torque as under loads.
+  const auto& rows = found["thrust_in_blocks"];
+  REQUIRE(rows.size() == 4);  // 8 to 64 of 160 beads
+  CHECK(rows[3]["beads"] == 64);
+  for (const auto& [by_rows, by_loads] :
+       {std::pair("by_slope", "thrust_by_slope"), {"by_torque", "thrust_by_torque"}}) {
+    const auto &one = rows[1][by_rows], &other = found[by_loads]["curvature"];
+    CAPTURE(by_rows, value(one), error(one), value(other), error(other));
+    CHECK(error(one) < 0.5);
+    CHECK(std::abs(value(one) - value(other)) < 5 * std::hypot(error(one), error(other)));
+  }
   const double sound = value(found["response"]["c_thrust"]);
   CHECK(std::abs(value(found["plateau"]["C_H_over_C_w"]) - sound * sound) <
         5 * error(found["plateau"]["C_H_over_C_w"]));

@@ -23,6 +23,7 @@ using Complex = std::complex<double>;
 /// kept some of it; base layers of which the mean is taken.
 constexpr int first_lag = 16, last_lag = 64, base_step = 8, bases = 24;
 constexpr double least_k = 0.1, most_k = 0.35;
+constexpr int shortest_row = 8;  ///< of beads whose thrust is looked at
 
 enum Field { weight, horizontal, torque, fields };
 
@@ -30,6 +31,7 @@ enum Field { weight, horizontal, torque, fields };
 struct BlockSpectra {
   std::vector<std::array<std::vector<double>, fields>> power;  ///< of each layer
   std::vector<double> decayed_first, decayed_last;             ///< of torque, over both lags
+  std::vector<BlockRegression> thrust;                         ///< of each length of row
 };
 
 /// Fourier modes of rows.
@@ -71,7 +73,11 @@ void add_pile(const Pile& pile, const std::vector<int>& layers, RowTransform& tr
       for (std::size_t m = 0; m < modes.size(); ++m) power[m] += std::norm(modes[m]) / pile.lattice.columns();
     }
   }
-  for (int base = layers.back(); base < layers.back() + bases * base_step; base += base_step) {
+  const int end = layers.back() + bases * base_step;
+  for (int layer = layers.back() / 2; layer < end; layer += base_step) {
+    for (BlockRegression& rows : sums.thrust) rows.add(pile, layer);
+  }
+  for (int base = layers.back(); base < end; base += base_step) {
     const std::vector<Complex> above = modes_of(pile, base, torque, transform);
     for (const auto& [lag, sum] :
          {std::pair(first_lag, &sums.decayed_first), std::pair(last_lag, &sums.decayed_last)}) {
@@ -133,6 +139,7 @@ Fluctuations measure_fluctuations(const FluctuationPiles& piles, int threads) {
     for (auto& layer : sums.power) layer.fill(std::vector<double>(modes));
     sums.decayed_first.resize(modes);
     sums.decayed_last.resize(modes);
+    for (int beads = shortest_row; beads <= piles.columns / 2; beads *= 2) sums.thrust.emplace_back(beads);
     const auto sampler = make_sampler(piles.sampler, lattice);
     const std::vector<double> load(static_cast<std::size_t>(piles.columns), 1.0);
     RowTransform transform(load.size());
@@ -155,6 +162,11 @@ Fluctuations measure_fluctuations(const FluctuationPiles& piles, int threads) {
     const auto mean_of_field = [&](Field field) { return means(blocks, l, field, static_cast<double>(of_block)); };
     result.layers.push_back(
         {piles.layers[l], k, mean_of_field(weight), mean_of_field(horizontal), mean_of_field(torque)});
+  }
+  for (std::size_t rows = 0; rows < blocks.front().thrust.size(); ++rows) {
+    std::vector<BlockRegression> of_length;
+    for (const BlockSpectra& block : blocks) of_length.push_back(block.thrust[rows]);
+    result.thrust.push_back(thrust_in_blocks(of_length));
   }
   const auto D_without = [&](std::size_t left_out) {
     std::vector<double> first(modes), last(modes);

@@ -4,6 +4,7 @@
 
 #include "analysis/jackknife.h"
 #include "sampling/sampler_spec.h"
+#include "thrust_in_blocks.h"
 
 namespace granuscope {
 
@@ -21,6 +22,8 @@ struct LayerFluctuations {
 struct Fluctuations {
   std::vector<LayerFluctuations> layers;  ///< ascending
   Replicated D_torque;                    ///< a peak of torque has the variance D_torque z; bead diameters
+  /// Of the lower half of the layers: rows of 8, 16, ... beads up to half of a layer, that of which is uniform.
+  std::vector<ThrustInBlocks> thrust;
 };
 
 /// What is drawn for it.

@@ -373,6 +373,7 @@ CoupledSpreading measure_coupling(const MeasuredEnsemble& deep, std::vector<Load
   result.leaning = std::move(leaning);
   result.turned = std::move(turned);
   result.layers = std::move(fluctuations.layers);
+  result.in_blocks = std::move(fluctuations.thrust);
   result.D_torque = estimate(fluctuations.D_torque);
   Replicated by_slope, by_torque;
   result.by_slope = fit_thrust(result.leaning, &LoadLine::slope, &by_slope);

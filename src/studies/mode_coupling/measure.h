@@ -69,6 +69,7 @@ struct CoupledSpreading {
   std::vector<LoadedPiles> leaning, turned;  ///< upright first, ascending in slope, in offset
   std::vector<LayerFluctuations> layers;
   ThrustCurvature by_slope, by_torque;
+  std::vector<ThrustInBlocks> in_blocks;  ///< the same, from fluctuations
   Plateau plateau;
   Estimate D_torque;
   Estimate to_itself,

@@ -48,6 +48,12 @@ Json to_json(const ThrustCurvature& one) {
           {"about_form", granuscope::to_json(one.test)}};
 }
 
+Json to_json(const ThrustInBlocks& one) {
+  return {{"beads", one.beads},
+          {"by_slope", granuscope::to_json(estimate(one.by_slope))},
+          {"by_torque", granuscope::to_json(estimate(one.by_torque))}};
+}
+
 Json to_json(const PeakShapeTest& test) {
   return {{"z", test.z},
           {"degrees_of_freedom", test.degrees_of_freedom},
@@ -87,6 +93,7 @@ Json to_json(const CoupledSpreading& one) {
           {"turned", list_of(one.turned, to_json)},
           {"thrust_by_slope", to_json(one.by_slope)},
           {"thrust_by_torque", to_json(one.by_torque)},
+          {"thrust_in_blocks", list_of(one.in_blocks, to_json)},
           {"plateau",
            {{"layer", one.plateau.layer},
             {"k", {one.plateau.k_from, one.plateau.k_to}},
@@ -279,7 +286,8 @@ class ModeCouplingStudy final : public CopiedStudy<ModeCouplingStudy> {
   Json json() const override { return list_of(measured_, to_json); }
   std::vector<ReportPart> parts(const Json& results) const override {
     const Json told = page_1_of(results);
-    return told.is_null() ? std::vector{table_part()} : std::vector{page_1(told), table_part()};
+    const ReportPart in_blocks{.page = "studies/mode_coupling_blocks.table", .base = "/studies", .needs = id()};
+    return told.is_null() ? std::vector{table_part(), in_blocks} : std::vector{page_1(told), table_part(), in_blocks};
   }
   std::vector<FigurePlot> figures(const Analysis&) const override {
     if (measured_.empty()) return {};
