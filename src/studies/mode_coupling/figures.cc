@@ -248,7 +248,7 @@ Figure plot_peak_shape(const std::vector<CoupledSpreading>& measured, const std:
     double next = -100;
     for (std::size_t j = 0; j < peak.x.size(); ++j) {
       const double x = peak.x[j];
-      if (std::abs(x) > 4 || x < next) continue;
+      if (x < next) continue;
       next = x + 0.16;
       const double above = peak.height[j].value - std::exp(-x * x / 2) / std::sqrt(2 * std::numbers::pi);
       table.add_row({x, peak.height[j].value, peak.height[j].standard_error, above});

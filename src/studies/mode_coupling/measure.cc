@@ -10,7 +10,6 @@
 #include "analysis/layer_spectrum.h"
 #include "analysis/line_fit.h"
 #include "analysis/line_test.h"
-#include "analysis/propagator.h"
 #include "ensemble/fluctuation_plan.h"
 #include "ensemble/parallel.h"
 #include "kpz_peak.h"
@@ -25,12 +24,6 @@ constexpr double least_D = 0.05;  ///< of the first octave's
 /// Modes of the plateau: those that have decayed by exp(-saturated) since the top, and are long against beads.
 constexpr double saturated = 4, largest_k = 0.5;
 constexpr std::size_t tested_shapes = 3;
-
-Replicated replicated(const BlockMeans& means, std::size_t entry) {
-  Replicated number{means.whole[entry], {}};
-  for (const auto& without : means.without_block) number.without_block.push_back(without[entry]);
-  return number;
-}
 
 }  // namespace
 
@@ -320,37 +313,47 @@ double chi2_of(const LayerSpectrum& spectrum, double peak, double width, Mode mo
   return chi2;
 }
 
-ScaledPeak scaled_peak(const MeasuredEnsemble& deep, std::size_t row, const LagResponse& lag) {
-  const BlockMeans response = propagated_response(deep.record.sums, row);
-  const double W = std::sqrt(lag.width_squared.value), reach = 4.5 * W;
-  const Lattice lattice({deep.spec.lattice.columns, lag.lag + 1});
-  ScaledPeak peak{lag.z, {}, {}};
-  for (int i = 0; i < lattice.columns(); ++i) {
-    const double from_peak = std::remainder(lattice.x(lag.lag, i) - lag.peak_position.value, lattice.columns());
-    if (std::abs(from_peak) > reach) continue;
-    peak.x.push_back(from_peak / W);
-    peak.height.push_back(
-        estimate(transform([&](double P) { return 2 * W * P; }, replicated(response, static_cast<std::size_t>(i)))));
+/// How far scaled peaks reach, in widths, and how fine they are.
+constexpr double reach = 4, fineness = 0.1;
+
+std::vector<double> scaled_places() {
+  std::vector<double> x;
+  for (int i = 0; i <= static_cast<int>(2 * reach / fineness); ++i) x.push_back(fineness * i - reach);
+  return x;
+}
+
+/// By cosines and sines, which know the one peak from the other, however near that is on the ring.
+ScaledPeak scaled_peak(const LayerSpectrum& spectrum, const LagResponse& lag) {
+  const double W = std::sqrt(lag.width_squared.value);
+  ScaledPeak peak{lag.z, scaled_places(), {}};
+  for (const double x : peak.x) {
+    const double angle = 2 * std::numbers::pi * (lag.peak_position.value + x * W) / spectrum.columns;
+    const auto height = [&](ResponseModes modes) {
+      double sum = 1;
+      for (std::size_t m = 0; m < modes.cosines.size(); ++m) {
+        const double turned = angle * static_cast<double>(m + 1);
+        sum += 2 * (modes.cosines[m] * std::cos(turned) + modes.sines[m] * std::sin(turned));
+      }
+      return W * sum / spectrum.columns;
+    };
+    Replicated replicates{height(spectrum.modes()), {}};
+    for (std::size_t b = 0; b < spectrum.without_block.size(); ++b)
+      replicates.without_block.push_back(height(spectrum.modes_without(b)));
+    peak.height.push_back(estimate(replicates));
   }
   return peak;
 }
 
 ScaledPeak scaled_peak(const CoupledPeak& coupled, double z) {
-  constexpr double reach = 4, step = 0.1;
   const DoubleGaussian shape = coupled.shape(z);
   const double from_c = shape.peak - coupled.spec.c * z;
-  ScaledPeak peak{z, {}, {}};
-  for (int i = 0; i <= static_cast<int>(2 * reach / step); ++i) {
-    const double x = step * i - reach;
-    peak.x.push_back(x);
+  ScaledPeak peak{z, scaled_places(), {}};
+  for (const double x : peak.x)
     peak.height.push_back({shape.width * coupled.density(z, from_c + x * shape.width), 0, {}});
-  }
   return peak;
 }
 
-PeakShapeTest test_shape(const MeasuredEnsemble& deep, std::size_t row, const LagResponse& lag,
-                         const CoupledPeak& coupled) {
-  const LayerSpectrum spectrum = layer_spectrum(deep.record.sums, row, 0);
+PeakShapeTest test_shape(const LayerSpectrum& spectrum, const LagResponse& lag, const CoupledPeak& coupled) {
   const double peak = lag.peak_position.value, width = std::sqrt(lag.width_squared.value);
   PeakShapeTest test;
   test.z = lag.z;
@@ -410,8 +413,9 @@ CoupledSpreading measure_coupling(const MeasuredEnsemble& deep, std::vector<Load
   const CoupledPeak coupled = theory.peak(result.predicted.D, both);
   const std::size_t lags = result.response.lags.size();
   for (std::size_t i = lags - std::min(lags, tested_shapes); i < lags; ++i) {
-    result.peaks.push_back(scaled_peak(deep, i + 1, result.response.lags[i]));
-    result.shapes.push_back(test_shape(deep, i + 1, result.response.lags[i], coupled));
+    const LayerSpectrum spectrum = layer_spectrum(deep.record.sums, i + 1, 0);
+    result.peaks.push_back(scaled_peak(spectrum, result.response.lags[i]));
+    result.shapes.push_back(test_shape(spectrum, result.response.lags[i], coupled));
   }
   result.predicted_peak = scaled_peak(coupled, result.response.lags.back().z);
   return result;
