@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -379,5 +381,18 @@ TEST_CASE("The couplings predict the spreading of the peaks, on a ring that they
     REQUIRE(figure.is_there());
     check_texts(read_file(folder / figure.screen));
     check_at_widths_of_journals(folder / "figures", figure.id);
+  }
+  // Each peak is shown where it is, 117 of the ring's 160 columns away at the deepest lag: 2 W P = 0.4 in its middle.
+  for (int lag = 1; lag <= 3; ++lag) {
+    const std::string table = read_file(folder / fmt::format("figures/peak-shape-{}.csv", lag));
+    double middle = 0;
+    for (std::size_t line = table.find('\n', table.find('\n') + 1); line + 1 < table.size();
+         line = table.find('\n', line + 1)) {
+      std::size_t end = 0;
+      const double x = std::stod(table.substr(line + 1), &end);
+      if (std::abs(x) < 0.15) middle = std::stod(table.substr(line + 2 + end));
+    }
+    CAPTURE(lag);
+    CHECK(middle == Approx(0.4).margin(0.05));
   }
 }
