@@ -1,5 +1,6 @@
 #include "analysis/peak_height.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <vector>
@@ -7,22 +8,30 @@
 #include "analysis/double_gaussian.h"
 
 namespace granuscope {
+namespace {
+
+/// Share of the bead at x that lies within W + 1/2 of +-x_p. Beads that count whole or not at all would make height
+/// jump where an edge passes the middle of one, which no jackknife follows.
+double share_within(double x, const DoubleGaussian& shape) {
+  return std::clamp(shape.width + 1 - std::abs(std::abs(x) - shape.peak), 0.0, 1.0);
+}
+
+}  // namespace
 
 Replicated peak_height(const BlockMeans& response, const Lattice& lattice, int layer, const Replicated& peak,
                        const Replicated& width) {
-  std::vector<std::size_t> beads;
-  std::vector<double> x;
-  for (int i = 0; i < lattice.columns(); ++i) {
-    const double at = lattice.x(layer, i);
-    if (std::abs(std::abs(at) - peak.value) > width.value + 0.5) continue;
-    beads.push_back(static_cast<std::size_t>(i));
-    x.push_back(at);
-  }
   const auto height = [&](const std::vector<double>& pressure, const DoubleGaussian& shape) {
-    const std::vector<double> fitted = evaluate(shape, x, lattice.columns());
+    std::vector<double> x, shares;
     double measured = 0;
-    for (const std::size_t bead : beads) measured += pressure[bead];
-    return largest_value(shape) * measured / std::accumulate(fitted.begin(), fitted.end(), 0.0);
+    for (int i = 0; i < lattice.columns(); ++i) {
+      const double at = lattice.x(layer, i), share = share_within(at, shape);
+      if (share == 0) continue;
+      x.push_back(at);
+      shares.push_back(share);
+      measured += share * pressure[static_cast<std::size_t>(i)];
+    }
+    const std::vector<double> fitted = evaluate(shape, x, lattice.columns());
+    return largest_value(shape) * measured / std::inner_product(shares.begin(), shares.end(), fitted.begin(), 0.0);
   };
   Replicated result;
   result.value = height(response.whole, {peak.value, width.value});
