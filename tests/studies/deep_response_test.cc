@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <numeric>
 
 #include "analysis/claim_rule.h"
 #include "analysis/linear_model.h"
@@ -224,11 +225,17 @@ TEST_CASE("Exponents of octaves of depth have errors one can bet on, on a ring t
       sum[i] += off / ensembles;
     }
   }
+  // 32 blocks: Student's t with 31 degrees of freedom. 800 exponents under other seeds had 68.1(1.6) %, and 94.0(0.8) %
+  // within two errors, where t has 94.6.
+  constexpr double share = 0.675;
   for (std::size_t i = 0; i < 4; ++i) {
     CAPTURE(i, inside[i], sum[i]);
-    CHECK(inside[i] == Approx(0.683).margin(0.127));  // three standard errors
+    CHECK(inside[i] == Approx(share).margin(0.128));  // three standard errors
     CHECK(std::abs(sum[i]) < 0.35);
   }
+  const double of_all = std::accumulate(inside.begin(), inside.end(), 0.0) / 4;
+  CAPTURE(of_all);
+  CHECK(of_all == Approx(share).margin(0.064));
 }
 
 TEST_CASE("The deep response is checked in wide piles and by loads, at friction coefficients that it has") {
