@@ -1,5 +1,6 @@
 // Errors one can bet on, of the numbers that come last: exponents of mu and D, from real ensembles under other seeds.
-// The truth is what all of them together give. (300 of them once: beta 63 % within one error, gamma 71 %, alpha 67 %.)
+// The truth is what all of them together give. (400 times 256 piles of 500 x 200 beads at mu = 0.1, 0.2 and 0.3 once:
+// beta 70, gamma 73, alpha 70(2) % within one error, where Student's t has 67.5 %, and 96, 95, 95(1) % within two.)
 #include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
