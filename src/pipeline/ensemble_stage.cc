@@ -360,6 +360,7 @@ PlannedEnsemble plan_ensemble(const StudyEnsemble& asked, const std::filesystem:
   planned.spec = asked.spec;
   planned.file = std::filesystem::path("ensembles") / (asked.file + ".h5");
   look_for(planned, run_folder);
+  look_for_beginning(planned, run_folder);
   return planned;
 }
 

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "kit/set_key.h"
 #include "kit/small_experiment.h"
 #include "kit/temporary_folder.h"
 #include "pipeline/pipeline.h"
@@ -109,4 +110,33 @@ TEST_CASE("more samples go on from what is there, to the bytes of one large run"
   CHECK(other[1].samples == 1024);
   CHECK(other[1].what.find("seed") != std::string::npos);
   CHECK(other[1].what.find("multiple of 8") == std::string::npos);
+}
+
+TEST_CASE("more samples of a study go on from what is there, too") {
+  const TemporaryFolder step_by_step, at_once;
+  Experiment experiment = small_experiment();
+  experiment.mu = {0.3};
+  set_key(experiment, "studies.deep_response.mu", numbers({0.3}));
+  set_key(experiment, "studies.deep_response.first_lag", std::int64_t{4});
+  set_key(experiment, "studies.deep_response.octaves", std::int64_t{3});
+  set_key(experiment, "studies.deep_response.columns", std::int64_t{48});
+  const auto run = [&](const TemporaryFolder& folder, std::int64_t samples) {
+    set_key(experiment, "studies.deep_response.samples", samples);
+    RunOptions options;
+    options.folder = folder.path();
+    options.threads = 2;
+    options.only = {Stage::sample};
+    options.progress = ProgressStyle::silent;
+    const std::vector<PlannedStep> plan = plan_run(experiment, options);
+    run_experiment(experiment, options);
+    return plan;
+  };
+  run(step_by_step, 256);
+  const std::vector<PlannedStep> plan = run(step_by_step, 520);
+  REQUIRE(plan.size() == 2);
+  CHECK(plan[1].samples == 520 - 256);
+  CHECK(plan[1].what.find("256 of them there already") != std::string::npos);
+  run(at_once, 520);
+  const char* const file = "ensembles/deep-response-mu-0.3.h5";
+  CHECK((read_file(step_by_step / file) == read_file(at_once / file)));
 }
