@@ -36,8 +36,9 @@ struct PropagatedModes {
 
 /// Those over recorded lag number `row`, G = C_{r+l} C_r^-1 (ensemble/fluctuation_estimator.h) being made from sums
 /// over blocks, never from ratios of one block. As many modes as carry weight there; none where nothing fluctuates. The
-/// (w, w) element alone has the same cosines at short waves of saturated layers, and shifted ones before long waves are
-/// saturated: at mu = 0.5 it made the error of c 1.7 times larger.
+/// (w, w) element alone would be that of peaks shifted by (G_ww - G_HH)/(2 k sin(k x_p)): 0.005, 0.07 and 0.2 bead at
+/// mu = 0.1, 0.3 and 0.5, and up to a bead in waves that are not saturated. At 0.5 the error of c was 1.6 times larger
+/// with it.
 PropagatedModes propagated_modes(const BlockSums& sums, std::size_t row);
 
 /// The mean response in x that the cosines make, modes without weight being 0; entry i belongs to bead i, the loaded

@@ -12,8 +12,8 @@ namespace granuscope {
 ///   X_n(k) = sum_x exp(-i k x) (w - 1, H)
 /// of a layer n, x the true positions of its beads, a lag l takes a base m to
 ///   C_l(k) = <X_{m+l} X_m^+>/columns,
-/// averaged over bases and mirror images, and the mean response over l layers is the (w, w) element of
-/// C_{r+l} C_r^-1 (analysis/propagator.h). The reference lag r lets die out what single contacts do to single beads;
+/// averaged over bases and mirror images, and the mean response over l layers follows from C_{r+l} C_r^-1
+/// (analysis/propagator.h). The reference lag r lets die out what single contacts do to single beads;
 /// the recorded lag 0 is C_r itself. Onsager's regression, with a reference. In a scalar model w is alone.
 ///
 /// Sums:
