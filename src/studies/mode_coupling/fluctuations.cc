@@ -165,6 +165,7 @@ Fluctuations measure_fluctuations(const FluctuationPiles& piles, int threads) {
   }
   for (std::size_t rows = 0; rows < blocks.front().thrust.size(); ++rows) {
     std::vector<BlockRegression> of_length;
+    of_length.reserve(blocks.size());
     for (const BlockSpectra& block : blocks) of_length.push_back(block.thrust[rows]);
     result.thrust.push_back(thrust_in_blocks(of_length));
   }
