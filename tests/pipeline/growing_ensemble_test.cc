@@ -17,6 +17,22 @@
 using namespace granuscope;
 using test::TemporaryFolder;
 
+namespace {
+
+/// Draws the ensembles of an experiment, and returns what was planned before.
+std::vector<PlannedStep> plan_and_draw(const Experiment& experiment, const TemporaryFolder& folder) {
+  RunOptions options;
+  options.folder = folder.path();
+  options.threads = 2;
+  options.only = {Stage::sample};
+  options.progress = ProgressStyle::silent;
+  std::vector<PlannedStep> plan = plan_run(experiment, options);
+  run_experiment(experiment, options);
+  return plan;
+}
+
+}  // namespace
+
 TEST_CASE("a growing ensemble says how many piles it takes and how long that is, from its errors so far",
           "[unsanitized]") {
   Experiment experiment = small_experiment();
@@ -79,14 +95,7 @@ TEST_CASE("more samples go on from what is there, to the bytes of one large run"
   experiment.mu = {0.0, 0.3};
   const auto run = [&](const TemporaryFolder& folder, std::uint64_t samples) {
     experiment.response.samples = samples;
-    RunOptions options;
-    options.folder = folder.path();
-    options.threads = 2;
-    options.only = {Stage::sample};
-    options.progress = ProgressStyle::silent;
-    const std::vector<PlannedStep> plan = plan_run(experiment, options);
-    run_experiment(experiment, options);
-    return plan;
+    return plan_and_draw(experiment, folder);
   };
   const std::uint64_t few = 264, many = 763;  // neither gives each of the 32 blocks as many groups of eight
   run(step_by_step, few);
@@ -122,14 +131,7 @@ TEST_CASE("more samples of a study go on from what is there, too") {
   set_key(experiment, "studies.deep_response.columns", std::int64_t{48});
   const auto run = [&](const TemporaryFolder& folder, std::int64_t samples) {
     set_key(experiment, "studies.deep_response.samples", samples);
-    RunOptions options;
-    options.folder = folder.path();
-    options.threads = 2;
-    options.only = {Stage::sample};
-    options.progress = ProgressStyle::silent;
-    const std::vector<PlannedStep> plan = plan_run(experiment, options);
-    run_experiment(experiment, options);
-    return plan;
+    return plan_and_draw(experiment, folder);
   };
   run(step_by_step, 256);
   const std::vector<PlannedStep> plan = run(step_by_step, 520);
