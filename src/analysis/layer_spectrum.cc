@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 
 #include "analysis/mean_response.h"
 #include "analysis/propagator.h"
@@ -59,20 +60,24 @@ BlockModes modes_of_profiles(const BlockSums& sums, std::size_t row, double over
       count};
 }
 
-/// Cross-correlations, divided by the realised spectrum of the loads.
-BlockModes modes_of_correlations(const BlockSums& sums, std::size_t row, int modes) {
+enum class Part { cosines, sines };
+
+/// Cross-correlations, divided by the realised spectrum of the loads: cosines of what is even in x, minus the sines of
+/// what is odd.
+BlockModes modes_of_correlations(const BlockSums& sums, const char* quantity, Part part, std::size_t row, int modes) {
   const int blocks = sums.blocks(), columns = sums.quantities.at("correlation").width;
   const bool half_shifted = sums.rows.shifted(sums.layers[row]);
   BlockModes result{Matrix(blocks, modes), Matrix(blocks, modes)};
-  const LayerSums correlations = sums.layer("correlation", row), load_spectra = load_spectrum_sums(sums);
+  const LayerSums correlations = sums.layer(quantity, row), load_spectra = load_spectrum_sums(sums);
   for (int b = 0; b < blocks; ++b) {
     const double* const correlation = correlations.block(static_cast<std::size_t>(b));
     const double* const loads = load_spectra.block(static_cast<std::size_t>(b));
     for (int m = 1; m <= modes; ++m) {
-      // The spectrum counts whole beads; x does half a bead more on every other layer: Re[C_m exp(-i k/2)].
+      // The spectrum counts whole beads; x does half a bead more on every other layer: C_m exp(-i k/2).
       const double half_k = half_shifted ? std::numbers::pi * m / columns : 0.0;
       const double* const C = correlation + 2 * m - 1;
-      result.numerator(b, m - 1) = C[0] * std::cos(half_k) + C[1] * std::sin(half_k);
+      result.numerator(b, m - 1) = part == Part::cosines ? C[0] * std::cos(half_k) + C[1] * std::sin(half_k)
+                                                         : C[0] * std::sin(half_k) - C[1] * std::cos(half_k);
       result.denominator(b, m - 1) = loads[2 * m - 1];
     }
   }
@@ -86,13 +91,39 @@ int columns_of_response(const BlockSums& sums, double overload) {
 
 BlockModes block_modes(const BlockSums& sums, std::size_t row, double overload) {
   const int modes = (columns_of_response(sums, overload) - 1) / 2;
-  return holds_correlations(sums) ? modes_of_correlations(sums, row, modes)
+  return holds_correlations(sums) ? modes_of_correlations(sums, "correlation", Part::cosines, row, modes)
                                   : modes_of_profiles(sums, row, overload, modes);
 }
 
 using Row = Eigen::Array<double, 1, Eigen::Dynamic>;
 
 std::vector<double> to_vector(const Row& v) { return {v.data(), v.data() + v.size()}; }
+
+/// Of all blocks, and of all but one.
+BlockMeans ratios(const BlockModes& block) {
+  const Row numerator = block.numerator.colwise().sum(), denominator = block.denominator.colwise().sum();
+  BlockMeans means{to_vector(numerator / denominator), {}};
+  for (Eigen::Index b = 0; b < block.numerator.rows(); ++b) {
+    means.without_block.push_back(
+        to_vector((numerator - Row(block.numerator.row(b))) / (denominator - Row(block.denominator.row(b)))));
+  }
+  return means;
+}
+
+/// The same times a number, so that its squares have the same sum as those of `cosines`, in which signal and noise are
+/// alike.
+BlockMeans to_size_of(const std::vector<double>& cosines, BlockMeans sines) {
+  const auto squares = [](const std::vector<double>& modes) {
+    return std::inner_product(modes.begin(), modes.end(), modes.begin(), 0.0);
+  };
+  const double size = squares(sines.whole);
+  const double scale = size > 0 ? std::sqrt(squares(cosines) / size) : 1;
+  for (double& mode : sines.whole) mode *= scale;
+  for (auto& without : sines.without_block) {
+    for (double& mode : without) mode *= scale;
+  }
+  return sines;
+}
 
 /// With each block's residual r_b about the mean, sum_b r_b^2/d_b / ((blocks - 1) sum_b d_b): the variance of a
 /// weighted mean of numerator/denominator.
@@ -188,18 +219,22 @@ LayerSpectrum layer_spectrum(const BlockSums& sums, std::size_t row, double over
   LayerSpectrum spectrum;
   spectrum.columns = columns_of_response(sums, overload);
   spectrum.half_shifted = sums.rows.shifted(sums.layers[row]);
-  const Row numerator = block.numerator.colwise().sum(), denominator = block.denominator.colwise().sum();
-  const Row mean = numerator / denominator;
-  spectrum.whole = to_vector(mean);
+  BlockMeans cosines = ratios(block);
+  spectrum.whole = std::move(cosines.whole);
+  spectrum.without_block = std::move(cosines.without_block);
+  const Row denominator = block.denominator.colwise().sum();
+  const Row mean = Row(block.numerator.colwise().sum()) / denominator;
   const Row variance = scatter_variance(block, mean, denominator);
   // A scatter at the level of rounding is no scatter.
   const double rounding = 1e-26;
   spectrum.exact = variance.maxCoeff() <= rounding * mean.square().maxCoeff();
   spectrum.noise = smoothed_root(variance);
   if (spectrum.exact) spectrum.noise.assign(spectrum.noise.size(), 0.0);
-  for (int b = 0; b < sums.blocks(); ++b) {
-    const Row d = denominator - Row(block.denominator.row(b));
-    spectrum.without_block.push_back(to_vector((numerator - Row(block.numerator.row(b))) / d));
+  if (sums.quantities.contains("correlation_H")) {
+    const int modes = static_cast<int>(spectrum.whole.size());
+    spectrum.sines =
+        to_size_of(spectrum.whole, ratios(modes_of_correlations(sums, "correlation_H", Part::sines, row, modes)));
+    spectrum.sines_to_scale = false;
   }
   return spectrum;
 }

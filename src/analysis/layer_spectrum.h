@@ -19,6 +19,7 @@ struct BlockMeans {
 struct ResponseModes {
   std::span<const double> cosines;
   std::span<const double> sines = {};  ///< as LayerSpectrum::sines
+  bool sines_to_scale = true;          ///< likewise
 };
 
 /// The mirror-symmetric Fourier modes of the mean response of one layer, by block:
@@ -36,14 +37,18 @@ struct LayerSpectrum {
   /// covariance (for a point load an approximation).
   std::vector<double> noise;
   bool exact = false;  ///< no scatter at all: noise is 0
-  /// Where it is known what goes to which side, as of the estimator fluctuation by H: sum_j P_+(x_j) sin(2 pi m x_j /
-  /// columns) of the peak P_+ that moves towards +x, P being half of it and half of its mirror image. Empty elsewhere.
+  /// Where H tells what goes to which side, as under the estimator fluctuation and, if it is asked for, multiplexed:
+  /// sum_j P_+(x_j) sin(2 pi m x_j / columns) of the peak P_+ that moves towards +x, P being half of it and half of its
+  /// mirror image. Empty elsewhere.
   BlockMeans sines;
+  /// False: they are those of the response of H, up to a factor near 1 that a fit has to find.
+  bool sines_to_scale = true;
 
-  ResponseModes modes() const { return {whole, sines.whole}; }
+  ResponseModes modes() const { return {whole, sines.whole, sines_to_scale}; }
   ResponseModes modes_without(std::size_t block) const {
     return {without_block[block],
-            sines.whole.empty() ? std::span<const double>() : std::span<const double>(sines.without_block[block])};
+            sines.whole.empty() ? std::span<const double>() : std::span<const double>(sines.without_block[block]),
+            sines_to_scale};
   }
 };
 

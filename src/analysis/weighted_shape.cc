@@ -20,6 +20,8 @@ struct NormalEquations {
   double pp = 0, pw = 0, ww = 0, rp = 0, rw = 0;
 };
 
+/// Where sines are not to scale, the best factor comes with each shape, and the normal equations are those of what
+/// changes of the shape leave after it: a step is then that of all three numbers together.
 class WeightedFit {
  public:
   WeightedFit(const LayerSpectrum& spectrum, ResponseModes modes, ModeWeights weights)
@@ -37,19 +39,19 @@ class WeightedFit {
   /// Under the weights of this width.
   double sum_of_squares(double width) const {
     double sum = 0;
-    for_each_mode(width, [&](double weight, double mode, const ModeValue& model) {
+    for_each_mode(width, [&](double weight, double mode, const ModeValue& model, bool) {
       sum += weight * (mode - model.value) * (mode - model.value);
     });
     return sum;
   }
   double power(double width) const {
     double sum = 0;
-    for_each_mode(width, [&](double weight, double mode, const ModeValue&) { sum += weight * mode * mode; });
+    for_each_mode(width, [&](double weight, double mode, const ModeValue&, bool) { sum += weight * mode * mode; });
     return sum;
   }
   NormalEquations equations() const {
     NormalEquations sums;
-    for_each_mode(shape_.width, [&](double weight, double mode, const ModeValue& model) {
+    for_each_mode(shape_.width, [&](double weight, double mode, const ModeValue& model, bool) {
       const double by_peak = model.by_peak / (2 * shape_.peak), by_width = model.by_width / (2 * shape_.width);
       const double residual = mode - model.value;
       sums.pp += weight * by_peak * by_peak;
@@ -58,20 +60,55 @@ class WeightedFit {
       sums.rp += weight * residual * by_peak;
       sums.rw += weight * residual * by_width;
     });
+    if (modes_.sines_to_scale) return sums;
+    double vv = 0, vp = 0, vw = 0;
+    for_each_mode(shape_.width, [&](double weight, double, const ModeValue& model, bool sine) {
+      if (!sine) return;
+      vv += weight * model.value * model.value;
+      vp += weight * model.value * model.by_peak / (2 * shape_.peak);
+      vw += weight * model.value * model.by_width / (2 * shape_.width);
+    });
+    if (vv > 0) {
+      sums.pp -= vp * vp / vv;
+      sums.pw -= vp * vw / vv;
+      sums.ww -= vw * vw / vv;
+    }
     return sums;
   }
 
  private:
+  /// use(weight, mode, what the shape makes of it, whether it is a sine).
   template <typename Use>
   void for_each_mode(double width, Use use) const {
+    const double scale = sine_scale(width);
+    for_each_unscaled(width, [&](double weight, std::size_t i) {
+      use(weight, modes_.cosines[i], cosines_[i], false);
+      if (i >= sines_.size()) return;
+      const ModeValue& sine = sines_[i];
+      use(weight, modes_.sines[i], ModeValue{scale * sine.value, scale * sine.by_peak, scale * sine.by_width}, true);
+    });
+  }
+
+  /// The best factor of the shape's sines. None is negative: with the peaks' images on a ring the sines change sign.
+  double sine_scale(double width) const {
+    if (modes_.sines_to_scale) return 1;
+    double vv = 0, mv = 0;
+    for_each_unscaled(width, [&](double weight, std::size_t i) {
+      vv += weight * sines_[i].value * sines_[i].value;
+      mv += weight * sines_[i].value * modes_.sines[i];
+    });
+    return vv > 0 ? std::max(0.0, mv / vv) : 0;
+  }
+
+  template <typename Use>
+  void for_each_unscaled(double width, Use use) const {
     // exp(-a m^2) for m = 1, 2, ... by recurrence.
     const double step_of_k = 2 * std::numbers::pi / spectrum_.columns;
     const double a = by_width_ ? step_of_k * step_of_k * (width * width + width_of_bead * width_of_bead) / 4 : 0;
     double weight = std::exp(-a), ratio = std::exp(-3 * a);
     const double ratio_of_ratios = std::exp(-2 * a);
     for (std::size_t i = 0; i < cosines_.size(); ++i) {
-      use(weight, modes_.cosines[i], cosines_[i]);
-      if (i < sines_.size()) use(weight, modes_.sines[i], sines_[i]);
+      use(weight, i);
       weight *= ratio;
       ratio *= ratio_of_ratios;
     }

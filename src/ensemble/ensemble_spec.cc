@@ -113,6 +113,9 @@ Problem find_problem(const EnsembleSpec& spec) {
   if (estimator != EstimatorName::point && spec.load != Load::point) {
     return problem("load", "the estimator {} brings its own loads; leave the load at point", name_of(estimator));
   }
+  if (spec.record_H && (estimator != EstimatorName::multiplexed || is_scalar(spec.sampler.model))) {
+    return problem("record_H", "the response of H is recorded by the estimator multiplexed, of models that have an H");
+  }
   if (std::adjacent_find(spec.layers.begin(), spec.layers.end(), std::greater_equal<>()) != spec.layers.end()) {
     return problem("layers", "the recorded layers are not ascending: each may be named once, from the top down");
   }
@@ -129,7 +132,7 @@ Problem find_problem(const EnsembleSpec& spec) {
 void validate(const EnsembleSpec& spec) { refuse(find_problem(spec)); }
 
 std::string configuration_text(const EnsembleSpec& spec) {
-  const auto& [sampler, lattice, response, load, layers, record_profiles] = spec;
+  const auto& [sampler, lattice, response, load, layers, record_profiles, record_H] = spec;
   const bool multiplexed = response.estimator == EstimatorName::multiplexed;
   const bool overloaded = loads_one_bead(response.estimator) && load == Load::point;
   std::string text;
@@ -165,6 +168,8 @@ std::string configuration_text(const EnsembleSpec& spec) {
   }
   // Files of before hold no forces of redrawn beads.
   if (response.estimator == EstimatorName::paired) add("paired_sums", 3);
+  // Files of before hold no response of H.
+  if (record_H) add("multiplexed_sums", 2);
   add("samples", response.samples);
   add("blocks", response.blocks);
   add("recorded_layers", fmt::format("{}", fmt::join(recorded_layers(spec), ",")));

@@ -17,6 +17,10 @@ struct EnsembleSpec {
   Load load = Load::point;      ///< of the estimator point; under a uniform load it has no response to measure
   std::vector<int> layers;      ///< recorded layers, ascending; empty: all
   bool record_profiles = true;  ///< record the response [layers, columns] beside the numbers per layer
+  /// Of the estimator multiplexed: record the response of H beside that of w. Layers whose depths differ by factors
+  /// tell twice as much with it; those of a window hand their noise on to each other with the response, and tell c and
+  /// D as well without.
+  bool record_H = false;
 };
 
 /// Why the estimator cannot measure beads that have a weight of their own, if it cannot.

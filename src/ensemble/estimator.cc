@@ -53,6 +53,7 @@ std::vector<QuantityShape> quantities_of(const EnsembleSpec& spec) {
 
 KeptLayers layers_to_keep(const EnsembleSpec& spec) {
   if (spec.response.estimator == fluctuation) return FluctuationEstimator::layers_to_keep(spec);
+  if (spec.response.estimator == multiplexed) return MultiplexedEstimator::layers_to_keep(spec);
   return {recorded_layers(spec)};
 }
 

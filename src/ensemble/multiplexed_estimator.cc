@@ -5,11 +5,21 @@
 #include "ensemble/load_signs.h"
 
 namespace granuscope {
+namespace {
+
+bool records_H(const EnsembleSpec& spec) { return spec.record_profiles && spec.record_H; }
+
+}  // namespace
 
 std::vector<QuantityShape> MultiplexedEstimator::quantities(const EnsembleSpec& spec) {
   std::vector<QuantityShape> all = LayerObservables::quantities(spec);
   if (spec.record_profiles) all.push_back({"correlation", spec.lattice.columns});
+  if (records_H(spec)) all.push_back({"correlation_H", spec.lattice.columns});
   return all;
+}
+
+KeptLayers MultiplexedEstimator::layers_to_keep(const EnsembleSpec& spec) {
+  return {recorded_layers(spec), records_H(spec)};
 }
 
 MultiplexedEstimator::MultiplexedEstimator(const EnsembleSpec& spec, Samplers samplers, BlockSums& sums, int block)
@@ -22,7 +32,9 @@ MultiplexedEstimator::MultiplexedEstimator(const EnsembleSpec& spec, Samplers sa
       layers_(sums.layers),
       observables_(spec, sums, block),
       profiles_(spec.record_profiles),
-      correlation_(profiles_ ? BlockSlice(sums, "correlation", block) : BlockSlice()) {
+      has_H_(records_H(spec)),
+      correlation_(profiles_ ? BlockSlice(sums, "correlation", block) : BlockSlice()),
+      correlation_H_(has_H_ ? BlockSlice(sums, "correlation_H", block) : BlockSlice()) {
   const std::size_t at_once = piles_at_once(spec);
   // With their opposites, whole groups; two of them are drawn at once.
   signs_.assign(spec.response.opposite ? std::min(at_once, group_lanes) : at_once, std::vector<double>(columns_));
@@ -100,35 +112,43 @@ void MultiplexedEstimator::add(std::size_t g, std::size_t first,
     if (failures[k]) continue;
     sign_spectrum_ = signs_[first + k];
     fourier_.transform(sign_spectrum_);
-    add_correlation(g, k);
+    add_correlations(g, k);
   }
 }
 
-void MultiplexedEstimator::find_variation(std::size_t g, std::size_t k, int layer) {
-  const auto weight = [&](const PileGroup& group, std::size_t i) {
-    return group.weight(group.row(layer) + i * group.stride + k);
-  };
-  const double mean = mean_weight(side_[g].bead_weight, layer);
-  for (std::size_t i = 0; i < columns_; ++i) spectrum_[i] = weight(side_[g], i) - mean;
-  if (!spec_.response.opposite) return;
-  for (std::size_t i = 0; i < columns_; ++i) spectrum_[i] = (spectrum_[i] - (weight(opposite_[g], i) - mean)) / 2;
+void MultiplexedEstimator::add_correlations(std::size_t g, std::size_t k) {
+  for (std::size_t row = 0; row < layers_.size(); ++row) {
+    const int layer = layers_[row];
+    find_variation(g, k, layer, mean_weight(side_[g].bead_weight, layer),
+                   [](const PileGroup& group, std::size_t entry) { return group.weight(entry); });
+    add_correlation(correlation_, row);
+    if (!has_H_) continue;
+    find_variation(g, k, layer, 0, [](const PileGroup& group, std::size_t entry) { return group.H(entry); });
+    add_correlation(correlation_H_, row);
+  }
 }
 
-void MultiplexedEstimator::add_correlation(std::size_t g, std::size_t k) {
-  const std::size_t columns = columns_;
-  const double scale = 1 / (static_cast<double>(columns) * spec_.response.epsilon);
-  for (std::size_t l = 0; l < layers_.size(); ++l) {
-    find_variation(g, k, layers_[l]);
-    fourier_.transform(spectrum_);
-    correlation_.add(l, 0, scale * sign_spectrum_[0] * spectrum_[0]);
-    for (std::size_t re = 1, im = 2; im < columns; re += 2, im += 2) {
-      const double a = sign_spectrum_[re], b = sign_spectrum_[im], c = spectrum_[re], d = spectrum_[im];
-      correlation_.add(l, re, scale * (a * c + b * d));
-      correlation_.add(l, im, scale * (a * d - b * c));
-    }
-    if (columns % 2 == 0) {
-      correlation_.add(l, columns - 1, scale * sign_spectrum_[columns - 1] * spectrum_[columns - 1]);
-    }
+template <typename Value>
+void MultiplexedEstimator::find_variation(std::size_t g, std::size_t k, int layer, double mean, Value value) {
+  const auto of_bead = [&](const PileGroup& group, std::size_t i) {
+    return value(group, group.row(layer) + i * group.stride + k) - mean;
+  };
+  for (std::size_t i = 0; i < columns_; ++i) spectrum_[i] = of_bead(side_[g], i);
+  if (!spec_.response.opposite) return;
+  for (std::size_t i = 0; i < columns_; ++i) spectrum_[i] = (spectrum_[i] - of_bead(opposite_[g], i)) / 2;
+}
+
+void MultiplexedEstimator::add_correlation(BlockSlice& correlation, std::size_t row) {
+  fourier_.transform(spectrum_);
+  const double scale = 1 / (static_cast<double>(columns_) * spec_.response.epsilon);
+  correlation.add(row, 0, scale * sign_spectrum_[0] * spectrum_[0]);
+  for (std::size_t re = 1, im = 2; im < columns_; re += 2, im += 2) {
+    const double a = sign_spectrum_[re], b = sign_spectrum_[im], c = spectrum_[re], d = spectrum_[im];
+    correlation.add(row, re, scale * (a * c + b * d));
+    correlation.add(row, im, scale * (a * d - b * c));
+  }
+  if (columns_ % 2 == 0) {
+    correlation.add(row, columns_ - 1, scale * sign_spectrum_[columns_ - 1] * spectrum_[columns_ - 1]);
   }
 }
 

@@ -15,11 +15,15 @@ namespace granuscope {
 /// in epsilon. The signs may be drawn in runs (load_signs.h); under the law polytope the eight samples of a chain share
 /// theirs, since a chain belongs to one load. Sums, in Fourier space (layout: RealSpectrum),
 ///   "correlation"   conj(xi^_m) w^_m / (columns epsilon)   of each layer;
-/// on layer 0 that is the realised spectrum |xi^_m|^2 / columns itself, since there w - 1 = epsilon xi. The analysis
-/// divides by it (analysis/layer_spectrum.h): the response of layer 0 is then exactly a delta, its sum exactly 1.
+///   "correlation_H"   conj(xi^_m) H^_m / (columns epsilon)   likewise, where it is asked for (EnsembleSpec::record_H);
+/// on layer 0 the first is the realised spectrum |xi^_m|^2 / columns itself, since there w - 1 = epsilon xi. The
+/// analysis divides by it (analysis/layer_spectrum.h): the response of layer 0 is then exactly a delta, its sum
+/// exactly 1. What moves towards +x brings H > 0, what moves towards -x brings H < 0: the response of H tells the two
+/// apart.
 class MultiplexedEstimator final : public Estimator {
  public:
   static std::vector<QuantityShape> quantities(const EnsembleSpec& spec);
+  static KeptLayers layers_to_keep(const EnsembleSpec& spec);
   MultiplexedEstimator(const EnsembleSpec& spec, Samplers samplers, BlockSums& sums, int block);
   std::optional<SamplingFailure> measure(std::uint64_t sample) override;
   void measure_samples(std::span<const std::uint64_t> samples,
@@ -29,9 +33,14 @@ class MultiplexedEstimator final : public Estimator {
   void choose_loads(std::uint64_t sample, std::size_t k);
   void draw(std::span<const std::uint64_t> samples, std::span<std::optional<SamplingFailure>> failures);
   void add(std::size_t g, std::size_t first, std::span<const std::optional<SamplingFailure>> failures);
-  void add_correlation(std::size_t g, std::size_t k);
-  /// w - 1 of a layer of a pile, or half the difference from the opposite pile, into spectrum_.
-  void find_variation(std::size_t g, std::size_t k, int layer);
+  /// Of pile k of group g, whose signs sign_spectrum_ is of.
+  void add_correlations(std::size_t g, std::size_t k);
+  /// What `value` (group, entry) of a bead is in a layer of a pile, beside its `mean`, or half the difference from the
+  /// opposite pile, into spectrum_.
+  template <typename Value>
+  void find_variation(std::size_t g, std::size_t k, int layer, double mean, Value value);
+  /// Of spectrum_, at recorded layer number `row`.
+  void add_correlation(BlockSlice& correlation, std::size_t row);
 
   EnsembleSpec spec_;
   std::size_t columns_;
@@ -45,7 +54,8 @@ class MultiplexedEstimator final : public Estimator {
   const std::vector<int>& layers_;
   LayerObservables observables_;
   bool profiles_;
-  BlockSlice correlation_;
+  bool has_H_;
+  BlockSlice correlation_, correlation_H_;
 };
 
 }  // namespace granuscope

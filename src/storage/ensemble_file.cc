@@ -37,6 +37,7 @@ constexpr QuantityMeaning meanings[] = {
     {"weight", load_unit, squared_load},
     {"response", pure, pure},
     {"correlation", pure, pure, "mode"},
+    {"correlation_H", pure, pure, "mode"},
     {"propagation", squared_load, "loads of one top bead to the power 4", "part of the correlation of a mode"},
     {"thrust", pure, pure},
     {"weight_variance", squared_load, "loads of one top bead to the power 4"},

@@ -83,6 +83,7 @@ EnsembleSpec spec_of_check(EnsembleSpec spec, DeepMeasurement by, double epsilon
     spec.response.estimator = EstimatorName::multiplexed;
     spec.response.opposite = true;
     spec.response.epsilon = epsilon;
+    spec.record_H = !is_scalar(spec.sampler.model);
     spec.lattice.layers = spec.layers.back() + bottom_margin + 1;
   }
   return spec;
@@ -415,7 +416,10 @@ class DeepResponseStudy final : public CopiedStudy<DeepResponseStudy> {
                  friction_range_above_zero()),
         make_key(table(), "loaded_mu", "",
                  "those of mu that are measured once more by loads: estimator multiplexed, each pile and its opposite",
-                 loaded_mu_, friction_range_above_zero())};
+                 loaded_mu_, friction_range_above_zero()),
+        make_key(table(), "loaded_samples", "pairs",
+                 "pairs of piles per friction coefficient of those by loads, which know less from each; 0: samples",
+                 loaded_samples_)};
   }
 
   bool asked() const override { return !mu_.empty(); }
@@ -431,7 +435,9 @@ class DeepResponseStudy final : public CopiedStudy<DeepResponseStudy> {
         return found;
       }
     }
-    return find_samples_problem(key("samples"), samples_, main.response.blocks);
+    if (auto found = find_samples_problem(key("samples"), samples_, main.response.blocks)) return found;
+    return loaded_samples_ == 0 ? Problem()
+                                : find_samples_problem(key("loaded_samples"), loaded_samples_, main.response.blocks);
   }
 
   std::vector<StudyEnsemble> ensembles(const MainLine& main) const override {
@@ -477,7 +483,8 @@ class DeepResponseStudy final : public CopiedStudy<DeepResponseStudy> {
 
  private:
   EnsembleSpec spec_at(const MainLine& main, DeepMeasurement by, double mu) const {
-    const EnsembleSpec piles = main.ensemble_at(mu, {columns_, 1}, samples_);
+    const bool other = by == DeepMeasurement::loads && loaded_samples_ > 0;
+    const EnsembleSpec piles = main.ensemble_at(mu, {columns_, 1}, other ? loaded_samples_ : samples_);
     return spec_of_check(spec_of_lags(piles, first_lag_, octaves_), by, main.response.epsilon);
   }
 
@@ -487,6 +494,7 @@ class DeepResponseStudy final : public CopiedStudy<DeepResponseStudy> {
   int first_lag_ = usual_first_lag;
   int columns_ = 720;
   std::uint64_t samples_ = 256;  ///< piles per friction coefficient
+  std::uint64_t loaded_samples_ = 0;
   int threads_ = 0;
   std::vector<DeepResponse> measured_;  ///< ascending in mu, checks behind what they check
 };

@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
+#include <random>
 
 using namespace granuscope;
 
@@ -92,6 +93,52 @@ TEST_CASE("sines fit to a peak that has gone around half of the ring") {
   REQUIRE(mirrored);
   CHECK(mirrored->peak == Approx(columns - truth.peak));
   CHECK(mirrored->width == Approx(truth.width));
+}
+
+TEST_CASE("sines up to a factor fit as those to scale, with the factor that fits best") {
+  const DoubleGaussian truth{230, 9};
+  LayerSpectrum spectrum = spectrum_of({{1, truth}});
+  std::vector<ModeValue> cosines(spectrum.whole.size()), sines(spectrum.whole.size());
+  fourier_modes(truth, columns, false, cosines, sines);
+  spectrum.sines_to_scale = false;
+  std::mt19937_64 random(5);
+  std::normal_distribution<double> gauss(0, 0.02);
+  for (const double noisy : {0.0, 1.0}) {
+    spectrum.sines.whole.clear();
+    for (std::size_t i = 0; i < sines.size(); ++i) {
+      spectrum.sines.whole.push_back(0.93 * sines[i].value + noisy * gauss(random));
+      spectrum.whole[i] += noisy * gauss(random);
+    }
+    const auto found = weighted_shape(spectrum, spectrum.modes(), ModeWeights::by_width, {67, 7});
+    REQUIRE(found);
+    if (noisy == 0) {
+      CHECK(found->peak == Approx(columns - truth.peak));
+      CHECK(found->width == Approx(truth.width));
+      continue;
+    }
+    CHECK(std::abs(found->peak - (columns - truth.peak)) > 1e-3);
+    // With the weights of the width found, no other peak, width and factor leave less.
+    const auto squares = [&](double peak, double width, double factor) {
+      double sum = sum_of_squares(spectrum, ModeWeights::by_width, {columns - peak, width}, found->width);
+      fourier_modes({columns - peak, width}, columns, false, cosines, sines);
+      for (std::size_t i = 0; i < sines.size(); ++i) {
+        const double k = 2 * std::numbers::pi * static_cast<double>(i + 1) / columns;
+        const double missed = spectrum.sines.whole[i] - factor * sines[i].value;
+        sum += std::exp(-k * k * (found->width * found->width + 1) / 4) * missed * missed;
+      }
+      return sum;
+    };
+    const auto least_over_factors = [&](double peak, double width) {
+      // A parabola in the factor.
+      const double at_0 = squares(peak, width, 0), at_1 = squares(peak, width, 1), at_2 = squares(peak, width, 2);
+      const double curvature = at_2 - 2 * at_1 + at_0, slope = (at_2 - at_0) / 2;
+      return at_1 - slope * slope / (2 * curvature);
+    };
+    const double least = least_over_factors(found->peak, found->width);
+    for (const auto& [peak, width] : {std::pair{1e-3, 0.0}, {-1e-3, 0.0}, {0.0, 1e-3}, {0.0, -1e-3}}) {
+      CHECK(least_over_factors(found->peak + peak, found->width + width) > least);
+    }
+  }
 }
 
 TEST_CASE("modes that are no number are not fitted") {

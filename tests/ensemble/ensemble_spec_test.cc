@@ -144,6 +144,7 @@ TEST_CASE("the configuration tells apart whatever changes the numbers, and nothi
   variant([](EnsembleSpec& s) { s.response.blocks = 9; });
   variant([](EnsembleSpec& s) { s.layers = {2}; });
   variant([](EnsembleSpec& s) { s.record_profiles = false; });
+  variant([](EnsembleSpec& s) { s.record_H = true; });
   CHECK(texts.size() == variants);
   // All layers by name or by default, and an overload that a uniform load does not have, are the same ensemble.
   EnsembleSpec named = sound();

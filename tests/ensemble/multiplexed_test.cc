@@ -16,10 +16,11 @@ EnsembleSpec small_ensemble(int columns) { return test::small_ensemble(multiplex
 
 }  // namespace
 
-TEST_CASE("multiplexed: block sums are the cross-correlations of separately drawn piles") {
+TEST_CASE("multiplexed: block sums are the cross-correlations of separately drawn piles, of w and of H") {
   for (const int columns : {12, 13}) {
     EnsembleSpec spec = small_ensemble(columns);
     spec.layers = {5, 22};  // layer 0 comes along
+    spec.record_H = true;
     const EnsembleRecord record = run_ensemble(spec, 2, nullptr);
     REQUIRE(record.sums.layers == std::vector<int>{0, 5, 22});
     const Lattice lattice(spec.lattice);
@@ -27,7 +28,7 @@ TEST_CASE("multiplexed: block sums are the cross-correlations of separately draw
     const auto n = static_cast<std::size_t>(columns);
     const std::size_t block = 3;
     for (std::size_t l = 0; l < 3; ++l) {
-      std::vector<double> correlation(n);
+      std::vector<double> correlation(n), correlation_H(n);
       for (std::uint64_t sample = 24; sample < 32; ++sample) {
         std::vector<double> signs(n), load(n);
         for (std::size_t i = 0; i < n; ++i) {
@@ -40,20 +41,25 @@ TEST_CASE("multiplexed: block sums are the cross-correlations of separately draw
           for (std::size_t j = 0; j < n; ++j) {
             const std::size_t at = lattice.index(record.sums.layers[l], static_cast<int>((j + d) % n));
             correlation[d] += signs[j] * (pile.V_R[at] + pile.V_L[at] - 1) / (0.4 * static_cast<double>(n));
+            correlation_H[d] += signs[j] * (pile.H_R[at] + pile.H_L[at]) / (0.4 * static_cast<double>(n));
           }
         }
       }
-      const double* const sums = &record.sums.quantities.at("correlation").sum[(block * 3 + l) * n];
-      for (std::size_t m = 0; m <= n / 2; ++m) {
-        double re = 0, im = 0;
-        for (std::size_t d = 0; d < n; ++d) {
-          const double angle = 2 * std::numbers::pi * static_cast<double>(m * d) / static_cast<double>(n);
-          re += correlation[d] * std::cos(angle);
-          im -= correlation[d] * std::sin(angle);
+      const auto check = [&](const char* quantity, const std::vector<double>& by_distance) {
+        const double* const sums = &record.sums.quantities.at(quantity).sum[(block * 3 + l) * n];
+        for (std::size_t m = 0; m <= n / 2; ++m) {
+          double re = 0, im = 0;
+          for (std::size_t d = 0; d < n; ++d) {
+            const double angle = 2 * std::numbers::pi * static_cast<double>(m * d) / static_cast<double>(n);
+            re += by_distance[d] * std::cos(angle);
+            im -= by_distance[d] * std::sin(angle);
+          }
+          CHECK(sums[m == 0 ? 0 : 2 * m - 1] == Approx(re).margin(1e-11));
+          if (m > 0 && 2 * m < n) CHECK(sums[2 * m] == Approx(im).margin(1e-11));
         }
-        CHECK(sums[m == 0 ? 0 : 2 * m - 1] == Approx(re).margin(1e-11));
-        if (m > 0 && 2 * m < n) CHECK(sums[2 * m] == Approx(im).margin(1e-11));
-      }
+      };
+      check("correlation", correlation);
+      check("correlation_H", correlation_H);
     }
   }
 }

@@ -239,10 +239,36 @@ TEST_CASE("Exponents of octaves of depth have errors one can bet on, on a ring t
   CHECK(of_all == Approx(share).margin(0.064));
 }
 
+TEST_CASE("Exponents by loads have errors one can bet on", "[long]") {
+  Asked asked(320);
+  asked.set("loaded_mu", std::vector<double>{0.3});
+  EnsembleSpec loads = asked.study->ensembles(asked.main).back().spec;
+  loads.response.epsilon = 0.15;
+  constexpr int ensembles = 120;
+  std::vector<std::vector<Estimate>> found(3);
+  for (int r = 0; r < ensembles; ++r) {
+    loads.sampler.seed = 500 + static_cast<std::uint64_t>(r);
+    const MeasuredEnsemble ensemble{loads, run_ensemble(loads, 0, nullptr)};
+    const DeepResponse response = measure_spreading(ensemble, DeepMeasurement::loads, 2);
+    for (std::size_t i = 0; i < 3; ++i) found[i].push_back(response.octaves[i].exponent);
+  }
+  double of_all = 0;
+  for (const std::vector<Estimate>& octave : found) {
+    double mean = 0, inside = 0;
+    for (const Estimate& one : octave) mean += one.value / ensembles;
+    for (const Estimate& one : octave) inside += std::abs(one.value - mean) <= one.standard_error ? 1.0 / ensembles : 0;
+    CAPTURE(mean, inside);
+    CHECK(inside == Approx(0.675).margin(0.128));  // three standard errors
+    of_all += inside / 3;
+  }
+  CHECK(of_all == Approx(0.675).margin(0.075));
+}
+
 TEST_CASE("The deep response is checked in wide piles and by loads, at friction coefficients that it has") {
   Asked asked(320);
   asked.set("wide_mu", std::vector<double>{0.3});
   asked.set("loaded_mu", std::vector<double>{0.3});
+  asked.set("loaded_samples", std::int64_t{512});
   asked.main.response.epsilon = 0.15;
   CHECK_FALSE(asked.study->find_problem(asked.main));
   const std::vector<StudyEnsemble> ensembles = asked.study->ensembles(asked.main);
@@ -253,9 +279,11 @@ TEST_CASE("The deep response is checked in wide piles and by loads, at friction 
   CHECK(name_of(loads.response.estimator) == "multiplexed");
   CHECK(loads.response.opposite);
   CHECK(loads.response.epsilon == 0.15);
+  CHECK(ensembles[0].spec.response.samples == 256);
+  CHECK(loads.response.samples == 512);
   // No reference and no bases: loads act at the top.
-  loads.response.samples = 64;
-  loads.response.blocks = 8;
+  loads.response.samples = 128;
+  loads.response.blocks = 16;
   const MeasuredEnsemble few{loads, run_ensemble(loads, 0, nullptr)};
   const DeepResponse response = measure_spreading(few, DeepMeasurement::loads, 2);
   REQUIRE(response.lags.size() == 4);
@@ -263,6 +291,19 @@ TEST_CASE("The deep response is checked in wide piles and by loads, at friction 
   CHECK(response.bands.empty());
   CHECK(std::abs(response.octaves[1].c.value - 0.5575) < 5 * response.octaves[1].c.standard_error + 0.001);
   CHECK(response.c_thrust.value == Approx(0.5557).margin(0.001));
+  // H tells the same peaks twice: without it errors are larger.
+  MeasuredEnsemble of_weights = few;
+  REQUIRE(of_weights.record.sums.quantities.erase("correlation_H") == 1);
+  const DeepResponse by_weights = measure_spreading(of_weights, DeepMeasurement::loads, 2);
+  double variance = 0, variance_by_weights = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Estimate &one = response.octaves[i].exponent, &other = by_weights.octaves[i].exponent;
+    CHECK(std::abs(one.value - other.value) < 4 * other.standard_error);
+    variance += std::pow(one.standard_error, 2);
+    variance_by_weights += std::pow(other.standard_error, 2);
+  }
+  CAPTURE(variance, variance_by_weights);
+  CHECK(variance < 0.75 * variance_by_weights);
   // A check alone decides nothing.
   CHECK(judge_spreading({response}, {})[0].verdict == not_tested);
 
@@ -270,6 +311,11 @@ TEST_CASE("The deep response is checked in wide piles and by loads, at friction 
   const auto found = asked.study->find_problem(asked.main);
   REQUIRE(found);
   CHECK(contains(found->message, "0.2 is not in studies.deep_response.mu"));
+  Asked few_loads(320);
+  few_loads.set("loaded_samples", std::int64_t{10});
+  const auto too_few = few_loads.study->find_problem(few_loads.main);
+  REQUIRE(too_few);
+  CHECK(too_few->key == "studies.deep_response.loaded_samples");
 }
 
 TEST_CASE("Page 1 tells spreading from diffusion by three standard errors, and checks from measurements") {
