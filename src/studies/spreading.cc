@@ -1,0 +1,202 @@
+#include "studies/spreading.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numeric>
+
+#include "analysis/expected_response.h"
+#include "analysis/layer_spectrum.h"
+#include "analysis/measured_depth.h"
+#include "ensemble/estimator.h"
+#include "ensemble/fluctuation_plan.h"
+#include "ensemble/parallel.h"
+#include "model/lattice.h"
+#include "report/estimate_json.h"
+#include "studies/common_checks.h"
+#include "studies/study.h"
+
+namespace granuscope {
+namespace {
+
+constexpr int most_first_lag = 1024;
+constexpr double least_width = 0.3;  ///< bead diameters
+
+/// What a fit gives of x_p on a ring is the image of either peak that is nearest to the load. Of all images, the one
+/// nearest to `expected`.
+double unwrapped(double peak, double expected, int columns) {
+  const auto image = [&](double of) { return of + columns * std::round((expected - of) / columns); };
+  const double right = image(peak), left = image(-peak);
+  return std::abs(left - expected) < std::abs(right - expected) ? left : right;
+}
+
+void unwrap(Replicated& peak, double expected, int columns) {
+  peak.value = unwrapped(peak.value, expected, columns);
+  for (double& without : peak.without_block) without = unwrapped(without, peak.value, columns);
+}
+
+}  // namespace
+
+Key first_lag_key(const std::string& table, int& first_lag) {
+  return make_key(table, "first_lag", "layers",
+                  "depth from which it is doubled; piles are kept in memory one layer in so many", first_lag,
+                  KeyRange{}.within(1, most_first_lag));
+}
+
+EnsembleSpec spec_of_lags(EnsembleSpec spec, int first_lag, int octaves) {
+  spec.response.estimator = EstimatorName::fluctuation;
+  for (int octave = 0; octave <= octaves; ++octave) spec.layers.push_back(first_lag << octave);
+  spec.lattice.layers = spec.layers.back();
+  spec.lattice.layers += fluctuation_plan(spec).layers_needed;
+  return spec;
+}
+
+Problem find_ring_problem(const std::string& columns_key, int columns, const std::vector<double>& mu,
+                          const std::vector<int>& lags) {
+  for (const double one : mu) {
+    if (columns_apart({one}, lags, columns) == columns) continue;
+    return problem(columns_key,
+                   "{} columns: at mu = {} the two peaks meet on the ring at one of the depths that are measured, so "
+                   "that their position and width could not be told apart; give {} columns, or another number of "
+                   "octaves",
+                   columns, one, columns_apart(mu, lags, columns));
+  }
+  return {};
+}
+
+EnsembleSpec spec_of_check(EnsembleSpec spec, DeepMeasurement by, double epsilon) {
+  if (by == DeepMeasurement::wide) spec.lattice.columns = 2 * std::min(spec.lattice.columns, most_columns / 2);
+  if (by == DeepMeasurement::loads) {
+    spec.response.estimator = EstimatorName::multiplexed;
+    spec.response.opposite = true;
+    spec.response.epsilon = epsilon;
+    spec.record_H = !is_scalar(spec.sampler.model);
+    spec.lattice.layers = spec.layers.back() + bottom_margin + 1;
+  }
+  return spec;
+}
+
+DeepResponse measure_spreading(const MeasuredEnsemble& ensemble, DeepMeasurement by, int threads) {
+  const BlockSums& sums = ensemble.record.sums;
+  // Recorded first are the lag 0, which others are referred to, or the loads.
+  constexpr std::size_t first = 1;
+  DeepResponse response;
+  response.by = by;
+  response.spec = ensemble.spec;
+  response.samples = std::accumulate(sums.count.begin(), sums.count.end(), std::uint64_t{0});
+  FitSpec fit;
+  fit.min_identifiable_width = least_width;
+  std::vector<MeasuredDepth> depths(sums.layers.size() - first);
+  for_each_index(depths.size(), threads, [&](std::size_t i) { depths[i] = measure_depth(ensemble, fit, i + first); });
+  response.c_thrust = estimate(thrust_speed(sums, by == DeepMeasurement::loads ? sums.layers.back() : 0),
+                               "a block of the ensemble holds no completed pile");
+  for (MeasuredDepth& depth : depths) {
+    const double expected = response.c_thrust.value * (depth.fit.z - Lattice::depth(0));
+    if (response.c_thrust.known()) unwrap(depth.peak, expected, ensemble.spec.lattice.columns);
+  }
+  // Another shape than two Gaussians is told by the misfit, and no reason to be silent.
+  const auto reason = [](const MeasuredDepth& depth) { return depth.other_shape ? std::string() : depth.fit.reason; };
+  for (const MeasuredDepth& depth : depths) {
+    response.lags.push_back({depth.fit.layer, depth.fit.z - Lattice::depth(0), estimate(depth.peak, reason(depth)),
+                             estimate(depth.width_squared, reason(depth)), depth.fit.chi2_per_dof, depth.fit.misfit});
+  }
+  const auto power = [&](std::size_t i, std::size_t j) {
+    const MeasuredDepth &above = depths[i], &below = depths[j];
+    PowerOfDepth result{response.lags[i].z, response.lags[j].z, {}};
+    const double stretch = std::log(result.to / result.from);
+    result.exponent.reason = !reason(above).empty() ? reason(above) : reason(below);
+    if (!result.exponent.reason.empty()) return result;
+    result.exponent = estimate(transform([&](double a, double b) { return std::log(b / a) / stretch; },
+                                         above.width_squared, below.width_squared));
+    return result;
+  };
+  for (std::size_t i = 0; i + 1 < depths.size(); ++i) {
+    const MeasuredDepth &above = depths[i], &below = depths[i + 1];
+    const PowerOfDepth of_width = power(i, i + 1);
+    const double from = of_width.from, to = of_width.to;
+    OctaveOfDepth octave{from, to, of_width.exponent, {}, {}, std::max(above.fit.misfit, below.fit.misfit)};
+    const auto slope = [&](double a, double b) { return (b - a) / (to - from); };
+    if (octave.exponent.reason.empty()) {
+      octave.c = estimate(transform(slope, above.peak, below.peak));
+      response.slopes_of_width.push_back(transform(slope, above.width_squared, below.width_squared));
+      octave.D = estimate(response.slopes_of_width.back());
+    } else {
+      response.slopes_of_width.emplace_back();
+      octave.c.reason = octave.D.reason = octave.exponent.reason;
+    }
+    response.octaves.push_back(octave);
+  }
+  const std::size_t last = depths.size() - 1;
+  response.shallow = power(1, 2);
+  response.deep = power(std::max<std::size_t>(2, last - 2), last);
+  if (by != DeepMeasurement::loads && response.c_thrust.known()) {
+    std::vector<double> D;
+    for (const OctaveOfDepth& octave : response.octaves) D.push_back(octave.D.value);
+    response.bands = dispersion_of_lags(sums, response.c_thrust.value, D);
+  }
+  return response;
+}
+
+using Json = nlohmann::ordered_json;
+
+namespace {
+
+Json to_json(const LagResponse& lag) {
+  return {{"lag", lag.lag},
+          {"z", lag.z},
+          {"peak_position", granuscope::to_json(lag.peak_position)},
+          {"width_squared", granuscope::to_json(lag.width_squared)},
+          {"chi2_per_dof", finite_or_null(lag.chi2_per_dof)},
+          {"misfit", finite_or_null(lag.misfit)}};
+}
+
+Json to_json(const OctaveOfDepth& octave) {
+  return {{"z", {octave.from, octave.to}},
+          {"exponent", granuscope::to_json(octave.exponent)},
+          {"c", granuscope::to_json(octave.c)},
+          {"D", granuscope::to_json(octave.D)},
+          {"misfit", finite_or_null(octave.misfit)}};
+}
+
+Json to_json(const PowerOfDepth& power) {
+  return {{"z", {power.from, power.to}}, {"exponent", granuscope::to_json(power.exponent)}};
+}
+
+Json to_json(const BandOfModes& band) {
+  return {{"k", band.k},
+          {"band", {band.k_from, band.k_to}},
+          {"modes", band.modes},
+          {"z", {band.z_from, band.z_to}},
+          {"c", granuscope::to_json(band.c)},
+          {"D", granuscope::to_json(band.D)}};
+}
+
+}  // namespace
+
+Json spreading_json(const DeepResponse& one) {
+  Json json{{"measurement", fmt::format("mu = {}, {}, {} columns", one.spec.sampler.mu,
+                                        name_of(one.spec.response.estimator), one.spec.lattice.columns)},
+            {"mu", one.spec.sampler.mu},
+            {"law", name_of(one.spec.sampler.law)},
+            {"estimator", name_of(one.spec.response.estimator)},
+            {"columns", one.spec.lattice.columns},
+            {"layers", one.spec.lattice.layers},
+            {"samples", one.samples}};
+  if (one.by != DeepMeasurement::loads) {
+    const FluctuationPlan plan = fluctuation_plan(one.spec);
+    json["reference_lag"] = plan.reference;
+    json["base_layers"] = {plan.bases.front(), plan.bases.back()};
+    json["bases"] = plan.bases.size();
+  }
+  json.update(Json{{"lags", list_of(one.lags, to_json)},
+                   {"octaves", list_of(one.octaves, to_json)},
+                   {"shallow", to_json(one.shallow)},
+                   {"deep", to_json(one.deep)},
+                   {"dispersion", list_of(one.bands, to_json)},
+                   {"c_thrust", granuscope::to_json(one.c_thrust)}});
+  return json;
+}
+
+}  // namespace granuscope
