@@ -33,29 +33,46 @@ double deep_speed(double mu) {
   return std::lerp(below->second, above->second, (mu - below->first) / (above->first - below->first));
 }
 
-/// Whether the two peaks are apart in this layer of a ring. Deep down W^2 grows faster than z, by a tenth to a fifth in
-/// the exponent.
+/// Deep down W^2 grows faster than z, by a tenth to a fifth in the exponent.
+double deep_width(double mu, double z) {
+  constexpr double usual = 100, faster = 0.2;
+  return expected_width(mu, z) * std::pow(std::max(1.0, z / usual), faster / 2);
+}
+
+/// Whether the two peaks are apart in this layer of a ring.
 bool are_apart(double mu, int layer, int ring) {
   constexpr double apart = 6, around = 12;  // widths: from one peak to the other, and the least of a ring
-  constexpr double usual = 100, faster = 0.2;
-  constexpr double largest_mu = 1;  // of those whose speed is known well enough
+  constexpr double largest_mu = 1;          // of those whose speed is known well enough
   if (ring >= columns_needed(mu, layer)) return true;
   const double z = Lattice::depth(layer);
-  const double width = expected_width(mu, z) * std::pow(std::max(1.0, z / usual), faster / 2);
+  const double width = deep_width(mu, z);
   return mu <= largest_mu && ring >= around * width &&
          2 * std::abs(std::remainder(deep_speed(mu) * z, ring / 2.0)) >= apart * width;
+}
+
+/// The fewest columns, from `columns` on, of a ring that suits each of these.
+template <class Suits>
+int fewest_columns_that_suit(const std::vector<double>& mu, const std::vector<int>& layers, int columns, Suits suits) {
+  const auto suits_all = [&](int ring) {
+    return std::all_of(mu.begin(), mu.end(), [&](double one) {
+      return std::all_of(layers.begin(), layers.end(), [&](int layer) { return suits(one, layer, ring); });
+    });
+  };
+  while (!suits_all(columns)) ++columns;
+  return columns;
 }
 
 }  // namespace
 
 int columns_apart(const std::vector<double>& mu, const std::vector<int>& layers, int columns) {
-  const auto suits = [&](int ring) {
-    return std::all_of(mu.begin(), mu.end(), [&](double one) {
-      return std::all_of(layers.begin(), layers.end(), [&](int layer) { return are_apart(one, layer, ring); });
-    });
-  };
-  while (!suits(columns)) ++columns;
-  return columns;
+  return fewest_columns_that_suit(mu, layers, columns, are_apart);
+}
+
+int columns_of_waves(const std::vector<double>& mu, const std::vector<int>& layers, int columns) {
+  constexpr double of_ring = 6;
+  return fewest_columns_that_suit(mu, layers, columns, [](double one, int layer, int ring) {
+    return ring >= of_ring * deep_width(one, Lattice::depth(layer));
+  });
 }
 
 // Other models hand nothing on faster than c0, and are no wider than positive legs or the one peak of the q-model.

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <vector>
 
+#include "analysis/weighted_shape.h"
+
 namespace granuscope {
 namespace {
 
@@ -66,6 +68,43 @@ class TiedShape {
   std::vector<ModeValue> modes_;
 };
 
+/// Standard errors of the sines.
+std::vector<double> noise_of_sines(const BlockMeans& sines) {
+  std::vector<double> noise;
+  for (std::size_t m = 0; m < sines.whole.size(); ++m) {
+    Replicated sine{sines.whole[m], {}};
+    for (const auto& without : sines.without_block) sine.without_block.push_back(without[m]);
+    noise.push_back(estimate(sine).standard_error);
+  }
+  return noise;
+}
+
+/// What chi^2 of cosines and sines prefers a peak beside the middle by to the best one in the middle, whose cosines
+/// have chi^2 `in_the_middle`. The cosines of `best` are those of its image across the ring, too; where they tell no
+/// peak from two, the shape that x_p and W are taken from is nearer.
+double weigh_motion(const LayerSpectrum& spectrum, double in_the_middle, const DoubleGaussian& best) {
+  const std::vector<double>&of_sines = spectrum.sines.whole, noise = noise_of_sines(spectrum.sines);
+  std::vector<ModeValue> cosines(spectrum.whole.size()), sines(of_sines.size());
+  const auto chi2_at = [&](double peak, double width) {
+    fourier_modes({peak, width}, spectrum.columns, spectrum.half_shifted, cosines, sines);
+    double sum = 0;
+    for (std::size_t i = 0; i < cosines.size(); ++i) {
+      sum += std::pow((cosines[i].value - spectrum.whole[i]) / spectrum.noise[i], 2);
+    }
+    for (std::size_t i = 0; i < sines.size(); ++i) sum += std::pow((sines[i].value - of_sines[i]) / noise[i], 2);
+    return sum;
+  };
+  const DoubleGaussian weighted =
+      weighted_shape(spectrum, spectrum.modes(), ModeWeights::by_width, best).value_or(best);
+  double moved = in_the_middle;
+  for (std::size_t i = 0; i < noise.size(); ++i) moved += std::pow(of_sines[i] / noise[i], 2);
+  const double middle = moved;
+  for (const DoubleGaussian& shape : {best, weighted}) {
+    moved = std::min({moved, chi2_at(shape.peak, shape.width), chi2_at(spectrum.columns - shape.peak, shape.width)});
+  }
+  return middle - moved;
+}
+
 }  // namespace
 
 PeakEvidence weigh_peaks(const LayerSpectrum& spectrum, const ShapeFit& best) {
@@ -79,6 +118,7 @@ PeakEvidence weigh_peaks(const LayerSpectrum& spectrum, const ShapeFit& best) {
   const double with_one = two_peaks ? std::min(one_gaussian, edge) : std::min({best.chi2, one_gaussian, edge});
   const double with_two = two_peaks ? std::min(best.chi2, edge) : edge;
   evidence.for_two_peaks = with_one - with_two;
+  if (!spectrum.sines.whole.empty()) evidence.for_moved_peak = weigh_motion(spectrum, one_gaussian, best.shape);
   return evidence;
 }
 

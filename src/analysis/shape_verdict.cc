@@ -26,6 +26,8 @@ std::string reason_against_identification(const ShapeFit& fit, const PeakEvidenc
     return fmt::format("the fitted width {:.2f} is below {} bead diameters: the width of a bead hides it",
                        fit.shape.width, spec.min_identifiable_width);
   }
+  // What goes to which side tells x_p from W also where the peaks overlap.
+  if (evidence.for_moved_peak > least_evidence_for_two_peaks) return {};
   if (fit.shape.peak < fit.shape.width) {
     return "the two peaks are closer to the middle than their width: position and width cannot be told apart";
   }

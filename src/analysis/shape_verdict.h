@@ -39,7 +39,8 @@ double chi2_excess(const ShapeFit& fit);
 std::string reason_against_two_gaussians(const ShapeFit& fit);
 
 /// Why x_p and W of a fit mean nothing, or nothing if they do: another shape, W hidden by the width of a bead, peaks
-/// that have merged (x_p < W), or noise that leaves open whether they have.
+/// that have merged (x_p < W), or noise that leaves open whether they have. The last two only where no sines tell that
+/// the peaks have moved (PeakEvidence::for_moved_peak).
 std::string reason_against_identification(const ShapeFit& fit, const PeakEvidence& evidence, const FitSpec& spec);
 
 }  // namespace granuscope

@@ -225,8 +225,8 @@ class DeepResponseStudy final : public CopiedStudy<DeepResponseStudy> {
                  KeyRange{}.within(least_octaves, most_octaves)),
         first_lag_key(table(), first_lag_),
         make_key(table(), "columns", "beads",
-                 "beads per layer of these piles: twelve widths of a peak or more, so that the two are apart at each "
-                 "depth",
+                 "beads per layer of these piles: six widths of a peak or more; under loads twelve, so that the two "
+                 "are apart at each depth",
                  columns_),
         make_key(table(), "samples", "piles", "piles per friction coefficient, at least eight per block", samples_),
         make_key(table(), "wide_mu", "", "those of mu that are measured once more with twice the columns", wide_mu_,
@@ -245,7 +245,14 @@ class DeepResponseStudy final : public CopiedStudy<DeepResponseStudy> {
     if (auto found = find_check_problem(key("wide_mu"), wide_mu_, key("mu"), mu_)) return found;
     if (auto found = find_check_problem(key("loaded_mu"), loaded_mu_, key("mu"), mu_)) return found;
     const std::vector<StudyEnsemble> all = ensembles(main);
-    if (auto found = find_ring_problem(key("columns"), columns_, mu_, all.front().spec.layers)) return found;
+    const std::vector<int>& lags = all.front().spec.layers;
+    if (auto found = find_ring_problem(key("columns"), columns_, loaded_mu_, lags)) return found;
+    if (const int least = columns_of_waves(mu_, lags, columns_); least != columns_) {
+      return problem(key("columns"),
+                     "{} columns: a peak is wider than a sixth of the ring at one of the depths that are measured, so "
+                     "that its width could not be told; give {} columns, or another number of octaves",
+                     columns_, least);
+    }
     for (const StudyEnsemble& one : all) {
       if (auto found = find_lattice_problem(key("columns"), one.spec.lattice.columns, key("octaves"),
                                             one.spec.lattice.layers, bottom_margin + 1, drawing_memory(one.spec))) {
@@ -301,7 +308,12 @@ class DeepResponseStudy final : public CopiedStudy<DeepResponseStudy> {
  private:
   EnsembleSpec spec_at(const MainLine& main, DeepMeasurement by, double mu) const {
     const bool other = by == DeepMeasurement::loads && loaded_samples_ > 0;
-    const EnsembleSpec piles = main.ensemble_at(mu, {columns_, 1}, other ? loaded_samples_ : samples_);
+    EnsembleSpec piles = main.ensemble_at(mu, {columns_, 1}, other ? loaded_samples_ : samples_);
+    if (by != DeepMeasurement::loads) {
+      piles.response.reference_lag = main.response.reference_lag;
+      piles.response.first_base = main.response.first_base;
+      piles.response.base_step = main.response.base_step;
+    }
     return spec_of_check(spec_of_lags(piles, first_lag_, octaves_), by, main.response.epsilon);
   }
 
