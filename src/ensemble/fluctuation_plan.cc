@@ -11,10 +11,13 @@ namespace {
 constexpr double most_of_lag = 4.5, most_of_reference = 3;  ///< k W
 constexpr double smallest = 0.1;                            ///< W^2 of the shortest lags
 
-/// Growth of W^2 per bead diameter, of beads within a third of what was measured at mu = 0.1 to 0.8.
+/// Growth of W^2 per bead diameter, of beads within a third of what was measured at mu = 0.1 to 0.8; under the law
+/// polytope, where W^2 is no power of z near 1, of what it was at z = 14 and mu = 0.5.
 double spreading_of(const SamplerSpec& sampler) {
-  constexpr double slope = 2.4, power = 2.7;
-  return sampler.model.has_contacts() ? slope * std::pow(sampler.mu, power) : rough_spreading(sampler.model);
+  constexpr double slope = 2.4, of_polytope = 10, power = 2.7;
+  return sampler.model.has_contacts()
+             ? (sampler.law == Law::polytope ? of_polytope : slope) * std::pow(sampler.mu, power)
+             : rough_spreading(sampler.model);
 }
 
 /// The highest mode on a ring of `columns` that tells something of a lag: where k W = 4.5 for a rough W(lag), so that

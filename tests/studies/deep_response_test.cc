@@ -144,10 +144,17 @@ TEST_CASE("The law of spreading is judged where it is farthest from diffusion, s
   CHECK(deep_response_study()->claims(spec).empty());
 }
 
-TEST_CASE("The deep response needs a ring on which its peaks are apart at the depths that it measures, no wider") {
+TEST_CASE("The deep response needs a ring of six widths, and for loads one on which its peaks are apart") {
+  Asked narrow(31);
+  CHECK(contains(narrow.study->find_problem(narrow.main)->message, "wider than a sixth of the ring"));
+  CHECK(contains(narrow.study->find_problem(narrow.main)->message, "give 33 columns"));
+  narrow.set("columns", std::int64_t{33});
+  CHECK_FALSE(narrow.study->find_problem(narrow.main));
+
   const auto refused = [](std::int64_t columns, std::int64_t first_lag = 32) {
     Asked asked(columns);
     asked.set("first_lag", first_lag);
+    asked.set("loaded_mu", std::vector<double>{0.3});
     return asked.study->find_problem(asked.main);
   };
   // At z = 222 each peak has gone 123 columns.
@@ -163,6 +170,7 @@ TEST_CASE("The deep response needs a ring on which its peaks are apart at the de
   // At mu = 0.2 alone 151 columns would do, which at 0.5 are too few: what is offered suits all of the table.
   Asked table(100);
   table.set("mu", std::vector<double>{0.2, 0.5, 0.8});
+  table.set("loaded_mu", std::vector<double>{0.2, 0.5, 0.8});
   table.set("octaves", std::int64_t{5});
   CHECK(contains(table.study->find_problem(table.main)->message, "at mu = 0.2"));
   CHECK(contains(table.study->find_problem(table.main)->message, "give 636 columns"));
@@ -170,6 +178,50 @@ TEST_CASE("The deep response needs a ring on which its peaks are apart at the de
   CHECK_FALSE(table.study->find_problem(table.main));
   table.set("columns", std::int64_t{635});
   CHECK(table.study->find_problem(table.main));
+}
+
+TEST_CASE("The deep response takes reference and bases from the keys of the estimator") {
+  Asked asked(320);
+  asked.set("loaded_mu", std::vector<double>{0.3});
+  asked.main.response.reference_lag = 4;
+  asked.main.response.first_base = 9;
+  asked.main.response.base_step = 3;
+  const std::vector<StudyEnsemble> ensembles = asked.study->ensembles(asked.main);
+  CHECK(ensembles[0].spec.response.reference_lag == 4);
+  CHECK(ensembles[0].spec.response.first_base == 9);
+  CHECK(ensembles[0].spec.response.base_step == 3);
+  // Loads have none of them.
+  CHECK_FALSE(find_problem(ensembles[1].spec));
+}
+
+TEST_CASE("Under the flat law W² grows as the square of z, far beyond that of rows drawn one by one", "[long]") {
+  const auto followed = [](Law law) {
+    Asked asked(16);
+    asked.set("mu", std::vector<double>{0.5});
+    asked.set("first_lag", std::int64_t{1});
+    asked.set("samples", std::int64_t{512});
+    asked.main.response.reference_lag = 2;
+    asked.main.response.first_base = 1;
+    asked.main.response.base_step = 1;
+    asked.main.sampling.law = law;
+    if (law == Law::polytope) {
+      asked.main.sampling.lambda = 0;
+      asked.main.sampling.burn_in = 8192;
+      asked.main.sampling.thinning = 2048;
+    }
+    REQUIRE_FALSE(asked.study->find_problem(asked.main));
+    const EnsembleSpec spec = asked.study->ensembles(asked.main)[0].spec;
+    return measure_spreading({spec, run_ensemble(spec, 2, nullptr)}, DeepMeasurement::fluctuations, 2);
+  };
+  const DeepResponse flat = followed(Law::polytope), rows = followed(Law::granusolve);
+  const Estimate &of_flat = flat.lags[3].width_squared, &of_rows = rows.lags[3].width_squared;
+  const Estimate& power = flat.octaves[2].exponent;  // from z = 3.5 to 6.9
+  CAPTURE(of_flat.value, of_flat.standard_error, of_rows.value, of_rows.standard_error);
+  CAPTURE(power.value, power.standard_error, flat.octaves[1].exponent.value, rows.octaves[2].exponent.value);
+  REQUIRE(power.known());
+  REQUIRE(of_rows.known());
+  CHECK(of_flat.value - 3 * of_rows.value > 5 * of_flat.standard_error);
+  CHECK(power.value - 1 > 5 * power.standard_error);
 }
 
 namespace {
