@@ -69,9 +69,8 @@ int columns_apart(const std::vector<double>& mu, const std::vector<int>& layers,
 }
 
 int columns_of_waves(const std::vector<double>& mu, const std::vector<int>& layers, int columns) {
-  constexpr double of_ring = 6;
   return fewest_columns_that_suit(mu, layers, columns, [](double one, int layer, int ring) {
-    return ring >= of_ring * deep_width(one, Lattice::depth(layer));
+    return ring >= widths_of_ring * deep_width(one, Lattice::depth(layer));
   });
 }
 

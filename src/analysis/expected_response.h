@@ -20,8 +20,10 @@ double columns_needed(double mu, int layer);
 /// The fewest columns, from `columns` on, of a ring on which they are apart at each of these layers alone, however
 /// often they have met on the way there, at each of these friction coefficients: fits in Fourier modes need no more.
 int columns_apart(const std::vector<double>& mu, const std::vector<int>& layers, int columns);
-/// The fewest columns, from `columns` on, of a ring that has two waves longer than six widths of a peak at each of
-/// these layers: enough where sines tell a peak from the one that moves to the other side, be they apart or not.
+/// Widths of a peak on the smallest ring that has two waves of k W < 2, which count in a fit of x_p and W.
+inline constexpr double widths_of_ring = 6;
+/// The fewest columns, from `columns` on, of a ring of so many widths at each of these layers: enough where sines tell
+/// a peak from the one that moves to the other side, be they apart or not.
 int columns_of_waves(const std::vector<double>& mu, const std::vector<int>& layers, int columns);
 /// The same as columns_needed of any model.
 double columns_needed(const SamplerSpec& sampler, int layer);

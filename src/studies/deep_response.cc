@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "analysis/expected_response.h"
 #include "ensemble/estimator.h"
 #include "ensemble/fluctuation_plan.h"
 #include "model/lattice.h"
@@ -228,6 +229,13 @@ class DeepResponseStudy final : public CopiedStudy<DeepResponseStudy> {
                  "beads per layer of these piles: six widths of a peak or more; under loads twelve, so that the two "
                  "are apart at each depth",
                  columns_),
+        make_key(table(), "reference_lag", "layers",
+                 "layers from a base layer down to the reference layer, from which the lags count", reference_lag_,
+                 KeyRange{}.within(0, most_reference_lag)),
+        make_key(table(), "first_base", "layer", "shallowest base layer; 0: where short waves are saturated, 0.6/mu^2",
+                 first_base_, KeyRange{}.within(0, most_first_base)),
+        make_key(table(), "base_step", "layers", "distance of the base layers", base_step_,
+                 KeyRange{}.within(1, most_base_step)),
         make_key(table(), "samples", "piles", "piles per friction coefficient, at least eight per block", samples_),
         make_key(table(), "wide_mu", "", "those of mu that are measured once more with twice the columns", wide_mu_,
                  friction_range_above_zero()),
@@ -310,9 +318,9 @@ class DeepResponseStudy final : public CopiedStudy<DeepResponseStudy> {
     const bool other = by == DeepMeasurement::loads && loaded_samples_ > 0;
     EnsembleSpec piles = main.ensemble_at(mu, {columns_, 1}, other ? loaded_samples_ : samples_);
     if (by != DeepMeasurement::loads) {
-      piles.response.reference_lag = main.response.reference_lag;
-      piles.response.first_base = main.response.first_base;
-      piles.response.base_step = main.response.base_step;
+      piles.response.reference_lag = reference_lag_;
+      piles.response.first_base = first_base_;
+      piles.response.base_step = base_step_;
     }
     return spec_of_check(spec_of_lags(piles, first_lag_, octaves_), by, main.response.epsilon);
   }
@@ -322,6 +330,7 @@ class DeepResponseStudy final : public CopiedStudy<DeepResponseStudy> {
   int octaves_ = 4;
   int first_lag_ = usual_first_lag;
   int columns_ = 720;
+  int reference_lag_ = ResponseSpec().reference_lag, first_base_ = 0, base_step_ = ResponseSpec().base_step;
   std::uint64_t samples_ = 256;  ///< piles per friction coefficient
   std::uint64_t loaded_samples_ = 0;
   int threads_ = 0;

@@ -97,7 +97,15 @@ DeepResponse measure_spreading(const MeasuredEnsemble& ensemble, DeepMeasurement
     if (response.c_thrust.known()) unwrap(depth.peak, expected, ensemble.spec.lattice.columns);
   }
   // Another shape than two Gaussians is told by the misfit, and no reason to be silent.
-  const auto reason = [](const MeasuredDepth& depth) { return depth.other_shape ? std::string() : depth.fit.reason; };
+  const auto reason = [&](const MeasuredDepth& depth) -> std::string {
+    if (by != DeepMeasurement::loads && widths_of_ring * depth.width.value > ensemble.spec.lattice.columns) {
+      return fmt::format(
+          "a peak of W = {:.1f} is wider than a sixth of the ring, which has no waves long enough for it",
+          depth.width.value);
+    }
+    if (depth.width.value < least_width) return "the width of a bead hides that of the peaks";
+    return depth.other_shape ? std::string() : depth.fit.reason;
+  };
   for (const MeasuredDepth& depth : depths) {
     response.lags.push_back({depth.fit.layer, depth.fit.z - Lattice::depth(0), estimate(depth.peak, reason(depth)),
                              estimate(depth.width_squared, reason(depth)), depth.fit.chi2_per_dof, depth.fit.misfit});
