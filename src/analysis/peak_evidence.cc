@@ -118,7 +118,8 @@ PeakEvidence weigh_peaks(const LayerSpectrum& spectrum, const ShapeFit& best) {
   const double with_one = two_peaks ? std::min(one_gaussian, edge) : std::min({best.chi2, one_gaussian, edge});
   const double with_two = two_peaks ? std::min(best.chi2, edge) : edge;
   evidence.for_two_peaks = with_one - with_two;
-  if (!spectrum.sines.whole.empty()) evidence.for_moved_peak = weigh_motion(spectrum, one_gaussian, best.shape);
+  if (!spectrum.sines.whole.empty() && spectrum.sines_to_scale)
+    evidence.for_moved_peak = weigh_motion(spectrum, one_gaussian, best.shape);
   return evidence;
 }
 
