@@ -10,9 +10,13 @@
 namespace granuscope {
 namespace {
 
+/// Where the stretches begin that the claims speak of, bead diameters: about where the paper's window does, and below
+/// it.
+constexpr double shallow_from = 40, deep_from = 80;
+
 /// One stretch of depth, judged at the friction coefficient where the power is farthest from 1.
 Claim judge_stretch(const std::vector<DeepResponse>& measured, const ClaimSpec& spec, const char* id,
-                    const std::string& where, PowerOfDepth DeepResponse::*stretch) {
+                    const std::string& where, PowerOfDepth DeepResponse::*stretch, double from) {
   Claim claim =
       open_claim(id, fmt::format("The squared width W² grows linearly with z {}.", where), "power of z in W²");
   const PaperNumber paper{.value = 1, .tolerance = spec.exponent_tolerance};
@@ -21,7 +25,7 @@ Claim judge_stretch(const std::vector<DeepResponse>& measured, const ClaimSpec& 
   std::vector<std::string> all;
   for (const DeepResponse& one : measured) {
     const Estimate& power = (one.*stretch).exponent;
-    if (!power.known() || one.by != DeepMeasurement::fluctuations) continue;
+    if (!power.known() || one.by != DeepMeasurement::fluctuations || (one.*stretch).from < from) continue;
     all.push_back(
         fmt::format("{} at μ = {}", value_with_error(power.value, power.standard_error), one.spec.sampler.mu));
     const double z = std::abs(judge_number(power, paper).z_score);
@@ -44,9 +48,11 @@ Claim judge_stretch(const std::vector<DeepResponse>& measured, const ClaimSpec& 
 }  // namespace
 
 std::vector<Claim> judge_spreading(const std::vector<DeepResponse>& measured, const ClaimSpec& spec) {
-  return {judge_stretch(measured, spec, "spreading-shallow",
-                        "as deep as the paper's piles, saturated ones without a load", &DeepResponse::shallow),
-          judge_stretch(measured, spec, "spreading-deep", "much deeper than the paper's piles", &DeepResponse::deep)};
+  return {
+      judge_stretch(measured, spec, "spreading-shallow", "as deep as the paper's piles, saturated ones without a load",
+                    &DeepResponse::shallow, shallow_from),
+      judge_stretch(measured, spec, "spreading-deep", "much deeper than the paper's piles", &DeepResponse::deep,
+                    deep_from)};
 }
 
 }  // namespace granuscope

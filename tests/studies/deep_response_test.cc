@@ -141,6 +141,10 @@ TEST_CASE("The law of spreading is judged where it is farthest from diffusion, s
   DeepResponse unknown = at(0.5, 1, 1);
   unknown.deep.exponent = {.reason = "no peaks"};
   CHECK(judge_spreading({unknown}, spec)[1].verdict == not_tested);
+  // Nearer to the top than the paper looked, the claims have nothing to say.
+  DeepResponse near = at(0.5, 1.9, 1.9);
+  near.shallow.from = near.deep.from = 2;
+  for (const Claim& claim : judge_spreading({near}, spec)) CHECK(claim.verdict == not_tested);
   CHECK(deep_response_study()->claims(spec).empty());
 }
 
