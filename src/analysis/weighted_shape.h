@@ -23,8 +23,7 @@ double weight_by_width(double k, double width);
 
 /// The shape that fits `modes`, of the layer of `spectrum` from all or some of its blocks, by least squares under these
 /// weights. Sines count as cosines do; those not to scale with the factor that fits best. On a ring the shape at
-/// columns
-/// - x_p has the same cosines: the smaller one is given. None if that does not converge.
+/// columns - x_p has the same cosines: the smaller one is given. None if that does not converge.
 std::optional<DoubleGaussian> weighted_shape(const LayerSpectrum& spectrum, ResponseModes modes, ModeWeights weights,
                                              DoubleGaussian start);
 
