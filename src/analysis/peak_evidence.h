@@ -13,9 +13,9 @@ struct PeakEvidence {
   /// chi^2 of the best shape with one maximum minus that of the best one with two. Two mirror Gaussians have two maxima
   /// if and only if x_p > W; a single Gaussian is x_p = 0. Positive: two peaks are preferred.
   double for_two_peaks = std::numeric_limits<double>::quiet_NaN();
-  /// Where there are sines to scale (LayerSpectrum::sines), chi^2 of cosines and sines of the best single Gaussian in the
-  /// middle, which has none, minus that of the best peak beside it. Positive: the peak has moved, be it farther than W
-  /// or not.
+  /// Where there are sines to scale (LayerSpectrum::sines), chi^2 of cosines and sines of the best single Gaussian in
+  /// the middle, which has none, minus that of the best peak beside it. Positive: the peak has moved, be it farther
+  /// than W or not.
   double for_moved_peak = std::numeric_limits<double>::quiet_NaN();
 };
 
