@@ -25,6 +25,10 @@ Claim judge_frictionless(const Analysis& analysis) {
     return claim;
   }
   claim.measured = result->c;
+  if (!result->c.known()) {
+    leave_open(claim, result->c.reason);
+    return claim;
+  }
   const double c_error = std::abs(result->c.value - tan30), D_error = std::abs(result->D.value);
   const bool holds = result->exact && c_error <= rounding && D_error <= rounding;
   claim.verdict = holds ? reproduced : not_reproduced;

@@ -202,4 +202,9 @@ TEST_CASE("the frictionless claim holds to rounding and no further") {
   t.D.value = 0;
   t.exact = false;
   CHECK(claim(judge_claims(with(t), {}, {}), "frictionless").verdict == "not reproduced");
+
+  // An estimator that follows fluctuations finds none there: what is unknown contradicts nothing.
+  t.c = test::unknown("piles without friction are all alike");
+  CHECK(claim(judge_claims(with(t), {}, {}), "frictionless").verdict == "not tested");
+  CHECK(claim(judge_claims(with(t), {}, {}), "frictionless").explanation == "Piles without friction are all alike.");
 }
