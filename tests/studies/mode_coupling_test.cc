@@ -350,6 +350,49 @@ TEST_CASE("The couplings predict the spreading of the peaks, on a ring that they
   const double sound = value(found["response"]["c_thrust"]);
   CHECK(std::abs(value(found["plateau"]["C_H_over_C_w"]) - sound * sound) <
         5 * error(found["plateau"]["C_H_over_C_w"]));
+  // Both saturate as 1 - exp(-D k^2 z), with D of the dispersion relation, and not with twice that.
+  const auto& saturation = found["saturation"];
+  const int points = saturation["points"];
+  CAPTURE(saturation.dump());
+  REQUIRE(points >= 5);
+  CHECK(saturation["chi2"].get<double>() < points + 5 * std::sqrt(2.0 * points));
+  CHECK(saturation["chi2_with_twice_D"].get<double>() > 3 * (points + 5 * std::sqrt(2.0 * points)));
+  // What the equation says about single waves, where they are known to 5 %.
+  int waves = 0;
+  double predicted_off = 0, without_torque_off = 0;
+  for (std::size_t band = 0; band < found["response"]["dispersion"].size(); ++band) {
+    const auto& D = found["response"]["dispersion"][band]["D"];
+    if (error(D) > 0.05 * value(D)) continue;
+    const auto off = [&](const char* theory) {
+      return std::log(value(found[theory]["dispersion"][band]["D"]) / value(D));
+    };
+    CAPTURE(band, D.dump(), off("predicted"), off("without_torque"));
+    CHECK(std::abs(off("predicted")) < 0.2);  // one loop
+    predicted_off += std::pow(off("predicted"), 2);
+    without_torque_off += std::pow(off("without_torque"), 2);
+    ++waves;
+  }
+  CHECK(waves >= 3);
+  CAPTURE(predicted_off, without_torque_off);
+  CHECK(predicted_off < without_torque_off);
+  // Deeper the thrust is a little less, long waves of torque having built up, under every load alike: the curvatures
+  // stay.
+  const auto& deeper = found["thrust_largest_change_with_depth"];
+  CAPTURE(deeper.dump());
+  CHECK(std::abs(value(deeper)) < 0.005 * value(found["thrust_by_slope"]["at_zero"]));
+  for (const char* by : {"thrust_by_slope", "thrust_by_torque"}) {
+    const auto& change = found[by]["curvature_deeper_less_here"];
+    CAPTURE(by, change.dump());
+    CHECK(error(change) < 0.5);
+    CHECK(std::abs(value(change)) < 5 * error(change));
+  }
+  REQUIRE(found["thrust_twice_as_wide"].size() == 2);
+  for (const auto& load : found["thrust_twice_as_wide"]) {
+    const auto& change = load["wide_less_here"];
+    CAPTURE(load.dump());
+    CHECK(error(change) < 0.001);
+    CHECK(std::abs(value(change)) < 5 * error(change));
+  }
   CHECK(value(found["coupling_to_torque"]) > 10 * value(found["coupling_to_itself"]));
   const auto& strength = found["fit"]["strength"];
   CHECK(std::abs(value(strength) - 1) < 5 * error(strength) + 0.2);

@@ -217,6 +217,108 @@ Figure plot_coupling(const std::vector<CoupledSpreading>& measured, const std::f
                      run_folder);
 }
 
+Figure plot_spectra(const std::vector<CoupledSpreading>& measured, const std::filesystem::path& run_folder) {
+  PlotPlan plan;
+  plan.id = "spectra-of-fields";
+  plan.script = "studies/spectra_of_fields";
+  plan.height = 3.6;
+  std::vector<std::string> spectra, dispersion, titles, layers, chi2;
+  Range k, power, waves, diffusion;
+  for (const CoupledSpreading& one : measured) {
+    const DiffusionOfWaves law(one.response.bands);
+    if (one.predicted.D_of_bands.empty() || !law.known()) continue;
+    const std::string style = series_style(titles.size()), mu = exact(one.mu);
+    const double c_squared = one.plateau.c_thrust_squared.value;
+    const double plateau = (one.plateau.of_w.value + one.plateau.of_H.value / c_squared) / 2;
+    layers.clear();
+    for (const SaturatingSpectrum& spectrum : one.spectra) {
+      CsvTable table({"k: 1/bead diameter", "C_w: loads of one top bead squared",
+                      "standard_error: loads of one top bead squared",
+                      "C_H_over_c_thrust_squared: loads of one top bead squared",
+                      "standard_error: loads of one top bead squared", "modes: dimensionless"});
+      for (const BandOfFluctuations& band : spectrum.bands) {
+        const Estimate w = estimate(band.of_w), H = estimate(band.of_H);
+        table.add_row({band.k, w.value, w.standard_error, H.value / c_squared, H.standard_error / c_squared,
+                       static_cast<double>(band.modes)});
+        k.add(band.k);
+        power.add(w.value);
+        power.add(H.value / c_squared);
+      }
+      CsvTable line({"k: 1/bead diameter", "C: loads of one top bead squared"});
+      const double steps = 60, first = spectrum.bands.front().k, last = spectrum.bands.back().k;
+      for (double step = 0; step <= steps; ++step) {
+        const double at = first * std::pow(last / first, step / steps);
+        line.add_row({at, plateau * law.saturation(at, spectrum.z)});
+      }
+      const std::string file = fmt::format("{}-layer-{}-mu-{}.csv", plan.id, spectrum.layer, mu),
+                        law_file = fmt::format("{}-law-{}-mu-{}.csv", plan.id, spectrum.layer, mu);
+      plan.data[file] = table.text();
+      plan.data[law_file] = line.text();
+      spectra.push_back(fmt::format("'{}' using 1:2 with lines linewidth 0.9 {} notitle", law_file, colour_of(style)));
+      spectra.push_back(
+          fmt::format("'{}' using 1:2:3 with yerrorbars linewidth 0.7 pointsize 0.45 {} notitle", file, style));
+      spectra.push_back(
+          fmt::format("'{}' using 1:4:5 with yerrorbars linewidth 0.7 pointsize 0.8 pointtype {} {} notitle", file,
+                      loads_points, colour_of(style)));
+      layers.push_back(std::to_string(spectrum.layer));
+    }
+    CsvTable table({"k: 1/bead diameter", "D: bead diameters", "standard_error: bead diameters",
+                    "predicted: bead diameters", "predicted_error: bead diameters", "from: bead diameters",
+                    "to: bead diameters"});
+    for (std::size_t i = 0; i < one.response.bands.size(); ++i) {
+      const BandOfModes& band = one.response.bands[i];
+      const Estimate& predicted = one.predicted.D_of_bands[i];
+      if (!DiffusionOfWaves({band}).known() || !predicted.known()) continue;
+      table.add_row({band.k, band.D.value, band.D.standard_error, predicted.value, predicted.standard_error,
+                     band.z_from, band.z_to});
+      waves.add(band.k);
+      diffusion.add(band.D.value);
+      diffusion.add(predicted.value);
+    }
+    const std::string file = fmt::format("{}-dispersion-mu-{}.csv", plan.id, mu);
+    plan.data[file] = table.text();
+    dispersion.push_back(
+        fmt::format("'{}' using 1:4 with lines linewidth 0.9 dashtype 2 {} notitle", file, colour_of(style)));
+    dispersion.push_back(
+        fmt::format("'{}' using 1:2:3 with yerrorbars linewidth 0.8 pointsize 0.5 {} notitle", file, style));
+    titles.push_back(title_of(one.mu, style));
+    chi2.push_back(fmt::format("{:.0f} at μ = {} ({} bands; with twice D: {:.0f})", one.saturation.chi2,
+                               caption_number(one.mu), one.saturation.points, one.saturation.doubled_chi2));
+  }
+  if (titles.empty()) {
+    throw InputError(
+        "the figure of the spectra has nothing to show: no diffusion coefficient is known of waves of one length; give "
+        "the study more piles");
+  }
+  plan.curves = static_cast<int>(spectra.size() + dispersion.size());
+  titles.push_back(
+      fmt::format("keyentry with points pointsize 0.8 pointtype {} linecolor rgb '{}' title 'from horizontal force'",
+                  loads_points, plot_colours().at("black")));
+  titles.push_back(line_title("linewidth 0.9", "law"));
+  titles.push_back(line_title("linewidth 0.9 dashtype 2", "predicted"));
+  const Range k_axis = widened_by_factor(k, 1.2), power_axis = widened_by_factor(power, 1.5),
+              wave_axis = widened_by_factor(waves, 1.2), D_axis = widened_by_factor(diffusion, 1.4);
+  return plot_figure(
+      plan,
+      {{"spectra", joined(spectra)},
+       {"dispersion", joined(dispersion)},
+       {"titles", joined(titles)},
+       {"k_low", exact(k_axis.low)},
+       {"k_high", exact(k_axis.high)},
+       {"k_ticks", log_ticks(k_axis)},
+       {"C_low", exact(power_axis.low)},
+       {"C_high", exact(power_axis.high)},
+       {"C_ticks", log_ticks(power_axis)},
+       {"wave_low", exact(wave_axis.low)},
+       {"wave_high", exact(wave_axis.high)},
+       {"wave_ticks", log_ticks(wave_axis)},
+       {"D_low", exact(D_axis.low)},
+       {"D_high", exact(D_axis.high)},
+       {"D_ticks", log_ticks(D_axis)}},
+      {"studies/spectra_of_fields.captions", {{"layers", enumeration(layers)}, {"chi2", enumeration(chi2)}}},
+      run_folder);
+}
+
 Figure plot_peak_shape(const std::vector<CoupledSpreading>& measured, const std::filesystem::path& run_folder) {
   PlotPlan plan;
   plan.id = "peak-shape";

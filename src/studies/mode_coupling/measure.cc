@@ -23,6 +23,7 @@ constexpr int most_iterations = 12;
 constexpr double least_D = 0.05;  ///< of the first octave's
 /// Modes of the plateau: those that have decayed by exp(-saturated) since the top, and are long against beads.
 constexpr double saturated = 4, largest_k = 0.5;
+constexpr double nearly_saturated = 0.9;  ///< beyond, the law says no more than that there is a plateau
 constexpr std::size_t tested_shapes = 3;
 
 }  // namespace
@@ -31,6 +32,22 @@ LoadedPiles measure_loaded(const MeasuredEnsemble& ensemble) {
   const BlockSums& sums = ensemble.record.sums;
   return {ensemble.spec, load_line(ensemble.spec.sampler), block_mean(sums, "thrust", 0),
           block_mean(sums, "thrust", sums.layers.size() - 1)};
+}
+
+Estimate difference_of(const Replicated& one, const Replicated& other) {
+  return estimate(transform([](double a, double b) { return a - b; }, one, other));
+}
+
+Estimate largest_change_with_depth(const CoupledSpreading& one) {
+  Estimate largest{0, 1, {}};
+  for (const auto* loads : {&one.leaning, &one.turned}) {
+    for (const LoadedPiles& piles : *loads) {
+      const Estimate change = difference_of(piles.thrust_below, piles.thrust);
+      const auto errors = [](const Estimate& of) { return std::abs(of.value) / of.standard_error; };
+      if (errors(change) > errors(largest)) largest = change;
+    }
+  }
+  return largest;
 }
 
 ThrustCurvature fit_thrust(const std::vector<LoadedPiles>& piles, double LoadLine::*x, Replicated* curvature) {
@@ -47,15 +64,20 @@ ThrustCurvature fit_thrust(const std::vector<LoadedPiles>& piles, double LoadLin
   const Replicated second = transform_all(thrust, [&](const auto& y) { return 2 * fit(y).slope; });
   result.curvature = estimate(second);
   result.test = test_parabola(squares, thrust);
+  std::vector<Replicated> changes;
+  changes.reserve(piles.size());
+  for (const LoadedPiles& one : piles)
+    changes.push_back(transform([](double a, double b) { return a - b; }, one.thrust_below, one.thrust));
+  result.curvature_change = estimate(transform_all(changes, [&](const auto& y) { return 2 * fit(y).slope; }));
   if (curvature != nullptr) *curvature = second;
   return result;
 }
 
 namespace {
 
-/// The plateau's H and torque with replicates.
+/// The plateau with replicates.
 struct PlateauMeans {
-  Replicated of_H, of_torque;
+  Replicated of_w, of_H, of_torque;
 };
 
 Plateau plateau_of(const LayerFluctuations& layer, double D, PlateauMeans& means) {
@@ -71,18 +93,36 @@ Plateau plateau_of(const LayerFluctuations& layer, double D, PlateauMeans& means
     torque.push_back(layer.of_torque[m]);
   }
   if (w.empty()) return plateau;
-  const Replicated w_mean = mean_of(w);
-  means = {mean_of(H), mean_of(torque)};
-  plateau.of_w = estimate(w_mean);
+  means = {mean_of(w), mean_of(H), mean_of(torque)};
+  plateau.of_w = estimate(means.of_w);
   plateau.of_H = estimate(means.of_H);
   plateau.of_torque = estimate(means.of_torque);
-  plateau.ratio = estimate(transform([](double a, double b) { return b / a; }, w_mean, means.of_H));
+  plateau.ratio = estimate(transform([](double a, double b) { return b / a; }, means.of_w, means.of_H));
   return plateau;
 }
 
-/// x_p and W^2 at the lags, and slopes between them.
+SaturationTest test_saturation(const std::vector<SaturatingSpectrum>& spectra, double c_squared,
+                               const PlateauMeans& plateau) {
+  SaturationTest test;
+  for (const SaturatingSpectrum& spectrum : spectra) {
+    for (const BandOfFluctuations& band : spectrum.bands) {
+      if (band.k_to > largest_k || !(band.saturation.value < nearly_saturated)) continue;
+      const Estimate share =
+          estimate(transform([&](double w, double H, double w_all,
+                                 double H_all) { return (w + H / c_squared) / (w_all + H_all / c_squared); },
+                             band.of_w, band.of_H, plateau.of_w, plateau.of_H));
+      const double error = std::hypot(share.standard_error, band.saturation.standard_error);
+      test.chi2 += std::pow((share.value - band.saturation.value) / error, 2);
+      test.doubled_chi2 += std::pow((share.value - band.doubled) / error, 2);
+      ++test.points;
+    }
+  }
+  return test;
+}
+
+/// x_p and W^2 at the lags, and D of the bands that were measured.
 struct Spreading {
-  std::vector<double> peak, width_squared;
+  std::vector<double> peak, width_squared, D_of_bands;
 };
 
 std::vector<double> slopes_of(const std::vector<double>& y, const std::vector<double>& z) {
@@ -100,7 +140,11 @@ struct Couplings {
 /// What the theory says about the recorded lags.
 class Theory {
  public:
-  Theory(const DeepResponse& response, double D_torque) : c_(response.c_thrust.value), D_torque_(D_torque) {
+  Theory(const DeepResponse& response, double D_torque)
+      : bands_(response.bands),
+        columns_(response.spec.lattice.columns),
+        c_(response.c_thrust.value),
+        D_torque_(D_torque) {
     for (const LagResponse& lag : response.lags) z_.push_back(lag.z);
     const std::vector<int> bases = fluctuation_plan(response.spec).bases;
     saturated_by_ = Lattice::depth((bases.front() + bases.back()) / 2);
@@ -116,6 +160,7 @@ class Theory {
       result.peak.push_back(shape.peak);
       result.width_squared.push_back(shape.width * shape.width);
     }
+    for (const BandOfModes& band : bands_) result.D_of_bands.push_back(D_of(band, solved));
     return result;
   }
   /// Slopes of W^2 over the octaves.
@@ -135,6 +180,18 @@ class Theory {
   const std::vector<double>& z() const { return z_; }
 
  private:
+  /// The mean over a band, a mode counting as in the fit of what is measured (analysis/dispersion.h).
+  double D_of(const BandOfModes& band, const CoupledPeak& solved) const {
+    const double first = 2 * std::numbers::pi / columns_, z = band.z_to - band.z_from;
+    double sum = 0, weights = 0;
+    for (double k = first * std::ceil(band.k_from / first); k < band.k_to; k += first) {
+      const double left = std::abs(solved.mode_at(band.z_to, k)) / std::abs(solved.mode_at(band.z_from, k));
+      const double weight = std::pow(k * k * left, 2);
+      sum -= weight * 2 * std::log(left) / (k * k * z);
+      weights += weight;
+    }
+    return sum / weights;
+  }
   CouplingSpec spec(double D, Couplings couplings) const {
     // A whole number of steps to the first lag, and so to all.
     const double least = std::max(1.0, z_.back() / most_steps);
@@ -150,6 +207,8 @@ class Theory {
   }
 
   std::vector<double> z_;
+  std::vector<BandOfModes> bands_;
+  int columns_;
   double c_, D_torque_, saturated_by_ = 0;
   int ring_ = 512;
   TorqueKernels torque_;
@@ -184,18 +243,23 @@ PredictedSpreading predict(const Theory& theory, const DeepResponse& response, C
   const Estimate& first = response.octaves.front().D;
   const Couplings more = couplings.times(1 + error);
   const double faster = first.value + first.standard_error;
-  Spreading spreading;
-  std::vector<double> by_coupling, by_first;
+  Spreading spreading, with_more, with_faster;
   for_each_index(3, threads, [&](std::size_t which) {
     if (which == 0) {
       result.D = theory.D_for(first.value, couplings);
       spreading = theory.spreading(result.D, couplings);
     } else if (which == 1) {
-      by_coupling = theory.slopes(theory.D_for(first.value, more), more);
+      with_more = theory.spreading(theory.D_for(first.value, more), more);
     } else {
-      by_first = theory.slopes(theory.D_for(faster, couplings), couplings);
+      with_faster = theory.spreading(theory.D_for(faster, couplings), couplings);
     }
   });
+  const std::vector<double> by_coupling = slopes_of(with_more.width_squared, theory.z()),
+                            by_first = slopes_of(with_faster.width_squared, theory.z());
+  for (std::size_t i = 0; i < spreading.D_of_bands.size(); ++i) {
+    const double D = spreading.D_of_bands[i];
+    result.D_of_bands.push_back({D, std::hypot(with_more.D_of_bands[i] - D, with_faster.D_of_bands[i] - D), {}});
+  }
   const std::vector<double> slopes = slopes_of(spreading.width_squared, theory.z());
   const double offset = response.lags.front().width_squared.value;
   const auto widths = [&](const std::vector<double>& of) { return widths_of(of, offset, theory.z()); };
@@ -368,14 +432,16 @@ PeakShapeTest test_shape(const LayerSpectrum& spectrum, const LagResponse& lag, 
 }  // namespace
 
 CoupledSpreading measure_coupling(const MeasuredEnsemble& deep, std::vector<LoadedPiles> leaning,
-                                  std::vector<LoadedPiles> turned, Fluctuations fluctuations,
-                                  std::vector<DeepResponse> checks, int threads) {
+                                  std::vector<LoadedPiles> turned, std::vector<LoadedPiles> twice_as_wide,
+                                  Fluctuations fluctuations, std::vector<DeepResponse> checks, int threads) {
   CoupledSpreading result;
   result.mu = deep.spec.sampler.mu;
   result.response = measure_spreading(deep, DeepMeasurement::fluctuations, threads);
   result.leaning = std::move(leaning);
   result.turned = std::move(turned);
+  result.twice_as_wide = std::move(twice_as_wide);
   result.layers = std::move(fluctuations.layers);
+  result.spectra = saturating_spectra(result.layers, DiffusionOfWaves(result.response.bands));
   result.in_blocks = std::move(fluctuations.thrust);
   result.D_torque = estimate(fluctuations.D_torque);
   Replicated by_slope, by_torque;
@@ -390,10 +456,14 @@ CoupledSpreading measure_coupling(const MeasuredEnsemble& deep, std::vector<Load
   PlateauMeans plateau;
   result.plateau = plateau_of(result.layers.back(), result.response.octaves.front().D.value, plateau);
   if (!result.plateau.of_H.known()) {
-    for (Estimate* one : {&result.plateau.of_w, &result.plateau.of_H, &result.plateau.of_torque, &result.plateau.ratio})
+    for (Estimate* one : {&result.plateau.of_w, &result.plateau.of_H, &result.plateau.of_torque, &result.plateau.ratio,
+                          &result.plateau.c_thrust_squared})
       one->reason = "no mode of the deepest layer is saturated";
     return unknown("no mode of the deepest layer is saturated; give deeper fluctuation_layers");
   }
+  const Estimate& c = result.response.c_thrust;
+  result.plateau.c_thrust_squared = {c.value * c.value, 2 * c.value * c.standard_error, {}};
+  result.saturation = test_saturation(result.spectra, result.plateau.c_thrust_squared.value, plateau);
   result.to_itself =
       estimate(transform([](double A, double C_H) { return A * A * C_H / 144; }, by_slope, plateau.of_H));
   result.to_torque = estimate(transform([](double A, double C_t, double C_H) { return A * A * C_t * C_t / (36 * C_H); },

@@ -5,6 +5,7 @@
 #include "analysis/measured_ensemble.h"
 #include "coupled_peak.h"
 #include "fluctuations.h"
+#include "saturation.h"
 #include "studies/spreading.h"
 
 namespace granuscope {
@@ -20,7 +21,8 @@ struct LoadedPiles {
 /// How the thrust ratio kappa depends on one of the two: kappa(0) + kappa'' x^2/2 + ... x^4.
 struct ThrustCurvature {
   Estimate at_zero, curvature;
-  LineTest test;  ///< of that form
+  Estimate curvature_change;  ///< what it is much deeper, less that
+  LineTest test;              ///< of that form
 };
 
 /// How much better another shape of the peaks describes one lag than Gaussians do.
@@ -42,17 +44,27 @@ struct Plateau {
   int layer = 0;
   double k_from = 0, k_to = 0;
   Estimate of_w, of_H, of_torque;
-  Estimate ratio;  ///< C_H/C_w; that of sound is c_thrust^2
+  Estimate ratio;             ///< C_H/C_w; that of sound is
+  Estimate c_thrust_squared;  ///< of the piles whose response is followed
+};
+
+/// chi^2 of the law of saturation (saturation.h) and the same with twice D, of the mean of C_w and C_H/c_thrust^2 over
+/// the plateau: each of the two swings about the law where less than some waves fit into the depth, and against the
+/// other, since what a layer adds is horizontal force alone.
+struct SaturationTest {
+  double chi2 = 0, doubled_chi2 = 0;
+  int points = 0;  ///< bands of layers, those that are short of their plateau
 };
 
 /// What the theory says at the lags of a response, of which it takes W^2 at the first lag as it is.
 struct PredictedSpreading {
   std::vector<double> width_squared,
-      width_squared_error;       ///< errors from those of the couplings and of the first octave
-  std::vector<double> c;         ///< slope of x_p over each octave
-  double D = 0;                  ///< without coupling: such that the first octave spreads as measured
-  std::vector<Estimate> slopes;  ///< of W^2 over each octave
-  double chi2 = 0;               ///< of the octaves behind the first, errors of both sides
+      width_squared_error;           ///< errors from those of the couplings and of the first octave
+  std::vector<double> c;             ///< slope of x_p over each octave
+  double D = 0;                      ///< without coupling: such that the first octave spreads as measured
+  std::vector<Estimate> slopes;      ///< of W^2 over each octave
+  std::vector<Estimate> D_of_bands;  ///< of each band measured: -2 ln|f(k, z_to)/f(k, z_from)|/(k^2 (z_to - z_from))
+  double chi2 = 0;                   ///< of the octaves behind the first, errors of both sides
 };
 
 /// The same response measured in another way.
@@ -67,7 +79,10 @@ struct CoupledSpreading {
   double mu = 0;
   DeepResponse response;
   std::vector<LoadedPiles> leaning, turned;  ///< upright first, ascending in slope, in offset
+  std::vector<LoadedPiles> twice_as_wide;    ///< of the largest slope and offset, where asked for
   std::vector<LayerFluctuations> layers;
+  std::vector<SaturatingSpectrum> spectra;  ///< of them, by bands
+  SaturationTest saturation;
   ThrustCurvature by_slope, by_torque;
   std::vector<ThrustInBlocks> in_blocks;  ///< the same, from fluctuations
   Plateau plateau;
@@ -89,13 +104,19 @@ struct CoupledSpreading {
 /// Of an ensemble with two lags recorded.
 LoadedPiles measure_loaded(const MeasuredEnsemble& ensemble);
 
+/// The difference of two numbers that share their blocks.
+Estimate difference_of(const Replicated& one, const Replicated& other);
+
+/// The thrust ratio deeper less that here, of the load where it is most errors away from 0.
+Estimate largest_change_with_depth(const CoupledSpreading& one);
+
 /// Of piles that are alike but for one number of their line of load, `x` of it. Piles of equal sample share their
 /// random numbers, which their replicates know.
 ThrustCurvature fit_thrust(const std::vector<LoadedPiles>& piles, double LoadLine::*x, Replicated* curvature = nullptr);
 
 /// All of it, from an ensemble as measure_spreading takes it and what else has been measured.
 CoupledSpreading measure_coupling(const MeasuredEnsemble& deep, std::vector<LoadedPiles> leaning,
-                                  std::vector<LoadedPiles> turned, Fluctuations fluctuations,
-                                  std::vector<DeepResponse> checks, int threads);
+                                  std::vector<LoadedPiles> turned, std::vector<LoadedPiles> twice_as_wide,
+                                  Fluctuations fluctuations, std::vector<DeepResponse> checks, int threads);
 
 }  // namespace granuscope

@@ -32,19 +32,42 @@ constexpr int loaded_bases = 50, loaded_lag = 512;
 /// Beads per layer of those piles, and of those whose fluctuations are measured: no peak crosses them.
 constexpr int narrow = 512;
 
-enum Part { deep, leaning, turned, wide, loads };
+enum Part { deep, leaning, turned, wide, loads, wide_loaded };
 
 Json to_json(const LoadedPiles& one) {
   return {{"load_angle", one.spec.sampler.load_angle},
           {"slope", one.line.slope},
           {"load_offset", one.line.offset},
           {"thrust_ratio", granuscope::to_json(estimate(one.thrust))},
-          {"thrust_ratio_deeper", granuscope::to_json(estimate(one.thrust_below))}};
+          {"thrust_ratio_deeper", granuscope::to_json(estimate(one.thrust_below))},
+          {"deeper_less_here", granuscope::to_json(difference_of(one.thrust_below, one.thrust))}};
+}
+
+/// What the thrust is at twice the width, less what it is under the same load here.
+Json wide_json(const LoadedPiles& one, const CoupledSpreading& all) {
+  Json json = to_json(one);
+  const LoadedPiles& here = one.line.slope > 0 ? all.leaning.back() : all.turned.back();
+  json["wide_less_here"] = granuscope::to_json(difference_of(one.thrust, here.thrust));
+  return json;
+}
+
+Json to_json(const SaturatingSpectrum& one) {
+  Json bands = Json::array();
+  for (const BandOfFluctuations& band : one.bands) {
+    bands.push_back({{"k", band.k},
+                     {"band", {band.k_from, band.k_to}},
+                     {"modes", band.modes},
+                     {"C_w", granuscope::to_json(estimate(band.of_w))},
+                     {"C_H", granuscope::to_json(estimate(band.of_H))},
+                     {"saturation", granuscope::to_json(band.saturation)}});
+  }
+  return {{"layer", one.layer}, {"z", one.z}, {"bands", bands}};
 }
 
 Json to_json(const ThrustCurvature& one) {
   return {{"at_zero", granuscope::to_json(one.at_zero)},
           {"curvature", granuscope::to_json(one.curvature)},
+          {"curvature_deeper_less_here", granuscope::to_json(one.curvature_change)},
           {"about_form", granuscope::to_json(one.test)}};
 }
 
@@ -68,7 +91,9 @@ Json to_json(const CheckedSpreading& one) {
 
 Json to_json(const PredictedSpreading& one, const DeepResponse& response) {
   if (one.width_squared.empty()) return nullptr;
-  Json lags = Json::array(), octaves = Json::array();
+  Json lags = Json::array(), octaves = Json::array(), bands = Json::array();
+  for (std::size_t i = 0; i < one.D_of_bands.size(); ++i)
+    bands.push_back({{"k", response.bands[i].k}, {"D", granuscope::to_json(one.D_of_bands[i])}});
   for (std::size_t i = 0; i < one.width_squared.size(); ++i) {
     const Estimate width{one.width_squared[i], one.width_squared_error[i], {}};
     lags.push_back({{"z", response.lags[i].z}, {"width_squared", granuscope::to_json(width)}});
@@ -82,15 +107,20 @@ Json to_json(const PredictedSpreading& one, const DeepResponse& response) {
   return {{"D_without_coupling", one.D},
           {"lags", lags},
           {"octaves", octaves},
+          {"dispersion", bands},
           {"chi2", finite_or_null(one.chi2)},
           {"octaves_predicted", one.c.size() - 1}};
 }
 
 Json to_json(const CoupledSpreading& one) {
+  Json wide_loads = Json::array();
+  for (const LoadedPiles& piles : one.twice_as_wide) wide_loads.push_back(wide_json(piles, one));
   return {{"mu", one.mu},
           {"response", spreading_json(one.response)},
           {"leaning", list_of(one.leaning, to_json)},
           {"turned", list_of(one.turned, to_json)},
+          {"thrust_largest_change_with_depth", granuscope::to_json(largest_change_with_depth(one))},
+          {"thrust_twice_as_wide", wide_loads},
           {"thrust_by_slope", to_json(one.by_slope)},
           {"thrust_by_torque", to_json(one.by_torque)},
           {"thrust_in_blocks", list_of(one.in_blocks, to_json)},
@@ -100,7 +130,13 @@ Json to_json(const CoupledSpreading& one) {
             {"C_w", granuscope::to_json(one.plateau.of_w)},
             {"C_H", granuscope::to_json(one.plateau.of_H)},
             {"C_torque", granuscope::to_json(one.plateau.of_torque)},
-            {"C_H_over_C_w", granuscope::to_json(one.plateau.ratio)}}},
+            {"C_H_over_C_w", granuscope::to_json(one.plateau.ratio)},
+            {"c_thrust_squared", granuscope::to_json(one.plateau.c_thrust_squared)}}},
+          {"spectra", list_of(one.spectra, to_json)},
+          {"saturation",
+           {{"points", one.saturation.points},
+            {"chi2", finite_or_null(one.saturation.chi2)},
+            {"chi2_with_twice_D", finite_or_null(one.saturation.doubled_chi2)}}},
           {"D_torque", granuscope::to_json(one.D_torque)},
           {"coupling_to_itself", granuscope::to_json(one.to_itself)},
           {"coupling_to_torque", granuscope::to_json(one.to_torque)},
@@ -161,8 +197,10 @@ class ModeCouplingStudy final : public CopiedStudy<ModeCouplingStudy> {
         make_key(table(), "first_base", "layer",
                  "shallowest layer from which the response is followed; 0: 0.6/mu^2, where short waves are saturated",
                  first_base_, KeyRange{}.within(0, most_first_base)),
-        make_key(table(), "wide_mu", "", "those of mu that are measured once more with twice the columns", wide_mu_,
-                 friction_range_above_zero()),
+        make_key(table(), "wide_mu", "",
+                 "those of mu that are measured once more with twice the columns, and so is the thrust under the "
+                 "largest loads",
+                 wide_mu_, friction_range_above_zero()),
         make_key(table(), "loaded_mu", "",
                  "those of mu that are measured once more by loads: estimator multiplexed, each pile and its opposite",
                  loaded_mu_, friction_range_above_zero()),
@@ -225,6 +263,14 @@ class ModeCouplingStudy final : public CopiedStudy<ModeCouplingStudy> {
         add(fmt::format("load {} bead radii beside", offset), fmt::format("turned-{}", exact(offset)),
             loaded_spec(main, mu, 0, offset), turned);
       }
+      if (std::find(wide_mu_.begin(), wide_mu_.end(), mu) != wide_mu_.end()) {
+        for (const auto& [angle, offset] : {std::pair(angles_.back(), 0.0), std::pair(0.0, offsets_.back())}) {
+          EnsembleSpec spec = loaded_spec(main, mu, angle, offset);
+          spec.lattice.columns *= 2;
+          const char* name = offset == 0 ? "leaning" : "turned";
+          add(fmt::format("largest load {}, twice as wide", name), fmt::format("wide-{}", name), spec, wide_loaded);
+        }
+      }
       const auto check = [&](const std::vector<double>& checked, DeepMeasurement by, const char* name, Part part) {
         if (std::find(checked.begin(), checked.end(), mu) == checked.end()) return;
         add(fmt::format("spreading {}", name), fmt::format("spreading-{}", name),
@@ -247,11 +293,13 @@ class ModeCouplingStudy final : public CopiedStudy<ModeCouplingStudy> {
   void add(const StudyEnsemble& one, const MeasuredEnsemble& ensemble) override {
     if (one.part == leaning) leaning_.push_back(measure_loaded(ensemble));
     if (one.part == turned) turned_.push_back(measure_loaded(ensemble));
+    if (one.part == wide_loaded) twice_as_wide_.push_back(measure_loaded(ensemble));
     if (one.part == wide) checks_.push_back(measure_spreading(ensemble, DeepMeasurement::wide, threads_));
     if (one.part == loads) checks_.push_back(measure_spreading(ensemble, DeepMeasurement::loads, threads_));
     if (one.part != deep) return;
     turned_.insert(turned_.begin(), leaning_.front());
     measured_.push_back(measure_coupling(ensemble, std::exchange(leaning_, {}), std::exchange(turned_, {}),
+                                         std::exchange(twice_as_wide_, {}),
                                          measure_fluctuations(fluctuation_piles(ensemble.spec.sampler.mu), threads_),
                                          std::exchange(checks_, {}), threads_));
   }
@@ -287,12 +335,15 @@ class ModeCouplingStudy final : public CopiedStudy<ModeCouplingStudy> {
   std::vector<ReportPart> parts(const Json& results) const override {
     const Json told = page_1_of(results);
     const ReportPart in_blocks{.page = "studies/mode_coupling_blocks.table", .base = "/studies", .needs = id()};
-    return told.is_null() ? std::vector{table_part(), in_blocks} : std::vector{page_1(told), table_part(), in_blocks};
+    const ReportPart spectra{.page = "studies/mode_coupling_spectra.table", .base = "/studies", .needs = id()};
+    return told.is_null() ? std::vector{table_part(), in_blocks, spectra}
+                          : std::vector{page_1(told), table_part(), in_blocks, spectra};
   }
   std::vector<FigurePlot> figures(const Analysis&) const override {
     if (measured_.empty()) return {};
     return {[this](const std::filesystem::path& folder) { return plot_predicted_width(measured_, folder); },
             [this](const std::filesystem::path& folder) { return plot_coupling(measured_, folder); },
+            [this](const std::filesystem::path& folder) { return plot_spectra(measured_, folder); },
             [this](const std::filesystem::path& folder) { return plot_peak_shape(measured_, folder); }};
   }
 
@@ -337,7 +388,7 @@ class ModeCouplingStudy final : public CopiedStudy<ModeCouplingStudy> {
   int threads_ = 0;
   SamplerSpec sampling_;
   int blocks_ = 0;
-  std::vector<LoadedPiles> leaning_, turned_;
+  std::vector<LoadedPiles> leaning_, turned_, twice_as_wide_;
   std::vector<DeepResponse> checks_;  ///< and these of the friction coefficient at work
   std::vector<CoupledSpreading> measured_;
 };
