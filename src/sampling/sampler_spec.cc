@@ -6,6 +6,8 @@
 #include <numbers>
 #include <utility>
 
+#include "model/friction_cone.h"
+#include "model/incoming.h"
 #include "support/error.h"
 
 namespace granuscope {
@@ -40,6 +42,55 @@ Choice named_in(const Names<Choice, count>& names, const std::string& wanted, co
     if (name == wanted) return one;
   }
   throw InputError(fmt::format("there {} \"{}\": {}", what, wanted, known));
+}
+
+/// Whether friction bears loads on this line. Their torque returns in the second layer with the other sign, and what
+/// its mean bead cannot bear some bead cannot: admissible forces form a convex cone. Of the loads alone, so that it
+/// holds for loads of any size: a bead's own weight acts through its centre and makes it easier.
+bool bears(const FrictionCone& cone, const LoadLine& line) {
+  if (std::isnan(line.offset)) return false;
+  for (const double offset : {line.offset, -line.offset}) {
+    const Incoming in = top_load(1, {line.slope, offset});
+    const Outgoing out = balance(in);
+    if (unsolvable(out, split_interval(cone, out, in.H))) return false;
+  }
+  return true;
+}
+
+/// The largest offset of loads of this slope; 0 is borne at any.
+double largest_offset(const FrictionCone& cone, double slope) {
+  double borne = 0, refused = 1;
+  for (int halving = 0; halving < 50; ++halving) {
+    const double middle = (borne + refused) / 2;
+    (bears(cone, {slope, middle}) ? borne : refused) = middle;
+  }
+  return borne;
+}
+
+Problem find_load_problem(const SamplerSpec& spec) {
+  if (!(std::abs(spec.load_angle) < load_angle_limit)) {
+    return problem(
+        "load_angle",
+        "a load {} degrees from the vertical cannot be borne: at {} it points along a contact, and the other "
+        "one bears nothing; give an angle between -{} and {}",
+        spec.load_angle, load_angle_limit, load_angle_limit, load_angle_limit);
+  }
+  if ((spec.load_angle != 0 || spec.load_offset != 0) && !spec.model.is_beads()) {
+    return problem("load_angle",
+                   "the model {} has upright loads through the centres only; leave load_angle and load_offset at 0",
+                   name_of(spec.model.name));
+  }
+  // Without an offset the load is borne at any friction, and rounding has no say in that; mu is checked elsewhere.
+  if (spec.load_offset == 0 || !(spec.mu >= 0 && spec.mu < sqrt3)) return {};
+  const FrictionCone cone(spec.mu);
+  const LoadLine line = load_line(spec);
+  if (bears(cone, line)) return {};
+  constexpr double rounded_down = 1 - 5e-4;  // to four digits
+  return problem("load_offset",
+                 "a load that acts {} bead radii beside the centres, {} degrees from the vertical, cannot be borne: "
+                 "friction holds beads only up to {:.4g} to either side at mu = {} and this angle, since the torque "
+                 "changes its sign from layer to layer; give less",
+                 spec.load_offset, spec.load_angle, rounded_down * largest_offset(cone, line.slope), spec.mu);
 }
 
 }  // namespace
@@ -90,26 +141,7 @@ Problem find_problem(const SamplerSpec& spec) {
                    "what lies between is a law; give 0 to 1",
                    spec.lambda);
   }
-  if (!(std::abs(spec.load_angle) < load_angle_limit)) {
-    return problem(
-        "load_angle",
-        "a load {} degrees from the vertical cannot be borne: at {} it points along a contact, and the other "
-        "one bears nothing; give an angle between -{} and {}",
-        spec.load_angle, load_angle_limit, load_angle_limit, load_angle_limit);
-  }
-  // Both contacts bear it by friction alone: |T_R + T_L| <= mu (N_R + N_L).
-  if (spec.load_offset != 0 && !(std::abs(spec.load_offset) <= 2 * spec.mu / sqrt3)) {
-    return problem(
-        "load_offset",
-        "a load that acts {} bead radii beside the centres cannot be borne: friction bears no more than 2/sqrt(3) mu, "
-        "{:.3g} at mu = {}; give less",
-        spec.load_offset, 2 * spec.mu / sqrt3, spec.mu);
-  }
-  if ((spec.load_angle != 0 || spec.load_offset != 0) && !spec.model.is_beads()) {
-    return problem("load_angle",
-                   "the model {} has upright loads through the centres only; leave load_angle and load_offset at 0",
-                   name_of(spec.model.name));
-  }
+  if (auto found = find_load_problem(spec)) return found;
   if (!(spec.bead_weight >= 0 && spec.bead_weight <= most_bead_weight)) {
     return problem("bead_weight",
                    "beads cannot weigh {} loads of one top bead: gravity points down, and beside so much the loads "

@@ -123,7 +123,38 @@ TEST_CASE("A load that friction cannot bear is refused") {
   const auto refused = [&](const SamplerSpec& spec) { CHECK_THROWS_AS(make_sampler(spec, lattice), InputError); };
   refused(loaded(0.3, 30, 0));
   refused(loaded(0.3, std::nan(""), 0));
-  refused(loaded(0.3, 0, 0.4));
+  refused(loaded(0.3, 0, std::nan("")));
   refused(loaded(0, 0, 0.01));
-  CHECK_NOTHROW(make_sampler(loaded(0.3, -29.9, 0.3), lattice));
+  // Both contacts may bear 2/sqrt(3) mu of torque, but not with the vertical forces that go with it.
+  refused(loaded(0.3, 0, 0.33));
+  // A top bead would bear this one, on the side to which the load leans; the second layer has its torque turned.
+  for (const double side : {1.0, -1.0}) refused(loaded(0.3, 29, 0.16 * side));
+  CHECK_NOTHROW(make_sampler(loaded(0.3, -29.9, 0), lattice));
+  CHECK(find_problem(loaded(0.3, 0, 0.33))->message.find("up to 0.3176 to either side") != std::string::npos);
+}
+
+TEST_CASE("Slope and torque together are accepted up to where a mean bead slides or is pulled, and can be drawn") {
+  for (const double mu : {0.1, 0.3, 0.8}) {
+    const double pi = std::acos(-1), t_plus = std::tan(pi / 6 + std::atan(mu)),
+                 t_minus = std::tan(pi / 6 - std::atan(mu));
+    for (const double angle : {0.0, 8.0, -20.0, 29.0}) {
+      const double slope = std::abs(std::tan(angle * pi / 180));
+      // Of the mean bead, V_R + V_L = 1 and V_R - V_L = sqrt(3) slope +- 2 offset: neither force pulls, and both fit
+      // into their cones with H_R + H_L = slope.
+      const double largest =
+          std::min(1 - std::sqrt(3) * slope,
+                   ((t_plus - t_minus) - slope * (std::sqrt(3) * (t_plus + t_minus) - 2)) / (t_plus + t_minus)) /
+          2;
+      for (const double side : {1.0, -1.0}) {
+        CAPTURE(mu, angle, side, largest);
+        CHECK(find_problem(loaded(mu, angle, 1.00001 * side * largest)));
+        CHECK_FALSE(find_problem(loaded(mu, angle, 0.99999 * side * largest)));
+        for (const Law law : {Law::granusolve, Law::polytope}) {
+          const AuditResult result = audit(drawn(loaded(mu, angle, 0.98 * side * largest, law), {4, 4}));
+          CHECK(result.max_balance_residual < 1e-12);
+          CHECK(result.max_cone_violation < 1e-12);
+        }
+      }
+    }
+  }
 }
