@@ -92,6 +92,13 @@ TEST_CASE("A peak coupled to itself comes to spread as z^(4/3), one coupled to t
   const double coarse = bent(coupled), fine = bent(solve_coupled_peak(finer)), limit = bent(solve_coupled_peak(finest));
   CHECK(std::abs(fine - limit) < 0.6 * std::abs(coarse - limit));
   CHECK(coarse == Approx(limit).epsilon(0.01));
+  // Steps as long as those to great depth: kernels are means over them, since at their begin they fall faster than
+  // that.
+  CouplingSpec long_steps = torque;
+  long_steps.step = 8;
+  const CoupledPeak deep = solve_coupled_peak(long_steps);
+  CHECK(bent(deep) == Approx(limit).epsilon(0.05));
+  CHECK(width_squared(deep, 512) == Approx(width_squared(solve_coupled_peak(finest), 512)).epsilon(0.05));
 }
 
 TEST_CASE("The equation holds for a lattice that is known to carry itself along", "[long]") {

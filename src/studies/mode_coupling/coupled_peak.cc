@@ -17,12 +17,32 @@ using Modes = std::vector<Complex>;
 
 constexpr int corrections = 1;      ///< of the kernel at the end of a step, which the step's own end enters
 constexpr double forgotten = 1e-9;  ///< of a mode: what is left of it counts no more
+/// What must be left of a mode that others are referred to: exp(-(3^2)/2), as of those of fluctuations
+/// (ensemble/fluctuation_plan.h).
+constexpr double least_referred_to = 0.0111;
 
 double wave_number(const CouplingSpec& spec, std::size_t mode) {
   return 2 * std::numbers::pi * static_cast<double>(mode) / spec.ring;
 }
 
 std::size_t steps_of(const CouplingSpec& spec) { return static_cast<std::size_t>(std::ceil(spec.depth / spec.step)); }
+
+/// Parts of a step in which kernels are averaged. At s = 0 a kernel falls as s^(-1/2), faster than long steps see.
+int parts_of(const CouplingSpec& spec) { return std::max(1, static_cast<int>(spec.step)); }
+
+/// Calls add(s, weight) for the parts of the two steps (for n = 0 the one) around step n: the weights, of sum 1, fall
+/// to both sides, as a straight line between the steps has it.
+template <typename Add>
+void around_step(const CouplingSpec& spec, std::size_t n, Add add) {
+  const int parts = parts_of(spec);
+  if (parts == 1) return add(spec.step * static_cast<double>(n), 1.0);
+  double sum = 0;
+  const int first = n == 0 ? 0 : -parts;
+  const auto weight = [&](int part) { return parts - std::abs(part + 0.5); };
+  for (int part = first; part < parts; ++part) sum += weight(part);
+  for (int part = first; part < parts; ++part)
+    add(spec.step * (static_cast<double>(n) + (part + 0.5) / parts), weight(part) / sum);
+}
 
 /// What is there of the fluctuations of a field in the layers from which the peak starts, by mode.
 std::vector<double> saturation(const CouplingSpec& spec, double D) {
@@ -86,7 +106,7 @@ class Solver {
 
   CoupledPeak solve() {
     peak_.modes.emplace_back(modes_, 1.0);
-    kernels_.push_back(kernel_of(peak_.modes.back(), 0));
+    kernels_.push_back(first_kernel());
     Modes memory(modes_);  // the integral over s at the last step
     for (std::size_t n = 1; n <= steps_of(peak_.spec); ++n) {
       const Modes past = past_without_ends(n);
@@ -107,8 +127,21 @@ class Solver {
 
  private:
   Modes kernel_of(const Modes& f, std::size_t step) {
-    Modes kernel(modes_);
-    if (peak_.spec.to_itself != 0) kernel = squares_.of(f, saturation_);
+    return with_torque(peak_.spec.to_itself != 0 ? squares_.of(f, saturation_) : Modes(modes_), step);
+  }
+  /// As long as the peak has only spread by diffusion.
+  Modes first_kernel() {
+    Modes sum(modes_);
+    if (peak_.spec.to_itself == 0) return with_torque(sum, 0);
+    around_step(peak_.spec, 0, [&](double s, double weight) {
+      Modes f(modes_);
+      for (std::size_t m = 0; m < modes_; ++m) f[m] = std::exp(-peak_.spec.D * k_squared_[m] * s / 2);
+      const Modes square = squares_.of(f, saturation_);
+      for (std::size_t m = 0; m < modes_; ++m) sum[m] += weight * square[m];
+    });
+    return with_torque(sum, 0);
+  }
+  Modes with_torque(Modes kernel, std::size_t step) const {
     for (std::size_t m = 0; m < modes_; ++m)
       kernel[m] = peak_.spec.to_itself * kernel[m] + peak_.spec.to_torque * torque_[step][m];
     return kernel;
@@ -162,13 +195,13 @@ std::size_t step_at(const CoupledPeak& peak, double z) {
 
 }  // namespace
 
-DoubleGaussian CoupledPeak::shape(double z) const {
-  const std::size_t step = step_at(*this, z);
-  const double there = spec.step * static_cast<double>(step);
+DoubleGaussian CoupledPeak::shape_below(double above, double z) const {
+  const Modes &first = modes[step_at(*this, above)], &last = modes[step_at(*this, above + z)];
+  const double there = spec.step * static_cast<double>(step_at(*this, above + z) - step_at(*this, above));
   LayerSpectrum spectrum;
   spectrum.columns = spec.ring;
-  for (std::size_t m = 1; m < modes[step].size() - 1; ++m) {
-    const Complex turned = modes[step][m] * std::polar(1.0, -wave_number(spec, m) * spec.c * there);
+  for (std::size_t m = 1; m < first.size() - 1 && std::abs(first[m]) > least_referred_to; ++m) {
+    const Complex turned = last[m] / first[m] * std::polar(1.0, -wave_number(spec, m) * spec.c * there);
     spectrum.whole.push_back(turned.real());
     spectrum.sines.whole.push_back(-turned.imag());
   }
@@ -204,12 +237,15 @@ TorqueKernels torque_kernels(const CouplingSpec& spec) {
   Squares squares(spec.ring);
   TorqueKernels kernels;
   for (std::size_t n = 0; n <= steps_of(spec); ++n) {
-    const double s = spec.step * static_cast<double>(n);
-    Modes f(share.size());
-    for (std::size_t m = 0; m < f.size(); ++m)
-      f[m] = std::exp(-spec.D_torque * std::pow(wave_number(spec, m), 2) * s / 2);
-    kernels.push_back(squares.of(f, share));
-    for (std::size_t m = 0; m < f.size(); ++m) kernels.back()[m] *= std::polar(1.0, wave_number(spec, m) * spec.c * s);
+    kernels.emplace_back(share.size());
+    around_step(spec, n, [&](double s, double weight) {
+      Modes f(share.size());
+      for (std::size_t m = 0; m < f.size(); ++m)
+        f[m] = std::exp(-spec.D_torque * std::pow(wave_number(spec, m), 2) * s / 2);
+      const Modes square = squares.of(f, share);
+      for (std::size_t m = 0; m < f.size(); ++m)
+        kernels.back()[m] += weight * square[m] * std::polar(1.0, wave_number(spec, m) * spec.c * s);
+    });
   }
   return kernels;
 }

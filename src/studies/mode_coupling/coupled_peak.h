@@ -28,7 +28,11 @@ struct CoupledPeak {
 
   /// x_p and W of a Gaussian fitted to exp(-i k c z) f(k) at the step nearest to z under the weights of every fit
   /// (analysis/weighted_shape.h).
-  DoubleGaussian shape(double z) const;
+  DoubleGaussian shape(double z) const { return shape_below(0, z); }
+  /// Likewise of f(k, above + z)/f(k, above), as fluctuations tell the peak that are referred to layers `above` below
+  /// their bases: what is coupled remembers its past, so that this is another peak than f(k, z) where z is not large
+  /// against `above`. Of waves that are there at `above`.
+  DoubleGaussian shape_below(double above, double z) const;
   /// The density of one peak, of area 1, at x from the place where it would be without coupling, c z.
   double density(double z, double x) const;
   /// f(k, z) at any k > 0, of the step nearest to z.

@@ -146,9 +146,10 @@ class Theory {
         c_(response.c_thrust.value),
         D_torque_(D_torque) {
     for (const LagResponse& lag : response.lags) z_.push_back(lag.z);
-    const std::vector<int> bases = fluctuation_plan(response.spec).bases;
-    saturated_by_ = Lattice::depth((bases.front() + bases.back()) / 2);
-    while (ring_ < 2.4 * c_ * z_.back()) ring_ *= 2;
+    const FluctuationPlan plan = fluctuation_plan(response.spec);
+    saturated_by_ = Lattice::depth((plan.bases.front() + plan.bases.back()) / 2);
+    reference_ = Lattice::depth(plan.reference) - Lattice::depth(0);
+    while (ring_ < 2.4 * c_ * depth()) ring_ *= 2;
     torque_ = torque_kernels(spec(0, {}));
   }
   CoupledPeak peak(double D, Couplings couplings) const { return solve_coupled_peak(spec(D, couplings), torque_); }
@@ -156,7 +157,7 @@ class Theory {
     const CoupledPeak solved = peak(D, couplings);
     Spreading result;
     for (const double z : z_) {
-      const DoubleGaussian shape = solved.shape(z);
+      const DoubleGaussian shape = solved.shape_below(reference_, z);
       result.peak.push_back(shape.peak);
       result.width_squared.push_back(shape.width * shape.width);
     }
@@ -184,14 +185,16 @@ class Theory {
   double D_of(const BandOfModes& band, const CoupledPeak& solved) const {
     const double first = 2 * std::numbers::pi / columns_, z = band.z_to - band.z_from;
     double sum = 0, weights = 0;
+    const auto at = [&](double below, double k) { return std::abs(solved.mode_at(reference_ + below, k)); };
     for (double k = first * std::ceil(band.k_from / first); k < band.k_to; k += first) {
-      const double left = std::abs(solved.mode_at(band.z_to, k)) / std::abs(solved.mode_at(band.z_from, k));
+      const double left = at(band.z_to, k) / at(band.z_from, k);
       const double weight = std::pow(k * k * left, 2);
       sum -= weight * 2 * std::log(left) / (k * k * z);
       weights += weight;
     }
     return sum / weights;
   }
+  double depth() const { return reference_ + z_.back(); }
   CouplingSpec spec(double D, Couplings couplings) const {
     // A whole number of steps to the first lag, and so to all.
     const double least = std::max(1.0, z_.back() / most_steps);
@@ -200,7 +203,7 @@ class Theory {
             .to_itself = couplings.to_itself,
             .to_torque = couplings.to_torque,
             .D_torque = D_torque_,
-            .depth = z_.back(),
+            .depth = depth(),
             .step = z_.front() / std::ceil(z_.front() / least),
             .ring = ring_,
             .saturated_by = saturated_by_};
@@ -209,7 +212,7 @@ class Theory {
   std::vector<double> z_;
   std::vector<BandOfModes> bands_;
   int columns_;
-  double c_, D_torque_, saturated_by_ = 0;
+  double c_, D_torque_, saturated_by_ = 0, reference_ = 0;  ///< the last: depth of the lag 0 below the base
   int ring_ = 512;
   TorqueKernels torque_;
 };
