@@ -63,11 +63,12 @@ class ExtendedFit {
 
   struct Measured {
     Replicated peak, width, t;
+    double chi2 = 0;
   };
   Measured measure() {
     const bool found = converge();
     const std::array<double, 3> whole{found ? shape_.peak : nan, found ? shape_.width : nan, found ? t_ : nan};
-    Measured measured{{whole[0], {}}, {whole[1], {}}, {whole[2], {}}};
+    Measured measured{{whole[0], {}}, {whole[1], {}}, {whole[2], {}}, found ? residual_.squaredNorm() : nan};
     const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> factor(design_);
     for (const auto& without : spectrum_.without_block) {
       const Eigen::Vector3d step = factor.solve(((as_vector(without) - y_).array() / sigma_.array()).matrix());
@@ -142,8 +143,10 @@ ShapeDiagnostics diagnose_shape(const LayerSpectrum& spectrum, const ShapeFit& f
   }
   const Replicated excess = ExtendedFit(spectrum, fit.shape, noise, Extra::area).measure().t;
   const ExtendedFit::Measured beside = ExtendedFit(spectrum, shape, by_width, Extra::background).measure();
+  const ExtendedFit::Measured by_noise = ExtendedFit(spectrum, fit.shape, noise, Extra::background).measure();
   return {.area = transform([](double t) { return 1 + t; }, excess),
-          .background = ExtendedFit(spectrum, fit.shape, noise, Extra::background).measure().t,
+          .background = by_noise.t,
+          .chi2_beside = by_noise.chi2,
           .peak = beside.peak,
           .width_squared = transform([](double width) { return width * width; }, beside.width)};
 }

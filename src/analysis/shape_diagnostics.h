@@ -13,6 +13,7 @@ struct ShapeDiagnostics {
   Replicated area;
   /// Share b of the response that lies spread evenly over |x| < x_p (x_p of `fit`): (1 - b) G + b/(2 x_p).
   Replicated background;
+  double chi2_beside = 0;  ///< with such a background, of as many degrees of freedom less one as that of `fit`
   /// x_p and W^2 of the Gaussians beside such a background, by the weights that x_p and W are taken from.
   Replicated peak, width_squared;
 };

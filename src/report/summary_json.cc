@@ -233,6 +233,13 @@ std::string summary_json(const ReportData& data) {
                   {"parameter", scan.name},
                   {"symbol", scan.symbol},
                   {"meaning", scan.meaning}};
+  // What defines c and D beside their window, whatever the estimator: ModeWeights::by_width
+  // (analysis/weighted_shape.h), depth_weights (analysis/depth_series.h) and the exponents, which count all friction
+  // coefficients alike.
+  json["weights"] = {{"modes", "exp(-k^2 (W^2 + 1)/4)"},
+                     {"depths", "1/z^2"},
+                     {"exponents", "equal"},
+                     {"varied_to", {{"modes", "equal"}}}};
   json["results"] = list_of(data.analysis.results);
   json["mean_exponents"] = to_json(data.analysis.mean_exponents);
   json["mean_position_offset"] = to_json(data.analysis.mean_position_offset);

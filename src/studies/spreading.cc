@@ -4,12 +4,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <numeric>
 
 #include "analysis/expected_response.h"
 #include "analysis/layer_spectrum.h"
 #include "analysis/measured_depth.h"
+#include "analysis/shape_fit.h"
 #include "ensemble/estimator.h"
 #include "ensemble/fluctuation_plan.h"
 #include "ensemble/parallel.h"
@@ -35,6 +37,22 @@ double unwrapped(double peak, double expected, int columns) {
 void unwrap(Replicated& peak, double expected, int columns) {
   peak.value = unwrapped(peak.value, expected, columns);
   for (double& without : peak.without_block) without = unwrapped(without, peak.value, columns);
+}
+
+/// What a background between the peaks takes of the response at recorded layer number `row`, whatever the verdict on
+/// their shape. By cosines alone, since it is not known which peak a background belongs to; unknown where they leave
+/// it open. On a ring it goes around as the peaks do.
+ShapeDiagnostics background_at(const MeasuredEnsemble& ensemble, std::size_t row, const MeasuredDepth& depth) {
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+  const LayerSpectrum spectrum = layer_spectrum(ensemble.record.sums, row, ensemble.spec.response.overload);
+  const int columns = ensemble.spec.lattice.columns;
+  if (std::isfinite(depth.peak.value) && !spectrum.exact) {
+    auto fit = fit_shape(spectrum, {std::abs(std::remainder(depth.peak.value, columns)), depth.width.value});
+    if (fit) fit->shape.peak = unwrapped(fit->shape.peak, depth.peak.value, columns);
+    if (fit && fit->shape.peak > 0) return diagnose_shape(spectrum, *fit, {depth.peak.value, depth.width.value});
+  }
+  const Replicated unknown{nan, std::vector<double>(spectrum.without_block.size(), nan)};
+  return {unknown, unknown, nan, unknown, unknown};
 }
 
 }  // namespace
@@ -90,12 +108,15 @@ DeepResponse measure_spreading(const MeasuredEnsemble& ensemble, DeepMeasurement
   fit.min_identifiable_width = least_width;
   std::vector<MeasuredDepth> depths(sums.layers.size() - first);
   for_each_index(depths.size(), threads, [&](std::size_t i) { depths[i] = measure_depth(ensemble, fit, i + first); });
-  response.c_thrust = estimate(thrust_speed(sums, by == DeepMeasurement::loads ? sums.layers.back() : 0),
-                               "a block of the ensemble holds no completed pile");
+  const Replicated thrust = thrust_speed(sums, by == DeepMeasurement::loads ? sums.layers.back() : 0);
+  response.c_thrust = estimate(thrust, "a block of the ensemble holds no completed pile");
   for (MeasuredDepth& depth : depths) {
     const double expected = response.c_thrust.value * (depth.fit.z - Lattice::depth(0));
     if (response.c_thrust.known()) unwrap(depth.peak, expected, ensemble.spec.lattice.columns);
   }
+  std::vector<ShapeDiagnostics> beside(depths.size());
+  for_each_index(depths.size(), threads,
+                 [&](std::size_t i) { beside[i] = background_at(ensemble, i + first, depths[i]); });
   // Another shape than two Gaussians is told by the misfit, and no reason to be silent.
   const auto reason = [&](const MeasuredDepth& depth) -> std::string {
     if (by != DeepMeasurement::loads && widths_of_ring * depth.width.value > ensemble.spec.lattice.columns) {
@@ -106,9 +127,13 @@ DeepResponse measure_spreading(const MeasuredEnsemble& ensemble, DeepMeasurement
     if (depth.width.value < least_width) return "the width of a bead hides that of the peaks";
     return depth.other_shape ? std::string() : depth.fit.reason;
   };
-  for (const MeasuredDepth& depth : depths) {
+  for (std::size_t i = 0; i < depths.size(); ++i) {
+    const MeasuredDepth& depth = depths[i];
     response.lags.push_back({depth.fit.layer, depth.fit.z - Lattice::depth(0), estimate(depth.peak, reason(depth)),
-                             estimate(depth.width_squared, reason(depth)), depth.fit.chi2_per_dof, depth.fit.misfit});
+                             estimate(depth.width_squared, reason(depth)), depth.fit.chi2_per_dof, depth.fit.misfit,
+                             estimate(beside[i].background, no_extended_fit),
+                             beside[i].chi2_beside / (depth.fit.degrees_of_freedom - 1)});
+    if (!reason(depth).empty()) response.lags.back().between = {.reason = reason(depth)};
   }
   const auto power = [&](std::size_t i, std::size_t j) {
     const MeasuredDepth &above = depths[i], &below = depths[j];
@@ -124,16 +149,29 @@ DeepResponse measure_spreading(const MeasuredEnsemble& ensemble, DeepMeasurement
     const MeasuredDepth &above = depths[i], &below = depths[i + 1];
     const PowerOfDepth of_width = power(i, i + 1);
     const double from = of_width.from, to = of_width.to;
-    OctaveOfDepth octave{from, to, of_width.exponent, {}, {}, std::max(above.fit.misfit, below.fit.misfit)};
+    OctaveOfDepth octave;
+    octave.from = from;
+    octave.to = to;
+    octave.exponent = of_width.exponent;
+    octave.misfit = std::max(above.fit.misfit, below.fit.misfit);
     const auto slope = [&](double a, double b) { return (b - a) / (to - from); };
     if (octave.exponent.reason.empty()) {
       octave.c = estimate(transform(slope, above.peak, below.peak));
       response.slopes_of_width.push_back(transform(slope, above.width_squared, below.width_squared));
       octave.D = estimate(response.slopes_of_width.back());
+      octave.c_minus_c_thrust = estimate(transform([](double c, double of_thrust) { return c - of_thrust; },
+                                                   transform(slope, above.peak, below.peak), thrust),
+                                         "a block of the ensemble holds no completed pile");
+      octave.c_beside = estimate(transform(slope, beside[i].peak, beside[i + 1].peak), no_extended_fit);
+      octave.D_beside =
+          estimate(transform(slope, beside[i].width_squared, beside[i + 1].width_squared), no_extended_fit);
     } else {
       response.slopes_of_width.emplace_back();
-      octave.c.reason = octave.D.reason = octave.exponent.reason;
+      for (Estimate* one : {&octave.c, &octave.D, &octave.c_minus_c_thrust, &octave.c_beside, &octave.D_beside}) {
+        one->reason = octave.exponent.reason;
+      }
     }
+    octave.between = response.lags[i + 1].between;
     response.octaves.push_back(octave);
   }
   const std::size_t last = depths.size() - 1;
@@ -157,7 +195,9 @@ Json to_json(const LagResponse& lag) {
           {"peak_position", granuscope::to_json(lag.peak_position)},
           {"width_squared", granuscope::to_json(lag.width_squared)},
           {"chi2_per_dof", finite_or_null(lag.chi2_per_dof)},
-          {"misfit", finite_or_null(lag.misfit)}};
+          {"misfit", finite_or_null(lag.misfit)},
+          {"between", granuscope::to_json(lag.between)},
+          {"chi2_per_dof_beside_background", finite_or_null(lag.chi2_beside_per_dof)}};
 }
 
 Json to_json(const OctaveOfDepth& octave) {
@@ -165,7 +205,11 @@ Json to_json(const OctaveOfDepth& octave) {
           {"exponent", granuscope::to_json(octave.exponent)},
           {"c", granuscope::to_json(octave.c)},
           {"D", granuscope::to_json(octave.D)},
-          {"misfit", finite_or_null(octave.misfit)}};
+          {"misfit", finite_or_null(octave.misfit)},
+          {"c_minus_c_thrust", granuscope::to_json(octave.c_minus_c_thrust)},
+          {"between", granuscope::to_json(octave.between)},
+          {"c_beside_background", granuscope::to_json(octave.c_beside)},
+          {"D_beside_background", granuscope::to_json(octave.D_beside)}};
 }
 
 Json to_json(const PowerOfDepth& power) {

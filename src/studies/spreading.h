@@ -22,6 +22,9 @@ struct LagResponse {
   Estimate width_squared;  ///< W^2
   double chi2_per_dof = 0;
   double misfit = 0;  ///< share of the response that two Gaussians miss
+  /// From fits of the cosines with a background spread evenly between the peaks (analysis/shape_diagnostics.h).
+  Estimate between = {};           ///< its share of the response
+  double chi2_beside_per_dof = 0;  ///< with it
 };
 
 /// What changes from one lag to the next, twice as long.
@@ -30,6 +33,9 @@ struct OctaveOfDepth {
   Estimate exponent;        ///< p of W^2 proportional to z^p: log2 of the ratio of W^2
   Estimate c, D;            ///< slopes of x_p and W^2
   double misfit = 0;        ///< the larger one of the two lags
+  Estimate c_minus_c_thrust = {};
+  Estimate between = {};                  ///< of the deeper lag
+  Estimate c_beside = {}, D_beside = {};  ///< slopes beside a background between the peaks
 };
 
 /// The power of z in W^2 from one recorded lag to another.

@@ -45,14 +45,26 @@ Claim judge_stretch(const std::vector<DeepResponse>& measured, const ClaimSpec& 
   return claim;
 }
 
+/// Where the deep stretch was followed, in numbers: with three octaves it ends at z = 222, and piles of 200 layers,
+/// as the paper has them, at z = 173.
+std::string spreading_depths(const std::vector<DeepResponse>& measured) {
+  double from = 0, to = 0;
+  for (const DeepResponse& one : measured) {
+    if (one.by != DeepMeasurement::fluctuations || !one.deep.exponent.known() || one.deep.to <= to) continue;
+    from = one.deep.from;
+    to = one.deep.to;
+  }
+  if (to == 0) return "deeper below saturated layers";
+  return fmt::format("from z = {:.0f} to {:.0f} below saturated layers", from, to);
+}
+
 }  // namespace
 
 std::vector<Claim> judge_spreading(const std::vector<DeepResponse>& measured, const ClaimSpec& spec) {
   return {
       judge_stretch(measured, spec, "spreading-shallow", "as deep as the paper's piles, saturated ones without a load",
                     &DeepResponse::shallow, shallow_from),
-      judge_stretch(measured, spec, "spreading-deep", "much deeper than the paper's piles", &DeepResponse::deep,
-                    deep_from)};
+      judge_stretch(measured, spec, "spreading-deep", spreading_depths(measured), &DeepResponse::deep, deep_from)};
 }
 
 }  // namespace granuscope

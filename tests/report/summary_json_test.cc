@@ -57,6 +57,10 @@ TEST_CASE("The summary has the fields others rely on") {
   for (const char* key : {"layer", "z", "peak_position", "width", "chi2_per_dof", "identifiable"}) {
     CHECK(result["depths"][10].contains(key));
   }
+  // What c and D mean is told beside the shifts under the other weights.
+  CHECK(json["weights"]["modes"] == "exp(-k^2 (W^2 + 1)/4)");
+  CHECK(json["weights"]["depths"] == "1/z^2");
+  CHECK(json["weights"]["varied_to"]["modes"] == "equal");
   CHECK(json["scaling"]["beta"]["value"] == 2.538);
   CHECK(json["scaling"]["beta"]["window"] == Json{0.1, 0.3});
   CHECK(json["scaling"].contains("gamma"));

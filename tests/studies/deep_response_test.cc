@@ -66,6 +66,13 @@ TEST_CASE("The deep response is followed over lags that double, and its slopes a
           Approx((below.peak_position.value - above.peak_position.value) / (below.z - above.z)).epsilon(1e-12));
     CHECK(octave.D.value ==
           Approx((below.width_squared.value - above.width_squared.value) / (below.z - above.z)).epsilon(1e-12));
+    CHECK(octave.c_minus_c_thrust.value == Approx(octave.c.value - response.c_thrust.value).margin(1e-12));
+    // A background has one number more, so that it never fits worse; these peaks have hardly any.
+    CHECK(below.chi2_beside_per_dof > 0);
+    CHECK(below.between.standard_error > 0);
+    CHECK(std::abs(below.between.value) < 5 * below.between.standard_error + 0.05);
+    CHECK(octave.between.value == below.between.value);
+    CHECK(std::abs(octave.c_beside.value - octave.c.value) < 5 * octave.c_beside.standard_error + 0.002);
     // Independent errors would be larger than this only if the two lags were anticorrelated.
     CHECK(octave.exponent.standard_error > 0);
     CHECK(std::abs(octave.exponent.value - 1.07) < 5 * octave.exponent.standard_error + 0.05);
@@ -86,6 +93,9 @@ TEST_CASE("The deep response is followed over lags that double, and its slopes a
   CHECK(contains(page.html, "from one depth to twice that depth"));
   CHECK(page.texts.at("/studies/deep_response/0/octaves/0/z/0") == "28");
   CHECK(page.texts.at("/studies/deep_response/0/octaves/0/z/1") == "55");
+  CHECK(page.texts.contains("/studies/deep_response/0/octaves/2/c_minus_c_thrust"));
+  CHECK(page.texts.contains("/studies/deep_response/0/octaves/2/between"));
+  CHECK(json[0].at("lags")[3].at("between").at("value") == response.lags[3].between.value);
 
   const TemporaryFolder run;
   const Figure figure = plot_deep_response({response}, run.path());
@@ -133,6 +143,7 @@ TEST_CASE("The law of spreading is judged where it is farthest from diffusion, s
   CHECK(claims[1].verdict == not_reproduced);
   CHECK(claims[1].measured.value == 1.2);
   CHECK(contains(claims[1].explanation, "z = 222 to 887 at μ = 0.3"));
+  CHECK(contains(claims[1].statement, "from z = 222 to 887"));  // which depths are deep depends on the octaves
   CHECK(contains(claims[1].remarks, "1.010(10) at μ = 0.1"));
   // Most precise is not farthest: a rough exponent does not hide a clear one.
   DeepResponse rough = at(0.5, 1.3, 1.3);

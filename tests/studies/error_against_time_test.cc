@@ -37,6 +37,14 @@ ErrorCurve curve(EstimatorName estimator, double epsilon, double one_c, double o
   return made;
 }
 
+/// Without any load, in deeper piles.
+ErrorCurve unloaded_curve() {
+  ErrorCurve made = curve(EstimatorName::fluctuation, 0, 0.004, 0.005);
+  made.spec.lattice.layers = 480;
+  made.beads = 1600ULL * 256 * 480;
+  return made;
+}
+
 /// The paper's procedure, the standard one without any fit, and a multiplexed one of a twentieth of the scatter.
 std::vector<ErrorCurve> three_curves() {
   std::vector<ErrorCurve> curves = {curve(EstimatorName::point, 0, 0.04, 0.2),
@@ -81,6 +89,21 @@ TEST_CASE("Errors against time compare with the paper's procedure, number what i
     INFO(label);
     CHECK(contains(svg, label));
   }
+}
+
+TEST_CASE("Errors of fluctuations stand beside those of loads, counted in the beads of their deeper piles") {
+  const TemporaryFolder run;
+  std::vector<ErrorCurve> curves = three_curves();
+  curves.push_back(unloaded_curve());
+  const Figure figure = plot_error_against_time(curves, run.path());
+  check_at_widths_of_journals(run / "figures", figure.id);
+  // (0.04 / 0.004)^2 and (0.2 / 0.005)^2, each of four times as many beads for each sample.
+  CHECK(contains(figure.details, "25 for c and 400 for D (fluctuation"));
+  CHECK(contains(figure.details, "(fluctuation, over the same depths: 480 layers)"));
+  CHECK(figure.data.size() == 6);
+  const std::string points = read_file(run.path() / "figures/error-against-time-D-3.csv");
+  CHECK(contains(points, "\n3.072,0.001,"));  // 25 samples of 256 x 480 beads, 0.005 / 5
+  CHECK(contains(read_file(run.path() / figure.screen), "fluctuation:  c = 0.5600(10)"));
 }
 
 TEST_CASE("Without shifts no error against beads levels off") {
