@@ -13,9 +13,9 @@ using namespace granuscope;
 
 namespace {
 
-constexpr std::size_t blocks = 4;
+constexpr std::size_t edge_blocks = 4;
 
-Replicated constant(double value) { return {value, std::vector<double>(blocks, value)}; }
+Replicated constant(double value) { return {value, std::vector<double>(edge_blocks, value)}; }
 
 /// W^2 = z^2 at z = 1, 2, ... 8: every depth more or less changes the slope of a line.
 DepthSeries bent() {
