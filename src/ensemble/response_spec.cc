@@ -5,7 +5,7 @@
 
 namespace granuscope {
 
-int most_sign_run(const LatticeSpec& lattice) { return std::max(1, lattice.columns / 8); }
+int longest_run(const LatticeSpec& lattice) { return std::max(1, lattice.columns / 8); }
 
 Problem find_problem(const ResponseSpec& spec, const LatticeSpec& lattice) {
   if (!(spec.epsilon >= least_epsilon && spec.epsilon < epsilon_limit)) {
@@ -46,12 +46,12 @@ Problem find_problem(const ResponseSpec& spec, const LatticeSpec& lattice) {
     return problem("base_step", "{} layers between two bases; give 1 to {} (6 is usual)", spec.base_step,
                    most_base_step);
   }
-  if (spec.sign_run < 1 || spec.sign_run > most_sign_run(lattice)) {
+  if (spec.sign_run < 1 || spec.sign_run > longest_run(lattice)) {
     return problem(
         "sign_run",
         "{} beads: a run has at least one, and where fewer than eight runs fit into a ring of {} columns the "
         "long waves meet hardly any load that differs; give 1 to {} (1 to 3 is usual)",
-        spec.sign_run, lattice.columns, most_sign_run(lattice));
+        spec.sign_run, lattice.columns, longest_run(lattice));
   }
   if (!(std::isfinite(spec.overload) && spec.overload >= least_overload && spec.overload <= most_overload)) {
     return problem("overload",

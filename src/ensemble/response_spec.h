@@ -32,7 +32,7 @@ inline constexpr int most_blocks = 10'000;                           ///< more g
 inline constexpr std::uint64_t most_samples = 1'000'000'000;         ///< of one seed
 inline constexpr int most_reference_lag = 1000, most_base_step = 1000, most_first_base = 1'000'000;  ///< layers
 /// Largest sign_run: several runs must fit into a layer.
-int most_sign_run(const LatticeSpec& lattice);
+int longest_run(const LatticeSpec& lattice);
 
 /// How the response of an ensemble is measured, and on how many samples.
 struct ResponseSpec {

@@ -245,10 +245,10 @@ class DeepResponseStudy final : public CopiedStudy<DeepResponseStudy> {
         make_key(table(), "loaded_samples", "pairs",
                  "pairs of piles per friction coefficient of those by loads, which know less from each; 0: samples",
                  loaded_samples_),
-        make_key(table(), "sign_run", "beads",
+        make_key(table(), "loaded_run", "beads",
                  "by loads: so many neighbouring top beads, or one more, are raised or lowered together; as many as a "
                  "peak is wide make errors several times smaller down there, and larger where peaks are narrower",
-                 sign_run_, KeyRange{.least = 1})};
+                 loaded_run_, KeyRange{.least = 1})};
   }
 
   bool asked() const override { return !mu_.empty(); }
@@ -272,9 +272,9 @@ class DeepResponseStudy final : public CopiedStudy<DeepResponseStudy> {
       }
     }
     if (auto found = find_samples_problem(key("samples"), samples_, main.response.blocks)) return found;
-    if (const int most = most_sign_run({columns_, 1}); sign_run_ > most) {
-      return problem(key("sign_run"), "{} beads: on a ring of {} beads that leaves too few loads; give at most {}",
-                     sign_run_, columns_, most);
+    if (const int most = longest_run({columns_, 1}); loaded_run_ > most) {
+      return problem(key("loaded_run"), "{} beads: on a ring of {} beads that leaves too few loads; give at most {}",
+                     loaded_run_, columns_, most);
     }
     return loaded_samples_ == 0 ? Problem()
                                 : find_samples_problem(key("loaded_samples"), loaded_samples_, main.response.blocks);
@@ -330,9 +330,7 @@ class DeepResponseStudy final : public CopiedStudy<DeepResponseStudy> {
       piles.response.first_base = first_base_;
       piles.response.base_step = base_step_;
     }
-    EnsembleSpec spec = spec_of_check(spec_of_lags(piles, first_lag_, octaves_), by, main.response.epsilon);
-    if (by == DeepMeasurement::loads) spec.response.sign_run = sign_run_;
-    return spec;
+    return spec_of_check(spec_of_lags(piles, first_lag_, octaves_), by, main.response.epsilon, loaded_run_);
   }
 
   std::vector<double> mu_;                   ///< each above 0; empty: not measured
@@ -343,7 +341,7 @@ class DeepResponseStudy final : public CopiedStudy<DeepResponseStudy> {
   int reference_lag_ = ResponseSpec().reference_lag, first_base_ = 0, base_step_ = ResponseSpec().base_step;
   std::uint64_t samples_ = 256;  ///< piles per friction coefficient
   std::uint64_t loaded_samples_ = 0;
-  int sign_run_ = 1;
+  int loaded_run_ = 1;
   int threads_ = 0;
   std::vector<DeepResponse> measured_;  ///< ascending in mu, checks behind what they check
 };

@@ -84,12 +84,14 @@ Problem find_ring_problem(const std::string& columns_key, int columns, const std
   return {};
 }
 
-EnsembleSpec spec_of_check(EnsembleSpec spec, DeepMeasurement by, double epsilon) {
+EnsembleSpec spec_of_check(EnsembleSpec spec, DeepMeasurement by, double epsilon, int run) {
   if (by == DeepMeasurement::wide) spec.lattice.columns = 2 * std::min(spec.lattice.columns, most_columns / 2);
   if (by == DeepMeasurement::loads) {
-    spec.response.estimator = EstimatorName::multiplexed;
-    spec.response.opposite = true;
-    spec.response.epsilon = epsilon;
+    ResponseSpec loads = multiplexed_response(epsilon, true, run);
+    loads.overload = spec.response.overload;
+    loads.samples = spec.response.samples;
+    loads.blocks = spec.response.blocks;
+    spec.response = loads;
     spec.record_H = !is_scalar(spec.sampler.model);
     spec.lattice.layers = spec.layers.back() + bottom_margin + 1;
   }

@@ -79,8 +79,9 @@ EnsembleSpec spec_of_lags(EnsembleSpec spec, int first_lag, int octaves);
 Problem find_ring_problem(const std::string& columns_key, int columns, const std::vector<double>& mu,
                           const std::vector<int>& lags);
 
-/// The piles of a check, from those that are measured by fluctuations. `epsilon`: of its loads.
-EnsembleSpec spec_of_check(EnsembleSpec spec, DeepMeasurement by, double epsilon);
+/// The piles of a check, from those that are measured by fluctuations. `epsilon` and `run`: of its loads, and how many
+/// neighbours are varied alike.
+EnsembleSpec spec_of_check(EnsembleSpec spec, DeepMeasurement by, double epsilon, int run = 1);
 
 /// From an ensemble whose lags (of fluctuations) or layers (below loads) double, behind the one they are referred to.
 DeepResponse measure_spreading(const MeasuredEnsemble& ensemble, DeepMeasurement by, int threads);

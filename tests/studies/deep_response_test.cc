@@ -351,18 +351,18 @@ TEST_CASE("The deep response is checked in wide piles and by loads, at friction 
   CHECK(ensembles[0].spec.response.samples == 256);
   CHECK(loads.response.samples == 512);
   CHECK(loads.response.sign_run == 1);
-  asked.set("sign_run", std::int64_t{8});
+  asked.set("loaded_run", std::int64_t{8});
   CHECK_FALSE(asked.study->find_problem(asked.main));
   const std::vector<StudyEnsemble> runs = asked.study->ensembles(asked.main);
   CHECK(runs[2].spec.response.sign_run == 8);
   CHECK(configuration_text(runs[1].spec) == configuration_text(ensembles[1].spec));
   CHECK_FALSE(find_problem(runs[2].spec));
-  asked.set("sign_run", std::int64_t{41});
+  asked.set("loaded_run", std::int64_t{41});
   const auto too_long = asked.study->find_problem(asked.main);
   REQUIRE(too_long);
-  CHECK(too_long->key == "studies.deep_response.sign_run");
+  CHECK(too_long->key == "studies.deep_response.loaded_run");
   CHECK(contains(too_long->message, "at most 40"));
-  asked.set("sign_run", std::int64_t{1});
+  asked.set("loaded_run", std::int64_t{1});
   // No reference and no bases: loads act at the top.
   loads.response.samples = 128;
   loads.response.blocks = 16;
