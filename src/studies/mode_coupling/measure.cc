@@ -186,7 +186,8 @@ class Theory {
     const double first = 2 * std::numbers::pi / columns_, z = band.z_to - band.z_from;
     double sum = 0, weights = 0;
     const auto at = [&](double below, double k) { return std::abs(solved.mode_at(reference_ + below, k)); };
-    for (double k = first * std::ceil(band.k_from / first); k < band.k_to; k += first) {
+    for (int m = static_cast<int>(std::ceil(band.k_from / first)); m * first < band.k_to; ++m) {
+      const double k = m * first;
       const double left = at(band.z_to, k) / at(band.z_from, k);
       const double weight = std::pow(k * k * left, 2);
       sum -= weight * 2 * std::log(left) / (k * k * z);
