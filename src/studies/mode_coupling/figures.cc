@@ -245,9 +245,10 @@ Figure plot_spectra(const std::vector<CoupledSpreading>& measured, const std::fi
         power.add(H.value / c_squared);
       }
       CsvTable line({"k: 1/bead diameter", "C: loads of one top bead squared"});
-      const double steps = 60, first = spectrum.bands.front().k, last = spectrum.bands.back().k;
-      for (double step = 0; step <= steps; ++step) {
-        const double at = first * std::pow(last / first, step / steps);
+      constexpr int steps = 60;
+      const double first = spectrum.bands.front().k, last = spectrum.bands.back().k;
+      for (int step = 0; step <= steps; ++step) {
+        const double at = first * std::pow(last / first, static_cast<double>(step) / steps);
         line.add_row({at, plateau * law.saturation(at, spectrum.z)});
       }
       const std::string file = fmt::format("{}-layer-{}-mu-{}.csv", plan.id, spectrum.layer, mu),
