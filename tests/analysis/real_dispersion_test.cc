@@ -74,8 +74,8 @@ TEST_CASE("at mu = 0.3 waves are faster than their thrust has it, unless they ar
 }
 
 TEST_CASE("bases from layer 60 on give no faster waves than deep ones at mu = 0.5", "[long]") {
-  // Where the (w, w) element alone is read, waves that are not saturated seem faster by 0.003. By the trace they are
-  // not: -0.0011(9) at k = 0.06 to 0.1 and -0.0015(5) at 0.1 to 0.2, with four times the deep piles.
+  // Waves that are not saturated might seem faster by 0.003. They are not: -0.0011(9) at k = 0.06 to 0.1 and -0.0015(5)
+  // at 0.1 to 0.2, with four times the deep piles.
   const std::vector<double> edges{0.06, 0.1, 0.2};
   const WavesOfPiles shallow = waves(0.5, {1024, 420}, 2048, 60, 240, edges, 0.37),
                      deep = waves(0.5, {1024, 1600}, 256, 800, 240, edges, 0.37);
