@@ -211,11 +211,17 @@ DoubleGaussian CoupledPeak::shape_below(double above, double z) const {
   return *fitted;
 }
 
-double CoupledPeak::density(double z, double x) const {
-  const Modes& f = modes[step_at(*this, z)];
+double CoupledPeak::density_below(double above, double z, double x) const {
+  const Modes &first = modes[step_at(*this, above)], &last = modes[step_at(*this, above + z)];
   double sum = 1;
-  for (std::size_t m = 1; m + 1 < f.size(); ++m) sum += 2 * (f[m] * std::polar(1.0, wave_number(spec, m) * x)).real();
+  for (std::size_t m = 1; m + 1 < first.size() && std::abs(first[m]) > least_referred_to; ++m)
+    sum += 2 * (last[m] / first[m] * std::polar(1.0, wave_number(spec, m) * x)).real();
   return sum / spec.ring;
+}
+
+std::complex<double> CoupledPeak::mode_below(double above, double z, double k) const {
+  const Complex first = mode_at(above, k);
+  return std::abs(first) > least_referred_to ? mode_at(above + z, k) / first : 0;
 }
 
 std::complex<double> CoupledPeak::mode_at(double z, double k) const {

@@ -33,10 +33,12 @@ struct CoupledPeak {
   /// their bases: what is coupled remembers its past, so that this is another peak than f(k, z) where z is not large
   /// against `above`. Of waves that are there at `above`.
   DoubleGaussian shape_below(double above, double z) const;
-  /// The density of one peak, of area 1, at x from the place where it would be without coupling, c z.
-  double density(double z, double x) const;
+  /// The density of that peak, of area 1, at x from the place where it would be without coupling, c z.
+  double density_below(double above, double z, double x) const;
   /// f(k, z) at any k > 0, of the step nearest to z.
   std::complex<double> mode_at(double z, double k) const;
+  /// f(k, above + z)/f(k, above), 0 where nothing is left at `above`.
+  std::complex<double> mode_below(double above, double z, double k) const;
 };
 
 /// Solves the one-loop mode-coupling equation (Spohn, J. Stat. Phys. 154, 1191 (2014)),

@@ -92,8 +92,8 @@ Figure plot_predicted_width(const std::vector<CoupledSpreading>& measured, const
       words.push_back(fmt::format("{:.1f} at μ = {} {}", check.chi2, caption_number(one.mu),
                                   wide ? "in piles twice as wide" : "by loads"));
     }
-    if (one.strength.known())
-      ratios.push_back(fmt::format("{} at μ = {}", in_words(one.strength), caption_number(one.mu)));
+    if (one.fit.strength.known())
+      ratios.push_back(fmt::format("{} at μ = {}", in_words(one.fit.strength), caption_number(one.mu)));
   }
   if (titles.empty()) {
     throw InputError(

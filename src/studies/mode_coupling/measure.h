@@ -3,9 +3,10 @@
 
 #include "analysis/line_test.h"
 #include "analysis/measured_ensemble.h"
-#include "coupled_peak.h"
 #include "fluctuations.h"
+#include "peak_shape.h"
 #include "saturation.h"
+#include "spreading_theory.h"
 #include "studies/spreading.h"
 
 namespace granuscope {
@@ -25,20 +26,6 @@ struct ThrustCurvature {
   LineTest test;              ///< of that form
 };
 
-/// How much better another shape of the peaks describes one lag than Gaussians do.
-struct PeakShapeTest {
-  double z = 0;
-  int degrees_of_freedom = 0;
-  double gaussian = 0, kpz = 0, coupled = 0;  ///< chi^2 with x_p and W free
-};
-
-/// One of the two peaks, scaled by its own x_p and W to variance and area 1.
-struct ScaledPeak {
-  double z = 0;
-  std::vector<double> x;         ///< (x - x_p)/W
-  std::vector<Estimate> height;  ///< 2 W P
-};
-
 /// Means over a band of modes that are saturated and long against beads, in the deepest layer.
 struct Plateau {
   int layer = 0;
@@ -54,17 +41,6 @@ struct Plateau {
 struct SaturationTest {
   double chi2 = 0, doubled_chi2 = 0;
   int points = 0;  ///< bands of layers, those that are short of their plateau
-};
-
-/// What the theory says at the lags of a response, of which it takes W^2 at the first lag as it is.
-struct PredictedSpreading {
-  std::vector<double> width_squared,
-      width_squared_error;           ///< errors from those of the couplings and of the first octave
-  std::vector<double> c;             ///< slope of x_p over each octave
-  double D = 0;                      ///< without coupling: such that the first octave spreads as measured
-  std::vector<Estimate> slopes;      ///< of W^2 over each octave
-  std::vector<Estimate> D_of_bands;  ///< of each band measured: -2 ln|f(k, z_to)/f(k, z_from)|/(k^2 (z_to - z_from))
-  double chi2 = 0;                   ///< of the octaves behind the first, errors of both sides
 };
 
 /// The same response measured in another way.
@@ -92,10 +68,7 @@ struct CoupledSpreading {
   PredictedSpreading predicted;  ///< with both; empty where something is unknown
   PredictedSpreading without_torque;
   std::vector<CheckedSpreading> checks;
-  Estimate strength, fitted_D;  ///< common factor of both couplings, and D, that describe all octaves best
-  double fitted_chi2 = 0;
-  int fitted_degrees_of_freedom = 0;
-  double diffusion_chi2 = 0;      ///< of one D in all octaves
+  StrengthFit fit;
   std::vector<ScaledPeak> peaks;  ///< of the deepest lags
   ScaledPeak predicted_peak;      ///< of the last of them; no errors
   std::vector<PeakShapeTest> shapes;

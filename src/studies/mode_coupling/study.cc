@@ -143,12 +143,12 @@ Json to_json(const CoupledSpreading& one) {
           {"predicted", to_json(one.predicted, one.response)},
           {"without_torque", to_json(one.without_torque, one.response)},
           {"checks", list_of(one.checks, to_json)},
-          {"diffusion_chi2", finite_or_null(one.diffusion_chi2)},
+          {"diffusion_chi2", finite_or_null(one.fit.diffusion_chi2)},
           {"fit",
-           {{"strength", granuscope::to_json(one.strength)},
-            {"D", granuscope::to_json(one.fitted_D)},
-            {"chi2", finite_or_null(one.fitted_chi2)},
-            {"degrees_of_freedom", one.fitted_degrees_of_freedom}}},
+           {{"strength", granuscope::to_json(one.fit.strength)},
+            {"D", granuscope::to_json(one.fit.D)},
+            {"chi2", finite_or_null(one.fit.chi2)},
+            {"degrees_of_freedom", one.fit.degrees_of_freedom}}},
           {"shapes", list_of(one.shapes, to_json)}};
 }
 
@@ -320,7 +320,7 @@ class ModeCouplingStudy final : public CopiedStudy<ModeCouplingStudy> {
     double farthest_z = 0;
     std::vector<std::string> all;
     for (const CoupledSpreading& one : measured_) {
-      const Estimate& strength = one.strength;
+      const Estimate& strength = one.fit.strength;
       if (!strength.known()) continue;
       all.push_back(fmt::format("{} at μ = {}", value_with_error(strength.value, strength.standard_error), one.mu));
       const double z = std::abs(strength.value - 1) / strength.standard_error;
@@ -332,7 +332,7 @@ class ModeCouplingStudy final : public CopiedStudy<ModeCouplingStudy> {
       leave_open(claim, "the strength is not known: give the study more piles");
       return {claim};
     }
-    judge_by_number(claim, farthest->strength, {.value = 1, .tolerance = most_amiss}, {},
+    judge_by_number(claim, farthest->fit.strength, {.value = 1, .tolerance = most_amiss}, {},
                     fmt::format("That strength at μ = {}, where it is farthest from 1,", farthest->mu));
     if (all.size() > 1) add_sentence(claim, fmt::format("All of them: {}.", fmt::join(all, ", ")));
     return {claim};

@@ -1,0 +1,174 @@
+// What the study of coupled fields takes from piles, taken from data that are made up and known.
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <complex>
+#include <numbers>
+#include <random>
+#include <vector>
+
+#include "ensemble/fluctuation_plan.h"
+#include "model/lattice.h"
+#include "studies/mode_coupling/kpz_peak.h"
+#include "studies/mode_coupling/measure.h"
+
+using namespace granuscope;
+
+namespace {
+
+/// `value` and replicates of so many blocks whose means scatter so that its error is `error`.
+Replicated made_up(double value, double error, int blocks, std::mt19937_64& engine) {
+  std::normal_distribution<double> normal(value, error * std::sqrt(blocks));
+  std::vector<double> block;
+  double sum = 0;
+  for (int b = 0; b < blocks; ++b) sum += block.emplace_back(normal(engine));
+  Replicated number{sum / blocks, {}};
+  for (const double one : block) number.without_block.push_back((sum - one) / (blocks - 1));
+  return number;
+}
+
+/// Fluctuations at mu = 0.5 over so many octaves, without numbers.
+DeepResponse response_of_lags(int octaves) {
+  DeepResponse response;
+  EnsembleSpec spec;
+  spec.lattice.columns = 960;
+  response.spec = spec_of_lags(spec, usual_first_lag, octaves);
+  for (const int lag : response.spec.layers)
+    response.lags.push_back({lag, Lattice::depth(lag) - Lattice::depth(0), {}, {}});
+  response.c_thrust = {0.527, 1e-4, {}};
+  return response;
+}
+
+constexpr Couplings couplings_at_05{0.0012, 0.042};
+constexpr double D_torque_at_05 = 0.38, D_at_05 = 0.17;
+
+}  // namespace
+
+TEST_CASE("The strength of the couplings is found where it is known, and its errors cover it", "[long]") {
+  const DeepResponse response = response_of_lags(3);
+  const SpreadingTheory theory(response, D_torque_at_05);
+  std::mt19937_64 engine(3);
+  for (const double strength : {0.4, 1.0}) {
+    const std::vector<double> slopes = theory.slopes(D_at_05, couplings_at_05.times(strength));
+    REQUIRE(slopes.back() > 1.1 * slopes.front());
+    constexpr int trials = 40;
+    int covered = 0, covered_D = 0;
+    double squares = 0, chi2 = 0;
+    for (int trial = 0; trial < trials; ++trial) {
+      std::vector<Replicated> measured;
+      measured.reserve(slopes.size());
+      for (const double slope : slopes) measured.push_back(made_up(slope, 0.005 * slope, 32, engine));
+      const StrengthFit fit = fit_strength(theory, measured, couplings_at_05, 0.9 * D_at_05, 2);
+      const double away = (fit.strength.value - strength) / fit.strength.standard_error;
+      if (std::abs(away) < 1) ++covered;
+      if (std::abs(fit.D.value - D_at_05) < fit.D.standard_error) ++covered_D;
+      squares += away * away;
+      chi2 += fit.chi2;
+      CHECK(fit.degrees_of_freedom == 1);
+      CHECK(fit.diffusion_chi2 > fit.chi2);
+    }
+    CAPTURE(strength, covered, covered_D, squares / trials, chi2 / trials);
+    // 68 %, known to 7.4 %.
+    CHECK(covered > trials * 0.68 - 3 * std::sqrt(trials * 0.68 * 0.32));
+    CHECK(covered < trials * 0.68 + 3 * std::sqrt(trials * 0.68 * 0.32));
+    CHECK(covered_D > trials * 0.68 - 3 * std::sqrt(trials * 0.68 * 0.32));
+    CHECK(squares / trials < 1.8);
+    CHECK(chi2 / trials == Approx(1).margin(4 * std::sqrt(2.0 / trials)));
+  }
+}
+
+TEST_CASE("Each of the three shapes of a peak is told from the others where it is the one") {
+  const DeepResponse response = response_of_lags(4);
+  const SpreadingTheory theory(response, D_torque_at_05);
+  const CoupledPeak solution = theory.peak(D_at_05, couplings_at_05);
+  const ReferredPeak coupled{solution, theory.reference()};
+  const double z = response.lags.back().z;
+  const DoubleGaussian shape = solution.shape_below(theory.reference(), z);
+  constexpr int columns = 960;
+  std::mt19937_64 engine(5);
+  std::normal_distribution<double> normal;
+  enum { gaussian, kpz, of_theory };
+  for (const int truth : {gaussian, kpz, of_theory}) {
+    LayerSpectrum spectrum;
+    spectrum.columns = columns;
+    for (int m = 1; m <= 40; ++m) {
+      const double k = 2 * std::numbers::pi * m / columns, kW = k * shape.width;
+      const std::complex<double> mode = truth == gaussian ? std::exp(-kW * kW / 2)
+                                        : truth == kpz    ? kpz_peak().mode(kW)
+                                                          : solution.mode_below(theory.reference(), z, k);
+      spectrum.noise.push_back(0.001);
+      const double x = truth == of_theory ? solution.spec.c * z : shape.peak;
+      spectrum.whole.push_back((mode * std::polar(1.0, -k * x)).real() + 0.001 * normal(engine));
+    }
+    // Not where the best fit begins.
+    const LagResponse lag{512, z, {shape.peak + 0.3, 0.1, {}}, {1.05 * shape.width * shape.width, 0.1, {}}};
+    const PeakShapeTest test = test_shape(spectrum, lag, coupled);
+    CHECK(test.degrees_of_freedom == 38);
+    const double chi2[] = {test.gaussian, test.kpz, test.coupled};
+    CAPTURE(truth, test.gaussian, test.kpz, test.coupled);
+    for (const int tried : {gaussian, kpz, of_theory}) {
+      if (tried == truth) CHECK(chi2[tried] < 38 + 4 * std::sqrt(2 * 38));
+      if (tried != truth) CHECK(chi2[tried] > 38 + 8 * std::sqrt(2 * 38));
+    }
+  }
+}
+
+TEST_CASE("A scaled peak is the density that its modes were made of") {
+  const DeepResponse response = response_of_lags(4);
+  const SpreadingTheory theory(response, D_torque_at_05);
+  const CoupledPeak solution = theory.peak(D_at_05, couplings_at_05.times(0));
+  const double z = response.lags.back().z;
+  const ScaledPeak peak = scaled_peak(ReferredPeak{solution, theory.reference()}, z);
+  // Without coupling a Gaussian; its fitted width is that of one integrated over beads.
+  double area = 0;
+  for (std::size_t i = 0; i < peak.x.size(); ++i) {
+    area += (peak.x[1] - peak.x[0]) * peak.height[i].value;
+    CHECK(peak.height[i].value ==
+          Approx(std::exp(-peak.x[i] * peak.x[i] / 2) / std::sqrt(2 * std::numbers::pi)).margin(0.002));
+  }
+  CHECK(area == Approx(1).margin(1e-3));
+}
+
+TEST_CASE("The curvature of the thrust is found beside a known fourth power, with errors that cover it") {
+  std::mt19937_64 engine(7);
+  constexpr double at_zero = 0.83, curvature = -3, fourth = 12;
+  constexpr int trials = 400;
+  int covered = 0;
+  double sum = 0, squares = 0, chi2 = 0;
+  for (int trial = 0; trial < trials; ++trial) {
+    std::vector<LoadedPiles> piles;
+    for (const double x : {0.0, 0.035, 0.07, 0.105, 0.14, 0.176}) {
+      LoadedPiles one;
+      one.line.slope = x;
+      const double thrust = at_zero + curvature * x * x / 2 + fourth * x * x * x * x;
+      one.thrust = made_up(thrust, 3e-4, 32, engine);
+      one.thrust_below = made_up(thrust + 0.1 * x * x, 3e-4, 32, engine);
+      piles.push_back(one);
+    }
+    Replicated replicated;
+    const ThrustCurvature found = fit_thrust(piles, &LoadLine::slope, &replicated);
+    CHECK(estimate(replicated).standard_error == Approx(found.curvature.standard_error));
+    const double away = (found.curvature.value - curvature) / found.curvature.standard_error;
+    if (std::abs(away) < 1) ++covered;
+    sum += away / trials;
+    squares += away * away / trials;
+    chi2 += found.test.chi2 / trials;
+    if (trial == 0) {
+      CHECK(std::abs(found.at_zero.value - at_zero) < 5 * found.at_zero.standard_error);
+      CHECK(std::abs(found.curvature_change.value - 0.2) < 5 * found.curvature_change.standard_error);
+    }
+  }
+  CAPTURE(covered, sum, squares, chi2);
+  CHECK(std::abs(sum) < 0.2);  // a bias less than a fifth of an error
+  CHECK(covered == Approx(0.68 * trials).margin(0.09 * trials));
+  CHECK(squares == Approx(1).margin(0.3));
+  // The straight line through x^2 alone is seen to fail.
+  std::vector<LoadedPiles> far;
+  for (const double x : {0.0, 0.1, 0.2, 0.3, 0.4, 0.5}) {
+    LoadedPiles one;
+    one.line.slope = x;
+    one.thrust = made_up(at_zero + 500 * std::pow(x, 6), 3e-4, 32, engine);
+    one.thrust_below = one.thrust;
+    far.push_back(one);
+  }
+  CHECK(fit_thrust(far, &LoadLine::slope).test.chi2 > 100);  // a sixth power is not of that form
+}
