@@ -93,6 +93,10 @@ struct Transport {
   Estimate fitted_area;                  ///< mean over the window, see shape_diagnostics.h
   Estimate centre_background;            ///< likewise
   Estimate c_beside, D_beside;           ///< slopes of x_p and W^2 beside such a background, see there
+  /// chi^2 per degree of freedom of two Gaussians and with such a background, means over the window; NaN where nothing
+  /// was fitted.
+  double chi2_per_dof = std::numeric_limits<double>::quiet_NaN();
+  double chi2_beside_per_dof = std::numeric_limits<double>::quiet_NaN();
   double largest_misfit = 0;             ///< largest misfit_at_least over the window
 
   /// Sum of x_p over that of W, over the depths of the window where a shape was fitted. Two Gaussians make two peaks

@@ -100,6 +100,12 @@ void measure_beside_background(const std::vector<const MeasuredDepth*>& used, co
   widths.z = peaks.z;
   t.c_beside = estimate(line_through(peaks, edge).slope, no_extended_fit);
   t.D_beside = estimate(line_through(widths, edge).slope, no_extended_fit);
+  t.chi2_per_dof = t.chi2_beside_per_dof = 0;
+  for (const MeasuredDepth* depth : used) {
+    const auto depths = static_cast<double>(used.size());
+    t.chi2_per_dof += depth->fit.chi2_per_dof / depths;
+    t.chi2_beside_per_dof += depth->inside->diagnostics.chi2_beside / (depth->fit.degrees_of_freedom - 1) / depths;
+  }
 }
 
 /// The deepest run of identifiable depths, in the window and above it.

@@ -119,14 +119,24 @@ void add_variation_reasons(Json& notes, const Json& summary, std::size_t result,
   }
 }
 
+/// Whether the share of the response between the peaks is beyond three errors, where the shape beside it was fitted.
+bool asks_for_background(const Json& result) {
+  const Json &share = result.at("centre_background"), &c = result.at("c_beside_background");
+  return share.at("value").is_number() && c.at("value").is_number() && result.at("chi2_per_dof").is_number() &&
+         std::abs(share.at("value").get<double>()) > 3 * share.at("stderr").get<double>();
+}
+
 /// The rows of c and D, and what is said below their tables.
 void add_transport(Json& overlay, const Json& summary) {
+  bool has_backgrounds = false;
   Json rows = Json::array(), notes = Json::array(), variation_notes = Json::array(), asked = Json::array();
   const Json& results = summary.at("results");
   for (std::size_t i = 0; i < results.size(); ++i) {
     const std::string pointer = fmt::format("/results/{}", i);
     Json row = {{"frictionless", results[i].contains("mu") && results[i].at("mu") == 0},
-                {"scanned", {{"key", place_of_scanned(summary, i)}}}};
+                {"scanned", {{"key", place_of_scanned(summary, i)}}},
+                {"asks_for_background", asks_for_background(results[i])}};
+    has_backgrounds = has_backgrounds || asks_for_background(results[i]);
     for (const char* name : {"D", "c_minus_c_thrust", "width_offset"}) {
       if (is_rounding(results[i], name)) row[name] = {{"key", fmt::format("{}/{}", pointer, name)}, {"text", "0"}};
     }
@@ -144,6 +154,7 @@ void add_transport(Json& overlay, const Json& summary) {
   finish_notes(variation_notes);
   overlay["results"] = rows;
   overlay["has_results"] = !rows.empty();
+  overlay["has_backgrounds"] = has_backgrounds;
   overlay["transport_notes"] = notes;
   overlay["variation_notes"] = variation_notes;
   overlay["asked_precision"] = asked;

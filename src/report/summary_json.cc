@@ -120,6 +120,8 @@ Json to_json(const Transport& result) {
   json["centre_background"] = to_json(result.centre_background);
   json["c_beside_background"] = to_json(result.c_beside);
   json["D_beside_background"] = to_json(result.D_beside);
+  json["chi2_per_dof"] = finite_or_null(result.chi2_per_dof);
+  json["chi2_beside_background_per_dof"] = finite_or_null(result.chi2_beside_per_dof);
   json["largest_misfit"] = result.largest_misfit;
   json["depths"] = list_of(result.depths);
   json["sampler"]["draws_per_bead"] = finite_or_null(result.draws_per_bead);
