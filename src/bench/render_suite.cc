@@ -9,6 +9,8 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <cstdio>
+#include <exception>
 
 #include "sampling/sampler.h"
 #include "storage/pile_file.h"
@@ -37,7 +39,7 @@ std::filesystem::path pile_file(const RenderCase& picture, const std::filesystem
   return folder / fmt::format("pile-{}x{}.h5", picture.columns, picture.layers);
 }
 
-void make_pile(const RenderCase& picture, const std::filesystem::path& file) {
+void draw_and_write(const RenderCase& picture, const std::filesystem::path& file) {
   const Lattice lattice({picture.columns, picture.layers});
   Pile pile(lattice);
   std::vector<double> load(static_cast<std::size_t>(picture.columns), 1.0);
@@ -48,6 +50,27 @@ void make_pile(const RenderCase& picture, const std::filesystem::path& file) {
     throw EnvironmentError("a pile of the suite could not be completed, so there is nothing to render; report this");
   }
   write_pile(file, pile);
+}
+
+/// In a process of its own: what a process keeps of a large pile would count as memory of the pictures that it starts.
+void make_pile(const RenderCase& picture, const std::filesystem::path& file) {
+  const pid_t child = ::fork();
+  if (child < 0) throw EnvironmentError("no child process can be started; try again");
+  if (child == 0) {
+    int status = 0;
+    try {
+      draw_and_write(picture, file);
+    } catch (const std::exception& error) {
+      fmt::print(stderr, "{}\n", error.what());
+      status = 1;
+    }
+    ::_exit(status);
+  }
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) {
+    throw EnvironmentError("a pile of the suite could not be made; see above, and whether its folder has space");
+  }
 }
 
 /// What the child tells of its run.
