@@ -1,5 +1,6 @@
 // Source of the expected numbers: each pile drawn by itself, its layers transformed and multiplied straight from the
 // definition.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <complex>
@@ -60,6 +61,7 @@ void check_sums(const EnsembleSpec& spec, const std::vector<int>& modes) {
     REQUIRE_FALSE(sampler->draw(sample, load, piles.emplace_back(lattice)).has_value());
   }
   std::map<std::tuple<std::uint64_t, int, int>, Modes> modes_by;
+  double unmirrored = 0;
   for (std::size_t l = 0; l < plan.lags.size(); ++l) {
     const double* const sums = &record.sums.quantities.at("propagation").sum[(block * plan.lags.size() + l) * width];
     for (const int m : modes) {
@@ -86,6 +88,9 @@ void check_sums(const EnsembleSpec& spec, const std::vector<int>& modes) {
       CHECK(part[1] == Approx(scale * HH.real()).epsilon(1e-9).margin(1e-12));
       CHECK(part[2] == Approx(scale * wH.imag()).epsilon(1e-9).margin(1e-12));
       CHECK(part[3] == Approx(scale * Hw.imag()).epsilon(1e-9).margin(1e-12));
+      // A pile's mirror image has the modes (conj w, -conj H), so that these are the means over both; of the piles
+      // alone C is another matrix.
+      if (counts) unmirrored = std::max({unmirrored, scale * std::abs(ww.imag()), scale * std::abs(wH.real())});
     }
     double thrust = 0;
     for (const Pile& pile : piles) {
@@ -98,6 +103,7 @@ void check_sums(const EnsembleSpec& spec, const std::vector<int>& modes) {
     }
     CHECK(record.sums.quantities.at("thrust").sum[block * plan.lags.size() + l] == Approx(thrust).epsilon(1e-10));
   }
+  CHECK(unmirrored > 1e-4);
 }
 
 }  // namespace

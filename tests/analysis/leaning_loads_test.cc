@@ -1,0 +1,60 @@
+// Responses of piles under leaning loads. Their two peaks move with different speeds, c + s to the one side and c - s
+// to the other; averaged over mirror images they stay two peaks of one width as long as s z is small beside W.
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "analysis/transport.h"
+#include "ensemble/ensemble_runner.h"
+
+using namespace granuscope;
+
+namespace {
+
+Transport response_under(double angle, EstimatorName estimator, std::uint64_t samples) {
+  FitSpec fit;
+  fit.first_layer = fit.shallow_layer = 58;
+  fit.last_layer = 148;
+  EnsembleSpec spec;
+  spec.response.estimator = estimator;
+  spec.response.samples = samples;
+  spec.response.opposite = estimator == EstimatorName::multiplexed;
+  spec.response.epsilon = 0.15;
+  spec.sampler.mu = 0.3;
+  spec.sampler.load_angle = angle;
+  spec.lattice = {400, estimator == EstimatorName::fluctuation ? 900 : 160};
+  spec.layers = layers_to_record(fit, {});
+  return measure_transport({spec, run_ensemble(spec, 0, nullptr)}, fit, {}, 0).transport;
+}
+
+}  // namespace
+
+TEST_CASE("under loads that lean by two degrees every estimator finds the same response", "[long]") {
+  const Transport by_fluctuations = response_under(2, EstimatorName::fluctuation, 1024),
+                  by_loads = response_under(2, EstimatorName::multiplexed, 2048),
+                  by_one_load = response_under(2, EstimatorName::point, 8192);
+  const auto distance = [](const Estimate& one, const Estimate& other) {
+    return std::abs(one.value - other.value) / std::hypot(one.standard_error, other.standard_error);
+  };
+  REQUIRE(by_fluctuations.c.known());
+  REQUIRE(by_loads.c.known());
+  REQUIRE(by_one_load.c.known());
+  CAPTURE(by_fluctuations.c.value, by_loads.c.value, by_one_load.c.value);
+  CAPTURE(by_fluctuations.D.value, by_loads.D.value, by_one_load.D.value);
+  CHECK(by_loads.c.standard_error < 0.0004);
+  CHECK(distance(by_fluctuations.c, by_loads.c) < 4);
+  CHECK(distance(by_fluctuations.D, by_loads.D) < 4);
+  // An overload of 1 is not small: c is some thousandths larger, as under upright loads.
+  CHECK(std::abs(by_one_load.c.value - by_loads.c.value) < 0.005);
+  CHECK(std::abs(by_one_load.D.value / by_loads.D.value - 1) < 0.2);
+  // The load's own thrust ratio, less than that of upright piles.
+  CHECK(by_one_load.alpha_thrust.value == Approx(by_loads.alpha_thrust.value).margin(3e-4));
+  const Transport upright = response_under(0, EstimatorName::fluctuation, 256);
+  CHECK(upright.alpha_thrust.value - by_fluctuations.alpha_thrust.value > 0.001);
+}
+
+TEST_CASE("under loads that lean by eight degrees the mirror images lie apart, and that is said", "[long]") {
+  const Transport t = response_under(8, EstimatorName::fluctuation, 256);
+  CHECK_FALSE(t.c.known());
+  CHECK(t.c.reason.find("another shape") != std::string::npos);
+  CHECK(t.alpha_thrust.known());
+}
