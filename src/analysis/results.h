@@ -97,7 +97,7 @@ struct Transport {
   /// was fitted.
   double chi2_per_dof = std::numeric_limits<double>::quiet_NaN();
   double chi2_beside_per_dof = std::numeric_limits<double>::quiet_NaN();
-  double largest_misfit = 0;             ///< largest misfit_at_least over the window
+  double largest_misfit = 0;  ///< largest misfit_at_least over the window
 
   /// Sum of x_p over that of W, over the depths of the window where a shape was fitted. Two Gaussians make two peaks
   /// where x_p > W.
