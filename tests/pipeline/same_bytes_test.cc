@@ -38,20 +38,41 @@ std::map<std::string, std::string> stable_files(const fs::path& folder) {
 }
 
 /// examples/quick.toml with small piles and few of them: its figures and studies are those of the example, but for
-/// those that count work.
+/// those that count work, and how the fields couple beside them.
 Experiment reduced_quick() {
   // Without the verdicts expected: some are of claims that it does not make here.
   const TemporaryFolder folder;
   const std::string quick = read_file(fs::path(GRANUSCOPE_SOURCE_DIR) / "examples/quick.toml");
   write_file(folder / "reduced.toml", std::string_view(quick).substr(0, quick.find("[gate.expect]")));
-  return read_experiment(
-      folder / "reduced.toml",
-      {"lattice.columns=120", "lattice.layers=70", "friction.mu=[0.0, 0.2, 0.25, 0.3, 0.4]", "response.samples=256",
-       "fit.first_layer=25", "fit.last_layer=49", "fit.shallow_layer=13", "fit.scaling_window=[0.2, 0.4]",
-       "fit.other_scaling_windows=[[0.2, 0.3]]", "figures.response_profiles.layers=[31, 49]",
-       "studies.error_against_time.repetitions=8", "studies.error_against_time.columns=100",
-       "studies.error_against_time.layers=60", "studies.deep_response.mu=[]", "studies.redrawn_beads.samples=256",
-       "studies.counted_work.mu=[]", "studies.chain_share.samples=256", "report.pdf=false"});
+  return read_experiment(folder / "reduced.toml", {"lattice.columns=120",
+                                                   "lattice.layers=70",
+                                                   "friction.mu=[0.0, 0.2, 0.25, 0.3, 0.4]",
+                                                   "response.samples=256",
+                                                   "fit.first_layer=25",
+                                                   "fit.last_layer=49",
+                                                   "fit.shallow_layer=13",
+                                                   "fit.scaling_window=[0.2, 0.4]",
+                                                   "fit.other_scaling_windows=[[0.2, 0.3]]",
+                                                   "figures.response_profiles.layers=[31, 49]",
+                                                   "studies.error_against_time.repetitions=8",
+                                                   "studies.error_against_time.columns=100",
+                                                   "studies.error_against_time.layers=60",
+                                                   "studies.deep_response.mu=[0.3]",
+                                                   "studies.deep_response.octaves=3",
+                                                   "studies.deep_response.first_lag=4",
+                                                   "studies.deep_response.columns=48",
+                                                   "studies.deep_response.samples=256",
+                                                   "studies.mode_coupling.mu=[0.5]",
+                                                   "studies.mode_coupling.octaves=3",
+                                                   "studies.mode_coupling.columns=160",
+                                                   "studies.mode_coupling.samples=256",
+                                                   "studies.mode_coupling.loaded_samples=256",
+                                                   "studies.mode_coupling.fluctuation_layers=[64, 256]",
+                                                   "studies.mode_coupling.fluctuation_samples=256",
+                                                   "studies.redrawn_beads.samples=256",
+                                                   "studies.counted_work.mu=[]",
+                                                   "studies.chain_share.samples=256",
+                                                   "report.pdf=false"});
 }
 
 void check_same(const std::map<std::string, std::string>& first, const std::map<std::string, std::string>& other) {
