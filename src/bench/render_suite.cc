@@ -63,13 +63,16 @@ void make_pile(const RenderCase& picture, const std::filesystem::path& file) {
     } catch (const std::exception& error) {
       fmt::print(stderr, "{}\n", error.what());
       status = 1;
+    } catch (...) {
+      status = 1;
     }
     ::_exit(status);
   }
   int status = 0;
-  ::waitpid(child, &status, 0);
-  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) {
-    throw EnvironmentError("a pile of the suite could not be made; see above, and whether its folder has space");
+  if (::waitpid(child, &status, 0) != child || !WIFEXITED(status) || WEXITSTATUS(status) != 0) {
+    throw EnvironmentError(
+        fmt::format("a pile of {} x {} beads could not be made in {}; see whether there is memory and space",
+                    picture.columns, picture.layers, file.parent_path().string()));
   }
 }
 

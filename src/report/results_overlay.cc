@@ -119,11 +119,16 @@ void add_variation_reasons(Json& notes, const Json& summary, std::size_t result,
   }
 }
 
-/// Whether the share of the response between the peaks is beyond three errors, where the shape beside it was fitted.
-bool asks_for_background(const Json& result) {
-  const Json &share = result.at("centre_background"), &c = result.at("c_beside_background");
-  return share.at("value").is_number() && c.at("value").is_number() && result.at("chi2_per_dof").is_number() &&
-         std::abs(share.at("value").get<double>()) > 3 * share.at("stderr").get<double>();
+/// Whether some of the response lies between the peaks, by more than three errors, and all is known of it.
+bool has_background(const Json& result) {
+  for (const char* name : {"centre_background", "c_beside_background", "D_beside_background"}) {
+    if (!result.at(name).at("value").is_number() || !result.at(name).at("stderr").is_number()) return false;
+  }
+  for (const char* name : {"chi2_per_dof", "chi2_beside_background_per_dof"}) {
+    if (!result.at(name).is_number()) return false;
+  }
+  const Json& share = result.at("centre_background");
+  return share.at("value").get<double>() > 3 * share.at("stderr").get<double>();
 }
 
 /// The rows of c and D, and what is said below their tables.
@@ -135,8 +140,8 @@ void add_transport(Json& overlay, const Json& summary) {
     const std::string pointer = fmt::format("/results/{}", i);
     Json row = {{"frictionless", results[i].contains("mu") && results[i].at("mu") == 0},
                 {"scanned", {{"key", place_of_scanned(summary, i)}}},
-                {"asks_for_background", asks_for_background(results[i])}};
-    has_backgrounds = has_backgrounds || asks_for_background(results[i]);
+                {"has_background", has_background(results[i])}};
+    has_backgrounds = has_backgrounds || has_background(results[i]);
     for (const char* name : {"D", "c_minus_c_thrust", "width_offset"}) {
       if (is_rounding(results[i], name)) row[name] = {{"key", fmt::format("{}/{}", pointer, name)}, {"text", "0"}};
     }

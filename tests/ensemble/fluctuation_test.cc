@@ -88,8 +88,8 @@ void check_sums(const EnsembleSpec& spec, const std::vector<int>& modes) {
       CHECK(part[1] == Approx(scale * HH.real()).epsilon(1e-9).margin(1e-12));
       CHECK(part[2] == Approx(scale * wH.imag()).epsilon(1e-9).margin(1e-12));
       CHECK(part[3] == Approx(scale * Hw.imag()).epsilon(1e-9).margin(1e-12));
-      // A pile's mirror image has the modes (conj w, -conj H), so that these are the means over both; of the piles
-      // alone C is another matrix.
+      // A pile's mirror image has the modes (conj w, -conj H), so that these are the means over both. Without the
+      // images C has other entries, too, here:
       if (counts) unmirrored = std::max({unmirrored, scale * std::abs(ww.imag()), scale * std::abs(wH.real())});
     }
     double thrust = 0;

@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <complex>
@@ -9,9 +8,7 @@
 #include <random>
 
 #include "analysis/transport.h"
-#include "analysis/weighted_shape.h"
 #include "ensemble/ensemble_runner.h"
-#include "ensemble/real_spectrum.h"
 #include "kit/temporary_folder.h"
 #include "plot/figure_texts.h"
 #include "sampling/sampler.h"

@@ -37,7 +37,7 @@ struct CoupledPeak {
   double density_below(double above, double z, double x) const;
   /// f(k, z) at any k > 0, of the step nearest to z.
   std::complex<double> mode_at(double z, double k) const;
-  /// f(k, above + z)/f(k, above), 0 where nothing is left at `above`.
+  /// f(k, above + z)/f(k, above), 0 where less than 1.1 % are left at `above`.
   std::complex<double> mode_below(double above, double z, double k) const;
 };
 
