@@ -138,6 +138,59 @@ TEST_CASE("A peak below a reference has the modes that are left of those at the 
   CHECK(density == Approx(sum / solution.spec.ring).epsilon(1e-3));
 }
 
+TEST_CASE("From the surface a peak meets fluctuations that build up, as summed mode by mode") {
+  // The equation in short explicit steps, its kernel by the sum over all pairs of modes of the ring.
+  constexpr int ring = 64, steps = 240;
+  constexpr double h = 0.1, D = 0.4, c = 0.5, to_torque = 0.4, D_torque = 1.2;
+  const auto wave = [&](int m) { return 2 * std::numbers::pi * m / ring; };
+  const auto kernel = [&](int m, int s, int built_up) {
+    const auto torque = [&](int q) { return std::exp(-D_torque * wave(q) * wave(q) * h * s / 2); };
+    double sum = 0;
+    for (int q = -ring / 2; q < ring / 2; ++q) {
+      int other = m - q;
+      if (other >= ring / 2) other -= ring;
+      const double share = -std::expm1(-D_torque * wave(q) * wave(q) * h * built_up);
+      sum += share * torque(q) * torque(other) / ring;
+    }
+    return to_torque * sum * std::polar(1.0, wave(m) * c * h * s);
+  };
+  const CouplingSpec spec{.D = D,
+                          .c = c,
+                          .to_torque = to_torque,
+                          .D_torque = D_torque,
+                          .depth = h * steps,
+                          .step = h,
+                          .ring = ring,
+                          .from_surface = true};
+  const CoupledPeak solved = solve_coupled_peak(spec);
+  CouplingSpec saturated = spec;
+  saturated.from_surface = false;
+  const CoupledPeak other = solve_coupled_peak(saturated);
+  for (const int m : {1, 2, 4}) {
+    std::vector<std::complex<double>> f{1.0};
+    const double k_squared = wave(m) * wave(m);
+    const auto slope = [&](std::size_t n) {
+      std::complex<double> memory = 0;
+      for (std::size_t s = 0; s <= n; ++s) {
+        const double end = s == 0 || s == n ? 0.5 : 1;
+        memory += end * h * kernel(m, static_cast<int>(s), static_cast<int>(n - s)) * f[n - s];
+      }
+      return -k_squared * (D / 2 * f[n] + memory);
+    };
+    for (std::size_t n = 0; n < steps; ++n) {
+      const std::complex<double> here = slope(n);
+      f.push_back(f[n] + h * here);
+      const std::complex<double> there = slope(n + 1);
+      f.back() = f[n] + h / 2 * (here + there);
+    }
+    const std::complex<double> expected = f.back(), found = solved.modes[steps][static_cast<std::size_t>(m)];
+    const double uncoupled = std::exp(-D / 2 * k_squared * h * steps);
+    CAPTURE(m, expected, found, uncoupled, other.modes[steps][static_cast<std::size_t>(m)]);
+    CHECK(std::abs(found - expected) < 0.05 * std::abs(uncoupled - expected));
+    CHECK(std::abs(other.modes[steps][static_cast<std::size_t>(m)] - expected) > 0.2 * std::abs(uncoupled - expected));
+  }
+}
+
 TEST_CASE("A scaled peak is the density that its modes were made of") {
   const DeepResponse response = response_of_lags(4);
   const SpreadingTheory theory(response, D_torque_at_05);

@@ -54,6 +54,30 @@ std::vector<double> saturation(const CouplingSpec& spec, double D) {
   return share;
 }
 
+/// How much of the mode k of the kernel is there of a correlation over s that had the depth `built_up` to build up: of
+/// two Gaussians of the variances a = D s and b = D (s + 2 built_up) the product is taken away, in which none is
+/// narrower than a bead. Every mode in turn, from k = 0 on.
+class BuiltUp {
+ public:
+  BuiltUp(double D, double s, double built_up, double first_k) {
+    constexpr double narrowest = 1 / (2 * std::numbers::pi);  // of a + b: the product of beads is 1
+    const double a = D * s, b = D * (s + 2 * built_up);
+    missing_ = std::sqrt(std::max(2 * a, narrowest) / std::max(a + b, narrowest));
+    const double exponent = a + b > 0 ? a * (b - a) / (4 * (a + b)) * first_k * first_k : 0;
+    ratio_ = std::exp(-exponent);
+    step_ = ratio_ * ratio_;
+  }
+  double next() {
+    const double share = 1 - missing_;
+    missing_ *= ratio_;  // exp(-e m^2): ratios are exp(-e (2 m + 1))
+    ratio_ *= step_;
+    return share;
+  }
+
+ private:
+  double missing_, ratio_, step_;
+};
+
 /// Squares on a ring of functions that are given by their modes.
 class Squares {
  public:
@@ -110,13 +134,15 @@ class Solver {
     Modes memory(modes_);  // the integral over s at the last step
     for (std::size_t n = 1; n <= steps_of(peak_.spec); ++n) {
       const Modes past = past_without_ends(n);
-      Modes kernel = kernels_.back(), next;
+      const bool from_surface = peak_.spec.from_surface;
+      const Modes first = from_surface ? built_up(0, n) : kernels_.front();
+      Modes kernel = from_surface ? Modes(modes_) : kernels_.back(), next;
       for (int i = 0; i <= corrections; ++i) {
-        next = step(memory, past, kernel);
-        kernel = kernel_of(next, n);
+        next = step(memory, past, first, kernel);
+        if (!from_surface) kernel = kernel_of(next, n);
       }
-      memory = memory_of(past, kernel, next);
-      kernels_.push_back(kernel);
+      memory = memory_of(past, first, kernel, next);
+      kernels_.push_back(from_surface ? kernel_of(next, n) : kernel);
       for (std::size_t m = 0; m < modes_; ++m) {
         if (std::abs(next[m]) > forgotten) kept_[m] = n;
       }
@@ -141,16 +167,30 @@ class Solver {
     });
     return with_torque(sum, 0);
   }
+  /// From the surface they are added step by step (built_up).
   Modes with_torque(Modes kernel, std::size_t step) const {
+    const double to_torque = peak_.spec.from_surface ? 0 : peak_.spec.to_torque;
     for (std::size_t m = 0; m < modes_; ++m)
-      kernel[m] = peak_.spec.to_itself * kernel[m] + peak_.spec.to_torque * torque_[step][m];
+      kernel[m] = peak_.spec.to_itself * kernel[m] + to_torque * torque_[step][m];
+    return kernel;
+  }
+  /// The kernel over s steps down to step n, of fluctuations that had n - s steps to build up.
+  Modes built_up(std::size_t s, std::size_t n) const {
+    const CouplingSpec& spec = peak_.spec;
+    const double over = spec.step * static_cast<double>(s), depth = spec.step * static_cast<double>(n - s);
+    BuiltUp itself(spec.D, over, depth, wave_number(spec, 1)), torque(spec.D_torque, over, depth, wave_number(spec, 1));
+    Modes kernel(modes_);
+    for (std::size_t m = 0; m < modes_ && (s == 0 || m < 8 || kept_[m] >= n - s); ++m)
+      kernel[m] = kernels_[s][m] * itself.next() + spec.to_torque * torque_[s][m] * torque.next();
     return kernel;
   }
   /// The trapezoidal sum over s at step n but for its two ends, which need what is not known yet.
   Modes past_without_ends(std::size_t n) const {
     Modes sum(modes_);
     for (std::size_t s = 1; s < n; ++s) {
-      const double* const M = reinterpret_cast<const double*>(kernels_[s].data());
+      const Modes of_surface = peak_.spec.from_surface ? built_up(s, n) : Modes();
+      const double* const M =
+          reinterpret_cast<const double*>(peak_.spec.from_surface ? of_surface.data() : kernels_[s].data());
       const double* const f = reinterpret_cast<const double*>(peak_.modes[n - s].data());
       double* const to = reinterpret_cast<double*>(sum.data());
       // Of short waves little is left: those that have gone by then are the last ones.
@@ -161,21 +201,22 @@ class Solver {
     }
     return sum;
   }
-  Modes memory_of(const Modes& past, const Modes& kernel, const Modes& f) const {
+  /// `first`, `kernel`: over no step and over all.
+  Modes memory_of(const Modes& past, const Modes& first, const Modes& kernel, const Modes& f) const {
     Modes memory(modes_);
     for (std::size_t m = 0; m < modes_; ++m)
-      memory[m] = peak_.spec.step * (past[m] + (kernels_.front()[m] * f[m] + kernel[m]) / 2.0);
+      memory[m] = peak_.spec.step * (past[m] + (first[m] * f[m] + kernel[m]) / 2.0);
     return memory;
   }
   /// f at the next step, the mean of both ends driving it.
-  Modes step(const Modes& memory, const Modes& past, const Modes& kernel) const {
+  Modes step(const Modes& memory, const Modes& past, const Modes& first, const Modes& kernel) const {
     const Modes& f = peak_.modes.back();
     const double h = peak_.spec.step, D = peak_.spec.D;
     Modes next(modes_);
     for (std::size_t m = 0; m < modes_; ++m) {
       const double damping = h / 2 * k_squared_[m];
       const Complex known = f[m] - damping * (D / 2 * f[m] + memory[m] + h * (past[m] + kernel[m] / 2.0));
-      next[m] = known / (1.0 + damping * (D / 2 + h * kernels_.front()[m] / 2.0));
+      next[m] = known / (1.0 + damping * (D / 2 + h * first[m] / 2.0));
     }
     return next;
   }

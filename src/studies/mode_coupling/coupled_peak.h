@@ -19,6 +19,9 @@ struct CouplingSpec {
   /// Depth of the layers from which the peak starts: their fluctuations have reached the share 1 - exp(-D k^2 z) of the
   /// plateau. 0: all of it.
   double saturated_by = 0;
+  /// The peak starts at the surface, where nothing fluctuates yet: at depth z that share is 1 - exp(-D k^2 z), of the
+  /// spreading field with D_torque.
+  bool from_surface = false;
 };
 
 /// The peak in the frame that moves with c, followed in z.
@@ -45,7 +48,8 @@ struct CoupledPeak {
 ///   d_z f(k, z) = -(D/2) k^2 f(k, z) - k^2 integral over s of M(k, s) f(k, z - s),
 /// M(x, s) = to_itself f(x, s)^2 + to_torque t(x + c s, s)^2, t a Gaussian peak of variance D_torque s: a field that
 /// stays where it is passes the peak with speed c. The first term makes W^2 grow from D z towards z^(4/3), the second
-/// one makes D grow as k^(-1/2) and gives the peak a tail towards that field. Errors are of second order in the step,
+/// one makes D grow as k^(-1/2) and gives the peak a tail towards that field. From the surface the kernel also depends
+/// on z - s, the depth where what is correlated was. Errors are of second order in the step,
 /// which is implicit; time grows with the square of the depth and with the ring.
 CoupledPeak solve_coupled_peak(const CouplingSpec& spec);
 

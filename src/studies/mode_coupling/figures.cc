@@ -52,6 +52,7 @@ Figure plot_predicted_width(const std::vector<CoupledSpreading>& measured, const
   plan.height = 3.6;
   std::vector<std::string> curves, titles, ratios, words;
   std::map<std::string, int> checked;
+  bool loads_predicted = false;
   Range z, spreading;
   for (const CoupledSpreading& one : measured) {
     const std::vector<double>& predicted = one.predicted.width_squared;
@@ -84,12 +85,25 @@ Figure plot_predicted_width(const std::vector<CoupledSpreading>& measured, const
         spreading.add(lag.width_squared.value / lag.z);
       }
       const std::string name = fmt::format("{}-{}-mu-{}.csv", plan.id, wide ? "wide" : "loads", exact(one.mu));
+      if (!wide && !check.predicted.width_squared.empty()) {
+        CsvTable line({"z: bead diameters", "predicted: bead diameters"});
+        for (std::size_t i = 0; i < check.response.lags.size(); ++i) {
+          const double at = check.response.lags[i].z;
+          line.add_row({at, check.predicted.width_squared[i] / at});
+          spreading.add(check.predicted.width_squared[i] / at);
+        }
+        const std::string of_loads = fmt::format("{}-loads-predicted-mu-{}.csv", plan.id, exact(one.mu));
+        plan.data[of_loads] = line.text();
+        curves.push_back(
+            fmt::format("'{}' using 1:2 with lines linewidth 1.2 dashtype 3 {} notitle", of_loads, colour_of(style)));
+        loads_predicted = true;
+      }
       plan.data[name] = points.text();
       curves.push_back(
           fmt::format("'{}' using 1:2:3 with yerrorbars linewidth 0.7 pointsize 1.1 pointtype {} {} notitle", name,
                       wide ? wide_points : loads_points, colour_of(style)));
       checked[wide ? "twice the columns" : "by loads (multiplexed)"] = wide ? wide_points : loads_points;
-      words.push_back(fmt::format("{:.1f} at μ = {} {}", check.chi2, caption_number(one.mu),
+      words.push_back(fmt::format("{:.1f} at μ = {} {}", check.predicted.chi2, caption_number(one.mu),
                                   wide ? "in piles twice as wide" : "by loads"));
     }
     if (one.fit.strength.known())
@@ -107,6 +121,7 @@ Figure plot_predicted_width(const std::vector<CoupledSpreading>& measured, const
   }
   titles.push_back(line_title("linewidth 1.2", "predicted"));
   titles.push_back(line_title("linewidth 0.8 dashtype 2", "without torque"));
+  if (loads_predicted) titles.push_back(line_title("linewidth 1.2 dashtype 3", "predicted, by loads"));
   const Range axis = widened_by_factor(z, 1.4), widths = widened_by_factor(spreading, 1.3);
   return plot_figure(plan,
                      {{"curves", joined(curves)},

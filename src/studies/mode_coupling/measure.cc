@@ -163,8 +163,15 @@ CoupledSpreading measure_coupling(const MeasuredEnsemble& deep, std::vector<Load
   result.without_torque = predict(theory, result.response, {both.to_itself, 0},
                                   result.to_itself.standard_error / result.to_itself.value, threads);
   for (DeepResponse& check : checks) {
-    const double chi2 = chi2_of(result.predicted, check);
-    result.checks.push_back({std::move(check), chi2});
+    CheckedSpreading checked{std::move(check), {}, {}};
+    if (all_known(checked.response)) {
+      const SpreadingTheory of_check(checked.response, result.D_torque.value);
+      checked.predicted = predict(of_check, checked.response, both, error, threads);
+      checked.fit = fit_strength(of_check, checked.response.slopes_of_width, both, checked.predicted.D, threads);
+    } else {
+      checked.fit.strength.reason = checked.fit.D.reason = "the response is not known at every lag; give more piles";
+    }
+    result.checks.push_back(std::move(checked));
   }
   result.fit = fit_strength(theory, result.response.slopes_of_width, both, result.predicted.D, threads);
   const CoupledPeak solution = theory.peak(result.predicted.D, both);

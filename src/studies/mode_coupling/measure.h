@@ -43,10 +43,12 @@ struct SaturationTest {
   int points = 0;  ///< bands of layers, those that are short of their plateau
 };
 
-/// The same response measured in another way.
+/// The same response measured in another way, with the prediction and the fit of its own: nothing is taken from the
+/// other but the couplings.
 struct CheckedSpreading {
   DeepResponse response;
-  double chi2 = 0;  ///< of the same prediction
+  PredictedSpreading predicted;
+  StrengthFit fit;
 };
 
 /// What the mode-coupling theory of the three conserved fields, weight, horizontal force and torque, says at one

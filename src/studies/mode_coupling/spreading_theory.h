@@ -18,8 +18,8 @@ struct Spreading {
   std::vector<double> peak, width_squared, D_of_bands;
 };
 
-/// What the mode-coupling equation says about the lags of a response, which fluctuations refer to layers below their
-/// bases.
+/// What the mode-coupling equation says about the lags of a response: fluctuations refer them to layers below their
+/// bases, loads act at the surface.
 class SpreadingTheory {
  public:
   /// `D_torque`: of the field that the peaks leave behind.
@@ -44,6 +44,7 @@ class SpreadingTheory {
   int columns_;
   double c_, D_torque_, saturated_by_ = 0, reference_ = 0;
   int ring_ = 512;
+  bool from_surface_;
   TorqueKernels torque_;
 };
 

@@ -85,10 +85,6 @@ Json to_json(const PeakShapeTest& test) {
           {"chi2_mode_coupling", finite_or_null(test.coupled)}};
 }
 
-Json to_json(const CheckedSpreading& one) {
-  return {{"response", spreading_json(one.response)}, {"chi2", finite_or_null(one.chi2)}};
-}
-
 Json to_json(const PredictedSpreading& one, const DeepResponse& response) {
   if (one.width_squared.empty()) return nullptr;
   Json lags = Json::array(), octaves = Json::array(), bands = Json::array();
@@ -110,6 +106,20 @@ Json to_json(const PredictedSpreading& one, const DeepResponse& response) {
           {"dispersion", bands},
           {"chi2", finite_or_null(one.chi2)},
           {"octaves_predicted", one.c.size() - 1}};
+}
+
+Json to_json(const StrengthFit& fit) {
+  return {{"strength", granuscope::to_json(fit.strength)},
+          {"D", granuscope::to_json(fit.D)},
+          {"chi2", finite_or_null(fit.chi2)},
+          {"degrees_of_freedom", fit.degrees_of_freedom}};
+}
+
+Json to_json(const CheckedSpreading& one) {
+  return {{"response", spreading_json(one.response)},
+          {"predicted", to_json(one.predicted, one.response)},
+          {"diffusion_chi2", finite_or_null(one.fit.diffusion_chi2)},
+          {"fit", to_json(one.fit)}};
 }
 
 Json to_json(const CoupledSpreading& one) {
@@ -144,11 +154,7 @@ Json to_json(const CoupledSpreading& one) {
           {"without_torque", to_json(one.without_torque, one.response)},
           {"checks", list_of(one.checks, to_json)},
           {"diffusion_chi2", finite_or_null(one.fit.diffusion_chi2)},
-          {"fit",
-           {{"strength", granuscope::to_json(one.fit.strength)},
-            {"D", granuscope::to_json(one.fit.D)},
-            {"chi2", finite_or_null(one.fit.chi2)},
-            {"degrees_of_freedom", one.fit.degrees_of_freedom}}},
+          {"fit", to_json(one.fit)},
           {"shapes", list_of(one.shapes, to_json)}};
 }
 
