@@ -135,18 +135,18 @@ double KpzPeak::mode(double k) const {
 namespace {
 
 /// Central differences of eighth order for a second derivative.
-constexpr std::array<double, 5> difference = {-205.0 / 72, 8.0 / 5, -1.0 / 5, 8.0 / 315, -1.0 / 560};
+constexpr std::array<double, 5> second_difference = {-205.0 / 72, 8.0 / 5, -1.0 / 5, 8.0 / 315, -1.0 / 560};
 constexpr std::size_t entries = 42;  // up to y = 4.1
 
 KpzPeak make_kpz_peak() {
   std::vector<double> height;
-  for (std::size_t i = 0; i < entries + difference.size() - 1; ++i)
+  for (std::size_t i = 0; i < entries + second_difference.size() - 1; ++i)
     height.push_back(stationary_height_variance(KpzPeak::step * static_cast<double>(i)));
   KpzPeak peak;
   for (std::size_t i = 0; i < entries; ++i) {
-    double second = difference[0] * height[i];
-    for (std::size_t j = 1; j < difference.size(); ++j)
-      second += difference[j] * (height[i + j] + height[i < j ? j - i : i - j]);
+    double second = second_difference[0] * height[i];
+    for (std::size_t j = 1; j < second_difference.size(); ++j)
+      second += second_difference[j] * (height[i + j] + height[i < j ? j - i : i - j]);
     peak.density.push_back(second / (4 * KpzPeak::step * KpzPeak::step));
   }
   for (std::size_t i = 1; i < entries; ++i) {
