@@ -245,10 +245,7 @@ class DeepResponseStudy final : public CopiedStudy<DeepResponseStudy> {
         make_key(table(), "loaded_samples", "pairs",
                  "pairs of piles per friction coefficient of those by loads, which know less from each; 0: samples",
                  loaded_samples_),
-        make_key(table(), "loaded_run", "beads",
-                 "by loads: so many neighbouring top beads, or one more, are raised or lowered together; as many as a "
-                 "peak is wide make errors several times smaller down there, and larger where peaks are narrower",
-                 loaded_run_, KeyRange{.least = 1})};
+        loaded_run_key(table(), loaded_run_)};
   }
 
   bool asked() const override { return !mu_.empty(); }
@@ -272,10 +269,7 @@ class DeepResponseStudy final : public CopiedStudy<DeepResponseStudy> {
       }
     }
     if (auto found = find_samples_problem(key("samples"), samples_, main.response.blocks)) return found;
-    if (const int most = longest_run({columns_, 1}); loaded_run_ > most) {
-      return problem(key("loaded_run"), "{} beads: on a ring of {} beads that leaves too few loads; give at most {}",
-                     loaded_run_, columns_, most);
-    }
+    if (auto found = find_run_problem(key("loaded_run"), loaded_run_, columns_)) return found;
     return loaded_samples_ == 0 ? Problem()
                                 : find_samples_problem(key("loaded_samples"), loaded_samples_, main.response.blocks);
   }

@@ -63,6 +63,19 @@ Key first_lag_key(const std::string& table, int& first_lag) {
                   KeyRange{}.within(1, most_first_lag));
 }
 
+Key loaded_run_key(const std::string& table, int& run) {
+  return make_key(table, "loaded_run", "beads",
+                  "by loads: so many neighbouring top beads, or one more, are raised or lowered together; as many as a "
+                  "peak is wide make errors several times smaller down there, and larger where peaks are narrower",
+                  run, KeyRange{.least = 1});
+}
+
+Problem find_run_problem(const std::string& key, int run, int columns) {
+  const int most = longest_run({columns, 1});
+  if (run <= most) return {};
+  return problem(key, "{} beads: on a ring of {} beads that leaves too few loads; give at most {}", run, columns, most);
+}
+
 EnsembleSpec spec_of_lags(EnsembleSpec spec, int first_lag, int octaves) {
   spec.response.estimator = EstimatorName::fluctuation;
   for (int octave = 0; octave <= octaves; ++octave) spec.layers.push_back(first_lag << octave);

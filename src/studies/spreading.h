@@ -69,6 +69,9 @@ struct DeepResponse {
 inline constexpr int usual_first_lag = 32;
 /// The key of the depth from which depths double.
 Key first_lag_key(const std::string& table, int& first_lag);
+/// The key of how many neighbouring loads are varied alike, and what is wrong with a number of them.
+Key loaded_run_key(const std::string& table, int& run);
+Problem find_run_problem(const std::string& key, int run, int columns);
 
 /// Piles whose fluctuations are followed over lags that double `octaves` times from `first_lag` on, from those of one
 /// friction coefficient and size: as many bases as the deepest lag has layers, half of each pile.

@@ -16,7 +16,7 @@ using namespace granuscope;
 namespace {
 
 /// `value` and replicates of so many blocks whose means scatter so that its error is `error`.
-Replicated made_up(double value, double error, int blocks, std::mt19937_64& engine) {
+Replicated replicated_about(double value, double error, int blocks, std::mt19937_64& engine) {
   std::normal_distribution<double> normal(value, error * std::sqrt(blocks));
   std::vector<double> block;
   double sum = 0;
@@ -57,7 +57,7 @@ TEST_CASE("The strength of the couplings is found where it is known, and its err
     for (int trial = 0; trial < trials; ++trial) {
       std::vector<Replicated> measured;
       measured.reserve(slopes.size());
-      for (const double slope : slopes) measured.push_back(made_up(slope, 0.005 * slope, 32, engine));
+      for (const double slope : slopes) measured.push_back(replicated_about(slope, 0.005 * slope, 32, engine));
       const StrengthFit fit = fit_strength(theory, measured, couplings_at_05, 0.9 * D_at_05, 2);
       const double away = (fit.strength.value - strength) / fit.strength.standard_error;
       if (std::abs(away) < 1) ++covered;
@@ -219,8 +219,8 @@ TEST_CASE("The curvature of the thrust is found beside a known fourth power, wit
       LoadedPiles one;
       one.line.slope = x;
       const double thrust = at_zero + curvature * x * x / 2 + fourth * x * x * x * x;
-      one.thrust = made_up(thrust, 3e-4, 32, engine);
-      one.thrust_below = made_up(thrust + 0.1 * x * x, 3e-4, 32, engine);
+      one.thrust = replicated_about(thrust, 3e-4, 32, engine);
+      one.thrust_below = replicated_about(thrust + 0.1 * x * x, 3e-4, 32, engine);
       piles.push_back(one);
     }
     Replicated replicated;
@@ -247,7 +247,7 @@ TEST_CASE("The curvature of the thrust is found beside a known fourth power, wit
   for (const double x : {0.0, 0.1, 0.2, 0.3, 0.4, 0.5}) {
     LoadedPiles one;
     one.line.slope = x;
-    one.thrust = made_up(at_zero + 500 * std::pow(x, 6), 3e-4, 32, engine);
+    one.thrust = replicated_about(at_zero + 500 * std::pow(x, 6), 3e-4, 32, engine);
     one.thrust_below = one.thrust;
     far.push_back(one);
   }

@@ -217,6 +217,7 @@ class ModeCouplingStudy final : public CopiedStudy<ModeCouplingStudy> {
         make_key(table(), "loaded_mu", "",
                  "those of mu that are measured once more by loads: estimator multiplexed, each pile and its opposite",
                  loaded_mu_, friction_range_above_zero()),
+        loaded_run_key(table(), loaded_run_),
         make_key(table(), "load_angles", "degrees",
                  "angles of leaning loads, which tell how the horizontal force changes the thrust", angles_,
                  KeyRange{.fewest = least_lines, .longest = 12, .ascending = true}.above(0).below(load_angle_limit)),
@@ -236,6 +237,7 @@ class ModeCouplingStudy final : public CopiedStudy<ModeCouplingStudy> {
   Problem find_problem(const MainLine& main) const override {
     if (auto found = find_check_problem(key("wide_mu"), wide_mu_, key("mu"), mu_)) return found;
     if (auto found = find_check_problem(key("loaded_mu"), loaded_mu_, key("mu"), mu_)) return found;
+    if (auto found = find_run_problem(key("loaded_run"), loaded_run_, columns_)) return found;
     if (auto found = find_ring_problem(key("columns"), columns_, mu_, deep_spec(main, mu_.front()).layers))
       return found;
     for (const StudyEnsemble& one : ensembles(main)) {
@@ -287,7 +289,7 @@ class ModeCouplingStudy final : public CopiedStudy<ModeCouplingStudy> {
       const auto check = [&](const std::vector<double>& checked, DeepMeasurement by, const char* name, Part part) {
         if (std::find(checked.begin(), checked.end(), mu) == checked.end()) return;
         add(fmt::format("spreading {}", name), fmt::format("spreading-{}", name),
-            spec_of_check(deep_spec(main, mu), by, main.response.epsilon), part);
+            spec_of_check(deep_spec(main, mu), by, main.response.epsilon, loaded_run_), part);
       };
       check(wide_mu_, DeepMeasurement::wide, "wide", wide);
       check(loaded_mu_, DeepMeasurement::loads, "loads", loads);
@@ -393,6 +395,7 @@ class ModeCouplingStudy final : public CopiedStudy<ModeCouplingStudy> {
   int first_base_ = 0;
   std::uint64_t samples_ = 256;
   std::vector<double> wide_mu_, loaded_mu_;  ///< of those in mu_
+  int loaded_run_ = 1;
   std::vector<double> angles_{2, 4, 6, 8, 10};
   std::vector<double> offsets_{0.03, 0.06, 0.09, 0.12};
   std::uint64_t loaded_samples_ = 256;
