@@ -44,16 +44,6 @@ void around_step(const CouplingSpec& spec, std::size_t n, Add add) {
     add(spec.step * (static_cast<double>(n) + (part + 0.5) / parts), weight(part) / sum);
 }
 
-/// What is there of the fluctuations of a field in the layers from which the peak starts, by mode.
-std::vector<double> saturation(const CouplingSpec& spec, double D) {
-  std::vector<double> share;
-  for (std::size_t m = 0; m <= static_cast<std::size_t>(spec.ring) / 2; ++m) {
-    const double k = wave_number(spec, m);
-    share.push_back(spec.saturated_by > 0 ? -std::expm1(-D * k * k * spec.saturated_by) : 1);
-  }
-  return share;
-}
-
 /// How much of the mode k of the kernel is there of a correlation over s that had the depth `built_up` to build up: of
 /// two Gaussians of the variances a = D s and b = D (s + 2 built_up) the product is taken away, in which none is
 /// narrower than a bead. Every mode in turn, from k = 0 on.
@@ -81,17 +71,20 @@ class BuiltUp {
 /// Squares on a ring of functions that are given by their modes.
 class Squares {
  public:
-  explicit Squares(int ring)
-      : spectrum_(static_cast<std::size_t>(ring)), ring_(static_cast<std::size_t>(ring)), there_(ring_) {}
+  explicit Squares(int ring) : spectrum_(static_cast<std::size_t>(ring)), ring_(static_cast<std::size_t>(ring)) {}
 
-  /// The modes of f(x)^2; of one of the two factors, the correlation, only the share that is there (the other is the
-  /// response).
-  Modes of(const Modes& f, const std::vector<double>& share) {
-    to_x(f, nullptr, ring_);
-    to_x(f, share.data(), there_);
-    for (std::size_t i = 0; i < ring_.size(); ++i) ring_[i] *= there_[i];
-    spectrum_.transform(ring_);
+  /// The modes of f(x)^2.
+  Modes of(const Modes& f) {
     const std::size_t half = ring_.size() / 2;
+    ring_[0] = f[0].real();
+    for (std::size_t m = 1; m < half; ++m) {
+      ring_[2 * m - 1] = f[m].real();
+      ring_[2 * m] = f[m].imag();
+    }
+    ring_.back() = f[half].real();
+    spectrum_.inverse(ring_);
+    for (double& one : ring_) one *= one;
+    spectrum_.transform(ring_);
     Modes square(half + 1);
     square[0] = ring_[0];
     for (std::size_t m = 1; m < half; ++m) square[m] = {ring_[2 * m - 1], ring_[2 * m]};
@@ -100,20 +93,8 @@ class Squares {
   }
 
  private:
-  void to_x(const Modes& f, const double* share, std::vector<double>& ring) const {
-    const auto of = [&](std::size_t m) { return share == nullptr ? 1 : share[m]; };
-    const std::size_t half = ring.size() / 2;
-    ring[0] = of(0) * f[0].real();
-    for (std::size_t m = 1; m < half; ++m) {
-      ring[2 * m - 1] = of(m) * f[m].real();
-      ring[2 * m] = of(m) * f[m].imag();
-    }
-    ring.back() = of(half) * f[half].real();
-    spectrum_.inverse(ring);
-  }
-
   RealSpectrum spectrum_;
-  std::vector<double> ring_, there_;
+  std::vector<double> ring_;
 };
 
 class Solver {
@@ -122,7 +103,7 @@ class Solver {
       : torque_(torque),
         squares_(spec.ring),
         modes_(static_cast<std::size_t>(spec.ring) / 2 + 1),
-        saturation_(saturation(spec, spec.D)),
+        growing_(std::isfinite(spec.start)),
         kept_(modes_, 0) {
     peak_.spec = spec;
     for (std::size_t m = 0; m < modes_; ++m) k_squared_.push_back(std::pow(wave_number(spec, m), 2));
@@ -134,15 +115,15 @@ class Solver {
     Modes memory(modes_);  // the integral over s at the last step
     for (std::size_t n = 1; n <= steps_of(peak_.spec); ++n) {
       const Modes past = past_without_ends(n);
-      const bool from_surface = peak_.spec.from_surface;
-      const Modes first = from_surface ? built_up(0, n) : kernels_.front();
-      Modes kernel = from_surface ? Modes(modes_) : kernels_.back(), next;
+      // Of the kernels over no step and over all of them.
+      const Modes first = growing_ ? built_up(kernels_[0], 0, n) : kernels_[0];
+      Modes kernel = kernels_.back(), next;
       for (int i = 0; i <= corrections; ++i) {
-        next = step(memory, past, first, kernel);
-        if (!from_surface) kernel = kernel_of(next, n);
+        next = step(memory, past, first, growing_ ? built_up(kernel, n, n) : kernel);
+        kernel = kernel_of(next, n);
       }
-      memory = memory_of(past, first, kernel, next);
-      kernels_.push_back(from_surface ? kernel_of(next, n) : kernel);
+      memory = memory_of(past, first, growing_ ? built_up(kernel, n, n) : kernel, next);
+      kernels_.push_back(std::move(kernel));
       for (std::size_t m = 0; m < modes_; ++m) {
         if (std::abs(next[m]) > forgotten) kept_[m] = n;
       }
@@ -153,7 +134,7 @@ class Solver {
 
  private:
   Modes kernel_of(const Modes& f, std::size_t step) {
-    return with_torque(peak_.spec.to_itself != 0 ? squares_.of(f, saturation_) : Modes(modes_), step);
+    return with_torque(peak_.spec.to_itself != 0 ? squares_.of(f) : Modes(modes_), step);
   }
   /// As long as the peak has only spread by diffusion.
   Modes first_kernel() {
@@ -162,35 +143,35 @@ class Solver {
     around_step(peak_.spec, 0, [&](double s, double weight) {
       Modes f(modes_);
       for (std::size_t m = 0; m < modes_; ++m) f[m] = std::exp(-peak_.spec.D * k_squared_[m] * s / 2);
-      const Modes square = squares_.of(f, saturation_);
+      const Modes square = squares_.of(f);
       for (std::size_t m = 0; m < modes_; ++m) sum[m] += weight * square[m];
     });
     return with_torque(sum, 0);
   }
-  /// From the surface they are added step by step (built_up).
+  /// Where fluctuations still build up, that with torque is added later (built_up).
   Modes with_torque(Modes kernel, std::size_t step) const {
-    const double to_torque = peak_.spec.from_surface ? 0 : peak_.spec.to_torque;
+    const double to_torque = growing_ ? 0 : peak_.spec.to_torque;
     for (std::size_t m = 0; m < modes_; ++m)
       kernel[m] = peak_.spec.to_itself * kernel[m] + to_torque * torque_[step][m];
     return kernel;
   }
-  /// The kernel over s steps down to step n, of fluctuations that had n - s steps to build up.
-  Modes built_up(std::size_t s, std::size_t n) const {
+  /// The kernel over s steps down to step n, of fluctuations that have built up to the step n - s; `with_itself`: that
+  /// part of it, saturated.
+  Modes built_up(const Modes& with_itself, std::size_t s, std::size_t n) const {
     const CouplingSpec& spec = peak_.spec;
-    const double over = spec.step * static_cast<double>(s), depth = spec.step * static_cast<double>(n - s);
+    const double over = spec.step * static_cast<double>(s), depth = spec.start + spec.step * static_cast<double>(n - s);
     BuiltUp itself(spec.D, over, depth, wave_number(spec, 1)), torque(spec.D_torque, over, depth, wave_number(spec, 1));
     Modes kernel(modes_);
     for (std::size_t m = 0; m < modes_ && (s == 0 || m < 8 || kept_[m] >= n - s); ++m)
-      kernel[m] = kernels_[s][m] * itself.next() + spec.to_torque * torque_[s][m] * torque.next();
+      kernel[m] = with_itself[m] * itself.next() + spec.to_torque * torque_[s][m] * torque.next();
     return kernel;
   }
   /// The trapezoidal sum over s at step n but for its two ends, which need what is not known yet.
   Modes past_without_ends(std::size_t n) const {
     Modes sum(modes_);
     for (std::size_t s = 1; s < n; ++s) {
-      const Modes of_surface = peak_.spec.from_surface ? built_up(s, n) : Modes();
-      const double* const M =
-          reinterpret_cast<const double*>(peak_.spec.from_surface ? of_surface.data() : kernels_[s].data());
+      const Modes built = growing_ ? built_up(kernels_[s], s, n) : Modes();
+      const double* const M = reinterpret_cast<const double*>(growing_ ? built.data() : kernels_[s].data());
       const double* const f = reinterpret_cast<const double*>(peak_.modes[n - s].data());
       double* const to = reinterpret_cast<double*>(sum.data());
       // Of short waves little is left: those that have gone by then are the last ones.
@@ -224,7 +205,8 @@ class Solver {
   const TorqueKernels& torque_;
   Squares squares_;
   std::size_t modes_;
-  std::vector<double> k_squared_, saturation_;
+  bool growing_;  ///< fluctuations still build up
+  std::vector<double> k_squared_;
   std::vector<Modes> kernels_;     ///< M(k, s)
   std::vector<std::size_t> kept_;  ///< of each mode, the last step at which something is left of it
   CoupledPeak peak_;
@@ -280,16 +262,16 @@ std::complex<double> CoupledPeak::mode_at(double z, double k) const {
 }
 
 TorqueKernels torque_kernels(const CouplingSpec& spec) {
-  const std::vector<double> share = saturation(spec, spec.D_torque);
+  const std::size_t modes = static_cast<std::size_t>(spec.ring) / 2 + 1;
   Squares squares(spec.ring);
   TorqueKernels kernels;
   for (std::size_t n = 0; n <= steps_of(spec); ++n) {
-    kernels.emplace_back(share.size());
+    kernels.emplace_back(modes);
     around_step(spec, n, [&](double s, double weight) {
-      Modes f(share.size());
+      Modes f(modes);
       for (std::size_t m = 0; m < f.size(); ++m)
         f[m] = std::exp(-spec.D_torque * std::pow(wave_number(spec, m), 2) * s / 2);
-      const Modes square = squares.of(f, share);
+      const Modes square = squares.of(f);
       for (std::size_t m = 0; m < f.size(); ++m)
         kernels.back()[m] += weight * square[m] * std::polar(1.0, wave_number(spec, m) * spec.c * s);
     });

@@ -1,5 +1,6 @@
 #pragma once
 #include <complex>
+#include <limits>
 #include <vector>
 
 #include "analysis/double_gaussian.h"
@@ -16,12 +17,9 @@ struct CouplingSpec {
   double depth = 0;      ///< to which it is followed, bead diameters
   double step = 1;       ///< of z
   int ring = 1024;       ///< bead diameters around, a power of 2, more than 2 c depth
-  /// Depth of the layers from which the peak starts: their fluctuations have reached the share 1 - exp(-D k^2 z) of the
-  /// plateau. 0: all of it.
-  double saturated_by = 0;
-  /// The peak starts at the surface, where nothing fluctuates yet: at depth z that share is 1 - exp(-D k^2 z), of the
-  /// spreading field with D_torque.
-  bool from_surface = false;
+  /// Depth of the layer from which the peak starts: z below it fluctuations have reached the share
+  /// 1 - exp(-D k^2 (start + z)) of their plateau, those of the spreading field with D_torque. At the surface 0.
+  double start = std::numeric_limits<double>::infinity();
 };
 
 /// The peak in the frame that moves with c, followed in z.
@@ -48,9 +46,9 @@ struct CoupledPeak {
 ///   d_z f(k, z) = -(D/2) k^2 f(k, z) - k^2 integral over s of M(k, s) f(k, z - s),
 /// M(x, s) = to_itself f(x, s)^2 + to_torque t(x + c s, s)^2, t a Gaussian peak of variance D_torque s: a field that
 /// stays where it is passes the peak with speed c. The first term makes W^2 grow from D z towards z^(4/3), the second
-/// one makes D grow as k^(-1/2) and gives the peak a tail towards that field. From the surface the kernel also depends
-/// on z - s, the depth where what is correlated was. Errors are of second order in the step,
-/// which is implicit; time grows with the square of the depth and with the ring.
+/// one makes D grow as k^(-1/2) and gives the peak a tail towards that field. Where fluctuations still build up the
+/// kernel depends on the depth z - s, too, down to which what is correlated had built up. Errors are of second order in
+/// the step, which is implicit; time grows with the square of the depth and with the ring.
 CoupledPeak solve_coupled_peak(const CouplingSpec& spec);
 
 /// The modes of t(x + c s, s)^2 at each step: half of the work, and the same for every D and coupling.

@@ -35,12 +35,11 @@ SpreadingTheory::SpreadingTheory(const DeepResponse& response, double D_torque)
     : bands_(response.bands),
       columns_(response.spec.lattice.columns),
       c_(response.c_thrust.value),
-      D_torque_(D_torque),
-      from_surface_(response.by == DeepMeasurement::loads) {
+      D_torque_(D_torque) {
   for (const LagResponse& lag : response.lags) z_.push_back(lag.z);
-  if (!from_surface_) {
+  if (response.by != DeepMeasurement::loads) {
     const FluctuationPlan plan = fluctuation_plan(response.spec);
-    saturated_by_ = Lattice::depth((plan.bases.front() + plan.bases.back()) / 2);
+    start_ = Lattice::depth((plan.bases.front() + plan.bases.back()) / 2);
     reference_ = Lattice::depth(plan.reference) - Lattice::depth(0);
   }
   while (ring_ < 2.4 * c_ * depth()) ring_ *= 2;
@@ -103,8 +102,7 @@ CouplingSpec SpreadingTheory::spec(double D, Couplings couplings) const {
           .depth = depth(),
           .step = z_.front() / std::ceil(z_.front() / least),
           .ring = ring_,
-          .saturated_by = saturated_by_,
-          .from_surface = from_surface_};
+          .start = start_};
 }
 
 double chi2_of(const PredictedSpreading& predicted, const DeepResponse& response) {

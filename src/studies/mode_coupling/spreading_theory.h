@@ -42,9 +42,9 @@ class SpreadingTheory {
   std::vector<double> z_;
   std::vector<BandOfModes> bands_;
   int columns_;
-  double c_, D_torque_, saturated_by_ = 0, reference_ = 0;
+  double c_, D_torque_;
+  double start_ = 0, reference_ = 0;  ///< 0: loads act at the surface
   int ring_ = 512;
-  bool from_surface_;
   TorqueKernels torque_;
 };
 
