@@ -64,10 +64,13 @@ Key first_lag_key(const std::string& table, int& first_lag) {
 }
 
 Key loaded_run_key(const std::string& table, int& run) {
-  return make_key(table, "loaded_run", "beads",
-                  "by loads: so many neighbouring top beads, or one more, are raised or lowered together; as many as a "
-                  "peak is wide make errors several times smaller down there, and larger where peaks are narrower",
-                  run, KeyRange{.least = 1});
+  return make_key(
+      table, "loaded_run", "beads",
+      "by loads: so many neighbouring top beads, or one more, are raised or lowered together; as many as a "
+      "peak is wide make errors several times smaller down there, and larger where peaks are narrower; epsilon² "
+      "times this is what long waves of the loads carry, and must be small against what they carry by "
+      "themselves (C_w, some 0.1 to 0.3), or else the loads spread the peaks",
+      run, KeyRange{.least = 1});
 }
 
 Problem find_run_problem(const std::string& key, int run, int columns) {

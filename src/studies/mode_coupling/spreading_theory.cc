@@ -67,11 +67,14 @@ std::vector<double> SpreadingTheory::slopes(double D, Couplings couplings) const
 }
 
 double SpreadingTheory::D_for(double first_slope, Couplings couplings) const {
-  double D = 0.8 * first_slope;
+  double D = 0.8 * first_slope, by_D = 1, D_before = 0, missing_before = 0;
   for (int i = 0; i < most_iterations; ++i) {
-    const double change = first_slope - slopes(D, couplings).front();
-    D = std::max(least_D * first_slope, D + change);
-    if (std::abs(change) < 2e-4 * first_slope) break;
+    const double missing = first_slope - slopes(D, couplings).front();
+    if (std::abs(missing) < 2e-4 * first_slope) break;
+    if (i > 0 && D != D_before) by_D = std::max(0.5, (missing_before - missing) / (D - D_before));
+    D_before = D;
+    missing_before = missing;
+    D = std::max(least_D * first_slope, D + missing / by_D);
   }
   return D;
 }
