@@ -68,7 +68,7 @@ Key loaded_run_key(const std::string& table, int& run) {
       table, "loaded_run", "beads",
       "by loads: so many neighbouring top beads, or one more, are raised or lowered together; as many as a "
       "peak is wide make errors several times smaller down there, and larger where peaks are narrower; epsilon² "
-      "times this is what long waves of the loads carry, and must be small against what they carry by "
+      "times this is what long waves of the loads carry, and must not exceed what those of piles carry by "
       "themselves (C_w, some 0.1 to 0.3), or else the loads spread the peaks",
       run, KeyRange{.least = 1});
 }

@@ -44,9 +44,9 @@ void around_step(const CouplingSpec& spec, std::size_t n, Add add) {
     add(spec.step * (static_cast<double>(n) + (part + 0.5) / parts), weight(part) / sum);
 }
 
-/// How much of the mode k of the kernel is there of a correlation over s that had the depth `built_up` to build up: of
-/// two Gaussians of the variances a = D s and b = D (s + 2 built_up) the product is taken away, in which none is
-/// narrower than a bead. Every mode in turn, from k = 0 on.
+/// How much of the mode k of the kernel is there of a correlation over s that had the depth `built_up` to build up. All
+/// of it is the square of a Gaussian of variance a = D s; missing is the product of that with one of variance
+/// b = D (s + 2 built_up). No product is narrower than a bead. Every mode in turn, from k = 0 on.
 class BuiltUp {
  public:
   BuiltUp(double D, double s, double built_up, double first_k) {

@@ -16,6 +16,7 @@ namespace {
 constexpr double saturated = 4, largest_k = 0.5;
 constexpr double nearly_saturated = 0.9;  ///< beyond, the law says no more than that there is a plateau
 constexpr std::size_t tested_shapes = 3;
+constexpr const char* unknown_lags = "the response is not known at every lag; give more piles";
 
 }  // namespace
 
@@ -139,7 +140,7 @@ CoupledSpreading measure_coupling(const MeasuredEnsemble& deep, std::vector<Load
       one->reason = reason;
     return result;
   };
-  if (!all_known(result.response)) return unknown("the response is not known at every lag; give more piles");
+  if (!all_known(result.response)) return unknown(unknown_lags);
   PlateauMeans plateau;
   result.plateau = plateau_of(result.layers.back(), result.response.octaves.front().D.value, plateau);
   if (!result.plateau.of_H.known()) {
@@ -169,7 +170,7 @@ CoupledSpreading measure_coupling(const MeasuredEnsemble& deep, std::vector<Load
       checked.predicted = predict(of_check, checked.response, both, error, threads);
       checked.fit = fit_strength(of_check, checked.response.slopes_of_width, both, checked.predicted.D, threads);
     } else {
-      checked.fit.strength.reason = checked.fit.D.reason = "the response is not known at every lag; give more piles";
+      checked.fit.strength.reason = checked.fit.D.reason = unknown_lags;
     }
     result.checks.push_back(std::move(checked));
   }
