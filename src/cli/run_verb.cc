@@ -45,14 +45,15 @@ struct RunVerbOptions {
   bool from_standard_input() const { return config == "-"; }
 };
 
-void print_plan(const Experiment& experiment, const std::vector<PlannedStep>& plan, int workers, std::ostream& out) {
+void print_plan(const Experiment& experiment, const RunOptions& options, const std::vector<PlannedStep>& plan,
+                int workers, std::ostream& out) {
   std::uint64_t beads = 0;
   for (const PlannedStep& step : plan) {
     beads += step.reused ? 0 : step.beads;
     out << fmt::format("{:<8} {}{}\n", name_of(step.stage), step.what, step.reused ? " (there already)" : "");
   }
   out << std::flush;
-  require_memory(memory_needed(experiment, workers));
+  require_memory(memory_needed(experiment, options.folder, workers));
   const PlannedTime time = estimate_time(plan, workers);
   out << fmt::format("beads to draw: {:.3g}; all together roughly {}{} on {}, by a trial of the first piles\n",
                      static_cast<double>(beads), describe_duration(time.seconds), time.at_least ? " or more" : "",
@@ -95,7 +96,7 @@ ExitCode tell_plan(const Experiment& experiment, const RunOptions& options, cons
   }
   const auto plan = shard ? plan_shard(experiment, options, *shard) : plan_run(experiment, options);
   try {
-    print_plan(experiment, plan, worker_count(options.threads), out);
+    print_plan(experiment, options, plan, worker_count(options.threads), out);
   } catch (const Interrupted&) {
     throw Interrupted("stopped on request before the time was estimated; nothing was written");
   }
@@ -156,7 +157,7 @@ ExitCode run(const RunVerbOptions& given, VerbContext& context) {
     require_shard_alone(given);
     const Shard shard = shard_named(given.shard, environment_variable);
     if (given.dry_run) return tell_plan(experiment, options, shard, context.out);
-    require_memory(memory_needed(experiment, worker_count(options.threads)));
+    require_memory(memory_needed(experiment, options.folder, worker_count(options.threads)));
     options.threads = worker_count(options.threads);
     run_shard(experiment, options, shard);
     return ExitCode::done;
@@ -164,7 +165,7 @@ ExitCode run(const RunVerbOptions& given, VerbContext& context) {
   if (given.dry_run) return tell_plan(experiment, options, std::nullopt, context.out);
   if (!given.from_standard_input())
     require_kept(given.config, options.folder / "experiment.toml", print_experiment(experiment));
-  require_memory(memory_needed(experiment, worker_count(options.threads)));
+  require_memory(memory_needed(experiment, options.folder, worker_count(options.threads)));
 
   const RunResult result = run_experiment(experiment, options);
   if (!given.quiet) tell_files(result.files, context.err);

@@ -54,8 +54,9 @@ struct PlannedTime {
 /// chains or the laws of tiny piles are asked for, else much less. Stops with Interrupted if that is asked for.
 PlannedTime estimate_time(const std::vector<PlannedStep>& plan, int threads);
 
-/// Memory that the largest of the ensembles needs while it is drawn on this many threads, and the sums, in bytes.
-double memory_needed(const Experiment& experiment, int threads);
+/// Memory that the largest of the ensembles needs that are not in the run's folder yet, while it is drawn on this many
+/// threads, and the sums, in bytes.
+double memory_needed(const Experiment& experiment, const std::filesystem::path& run_folder, int threads);
 
 /// What a run leaves behind.
 struct RunResult {

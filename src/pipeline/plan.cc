@@ -152,13 +152,13 @@ PlannedTime estimate_time(const std::vector<PlannedStep>& plan, int threads) {
   return planned;
 }
 
-double memory_needed(const Experiment& experiment, int threads) {
+double memory_needed(const Experiment& experiment, const std::filesystem::path& run_folder, int threads) {
   double drawing = 0;
   const auto consider = [&](const PlannedEnsemble& planned) {
-    drawing = std::max(drawing, drawing_memory(planned.spec));
+    if (!planned.reusable) drawing = std::max(drawing, drawing_memory(planned.spec));
   };
-  for (const PlannedEnsemble& planned : plan_ensembles(experiment, {})) consider(planned);
-  for (const StudyEnsemble& one : experiment.studies.ensembles(experiment)) consider(plan_ensemble(one, {}));
+  for (const PlannedEnsemble& planned : plan_ensembles(experiment, run_folder)) consider(planned);
+  for (const StudyEnsemble& one : experiment.studies.ensembles(experiment)) consider(plan_ensemble(one, run_folder));
   return drawing * threads + estimate_memory(experiment);
 }
 

@@ -100,7 +100,7 @@ TEST_CASE("two samplers, and a sampler that is handed both loads at once, need t
   }
 }
 
-TEST_CASE("the time of a plan is that of what is still to be drawn, shorter on more threads") {
+TEST_CASE("the time and memory of a plan are those of what is still to be drawn; the time is shorter on more threads") {
   Experiment experiment = small_experiment();
   const TemporaryFolder folder;
   RunOptions options;
@@ -113,8 +113,11 @@ TEST_CASE("the time of a plan is that of what is still to be drawn, shorter on m
   CHECK(one.seconds > 0);
   CHECK(two.seconds < 0.8 * one.seconds);
   CHECK(two.seconds > 0.3 * one.seconds);
+  const double before = memory_needed(experiment, folder.path(), 1);
   run_experiment(experiment, options);
   CHECK(estimate_time(plan_run(experiment, options), 1).seconds == 0);
+  const double drawn = drawing_memory(experiment.main_ensemble(experiment.mu.back()));
+  CHECK(before - memory_needed(experiment, folder.path(), 1) == Approx(drawn));
 }
 
 TEST_CASE("what comes after the drawing is part of the time of a plan, also where nothing is left to draw") {

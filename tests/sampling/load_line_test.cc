@@ -60,7 +60,7 @@ TEST_CASE("Weight, horizontal force and alternating torque are handed down whole
   };
   for (const auto& [law, size, mu] : {Case{Law::granusolve, {48, 40}, 0.3}, Case{Law::granusolve, {48, 40}, 0.8},
                                       Case{Law::eloy_clement, {4, 4}, 0.5}, Case{Law::rejection, {5, 5}, 0.5},
-                                      Case{Law::polytope, {8, 8}, 0.5}, Case{Law::granusolve, {16, 12}, 0}}) {
+                                      Case{Law::polytope, {6, 6}, 0.5}, Case{Law::granusolve, {16, 12}, 0}}) {
     for (const double angle : {0.0, 4.0, -4.0}) {
       for (const double offset : {0.0, 0.03, -0.03}) {
         if (mu == 0 && offset != 0) continue;

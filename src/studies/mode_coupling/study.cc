@@ -349,10 +349,13 @@ class ModeCouplingStudy final : public CopiedStudy<ModeCouplingStudy> {
   Json json() const override { return list_of(measured_, to_json); }
   std::vector<ReportPart> parts(const Json& results) const override {
     const Json told = page_1_of(results);
-    const ReportPart in_blocks{.page = "studies/mode_coupling_blocks.table", .base = "/studies", .needs = id()};
-    const ReportPart spectra{.page = "studies/mode_coupling_spectra.table", .base = "/studies", .needs = id()};
-    return told.is_null() ? std::vector{table_part(), in_blocks, spectra}
-                          : std::vector{page_1(told), table_part(), in_blocks, spectra};
+    std::vector<ReportPart> all;
+    if (!told.is_null()) all.push_back(page_1(told));
+    all.push_back(table_part());
+    for (const char* table : {"blocks", "checks", "spectra"}) {
+      all.push_back({.page = fmt::format("studies/mode_coupling_{}.table", table), .base = "/studies", .needs = id()});
+    }
+    return all;
   }
   std::vector<FigurePlot> figures(const Analysis&) const override {
     if (measured_.empty()) return {};
