@@ -174,32 +174,6 @@ TEST_CASE("noise in cells slows long waves as its theory says, in both models") 
   CHECK(waves.spreading_gain.standard_error < 0.1 * D);
 }
 
-// Loads show it only where peaks are still narrow; fluctuations follow them until they are wide against the cells.
-TEST_CASE("at depth, noise in cells spreads the peaks of free legs as its theory says, and as z", "[long]") {
-  EnsembleSpec spec;
-  spec.sampler.model.name = ModelName::three_leg;
-  spec.sampler.model.three_leg = {.middle = 0.3, .noise = 0.26, .cell_columns = 4, .cell_rows = 4};
-  spec.lattice = {1024, 800};
-  spec.response.estimator = EstimatorName::fluctuation;
-  spec.response.reference_lag = spec.response.base_step = 32;
-  spec.response.samples = 2048;
-  spec.layers = {32, 64, 128, 256};
-  const DeepResponse found =
-      measure_spreading({spec, run_ensemble(spec, 0, nullptr)}, DeepMeasurement::fluctuations, 0);
-  const NoiseTheory theory = noise_theory(spec.sampler.model);
-  const double squared = theory.disorder * theory.disorder, gain = theory.wide.spreading * squared;
-  for (const OctaveOfDepth& octave : found.octaves) {
-    REQUIRE(octave.D.known());
-    CAPTURE(octave.from, octave.D.value, octave.D.standard_error, theory.D0 + gain, octave.exponent.value);
-    CHECK(octave.D.standard_error < 0.1 * gain);
-    // To the next order: Delta^2 of what is measured.
-    CHECK(std::abs(octave.D.value - theory.D0 - gain) < 5 * octave.D.standard_error + 2 * squared * gain);
-    CHECK(std::abs(octave.exponent.value - 1) < 5 * octave.exponent.standard_error + 0.01);
-    CHECK(std::abs(octave.c.value - theory.c0 * std::sqrt(1 - theory.wide.kappa * squared)) <
-          5 * octave.c.standard_error + theory.c0 * squared * squared);
-  }
-}
-
 TEST_CASE("legs begin to pull where a pile has come to one bead on a pulling leg") {
   MeasuredEnsemble ensemble;
   ensemble.spec.lattice = {100, 40};
