@@ -126,9 +126,8 @@ std::vector<Key> keys_of_main_line(Experiment& e) {
           "fluctuation: layers from a base layer down to the reference layer, from which the deeper ones are followed",
           e.response.reference_lag, KeyRange{}.within(0, most_reference_lag)),
       make_key(response, "first_base", "layer",
-               "fluctuation: shallowest base layer; 0: where fluctuations are saturated, 0.6/mu^2 and at least 60, or "
-               "of three "
-               "legs that push twice the deepest lag",
+               "fluctuation: shallowest base layer; 0: where fluctuations are saturated, 0.6/mu^2, at least 60 and at "
+               "most 2000, or of three legs that push twice the deepest lag",
                e.response.first_base, KeyRange{}.within(0, most_first_base)),
       make_key(response, "base_step", "layers", "fluctuation: distance of the base layers", e.response.base_step,
                KeyRange{}.within(1, most_base_step)),

@@ -208,7 +208,8 @@ class ModeCouplingStudy final : public CopiedStudy<ModeCouplingStudy> {
                  columns_),
         make_key(table(), "samples", "piles", "piles per friction coefficient, at least eight per block", samples_),
         make_key(table(), "first_base", "layer",
-                 "shallowest layer from which the response is followed; 0: 0.6/mu^2, where short waves are saturated",
+                 "shallowest layer from which the response is followed; 0: where short waves are saturated, 0.6/mu^2, "
+                 "at least 60 and at most 2000",
                  first_base_, KeyRange{}.within(0, most_first_base)),
         make_key(table(), "wide_mu", "",
                  "those of mu that are measured once more with twice the columns, and so is the thrust under the "
