@@ -1,8 +1,10 @@
 // Noise that is alike in cells, followed down to where peaks are wider than those: what theory to second order says
 // (studies/model_classes/theory.h).
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <complex>
+#include <vector>
 
 #include "ensemble/ensemble_runner.h"
 #include "studies/model_classes/theory.h"
@@ -26,21 +28,27 @@ double D_of_wave(const StochasticOslSpec& spec, double k, double c0, double spac
   return -2 * c.imag() / k;
 }
 
+/// 2048 piles of a model, over three octaves of depth from the first lag on.
+DeepResponse followed(const ModelSpec& model, LatticeSpec size, int first_lag) {
+  EnsembleSpec spec;
+  spec.sampler.model = model;
+  spec.lattice = size;
+  spec.response.estimator = EstimatorName::fluctuation;
+  spec.response.reference_lag = spec.response.base_step = first_lag;
+  spec.response.samples = 2048;
+  spec.layers = {first_lag, 2 * first_lag, 4 * first_lag, 8 * first_lag};
+  return measure_spreading({spec, run_ensemble(spec, 0, nullptr)}, DeepMeasurement::fluctuations, 0);
+}
+
 }  // namespace
 
 // Loads show it only where peaks are still narrow; fluctuations follow them until they are wide against the cells.
 TEST_CASE("at depth, noise in cells spreads the peaks of free legs as its theory says, and as z", "[long]") {
-  EnsembleSpec spec;
-  spec.sampler.model.name = ModelName::three_leg;
-  spec.sampler.model.three_leg = {.middle = 0.3, .noise = 0.26, .cell_columns = 4, .cell_rows = 4};
-  spec.lattice = {1024, 800};
-  spec.response.estimator = EstimatorName::fluctuation;
-  spec.response.reference_lag = spec.response.base_step = 32;
-  spec.response.samples = 2048;
-  spec.layers = {32, 64, 128, 256};
-  const DeepResponse found =
-      measure_spreading({spec, run_ensemble(spec, 0, nullptr)}, DeepMeasurement::fluctuations, 0);
-  const NoiseTheory theory = noise_theory(spec.sampler.model);
+  ModelSpec model;
+  model.name = ModelName::three_leg;
+  model.three_leg = {.middle = 0.3, .noise = 0.26, .cell_columns = 4, .cell_rows = 4};
+  const DeepResponse found = followed(model, {1024, 800}, 32);
+  const NoiseTheory theory = noise_theory(model);
   const double squared = theory.disorder * theory.disorder, gain = theory.wide.spreading * squared;
   for (const OctaveOfDepth& octave : found.octaves) {
     REQUIRE(octave.D.known());
@@ -68,25 +76,18 @@ TEST_CASE("the integral of the theory has both of its limits") {
 
 TEST_CASE("at depth, peaks of stochastic OSL become wider than its cells and spread less, wave by wave as theory says",
           "[long]") {
-  EnsembleSpec spec;
-  spec.sampler.model.name = ModelName::stochastic_osl;
-  StochasticOslSpec& osl = spec.sampler.model.stochastic_osl;
-  osl = {.disorder = 0.3, .cell_columns = 4, .cell_rows = 4};
-  spec.lattice = {512, 400};
-  spec.response.estimator = EstimatorName::fluctuation;
-  spec.response.reference_lag = spec.response.base_step = 16;
-  spec.response.samples = 2048;
-  spec.layers = {16, 32, 64, 128};
-  const DeepResponse found =
-      measure_spreading({spec, run_ensemble(spec, 0, nullptr)}, DeepMeasurement::fluctuations, 0);
-  const NoiseTheory theory = noise_theory(spec.sampler.model);
+  ModelSpec model;
+  model.name = ModelName::stochastic_osl;
+  model.stochastic_osl = {.disorder = 0.3, .cell_columns = 4, .cell_rows = 4};
+  const DeepResponse found = followed(model, {512, 400}, 16);
+  const NoiseTheory theory = noise_theory(model);
   const double squared = theory.disorder * theory.disorder;
   int known = 0;
   for (const BandOfModes& band : found.bands) {
     // Longer waves have hardly decayed over these lags.
     if (!band.D.known() || band.D.standard_error > 0.04 * band.D.value) continue;
     ++known;
-    const double D = D_of_wave(osl, band.k, theory.c0, rows_of(spec.sampler.model).spacing);
+    const double D = D_of_wave(model.stochastic_osl, band.k, theory.c0, rows_of(model).spacing);
     CAPTURE(band.k, band.D.value, band.D.standard_error, D);
     // To the next order: Delta^2 of what is measured.
     CHECK(std::abs(band.D.value - D) < 4 * band.D.standard_error + squared * D);
