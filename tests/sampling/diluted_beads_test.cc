@@ -329,7 +329,7 @@ TEST_CASE("without opened contacts the walk draws the flat measure of the law po
   }
 }
 
-TEST_CASE("with an opened contact the walk draws the flat measure, as rejection has it") {
+TEST_CASE("with an opened contact the walk draws the flat measure, as rejection has it", "[unsanitized]") {
   // Two layers, four columns: bead 2 of layer 1 rests on its lower-right contact alone, so that h_2 - h_3 is fixed.
   constexpr double mu = 0.6;
   const Lattice lattice({4, 2});
