@@ -239,7 +239,7 @@ TEST_CASE("Titles reach no shell, no plot command and no page unescaped") {
 
 TEST_CASE("A run meets what is in its folder already") {
   const test::TemporaryFolder scratch;
-  const fs::path file = config(scratch, small);
+  const fs::path file = config(scratch, small + no_pdf);
   const fs::path out = scratch / "out";
   REQUIRE(run(file, out).code == 0);
   const auto before = contents_of(out);
@@ -253,7 +253,8 @@ TEST_CASE("A run meets what is in its folder already") {
   }
   {
     INFO("the ensembles of another seed: said before they are replaced");
-    const fs::path other = config(scratch, replaced(small, "[lattice]", "[sampling]\nseed = 7\n[lattice]"), "f.toml");
+    const fs::path other =
+        config(scratch, replaced(small + no_pdf, "[lattice]", "[sampling]\nseed = 7\n[lattice]"), "f.toml");
     CHECK_THAT(run(other, out, {"--dry-run"}).out,
                Contains("mu = 0.3; replaces the file there: it is of another experiment: seed = 7 where 1 is there"));
     CHECK(contents_of(out) == before);
@@ -298,18 +299,6 @@ TEST_CASE("Helpers that fail cost nothing that was there") {
     CHECK(contents_of(out) == before);
   }
   {
-    INFO("gnuplot crashes");
-    programs.only("gnuplot", "kill -SEGV $$");
-    check_failed_at_the_end(run(file, out), "it was ended by signal 11 (Segmentation fault);");
-    CHECK(contents_of(out) == before);
-  }
-  {
-    INFO("gnuplot says that all is well and draws nothing");
-    programs.only("gnuplot", "exit 0");
-    check_failed_at_the_end(run(file, out), ".svg is missing or empty");
-    CHECK(contents_of(out) == before);
-  }
-  {
     INFO("WeasyPrint fails where a PDF is required");
     programs.only("weasyprint", "printf 'Traceback\\n  somewhere\\nOSError: no\\n' >&2; exit 1");
     check_one_message(run(file, out, {"--require-pdf"}), 3, "WeasyPrint ended with status 1: OSError: no. report.html");
@@ -323,6 +312,23 @@ TEST_CASE("Helpers that fail cost nothing that was there") {
     CHECK_THAT(result.err, Contains("WeasyPrint was ended by signal 9 (Killed)") && Contains("is from an earlier run"));
     CHECK(contents_of(out) == before);
   }
+  CHECK(hidden_in(out).empty());
+}
+
+TEST_CASE("A gnuplot that crashes or draws nothing costs nothing that was there") {
+  const test::TemporaryFolder scratch;
+  const fs::path file = config(scratch, small + no_pdf);
+  const fs::path out = scratch / "out";
+  REQUIRE(run(file, out).code == 0);
+  const auto before = contents_of(out);
+  const test::FakePrograms programs(scratch / "programs");
+  const auto fails = [&](const std::string& script, const std::string& words) {
+    programs.only("gnuplot", script);
+    check_failed_at_the_end(run(file, out), words);
+    CHECK(contents_of(out) == before);
+  };
+  fails("kill -SEGV $$", "it was ended by signal 11 (Segmentation fault);");
+  fails("exit 0", ".svg is missing or empty");
   CHECK(hidden_in(out).empty());
 }
 

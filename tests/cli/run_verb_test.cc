@@ -45,7 +45,7 @@ TEST_CASE("run --dry-run tells stages and cost and runs nothing") {
 
 TEST_CASE("run leaves the documented files, the same numbers for every number of threads, and resumes") {
   const test::TemporaryFolder scratch;
-  const auto config = write_config(scratch, small_experiment_text);
+  const auto config = write_config(scratch, small_experiment_text + no_pdf);
   const auto first =
       granuscope_command({"run", config.string(), "--threads", "1", "--out", (scratch / "one").string()});
   INFO(first.err);
@@ -95,7 +95,7 @@ TEST_CASE("run --gate ends with 1 if a verdict is not the expected one") {
   const test::TemporaryFolder scratch;
   // Without friction rays go straight, exactly: the opposite is expected here.
   const auto config =
-      write_config(scratch, smallest_experiment_text + "[gate.expect]\nfrictionless = \"not reproduced\"\n");
+      write_config(scratch, smallest_experiment_text + no_pdf + "[gate.expect]\nfrictionless = \"not reproduced\"\n");
   const std::vector<std::string> command{"run", config.string(), "--out", (scratch / "out").string()};
   CHECK(granuscope_command(command).code == 0);
   auto gated = command;

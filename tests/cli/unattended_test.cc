@@ -25,7 +25,7 @@ namespace {
 const std::string program = std::string(GRANUSCOPE_BINARY_DIR) + "/granuscope";
 
 std::string experiment(int seed) {
-  return smallest_experiment_text + "show = false\n[sampling]\nseed = " + std::to_string(seed) + "\n";
+  return smallest_experiment_text + "show = false\n" + no_pdf + "[sampling]\nseed = " + std::to_string(seed) + "\n";
 }
 
 /// Runs the program with a gnuplot of our own before the system's.
@@ -100,7 +100,7 @@ TEST_CASE("A run goes on when nobody reads its progress any more") {
 
 TEST_CASE("A folder whose name is not UTF-8 gets its PDF, too") {
   const test::TemporaryFolder scratch;
-  std::ofstream(scratch / "e.toml") << experiment(1);
+  std::ofstream(scratch / "e.toml") << smallest_experiment_text + "show = false\n";
   const std::string out = (scratch / "Tr\xe4gheit").string();
   const auto result = granuscope_command({"run", (scratch / "e.toml").string(), "--out", out, "--require-pdf"});
   CHECK(result.code == 0);

@@ -59,6 +59,15 @@ width_px = 500
 dpi = 100
 )";
 
+/// What follows an experiment whose PDF nobody looks at: to typeset it takes longer than all else together.
+inline const std::string no_pdf = "[report]\npdf = false\n";
+
+/// The same without PDF.
+inline Experiment without_pdf(Experiment experiment) {
+  experiment.report.pdf = false;
+  return experiment;
+}
+
 /// The same without figures, pictures and PDF.
 inline Experiment unplotted(Experiment experiment) {
   FigureSpec& figures = experiment.figures;
@@ -72,7 +81,7 @@ inline Experiment unplotted(Experiment experiment) {
 
 /// The smallest one with one plot, no pictures and no PDF.
 inline const std::string one_plot_text = [] {
-  std::string text = smallest_experiment_text + "show = false\n[report]\npdf = false\n";
+  std::string text = smallest_experiment_text + "show = false\n" + no_pdf;
   for (const char* figure : {"bead_forces", "transport_with_depth", "propagation_against_diffusion",
                              "scaling_with_friction", "propagation_and_thrust"}) {
     text += std::string("[figures.") + figure + "]\nshow = false\n";

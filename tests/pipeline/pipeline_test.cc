@@ -72,7 +72,7 @@ TEST_CASE("the summary is the same bytes for every number of threads") {
     const TemporaryFolder folder;
     RunOptions options = quiet(folder.path(), {Stage::report});
     options.threads = threads;
-    run_experiment(small_experiment(), options);
+    run_experiment(without_pdf(small_experiment()), options);
     const std::string summary = read_file(folder.path() / "summary.json");
     if (first.empty()) first = summary;
     CHECK(summary == first);
@@ -181,7 +181,7 @@ TEST_CASE("an interrupted run says so, keeps what was finished and goes on to th
 
 TEST_CASE("figures with nothing to show are left out, the reasons reported") {
   const TemporaryFolder folder;
-  Experiment experiment = small_experiment();
+  Experiment experiment = without_pdf(small_experiment());
   experiment.mu = {0.05};  // peaks narrower than a bead: no depth can be fitted
   experiment.figures.profile_mu = 0.05;
   run_experiment(experiment, quiet(folder.path(), {Stage::report}));
@@ -217,7 +217,7 @@ TEST_CASE("a folder that cannot be made is refused before any work") {
 
 TEST_CASE("failures are listed in the summary and enter no average") {
   const TemporaryFolder folder;
-  Experiment experiment = small_experiment();
+  Experiment experiment = without_pdf(small_experiment());
   experiment.sampling.effort = 1.4;  // enough at mu = 0.2, not for every pile at 0.4
   run_experiment(experiment, quiet(folder.path(), {Stage::report}));
   const auto summary = nlohmann::json::parse(read_file(folder.path() / "summary.json"));
@@ -255,7 +255,7 @@ TEST_CASE("the pile of the picture is the one its command draws again") {
 }
 
 TEST_CASE("The ensembles of studies are drawn, kept, reused and reported") {
-  Experiment experiment = small_experiment();
+  Experiment experiment = without_pdf(small_experiment());
   set_key(experiment, "studies.small_friction.mu", numbers({0.15, 0.2, 0.3}));
   set_key(experiment, "studies.small_friction.columns", std::int64_t{16});
   set_key(experiment, "studies.small_friction.depth", 2.0);
@@ -354,7 +354,7 @@ TEST_CASE("every estimator runs to a report that names it beside the numbers, th
 
 TEST_CASE("A precision is reached by whole steps: the same bytes for every number of threads, resumed or not",
           "[unsanitized]") {
-  Experiment experiment = small_experiment();
+  Experiment experiment = without_pdf(small_experiment());
   experiment.response.estimator = EstimatorName::multiplexed;
   experiment.mu = {0.0, 0.3};
   experiment.precision = {2e-3, 0, 16384};

@@ -119,7 +119,7 @@ TEST_CASE("planning a growing ensemble draws nothing, even where what is there i
 
 TEST_CASE("a pile that cannot be completed costs its pictures, not the report") {
   const TemporaryFolder folder;
-  Experiment experiment = small_experiment();
+  Experiment experiment = without_pdf(small_experiment());
   experiment.sampling.effort = 1;  // solves every bead once, so that the first failure ends a pile
   experiment.mu = {0.0, 0.3};
   experiment.fit.scaling_window = {0.2, 0.4};
