@@ -59,16 +59,16 @@ width_px = 500
 dpi = 100
 )";
 
-/// What follows an experiment whose PDF nobody looks at: to typeset it takes longer than all else together.
+/// Put behind the text of an experiment whose PDF nobody looks at: typesetting takes longer than all else together.
 inline const std::string no_pdf = "[report]\npdf = false\n";
 
-/// The same without PDF.
+/// An experiment without its PDF.
 inline Experiment without_pdf(Experiment experiment) {
   experiment.report.pdf = false;
   return experiment;
 }
 
-/// The same without figures, pictures and PDF.
+/// An experiment without figures, pictures and PDF.
 inline Experiment unplotted(Experiment experiment) {
   FigureSpec& figures = experiment.figures;
   for (bool* shown : {&figures.bead_forces, &figures.response_profiles, &figures.transport_with_depth,

@@ -31,6 +31,7 @@ std::set<std::string> names_in(const fs::path& folder) {
   return names;
 }
 
+/// The small experiment by that estimator, without PDF.
 Experiment estimated_by(const std::string& estimator) {
   Experiment experiment = without_pdf(small_experiment());
   experiment.response.estimator = estimator_named(estimator);
