@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <type_traits>
 #include <utility>
 #include FT_FREETYPE_H
 #include FT_OUTLINE_H
@@ -191,11 +192,12 @@ CoverageMask Font::fill(const std::vector<Corner>& polygon, int width, int heigh
   std::vector<FT_Vector> points;
   points.reserve(polygon.size());
   for (const Corner& corner : polygon) points.push_back({to_26_6(corner.x), to_26_6(height - corner.y)});
-  std::vector<char> tags(points.size(), FT_CURVE_TAG_ON);
-  auto last = static_cast<short>(points.size() - 1);
+  // The numbers of an outline became unsigned in FreeType 2.13.3.
   FT_Outline outline = {};
+  std::vector<std::remove_pointer_t<decltype(outline.tags)>> tags(points.size(), FT_CURVE_TAG_ON);
+  auto last = static_cast<std::remove_pointer_t<decltype(outline.contours)>>(points.size() - 1);
   outline.n_contours = 1;
-  outline.n_points = static_cast<short>(points.size());
+  outline.n_points = static_cast<decltype(outline.n_points)>(points.size());
   outline.points = points.data();
   outline.tags = tags.data();
   outline.contours = &last;

@@ -70,6 +70,12 @@ herr_t end_at_allocation(H5FD_t* file, hid_t /*list*/, hbool_t /*closing*/) {
 hid_t driver() {
   static const hid_t registered = [] {
     H5FD_class_t methods = {};
+#if H5_VERSION_GE(1, 14, 0)
+    // From 1.14 on the library refuses a driver that does not say which version of this interface it is made for. The
+    // number is the first that is not for drivers of its own; no file holds it.
+    methods.version = H5FD_CLASS_VERSION;
+    methods.value = H5_VFD_RESERVED;
+#endif
     methods.name = "granuscope sparse image";
     methods.maxaddr = HADDR_MAX;
     methods.fc_degree = H5F_CLOSE_WEAK;
