@@ -11,6 +11,7 @@
 #include "cli/flag_checks.h"
 #include "cli/verbs.h"
 #include "plot/gnuplot.h"
+#include "report/finished_run.h"
 #include "support/atomic_file.h"
 #include "support/template_file.h"
 
@@ -61,9 +62,17 @@ ExitCode plot_figure_again(FigureOptions options, VerbContext& context) {
     for (const std::string& id : plots_in(figures)) context.out << id << '\n';
     return ExitCode::done;
   }
+  require_results_of_last_run(options.folder, "plot");
   const PlottedFigure plotted = plot_again(figures, options.id, options.style);
   const std::string file = options.file.empty() ? options.id + "." + options.style.format : options.file;
+  require_not_input(file, {options.folder});
   write_file(file, plotted.bytes);
+  if (plotted.other_script) {
+    context.err << fmt::format(
+        "figures/{0}.gp is not what figures/{0}.json gives with the templates of now; the figure was plotted from the "
+        "latter (--trust-script runs the script as it stands)\n",
+        options.id);
+  }
   context.err << fmt::format("wrote {}\n", file);
   if (!plotted.caption.empty()) context.out << fmt::format("{}. {}\n", plotted.title, plotted.caption);
   return ExitCode::done;
@@ -96,6 +105,9 @@ void add_figure_verb(CLI::App& app, VerbContext& context) {
   verb->add_option(
       "--templates", options->templates,
       "folder whose files stand in for those of the same name in templates/: plot scripts, labels, captions, palette");
+  verb->add_flag("--trust-script", options->style.trust_script,
+                 "run figures/ID.gp as it stands, which can do all that you can; without it the script is filled again "
+                 "from figures/ID.json");
   verb->add_option("-o,--out", options->file, "file to write (default: ID and the format, here)")->check(output_file());
   verb->callback(
       [options, &context] { context.action = [options, &context] { return plot_figure_again(*options, context); }; });

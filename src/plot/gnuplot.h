@@ -45,20 +45,22 @@ struct FigureStyle {
   double font_points = 9;
   std::string font = "DejaVu Sans";  ///< "TeX": that of TeX and its mathematics (tikz, eps)
   std::string language = "en";       ///< of its texts: en, fr or de
+  bool trust_script = false;         ///< run the script as it stands, a program that may have come from anywhere
 };
 
 /// A figure plotted again.
 struct PlottedFigure {
   std::string bytes;           ///< of the file
   std::string title, caption;  ///< in the language asked for, where there are captions in it
+  bool other_script = false;   ///< the script that stands there is another one than that which was run
 };
 
 /// The ids of the plots in a run's folder of figures, sorted. Throws InputError if there is no such folder.
 std::vector<std::string> plots_in(const std::filesystem::path& figures);
 
-/// The figure `id` of a run's folder of figures, plotted again in a folder of its own from the script and the data that
-/// stand there. Where templates were replaced (use_templates) the script is filled again, from its recipe. Throws
-/// InputError for a figure that is not there or a style that cannot be, EnvironmentError as plot_with_gnuplot does.
+/// The figure `id` of a run's folder of figures, plotted again in a folder of its own from the data that stand there
+/// and a script filled again from the recipe beside them, with the templates of now. Throws InputError for a figure or
+/// recipe that is not there or a style that cannot be, EnvironmentError as plot_with_gnuplot does.
 PlottedFigure plot_again(const std::filesystem::path& figures, const std::string& id, const FigureStyle& style);
 
 /// Text as a gnuplot string that nothing inside can leave: in single quotes, ' doubled, line breaks and other control

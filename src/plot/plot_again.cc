@@ -6,6 +6,7 @@
 #include <cctype>
 #include <filesystem>
 #include <optional>
+#include <stdexcept>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -182,15 +183,38 @@ std::string without_moment(std::string eps) {
   return at == std::string::npos ? eps : eps.erase(at, eps.find('\n', at) + 1 - at);
 }
 
-/// From what the run filled the script. Runs of versions before this one left none.
-std::optional<FigureRecipe> recipe_of_run(const fs::path& file) {
+/// From what the run filled the script. Old versions left none.
+std::optional<FigureRecipe> recipe_of_run(const fs::path& file, const std::string& id, bool trust_script) {
+  if (trust_script && !templates_folder().empty()) {
+    throw InputError("--trust-script runs the script that stands there, which no templates change; leave one out");
+  }
   std::error_code none;
-  if (fs::is_regular_file(file, none)) return read_recipe(read_file(file), file.string());
-  if (templates_folder().empty()) return std::nullopt;
-  throw InputError(
-      fmt::format("{}: there is no such file, from which the script of the figure could be filled again from other "
-                  "templates; run the experiment again with this version",
-                  file.string()));
+  if (!fs::is_regular_file(file, none)) {
+    if (trust_script) return std::nullopt;
+    throw InputError(fmt::format(
+        "{}: there is no such file, from which the script of the figure could be filled again, and a script "
+        "that stands in a folder can run any command; run the experiment again with this version, or give "
+        "--trust-script if you trust {}.gp",
+        file.string(), id));
+  }
+  FigureRecipe recipe = read_recipe(read_file(file), file.string());
+  if (recipe.id == id) return recipe;
+  throw InputError(fmt::format("{}: this is the recipe of another figure, {}; run the experiment again", file.string(),
+                               single_line(recipe.id)));
+}
+
+/// What `fill` makes of a recipe; templates that lack one of its variables, or ask for more, are no mistake of this
+/// program but those of another version.
+template <typename Fill>
+auto filled(const fs::path& file, const Fill& fill) {
+  try {
+    return fill();
+  } catch (const std::logic_error& error) {
+    throw InputError(
+        fmt::format("{}: this recipe does not fit the templates ({}); run the experiment again with this "
+                    "version",
+                    file.string(), single_line(error.what())));
+  }
 }
 
 /// What the plot of the run says of itself.
@@ -247,7 +271,7 @@ std::string eps_by_tex(const std::string& tikz, const std::string& id, double po
                     "texlive-latex-base, texlive-pictures)",
                     arguments.front(), id, describe_end(result), single_line(result.standard_error)));
   };
-  run({"latex", "-interaction=batchmode", "-halt-on-error", "figure.tex"});
+  run({"latex", "-no-shell-escape", "-interaction=batchmode", "-halt-on-error", "figure.tex"});
   run({"dvips", "-q", "-E", "-o", "figure.eps", "figure.dvi"});
   return without_moment(read_file(scratch.path() / "figure.eps"));
 }
@@ -277,7 +301,8 @@ PlottedFigure plot_again(const fs::path& figures, const std::string& id, const F
         picture ? id + " is a picture of beads, which granuscope render makes at any size" : "there is no plot " + id,
         known.empty() ? "none" : fmt::format("{}", fmt::join(known, ", "))));
   }
-  const std::optional<FigureRecipe> recipe = recipe_of_run(figures / (id + ".json"));
+  const fs::path recipe_file = figures / (id + ".json");
+  const std::optional<FigureRecipe> recipe = recipe_of_run(recipe_file, id, style.trust_script);
   const bool other_templates = !templates_folder().empty();
   PlottedFigure plotted;
   if (recipe) {
@@ -286,8 +311,10 @@ PlottedFigure plot_again(const fs::path& figures, const std::string& id, const F
   }
   if (recipe && (other_templates || style.language != "en")) {
     Figure figure;
-    set_captions(figure, {name_in_language(recipe->wording.captions, style.language), recipe->wording.variables,
-                          recipe->wording.terms});
+    filled(recipe_file, [&] {
+      set_captions(figure, {name_in_language(recipe->wording.captions, style.language), recipe->wording.variables,
+                            recipe->wording.terms});
+    });
     plotted.title = figure.title;
     plotted.caption = figure.caption;
   }
@@ -295,7 +322,13 @@ PlottedFigure plot_again(const fs::path& figures, const std::string& id, const F
   for (const auto& entry : fs::directory_iterator(figures)) {
     const std::string name = entry.path().filename().string();
     if (name == id + ".gp") {
-      const std::string script = other_templates ? fill_script(*recipe) : read_file(entry.path());
+      // Anything may stand there, system() included: only what the recipe gives is run.
+      std::string script = read_file(entry.path());
+      if (!style.trust_script) {
+        const std::string safe = filled(recipe_file, [&] { return fill_script(*recipe); });
+        plotted.other_script = !other_templates && safe != script;
+        script = safe;
+      }
       write_file(scratch.path() / name, translated_script(script, style.language));
     } else if (name.starts_with(id) && name.ends_with(".csv")) {
       write_file(scratch.path() / name, read_file(entry.path()));

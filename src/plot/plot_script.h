@@ -56,7 +56,8 @@ std::string fill_script(const FigureRecipe& recipe);
 std::string recipe_json(const FigureRecipe& recipe);
 
 /// A recipe that recipe_json wrote, its colours those of the palette of now. Throws InputError, naming `source`, for
-/// what is none.
+/// what is none, names a template that is not there, or holds a variable that gnuplot could run as a command: whoever
+/// made the file need not be trusted.
 FigureRecipe read_recipe(const std::string& json, const std::string& source);
 
 /// Fills the script template (common set-up, terminals and colours are given; `variables` has the rest), plots it into

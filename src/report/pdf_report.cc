@@ -17,6 +17,17 @@ namespace granuscope {
 
 namespace {
 
+/// WeasyPrint has no switch against it: a page, a style sheet or an SVG in it can have files of this computer attached,
+/// or ask servers. All that is loaded passes Python's urlopen, which tells this hook. The folder that it makes shows
+/// that it was there.
+constexpr const char* hook_against_loading = R"(import os, sys
+def refuse(event, arguments):
+    if event == 'urllib.Request' and not str(arguments[0]).lower().startswith('data:'):
+        raise PermissionError('a report holds all it needs, and loads nothing')
+sys.addaudithook(refuse)
+os.makedirs('loads-nothing', exist_ok=True)
+)";
+
 constexpr const char* install = "`apt-get install weasyprint fonts-dejavu-core` installs what it needs";
 
 PdfOutcome failed(const std::string& why) {
@@ -44,6 +55,7 @@ PdfOutcome pdf_report(const ReportData& data, const std::string& summary, const 
   const std::string page = report_page(data, numbers, run_folder, PageMedium::print);
   const ScratchFolder scratch(run_folder, "report-pdf");
   write_file(scratch.path() / "report.html", page);
+  write_file(scratch.path() / "sitecustomize.py", hook_against_loading);  // Python runs it first
 
   ProcessSpec process;
   // The page holds all it needs. Without a base of our own WeasyPrint makes one of the folder's name, and gives up on a
@@ -55,6 +67,8 @@ PdfOutcome pdf_report(const ReportData& data, const std::string& summary, const 
   // written.
   process.environment = {{"LC_ALL", "C.UTF-8"},
                          {"SOURCE_DATE_EPOCH", "946684800"},
+                         {"PYTHONPATH", "."},
+                         {"PYTHONDONTWRITEBYTECODE", "1"},
                          {"HOME", scratch.path().string()},
                          {"XDG_CACHE_HOME", scratch.path().string()}};
   process.timeout_seconds = timeout_seconds;
@@ -74,6 +88,9 @@ PdfOutcome pdf_report(const ReportData& data, const std::string& summary, const 
     return failed("WeasyPrint could not load a part of the page: " + single_line(result.standard_error));
   }
   std::error_code error;
+  if (!std::filesystem::exists(scratch.path() / "loads-nothing", error)) {
+    return failed("this WeasyPrint could not be kept from loading files and pages of the web");
+  }
   if (!std::filesystem::exists(scratch.path() / "report.pdf", error)) return failed("WeasyPrint left no file");
   PdfOutcome outcome;
   outcome.bytes = read_file(scratch.path() / "report.pdf");

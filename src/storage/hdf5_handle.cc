@@ -2,6 +2,7 @@
 
 #include <hdf5.h>
 
+#include <stdexcept>
 #include <type_traits>
 
 namespace granuscope {
@@ -12,9 +13,19 @@ static_assert(std::is_same_v<herr_t, int>, "Hdf5Handle::Close must have the type
 
 std::mutex library_mutex;
 
+/// A file may ask for a filter that the library does not have, and HDF5_PLUGIN_PATH or a folder that others can write
+/// to would give it: code that runs because a file was read. Ours need none.
+void load_no_plugins() {
+  if (H5PLset_loading_state(0) < 0) throw std::runtime_error("HDF5 would load plugins, and cannot be told not to");
+}
+
 }  // namespace
 
-Hdf5Session::Hdf5Session() : lock_(library_mutex) { H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr); }
+Hdf5Session::Hdf5Session() : lock_(library_mutex) {
+  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+  static const bool once = (load_no_plugins(), true);
+  (void)once;
+}
 
 std::string hdf5_reason() {
   std::string reason;

@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
+#include <nlohmann/json.hpp>
 #include <regex>
 #include <string>
 #include <vector>
@@ -223,8 +224,96 @@ TEST_CASE("Templates of an author change palette, labels, captions and house sty
   style.language = "fr";
   CHECK(plot_again(run / "figures", id, style).caption != before.caption);
   std::filesystem::remove(run / ("figures/" + id + ".json"));
+  CHECK_THROWS_WITH(plot_again(run / "figures", id, style), Catch::Contains("run the experiment again"));
+  style.trust_script = true;
   CHECK(plot_again(run / "figures", id, style).caption.empty());
   use_templates(words.path());
+  CHECK_THROWS_WITH(plot_again(run / "figures", id, style), Catch::Contains("--trust-script"));
+  style.trust_script = false;
   CHECK_THROWS_WITH(plot_again(run / "figures", id, style), Catch::Contains("run the experiment again"));
   use_templates({});
+}
+
+TEST_CASE("A script that stands in a received folder is not run, unless it is trusted") {
+  const test::TemporaryFolder run;
+  const std::string id = plot_propagation_and_thrust(synthetic::analysis(), run.path()).id;
+  const std::filesystem::path script = run / ("figures/" + id + ".gp"), trace = run / "trace";
+  FigureStyle style;
+  style.format = "svg";
+  const PlottedFigure before = plot_again(run / "figures", id, style);
+  CHECK_FALSE(before.other_script);
+  write_file(script, read_file(script) + "system('touch " + trace.string() + "')\n");
+  const PlottedFigure after = plot_again(run / "figures", id, style);
+  CHECK(after.other_script);
+  CHECK((after.bytes == before.bytes));
+  CHECK_FALSE(std::filesystem::exists(trace));
+  style.trust_script = true;
+  CHECK_FALSE(plot_again(run / "figures", id, style).other_script);
+  CHECK(std::filesystem::exists(trace));
+}
+
+TEST_CASE("A recipe with a variable that gnuplot could run, or a template that is none, is refused") {
+  const test::TemporaryFolder run;
+  const Analysis analysis = synthetic::analysis();
+  const std::string thrust = plot_propagation_and_thrust(analysis, run.path()).id;
+  const std::string profiles = plot_response_profiles(analysis.results, {}, run.path()).id;
+  const std::string scaling = plot_scaling_with_friction(analysis, run.path()).id;
+  const auto check_refused = [&](const std::string& id, const std::string& name, const std::string& value,
+                                 const std::string& told) {
+    INFO(name << " = " << value);
+    const std::filesystem::path file = run / ("figures/" + id + ".json");
+    const std::string good = read_file(file);
+    const std::string key = nlohmann::json(name).dump() + ": ";
+    REQUIRE(contains(good, key));
+    const std::size_t from = good.find(key) + key.size(), end = good.find('\n', from);
+    std::string evil = good;
+    evil.replace(from, end - (good[end - 1] == ',' ? 1 : 0) - from, nlohmann::json(value).dump());
+    write_file(file, evil);
+    CHECK_THROWS_AS(plot_again(run / "figures", id, {}), InputError);
+    CHECK_THROWS_WITH(plot_again(run / "figures", id, {}), Catch::Contains(told));
+    write_file(file, good);
+  };
+  for (const char* value : {"1; system('touch x')",
+                            "system('id')",
+                            "1]\n!touch x\n",
+                            "1]\nshell\n",
+                            "`id`",
+                            "\"`id`\"",
+                            "@font",
+                            "1] '<touch x' using 1, ",
+                            "1] ' <touch x' using 1, ",
+                            "load 'x'",
+                            "call 'x'",
+                            "eval 'x'",
+                            "evaluate 'x'",
+                            "set print '|id'",
+                            "set output 'x'",
+                            "set terminal svg",
+                            "cd '..'",
+                            "raise",
+                            "import",
+                            "exit",
+                            "'a<id'[2:4]",
+                            "'''<id'",
+                            "{system(font)}",
+                            "1 # ",
+                            "1 \\\n",
+                            "'unclosed",
+                            "'\\write18{id}'",
+                            "'<part 0>'",
+                            "system"}) {
+    check_refused(thrust, "c0", value, "c0 is ");
+  }
+  check_refused(profiles, "close_ticks", "'0); system(\"id\") #'", "close_ticks is ");
+  check_refused(scaling, "x_label", "x', system('id'), '", "x_label is ");
+  check_refused(scaling, "x_label", "'' 1, ''", "x_label is ");
+  check_refused(scaling, "first_name", "slopes'.system('id').'", "first_name is ");
+  check_refused(scaling, "stem", "<touch x; cat ", "stem is ");
+  check_refused(scaling, "left_panel", "<part 0>; system('id')", "left_panel is ");
+  check_refused(scaling, "terms", "D -> '; system('id')\n", "terms is ");
+  check_refused(scaling, "id", "|touch x", "id is ");
+  check_refused(scaling, "id", "another", "another figure");
+  check_refused(scaling, "template", "../plot/scaling_with_friction", "no template ../plot");
+  check_refused(scaling, "template", "plot/propagation_and_thrust", "does not fit the templates");
+  CHECK_FALSE(plot_again(run / "figures", scaling, {}).bytes.empty());
 }

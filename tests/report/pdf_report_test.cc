@@ -18,6 +18,7 @@
 #include "support/atomic_file.h"
 #include "support/child_process.h"
 #include "support/error.h"
+#include "support/template_file.h"
 
 using namespace granuscope;
 using test::contains;
@@ -322,4 +323,40 @@ TEST_CASE("A WeasyPrint that hangs or cannot load a figure is a failure, though 
   const PdfOutcome outcome = pdf_report(data, summary_json(data), run.path());
   CHECK(outcome.bytes.empty());
   CHECK(contains(outcome.failure, "could not load"));
+}
+
+TEST_CASE("Neither a template nor a figure has files or pages of the web put into the PDF") {
+  const test::TemporaryFolder run, words;
+  write_file(run / "secret.txt", "secret");
+  const std::string secret = "file://" + (run / "secret.txt").string();
+  ReportData data;
+  const auto check_refused = [&] {
+    const PdfOutcome outcome = pdf_report(data, summary_json(data), run.path());
+    CHECK(outcome.bytes.empty());
+    CHECK_THAT(outcome.failure, Catch::Contains("could not load") && Catch::Contains("loads nothing"));
+  };
+  const std::string page(template_file("report.html.mustache")), style(template_file("print.css"));
+  for (const std::string& element :
+       {"<link rel=attachment href='" + secret + "'>", std::string("<link rel=stylesheet href='http://localhost:9/'>"),
+        "<img src=&#102;" + secret.substr(1) + ">", "<a rel=attachment href='" + secret + "'>a</a>"}) {
+    INFO(element);
+    std::string changed = page;
+    write_file(words / "report.html.mustache", changed.insert(changed.find("</body>"), element));
+    use_templates(words.path());
+    check_refused();
+    use_templates({});
+  }
+  std::filesystem::remove(words / "report.html.mustache");
+  write_file(words / "print.css",
+             "@import '" + secret + "';\n" + style + "body { background: \\75rl(" + secret + ") }\n");
+  use_templates(words.path());
+  check_refused();
+  use_templates({});
+  make_folder(run.path() / "figures");
+  write_file(run.path() / "figures" / "loads.svg",
+             "<svg xmlns='http://www.w3.org/2000/svg' width=\"9\" height=\"9\"><image href='" + secret +
+                 "' width='9' height='9'/></svg>");
+  data.figures.resize(1);
+  data.figures[0].screen = "figures/loads.svg";
+  check_refused();
 }
