@@ -15,7 +15,10 @@ struct CompareVerbOptions {
 };
 
 ExitCode compare(const CompareVerbOptions& given, VerbContext& context) {
-  if (!given.json.empty()) require_writable(given.json);
+  if (!given.json.empty()) {
+    require_not_input(given.json, {given.before, given.after});
+    require_writable(given.json);
+  }
   const Comparison comparison = compare_runs(given.before, given.after);
   for (const std::string& line : describe(comparison)) context.out << line << '\n';
   if (!given.json.empty()) write_file(given.json, json_text(comparison));

@@ -5,6 +5,7 @@
 
 #include "cli/flag_checks.h"
 #include "cli/verbs.h"
+#include "report/finished_run.h"
 #include "report/number_list.h"
 #include "support/atomic_file.h"
 
@@ -27,10 +28,12 @@ void add_numbers_verb(CLI::App& app, VerbContext& context) {
         throw InputError(file.string() +
                          ": there is no such file, and so no numbers; name the folder of a finished run");
       }
+      require_results_of_last_run(*folder, "report");
       const std::string list = list_numbers(read_file(file), *format);
       if (target->empty()) {
         context.out << list;
       } else {
+        require_not_input(*target, {*folder});
         write_file(*target, list);
         context.err << "wrote " << *target << '\n';
       }

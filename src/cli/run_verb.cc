@@ -15,6 +15,7 @@
 #include "experiment/experiment_check.h"
 #include "experiment/experiment_file.h"
 #include "pipeline/pipeline.h"
+#include "pipeline/run_folder.h"
 #include "pipeline/shards.h"
 #include "sampling/sampler_spec.h"
 #include "support/atomic_file.h"
@@ -90,6 +91,7 @@ void require_shard_alone(const RunVerbOptions& given) {
 
 ExitCode tell_plan(const Experiment& experiment, const RunOptions& options, const std::optional<Shard>& shard,
                    std::ostream& out) {
+  require_own_results(options.folder, print_experiment(experiment));
   if (!shard && is_all_there(experiment, options)) {
     out << "everything is there already, and nothing it is made from has changed: nothing would be done\n";
     return ExitCode::done;

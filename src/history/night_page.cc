@@ -10,6 +10,7 @@
 #include <set>
 #include <system_error>
 
+#include "pipeline/run_folder.h"
 #include "report/clean_json.h"
 #include "report/estimate_json.h"
 #include "report/page_scope.h"
@@ -262,8 +263,9 @@ void write_pages(const fs::path& folder, const NightBook& book) {
 void prune_reports(const fs::path& folder, const NightBook& book, std::size_t keep) {
   const std::set<std::string> kept = book.last_reports(std::max<std::size_t>(1, keep));
   for (const std::string& report : reports_in(folder)) {
-    std::error_code none;
-    if (!kept.contains(report)) fs::remove_all(folder / "reports" / report, none);
+    // Folders that nights have left have the day as their name, and a number if there were more on that day.
+    const bool of_night = report.size() >= 10 && report.find_first_not_of("0123456789-") == std::string::npos;
+    if (of_night && !kept.contains(report)) remove_run(folder / "reports" / report);
   }
 }
 

@@ -23,6 +23,7 @@
 #include "support/atomic_file.h"
 #include "support/error.h"
 #include "support/provenance.h"
+#include "support/single_line.h"
 
 namespace granuscope {
 namespace {
@@ -32,7 +33,9 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::uint64_t canary_share = 8;
 // What the book says of folders, by settle_folders.
-constexpr const char *new_reference = "new_reference", *no_reference = "none", *pool_ends = "pool_ends";
+constexpr const char *new_reference = "new_reference", *no_reference = "none", *pool_ends = "pool_ends",
+                     *made_reference = "made_reference", *begun = "begun";
+constexpr const char* lost_canary = "lost";                 // kind of alarm: the reference is missing
 constexpr const char* frictionless_claim = "frictionless";  // holds exactly, whatever was drawn
 
 std::uint64_t round_of(const Experiment& experiment) {
@@ -72,18 +75,32 @@ std::string as_clause(std::string sentence) {
   return sentence;
 }
 
-/// Removes a folder and all in it, if it is there.
-void remove_folder(const fs::path& folder) {
-  std::error_code error;
-  fs::remove_all(folder, error);
-  if (error) {
-    throw EnvironmentError(fmt::format("cannot remove '{}': {}; tonight's would be mixed with it. Remove it by hand",
-                                       folder.string(), error.message()));
+/// A history begins in an empty folder, and one that has lost its database is not begun anew: nothing else knows of its
+/// nights. Returns the folder.
+const fs::path& require_history(const fs::path& folder) {
+  std::error_code none;
+  const fs::path database = folder / "history.sqlite";
+  if (fs::file_size(database, none) > 0 && !none) return folder;
+  bool pool = false, other = false;
+  for (auto at = fs::directory_iterator(folder, none); !none && at != fs::directory_iterator(); at.increment(none)) {
+    const std::string name = at->path().filename().string();
+    if (name.starts_with("history.sqlite") || name.starts_with(".granuscope-")) continue;
+    pool = pool || name == "pool" || name == "canary" || name == "reports" || name == "before";
+    other = true;
   }
+  if (!other) return folder;
+  throw InputError(
+      pool ? fmt::format(
+                 "{}: history.sqlite is missing or empty, which alone knows of the nights whose pool and reports "
+                 "are there; put it back, or begin another --history",
+                 folder.string())
+           : fmt::format("{}: this folder is neither empty nor a history, and a history would replace and remove files "
+                         "in it; name an empty folder",
+                         folder.string()));
 }
 
 void move_folder(const fs::path& from, const fs::path& to) {
-  remove_folder(to);
+  remove_run(to);
   std::error_code error;
   fs::rename(from, to, error);
   if (error) {
@@ -132,23 +149,32 @@ double deciding_distance(const Json& claim) {
 void settle_folders(const fs::path& folder, NightBook& book) {
   const std::string reference = book.state(new_reference), pool = book.state(pool_ends);
   if (reference.empty() && pool.empty()) return;
+  const bool kept_canary = reference.starts_with("alarm-") && reference.size() > 6 &&
+                           reference.find_first_not_of("0123456789", 6) == std::string::npos;
+  if (!reference.empty() && reference != no_reference && !kept_canary) {
+    throw InputError(
+        fmt::format("{}: the history names '{}' where a canary that it has kept would stand, so that a folder of "
+                    "somebody else would be moved; take the history from a backup",
+                    folder.string(), single_line(reference)));
+  }
   const fs::path canary = folder / "canary";
   if (reference == no_reference) {
-    remove_folder(canary / "reference");
+    remove_run(canary / "reference");
   } else if (!reference.empty() && fs::exists(canary / reference)) {
     move_folder(canary / reference, canary / "reference");
   }
   if (!pool.empty()) {
-    remove_folder(folder / "pool");
-    remove_folder(folder / "before");
+    remove_run(folder / "pool");
+    remove_run(folder / "before");
   }
-  book.keep({{new_reference, ""}, {pool_ends, ""}});
+  book.keep({{new_reference, ""}, {pool_ends, ""}, {made_reference, fs::exists(canary / "reference") ? "yes" : ""}});
 }
 
 class NightRun {
  public:
   NightRun(const Experiment& experiment, const NightlyOptions& options)
-      : experiment_(experiment), options_(options), lock_(options.folder), book_(options.folder) {
+      : experiment_(experiment), options_(options), lock_(options.folder), book_(require_history(options.folder)) {
+    require_pool();
     settle_folders(options.folder, book_);
     night_.date = options.date.empty() ? current_time() : options.date;
     night_.experiment = print_experiment(experiment);
@@ -206,6 +232,20 @@ class NightRun {
     if (!result.failure.empty()) alarm(lacking, result.failure);
   }
 
+  /// A pool that the book does not know of is that of another history, or the book is: the book says so before the
+  /// first pile is drawn.
+  void require_pool() {
+    std::error_code none;
+    if (book_.count() == 0 && book_.state("samples").empty() && book_.state(begun).empty() &&
+        (fs::exists(options_.folder / "pool", none) || fs::exists(options_.folder / "reports", none))) {
+      throw InputError(fmt::format(
+          "{}: history.sqlite knows of no night, and yet there are a pool or reports of nights; put back the "
+          "one that belongs to them, or begin another --history",
+          options_.folder.string()));
+    }
+    if (book_.state(begun).empty()) book_.keep({{begun, "yes"}});
+  }
+
   /// A run that breaks what always holds ends by logic_error: that is an alarm, not an end of the night.
   template <class Work>
   bool unbroken(const char* what, Work work) {
@@ -220,17 +260,25 @@ class NightRun {
 
   bool canary_is_fine() {
     make_folder(canary_folder());
-    remove_folder(tonights_canary());
+    remove_run(tonights_canary());
     if (!unbroken("the canary", [&] { run(canary_of(experiment_), tonights_canary(), "canary"); })) return false;
     const fs::path reference = canary_folder() / "reference";
     if (!fs::exists(reference)) {
+      if (!before_.empty() && book_.state(made_reference) == "yes") {
+        alarm(lost_canary,
+              fmt::format("'{}' is missing, which the same samples are held against each night; put it back, or accept "
+                          "this night to take the next one's",
+                          reference.string()));
+        return false;
+      }
       move_folder(tonights_canary(), reference);
+      book_.keep({{made_reference, "yes"}});
       return true;
     }
     const Comparison comparison = compare_runs(reference, tonights_canary());
     if (comparison.likeness == Likeness::same || comparison.is_rounding() ||
         comparison.where == FirstDifference::plotting) {
-      remove_folder(tonights_canary());
+      remove_run(tonights_canary());
       return true;
     }
     alarm("canary", fmt::format("the same samples give other numbers: {}", fmt::join(describe(comparison), "; ")));
@@ -243,7 +291,7 @@ class NightRun {
     const fs::path marker = before_folder() / "samples";
     std::error_code none;
     if (fs::exists(marker, none) && read_file(marker) == std::to_string(night_.samples)) return;
-    remove_folder(before_folder());
+    remove_run(before_folder());
     if (night_.samples == 0) return;
     make_folder(before_folder());
     for (const PlannedEnsemble& planned : plan_ensembles(pool_of(experiment_, night_.samples), pool_folder())) {
@@ -344,7 +392,7 @@ class NightRun {
     const fs::path reports = options_.folder / "reports";
     make_folder(reports);
     const fs::path unfinished = reports / ".unfinished";
-    remove_folder(unfinished);
+    remove_run(unfinished);
     make_folder(unfinished);
     for (const char* file : {"summary.json", "summary.md", "claims.xml", "report.html", "report.pdf", "timings.json",
                              "manifest.json", "experiment.toml"}) {
@@ -399,6 +447,7 @@ void accept_night(const fs::path& folder, std::int64_t number) {
     // What was drawn by another law cannot be averaged with what comes.
     if (compare_runs(folder / "canary/reference", other).where == FirstDifference::sampling) state["samples"] = "0";
   }
+  if (has(lost_canary)) state[new_reference] = no_reference;
   if (has("experiment")) {
     state["experiment"] = night.experiment;
     state["samples"] = "0";

@@ -8,6 +8,7 @@
 
 #include "experiment/experiment_file.h"
 #include "history/settings.h"
+#include "report/finished_run.h"
 #include "support/atomic_file.h"
 #include "support/digest.h"
 #include "support/error.h"
@@ -26,17 +27,6 @@ Json parsed(const fs::path& file) {
     throw InputError(fmt::format("{}: this is no JSON ({}), so that nothing can be compared; make the run again",
                                  file.string(), error.what()));
   }
-}
-
-/// A run says in its manifest that it begins, and in the end what it came to: what stands in the summary is its own
-/// only if it came to the report.
-void require_own_summary(const fs::path& folder, const Json& manifest) {
-  const Json stages = manifest.is_object() ? manifest.value("stages", Json::array()) : Json::array();
-  if (std::find(stages.begin(), stages.end(), "report") != stages.end()) return;
-  throw InputError(
-      fmt::format("{0}: the last run in this folder did not come to its report, so that summary.json is of an earlier "
-                  "one and experiment.toml of another; go on with it: granuscope run {0}/experiment.toml --out {0}",
-                  folder.string()));
 }
 
 void collect(const Json& json, const std::string& place, std::map<std::string, double>& numbers) {
@@ -83,7 +73,7 @@ RunRecord read_run(const fs::path& path) {
   if (run.folder.empty()) return run;
   if (fs::exists(run.folder / "manifest.json", none)) {
     run.manifest = parsed(run.folder / "manifest.json");
-    require_own_summary(path, *run.manifest);
+    require_results_of_last_run(path, "report");
   }
   if (fs::exists(run.folder / "experiment.toml", none)) {
     run.keys = keys_of_experiment(read_file(run.folder / "experiment.toml"));

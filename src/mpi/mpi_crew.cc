@@ -274,7 +274,7 @@ void MpiCrew::draw(const Experiment& experiment, const RunOptions& options,
   for (const PlannedEnsemble& planned : wanted) {
     std::error_code ignored;
     if (!fs::exists(PlacedBlocks(planned, options.folder).file(), ignored))
-      fs::remove_all(BlockFiles(planned, options.folder).folder(), ignored);
+      BlockFiles(planned, options.folder).remove();
   }
 }
 

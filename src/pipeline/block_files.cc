@@ -14,6 +14,7 @@
 
 #include "ensemble/parallel.h"
 #include "pipeline/placed_blocks.h"
+#include "pipeline/run_folder.h"
 #include "storage/ensemble_file.h"
 #include "support/atomic_file.h"
 #include "support/digest.h"
@@ -35,6 +36,16 @@ fs::path BlockFiles::folder() const {
 }
 
 fs::path BlockFiles::file(int block) const { return folder() / fmt::format("{}.h5", block); }
+
+void BlockFiles::remove() const {
+  remove_own_files(folder(), [](std::string_view name) {
+    int block = -1;
+    const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), block);
+    const std::string_view rest(end, static_cast<std::size_t>(name.data() + name.size() - end));
+    return (error == std::errc() && block >= 0 && (rest == ".h5" || rest == ".part.h5")) || name == "whole.h5" ||
+           name == "whole.notes";
+  });
+}
 
 fs::path BlockFiles::part(int block) const { return folder() / fmt::format("{}.part.h5", block); }
 
@@ -183,8 +194,7 @@ void BlockFiles::complete(int threads, ProgressStyle progress, const PartPolicy&
 
 void BlockFiles::join(ProgressStyle progress) const {
   if (!PlacedBlocks(planned_, run_folder_).finish()) copy_together();
-  std::error_code ignored;
-  fs::remove_all(folder(), ignored);
+  remove();
   log_line(progress, fmt::format("sampling {}: joined {} blocks", planned_.label, planned_.spec.response.blocks));
 }
 

@@ -20,6 +20,8 @@ class BlockFiles {
 
   std::filesystem::path folder() const;
   std::filesystem::path file(int block) const;
+  /// Removes them all, and the folder unless somebody else keeps files there.
+  void remove() const;
 
   /// How many files of blocks there are, without a look into them.
   int count() const;

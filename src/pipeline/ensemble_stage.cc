@@ -381,8 +381,7 @@ MeasuredEnsemble obtain_ensemble(PlannedEnsemble& planned, const std::filesystem
   if (std::optional<MeasuredEnsemble> there = reuse_ensemble(planned, run_folder)) {
     log_line(progress,
              fmt::format("sampling {}: {} piles already there", planned.label, planned.spec.response.samples));
-    std::error_code ignored;
-    if (planned.blocks_there > 0) std::filesystem::remove_all(BlockFiles(planned, run_folder).folder(), ignored);
+    if (planned.blocks_there > 0) BlockFiles(planned, run_folder).remove();
     return *std::move(there);
   }
   const std::filesystem::path file = run_folder / planned.file;

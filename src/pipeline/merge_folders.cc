@@ -219,13 +219,13 @@ void merge_folders(const std::vector<fs::path>& folders, const fs::path& out, Pr
   require_complete(ensembles, found, folders);
 
   make_folder(out);
+  require_own_results(out, print_experiment(experiment));
   keep_experiment(out, print_experiment(experiment));
   make_folder(out / "ensembles");
   for (std::size_t i = 0; i < ensembles.size(); ++i) {
     throw_if_interrupted();
     write_whole(ensembles[i], out / ensembles[i].file, found[i]);
-    std::error_code ignored;
-    fs::remove_all(BlockFiles(ensembles[i], out).folder(), ignored);
+    BlockFiles(ensembles[i], out).remove();
     log_line(progress, fmt::format("merged {}: {} blocks", ensembles[i].label, ensembles[i].spec.response.blocks));
   }
   forget_shards(out);

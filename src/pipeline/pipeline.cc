@@ -92,9 +92,10 @@ class Run {
     if (reuse_all()) return std::move(result_);
     earlier_timings_ = earlier_timings(options_.folder);
     figure_files_ = earlier_figure_files(options_.folder);
+    require_own_results(options_.folder, data_.resolved_experiment);
     mark_unfinished();
-    write_file(options_.folder / "experiment.toml", data_.resolved_experiment);
     try {
+      write_file(options_.folder / "experiment.toml", data_.resolved_experiment);
       if (!options_.keep_going) check_tools();
       if (needs(Stage::sample)) sample_and_measure();
       if (needs(Stage::render)) render();

@@ -2,16 +2,100 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <sys/file.h>
 
+#include <algorithm>
+#include <array>
 #include <cerrno>
+#include <optional>
+#include <set>
+#include <system_error>
 #include <utility>
+#include <vector>
 
+#include "experiment/experiment_file.h"
+#include "report/manifest_json.h"
 #include "support/atomic_file.h"
+#include "support/digest.h"
 #include "support/error.h"
 #include "support/scratch_name.h"
 
 namespace granuscope {
+namespace fs = std::filesystem;
+namespace {
+
+/// What a run leaves, and what a history does; "samples" marks the ensembles from before a night.
+constexpr std::array run_files = {"experiment.toml", "manifest.json", "timings.json", "summary.json", "summary.md",
+                                  "claims.xml",      "report.html",   "report.pdf",   "samples"};
+constexpr std::array run_folders = {"ensembles", "piles", "figures", "shards"};
+constexpr std::array history_entries = {"canary",
+                                        "pool",
+                                        "before",
+                                        "reports",
+                                        "index.html",
+                                        "badge.json",
+                                        "alert.md",
+                                        "history.sqlite",
+                                        "history.sqlite-wal",
+                                        "history.sqlite-shm"};
+
+/// Extensions of what runs write below their folder.
+const std::set<std::string> own_extensions = {".h5", ".notes", ".svg", ".pdf", ".png", ".csv", ".gp", ".json", ""};
+
+template <class Names>
+bool among(const Names& names, const fs::path& name) {
+  return std::any_of(names.begin(), names.end(), [&](const char* one) { return name == one; });
+}
+
+std::string list_of(const std::vector<fs::path>& paths) {
+  constexpr std::size_t told = 8;
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < std::min(told, paths.size()); ++i) names.push_back(paths[i].string());
+  return fmt::format("{}{}", fmt::join(names, ", "),
+                     paths.size() > told ? fmt::format(" and {} more", paths.size() - told) : "");
+}
+
+/// Calls `look` with everything beneath a path, itself included; goes through no link.
+template <class Look>
+void walk(const fs::path& path, const Look& look) {
+  std::error_code none;
+  const fs::file_status status = fs::symlink_status(path, none);
+  if (!fs::exists(status)) return;
+  look(path, status);
+  if (!fs::is_directory(status)) return;
+  for (auto at = fs::directory_iterator(path, none); !none && at != fs::directory_iterator(); at.increment(none)) {
+    walk(at->path(), look);
+  }
+}
+
+void require_no_links(const fs::path& folder) {
+  std::vector<fs::path> links;
+  const auto look_for_links = [&](const fs::path& path, const fs::file_status& status) {
+    if (fs::is_symlink(status)) links.push_back(path);
+  };
+  for (const char* name : run_files) walk(folder / name, look_for_links);
+  for (const char* name : run_folders) walk(folder / name, look_for_links);
+  for (const char* name : history_entries) walk(folder / name, look_for_links);
+  if (links.empty()) return;
+  throw InputError(
+      fmt::format("{} {}, and what is written or removed there would be elsewhere; put the files themselves in {} "
+                  "place, or name a folder on another disk as a whole",
+                  list_of(links), links.size() == 1 ? "is a link" : "are links", links.size() == 1 ? "its" : "their"));
+}
+
+/// Whether this file is a resolved experiment as this program prints it, the one to be run or another, and no text of a
+/// user's.
+bool is_printed(const fs::path& experiment, const std::string& resolved) {
+  try {
+    const std::string text = read_file(experiment);
+    return text == resolved || print_experiment(parse_experiment(text, experiment.string())) == text;
+  } catch (const Error&) {
+    return false;
+  }
+}
+
+}  // namespace
 
 RunFolder::RunFolder(std::filesystem::path folder, FolderUse use) : path_(std::move(folder)) {
   make_folder(path_);
@@ -25,8 +109,82 @@ RunFolder::RunFolder(std::filesystem::path folder, FolderUse use) : path_(std::m
                     "another folder",
                     use == FolderUse::shared ? "" : " or shard", path_.string()));
   }
+  if (use != FolderUse::read) require_no_links(path_);
   if (use != FolderUse::alone) return;
   for (const char* part : {"", "ensembles", "piles", "figures"}) leftovers_removed_ += remove_leftovers(path_ / part);
+}
+
+void require_own_results(const fs::path& folder, const std::string& resolved) {
+  const std::optional<std::string> key = experiment_key_of_run(folder);
+  std::error_code none;
+  const fs::path experiment = folder / "experiment.toml";
+  const bool is_run = key || is_printed(experiment, resolved);
+  std::vector<fs::path> foreign;
+  if (!is_run) {
+    const auto add = [&](const fs::path& path, const fs::file_status& status) {
+      const bool in_place = path.parent_path() != folder || among(run_files, path.filename());
+      if (in_place && fs::is_regular_file(status) && fs::file_size(path, none) > 0) foreign.push_back(path);
+    };
+    for (const char* name : run_files) walk(folder / name, add);
+    for (const char* name : {"ensembles", "piles", "figures"}) walk(folder / name, add);
+  } else if (fs::is_regular_file(experiment, none) && !is_printed(experiment, resolved) &&
+             key != cache_key(read_file(experiment))) {
+    foreign.push_back(experiment);
+  }
+  if (foreign.empty()) return;
+  throw InputError(fmt::format(
+      "{}: no run of granuscope left {} there, and the results would take {} place; choose another --out, or "
+      "move {} away",
+      list_of(foreign), foreign.size() == 1 ? "this file" : "these files", foreign.size() == 1 ? "its" : "their",
+      foreign.size() == 1 ? "it" : "them"));
+}
+
+bool remove_own_files(const fs::path& folder, const std::function<bool(std::string_view)>& ours) {
+  std::error_code ignored;
+  if (!fs::is_directory(fs::symlink_status(folder, ignored))) return !fs::exists(folder, ignored);
+  std::vector<fs::path> found;
+  for (auto at = fs::directory_iterator(folder, ignored); !ignored && at != fs::directory_iterator();
+       at.increment(ignored)) {
+    if (fs::is_regular_file(at->symlink_status(ignored)) && ours(at->path().filename().string()))
+      found.push_back(at->path());
+  }
+  for (const fs::path& file : found) fs::remove(file, ignored);
+  remove_leftovers(folder);
+  return fs::remove(folder, ignored);  // an empty folder only
+}
+
+void remove_run(const fs::path& folder) {
+  std::vector<fs::path> all, foreign;
+  walk(folder, [&](const fs::path& path, const fs::file_status& status) {
+    all.push_back(path);
+    const fs::path within = path.lexically_relative(folder);
+    const bool scratch =
+        within.begin()->string().starts_with(".granuscope-") || path.filename().string().starts_with(".granuscope-");
+    const bool in_place = among(run_folders, *within.begin());
+    if (path == folder || scratch) return;
+    const bool ours = fs::is_directory(status)       ? in_place
+                      : !fs::is_regular_file(status) ? false
+                      : in_place
+                          ? own_extensions.contains(path.extension().string())
+                          : path.parent_path() == folder && (among(run_files, within) || path.extension() == ".h5");
+    if (!ours) foreign.push_back(path);
+  });
+  if (!foreign.empty()) {
+    throw InputError(fmt::format(
+        "{}: no run of granuscope leaves this in '{}', which is to be removed, so that nothing was; move it "
+        "away and start again",
+        list_of(foreign), folder.string()));
+  }
+  std::reverse(all.begin(), all.end());  // what is in a folder before the folder
+  for (const fs::path& path : all) {
+    std::error_code error;
+    fs::remove(path, error);
+    if (error) {
+      throw EnvironmentError(
+          fmt::format("cannot remove '{}': {}; tonight's results would be mixed with it. Remove it by hand",
+                      path.string(), error.message()));
+    }
+  }
 }
 
 }  // namespace granuscope

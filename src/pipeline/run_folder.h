@@ -1,6 +1,8 @@
 #pragma once
 #include <filesystem>
+#include <functional>
 #include <string>
+#include <string_view>
 
 #include "support/file_descriptor.h"
 
@@ -15,7 +17,8 @@ class RunFolder {
  public:
   /// Makes the folder if it is missing and removes what killed runs left half done (unless others may be at work).
   /// Throws EnvironmentError if it cannot be made, BusyError if another run is working in it: both would write the same
-  /// files.
+  /// files. Throws InputError, which names them all, if it holds links where a run or a history reads, writes and
+  /// removes: a folder that comes from elsewhere could lead anywhere by them.
   explicit RunFolder(std::filesystem::path folder, FolderUse use = FolderUse::alone);
 
   const std::filesystem::path& path() const { return path_; }
@@ -26,5 +29,18 @@ class RunFolder {
   FileDescriptor lock_;
   int leftovers_removed_ = 0;
 };
+
+/// Refuses (InputError, which names them all) a folder in which a run would replace files that no run has written: an
+/// experiment.toml with somebody's comments; a summary.md where no manifest.json and no experiment tell of a run.
+/// `resolved` is the experiment to be run, as it is printed. Writes nothing.
+void require_own_results(const std::filesystem::path& folder, const std::string& resolved);
+
+/// Removes from a folder the files whose names `ours` accepts, and the folder once it is empty. What else is there
+/// stays. Follows no link. Whether the folder is gone.
+bool remove_own_files(const std::filesystem::path& folder, const std::function<bool(std::string_view)>& ours);
+
+/// Removes the folder of a run with all that runs leave in it. Throws InputError, and removes nothing, if it holds
+/// anything else; EnvironmentError, if something cannot be removed.
+void remove_run(const std::filesystem::path& folder);
 
 }  // namespace granuscope

@@ -78,16 +78,22 @@ FileDescriptor lock_shard(const fs::path& folder, Shard shard) {
   return lock;
 }
 
+/// The shard whose lock has this name.
+std::optional<Shard> shard_in_name(std::string_view name) {
+  const std::size_t between = name.find("-of-");
+  if (between == std::string_view::npos) return std::nullopt;
+  const auto number = number_in(name.substr(0, between)), count = number_in(name.substr(between + 4));
+  if (!number || !count) return std::nullopt;
+  return Shard{*number, *count};
+}
+
 /// The largest count of shards that have worked in a folder; 0 if none has.
 int shards_seen(const fs::path& folder) {
   int most = 0;
   std::error_code ignored;
   for (auto at = fs::directory_iterator(folder / shards_folder, ignored); !ignored && at != fs::directory_iterator();
        at.increment(ignored)) {
-    const std::string name = at->path().filename().string();
-    const std::size_t between = name.find("-of-");
-    if (between != std::string::npos)
-      most = std::max(most, number_in(std::string_view(name).substr(between + 4)).value_or(0));
+    if (const auto shard = shard_in_name(at->path().filename().string())) most = std::max(most, shard->count);
   }
   return most;
 }
@@ -230,6 +236,7 @@ void run_shard(const Experiment& experiment, const RunOptions& options, Shard sh
   const RunFolder folder(options.folder, FolderUse::shared);
   const std::vector<PlannedEnsemble> ensembles = all_ensembles(experiment, options.folder);
   const std::vector<Atom> hand = deal(ensembles, shard.count).at(static_cast<std::size_t>(shard.number - 1));
+  require_own_results(options.folder, print_experiment(experiment));
   keep_experiment(options.folder, print_experiment(experiment));
   const FileDescriptor lock = lock_shard(options.folder, shard);
   std::vector<Atom> missing;
@@ -280,8 +287,7 @@ std::vector<std::string> commands_for(const std::vector<PlannedEnsemble>& ensemb
 }
 
 void forget_shards(const fs::path& run_folder) {
-  std::error_code ignored;
-  fs::remove_all(run_folder / shards_folder, ignored);
+  remove_own_files(run_folder / shards_folder, [](std::string_view name) { return shard_in_name(name).has_value(); });
 }
 
 }  // namespace granuscope

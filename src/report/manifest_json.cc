@@ -81,13 +81,16 @@ std::vector<std::filesystem::path> files_of_run(const std::filesystem::path& fol
   std::vector<std::filesystem::path> files;
   for (const char* result : results) {
     std::error_code error;
-    if (std::filesystem::is_regular_file(folder / result, error)) files.emplace_back(result);
+    const std::filesystem::file_status status = std::filesystem::symlink_status(folder / result, error);
+    if (std::filesystem::is_symlink(status)) continue;  // what it leads to is elsewhere
+    if (std::filesystem::is_regular_file(status)) files.emplace_back(result);
     const auto options = std::filesystem::directory_options::skip_permission_denied;
     std::filesystem::recursive_directory_iterator at(folder / result, options, error);
     for (const std::filesystem::recursive_directory_iterator end; !error && at != end; at.increment(error)) {
       std::error_code no_status;
       const std::filesystem::path relative = at->path().lexically_relative(folder);
-      if (at->is_regular_file(no_status) && !hidden(relative)) files.push_back(relative);
+      if (std::filesystem::is_regular_file(at->symlink_status(no_status)) && !hidden(relative))
+        files.push_back(relative);
     }
   }
   std::sort(files.begin(), files.end());
@@ -156,6 +159,16 @@ std::map<std::string, StageTiming> earlier_timings(const std::filesystem::path& 
     return {};  // what a stage took is worth knowing, but nothing depends on it
   }
   return earlier;
+}
+
+std::optional<std::string> experiment_key_of_run(const std::filesystem::path& run_folder) {
+  try {
+    const Json manifest = Json::parse(read_file(run_folder / manifest_name));
+    if (!manifest.at("provenance").contains("sampling_version")) return {};
+    return manifest.at("experiment_key").get<std::string>();
+  } catch (const std::exception&) {
+    return {};  // none, damaged, or a file of that name of somebody else
+  }
 }
 
 std::set<std::string> earlier_figure_files(const std::filesystem::path& run_folder) {

@@ -30,6 +30,10 @@ std::string manifest_json(const ReportData& data, const std::filesystem::path& r
 /// time it took. Empty where there is no such manifest or it is damaged.
 std::map<std::string, StageTiming> earlier_timings(const std::filesystem::path& run_folder);
 
+/// The key of the experiment of which manifest.json tells (cache_key of experiment.toml); nothing if no run of this
+/// program has left a manifest there.
+std::optional<std::string> experiment_key_of_run(const std::filesystem::path& run_folder);
+
 /// The files of figures that runs have left in this folder, as its manifest lists them. Empty as above.
 std::set<std::string> earlier_figure_files(const std::filesystem::path& run_folder);
 

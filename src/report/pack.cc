@@ -59,6 +59,18 @@ constexpr std::array<std::pair<const char*, const char*>, 12> descriptions = {
                   folder.string(), what));
 }
 
+/// The manifest may come from anywhere: what it names lies in the folder, and no link leads out of it.
+void require_beneath(const fs::path& folder, const fs::path& path) {
+  bool inside = path.is_relative() && path == path.lexically_normal() && !path.empty() && *path.begin() != "..";
+  fs::path at = folder;
+  for (const fs::path& step : path) {
+    at /= step;
+    std::error_code none;
+    inside = inside && !fs::is_symlink(at, none);
+  }
+  if (!inside) refuse(folder, path.string() + " leads out of the folder");
+}
+
 /// A path as a relative reference of a URL.
 std::string as_reference(const std::string& path) {
   std::string text;
@@ -202,10 +214,12 @@ std::size_t pack_run(const fs::path& run_folder, const fs::path& archive, const 
     entries.push_back({path, run_folder / path, ""});
   };
   try {
+    require_beneath(run_folder, manifest_name);
     add(manifest_name, sha256_of_file(run_folder / manifest_name));
     for (const Json& file : manifest.at("files")) {
       const std::string path = file.at("path");
       throw_if_interrupted();
+      require_beneath(run_folder, path);
       if (path.starts_with("ensembles/") && !options.with_ensembles) continue;
       std::error_code none;
       const bool there = fs::is_regular_file(run_folder / path, none);

@@ -21,10 +21,24 @@ ReportFiles files_in(const std::filesystem::path& run_folder) {
   return files;
 }
 
+namespace {
+
+/// A report in print of other numbers would pass for one of these, where none can be made of them.
+void forget_report_of_others(const std::filesystem::path& run_folder, const std::string& summary) {
+  const std::filesystem::path pdf = run_folder / "report.pdf", there = run_folder / "summary.json";
+  std::error_code none;
+  if (!std::filesystem::exists(pdf, none)) return;
+  if (std::filesystem::is_regular_file(there, none) && read_file(there) == summary) return;
+  std::filesystem::remove(pdf, none);
+}
+
+}  // namespace
+
 ReportFiles write_report(const ReportData& data, const std::filesystem::path& run_folder, PdfPolicy pdf) {
   ReportFiles files;
   const std::string summary = summary_json(data);
   files.summary = run_folder / "summary.json";
+  forget_report_of_others(run_folder, summary);
   write_file(files.summary, summary);
   files.claims = run_folder / "claims.xml";
   write_file(files.claims, junit_claims(data.analysis.claims, data.experiment_name));
@@ -41,7 +55,7 @@ ReportFiles write_report(const ReportData& data, const std::filesystem::path& ru
     files.pdf_skipped = outcome.failure;
   }
   if (!files.pdf_skipped.empty() && std::filesystem::exists(run_folder / "report.pdf")) {
-    files.pdf_skipped += " The report.pdf in the folder is from an earlier run.";
+    files.pdf_skipped += " The report.pdf in the folder is from an earlier run with the same numbers.";
   }
   if (!files.pdf_skipped.empty()) told.skipped.push_back(files.pdf_skipped);
   files.html = run_folder / "report.html";

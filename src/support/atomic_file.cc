@@ -113,6 +113,24 @@ void write_file(const fs::path& target, std::string_view bytes) {
   output.commit();
 }
 
+void require_not_input(const fs::path& target, const std::vector<fs::path>& inputs) {
+  std::error_code none;
+  const fs::path real = fs::canonical(target, none);
+  if (real.empty()) return;  // nothing is there that could be lost
+  for (const fs::path& input : inputs) {
+    if (input.empty()) continue;
+    const fs::path read = fs::canonical(input, none);
+    const bool lost =
+        read == real || (fs::is_directory(read, none) && fs::exists(read / "manifest.json", none) &&
+                         !real.lexically_relative(read).empty() && *real.lexically_relative(read).begin() != "..");
+    if (!lost) continue;
+    throw InputError(
+        fmt::format("{} is read by this command or lies in the run that it reads, and would be lost; name "
+                    "another file to write",
+                    target.string()));
+  }
+}
+
 std::string read_file(const fs::path& source) {
   std::string bytes;
   read_chunks(source, [&bytes](std::string_view chunk) { bytes.append(chunk); });

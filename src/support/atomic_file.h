@@ -2,6 +2,7 @@
 #include <filesystem>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace granuscope {
 
@@ -34,6 +35,10 @@ void write_file(const std::filesystem::path& target, std::string_view bytes);
 
 /// Throws as write_file would, but writes nothing: to be asked before the work that fills the file, not after.
 void require_writable(const std::filesystem::path& target);
+
+/// Throws InputError if `target` is one of the files that the same call reads, or a file that is there already in one
+/// of the folders of runs that it reads: writing it would lose what the run has left.
+void require_not_input(const std::filesystem::path& target, const std::vector<std::filesystem::path>& inputs);
 
 /// The whole file. Throws InputError if it cannot be read.
 std::string read_file(const std::filesystem::path& source);

@@ -349,3 +349,51 @@ TEST_CASE("A history is refused with its reason where it is none") {
   { const Database other(history / "history.sqlite", "CREATE TABLE t(x)", 77); }
   CHECK_THROWS_WITH(NightBook(history.path()), Contains("version 77 where 1 is known"));
 }
+
+TEST_CASE("A history begins in an empty folder, and what it has lost is not begun anew") {
+  const TemporaryFolder history;
+  const NightlyOptions options = nights_in(history.path());
+  write_file(history / "notes.md", "mine");
+  CHECK_THROWS_WITH(run_night(experiment(), options), Contains("neither empty nor a history"));
+  CHECK(read_file(history / "notes.md") == "mine");
+  CHECK_FALSE(fs::exists(history / "history.sqlite"));
+  fs::remove(history / "notes.md");
+
+  run_night(experiment(), options);
+  const std::string pool = read_file(history / "pool/summary.json");
+  fs::rename(history / "history.sqlite", history / "database");
+  for (const char* more : {"history.sqlite-wal", "history.sqlite-shm"}) fs::remove(history / more);
+  CHECK_THROWS_WITH(run_night(experiment(), options), Contains("history.sqlite is missing or empty"));
+  write_file(history / "history.sqlite", "");
+  CHECK_THROWS_WITH(run_night(experiment(), options), Contains("history.sqlite is missing or empty"));
+  fs::remove(history / "history.sqlite");
+  {  // the database of another history
+    const TemporaryFolder other;
+    { const NightBook book(other.path()); }
+    fs::copy_file(other / "history.sqlite", history / "history.sqlite");
+  }
+  CHECK_THROWS_WITH(run_night(experiment(), options), Contains("knows of no night"));
+  for (const char* one : {"history.sqlite", "history.sqlite-wal", "history.sqlite-shm"}) fs::remove(history / one);
+  fs::rename(history / "database", history / "history.sqlite");
+  CHECK(read_file(history / "pool/summary.json") == pool);
+
+  fs::rename(history / "canary/reference", history / "canary/kept");
+  CHECK(told(run_night(experiment(), options)) == std::set<std::string>{"lost"});
+  CHECK(read_file(history / "pool/summary.json") == pool);
+  accept_night(history.path(), 2);
+  CHECK(told(run_night(experiment(), options)).empty());
+  CHECK(fs::exists(history / "canary/reference"));
+}
+
+TEST_CASE("A database from elsewhere moves no folder but a canary that the history has kept") {
+  const TemporaryFolder folder;
+  const fs::path history = folder / "history";
+  run_night(experiment(), nights_in(history));
+  fs::create_directories(folder / "mine");
+  const auto name = GENERATE(as<std::string>(), "../../mine", "alarm-1/../../../mine", "/etc", "alarm-", "reference");
+  INFO(name);
+  NightBook(history).keep({{"new_reference", name}});
+  CHECK_THROWS_WITH(run_night(experiment(), nights_in(history)), Contains("take the history from a backup"));
+  CHECK(fs::is_directory(folder / "mine"));
+  CHECK(fs::exists(history / "canary/reference/summary.json"));
+}
