@@ -1,5 +1,7 @@
 #include "plot/gnuplot.h"
 
+#include <zlib.h>
+
 #include <catch2/catch.hpp>
 
 #include "kit/search_path.h"
@@ -120,4 +122,35 @@ TEST_CASE("The creation date is blotted out in place or its absence reported") {
   const std::string pdf = "%PDF /CreationDate (D:20261121014256Z)\n %%EOF";
   CHECK(without_creation_date(pdf) == "%PDF " + std::string(33, ' ') + "\n %%EOF");
   CHECK_THROWS_AS(without_creation_date("%PDF %%EOF"), EnvironmentError);
+}
+
+TEST_CASE("The creation date is blotted out among packed objects, too, and nothing else moves") {
+  const auto packed = [](const std::string& objects) {
+    std::string bytes(compressBound(static_cast<uLong>(objects.size())), '\0');
+    auto size = static_cast<uLongf>(bytes.size());
+    REQUIRE(compress(reinterpret_cast<Bytef*>(bytes.data()), &size, reinterpret_cast<const Bytef*>(objects.data()),
+                     static_cast<uLong>(objects.size())) == Z_OK);
+    bytes.resize(size);
+    return bytes;
+  };
+  // As cairo 1.18 writes it.
+  const std::string before = "%PDF-1.7\n8 0 obj\n<< /Type /ObjStm\n   /Length 9 0 R\n>>\nstream\n" +
+                             packed("6 0\n[\n]\n") +
+                             "\nendstream\n18 0 obj\n<< /Type /ObjStm\n   /Length 9 0 R\n>>\nstream\n";
+  const std::string objects =
+      "16 0 << /Producer (cairo 1.18.4)\n   /CreationDate (D:20261125124800Z)\n>>\n<< /Type /Page >>\n";
+  const std::string after = "\nendstream\nstartxref\n1234\n%%EOF\n";
+  const std::string pdf = before + packed(objects) + after, blank = without_creation_date(pdf);
+  CHECK(blank.size() == pdf.size());
+  CHECK(blank.starts_with(before));
+  CHECK(blank.ends_with(after));
+  std::string read(objects.size(), '\0');
+  auto size = static_cast<uLongf>(read.size());
+  auto length = static_cast<uLong>(blank.size() - before.size());
+  REQUIRE(uncompress2(reinterpret_cast<Bytef*>(read.data()), &size,
+                      reinterpret_cast<const Bytef*>(blank.data() + before.size()), &length) == Z_OK);
+  const std::string date = "/CreationDate (D:20261125124800Z)";
+  std::string expected = objects;
+  expected.replace(expected.find(date), date.size(), date.size(), ' ');
+  CHECK(read == expected);
 }
