@@ -23,7 +23,7 @@ namespace {
 
 struct BenchOptions {
   std::string suite;
-  std::string json_file;
+  OutputFile json_file;
   std::string folder;
   bool quick = false;
   AccuracyOptions accuracy;
@@ -41,18 +41,18 @@ ExitCode bench_accuracy(const BenchOptions& options, VerbContext& context) {
   AccuracyOptions accuracy = options.accuracy;
   accuracy.quick = options.quick;
   const std::string json = with_measured_with(accuracy_json(measure_accuracy(accuracy, context.err)));
-  if (options.json_file.empty()) {
+  if (!options.json_file.asked()) {
     context.out << json;
   } else {
-    write_file(options.json_file, json);
-    context.err << fmt::format("wrote {}\n", options.json_file);
+    options.json_file.write(json);
+    context.err << fmt::format("wrote {}\n", options.json_file.path);
   }
   return ExitCode::done;
 }
 
 ExitCode bench_sampler(const BenchOptions& options, VerbContext& context) {
   const SamplerBench result = run_sampler_suite({}, teller(context));
-  if (!options.json_file.empty()) write_file(options.json_file, with_measured_with(sampler_bench_json(result)));
+  if (options.json_file.asked()) options.json_file.write(with_measured_with(sampler_bench_json(result)));
   context.out << sampler_bench_table(result);
   return ExitCode::done;
 }
@@ -69,7 +69,7 @@ ExitCode bench_render(const BenchOptions& options, VerbContext& context) {
   remove_leftovers(folder);
   const ScratchFolder scratch(folder, "bench");
   const RenderBench result = run_render_suite(render_cases(options.quick), scratch.path(), teller(context));
-  if (!options.json_file.empty()) write_file(options.json_file, with_measured_with(render_bench_json(result)));
+  if (options.json_file.asked()) options.json_file.write(with_measured_with(render_bench_json(result)));
   context.out << render_bench_table(result);
   return ExitCode::done;
 }
@@ -116,7 +116,10 @@ ExitCode bench(const BenchOptions& options, VerbContext& context) {
   for (const Suite& suite : suites) {
     if (options.suite != suite.name) continue;
     refuse_foreign_flags(options);
-    if (!options.json_file.empty()) require_writable(options.json_file);  // missed now, not after minutes
+    if (options.json_file.asked()) {  // missed now, not after minutes
+      options.json_file.require_free({}, "{\n  \"measured\": {\"program\":\"granuscope");
+      require_writable(options.json_file.path);
+    }
     try {
       return suite.run(options, context);
     } catch (const Interrupted&) {
@@ -132,7 +135,7 @@ void add_bench_verb(CLI::App& app, VerbContext& context) {
   CLI::App* verb = app.add_subcommand("bench", "Measure how long things take, each against its target");
   const auto options = std::make_shared<BenchOptions>();
   verb->add_option("SUITE", options->suite, "what to measure: " + names_of_suites(true))->required();
-  verb->add_option("--json", options->json_file, "also write the numbers to this file")->check(output_file());
+  add_output(*verb, "--json", options->json_file, "also write the numbers to this file");
   verb->add_option("--folder", options->folder,
                    "render: where piles and pictures are made for the time of the run (default: $TMPDIR or /tmp)");
   verb->add_flag("--quick", options->quick, "render, accuracy: leave out what takes minutes");

@@ -2,6 +2,7 @@
 #include <memory>
 #include <string>
 
+#include "cli/flag_checks.h"
 #include "cli/verbs.h"
 #include "history/comparison.h"
 #include "support/atomic_file.h"
@@ -10,18 +11,16 @@ namespace granuscope {
 namespace {
 
 struct CompareVerbOptions {
-  std::string before, after, json;
+  std::string before, after;
+  OutputFile json;
   bool gate = false;
 };
 
 ExitCode compare(const CompareVerbOptions& given, VerbContext& context) {
-  if (!given.json.empty()) {
-    require_not_input(given.json, {given.before, given.after});
-    require_writable(given.json);
-  }
+  if (given.json.asked()) require_writable(given.json.path);
   const Comparison comparison = compare_runs(given.before, given.after);
   for (const std::string& line : describe(comparison)) context.out << line << '\n';
-  if (!given.json.empty()) write_file(given.json, json_text(comparison));
+  if (given.json.asked()) given.json.write(json_text(comparison), {given.before, given.after});
   const bool comparable = comparison.likeness != Likeness::other_experiment;
   return given.gate && (!comparable || comparison.alarms()) ? ExitCode::verdict_differs : ExitCode::done;
 }
@@ -36,7 +35,7 @@ void add_compare_verb(CLI::App& app, VerbContext& context) {
   const auto options = std::make_shared<CompareVerbOptions>();
   verb->add_option("OLD", options->before, "folder of a run, or its summary.json")->required();
   verb->add_option("NEW", options->after, "folder of another run, or its summary.json")->required();
-  verb->add_option("--json", options->json, "file for the answer as JSON, every number with it");
+  add_output(*verb, "--json", options->json, "file for the answer as JSON, every number with it");
   verb->add_flag(
       "--gate", options->gate,
       "end with status 1 if the same experiment has other numbers beyond rounding, if a number moved between "

@@ -19,7 +19,8 @@ namespace granuscope {
 namespace {
 
 struct FigureOptions {
-  std::string folder, id, file, width, font_size, templates;
+  std::string folder, id, width, font_size, templates;
+  OutputFile file;
   FigureStyle style;
 };
 
@@ -64,16 +65,15 @@ ExitCode plot_figure_again(FigureOptions options, VerbContext& context) {
   }
   require_results_of_last_run(options.folder, "plot");
   const PlottedFigure plotted = plot_again(figures, options.id, options.style);
-  const std::string file = options.file.empty() ? options.id + "." + options.style.format : options.file;
-  require_not_input(file, {options.folder});
-  write_file(file, plotted.bytes);
+  if (!options.file.asked()) options.file.path = options.id + "." + options.style.format;
+  options.file.write(plotted.bytes, {options.folder});
   if (plotted.other_script) {
     context.err << fmt::format(
         "figures/{0}.gp is not what figures/{0}.json gives with the templates of now; the figure was plotted from the "
         "latter (--trust-script runs the script as it stands)\n",
         options.id);
   }
-  context.err << fmt::format("wrote {}\n", file);
+  context.err << fmt::format("wrote {}\n", options.file.path);
   if (!plotted.caption.empty()) context.out << fmt::format("{}. {}\n", plotted.title, plotted.caption);
   return ExitCode::done;
 }
@@ -108,7 +108,7 @@ void add_figure_verb(CLI::App& app, VerbContext& context) {
   verb->add_flag("--trust-script", options->style.trust_script,
                  "run figures/ID.gp as it stands, which can do all that you can; without it the script is filled again "
                  "from figures/ID.json");
-  verb->add_option("-o,--out", options->file, "file to write (default: ID and the format, here)")->check(output_file());
+  add_output(*verb, "-o,--out", options->file, "file to write (default: ID and the format, here)");
   verb->callback(
       [options, &context] { context.action = [options, &context] { return plot_figure_again(*options, context); }; });
 }

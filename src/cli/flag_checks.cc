@@ -10,6 +10,7 @@
 #include <system_error>
 
 #include "cli/machine.h"
+#include "support/atomic_file.h"
 #include "support/describe_bytes.h"
 #include "support/single_line.h"
 
@@ -63,6 +64,21 @@ CLI::Validator output_file() {
                "that name";
       },
       "", "");
+}
+
+void OutputFile::require_free(const std::vector<std::filesystem::path>& inputs, std::string_view begins) const {
+  require_not_input(path, inputs);
+  if (!force) require_replaceable(path, begins);
+}
+
+void OutputFile::write(std::string_view bytes, const std::vector<std::filesystem::path>& inputs) const {
+  require_free(inputs, bytes);
+  write_file(path, bytes);
+}
+
+CLI::Option* add_output(CLI::App& verb, const std::string& names, OutputFile& file, const std::string& about) {
+  verb.add_flag("--force", file.force, "replace a file that granuscope has not written");
+  return verb.add_option(names, file.path, about)->check(output_file());
 }
 
 }  // namespace granuscope

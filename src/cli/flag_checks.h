@@ -1,5 +1,9 @@
 #pragma once
 #include <CLI/CLI.hpp>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
 
 namespace granuscope {
 
@@ -12,5 +16,20 @@ CLI::Validator lattice_side();
 
 /// A file to be written. "-" would make a file of that name where a stream may have been meant.
 CLI::Validator output_file();
+
+/// A file that a verb leaves, and whether it may take the place of one that this program has not written.
+struct OutputFile {
+  std::string path;
+  bool force = false;
+
+  bool asked() const { return !path.empty(); }
+  /// Throws InputError for a file that would be lost: of somebody else, or one of those that the verb reads.
+  void require_free(const std::vector<std::filesystem::path>& inputs, std::string_view begins = {}) const;
+  /// Holds `bytes` against what is there, and writes them.
+  void write(std::string_view bytes, const std::vector<std::filesystem::path>& inputs = {}) const;
+};
+
+/// Adds the option that names the file, and --force.
+CLI::Option* add_output(CLI::App& verb, const std::string& names, OutputFile& file, const std::string& about);
 
 }  // namespace granuscope

@@ -18,8 +18,8 @@ void add_numbers_verb(CLI::App& app, VerbContext& context) {
   verb->add_option("OUT", *folder, "folder of the run")->required();
   verb->add_option("--format", *format, "tex (\\granuscope{beta} writes 2.522(50)), csv or json")
       ->capture_default_str();
-  const auto target = std::make_shared<std::string>();
-  verb->add_option("-o,--out", *target, "file to write (standard output if not given)")->check(output_file());
+  const auto target = std::make_shared<OutputFile>();
+  add_output(*verb, "-o,--out", *target, "file to write (standard output if not given)");
   verb->callback([folder, format, target, &context] {
     context.action = [folder, format, target, &context] {
       const auto file = std::filesystem::path(*folder) / "summary.json";
@@ -30,12 +30,11 @@ void add_numbers_verb(CLI::App& app, VerbContext& context) {
       }
       require_results_of_last_run(*folder, "report");
       const std::string list = list_numbers(read_file(file), *format);
-      if (target->empty()) {
+      if (!target->asked()) {
         context.out << list;
       } else {
-        require_not_input(*target, {*folder});
-        write_file(*target, list);
-        context.err << "wrote " << *target << '\n';
+        target->write(list, {*folder});
+        context.err << "wrote " << target->path << '\n';
       }
       return ExitCode::done;
     };

@@ -13,11 +13,13 @@ namespace granuscope {
 namespace {
 
 struct PackVerbOptions {
-  std::string folder, archive, citation;
+  std::string folder, citation;
+  OutputFile archive;
   bool with_ensembles = false;
 };
 
 ExitCode pack(const PackVerbOptions& given, VerbContext& context) {
+  given.archive.require_free({given.folder, given.citation});
   PackOptions options;
   options.with_ensembles = given.with_ensembles;
   constexpr const char* beside = "CITATION.cff";
@@ -29,8 +31,8 @@ ExitCode pack(const PackVerbOptions& given, VerbContext& context) {
   } else {
     context.err << "there is no CITATION.cff here, so that the archive names no authors and no licence (--citation)\n";
   }
-  const std::size_t files = pack_run(given.folder, given.archive, options);
-  context.err << fmt::format("wrote {} with {} files\n", given.archive, files);
+  const std::size_t files = pack_run(given.folder, given.archive.path, options);
+  context.err << fmt::format("wrote {} with {} files\n", given.archive.path, files);
   return ExitCode::done;
 }
 
@@ -41,7 +43,7 @@ void add_pack_verb(CLI::App& app, VerbContext& context) {
       "pack", "Pack a finished run into one archive, a research object (RO-Crate 1.1) to be kept and passed on");
   const auto options = std::make_shared<PackVerbOptions>();
   verb->add_option("OUT", options->folder, "folder of the run")->required();
-  verb->add_option("-o,--out", options->archive, "archive to write (zip)")->required()->check(output_file());
+  add_output(*verb, "-o,--out", options->archive, "archive to write (zip)")->required();
   verb->add_option("--citation", options->citation,
                    "CITATION.cff whose authors and licence the archive is to name (default: the one in this folder)");
   verb->add_flag("--with-ensembles", options->with_ensembles,

@@ -41,7 +41,7 @@ constexpr double film_dpi = 110;
 struct RenderOptions {
   std::string pile_file;
   std::string minus_file;
-  std::string image_file;
+  OutputFile image;
   std::string window;
   std::string range;
   bool transparent = false;
@@ -132,17 +132,20 @@ SceneStatistics render_ensemble(const RenderOptions& options, const std::string&
   ensemble.spec.lattice.layers = layers.empty() ? 1 : layers.back() + 1;
   ensemble.spec.response.overload = configured(configuration, "overload");
   const Field field = response_field(ensemble, {});
-  return render_scene(build_field_scene(field, options.scene), options.scene, options.image_file,
+  return render_scene(build_field_scene(field, options.scene), options.scene, options.image.path,
                       metadata_for(options, "mean response"));
 }
 
 /// Frames of another film would be taken for some of this one.
-void require_no_other_frames(const std::filesystem::path& folder, std::size_t frames) {
+void require_no_other_frames(const std::filesystem::path& folder, std::size_t frames, bool force) {
   std::error_code none;
   for (const auto& entry : std::filesystem::directory_iterator(folder, none)) {
     const std::string name = entry.path().filename().string();
     if (!name.starts_with("frame-") || entry.path().extension() != ".png") continue;
-    if (name < Film::name_of(frames).string()) continue;
+    if (name < Film::name_of(frames).string()) {
+      if (!force) require_replaceable(entry.path());
+      continue;
+    }
     throw InputError(
         fmt::format("{}: this is a frame of another film, which would be mixed with the {} frames of this "
                     "one; take it away or choose another --film",
@@ -159,11 +162,11 @@ ExitCode render_film(RenderOptions options, VerbContext& context) {
   std::optional<Pile> minus;
   if (!options.minus_file.empty()) minus = read_pile(options.minus_file);
   options.film.scene = options.scene;
-  options.image_file = Film::name_of(0);
+  options.image.path = Film::name_of(0);
   const Film film(pile, minus ? &*minus : nullptr, options.film, metadata_for(options, options.scene.scene));
   const std::filesystem::path folder = options.film_folder;
   make_folder(folder);
-  require_no_other_frames(folder, film.frames());
+  require_no_other_frames(folder, film.frames(), options.image.force);
   const auto start = std::chrono::steady_clock::now();
   try {
     for_each_index(film.frames(), options.threads, [&](std::size_t frame) {
@@ -187,15 +190,16 @@ ExitCode render(RenderOptions options, VerbContext& context) {
   options.scene.skip_invisible = !options.no_skip;
   if (options.transparent) options.scene.background = Background::transparent;
   if (!options.film_folder.empty()) return render_film(options, context);
-  if (options.image_file.empty()) {
+  if (!options.image.asked()) {
     throw InputError("no picture is named; give IMAGE.png after the pile, or --film DIR for a film");
   }
 
+  if (!options.image.force) require_replaceable(options.image.path);
   const auto render_file = [&options] {
     try {
       const std::string configuration = configuration_if_ensemble(options.pile_file);
       if (!configuration.empty()) return render_ensemble(options, configuration);
-      return render_pile_file({options.pile_file, options.minus_file, options.image_file}, options.scene,
+      return render_pile_file({options.pile_file, options.minus_file, options.image.path}, options.scene,
                               metadata_for(options, options.scene.scene));
     } catch (const Interrupted&) {
       throw Interrupted("stopped on request: no picture was written, and the same command renders it from the start");
@@ -203,8 +207,8 @@ ExitCode render(RenderOptions options, VerbContext& context) {
   };
   const SceneStatistics statistics = render_file();
   context.err << (statistics.backend == "none"
-                      ? fmt::format("wrote {} without OpenGL ({})\n", options.image_file, statistics.backend_reason)
-                      : fmt::format("wrote {} with the OpenGL backend {} ({})\n", options.image_file,
+                      ? fmt::format("wrote {} without OpenGL ({})\n", options.image.path, statistics.backend_reason)
+                      : fmt::format("wrote {} with the OpenGL backend {} ({})\n", options.image.path,
                                     statistics.backend, statistics.renderer));
   if (options.statistics) context.out << render_statistics_json(statistics);
   return ExitCode::done;
@@ -222,9 +226,8 @@ void add_render_verb(CLI::App& app, VerbContext& context) {
       ->required();
   verb->add_option("--minus", options->minus_file,
                    "scene response: the pile without the overload, of the same seed and sample");
-  verb->add_option("IMAGE,-o,--image", options->image_file,
-                   "the picture: .png, or .svg or .pdf where it has few enough elements")
-      ->check(output_file());
+  add_output(*verb, "IMAGE,-o,--image", options->image,
+             "the picture: .png, or .svg or .pdf where it has few enough elements");
   verb->add_option("--scene", scene.scene, fmt::format("what to show of the pile: {}", fmt::join(pile_scenes(), ", ")))
       ->capture_default_str();
   verb->add_option("--width", scene.width_px, "width of the picture in pixels; mm = 25.4 px / dpi")

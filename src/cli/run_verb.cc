@@ -41,6 +41,7 @@ struct RunVerbOptions {
   bool print_key = false;
   bool quiet = false;
   bool keep_going = false;
+  bool force = false;
   std::vector<std::string> overrides;
 
   bool from_standard_input() const { return config == "-"; }
@@ -91,7 +92,7 @@ void require_shard_alone(const RunVerbOptions& given) {
 
 ExitCode tell_plan(const Experiment& experiment, const RunOptions& options, const std::optional<Shard>& shard,
                    std::ostream& out) {
-  require_own_results(options.folder, print_experiment(experiment));
+  if (!options.force) require_own_results(options.folder, print_experiment(experiment));
   if (!shard && is_all_there(experiment, options)) {
     out << "everything is there already, and nothing it is made from has changed: nothing would be done\n";
     return ExitCode::done;
@@ -131,6 +132,7 @@ ExitCode run(const RunVerbOptions& given, VerbContext& context) {
   }
   RunOptions options;
   options.keep_going = given.keep_going;
+  options.force = given.force;
   if (given.quiet) options.progress = ProgressStyle::silent;
   options.folder = given.folder.empty() ? std::filesystem::path("out") / std::filesystem::path(given.config).stem()
                                         : std::filesystem::path(given.folder);
@@ -205,6 +207,7 @@ void add_run_verb(CLI::App& app, VerbContext& context) {
   verb->add_flag(
       "--keep-going", options->keep_going,
       "begin although the machine lacks something: that costs its own results only, and status 3 at the end");
+  verb->add_flag("--force", options->force, "replace files in the folder that no run of granuscope has written");
   verb->add_flag("--print-key", options->print_key,
                  "print one line that names the experiment and the version of the sampling, for a cache; do nothing");
   verb->add_flag("--dry-run", options->dry_run,

@@ -27,7 +27,7 @@ struct SampleOptions {
   std::string repair_rules = name_of(RepairRules::all);
   int threads = 0;
   bool statistics = false;
-  std::string file;
+  OutputFile file;
   std::uint64_t sample = 0;
 };
 
@@ -47,8 +47,8 @@ void store_sample(const SampleOptions& options, VerbContext& context) {
                     "there is nothing to store; raise --effort or --max-tries, or take another --sample",
                     options.sample, failure->layer));
   }
-  write_pile(options.file, pile);
-  context.err << fmt::format("wrote {}\n", options.file);
+  write_pile(options.file.path, pile);
+  context.err << fmt::format("wrote {}\n", options.file.path);
 }
 
 /// The loads of the estimators that vary them are there for one pile at a time: what an ensemble names as failed.
@@ -99,19 +99,20 @@ ExitCode sample(SampleOptions options, VerbContext& context) {
   spec.sampler.order = layer_order_named(options.layer_order);
   spec.sampler.rules = repair_rules_named(options.repair_rules);
   check_flags(spec);
-  if (!options.statistics && options.file.empty()) {
+  if (!options.statistics && !options.file.asked()) {
     throw InputError(
         "nothing is asked for; give --out FILE.h5 to store one pile, --statistics to measure many, or both");
   }
   if (options.statistics && spec.response.samples < 1)
     throw InputError("--samples 0 measures nothing; give at least 1");
+  if (options.file.asked()) options.file.require_free({});
   const FrictionCone cone(spec.sampler.mu);  // refuses a mu outside the model before any memory is taken
   const Lattice lattice(spec.lattice);
   const int workers = worker_count(options.threads);
   require_memory(options.statistics ? workers * drawing_memory(spec.sampler, lattice)
                                     : bytes_per_bead * static_cast<double>(lattice.beads()));
 
-  if (!options.file.empty()) store_sample(options, context);
+  if (options.file.asked()) store_sample(options, context);
   if (!options.statistics) return ExitCode::done;
   try {
     context.out << sample_statistics_json(measure_samples(spec, options.threads, context.err));
@@ -205,7 +206,7 @@ void add_sample_verb(CLI::App& app, VerbContext& context) {
       ->check(CLI::Range(0, 4096));
   verb->add_flag("--statistics", options->statistics,
                  "print one JSON object on standard output and nothing else there");
-  verb->add_option("-o,--out", options->file, "store one pile in this file (HDF5)")->check(output_file());
+  add_output(*verb, "-o,--out", options->file, "store one pile in this file (HDF5)");
   verb->add_option("--sample", options->sample, "which pile --out stores")
       ->capture_default_str()
       ->check(whole_number());

@@ -92,7 +92,7 @@ class Run {
     if (reuse_all()) return std::move(result_);
     earlier_timings_ = earlier_timings(options_.folder);
     figure_files_ = earlier_figure_files(options_.folder);
-    require_own_results(options_.folder, data_.resolved_experiment);
+    if (!options_.force) require_own_results(options_.folder, data_.resolved_experiment);
     mark_unfinished();
     try {
       write_file(options_.folder / "experiment.toml", data_.resolved_experiment);

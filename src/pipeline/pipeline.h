@@ -20,6 +20,7 @@ struct RunOptions {
   std::filesystem::path folder;  ///< where everything is left; made if it is missing
   int threads = 0;               ///< 0: as many as the machine has
   std::vector<Stage> only;       ///< empty: all stages
+  bool force = false;            ///< replace files of the same names that no run has written
   bool require_pdf = false;      ///< a missing PDF is an error rather than a skipped file
   bool keep_going = false;       ///< what the machine lacks is missed when it is needed, and costs its own results only
   ProgressStyle progress = ProgressStyle::automatic;

@@ -132,11 +132,11 @@ void require_own_results(const fs::path& folder, const std::string& resolved) {
     foreign.push_back(experiment);
   }
   if (foreign.empty()) return;
-  throw InputError(fmt::format(
-      "{}: no run of granuscope left {} there, and the results would take {} place; choose another --out, or "
-      "move {} away",
-      list_of(foreign), foreign.size() == 1 ? "this file" : "these files", foreign.size() == 1 ? "its" : "their",
-      foreign.size() == 1 ? "it" : "them"));
+  throw InputError(
+      fmt::format("{}: no run of granuscope left {} there, and the results would take {} place; choose another --out, "
+                  "move {} away, or run with --force",
+                  list_of(foreign), foreign.size() == 1 ? "this file" : "these files",
+                  foreign.size() == 1 ? "its" : "their", foreign.size() == 1 ? "it" : "them"));
 }
 
 bool remove_own_files(const fs::path& folder, const std::function<bool(std::string_view)>& ours) {

@@ -236,7 +236,7 @@ void run_shard(const Experiment& experiment, const RunOptions& options, Shard sh
   const RunFolder folder(options.folder, FolderUse::shared);
   const std::vector<PlannedEnsemble> ensembles = all_ensembles(experiment, options.folder);
   const std::vector<Atom> hand = deal(ensembles, shard.count).at(static_cast<std::size_t>(shard.number - 1));
-  require_own_results(options.folder, print_experiment(experiment));
+  if (!options.force) require_own_results(options.folder, print_experiment(experiment));
   keep_experiment(options.folder, print_experiment(experiment));
   const FileDescriptor lock = lock_shard(options.folder, shard);
   std::vector<Atom> missing;

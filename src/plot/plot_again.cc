@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <zlib.h>
 
 #include <algorithm>
 #include <array>
@@ -178,6 +179,28 @@ std::string with_tex_texts(const std::string& tikz) {
   return result;
 }
 
+/// Says which figure it is, and of which program, where gnuplot leaves no room for a label.
+std::string marked(std::string bytes, const std::string& format, const std::string& id) {
+  const std::string mark = fmt::format("granuscope figure {}", id);
+  if (format == "eps") bytes.insert(bytes.find('\n') + 1, "% " + mark + "\n");
+  if (format == "tikz") {
+    bytes.insert(
+        0, fmt::format("% {}; needs \\usepackage{{gnuplot-lua-tikz}}, which comes with gnuplot, not with TeX\n", mark));
+  }
+  if (format == "png") {  // a piece "tEXt" behind the header, which is the first 33 bytes of every PNG
+    const auto number = [](uLong value) {
+      std::string text;
+      for (int shift = 24; shift >= 0; shift -= 8) text += static_cast<char>((value >> shift) & 0xff);
+      return text;
+    };
+    const std::string text = std::string("tEXtSoftware") + '\0' + mark;
+    const uLong sum = crc32(0, reinterpret_cast<const Bytef*>(text.data()), static_cast<uInt>(text.size()));
+    constexpr std::size_t header = 33, kind = 4;
+    if (bytes.size() > header) bytes.insert(header, number(text.size() - kind) + text + number(sum));
+  }
+  return bytes;
+}
+
 std::string without_moment(std::string eps) {
   const std::size_t at = eps.find("%%CreationDate:");
   return at == std::string::npos ? eps : eps.erase(at, eps.find('\n', at) + 1 - at);
@@ -287,7 +310,7 @@ PlottedFigure plot_again(const fs::path& figures, const std::string& id, const F
     FigureStyle tikz = style;
     tikz.format = "tikz";
     PlottedFigure plotted = plot_again(figures, id, tikz);
-    plotted.bytes = eps_by_tex(plotted.bytes, id, style.font_points);
+    plotted.bytes = marked(eps_by_tex(plotted.bytes, id, style.font_points), style.format, id);
     return plotted;
   }
   require_gnuplot();
@@ -367,6 +390,7 @@ PlottedFigure plot_again(const fs::path& figures, const std::string& id, const F
   }
   if (style.format == "eps") bytes = without_moment(std::move(bytes));
   if (style.format == "tikz") bytes = with_tex_texts(bytes);
+  bytes = marked(std::move(bytes), style.format, id);
   return plotted;
 }
 

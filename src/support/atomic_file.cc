@@ -5,6 +5,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <cerrno>
 #include <system_error>
 #include <utility>
@@ -129,6 +131,33 @@ void require_not_input(const fs::path& target, const std::vector<fs::path>& inpu
                     "another file to write",
                     target.string()));
   }
+}
+
+void require_replaceable(const fs::path& target, std::string_view begins) {
+  constexpr std::size_t told_apart = 30;  // bytes in which the beginnings of different texts differ
+  constexpr std::array<std::string_view, 6> marks = {"granuscope pile",    "granuscope ensemble",
+                                                     "granuscope 0.",      "granuscope figure ",
+                                                     "granuscope render ", "ro-crate-metadata.json"};
+  constexpr std::array<std::string_view, 7> formats = {"%PDF", "\x89PNG", "\x89HDF",   "<?xml",
+                                                       "<svg", "%!PS",    "PK\x03\x04"};
+  constexpr std::size_t longest_mark = 32;
+  std::error_code none;
+  if (!fs::is_regular_file(target, none) || fs::file_size(target, none) == 0) return;
+  std::string head, tail;
+  bool marked = false;
+  read_chunks(target, [&](std::string_view chunk) {
+    if (head.size() < told_apart) head.append(chunk.substr(0, told_apart));
+    tail.append(chunk);
+    marked = marked || std::any_of(marks.begin(), marks.end(),
+                                   [&](std::string_view mark) { return tail.find(mark) != std::string::npos; });
+    tail.erase(0, tail.size() - std::min(tail.size(), longest_mark));  // a mark may lie across two chunks
+  });
+  const bool has_format = std::any_of(formats.begin(), formats.end(), [&](auto one) { return head.starts_with(one); });
+  if (has_format ? marked : !begins.empty() && head.starts_with(begins.substr(0, told_apart))) return;
+  throw InputError(
+      fmt::format("{} is there already, and granuscope has not written it, so that it would be lost; name "
+                  "another file, or give --force to replace it",
+                  target.string()));
 }
 
 std::string read_file(const fs::path& source) {

@@ -40,6 +40,10 @@ void require_writable(const std::filesystem::path& target);
 /// of the folders of runs that it reads: writing it would lose what the run has left.
 void require_not_input(const std::filesystem::path& target, const std::vector<std::filesystem::path>& inputs);
 
+/// Throws InputError if something is at `target` that this program has not written: a text has to begin as the one does
+/// that would take its place (`begins`), a picture, an archive or an HDF5 file has to hold the program's mark.
+void require_replaceable(const std::filesystem::path& target, std::string_view begins = {});
+
 /// The whole file. Throws InputError if it cannot be read.
 std::string read_file(const std::filesystem::path& source);
 
