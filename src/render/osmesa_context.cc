@@ -1,5 +1,8 @@
 #include "render/osmesa_context.h"
 
+#include "support/error.h"
+
+#if __has_include(<GL/osmesa.h>)
 #include <GL/osmesa.h>
 #include <dlfcn.h>
 #include <fmt/format.h>
@@ -8,7 +11,6 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "support/error.h"
 #include "support/single_line.h"
 
 namespace granuscope {
@@ -122,6 +124,19 @@ class OsMesaContext : public GlContext {
 std::unique_ptr<GlContext> make_osmesa_context() { return std::make_unique<OsMesaContext>(); }
 
 }  // namespace granuscope
+
+#else  // Mesa 25.1 has no OSMesa any more
+
+namespace granuscope {
+
+std::unique_ptr<GlContext> make_osmesa_context() {
+  throw EnvironmentError(
+      "this program was built without OSMesa, which Mesa has dropped, so this backend cannot render; choose egl or "
+      "none");
+}
+
+}  // namespace granuscope
+#endif
 
 #if defined(__SANITIZE_ADDRESS__)
 /// OSMesa never frees the buffers it makes for a context (about 1 kB for a process); LeakSanitizer asks here what it

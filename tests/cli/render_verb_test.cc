@@ -253,6 +253,32 @@ TEST_CASE("an OpenGL driver that the environment names and OSMesa does not have 
   }
 }
 
+TEST_CASE("where there is no OSMesa, as from Mesa 25.1 on, EGL without a window system paints the same pixels") {
+  const test::TemporaryFolder scratch;
+  const std::string pile = (scratch / "pile.h5").string();
+  REQUIRE(granuscope_command({"sample", "--columns", "100", "--layers", "100", "--out", pile}).code == 0);
+  std::filesystem::create_directories(scratch / "lib");
+  for (const char* name : {"lib/libOSMesa.so.8", "lib/libOSMesa.so"}) write_file(scratch / name, "no library");
+  const auto told_by = [&](const char* backend, const char* name, const std::string& libraries) {
+    const ProcessResult result =
+        program({"render", pile, "--image", (scratch / name).string(), "--width", "2000", "--backend", backend},
+                {{"LD_LIBRARY_PATH", libraries}, {"ASAN_OPTIONS", "detect_leaks=0"}});
+    CAPTURE(result.standard_error);
+    REQUIRE(result.exit_code == 0);
+    return result.standard_error;
+  };
+  CHECK_THAT(told_by("osmesa", "osmesa.png", ""), Contains("backend osmesa"));
+  const std::string said = told_by("auto", "auto.png", (scratch / "lib").string());
+  if (said.find("without OpenGL") != std::string::npos) {
+    WARN("EGL is not installed, so that the processor painted: " << said);
+    CHECK_THAT(said, Contains("OSMesa cannot be loaded"));
+  } else {
+    CHECK_THAT(said, Contains("backend egl"));
+    if (said.find("llvmpipe") == std::string::npos) return;  // another driver decides otherwise on edges
+  }
+  CHECK(pixels_of(read_file(scratch / "auto.png")) == pixels_of(read_file(scratch / "osmesa.png")));
+}
+
 TEST_CASE("a picture killed half way leaves the one that was there, and never half of one") {
   const test::TemporaryFolder scratch;
   store_pile(scratch / "pile.h5");
