@@ -22,13 +22,13 @@ void add_numbers_verb(CLI::App& app, VerbContext& context) {
   add_output(*verb, "-o,--out", *target, "file to write (standard output if not given)");
   verb->callback([folder, format, target, &context] {
     context.action = [folder, format, target, &context] {
+      require_results_of_last_run(*folder, "report");
       const auto file = std::filesystem::path(*folder) / "summary.json";
       std::error_code none;
       if (!std::filesystem::is_regular_file(file, none)) {
         throw InputError(file.string() +
                          ": there is no such file, and so no numbers; name the folder of a finished run");
       }
-      require_results_of_last_run(*folder, "report");
       const std::string list = list_numbers(read_file(file), *format);
       if (!target->asked()) {
         context.out << list;

@@ -57,7 +57,10 @@ RunRecord read_run(const fs::path& path) {
     throw InputError(fmt::format(
         "{}: there is neither a run nor a summary; name the folder of a run or its summary.json", path.string()));
   }
-  if (fs::is_directory(path, none)) run.folder = path;
+  if (fs::is_directory(path, none)) {
+    run.folder = path;
+    require_results_of_last_run(path, "report");
+  }
   const fs::path summary = run.folder.empty() ? path : run.folder / "summary.json";
   if (!run.folder.empty() && !fs::exists(summary, none)) {
     throw InputError(
@@ -73,7 +76,6 @@ RunRecord read_run(const fs::path& path) {
   if (run.folder.empty()) return run;
   if (fs::exists(run.folder / "manifest.json", none)) {
     run.manifest = parsed(run.folder / "manifest.json");
-    require_results_of_last_run(path, "report");
   }
   if (fs::exists(run.folder / "experiment.toml", none)) {
     run.keys = keys_of_experiment(read_file(run.folder / "experiment.toml"));

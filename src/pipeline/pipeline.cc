@@ -93,6 +93,8 @@ class Run {
     earlier_timings_ = earlier_timings(options_.folder);
     figure_files_ = earlier_figure_files(options_.folder);
     if (!options_.force) require_own_results(options_.folder, data_.resolved_experiment);
+    const std::optional<std::string> before = experiment_key_of_run(options_.folder);
+    if (before && *before != data_.resolved_experiment_key) set_aside_report(options_.folder);
     mark_unfinished();
     try {
       write_file(options_.folder / "experiment.toml", data_.resolved_experiment);

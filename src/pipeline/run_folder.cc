@@ -26,8 +26,10 @@ namespace fs = std::filesystem;
 namespace {
 
 /// What a run leaves, and what a history does; "samples" marks the ensembles from before a night.
-constexpr std::array run_files = {"experiment.toml", "manifest.json", "timings.json", "summary.json", "summary.md",
-                                  "claims.xml",      "report.html",   "report.pdf",   "samples"};
+constexpr std::array run_files = {
+    "experiment.toml",    "manifest.json",      "timings.json",        "summary.json",      "summary.md",
+    "claims.xml",         "report.html",        "report.pdf",          "samples",           "earlier-summary.json",
+    "earlier-summary.md", "earlier-claims.xml", "earlier-report.html", "earlier-report.pdf"};
 constexpr std::array run_folders = {"ensembles", "piles", "figures", "shards"};
 constexpr std::array history_entries = {"canary",
                                         "pool",

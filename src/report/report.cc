@@ -1,5 +1,8 @@
 #include "report/report.h"
 
+#include <array>
+#include <string>
+
 #include "report/html_report.h"
 #include "report/junit.h"
 #include "report/markdown_summary.h"
@@ -23,6 +26,12 @@ ReportFiles files_in(const std::filesystem::path& run_folder) {
 
 namespace {
 
+constexpr std::array report_names = {"summary.json", "summary.md", "claims.xml", "report.html", "report.pdf"};
+
+std::filesystem::path set_aside(const std::filesystem::path& run_folder, const char* name) {
+  return run_folder / (std::string("earlier-") + name);
+}
+
 /// A report in print of other numbers would pass for one of these, where none can be made of them.
 void forget_report_of_others(const std::filesystem::path& run_folder, const std::string& summary) {
   const std::filesystem::path pdf = run_folder / "report.pdf", there = run_folder / "summary.json";
@@ -33,6 +42,13 @@ void forget_report_of_others(const std::filesystem::path& run_folder, const std:
 }
 
 }  // namespace
+
+void set_aside_report(const std::filesystem::path& run_folder) {
+  for (const char* name : report_names) {
+    std::error_code not_there;
+    std::filesystem::rename(run_folder / name, set_aside(run_folder, name), not_there);
+  }
+}
 
 ReportFiles write_report(const ReportData& data, const std::filesystem::path& run_folder, PdfPolicy pdf) {
   ReportFiles files;
@@ -63,6 +79,10 @@ ReportFiles write_report(const ReportData& data, const std::filesystem::path& ru
   if (!outcome.bytes.empty()) {
     files.pdf = run_folder / "report.pdf";
     write_file(*files.pdf, outcome.bytes);
+  }
+  for (const char* name : report_names) {
+    std::error_code not_there;
+    std::filesystem::remove(set_aside(run_folder, name), not_there);
   }
   if (pdf == PdfPolicy::required && !files.pdf) throw EnvironmentError(files.pdf_skipped);
   return files;

@@ -55,7 +55,8 @@ TEST_CASE("A killed run leaves a folder that does not claim to be finished, and 
 
   const ProcessResult killed = run_with_gnuplot(scratch, "kill -KILL $PPID", scratch / "second.toml");
   CHECK(killed.exit_code == 128 + SIGKILL);
-  CHECK(read_file(out / "summary.json") == summary);  // a finished result is not lost by the next one's end
+  CHECK(read_file(out / "earlier-summary.json") == summary);  // a finished result is not lost by the next one's end
+  CHECK_FALSE(fs::exists(out / "report.html"));               // nor taken for that of the next one
   const auto manifest = manifest_in(out);
   CHECK(manifest["status"] == "unfinished");
   CHECK(manifest["exit_code"].is_null());
@@ -67,6 +68,8 @@ TEST_CASE("A killed run leaves a folder that does not claim to be finished, and 
   REQUIRE(granuscope_command({"run", (scratch / "second.toml").string(), "--out", out.string()}).code == 0);
   const auto finished = manifest_in(out);
   CHECK(finished["status"] == "done");
+  CHECK(fs::exists(out / "report.html"));
+  CHECK_FALSE(fs::exists(out / "earlier-report.html"));
   for (const auto& timing : finished["timings"]) {
     CAPTURE(timing.dump());
     if (timing["stage"].get<std::string>().starts_with("sample ")) {

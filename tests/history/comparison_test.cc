@@ -171,7 +171,7 @@ TEST_CASE("A summary that an earlier run left beside another experiment is compa
   Experiment other = experiment();
   other.sampling.seed = 12;
   run_experiment(other, quiet(copy.path, {Stage::sample}));
-  REQUIRE(fs::exists(copy.path / "summary.json"));
+  CHECK(fs::exists(copy.path / "earlier-summary.json"));
   CHECK_THROWS_WITH(compare_runs(a_run(), copy.path), Contains("did not come to its report"));
   CHECK_THROWS_AS(compare_runs(copy.path, a_run()), InputError);
 }
