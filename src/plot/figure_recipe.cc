@@ -45,12 +45,21 @@ bool is_plain_text(std::string_view text) {
 
 enum class Strings { of_both_quotes, of_double_quotes };
 
-/// Nothing but what the program writes where no quotes are: numbers, strings, commas, and the words that place labels
-/// and arrows. What is left out calls functions, cuts strings and begins commands.
+/// Nothing but what the program writes where no quotes are: numbers, strings, curves with their columns, and the words
+/// that place labels and arrows. What is left out starts programs, reads and writes files, and evaluates strings.
 bool is_plain_gnuplot(std::string_view text, Strings strings = Strings::of_both_quotes) {
-  constexpr std::array<std::string_view, 20> words = {
-      "yes", "NaN",    "nan",  "set",    "label",     "arrow",     "from", "first", "graph",      "to",
-      "at",  "nohead", "size", "filled", "linewidth", "linecolor", "rgb",  "left",  "noenhanced", "font"};
+  constexpr auto words = std::to_array<std::string_view>(
+      {"yes",          "NaN",          "nan",        "set",         "label",       "arrow",
+       "from",         "first",        "graph",      "screen",      "to",          "at",
+       "nohead",       "size",         "filled",     "rgb",         "left",        "right",
+       "center",       "noenhanced",   "font",       "inset_text",  "using",       "with",
+       "every",        "axes",         "title",      "notitle",     "keyentry",    "lines",
+       "points",       "linespoints",  "dots",       "boxes",       "vectors",     "circles",
+       "labels",       "yerrorbars",   "xerrorbars", "xyerrorbars", "yerrorlines", "xerrorlines",
+       "xyerrorlines", "filledcurves", "linewidth",  "linecolor",   "linetype",    "dashtype",
+       "pointsize",    "pointtype",    "fillcolor",  "fillstyle",   "solid",       "sqrt",
+       "exp",          "log",          "abs",        "x",           "y",           "wide",
+       "unset",        "logscale"});
   while (!text.empty()) {
     const char c = text.front();
     std::size_t end = 1;
@@ -78,8 +87,11 @@ bool is_plain_gnuplot(std::string_view text, Strings strings = Strings::of_both_
     } else if (std::isalpha(static_cast<unsigned char>(c)) != 0) {
       while (end < text.size() && (std::isalnum(static_cast<unsigned char>(text[end])) != 0 || text[end] == '_')) ++end;
       const std::string_view word = text.substr(0, end);
-      if (word != "inset_text" && std::find(words.begin(), words.end(), word) == words.end()) return false;
-    } else if (std::string_view(" \n,+-").find(c) == std::string_view::npos) {
+      if (std::find(words.begin(), words.end(), word) == words.end()) return false;
+    } else if (c == '\\') {
+      // A line that goes on, but not into what the template has behind it.
+      if (text.substr(1, 1) != "\n" || text.find_first_not_of(" \n", 2) == std::string_view::npos) return false;
+    } else if (std::string_view(" \n,:+-*/?()[]$").find(c) == std::string_view::npos) {
       return false;
     }
     text.remove_prefix(end);
@@ -123,7 +135,7 @@ void require_template(const std::string& name, const std::string& source) {
 void require_harmless(const FigureRecipe& recipe, const std::string& source) {
   const auto refuse = [&source](const std::string& name, const std::string& text) {
     throw InputError(fmt::format(
-        "{}: {} is \"{}\", which is no text, number or list of them, and gnuplot might run it as a command; "
+        "{}: {} is \"{}\", which holds more than texts, numbers and curves, and gnuplot might run it as a command; "
         "run the experiment again",
         source, single_line(name), single_line(text.substr(0, 200))));
   };

@@ -22,4 +22,9 @@ std::string labelled_pdf(std::string pdf, const FileLabel& label);
 /// The label of an SVG, if it has one.
 std::optional<FileLabel> label_of_svg(std::string_view svg);
 
+/// The PDF with every object as it stands and a table of them in plain text. cairo from 1.18 on packs some of them, so
+/// that neither a date in them can be taken away without moving all that follows, nor an object be replaced. A PDF that
+/// has a plain table, as cairo 1.16 writes it, is returned as it is. Throws EnvironmentError for one that is neither.
+std::string with_plain_objects(std::string pdf);
+
 }  // namespace granuscope

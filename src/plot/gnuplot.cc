@@ -1,12 +1,12 @@
 #include "plot/gnuplot.h"
 
 #include <fmt/format.h>
-#include <zlib.h>
 
 #include <cctype>
 #include <utility>
 
 #include "plot/csv_table.h"
+#include "plot/file_label.h"
 #include "plot/scratch_folder.h"
 #include "support/atomic_file.h"
 #include "support/child_process.h"
@@ -80,48 +80,6 @@ std::string read_svg(const GnuplotJob& job, const std::filesystem::path& folder)
     fail(job, fmt::format("{} of {} curves are visible", visible, job.curves));
   }
   return svg;
-}
-
-/// Whether there was one.
-bool blank_creation_date(std::string& text) {
-  const std::size_t key = text.find(creation_date_key), end = text.find(')', key);
-  if (key == std::string::npos || end == std::string::npos) return false;
-  text.replace(key, end + 1 - key, end + 1 - key, ' ');
-  return true;
-}
-
-/// What zlib unpacks from the beginning of `bytes`; sets how long it was packed, 0 if it is none of zlib's.
-std::string unpacked(std::string_view bytes, std::size_t& length) {
-  constexpr std::size_t longest = 1 << 20;  // of what describes a plot of one page
-  std::string text(longest, '\0');
-  auto size = static_cast<uLongf>(text.size());
-  auto taken = static_cast<uLong>(bytes.size());
-  const auto* packed = reinterpret_cast<const Bytef*>(bytes.data());
-  length = uncompress2(reinterpret_cast<Bytef*>(text.data()), &size, packed, &taken) == Z_OK ? taken : 0;
-  text.resize(length == 0 ? 0 : size);
-  return text;
-}
-
-/// cairo 1.18 packs the date with other objects of the PDF. Without it they take no more room, so that everything stays
-/// where the PDF's table has it; what is left over lies behind the end of the packed data and is read by nobody.
-bool blank_packed_creation_date(std::string& pdf) {
-  constexpr std::string_view packed_objects = "/Type /ObjStm", begins = "stream\n";
-  for (std::size_t at = pdf.find(packed_objects); at != std::string::npos; at = pdf.find(packed_objects, at + 1)) {
-    const std::size_t start = pdf.find(begins, at) + begins.size();
-    if (start < at) return false;
-    std::size_t length = 0;
-    std::string objects = unpacked(std::string_view(pdf).substr(start), length);
-    if (length == 0 || !blank_creation_date(objects)) continue;
-    std::string packed(length, '\0');
-    auto size = static_cast<uLongf>(packed.size());
-    const auto* plain = reinterpret_cast<const Bytef*>(objects.data());
-    if (compress2(reinterpret_cast<Bytef*>(packed.data()), &size, plain, static_cast<uLong>(objects.size()),
-                  Z_BEST_COMPRESSION) != Z_OK)
-      return false;
-    pdf.replace(start, length, packed);
-    return true;
-  }
-  return false;
 }
 
 }  // namespace
@@ -203,10 +161,14 @@ std::string gnuplot_string(std::string_view text) {
 }
 
 std::string without_creation_date(std::string pdf) {
-  if (blank_creation_date(pdf) || blank_packed_creation_date(pdf)) return pdf;
-  throw EnvironmentError(
-      "a PDF made by gnuplot has no creation date where gnuplot 5.4 and 6.0 put one, so its bytes cannot be made "
-      "reproducible; run `granuscope doctor` to see which gnuplot is installed");
+  pdf = with_plain_objects(std::move(pdf));
+  const std::size_t key = pdf.find(creation_date_key), end = pdf.find(')', key);
+  if (key == std::string::npos || end == std::string::npos) {
+    throw EnvironmentError(
+        "a PDF made by gnuplot has no creation date where gnuplot 5.4 and 6.0 put one, so its bytes cannot be made "
+        "reproducible; run `granuscope doctor` to see which gnuplot is installed");
+  }
+  return pdf.replace(key, end + 1 - key, end + 1 - key, ' ');
 }
 
 int count_visible_curves(std::string_view svg) {
