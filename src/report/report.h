@@ -27,9 +27,9 @@ struct ReportFiles {
 /// The same of a report that is there already.
 ReportFiles files_in(const std::filesystem::path& run_folder);
 
-/// Renames the files of the report that another experiment has left, from report.html to earlier-report.html: under their
-/// own names they would pass for those of the run that begins, should it not come to its end. The next report that is
-/// written removes them.
+/// Renames the files of the report that another experiment has left, from report.html to earlier-report.html: under
+/// their own names they would pass for those of the run that begins, should it not come to its end. The next report
+/// that is written removes them.
 void set_aside_report(const std::filesystem::path& run_folder);
 
 /// Writes summary.json, claims.xml, summary.md, report.html and report.pdf into `run_folder`, each whole or not at all.
