@@ -1,5 +1,5 @@
-# Sourced by ./check, from the top folder of the project: ./reproduce on new minimal systems, since a developer's machine
-# has packages that packages.txt may have forgotten.
+# Sourced by ./check, from the top folder of the project: ./reproduce and the tests on new minimal systems, since the machine of a
+# developer has packages that packages.txt may have forgotten.
 
 releases=(bookworm trixie)
 
@@ -51,9 +51,19 @@ tiny_experiment() {
     'mu = 0.3' 'layers = [12, 24]'
 }
 
+# What is done in a system, step by step; what ./reproduce says of installing has to work, too.
+steps=(
+  "./reproduce --experiment /tmp/tiny.toml"
+  "./reproduce"
+  "cmake --build build/release && cmake --install build/release && granuscope doctor"
+  ". cmake/packages.sh && install_packages run check"
+  "cmake --preset release -DGRANUSCOPE_TESTS=ON && cmake --build --preset release"
+  "ctest --preset release -L '^quick$' --no-tests=error --parallel 2"
+)
+
 # check_system RELEASE: sets `outcome`.
 check_system() {
-  local folder
+  local folder step
   folder=$(mktemp -d "${TMPDIR:-/tmp}/granuscope-system-XXXXXX")
   chmod 755 "$folder"  # apt-get fetches as a user of its own
   outcome=failed
@@ -64,9 +74,11 @@ check_system() {
   else
     git archive --prefix=granuscope/ HEAD | tar -x -C "$folder/root"
     tiny_experiment >"$folder/root/tmp/tiny.toml"
-    if in_system "$folder/root" "${GRANUSCOPE_IN_SYSTEM:-./reproduce --experiment /tmp/tiny.toml && ./reproduce}"; then
-      outcome=passed
-    fi
+    outcome=passed
+    for step in "${steps[@]}"; do
+      echo "== $1: $step"
+      if ! in_system "$folder/root" "$step"; then outcome="failed: $step" && break; fi
+    done
   fi
   rm -rf --one-file-system "$folder"
 }
@@ -77,7 +89,7 @@ check_systems() {
   if [ "$(id -u)" -ne 0 ]; then lacking="making a system takes root; run this as root"; fi
   if ! command -v mmdebstrap >/dev/null; then lacking="mmdebstrap is missing; apt-get install mmdebstrap"; fi
   for release in "${releases[@]}"; do
-    echo "== ./reproduce, as committed, on a new $release"
+    echo "== what is committed, on a new $release"
     if [ -n "$lacking" ]; then outcome="skipped: $lacking"; else check_system "$release"; fi
     lines+="$release: $outcome"$'\n'
   done

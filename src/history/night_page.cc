@@ -204,6 +204,10 @@ std::string badge(const Night& last) {
 void point_latest_to(const fs::path& folder, const std::string& report) {
   const fs::path target = fs::path("reports") / report, link = folder / "latest", beside = folder / ".latest";
   std::error_code error;
+  if (fs::is_regular_file(fs::symlink_status(link, error))) {
+    throw EnvironmentError(
+        fmt::format("'{}' is a file where a link to the last report stands; move it away", link.string()));
+  }
   fs::remove(beside, error);
   fs::create_directory_symlink(target, beside, error);
   if (!error) fs::rename(beside, link, error);
@@ -265,7 +269,11 @@ void prune_reports(const fs::path& folder, const NightBook& book, std::size_t ke
   for (const std::string& report : reports_in(folder)) {
     // Folders that nights have left have the day as their name, and a number if there were more on that day.
     const bool of_night = report.size() >= 10 && report.find_first_not_of("0123456789-") == std::string::npos;
-    if (of_night && !kept.contains(report)) remove_run(folder / "reports" / report);
+    if (!of_night || kept.contains(report)) continue;
+    try {
+      remove_run(folder / "reports" / report);
+    } catch (const InputError&) {  // NOLINT(bugprone-empty-catch): somebody keeps files there, and they stay
+    }
   }
 }
 

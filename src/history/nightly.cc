@@ -388,8 +388,10 @@ class NightRun {
     const std::set<std::string> taken = book_.last_reports(std::max<std::size_t>(1, options_.keep));
     const std::string day = night_.date.substr(0, night_.date.find('T'));
     night_.report = day;
-    for (int n = 2; taken.contains(night_.report); ++n) night_.report = fmt::format("{}-{}", day, n);
     const fs::path reports = options_.folder / "reports";
+    for (int n = 2; taken.contains(night_.report) || fs::exists(reports / night_.report); ++n) {
+      night_.report = fmt::format("{}-{}", day, n);
+    }
     make_folder(reports);
     const fs::path unfinished = reports / ".unfinished";
     remove_run(unfinished);

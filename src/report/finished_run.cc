@@ -22,7 +22,9 @@ std::optional<FinishedRun> find_finished_run(const std::filesystem::path& run_fo
     if (run.made_from != made_from) return {};
     if (!std::includes(run.stages.begin(), run.stages.end(), stages.begin(), stages.end())) return {};
     for (const auto& file : manifest.at("files")) {
-      const std::filesystem::path path = run_folder / file.at("path").get<std::string>();
+      const std::string name = file.at("path");
+      if (!lies_in(run_folder, name)) return {};
+      const std::filesystem::path path = run_folder / name;
       if (std::filesystem::file_size(path) != file.at("bytes").get<std::uintmax_t>()) return {};
       if (sha256_of_file(path) != file.at("sha256").get<std::string>()) return {};
     }
@@ -30,6 +32,15 @@ std::optional<FinishedRun> find_finished_run(const std::filesystem::path& run_fo
   } catch (const std::exception&) {
     return {};  // missing, of an older program, or damaged: then it is made again
   }
+}
+
+bool lies_in(const std::filesystem::path& run_folder, const std::filesystem::path& path) {
+  if (path.empty() || path.is_absolute() || path != path.lexically_normal() || *path.begin() == "..") return false;
+  std::filesystem::path at = run_folder;
+  return std::none_of(path.begin(), path.end(), [&](const std::filesystem::path& step) {
+    std::error_code none;
+    return std::filesystem::is_symlink(at /= step, none);
+  });
 }
 
 void require_results_of_last_run(const std::filesystem::path& run_folder, const std::string& stage) {

@@ -20,6 +20,9 @@ struct FinishedRun {
 std::optional<FinishedRun> find_finished_run(const std::filesystem::path& run_folder, const std::string& made_from,
                                              const std::set<std::string>& stages);
 
+/// Whether a path that a manifest names lies in the folder of its run: relative, without "..", and no link leads out.
+bool lies_in(const std::filesystem::path& run_folder, const std::filesystem::path& path);
+
 /// The door for whoever reads what a run left: throws InputError if the folder has a manifest whose last run did not
 /// come to this stage, so that what is there is of an earlier one. A folder without a manifest is let through.
 void require_results_of_last_run(const std::filesystem::path& run_folder, const std::string& stage);

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "report/clean_json.h"
+#include "report/finished_run.h"
 #include "report/zip_file.h"
 #include "support/atomic_file.h"
 #include "support/digest.h"
@@ -57,18 +58,6 @@ constexpr std::array<std::pair<const char*, const char*>, 12> descriptions = {
       fmt::format("{0}: {1}, so that the archive would not be what a run made; run it again, granuscope run "
                   "{0}/experiment.toml --out {0}, and pack it then",
                   folder.string(), what));
-}
-
-/// The manifest may come from anywhere: what it names lies in the folder, and no link leads out of it.
-void require_beneath(const fs::path& folder, const fs::path& path) {
-  bool inside = path.is_relative() && path == path.lexically_normal() && !path.empty() && *path.begin() != "..";
-  fs::path at = folder;
-  for (const fs::path& step : path) {
-    at /= step;
-    std::error_code none;
-    inside = inside && !fs::is_symlink(at, none);
-  }
-  if (!inside) refuse(folder, path.string() + " leads out of the folder");
 }
 
 /// A path as a relative reference of a URL.
@@ -214,12 +203,12 @@ std::size_t pack_run(const fs::path& run_folder, const fs::path& archive, const 
     entries.push_back({path, run_folder / path, ""});
   };
   try {
-    require_beneath(run_folder, manifest_name);
+    if (!lies_in(run_folder, manifest_name)) refuse(run_folder, "manifest.json is a link");
     add(manifest_name, sha256_of_file(run_folder / manifest_name));
     for (const Json& file : manifest.at("files")) {
       const std::string path = file.at("path");
       throw_if_interrupted();
-      require_beneath(run_folder, path);
+      if (!lies_in(run_folder, path)) refuse(run_folder, path + " leads out of the folder");
       if (path.starts_with("ensembles/") && !options.with_ensembles) continue;
       std::error_code none;
       const bool there = fs::is_regular_file(run_folder / path, none);

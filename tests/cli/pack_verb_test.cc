@@ -124,6 +124,22 @@ TEST_CASE("A packed run is a research object: hashes, authors, licence, command 
   refused("summary.md has changed");
   fs::remove(out / "summary.md");
   refused("summary.md is missing");
+  // What a link points to, or a path leads to, is not packed, even if it is what the manifest tells of.
+  write_file(scratch / "secret", summary);
+  fs::create_symlink(scratch / "secret", out / "summary.md");
+  refused("summary.md leads out of the folder");
+  fs::remove(out / "summary.md");
+  const std::string manifest = read_file(out / "manifest.json");
+  for (const std::string& path :
+       {std::string("../secret"), (scratch / "secret").string(), std::string("figures/../../secret")}) {
+    std::string forged = manifest;
+    forged.replace(forged.find("\"summary.md\""), 12, "\"" + path + "\"");
+    write_file(out / "manifest.json", forged);
+    refused(path + " leads out of the folder");
+  }
+  fs::rename(out / "manifest.json", scratch / "manifest.json");
+  fs::create_symlink(scratch / "manifest.json", out / "manifest.json");
+  refused("manifest.json is a link");
   fs::remove(out / "manifest.json");
   refused("no manifest.json");
   CHECK((read_file(archive) != read_file(again)));  // what was there is not lost by what is refused
