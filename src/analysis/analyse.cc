@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "analysis/claims.h"
-#include "analysis/exponent_average.h"
 #include "analysis/scaling.h"
 
 namespace granuscope {

@@ -3,7 +3,6 @@
 #include <string>
 #include <vector>
 
-#include "analysis/claim_spec.h"
 #include "analysis/fit_spec.h"
 #include "analysis/results.h"
 #include "analysis/transport.h"

@@ -1,12 +1,17 @@
 #include "analysis/claims.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
-#include "analysis/claim_judges.h"
-#include "analysis/claim_rule.h"
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "analysis/scaling.h"
+#include "model/lattice.h"
+#include "support/plain_text.h"
 
 namespace granuscope {
-
 namespace {
 
 /// What the paper claims of its beads as friction varies says nothing of another model, or of another parameter.
@@ -63,6 +68,320 @@ std::vector<std::string> claim_ids() {
   std::vector<std::string> ids;
   for (const Claim& claim : judge_claims({}, {}, {})) ids.push_back(claim.id);
   return ids;
+}
+
+namespace {
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+double in_errors(double distance, double error) {
+  // Without any error only the exact number agrees.
+  if (error > 0) return distance / error;
+  return distance == 0. ? 0. : std::copysign(std::numeric_limits<double>::infinity(), distance);
+}
+
+/// Of the values as far off the paper's as must be detected, the one nearer to the measured.
+Rival detectable_deviation(const PaperNumber& paper, double measured) {
+  const double off = std::copysign(deviation_to_detect * std::abs(paper.value), measured - paper.value);
+  return {paper.value + off, fmt::format("{} % off", significant(100 * deviation_to_detect, 2))};
+}
+
+std::string number_in_words(const Estimate& measured) {
+  std::string number = value_with_error(measured.value, measured.standard_error);
+  if (measured.systematic > 0 && measured.standard_error > 0) {
+    number += fmt::format(" with a systematic error of {}", significant(measured.systematic, 2));
+  }
+  return number;
+}
+
+std::string rival_in_words(const Claim& claim) {
+  return fmt::format("{} from {} ({})", significant(std::abs(claim.rival_distance), 2), significant(claim.rival, 2),
+                     claim.rival_name);
+}
+
+void take_unmeasured(Claim& claim, const std::string& what) {
+  claim.verdict = not_tested;
+  if (claim.measured.reason.empty()) claim.measured.reason = "the experiment does not contain it";
+  claim.explanation = fmt::format("{} could not be measured: {}.", what, claim.measured.reason);
+}
+
+}  // namespace
+
+double total_error(const Estimate& measured) {
+  return std::hypot(measured.standard_error, std::isfinite(measured.systematic) ? measured.systematic : 0.0);
+}
+
+NumberVerdict judge_number(const Estimate& measured, const PaperNumber& paper, const std::optional<Rival>& rival) {
+  const Rival other = rival ? *rival : detectable_deviation(paper, measured.value);
+  if (!measured.known() || !std::isfinite(measured.standard_error)) return {not_tested, nan, other, nan};
+  const double error = std::hypot(total_error(measured), paper.tolerance);
+  const double z = in_errors(measured.value - paper.value, std::hypot(error, paper.error));
+  const double rival_distance = in_errors(measured.value - other.value, error);
+  if (std::abs(z) > agreement) return {not_reproduced, z, other, rival_distance};
+  return {std::abs(rival_distance) > agreement ? reproduced : not_decided, z, other, rival_distance};
+}
+
+Claim open_claim(const std::string& id, const std::string& statement, const std::string& quantity) {
+  Claim claim;
+  claim.id = id;
+  claim.statement = statement;
+  claim.quantity = quantity;
+  claim.paper = claim.z_score = claim.rival = claim.rival_distance = nan;
+  return claim;
+}
+
+void leave_open(Claim& claim, const std::string& reason) {
+  claim.verdict = not_tested;
+  claim.measured = {};
+  claim.measured.reason = reason;
+  claim.explanation = reason + ".";
+  // Sentences begin with a capital; letters beyond ASCII (Greek) stay as they are.
+  char& first = claim.explanation.front();
+  if (first >= 'a' && first <= 'z') first = static_cast<char>(first - 'a' + 'A');
+}
+
+void judge_by_number(Claim& claim, const Estimate& measured, const PaperNumber& paper,
+                     const std::optional<Rival>& rival, const std::string& what) {
+  const NumberVerdict judged = judge_number(measured, paper, rival);
+  claim.measured = measured;
+  claim.paper = paper.value;
+  claim.paper_error = paper.error;
+  claim.tolerance = paper.tolerance;
+  claim.verdict = judged.verdict;
+  claim.z_score = judged.z_score;
+  if (!measured.known()) return take_unmeasured(claim, what);
+  claim.rival = judged.rival.value;
+  claim.rival_name = judged.rival.name;
+  claim.rival_distance = judged.rival_distance;
+  claim.explanation = fmt::format("{} is {}, in standard errors {} {} the paper’s value and {}", what,
+                                  number_in_words(measured), significant(std::abs(judged.z_score), 2),
+                                  judged.z_score > 0 ? "above" : "below", rival_in_words(claim));
+  claim.explanation +=
+      claim.verdict == not_decided ? fmt::format("; {}.", cost_of_deciding(measured, paper, claim.rival)) : ".";
+}
+
+void judge_by_exclusion(Claim& claim, const Estimate& measured, const PaperNumber& paper, const Rival& rival,
+                        const std::string& what) {
+  claim.measured = measured;
+  if (!measured.known() || !std::isfinite(measured.standard_error)) return take_unmeasured(claim, what);
+  const double error = std::hypot(total_error(measured), paper.tolerance);
+  const double from_paper = in_errors(measured.value - paper.value, error);
+  claim.tolerance = paper.tolerance;
+  claim.rival = rival.value;
+  claim.rival_name = rival.name;
+  claim.rival_distance = in_errors(measured.value - rival.value, error);
+  claim.verdict = std::abs(claim.rival_distance) > agreement ? reproduced
+                  : std::abs(from_paper) > agreement         ? not_reproduced
+                                                             : not_decided;
+  claim.explanation =
+      fmt::format("{} is {}, in standard errors {}", what, number_in_words(measured), rival_in_words(claim));
+  claim.explanation +=
+      claim.verdict == not_decided ? fmt::format("; {}.", cost_of_deciding(measured, paper, claim.rival)) : ".";
+}
+
+void add_sentence(Claim& claim, const std::string& sentence) {
+  if (sentence.empty()) return;
+  std::string& text = claim.explanation.empty() ? claim.explanation : claim.remarks;
+  if (!text.empty()) text += ' ';
+  text += sentence;
+}
+
+std::string cost_of_deciding(const Estimate& measured, const PaperNumber& paper, double rival) {
+  const double systematic = std::isfinite(measured.systematic) ? measured.systematic : 0;
+  const double room =
+      std::pow((rival - paper.value) / agreement, 2) - systematic * systematic - paper.tolerance * paper.tolerance;
+  if (!(room > 0)) return "more piles do not decide it, since the systematic error alone hides the difference";
+  return more_piles(measured.standard_error * measured.standard_error / room);
+}
+
+std::string more_piles(double factor) {
+  if (factor < 1) return "somewhat more piles would decide it";
+  if (!(factor < 1000)) return "more than a thousand times as many piles would be needed";
+  return fmt::format("about {} times as many piles would decide it", significant(factor, 2));
+}
+
+std::string list_of_values(const std::vector<double>& values, const std::string& symbol) {
+  constexpr std::size_t most_listed = 4;
+  if (values.size() > most_listed) {
+    return fmt::format("{} values of {} from {} to {}", values.size(), symbol, values.front(), values.back());
+  }
+  if (values.size() < 2) return fmt::format("{} = {}", symbol, fmt::join(values, ""));
+  return fmt::format("{} = {} and {}", symbol, fmt::join(values.begin(), values.end() - 1, ", "), values.back());
+}
+
+std::string over_all_values(const std::vector<double>& values, const std::string& symbol) {
+  return (values.size() == 1 ? "at " : "over ") + list_of_values(values, symbol);
+}
+
+namespace {
+constexpr double rounding = 1e-12;  ///< of sums over some hundred layers
+}
+
+// Holds if at mu = 0 every pile is the same and c = tan 30 deg, D = 0 to rounding.
+Claim judge_frictionless(const Analysis& analysis) {
+  Claim claim = open_claim("frictionless", "Without friction c = tan 30\u00b0 and D = 0.", "c at \u03bc = 0");
+  claim.paper = tan30;
+  const auto result = std::find_if(analysis.results.begin(), analysis.results.end(),
+                                   [](const Transport& t) { return t.scanned() == 0; });
+  if (result == analysis.results.end()) {
+    leave_open(claim, "the experiment does not contain \u03bc = 0: add it to friction.mu, it costs next to nothing");
+    return claim;
+  }
+  claim.measured = result->c;
+  if (!result->c.known()) {
+    leave_open(claim, result->c.reason);
+    return claim;
+  }
+  const double c_error = std::abs(result->c.value - tan30), D_error = std::abs(result->D.value);
+  const bool holds = result->exact && c_error <= rounding && D_error <= rounding;
+  claim.verdict = holds ? reproduced : not_reproduced;
+  claim.explanation = fmt::format(
+      "A check of the program, since the rays are exact on this lattice: c differs from tan 30\u00b0 by {} and D "
+      "from 0 by {}; up to {} is rounding.",
+      significant(c_error, 2), significant(D_error, 2), significant(rounding, 1));
+  return claim;
+}
+
+namespace {
+
+constexpr PaperNumber paper_gamma{.value = 1};                   ///< stated as a proportionality: exact
+constexpr PaperNumber paper_beta{.value = 2.5, .error = 0.05};   ///< "about 2.5": half a unit of its last digit
+constexpr PaperNumber paper_alpha{.value = 0.4, .error = 0.01};  ///< given with its error
+
+/// c - c_0 in proportion to the variance of the disorder, as D, which grows as mu^2.
+const Rival quadratic{2, "second order in μ"};
+const Rival linear_in_D{1, "stochastic theory"};
+
+std::string over_window(const char* name, const ScalingFit& fit) {
+  return fmt::format("the exponent {} over μ = {} to {}", name, fit.window[0], fit.window[1]);
+}
+
+/// "1.68(3)"; without an error, and with chi^2, where the points follow no power law.
+std::string exponent_in_words(const ScalingFit& fit) {
+  if (!fit.misses_the_points()) return value_with_error(fit.exponent.value, fit.exponent.standard_error);
+  return fmt::format("{} (χ² = {} on {}: no power law)", significant(fit.exponent.value, 3),
+                     significant(fit.scatter.chi2, 2), fit.scatter.degrees_of_freedom);
+}
+
+/// What the same piles give when c and D are read as ratios at one depth, as the paper's Fig. 3 shows them, and by the
+/// depth below the load.
+std::string ratio_sentence(const Analysis& analysis, const char* name, const char* ratios, const char* from_load,
+                           ScalingFit ScalingFits::*pick) {
+  for (const RatioScaling& ratio : analysis.by_ratio) {
+    const ScalingFit &fit = ratio.fits.*pick, &shifted = ratio.from_load.*pick;
+    if (!fit.exponent.known() || !shifted.exponent.known()) continue;
+    return fmt::format(
+        "Read as {} at z = {:.1f}, as in the paper’s Fig. 3, the same piles give {} = {}; read as {}, {}.", ratios,
+        ratio.z, name, exponent_in_words(fit), from_load, exponent_in_words(shifted));
+  }
+  return "";
+}
+
+/// `of`: what the power is one of.
+std::string misfit_sentence(const ScalingFit& fit, const char* of) {
+  if (!fit.exponent.known() || !fit.misses_the_points()) return "";
+  std::string sentence = fmt::format(
+      "χ² of the points about the power law is {} on {}: they follow no single power over this window, and the "
+      "exponent lies between those of its parts.",
+      significant(fit.scatter.chi2, 3), fit.scatter.degrees_of_freedom);
+  if (fit.running.meets_the_points()) {
+    sentence += fmt::format(" With an exponent that changes steadily, {}, χ² is {} on {}.", in_words(fit.running, of),
+                            significant(fit.running.scatter.chi2, 2), fit.running.scatter.degrees_of_freedom);
+  }
+  return sentence;
+}
+
+Claim judge_exponent(const char* id, const char* statement, const char* symbol, const ScalingFit& fit,
+                     const PaperNumber& paper, const std::optional<Rival>& rival) {
+  Claim claim = open_claim(id, statement, symbol);
+  std::string what = over_window(symbol, fit);
+  what.front() = 'T';
+  judge_by_number(claim, fit.exponent, paper, rival, what);
+  return claim;
+}
+
+/// Where depth counts from, with the offset of the lines through x_p.
+std::string origin_sentence(const Analysis& analysis) {
+  const Estimate& offset = analysis.mean_position_offset;
+  if (!offset.known()) return "";
+  return fmt::format(
+      "z counts from the surface, the load acts half a bead below it: without friction xₚ = c₀ (z − ½), so that "
+      "x₀ = −c₀/2 = {}; the lines through xₚ have x₀ = {} on average.",
+      significant(-tan30 / 2, 4), value_with_error(offset.value, offset.standard_error));
+}
+
+/// Where the propagation coefficient of the thrust, which is known sharply at every friction, stops falling.
+std::string turning_sentence(const Analysis& analysis) {
+  const Transport *lowest = nullptr, *last = nullptr;
+  for (const Transport& result : analysis.results) {
+    if (!result.c_thrust.known()) continue;
+    if (lowest == nullptr || result.c_thrust.value < lowest->c_thrust.value) lowest = &result;
+    last = &result;
+  }
+  if (lowest == nullptr || lowest == last) return "";
+  const Estimate &least = lowest->c_thrust, &end = last->c_thrust;
+  if (end.value - least.value <= agreement * std::hypot(least.standard_error, end.standard_error)) return "";
+  return fmt::format(
+      "Of the friction coefficients measured the speed that follows from the thrust ratio is least at μ = {}, {}, and "
+      "grows beyond it, to {} at μ = {}.",
+      lowest->scanned(), value_with_error(least.value, least.standard_error),
+      value_with_error(end.value, end.standard_error), last->scanned());
+}
+
+}  // namespace
+
+// By the rule for numbers, over the window of mu of the experiment, c read as the slope of x_p.
+Claim judge_c_of_mu(const Analysis& analysis) {
+  Claim claim = judge_exponent("c-of-mu", "c decreases with friction, c₀ − c in proportion to μ.", "γ",
+                               analysis.scaling.gamma, paper_gamma, quadratic);
+  const std::string ratio =
+      ratio_sentence(analysis, "γ", "xₚ/z", "xₚ/(z − ½), from the centre of the loaded bead", &ScalingFits::gamma);
+  if (claim.measured.known() && !ratio.empty()) {
+    add_sentence(claim, ratio);
+    add_sentence(claim, origin_sentence(analysis));
+    if (claim.verdict == not_reproduced) {
+      add_sentence(claim,
+                   "The paper’s law would follow from where z starts; its curves are not available to check that.");
+    }
+  }
+  add_sentence(claim, misfit_sentence(analysis.scaling.gamma, "μ"));
+  add_sentence(claim, turning_sentence(analysis));
+  return claim;
+}
+
+// By the rule for numbers, D read as the slope of W^2.
+Claim judge_D_of_mu(const Analysis& analysis) {
+  Claim claim = judge_exponent("D-of-mu", "D grows as μ to the power β, with β about 2.5.", "β", analysis.scaling.beta,
+                               paper_beta, {});
+  if (claim.measured.known()) {
+    add_sentence(claim, ratio_sentence(analysis, "β", "W²/z", "W²/(z − ½)", &ScalingFits::beta));
+  }
+  add_sentence(claim, misfit_sentence(analysis.scaling.beta, "μ"));
+  return claim;
+}
+
+// By the rule for numbers.
+Claim judge_c_of_D(const Analysis& analysis) {
+  Claim claim = judge_exponent("c-of-D", "c₀ − c grows as D to the power α, with α = 0.4.", "α", analysis.scaling.alpha,
+                               paper_alpha, linear_in_D);
+  if (!claim.measured.known()) return claim;
+  const ScalingFits& fits = analysis.scaling;
+  if (fits.gamma.exponent.known() && fits.beta.exponent.known()) {
+    add_sentence(claim, fmt::format("It is no third fact beside β and γ: γ/β is {}.",
+                                    significant(fits.gamma.exponent.value / fits.beta.exponent.value, 3)));
+  }
+  add_sentence(claim, ratio_sentence(analysis, "α", "xₚ/z and W²/z", "xₚ/(z − ½) and W²/(z − ½)", &ScalingFits::alpha));
+  add_sentence(claim, misfit_sentence(fits.alpha, "D"));
+  return claim;
+}
+
+// alpha against 1, which the stochastic theory predicts.
+Claim judge_differs_from_theory(const Analysis& analysis) {
+  Claim claim = open_claim("differs-from-theory",
+                           "c₀ − c is not proportional to D, as the stochastic theory has it at small D.", "α");
+  judge_by_exclusion(claim, analysis.scaling.alpha.exponent, paper_alpha, linear_in_D,
+                     "T" + over_window("α", analysis.scaling.alpha).substr(1));
+  return claim;
 }
 
 }  // namespace granuscope

@@ -2,7 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <limits>
 #include <numbers>
+#include <utility>
+#include <vector>
+
+#include "analysis/shape_fit.h"
+#include "model/lattice.h"
 
 namespace granuscope {
 namespace {
@@ -17,11 +24,11 @@ constexpr int most_aliases = 64;
 constexpr double widest_on_a_ring = 2;
 
 /// Cosine and sine of an angle. (std::complex multiplies with a detour for infinities that costs more than the rest.)
-struct Phase {
+struct PhaseOfMode {
   double cosine, sine;
 };
-Phase phase_of(double angle) { return {std::cos(angle), std::sin(angle)}; }
-Phase turned(Phase a, Phase b) {
+PhaseOfMode phase_of(double angle) { return {std::cos(angle), std::sin(angle)}; }
+PhaseOfMode turned(PhaseOfMode a, PhaseOfMode b) {
   return {a.cosine * b.cosine - a.sine * b.sine, a.sine * b.cosine + a.cosine * b.sine};
 }
 
@@ -94,10 +101,10 @@ void fourier_modes(const DoubleGaussian& shape, int columns, bool half_shifted, 
   // Bounded before it becomes an integer: a fit may try a width next to 0.
   const auto aliases =
       static_cast<int>(std::min<double>(most_aliases, std::floor((q_max + std::numbers::pi) / two_pi)));
-  std::vector<Phase> turn;  // 2 pi l x_p for l = -aliases .. aliases
+  std::vector<PhaseOfMode> turn;  // 2 pi l x_p for l = -aliases .. aliases
   for (int l = -aliases; l <= aliases; ++l) turn.push_back(phase_of(two_pi * l * shape.peak));
-  const Phase step = phase_of(two_pi / columns * shape.peak), half_step = phase_of(std::numbers::pi / columns);
-  Phase phase{1, 0}, half_phase{1, 0};  // k x_p and k/2
+  const PhaseOfMode step = phase_of(two_pi / columns * shape.peak), half_step = phase_of(std::numbers::pi / columns);
+  PhaseOfMode phase{1, 0}, half_phase{1, 0};  // k x_p and k/2
   for (std::size_t m = 0; m < modes.size(); ++m) {
     phase = turned(phase, step);
     half_phase = turned(half_phase, half_step);
@@ -110,7 +117,7 @@ void fourier_modes(const DoubleGaussian& shape, int columns, bool half_shifted, 
       // sin(q/2) = (-1)^l sin(k/2), and beads at half-integer x bring another (-1)^l.
       const double sign = !half_shifted && l % 2 != 0 ? -1 : 1;
       const double envelope = sign * std::exp(-exponent) * half_phase.sine / (q / 2);
-      const Phase wave = turned(phase, *(turn.begin() + l + aliases));
+      const PhaseOfMode wave = turned(phase, *(turn.begin() + l + aliases));
       sum.value += envelope * wave.cosine;
       sum.by_peak -= envelope * q * wave.sine;
       sum.by_width -= envelope * q * q * shape.width * wave.cosine;
@@ -121,6 +128,208 @@ void fourier_modes(const DoubleGaussian& shape, int columns, bool half_shifted, 
     modes[m] = sum;
     if (!sines.empty()) sines[m] = of_sine;
   }
+}
+
+namespace {
+
+constexpr double infinite = std::numeric_limits<double>::infinity();
+constexpr double narrowest = 0.3;    ///< bead diameters
+constexpr double coarse_step = 1.3;  ///< ratio of neighbouring widths of a scan
+constexpr double no_response = 30;   ///< k s, beyond which an elastic response has no modes
+constexpr double precision = 1e-3;   ///< relative; chi^2 is flat to second order at its minimum
+
+double chi2_of(const LayerSpectrum& spectrum, const std::vector<double>& modes, const std::vector<ModeValue>& model) {
+  double sum = 0;
+  for (std::size_t i = 0; i < model.size(); ++i) {
+    const double residual = (model[i].value - modes[i]) / spectrum.noise[i];
+    sum += residual * residual;
+  }
+  return sum;
+}
+
+/// The smallest value of f over widths: a scan that no local minimum can fool, then a golden section.
+template <typename F>
+std::pair<double, double> least_over_widths(double widest, F f) {
+  double scanned = narrowest, best_width = narrowest, best = infinite;
+  while (scanned < widest) {
+    if (const double value = f(scanned); value < best) best = value, best_width = scanned;
+    scanned *= coarse_step;
+  }
+  constexpr double golden = 0.6180339887498949;
+  double low = best_width / coarse_step, high = best_width * coarse_step;
+  double left = high - golden * (high - low), right = low + golden * (high - low);
+  double at_left = f(left), at_right = f(right);
+  while (high - low > precision * best_width) {
+    if (at_left <= at_right) {
+      high = right;
+      right = left;
+      at_right = at_left;
+      left = high - golden * (high - low);
+      at_left = f(left);
+    } else {
+      low = left;
+      left = right;
+      at_left = at_right;
+      right = low + golden * (high - low);
+      at_right = f(right);
+    }
+  }
+  const double width = (low + high) / 2;
+  return {width, std::min(best, f(width))};
+}
+
+/// Modes of an elastic shape, integrated over the beads. What sampling at their centres folds back is exp(-2 pi s).
+std::vector<ModeValue> elastic_modes(const LayerSpectrum& spectrum, double s, double a) {
+  std::vector<ModeValue> modes(spectrum.whole.size());
+  for (std::size_t i = 0; i < modes.size(); ++i) {
+    const double k = 2 * std::numbers::pi * static_cast<double>(i + 1) / spectrum.columns, q = k * s;
+    if (q > no_response) break;
+    const double turned = a > 0 ? std::cos(a * q) + std::sin(a * q) / a : 1 + q;
+    modes[i].value = turned * std::exp(-q) * std::sin(k / 2) / (k / 2);
+  }
+  return modes;
+}
+
+FittedResponseShape fit_gaussian(const LayerSpectrum& spectrum, const std::vector<double>& data) {
+  std::vector<ModeValue> modes(spectrum.whole.size());
+  const auto [width, chi2] = least_over_widths(0.5 * spectrum.columns, [&](double W) {
+    fourier_modes({0, W}, spectrum.columns, spectrum.half_shifted, modes);
+    return chi2_of(spectrum, data, modes);
+  });
+  return {chi2, 0, width};
+}
+
+FittedResponseShape fit_elastic(const LayerSpectrum& spectrum, double a) {
+  const auto [s, chi2] = least_over_widths(0.5 * spectrum.columns, [&](double width) {
+    return chi2_of(spectrum, spectrum.whole, elastic_modes(spectrum, width, a));
+  });
+  return {chi2, a > 1 ? s * std::sqrt(a * a - 1) : 0, s};
+}
+
+/// Over a, with the best s at each.
+FittedResponseShape fit_orthotropic(const LayerSpectrum& spectrum) {
+  constexpr double most = 30, first_step = 0.5;
+  FittedResponseShape best = fit_elastic(spectrum, 0);
+  double best_a = 0;
+  const auto try_a = [&](double a) {
+    if (a < 0) return;
+    if (const FittedResponseShape one = fit_elastic(spectrum, a); one.chi2 < best.chi2) best = one, best_a = a;
+  };
+  double a = first_step;
+  while (a < most) {
+    try_a(a);
+    a *= coarse_step;
+  }
+  double step = std::max(first_step, 0.3 * best_a);
+  while (step > 1e-3 * std::max(1.0, best_a)) {
+    const double centre = best_a;
+    try_a(centre - step);
+    try_a(centre + step);
+    step /= 2;
+  }
+  return best;
+}
+
+}  // namespace
+
+std::string name_of(ResponseShape shape) {
+  constexpr std::array names = {"two Gaussians", "one Gaussian", "isotropic elastic", "orthotropic elastic"};
+  return names[static_cast<std::size_t>(shape)];
+}
+
+FittedResponseShapes fit_response_shapes(const LayerSpectrum& spectrum, double z) {
+  const FittedResponseShape one = fit_gaussian(spectrum, spectrum.whole);
+  FittedResponseShape two = one;
+  if (const auto fit = fit_shape(spectrum, coarse_shape(spectrum, z)); fit && fit->chi2 < one.chi2) {
+    two = {fit->chi2, fit->shape.peak, fit->shape.width};
+  }
+  return {two, one, fit_elastic(spectrum, 0), fit_orthotropic(spectrum)};
+}
+
+ResponseShape best_shape(const FittedResponseShapes& fits) {
+  using enum ResponseShape;
+  const auto chi2 = [&](ResponseShape shape) { return fits[static_cast<std::size_t>(shape)].chi2; };
+  const ResponseShape simple = chi2(one_gaussian) <= chi2(isotropic) ? one_gaussian : isotropic;
+  const ResponseShape rich = chi2(two_gaussians) <= chi2(orthotropic) ? two_gaussians : orthotropic;
+  return chi2(simple) - chi2(rich) > decisive_shape_chi2 ? rich : simple;
+}
+
+double single_width_squared(const LayerSpectrum& spectrum, const std::vector<double>& modes) {
+  const double width = fit_gaussian(spectrum, modes).width;
+  return width * width;
+}
+
+double expected_width(double mu, double z) { return std::sqrt(1 + 2.2 * std::pow(mu, 2.5) * z); }
+
+double expected_speed(double mu) { return mu > 1 ? tan30 + 0.8 * std::pow(mu - 1, 2) : tan30; }
+
+// Up to tan30 the peaks stay clear of each other by four widths each; where friction makes them faster, by two each:
+// the fit knows their images on the ring, but not which of two that coincide is which.
+double columns_needed(double mu, int layer) {
+  const double z = Lattice::depth(layer), width = expected_width(mu, z);
+  return std::max(2 * tan30 * z + 8 * width, 2 * expected_speed(mu) * z + 4 * width);
+}
+
+namespace {
+
+/// The speed of deep peaks, that which follows from the thrust ratio (`granuscope sample --statistics` of 500 x 700
+/// beads; errors below 0.001), by mu.
+double deep_speed(double mu) {
+  constexpr std::pair<double, double> known[] = {{0, tan30},     {0.1, 0.5748}, {0.2, 0.5674},
+                                                 {0.3, 0.5559},  {0.4, 0.5418}, {0.5, 0.5272},
+                                                 {0.65, 0.5193}, {0.8, 0.5302}, {1, 0.5531}};
+  const auto above = std::lower_bound(std::next(std::begin(known)), std::prev(std::end(known)), std::pair(mu, 0.0));
+  const auto below = std::prev(above);
+  return std::lerp(below->second, above->second, (mu - below->first) / (above->first - below->first));
+}
+
+/// Deep down W^2 grows faster than z, by a tenth to a fifth in the exponent.
+double deep_width(double mu, double z) {
+  constexpr double usual = 100, faster = 0.2;
+  return expected_width(mu, z) * std::pow(std::max(1.0, z / usual), faster / 2);
+}
+
+/// Whether the two peaks are apart in this layer of a ring.
+bool are_apart(double mu, int layer, int ring) {
+  constexpr double apart = 6, around = 12;  // widths: from one peak to the other, and the least of a ring
+  constexpr double largest_mu = 1;          // of those whose speed is known well enough
+  if (ring >= columns_needed(mu, layer)) return true;
+  const double z = Lattice::depth(layer);
+  const double width = deep_width(mu, z);
+  return mu <= largest_mu && ring >= around * width &&
+         2 * std::abs(std::remainder(deep_speed(mu) * z, ring / 2.0)) >= apart * width;
+}
+
+/// The fewest columns, from `columns` on, of a ring that suits each of these.
+template <class Suits>
+int fewest_columns_that_suit(const std::vector<double>& mu, const std::vector<int>& layers, int columns, Suits suits) {
+  const auto suits_all = [&](int ring) {
+    return std::all_of(mu.begin(), mu.end(), [&](double one) {
+      return std::all_of(layers.begin(), layers.end(), [&](int layer) { return suits(one, layer, ring); });
+    });
+  };
+  while (!suits_all(columns)) ++columns;
+  return columns;
+}
+
+}  // namespace
+
+int columns_apart(const std::vector<double>& mu, const std::vector<int>& layers, int columns) {
+  return fewest_columns_that_suit(mu, layers, columns, are_apart);
+}
+
+int columns_of_waves(const std::vector<double>& mu, const std::vector<int>& layers, int columns) {
+  return fewest_columns_that_suit(mu, layers, columns, [](double one, int layer, int ring) {
+    return ring >= widths_of_ring * deep_width(one, Lattice::depth(layer));
+  });
+}
+
+// Other models hand nothing on faster than c0, and are no wider than positive legs or the one peak of the q-model.
+double columns_needed(const SamplerSpec& sampler, int layer) {
+  if (sampler.model.has_contacts()) return columns_needed(sampler.mu, layer);
+  constexpr double widest = 0.3;
+  const double z = rows_of(sampler.model).depth(layer);
+  return 2 * tan30 * z + 8 * std::sqrt(widest * z + 1);
 }
 
 }  // namespace granuscope

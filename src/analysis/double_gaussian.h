@@ -1,9 +1,13 @@
 #pragma once
+#include <array>
 #include <span>
+#include <string>
 #include <vector>
 
-namespace granuscope {
+#include "analysis/mean_response.h"
+#include "sampling/sampler_spec.h"
 
+namespace granuscope {
 /// The paper's G(x): two mirror Gaussians of area 1/2 each at +-peak, integrated over the width of a bead, on a ring.
 struct DoubleGaussian {
   double peak = 0;   ///< x_p, bead diameters
@@ -32,5 +36,59 @@ ModeValue fourier_mode(const DoubleGaussian& shape, int mode, int columns, bool 
 /// sin(k x_j) of the Gaussian G_+ at +peak, of area 1; the same formula with sin(q x_p).
 void fourier_modes(const DoubleGaussian& shape, int columns, bool half_shifted, std::span<ModeValue> modes,
                    std::span<ModeValue> sines = {});
+
+/// Shapes that models of different classes give the response of a layer. As Fourier modes, in q = |k| s:
+enum class ResponseShape {
+  two_gaussians,  ///< cos(k x_p) exp(-k^2 W^2/2): waves that spread
+  one_gaussian,   ///< exp(-k^2 W^2/2): diffusion
+  isotropic,      ///< (1 + q) exp(-q), the elastic half plane 2 s^3/[pi (x^2 + s^2)^2]
+  orthotropic,    ///< [cos(a q) + sin(a q)/a] exp(-q), an anisotropic elastic half plane; two peaks if a > 1
+};
+inline constexpr std::array<ResponseShape, 4> all_response_shapes = {
+    ResponseShape::two_gaussians, ResponseShape::one_gaussian, ResponseShape::isotropic, ResponseShape::orthotropic};
+std::string name_of(ResponseShape shape);  ///< "two Gaussians", ...
+
+/// One of them as it fits best, each mode weighted with its noise.
+struct FittedResponseShape {
+  double chi2 = 0;
+  double position = 0;  ///< of the peaks, bead diameters; 0 where there is one
+  double width = 0;     ///< W, or s
+};
+
+/// All of them, in the order of all_response_shapes.
+using FittedResponseShapes = std::array<FittedResponseShape, all_response_shapes.size()>;
+FittedResponseShapes fit_response_shapes(const LayerSpectrum& spectrum, double z);
+
+/// The simplest shape that none with one parameter more beats by `decisive` in chi^2: two Gaussians hold one at x_p =
+/// 0, and an orthotropic half plane the isotropic one at a = 0.
+ResponseShape best_shape(const FittedResponseShapes& fits);
+inline constexpr double decisive_shape_chi2 = 9;  ///< three standard deviations of one parameter
+
+/// W^2 of the single Gaussian that fits these modes best, each weighted as `noise` says (those of a spectrum or of its
+/// replicates).
+double single_width_squared(const LayerSpectrum& spectrum, const std::vector<double>& modes);
+
+// What a response will be like, before anything is drawn.
+
+/// Expected width W of a response peak in bead diameters at depth z, for making sure that the two peaks stay apart:
+/// W^2 = 1 + D z with D = 2.2 mu^2.5, which lies above every D measured on 500 x 200 beads up to mu = 0.5.
+double expected_width(double mu, double z);
+
+/// Expected speed x_p/z of a peak, for the same purpose: tan 30 degrees, which no peak exceeds up to mu = 1, and
+/// 0.8 (mu - 1)^2 more beyond. Lies above what 800 x 200 beads show: 0.61 at mu = 1.3, 0.68 at 1.5, 0.89 at 1.7.
+double expected_speed(double mu);
+
+/// Columns of a ring on which the two peaks of the response are still apart down to `layer`.
+double columns_needed(double mu, int layer);
+/// The fewest columns, from `columns` on, of a ring on which they are apart at each of these layers alone, however
+/// often they have met on the way there, at each of these friction coefficients: fits in Fourier modes need no more.
+int columns_apart(const std::vector<double>& mu, const std::vector<int>& layers, int columns);
+/// Widths of a peak on the smallest ring that has two waves of k W < 2, which count in a fit of x_p and W.
+inline constexpr double widths_of_ring = 6;
+/// The fewest columns, from `columns` on, of a ring of so many widths at each of these layers: enough where sines tell
+/// a peak from the one that moves to the other side, be they apart or not.
+int columns_of_waves(const std::vector<double>& mu, const std::vector<int>& layers, int columns);
+/// The same as columns_needed of any model.
+double columns_needed(const SamplerSpec& sampler, int layer);
 
 }  // namespace granuscope

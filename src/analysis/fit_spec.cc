@@ -1,5 +1,6 @@
 #include "analysis/fit_spec.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 
@@ -55,6 +56,20 @@ Problem find_problem(const FitSpec& fit, const LatticeSpec& lattice, int unused)
     if (auto found = find_window_problem("other_scaling_windows", window)) return found;
   }
   return {};
+}
+
+std::vector<std::size_t> identifiable_depths(std::span<const DepthUse> depths) {
+  std::vector<std::size_t> run;
+  for (std::size_t i = depths.size(); i-- > 0;) {
+    if (depths[i] == DepthUse::fitted) {
+      run.push_back(i);
+      continue;
+    }
+    const bool deeper_was_used = i + 1 == depths.size() || depths[i + 1] == DepthUse::fitted;
+    if (depths[i] == DepthUse::unidentified || !deeper_was_used) break;
+  }
+  std::reverse(run.begin(), run.end());
+  return run;
 }
 
 }  // namespace granuscope

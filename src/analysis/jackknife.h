@@ -2,12 +2,25 @@
 #include <cmath>
 #include <cstddef>
 #include <functional>
+#include <limits>
+#include <span>
 #include <string>
 #include <vector>
 
-#include "analysis/estimate.h"
+#include "storage/block_sums.h"
 
 namespace granuscope {
+/// A number with its standard error (one standard deviation, delete-one-block jackknife), or the reason why unknown.
+struct Estimate {
+  double value = std::numeric_limits<double>::quiet_NaN();
+  double standard_error = std::numeric_limits<double>::quiet_NaN();
+  std::string reason;  ///< not empty if and only if the value is unknown
+  /// How far it depends on the window and the weights it was fitted with (transport.h); NaN where that was not
+  /// measured.
+  double systematic = std::numeric_limits<double>::quiet_NaN();
+
+  bool known() const { return std::isfinite(value); }
+};
 
 /// A number computed from the whole ensemble, and again from the ensemble without each of its blocks. Whatever is
 /// computed from such numbers goes through `transform`, so that its error knows all correlations.
@@ -37,5 +50,48 @@ Replicated transform_all(const std::vector<Replicated>& numbers,
 
 /// The mean over at least one number.
 Replicated mean_of(const std::vector<Replicated>& numbers);
+
+/// y = intercept + slope x.
+struct Line {
+  double intercept = 0, slope = 0;
+};
+
+/// Least squares line through at least two points with weights (1/variance; any common factor), by a QR decomposition.
+Line fit_line(std::span<const double> x, std::span<const double> y, std::span<const double> weights);
+
+/// y = intercept + slope x + curvature x^2.
+struct Parabola {
+  double intercept = 0, slope = 0, curvature = 0;
+};
+
+/// The same through at least three points.
+Parabola fit_parabola(std::span<const double> x, std::span<const double> y, std::span<const double> weights);
+
+/// chi^2 of a straight line, or of a parabola, through several points, with their joint covariance.
+struct LineTest {
+  double chi2 = std::numeric_limits<double>::quiet_NaN();
+  int degrees_of_freedom = 0;
+  int points = 0;      ///< that took part
+  std::string reason;  ///< not empty if and only if chi2 is unknown
+};
+
+/// chi^2 of the straight line through three points or more that share their blocks, with their joint covariance from
+/// the replicates: what is left of y orthogonal to 1 and x, whichever line was fitted. The jackknife covariance of B
+/// blocks follows Wishart's distribution with B - 1 degrees of freedom; the inverse of its part in those m - 2
+/// directions is too large by (B - 1)/(B - m) on average, and is freed of that (Hartlap, Simon, Schneider, Astronomy &
+/// Astrophysics 464, 399 (2007)). The mean of chi^2 is then m - 2; its tail is that of Hotelling's T^2, somewhat
+/// heavier than that of chi^2. Unknown, with the reason, for fewer points, for more than B/2, and where the covariance
+/// has no inverse.
+LineTest test_line(std::span<const double> x, const std::vector<Replicated>& y);
+
+/// The same of a parabola through four points or more.
+LineTest test_parabola(std::span<const double> x, const std::vector<Replicated>& y);
+
+/// How many independent piles would have given the ensemble's standard errors: variance of one pile over the variance
+/// of the mean (jackknife over blocks), each summed over the layers in which the quantity scatters; the smaller number
+/// of "thrust" and "weight_variance". The number of samples for independent ones, less for a chain. Its relative
+/// standard error is sqrt(2/(blocks - 1)) or less, depending on how many layers are independent; that of one layer is
+/// stated. Unknown, with the reason, without blocks enough or without scatter.
+Estimate effective_samples(const BlockSums& sums);
 
 }  // namespace granuscope

@@ -5,13 +5,9 @@
 #include <limits>
 #include <vector>
 
-#include "analysis/layer_spectrum.h"
 #include "analysis/mean_response.h"
-#include "analysis/peak_evidence.h"
-#include "analysis/peak_height.h"
+#include "analysis/shape_diagnostics.h"
 #include "analysis/shape_fit.h"
-#include "analysis/shape_verdict.h"
-#include "analysis/weighted_shape.h"
 #include "model/lattice.h"
 
 namespace granuscope {

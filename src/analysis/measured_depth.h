@@ -4,8 +4,7 @@
 
 #include "analysis/fit_spec.h"
 #include "analysis/jackknife.h"
-#include "analysis/measured_ensemble.h"
-#include "analysis/residual_noise.h"
+#include "analysis/mean_response.h"
 #include "analysis/results.h"
 #include "analysis/shape_diagnostics.h"
 
@@ -31,7 +30,7 @@ struct MeasuredDepth {
 
 /// The response at recorded layer number `row`: by a fit of two Gaussians, or where there is no scatter by its moments.
 /// The verdict on the shape is chi^2 by the noise of this layer; x_p and W go by weights that do not look at it
-/// (weighted_shape.h).
+/// (shape_fit.h).
 MeasuredDepth measure_depth(const MeasuredEnsemble& ensemble, const FitSpec& spec, std::size_t row);
 
 /// x_p and W^2 of it alone, without replicates.

@@ -1,19 +1,49 @@
 #pragma once
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <string>
 #include <vector>
 
-#include "analysis/estimate.h"
-#include "analysis/line_test.h"
-#include "analysis/peak_evidence.h"
-#include "analysis/scaling_fit.h"
+#include "analysis/jackknife.h"
+#include "analysis/shape_diagnostics.h"
 #include "ensemble/ensemble_spec.h"
-#include "sampling/scan_parameter.h"
+#include "model/lattice.h"
+#include "sampling/sampler_spec.h"
 #include "storage/ensemble_file.h"
 
 namespace granuscope {
+/// An exponent that changes steadily: ln y is a parabola in ln x. Its slope at both ends of the points.
+struct RunningExponent {
+  double low = 0, high = 0;  ///< the ends, x itself
+  Estimate at_low, at_high;
+  LineTest scatter;  ///< of the points about the parabola; unknown where the exponents are
+
+  /// Whether the points scatter about the parabola by no more than their errors allow.
+  bool meets_the_points() const {
+    return at_low.known() && scatter.degrees_of_freedom > 0 &&
+           scatter.chi2 <= largest_chi2_per_dof * scatter.degrees_of_freedom;
+  }
+  static constexpr double largest_chi2_per_dof = 3;
+};
+
+/// A power law y = exp(intercept) x^exponent fitted on log-log axes.
+struct ScalingFit {
+  Estimate exponent;
+  Estimate intercept;              ///< ln of the prefactor
+  std::array<double, 2> window{};  ///< of mu, inclusive
+  int points = 0;
+  LineTest scatter;         ///< of the points about the law; unknown where the exponent is
+  RunningExponent running;  ///< what they follow instead; unknown below four points
+
+  /// Whether the points scatter about every power law by more than their errors: the exponent is then one between those
+  /// of parts of the window, and its statistical error says nothing.
+  bool misses_the_points() const {
+    return scatter.degrees_of_freedom > 0 &&
+           scatter.chi2 > RunningExponent::largest_chi2_per_dof * scatter.degrees_of_freedom;
+  }
+};
 
 /// The double-Gaussian fit of the response at one layer (the paper's G(x), integrated over the bead width).
 struct DepthFit {
@@ -23,7 +53,7 @@ struct DepthFit {
   Estimate width;              ///< W, bead diameters
   Estimate width_squared;      ///< W^2
   Estimate thrust_ratio;       ///< alpha_n of the contacts leaving this layer
-  Estimate peak_height;        ///< per bead diameter and unit overload, see peak_height.h
+  Estimate peak_height;        ///< per bead diameter and unit overload, see shape_diagnostics.h
   Estimate fitted_area;        ///< with the area left free, see shape_diagnostics.h
   Estimate centre_background;  ///< share spread evenly between the peaks, see shape_diagnostics.h
   PeakEvidence evidence;       ///< for two peaks against one; NaN where nothing was fitted
@@ -112,7 +142,7 @@ struct Transport {
   double rounded_per_bead = 0;       ///< share put onto the end of a band that only rounding missed
   bool chained = false;              ///< the piles come from chains (law polytope) and depend on each other
   double burn_in = 0, thinning = 0;  ///< of the chains, sweeps
-  Estimate effective_samples;        ///< of the chains, see effective_samples.h
+  Estimate effective_samples;        ///< of the chains, see jackknife.h
 
   std::vector<DepthFit> depths;           ///< ascending, also shallower than the window
   std::vector<ResponseProfile> profiles;  ///< the layers asked for by figures
@@ -150,7 +180,7 @@ struct ScalingVariation {
 struct Claim {
   std::string id;         ///< "D-of-mu", ...
   std::string statement;  ///< the claim in one sentence
-  std::string verdict;    ///< one of the four of claim_rule.h
+  std::string verdict;    ///< one of the four of claims.h
   std::string expected;   ///< the verdict the experiment file expects, empty if none
   std::string quantity;   ///< what `measured` is, in a few words
   Estimate measured;
@@ -173,9 +203,35 @@ struct Analysis {
   std::vector<ScalingVariation> variations;           ///< of the windows of depth and of mu
   std::vector<ScalingFits> other_windows;
   std::vector<RatioScaling> by_ratio;  ///< over the primary window, at the layers of the response profiles
-  Exponents mean_exponents;            ///< over all mu with scatter, see exponent_average.h
+  Exponents mean_exponents;            ///< over all mu with scatter, see scaling.h
   Estimate mean_position_offset;       ///< x_0, likewise
   std::vector<Claim> claims;
+};
+
+/// The propagation coefficient that follows from the thrust ratio alone: c = tan 30 degrees sqrt(kappa).
+inline double speed_from_thrust(double kappa) { return tan30 * std::sqrt(kappa); }
+
+/// The thrust ratio of uniformly loaded piles at one recorded layer.
+struct ThrustAtDepth {
+  int layer = 0;
+  double z = 0;  ///< bead diameters
+  Estimate thrust_ratio;
+  Estimate weight_variance;  ///< <(w - 1)^2>
+};
+
+/// Thresholds of the claims' tests beside the rule for numbers (claims.h). They stand in the experiment file,
+/// chosen before the numbers.
+struct ClaimSpec {
+  /// Difference in chi^2 from which one shape counts as preferred over another: five standard deviations, so that some
+  /// hundred depths together meet it by chance once in 10^4 experiments.
+  double decisive_chi2 = 25;
+  /// The friction coefficient that an experiment must reach for what the paper claims "up to mu about 1.7".
+  double highest_mu = 1.7;
+  /// Share of the response that two Gaussians which describe a profile well may leave out.
+  double largest_remainder = 0.05;
+  /// Standard error granted to the exponent of a law that holds asymptotically, where the window ends at a finite
+  /// depth.
+  double exponent_tolerance = 0.02;
 };
 
 }  // namespace granuscope

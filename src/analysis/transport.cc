@@ -6,18 +6,16 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <span>
 
-#include "analysis/coupling_bias.h"
-#include "analysis/depth_series.h"
-#include "analysis/effective_samples.h"
-#include "analysis/identifiable_depths.h"
-#include "analysis/layer_spectrum.h"
+#include "analysis/fit_spec.h"
+#include "analysis/jackknife.h"
 #include "analysis/mean_response.h"
 #include "analysis/measured_depth.h"
-#include "analysis/residual_noise.h"
-#include "analysis/speed_from_thrust.h"
+#include "analysis/results.h"
+#include "analysis/scaling.h"
+#include "ensemble/ensemble_runner.h"
 #include "ensemble/ensemble_spec.h"
-#include "ensemble/parallel.h"
 #include "model/lattice.h"
 
 namespace granuscope {
@@ -369,6 +367,162 @@ Slopes measure_slopes(const MeasuredEnsemble& ensemble, const FitSpec& spec) {
   if (used.size() < min_depths) return {nan, nan};
   const TransportLines lines = transport_lines(run);
   return {lines.position.slope.value, lines.width.slope.value};
+}
+
+namespace {
+
+constexpr std::size_t blocks_per_tested_depth = 4;
+constexpr std::size_t always_counted = 3;  ///< depths that no edge takes away: a line needs them
+
+}  // namespace
+
+std::vector<double> depth_weights(const std::vector<double>& z) {
+  std::vector<double> weights;
+  weights.reserve(z.size());
+  for (const double depth : z) weights.push_back(1 / (depth * depth));
+  return weights;
+}
+
+ReplicatedLine line_through(const DepthSeries& series, const WindowEdge& edge) {
+  const std::vector<double> weights = depth_weights(series.z);
+  std::vector<Replicated> numbers = series.y;
+  if (edge.reach > 0) numbers.push_back(edge.z);
+  const auto part = [&](auto pick) {
+    return transform_all(numbers, [&](const std::vector<double>& values) {
+      std::vector<double> reduced = weights;
+      for (std::size_t i = 0; edge.reach > 0 && i + always_counted < reduced.size(); ++i) {
+        reduced[i] *= std::clamp((series.z[i] - values.back()) / edge.reach, 0.0, 1.0);
+      }
+      return pick(fit_line(series.z, std::span(values).first(series.z.size()), reduced));
+    });
+  };
+  return {part([](const Line& l) { return l.slope; }), part([](const Line& l) { return l.intercept; })};
+}
+
+Replicated growth_exponent(const DepthSeries& series) {
+  const std::vector<double> weights = depth_weights(series.z);
+  std::vector<double> cubes;
+  for (const double z : series.z) cubes.push_back(z * z * z);
+  const double middle = fit_parabola(series.z, cubes, weights).curvature / 3;
+  std::vector<double> u;
+  for (const double z : series.z) u.push_back((z - middle) / middle);
+  return transform_all(series.y, [&](const std::vector<double>& y) {
+    const Parabola parabola = fit_parabola(u, y, weights);
+    return 1 + 2 * parabola.curvature / parabola.slope;
+  });
+}
+
+LineTest test_line(const DepthSeries& series) {
+  const std::size_t blocks = series.y.empty() ? 0 : series.y.front().without_block.size();
+  const std::size_t depths = std::min(series.z.size(), blocks / blocks_per_tested_depth);
+  if (depths < 3) {
+    LineTest test;
+    test.points = static_cast<int>(depths);
+    test.reason = fmt::format("{} blocks give no covariance of three depths", blocks);
+    return test;
+  }
+  DepthSeries tested;
+  for (std::size_t i = 0; i < depths; ++i) {
+    const std::size_t k = i * (series.z.size() - 1) / (depths - 1);
+    tested.z.push_back(series.z[k]);
+    tested.y.push_back(series.y[k]);
+  }
+  return test_line(tested.z, tested.y);
+}
+
+namespace {
+
+constexpr std::size_t fewest_depths = 3;  ///< from which a slope is taken
+constexpr int edge_rounds = 4;            ///< each moves the edge by less than a tenth of the move before
+constexpr std::size_t parts = 4;          ///< of the window, one of which a neighbour has more or less
+
+VariationSlopes measure(const char* change, const FittedRun& part, const std::string& reason, const Replicated& c,
+                        const Replicated& D) {
+  VariationSlopes variation;
+  FitVariation& shown = variation.shown;
+  shown.change = change;
+  if (!reason.empty()) {
+    for (Estimate* e : {&shown.c, &shown.D, &shown.c_shift, &shown.D_shift}) e->reason = reason;
+    return variation;
+  }
+  const TransportLines lines = transport_lines(part);
+  const auto minus = [](double a, double b) { return a - b; };
+  variation.c = lines.position.slope;
+  variation.D = lines.width.slope;
+  shown.layers = {part.layers.front(), part.layers.back()};
+  shown.depths = static_cast<int>(part.layers.size());
+  shown.c = estimate(variation.c);
+  shown.D = estimate(variation.D);
+  shown.c_shift = estimate(transform(minus, variation.c, c));
+  shown.D_shift = estimate(transform(minus, variation.D, D));
+  return variation;
+}
+
+}  // namespace
+
+FittedRun part_of(const FittedRun& run, std::size_t first, std::size_t last) {
+  const auto cut = [&](const auto& list) {
+    return std::decay_t<decltype(list)>(list.begin() + static_cast<std::ptrdiff_t>(first),
+                                        list.begin() + static_cast<std::ptrdiff_t>(last));
+  };
+  const auto cut_series = [&](const DepthSeries& series) { return DepthSeries{cut(series.z), cut(series.y)}; };
+  return {.layers = cut(run.layers),
+          .peaks = cut_series(run.peaks),
+          .widths = cut_series(run.widths),
+          .peaks_by_equal = cut_series(run.peaks_by_equal),
+          .widths_by_equal = cut_series(run.widths_by_equal),
+          .edge = run.edge};
+}
+
+TransportLines transport_lines(const FittedRun& run) {
+  return {line_through(run.peaks, run.edge), line_through(run.widths, run.edge)};
+}
+
+WindowEdge edge_of(const FittedRun& run, double min_width, double reach) {
+  const FittedRun window = part_of(run, run.window_start, run.layers.size());
+  const auto crossing = [&](double intercept, double slope) {
+    return slope > 0 ? (min_width * min_width - intercept) / slope : -std::numeric_limits<double>::infinity();
+  };
+  // The line itself must not jump with the first depth either: it goes through the depths as the edge counts them.
+  WindowEdge edge;
+  for (int round = 0; round < edge_rounds; ++round) {
+    const ReplicatedLine line = line_through(window.widths, edge);
+    edge = {transform(crossing, line.intercept, line.slope), reach};
+  }
+  return edge;
+}
+
+std::vector<VariationSlopes> measure_variations(const FittedRun& run, const Replicated& c, const Replicated& D) {
+  const std::size_t start = run.window_start, end = run.layers.size(), depths = end - start;
+  const std::size_t quarter = std::max<std::size_t>(1, depths / parts);
+  const std::size_t above = std::min(quarter, start);
+  const std::string too_short = depths < fewest_depths + quarter
+                                    ? fmt::format("a quarter less than {} depths leaves too few for a slope", depths)
+                                    : "";
+  const std::string nothing_above = above == 0 ? "no depth just above the window can be fitted" : "";
+  FittedRun other_weights = part_of(run, start, end);
+  other_weights.peaks = other_weights.peaks_by_equal;
+  other_weights.widths = other_weights.widths_by_equal;
+  const auto window = [&](std::size_t first, std::size_t last, const std::string& reason) {
+    return reason.empty() ? part_of(run, first, last) : FittedRun{};
+  };
+  return {
+      measure("without_shallowest_quarter", window(start + quarter, end, too_short), too_short, c, D),
+      measure("without_deepest_quarter", window(start, end - quarter, too_short), too_short, c, D),
+      measure("longer_above", window(start - above, end, nothing_above), nothing_above, c, D),
+      measure("equal_weights", other_weights, "", c, D),
+  };
+}
+
+double systematic_spread(const std::vector<Estimate>& shifts) {
+  double sum = 0;
+  int known = 0;
+  for (const Estimate& shift : shifts) {
+    if (!shift.known() || !std::isfinite(shift.standard_error)) continue;
+    sum += shift.value * shift.value - shift.standard_error * shift.standard_error;
+    ++known;
+  }
+  return known == 0 ? std::numeric_limits<double>::quiet_NaN() : std::sqrt(std::max(0.0, sum / known));
 }
 
 }  // namespace granuscope

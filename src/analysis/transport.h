@@ -1,13 +1,86 @@
 #pragma once
+#include <cstddef>
+#include <string>
 #include <vector>
 
 #include "analysis/fit_spec.h"
-#include "analysis/fit_variations.h"
 #include "analysis/jackknife.h"
-#include "analysis/measured_ensemble.h"
+#include "analysis/mean_response.h"
 #include "analysis/results.h"
 
 namespace granuscope {
+/// One quantity at the depths of the fit window, with replicates over the same blocks.
+struct DepthSeries {
+  std::vector<double> z;
+  std::vector<Replicated> y;
+};
+
+/// What each depth counts in every fit over depths: 1/z^2, whatever the noise. W^2 does not grow as z exactly, so that
+/// its slope depends on the weights, and numbers of two ensembles can only be compared under the same ones. 1/variance,
+/// which goes from z^-1.5 to z^-4 in ensembles of one size, would make the errors of c and D less than 5 % smaller.
+std::vector<double> depth_weights(const std::vector<double>& z);
+
+struct ReplicatedLine {
+  Replicated slope, intercept;
+};
+/// A depth above which nothing counts; from there over `reach` the weight of a depth grows from 0 to its full value.
+struct WindowEdge {
+  Replicated z;
+  double reach = 0;  ///< 0: there is no edge
+};
+
+/// y = intercept + slope z through at least two depths, with the edge that each replicate has. The three deepest depths
+/// always count in full.
+ReplicatedLine line_through(const DepthSeries& series, const WindowEdge& edge = {});
+
+/// The power p with which y grows, apart from its offset: y = y_0 + A z^p locally, from the parabola
+/// y = a + b u + q u^2, u = (z - z_m)/z_m: p = 1 + d ln(dy/dz)/d ln z = 1 + 2 q/b. z_m lies where a cubic term of y
+/// would leave q as it is: a third of the coefficient of z^2 in the parabola through z^3. 1 for a straight line,
+/// whatever its offset. Needs four depths or more.
+Replicated growth_exponent(const DepthSeries& series);
+
+/// chi^2 of the straight line with the joint covariance of the depths (jackknife.h), of which at most B/4 for B blocks,
+/// spread evenly, take part.
+LineTest test_line(const DepthSeries& series);
+
+/// A run of fitted depths at the step of the window (fit_spec.h), shallowest first.
+struct FittedRun {
+  std::vector<int> layers;
+  DepthSeries peaks, widths;                    ///< x_p and W^2
+  DepthSeries peaks_by_equal, widths_by_equal;  ///< the same from ModeWeights::equal
+  std::size_t window_start = 0;                 ///< the depths from here on are the window; those before lie above it
+  WindowEdge edge;  ///< where the peaks become wide enough; it matters if the window begins there
+};
+
+/// Where the line W^2 = w_0 + D z through the window of `run` reaches `min_width`, with the distance `reach` of two
+/// depths. Peaks of that width begin at a depth that noise may move by one: a line that took up this depth as a whole
+/// or not at all would jump. With W^2 bent as it is there, D of 1024 opposite pairs at mu = 0.1 did by half a standard
+/// error, and its interval covered 60 % of the truth instead of 68 %.
+WindowEdge edge_of(const FittedRun& run, double min_width, double reach);
+
+/// The depths [first, last) of a run.
+FittedRun part_of(const FittedRun& run, std::size_t first, std::size_t last);
+
+/// The lines x_p = x_0 + c z and W^2 = w_0 + D z through all depths of a run.
+struct TransportLines {
+  ReplicatedLine position, width;
+};
+TransportLines transport_lines(const FittedRun& run);
+
+/// c and D of one variation with replicates; empty if unknown.
+struct VariationSlopes {
+  FitVariation shown;
+  Replicated c, D;
+};
+
+/// The choices beside those of the fit: its window without the shallowest quarter, without the deepest quarter, and
+/// with as much more above it as has been fitted, up to a quarter; and the other weights of the modes. Always these
+/// four; unknown, with the reason, where too few depths are there. `c`, `D`: of the fit itself.
+std::vector<VariationSlopes> measure_variations(const FittedRun& run, const Replicated& c, const Replicated& D);
+
+/// How far a number depends on such choices: the rms of its shifts under the variations, freed of what their standard
+/// errors account for: sqrt(max(0, <shift^2 - s^2>)). NaN if no shift is known.
+double systematic_spread(const std::vector<Estimate>& shifts);
 
 /// x_p/z and W^2/z at one layer, with replicates.
 struct MeasuredRatios {
@@ -35,7 +108,7 @@ std::vector<int> layers_to_record(const FitSpec& spec, const std::vector<int>& e
 /// Fits the response at every recorded layer, then x_p = x_0 + c z and W^2 = w_0 + D z over the window of `spec`, with
 /// delete-one-block replicates through the whole chain. The window loses its shallow end where the width is not
 /// identifiable, the last depth there by degrees (edge_of); the layers used are reported. Fits have weights
-/// that do not look at the noise (depth_weights in depth_series.h, ModeWeights in weighted_shape.h).
+/// that do not look at the noise (depth_weights in transport.h, ModeWeights in shape_fit.h).
 /// `profile_layers`: layers to report as ResponseProfile. An ensemble without scatter (mu = 0) is measured by its
 /// moments instead and marked exact. `threads`: 0 for as many as the machine has; the result does not depend on it.
 MeasuredTransport measure_transport(const MeasuredEnsemble& ensemble, const FitSpec& spec,

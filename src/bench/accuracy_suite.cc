@@ -9,13 +9,12 @@
 #include <utility>
 
 #include "analysis/jackknife.h"
-#include "analysis/layer_spectrum.h"
+#include "analysis/mean_response.h"
 #include "analysis/transport.h"
 #include "ensemble/ensemble_runner.h"
-#include "plot/response_in_words.h"
-#include "report/estimate_json.h"
-#include "report/spec_json.h"
-#include "support/number_format.h"
+#include "plot/figure_captions.h"
+#include "report/clean_json.h"
+#include "support/plain_text.h"
 
 namespace granuscope {
 namespace {

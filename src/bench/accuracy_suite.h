@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "analysis/error_curve.h"
+#include "analysis/precision.h"
 
 namespace granuscope {
 
@@ -39,7 +39,7 @@ struct AccuracyTable {
 };
 
 /// Measures, on 500 x 200 beads (fluctuation: 256 x 1600) at mu = 0.1 and 0.3, what each estimator costs and how its c
-/// and D scatter over independent repetitions (error_curve.h), not what its own error bars say. Laws that do not reach
+/// and D scatter over independent repetitions (precision.h), not what its own error bars say. Laws that do not reach
 /// piles in which peaks stand apart are measured on the largest piles they are good for, by the error of c_thrust
 /// alone, and say so. Times are processor seconds of all threads that draw and sum, Fourier transforms included; the
 /// fits that follow are the same for all estimators and are left out.

@@ -14,8 +14,8 @@
 
 #include "sampling/sampler.h"
 #include "storage/pile_file.h"
-#include "support/atomic_file.h"
 #include "support/error.h"
+#include "support/files.h"
 
 namespace granuscope {
 namespace {

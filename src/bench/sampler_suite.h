@@ -6,12 +6,11 @@
 #include <string>
 #include <vector>
 
-#include "bench/ensemble_memory.h"
+#include "bench/measured_with.h"
 #include "model/lattice.h"
-#include "sampling/phase_times.h"
+#include "sampling/group_lanes.h"
 
 namespace granuscope {
-
 /// What draws the piles.
 ///   scalar        Sampler::draw, one pile after the other, without any vectors of its own.
 ///   beads         Sampler::draw: the first draws use vectors along the layer; what they leave unsolved is repaired
@@ -36,7 +35,7 @@ struct SamplerCase {
   double ns_per_draw() const { return ns_per_bead / draws_per_bead; }
 };
 
-/// Where the time of the engine batch goes: nanoseconds per bead of each phase, in the order of sampling/phase_times.h,
+/// Where the time of the engine batch goes: nanoseconds per bead of each phase, in the order of sampling/group_lanes.h,
 /// and how much there was to do. Shares from a pass of its own, with clocks read on the way, of the time measured
 /// without them.
 struct PhaseCase {

@@ -13,10 +13,9 @@
 #include "bench/sampler_suite.h"
 #include "cli/flag_checks.h"
 #include "cli/verbs.h"
-#include "plot/scratch_folder.h"
-#include "support/atomic_file.h"
-#include "support/interruption.h"
-#include "support/scratch_name.h"
+#include "plot/gnuplot.h"
+#include "support/files.h"
+#include "support/progress.h"
 
 namespace granuscope {
 namespace {

@@ -15,12 +15,12 @@
 #include <vector>
 
 #include "cli/verbs.h"
-#include "experiment/nearest_name.h"
+#include "experiment/experiment.h"
 #include "support/error.h"
-#include "support/interruption.h"
+#include "support/plain_text.h"
+#include "support/progress.h"
 #include "support/provenance.h"
-#include "support/single_line.h"
-#include "support/template_file.h"
+#include "support/templates.h"
 
 namespace granuscope {
 namespace {

@@ -8,14 +8,14 @@
 #include <string>
 #include <vector>
 
-#include "cli/machine.h"
+#include "cli/flag_checks.h"
 #include "cli/verbs.h"
 #include "render/gl_context.h"
-#include "report/statistics_json.h"
-#include "support/atomic_file.h"
-#include "support/describe_bytes.h"
+#include "report/clean_json.h"
 #include "support/error.h"
-#include "support/installed_program.h"
+#include "support/files.h"
+#include "support/plain_text.h"
+#include "support/process.h"
 #include "support/provenance.h"
 
 namespace granuscope {

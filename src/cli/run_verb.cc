@@ -10,19 +10,18 @@
 #include <string>
 #include <vector>
 
-#include "cli/machine.h"
+#include "cli/flag_checks.h"
 #include "cli/verbs.h"
-#include "experiment/experiment_check.h"
+#include "experiment/experiment.h"
 #include "experiment/experiment_file.h"
 #include "pipeline/pipeline.h"
 #include "pipeline/run_folder.h"
 #include "pipeline/shards.h"
 #include "sampling/sampler_spec.h"
-#include "support/atomic_file.h"
-#include "support/digest.h"
 #include "support/error.h"
+#include "support/files.h"
 #include "support/progress.h"
-#include "support/template_file.h"
+#include "support/templates.h"
 
 namespace granuscope {
 namespace {

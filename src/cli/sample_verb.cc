@@ -1,19 +1,28 @@
-#include <fmt/core.h>
+#include "cli/sample_verb.h"
 
+#include <fmt/core.h>
 #include <CLI/CLI.hpp>
+
 #include <algorithm>
+#include <chrono>
 #include <cstdint>
+#include <limits>
 #include <memory>
+#include <numeric>
+#include <set>
+#include <span>
 #include <string>
 
+#include "analysis/jackknife.h"
+#include "analysis/mean_response.h"
 #include "cli/flag_checks.h"
-#include "cli/machine.h"
-#include "cli/sample_statistics.h"
 #include "cli/verbs.h"
-#include "ensemble/replay.h"
-#include "model/friction_cone.h"
+#include "ensemble/ensemble_runner.h"
+#include "model/lattice.h"
+#include "sampling/polytope.h"
 #include "sampling/sampler.h"
 #include "storage/pile_file.h"
+#include "support/progress.h"
 
 namespace granuscope {
 namespace {
@@ -211,6 +220,153 @@ void add_sample_verb(CLI::App& app, VerbContext& context) {
       ->capture_default_str()
       ->check(whole_number());
   verb->callback([options, &context] { context.action = [options, &context] { return sample(*options, context); }; });
+}
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr int usual_blocks = 32;
+// Beyond this many beads the audit would take longer than a few seconds; then only some piles are audited.
+constexpr double most_audited_beads = 5e7;
+
+/// One block per sample: enough for means, too few for standard errors.
+EnsembleRecord run_few(const EnsembleSpec& spec) {
+  EnsembleSpec padded = spec;
+  padded.response.samples = fewest_samples_with_errors;
+  validate(padded);  // everything but the number of samples
+  const Lattice lattice(spec.lattice);
+  const auto sampler = make_sampler(spec.sampler, lattice);
+  const std::vector<double> load = top_load(spec);
+  const double total_load = std::accumulate(load.begin(), load.end(), 0.0);
+  const auto columns = static_cast<std::size_t>(lattice.columns());
+  const auto layers = static_cast<std::size_t>(lattice.layers());
+  Pile pile(lattice);
+
+  EnsembleRecord record;
+  record.sums.layers.resize(layers);
+  std::iota(record.sums.layers.begin(), record.sums.layers.end(), 0);
+  record.sums.count = {0};
+  QuantitySums& thrust = record.sums.quantities["thrust"];
+  QuantitySums& variance = record.sums.quantities["weight_variance"];
+  thrust.sum.assign(layers, 0);
+  variance.sum.assign(layers, 0);
+  for (std::uint64_t sample = 0; sample < spec.response.samples; ++sample) {
+    throw_if_interrupted();
+    if (const auto failure = sampler->draw(sample, load, pile)) {
+      record.failed.push_back({sample, failure->layer, replay_command(spec, sample)});
+      continue;
+    }
+    ++record.sums.count[0];
+    for (std::size_t n = 0; n < layers; ++n) {
+      const double mean = mean_weight(spec.sampler.bead_weight, static_cast<int>(n));
+      const double total = total_load + (mean - 1) * static_cast<double>(columns);
+      for (std::size_t b = n * columns; b < (n + 1) * columns; ++b) {
+        const double excess = (pile.V_R[b] + pile.V_L[b] - mean) / mean;
+        thrust.sum[n] += sqrt3 * (pile.H_R[b] - pile.H_L[b]) / total;
+        variance.sum[n] += excess * excess / static_cast<double>(columns);
+      }
+    }
+  }
+  record.counts = sampler->counts();
+  return record;
+}
+
+Estimate layer_estimate(const BlockSums& sums, const std::string& quantity, std::size_t layer) {
+  const Replicated mean = block_mean(sums, quantity, layer);
+  if (sums.blocks() >= min_blocks) return estimate(mean, "no pile, or a whole block without any, could be completed");
+  Estimate without_error;
+  without_error.value = mean.value;
+  without_error.reason = std::isfinite(mean.value)
+                             ? fmt::format("a standard error needs at least {} samples", fewest_samples_with_errors)
+                             : "no pile could be completed";
+  return without_error;
+}
+
+/// Draws the completed piles again, all or evenly spaced ones, and returns the worst of their audits.
+AuditResult audit_samples(const EnsembleSpec& spec, const std::vector<FailedSample>& failed, std::ostream& messages) {
+  const Lattice lattice(spec.lattice);
+  const auto sampler = make_sampler(spec.sampler, lattice);
+  const std::vector<double> load = top_load(spec);
+  Pile pile(lattice);
+  std::set<std::uint64_t> skipped;
+  for (const FailedSample& one : failed) skipped.insert(one.sample);
+  const auto affordable =
+      static_cast<std::uint64_t>(std::max(1.0, most_audited_beads / static_cast<double>(lattice.beads())));
+  const std::uint64_t step = (spec.response.samples + affordable - 1) / affordable;
+
+  AuditResult worst;
+  std::uint64_t audited = 0;
+  for (std::uint64_t sample = 0; sample < spec.response.samples; sample += step) {
+    throw_if_interrupted();
+    if (skipped.count(sample) != 0 || sampler->draw(sample, load, pile)) continue;
+    ++audited;
+    const AuditResult one = audit(pile);
+    if (one.max_balance_residual > worst.max_balance_residual) {
+      worst.max_balance_residual = one.max_balance_residual;
+      worst.balance_layer = one.balance_layer;
+    }
+    if (one.max_cone_violation > worst.max_cone_violation) {
+      worst.max_cone_violation = one.max_cone_violation;
+      worst.cone_layer = one.cone_layer;
+    }
+  }
+  messages << fmt::format("audited {} of {} piles\n", audited, spec.response.samples - failed.size());
+  // Nothing looked at is not the same as nothing found.
+  if (audited == 0) worst.max_balance_residual = worst.max_cone_violation = std::numeric_limits<double>::quiet_NaN();
+  return worst;
+}
+
+}  // namespace
+
+SampleStatistics measure_samples(EnsembleSpec spec, int threads, std::ostream& messages) {
+  spec.layers.clear();  // all
+  spec.record_profiles = false;
+  const std::uint64_t groups = spec.response.samples / group_size;
+  spec.response.blocks = static_cast<int>(std::clamp<std::uint64_t>(groups, min_blocks, usual_blocks));
+
+  const auto started = Clock::now();
+  const SamplerSpec& sampler = spec.sampler;
+  if (sampler.law == Law::polytope && sampler.mu > 0 && (sampler.burn_in == 0 || sampler.thinning == 0)) {
+    messages << "measuring how many sweeps the chains need\n" << std::flush;
+  }
+  spec.sampler = with_measured_chain(spec.sampler, Lattice(spec.lattice), top_load(spec));
+  const auto draw = [&] {
+    if (spec.response.samples < fewest_samples_with_errors) return run_few(spec);
+    Progress shown("sampling", spec.response.samples);
+    EnsembleRecord drawn = run_ensemble(spec, threads, &shown);
+    shown.finish();
+    return drawn;
+  };
+  const EnsembleRecord record = draw();
+  const std::chrono::duration<double> elapsed = Clock::now() - started;
+
+  constexpr std::size_t most_named = 8;
+  for (const FailedSample& one : std::span(record.failed).first(std::min(record.failed.size(), most_named))) {
+    messages << fmt::format("sample {} could not be completed (layer {}): {}\n", one.sample, one.layer, one.replay);
+  }
+  if (record.failed.size() > most_named) {
+    messages << fmt::format("{} more of {} samples could not be completed\n", record.failed.size() - most_named,
+                            spec.response.samples);
+  }
+  SampleStatistics statistics;
+  statistics.law = name_of(spec.sampler.law);
+  statistics.mu = spec.sampler.mu;
+  statistics.columns = spec.lattice.columns;
+  statistics.layers = spec.lattice.layers;
+  statistics.samples = std::accumulate(record.sums.count.begin(), record.sums.count.end(), std::uint64_t{0});
+  statistics.counts = record.counts;
+  statistics.effective_samples = effective_samples(record.sums);
+  statistics.lambda = spec.sampler.lambda;
+  statistics.burn_in = spec.sampler.burn_in;
+  statistics.thinning = spec.sampler.thinning;
+  statistics.seconds = elapsed.count();
+  for (std::size_t n = 0; n < record.sums.layers.size(); ++n) {
+    statistics.per_layer.push_back({record.sums.layers[n], layer_estimate(record.sums, "thrust", n),
+                                    layer_estimate(record.sums, "weight_variance", n)});
+  }
+  statistics.audit = audit_samples(spec, record.failed, messages);
+  return statistics;
 }
 
 }  // namespace granuscope

@@ -1,15 +1,23 @@
 #include "ensemble/ensemble_runner.h"
 
 #include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <exception>
 #include <memory>
 #include <mutex>
+#include <numeric>
+#include <optional>
+#include <thread>
+#include <utility>
+#include <vector>
 
 #include "ensemble/estimator.h"
-#include "ensemble/merge.h"
-#include "ensemble/parallel.h"
-#include "sampling/chain_plan.h"
-#include "support/digest.h"
-#include "support/interruption.h"
+#include "ensemble/multiplexed_estimator.h"
+#include "sampling/polytope.h"
+#include "support/error.h"
+#include "support/files.h"
+#include "support/progress.h"
 
 namespace granuscope {
 namespace {
@@ -130,6 +138,224 @@ EnsembleRecord run_ensemble(const EnsembleSpec& spec, int threads, Progress* pro
   EnsembleRecord record = begin_ensemble(spec);
   add_groups(spec, 0, groups_of(spec), record, threads, progress);
   return record;
+}
+
+namespace {
+
+/// Whether this thread runs a body: what a body repeats it repeats alone, since the others are at work already.
+thread_local bool inside_body = false;
+
+}  // namespace
+
+void for_each_index(std::size_t count, int threads, const std::function<void(std::size_t)>& body) {
+  const std::size_t allowed = threads > 0 ? static_cast<std::size_t>(threads) : std::thread::hardware_concurrency();
+  // Threads without work would still be started, thousands of them in the worst case.
+  const std::size_t wanted = inside_body ? 1 : std::clamp<std::size_t>(count, 1, std::max<std::size_t>(1, allowed));
+
+  std::atomic<std::size_t> next = 0;
+  std::atomic<bool> failed = false;
+  std::exception_ptr failure;
+  const auto work = [&] {
+    const bool was_inside = std::exchange(inside_body, true);
+    try {
+      for (std::size_t i = next++; i < count && !failed; i = next++) body(i);
+    } catch (...) {
+      if (!failed.exchange(true)) failure = std::current_exception();
+    }
+    inside_body = was_inside;
+  };
+  {
+    std::vector<std::jthread> others;  // joined at the end of the block, also when one cannot be started
+    others.reserve(wanted - 1);
+    try {
+      while (others.size() + 1 < wanted) others.emplace_back(work);
+    } catch (...) {
+      failed = true;
+      throw;
+    }
+    work();
+  }
+  if (failure) std::rethrow_exception(failure);
+}
+
+void merge_into(EnsembleRecord& to, const EnsembleRecord& more) {
+  const auto add = [](auto& numbers, const auto& others) {
+    for (std::size_t i = 0; i < numbers.size(); ++i) numbers[i] += others[i];
+  };
+  bool alike = to.sums.layers == more.sums.layers && to.sums.blocks() == more.sums.blocks() &&
+               to.sums.quantities.size() == more.sums.quantities.size();
+  for (const auto& [name, quantity] : to.sums.quantities) {
+    const auto other = more.sums.quantities.find(name);
+    alike = alike && other != more.sums.quantities.end() && other->second.width == quantity.width;
+  }
+  if (!alike) {
+    throw InputError(
+        "two ensembles of other layers, blocks or quantities cannot be added; draw them with one configuration");
+  }
+  add(to.sums.count, more.sums.count);
+  for (auto& [name, quantity] : to.sums.quantities) {
+    const QuantitySums& other = more.sums.quantities.at(name);
+    add(quantity.sum, other.sum);
+    add(quantity.sum_of_squares, other.sum_of_squares);
+  }
+  to.counts += more.counts;
+  to.failed.insert(to.failed.end(), more.failed.begin(), more.failed.end());
+}
+
+namespace {
+
+std::optional<SamplingFailure> replay_pair(const EnsembleSpec& spec, std::uint64_t sample, Pile& pile) {
+  const auto sampler = make_sampler(spec.sampler, pile.lattice);
+  const std::vector<double> uniform(static_cast<std::size_t>(pile.lattice.columns()), 1.0);
+  Pile before(pile.lattice);
+  if (const auto failure = sampler->draw(sample, uniform, before)) return failure;
+  return sampler->draw_again(sample, top_load(spec), before, pile);
+}
+
+std::optional<SamplingFailure> replay_signs(const EnsembleSpec& spec, std::uint64_t sample, Pile& pile) {
+  const auto sampler = make_sampler(spec.sampler, pile.lattice);
+  std::vector<double> signs(static_cast<std::size_t>(pile.lattice.columns())), load(signs.size());
+  draw_signs(spec, sample, signs);
+  for (const double side : {1.0, -1.0}) {
+    if (side < 0 && !spec.response.opposite) break;
+    for (std::size_t i = 0; i < load.size(); ++i) load[i] = 1 + side * spec.response.epsilon * signs[i];
+    if (const auto failure = sampler->draw(sample, load, pile)) return failure;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<SamplingFailure> replay(const EnsembleSpec& spec, std::uint64_t sample, Pile& pile) {
+  switch (spec.response.estimator) {
+    case EstimatorName::paired:
+      return replay_pair(spec, sample, pile);
+    case EstimatorName::multiplexed:
+      return replay_signs(spec, sample, pile);
+    case EstimatorName::point:
+    case EstimatorName::fluctuation:
+      break;
+  }
+  return make_sampler(spec.sampler, pile.lattice)->draw(sample, top_load(spec), pile);
+}
+
+namespace {
+
+/// Piles drawn side by side by the law that gains most from it, in whole groups.
+constexpr std::uint64_t samples_at_once = 2 * group_size;
+/// Beads of a trial under the law granusolve: those of sixteen piles of the default size.
+constexpr double trial_beads = 1.6e6;
+constexpr int fewest_layers = 32;
+/// A trial shorter than this is not measured but noise.
+constexpr double shortest_trial = 2e-3;
+/// So many piles give the mean of an exponential distribution to a third.
+constexpr std::uint64_t enough_piles = 8;
+/// Tries per pile, or solutions per bead, of the first trial.
+constexpr double first_tries = 64, first_effort = 16;
+
+/// The ensemble with fewer layers where that changes nothing but the amount of work.
+EnsembleSpec shallower(EnsembleSpec spec) {
+  if (spec.sampler.law != Law::granusolve) return spec;
+  if (spec.response.estimator == EstimatorName::fluctuation) return spec;  // what it records is no layer, but a lag
+  const int deepest = spec.lattice.layers;
+  const double wanted = trial_beads / static_cast<double>(samples_at_once) / spec.lattice.columns;
+  spec.lattice.layers =
+      static_cast<int>(std::clamp(wanted, std::min(1.0 * fewest_layers, 1.0 * deepest), 1.0 * deepest));
+  // The same share of the layers is recorded.
+  const double in_proportion = static_cast<double>(spec.lattice.layers) / deepest;
+  const std::vector<int> recorded = recorded_layers(spec);
+  const auto all = static_cast<double>(recorded.size());
+  const auto kept = static_cast<std::size_t>(std::max(1.0, std::round(all * in_proportion)));
+  spec.layers.clear();
+  for (std::size_t k = 0; k < kept; ++k) {
+    const int layer = static_cast<int>(in_proportion * recorded[k * recorded.size() / kept]);
+    if (spec.layers.empty() || layer > spec.layers.back()) spec.layers.push_back(layer);
+  }
+  return spec;
+}
+
+/// At which a pile is given up, whatever the law counts.
+double limit_of(const SamplerSpec& spec) {
+  return spec.law == Law::rejection ? static_cast<double>(spec.max_tries) : spec.effort;
+}
+
+SamplerSpec with_limit(SamplerSpec spec, double limit) {
+  if (spec.law == Law::rejection) spec.max_tries = static_cast<std::uint64_t>(limit);
+  spec.effort = spec.law == Law::rejection ? spec.effort : limit;
+  return spec;
+}
+
+struct Trial {
+  double seconds = 0;
+  std::uint64_t completed = 0, samples = 0;
+};
+
+/// Draws piles until there is something to measure. The first ones, which also fetch memory, count only if they take
+/// long.
+Trial draw_some(const EnsembleSpec& spec, double seconds) {
+  EnsembleSpec smallest = spec;
+  smallest.response.blocks = min_blocks;
+  smallest.response.samples = group_size * min_blocks;
+  EnsembleRecord record = begin_ensemble(smallest);
+  const auto sampler = make_sampler(spec.sampler, Lattice(spec.lattice));
+  sampler->keep_layers(layers_to_keep(spec));
+  const auto second = needs_two_samplers(spec) ? make_sampler(spec.sampler, Lattice(spec.lattice)) : nullptr;
+  const auto estimator = make_estimator(spec, {*sampler, second ? *second : *sampler}, record.sums, 0);
+  std::vector<std::uint64_t> samples(std::min(samples_at_once, spec.response.samples));
+  std::vector<std::optional<SamplingFailure>> failures(samples.size());
+  Trial trial;
+  for (std::uint64_t first = 0; first + samples.size() <= spec.response.samples; first += samples.size()) {
+    throw_if_interrupted();
+    std::iota(samples.begin(), samples.end(), first);
+    std::fill(failures.begin(), failures.end(), std::nullopt);
+    const double before = processor_seconds();
+    estimator->measure_samples(samples, failures);
+    if (first == samples.size() && trial.seconds < seconds / 4) trial = {};
+    trial.seconds += processor_seconds() - before;
+    trial.samples += samples.size();
+    trial.completed += static_cast<std::uint64_t>(std::count(failures.begin(), failures.end(), std::nullopt));
+    if (first > 0 && trial.seconds > shortest_trial) break;
+    if (trial.seconds > seconds / 4) break;
+  }
+  return trial;
+}
+
+TimeEstimate estimate_time_of_chains(const EnsembleSpec& spec, double seconds) {
+  const ChainForecast chain = estimate_chain_time(spec.sampler, Lattice(spec.lattice), top_load(spec), seconds);
+  const ChainPlan& plan = chain.plan;
+  const double sweeps_per_group =
+      static_cast<double>(flat_sweeps + plan.burn_in) + static_cast<double>((group_size - 1) * plan.thinning);
+  TimeEstimate estimate;
+  estimate.once = chain.seconds_per_sweep * static_cast<double>(plan.pilot_sweeps);
+  estimate.per_sample =
+      chain.seconds_per_sweep * sweeps_per_group * piles_per_sample(spec) / static_cast<double>(group_size);
+  estimate.at_least = !chain.known;
+  return estimate;
+}
+
+}  // namespace
+
+TimeEstimate estimate_time(const EnsembleSpec& spec, double seconds) {
+  if (spec.sampler.law == Law::polytope && spec.sampler.mu > 0) return estimate_time_of_chains(spec, seconds);
+  EnsembleSpec trial_spec = shallower(spec);
+  const double in_proportion = static_cast<double>(spec.lattice.layers) / trial_spec.lattice.layers;
+  const double full = limit_of(spec.sampler), start = processor_seconds();
+  double limit = std::min(full, spec.sampler.law == Law::rejection ? first_tries : first_effort);
+  for (;; limit = std::min(full, 2 * limit)) {
+    trial_spec.sampler = with_limit(spec.sampler, limit);
+    const Trial trial = draw_some(trial_spec, seconds);
+    const bool time_is_up = processor_seconds() - start > seconds;
+    const bool enough = limit >= full || trial.completed >= std::min(enough_piles, trial.samples);
+    if (!enough && !time_is_up) continue;
+    const auto samples = static_cast<double>(trial.samples), completed = static_cast<double>(trial.completed);
+    // Given up after `limit`, tries that forget what was before take on average all time over the piles completed, or
+    // more than all if there is none; and no pile takes longer than up to the full limit.
+    const double mean = trial.seconds / std::max(1.0, completed), longest = trial.seconds / samples * full / limit;
+    TimeEstimate estimate;
+    estimate.per_sample = in_proportion * std::min(mean, longest);
+    estimate.at_least = trial.completed == 0 && mean < longest;
+    return estimate;
+  }
 }
 
 }  // namespace granuscope

@@ -3,11 +3,80 @@
 #include <string>
 #include <vector>
 
-#include "ensemble/response_spec.h"
 #include "model/lattice.h"
 #include "sampling/sampler_spec.h"
+#include "support/error.h"
 
 namespace granuscope {
+/// How the top is loaded.
+enum class Load {
+  uniform,  ///< 1 on every top bead
+  point,    ///< 1 on every top bead, 1 + overload on the middle one
+};
+
+/// How the response to a load is measured.
+enum class EstimatorName {
+  point,        ///< the paper's procedure: overloaded piles minus the uniform load
+  paired,       ///< the standard procedure: each pile solved with and without the overload, keeping its random numbers
+  multiplexed,  ///< every top load raised or lowered at random; the linear response by cross-correlation
+  fluctuation,  ///< no load at all: how the fluctuations of uniformly loaded piles travel down
+};
+
+/// Consecutive samples that share the order in which their layers are solved, and therefore the block.
+inline constexpr std::uint64_t group_size = 8;
+
+// Limits of ResponseSpec.
+inline constexpr double least_epsilon = 1e-6, epsilon_limit = 1;     ///< the latter is outside
+inline constexpr double least_overload = 1e-6, most_overload = 1e6;  ///< loads of one top bead
+inline constexpr int min_blocks = 8;                                 ///< fewest that give a standard error
+inline constexpr int most_blocks = 10'000;                           ///< more give no better one
+inline constexpr std::uint64_t most_samples = 1'000'000'000;         ///< of one seed
+inline constexpr int most_reference_lag = 1000, most_base_step = 1000, most_first_base = 1'000'000;  ///< layers
+/// Largest sign_run: several runs must fit into a layer.
+int longest_run(const LatticeSpec& lattice);
+
+/// How the response of an ensemble is measured, and on how many samples.
+struct ResponseSpec {
+  EstimatorName estimator = EstimatorName::point;
+  double overload = 1.0;  ///< extra force on the middle top bead (point, paired)
+  double epsilon = 0.25;  ///< share by which each top load is raised or lowered (multiplexed)
+  bool opposite = false;  ///< multiplexed: each pile once more with all variations reversed, from the same numbers
+  int sign_run = 1;       ///< multiplexed: neighbouring top beads varied alike, see multiplexed_estimator.h
+  // Of the estimator fluctuation, in layers; see fluctuation_estimator.h.
+  int reference_lag = 24;        ///< distance from a base to the layer that others are referred to
+  int first_base = 0;            ///< shallowest base; 0: where the fluctuations are saturated
+  int base_step = 6;             ///< distance of the bases
+  std::uint64_t samples = 3456;  ///< numbers 0 .. samples-1 of the seed
+  int blocks = 32;               ///< each of whole groups of eight samples (the last group may be incomplete)
+};
+
+inline ResponseSpec point_response(double overload) { return {.overload = overload}; }
+constexpr ResponseSpec multiplexed_response(double epsilon, bool opposite = false, int sign_run = 1) {
+  return {.estimator = EstimatorName::multiplexed, .epsilon = epsilon, .opposite = opposite, .sign_run = sign_run};
+}
+
+/// Whether the estimator lays a load on a single top bead.
+inline bool loads_one_bead(EstimatorName estimator) {
+  return estimator == EstimatorName::point || estimator == EstimatorName::paired;
+}
+
+/// The load that the response is one to: epsilon (multiplexed) or the overload, in loads of one top bead; 0 where there
+/// is none.
+inline double load_size(const ResponseSpec& spec) {
+  if (spec.estimator == EstimatorName::fluctuation) return 0;
+  return spec.estimator == EstimatorName::multiplexed ? spec.epsilon : spec.overload;
+}
+
+/// The first number out of range on this lattice, or that would change nothing.
+Problem find_problem(const ResponseSpec& spec, const LatticeSpec& lattice);
+
+std::string name_of(Load load);
+Load load_named(const std::string& name);
+
+/// "point", "paired", "multiplexed", "fluctuation".
+std::string name_of(EstimatorName estimator);
+/// Throws InputError naming the known estimators.
+EstimatorName estimator_named(const std::string& name);
 
 /// One ensemble: piles of one law at one friction coefficient, how they are loaded, and what is measured on them.
 struct EnsembleSpec {

@@ -2,9 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <map>
+#include <numeric>
+
 #include "ensemble/fluctuation_estimator.h"
 #include "ensemble/multiplexed_estimator.h"
-#include "ensemble/paired_estimator.h"
 #include "ensemble/point_estimator.h"
 #include "support/error.h"
 
@@ -98,6 +100,96 @@ std::unique_ptr<Estimator> make_estimator(const EnsembleSpec& spec, Samplers sam
       break;
   }
   return std::make_unique<PointEstimator>(spec, samplers, sums, block);
+}
+
+std::vector<QuantityShape> LayerObservables::quantities(const EnsembleSpec& spec) {
+  std::vector<QuantityShape> all = {{"thrust", 1}, {"weight_variance", 1}};
+  for (const char* extra : extra_names(spec.sampler.model)) all.push_back({extra, 1});
+  return all;
+}
+
+LayerObservables::LayerObservables(const EnsembleSpec& spec, BlockSums& sums, int block)
+    : layers_(sums.layers), thrust_(sums, "thrust", block), variance_(sums, "weight_variance", block) {
+  for (const char* extra : extra_names(spec.sampler.model)) extras_.emplace_back(sums, extra, block);
+}
+
+LayerMoments LayerObservables::of_layer(const PileGroup& group, int layer) {
+  LayerMoments observables = group.moments_of(layer);
+  const double columns = group.lattice.columns(), mean = mean_weight(group.bead_weight, layer);
+  for (std::size_t k = 0; k < group.piles; ++k) {
+    const double total =
+        std::accumulate(group.loads[k].begin(), group.loads[k].end(), 0.0) + columns * group.weight_of_beads(layer);
+    observables.thrust[k] = sqrt3 * observables.thrust[k] / total;
+    observables.variance[k] /= columns * (mean * mean);
+  }
+  return observables;
+}
+
+void LayerObservables::add(std::size_t l, double thrust, double variance) const {
+  thrust_.add(l, thrust);
+  variance_.add(l, variance);
+}
+
+void LayerObservables::add(const Pile& pile) const {
+  const std::span<const double> load = pile.load;
+  const std::optional<SamplingFailure> no_failure;
+  add(group_of(pile, load), {&no_failure, 1});
+}
+
+void LayerObservables::add(const PileGroup& group, Failures failures) const {
+  for (std::size_t l = 0; l < layers_.size(); ++l) {
+    const LayerMoments observables = of_layer(group, layers_[l]);
+    for (std::size_t k = 0; k < group.piles; ++k) {
+      if (!failures[k]) add(l, observables.thrust[k], observables.variance[k]);
+    }
+    add_extras(l, group, group, failures);
+  }
+}
+
+void LayerObservables::add_extras(std::size_t l, const PileGroup& one, const PileGroup& other,
+                                  Failures failures) const {
+  for (std::size_t e = 0; e < extras_.size(); ++e) {
+    for (std::size_t k = 0; k < one.piles; ++k) {
+      if (!failures[k]) extras_[e].add(l, (one.extra(layers_[l], e, k) + other.extra(layers_[l], e, k)) / 2);
+    }
+  }
+}
+
+void LayerObservables::add_mean(const PileGroup& one, const PileGroup& other, Failures failures) const {
+  for (std::size_t l = 0; l < layers_.size(); ++l) {
+    const LayerMoments a = of_layer(one, layers_[l]), b = of_layer(other, layers_[l]);
+    for (std::size_t k = 0; k < one.piles; ++k) {
+      if (!failures[k]) add(l, (a.thrust[k] + b.thrust[k]) / 2, (a.variance[k] + b.variance[k]) / 2);
+    }
+    add_extras(l, one, other, failures);
+  }
+}
+
+void LayerObservables::add_means(const PileGroup& group, Failures failures, const std::vector<int>& bases,
+                                 int offset) const {
+  std::map<int, LayerMoments> observables;
+  for (std::size_t l = 0; l < layers_.size(); ++l) {
+    LayerMoments sum;
+    for (const int base : bases) {
+      const int layer = base + offset + layers_[l];
+      const auto [found, is_new] = observables.try_emplace(layer);
+      if (is_new) found->second = of_layer(group, layer);
+      for (std::size_t k = 0; k < group.piles; ++k) {
+        sum.thrust[k] += found->second.thrust[k];
+        sum.variance[k] += found->second.variance[k];
+      }
+    }
+    const auto count = static_cast<double>(bases.size());
+    for (std::size_t k = 0; k < group.piles; ++k) {
+      if (failures[k]) continue;
+      add(l, sum.thrust[k] / count, sum.variance[k] / count);
+      for (std::size_t e = 0; e < extras_.size(); ++e) {
+        double total = 0;
+        for (const int base : bases) total += group.extra(base + offset + layers_[l], e, k);
+        extras_[e].add(l, total / count);
+      }
+    }
+  }
 }
 
 }  // namespace granuscope

@@ -1,19 +1,32 @@
 #pragma once
 #include <array>
+#include <vector>
 
+#include "ensemble/ensemble_spec.h"
 #include "ensemble/estimator.h"
-#include "ensemble/fluctuation_plan.h"
 #include "ensemble/group_fourier.h"
-#include "ensemble/layer_observables.h"
 
 namespace granuscope {
+/// Which layers of a pile the estimator fluctuation compares, over how many layers, and how many Fourier modes of them.
+/// The layer m + reference of a base m is compared with m (the lag 0 of what is recorded), and with it those that lie l
+/// layers deeper, for each recorded lag l.
+struct FluctuationPlan {
+  int reference = 0;        ///< at least the reference lag asked for
+  std::vector<int> bases;   ///< ascending, evenly spaced
+  std::vector<int> lags;    ///< recorded, ascending, the first is 0
+  std::vector<int> modes;   ///< of each lag: modes 1 .. modes[i] are compared
+  std::vector<int> layers;  ///< all that are needed, ascending
+  int layers_needed = 0;    ///< of a lattice on which one base fits
+};
+
+FluctuationPlan fluctuation_plan(const EnsembleSpec& spec);
 
 /// No load at all: the fluctuations of uniformly loaded piles travel down as a load does. With the Fourier modes
 ///   X_n(k) = sum_x exp(-i k x) (w - 1, H)
 /// of a layer n, x the true positions of its beads, a lag l takes a base m to
 ///   C_l(k) = <X_{m+l} X_m^+>/columns,
 /// averaged over bases and mirror images, and the mean response over l layers follows from C_{r+l} C_r^-1
-/// (analysis/propagator.h). The reference lag r lets die out what single contacts do to single beads;
+/// (analysis/dispersion.h). The reference lag r lets die out what single contacts do to single beads;
 /// the recorded lag 0 is C_r itself. Onsager's regression, with a reference. In a scalar model w is alone.
 ///
 /// Sums:

@@ -142,9 +142,9 @@ void Split(const FourierStage& stage) {
 }
 
 void SeparateFields(const double* HWY_RESTRICT re, const double* HWY_RESTRICT im, std::size_t size,
-                    std::span<const PhaseFactor> phases, std::size_t stride, double* HWY_RESTRICT fields) {
-  for (std::size_t mode = 1; mode <= phases.size(); ++mode, fields += stride) {
-    const Complex turn{hn::Set(d, phases[mode - 1].cosine), hn::Set(d, phases[mode - 1].sine)};
+                    std::span<const PhaseFactor> turns, std::size_t stride, double* HWY_RESTRICT fields) {
+  for (std::size_t mode = 1; mode <= turns.size(); ++mode, fields += stride) {
+    const Complex turn{hn::Set(d, turns[mode - 1].cosine), hn::Set(d, turns[mode - 1].sine)};
     for (std::size_t lane = 0; lane < group_lanes; lane += hn::Lanes(d)) {
       const std::size_t at = mode * group_lanes + lane, mirror = (size - mode) * group_lanes + lane;
       const Complex z{hn::Load(d, re + at), hn::Load(d, im + at)};
@@ -236,9 +236,9 @@ void GroupFourier::transform(double* re, double* im) {
   std::copy_n(from_im, size_ * group_lanes, im);
 }
 
-void separate_fields(const double* re, const double* im, std::size_t size, std::span<const PhaseFactor> phases,
+void separate_fields(const double* re, const double* im, std::size_t size, std::span<const PhaseFactor> turns,
                      std::size_t stride, double* fields) {
-  HWY_DYNAMIC_DISPATCH(SeparateFields)(re, im, size, phases, stride, fields);
+  HWY_DYNAMIC_DISPATCH(SeparateFields)(re, im, size, turns, stride, fields);
 }
 
 void add_correlations(const double* fields, const std::vector<int>& pairs, double* sums) {

@@ -1,8 +1,13 @@
 #include "ensemble/multiplexed_estimator.h"
 
-#include <algorithm>
+#include <gsl/gsl_fft_halfcomplex.h>
+#include <gsl/gsl_fft_real.h>
 
-#include "ensemble/load_signs.h"
+#include <algorithm>
+#include <new>
+#include <stdexcept>
+
+#include "sampling/random_key.h"
 
 namespace granuscope {
 namespace {
@@ -150,6 +155,71 @@ void MultiplexedEstimator::add_correlation(BlockSlice& correlation, std::size_t 
   if (columns_ % 2 == 0) {
     correlation.add(row, columns_ - 1, scale * sign_spectrum_[columns_ - 1] * spectrum_[columns_ - 1]);
   }
+}
+
+void draw_signs(std::uint64_t seed, std::uint64_t sample, int run, std::span<double> signs) {
+  const RandomKey key(seed, sample);
+  const auto fair = [&key](std::size_t bit) { return key.load_bit(static_cast<int>(bit)); };
+  const std::size_t columns = signs.size();
+  if (run == 1) {
+    for (std::size_t i = 0; i < columns; ++i) signs[i] = fair(i) ? 1 : -1;
+    return;
+  }
+  std::size_t i = 0;
+  for (std::size_t k = 0; i < columns; ++k) {
+    const std::size_t length = static_cast<std::size_t>(run) + (fair(columns + k) ? 1 : 0);
+    const double sign = fair(k) ? 1 : -1;
+    for (std::size_t j = 0; j < length && i < columns; ++j, ++i) signs[i] = sign;
+  }
+}
+
+void draw_signs(const EnsembleSpec& spec, std::uint64_t sample, std::span<double> signs) {
+  const bool chain = spec.sampler.law == Law::polytope || spec.sampler.model.name == ModelName::diluted_beads;
+  const std::uint64_t named = chain ? sample - sample % group_size : sample;
+  draw_signs(spec.sampler.seed, named, spec.response.sign_run, signs);
+}
+
+namespace {
+
+template <typename T>
+T* checked(T* table) {
+  if (table == nullptr) throw std::bad_alloc();
+  return table;
+}
+
+template <typename T, void (*free)(T*)>
+struct Free {
+  void operator()(T* table) const { free(table); }
+};
+
+}  // namespace
+
+struct RealSpectrum::Tables {
+  explicit Tables(std::size_t n)
+      : size(n),
+        forward(checked(gsl_fft_real_wavetable_alloc(n))),
+        backward(checked(gsl_fft_halfcomplex_wavetable_alloc(n))),
+        work(checked(gsl_fft_real_workspace_alloc(n))) {}
+  std::size_t size;
+  std::unique_ptr<gsl_fft_real_wavetable, Free<gsl_fft_real_wavetable, gsl_fft_real_wavetable_free>> forward;
+  std::unique_ptr<gsl_fft_halfcomplex_wavetable,
+                  Free<gsl_fft_halfcomplex_wavetable, gsl_fft_halfcomplex_wavetable_free>>
+      backward;
+  std::unique_ptr<gsl_fft_real_workspace, Free<gsl_fft_real_workspace, gsl_fft_real_workspace_free>> work;
+};
+
+RealSpectrum::RealSpectrum(std::size_t size) : tables_(std::make_unique<Tables>(size)) {}
+RealSpectrum::~RealSpectrum() = default;
+RealSpectrum::RealSpectrum(RealSpectrum&&) noexcept = default;
+
+void RealSpectrum::transform(std::span<double> ring) const {
+  if (ring.size() != tables_->size) throw std::logic_error("a Fourier transform was handed a ring of another size");
+  gsl_fft_real_transform(ring.data(), 1, ring.size(), tables_->forward.get(), tables_->work.get());
+}
+
+void RealSpectrum::inverse(std::span<double> spectrum) const {
+  if (spectrum.size() != tables_->size) throw std::logic_error("a Fourier transform was handed a ring of another size");
+  gsl_fft_halfcomplex_inverse(spectrum.data(), 1, spectrum.size(), tables_->backward.get(), tables_->work.get());
 }
 
 }  // namespace granuscope

@@ -1,9 +1,13 @@
 #include "ensemble/point_estimator.h"
 
-#include "ensemble/draw_alike.h"
+#include <algorithm>
+#include <cmath>
+
+#include "ensemble/estimator.h"
+#include "model/audit.h"
+#include "sampling/pile_group.h"
 
 namespace granuscope {
-
 std::vector<QuantityShape> PointEstimator::quantities(const EnsembleSpec& spec) {
   std::vector<QuantityShape> all = LayerObservables::quantities(spec);
   if (spec.record_profiles) all.push_back({"weight", spec.lattice.columns});
@@ -43,6 +47,153 @@ void PointEstimator::add(const PileGroup& group, std::span<const std::optional<S
         if (!failures[k]) weight_.add(l, i, group.weight(row + i * group.stride + k) - of_beads);
       }
     }
+  }
+}
+
+namespace {
+
+bool below_overload(const Lattice& lattice, int layer, int bead) {
+  return std::abs(lattice.x(layer, bead)) <= Lattice::depth(layer);
+}
+
+}  // namespace
+
+int beads_below_overload(const Lattice& lattice, int layer) {
+  int beads = 0;
+  for (int i = 0; i < lattice.columns(); ++i) beads += below_overload(lattice, layer, i) ? 1 : 0;
+  return beads;
+}
+
+std::vector<QuantityShape> PairedEstimator::quantities(const EnsembleSpec& spec) {
+  std::vector<QuantityShape> all = LayerObservables::quantities(spec);
+  all.push_back({"redrawn", 1});
+  all.push_back({"redrawn_below_overload", 1});
+  all.push_back({"least_force", 1});
+  all.push_back({"redrawn_force", 1});
+  all.push_back({"redrawn_together", 1});
+  all.push_back({"response_thrust", 1});
+  if (spec.record_profiles) all.push_back({"response", spec.lattice.columns});
+  return all;
+}
+
+PairedEstimator::PairedEstimator(const EnsembleSpec& spec, Samplers samplers, BlockSums& sums, int block)
+    : overload_(spec.response.overload),
+      uniform_load_(static_cast<std::size_t>(spec.lattice.columns), 1.0),
+      overloaded_(uniform_load_),
+      samplers_(samplers),
+      before_(Lattice(spec.lattice)),
+      after_(before_),
+      layers_(sums.layers),
+      observables_(spec, sums, block),
+      redrawn_(sums, "redrawn", block),
+      redrawn_below_(sums, "redrawn_below_overload", block),
+      least_force_(sums, "least_force", block),
+      redrawn_force_(sums, "redrawn_force", block),
+      redrawn_together_(sums, "redrawn_together", block),
+      response_thrust_(sums, "response_thrust", block),
+      profiles_(spec.record_profiles),
+      response_(profiles_ ? BlockSlice(sums, "response", block) : BlockSlice()) {
+  overloaded_[static_cast<std::size_t>(before_.lattice.middle())] += overload_;
+}
+
+std::optional<SamplingFailure> PairedEstimator::draw(std::uint64_t sample) {
+  if (const auto failure = samplers_.first.draw(sample, uniform_load_, before_)) return failure;
+  return samplers_.second.draw_again(sample, overloaded_, before_, after_);
+}
+
+std::optional<SamplingFailure> PairedEstimator::measure(std::uint64_t sample) {
+  if (const auto failure = draw(sample)) return failure;
+  assert_identities(before_);
+  assert_identities(after_);
+  observables_.add(before_);
+  add_redrawn();
+  add_response_thrust();
+  if (profiles_) add_response();
+  return std::nullopt;
+}
+
+void PairedEstimator::add_redrawn() {
+  find_redrawn(before_, after_, beads_redrawn_);
+  const Lattice& lattice = after_.lattice;
+  measure_rearrangements(lattice, beads_redrawn_, rearranged_);
+  for (std::size_t l = 0; l < layers_.size(); ++l) {
+    const int layer = layers_[l];
+    int everywhere = 0, below = 0, beads_below = 0;
+    double force = 0, of_redrawn = 0, together = 0;
+    for (int i = 0; i < lattice.columns(); ++i) {
+      const std::size_t at = lattice.index(layer, i);
+      const int redrawn = beads_redrawn_[at];
+      everywhere += redrawn;
+      together += rearranged_[at];
+      const double least = std::min(before_.V_R[at], before_.V_L[at]);
+      force += least;
+      of_redrawn += redrawn * least;
+      if (!below_overload(lattice, layer, i)) continue;
+      below += redrawn;
+      ++beads_below;
+    }
+    redrawn_.add(l, static_cast<double>(everywhere) / lattice.columns());
+    redrawn_below_.add(l, static_cast<double>(below) / beads_below);
+    least_force_.add(l, force / lattice.columns());
+    redrawn_force_.add(l, of_redrawn / lattice.columns());
+    redrawn_together_.add(l, together / lattice.columns());
+  }
+}
+
+void PairedEstimator::add_response_thrust() {
+  const auto columns = static_cast<std::size_t>(after_.lattice.columns());
+  for (std::size_t l = 0; l < layers_.size(); ++l) {
+    const std::size_t row = after_.lattice.index(layers_[l], 0);
+    double difference = 0;
+    for (std::size_t i = row; i < row + columns; ++i) {
+      difference += (after_.H_R[i] - after_.H_L[i]) - (before_.H_R[i] - before_.H_L[i]);
+    }
+    response_thrust_.add(l, sqrt3 * difference / overload_);
+  }
+}
+
+void PairedEstimator::add_response() {
+  const auto columns = static_cast<std::size_t>(after_.lattice.columns());
+  for (std::size_t l = 0; l < layers_.size(); ++l) {
+    const std::size_t row = after_.lattice.index(layers_[l], 0);
+    for (std::size_t i = 0; i < columns; ++i) {
+      const double with = after_.V_R[row + i] + after_.V_L[row + i];
+      const double without = before_.V_R[row + i] + before_.V_L[row + i];
+      response_.add(l, i, (with - without) / overload_);
+    }
+  }
+}
+
+void measure_rearrangements(const Lattice& lattice, const std::vector<unsigned char>& redrawn,
+                            std::vector<int>& beads) {
+  beads.assign(redrawn.size(), 0);
+  std::vector<std::size_t> waiting;
+  std::vector<std::size_t> found;
+  for (std::size_t start = 0; start < redrawn.size(); ++start) {
+    if (redrawn[start] == 0 || beads[start] != 0) continue;
+    const auto visit = [&](int layer, int bead) {
+      const std::size_t at = lattice.index(layer, bead);
+      if (redrawn[at] == 0 || beads[at] != 0) return;
+      beads[at] = 1;
+      found.push_back(at);
+      waiting.push_back(at);
+    };
+    const auto columns = static_cast<std::size_t>(lattice.columns());
+    found.clear();
+    visit(static_cast<int>(start / columns), static_cast<int>(start % columns));
+    while (!waiting.empty()) {
+      const int layer = static_cast<int>(waiting.back() / columns), bead = static_cast<int>(waiting.back() % columns);
+      waiting.pop_back();
+      if (layer > 0) {
+        visit(layer - 1, lattice.upper_left(layer, bead));
+        visit(layer - 1, lattice.upper_right(layer, bead));
+      }
+      if (layer + 1 < lattice.layers()) {
+        visit(layer + 1, lattice.lower_left(layer, bead));
+        visit(layer + 1, lattice.lower_right(layer, bead));
+      }
+    }
+    for (const std::size_t at : found) beads[at] = static_cast<int>(found.size());
   }
 }
 

@@ -1,14 +1,27 @@
 #include "experiment/experiment.h"
 
 #include <fmt/core.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <utility>
+#include <vector>
 
+#include "analysis/claims.h"
+#include "analysis/double_gaussian.h"
 #include "analysis/transport.h"
+#include "experiment/experiment_keys.h"
+#include "render/layout.h"
+#include "render/palette.h"
+#include "render/scenes.h"
+#include "studies/study.h"
 #include "support/error.h"
+#include "support/plain_text.h"
 
 namespace granuscope {
-
 Experiment::Experiment() = default;
 
 EnsembleSpec Experiment::main_ensemble(double value) const {
@@ -44,5 +57,380 @@ SceneSpec PictureSpec::scene_like(const ForceChainSpec& chains) const {
   }
   return spec;
 }
+
+int edit_distance(std::string_view a, std::string_view b) {
+  // Rows of the usual table: distance[i][j] for the first i letters of a and the first j of b; only three are kept.
+  std::vector<int> before_last(b.size() + 1);
+  std::vector<int> last(b.size() + 1);
+  std::vector<int> row(b.size() + 1);
+  for (std::size_t j = 0; j <= b.size(); ++j) last[j] = static_cast<int>(j);
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    row[0] = static_cast<int>(i);
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const int replaced = last[j - 1] + (a[i - 1] == b[j - 1] ? 0 : 1);
+      row[j] = std::min({replaced, last[j] + 1, row[j - 1] + 1});
+      const bool swapped = i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1];
+      if (swapped) row[j] = std::min(row[j], before_last[j - 2] + 1);
+    }
+    before_last = std::exchange(last, std::exchange(row, before_last));
+  }
+  return last[b.size()];
+}
+
+std::optional<std::string> nearest_name(std::string_view mistyped, const std::vector<std::string>& known) {
+  if (mistyped.size() > 200) return {};  // no typing error
+  std::optional<std::string> best;
+  int least = std::max(1, static_cast<int>(mistyped.size()) / 3) + 1;
+  for (const std::string& name : known) {
+    const int distance = edit_distance(mistyped, name);
+    if (distance < least) {
+      least = distance;
+      best = name;
+    }
+  }
+  return best;
+}
+
+namespace {
+
+bool has_control_character(const std::string& text, bool newlines_allowed) {
+  return std::any_of(text.begin(), text.end(), [&](char c) {
+    const auto byte = static_cast<unsigned char>(c);
+    return (byte < 0x20 && !(newlines_allowed && (c == '\n' || c == '\t'))) || byte == 0x7f;
+  });
+}
+
+Problem find_text_problem(const Experiment& e) {
+  if (e.name.find_first_not_of(" \t") == std::string::npos)
+    return problem("experiment.name", "the name is empty, but it titles the report; give one");
+  if (e.name.size() > 200 || has_control_character(e.name, false)) {
+    return problem("experiment.name",
+                   "the name is longer than 200 bytes or holds control characters, but it must fit on one line; "
+                   "shorten it and put the rest into experiment.description");
+  }
+  if (e.description.size() > 10'000 || has_control_character(e.description, true)) {
+    return problem("experiment.description",
+                   "the description is longer than 10000 bytes or holds control characters, but the report shows it "
+                   "as one paragraph; shorten it");
+  }
+  return {};
+}
+
+/// What the block sums of a main ensemble need, in bytes: larger ones are drawn block by block and read layer by layer.
+double sums_memory(const Experiment& e) {
+  constexpr double most_at_once = 50e6, copies_of_layer = 8;
+  const double layers_recorded = static_cast<double>(e.lattice.layers) / std::max(1, e.fit.layer_step);
+  const double numbers_per_column = e.response.estimator == EstimatorName::fluctuation ? 2 : 1;
+  const double layer = 8.0 * e.response.blocks * e.lattice.columns * numbers_per_column;
+  return std::min(most_at_once, 3 * layer * layers_recorded) + copies_of_layer * layer;
+}
+
+Problem find_scan_problem(const Experiment& e) {
+  try {
+    e.scanned();
+  } catch (const InputError& error) {
+    return problem("scan.parameter", "{}", error.what());
+  }
+  const ScanParameter& scanned = e.scanned();
+  const bool beads = e.sampling.model.has_contacts();
+  if (beads && &scanned != &friction_parameter() && e.mu.size() != 1) {
+    return problem("friction.mu",
+                   "{} friction coefficients, while {} is what differs from ensemble to ensemble; give one",
+                   e.mu.size(), scanned.name);
+  }
+  for (const double value : e.scan_values()) {
+    const SamplerSpec sampler = e.sampler_at(value);
+    Problem found = find_problem(sampler);
+    if (!found && !sampler.model.is_beads()) found = in_table("model", find_problem(sampler.model, e.lattice));
+    if (!found) continue;
+    if (e.scan.values.empty()) return found;
+    return problem("scan.values", "with {} = {} no pile can be drawn: {}", scanned.name, value, found->message);
+  }
+  if (beads) return {};
+  if (e.force_chains.friction || !e.pictures.empty()) {
+    return problem(e.force_chains.friction ? "scenes.friction.show" : std::string(pictures_table),
+                   "the model {} has no contacts of beads, of which alone this picture is; leave it out",
+                   name_of(e.sampling.model.name));
+  }
+  return {};
+}
+
+/// What of the main ensembles makes no sense; their parts have been looked at.
+Problem find_ensemble_problem(const Experiment& e) {
+  for (const double value : e.scan_values()) {
+    EnsembleSpec spec = e.main_ensemble(value);
+    spec.response.samples = std::max<std::uint64_t>(spec.response.samples, group_size);
+    const Problem found = find_problem(spec);
+    if (!found) continue;
+    // The layers of the window are lags of the estimator fluctuation.
+    return problem(found->key == "layers" ? "lattice.layers" : "response." + found->key, "{}", found->message);
+  }
+  return {};
+}
+
+/// A pile that the experiment's law would never complete; `whose` says where its size stands.
+Problem find_law_problem(const Experiment& e, const char* whose, int columns, int layers, double mu) {
+  const double beads = static_cast<double>(columns) * layers;
+  if (mu == 0) return {};
+  if (e.sampling.law == Law::rejection && beads > most_beads_by_rejection) {
+    return problem("sampling.law",
+                   "the law rejection throws a whole pile away for one failing bead, so that with the {} x {} beads "
+                   "of {} it would never finish; use granusolve, or at most {} beads",
+                   columns, layers, whose, most_beads_by_rejection);
+  }
+  if (e.sampling.law == Law::polytope && beads > static_cast<double>(most_polytope_beads)) {
+    return problem("sampling.law",
+                   "the chain of the law polytope forgets its past only within a number of sweeps that grows faster "
+                   "than the number of beads, so that with the {} x {} beads of {} it would never finish; use "
+                   "granusolve, or at most {} beads",
+                   columns, layers, whose, most_polytope_beads);
+  }
+  return {};
+}
+
+Problem find_sampling_problem(const Experiment& e) {
+  if (auto found = in_table("sampling", find_problem(e.sampling))) return found;
+  if (!e.sampling.model.has_contacts()) return {};
+  if (auto found = find_law_problem(e, "[lattice]", e.lattice.columns, e.lattice.layers, e.mu.back())) return found;
+  if (!e.force_chains.show) return {};
+  return find_law_problem(e, "scenes.force_chains, some of them computed below the layers shown,",
+                          e.force_chains.columns, e.force_chains.computed_layers(), e.force_chains.mu);
+}
+
+/// In experiments every block holds a whole group, also the last one.
+Problem find_response_problem(const Experiment& e) {
+  const auto least = group_size * static_cast<std::uint64_t>(e.response.blocks);
+  ResponseSpec filled = e.response;
+  filled.samples = std::max(filled.samples, least);
+  if (auto found = in_table("response", find_problem(filled, e.lattice))) return found;
+  if (auto found = in_table("response", find_gravity_problem(e.sampling, e.response))) return found;
+  if (e.response.samples >= least) return {};
+  return problem("response.samples",
+                 "{} samples in {} blocks: each block needs a whole group of eight, which share "
+                 "the start and direction of their layers; give {} to {}, or fewer blocks",
+                 e.response.samples, e.response.blocks, least, most_samples);
+}
+
+Problem find_precision_problem(const Experiment& e) {
+  const PrecisionSpec& asked = e.precision;
+  if (!asked.asked()) return {};
+  if (asked.most_samples < e.response.samples || asked.most_samples > most_samples) {
+    return problem("precision.most_samples",
+                   "{} piles: the ensembles begin with response.samples = {} and grow from there; give {} to {}",
+                   asked.most_samples, e.response.samples, e.response.samples, most_samples);
+  }
+  return {};
+}
+
+Problem find_figure_problem(const Experiment& e) {
+  const FigureSpec& figures = e.figures;
+  if (!figures.response_profiles) return {};
+  const int last_usable = e.lattice.layers - bottom_margin_of(e.sampling.model) - 1;
+  const bool of_friction = &e.scanned() == &friction_parameter();
+  if (of_friction && std::find(e.mu.begin(), e.mu.end(), figures.profile_mu) == e.mu.end()) {
+    return problem("figures.response_profiles.mu",
+                   "{} is not one of friction.mu = [{}], so that there is no response to plot; choose one of them "
+                   "or set figures.response_profiles.show = false",
+                   figures.profile_mu, fmt::join(e.mu, ", "));
+  }
+  if (figures.profile_layers.empty() || figures.profile_layers.size() > 8) {
+    return problem("figures.response_profiles.layers", "{} layers cannot be shown in one figure; give 1 to 8",
+                   figures.profile_layers.size());
+  }
+  for (const int layer : figures.profile_layers) {
+    if (layer <= last_usable) continue;
+    return problem("figures.response_profiles.layers",
+                   "layer {} is not usable: with lattice.layers = {} the usable ones are 0 to {}; choose among them or "
+                   "compute more layers",
+                   layer, e.lattice.layers, last_usable);
+  }
+  return {};
+}
+
+// The two peaks run apart on either side and would meet again behind the ring. Up to c0 they stay clear of each other
+// by four widths each; where friction makes them faster, by two each: the fit knows their images on the ring, but not
+// which of two that coincide is which.
+Problem find_ring_problem(const Experiment& e) {
+  int deepest = e.fit.last_layer;
+  if (e.figures.response_profiles) deepest = std::max(deepest, e.figures.profile_layers.back());
+  const SamplerSpec widest = e.sampler_at(e.scan_values().back());
+  const auto needed = [&](int layer) { return columns_needed(widest, layer); };
+  if (e.lattice.columns > needed(deepest)) return {};
+  int layer = deepest;
+  while (layer > 0 && e.lattice.columns <= needed(layer - 1)) --layer;
+  const bool by_figure = deepest > e.fit.last_layer;
+  return problem("lattice.columns",
+                 "with {} columns the two peaks of the response at {} = {} meet behind the ring from "
+                 "layer {} on, but layer {} is used ({}), and the fit would take one for the other; give more than {} "
+                 "columns or stop at layer {}",
+                 e.lattice.columns, e.scanned().name, e.scan_values().back(), layer, deepest,
+                 by_figure ? "figures.response_profiles.layers" : "fit.last_layer", std::floor(needed(deepest)),
+                 std::max(0, layer - 1));
+}
+
+Problem find_scene_problem(const Experiment& e) {
+  const ForceChainSpec& chains = e.force_chains;
+  if (!chains.show) return {};
+  const bool beads = e.sampling.model.has_contacts();
+  if (auto found = find_lattice_problem(
+          "scenes.force_chains.columns", chains.columns, "scenes.force_chains.layers", chains.layers, 1,
+          pile_memory(chains.columns, static_cast<double>(chains.layers) + bottom_margin))) {
+    return found;
+  }
+  if (chains.friction && !(chains.mu > 0)) {
+    return problem(
+        "scenes.friction.show",
+        "without friction, as scenes.force_chains.mu = 0 says, there is none to be mobilised; write false, or "
+        "a mu above 0");
+  }
+  if (auto found = find_problem(e.sampling.model, {chains.columns, chains.computed_layers()})) {
+    return problem("scenes.force_chains.columns", "{}", found->message);
+  }
+  // What the picture itself refuses, hours before it would be rendered.
+  try {
+    const ColourScale scale(Palette::builtin(), chains.scene.colour_map);
+  } catch (const InputError& error) {
+    return problem("scenes.force_chains.colour_map", "{}", error.what());
+  }
+  try {
+    const double half = 0.5 * chains.columns;
+    const Extent extent{-half, half, 0, Lattice::depth(chains.layers - 1) + 0.5};
+    if (beads) plot_size(chains.scene, extent, key_title_of("forces"));
+    if (chains.weight) plot_size(chains.scene, extent, key_title_of("weight"));
+    if (chains.friction) plot_size(chains.scene, extent, key_title_of("friction"));
+    if (chains.response && e.sampling.model.is_beads()) plot_size(chains.scene, extent, key_title_of("response"));
+  } catch (const InputError& error) {
+    return problem("scenes.force_chains.width_px", "{}", error.what());
+  }
+  return {};
+}
+
+Problem find_picture_problem(const Experiment& e) {
+  for (const auto& [name, picture] : e.pictures) {
+    const std::string table = fmt::format("{}.{}", pictures_table, name);
+    const auto plain = [](char c) {
+      return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '_';
+    };
+    if (name.empty() || name.size() > 60 || !std::all_of(name.begin(), name.end(), plain)) {
+      return KeyProblem{table,
+                        "the name of a picture becomes that of a file; write up to 60 letters, digits, - "
+                        "and _"};
+    }
+    if (!e.force_chains.show) {
+      return KeyProblem{table,
+                        "there is no pile to render it of, because scenes.force_chains.show is false; write "
+                        "true there, or leave this table out"};
+    }
+    try {
+      check_drawable(Lattice({e.force_chains.columns, e.force_chains.computed_layers()}), e.force_chains.mu,
+                     picture.scene_like(e.force_chains));
+    } catch (const InputError& error) {
+      return KeyProblem{table, error.what()};
+    }
+  }
+  return {};
+}
+
+/// Ranges of all keys of one table, or of those of all tables ("").
+Problem find_range_problem(const Experiment& e, const std::string& table) {
+  Experiment copy = e;  // keys could set what they check
+  for (const Key& key : keys_of(copy)) {
+    if (!table.empty() && key.table != table) continue;
+    if (auto found = find_range_problem(key)) return found;
+  }
+  return {};
+}
+
+/// Rules across keys of the studies that are asked for.
+Problem find_study_problem(const Experiment& e) {
+  for (const auto& study : e.studies) {
+    if (!study->asked()) continue;
+    if (auto found = study->find_problem(e)) return found;
+    for (const StudyEnsemble& one : study->ensembles(e)) {
+      if (const auto found = find_problem(one.spec)) {
+        return problem("studies." + study->id(), "its ensemble \"{}\" cannot be drawn: {}: {}", one.label, found->key,
+                       found->message);
+      }
+    }
+  }
+  return {};
+}
+
+Problem find_report_problem(const Experiment& e) {
+  if (e.report.about.empty()) return {};
+  std::vector<std::string> measured;
+  for (const auto& study : e.studies) {
+    if (study->asked()) measured.push_back(study->id());
+  }
+  if (std::find(measured.begin(), measured.end(), e.report.about) != measured.end()) return {};
+  return problem("report.about", "\"{}\" is no study of this experiment, so that page 1 would have nothing to tell; {}",
+                 e.report.about,
+                 measured.empty() ? "it has none: ask for one, or leave this empty"
+                                  : fmt::format("write one of {}, or leave it empty", fmt::join(measured, ", ")));
+}
+
+Problem find_gate_problem(const Experiment& e) {
+  std::vector<std::string> known = claim_ids();
+  for (const auto& study : e.studies) {
+    for (const Claim& claim : study->claims(e.claims)) known.push_back(claim.id);
+  }
+  for (const auto& [claim, verdict] : e.expected_verdicts) {
+    if (std::find(known.begin(), known.end(), claim) == known.end()) {
+      const auto meant = nearest_name(claim, known);
+      return KeyProblem{"gate.expect." + claim,
+                        fmt::format("there is no such claim, so that nothing would be held against it; {}",
+                                    meant ? fmt::format("did you mean {}?", *meant)
+                                          : fmt::format("known are {}", fmt::join(known, ", ")))};
+    }
+    if (std::find(all_verdicts.begin(), all_verdicts.end(), verdict) == all_verdicts.end()) {
+      return KeyProblem{"gate.expect." + claim, fmt::format("\"{}\" is not a verdict; write one of {}", verdict,
+                                                            fmt::join(all_verdicts, ", "))};
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
+double estimate_memory(const Experiment& e) {
+  double pile =
+      std::max(pile_memory(e.lattice.columns, e.lattice.layers),
+               pile_memory(e.force_chains.columns, static_cast<double>(e.force_chains.layers) + bottom_margin));
+  for (const StudyEnsemble& one : e.studies.ensembles(e)) {
+    pile = std::max(pile, pile_memory(one.spec.lattice.columns, one.spec.lattice.layers));
+  }
+  for (const auto& study : e.studies) {
+    if (study->asked()) pile = std::max(pile, study->memory());
+  }
+  return pile + sums_memory(e);
+}
+
+Problem find_problem(const Experiment& e) {
+  if (auto found = find_text_problem(e)) return found;
+  if (auto found = find_lattice_problem("lattice.columns", e.lattice.columns, "lattice.layers", e.lattice.layers,
+                                        bottom_margin_of(e.sampling.model) + 4,
+                                        pile_memory(e.lattice.columns, e.lattice.layers) + sums_memory(e))) {
+    return found;
+  }
+  if (auto found = find_range_problem(e, "friction")) return found;
+  if (auto found = find_range_problem(e, "scan")) return found;
+  // Where a room knows its limits, it says best what is wrong; then what is left.
+  if (auto found = find_sampling_problem(e)) return found;
+  if (auto found = find_response_problem(e)) return found;
+  if (auto found = find_scan_problem(e)) return found;
+  if (auto found = in_table("fit", find_problem(e.fit, e.lattice, bottom_margin_of(e.sampling.model)))) return found;
+  if (auto found = find_range_problem(e, "")) return found;
+  if (auto found = find_ensemble_problem(e)) return found;
+  if (auto found = find_precision_problem(e)) return found;
+  if (auto found = find_figure_problem(e)) return found;
+  if (auto found = find_study_problem(e)) return found;
+  if (auto found = find_ring_problem(e)) return found;
+  if (auto found = find_scene_problem(e)) return found;
+  if (auto found = find_picture_problem(e)) return found;
+  if (auto found = find_report_problem(e)) return found;
+  return find_gate_problem(e);
+}
+
+void check_experiment(const Experiment& experiment) { refuse(find_problem(experiment)); }
 
 }  // namespace granuscope

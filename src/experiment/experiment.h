@@ -1,14 +1,15 @@
 #pragma once
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
-#include "studies/main_line.h"
-#include "studies/registry.h"
+#include "studies/study.h"
+#include "support/key.h"
 
 namespace granuscope {
-
 /// Which plots are made, and of what.
 struct FigureSpec {
   bool bead_forces = true;                    ///< the paper's Fig. 1, left: one bead's forces, at profile_mu
@@ -63,5 +64,21 @@ struct Experiment : MainLine {
   /// The main ensemble at one value of what is scanned, with the layers that fits and figures read.
   EnsembleSpec main_ensemble(double value) const;
 };
+
+/// Number of letters to insert, remove, replace or swap with their neighbour to turn one word into the other.
+int edit_distance(std::string_view a, std::string_view b);
+
+/// The known name that a mistyped one most probably means, or nothing if none is near.
+std::optional<std::string> nearest_name(std::string_view mistyped, const std::vector<std::string>& known);
+
+/// The one place where the parameters of an experiment are checked against their ranges and against each other.
+/// Returns the first problem in the order of the keys, or nothing if the experiment can be run.
+Problem find_problem(const Experiment& experiment);
+
+/// Throws InputError with the first problem, if there is one.
+void check_experiment(const Experiment& experiment);
+
+/// Memory of the largest data of a run, in bytes: the piles under work and the block sums. Saturates, never overflows.
+double estimate_memory(const Experiment& experiment);
 
 }  // namespace granuscope

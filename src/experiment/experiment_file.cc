@@ -34,12 +34,11 @@
 #include <string>
 #include <vector>
 
-#include "experiment/experiment_check.h"
+#include "experiment/experiment.h"
 #include "experiment/experiment_keys.h"
-#include "experiment/nearest_name.h"
-#include "support/atomic_file.h"
 #include "support/error.h"
-#include "support/template_file.h"
+#include "support/files.h"
+#include "support/templates.h"
 
 namespace granuscope {
 namespace {

@@ -6,7 +6,6 @@
 #include "support/key.h"
 
 namespace granuscope {
-
 /// Every key of this experiment, in the order in which they are printed; the keys of one table stand together. They are
 /// bound to its fields: it must outlive them and stay where it is.
 std::vector<Key> keys_of(Experiment& experiment);

@@ -6,7 +6,6 @@
 #include "history/night_book.h"
 
 namespace granuscope {
-
 /// DIR/index.html (the trend of each primary number, run times, nights with links to their reports), badge.json (an
 /// endpoint of shields.io), alert.md (there only while the last night alarms) and latest, a link to the last report.
 void write_pages(const std::filesystem::path& folder, const NightBook& book);

@@ -16,14 +16,13 @@
 #include "history/comparison.h"
 #include "history/night_page.h"
 #include "history/run_record.h"
-#include "history/settings.h"
 #include "pipeline/ensemble_stage.h"
 #include "pipeline/run_folder.h"
 #include "storage/ensemble_file.h"
-#include "support/atomic_file.h"
 #include "support/error.h"
+#include "support/files.h"
+#include "support/plain_text.h"
 #include "support/provenance.h"
-#include "support/single_line.h"
 
 namespace granuscope {
 namespace {

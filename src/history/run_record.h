@@ -1,12 +1,14 @@
 #pragma once
+#include <nlohmann/json.hpp>
+
 #include <filesystem>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <vector>
 
 namespace granuscope {
-
 /// What a run left, as far as it is there: a run's folder has all of it, a summary.json alone only that.
 struct RunRecord {               // NOLINT(bugprone-exception-escape): ordered_json has a move that may throw
   std::filesystem::path path;    ///< as named by the user
@@ -33,5 +35,23 @@ std::string hash_of(const std::map<std::string, double>& numbers);
 /// What numbers may depend on beside the experiment: program, commit, version of the sampling, libraries as loaded,
 /// processor, programs that were run, by name.
 std::map<std::string, std::string> environment_of(const nlohmann::ordered_json& manifest);
+
+/// A key that two experiments have different values for; "" where one does not have it.
+struct ChangedKey {
+  std::string key, before, after;
+};
+
+/// Keys of a resolved experiment (print_experiment) with their values as written, by path, without those that change
+/// nothing that is measured: name, description, figures, scenes, report, expected verdicts.
+std::map<std::string, std::string> measuring_keys(std::string_view resolved_experiment);
+
+std::vector<ChangedKey> changed_keys(const std::map<std::string, std::string>& before,
+                                     const std::map<std::string, std::string>& after);
+
+/// Whether only another part of the same ensembles is drawn: another seed or number of samples.
+bool only_other_samples(const std::vector<ChangedKey>& changed);
+
+/// "response.samples = 512 where 256 was, ...", the first few.
+std::string in_words(const std::vector<ChangedKey>& changed);
 
 }  // namespace granuscope

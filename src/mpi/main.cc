@@ -8,7 +8,7 @@
 #include "cli/command_line.h"
 #include "mpi/mpi_crew.h"
 #include "support/error.h"
-#include "support/interruption.h"
+#include "support/progress.h"
 
 namespace {
 

@@ -16,13 +16,9 @@
 #include "ensemble/estimator.h"
 #include "pipeline/block_files.h"
 #include "storage/ensemble_file.h"
-#include "support/atomic_file.h"
-#include "support/digest.h"
 #include "support/error.h"
-#include "support/file_descriptor.h"
-#include "support/number_format.h"
-#include "support/single_line.h"
-#include "support/system_reason.h"
+#include "support/files.h"
+#include "support/plain_text.h"
 
 namespace granuscope {
 

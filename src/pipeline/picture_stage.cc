@@ -10,18 +10,18 @@
 
 #include "ensemble/ensemble_runner.h"
 #include "model/audit.h"
+#include "plot/bead_forces.h"
 #include "plot/figure_captions.h"
-#include "plot/plot_language.h"
+#include "plot/plot_script.h"
 #include "plot/response_field.h"
-#include "plot/weights_picture.h"
 #include "render/gl_context.h"
-#include "render/pile_scene.h"
 #include "render/render_pile.h"
+#include "render/scenes.h"
 #include "sampling/sampler.h"
 #include "storage/pile_file.h"
-#include "support/atomic_file.h"
 #include "support/error.h"
-#include "support/number_format.h"
+#include "support/files.h"
+#include "support/plain_text.h"
 
 namespace granuscope {
 namespace {

@@ -8,8 +8,8 @@
 #include "ensemble/ensemble_spec.h"
 #include "experiment/experiment.h"
 #include "model/pile.h"
-#include "plot/figure.h"
-#include "render/field_scene.h"
+#include "plot/figure_captions.h"
+#include "render/scenes.h"
 #include "support/provenance.h"
 
 namespace granuscope {

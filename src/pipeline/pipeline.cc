@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <exception>
 #include <map>
+#include <memory>
 #include <optional>
 #include <set>
 #include <thread>
@@ -12,31 +13,25 @@
 #include "analysis/analyse.h"
 #include "analysis/claims.h"
 #include "experiment/experiment_file.h"
-#include "pipeline/crew.h"
-#include "pipeline/law_description.h"
-#include "pipeline/main_figures.h"
 #include "pipeline/picture_stage.h"
 #include "pipeline/run_folder.h"
-#include "pipeline/run_progress.h"
 #include "pipeline/sample_stage.h"
 #include "pipeline/shards.h"
-#include "pipeline/timed.h"
+#include "pipeline/stage.h"
 #include "plot/bead_forces.h"
+#include "plot/depth_figures.h"
 #include "plot/figure_captions.h"
-#include "plot/file_label.h"
 #include "plot/gnuplot.h"
 #include "plot/main_finding.h"
-#include "plot/point_selection.h"
+#include "plot/power_law_panel.h"
 #include "plot/response_field.h"
-#include "report/finished_run.h"
-#include "report/manifest_json.h"
-#include "support/atomic_file.h"
-#include "support/child_process.h"
-#include "support/digest.h"
+#include "plot/scaling_figures.h"
+#include "report/run_files.h"
 #include "support/error.h"
-#include "support/installed_program.h"
-#include "support/number_format.h"
-#include "support/template_file.h"
+#include "support/files.h"
+#include "support/plain_text.h"
+#include "support/process.h"
+#include "support/templates.h"
 
 namespace granuscope {
 namespace {
@@ -490,6 +485,35 @@ bool is_all_there(const Experiment& experiment, const RunOptions& options) {
 
 RunResult run_experiment(const Experiment& experiment, const RunOptions& options) {
   return Run(experiment, options).go();
+}
+
+std::vector<FigurePlot> main_figures(const Experiment& experiment, const Analysis& analysis) {
+  using Folder = const std::filesystem::path&;
+  const FigureSpec& asked = experiment.figures;
+  const auto clear = std::make_shared<const Analysis>(without_imprecise_points(analysis));
+  std::vector<FigurePlot> figures;
+  if (has_main_finding(*clear)) {
+    figures.emplace_back([clear](Folder run) { return plot_main_finding(*clear, run); });
+  }
+  if (asked.response_profiles) {
+    const ResponseProfilesSpec spec{experiment.shown_value(asked.profile_mu), asked.profile_layers,
+                                    experiment.lattice.layers};
+    figures.emplace_back([&analysis, spec](Folder run) { return plot_response_profiles(analysis.results, spec, run); });
+  }
+  if (asked.transport_with_depth) {
+    const TransportWithDepthSpec spec{experiment.shown_value(asked.profile_mu)};
+    figures.emplace_back([clear, spec](Folder run) { return plot_transport_with_depth(*clear, spec, run); });
+  }
+  if (asked.propagation_against_diffusion) {
+    figures.emplace_back([clear](Folder run) { return plot_propagation_against_diffusion(*clear, run); });
+  }
+  if (asked.scaling_with_friction) {
+    figures.emplace_back([clear](Folder run) { return plot_scaling_with_friction(*clear, run); });
+  }
+  if (asked.propagation_and_thrust) {
+    figures.emplace_back([clear](Folder run) { return plot_propagation_and_thrust(*clear, run); });
+  }
+  return figures;
 }
 
 }  // namespace granuscope

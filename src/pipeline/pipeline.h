@@ -8,11 +8,11 @@
 #include "ensemble/ensemble_spec.h"
 #include "experiment/experiment.h"
 #include "pipeline/stage.h"
+#include "plot/figure_captions.h"
 #include "report/report.h"
 #include "support/progress.h"
 
 namespace granuscope {
-
 class Crew;
 
 /// How an experiment is run; nothing here changes a number.
@@ -72,5 +72,8 @@ struct RunResult {
 /// manifest.json is written in any case, also when a stage fails or the run is interrupted; the error then goes on to
 /// the caller. A figure that cannot be made ends nothing: the report says so in its place, and RunResult::failure.
 RunResult run_experiment(const Experiment& experiment, const RunOptions& options);
+
+/// The plots of the main line that the experiment asks for, in reading order. The analysis must outlive them.
+std::vector<FigurePlot> main_figures(const Experiment& experiment, const Analysis& analysis);
 
 }  // namespace granuscope

@@ -6,17 +6,17 @@
 #include <set>
 
 #include "analysis/precision.h"
+#include "ensemble/ensemble_runner.h"
 #include "ensemble/estimator.h"
-#include "ensemble/time_estimate.h"
-#include "experiment/experiment_check.h"
+#include "experiment/experiment.h"
 #include "pipeline/block_files.h"
 #include "pipeline/ensemble_stage.h"
 #include "pipeline/picture_stage.h"
 #include "pipeline/pipeline.h"
-#include "pipeline/run_progress.h"
+#include "pipeline/sample_stage.h"
 #include "sampling/sampler.h"
-#include "support/number_format.h"
-#include "support/processor_time.h"
+#include "support/plain_text.h"
+#include "support/progress.h"
 
 namespace granuscope {
 namespace {

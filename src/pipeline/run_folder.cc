@@ -15,11 +15,9 @@
 #include <vector>
 
 #include "experiment/experiment_file.h"
-#include "report/manifest_json.h"
-#include "support/atomic_file.h"
-#include "support/digest.h"
+#include "report/run_files.h"
 #include "support/error.h"
-#include "support/scratch_name.h"
+#include "support/files.h"
 
 namespace granuscope {
 namespace fs = std::filesystem;

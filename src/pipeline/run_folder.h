@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "support/file_descriptor.h"
+#include "support/files.h"
 
 namespace granuscope {
 

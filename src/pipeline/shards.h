@@ -7,9 +7,9 @@
 #include "experiment/experiment.h"
 #include "pipeline/block_files.h"
 #include "pipeline/pipeline.h"
+#include "support/progress.h"
 
 namespace granuscope {
-
 /// One of `count` processes, from 1 on, that draw the ensembles of an experiment together.
 struct Shard {
   int number = 1;
@@ -51,5 +51,13 @@ std::vector<std::string> commands_for(const std::vector<PlannedEnsemble>& ensemb
 
 /// Removes what shards leave behind to keep each other off.
 void forget_shards(const std::filesystem::path& run_folder);
+
+/// Joins what shards have left in several folders, blocks of any dealing and whole ensembles, into the ensembles of the
+/// experiment that the first of them with one names, with the bytes of a run that drew them undivided. Throws
+/// InputError, and has written nothing, where a block is missing (with the commands that draw it), belongs to another
+/// experiment or sampling version, is damaged, or is there twice with different numbers. `out` may be one of the
+/// folders.
+void merge_folders(const std::vector<std::filesystem::path>& folders, const std::filesystem::path& out,
+                   ProgressStyle progress);
 
 }  // namespace granuscope

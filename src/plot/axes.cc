@@ -4,12 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
-#include "support/axis_ticks.h"
-#include "support/number_format.h"
+#include "plot/gnuplot.h"
+#include "plot/plot_script.h"
+#include "support/plain_text.h"
 
 namespace granuscope {
-
 void Range::add(double number) {
   if (!std::isfinite(number)) return;
   low = empty ? number : std::min(low, number);
@@ -112,6 +113,217 @@ Range widened_by_factor(const Range& range, double factor) {
   wider.low /= factor;
   wider.high *= factor;
   return wider;
+}
+
+namespace {
+
+/// Of the small font of insets, 8 pt DejaVu Sans, in inches: a digit, a line of text, half the mark of a point.
+constexpr double character_width = 0.068, line_height = 0.125, mark = 0.035;
+/// Room that two names leave between them if they can, inches.
+constexpr double air = 0.05;
+/// Beyond this gap between point and name, in inches, a line joins them.
+constexpr double longest_gap_without_line = 0.09;
+
+/// A rectangle in inches from the panel's lower left corner.
+struct Box {
+  double left = 0, right = 0, bottom = 0, top = 0;
+};
+
+struct Point {
+  double x = 0, y = 0;
+};
+
+double distance(const Box& box, const Point& point) {
+  return std::hypot(std::max({box.left - point.x, point.x - box.right, 0.0}),
+                    std::max({box.bottom - point.y, point.y - box.top, 0.0}));
+}
+
+double overlap(const Box& a, const Box& b) {
+  const double width = std::min(a.right, b.right) - std::max(a.left, b.left);
+  const double height = std::min(a.top, b.top) - std::max(a.bottom, b.bottom);
+  return width > 0 && height > 0 ? width * height : 0;
+}
+
+struct Segment {
+  Point from, to;
+};
+
+/// Length of the part of `segment` inside `box`, in inches (Liang and Barsky's clipping).
+double length_inside(const Segment& segment, const Box& box) {
+  const double dx = segment.to.x - segment.from.x, dy = segment.to.y - segment.from.y;
+  double enter = 0, leave = 1;
+  const double limits[4][2] = {{-dx, segment.from.x - box.left},
+                               {dx, box.right - segment.from.x},
+                               {-dy, segment.from.y - box.bottom},
+                               {dy, box.top - segment.from.y}};
+  for (const auto& [rate, room] : limits) {
+    if (rate == 0) {
+      if (room < 0) return 0;
+      continue;
+    }
+    if (rate < 0) {
+      enter = std::max(enter, room / rate);
+    } else {
+      leave = std::min(leave, room / rate);
+    }
+  }
+  return leave > enter ? (leave - enter) * std::hypot(dx, dy) : 0;
+}
+
+bool cross(const Segment& a, const Segment& b) {
+  const auto side = [](const Point& p, const Point& q, const Point& r) {
+    return (q.x - p.x) * (r.y - p.y) - (q.y - p.y) * (r.x - p.x);
+  };
+  return side(a.from, a.to, b.from) * side(a.from, a.to, b.to) < 0 &&
+         side(b.from, b.to, a.from) * side(b.from, b.to, a.to) < 0;
+}
+
+struct Placed {
+  Box box;
+  Segment line;
+  double gap = 0;  ///< between point and box, inches
+  bool with_line() const { return gap > longest_gap_without_line; }
+};
+
+/// What a place costs: weights chosen so that two names never share a place while there is another one.
+class Placement {
+ public:
+  Placement(const std::vector<NamedPoint>& points, const LabelledPanel& panel) : panel_(panel) {
+    for (const PanelLine& line : panel.lines) curves_.push_back({inches(line.from), inches(line.to)});
+    for (const NamedPoint& point : points) {
+      const Point at = inches(point.at);
+      points_.push_back(at);
+      marks_.push_back({at.x - mark, at.x + mark, at.y - mark, at.y + mark});
+      sizes_.push_back(text_width(point.name));
+      if (!point.bar_x.empty) {
+        bars_.push_back({{point.bar_x.low * panel.width, at.y}, {point.bar_x.high * panel.width, at.y}});
+      }
+      if (!point.bar_y.empty) {
+        bars_.push_back({{at.x, point.bar_y.low * panel.height}, {at.x, point.bar_y.high * panel.height}});
+      }
+    }
+    for (const Range& strip : panel.notes_y) {
+      notes_.push_back({0, panel.width / 2, strip.low * panel.height, strip.high * panel.height});
+    }
+  }
+
+  std::vector<Placed> find() const {
+    std::vector<Placed> placed(points_.size());
+    std::vector<bool> known(points_.size(), false);
+    // Each sweep lets every name answer to the places that the others have taken.
+    for (int sweep = 0; sweep < 4; ++sweep) {
+      for (std::size_t i = 0; i < points_.size(); ++i) {
+        known[i] = false;
+        placed[i] = best(i, placed, known);
+        known[i] = true;
+      }
+    }
+    return placed;
+  }
+
+ private:
+  static double text_width(const std::string& text) {
+    // UTF-8: bytes that go on with a character do not widen the text.
+    const auto characters = std::count_if(text.begin(), text.end(),
+                                          [](char byte) { return (static_cast<unsigned char>(byte) & 0xC0) != 0x80; });
+    return character_width * static_cast<double>(characters);
+  }
+
+  Point inches(const PanelPlace& place) const { return {place.x * panel_.width, place.y * panel_.height}; }
+
+  Placed candidate(std::size_t i, double angle, double gap) const {
+    const double half_width = sizes_[i] / 2, half_height = line_height / 2;
+    // The box's middle in that direction, its nearest edge `gap` from the point.
+    const double c = std::cos(angle), s = std::sin(angle);
+    const double reach =
+        std::min(half_width / std::max(std::abs(c), 1e-9), half_height / std::max(std::abs(s), 1e-9)) + gap;
+    const Point middle{points_[i].x + reach * c, points_[i].y + reach * s};
+    const Box box{middle.x - half_width, middle.x + half_width, middle.y - half_height, middle.y + half_height};
+    const Point touch{std::clamp(points_[i].x, box.left, box.right), std::clamp(middle.y, box.bottom, box.top)};
+    return {box, {points_[i], touch}, gap};
+  }
+
+  double cost(std::size_t i, const Placed& place, const std::vector<Placed>& others,
+              const std::vector<bool>& known) const {
+    const Box& box = place.box;
+    double sum = 2 * place.gap;
+    const double own = distance(box, points_[i]);
+    const double outside = std::max(
+        {0.0, 0.03 - box.left, box.right - panel_.width + 0.03, 0.03 - box.bottom, box.top - panel_.height + 0.03});
+    sum += 1000 * outside;
+    for (const Box& note : notes_) sum += 2000 * overlap(box, note);
+    for (const Segment& bar : bars_) sum += 5 * length_inside(bar, box);
+    for (const Segment& curve : curves_) sum += 1.5 * length_inside(curve, box);
+    for (std::size_t j = 0; j < points_.size(); ++j) {
+      sum += 500 * overlap(box, marks_[j]);
+      if (j == i) continue;
+      // Beside another point it would read as that one's name, unless a line leads to its own.
+      if (!place.with_line() && distance(box, points_[j]) < own + air) sum += 3;
+      if (place.with_line()) sum += 20 * length_inside(place.line, marks_[j]);
+      if (!known[j]) continue;
+      sum += 2000 * overlap(box, others[j].box);
+      // Names that nearly touch read as one.
+      sum += 40 * overlap({box.left - air, box.right + air, box.bottom - air, box.top + air}, others[j].box);
+      if (place.with_line()) sum += 10 * length_inside(place.line, others[j].box);
+      if (others[j].with_line()) sum += 10 * length_inside(others[j].line, box);
+      if (place.with_line() && others[j].with_line() && cross(place.line, others[j].line)) sum += 2;
+    }
+    return sum;
+  }
+
+  Placed best(std::size_t i, const std::vector<Placed>& others, const std::vector<bool>& known) const {
+    Placed chosen;
+    double least = 0;
+    bool first = true;
+    for (const double gap : {0.05, 0.08, 0.15, 0.22, 0.3, 0.4, 0.5, 0.6}) {
+      // To the right first: where two places cost the same the earlier one is taken.
+      for (int step = 0; step < 24; ++step) {
+        const int turn = step % 2 == 0 ? step / 2 : -(step + 1) / 2;
+        const Placed place = candidate(i, turn * std::numbers::pi / 12, gap);
+        const double price = cost(i, place, others, known);
+        if (!first && price >= least - 1e-9) continue;
+        first = false;
+        least = price;
+        chosen = place;
+      }
+    }
+    return chosen;
+  }
+
+  const LabelledPanel& panel_;
+  std::vector<Point> points_;
+  std::vector<Box> marks_, notes_;
+  std::vector<double> sizes_;
+  std::vector<Segment> bars_, curves_;
+};
+
+}  // namespace
+
+std::vector<LabelPlace> place_labels(const std::vector<NamedPoint>& points, const LabelledPanel& panel) {
+  std::vector<LabelPlace> places;
+  for (const Placed& placed : Placement(points, panel).find()) {
+    const auto share = [&panel](double x, double y) { return PanelPlace{x / panel.width, y / panel.height}; };
+    places.push_back({share(placed.box.left, (placed.box.bottom + placed.box.top) / 2),
+                      share(placed.line.to.x, placed.line.to.y), placed.with_line()});
+  }
+  return places;
+}
+
+std::string label_commands(const std::vector<NamedPoint>& points, const LabelledPanel& panel) {
+  std::string commands;
+  const std::vector<LabelPlace> places = place_labels(points, panel);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const LabelPlace& place = places[i];
+    if (place.with_line) {
+      commands += fmt::format(
+          "set arrow from graph {}, graph {} to graph {}, graph {} nohead linewidth 0.5 linecolor rgb '{}'\n  ",
+          exact(points[i].at.x), exact(points[i].at.y), exact(place.touch.x), exact(place.touch.y),
+          plot_colours().at("frame"));
+    }
+    commands += fmt::format("set label {} {} at graph {}, graph {} left noenhanced font inset_text\n  ", 100 + i,
+                            gnuplot_string(points[i].name), exact(place.left.x), exact(place.left.y));
+  }
+  return commands;
 }
 
 }  // namespace granuscope

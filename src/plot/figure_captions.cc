@@ -5,16 +5,16 @@
 #include <algorithm>
 #include <array>
 #include <map>
+#include <set>
 #include <sstream>
 #include <stdexcept>
 #include <string_view>
 
-#include "plot/plot_language.h"
-#include "support/number_format.h"
-#include "support/template_file.h"
+#include "plot/plot_script.h"
+#include "support/plain_text.h"
+#include "support/templates.h"
 
 namespace granuscope {
-
 namespace {
 
 constexpr std::string_view mu_equals = "μ = ";
@@ -92,6 +92,55 @@ std::string caption_number(double value, int digits) {
   if (text.find('e') != std::string::npos) return significant(value, digits);
   if (text.front() == '-') text.replace(0, 1, "−");
   return text;
+}
+
+std::string in_words(const ResponseSpec& response) {
+  std::string name = name_of(response.estimator);
+  if (response.estimator != EstimatorName::multiplexed) return name;
+  return fmt::format("{}, ε = {}{}{}", name, caption_number(response.epsilon), response.opposite ? ", opposite" : "",
+                     response.sign_run > 1 ? fmt::format(", runs of {}", response.sign_run) : "");
+}
+
+namespace {
+
+class VariableScope : public TemplateScope {
+ public:
+  explicit VariableScope(const TemplateVariables& variables) : variables_(variables) {}
+
+  std::string raw_text(const std::string& name) const override {
+    const auto found = variables_.find(name);
+    if (found == variables_.end()) throw std::logic_error(fmt::format("plot template: no text for {{{{{}}}}}", name));
+    asked_.insert(name);
+    return found->second;
+  }
+
+  std::string text(const std::string& name) const override { return raw_text(name); }
+
+  void enter(const std::string& name, Missing missing, const Write& write) const override {
+    if (missing == Missing::means_not_there && !variables_.contains(name)) return;
+    if (!raw_text(name).empty()) write(*this);
+  }
+
+  void pass_over(const std::string& name) const override { raw_text(name); }
+
+  void require_all_asked() const {
+    for (const auto& [name, value] : variables_) {
+      if (!asked_.contains(name)) throw std::logic_error(fmt::format("plot template: nothing asks for {}", name));
+    }
+  }
+
+ private:
+  const TemplateVariables& variables_;
+  mutable std::set<std::string> asked_;
+};
+
+}  // namespace
+
+std::string fill_template(std::string_view text, const TemplateVariables& variables) {
+  const VariableScope scope(variables);
+  std::string filled = fill_template(text, scope);
+  scope.require_all_asked();
+  return filled;
 }
 
 }  // namespace granuscope

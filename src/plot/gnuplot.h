@@ -6,9 +6,48 @@
 #include <string_view>
 #include <vector>
 
-#include "plot/file_label.h"
-
 namespace granuscope {
+/// Numbers in named columns, as comma-separated text: a line of names, one of units, then the numbers. Unknown numbers
+/// are written as NaN, which gnuplot leaves out; all others in the shortest form that reads back to the same double.
+class CsvTable {
+ public:
+  /// Columns as "name: unit", "dimensionless" if they have none (a number would be a point to gnuplot).
+  explicit CsvTable(const std::vector<std::string>& columns);
+  void add_row(const std::vector<double>& numbers);
+  bool empty() const { return rows_ == 0; }
+  const std::string& text() const { return text_; }
+
+ private:
+  std::size_t columns_;
+  std::size_t rows_ = 0;
+  std::string text_;
+};
+
+/// The first column of a CSV text (lines of names and units, numbers) that holds no finite number, or nothing: a curve
+/// plotted from it would silently be empty.
+std::string column_without_numbers(const std::string& csv);
+
+/// What the file of a figure says of itself, wherever it is taken to: an SVG in <title> and <desc>, a PDF in its
+/// document information.
+struct FileLabel {
+  std::string title;
+  std::string command;  ///< that makes it
+  std::string program;  ///< provenance_line of the one that made it: version, commit, compiler
+};
+
+/// A gnuplot SVG with the label in the place of gnuplot's own. Throws EnvironmentError if there is no such place.
+std::string labelled_svg(std::string svg, const FileLabel& label);
+
+/// A PDF of cairo with the label, as an update behind the file. Throws EnvironmentError for a PDF of another build.
+std::string labelled_pdf(std::string pdf, const FileLabel& label);
+
+/// The label of an SVG, if it has one.
+std::optional<FileLabel> label_of_svg(std::string_view svg);
+
+/// The PDF with every object as it stands and a table of them in plain text. cairo from 1.18 on packs some of them, so
+/// that neither a date in them can be taken away without moving all that follows, nor an object be replaced. A PDF that
+/// has a plain table, as cairo 1.16 writes it, is returned as it is. Throws EnvironmentError for one that is neither.
+std::string with_plain_objects(std::string pdf);
 
 /// One plot to be made by gnuplot: a script that reads its data and writes <stem>.svg and <stem>.pdf, all by names
 /// relative to the folder it stands in.
@@ -75,5 +114,21 @@ std::string without_creation_date(std::string pdf);
 /// count, because their sample in the key is a mark whatever became of the curve: a script names its curves by
 /// keyentry.
 int count_visible_curves(std::string_view svg);
+
+/// A hidden folder for work in progress, removed with everything in it when it goes out of scope
+/// (and by remove_leftovers, should the program be killed before).
+class ScratchFolder {
+ public:
+  /// Makes a folder of its own in `parent` (and the parents), with `name` in its name. Throws EnvironmentError.
+  ScratchFolder(const std::filesystem::path& parent, const std::string& name);
+  ScratchFolder(const ScratchFolder&) = delete;
+  ScratchFolder& operator=(const ScratchFolder&) = delete;
+  ~ScratchFolder();
+
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
 
 }  // namespace granuscope

@@ -8,14 +8,12 @@
 
 #include "model/lattice.h"
 #include "plot/axes.h"
-#include "plot/csv_table.h"
 #include "plot/figure_captions.h"
 #include "plot/gnuplot.h"
-#include "plot/plot_language.h"
 #include "plot/plot_script.h"
-#include "plot/window_points.h"
+#include "plot/power_law_panel.h"
 #include "support/error.h"
-#include "support/number_format.h"
+#include "support/plain_text.h"
 
 namespace granuscope {
 namespace {

@@ -2,7 +2,7 @@
 #include <filesystem>
 
 #include "analysis/results.h"
-#include "plot/figure.h"
+#include "plot/figure_captions.h"
 
 namespace granuscope {
 

@@ -13,16 +13,13 @@
 #include <vector>
 
 #include "plot/figure_captions.h"
-#include "plot/file_label.h"
 #include "plot/gnuplot.h"
-#include "plot/plot_language.h"
 #include "plot/plot_script.h"
-#include "plot/scratch_folder.h"
-#include "support/atomic_file.h"
-#include "support/child_process.h"
 #include "support/error.h"
-#include "support/single_line.h"
-#include "support/template_file.h"
+#include "support/files.h"
+#include "support/plain_text.h"
+#include "support/process.h"
+#include "support/templates.h"
 
 namespace granuscope {
 namespace {

@@ -1,14 +1,15 @@
 #pragma once
+#include <cstddef>
 #include <filesystem>
 #include <string>
+#include <string_view>
+#include <vector>
 
-#include "plot/figure.h"
 #include "plot/figure_captions.h"
 #include "plot/gnuplot.h"
-#include "plot/template_variables.h"
+#include "sampling/sampler_spec.h"
 
 namespace granuscope {
-
 /// Most plots are as wide as the text of the printed report, 170 mm, with text of 9 pt.
 inline constexpr double plot_width_inches = 6.69;
 /// Two of these stand side by side there, 82 mm each, with text of 8 pt.
@@ -72,5 +73,31 @@ struct KeySize {
   int entries = 0, letters = 0;
 };
 KeySize size_of_key(const std::string& script);
+
+/// The categorical colours of templates/palette.txt (Okabe and Ito) by name, as "#rrggbb": black, orange, sky_blue,
+/// bluish_green, yellow, blue, vermilion, reddish_purple, and frame for decorations. Throws std::logic_error if the
+/// palette lacks one.
+TemplateVariables plot_colours();
+
+/// Colour and marker of curve number `index` in a figure with one curve for each friction coefficient, in gnuplot's
+/// words: "pointtype 7 linecolor rgb '#0072b2'". Colours repeat after six, markers after seven.
+std::string series_style(std::size_t index);
+
+/// The script with its texts in another language: in every quoted text that is no file name, the phrases of a catalogue
+/// (templates/plot/labels.txt has its form) and the decimal point are replaced; a longer phrase comes before one that
+/// it holds. Throws InputError for a line of the catalogue that is none.
+std::string in_language(const std::string& script, std::string_view catalogue);
+
+/// Any text with the phrases of a catalogue replaced, as whole words; its decimal points stay.
+std::string in_terms(const std::string& text, std::string_view catalogue);
+
+/// The catalogue by which texts about friction speak of what else an experiment varies; empty for friction itself.
+std::string terms_of(const ScanParameter& parameter);
+
+/// The quoted texts of a script that are neither file names nor formats, as they stand.
+std::vector<std::string> texts_of_script(std::string_view script);
+
+/// The catalogue of a language that is built in: "en" (nothing changes), "fr", "de". Throws InputError for another.
+std::string_view catalogue_of(const std::string& language);
 
 }  // namespace granuscope

@@ -4,17 +4,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "plot/axes.h"
-#include "plot/csv_table.h"
 #include "plot/figure_captions.h"
-#include "plot/label_places.h"
-#include "plot/plot_colours.h"
-#include "plot/point_selection.h"
-#include "support/number_format.h"
+#include "plot/gnuplot.h"
+#include "plot/plot_script.h"
+#include "support/plain_text.h"
 
 namespace granuscope {
-
 namespace {
 
 /// Points farther from their law than this are arrows at the edge of the narrow panel: they would flatten all others.
@@ -269,6 +267,76 @@ PowerLawPanelScript add_power_law_panel(PlotPlan& plan, const PowerLawPanel& wan
   if (any_ratio) ++plan.curves;  // the line at 1
   script.text = plan.add_part({"plot/power_law_panel", variables});
   return script;
+}
+
+const Transport* nearest_result(const std::vector<Transport>& results, double mu,
+                                const std::function<bool(const Transport&)>& usable) {
+  const Transport* nearest = nullptr;
+  for (const Transport& result : results) {
+    if (!usable(result)) continue;
+    if (nearest == nullptr || std::abs(result.scanned() - mu) < std::abs(nearest->scanned() - mu)) nearest = &result;
+  }
+  return nearest;
+}
+
+bool in_window(double mu, const std::array<double, 2>& window) {
+  constexpr double rounding = 1e-9;
+  return mu >= window[0] - rounding && mu <= window[1] + rounding;
+}
+
+Analysis without_imprecise_points(const Analysis& analysis) {
+  // Half of D still is a point on logarithmic axes; c is known to parts in a thousand wherever it means something.
+  constexpr double imprecise_D = 0.5, imprecise_c = 0.05;
+  const auto drop_if_imprecise = [](Estimate& estimate, double share) {
+    if (!estimate.known()) estimate.reason = "why stands under the table of c and D";
+    if (!estimate.known() || estimate.standard_error <= share * std::abs(estimate.value)) return;
+    estimate.reason =
+        fmt::format("too uncertain for a point: {}", value_with_error(estimate.value, estimate.standard_error));
+    estimate.value = estimate.standard_error = std::numeric_limits<double>::quiet_NaN();
+  };
+  Analysis clear = analysis;
+  for (Transport& result : clear.results) {
+    drop_if_imprecise(result.c, imprecise_c);
+    drop_if_imprecise(result.D, imprecise_D);
+  }
+  return clear;
+}
+
+std::vector<std::string> power_law_columns(const std::string& x_unit, const std::string& y_unit) {
+  return {"mu: dimensionless", "x: " + x_unit,     "y: " + y_unit,     "x_low: " + x_unit,
+          "x_high: " + x_unit, "y_low: " + y_unit, "y_high: " + y_unit};
+}
+
+bool fits_log_axes(const PowerLawPoint& point) { return point.x > 0 && point.y > 0; }
+
+WindowMiddle middle_of_window(const std::vector<PowerLawPoint>& points, const std::array<double, 2>& window) {
+  WindowMiddle middle;
+  double log_x = 0, log_y = 0, count = 0;
+  for (const PowerLawPoint& point : points) {
+    if (!fits_log_axes(point) || !in_window(point.mu, window)) continue;
+    log_x += std::log(point.x);
+    log_y += std::log(point.y);
+    middle.extent.add(point.x);
+    ++count;
+  }
+  if (count == 0) return middle;
+  middle.x = std::exp(log_x / count);
+  middle.y = std::exp(log_y / count);
+  return middle;
+}
+
+Range window_on_axis(const std::array<double, 2>& window, const Range& axis) {
+  Range part;
+  part.add(std::clamp(window[0], axis.low, axis.high));
+  part.add(std::clamp(window[1], axis.low, axis.high));
+  return part;
+}
+
+std::string exponent_text(const ScalingFit& fit) {
+  if (!fit.exponent.known()) return "unknown";
+  if (!fit.misses_the_points()) return value_with_error(fit.exponent.value, fit.exponent.standard_error);
+  return fmt::format("{} (χ² = {} on {})", significant(fit.exponent.value, 3), significant(fit.scatter.chi2, 2),
+                     fit.scatter.degrees_of_freedom);
 }
 
 }  // namespace granuscope

@@ -1,13 +1,56 @@
 #pragma once
+#include <array>
+#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "analysis/results.h"
+#include "plot/axes.h"
 #include "plot/plot_script.h"
-#include "plot/window_points.h"
 
 namespace granuscope {
+/// The result nearest in mu among those that `usable` accepts (the lower mu of two equally near), or nullptr.
+const Transport* nearest_result(const std::vector<Transport>& results, double mu,
+                                const std::function<bool(const Transport&)>& usable);
+
+/// The same analysis for the figures against mu: a c or D too uncertain to be a point becomes unknown, with that as the
+/// reason, so that one error bar does not squeeze all other points together. One that was unknown before gets a reason
+/// that points to the table of c and D, which tells it at length: each of these figures would tell it again.
+Analysis without_imprecise_points(const Analysis& analysis);
+
+/// Whether mu lies in the closed window (with room for the rounding of decimal fractions).
+bool in_window(double mu, const std::array<double, 2>& window);
+
+/// One measured point of a power law y = A x^k; errors are standard errors.
+struct PowerLawPoint {
+  double mu = 0;
+  double x = 0, x_error = 0;
+  double y = 0, y_error = 0;
+};
+
+/// Columns of a table of such points (gnuplot.h): mu, x, y and the ends of the error bars.
+std::vector<std::string> power_law_columns(const std::string& x_unit, const std::string& y_unit);
+
+/// Only what is positive has a place on logarithmic axes.
+bool fits_log_axes(const PowerLawPoint& point);
+
+/// The middle of the points of a window on logarithmic axes, and how far they reach in x (empty if there are none). A
+/// guide of given exponent passes through it. The window itself has no such middle: it may begin at mu = 0 and end far
+/// beyond the points.
+struct WindowMiddle {
+  double x = 0, y = 0;
+  Range extent;
+};
+
+WindowMiddle middle_of_window(const std::vector<PowerLawPoint>& points, const std::array<double, 2>& window);
+
+/// The part of a window of mu that lies on an axis of mu. A curve is sampled at a fixed number of places: over a window
+/// that ends far beyond the axis, none of them might be on it.
+Range window_on_axis(const std::array<double, 2>& window, const Range& axis);
+
+/// "1.66(4)"; without an error and with chi^2 where the points follow no power law; "unknown".
+std::string exponent_text(const ScalingFit& fit);
 
 /// Points read in one way, with the law fitted to those in its window of mu.
 struct PowerLawSeries {

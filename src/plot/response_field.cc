@@ -8,8 +8,8 @@
 #include "analysis/double_gaussian.h"
 #include "analysis/mean_response.h"
 #include "model/lattice.h"
-#include "plot/csv_table.h"
-#include "render/labels.h"
+#include "plot/gnuplot.h"
+#include "render/decorations.h"
 
 namespace granuscope {
 

@@ -1,9 +1,9 @@
 #pragma once
 #include <string>
 
-#include "analysis/measured_ensemble.h"
+#include "analysis/mean_response.h"
 #include "analysis/results.h"
-#include "render/field_scene.h"
+#include "render/scenes.h"
 
 namespace granuscope {
 

@@ -1,14 +1,14 @@
 #pragma once
+#include <string>
+#include <string_view>
 #include <vector>
 
-#include "render/colour_scale.h"
 #include "render/font.h"
-#include "render/image.h"
 #include "render/layout.h"
 #include "render/palette.h"
+#include "render/scene.h"
 
 namespace granuscope {
-
 /// Everything of a layout that is not the plot area: frame, ticks, labels, arrow, scale bar and colour scale. It is
 /// made once and painted into as many bands of the picture as there are.
 class Decorations {
@@ -32,5 +32,9 @@ class Decorations {
 
   std::vector<Piece> pieces_;  ///< in the order they are painted
 };
+
+/// What templates/pictures/labels.txt has under that name: the wording of axes, scale bar, arrow and colour scales.
+/// Throws std::logic_error if it has nothing: names of labels come from the program, not from the user.
+const std::string& label(std::string_view name);
 
 }  // namespace granuscope

@@ -1,4 +1,4 @@
-#include "render/egl_context.h"
+#include "render/gl_context.h"
 
 #define EGL_NO_X11  // the types of a window system are not needed, nor their headers
 #include <EGL/egl.h>

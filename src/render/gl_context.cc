@@ -4,8 +4,6 @@
 
 #include <algorithm>
 
-#include "render/egl_context.h"
-#include "render/osmesa_context.h"
 #include "support/error.h"
 
 namespace granuscope {

@@ -5,7 +5,6 @@
 #include "render/gl_functions.h"
 
 namespace granuscope {
-
 /// An OpenGL 3.3 core context without a window. Nothing is ever painted to its default buffer: the painter brings its
 /// own framebuffer, and then every backend on the same driver gives the same pixels.
 class GlContext {
@@ -54,5 +53,13 @@ std::unique_ptr<GlContext> find_gl_context(const std::string& backend, std::stri
 
 /// Throws EnvironmentError naming the error and `step` if GL has noted one.
 void check_gl(const GlContext& context, const char* step);
+
+/// A context of EGL's surfaceless platform: no display server, no window, no default buffer. The library is loaded now
+/// and not earlier. Throws EnvironmentError if it is missing or cannot give OpenGL 3.3.
+std::unique_ptr<GlContext> make_egl_context();
+
+/// A context of Mesa's off-screen library, whose library is loaded by this call. Throws EnvironmentError if it is
+/// missing or has no OpenGL 3.3 core profile.
+std::unique_ptr<GlContext> make_osmesa_context();
 
 }  // namespace granuscope

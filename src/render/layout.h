@@ -3,11 +3,11 @@
 #include <string>
 #include <vector>
 
+#include "model/pile.h"
 #include "render/font.h"
 #include "render/scene.h"
 
 namespace granuscope {
-
 /// Pixels left .. left + width - 1, top .. top + height - 1.
 struct Box {
   int left = 0, top = 0, width = 0, height = 0;
@@ -62,5 +62,13 @@ Layout lay_out(const SceneSpec& spec, const Scene& scene, const Font& font);
 
 /// The font of the labels, at the final pixel size for this dpi. Throws InputError if the dpi is out of range.
 double text_pixels(const SceneSpec& spec);
+
+/// The part of the plane that a specification asks for: whole beads, from the top of the first layer to the bottom of
+/// the last one. Throws InputError if the window is empty, holds no layer or leaves the pile.
+Extent extent_of(const Lattice& lattice, const SceneSpec& spec);
+
+/// The layers and beads whose contacts may reach into the window, and which of their forces the scene is about; all of
+/// them if nothing is to be skipped.
+PileRange range_needed(const Lattice& lattice, const SceneSpec& spec);
 
 }  // namespace granuscope

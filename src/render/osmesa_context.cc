@@ -1,4 +1,4 @@
-#include "render/osmesa_context.h"
+#include "render/gl_context.h"
 
 #include "support/error.h"
 
@@ -11,7 +11,7 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "support/single_line.h"
+#include "support/plain_text.h"
 
 namespace granuscope {
 namespace {

@@ -17,10 +17,9 @@
 #include <system_error>
 #include <vector>
 
-#include "support/atomic_file.h"
 #include "support/error.h"
-#include "support/interruption.h"
-#include "support/system_reason.h"
+#include "support/files.h"
+#include "support/progress.h"
 
 namespace granuscope {
 namespace {

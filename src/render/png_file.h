@@ -2,7 +2,7 @@
 #include <filesystem>
 #include <memory>
 
-#include "render/image.h"
+#include "render/scene.h"
 
 namespace granuscope {
 

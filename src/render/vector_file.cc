@@ -9,13 +9,13 @@
 #include <utility>
 #include <vector>
 
-#include "render/colour_scale.h"
 #include "render/font.h"
 #include "render/layout.h"
-#include "render/level_table.h"
-#include "support/atomic_file.h"
-#include "support/clean_text.h"
+#include "render/palette.h"
+#include "render/sample_grid.h"
 #include "support/error.h"
+#include "support/files.h"
+#include "support/plain_text.h"
 
 namespace granuscope {
 namespace {

@@ -3,7 +3,6 @@
 #include <cstdint>
 #include <filesystem>
 
-#include "render/image.h"
 #include "render/scene.h"
 
 namespace granuscope {

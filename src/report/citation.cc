@@ -2,10 +2,23 @@
 
 #include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
+#include <zip.h>
+#include <nlohmann/json.hpp>
 
-#include "support/atomic_file.h"
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <ctime>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "report/clean_json.h"
+#include "report/run_files.h"
 #include "support/error.h"
-#include "support/single_line.h"
+#include "support/files.h"
+#include "support/plain_text.h"
+#include "support/progress.h"
 
 namespace granuscope {
 namespace {
@@ -58,6 +71,272 @@ Citation read_citation(const std::filesystem::path& file) {
   }
   if (citation.authors.empty()) refuse("it names no authors");
   return citation;
+}
+
+namespace {
+
+/// A zip keeps the local time without its zone: the moment at which clocks here show the given one.
+std::time_t moment_shown_as(const std::string& time) {
+  std::tm parts = {};
+  if (std::sscanf(time.c_str(), "%d-%d-%dT%d:%d:%d",  // NOLINT(cert-err34-c): a field that is missing is 0
+                  &parts.tm_year, &parts.tm_mon, &parts.tm_mday, &parts.tm_hour, &parts.tm_min, &parts.tm_sec) < 3) {
+    parts = std::tm();
+    parts.tm_mday = parts.tm_mon = 1;
+    parts.tm_year = 1980;
+  }
+  parts.tm_year -= 1900;
+  parts.tm_mon -= 1;
+  parts.tm_isdst = -1;
+  return std::mktime(&parts);
+}
+
+}  // namespace
+
+void write_zip(const std::filesystem::path& target, const std::vector<ZipEntry>& entries, const std::string& time) {
+  AtomicFile file(target);
+  const auto fail = [&](const std::string& why) {
+    throw EnvironmentError(
+        fmt::format("cannot write '{}': {}; make room or choose another --out", target.string(), why));
+  };
+  int code = 0;
+  std::unique_ptr<zip_t, void (*)(zip_t*)> archive(
+      zip_open(file.temporary_path().c_str(), ZIP_CREATE | ZIP_TRUNCATE, &code), zip_discard);
+  if (archive == nullptr) {
+    zip_error_t error;
+    zip_error_init_with_code(&error, code);
+    const std::string why = zip_error_strerror(&error);
+    zip_error_fini(&error);
+    fail(why);
+  }
+  const std::time_t moment = moment_shown_as(time);
+  for (const ZipEntry& entry : entries) {
+    zip_source_t* source = entry.file.empty()
+                               ? zip_source_buffer(archive.get(), entry.bytes.data(), entry.bytes.size(), 0)
+                               : zip_source_file(archive.get(), entry.file.c_str(), 0, -1);
+    if (source == nullptr) fail(zip_strerror(archive.get()));
+    const zip_int64_t index = zip_file_add(archive.get(), entry.name.c_str(), source, ZIP_FL_ENC_UTF_8);
+    if (index < 0) {
+      zip_source_free(source);
+      fail(zip_strerror(archive.get()));
+    }
+    const auto place = static_cast<zip_uint64_t>(index);
+    constexpr zip_uint32_t plain_file = 0100644U << 16U;
+    if (zip_file_set_mtime(archive.get(), place, moment, 0) != 0 ||
+        zip_file_set_external_attributes(archive.get(), place, 0, ZIP_OPSYS_UNIX, plain_file) != 0) {
+      fail(zip_strerror(archive.get()));
+    }
+  }
+  // Only here are files read and the archive written, beside its place.
+  if (zip_close(archive.get()) != 0) fail(zip_strerror(archive.get()));
+  (void)archive.release();
+  file.commit();
+}
+
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+constexpr const char* metadata_name = "ro-crate-metadata.json";
+constexpr const char* manifest_name = "manifest.json";
+// Identifiers within the crate.
+constexpr const char *of_run = "#run", *of_program = "#granuscope", *of_licence = "#licence";
+
+constexpr std::array<std::pair<const char*, const char*>, 10> formats = {{{".json", "application/json"},
+                                                                          {".toml", "application/toml"},
+                                                                          {".html", "text/html"},
+                                                                          {".pdf", "application/pdf"},
+                                                                          {".svg", "image/svg+xml"},
+                                                                          {".png", "image/png"},
+                                                                          {".csv", "text/csv"},
+                                                                          {".xml", "application/xml"},
+                                                                          {".md", "text/markdown"},
+                                                                          {".h5", "application/x-hdf5"}}};
+
+/// What the files at the top of a run's folder are; the others are told by their folder.
+constexpr std::array<std::pair<const char*, const char*>, 12> descriptions = {
+    {{"experiment.toml", "The experiment, with every default resolved"},
+     {"manifest.json", "Provenance, environment and hashes of the run"},
+     {"timings.json", "Wall times of its stages"},
+     {"summary.json", "All numbers with their standard errors, and the verdicts"},
+     {"summary.md", "The summary in Markdown"},
+     {"claims.xml", "The verdicts as test results (JUnit)"},
+     {"report.html", "The report"},
+     {"report.pdf", "The report in print"},
+     {"figures/", "Figure, its script or its data"},
+     {"piles/", "Contact forces of a pile"},
+     {"ensembles/", "Sums over the piles that were drawn"},
+     {"", "File of the run"}}};
+
+[[noreturn]] void refuse(const fs::path& folder, const std::string& what) {
+  throw InputError(
+      fmt::format("{0}: {1}, so that the archive would not be what a run made; run it again, granuscope run "
+                  "{0}/experiment.toml --out {0}, and pack it then",
+                  folder.string(), what));
+}
+
+/// A path as a relative reference of a URL.
+std::string as_reference(const std::string& path) {
+  std::string text;
+  for (const char c : path) {
+    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+                       std::string_view("-._~/").find(c) != std::string_view::npos;
+    text += plain ? std::string(1, c) : fmt::format("%{:02X}", static_cast<unsigned char>(c));
+  }
+  return text;
+}
+
+Json reference(const std::string& id) { return {{"@id", id}}; }
+
+Json file_entity(const std::string& path, std::uintmax_t bytes, const std::string& digest) {
+  Json file = {{"@id", as_reference(path)}, {"@type", "File"}, {"name", path}};
+  for (const auto& [beginning, description] : descriptions) {
+    if (!path.starts_with(beginning)) continue;
+    file["description"] = description;
+    break;
+  }
+  const std::string extension = fs::path(path).extension().string();
+  for (const auto& [known, format] : formats) {
+    if (extension == known) file["encodingFormat"] = format;
+  }
+  file["contentSize"] = std::to_string(bytes);
+  file["sha256"] = digest;
+  return file;
+}
+
+/// Appends who made it, and refers to them from `work`.
+void add_citation(const std::optional<Citation>& citation, Json& work, Json& graph) {
+  if (!citation || citation->license.empty()) {
+    work["license"] = reference(of_licence);
+    graph.push_back({{"@id", of_licence},
+                     {"@type", "CreativeWork"},
+                     {"name", "No licence is stated"},
+                     {"description", "Ask the authors before you use more than the law allows."}});
+  } else {
+    const std::string id = "https://spdx.org/licenses/" + as_reference(citation->license);
+    work["license"] = reference(id);
+    graph.push_back({{"@id", id}, {"@type", "CreativeWork"}, {"name", citation->license}});
+  }
+  if (!citation) return;
+  if (!citation->doi.empty()) work["identifier"] = "https://doi.org/" + citation->doi;
+  work["author"] = Json::array();
+  for (std::size_t i = 0; i < citation->authors.size(); ++i) {
+    const Author& author = citation->authors[i];
+    const std::string id = author.orcid.empty() ? fmt::format("#author-{}", i + 1) : author.orcid;
+    work["author"].push_back(reference(id));
+    Json entity = {{"@id", id}, {"@type", author.is_person ? "Person" : "Organization"}, {"name", author.name}};
+    if (!author.given_name.empty()) entity["givenName"] = author.given_name;
+    if (!author.family_name.empty()) entity["familyName"] = author.family_name;
+    if (!author.affiliation.empty()) entity["affiliation"] = author.affiliation;
+    graph.push_back(entity);
+  }
+}
+
+Json program_entity(const Json& provenance) {
+  const std::string told = provenance.at("program"), commit = provenance.at("git_commit");
+  const std::size_t space = told.rfind(' ');
+  Json program = {{"@id", of_program},
+                  {"@type", "SoftwareApplication"},
+                  {"name", told.substr(0, space)},
+                  {"version", space == std::string::npos ? "" : told.substr(space + 1)},
+                  {"softwareVersion", fmt::format("commit {}{}, sampling {}", commit,
+                                                  provenance.at("git_dirty") == true ? " with uncommitted changes" : "",
+                                                  provenance.at("sampling_version").get<std::string>())},
+                  {"identifier", commit}};
+  for (const auto& [library, version] : provenance.at("libraries").items()) {
+    program["softwareRequirements"].push_back(fmt::format("{} {}", library, version.get<std::string>()));
+  }
+  return program;
+}
+
+/// The research object: its graph has first the crate itself, then what is in it, then who and what made it.
+std::string metadata(const Json& manifest, const Json& files, const PackOptions& options) {
+  Json parts = Json::array();
+  for (const Json& file : files) parts.push_back(reference(file.at("@id")));
+  const std::string name = manifest.at("experiment"), told = manifest.value("description", std::string());
+  Json work = {
+      {"@id", "./"},
+      {"@type", "Dataset"},
+      {"name", options.citation && !options.citation->title.empty()
+                   ? fmt::format("{}: results of the experiment {}", options.citation->title, name)
+                   : fmt::format("Results of the experiment {}", name)},
+      {"description", told.empty() ? "Response of piles of frictional beads to a load, by granuscope: numbers, "
+                                     "figures, verdicts and report"
+                                   : told},
+      {"datePublished", manifest.at("finished").get<std::string>().substr(0, 10)},
+      {"hasPart", parts},
+      {"mentions", reference(of_run)}};
+  Json people = Json::array();
+  add_citation(options.citation, work, people);
+  Json graph = {{{"@id", metadata_name},
+                 {"@type", "CreativeWork"},
+                 {"conformsTo", reference("https://w3id.org/ro/crate/1.1")},
+                 {"about", reference("./")}},
+                work};
+  for (const Json& file : files) graph.push_back(file);
+  graph.push_back({{"@id", of_run},
+                   {"@type", "CreateAction"},
+                   {"name", fmt::format("Run of the experiment {}", name)},
+                   {"description", "granuscope run experiment.toml --out ."},
+                   {"endTime", manifest.at("finished")},
+                   {"instrument", reference(of_program)},
+                   {"object", reference("experiment.toml")},
+                   {"result", parts}});
+  graph.push_back(program_entity(manifest.at("provenance")));
+  for (const Json& one : people) graph.push_back(one);
+  Json crate = {{"@context", {"https://w3id.org/ro/crate/1.1/context", {{"sha256", "https://schema.org/sha256"}}}},
+                {"@graph", graph}};
+  clean_strings(crate);
+  return crate.dump(2) + "\n";
+}
+
+Json manifest_of_finished_run(const fs::path& folder) {
+  std::error_code none;
+  if (!fs::is_regular_file(folder / manifest_name, none)) {
+    throw InputError(
+        fmt::format("{}: there is no manifest.json, so that this is no folder of a run; name one", folder.string()));
+  }
+  Json manifest = Json::parse(read_file(folder / manifest_name), nullptr, false);
+  if (!manifest.is_object() || !manifest.contains("status")) refuse(folder, "manifest.json is damaged");
+  const Json stages = manifest.value("stages", Json::array());
+  if (manifest.at("status") != "done" || std::find(stages.begin(), stages.end(), "report") == stages.end()) {
+    refuse(folder, "its last run did not come to its end with a report");
+  }
+  return manifest;
+}
+
+}  // namespace
+
+std::size_t pack_run(const fs::path& run_folder, const fs::path& archive, const PackOptions& options) {
+  require_writable(archive);
+  const Json manifest = manifest_of_finished_run(run_folder);
+  std::vector<ZipEntry> entries;
+  Json files = Json::array();
+  const auto add = [&](const std::string& path, const std::string& digest) {
+    std::error_code unreadable;
+    files.push_back(file_entity(path, fs::file_size(run_folder / path, unreadable), digest));
+    entries.push_back({path, run_folder / path, ""});
+  };
+  try {
+    if (!lies_in(run_folder, manifest_name)) refuse(run_folder, "manifest.json is a link");
+    add(manifest_name, sha256_of_file(run_folder / manifest_name));
+    for (const Json& file : manifest.at("files")) {
+      const std::string path = file.at("path");
+      throw_if_interrupted();
+      if (!lies_in(run_folder, path)) refuse(run_folder, path + " leads out of the folder");
+      if (path.starts_with("ensembles/") && !options.with_ensembles) continue;
+      std::error_code none;
+      const bool there = fs::is_regular_file(run_folder / path, none);
+      const std::string digest = there ? sha256_of_file(run_folder / path) : "";
+      if (!there || file.at("sha256") != digest) refuse(run_folder, path + (there ? " has changed" : " is missing"));
+      add(path, digest);
+    }
+    entries.insert(entries.begin(), {metadata_name, "", metadata(manifest, files, options)});
+  } catch (const Json::exception& damage) {
+    refuse(run_folder, fmt::format("manifest.json is damaged ({})", damage.what()));
+  }
+  write_zip(archive, entries, manifest.at("finished"));
+  return entries.size();
 }
 
 }  // namespace granuscope

@@ -1,10 +1,10 @@
 #pragma once
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
 namespace granuscope {
-
 /// One who is named as author: a person by both names, or a group by its own.
 struct Author {
   std::string name;
@@ -22,5 +22,30 @@ struct Citation {
 
 /// Throws InputError for a file that cannot be read or names no authors.
 Citation read_citation(const std::filesystem::path& file);
+
+/// A file in an archive: its name there, and what is in it.
+struct ZipEntry {
+  std::string name;            ///< with forward slashes
+  std::filesystem::path file;  ///< where its bytes are read from, or, if this is empty,
+  std::string bytes;           ///< what they are
+};
+
+/// Writes an archive with these entries in their order, all with one time of change ("2026-01-31T02:00:00Z", written as
+/// it stands, in whatever time zone): the same entries give the same bytes. It appears whole or not at all. Throws
+/// EnvironmentError.
+void write_zip(const std::filesystem::path& target, const std::vector<ZipEntry>& entries, const std::string& time);
+
+/// How a finished run is packed.
+struct PackOptions {
+  std::optional<Citation> citation;  ///< whose run it is, and under which licence; none: nobody is named
+  bool with_ensembles = false;       ///< all that was drawn, too, which is most of the bytes
+};
+
+/// Writes a finished run as one archive (zip) with ro-crate-metadata.json, a research object after RO-Crate 1.1: what
+/// each file is, with its SHA-256, and which program, commit and command made them from which experiment. The same run
+/// gives the same bytes. Returns how many files are in it. Throws InputError for a folder whose last run did not come
+/// to its report, or whose files are not those that it left; EnvironmentError if the archive cannot be written.
+std::size_t pack_run(const std::filesystem::path& run_folder, const std::filesystem::path& archive,
+                     const PackOptions& options);
 
 }  // namespace granuscope

@@ -2,16 +2,181 @@
 
 #include <nlohmann/json.hpp>
 
-#include "support/clean_text.h"
+#include <cmath>
+
+#include "support/plain_text.h"
 
 namespace granuscope {
-
 void clean_strings(nlohmann::ordered_json& document) {
   if (document.is_string()) {
     document = clean_text(document.get_ref<const std::string&>());
   } else if (document.is_structured()) {
     for (auto& element : document) clean_strings(element);
   }
+}
+
+using Json = nlohmann::ordered_json;
+
+Json finite_or_null(double number) { return std::isfinite(number) ? Json(number) : Json(nullptr); }
+
+std::string stated(const std::string& reason) { return reason.empty() ? "no reason was recorded" : reason; }
+
+Json to_json(const Estimate& estimate) {
+  Json json;
+  if (!estimate.known()) {
+    json["value"] = nullptr;
+    json["stderr"] = nullptr;
+    json["reason"] = stated(estimate.reason);
+    return json;
+  }
+  json["value"] = estimate.value;
+  json["stderr"] = finite_or_null(estimate.standard_error);
+  if (std::isfinite(estimate.systematic)) json["systematic"] = estimate.systematic;
+  if (!std::isfinite(estimate.standard_error)) json["reason"] = "its standard error is unknown";
+  return json;
+}
+
+Json to_json(const ThrustAtDepth& depth) {
+  return {{"layer", depth.layer},
+          {"z", depth.z},
+          {"thrust_ratio", to_json(depth.thrust_ratio)},
+          {"weight_variance", to_json(depth.weight_variance)}};
+}
+
+Json to_json(const LineTest& test) {
+  Json json;
+  json["chi2"] = finite_or_null(test.chi2);
+  json["degrees_of_freedom"] = test.degrees_of_freedom;
+  json["points"] = test.points;
+  if (json["chi2"].is_null()) json["reason"] = stated(test.reason);
+  return json;
+}
+
+Json to_json(const RunningExponent& running) {
+  Json json;
+  json["at_low"] = to_json(running.at_low);
+  json["at_high"] = to_json(running.at_high);
+  if (running.at_low.known()) {
+    json["at_low"]["at"] = running.low;
+    json["at_high"]["at"] = running.high;
+  }
+  json["about_law"] = to_json(running.scatter);
+  return json;
+}
+
+nlohmann::ordered_json to_json(const ResponseSpec& response) {
+  nlohmann::ordered_json json{{"estimator", name_of(response.estimator)}};
+  if (response.estimator == EstimatorName::multiplexed) {
+    json["epsilon"] = response.epsilon;
+    json["opposite"] = response.opposite;
+    json["sign_run"] = response.sign_run;
+  } else if (response.estimator == EstimatorName::fluctuation) {
+    json["reference_lag"] = response.reference_lag;
+    json["first_base"] = response.first_base;
+    json["base_step"] = response.base_step;
+  } else {
+    json["overload"] = response.overload;
+  }
+  return json;
+}
+
+namespace {
+
+using nlohmann::ordered_json;
+
+/// A value whose standard error alone is unknown keeps its value; the reason then tells of the error.
+ordered_json estimate_json(const Estimate& estimate) {
+  ordered_json json{{"value", finite_or_null(estimate.value)}, {"stderr", finite_or_null(estimate.standard_error)}};
+  if (!estimate.reason.empty()) json["reason"] = estimate.reason;
+  return json;
+}
+
+/// Null where no pile was completed: 0 would be the claim that none of its beads cost anything.
+ordered_json share(std::uint64_t part, std::uint64_t whole) {
+  if (whole == 0) return nullptr;
+  return static_cast<double>(part) / static_cast<double>(whole);
+}
+
+}  // namespace
+
+std::string sample_statistics_json(const SampleStatistics& statistics) {
+  const SamplerCounts& counts = statistics.counts;
+  const std::uint64_t repaired = counts.repaired_by_pair + counts.repaired_by_arc + counts.repaired_by_ring;
+  ordered_json per_layer = ordered_json::array();
+  for (const LayerStatistics& layer : statistics.per_layer) {
+    per_layer.push_back({{"layer", layer.layer},
+                         {"alpha", estimate_json(layer.alpha)},
+                         {"weight_variance", estimate_json(layer.weight_variance)}});
+  }
+  ordered_json audit{{"max_balance_residual", finite_or_null(statistics.audit.max_balance_residual)},
+                     {"max_cone_violation", finite_or_null(statistics.audit.max_cone_violation)}};
+  if (audit["max_balance_residual"].is_null()) audit["reason"] = "none of the audited samples is a completed pile";
+  ordered_json json{{"law", statistics.law},
+                    {"mu", statistics.mu},
+                    {"columns", statistics.columns},
+                    {"layers", statistics.layers},
+                    {"samples", statistics.samples},
+                    {"tries", counts.tries},
+                    {"draws_per_bead", share(counts.uniforms, counts.beads)},
+                    {"repaired_per_bead", share(repaired, counts.beads)},
+                    {"backtracked_per_bead", share(counts.backtracked, counts.beads)},
+                    {"seconds", statistics.seconds}};
+  if (counts.beads == 0) json["reason"] = "no pile was completed, so that there are no beads to count per";
+  json["per_layer"] = per_layer;
+  json["audit"] = audit;
+  json["rounded_per_bead"] = share(counts.rounded, counts.beads);
+  json["effective_samples"] = estimate_json(statistics.effective_samples);
+  if (statistics.law == "polytope" && statistics.mu > 0) {
+    json["chain"] = {{"lambda", statistics.lambda},
+                     {"burn_in", statistics.burn_in},
+                     {"thinning", statistics.thinning},
+                     {"accepted", share(counts.accepted_moves, counts.moves)}};
+  }
+  return json.dump(2) + "\n";
+}
+
+std::string findings_json(const std::vector<Finding>& findings) {
+  ordered_json list = ordered_json::array();
+  bool good = true;
+  for (const Finding& finding : findings) {
+    list.push_back({{"subject", finding.subject}, {"good", finding.good}, {"text", finding.text}});
+    if (!finding.good && !finding.package.empty()) list.back()["package"] = finding.package;
+    good = good && finding.good;
+  }
+  return ordered_json{{"good", good}, {"findings", list}}.dump(2) + "\n";
+}
+
+std::string audit_json(const Pile& pile, const AuditResult& audit, double tolerance) {
+  const auto residual = [](double value, int layer) {
+    return ordered_json{{"value", finite_or_null(value)}, {"layer", layer}};
+  };
+  const bool good = audit.max_balance_residual <= tolerance && audit.max_cone_violation <= tolerance;
+  return ordered_json{{"law", pile.law},
+                      {"mu", pile.mu},
+                      {"columns", pile.lattice.columns()},
+                      {"layers", pile.lattice.layers()},
+                      {"seed", pile.seed},
+                      {"sample", pile.sample},
+                      {"max_balance_residual", residual(audit.max_balance_residual, audit.balance_layer)},
+                      {"max_cone_violation", residual(audit.max_cone_violation, audit.cone_layer)},
+                      {"allowed", tolerance},
+                      {"good", good}}
+             .dump(2) +
+         "\n";
+}
+
+std::string render_statistics_json(const SceneStatistics& statistics) {
+  const SceneCounts& counts = statistics.counts;
+  const SceneStatistics::Seconds& seconds = statistics.seconds;
+  const ordered_json json{
+      {"drawn", counts.drawn},
+      {"outside", counts.outside},
+      {"too_faint", counts.too_faint},
+      {"aggregated", counts.aggregated},
+      {"pixels", counts.pixels},
+      {"seconds",
+       {{"read", seconds.read}, {"build", seconds.build}, {"draw", seconds.draw}, {"encode", seconds.encode}}}};
+  return json.dump(2) + "\n";
 }
 
 }  // namespace granuscope

@@ -1,9 +1,77 @@
 #pragma once
+#include <nlohmann/json.hpp>
 #include <nlohmann/json_fwd.hpp>
 
-namespace granuscope {
+#include <cstdint>
+#include <string>
+#include <vector>
 
+#include "analysis/jackknife.h"
+#include "analysis/results.h"
+#include "ensemble/ensemble_spec.h"
+#include "model/audit.h"
+#include "render/render_pile.h"
+#include "storage/ensemble_file.h"
+
+namespace granuscope {
 /// clean_text on every string value of the document, so that it can be written whatever bytes a user put in.
 void clean_strings(nlohmann::ordered_json& document);
+
+/// The number, or null: NaN and infinity never appear in a file.
+nlohmann::ordered_json finite_or_null(double number);
+
+/// The reason, or that none was recorded.
+std::string stated(const std::string& reason);
+
+/// {"value", "stderr"}, or nulls beside a "reason".
+nlohmann::ordered_json to_json(const Estimate& estimate);
+
+/// {"layer", "z", "thrust_ratio", "weight_variance"}.
+nlohmann::ordered_json to_json(const ThrustAtDepth& depth);
+
+/// {"chi2", "degrees_of_freedom", "points"}.
+nlohmann::ordered_json to_json(const LineTest& test);
+
+/// {"at_low": {"value", "stderr", "at"}, "at_high", "about_law"}.
+nlohmann::ordered_json to_json(const RunningExponent& running);
+
+/// {"estimator", "overload"}, or {"estimator": "multiplexed" or "fluctuation", and its options}.
+nlohmann::ordered_json to_json(const ResponseSpec& response);
+
+/// What `granuscope sample --statistics` measures on one layer.
+struct LayerStatistics {
+  int layer = 0;
+  Estimate alpha;            ///< thrust ratio of the contacts leaving the layer
+  Estimate weight_variance;  ///< of the weights entering its beads, about the known mean 1
+};
+
+/// What `granuscope sample --statistics` prints.
+struct SampleStatistics {
+  std::string law;
+  double mu = 0;
+  int columns = 0, layers = 0;
+  std::uint64_t samples = 0;  ///< piles that entered the averages
+  SamplerCounts counts;
+  Estimate effective_samples;               ///< as many independent piles would have given the same standard errors
+  double lambda = 1;                        ///< polytope only
+  std::uint64_t burn_in = 0, thinning = 0;  ///< polytope only, sweeps
+  double seconds = 0;                       ///< wall time of the sampling
+  std::vector<LayerStatistics> per_layer;
+  AuditResult audit;  ///< worst over the audited piles; not a number if none of them was completed
+};
+
+/// What `granuscope doctor` looked at, what it found, and the Debian package that brings it if it is missing.
+struct Finding {
+  std::string subject;
+  std::string text;
+  bool good = true;
+  std::string package = {};  ///< empty: no package would help
+};
+
+/// One JSON object with a final newline. Unknown numbers are null beside a "reason".
+std::string findings_json(const std::vector<Finding>& findings);
+std::string audit_json(const Pile& pile, const AuditResult& audit, double tolerance);
+std::string sample_statistics_json(const SampleStatistics& statistics);
+std::string render_statistics_json(const SceneStatistics& statistics);
 
 }  // namespace granuscope

@@ -1,15 +1,21 @@
 #include "report/number_text.h"
 
 #include <fmt/format.h>
-
-#include <cmath>
 #include <nlohmann/json.hpp>
-#include <stdexcept>
 
-#include "support/number_format.h"
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <set>
+#include <stdexcept>
+#include <string_view>
+#include <vector>
+
+#include "report/page_scope.h"
+#include "support/error.h"
+#include "support/plain_text.h"
 
 namespace granuscope {
-
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -70,6 +76,212 @@ std::string format_number(const Json& value, std::string_view format) {
 std::string plain_value_with_error(double value, double standard_error) {
   constexpr int digits_if_exact = 6, smallest_exponent = -12;
   return value_with_error(value, standard_error, digits_if_exact, smallest_exponent);
+}
+
+namespace {
+
+struct NamedNumber {
+  std::string name;
+  Json value, standard_error;  ///< the latter null where there is none
+  std::string text;
+};
+
+class NumberList {
+ public:
+  /// `scanned`: what tells results apart.
+  explicit NumberList(std::string scanned) : scanned_(std::move(scanned)) {}
+
+  void add(const std::string& name, const Json& json) {
+    if (json.is_object() && json.contains("value") && json.contains("stderr")) {
+      if (json["value"].is_number()) take(name, json["value"], json["stderr"]);
+    } else if (json.is_object()) {
+      for (const auto& [key, inside] : json.items()) {
+        if (key == "measured" && json.contains("stderr") && inside.is_number()) {
+          take(below(name, key), inside, json["stderr"]);
+        } else if (key != "stderr" || !json.contains("measured")) {
+          add(below(name, key), inside);
+        }
+      }
+    } else if (json.is_array()) {
+      for (std::size_t i = 0; i < json.size(); ++i) add(below(name, name_of(json[i], i)), json[i]);
+    } else if (json.is_number()) {
+      take(name, json, nullptr);
+    }
+  }
+
+  const std::vector<NamedNumber>& numbers() const { return numbers_; }
+
+ private:
+  /// Results and exponents are what a text is about: their names are short.
+  static std::string below(const std::string& name, const std::string& key) {
+    return name.empty() || name == "results" || name == "scaling" ? key : name + "/" + key;
+  }
+
+  std::string name_of(const Json& element, std::size_t index) const {
+    if (element.is_object()) {
+      for (const std::string& key : {scanned_, std::string("mu"), std::string("layer")}) {
+        if (element.contains(key) && element[key].is_number()) {
+          return fmt::format("{}-{}", key, exact(element[key].get<double>()));
+        }
+      }
+      for (const char* key : {"id", "change", "law", "estimator"}) {
+        if (element.contains(key) && element[key].is_string()) return element[key].get<std::string>();
+      }
+    }
+    return std::to_string(index + 1);
+  }
+
+  void take(std::string name, const Json& value, const Json& standard_error) {
+    std::string unique = name;
+    for (int copy = 2; !names_.insert(unique).second; ++copy) unique = fmt::format("{}/{}", name, copy);
+    const bool with_error = standard_error.is_number();
+    numbers_.push_back({unique, value, with_error ? standard_error : Json(nullptr),
+                        with_error ? plain_value_with_error(value.get<double>(), standard_error.get<double>())
+                                   : format_number(value, "plain")});
+  }
+
+  std::string scanned_;
+  std::vector<NamedNumber> numbers_;
+  std::set<std::string> names_;
+};
+
+/// Typographic signs as TeX writes them in a formula.
+std::string in_tex(std::string text) {
+  const auto replace = [&text](std::string_view sign, std::string_view by) {
+    for (std::size_t at = text.find(sign); at != std::string::npos; at = text.find(sign, at + by.size())) {
+      text.replace(at, sign.size(), by);
+    }
+  };
+  replace("−", "-");
+  replace(" × ", " \\times ");
+  replace("×", "\\times ");
+  // Raised figures stand together, behind a ten.
+  constexpr std::array<std::string_view, 11> raised = {"⁰", "¹", "²", "³", "⁴", "⁵", "⁶", "⁷", "⁸", "⁹", "⁻"};
+  const auto raised_at = [&](std::size_t at) {
+    return std::find_if(raised.begin(), raised.end(),
+                        [&](std::string_view sign) { return text.compare(at, sign.size(), sign) == 0; });
+  };
+  for (std::size_t at = 0; at < text.size(); ++at) {
+    if (raised_at(at) == raised.end()) continue;
+    std::string exponent;
+    std::size_t end = at;
+    for (auto sign = raised_at(end); end < text.size() && sign != raised.end(); sign = raised_at(end)) {
+      const auto figure = sign - raised.begin();
+      exponent += figure == 10 ? "-" : std::to_string(figure);
+      end += sign->size();
+    }
+    text.replace(at, end - at, "^{" + exponent + "}");
+  }
+  return "\\ensuremath{" + text + "}";
+}
+
+}  // namespace
+
+std::string list_numbers(std::string_view summary, const std::string& format) {
+  const Json json = Json::parse(summary, nullptr, false);
+  if (!json.is_object() || !json.contains("results")) {
+    throw InputError("this is no summary.json of a run, so that it has no numbers; name the folder of a finished run");
+  }
+  NumberList list(scanned_in(json));
+  for (const auto& [key, part] : json.items()) {
+    if (key != "schema" && key != "figures") list.add(key, part);
+  }
+  if (format == "json") {
+    Json all = Json::object();
+    for (const NamedNumber& number : list.numbers()) {
+      all[number.name] = {{"value", number.value}, {"stderr", number.standard_error}, {"text", number.text}};
+    }
+    return all.dump(2) + "\n";
+  }
+  if (format == "csv") {
+    std::string text = "name,value,standard_error,text\n";
+    for (const NamedNumber& number : list.numbers()) {
+      text += fmt::format("{},{},{},{}\n", number.name, number.value.dump(),
+                          number.standard_error.is_null() ? "" : number.standard_error.dump(), number.text);
+    }
+    return text;
+  }
+  if (format != "tex") throw InputError(fmt::format("there is no format {}; choose tex, csv or json", format));
+  std::string text =
+      "% Every number of a run. \\granuscope{NAME} writes one with its standard error, in text and in formulae.\n"
+      "\\newcommand{\\granuscope}[1]{\\ifcsname granuscope@#1\\endcsname\\csname granuscope@#1\\endcsname\\else\n"
+      "  \\errmessage{granuscope has no number of the name #1}\\fi}\n";
+  for (const NamedNumber& number : list.numbers()) {
+    text +=
+        fmt::format("\\expandafter\\def\\csname granuscope@{}\\endcsname{{{}}}\n", number.name, in_tex(number.text));
+  }
+  return text;
+}
+
+std::string escape_markdown(std::string_view text) {
+  std::string escaped;
+  for (const char c : text) {
+    if (c == '\n' || c == '\t') {
+      escaped += ' ';
+    } else if (c == '&') {
+      escaped += "&amp;";
+    } else if (c == '<') {
+      escaped += "&lt;";
+    } else {
+      if (std::string_view("\\`*_{}[]#|~>").find(c) != std::string_view::npos) escaped += '\\';
+      escaped += c;
+    }
+  }
+  return escaped;
+}
+
+namespace {
+
+bool joins(std::string_view word) { return word == "=" || word == "−" || word == "≈" || word == "±" || word == "×"; }
+
+/// "1/√z" and "xₚ/z": a line could break behind the stroke.
+bool short_fraction(std::string_view word) {
+  constexpr std::size_t longest = 16;  // bytes; more is a path, or no formula
+  return word.size() <= longest && word.find('/') != std::string_view::npos;
+}
+
+std::vector<std::string_view> words_of(std::string_view text) {
+  std::vector<std::string_view> words;
+  for (std::size_t start = 0; start <= text.size();) {
+    const std::size_t end = std::min(text.find(' ', start), text.size());
+    words.push_back(text.substr(start, end - start));
+    start = end + 1;
+  }
+  return words;
+}
+
+}  // namespace
+
+std::string unbroken_formulae(std::string_view text) {
+  const std::vector<std::string_view> words = words_of(text);
+  std::string html;
+  bool inside = false;
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    const bool last = i + 1 == words.size();
+    const bool goes_on = !last && (joins(words[i + 1]) || words[i + 1].starts_with('%') || (inside && joins(words[i])));
+    if ((goes_on || short_fraction(words[i])) && !inside) {
+      html += "<span class=\"formula-text\">";
+      inside = true;
+    }
+    html += escape_markup(words[i]);
+    if (inside && !goes_on) {
+      html += "</span>";
+      inside = false;
+    }
+    if (!last) html += ' ';
+  }
+  return html;
+}
+
+std::string unbroken_words(std::string_view text) {
+  constexpr std::size_t longest = 60;  // characters that fit into a line of print in any case
+  std::string html;
+  for (const std::string_view word : words_of(text)) {
+    if (!html.empty()) html += ' ';
+    const bool breaks = word.size() > longest || word.find('-') == std::string_view::npos;
+    html += breaks ? escape_markup(word) : "<span class=\"word\">" + escape_markup(word) + "</span>";
+  }
+  return html;
 }
 
 }  // namespace granuscope

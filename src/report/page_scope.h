@@ -1,11 +1,13 @@
 #pragma once
 #include <nlohmann/json.hpp>
-#include <string>
+#include <nlohmann/json_fwd.hpp>
 
-#include "support/text_template.h"
+#include <string>
+#include <string_view>
+
+#include "support/templates.h"
 
 namespace granuscope {
-
 /// In what language numbers and words are written.
 enum class Markup { html, markdown };
 
@@ -41,7 +43,7 @@ class PageScope : public TemplateScope {
   std::string text(const std::string& name) const override;
   std::string raw_text(const std::string& name) const override;
   void enter(const std::string& name, Missing missing, const Write& write) const override;
-  /// A name that ends with ".table" is a table (report/page_table.h).
+  /// A name that ends with ".table" is a table (report/page_scope.h).
   std::string part(const std::string& name) const override;
 
   /// Whether a section of that name would be written; "^name": would not be.
@@ -71,5 +73,48 @@ class PageScope : public TemplateScope {
   const PageScope* outer_ = nullptr;  ///< the place around this one
   Markup markup_;
 };
+
+/// Where an estimate is unknown, the reason as a note below the table. `place`: where among the numbers of that name,
+/// as " at μ = 0.1"; those with the same reason share a note, in it those with the same place their place.
+void add_reason(nlohmann::ordered_json& notes, const nlohmann::ordered_json& summary, const std::string& pointer,
+                const std::string& name, const std::string& place);
+
+/// The name of what a run has scanned; of runs from before there was another, mu.
+std::string scanned_in(const nlohmann::ordered_json& summary);
+/// Where what was scanned stands in a result: "/results/0/mu".
+std::string place_of_scanned(const nlohmann::ordered_json& summary, std::size_t result);
+/// "μ = 0.1" of a result.
+std::string at_scanned(const nlohmann::ordered_json& summary, std::size_t result);
+
+/// Puts what each note is about into words: "c at μ = 0.1; c and D at μ = 0.6". Each note then has "what", "are" ("is"
+/// or "are") and the cell "reason".
+void finish_notes(nlohmann::ordered_json& notes);
+
+/// The HTML of a table that templates/<file> describes, at a place of summary.json; nothing if it has no rows.
+///
+///     caption: Share of the beads that had to draw another number
+///     class: redrawn
+///     rows: piles
+///     group: mu
+///
+///     <var>μ</var>    :: heading number :: {{mu}}
+///     beads of a pile :: number         :: {{columns}} × {{layers}}
+///     share           :: main number    :: {{share|plain}} :: some_share
+///
+/// Keys come first. caption: a template over the place where the table stands. class: of <table>, for the style sheets.
+/// rows: a list, one row for each element; "results > windows" is a list within each element of a list. where: only the
+/// rows that have this ("^this": that have it not). group: a new block begins where one of these values changes. after:
+/// HTML behind each row, over the row. end: HTML behind the last row, over the table's place. A line for each column
+/// follows: title, kind, cell and, if only some tables have the column, what the table's place must have for it ("^":
+/// must not have). Title and cell are HTML templates (report/page_scope.h), the cell over a row. Of the kind's words,
+/// heading makes the cell the row's heading, once leaves it empty but in the first row of a block, and number, main,
+/// name and after are for the style sheets. A second "rows:" begins a further block with columns and titles of its own.
+///
+/// A line that begins with a space goes on with the one before; # begins a comment. Throws std::logic_error with file
+/// and line for what is not of this form.
+std::string page_table(const std::string& file, const PageScope& place);
+
+/// The same from the text of the file; `file` names it in messages.
+std::string page_table(const std::string& file, std::string_view text, const PageScope& place);
 
 }  // namespace granuscope

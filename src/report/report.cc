@@ -1,18 +1,21 @@
 #include "report/report.h"
 
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
 #include <array>
 #include <string>
 
-#include "report/html_report.h"
-#include "report/junit.h"
-#include "report/markdown_summary.h"
+#include "report/page_overlays.h"
+#include "report/page_scope.h"
 #include "report/pdf_report.h"
 #include "report/summary_json.h"
-#include "support/atomic_file.h"
 #include "support/error.h"
+#include "support/files.h"
+#include "support/plain_text.h"
 
 namespace granuscope {
-
 ReportFiles files_in(const std::filesystem::path& run_folder) {
   ReportFiles files{run_folder / "summary.json",
                     run_folder / "claims.xml",
@@ -86,6 +89,55 @@ ReportFiles write_report(const ReportData& data, const std::filesystem::path& ru
   }
   if (pdf == PdfPolicy::required && !files.pdf) throw EnvironmentError(files.pdf_skipped);
   return files;
+}
+
+std::string html_report(const ReportData& data, const std::string& summary, const std::filesystem::path& run_folder) {
+  return report_page(data, nlohmann::ordered_json::parse(summary), run_folder, PageMedium::screen);
+}
+
+std::string markdown_summary(const ReportData& data) {
+  const auto summary = nlohmann::ordered_json::parse(summary_json(data));
+  nlohmann::ordered_json overlay = {{"title", title_of(data)}};
+  add_results(overlay, summary);
+  add_claims(overlay, summary);
+  add_numerics(overlay, summary);
+  return fill_template_file("summary.md.mustache", PageScope(summary, overlay, Markup::markdown));
+}
+
+namespace {
+
+bool differs(const Claim& claim) { return !claim.expected.empty() && claim.verdict != claim.expected; }
+
+/// Neither reproduced nor refuted: not decided or not tested, as expected.
+bool undecided(const Claim& claim) {
+  return claim.verdict != "reproduced" && claim.verdict != "not reproduced" && !differs(claim);
+}
+
+std::string markup(const std::string& text) { return escape_markup(clean_text(text)); }
+
+}  // namespace
+
+std::string junit_claims(const std::vector<Claim>& claims, const std::string& experiment_name) {
+  std::string suite_name = markup(experiment_name);
+  std::replace(suite_name.begin(), suite_name.end(), '\n', ' ');
+  std::string xml = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n";
+  const auto skipped = std::count_if(claims.begin(), claims.end(), undecided);
+  xml += fmt::format("<testsuite name=\"{}\" tests=\"{}\" failures=\"{}\" errors=\"0\" skipped=\"{}\">\n", suite_name,
+                     claims.size(), std::count_if(claims.begin(), claims.end(), differs), skipped);
+  for (const Claim& claim : claims) {
+    const std::string verdict = markup(claim.verdict), explanation = markup(claim.explanation);
+    xml += fmt::format("  <testcase classname=\"claims\" name=\"{}\">", markup(claim.id));
+    if (differs(claim)) {
+      xml += fmt::format("<failure message=\"the verdict is {}, expected was {}\">{}</failure>", verdict,
+                         markup(claim.expected), explanation);
+    } else if (undecided(claim)) {
+      xml += fmt::format("<skipped message=\"{}\"/>", verdict);
+    }
+    const std::string remarks = claim.remarks.empty() ? "" : " " + markup(claim.remarks);
+    xml += fmt::format("<system-out>{}: {} {}{}</system-out></testcase>\n", verdict, markup(claim.statement),
+                       explanation, remarks);
+  }
+  return xml + "</testsuite>\n";
 }
 
 }  // namespace granuscope

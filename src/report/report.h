@@ -2,11 +2,12 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
+#include "analysis/results.h"
 #include "report/report_data.h"
 
 namespace granuscope {
-
 /// What to do about report.pdf, which needs WeasyPrint.
 enum class PdfPolicy {
   none,         ///< not asked for
@@ -36,5 +37,18 @@ void set_aside_report(const std::filesystem::path& run_folder);
 /// Figures are read from `run_folder` by the relative paths they carry. Throws InputError for a figure that cannot be
 /// read, EnvironmentError for files that cannot be written.
 ReportFiles write_report(const ReportData& data, const std::filesystem::path& run_folder, PdfPolicy pdf);
+
+/// The report as one self-contained HTML page: no network, no scripts, pictures inside as data: URIs, light or dark by
+/// the reader's setting. Each number of the results carries data-key, a JSON pointer into `summary` (the text of
+/// summary.json), and is formatted from the value found there. Figures are read from `run_folder`.
+std::string html_report(const ReportData& data, const std::string& summary, const std::filesystem::path& run_folder);
+
+/// The numbers that matter as Markdown, for a pull request or a terminal. User text is escaped.
+std::string markdown_summary(const ReportData& data);
+
+/// One JUnit test case for each claim; a case fails only if its verdict is not the expected one, and a claim without an
+/// expectation passes. One that is neither reproduced nor refuted, and not expected to be, is skipped. What is written
+/// to the case begins with the verdict.
+std::string junit_claims(const std::vector<Claim>& claims, const std::string& experiment_name);
 
 }  // namespace granuscope

@@ -1,17 +1,30 @@
 #pragma once
+#include <nlohmann/json.hpp>
+
 #include <cstdint>
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "analysis/results.h"
-#include "plot/figure.h"
-#include "report/report_part.h"
+#include "plot/figure_captions.h"
 #include "support/provenance.h"
 
 namespace granuscope {
+/// A piece of the report about one measurement, written from its numbers in summary.json.
+struct ReportPart {
+  /// Where in the report: on page 1, where the experiment is about this study, among the numbers that matter, or under
+  /// Numerics.
+  enum class Place { page_1, numbers, numerics };
+
+  /// Its template below templates/, as "studies/<id>.html" or "….table" (report/page_scope.h).
+  std::string page;
+  std::string base;   ///< JSON pointer into summary.json: the place that the names of the page are relative to
+  std::string needs;  ///< a name in that place: the part is left out if nothing is there
+  Place place = Place::numbers;
+  nlohmann::ordered_json overlay = nlohmann::ordered_json::object();  ///< what is not in summary.json, from base on
+};
 
 /// A stage's wall time, for timings.json, manifest.json and the report's section of timings.
 struct StageTiming {

@@ -4,8 +4,6 @@
 #include <nlohmann/json.hpp>
 
 #include "report/clean_json.h"
-#include "report/estimate_json.h"
-#include "report/spec_json.h"
 
 namespace granuscope {
 
@@ -236,7 +234,7 @@ std::string summary_json(const ReportData& data) {
                   {"symbol", scan.symbol},
                   {"meaning", scan.meaning}};
   // What defines c and D beside their window, whatever the estimator: ModeWeights::by_width
-  // (analysis/weighted_shape.h), depth_weights (analysis/depth_series.h) and the exponents, which count all friction
+  // (analysis/shape_fit.h), depth_weights (analysis/transport.h) and the exponents, which count all friction
   // coefficients alike.
   json["weights"] = {{"modes", "exp(-k^2 (W^2 + 1)/4)"},
                      {"depths", "1/z^2"},

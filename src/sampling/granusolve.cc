@@ -4,7 +4,7 @@
 
 #include "sampling/granusolve_group.h"
 #include "sampling/layer_kernels.h"
-#include "support/interruption.h"
+#include "support/progress.h"
 
 namespace granuscope {
 

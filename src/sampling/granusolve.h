@@ -53,9 +53,8 @@ class GranusolveMemory {
 /// Solving again (draw_again), a bead draws another number than its own only where a repair changes its split, and at
 /// the top of a backtrack.
 ///
-/// Where what stands: the state of a pile and its invariants in granusolve_state.h, the numbers beads draw in
-/// granusolve_draws.h, the rules in granusolve_rules.h, the order of it all in granusolve_solver.h, eight piles side by
-/// side in granusolve_group.h.
+/// Where what stands: the state of a pile and its invariants in granusolve_state.h, the numbers that beads draw,
+/// the rules and the order of it all in granusolve_solver.h, eight piles side by side in granusolve_group.h.
 class GranusolveSampler final : public Sampler {
  public:
   GranusolveSampler(const SamplerSpec& spec, const Lattice& lattice);

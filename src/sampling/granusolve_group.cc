@@ -7,7 +7,7 @@
 #include <numeric>
 #include <utility>
 
-#include "support/interruption.h"
+#include "support/progress.h"
 
 namespace granuscope {
 

@@ -7,7 +7,7 @@
 
 #include "sampling/granusolve.h"
 #include "sampling/group_kernels.h"
-#include "sampling/phase_times.h"
+#include "sampling/group_lanes.h"
 
 namespace granuscope {
 

@@ -5,14 +5,11 @@
 #include <vector>
 
 #include "model/equilibrium.h"
-#include "model/friction_cone.h"
-#include "model/incoming.h"
 #include "model/lattice.h"
 #include "sampling/random_key.h"
 #include "sampling/sampler_spec.h"
 
 namespace granuscope {
-
 /// Which rule gave a bead its value, for the counts.
 enum class GranusolveRule : std::uint8_t { first_draw, pair, arc, ring, backtrack };
 inline constexpr std::size_t granusolve_rules = 5;
@@ -58,7 +55,7 @@ struct BeadRun {
 ///
 ///   V_R, V_L, H   of a bead, together, when it draws (GranusolveDraws::try_draw, redraw_row, the kernels). A solved
 ///                 bead hangs from its parents as they are now: H = H_R(A) + H_L(B), by 64 ulps at most another one
-///                 (rounding.h), and V_R, V_L follow from it to the bit.
+///                 (random_key.h), and V_R, V_L follow from it to the bit.
 ///   H_R, H_L      likewise, and by the rules that change the splits of parents, who afterwards renew both children of
 ///                 each such parent: a solved one draws again, one whose turn has not come is forgotten. A solved
 ///                 bead's split lies on its interval, up to rounding.

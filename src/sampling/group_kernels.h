@@ -3,10 +3,10 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "model/friction_cone.h"
-#include "sampling/phase_times.h"
+#include "model/lattice.h"
+#include "sampling/group_lanes.h"
 #include "sampling/pile_group.h"
-#include "sampling/uniform_bits.h"
+#include "sampling/random_key.h"
 
 namespace granuscope {
 

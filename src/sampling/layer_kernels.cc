@@ -85,8 +85,8 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 #include <Random123/philox.h>
 
-#include "model/incoming.h"
-#include "sampling/uniform_bits.h"
+#include "model/equilibrium.h"
+#include "sampling/random_key.h"
 
 namespace granuscope {
 

@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <string>
 
-#include "model/friction_cone.h"
-#include "sampling/uniform_bits.h"
+#include "model/lattice.h"
+#include "sampling/random_key.h"
 
 namespace granuscope {
 

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "support/error.h"
-#include "support/number_format.h"
+#include "support/plain_text.h"
 
 namespace granuscope {
 namespace {

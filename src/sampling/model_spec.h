@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "model/lattice.h"
+#include "support/error.h"
 #include "support/key.h"
-#include "support/problem.h"
 
 namespace granuscope {
 

@@ -9,7 +9,7 @@
 
 #include <hwy/highway.h>
 
-#include "sampling/uniform_bits.h"
+#include "sampling/random_key.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace granuscope {

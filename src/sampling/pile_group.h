@@ -7,13 +7,13 @@
 #include <string>
 #include <vector>
 
-#include "model/identities.h"
+#include "model/audit.h"
+#include "model/equilibrium.h"
 #include "model/lattice.h"
 #include "model/pile.h"
 #include "sampling/layer_moments.h"
 
 namespace granuscope {
-
 /// Where a pile could not be completed within the stated effort.
 struct SamplingFailure {
   int layer;
@@ -82,7 +82,7 @@ PileGroup group_of(const Pile& pile, const std::span<const double>& load);
 /// Pile `k` of a group of which all forces of all layers are kept, taken out. Throws std::logic_error if they are not.
 Pile pile_of(const PileGroup& group, std::size_t k);
 
-/// Finds the residuals of model/identities.h for up to eight piles at once, with the widest vectors the machine has,
+/// Finds the residuals of model/audit.h for up to eight piles at once, with the widest vectors the machine has,
 /// layer by layer from the top on.
 class GroupIdentities {
  public:
@@ -110,5 +110,20 @@ std::array<IdentityResiduals, group_lanes> identity_residuals(const PileGroup& g
 
 /// Throws std::logic_error if an identity of a pile that did not fail is broken. `failures` has an entry per pile.
 void assert_identities(const PileGroup& group, std::span<const std::optional<SamplingFailure>> failures);
+
+/// The number in [0, 1] that each bead's split stands for, shape [layers, columns]:
+///   u = (H_R - lo)/(hi - lo),   [lo, hi] being the interval of its final state; 1/2 where that is a single point.
+void read_split_uniforms(const Pile& pile, std::vector<double>& numbers);
+
+/// The split of bead `at` that keeps its number of the pile `first`, in a state with these forces and this interval
+/// (not empty). The very split of `first` where the forces are the same: forces as a function of the numbers are
+/// chaotic, and rounding alone would make two piles differ from some depth on.
+inline double kept_split(const Pile& first, std::size_t at, double number, Outgoing out, Interval interval) {
+  return out.V_R == first.V_R[at] && out.V_L == first.V_L[at] ? first.H_R[at] : point_at(interval, number);
+}
+
+/// Which beads of a pile solved again do not stand where their numbers of the pile `first` put them, up to rounding,
+/// that is which had to draw another number: 1, otherwise 0. Shape [layers, columns].
+void find_redrawn(const Pile& first, const Pile& again, std::vector<unsigned char>& redrawn);
 
 }  // namespace granuscope

@@ -1,13 +1,26 @@
 #include "sampling/polytope.h"
 
-#include <algorithm>
+#include <fmt/format.h>
 
-#include "sampling/chain_plan.h"
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <map>
+#include <mutex>
+#include <numeric>
+#include <string>
+#include <vector>
+
+#include "model/equilibrium.h"
+#include "model/pile.h"
 #include "sampling/granusolve.h"
-#include "support/interruption.h"
+#include "sampling/random_key.h"
+#include "support/error.h"
+#include "support/progress.h"
 
 namespace granuscope {
-
 PolytopeSampler::PolytopeSampler(const SamplerSpec& spec, const Lattice& lattice)
     : Sampler(lattice),
       spec_(spec),
@@ -69,6 +82,462 @@ void PolytopeSampler::run(std::uint64_t sweeps) {
   counts_.moves += chain_.moves() - moves;
   counts_.accepted_moves += chain_.accepted_moves() - accepted;
   counts_.uniforms += 2 * (chain_.moves() - moves);
+}
+
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+}  // namespace
+
+PolytopeChain::PolytopeChain(const FrictionCone& cone, const Lattice& lattice, double lambda)
+    : cone_(cone),
+      lattice_(lattice),
+      lambda_(lambda),
+      pile_(lattice),
+      H_(lattice.beads()),
+      length_(lattice.beads()),
+      per_V_low_(1 / (sqrt3 * cone.t_minus())),
+      per_V_high_(1 / (sqrt3 * cone.t_plus())),
+      per_both_low_(1 / (1 - sqrt3 * cone.t_minus())),
+      per_both_high_(1 / (sqrt3 * cone.t_plus() - 1)) {}
+
+double PolytopeChain::length(double V_R, double V_L, double H) const {
+  const Interval interval = split_interval(cone_, {V_R, V_L}, H);
+  return interval.high - interval.low;
+}
+
+void PolytopeChain::set(const Pile& pile) {
+  pile_ = pile;
+  for (std::size_t k = 0; k < lattice_.beads(); ++k) {
+    H_[k] = pile_.H_R[k] + pile_.H_L[k];
+    length_[k] = length(pile_.V_R[k], pile_.V_L[k], H_[k]);
+  }
+}
+
+void PolytopeChain::store(Pile& pile) {
+  for (int n = 0; n < lattice_.layers(); ++n) {
+    for (int i = 0; i < lattice_.columns(); ++i) {
+      const std::size_t here = lattice_.index(n, i);
+      const Incoming in = incoming(pile_, n, i);
+      const Outgoing out = balance(in);
+      pile_.V_R[here] = out.V_R;
+      pile_.V_L[here] = out.V_L;
+      H_[here] = in.H;
+      pile_.H_L[here] = in.H - pile_.H_R[here];
+      length_[here] = length(out.V_R, out.V_L, in.H);
+    }
+  }
+  pile = pile_;
+}
+
+PolytopeChain::Neighbourhood PolytopeChain::around(int layer, int bead) const {
+  const int previous = lattice_.previous(bead), next = lattice_.next(bead);
+  const int left = layer % 2 == 0 ? previous : bead, right = layer % 2 == 0 ? bead : next;
+  const int below = std::min(3, lattice_.layers() - 1 - layer);
+  const auto at = [&](int down, int column) { return lattice_.index(layer + (down <= below ? down : 0), column); };
+  return {at(0, bead), at(1, left),  at(1, right), at(2, previous), at(2, bead), at(2, next),
+          at(3, left), at(3, right), below};
+}
+
+// Three kinds of contact bound t. With h the outward horizontal force, t- V <= h <= t+ V:
+//   h += t                  (o, llr, lrr)        -(h - t- V) <= t <= t+ V - h
+//   V += sqrt3 t            (outer ones of l, r, ll, rr)
+//                                    -(t+ V - h)/(sqrt3 t+) <= t, and t <= (h - t- V)/(sqrt3 t-) or, where t- < 0, >=
+//   h -= t, V -= sqrt3 t    (inner ones of l, r; lr)  t <= (h - t- V)/(1 - sqrt3 t-), t <= (t+ V - h)/(sqrt3 t+ - 1)
+void PolytopeChain::null_move(int layer, int bead, UniformPair u) {
+  ++moves_;
+  const Neighbourhood at = around(layer, bead);
+  struct Slack {
+    double low, high;
+  };
+  const auto slack = [this](Contact contact) {
+    return Slack{contact.h - cone_.t_minus() * contact.V, cone_.t_plus() * contact.V - contact.h};
+  };
+  const auto smaller = [](Slack a, Slack b) { return Slack{std::min(a.low, b.low), std::min(a.high, b.high)}; };
+  Slack of_h = smaller(slack(right(at.o)), slack(left(at.o)));
+  Slack of_V{infinity, infinity}, of_both{infinity, infinity};
+  if (at.layers_below >= 1) {
+    of_V = smaller(slack(left(at.l)), slack(right(at.r)));
+    of_both = smaller(slack(right(at.l)), slack(left(at.r)));
+  }
+  if (at.layers_below >= 2) {
+    of_V = smaller(of_V, smaller(slack(right(at.ll)), slack(left(at.rr))));
+    of_both = smaller(of_both, smaller(slack(right(at.lr)), slack(left(at.lr))));
+  }
+  if (at.layers_below == 3) of_h = smaller(of_h, smaller(slack(right(at.llr)), slack(left(at.lrr))));
+  double low = -of_h.low, high = of_h.high;
+  if (at.layers_below >= 1) {
+    low = std::max(low, -of_V.high * per_V_high_);
+    high = std::min(high, std::min(of_both.low * per_both_low_, of_both.high * per_both_high_));
+    if (cone_.t_minus() > 0) high = std::min(high, of_V.low * per_V_low_);
+    if (cone_.t_minus() < 0) low = std::max(low, of_V.low * per_V_low_);
+  }
+  if (!(low < high)) return;  // a corner of the set, or one that rounding has made
+  const double t = point_at({low, high}, u.first), shift = sqrt3 * t;
+
+  std::array<double, 7> lengths;
+  double ratio = 1;
+  int changed = 0;
+  const auto change = [&](std::size_t k, double V_R, double V_L, double H) {
+    const double now = length(pile_.V_R[k] + V_R, pile_.V_L[k] + V_L, H_[k] + H);
+    lengths[static_cast<std::size_t>(changed++)] = now;
+    ratio *= length_[k] / now;
+  };
+  if (at.layers_below >= 1) {
+    change(at.l, -shift, shift, -t);
+    change(at.r, shift, -shift, t);
+  }
+  if (at.layers_below >= 2) {
+    change(at.ll, shift, 0, 0);
+    change(at.lr, -shift, -shift, 0);
+    change(at.rr, 0, shift, 0);
+  }
+  if (at.layers_below == 3) {
+    change(at.llr, 0, 0, t);
+    change(at.lrr, 0, 0, -t);
+  }
+  if (lambda_ > 0) {
+    if (std::any_of(lengths.begin(), lengths.begin() + changed, [](double one) { return !(one > 0); })) return;
+    // A length that rounding has made vanish (ratio 0 or less) is left at once.
+    if (ratio > 0 && ratio < 1 && !(u.second < portable_power(ratio, lambda_))) return;
+  }
+
+  ++accepted_;
+  const std::array<std::size_t, 7> beads = {at.l, at.r, at.ll, at.lr, at.rr, at.llr, at.lrr};
+  for (std::size_t k = 0; k < static_cast<std::size_t>(changed); ++k) length_[beads[k]] = lengths[k];
+  pile_.H_R[at.o] += t;
+  pile_.H_L[at.o] -= t;
+  if (at.layers_below == 0) return;
+  pile_.H_R[at.l] -= t;
+  H_[at.l] -= t;
+  pile_.V_R[at.l] -= shift;
+  pile_.V_L[at.l] += shift;
+  pile_.H_L[at.r] += t;
+  H_[at.r] += t;
+  pile_.V_L[at.r] -= shift;
+  pile_.V_R[at.r] += shift;
+  if (at.layers_below == 1) return;
+  pile_.H_R[at.lr] -= t;
+  pile_.H_L[at.lr] += t;
+  pile_.V_R[at.lr] -= shift;
+  pile_.V_L[at.lr] -= shift;
+  pile_.V_R[at.ll] += shift;
+  pile_.V_L[at.rr] += shift;
+  if (at.layers_below == 2) return;
+  pile_.H_R[at.llr] += t;
+  H_[at.llr] += t;
+  pile_.H_L[at.lrr] -= t;
+  H_[at.lrr] -= t;
+}
+
+void PolytopeChain::ring_move(int layer, double u) {
+  ++moves_;
+  Interval reach{-infinity, infinity};
+  for (int i = 0; i < lattice_.columns(); ++i) {
+    for (const Contact& contact : {right(lattice_.index(layer, i)), left(lattice_.index(layer, i))}) {
+      reach = intersection(reach, {cone_.t_minus() * contact.V - contact.h, cone_.t_plus() * contact.V - contact.h});
+    }
+  }
+  if (!(reach.low < reach.high)) return;
+  ++accepted_;
+  const double t = point_at(reach, u);
+  for (int i = 0; i < lattice_.columns(); ++i) {
+    pile_.H_R[lattice_.index(layer, i)] += t;
+    pile_.H_L[lattice_.index(layer, i)] -= t;
+  }
+}
+
+namespace {
+
+constexpr std::uint64_t fewest_sweeps = 4096, most_pilot_sweeps = std::uint64_t{1} << 22;
+/// Length of the pilot in autocorrelation times. The time is then known to about a third.
+constexpr double pilot_times = 100;
+/// The same for a forecast of how long chains will run, which is content with a factor of two.
+constexpr double times_of_estimates = 20;
+
+/// Below which the autocorrelation time hardly is, for telling a pilot that is too short to have seen the slow waves of
+/// weight around the ring from one that has: within a factor of two of what pilots measured at lambda = 0 on 6 x 6 to
+/// 24 x 30 beads, and a third of it at lambda = 1. It grows with the fourth power of the length of the wave, which is
+/// not longer than the pile is deep.
+double shortest_time_expected(const SamplerSpec& spec, const Lattice& lattice) {
+  const double wave = std::min(lattice.columns(), lattice.layers());
+  return 0.02 * wave * wave * wave * wave * (1 + 15 * spec.lambda * spec.mu);
+}
+constexpr int observed_layers = 8;
+/// The pile starts from another law: this share of the pilot is burn-in.
+constexpr double discarded_share = 0.25;
+
+/// Series of slow observables, one entry every `stride` sweeps. When it is full, every second entry goes and the
+/// stride doubles.
+class SlowObservables {
+ public:
+  SlowObservables(const Lattice& lattice, double total_load) : lattice_(lattice), total_load_(total_load) {
+    const int layers = lattice.layers(), step = std::max(1, (layers + observed_layers - 1) / observed_layers);
+    // From the bottom, whose neighbours press from one side only, upwards.
+    for (int n = layers - 1; n >= 0; n -= step) layers_.push_back(n);
+    series_.resize(3 * layers_.size());
+  }
+
+  void record(const Pile& pile, std::uint64_t sweep) {
+    if (sweep % stride_ != 0) return;
+    const int columns = lattice_.columns();
+    std::size_t at = 0;
+    for (const int n : layers_) {
+      double thrust = 0, halves = 0, shifted_halves = 0;
+      for (int i = 0; i < columns; ++i) {
+        const std::size_t here = lattice_.index(n, i);
+        const double weight = pile.V_R[here] + pile.V_L[here];
+        thrust += pile.H_R[here] - pile.H_L[here];
+        halves += 2 * i < columns ? weight : -weight;
+        shifted_halves += 4 * i >= columns && 4 * i < 3 * columns ? weight : -weight;
+      }
+      series_[at++].push_back(thrust / total_load_);
+      series_[at++].push_back(halves / total_load_);
+      series_[at++].push_back(shifted_halves / total_load_);
+    }
+    if (series_[0].size() == 2 * fewest_sweeps) halve();
+  }
+
+  /// Sweeps, of the slowest series.
+  double autocorrelation_time() const {
+    double longest = 1;
+    for (const auto& series : series_) {
+      const auto first = static_cast<std::ptrdiff_t>(discarded_share * static_cast<double>(series.size()));
+      longest = std::max(longest, granuscope::autocorrelation_time({series.begin() + first, series.end()}, 1));
+    }
+    return longest * static_cast<double>(stride_);
+  }
+
+ private:
+  void halve() {
+    for (auto& series : series_) {
+      for (std::size_t k = 0; 2 * k < series.size(); ++k) series[k] = series[2 * k];
+      series.resize(series.size() / 2);
+    }
+    stride_ *= 2;
+  }
+
+  Lattice lattice_;
+  double total_load_;
+  std::vector<int> layers_;
+  std::vector<std::vector<double>> series_;
+  std::uint64_t stride_ = 1;
+};
+
+/// The chain over which the autocorrelation time is measured.
+class Pilot {
+ public:
+  Pilot(const SamplerSpec& spec, const Lattice& lattice, std::span<const double> load)
+      : spec_(spec),
+        chain_(FrictionCone(spec.mu), lattice, 0),
+        observables_(lattice, std::accumulate(load.begin(), load.end(), 0.0)),
+        key_(spec.seed, 0) {
+    Pile start(lattice);
+    if (const auto failure = GranusolveSampler(start_of_chain(spec), lattice).draw(0, load, start)) {
+      throw InputError(
+          fmt::format("the chain of the law polytope starts from a pile of the law granusolve, but none could be "
+                      "completed under this load (it got stuck in layer {}); raise the effort or take a more even load",
+                      failure->layer));
+    }
+    chain_.set(start);
+  }
+
+  void run_to(std::uint64_t end) {
+    for (; sweeps_ < end; ++sweeps_) {
+      if (sweeps_ % 64 == 0) throw_if_interrupted();
+      if (sweeps_ == flat_sweeps) chain_.set_lambda(spec_.lambda);
+      chain_.sweep(
+          [&](int layer, int bead) { return key_.pilot_move(layer, bead, static_cast<std::uint32_t>(sweeps_ + 1)); });
+      observables_.record(chain_.pile(), sweeps_);
+    }
+  }
+
+  std::uint64_t sweeps() const { return sweeps_; }
+  double autocorrelation_time() const { return observables_.autocorrelation_time(); }
+
+ private:
+  SamplerSpec spec_;
+  PolytopeChain chain_;
+  SlowObservables observables_;
+  RandomKey key_;
+  std::uint64_t sweeps_ = 0;
+};
+
+/// Whether a pilot of so many sweeps holds the time so many times.
+bool long_enough(std::uint64_t sweeps, double times, double time) {
+  return (1 - discarded_share) * static_cast<double>(sweeps) >= times * time;
+}
+
+ChainPlan plan_for(double time, std::uint64_t pilot_sweeps) {
+  const auto whole = [](double sweeps) { return static_cast<std::uint64_t>(std::ceil(sweeps)); };
+  return {whole(burn_in_times * time), whole(thinning_times * time), time, pilot_sweeps};
+}
+
+}  // namespace
+
+ChainPlan plan_chain(const SamplerSpec& spec, const Lattice& lattice, std::span<const double> load) {
+  const auto too_slow = [&](const std::string& how) {
+    return InputError(fmt::format(
+        "the chain of the law polytope forgets its past too slowly on {} x {} beads ({}), so that its piles would not "
+        "be independent; take a smaller pile, or state burn-in and thinning",
+        lattice.columns(), lattice.layers(), how));
+  };
+  if (lattice.beads() > most_polytope_beads) throw too_slow(fmt::format("more than {} beads", most_polytope_beads));
+  Pilot pilot(spec, lattice, load);
+  for (std::uint64_t end = fewest_sweeps; end <= most_pilot_sweeps; end *= 2) {
+    pilot.run_to(end);
+    const double time = pilot.autocorrelation_time();
+    if (long_enough(end, pilot_times, time)) return plan_for(time, end);
+  }
+  throw too_slow(fmt::format("not a hundred times in {} sweeps", most_pilot_sweeps));
+}
+
+ChainForecast estimate_chain_time(const SamplerSpec& spec, const Lattice& lattice, std::span<const double> load,
+                                  double seconds) {
+  constexpr std::uint64_t at_once = 16;  // sweeps between two looks at the clock
+  ChainForecast forecast;
+  Pilot pilot(spec, lattice, load);
+  const double start = processor_seconds();
+  double sweeping = 0;
+  const auto run_to = [&](std::uint64_t end) {
+    const double before = processor_seconds();
+    do {
+      pilot.run_to(std::min(end, pilot.sweeps() + at_once));
+    } while (pilot.sweeps() < end && processor_seconds() - start < seconds);
+    sweeping += processor_seconds() - before;
+  };
+  const bool measured = spec.burn_in == 0 || spec.thinning == 0;
+  const double expected = shortest_time_expected(spec, lattice);
+  // What a pilot has seen often enough stands, even below what is expected.
+  const auto expected_at = [&](std::uint64_t sweeps) {
+    return long_enough(sweeps, times_of_estimates, expected) ? 0 : expected;
+  };
+  double time = 0;
+  for (std::uint64_t end = fewest_sweeps; end <= most_pilot_sweeps && !forecast.known; end *= 2) {
+    run_to(end);
+    if (!measured) break;
+    time = std::max(pilot.autocorrelation_time(), expected_at(pilot.sweeps()));
+    forecast.known = long_enough(pilot.sweeps(), times_of_estimates, time);
+    if (processor_seconds() - start >= seconds) break;
+  }
+  forecast.seconds_per_sweep = sweeping / static_cast<double>(pilot.sweeps());
+  forecast.plan = plan_for(time, 0);
+  if (measured) {
+    std::uint64_t end = fewest_sweeps;
+    while (end < most_pilot_sweeps && !long_enough(end, pilot_times, time)) end *= 2;
+    forecast.plan.pilot_sweeps = end;
+  } else {
+    forecast.known = true;
+  }
+  if (spec.burn_in > 0) forecast.plan.burn_in = spec.burn_in;
+  if (spec.thinning > 0) forecast.plan.thinning = spec.thinning;
+  return forecast;
+}
+
+namespace {
+
+/// The plans of this process. A pilot may take minutes, and the same chain is asked for by an ensemble that grows in
+/// steps, by the pictures and by the figures.
+class KnownPlans {
+ public:
+  ChainPlan get(const SamplerSpec& spec, const Lattice& lattice, std::span<const double> load) {
+    const std::vector<double> key = key_of(spec, lattice, load);
+    {
+      const std::lock_guard lock(mutex_);
+      if (const auto known = outcomes_.find(key); known != outcomes_.end()) return known->second.get();
+    }
+    Outcome outcome;  // others may go on meanwhile
+    try {
+      outcome.plan = plan_chain(spec, lattice, load);
+    } catch (const InputError& refused) {
+      outcome.refusal = refused.what();
+    }
+    const std::lock_guard lock(mutex_);
+    return outcomes_.emplace(key, outcome).first->second.get();
+  }
+
+ private:
+  /// A plan, or the message of the InputError that stands for none.
+  struct Outcome {
+    ChainPlan plan;
+    std::string refusal;
+    const ChainPlan& get() const {
+      if (!refusal.empty()) throw InputError(refusal);
+      return plan;
+    }
+  };
+
+  /// All that plan_chain depends on.
+  static std::vector<double> key_of(const SamplerSpec& spec, const Lattice& lattice, std::span<const double> load) {
+    std::vector<double> key = {spec.mu,
+                               spec.lambda,
+                               spec.effort,
+                               static_cast<double>(spec.seed >> 32U),
+                               static_cast<double>(spec.seed & 0xffffffffU),
+                               static_cast<double>(spec.order),
+                               static_cast<double>(lattice.columns()),
+                               static_cast<double>(lattice.layers()),
+                               spec.load_angle,
+                               spec.load_offset,
+                               spec.bead_weight};
+    key.insert(key.end(), load.begin(), load.end());
+    return key;
+  }
+
+  std::mutex mutex_;
+  std::map<std::vector<double>, Outcome> outcomes_;
+};
+
+}  // namespace
+
+SamplerSpec with_measured_chain(SamplerSpec spec, const Lattice& lattice, std::span<const double> load) {
+  validate(spec);
+  if (spec.law != Law::polytope || spec.mu == 0 || (spec.burn_in > 0 && spec.thinning > 0)) return spec;
+  static KnownPlans known;
+  const ChainPlan plan = known.get(spec, lattice, load);
+  if (spec.burn_in == 0) spec.burn_in = plan.burn_in;
+  if (spec.thinning == 0) spec.thinning = plan.thinning;
+  return spec;
+}
+
+SamplerSpec start_of_chain(const SamplerSpec& spec) {
+  const SamplerSpec usual;
+  SamplerSpec start = spec;
+  start.law = Law::granusolve;
+  start.lambda = usual.lambda;
+  start.burn_in = usual.burn_in;
+  start.thinning = usual.thinning;
+  return start;
+}
+
+namespace {
+
+constexpr double windows = 6;       ///< beyond it noise exceeds what is left of the correlation, e^-6
+constexpr double rounding = 1e-10;  ///< of many sums of rounded numbers, with room
+
+}  // namespace
+
+double autocorrelation_time(const std::vector<double>& series, double scale) {
+  const std::size_t count = series.size();
+  double mean = 0;
+  for (double x : series) mean += x / static_cast<double>(count);
+  std::vector<double> centred;
+  centred.reserve(count);
+  for (double x : series) centred.push_back(x - mean);
+  const auto covariance = [&](std::size_t lag) {
+    double sum = 0;
+    for (std::size_t k = lag; k < count; ++k) sum += centred[k] * centred[k - lag];
+    return sum;
+  };
+  const double variance = covariance(0);
+  if (!(variance > rounding * scale * rounding * scale * static_cast<double>(count))) return 1;
+  double time = 1;
+  for (std::size_t lag = 1; lag < count; ++lag) {
+    time += 2 * covariance(lag) / variance;
+    if (static_cast<double>(lag) >= windows * time / 2) break;
+  }
+  return std::max(1.0, time);
 }
 
 }  // namespace granuscope

@@ -2,14 +2,85 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
-#include "sampling/polytope_chain.h"
+#include "model/lattice.h"
+#include "model/pile.h"
+#include "sampling/random_key.h"
 #include "sampling/sampler.h"
+#include "sampling/sampler_spec.h"
 
 namespace granuscope {
+/// A Markov chain on the admissible piles under one load, with density prod length^-lambda over all beads, length being
+/// that of the interval of a bead's split. lambda = 0: every admissible pile alike; lambda = 1: the law "rejection".
+///
+/// The null move of bead o = (n, i) changes 12 contacts by t such that every balance still holds (l, r: its lower-left
+/// and lower-right neighbour, products compose; what would lie below the last layer is left out):
+///
+///   H_R: +t of o, -t of l, -t of lr, +t of llr          H_L: -t of o, +t of r, +t of lr, -t of lrr
+///   V_R: sqrt3 t (+ of r, - of l, - of lr, + of ll)     V_L: sqrt3 t (- of r, + of l, + of rr, - of lr)
+///
+/// t is drawn uniformly on the interval that the 12 cones allow, and accepted with prod (old/new length)^lambda over
+/// the seven beads l, r, ll, lr, rr, llr, lrr. The ring move adds t to every H_R of a layer and takes it from every
+/// H_L: no V, no total H and no length changes, so that it is always accepted. Without it the thrust of a layer is
+/// slow.
+class PolytopeChain {
+ public:
+  PolytopeChain(const FrictionCone& cone, const Lattice& lattice, double lambda);
 
-/// The law "polytope": a Markov chain on the set of admissible piles, see polytope_chain.h. The choices that shape it:
+  /// Starts, or goes on, from an admissible pile.
+  void set(const Pile& pile);
+  /// The forces, recomputed from the splits layer by layer so that the rounding of many moves does not add up. The
+  /// chain itself goes on from them.
+  void store(Pile& pile);
+
+  /// One null move for each bead and one ring move for each layer. Uniform(layer, bead) returns a pair of numbers in
+  /// [0, 1); `bead` = columns stands for the ring. `lambda` of this sweep: 0 leaves corners of vanishing length at
+  /// once.
+  template <class Uniforms>
+  void sweep(const Uniforms& uniforms) {
+    for (int layer = 0; layer < lattice_.layers(); ++layer) {
+      for (int bead = 0; bead < lattice_.columns(); ++bead) null_move(layer, bead, uniforms(layer, bead));
+      ring_move(layer, uniforms(layer, lattice_.columns()).first);
+    }
+  }
+  void set_lambda(double lambda) { lambda_ = lambda; }
+
+  const Pile& pile() const { return pile_; }
+  std::uint64_t moves() const { return moves_; }
+  std::uint64_t accepted_moves() const { return accepted_; }
+
+ private:
+  struct Contact {
+    double V, h;  ///< h: the horizontal force outwards, H_R or -H_L
+  };
+  /// The beads that a null move reaches, as indices; layers below the last one hold no_bead.
+  struct Neighbourhood {
+    std::size_t o, l, r, ll, lr, rr, llr, lrr;
+    int layers_below;  ///< 0 to 3 of the three below the bead
+  };
+
+  Neighbourhood around(int layer, int bead) const;
+  void null_move(int layer, int bead, UniformPair u);
+  void ring_move(int layer, double u);
+  double length(double V_R, double V_L, double H) const;
+
+  Contact right(std::size_t bead) const { return {pile_.V_R[bead], pile_.H_R[bead]}; }
+  Contact left(std::size_t bead) const { return {pile_.V_L[bead], -pile_.H_L[bead]}; }
+
+  FrictionCone cone_;
+  Lattice lattice_;
+  double lambda_;
+  Pile pile_;
+  std::vector<double> H_;       ///< total horizontal force entering each bead
+  std::vector<double> length_;  ///< of each bead's interval
+  // Reciprocal speeds at which the slack of a contact shrinks with t: see null_move.
+  double per_V_low_, per_V_high_, per_both_low_, per_both_high_;
+  std::uint64_t moves_ = 0, accepted_ = 0;
+};
+
+/// The law "polytope": a Markov chain on the set of admissible piles, see polytope.h. The choices that shape it:
 ///
 ///  1. every group of eight consecutive samples has a chain of its own, independent of all others: it starts from the
 ///     pile that the law "granusolve" gives the group's first sample;
@@ -42,5 +113,53 @@ class PolytopeSampler final : public Sampler {
   RandomKey key_{0, 0};
   std::uint32_t sweeps_ = 0;
 };
+
+/// How long the chains of the law "polytope" run.
+struct ChainPlan {
+  std::uint64_t burn_in = 0;        ///< sweeps before the first pile
+  std::uint64_t thinning = 0;       ///< sweeps from a pile to the next
+  double autocorrelation_time = 0;  ///< sweeps that weigh as much as one independent pile, of the slowest observable
+  std::uint64_t pilot_sweeps = 0;   ///< over which it was measured
+};
+
+/// Sweeps at lambda = 0 with which every chain begins: they lead away from corners where a length vanishes, which a
+/// sweep at lambda = 1 would hardly ever leave.
+inline constexpr std::uint64_t flat_sweeps = 8;
+
+/// Burn-in and thinning in units of the autocorrelation time of the slowest observable. That time is about twice the
+/// one in which it decays by e: what the start leaves behind is e^-8 of its distance from the law.
+inline constexpr double burn_in_times = 4, thinning_times = 0.5;
+
+/// Runs a pilot chain (keyed by the seed alone) until it is a hundred times as long as the autocorrelation time of its
+/// slowest observable: the thrusts of up to eight layers, and the excess of the weight on one half of each of them over
+/// the other half, the halves being cut at two places a quarter apart. A pure function of its arguments.
+/// Throws InputError if the chain is still too short after 2^22 sweeps: the pile is too large for this law, or the
+/// pilot could not be started.
+ChainPlan plan_chain(const SamplerSpec& spec, const Lattice& lattice, std::span<const double> load);
+
+/// How long chains would run, and how quickly, from the beginning of the pilot alone.
+struct ChainForecast {
+  ChainPlan plan;                ///< as plan_chain would give it, about; pilot_sweeps is 0 where nothing is measured
+  double seconds_per_sweep = 0;  ///< of processor time, on this machine
+  bool known = false;            ///< false: time ran out before the pilot was long enough to tell; more may be needed
+};
+
+/// Runs at most so many seconds of the pilot (of processor time; at least some sweeps). Where burn_in and thinning are
+/// both stated, only the speed is measured. Throws InputError if the pilot could not be started.
+ChainForecast estimate_chain_time(const SamplerSpec& spec, const Lattice& lattice, std::span<const double> load,
+                                  double seconds);
+
+/// The spec with burn_in and thinning measured where they are 0, for the law "polytope" at mu > 0; otherwise as it is.
+/// The piles are the same; what is saved is one pilot for every sampler made. What was measured is remembered for as
+/// long as the program runs.
+SamplerSpec with_measured_chain(SamplerSpec spec, const Lattice& lattice, std::span<const double> load);
+
+/// The law "granusolve", without what belongs to the chain alone: it draws the piles that chains start from.
+SamplerSpec start_of_chain(const SamplerSpec& spec);
+
+/// 1 + 2 (sum of the autocorrelations of a stationary series): how many of its entries weigh as much as one independent
+/// one. The sum ends at the first lag beyond six times half the result (Madras and Sokal, J. Stat. Phys. 50, 109,
+/// 1988). Never below 1; 1 for a series that scatters less than rounding does in numbers of size `scale`.
+double autocorrelation_time(const std::vector<double>& series, double scale);
 
 }  // namespace granuscope

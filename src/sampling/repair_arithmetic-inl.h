@@ -15,7 +15,7 @@
 
 #include "model/equilibrium.h"
 #include "sampling/pile_group.h"
-#include "sampling/rounding.h"
+#include "sampling/random_key.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace granuscope {

@@ -6,14 +6,12 @@
 #include <functional>
 
 #include "sampling/diluted_beads.h"
-#include "sampling/eloy_clement.h"
-#include "sampling/frictionless.h"
 #include "sampling/granusolve.h"
 #include "sampling/granusolve_group.h"
 #include "sampling/polytope.h"
 #include "sampling/random_key.h"
-#include "sampling/rejection.h"
-#include "sampling/row_model_sampler.h"
+#include "sampling/row_model.h"
+#include "sampling/simple_laws.h"
 #include "support/error.h"
 
 namespace granuscope {

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "model/pile.h"
-#include "model/sampler_counts.h"
 #include "sampling/pile_group.h"
 #include "sampling/sampler_spec.h"
 
@@ -27,7 +26,7 @@ class Sampler {
   virtual std::optional<SamplingFailure> draw(std::uint64_t sample, std::span<const double> load, Pile& pile) = 0;
 
   /// Solves again under another load, keeping the random numbers of a first solution of the same sample: every bead
-  /// tries first the number that its split in `first` stands for (split_uniforms.h), and draws another one only where
+  /// tries first the number that its split in `first` stands for (pile_group.h), and draws another one only where
   /// the law makes it change its split. A law that solves no bead by itself draws the sample anew, from the same key.
   /// The pile depends on (spec, lattice, load, sample, first) only. `first` and `pile` are two piles.
   virtual std::optional<SamplingFailure> draw_again(std::uint64_t sample, std::span<const double> load,

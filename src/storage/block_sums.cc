@@ -5,7 +5,7 @@
 #include <span>
 #include <stdexcept>
 
-#include "support/digest.h"
+#include "support/files.h"
 
 namespace granuscope {
 namespace {

@@ -1,17 +1,20 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <map>
 #include <memory>
 #include <span>
+#include <stdexcept>
 #include <string>
+#include <string_view>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
 #include "model/lattice.h"
 
 namespace granuscope {
-
 /// Sums of one measured quantity over the samples of each block, shape [blocks, layers, width], row-major; width is
 /// the number of columns for a profile and 1 for a number per layer. Only the latter have squares: they tell how far
 /// the samples depend on each other, and of profiles nobody asks that.
@@ -65,7 +68,7 @@ class LayerSums {
 /// "correlation" (of the loads with the weights, as a spectrum; "correlation_H" with H), "propagation" (correlations of
 /// layers, see ensemble/fluctuation_estimator.h), "thrust" (sqrt(3) sum(H_R - H_L) / sum(w) of a layer),
 /// "weight_variance" (mean over columns of (w/<w> - 1)^2), "redrawn" and "redrawn_below_overload" (shares of a layer's
-/// beads), "response_thrust" (see ensemble/paired_estimator.h). Which ones an ensemble holds depends on its estimator.
+/// beads), "response_thrust" (see ensemble/point_estimator.h). Which ones an ensemble holds depends on its estimator.
 struct BlockSums {
   std::vector<int> layers;           ///< which layers are recorded, ascending
   std::vector<std::uint64_t> count;  ///< samples that entered each block
@@ -92,5 +95,65 @@ BlockSums take_blocks(const BlockSums& all, std::size_t first, std::size_t block
 /// A key of all numbers of the block at place `at`, of its number, its layers and the names of its quantities: equal
 /// keys, equal blocks.
 std::string key_of_block(const BlockSums& sums, std::size_t at);
+
+/// Values one after the other as bytes, for a process on the same machine. Read them back in the same order.
+class ByteWriter {
+ public:
+  template <class Value>
+  void put(const Value& value) {
+    static_assert(std::is_trivially_copyable_v<Value>);
+    bytes_.append(reinterpret_cast<const char*>(&value), sizeof value);
+  }
+  void put(const std::string& text) {
+    put(std::uint64_t{text.size()});
+    bytes_ += text;
+  }
+  template <class Value>
+  void put(const std::vector<Value>& values) {
+    static_assert(std::is_trivially_copyable_v<Value>);
+    put(std::uint64_t{values.size()});
+    bytes_.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(Value));
+  }
+  std::string take() { return std::move(bytes_); }
+
+ private:
+  std::string bytes_;
+};
+
+/// The other end. Throws std::logic_error where the bytes end too early: then the two ends do not fit.
+class ByteReader {
+ public:
+  explicit ByteReader(std::string_view bytes) : left_(bytes) {}
+
+  template <class Value>
+  void get(Value& value) {
+    static_assert(std::is_trivially_copyable_v<Value>);
+    std::memcpy(&value, next(sizeof value).data(), sizeof value);
+  }
+  void get(std::string& text) { text = next(length()); }
+  template <class Value>
+  void get(std::vector<Value>& values) {
+    static_assert(std::is_trivially_copyable_v<Value>);
+    const std::size_t count = length();
+    if (count > left_.size() / sizeof(Value)) next(left_.size() + 1);
+    values.resize(count);
+    if (count > 0) std::memcpy(values.data(), next(count * sizeof(Value)).data(), count * sizeof(Value));
+  }
+
+ private:
+  std::size_t length() {
+    std::uint64_t size = 0;
+    get(size);
+    return size;
+  }
+  std::string_view next(std::size_t count) {
+    if (count > left_.size()) throw std::logic_error("a byte record ends too early");
+    const std::string_view found = left_.substr(0, count);
+    left_.remove_prefix(count);
+    return found;
+  }
+
+  std::string_view left_;
+};
 
 }  // namespace granuscope

@@ -4,15 +4,15 @@
 #include <functional>
 #include <map>
 #include <string>
+#include <string_view>
 #include <vector>
 
-#include "model/sampler_counts.h"
+#include "model/pile.h"
 #include "storage/block_sums.h"
+#include "storage/hdf5_file.h"
 #include "storage/hdf5_writer.h"
-#include "storage/raw_data.h"
 
 namespace granuscope {
-
 /// A pile that could not be completed within the stated effort.
 struct FailedSample {
   std::uint64_t sample = 0;
@@ -94,5 +94,9 @@ class EnsembleReader {
   std::vector<std::string> keys_;
   std::map<std::string, Stored> stored_;
 };
+
+/// The lines "key=value" of a configuration as one JSON object, for whoever reads a file without this program: numbers,
+/// true and false as such, all else as text.
+std::string configuration_json(std::string_view lines);
 
 }  // namespace granuscope

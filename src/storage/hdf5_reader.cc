@@ -12,7 +12,6 @@
 #include <utility>
 
 #include "support/error.h"
-#include "support/system_reason.h"
 
 namespace granuscope {
 namespace {

@@ -5,8 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "storage/hdf5_handle.h"
-#include "storage/raw_data.h"
+#include "storage/hdf5_file.h"
 
 namespace granuscope {
 

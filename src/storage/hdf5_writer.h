@@ -10,10 +10,8 @@
 #include <string_view>
 #include <vector>
 
-#include "storage/hdf5_handle.h"
-#include "storage/sparse_image.h"
-#include "support/atomic_file.h"
-#include "support/file_descriptor.h"
+#include "storage/hdf5_file.h"
+#include "support/files.h"
 
 namespace granuscope {
 

@@ -2,13 +2,13 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <span>
 
+#include "model/lattice.h"
 #include "model/pile.h"
-#include "model/pile_layers.h"
-#include "model/pile_view.h"
+#include "storage/hdf5_writer.h"
 
 namespace granuscope {
-
 /// Writes a pile as HDF5: float64 datasets V_R, V_L, H_R, H_L [layers, columns], load [columns]; attributes mu, law,
 /// seed, sample, units. The same pile gives the same bytes. Throws EnvironmentError (disk full, no permission).
 void write_pile(const std::filesystem::path& file, const Pile& pile);
@@ -32,5 +32,12 @@ inline constexpr std::size_t band_bytes = std::size_t{48} << 20;
 std::unique_ptr<PileLayers> open_pile_layers(const std::filesystem::path& file,
                                              const std::function<PileRange(const Lattice&)>& choose,
                                              std::size_t bytes = band_bytes);
+
+/// For whoever reads a file without this program: /z [layers], the depth of each of these layers, and /x [2, columns],
+/// where the beads of even and of odd layers lie from the overloaded one, both in bead diameters; with their units.
+void write_lattice_axes(Hdf5Writer& writer, int columns, std::span<const int> layers, const RowGeometry& rows = {});
+
+/// Attributes "units" and "axes" of a dataset.
+void describe_dataset(Hdf5Writer& writer, const std::string& path, std::string_view units, std::string_view axes);
 
 }  // namespace granuscope

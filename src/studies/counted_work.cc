@@ -9,17 +9,16 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 
-#include "analysis/claim_rule.h"
-#include "analysis/line_fit.h"
+#include "analysis/claims.h"
+#include "analysis/jackknife.h"
 #include "plot/axes.h"
-#include "plot/csv_table.h"
 #include "plot/figure_captions.h"
+#include "plot/gnuplot.h"
 #include "plot/plot_script.h"
-#include "plot/series_style.h"
-#include "report/estimate_json.h"
-#include "studies/common_checks.h"
+#include "report/clean_json.h"
+#include "studies/study.h"
 #include "support/error.h"
-#include "support/number_format.h"
+#include "support/plain_text.h"
 
 namespace granuscope {
 namespace {

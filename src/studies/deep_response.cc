@@ -9,19 +9,17 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "analysis/expected_response.h"
+#include "analysis/double_gaussian.h"
 #include "ensemble/estimator.h"
-#include "ensemble/fluctuation_plan.h"
+#include "ensemble/fluctuation_estimator.h"
 #include "model/lattice.h"
 #include "plot/axes.h"
-#include "plot/csv_table.h"
 #include "plot/figure_captions.h"
-#include "plot/plot_colours.h"
+#include "plot/gnuplot.h"
 #include "plot/plot_script.h"
-#include "plot/series_style.h"
-#include "studies/common_checks.h"
+#include "studies/study.h"
 #include "support/error.h"
-#include "support/number_format.h"
+#include "support/plain_text.h"
 
 namespace granuscope {
 namespace {

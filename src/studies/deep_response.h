@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "analysis/measured_ensemble.h"
+#include "analysis/mean_response.h"
 #include "studies/spreading.h"
 #include "studies/study.h"
 

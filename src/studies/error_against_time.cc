@@ -7,18 +7,15 @@
 #include <nlohmann/json.hpp>
 
 #include "analysis/transport.h"
-#include "ensemble/fluctuation_plan.h"
+#include "ensemble/fluctuation_estimator.h"
 #include "plot/axes.h"
-#include "plot/csv_table.h"
 #include "plot/figure_captions.h"
+#include "plot/gnuplot.h"
 #include "plot/plot_script.h"
-#include "plot/response_in_words.h"
-#include "plot/series_style.h"
-#include "report/estimate_json.h"
-#include "report/spec_json.h"
-#include "studies/common_checks.h"
+#include "report/clean_json.h"
+#include "studies/study.h"
 #include "support/error.h"
-#include "support/number_format.h"
+#include "support/plain_text.h"
 
 namespace granuscope {
 

@@ -3,8 +3,8 @@
 #include <memory>
 #include <vector>
 
-#include "analysis/error_curve.h"
-#include "plot/figure.h"
+#include "analysis/precision.h"
+#include "plot/figure_captions.h"
 #include "studies/study.h"
 
 namespace granuscope {

@@ -8,44 +8,41 @@
 #include <utility>
 
 #include "model/audit.h"
-#include "model/friction_cone.h"
 #include "model/lattice.h"
 #include "plot/axes.h"
-#include "plot/csv_table.h"
 #include "plot/figure_captions.h"
+#include "plot/gnuplot.h"
 #include "plot/plot_script.h"
-#include "plot/series_style.h"
-#include "sampling/portable_power.h"
 #include "sampling/random_key.h"
 #include "sampling/sampler.h"
-#include "studies/common_checks.h"
+#include "studies/study.h"
 #include "support/error.h"
-#include "support/interruption.h"
-#include "support/number_format.h"
+#include "support/plain_text.h"
+#include "support/progress.h"
 
 namespace granuscope {
 namespace {
 
-using Load = std::vector<double>;
+using TopLoads = std::vector<double>;
 
-Load even_load(int columns) { return Load(static_cast<std::size_t>(columns), 1.0); }
+TopLoads even_load(int columns) { return TopLoads(static_cast<std::size_t>(columns), 1.0); }
 
-Load overloaded(int columns) {
-  Load load = even_load(columns);
+TopLoads overloaded(int columns) {
+  TopLoads load = even_load(columns);
   load[load.size() / 2] = 2;
   return load;
 }
 
-Load half_unloaded(int columns) {
-  Load load = even_load(columns);
+TopLoads half_unloaded(int columns) {
+  TopLoads load = even_load(columns);
   std::fill(load.begin(), load.begin() + columns / 2, 0.0);
   return load;
 }
 
 /// 1e-5 to 1e5 in random order, both among them.
-Load ten_orders(int columns, std::uint64_t seed) {
+TopLoads ten_orders(int columns, std::uint64_t seed) {
   const RandomKey key(seed, 0);
-  Load load;
+  TopLoads load;
   for (int i = 0; i < columns; ++i) load.push_back(1e-5 * portable_power(1e10, key.attempt(0, i, 1).first));
   load[0] = 1e5;
   load[1] = 1e-5;
@@ -67,7 +64,7 @@ std::vector<ResidualAtDepth> by_depth(const std::vector<LayerResidual>& layers) 
   return depths;
 }
 
-StabilityTrial attempt(double mu, LatticeSpec size, const std::string& name, const Load& load, std::uint64_t seed) {
+StabilityTrial attempt(double mu, LatticeSpec size, const std::string& name, const TopLoads& load, std::uint64_t seed) {
   throw_if_interrupted();
   StabilityTrial trial;
   trial.mu = mu;

@@ -9,18 +9,18 @@
 #include <numeric>
 #include <set>
 
-#include "analysis/layer_spectrum.h"
-#include "analysis/power_law.h"
-#include "analysis/speed_from_thrust.h"
+#include "analysis/mean_response.h"
+#include "analysis/results.h"
+#include "analysis/scaling.h"
 #include "model/lattice.h"
-#include "plot/csv_table.h"
 #include "plot/figure_captions.h"
+#include "plot/gnuplot.h"
+#include "plot/plot_script.h"
 #include "plot/power_law_panel.h"
-#include "plot/series_style.h"
-#include "report/estimate_json.h"
-#include "studies/common_checks.h"
+#include "report/clean_json.h"
+#include "studies/study.h"
 #include "support/error.h"
-#include "support/number_format.h"
+#include "support/plain_text.h"
 
 namespace granuscope {
 namespace {

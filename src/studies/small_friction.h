@@ -5,8 +5,6 @@
 
 #include "analysis/jackknife.h"
 #include "analysis/results.h"
-#include "analysis/scaling_fit.h"
-#include "analysis/thrust_at_depth.h"
 #include "analysis/transport.h"
 #include "studies/study.h"
 

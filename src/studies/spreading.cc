@@ -1,24 +1,26 @@
 #include "studies/spreading.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <nlohmann/json.hpp>
 #include <numeric>
 
-#include "analysis/expected_response.h"
-#include "analysis/layer_spectrum.h"
+#include "analysis/claims.h"
+#include "analysis/double_gaussian.h"
+#include "analysis/mean_response.h"
 #include "analysis/measured_depth.h"
 #include "analysis/shape_fit.h"
+#include "ensemble/ensemble_runner.h"
 #include "ensemble/estimator.h"
-#include "ensemble/fluctuation_plan.h"
-#include "ensemble/parallel.h"
+#include "ensemble/fluctuation_estimator.h"
 #include "model/lattice.h"
-#include "report/estimate_json.h"
-#include "studies/common_checks.h"
+#include "report/clean_json.h"
 #include "studies/study.h"
+#include "support/plain_text.h"
 
 namespace granuscope {
 namespace {
@@ -267,6 +269,116 @@ Json spreading_json(const DeepResponse& one) {
                    {"dispersion", list_of(one.bands, to_json)},
                    {"c_thrust", granuscope::to_json(one.c_thrust)}});
   return json;
+}
+
+namespace {
+
+/// Where the stretches begin that the claims speak of, bead diameters: about where the paper's window does, and below
+/// it.
+constexpr double shallow_from = 40, deep_from = 80;
+
+/// One stretch of depth, judged at the friction coefficient where the power is farthest from 1.
+Claim judge_stretch(const std::vector<DeepResponse>& measured, const ClaimSpec& spec, const char* id,
+                    const std::string& where, PowerOfDepth DeepResponse::*stretch, double from) {
+  Claim claim =
+      open_claim(id, fmt::format("The squared width W² grows linearly with z {}.", where), "power of z in W²");
+  const PaperNumber paper{.value = 1, .tolerance = spec.exponent_tolerance};
+  const DeepResponse* farthest = nullptr;
+  double farthest_z = 0;
+  std::vector<std::string> all;
+  for (const DeepResponse& one : measured) {
+    const Estimate& power = (one.*stretch).exponent;
+    if (!power.known() || one.by != DeepMeasurement::fluctuations || (one.*stretch).from < from) continue;
+    all.push_back(
+        fmt::format("{} at μ = {}", value_with_error(power.value, power.standard_error), one.spec.sampler.mu));
+    const double z = std::abs(judge_number(power, paper).z_score);
+    if (farthest != nullptr && z <= farthest_z) continue;
+    farthest = &one;
+    farthest_z = z;
+  }
+  if (farthest == nullptr) {
+    leave_open(claim, "no power of z is known there: give the study of spreading more piles, or more octaves");
+    return claim;
+  }
+  const PowerOfDepth& power = farthest->*stretch;
+  judge_by_number(claim, power.exponent, paper, {},
+                  fmt::format("The power of z in W² from z = {:.0f} to {:.0f} at μ = {}, where it is farthest from 1,",
+                              power.from, power.to, farthest->spec.sampler.mu));
+  if (all.size() > 1) add_sentence(claim, fmt::format("All of them: {}.", fmt::join(all, ", ")));
+  return claim;
+}
+
+/// Where the deep stretch was followed, in numbers: with three octaves it ends at z = 222, and piles of 200 layers,
+/// as the paper has them, at z = 173.
+std::string spreading_depths(const std::vector<DeepResponse>& measured) {
+  double from = 0, to = 0;
+  for (const DeepResponse& one : measured) {
+    if (one.by != DeepMeasurement::fluctuations || !one.deep.exponent.known() || one.deep.to <= to) continue;
+    from = one.deep.from;
+    to = one.deep.to;
+  }
+  if (to == 0) return "deeper below saturated layers";
+  return fmt::format("from z = {:.0f} to {:.0f} below saturated layers", from, to);
+}
+
+}  // namespace
+
+std::vector<Claim> judge_spreading(const std::vector<DeepResponse>& measured, const ClaimSpec& spec) {
+  return {
+      judge_stretch(measured, spec, "spreading-shallow", "as deep as the paper's piles, saturated ones without a load",
+                    &DeepResponse::shallow, shallow_from),
+      judge_stretch(measured, spec, "spreading-deep", spreading_depths(measured), &DeepResponse::deep, deep_from)};
+}
+
+namespace {
+
+constexpr double sure = 3;  ///< standard errors
+
+double distance(const Json& one, const Json& other) {
+  return std::abs(one.at("value").get<double>() - other.at("value").get<double>()) /
+         std::hypot(one.at("stderr").get<double>(), other.at("stderr").get<double>());
+}
+
+}  // namespace
+
+Json spreading_page_1(const Json& results, const std::string& pointer) {
+  const Json diffusion = {{"value", 1.0}, {"stderr", 0.0}};
+  std::vector<std::string> deep;
+  std::size_t slow = 0, fast = 0;
+  double apart = 0;
+  const Json *last = nullptr, *at_mu = nullptr;  // the largest friction; the measurement that checks are held against
+  std::string last_key;
+  bool checked = false;
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    const Json& one = results[i];
+    const std::string place = fmt::format("{}/{}", pointer, i);
+    const Json& exponent = one.at("deep").at("exponent");
+    if (at_mu != nullptr && at_mu->at("mu") == one.at("mu")) {
+      const Json& checked_one = at_mu->at("deep").at("exponent");
+      if (!exponent.at("value").is_number() || !checked_one.at("value").is_number()) continue;
+      apart = std::max(apart, distance(exponent, checked_one));
+      checked = true;
+      continue;
+    }
+    at_mu = &one;
+    if (!exponent.at("value").is_number()) continue;
+    deep.push_back(place);
+    const bool faster = exponent.at("value").get<double>() > 1 && distance(exponent, diffusion) > sure;
+    (faster ? fast : slow) += 1;
+    last = &one;
+    last_key = place;
+  }
+  if (last == nullptr) return nullptr;
+  const std::size_t octaves = last->at("octaves").size();
+  return {{"deep", enumerated(deep)},
+          {"all_fast", slow == 0},
+          {"some_fast", fast > 0 && slow > 0},
+          {"none_fast", fast == 0},
+          {"largest", {{"key", last_key}}},
+          {"first_octave", {{"key", last_key + "/octaves/0"}}},
+          {"last_octave", {{"key", fmt::format("{}/octaves/{}", last_key, octaves - 1)}}},
+          {"checked", checked},
+          {"apart", fmt::format("{:.1f}", apart)}};
 }
 
 }  // namespace granuscope

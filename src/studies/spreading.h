@@ -1,19 +1,18 @@
 #pragma once
-#include <cstdint>
 #include <nlohmann/json_fwd.hpp>
+
+#include <cstdint>
 #include <string>
 #include <vector>
 
-#include "analysis/claim_spec.h"
 #include "analysis/dispersion.h"
 #include "analysis/jackknife.h"
-#include "analysis/measured_ensemble.h"
+#include "analysis/mean_response.h"
 #include "analysis/results.h"
 #include "ensemble/ensemble_spec.h"
 #include "support/key.h"
 
 namespace granuscope {
-
 /// The response over one lag, or in one layer below loads.
 struct LagResponse {
   int lag = 0;

@@ -1,17 +1,91 @@
 #pragma once
-#include <memory>
 #include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cstdint>
+#include <limits>
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "analysis/fit_spec.h"
+#include "analysis/precision.h"
 #include "analysis/results.h"
 #include "analysis/transport.h"
-#include "plot/figure.h"
-#include "report/report_part.h"
-#include "studies/main_line.h"
+#include "ensemble/ensemble_spec.h"
+#include "model/lattice.h"
+#include "plot/figure_captions.h"
+#include "render/scene.h"
+#include "report/report_data.h"
+#include "sampling/sampler_spec.h"
 #include "support/key.h"
 
 namespace granuscope {
+/// The rendered force network of one named pile (the paper's Fig. 1, right): never a chosen sample.
+struct ForceChainSpec {
+  bool show = true;
+  int columns = 70;  ///< of the pile, periodic; all are shown
+  int layers = 60;   ///< shown; bottom_margin more are computed, so that the shown ones follow the bulk law
+  double mu = 0.1;
+  std::uint64_t sample = 0;  ///< of the experiment's seed
+  /// 57 mm wide: two pictures share a row of the printed report, with text of 8 pt. Its window is ignored: columns and
+  /// layers above say what is shown.
+  SceneSpec scene{.width_px = 900, .dpi = 400, .window = {}, .range = {}};
+  bool weight = true;     ///< also the weights of the same pile's beads
+  bool friction = false;  ///< also how much of its friction each contact uses
+  bool response = true;   ///< also how they change with the overload, every bead keeping its random number
+
+  /// Saturates: what is absurd is refused, but only after it has been looked at.
+  int computed_layers() const {
+    return std::min(layers, std::numeric_limits<int>::max() - bottom_margin) + bottom_margin;
+  }
+};
+
+/// What differs from main ensemble to main ensemble.
+struct ScanSpec {
+  std::string parameter;  ///< ScanParameter::name; empty: the usual one of the model
+  std::vector<double>
+      values;  ///< ascending, no duplicates; none: MainLine::mu of beads, else what the model itself says
+};
+
+/// What every experiment measures, and what a study may go by: the main ensembles, their fits and claims, and the pile
+/// that is shown. The defaults are the paper's numbers.
+struct MainLine {
+  LatticeSpec lattice;
+  std::vector<double> mu{0.0, 0.1, 0.2, 0.3};  ///< friction coefficients, ascending, no duplicates
+  SamplerSpec sampling;                        ///< its mu is ignored: see sampler_at
+  ScanSpec scan;                               ///< of friction it is empty: mu has its values
+  ResponseSpec response;
+  FitSpec fit;
+  PrecisionSpec precision;
+  ClaimSpec claims;
+  ForceChainSpec force_chains;
+
+  /// Throws InputError if the scan names a parameter on which the piles do not depend.
+  const ScanParameter& scanned() const;
+  /// Of each main ensemble, ascending.
+  std::vector<double> scan_values() const;
+  /// The value that figures of a single one show: the nearest to `wanted`, but the last of another parameter than
+  /// friction that does not have it.
+  double shown_value(double wanted) const;
+  /// The sampler's parameters at one value of what is scanned.
+  SamplerSpec sampler_at(double value) const;
+
+  /// Those of beads at one friction coefficient, whatever the model is.
+  SamplerSpec sampler_for(double friction) const {
+    SamplerSpec spec = sampling;
+    spec.model = {};
+    spec.mu = friction;
+    return spec;
+  }
+
+  /// An ensemble of the main line's sampler, overload and blocks.
+  EnsembleSpec ensemble_at(double friction, LatticeSpec size, std::uint64_t samples) const;
+
+  /// Uniformly loaded piles of a law as it is by default, whatever the main ensembles are drawn by; every layer
+  /// recorded.
+  EnsembleSpec uniform_piles(Law law, double friction, LatticeSpec size, std::uint64_t samples) const;
+};
 
 /// One of the small ensembles that a study measures.
 struct StudyEnsemble {
@@ -107,5 +181,55 @@ class CopiedStudy : public Study {
 
 /// Places of summary.json for an enumeration in a template, each with what to write behind it: "{{joint}}".
 nlohmann::ordered_json enumerated(const std::vector<std::string>& pointers);
+
+/// All studies that there are, in the order of the report, with their settings: a value, which copies what it holds.
+class Studies {
+ public:
+  Studies();
+  Studies(const Studies& other);
+  Studies& operator=(const Studies& other);
+  Studies(Studies&&) = default;
+  Studies& operator=(Studies&&) = default;
+
+  auto begin() { return all_.begin(); }
+  auto end() { return all_.end(); }
+  auto begin() const { return all_.begin(); }
+  auto end() const { return all_.end(); }
+
+  /// The ensembles of all that are asked for, in their order.
+  std::vector<StudyEnsemble> ensembles(const MainLine& main) const;
+
+ private:
+  std::vector<std::unique_ptr<Study>> all_;
+};
+
+// Limits that no sensible experiment meets; beyond them a slip of the keyboard is more likely than an intention.
+inline constexpr double most_memory = 32e9;  // bytes
+inline constexpr std::size_t most_friction_values = 1000;
+inline constexpr int most_columns = 1'000'000;
+inline constexpr int most_layers = 1'000'000;
+// The rejection law accepts 4.5 % of the piles of 6 x 6 beads at mu = 0.3 and exponentially fewer of larger ones.
+inline constexpr int most_beads_by_rejection = 256;
+// Contacts reach the horizontal at mu = sqrt(3): the interval of each bead is then unbounded.
+inline constexpr double mu_limit = sqrt3;
+
+/// Friction coefficients of a list or a single one: from 0, or above it where nothing can be measured without friction,
+/// to below mu_limit.
+KeyRange friction_range();
+KeyRange friction_range_above_zero();
+
+/// Memory that one pile needs while it is drawn, in bytes.
+double pile_memory(double columns, double layers);
+
+/// `memory`: what piles of this size need together with what is measured on them, in bytes.
+Problem find_lattice_problem(const std::string& columns_key, int columns, const std::string& layers_key, int layers,
+                             int least_layers, double memory);
+
+/// The samples of an ensemble in so many blocks: a whole group of eight in each.
+Problem find_samples_problem(const std::string& key, std::uint64_t samples, int blocks);
+
+/// Friction coefficients that are measured once more as a check: each must be among those that are measured.
+Problem find_check_problem(const std::string& key, const std::vector<double>& checked, const std::string& measured_key,
+                           const std::vector<double>& measured);
 
 }  // namespace granuscope

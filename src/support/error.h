@@ -1,9 +1,12 @@
 #pragma once
+#include <fmt/core.h>
+
+#include <optional>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 namespace granuscope {
-
 /// What the program's exit status tells its caller.
 enum class ExitCode : int {
   done = 0,             ///< everything asked for was made
@@ -48,5 +51,27 @@ class Interrupted : public Error {
  public:
   explicit Interrupted(const std::string& message) : Error(ExitCode::interrupted, message) {}
 };
+
+/// What makes the value of a key unusable.
+struct KeyProblem {
+  std::string key;      ///< "lattice.columns"; in what a spec says of itself "columns", as a table may have any name
+  std::string message;  ///< what is wrong, why that is a problem, what to do
+};
+using Problem = std::optional<KeyProblem>;
+
+template <class... Args>
+Problem problem(const std::string& key, fmt::format_string<Args...> text, Args&&... args) {
+  return KeyProblem{key, fmt::format(text, std::forward<Args>(args)...)};
+}
+
+/// What a spec says of itself, as the table of an experiment file that holds it.
+Problem in_table(const std::string& table, Problem found);
+
+/// Throws InputError "key: message" if there is a problem.
+void refuse(const Problem& found);
+
+/// The system's words for an errno value and, where there is one, what the user can do about it:
+/// "No space left on device. Free some space there or choose another folder."
+std::string system_reason(int error_number);
 
 }  // namespace granuscope

@@ -7,8 +7,8 @@
 #include <string_view>
 #include <type_traits>
 
-#include "support/describe_bytes.h"
 #include "support/error.h"
+#include "support/plain_text.h"
 
 namespace granuscope {
 namespace {

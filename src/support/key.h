@@ -9,7 +9,7 @@
 #include <variant>
 #include <vector>
 
-#include "support/problem.h"
+#include "support/error.h"
 
 namespace granuscope {
 

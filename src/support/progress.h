@@ -6,7 +6,6 @@
 #include <string>
 
 namespace granuscope {
-
 /// How progress is shown on stderr.
 enum class ProgressStyle {
   automatic,  ///< terminal if stderr is one, plain otherwise
@@ -45,5 +44,17 @@ void log_line(ProgressStyle style, const std::string& line);
 
 /// "41 s", "3 min 12 s", "2 h 05 min".
 std::string describe_duration(double seconds);
+
+/// From now on SIGINT, SIGTERM and SIGHUP (unless it is ignored, as under nohup) only set a flag (a second one ends the
+/// process at once, status 4), and a file-size limit or a closed pipe makes writes fail instead of ending the process.
+void install_interruption_handlers();
+bool interruption_requested();
+/// Throws Interrupted if the flag is set. Called between stages and samples, and now and then in the midst of a pile.
+void throw_if_interrupted();
+/// Sets or clears the flag by hand (tests).
+void request_interruption(bool requested);
+
+/// Processor time of this thread so far, in seconds: what a piece of work took however busy the machine is.
+double processor_seconds();
 
 }  // namespace granuscope

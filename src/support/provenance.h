@@ -1,10 +1,10 @@
 #pragma once
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 namespace granuscope {
-
 /// Where a result comes from. Everything that differs between machines or moments is here and in manifest.json only.
 struct Provenance {
   std::string program_version;  ///< "granuscope 0.1.0"
@@ -28,5 +28,10 @@ std::string provenance_line(const Provenance& provenance);
 
 /// The current time as ISO 8601 in UTC, for manifest.json.
 std::string current_time();
+
+/// The version of a library as it is loaded now, by its name in the manifest ("GSL", "HDF5", "libpng",
+/// "FreeType", "OpenSSL", "glibc"). It may be another one than the program was built with. Nothing where the
+/// library is not loaded or does not tell.
+std::optional<std::string> loaded_version(const std::string& library);
 
 }  // namespace granuscope

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "analysis/analyse.h"
-#include "analysis/claim_rule.h"
 #include "kit/claim.h"
 #include "kit/estimates.h"
 #include "model/lattice.h"

@@ -1,12 +1,12 @@
 // Source of the expectation: the thrust of a mean pile is homogeneous of degree one in the loads and every column
 // counts the same, so that the thrust of the linear response is the thrust ratio of the piles, in any law that both
 // piles of a pair follow. A law that does not repair has such pairs; granusolve has not.
-#include "analysis/coupling_bias.h"
+#include "analysis/scaling.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "analysis/layer_spectrum.h"
+#include "analysis/mean_response.h"
 #include "analysis/transport.h"
 #include "ensemble/ensemble_runner.h"
 

@@ -9,7 +9,6 @@
 #include <functional>
 
 #include "ensemble/ensemble_runner.h"
-#include "ensemble/merge.h"
 
 namespace granuscope::test {
 namespace {

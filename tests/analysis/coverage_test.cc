@@ -7,7 +7,6 @@
 #include "analysis/precision.h"
 #include "analysis/transport.h"
 #include "ensemble/ensemble_runner.h"
-#include "ensemble/merge.h"
 #include "synthetic_ensemble.h"
 
 using namespace granuscope;
@@ -159,7 +158,7 @@ TEST_CASE("coverage: synthetic responses with noise that is correlated along the
     }
   }
   coverages.check();
-  // The scatter of 400 is known to 3.5 %. It was 0.55 of what was stated before residual_noise.cc minded that a
+  // The scatter of 400 is known to 3.5 %. It was 0.55 of what was stated before mean_response.cc minded that a
   // jackknife doubles the variance of a squared mean, and counted as many sub-ensembles without a block as with it.
   CAPTURE(noise_exponent.scatter(), noise_exponent.stated());
   CHECK(noise_exponent.scatter() == Approx(noise_exponent.stated()).epsilon(0.15));

@@ -1,5 +1,5 @@
 // Source: independent piles are worth as many as they are; a chain stopped after each sweep is worth fewer.
-#include "analysis/effective_samples.h"
+#include "analysis/jackknife.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "analysis/error_curve.h"
+#include "analysis/precision.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

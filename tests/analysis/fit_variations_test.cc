@@ -1,4 +1,4 @@
-#include "analysis/fit_variations.h"
+#include "analysis/transport.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

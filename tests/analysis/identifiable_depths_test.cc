@@ -1,4 +1,4 @@
-#include "analysis/identifiable_depths.h"
+#include "analysis/fit_spec.h"
 
 #include <catch2/catch.hpp>
 #include <string>

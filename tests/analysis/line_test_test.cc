@@ -1,11 +1,11 @@
 // chi^2 of points about a line: right on average whatever the points share, and honest about what it cannot tell.
-#include "analysis/line_test.h"
+#include "analysis/jackknife.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <random>
 
-#include "analysis/power_law.h"
+#include "analysis/scaling.h"
 
 using namespace granuscope;
 

@@ -5,7 +5,7 @@
 #include <random>
 #include <vector>
 
-#include "analysis/measured_ensemble.h"
+#include "analysis/mean_response.h"
 #include "model/lattice.h"
 
 namespace granuscope::test {

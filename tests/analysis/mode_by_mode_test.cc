@@ -6,10 +6,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "analysis/depth_series.h"
-#include "analysis/layer_spectrum.h"
 #include "analysis/mean_response.h"
-#include "analysis/measured_ensemble.h"
+#include "analysis/transport.h"
 #include "ensemble/ensemble_runner.h"
 
 using namespace granuscope;

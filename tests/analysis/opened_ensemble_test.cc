@@ -2,7 +2,6 @@
 #include <catch2/catch.hpp>
 #include <random>
 
-#include "analysis/layer_spectrum.h"
 #include "analysis/mean_response.h"
 #include "kit/same_bytes.h"
 #include "kit/temporary_folder.h"

@@ -1,11 +1,9 @@
 // One peak or two: what cosines leave open sines tell, and only where there is something to tell.
-#include "analysis/peak_evidence.h"
+#include "analysis/shape_diagnostics.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <random>
-
-#include "analysis/shape_verdict.h"
 
 using namespace granuscope;
 

@@ -1,4 +1,4 @@
-#include "analysis/peak_height.h"
+#include "analysis/shape_diagnostics.h"
 
 #include <catch2/catch.hpp>
 

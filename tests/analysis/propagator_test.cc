@@ -1,6 +1,6 @@
 // The estimator fluctuation from its sums on: against what geometry fixes exactly, against a linear model whose
 // response is known, and against the responses to loads. Each of its ingredients is left out once, and must be missed.
-#include "analysis/propagator.h"
+#include "analysis/dispersion.h"
 
 #include <array>
 #include <catch2/catch.hpp>
@@ -9,11 +9,9 @@
 #include <functional>
 #include <numbers>
 
-#include "analysis/dispersion.h"
 #include "analysis/linear_model.h"
 #include "analysis/transport.h"
 #include "ensemble/ensemble_runner.h"
-#include "ensemble/merge.h"
 #include "support/error.h"
 
 using namespace granuscope;

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "analysis/dispersion.h"
-#include "analysis/layer_spectrum.h"
+#include "analysis/mean_response.h"
 #include "ensemble/ensemble_runner.h"
 
 using namespace granuscope;

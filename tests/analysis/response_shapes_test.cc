@@ -1,13 +1,11 @@
 // Source of the expected classes: profiles made of each shape itself, with noise of known size.
-#include "analysis/response_shapes.h"
+#include "analysis/double_gaussian.h"
 
 #include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
 #include <random>
-
-#include "analysis/double_gaussian.h"
 
 using namespace granuscope;
 

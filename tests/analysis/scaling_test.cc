@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "analysis/claims.h"
-#include "analysis/power_law.h"
 #include "kit/claim.h"
 #include "kit/estimates.h"
 #include "model/lattice.h"

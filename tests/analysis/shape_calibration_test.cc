@@ -6,7 +6,7 @@
 #include <functional>
 #include <numbers>
 
-#include "analysis/shape_verdict.h"
+#include "analysis/shape_diagnostics.h"
 #include "model/lattice.h"
 #include "synthetic_ensemble.h"
 

@@ -1,6 +1,6 @@
 // When does a fit say that a response is not two Gaussians? Seldom for what is, always for what is not, and never for
 // piles, however many.
-#include "analysis/shape_verdict.h"
+#include "analysis/shape_diagnostics.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "model/lattice.h"
-#include "sampling/frictionless.h"
+#include "sampling/simple_laws.h"
 #include "synthetic_ensemble.h"
 
 using namespace granuscope;

@@ -1,4 +1,4 @@
-#include "analysis/weighted_shape.h"
+#include "analysis/shape_fit.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

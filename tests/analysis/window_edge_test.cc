@@ -4,8 +4,6 @@
 #include <limits>
 #include <set>
 
-#include "analysis/depth_series.h"
-#include "analysis/fit_variations.h"
 #include "analysis/transport.h"
 #include "synthetic_ensemble.h"
 

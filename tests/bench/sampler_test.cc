@@ -7,7 +7,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "bench/straight_line.h"
+#include "bench/measured_with.h"
 #include "sampling/sampler.h"
 
 using namespace granuscope;

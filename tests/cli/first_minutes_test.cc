@@ -14,7 +14,7 @@
 #include "experiment/experiment_file.h"
 #include "kit/small_experiment.h"
 #include "kit/temporary_folder.h"
-#include "support/template_file.h"
+#include "support/templates.h"
 
 using namespace granuscope;
 using Catch::Matchers::Contains;

@@ -1,4 +1,4 @@
-#include "cli/machine.h"
+#include "cli/flag_checks.h"
 
 #include <catch2/catch.hpp>
 #include <filesystem>

@@ -7,11 +7,10 @@
 #include "kit/file_size_limit.h"
 #include "kit/small_experiment.h"
 #include "kit/temporary_folder.h"
-#include "report/pack.h"
-#include "report/zip_file.h"
-#include "support/atomic_file.h"
-#include "support/child_process.h"
+#include "report/citation.h"
 #include "support/error.h"
+#include "support/files.h"
+#include "support/process.h"
 
 using namespace granuscope;
 using Catch::Matchers::Contains;

@@ -9,8 +9,8 @@
 
 #include "kit/small_experiment.h"
 #include "kit/temporary_folder.h"
-#include "support/atomic_file.h"
-#include "support/child_process.h"
+#include "support/files.h"
+#include "support/process.h"
 
 using namespace granuscope;
 using Catch::Matchers::Contains;

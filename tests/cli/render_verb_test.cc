@@ -11,8 +11,8 @@
 #include "kit/png_image.h"
 #include "kit/temporary_folder.h"
 #include "render/picture_distance.h"
-#include "support/atomic_file.h"
-#include "support/child_process.h"
+#include "support/files.h"
+#include "support/process.h"
 
 using namespace granuscope;
 using Catch::Matchers::Contains;

@@ -5,7 +5,7 @@
 #include "cli/in_process.h"
 #include "kit/small_experiment.h"
 #include "kit/temporary_folder.h"
-#include "support/atomic_file.h"
+#include "support/files.h"
 
 using namespace granuscope;
 using Catch::Matchers::Contains;

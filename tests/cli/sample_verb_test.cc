@@ -15,7 +15,7 @@
 #include "kit/temporary_folder.h"
 #include "model/audit.h"
 #include "storage/pile_file.h"
-#include "support/atomic_file.h"
+#include "support/files.h"
 
 using namespace granuscope;
 using Catch::Matchers::Contains;

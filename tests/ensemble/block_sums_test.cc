@@ -12,7 +12,7 @@
 #include "kit/same_bytes.h"
 #include "sampling/sampler.h"
 #include "support/error.h"
-#include "support/interruption.h"
+#include "support/progress.h"
 
 namespace granuscope {
 namespace {

@@ -9,7 +9,7 @@
 #include "ensemble/ensemble_runner.h"
 #include "kit/standard_error_capture.h"
 #include "support/error.h"
-#include "support/interruption.h"
+#include "support/progress.h"
 
 namespace granuscope {
 namespace {

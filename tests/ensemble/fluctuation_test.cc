@@ -11,7 +11,7 @@
 
 #include "ensemble/ensemble_runner.h"
 #include "ensemble/estimator.h"
-#include "ensemble/fluctuation_plan.h"
+#include "ensemble/fluctuation_estimator.h"
 #include "ensemble/small_ensemble.h"
 #include "kit/instruction_sets.h"
 #include "sampling/sampler.h"

@@ -1,11 +1,10 @@
-#include "ensemble/load_signs.h"
+#include "ensemble/multiplexed_estimator.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <set>
 #include <vector>
 
-#include "ensemble/real_spectrum.h"
 #include "sampling/random_key.h"
 
 namespace granuscope {

@@ -1,5 +1,5 @@
 // Source: merging is adding.
-#include "ensemble/merge.h"
+#include "ensemble/ensemble_runner.h"
 
 #include <catch2/catch.hpp>
 

@@ -3,9 +3,9 @@
 #include <cmath>
 
 #include "ensemble/ensemble_runner.h"
-#include "ensemble/paired_estimator.h"
+#include "ensemble/point_estimator.h"
 #include "ensemble/small_ensemble.h"
-#include "sampling/split_uniforms.h"
+#include "sampling/pile_group.h"
 
 namespace granuscope {
 namespace {

@@ -1,4 +1,4 @@
-#include "ensemble/parallel.h"
+#include "ensemble/ensemble_runner.h"
 
 #include <atomic>
 #include <catch2/catch.hpp>

@@ -1,4 +1,4 @@
-#include "ensemble/real_spectrum.h"
+#include "ensemble/multiplexed_estimator.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

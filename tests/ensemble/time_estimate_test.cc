@@ -1,17 +1,16 @@
 // What is estimated is held against the processor time of the same ensemble, drawn by the same program on the same
 // core.
-#include "ensemble/time_estimate.h"
+#include "ensemble/ensemble_runner.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <string>
 #include <vector>
 
-#include "ensemble/ensemble_runner.h"
 #include "kit/sanitized.h"
-#include "sampling/chain_plan.h"
+#include "sampling/polytope.h"
 #include "support/error.h"
-#include "support/processor_time.h"
+#include "support/progress.h"
 
 namespace granuscope {
 namespace {

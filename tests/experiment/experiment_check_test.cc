@@ -1,4 +1,4 @@
-#include "experiment/experiment_check.h"
+#include "experiment/experiment.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -6,7 +6,7 @@
 #include <limits>
 #include <string>
 
-#include "analysis/expected_response.h"
+#include "analysis/double_gaussian.h"
 #include "experiment/experiment_file.h"
 #include "kit/set_key.h"
 #include "support/error.h"

@@ -10,7 +10,7 @@
 #include <string>
 
 #include "ensemble/ensemble_spec.h"
-#include "experiment/experiment_check.h"
+#include "experiment/experiment.h"
 #include "experiment/experiment_keys.h"
 #include "kit/set_key.h"
 #include "kit/temporary_folder.h"

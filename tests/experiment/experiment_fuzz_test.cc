@@ -11,10 +11,10 @@
 #include <string>
 #include <vector>
 
-#include "experiment/experiment_check.h"
+#include "experiment/experiment.h"
 #include "experiment/experiment_file.h"
-#include "support/atomic_file.h"
 #include "support/error.h"
+#include "support/files.h"
 
 using namespace granuscope;
 

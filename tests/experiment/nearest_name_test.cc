@@ -1,4 +1,4 @@
-#include "experiment/nearest_name.h"
+#include "experiment/experiment.h"
 
 #include <catch2/catch.hpp>
 

@@ -1,4 +1,4 @@
-#include "history/moved_numbers.h"
+#include "history/comparison.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

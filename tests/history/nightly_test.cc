@@ -16,8 +16,8 @@
 #include "kit/temporary_folder.h"
 #include "pipeline/quiet_run.h"
 #include "storage/ensemble_file.h"
-#include "support/atomic_file.h"
 #include "support/error.h"
+#include "support/files.h"
 
 using namespace granuscope;
 using Catch::Matchers::Contains;

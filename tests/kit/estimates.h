@@ -1,7 +1,7 @@
 #pragma once
 #include <string>
 
-#include "analysis/estimate.h"
+#include "analysis/jackknife.h"
 
 namespace granuscope::test {
 

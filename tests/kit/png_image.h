@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "render/image.h"
-#include "support/atomic_file.h"
+#include "render/scene.h"
+#include "support/files.h"
 
 namespace granuscope::test {
 

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "kit/temporary_folder.h"
-#include "support/atomic_file.h"
+#include "support/files.h"
 
 namespace granuscope::test {
 

@@ -1,12 +1,11 @@
 // Source of the expected numbers: trigonometry (tangents of 30 degrees -+ atan mu).
-#include "model/friction_cone.h"
+#include "model/lattice.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
 #include <numbers>
 
-#include "model/lattice.h"
 #include "support/error.h"
 
 namespace granuscope {

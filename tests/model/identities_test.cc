@@ -1,6 +1,6 @@
 // Source: the balances of neighbouring beads, eliminated by hand. The sum of w is the sum of the loads; and two layers
 // apart w_{n+1}(x) - w_{n-1}(x) = sqrt(3) [H_n(x - 1/2) - H_n(x + 1/2)].
-#include "model/identities.h"
+#include "model/audit.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

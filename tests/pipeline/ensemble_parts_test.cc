@@ -12,9 +12,9 @@
 #include "pipeline/ensemble_stage.h"
 #include "pipeline/pipeline.h"
 #include "quiet_run.h"
-#include "support/atomic_file.h"
 #include "support/error.h"
-#include "support/interruption.h"
+#include "support/files.h"
+#include "support/progress.h"
 
 using namespace granuscope;
 using test::TemporaryFolder;

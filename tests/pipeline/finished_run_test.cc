@@ -11,9 +11,9 @@
 #include "kit/temporary_folder.h"
 #include "pipeline/ensemble_stage.h"
 #include "pipeline/quiet_run.h"
-#include "support/atomic_file.h"
 #include "support/error.h"
-#include "support/interruption.h"
+#include "support/files.h"
+#include "support/progress.h"
 
 using namespace granuscope;
 using test::TemporaryFolder;

@@ -11,8 +11,8 @@
 #include "kit/small_experiment.h"
 #include "kit/temporary_folder.h"
 #include "pipeline/pipeline.h"
-#include "support/atomic_file.h"
-#include "support/child_process.h"
+#include "support/files.h"
+#include "support/process.h"
 
 using namespace granuscope;
 using test::TemporaryFolder;

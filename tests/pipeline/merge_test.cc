@@ -4,12 +4,12 @@
 #include <string>
 
 #include "kit/temporary_folder.h"
-#include "pipeline/merge_folders.h"
 #include "pipeline/run_folder.h"
+#include "pipeline/shards.h"
 #include "sharded_run.h"
 #include "storage/ensemble_file.h"
-#include "support/digest.h"
 #include "support/error.h"
+#include "support/files.h"
 
 using namespace granuscope;
 using Catch::Matchers::Contains;

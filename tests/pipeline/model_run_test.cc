@@ -6,7 +6,7 @@
 #include "experiment/experiment_file.h"
 #include "kit/temporary_folder.h"
 #include "quiet_run.h"
-#include "support/atomic_file.h"
+#include "support/files.h"
 
 using namespace granuscope;
 using test::TemporaryFolder;

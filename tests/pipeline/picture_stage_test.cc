@@ -8,7 +8,7 @@
 #include "kit/png_image.h"
 #include "kit/small_experiment.h"
 #include "kit/temporary_folder.h"
-#include "support/atomic_file.h"
+#include "support/files.h"
 
 namespace granuscope {
 namespace {

@@ -13,9 +13,9 @@
 #include "quiet_run.h"
 #include "storage/ensemble_file.h"
 #include "storage/pile_file.h"
-#include "support/atomic_file.h"
 #include "support/error.h"
-#include "support/interruption.h"
+#include "support/files.h"
+#include "support/progress.h"
 
 using namespace granuscope;
 using test::TemporaryFolder;

@@ -8,7 +8,7 @@
 #include "kit/small_experiment.h"
 #include "kit/temporary_folder.h"
 #include "pipeline/pipeline.h"
-#include "pipeline/run_progress.h"
+#include "pipeline/sample_stage.h"
 
 using namespace granuscope;
 using Catch::Matchers::Contains;

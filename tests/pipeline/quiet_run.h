@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "pipeline/pipeline.h"
-#include "support/atomic_file.h"
+#include "support/files.h"
 
 namespace granuscope {
 

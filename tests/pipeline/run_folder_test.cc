@@ -7,8 +7,8 @@
 
 #include "kit/small_experiment.h"
 #include "kit/temporary_folder.h"
-#include "support/atomic_file.h"
 #include "support/error.h"
+#include "support/files.h"
 
 using namespace granuscope;
 using Catch::Matchers::Contains;

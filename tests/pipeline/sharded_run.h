@@ -7,7 +7,7 @@
 #include "kit/small_experiment.h"
 #include "pipeline/shards.h"
 #include "quiet_run.h"
-#include "support/atomic_file.h"
+#include "support/files.h"
 
 namespace granuscope {
 

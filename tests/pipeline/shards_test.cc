@@ -7,12 +7,11 @@
 #include <string>
 
 #include "kit/temporary_folder.h"
-#include "pipeline/merge_folders.h"
-#include "pipeline/placed_blocks.h"
+#include "pipeline/block_files.h"
 #include "pipeline/run_folder.h"
 #include "sharded_run.h"
 #include "support/error.h"
-#include "support/interruption.h"
+#include "support/progress.h"
 
 using namespace granuscope;
 using Catch::Matchers::Contains;

@@ -13,9 +13,9 @@
 #include "kit/temporary_folder.h"
 #include "pipeline/pipeline.h"
 #include "quiet_run.h"
-#include "support/atomic_file.h"
 #include "support/error.h"
-#include "support/interruption.h"
+#include "support/files.h"
+#include "support/progress.h"
 
 using namespace granuscope;
 using Catch::Matchers::Contains;

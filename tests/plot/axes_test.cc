@@ -2,9 +2,9 @@
 #include <limits>
 
 #include "plot/axes.h"
-#include "plot/csv_table.h"
 #include "plot/figure_captions.h"
-#include "plot/point_selection.h"
+#include "plot/gnuplot.h"
+#include "plot/power_law_panel.h"
 
 using namespace granuscope;
 

@@ -8,17 +8,14 @@
 #include "kit/temporary_folder.h"
 #include "kit/text_parts.h"
 #include "plot/bead_forces.h"
+#include "plot/depth_figures.h"
 #include "plot/figure_captions.h"
-#include "plot/propagation_against_diffusion.h"
-#include "plot/propagation_and_thrust.h"
-#include "plot/response_profiles.h"
-#include "plot/scaling_with_friction.h"
+#include "plot/scaling_figures.h"
 #include "plot/synthetic_analysis.h"
-#include "plot/transport_with_depth.h"
 #include "sampling/sampler.h"
-#include "support/atomic_file.h"
-#include "support/child_process.h"
 #include "support/error.h"
+#include "support/files.h"
+#include "support/process.h"
 
 using namespace granuscope;
 using test::contains;

@@ -1,16 +1,15 @@
 // What the files of figures say of themselves, read by others' eyes.
-#include "plot/file_label.h"
+#include "plot/gnuplot.h"
 
 #include <catch2/catch.hpp>
 #include <filesystem>
 
 #include "kit/temporary_folder.h"
-#include "plot/figure.h"
-#include "plot/gnuplot.h"
-#include "support/atomic_file.h"
-#include "support/child_process.h"
-#include "support/clean_text.h"
+#include "plot/figure_captions.h"
 #include "support/error.h"
+#include "support/files.h"
+#include "support/plain_text.h"
+#include "support/process.h"
 
 using namespace granuscope;
 using Catch::Matchers::Contains;

@@ -4,10 +4,9 @@
 
 #include "kit/search_path.h"
 #include "kit/temporary_folder.h"
-#include "plot/file_label.h"
-#include "support/atomic_file.h"
-#include "support/child_process.h"
 #include "support/error.h"
+#include "support/files.h"
+#include "support/process.h"
 
 using namespace granuscope;
 using test::TemporaryFolder;

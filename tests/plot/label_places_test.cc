@@ -1,5 +1,5 @@
 // Names beside points: none on another, none outside, each as near as it can be.
-#include "plot/label_places.h"
+#include "plot/axes.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

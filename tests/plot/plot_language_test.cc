@@ -1,4 +1,4 @@
-#include "plot/plot_language.h"
+#include "plot/plot_script.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -8,10 +8,10 @@
 #include "kit/temporary_folder.h"
 #include "kit/text_parts.h"
 #include "plot/gnuplot.h"
-#include "plot/scaling_with_friction.h"
+#include "plot/scaling_figures.h"
 #include "plot/synthetic_analysis.h"
 #include "support/error.h"
-#include "support/template_file.h"
+#include "support/templates.h"
 
 using namespace granuscope;
 using test::contains;

@@ -1,4 +1,4 @@
-#include "plot/template_variables.h"
+#include "plot/figure_captions.h"
 
 #include <catch2/catch.hpp>
 #include <stdexcept>

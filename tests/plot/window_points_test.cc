@@ -1,4 +1,4 @@
-#include "plot/window_points.h"
+#include "plot/power_law_panel.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -7,11 +7,10 @@
 
 #include "kit/temporary_folder.h"
 #include "model/lattice.h"
-#include "plot/propagation_against_diffusion.h"
-#include "plot/scaling_with_friction.h"
+#include "plot/depth_figures.h"
+#include "plot/scaling_figures.h"
 #include "plot/synthetic_analysis.h"
-#include "plot/transport_with_depth.h"
-#include "support/atomic_file.h"
+#include "support/files.h"
 
 using namespace granuscope;
 using test::TemporaryFolder;

@@ -1,11 +1,11 @@
-#include "render/field_scene.h"
+#include "render/scenes.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
 
-#include "render/level_table.h"
+#include "render/sample_grid.h"
 #include "render/test_piles.h"
 #include "support/error.h"
 

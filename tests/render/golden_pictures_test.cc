@@ -9,11 +9,11 @@
 
 #include "kit/png_image.h"
 #include "kit/temporary_folder.h"
-#include "render/field_scene.h"
 #include "render/font.h"
 #include "render/gl_context.h"
 #include "render/picture_distance.h"
 #include "render/render_pile.h"
+#include "render/scenes.h"
 #include "render/test_piles.h"
 
 namespace granuscope {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "render/pile_scene.h"
+#include "render/scenes.h"
 #include "render/test_piles.h"
 #include "support/error.h"
 

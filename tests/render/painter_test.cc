@@ -6,9 +6,8 @@
 #include <memory>
 
 #include "render/layout.h"
-#include "render/level_table.h"
 #include "render/picture_distance.h"
-#include "render/plot_painter.h"
+#include "render/sample_grid.h"
 #include "render/test_piles.h"
 #include "support/error.h"
 

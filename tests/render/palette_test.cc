@@ -3,8 +3,7 @@
 #include <catch2/catch.hpp>
 #include <limits>
 
-#include "render/colour_scale.h"
-#include "render/level_table.h"
+#include "render/sample_grid.h"
 #include "support/error.h"
 
 namespace granuscope {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "render/image.h"
+#include "render/scene.h"
 #include "support/error.h"
 
 namespace granuscope {

@@ -1,4 +1,4 @@
-#include "render/pile_scene.h"
+#include "render/scenes.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

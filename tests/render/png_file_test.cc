@@ -12,9 +12,9 @@
 #include "render/painter.h"
 #include "render/render_pile.h"
 #include "render/test_piles.h"
-#include "support/atomic_file.h"
 #include "support/error.h"
-#include "support/interruption.h"
+#include "support/files.h"
+#include "support/progress.h"
 
 namespace granuscope {
 namespace {

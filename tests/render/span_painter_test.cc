@@ -9,10 +9,10 @@
 #include <string>
 #include <vector>
 
-#include "render/field_scene.h"
 #include "render/gl_context.h"
 #include "render/painter.h"
 #include "render/picture_distance.h"
+#include "render/scenes.h"
 #include "render/test_piles.h"
 
 namespace granuscope {

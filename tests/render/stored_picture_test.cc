@@ -13,13 +13,13 @@
 
 #include "kit/png_image.h"
 #include "kit/temporary_folder.h"
+#include "render/layout.h"
 #include "render/painter.h"
 #include "render/render_pile.h"
 #include "render/test_piles.h"
-#include "render/window.h"
 #include "storage/pile_file.h"
-#include "support/atomic_file.h"
 #include "support/error.h"
+#include "support/files.h"
 
 namespace granuscope {
 namespace {

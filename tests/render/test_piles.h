@@ -4,8 +4,7 @@
 #include <vector>
 
 #include "model/pile.h"
-#include "model/pile_view.h"
-#include "render/pile_scene.h"
+#include "render/scenes.h"
 
 namespace granuscope {
 

@@ -3,14 +3,12 @@
 #include <cmath>
 #include <string>
 
+#include "plot/depth_figures.h"
 #include "plot/main_finding.h"
-#include "plot/propagation_against_diffusion.h"
-#include "plot/response_profiles.h"
-#include "plot/scaling_with_friction.h"
+#include "plot/scaling_figures.h"
 #include "plot/synthetic_analysis.h"
-#include "plot/transport_with_depth.h"
-#include "support/atomic_file.h"
-#include "support/child_process.h"
+#include "support/files.h"
+#include "support/process.h"
 
 namespace granuscope::synthetic {
 

@@ -1,4 +1,4 @@
-#include "report/html_report.h"
+#include "report/report.h"
 
 #include <array>
 #include <catch2/catch.hpp>
@@ -10,11 +10,10 @@
 #include "kit/temporary_folder.h"
 #include "kit/text_parts.h"
 #include "report/fixture.h"
-#include "report/markdown_summary.h"
 #include "report/page_reader.h"
 #include "report/summary_json.h"
 #include "support/error.h"
-#include "support/template_file.h"
+#include "support/templates.h"
 
 using namespace granuscope;
 using Json = nlohmann::ordered_json;

@@ -4,8 +4,8 @@
 #include <string>
 
 #include "kit/temporary_folder.h"
-#include "report/html_report.h"
 #include "report/page_reader.h"
+#include "report/report.h"
 #include "report/report_data.h"
 #include "report/summary_json.h"
 

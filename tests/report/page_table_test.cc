@@ -1,4 +1,4 @@
-#include "report/page_table.h"
+#include "report/page_scope.h"
 
 #include <catch2/catch.hpp>
 #include <stdexcept>

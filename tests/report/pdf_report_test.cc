@@ -15,10 +15,10 @@
 #include "report/fixture.h"
 #include "report/report.h"
 #include "report/summary_json.h"
-#include "support/atomic_file.h"
-#include "support/child_process.h"
 #include "support/error.h"
-#include "support/template_file.h"
+#include "support/files.h"
+#include "support/process.h"
+#include "support/templates.h"
 
 using namespace granuscope;
 using test::contains;

@@ -8,11 +8,9 @@
 #include "kit/text_parts.h"
 #include "plot/synthetic_analysis.h"
 #include "report/fixture.h"
-#include "report/junit.h"
-#include "report/manifest_json.h"
-#include "report/markdown_summary.h"
-#include "support/atomic_file.h"
-#include "support/digest.h"
+#include "report/report.h"
+#include "report/run_files.h"
+#include "support/files.h"
 
 using namespace granuscope;
 using Json = nlohmann::ordered_json;

@@ -1,4 +1,4 @@
-#include "report/svg_for_weasyprint.h"
+#include "report/pdf_report.h"
 
 #include <catch2/catch.hpp>
 #include <string>

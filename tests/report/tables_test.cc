@@ -7,9 +7,9 @@
 #include "kit/temporary_folder.h"
 #include "kit/text_parts.h"
 #include "plot/synthetic_analysis.h"
-#include "report/html_report.h"
 #include "report/page.h"
 #include "report/page_reader.h"
+#include "report/report.h"
 #include "report/report_data.h"
 #include "report/summary_json.h"
 

@@ -2,11 +2,9 @@
 #include <nlohmann/json.hpp>
 
 #include "report/clean_json.h"
-#include "report/data_uri.h"
 #include "report/number_text.h"
-#include "report/png_size.h"
-#include "report/unbroken_text.h"
-#include "support/clean_text.h"
+#include "report/pdf_report.h"
+#include "support/plain_text.h"
 
 using namespace granuscope;
 using Json = nlohmann::ordered_json;

@@ -1,4 +1,4 @@
-#include "sampling/chain_plan.h"
+#include "sampling/polytope.h"
 
 #include <catch2/catch.hpp>
 #include <cstdint>
@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "support/error.h"
-#include "support/processor_time.h"
+#include "support/progress.h"
 
 namespace granuscope {
 namespace {

@@ -8,8 +8,7 @@
 
 #include "kit/sampling_statistics.h"
 #include "model/audit.h"
-#include "model/friction_cone.h"
-#include "model/identities.h"
+#include "model/lattice.h"
 #include "sampling/sampler.h"
 
 namespace granuscope {

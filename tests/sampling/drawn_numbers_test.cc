@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "sampling/layer_kernels.h"
+#include "sampling/pile_group.h"
 #include "sampling/random_key.h"
 #include "sampling/sampler.h"
-#include "sampling/split_uniforms.h"
 
 namespace granuscope {
 namespace {

@@ -1,6 +1,6 @@
 // Source of the expected numbers: the law written a second time from its description, with another random engine. How
 // often layers are drawn again is what tells how many of them each failure throws away.
-#include "sampling/eloy_clement.h"
+#include "sampling/simple_laws.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

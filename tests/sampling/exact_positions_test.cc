@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "kit/sampling_statistics.h"
-#include "model/friction_cone.h"
+#include "model/lattice.h"
 #include "sampling/sampler.h"
 
 namespace granuscope {

@@ -1,13 +1,12 @@
 // Source: without friction every half of a load runs straight down its lattice row (the paper's exact path: c = tan 30
 // degrees, no width). The rows are followed here by x, not through the lattice's neighbours.
-#include "sampling/frictionless.h"
+#include "sampling/simple_laws.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <vector>
 
 #include "model/audit.h"
-#include "model/identities.h"
 #include "sampling/sampler.h"
 
 namespace granuscope {

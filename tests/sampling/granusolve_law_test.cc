@@ -8,7 +8,6 @@
 #include "kit/naive_granusolve.h"
 #include "kit/sampling_statistics.h"
 #include "model/audit.h"
-#include "model/identities.h"
 #include "sampling/sampler.h"
 
 namespace granuscope {

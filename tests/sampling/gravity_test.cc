@@ -7,7 +7,6 @@
 #include "kit/naive_granusolve.h"
 #include "kit/naive_rejection.h"
 #include "model/audit.h"
-#include "model/identities.h"
 #include "sampling/sampler.h"
 #include "support/error.h"
 

@@ -1,4 +1,4 @@
-// Source: the identities of model/identities.h, broken by hand in one pile of a group at a time.
+// Source: the identities of model/audit.h, broken by hand in one pile of a group at a time.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>

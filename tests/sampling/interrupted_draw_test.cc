@@ -6,7 +6,7 @@
 
 #include "sampling/sampler.h"
 #include "support/error.h"
-#include "support/interruption.h"
+#include "support/progress.h"
 
 namespace granuscope {
 namespace {

@@ -3,7 +3,6 @@
 #include <cmath>
 
 #include "model/audit.h"
-#include "model/identities.h"
 #include "sampling/sampler.h"
 #include "support/error.h"
 

@@ -1,4 +1,4 @@
-// Source: the moves as polytope_chain.h describes them, made once more on whole piles: every cone of every contact
+// Source: the moves as polytope.h describes them, made once more on whole piles: every cone of every contact
 // bounds a move, and the density is the product over all beads.
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "model/equilibrium.h"
-#include "model/friction_cone.h"
+#include "model/lattice.h"
 #include "model/pile.h"
-#include "sampling/polytope_chain.h"
+#include "sampling/polytope.h"
 #include "sampling/random_key.h"
 #include "sampling/sampler.h"
 

@@ -13,11 +13,8 @@
 #include "kit/sampling_statistics.h"
 #include "model/audit.h"
 #include "model/equilibrium.h"
-#include "model/identities.h"
-#include "sampling/autocorrelation.h"
-#include "sampling/chain_plan.h"
-#include "sampling/polytope_chain.h"
-#include "sampling/portable_power.h"
+#include "sampling/polytope.h"
+#include "sampling/random_key.h"
 #include "sampling/sampler.h"
 #include "support/error.h"
 

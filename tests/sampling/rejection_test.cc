@@ -10,7 +10,6 @@
 #include "kit/naive_rejection.h"
 #include "kit/sampling_statistics.h"
 #include "model/audit.h"
-#include "model/identities.h"
 #include "sampling/sampler.h"
 
 namespace granuscope {

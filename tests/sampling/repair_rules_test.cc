@@ -4,9 +4,9 @@
 #include <vector>
 
 #include "model/audit.h"
-#include "model/friction_cone.h"
-#include "sampling/frictionless.h"
+#include "model/lattice.h"
 #include "sampling/sampler.h"
+#include "sampling/simple_laws.h"
 #include "support/error.h"
 
 namespace granuscope {

@@ -1,6 +1,6 @@
 // Source: the rule itself. What misses its band by up to 64 units in the last place of the forces summed is put onto
 // the band's end; what misses it by more is a failure.
-#include "sampling/rounding.h"
+#include "sampling/random_key.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -8,7 +8,7 @@
 #include <limits>
 #include <random>
 
-#include "model/friction_cone.h"
+#include "model/lattice.h"
 
 namespace granuscope {
 namespace {

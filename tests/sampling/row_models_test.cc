@@ -8,7 +8,7 @@
 
 #include "kit/instruction_sets.h"
 #include "kit/same_bytes.h"
-#include "sampling/row_model_sampler.h"
+#include "sampling/row_model.h"
 #include "sampling/row_noise.h"
 #include "support/error.h"
 

@@ -6,7 +6,6 @@
 
 #include "kit/same_bytes.h"
 #include "model/audit.h"
-#include "model/identities.h"
 #include "sampling/sampler.h"
 #include "support/error.h"
 

@@ -10,8 +10,8 @@
 
 #include "kit/sampling_statistics.h"
 #include "ring_quadrature.h"
-#include "sampling/eloy_clement.h"
 #include "sampling/sampler.h"
+#include "sampling/simple_laws.h"
 
 namespace granuscope {
 namespace {

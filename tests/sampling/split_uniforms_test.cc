@@ -1,4 +1,4 @@
-#include "sampling/split_uniforms.h"
+#include "sampling/pile_group.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

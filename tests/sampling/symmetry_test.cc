@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "kit/sampling_statistics.h"
+#include "sampling/pile_group.h"
 #include "sampling/sampler.h"
-#include "sampling/split_uniforms.h"
 
 namespace granuscope {
 namespace {

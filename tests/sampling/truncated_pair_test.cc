@@ -1,6 +1,6 @@
 // Source: blind rejection. Points uniform in the rectangle that miss the band are thrown away; what stays is uniform on
 // the polygon by definition.
-#include "sampling/truncated_pair.h"
+#include "sampling/random_key.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

@@ -18,8 +18,8 @@
 #include "storage/pile_file.h"
 #include "storage/record_comparison.h"
 #include "storage/sample_records.h"
-#include "support/atomic_file.h"
 #include "support/error.h"
+#include "support/files.h"
 
 using namespace granuscope;
 namespace fs = std::filesystem;

@@ -4,7 +4,7 @@
 #include "kit/temporary_folder.h"
 #include "storage/ensemble_file.h"
 #include "storage/sample_records.h"
-#include "support/atomic_file.h"
+#include "support/files.h"
 
 using namespace granuscope;
 

@@ -11,12 +11,12 @@
 #include "kit/temporary_folder.h"
 #include "storage/ensemble_file.h"
 #include "storage/foreign_pile.h"
-#include "storage/hdf5_handle.h"
+#include "storage/hdf5_file.h"
 #include "storage/hdf5_reader.h"
 #include "storage/pile_file.h"
 #include "storage/record_comparison.h"
 #include "storage/sample_records.h"
-#include "support/atomic_file.h"
+#include "support/files.h"
 
 using namespace granuscope;
 using namespace granuscope::test;

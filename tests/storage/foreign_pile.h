@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "storage/hdf5_handle.h"
+#include "storage/hdf5_file.h"
 
 namespace granuscope::test {
 

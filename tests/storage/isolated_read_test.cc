@@ -1,5 +1,5 @@
 // Whatever a damaged file makes the library do: here each of it is done on purpose.
-#include "storage/isolated_read.h"
+#include "storage/hdf5_file.h"
 
 #include <signal.h>  // NOLINT(modernize-deprecated-headers): raise and kill
 #include <sys/wait.h>
@@ -17,7 +17,7 @@
 #include "kit/temporary_folder.h"
 #include "storage/record_comparison.h"
 #include "support/error.h"
-#include "support/interruption.h"
+#include "support/progress.h"
 
 using namespace granuscope;
 using namespace granuscope::test;

@@ -12,9 +12,9 @@
 #include <random>
 #include <vector>
 
-#include "analysis/weighted_shape.h"
-#include "ensemble/real_spectrum.h"
-#include "studies/mode_coupling/coupled_peak.h"
+#include "analysis/shape_fit.h"
+#include "ensemble/multiplexed_estimator.h"
+#include "studies/mode_coupling/theory.h"
 
 using namespace granuscope;
 

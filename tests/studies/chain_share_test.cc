@@ -1,11 +1,11 @@
-#include "studies/chain_share.h"
+#include "studies/thrust_studies.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numeric>
 
-#include "analysis/claim_rule.h"
+#include "analysis/claims.h"
 #include "ensemble/ensemble_runner.h"
 #include "kit/estimates.h"
 #include "model/lattice.h"

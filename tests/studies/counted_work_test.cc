@@ -3,13 +3,13 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "analysis/claim_rule.h"
+#include "analysis/claims.h"
 #include "kit/temporary_folder.h"
 #include "kit/text_parts.h"
 #include "plot/figure_texts.h"
 #include "studies/made_up_ensemble.h"
-#include "support/atomic_file.h"
 #include "support/error.h"
+#include "support/files.h"
 
 using namespace granuscope;
 using namespace granuscope::made_up;

@@ -6,10 +6,10 @@
 #include <random>
 #include <vector>
 
-#include "ensemble/fluctuation_plan.h"
+#include "ensemble/fluctuation_estimator.h"
 #include "model/lattice.h"
-#include "studies/mode_coupling/kpz_peak.h"
 #include "studies/mode_coupling/measure.h"
+#include "studies/mode_coupling/theory.h"
 
 using namespace granuscope;
 

@@ -5,7 +5,7 @@
 #include <numbers>
 #include <numeric>
 
-#include "analysis/claim_rule.h"
+#include "analysis/claims.h"
 #include "analysis/linear_model.h"
 #include "analysis/transport.h"
 #include "ensemble/ensemble_runner.h"
@@ -13,8 +13,8 @@
 #include "kit/text_parts.h"
 #include "plot/figure_texts.h"
 #include "studies/study_page.h"
-#include "support/atomic_file.h"
 #include "support/error.h"
+#include "support/files.h"
 
 using namespace granuscope;
 using test::contains;

@@ -9,10 +9,10 @@
 #include "plot/figure_texts.h"
 #include "plot/synthetic_analysis.h"
 #include "sampling/diluted_beads.h"
-#include "studies/dilution/study.h"
+#include "studies/dilution.h"
 #include "studies/study_page.h"
-#include "support/atomic_file.h"
 #include "support/error.h"
+#include "support/files.h"
 
 using namespace granuscope;
 using synthetic::known;

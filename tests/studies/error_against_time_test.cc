@@ -7,8 +7,8 @@
 #include "plot/figure_texts.h"
 #include "plot/synthetic_analysis.h"
 #include "studies/error_against_time.h"
-#include "support/atomic_file.h"
 #include "support/error.h"
+#include "support/files.h"
 
 using namespace granuscope;
 using test::contains;

@@ -11,11 +11,10 @@
 #include "kit/temporary_folder.h"
 #include "kit/text_parts.h"
 #include "plot/figure_texts.h"
-#include "studies/law_comparison/figures.h"
-#include "studies/law_comparison/study.h"
+#include "studies/law_comparison.h"
 #include "studies/study_page.h"
-#include "support/atomic_file.h"
 #include "support/error.h"
+#include "support/files.h"
 
 using namespace granuscope;
 using test::chained_piles;

@@ -2,7 +2,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "studies/mode_coupling/saturation.h"
+#include "studies/mode_coupling/measure.h"
 
 using namespace granuscope;
 

@@ -12,12 +12,10 @@
 #include "kit/temporary_folder.h"
 #include "plot/figure_texts.h"
 #include "sampling/sampler.h"
-#include "studies/mode_coupling/coupled_peak.h"
-#include "studies/mode_coupling/fluctuations.h"
-#include "studies/mode_coupling/kpz_peak.h"
+#include "studies/mode_coupling/measure.h"
 #include "studies/mode_coupling/study.h"
-#include "studies/mode_coupling/thrust_in_blocks.h"
-#include "support/atomic_file.h"
+#include "studies/mode_coupling/theory.h"
+#include "support/files.h"
 
 using namespace granuscope;
 

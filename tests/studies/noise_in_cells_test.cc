@@ -1,5 +1,5 @@
 // Noise that is alike in cells, followed down to where peaks are wider than those: what theory to second order says
-// (studies/model_classes/theory.h).
+// (studies/model_classes/measure.h).
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "ensemble/ensemble_runner.h"
-#include "studies/model_classes/theory.h"
+#include "studies/model_classes/measure.h"
 #include "studies/spreading.h"
 
 using namespace granuscope;

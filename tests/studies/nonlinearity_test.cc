@@ -1,5 +1,5 @@
 // Source of the expected numbers: synthetic ensembles whose c and D are known in advance and depend on the load.
-#include "studies/nonlinearity/measure.h"
+#include "studies/nonlinearity.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -10,11 +10,9 @@
 #include "model/lattice.h"
 #include "plot/figure_texts.h"
 #include "plot/synthetic_analysis.h"
-#include "studies/nonlinearity/figure.h"
-#include "studies/nonlinearity/study.h"
 #include "studies/study_page.h"
-#include "support/atomic_file.h"
 #include "support/error.h"
+#include "support/files.h"
 
 using namespace granuscope;
 using synthetic::known;

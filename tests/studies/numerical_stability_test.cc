@@ -12,13 +12,12 @@
 #include "kit/temporary_folder.h"
 #include "kit/text_parts.h"
 #include "model/audit.h"
-#include "model/friction_cone.h"
 #include "model/lattice.h"
 #include "plot/figure_texts.h"
 #include "sampling/sampler.h"
 #include "studies/study_page.h"
-#include "support/atomic_file.h"
 #include "support/error.h"
+#include "support/files.h"
 
 using namespace granuscope;
 using test::contains;

@@ -1,12 +1,11 @@
-#include "studies/redrawn_beads.h"
+#include "studies/thrust_studies.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "analysis/claim_rule.h"
+#include "analysis/claims.h"
 #include "ensemble/ensemble_runner.h"
-#include "ensemble/paired_estimator.h"
-#include "ensemble/rearrangements.h"
+#include "ensemble/point_estimator.h"
 #include "kit/estimates.h"
 #include "support/error.h"
 

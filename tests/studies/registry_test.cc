@@ -1,10 +1,10 @@
-#include "studies/registry.h"
+#include "studies/study.h"
 
 #include <catch2/catch.hpp>
 #include <set>
 #include <string>
 
-#include "analysis/claim_rule.h"
+#include "analysis/claims.h"
 
 using namespace granuscope;
 

@@ -1,6 +1,6 @@
 // Sources: sums made by hand; and naive_rejection.h, the law rejection by sequential Monte Carlo, a code of its own
 // that shares nothing with the program.
-#include "studies/rejection_thrust.h"
+#include "studies/thrust_studies.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -10,8 +10,8 @@
 #include "plot/figure_texts.h"
 #include "plot/synthetic_analysis.h"
 #include "studies/made_up_ensemble.h"
-#include "support/atomic_file.h"
 #include "support/error.h"
+#include "support/files.h"
 
 using namespace granuscope;
 using namespace granuscope::made_up;

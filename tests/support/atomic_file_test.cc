@@ -1,4 +1,4 @@
-#include "support/atomic_file.h"
+#include "support/files.h"
 
 #include <signal.h>  // NOLINT(modernize-deprecated-headers): kill is POSIX
 #include <sys/stat.h>
@@ -13,7 +13,6 @@
 #include "kit/file_size_limit.h"
 #include "kit/temporary_folder.h"
 #include "support/error.h"
-#include "support/system_reason.h"
 
 using namespace granuscope;
 using Catch::Matchers::Contains;

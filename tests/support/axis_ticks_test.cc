@@ -1,4 +1,4 @@
-#include "support/axis_ticks.h"
+#include "support/plain_text.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

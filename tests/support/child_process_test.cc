@@ -1,4 +1,4 @@
-#include "support/child_process.h"
+#include "support/process.h"
 
 #include <fcntl.h>
 #include <signal.h>  // NOLINT(modernize-deprecated-headers): kill is POSIX
@@ -12,9 +12,9 @@
 #include <thread>
 
 #include "kit/temporary_folder.h"
-#include "support/atomic_file.h"
 #include "support/error.h"
-#include "support/interruption.h"
+#include "support/files.h"
+#include "support/progress.h"
 
 using namespace granuscope;
 using Catch::Matchers::Contains;

@@ -1,4 +1,4 @@
-#include "support/describe_bytes.h"
+#include "support/plain_text.h"
 
 #include <catch2/catch.hpp>
 

@@ -1,9 +1,8 @@
-#include "support/digest.h"
+#include "support/files.h"
 
 #include <catch2/catch.hpp>
 
 #include "kit/temporary_folder.h"
-#include "support/atomic_file.h"
 #include "support/error.h"
 
 using namespace granuscope;

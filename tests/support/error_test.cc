@@ -3,8 +3,6 @@
 #include <catch2/catch.hpp>
 #include <cerrno>
 
-#include "support/system_reason.h"
-
 using namespace granuscope;
 
 TEST_CASE("each error carries its exit code and its message") {

@@ -1,4 +1,4 @@
-#include "support/installed_program.h"
+#include "support/process.h"
 
 #include <catch2/catch.hpp>
 #include <filesystem>

@@ -1,4 +1,4 @@
-#include "support/interruption.h"
+#include "support/progress.h"
 
 #include <signal.h>  // NOLINT(modernize-deprecated-headers): raise and kill
 #include <sys/wait.h>

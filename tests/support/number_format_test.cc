@@ -1,4 +1,4 @@
-#include "support/number_format.h"
+#include "support/plain_text.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "support/processor_time.h"
+#include "support/progress.h"
 
 #include <catch2/catch.hpp>
 #include <chrono>

@@ -5,8 +5,8 @@
 #include <set>
 
 #include "kit/temporary_folder.h"
-#include "support/atomic_file.h"
-#include "support/child_process.h"
+#include "support/files.h"
+#include "support/process.h"
 
 using namespace granuscope;
 using granuscope::test::TemporaryFolder;

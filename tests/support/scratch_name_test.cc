@@ -1,4 +1,4 @@
-#include "support/scratch_name.h"
+#include "support/files.h"
 
 #include <fmt/format.h>
 #include <sys/stat.h>

@@ -1,4 +1,4 @@
-#include "support/single_line.h"
+#include "support/plain_text.h"
 
 #include <catch2/catch.hpp>
 

@@ -1,4 +1,4 @@
-#include "support/template_file.h"
+#include "support/templates.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

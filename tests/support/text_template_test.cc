@@ -1,4 +1,4 @@
-#include "support/text_template.h"
+#include "support/templates.h"
 
 #include <catch2/catch.hpp>
 #include <map>

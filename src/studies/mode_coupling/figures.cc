@@ -1,4 +1,4 @@
-#include "figures.h"
+#include "studies/mode_coupling/figures.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -8,15 +8,13 @@
 #include <map>
 #include <numbers>
 
-#include "kpz_peak.h"
 #include "plot/axes.h"
-#include "plot/csv_table.h"
 #include "plot/figure_captions.h"
-#include "plot/plot_colours.h"
+#include "plot/gnuplot.h"
 #include "plot/plot_script.h"
-#include "plot/series_style.h"
+#include "studies/mode_coupling/theory.h"
 #include "support/error.h"
-#include "support/number_format.h"
+#include "support/plain_text.h"
 
 namespace granuscope {
 namespace {

@@ -2,8 +2,8 @@
 #include <filesystem>
 #include <vector>
 
-#include "measure.h"
-#include "plot/figure.h"
+#include "plot/figure_captions.h"
+#include "studies/mode_coupling/measure.h"
 
 namespace granuscope {
 

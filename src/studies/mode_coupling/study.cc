@@ -7,15 +7,15 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "analysis/claim_rule.h"
+#include "analysis/claims.h"
 #include "ensemble/estimator.h"
-#include "ensemble/fluctuation_plan.h"
-#include "figures.h"
-#include "measure.h"
+#include "ensemble/fluctuation_estimator.h"
 #include "model/lattice.h"
-#include "report/estimate_json.h"
-#include "studies/common_checks.h"
-#include "support/number_format.h"
+#include "report/clean_json.h"
+#include "studies/mode_coupling/figures.h"
+#include "studies/mode_coupling/measure.h"
+#include "studies/study.h"
+#include "support/plain_text.h"
 
 namespace granuscope {
 namespace {

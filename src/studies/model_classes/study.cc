@@ -7,13 +7,12 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "analysis/expected_response.h"
-#include "claims.h"
-#include "ensemble/fluctuation_plan.h"
-#include "json.h"
+#include "analysis/double_gaussian.h"
+#include "ensemble/fluctuation_estimator.h"
 #include "model/lattice.h"
-#include "studies/common_checks.h"
-#include "support/number_format.h"
+#include "studies/model_classes/results.h"
+#include "studies/study.h"
+#include "support/plain_text.h"
 
 namespace granuscope {
 namespace {

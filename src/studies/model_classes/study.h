@@ -1,7 +1,7 @@
 #pragma once
 #include <memory>
 
-#include "figure.h"
+#include "studies/model_classes/figures.h"
 #include "studies/study.h"
 
 namespace granuscope {

@@ -1,0 +1,376 @@
+#include <fmt/core.h>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <CLI/CLI.hpp>
+
+#include <array>
+#include <charconv>
+#include <chrono>
+#include <cstdlib>
+#include <filesystem>
+#include <initializer_list>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "cli/flag_checks.h"
+#include "cli/verbs.h"
+#include "ensemble/ensemble_runner.h"
+#include "plot/gnuplot.h"
+#include "plot/response_field.h"
+#include "render/render_pile.h"
+#include "render/scenes.h"
+#include "report/clean_json.h"
+#include "report/run_files.h"
+#include "storage/ensemble_file.h"
+#include "storage/pile_file.h"
+#include "support/error.h"
+#include "support/files.h"
+#include "support/plain_text.h"
+#include "support/progress.h"
+#include "support/provenance.h"
+#include "support/templates.h"
+
+namespace granuscope {
+namespace {
+
+struct FigureOptions {
+  std::string folder, id, width, font_size, templates;
+  OutputFile file;
+  FigureStyle style;
+};
+
+struct Unit {
+  std::string_view name;
+  double scale;
+};
+
+/// A number above 0 with a unit behind it, or without, which is the first one; 0 for any other text.
+double measure_in(const std::string& text, std::initializer_list<Unit> units) {
+  char* end = nullptr;
+  const double number = std::strtod(text.c_str(), &end);
+  if (end == text.c_str() || !(number > 0)) return 0;
+  const std::string_view unit = end;
+  if (unit.empty()) return number * units.begin()->scale;
+  for (const Unit& known : units) {
+    if (unit == known.name) return number * known.scale;
+  }
+  return 0;
+}
+
+double millimetres(const std::string& text) {
+  const double width = measure_in(text, {{"mm", 1}, {"cm", 10}, {"in", 25.4}});
+  if (width > 0) return width;
+  throw InputError(fmt::format("--width {} is no width; write 86mm, 8.6cm or 3.37in", text));
+}
+
+double points(const std::string& text) {
+  const double size = measure_in(text, {{"pt", 1}});
+  if (size > 0) return size;
+  throw InputError(fmt::format("--font-size {} is no size of text; write 8pt or 8", text));
+}
+
+ExitCode plot_figure_again(FigureOptions options, VerbContext& context) {
+  if (!options.templates.empty()) use_templates(options.templates);
+  if (!options.width.empty()) options.style.width_mm = millimetres(options.width);
+  if (!options.font_size.empty()) options.style.font_points = points(options.font_size);
+  const auto figures = std::filesystem::path(options.folder) / "figures";
+  if (options.id.empty()) {
+    for (const std::string& id : plots_in(figures)) context.out << id << '\n';
+    return ExitCode::done;
+  }
+  require_results_of_last_run(options.folder, "plot");
+  const PlottedFigure plotted = plot_again(figures, options.id, options.style);
+  if (!options.file.asked()) options.file.path = options.id + "." + options.style.format;
+  options.file.write(plotted.bytes, {options.folder});
+  if (plotted.other_script) {
+    context.err << fmt::format(
+        "figures/{0}.gp is not what figures/{0}.json gives with the templates of now; the figure was plotted from the "
+        "latter (--trust-script runs the script as it stands)\n",
+        options.id);
+  }
+  context.err << fmt::format("wrote {}\n", options.file.path);
+  if (!plotted.caption.empty()) context.out << fmt::format("{}. {}\n", plotted.title, plotted.caption);
+  return ExitCode::done;
+}
+
+}  // namespace
+
+void add_figure_verb(CLI::App& app, VerbContext& context) {
+  CLI::App* verb = app.add_subcommand(
+      "figure", "Plot a figure of a finished run again, in another size, font or format, and print its caption");
+  const auto options = std::make_shared<FigureOptions>();
+  verb->add_option("OUT", options->folder, "folder of the run")->required();
+  verb->add_option("ID", options->id,
+                   "which figure: the name of its files, for example scaling-with-friction (a list if not given)");
+  verb->add_option("--format", options->style.format,
+                   "pdf, svg, eps, png (300 dpi), or tikz, with TeX's own mathematics")
+      ->capture_default_str();
+  verb->add_option(
+      "--width", options->width,
+      "86mm, 8.6cm or 3.37in; panels stand one above the other where it is narrow (as in the report, 170mm)");
+  verb->add_option("--font", options->style.font,
+                   "of all text, as fontconfig names it; TeX: set by TeX with its own mathematics, as eps (needs latex "
+                   "and dvips)")
+      ->capture_default_str();
+  verb->add_option("--font-size", options->font_size,
+                   fmt::format("8pt, or 8; room around the axes grows with it (as in the report, {:g}pt)",
+                               options->style.font_points));
+  verb->add_option("--language", options->style.language, "of its texts and decimal point: en, fr or de")
+      ->capture_default_str();
+  verb->add_option(
+      "--templates", options->templates,
+      "folder whose files stand in for those of the same name in templates/: plot scripts, labels, captions, palette");
+  verb->add_flag("--trust-script", options->style.trust_script,
+                 "run figures/ID.gp as it stands, which can do all that you can; without it the script is filled again "
+                 "from figures/ID.json");
+  add_output(*verb, "-o,--out", options->file, "file to write (default: ID and the format, here)");
+  verb->callback(
+      [options, &context] { context.action = [options, &context] { return plot_figure_again(*options, context); }; });
+}
+
+namespace {
+
+/// Of a film, unless asked for otherwise: what a screen shows, with text to be read there.
+constexpr int film_width_px = 1280;
+constexpr double film_dpi = 110;
+
+struct RenderOptions {
+  std::string pile_file;
+  std::string minus_file;
+  OutputFile image;
+  std::string window;
+  std::string range;
+  bool transparent = false;
+  bool no_skip = false;
+  bool statistics = false;
+  SceneSpec scene;
+  std::string film_folder;
+  FilmSpec film;
+  int threads = 0;
+};
+
+/// Numbers with commas between them; whether there are as many as wanted.
+bool parse_numbers(std::string_view text, std::span<double> numbers) {
+  for (std::size_t k = 0; k < numbers.size(); ++k) {
+    const std::size_t comma = text.find(',');
+    if ((comma == std::string_view::npos) != (k + 1 == numbers.size())) return false;
+    const std::string_view part = text.substr(0, comma);
+    const auto [end, error] = std::from_chars(part.data(), part.data() + part.size(), numbers[k]);
+    if (error != std::errc() || end != part.data() + part.size()) return false;
+    text.remove_prefix(comma == std::string_view::npos ? text.size() : comma + 1);
+  }
+  return true;
+}
+
+/// "X0,X1,N0,N1".
+std::array<double, 4> parse_window(std::string_view text) {
+  std::array<double, 4> window{};
+  if (parse_numbers(text, window)) return window;
+  throw InputError(fmt::format(
+      "--window {} is not X0,X1,N0,N1; give two positions in bead diameters from the middle and two layers, as in "
+      "--window=-20,20,0,40",
+      text));
+}
+
+/// "LOW,HIGH".
+std::array<double, 2> parse_range(std::string_view text) {
+  std::array<double, 2> range{};
+  if (parse_numbers(text, range)) return range;
+  throw InputError(fmt::format(
+      "--range {} is not LOW,HIGH; give the two ends of the colour scale, as in --range=0,1.5 or --range=-1,1", text));
+}
+
+/// The value of a line "key=value" of an ensemble's configuration.
+double configured(const std::string& configuration, const std::string& key) {
+  const std::string lines = "\n" + configuration;
+  const std::size_t at = lines.find("\n" + key + "=");
+  return at == std::string::npos ? 0 : std::atof(lines.c_str() + at + key.size() + 2);
+}
+
+/// The configuration of an ensemble; "" for a file that is none, which is then read, or refused, as a pile.
+std::string configuration_if_ensemble(const std::string& file) {
+  try {
+    return read_ensemble_configuration(file);
+  } catch (const InputError&) {
+    return "";
+  }
+}
+
+/// What the picture says of itself. It names no folder, nor its own file: the same picture is the same bytes anywhere.
+ImageMetadata metadata_for(const RenderOptions& options, const std::string& shown) {
+  const auto name_of = [](const std::string& file) { return std::filesystem::path(file).filename().string(); };
+  const SceneSpec& scene = options.scene;
+  std::string command = "granuscope render " + name_of(options.pile_file);
+  if (!options.minus_file.empty()) command += " --minus " + name_of(options.minus_file);
+  command += options.film_folder.empty()
+                 ? std::string(" --image IMAGE")
+                 : fmt::format(" --film DIR --height {} --step {}", options.film.height_px, options.film.step);
+  command += fmt::format(" --scene {} --width {} --dpi {}", scene.scene, scene.width_px, exact(scene.dpi));
+  if (!options.window.empty()) command += " --window=" + options.window;
+  if (!options.range.empty()) command += " --range=" + options.range;
+  if (!scene.colour_map.empty()) command += " --colour-map " + scene.colour_map;
+  return {{"Title", fmt::format("{} of {}", shown, name_of(options.pile_file))},
+          {"Software", provenance_line(collect_provenance())},
+          {"Source", command}};
+}
+
+/// The mean response of an ensemble over the plane.
+SceneStatistics render_ensemble(const RenderOptions& options, const std::string& configuration) {
+  if (options.scene.scene != SceneSpec().scene || !options.minus_file.empty()) {
+    throw InputError(fmt::format(
+        "{} is an ensemble, of which the mean response is shown and no scene of a pile; leave out --scene and --minus",
+        options.pile_file));
+  }
+  MeasuredEnsemble ensemble;
+  ensemble.record = open_ensemble(options.pile_file);
+  const std::vector<int>& layers = ensemble.record.sums.layers;
+  ensemble.spec.lattice.columns = static_cast<int>(configured(configuration, "columns"));
+  ensemble.spec.lattice.layers = layers.empty() ? 1 : layers.back() + 1;
+  ensemble.spec.response.overload = configured(configuration, "overload");
+  const Field field = response_field(ensemble, {});
+  return render_scene(build_field_scene(field, options.scene), options.scene, options.image.path,
+                      metadata_for(options, "mean response"));
+}
+
+/// Frames of another film would be taken for some of this one.
+void require_no_other_frames(const std::filesystem::path& folder, std::size_t frames, bool force) {
+  std::error_code none;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, none)) {
+    const std::string name = entry.path().filename().string();
+    if (!name.starts_with("frame-") || entry.path().extension() != ".png") continue;
+    if (name < Film::name_of(frames).string()) {
+      if (!force) require_replaceable(entry.path());
+      continue;
+    }
+    throw InputError(
+        fmt::format("{}: this is a frame of another film, which would be mixed with the {} frames of this "
+                    "one; take it away or choose another --film",
+                    entry.path().string(), frames));
+  }
+}
+
+ExitCode render_film(RenderOptions options, VerbContext& context) {
+  if (!configuration_if_ensemble(options.pile_file).empty()) {
+    throw InputError(
+        fmt::format("{} is an ensemble, of which there is one picture; a film slides down a pile", options.pile_file));
+  }
+  const Pile pile = read_pile(options.pile_file);
+  std::optional<Pile> minus;
+  if (!options.minus_file.empty()) minus = read_pile(options.minus_file);
+  options.film.scene = options.scene;
+  options.image.path = Film::name_of(0);
+  const Film film(pile, minus ? &*minus : nullptr, options.film, metadata_for(options, options.scene.scene));
+  const std::filesystem::path folder = options.film_folder;
+  make_folder(folder);
+  require_no_other_frames(folder, film.frames(), options.image.force);
+  const auto start = std::chrono::steady_clock::now();
+  try {
+    for_each_index(film.frames(), options.threads, [&](std::size_t frame) {
+      throw_if_interrupted();
+      film.render(frame, folder);
+    });
+  } catch (const Interrupted&) {
+    throw Interrupted("stopped on request: each frame that is there is whole, and the same command renders them all");
+  }
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  context.err << fmt::format("wrote {} frames of {} layers each to {} ({:.0f} a second); a video of them:\n",
+                             film.frames(), film.layers_seen(), options.film_folder,
+                             static_cast<double>(film.frames()) / seconds)
+              << "  ffmpeg -framerate 25 -i " << (folder / "frame-%05d.png").string() << " -pix_fmt yuv420p film.mp4\n";
+  return ExitCode::done;
+}
+
+ExitCode render(RenderOptions options, VerbContext& context) {
+  if (!options.window.empty()) options.scene.window = parse_window(options.window);
+  if (!options.range.empty()) options.scene.range = parse_range(options.range);
+  options.scene.skip_invisible = !options.no_skip;
+  if (options.transparent) options.scene.background = Background::transparent;
+  if (!options.film_folder.empty()) return render_film(options, context);
+  if (!options.image.asked()) {
+    throw InputError("no picture is named; give IMAGE.png after the pile, or --film DIR for a film");
+  }
+
+  if (!options.image.force) require_replaceable(options.image.path);
+  const auto render_file = [&options] {
+    try {
+      const std::string configuration = configuration_if_ensemble(options.pile_file);
+      if (!configuration.empty()) return render_ensemble(options, configuration);
+      return render_pile_file({options.pile_file, options.minus_file, options.image.path}, options.scene,
+                              metadata_for(options, options.scene.scene));
+    } catch (const Interrupted&) {
+      throw Interrupted("stopped on request: no picture was written, and the same command renders it from the start");
+    }
+  };
+  const SceneStatistics statistics = render_file();
+  context.err << (statistics.backend == "none"
+                      ? fmt::format("wrote {} without OpenGL ({})\n", options.image.path, statistics.backend_reason)
+                      : fmt::format("wrote {} with the OpenGL backend {} ({})\n", options.image.path,
+                                    statistics.backend, statistics.renderer));
+  if (options.statistics) context.out << render_statistics_json(statistics);
+  return ExitCode::done;
+}
+
+}  // namespace
+
+void add_render_verb(CLI::App& app, VerbContext& context) {
+  CLI::App* verb = app.add_subcommand(
+      "render", "Render a stored pile, or the mean response of an ensemble, off-screen into an image file");
+  const auto options = std::make_shared<RenderOptions>();
+  SceneSpec& scene = options->scene;
+  verb->add_option("FILE", options->pile_file,
+                   "pile file (HDF5), as granuscope sample --out writes it, or ensemble file, as a run leaves it")
+      ->required();
+  verb->add_option("--minus", options->minus_file,
+                   "scene response: the pile without the overload, of the same seed and sample");
+  add_output(*verb, "IMAGE,-o,--image", options->image,
+             "the picture: .png, or .svg or .pdf where it has few enough elements");
+  verb->add_option("--scene", scene.scene, fmt::format("what to show of the pile: {}", fmt::join(pile_scenes(), ", ")))
+      ->capture_default_str();
+  verb->add_option("--width", scene.width_px, "width of the picture in pixels; mm = 25.4 px / dpi")
+      ->capture_default_str();
+  verb->add_option("--dpi", scene.dpi, "pixels per inch; text is laid out in points")->capture_default_str();
+  verb->add_option("--window", options->window,
+                   "X0,X1,N0,N1: part shown, x in bead diameters from the middle, layers from 0; ends included "
+                   "(the whole pile if not given)");
+  verb->add_option("--range", options->range,
+                   "LOW,HIGH: ends of the colour scale, so that pictures compare (from what is shown if not given)");
+  scene.colour_map.clear();
+  verb->add_option("--colour-map", scene.colour_map,
+                   "grey, viridis or cividis; diverging for the scene response (the scene's own if not given)");
+  verb->add_option("--backend", scene.backend,
+                   "how OpenGL is reached: auto, osmesa or egl; none: the processor paints, to the same pixels")
+      ->capture_default_str();
+  verb->add_option("--film", options->film_folder,
+                   "folder: instead of a picture, numbered frames of a window that slides down the pile (--window: all "
+                   "that is seen; 1280 pixels wide and 110 dpi unless given)");
+  verb->add_option("--height", options->film.height_px, "of a film: height of a frame in pixels")
+      ->capture_default_str();
+  verb->add_option("--step", options->film.step, "of a film: layers from frame to frame")->capture_default_str();
+  verb->add_option("-j,--threads", options->threads, "of a film: threads, 0 for all; never changes a pixel")
+      ->capture_default_str()
+      ->check(CLI::Range(0, 4096));
+  verb->add_flag("--transparent", options->transparent, "no page behind the picture");
+  verb->add_flag("--no-skip", options->no_skip, "paint also what cannot be seen; the picture is the same");
+  verb->add_flag("--statistics", options->statistics,
+                 "print one JSON object on standard output and nothing else there");
+  verb->callback([options, verb, &context] {
+    if (!options->film_folder.empty()) {
+      for (const char* flag : {"--image", "--statistics", "--backend"}) {
+        if (verb->count(flag) == 0) continue;
+        throw CLI::ValidationError(
+            fmt::format("{} has no meaning for a film, whose frames go to --film and are painted "
+                        "by the processor; leave it out",
+                        flag));
+      }
+      if (verb->count("--width") == 0) options->scene.width_px = film_width_px;
+      if (verb->count("--dpi") == 0) options->scene.dpi = film_dpi;
+    }
+    context.action = [options, &context] { return render(*options, context); };
+  });
+}
+
+}  // namespace granuscope

@@ -1,0 +1,187 @@
+#include <fmt/core.h>
+#include <CLI/CLI.hpp>
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "cli/flag_checks.h"
+#include "cli/verbs.h"
+#include "history/comparison.h"
+#include "model/audit.h"
+#include "pipeline/shards.h"
+#include "report/citation.h"
+#include "report/clean_json.h"
+#include "report/number_text.h"
+#include "report/run_files.h"
+#include "storage/pile_file.h"
+#include "support/files.h"
+
+namespace granuscope {
+namespace {
+
+// Rounding leaves some 1e-15 on piles of a million beads; anything beyond this is no solution.
+constexpr double audit_tolerance = 1e-12;
+
+ExitCode audit_file(const std::string& file, bool json, VerbContext& context) {
+  const Pile pile = read_pile(file);
+  const AuditResult result = audit(pile);
+  const std::string text = fmt::format(
+      "{} columns x {} layers, mu {}, law {}, seed {}, sample {}\n"
+      "largest balance residual  {:.3g}  (layer {})\n"
+      "largest cone violation    {:.3g}  (layer {})\n"
+      "both relative to the largest contact force of the same layer; allowed: {:g}\n",
+      pile.lattice.columns(), pile.lattice.layers(), pile.mu, pile.law, pile.seed, pile.sample,
+      result.max_balance_residual, result.balance_layer, result.max_cone_violation, result.cone_layer, audit_tolerance);
+  context.out << (json ? audit_json(pile, result, audit_tolerance) : text);
+  if (result.max_balance_residual <= audit_tolerance && result.max_cone_violation <= audit_tolerance) {
+    return ExitCode::done;
+  }
+  throw InputError(
+      fmt::format("{}: this is no equilibrium of frictional beads, since a residual exceeds {:g}; whatever "
+                  "wrote the file is wrong, or the file was changed",
+                  file, audit_tolerance));
+}
+
+}  // namespace
+
+void add_audit_verb(CLI::App& app, VerbContext& context) {
+  CLI::App* verb = app.add_subcommand(
+      "audit", "Recompute every balance and every friction cone of a stored pile, in normal and tangential components");
+  const auto file = std::make_shared<std::string>();
+  verb->add_option("FILE", *file, "pile file (HDF5), as granuscope sample --out writes it")->required();
+  const auto json = std::make_shared<bool>(false);
+  verb->add_flag("--json", *json, "print one JSON object on standard output and nothing else there");
+  verb->callback([file, json, &context] {
+    context.action = [file, json, &context] { return audit_file(*file, *json, context); };
+  });
+}
+
+void add_merge_verb(CLI::App& app, VerbContext& context) {
+  struct Options {
+    std::vector<std::string> folders;
+    std::string out;
+  };
+  CLI::App* verb = app.add_subcommand("merge", "Join what the shards of an experiment have drawn (run --shard)");
+  const auto options = std::make_shared<Options>();
+  verb->add_option("DIR", options->folders, "folders in which shards have worked, in any order")->required();
+  verb->add_option("-o,--out", options->out, "folder of the whole ensembles (default: the first DIR)");
+  verb->callback([options, &context] {
+    context.action = [options, &context] {
+      const std::filesystem::path out = options->out.empty() ? options->folders.front() : options->out;
+      merge_folders({options->folders.begin(), options->folders.end()}, out, ProgressStyle::automatic);
+      context.err << fmt::format("merged into {}; granuscope run {} --out {} goes on to the report\n", out.string(),
+                                 (out / "experiment.toml").string(), out.string());
+      return ExitCode::done;
+    };
+  });
+}
+
+void add_numbers_verb(CLI::App& app, VerbContext& context) {
+  CLI::App* verb = app.add_subcommand("numbers", "Print every number of a finished run, for the text of a paper");
+  const auto folder = std::make_shared<std::string>();
+  const auto format = std::make_shared<std::string>("tex");
+  verb->add_option("OUT", *folder, "folder of the run")->required();
+  verb->add_option("--format", *format, "tex (\\granuscope{beta} writes 2.522(50)), csv or json")
+      ->capture_default_str();
+  const auto target = std::make_shared<OutputFile>();
+  add_output(*verb, "-o,--out", *target, "file to write (standard output if not given)");
+  verb->callback([folder, format, target, &context] {
+    context.action = [folder, format, target, &context] {
+      require_results_of_last_run(*folder, "report");
+      const auto file = std::filesystem::path(*folder) / "summary.json";
+      std::error_code none;
+      if (!std::filesystem::is_regular_file(file, none)) {
+        throw InputError(file.string() +
+                         ": there is no such file, and so no numbers; name the folder of a finished run");
+      }
+      const std::string list = list_numbers(read_file(file), *format);
+      if (!target->asked()) {
+        context.out << list;
+      } else {
+        target->write(list, {*folder});
+        context.err << "wrote " << target->path << '\n';
+      }
+      return ExitCode::done;
+    };
+  });
+}
+
+namespace {
+
+struct PackVerbOptions {
+  std::string folder, citation;
+  OutputFile archive;
+  bool with_ensembles = false;
+};
+
+ExitCode pack(const PackVerbOptions& given, VerbContext& context) {
+  given.archive.require_free({given.folder, given.citation});
+  PackOptions options;
+  options.with_ensembles = given.with_ensembles;
+  constexpr const char* beside = "CITATION.cff";
+  std::error_code none;
+  if (!given.citation.empty()) {
+    options.citation = read_citation(given.citation);
+  } else if (std::filesystem::is_regular_file(beside, none)) {
+    options.citation = read_citation(beside);
+  } else {
+    context.err << "there is no CITATION.cff here, so that the archive names no authors and no licence (--citation)\n";
+  }
+  const std::size_t files = pack_run(given.folder, given.archive.path, options);
+  context.err << fmt::format("wrote {} with {} files\n", given.archive.path, files);
+  return ExitCode::done;
+}
+
+}  // namespace
+
+void add_pack_verb(CLI::App& app, VerbContext& context) {
+  CLI::App* verb = app.add_subcommand(
+      "pack", "Pack a finished run into one archive, a research object (RO-Crate 1.1) to be kept and passed on");
+  const auto options = std::make_shared<PackVerbOptions>();
+  verb->add_option("OUT", options->folder, "folder of the run")->required();
+  add_output(*verb, "-o,--out", options->archive, "archive to write (zip)")->required();
+  verb->add_option("--citation", options->citation,
+                   "CITATION.cff whose authors and licence the archive is to name (default: the one in this folder)");
+  verb->add_flag("--with-ensembles", options->with_ensembles,
+                 "with all that was drawn, so that whoever unpacks it can go on from there");
+  verb->callback([options, &context] { context.action = [options, &context] { return pack(*options, context); }; });
+}
+
+namespace {
+
+struct CompareVerbOptions {
+  std::string before, after;
+  OutputFile json;
+  bool gate = false;
+};
+
+ExitCode compare(const CompareVerbOptions& given, VerbContext& context) {
+  if (given.json.asked()) require_writable(given.json.path);
+  const Comparison comparison = compare_runs(given.before, given.after);
+  for (const std::string& line : describe(comparison)) context.out << line << '\n';
+  if (given.json.asked()) given.json.write(json_text(comparison), {given.before, given.after});
+  const bool comparable = comparison.likeness != Likeness::other_experiment;
+  return given.gate && (!comparable || comparison.alarms()) ? ExitCode::verdict_differs : ExitCode::done;
+}
+
+}  // namespace
+
+void add_compare_verb(CLI::App& app, VerbContext& context) {
+  CLI::App* verb =
+      app.add_subcommand("compare",
+                         "Compare two runs: same numbers, same experiment, other samples of it, or another one. Ends "
+                         "with 0, whatever it finds, unless --gate is given; with 2 if there is nothing to compare");
+  const auto options = std::make_shared<CompareVerbOptions>();
+  verb->add_option("OLD", options->before, "folder of a run, or its summary.json")->required();
+  verb->add_option("NEW", options->after, "folder of another run, or its summary.json")->required();
+  add_output(*verb, "--json", options->json, "file for the answer as JSON, every number with it");
+  verb->add_flag(
+      "--gate", options->gate,
+      "end with status 1 if the same experiment has other numbers beyond rounding, if a number moved between "
+      "samples, or if the experiments cannot be compared");
+  verb->callback([options, &context] { context.action = [options, &context] { return compare(*options, context); }; });
+}
+
+}  // namespace granuscope

@@ -1,0 +1,421 @@
+#include "plot/scaling_figures.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "model/lattice.h"
+#include "plot/axes.h"
+#include "plot/figure_captions.h"
+#include "plot/gnuplot.h"
+#include "plot/plot_script.h"
+#include "plot/power_law_panel.h"
+#include "support/error.h"
+#include "support/plain_text.h"
+
+namespace granuscope {
+namespace {
+
+constexpr const char* scaling_id = "scaling-with-friction";
+
+/// c and D of one friction coefficient, read in one of the two ways.
+struct Reading {
+  double mu;
+  Estimate c, D;
+};
+
+Estimate over(const Estimate& estimate, double z) {
+  Estimate ratio = estimate;
+  ratio.value /= z;
+  ratio.standard_error /= z;
+  return ratio;
+}
+
+std::vector<Reading> slope_readings(const std::vector<Transport>& results) {
+  std::vector<Reading> readings;
+  for (const Transport& result : results) {
+    if (!result.exact) readings.push_back({result.scanned(), result.c, result.D});
+  }
+  return readings;
+}
+
+std::vector<Reading> ratio_readings(const std::vector<Transport>& results, int layer) {
+  std::vector<Reading> readings;
+  for (const Transport& result : results) {
+    // Where no slope could be taken, a ratio at one depth means nothing either: its peaks were identified by chance.
+    if (result.exact || (!result.c.known() && !result.D.known())) continue;
+    for (const DepthFit& fit : result.depths) {
+      if (fit.layer != layer || !fit.identifiable) continue;
+      readings.push_back({result.scanned(), over(fit.peak_position, fit.z), over(fit.width_squared, fit.z)});
+    }
+  }
+  return readings;
+}
+
+std::vector<PowerLawPoint> diffusion_points(const std::vector<Reading>& readings) {
+  std::vector<PowerLawPoint> points;
+  for (const Reading& reading : readings) {
+    if (reading.D.known()) points.push_back({reading.mu, reading.mu, 0, reading.D.value, reading.D.standard_error});
+  }
+  return points;
+}
+
+std::vector<PowerLawPoint> slowing_points(const std::vector<Reading>& readings) {
+  std::vector<PowerLawPoint> points;
+  for (const Reading& reading : readings) {
+    if (!reading.c.known()) continue;
+    points.push_back({reading.mu, reading.mu, 0, tan30 - reading.c.value, reading.c.standard_error});
+  }
+  return points;
+}
+
+std::string note(const std::string& how, const std::string& symbol, const ScalingFit& fit) {
+  return fmt::format("{}: {} {}{}", how, symbol, fit.exponent.known() ? "= " : "", exponent_text(fit));
+}
+
+std::string in_words(const ScalingFit& fit) {
+  return fit.exponent.known() ? exponent_text(fit) : fmt::format("unknown ({})", fit.exponent.reason);
+}
+
+}  // namespace
+
+Figure plot_scaling_with_friction(const Analysis& analysis, const std::filesystem::path& run_folder) {
+  const RatioScaling* ratio = analysis.by_ratio.empty() ? nullptr : &analysis.by_ratio.front();
+  const std::vector<Reading> slopes = slope_readings(analysis.results);
+  const std::vector<Reading> ratios =
+      ratio == nullptr ? std::vector<Reading>{} : ratio_readings(analysis.results, ratio->layer);
+  const std::string ratio_name = ratio == nullptr ? "" : fmt::format("ratios at z = {:.1f}", ratio->z);
+
+  PowerLawPanel D;
+  D.id = "D-of-mu";
+  D.x_label = "friction coefficient μ";
+  D.y_label = "D  (bead diameters)";
+  D.y_unit = "bead diameters";
+  D.against_mu = true;
+  D.left = 0.105;
+  D.right = 0.49;
+  D.paper_exponent = "2.5";
+  PowerLawPanel c = D;
+  c.id = "c-of-mu";
+  c.y_label = "c₀ − c";
+  c.left = 0.60;
+  c.right = 0.985;
+  c.paper_exponent = "1";
+  D.series.push_back({"slopes", diffusion_points(slopes), analysis.scaling.beta});
+  c.series.push_back({"slopes", slowing_points(slopes), analysis.scaling.gamma});
+  D.notes = {note("slopes", "β", analysis.scaling.beta)};
+  c.notes = {note("slopes", "γ", analysis.scaling.gamma)};
+  if (ratio != nullptr) {
+    D.series.push_back({"ratios", diffusion_points(ratios), ratio->fits.beta});
+    c.series.push_back({"ratios", slowing_points(ratios), ratio->fits.gamma});
+    D.notes.push_back(note(ratio_name, "β", ratio->fits.beta));
+    c.notes.push_back(note(ratio_name, "γ", ratio->fits.gamma));
+  } else {
+    D.notes.emplace_back();
+    c.notes.emplace_back();
+  }
+  D.notes.emplace_back("the paper: β ≈ 2.5");
+  c.notes.emplace_back("the paper: γ = 1");
+
+  PlotPlan plan;
+  plan.id = scaling_id;
+  plan.script = "plot/scaling_with_friction";
+  plan.height = 3.3;
+  const PowerLawPanelScript left = add_power_law_panel(plan, D);
+  const PowerLawPanelScript right = add_power_law_panel(plan, c);
+  if (!left.shown && !right.shown) {
+    throw InputError(
+        "the figure of D and c0 - c against mu has nothing to show, because no friction coefficient has a positive "
+        "one; "
+        "use more samples or deeper layers, or switch the figure off");
+  }
+  const auto either = [](bool one, bool other) { return one || other ? "yes" : ""; };
+  std::vector<std::string> off_scale = {off_scale_in_words(left, "D"), off_scale_in_words(right, "c₀ − c")};
+  std::erase(off_scale, "");
+  const ScalingFits none;
+  const ScalingFits& by_ratio = ratio == nullptr ? none : ratio->fits;
+  return plot_figure(plan,
+                     {{"left_panel", left.text},
+                      {"right_panel", right.text},
+                      {"slope_law", either(left.law, right.law)},
+                      {"ratio_title", left.second || right.second ? ratio_name : ""},
+                      {"outside", either(left.outside, right.outside)}},
+                     {"plot/scaling_with_friction.captions",
+                      {{"low", caption_number(analysis.scaling.beta.window[0])},
+                       {"high", caption_number(analysis.scaling.beta.window[1])},
+                       {"beta", in_words(analysis.scaling.beta)},
+                       {"gamma", in_words(analysis.scaling.gamma)},
+                       {"ratios", left.second || right.second ? "yes" : ""},
+                       {"z", ratio == nullptr ? "" : fmt::format("{:.1f}", ratio->z)},
+                       {"ratio_beta", in_words(by_ratio.beta)},
+                       {"ratio_gamma", in_words(by_ratio.gamma)},
+                       {"off_scale", enumeration(off_scale)}},
+                      terms_of(*analysis.scan)},
+                     run_folder);
+}
+
+namespace {
+
+constexpr const char* diffusion_id = "propagation-against-diffusion";
+
+bool has_both(const Transport& result) { return result.c.known() && result.D.known(); }
+
+bool fits_log_axes(const Transport& result) {
+  return has_both(result) && !result.exact && result.D.value > 0 && result.c.value < tan30;
+}
+
+std::string mu_text(const Transport& result) { return "μ = " + caption_number(result.scanned()); }
+
+struct Axes {
+  Range D, c;
+};
+
+Axes make_axes(const std::vector<Transport>& results) {
+  Axes axes;
+  axes.c.add(tan30);
+  axes.D.add(0);
+  for (const Transport& result : results) {
+    if (!has_both(result)) continue;
+    for (const int sign : {-1, 1}) {
+      axes.D.add(result.D.value + sign * result.D.standard_error);
+      axes.c.add(result.c.value + sign * result.c.standard_error);
+    }
+  }
+  const double D_size = std::max(axes.D.size(), 0.001), c_size = std::max(axes.c.size(), 0.001);
+  axes.D.low -= 0.05 * D_size;
+  axes.D.high += 0.05 * D_size;
+  axes.c.low -= 0.07 * c_size;
+  axes.c.high += 0.12 * c_size;  // room for the name of the point on the line of c0
+  return axes;
+}
+
+Range share_of(double value, double error, const Range& axis) {
+  Range share;
+  share.add((value - error - axis.low) / axis.size());
+  share.add((value + error - axis.low) / axis.size());
+  return share;
+}
+
+/// The height of both panels together, in inches, as the script lays them out.
+constexpr double figure_height = 3.3, panel_height = 2.24, upper_panel_height = 1.61;
+
+/// "0.3" beside every point of the left panel, which is narrower by `c_room` than it could be.
+std::string point_labels(const std::vector<Transport>& results, const Axes& axes, const ScalingFit& alpha,
+                         const Range& window_D, double c_room) {
+  LabelledPanel panel{(0.385 - c_room) * plot_width_inches, panel_height, {}, {}};
+  std::vector<NamedPoint> points;
+  const auto place = [&axes](double D, double c) {
+    return PanelPlace{(D - axes.D.low) / axes.D.size(), (c - axes.c.low) / axes.c.size()};
+  };
+  panel.lines.push_back({place(axes.D.low, tan30), place(axes.D.high, tan30)});
+  if (alpha.exponent.known() && alpha.intercept.known() && window_D.size() > 0) {
+    const auto law = [&](double D) {
+      return place(D, tan30 - std::exp(alpha.intercept.value) * std::pow(D, alpha.exponent.value));
+    };
+    constexpr int pieces = 16;
+    for (int k = 0; k < pieces; ++k) {
+      const double step = window_D.size() / pieces;
+      panel.lines.push_back({law(window_D.low + k * step), law(window_D.low + (k + 1) * step)});
+    }
+  }
+  for (const Transport& result : results) {
+    if (!has_both(result)) continue;
+    points.push_back({place(result.D.value, result.c.value), share_of(result.D.value, result.D.standard_error, axes.D),
+                      share_of(result.c.value, result.c.standard_error, axes.c), caption_number(result.scanned())});
+  }
+  return label_commands(points, panel);
+}
+
+std::vector<LeftOut> reasons_off_log_axes(const std::vector<Transport>& results) {
+  std::vector<LeftOut> reasons;
+  for (const Transport& result : results) {
+    if (!has_both(result) || fits_log_axes(result)) continue;
+    const char* why = result.exact ? "exact" : result.D.value <= 0 ? "D is not positive" : "c is not below c₀";
+    reasons.push_back({mu_text(result), why});
+  }
+  return reasons;
+}
+
+std::vector<LeftOut> unknown_points(const std::vector<Transport>& results) {
+  std::vector<LeftOut> unknown;
+  for (const Transport& result : results) {
+    if (has_both(result)) continue;
+    unknown.push_back({mu_text(result), result.D.known() ? result.c.reason : result.D.reason});
+  }
+  return unknown;
+}
+
+PowerLawPanel law_panel(const Analysis& analysis) {
+  const ScalingFit& alpha = analysis.scaling.alpha;
+  PowerLawPanel panel;
+  panel.id = "slowing";
+  panel.x_label = "diffusion coefficient D  (bead diameters)";
+  panel.y_label = "c₀ − c";
+  panel.x_unit = "bead diameters";
+  panel.labels = true;
+  panel.height = upper_panel_height;
+  panel.left = 0.60;
+  panel.right = 0.985;
+  panel.paper_exponent = "0.4";
+  PowerLawSeries slopes{"slopes", {}, alpha};
+  for (const Transport& result : analysis.results) {
+    if (!fits_log_axes(result)) continue;
+    slopes.points.push_back(
+        {result.scanned(), result.D.value, result.D.standard_error, tan30 - result.c.value, result.c.standard_error});
+  }
+  panel.series.push_back(slopes);
+  panel.notes = {"this run: α = " + exponent_text(alpha), "", "the paper: α = 0.4"};
+  return panel;
+}
+
+}  // namespace
+
+Figure plot_propagation_against_diffusion(const Analysis& analysis, const std::filesystem::path& run_folder) {
+  CsvTable table({"mu: dimensionless", "D: bead diameters", "D_standard_error: bead diameters", "c: dimensionless",
+                  "c_standard_error: dimensionless"});
+  for (const Transport& result : analysis.results) {
+    if (!has_both(result)) continue;
+    table.add_row({result.scanned(), result.D.value, result.D.standard_error, result.c.value, result.c.standard_error});
+  }
+  if (table.empty()) {
+    throw InputError(
+        "the figure of c against D has nothing to show, because no friction coefficient has both; use more samples or "
+        "deeper layers, or switch the figure off");
+  }
+  PlotPlan plan;
+  plan.id = diffusion_id;
+  plan.script = "plot/propagation_against_diffusion";
+  plan.height = figure_height;
+  plan.data[fmt::format("{}-points.csv", diffusion_id)] = table.text();
+  plan.curves = 2;  // the points and the line at c0
+
+  const ScalingFit& alpha = analysis.scaling.alpha;
+  const PowerLawPanelScript law = add_power_law_panel(plan, law_panel(analysis));
+  Range window_D;
+  for (const Transport& result : analysis.results) {
+    if (fits_log_axes(result) && in_window(result.scanned(), alpha.window)) window_D.add(result.D.value);
+  }
+  const bool with_law = law.law && window_D.size() > 0;
+  if (with_law) ++plan.curves;
+  const Axes axes = make_axes(analysis.results);
+  const std::string c_ticks = linear_ticks(axes.c, 7);
+  const double c_room = room_for_labels({c_ticks});
+  const auto if_law = [with_law](double number) { return with_law ? exact(number) : ""; };
+  const TemplateVariables script = {{"c0", exact(tan30)},
+                                    {"labels", point_labels(analysis.results, axes, alpha, window_D, c_room)},
+                                    {"D_low", exact(axes.D.low)},
+                                    {"D_high", exact(axes.D.high)},
+                                    {"c_low", exact(axes.c.low)},
+                                    {"c_high", exact(axes.c.high)},
+                                    {"D_ticks", linear_ticks(axes.D, 6)},
+                                    {"c_ticks", c_ticks},
+                                    {"c_room", exact(c_room)},
+                                    {"alpha", if_law(alpha.exponent.value)},
+                                    {"alpha_intercept", if_law(alpha.intercept.value)},
+                                    {"alpha_low", caption_number(alpha.window[0])},
+                                    {"alpha_high", caption_number(alpha.window[1])},
+                                    {"fit_D_low", if_law(window_D.low)},
+                                    {"fit_D_high", if_law(window_D.high)},
+                                    {"law_panel", law.text},
+                                    {"outside", law.outside ? "yes" : ""}};
+  return plot_figure(
+      plan, script,
+      {"plot/propagation_against_diffusion.captions",
+       {{"not_logarithmic", with_reasons(reasons_off_log_axes(analysis.results))},
+        {"unknown", with_reasons(unknown_points(analysis.results))},
+        {"law_panel", law.shown ? "yes" : ""},
+        {"alpha", with_law ? exponent_text(alpha) : ""},
+        {"alpha_low", caption_number(alpha.window[0])},
+        {"alpha_high", caption_number(alpha.window[1])},
+        {"alpha_reason", alpha.exponent.known() ? "fewer than two points lie in its window" : alpha.exponent.reason},
+        {"off_scale", off_scale_in_words(law, "")}},
+       terms_of(*analysis.scan)},
+      run_folder);
+}
+
+namespace {
+
+constexpr const char* thrust_id = "propagation-and-thrust";
+
+bool has_both_speeds(const Transport& result) {
+  return result.c.known() && result.c_thrust.known() && result.c_minus_c_thrust.known();
+}
+
+/// An axis with a margin at both ends, and `room` of its size more at the top.
+Range with_margins(Range data, double least, double room = 0) {
+  const double size = std::max(data.size(), least);
+  data.low -= 0.07 * size;
+  data.high += (0.07 + room) * size;
+  return data;
+}
+
+}  // namespace
+
+Figure plot_propagation_and_thrust(const Analysis& analysis, const std::filesystem::path& run_folder) {
+  CsvTable table({"mu: dimensionless", "c: dimensionless", "c_standard_error: dimensionless", "c_thrust: dimensionless",
+                  "c_thrust_standard_error: dimensionless", "difference: dimensionless",
+                  "difference_standard_error: dimensionless"});
+  Range mu, speed, difference;
+  mu.add(0);
+  speed.add(tan30);
+  difference.add(0);
+  std::vector<LeftOut> unknown;
+  std::vector<std::string> beyond_three;
+  for (const Transport& result : analysis.results) {
+    const std::string mu_text = caption_number(result.scanned());
+    if (!has_both_speeds(result)) {
+      const std::string& reason = result.c.known() ? result.c_thrust.reason : result.c.reason;
+      unknown.push_back({"μ = " + mu_text, reason});
+      continue;
+    }
+    const Estimate& gap = result.c_minus_c_thrust;
+    table.add_row({result.scanned(), result.c.value, result.c.standard_error, result.c_thrust.value,
+                   result.c_thrust.standard_error, gap.value, gap.standard_error});
+    mu.add(result.scanned());
+    if (std::abs(gap.value) > 3 * gap.standard_error && !result.exact) beyond_three.push_back(mu_text);
+    for (const int sign : {-1, 1}) {
+      speed.add(result.c.value + sign * result.c.standard_error);
+      speed.add(result.c_thrust.value);
+      difference.add(gap.value + sign * gap.standard_error);
+    }
+  }
+  if (table.empty()) {
+    throw InputError(
+        "the figure of c beside c_thrust has nothing to show, because no friction coefficient has both; use more "
+        "samples or deeper layers, or switch the figure off");
+  }
+  const Range mu_axis = with_margins(mu, 0.01), speed_axis = with_margins(speed, 0.002);
+  const Range difference_axis = with_margins(difference, 0.001);
+
+  const std::string speed_ticks = linear_ticks(speed_axis, 6), difference_ticks = linear_ticks(difference_axis, 6);
+
+  PlotPlan plan;
+  plan.id = thrust_id;
+  plan.script = "plot/propagation_and_thrust";
+  plan.height = 2.4;
+  plan.data[std::string(thrust_id) + ".csv"] = table.text();
+  plan.curves = 5;
+  return plot_figure(plan,
+                     {{"c0", exact(tan30)},
+                      {"mu_low", exact(mu_axis.low)},
+                      {"mu_high", exact(mu_axis.high)},
+                      {"mu_ticks", linear_ticks(mu_axis, 6)},
+                      {"speed_low", exact(speed_axis.low)},
+                      {"speed_high", exact(speed_axis.high)},
+                      {"speed_ticks", speed_ticks},
+                      {"speed_room", exact(room_for_labels({speed_ticks}))},
+                      {"difference_low", exact(difference_axis.low)},
+                      {"difference_high", exact(difference_axis.high)},
+                      {"difference_ticks", difference_ticks},
+                      {"difference_room", exact(room_for_labels({difference_ticks}))}},
+                     {"plot/propagation_and_thrust.captions",
+                      {{"unknown", with_reasons(unknown)},
+                       {"beyond_three", beyond_three.empty() ? "" : "μ = " + enumeration(beyond_three)}},
+                      terms_of(*analysis.scan)},
+                     run_folder);
+}
+
+}  // namespace granuscope

@@ -1,0 +1,441 @@
+#include "report/page_overlays.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <cstdlib>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "plot/figure_captions.h"
+#include "report/number_text.h"
+#include "report/page_scope.h"
+#include "report/pdf_report.h"
+#include "support/error.h"
+#include "support/files.h"
+#include "support/plain_text.h"
+#include "support/templates.h"
+
+namespace granuscope {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// The parts of one place, one after the other.
+std::string written_parts(const std::vector<ReportPart>& parts, ReportPart::Place place, const PageScope& root) {
+  std::string html;
+  for (const ReportPart& part : parts) {
+    const PageScope scope(root, part.base, part.overlay);
+    if (part.place == place && scope.has(part.needs)) html += scope.part(part.page);
+  }
+  return html;
+}
+
+}  // namespace
+
+std::string report_page(const ReportData& data, const Json& summary, const std::filesystem::path& run_folder,
+                        PageMedium medium) {
+  const bool print = medium == PageMedium::print;
+  // A browser prints the page as WeasyPrint does.
+  Json overlay = {{"screen_style", print ? "" : template_file("screen.css")},
+                  {"print_style", template_file("print.css")},
+                  {"print", print},
+                  {"program", data.provenance.program_version},
+                  {"title", title_of(data)},
+                  {"description", data.description},
+                  {"checks", data.checks},
+                  {"has_checks", !data.checks.empty()},
+                  {"skipped", data.skipped},
+                  {"has_skipped", !data.skipped.empty()},
+                  {"law_description", data.law_description},
+                  {"has_law_description", !data.law_description.empty()},
+                  {"other_laws", Json::array()}};
+  for (const auto& [law, sentences] : data.other_law_descriptions) {
+    overlay["other_laws"].push_back({{"law", law}, {"sentences", sentences}});
+  }
+  add_results(overlay, summary);
+  add_exponent_texts(overlay, summary);
+  add_headline(overlay, summary, data.headline);
+  add_causes(overlay, summary);
+  add_laws(overlay, summary);
+  add_claims(overlay, summary);
+  add_numerics(overlay, summary);
+  add_figures(overlay, data, run_folder, medium);
+  add_provenance(overlay, data);
+
+  const PageScope root(summary, overlay, Markup::html);
+  // What the experiment is about has its own sentences on page 1; the experiment's own words come before all others.
+  const std::string of_study = data.headline.empty() ? written_parts(data.parts, ReportPart::Place::page_1, root) : "";
+  overlay["headline"]["of_study"] = of_study;
+  if (!of_study.empty()) {
+    overlay["has_headline"] = true;
+    overlay["headline"]["generated"] = false;
+    overlay["headline"]["scanned"] = nullptr;
+  }
+  overlay["numbers_parts"] = written_parts(data.parts, ReportPart::Place::numbers, root);
+  overlay["numerics_parts"] = written_parts(data.parts, ReportPart::Place::numerics, root);
+  return fill_template_file("report.html.mustache", root);
+}
+
+namespace {
+
+/// A claim keeps its number and the standard error side by side: two cells, the number with the decimals of its error.
+void add_measured(Json& row, const Json& claim, const std::string& pointer) {
+  if (!claim.at("measured").is_number() || !claim.at("stderr").is_number()) return;
+  const auto value = claim.at("measured").get<double>(), error = claim.at("stderr").get<double>();
+  if (!(error > 0)) return;
+  const std::string both = plain_value_with_error(value, error);  // "2.538(81)"
+  const std::string number = both.substr(0, both.find('('));
+  const std::size_t point = number.find('.');
+  const std::size_t decimals = point == std::string::npos ? 0 : number.size() - point - 1;
+  row["measured"] = {{"key", pointer + "/measured"}, {"text", number}};
+  row["error"] = {{"key", pointer + "/stderr"},
+                  {"text", format_number(claim.at("stderr"), fmt::format("fixed {}", decimals))}};
+}
+
+}  // namespace
+
+namespace {
+
+constexpr double strip_reach = 10;  ///< pulls that the strip shows; beyond, an arrow at its end
+
+/// The pull as a place on a strip, clipped with an arrow.
+void add_pull(Json& row, const Json& claim) {
+  if (!claim.at("z_score").is_number()) return;
+  const double pull = claim.at("z_score").get<double>();
+  row["pull"] = {{"at", fmt::format("{:.2f}", std::clamp(pull, -strip_reach, strip_reach))},
+                 {"beyond_right", pull > strip_reach},
+                 {"beyond_left", pull < -strip_reach},
+                 {"inside", std::abs(pull) <= strip_reach}};
+}
+
+/// Error and tolerance of the paper's number together.
+void add_allowed(Json& row, const Json& claim) {
+  if (!claim.at("paper").is_number()) return;
+  const double allowed = std::hypot(claim.at("paper_stderr").get<double>(), claim.at("tolerance").get<double>());
+  if (allowed > 0) row["allowed"] = significant(allowed, 2);
+}
+
+}  // namespace
+
+std::string look_of(const std::string& verdict) {
+  return verdict == "reproduced"       ? "yes"
+         : verdict == "not reproduced" ? "no"
+         : verdict == "not tested"     ? "untested"
+                                       : "open";
+}
+
+void add_claims(Json& overlay, const Json& summary) {
+  Json rows = Json::array();
+  std::map<std::string, int> counts;
+  for (const Json& claim : summary.at("claims")) {
+    const auto verdict = claim.at("verdict").get<std::string>();
+    Json row = {{"look", look_of(verdict)},
+                {"tested", verdict != "not tested"},
+                {"pull", nullptr},
+                {"allowed", ""},
+                {"rival_off", claim.at("rival").is_object() && claim.at("rival").at("distance").is_number()
+                                  ? fmt::format("{:.1f}", std::abs(claim.at("rival").at("distance").get<double>()))
+                                  : ""},
+                {"excludes", claim.at("rival").is_object() && claim.at("paper").is_null()},
+                {"differs", claim.at("expected").is_string() && claim.at("expected") != verdict}};
+    add_measured(row, claim, fmt::format("/claims/{}", rows.size()));
+    add_pull(row, claim);
+    add_allowed(row, claim);
+    rows.push_back(row);
+    ++counts[verdict];
+  }
+  overlay["claim_counts"] = {{"all", rows.size()},
+                             {"reproduced", counts["reproduced"]},
+                             {"not_reproduced", counts["not reproduced"]},
+                             {"not_decided", counts["not decided"]},
+                             {"not_tested", counts["not tested"]}};
+  overlay["has_claims"] = !rows.empty();
+  std::vector<std::string> untested;
+  for (const Json& claim : summary.at("claims")) {
+    if (claim.at("verdict") == "not tested") untested.push_back(claim.at("id"));
+  }
+  overlay["any_tested"] = untested.size() < rows.size();
+  overlay["untested_list"] = fmt::format("{}", fmt::join(untested, ", "));
+  overlay["claims"] = rows;
+}
+
+namespace {
+
+constexpr double text_width_mm = 170;  // of print.css: A4 less two margins of 20 mm
+constexpr double half_width_mm = 85;   // two narrower ones stand side by side
+
+/// Of an SVG in pixels of 1/96 inch.
+double svg_width_mm(const std::string& svg) {
+  static constexpr std::string_view attribute = "width=\"";
+  const std::size_t at = svg.find(attribute, svg.find("<svg"));
+  if (at == std::string::npos) return text_width_mm;
+  return std::strtod(svg.c_str() + at + attribute.size(), nullptr) / 96 * 25.4;
+}
+
+bool has_half_width(const Figure& figure, const std::filesystem::path& run_folder) {
+  if (figure.screen.extension() == ".png") return true;
+  return figure.is_there() && svg_width_mm(read_file(run_folder / figure.screen)) < half_width_mm;
+}
+
+std::string upper(std::string text) {
+  for (char& c : text) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  return text;
+}
+
+/// The image of a file: SVG in both media, since a PDF cannot stand in a page, and an SVG stays vector in print as
+/// well.
+std::string embedded(const Figure& figure, const std::filesystem::path& image, const std::filesystem::path& run_folder,
+                     PageMedium medium) {
+  const std::string extension = image.extension().string();
+  const std::string bytes = read_file(run_folder / image);
+  if (extension == ".png") return data_uri("image/png", bytes);
+  if (extension == ".svg") {
+    return data_uri("image/svg+xml", medium == PageMedium::print ? svg_for_weasyprint(bytes) : bytes);
+  }
+  throw InputError(fmt::format("figure {} is neither SVG nor PNG ({}), so the report cannot hold it; make it again",
+                               figure.id, image.string()));
+}
+
+constexpr std::size_t most_embedded = 100'000;  ///< bytes of data files of one figure
+
+std::string link(const std::string& to, const std::string& file_name, const std::string& text) {
+  return fmt::format("<a href=\"{}\" download=\"{}\">{}</a>", escape_markup(to), escape_markup(file_name),
+                     escape_markup(text));
+}
+
+/// Links to the figure's files beside the page. The data stand in the page itself, as long as they are short, so that
+/// they come along where it is sent alone. On paper only the names.
+std::string links_to_files(const Figure& figure, const std::filesystem::path& run_folder, PageMedium medium) {
+  const std::string stem = figure.screen.stem().generic_string();
+  if (medium == PageMedium::print) return fmt::format("Files: figures/{}.*.", escape_markup(stem));
+  std::vector<std::pair<std::string, std::filesystem::path>> files = {{"", figure.screen}};
+  if (figure.print != figure.screen) files.emplace_back("", figure.print);
+  if (!figure.script.empty()) files.emplace_back("", figure.script);
+  std::string links;
+  for (const auto& [unused, file] : files) {
+    const std::string kind = file.extension().string();
+    links += link(file.generic_string(), file.filename().string(), kind == ".gp" ? "gnuplot" : upper(kind.substr(1))) +
+             " · ";
+  }
+  std::size_t embedded = 0;
+  std::string data;
+  for (const std::filesystem::path& file : figure.data) {
+    const std::string name = file.filename().string();
+    const std::string bytes = std::filesystem::exists(run_folder / file) ? read_file(run_folder / file) : "";
+    embedded += bytes.size();
+    const bool inside = !bytes.empty() && embedded <= most_embedded;
+    const std::string shown = name.starts_with(stem + "-") ? name.substr(stem.size() + 1) : name;
+    data += link(inside ? data_uri("text/csv", bytes) : file.generic_string(), name, shown) + " ";
+  }
+  if (figure.data.empty() || figure.data.size() > 2) links.erase(links.size() - std::string_view(" · ").size());
+  if (figure.data.size() > 2) {
+    data = fmt::format("<details><summary>{} data files</summary>{}</details>", figure.data.size(), data);
+  }
+  return links + data;
+}
+
+/// Messages end with a full stop or without.
+std::string as_sentence(const std::string& message) {
+  return message.empty() || message.ends_with('.') ? message : message + '.';
+}
+
+}  // namespace
+
+void add_figures(Json& overlay, const ReportData& data, const std::filesystem::path& run_folder, PageMedium medium) {
+  Json rows = Json::array();
+  for (const Figure& figure : data.figures) {
+    const bool raster = figure.screen.extension() == ".png";
+    const std::optional<double> width = raster ? png_width_mm(read_file(run_folder / figure.screen)) : std::nullopt;
+    rows.push_back(
+        {{"number", rows.size() + 1},
+         {"on_page_1", figure.id == data.key_figure},
+         {"is_there", figure.is_there()},
+         {"failure", as_sentence(figure.failure)},
+         {"image", figure.is_there() ? embedded(figure, figure.screen, run_folder, medium) : ""},
+         {"narrow", !figure.narrow.empty() && medium == PageMedium::screen
+                        ? embedded(figure, figure.narrow, run_folder, medium)
+                        : ""},
+         {"raster", raster},
+         {"half", has_half_width(figure, run_folder)},
+         // The picture alone, to be looked at closely; a link keeps what scrolls within reach of the keyboard.
+         {"file", figure.is_there() && medium == PageMedium::screen ? figure.screen.generic_string() : ""},
+         {"width_mm", width ? fmt::format("{:.2f}", std::min(*width, text_width_mm)) : ""},
+         {"alternative", figure.alternative},
+         {"paper_says", figure.paper_says},
+         {"redraw", figure.redraw},
+         {"links", figure.is_there() ? links_to_files(figure, run_folder, medium) : ""}});
+  }
+  overlay["has_figures"] = !rows.empty();
+  overlay["figures"] = rows;
+}
+
+namespace {
+
+std::string verdict_of(const Json& summary, const char* id) {
+  for (const Json& claim : summary.at("claims")) {
+    if (claim.at("id") == id) return claim.at("verdict").get<std::string>();
+  }
+  return "not tested";
+}
+
+/// What the paper varies.
+bool is_friction_of_beads(const Json& summary) {
+  return scanned_in(summary) == "mu" && summary.at("scan").at("model") == "frictional-beads";
+}
+
+bool known(const Json& estimate) { return estimate.at("value").is_number(); }
+
+/// Exponents to which the points of the fit do not keep stand without an error.
+void add_exponents(Json& place, const Json& fits, const std::string& pointer) {
+  for (const char* name : {"beta", "gamma", "alpha"}) {
+    const Json& fit = fits.at(name);
+    if (fit.at("power_law") != false) continue;
+    place[name] = {{"key", fmt::format("{}/{}", pointer, name)},
+                   {"text", significant(fit.at("value").get<double>(), 3)}};
+  }
+}
+
+Json exponents_of(const Json& list, const std::string& pointer) {
+  Json places = Json::array();
+  for (const Json& fits : list) {
+    const std::string at = fmt::format("{}/{}", pointer, places.size());
+    Json place = Json::object();
+    add_exponents(place, fits, at);
+    if (fits.contains("from_load")) {
+      place["from_load"] = Json::object();
+      add_exponents(place["from_load"], fits.at("from_load"), at + "/from_load");
+    }
+    places.push_back(place);
+  }
+  return places;
+}
+
+/// Whether the ratio lies nearer to the paper's linear law than the slopes do.
+bool ratio_explains(const Json& scaling) {
+  const Json& ratio = scaling.at("by_ratio").at(0);
+  const auto off = [](const Json& fit) { return std::abs(fit.at("value").get<double>() - 1); };
+  return off(ratio.at("gamma")) < off(scaling.at("gamma")) / 2 &&
+         off(ratio.at("from_load").at("gamma")) > off(scaling.at("gamma")) / 2;
+}
+
+}  // namespace
+
+void add_exponent_texts(Json& overlay, const Json& summary) {
+  const Json& scaling = summary.at("scaling");
+  Json& place = overlay["scaling"] = Json::object();
+  add_exponents(place, scaling, "/scaling");
+  place["other_windows"] = exponents_of(scaling.at("other_windows"), "/scaling/other_windows");
+  place["by_ratio"] = exponents_of(scaling.at("by_ratio"), "/scaling/by_ratio");
+}
+
+void add_causes(Json& overlay, const Json& summary) {
+  const Json& scaling = summary.at("scaling");
+  Json shifts = Json::array();
+  // Whichever study holds the exponents of the paper's overload against those of the linear response.
+  for (const auto& [id, study] : summary.at("studies").items()) {
+    if (!study.is_object() || !study.contains("exponents")) continue;
+    const Json& exponents = study.at("exponents");
+    for (std::size_t i = 0; i < exponents.size(); ++i) {
+      const Json& one = exponents[i];
+      if (!one.is_object() || !one.contains("beta_minus_linear") || one.at("estimator") != "point" ||
+          one.at("load") != 1 || !known(one.at("beta_minus_linear")) || !known(one.at("gamma_minus_linear"))) {
+        continue;
+      }
+      shifts.push_back({{"key", fmt::format("/studies/{}/exponents/{}", id, i)}});
+    }
+  }
+  bool moved = true;
+  for (const char* name : {"beta", "gamma", "alpha"}) moved = moved && scaling.at(name).contains("systematic");
+  overlay["overload_shift"] = shifts;
+  overlay["depth_window"] = moved ? Json{{"key", "/scaling"}} : Json(nullptr);
+  overlay["has_causes"] = is_friction_of_beads(summary) && known(scaling.at("gamma")) && known(scaling.at("alpha"));
+}
+
+/// The first and the last result whose c and D are known; null if there are not two.
+Json ends_of_scan(const Json& summary, bool powers) {
+  const Json& results = summary.at("results");
+  std::vector<std::size_t> told;
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    if (known(results[i].at("c")) && known(results[i].at("D"))) told.push_back(i);
+  }
+  if (told.size() < 2) return nullptr;
+  const auto end = [&](std::size_t i) {
+    const std::string place = fmt::format("/results/{}", i);
+    return Json{{"scanned", {{"key", place_of_scanned(summary, i)}}},
+                {"c", {{"key", place + "/c"}}},
+                {"D", {{"key", place + "/D"}}}};
+  };
+  return {{"first", end(told.front())}, {"last", end(told.back())}, {"powers", powers}};
+}
+
+void add_headline(Json& overlay, const Json& summary, const std::string& own) {
+  const Json& scaling = summary.at("scaling");
+  const auto is = [&](const char* id, const char* verdict) { return verdict_of(summary, id) == verdict; };
+  const bool ratio = !scaling.at("by_ratio").empty() && known(scaling.at("by_ratio").at(0).at("gamma")) &&
+                     known(scaling.at("by_ratio").at(0).at("from_load").at("gamma"));
+  const bool of_friction = is_friction_of_beads(summary);
+  const bool powers = known(scaling.at("alpha")) && known(scaling.at("beta"));
+  const bool generated = own.empty() && of_friction && known(scaling.at("gamma")) && known(scaling.at("beta"));
+  overlay["headline"] = {
+      {"own", own},
+      {"generated", generated},
+      {"depth_holds", is("linear-position", "reproduced") && is("diffusive-width", "reproduced")},
+      {"c_fails", is("c-of-mu", "not reproduced")},
+      {"c_holds", is("c-of-mu", "reproduced")},
+      {"D_holds", is("D-of-mu", "reproduced")},
+      {"D_fails", is("D-of-mu", "not reproduced")},
+      {"alpha_fails", is("c-of-D", "not reproduced")},
+      {"alpha_holds", is("c-of-D", "reproduced")},
+      {"theory_excluded", is("differs-from-theory", "reproduced")},
+      {"theory_holds", is("differs-from-theory", "not reproduced")},
+      {"ratio", ratio},
+      {"explains", ratio && known(scaling.at("gamma")) && ratio_explains(scaling)},
+      {"other_window", !scaling.at("other_windows").empty() && known(scaling.at("other_windows").at(0).at("beta"))},
+      {"offset", known(summary.at("mean_position_offset"))}};
+  overlay["headline"]["scanned"] = own.empty() && !of_friction ? ends_of_scan(summary, powers) : Json(nullptr);
+  const bool any = !own.empty() || generated || !overlay["headline"]["scanned"].is_null();
+  overlay["has_headline"] = any;
+}
+
+namespace {
+
+/// Whether c or D is unknown for the same reason, which then stands below their table already.
+bool told_with_slopes(const Json& result, const Json& estimate) {
+  if (!estimate.contains("reason")) return false;
+  const auto tells = [&](const char* slope) {
+    return result.at(slope).contains("reason") && result.at(slope).at("reason") == estimate.at("reason");
+  };
+  return tells("c") || tells("D");
+}
+
+}  // namespace
+
+void add_laws(Json& overlay, const Json& summary) {
+  Json notes = Json::array();
+  std::vector<std::string> told;
+  const Json& results = summary.at("results");
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    if (results[i].at("exact") == true) continue;
+    const std::string at = at_scanned(summary, i);
+    for (const char* name : {"position", "width_squared", "amplitude", "noise"}) {
+      if (told_with_slopes(results[i], results[i].at("exponents").at(name))) {
+        const std::string value = at.substr(at.find("= ") + 2);
+        if (told.empty() || told.back() != value) told.push_back(value);
+      } else {
+        add_reason(notes, summary, fmt::format("/results/{}/exponents/{}", i, name), "", "at " + at);
+      }
+    }
+  }
+  finish_notes(notes);
+  overlay["law_notes"] = notes;
+  overlay["told"] = enumeration(told);
+}
+
+}  // namespace granuscope

@@ -1,0 +1,35 @@
+#pragma once
+#include <nlohmann/json_fwd.hpp>
+
+#include <filesystem>
+#include <string>
+
+#include "report/report_data.h"
+
+namespace granuscope {
+/// For whom the page is made: it decides on style sheet, contents and how figures are embedded.
+enum class PageMedium { screen, print };
+
+/// The report as an HTML page: report.html.mustache over `summary`, the parsed summary.json, with what does not stand
+/// there. Figures are read from `run_folder`; throws InputError if one cannot be read.
+std::string report_page(const ReportData& data, const nlohmann::ordered_json& summary,
+                        const std::filesystem::path& run_folder, PageMedium medium);
+
+/// Each adds to an overlay of the whole summary (report/page_scope.h) what the templates ask for beside it.
+void add_results(nlohmann::ordered_json& overlay, const nlohmann::ordered_json& summary);  ///< exponents, c and D
+void add_laws(nlohmann::ordered_json& overlay, const nlohmann::ordered_json& summary);     ///< notes on powers of depth
+void add_claims(nlohmann::ordered_json& overlay, const nlohmann::ordered_json& summary);
+void add_exponent_texts(nlohmann::ordered_json& overlay, const nlohmann::ordered_json& summary);
+/// The sentences of page 1: `own` of the experiment, or else what templates/headline.html makes of the numbers.
+void add_headline(nlohmann::ordered_json& overlay, const nlohmann::ordered_json& summary, const std::string& own);
+/// What makes the exponents differ from the paper's.
+void add_causes(nlohmann::ordered_json& overlay, const nlohmann::ordered_json& summary);
+void add_numerics(nlohmann::ordered_json& overlay, const nlohmann::ordered_json& summary);
+void add_provenance(nlohmann::ordered_json& overlay, const ReportData& data);
+void add_figures(nlohmann::ordered_json& overlay, const ReportData& data, const std::filesystem::path& run_folder,
+                 PageMedium medium);
+
+/// "yes", "no" or "open": the class of a verdict for the style sheets.
+std::string look_of(const std::string& verdict);
+
+}  // namespace granuscope

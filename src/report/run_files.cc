@@ -1,0 +1,239 @@
+#include "report/run_files.h"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <array>
+#include <exception>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include "report/clean_json.h"
+#include "sampling/sampler_spec.h"
+#include "support/error.h"
+#include "support/files.h"
+
+namespace granuscope {
+std::optional<FinishedRun> find_finished_run(const std::filesystem::path& run_folder, const std::string& made_from,
+                                             const std::set<std::string>& stages) {
+  try {
+    const auto manifest = nlohmann::ordered_json::parse(read_file(run_folder / "manifest.json"));
+    if (manifest.at("status").get<std::string>() != "done") return {};
+    const FinishedRun run{manifest.at("made_from"), manifest.at("stages"), manifest.at("unexpected"),
+                          manifest.at("pdf")};
+    if (run.made_from != made_from) return {};
+    if (!std::includes(run.stages.begin(), run.stages.end(), stages.begin(), stages.end())) return {};
+    for (const auto& file : manifest.at("files")) {
+      const std::string name = file.at("path");
+      if (!lies_in(run_folder, name)) return {};
+      const std::filesystem::path path = run_folder / name;
+      if (std::filesystem::file_size(path) != file.at("bytes").get<std::uintmax_t>()) return {};
+      if (sha256_of_file(path) != file.at("sha256").get<std::string>()) return {};
+    }
+    return run;
+  } catch (const std::exception&) {
+    return {};  // missing, of an older program, or damaged: then it is made again
+  }
+}
+
+bool lies_in(const std::filesystem::path& run_folder, const std::filesystem::path& path) {
+  if (path.empty() || path.is_absolute() || path != path.lexically_normal() || *path.begin() == "..") return false;
+  std::filesystem::path at = run_folder;
+  return std::none_of(path.begin(), path.end(), [&](const std::filesystem::path& step) {
+    std::error_code none;
+    return std::filesystem::is_symlink(at /= step, none);
+  });
+}
+
+void require_results_of_last_run(const std::filesystem::path& run_folder, const std::string& stage) {
+  std::error_code none;
+  if (!std::filesystem::exists(run_folder / "manifest.json", none)) return;
+  const auto manifest = nlohmann::ordered_json::parse(read_file(run_folder / "manifest.json"), nullptr, false);
+  const auto stages = manifest.is_object() ? manifest.value("stages", nlohmann::ordered_json::array())
+                                           : nlohmann::ordered_json::array();
+  if (std::find(stages.begin(), stages.end(), stage) != stages.end()) return;
+  throw InputError(fmt::format(
+      "{0}: the last run in this folder did not come to its {1}, so that summary.json and the figures are of "
+      "an earlier one and experiment.toml of another; go on with it: granuscope run {0}/experiment.toml "
+      "--out {0}",
+      run_folder.string(), stage));
+}
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr const char* manifest_name = "manifest.json";
+
+Json to_json(const std::vector<std::pair<std::string, std::string>>& pairs) {
+  Json json = Json::object();
+  for (const auto& [name, value] : pairs) json[name] = value;
+  return json;
+}
+
+Json to_json(const Provenance& provenance) {
+  Json json;
+  json["program"] = provenance.program_version;
+  json["git_commit"] = provenance.git_commit;
+  json["git_dirty"] = provenance.git_dirty;
+  json["sampling_version"] = sampling_version;
+  json["compiler"] = provenance.compiler;
+  json["compiler_flags"] = provenance.compiler_flags;
+  json["build_type"] = provenance.build_type;
+  json["libraries"] = to_json(provenance.libraries);
+  json["host_cpu"] = provenance.host_cpu;
+  json["processor_features"] = provenance.processor_features;
+  json["operating_system"] = provenance.operating_system;
+  json["hardware_threads"] = provenance.hardware_threads;
+  return json;
+}
+
+Json to_json(const StageTiming& timing) {
+  Json stage;
+  stage["stage"] = timing.stage;
+  stage["seconds"] = finite_or_null(timing.seconds);
+  stage["reused"] = timing.reused;
+  if (timing.beads > 0) stage["beads"] = timing.beads;
+  return stage;
+}
+
+Json stages_json(const std::vector<StageTiming>& timings, const std::map<std::string, StageTiming>& earlier) {
+  Json json = Json::array();
+  for (const StageTiming& timing : timings) json.push_back(to_json(timing));
+  for (const auto& [stage, told] : earlier) {
+    const auto is_it = [&name = stage](const StageTiming& timing) { return timing.stage == name; };
+    if (std::none_of(timings.begin(), timings.end(), is_it)) json.push_back(to_json(told));
+  }
+  return json;
+}
+
+/// What a run leaves at the top of its folder and below it. A folder may hold more: that of a user who wrote --out . is
+/// not to be read as a whole, nor to be listed in what is then passed on.
+constexpr std::array results = {"experiment.toml", "summary.json", "summary.md", "claims.xml", "timings.json",
+                                "report.html",     "report.pdf",   "ensembles",  "piles",      "figures"};
+
+bool hidden(const std::filesystem::path& relative) {
+  return std::any_of(relative.begin(), relative.end(),
+                     [](const std::filesystem::path& part) { return part.string().starts_with('.'); });
+}
+
+/// Relative paths of all regular files of the run, sorted. Unreadable folders are left out: a manifest of a failed run
+/// must not fail itself.
+std::vector<std::filesystem::path> files_of_run(const std::filesystem::path& folder) {
+  std::vector<std::filesystem::path> files;
+  for (const char* result : results) {
+    std::error_code error;
+    const std::filesystem::file_status status = std::filesystem::symlink_status(folder / result, error);
+    if (std::filesystem::is_symlink(status)) continue;  // what it leads to is elsewhere
+    if (std::filesystem::is_regular_file(status)) files.emplace_back(result);
+    const auto options = std::filesystem::directory_options::skip_permission_denied;
+    std::filesystem::recursive_directory_iterator at(folder / result, options, error);
+    for (const std::filesystem::recursive_directory_iterator end; !error && at != end; at.increment(error)) {
+      std::error_code no_status;
+      const std::filesystem::path relative = at->path().lexically_relative(folder);
+      if (std::filesystem::is_regular_file(at->symlink_status(no_status)) && !hidden(relative))
+        files.push_back(relative);
+    }
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+Json files_json(const std::filesystem::path& folder) {
+  Json json = Json::array();
+  for (const std::filesystem::path& relative : files_of_run(folder)) {
+    std::error_code error;
+    const auto bytes = std::filesystem::file_size(folder / relative, error);
+    Json file;
+    file["path"] = relative.generic_string();
+    file["bytes"] = error ? Json(nullptr) : Json(bytes);
+    try {
+      file["sha256"] = sha256_of_file(folder / relative);
+    } catch (const Error& unreadable) {
+      file["sha256"] = nullptr;
+      file["reason"] = unreadable.what();
+    }
+    json.push_back(file);
+  }
+  return json;
+}
+
+}  // namespace
+
+std::string manifest_json(const ReportData& data, const std::filesystem::path& run_folder, const RunOutcome& outcome) {
+  Json json;
+  json["schema"] = 1;
+  json["experiment"] = data.experiment_name;
+  json["description"] = data.description;
+  json["status"] = outcome.status;
+  json["exit_code"] = outcome.exit_code ? Json(*outcome.exit_code) : Json(nullptr);
+  json["error"] = outcome.error.empty() ? Json(nullptr) : Json(outcome.error);
+  json["finished"] = current_time();
+  json["seed"] = data.seed;
+  json["experiment_key"] = data.resolved_experiment_key;
+  if (!outcome.finished.made_from.empty()) {
+    json["made_from"] = outcome.finished.made_from;
+    json["stages"] = outcome.finished.stages;
+    json["unexpected"] = outcome.finished.unexpected;
+    json["pdf"] = outcome.finished.pdf;
+  }
+  json["figure_files"] = outcome.figure_files;
+  json["provenance"] = to_json(data.provenance);
+  json["environment"] = to_json(data.environment);
+  json["timings"] = stages_json(data.timings, outcome.earlier_timings);
+  json["skipped"] = data.skipped;
+  if (!data.reuse.empty()) json["skipped"].push_back(data.reuse);
+  json["files"] = outcome.exit_code ? files_json(run_folder) : Json::array();
+  clean_strings(json);
+  return json.dump(2) + "\n";
+}
+
+std::map<std::string, StageTiming> earlier_timings(const std::filesystem::path& run_folder) {
+  std::map<std::string, StageTiming> earlier;
+  try {
+    const Json manifest = Json::parse(read_file(run_folder / manifest_name));
+    for (const Json& timing : manifest.at("timings")) {
+      if (!timing.at("seconds").is_number()) continue;
+      earlier[timing.at("stage")] = {timing.at("stage"), timing.at("seconds"), true,
+                                     timing.value("beads", std::uint64_t{0})};
+    }
+  } catch (const std::exception&) {
+    return {};  // what a stage took is worth knowing, but nothing depends on it
+  }
+  return earlier;
+}
+
+std::optional<std::string> experiment_key_of_run(const std::filesystem::path& run_folder) {
+  try {
+    const Json manifest = Json::parse(read_file(run_folder / manifest_name));
+    if (!manifest.at("provenance").contains("sampling_version")) return {};
+    return manifest.at("experiment_key").get<std::string>();
+  } catch (const std::exception&) {
+    return {};  // none, damaged, or a file of that name of somebody else
+  }
+}
+
+std::set<std::string> earlier_figure_files(const std::filesystem::path& run_folder) {
+  try {
+    return Json::parse(read_file(run_folder / manifest_name)).at("figure_files");
+  } catch (const std::exception&) {
+    return {};
+  }
+}
+
+std::string timings_json(const ReportData& data, const RunOutcome& outcome) {
+  Json json;
+  json["schema"] = 1;
+  json["stages"] = stages_json(data.timings, outcome.earlier_timings);
+  clean_strings(json);
+  return json.dump(2) + "\n";
+}
+
+void write_manifest(const ReportData& data, const std::filesystem::path& run_folder, const RunOutcome& outcome) {
+  write_file(run_folder / "timings.json", timings_json(data, outcome));
+  write_file(run_folder / manifest_name, manifest_json(data, run_folder, outcome));
+}
+
+}  // namespace granuscope

@@ -1,0 +1,65 @@
+#pragma once
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "report/report_data.h"
+
+namespace granuscope {
+/// What a later run need not make again, kept in manifest.json.
+struct FinishedRun {
+  std::string made_from;                ///< one word for all that the results depend on
+  std::set<std::string> stages;         ///< by name, that were done
+  std::vector<std::string> unexpected;  ///< sentences: verdicts that are not the expected ones
+  bool pdf = false;                     ///< report.pdf is its own, not one that an earlier run left
+};
+
+/// The finished run in this folder, if it is made from this and came to these stages, and every file that its manifest
+/// lists is there with the bytes that it had. Files are read only if all else fits.
+std::optional<FinishedRun> find_finished_run(const std::filesystem::path& run_folder, const std::string& made_from,
+                                             const std::set<std::string>& stages);
+
+/// Whether a path that a manifest names lies in the folder of its run: relative, without "..", and no link leads out.
+bool lies_in(const std::filesystem::path& run_folder, const std::filesystem::path& path);
+
+/// The door for whoever reads what a run left: throws InputError if the folder has a manifest whose last run did not
+/// come to this stage, so that what is there is of an earlier one. A folder without a manifest is let through.
+void require_results_of_last_run(const std::filesystem::path& run_folder, const std::string& stage);
+
+/// How a run ended.
+struct RunOutcome {
+  std::string status = "done";       ///< "done", "failed", "interrupted", or "unfinished": at work, or killed since
+  std::optional<int> exit_code = 0;  ///< of an unfinished run none
+  std::string error;                 ///< the message, empty if all went well
+  FinishedRun finished = {};         ///< for later runs
+  std::map<std::string, StageTiming> earlier_timings = {};  ///< of stages that this run has not come to
+  std::set<std::string> figure_files = {};                  ///< of figures in the folder, of this run or an earlier one
+};
+
+/// Provenance, environment, timings, what was skipped, how the run ended, and the SHA-256 and size of every file of a
+/// run in `run_folder` except manifest.json itself and hidden (temporary) files; what others keep there is not looked
+/// at. Everything that differs between machines or moments is here. A file that cannot be read is listed with a null
+/// hash, so that a failing run still gets a manifest. The files of an unfinished run change, and none is listed.
+std::string manifest_json(const ReportData& data, const std::filesystem::path& run_folder, const RunOutcome& outcome);
+
+/// What each stage took as the manifest of an earlier run in this folder gives them, so that what is reused keeps the
+/// time it took. Empty where there is no such manifest or it is damaged.
+std::map<std::string, StageTiming> earlier_timings(const std::filesystem::path& run_folder);
+
+/// The key of the experiment of which manifest.json tells (cache_key of experiment.toml); nothing if no run of this
+/// program has left a manifest there.
+std::optional<std::string> experiment_key_of_run(const std::filesystem::path& run_folder);
+
+/// The files of figures that runs have left in this folder, as its manifest lists them. Empty as above.
+std::set<std::string> earlier_figure_files(const std::filesystem::path& run_folder);
+
+/// The wall times of the stages: timings.json.
+std::string timings_json(const ReportData& data, const RunOutcome& outcome);
+
+/// timings_json into timings.json, and manifest_json into manifest.json, each atomically. Call it last.
+void write_manifest(const ReportData& data, const std::filesystem::path& run_folder, const RunOutcome& outcome);
+
+}  // namespace granuscope

@@ -1,0 +1,321 @@
+#include "support/plain_text.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+
+namespace granuscope {
+namespace {
+
+constexpr std::string_view replacement = "\xEF\xBF\xBD";  // U+FFFD
+
+bool continues(std::string_view text, std::size_t at) {
+  return at < text.size() && (static_cast<unsigned char>(text[at]) & 0xC0U) == 0x80U;
+}
+
+/// Length of the well-formed multi-byte character at the start of `text`, or 0 (Unicode 15, table 3-7: no overlong
+/// forms, no surrogates, nothing beyond U+10FFFF).
+std::size_t character_length(std::string_view text) {
+  const auto first = static_cast<unsigned char>(text[0]);
+  if (!continues(text, 1)) return 0;
+  const auto second = static_cast<unsigned char>(text[1]);
+  if (first >= 0xC2 && first <= 0xDF) return 2;
+  if (!continues(text, 2)) return 0;
+  if (first == 0xE0) return second >= 0xA0 ? 3 : 0;
+  if (first == 0xED) return second <= 0x9F ? 3 : 0;
+  if (first > 0xE0 && first <= 0xEF) {
+    const bool noncharacter = first == 0xEF && second == 0xBF && static_cast<unsigned char>(text[2]) >= 0xBE;
+    return noncharacter ? 0 : 3;  // U+FFFE and U+FFFF are not allowed in XML
+  }
+  if (!continues(text, 3)) return 0;
+  if (first == 0xF0) return second >= 0x90 ? 4 : 0;
+  if (first == 0xF4) return second <= 0x8F ? 4 : 0;
+  return first > 0xF0 && first < 0xF4 ? 4 : 0;
+}
+
+}  // namespace
+
+std::string clean_text(std::string_view bytes) {
+  std::string text;
+  text.reserve(bytes.size());
+  for (std::size_t at = 0; at < bytes.size();) {
+    const auto byte = static_cast<unsigned char>(bytes[at]);
+    if (byte >= 0x80) {
+      const std::size_t length = character_length(bytes.substr(at));
+      // U+0080 to U+009F are control characters too.
+      const bool control = length == 2 && byte == 0xC2 && static_cast<unsigned char>(bytes[at + 1]) < 0xA0;
+      text += length == 0 || control ? replacement : bytes.substr(at, length);
+      at += length == 0 ? 1 : length;
+      continue;
+    }
+    if (byte == '\r') {
+      if (at + 1 >= bytes.size() || bytes[at + 1] != '\n') text += '\n';
+    } else if ((byte < 0x20 && byte != '\n' && byte != '\t') || byte == 0x7F) {
+      text += replacement;
+    } else {
+      text += bytes[at];
+    }
+    ++at;
+  }
+  return text;
+}
+
+std::string escape_markup(std::string_view text) {
+  std::string escaped;
+  for (const char c : text) {
+    switch (c) {
+      case '&':
+        escaped += "&amp;";
+        break;
+      case '<':
+        escaped += "&lt;";
+        break;
+      case '>':
+        escaped += "&gt;";
+        break;
+      case '"':
+        escaped += "&quot;";
+        break;
+      case '\'':
+        escaped += "&#39;";
+        break;
+      default:
+        escaped += c;
+    }
+  }
+  return escaped;
+}
+
+std::string pdf_string(std::string_view bytes) {
+  const std::string text = clean_text(bytes);
+  const bool plain = std::all_of(text.begin(), text.end(), [](char c) { return c >= ' ' && c <= '~'; });
+  if (plain) {
+    std::string string = "(";
+    for (const char c : text) {
+      if (c == '(' || c == ')' || c == '\\') string += '\\';
+      string += c;
+    }
+    return string + ")";
+  }
+  std::string string = "<FEFF";
+  for (std::size_t i = 0; i < text.size();) {
+    const auto first = static_cast<unsigned char>(text[i]);
+    const int more = first < 0x80U ? 0 : first < 0xE0U ? 1 : first < 0xF0U ? 2 : 3;
+    std::uint32_t code = more == 0 ? first : first & (0x3FU >> static_cast<unsigned>(more));
+    for (int k = 1; k <= more; ++k) {
+      code = (code << 6U) | (static_cast<unsigned char>(text[i + static_cast<std::size_t>(k)]) & 0x3FU);
+    }
+    i += static_cast<std::size_t>(more) + 1;
+    if (code >= 0x10000U) {
+      code -= 0x10000U;
+      string += fmt::format("{:04X}", 0xD800U + (code >> 10U));
+      code = 0xDC00U + (code & 0x3FFU);
+    }
+    string += fmt::format("{:04X}", code);
+  }
+  return string + ">";
+}
+
+namespace {
+
+bool continues_a_character(char c) { return (static_cast<unsigned char>(c) & 0xC0U) == 0x80U; }
+
+}  // namespace
+
+std::string single_line(std::string_view text, std::size_t most) {
+  std::string line;
+  for (std::size_t at = 0; at < text.size(); ++at) {
+    if (line.size() >= most && !continues_a_character(text[at])) return line + " …";
+    const auto byte = static_cast<unsigned char>(text[at]);
+    const bool control = byte < 0x20 || byte == 0x7F;
+    // U+0080 to U+009F are control characters too, written as C2 80 to C2 9F.
+    const bool control_of_two_bytes = byte == 0xC2 && at + 1 < text.size() && continues_a_character(text[at + 1]) &&
+                                      static_cast<unsigned char>(text[at + 1]) < 0xA0;
+    if (!control && !control_of_two_bytes) {
+      line += text[at];
+      continue;
+    }
+    if (control_of_two_bytes) ++at;
+    if (!line.empty() && line.back() != ' ') line += ' ';
+  }
+  while (!line.empty() && line.back() == ' ') line.pop_back();
+  return line;
+}
+
+std::string describe_bytes(double bytes) {
+  if (bytes < 1e9) return fmt::format("{:.1f} MB", bytes / 1e6);
+  if (bytes < 1e12) return fmt::format("{:.1f} GB", bytes / 1e9);
+  return fmt::format("{:.3g} TB", bytes / 1e12);
+}
+
+namespace {
+
+constexpr const char* minus = "\u2212";
+constexpr const char* unknown = "n/a";
+
+/// A non-negative decimal number: the integer written in `digits`, times 10^place. No leading zeros but for "0".
+struct Decimal {
+  std::string digits;
+  int place = 0;
+
+  bool zero() const { return digits == "0"; }
+  int exponent() const { return static_cast<int>(digits.size()) - 1 + place; }
+};
+
+/// |value| rounded to `digits` significant digits, exactly: the text comes from the correctly rounded printf form.
+Decimal round_to_digits(double value, int digits) {
+  const std::string text = fmt::format("{:.{}e}", std::abs(value), digits - 1);
+  const std::size_t mark = text.find('e');
+  Decimal result;
+  for (const char letter : text.substr(0, mark)) {
+    if (letter != '.') result.digits += letter;
+  }
+  result.place = std::atoi(text.c_str() + mark + 1) - (digits - 1);  // NOLINT(cert-err34-c): printed two lines above
+  return result;
+}
+
+/// |value| rounded to a whole multiple of 10^place.
+Decimal round_to_place(double value, int place) {
+  Decimal zero{"0", place};
+  if (value == 0) return zero;
+  // 18 digits tell on which side of a power of ten a double lies.
+  const Decimal full = round_to_digits(value, 18);
+  const int digits = full.exponent() - place + 1;
+  if (digits < 0) return zero;
+  if (digits == 0) return full.digits[0] >= '5' ? Decimal{"1", place} : zero;
+  Decimal result = round_to_digits(value, digits);
+  // A carry (9.99 -> 10.0) moves the last digit one place up.
+  result.digits.append(static_cast<std::size_t>(result.place - place), '0');
+  result.place = place;
+  return result;
+}
+
+/// The number with its decimal point, times 10^-shift.
+std::string positional(const Decimal& number, int shift) {
+  std::string text = number.digits;
+  const int place = number.place - shift;
+  if (place >= 0) return number.zero() ? text : text + std::string(static_cast<std::size_t>(place), '0');
+  const auto decimals = static_cast<std::size_t>(-place);
+  if (text.size() <= decimals) text.insert(0, decimals + 1 - text.size(), '0');
+  return text.insert(text.size() - decimals, ".");
+}
+
+/// What stands behind a number that is written with a power of ten.
+std::string times_power_of_ten(int exponent) { return " \u00d7 " + power_of_ten(exponent); }
+
+/// Whether a number whose first digit stands at 10^exponent is written without a power of ten: from 1e-4 to 1e6.
+bool reads_well_plain(int exponent, const Decimal& number, int lowest_exponent = -4) {
+  if (exponent == 6) return number.digits.find_first_not_of('0', 1) == std::string::npos && number.digits[0] == '1';
+  return exponent >= lowest_exponent && exponent < 6;
+}
+
+std::string sign_of(double value, const Decimal& rounded) { return value < 0 && !rounded.zero() ? minus : ""; }
+
+}  // namespace
+
+std::string power_of_ten(int exponent) {
+  static constexpr std::array<const char*, 10> superscripts = {"\u2070", "\u00b9", "\u00b2", "\u00b3", "\u2074",
+                                                               "\u2075", "\u2076", "\u2077", "\u2078", "\u2079"};
+  std::string text = "10";
+  if (exponent < 0) text += "\u207b";
+  for (const char digit : std::to_string(std::abs(exponent)))
+    text += superscripts[static_cast<std::size_t>(digit - '0')];
+  return text;
+}
+
+std::string significant(double value, int digits) {
+  if (!std::isfinite(value)) return unknown;
+  if (value == 0) return "0";
+  const Decimal number = round_to_digits(value, std::clamp(digits, 1, 17));
+  const int exponent = number.exponent();
+  if (reads_well_plain(exponent, number)) return sign_of(value, number) + positional(number, 0);
+  return sign_of(value, number) + positional(number, exponent) + times_power_of_ten(exponent);
+}
+
+std::string value_with_error(double value, double standard_error, int digits_if_exact, int lowest_plain_exponent) {
+  if (!std::isfinite(value) || !std::isfinite(standard_error) || standard_error < 0) return unknown;
+  // Below the resolution of a double the digits would be those of the binary number, not of a measurement.
+  if (standard_error <= std::abs(value) * 1e-17) return significant(value, digits_if_exact);
+
+  const Decimal error = round_to_digits(standard_error, 2);
+  const Decimal number = round_to_place(value, error.place);
+  const bool value_leads = !number.zero() && number.exponent() >= error.exponent();
+  const Decimal& leading = value_leads ? number : error;
+  const int exponent = leading.exponent();
+  const bool plain = reads_well_plain(exponent, leading, lowest_plain_exponent);
+  const int shift = plain ? 0 : exponent;
+
+  // 0.0792(41) counts the error in units of the last digit; from 1 on it is written out: 123.4(5.6).
+  const bool error_below_one = error.exponent() < shift;
+  const std::string in_brackets = error_below_one ? error.digits : positional(error, shift);
+  return sign_of(value, number) + positional(number, shift) + "(" + in_brackets + ")" +
+         (plain ? std::string() : times_power_of_ten(shift));
+}
+
+std::string exact(double value) {
+  if (std::isnan(value)) return "nan";  // to_chars shows the sign bit of a NaN, which means nothing
+  std::array<char, 32> text = {};
+  const auto [end, error] = std::to_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc() ? std::string(text.data(), end) : fmt::format("{:.17g}", value);
+}
+
+namespace {
+
+constexpr double rounding = 1e-9;  ///< of the quotients below, which decimal fractions do not hit exactly
+
+double first_multiple(double low, double step) { return std::ceil(low / step - rounding); }
+double last_multiple(double high, double step) { return std::floor(high / step + rounding); }
+
+}  // namespace
+
+double RoundStep::size() const { return digit * std::pow(10, exponent); }
+
+double LogMark::value() const { return digit * std::pow(10, exponent); }
+
+RoundStep round_step_at_least(double wanted, int lowest_exponent, std::initializer_list<int> digits) {
+  for (int exponent = lowest_exponent;; ++exponent) {
+    for (const int digit : digits) {
+      const RoundStep step{digit, exponent};
+      if (step.size() >= wanted * (1 - rounding)) return step;
+    }
+  }
+}
+
+RoundStep round_step_with_at_most(int most, double low, double high) {
+  RoundStep step{1, static_cast<int>(std::floor(std::log10((high - low) / most))) - 1};
+  while (last_multiple(high, step.size()) - first_multiple(low, step.size()) + 1 > most) {
+    step.digit = step.digit == 1 ? 2 : step.digit == 2 ? 5 : 1;
+    if (step.digit == 1) ++step.exponent;
+  }
+  return step;
+}
+
+std::vector<double> multiples_within(double low, double high, const RoundStep& step) {
+  std::vector<double> values;
+  const double first = first_multiple(low, step.size()), last = last_multiple(high, step.size());
+  const auto count = static_cast<int>(std::max(0.0, last - first + 1));
+  for (int i = 0; i < count; ++i) {
+    const double k = first + i;
+    values.push_back(k == 0 ? 0 : k * step.size());
+  }
+  return values;
+}
+
+std::vector<LogMark> log_marks_within(double low, double high) {
+  std::vector<LogMark> marks;
+  for (int exponent = static_cast<int>(std::floor(std::log10(low))); std::pow(10, exponent) <= high; ++exponent) {
+    for (int digit = 1; digit <= 9; ++digit) {
+      const LogMark mark{digit, exponent};
+      if (mark.value() >= low * (1 - rounding) && mark.value() <= high * (1 + rounding)) marks.push_back(mark);
+    }
+  }
+  return marks;
+}
+
+}  // namespace granuscope

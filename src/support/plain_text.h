@@ -1,0 +1,74 @@
+#pragma once
+#include <cstddef>
+#include <initializer_list>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace granuscope {
+/// `bytes` as valid UTF-8 that every reader of XML, HTML and JSON accepts: each malformed sequence and each control
+/// character other than tab and line feed becomes U+FFFD; carriage returns become line feeds.
+std::string clean_text(std::string_view bytes);
+
+/// Text for HTML and XML, in content or in a quoted attribute: & < > " ' escaped.
+std::string escape_markup(std::string_view text);
+
+/// Text as a PDF string: as it is where it is ASCII, else UTF-16.
+std::string pdf_string(std::string_view text);
+
+/// Text of others (a file name, what another program printed) as a part of a message: line ends and other control
+/// characters become single spaces, so that it can neither break the line nor move a terminal's cursor; after `most`
+/// bytes it is cut off with an ellipsis, between two characters.
+std::string single_line(std::string_view text, std::size_t most = 400);
+
+/// "12.3 MB", "25.3 GB", "4.61e+08 TB": decimal prefixes, three digits, never less than a megabyte.
+std::string describe_bytes(double bytes);
+
+/// A number with its standard error as physicists write it: value_with_error(0.07923, 0.0041) = "0.0792(41)". Always
+/// with two significant digits of the error, in units of the value's last digit; an error of 1 or more is written out:
+/// "123.4(5.6)". Below 1e-4 and above 1e6: "3.21(14) × 10⁻⁷". A zero error (or one below the resolution of a double)
+/// gives the value with `digits_if_exact` significant digits. Unknown (not finite, negative error): "n/a". Minus signs
+/// are the typographic U+2212.
+std::string value_with_error(double value, double standard_error, int digits_if_exact = 6,
+                             int lowest_plain_exponent = -4);
+
+/// The value rounded to `digits` significant digits, with a typographic minus; never in exponent form for 1e-4..1e6,
+/// "3.2 × 10⁻⁷" beyond. Not finite: "n/a".
+std::string significant(double value, int digits);
+
+/// "10⁻⁷".
+std::string power_of_ten(int exponent);
+
+/// `value` in the shortest form that reads back to the same double (std::to_chars); for scripts and data files.
+std::string exact(double value);
+
+/// A step between the marks of an axis: a digit times a power of ten.
+struct RoundStep {
+  int digit = 1;
+  int exponent = 0;
+
+  double size() const;
+};
+
+/// The smallest step of these digits, in rising order, times 10^k, k >= lowest_exponent, that is at least `wanted`.
+RoundStep round_step_at_least(double wanted, int lowest_exponent, std::initializer_list<int> digits = {1, 2, 5});
+
+/// The smallest step of 1, 2 or 5 times a power of ten with at most `most` (at least 1) multiples from `low` to `high`.
+RoundStep round_step_with_at_most(int most, double low, double high);
+
+/// The multiples of a step from `low` to `high`, in rising order; the ends count with room for rounding. 0 is never −0.
+std::vector<double> multiples_within(double low, double high, const RoundStep& step);
+
+/// Of a logarithmic axis: digit × 10^exponent.
+struct LogMark {
+  int digit = 1;
+  int exponent = 0;
+
+  double value() const;
+};
+
+/// The whole multiples of powers of ten, 1 to 9 of each, from `low` > 0 to `high`; the ends count with room for
+/// rounding.
+std::vector<LogMark> log_marks_within(double low, double high);
+
+}  // namespace granuscope
