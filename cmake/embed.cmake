@@ -2,7 +2,7 @@
 #
 #   granuscope_embed(<target> <folder> <examples>)
 #
-# generates a source that defines granuscope::embedded_files() (src/support/templates.h) from every file below
+# generates a source that defines granuscope::embedded_files() (src/core/support/templates.h) from every file below
 # <folder> (hidden ones excepted) and, as examples/<name>, the experiments of <examples>, and compiles it into <target>.
 # A file that is added, changed or removed is noticed by the next build. Run as a script (cmake -P) this same file writes
 # that source.

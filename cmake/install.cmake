@@ -18,8 +18,8 @@ target_link_libraries(granuscope_library PUBLIC fmt::fmt
                       PRIVATE OpenSSL::Crypto Threads::Threads GSL::gsl PkgConfig::HWY ${GLPK_LIBRARY} ${HDF5_C_LIBRARIES})
 install(TARGETS granuscope_library EXPORT granuscope ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT library)
 foreach(room IN LISTS granuscope_library_rooms)
-  install(DIRECTORY ${PROJECT_SOURCE_DIR}/src/${room} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/granuscope
-          COMPONENT library FILES_MATCHING PATTERN "*.h" PATTERN "*-inl.h" EXCLUDE)
+  install(DIRECTORY ${PROJECT_SOURCE_DIR}/src/core/${room} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/granuscope
+          COMPONENT library FILES_MATCHING PATTERN "*.h" PATTERN "*.inc" PATTERN "*-inl.h" EXCLUDE)
 endforeach()
 set(granuscope_package_folder ${CMAKE_INSTALL_LIBDIR}/cmake/granuscope)
 install(EXPORT granuscope NAMESPACE granuscope:: FILE granuscopeTargets.cmake

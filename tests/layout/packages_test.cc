@@ -44,11 +44,11 @@ TEST_CASE("packages.txt brings each header and program that the sources name ont
   // Figures in the font TeX need latex and dvips; without them an error names the packages to install.
   const Answer lacking = ask(R"(
     packages_brought "$folder" run >"$folder/brought"
-    not_brought "$folder/brought" "latex dvips" $(find src -path src/mpi -prune -o -name '*.cc' -print -o -name '*.h' -print) |
+    not_brought "$folder/brought" "latex dvips" $(find src -path src/services/mpi -prune -o -name '*.cc' -print -o -name '*.h' -print) |
       sed 's/^/for src, [run] lacks what brings /'
     packages_brought "$folder" run check >"$folder/brought"
-    not_brought "$folder/brought" "" $(find src/mpi tests -name '*.cc' -o -name '*.h') |
-      sed 's/^/for tests and src\/mpi, [run] and [check] lack what brings /')");
+    not_brought "$folder/brought" "" $(find src/services/mpi tests -name '*.cc' -o -name '*.h') |
+      sed 's/^/for tests and src\/services\/mpi, [run] and [check] lack what brings /')");
   INFO("add that package, or one that depends on it, to packages.txt");
   CHECK(lacking.said == "");
   CHECK(lacking.status == 0);
