@@ -39,7 +39,7 @@ in_system() {
     mount -t proc proc "$1/proc"
     mount --rbind /dev "$1/dev"
     mkdir -p "$1/dev/pts"
-    exec env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root ${3:+"http_proxy=$3"} ${4:+"https_proxy=$4"} \
+    exec env -i PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin HOME=/root ${3:+"http_proxy=$3"} ${4:+"https_proxy=$4"} \
       chroot "$1" bash -c "cd /granuscope && $2"' \
     bash "$1" "$2" "${http_proxy:-}" "${https_proxy:-}"
 }
