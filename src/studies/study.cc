@@ -17,7 +17,10 @@
 #include "support/plain_text.h"
 
 namespace granuscope {
+std::unique_ptr<Study> literal_reading_study();
+
 Studies::Studies() {
+  all_.push_back(literal_reading_study());
   all_.push_back(redrawn_beads_study());
   all_.push_back(counted_work_study());
   all_.push_back(small_friction_study());

@@ -117,6 +117,9 @@ class Study {
   virtual double memory() const { return 0; }
   virtual double seconds() const { return 0; }
 
+  /// Looks at one of the main ensembles, each once and in their order, before begin(). Not called where it is not asked
+  /// for.
+  virtual void add_main(const MainLine&, const MeasuredEnsemble&) {}
   /// Begins to measure; `threads`: 0 for as many as the machine has. No result depends on it.
   virtual void begin(const MainLine&, [[maybe_unused]] int threads) {}
   /// Takes one of its ensembles, each once and in their order.

@@ -294,6 +294,9 @@ class Run {
             measure_transport(ensemble, experiment_.fit, experiment_.figures.profile_layers, options_.threads));
         measured.back().transport.precision = precision;
         measured.back().transport.scan = &experiment_.scanned();
+        for (const auto& study : studies_) {
+          if (study->asked()) study->add_main(experiment_, ensemble);
+        }
         if (experiment_.response_field.show && needs(Stage::render) &&
             measured.back().transport.scanned() == experiment_.shown_value(experiment_.figures.profile_mu)) {
           field_transport_ = measured.back().transport;

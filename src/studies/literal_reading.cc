@@ -1,0 +1,406 @@
+// The paper's words taken literally: c = x_p/z and D = W^2/z at one depth z, with its Eq. (1) sampled at the bead
+// centres (integrating it over a bead, as the main fits do, takes 1/12 off W^2), by plain least squares in x.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <optional>
+
+#include "analysis/mean_response.h"
+#include "analysis/scaling.h"
+#include "analysis/shape_fit.h"
+#include "plot/gnuplot.h"
+#include "plot/plot_script.h"
+#include "report/clean_json.h"
+#include "studies/study.h"
+#include "support/error.h"
+#include "support/plain_text.h"
+
+namespace granuscope {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// The paper's exponents: c0 - c against mu, D against mu, c0 - c against D. `tolerance`: half a unit of its last
+/// digit.
+struct PaperExponent {
+  const char* name;
+  double value, tolerance;
+};
+constexpr std::array<PaperExponent, 3> paper{{{"gamma", 1, 0}, {"beta", 2.5, 0.05}, {"alpha", 0.4, 0.01}}};
+
+/// x_p and W of one response, bead diameters.
+struct Reading {
+  double peak = 0, width = 1;
+};
+
+/// A mirror-symmetric response P(x) at distances x >= 0 from its centre. `count`: beads at that distance, 1 or 2.
+struct HalfResponse {
+  std::vector<double> x, y, count;
+};
+
+HalfResponse half_of(const std::vector<double>& response, int layer, const Lattice& lattice) {
+  std::map<long, std::array<double, 2>> at;  // by 2|x|
+  for (int bead = 0; bead < lattice.columns(); ++bead) {
+    std::array<double, 2>& sum = at[std::lround(2 * std::abs(lattice.x(layer, bead)))];
+    sum[0] += response[static_cast<std::size_t>(bead)];
+    sum[1] += 1;
+  }
+  HalfResponse half;
+  for (const auto& [twice, sum] : at) {
+    half.x.push_back(static_cast<double>(twice) / 2);
+    half.y.push_back(sum[0] / sum[1]);
+    half.count.push_back(sum[1]);
+  }
+  return half;
+}
+
+/// The normal equations of the two mirror Gaussians at `at`, and the sum of squared residuals. What lies further than
+/// 10 widths from a peak adds to the sum what no reading changes, and is left out.
+struct Normal {
+  double pp = 0, pw = 0, ww = 0, rp = 0, rw = 0, sum = 0;
+};
+Normal normal_at(const HalfResponse& half, const Reading& at, double columns) {
+  Normal n;
+  for (std::size_t i = 0; i < half.x.size(); ++i) {
+    double g = 0, by_peak = 0, by_width = 0;
+    for (const double side : {half.x[i] - at.peak, half.x[i] + at.peak, half.x[i] + at.peak - columns}) {
+      const double u = side / at.width;
+      if (std::abs(u) > 10) continue;
+      const double e = std::exp(-u * u / 2) / (2 * std::sqrt(2 * std::numbers::pi) * at.width);
+      g += e;
+      by_peak += (side == half.x[i] - at.peak ? 1 : -1) * e * u / at.width;
+      by_width += e * (u * u - 1) / at.width;
+    }
+    const double rest = half.y[i] - g, w = half.count[i];
+    n.sum += w * (rest * rest - half.y[i] * half.y[i]);
+    n.pp += w * by_peak * by_peak;
+    n.pw += w * by_peak * by_width;
+    n.ww += w * by_width * by_width;
+    n.rp += w * rest * by_peak;
+    n.rw += w * rest * by_width;
+  }
+  return n;
+}
+
+/// Levenberg and Marquardt from `start`; none if it does not converge.
+std::optional<Reading> read(const HalfResponse& half, Reading start, double columns) {
+  Normal now = normal_at(half, start, columns);
+  double damping = 1e-3;
+  for (int step = 0; step < 200; ++step) {
+    const double pp = now.pp * (1 + damping), ww = now.ww * (1 + damping), det = pp * ww - now.pw * now.pw;
+    const Reading next{start.peak + (ww * now.rp - now.pw * now.rw) / det,
+                       start.width + (pp * now.rw - now.pw * now.rp) / det};
+    if (!std::isfinite(next.peak) || !(next.width > 0.1)) {
+      damping *= 10;
+      if (damping > 1e9) return {};
+      continue;
+    }
+    const Normal tried = normal_at(half, next, columns);
+    const double moved = std::abs(next.peak - start.peak) + std::abs(next.width - start.width);
+    if (tried.sum <= now.sum) {
+      start = next;
+      now = tried;
+      damping = std::max(damping / 10, 1e-12);
+      if (moved < 1e-9) return start;
+    } else {
+      if (moved < 1e-9) return start;
+      damping *= 10;
+    }
+  }
+  return {};
+}
+
+/// c and D at one depth, with replicates, read in one way.
+struct Coefficients {
+  Replicated c, D;
+};
+
+/// One friction coefficient at one depth.
+struct DepthReading {
+  int layer = 0;
+  double z = 0;
+  Replicated peak, width_squared;        ///< Eq. (1) at the bead centres
+  Replicated peak_inside, width_inside;  ///< integrated over a bead, W^2; weights of the main fits
+};
+
+struct FrictionReading {
+  double mu = 0;
+  std::vector<DepthReading> depths;
+};
+
+Replicated without_value(std::size_t blocks) {
+  const double nan = std::nan("");
+  return {nan, std::vector<double>(blocks, nan)};
+}
+
+/// Both readings at recorded layer number `row`; not numbers where a fit does not converge.
+DepthReading read_depth(const MeasuredEnsemble& ensemble, std::size_t row) {
+  const BlockSums& sums = ensemble.record.sums;
+  const Lattice lattice(ensemble.spec.lattice);
+  DepthReading result;
+  result.layer = sums.layers[row];
+  result.z = Lattice::depth(result.layer);
+  const double overload = ensemble.spec.response.overload, columns = lattice.columns();
+  const BlockMeans response = mean_response(sums, row, overload);
+  const LayerSpectrum spectrum = layer_spectrum(sums, row, overload);
+  const std::size_t blocks = response.without_block.size();
+  result.peak = result.width_squared = result.peak_inside = result.width_inside = without_value(blocks);
+  if (spectrum.exact) {  // rays: nothing to fit, and no width
+    double distance = 0;
+    for (int bead = 0; bead < lattice.columns(); ++bead) {
+      distance += std::abs(lattice.x(result.layer, bead)) * response.whole[static_cast<std::size_t>(bead)];
+    }
+    result.peak = {distance, std::vector<double>(blocks, distance)};
+    result.width_squared = {0, std::vector<double>(blocks, 0)};
+    return result;
+  }
+  const DoubleGaussian coarse = coarse_shape(spectrum, result.z);
+  const auto whole =
+      read(half_of(response.whole, result.layer, lattice), {coarse.peak, std::max(coarse.width, 0.4)}, columns);
+  const auto inside = weighted_shape(spectrum, spectrum.modes(), ModeWeights::by_width, coarse);
+  if (whole) result.peak.value = whole->peak, result.width_squared.value = whole->width * whole->width;
+  if (inside) result.peak_inside.value = inside->peak, result.width_inside.value = inside->width * inside->width;
+  for (std::size_t b = 0; b < blocks; ++b) {
+    if (whole) {
+      if (const auto one = read(half_of(response.without_block[b], result.layer, lattice), *whole, columns)) {
+        result.peak.without_block[b] = one->peak;
+        result.width_squared.without_block[b] = one->width * one->width;
+      }
+    }
+    if (inside) {
+      if (const auto one = weighted_shape(spectrum, spectrum.modes_without(b), ModeWeights::by_width, *inside)) {
+        result.peak_inside.without_block[b] = one->peak;
+        result.width_inside.without_block[b] = one->width * one->width;
+      }
+    }
+  }
+  return result;
+}
+
+/// The three exponents in the order of `paper`.
+using Exponents3 = std::array<ReplicatedPowerLaw, 3>;
+
+struct Point {
+  double mu;
+  Replicated c, D;
+};
+
+Exponents3 exponents_of(const std::vector<Point>& points, std::array<double, 2> window) {
+  std::vector<Replicated> mu, slowing, spreading;
+  for (const Point& point : points) {
+    if (point.mu < window[0] - 1e-9 || point.mu > window[1] + 1e-9) continue;
+    mu.push_back(transform([&](double) { return std::log(point.mu); }, point.c));
+    slowing.push_back(transform([](double c) { return std::log(tan30 - c); }, point.c));
+    spreading.push_back(transform([](double D) { return std::log(D); }, point.D));
+  }
+  return {fit_replicated_power_law(mu, slowing, window), fit_replicated_power_law(mu, spreading, window),
+          fit_replicated_power_law(spreading, slowing, window)};
+}
+
+/// Whether each of the paper's three numbers lies within two standard errors and its last digit.
+bool meets_the_paper(const Exponents3& found) {
+  for (std::size_t i = 0; i < paper.size(); ++i) {
+    const Estimate& one = found[i].fit.exponent;
+    if (!one.known() || std::abs(one.value - paper[i].value) > 2 * one.standard_error + paper[i].tolerance)
+      return false;
+  }
+  return true;
+}
+
+/// Sum of the squared distances from the paper's numbers, in standard errors.
+double distance_from_paper(const Exponents3& found) {
+  double sum = 0;
+  for (std::size_t i = 0; i < paper.size(); ++i) {
+    const Estimate& one = found[i].fit.exponent;
+    sum += std::pow((one.value - paper[i].value) / one.standard_error, 2);
+  }
+  return sum;
+}
+
+Json to_json(const Exponents3& found) {
+  Json json;
+  for (std::size_t i = 0; i < paper.size(); ++i) json[paper[i].name] = granuscope::to_json(found[i].fit.exponent);
+  return json;
+}
+
+/// One depth at which one may read.
+struct DepthExponents {
+  int layer = 0;
+  double z = 0;
+  Exponents3 literal, from_load;
+  double ratio_without_friction = std::nan("");  ///< x_p/z at mu = 0, which the paper gives as tan 30 degrees
+};
+
+/// The exponents at one depth with one choice changed, and by how much that moves them.
+struct ChangedReading {
+  std::string change;
+  Exponents3 found;
+  std::array<Estimate, 3> shift;
+};
+
+class LiteralReading final : public CopiedStudy<LiteralReading> {
+ public:
+  std::string id() const override { return "literal_reading"; }
+
+  std::vector<Key> keys() override {
+    return {make_key(table(), "show", "",
+                     "also read c = x_p/z and D = W^2/z at each recorded depth, as the paper's words say", show_)};
+  }
+
+  bool asked() const override { return show_; }
+
+  Problem find_problem(const MainLine& main) const override {
+    if (main.response.estimator == EstimatorName::point && main.sampling.model.name == ModelName::frictional_beads)
+      return {};
+    return problem(key("show"),
+                   "the paper's procedure is read literally only where it was followed: by the estimator point on "
+                   "beads; set it to false or response.estimator to \"point\"");
+  }
+
+  void add_main(const MainLine& main, const MeasuredEnsemble& ensemble) override {
+    FrictionReading one{ensemble.spec.sampler.mu, {}};
+    const BlockSums& sums = ensemble.record.sums;
+    for (std::size_t row = 0; row < sums.layers.size(); ++row) {
+      if (sums.layers[row] >= main.fit.shallow_layer) one.depths.push_back(read_depth(ensemble, row));
+    }
+    readings_.push_back(std::move(one));
+  }
+
+  void begin(const MainLine& main, int) override { window_ = main.fit.scaling_window; }
+
+  void finish() override {
+    if (readings_.empty()) return;
+    for (std::size_t k = 0; k < readings_.front().depths.size(); ++k) {
+      DepthExponents depth;
+      depth.layer = readings_.front().depths[k].layer;
+      depth.z = readings_.front().depths[k].z;
+      depth.literal = exponents_of(points_at(k, depth.z), window_);
+      depth.from_load = exponents_of(points_at(k, depth.z - Lattice::depth(0)), window_);
+      for (const FrictionReading& one : readings_) {
+        if (one.mu == 0) depth.ratio_without_friction = one.depths[k].peak.value / depth.z;
+      }
+      const bool known = depth.literal[0].fit.exponent.known() && depth.literal[1].fit.exponent.known();
+      if (known) depths_.push_back(std::move(depth));
+      if (known) rows_.push_back(k);
+    }
+    if (depths_.empty()) return;
+    best_ = static_cast<std::size_t>(std::min_element(depths_.begin(), depths_.end(),
+                                                      [](const DepthExponents& a, const DepthExponents& b) {
+                                                        return distance_from_paper(a.literal) <
+                                                               distance_from_paper(b.literal);
+                                                      }) -
+                                     depths_.begin());
+    const DepthExponents& best = depths_[best_];
+    const std::size_t k = rows_[best_];
+    add_change("as_read", best.literal);
+    add_change("depth_from_load", best.from_load);
+    std::vector<Point> integrated, smoothed;
+    for (const FrictionReading& one : with_friction()) {
+      const DepthReading& at = one.depths[k];
+      integrated.push_back({one.mu, over(at.peak_inside, at.z), over(at.width_inside, at.z)});
+      if (k == 0 || k + 1 >= one.depths.size()) continue;
+      std::vector<Replicated> c, D;
+      for (std::size_t near = k - 1; near <= k + 1; ++near) {
+        c.push_back(over(one.depths[near].peak, one.depths[near].z));
+        D.push_back(over(one.depths[near].width_squared, one.depths[near].z));
+      }
+      smoothed.push_back({one.mu, mean_of(c), mean_of(D)});
+    }
+    add_change("integrated_over_a_bead", exponents_of(integrated, window_));
+    add_change("mean_of_three_depths", exponents_of(smoothed, window_));
+    std::vector<Point> points = points_at(k, best.z);
+    std::erase_if(points, [&](const Point& p) { return p.mu < window_[0] - 1e-9 || p.mu > window_[1] + 1e-9; });
+    if (points.size() > static_cast<std::size_t>(min_power_law_points)) {
+      add_change("without_lowest_mu", exponents_of(points, {points[1].mu, window_[1]}));
+      add_change("without_highest_mu", exponents_of(points, {window_[0], points[points.size() - 2].mu}));
+    }
+  }
+
+  std::vector<ReportPart> parts(const Json& results) const override {
+    if (results.empty()) return {};
+    return {{.page = "studies/literal_reading.table", .base = "/studies/literal_reading", .needs = "readings"}};
+  }
+
+  Json json() const override {
+    Json json = Json::object();
+    if (depths_.empty()) return json;
+    json["window"] = window_;
+    json["depths"] = Json::array();
+    for (const DepthExponents& one : depths_) {
+      Json depth = {{"layer", one.layer}, {"z", one.z}};
+      depth.update(to_json(one.literal));
+      depth["from_load"] = to_json(one.from_load);
+      if (std::isfinite(one.ratio_without_friction)) depth["ratio_without_friction"] = one.ratio_without_friction;
+      depth["meets_the_paper"] = meets_the_paper(one.literal);
+      json["depths"].push_back(std::move(depth));
+    }
+    Json best = json["depths"][best_];
+    json["best"] = std::move(best);
+    std::vector<double> met;
+    for (const DepthExponents& one : depths_) {
+      if (meets_the_paper(one.literal)) met.push_back(one.z);
+    }
+    json["met"] = {{"depths", met.size()}};
+    if (!met.empty()) json["met"]["z"] = {met.front(), met.back()};
+    json["readings"] = Json::array();
+    for (const ChangedReading& one : changes_) {
+      Json changed = {{"change", one.change}};
+      changed.update(to_json(one.found));
+      for (std::size_t i = 0; i < paper.size(); ++i) {
+        changed[std::string(paper[i].name) + "_shift"] = granuscope::to_json(one.shift[i]);
+      }
+      json["readings"].push_back(std::move(changed));
+    }
+    return json;
+  }
+
+ private:
+  static Replicated over(const Replicated& number, double depth) {
+    return transform([depth](double value) { return value / depth; }, number);
+  }
+
+  std::vector<FrictionReading> with_friction() const {
+    std::vector<FrictionReading> all;
+    std::copy_if(readings_.begin(), readings_.end(), std::back_inserter(all),
+                 [](const FrictionReading& one) { return one.mu > 0; });
+    return all;
+  }
+
+  std::vector<Point> points_at(std::size_t k, double depth) const {
+    std::vector<Point> points;
+    for (const FrictionReading& one : readings_) {
+      if (one.mu <= 0) continue;
+      points.push_back({one.mu, over(one.depths[k].peak, depth), over(one.depths[k].width_squared, depth)});
+    }
+    return points;
+  }
+
+  void add_change(const char* change, const Exponents3& found) {
+    ChangedReading one{change, found, {}};
+    const Exponents3& read = depths_[best_].literal;
+    for (std::size_t i = 0; i < paper.size(); ++i) {
+      if (!found[i].fit.exponent.known()) {
+        one.shift[i].reason = found[i].fit.exponent.reason;
+        continue;
+      }
+      one.shift[i] = estimate(transform([](double a, double b) { return a - b; }, found[i].exponent, read[i].exponent));
+    }
+    changes_.push_back(std::move(one));
+  }
+
+  bool show_ = false;
+  std::array<double, 2> window_{};
+  std::vector<FrictionReading> readings_;  ///< ascending in mu, all with the same depths
+  std::vector<DepthExponents> depths_;     ///< where exponents are known, from the top down
+  std::vector<std::size_t> rows_;          ///< of each, its place in FrictionReading::depths
+  std::size_t best_ = 0;                   ///< the depth that comes nearest to the paper
+  std::vector<ChangedReading> changes_;    ///< there
+};
+
+}  // namespace
+
+std::unique_ptr<Study> literal_reading_study() { return std::make_unique<LiteralReading>(); }
+
+}  // namespace granuscope
