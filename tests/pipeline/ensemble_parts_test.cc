@@ -9,6 +9,7 @@
 #include "kit/sanitized.h"
 #include "kit/small_experiment.h"
 #include "kit/temporary_folder.h"
+#include "pipeline/block_files.h"
 #include "pipeline/ensemble_stage.h"
 #include "pipeline/pipeline.h"
 #include "quiet_run.h"
@@ -104,4 +105,76 @@ TEST_CASE("a damaged part of an ensemble is drawn again") {
   planned[1].begun = 1;  // as if only its configuration had been whole
   obtain_ensemble(planned[1], folder.path(), 2, ProgressStyle::silent);
   CHECK(read_file(folder.path() / planned[1].file) == read_file(whole.path() / planned[1].file));
+}
+
+namespace {
+
+/// An ensemble of `groups` groups, drawn whole in `folder`.
+PlannedEnsemble drawn(const fs::path& folder, std::uint64_t groups, std::uint64_t grows_from = 0) {
+  PlannedEnsemble planned;
+  planned.label = "mu = 0.3";
+  planned.file = "ensembles/mu-0.3.h5";
+  planned.spec = small_experiment().main_ensemble(0.3);
+  planned.spec.response.samples = groups * group_size;
+  planned.grows_from = grows_from;
+  look_for(planned, folder);
+  obtain_ensemble(planned, folder, 2, ProgressStyle::silent);
+  return planned;
+}
+
+}  // namespace
+
+TEST_CASE("a larger ensemble that is stopped goes on from its part, or from the smaller one where that is damaged") {
+  const TemporaryFolder whole, stopped;
+  const std::uint64_t few = 64, many = 64 * 12;
+  drawn(whole.path(), many);
+  drawn(stopped.path(), few);
+  StudyEnsemble larger{"mu = 0.3", "mu-0.3", small_experiment().main_ensemble(0.3)};
+  larger.spec.response.samples = many * group_size;
+  PlannedEnsemble planned = plan_ensemble(larger, stopped.path());
+  const fs::path part = stopped.path() / part_file(planned);
+  interrupt_at(part, [&] { obtain_ensemble(planned, stopped.path(), 1, ProgressStyle::silent, {0, 0}); });
+
+  planned = plan_ensemble(larger, stopped.path());
+  CHECK(planned.begun > few);
+  CHECK(planned.replaces.empty());  // nothing is: the old file is a beginning of the new one
+  std::string bytes = read_file(part);
+  bytes.resize(bytes.size() / 2);
+  write_file(part, bytes);
+  planned = plan_ensemble(larger, stopped.path());
+  REQUIRE(planned.smaller);
+  CHECK(samples_there(planned) == few * group_size);
+  obtain_ensemble(planned, stopped.path(), 2, ProgressStyle::silent);
+  CHECK((read_file(stopped.path() / planned.file) == read_file(whole.path() / planned.file)));
+  CHECK_FALSE(fs::exists(part));
+}
+
+TEST_CASE("a whole ensemble leaves nothing unfinished behind, but keeps what is drawn of its next size") {
+  const TemporaryFolder folder;
+  PlannedEnsemble planned = drawn(folder.path(), 64, 64 * group_size);
+  const fs::path part = folder.path() / part_file(planned);
+  const BlockFiles blocks(planned, folder.path());
+  // Beginnings of this size, left by a stop, go; a file of the user's stays, and its folder with it.
+  const auto leave = [&](std::uint64_t groups) {
+    PlannedEnsemble other = planned;
+    other.spec.response.samples = groups * group_size;
+    EnsembleRecord begun = begin_ensemble(other.spec);
+    begun.configuration += "groups_drawn=0\n";
+    make_folder(blocks.folder());
+    for (const fs::path& file : {part, blocks.file(3), blocks.folder() / "4.part.h5"}) write_ensemble(file, begun);
+  };
+  for (const std::uint64_t grows_from : {std::uint64_t{0}, planned.grows_from}) {
+    INFO(grows_from);
+    leave(64);
+    planned.grows_from = grows_from;
+    look_for(planned, folder.path());
+    REQUIRE(planned.reusable);
+    obtain_ensemble(planned, folder.path(), 2, ProgressStyle::silent);
+    CHECK_FALSE(fs::exists(part));
+    CHECK_FALSE(fs::exists(blocks.folder()));
+  }
+  leave(128);
+  look_for(planned, folder.path());
+  obtain_ensemble(planned, folder.path(), 2, ProgressStyle::silent);
+  for (const fs::path& file : {part, blocks.file(3), blocks.folder() / "4.part.h5"}) CHECK(fs::exists(file));
 }

@@ -36,14 +36,34 @@ fs::path BlockFiles::folder() const {
 
 fs::path BlockFiles::file(int block) const { return folder() / fmt::format("{}.h5", block); }
 
+namespace {
+
+/// The number of the block whose file has this name; nothing of other names.
+std::optional<int> block_named(std::string_view name, std::string_view extension) {
+  int block = -1;
+  const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), block);
+  const std::string_view rest(end, static_cast<std::size_t>(name.data() + name.size() - end));
+  if (error != std::errc() || block < 0 || rest != extension) return std::nullopt;
+  return block;
+}
+
+}  // namespace
+
 void BlockFiles::remove() const {
   remove_own_files(folder(), [](std::string_view name) {
-    int block = -1;
-    const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), block);
-    const std::string_view rest(end, static_cast<std::size_t>(name.data() + name.size() - end));
-    return (error == std::errc() && block >= 0 && (rest == ".h5" || rest == ".part.h5")) || name == "whole.h5" ||
-           name == "whole.notes";
+    return block_named(name, ".h5") || block_named(name, ".part.h5") || name == "whole.h5" || name == "whole.notes";
   });
+}
+
+std::vector<fs::path> BlockFiles::there() const {
+  std::vector<fs::path> found;
+  std::error_code ignored;
+  for (auto at = fs::directory_iterator(folder(), ignored); !ignored && at != fs::directory_iterator();
+       at.increment(ignored)) {
+    const std::string name = at->path().filename().string();
+    if (block_named(name, ".h5") || block_named(name, ".part.h5")) found.push_back(at->path());
+  }
+  return found;
 }
 
 fs::path BlockFiles::part(int block) const { return folder() / fmt::format("{}.part.h5", block); }
@@ -52,17 +72,11 @@ std::string BlockFiles::configuration(int block) const { return block_configurat
 
 int BlockFiles::count() const {
   if (run_folder_.empty()) return 0;
-  int found = 0;
-  std::error_code ignored;
-  for (auto at = fs::directory_iterator(folder(), ignored); !ignored && at != fs::directory_iterator();
-       at.increment(ignored)) {
-    const std::string name = at->path().filename().string();
-    int block = -1;
-    const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), block);
-    if (error == std::errc() && std::string(end) == ".h5" && block >= 0 && block < planned_.spec.response.blocks)
-      ++found;
-  }
-  return found;
+  const std::vector<fs::path> files = there();
+  return static_cast<int>(std::count_if(files.begin(), files.end(), [&](const fs::path& file) {
+    const std::optional<int> block = block_named(file.filename().string(), ".h5");
+    return block && *block < planned_.spec.response.blocks;
+  }));
 }
 
 std::uint64_t BlockFiles::samples() const {

@@ -25,7 +25,9 @@ class BlockFiles {
   /// Removes them all, and the folder unless somebody else keeps files there.
   void remove() const;
 
-  /// How many files of blocks there are, without a look into them.
+  /// The files of blocks, whole and begun ones, without a look into them.
+  std::vector<std::filesystem::path> there() const;
+  /// How many whole blocks there are, likewise.
   int count() const;
   /// Samples of these blocks.
   std::uint64_t samples() const;

@@ -279,7 +279,7 @@ void look_for_smaller(PlannedEnsemble& planned, const PrecisionSpec& asked, cons
 
 /// An ensemble goes on from one of fewer samples, in whole groups, that is the same otherwise.
 void look_for_beginning(PlannedEnsemble& planned, const std::filesystem::path& run_folder) {
-  if (planned.reusable || planned.begun > 0 || !is_there(run_folder, planned.file)) return;
+  if (planned.reusable || !is_there(run_folder, planned.file)) return;
   try {
     const std::map<std::string, std::string> there =
         settings_of(read_ensemble_configuration(run_folder / planned.file));
@@ -372,12 +372,40 @@ std::optional<MeasuredEnsemble> reuse_ensemble(PlannedEnsemble& planned, const s
   }
 }
 
+namespace {
+
+/// Removes what stops have left of an ensemble that is whole, but not what they have drawn of the next size of a
+/// growing one.
+void forget_unfinished(const PlannedEnsemble& planned, const std::filesystem::path& run_folder) {
+  const auto goes_on = [&](const std::filesystem::path& file) {
+    if (planned.grows_from == 0) return false;
+    try {
+      const auto settings = settings_of(read_ensemble_configuration(file));
+      const auto samples = settings.find("samples");
+      return samples != settings.end() &&
+             std::strtoull(samples->second.c_str(), nullptr, 10) > planned.spec.response.samples;
+    } catch (const InputError&) {
+      return false;
+    }
+  };
+  std::error_code ignored;
+  const std::filesystem::path part = run_folder / part_file(planned);
+  if (std::filesystem::exists(part, ignored) && !goes_on(part)) std::filesystem::remove(part, ignored);
+  const BlockFiles blocks(planned, run_folder);
+  for (const std::filesystem::path& file : blocks.there()) {
+    if (goes_on(file)) return;
+  }
+  blocks.remove();
+}
+
+}  // namespace
+
 MeasuredEnsemble obtain_ensemble(PlannedEnsemble& planned, const std::filesystem::path& run_folder, int threads,
                                  ProgressStyle progress, const PartPolicy& parts) {
   if (std::optional<MeasuredEnsemble> there = reuse_ensemble(planned, run_folder)) {
     log_line(progress,
              fmt::format("sampling {}: {} piles already there", planned.label, planned.spec.response.samples));
-    if (planned.blocks_there > 0) BlockFiles(planned, run_folder).remove();
+    forget_unfinished(planned, run_folder);
     return *std::move(there);
   }
   const std::filesystem::path file = run_folder / planned.file;
@@ -390,16 +418,14 @@ MeasuredEnsemble obtain_ensemble(PlannedEnsemble& planned, const std::filesystem
   require_writable(file);
   if (planned.blocks_there > 0 || (planned.begun == 0 && !fits_in_memory(planned.spec))) {
     BlockFiles(planned, run_folder).complete(threads, progress, parts);
-    std::error_code ignored;
-    std::filesystem::remove(run_folder / part_file(planned), ignored);
+    forget_unfinished(planned, run_folder);
     return {planned.spec, open_ensemble(file)};
   }
   MeasuredEnsemble drawn{planned.spec, draw_whole(planned, run_folder, threads, progress, parts)};
   drawn.record.configuration += planned.notes;
   drawn.record.configuration_key = cache_key(drawn.record.configuration);
   write_ensemble(file, drawn.record);
-  std::error_code ignored;
-  std::filesystem::remove(run_folder / part_file(planned), ignored);
+  forget_unfinished(planned, run_folder);
   return drawn;
 }
 

@@ -65,6 +65,7 @@ PrecisionOutcome SampleStage::reach_precision(PlannedEnsemble& planned, Measured
   const PrecisionSpec& asked = experiment_.precision;
   if (planned.grows_from == 0) return {};
   PrecisionOutcome outcome{true, asked.c, asked.D, false, {}};
+  bool counted = planned.reusable && !drawn_by_crew_.contains(planned.file);  // as reused
   for (;;) {
     Transport measured;
     timed(data_.timings, "analyse",
@@ -94,8 +95,12 @@ PrecisionOutcome SampleStage::reach_precision(PlannedEnsemble& planned, Measured
       look_for(planned, options_.folder);
     }
     const bool reused = planned.reusable;
+    const std::size_t reused_before = reused_;
     ensemble = obtain(planned);
-    --obtained_;  // it is still the same one
+    --obtained_;  // it is still the same one, and not reused if any of it was drawn
+    const bool reused_again = reused_ > reused_before;
+    reused_ = reused_before - (counted && !reused_again ? 1U : 0U);
+    counted = counted && reused_again;
     planned.reusable = reused && planned.reusable;
   }
   if (outcome.reached) ensemble.record.sums.scatter = stopped_scatter(planned.spec.response.blocks);
