@@ -21,7 +21,7 @@
 #include "plot/axes.h"
 #include "plot/figure_captions.h"
 #include "plot/gnuplot.h"
-#include "plot/plot_script.h"
+#include "plot/plot.h"
 #include "report/clean_json.h"
 #include "studies/study.h"
 #include "support/error.h"
@@ -549,10 +549,11 @@ std::string growth_in_words(const LawOnPiles& smallest, const LawOnPiles& larges
 }  // namespace
 
 Figure plot_laws(const std::vector<LawOnPiles>& laws, const std::filesystem::path& run_folder) {
-  PlotPlan plan;
-  plan.id = thrust_id;
-  plan.script = "studies/law_thrust";
-  std::vector<std::string> curves, titles, repaired, failed;
+  Plot plot;
+  plot.id = thrust_id;
+  Panel panel;
+  panel.name = 0.02;
+  std::vector<std::string> repaired, failed;
   Range layers, alphas;
   layers.add(0);
   alphas.add(1);
@@ -572,18 +573,14 @@ Figure plot_laws(const std::vector<LawOnPiles>& laws, const std::filesystem::pat
       failed.push_back(fmt::format("{} of {} piles of {}", one.failed, one.failed + one.samples, name_in_words(one)));
     }
     if (table.empty()) continue;
-    const std::string file = fmt::format("{}-{}.csv", thrust_id, curves.size() + 1);
-    plan.data[file] = table.text();
-    const std::string style = series_style(curves.size());
-    curves.push_back(
-        fmt::format("'{}' using 1:2:3 with yerrorlines linewidth 0.8 pointsize 0.45 {} notitle", file, style));
+    const Ink ink = ink_of_series(panel.curves.size());
+    panel.add(plot.add_data(std::to_string(panel.curves.size() + 1), table), "1:2:3", ink.joined_bars(0.8, 0.45));
     const std::string name = fmt::format("{}:  κ = {}", name_in_words(one), in_words(one.alpha_thrust));
     const std::string work =
         one.draws_per_bead < 100 ? caption_number(one.draws_per_bead, 3) : fmt::format("{:.0f}", one.draws_per_bead);
-    titles.push_back(fmt::format(
-        "keyentry with points pointsize 0.6 {} title (wide ? {} : {})", style,
-        gnuplot_string(fmt::format("{},  var w = {},  {} draws per bead", name, in_words(one.weight_variance), work)),
-        gnuplot_string(name)));
+    plot.key.entries.push_back(
+        {name, ink.points(0.6),
+         fmt::format("{},  var w = {},  {} draws per bead", name, in_words(one.weight_variance), work)});
     if (one.spec.sampler.law == Law::granusolve && one.spec.sampler.rules == RepairRules::all) {
       repaired.push_back(fmt::format(
           "on {} × {} beads the pair rule gave {:.2f} %, arcs and rings {:.3f} % and backtracks {:.3f} % of the beads "
@@ -593,25 +590,22 @@ Figure plot_laws(const std::vector<LawOnPiles>& laws, const std::filesystem::pat
           100 * one.backtracked_per_bead));
     }
   }
-  if (curves.empty()) {
+  if (panel.curves.empty()) {
     throw InputError(
         "the comparison of laws has nothing to show, because no pile of it was completed; give it smaller piles or "
         "less "
         "friction");
   }
-  plan.curves = static_cast<int>(curves.size()) + 1;  // the line at 1
-  const double key_inches = 0.1 + 0.165 * static_cast<double>(titles.size());
-  plan.height = 3.1 + key_inches;
-  return plot_figure(plan,
-                     {{"curves", fmt::format("{}", fmt::join(curves, ", \\\n    "))},
-                      {"titles", fmt::format("{}", fmt::join(titles, ", \\\n    "))},
-                      {"lines", std::to_string(titles.size())},
-                      {"key_inches", exact(key_inches)},
-                      {"layer_high", exact(layers.high + 1)},
-                      {"layer_ticks", linear_ticks(layers, 8)},
-                      {"low", exact(alphas.low - 0.02)},
-                      {"high", exact(alphas.high + 0.02)},
-                      {"ticks", linear_ticks(alphas, 6)}},
+  const std::size_t lines = plot.key.entries.size();
+  plot.key.lines = static_cast<int>(lines);
+  plot.key.inches = 0.1 + 0.165 * static_cast<double>(lines);
+  plot.key.sample = 2;
+  plot.height = 3.1 + plot.key.inches;
+  panel.x = linear_axis("layer", {-0.5, layers.high + 1, false}, 8, layers);
+  panel.y = linear_axis("thrust ratio κ", {alphas.low - 0.02, alphas.high + 0.02, false}, 6, alphas);
+  panel.add_level(1, {.colour = "frame", .width = 0.8});
+  plot.panels = {panel};
+  return plot_figure(plot,
                      {"studies/law_thrust.captions",
                       {{"mu", caption_number(laws.front().spec.sampler.mu)},
                        {"repaired", enumeration(repaired)},
@@ -640,12 +634,14 @@ Figure plot_law_cost(const std::vector<LawOnPiles>& costs, const std::filesystem
     throw InputError(
         "the figure of the laws' work has nothing to show, because no size was completed; give smaller cost_sizes");
   }
-  PlotPlan plan;
-  plan.id = cost_id;
-  plan.script = "studies/work_against_size";
-  plan.half_width = true;
-  plan.height = 2.3;
-  std::vector<std::string> curves, titles;
+  Plot plot;
+  plot.id = cost_id;
+  plot.half_width = true;
+  plot.height = 2.3;
+  plot.key = {.inches = 0.48, .lines = 2, .horizontal = true, .centred = true, .sample = 2, .entries = {}};
+  Panel panel;
+  panel.left = 0.125;
+  panel.name = 0.02;
   std::map<std::string, std::vector<std::string>> growth;  // of each law
   const LawOnPiles *least = nullptr, *most = nullptr;
   for (const auto& [which, sizes] : curves_of) {
@@ -655,32 +651,20 @@ Figure plot_law_cost(const std::vector<LawOnPiles>& costs, const std::filesystem
                      static_cast<double>(one->samples), one->draws_per_bead});
     }
     const auto& [law, mu] = which;
-    const std::string file = fmt::format("{}-{}-mu-{}.csv", cost_id, law, exact(mu));
-    plan.data[file] = table.text();
-    const std::string style = series_style(curves.size());
-    curves.push_back(
-        fmt::format("'{}' using 1:4 with linespoints linewidth 1.2 pointsize 0.55 {} notitle", file, style));
-    titles.push_back(fmt::format("keyentry with linespoints linewidth 1.2 pointsize 0.55 {} title {}", style,
-                                 gnuplot_string(fmt::format("{}, μ = {}", law, caption_number(mu)))));
+    const Style style = ink_of_series(panel.curves.size()).joined(1.2, 0.55);
+    panel.add(plot.add_data(fmt::format("{}-mu-{}", law, exact(mu)), table), "1:4", style);
+    plot.add_key(fmt::format("{}, μ = {}", law, caption_number(mu)), style);
     growth[law].push_back(growth_in_words(*sizes.front(), *sizes.back(), columns.high));
     if (least == nullptr || sizes.front()->spec.lattice.columns < least->spec.lattice.columns) least = sizes.front();
     if (most == nullptr || sizes.back()->spec.lattice.columns > most->spec.lattice.columns) most = sizes.back();
   }
-  plan.curves = static_cast<int>(curves.size());
-  const Range up = widened_by_factor(draws, 1.5);
+  panel.x = linear_axis("columns and layers of a pile", {columns.low - 0.5, columns.high + 0.5, false}, 8, columns);
+  panel.y = log_axis("draws per bead", widened_by_factor(draws, 1.5));
+  plot.panels = {panel};
   std::vector<std::string> of_each_law;
   of_each_law.reserve(growth.size());
   for (const auto& [law, numbers] : growth) of_each_law.push_back(fmt::format("{} {}", law, enumeration(numbers)));
-  return plot_figure(plan,
-                     {{"curves", fmt::format("{}", fmt::join(curves, ", \\\n    "))},
-                      {"titles", fmt::format("{}", fmt::join(titles, ", \\\n    "))},
-                      {"of_laws", "yes"},
-                      {"left", exact(columns.low - 0.5)},
-                      {"right", exact(columns.high + 0.5)},
-                      {"size_ticks", linear_ticks(columns, 8)},
-                      {"low", exact(up.low)},
-                      {"high", exact(up.high)},
-                      {"ticks", log_ticks(up)}},
+  return plot_figure(plot,
                      {"studies/law_cost.captions",
                       {{"growth", fmt::format("{}", fmt::join(of_each_law, "; "))},
                        {"piles", std::to_string(most->samples)},

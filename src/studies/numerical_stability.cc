@@ -12,7 +12,7 @@
 #include "plot/axes.h"
 #include "plot/figure_captions.h"
 #include "plot/gnuplot.h"
-#include "plot/plot_script.h"
+#include "plot/plot.h"
 #include "sampling/random_key.h"
 #include "sampling/sampler.h"
 #include "studies/study.h"
@@ -129,11 +129,14 @@ std::vector<StabilityTrial> run_stability_trials(const StabilitySpec& spec, std:
 }
 
 Figure plot_stability(const std::vector<StabilityTrial>& trials, const std::filesystem::path& run_folder) {
-  PlotPlan plan;
-  plan.id = figure_id;
-  plan.script = "studies/numerical_stability";
-  plan.height = 3.4;
-  std::vector<std::string> curves, titles, unsolved;
+  Plot plot;
+  plot.id = figure_id;
+  plot.height = 3.4;
+  plot.key = {.inches = 0.82, .lines = 3, .horizontal = true, .centred = true, .sample = 2, .entries = {}};
+  Panel panel;
+  panel.left = 0.125;
+  panel.name = 0.02;
+  std::vector<std::string> unsolved;
   Range layers, residuals;
   layers.add(1);
   double worst = 0;
@@ -156,30 +159,19 @@ Figure plot_stability(const std::vector<StabilityTrial>& trials, const std::file
     }
     if (table.empty()) continue;
     worst = std::max(worst, trial.residual);
-    const std::string file = fmt::format("{}-{}.csv", figure_id, curves.size() + 1),
-                      style = series_style(curves.size());
-    plan.data[file] = table.text();
-    curves.push_back(
-        fmt::format("'{}' using 1:3 with linespoints linewidth 0.8 pointsize 0.5 {} notitle", file, style));
-    titles.push_back(fmt::format("keyentry with linespoints linewidth 0.8 pointsize 0.5 {} title {}", style,
-                                 gnuplot_string("μ = " + friction_in_words(trial.mu))));
+    const Style style = ink_of_series(panel.curves.size()).joined(0.8, 0.5);
+    panel.add(plot.add_data(std::to_string(panel.curves.size() + 1), table), "1:3", style);
+    plot.add_key("μ = " + friction_in_words(trial.mu), style);
   }
-  if (curves.empty()) {
+  if (panel.curves.empty()) {
     throw InputError(
         "the stability test has no residuals to show, because none of its deep piles was solved; give "
         "studies.numerical_stability.layers a smaller number");
   }
-  plan.curves = static_cast<int>(curves.size());
-  const Range across = widened_by_factor(layers, 1.3), up = widened_by_factor(residuals, 2);
-  return plot_figure(plan,
-                     {{"curves", fmt::format("{}", fmt::join(curves, ", \\\n    "))},
-                      {"titles", fmt::format("{}", fmt::join(titles, ", \\\n    "))},
-                      {"left", exact(across.low)},
-                      {"right", exact(across.high)},
-                      {"layer_ticks", log_ticks(across)},
-                      {"residual_ticks", log_ticks(up)},
-                      {"low", exact(up.low)},
-                      {"high", exact(up.high)}},
+  panel.x = log_axis("layer, from here to twice as deep", widened_by_factor(layers, 1.3));
+  panel.y = log_axis("largest relative residual", widened_by_factor(residuals, 2));
+  plot.panels = {panel};
+  return plot_figure(plot,
                      {"studies/numerical_stability.captions",
                       {{"columns", fmt::format("{}", columns)},
                        {"layers", fmt::format("{}", deepest)},

@@ -176,7 +176,16 @@ const EmbeddedFile* find_embedded(std::string_view name) {
   return found == files.end() || found->name != name ? nullptr : &*found;
 }
 
+/// Whether it is the script of a figure, which has captions.
+bool is_script_of_figure(std::string_view name) {
+  constexpr std::string_view end = ".gp.mustache";
+  return name.ends_with(end) &&
+         find_embedded(std::string(name.substr(0, name.size() - end.size())) + ".captions") != nullptr;
+}
+
 }  // namespace
+
+bool has_template(std::string_view name) { return stand_ins().files.contains(name) || find_embedded(name) != nullptr; }
 
 std::string_view template_file(std::string_view name) {
   const auto& others = stand_ins().files;
@@ -205,7 +214,7 @@ void use_templates(const fs::path& folder) {
   for (; !error && at != fs::recursive_directory_iterator(); at.increment(error)) {
     const std::string name = at->path().lexically_relative(folder).generic_string();
     if (!at->is_regular_file(error) || at->path().filename().string().starts_with('.')) continue;
-    if (find_embedded(name) == nullptr) {
+    if (find_embedded(name) == nullptr && !is_script_of_figure(name)) {
       throw InputError(
           fmt::format("{}: the program has no template {}, so that this file would change nothing; give it the path of "
                       "one of templates/, or take it away",
