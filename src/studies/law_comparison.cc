@@ -369,43 +369,43 @@ Json law_json(const Measured& one) {
   return json;
 }
 
-Json to_json(const LawResponse& one) {
-  Json json = law_json(one);
+}  // namespace
+
+void to_json(Json& json, const LawResponse& one) {
+  json = law_json(one);
   json.update(Json{{"mu", one.spec.sampler.mu},
                    {"columns", one.spec.lattice.columns},
                    {"layers", one.spec.lattice.layers},
                    {"epsilon", one.spec.response.epsilon},
                    {"samples", one.samples},
                    {"failed", one.failed},
-                   {"effective_samples", granuscope::to_json(one.effective_samples)},
+                   {"effective_samples", one.effective_samples},
                    {"window_layers", {one.first_layer, one.last_layer}},
-                   {"c", granuscope::to_json(one.c)},
-                   {"D", granuscope::to_json(one.D)}});
-  return json;
+                   {"c", one.c},
+                   {"D", one.D}});
 }
 
-Json to_json(const LawOnPiles& one) {
-  Json depths = Json::array();
-  for (const ThrustAtDepth& depth : one.depths) depths.push_back(granuscope::to_json(depth));
-  Json json = law_json(one);
+void to_json(Json& json, const LawOnPiles& one) {
+  json = law_json(one);
   json.update(Json{{"mu", one.spec.sampler.mu},
                    {"columns", one.spec.lattice.columns},
                    {"layers", one.spec.lattice.layers},
                    {"samples", one.samples},
                    {"failed", one.failed},
-                   {"effective_samples", granuscope::to_json(one.effective_samples)},
+                   {"effective_samples", one.effective_samples},
                    {"draws_per_bead", finite_or_null(one.draws_per_bead)},
                    {"pair_per_bead", finite_or_null(one.pair_per_bead)},
                    {"arc_per_bead", finite_or_null(one.arc_per_bead)},
                    {"backtracked_per_bead", finite_or_null(one.backtracked_per_bead)},
                    {"window_layers", {one.first_layer, one.last_layer}},
-                   {"alpha_thrust", granuscope::to_json(one.alpha_thrust)},
-                   {"c_thrust", granuscope::to_json(one.c_thrust)},
-                   {"weight_variance", granuscope::to_json(one.weight_variance)},
-                   {"depths", depths}});
+                   {"alpha_thrust", one.alpha_thrust},
+                   {"c_thrust", one.c_thrust},
+                   {"weight_variance", one.weight_variance},
+                   {"depths", one.depths}});
   if (json["draws_per_bead"].is_null()) json["reason"] = "no pile was completed";
-  return json;
 }
+
+namespace {
 
 /// Whether a law leaves out some of its rules.
 bool some_rules(const Json& one) { return one.contains("repair_rules") && one.at("repair_rules") != "all"; }
@@ -426,9 +426,7 @@ std::string sigmas_from_first(const Json& one, const Json& first) {
 }  // namespace
 
 Json laws_json(const ComparedLaws& measured) {
-  return {{"laws", list_of(measured.on_piles, to_json)},
-          {"responses", list_of(measured.responses, to_json)},
-          {"costs", list_of(measured.costs, to_json)}};
+  return {{"laws", measured.on_piles}, {"responses", measured.responses}, {"costs", measured.costs}};
 }
 
 Json laws_overlay(const Json& results, const std::string& base) {

@@ -28,12 +28,10 @@
 #include "support/plain_text.h"
 
 namespace granuscope {
-namespace {
-
 using Json = nlohmann::ordered_json;
 
-Json to_json(const LoadResponse& one) {
-  return {{"mu", one.spec.sampler.mu},
+void to_json(Json& json, const LoadResponse& one) {
+  json = {{"mu", one.spec.sampler.mu},
           {"estimator", one.uniform() ? name_of(one.spec.load) : name_of(one.spec.response.estimator)},
           {"load", one.load()},
           {"reference", one.reference},
@@ -43,25 +41,27 @@ Json to_json(const LoadResponse& one) {
           {"failed", one.failed},
           {"window_layers", {one.first_layer, one.last_layer}},
           {"own_window", one.own_window},
-          {"c", granuscope::to_json(one.c)},
-          {"D", granuscope::to_json(one.D)},
-          {"c_thrust", granuscope::to_json(one.c_thrust)},
-          {"c_minus_linear", granuscope::to_json(one.c_shift)},
-          {"D_over_linear_minus_1", granuscope::to_json(one.D_shift)},
-          {"c_thrust_minus_uniform", granuscope::to_json(one.c_thrust_shift)}};
+          {"c", one.c},
+          {"D", one.D},
+          {"c_thrust", one.c_thrust},
+          {"c_minus_linear", one.c_shift},
+          {"D_over_linear_minus_1", one.D_shift},
+          {"c_thrust_minus_uniform", one.c_thrust_shift}};
 }
 
-Json to_json(const LoadExponents& one) {
-  return {{"estimator", name_of(one.response.estimator)},
+void to_json(Json& json, const LoadExponents& one) {
+  json = {{"estimator", name_of(one.response.estimator)},
           {"load", load_size(one.response)},
           {"reference", one.reference},
           {"window", one.window},
           {"points", one.points},
-          {"beta", granuscope::to_json(one.beta)},
-          {"gamma", granuscope::to_json(one.gamma)},
-          {"beta_minus_linear", granuscope::to_json(one.beta_shift)},
-          {"gamma_minus_linear", granuscope::to_json(one.gamma_shift)}};
+          {"beta", one.beta},
+          {"gamma", one.gamma},
+          {"beta_minus_linear", one.beta_shift},
+          {"gamma_minus_linear", one.gamma_shift}};
 }
+
+namespace {
 
 class NonlinearityStudy final : public CopiedStudy<NonlinearityStudy> {
  public:
@@ -124,9 +124,7 @@ class NonlinearityStudy final : public CopiedStudy<NonlinearityStudy> {
   void add(const StudyEnsemble&, const MeasuredEnsemble& ensemble) override { comparer_->add(ensemble); }
   void finish() override { measured_ = comparer_->finish(); }
 
-  Json json() const override {
-    return {{"responses", list_of(measured_.responses, to_json)}, {"exponents", list_of(measured_.exponents, to_json)}};
-  }
+  Json json() const override { return {{"responses", measured_.responses}, {"exponents", measured_.exponents}}; }
 
   std::vector<ReportPart> parts(const Json& results) const override {
     ReportPart loads = part(id(), "responses");

@@ -162,14 +162,6 @@ class Study {
   }
 };
 
-/// A list of results, each as `write` writes it.
-template <class Result>
-nlohmann::ordered_json list_of(const std::vector<Result>& results, nlohmann::ordered_json (*write)(const Result&)) {
-  nlohmann::ordered_json list = nlohmann::ordered_json::array();
-  for (const Result& one : results) list.push_back(write(one));
-  return list;
-}
-
 /// Copies of a study are made by its own type.
 template <class Derived>
 class CopiedStudy : public Study {
