@@ -303,8 +303,8 @@ class DeepResponseStudy final : public CopiedStudy<DeepResponseStudy> {
     return asked() ? judge_spreading(measured_, spec) : std::vector<Claim>();
   }
   Json json() const override { return measured_; }
-  std::vector<ReportPart> parts(const Json& results) const override {
-    const Json told = spreading_page_1(results, "/studies/" + id());
+  std::vector<ReportPart> parts() const override {
+    const Json told = spreading_page_1(measured_, "/studies/" + id());
     return told.is_null() ? std::vector{table_part()} : std::vector{page_1(told), table_part()};
   }
 

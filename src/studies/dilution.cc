@@ -225,7 +225,7 @@ class DilutionStudy final : public CopiedStudy<DilutionStudy> {
     return {{"solvable", measured_.solvable}, {"largest", measured_.largest}, {"responses", measured_.responses}};
   }
 
-  std::vector<ReportPart> parts(const Json&) const override {
+  std::vector<ReportPart> parts() const override {
     std::vector<ReportPart> all;
     if (!measured_.largest.empty() || !measured_.responses.empty()) all.push_back(page_1(page_1_overlay(measured_)));
     for (const auto& [page, needs] :

@@ -126,9 +126,9 @@ class NonlinearityStudy final : public CopiedStudy<NonlinearityStudy> {
 
   Json json() const override { return {{"responses", measured_.responses}, {"exponents", measured_.exponents}}; }
 
-  std::vector<ReportPart> parts(const Json& results) const override {
+  std::vector<ReportPart> parts() const override {
     ReportPart loads = part(id(), "responses");
-    loads.overlay = load_overlay({{"studies", {{id(), results}}}}, loads.base);
+    loads.overlay = load_overlay({{"studies", {{id(), json()}}}}, loads.base);
     return {loads};
   }
 
@@ -519,11 +519,6 @@ Figure plot_load_comparison(const LoadComparison& measured, const std::string& s
 
 namespace {
 
-/// The wording of a load.
-Json load_flags(const Json& one) {
-  return {{"one_bead", one.at("estimator") == "point"}, {"all_beads", one.at("estimator") == "multiplexed"}};
-}
-
 bool is_the_papers(const Json& one) { return one.at("estimator") == "point" && one.at("load") == 1; }
 
 /// Notes why there is no `estimate` of one load: "exponents with overload 4".
@@ -537,19 +532,12 @@ void add_load_reason(Json& notes, const Json& summary, const Json& one, const st
 
 Json load_overlay(const Json& summary, const std::string& base) {
   Json overlay, notes = Json::array();
-  for (const char* list : {"responses", "exponents", "paper_load", "paper_load_exponents"}) {
-    overlay[list] = Json::array();
-  }
+  overlay["paper_load"] = overlay["paper_load_exponents"] = Json::array();
   const Json& measured = summary.at(Json::json_pointer(base));
   for (std::size_t i = 0; i < measured.at("responses").size(); ++i) {
     const Json& one = measured.at("responses")[i];
     const std::string pointer = fmt::format("{}/responses/{}", base, i);
-    const bool uniform = one.at("estimator") == "uniform";  // it is what the last column compares with
-    Json row = load_flags(one);
-    row["uniform"] = uniform;
-    row["own_window_told"] = one.at("own_window") == true && !uniform;
-    overlay["responses"].push_back(row);
-    if (uniform) continue;
+    if (one.at("estimator") == "uniform") continue;  // it is what the last column compares with
     add_load_reason(notes, summary, one, pointer + "/D", "", " at μ = " + format_number(one.at("mu")));
     // The paper's load at the smallest friction where it can be told.
     if (is_the_papers(one) && overlay["paper_load"].empty() && !one.at("D_over_linear_minus_1").at("value").is_null()) {
@@ -559,7 +547,6 @@ Json load_overlay(const Json& summary, const std::string& base) {
   for (std::size_t i = 0; i < measured.at("exponents").size(); ++i) {
     const Json& one = measured.at("exponents")[i];
     const std::string pointer = fmt::format("{}/exponents/{}", base, i);
-    overlay["exponents"].push_back(load_flags(one));
     add_load_reason(notes, summary, one, pointer + "/beta", "the exponents with ", "");
     if (!is_the_papers(one)) continue;
     overlay["paper_load_exponents"] = Json::array();

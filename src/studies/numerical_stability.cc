@@ -250,7 +250,7 @@ class NumericalStabilityStudy final : public CopiedStudy<NumericalStabilityStudy
 
   Json json() const override { return trials_; }
 
-  std::vector<ReportPart> parts(const Json&) const override { return {part(ReportPart::Place::numerics)}; }
+  std::vector<ReportPart> parts() const override { return {part(ReportPart::Place::numerics)}; }
 
   std::vector<FigurePlot> figures(const Analysis&) const override {
     if (trials_.empty()) return {};

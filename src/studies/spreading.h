@@ -96,6 +96,6 @@ std::vector<Claim> judge_spreading(const std::vector<DeepResponse>& measured, co
 
 /// What sentences about these results need beside them, which stand at `pointer` of summary.json; null where no
 /// exponent is known.
-nlohmann::ordered_json spreading_page_1(const nlohmann::ordered_json& results, const std::string& pointer);
+nlohmann::ordered_json spreading_page_1(const std::vector<DeepResponse>& measured, const std::string& pointer);
 
 }  // namespace granuscope

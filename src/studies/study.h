@@ -129,8 +129,7 @@ class Study {
   /// Its results: what stands at /studies/<id> of summary.json.
   virtual nlohmann::ordered_json json() const = 0;
   /// Its parts of the report, in reading order: templates/studies/<id>.html and its tables.
-  /// `results`: what json() has returned.
-  virtual std::vector<ReportPart> parts([[maybe_unused]] const nlohmann::ordered_json& results) const { return {}; }
+  virtual std::vector<ReportPart> parts() const { return {}; }
   /// Its figures, in reading order; `main`: what the main line found. The analysis outlives them.
   virtual std::vector<FigurePlot> figures([[maybe_unused]] const Analysis& main) const { return {}; }
 

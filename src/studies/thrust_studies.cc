@@ -139,7 +139,7 @@ class RejectionThrustStudy final : public CopiedStudy<RejectionThrustStudy> {
 
   Json json() const override { return measured_; }
 
-  std::vector<ReportPart> parts(const Json&) const override {
+  std::vector<ReportPart> parts() const override {
     ReportPart thrust = part();
     thrust.overlay["exact_below_one"] = std::all_of(measured_.begin(), measured_.end(), settles_below_one);
     return {thrust};
@@ -437,7 +437,7 @@ class RedrawnBeadsStudy final : public CopiedStudy<RedrawnBeadsStudy> {
 
   Json json() const override { return measured_; }
 
-  std::vector<ReportPart> parts(const Json&) const override { return {table_part()}; }
+  std::vector<ReportPart> parts() const override { return {table_part()}; }
 
  private:
   std::vector<double> mu_;              ///< empty: not measured
@@ -641,7 +641,7 @@ class ChainShareStudy final : public CopiedStudy<ChainShareStudy> {
 
   Json json() const override { return measured_; }
 
-  std::vector<ReportPart> parts(const Json&) const override { return {part()}; }
+  std::vector<ReportPart> parts() const override { return {part()}; }
 
  private:
   std::uint64_t samples_ = 0;

@@ -166,24 +166,17 @@ void to_json(Json& json, const CoupledSpreading& one) {
           {"shapes", one.shapes}};
 }
 
-namespace {
-
-/// What the sentences of page 1 need beside the results; null where nothing is predicted. The prediction holds at a
-/// friction coefficient if its strength is 1 within the claim's tolerance and three errors, and if it describes W^2
-/// better than without torque: errors alone do not make it hold.
-Json page_1_of(const Json& results) {
+Json coupling_page_1(const std::vector<CoupledSpreading>& measured) {
   std::vector<std::string> predicted, failed;
   std::size_t octaves = 0;
-  for (std::size_t i = 0; i < results.size(); ++i) {
-    const Json& strength = results[i].at("fit").at("strength");
-    if (!strength.at("value").is_number()) continue;
+  for (std::size_t i = 0; i < measured.size(); ++i) {
+    const CoupledSpreading& one = measured[i];
+    const Estimate& strength = one.fit.strength;
+    if (!strength.known()) continue;
     predicted.push_back(fmt::format("/studies/mode_coupling/{}", i));
-    octaves = results[i].at("response").at("octaves").size();
-    const double distance = std::abs(strength.at("value").get<double>() - 1);
-    const auto chi2 = [&](const char* of) { return results[i].at(of).at("chi2"); };
-    const bool holds = distance < most_amiss + 3 * strength.at("stderr").get<double>() &&
-                       chi2("predicted").is_number() && chi2("without_torque").is_number() &&
-                       chi2("predicted").get<double>() < chi2("without_torque").get<double>();
+    octaves = one.response.octaves.size();
+    const bool holds = std::abs(strength.value - 1) < most_amiss + 3 * strength.standard_error &&
+                       one.predicted.chi2 < one.without_torque.chi2 && std::isfinite(one.without_torque.chi2);
     if (!holds) failed.push_back(predicted.back());
   }
   if (predicted.empty()) return nullptr;
@@ -197,6 +190,8 @@ Json page_1_of(const Json& results) {
           {"first", {{"key", first + "/response/octaves/0"}}},
           {"last", {{"key", fmt::format("{}/response/octaves/{}", first, octaves - 1)}}}};
 }
+
+namespace {
 
 class ModeCouplingStudy final : public CopiedStudy<ModeCouplingStudy> {
  public:
@@ -358,8 +353,8 @@ class ModeCouplingStudy final : public CopiedStudy<ModeCouplingStudy> {
   }
 
   Json json() const override { return measured_; }
-  std::vector<ReportPart> parts(const Json& results) const override {
-    const Json told = page_1_of(results);
+  std::vector<ReportPart> parts() const override {
+    const Json told = coupling_page_1(measured_);
     std::vector<ReportPart> all;
     if (!told.is_null()) all.push_back(page_1(told));
     all.push_back(table_part());
