@@ -210,22 +210,21 @@ Figure plot_counted_work(const std::vector<CountedWork>& work, const std::filesy
                      run_folder);
 }
 
-namespace {
-
 using Json = nlohmann::ordered_json;
 
-Json to_json(const CountedWork& work) {
-  Json json = {{"mu", work.spec.sampler.mu},
-               {"columns", work.spec.lattice.columns},
-               {"layers", work.spec.lattice.layers},
-               {"samples", work.samples},
-               {"failed", work.failed},
-               {"draws_per_bead", finite_or_null(work.draws_per_bead)},
-               {"repaired_per_bead", finite_or_null(work.repaired_per_bead)},
-               {"backtracked_per_bead", finite_or_null(work.backtracked_per_bead)}};
+void to_json(Json& json, const CountedWork& work) {
+  json = {{"mu", work.spec.sampler.mu},
+          {"columns", work.spec.lattice.columns},
+          {"layers", work.spec.lattice.layers},
+          {"samples", work.samples},
+          {"failed", work.failed},
+          {"draws_per_bead", finite_or_null(work.draws_per_bead)},
+          {"repaired_per_bead", finite_or_null(work.repaired_per_bead)},
+          {"backtracked_per_bead", finite_or_null(work.backtracked_per_bead)}};
   if (json["draws_per_bead"].is_null()) json["reason"] = "no pile was completed";
-  return json;
 }
+
+namespace {
 
 class CountedWorkStudy final : public CopiedStudy<CountedWorkStudy> {
  public:
@@ -274,7 +273,7 @@ class CountedWorkStudy final : public CopiedStudy<CountedWorkStudy> {
 
   std::vector<Claim> claims(const ClaimSpec& spec) const override { return {judge_linear_time(measured_, spec)}; }
 
-  Json json() const override { return list_of(measured_, to_json); }
+  Json json() const override { return measured_; }
 
   std::vector<FigurePlot> figures(const Analysis&) const override {
     if (measured_.empty()) return {};

@@ -269,9 +269,9 @@ class DeepResponseStudy final : public CopiedStudy<DeepResponseStudy> {
   std::vector<Claim> claims(const ClaimSpec& spec) const override {
     return asked() ? judge_spreading(measured_, spec) : std::vector<Claim>();
   }
-  Json json() const override { return list_of(measured_, spreading_json); }
-  std::vector<ReportPart> parts(const Json& results) const override {
-    const Json told = spreading_page_1(results, "/studies/" + id());
+  Json json() const override { return measured_; }
+  std::vector<ReportPart> parts() const override {
+    const Json told = spreading_page_1(measured_, "/studies/" + id());
     return told.is_null() ? std::vector{table_part()} : std::vector{page_1(told), table_part()};
   }
 

@@ -24,27 +24,25 @@
 #include "support/progress.h"
 
 namespace granuscope {
-namespace {
-
 using Json = nlohmann::ordered_json;
 
-Json to_json(const SolvableShare& one) {
-  return {{"mu", one.mu},
+void to_json(Json& json, const SolvableShare& one) {
+  json = {{"mu", one.mu},
           {"size", one.size},
           {"opened_share", one.share},
           {"piles", one.piles},
-          {"solvable", granuscope::to_json(one.solvable())},
-          {"solvable_at_the_edge_too", granuscope::to_json(one.at_all())},
+          {"solvable", one.solvable()},
+          {"solvable_at_the_edge_too", one.at_all()},
           {"no_idle_bead", one.no_idle_bead}};
 }
 
-Json to_json(const LargestShare& one) {
-  return {{"mu", one.mu}, {"size", one.size}, {"piles", one.piles}, {"largest_share", granuscope::to_json(one.share)}};
+void to_json(Json& json, const LargestShare& one) {
+  json = {{"mu", one.mu}, {"size", one.size}, {"piles", one.piles}, {"largest_share", one.share}};
 }
 
-Json to_json(const DilutedResponse& one) {
+void to_json(Json& json, const DilutedResponse& one) {
   const auto chi2 = [&](ResponseShape shape) { return one.fits[static_cast<std::size_t>(shape)].chi2; };
-  return {{"mu", one.mu},
+  json = {{"mu", one.mu},
           {"opened_share", one.share},
           {"columns", one.columns},
           {"layers", one.layers},
@@ -54,12 +52,14 @@ Json to_json(const DilutedResponse& one) {
           {"peaks", one.peaks},
           {"chi2_of_one_against_two",
            finite_or_null(std::round(chi2(ResponseShape::one_gaussian) - chi2(ResponseShape::two_gaussians)))},
-          {"position", granuscope::to_json(one.position)},
-          {"width", granuscope::to_json(one.width)},
-          {"c", granuscope::to_json(one.c)},
-          {"D", granuscope::to_json(one.D)},
-          {"thrust_ratio", granuscope::to_json(one.thrust_ratio)}};
+          {"position", one.position},
+          {"width", one.width},
+          {"c", one.c},
+          {"D", one.D},
+          {"thrust_ratio", one.thrust_ratio}};
 }
+
+namespace {
 
 /// What page 1 says: whether all responses have two peaks, and those with the least and the most opened contacts.
 Json page_1_overlay(const DilutedPiles& measured) {
@@ -222,12 +222,10 @@ class DilutionStudy final : public CopiedStudy<DilutionStudy> {
   }
 
   Json json() const override {
-    return {{"solvable", list_of(measured_.solvable, to_json)},
-            {"largest", list_of(measured_.largest, to_json)},
-            {"responses", list_of(measured_.responses, to_json)}};
+    return {{"solvable", measured_.solvable}, {"largest", measured_.largest}, {"responses", measured_.responses}};
   }
 
-  std::vector<ReportPart> parts(const Json&) const override {
+  std::vector<ReportPart> parts() const override {
     std::vector<ReportPart> all;
     if (!measured_.largest.empty() || !measured_.responses.empty()) all.push_back(page_1(page_1_overlay(measured_)));
     for (const auto& [page, needs] :

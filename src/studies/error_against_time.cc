@@ -178,38 +178,35 @@ Figure plot_error_against_time(const std::vector<ErrorCurve>& curves, const std:
                      run_folder);
 }
 
-namespace {
-
 using Json = nlohmann::ordered_json;
 
-Json to_json(const ErrorPoint& point) {
-  return {{"samples", point.samples},
+void to_json(Json& json, const ErrorPoint& point) {
+  json = {{"samples", point.samples},
           {"repetitions", point.repetitions},
           {"scatter_c", finite_or_null(point.scatter_c)},
           {"scatter_D", finite_or_null(point.scatter_D)}};
 }
 
-Json to_json(const ErrorCurve& curve) {
+void to_json(Json& json, const ErrorCurve& curve) {
   const ResponseSpec& response = curve.spec.response;
-  Json points = Json::array();
-  for (const ErrorPoint& point : curve.points) points.push_back(to_json(point));
-  Json json = {{"estimator", name_of(response.estimator)},
-               {"mu", curve.spec.sampler.mu},
-               {"columns", curve.spec.lattice.columns},
-               {"layers", curve.spec.lattice.layers}};
-  json.update(granuscope::to_json(response));
+  json = {{"estimator", name_of(response.estimator)},
+          {"mu", curve.spec.sampler.mu},
+          {"columns", curve.spec.lattice.columns},
+          {"layers", curve.spec.lattice.layers}};
+  json.update(Json(response));
   json.update(Json{{"samples", curve.samples},
                    {"failed", curve.failed},
                    {"beads", curve.beads},
-                   {"points", points},
-                   {"c", granuscope::to_json(curve.c)},
-                   {"D", granuscope::to_json(curve.D)},
-                   {"shift_c", granuscope::to_json(curve.shift_c)},
-                   {"shift_D", granuscope::to_json(curve.shift_D)},
-                   {"slope_c", granuscope::to_json(curve.slope_c)},
-                   {"slope_D", granuscope::to_json(curve.slope_D)}});
-  return json;
+                   {"points", curve.points},
+                   {"c", curve.c},
+                   {"D", curve.D},
+                   {"shift_c", curve.shift_c},
+                   {"shift_D", curve.shift_D},
+                   {"slope_c", curve.slope_c},
+                   {"slope_D", curve.slope_D}});
 }
+
+namespace {
 
 constexpr int most_repetitions = 256;
 
@@ -292,7 +289,7 @@ class ErrorAgainstTimeStudy final : public CopiedStudy<ErrorAgainstTimeStudy> {
   }
   void finish() override { set_shifts(curves_); }
 
-  Json json() const override { return list_of(curves_, to_json); }
+  Json json() const override { return curves_; }
 
   std::vector<FigurePlot> figures(const Analysis&) const override {
     if (curves_.empty()) return {};

@@ -147,15 +147,16 @@ class LawComparisonStudy final : public CopiedStudy<LawComparisonStudy> {
 
   Json json() const override { return laws_json(measured_); }
 
-  std::vector<ReportPart> parts(const Json& results) const override {
-    ReportPart laws = part(id(), "laws"), responses = part("law_responses", "responses"),
-               rules = part("law_rules", "rules");
-    laws.overlay = laws_overlay(results, laws.base);
-    responses.overlay = law_responses_overlay(results);
-    rules.overlay = law_rules_overlay(results, rules.base);
-    const Json told = laws_page_1(results, laws.base);
-    if (told.is_null()) return {laws, responses, rules};
-    return {page_1(told), laws, responses, rules};
+  std::vector<ReportPart> parts() const override {
+    std::vector<ReportPart> all;
+    const Json told = laws_page_1(measured_);
+    if (!told.is_null()) all.push_back(page_1(told));
+    for (const auto& [page, needs] : {std::pair{"law_comparison", "laws"}, std::pair{"law_responses", "responses"},
+                                      std::pair{"law_rules", "rules"}}) {
+      all.push_back(part(page, needs));
+      all.back().overlay = laws_overlay(measured_);
+    }
+    return all;
   }
 
   std::vector<FigurePlot> figures(const Analysis&) const override {
@@ -369,150 +370,133 @@ Json law_json(const Measured& one) {
   return json;
 }
 
-Json to_json(const LawResponse& one) {
-  Json json = law_json(one);
+}  // namespace
+
+void to_json(Json& json, const LawResponse& one) {
+  json = law_json(one);
   json.update(Json{{"mu", one.spec.sampler.mu},
                    {"columns", one.spec.lattice.columns},
                    {"layers", one.spec.lattice.layers},
                    {"epsilon", one.spec.response.epsilon},
                    {"samples", one.samples},
                    {"failed", one.failed},
-                   {"effective_samples", granuscope::to_json(one.effective_samples)},
+                   {"effective_samples", one.effective_samples},
                    {"window_layers", {one.first_layer, one.last_layer}},
-                   {"c", granuscope::to_json(one.c)},
-                   {"D", granuscope::to_json(one.D)}});
-  return json;
+                   {"c", one.c},
+                   {"D", one.D}});
 }
 
-Json to_json(const LawOnPiles& one) {
-  Json depths = Json::array();
-  for (const ThrustAtDepth& depth : one.depths) depths.push_back(granuscope::to_json(depth));
-  Json json = law_json(one);
+void to_json(Json& json, const LawOnPiles& one) {
+  json = law_json(one);
   json.update(Json{{"mu", one.spec.sampler.mu},
                    {"columns", one.spec.lattice.columns},
                    {"layers", one.spec.lattice.layers},
                    {"samples", one.samples},
                    {"failed", one.failed},
-                   {"effective_samples", granuscope::to_json(one.effective_samples)},
+                   {"effective_samples", one.effective_samples},
                    {"draws_per_bead", finite_or_null(one.draws_per_bead)},
                    {"pair_per_bead", finite_or_null(one.pair_per_bead)},
                    {"arc_per_bead", finite_or_null(one.arc_per_bead)},
                    {"backtracked_per_bead", finite_or_null(one.backtracked_per_bead)},
                    {"window_layers", {one.first_layer, one.last_layer}},
-                   {"alpha_thrust", granuscope::to_json(one.alpha_thrust)},
-                   {"c_thrust", granuscope::to_json(one.c_thrust)},
-                   {"weight_variance", granuscope::to_json(one.weight_variance)},
-                   {"depths", depths}});
+                   {"alpha_thrust", one.alpha_thrust},
+                   {"c_thrust", one.c_thrust},
+                   {"weight_variance", one.weight_variance},
+                   {"depths", one.depths}});
   if (json["draws_per_bead"].is_null()) json["reason"] = "no pile was completed";
-  return json;
 }
 
-/// Whether a law leaves out some of its rules.
-bool some_rules(const Json& one) { return one.contains("repair_rules") && one.at("repair_rules") != "all"; }
+namespace {
 
-/// By how many standard errors of their difference a number lies from that of the first law.
-double distance(const Json& one, const Json& first) {
-  const double error = std::hypot(one.at("stderr").get<double>(), first.at("stderr").get<double>());
-  const double difference = std::abs(one.at("value").get<double>() - first.at("value").get<double>());
-  return error > 0 ? difference / error : 0;
+/// By how many standard errors of their difference a number lies from another; 0 where both are exact.
+double distance(const Estimate& one, const Estimate& other) {
+  const double error = std::hypot(one.standard_error, other.standard_error);
+  return error > 0 ? std::abs(one.value - other.value) / error : 0;
 }
 
-std::string sigmas_from_first(const Json& one, const Json& first) {
-  if (!one.at("value").is_number() || !first.at("value").is_number()) return "n/a";
-  const bool none = one.at("stderr") == 0 && first.at("stderr") == 0;
-  return none ? "n/a" : fmt::format("{:.1f}", distance(one, first));
+std::string errors_apart(const Estimate& one, const Estimate& first) {
+  if (!one.known() || !first.known() || (one.standard_error == 0 && first.standard_error == 0)) return "n/a";
+  return fmt::format("{:.1f}", distance(one, first));
+}
+
+bool all_rules(const EnsembleSpec& spec) {
+  return spec.sampler.law != Law::granusolve || spec.sampler.rules == RepairRules::all;
+}
+
+bool same_size(const LawOnPiles& one, const LawOnPiles& other) {
+  return one.spec.lattice.columns == other.spec.lattice.columns && one.spec.lattice.layers == other.spec.lattice.layers;
 }
 
 }  // namespace
 
 Json laws_json(const ComparedLaws& measured) {
-  return {{"laws", list_of(measured.on_piles, to_json)},
-          {"responses", list_of(measured.responses, to_json)},
-          {"costs", list_of(measured.costs, to_json)}};
+  return {{"laws", measured.on_piles}, {"responses", measured.responses}, {"costs", measured.costs}};
 }
 
-Json laws_overlay(const Json& results, const std::string& base) {
-  const Json& laws = results.at("laws");
-  Json rows = Json::array(), chains = Json::array();
+Json laws_overlay(const ComparedLaws& measured) {
+  Json chains = Json::array(), rules = Json::array(), responses = Json::array();
+  const auto& laws = measured.on_piles;
   for (std::size_t i = 0; i < laws.size(); ++i) {
-    rows.push_back({{"some_rules", some_rules(laws[i])}});
-    if (laws[i].contains("burn_in")) chains.push_back({{"key", fmt::format("{}/laws/{}", base, i)}, {"last", false}});
+    const Json place = {{"key", fmt::format("/studies/law_comparison/laws/{}", i)}};
+    const Law law = laws[i].spec.sampler.law;
+    if (law == Law::polytope) {
+      chains.push_back(place);
+      chains.back()["last"] = false;
+    }
+    if (law == Law::granusolve && same_size(laws[i], laws[0])) rules.push_back(place);
   }
   if (!chains.empty()) chains.back()["last"] = true;
-  return {{"laws", rows}, {"chains", chains}};
-}
-
-Json law_responses_overlay(const Json& results) {
-  const Json& responses = results.at("responses");
-  Json rows = Json::array();
-  for (std::size_t i = 0; i < responses.size(); ++i) {
-    Json row = {{"some_rules", some_rules(responses[i])}};
-    for (const char* name : {"c", "D"}) {
-      row[std::string(name) + "_apart"] =
-          i == 0 ? "–" : sigmas_from_first(responses[i].at(name), responses[0].at(name));
-    }
-    rows.push_back(row);
+  for (const LawResponse& one : measured.responses) {
+    const LawResponse& first = measured.responses.front();
+    const bool itself = &one == &first;
+    responses.push_back({{"c_apart", itself ? "–" : errors_apart(one.c, first.c)},
+                         {"D_apart", itself ? "–" : errors_apart(one.D, first.D)}});
   }
-  return {{"responses", rows}};
+  return {{"chains", chains}, {"rules", rules}, {"responses", responses}};
 }
 
-Json law_rules_overlay(const Json& results, const std::string& base) {
-  const Json& laws = results.at("laws");
-  Json rules = Json::array();
-  for (std::size_t i = 0; i < laws.size(); ++i) {
-    const Json& one = laws[i];
-    const bool as_the_first = one.at("columns") == laws[0].at("columns") && one.at("layers") == laws[0].at("layers");
-    if (!one.contains("repair_rules") || !as_the_first) continue;
-    rules.push_back({{"key", fmt::format("{}/laws/{}", base, i)}, {"some_rules", some_rules(one)}});
-  }
-  return {{"rules", rules}};
-}
-
-Json laws_page_1(const Json& results, const std::string& base) {
+Json laws_page_1(const ComparedLaws& measured) {
   constexpr double sure = 3;  // standard errors
-  const Json& laws = results.at("laws");
-  const auto known = [](const Json& number) { return number.at("value").is_number(); };
+  const std::string base = "/studies/law_comparison";
   std::vector<std::string> same, small, responses;
-  const Json *first = nullptr, *first_small = nullptr;
+  const LawOnPiles *first = nullptr, *first_small = nullptr;
   double farthest = 0;
-  for (std::size_t i = 0; i < laws.size(); ++i) {
-    const Json& one = laws[i];
-    if (some_rules(one) || !known(one.at("alpha_thrust"))) continue;
+  for (std::size_t i = 0; i < measured.on_piles.size(); ++i) {
+    const LawOnPiles& one = measured.on_piles[i];
+    if (!all_rules(one.spec) || !one.alpha_thrust.known()) continue;
     const std::string pointer = fmt::format("{}/laws/{}", base, i);
-    const auto size_of = [](const Json& law) { return std::pair(law.at("columns"), law.at("layers")); };
     if (first == nullptr) first = &one;
-    if (size_of(one) == size_of(*first)) {
+    if (same_size(one, *first)) {
       same.push_back(pointer);
-      farthest = std::max(farthest, distance(one.at("alpha_thrust"), first->at("alpha_thrust")));
+      farthest = std::max(farthest, distance(one.alpha_thrust, first->alpha_thrust));
       continue;
     }
     if (first_small == nullptr) first_small = &one;
-    if (size_of(one) == size_of(*first_small)) small.push_back(pointer);
+    if (same_size(one, *first_small)) small.push_back(pointer);
   }
   if (same.size() < 2) return nullptr;
-  for (std::size_t i = 0; i < results.at("responses").size(); ++i) {
-    const Json& one = results.at("responses")[i];
-    if (some_rules(one) || !known(one.at("c")) || !known(one.at("D"))) continue;
-    responses.push_back(fmt::format("{}/responses/{}", base, i));
+  if (small.size() < 2) small.clear();
+  for (std::size_t i = 0; i < measured.responses.size(); ++i) {
+    const LawResponse& one = measured.responses[i];
+    if (all_rules(one.spec) && one.c.known() && one.D.known()) {
+      responses.push_back(fmt::format("{}/responses/{}", base, i));
+    }
   }
   if (responses.size() < 2) responses.clear();
-  const Json& costs = results.at("costs");
   std::string cheapest, dearest;  // of the largest piles at the largest friction, which come last
-  for (std::size_t i = 0; i < costs.size(); ++i) {
-    const Json& one = costs[i];
-    if (one.at("mu") != costs.back().at("mu") || one.at("columns") != costs.back().at("columns")) continue;
-    if (one.at("failed") != 0 || !one.at("draws_per_bead").is_number()) continue;
-    (one.at("law") == "granusolve" ? cheapest : dearest) = fmt::format("{}/costs/{}", base, i);
+  for (std::size_t i = 0; i < measured.costs.size(); ++i) {
+    const LawOnPiles &one = measured.costs[i], &last = measured.costs.back();
+    if (one.spec.sampler.mu != last.spec.sampler.mu || one.spec.lattice.columns != last.spec.lattice.columns) continue;
+    if (one.failed != 0 || !std::isfinite(one.draws_per_bead)) continue;
+    (one.spec.sampler.law == Law::granusolve ? cheapest : dearest) = fmt::format("{}/costs/{}", base, i);
   }
   Json cost = nullptr;
   if (!cheapest.empty() && !dearest.empty()) cost = {{"cheap", {{"key", cheapest}}}, {"dear", {{"key", dearest}}}};
   return {{"differ", farthest > sure},
           {"same", enumerated(same)},
           {"first", {{"key", same.front()}}},
-          {"has_small", small.size() > 1},
           {"small", enumerated(small)},
           {"first_small", small.empty() ? Json(nullptr) : Json{{"key", small.front()}}},
-          {"has_responses", !responses.empty()},
           {"responses", enumerated(responses)},
           {"cost", cost}};
 }

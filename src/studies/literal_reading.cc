@@ -221,9 +221,9 @@ double distance_from_paper(const Exponents3& found) {
   return sum;
 }
 
-Json to_json(const Exponents3& found) {
+Json exponents_json(const Exponents3& found) {
   Json json;
-  for (std::size_t i = 0; i < paper.size(); ++i) json[paper[i].name] = granuscope::to_json(found[i].fit.exponent);
+  for (std::size_t i = 0; i < paper.size(); ++i) json[paper[i].name] = found[i].fit.exponent;
   return json;
 }
 
@@ -397,8 +397,8 @@ class LiteralReading final : public CopiedStudy<LiteralReading> {
     json["depths"] = Json::array();
     for (const DepthExponents& one : depths_) {
       Json depth = {{"layer", one.layer}, {"z", one.z}};
-      depth.update(to_json(one.literal));
-      depth["from_load"] = to_json(one.from_load);
+      depth.update(exponents_json(one.literal));
+      depth["from_load"] = exponents_json(one.from_load);
       if (std::isfinite(one.ratio_without_friction)) depth["ratio_without_friction"] = one.ratio_without_friction;
       depth["meets_the_paper"] = meets_the_paper(one.literal);
       json["depths"].push_back(std::move(depth));
@@ -414,9 +414,9 @@ class LiteralReading final : public CopiedStudy<LiteralReading> {
     json["readings"] = Json::array();
     for (const ChangedReading& one : changes_) {
       Json changed = {{"change", one.change}};
-      changed.update(to_json(one.found));
+      changed.update(exponents_json(one.found));
       for (std::size_t i = 0; i < paper.size(); ++i) {
-        changed[std::string(paper[i].name) + "_shift"] = granuscope::to_json(one.shift[i]);
+        changed[std::string(paper[i].name) + "_shift"] = one.shift[i];
       }
       json["readings"].push_back(std::move(changed));
     }

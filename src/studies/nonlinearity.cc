@@ -28,12 +28,10 @@
 #include "support/plain_text.h"
 
 namespace granuscope {
-namespace {
-
 using Json = nlohmann::ordered_json;
 
-Json to_json(const LoadResponse& one) {
-  return {{"mu", one.spec.sampler.mu},
+void to_json(Json& json, const LoadResponse& one) {
+  json = {{"mu", one.spec.sampler.mu},
           {"estimator", one.uniform() ? name_of(one.spec.load) : name_of(one.spec.response.estimator)},
           {"load", one.load()},
           {"reference", one.reference},
@@ -43,25 +41,27 @@ Json to_json(const LoadResponse& one) {
           {"failed", one.failed},
           {"window_layers", {one.first_layer, one.last_layer}},
           {"own_window", one.own_window},
-          {"c", granuscope::to_json(one.c)},
-          {"D", granuscope::to_json(one.D)},
-          {"c_thrust", granuscope::to_json(one.c_thrust)},
-          {"c_minus_linear", granuscope::to_json(one.c_shift)},
-          {"D_over_linear_minus_1", granuscope::to_json(one.D_shift)},
-          {"c_thrust_minus_uniform", granuscope::to_json(one.c_thrust_shift)}};
+          {"c", one.c},
+          {"D", one.D},
+          {"c_thrust", one.c_thrust},
+          {"c_minus_linear", one.c_shift},
+          {"D_over_linear_minus_1", one.D_shift},
+          {"c_thrust_minus_uniform", one.c_thrust_shift}};
 }
 
-Json to_json(const LoadExponents& one) {
-  return {{"estimator", name_of(one.response.estimator)},
+void to_json(Json& json, const LoadExponents& one) {
+  json = {{"estimator", name_of(one.response.estimator)},
           {"load", load_size(one.response)},
           {"reference", one.reference},
           {"window", one.window},
           {"points", one.points},
-          {"beta", granuscope::to_json(one.beta)},
-          {"gamma", granuscope::to_json(one.gamma)},
-          {"beta_minus_linear", granuscope::to_json(one.beta_shift)},
-          {"gamma_minus_linear", granuscope::to_json(one.gamma_shift)}};
+          {"beta", one.beta},
+          {"gamma", one.gamma},
+          {"beta_minus_linear", one.beta_shift},
+          {"gamma_minus_linear", one.gamma_shift}};
 }
+
+namespace {
 
 class NonlinearityStudy final : public CopiedStudy<NonlinearityStudy> {
  public:
@@ -124,13 +124,11 @@ class NonlinearityStudy final : public CopiedStudy<NonlinearityStudy> {
   void add(const StudyEnsemble&, const MeasuredEnsemble& ensemble) override { comparer_->add(ensemble); }
   void finish() override { measured_ = comparer_->finish(); }
 
-  Json json() const override {
-    return {{"responses", list_of(measured_.responses, to_json)}, {"exponents", list_of(measured_.exponents, to_json)}};
-  }
+  Json json() const override { return {{"responses", measured_.responses}, {"exponents", measured_.exponents}}; }
 
-  std::vector<ReportPart> parts(const Json& results) const override {
+  std::vector<ReportPart> parts() const override {
     ReportPart loads = part(id(), "responses");
-    loads.overlay = load_overlay({{"studies", {{id(), results}}}}, loads.base);
+    loads.overlay = load_overlay({{"studies", {{id(), json()}}}}, loads.base);
     return {loads};
   }
 
@@ -509,11 +507,6 @@ Figure plot_load_comparison(const LoadComparison& measured, const std::string& s
 
 namespace {
 
-/// The wording of a load.
-Json load_flags(const Json& one) {
-  return {{"one_bead", one.at("estimator") == "point"}, {"all_beads", one.at("estimator") == "multiplexed"}};
-}
-
 bool is_the_papers(const Json& one) { return one.at("estimator") == "point" && one.at("load") == 1; }
 
 /// Notes why there is no `estimate` of one load: "exponents with overload 4".
@@ -527,19 +520,12 @@ void add_load_reason(Json& notes, const Json& summary, const Json& one, const st
 
 Json load_overlay(const Json& summary, const std::string& base) {
   Json overlay, notes = Json::array();
-  for (const char* list : {"responses", "exponents", "paper_load", "paper_load_exponents"}) {
-    overlay[list] = Json::array();
-  }
+  overlay["paper_load"] = overlay["paper_load_exponents"] = Json::array();
   const Json& measured = summary.at(Json::json_pointer(base));
   for (std::size_t i = 0; i < measured.at("responses").size(); ++i) {
     const Json& one = measured.at("responses")[i];
     const std::string pointer = fmt::format("{}/responses/{}", base, i);
-    const bool uniform = one.at("estimator") == "uniform";  // it is what the last column compares with
-    Json row = load_flags(one);
-    row["uniform"] = uniform;
-    row["own_window_told"] = one.at("own_window") == true && !uniform;
-    overlay["responses"].push_back(row);
-    if (uniform) continue;
+    if (one.at("estimator") == "uniform") continue;  // it is what the last column compares with
     add_load_reason(notes, summary, one, pointer + "/D", "", " at μ = " + format_number(one.at("mu")));
     // The paper's load at the smallest friction where it can be told.
     if (is_the_papers(one) && overlay["paper_load"].empty() && !one.at("D_over_linear_minus_1").at("value").is_null()) {
@@ -549,7 +535,6 @@ Json load_overlay(const Json& summary, const std::string& base) {
   for (std::size_t i = 0; i < measured.at("exponents").size(); ++i) {
     const Json& one = measured.at("exponents")[i];
     const std::string pointer = fmt::format("{}/exponents/{}", base, i);
-    overlay["exponents"].push_back(load_flags(one));
     add_load_reason(notes, summary, one, pointer + "/beta", "the exponents with ", "");
     if (!is_the_papers(one)) continue;
     overlay["paper_load_exponents"] = Json::array();

@@ -180,19 +180,17 @@ Figure plot_stability(const std::vector<StabilityTrial>& trials, const std::file
                      run_folder);
 }
 
-namespace {
-
 using Json = nlohmann::ordered_json;
 
-Json to_json(const StabilityTrial& trial) {
-  Json json = {{"mu", trial.mu},
-               {"columns", trial.columns},
-               {"layers", trial.layers},
-               {"load", trial.load},
-               {"outcome", trial.outcome}};
+void to_json(Json& json, const StabilityTrial& trial) {
+  json = {{"mu", trial.mu},
+          {"columns", trial.columns},
+          {"layers", trial.layers},
+          {"load", trial.load},
+          {"outcome", trial.outcome}};
   if (trial.outcome != "solved") {
     json["reason"] = trial.reason;
-    return json;
+    return;
   }
   json["residual"] = trial.residual;
   json["rounded_per_bead"] = trial.rounded_per_bead;
@@ -200,8 +198,9 @@ Json to_json(const StabilityTrial& trial) {
   for (const ResidualAtDepth& range : trial.depths) {
     json["depths"].push_back({{"layers", {range.first_layer, range.last_layer}}, {"residual", range.residual}});
   }
-  return json;
 }
+
+namespace {
 
 constexpr double bytes_per_bead = 100;     // a deep pile is held as a whole
 constexpr double seconds_per_bead = 2e-7;  // drawn by itself and audited, on one core of a cloud machine
@@ -239,9 +238,9 @@ class NumericalStabilityStudy final : public CopiedStudy<NumericalStabilityStudy
   void begin(const MainLine& main, int) override { seed_ = main.sampling.seed; }
   void finish() override { trials_ = run_stability_trials(spec_, seed_); }
 
-  Json json() const override { return list_of(trials_, to_json); }
+  Json json() const override { return trials_; }
 
-  std::vector<ReportPart> parts(const Json&) const override { return {part(ReportPart::Place::numerics)}; }
+  std::vector<ReportPart> parts() const override { return {part(ReportPart::Place::numerics)}; }
 
   std::vector<FigurePlot> figures(const Analysis&) const override {
     if (trials_.empty()) return {};

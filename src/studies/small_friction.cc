@@ -213,24 +213,22 @@ Figure plot_small_friction(const Analysis& main, const std::vector<SmallFriction
                      run_folder);
 }
 
-namespace {
-
 using Json = nlohmann::ordered_json;
 
-Json to_json(const SmallFriction& small) {
-  Json depths = Json::array();
-  for (const ThrustAtDepth& depth : small.depths) depths.push_back(granuscope::to_json(depth));
-  return {{"mu", small.spec.sampler.mu},
+void to_json(Json& json, const SmallFriction& small) {
+  json = {{"mu", small.spec.sampler.mu},
           {"columns", small.spec.lattice.columns},
           {"layers", small.spec.lattice.layers},
           {"samples", small.samples},
           {"depth_over_saturation", small.depth_over_saturation},
           {"window_layers", {small.first_layer, small.last_layer}},
-          {"alpha_thrust", granuscope::to_json(small.alpha_thrust)},
-          {"c_thrust", granuscope::to_json(small.c_thrust)},
-          {"c0_minus_c_thrust", granuscope::to_json(small.c0_minus_c)},
-          {"depths", depths}};
+          {"alpha_thrust", small.alpha_thrust},
+          {"c_thrust", small.c_thrust},
+          {"c0_minus_c_thrust", small.c0_minus_c},
+          {"depths", small.depths}};
 }
+
+namespace {
 
 class SmallFrictionStudy final : public CopiedStudy<SmallFrictionStudy> {
  public:
@@ -282,12 +280,12 @@ class SmallFrictionStudy final : public CopiedStudy<SmallFrictionStudy> {
   void finish() override { scaling_ = fit_small_friction(replicated_); }
 
   Json json() const override {
-    Json json = {{"piles", list_of(measured_, to_json)}};
+    Json json = {{"piles", measured_}};
     if (measured_.empty()) return json;
-    json["exponent"] = granuscope::to_json(scaling_.exponent);
+    json["exponent"] = scaling_.exponent;
     json["exponent"]["window"] = scaling_.window;
     json["exponent"]["points"] = scaling_.points;
-    json["exponent"]["running"] = granuscope::to_json(scaling_.running);
+    json["exponent"]["running"] = scaling_.running;
     return json;
   }
 

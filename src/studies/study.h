@@ -132,8 +132,7 @@ class Study {
   /// Its results: what stands at /studies/<id> of summary.json.
   virtual nlohmann::ordered_json json() const = 0;
   /// Its parts of the report, in reading order: templates/studies/<id>.html and its tables.
-  /// `results`: what json() has returned.
-  virtual std::vector<ReportPart> parts([[maybe_unused]] const nlohmann::ordered_json& results) const { return {}; }
+  virtual std::vector<ReportPart> parts() const { return {}; }
   /// Its figures, in reading order; `main`: what the main line found. The analysis outlives them.
   virtual std::vector<FigurePlot> figures([[maybe_unused]] const Analysis& main) const { return {}; }
 
@@ -164,14 +163,6 @@ class Study {
     return {.page = "studies/" + page + ".html", .base = "/studies/" + id(), .needs = needs};
   }
 };
-
-/// A list of results, each as `write` writes it.
-template <class Result>
-nlohmann::ordered_json list_of(const std::vector<Result>& results, nlohmann::ordered_json (*write)(const Result&)) {
-  nlohmann::ordered_json list = nlohmann::ordered_json::array();
-  for (const Result& one : results) list.push_back(write(one));
-  return list;
-}
 
 /// Copies of a study are made by its own type.
 template <class Derived>

@@ -67,14 +67,15 @@ using Json = nlohmann::ordered_json;
 
 constexpr const char* manifest_name = "manifest.json";
 
-Json to_json(const std::vector<std::pair<std::string, std::string>>& pairs) {
+Json object_of(const std::vector<std::pair<std::string, std::string>>& pairs) {
   Json json = Json::object();
   for (const auto& [name, value] : pairs) json[name] = value;
   return json;
 }
 
-Json to_json(const Provenance& provenance) {
-  Json json;
+}  // namespace
+
+void to_json(Json& json, const Provenance& provenance) {
   json["program"] = provenance.program_version;
   json["git_commit"] = provenance.git_commit;
   json["git_dirty"] = provenance.git_dirty;
@@ -82,29 +83,27 @@ Json to_json(const Provenance& provenance) {
   json["compiler"] = provenance.compiler;
   json["compiler_flags"] = provenance.compiler_flags;
   json["build_type"] = provenance.build_type;
-  json["libraries"] = to_json(provenance.libraries);
+  json["libraries"] = object_of(provenance.libraries);
   json["host_cpu"] = provenance.host_cpu;
   json["processor_features"] = provenance.processor_features;
   json["operating_system"] = provenance.operating_system;
   json["hardware_threads"] = provenance.hardware_threads;
-  return json;
 }
 
-Json to_json(const StageTiming& timing) {
-  Json stage;
+void to_json(Json& stage, const StageTiming& timing) {
   stage["stage"] = timing.stage;
   stage["seconds"] = finite_or_null(timing.seconds);
   stage["reused"] = timing.reused;
   if (timing.beads > 0) stage["beads"] = timing.beads;
-  return stage;
 }
 
+namespace {
+
 Json stages_json(const std::vector<StageTiming>& timings, const std::map<std::string, StageTiming>& earlier) {
-  Json json = Json::array();
-  for (const StageTiming& timing : timings) json.push_back(to_json(timing));
+  Json json = timings;
   for (const auto& [stage, told] : earlier) {
     const auto is_it = [&name = stage](const StageTiming& timing) { return timing.stage == name; };
-    if (std::none_of(timings.begin(), timings.end(), is_it)) json.push_back(to_json(told));
+    if (std::none_of(timings.begin(), timings.end(), is_it)) json.push_back(told);
   }
   return json;
 }
@@ -180,8 +179,8 @@ std::string manifest_json(const ReportData& data, const std::filesystem::path& r
     json["pdf"] = outcome.finished.pdf;
   }
   json["figure_files"] = outcome.figure_files;
-  json["provenance"] = to_json(data.provenance);
-  json["environment"] = to_json(data.environment);
+  json["provenance"] = data.provenance;
+  json["environment"] = object_of(data.environment);
   json["timings"] = stages_json(data.timings, outcome.earlier_timings);
   json["skipped"] = data.skipped;
   if (!data.reuse.empty()) json["skipped"].push_back(data.reuse);

@@ -172,23 +172,17 @@ const MovedNumber* largest_of(const std::vector<MovedNumber>& numbers) {
   return found == numbers.end() ? nullptr : &*found;
 }
 
-Json to_json(const KnownNumber& number) { return {{"value", number.value}, {"stderr", number.standard_error}}; }
+}  // namespace
 
-Json to_json(const std::vector<MovedNumber>& numbers) {
-  Json list = Json::array();
-  for (const MovedNumber& one : numbers) {
-    list.push_back({{"name", one.name},
-                    {"before", to_json(one.before)},
-                    {"after", to_json(one.after)},
-                    {"z", finite_or_null(one.z)},
-                    {"p", one.p},
-                    {"moved", one.moved}});
-    if (!std::isfinite(one.z)) list.back()["reason"] = "exact numbers differ";
-  }
-  return list;
+void to_json(Json& json, const KnownNumber& number) {
+  json = {{"value", number.value}, {"stderr", number.standard_error}};
 }
 
-}  // namespace
+void to_json(Json& json, const MovedNumber& one) {
+  json = {{"name", one.name},           {"before", one.before}, {"after", one.after},
+          {"z", finite_or_null(one.z)}, {"p", one.p},           {"moved", one.moved}};
+  if (!std::isfinite(one.z)) json["reason"] = "exact numbers differ";
+}
 
 std::string name_of(Likeness likeness) {
   switch (likeness) {
@@ -323,8 +317,8 @@ std::string json_text(const Comparison& comparison) {
     keys.push_back({{"key", one.key}, {"before", one.before}, {"after", one.after}});
   }
   json["keys"] = keys;
-  json["numbers"] = to_json(comparison.numbers);
-  json["depths"] = to_json(comparison.depths);
+  json["numbers"] = comparison.numbers;
+  json["depths"] = comparison.depths;
   clean_strings(json);
   return json.dump(2) + "\n";
 }

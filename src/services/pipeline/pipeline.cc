@@ -226,8 +226,8 @@ class Run {
   void judge_studies() {
     for (const auto& study : studies_) {
       for (Claim& claim : study->claims(experiment_.claims)) data_.analysis.claims.push_back(std::move(claim));
-      const nlohmann::ordered_json& results = data_.studies[study->id()] = study->json();
-      for (ReportPart& part : study->parts(results)) {
+      data_.studies[study->id()] = study->json();
+      for (ReportPart& part : study->parts()) {
         if (part.place == ReportPart::Place::page_1 && !takes_page_1(study->id())) continue;
         data_.parts.push_back(std::move(part));
       }
