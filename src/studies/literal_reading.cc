@@ -380,8 +380,8 @@ class LiteralReading final : public CopiedStudy<LiteralReading> {
     }
   }
 
-  std::vector<ReportPart> parts(const Json& results) const override {
-    if (results.empty()) return {};
+  std::vector<ReportPart> parts() const override {
+    if (depths_.empty()) return {};
     return {{.page = "studies/literal_reading.table", .base = "/studies/literal_reading", .needs = "readings"}};
   }
 
