@@ -237,7 +237,7 @@ namespace {
 
 /// Names of axes and curves in a recipe, without those of laws, which are the same in every language.
 std::vector<std::string> names_of(const nlohmann::json& fields, const std::string& field) {
-  static const std::regex laws("eloy-clement|granusolve|polytope|rejection|no-pair");
+  static const std::regex laws("eloy-clement|granusolve|polytope|rejection|no-pair|KPZ");
   if (fields.is_string() && (field == "label" || field == "title"))
     return {std::regex_replace(fields.get<std::string>(), laws, "")};
   std::vector<std::string> names;
