@@ -14,7 +14,7 @@ std::vector<std::string> words_left(const std::string& text, const std::string& 
 
 /// Checks this of a figure of a run in every language, plotted again at the widths of journals, 86, 120 and 178 mm,
 /// with text of 8 pt; that each
-/// language has a word for all its texts; and that TeX can set it.
+/// language has a word for all names of axes and curves; and that TeX can set it.
 void check_at_widths_of_journals(const std::filesystem::path& figures, const std::string& id);
 
 }  // namespace granuscope

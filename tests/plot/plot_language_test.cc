@@ -27,7 +27,7 @@ TEST_CASE("Texts are translated by whole words, the longest phrase first") {
   CHECK_THROWS_AS(catalogue_of("xx"), InputError);
 }
 
-// check_at_widths_of_journals asks the same of every text of every figure.
+// check_at_widths_of_journals asks the same of the names of axes and curves of every figure.
 TEST_CASE("The built-in languages have a word for what the program says in certain cases only") {
   for (const char* language : {"fr", "de"}) {
     for (const char* text :

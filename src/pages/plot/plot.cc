@@ -136,22 +136,21 @@ Json to_json(const Plot& plot) {
     entries.push_back(one);
   }
   const PlotKey& key = plot.key;
-  Json json = {
-      {"height", plot.height},
-      {"half_width", plot.half_width},
-      {"columns",
-       std::any_of(plot.panels.begin(), plot.panels.end(), [](const Panel& panel) { return panel.left >= 0.5; }) ? 2
-                                                                                                                 : 1},
-      {"key",
-       {{"inches", key.inches},
-        {"lines", key.lines},
-        {"horizontal", key.horizontal},
-        {"centred", key.centred},
-        {"sample", key.sample},
-        {"small", key.small},
-        {"entries", entries}}},
-      {"with_key", !key.entries.empty()},
-      {"panels", panels}};
+  const bool halves = std::any_of(plot.panels.begin(), plot.panels.end(),
+                                  [](const Panel& panel) { return panel.left >= 0.5 || panel.right <= 0.5; });
+  Json json = {{"height", plot.height},
+               {"half_width", plot.half_width},
+               {"columns", halves ? 2 : 1},
+               {"key",
+                {{"inches", key.inches},
+                 {"lines", key.lines},
+                 {"horizontal", key.horizontal},
+                 {"centred", key.centred},
+                 {"sample", key.sample},
+                 {"small", key.small},
+                 {"entries", entries}}},
+               {"with_key", !key.entries.empty()},
+               {"panels", panels}};
   json.update(plot.own);
   return json;
 }
