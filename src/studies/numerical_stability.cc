@@ -223,11 +223,9 @@ class NumericalStabilityStudy final : public CopiedStudy<NumericalStabilityStudy
     return {make_key(table(), "layers", "layers",
                      "layers of the piles that strain the sampler: friction from 1e-9 to 1.73, with others on four "
                      "columns and under uneven loads beside them; 0: none",
-                     spec_.layers, KeyRange{.or_zero = true}.within(2, most_layers))
-                .formerly_at("figures.stress.layers"),
+                     spec_.layers, KeyRange{.or_zero = true}.within(2, most_layers)),
             make_key(table(), "columns", "beads", "beads per layer of these piles", spec_.columns,
-                     KeyRange{}.within(4, most_columns))
-                .formerly_at("figures.stress.columns")};
+                     KeyRange{}.within(4, most_columns))};
   }
 
   bool asked() const override { return spec_.layers > 0; }

@@ -206,8 +206,6 @@ class Studies {
 // Limits that no sensible experiment meets; beyond them a slip of the keyboard is more likely than an intention.
 inline constexpr double most_memory = 32e9;  // bytes
 inline constexpr std::size_t most_friction_values = 1000;
-inline constexpr int most_columns = 1'000'000;
-inline constexpr int most_layers = 1'000'000;
 // The rejection law accepts 4.5 % of the piles of 6 x 6 beads at mu = 0.3 and exponentially fewer of larger ones.
 inline constexpr int most_beads_by_rejection = 256;
 // Contacts reach the horizontal at mu = sqrt(3): the interval of each bead is then unbounded.

@@ -109,9 +109,8 @@ class RejectionThrustStudy final : public CopiedStudy<RejectionThrustStudy> {
                      .why = "without friction the thrust ratio is 1 by definition, and above 0.3 rejection takes for "
                             "ever on piles deep enough to have a bulk"}
                 .within(0, 0.3)
-                .above(0))
-            .formerly_at("exact_mu"),
-        make_key(table(), "samples", "piles", "piles of each of these sizes", samples_).formerly_at("exact_samples")};
+                .above(0)),
+        make_key(table(), "samples", "piles", "piles of each of these sizes", samples_)};
   }
 
   bool asked() const override { return !mu_.empty(); }
@@ -605,10 +604,10 @@ class ChainShareStudy final : public CopiedStudy<ChainShareStudy> {
                  "piles of the size of scenes.force_chains from which the share of the response along the rays is "
                  "taken, at least eight per block; 0: none",
                  samples_),
-        make_key(table(), "least_share", "", "force-chains: share of the response that the two rays must carry",
-                 least_share_,
-                 KeyRange{.why = "it is not a share that the response could fall short of or exceed"}.above(0).below(1))
-            .formerly_at("claims.chain_share")};
+        make_key(
+            table(), "least_share", "", "force-chains: share of the response that the two rays must carry",
+            least_share_,
+            KeyRange{.why = "it is not a share that the response could fall short of or exceed"}.above(0).below(1))};
   }
 
   bool asked() const override { return samples_ > 0; }

@@ -58,15 +58,15 @@ TEST_CASE("what is wrong is told by the key of the number that should change") {
   CHECK(key_after([](EnsembleSpec&) {}) == "none");
   CHECK(key_after([](EnsembleSpec& s) { s.lattice.layers = 0; }) == "layers");
   CHECK(key_after([](EnsembleSpec& s) { s.sampler.max_tries = 0; }) == "max_tries");
-  CHECK(key_after([](EnsembleSpec& s) { s.sampler.lambda = 0.5; }) == "law");
+  CHECK(key_after([](EnsembleSpec& s) { s.sampler.lambda = 0.5; }) == "lambda");
   CHECK(key_after([](EnsembleSpec& s) { s.response.epsilon = least_epsilon / 2; }) == "epsilon");
-  CHECK(key_after([](EnsembleSpec& s) { s.response.overload = 2 * most_overload; }) == "overload");
+  CHECK(key_after([](EnsembleSpec& s) { s.response.overload = 2e6; }) == "overload");
   CHECK(key_after([](EnsembleSpec& s) { s.response.opposite = true; }) == "opposite");
   CHECK(key_after([](EnsembleSpec& s) { s.response = multiplexed_response(0.25, true, 2); }) == "sign_run");
   CHECK(key_after([](EnsembleSpec& s) { s.response.samples = 56; }) == "samples");
   EnsembleSpec spec = sound();
   spec.response.blocks = 7;
-  CHECK_THROWS_WITH(validate(spec), Catch::StartsWith("blocks: 7 blocks"));
+  CHECK_THROWS_WITH(validate(spec), Catch::StartsWith("blocks: 7 is out of range"));
 }
 
 TEST_CASE("a sampler that cannot be made is told from any thread") {
@@ -154,6 +154,40 @@ TEST_CASE("the configuration tells apart whatever changes the numbers, and nothi
   a.load = b.load = Load::uniform;
   b.response.overload = 3;
   CHECK(configuration_text(a) == configuration_text(b));
+}
+
+TEST_CASE("a stored configuration is read back as the ensemble that it tells of") {
+  std::vector<EnsembleSpec> all(6, sound());
+  all[1].sampler.law = Law::polytope;
+  all[1].sampler.lambda = 0.1;
+  all[1].sampler.burn_in = 7;
+  all[1].sampler.seed = ~std::uint64_t{0};
+  all[1].layers = {1, 4};
+  all[1].response.estimator = EstimatorName::paired;
+  all[2].response = multiplexed_response(1.0 / 3, true, 2);
+  all[2].sampler.load_angle = -1.5;
+  all[2].record_H = true;
+  all[2].record_profiles = false;
+  all[3].response.estimator = EstimatorName::fluctuation;
+  all[3].response.base_step = 5;
+  all[4].load = Load::uniform;
+  all[4].sampler.model.name = ModelName::three_leg;
+  all[4].sampler.model.three_leg = {.law = MiddleLaw::clipped, .noise = 0.01};
+  all[5].sampler.model.name = ModelName::stochastic_osl;
+  all[5].sampler.model.stochastic_osl = {
+      .disorder = 0.1, .cell_columns = 2, .cell_rows = 3, .noise = NoiseLaw::gaussian};
+  for (const ModelName model : {ModelName::q_model, ModelName::diluted_beads}) {
+    all.push_back(sound());
+    all.back().sampler.model.name = model;
+    all.back().sampler.model.q_model = {SplitLaw::beta, 0.5};
+    all.back().sampler.model.diluted_beads.share = 0.125;
+  }
+  for (const EnsembleSpec& spec : all) {
+    const std::string text = configuration_text(spec);
+    INFO(text);
+    CHECK(configuration_text(ensemble_configured(text + "groups_drawn=3\n")) == text);
+  }
+  CHECK_THROWS_WITH(ensemble_configured("columns=many\n"), Catch::StartsWith("columns: many is not a whole number"));
 }
 
 TEST_CASE("progress is advanced by one for each sample, failed ones included") {

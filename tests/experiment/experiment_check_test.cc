@@ -210,7 +210,7 @@ TEST_CASE("Loads, estimators and laws that cannot work are refused") {
              }),
              Contains("sampling.law: ") && Contains("the 70 x 80 beads of scenes.force_chains"));
   CHECK_THAT(problem_after([](Experiment& e) { e.sampling.lambda = 0.5; }),
-             Contains("sampling.law: ") && Contains("would change nothing under granusolve"));
+             Contains("sampling.lambda: ") && Contains("would change nothing under granusolve"));
   for (const double lambda : {-0.1, 1.1, not_a_number, infinity}) {
     CHECK_THAT(problem_after([&](Experiment& e) { e.sampling.lambda = lambda; }), Contains("sampling.lambda: "));
   }

@@ -407,23 +407,6 @@ TEST_CASE("An unknown key is refused with file, line, column and the nearest kno
   CHECK_THAT(refusal("\"" + std::string(5000, 'k') + "\" = 3\n"), Contains("unknown key"));
 }
 
-TEST_CASE("A key or table under its former name is refused with the present one") {
-  CHECK(refusal("[figures.stress]\nlayers = 100\n") ==
-        "mine.toml:1:10: figures.stress has another name now; write [studies.numerical_stability], its values mean the "
-        "same");
-  CHECK_THAT(refusal("figures.stress.layers = 3\n"), Contains("write [studies.numerical_stability]"));
-  CHECK_THAT(refusal("[figures.small_friction]\nmu = [0.1]\n"), Contains("write [studies.small_friction]"));
-  CHECK_THAT(refusal("[figures.law_comparison]\nexact_mu = [0.1]\n"), Contains("write [studies.law_comparison]"));
-  CHECK_THAT(refusal("[studies.law_comparison]\nexact_mu = [0.1]\n"), Contains("write studies.rejection_thrust.mu"));
-  CHECK_THAT(refusal("[claims]\nchain_share = 0.4\n"), Contains("write studies.chain_share.least_share"));
-  // Every table of a study, and none that exists under this name.
-  Experiment any;
-  for (const Key& key : keys_of(any)) {
-    if (!key.formerly.empty()) CHECK_THAT(refusal(key.formerly + " = 0\n"), Contains("has another name now"));
-    CHECK(key.formerly != key.path());
-  }
-}
-
 TEST_CASE("A value of the wrong type is refused with what is expected") {
   CHECK(refusal("[lattice]\n  columns = 500.0\n") ==
         "mine.toml:2:3: lattice.columns must be a whole number but is a number with a fraction; beads per layer, "

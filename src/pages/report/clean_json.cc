@@ -65,17 +65,12 @@ Json to_json(const RunningExponent& running) {
 }
 
 nlohmann::ordered_json to_json(const ResponseSpec& response) {
-  nlohmann::ordered_json json{{"estimator", name_of(response.estimator)}};
-  if (response.estimator == EstimatorName::multiplexed) {
-    json["epsilon"] = response.epsilon;
-    json["opposite"] = response.opposite;
-    json["sign_run"] = response.sign_run;
-  } else if (response.estimator == EstimatorName::fluctuation) {
-    json["reference_lag"] = response.reference_lag;
-    json["first_base"] = response.first_base;
-    json["base_step"] = response.base_step;
-  } else {
-    json["overload"] = response.overload;
+  nlohmann::ordered_json json;
+  ResponseSpec copy = response;  // keys could set what they tell
+  const std::vector<Key> keys = keys_of(copy);
+  for (const Key& key : keys) {
+    if (key.name == "samples" || key.name == "blocks" || !counts(key, keys)) continue;
+    std::visit([&](const auto& value) { json[key.name] = value; }, key.get());
   }
   return json;
 }

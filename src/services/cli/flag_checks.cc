@@ -18,43 +18,38 @@
 #include "support/plain_text.h"
 
 namespace granuscope {
-namespace {
-
-/// How a text reads as a whole number.
-std::errc read_whole(const std::string& text, std::int64_t& number) {
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  return error == std::errc() && end != text.data() + text.size() ? std::errc::invalid_argument : error;
+CLI::Option* add_key(CLI::App& verb, const Key& key, const std::string& about) {
+  const std::string flag = flag_of(key);
+  const std::string told =
+      key.unit.empty() || !about.empty() ? key.meaning : fmt::format("{} [{}]", key.meaning, key.unit);
+  const auto read = [key, flag](const std::string& text) {
+    try {
+      key.read(text);
+    } catch (const InputError& error) {
+      throw CLI::ValidationError(flag, error.what());
+    }
+  };
+  const KeyValue like = key.get();
+  if (std::holds_alternative<bool>(like))
+    return verb.add_flag_callback(
+        flag, [read] { read("true"); }, told);
+  return verb.add_option_function<std::string>(flag, read, about.empty() ? told : about)
+      ->default_str(key.text())
+      ->type_name(std::holds_alternative<std::int64_t>(like) ? "INT"
+                  : std::holds_alternative<double>(like)     ? "FLOAT"
+                                                             : "TEXT");
 }
-
-}  // namespace
 
 CLI::Validator whole_number() {
   return CLI::Validator(
       [](const std::string& text) -> std::string {
-        std::uint64_t number = 0;
-        const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-        if (error == std::errc() && end == text.data() + text.size()) return "";
-        if (!text.empty() && text[0] == '-') return single_line(text) + " is negative; give 0 or more";
-        if (error == std::errc::result_out_of_range) {
-          return fmt::format("{} is too large; give at most {}", single_line(text),
-                             std::numeric_limits<std::uint64_t>::max());
+        try {
+          std::uint64_t number = 0;
+          key_fields::from_text(number, text);
+        } catch (const InputError& error) {
+          return error.what();
         }
-        return single_line(text) + " is not a whole number; write it in digits";
-      },
-      "", "");
-}
-
-CLI::Validator lattice_side() {
-  return CLI::Validator(
-      [](const std::string& text) -> std::string {
-        std::int64_t number = 0;
-        const std::errc error = read_whole(text, number);
-        if (error == std::errc::invalid_argument)
-          return single_line(text) + " is not a whole number; write it in digits";
-        if (error == std::errc() && number <= std::numeric_limits<int>::max()) return "";  // too few: the lattice says
-        const double beads = std::strtod(text.c_str(), nullptr);
-        return fmt::format("{} beads in a row would need about {} of memory for a single row; give fewer",
-                           single_line(text), describe_bytes(beads * bytes_per_bead));
+        return "";
       },
       "", "");
 }

@@ -6,13 +6,15 @@
 #include <string_view>
 #include <vector>
 
-namespace granuscope {
-/// A count from 0 to 2^64 - 1, written in digits: CLI11's own conversion silently takes the largest number for a larger
-/// one.
-CLI::Validator whole_number();
+#include "support/key.h"
 
-/// Beads along one side of a lattice. One too large for any memory is answered with the memory that it would need.
-CLI::Validator lattice_side();
+namespace granuscope {
+/// The flag of a key: it says what the key means, or `about`, and a whole number beyond its field is refused, which
+/// CLI11's own conversion silently takes for the largest one.
+CLI::Option* add_key(CLI::App& verb, const Key& key, const std::string& about = "");
+
+/// A count from 0 to 2^64 - 1, written in digits.
+CLI::Validator whole_number();
 
 /// A file to be written. "-" would make a file of that name where a stream may have been meant.
 CLI::Validator output_file();

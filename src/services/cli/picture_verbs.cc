@@ -184,13 +184,6 @@ std::array<double, 2> parse_range(std::string_view text) {
       "--range {} is not LOW,HIGH; give the two ends of the colour scale, as in --range=0,1.5 or --range=-1,1", text));
 }
 
-/// The value of a line "key=value" of an ensemble's configuration.
-double configured(const std::string& configuration, const std::string& key) {
-  const std::string lines = "\n" + configuration;
-  const std::size_t at = lines.find("\n" + key + "=");
-  return at == std::string::npos ? 0 : std::atof(lines.c_str() + at + key.size() + 2);
-}
-
 /// The configuration of an ensemble; "" for a file that is none, which is then read, or refused, as a pile.
 std::string configuration_if_ensemble(const std::string& file) {
   try {
@@ -228,9 +221,8 @@ SceneStatistics render_ensemble(const RenderOptions& options, const std::string&
   MeasuredEnsemble ensemble;
   ensemble.record = open_ensemble(options.pile_file);
   const std::vector<int>& layers = ensemble.record.sums.layers;
-  ensemble.spec.lattice.columns = static_cast<int>(configured(configuration, "columns"));
+  ensemble.spec = ensemble_configured(configuration);
   ensemble.spec.lattice.layers = layers.empty() ? 1 : layers.back() + 1;
-  ensemble.spec.response.overload = configured(configuration, "overload");
   const Field field = response_field(ensemble, {});
   return render_scene(build_field_scene(field, options.scene), options.scene, options.image.path,
                       metadata_for(options, "mean response"));

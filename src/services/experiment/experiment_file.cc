@@ -253,21 +253,8 @@ class Reader {
     positions_[fmt::format("{}.{}", expected_verdicts_table, claim)] = at(position);
   }
 
-  /// What a key or a table that older files have under this path is called now; empty if there was none.
-  std::string present_name(const std::string& path) const {
-    for (const Key& key : all_keys_) {
-      if (key.formerly == path || key.formerly == path.substr(path.rfind('.') + 1)) return key.path();
-      if (key.formerly.starts_with(path + ".")) return fmt::format("[{}]", key.table);
-    }
-    return {};
-  }
-
   [[noreturn]] void refuse(const std::string& table, const std::string& name, const toml::source_position& position) {
     const std::string path = table.empty() ? name : table + "." + name;
-    if (const std::string now = present_name(path); !now.empty()) {
-      throw InputError(
-          fmt::format("{}: {} has another name now; write {}, its values mean the same", at(position), path, now));
-    }
     std::vector<std::string> known(tables_.begin(), tables_.end());
     std::vector<std::string> siblings;
     std::optional<std::string> meant;

@@ -130,8 +130,11 @@ std::map<std::string, std::string> keys_in_summary(const Json& summary) {
     if (!result.is_object()) continue;
     const std::string scanned = scanned_in(summary);
     const std::string value = result.contains(scanned) ? result.at(scanned).dump() : "?";
-    for (const char* name : {"law", "estimator", "epsilon", "opposite", "sign_run"}) {
-      add(result, name, fmt::format("{} at {} = {}", name, scanned, value));
+    ResponseSpec response;
+    add(result, "law", fmt::format("law at {} = {}", scanned, value));
+    for (const Key& key : keys_of(response)) {
+      if (key.name == "samples" || key.name == "blocks") continue;
+      add(result, key.name.c_str(), fmt::format("{} at {} = {}", key.name, scanned, value));
     }
     // Those that failed are the same samples, too.
     const std::uint64_t begun =
