@@ -1,15 +1,25 @@
-#include "pipeline/pipeline.h"
-
+// What a run leaves, and what it finds, makes anew and says when it fails.
+#include <sys/stat.h>
+#include <unistd.h>
 #include <catch2/catch.hpp>
+#include <chrono>
+#include <filesystem>
 #include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <string>
+#include <thread>
+#include <vector>
 
+#include "experiment/experiment_file.h"
 #include "kit/search_path.h"
 #include "kit/set_key.h"
 #include "kit/small_experiment.h"
 #include "kit/temporary_folder.h"
 #include "pipeline/ensemble_stage.h"
+#include "pipeline/pipeline.h"
+#include "pipeline/quiet_run.h"
 #include "quiet_run.h"
 #include "storage/ensemble_file.h"
 #include "storage/pile_file.h"
@@ -18,6 +28,7 @@
 #include "support/progress.h"
 
 using namespace granuscope;
+using Catch::Matchers::Contains;
 using test::TemporaryFolder;
 namespace fs = std::filesystem;
 
@@ -58,12 +69,19 @@ TEST_CASE("a run leaves everything it promises, and a second one repeats no samp
   }
   for (const std::string& name : files) CHECK(name.find(".granuscope") == std::string::npos);
   CHECK(result.analysis.results.size() == 4);
-  CHECK(manifest_of(folder.path())["status"] == "done");
+  const nlohmann::json manifest = manifest_of(folder.path());
+  CHECK(manifest["status"] == "done");
+  std::set<std::string> listed = {"manifest.json"};
+  for (const auto& file : manifest.at("files")) listed.insert(file.at("path").get<std::string>());
+  CHECK(listed == files);
   // The resolved experiment reads back and would give the same run.
   CHECK(print_experiment(parse_experiment(read_file(folder.path() / "experiment.toml"), "experiment.toml")) ==
         print_experiment(experiment));
 
   const std::string summary = read_file(folder.path() / "summary.json");
+  // Nothing of the moment, the machine or the folder.
+  CHECK(summary.find(folder.path().string()) == std::string::npos);
+  CHECK(summary.find("seconds") == std::string::npos);
   const std::string picture = read_file(folder.path() / "figures/force-chains.png");
   const auto drawn_at = fs::last_write_time(folder.path() / "ensembles/mu-0.3.h5");
   for (const PlannedStep& step : plan_run(experiment, quiet(folder.path()))) {
@@ -73,25 +91,6 @@ TEST_CASE("a run leaves everything it promises, and a second one repeats no samp
   CHECK(fs::last_write_time(folder.path() / "ensembles/mu-0.3.h5") == drawn_at);
   CHECK(read_file(folder.path() / "summary.json") == summary);
   CHECK(read_file(folder.path() / "figures/force-chains.png") == picture);
-}
-
-TEST_CASE("the summary is the same bytes for every number of threads, by every estimator", "[unsanitized]") {
-  for (const std::string estimator : {"point", "paired", "multiplexed", "fluctuation"}) {
-    std::string first;
-    for (const int threads : {1, 2, 5}) {
-      CAPTURE(estimator, threads);
-      const TemporaryFolder folder;
-      RunOptions options = quiet(folder.path(), {Stage::report});
-      options.threads = threads;
-      run_experiment(estimated_by(estimator), options);
-      const std::string summary = read_file(folder.path() / "summary.json");
-      if (first.empty()) first = summary;
-      CHECK(summary == first);
-      // Nothing of the moment, the machine or the folder.
-      CHECK(summary.find(folder.path().string()) == std::string::npos);
-      CHECK(summary.find("seconds") == std::string::npos);
-    }
-  }
 }
 
 TEST_CASE("only what is asked for is made") {
@@ -110,69 +109,30 @@ TEST_CASE("only what is asked for is made") {
   CHECK(read_file(folder.path() / "manifest.json").find("no GL context was made") != std::string::npos);
 }
 
-TEST_CASE("a damaged or different ensemble is drawn again, and only that one") {
+TEST_CASE("a damaged ensemble is drawn again, and only that one; one of another seed is none") {
   const TemporaryFolder folder;
   Experiment experiment = small_experiment();
-  run_experiment(experiment, quiet(folder.path(), {Stage::sample}));
+  const RunOptions options = quiet(folder.path(), {Stage::sample});
+  const auto reused = [&] {
+    std::vector<bool> each;
+    for (const PlannedStep& step : plan_run(experiment, options)) each.push_back(step.reused);
+    return each;
+  };
+  run_experiment(experiment, options);
   const fs::path damaged = folder.path() / "ensembles/mu-0.3.h5";
   const std::string whole = read_file(damaged);
   write_file(damaged, std::string_view(whole).substr(0, whole.size() / 2));
-  const auto plan = plan_run(experiment, quiet(folder.path(), {Stage::sample}));
-  REQUIRE(plan.size() == 4);
-  CHECK(plan[0].reused);
-  CHECK(plan[1].reused);
-  CHECK_FALSE(plan[2].reused);
-  CHECK(plan[3].reused);
-  run_experiment(experiment, quiet(folder.path(), {Stage::sample}));
+  CHECK(reused() == std::vector<bool>{true, true, false, true});
+  run_experiment(experiment, options);
   CHECK(read_file(damaged) == whole);
+  CHECK(read_file(folder / "manifest.json").find("3 of 4 ensembles were already there") != std::string::npos);
   experiment.sampling.seed = 12;
-  for (const PlannedStep& step : plan_run(experiment, quiet(folder.path(), {Stage::sample}))) {
-    CHECK_FALSE(step.reused);
-  }
+  CHECK(reused() == std::vector<bool>(4, false));
 }
 
-TEST_CASE("an ensemble damaged behind its configuration is drawn again, too") {
-  const TemporaryFolder folder;
+TEST_CASE("an interrupted run says so and keeps what was finished") {
+  const TemporaryFolder stopped;
   const Experiment experiment = small_experiment();
-  run_experiment(experiment, quiet(folder.path(), {Stage::sample}));
-  const fs::path file = folder.path() / "ensembles/mu-0.3.h5";
-  const std::string whole = read_file(file);
-  const std::string configuration = read_ensemble_configuration(file);
-  // The first byte whose change spoils the sums but not the configuration.
-  const auto spoils_sums_only = [&] {
-    try {
-      if (read_ensemble_configuration(file) != configuration) return false;
-    } catch (const InputError&) {
-      return false;
-    }
-    try {
-      read_ensemble(file);
-    } catch (const InputError&) {
-      return true;
-    }
-    return false;
-  };
-  std::size_t at = 0;
-  do {
-    REQUIRE(at < whole.size());
-    std::string damaged = whole;
-    damaged[at] = static_cast<char>(damaged[at] ^ 0x55);
-    at += 16;
-    write_file(file, damaged);
-  } while (!spoils_sums_only());
-
-  CHECK(plan_run(experiment, quiet(folder.path(), {Stage::sample}))[2].reused);  // plans read no further
-  run_experiment(experiment, quiet(folder.path(), {Stage::sample}));
-  CHECK(read_file(file) == whole);
-  const std::string manifest = read_file(folder.path() / "manifest.json");
-  CHECK(manifest.find("3 of 4 ensembles were already there") != std::string::npos);
-}
-
-TEST_CASE("an interrupted run says so, keeps what was finished and goes on to the same bytes") {
-  const TemporaryFolder whole, stopped;
-  const Experiment experiment = small_experiment();
-  run_experiment(experiment, quiet(whole.path(), {Stage::sample}));
-
   // As if the run had been stopped after two ensembles: they are whole, the rest is missing.
   run_experiment(experiment, quiet(stopped.path(), {Stage::sample}));
   fs::remove(stopped.path() / "ensembles/mu-0.3.h5");
@@ -184,11 +144,6 @@ TEST_CASE("an interrupted run says so, keeps what was finished and goes on to th
   CHECK(manifest_of(stopped.path())["exit_code"] == 4);
   CHECK(fs::exists(stopped.path() / "ensembles/mu-0.2.h5"));
   CHECK_FALSE(fs::exists(stopped.path() / "ensembles/mu-0.3.h5"));
-
-  run_experiment(experiment, quiet(stopped.path(), {Stage::sample}));
-  for (const char* name : {"ensembles/mu-0.2.h5", "ensembles/mu-0.3.h5", "ensembles/mu-0.4.h5"}) {
-    CHECK(read_file(stopped.path() / name) == read_file(whole.path() / name));
-  }
 }
 
 TEST_CASE("figures with nothing to show are left out, the reasons reported") {
@@ -229,7 +184,7 @@ TEST_CASE("a folder that cannot be made is refused before any work") {
 
 TEST_CASE("failures are listed in the summary and enter no average") {
   const TemporaryFolder folder;
-  Experiment experiment = without_pdf(small_experiment());
+  Experiment experiment = unplotted(small_experiment());
   experiment.sampling.effort = 1.4;  // enough at mu = 0.2, not for every pile at 0.4
   run_experiment(experiment, quiet(folder.path(), {Stage::report}));
   const auto summary = nlohmann::json::parse(read_file(folder.path() / "summary.json"));
@@ -320,7 +275,7 @@ TEST_CASE("The ensembles of studies are drawn, kept, reused and reported") {
   const auto timings = [&] { return nlohmann::json::parse(read_file(folder.path() / "manifest.json")).at("timings"); };
   const auto drawn = timings();
   fs::remove(folder.path() / "summary.md");  // or else nothing would be done
-  CHECK(summary_of({Stage::report}) == first);
+  run_experiment(experiment, quiet(folder.path(), {Stage::report}));
   const auto reused = timings();
   for (std::size_t i = 0; i < drawn.size(); ++i) {
     if (drawn[i].at("stage").get<std::string>().rfind("sample ", 0) != 0) continue;
@@ -336,7 +291,7 @@ TEST_CASE("The ensembles of studies are drawn, kept, reused and reported") {
 TEST_CASE("every estimator runs to a report that names it beside the numbers") {
   for (const std::string estimator : {"paired", "multiplexed", "fluctuation"}) {
     const TemporaryFolder folder;
-    run_experiment(estimated_by(estimator), quiet(folder.path()));
+    run_experiment(unplotted(estimated_by(estimator)), quiet(folder.path()));
     const std::string summary = read_file(folder.path() / "summary.json");
     const auto results = nlohmann::json::parse(summary).at("results");
     int known = 0;  // piles this shallow leave c open at some friction coefficients
@@ -413,4 +368,258 @@ TEST_CASE("A precision is reached by whole steps: the same bytes for every numbe
   CHECK(summary.at("results")[1].at("precision").at("reached") == false);
   CHECK(summary.at("results")[1].at("precision").at("reason") == outcome.reason);
   CHECK(read_file(again.path() / "report.html").find("that was not reached") != std::string::npos);
+}
+
+// A run whose results are all there does nothing.
+
+namespace {
+
+Experiment experiment() { return parse_experiment(one_plot_text, "small.toml"); }
+
+std::map<std::string, fs::file_time_type> times_in(const fs::path& folder) {
+  std::map<std::string, fs::file_time_type> times;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    if (entry.is_regular_file()) times[entry.path().string()] = fs::last_write_time(entry.path());
+  }
+  return times;
+}
+
+}  // namespace
+
+TEST_CASE("An unchanged experiment run again does nothing") {
+  const TemporaryFolder folder;
+  Experiment small = experiment();
+  small.expected_verdicts["frictionless"] = "not reproduced";
+  const auto now = [] { return std::chrono::steady_clock::now(); };
+  const auto begin = now();
+  const RunResult first = run_experiment(small, quiet(folder.path()));
+  const auto of_first = now() - begin;
+  REQUIRE(first.unexpected.size() == 1);
+  const auto before = times_in(folder.path());
+  const auto start = now();
+  const RunResult again = run_experiment(small, quiet(folder.path()));
+  CHECK(now() - start < of_first / 2);
+  CHECK(times_in(folder.path()) == before);
+  CHECK(again.unexpected == first.unexpected);
+  CHECK(again.files.html == first.files.html);
+  CHECK(again.failure.empty());
+  // What is part of it is there, too.
+  run_experiment(small, quiet(folder.path(), {Stage::analyse}));
+  CHECK(times_in(folder.path()) == before);
+}
+
+TEST_CASE("What is missing, damaged or asked for otherwise is made again") {
+  const TemporaryFolder folder;
+  Experiment small = experiment();
+  run_experiment(small, quiet(folder.path(), {Stage::analyse}));
+  CHECK_FALSE(fs::exists(folder / "summary.json"));
+  run_experiment(small, quiet(folder.path()));  // more stages than are there
+  const std::string summary = read_file(folder / "summary.json"), figure = "figures/response-profiles.svg";
+  const std::string plot = read_file(folder / figure);
+
+  fs::remove(folder / figure);
+  run_experiment(small, quiet(folder.path()));
+  CHECK((read_file(folder / figure) == plot));
+  std::string damaged = plot;
+  damaged[damaged.size() / 2] ^= 1;
+  write_file(folder / figure, damaged);
+  run_experiment(small, quiet(folder.path()));
+  CHECK((read_file(folder / figure) == plot));
+
+  small.fit.layer_step = 3;
+  run_experiment(small, quiet(folder.path()));
+  CHECK(read_file(folder / "summary.json") != summary);
+  small.fit.layer_step = 2;
+  run_experiment(small, quiet(folder.path()));
+  CHECK((read_file(folder / "summary.json") == summary));
+}
+
+TEST_CASE("Figures of an earlier experiment leave the folder, and nothing else does") {
+  const TemporaryFolder folder;
+  Experiment small = experiment();
+  small.force_chains.show = true;
+  run_experiment(small, quiet(folder.path()));
+  REQUIRE(fs::exists(folder / "figures/response-profiles.svg"));
+  REQUIRE(fs::exists(folder / "figures/force-chains.png"));
+  write_file(folder / "figures/notes.txt", "somebody's own");
+  const std::string chains = read_file(folder / "figures/force-chains.png");
+  small.figures.response_profiles = false;
+  run_experiment(small, quiet(folder.path(), {Stage::sample}));  // has no figures of its own
+  CHECK(fs::exists(folder / "figures/response-profiles.svg"));
+  run_experiment(small, quiet(folder.path()));
+  for (const auto& entry : fs::directory_iterator(folder / "figures")) {
+    CHECK(entry.path().filename().string().find("response-profiles") == std::string::npos);
+  }
+  CHECK(fs::exists(folder / "figures/notes.txt"));
+  CHECK((read_file(folder / "figures/force-chains.png") == chains));
+  CHECK(fs::exists(folder / "ensembles/mu-0.3.h5"));
+}
+
+TEST_CASE("What is all there is planned as nothing") {
+  const TemporaryFolder folder;
+  const Experiment small = experiment();
+  CHECK_FALSE(is_all_there(small, quiet(folder.path())));
+  run_experiment(small, quiet(folder.path(), {Stage::analyse}));
+  CHECK_FALSE(is_all_there(small, quiet(folder.path())));
+  CHECK(is_all_there(small, quiet(folder.path(), {Stage::sample})));
+  fs::remove(folder / "ensembles/mu-0.3.h5");
+  CHECK_FALSE(is_all_there(small, quiet(folder.path(), {Stage::sample})));
+}
+
+TEST_CASE("An interrupted ensemble keeps what was drawn, however long ago the last part was") {
+  const TemporaryFolder folder;
+  Experiment large = experiment();
+  large.response.samples = 32 * group_size * 2000;
+  const PartPolicy never_by_itself{1e9, 0};
+  std::vector<PlannedEnsemble> planned = plan_ensembles(large, folder.path());
+  std::thread stopper([] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    request_interruption(true);
+  });
+  CHECK_THROWS_AS(obtain_ensemble(planned[1], folder.path(), 2, ProgressStyle::silent, never_by_itself), Interrupted);
+  stopper.join();
+  request_interruption(false);
+  CHECK(fs::exists(folder.path() / part_file(planned[1])));
+  CHECK(plan_ensembles(large, folder.path())[1].begun > 0);
+}
+
+// What a folder says of a run that has not ended, or ended badly, and what such a run leaves as it was.
+
+namespace {
+
+/// Seconds of each stage that draws an ensemble; -1 where they are not known.
+std::map<std::string, double> drawing_times(const fs::path& folder) {
+  std::map<std::string, double> times;
+  const nlohmann::json manifest = manifest_of(folder);
+  for (const auto& timing : manifest.at("timings")) {
+    const auto stage = timing.at("stage").get<std::string>();
+    if (stage.starts_with("sample ")) {
+      times[stage] = timing.at("seconds").is_null() ? -1 : timing.at("seconds").get<double>();
+    }
+  }
+  return times;
+}
+
+void damage_last_half(const fs::path& file) {
+  std::string bytes = read_file(file);
+  bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 1);
+  std::ofstream(file) << bytes;
+}
+
+Experiment growing_experiment() {
+  Experiment experiment = small_experiment();
+  experiment.response.estimator = EstimatorName::multiplexed;
+  experiment.mu = {0.3};
+  experiment.precision = {2e-2, 0, 4096};
+  return experiment;
+}
+
+}  // namespace
+
+TEST_CASE("what drawing took is not forgotten by runs that draw nothing or end badly") {
+  const TemporaryFolder folder;
+  const Experiment experiment = small_experiment();
+  run_experiment(experiment, quiet(folder.path(), {Stage::sample}));
+  const auto drawn = drawing_times(folder.path());
+  REQUIRE(drawn.size() == 4);
+  for (const auto& [stage, seconds] : drawn) CHECK(seconds > 0);
+
+  run_experiment(experiment, quiet(folder.path(), {Stage::render}));
+  CHECK(drawing_times(folder.path()) == drawn);
+
+  request_interruption(true);
+  CHECK_THROWS_AS(run_experiment(experiment, quiet(folder.path(), {Stage::sample})), Interrupted);
+  request_interruption(false);
+  CHECK(manifest_of(folder.path())["status"] == "interrupted");
+  CHECK(drawing_times(folder.path()) == drawn);
+
+  run_experiment(experiment, quiet(folder.path(), {Stage::sample}));
+  CHECK(manifest_of(folder.path())["status"] == "done");
+  CHECK(manifest_of(folder.path())["exit_code"] == 0);
+  CHECK(drawing_times(folder.path()) == drawn);
+
+  // A stage that the experiment no longer has is none of its run.
+  Experiment smaller = experiment;
+  smaller.mu = {0.0, 0.3};
+  run_experiment(smaller, quiet(folder.path(), {Stage::sample}));
+  CHECK(drawing_times(folder.path()).size() == 2);
+}
+
+TEST_CASE("an ensemble that could not be kept is missed before it is drawn") {
+  Experiment experiment = small_experiment();
+  experiment.mu = {0.3};
+  experiment.response.samples = 100'000'000;  // days
+  const TemporaryFolder folder;
+  const fs::path ensembles = folder / "ensembles";
+  std::ofstream(ensembles) << "a file";
+  CHECK_THROWS_WITH(run_experiment(experiment, quiet(folder.path(), {Stage::sample})),
+                    Contains("ensembles") && Contains("is a file where a folder is needed"));
+  fs::remove(ensembles);
+  fs::create_symlink(folder / "none/there", ensembles);
+  CHECK_THROWS_WITH(run_experiment(experiment, quiet(folder.path(), {Stage::sample})), Contains("is a link"));
+  fs::remove(ensembles);
+  fs::create_directories(ensembles / "mu-0.3.h5/in the way");
+  CHECK_THROWS_WITH(run_experiment(experiment, quiet(folder.path(), {Stage::sample})),
+                    Contains("mu-0.3.h5") && Contains("A folder stands"));
+  CHECK(manifest_of(folder.path())["status"] == "failed");
+}
+
+TEST_CASE("planning a growing ensemble draws nothing, even where what is there is damaged") {
+  const TemporaryFolder folder;
+  const Experiment experiment = growing_experiment();
+  run_experiment(experiment, quiet(folder.path(), {Stage::sample}));
+  const fs::path file = folder / "ensembles/mu-0.3.h5";
+  damage_last_half(file);
+  const std::string before = read_file(file);
+  const std::vector<PlannedStep> plan = plan_run(experiment, quiet(folder.path(), {Stage::sample}));
+  CHECK(read_file(file) == before);
+  REQUIRE(plan.size() == 1);
+  CHECK_FALSE(plan.front().reused);
+  CHECK(plan.front().beads > 0);
+  CHECK_THAT(plan.front().what,
+             Contains("by a rule of thumb") && Contains("replaces the file there") && Contains("the file is damaged"));
+}
+
+TEST_CASE("a pile that cannot be completed costs its pictures, not the report") {
+  const TemporaryFolder folder;
+  Experiment experiment = without_pdf(small_experiment());
+  experiment.sampling.effort = 1;  // solves every bead once, so that the first failure ends a pile
+  experiment.mu = {0.0, 0.3};
+  experiment.fit.scaling_window = {0.2, 0.4};
+  run_experiment(experiment, quiet(folder.path()));
+  CHECK_THAT(read_file(folder / "report.html"), Contains("the pile of the force-chain picture could not be completed"));
+  CHECK(fs::exists(folder / "summary.json"));
+  CHECK_FALSE(fs::exists(folder / "figures/force-chains.png"));
+}
+
+TEST_CASE("an ensemble that cannot be opened is not taken for a damaged one") {
+  const TemporaryFolder folder;
+  const Experiment experiment = small_experiment();
+  run_experiment(experiment, quiet(folder.path(), {Stage::sample}));
+  const fs::path file = folder / "ensembles/mu-0.3.h5";
+  const std::string before = read_file(file);
+  const auto refused = [&](const std::string& reason) {
+    CHECK_THROWS_WITH(run_experiment(experiment, quiet(folder.path(), {Stage::sample})),
+                      Contains("cannot open") && Contains("may hold finished work") && Contains(reason));
+    CHECK_THROWS_WITH(plan_run(experiment, quiet(folder.path(), {Stage::sample})), Contains(reason));
+  };
+  if (::geteuid() != 0) {  // root may open everything
+    fs::permissions(file, fs::perms::none);
+    refused("Permission denied");
+    fs::permissions(file, fs::perms::owner_all);
+    CHECK(read_file(file) == before);
+  }
+  fs::rename(file, folder / "kept.h5");
+  fs::create_symlink(file.filename(), file);  // leads to itself
+  CHECK_THROWS_WITH(run_experiment(experiment, quiet(folder.path(), {Stage::sample})), Contains("is a link"));
+  CHECK_THROWS_WITH(plan_run(experiment, quiet(folder.path(), {Stage::sample})),
+                    Contains("cannot open") && Contains("Too many levels of symbolic links"));
+  CHECK(fs::is_symlink(file));
+}
+
+TEST_CASE("a pipe in the place of the manifest is waited for by nobody") {
+  const TemporaryFolder folder;
+  REQUIRE(::mkfifo((folder / "manifest.json").c_str(), 0600) == 0);
+  CHECK_THROWS_WITH(run_experiment(small_experiment(), quiet(folder.path(), {Stage::sample})),
+                    Contains("manifest.json") && Contains("not an ordinary file"));
 }
