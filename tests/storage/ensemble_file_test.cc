@@ -1,8 +1,6 @@
-#include "storage/ensemble_file.h"
-
+// Files of ensembles.
 #include <sys/resource.h>
 #include <unistd.h>
-
 #include <catch2/catch.hpp>
 #include <chrono>
 #include <cstring>
@@ -15,6 +13,7 @@
 #include "kit/file_size_limit.h"
 #include "kit/sanitized.h"
 #include "kit/temporary_folder.h"
+#include "storage/ensemble_file.h"
 #include "storage/pile_file.h"
 #include "storage/record_comparison.h"
 #include "storage/sample_records.h"
@@ -22,9 +21,9 @@
 #include "support/files.h"
 
 using namespace granuscope;
-namespace fs = std::filesystem;
 using namespace granuscope::test;
 using Catch::Matchers::Contains;
+namespace fs = std::filesystem;
 
 TEST_CASE("an ensemble comes back bit by bit") {
   const TemporaryFolder folder;
@@ -241,4 +240,17 @@ TEST_CASE("a full disk keeps the old ensemble") {
   }
   CHECK(folder.contents() == std::vector<std::string>{"ensemble.h5"});
   check_same(read_ensemble(folder / "ensemble.h5"), record);
+}
+
+// Source: what is written must be read again; files of beads must not change.
+
+TEST_CASE("where the rows of a model lie is stored with its sums, and goes without saying for beads") {
+  const test::TemporaryFolder folder;
+  EnsembleRecord record = test::awkward_ensemble();
+  write_ensemble(folder.path() / "beads.h5", record);
+  CHECK(read_ensemble(folder.path() / "beads.h5").sums.rows == RowGeometry{});
+  CHECK(read_file(folder.path() / "beads.h5").find("row_spacing") == std::string::npos);
+  record.sums.rows = {.spacing = sqrt3, .staggered = false};
+  write_ensemble(folder.path() / "legs.h5", record);
+  CHECK(read_ensemble(folder.path() / "legs.h5").sums.rows == record.sums.rows);
 }
