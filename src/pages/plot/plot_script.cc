@@ -462,7 +462,7 @@ std::string recipe_json(const FigureRecipe& recipe) {
 FigureRecipe read_recipe(const std::string& json, const std::string& source) {
   FigureRecipe recipe;
   try {
-    const Json read = Json::parse(json);
+    const Json read = Json::parse(shallow_json(json));
     read.at("id").get_to(recipe.id);
     read.at("template").get_to(recipe.script);
     read.at("title").get_to(recipe.title);
