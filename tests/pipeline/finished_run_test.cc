@@ -3,6 +3,7 @@
 #include <chrono>
 #include <filesystem>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <thread>
 #include <vector>
 
@@ -131,4 +132,16 @@ TEST_CASE("An interrupted ensemble keeps what was drawn, however long ago the la
   request_interruption(false);
   CHECK(fs::exists(folder.path() / part_file(planned[1])));
   CHECK(plan_ensembles(large, folder.path())[1].begun > 0);
+}
+
+TEST_CASE("A manifest that was edited is not gone by") {
+  const TemporaryFolder folder;
+  Experiment small = experiment();
+  small.expected_verdicts["frictionless"] = "not reproduced";
+  run_experiment(small, quiet(folder.path(), {Stage::analyse}));
+  auto manifest = nlohmann::ordered_json::parse(read_file(folder / "manifest.json"));
+  REQUIRE(manifest["unexpected"].size() == 1);
+  manifest["unexpected"] = nlohmann::ordered_json::array();
+  write_file(folder / "manifest.json", manifest.dump(2));
+  CHECK(run_experiment(small, quiet(folder.path(), {Stage::analyse})).unexpected.size() == 1);
 }

@@ -156,3 +156,21 @@ TEST_CASE("missing blocks are listed with the commands that draw them") {
   run_shard(experiment(), quiet(halves.b), {2, 4});
   CHECK_NOTHROW(halves.merge());
 }
+
+TEST_CASE("Blocks of another shape than the experiment makes are refused, and nothing is removed") {
+  const Halves halves;
+  const auto damage = GENERATE(
+      as<std::function<void(EnsembleRecord&)>>(), [](EnsembleRecord& record) { ++record.sums.layers.back(); },
+      [](EnsembleRecord& record) { record.sums.count[0] += 8; },
+      [](EnsembleRecord& record) {
+        auto part = record.sums.quantities.extract("response");
+        part.key() = "other";
+        record.sums.quantities.insert(std::move(part));
+      },
+      [](EnsembleRecord& record) {
+        record.failed.push_back({1, 1, "granuscope sample; curl x"});
+      });
+  change(halves.of_a(), damage);
+  CHECK_THAT(halves.refusal(), Contains("than its configuration says"));
+  CHECK(fs::exists(halves.of_a()));
+}
