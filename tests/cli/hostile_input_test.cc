@@ -394,3 +394,39 @@ TEST_CASE("A run killed anywhere is taken up where it was, and cleaned up after"
   CHECK(hidden_in(out).empty());
   CHECK(read_file(out / "summary.json") == read_file(scratch / "whole" / "summary.json"));
 }
+
+TEST_CASE("What nests without end is refused, and so is what was changed since its run") {
+  const test::TemporaryFolder scratch;
+  const std::string at = scratch.path().string(), many(100'000, '[');
+  write_file(scratch / "deep.json", R"({"results": )" + many + "1" + std::string(100'000, ']') + "}");
+  const std::string deep = (scratch / "deep.json").string();
+  CHECK_THAT(granuscope_command({"compare", deep, deep}).err, Contains("nests deeper"));
+  std::string key = "a";
+  for (int k = 0; k < 100'000; ++k) key += ".a";
+  for (const std::string& text : {key + " = 1\n", "x = {" + key + " = 1}\n", "[" + key + "]\n"}) {
+    write_file(scratch / "deep.toml", text);
+    CHECK_THAT(granuscope_command({"run", (scratch / "deep.toml").string(), "--print-config"}).err,
+               Contains("more than 100 parts"));
+  }
+  CHECK(granuscope_command({"run", (scratch / "deep.toml").string(), "--set", key + "=1"}).code == 2);
+  const std::string points(300, '.');  // in a text, a comment and numbers they are none
+  write_file(scratch / "fine.toml", "[experiment]\ndescription = \"\"\"\n\\\"" + points + "\n\"\"\"\nname = '" +
+                                        std::string(150, '.') + "'  # " + points + "\n");
+  CHECK(granuscope_command({"run", (scratch / "fine.toml").string(), "--print-config"}).code == 0);
+
+  const std::string summary = R"({"results": [{"mu": 0.3, "x\\endcsname\\immediate, \"y": 1.5, "n": 2}]})";
+  write_file(scratch / "summary.json", summary);
+  const auto manifest = [&](const std::string& digest) {
+    write_file(scratch / "manifest.json",
+               R"({"stages": ["report"], "files": [{"path": "summary.json", "sha256": ")" + digest + "\"}]}");
+  };
+  manifest(sha256(summary));
+  CHECK_THAT(granuscope_command({"numbers", at}).out,
+             Contains("granuscope@mu-0.3/x-endcsname-immediate,-\"y\\endcsname"));
+  CHECK_THAT(granuscope_command({"numbers", at, "--format", "csv"}).out,
+             Contains("\"mu-0.3/x\\endcsname\\immediate, \"\"y\",1.5,,"));
+  manifest(sha256("other"));
+  const auto changed = granuscope_command({"numbers", at});
+  CHECK(changed.code == 2);
+  CHECK_THAT(changed.err, Contains("summary.json is not what the run left there"));
+}

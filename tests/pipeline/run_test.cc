@@ -388,7 +388,7 @@ std::map<std::string, fs::file_time_type> times_in(const fs::path& folder) {
 
 TEST_CASE("An unchanged experiment run again does nothing") {
   const TemporaryFolder folder;
-  Experiment small = experiment();
+  Experiment small = without_pdf(small_experiment());
   small.expected_verdicts["frictionless"] = "not reproduced";
   const auto now = [] { return std::chrono::steady_clock::now(); };
   const auto begin = now();
@@ -410,7 +410,7 @@ TEST_CASE("An unchanged experiment run again does nothing") {
 
 TEST_CASE("What is missing, damaged or asked for otherwise is made again") {
   const TemporaryFolder folder;
-  Experiment small = experiment();
+  Experiment small = without_pdf(small_experiment());
   run_experiment(small, quiet(folder.path(), {Stage::analyse}));
   CHECK_FALSE(fs::exists(folder / "summary.json"));
   run_experiment(small, quiet(folder.path()));  // more stages than are there
@@ -436,7 +436,7 @@ TEST_CASE("What is missing, damaged or asked for otherwise is made again") {
 
 TEST_CASE("Figures of an earlier experiment leave the folder, and nothing else does") {
   const TemporaryFolder folder;
-  Experiment small = experiment();
+  Experiment small = without_pdf(small_experiment());
   small.force_chains.show = true;
   run_experiment(small, quiet(folder.path()));
   REQUIRE(fs::exists(folder / "figures/response-profiles.svg"));
@@ -622,4 +622,16 @@ TEST_CASE("a pipe in the place of the manifest is waited for by nobody") {
   REQUIRE(::mkfifo((folder / "manifest.json").c_str(), 0600) == 0);
   CHECK_THROWS_WITH(run_experiment(small_experiment(), quiet(folder.path(), {Stage::sample})),
                     Contains("manifest.json") && Contains("not an ordinary file"));
+}
+
+TEST_CASE("A manifest that was edited is not gone by") {
+  const TemporaryFolder folder;
+  Experiment small = without_pdf(small_experiment());
+  small.expected_verdicts["frictionless"] = "not reproduced";
+  run_experiment(small, quiet(folder.path(), {Stage::analyse}));
+  auto manifest = nlohmann::ordered_json::parse(read_file(folder / "manifest.json"));
+  REQUIRE(manifest["unexpected"].size() == 1);
+  manifest["unexpected"] = nlohmann::ordered_json::array();
+  write_file(folder / "manifest.json", manifest.dump(2));
+  CHECK(run_experiment(small, quiet(folder.path(), {Stage::analyse})).unexpected.size() == 1);
 }

@@ -93,6 +93,11 @@ void rename_whole(const fs::path& whole, const fs::path& target) {
   if (!file.valid()) fail(target, errno);
   sync_checked(file, target);
   close_checked(file, target);
+  // Who has closed a file to others keeps it so.
+  constexpr mode_t permissions = 0777;
+  if (struct stat before = {}; ::lstat(target.c_str(), &before) == 0 && S_ISREG(before.st_mode)) {
+    (void)::chmod(whole.c_str(), before.st_mode & permissions);
+  }
 
   if (::rename(whole.c_str(), target.c_str()) != 0) fail(target, errno);
 

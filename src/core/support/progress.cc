@@ -17,6 +17,7 @@
 #include <utility>
 
 #include "support/error.h"
+#include "support/plain_text.h"
 
 namespace granuscope {
 namespace {
@@ -148,7 +149,7 @@ void Progress::show(bool closing) {
 }
 
 void log_line(ProgressStyle style, const std::string& line) {
-  if (style != ProgressStyle::silent) console().print(line);
+  if (style != ProgressStyle::silent) console().print(single_line(line, line.size()));
 }
 
 std::string describe_duration(double seconds) {

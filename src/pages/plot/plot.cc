@@ -410,7 +410,7 @@ std::string recipe_json(const FigureRecipe& recipe) {
 FigureRecipe read_recipe(const std::string& json, const std::string& source) {
   FigureRecipe recipe;
   try {
-    const Json read = Json::parse(json);
+    const Json read = Json::parse(shallow_json(json));
     read.at("id").get_to(recipe.id);
     read.at("title").get_to(recipe.title);
     read.at("caption").get_to(recipe.caption);

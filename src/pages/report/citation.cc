@@ -296,7 +296,7 @@ Json manifest_of_finished_run(const fs::path& folder) {
     throw InputError(
         fmt::format("{}: there is no manifest.json, so that this is no folder of a run; name one", folder.string()));
   }
-  Json manifest = Json::parse(read_file(folder / manifest_name), nullptr, false);
+  Json manifest = Json::parse(shallow_json(read_file(folder / manifest_name)), nullptr, false);
   if (!manifest.is_object() || !manifest.contains("status")) refuse(folder, "manifest.json is damaged");
   const Json stages = manifest.value("stages", Json::array());
   if (manifest.at("status") != "done" || std::find(stages.begin(), stages.end(), "report") == stages.end()) {

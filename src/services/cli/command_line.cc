@@ -7,6 +7,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cctype>
+#include <filesystem>
 #include <new>
 #include <stdexcept>
 #include <string>
@@ -207,6 +208,9 @@ int run_command_line(int argc, const char* const* argv, std::ostream& out, std::
                                 error.what())
                   : fmt::format("a file in {} cannot stand in for a template: {}; compare it with that of templates/",
                                 templates_folder().string(), error.what());
+  } catch (const std::filesystem::filesystem_error& error) {  // where nobody had more to say
+    message = fmt::format("{}: {} Check TMPDIR, too, where it is set.", error.path1().string(),
+                          system_reason(error.code().value()));
   } catch (const std::exception& error) {
     message = lacks_threads(error)
                   ? fmt::format(

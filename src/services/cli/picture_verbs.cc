@@ -83,6 +83,9 @@ ExitCode plot_figure_again(FigureOptions options, VerbContext& context) {
     return ExitCode::done;
   }
   require_results_of_last_run(options.folder, "plot");
+  for (const char* ends : {".csv", ".json"}) {
+    if (!options.style.trust_script) require_unchanged(options.folder, "figures/" + options.id, ends);
+  }
   const PlottedFigure plotted = plot_again(figures, options.id, options.style);
   if (!options.file.asked()) options.file.path = options.id + "." + options.style.format;
   options.file.write(plotted.bytes, {options.folder});
@@ -222,7 +225,16 @@ SceneStatistics render_ensemble(const RenderOptions& options, const std::string&
   ensemble.record = open_ensemble(options.pile_file);
   const std::vector<int>& layers = ensemble.record.sums.layers;
   ensemble.spec = ensemble_configured(configuration);
-  ensemble.spec.lattice.layers = layers.empty() ? 1 : layers.back() + 1;
+  const auto response = ensemble.record.sums.quantities.find("response");
+  const int shown = layers.empty() ? 1 : layers.back() + 1;
+  if (response == ensemble.record.sums.quantities.end() || response->second.width != ensemble.spec.lattice.columns ||
+      ensemble.spec.lattice.layers < shown || ensemble.spec.lattice.columns < 2) {
+    throw InputError(fmt::format(
+        "{}: it has no response of as many columns and layers as its configuration says, so that there is nothing to "
+        "be shown; name an ensemble of an estimator with loads, or make the file again",
+        options.pile_file));
+  }
+  ensemble.spec.lattice.layers = shown;
   const Field field = response_field(ensemble, {});
   return render_scene(build_field_scene(field, options.scene), options.scene, options.image.path,
                       metadata_for(options, "mean response"));

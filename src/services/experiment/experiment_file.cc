@@ -178,6 +178,9 @@ class Reader {
       throw InputError(
           fmt::format("--set {}: this sets no key; write --set response.samples=1024, for example", assignment));
     }
+    if (std::count(assignment.begin(), assignment.end(), '.') > 100) {
+      throw InputError("--set: a key or value of so many parts is none; correct it");
+    }
     const std::string value = assignment.substr(equals + 1);
     const bool word = !value.empty() && value.find_first_of("\"'[]{}#") == std::string::npos;
     try {
@@ -307,9 +310,38 @@ void require_sensible_size(std::uintmax_t bytes, const std::string& file) {
 
 }  // namespace
 
+namespace {
+
+/// The parser goes down a level for each part of a key: throws InputError where one has more parts than any.
+void require_shallow_toml(std::string_view text, const std::string& file) {
+  constexpr int most_parts = 100;
+  int parts = 0;
+  for (std::size_t at = 0; at < text.size(); ++at) {
+    const char c = text[at];
+    if (c == '#') at = std::min(text.find('\n', at), text.size()) - 1;
+    if (c == '"' || c == '\'') {
+      const bool lines = text.substr(at, 3) == std::string(3, c);
+      const std::string_view end = text.substr(at, lines ? 3 : 1);
+      for (at += end.size(); at < text.size() && text.substr(at, end.size()) != end; ++at) {
+        if (text[at] == '\\' && c == '"') ++at;
+        if (at < text.size() && text[at] == '\n' && !lines) break;  // not closed, which the parser tells
+      }
+      at += end.size() - 1;
+    } else if (std::string_view("\n=,[]{}").find(c) != std::string_view::npos) {
+      parts = 0;
+    } else if (c == '.' && ++parts > most_parts) {
+      throw InputError(
+          fmt::format("{}: a key has more than {} parts, which no key has; correct the file", file, most_parts));
+    }
+  }
+}
+
+}  // namespace
+
 Experiment parse_experiment(std::string_view text, const std::string& file, const std::vector<std::string>& overrides,
                             EmptyFile empty) {
   require_sensible_size(text.size(), file);
+  require_shallow_toml(text, file);
   Reader reader(file);
   try {
     reader.read(toml::parse(text, file));

@@ -14,6 +14,7 @@
 #include "history/run_record.h"
 #include "report/clean_json.h"
 #include "report/page_scope.h"
+#include "report/run_files.h"
 #include "storage/ensemble_file.h"
 #include "support/error.h"
 #include "support/plain_text.h"
@@ -246,11 +247,26 @@ Comparison compare_runs(const RunRecord& before, const RunRecord& after) {
   if (!figure.empty()) comparison.place = figure;
   comparison.causes_known = before.manifest.has_value() && after.manifest.has_value();
   if (comparison.causes_known) comparison.causes = causes_of(before, after);
+  for (const RunRecord* run : {&before, &after}) {
+    if (run->folder.empty()) continue;
+    const std::string changed = changed_since_run(run->folder);
+    if (changed.empty()) continue;
+    comparison.causes.push_back(fmt::format("{}: changed or damaged since its run, by the digest in manifest.json",
+                                            (run->folder / changed).string()));
+  }
   return comparison;
 }
 
 Comparison compare_runs(const fs::path& before, const fs::path& after) {
-  return compare_runs(read_run(before), read_run(after));
+  const RunRecord one = read_run(before), other = read_run(after);
+  try {
+    return compare_runs(one, other);
+  } catch (const Json::exception& error) {
+    throw InputError(fmt::format(
+        "{} or {}: a summary.json or manifest.json is not as granuscope writes it ({}), so that nothing can "
+        "be compared; make the run again",
+        before.string(), after.string(), error.what()));
+  }
 }
 
 std::vector<std::string> describe(const Comparison& comparison) {

@@ -97,8 +97,7 @@ std::optional<std::string> BlockFiles::fault(int block) const {
     if (header.configuration != configuration(block)) {
       return "it is of another experiment: " + describe_difference(header.configuration, configuration(block));
     }
-    if (header.sums.first_block != block || header.sums.blocks() != 1)
-      return "it holds other blocks than its name says";
+    require_shape(file(block), header, planned_.spec, block, 1);
     (void)reader.read_block(0);
   } catch (const InputError& damage) {
     return damage.what();
@@ -126,6 +125,7 @@ EnsembleRecord BlockFiles::beginning(int block, std::uint64_t& groups) const {
       const std::uint64_t drawn = found == settings.end() ? 0 : std::strtoull(found->second.c_str(), nullptr, 10);
       if (there == configuration(block) + fmt::format("groups_drawn={}\n", drawn)) {
         EnsembleRecord begun = read_ensemble(part(block));
+        require_shape(part(block), begun, planned_.spec, block, 1);
         groups = drawn;
         return begun;
       }
@@ -207,6 +207,7 @@ void BlockFiles::complete(int threads, ProgressStyle progress, const PartPolicy&
 
 void BlockFiles::join(ProgressStyle progress) const {
   if (!PlacedBlocks(planned_, run_folder_).finish()) copy_together();
+  (void)open_ensemble(run_folder_ / planned_.file);  // is whole on disk before its blocks are removed
   remove();
   log_line(progress, fmt::format("sampling {}: joined {} blocks", planned_.label, planned_.spec.response.blocks));
 }
@@ -215,9 +216,10 @@ void BlockFiles::copy_together() const {
   std::vector<EnsembleReader> blocks;
   for (int block = 0; block < planned_.spec.response.blocks; ++block) {
     const EnsembleRecord& header = blocks.emplace_back(file(block)).header();
-    if (header.configuration != configuration(block) || header.sums.first_block != block) {
+    if (header.configuration != configuration(block)) {
       throw InputError(fmt::format("'{}' is not block {} of {}", file(block).string(), block, planned_.label));
     }
+    require_shape(file(block), header, planned_.spec, block, 1);
   }
   const fs::path whole = run_folder_ / planned_.file;
   std::optional<EnsembleReader> smaller;

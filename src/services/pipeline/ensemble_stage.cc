@@ -159,7 +159,9 @@ EnsembleRecord beginning_of(const PlannedEnsemble& planned, const std::filesyste
   };
   if (planned.begun > 0) {
     try {
-      return go_on_from(read_ensemble(run_folder / part_file(planned)), planned.begun);
+      EnsembleRecord begun = read_ensemble(run_folder / part_file(planned));
+      require_shape(run_folder / part_file(planned), begun, planned.spec, 0, planned.spec.response.blocks);
+      return go_on_from(std::move(begun), planned.begun);
     } catch (const InputError&) {  // NOLINT(bugprone-empty-catch): the plan read no further than the configuration
     }
   }
@@ -363,7 +365,9 @@ PlannedEnsemble plan_ensemble(const StudyEnsemble& asked, const std::filesystem:
 std::optional<MeasuredEnsemble> reuse_ensemble(PlannedEnsemble& planned, const std::filesystem::path& run_folder) {
   if (!planned.reusable) return std::nullopt;
   try {
-    return MeasuredEnsemble{planned.spec, open_ensemble(run_folder / planned.file)};
+    MeasuredEnsemble there{planned.spec, open_ensemble(run_folder / planned.file)};
+    require_shape(run_folder / planned.file, there.record, planned.spec, 0, planned.spec.response.blocks);
+    return there;
   } catch (const InputError& damage) {
     // The plan read no further than the configuration.
     planned.reusable = false;

@@ -342,8 +342,8 @@ void require_same(const PlannedEnsemble& planned, const Source& a, const Source&
                   a.file.string(), b.file.string(), block, planned.label));
 }
 
-std::shared_ptr<const Source> open(const fs::path& file, const std::string& configuration, int first_block,
-                                   int blocks) {
+std::shared_ptr<const Source> open(const PlannedEnsemble& planned, const fs::path& file,
+                                   const std::string& configuration, int first_block, int blocks) {
   auto source = std::make_shared<const Source>(Source{file, EnsembleReader(file)});
   const EnsembleRecord& header = source->reader.header();
   if (header.configuration != configuration) {
@@ -352,10 +352,7 @@ std::shared_ptr<const Source> open(const fs::path& file, const std::string& conf
         "leave it out, or merge it with those of its own",
         file.string(), describe_difference(header.configuration, configuration)));
   }
-  if (header.sums.first_block != first_block || header.sums.blocks() != blocks) {
-    throw InputError(fmt::format("'{}' holds other blocks than its name says, {} from {} on; draw them again",
-                                 file.string(), header.sums.blocks(), header.sums.first_block));
-  }
+  require_shape(file, header, planned.spec, first_block, blocks);
   return source;
 }
 
@@ -363,7 +360,7 @@ void look_into(const PlannedEnsemble& planned, const fs::path& folder, Found& fo
   std::error_code ignored;
   const int blocks = planned.spec.response.blocks;
   if (const fs::path file = folder / planned.file; fs::exists(file, ignored)) {
-    const auto whole = open(file, configuration_text(planned.spec) + planned.notes, 0, blocks);
+    const auto whole = open(planned, file, configuration_text(planned.spec) + planned.notes, 0, blocks);
     for (int block = 0; block < blocks && found.whole != nullptr; ++block) {
       require_same(planned, *found.whole, *whole, block);
     }
@@ -373,7 +370,7 @@ void look_into(const PlannedEnsemble& planned, const fs::path& folder, Found& fo
   for (int block = 0; block < blocks; ++block) {
     throw_if_interrupted();
     if (!fs::exists(files.file(block), ignored)) continue;
-    const auto source = open(files.file(block), block_configuration(planned, block), block, 1);
+    const auto source = open(planned, files.file(block), block_configuration(planned, block), block, 1);
     if (const auto [at, is_new] = found.single.emplace(block, source); !is_new) {
       require_same(planned, *at->second, *source, block);
     }
@@ -500,6 +497,7 @@ void merge_folders(const std::vector<fs::path>& folders, const fs::path& out, Pr
   for (std::size_t i = 0; i < ensembles.size(); ++i) {
     throw_if_interrupted();
     write_whole(ensembles[i], out / ensembles[i].file, found[i]);
+    (void)open_ensemble(out / ensembles[i].file);  // is whole on disk before its blocks are removed
     BlockFiles(ensembles[i], out).remove();
     log_line(progress, fmt::format("merged {}: {} blocks", ensembles[i].label, ensembles[i].spec.response.blocks));
   }
