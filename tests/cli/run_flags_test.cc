@@ -9,11 +9,13 @@
 #include <iostream>
 #include <sstream>
 
+#include "cli/flag_checks.h"
 #include "cli/in_process.h"
 #include "experiment/experiment_file.h"
 #include "kit/search_path.h"
 #include "kit/small_experiment.h"
 #include "kit/temporary_folder.h"
+#include "support/error.h"
 #include "support/files.h"
 #include "support/process.h"
 
@@ -161,4 +163,9 @@ TEST_CASE("run --keep-going loses only what the machine lacks") {
   CHECK_THAT(result.err, Contains("gnuplot is not installed"));
   CHECK(fs::exists(scratch / "out/summary.json"));
   CHECK_THAT(read_file(scratch / "out/report.html"), Contains("gnuplot is not installed"));
+}
+
+TEST_CASE("more memory than there is is refused in words") {
+  CHECK_NOTHROW(require_memory(1e6));
+  CHECK_THROWS_AS(require_memory(1e18), EnvironmentError);
 }

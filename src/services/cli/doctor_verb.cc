@@ -14,6 +14,7 @@
 #include "report/clean_json.h"
 #include "support/error.h"
 #include "support/files.h"
+#include "support/machine.h"
 #include "support/plain_text.h"
 #include "support/process.h"
 #include "support/provenance.h"
@@ -94,6 +95,7 @@ ExitCode examine(const std::string& out_folder, bool json, VerbContext& context)
       {"system", provenance.operating_system},
       {"machine", fmt::format("{}, {} threads, {:.1f} GB of memory", provenance.host_cpu, provenance.hardware_threads,
                               usable_memory() / 1e9)},
+      {"processors", find_processors().reason},
       look_for_opengl(),
       look_for_fonts(),
       look_for_program("gnuplot", "no plots can be made", "gnuplot-nox"),

@@ -20,6 +20,7 @@
 #include "sampling/sampler_spec.h"
 #include "support/error.h"
 #include "support/files.h"
+#include "support/machine.h"
 #include "support/progress.h"
 #include "support/templates.h"
 

@@ -8,7 +8,6 @@
 #include <memory>
 #include <optional>
 #include <set>
-#include <thread>
 
 #include "analysis/analyse.h"
 #include "analysis/claims.h"
@@ -29,6 +28,7 @@
 #include "report/run_files.h"
 #include "support/error.h"
 #include "support/files.h"
+#include "support/machine.h"
 #include "support/plain_text.h"
 #include "support/process.h"
 #include "support/templates.h"
@@ -469,8 +469,7 @@ class Run {
   std::vector<std::pair<std::string, std::string>> failures_;  ///< what could not be made, and why
   RunResult result_;
   RunProgress progress_{options_.progress};
-  int threads_ = options_.threads > 0 ? options_.threads
-                                      : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  int threads_ = worker_count(options_.threads);
   std::string made_from_;                               ///< one word for all that the results depend on
   std::map<std::string, StageTiming> earlier_timings_;  ///< by stage
   std::set<std::string> figure_files_;                  ///< of figures in the folder, of earlier runs, too
