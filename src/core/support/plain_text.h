@@ -21,6 +21,9 @@ std::string pdf_string(std::string_view text);
 /// bytes it is cut off with an ellipsis, between two characters.
 std::string single_line(std::string_view text, std::size_t most = 400);
 
+/// Text as one word of a shell command that is printed to be pasted: in quotes where it needs them.
+std::string shell_word(const std::string& word);
+
 /// "12.3 MB", "25.3 GB", "4.61e+08 TB": decimal prefixes, three digits, never less than a megabyte.
 std::string describe_bytes(double bytes);
 
