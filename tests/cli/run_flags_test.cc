@@ -97,6 +97,37 @@ TEST_CASE("run - reads the experiment from standard input, and needs a name for 
   CHECK_THAT(result.err, Contains("standard input:2:1"));
 }
 
+TEST_CASE("run --set takes words as people write them") {
+  const test::TemporaryFolder scratch;
+  const std::string config = write_config(scratch, "[lattice]\ncolumns = 120\n");
+  for (const std::string name : {"The pile of Breton's paper", "a # b", "C:\\piles [new]", "say \"when\""}) {
+    CHECK(resolved({config, "--set", "experiment.name=" + name}).name == name);
+  }
+  CHECK(resolved({config, "--set", "response.samples=1e3"}).response.samples == 1000);
+  const auto refused = [&](const std::string& assignment) {
+    return granuscope_command({"run", config, "--print-config", "--set", assignment}).err;
+  };
+  CHECK_THAT(refused("experiment.name='half"), Contains("double quotes"));
+  CHECK_THAT(refused("sampling.bead_weight=0,3"), Contains("decimal comma"));
+}
+
+TEST_CASE("run reads what the shell has opened for it") {
+  const test::TemporaryFolder scratch;
+  int ends[2] = {};
+  REQUIRE(::pipe(ends) == 0);
+  const std::string text = "[lattice]\ncolumns = 130\n";
+  REQUIRE(::write(ends[1], text.data(), text.size()) == static_cast<ssize_t>(text.size()));
+  ::close(ends[1]);
+  const std::string pipe = "/dev/fd/" + std::to_string(ends[0]);
+  CHECK_THAT(granuscope_command({"run", pipe, "--dry-run"}).err, Contains("--out"));  // whose name names no folder
+  ::close(ends[0]);
+  REQUIRE(::pipe(ends) == 0);
+  REQUIRE(::write(ends[1], text.data(), text.size()) == static_cast<ssize_t>(text.size()));
+  ::close(ends[1]);
+  CHECK(resolved({"/dev/fd/" + std::to_string(ends[0])}).lattice.columns == 130);
+  ::close(ends[0]);
+}
+
 TEST_CASE("an experiment without any key is refused") {
   const test::TemporaryFolder scratch;
   for (const char* text : {"", "# cut\n", "[lattice]\n"}) {
