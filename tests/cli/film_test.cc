@@ -19,8 +19,8 @@ TEST_CASE("A film slides down a pile: frames of one size, the same bytes for eve
       granuscope_command({"sample", "--mu", "0.3", "--columns", "24", "--layers", "40", "--load", "point", "-o", pile})
           .code == 0);
   const auto film = [&](const std::string& to, std::vector<std::string> flags) {
-    std::vector<std::string> arguments = {"render", pile,       "--film", at + "/" + to, "--width",
-                                          "480",    "--height", "270",    "--dpi",       "60"};
+    std::vector<std::string> arguments = {"render", pile, "--film", at + "/" + to, "--height", "270", "--dpi", "60"};
+    if (flags[0] != "--width") arguments.insert(arguments.end(), {"--width", "480"});
     arguments.insert(arguments.end(), flags.begin(), flags.end());
     return granuscope_command(arguments);
   };
@@ -41,6 +41,9 @@ TEST_CASE("A film slides down a pile: frames of one size, the same bytes for eve
     ++frames;
   }
   CHECK(frames > 20);
+  CHECK(one.err.find("pad=") == std::string::npos);
+  const auto odd = film("it's 5%", {"--width", "481", "--step", "10"});
+  CHECK_THAT(odd.err, Contains("it'\\''s 5%%/frame-%05d.png' -vf 'pad="));
   CHECK_THAT(one.err, Contains("wrote " + std::to_string(frames) + " frames of"));
 
   // The frame is in one place from the first to the last, whatever numbers stand beside it: nothing but white above it,

@@ -94,6 +94,26 @@ TEST_CASE("no verb writes over what it reads, --force or not") {
   }
 }
 
+TEST_CASE("a figure has the format that its name says") {
+  const test::TemporaryFolder folder;
+  make_run_and_pile(folder);
+  const std::string run = (folder / "run").string();
+  const auto figure = [&](const std::string& name, const std::vector<std::string>& more = {}) {
+    std::vector<std::string> arguments = {"figure", run, "transport-with-depth", "--out", (folder / name).string()};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return granuscope_command(arguments).code;
+  };
+  CHECK(figure("f.svg") == 0);
+  CHECK(read_file(folder / "f.svg").starts_with("<?xml"));
+  CHECK(figure("g.PNG") == 0);
+  CHECK(read_file(folder / "g.PNG").starts_with("\x89PNG"));
+  CHECK(figure("h.tex", {"--format", "TikZ"}) == 0);
+  CHECK(read_file(folder / "h.tex").find("\\usepackage{gnuplot-lua-tikz}") < 100);
+  CHECK(figure("plot", {"--format", "pdf"}) == 0);
+  for (const std::string name : {"f.jpg", "f", "f.d/plot"}) CHECK(figure(name) == 2);
+  CHECK(figure("f.svg", {"--format", "pdf"}) == 2);
+}
+
 TEST_CASE("what is read of a run is of its last experiment") {
   const test::TemporaryFolder folder;
   make_run_and_pile(folder);
