@@ -108,6 +108,23 @@ TEST_CASE("A packed run is a research object: hashes, authors, licence, command 
   REQUIRE(packed(again, {"--with-ensembles"}).code == 0);
   CHECK_THAT(told_by(again), Contains(" | 2\n"));
 
+  // What else Citation File Format 1.2 allows.
+  std::ofstream(scratch / "CITATION.cff") << "license:\n  - MIT\n  - Apache-2.0\nauthors:\n  - alias: carol\n"
+                                             "  - given-names: Ada\n    orcid: 0000-0001-2345-6789\n";
+  REQUIRE(packed(again).code == 0);
+  ProcessSpec unzip;
+  unzip.arguments = {"python3", "-c",
+                     "import sys, zipfile; print(zipfile.ZipFile(sys.argv[1]).read('ro-crate-metadata.json').decode())",
+                     again.string()};
+  unzip.environment = {{"PYTHONUTF8", "1"}};
+  std::string crate = run_process(unzip).standard_output;
+  CHECK_THAT(crate, Contains("licenses/MIT") && Contains("licenses/Apache-2.0") && !Contains("No licence is stated") &&
+                        Contains("\"carol\"") && Contains("https://orcid.org/0000-0001-2345-6789"));
+  std::ofstream(scratch / "CITATION.cff") << "license-url: https://example.org/own\nauthors:\n  - name: The group\n";
+  REQUIRE(packed(again).code == 0);
+  crate = run_process(unzip).standard_output;
+  CHECK_THAT(crate, Contains("https://example.org/own") && !Contains("No licence is stated"));
+
   const auto refused = [&](const std::string& words) {
     const CommandResult result = packed(again);
     CHECK(result.code == 2);
