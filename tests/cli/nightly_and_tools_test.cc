@@ -247,6 +247,23 @@ TEST_CASE("A packed run is a research object: hashes, authors, licence, command 
   REQUIRE(packed(again, {"--with-ensembles"}).code == 0);
   CHECK_THAT(told_by(again), Contains(" | 2\n"));
 
+  // What else Citation File Format 1.2 allows.
+  std::ofstream(scratch / "CITATION.cff") << "license:\n  - MIT\n  - Apache-2.0\nauthors:\n  - alias: carol\n"
+                                             "  - given-names: Ada\n    orcid: 0000-0001-2345-6789\n";
+  REQUIRE(packed(again).code == 0);
+  ProcessSpec unzip;
+  unzip.arguments = {"python3", "-c",
+                     "import sys, zipfile; print(zipfile.ZipFile(sys.argv[1]).read('ro-crate-metadata.json').decode())",
+                     again.string()};
+  unzip.environment = {{"PYTHONUTF8", "1"}};
+  std::string crate = run_process(unzip).standard_output;
+  CHECK_THAT(crate, Contains("licenses/MIT") && Contains("licenses/Apache-2.0") && !Contains("No licence is stated") &&
+                        Contains("\"carol\"") && Contains("https://orcid.org/0000-0001-2345-6789"));
+  std::ofstream(scratch / "CITATION.cff") << "license-url: https://example.org/own\nauthors:\n  - name: The group\n";
+  REQUIRE(packed(again).code == 0);
+  crate = run_process(unzip).standard_output;
+  CHECK_THAT(crate, Contains("https://example.org/own") && !Contains("No licence is stated"));
+
   const auto refused = [&](const std::string& words) {
     const CommandResult result = packed(again);
     CHECK(result.code == 2);
@@ -319,8 +336,8 @@ TEST_CASE("A film slides down a pile: frames of one size, the same bytes for eve
       granuscope_command({"sample", "--mu", "0.3", "--columns", "24", "--layers", "40", "--load", "point", "-o", pile})
           .code == 0);
   const auto film = [&](const std::string& to, std::vector<std::string> flags) {
-    std::vector<std::string> arguments = {"render", pile,       "--film", at + "/" + to, "--width",
-                                          "480",    "--height", "270",    "--dpi",       "60"};
+    std::vector<std::string> arguments = {"render", pile, "--film", at + "/" + to, "--height", "270", "--dpi", "60"};
+    if (flags[0] != "--width") arguments.insert(arguments.end(), {"--width", "480"});
     arguments.insert(arguments.end(), flags.begin(), flags.end());
     return granuscope_command(arguments);
   };
@@ -341,6 +358,9 @@ TEST_CASE("A film slides down a pile: frames of one size, the same bytes for eve
     ++frames;
   }
   CHECK(frames > 20);
+  CHECK(one.err.find("pad=") == std::string::npos);
+  const auto odd = film("it's 5%", {"--width", "481", "--step", "10"});
+  CHECK_THAT(odd.err, Contains("it'\\''s 5%%/frame-%05d.png' -vf 'pad="));
   CHECK_THAT(one.err, Contains("wrote " + std::to_string(frames) + " frames of"));
 
   // The frame is in one place from the first to the last, whatever numbers stand beside it: nothing but white above it,

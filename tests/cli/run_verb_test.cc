@@ -12,11 +12,13 @@
 #include <string>
 #include <vector>
 
+#include "cli/flag_checks.h"
 #include "cli/in_process.h"
 #include "experiment/experiment_file.h"
 #include "kit/search_path.h"
 #include "kit/small_experiment.h"
 #include "kit/temporary_folder.h"
+#include "support/error.h"
 #include "support/files.h"
 #include "support/process.h"
 
@@ -215,6 +217,37 @@ TEST_CASE("run - reads the experiment from standard input, and needs a name for 
   CHECK_THAT(result.err, Contains("standard input:2:1"));
 }
 
+TEST_CASE("run --set takes words as people write them") {
+  const test::TemporaryFolder scratch;
+  const std::string config = write_config(scratch, "[lattice]\ncolumns = 120\n");
+  for (const std::string name : {"The pile of Breton's paper", "a # b", "C:\\piles [new]", "say \"when\""}) {
+    CHECK(resolved({config, "--set", "experiment.name=" + name}).name == name);
+  }
+  CHECK(resolved({config, "--set", "response.samples=1e3"}).response.samples == 1000);
+  const auto refused = [&](const std::string& assignment) {
+    return granuscope_command({"run", config, "--print-config", "--set", assignment}).err;
+  };
+  CHECK_THAT(refused("experiment.name='half"), Contains("double quotes"));
+  CHECK_THAT(refused("sampling.bead_weight=0,3"), Contains("decimal comma"));
+}
+
+TEST_CASE("run reads what the shell has opened for it") {
+  const test::TemporaryFolder scratch;
+  int ends[2] = {};
+  REQUIRE(::pipe(ends) == 0);
+  const std::string text = "[lattice]\ncolumns = 130\n";
+  REQUIRE(::write(ends[1], text.data(), text.size()) == static_cast<ssize_t>(text.size()));
+  ::close(ends[1]);
+  const std::string pipe = "/dev/fd/" + std::to_string(ends[0]);
+  CHECK_THAT(granuscope_command({"run", pipe, "--dry-run"}).err, Contains("--out"));  // whose name names no folder
+  ::close(ends[0]);
+  REQUIRE(::pipe(ends) == 0);
+  REQUIRE(::write(ends[1], text.data(), text.size()) == static_cast<ssize_t>(text.size()));
+  ::close(ends[1]);
+  CHECK(resolved({"/dev/fd/" + std::to_string(ends[0])}).lattice.columns == 130);
+  ::close(ends[0]);
+}
+
 TEST_CASE("an experiment without any key is refused") {
   const test::TemporaryFolder scratch;
   for (const char* text : {"", "# cut\n", "[lattice]\n"}) {
@@ -366,6 +399,26 @@ TEST_CASE("no verb writes over what it reads, --force or not") {
   }
 }
 
+TEST_CASE("a figure has the format that its name says") {
+  const test::TemporaryFolder folder;
+  make_run_and_pile(folder);
+  const std::string run = (folder / "run").string();
+  const auto figure = [&](const std::string& name, const std::vector<std::string>& more = {}) {
+    std::vector<std::string> arguments = {"figure", run, "transport-with-depth", "--out", (folder / name).string()};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return granuscope_command(arguments).code;
+  };
+  CHECK(figure("f.svg") == 0);
+  CHECK(read_file(folder / "f.svg").starts_with("<?xml"));
+  CHECK(figure("g.PNG") == 0);
+  CHECK(read_file(folder / "g.PNG").starts_with("\x89PNG"));
+  CHECK(figure("h.tex", {"--format", "TikZ"}) == 0);
+  CHECK(read_file(folder / "h.tex").find("\\usepackage{gnuplot-lua-tikz}") < 100);
+  CHECK(figure("plot", {"--format", "pdf"}) == 0);
+  for (const std::string name : {"f.jpg", "f", "f.d/plot"}) CHECK(figure(name) == 2);
+  CHECK(figure("f.svg", {"--format", "pdf"}) == 2);
+}
+
 TEST_CASE("what is read of a run is of its last experiment") {
   const test::TemporaryFolder folder;
   make_run_and_pile(folder);
@@ -380,4 +433,9 @@ TEST_CASE("what is read of a run is of its last experiment") {
     CHECK(refused.code == 2);
     CHECK_THAT(refused.err, Contains("did not come to its"));
   }
+}
+
+TEST_CASE("more memory than there is is refused in words") {
+  CHECK_NOTHROW(require_memory(1e6));
+  CHECK_THROWS_AS(require_memory(1e18), EnvironmentError);
 }

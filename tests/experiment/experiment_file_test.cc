@@ -408,7 +408,7 @@ TEST_CASE("An unknown key is refused with file, line, column and the nearest kno
 }
 
 TEST_CASE("A value of the wrong type is refused with what is expected") {
-  CHECK(refusal("[lattice]\n  columns = 500.0\n") ==
+  CHECK(refusal("[lattice]\n  columns = 500.5\n") ==
         "mine.toml:2:3: lattice.columns must be a whole number but is a number with a fraction; beads per layer, "
         "periodic in x; even or odd (4 to 1000000)");
   CHECK_THAT(refusal("[lattice]\ncolumns = \"500\"\n"), Contains("must be a whole number but is a string"));
@@ -427,6 +427,27 @@ TEST_CASE("A value of the wrong type is refused with what is expected") {
   CHECK_THAT(refusal("[sampling]\nlayer_order = \"left\"\n"), Contains("random\" or \"fixed"));
   CHECK_THAT(refusal("[sampling]\nseed = -1\n"), Contains("-1 is negative"));
   CHECK_THAT(refusal("[lattice]\ncolumns = 5000000000\n"), Contains("beyond what this key can hold"));
+}
+
+TEST_CASE("A whole number may be written with a point or an exponent") {
+  CHECK(parse_experiment("[response]\nsamples = 1e3\n[lattice]\ncolumns = 600.0\n", "mine.toml").response.samples ==
+        1000);
+  CHECK(parse_experiment("[lattice]\ncolumns = 6.0e2\n", "mine.toml").lattice.columns == 600);
+  CHECK(parse_experiment("[figures.response_profiles]\nlayers = [2e1, 30.0]\n", "mine.toml").figures.profile_layers ==
+        std::vector<int>{20, 30});
+  CHECK_THAT(refusal("[response]\nsamples = 1e30\n"), Contains("must be a whole number"));
+  CHECK_THAT(refusal("[response]\nsamples = inf\n"), Contains("must be a whole number"));
+}
+
+TEST_CASE("Encodings and signs that TOML does not know are named") {
+  CHECK_THAT(refusal(std::string("\xff\xfe[\0l\0", 6)), Contains("UTF-16"));
+  CHECK_THAT(refusal(std::string("[\0l\0a\0", 6)), Contains("UTF-16"));
+  CHECK_THAT(refusal("[experiment]\nname = \"M\xfcller\"\n"), Contains("Latin-1") && Contains("UTF-8"));
+  CHECK_THAT(refusal("[experiment]\nname = \"Müller\"\n[sampling]\nload_angle = −3\n"),
+             StartsWith("mine.toml:4:") && Contains("U+2212"));
+  CHECK_THAT(refusal("[sampling]\nbead_weight = 0,3\n"), Contains("decimal comma"));
+  CHECK_THAT(refusal("[sampling]\nbead_weight = \"0,3\"\n"), Contains("decimal comma"));
+  CHECK_THAT(refusal("[lattice\n"), !Contains("comma") && !Contains("UTF"));
 }
 
 TEST_CASE("Text that is not TOML is refused with its place") {

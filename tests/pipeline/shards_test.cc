@@ -58,6 +58,34 @@ TEST_CASE("a shard is named by its number or by the environment") {
     variables["SLURM_ARRAY_TASK_ID"] = "1";
     CHECK_THROWS_WITH(named("auto"), Contains("none of them"));
   }
+  SECTION("a part of a Slurm array is none of a smaller one") {
+    for (const std::string task : {"3", "7"}) {  // --array=3,7
+      variables = {{"SLURM_ARRAY_TASK_ID", task},
+                   {"SLURM_ARRAY_TASK_COUNT", "2"},
+                   {"SLURM_ARRAY_TASK_MIN", "3"},
+                   {"SLURM_ARRAY_TASK_MAX", "7"},
+                   {"SLURM_ARRAY_TASK_STEP", "1"}};
+      CHECK_THROWS_WITH(named("auto"), Contains("--shard K/N"));
+    }
+    variables = {{"SLURM_ARRAY_TASK_ID", "5"},
+                 {"SLURM_ARRAY_TASK_COUNT", "1"},
+                 {"SLURM_ARRAY_TASK_MIN", "5"},
+                 {"SLURM_ARRAY_TASK_MAX", "5"}};  // one task again
+    CHECK_THROWS_WITH(named("auto"), Contains("--shard K/N"));
+    variables = {{"SLURM_ARRAY_TASK_ID", "6"},
+                 {"SLURM_ARRAY_TASK_COUNT", "3"},
+                 {"SLURM_ARRAY_TASK_MIN", "1"},
+                 {"SLURM_ARRAY_TASK_MAX", "7"},
+                 {"SLURM_ARRAY_TASK_STEP", "3"}};
+    CHECK_THROWS_WITH(named("auto"), Contains("--shard K/N"));
+    variables["SLURM_ARRAY_TASK_ID"] = "7";  // --array=1-7:3 is whole
+    CHECK(named("auto") == std::pair{3, 3});
+    variables = {{"SLURM_ARRAY_TASK_ID", "1"},
+                 {"SLURM_ARRAY_TASK_COUNT", "1"},
+                 {"SLURM_ARRAY_TASK_MIN", "1"},
+                 {"SLURM_ARRAY_TASK_MAX", "1"}};
+    CHECK(named("auto") == std::pair{1, 1});
+  }
   SECTION("Open MPI") {
     variables = {{"OMPI_COMM_WORLD_RANK", "2"}, {"OMPI_COMM_WORLD_SIZE", "3"}};
     CHECK(named("auto") == std::pair{3, 3});

@@ -19,6 +19,7 @@
 #include "sampling/polytope.h"
 #include "support/error.h"
 #include "support/files.h"
+#include "support/machine.h"
 #include "support/progress.h"
 
 namespace granuscope {
@@ -178,9 +179,9 @@ thread_local bool inside_body = false;
 }  // namespace
 
 void for_each_index(std::size_t count, int threads, const std::function<void(std::size_t)>& body) {
-  const std::size_t allowed = threads > 0 ? static_cast<std::size_t>(threads) : std::thread::hardware_concurrency();
   // Threads without work would still be started, thousands of them in the worst case.
-  const std::size_t wanted = inside_body ? 1 : std::clamp<std::size_t>(count, 1, std::max<std::size_t>(1, allowed));
+  const std::size_t wanted =
+      inside_body ? 1 : std::clamp<std::size_t>(count, 1, static_cast<std::size_t>(worker_count(threads)));
 
   std::atomic<std::size_t> next = 0;
   std::atomic<bool> failed = false;

@@ -71,6 +71,7 @@ void close_checked(FileDescriptor& file, const fs::path& target) {
 
 void sync_checked(const FileDescriptor& file, const fs::path& target) {
   while (::fsync(file.get()) != 0) {
+    if (errno == EINVAL || errno == EROFS) return;  // a file system that cannot, as some in user space: it is theirs
     if (errno != EINTR) fail(target, errno);
   }
 }
@@ -344,7 +345,10 @@ class Sha256 {
 
  private:
   static void check(bool good) {
-    if (!good) throw EnvironmentError("OpenSSL cannot compute SHA-256 here: check the installation of libssl");
+    if (!good)
+      throw EnvironmentError(
+          "OpenSSL cannot compute SHA-256 here: check OPENSSL_CONF and openssl.cnf, whose provider may not be "
+          "installed, then the installation of libssl");
   }
 
   std::unique_ptr<EVP_MD_CTX, void (*)(EVP_MD_CTX*)> context_;

@@ -187,6 +187,15 @@ std::string csv_cell(std::string_view text) {
   return cell + '"';
 }
 
+std::string shell_word(const std::string& word) {
+  const bool plain = word.find_first_not_of("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-./+,=@") ==
+                     std::string::npos;
+  if (plain && !word.empty()) return word;
+  std::string text = "'";
+  for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return text + "'";
+}
+
 std::string describe_bytes(double bytes) {
   if (bytes < 1e9) return fmt::format("{:.1f} MB", bytes / 1e6);
   if (bytes < 1e12) return fmt::format("{:.1f} GB", bytes / 1e9);

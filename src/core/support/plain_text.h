@@ -27,6 +27,8 @@ std::string shallow_json(std::string text);
 
 /// A cell of a CSV file: quoted where a comma, a quote or the end of a line would end it.
 std::string csv_cell(std::string_view text);
+/// Text as one word of a shell command that is printed to be pasted: in quotes where it needs them.
+std::string shell_word(const std::string& word);
 
 /// "12.3 MB", "25.3 GB", "4.61e+08 TB": decimal prefixes, three digits, never less than a megabyte.
 std::string describe_bytes(double bytes);

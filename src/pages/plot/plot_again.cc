@@ -359,7 +359,7 @@ PlottedFigure plot_again(const fs::path& figures, const std::string& id, const F
         what));
   };
   if (result.timed_out || result.exit_code != 0) fail(describe_end(result) + " " + single_line(result.standard_error));
-  if (!result.standard_error.empty()) fail("it complained: " + single_line(result.standard_error));
+  if (is_complaint(result.standard_error)) fail("it complained: " + single_line(result.standard_error));
   const fs::path file = scratch.path() / (id + "." + style.format);
   if (!fs::is_regular_file(file, none)) fail("there is no file; the script may be of an older version: run it again");
   std::string& bytes = plotted.bytes = read_file(file);

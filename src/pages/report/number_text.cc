@@ -216,11 +216,12 @@ std::string list_numbers(std::string_view summary, const std::string& format) {
   if (format != "tex") throw InputError(fmt::format("there is no format {}; choose tex, csv or json", format));
   std::string text =
       "% Every number of a run. \\granuscope{NAME} writes one with its standard error, in text and in formulae.\n"
-      "\\newcommand{\\granuscope}[1]{\\ifcsname granuscope@#1\\endcsname\\csname granuscope@#1\\endcsname\\else\n"
+      "\\newcommand{\\granuscope}[1]{\\ifcsname granuscope@\\detokenize{#1}\\endcsname"
+      "\\csname granuscope@\\detokenize{#1}\\endcsname\\else\n"
       "  \\errmessage{granuscope has no number of the name #1}\\fi}\n";
   for (const NamedNumber& number : list.numbers()) {
-    text += fmt::format("\\expandafter\\def\\csname granuscope@{}\\endcsname{{{}}}\n", tex_name(number.name),
-                        in_tex(number.text));
+    text += fmt::format("\\expandafter\\def\\csname granuscope@\\detokenize{{{}}}\\endcsname{{{}}}\n",
+                        tex_name(number.name), in_tex(number.text));
   }
   return text;
 }

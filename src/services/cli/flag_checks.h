@@ -34,13 +34,6 @@ struct OutputFile {
 /// Adds the option that names the file, and --force.
 CLI::Option* add_output(CLI::App& verb, const std::string& names, OutputFile& file, const std::string& about);
 
-/// Threads that --threads asks for; 0 means all the machine has.
-int worker_count(int threads);
-
-/// Memory that this process may use, in bytes: the machine's, or less if its container (control group) is given less.
-/// `root` is where the system's folders are looked for (tests).
-double usable_memory(const std::filesystem::path& root = "/");
-
 /// Throws EnvironmentError if the usable memory is smaller than `bytes`: the system would only kill the program
 /// half way instead of refusing the memory.
 void require_memory(double bytes);

@@ -22,6 +22,7 @@
 #include "sampling/polytope.h"
 #include "sampling/sampler.h"
 #include "storage/pile_file.h"
+#include "support/machine.h"
 #include "support/progress.h"
 
 namespace granuscope {

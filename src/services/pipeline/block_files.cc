@@ -9,7 +9,6 @@
 #include <memory>
 #include <mutex>
 #include <system_error>
-#include <thread>
 #include <utility>
 
 #include "ensemble/ensemble_runner.h"
@@ -18,6 +17,7 @@
 #include "storage/ensemble_file.h"
 #include "support/error.h"
 #include "support/files.h"
+#include "support/machine.h"
 
 namespace granuscope {
 namespace fs = std::filesystem;
@@ -237,8 +237,7 @@ void draw_atoms(const std::vector<PlannedEnsemble>& ensembles, const fs::path& r
   };
   std::vector<std::unique_ptr<Measured>> measured;
   for (std::size_t i = 0; i < ensembles.size(); ++i) measured.push_back(std::make_unique<Measured>());
-  const auto workers = static_cast<std::size_t>(
-      threads > 0 ? threads : static_cast<int>(std::max(1U, std::thread::hardware_concurrency())));
+  const auto workers = static_cast<std::size_t>(worker_count(threads));
   std::atomic<bool> failed{false};
   for_each_index(workers, static_cast<int>(workers), [&](std::size_t) {
     while (!failed) {

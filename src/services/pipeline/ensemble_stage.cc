@@ -124,7 +124,7 @@ bool is_there(const std::filesystem::path& run_folder, const std::filesystem::pa
   const std::filesystem::path file = run_folder / relative;
   const FileDescriptor opened(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
   if (opened.valid()) return true;
-  if (errno == ENOENT || errno == ENOTDIR) return false;
+  if (errno == ENOENT || errno == ENOTDIR || errno == ENAMETOOLONG) return false;  // then writing it says so
   throw EnvironmentError(fmt::format(
       "cannot open '{}', which may hold finished work that drawing it again would replace: {} Or remove it.",
       file.string(), system_reason(errno)));

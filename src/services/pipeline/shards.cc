@@ -25,6 +25,7 @@
 #include "storage/ensemble_file.h"
 #include "support/error.h"
 #include "support/files.h"
+#include "support/plain_text.h"
 #include "support/progress.h"
 
 namespace granuscope {
@@ -60,7 +61,16 @@ std::optional<Place> place_in_array(const std::function<std::string(const char*)
   if (!place) return std::nullopt;
   const int first = number_in(variable("SLURM_ARRAY_TASK_MIN")).value_or(0);
   const int step = number_in(variable("SLURM_ARRAY_TASK_STEP")).value_or(1);
-  place->index = (place->index - first) / std::max(1, step);
+  const int last = number_in(variable("SLURM_ARRAY_TASK_MAX")).value_or(first + (place->count - 1) * std::max(1, step));
+  // A part of an array (--array=3,7, or one task again) would be taken for another, smaller one.
+  const bool even = step > 0 && (place->index - first) % step == 0 && last == first + (place->count - 1) * step;
+  if (!even || (place->count == 1 && first > 1)) {
+    throw InputError(fmt::format(
+        "--shard auto: task {} of an array of {} from {} to {} is no place in a whole array, which has "
+        "even steps and more than one task; submit all of it, or write --shard K/N with the N of the first submission",
+        place->index, place->count, first, last));
+  }
+  place->index = (place->index - first) / step;
   return place;
 }
 
@@ -103,15 +113,6 @@ int shards_seen(const fs::path& folder) {
     if (const auto shard = shard_in_name(at->path().filename().string())) most = std::max(most, shard->count);
   }
   return most;
-}
-
-std::string quoted(const std::string& word) {
-  const bool plain = word.find_first_not_of("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-./+,=@") ==
-                     std::string::npos;
-  if (plain && !word.empty()) return word;
-  std::string text = "'";
-  for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return text + "'";
 }
 
 }  // namespace
@@ -277,8 +278,8 @@ std::vector<std::string> commands_for(const std::vector<PlannedEnsemble>& ensemb
       folder = one;
     }
   }
-  const std::string run = fmt::format("granuscope run {}", quoted((folder / "experiment.toml").string()));
-  const std::string out = fmt::format(" --out {}", quoted(folder.string()));
+  const std::string run = fmt::format("granuscope run {}", shell_word((folder / "experiment.toml").string()));
+  const std::string out = fmt::format(" --out {}", shell_word(folder.string()));
   std::vector<std::string> commands;
   const std::size_t atoms = atoms_of(ensembles).size();
   if (count == 0 || static_cast<std::size_t>(count) > atoms) return {run + " --shard 1/1" + out};
