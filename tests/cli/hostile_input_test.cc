@@ -119,7 +119,7 @@ TEST_CASE("Experiments that cannot be used are refused with their line and what 
       {"columns = 60", "columns = 20", "the two peaks of the response at mu = 0.3 meet behind the ring from layer 9"},
       {"samples = 256", "samples = 0", ":9:1: response.samples: 0 samples in 32 blocks"},
       {"samples = 256", "samples = -8", "response.samples: -8 is negative"},
-      {"scaling_window = [0.1, 0.3]", "scaling_window = [nan, 0.3]", "fit.scaling_window: [nan, 0.3] is not a range"},
+      {"scaling_window = [0.1, 0.3]", "scaling_window = [nan, 0.3]", "fit.scaling_window: nan is out of range"},
       {"dpi = 100", "dpi = nan", ":23:1: scenes.force_chains.dpi: nan"},
       {"width_px = 500", "width_px = 10000000", ":22:1: scenes.force_chains.width_px: "},
       {"[lattice]", "[lattice", ":3:9: "},

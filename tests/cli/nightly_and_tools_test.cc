@@ -20,6 +20,7 @@
 #include "report/citation.h"
 #include "support/error.h"
 #include "support/files.h"
+#include "support/machine.h"
 #include "support/process.h"
 
 using namespace granuscope;

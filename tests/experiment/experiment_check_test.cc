@@ -118,7 +118,7 @@ TEST_CASE("Windows must lie within the usable layers") {
   CHECK_THAT(problem_after([](Experiment& e) { e.fit.layer_step = 0; }), Contains("fit.layer_step: "));
   CHECK_THAT(problem_after([](Experiment& e) { e.fit.shallow_layer = 59; }), Contains("fit.shallow_layer: "));
   CHECK_THAT(problem_after([](Experiment& e) { e.fit.min_identifiable_width = not_a_number; }),
-             Contains("nan bead diameters"));
+             Contains("nan is out of range"));
 }
 
 TEST_CASE("The profile shown must be one that is computed, if it is shown at all") {

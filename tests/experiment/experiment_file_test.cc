@@ -424,7 +424,7 @@ TEST_CASE("A value of the wrong type is refused with what is expected") {
   CHECK_THAT(refusal("[fit]\nscaling_window = [0.1, 0.2, 0.3]\n"), Contains("two ends but 3 numbers"));
   CHECK_THAT(refusal("[sampling]\nlaw = \"granulosve\"\n"), StartsWith("mine.toml:2:1: sampling.law: "));
   CHECK_THAT(refusal("[response]\nestimator = \"pont\"\n"), StartsWith("mine.toml:2:1: response.estimator: "));
-  CHECK_THAT(refusal("[sampling]\nlayer_order = \"left\"\n"), Contains("random\" or \"fixed"));
+  CHECK_THAT(refusal("[sampling]\nlayer_order = \"left\"\n"), Contains("random and fixed"));
   CHECK_THAT(refusal("[sampling]\nseed = -1\n"), Contains("-1 is negative"));
   CHECK_THAT(refusal("[lattice]\ncolumns = 5000000000\n"), Contains("beyond what this key can hold"));
 }

@@ -13,7 +13,7 @@ TEST_CASE("Template variables are filled as they stand, sections stay or go") {
 }
 
 TEST_CASE("A template and its variables must match") {
-  CHECK_THROWS_AS(fill_template("{{x}}", {}), std::logic_error);
+  CHECK_THROWS_AS(fill_template("{{x}}", TemplateVariables{}), std::logic_error);
   CHECK_THROWS_AS(fill_template("{{#x}}{{y}}{{/x}}", {{"x", ""}}), std::logic_error);  // also in a hidden section
   CHECK_THROWS_AS(fill_template("text", {{"x", "unasked"}}), std::logic_error);
 }
