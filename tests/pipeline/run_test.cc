@@ -388,7 +388,7 @@ std::map<std::string, fs::file_time_type> times_in(const fs::path& folder) {
 
 TEST_CASE("An unchanged experiment run again does nothing") {
   const TemporaryFolder folder;
-  Experiment small = without_pdf(small_experiment());
+  Experiment small = experiment();
   small.expected_verdicts["frictionless"] = "not reproduced";
   const auto now = [] { return std::chrono::steady_clock::now(); };
   const auto begin = now();
@@ -410,7 +410,7 @@ TEST_CASE("An unchanged experiment run again does nothing") {
 
 TEST_CASE("What is missing, damaged or asked for otherwise is made again") {
   const TemporaryFolder folder;
-  Experiment small = without_pdf(small_experiment());
+  Experiment small = experiment();
   run_experiment(small, quiet(folder.path(), {Stage::analyse}));
   CHECK_FALSE(fs::exists(folder / "summary.json"));
   run_experiment(small, quiet(folder.path()));  // more stages than are there
@@ -436,7 +436,7 @@ TEST_CASE("What is missing, damaged or asked for otherwise is made again") {
 
 TEST_CASE("Figures of an earlier experiment leave the folder, and nothing else does") {
   const TemporaryFolder folder;
-  Experiment small = without_pdf(small_experiment());
+  Experiment small = experiment();
   small.force_chains.show = true;
   run_experiment(small, quiet(folder.path()));
   REQUIRE(fs::exists(folder / "figures/response-profiles.svg"));
@@ -626,7 +626,7 @@ TEST_CASE("a pipe in the place of the manifest is waited for by nobody") {
 
 TEST_CASE("A manifest that was edited is not gone by") {
   const TemporaryFolder folder;
-  Experiment small = without_pdf(small_experiment());
+  Experiment small = experiment();
   small.expected_verdicts["frictionless"] = "not reproduced";
   run_experiment(small, quiet(folder.path(), {Stage::analyse}));
   auto manifest = nlohmann::ordered_json::parse(read_file(folder / "manifest.json"));
