@@ -219,7 +219,7 @@ TEST_CASE("run - reads the experiment from standard input, and needs a name for 
 
 TEST_CASE("run --set takes words as people write them") {
   const test::TemporaryFolder scratch;
-  const std::string config = write_config(scratch, "[lattice]\ncolumns = 120\n");
+  const std::string config = write_config(scratch, "[lattice]\ncolumns = 240\n");
   for (const std::string name : {"The pile of Breton's paper", "a # b", "C:\\piles [new]", "say \"when\""}) {
     CHECK(resolved({config, "--set", "experiment.name=" + name}).name == name);
   }
@@ -235,7 +235,7 @@ TEST_CASE("run reads what the shell has opened for it") {
   const test::TemporaryFolder scratch;
   int ends[2] = {};
   REQUIRE(::pipe(ends) == 0);
-  const std::string text = "[lattice]\ncolumns = 130\n";
+  const std::string text = "[lattice]\ncolumns = 240\n";
   REQUIRE(::write(ends[1], text.data(), text.size()) == static_cast<ssize_t>(text.size()));
   ::close(ends[1]);
   const std::string pipe = "/dev/fd/" + std::to_string(ends[0]);
@@ -244,7 +244,7 @@ TEST_CASE("run reads what the shell has opened for it") {
   REQUIRE(::pipe(ends) == 0);
   REQUIRE(::write(ends[1], text.data(), text.size()) == static_cast<ssize_t>(text.size()));
   ::close(ends[1]);
-  CHECK(resolved({"/dev/fd/" + std::to_string(ends[0])}).lattice.columns == 130);
+  CHECK(resolved({"/dev/fd/" + std::to_string(ends[0])}).lattice.columns == 240);
   ::close(ends[0]);
 }
 
