@@ -24,8 +24,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// The paper's exponents: c0 - c against mu, D against mu, c0 - c against D. `tolerance`: half a unit of its last
-/// digit.
+/// The paper's exponents: c0 - c against mu, D against mu, c0 - c against D. `tolerance`: the error that it prints, or
+/// half a unit of the last digit where it says "about".
 struct PaperExponent {
   const char* name;
   double value, tolerance;
