@@ -434,3 +434,8 @@ TEST_CASE("what is read of a run is of its last experiment") {
     CHECK_THAT(refused.err, Contains("did not come to its"));
   }
 }
+
+TEST_CASE("more memory than there is is refused in words") {
+  CHECK_NOTHROW(require_memory(1e6));
+  CHECK_THROWS_AS(require_memory(1e18), EnvironmentError);
+}
