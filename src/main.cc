@@ -2,4 +2,8 @@
 
 #include "cli/command_line.h"
 
-int main(int argc, char** argv) { return granuscope::run_command_line(argc, argv, std::cout, std::cerr); }
+int main(int argc, char** argv) {
+  granuscope::StandardOutput buffer;
+  std::ostream out(&buffer);
+  return granuscope::run_command_line(argc, argv, out, std::cerr);
+}

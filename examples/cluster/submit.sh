@@ -5,4 +5,5 @@
 set -eu
 here=$(dirname "$0")
 array=$(sbatch --parsable --array="1-${3:-16}" "$here/shard.sbatch" "$1" "$2")
+array=${array%%;*}  # JOB;CLUSTER where there are several clusters
 sbatch --parsable --dependency="afterok:$array" "$here/merge.sbatch" "$2"

@@ -14,7 +14,7 @@
 #include "plot/axes.h"
 #include "plot/figure_captions.h"
 #include "plot/gnuplot.h"
-#include "plot/plot_script.h"
+#include "plot/plot.h"
 #include "report/clean_json.h"
 #include "studies/study.h"
 #include "support/error.h"
@@ -176,12 +176,13 @@ Figure plot_counted_work(const std::vector<CountedWork>& work, const std::filesy
 
   if (draws.high == 0) draws.add(1);  // without friction nothing is drawn, and an axis has two ends
 
-  PlotPlan plan;
-  plan.id = figure_id;
-  plan.script = "studies/work_against_size";
-  plan.half_width = true;
-  plan.height = 2.15;
-  std::vector<std::string> curves, titles;
+  Plot plot;
+  plot.id = figure_id;
+  plot.half_width = true;
+  plot.height = 2.15;
+  plot.key = {.inches = 0.34, .lines = 2, .horizontal = true, .centred = true, .sample = 2, .entries = {}};
+  Panel panel;
+  panel.name = 0.02;
   double worst = 1;
   std::size_t index = 0;
   for (const auto& [mu, sizes] : by_mu) {
@@ -193,27 +194,15 @@ Figure plot_counted_work(const std::vector<CountedWork>& work, const std::filesy
                      static_cast<double>(one->spec.lattice.layers), static_cast<double>(one->samples),
                      one->draws_per_bead, one->repaired_per_bead, one->backtracked_per_bead});
     }
-    const std::string file = fmt::format("{}-mu-{}.csv", figure_id, exact(mu));
-    plan.data[file] = table.text();
-    const std::string style = series_style(index++);
-    curves.push_back(
-        fmt::format("'{}' using 1:5 with linespoints linewidth 1.2 pointsize 0.55 {} notitle", file, style));
-    titles.push_back(fmt::format("keyentry with linespoints linewidth 1.2 pointsize 0.55 {} title {}", style,
-                                 gnuplot_string("μ = " + caption_number(mu))));
+    const Style style = ink_of_series(index++).joined(1.2, 0.55);
+    panel.add(plot.add_data("mu-" + exact(mu), table), "1:5", style);
+    plot.add_key("μ = " + caption_number(mu), style);
     if (const double spread = spread_of(sizes); std::isfinite(spread)) worst = std::max(worst, spread);
   }
-  plan.curves = static_cast<int>(curves.size());
-  const Range axis = widened_by_factor(beads, beads.high > 1.5 * beads.low ? 1.4 : 2);
-  return plot_figure(plan,
-                     {{"curves", fmt::format("{}", fmt::join(curves, ", \\\n    "))},
-                      {"titles", fmt::format("{}", fmt::join(titles, ", \\\n    "))},
-                      {"of_laws", ""},
-                      {"left", exact(axis.low)},
-                      {"right", exact(axis.high)},
-                      {"size_ticks", log_ticks(axis)},
-                      {"low", "0"},
-                      {"high", exact(1.12 * draws.high)},
-                      {"ticks", linear_ticks(draws, 6)}},
+  panel.x = log_axis("beads of a pile", widened_by_factor(beads, beads.high > 1.5 * beads.low ? 1.4 : 2));
+  panel.y = linear_axis("draws per bead", {0, 1.12 * draws.high, false}, 6, draws);
+  plot.panels = {panel};
+  return plot_figure(plot,
                      {"studies/counted_work.captions",
                       {{"spread", fmt::format("{:.2f}", worst)},
                        {"piles", std::to_string(by_mu.begin()->second.front()->samples)},
@@ -221,22 +210,21 @@ Figure plot_counted_work(const std::vector<CountedWork>& work, const std::filesy
                      run_folder);
 }
 
-namespace {
-
 using Json = nlohmann::ordered_json;
 
-Json to_json(const CountedWork& work) {
-  Json json = {{"mu", work.spec.sampler.mu},
-               {"columns", work.spec.lattice.columns},
-               {"layers", work.spec.lattice.layers},
-               {"samples", work.samples},
-               {"failed", work.failed},
-               {"draws_per_bead", finite_or_null(work.draws_per_bead)},
-               {"repaired_per_bead", finite_or_null(work.repaired_per_bead)},
-               {"backtracked_per_bead", finite_or_null(work.backtracked_per_bead)}};
+void to_json(Json& json, const CountedWork& work) {
+  json = {{"mu", work.spec.sampler.mu},
+          {"columns", work.spec.lattice.columns},
+          {"layers", work.spec.lattice.layers},
+          {"samples", work.samples},
+          {"failed", work.failed},
+          {"draws_per_bead", finite_or_null(work.draws_per_bead)},
+          {"repaired_per_bead", finite_or_null(work.repaired_per_bead)},
+          {"backtracked_per_bead", finite_or_null(work.backtracked_per_bead)}};
   if (json["draws_per_bead"].is_null()) json["reason"] = "no pile was completed";
-  return json;
 }
+
+namespace {
 
 class CountedWorkStudy final : public CopiedStudy<CountedWorkStudy> {
  public:
@@ -285,7 +273,7 @@ class CountedWorkStudy final : public CopiedStudy<CountedWorkStudy> {
 
   std::vector<Claim> claims(const ClaimSpec& spec) const override { return {judge_linear_time(measured_, spec)}; }
 
-  Json json() const override { return list_of(measured_, to_json); }
+  Json json() const override { return measured_; }
 
   std::vector<FigurePlot> figures(const Analysis&) const override {
     if (measured_.empty()) return {};

@@ -16,7 +16,7 @@
 #include "plot/axes.h"
 #include "plot/figure_captions.h"
 #include "plot/gnuplot.h"
-#include "plot/plot_script.h"
+#include "plot/plot.h"
 #include "studies/study.h"
 #include "support/error.h"
 #include "support/plain_text.h"
@@ -29,67 +29,53 @@ constexpr int least_octaves = 3, most_octaves = 11;
 /// Error of a D that is shown, relative to the D of the peaks in the first octave.
 constexpr double noisiest = 0.25;
 
-/// Curves of a panel, one for each friction coefficient.
-struct Curves {
-  std::vector<std::string> drawn;
-  Range range;
+/// Columns 1, `value` and `value` + 1 of a data file; y errors are one standard error.
+void add_curve(Panel& panel, const std::string& file, int value, const Ink& ink, int dash) {
+  panel.add(file, fmt::format("1:{}", value), ink.line(0.8, dash));
+  panel.add(file, fmt::format("1:{}:{}", value, value + 1), ink.bars(0.9, 0.55));
+}
 
-  /// Columns 1, `value` and `value` + 1 of a data file; y errors are one standard error.
-  void add(const std::string& file, int value, const std::string& style, const std::string& dashes) {
-    const std::string colour = style.substr(style.find("linecolor"));
-    drawn.push_back(fmt::format("'{}' using 1:{} with lines linewidth 0.8{} {} notitle", file, value, dashes, colour));
-    drawn.push_back(fmt::format("'{}' using 1:{}:{} with yerrorbars linewidth 0.9 pointsize 0.55 {} notitle", file,
-                                value, value + 1, style));
-  }
-  void reach(const Estimate& one) {
-    range.add(one.value - one.standard_error);
-    range.add(one.value + one.standard_error);
-  }
-  std::string script() const { return fmt::format("{}", fmt::join(drawn, ", \\\n    ")); }
-};
+void reach(Range& range, const Estimate& one) {
+  range.add(one.value - one.standard_error);
+  range.add(one.value + one.standard_error);
+}
 
 /// Lines of checks are dashed.
-std::string dashes(DeepMeasurement by) {
-  return by == DeepMeasurement::fluctuations ? "" : by == DeepMeasurement::wide ? " dashtype 2" : " dashtype 3";
-}
+int dashes(DeepMeasurement by) { return by == DeepMeasurement::fluctuations ? 0 : by == DeepMeasurement::wide ? 2 : 3; }
 
-std::string data_file(const PlotPlan& plan, const DeepResponse& one) {
+std::string data_name(const DeepResponse& one) {
   const char* const check = one.by == DeepMeasurement::fluctuations ? ""
-                            : one.by == DeepMeasurement::wide       ? "-wide"
-                                                                    : "-loads";
-  return fmt::format("{}{}-mu-{}.csv", plan.id, check, exact(one.spec.sampler.mu));
+                            : one.by == DeepMeasurement::wide       ? "wide-"
+                                                                    : "loads-";
+  return fmt::format("{}mu-{}", check, exact(one.spec.sampler.mu));
 }
 
-/// Titles of the curves: one a friction coefficient, one for each kind of check.
-class Titles {
+/// The key of the curves: one a friction coefficient, one for each kind of check.
+class CurveKey {
  public:
-  /// The style of a curve.
-  std::string style_of(const DeepResponse& one) {
-    const auto [at, first] = styles_.try_emplace(one.spec.sampler.mu, series_style(styles_.size()));
-    if (first) titles_.push_back(title(one.spec.sampler.mu, at->second));
+  Ink ink_of(const DeepResponse& one) {
+    const auto [at, first] = inks_.try_emplace(one.spec.sampler.mu, ink_of_series(inks_.size()));
+    if (first) entries_.push_back({"μ = " + caption_number(one.spec.sampler.mu), at->second.joined(0.9, 0.55)});
     if (one.by != DeepMeasurement::fluctuations) checks_.insert(one.by);
     return at->second;
   }
-  bool empty() const { return titles_.empty(); }
-  std::size_t rows() const { return (titles_.size() + checks_.size() + 2) / 3; }
-  std::string script() const {
-    std::vector<std::string> all = titles_;
+  bool empty() const { return entries_.empty(); }
+  PlotKey key() const {
+    PlotKey key;
+    key.entries = entries_;
     for (const DeepMeasurement by : checks_) {
-      all.push_back(fmt::format("keyentry with lines linewidth 0.9{} linecolor rgb '{}' title '{}'", dashes(by),
-                                plot_colours().at("black"),
-                                by == DeepMeasurement::wide ? "twice the columns" : "by loads (multiplexed)"));
+      key.entries.push_back({by == DeepMeasurement::wide ? "twice the columns" : "by loads (multiplexed)",
+                             {.width = 0.9, .dash = dashes(by)}});
     }
-    return fmt::format("{}", fmt::join(all, ", \\\n    "));
+    key.lines = static_cast<int>(key.entries.size() + 2) / 3;
+    key.inches = 0.17 * key.lines;
+    key.centred = true;
+    return key;
   }
 
  private:
-  static std::string title(double mu, const std::string& style) {
-    return fmt::format("keyentry with linespoints linewidth 0.9 pointsize 0.55 {} title {}", style,
-                       gnuplot_string("μ = " + caption_number(mu)));
-  }
-
-  std::map<double, std::string> styles_;
-  std::vector<std::string> titles_;
+  std::map<double, Ink> inks_;
+  std::vector<KeyEntry> entries_;
   std::set<DeepMeasurement> checks_;
 };
 
@@ -105,15 +91,14 @@ Wording wording(const std::string& captions, const std::vector<DeepResponse>& me
 }  // namespace
 
 Figure plot_deep_response(const std::vector<DeepResponse>& measured, const std::filesystem::path& run_folder) {
-  PlotPlan plan;
-  plan.id = "deep-response";
-  plan.script = "studies/deep_response";
-  plan.half_width = true;
-  plan.height = 2.15;
-  Curves exponents;
-  Titles titles;
-  Range depth;
-  exponents.range.add(1);
+  Plot plot;
+  plot.id = "deep-response";
+  plot.half_width = true;
+  plot.height = 2.15;
+  Panel exponents;
+  CurveKey key;
+  Range depth, exponent;
+  exponent.add(1);
   for (const DeepResponse& one : measured) {
     CsvTable table({"z: bead diameters", "exponent: dimensionless", "standard_error: dimensionless",
                     "z_from: bead diameters", "z_to: bead diameters", "c: dimensionless", "c_error: dimensionless",
@@ -124,42 +109,31 @@ Figure plot_deep_response(const std::vector<DeepResponse>& measured, const std::
       table.add_row({z, octave.exponent.value, octave.exponent.standard_error, octave.from, octave.to, octave.c.value,
                      octave.c.standard_error, octave.D.value, octave.D.standard_error});
       depth.add(z);
-      exponents.reach(octave.exponent);
+      reach(exponent, octave.exponent);
     }
     if (table.empty()) continue;
-    const std::string file = data_file(plan, one);
-    plan.data[file] = table.text();
-    exponents.add(file, 2, titles.style_of(one), dashes(one.by));
+    add_curve(exponents, plot.add_data(data_name(one), table), 2, key.ink_of(one), dashes(one.by));
   }
-  if (titles.empty())
+  if (key.empty())
     throw InputError(
         "the figure of the response with depth has nothing to show: no two lags were fitted; give more piles");
-  plan.curves = static_cast<int>(exponents.drawn.size()) + 1;  // and the line at 1
-  const Range axis = widened_by_factor(depth, 1.4);
-  const double room = 0.06 * exponents.range.size();
-  return plot_figure(plan,
-                     {{"curves", exponents.script()},
-                      {"titles", titles.script()},
-                      {"key_rows", std::to_string(titles.rows())},
-                      {"key_inches", exact(0.17 * static_cast<double>(titles.rows()))},
-                      {"left", exact(axis.low)},
-                      {"right", exact(axis.high)},
-                      {"depth_ticks", log_ticks(axis)},
-                      {"low", exact(exponents.range.low - room)},
-                      {"high", exact(exponents.range.high + room)},
-                      {"ticks", linear_ticks(exponents.range, 6)}},
-                     wording("studies/deep_response.captions", measured), run_folder);
+  exponents.name = 0.02;
+  exponents.x = log_axis("depth z  (bead diameters)", widened_by_factor(depth, 1.4));
+  exponents.y = linear_axis("power of z in W²", widened(exponent, 0.06), 6, exponent);
+  exponents.add_level(1, {.width = 0.9, .dash = 4});
+  plot.panels = {exponents};
+  plot.key = key.key();
+  return plot_figure(plot, wording("studies/deep_response.captions", measured), run_folder);
 }
 
 Figure plot_dispersion(const std::vector<DeepResponse>& measured, const std::filesystem::path& run_folder) {
-  PlotPlan plan;
-  plan.id = "dispersion";
-  plan.script = "studies/dispersion";
-  plan.height = 2.6;
-  Curves speeds, diffusions;
-  Titles titles;
-  Range waves;
-  speeds.range.add(0);
+  Plot plot;
+  plot.id = "dispersion";
+  plot.height = 2.6;
+  Panel speeds = left_panel(), diffusions = right_panel();
+  CurveKey key;
+  Range waves, speed, diffusion;
+  speed.add(0);
   for (const DeepResponse& one : measured) {
     CsvTable table({"k: 1/bead diameter", "D: bead diameters", "D_error: bead diameters",
                     "c_minus_c_thrust: dimensionless", "c_error: dimensionless", "c: dimensionless",
@@ -172,37 +146,30 @@ Figure plot_dispersion(const std::vector<DeepResponse>& measured, const std::fil
       table.add_row({band.k, band.D.value, band.D.standard_error, above.value, above.standard_error, band.c.value,
                      band.k_from, band.k_to, band.z_from, band.z_to});
       waves.add(band.k);
-      diffusions.reach(band.D);
-      speeds.reach(above);
+      reach(diffusion, band.D);
+      reach(speed, above);
     }
     if (table.empty()) continue;
-    const std::string file = data_file(plan, one), style = titles.style_of(one);
-    plan.data[file] = table.text();
-    diffusions.add(file, 2, style, dashes(one.by));
-    speeds.add(file, 4, style, dashes(one.by));
+    const std::string file = plot.add_data(data_name(one), table);
+    const Ink ink = key.ink_of(one);
+    add_curve(diffusions, file, 2, ink, dashes(one.by));
+    add_curve(speeds, file, 4, ink, dashes(one.by));
   }
-  if (titles.empty())
+  if (key.empty())
     throw InputError(
         "the figure of the dispersion relation has nothing to show: no band of modes was fitted; give more piles");
-  plan.curves = static_cast<int>(speeds.drawn.size() + diffusions.drawn.size()) + 2;  // and a guide in each panel
-  const Range axis = widened_by_factor(waves, 1.3), D_axis = widened_by_factor(diffusions.range, 1.3);
-  const double room = 0.06 * speeds.range.size();
-  return plot_figure(plan,
-                     {{"c_curves", speeds.script()},
-                      {"D_curves", diffusions.script()},
-                      {"titles", titles.script()},
-                      {"key_rows", std::to_string(titles.rows())},
-                      {"key_inches", exact(0.17 * static_cast<double>(titles.rows()))},
-                      {"left", exact(axis.low)},
-                      {"right", exact(axis.high)},
-                      {"k_ticks", log_ticks(axis)},
-                      {"c_low", exact(speeds.range.low - room)},
-                      {"c_high", exact(speeds.range.high + room)},
-                      {"c_ticks", linear_ticks(speeds.range, 6)},
-                      {"D_low", exact(D_axis.low)},
-                      {"D_high", exact(D_axis.high)},
-                      {"D_ticks", log_ticks(D_axis)}},
-                     wording("studies/dispersion.captions", measured), run_folder);
+  const Range axis = widened_by_factor(waves, 1.3), D_axis = widened_by_factor(diffusion, 1.3);
+  speeds.x = diffusions.x = log_axis("wave number k  (radians per bead diameter)", axis);
+  speeds.y = linear_axis("c(k) − c₀√κ", widened(speed, 0.06), 6, speed);
+  diffusions.y = log_axis("D(k)", D_axis);
+  const Style guide{.width = 0.9, .dash = 4};
+  speeds.add_level(0, {.colour = "frame", .width = 0.8});
+  diffusions.curves.insert(diffusions.curves.begin(),
+                           {"", "", fmt::format("{} * sqrt({} / $1)", exact(0.5 * D_axis.high), exact(axis.low)),
+                            axis.low, axis.high, guide});
+  plot.panels = {speeds, diffusions};
+  plot.key = key.key();
+  return plot_figure(plot, wording("studies/dispersion.captions", measured), run_folder);
 }
 
 using Json = nlohmann::ordered_json;
@@ -302,9 +269,9 @@ class DeepResponseStudy final : public CopiedStudy<DeepResponseStudy> {
   std::vector<Claim> claims(const ClaimSpec& spec) const override {
     return asked() ? judge_spreading(measured_, spec) : std::vector<Claim>();
   }
-  Json json() const override { return list_of(measured_, spreading_json); }
-  std::vector<ReportPart> parts(const Json& results) const override {
-    const Json told = spreading_page_1(results, "/studies/" + id());
+  Json json() const override { return measured_; }
+  std::vector<ReportPart> parts() const override {
+    const Json told = spreading_page_1(measured_, "/studies/" + id());
     return told.is_null() ? std::vector{table_part()} : std::vector{page_1(told), table_part()};
   }
 

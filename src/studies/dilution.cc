@@ -15,7 +15,7 @@
 #include "plot/axes.h"
 #include "plot/figure_captions.h"
 #include "plot/gnuplot.h"
-#include "plot/plot_script.h"
+#include "plot/plot.h"
 #include "report/clean_json.h"
 #include "sampling/diluted_beads.h"
 #include "studies/study.h"
@@ -24,27 +24,25 @@
 #include "support/progress.h"
 
 namespace granuscope {
-namespace {
-
 using Json = nlohmann::ordered_json;
 
-Json to_json(const SolvableShare& one) {
-  return {{"mu", one.mu},
+void to_json(Json& json, const SolvableShare& one) {
+  json = {{"mu", one.mu},
           {"size", one.size},
           {"opened_share", one.share},
           {"piles", one.piles},
-          {"solvable", granuscope::to_json(one.solvable())},
-          {"solvable_at_the_edge_too", granuscope::to_json(one.at_all())},
+          {"solvable", one.solvable()},
+          {"solvable_at_the_edge_too", one.at_all()},
           {"no_idle_bead", one.no_idle_bead}};
 }
 
-Json to_json(const LargestShare& one) {
-  return {{"mu", one.mu}, {"size", one.size}, {"piles", one.piles}, {"largest_share", granuscope::to_json(one.share)}};
+void to_json(Json& json, const LargestShare& one) {
+  json = {{"mu", one.mu}, {"size", one.size}, {"piles", one.piles}, {"largest_share", one.share}};
 }
 
-Json to_json(const DilutedResponse& one) {
+void to_json(Json& json, const DilutedResponse& one) {
   const auto chi2 = [&](ResponseShape shape) { return one.fits[static_cast<std::size_t>(shape)].chi2; };
-  return {{"mu", one.mu},
+  json = {{"mu", one.mu},
           {"opened_share", one.share},
           {"columns", one.columns},
           {"layers", one.layers},
@@ -54,12 +52,14 @@ Json to_json(const DilutedResponse& one) {
           {"peaks", one.peaks},
           {"chi2_of_one_against_two",
            finite_or_null(std::round(chi2(ResponseShape::one_gaussian) - chi2(ResponseShape::two_gaussians)))},
-          {"position", granuscope::to_json(one.position)},
-          {"width", granuscope::to_json(one.width)},
-          {"c", granuscope::to_json(one.c)},
-          {"D", granuscope::to_json(one.D)},
-          {"thrust_ratio", granuscope::to_json(one.thrust_ratio)}};
+          {"position", one.position},
+          {"width", one.width},
+          {"c", one.c},
+          {"D", one.D},
+          {"thrust_ratio", one.thrust_ratio}};
 }
+
+namespace {
 
 /// What page 1 says: whether all responses have two peaks, and those with the least and the most opened contacts.
 Json page_1_overlay(const DilutedPiles& measured) {
@@ -222,12 +222,10 @@ class DilutionStudy final : public CopiedStudy<DilutionStudy> {
   }
 
   Json json() const override {
-    return {{"solvable", list_of(measured_.solvable, to_json)},
-            {"largest", list_of(measured_.largest, to_json)},
-            {"responses", list_of(measured_.responses, to_json)}};
+    return {{"solvable", measured_.solvable}, {"largest", measured_.largest}, {"responses", measured_.responses}};
   }
 
-  std::vector<ReportPart> parts(const Json&) const override {
+  std::vector<ReportPart> parts() const override {
     std::vector<ReportPart> all;
     if (!measured_.largest.empty() || !measured_.responses.empty()) all.push_back(page_1(page_1_overlay(measured_)));
     for (const auto& [page, needs] :
@@ -402,28 +400,16 @@ DilutedResponse measure_diluted_response(const MeasuredEnsemble& ensemble, const
   return response;
 }
 
-namespace {
-
-std::string joined(const std::vector<std::string>& items) { return fmt::format("{}", fmt::join(items, ", \\\n    ")); }
-
-std::string colour_of(const std::string& style) { return style.substr(style.find("linecolor")); }
-
-std::string key_entry(const std::string& style, const std::string& title) {
-  return fmt::format("keyentry with linespoints linewidth 1 pointsize 0.55 {} title {}", style, gnuplot_string(title));
-}
-
-}  // namespace
-
 Figure plot_solvable_shares(const DilutedPiles& measured, const std::filesystem::path& run_folder) {
   if (measured.solvable.empty()) {
     throw InputError(
         "the figure of solvable piles has nothing to show: no pile was tried; give the study mu, sizes and shares");
   }
-  PlotPlan plan;
-  plan.id = "solvable-piles";
-  plan.script = "studies/solvable_piles";
-  plan.height = 3.3;
-  std::vector<std::string> by_size, by_friction, titles;
+  Plot plot;
+  plot.id = "solvable-piles";
+  plot.height = 3.3;
+  plot.key = {.inches = 0.66, .lines = 3, .sample = 2, .entries = {}};
+  Panel by_size = left_panel(), by_friction = right_panel();
   // Left: all sizes at the largest friction; right: all frictions at the smallest size.
   const double most_mu = measured.solvable.back().mu;
   const int least_size = measured.solvable.front().size;
@@ -441,17 +427,12 @@ Figure plot_solvable_shares(const DilutedPiles& measured, const std::filesystem:
           {one.share, inside.value, inside.standard_error, at_all.value, at_all.standard_error, one.no_idle_bead});
       most_share = std::max(most_share, one.share);
     }
-    const std::string file = fmt::format("{}-mu-{}-size-{}.csv", plan.id, exact(head.mu), head.size);
-    plan.data[file] = table.text();
-    const auto add = [&](std::vector<std::string>& curves, const std::string& title, bool bound) {
-      const std::string style = series_style(titles.size());
-      curves.push_back(
-          fmt::format("'{}' using 1:2:3 with yerrorlines linewidth 1 pointsize 0.55 {} notitle", file, style));
-      if (bound) {
-        curves.push_back(fmt::format("'{}' using 1:6 with lines dashtype 3 {} notitle", file, colour_of(style)));
-      }
-      titles.push_back(key_entry(style, title));
-      plan.curves += bound ? 2 : 1;
+    const std::string file = plot.add_data(fmt::format("mu-{}-size-{}", exact(head.mu), head.size), table);
+    const auto add = [&](Panel& panel, const std::string& title, bool bound) {
+      const Ink ink = ink_of_series(plot.key.entries.size());
+      panel.add(file, "1:2:3", ink.joined_bars(1, 0.55));
+      if (bound) panel.add(file, "1:6", ink.line(0, 3));
+      plot.add_key(title, ink.joined(1, 0.55));
     };
     if (head.mu == most_mu) add(by_size, fmt::format("left: {0} × {0} beads", head.size), true);
     if (head.size == least_size) add(by_friction, fmt::format("right: μ = {}", caption_number(head.mu)), false);
@@ -459,12 +440,14 @@ Figure plot_solvable_shares(const DilutedPiles& measured, const std::filesystem:
   Range shares;
   shares.add(0);
   shares.add(std::max(most_share, 0.01));
-  return plot_figure(plan,
-                     {{"by_size", joined(by_size)},
-                      {"by_friction", joined(by_friction)},
-                      {"titles", joined(titles)},
-                      {"share_high", exact(1.04 * shares.high)},
-                      {"share_ticks", linear_ticks(shares, 6)}},
+  by_size.left = 0.095;
+  by_friction.left = 0.59;
+  for (Panel* panel : {&by_size, &by_friction}) {
+    panel->x = linear_axis("share of opened contacts", {-0.004, 1.04 * shares.high, false}, 6, shares);
+    panel->y = {"share of solvable piles", -0.03, 1.05, false, {{"0", 0}, {"0.5", 0.5}, {"1", 1}}};
+  }
+  plot.panels = {by_size, by_friction};
+  return plot_figure(plot,
                      {"studies/solvable_piles.captions",
                       {{"piles", fmt::format("{}", measured.solvable.front().piles)},
                        {"mu", caption_number(most_mu)},
@@ -473,11 +456,12 @@ Figure plot_solvable_shares(const DilutedPiles& measured, const std::filesystem:
 }
 
 Figure plot_diluted_responses(const DilutedPiles& measured, const std::filesystem::path& run_folder) {
-  PlotPlan plan;
-  plan.id = "diluted-response";
-  plan.script = "studies/diluted_response";
-  plan.height = 3.3;
-  std::vector<std::string> profiles, peaks, titles, mu;
+  Plot plot;
+  plot.id = "diluted-response";
+  plot.height = 3.3;
+  plot.key = {.inches = 0.66, .lines = 3, .sample = 2, .entries = {}};
+  Panel profiles = left_panel(), peaks = right_panel();
+  std::vector<std::string> mu;
   Range height, lengths, shares;
   height.add(0);
   lengths.add(0);
@@ -495,14 +479,11 @@ Figure plot_diluted_responses(const DilutedPiles& measured, const std::filesyste
         profile.add_row({one.profile->x[i], one.profile->pressure[i], one.profile->standard_error[i]});
         height.add(one.profile->pressure[i]);
       }
-      const std::string file = fmt::format("{}-mu-{}-share-{}.csv", plan.id, exact(one.mu), exact(one.share));
-      plan.data[file] = profile.text();
-      const std::string style = series_style(titles.size());
-      profiles.push_back(
-          fmt::format("'{}' using 1:2:3 with yerrorlines linewidth 1 pointsize 0.5 {} notitle", file, style));
-      titles.push_back(
-          key_entry(style, fmt::format("μ = {}, q = {}", caption_number(one.mu), caption_number(one.share))));
-      ++plan.curves;
+      const Ink ink = ink_of_series(plot.key.entries.size());
+      profiles.add(plot.add_data(fmt::format("mu-{}-share-{}", exact(one.mu), exact(one.share)), profile), "1:2:3",
+                   ink.joined_bars(1, 0.5));
+      plot.add_key(fmt::format("μ = {}, q = {}", caption_number(one.mu), caption_number(one.share)),
+                   ink.joined(1, 0.55));
       z = one.z;
       shares.add(one.share);
       if (!one.position.known() || !one.width.known()) continue;
@@ -513,17 +494,12 @@ Figure plot_diluted_responses(const DilutedPiles& measured, const std::filesyste
     }
     mu.push_back(caption_number(head.mu));
     if (table.empty()) continue;
-    const std::string file = fmt::format("{}-mu-{}.csv", plan.id, exact(head.mu));
-    plan.data[file] = table.text();
-    const std::string style = series_style(titles.size() - 1);
-    peaks.push_back(fmt::format("'{}' using 1:2:3 with yerrorlines linewidth 1 pointtype 7 pointsize 0.6 {} notitle",
-                                file, colour_of(style)));
-    peaks.push_back(
-        fmt::format("'{}' using 1:4:5 with yerrorlines linewidth 1 dashtype 3 pointtype 6 pointsize 0.6 {} notitle",
-                    file, colour_of(style)));
-    plan.curves += 2;
+    const std::string file = plot.add_data("mu-" + exact(head.mu), table),
+                      colour = ink_of_series(plot.key.entries.size() - 1).colour;
+    peaks.add(file, "1:2:3", Ink{colour, 7}.joined_bars(1, 0.6));
+    peaks.add(file, "1:4:5", Ink{colour, 6}.joined_bars(1, 0.6, 3));
   }
-  if (profiles.empty() || peaks.empty()) {
+  if (profiles.curves.empty() || peaks.curves.empty()) {
     throw InputError(
         "the figure of the response of diluted piles has nothing to show, because no peaks were found; give a larger "
         "number of samples, or smaller shares");
@@ -533,19 +509,14 @@ Figure plot_diluted_responses(const DilutedPiles& measured, const std::filesyste
   Range inner;  // no label at a corner of the panel
   inner.add(-0.7 * half);
   inner.add(0.7 * half);
-  return plot_figure(plan,
-                     {{"profiles", joined(profiles)},
-                      {"peaks", joined(peaks)},
-                      {"titles", joined(titles)},
-                      {"reach", exact(half)},
-                      {"x_ticks", linear_ticks(inner, 5)},
-                      {"height_low", exact(height.low - 0.03 * height.size())},
-                      {"height_high", exact(height.high + 0.05 * height.size())},
-                      {"height_ticks", linear_ticks(height, 6)},
-                      {"share_high", exact(shares.high)},
-                      {"share_ticks", linear_ticks(shares, 5)},
-                      {"length_high", exact(1.1 * lengths.high)},
-                      {"length_ticks", linear_ticks(lengths, 6)}},
+  peaks.left = 0.585;
+  profiles.x = linear_axis("x  (bead diameters)", {-half, half, false}, 5, inner);
+  profiles.y =
+      linear_axis("P(x, z)", {height.low - 0.03 * height.size(), height.high + 0.05 * height.size(), false}, 6, height);
+  peaks.x = linear_axis("share of opened contacts", {-0.005, shares.high, false}, 5, shares);
+  peaks.y = linear_axis("xₚ, W  (bead diameters)", {0, 1.1 * lengths.high, false}, 6, lengths);
+  plot.panels = {profiles, peaks};
+  return plot_figure(plot,
                      {"studies/diluted_response.captions",
                       {{"mu", enumeration(mu)},
                        {"z", caption_number(z)},

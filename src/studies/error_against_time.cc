@@ -11,7 +11,7 @@
 #include "plot/axes.h"
 #include "plot/figure_captions.h"
 #include "plot/gnuplot.h"
-#include "plot/plot_script.h"
+#include "plot/plot.h"
 #include "report/clean_json.h"
 #include "studies/study.h"
 #include "support/error.h"
@@ -57,13 +57,14 @@ double known_shift(const Estimate& shift) {
   return shift.known() && std::abs(shift.value) > significant_shift * shift.standard_error ? std::abs(shift.value) : 0;
 }
 
-struct Panel {
-  std::vector<std::string> curves;
+/// A panel as it is being filled.
+struct ErrorPanel {
+  Panel panel = left_panel();
   Range x, y;
 };
 
 /// `cost`: of one sample of the curve, on the axis.
-void add_curve(Panel& panel, PlotPlan& plan, const ErrorCurve& curve, const Quantity& quantity, double cost,
+void add_curve(ErrorPanel& panel, Plot& plot, const ErrorCurve& curve, const Quantity& quantity, double cost,
                std::size_t number) {
   CsvTable table({"cost: beads", "error: bead diameters", "error_low: bead diameters", "error_high: bead diameters",
                   "samples: piles", "repetitions: repetitions"});
@@ -75,22 +76,16 @@ void add_curve(Panel& panel, PlotPlan& plan, const ErrorCurve& curve, const Quan
     panel.y.add(error * std::exp(-relative));
     panel.y.add(error * std::exp(relative));
   }
-  const std::string file = fmt::format("{}-{}-{}.csv", figure_id, quantity.name, number + 1);
-  plan.data[file] = table.text();
-  const std::string style = series_style(number);
-  const std::string colour = style.substr(style.find("linecolor"));
+  const std::string file = plot.add_data(fmt::format("{}-{}", quantity.name, number + 1), table);
+  const Ink ink = ink_of_series(number);
   const double one = scatter_of_one_sample(curve, quantity) * std::sqrt(cost);
   const double first = cost * static_cast<double>(curve.points.front().samples);
   const double last = cost * static_cast<double>(curve.points.back().samples);
   const double shift = known_shift(curve.*quantity.shift);
-  panel.curves.push_back(fmt::format("[{}:{}] '+' using 1:({}/sqrt($1)) with lines linewidth 1.2 {} notitle",
-                                     exact(first), exact(last), exact(one), colour));
-  panel.curves.push_back(
-      fmt::format("[{}:{}] '+' using 1:(sqrt({}/$1 + {})) with lines linewidth 0.8 dashtype 2 {} notitle", exact(first),
-                  exact(outlook * last), exact(one * one), exact(shift * shift), colour));
-  panel.curves.push_back(
-      fmt::format("'{}' using 1:2:3:4 with yerrorbars linewidth 0.8 pointsize 0.5 {} notitle", file, style));
-  plan.curves += 3;
+  panel.panel.add_function(fmt::format("{}/sqrt($1)", exact(one)), first, last, ink.line(1.2));
+  panel.panel.add_function(fmt::format("sqrt({}/$1 + {})", exact(one * one), exact(shift * shift)), first,
+                           outlook * last, ink.line(0.8, 2));
+  panel.panel.add(file, "1:2:3:4", ink.bars(0.8, 0.5));
   panel.x.add(outlook * last / 4);
   panel.y.add(std::sqrt(one * one / (outlook * last) + shift * shift));
 }
@@ -109,12 +104,12 @@ double gain_error(double repetitions) { return 2 / std::sqrt(repetitions - 1); }
 }  // namespace
 
 Figure plot_error_against_time(const std::vector<ErrorCurve>& curves, const std::filesystem::path& run_folder) {
-  PlotPlan plan;
-  plan.id = figure_id;
-  plan.script = "studies/error_against_time";
-  plan.height = 3.5;
-  Panel panels[2];
-  std::vector<std::string> titles, slopes_c, slopes_D, floors, missing, gains;
+  Plot plot;
+  plot.id = figure_id;
+  plot.height = 3.5;
+  plot.key = {.inches = 1.2, .lines = 8, .sample = 2, .entries = {}};
+  ErrorPanel panels[2];
+  std::vector<std::string> slopes_c, slopes_D, floors, missing, gains;
   const ErrorCurve* point = nullptr;
   Range repetitions;
   double point_cost = 0;
@@ -129,13 +124,11 @@ Figure plot_error_against_time(const std::vector<ErrorCurve>& curves, const std:
     }
     const double cost = 1e-6 * static_cast<double>(curve.beads) / static_cast<double>(curve.samples);
     for (const ErrorPoint& p : curve.points) repetitions.add(p.repetitions);
-    const std::size_t number = titles.size();  // of the curve: those not shown count for nothing
-    for (const std::size_t q : {0, 1}) add_curve(panels[q], plan, curve, quantities[q], cost, number);
+    const std::size_t number = plot.key.entries.size();  // of the curve: those not shown count for nothing
+    for (const std::size_t q : {0, 1}) add_curve(panels[q], plot, curve, quantities[q], cost, number);
     const std::string name = in_words(curve.spec.response);
-    titles.push_back(
-        fmt::format("keyentry with points pointsize 0.6 {} title (wide ? {} : {})", series_style(number),
-                    gnuplot_string(fmt::format("{}:  c = {},  D = {}", name, in_words(curve.c), in_words(curve.D))),
-                    gnuplot_string(name)));
+    plot.key.entries.push_back({name, ink_of_series(number).points(0.6),
+                                fmt::format("{}:  c = {},  D = {}", name, in_words(curve.c), in_words(curve.D))});
     slopes_c.push_back(in_words(curve.slope_c));
     slopes_D.push_back(in_words(curve.slope_D));
     std::vector<std::string> shifts;
@@ -154,24 +147,21 @@ Figure plot_error_against_time(const std::vector<ErrorCurve>& curves, const std:
                       gain_over(*point, point_cost, curve, cost, quantities[1]), in_words(curve.spec.response)));
     }
   }
-  if (titles.empty()) {
+  if (plot.key.entries.empty()) {
     throw InputError(
         "the figure of error against run time has nothing to show, because no repetition has a fit of two peaks; give "
         "studies.error_against_time.mu where peaks stand apart, or more piles each time");
   }
-  TemplateVariables variables = {{"titles", fmt::format("{}", fmt::join(titles, ", \\\n    "))}};
   for (const std::size_t q : {0, 1}) {
-    const Range x = widened_by_factor(panels[q].x, 1.4), y = widened_by_factor(panels[q].y, 1.3);
-    const std::string name = quantities[q].name;
-    variables[name + "_curves"] = fmt::format("{}", fmt::join(panels[q].curves, ", \\\n    "));
-    variables[name + "_x_low"] = exact(x.low);
-    variables[name + "_x_high"] = exact(x.high);
-    variables[name + "_x_ticks"] = log_ticks(x);
-    variables[name + "_y_low"] = exact(y.low);
-    variables[name + "_y_high"] = exact(y.high);
-    variables[name + "_y_ticks"] = log_ticks(y);
+    Panel& panel = panels[q].panel;
+    panel.left = q == 0 ? 0.12 : 0.615;
+    panel.right = q == 0 ? 0.48 : 0.97;
+    panel.name = q == 0 ? 0.015 : 0.53;
+    panel.x = log_axis("million beads drawn", widened_by_factor(panels[q].x, 1.4));
+    panel.y = log_axis(fmt::format("standard error of {}", quantities[q].name), widened_by_factor(panels[q].y, 1.3));
+    plot.panels.push_back(panel);
   }
-  return plot_figure(plan, variables,
+  return plot_figure(plot,
                      {"studies/error_against_time.captions",
                       {{"mu", caption_number(curves.front().spec.sampler.mu)},
                        {"columns", std::to_string(curves.front().spec.lattice.columns)},
@@ -188,38 +178,35 @@ Figure plot_error_against_time(const std::vector<ErrorCurve>& curves, const std:
                      run_folder);
 }
 
-namespace {
-
 using Json = nlohmann::ordered_json;
 
-Json to_json(const ErrorPoint& point) {
-  return {{"samples", point.samples},
+void to_json(Json& json, const ErrorPoint& point) {
+  json = {{"samples", point.samples},
           {"repetitions", point.repetitions},
           {"scatter_c", finite_or_null(point.scatter_c)},
           {"scatter_D", finite_or_null(point.scatter_D)}};
 }
 
-Json to_json(const ErrorCurve& curve) {
+void to_json(Json& json, const ErrorCurve& curve) {
   const ResponseSpec& response = curve.spec.response;
-  Json points = Json::array();
-  for (const ErrorPoint& point : curve.points) points.push_back(to_json(point));
-  Json json = {{"estimator", name_of(response.estimator)},
-               {"mu", curve.spec.sampler.mu},
-               {"columns", curve.spec.lattice.columns},
-               {"layers", curve.spec.lattice.layers}};
-  json.update(granuscope::to_json(response));
+  json = {{"estimator", name_of(response.estimator)},
+          {"mu", curve.spec.sampler.mu},
+          {"columns", curve.spec.lattice.columns},
+          {"layers", curve.spec.lattice.layers}};
+  json.update(Json(response));
   json.update(Json{{"samples", curve.samples},
                    {"failed", curve.failed},
                    {"beads", curve.beads},
-                   {"points", points},
-                   {"c", granuscope::to_json(curve.c)},
-                   {"D", granuscope::to_json(curve.D)},
-                   {"shift_c", granuscope::to_json(curve.shift_c)},
-                   {"shift_D", granuscope::to_json(curve.shift_D)},
-                   {"slope_c", granuscope::to_json(curve.slope_c)},
-                   {"slope_D", granuscope::to_json(curve.slope_D)}});
-  return json;
+                   {"points", curve.points},
+                   {"c", curve.c},
+                   {"D", curve.D},
+                   {"shift_c", curve.shift_c},
+                   {"shift_D", curve.shift_D},
+                   {"slope_c", curve.slope_c},
+                   {"slope_D", curve.slope_D}});
 }
+
+namespace {
 
 constexpr int most_repetitions = 256;
 
@@ -302,7 +289,7 @@ class ErrorAgainstTimeStudy final : public CopiedStudy<ErrorAgainstTimeStudy> {
   }
   void finish() override { set_shifts(curves_); }
 
-  Json json() const override { return list_of(curves_, to_json); }
+  Json json() const override { return curves_; }
 
   std::vector<FigurePlot> figures(const Analysis&) const override {
     if (curves_.empty()) return {};

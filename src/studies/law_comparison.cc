@@ -21,7 +21,7 @@
 #include "plot/axes.h"
 #include "plot/figure_captions.h"
 #include "plot/gnuplot.h"
-#include "plot/plot_script.h"
+#include "plot/plot.h"
 #include "report/clean_json.h"
 #include "studies/study.h"
 #include "support/error.h"
@@ -147,15 +147,16 @@ class LawComparisonStudy final : public CopiedStudy<LawComparisonStudy> {
 
   Json json() const override { return laws_json(measured_); }
 
-  std::vector<ReportPart> parts(const Json& results) const override {
-    ReportPart laws = part(id(), "laws"), responses = part("law_responses", "responses"),
-               rules = part("law_rules", "rules");
-    laws.overlay = laws_overlay(results, laws.base);
-    responses.overlay = law_responses_overlay(results);
-    rules.overlay = law_rules_overlay(results, rules.base);
-    const Json told = laws_page_1(results, laws.base);
-    if (told.is_null()) return {laws, responses, rules};
-    return {page_1(told), laws, responses, rules};
+  std::vector<ReportPart> parts() const override {
+    std::vector<ReportPart> all;
+    const Json told = laws_page_1(measured_);
+    if (!told.is_null()) all.push_back(page_1(told));
+    for (const auto& [page, needs] : {std::pair{"law_comparison", "laws"}, std::pair{"law_responses", "responses"},
+                                      std::pair{"law_rules", "rules"}}) {
+      all.push_back(part(page, needs));
+      all.back().overlay = laws_overlay(measured_);
+    }
+    return all;
   }
 
   std::vector<FigurePlot> figures(const Analysis&) const override {
@@ -369,150 +370,133 @@ Json law_json(const Measured& one) {
   return json;
 }
 
-Json to_json(const LawResponse& one) {
-  Json json = law_json(one);
+}  // namespace
+
+void to_json(Json& json, const LawResponse& one) {
+  json = law_json(one);
   json.update(Json{{"mu", one.spec.sampler.mu},
                    {"columns", one.spec.lattice.columns},
                    {"layers", one.spec.lattice.layers},
                    {"epsilon", one.spec.response.epsilon},
                    {"samples", one.samples},
                    {"failed", one.failed},
-                   {"effective_samples", granuscope::to_json(one.effective_samples)},
+                   {"effective_samples", one.effective_samples},
                    {"window_layers", {one.first_layer, one.last_layer}},
-                   {"c", granuscope::to_json(one.c)},
-                   {"D", granuscope::to_json(one.D)}});
-  return json;
+                   {"c", one.c},
+                   {"D", one.D}});
 }
 
-Json to_json(const LawOnPiles& one) {
-  Json depths = Json::array();
-  for (const ThrustAtDepth& depth : one.depths) depths.push_back(granuscope::to_json(depth));
-  Json json = law_json(one);
+void to_json(Json& json, const LawOnPiles& one) {
+  json = law_json(one);
   json.update(Json{{"mu", one.spec.sampler.mu},
                    {"columns", one.spec.lattice.columns},
                    {"layers", one.spec.lattice.layers},
                    {"samples", one.samples},
                    {"failed", one.failed},
-                   {"effective_samples", granuscope::to_json(one.effective_samples)},
+                   {"effective_samples", one.effective_samples},
                    {"draws_per_bead", finite_or_null(one.draws_per_bead)},
                    {"pair_per_bead", finite_or_null(one.pair_per_bead)},
                    {"arc_per_bead", finite_or_null(one.arc_per_bead)},
                    {"backtracked_per_bead", finite_or_null(one.backtracked_per_bead)},
                    {"window_layers", {one.first_layer, one.last_layer}},
-                   {"alpha_thrust", granuscope::to_json(one.alpha_thrust)},
-                   {"c_thrust", granuscope::to_json(one.c_thrust)},
-                   {"weight_variance", granuscope::to_json(one.weight_variance)},
-                   {"depths", depths}});
+                   {"alpha_thrust", one.alpha_thrust},
+                   {"c_thrust", one.c_thrust},
+                   {"weight_variance", one.weight_variance},
+                   {"depths", one.depths}});
   if (json["draws_per_bead"].is_null()) json["reason"] = "no pile was completed";
-  return json;
 }
 
-/// Whether a law leaves out some of its rules.
-bool some_rules(const Json& one) { return one.contains("repair_rules") && one.at("repair_rules") != "all"; }
+namespace {
 
-/// By how many standard errors of their difference a number lies from that of the first law.
-double distance(const Json& one, const Json& first) {
-  const double error = std::hypot(one.at("stderr").get<double>(), first.at("stderr").get<double>());
-  const double difference = std::abs(one.at("value").get<double>() - first.at("value").get<double>());
-  return error > 0 ? difference / error : 0;
+/// By how many standard errors of their difference a number lies from another; 0 where both are exact.
+double distance(const Estimate& one, const Estimate& other) {
+  const double error = std::hypot(one.standard_error, other.standard_error);
+  return error > 0 ? std::abs(one.value - other.value) / error : 0;
 }
 
-std::string sigmas_from_first(const Json& one, const Json& first) {
-  if (!one.at("value").is_number() || !first.at("value").is_number()) return "n/a";
-  const bool none = one.at("stderr") == 0 && first.at("stderr") == 0;
-  return none ? "n/a" : fmt::format("{:.1f}", distance(one, first));
+std::string errors_apart(const Estimate& one, const Estimate& first) {
+  if (!one.known() || !first.known() || (one.standard_error == 0 && first.standard_error == 0)) return "n/a";
+  return fmt::format("{:.1f}", distance(one, first));
+}
+
+bool all_rules(const EnsembleSpec& spec) {
+  return spec.sampler.law != Law::granusolve || spec.sampler.rules == RepairRules::all;
+}
+
+bool same_size(const LawOnPiles& one, const LawOnPiles& other) {
+  return one.spec.lattice.columns == other.spec.lattice.columns && one.spec.lattice.layers == other.spec.lattice.layers;
 }
 
 }  // namespace
 
 Json laws_json(const ComparedLaws& measured) {
-  return {{"laws", list_of(measured.on_piles, to_json)},
-          {"responses", list_of(measured.responses, to_json)},
-          {"costs", list_of(measured.costs, to_json)}};
+  return {{"laws", measured.on_piles}, {"responses", measured.responses}, {"costs", measured.costs}};
 }
 
-Json laws_overlay(const Json& results, const std::string& base) {
-  const Json& laws = results.at("laws");
-  Json rows = Json::array(), chains = Json::array();
+Json laws_overlay(const ComparedLaws& measured) {
+  Json chains = Json::array(), rules = Json::array(), responses = Json::array();
+  const auto& laws = measured.on_piles;
   for (std::size_t i = 0; i < laws.size(); ++i) {
-    rows.push_back({{"some_rules", some_rules(laws[i])}});
-    if (laws[i].contains("burn_in")) chains.push_back({{"key", fmt::format("{}/laws/{}", base, i)}, {"last", false}});
+    const Json place = {{"key", fmt::format("/studies/law_comparison/laws/{}", i)}};
+    const Law law = laws[i].spec.sampler.law;
+    if (law == Law::polytope) {
+      chains.push_back(place);
+      chains.back()["last"] = false;
+    }
+    if (law == Law::granusolve && same_size(laws[i], laws[0])) rules.push_back(place);
   }
   if (!chains.empty()) chains.back()["last"] = true;
-  return {{"laws", rows}, {"chains", chains}};
-}
-
-Json law_responses_overlay(const Json& results) {
-  const Json& responses = results.at("responses");
-  Json rows = Json::array();
-  for (std::size_t i = 0; i < responses.size(); ++i) {
-    Json row = {{"some_rules", some_rules(responses[i])}};
-    for (const char* name : {"c", "D"}) {
-      row[std::string(name) + "_apart"] =
-          i == 0 ? "–" : sigmas_from_first(responses[i].at(name), responses[0].at(name));
-    }
-    rows.push_back(row);
+  for (const LawResponse& one : measured.responses) {
+    const LawResponse& first = measured.responses.front();
+    const bool itself = &one == &first;
+    responses.push_back({{"c_apart", itself ? "–" : errors_apart(one.c, first.c)},
+                         {"D_apart", itself ? "–" : errors_apart(one.D, first.D)}});
   }
-  return {{"responses", rows}};
+  return {{"chains", chains}, {"rules", rules}, {"responses", responses}};
 }
 
-Json law_rules_overlay(const Json& results, const std::string& base) {
-  const Json& laws = results.at("laws");
-  Json rules = Json::array();
-  for (std::size_t i = 0; i < laws.size(); ++i) {
-    const Json& one = laws[i];
-    const bool as_the_first = one.at("columns") == laws[0].at("columns") && one.at("layers") == laws[0].at("layers");
-    if (!one.contains("repair_rules") || !as_the_first) continue;
-    rules.push_back({{"key", fmt::format("{}/laws/{}", base, i)}, {"some_rules", some_rules(one)}});
-  }
-  return {{"rules", rules}};
-}
-
-Json laws_page_1(const Json& results, const std::string& base) {
+Json laws_page_1(const ComparedLaws& measured) {
   constexpr double sure = 3;  // standard errors
-  const Json& laws = results.at("laws");
-  const auto known = [](const Json& number) { return number.at("value").is_number(); };
+  const std::string base = "/studies/law_comparison";
   std::vector<std::string> same, small, responses;
-  const Json *first = nullptr, *first_small = nullptr;
+  const LawOnPiles *first = nullptr, *first_small = nullptr;
   double farthest = 0;
-  for (std::size_t i = 0; i < laws.size(); ++i) {
-    const Json& one = laws[i];
-    if (some_rules(one) || !known(one.at("alpha_thrust"))) continue;
+  for (std::size_t i = 0; i < measured.on_piles.size(); ++i) {
+    const LawOnPiles& one = measured.on_piles[i];
+    if (!all_rules(one.spec) || !one.alpha_thrust.known()) continue;
     const std::string pointer = fmt::format("{}/laws/{}", base, i);
-    const auto size_of = [](const Json& law) { return std::pair(law.at("columns"), law.at("layers")); };
     if (first == nullptr) first = &one;
-    if (size_of(one) == size_of(*first)) {
+    if (same_size(one, *first)) {
       same.push_back(pointer);
-      farthest = std::max(farthest, distance(one.at("alpha_thrust"), first->at("alpha_thrust")));
+      farthest = std::max(farthest, distance(one.alpha_thrust, first->alpha_thrust));
       continue;
     }
     if (first_small == nullptr) first_small = &one;
-    if (size_of(one) == size_of(*first_small)) small.push_back(pointer);
+    if (same_size(one, *first_small)) small.push_back(pointer);
   }
   if (same.size() < 2) return nullptr;
-  for (std::size_t i = 0; i < results.at("responses").size(); ++i) {
-    const Json& one = results.at("responses")[i];
-    if (some_rules(one) || !known(one.at("c")) || !known(one.at("D"))) continue;
-    responses.push_back(fmt::format("{}/responses/{}", base, i));
+  if (small.size() < 2) small.clear();
+  for (std::size_t i = 0; i < measured.responses.size(); ++i) {
+    const LawResponse& one = measured.responses[i];
+    if (all_rules(one.spec) && one.c.known() && one.D.known()) {
+      responses.push_back(fmt::format("{}/responses/{}", base, i));
+    }
   }
   if (responses.size() < 2) responses.clear();
-  const Json& costs = results.at("costs");
   std::string cheapest, dearest;  // of the largest piles at the largest friction, which come last
-  for (std::size_t i = 0; i < costs.size(); ++i) {
-    const Json& one = costs[i];
-    if (one.at("mu") != costs.back().at("mu") || one.at("columns") != costs.back().at("columns")) continue;
-    if (one.at("failed") != 0 || !one.at("draws_per_bead").is_number()) continue;
-    (one.at("law") == "granusolve" ? cheapest : dearest) = fmt::format("{}/costs/{}", base, i);
+  for (std::size_t i = 0; i < measured.costs.size(); ++i) {
+    const LawOnPiles &one = measured.costs[i], &last = measured.costs.back();
+    if (one.spec.sampler.mu != last.spec.sampler.mu || one.spec.lattice.columns != last.spec.lattice.columns) continue;
+    if (one.failed != 0 || !std::isfinite(one.draws_per_bead)) continue;
+    (one.spec.sampler.law == Law::granusolve ? cheapest : dearest) = fmt::format("{}/costs/{}", base, i);
   }
   Json cost = nullptr;
   if (!cheapest.empty() && !dearest.empty()) cost = {{"cheap", {{"key", cheapest}}}, {"dear", {{"key", dearest}}}};
   return {{"differ", farthest > sure},
           {"same", enumerated(same)},
           {"first", {{"key", same.front()}}},
-          {"has_small", small.size() > 1},
           {"small", enumerated(small)},
           {"first_small", small.empty() ? Json(nullptr) : Json{{"key", small.front()}}},
-          {"has_responses", !responses.empty()},
           {"responses", enumerated(responses)},
           {"cost", cost}};
 }
@@ -549,10 +533,11 @@ std::string growth_in_words(const LawOnPiles& smallest, const LawOnPiles& larges
 }  // namespace
 
 Figure plot_laws(const std::vector<LawOnPiles>& laws, const std::filesystem::path& run_folder) {
-  PlotPlan plan;
-  plan.id = thrust_id;
-  plan.script = "studies/law_thrust";
-  std::vector<std::string> curves, titles, repaired, failed;
+  Plot plot;
+  plot.id = thrust_id;
+  Panel panel;
+  panel.name = 0.02;
+  std::vector<std::string> repaired, failed;
   Range layers, alphas;
   layers.add(0);
   alphas.add(1);
@@ -572,18 +557,14 @@ Figure plot_laws(const std::vector<LawOnPiles>& laws, const std::filesystem::pat
       failed.push_back(fmt::format("{} of {} piles of {}", one.failed, one.failed + one.samples, name_in_words(one)));
     }
     if (table.empty()) continue;
-    const std::string file = fmt::format("{}-{}.csv", thrust_id, curves.size() + 1);
-    plan.data[file] = table.text();
-    const std::string style = series_style(curves.size());
-    curves.push_back(
-        fmt::format("'{}' using 1:2:3 with yerrorlines linewidth 0.8 pointsize 0.45 {} notitle", file, style));
+    const Ink ink = ink_of_series(panel.curves.size());
+    panel.add(plot.add_data(std::to_string(panel.curves.size() + 1), table), "1:2:3", ink.joined_bars(0.8, 0.45));
     const std::string name = fmt::format("{}:  κ = {}", name_in_words(one), in_words(one.alpha_thrust));
     const std::string work =
         one.draws_per_bead < 100 ? caption_number(one.draws_per_bead, 3) : fmt::format("{:.0f}", one.draws_per_bead);
-    titles.push_back(fmt::format(
-        "keyentry with points pointsize 0.6 {} title (wide ? {} : {})", style,
-        gnuplot_string(fmt::format("{},  var w = {},  {} draws per bead", name, in_words(one.weight_variance), work)),
-        gnuplot_string(name)));
+    plot.key.entries.push_back(
+        {name, ink.points(0.6),
+         fmt::format("{},  var w = {},  {} draws per bead", name, in_words(one.weight_variance), work)});
     if (one.spec.sampler.law == Law::granusolve && one.spec.sampler.rules == RepairRules::all) {
       repaired.push_back(fmt::format(
           "on {} × {} beads the pair rule gave {:.2f} %, arcs and rings {:.3f} % and backtracks {:.3f} % of the beads "
@@ -593,25 +574,22 @@ Figure plot_laws(const std::vector<LawOnPiles>& laws, const std::filesystem::pat
           100 * one.backtracked_per_bead));
     }
   }
-  if (curves.empty()) {
+  if (panel.curves.empty()) {
     throw InputError(
         "the comparison of laws has nothing to show, because no pile of it was completed; give it smaller piles or "
         "less "
         "friction");
   }
-  plan.curves = static_cast<int>(curves.size()) + 1;  // the line at 1
-  const double key_inches = 0.1 + 0.165 * static_cast<double>(titles.size());
-  plan.height = 3.1 + key_inches;
-  return plot_figure(plan,
-                     {{"curves", fmt::format("{}", fmt::join(curves, ", \\\n    "))},
-                      {"titles", fmt::format("{}", fmt::join(titles, ", \\\n    "))},
-                      {"lines", std::to_string(titles.size())},
-                      {"key_inches", exact(key_inches)},
-                      {"layer_high", exact(layers.high + 1)},
-                      {"layer_ticks", linear_ticks(layers, 8)},
-                      {"low", exact(alphas.low - 0.02)},
-                      {"high", exact(alphas.high + 0.02)},
-                      {"ticks", linear_ticks(alphas, 6)}},
+  const std::size_t lines = plot.key.entries.size();
+  plot.key.lines = static_cast<int>(lines);
+  plot.key.inches = 0.1 + 0.165 * static_cast<double>(lines);
+  plot.key.sample = 2;
+  plot.height = 3.1 + plot.key.inches;
+  panel.x = linear_axis("layer", {-0.5, layers.high + 1, false}, 8, layers);
+  panel.y = linear_axis("thrust ratio κ", {alphas.low - 0.02, alphas.high + 0.02, false}, 6, alphas);
+  panel.add_level(1, {.colour = "frame", .width = 0.8});
+  plot.panels = {panel};
+  return plot_figure(plot,
                      {"studies/law_thrust.captions",
                       {{"mu", caption_number(laws.front().spec.sampler.mu)},
                        {"repaired", enumeration(repaired)},
@@ -640,12 +618,14 @@ Figure plot_law_cost(const std::vector<LawOnPiles>& costs, const std::filesystem
     throw InputError(
         "the figure of the laws' work has nothing to show, because no size was completed; give smaller cost_sizes");
   }
-  PlotPlan plan;
-  plan.id = cost_id;
-  plan.script = "studies/work_against_size";
-  plan.half_width = true;
-  plan.height = 2.3;
-  std::vector<std::string> curves, titles;
+  Plot plot;
+  plot.id = cost_id;
+  plot.half_width = true;
+  plot.height = 2.3;
+  plot.key = {.inches = 0.48, .lines = 2, .horizontal = true, .centred = true, .sample = 2, .entries = {}};
+  Panel panel;
+  panel.left = 0.125;
+  panel.name = 0.02;
   std::map<std::string, std::vector<std::string>> growth;  // of each law
   const LawOnPiles *least = nullptr, *most = nullptr;
   for (const auto& [which, sizes] : curves_of) {
@@ -655,32 +635,20 @@ Figure plot_law_cost(const std::vector<LawOnPiles>& costs, const std::filesystem
                      static_cast<double>(one->samples), one->draws_per_bead});
     }
     const auto& [law, mu] = which;
-    const std::string file = fmt::format("{}-{}-mu-{}.csv", cost_id, law, exact(mu));
-    plan.data[file] = table.text();
-    const std::string style = series_style(curves.size());
-    curves.push_back(
-        fmt::format("'{}' using 1:4 with linespoints linewidth 1.2 pointsize 0.55 {} notitle", file, style));
-    titles.push_back(fmt::format("keyentry with linespoints linewidth 1.2 pointsize 0.55 {} title {}", style,
-                                 gnuplot_string(fmt::format("{}, μ = {}", law, caption_number(mu)))));
+    const Style style = ink_of_series(panel.curves.size()).joined(1.2, 0.55);
+    panel.add(plot.add_data(fmt::format("{}-mu-{}", law, exact(mu)), table), "1:4", style);
+    plot.add_key(fmt::format("{}, μ = {}", law, caption_number(mu)), style);
     growth[law].push_back(growth_in_words(*sizes.front(), *sizes.back(), columns.high));
     if (least == nullptr || sizes.front()->spec.lattice.columns < least->spec.lattice.columns) least = sizes.front();
     if (most == nullptr || sizes.back()->spec.lattice.columns > most->spec.lattice.columns) most = sizes.back();
   }
-  plan.curves = static_cast<int>(curves.size());
-  const Range up = widened_by_factor(draws, 1.5);
+  panel.x = linear_axis("columns and layers of a pile", {columns.low - 0.5, columns.high + 0.5, false}, 8, columns);
+  panel.y = log_axis("draws per bead", widened_by_factor(draws, 1.5));
+  plot.panels = {panel};
   std::vector<std::string> of_each_law;
   of_each_law.reserve(growth.size());
   for (const auto& [law, numbers] : growth) of_each_law.push_back(fmt::format("{} {}", law, enumeration(numbers)));
-  return plot_figure(plan,
-                     {{"curves", fmt::format("{}", fmt::join(curves, ", \\\n    "))},
-                      {"titles", fmt::format("{}", fmt::join(titles, ", \\\n    "))},
-                      {"of_laws", "yes"},
-                      {"left", exact(columns.low - 0.5)},
-                      {"right", exact(columns.high + 0.5)},
-                      {"size_ticks", linear_ticks(columns, 8)},
-                      {"low", exact(up.low)},
-                      {"high", exact(up.high)},
-                      {"ticks", log_ticks(up)}},
+  return plot_figure(plot,
                      {"studies/law_cost.captions",
                       {{"growth", fmt::format("{}", fmt::join(of_each_law, "; "))},
                        {"piles", std::to_string(most->samples)},

@@ -1,5 +1,7 @@
 // The paper's words taken literally: c = x_p/z and D = W^2/z at one depth z, with its Eq. (1) sampled at the bead
 // centres (integrating it over a bead, as the main fits do, takes 1/12 off W^2), by plain least squares in x.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,8 +12,8 @@
 #include "analysis/mean_response.h"
 #include "analysis/scaling.h"
 #include "analysis/shape_fit.h"
-#include "plot/gnuplot.h"
-#include "plot/plot_script.h"
+#include "plot/axes.h"
+#include "plot/plot.h"
 #include "report/clean_json.h"
 #include "studies/study.h"
 #include "support/error.h"
@@ -219,9 +221,9 @@ double distance_from_paper(const Exponents3& found) {
   return sum;
 }
 
-Json to_json(const Exponents3& found) {
+Json exponents_json(const Exponents3& found) {
   Json json;
-  for (std::size_t i = 0; i < paper.size(); ++i) json[paper[i].name] = granuscope::to_json(found[i].fit.exponent);
+  for (std::size_t i = 0; i < paper.size(); ++i) json[paper[i].name] = found[i].fit.exponent;
   return json;
 }
 
@@ -232,6 +234,66 @@ struct DepthExponents {
   Exponents3 literal, from_load;
   double ratio_without_friction = std::nan("");  ///< x_p/z at mu = 0, which the paper gives as tan 30 degrees
 };
+
+/// gamma and alpha, and beside them beta, against the depth at which c and D are read.
+Figure plot_literal_reading(const std::vector<DepthExponents>& depths, std::size_t best,
+                            const std::filesystem::path& run_folder) {
+  Plot plot;
+  plot.id = "literal-reading";
+  plot.height = 2.7;
+  plot.key.inches = 0.25;
+  plot.key.horizontal = true;
+  CsvTable table({"z: bead diameters", "gamma: dimensionless", "gamma_error: dimensionless", "beta: dimensionless",
+                  "beta_error: dimensionless", "alpha: dimensionless", "alpha_error: dimensionless"});
+  Range z;
+  std::array<Range, 2> shown;  // of gamma and alpha, and of beta
+  for (const DepthExponents& depth : depths) {
+    std::vector<double> row{depth.z};
+    z.add(depth.z);
+    for (std::size_t i = 0; i < paper.size(); ++i) {
+      const Estimate& one = depth.literal[i].fit.exponent;
+      row.insert(row.end(), {one.value, one.standard_error});
+      shown[i == 1].add(one.value - one.standard_error);
+      shown[i == 1].add(one.value + one.standard_error);
+    }
+    table.add_row(row);
+  }
+  const std::string file = plot.add_data("", table);
+  const std::array<const char*, 3> symbols{"γ", "β", "α"};
+  std::array<Panel, 2> panels{left_panel(), right_panel()};
+  const Style of_paper{"lines", "black", 1.2, 3};
+  for (std::size_t p = 0; p < panels.size(); ++p) {
+    for (std::size_t i = 0; i < paper.size(); ++i) {
+      if ((i == 1) == (p == 1)) shown[p].add(paper[i].value);
+    }
+    panels[p].x = linear_axis("depth z at which c and D are read", widened(z, 0.03), 6);
+    panels[p].y = linear_axis(p == 0 ? "exponents γ and α" : "exponent β", widened(shown[p], 0.08), 6);
+  }
+  for (std::size_t i = 0; i < paper.size(); ++i) {
+    Panel& panel = panels[i == 1];
+    panel.add_level(paper[i].value, of_paper);
+    const Ink ink = ink_of_series(i);
+    panel.add(file, fmt::format("1:{}:{}", 2 + 2 * i, 3 + 2 * i), ink.bars(0.8, 0.35));
+    plot.add_key(symbols[i], ink.points(0.55));
+  }
+  plot.add_key("the paper", of_paper);
+  plot.panels.assign(panels.begin(), panels.end());
+  std::vector<double> met;
+  for (const DepthExponents& one : depths) {
+    if (meets_the_paper(one.literal)) met.push_back(one.z);
+  }
+  const auto in_words = [](const Estimate& one) { return value_with_error(one.value, one.standard_error); };
+  return plot_figure(plot,
+                     {"studies/literal_reading.captions",
+                      {{"gamma", in_words(depths[best].literal[0].fit.exponent)},
+                       {"beta", in_words(depths[best].literal[1].fit.exponent)},
+                       {"alpha", in_words(depths[best].literal[2].fit.exponent)},
+                       {"best", fmt::format("{:.1f}", depths[best].z)},
+                       {"met", met.empty() ? "" : "yes"},
+                       {"from", met.empty() ? "" : fmt::format("{:.1f}", met.front())},
+                       {"to", met.empty() ? "" : fmt::format("{:.1f}", met.back())}}},
+                     run_folder);
+}
 
 /// The exponents at one depth with one choice changed, and by how much that moves them.
 struct ChangedReading {
@@ -318,9 +380,14 @@ class LiteralReading final : public CopiedStudy<LiteralReading> {
     }
   }
 
-  std::vector<ReportPart> parts(const Json& results) const override {
-    if (results.empty()) return {};
+  std::vector<ReportPart> parts() const override {
+    if (depths_.empty()) return {};
     return {{.page = "studies/literal_reading.table", .base = "/studies/literal_reading", .needs = "readings"}};
+  }
+
+  std::vector<FigurePlot> figures(const Analysis&) const override {
+    if (depths_.empty()) return {};
+    return {[this](const std::filesystem::path& folder) { return plot_literal_reading(depths_, best_, folder); }};
   }
 
   Json json() const override {
@@ -330,8 +397,8 @@ class LiteralReading final : public CopiedStudy<LiteralReading> {
     json["depths"] = Json::array();
     for (const DepthExponents& one : depths_) {
       Json depth = {{"layer", one.layer}, {"z", one.z}};
-      depth.update(to_json(one.literal));
-      depth["from_load"] = to_json(one.from_load);
+      depth.update(exponents_json(one.literal));
+      depth["from_load"] = exponents_json(one.from_load);
       if (std::isfinite(one.ratio_without_friction)) depth["ratio_without_friction"] = one.ratio_without_friction;
       depth["meets_the_paper"] = meets_the_paper(one.literal);
       json["depths"].push_back(std::move(depth));
@@ -347,9 +414,9 @@ class LiteralReading final : public CopiedStudy<LiteralReading> {
     json["readings"] = Json::array();
     for (const ChangedReading& one : changes_) {
       Json changed = {{"change", one.change}};
-      changed.update(to_json(one.found));
+      changed.update(exponents_json(one.found));
       for (std::size_t i = 0; i < paper.size(); ++i) {
-        changed[std::string(paper[i].name) + "_shift"] = granuscope::to_json(one.shift[i]);
+        changed[std::string(paper[i].name) + "_shift"] = one.shift[i];
       }
       json["readings"].push_back(std::move(changed));
     }

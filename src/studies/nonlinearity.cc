@@ -19,7 +19,7 @@
 #include "plot/axes.h"
 #include "plot/figure_captions.h"
 #include "plot/gnuplot.h"
-#include "plot/plot_script.h"
+#include "plot/plot.h"
 #include "report/clean_json.h"
 #include "report/number_text.h"
 #include "report/page_scope.h"
@@ -28,12 +28,10 @@
 #include "support/plain_text.h"
 
 namespace granuscope {
-namespace {
-
 using Json = nlohmann::ordered_json;
 
-Json to_json(const LoadResponse& one) {
-  return {{"mu", one.spec.sampler.mu},
+void to_json(Json& json, const LoadResponse& one) {
+  json = {{"mu", one.spec.sampler.mu},
           {"estimator", one.uniform() ? name_of(one.spec.load) : name_of(one.spec.response.estimator)},
           {"load", one.load()},
           {"reference", one.reference},
@@ -43,25 +41,27 @@ Json to_json(const LoadResponse& one) {
           {"failed", one.failed},
           {"window_layers", {one.first_layer, one.last_layer}},
           {"own_window", one.own_window},
-          {"c", granuscope::to_json(one.c)},
-          {"D", granuscope::to_json(one.D)},
-          {"c_thrust", granuscope::to_json(one.c_thrust)},
-          {"c_minus_linear", granuscope::to_json(one.c_shift)},
-          {"D_over_linear_minus_1", granuscope::to_json(one.D_shift)},
-          {"c_thrust_minus_uniform", granuscope::to_json(one.c_thrust_shift)}};
+          {"c", one.c},
+          {"D", one.D},
+          {"c_thrust", one.c_thrust},
+          {"c_minus_linear", one.c_shift},
+          {"D_over_linear_minus_1", one.D_shift},
+          {"c_thrust_minus_uniform", one.c_thrust_shift}};
 }
 
-Json to_json(const LoadExponents& one) {
-  return {{"estimator", name_of(one.response.estimator)},
+void to_json(Json& json, const LoadExponents& one) {
+  json = {{"estimator", name_of(one.response.estimator)},
           {"load", load_size(one.response)},
           {"reference", one.reference},
           {"window", one.window},
           {"points", one.points},
-          {"beta", granuscope::to_json(one.beta)},
-          {"gamma", granuscope::to_json(one.gamma)},
-          {"beta_minus_linear", granuscope::to_json(one.beta_shift)},
-          {"gamma_minus_linear", granuscope::to_json(one.gamma_shift)}};
+          {"beta", one.beta},
+          {"gamma", one.gamma},
+          {"beta_minus_linear", one.beta_shift},
+          {"gamma_minus_linear", one.gamma_shift}};
 }
+
+namespace {
 
 class NonlinearityStudy final : public CopiedStudy<NonlinearityStudy> {
  public:
@@ -124,13 +124,11 @@ class NonlinearityStudy final : public CopiedStudy<NonlinearityStudy> {
   void add(const StudyEnsemble&, const MeasuredEnsemble& ensemble) override { comparer_->add(ensemble); }
   void finish() override { measured_ = comparer_->finish(); }
 
-  Json json() const override {
-    return {{"responses", list_of(measured_.responses, to_json)}, {"exponents", list_of(measured_.exponents, to_json)}};
-  }
+  Json json() const override { return {{"responses", measured_.responses}, {"exponents", measured_.exponents}}; }
 
-  std::vector<ReportPart> parts(const Json& results) const override {
+  std::vector<ReportPart> parts() const override {
     ReportPart loads = part(id(), "responses");
-    loads.overlay = load_overlay({{"studies", {{id(), results}}}}, loads.base);
+    loads.overlay = load_overlay({{"studies", {{id(), json()}}}}, loads.base);
     return {loads};
   }
 
@@ -399,8 +397,8 @@ struct Series {
 };
 
 struct Panels {
-  std::vector<std::string> D_curves, c_curves, titles;
-  Range load, D, c;
+  Panel D = left_panel(), c = right_panel();
+  Range load, D_range, c_range;
 };
 
 void add(Range& range, const Estimate& shift, double scale) {
@@ -408,7 +406,7 @@ void add(Range& range, const Estimate& shift, double scale) {
   range.add(scale * (shift.value + shift.standard_error));
 }
 
-void add_series(PlotPlan& plan, Panels& panels, const Series& series, std::size_t colour) {
+void add_series(Plot& plot, Panels& panels, const Series& series, std::size_t colour) {
   CsvTable table({"load: loads of one top bead", "D_shift_percent: %", "standard_error: %",
                   "c_shift_thousandths: 0.001", "standard_error: 0.001", "D: bead diameters",
                   "standard_error: bead diameters", "c: dimensionless", "standard_error: dimensionless",
@@ -419,22 +417,17 @@ void add_series(PlotPlan& plan, Panels& panels, const Series& series, std::size_
                    milli * one->c_shift.value, milli * one->c_shift.standard_error, one->D.value, one->D.standard_error,
                    one->c.value, one->c.standard_error, static_cast<double>(one->samples)});
     panels.load.add(one->load());
-    add(panels.D, one->D_shift, percent);
-    add(panels.c, one->c_shift, milli);
+    add(panels.D_range, one->D_shift, percent);
+    add(panels.c_range, one->c_shift, milli);
   }
   if (table.empty()) return;
-  const std::string file = fmt::format("{}-{}-mu-{}.csv", plan.id, name_of(series.estimator), exact(series.mu));
-  plan.data[file] = table.text();
+  const std::string file = plot.add_data(fmt::format("{}-mu-{}", name_of(series.estimator), exact(series.mu)), table);
   const bool point = series.estimator == EstimatorName::point;
-  const std::string style = fmt::format("with yerrorlines linewidth {} dashtype {} pointsize {} {} notitle",
-                                        point ? 1.2 : 0.8, point ? 1 : 2, point ? 0.55 : 0.35, series_style(colour));
-  panels.D_curves.push_back(fmt::format("'{}' using 1:2:3 {}", file, style));
-  panels.c_curves.push_back(fmt::format("'{}' using 1:4:5 {}", file, style));
-  plan.curves += 2;
-  if (point) {
-    panels.titles.push_back(fmt::format("keyentry with points pointsize 0.6 {} title {}", series_style(colour),
-                                        gnuplot_string("μ = " + caption_number(series.mu))));
-  }
+  const Ink ink = ink_of_series(colour);
+  const Style style = point ? ink.joined_bars(1.2, 0.55) : ink.joined_bars(0.8, 0.35, 2);
+  panels.D.add(file, "1:2:3", style);
+  panels.c.add(file, "1:4:5", style);
+  if (point) plot.add_key("μ = " + caption_number(series.mu), ink.points(0.6));
 }
 
 std::string in_percent(const Estimate& shift) {
@@ -442,15 +435,15 @@ std::string in_percent(const Estimate& shift) {
 }
 
 /// A mark for each load.
-std::string load_marks(const LoadComparison& measured) {
+std::vector<Tick> load_marks(const LoadComparison& measured) {
   std::set<double> loads;
   for (const LoadResponse& one : measured.responses) {
     if (one.load() > 0) loads.insert(one.load());
   }
-  std::vector<std::string> marks;
+  std::vector<Tick> marks;
   marks.reserve(loads.size());
-  for (const double load : loads) marks.push_back(fmt::format("'{}' {}", caption_number(load), exact(load)));
-  return fmt::format("{}", fmt::join(marks, ", "));
+  for (const double load : loads) marks.push_back({caption_number(load), load});
+  return marks;
 }
 
 /// "μ = 0.1: −24(3) %" for the overload nearest to the paper's.
@@ -480,51 +473,39 @@ Figure plot_load_comparison(const LoadComparison& measured, const std::string& s
     if (all.empty() || all.back().mu != mu || all.back().estimator != estimator) all.push_back({mu, estimator, {}});
     all.back().loads.push_back(&one);
   }
-  PlotPlan plan;
-  plan.id = study;
-  plan.script = "studies/" + study;
-  plan.height = 3.0;
+  Plot plot;
+  plot.id = study;
+  plot.height = 3.0;
+  plot.key = {.inches = 0.5, .lines = 2, .entries = {}};
   Panels panels;
-  panels.D.add(0);
-  panels.c.add(0);
-  for (const Series& series : all) add_series(plan, panels, series, colours.at(series.mu));
-  if (plan.curves == 0) {
+  panels.D_range.add(0);
+  panels.c_range.add(0);
+  for (const Series& series : all) add_series(plot, panels, series, colours.at(series.mu));
+  if (panels.D.curves.empty()) {
     throw InputError(
         "the figure of the loads has nothing to show, because nothing could be compared with the linear response; list "
         "friction coefficients at which the width of the peaks can be told");
   }
-  plan.curves += 2;  // the lines at 0
-  const auto with_margin = [](const Range& range) {
-    const double margin = 0.06 * range.size();
-    return std::array{range.low - margin, range.high + margin};
-  };
-  const auto D = with_margin(panels.D), c = with_margin(panels.c);
-  const Range load = widened_by_factor(panels.load, 1.3);
+  Panel &D = panels.D, &c = panels.c;
+  D.left = 0.095;
+  c.left = 0.605;
+  D.x = log_axis("size of the load  (loads of one top bead)", widened_by_factor(panels.load, 1.3));
+  D.x.ticks = load_marks(measured);
+  c.x = D.x;
+  D.y = linear_axis("change of D  (%)", widened(panels.D_range, 0.06), 7, panels.D_range);
+  c.y = linear_axis("change of c  (1/1000)", widened(panels.c_range, 0.06), 7, panels.c_range);
+  for (Panel* panel : {&D, &c}) panel->add_level(0, {.colour = "frame", .width = 0.8});
+  plot.panels = {D, c};
+  plot.add_key("one bead overloaded", {.width = 1.2});
+  plot.add_key("all loads ±ε (multiplexed)", {.width = 0.8, .dash = 2});
   return plot_figure(
-      plan,
-      {{"D_curves", fmt::format("{}", fmt::join(panels.D_curves, ", \\\n    "))},
-       {"c_curves", fmt::format("{}", fmt::join(panels.c_curves, ", \\\n    "))},
-       {"titles", fmt::format("{}", fmt::join(panels.titles, ", \\\n    "))},
-       {"load_low", exact(load.low)},
-       {"load_high", exact(load.high)},
-       {"load_ticks", load_marks(measured)},
-       {"D_low", exact(D[0])},
-       {"D_high", exact(D[1])},
-       {"D_ticks", linear_ticks(panels.D, 7)},
-       {"c_low", exact(c[0])},
-       {"c_high", exact(c[1])},
-       {"c_ticks", linear_ticks(panels.c, 7)}},
+      plot,
       {"studies/" + study + ".captions",
        {{"reference", caption_number(reference)}, {"paper_shifts", enumeration(shifts_of_the_paper(measured))}}},
       run_folder);
 }
 
 namespace {
-
-/// The wording of a load.
-Json load_flags(const Json& one) {
-  return {{"one_bead", one.at("estimator") == "point"}, {"all_beads", one.at("estimator") == "multiplexed"}};
-}
 
 bool is_the_papers(const Json& one) { return one.at("estimator") == "point" && one.at("load") == 1; }
 
@@ -539,19 +520,12 @@ void add_load_reason(Json& notes, const Json& summary, const Json& one, const st
 
 Json load_overlay(const Json& summary, const std::string& base) {
   Json overlay, notes = Json::array();
-  for (const char* list : {"responses", "exponents", "paper_load", "paper_load_exponents"}) {
-    overlay[list] = Json::array();
-  }
+  overlay["paper_load"] = overlay["paper_load_exponents"] = Json::array();
   const Json& measured = summary.at(Json::json_pointer(base));
   for (std::size_t i = 0; i < measured.at("responses").size(); ++i) {
     const Json& one = measured.at("responses")[i];
     const std::string pointer = fmt::format("{}/responses/{}", base, i);
-    const bool uniform = one.at("estimator") == "uniform";  // it is what the last column compares with
-    Json row = load_flags(one);
-    row["uniform"] = uniform;
-    row["own_window_told"] = one.at("own_window") == true && !uniform;
-    overlay["responses"].push_back(row);
-    if (uniform) continue;
+    if (one.at("estimator") == "uniform") continue;  // it is what the last column compares with
     add_load_reason(notes, summary, one, pointer + "/D", "", " at μ = " + format_number(one.at("mu")));
     // The paper's load at the smallest friction where it can be told.
     if (is_the_papers(one) && overlay["paper_load"].empty() && !one.at("D_over_linear_minus_1").at("value").is_null()) {
@@ -561,7 +535,6 @@ Json load_overlay(const Json& summary, const std::string& base) {
   for (std::size_t i = 0; i < measured.at("exponents").size(); ++i) {
     const Json& one = measured.at("exponents")[i];
     const std::string pointer = fmt::format("{}/exponents/{}", base, i);
-    overlay["exponents"].push_back(load_flags(one));
     add_load_reason(notes, summary, one, pointer + "/beta", "the exponents with ", "");
     if (!is_the_papers(one)) continue;
     overlay["paper_load_exponents"] = Json::array();

@@ -12,7 +12,7 @@
 #include "plot/axes.h"
 #include "plot/figure_captions.h"
 #include "plot/gnuplot.h"
-#include "plot/plot_script.h"
+#include "plot/plot.h"
 #include "sampling/random_key.h"
 #include "sampling/sampler.h"
 #include "studies/study.h"
@@ -129,11 +129,14 @@ std::vector<StabilityTrial> run_stability_trials(const StabilitySpec& spec, std:
 }
 
 Figure plot_stability(const std::vector<StabilityTrial>& trials, const std::filesystem::path& run_folder) {
-  PlotPlan plan;
-  plan.id = figure_id;
-  plan.script = "studies/numerical_stability";
-  plan.height = 3.4;
-  std::vector<std::string> curves, titles, unsolved;
+  Plot plot;
+  plot.id = figure_id;
+  plot.height = 3.4;
+  plot.key = {.inches = 0.82, .lines = 3, .horizontal = true, .centred = true, .sample = 2, .entries = {}};
+  Panel panel;
+  panel.left = 0.125;
+  panel.name = 0.02;
+  std::vector<std::string> unsolved;
   Range layers, residuals;
   layers.add(1);
   double worst = 0;
@@ -156,30 +159,19 @@ Figure plot_stability(const std::vector<StabilityTrial>& trials, const std::file
     }
     if (table.empty()) continue;
     worst = std::max(worst, trial.residual);
-    const std::string file = fmt::format("{}-{}.csv", figure_id, curves.size() + 1),
-                      style = series_style(curves.size());
-    plan.data[file] = table.text();
-    curves.push_back(
-        fmt::format("'{}' using 1:3 with linespoints linewidth 0.8 pointsize 0.5 {} notitle", file, style));
-    titles.push_back(fmt::format("keyentry with linespoints linewidth 0.8 pointsize 0.5 {} title {}", style,
-                                 gnuplot_string("μ = " + friction_in_words(trial.mu))));
+    const Style style = ink_of_series(panel.curves.size()).joined(0.8, 0.5);
+    panel.add(plot.add_data(std::to_string(panel.curves.size() + 1), table), "1:3", style);
+    plot.add_key("μ = " + friction_in_words(trial.mu), style);
   }
-  if (curves.empty()) {
+  if (panel.curves.empty()) {
     throw InputError(
         "the stability test has no residuals to show, because none of its deep piles was solved; give "
         "studies.numerical_stability.layers a smaller number");
   }
-  plan.curves = static_cast<int>(curves.size());
-  const Range across = widened_by_factor(layers, 1.3), up = widened_by_factor(residuals, 2);
-  return plot_figure(plan,
-                     {{"curves", fmt::format("{}", fmt::join(curves, ", \\\n    "))},
-                      {"titles", fmt::format("{}", fmt::join(titles, ", \\\n    "))},
-                      {"left", exact(across.low)},
-                      {"right", exact(across.high)},
-                      {"layer_ticks", log_ticks(across)},
-                      {"residual_ticks", log_ticks(up)},
-                      {"low", exact(up.low)},
-                      {"high", exact(up.high)}},
+  panel.x = log_axis("layer, from here to twice as deep", widened_by_factor(layers, 1.3));
+  panel.y = log_axis("largest relative residual", widened_by_factor(residuals, 2));
+  plot.panels = {panel};
+  return plot_figure(plot,
                      {"studies/numerical_stability.captions",
                       {{"columns", fmt::format("{}", columns)},
                        {"layers", fmt::format("{}", deepest)},
@@ -188,19 +180,17 @@ Figure plot_stability(const std::vector<StabilityTrial>& trials, const std::file
                      run_folder);
 }
 
-namespace {
-
 using Json = nlohmann::ordered_json;
 
-Json to_json(const StabilityTrial& trial) {
-  Json json = {{"mu", trial.mu},
-               {"columns", trial.columns},
-               {"layers", trial.layers},
-               {"load", trial.load},
-               {"outcome", trial.outcome}};
+void to_json(Json& json, const StabilityTrial& trial) {
+  json = {{"mu", trial.mu},
+          {"columns", trial.columns},
+          {"layers", trial.layers},
+          {"load", trial.load},
+          {"outcome", trial.outcome}};
   if (trial.outcome != "solved") {
     json["reason"] = trial.reason;
-    return json;
+    return;
   }
   json["residual"] = trial.residual;
   json["rounded_per_bead"] = trial.rounded_per_bead;
@@ -208,8 +198,9 @@ Json to_json(const StabilityTrial& trial) {
   for (const ResidualAtDepth& range : trial.depths) {
     json["depths"].push_back({{"layers", {range.first_layer, range.last_layer}}, {"residual", range.residual}});
   }
-  return json;
 }
+
+namespace {
 
 constexpr double bytes_per_bead = 100;     // a deep pile is held as a whole
 constexpr double seconds_per_bead = 2e-7;  // drawn by itself and audited, on one core of a cloud machine
@@ -223,11 +214,9 @@ class NumericalStabilityStudy final : public CopiedStudy<NumericalStabilityStudy
     return {make_key(table(), "layers", "layers",
                      "layers of the piles that strain the sampler: friction from 1e-9 to 1.73, with others on four "
                      "columns and under uneven loads beside them; 0: none",
-                     spec_.layers, KeyRange{.or_zero = true}.within(2, most_layers))
-                .formerly_at("figures.stress.layers"),
+                     spec_.layers, KeyRange{.or_zero = true}.within(2, most_layers)),
             make_key(table(), "columns", "beads", "beads per layer of these piles", spec_.columns,
-                     KeyRange{}.within(4, most_columns))
-                .formerly_at("figures.stress.columns")};
+                     KeyRange{}.within(4, most_columns))};
   }
 
   bool asked() const override { return spec_.layers > 0; }
@@ -249,9 +238,9 @@ class NumericalStabilityStudy final : public CopiedStudy<NumericalStabilityStudy
   void begin(const MainLine& main, int) override { seed_ = main.sampling.seed; }
   void finish() override { trials_ = run_stability_trials(spec_, seed_); }
 
-  Json json() const override { return list_of(trials_, to_json); }
+  Json json() const override { return trials_; }
 
-  std::vector<ReportPart> parts(const Json&) const override { return {part(ReportPart::Place::numerics)}; }
+  std::vector<ReportPart> parts() const override { return {part(ReportPart::Place::numerics)}; }
 
   std::vector<FigurePlot> figures(const Analysis&) const override {
     if (trials_.empty()) return {};

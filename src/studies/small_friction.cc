@@ -15,7 +15,7 @@
 #include "model/lattice.h"
 #include "plot/figure_captions.h"
 #include "plot/gnuplot.h"
-#include "plot/plot_script.h"
+#include "plot/plot.h"
 #include "plot/power_law_panel.h"
 #include "report/clean_json.h"
 #include "studies/study.h"
@@ -35,7 +35,7 @@ int first_deep_layer(int layers) { return usable(layers) / 2; }
 constexpr const char* figure_id = "small-friction";
 
 struct Saturation {
-  std::vector<std::string> curves, titles;
+  Panel panel = left_panel();
   Range depth, variance;
 };
 
@@ -51,7 +51,7 @@ double deep_variance(const SmallFriction& one) {
 }
 
 /// The variance of the weights over its deep value, against the layer in units of 0.6/mu^2, at layers a tenth apart.
-void add_saturation(PlotPlan& plan, Saturation& all, const SmallFriction& one) {
+void add_saturation(Plot& plot, Saturation& all, const SmallFriction& one) {
   const double deep = deep_variance(one);
   const double saturation = one.spec.lattice.layers / one.depth_over_saturation;
   if (!(deep > 0) || !(saturation > 0)) return;
@@ -69,14 +69,9 @@ void add_saturation(PlotPlan& plan, Saturation& all, const SmallFriction& one) {
     all.variance.add(y + error);
   }
   if (table.empty()) return;
-  const std::string file = fmt::format("{}-mu-{}.csv", figure_id, exact(one.spec.sampler.mu));
-  plan.data[file] = table.text();
-  const std::string style = series_style(all.curves.size());
-  all.curves.push_back(
-      fmt::format("'{}' using 1:2:3 with yerrorbars linewidth 0.8 pointsize 0.35 {} notitle", file, style));
-  all.titles.push_back(fmt::format("keyentry with points pointsize 0.55 {} title {}", style,
-                                   gnuplot_string("μ = " + caption_number(one.spec.sampler.mu))));
-  ++plan.curves;
+  const Ink ink = ink_of_series(all.panel.curves.size());
+  all.panel.add(plot.add_data("mu-" + exact(one.spec.sampler.mu), table), "1:2:3", ink.bars(0.8, 0.35));
+  plot.add_key("μ = " + caption_number(one.spec.sampler.mu), ink.points(0.55));
 }
 
 PowerLawPoint point_of(double mu, const Estimate& slowing) {
@@ -146,10 +141,10 @@ ScalingFit fit_small_friction(const std::vector<MeasuredSmallFriction>& measured
 
 Figure plot_small_friction(const Analysis& main, const std::vector<SmallFriction>& measured, const ScalingFit& scaling,
                            const std::filesystem::path& run_folder) {
-  PlotPlan plan;
-  plan.id = figure_id;
-  plan.script = "studies/small_friction";
-  plan.height = 3.1;
+  Plot plot;
+  plot.id = figure_id;
+  plot.height = 3.1;
+  plot.key = {.inches = 0.66, .lines = 3, .sample = 2, .entries = {}};
   Saturation saturation;
   PowerLawPanel panel;
   panel.id = "slowing";
@@ -165,7 +160,7 @@ Figure plot_small_friction(const Analysis& main, const std::vector<SmallFriction
   double shallowest = std::numeric_limits<double>::infinity();
   for (const SmallFriction& one : measured) {
     if (!one.c0_minus_c.known()) continue;
-    add_saturation(plan, saturation, one);
+    add_saturation(plot, saturation, one);
     narrow.points.push_back(point_of(one.spec.sampler.mu, one.c0_minus_c));
     columns = one.spec.lattice.columns;
     shallowest = std::min(shallowest, one.depth_over_saturation);
@@ -178,27 +173,29 @@ Figure plot_small_friction(const Analysis& main, const std::vector<SmallFriction
   panel.series = {narrow, wide};
   const Estimate& exponent = scaling.exponent;
   panel.notes = {"narrow deep piles: " + in_words(exponent), "", "the paper, for c: 1"};
-  const PowerLawPanelScript law = add_power_law_panel(plan, panel);
-  if (saturation.curves.empty() || !law.shown) {
+  const bool saturates = !saturation.panel.curves.empty();
+  if (saturates) {
+    const Range& reach = saturation.depth;
+    saturation.variance.add(0);
+    saturation.variance.add(1.15);
+    Panel& left = saturation.panel;
+    left.right = 0.49;
+    left.x = log_axis("layer  in units of 0.6/μ²", widened_by_factor(reach, reach.high > 1.5 * reach.low ? 1.3 : 2));
+    left.y = linear_axis("variance / deep value", {saturation.variance.low, 1.05 * saturation.variance.high, false}, 6,
+                         saturation.variance);
+    left.add_level(1, {.colour = "frame", .width = 0.8});
+    plot.panels.push_back(left);
+  }
+  const PowerLawShown law = add_power_law_panel(plot, panel);
+  if (!saturates || !law.shown) {
     throw InputError(
         "the figure of small friction has nothing to show, because no thrust ratio was measured for it; list friction "
         "coefficients in studies.small_friction.mu");
   }
-  ++plan.curves;  // the line at 1
-  saturation.variance.add(0);
-  saturation.variance.add(1.15);
-  const Range depth = widened_by_factor(saturation.depth, saturation.depth.high > 1.5 * saturation.depth.low ? 1.3 : 2);
-  return plot_figure(plan,
-                     {{"curves", fmt::format("{}", fmt::join(saturation.curves, ", \\\n    "))},
-                      {"titles", fmt::format("{}", fmt::join(saturation.titles, ", \\\n    "))},
-                      {"depth_low", exact(depth.low)},
-                      {"depth_high", exact(depth.high)},
-                      {"depth_ticks", log_ticks(depth)},
-                      {"variance_low", exact(saturation.variance.low)},
-                      {"variance_high", exact(1.05 * saturation.variance.high)},
-                      {"variance_ticks", linear_ticks(saturation.variance, 6)},
-                      {"law_panel", law.text},
-                      {"main_piles", law.second ? "yes" : ""}},
+  plot.add_key("right: narrow deep piles", Ink{"blue", 7}.points(0.55));
+  if (law.second) plot.add_key("right: the main piles", Ink{"vermilion", 12}.points(0.6));
+  plot.add_key("the paper's exponent", {.width = 1.4, .dash = 3});
+  return plot_figure(plot,
                      {"studies/small_friction.captions",
                       {{"columns", std::to_string(columns)},
                        {"shallowest", caption_number(shallowest, 2)},
@@ -216,24 +213,22 @@ Figure plot_small_friction(const Analysis& main, const std::vector<SmallFriction
                      run_folder);
 }
 
-namespace {
-
 using Json = nlohmann::ordered_json;
 
-Json to_json(const SmallFriction& small) {
-  Json depths = Json::array();
-  for (const ThrustAtDepth& depth : small.depths) depths.push_back(granuscope::to_json(depth));
-  return {{"mu", small.spec.sampler.mu},
+void to_json(Json& json, const SmallFriction& small) {
+  json = {{"mu", small.spec.sampler.mu},
           {"columns", small.spec.lattice.columns},
           {"layers", small.spec.lattice.layers},
           {"samples", small.samples},
           {"depth_over_saturation", small.depth_over_saturation},
           {"window_layers", {small.first_layer, small.last_layer}},
-          {"alpha_thrust", granuscope::to_json(small.alpha_thrust)},
-          {"c_thrust", granuscope::to_json(small.c_thrust)},
-          {"c0_minus_c_thrust", granuscope::to_json(small.c0_minus_c)},
-          {"depths", depths}};
+          {"alpha_thrust", small.alpha_thrust},
+          {"c_thrust", small.c_thrust},
+          {"c0_minus_c_thrust", small.c0_minus_c},
+          {"depths", small.depths}};
 }
+
+namespace {
 
 class SmallFrictionStudy final : public CopiedStudy<SmallFrictionStudy> {
  public:
@@ -285,12 +280,12 @@ class SmallFrictionStudy final : public CopiedStudy<SmallFrictionStudy> {
   void finish() override { scaling_ = fit_small_friction(replicated_); }
 
   Json json() const override {
-    Json json = {{"piles", list_of(measured_, to_json)}};
+    Json json = {{"piles", measured_}};
     if (measured_.empty()) return json;
-    json["exponent"] = granuscope::to_json(scaling_.exponent);
+    json["exponent"] = scaling_.exponent;
     json["exponent"]["window"] = scaling_.window;
     json["exponent"]["points"] = scaling_.points;
-    json["exponent"]["running"] = granuscope::to_json(scaling_.running);
+    json["exponent"]["running"] = scaling_.running;
     return json;
   }
 

@@ -207,68 +207,60 @@ DeepResponse measure_spreading(const MeasuredEnsemble& ensemble, DeepMeasurement
 
 using Json = nlohmann::ordered_json;
 
-namespace {
-
-Json to_json(const LagResponse& lag) {
-  return {{"lag", lag.lag},
+void to_json(Json& json, const LagResponse& lag) {
+  json = {{"lag", lag.lag},
           {"z", lag.z},
-          {"peak_position", granuscope::to_json(lag.peak_position)},
-          {"width_squared", granuscope::to_json(lag.width_squared)},
+          {"peak_position", lag.peak_position},
+          {"width_squared", lag.width_squared},
           {"chi2_per_dof", finite_or_null(lag.chi2_per_dof)},
           {"misfit", finite_or_null(lag.misfit)},
-          {"between", granuscope::to_json(lag.between)},
+          {"between", lag.between},
           {"chi2_per_dof_beside_background", finite_or_null(lag.chi2_beside_per_dof)}};
 }
 
-Json to_json(const OctaveOfDepth& octave) {
-  return {{"z", {octave.from, octave.to}},
-          {"exponent", granuscope::to_json(octave.exponent)},
-          {"c", granuscope::to_json(octave.c)},
-          {"D", granuscope::to_json(octave.D)},
+void to_json(Json& json, const OctaveOfDepth& octave) {
+  json = {{"z", {octave.from, octave.to}},
+          {"exponent", octave.exponent},
+          {"c", octave.c},
+          {"D", octave.D},
           {"misfit", finite_or_null(octave.misfit)},
-          {"c_minus_c_thrust", granuscope::to_json(octave.c_minus_c_thrust)},
-          {"between", granuscope::to_json(octave.between)},
-          {"c_beside_background", granuscope::to_json(octave.c_beside)},
-          {"D_beside_background", granuscope::to_json(octave.D_beside)}};
+          {"c_minus_c_thrust", octave.c_minus_c_thrust},
+          {"between", octave.between},
+          {"c_beside_background", octave.c_beside},
+          {"D_beside_background", octave.D_beside}};
 }
 
-Json to_json(const PowerOfDepth& power) {
-  return {{"z", {power.from, power.to}}, {"exponent", granuscope::to_json(power.exponent)}};
+void to_json(Json& json, const PowerOfDepth& power) {
+  json = {{"z", {power.from, power.to}}, {"exponent", power.exponent}};
 }
 
-Json to_json(const BandOfModes& band) {
-  return {{"k", band.k},
-          {"band", {band.k_from, band.k_to}},
-          {"modes", band.modes},
-          {"z", {band.z_from, band.z_to}},
-          {"c", granuscope::to_json(band.c)},
-          {"D", granuscope::to_json(band.D)}};
+void to_json(Json& json, const BandOfModes& band) {
+  json = {{"k", band.k},         {"band", {band.k_from, band.k_to}},
+          {"modes", band.modes}, {"z", {band.z_from, band.z_to}},
+          {"c", band.c},         {"D", band.D}};
 }
 
-}  // namespace
-
-Json spreading_json(const DeepResponse& one) {
-  Json json{{"measurement", fmt::format("mu = {}, {}, {} columns", one.spec.sampler.mu,
-                                        name_of(one.spec.response.estimator), one.spec.lattice.columns)},
-            {"mu", one.spec.sampler.mu},
-            {"law", name_of(one.spec.sampler.law)},
-            {"estimator", name_of(one.spec.response.estimator)},
-            {"columns", one.spec.lattice.columns},
-            {"layers", one.spec.lattice.layers},
-            {"samples", one.samples}};
+void to_json(Json& json, const DeepResponse& one) {
+  json = {{"measurement", fmt::format("mu = {}, {}, {} columns", one.spec.sampler.mu,
+                                      name_of(one.spec.response.estimator), one.spec.lattice.columns)},
+          {"mu", one.spec.sampler.mu},
+          {"law", name_of(one.spec.sampler.law)},
+          {"estimator", name_of(one.spec.response.estimator)},
+          {"columns", one.spec.lattice.columns},
+          {"layers", one.spec.lattice.layers},
+          {"samples", one.samples}};
   if (one.by != DeepMeasurement::loads) {
     const FluctuationPlan plan = fluctuation_plan(one.spec);
     json["reference_lag"] = plan.reference;
     json["base_layers"] = {plan.bases.front(), plan.bases.back()};
     json["bases"] = plan.bases.size();
   }
-  json.update(Json{{"lags", list_of(one.lags, to_json)},
-                   {"octaves", list_of(one.octaves, to_json)},
-                   {"shallow", to_json(one.shallow)},
-                   {"deep", to_json(one.deep)},
-                   {"dispersion", list_of(one.bands, to_json)},
-                   {"c_thrust", granuscope::to_json(one.c_thrust)}});
-  return json;
+  json.update(Json{{"lags", one.lags},
+                   {"octaves", one.octaves},
+                   {"shallow", one.shallow},
+                   {"deep", one.deep},
+                   {"dispersion", one.bands},
+                   {"c_thrust", one.c_thrust}});
 }
 
 namespace {
@@ -334,49 +326,43 @@ namespace {
 
 constexpr double sure = 3;  ///< standard errors
 
-double distance(const Json& one, const Json& other) {
-  return std::abs(one.at("value").get<double>() - other.at("value").get<double>()) /
-         std::hypot(one.at("stderr").get<double>(), other.at("stderr").get<double>());
+double distance(const Estimate& one, const Estimate& other) {
+  return std::abs(one.value - other.value) / std::hypot(one.standard_error, other.standard_error);
 }
 
 }  // namespace
 
-Json spreading_page_1(const Json& results, const std::string& pointer) {
-  const Json diffusion = {{"value", 1.0}, {"stderr", 0.0}};
+Json spreading_page_1(const std::vector<DeepResponse>& measured, const std::string& pointer) {
+  const Estimate diffusion{1, 0, {}};
   std::vector<std::string> deep;
-  std::size_t slow = 0, fast = 0;
+  std::size_t slow = 0, fast = 0, octaves = 0;
   double apart = 0;
-  const Json *last = nullptr, *at_mu = nullptr;  // the largest friction; the measurement that checks are held against
-  std::string last_key;
+  const DeepResponse* at_mu = nullptr;  // the measurement that checks are held against
   bool checked = false;
-  for (std::size_t i = 0; i < results.size(); ++i) {
-    const Json& one = results[i];
-    const std::string place = fmt::format("{}/{}", pointer, i);
-    const Json& exponent = one.at("deep").at("exponent");
-    if (at_mu != nullptr && at_mu->at("mu") == one.at("mu")) {
-      const Json& checked_one = at_mu->at("deep").at("exponent");
-      if (!exponent.at("value").is_number() || !checked_one.at("value").is_number()) continue;
-      apart = std::max(apart, distance(exponent, checked_one));
+  for (std::size_t i = 0; i < measured.size(); ++i) {
+    const DeepResponse& one = measured[i];
+    const Estimate& exponent = one.deep.exponent;
+    if (at_mu != nullptr && at_mu->spec.sampler.mu == one.spec.sampler.mu) {
+      if (!exponent.known() || !at_mu->deep.exponent.known()) continue;
+      apart = std::max(apart, distance(exponent, at_mu->deep.exponent));
       checked = true;
       continue;
     }
     at_mu = &one;
-    if (!exponent.at("value").is_number()) continue;
-    deep.push_back(place);
-    const bool faster = exponent.at("value").get<double>() > 1 && distance(exponent, diffusion) > sure;
-    (faster ? fast : slow) += 1;
-    last = &one;
-    last_key = place;
+    if (!exponent.known()) continue;
+    deep.push_back(fmt::format("{}/{}", pointer, i));
+    (exponent.value > 1 && distance(exponent, diffusion) > sure ? fast : slow) += 1;
+    octaves = one.octaves.size();
   }
-  if (last == nullptr) return nullptr;
-  const std::size_t octaves = last->at("octaves").size();
+  if (deep.empty()) return nullptr;
+  const std::string largest = deep.back();  // friction
   return {{"deep", enumerated(deep)},
           {"all_fast", slow == 0},
           {"some_fast", fast > 0 && slow > 0},
           {"none_fast", fast == 0},
-          {"largest", {{"key", last_key}}},
-          {"first_octave", {{"key", last_key + "/octaves/0"}}},
-          {"last_octave", {{"key", fmt::format("{}/octaves/{}", last_key, octaves - 1)}}},
+          {"largest", {{"key", largest}}},
+          {"first_octave", {{"key", largest + "/octaves/0"}}},
+          {"last_octave", {{"key", fmt::format("{}/octaves/{}", largest, octaves - 1)}}},
           {"checked", checked},
           {"apart", fmt::format("{:.1f}", apart)}};
 }

@@ -132,8 +132,7 @@ class Study {
   /// Its results: what stands at /studies/<id> of summary.json.
   virtual nlohmann::ordered_json json() const = 0;
   /// Its parts of the report, in reading order: templates/studies/<id>.html and its tables.
-  /// `results`: what json() has returned.
-  virtual std::vector<ReportPart> parts([[maybe_unused]] const nlohmann::ordered_json& results) const { return {}; }
+  virtual std::vector<ReportPart> parts() const { return {}; }
   /// Its figures, in reading order; `main`: what the main line found. The analysis outlives them.
   virtual std::vector<FigurePlot> figures([[maybe_unused]] const Analysis& main) const { return {}; }
 
@@ -164,14 +163,6 @@ class Study {
     return {.page = "studies/" + page + ".html", .base = "/studies/" + id(), .needs = needs};
   }
 };
-
-/// A list of results, each as `write` writes it.
-template <class Result>
-nlohmann::ordered_json list_of(const std::vector<Result>& results, nlohmann::ordered_json (*write)(const Result&)) {
-  nlohmann::ordered_json list = nlohmann::ordered_json::array();
-  for (const Result& one : results) list.push_back(write(one));
-  return list;
-}
 
 /// Copies of a study are made by its own type.
 template <class Derived>
@@ -209,8 +200,6 @@ class Studies {
 // Limits that no sensible experiment meets; beyond them a slip of the keyboard is more likely than an intention.
 inline constexpr double most_memory = 32e9;  // bytes
 inline constexpr std::size_t most_friction_values = 1000;
-inline constexpr int most_columns = 1'000'000;
-inline constexpr int most_layers = 1'000'000;
 // The rejection law accepts 4.5 % of the piles of 6 x 6 beads at mu = 0.3 and exponentially fewer of larger ones.
 inline constexpr int most_beads_by_rejection = 256;
 // Contacts reach the horizontal at mu = sqrt(3): the interval of each bead is then unbounded.

@@ -66,23 +66,23 @@ RejectionThrust measure_rejection_thrust(const MeasuredEnsemble& ensemble, int m
   return result;
 }
 
-namespace {
-
 using Json = nlohmann::ordered_json;
 
-Json to_json(const RejectionThrust& one) {
-  return {{"law", "rejection"},
+void to_json(Json& json, const RejectionThrust& one) {
+  json = {{"law", "rejection"},
           {"mu", one.spec.sampler.mu},
           {"columns", one.spec.lattice.columns},
           {"layers", one.spec.lattice.layers},
           {"samples", one.samples},
           {"failed", one.failed},
           {"bulk_layers", {one.first_layer, one.last_layer}},
-          {"alpha_thrust", granuscope::to_json(one.alpha)},
-          {"deficit_over_mu_squared", granuscope::to_json(one.deficit_over_mu2)},
-          {"change_with_depth", granuscope::to_json(one.change_with_depth)},
-          {"alpha_of_last_layer", granuscope::to_json(one.alpha_of_last_layer)}};
+          {"alpha_thrust", one.alpha},
+          {"deficit_over_mu_squared", one.deficit_over_mu2},
+          {"change_with_depth", one.change_with_depth},
+          {"alpha_of_last_layer", one.alpha_of_last_layer}};
 }
+
+namespace {
 
 /// To five standard errors: whether alpha is below 1, and moves over the bulk by less than its distance from 1.
 bool settles_below_one(const RejectionThrust& one) {
@@ -109,9 +109,8 @@ class RejectionThrustStudy final : public CopiedStudy<RejectionThrustStudy> {
                      .why = "without friction the thrust ratio is 1 by definition, and above 0.3 rejection takes for "
                             "ever on piles deep enough to have a bulk"}
                 .within(0, 0.3)
-                .above(0))
-            .formerly_at("exact_mu"),
-        make_key(table(), "samples", "piles", "piles of each of these sizes", samples_).formerly_at("exact_samples")};
+                .above(0)),
+        make_key(table(), "samples", "piles", "piles of each of these sizes", samples_)};
   }
 
   bool asked() const override { return !mu_.empty(); }
@@ -137,9 +136,9 @@ class RejectionThrustStudy final : public CopiedStudy<RejectionThrustStudy> {
     measured_.push_back(measure_rejection_thrust(ensemble, which.part));
   }
 
-  Json json() const override { return list_of(measured_, to_json); }
+  Json json() const override { return measured_; }
 
-  std::vector<ReportPart> parts(const Json&) const override {
+  std::vector<ReportPart> parts() const override {
     ReportPart thrust = part();
     thrust.overlay["exact_below_one"] = std::all_of(measured_.begin(), measured_.end(), settles_below_one);
     return {thrust};
@@ -370,21 +369,21 @@ Claim judge_rearrangements(const std::vector<RedrawnBeads>& measured, double mos
   return claim;
 }
 
-namespace {
-
-Json to_json(const RedrawnBeads& redrawn) {
-  return {{"mu", redrawn.spec.sampler.mu},
+void to_json(Json& json, const RedrawnBeads& redrawn) {
+  json = {{"mu", redrawn.spec.sampler.mu},
           {"columns", redrawn.spec.lattice.columns},
           {"layers", redrawn.spec.lattice.layers},
           {"overload", redrawn.spec.response.overload},
           {"samples", redrawn.samples},
           {"failed", redrawn.failed},
-          {"whole_pile", granuscope::to_json(redrawn.whole_pile)},
-          {"below_overload", granuscope::to_json(redrawn.below_overload)},
-          {"force", granuscope::to_json(redrawn.force)},
-          {"relative_force", granuscope::to_json(redrawn.relative_force)},
-          {"together", granuscope::to_json(redrawn.together)}};
+          {"whole_pile", redrawn.whole_pile},
+          {"below_overload", redrawn.below_overload},
+          {"force", redrawn.force},
+          {"relative_force", redrawn.relative_force},
+          {"together", redrawn.together}};
 }
+
+namespace {
 
 class RedrawnBeadsStudy final : public CopiedStudy<RedrawnBeadsStudy> {
  public:
@@ -435,9 +434,9 @@ class RedrawnBeadsStudy final : public CopiedStudy<RedrawnBeadsStudy> {
     return {judge_redraw_share(measured_), judge_rearrangements(measured_, most_together_)};
   }
 
-  Json json() const override { return list_of(measured_, to_json); }
+  Json json() const override { return measured_; }
 
-  std::vector<ReportPart> parts(const Json&) const override { return {table_part()}; }
+  std::vector<ReportPart> parts() const override { return {table_part()}; }
 
  private:
   std::vector<double> mu_;              ///< empty: not measured
@@ -569,24 +568,20 @@ Claim judge_force_chains(const std::vector<ChainShare>& measured, double least_s
   return claim;
 }
 
-namespace {
-
-Json to_json(const ChainShare& share) {
+void to_json(Json& json, const ChainShare& share) {
   Json depths = Json::array();
   for (const ChainShareAtDepth& depth : share.depths) {
-    depths.push_back({{"layer", depth.layer},
-                      {"z", depth.z},
-                      {"share", granuscope::to_json(depth.share)},
-                      {"even_share", depth.even_share}});
+    depths.push_back(
+        {{"layer", depth.layer}, {"z", depth.z}, {"share", depth.share}, {"even_share", depth.even_share}});
   }
-  return {{"mu", share.spec.sampler.mu},
+  json = {{"mu", share.spec.sampler.mu},
           {"columns", share.spec.lattice.columns},
           {"layers", share.layers},
           {"overload", share.spec.response.overload},
           {"samples", share.samples},
           {"half_width", share.half_width},
-          {"c", granuscope::to_json(share.c)},
-          {"share", granuscope::to_json(share.share)},
+          {"c", share.c},
+          {"share", share.share},
           {"even_share", share.even_share},
           {"shown_sample", share.shown_sample},
           {"shown_share", finite_or_null(share.shown.value)},
@@ -594,6 +589,8 @@ Json to_json(const ChainShare& share) {
           {"reason", "a share is null where the two bands are nowhere apart, or no pile was completed"},
           {"depths", depths}};
 }
+
+namespace {
 
 class ChainShareStudy final : public CopiedStudy<ChainShareStudy> {
  public:
@@ -605,10 +602,10 @@ class ChainShareStudy final : public CopiedStudy<ChainShareStudy> {
                  "piles of the size of scenes.force_chains from which the share of the response along the rays is "
                  "taken, at least eight per block; 0: none",
                  samples_),
-        make_key(table(), "least_share", "", "force-chains: share of the response that the two rays must carry",
-                 least_share_,
-                 KeyRange{.why = "it is not a share that the response could fall short of or exceed"}.above(0).below(1))
-            .formerly_at("claims.chain_share")};
+        make_key(
+            table(), "least_share", "", "force-chains: share of the response that the two rays must carry",
+            least_share_,
+            KeyRange{.why = "it is not a share that the response could fall short of or exceed"}.above(0).below(1))};
   }
 
   bool asked() const override { return samples_ > 0; }
@@ -641,9 +638,9 @@ class ChainShareStudy final : public CopiedStudy<ChainShareStudy> {
 
   std::vector<Claim> claims(const ClaimSpec&) const override { return {judge_force_chains(measured_, least_share_)}; }
 
-  Json json() const override { return list_of(measured_, to_json); }
+  Json json() const override { return measured_; }
 
-  std::vector<ReportPart> parts(const Json&) const override { return {part()}; }
+  std::vector<ReportPart> parts() const override { return {part()}; }
 
  private:
   std::uint64_t samples_ = 0;

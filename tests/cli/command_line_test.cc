@@ -1,19 +1,27 @@
-#include "cli/command_line.h"
-
+// The command line, and text that is ready to copy.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <filesystem>
 #include <fstream>
+#include <map>
 #include <sstream>
+#include <string>
+#include <vector>
 
+#include "cli/command_line.h"
 #include "cli/in_process.h"
 #include "experiment/experiment_file.h"
+#include "kit/small_experiment.h"
+#include "kit/temporary_folder.h"
+#include "support/files.h"
+#include "support/process.h"
 
 using namespace granuscope;
 using Catch::Matchers::Contains;
 using Catch::Matchers::StartsWith;
+namespace fs = std::filesystem;
 
 TEST_CASE("Help and version are results, on standard output, with status 0") {
   for (const char* help : {"--help", "-h"}) {
@@ -146,4 +154,159 @@ TEST_CASE("doctor refuses a folder where nothing can be written") {
   const auto result = granuscope_command({"doctor", "--out", "/dev/null/results"});
   CHECK(result.code == 3);
   CHECK_THAT(result.out, Contains("choose another --out"));
+}
+
+// The commands in examples/nightly, examples/ci and the Snakefile of examples/cluster, taken out of these files and
+// run.
+
+namespace {
+
+std::vector<std::string> lines_of(const std::string& file) {
+  std::vector<std::string> lines;
+  std::istringstream text(read_file(fs::path(GRANUSCOPE_SOURCE_DIR) / "examples" / file));
+  for (std::string line; std::getline(text, line);) lines.push_back(line);
+  return lines;
+}
+
+std::size_t indent_of(const std::string& line) { return line.find_first_not_of(' '); }
+
+/// What stands below "run: |" of each step.
+std::vector<std::string> github_commands() {
+  std::vector<std::string> commands;
+  std::size_t inside = 0;
+  for (const std::string& line : lines_of("ci/github.yml")) {
+    if (inside > 0 && indent_of(line) > inside) {
+      commands.back() += line.substr(indent_of(line)) + "\n";
+      continue;
+    }
+    inside = 0;
+    if (const std::size_t at = line.find("run: |"); at != std::string::npos) {
+      inside = indent_of(line);
+      commands.emplace_back();
+    }
+  }
+  return commands;
+}
+
+std::vector<std::string> gitlab_commands() {
+  std::vector<std::string> commands;
+  bool inside = false;
+  for (const std::string& line : lines_of("ci/gitlab.yml")) {
+    if (inside && line.starts_with("    - "))
+      commands.push_back(line.substr(6));
+    else
+      inside = line == "  script:";
+  }
+  return commands;
+}
+
+/// The command of a rule of the Snakefile, with what Snakemake puts into its braces.
+std::string snakemake_command(const std::string& rule, const std::map<std::string, std::string>& values) {
+  bool inside = false;
+  for (const std::string& line : lines_of("cluster/Snakefile")) {
+    if (line.starts_with("rule ")) inside = line == "rule " + rule + ":";
+    const std::size_t at = line.find("shell: \"");
+    if (!inside || at == std::string::npos) continue;
+    std::string command = line.substr(at + 8, line.rfind('"') - at - 8);
+    for (const auto& [name, value] : values) {
+      for (std::size_t i = command.find("{" + name + "}"); i != std::string::npos; i = command.find("{" + name + "}")) {
+        command.replace(i, name.size() + 2, value);
+      }
+    }
+    return command;
+  }
+  return "false";
+}
+
+/// Runs it as a shell of the machine would, with the program found by its name.
+ProcessResult in_shell(const fs::path& folder, const std::string& command,
+                       std::map<std::string, std::string> environment = {}) {
+  ProcessSpec spec;
+  spec.arguments = {"sh", "-e", "-c", command};
+  spec.working_folder = folder;
+  environment["PATH"] = std::string(GRANUSCOPE_BINARY_DIR) + ":/usr/bin:/bin";
+  environment.try_emplace("HOME", folder.string());
+  environment["EXPERIMENT"] = "experiment.toml";
+  spec.environment = std::move(environment);
+  return run_process(spec);
+}
+
+const std::string experiment_text = smallest_experiment_text + "show = false\n[report]\npdf = false\n";
+
+}  // namespace
+
+TEST_CASE("The commands of the CI examples leave what their other steps take", "[long]") {
+  for (const auto& commands : {github_commands(), gitlab_commands()}) {
+    const test::TemporaryFolder folder;
+    write_file(folder / "experiment.toml", experiment_text);
+    REQUIRE(commands.size() >= 2);
+    for (const std::string& command : commands) {
+      const ProcessResult result = in_shell(
+          folder.path(), command,
+          {{"GITHUB_OUTPUT", (folder / "output").string()}, {"GITHUB_STEP_SUMMARY", (folder / "step").string()}});
+      INFO(command << result.standard_error);
+      CHECK(result.exit_code == 0);
+    }
+    for (const char* left :
+         {"results/ensembles", "results/claims.xml", "results/report.html", "results/summary.json"}) {
+      CHECK(fs::exists(folder / left));
+    }
+    if (commands.size() < 3) continue;
+    CHECK_THAT(read_file(folder / "output"), Catch::Matchers::StartsWith("key="));
+    CHECK_THAT(read_file(folder / "step"), Contains("| "));
+    CHECK(fs::exists(folder / "page/index.html"));
+  }
+}
+
+TEST_CASE("The cron line, the systemd service and the lines of the page beside them run", "[long]") {
+  const test::TemporaryFolder home;
+  const fs::path project = home / "granuscope";
+  fs::create_directories(project / "examples");
+  write_file(project / "examples/quick.toml", experiment_text);
+  std::string cron, service;
+  for (const std::string& line : lines_of("nightly/crontab")) {
+    if (!line.starts_with('#')) cron = line.substr(line.find("  cd ") + 2);
+  }
+  for (const std::string& line : lines_of("nightly/granuscope-nightly.service")) {
+    if (line.starts_with("ExecStart=")) service = line.substr(std::string("ExecStart=").size());
+  }
+  std::vector<std::pair<fs::path, std::string>> commands = {{home.path(), cron}, {project, service}};
+  for (const std::string& line : lines_of("nightly/README.md")) {
+    if (line.starts_with("    granuscope")) commands.emplace_back(project, line.substr(4));
+  }
+  REQUIRE(commands.size() >= 5);
+  for (const auto& [folder, command] : commands) {
+    const ProcessResult result = in_shell(folder, command, {{"HOME", home.path().string()}});
+    INFO(command << '\n' << result.standard_error);
+    CHECK_FALSE(command.empty());
+    CHECK(result.exit_code == 0);
+  }
+  CHECK(fs::exists(project / "nights/index.html"));
+  CHECK(fs::exists(project / "nights/latest/report.html"));
+}
+
+TEST_CASE("The commands of the Snakefile, in its order, leave the bytes of one run", "[long]") {
+  REQUIRE(lines_of("cluster/Snakefile").size() <= 25);
+  const test::TemporaryFolder folder;
+  write_file(folder / "experiment.toml", experiment_text);
+  const auto run = [&](const std::string& command) {
+    INFO(command);
+    CHECK(command.find('{') == std::string::npos);  // nothing is left to fill in
+    const ProcessResult result = in_shell(folder.path(), command);
+    INFO(result.standard_error);
+    REQUIRE(result.exit_code == 0);
+  };
+  std::map<std::string, std::string> values = {
+      {"EXPERIMENT", "experiment.toml"}, {"OUT", "out"}, {"N", "3"}, {"threads", "1"}};
+  for (const char* shard : {"3", "1", "2"}) {
+    values["wildcards.k"] = shard;
+    run(snakemake_command("shard", values));
+    CHECK_FALSE(fs::exists(folder / "out/summary.json"));
+  }
+  run(snakemake_command("report", values));
+  run("granuscope run experiment.toml --quiet --out one");
+  for (const char* file : {"summary.json", "ensembles/mu-0.3.h5", "claims.xml"}) {
+    INFO(file);
+    CHECK((read_file(folder / "out" / file) == read_file(folder / "one" / file)));
+  }
 }

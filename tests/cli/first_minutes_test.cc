@@ -250,16 +250,19 @@ TEST_CASE("Numbers of a run are listed for a paper, and its figures plotted agai
   const std::string at = folder.path().string();
   const auto tex = granuscope_command({"numbers", at});
   CHECK(tex.code == 0);
-  CHECK_THAT(tex.out, Contains("\\csname granuscope@beta\\endcsname{\\ensuremath{2.522(50)}}") &&
-                          Contains("granuscope@mu-0.3/c\\endcsname{\\ensuremath{0.56070(50)}}") &&
-                          Contains("granuscope@mu-0.3/samples\\endcsname{\\ensuremath{3456}}") &&
-                          Contains("granuscope@claims/D-of-mu/measured\\endcsname{\\ensuremath{-1.500(20)}}") &&
-                          !Contains("gamma") && !Contains("height"));
+  CHECK_THAT(tex.out,
+             Contains("\\csname granuscope@\\detokenize{beta}\\endcsname{\\ensuremath{2.522(50)}}") &&
+                 Contains("granuscope@\\detokenize{mu-0.3/c}\\endcsname{\\ensuremath{0.56070(50)}}") &&
+                 Contains("granuscope@\\detokenize{mu-0.3/samples}\\endcsname{\\ensuremath{3456}}") &&
+                 Contains("granuscope@\\detokenize{claims/D-of-mu/measured}\\endcsname{\\ensuremath{-1.500(20)}}") &&
+                 !Contains("gamma") && !Contains("height"));
   CHECK_THAT(granuscope_command({"numbers", at, "--format", "csv"}).out,
              StartsWith("name,value,standard_error,text\n") && Contains("beta,2.522,0.05,2.522(50)\n"));
   const auto json = nlohmann::json::parse(granuscope_command({"numbers", at, "--format", "json"}).out);
   CHECK(json.at("beta").at("stderr") == 0.05);
   CHECK(granuscope_command({"numbers", at, "--format", "xml"}).code == 2);
+  CHECK(granuscope_command({"numbers", at + "/summary.json", "--format", "CSV"}).out ==
+        granuscope_command({"numbers", at, "--format", "csv"}).out);
   CHECK(granuscope_command({"numbers", at + "/nowhere"}).code == 2);
   CHECK(granuscope_command({"figure", at, "beta"}).code == 2);
   CHECK(granuscope_command({"figure", at}).code == 2);

@@ -119,7 +119,7 @@ TEST_CASE("Experiments that cannot be used are refused with their line and what 
       {"columns = 60", "columns = 20", "the two peaks of the response at mu = 0.3 meet behind the ring from layer 9"},
       {"samples = 256", "samples = 0", ":9:1: response.samples: 0 samples in 32 blocks"},
       {"samples = 256", "samples = -8", "response.samples: -8 is negative"},
-      {"scaling_window = [0.1, 0.3]", "scaling_window = [nan, 0.3]", "fit.scaling_window: [nan, 0.3] is not a range"},
+      {"scaling_window = [0.1, 0.3]", "scaling_window = [nan, 0.3]", "fit.scaling_window: nan is out of range"},
       {"dpi = 100", "dpi = nan", ":23:1: scenes.force_chains.dpi: nan"},
       {"width_px = 500", "width_px = 10000000", ":22:1: scenes.force_chains.width_px: "},
       {"[lattice]", "[lattice", ":3:9: "},
@@ -151,9 +151,9 @@ TEST_CASE("Flags that cannot be meant are refused before anything is written") {
       {{"sample", "--mu", "nan", "--out", pile}, 2, "friction coefficient nan is out of range"},
       {{"sample", "--mu", "-0.1", "--out", pile}, 2, "friction coefficient -0.1 is out of range"},
       {{"sample", "--mu", "1.7320508075688773", "--out", pile}, 2, "is out of range"},
-      {{"sample", "--mu", "much", "--out", pile}, 2, "--mu = much is not a value that this flag can take"},
+      {{"sample", "--mu", "much", "--out", pile}, 2, "--mu: much is not a number; write it in digits"},
       {{"sample", "--columns", "0", "--out", pile}, 2, "0 columns is too narrow"},
-      {{"sample", "--columns", "99999999999", "--out", pile}, 2, "would need about 10 TB of memory for a single row"},
+      {{"sample", "--columns", "99999999999", "--out", pile}, 2, "so many beads in a row would need 9.6 TB of memory"},
       {{"sample", "--layers", "1e3", "--out", pile}, 2, "--layers: 1e3 is not a whole number; write it in digits"},
       {{"sample", "--columns", "2147483647", "--layers", "2147483647", "--out", pile}, 3, "TB of memory are needed"},
       {{"sample", "--seed", "99999999999999999999", "--out", pile},
@@ -163,8 +163,8 @@ TEST_CASE("Flags that cannot be meant are refused before anything is written") {
       {{"sample", "--sample", "18446744073709551615", "--out", pile}, 2, "one seed names 4294967296 samples"},
       {{"sample", "--samples", "0", "--statistics"}, 2, "--samples 0 measures nothing"},
       {{"sample", "--samples", "18446744073709551615", "--statistics"}, 2, "samples are too many"},
-      {{"sample", "--load", "point", "--overload", "nan", "--out", pile}, 2, "--overload: nan cannot be measured"},
-      {{"sample", "--effort", "nan", "--out", pile}, 2, "--effort: nan solutions per bead"},
+      {{"sample", "--load", "point", "--overload", "nan", "--out", pile}, 2, "--overload: nan is out of range"},
+      {{"sample", "--effort", "nan", "--out", pile}, 2, "--effort: nan is out of range"},
       {{"sample", "--colums", "9", "--out", pile}, 2, "sample has no flag --colums; did you mean --columns?"},
       {{"sample", "--out", "-"}, 2, "name a file, or write ./- for one of that name"},
       {{"sample", "--out", "/dev/full"}, 3, "cannot write '/dev/full': "},
@@ -393,4 +393,40 @@ TEST_CASE("A run killed anywhere is taken up where it was, and cleaned up after"
   CHECK(run(file, out).code == 0);
   CHECK(hidden_in(out).empty());
   CHECK(read_file(out / "summary.json") == read_file(scratch / "whole" / "summary.json"));
+}
+
+TEST_CASE("What nests without end is refused, and so is what was changed since its run") {
+  const test::TemporaryFolder scratch;
+  const std::string at = scratch.path().string(), many(100'000, '[');
+  write_file(scratch / "deep.json", R"({"results": )" + many + "1" + std::string(100'000, ']') + "}");
+  const std::string deep = (scratch / "deep.json").string();
+  CHECK_THAT(granuscope_command({"compare", deep, deep}).err, Contains("nests deeper"));
+  std::string key = "a";
+  for (int k = 0; k < 100'000; ++k) key += ".a";
+  for (const std::string& text : {key + " = 1\n", "x = {" + key + " = 1}\n", "[" + key + "]\n"}) {
+    write_file(scratch / "deep.toml", text);
+    CHECK_THAT(granuscope_command({"run", (scratch / "deep.toml").string(), "--print-config"}).err,
+               Contains("more than 100 parts"));
+  }
+  CHECK(granuscope_command({"run", (scratch / "deep.toml").string(), "--set", key + "=1"}).code == 2);
+  const std::string points(300, '.');  // in a text, a comment and numbers they are none
+  write_file(scratch / "fine.toml", "[experiment]\ndescription = \"\"\"\n\\\"" + points + "\n\"\"\"\nname = '" +
+                                        std::string(150, '.') + "'  # " + points + "\n");
+  CHECK(granuscope_command({"run", (scratch / "fine.toml").string(), "--print-config"}).code == 0);
+
+  const std::string summary = R"({"results": [{"mu": 0.3, "x\\endcsname\\immediate, \"y": 1.5, "n": 2}]})";
+  write_file(scratch / "summary.json", summary);
+  const auto manifest = [&](const std::string& digest) {
+    write_file(scratch / "manifest.json",
+               R"({"stages": ["report"], "files": [{"path": "summary.json", "sha256": ")" + digest + "\"}]}");
+  };
+  manifest(sha256(summary));
+  CHECK_THAT(granuscope_command({"numbers", at}).out,
+             Contains("granuscope@\\detokenize{mu-0.3/x-endcsname-immediate,-\"y}\\endcsname"));
+  CHECK_THAT(granuscope_command({"numbers", at, "--format", "csv"}).out,
+             Contains("\"mu-0.3/x\\endcsname\\immediate, \"\"y\",1.5,,"));
+  manifest(sha256("other"));
+  const auto changed = granuscope_command({"numbers", at});
+  CHECK(changed.code == 2);
+  CHECK_THAT(changed.err, Contains("summary.json is not what the run left there"));
 }

@@ -103,7 +103,7 @@ TEST_CASE("options of one law are refused under another") {
     CHECK(result.code == 2);
   }
   const auto result = granuscope_command({"sample", "--mu", "0.3", "--lambda", "0.5", "--statistics"});
-  CHECK_THAT(result.err, Contains("belong to the law polytope"));
+  CHECK_THAT(result.err, Contains("--lambda: it belongs to the law polytope"));
   for (const char* lambda : {"-0.1", "1.5", "nan"}) {
     CHECK(granuscope_command({"sample", "--law", "polytope", "--lambda", lambda, "--statistics"}).code == 2);
   }

@@ -118,7 +118,7 @@ TEST_CASE("Windows must lie within the usable layers") {
   CHECK_THAT(problem_after([](Experiment& e) { e.fit.layer_step = 0; }), Contains("fit.layer_step: "));
   CHECK_THAT(problem_after([](Experiment& e) { e.fit.shallow_layer = 59; }), Contains("fit.shallow_layer: "));
   CHECK_THAT(problem_after([](Experiment& e) { e.fit.min_identifiable_width = not_a_number; }),
-             Contains("nan bead diameters"));
+             Contains("nan is out of range"));
 }
 
 TEST_CASE("The profile shown must be one that is computed, if it is shown at all") {
@@ -210,7 +210,7 @@ TEST_CASE("Loads, estimators and laws that cannot work are refused") {
              }),
              Contains("sampling.law: ") && Contains("the 70 x 80 beads of scenes.force_chains"));
   CHECK_THAT(problem_after([](Experiment& e) { e.sampling.lambda = 0.5; }),
-             Contains("sampling.law: ") && Contains("would change nothing under granusolve"));
+             Contains("sampling.lambda: ") && Contains("would change nothing under granusolve"));
   for (const double lambda : {-0.1, 1.1, not_a_number, infinity}) {
     CHECK_THAT(problem_after([&](Experiment& e) { e.sampling.lambda = lambda; }), Contains("sampling.lambda: "));
   }

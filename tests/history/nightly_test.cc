@@ -18,6 +18,7 @@
 #include "storage/ensemble_file.h"
 #include "support/error.h"
 #include "support/files.h"
+#include "support/progress.h"
 
 using namespace granuscope;
 using Catch::Matchers::Contains;
@@ -396,4 +397,103 @@ TEST_CASE("A database from elsewhere moves no folder but a canary that the histo
   CHECK_THROWS_WITH(run_night(experiment(), nights_in(history)), Contains("take the history from a backup"));
   CHECK(fs::is_directory(folder / "mine"));
   CHECK(fs::exists(history / "canary/reference/summary.json"));
+}
+
+TEST_CASE("A history is read where nothing can be written, and by who may not write it") {
+  const TemporaryFolder folder;
+  const fs::path history = folder / "nights?of#100%";
+  fs::create_directories(history);
+  Night night;
+  night.date = "2026-01-01T02:00:00Z";
+  night.status = "fine";
+  NightBook(history).add(night, {});
+  fs::permissions(history / "history.sqlite", fs::perms::owner_read);
+  fs::permissions(history, fs::perms::owner_read | fs::perms::owner_exec);
+  CHECK(NightBook(history, DatabaseUse::read).count() == 1);
+  fs::permissions(history, fs::perms::owner_all);
+  CHECK(std::distance(fs::directory_iterator(history), {}) == 1);  // nothing is left beside it
+
+  fs::remove(history / "history.sqlite");
+  write_file(history / "history.sqlite", "");
+  for (const DatabaseUse use : {DatabaseUse::read, DatabaseUse::change}) {
+    CHECK_THROWS_WITH(NightBook(history, use), Contains("this is no history"));
+  }
+  CHECK_FALSE(NightBook(history).count());
+}
+
+TEST_CASE("A history that somebody has locked is called locked, and one that is made to hang ends") {
+  const TemporaryFolder history;
+  { const NightBook book(history.path()); }
+  const fs::path file = history / "history.sqlite";
+  {
+    const Database other(file, "", 1);
+    other.run("PRAGMA journal_mode = DELETE");
+    other.run("BEGIN EXCLUSIVE");
+    CHECK_THROWS_AS(NightBook(history.path(), DatabaseUse::read), BusyError);
+    other.run("ROLLBACK");
+    CHECK_THROWS_AS(([&] {
+                      request_interruption(true);
+                      other.run("WITH RECURSIVE c(x) AS (SELECT 1 UNION ALL SELECT x + 1 FROM c) SELECT max(x) FROM c");
+                    }()),
+                    Interrupted);
+    request_interruption(false);
+    other.run(GENERATE("CREATE VIEW v AS SELECT 1", "CREATE INDEX i ON nights(date)", "CREATE TABLE more(x)",
+                       "CREATE TRIGGER t AFTER INSERT ON nights BEGIN DELETE FROM alarms; END"));
+  }
+  CHECK_THROWS_WITH(NightBook(history.path(), DatabaseUse::read), Contains("which no history has"));
+  CHECK_THROWS_WITH(NightBook(history.path()), Contains("which no history has"));
+}
+
+TEST_CASE("A pool that was cut short alarms until the night is accepted, and its page links to what is there") {
+  const TemporaryFolder history, copy;
+  NightlyOptions options = nights_in(history.path());
+  options.keep = 1;
+  run_night(experiment(), options);
+  const fs::path file = history / "pool/ensembles/mu-0.3.h5";
+  const std::string whole = read_file(file);
+  fs::resize_file(file, 2000);
+  CHECK(told(run_night(experiment(), options)) == std::set<std::string>{"pool"});
+  CHECK_THAT(read_file(history / "badge.json"), Contains("critical"));
+  CHECK(fs::file_size(file) == 2000);
+  write_file(file, whole);
+  CHECK(told(run_night(experiment(), options)).empty());
+  const std::string page = read_file(history / "index.html");
+  CHECK(page.find("reports/" + NightBook(history.path()).night(1).report + "/") == std::string::npos);
+  CHECK(NightBook(history.path()).night(1).report != NightBook(history.path()).night(3).report);
+
+  write_file(history / "canary/reference/summary.json", "{");
+  CHECK(told(run_night(experiment(), options)) == std::set<std::string>{"lost"});
+  fs::remove(file);
+  accept_night(history.path(), 4);
+  CHECK(told(run_night(experiment(), options)) == std::set<std::string>{"pool"});
+  accept_night(history.path(), 5);
+  fs::remove(history / "latest");
+  fs::copy(history / "canary/reference", history / "latest",
+           fs::copy_options::recursive);  // as a copy without links has it
+  const Night anew = run_night(experiment(), options);
+  CHECK(told(anew).empty());
+  CHECK(anew.samples == round_of_samples);
+  CHECK(fs::is_symlink(history / "latest"));
+}
+
+TEST_CASE("A first night that was killed leaves nothing that alarms") {
+  const TemporaryFolder history;
+  Experiment large = experiment();
+  large.response.samples *= 8;
+  NightlyOptions options = nights_in(history.path());
+  options.run = killed_after_growing;
+  CHECK_THROWS_AS(run_night(large, options), Interrupted);
+  REQUIRE(fs::exists(history / "canary/reference"));
+  const Night night = run_night(experiment(), nights_in(history.path()));
+  CHECK(night.number == 1);
+  CHECK(told(night).empty());
+}
+
+TEST_CASE("A pool does not grow beyond what one seed has") {
+  const TemporaryFolder history;
+  NightlyOptions options = nights_in(history.path());
+  for (const std::uint64_t grow : {std::numeric_limits<std::uint64_t>::max(), most_samples + 1}) {
+    options.grow = grow;
+    CHECK_THROWS_WITH(run_night(experiment(), options), Contains("would grow beyond"));
+  }
 }

@@ -1,7 +1,6 @@
-// Drawn by shards, in any number and order, an ensemble has the bytes of one drawn in one piece.
-#include "pipeline/shards.h"
-
+// Ensembles drawn in parts, by growing and by shards, and what must not be merged.
 #include <catch2/catch.hpp>
+#include <functional>
 #include <map>
 #include <set>
 #include <string>
@@ -9,14 +8,19 @@
 #include "kit/temporary_folder.h"
 #include "pipeline/block_files.h"
 #include "pipeline/run_folder.h"
+#include "pipeline/shards.h"
 #include "sharded_run.h"
+#include "storage/ensemble_file.h"
 #include "support/error.h"
+#include "support/files.h"
 #include "support/progress.h"
 
 using namespace granuscope;
 using Catch::Matchers::Contains;
 using test::TemporaryFolder;
 namespace fs = std::filesystem;
+
+// Drawn by shards, in any number and order, an ensemble has the bytes of one drawn in one piece.
 
 namespace {
 
@@ -54,6 +58,34 @@ TEST_CASE("a shard is named by its number or by the environment") {
     variables["SLURM_ARRAY_TASK_ID"] = "1";
     CHECK_THROWS_WITH(named("auto"), Contains("none of them"));
   }
+  SECTION("a part of a Slurm array is none of a smaller one") {
+    for (const std::string task : {"3", "7"}) {  // --array=3,7
+      variables = {{"SLURM_ARRAY_TASK_ID", task},
+                   {"SLURM_ARRAY_TASK_COUNT", "2"},
+                   {"SLURM_ARRAY_TASK_MIN", "3"},
+                   {"SLURM_ARRAY_TASK_MAX", "7"},
+                   {"SLURM_ARRAY_TASK_STEP", "1"}};
+      CHECK_THROWS_WITH(named("auto"), Contains("--shard K/N"));
+    }
+    variables = {{"SLURM_ARRAY_TASK_ID", "5"},
+                 {"SLURM_ARRAY_TASK_COUNT", "1"},
+                 {"SLURM_ARRAY_TASK_MIN", "5"},
+                 {"SLURM_ARRAY_TASK_MAX", "5"}};  // one task again
+    CHECK_THROWS_WITH(named("auto"), Contains("--shard K/N"));
+    variables = {{"SLURM_ARRAY_TASK_ID", "6"},
+                 {"SLURM_ARRAY_TASK_COUNT", "3"},
+                 {"SLURM_ARRAY_TASK_MIN", "1"},
+                 {"SLURM_ARRAY_TASK_MAX", "7"},
+                 {"SLURM_ARRAY_TASK_STEP", "3"}};
+    CHECK_THROWS_WITH(named("auto"), Contains("--shard K/N"));
+    variables["SLURM_ARRAY_TASK_ID"] = "7";  // --array=1-7:3 is whole
+    CHECK(named("auto") == std::pair{3, 3});
+    variables = {{"SLURM_ARRAY_TASK_ID", "1"},
+                 {"SLURM_ARRAY_TASK_COUNT", "1"},
+                 {"SLURM_ARRAY_TASK_MIN", "1"},
+                 {"SLURM_ARRAY_TASK_MAX", "1"}};
+    CHECK(named("auto") == std::pair{1, 1});
+  }
   SECTION("Open MPI") {
     variables = {{"OMPI_COMM_WORLD_RANK", "2"}, {"OMPI_COMM_WORLD_SIZE", "3"}};
     CHECK(named("auto") == std::pair{3, 3});
@@ -89,43 +121,6 @@ TEST_CASE("blocks are dealt once each, and evenly by what they cost") {
     CHECK(dealt.size() == atoms_of(ensembles).size());
   }
   CHECK_THROWS_WITH(deal(ensembles, 1000), Contains("raise response.blocks"));
-}
-
-TEST_CASE("shards of any number and order add up to the bytes of one run", "[long]") {
-  const std::string estimator = GENERATE("point", "multiplexed", "fluctuation");
-  CAPTURE(estimator);
-  const Experiment experiment = sharded_experiment(estimator);
-  const TemporaryFolder one, others;
-  const auto expected = undivided(experiment, one.path());
-  REQUIRE(expected.size() == 5);
-
-  // 3 in one folder, then the run joins them.
-  draw_shards(experiment, others / "three", {{3, 3}, {1, 3}, {2, 3}});
-  CHECK(ensembles_in(others / "three").size() == atoms_of(all_ensembles(experiment, {})).size());
-  CHECK(undivided(experiment, others / "three") == expected);
-  CHECK_FALSE(fs::exists(others / "three/shards"));
-
-  // Mixed numbers in two folders, some blocks twice, joined by merge.
-  draw_shards(experiment, others / "a", {{5, 5}, {2, 5}, {1, 2}});
-  draw_shards(experiment, others / "b", {{2, 2}, {1, 3}});
-  merge_folders({others / "b", others / "a"}, others / "merged", ProgressStyle::silent);
-  CHECK(ensembles_in(others / "merged") == expected);
-  merge_folders({others / "merged", others / "b", others / "three"}, others / "b", ProgressStyle::silent);
-  CHECK(ensembles_in(others / "b") == expected);
-
-  // What is missing is drawn by the run.
-  draw_shards(experiment, others / "part", {{2, 3}});
-  CHECK(undivided(experiment, others / "part") == expected);
-}
-
-TEST_CASE("shards begin an ensemble that grows until it is precise") {
-  Experiment experiment = sharded_experiment("multiplexed");
-  experiment.mu = {0.3};
-  experiment.precision = {2e-2, 0, 2000};
-  const TemporaryFolder one, other;
-  const auto expected = undivided(experiment, one.path());
-  draw_shards(experiment, other.path(), {{1, 2}, {2, 2}});
-  CHECK(undivided(experiment, other.path()) == expected);
 }
 
 TEST_CASE("a shard that is stopped goes on where it was, and draws no block twice") {
@@ -300,4 +295,161 @@ TEST_CASE("shards keep off each other and off other experiments") {
   other.sampling.seed = 6;
   CHECK_THROWS_WITH(run_shard(other, quiet(folder.path()), {2, 20}),
                     Contains("experiment.toml") && Contains("another experiment"));
+}
+
+// What must not be merged, each with one message that names it.
+
+namespace {
+
+Experiment experiment(int seed = 5) {
+  Experiment experiment = sharded_experiment();
+  experiment.mu = {0.3};
+  experiment.studies = {};
+  experiment.sampling.seed = static_cast<std::uint64_t>(seed);
+  return experiment;
+}
+
+const std::string blocks = "ensembles/mu-0.3.blocks/";
+
+/// Two folders, a and b, with half of the blocks each.
+struct Halves {
+  TemporaryFolder folder;
+  fs::path a = folder / "a", b = folder / "b";
+  Halves() {
+    run_shard(experiment(), quiet(a), {1, 2});
+    run_shard(experiment(), quiet(b), {2, 2});
+  }
+  fs::path of_a() const { return a / (blocks + "0.h5"); }
+
+  void merge() const { merge_folders({a, b}, folder / "out", ProgressStyle::silent); }
+  std::string refusal() const {
+    try {
+      merge();
+    } catch (const InputError& error) {
+      CHECK_FALSE(fs::exists(folder / "out/ensembles/mu-0.3.h5"));
+      return error.what();
+    }
+    return "it was merged";
+  }
+};
+
+void change(const fs::path& file, const std::function<void(EnsembleRecord&)>& what) {
+  EnsembleRecord record = read_ensemble(file);
+  what(record);
+  record.configuration_key = cache_key(record.configuration);
+  write_ensemble(file, record);
+}
+
+void replace_in(std::string& text, const std::string& from, const std::string& to) {
+  REQUIRE(text.find(from) != std::string::npos);
+  text.replace(text.find(from), from.size(), to);
+}
+
+}  // namespace
+
+TEST_CASE("hostile folders are not merged, and nothing of them is lost") {
+  const Halves halves;
+  const fs::path zero = halves.of_a();
+  SECTION("the same block with other numbers") {
+    fs::copy_file(zero, halves.b / (blocks + "0.h5"));
+    change(zero, [](EnsembleRecord& one) { one.sums.quantities.at("weight").sum[3] += 1; });
+    CHECK_THAT(halves.refusal(), Contains("a/" + blocks + "0.h5") && Contains("b/" + blocks + "0.h5") &&
+                                     Contains("block 0 of mu = 0.3 with different numbers"));
+  }
+  SECTION("the same block, counted differently") {
+    fs::copy_file(zero, halves.b / (blocks + "0.h5"));
+    change(zero, [](EnsembleRecord& one) { ++one.counts.uniforms; });
+    CHECK_THAT(halves.refusal(), Contains("with different numbers"));
+  }
+  SECTION("half a file") {
+    const std::string bytes = read_file(zero);
+    write_file(zero, bytes.substr(0, bytes.size() / 2));
+    CHECK_THAT(halves.refusal(), Contains("a/" + blocks + "0.h5") && Contains("cut short"));
+  }
+  SECTION("a bit flipped") {
+    std::string bytes = read_file(zero);
+    bytes[bytes.size() - 100] = static_cast<char>(bytes[bytes.size() - 100] ^ 4);
+    write_file(zero, bytes);
+    CHECK_THAT(halves.refusal(), Contains("a/" + blocks + "0.h5") && Contains("damaged"));
+  }
+  SECTION("a foreign file") {
+    write_file(zero, "c,D\n1,2\n");
+    CHECK_THAT(halves.refusal(), Contains("a/" + blocks + "0.h5") && Contains("not an HDF5 file"));
+  }
+  SECTION("another seed") {
+    fs::remove_all(halves.a);
+    run_shard(experiment(6), quiet(halves.a), {1, 2});
+    CHECK_THAT(halves.refusal(), Contains("another experiment") && Contains("seed = 6 where 5 is there"));
+  }
+  SECTION("another version of the sampling") {
+    change(zero, [](EnsembleRecord& one) {
+      const std::string line = "sampling_version=" + one.sampling_version + "\n";
+      replace_in(one.configuration, line, "sampling_version=0\n");
+    });
+    CHECK_THAT(halves.refusal(),
+               Contains("another experiment") && Contains("sampling_version =") && Contains("where 0 is there"));
+  }
+  SECTION("a block under another one's name") {
+    fs::rename(zero, halves.a / (blocks + "8.h5"));
+    CHECK_THAT(halves.refusal(), Contains("block = 8 where 0 is there"));
+  }
+  SECTION("an ensemble that nobody asked for") {
+    fs::create_directories(halves.a / "ensembles/mu-0.4.blocks");
+    CHECK_THAT(halves.refusal(), Contains("mu-0.4.blocks") && Contains("does not have"));
+  }
+  SECTION("no folder") {
+    CHECK_THROWS_WITH(merge_folders({halves.folder / "c"}, halves.a, ProgressStyle::silent), Contains("is no folder"));
+  }
+  SECTION("no experiment") {
+    CHECK_THROWS_WITH(merge_folders({halves.folder.path()}, halves.a, ProgressStyle::silent),
+                      Contains("no experiment.toml"));
+  }
+  CHECK(ensembles_in(halves.b).size() >= 4);
+}
+
+TEST_CASE("folders at work are not merged, and the same folder twice is one") {
+  const Halves halves;
+  {
+    const RunFolder at_work(halves.b, FolderUse::shared);
+    CHECK_THROWS_AS(halves.merge(), BusyError);
+  }
+  CHECK_NOTHROW(merge_folders({halves.a, halves.b, halves.a / "."}, halves.a, ProgressStyle::silent));
+}
+
+TEST_CASE("missing blocks are listed with the commands that draw them") {
+  const Halves halves;
+  run_shard(experiment(), quiet(halves.b), {3, 4});
+  fs::remove(halves.of_a());
+  fs::remove(halves.b / (blocks + "1.h5"));
+  const std::string refusal = halves.refusal();
+  CHECK_THAT(refusal, Contains("2 blocks are missing") && Contains("of mu = 0.3: 0 to 1"));
+  // By the shards of the dealing into most, which has been seen in b.
+  const std::string run = "granuscope run " + (halves.b / "experiment.toml").string() + " --shard ";
+  CHECK_THAT(refusal, Contains(run + "1/4 --out " + halves.b.string()) && Contains(run + "2/4"));
+  CHECK_THAT(refusal, !Contains("3/4"));
+  run_shard(experiment(), quiet(halves.b), {1, 4});
+  run_shard(experiment(), quiet(halves.b), {2, 4});
+  CHECK_NOTHROW(halves.merge());
+}
+
+TEST_CASE("Blocks of another shape than the experiment makes are refused, and nothing is removed") {
+  const Halves halves;
+  const std::string sound = read_file(halves.of_a());
+  const std::vector<std::function<void(EnsembleRecord&)>> damages = {
+      [](EnsembleRecord& record) { ++record.sums.layers.back(); },
+      [](EnsembleRecord& record) { record.sums.count[0] += 8; },
+      [](EnsembleRecord& record) {
+        auto part = record.sums.quantities.extract(record.sums.quantities.begin());
+        part.key() = "other";
+        record.sums.quantities.insert(std::move(part));
+      },
+      [](EnsembleRecord& record) {
+        record.failed.push_back({1, 1, "granuscope sample; curl x"});
+      }};
+  for (const auto& damage : damages) {
+    write_file(halves.of_a(), sound);
+    change(halves.of_a(), damage);
+    CHECK_THAT(halves.refusal(), Contains("than its configuration says"));
+    CHECK(fs::exists(halves.of_a()));
+  }
 }

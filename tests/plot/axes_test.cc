@@ -1,5 +1,10 @@
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <limits>
+#include <string>
+#include <vector>
 
 #include "plot/axes.h"
 #include "plot/figure_captions.h"
@@ -18,6 +23,23 @@ Range range(double low, double high) {
 }
 
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
+
+/// "'0.1' 0.1 0, '' 0.3 1": label, place and level, which is left out where all are of one.
+std::string text(const std::vector<Tick>& marks) {
+  const bool levels = std::any_of(marks.begin(), marks.end(), [](const Tick& mark) { return mark.minor; });
+  std::string list;
+  for (const Tick& mark : marks) {
+    list += fmt::format("{}'{}' {:.6g}{}", list.empty() ? "" : ", ", mark.label, mark.at,
+                        !levels      ? ""
+                        : mark.minor ? " 1"
+                                     : " 0");
+  }
+  return list;
+}
+
+std::string linear_ticks(const Range& axis, int most) { return text(linear_marks(axis, most)); }
+std::string log_ticks(const Range& axis) { return text(log_marks(axis)); }
+std::string three_ticks(double reach) { return text(three_marks(reach)); }
 
 }  // namespace
 
@@ -47,18 +69,23 @@ TEST_CASE("A low panel has three marks") {
   CHECK(three_ticks(27) == "'−20' -20, '0' 0, '20' 20");
 }
 
-TEST_CASE("Only labels too long for the margin ask for room, and the longest of all lists decides") {
-  CHECK(room_for_labels({linear_ticks(range(0.55, 0.58), 4), linear_ticks(range(0, 150), 4)}) == 0);
+TEST_CASE("Only labels too long for the margin ask for room") {
+  constexpr double from_name = 0.091;
+  CHECK(room_for_labels(linear_marks(range(0.55, 0.58), 4), from_name) == 0);
+  CHECK(room_for_labels(linear_marks(range(0, 150), 4), from_name) == 0);
   // Five letters after the point: eight of 9 pt, each about 0.6 em wide, less the 30 pt of the margin, of 482 pt.
-  const double room = room_for_labels({"'0' 0", linear_ticks(range(-0.00012, 0.00005), 5)});
+  const double room = room_for_labels(linear_marks(range(-0.00012, 0.00005), 5), from_name);
   CHECK(room == Approx((5.0 * 9 - 30) / 482).margin(0.006));
-  CHECK(room_for_labels({"'2 × 10⁻⁴' 0.0002 0, '' 0.0003 1"}) > 0);
-  CHECK(room_for_labels({""}) == 0);
+  CHECK(room_for_labels(linear_marks(range(-0.00012, 0.00005), 5), from_name - 0.01) == Approx(room + 0.01));
+  CHECK(room_for_labels({{"2 × 10⁻⁴", 0.0002}, {"", 0.0003, true}}, from_name) > 0);
+  CHECK(room_for_labels({{"", 0}}, from_name) == 0);
 }
 
 TEST_CASE("Logarithmic ticks name 1, 2, 5 on a short axis and decades on a long one") {
   CHECK(log_ticks(range(0.2, 0.33)) == linear_ticks(range(0.2, 0.33), 4));  // 0.2 alone would be no scale
-  CHECK(without_labels("'a' 1 0, '' 2 1") == "'' 1 0, '' 2 1");
+  const Axis bare = without_words({"x", 0, 3, false, {{"a", 1}, {"", 2, true}}});
+  CHECK(text(bare.ticks) == "'' 1 0, '' 2 1");
+  CHECK(bare.label.empty());
   CHECK(log_ticks(range(0.1, 0.3)) == "'0.1' 0.1 0, '0.2' 0.2 0, '' 0.3 1");
   const std::string decades = log_ticks(range(0.01, 1));
   CHECK(decades.find("'0.01' 0.01 0") == 0);

@@ -5,7 +5,9 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstdlib>
+#include <nlohmann/json.hpp>
 #include <numbers>
+#include <regex>
 #include <sstream>
 #include <utility>
 #include <vector>
@@ -13,7 +15,9 @@
 #include "kit/text_parts.h"
 #include "plot/axes.h"
 #include "plot/gnuplot.h"
+#include "plot/plot_texts.h"
 #include "render/font.h"
+#include "support/files.h"
 
 namespace granuscope {
 namespace {
@@ -211,6 +215,42 @@ void check_texts(const std::string& svg) {
   }
 }
 
+std::vector<std::string> words_left(const std::string& text, const std::string& catalogue) {
+  // What the catalogue gives is marked, so that a word of its own language is not taken for one left over.
+  std::string marked;
+  std::istringstream lines(catalogue);
+  for (std::string line; std::getline(lines, line);) {
+    const std::size_t arrow = line.find(" -> ");
+    if (line.empty() || line.front() == '#' || line.front() == '.' || arrow == std::string::npos) continue;
+    marked += line.substr(0, arrow) + " -> 1\n";
+  }
+  const std::string rest = in_terms(text, marked);
+  std::vector<std::string> words;
+  const std::regex word("[A-Za-z]{2,}");
+  for (auto it = std::sregex_iterator(rest.begin(), rest.end(), word); it != std::sregex_iterator(); ++it) {
+    words.push_back(it->str());
+  }
+  return words;
+}
+
+namespace {
+
+/// Names of axes and curves in a recipe, without those of laws, which are the same in every language.
+std::vector<std::string> names_of(const nlohmann::json& fields, const std::string& field) {
+  static const std::regex laws("eloy-clement|granusolve|polytope|rejection|no-pair|KPZ");
+  if (fields.is_string() && (field == "label" || field == "title"))
+    return {std::regex_replace(fields.get<std::string>(), laws, "")};
+  std::vector<std::string> names;
+  if (!fields.is_structured()) return names;
+  for (const auto& [key, inside] : fields.items()) {
+    const auto more = names_of(inside, fields.is_object() ? key : field);
+    names.insert(names.end(), more.begin(), more.end());
+  }
+  return names;
+}
+
+}  // namespace
+
 void check_at_widths_of_journals(const std::filesystem::path& figures, const std::string& id) {
   for (const char* language : {"en", "fr", "de"}) {
     for (const double width : {86.0, 120.0, 178.0}) {
@@ -223,6 +263,15 @@ void check_at_widths_of_journals(const std::filesystem::path& figures, const std
       const std::string svg = plot_again(figures, id, style).bytes;
       CHECK(std::atof(attribute(svg, "width").c_str()) == Approx(width / 25.4 * 96).margin(1));
       check_texts(svg);
+    }
+  }
+  const auto recipe = nlohmann::json::parse(read_file(figures / (id + ".json")));
+  const std::vector<std::string> names = names_of(recipe.at("plot"), "");
+  CHECK(names.size() > 5);
+  for (const char* language : {"fr", "de"}) {
+    for (const std::string& name : names) {
+      INFO(id << ", " << language << ": " << name);
+      CHECK(words_left(name, std::string(catalogue_of(language))).empty());
     }
   }
   // What TeX would stumble over: a sign that its fonts do not have, a subscript outside mathematics.

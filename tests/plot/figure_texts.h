@@ -1,6 +1,7 @@
 #pragma once
 #include <filesystem>
 #include <string>
+#include <vector>
 
 namespace granuscope {
 
@@ -8,8 +9,12 @@ namespace granuscope {
 /// metrics of its font.
 void check_texts(const std::string& svg);
 
+/// Words of two letters or more that a catalogue leaves as they are: none may be left of an English text.
+std::vector<std::string> words_left(const std::string& text, const std::string& catalogue);
+
 /// Checks this of a figure of a run in every language, plotted again at the widths of journals, 86, 120 and 178 mm,
-/// with text of 8 pt; and that TeX can set it.
+/// with text of 8 pt; that each
+/// language has a word for all names of axes and curves; and that TeX can set it.
 void check_at_widths_of_journals(const std::filesystem::path& figures, const std::string& id);
 
 }  // namespace granuscope

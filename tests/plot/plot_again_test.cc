@@ -1,4 +1,6 @@
 // Figures of a finished run plotted again: at the widths of journals no text is clipped or lies on another.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <catch2/catch.hpp>
@@ -231,6 +233,26 @@ TEST_CASE("Templates of an author change palette, labels, captions and house sty
   use_templates({});
 }
 
+TEST_CASE("A script of an author's own stands in for the common one, and is filled from the figure's fields") {
+  const test::TemporaryFolder run, words;
+  const std::string id = plot_propagation_and_thrust(synthetic::analysis(), run.path()).id;
+  std::filesystem::create_directories(words / "plot");
+  write_file(words / "plot/propagation_and_thrust.gp.mustache",
+             "do for [pass = 1:2] {\n{{> plot/begin_pass.gp.mustache}}\n{{#panels}}{{#y.label}}set title {{y.label}}\n"
+             "{{/y.label}}{{/panels}}plot {{#panels}}{{#curves}}{{#file}}{{file}} using {{{columns}}} with "
+             "{{{with}}}{{{look}}} notitle, {{/file}}{{/curves}}{{/panels}} keyentry notitle\n"
+             "{{> plot/end_of_pass.gp.mustache}}\n}\n");
+  FigureStyle style;
+  style.format = "svg";
+  use_templates(words.path());
+  const std::string svg = plot_again(run / "figures", id, style).bytes;
+  write_file(words / "plot/no_such_figure.gp.mustache", "");
+  CHECK_THROWS_AS(use_templates(words.path()), InputError);
+  use_templates({});
+  CHECK(contains(svg, ">difference<"));
+  CHECK(count_visible_curves(svg) == 3);
+}
+
 TEST_CASE("A script that stands in a received folder is not run, unless it is trusted") {
   const test::TemporaryFolder run;
   const std::string id = plot_propagation_and_thrust(synthetic::analysis(), run.path()).id;
@@ -252,7 +274,6 @@ TEST_CASE("A script that stands in a received folder is not run, unless it is tr
 TEST_CASE("A recipe with a variable that gnuplot could run, or a template that is none, is refused") {
   const test::TemporaryFolder run;
   const Analysis analysis = synthetic::analysis();
-  const std::string thrust = plot_propagation_and_thrust(analysis, run.path()).id;
   const std::string profiles = plot_response_profiles(analysis.results, {}, run.path()).id;
   const std::string scaling = plot_scaling_with_friction(analysis, run.path()).id;
   const auto check_refused = [&](const std::string& id, const std::string& name, const std::string& value,
@@ -275,6 +296,7 @@ TEST_CASE("A recipe with a variable that gnuplot could run, or a template that i
                             "1]\n!touch x\n",
                             "1]\nshell\n",
                             "`id`",
+                            "$1 + 1)\nsystem('id')",
                             "\"`id`\"",
                             "@font",
                             "1] '<touch x' using 1, ",
@@ -299,18 +321,37 @@ TEST_CASE("A recipe with a variable that gnuplot could run, or a template that i
                             "'\\write18{id}'",
                             "'<part 0>'",
                             "system"}) {
-    check_refused(thrust, "c0", value, "c0 is ");
+    check_refused(scaling, "function", value, "function is ");
+    check_refused(scaling, "columns", value, "columns is ");
+    check_refused(scaling, "with", value, "with is ");
+    check_refused(scaling, "align", value, "align is ");
   }
-  check_refused(profiles, "close_ticks", "'0); system(\"id\") #'", "close_ticks is ");
-  check_refused(scaling, "x_label", "x', system('id'), '", "x_label is ");
-  check_refused(scaling, "x_label", "'' 1, ''", "x_label is ");
-  check_refused(scaling, "first_name", "slopes'.system('id').'", "first_name is ");
-  check_refused(scaling, "stem", "<touch x; cat ", "stem is ");
-  check_refused(scaling, "left_panel", "<part 0>; system('id')", "left_panel is ");
+  check_refused(profiles, "head", "\"`id`\"", "head is ");
+  check_refused(profiles, "note", "<touch x", "note is ");
+  check_refused(profiles, "file", "<touch x; cat ", "file is ");
+  check_refused(scaling, "file", "<touch x; cat ", "file is ");
+  check_refused(scaling, "file", "a' 1, system('id'), '", "file is ");
+  check_refused(scaling, "colour", "#000000' . system('id') . '", "colour is ");
+  check_refused(scaling, "label", "one\ntwo", "label is ");
+  check_refused(scaling, "label", "\\write18{id}", "label is ");
+  check_refused(scaling, "x_in", "system('id')", "x_in is ");
   check_refused(scaling, "terms", "D -> '; system('id')\n", "terms is ");
   check_refused(scaling, "id", "|touch x", "id is ");
   check_refused(scaling, "id", "another", "another figure");
-  check_refused(scaling, "template", "../plot/scaling_with_friction", "no template ../plot");
-  check_refused(scaling, "template", "plot/propagation_and_thrust", "does not fit the templates");
+  check_refused(scaling, "template", "../plot/scaling_with_friction.captions", "no template ../plot");
+  check_refused(scaling, "template", "plot/response_profiles.captions", "does not fit the templates");
+  // What stands where a number belongs stays a text, which gnuplot cannot run.
+  for (const char* name : {"low", "from", "inches", "height"}) {
+    const std::filesystem::path file = run / ("figures/" + scaling + ".json"), trace = run / "trace";
+    const std::string good = read_file(file);
+    write_file(file, std::regex_replace(good, std::regex(fmt::format("\"{}\": [^,\n]*", name)),
+                                        fmt::format("\"{}\": \"1; system('touch {}')\"", name, trace.string())));
+    try {
+      plot_again(run / "figures", scaling, {});
+    } catch (const Error&) {  // gnuplot need not make a figure of it
+    }
+    CHECK_FALSE(std::filesystem::exists(trace));
+    write_file(file, good);
+  }
   CHECK_FALSE(plot_again(run / "figures", scaling, {}).bytes.empty());
 }

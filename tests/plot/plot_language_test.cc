@@ -1,4 +1,4 @@
-#include "plot/plot_script.h"
+#include "plot/plot_texts.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -7,6 +7,7 @@
 
 #include "kit/temporary_folder.h"
 #include "kit/text_parts.h"
+#include "plot/figure_texts.h"
 #include "plot/gnuplot.h"
 #include "plot/scaling_figures.h"
 #include "plot/synthetic_analysis.h"
@@ -16,76 +17,28 @@
 using namespace granuscope;
 using test::contains;
 
-namespace {
-
-/// Words of two letters or more that a catalogue leaves as they are: none may be left of an English text.
-std::vector<std::string> words_left(const std::string& text, const std::string& catalogue) {
-  // What the catalogue gives is marked, so that a word of its own language is not taken for one left over.
-  std::string marked;
-  for (std::size_t at = 0; at < catalogue.size();) {
-    const std::size_t end = std::min(catalogue.find('\n', at), catalogue.size() - 1) + 1;
-    const std::string line = catalogue.substr(at, end - at);
-    const std::size_t arrow = line.find(" -> ");
-    marked += line.front() == '#' || arrow == std::string::npos || line.front() == '.'
-                  ? ""
-                  : line.substr(0, arrow) + " -> 1\n";
-    at = end;
-  }
-  const std::string script = "set label '" + std::regex_replace(text, std::regex("'"), "''") + "'\n";
-  const std::string left = in_language(script, marked);
-  std::vector<std::string> words;
-  const std::string rest = left.substr(left.find('\''));
-  const std::regex word("[A-Za-z]{2,}");
-  for (auto it = std::sregex_iterator(rest.begin(), rest.end(), word); it != std::sregex_iterator(); ++it) {
-    words.push_back(it->str());
-  }
-  return words;
-}
-
-std::string without_places(std::string text) {
-  text = std::regex_replace(text, std::regex("\\{\\{[^}]*\\}\\}"), " ");
-  return std::regex_replace(text, std::regex("\\{/:Italic [^}]*\\}"), " ");
-}
-
-}  // namespace
-
-TEST_CASE("Texts of a script are translated, file names and formats are not") {
-  const std::string script =
-      "# 'depth z' in a comment\nplot 'depth z.csv' title 'depth z  (bead diameters)', 'x' title 'the paper''s 0.25'\n"
-      "set format '%.1f depth z'\n";
-  CHECK(in_language(script, ". -> ,\ndepth z -> Tiefe z\nbead diameters -> l'unité\nthe paper's -> l'article\n") ==
-        "# 'depth z' in a comment\nplot 'depth z.csv' title 'Tiefe z  (l''unité)', 'x' title 'l''article 0,25'\n"
-        "set format '%.1f depth z'\n");
-  // Whole words, the longest phrase first.
-  CHECK(in_language("'slope of slopes'", "slope -> A\nslopes -> B\nslope of -> C\n") == "'C B'");
-  CHECK(in_language(script, catalogue_of("en")) == script);
-  CHECK_THROWS_AS(in_language(script, "no arrow\n"), InputError);
+TEST_CASE("Texts are translated by whole words, the longest phrase first") {
+  const std::string text = "depth z  (bead diameters): the paper's 0.25";
+  CHECK(in_terms(text, ". -> ,\ndepth z -> Tiefe z\nbead diameters -> l'unité\nthe paper's -> l'article\n") ==
+        "Tiefe z  (l'unité): l'article 0,25");
+  CHECK(in_terms("slope of slopes", "slope -> A\nslopes -> B\nslope of -> C\n") == "C B");
+  CHECK(in_terms(text, catalogue_of("en")) == text);
+  CHECK_THROWS_AS(in_terms(text, "no arrow\n"), InputError);
   CHECK_THROWS_AS(catalogue_of("xx"), InputError);
 }
 
-TEST_CASE("The built-in languages have a word for every text of every plot") {
-  int texts = 0;
+// check_at_widths_of_journals asks the same of the names of axes and curves of every figure.
+TEST_CASE("The built-in languages have a word for what the program says in certain cases only") {
   for (const char* language : {"fr", "de"}) {
-    const std::string catalogue(catalogue_of(language));
-    for (const EmbeddedFile& file : embedded_files()) {
-      if (!file.name.ends_with(".gp.mustache")) continue;
-      for (const std::string& text : texts_of_script(file.content)) {
-        ++texts;
-        INFO(language << ", " << file.name << ": " << text);
-        CHECK(words_left(without_places(text), catalogue).empty());
-      }
-    }
-    // What the program puts into them.
     for (const char* text :
          {"slopes: γ = 1.66(4)", "xₚ/(z − ½): γ = unknown", "slope c = 0.56", "c from thrust 0.56", "difference 0.1",
           "multiplexed, ε = 0.25, opposite, runs of 2:  c = 1,  D = 2", "fluctuation", "point", "paired",
           "twice the columns", "the paper: β ≈ 2.5", "this run: α = 0.6", "by loads (multiplexed)",
           "var w = 0.1,  3 draws per bead", "peaks not identified by the fit", "ratios at z = 95.8"}) {
       INFO(language << ": " << text);
-      CHECK(words_left(text, catalogue).empty());
+      CHECK(words_left(text, std::string(catalogue_of(language))).empty());
     }
   }
-  CHECK(texts > 100);
 }
 
 TEST_CASE("A figure of a run is plotted again in French, with commas") {

@@ -24,13 +24,14 @@ Analysis analysis_over(std::array<double, 2> window) {
   return analysis;
 }
 
-/// y / x^exponent of each guide of a script, "guide(x) = y * (x / x)**exponent".
+/// y / x^exponent of each guide of a script, "y * ($1 / x)**exponent".
 std::vector<double> guide_factors(const std::string& script) {
   std::vector<double> factors;
-  const std::string begin = "  guide(x) = ";
+  const std::string begin = "'+' using 1:(", middle = " * ($1 / ";
   for (std::size_t at = script.find(begin); at != std::string::npos; at = script.find(begin, at + 1)) {
+    if (script.substr(0, script.find('\n', at)).find(middle, at) == std::string::npos) continue;
     double y = 0, x = 0, exponent = 0;
-    REQUIRE(std::sscanf(script.c_str() + at + begin.size(), "%lf * (x / %lf)**%lf", &y, &x, &exponent) == 3);
+    REQUIRE(std::sscanf(script.c_str() + at + begin.size(), "%lf * ($1 / %lf)**%lf", &y, &x, &exponent) == 3);
     factors.push_back(y / std::pow(x, exponent));
   }
   return factors;

@@ -116,18 +116,17 @@ ReportData report_data(const std::filesystem::path& run_folder) {
                         .base = "/studies/law_comparison",
                         .needs = "laws",
                         .overlay = nlohmann::ordered_json::parse(R"({
-         "laws": [{"some_rules": false}, {"some_rules": false}],
          "chains": [{"key": "/studies/law_comparison/laws/1", "last": true}]})")});
   data.studies["law_comparison"]["responses"] = nlohmann::ordered_json::parse(R"([
     {"law": "polytope", "lambda": 0, "burn_in": 20000, "thinning": 2000, "mu": 0.3, "columns": 0, "layers": 0,
      "epsilon": 0.5, "samples": 0, "failed": 0,
      "effective_samples": {"value": null, "stderr": null, "reason": "made up"}, "window_layers": [4, 6],
      "c": {"value": 0.46, "stderr": 0.01}, "D": {"value": null, "stderr": null, "reason": "made up"}}])");
-  data.parts.push_back({.page = "studies/law_responses.html",
-                        .base = "/studies/law_comparison",
-                        .needs = "responses",
-                        .overlay = nlohmann::ordered_json::parse(
-                            R"({"responses": [{"some_rules": false, "c_apart": "–", "D_apart": "–"}]})")});
+  data.parts.push_back(
+      {.page = "studies/law_responses.html",
+       .base = "/studies/law_comparison",
+       .needs = "responses",
+       .overlay = nlohmann::ordered_json::parse(R"({"responses": [{"c_apart": "–", "D_apart": "–"}]})")});
   data.analysis.results[2].chained = true;
   data.analysis.results[2].burn_in = 800;
   data.analysis.results[2].thinning = 100;

@@ -31,7 +31,7 @@ struct MadePage {
   test::TemporaryFolder run;
   ReportData data = synthetic::report_data(run.path());
   std::string summary = summary_json(data);
-  std::string html = html_report(data, summary, run.path());
+  std::string html = html_report(data, nlohmann::ordered_json::parse(summary), run.path());
 };
 
 double channel(const std::string& hex, std::size_t at) {
@@ -187,7 +187,7 @@ TEST_CASE("Hostile text stays text everywhere") {
   Figure& figure = data.figures[0];
   figure.title = figure.caption = figure.alternative = figure.paper_says = figure.redraw = hostile;
   const std::string summary = summary_json(data);
-  const std::string html = html_report(data, summary, run.path());
+  const std::string html = html_report(data, nlohmann::ordered_json::parse(summary), run.path());
   CHECK_FALSE(contains(html, "<script"));
   CHECK_FALSE(contains(html, "\xff"));
   CHECK_FALSE(contains(html, "\x01"));
@@ -202,11 +202,12 @@ TEST_CASE("Ten thousand failures do not bury the report: the first are named, th
   std::vector<FailedSample>& failed = data.analysis.results[4].failed;
   failed.assign(10'000, failed.front());
   const std::string summary = summary_json(data);
-  const std::string html = html_report(data, summary, run.path());
+  const std::string html = html_report(data, nlohmann::ordered_json::parse(summary), run.path());
   CHECK(contains(html, "/results/4/failed/7/replay"));
   CHECK_FALSE(contains(html, "/results/4/failed/8/replay"));
   CHECK(contains(html, ": 9992 more, all of them in summary.json"));
-  CHECK(contains(markdown_summary(data), " 9992 more failed: summary.json names them all."));
+  CHECK(contains(markdown_summary(data, nlohmann::ordered_json::parse(summary_json(data))),
+                 " 9992 more failed: summary.json names them all."));
   CHECK(nlohmann::json::parse(summary)["results"][4]["failed"].size() == 10'000);
   for (const std::string& line : synthetic::differences(html, summary)) FAIL_CHECK(line);
 }
@@ -215,7 +216,7 @@ TEST_CASE("A run with almost nothing in it still has a page") {
   const test::TemporaryFolder run;
   const ReportData data;
   const std::string summary = summary_json(data);
-  const std::string html = html_report(data, summary, run.path());
+  const std::string html = html_report(data, nlohmann::ordered_json::parse(summary), run.path());
   CHECK(contains(html, "untitled experiment"));
   CHECK(contains(html, "none failed"));
   for (const std::string& line : synthetic::differences(html, summary)) FAIL_CHECK(line);
@@ -227,7 +228,7 @@ TEST_CASE("A figure that is not there or of another kind is an error") {
   data.figures.resize(1);
   data.figures[0].id = "gone";
   data.figures[0].screen = "figures/gone.svg";
-  CHECK_THROWS_AS(html_report(data, summary_json(data), run.path()), InputError);
+  CHECK_THROWS_AS(html_report(data, nlohmann::ordered_json::parse(summary_json(data)), run.path()), InputError);
   data.figures[0].screen = "figures/gone.bmp";
-  CHECK_THROWS_AS(html_report(data, summary_json(data), run.path()), InputError);
+  CHECK_THROWS_AS(html_report(data, nlohmann::ordered_json::parse(summary_json(data)), run.path()), InputError);
 }

@@ -19,7 +19,7 @@ struct Page {
   explicit Page(const ReportData& data) {
     const test::TemporaryFolder run;
     const std::string summary = summary_json(data);
-    html = html_report(data, summary, run.path());
+    html = html_report(data, nlohmann::ordered_json::parse(summary), run.path());
     for (const std::string& line : synthetic::differences(html, summary)) FAIL_CHECK(line);
     for (const auto& [key, text] : synthetic::keyed_texts(html)) texts[key] = text;
   }

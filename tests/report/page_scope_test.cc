@@ -50,6 +50,22 @@ TEST_CASE("Formats stand behind bars") {
   CHECK_THROWS_AS(filled("{{seed|hexadecimal}}"), std::logic_error);
 }
 
+TEST_CASE("A condition is written once, at the same place, or not") {
+  CHECK(filled("{{#results}}{{#mu<0.2}}{{mu|bare}}{{/mu<0.2}}{{#failed>2}} many{{/failed>2}}{{/results}}") ==
+        "0.1 many");
+  CHECK(filled("{{#seed=7}}a{{/seed=7}}{{#seed!=7}}b{{/seed!=7}}{{^seed=8}}c{{/seed=8}}") == "ac");
+  CHECK(filled("{{#law!=granusolve?}}a{{/law!=granusolve}}{{^law=granusolve?}}b{{/law=granusolve}}") == "b");
+  CHECK(filled("{{#results}}{{#known c D}}{{mu|key}}{{/known c D}}{{/results}}") == "/results/0/mu");
+  CHECK(filled("{{#any none}}a{{/any none}}{{^any none}}b{{/any none}}{{#any results}}{{seed|bare}}{{/any results}}") ==
+        "b7");
+  CHECK(filled("{{#any results known c}}a{{/any results known c}}{{#any none known c}}b{{/any none known c}}") == "a");
+  for (const char* wrong : {"{{#laws=a}}{{/laws=a}}", "{{#known E}}{{/known E}}", "{{#any laws}}{{/any laws}}",
+                            "{{#any results known E}}{{/any results known E}}", "{{#name>1}}{{/name>1}}",
+                            "{{#every results}}{{/every results}}", "{{#any results of c}}{{/any results of c}}"}) {
+    CHECK_THROWS_AS(filled(wrong), std::logic_error);
+  }
+}
+
 TEST_CASE("Names are relative to the section they stand in") {
   CHECK(filled("{{#results}}{{mu|bare}} of {{$/seed|bare}} and {{../seed|key}}, {{/results}}") ==
         "0.1 of 7 and /seed, 0.3 of 7 and /seed, ");

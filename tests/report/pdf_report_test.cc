@@ -215,7 +215,8 @@ TEST_CASE("The PDF has vector plots, all labels, contents with page numbers and 
   }
   {
     INFO("the same bytes");
-    CHECK(pdf_report(report.data, read_file(report.files.summary), folder).bytes == read_file(*report.files.pdf));
+    CHECK(pdf_report(report.data, nlohmann::ordered_json::parse(read_file(report.files.summary)), folder).bytes ==
+          read_file(*report.files.pdf));
   }
   {
     INFO("nothing is left behind");
@@ -256,6 +257,7 @@ TEST_CASE("No table is wider than the page") {
                                                          {"load", 0.25},
                                                          {"reference", false},
                                                          {"samples", 100000},
+                                                         {"own_window", false},
                                                          {"window_layers", {59, 179}},
                                                          {"c", {{"value", 0.574671}, {"stderr", 0.000089}}},
                                                          {"D", {{"value", 0.00629}, {"stderr", 0.00014}}},
@@ -268,9 +270,7 @@ TEST_CASE("No table is wider than the page") {
                         .base = "/studies/nonlinearity",
                         .needs = "responses",
                         .overlay = nlohmann::ordered_json::parse(R"({
-                          "responses": [{"one_bead": false, "all_beads": true, "uniform": false, "own_window_told": false},
-                                        {"one_bead": true, "all_beads": false, "uniform": false, "own_window_told": false}],
-                          "exponents": [], "paper_load": [], "paper_load_exponents": [], "notes": []})")});
+                          "paper_load": [], "paper_load_exponents": [], "notes": []})")});
   REQUIRE(write_report(data, run.path(), PdfPolicy::required).pdf);
   std::stringstream words(output_of({"pdftotext", "-bbox", "report.pdf", "-"}, run.path()));
   // A4 less the margin of 20 mm, in points; half a point for the rounding of letters.
@@ -315,12 +315,12 @@ TEST_CASE("A WeasyPrint that hangs or cannot load a figure is a failure, though 
   const test::TemporaryFolder run;
   ReportData data;
   const std::string summary = summary_json(data);
-  CHECK(contains(pdf_report(data, summary, run.path(), 0.01).failure, "still running"));
+  CHECK(contains(pdf_report(data, nlohmann::ordered_json::parse(summary), run.path(), 0.01).failure, "still running"));
   make_folder(run.path() / "figures");
   write_file(run.path() / "figures" / "broken.svg", "<svg xmlns='http://www.w3.org/2000/svg'><path></svg>");
   data.figures.resize(1);
   data.figures[0].screen = "figures/broken.svg";
-  const PdfOutcome outcome = pdf_report(data, summary_json(data), run.path());
+  const PdfOutcome outcome = pdf_report(data, nlohmann::ordered_json::parse(summary_json(data)), run.path());
   CHECK(outcome.bytes.empty());
   CHECK(contains(outcome.failure, "could not load"));
 }
@@ -331,7 +331,7 @@ TEST_CASE("Neither a template nor a figure has files or pages of the web put int
   const std::string secret = "file://" + (run / "secret.txt").string();
   ReportData data;
   const auto check_refused = [&] {
-    const PdfOutcome outcome = pdf_report(data, summary_json(data), run.path());
+    const PdfOutcome outcome = pdf_report(data, nlohmann::ordered_json::parse(summary_json(data)), run.path());
     CHECK(outcome.bytes.empty());
     CHECK_THAT(outcome.failure, Catch::Contains("could not load") && Catch::Contains("loads nothing"));
   };

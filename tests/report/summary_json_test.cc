@@ -158,7 +158,7 @@ TEST_CASE("A JUnit case fails only when its verdict is not the expected one") {
 TEST_CASE("The Markdown summary has the numbers, and user text stays text") {
   ReportData data = numbers_only();
   data.experiment_name = synthetic::hostile_text();
-  const std::string text = markdown_summary(data);
+  const std::string text = markdown_summary(data, nlohmann::ordered_json::parse(summary_json(data)));
   CHECK(contains(text, "| D ∝ μᵝ | 2.538(81) | ≈ 2.5 | 0.1 – 0.3 | reproduced |"));
   CHECK(contains(text, "| 0.3 | 0.5600(10) | 0.0780(50) |"));
   CHECK(contains(text, "| 0.6 | 0.5371(44) | n/a |"));

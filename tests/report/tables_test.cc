@@ -89,7 +89,7 @@ TEST_CASE("A systematic error stands in the last digits of its value, one of the
   data.analysis.results[1].c = known(3.2e-6, 1.4e-7);
   data.analysis.results[1].c.systematic = 2e-8;
   const test::TemporaryFolder run;
-  CHECK(contains(html_report(data, summary_json(data), run.path()),
+  CHECK(contains(html_report(data, nlohmann::ordered_json::parse(summary_json(data)), run.path()),
                  "3.20(14) × 10⁻⁶</span> ± <span data-key=\"/results/1/c/systematic\">2.0 × 10⁻⁸"));
 }
 
@@ -191,7 +191,9 @@ TEST_CASE("Rounding of an exact result stands as 0, a small number with an error
   const std::string summary = summary_json(data);
   const test::TemporaryFolder run;
   std::map<std::string, std::string> texts;
-  for (const auto& [key, text] : synthetic::keyed_texts(html_report(data, summary, run.path()))) texts[key] = text;
+  for (const auto& [key, text] :
+       synthetic::keyed_texts(html_report(data, nlohmann::ordered_json::parse(summary), run.path())))
+    texts[key] = text;
   CHECK(texts.at("/results/0/D") == "0");
   CHECK(texts.at("/results/0/c_minus_c_thrust") == "0");
   CHECK(texts.at("/results/1/D") == "3.0(1.0) × 10⁻⁵");

@@ -1,23 +1,32 @@
-// Source of the expected numbers: symmetry. Mirroring x -> -x and shifting the pile by a column map the law onto
-// itself, so that whatever changes sign, or sums to zero, under them has mean zero. The same statistics are shown to
-// see a law that lacks the symmetry: layers always solved from bead 0 rightwards.
+// What must be equal: left and right, columns, positions along a shift, and edges without load.
 #include <algorithm>
 #include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <numbers>
+#include <optional>
+#include <random>
 #include <stdexcept>
 #include <vector>
 
 #include "kit/sampling_statistics.h"
+#include "model/audit.h"
+#include "model/lattice.h"
 #include "sampling/pile_group.h"
 #include "sampling/sampler.h"
+#include "sampling/simple_laws.h"
+#include "support/error.h"
 
 namespace granuscope {
 namespace {
 
 using test::RunningMean;
+
+// Source of the expected numbers: symmetry. Mirroring x -> -x and shifting the pile by a column map the law onto
+// itself, so that whatever changes sign, or sums to zero, under them has mean zero. The same statistics are shown to
+// see a law that lacks the symmetry: layers always solved from bead 0 rightwards.
 
 struct Setting {
   int columns, layers;
@@ -368,5 +377,294 @@ TEST_CASE("left and right, and all columns, are equal under every law, to a smal
   check_other_laws(80'000, 20'000, 0.06);
 }
 
+// Source of the expected numbers: the densities themselves. Along a shift of one layer's horizontal forces no length
+// changes, so that under every density prod length^-lambda a pile lies uniformly between the two ends that the cones
+// set to the shift. Under the flat measure the same holds along every null move. Ends are found here contact by
+// contact.
+
+/// A direction in the space of piles: what a unit step adds to every force.
+struct Direction {
+  explicit Direction(std::size_t beads) : V_R(beads), V_L(beads), H_R(beads), H_L(beads) {}
+  std::vector<double> V_R, V_L, H_R, H_L;
+};
+
+Direction layer_shift(const Lattice& lattice, int layer) {
+  Direction to(lattice.beads());
+  for (int i = 0; i < lattice.columns(); ++i) {
+    to.H_R[lattice.index(layer, i)] = 1;
+    to.H_L[lattice.index(layer, i)] = -1;
+  }
+  return to;
+}
+
+/// One bead's split, and below it what keeps every other split's share of the balances: solved layer by layer.
+Direction null_direction(const Lattice& lattice, int layer, int bead) {
+  Direction to(lattice.beads());
+  const std::size_t o = lattice.index(layer, bead);
+  to.H_R[o] = 1, to.H_L[o] = -1;
+  const double root = std::sqrt(3.0);
+  const int below = lattice.layers() - 1 - layer;
+  const int l = lattice.lower_left(layer, bead), r = lattice.lower_right(layer, bead);
+  if (below >= 1) {
+    const std::size_t L = lattice.index(layer + 1, l), R = lattice.index(layer + 1, r);
+    to.H_R[L] = -1, to.V_R[L] = -root, to.V_L[L] = root;
+    to.H_L[R] = 1, to.V_R[R] = root, to.V_L[R] = -root;
+  }
+  if (below >= 2) {
+    const std::size_t ll = lattice.index(layer + 2, lattice.lower_left(layer + 1, l));
+    const std::size_t lr = lattice.index(layer + 2, lattice.lower_right(layer + 1, l));
+    const std::size_t rr = lattice.index(layer + 2, lattice.lower_right(layer + 1, r));
+    to.V_R[ll] = root;
+    to.H_R[lr] = -1, to.H_L[lr] = 1, to.V_R[lr] = -root, to.V_L[lr] = -root;
+    to.V_L[rr] = root;
+  }
+  if (below >= 3) {
+    const int lr = lattice.lower_right(layer + 1, l);
+    to.H_R[lattice.index(layer + 3, lattice.lower_left(layer + 2, lr))] = 1;
+    to.H_L[lattice.index(layer + 3, lattice.lower_right(layer + 2, lr))] = -1;
+  }
+  return to;
+}
+
+/// Where between the ends of that direction the pile lies, in [0, 1].
+double position_along(const Pile& pile, const Direction& to) {
+  const FrictionCone cone(pile.mu);
+  double low = -std::numeric_limits<double>::infinity(), high = -low;
+  // slack + t * growth >= 0
+  const auto keep = [&](double slack, double growth) {
+    if (growth > 0) low = std::max(low, -slack / growth);
+    if (growth < 0) high = std::min(high, -slack / growth);
+  };
+  for (std::size_t k = 0; k < pile.lattice.beads(); ++k) {
+    keep(pile.H_R[k] - cone.t_minus() * pile.V_R[k], to.H_R[k] - cone.t_minus() * to.V_R[k]);
+    keep(cone.t_plus() * pile.V_R[k] - pile.H_R[k], cone.t_plus() * to.V_R[k] - to.H_R[k]);
+    keep(-pile.H_L[k] - cone.t_minus() * pile.V_L[k], -to.H_L[k] - cone.t_minus() * to.V_L[k]);
+    keep(cone.t_plus() * pile.V_L[k] + pile.H_L[k], cone.t_plus() * to.V_L[k] + to.H_L[k]);
+  }
+  return -low / (high - low);
+}
+
+/// Mean, square and first harmonic of a position less their values if it is uniform, over groups of eight piles and
+/// over the directions of each set.
+void check_uniform(Law law, double lambda, const Lattice& lattice, const std::vector<std::vector<Direction>>& sets,
+                   std::uint64_t groups, double resolution) {
+  SamplerSpec spec;
+  spec.law = law;
+  spec.lambda = lambda;
+  spec.mu = 0.3;
+  spec.seed = 17;
+  const auto sampler = make_sampler(spec, lattice);
+  const std::vector<double> load(static_cast<std::size_t>(lattice.columns()), 1.0);
+  Pile pile(lattice);
+  std::vector<RunningMean> means(3 * sets.size());
+  for (std::uint64_t g = 0; g < groups; ++g) {
+    std::vector<double> sums(means.size());
+    for (std::uint64_t k = 0; k < 8; ++k) {
+      if (sampler->draw(8 * g + k, load, pile)) throw std::runtime_error("stuck");
+      for (std::size_t d = 0; d < sets.size(); ++d) {
+        const double share = 1 / (8.0 * static_cast<double>(sets[d].size()));
+        for (const Direction& direction : sets[d]) {
+          const double u = position_along(pile, direction);
+          sums[3 * d] += (u - 0.5) * share;
+          sums[3 * d + 1] += (u * u - 1.0 / 3) * share;
+          sums[3 * d + 2] += std::cos(2 * std::numbers::pi * u) * share;
+        }
+      }
+    }
+    for (std::size_t j = 0; j < sums.size(); ++j) means[j].add(sums[j]);
+  }
+  for (std::size_t j = 0; j < means.size(); ++j) {
+    const auto found = means[j].estimate();
+    CAPTURE(name_of(law), lambda, j, found.value, found.error);
+    CHECK(std::abs(found.value) < test::sigma_bound(means.size()) * found.error);
+    CHECK(found.error < resolution * (test::sanitized ? 4 : 1));
+  }
+}
+
+TEST_CASE("a pile lies uniformly along the shift of a layer, under the exact law and every chain", "[unsanitized]") {
+  const Lattice lattice({.columns = 5, .layers = 5});
+  std::vector<std::vector<Direction>> shifts;
+  for (int n = 0; n < lattice.layers(); ++n) shifts.push_back({layer_shift(lattice, n)});
+  check_uniform(Law::rejection, 1, lattice, shifts, 4000 / test::share_of_samples, 0.005);
+  for (const double lambda : {0.0, 0.5, 1.0}) {
+    check_uniform(Law::polytope, lambda, lattice, shifts, 1600 / test::share_of_samples, 0.01);
+  }
+}
+
+TEST_CASE("under the flat measure a pile lies uniformly along every null move") {
+  const Lattice lattice({.columns = 5, .layers = 5});
+  std::vector<std::vector<Direction>> moves(static_cast<std::size_t>(lattice.layers()));
+  for (int n = 0; n < lattice.layers(); ++n) {
+    for (int i = 0; i < lattice.columns(); ++i) {
+      moves[static_cast<std::size_t>(n)].push_back(null_direction(lattice, n, i));
+    }
+  }
+  check_uniform(Law::polytope, 0, lattice, moves, 4000 / test::share_of_samples, 0.003);
+}
+
+// Source: Coulomb's cone and the balances, written again here, and difference constraints decided by shortest paths.
+// Once the top layer's splits are drawn, everything that the splits a_j of the next layer must fulfil so that the layer
+// below is solvable has the form a_j - a_k <= b: the shortest paths between all pairs tell whether there is a solution,
+// and between which numbers each a_j may lie.
+
+constexpr std::size_t columns = 6;
+constexpr std::array<double, columns> half_loaded = {0, 0, 0, 1, 1, 1};
+/// Sums of a few forces of order one round by less; what is left of a range of that width is one value.
+constexpr double rounding = 1e-12;
+
+struct Range {
+  double low, high;
+};
+
+struct Received {
+  double V_UL, V_UR, H;
+};
+
+class Cone {
+ public:
+  explicit Cone(double mu)
+      : flat_((1 / std::sqrt(3.0) - mu) / (1 + mu / std::sqrt(3.0))),
+        steep_((1 / std::sqrt(3.0) + mu) / (1 - mu / std::sqrt(3.0))) {}
+
+  Range split(const Received& in) const {
+    const double V_R = right(in), V_L = left(in);
+    return {std::max(flat_ * V_R, flat_ * V_L + in.H), std::min(steep_ * V_R, steep_ * V_L + in.H)};
+  }
+  /// H with which a bead is solvable.
+  Range band(double V_UL, double V_UR) const {
+    const double k = std::sqrt(3.0) * (flat_ + steep_) - 1;
+    return {std::max(-V_UR / std::sqrt(3.0), (flat_ * V_UL - steep_ * V_UR) / k),
+            std::min(V_UL / std::sqrt(3.0), (steep_ * V_UL - flat_ * V_UR) / k)};
+  }
+  static double right(const Received& in) { return in.V_UR + std::sqrt(3.0) * in.H; }
+  static double left(const Received& in) { return in.V_UL - std::sqrt(3.0) * in.H; }
+
+ private:
+  double flat_, steep_;
+};
+
+using Layer = std::array<Received, columns>;
+
+/// What the beads between the splits a_j and a_{j+1} receive.
+Layer below(const Layer& layer, const std::array<double, columns>& a) {
+  Layer next;
+  for (std::size_t j = 0; j < columns; ++j) {
+    const std::size_t k = (j + 1) % columns;
+    next[j] = {Cone::right(layer[j]), Cone::left(layer[k]), a[j] + layer[k].H - a[k]};
+  }
+  return next;
+}
+
+Layer top_layer() {
+  Layer top;
+  for (std::size_t j = 0; j < columns; ++j) top[j] = {half_loaded[j] / 2, half_loaded[j] / 2, 0};
+  return top;
+}
+
+/// Between which numbers each split of a layer may lie if the layer below is to be solvable, or nothing.
+std::optional<std::array<Range, columns>> ranges_of(const Cone& cone, const Layer& layer) {
+  constexpr std::size_t zero = columns, nodes = columns + 1;
+  std::array<std::array<double, nodes>, nodes> most{};  // most[i][j]: the least known bound of x_j - x_i
+  for (auto& row : most) row.fill(INFINITY);
+  for (std::size_t i = 0; i < nodes; ++i) most[i][i] = 0;
+  const auto bound = [&](std::size_t from, std::size_t to, double by) {
+    most[from][to] = std::min(most[from][to], by);
+  };
+  for (std::size_t j = 0; j < columns; ++j) {
+    const std::size_t k = (j + 1) % columns;
+    const Range own = cone.split(layer[j]), H = cone.band(Cone::right(layer[j]), Cone::left(layer[k]));
+    bound(zero, j, own.high);
+    bound(j, zero, -own.low);
+    bound(k, j, H.high - layer[k].H);
+    bound(j, k, layer[k].H - H.low);
+  }
+  for (std::size_t via = 0; via < nodes; ++via) {
+    for (std::size_t i = 0; i < nodes; ++i) {
+      for (std::size_t j = 0; j < nodes; ++j) bound(i, j, most[i][via] + most[via][j]);
+    }
+  }
+  std::array<Range, columns> ranges{};
+  for (std::size_t i = 0; i < nodes; ++i) {
+    if (most[i][i] < -rounding) return std::nullopt;
+    if (i < columns) ranges[i] = {-most[i][zero], most[zero][i]};
+  }
+  return ranges;
+}
+
+/// A top layer drawn until the layer below it is solvable.
+Layer random_second_layer(const Cone& cone, std::mt19937_64& engine) {
+  const Layer top = top_layer();
+  const auto allowed = ranges_of(cone, top);
+  REQUIRE(allowed.has_value());
+  for (;;) {
+    std::array<double, columns> a{};
+    for (std::size_t j = 0; j < columns; ++j) {
+      a[j] = std::uniform_real_distribution<double>(0, 1)(engine);
+      a[j] = (*allowed)[j].low + a[j] * ((*allowed)[j].high - (*allowed)[j].low);
+    }
+    const Layer second = below(top, a);
+    if (std::all_of(second.begin(), second.end(), [&](const Received& in) {
+          const Range band = cone.band(in.V_UL, in.V_UR);
+          return in.H >= band.low - rounding && in.H <= band.high + rounding;
+        }))
+      return second;
+  }
+}
+
+TEST_CASE("beside unloaded beads: no solution below 1/sqrt 3, single values at it, ranges above it") {
+  constexpr unsigned seed = 17;
+  constexpr int top_layers = 200;
+  CAPTURE(seed);
+  for (const double mu : {0.3, 0.57, 1 / std::sqrt(3.0), 0.6, 1.0}) {
+    const Cone cone(mu);
+    std::mt19937_64 engine(seed);
+    int solvable = 0, with_single_value = 0;
+    for (int k = 0; k < top_layers; ++k) {
+      const Layer second = random_second_layer(cone, engine);
+      const auto ranges = ranges_of(cone, second);
+      if (!ranges) continue;
+      ++solvable;
+      // A bead that receives something, and yet has no choice although its own interval leaves it one.
+      for (std::size_t j = 0; j < columns; ++j) {
+        const Range own = cone.split(second[j]);
+        if (own.high - own.low > 1e-3 && (*ranges)[j].high - (*ranges)[j].low < rounding) {
+          ++with_single_value;
+          break;
+        }
+      }
+    }
+    CAPTURE(mu, solvable, with_single_value);
+    if (mu < 0.571) CHECK(solvable == 0);
+    if (mu > 0.571) CHECK(solvable > top_layers / 2);
+    CHECK(with_single_value == (mu > 0.571 && mu < 0.59 ? solvable : 0));
+  }
+}
+
+TEST_CASE("the frictionless pile solves a half-loaded top at any friction, but a law needs more than single piles") {
+  const Lattice lattice({.columns = columns, .layers = 30});
+  const std::vector<double> load(half_loaded.begin(), half_loaded.end());
+  for (const double mu : {0.3, std::nextafter(tan30, 0.0), tan30, std::nextafter(tan30, 1.0), 1.0}) {
+    Pile pile(lattice);
+    pile.load = load;
+    fill_frictionless(load, pile);
+    pile.mu = mu;
+    CAPTURE(mu);
+    CHECK(audit(pile).max_balance_residual <= rounding);
+    CHECK(audit(pile).max_cone_violation <= rounding);
+    SamplerSpec spec;
+    spec.mu = mu;
+    const auto sampler = make_sampler(spec, lattice);
+    if (mu < tan30) {
+      CHECK_THROWS_AS(sampler->draw(0, load, pile), InputError);
+    } else if (!sampler->draw(0, load, pile)) {
+      CHECK(audit(pile).max_balance_residual <= 1e-10);
+      CHECK(audit(pile).max_cone_violation <= 1e-10);
+    } else {
+      CHECK(mu == tan30);  // stuck, by name
+    }
+  }
+}
+
 }  // namespace
+
 }  // namespace granuscope

@@ -1,10 +1,11 @@
-#include "storage/ensemble_file.h"
-
+// Files of ensembles.
+#include <fcntl.h>
+#include <sys/file.h>
 #include <sys/resource.h>
 #include <unistd.h>
-
 #include <catch2/catch.hpp>
 #include <chrono>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -15,6 +16,7 @@
 #include "kit/file_size_limit.h"
 #include "kit/sanitized.h"
 #include "kit/temporary_folder.h"
+#include "storage/ensemble_file.h"
 #include "storage/pile_file.h"
 #include "storage/record_comparison.h"
 #include "storage/sample_records.h"
@@ -22,9 +24,9 @@
 #include "support/files.h"
 
 using namespace granuscope;
-namespace fs = std::filesystem;
 using namespace granuscope::test;
 using Catch::Matchers::Contains;
+namespace fs = std::filesystem;
 
 TEST_CASE("an ensemble comes back bit by bit") {
   const TemporaryFolder folder;
@@ -241,4 +243,53 @@ TEST_CASE("a full disk keeps the old ensemble") {
   }
   CHECK(folder.contents() == std::vector<std::string>{"ensemble.h5"});
   check_same(read_ensemble(folder / "ensemble.h5"), record);
+}
+
+// Source: what is written must be read again; files of beads must not change.
+
+TEST_CASE("where the rows of a model lie is stored with its sums, and goes without saying for beads") {
+  const test::TemporaryFolder folder;
+  EnsembleRecord record = test::awkward_ensemble();
+  write_ensemble(folder.path() / "beads.h5", record);
+  CHECK(read_ensemble(folder.path() / "beads.h5").sums.rows == RowGeometry{});
+  CHECK(read_file(folder.path() / "beads.h5").find("row_spacing") == std::string::npos);
+  record.sums.rows = {.spacing = sqrt3, .staggered = false};
+  write_ensemble(folder.path() / "legs.h5", record);
+  CHECK(read_ensemble(folder.path() / "legs.h5").sums.rows == record.sums.rows);
+}
+
+TEST_CASE("a change of what an ensemble says beside its numbers is noticed") {
+  const TemporaryFolder folder;
+  EnsembleRecord record = awkward_ensemble();
+  record.counts.beads = 0x123456789abc;  // found once
+  const fs::path file = folder / "ensemble.h5";
+  const auto in_file = [](const auto& value) {
+    return std::string(reinterpret_cast<const char*>(&value), sizeof value);
+  };
+  const double deepest = RowGeometry{}.depth(4);
+  for (const std::string& written : {in_file(record.failed[1].sample), in_file(deepest), in_file(record.counts.beads),
+                                     std::string("--sample 17"), std::string("mu = 0.1")}) {
+    write_ensemble(file, record);
+    std::string bytes = read_file(file);
+    const std::size_t at = bytes.rfind(written);
+    REQUIRE(at != std::string::npos);
+    bytes[at + written.size() - 1] = static_cast<char>(bytes[at + written.size() - 1] ^ 1);
+    write_file(file, bytes);
+    CHECK_THROWS_WITH(read_ensemble(file), Contains("damaged"));  // HDF5 itself looks at its attributes
+  }
+}
+
+TEST_CASE("a file that is locked is not called damaged") {
+  const TemporaryFolder folder;
+  const fs::path file = folder / "ensemble.h5";
+  write_ensemble(file, awkward_ensemble());
+  const FileDescriptor other(::open(file.c_str(), O_RDWR | O_CLOEXEC));
+  REQUIRE(::flock(other.get(), LOCK_EX) == 0);
+  CHECK_NOTHROW(read_ensemble(file));
+  ::setenv("HDF5_USE_FILE_LOCKING", "TRUE", 1);
+  CHECK_THROWS_AS(read_ensemble(file), EnvironmentError);
+  CHECK_THROWS_WITH(read_ensemble_configuration(file), Contains("another program has it locked"));
+  ::flock(other.get(), LOCK_UN);
+  CHECK_NOTHROW(read_ensemble(file));
+  ::unsetenv("HDF5_USE_FILE_LOCKING");
 }

@@ -401,22 +401,27 @@ TEST_CASE("The deep response is checked in wide piles and by loads, at friction 
 }
 
 TEST_CASE("Page 1 tells spreading from diffusion by three standard errors, and checks from measurements") {
-  const auto told = [](const char* list) { return spreading_page_1(nlohmann::ordered_json::parse(list), "/list"); };
-  const std::string slow = R"({"mu": 0.1, "octaves": [{}, {}], "deep": {"exponent": {"value": 1.02, "stderr": 0.01}}})";
-  const std::string fast = R"({"mu": 0.3, "octaves": [{}, {}], "deep": {"exponent": {"value": 1.2, "stderr": 0.03}}})";
-  const std::string check = R"({"mu": 0.3, "octaves": [{}, {}], "deep": {"exponent": {"value": 1.3, "stderr": 0.04}}})";
-  const std::string open = R"({"mu": 0.5, "octaves": [], "deep": {"exponent": {"value": null, "stderr": null}}})";
-  const auto both = told(("[" + slow + "," + fast + "," + check + "," + open + "]").c_str());
+  const auto one = [](double mu, const Estimate& power) {
+    DeepResponse response;
+    response.spec.sampler.mu = mu;
+    response.octaves.resize(2);
+    response.deep.exponent = power;
+    return response;
+  };
+  const auto told = [](const std::vector<DeepResponse>& list) { return spreading_page_1(list, "/list"); };
+  const DeepResponse slow = one(0.1, {1.02, 0.01, {}}), fast = one(0.3, {1.2, 0.03, {}}),
+                     check = one(0.3, {1.3, 0.04, {}}), open = one(0.5, {});
+  const auto both = told({slow, fast, check, open});
   CHECK(both.at("some_fast") == true);
   CHECK(both.at("deep").size() == 2);
   CHECK(both.at("deep")[0].at("joint") == " and ");
   CHECK(both.at("largest").at("key") == "/list/1");
   CHECK(both.at("last_octave").at("key") == "/list/1/octaves/1");
   CHECK(both.at("apart") == "2.0");  // 0.1 over 0.05
-  CHECK(told(("[" + fast + "]").c_str()).at("all_fast") == true);
-  CHECK(told(("[" + slow + "]").c_str()).at("none_fast") == true);
-  CHECK(told(("[" + slow + "]").c_str()).at("checked") == false);
-  CHECK(told(("[" + open + "]").c_str()).is_null());
+  CHECK(told({fast}).at("all_fast") == true);
+  CHECK(told({slow}).at("none_fast") == true);
+  CHECK(told({slow}).at("checked") == false);
+  CHECK(told({open}).is_null());
 }
 
 TEST_CASE("Peaks whose halves run at two speeds are seen to spread as z, their W² as its square", "[long]") {

@@ -103,7 +103,8 @@ TEST_CASE("A depth that starts half a bead deeper is told from one that starts a
   }
   study->begin(main, 1);
   study->finish();
-  for (const auto& depth : study->json()["depths"]) {
+  const auto json = study->json();
+  for (const auto& depth : json["depths"]) {
     CHECK(depth["from_load"]["gamma"]["value"].get<double>() == Approx(1).margin(1e-3));
     CHECK(depth["gamma"]["value"].get<double>() < 0.95);
   }

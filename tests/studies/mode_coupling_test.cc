@@ -324,26 +324,26 @@ TEST_CASE("The couplings predict the spreading of the peaks, on a ring that they
 }
 
 TEST_CASE("Page 1 says that torque explains the spreading where it makes the prediction better, and names where not") {
-  const auto one = [](double mu, double strength, double error, double with, double without) {
-    return fmt::format(
-        R"({{"mu": {}, "fit": {{"strength": {{"value": {}, "stderr": {}}}}}, "predicted": {{"chi2": {}}},
-            "without_torque": {{"chi2": {}}}, "response": {{"octaves": [{{}}, {{}}, {{}}]}}}})",
-        mu, strength, error, with, without);
+  const auto one = [](double mu, const Estimate& strength, double with, double without) {
+    CoupledSpreading piles;
+    piles.mu = mu;
+    piles.fit.strength = strength;
+    piles.predicted.chi2 = with;
+    piles.without_torque.chi2 = without;
+    piles.response.octaves.resize(3);
+    return piles;
   };
-  const auto told = [](const std::string& list) {
-    return mode_coupling_study()->parts(nlohmann::ordered_json::parse("[" + list + "]")).front().overlay;
-  };
-  const std::string good = one(0.5, 0.9, 0.04, 9, 583), other = one(0.8, 1.1, 0.04, 15, 1084);
-  CHECK(told(good + "," + other).at("explained") == true);
-  CHECK(told(good + "," + other).at("fails_somewhere") == false);
-  CHECK(told(good + "," + other).at("last").at("key") == "/studies/mode_coupling/0/response/octaves/2");
+  const auto told = [](const std::vector<CoupledSpreading>& list) { return coupling_page_1(list); };
+  const CoupledSpreading good = one(0.5, {0.9, 0.04, {}}, 9, 583), other = one(0.8, {1.1, 0.04, {}}, 15, 1084);
+  CHECK(told({good, other}).at("explained") == true);
+  CHECK(told({good, other}).at("fails_somewhere") == false);
+  CHECK(told({good, other}).at("last").at("key") == "/studies/mode_coupling/0/response/octaves/2");
   // A large error alone does not make it hold.
-  const auto partly = told(one(0.2, 0.41, 0.14, 28, 10) + "," + good);
+  const auto partly = told({one(0.2, {0.41, 0.14, {}}, 28, 10), good});
   CHECK(partly.at("explained") == true);
   CHECK(partly.at("fails_somewhere") == true);
   REQUIRE(partly.at("failed").size() == 1);
   CHECK(partly.at("failed")[0].at("key") == "/studies/mode_coupling/0");
-  CHECK(told(one(0.5, 0.5, 0.04, 9, 583)).at("explained") == false);
-  const std::string open = R"({"mu": 0.1, "fit": {"strength": {"value": null, "reason": "-"}}})";
-  CHECK(told(open + "," + good).at("any").at("key") == "/studies/mode_coupling/1");
+  CHECK(told({one(0.5, {0.5, 0.04, {}}, 9, 583)}).at("explained") == false);
+  CHECK(told({one(0.1, {}, 0, 0), good}).at("any").at("key") == "/studies/mode_coupling/1");
 }

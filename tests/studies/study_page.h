@@ -8,7 +8,7 @@ namespace granuscope {
 inline Page study_page(const Study& study) {
   ReportData data;
   data.studies[study.id()] = study.json();
-  data.parts = study.parts(data.studies[study.id()]);
+  data.parts = study.parts();
   return Page(data);
 }
 

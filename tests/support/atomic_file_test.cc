@@ -236,3 +236,11 @@ TEST_CASE("make_folder makes parents, accepts a folder that is there, and refuse
   CHECK_THAT(failure_of([&] { make_folder(folder / "link"); }), Contains("leads nowhere. Make what it leads to"));
   CHECK_THAT(failure_of([&] { make_folder(""); }), Contains("It has no name. Name a folder."));
 }
+
+TEST_CASE("a file that is closed to others stays so when it is replaced") {
+  const TemporaryFolder folder;
+  write_file(folder / "private", "old");
+  fs::permissions(folder / "private", fs::perms::owner_read | fs::perms::owner_write);
+  write_file(folder / "private", "new");
+  CHECK(fs::status(folder / "private").permissions() == (fs::perms::owner_read | fs::perms::owner_write));
+}

@@ -43,7 +43,7 @@ TEST_CASE("the flag is set and cleared by hand, and thrown as Interrupted") {
 }
 
 TEST_CASE("the first signal asks, the second one ends with status 4") {
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGUSR1, SIGUSR2, SIGXCPU}) {
     CHECK(status_of([signal] {
             install_interruption_handlers();
             ::raise(signal);

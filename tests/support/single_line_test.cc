@@ -12,7 +12,8 @@ TEST_CASE("text of others becomes one line that moves no cursor") {
   CHECK(single_line("a\xc2\x9b"
                     "31m") == "a 31m");  // the same in one character, U+009B
   CHECK(single_line(std::string_view("a\0b", 3)) == "a b");
-  CHECK(single_line("\xff\xfe") == "\xff\xfe");  // bytes of a file's name stay what they are
+  CHECK(single_line("rm \u202e\u2066x\u2069אב\u200f") == "rm x אב\u200f");  // turned, it would read otherwise
+  CHECK(single_line("\xff\xfe") == "\xff\xfe");                             // bytes of a file's name stay what they are
 }
 
 TEST_CASE("a long text is cut off between two characters") {

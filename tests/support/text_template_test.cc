@@ -93,3 +93,9 @@ TEST_CASE("Tags that do not match are named") {
   }
   CHECK_THROWS_WITH(fill_template("{{#x}}", words), Catch::Contains("section x is not closed"));
 }
+
+TEST_CASE("sections that nest without end are an error") {
+  std::string text;
+  for (int k = 0; k < 100'000; ++k) text += "{{#a}}";
+  CHECK_THROWS_AS(fill_template(text, Words(Words::Texts{{"a", "x"}})), std::logic_error);
+}

@@ -1,19 +1,43 @@
 #include "analysis/fit_spec.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
 
 namespace granuscope {
 namespace {
 
 Problem find_window_problem(const char* field, const std::array<double, 2>& window) {
-  if (std::isfinite(window[0]) && std::isfinite(window[1]) && window[0] >= 0 && window[0] < window[1]) return {};
+  if (window[0] < window[1]) return {};
   return problem(field, "[{}, {}] is not a range of mu: it must ascend from 0 or more; write [low, high]", window[0],
                  window[1]);
 }
 
 }  // namespace
+
+std::vector<Key> keys_of(FitSpec& spec) {
+  const std::string table = "fit";
+  return {
+      make_key(table, "first_layer", "layer", "first layer of the window over which the slopes c and D are taken",
+               spec.first_layer, KeyRange{.least = 0}),
+      make_key(table, "last_layer", "layer", "last layer of that window, at most lattice.layers - 21", spec.last_layer,
+               KeyRange{.least = 0}),
+      make_key(table, "layer_step", "layers",
+               "distance of the fitted layers; an odd one alternates the two kinds of rows", spec.layer_step,
+               KeyRange{.least = 1, .why = "it would never reach the end of the window"}),
+      make_key(table, "shallow_layer", "layer", "from here down to the window layers are fitted for the figures only",
+               spec.shallow_layer, KeyRange{.least = 0}),
+      make_key(
+          table, "min_identifiable_width", "bead diameters", "below it the size of a bead hides the width of a peak",
+          spec.min_identifiable_width,
+          KeyRange{.why = "below about half a bead the width of a peak cannot be told from the bead's (0.5 is usual)"}
+              .within(least_identifiable_width, 100)),
+      make_key(table, "scaling_window", "",
+               "range of mu, or of what is scanned, both ends included, of the exponents beta, gamma and alpha",
+               spec.scaling_window, KeyRange{.least = 0}),
+      make_key(table, "other_scaling_windows", "", "further ranges of mu whose exponents are shown beside it",
+               spec.other_scaling_windows, KeyRange{.least = 0}),
+  };
+}
 
 bool at_step(const FitSpec& spec, int layer) {
   return layer <= spec.last_layer && (spec.last_layer - layer) % spec.layer_step == 0;
@@ -22,11 +46,9 @@ bool in_window(const FitSpec& spec, int layer) { return layer >= spec.first_laye
 
 Problem find_problem(const FitSpec& fit, const LatticeSpec& lattice, int unused) {
   const int last_usable = lattice.layers - unused - 1;
-  if (fit.layer_step < 1) {
-    return problem("layer_step", "{} would never reach the end of the window; give 1 or more (3 is usual)",
-                   fit.layer_step);
-  }
-  if (fit.shallow_layer < 0 || fit.shallow_layer > fit.first_layer) {
+  FitSpec copy = fit;  // keys could set what they check
+  if (auto found = find_range_problem(keys_of(copy))) return found;
+  if (fit.shallow_layer > fit.first_layer) {
     return problem("shallow_layer", "layer {} must lie between 0 and first_layer = {}", fit.shallow_layer,
                    fit.first_layer);
   }
@@ -43,13 +65,6 @@ Problem find_problem(const FitSpec& fit, const LatticeSpec& lattice, int unused)
                    "the window from layer {} to {} in steps of {} holds {} depths, but a slope with "
                    "a test of it needs {}; widen the window",
                    fit.first_layer, fit.last_layer, fit.layer_step, depths, least_window_depths);
-  }
-  if (!(std::isfinite(fit.min_identifiable_width) && fit.min_identifiable_width >= least_identifiable_width &&
-        fit.min_identifiable_width <= most_identifiable_width)) {
-    return problem("min_identifiable_width",
-                   "{} bead diameters: below about half a bead the width of a peak "
-                   "cannot be told from the bead's; give {} to {} (0.5 is usual)",
-                   fit.min_identifiable_width, least_identifiable_width, most_identifiable_width);
   }
   if (auto found = find_window_problem("scaling_window", fit.scaling_window)) return found;
   for (const auto& window : fit.other_scaling_windows) {

@@ -6,6 +6,7 @@
 
 #include "model/lattice.h"
 #include "support/error.h"
+#include "support/key.h"
 
 namespace granuscope {
 /// Where and how the response is fitted. All layers must be usable (those of beads are 0 .. layers - 21).
@@ -20,7 +21,11 @@ struct FitSpec {
 };
 
 inline constexpr int least_window_depths = 3;  ///< fewest depths from which a slope is taken
-inline constexpr double least_identifiable_width = 0.1, most_identifiable_width = 100;  ///< bead diameters
+
+inline constexpr double least_identifiable_width = 0.1;  ///< bead diameters
+
+/// [fit], bound to the spec.
+std::vector<Key> keys_of(FitSpec& spec);
 
 /// Layers recorded for a figure between the steps of the window take no part: drawing must not change a number.
 bool at_step(const FitSpec& spec, int layer);

@@ -1,5 +1,7 @@
 #include "ensemble/ensemble_runner.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <atomic>
 #include <cmath>
@@ -17,6 +19,7 @@
 #include "sampling/polytope.h"
 #include "support/error.h"
 #include "support/files.h"
+#include "support/machine.h"
 #include "support/progress.h"
 
 namespace granuscope {
@@ -72,6 +75,34 @@ EnsembleRecord begin_blocks(const EnsembleSpec& spec, int first, int blocks) {
   record.sampling_version = sampling_version;
   record.sums = empty_sums(spec, first, blocks);
   return record;
+}
+
+void require_shape(const std::filesystem::path& file, const EnsembleRecord& record, const EnsembleSpec& spec, int first,
+                   int blocks) {
+  const BlockSums wanted = empty_sums(spec, first, 0);
+  const BlockSums& there = record.sums;
+  bool same = there.layers == wanted.layers && there.rows == wanted.rows && there.first_block == first &&
+              there.blocks() == blocks && there.quantities.size() == wanted.quantities.size();
+  for (const auto& [name, quantity] : wanted.quantities) {
+    const auto found = there.quantities.find(name);
+    same = same && found != there.quantities.end() && found->second.width == quantity.width;
+  }
+  std::uint64_t counted = record.failed.size();
+  for (std::size_t at = 0; same && at < there.count.size(); ++at) {
+    same = there.count[at] <= samples_in_block(spec, first + static_cast<int>(at), groups_of(spec));
+    counted += there.count[at];
+  }
+  // A command to be pasted into a shell: nothing but flags and numbers.
+  same = same && std::all_of(record.failed.begin(), record.failed.end(), [](const FailedSample& one) {
+           return one.replay.starts_with("granuscope sample ") &&
+                  one.replay.find_first_not_of(
+                      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789 .=+-_") == std::string::npos;
+         });
+  if (same && counted <= spec.response.samples) return;
+  throw InputError(
+      fmt::format("'{}' holds other blocks, layers, quantities, samples or failures than its configuration says: it is "
+                  "damaged, or another program wrote it; make the file again",
+                  file.string()));
 }
 
 SamplerSpec measured_sampler(const EnsembleSpec& spec) {
@@ -148,9 +179,9 @@ thread_local bool inside_body = false;
 }  // namespace
 
 void for_each_index(std::size_t count, int threads, const std::function<void(std::size_t)>& body) {
-  const std::size_t allowed = threads > 0 ? static_cast<std::size_t>(threads) : std::thread::hardware_concurrency();
   // Threads without work would still be started, thousands of them in the worst case.
-  const std::size_t wanted = inside_body ? 1 : std::clamp<std::size_t>(count, 1, std::max<std::size_t>(1, allowed));
+  const std::size_t wanted =
+      inside_body ? 1 : std::clamp<std::size_t>(count, 1, static_cast<std::size_t>(worker_count(threads)));
 
   std::atomic<std::size_t> next = 0;
   std::atomic<bool> failed = false;

@@ -1,6 +1,7 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <optional>
 
@@ -21,6 +22,11 @@ EnsembleRecord run_ensemble(const EnsembleSpec& spec, int threads, Progress* pro
 EnsembleRecord begin_ensemble(const EnsembleSpec& spec);
 /// or only some of its blocks, which come out as those of the whole;
 EnsembleRecord begin_blocks(const EnsembleSpec& spec, int first, int blocks);
+
+/// Holds what a file says of its sums against what the spec makes of them: blocks, layers, quantities, numbers of
+/// samples. Throws InputError naming the file if it is something else.
+void require_shape(const std::filesystem::path& file, const EnsembleRecord& record, const EnsembleSpec& spec, int first,
+                   int blocks);
 /// then those of the groups from .. to-1 (ensemble_spec.h) that its blocks hold are added to it. Each group once and in
 /// order, in pieces of whatever size, up to groups_of(spec): the bytes of run_ensemble. What an exception leaves is of
 /// no use.

@@ -4,23 +4,106 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cmath>
+#include <array>
 #include <functional>
+#include <iterator>
 #include <numeric>
+#include <sstream>
 
 #include "ensemble/fluctuation_estimator.h"
 #include "sampling/random_key.h"
 #include "support/error.h"
+#include "support/names.h"
 #include "support/plain_text.h"
 
 namespace granuscope {
-std::string name_of(Load load) { return load == Load::uniform ? "uniform" : "point"; }
+namespace {
 
-Load load_named(const std::string& name) {
-  for (Load load : {Load::uniform, Load::point}) {
-    if (name_of(load) == name) return load;
-  }
-  throw InputError(fmt::format("there is no load \"{}\": known are uniform and point", name));
+constexpr Names<Load, 2> load_names{{{Load::uniform, "uniform"}, {Load::point, "point"}}};
+constexpr Names<EstimatorName, 4> estimator_names{{{EstimatorName::point, "point"},
+                                                   {EstimatorName::paired, "paired"},
+                                                   {EstimatorName::multiplexed, "multiplexed"},
+                                                   {EstimatorName::fluctuation, "fluctuation"}}};
+
+}  // namespace
+
+std::string name_of(Load load) { return name_in(load_names, load); }
+Load load_named(const std::string& name) { return named_in(load_names, name, "load"); }
+std::string name_of(EstimatorName estimator) { return name_in(estimator_names, estimator); }
+EstimatorName estimator_named(const std::string& name) { return named_in(estimator_names, name, "estimator"); }
+
+std::vector<Key> keys_of(ResponseSpec& spec) {
+  const std::string table = "response", estimator = "estimator", multiplexed = name_of(EstimatorName::multiplexed),
+                    fluctuation = name_of(EstimatorName::fluctuation);
+  const std::vector<std::string> loaded = {name_of(EstimatorName::point), name_of(EstimatorName::paired)};
+  return {
+      make_name_key(
+          table, estimator,
+          "point: overloaded piles minus the uniform load; paired: each pile solved with and without the overload, "
+          "keeping its random numbers; multiplexed: all top loads varied at random, the linear response by "
+          "correlation; "
+          "fluctuation: no load, the linear response from how fluctuations travel down (needs deeper piles)",
+          spec.estimator, estimator_named),
+      make_key(table, "overload", "loads of one top bead", "extra force on the middle top bead (point, paired)",
+               spec.overload,
+               KeyRange{.why = "the response is divided by the overload, and the load of its neighbours is 1 (the "
+                               "paper has 1)"}
+                   .within(1e-6, 1e6))
+          .only_under(estimator, loaded, Elsewhere::ignored),
+      make_key(table, "epsilon", "loads of one top bead",
+               "by how much each top load is raised or lowered (multiplexed)", spec.epsilon,
+               KeyRange{.why = "some top beads carry 1 - epsilon, and one without load has no solution beside loaded "
+                               "ones at small friction, while the response is divided by epsilon (0.25 is usual)"}
+                   .within(least_epsilon, epsilon_limit)
+                   .below(epsilon_limit))
+          .only_under(estimator, {multiplexed}, Elsewhere::ignored),
+      make_key(
+          table, "opposite", "",
+          "multiplexed: draw each pile once more with all variations reversed, from the same random numbers, and take "
+          "half the difference; twice the work, and worth it at small epsilon or mu",
+          spec.opposite)
+          .only_under(estimator, {multiplexed}),
+      make_key(table, "sign_run", "beads",
+               "multiplexed: so many neighbouring top beads, or one more, are raised or lowered together (1: each by "
+               "itself); 2 or 3 measure peaks wider than a bead better",
+               spec.sign_run, KeyRange{.least = 1})
+          .only_under(estimator, {multiplexed}),
+      make_key(
+          table, "reference_lag", "layers",
+          "fluctuation: layers from a base layer down to the reference layer, from which the deeper ones are followed",
+          spec.reference_lag, KeyRange{.why = "24 is usual, fewer than 12 are biased"}.within(0, most_reference_lag))
+          .only_under(estimator, {fluctuation}, Elsewhere::left_out),
+      make_key(table, "first_base", "layer",
+               "fluctuation: shallowest base layer; 0: where fluctuations are saturated, 0.6/mu^2, at least 60 and at "
+               "most 2000, or of three legs that push twice the deepest lag",
+               spec.first_base, KeyRange{}.within(0, most_first_base))
+          .only_under(estimator, {fluctuation}, Elsewhere::left_out),
+      make_key(table, "base_step", "layers", "fluctuation: distance of the base layers", spec.base_step,
+               KeyRange{.why = "6 is usual"}.within(1, most_base_step))
+          .only_under(estimator, {fluctuation}, Elsewhere::left_out),
+      make_key(table, "samples", "piles", "piles per friction coefficient, at least eight per block", spec.samples,
+               KeyRange{}.within(group_size * min_blocks, most_samples)),
+      make_key(table, "blocks", "blocks", "blocks of the jackknife, each of whole groups of eight piles", spec.blocks,
+               KeyRange{.why = "fewer than 8 give no reliable standard error, and more than 10000 no better one (32 is "
+                               "usual)"}
+                   .within(min_blocks, most_blocks)),
+  };
+}
+
+std::vector<Key> keys_of(EnsembleSpec& spec) {
+  std::vector<Key> keys = keys_of(spec.sampler);
+  // Behind the others, as the chain of the law polytope came later than they did.
+  std::stable_partition(keys.begin(), keys.end(), [](const Key& key) {
+    return key.only.names != std::vector<std::string>{name_of(Law::polytope)};
+  });
+  const auto behind_law = keys.begin() + 1;
+  keys.insert(behind_law, make_key("friction", "mu", "", "friction coefficient, 0 <= mu < sqrt(3)", spec.sampler.mu));
+  const auto append = [&](std::vector<Key> more) { std::move(more.begin(), more.end(), std::back_inserter(keys)); };
+  append(keys_of(spec.lattice));
+  append({make_name_key("response", "load", "uniform: 1 on every top bead; point: 1 + overload on the middle one",
+                        spec.load, load_named)});
+  append(keys_of(spec.response));
+  return keys;
 }
 
 SampleRange samples_of(const EnsembleSpec& spec, std::uint64_t group) {
@@ -130,50 +213,62 @@ Problem find_problem(const EnsembleSpec& spec) {
 
 void validate(const EnsembleSpec& spec) { refuse(find_problem(spec)); }
 
+namespace {
+
+/// Of loads and beads that most ensembles do not have: left out where it is 0.
+bool is_tilt(const Key& key) {
+  return key.name == "load_angle" || key.name == "load_offset" || key.name == "bead_weight";
+}
+
+/// Counted up when the sums of an estimator came to hold more.
+std::string versions_of_sums(const EnsembleSpec& spec) {
+  return std::string(spec.response.estimator == EstimatorName::paired ? "paired_sums=3\n" : "") +
+         (spec.record_H ? "multiplexed_sums=2\n" : "");
+}
+
+}  // namespace
+
 std::string configuration_text(const EnsembleSpec& spec) {
-  const auto& [sampler, lattice, response, load, layers, record_profiles, record_H] = spec;
-  const bool multiplexed = response.estimator == EstimatorName::multiplexed;
-  const bool overloaded = loads_one_bead(response.estimator) && load == Load::point;
-  std::string text;
-  const auto add = [&](const char* key, const auto& value) { text += fmt::format("{}={}\n", key, value); };
-  add("sampling_version", sampling_version);
-  text += configuration_text(sampler.model);
-  add("law", name_of(sampler.law));
-  add("mu", exact(sampler.mu));
-  add("seed", sampler.seed);
-  if (sampler.load_angle != 0) add("load_angle", exact(sampler.load_angle));
-  if (sampler.load_offset != 0) add("load_offset", exact(sampler.load_offset));
-  if (sampler.bead_weight != 0) add("bead_weight", exact(sampler.bead_weight));
-  add("effort", exact(sampler.effort));
-  add("max_tries", sampler.max_tries);
-  add("layer_order", name_of(sampler.order));
-  add("repair_rules", name_of(sampler.rules));
-  add("lambda", exact(sampler.lambda));
-  add("burn_in", sampler.burn_in);
-  add("thinning", sampler.thinning);
-  add("columns", lattice.columns);
-  add("layers", lattice.layers);
-  add("load", name_of(load));
-  add("estimator", name_of(response.estimator));
-  // What an estimator does not use changes no number.
-  add("overload", overloaded ? exact(response.overload) : "0");
-  add("epsilon", multiplexed ? exact(response.epsilon) : "0");
-  add("opposite", response.opposite);
-  add("sign_run", response.sign_run);
-  if (response.estimator == EstimatorName::fluctuation) {
-    add("reference_lag", response.reference_lag);
-    add("first_base", response.first_base);
-    add("base_step", response.base_step);
+  EnsembleSpec copy = spec;  // keys could set what they print
+  const std::vector<Key> keys = keys_of(copy);
+  std::string text = fmt::format("sampling_version={}\n{}", sampling_version, configuration_text(spec.sampler.model));
+  for (const Key& key : keys) {
+    const bool counting = counts(key, keys) && !(key.name == "overload" && spec.load != Load::point);
+    if (!counting && key.only.elsewhere == Elsewhere::left_out) continue;
+    if (is_tilt(key) && std::get<double>(key.get()) == 0) continue;
+    if (key.name == "samples") text += versions_of_sums(spec);
+    // What an estimator ignores changes no number.
+    text += fmt::format("{}={}\n", key.name, !counting && key.only.elsewhere == Elsewhere::ignored ? "0" : key.text());
   }
-  // Files of before hold no forces of redrawn beads.
-  if (response.estimator == EstimatorName::paired) add("paired_sums", 3);
-  // Files of before hold no response of H.
-  if (record_H) add("multiplexed_sums", 2);
-  add("samples", response.samples);
-  add("blocks", response.blocks);
-  add("recorded_layers", fmt::format("{}", fmt::join(recorded_layers(spec), ",")));
-  add("profiles", record_profiles);
-  return text;
+  return text +
+         fmt::format("recorded_layers={}\nprofiles={}\n", fmt::join(recorded_layers(spec), ","), spec.record_profiles);
+}
+
+EnsembleSpec ensemble_configured(const std::string& configuration) {
+  EnsembleSpec spec;
+  const std::vector<Key> keys = keys_of(spec);
+  for (std::size_t at = 0, end = 0; (end = configuration.find('\n', at)) != std::string::npos; at = end + 1) {
+    const std::size_t equals = std::min(configuration.find('=', at), end);
+    const std::string name = configuration.substr(at, equals - at);
+    const std::string value = equals == end ? "" : configuration.substr(equals + 1, end - equals - 1);
+    try {
+      if (read_configuration(spec.sampler.model, name, value)) continue;
+      if (const Key* key = find_key(keys, name)) {
+        if (key->only.elsewhere != Elsewhere::ignored || counts(*key, keys)) key->read(value);
+      } else if (name == "recorded_layers") {
+        std::istringstream numbers(value);
+        for (std::string layer; std::getline(numbers, layer, ',');)
+          key_fields::from_text(spec.layers.emplace_back(), layer);
+      } else if (name == "profiles") {
+        key_fields::from_text(spec.record_profiles, value);
+      } else if (name == "multiplexed_sums") {
+        spec.record_H = true;
+      }
+    } catch (const InputError& error) {
+      throw InputError(fmt::format("{}: {}", name, error.what()));
+    }
+  }
+  return spec;
 }
 
 std::vector<double> top_load(const EnsembleSpec& spec) {
@@ -186,105 +281,56 @@ std::vector<double> top_load(const EnsembleSpec& spec) {
 
 namespace {
 
-/// Of the models whose piles can fail.
-std::string flags_of_model(const SamplerSpec& sampler) {
-  if (sampler.model.is_beads()) return "--law " + name_of(sampler.law);
-  const DilutedBeadsSpec& diluted = sampler.model.diluted_beads;
-  return fmt::format("--model {} --opened-share {} --least-slack {}", name_of(sampler.model.name), exact(diluted.share),
-                     exact(diluted.least_slack));
+/// " --load-angle=-3", " --opposite"; nothing for a switch that is off.
+std::string flag_with_value(const Key& key) {
+  const std::string value = key.text();
+  if (std::holds_alternative<bool>(key.get())) return value == "true" ? " " + flag_of(key) : "";
+  return fmt::format(" {}{}{}", flag_of(key), value.starts_with('-') ? "=" : " ", value);
 }
 
 }  // namespace
 
 std::string replay_command(const EnsembleSpec& spec, std::uint64_t sample) {
-  const EstimatorName estimator = spec.response.estimator;
-  const bool multiplexed = estimator == EstimatorName::multiplexed;
-  const std::string load = estimator == EstimatorName::point         ? name_of(spec.load)
-                           : estimator == EstimatorName::fluctuation ? name_of(Load::uniform)
-                                                                     : name_of(estimator);
-  std::string command =
-      fmt::format("granuscope sample {} --mu {} --columns {} --layers {} --load {}", flags_of_model(spec.sampler),
-                  exact(spec.sampler.mu), spec.lattice.columns, spec.lattice.layers, load);
-  if (multiplexed) command += fmt::format(" --epsilon {}", exact(spec.response.epsilon));
-  if (spec.response.opposite) command += " --opposite";
-  if (spec.response.sign_run != 1) command += fmt::format(" --sign-run {}", spec.response.sign_run);
-  if (loads_one_bead(estimator) && spec.load == Load::point && spec.response.overload != 1.0)
-    command += fmt::format(" --overload {}", exact(spec.response.overload));
-  if (spec.sampler.load_angle != 0) command += fmt::format(" --load-angle={}", exact(spec.sampler.load_angle));
-  if (spec.sampler.load_offset != 0) command += fmt::format(" --load-offset={}", exact(spec.sampler.load_offset));
-  if (spec.sampler.bead_weight != 0) command += fmt::format(" --bead-weight {}", exact(spec.sampler.bead_weight));
-  if (spec.sampler.effort != SamplerSpec{}.effort) command += fmt::format(" --effort {}", exact(spec.sampler.effort));
-  if (spec.sampler.max_tries != SamplerSpec{}.max_tries)
-    command += fmt::format(" --max-tries {}", spec.sampler.max_tries);
-  if (spec.sampler.law == Law::polytope) {
-    command += fmt::format(" --lambda {}", exact(spec.sampler.lambda));
-    if (spec.sampler.burn_in > 0) command += fmt::format(" --burn-in {}", spec.sampler.burn_in);
-    if (spec.sampler.thinning > 0) command += fmt::format(" --thinning {}", spec.sampler.thinning);
+  constexpr std::array always = {"law", "mu", "columns", "layers", "seed"};
+  constexpr std::array of_many = {"estimator", "samples", "blocks"};  // and not of one pile
+  EnsembleSpec copy = spec, usual;                                    // keys could set what they print
+  const std::vector<Key> keys = keys_of(copy), usual_keys = keys_of(usual), of_model = keys_of(copy.sampler.model);
+  std::string command = "granuscope sample";
+  if (!spec.sampler.model.is_beads()) {  // of the models whose piles can fail
+    command += fmt::format(" --model {}", name_of(spec.sampler.model.name));
+    for (const char* name : {"opened_share", "least_slack"}) command += flag_with_value(*find_key(of_model, name));
   }
-  if (spec.sampler.rules != SamplerSpec{}.rules) command += " --repair-rules " + name_of(spec.sampler.rules);
-  if (spec.sampler.order != SamplerSpec{}.order) command += " --layer-order " + name_of(spec.sampler.order);
-  return command + fmt::format(" --seed {} --sample {} --out pile.h5", spec.sampler.seed, sample);
+  for (const Key& key : keys) {
+    const auto one_of = [&](const auto& names) {
+      return std::find(names.begin(), names.end(), key.name) != names.end();
+    };
+    if (key.name == "load") {
+      command +=
+          " --load " + (spec.response.estimator == EstimatorName::point         ? name_of(spec.load)
+                        : spec.response.estimator == EstimatorName::fluctuation ? name_of(Load::uniform)
+                                                                                : name_of(spec.response.estimator));
+    }
+    if (key.name == "load" || (key.name == "law" && !spec.sampler.model.is_beads()) || one_of(of_many)) continue;
+    const bool usual_value = key.text() == find_key(usual_keys, key.name)->text();
+    if (key.only.elsewhere == Elsewhere::left_out || !counts(key, keys) || (usual_value && !one_of(always))) continue;
+    command += flag_with_value(key);
+  }
+  return command + fmt::format(" --sample {} --out pile.h5", sample);
 }
 
 int longest_run(const LatticeSpec& lattice) { return std::max(1, lattice.columns / 8); }
 
 Problem find_problem(const ResponseSpec& spec, const LatticeSpec& lattice) {
-  if (!(spec.epsilon >= least_epsilon && spec.epsilon < epsilon_limit)) {
-    return problem(
-        "epsilon",
-        "{} cannot be measured: some top beads carry 1 - epsilon, and one without load has no solution beside "
-        "loaded ones at small friction, while the response is divided by epsilon; give {} to less than {} "
-        "(0.25 is usual)",
-        spec.epsilon, least_epsilon, epsilon_limit);
-  }
-  if (spec.estimator != EstimatorName::multiplexed && (spec.opposite || spec.sign_run != ResponseSpec{}.sign_run)) {
-    return problem(spec.opposite ? "opposite" : "sign_run",
-                   "it belongs to the estimator multiplexed and would change nothing under {}; leave it out, or "
-                   "choose that estimator",
-                   name_of(spec.estimator));
-  }
-  const ResponseSpec usual;
-  if (spec.estimator != EstimatorName::fluctuation &&
-      (spec.reference_lag != usual.reference_lag || spec.first_base != usual.first_base ||
-       spec.base_step != usual.base_step)) {
-    return problem(spec.reference_lag != usual.reference_lag ? "reference_lag"
-                   : spec.first_base != usual.first_base     ? "first_base"
-                                                             : "base_step",
-                   "it belongs to the estimator fluctuation and would change nothing under {}; leave it out, or choose "
-                   "that estimator",
-                   name_of(spec.estimator));
-  }
-  if (spec.reference_lag < 0 || spec.reference_lag > most_reference_lag) {
-    return problem("reference_lag",
-                   "{} layers cannot be measured; give 0 to {} (24 is usual, fewer than 12 are biased)",
-                   spec.reference_lag, most_reference_lag);
-  }
-  if (spec.first_base < 0 || spec.first_base > most_first_base) {
-    return problem("first_base", "layer {} is no base; give 0 (where the fluctuations are saturated) to {}",
-                   spec.first_base, most_first_base);
-  }
-  if (spec.base_step < 1 || spec.base_step > most_base_step) {
-    return problem("base_step", "{} layers between two bases; give 1 to {} (6 is usual)", spec.base_step,
-                   most_base_step);
-  }
-  if (spec.sign_run < 1 || spec.sign_run > longest_run(lattice)) {
+  ResponseSpec copy = spec, usual;  // keys could set what they check
+  const std::vector<Key> keys = keys_of(copy);
+  if (auto found = find_range_problem(keys, {"samples"})) return found;
+  if (auto found = find_idle_problem(keys, keys_of(usual))) return found;
+  if (spec.sign_run > longest_run(lattice)) {
     return problem(
         "sign_run",
         "{} beads: a run has at least one, and where fewer than eight runs fit into a ring of {} columns the "
         "long waves meet hardly any load that differs; give 1 to {} (1 to 3 is usual)",
         spec.sign_run, lattice.columns, longest_run(lattice));
-  }
-  if (!(std::isfinite(spec.overload) && spec.overload >= least_overload && spec.overload <= most_overload)) {
-    return problem("overload",
-                   "{} cannot be measured: the response is divided by the overload, and the load "
-                   "of its neighbours is 1; give {} to {} (the paper has 1)",
-                   spec.overload, least_overload, most_overload);
-  }
-  if (spec.blocks < min_blocks || spec.blocks > most_blocks) {
-    return problem("blocks",
-                   "{} blocks: fewer than {} give no reliable standard error, and more than {} no "
-                   "better one; give {} to {} (32 is usual)",
-                   spec.blocks, min_blocks, most_blocks, min_blocks, most_blocks);
   }
   const std::uint64_t least = group_size * static_cast<std::uint64_t>(spec.blocks - 1) + 1;
   if (spec.samples > most_samples) {

@@ -6,6 +6,7 @@
 #include "model/lattice.h"
 #include "sampling/sampler_spec.h"
 #include "support/error.h"
+#include "support/key.h"
 
 namespace granuscope {
 /// How the top is loaded.
@@ -26,11 +27,10 @@ enum class EstimatorName {
 inline constexpr std::uint64_t group_size = 8;
 
 // Limits of ResponseSpec.
-inline constexpr double least_epsilon = 1e-6, epsilon_limit = 1;     ///< the latter is outside
-inline constexpr double least_overload = 1e-6, most_overload = 1e6;  ///< loads of one top bead
-inline constexpr int min_blocks = 8;                                 ///< fewest that give a standard error
-inline constexpr int most_blocks = 10'000;                           ///< more give no better one
-inline constexpr std::uint64_t most_samples = 1'000'000'000;         ///< of one seed
+inline constexpr double least_epsilon = 1e-6, epsilon_limit = 1;  ///< the latter is outside
+inline constexpr int min_blocks = 8;                              ///< fewest that give a standard error
+inline constexpr int most_blocks = 10'000;                        ///< more give no better one
+inline constexpr std::uint64_t most_samples = 1'000'000'000;      ///< of one seed
 inline constexpr int most_reference_lag = 1000, most_base_step = 1000, most_first_base = 1'000'000;  ///< layers
 /// Largest sign_run: several runs must fit into a layer.
 int longest_run(const LatticeSpec& lattice);
@@ -67,6 +67,9 @@ inline double load_size(const ResponseSpec& spec) {
   return spec.estimator == EstimatorName::multiplexed ? spec.epsilon : spec.overload;
 }
 
+/// [response], bound to the spec.
+std::vector<Key> keys_of(ResponseSpec& spec);
+
 /// The first number out of range on this lattice, or that would change nothing.
 Problem find_problem(const ResponseSpec& spec, const LatticeSpec& lattice);
 
@@ -92,6 +95,10 @@ struct EnsembleSpec {
   bool record_H = false;
 };
 
+/// What an ensemble is told by, but for its model and what is recorded, bound to the spec: the keys of its parts, and
+/// mu and the load, which experiments have elsewhere. In the order of its configuration.
+std::vector<Key> keys_of(EnsembleSpec& spec);
+
 /// Why the estimator cannot measure beads that have a weight of their own, if it cannot.
 Problem find_gravity_problem(const SamplerSpec& sampler, const ResponseSpec& response);
 
@@ -103,6 +110,9 @@ void validate(const EnsembleSpec& spec);
 
 /// Canonical text of everything the ensemble's numbers depend on. Equal text, equal numbers.
 std::string configuration_text(const EnsembleSpec& spec);
+
+/// The ensemble of such a text, whose lines of another meaning are skipped. Throws InputError "key: what is wrong".
+EnsembleSpec ensemble_configured(const std::string& configuration);
 
 /// The layers whose sums are kept, ascending: those asked for, or all; multiplexed always keeps layer 0, which holds
 /// the spectrum of its loads. Of the estimator fluctuation they are lags, of which it always keeps 0.

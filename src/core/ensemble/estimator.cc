@@ -17,28 +17,6 @@ using enum EstimatorName;
 
 }  // namespace
 
-std::string name_of(EstimatorName estimator) {
-  switch (estimator) {
-    case paired:
-      return "paired";
-    case multiplexed:
-      return "multiplexed";
-    case fluctuation:
-      return "fluctuation";
-    case point:
-      break;
-  }
-  return "point";
-}
-
-EstimatorName estimator_named(const std::string& name) {
-  for (EstimatorName estimator : {point, paired, multiplexed, fluctuation}) {
-    if (name_of(estimator) == name) return estimator;
-  }
-  throw InputError(fmt::format(
-      "there is no estimator \"{}\": known are point, paired, multiplexed and fluctuation; choose one of them", name));
-}
-
 std::vector<QuantityShape> quantities_of(const EnsembleSpec& spec) {
   switch (spec.response.estimator) {
     case paired:

@@ -19,6 +19,17 @@ Problem find_problem(const LatticeSpec& spec) {
   return {};
 }
 
+std::vector<Key> keys_of(LatticeSpec& spec) {
+  return {
+      make_key("lattice", "columns", "beads", "beads per layer, periodic in x; even or odd", spec.columns,
+               KeyRange{}.within(fewest_columns, most_columns)),
+      make_key("lattice", "layers", "layers",
+               "layers computed; the lowest 20 of beads (5 of diluted ones) follow another law, since no failure below "
+               "reaches up into them, and are not used",
+               spec.layers, KeyRange{}.within(4, most_layers)),
+  };
+}
+
 Lattice::Lattice(LatticeSpec spec) : spec_(spec) { refuse(find_problem(spec)); }
 
 double Lattice::x(int layer, int bead) const {

@@ -2,6 +2,7 @@
 #include <cstddef>
 
 #include "support/error.h"
+#include "support/key.h"
 
 namespace granuscope {
 /// Size of a pile. Layers counts the layers computed, not only those that are used.
@@ -13,6 +14,12 @@ struct LatticeSpec {
 /// Around a ring of fewer beads a bead is its own neighbour.
 inline constexpr int fewest_columns = 4;
 inline constexpr int fewest_layers = 1;
+
+/// Of an experiment: beyond them a slip of the keyboard is more likely than an intention.
+inline constexpr int most_columns = 1'000'000, most_layers = 1'000'000;
+
+/// [lattice], bound to the spec, with the ranges of experiments: a lattice by itself may be smaller and larger.
+std::vector<Key> keys_of(LatticeSpec& spec);
 
 /// Where the rows of a model lie. Lengths in bead diameters: neighbours in a row are 1 apart.
 struct RowGeometry {

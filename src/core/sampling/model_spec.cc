@@ -2,47 +2,26 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
+#include <algorithm>
 #include <stdexcept>
-#include <utility>
 
 #include "support/error.h"
+#include "support/names.h"
 #include "support/plain_text.h"
 
 namespace granuscope {
 namespace {
 
-template <typename Choice>
-using Name = std::pair<Choice, const char*>;
-
-constexpr std::array<Name<ModelName>, all_models.size()> model_names{{{ModelName::frictional_beads, "frictional-beads"},
-                                                                      {ModelName::q_model, "q-model"},
-                                                                      {ModelName::three_leg, "three-leg"},
-                                                                      {ModelName::stochastic_osl, "stochastic-osl"},
-                                                                      {ModelName::diluted_beads, "diluted-beads"}}};
-constexpr std::array<Name<SplitLaw>, 3> split_names{
+constexpr Names<ModelName, all_models.size()> model_names{{{ModelName::frictional_beads, "frictional-beads"},
+                                                           {ModelName::q_model, "q-model"},
+                                                           {ModelName::three_leg, "three-leg"},
+                                                           {ModelName::stochastic_osl, "stochastic-osl"},
+                                                           {ModelName::diluted_beads, "diluted-beads"}}};
+constexpr Names<SplitLaw, 3> split_names{
     {{SplitLaw::uniform, "uniform"}, {SplitLaw::critical, "critical"}, {SplitLaw::beta, "beta"}}};
-constexpr std::array<Name<NoiseLaw>, 2> noise_names{{{NoiseLaw::uniform, "uniform"}, {NoiseLaw::gaussian, "gaussian"}}};
-constexpr std::array<Name<MiddleLaw>, 3> middle_names{
+constexpr Names<NoiseLaw, 2> noise_names{{{NoiseLaw::uniform, "uniform"}, {NoiseLaw::gaussian, "gaussian"}}};
+constexpr Names<MiddleLaw, 3> middle_names{
     {{MiddleLaw::free, "free"}, {MiddleLaw::positive, "positive"}, {MiddleLaw::clipped, "clipped"}}};
-
-template <typename Choice, std::size_t count>
-std::string name_in(const std::array<Name<Choice>, count>& names, Choice choice) {
-  for (const auto& [one, name] : names) {
-    if (one == choice) return name;
-  }
-  return {};
-}
-
-template <typename Choice, std::size_t count>
-Choice named_in(const std::array<Name<Choice>, count>& names, const std::string& wanted, const char* what) {
-  std::string known;
-  for (const auto& [one, name] : names) {
-    if (name == wanted) return one;
-    known += (known.empty() ? "" : ", ") + std::string(name);
-  }
-  throw InputError(fmt::format("there is no {} \"{}\": known are {}", what, wanted, known));
-}
 
 bool has_free_noise(const ModelSpec& model) {
   return model.name == ModelName::three_leg && model.three_leg.law != MiddleLaw::positive;
@@ -50,43 +29,20 @@ bool has_free_noise(const ModelSpec& model) {
 
 constexpr std::array<const char*, 2> three_leg_extras = {"middle", "traction"};
 
-Problem find_cell_problem(const std::string& table, int cell_columns, int cell_rows, const LatticeSpec& lattice) {
-  constexpr int most_rows = 1000;
-  if (cell_columns < 1 || lattice.columns % cell_columns != 0 || cell_columns > lattice.columns / 4) {
+Problem find_cell_problem(const std::string& table, int cell_columns, const LatticeSpec& lattice) {
+  if (lattice.columns % cell_columns != 0 || cell_columns > lattice.columns / 4) {
     return problem(table + ".cell_columns",
                    "cells of {} columns do not fill a ring of {}, of which at least four must fit, so that the noise "
                    "would not be the same everywhere; give a divisor of it",
                    cell_columns, lattice.columns);
   }
-  if (cell_rows < 1 || cell_rows > most_rows) {
-    return problem(table + ".cell_rows", "cells cannot be {} rows high; give 1 to {}", cell_rows, most_rows);
-  }
   return {};
 }
 
-Problem find_problem(const QModelSpec& spec) {
-  if (spec.disorder >= 0 && spec.disorder <= 1) return {};
-  return problem("q_model.disorder",
-                 "with {} times the deviation of its law from 1/2 a share would leave [0, 1]; give 0 to 1",
-                 spec.disorder);
-}
-
 Problem find_problem(const ThreeLegSpec& spec, const LatticeSpec& lattice) {
-  if (!(spec.middle >= 0 && spec.middle < 1)) {
-    return problem("three_leg.middle",
-                   "{} is no share of a force that leaves something for the outer legs; give 0 to "
-                   "below 1",
-                   spec.middle);
-  }
   if (!(spec.noise >= 0 && spec.noise <= spec.middle && spec.middle + spec.noise <= 1)) {
     return problem("three_leg.noise", "the share of the middle leg would leave [0, 1] with {} +- {}; give at most {}",
                    spec.middle, spec.noise, std::min(spec.middle, 1 - spec.middle));
-  }
-  if (!(spec.share > 0 && spec.share <= 1)) {
-    return problem("three_leg.share",
-                   "{} of the largest share is none, or more than the legs can bear; give above 0 "
-                   "to 1",
-                   spec.share);
   }
   const bool cells = spec.cell_columns != 1 || spec.cell_rows != 1;
   if (cells && spec.law != MiddleLaw::free) {
@@ -95,11 +51,10 @@ Problem find_problem(const ThreeLegSpec& spec, const LatticeSpec& lattice) {
                    "cells at 1, or choose free",
                    name_of(spec.law));
   }
-  return find_cell_problem("three_leg", spec.cell_columns, spec.cell_rows, lattice);
+  return find_cell_problem("three_leg", spec.cell_columns, lattice);
 }
 
 Problem find_problem(const StochasticOslSpec& spec, const LatticeSpec& lattice) {
-  constexpr int finest_grid = 16;
   // Cut at four standard deviations, a Gaussian loses a thousandth of its variance.
   constexpr double most_gaussian = 0.25;
   if (spec.noise == NoiseLaw::gaussian && !(spec.disorder >= 0 && spec.disorder <= most_gaussian)) {
@@ -108,38 +63,11 @@ Problem find_problem(const StochasticOslSpec& spec, const LatticeSpec& lattice) 
                    "and no wave propagates; give 0 to {}, or choose uniform noise",
                    spec.disorder, most_gaussian);
   }
-  // v = -1 would stop the waves; with rows sqrt(3)/2 apart the explicit scheme is stable up to v = 3.
-  const double most = 1 / std::sqrt(3.0);
-  if (!(spec.disorder >= 0 && spec.disorder < most)) {
-    return problem("stochastic_osl.disorder",
-                   "with a standard deviation of {} the uniform v would reach -1, where sigma_xx changes sign and no "
-                   "wave propagates; give 0 to below {:.4f}",
-                   spec.disorder, most);
-  }
-  if (spec.grid < 1 || spec.grid > finest_grid) {
-    return problem("stochastic_osl.grid",
-                   "{} nodes per bead diameter are none, or more than a test of convergence "
-                   "needs; give 1 to {}",
-                   spec.grid, finest_grid);
-  }
-  return find_cell_problem("stochastic_osl", spec.cell_columns, spec.cell_rows, lattice);
+  return find_cell_problem("stochastic_osl", spec.cell_columns, lattice);
 }
 
-Problem find_problem(const DilutedBeadsSpec& spec, const LatticeSpec& lattice) {
-  constexpr double most = 0.25;
+Problem find_diluted_problem(const LatticeSpec& lattice) {
   constexpr int most_beads = 2048;
-  if (!(spec.share >= 0 && spec.share < most)) {
-    return problem("diluted_beads.opened_share",
-                   "with a share of {} of the contacts opened there are at most as many unknowns as balances, 4 (1 - "
-                   "share) against 3 for each bead; give 0 to below {}",
-                   spec.share, most);
-  }
-  // sqrt 3 N is at most the load where it is the same everywhere.
-  if (!(spec.least_slack > 0 && spec.least_slack < tan30)) {
-    return problem("diluted_beads.least_slack",
-                   "not even an undiluted pile has a slack of {} in all contacts at once; give above 0 to below {:.4f}",
-                   spec.least_slack, tan30);
-  }
   if (static_cast<double>(lattice.columns) * lattice.layers > most_beads) {
     return problem("columns",
                    "{} x {} beads with opened contacts are solved as a whole, in a time that grows as the third power "
@@ -189,11 +117,26 @@ std::span<const char* const> extra_names(const ModelSpec& model) {
   return {};
 }
 
+namespace {
+
+/// "model.three_leg", which holds the keys of the model.
+std::string table_of(const ModelSpec& model) {
+  std::string table = "model." + name_of(model.name);
+  std::replace(table.begin(), table.end(), '-', '_');
+  return table;
+}
+
+}  // namespace
+
 Problem find_problem(const ModelSpec& model, const LatticeSpec& lattice) {
-  if (model.name == ModelName::q_model) return find_problem(model.q_model);
+  ModelSpec copy = model;  // keys could set what they check
+  for (const Key& key : keys_of(copy)) {
+    if (key.table != table_of(model)) continue;
+    if (auto found = find_range_problem(key)) return problem(key.path().substr(6), "{}", found->message);
+  }
   if (model.name == ModelName::three_leg) return find_problem(model.three_leg, lattice);
   if (model.name == ModelName::stochastic_osl) return find_problem(model.stochastic_osl, lattice);
-  if (model.name == ModelName::diluted_beads) return find_problem(model.diluted_beads, lattice);
+  if (model.name == ModelName::diluted_beads) return find_diluted_problem(lattice);
   return {};
 }
 
@@ -227,6 +170,23 @@ std::string configuration_text(const ModelSpec& model) {
                         exact(model.diluted_beads.least_slack));
   }
   return text;
+}
+
+bool read_configuration(ModelSpec& model, const std::string& name, const std::string& value) {
+  if (name == "model") {
+    model.name = model_named(value);
+    return true;
+  }
+  const std::string table = table_of(model);
+  bool known = false;
+  for (const Key& key : keys_of(model)) {
+    const std::size_t by = value.find('x');
+    const bool columns = key.name == "cell_columns", cells = name == "cells" && (columns || key.name == "cell_rows");
+    if (name == "law" || key.table != table || !(cells || key.name == (name == "middle_law" ? "law" : name))) continue;
+    key.read(!cells || by == std::string::npos ? value : columns ? value.substr(0, by) : value.substr(by + 1));
+    known = true;
+  }
+  return known;
 }
 
 std::span<const ModelParameter> model_parameters() {
@@ -264,32 +224,46 @@ std::vector<Key> keys_of(ModelSpec& model) {
                     "1), or beta, of density 6 q (1 - q)",
                     model.q_model.split, split_law_named),
       make_key("model.q_model", "disorder", "", "by how much of that q deviates from 1/2", model.q_model.disorder,
-               KeyRange{}.within(0, 1)),
+               KeyRange{.why = "a share would leave [0, 1]"}.within(0, 1)),
       make_name_key(
           three_leg, "law",
           "share p of the middle leg: free (middle +- noise), positive (up to a share of the largest with which "
           "no leg pulls) or clipped (middle +- noise, cut to that)",
           model.three_leg.law, middle_law_named),
-      make_key(three_leg, "middle", "", "free, clipped: mean of p", model.three_leg.middle),
+      make_key(three_leg, "middle", "", "free, clipped: mean of p", model.three_leg.middle,
+               KeyRange{.why = "something must be left for the outer legs"}.within(0, 1).below(1)),
       make_key(three_leg, "noise", "", "free, clipped: p is uniform on middle +- noise", model.three_leg.noise),
-      make_key(three_leg, "share", "", "positive: of the largest p, up to which p is uniform", model.three_leg.share),
+      make_key(three_leg, "share", "", "positive: of the largest p, up to which p is uniform", model.three_leg.share,
+               KeyRange{.why = "it is none, or more than the legs can bear"}.within(0, 1).above(0)),
       make_key(three_leg, "cell_columns", "columns", "free: width of the cells in which noise is the same",
-               model.three_leg.cell_columns),
-      make_key(three_leg, "cell_rows", "rows", "free: their height", model.three_leg.cell_rows),
+               model.three_leg.cell_columns, KeyRange{.least = 1}),
+      make_key(three_leg, "cell_rows", "rows", "free: their height", model.three_leg.cell_rows,
+               KeyRange{}.within(1, 1000)),
       make_name_key(osl, "noise", "v in sigma_xx = (1 + v) sigma_zz / 3: uniform or gaussian (cut at |v| = 1)",
                     model.stochastic_osl.noise, noise_law_named),
-      make_key(osl, "disorder", "", "standard deviation of v", model.stochastic_osl.disorder),
+      make_key(osl, "disorder", "", "standard deviation of v", model.stochastic_osl.disorder,
+               // v = -1 would stop the waves; with rows sqrt(3)/2 apart the explicit scheme is stable up to v = 3.
+               KeyRange{.why = "v would reach -1, where sigma_xx changes sign and no wave propagates"}
+                   .within(0, tan30)
+                   .below(tan30)),
       make_key(osl, "cell_columns", "bead diameters", "width of the cells in which noise is the same",
-               model.stochastic_osl.cell_columns),
-      make_key(osl, "cell_rows", "rows", "their height", model.stochastic_osl.cell_rows),
-      make_key(osl, "grid", "nodes per bead diameter", "fineness of the explicit scheme", model.stochastic_osl.grid),
-      make_key(diluted, "opened_share", "",
-               "of the contacts below the top layer that are opened, one after the other, each only if the pile stays "
-               "solvable",
-               model.diluted_beads.share),
-      make_key(diluted, "least_slack", "loads of one top bead",
-               "smallest N - |T|/mu that all closed contacts must be able to have at once",
-               model.diluted_beads.least_slack)};
+               model.stochastic_osl.cell_columns, KeyRange{.least = 1}),
+      make_key(osl, "cell_rows", "rows", "their height", model.stochastic_osl.cell_rows, KeyRange{}.within(1, 1000)),
+      make_key(osl, "grid", "nodes per bead diameter", "fineness of the explicit scheme", model.stochastic_osl.grid,
+               KeyRange{.why = "it is none, or more than a test of convergence needs"}.within(1, 16)),
+      make_key(
+          diluted, "opened_share", "",
+          "of the contacts below the top layer that are opened, one after the other, each only if the pile stays "
+          "solvable",
+          model.diluted_beads.share,
+          KeyRange{.why = "there would be at most as many unknowns as balances, 4 (1 - share) against 3 for each bead"}
+              .within(0, 0.25)
+              .below(0.25)),
+      make_key(
+          diluted, "least_slack", "loads of one top bead",
+          "smallest N - |T|/mu that all closed contacts must be able to have at once", model.diluted_beads.least_slack,
+          // sqrt 3 N is at most the load where it is the same everywhere.
+          KeyRange{.why = "not even an undiluted pile has so much in all contacts at once"}.above(0).below(tan30))};
 }
 
 std::string law_of(const ModelSpec& model) {

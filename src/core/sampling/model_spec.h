@@ -129,6 +129,9 @@ Problem find_problem(const ModelSpec& model, const LatticeSpec& lattice);
 /// Canonical text of everything that its numbers depend on, a line for each; nothing for the beads.
 std::string configuration_text(const ModelSpec& model);
 
+/// Takes one line of it, in the order of the text; false: it is none.
+bool read_configuration(ModelSpec& model, const std::string& name, const std::string& value);
+
 /// "frictional-beads", "q-model", "three-leg", "stochastic-osl", "diluted-beads". Those that take a name throw
 /// InputError with all.
 std::string name_of(ModelName name);

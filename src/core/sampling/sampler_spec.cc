@@ -5,18 +5,15 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <utility>
 
 #include "model/equilibrium.h"
 #include "model/lattice.h"
 #include "support/error.h"
+#include "support/names.h"
 #include "support/plain_text.h"
 
 namespace granuscope {
 namespace {
-
-template <typename Choice, std::size_t count>
-using Names = std::array<std::pair<Choice, const char*>, count>;
 
 constexpr Names<Law, all_laws.size()> law_names{{{Law::granusolve, "granusolve"},
                                                  {Law::eloy_clement, "eloy-clement"},
@@ -27,24 +24,6 @@ constexpr Names<RepairRules, 4> rules_names{{{RepairRules::all, "all"},
                                              {RepairRules::no_pair, "no-pair"},
                                              {RepairRules::no_arcs, "no-arcs"},
                                              {RepairRules::backtrack_only, "backtrack-only"}}};
-
-template <typename Choice, std::size_t count>
-std::string name_in(const Names<Choice, count>& names, Choice choice) {
-  for (const auto& [one, name] : names) {
-    if (one == choice) return name;
-  }
-  return {};
-}
-
-/// Throws InputError if there is none of that name; `what` and `known` say of what, and which there are.
-template <typename Choice, std::size_t count>
-Choice named_in(const Names<Choice, count>& names, const std::string& wanted, const char* what,
-                const std::string& known) {
-  for (const auto& [one, name] : names) {
-    if (name == wanted) return one;
-  }
-  throw InputError(fmt::format("there {} \"{}\": {}", what, wanted, known));
-}
 
 /// Whether friction bears loads on this line. Their torque returns in the second layer with the other sign, and what
 /// its mean bead cannot bear some bead cannot: admissible forces form a convex cone. Of the loads alone, so that it
@@ -70,13 +49,6 @@ double largest_offset(const FrictionCone& cone, double slope) {
 }
 
 Problem find_load_problem(const SamplerSpec& spec) {
-  if (!(std::abs(spec.load_angle) < load_angle_limit)) {
-    return problem(
-        "load_angle",
-        "a load {} degrees from the vertical cannot be borne: at {} it points along a contact, and the other "
-        "one bears nothing; give an angle between -{} and {}",
-        spec.load_angle, load_angle_limit, load_angle_limit, load_angle_limit);
-  }
   if ((spec.load_angle != 0 || spec.load_offset != 0) && !spec.model.is_beads()) {
     return problem("load_angle",
                    "the model {} has upright loads through the centres only; leave load_angle and load_offset at 0",
@@ -103,76 +75,84 @@ std::string name_of(RepairRules rules) { return name_in(rules_names, rules); }
 
 std::string law_of(const SamplerSpec& spec) { return spec.model.is_beads() ? name_of(spec.law) : law_of(spec.model); }
 
-std::string names_of_laws() {
-  std::string names;
-  for (std::size_t k = 0; k < all_laws.size(); ++k) {
-    names += (k == 0 ? "" : k + 1 == all_laws.size() ? " and " : ", ") + name_of(all_laws[k]);
-  }
-  return names;
-}
+Law law_named(const std::string& name) { return named_in(law_names, name, "law"); }
+LayerOrder layer_order_named(const std::string& name) { return named_in(order_names, name, "layer order"); }
+RepairRules repair_rules_named(const std::string& name) { return named_in(rules_names, name, "set of repair rules"); }
 
-Law law_named(const std::string& name) {
-  return named_in(law_names, name, "is no law", "known are " + names_of_laws());
-}
-
-LayerOrder layer_order_named(const std::string& name) {
-  return named_in(order_names, name, "is no layer order", R"(write "random" or "fixed")");
-}
-
-RepairRules repair_rules_named(const std::string& name) {
-  return named_in(rules_names, name, "are no repair rules", R"(write "all", "no-pair", "no-arcs" or "backtrack-only")");
+std::vector<Key> keys_of(SamplerSpec& spec) {
+  const std::string table = "sampling";
+  const std::string polytope = name_of(Law::polytope);
+  return {
+      make_name_key(
+          table, "law",
+          "what a random pile means: granusolve, polytope (small piles), or eloy-clement and rejection (tiny piles)",
+          spec.law, law_named),
+      make_key(table, "seed", "", "together with the sample's number the key of every random number", spec.seed,
+               KeyRange{.least = 0}),
+      make_key(table, "load_angle", "degrees",
+               "of the load on every top bead from the vertical, to the right > 0: a tilted pile; responses are still "
+               "averaged over mirror images",
+               spec.load_angle,
+               KeyRange{.why = "at 30 degrees a load points along a contact, and the other one bears nothing"}
+                   .above(-load_angle_limit)
+                   .below(load_angle_limit)),
+      make_key(table, "load_offset", "bead radii",
+               "how far to the right of their centres the loads act on the top beads: a torque, handed down with "
+               "alternating sign",
+               spec.load_offset, KeyRange{}.within(-2, 2)),
+      make_key(table, "bead_weight", "loads of one top bead",
+               "of every bead by itself: gravity, so that the mean weight grows with depth; responses are those to a "
+               "load at the top, as without it",
+               spec.bead_weight,
+               KeyRange{.why = "gravity points down, and beside beads so heavy the loads would be lost"}.within(
+                   0, most_bead_weight)),
+      make_key(
+          table, "effort", "solutions per bead",
+          "granusolve, eloy-clement: a pile counts as failed, by name, after this many bead solutions per bead",
+          spec.effort,
+          KeyRange{.why = "each bead is solved at least once, and every pile must end (200 is plenty)"}.within(1, 1e9)),
+      make_key(table, "max_tries", "piles", "rejection: a pile counts as failed, by name, after this many tries",
+               spec.max_tries,
+               KeyRange{.why = "every pile needs one, and a key of the random numbers counts no more"}.within(
+                   1, most_tries)),
+      make_key(
+          table, "lambda", "",
+          "polytope: piles have the density of the product of length^-lambda over the intervals of all beads; 0 is the "
+          "flat measure, 1 the law rejection",
+          spec.lambda, KeyRange{.why = "only what lies between these two is a law"}.within(0, 1))
+          .only_under("law", {polytope}),
+      make_key(
+          table, "burn_in", "sweeps",
+          "polytope: from the start of a chain to the first of its eight piles; 0: four times the autocorrelation time "
+          "that a pilot chain measures",
+          spec.burn_in, KeyRange{.why = "a chain counts no more sweeps"}.within(0, most_sweeps))
+          .only_under("law", {polytope}),
+      make_key(table, "thinning", "sweeps",
+               "polytope: from one of the eight piles of a chain to the next; 0: half that time", spec.thinning,
+               KeyRange{.why = "a chain counts no more sweeps"}.within(0, most_sweeps))
+          .only_under("law", {polytope}),
+      make_name_key(
+          table, "layer_order",
+          "random start and direction in each layer, or fixed (breaks the mirror symmetry: for comparison only)",
+          spec.order, layer_order_named),
+      make_name_key(table, "repair_rules",
+                    "granusolve: all, or without some of the rules that repair a failing bead (no-pair, no-arcs, "
+                    "backtrack-only: other laws, for comparison only)",
+                    spec.rules, repair_rules_named)
+          .only_under("law", {name_of(Law::granusolve)}),
+  };
 }
 
 Problem find_problem(const SamplerSpec& spec) {
-  if (!(spec.effort >= least_effort && spec.effort <= most_effort)) {
-    return problem("effort",
-                   "{} solutions per bead cannot work: each bead is solved at least once, and "
-                   "every pile must end; give {} to {} (200 is plenty)",
-                   spec.effort, least_effort, most_effort);
-  }
-  if (spec.max_tries < 1 || spec.max_tries > most_tries) {
-    return problem(
-        "max_tries",
-        "{} tries cannot work: every pile needs one, and a key of the random numbers counts no more than {}; "
-        "give 1 to {}",
-        spec.max_tries, most_tries, most_tries);
-  }
-  if (!(spec.lambda >= 0 && spec.lambda <= 1)) {
-    return problem("lambda",
-                   "{} is no exponent of the law polytope: 0 is the flat measure, 1 the law rejection, and only "
-                   "what lies between is a law; give 0 to 1",
-                   spec.lambda);
-  }
+  SamplerSpec copy = spec, usual;  // keys could set what they check
+  const std::vector<Key> keys = keys_of(copy);
+  if (auto found = find_range_problem(keys, {"seed"})) return found;
   if (auto found = find_load_problem(spec)) return found;
-  if (!(spec.bead_weight >= 0 && spec.bead_weight <= most_bead_weight)) {
-    return problem("bead_weight",
-                   "beads cannot weigh {} loads of one top bead: gravity points down, and beside so much the loads "
-                   "would be lost; give 0 to {}",
-                   spec.bead_weight, most_bead_weight);
-  }
   if (spec.bead_weight != 0 && !spec.model.is_beads()) {
     return problem("bead_weight", "the beads of the model {} have no weight of their own; leave bead_weight at 0",
                    name_of(spec.model.name));
   }
-  const SamplerSpec usual;
-  if (spec.law != Law::polytope &&
-      (spec.lambda != usual.lambda || spec.burn_in != usual.burn_in || spec.thinning != usual.thinning)) {
-    return problem("law",
-                   "lambda, burn_in and thinning belong to the law polytope and would change nothing under {}; "
-                   "leave them out, or choose that law",
-                   name_of(spec.law));
-  }
-  if (spec.law != Law::granusolve && spec.rules != usual.rules) {
-    return problem("repair_rules",
-                   "the repair rules {} belong to the law granusolve and would change nothing under {}; leave "
-                   "them out, or choose that law",
-                   name_of(spec.rules), name_of(spec.law));
-  }
-  if (spec.burn_in > most_sweeps || spec.thinning > most_sweeps) {
-    return problem(spec.burn_in > most_sweeps ? "burn_in" : "thinning",
-                   "a chain counts no more than {} sweeps; give fewer, or 0 to have them measured", most_sweeps);
-  }
-  return {};
+  return find_idle_problem(keys, keys_of(usual));
 }
 
 LoadLine load_line(const SamplerSpec& spec) {

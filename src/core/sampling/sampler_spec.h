@@ -8,15 +8,13 @@
 #include "model/pile.h"
 #include "sampling/model_spec.h"
 #include "support/error.h"
+#include "support/key.h"
 
 namespace granuscope {
 /// What "a random pile" means. The mean response depends on it, so it is a named choice.
 enum class Law { granusolve, eloy_clement, rejection, polytope };
 
 inline constexpr std::array<Law, 4> all_laws = {Law::granusolve, Law::eloy_clement, Law::rejection, Law::polytope};
-
-/// SamplerSpec::effort: each bead is solved at least once, and every pile must end.
-inline constexpr double least_effort = 1, most_effort = 1e9;
 
 /// Largest SamplerSpec::max_tries: the key of a random number has 24 bits for the attempt.
 inline constexpr std::uint64_t most_tries = (std::uint64_t{1} << 24) - 1;
@@ -66,6 +64,9 @@ inline constexpr double load_angle_limit = 30;
 /// Largest SamplerSpec::bead_weight: a top load counts for little beside it, and forces keep their digits.
 inline constexpr double most_bead_weight = 1000;
 
+/// [sampling], bound to the spec. Its mu is told elsewhere: by the ensemble, or by what an experiment scans.
+std::vector<Key> keys_of(SamplerSpec& spec);
+
 /// As the samplers take it.
 LoadLine load_line(const SamplerSpec& spec);
 
@@ -78,8 +79,6 @@ void validate(const SamplerSpec& spec);
 std::string name_of(Law law);
 /// Of any model: "granusolve", "three-leg, positive".
 std::string law_of(const SamplerSpec& spec);
-/// All of them, for messages and help: "granusolve, eloy-clement, rejection and polytope".
-std::string names_of_laws();
 /// Throws InputError naming the known laws.
 Law law_named(const std::string& name);
 

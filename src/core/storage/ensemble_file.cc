@@ -112,6 +112,25 @@ void describe_sums(Hdf5Writer& writer, const std::string& quantity, const Quanti
   }
 }
 
+/// What results depend on beside the numbers, and where these lie, as one digest; the blocks by their own.
+std::string key_of_record(const EnsembleRecord& header, const std::vector<std::string>& keys,
+                          const std::vector<double>& places) {
+  ByteWriter writer;
+  writer.put(header.configuration);
+  writer.put(header.sampling_version);
+  writer.put(header.sums.rows.spacing);
+  writer.put(header.sums.rows.staggered);
+  writer.put(header.counts);
+  for (const std::string& key : keys) writer.put(key);
+  for (const FailedSample& one : header.failed) {
+    writer.put(one.sample);
+    writer.put(one.layer);
+    writer.put(one.replay);
+  }
+  writer.put(places);
+  return cache_key(writer.take());
+}
+
 /// All but the numbers, for which there is room.
 void compose(Hdf5Writer& writer, const EnsembleRecord& header, const std::vector<std::string>& keys) {
   const BlockSums& sums = header.sums;
@@ -130,14 +149,16 @@ void compose(Hdf5Writer& writer, const EnsembleRecord& header, const std::vector
   writer.dataset("/block_keys", keys);
   describe_dataset(writer, "/count", "samples", "block");
   describe_dataset(writer, "/block_keys", "digest of the block", "block");
+  std::vector<double> places;
   if (sums.quantities.contains("propagation")) {
     describe_dataset(writer, "/layers", "layers from base to partner, beside the reference lag", "layer");
   } else {
     describe_dataset(writer, "/layers", "number of the layer, 0 at the top", "layer");
     int columns = 0;
     for (const auto& [quantity, numbers] : sums.quantities) columns = std::max(columns, numbers.width);
-    write_lattice_axes(writer, columns, sums.layers, sums.rows);
+    places = write_lattice_axes(writer, columns, sums.layers, sums.rows);
   }
+  writer.attribute("/", record_key, key_of_record(header, keys, places));
   if (sums.rows != RowGeometry{}) {  // those of the beads go without saying
     writer.attribute("/", row_spacing, exact(sums.rows.spacing));
     writer.attribute("/", rows_staggered, sums.rows.staggered ? "yes" : "no");
@@ -315,6 +336,20 @@ Description describe(const std::filesystem::path& file) {
   found.keys = reader.texts("/block_keys", {blocks});
   for (const auto& [counter, field] : sampler_counters) header.counts.*field = reader.count("/counters", counter);
   header.failed = read_failed(reader);
+  if (!reader.has_attribute("/", record_key)) return found;
+  std::vector<double> places;
+  if (!sums.quantities.contains("propagation")) {
+    for (const char* axis : {"/x", "/z"}) {
+      if (!reader.has_dataset(axis)) continue;
+      const std::vector<double> along = reader.numbers(axis, reader.shape(axis));
+      places.insert(places.end(), along.begin(), along.end());
+    }
+  }
+  if (reader.text("/", record_key) != key_of_record(header, found.keys, places)) {
+    reader.fail(
+        "what it says beside its numbers (configuration, counters, failed piles, places) is not what it was written "
+        "with: the file is damaged. Make the file again.");
+  }
   return found;
 }
 

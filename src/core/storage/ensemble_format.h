@@ -13,6 +13,9 @@ inline constexpr std::uint64_t most_blocks = 1'000'000;
 /// Where the rows lie, if not as those of beads: a number in full, and "yes" or "no".
 inline constexpr const char *row_spacing = "row_spacing", *rows_staggered = "rows_staggered";
 
+/// The digest of all that is in no block. Files of before have none.
+inline constexpr const char* record_key = "record_key";
+
 /// Groups that are not quantities.
 inline constexpr const char* counters_group = "counters";
 inline constexpr const char* failed_group = "failed";

@@ -1,7 +1,9 @@
 #include "storage/hdf5_reader.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <hdf5.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 
 #include <algorithm>
@@ -9,9 +11,12 @@
 #include <cerrno>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
+#include <string_view>
 #include <utility>
 
 #include "support/error.h"
+#include "support/files.h"
 
 namespace granuscope {
 namespace {
@@ -57,12 +62,29 @@ Hdf5Reader::Hdf5Reader(std::filesystem::path source, std::string kind)
     fail(system_reason(errno));
   }
 
+  require_unlocked();
   if (H5Fis_hdf5(source_.c_str()) <= 0) fail(fmt::format("it is not an HDF5 file. Name {}.", kind_));
   const Hdf5Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   // Files appear whole, by rename, so there is nothing to lock out; and some network folders know no locks.
   H5Pset_file_locking(access.get(), false, true);
   file_ = {H5Fopen(source_.c_str(), H5F_ACC_RDONLY, access.get()), H5Fclose};
   if (!file_.valid()) fail_with_library_reason("it is damaged or cut short");
+}
+
+/// HDF5_USE_FILE_LOCKING=TRUE overrules what the access list below says; the library then takes a lock that it cannot
+/// have for damage.
+void Hdf5Reader::require_unlocked() const {
+  const char* asked = std::getenv("HDF5_USE_FILE_LOCKING");
+  if (asked == nullptr || *asked == '\0' ||
+      std::string_view("TRUE 1 BEST_EFFORT").find(asked) == std::string_view::npos)
+    return;
+  const FileDescriptor file(::open(source_.c_str(), O_RDONLY | O_CLOEXEC));
+  if (file.valid() && ::flock(file.get(), LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+    throw EnvironmentError(
+        fmt::format("cannot read '{}' as {}: another program has it locked, and HDF5_USE_FILE_LOCKING asks to heed "
+                    "that; wait for its end, or set HDF5_USE_FILE_LOCKING=FALSE",
+                    source_.string(), kind_));
+  }
 }
 
 void Hdf5Reader::fail(const std::string& reason) const {

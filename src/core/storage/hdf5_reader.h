@@ -47,6 +47,7 @@ class Hdf5Reader {
 
  private:
   struct OpenDataset;
+  void require_unlocked() const;
   OpenDataset open_dataset(const std::string& path, const Shape& expected) const;
   Hdf5Handle open_attribute(const std::string& path, const std::string& name) const;
   void read(const OpenDataset& dataset, Hdf5Id in_memory, void* values) const;

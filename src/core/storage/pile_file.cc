@@ -281,12 +281,13 @@ void describe_dataset(Hdf5Writer& writer, const std::string& path, std::string_v
   writer.attribute(path, "axes", axes);
 }
 
-void write_lattice_axes(Hdf5Writer& writer, int columns, std::span<const int> layers, const RowGeometry& rows) {
+std::vector<double> write_lattice_axes(Hdf5Writer& writer, int columns, std::span<const int> layers,
+                                       const RowGeometry& rows) {
   std::vector<double> z, x;
   for (const int layer : layers) z.push_back(rows.depth(layer));
   writer.dataset("/z", {z.size()}, z);
   describe_dataset(writer, "/z", "bead diameters", "layer");
-  if (columns < fewest_columns) return;  // nothing by columns is stored
+  if (columns < fewest_columns) return z;  // nothing by columns is stored
   const Lattice lattice({.columns = columns, .layers = 2});
   for (const int parity : {0, 1}) {
     for (int bead = 0; bead < columns; ++bead) x.push_back(lattice.x(rows.shifted(parity) ? 1 : 0, bead));
@@ -294,6 +295,8 @@ void write_lattice_axes(Hdf5Writer& writer, int columns, std::span<const int> la
   writer.dataset("/x", {2, static_cast<std::uint64_t>(columns)}, x);
   describe_dataset(writer, "/x", "bead diameters", "layer modulo 2, column");
   writer.attribute("/x", "overloaded_column", static_cast<std::uint64_t>(lattice.middle()));
+  x.insert(x.end(), z.begin(), z.end());
+  return x;
 }
 
 }  // namespace granuscope

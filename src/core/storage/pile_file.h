@@ -35,7 +35,9 @@ std::unique_ptr<PileLayers> open_pile_layers(const std::filesystem::path& file,
 
 /// For whoever reads a file without this program: /z [layers], the depth of each of these layers, and /x [2, columns],
 /// where the beads of even and of odd layers lie from the overloaded one, both in bead diameters; with their units.
-void write_lattice_axes(Hdf5Writer& writer, int columns, std::span<const int> layers, const RowGeometry& rows = {});
+/// Returns the numbers of /x, where there is one, and of /z.
+std::vector<double> write_lattice_axes(Hdf5Writer& writer, int columns, std::span<const int> layers,
+                                       const RowGeometry& rows = {});
 
 /// Attributes "units" and "axes" of a dataset.
 void describe_dataset(Hdf5Writer& writer, const std::string& path, std::string_view units, std::string_view axes);

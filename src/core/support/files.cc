@@ -71,6 +71,7 @@ void close_checked(FileDescriptor& file, const fs::path& target) {
 
 void sync_checked(const FileDescriptor& file, const fs::path& target) {
   while (::fsync(file.get()) != 0) {
+    if (errno == EINVAL || errno == EROFS) return;  // a file system that cannot, as some in user space: it is theirs
     if (errno != EINTR) fail(target, errno);
   }
 }
@@ -93,6 +94,11 @@ void rename_whole(const fs::path& whole, const fs::path& target) {
   if (!file.valid()) fail(target, errno);
   sync_checked(file, target);
   close_checked(file, target);
+  // Who has closed a file to others keeps it so.
+  constexpr mode_t permissions = 0777;
+  if (struct stat before = {}; ::lstat(target.c_str(), &before) == 0 && S_ISREG(before.st_mode)) {
+    (void)::chmod(whole.c_str(), before.st_mode & permissions);
+  }
 
   if (::rename(whole.c_str(), target.c_str()) != 0) fail(target, errno);
 
@@ -339,7 +345,10 @@ class Sha256 {
 
  private:
   static void check(bool good) {
-    if (!good) throw EnvironmentError("OpenSSL cannot compute SHA-256 here: check the installation of libssl");
+    if (!good)
+      throw EnvironmentError(
+          "OpenSSL cannot compute SHA-256 here: check OPENSSL_CONF and openssl.cnf, whose provider may not be "
+          "installed, then the installation of libssl");
   }
 
   std::unique_ptr<EVP_MD_CTX, void (*)(EVP_MD_CTX*)> context_;

@@ -30,7 +30,8 @@ class AtomicFile {
   bool committed_ = false;
 };
 
-/// Flushes a file that is whole to disk and renames it onto the target, which is in the same file system.
+/// Flushes a file that is whole to disk and renames it onto the target, which is in the same file system, and whose
+/// permissions it takes over.
 void rename_whole(const std::filesystem::path& whole, const std::filesystem::path& target);
 
 /// Writes `bytes` to `target` atomically. Throws EnvironmentError (disk full, no permission, no such folder).

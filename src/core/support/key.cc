@@ -3,6 +3,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <string_view>
 #include <type_traits>
@@ -139,6 +140,41 @@ std::string describe(const KeyRange& range, const KeyValue& like) {
 
 Problem find_range_problem(const Key& key) { return std::visit(RangeCheck{key.path(), key.range}, key.get()); }
 
+Problem find_range_problem(const std::vector<Key>& keys, std::initializer_list<std::string_view> but) {
+  for (const Key& key : keys) {
+    if (std::find(but.begin(), but.end(), key.name) != but.end()) continue;
+    if (auto found = std::visit(RangeCheck{key.name, key.range}, key.get())) return found;
+  }
+  return {};
+}
+
+const Key* find_key(const std::vector<Key>& keys, std::string_view name) {
+  const auto found = std::find_if(keys.begin(), keys.end(), [&](const Key& key) { return key.name == name; });
+  return found == keys.end() ? nullptr : &*found;
+}
+
+bool counts(const Key& key, const std::vector<Key>& keys) {
+  const std::vector<std::string>& names = key.only.names;
+  return names.empty() || std::find(names.begin(), names.end(), find_key(keys, key.only.of)->text()) != names.end();
+}
+
+Problem find_idle_problem(const std::vector<Key>& keys, const std::vector<Key>& usual) {
+  for (const Key& key : keys) {
+    if (key.only.elsewhere == Elsewhere::ignored || counts(key, keys)) continue;
+    if (key.text() == find_key(usual, key.name)->text()) continue;
+    return problem(key.name,
+                   "it belongs to the {} {} and would change nothing under {}; leave it out, or choose that {}",
+                   key.only.of, fmt::join(key.only.names, " or "), find_key(keys, key.only.of)->text(), key.only.of);
+  }
+  return {};
+}
+
+std::string flag_of(const Key& key) {
+  std::string flag = "--" + key.name;
+  std::replace(flag.begin(), flag.end(), '_', '-');
+  return flag;
+}
+
 namespace key_fields {
 
 KeyValue to_value(const std::vector<int>& field) { return std::vector<std::int64_t>(field.begin(), field.end()); }
@@ -171,6 +207,35 @@ void from_value(std::array<double, 2>& field, const KeyValue& value) {
   }
   field = {numbers[0], numbers[1]};
 }
+
+std::string to_text(double field) { return exact(field); }
+
+namespace {
+
+constexpr const char* whole = "a whole number";
+
+template <class Number>
+Number read_number(const std::string& text, const char* kind) {
+  Number number{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error == std::errc() && end == text.data() + text.size()) return number;
+  const std::string shown = single_line(text);
+  if (std::is_unsigned_v<Number> && text.starts_with('-')) throw InputError(shown + " is negative; give 0 or more");
+  if (error == std::errc::result_out_of_range)
+    throw InputError(fmt::format("{} is too large; give at most {}", shown, std::numeric_limits<Number>::max()));
+  throw InputError(fmt::format("{} is not {}; write it in digits", shown, kind));
+}
+
+}  // namespace
+
+void from_text(bool& field, const std::string& text) {
+  if (text != "true" && text != "false") throw InputError(single_line(text) + " is neither true nor false; write one");
+  field = text == "true";
+}
+
+void from_text(int& field, const std::string& text) { field = to_int(read_number<std::int64_t>(text, whole)); }
+void from_text(std::uint64_t& field, const std::string& text) { field = read_number<std::uint64_t>(text, whole); }
+void from_text(double& field, const std::string& text) { field = read_number<double>(text, "a number"); }
 
 }  // namespace key_fields
 }  // namespace granuscope

@@ -2,9 +2,12 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <initializer_list>
 #include <limits>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <type_traits>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -39,6 +42,20 @@ struct KeyRange {
   KeyRange below(double high) &&;
 };
 
+/// What a key means where the choice is not made under which alone it counts.
+enum class Elsewhere {
+  refused,   ///< it must be left as it is by default
+  left_out,  ///< the same, and stored configurations do not have it
+  ignored,   ///< it changes nothing, and stored configurations have 0
+};
+
+/// The choice under which alone a key counts: {"estimator", {"point", "paired"}}. Without names it always does.
+struct OnlyUnder {
+  std::string of;
+  std::vector<std::string> names = {};
+  Elsewhere elsewhere = Elsewhere::refused;
+};
+
 /// One key of an experiment file, bound to the field that it sets: that field must outlive it. The keys of an
 /// experiment drive reading, the check for unknown keys and of ranges, printing with comments, and the reference.
 struct Key {
@@ -47,18 +64,34 @@ struct Key {
   std::string unit;     ///< "beads"; "" for a pure number, a name or a switch
   std::string meaning;  ///< one sentence
   KeyRange range;
-  std::string formerly;  ///< path, or name in any table, under which older files have it: refused with the path of now
   std::function<KeyValue()> get;
   /// `value` holds the alternative that get() returns. Throws InputError (without the key's name) if the field cannot
   /// hold it.
   std::function<void(const KeyValue&)> set;
+  /// The field in words, on a command line and in stored configurations: no list. What text() returns, read() takes
+  /// exactly; it throws InputError (without the key's name).
+  std::function<std::string()> text = {};
+  std::function<void(const std::string&)> read = {};
+  OnlyUnder only = {};
 
   std::string path() const { return table + "." + name; }
-  Key formerly_at(std::string old_path) && {
-    formerly = std::move(old_path);
+  Key only_under(std::string of, std::vector<std::string> names, Elsewhere elsewhere = Elsewhere::refused) && {
+    only = {std::move(of), std::move(names), elsewhere};
     return std::move(*this);
   }
 };
+
+/// The key of this name; nullptr: there is none.
+const Key* find_key(const std::vector<Key>& keys, std::string_view name);
+
+/// Whether the choice is made under which alone the key counts; `keys`: those that stand beside it.
+bool counts(const Key& key, const std::vector<Key>& keys);
+
+/// The first key that was given, for it differs from `usual` (the same keys), where it would change nothing.
+Problem find_idle_problem(const std::vector<Key>& keys, const std::vector<Key>& usual);
+
+/// "--sign-run".
+std::string flag_of(const Key& key);
 
 /// "0.01 to 0.99", "at least 4", "0 or 8 to 256", "1 to 6 of 0.01 to 100", "point, paired or multiplexed"; empty where
 /// everything is allowed.
@@ -66,6 +99,8 @@ std::string describe(const KeyRange& range, const KeyValue& like);
 
 /// The first value of the key that lies outside its range.
 Problem find_range_problem(const Key& key);
+/// Of all keys but those of these names, told by its name without the table.
+Problem find_range_problem(const std::vector<Key>& keys, std::initializer_list<std::string_view> but = {});
 
 namespace key_fields {
 
@@ -90,20 +125,33 @@ void from_value(std::vector<double>& field, const KeyValue& value);
 void from_value(std::vector<int>& field, const KeyValue& value);
 void from_value(std::array<double, 2>& field, const KeyValue& value);
 
+std::string to_text(double field);
+inline std::string to_text(bool field) { return field ? "true" : "false"; }
+inline std::string to_text(int field) { return std::to_string(field); }
+inline std::string to_text(std::uint64_t field) { return std::to_string(field); }
+void from_text(bool& field, const std::string& text);
+void from_text(int& field, const std::string& text);
+void from_text(std::uint64_t& field, const std::string& text);
+void from_text(double& field, const std::string& text);
+
 }  // namespace key_fields
 
 /// A key for a number, a switch, a text or a list of these.
 template <class Field>
 Key make_key(std::string table, std::string name, std::string unit, std::string meaning, Field& field,
              KeyRange range = {}) {
-  return {std::move(table),
+  Key key{std::move(table),
           std::move(name),
           std::move(unit),
           std::move(meaning),
           std::move(range),
-          {},
           [&field] { return key_fields::to_value(field); },
           [&field](const KeyValue& value) { key_fields::from_value(field, value); }};
+  if constexpr (std::is_arithmetic_v<Field>) {
+    key.text = [&field] { return key_fields::to_text(field); };
+    key.read = [&field](const std::string& text) { key_fields::from_text(field, text); };
+  }
+  return key;
 }
 
 /// A key for one of several names; `named` throws InputError naming them all.
@@ -115,9 +163,10 @@ Key make_name_key(std::string table, std::string name, std::string meaning, Fiel
           "",
           std::move(meaning),
           {},
-          {},
           [&field] { return KeyValue{name_of(field)}; },
-          [&field, named](const KeyValue& value) { field = named(std::get<std::string>(value)); }};
+          [&field, named](const KeyValue& value) { field = named(std::get<std::string>(value)); },
+          [&field] { return name_of(field); },
+          [&field, named](const std::string& text) { field = named(text); }};
 }
 
 }  // namespace granuscope

@@ -10,6 +10,8 @@
 #include <cstdint>
 #include <cstdlib>
 
+#include "support/error.h"
+
 namespace granuscope {
 namespace {
 
@@ -124,6 +126,14 @@ std::string pdf_string(std::string_view bytes) {
 
 namespace {
 
+/// Marks that turn the direction of what follows (U+202A to U+202E, U+2066 to U+2069): a text would read otherwise than
+/// it is.
+bool turns_direction(std::string_view text) {
+  if (text.size() < 3 || text[0] != '\xE2') return false;
+  const auto last = static_cast<unsigned char>(text[2]);
+  return (text[1] == '\x80' && last >= 0xAA && last <= 0xAE) || (text[1] == '\x81' && last >= 0xA6 && last <= 0xA9);
+}
+
 bool continues_a_character(char c) { return (static_cast<unsigned char>(c) & 0xC0U) == 0x80U; }
 
 }  // namespace
@@ -137,15 +147,53 @@ std::string single_line(std::string_view text, std::size_t most) {
     // U+0080 to U+009F are control characters too, written as C2 80 to C2 9F.
     const bool control_of_two_bytes = byte == 0xC2 && at + 1 < text.size() && continues_a_character(text[at + 1]) &&
                                       static_cast<unsigned char>(text[at + 1]) < 0xA0;
-    if (!control && !control_of_two_bytes) {
+    const bool turns = turns_direction(text.substr(at));
+    if (!control && !control_of_two_bytes && !turns) {
       line += text[at];
       continue;
     }
-    if (control_of_two_bytes) ++at;
+    at += turns ? 2 : control_of_two_bytes ? 1 : 0;
     if (!line.empty() && line.back() != ' ') line += ' ';
   }
   while (!line.empty() && line.back() == ' ') line.pop_back();
   return line;
+}
+
+std::string shallow_json(std::string text) {
+  constexpr int most_levels = 100;
+  int level = 0;
+  bool quoted = false;
+  for (std::size_t at = 0; at < text.size(); ++at) {
+    const char c = text[at];
+    if (c == '"') quoted = !quoted;
+    if (quoted && c == '\\') ++at;
+    if (quoted) continue;
+    if (c == ']' || c == '}') --level;
+    if ((c == '[' || c == '{') && ++level > most_levels) {
+      throw InputError(
+          fmt::format("JSON that nests deeper than {} levels is none that granuscope writes; take the file from a "
+                      "backup, or make it "
+                      "again",
+                      most_levels));
+    }
+  }
+  return text;
+}
+
+std::string csv_cell(std::string_view text) {
+  if (text.find_first_of(",\"\r\n") == std::string_view::npos) return std::string(text);
+  std::string cell = "\"";
+  for (const char c : text) cell += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return cell + '"';
+}
+
+std::string shell_word(const std::string& word) {
+  const bool plain = word.find_first_not_of("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-./+,=@") ==
+                     std::string::npos;
+  if (plain && !word.empty()) return word;
+  std::string text = "'";
+  for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return text + "'";
 }
 
 std::string describe_bytes(double bytes) {

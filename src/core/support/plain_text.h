@@ -16,10 +16,19 @@ std::string escape_markup(std::string_view text);
 /// Text as a PDF string: as it is where it is ASCII, else UTF-16.
 std::string pdf_string(std::string_view text);
 
-/// Text of others (a file name, what another program printed) as a part of a message: line ends and other control
-/// characters become single spaces, so that it can neither break the line nor move a terminal's cursor; after `most`
-/// bytes it is cut off with an ellipsis, between two characters.
+/// Text of others (a file name, what another program printed) as a part of a message: line ends, other control
+/// characters and marks of direction become single spaces, so that it can neither break the line nor move a terminal's
+/// cursor; after `most` bytes it is cut off with an ellipsis, between two characters.
 std::string single_line(std::string_view text, std::size_t most = 400);
+
+/// The same text, to be parsed as JSON: throws InputError if it nests deeper than any file of this program, which would
+/// end in a signal where what was read is gone through.
+std::string shallow_json(std::string text);
+
+/// A cell of a CSV file: quoted where a comma, a quote or the end of a line would end it.
+std::string csv_cell(std::string_view text);
+/// Text as one word of a shell command that is printed to be pasted: in quotes where it needs them.
+std::string shell_word(const std::string& word);
 
 /// "12.3 MB", "25.3 GB", "4.61e+08 TB": decimal prefixes, three digits, never less than a megabyte.
 std::string describe_bytes(double bytes);

@@ -17,6 +17,7 @@
 #include <utility>
 
 #include "support/error.h"
+#include "support/plain_text.h"
 
 namespace granuscope {
 namespace {
@@ -148,7 +149,7 @@ void Progress::show(bool closing) {
 }
 
 void log_line(ProgressStyle style, const std::string& line) {
-  if (style != ProgressStyle::silent) console().print(line);
+  if (style != ProgressStyle::silent) console().print(single_line(line, line.size()));
 }
 
 std::string describe_duration(double seconds) {
@@ -179,7 +180,8 @@ void install_interruption_handlers() {
   sigemptyset(&action.sa_mask);
   // Reads and writes inside libraries carry on; they need not know about EINTR.
   action.sa_flags = SA_RESTART;
-  for (const int signal : {SIGINT, SIGTERM}) ::sigaction(signal, &action, nullptr);
+  // The last three: what batch systems send before the time is up, and at a limit on processor time.
+  for (const int signal : {SIGINT, SIGTERM, SIGUSR1, SIGUSR2, SIGXCPU}) ::sigaction(signal, &action, nullptr);
   // The end of a terminal or of a connection. nohup asks to go on after it.
   struct sigaction before = {};
   if (::sigaction(SIGHUP, nullptr, &before) == 0 && before.sa_handler != SIG_IGN) {

@@ -39,6 +39,8 @@ class TemplateReader {
   }
 
  private:
+  static constexpr int most_levels = 100;
+
   /// Pieces up to the end or a closing tag, whose name is left in closed_.
   std::vector<Piece> read_until(const std::string& section) {
     std::vector<Piece> pieces;
@@ -83,7 +85,9 @@ class TemplateReader {
       piece.missing = TemplateScope::Missing::means_not_there;
     }
     piece.content = name;
+    if (++level_ > most_levels) throw std::logic_error(fmt::format("template: sections nest {} deep", most_levels));
     piece.inside = read_until(name);
+    --level_;
     if (closed_ != name) {
       throw std::logic_error(fmt::format("template: section {} is closed by {{{{/{}}}}}", name, closed_));
     }
@@ -93,6 +97,7 @@ class TemplateReader {
 
   std::string_view text_;
   std::size_t at_ = 0;
+  int level_ = 0;
   std::string closed_;
 };
 
@@ -146,6 +151,15 @@ std::string fill_template(std::string_view text, const TemplateScope& scope) {
 }
 
 std::string fill_template_file(const std::string& name, const TemplateScope& scope) {
+  constexpr int most_parts = 30;
+  static thread_local int parts = 0;  // one in another: a file that is a part of itself has no end
+  struct Level {
+    Level() { ++parts; }
+    ~Level() { --parts; }
+    Level(const Level&) = delete;
+    Level& operator=(const Level&) = delete;
+  } const level;
+  if (parts > most_parts) throw std::logic_error(fmt::format("it is the {}th part within a part", most_parts));
   const std::string_view text = template_file(name);
   try {
     return fill_template(text, scope);
@@ -176,7 +190,16 @@ const EmbeddedFile* find_embedded(std::string_view name) {
   return found == files.end() || found->name != name ? nullptr : &*found;
 }
 
+/// Whether it is the script of a figure, which has captions.
+bool is_script_of_figure(std::string_view name) {
+  constexpr std::string_view end = ".gp.mustache";
+  return name.ends_with(end) &&
+         find_embedded(std::string(name.substr(0, name.size() - end.size())) + ".captions") != nullptr;
+}
+
 }  // namespace
+
+bool has_template(std::string_view name) { return stand_ins().files.contains(name) || find_embedded(name) != nullptr; }
 
 std::string_view template_file(std::string_view name) {
   const auto& others = stand_ins().files;
@@ -205,7 +228,7 @@ void use_templates(const fs::path& folder) {
   for (; !error && at != fs::recursive_directory_iterator(); at.increment(error)) {
     const std::string name = at->path().lexically_relative(folder).generic_string();
     if (!at->is_regular_file(error) || at->path().filename().string().starts_with('.')) continue;
-    if (find_embedded(name) == nullptr) {
+    if (find_embedded(name) == nullptr && !is_script_of_figure(name)) {
       throw InputError(
           fmt::format("{}: the program has no template {}, so that this file would change nothing; give it the path of "
                       "one of templates/, or take it away",

@@ -56,13 +56,17 @@ std::span<const EmbeddedFile> embedded_files();
 /// there is no such file: names of templates come from the program, not from the user.
 std::string_view template_file(std::string_view name);
 
+/// Whether template_file has it.
+bool has_template(std::string_view name);
+
 /// The name under which template_file has a text in this language: `name` where use_templates replaced it, else that of
 /// templates/<language>/, else `name`.
 std::string name_in_language(const std::string& name, const std::string& language);
 
 /// From now on the files below `folder` stand in for the built-in ones of the same name: an author's wording, language
-/// or colours. An empty path takes them back. To be called before any other thread asks for a template. Throws
-/// InputError if the folder cannot be read or holds a file that stands in for none.
+/// or colours. A script X.gp.mustache beside the captions X.captions of a figure stands in for the common one. An empty
+/// path takes them back. To be called before any other thread asks for a template. Throws InputError if the folder
+/// cannot be read or holds a file that stands in for none.
 void use_templates(const std::filesystem::path& folder);
 
 /// The folder of use_templates; empty if there is none.

@@ -5,9 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
-#include "plot/gnuplot.h"
-#include "plot/plot_script.h"
 #include "support/plain_text.h"
 
 namespace granuscope {
@@ -18,17 +17,16 @@ void Range::add(double number) {
   empty = false;
 }
 
-std::string linear_ticks(const Range& range, int most) {
-  if (!(range.size() > 0)) return fmt::format("'{:.6g}' {:.12g}", range.low, range.low);
+std::vector<Tick> linear_marks(const Range& range, int most) {
+  if (!(range.size() > 0)) return {{fmt::format("{:.6g}", range.low), range.low}};
   const RoundStep step = round_step_with_at_most(most, range.low, range.high);
-  std::string list;
+  std::vector<Tick> marks;
   for (const double mark : multiples_within(range.low, range.high, step)) {
     std::string label = fmt::format("{:.{}f}", std::abs(mark), std::max(0, -step.exponent));
     if (mark < 0) label.insert(0, "−");
-    if (!list.empty()) list += ", ";
-    list += fmt::format("'{}' {:.12g}", label, mark);
+    marks.push_back({label, mark});
   }
-  return list;
+  return marks;
 }
 
 namespace {
@@ -41,8 +39,8 @@ std::string log_label(const LogMark& mark, bool as_power) {
 
 }  // namespace
 
-std::string log_ticks(const Range& range) {
-  std::string list;
+std::vector<Tick> log_marks(const Range& range) {
+  std::vector<Tick> marks;
   int labels = 0;
   constexpr double smallest_plain = 1e-3, largest_plain = 9e4;
   const bool as_powers = range.low < smallest_plain * (1 - 1e-9) || range.high > largest_plain;
@@ -50,18 +48,42 @@ std::string log_ticks(const Range& range) {
   for (const LogMark& mark : log_marks_within(range.low, range.high)) {
     const bool labelled = mark.digit == 1 || (!decades_only && (mark.digit == 2 || mark.digit == 5));
     if (labelled) ++labels;
-    if (!list.empty()) list += ", ";
-    list += labelled ? fmt::format("'{}' {:.6g} 0", log_label(mark, as_powers), mark.value())
-                     : fmt::format("'' {:.6g} 1", mark.value());
+    marks.push_back({labelled ? log_label(mark, as_powers) : "", mark.value(), !labelled});
   }
   // So short an axis reads better with even steps.
-  return labels < 2 ? linear_ticks(range, 4) : list;
+  return labels < 2 ? linear_marks(range, 4) : marks;
 }
 
-std::string three_ticks(double reach) {
+Axis linear_axis(std::string label, const Range& shown, int most, const Range& marked) {
+  return {std::move(label), shown.low, shown.high, false, linear_marks(marked, most)};
+}
+
+Axis linear_axis(std::string label, const Range& shown, int most) {
+  return linear_axis(std::move(label), shown, most, shown);
+}
+
+Axis log_axis(std::string label, const Range& shown) {
+  return {std::move(label), shown.low, shown.high, true, log_marks(shown)};
+}
+
+Axis without_words(Axis axis) {
+  axis.label.clear();
+  for (Tick& tick : axis.ticks) tick.label.clear();
+  return axis;
+}
+
+Range widened(const Range& range, double share) {
+  Range wider = range;
+  wider.low -= share * range.size();
+  wider.high += share * range.size();
+  return wider;
+}
+
+std::vector<Tick> three_marks(double reach) {
   const double power = std::pow(10, std::floor(std::log10(reach)));
   const double mark = power * (reach >= 5 * power ? 5 : reach >= 2 * power ? 2 : 1);
-  return fmt::format("'−{0:.6g}' -{0:.6g}, '0' 0, '{0:.6g}' {0:.6g}", mark);
+  const std::string label = fmt::format("{:.6g}", mark);
+  return {{"−" + label, -mark}, {"0", 0}, {label, mark}};
 }
 
 namespace {
@@ -80,32 +102,12 @@ double width_in_ems(const std::string& label) {
 
 }  // namespace
 
-double room_for_labels(const std::vector<std::string>& tick_lists) {
+double room_for_labels(const std::vector<Tick>& ticks, double from_name) {
   constexpr double font_points = 9, plot_points = 6.69 * 72;
-  constexpr double left_for_labels = 0.062;
+  constexpr double of_name = 0.029;
   double widest = 0;
-  for (const std::string& ticks : tick_lists) {
-    for (std::size_t from = ticks.find('\''); from != std::string::npos; from = ticks.find('\'', from + 1)) {
-      const std::size_t to = ticks.find('\'', from + 1);
-      widest = std::max(widest, width_in_ems(ticks.substr(from + 1, to - from - 1)));
-      from = to;
-    }
-  }
-  return std::max(0.0, widest * font_points / plot_points - left_for_labels);
-}
-
-std::string without_labels(const std::string& ticks) {
-  std::string bare;
-  bool inside = false;
-  for (const char letter : ticks) {
-    if (letter == '\'') {
-      inside = !inside;
-      bare += letter;
-    } else if (!inside) {
-      bare += letter;
-    }
-  }
-  return bare;
+  for (const Tick& tick : ticks) widest = std::max(widest, width_in_ems(tick.label));
+  return std::max(0.0, widest * font_points / plot_points - (from_name - of_name));
 }
 
 Range widened_by_factor(const Range& range, double factor) {
@@ -118,7 +120,7 @@ Range widened_by_factor(const Range& range, double factor) {
 namespace {
 
 /// Of the small font of insets, 8 pt DejaVu Sans, in inches: a digit, a line of text, half the mark of a point.
-constexpr double character_width = 0.068, line_height = 0.125, mark = 0.035;
+constexpr double character_width = 0.068, line_height = 0.125, half_mark = 0.035;
 /// Room that two names leave between them if they can, inches.
 constexpr double air = 0.05;
 /// Beyond this gap between point and name, in inches, a line joins them.
@@ -193,7 +195,7 @@ class Placement {
     for (const NamedPoint& point : points) {
       const Point at = inches(point.at);
       points_.push_back(at);
-      marks_.push_back({at.x - mark, at.x + mark, at.y - mark, at.y + mark});
+      marks_.push_back({at.x - half_mark, at.x + half_mark, at.y - half_mark, at.y + half_mark});
       sizes_.push_back(text_width(point.name));
       if (!point.bar_x.empty) {
         bars_.push_back({{point.bar_x.low * panel.width, at.y}, {point.bar_x.high * panel.width, at.y}});
@@ -307,23 +309,6 @@ std::vector<LabelPlace> place_labels(const std::vector<NamedPoint>& points, cons
                       share(placed.line.to.x, placed.line.to.y), placed.with_line()});
   }
   return places;
-}
-
-std::string label_commands(const std::vector<NamedPoint>& points, const LabelledPanel& panel) {
-  std::string commands;
-  const std::vector<LabelPlace> places = place_labels(points, panel);
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const LabelPlace& place = places[i];
-    if (place.with_line) {
-      commands += fmt::format(
-          "set arrow from graph {}, graph {} to graph {}, graph {} nohead linewidth 0.5 linecolor rgb '{}'\n  ",
-          exact(points[i].at.x), exact(points[i].at.y), exact(place.touch.x), exact(place.touch.y),
-          plot_colours().at("frame"));
-    }
-    commands += fmt::format("set label {} {} at graph {}, graph {} left noenhanced font inset_text\n  ", 100 + i,
-                            gnuplot_string(points[i].name), exact(place.left.x), exact(place.left.y));
-  }
-  return commands;
 }
 
 }  // namespace granuscope

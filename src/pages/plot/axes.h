@@ -13,25 +13,47 @@ struct Range {
   double size() const { return high - low; }
 };
 
-/// Gnuplot's list of labelled tick marks within `range`, at most `most` of them, at whole multiples of 1, 2 or 5 times
-/// a power of ten, all with the same number of decimals and a typographic minus.
-std::string linear_ticks(const Range& range, int most);
+/// A mark on an axis. An empty label: none.
+struct Tick {
+  std::string label;
+  double at = 0;
+  bool minor = false;
+};
+
+/// An axis of a panel with its marks.
+struct Axis {
+  std::string label;
+  double low = 0, high = 1;
+  bool log = false;
+  std::vector<Tick> ticks;
+};
+
+/// An axis of `shown` with at most `most` marks, which lie within `marked` if that is given.
+Axis linear_axis(std::string label, const Range& shown, int most);
+Axis linear_axis(std::string label, const Range& shown, int most, const Range& marked);
+Axis log_axis(std::string label, const Range& shown);
+
+/// The same axis without words, above one that has them.
+Axis without_words(Axis axis);
+
+/// A range with so many shares of its size more at both ends.
+Range widened(const Range& range, double share);
+
+/// Labelled tick marks within `range`, at most `most` of them, at whole multiples of 1, 2 or 5 times a power of ten,
+/// all with the same number of decimals and a typographic minus.
+std::vector<Tick> linear_marks(const Range& range, int most);
+
+/// Tick marks of a logarithmic axis: labels at 1, 2, 5 of each decade, or at the decades alone if two of them lie on
+/// it, as powers of ten where the axis reaches below 0.001 or to 100 000; small unlabelled marks at the other whole
+/// multiples. An axis too short for two labels of this kind gets those of linear_marks.
+std::vector<Tick> log_marks(const Range& range);
 
 /// Three marks, one at 0 and one at either side, for a panel too low for more.
-std::string three_ticks(double reach);
+std::vector<Tick> three_marks(double reach);
 
-/// By how much of the plot's width the longest label of vertical axes exceeds the room that the scripts leave for it
-/// between an axis and its name (six letters); 0 where it does not.
-double room_for_labels(const std::vector<std::string>& tick_lists);
-
-/// Gnuplot's list of tick marks for a logarithmic axis: labels at 1, 2, 5 of each decade, or at the decades alone if
-/// two of them lie on it, as powers of ten where the axis reaches below 0.001 or to 100 000; small unlabelled marks at
-/// the other whole multiples. An axis too short for two labels of this
-/// kind gets those of linear_ticks.
-std::string log_ticks(const Range& range);
-
-/// The same marks without their labels, for a panel whose labels stand below another.
-std::string without_labels(const std::string& ticks);
+/// By how much of the plot's width the longest label of a vertical axis exceeds the room between the axis and the
+/// middle of its name, which is `from_name`; 0 where it does not.
+double room_for_labels(const std::vector<Tick>& ticks, double from_name);
 
 /// A logarithmic axis with a margin of `factor` beyond both ends.
 Range widened_by_factor(const Range& range, double factor);
@@ -70,9 +92,5 @@ struct LabelPlace {
 /// A place for each point's name, in the order of `points`: inside the panel, off the points, bars, curves and other
 /// names as far as there is room, and as near to its point as that allows. The same input gives the same places.
 std::vector<LabelPlace> place_labels(const std::vector<NamedPoint>& points, const LabelledPanel& panel);
-
-/// The gnuplot commands that put the names at those places, tags from 100 on: the text in the small font of insets,
-/// its line in the frame's colour.
-std::string label_commands(const std::vector<NamedPoint>& points, const LabelledPanel& panel);
 
 }  // namespace granuscope

@@ -14,7 +14,7 @@
 #include "plot/axes.h"
 #include "plot/figure_captions.h"
 #include "plot/gnuplot.h"
-#include "plot/plot_script.h"
+#include "plot/plot.h"
 #include "render/scenes.h"
 #include "sampling/sampler.h"
 #include "support/error.h"
@@ -98,7 +98,7 @@ int choose_bead(const Pile& pile, int layer) {
 }
 
 /// Centres of the beads around the chosen one that lie in the picture, itself left out.
-std::string surrounding_beads() {
+CsvTable surrounding_beads() {
   CsvTable beads({"x: bead diameters", "z: bead diameters"});
   for (int row = -1; row <= 1; ++row) {
     for (int column = -3; column <= 3; ++column) {
@@ -107,24 +107,25 @@ std::string surrounding_beads() {
       if (in_sight && (row != 0 || column != 0)) beads.add_row({x, z});
     }
   }
-  return beads.text();
+  return beads;
 }
 
-std::string list(const FourContacts& contacts, double ContactForce::*part) {
-  std::vector<std::string> numbers;
-  for (const ContactForce& contact : contacts) numbers.push_back(exact(contact.*part));
-  return fmt::format("{}", fmt::join(numbers, ", "));
-}
-
-std::string angle_labels(const FourContacts& contacts) {
+/// Of each contact its place, the force there and its name.
+nlohmann::ordered_json fields_of(const FourContacts& contacts) {
   constexpr std::array names = {"θ₁", "θ₂", "θ₃", "θ₄"};
-  std::vector<std::string> labels;
+  nlohmann::ordered_json all = nlohmann::ordered_json::array();
   for (std::size_t i = 0; i < contacts.size(); ++i) {
-    std::string degrees = fmt::format("{:.1f}°", std::abs(contacts[i].angle()));
-    if (contacts[i].angle() < 0 && degrees != "0.0°") degrees.insert(0, "−");
-    labels.push_back(gnuplot_string(fmt::format("{} = {}", names[i], degrees)));
+    const ContactForce& one = contacts[i];
+    std::string degrees = fmt::format("{:.1f}°", std::abs(one.angle()));
+    if (one.angle() < 0 && degrees != "0.0°") degrees.insert(0, "−");
+    all.push_back({{"number", i + 1},
+                   {"x", one.x},
+                   {"z", one.z},
+                   {"N", one.N},
+                   {"T", one.T},
+                   {"angle", fmt::format("{} = {}", names[i], degrees)}});
   }
-  return fmt::format("{}", fmt::join(labels, ", "));
+  return all;
 }
 
 }  // namespace
@@ -155,30 +156,26 @@ Figure plot_bead_forces(const Pile& pile, const BeadForcesSpec& spec, const std:
   tangential.add(-half_height);
   tangential.add(half_height);
 
-  PlotPlan plan;
-  plan.id = figure_id;
-  plan.script = "plot/bead_forces";
-  plan.height = 3.05;
-  plan.data[fmt::format("{}-contacts.csv", figure_id)] = table.text();
-  plan.data[fmt::format("{}-beads.csv", figure_id)] = surrounding_beads();
-  plan.curves = 6;
+  Plot plot;
+  plot.id = figure_id;
+  plot.height = 3.05;
+  plot.add_data("contacts", table);
+  plot.add_data("beads", surrounding_beads());
+  plot.other_curves = 6;
+  plot.own = {{"mu", pile.mu},
+              {"layer", spec.layer},
+              {"shown_width", shown_width},
+              {"shown_depth", shown_depth},
+              {"scale", largest > 0 ? arrow_length / largest : 1},
+              {"contacts", fields_of(contacts)},
+              {"normal", axis_json(linear_axis("normal force N", normal, 5))},
+              {"tangential", axis_json(linear_axis("tangential force T", tangential, 6))}};
+  plot.key = {.inches = 0.52, .lines = 2, .sample = 2.2, .small = false, .entries = {}};
+  plot.add_key("forces on the bead", {.colour = "vermilion", .width = 2.2});
+  plot.add_key("contact directions, 30° from the vertical", {.width = 0.9, .dash = 2});
+  plot.add_key("friction cones |T| ≤ μN", {.with = "filledcurves", .colour = "sky_blue"});
   double x = pile.lattice.x(spec.layer, bead);
-  return plot_figure(plan,
-                     {{"mu", exact(pile.mu)},
-                      {"width", exact(plot_width_inches)},
-                      {"layer", std::to_string(spec.layer)},
-                      {"shown_width", exact(shown_width)},
-                      {"shown_depth", exact(shown_depth)},
-                      {"scale", exact(largest > 0 ? arrow_length / largest : 1)},
-                      {"contact_x", list(contacts, &ContactForce::x)},
-                      {"contact_z", list(contacts, &ContactForce::z)},
-                      {"normal", list(contacts, &ContactForce::N)},
-                      {"tangential", list(contacts, &ContactForce::T)},
-                      {"angles", angle_labels(contacts)},
-                      {"N_high", exact(normal.high)},
-                      {"T_high", exact(tangential.high)},
-                      {"N_ticks", linear_ticks(normal, 5)},
-                      {"T_ticks", linear_ticks(tangential, 6)}},
+  return plot_figure(plot,
                      {"plot/bead_forces.captions",
                       {{"mu", caption_number(pile.mu)},
                        {"phi", fmt::format("{:.1f}", std::atan(pile.mu) * 180 / std::numbers::pi)},

@@ -11,7 +11,8 @@
 #include "plot/axes.h"
 #include "plot/figure_captions.h"
 #include "plot/gnuplot.h"
-#include "plot/plot_script.h"
+#include "plot/plot.h"
+#include "plot/plot_texts.h"
 #include "plot/power_law_panel.h"
 #include "support/error.h"
 #include "support/plain_text.h"
@@ -25,8 +26,6 @@ bool shows(const DepthFit& fit) { return fit.identifiable && fit.peak_position.k
 
 bool has_depths(const Transport& result) { return std::any_of(result.depths.begin(), result.depths.end(), shows); }
 
-std::string file_name(const std::string& part) { return fmt::format("{}-{}.csv", depth_id, part); }
-
 Range with_margins(const Range& data) {
   const double margin = 0.08 * (data.size() > 0 ? data.size() : 1);
   Range axis = data;
@@ -35,19 +34,16 @@ Range with_margins(const Range& data) {
   return axis;
 }
 
-/// Everything one figure consists of, filled step by step.
-struct Draft {
-  PlotPlan plan;
-  TemplateVariables script;
+/// A depth figure as it is being filled: above position and width over depth, below the lines themselves.
+struct DepthPlot {
+  Plot plot;
+  Panel position = left_panel(), width = right_panel(), shift = left_panel(), square = right_panel();
   TemplateVariables caption;
 };
 
-void set_both(Draft& draft, const std::string& name, const std::string& text) {
-  draft.script[name] = text;
-  draft.caption[name] = text;
-}
+constexpr double lower_row = 2.2;  ///< inches
 
-void add_depths(Draft& draft, const Transport& result) {
+void add_depths(DepthPlot& figure, const Transport& result) {
   CsvTable positions({"z: bead diameters", "x_p/z: dimensionless", "standard_error: dimensionless",
                       "x_p-c0*z: bead diameters", "standard_error: bead diameters"});
   CsvTable widths({"z: bead diameters", "W^2/z: bead diameters", "standard_error: bead diameters",
@@ -80,74 +76,79 @@ void add_depths(Draft& draft, const Transport& result) {
       width_range.add(width + sign * width_error);
     }
   }
-  draft.plan.data[file_name("position")] = positions.text();
-  draft.plan.data[file_name("width")] = widths.text();
-  draft.plan.curves += 7;  // above both point sets and the line at c0, below both point sets and lines at zero
-
   shift_range.add((result.c_thrust.value - tan30) * z_range.high);
-  const Range position_axis = with_margins(position_range);
-  const Range width_axis = with_margins(width_range);
-  draft.script["position_low"] = exact(position_axis.low);
-  draft.script["position_high"] = exact(position_axis.high);
-  draft.script["width_low"] = exact(width_axis.low);
-  draft.script["width_high"] = exact(width_axis.high);
-  const std::string position_ticks = linear_ticks(position_axis, 5);
-  const std::string width_ticks = linear_ticks(width_axis, 5);
-  draft.script["position_ticks"] = position_ticks;
-  draft.script["width_ticks"] = width_ticks;
-  const Range shift_axis = with_margins(shift_range);
-  const Range square_axis = with_margins(square_range);
-  draft.script["shift_low"] = exact(shift_axis.low);
-  draft.script["shift_high"] = exact(shift_axis.high);
-  const std::string shift_ticks = linear_ticks(shift_axis, 5), square_ticks = linear_ticks(square_axis, 5);
-  draft.script["shift_ticks"] = shift_ticks;
-  // The lines fall where the peaks are slower than without friction: the numbers stand where they do not pass.
-  const bool falls = !result.c.known() || result.c.value < tan30;
-  draft.script["text_top"] = falls ? "0.84" : "0.33";
-  draft.script["square_low"] = exact(square_axis.low);
-  draft.script["square_high"] = exact(square_axis.high);
-  draft.script["square_ticks"] = square_ticks;
-  draft.script["left_room"] = exact(room_for_labels({position_ticks, shift_ticks}));
-  draft.script["right_room"] = exact(room_for_labels({width_ticks, square_ticks}));
+  figure.position.y = linear_axis("position over depth  xₚ/z", with_margins(position_range), 5);
+  figure.width.y = linear_axis("width² over depth  W²/z", with_margins(width_range), 5);
+  figure.shift.y = linear_axis("peak position  xₚ − c₀ z", with_margins(shift_range), 5);
+  figure.square.y = linear_axis("squared width W²", with_margins(square_range), 5);
   Range z_axis;
   z_axis.add(0);
   z_axis.add(10 * std::ceil((z_range.high + 1) / 10));
-  draft.script["z_limit"] = exact(z_axis.high);
-  draft.script["z_ticks"] = linear_ticks(z_axis, 5);
-  draft.caption["depths"] = std::to_string(shown);
-  draft.caption["unidentified"] =
+  for (Panel* panel : {&figure.position, &figure.width, &figure.shift, &figure.square}) {
+    panel->x = linear_axis("depth z  (bead diameters)", z_axis, 5);
+  }
+  const Style measured = Ink{"vermilion", 7}.bars(0.8, 0.4), level{.colour = "frame", .width = 1, .dash = 3};
+  const std::string of_position = figure.plot.add_data("position", positions),
+                    of_width = figure.plot.add_data("width", widths);
+  figure.position.add_level(tan30, level);
+  figure.position.add(of_position, "1:2:3", measured);
+  figure.width.add(of_width, "1:2:3", measured);
+  figure.shift.add_level(0, level);
+  figure.shift.add(of_position, "1:4:5", measured);
+  figure.square.add_level(0, level);
+  figure.square.add(of_width, "1:4:5", measured);
+  figure.caption["depths"] = std::to_string(shown);
+  figure.caption["unidentified"] =
       unidentified == 0 ? "" : count_in_words(unidentified) + (unidentified == 1 ? " depth" : " depths");
 }
 
-/// The slope and offset of one line, and the ratio that they imply at finite depth.
-void add_slope(Draft& draft, const std::string& name, const Estimate& slope, const std::string& offset_name,
-               const Estimate& offset) {
+/// The line of one slope and its offset below, and above the ratio that they imply at finite depth. Whether it is
+/// known.
+bool add_slope(DepthPlot& figure, const std::string& name, const Estimate& slope, const Estimate& offset, Panel& above,
+               Panel& below, double subtracted) {
   const bool known = slope.known() && offset.known();
-  draft.script[name] = known ? exact(slope.value) : "";
-  draft.script[offset_name] = known ? exact(offset.value) : "";
-  draft.caption[name] = known ? "known" : "";
-  draft.caption[name + "_reason"] = known ? "" : slope.known() ? offset.reason : slope.reason;
-  draft.script[name + "_text"] =
-      known ? gnuplot_string(fmt::format("slope {} = {}", name, value_with_error(slope.value, slope.standard_error)))
-            : "";
-  if (known) draft.plan.curves += 2;  // above and below
+  figure.caption[name] = known ? "known" : "";
+  figure.caption[name + "_reason"] = known ? "" : slope.known() ? offset.reason : slope.reason;
+  if (!known) return false;
+  const Style line{.colour = "blue", .width = 1.6};
+  const Range& window = figure.position.band;
+  above.curves.insert(
+      above.curves.begin(),
+      {"", "", fmt::format("{} + {} / $1", exact(slope.value), exact(offset.value)), window.low, window.high, line});
+  below.add_function(fmt::format("{} + {} * $1", exact(offset.value), exact(slope.value - subtracted)), window.low,
+                     window.high, line);
+  return true;
 }
 
-/// The speed that follows from the thrust ratio, beside the slope c.
-void add_thrust(Draft& draft, const Transport& result) {
+/// The speed that follows from the thrust ratio, beside the slope c, and what is told of both. Whether it is shown.
+bool add_thrust(DepthPlot& figure, const Transport& result) {
   // Plotted over the window, of which something must be on the axis.
   const bool known =
       result.c_thrust.known() && std::any_of(result.depths.begin(), result.depths.end(), [&](const DepthFit& fit) {
         return shows(fit) && fit.layer > result.window_layers[0];
       });
-  const auto text = [](const std::string& what, const Estimate& number) {
-    if (!number.known()) return std::string();
-    return gnuplot_string(fmt::format("{} {}", what, value_with_error(number.value, number.standard_error)));
+  const bool with_c = result.c.known() && result.position_offset.known();
+  const Range& window = figure.position.band;
+  if (known) {
+    const double slope = result.c_thrust.value - tan30;
+    // It meets the line of c where the window begins.
+    const double offset =
+        with_c ? result.position_offset.value + (result.c.value - result.c_thrust.value) * window.low : 0;
+    figure.shift.add_function(fmt::format("{} * $1 + {}", exact(slope), exact(offset)), window.low, window.high,
+                              {.colour = "bluish_green", .width = 1.6});
+  }
+  figure.caption["thrust"] = known ? exact(result.c_thrust.value) : "";
+  // The lines fall where the peaks are slower than without friction: the numbers stand where they do not pass.
+  const double top = !result.c.known() || result.c.value < tan30 ? 0.84 : 0.33;
+  const auto tell = [&](const std::string& what, const Estimate& number, double below, const char* colour) {
+    if (!number.known()) return;
+    figure.shift.texts.push_back({fmt::format("{} {}", what, value_with_error(number.value, number.standard_error)),
+                                  0.95, top - below, "right", colour});
   };
-  set_both(draft, "thrust", known ? exact(result.c_thrust.value) : "");
-  draft.script["thrust_text"] = text("c from thrust", result.c_thrust);
-  draft.script["difference_text"] = known ? text("difference", result.c_minus_c_thrust) : "";
-  if (known) ++draft.plan.curves;
+  if (with_c) tell("slope c =", result.c, 0, "blue");
+  tell("c from thrust", result.c_thrust, 0.11, "bluish_green");
+  if (known) tell("difference", result.c_minus_c_thrust, 0.22, "black");
+  return known;
 }
 
 }  // namespace
@@ -169,27 +170,39 @@ Figure plot_transport_with_depth(const Analysis& analysis, const TransportWithDe
         "more samples or deeper layers, or switch the figure off");
   }
 
-  Draft draft;
-  draft.plan.id = depth_id;
-  draft.plan.script = "plot/transport_with_depth";
-  draft.plan.height = 4.3;
-  set_both(draft, "mu", caption_number(result->scanned()));
-  draft.caption["mu_differs"] = result->scanned() == spec.mu ? "" : caption_number(spec.mu);
-  const double window_top = result->rows().depth(result->window_layers[0]);
-  const double window_bottom = result->rows().depth(result->window_layers[1]);
-  draft.script["c0"] = exact(tan30);
-  draft.script["window_top"] = exact(window_top);
-  draft.script["window_bottom"] = exact(window_bottom);
-  draft.caption["window_top"] = caption_number(window_top);
-  draft.caption["window_bottom"] = caption_number(window_bottom);
-  add_depths(draft, *result);
-  add_slope(draft, "c", result->c, "x_0", result->position_offset);
-  add_slope(draft, "D", result->D, "w_0", result->width_offset);
-  add_thrust(draft, *result);
-  draft.script["slopes"] = draft.script["c"].empty() && draft.script["D"].empty() ? "" : "yes";
-
-  return plot_figure(draft.plan, draft.script,
-                     {"plot/transport_with_depth.captions", draft.caption, terms_of(*analysis.scan)}, run_folder);
+  DepthPlot figure;
+  figure.plot.id = depth_id;
+  figure.plot.height = 4.3;
+  figure.plot.key = {.inches = 0.5, .lines = 2, .sample = 1.8, .entries = {}};
+  const double row = figure.plot.height - figure.plot.key.inches;
+  figure.position.bottom = figure.width.bottom = lower_row + 0.48;
+  figure.position.name_height = figure.width.name_height = 0.36;
+  figure.shift.top = figure.square.top = row - lower_row + 0.12;
+  for (Panel* panel : {&figure.width, &figure.square}) panel->left = 0.605, panel->name = 0.518;
+  figure.caption["mu"] = caption_number(result->scanned());
+  figure.caption["mu_differs"] = result->scanned() == spec.mu ? "" : caption_number(spec.mu);
+  Range window;
+  for (const int layer : result->window_layers) window.add(result->rows().depth(layer));
+  for (Panel* panel : {&figure.position, &figure.width, &figure.shift, &figure.square}) panel->band = window;
+  figure.caption["window_top"] = caption_number(window.low);
+  figure.caption["window_bottom"] = caption_number(window.high);
+  add_depths(figure, *result);
+  const bool thrust = add_thrust(figure, *result);
+  const bool with_c = add_slope(figure, "c", result->c, result->position_offset, figure.position, figure.shift, tan30);
+  const bool with_D = add_slope(figure, "D", result->D, result->width_offset, figure.width, figure.square, 0);
+  if (with_D) {
+    figure.square.texts.push_back(
+        {"slope D = " + value_with_error(result->D.value, result->D.standard_error), 0.05, 0.91, "left", "blue"});
+  }
+  figure.plot.panels = {figure.position, figure.width, figure.shift, figure.square};
+  figure.plot.add_key("measured", Ink{"vermilion", 7}.points(0.5));
+  if (with_c || with_D) {
+    figure.plot.add_key("c and D fitted below: above c + x₀/z, D + w₀/z", {.colour = "blue", .width = 1.6});
+  }
+  figure.plot.add_key("c₀ = tan 30°", {.colour = "frame", .width = 1, .dash = 3});
+  if (thrust) figure.plot.add_key("c from thrust", {.colour = "bluish_green", .width = 1.6});
+  return plot_figure(figure.plot, {"plot/transport_with_depth.captions", figure.caption, terms_of(*analysis.scan)},
+                     run_folder);
 }
 
 namespace {
@@ -197,7 +210,7 @@ namespace {
 constexpr const char* profiles_id = "response-profiles";
 constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 
-struct Panel {
+struct ProfilePanel {
   const ResponseProfile* profile = nullptr;
   const DepthFit* fit = nullptr;  ///< nullptr if the layer was not fitted or the fit identifies no peak
   bool has_curve = false;         ///< the fitted G is plotted
@@ -210,8 +223,8 @@ const ResponseProfile& nearest_profile(const Transport& result, int layer) {
                            });
 }
 
-Panel make_panel(const Transport& result, const ResponseProfile& profile) {
-  Panel panel;
+ProfilePanel make_panel(const Transport& result, const ResponseProfile& profile) {
+  ProfilePanel panel;
   panel.profile = &profile;
   for (const DepthFit& fit : result.depths) {
     if (fit.layer == profile.layer && fit.identifiable && fit.peak_position.known()) panel.fit = &fit;
@@ -224,9 +237,9 @@ Panel make_panel(const Transport& result, const ResponseProfile& profile) {
 }
 
 /// The panels for the layers asked for, each profile once; `nearest` collects what had to be replaced.
-std::vector<Panel> choose_panels(const Transport& result, const std::vector<int>& layers,
-                                 std::vector<std::string>& nearest) {
-  std::vector<Panel> panels;
+std::vector<ProfilePanel> choose_panels(const Transport& result, const std::vector<int>& layers,
+                                        std::vector<std::string>& nearest) {
+  std::vector<ProfilePanel> panels;
   std::set<int> taken;
   for (const int layer : layers) {
     const ResponseProfile& profile = nearest_profile(result, layer);
@@ -245,7 +258,7 @@ double residual(const ResponseProfile& profile, std::size_t i) {
   return (profile.pressure[i] - profile.fit[i]) / profile.standard_error[i];
 }
 
-std::string data_of(const Panel& panel) {
+std::string data_of(const ProfilePanel& panel) {
   const ResponseProfile& profile = *panel.profile;
   std::vector<std::string> columns = {"x: bead diameters", "P: 1/bead diameter", "standard_error: 1/bead diameter"};
   if (panel.has_curve)
@@ -260,9 +273,9 @@ std::string data_of(const Panel& panel) {
 }
 
 /// Half the width shown: both peaks with five widths of surroundings, the same in every panel, in tens of beads.
-double half_width(const std::vector<Panel>& panels) {
+double half_width(const std::vector<ProfilePanel>& panels) {
   double shown = 0, available = 0;
-  for (const Panel& panel : panels) {
+  for (const ProfilePanel& panel : panels) {
     available = std::max(available, -panel.profile->x.front());
     if (panel.fit == nullptr) continue;
     const double width = panel.fit->width.known() ? panel.fit->width.value : 1;
@@ -274,10 +287,10 @@ double half_width(const std::vector<Panel>& panels) {
   return std::min(available, 10 * std::ceil(shown / 10));
 }
 
-Range heights(const std::vector<Panel>& panels, double half_width) {
+Range heights(const std::vector<ProfilePanel>& panels, double half_width) {
   Range range;
   range.add(0);
-  for (const Panel& panel : panels) {
+  for (const ProfilePanel& panel : panels) {
     const ResponseProfile& profile = *panel.profile;
     for (std::size_t i = 0; i < profile.x.size(); ++i) {
       if (std::abs(profile.x[i]) > half_width) continue;
@@ -290,14 +303,14 @@ Range heights(const std::vector<Panel>& panels, double half_width) {
 }
 
 /// The right-hand peak, seen closely: where the fit puts it, or where it would stand without friction.
-double centre_of(const Panel& panel) {
+double centre_of(const ProfilePanel& panel) {
   return panel.fit != nullptr ? panel.fit->peak_position.value : tan30 * panel.profile->z;
 }
 
 /// Half the width of that view, the same in every panel: six widths of the widest peak.
-double close_half_width(const std::vector<Panel>& panels, double shown) {
+double close_half_width(const std::vector<ProfilePanel>& panels, double shown) {
   double half = 8;
-  for (const Panel& panel : panels) {
+  for (const ProfilePanel& panel : panels) {
     if (panel.fit != nullptr && panel.fit->width.known()) half = std::max(half, 6 * panel.fit->width.value);
     half = std::min(half, shown / 2);
   }
@@ -305,9 +318,9 @@ double close_half_width(const std::vector<Panel>& panels, double shown) {
 }
 
 /// How far the residuals of the close views reach, at least three standard errors.
-double residual_reach(const std::vector<Panel>& panels, double half_width) {
+double residual_reach(const std::vector<ProfilePanel>& panels, double half_width) {
   double reach = 3;
-  for (const Panel& panel : panels) {
+  for (const ProfilePanel& panel : panels) {
     if (!panel.has_curve) continue;
     for (std::size_t i = 0; i < panel.profile->x.size(); ++i) {
       if (std::abs(panel.profile->x[i] - centre_of(panel)) > half_width) continue;
@@ -318,17 +331,17 @@ double residual_reach(const std::vector<Panel>& panels, double half_width) {
   return 1.15 * reach;
 }
 
-std::string quality_of(const Panel& panel) {
+std::string quality_of(const ProfilePanel& panel) {
   if (panel.fit == nullptr || panel.fit->degrees_of_freedom <= 0) return "";
   return fmt::format("χ²/dof = {:.2f}, {} dof", panel.fit->chi2_per_dof, panel.fit->degrees_of_freedom);
 }
 
-std::string head_of(const Panel& panel, int layers_computed) {
+std::string head_of(const ProfilePanel& panel, int layers_computed) {
   const int layer = panel.profile->layer;
   return fmt::format("z = {:.1f}: layer {} of {}", panel.profile->z, layer, layers_computed);
 }
 
-std::string note_of(const Panel& panel) {
+std::string note_of(const ProfilePanel& panel) {
   if (panel.fit == nullptr) return "peaks not identified by the fit";
   std::string note =
       "xₚ = " + value_with_error(panel.fit->peak_position.value, panel.fit->peak_position.standard_error);
@@ -338,34 +351,29 @@ std::string note_of(const Panel& panel) {
   return note;
 }
 
-struct PanelLists {
-  std::vector<std::string> layers, heads, notes, peaks, curves, centres, ticks, marks, qualities, depths, unfitted;
-};
-
-PanelLists lists_of(const std::vector<Panel>& panels, int layers_computed, double close_view) {
-  PanelLists lists;
-  for (const Panel& panel : panels) {
-    const int layer = panel.profile->layer;
-    lists.layers.push_back(std::to_string(layer));
-    lists.heads.push_back(gnuplot_string(head_of(panel, layers_computed)));
-    lists.notes.push_back(gnuplot_string(note_of(panel)));
-    lists.peaks.push_back(panel.fit != nullptr ? exact(panel.fit->peak_position.value) : "NaN");
+/// What the script is told of each depth.
+nlohmann::ordered_json fields_of(const std::vector<ProfilePanel>& panels, int layers_computed, double close_view) {
+  nlohmann::ordered_json all = nlohmann::ordered_json::array();
+  for (const ProfilePanel& panel : panels) {
     Range close;
     close.add(centre_of(panel) - close_view);
     close.add(centre_of(panel) + close_view);
-    lists.centres.push_back(exact(centre_of(panel)));
-    lists.ticks.push_back(fmt::format("\"{}\"", linear_ticks(close, 5)));
-    lists.marks.push_back(fmt::format("\"{}\"", without_labels(linear_ticks(close, 5))));
-    lists.qualities.push_back(gnuplot_string(quality_of(panel)));
-    lists.curves.push_back(panel.has_curve ? "1" : "0");
-    lists.depths.push_back(fmt::format("z = {:.1f} (layer {}, {} layers above the bottom)", panel.profile->z, layer,
-                                       layers_computed - layer));
-    if (panel.fit == nullptr || !panel.has_curve) lists.unfitted.push_back(fmt::format("layer {}", layer));
+    const Axis axis = linear_axis("", close, 5);
+    all.push_back({{"number", all.size() + 1},
+                   {"file", fmt::format("{}-layer-{}.csv", profiles_id, panel.profile->layer)},
+                   {"head", head_of(panel, layers_computed)},
+                   {"note", note_of(panel)},
+                   {"quality", quality_of(panel)},
+                   {"fitted", panel.has_curve},
+                   {"peak", panel.fit == nullptr ? nlohmann::ordered_json()
+                                                 : nlohmann::ordered_json{{"at", panel.fit->peak_position.value}}},
+                   {"close", axis_json(axis)},
+                   {"bare", axis_json(without_words(axis))}});
   }
-  return lists;
+  return all;
 }
 
-bool shows_the_papers_layers(const std::vector<Panel>& panels, int layers_computed) {
+bool shows_the_papers_layers(const std::vector<ProfilePanel>& panels, int layers_computed) {
   return layers_computed == 200 && panels.size() == 2 && panels[0].profile->layer == 110 &&
          panels[1].profile->layer == 170;
 }
@@ -382,10 +390,16 @@ Figure plot_response_profiles(const std::vector<Transport>& results, const Respo
         "layers; list usable layers for it, or switch the figure off");
   }
   std::vector<std::string> nearest;
-  const std::vector<Panel> panels = choose_panels(*result, spec.layers, nearest);
+  const std::vector<ProfilePanel> panels = choose_panels(*result, spec.layers, nearest);
   const double shown = half_width(panels);
   const double close_view = close_half_width(panels, shown);
-  const PanelLists lists = lists_of(panels, spec.layers_computed, close_view);
+  std::vector<std::string> depths, unfitted;
+  for (const ProfilePanel& panel : panels) {
+    const int layer = panel.profile->layer;
+    depths.push_back(fmt::format("z = {:.1f} (layer {}, {} layers above the bottom)", panel.profile->z, layer,
+                                 spec.layers_computed - layer));
+    if (panel.fit == nullptr || !panel.has_curve) unfitted.push_back(fmt::format("layer {}", layer));
+  }
   // Beyond two depths there is room for the profiles alone.
   const bool detailed = panels.size() <= 2;
   const double reach = residual_reach(panels, close_view);
@@ -395,40 +409,33 @@ Figure plot_response_profiles(const std::vector<Transport>& results, const Respo
   x_axis.add(shown);
   const double room = range.size() > 0 ? range.size() : 1;
 
-  PlotPlan plan;
-  plan.id = profiles_id;
-  plan.script = "plot/response_profiles";
+  Plot plot;
+  plot.id = profiles_id;
   const double rows = std::ceil(static_cast<double>(panels.size()) / 2);
-  plan.height = detailed ? 5.0 : 0.3 + std::min(2.9, 9.0 / rows) * rows;
-  for (const Panel& panel : panels) {
-    plan.data[fmt::format("{}-layer-{}.csv", profiles_id, panel.profile->layer)] = data_of(panel);
-    plan.curves += panel.has_curve ? 3 : 2;
-    if (detailed) plan.curves += panel.has_curve ? 5 : 1;
+  plot.height = detailed ? 5.0 : 0.3 + std::min(2.9, 9.0 / rows) * rows;
+  for (const ProfilePanel& panel : panels) {
+    plot.data[fmt::format("{}-layer-{}.csv", profiles_id, panel.profile->layer)] = data_of(panel);
+    plot.other_curves += panel.has_curve ? 3 : 2;
+    if (detailed) plot.other_curves += panel.has_curve ? 5 : 1;
   }
   const std::string mu = caption_number(result->scanned());
-  const TemplateVariables variables = {
-      {"mu", mu},
-      {"panels", std::to_string(panels.size())},
-      {"layers", fmt::format("{}", fmt::join(lists.layers, ", "))},
-      {"heads", fmt::format("{}", fmt::join(lists.heads, ", "))},
-      {"notes", fmt::format("{}", fmt::join(lists.notes, ", "))},
-      {"peaks", fmt::format("{}", fmt::join(lists.peaks, ", "))},
-      {"curves", fmt::format("{}", fmt::join(lists.curves, ", "))},
-      {"detailed", detailed ? "yes" : ""},
-      {"centres", fmt::format("{}", fmt::join(lists.centres, ", "))},
-      {"close_ticks", fmt::format("{}", fmt::join(lists.ticks, ", "))},
-      {"close_marks", fmt::format("{}", fmt::join(lists.marks, ", "))},
-      {"qualities", fmt::format("{}", fmt::join(lists.qualities, ", "))},
-      {"close_view", exact(close_view)},
-      {"reach", exact(reach)},
-      {"residual_ticks", three_ticks(reach)},
-      {"x_limit", exact(shown)},
-      {"x_ticks", linear_ticks(x_axis, 5)},
-      {"y_ticks", linear_ticks(range, 6)},
-      {"y_low", exact(range.low - 0.05 * room)},
-      {"y_high", exact(range.high + 0.22 * room)}};  // room for the labels above the peaks
+  Range y_axis = range;
+  y_axis.low -= 0.05 * room;
+  y_axis.high += 0.22 * room;  // room for the labels above the peaks
+  plot.own = {{"depths", fields_of(panels, spec.layers_computed, close_view)},
+              {"how_many", panels.size()},
+              {"detailed", detailed},
+              {"reach", reach},
+              {"position", axis_json(linear_axis("position x  (bead diameters)", x_axis, 5))},
+              {"response", axis_json(linear_axis("response P(x)", y_axis, 6, range))},
+              {"residual", axis_json({"residual / σ", -reach, 1.6 * reach, false, three_marks(reach)})},
+              {"right_hand_peak", "right-hand peak"}};
+  plot.key = {.inches = 0.3, .horizontal = true, .centred = true, .small = false, .entries = {}};
+  plot.add_key("±1 standard error", {.with = "filledcurves", .colour = "sky_blue"});
+  plot.add_key("measured mean", {.colour = "blue", .width = 0.7});
+  plot.add_key("fitted double Gaussian", {.colour = "vermilion", .width = 2.2});
   const EstimatorName estimator = result->spec.response.estimator;
-  return plot_figure(plan, variables,
+  return plot_figure(plot,
                      {"plot/response_profiles.captions",
                       {{"mu", mu},
                        {"mu_differs", result->scanned() == spec.mu ? "" : caption_number(spec.mu)},
@@ -436,12 +443,12 @@ Figure plot_response_profiles(const std::vector<Transport>& results, const Respo
                        {"linear", estimator == EstimatorName::multiplexed ? "yes" : ""},
                        {"unloaded", estimator == EstimatorName::fluctuation ? "yes" : ""},
                        {"finite", loads_one_bead(estimator) ? "yes" : ""},
-                       {"depths", enumeration(lists.depths)},
+                       {"depths", enumeration(depths)},
                        {"how_many", count_in_words(panels.size()) + (panels.size() == 1 ? " depth" : " depths")},
                        {"panels", std::to_string(panels.size()) + (panels.size() == 1 ? " panel" : " panels")},
                        {"detailed", detailed ? "yes" : ""},
                        {"deeper", panels.size() > 1 ? "yes" : ""},
-                       {"unfitted", enumeration(lists.unfitted)},
+                       {"unfitted", enumeration(unfitted)},
                        {"nearest", fmt::format("{}", fmt::join(nearest, ". "))},
                        {"paper_depths", shows_the_papers_layers(panels, spec.layers_computed) ? "yes" : ""}},
                       terms_of(*result->scan)},

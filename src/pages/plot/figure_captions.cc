@@ -10,7 +10,7 @@
 #include <stdexcept>
 #include <string_view>
 
-#include "plot/plot_script.h"
+#include "plot/plot_texts.h"
 #include "support/plain_text.h"
 #include "support/templates.h"
 

@@ -25,6 +25,15 @@
 #include "support/process.h"
 
 namespace granuscope {
+
+bool is_complaint(std::string_view standard_error) {
+  // "name.gp" line 3: warning: …; (process:17): Pango-WARNING **: …; Fontconfig warning: …
+  for (const char* sign : {".gp\" line ", ".gp\", line ", "WARNING **", "CRITICAL **", "Fontconfig "}) {
+    if (standard_error.find(sign) != std::string_view::npos) return true;
+  }
+  return false;
+}
+
 namespace {
 
 constexpr std::string_view creation_date_key = "/CreationDate (";
@@ -63,7 +72,7 @@ std::size_t group_length(std::string_view svg) {
   return svg.size();
 }
 
-/// Runs the script in `folder`, `settings` before it, and takes nothing but silence for success.
+/// Runs the script in `folder`, `settings` before it; a complaint is no success.
 void run_script(const GnuplotJob& job, const std::filesystem::path& folder, const std::vector<std::string>& settings,
                 double timeout_seconds) {
   ProcessSpec process;
@@ -81,7 +90,7 @@ void run_script(const GnuplotJob& job, const std::filesystem::path& folder, cons
     const std::string said = single_line(result.standard_error);
     fail(job, fmt::format("it {}{}{}", describe_end(result), said.empty() ? "" : ": ", said));
   }
-  if (!result.standard_error.empty()) fail(job, "it complained: " + single_line(result.standard_error));
+  if (is_complaint(result.standard_error)) fail(job, "it complained: " + single_line(result.standard_error));
 }
 
 std::string read_svg(const GnuplotJob& job, const std::filesystem::path& folder) {

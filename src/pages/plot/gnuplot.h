@@ -49,6 +49,10 @@ std::optional<FileLabel> label_of_svg(std::string_view svg);
 /// has a plain table, as cairo 1.16 writes it, is returned as it is. Throws EnvironmentError for one that is neither.
 std::string with_plain_objects(std::string pdf);
 
+/// Whether gnuplot, or what it plots with, has said of a script that something is wrong. What else stands on standard
+/// error is of a wrapper or of the system (modules, for example) and says nothing of the plot.
+bool is_complaint(std::string_view standard_error);
+
 /// One plot to be made by gnuplot: a script that reads its data and writes <stem>.svg and <stem>.pdf, all by names
 /// relative to the folder it stands in.
 struct GnuplotJob {

@@ -14,7 +14,8 @@
 
 #include "plot/figure_captions.h"
 #include "plot/gnuplot.h"
-#include "plot/plot_script.h"
+#include "plot/plot.h"
+#include "plot/plot_texts.h"
 #include "support/error.h"
 #include "support/files.h"
 #include "support/plain_text.h"
@@ -73,18 +74,6 @@ void require_font(const std::string& name) {
   throw InputError(
       fmt::format("there is no font {} here, {} would take its place; `fc-list : family` lists what there is",
                   single_line(name), single_line(result.standard_output)));
-}
-
-/// In another language the key has other letters.
-std::string translated_script(const std::string& script, const std::string& language) {
-  std::string result = in_language(script, catalogue_of(language));
-  if (result == script) return script;
-  const std::string setting = "key_letters = ";
-  const std::size_t at = result.find(setting);
-  if (at == std::string::npos) return result;
-  const std::size_t from = at + setting.size();
-  return result.replace(from, result.find_first_not_of("0123456789", from) - from,
-                        std::to_string(size_of_key(result).letters));
 }
 
 /// What stands in the scripts as Unicode or as gnuplot's markup, in TeX's own mathematics.
@@ -229,7 +218,9 @@ template <typename Fill>
 auto filled(const fs::path& file, const Fill& fill) {
   try {
     return fill();
-  } catch (const std::logic_error& error) {
+  } catch (const Error&) {
+    throw;
+  } catch (const std::exception& error) {  // of the templates, or of fields that are none
     throw InputError(
         fmt::format("{}: this recipe does not fit the templates ({}); run the experiment again with this "
                     "version",
@@ -344,12 +335,11 @@ PlottedFigure plot_again(const fs::path& figures, const std::string& id, const F
     if (name == id + ".gp") {
       // Anything may stand there, system() included: only what the recipe gives is run.
       std::string script = read_file(entry.path());
-      if (!style.trust_script) {
-        const std::string safe = filled(recipe_file, [&] { return fill_script(*recipe); });
-        plotted.other_script = !other_templates && safe != script;
-        script = safe;
+      if (recipe && !style.trust_script) {
+        plotted.other_script = !other_templates && filled(recipe_file, [&] { return fill_script(*recipe); }) != script;
+        script = filled(recipe_file, [&] { return fill_script(*recipe, catalogue_of(style.language)); });
       }
-      write_file(scratch.path() / name, translated_script(script, style.language));
+      write_file(scratch.path() / name, script);
     } else if (name.starts_with(id) && name.ends_with(".csv")) {
       write_file(scratch.path() / name, read_file(entry.path()));
     }
@@ -369,7 +359,7 @@ PlottedFigure plot_again(const fs::path& figures, const std::string& id, const F
         what));
   };
   if (result.timed_out || result.exit_code != 0) fail(describe_end(result) + " " + single_line(result.standard_error));
-  if (!result.standard_error.empty()) fail("it complained: " + single_line(result.standard_error));
+  if (is_complaint(result.standard_error)) fail("it complained: " + single_line(result.standard_error));
   const fs::path file = scratch.path() / (id + "." + style.format);
   if (!fs::is_regular_file(file, none)) fail("there is no file; the script may be of an older version: run it again");
   std::string& bytes = plotted.bytes = read_file(file);

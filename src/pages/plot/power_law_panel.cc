@@ -3,13 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
 #include "plot/axes.h"
 #include "plot/figure_captions.h"
 #include "plot/gnuplot.h"
-#include "plot/plot_script.h"
 #include "support/plain_text.h"
 
 namespace granuscope {
@@ -83,98 +83,71 @@ Axes axes_of(const PowerLawPanel& panel) {
   return axes;
 }
 
-/// Data files of one series, and what plots them.
-struct SeriesShown {
-  bool inside = false, outside = false;
-  bool ratio_inside = false, ratio_outside = false;
+/// Points of one series inside or outside of its window, in the panel and below it over their law.
+struct Points {
+  CsvTable points, ratios;
 };
 
-/// An arrow at the edge of the narrow panel, where a point lies beyond it.
-std::string arrow_beyond(double x, bool up, const std::string& colour) {
-  return fmt::format(
-      "set arrow from first {0}, graph {1} to first {0}, graph {2} size graph 0.02, 25 filled linecolor rgb "
-      "'{3}'\n  ",
-      exact(x), up ? 0.7 : 0.3, up ? 0.98 : 0.02, colour);
-}
-
-SeriesShown add_data(PlotPlan& plan, const PowerLawPanel& panel, const PowerLawSeries& series, const Axes& axes,
-                     const std::string& colour, PowerLawPanelScript& script, std::string& arrows) {
+Points points_of(const PowerLawPanel& panel, const PowerLawSeries& series, const Axes& axes, bool inside,
+                 const std::string& colour, PowerLawShown& shown, Panel& below) {
   const Law law = law_of(series);
-  SeriesShown shown;
-  for (const bool inside : {true, false}) {
-    CsvTable points(power_law_columns(panel.x_unit, panel.y_unit));
-    CsvTable ratios({"mu: dimensionless", "x: " + panel.x_unit, "y_over_law: dimensionless", "low: dimensionless",
-                     "high: dimensionless"});
-    for (const PowerLawPoint& point : series.points) {
-      if (!fits_log_axes(point) || in_window(point.mu, series.fit.window) != inside) continue;
-      // A bar that reaches zero or below ends at the axis.
-      points.add_row({point.mu, point.x, point.y, std::max(point.x - point.x_error, axes.x.low),
-                      point.x + point.x_error, std::max(point.y - point.y_error, axes.y.low), point.y + point.y_error});
-      const Ratio ratio = over_law(point, law);
-      if (ratio.shown) {
-        ratios.add_row({point.mu, point.x, ratio.value, std::max(ratio.value - ratio.error, axes.ratio.low),
-                        std::min(ratio.value + ratio.error, axes.ratio.high)});
-      } else if (law.known) {
-        script.off_scale.emplace_back(series.name, point.mu);
-        arrows += arrow_beyond(point.x, ratio.value > 1, colour);
-      }
+  Points of{CsvTable(power_law_columns(panel.x_unit, panel.y_unit)),
+            CsvTable({"mu: dimensionless", "x: " + panel.x_unit, "y_over_law: dimensionless", "low: dimensionless",
+                      "high: dimensionless"})};
+  for (const PowerLawPoint& point : series.points) {
+    if (!fits_log_axes(point) || in_window(point.mu, series.fit.window) != inside) continue;
+    // A bar that reaches zero or below ends at the axis.
+    of.points.add_row({point.mu, point.x, point.y, std::max(point.x - point.x_error, axes.x.low),
+                       point.x + point.x_error, std::max(point.y - point.y_error, axes.y.low),
+                       point.y + point.y_error});
+    const Ratio ratio = over_law(point, law);
+    if (ratio.shown) {
+      of.ratios.add_row({point.mu, point.x, ratio.value, std::max(ratio.value - ratio.error, axes.ratio.low),
+                         std::min(ratio.value + ratio.error, axes.ratio.high)});
+    } else if (law.known) {
+      // An arrow at the edge of the narrow panel, where a point lies beyond it.
+      const bool up = ratio.value > 1;
+      shown.off_scale.emplace_back(series.name, point.mu);
+      below.arrows.push_back({point.x, up ? 0.7 : 0.3, point.x, up ? 0.98 : 0.02, "first", true, {.colour = colour}});
     }
-    const std::string stem = fmt::format("{}-{}-{}-{}", plan.id, panel.id, series.name, inside ? "inside" : "outside");
-    if (!points.empty()) plan.data[stem + ".csv"] = points.text();
-    if (!ratios.empty()) plan.data[stem + "-over-law.csv"] = ratios.text();
-    (inside ? shown.inside : shown.outside) = !points.empty();
-    (inside ? shown.ratio_inside : shown.ratio_outside) = !ratios.empty();
   }
-  for (const bool one : {shown.inside, shown.outside, shown.ratio_inside, shown.ratio_outside}) plan.curves += one;
-  return shown;
+  return of;
 }
 
-std::string yes(bool shown) { return shown ? "yes" : ""; }
-
-/// Where a law was fitted: its window, or the reach of the window's points.
-Range fitted_range(const PowerLawPanel& panel, const PowerLawSeries& series, const WindowMiddle& middle,
-                   const Axes& axes) {
-  return panel.against_mu ? window_on_axis(series.fit.window, axes.x) : middle.extent;
-}
-
-void add_series(TemplateVariables& variables, PlotPlan& plan, const PowerLawPanel& panel, std::size_t index,
-                const Axes& axes, PowerLawPanelScript& script) {
-  const std::string prefix = index == 0 ? "first" : "second";
-  const PowerLawSeries series = index < panel.series.size() ? panel.series[index] : PowerLawSeries{};
-  const std::string colour = plot_colours().at(index == 0 ? "blue" : "vermilion");
-  const SeriesShown shown = add_data(plan, panel, series, axes, colour, script, variables["arrows"]);
+/// Adds a series and its law; the last series added hides the others.
+void add_series(Plot& plot, const PowerLawPanel& panel, std::size_t index, const Axes& axes, PowerLawShown& shown,
+                Panel& upper, Panel& lower) {
+  const PowerLawSeries& series = panel.series[index];
+  const bool first = index == 0;
+  const std::string colour = first ? "blue" : "vermilion";
   const WindowMiddle middle = middle_of_window(series.points, series.fit.window);
   const Law law = law_of(series);
   const bool with_law = law.known && !middle.extent.empty;
-  const Range fitted = fitted_range(panel, series, middle, axes);
-  variables[prefix + "_name"] = series.name;
-  variables[prefix + "_inside"] = yes(shown.inside);
-  variables[prefix + "_outside"] = yes(shown.outside);
-  variables[prefix + "_ratio_inside"] = yes(shown.ratio_inside);
-  variables[prefix + "_ratio_outside"] = yes(shown.ratio_outside);
-  variables[prefix + "_law"] = yes(with_law);
-  variables[prefix + "_exponent"] = exact(law.exponent);
-  variables[prefix + "_intercept"] = exact(law.intercept);
-  variables[prefix + "_low"] = exact(fitted.low);
-  variables[prefix + "_high"] = exact(fitted.high);
-  if (with_law) plan.curves += index == 0 ? 2 : 1;  // the first also beyond its window
-  if (index == 0) {
-    const bool guide = !middle.extent.empty && !panel.paper_exponent.empty();
-    variables["guide"] = yes(guide);
-    variables["guide_x"] = exact(middle.x);
-    variables["guide_y"] = exact(middle.y);
-    variables["guide_exponent"] = panel.paper_exponent;
-    if (guide) ++plan.curves;
-    script.law = with_law;
-  } else {
-    script.second = shown.inside || shown.outside;
+  if (with_law) {
+    // Where a law was fitted: its window, or the reach of the window's points.
+    const Range fitted = panel.against_mu ? window_on_axis(series.fit.window, axes.x) : middle.extent;
+    const std::string function = fmt::format("exp({}) * $1**{}", exact(law.intercept), exact(law.exponent));
+    // The first also beyond its window.
+    if (first) upper.add_function(function, axes.x.low, axes.x.high, {.colour = colour, .width = 0.8, .dash = 2});
+    upper.add_function(function, fitted.low, fitted.high, {.colour = colour, .width = first ? 1.8 : 1.4});
   }
-  script.outside = script.outside || shown.outside;
+  for (const bool inside : {false, true}) {
+    const Points of = points_of(panel, series, axes, inside, colour, shown, lower);
+    const int marker = first ? (inside ? 7 : 6) : inside ? 13 : 12;
+    const Ink ink{colour, marker};
+    const double size = first ? 0.5 : 0.6;
+    const std::string name = fmt::format("{}-{}-{}", panel.id, series.name, inside ? "inside" : "outside");
+    if (!of.points.empty()) upper.add(plot.add_data(name, of.points), "2:3:4:5:6:7", ink.both_bars(0.8, size));
+    if (!of.ratios.empty()) lower.add(plot.add_data(name + "-over-law", of.ratios), "2:3:4:5", ink.bars(0.8, size));
+    if (!inside) shown.outside = shown.outside || !of.points.empty();
+    if (!first) shown.second = shown.second || !of.points.empty();
+  }
+  if (first) shown.law = with_law;
 }
 
 /// mu beside each point of the first series, off the law and the guide.
-std::string labels_beside(const PowerLawPanel& panel, const Axes& axes) {
-  if (!panel.labels || panel.series.empty()) return "";
+void name_points(Panel& upper, const PowerLawPanel& panel, const Axes& axes) {
+  if (!panel.labels || panel.series.empty()) return;
   const PowerLawSeries& series = panel.series[0];
   const auto share = [](double value, const Range& axis) {
     return std::log(value / axis.low) / std::log(axis.high / axis.low);
@@ -208,12 +181,12 @@ std::string labels_beside(const PowerLawPanel& panel, const Axes& axes) {
                       bar(point.y, point.y_error, axes.y),
                       caption_number(point.mu)});
   }
-  return label_commands(points, area);
+  add_names(upper, points, area);
 }
 
 }  // namespace
 
-std::string off_scale_in_words(const PowerLawPanelScript& panel, const std::string& what) {
+std::string off_scale_in_words(const PowerLawShown& panel, const std::string& what) {
   std::vector<std::string> series, places;
   for (const auto& [name, mu] : panel.off_scale) {
     if (std::find(series.begin(), series.end(), name) == series.end()) series.push_back(name);
@@ -229,44 +202,68 @@ std::string off_scale_in_words(const PowerLawPanelScript& panel, const std::stri
   return enumeration(places);
 }
 
-PowerLawPanelScript add_power_law_panel(PlotPlan& plan, const PowerLawPanel& wanted) {
-  PowerLawPanelScript script;
-  const Axes axes = axes_of(wanted);
-  if (axes.x.empty) return script;
-  const std::string y_ticks = log_ticks(axes.y), ratio_ticks = linear_ticks(axes.ratio, 4);
-  PowerLawPanel panel = wanted;
-  panel.left += room_for_labels({y_ticks, ratio_ticks});
-  script.shown = true;
-  TemplateVariables variables = {{"stem", plan.id + "-" + panel.id},
-                                 {"left", exact(panel.left)},
-                                 {"right", exact(panel.right)},
-                                 {"label_at", exact(wanted.left - 0.092)},
-                                 {"x_label", panel.x_label},
-                                 {"y_label", panel.y_label},
-                                 {"x_low", exact(axes.x.low)},
-                                 {"x_high", exact(axes.x.high)},
-                                 {"y_low", exact(axes.y.low)},
-                                 {"y_high", exact(axes.y.high)},
-                                 {"ratio_low", exact(axes.ratio.low)},
-                                 {"ratio_high", exact(axes.ratio.high)},
-                                 {"x_ticks", log_ticks(axes.x)},
-                                 {"x_marks", without_labels(log_ticks(axes.x))},
-                                 {"y_ticks", y_ticks},
-                                 {"ratio_ticks", ratio_ticks},
-                                 {"labels", labels_beside(panel, axes)}};
-  for (const std::size_t index : {0, 1}) add_series(variables, plan, panel, index, axes, script);
-  for (const std::size_t line : {0, 1, 2}) {
-    const std::string name = fmt::format("note_{}", line + 1);
-    const std::string note = line < panel.notes.size() ? panel.notes[line] : "";
-    variables[name] = note.empty() ? "" : gnuplot_string(note);
+void add_names(Panel& shown, const std::vector<NamedPoint>& points, const LabelledPanel& panel) {
+  const std::vector<LabelPlace> places = place_labels(points, panel);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const LabelPlace& place = places[i];
+    if (place.with_line) {
+      shown.arrows.push_back({points[i].at.x,
+                              points[i].at.y,
+                              place.touch.x,
+                              place.touch.y,
+                              "graph",
+                              false,
+                              {.colour = "frame", .width = 0.5}});
+    }
+    shown.texts.push_back({points[i].name, place.left.x, place.left.y});
   }
-  const bool any_ratio = !variables["first_ratio_inside"].empty() || !variables["first_ratio_outside"].empty() ||
-                         !variables["second_ratio_inside"].empty() || !variables["second_ratio_outside"].empty();
-  variables["ratios"] = yes(any_ratio);
-  variables["no_ratios"] = yes(!any_ratio);
-  if (any_ratio) ++plan.curves;  // the line at 1
-  script.text = plan.add_part({"plot/power_law_panel", variables});
-  return script;
+}
+
+PowerLawShown add_power_law_panel(Plot& plot, const PowerLawPanel& wanted) {
+  PowerLawShown shown;
+  const Axes axes = axes_of(wanted);
+  if (axes.x.empty) return shown;
+  shown.shown = true;
+  Panel upper, lower;
+  upper.left = lower.left = wanted.left;
+  upper.right = lower.right = wanted.right;
+  upper.name = lower.name = wanted.left - 0.092;
+  upper.x = lower.x = log_axis(wanted.x_label, axes.x);
+  upper.y = log_axis(wanted.y_label, axes.y);
+  lower.y = linear_axis("over law", axes.ratio, 4);
+  PowerLawPanel panel = wanted;
+  for (const Axis* axis : {&upper.y, &lower.y}) {
+    panel.left = std::max(panel.left, wanted.left + room_for_labels(axis->ticks, wanted.left - upper.name));
+  }
+  const double row = plot.height - plot.key.inches;
+  if (!wanted.series.empty()) {
+    const WindowMiddle middle = middle_of_window(wanted.series[0].points, wanted.series[0].fit.window);
+    if (!middle.extent.empty && !wanted.paper_exponent.empty()) {
+      upper.add_function(fmt::format("{} * ($1 / {})**{}", exact(middle.y), exact(middle.x), wanted.paper_exponent),
+                         axes.x.low, axes.x.high, {.width = 1.4, .dash = 3});
+    }
+  }
+  lower.add_level(1, {.colour = "frame", .width = 0.8});
+  for (std::size_t index = std::min<std::size_t>(wanted.series.size(), 2); index-- > 0;) {
+    add_series(plot, panel, index, axes, shown, upper, lower);
+  }
+  name_points(upper, panel, axes);
+  constexpr std::array colours = {"blue", "vermilion", "black"};
+  double line = 0.94;
+  for (std::size_t i = 0; i < wanted.notes.size() && i < colours.size(); ++i) {
+    if (wanted.notes[i].empty()) continue;
+    upper.texts.push_back({wanted.notes[i], 0.04, line, "left", colours[i]});
+    line -= 0.095;
+  }
+  const bool with_ratios = lower.curves.size() > 1;
+  if (with_ratios) {
+    upper.bottom = 0.48 + 0.27 * (row - 0.56);
+    lower.top = row - upper.bottom + 0.06;
+    upper.x = without_words(upper.x);
+  }
+  plot.panels.push_back(upper);
+  if (with_ratios) plot.panels.push_back(lower);
+  return shown;
 }
 
 const Transport* nearest_result(const std::vector<Transport>& results, double mu,

@@ -7,7 +7,7 @@
 
 #include "analysis/results.h"
 #include "plot/axes.h"
-#include "plot/plot_script.h"
+#include "plot/plot.h"
 
 namespace granuscope {
 /// The result nearest in mu among those that `usable` accepts (the lower mu of two equally near), or nullptr.
@@ -74,9 +74,8 @@ struct PowerLawPanel {
 };
 
 /// What became of a panel.
-struct PowerLawPanelScript {
-  std::string text;      ///< to be put into the figure's script
-  bool shown = false;    ///< false if no point fits logarithmic axes: text is then empty
+struct PowerLawShown {
+  bool shown = false;    ///< false if no point fits logarithmic axes: there is no panel then
   bool law = false;      ///< the first series has a fitted law
   bool second = false;   ///< the second series has points
   bool outside = false;  ///< some point lies outside the window
@@ -86,9 +85,12 @@ struct PowerLawPanelScript {
 
 /// "μ = 0.8 and 1.3", or with a name for what the panel shows "D (slopes) at μ = 0.8 and D (ratios) at μ = 1.3"; empty
 /// if the narrow panel shows every point.
-std::string off_scale_in_words(const PowerLawPanelScript& panel, const std::string& what);
+std::string off_scale_in_words(const PowerLawShown& panel, const std::string& what);
 
-/// The script of a panel; its data files and curves are added to the plan.
-PowerLawPanelScript add_power_law_panel(PlotPlan& plan, const PowerLawPanel& panel);
+/// Adds the panel, the narrow one below it, and their data to the plot, whose height and key are known.
+PowerLawShown add_power_law_panel(Plot& plot, const PowerLawPanel& panel);
+
+/// Names beside points, each with a thin line to its point where it stands far from it.
+void add_names(Panel& shown, const std::vector<NamedPoint>& points, const LabelledPanel& panel);
 
 }  // namespace granuscope

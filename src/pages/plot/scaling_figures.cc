@@ -11,7 +11,8 @@
 #include "plot/axes.h"
 #include "plot/figure_captions.h"
 #include "plot/gnuplot.h"
-#include "plot/plot_script.h"
+#include "plot/plot.h"
+#include "plot/plot_texts.h"
 #include "plot/power_law_panel.h"
 #include "support/error.h"
 #include "support/plain_text.h"
@@ -120,29 +121,28 @@ Figure plot_scaling_with_friction(const Analysis& analysis, const std::filesyste
   D.notes.emplace_back("the paper: β ≈ 2.5");
   c.notes.emplace_back("the paper: γ = 1");
 
-  PlotPlan plan;
-  plan.id = scaling_id;
-  plan.script = "plot/scaling_with_friction";
-  plan.height = 3.3;
-  const PowerLawPanelScript left = add_power_law_panel(plan, D);
-  const PowerLawPanelScript right = add_power_law_panel(plan, c);
+  Plot plot;
+  plot.id = scaling_id;
+  plot.height = 3.3;
+  plot.key = {.inches = 0.66, .lines = 3, .sample = 2.2, .small = false, .entries = {}};
+  const PowerLawShown left = add_power_law_panel(plot, D), right = add_power_law_panel(plot, c);
   if (!left.shown && !right.shown) {
     throw InputError(
         "the figure of D and c0 - c against mu has nothing to show, because no friction coefficient has a positive "
         "one; "
         "use more samples or deeper layers, or switch the figure off");
   }
-  const auto either = [](bool one, bool other) { return one || other ? "yes" : ""; };
+  const Ink blue{"blue", 7};
+  plot.add_key("slopes over the depth window", blue.points(0.55));
+  if (left.law || right.law) plot.add_key("power law fitted to them", blue.line(1.8));
+  if (left.second || right.second) plot.add_key(ratio_name, Ink{"vermilion", 13}.points(0.6));
+  plot.add_key("slope of the paper's exponent", {.width = 1.4, .dash = 3});
+  if (left.outside || right.outside) plot.add_key("open: outside the window", Ink{"blue", 6}.points(0.55));
   std::vector<std::string> off_scale = {off_scale_in_words(left, "D"), off_scale_in_words(right, "c₀ − c")};
   std::erase(off_scale, "");
   const ScalingFits none;
   const ScalingFits& by_ratio = ratio == nullptr ? none : ratio->fits;
-  return plot_figure(plan,
-                     {{"left_panel", left.text},
-                      {"right_panel", right.text},
-                      {"slope_law", either(left.law, right.law)},
-                      {"ratio_title", left.second || right.second ? ratio_name : ""},
-                      {"outside", either(left.outside, right.outside)}},
+  return plot_figure(plot,
                      {"plot/scaling_with_friction.captions",
                       {{"low", caption_number(analysis.scaling.beta.window[0])},
                        {"high", caption_number(analysis.scaling.beta.window[1])},
@@ -202,10 +202,11 @@ Range share_of(double value, double error, const Range& axis) {
 /// The height of both panels together, in inches, as the script lays them out.
 constexpr double figure_height = 3.3, panel_height = 2.24, upper_panel_height = 1.61;
 
-/// "0.3" beside every point of the left panel, which is narrower by `c_room` than it could be.
-std::string point_labels(const std::vector<Transport>& results, const Axes& axes, const ScalingFit& alpha,
-                         const Range& window_D, double c_room) {
-  LabelledPanel panel{(0.385 - c_room) * plot_width_inches, panel_height, {}, {}};
+/// "0.3" beside every point of the left panel.
+void name_points(Panel& shown, const std::vector<Transport>& results, const Axes& axes, const ScalingFit& alpha,
+                 const Range& window_D) {
+  const double room = room_for_labels(shown.y.ticks, shown.left - shown.name);
+  LabelledPanel panel{(shown.right - shown.left - room) * plot_width_inches, panel_height, {}, {}};
   std::vector<NamedPoint> points;
   const auto place = [&axes](double D, double c) {
     return PanelPlace{(D - axes.D.low) / axes.D.size(), (c - axes.c.low) / axes.c.size()};
@@ -226,7 +227,7 @@ std::string point_labels(const std::vector<Transport>& results, const Axes& axes
     points.push_back({place(result.D.value, result.c.value), share_of(result.D.value, result.D.standard_error, axes.D),
                       share_of(result.c.value, result.c.standard_error, axes.c), caption_number(result.scanned())});
   }
-  return label_commands(points, panel);
+  add_names(shown, points, panel);
 }
 
 std::vector<LeftOut> reasons_off_log_axes(const std::vector<Transport>& results) {
@@ -285,44 +286,42 @@ Figure plot_propagation_against_diffusion(const Analysis& analysis, const std::f
         "the figure of c against D has nothing to show, because no friction coefficient has both; use more samples or "
         "deeper layers, or switch the figure off");
   }
-  PlotPlan plan;
-  plan.id = diffusion_id;
-  plan.script = "plot/propagation_against_diffusion";
-  plan.height = figure_height;
-  plan.data[fmt::format("{}-points.csv", diffusion_id)] = table.text();
-  plan.curves = 2;  // the points and the line at c0
+  Plot plot;
+  plot.id = diffusion_id;
+  plot.height = figure_height;
+  plot.key = {.inches = 0.5, .lines = 2, .sample = 2.2, .small = false, .entries = {}};
 
   const ScalingFit& alpha = analysis.scaling.alpha;
-  const PowerLawPanelScript law = add_power_law_panel(plan, law_panel(analysis));
   Range window_D;
   for (const Transport& result : analysis.results) {
     if (fits_log_axes(result) && in_window(result.scanned(), alpha.window)) window_D.add(result.D.value);
   }
-  const bool with_law = law.law && window_D.size() > 0;
-  if (with_law) ++plan.curves;
   const Axes axes = make_axes(analysis.results);
-  const std::string c_ticks = linear_ticks(axes.c, 7);
-  const double c_room = room_for_labels({c_ticks});
-  const auto if_law = [with_law](double number) { return with_law ? exact(number) : ""; };
-  const TemplateVariables script = {{"c0", exact(tan30)},
-                                    {"labels", point_labels(analysis.results, axes, alpha, window_D, c_room)},
-                                    {"D_low", exact(axes.D.low)},
-                                    {"D_high", exact(axes.D.high)},
-                                    {"c_low", exact(axes.c.low)},
-                                    {"c_high", exact(axes.c.high)},
-                                    {"D_ticks", linear_ticks(axes.D, 6)},
-                                    {"c_ticks", c_ticks},
-                                    {"c_room", exact(c_room)},
-                                    {"alpha", if_law(alpha.exponent.value)},
-                                    {"alpha_intercept", if_law(alpha.intercept.value)},
-                                    {"alpha_low", caption_number(alpha.window[0])},
-                                    {"alpha_high", caption_number(alpha.window[1])},
-                                    {"fit_D_low", if_law(window_D.low)},
-                                    {"fit_D_high", if_law(window_D.high)},
-                                    {"law_panel", law.text},
-                                    {"outside", law.outside ? "yes" : ""}};
+  const Ink blue{"blue", 7};
+  Panel left = left_panel();
+  left.right = 0.49;
+  left.x = linear_axis("diffusion coefficient D  (bead diameters)", axes.D, 6);
+  left.y = linear_axis("propagation coefficient c", axes.c, 7);
+  name_points(left, analysis.results, axes, alpha, window_D);
+  left.add_level(tan30, {.colour = "frame", .width = 0.8});
+  left.add(plot.add_data("points", table), "2:4:3:5", blue.both_bars(0.8, 0.5));
+  plot.panels.push_back(left);
+  const PowerLawShown law = add_power_law_panel(plot, law_panel(analysis));
+  const bool with_law = law.law && window_D.size() > 0;
+  if (with_law) {
+    std::vector<Curve>& curves = plot.panels.front().curves;
+    curves.insert(curves.begin(), {"", "",
+                                   fmt::format("{} - exp({}) * $1**{}", exact(tan30), exact(alpha.intercept.value),
+                                               exact(alpha.exponent.value)),
+                                   window_D.low, window_D.high, blue.line(1.8)});
+  }
+  plot.add_key("measured at each μ", blue.points(0.55));
+  plot.add_key("c₀ = tan 30°", {.colour = "frame", .width = 0.8});
+  if (with_law) plot.add_key("fitted power law", blue.line(1.8));
+  plot.add_key("the paper's exponent", {.width = 1.4, .dash = 3});
+  if (law.outside) plot.add_key("outside the window", Ink{"blue", 6}.points(0.55));
   return plot_figure(
-      plan, script,
+      plot,
       {"plot/propagation_against_diffusion.captions",
        {{"not_logarithmic", with_reasons(reasons_off_log_axes(analysis.results))},
         {"unknown", with_reasons(unknown_points(analysis.results))},
@@ -387,30 +386,30 @@ Figure plot_propagation_and_thrust(const Analysis& analysis, const std::filesyst
         "the figure of c beside c_thrust has nothing to show, because no friction coefficient has both; use more "
         "samples or deeper layers, or switch the figure off");
   }
-  const Range mu_axis = with_margins(mu, 0.01), speed_axis = with_margins(speed, 0.002);
-  const Range difference_axis = with_margins(difference, 0.001);
-
-  const std::string speed_ticks = linear_ticks(speed_axis, 6), difference_ticks = linear_ticks(difference_axis, 6);
-
-  PlotPlan plan;
-  plan.id = thrust_id;
-  plan.script = "plot/propagation_and_thrust";
-  plan.height = 2.4;
-  plan.data[std::string(thrust_id) + ".csv"] = table.text();
-  plan.curves = 5;
-  return plot_figure(plan,
-                     {{"c0", exact(tan30)},
-                      {"mu_low", exact(mu_axis.low)},
-                      {"mu_high", exact(mu_axis.high)},
-                      {"mu_ticks", linear_ticks(mu_axis, 6)},
-                      {"speed_low", exact(speed_axis.low)},
-                      {"speed_high", exact(speed_axis.high)},
-                      {"speed_ticks", speed_ticks},
-                      {"speed_room", exact(room_for_labels({speed_ticks}))},
-                      {"difference_low", exact(difference_axis.low)},
-                      {"difference_high", exact(difference_axis.high)},
-                      {"difference_ticks", difference_ticks},
-                      {"difference_room", exact(room_for_labels({difference_ticks}))}},
+  Plot plot;
+  plot.id = thrust_id;
+  plot.height = 2.4;
+  plot.key = {.inches = 0.34, .horizontal = true, .centred = true, .sample = 2, .small = false, .entries = {}};
+  const std::string file = plot.add_data("", table);
+  const Style level{.colour = "frame", .width = 0.8};
+  const Ink peaks{"blue", 7}, thrust{"bluish_green", 12}, gap{"black", 7};
+  Panel left = left_panel(), right = right_panel();
+  left.x = right.x = linear_axis("friction coefficient μ", with_margins(mu, 0.01), 6);
+  left.y = linear_axis("speed", with_margins(speed, 0.002), 6);
+  left.add_level(tan30, level);
+  left.add(file, "1:4:5", thrust.bars(0.9, 0.7));
+  left.add(file, "1:2:3", peaks.bars(0.9, 0.5));
+  right.left = 0.605;
+  right.name = 0.512;
+  right.y = linear_axis("difference", with_margins(difference, 0.001), 6);
+  right.add_level(0, level);
+  right.add(file, "1:6:7", gap.bars(0.9, 0.5));
+  plot.panels = {left, right};
+  plot.add_key("slope c of the peaks", peaks.points(0.55));
+  plot.add_key("from the thrust ratio", thrust.points(0.7));
+  plot.add_key("c₀", level);
+  plot.add_key("difference", gap.points(0.55));
+  return plot_figure(plot,
                      {"plot/propagation_and_thrust.captions",
                       {{"unknown", with_reasons(unknown)},
                        {"beyond_three", beyond_three.empty() ? "" : "μ = " + enumeration(beyond_three)}},

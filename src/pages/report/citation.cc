@@ -41,7 +41,10 @@ Author author_from(const YAML::Node& told) {
     const bool both = !author.given_name.empty() && !author.family_name.empty();
     author.name = author.given_name + (both ? " " : "") + author.family_name;
   }
+  if (author.name.empty()) author.name = text_of(told, "alias");
   author.orcid = text_of(told, "orcid");
+  if (!author.orcid.empty() && author.orcid.find('/') == std::string::npos)
+    author.orcid = "https://orcid.org/" + author.orcid;
   author.affiliation = text_of(told, "affiliation");
   return author;
 }
@@ -59,7 +62,12 @@ Citation read_citation(const std::filesystem::path& file) {
   try {
     const YAML::Node root = YAML::Load(read_file(file));
     if (!root.IsMap()) refuse("this is no citation file");
-    citation = {text_of(root, "title"), text_of(root, "license"), text_of(root, "doi"), {}};
+    citation = {text_of(root, "title"), {}, text_of(root, "license-url"), text_of(root, "doi"), {}};
+    const YAML::Node licenses = root["license"];  // one, or a list of which any may be chosen
+    if (licenses && licenses.IsScalar()) citation.licenses.push_back(licenses.Scalar());
+    if (licenses && licenses.IsSequence()) {
+      for (const YAML::Node& one : licenses) citation.licenses.push_back(one.as<std::string>());
+    }
     if (const YAML::Node authors = root["authors"]; authors && authors.IsSequence()) {
       for (const YAML::Node& one : authors) {
         if (!one.IsMap()) continue;
@@ -206,16 +214,23 @@ Json file_entity(const std::string& path, std::uintmax_t bytes, const std::strin
 
 /// Appends who made it, and refers to them from `work`.
 void add_citation(const std::optional<Citation>& citation, Json& work, Json& graph) {
-  if (!citation || citation->license.empty()) {
+  if (citation && citation->licenses.empty() && !citation->license_url.empty()) {
+    work["license"] = reference(citation->license_url);
+    graph.push_back({{"@id", citation->license_url}, {"@type", "CreativeWork"}, {"name", citation->license_url}});
+  } else if (!citation || citation->licenses.empty()) {
     work["license"] = reference(of_licence);
     graph.push_back({{"@id", of_licence},
                      {"@type", "CreativeWork"},
                      {"name", "No licence is stated"},
                      {"description", "Ask the authors before you use more than the law allows."}});
   } else {
-    const std::string id = "https://spdx.org/licenses/" + as_reference(citation->license);
-    work["license"] = reference(id);
-    graph.push_back({{"@id", id}, {"@type", "CreativeWork"}, {"name", citation->license}});
+    Json all = Json::array();
+    for (const std::string& name : citation->licenses) {
+      const std::string id = "https://spdx.org/licenses/" + as_reference(name);
+      all.push_back(reference(id));
+      graph.push_back({{"@id", id}, {"@type", "CreativeWork"}, {"name", name}});
+    }
+    work["license"] = all.size() == 1 ? all[0] : all;
   }
   if (!citation) return;
   if (!citation->doi.empty()) work["identifier"] = "https://doi.org/" + citation->doi;
@@ -296,7 +311,7 @@ Json manifest_of_finished_run(const fs::path& folder) {
     throw InputError(
         fmt::format("{}: there is no manifest.json, so that this is no folder of a run; name one", folder.string()));
   }
-  Json manifest = Json::parse(read_file(folder / manifest_name), nullptr, false);
+  Json manifest = Json::parse(shallow_json(read_file(folder / manifest_name)), nullptr, false);
   if (!manifest.is_object() || !manifest.contains("status")) refuse(folder, "manifest.json is damaged");
   const Json stages = manifest.value("stages", Json::array());
   if (manifest.at("status") != "done" || std::find(stages.begin(), stages.end(), "report") == stages.end()) {

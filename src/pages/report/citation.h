@@ -16,7 +16,9 @@ struct Author {
 
 /// What a CITATION.cff (Citation File Format 1.2) says of a work, as far as an archive passes it on.
 struct Citation {
-  std::string title, license, doi;  ///< license by its SPDX name; each empty if it is not told
+  std::string title;
+  std::vector<std::string> licenses;  ///< by their SPDX names; any of them may be chosen
+  std::string license_url, doi;       ///< each empty if it is not told
   std::vector<Author> authors;
 };
 

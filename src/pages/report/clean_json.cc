@@ -21,63 +21,50 @@ Json finite_or_null(double number) { return std::isfinite(number) ? Json(number)
 
 std::string stated(const std::string& reason) { return reason.empty() ? "no reason was recorded" : reason; }
 
-Json to_json(const Estimate& estimate) {
-  Json json;
+void to_json(Json& json, const Estimate& estimate) {
   if (!estimate.known()) {
     json["value"] = nullptr;
     json["stderr"] = nullptr;
     json["reason"] = stated(estimate.reason);
-    return json;
+    return;
   }
   json["value"] = estimate.value;
   json["stderr"] = finite_or_null(estimate.standard_error);
   if (std::isfinite(estimate.systematic)) json["systematic"] = estimate.systematic;
   if (!std::isfinite(estimate.standard_error)) json["reason"] = "its standard error is unknown";
-  return json;
 }
 
-Json to_json(const ThrustAtDepth& depth) {
-  return {{"layer", depth.layer},
+void to_json(Json& json, const ThrustAtDepth& depth) {
+  json = {{"layer", depth.layer},
           {"z", depth.z},
-          {"thrust_ratio", to_json(depth.thrust_ratio)},
-          {"weight_variance", to_json(depth.weight_variance)}};
+          {"thrust_ratio", depth.thrust_ratio},
+          {"weight_variance", depth.weight_variance}};
 }
 
-Json to_json(const LineTest& test) {
-  Json json;
+void to_json(Json& json, const LineTest& test) {
   json["chi2"] = finite_or_null(test.chi2);
   json["degrees_of_freedom"] = test.degrees_of_freedom;
   json["points"] = test.points;
   if (json["chi2"].is_null()) json["reason"] = stated(test.reason);
-  return json;
 }
 
-Json to_json(const RunningExponent& running) {
-  Json json;
-  json["at_low"] = to_json(running.at_low);
-  json["at_high"] = to_json(running.at_high);
+void to_json(Json& json, const RunningExponent& running) {
+  json["at_low"] = running.at_low;
+  json["at_high"] = running.at_high;
   if (running.at_low.known()) {
     json["at_low"]["at"] = running.low;
     json["at_high"]["at"] = running.high;
   }
-  json["about_law"] = to_json(running.scatter);
-  return json;
+  json["about_law"] = running.scatter;
 }
 
-nlohmann::ordered_json to_json(const ResponseSpec& response) {
-  nlohmann::ordered_json json{{"estimator", name_of(response.estimator)}};
-  if (response.estimator == EstimatorName::multiplexed) {
-    json["epsilon"] = response.epsilon;
-    json["opposite"] = response.opposite;
-    json["sign_run"] = response.sign_run;
-  } else if (response.estimator == EstimatorName::fluctuation) {
-    json["reference_lag"] = response.reference_lag;
-    json["first_base"] = response.first_base;
-    json["base_step"] = response.base_step;
-  } else {
-    json["overload"] = response.overload;
+void to_json(Json& json, const ResponseSpec& response) {
+  ResponseSpec copy = response;  // keys could set what they tell
+  const std::vector<Key> keys = keys_of(copy);
+  for (const Key& key : keys) {
+    if (key.name == "samples" || key.name == "blocks" || !counts(key, keys)) continue;
+    std::visit([&](const auto& value) { json[key.name] = value; }, key.get());
   }
-  return json;
 }
 
 namespace {

@@ -24,19 +24,19 @@ nlohmann::ordered_json finite_or_null(double number);
 std::string stated(const std::string& reason);
 
 /// {"value", "stderr"}, or nulls beside a "reason".
-nlohmann::ordered_json to_json(const Estimate& estimate);
+void to_json(nlohmann::ordered_json& json, const Estimate& estimate);
 
 /// {"layer", "z", "thrust_ratio", "weight_variance"}.
-nlohmann::ordered_json to_json(const ThrustAtDepth& depth);
+void to_json(nlohmann::ordered_json& json, const ThrustAtDepth& depth);
 
 /// {"chi2", "degrees_of_freedom", "points"}.
-nlohmann::ordered_json to_json(const LineTest& test);
+void to_json(nlohmann::ordered_json& json, const LineTest& test);
 
 /// {"at_low": {"value", "stderr", "at"}, "at_high", "about_law"}.
-nlohmann::ordered_json to_json(const RunningExponent& running);
+void to_json(nlohmann::ordered_json& json, const RunningExponent& running);
 
 /// {"estimator", "overload"}, or {"estimator": "multiplexed" or "fluctuation", and its options}.
-nlohmann::ordered_json to_json(const ResponseSpec& response);
+void to_json(nlohmann::ordered_json& json, const ResponseSpec& response);
 
 /// What `granuscope sample --statistics` measures on one layer.
 struct LayerStatistics {

@@ -145,6 +145,18 @@ class NumberList {
   std::set<std::string> names_;
 };
 
+/// A name between \csname and \endcsname, where TeX would carry out a command: what is more than a letter to it becomes
+/// a dash.
+std::string tex_name(std::string_view name) {
+  std::string plain;
+  for (const char c : name) {
+    const bool acts =
+        static_cast<unsigned char>(c) <= ' ' || std::string_view("\\{}%#$&~^\x7f").find(c) != std::string_view::npos;
+    plain += acts ? '-' : c;
+  }
+  return plain;
+}
+
 /// Typographic signs as TeX writes them in a formula.
 std::string in_tex(std::string text) {
   const auto replace = [&text](std::string_view sign, std::string_view by) {
@@ -178,7 +190,7 @@ std::string in_tex(std::string text) {
 }  // namespace
 
 std::string list_numbers(std::string_view summary, const std::string& format) {
-  const Json json = Json::parse(summary, nullptr, false);
+  const Json json = Json::parse(shallow_json(std::string(summary)), nullptr, false);
   if (!json.is_object() || !json.contains("results")) {
     throw InputError("this is no summary.json of a run, so that it has no numbers; name the folder of a finished run");
   }
@@ -196,19 +208,20 @@ std::string list_numbers(std::string_view summary, const std::string& format) {
   if (format == "csv") {
     std::string text = "name,value,standard_error,text\n";
     for (const NamedNumber& number : list.numbers()) {
-      text += fmt::format("{},{},{},{}\n", number.name, number.value.dump(),
-                          number.standard_error.is_null() ? "" : number.standard_error.dump(), number.text);
+      text += fmt::format("{},{},{},{}\n", csv_cell(number.name), number.value.dump(),
+                          number.standard_error.is_null() ? "" : number.standard_error.dump(), csv_cell(number.text));
     }
     return text;
   }
   if (format != "tex") throw InputError(fmt::format("there is no format {}; choose tex, csv or json", format));
   std::string text =
       "% Every number of a run. \\granuscope{NAME} writes one with its standard error, in text and in formulae.\n"
-      "\\newcommand{\\granuscope}[1]{\\ifcsname granuscope@#1\\endcsname\\csname granuscope@#1\\endcsname\\else\n"
+      "\\newcommand{\\granuscope}[1]{\\ifcsname granuscope@\\detokenize{#1}\\endcsname"
+      "\\csname granuscope@\\detokenize{#1}\\endcsname\\else\n"
       "  \\errmessage{granuscope has no number of the name #1}\\fi}\n";
   for (const NamedNumber& number : list.numbers()) {
-    text +=
-        fmt::format("\\expandafter\\def\\csname granuscope@{}\\endcsname{{{}}}\n", number.name, in_tex(number.text));
+    text += fmt::format("\\expandafter\\def\\csname granuscope@\\detokenize{{{}}}\\endcsname{{{}}}\n",
+                        tex_name(number.name), in_tex(number.text));
   }
   return text;
 }

@@ -50,11 +50,8 @@ std::string report_page(const ReportData& data, const Json& summary, const std::
                   {"title", title_of(data)},
                   {"description", data.description},
                   {"checks", data.checks},
-                  {"has_checks", !data.checks.empty()},
                   {"skipped", data.skipped},
-                  {"has_skipped", !data.skipped.empty()},
                   {"law_description", data.law_description},
-                  {"has_law_description", !data.law_description.empty()},
                   {"other_laws", Json::array()}};
   for (const auto& [law, sentences] : data.other_law_descriptions) {
     overlay["other_laws"].push_back({{"law", law}, {"sentences", sentences}});
@@ -137,7 +134,6 @@ void add_claims(Json& overlay, const Json& summary) {
   for (const Json& claim : summary.at("claims")) {
     const auto verdict = claim.at("verdict").get<std::string>();
     Json row = {{"look", look_of(verdict)},
-                {"tested", verdict != "not tested"},
                 {"pull", nullptr},
                 {"allowed", ""},
                 {"rival_off", claim.at("rival").is_object() && claim.at("rival").at("distance").is_number()
@@ -156,7 +152,6 @@ void add_claims(Json& overlay, const Json& summary) {
                              {"not_reproduced", counts["not reproduced"]},
                              {"not_decided", counts["not decided"]},
                              {"not_tested", counts["not tested"]}};
-  overlay["has_claims"] = !rows.empty();
   std::vector<std::string> untested;
   for (const Json& claim : summary.at("claims")) {
     if (claim.at("verdict") == "not tested") untested.push_back(claim.at("id"));
@@ -272,7 +267,6 @@ void add_figures(Json& overlay, const ReportData& data, const std::filesystem::p
          {"redraw", figure.redraw},
          {"links", figure.is_there() ? links_to_files(figure, run_folder, medium) : ""}});
   }
-  overlay["has_figures"] = !rows.empty();
   overlay["figures"] = rows;
 }
 
@@ -377,7 +371,10 @@ Json ends_of_scan(const Json& summary, bool powers) {
 
 void add_headline(Json& overlay, const Json& summary, const std::string& own) {
   const Json& scaling = summary.at("scaling");
-  const auto is = [&](const char* id, const char* verdict) { return verdict_of(summary, id) == verdict; };
+  const auto holds = [&](const char* id) { return verdict_of(summary, id) == "reproduced"; };
+  for (const char* id : {"c-of-mu", "D-of-mu", "c-of-D", "differs-from-theory"}) {
+    overlay["verdicts"][id] = verdict_of(summary, id);
+  }
   const bool ratio = !scaling.at("by_ratio").empty() && known(scaling.at("by_ratio").at(0).at("gamma")) &&
                      known(scaling.at("by_ratio").at(0).at("from_load").at("gamma"));
   const bool of_friction = is_friction_of_beads(summary);
@@ -386,22 +383,12 @@ void add_headline(Json& overlay, const Json& summary, const std::string& own) {
   overlay["headline"] = {
       {"own", own},
       {"generated", generated},
-      {"depth_holds", is("linear-position", "reproduced") && is("diffusive-width", "reproduced")},
-      {"c_fails", is("c-of-mu", "not reproduced")},
-      {"c_holds", is("c-of-mu", "reproduced")},
-      {"D_holds", is("D-of-mu", "reproduced")},
-      {"D_fails", is("D-of-mu", "not reproduced")},
-      {"alpha_fails", is("c-of-D", "not reproduced")},
-      {"alpha_holds", is("c-of-D", "reproduced")},
-      {"theory_excluded", is("differs-from-theory", "reproduced")},
-      {"theory_holds", is("differs-from-theory", "not reproduced")},
+      {"depth_holds", holds("linear-position") && holds("diffusive-width")},
       {"ratio", ratio},
       {"explains", ratio && known(scaling.at("gamma")) && ratio_explains(scaling)},
-      {"other_window", !scaling.at("other_windows").empty() && known(scaling.at("other_windows").at(0).at("beta"))},
-      {"offset", known(summary.at("mean_position_offset"))}};
+      {"other_window", !scaling.at("other_windows").empty() && known(scaling.at("other_windows").at(0).at("beta"))}};
   overlay["headline"]["scanned"] = own.empty() && !of_friction ? ends_of_scan(summary, powers) : Json(nullptr);
-  const bool any = !own.empty() || generated || !overlay["headline"]["scanned"].is_null();
-  overlay["has_headline"] = any;
+  overlay["has_headline"] = !own.empty() || generated || !overlay["headline"]["scanned"].is_null();
 }
 
 namespace {

@@ -72,6 +72,17 @@ Request request_of(const std::string& tag) {
   return request;
 }
 
+std::vector<std::string> words_of(const std::string& text) {
+  std::istringstream stream(text);
+  std::vector<std::string> words;
+  for (std::string word; stream >> word;) words.push_back(word);
+  return words;
+}
+
+bool is_known(const Json& number) {
+  return number.is_number() || (number.is_object() && number.contains("value") && number.at("value").is_number());
+}
+
 const std::string* text_of(const Json* overlay) {
   if (overlay == nullptr) return nullptr;
   if (overlay->is_string()) return &overlay->get_ref<const std::string&>();
@@ -164,14 +175,45 @@ PageScope::Place PageScope::element(const Place& list, std::size_t i) const {
   return place;
 }
 
+std::optional<bool> PageScope::condition(const std::string& name, Missing missing) const {
+  if (const std::size_t relation = name.find_first_of("=!<>"); relation != std::string::npos) {
+    const bool other = name[relation] == '!';
+    const std::string left = name.substr(0, relation), right = name.substr(relation + (other ? 2 : 1));
+    if (missing == Missing::means_not_there) {
+      const Place place = look_up(left);
+      if (place.summary == nullptr && place.overlay == nullptr) return false;
+    }
+    if (other || name[relation] == '=') return (raw_text(left) == right) != other;
+    const Json& number = value(left);
+    if (!number.is_number()) throw std::logic_error(fmt::format("{{{{#{}}}}}: {} is no number", name, left));
+    return name[relation] == '<' ? number.get<double>() < std::stod(right) : number.get<double>() > std::stod(right);
+  }
+  const std::vector<std::string> words = words_of(name);
+  if (words.size() < 2) return std::nullopt;
+  if (words[0] == "known") {
+    return std::all_of(words.begin() + 1, words.end(), [&](const std::string& one) { return is_known(value(one)); });
+  }
+  if (words[0] != "any" || (words.size() > 2 && words[2] != "known")) {
+    throw std::logic_error(fmt::format("{{{{#{}}}}} is neither a name nor a condition", name));
+  }
+  const Json& list = value(words[1]);
+  if (words.size() == 2) return !list.empty();
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    for (std::size_t k = 3; k < words.size(); ++k) {
+      if (is_known(value(fmt::format("{}/{}/{}", words[1], i, words[k])))) return true;
+    }
+  }
+  return false;
+}
+
 void PageScope::enter(const std::string& name, Missing missing, const Write& write) const {
+  if (const std::optional<bool> holds = condition(name, missing)) {
+    if (*holds) write(*this);
+    return;
+  }
   if (missing == Missing::means_not_there) {
     const Place place = look_up(name);
     if (place.summary == nullptr && place.overlay == nullptr) return;
-  }
-  if (const std::size_t equals = name.find('='); equals != std::string::npos) {
-    if (raw_text(name.substr(0, equals)) == name.substr(equals + 1)) write(*this);
-    return;
   }
   const Place place = known(name);
   const Json& value = place.is_overlaid() ? *place.overlay : *place.summary;
@@ -301,13 +343,6 @@ std::vector<std::string> split(std::string_view text, std::string_view separator
     start = end + separator.size();
   }
   return parts;
-}
-
-std::vector<std::string> words_of(const std::string& text) {
-  std::istringstream stream(text);
-  std::vector<std::string> words;
-  for (std::string word; stream >> word;) words.push_back(word);
-  return words;
 }
 
 class TableReader {

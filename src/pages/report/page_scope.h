@@ -2,6 +2,7 @@
 #include <nlohmann/json.hpp>
 #include <nlohmann/json_fwd.hpp>
 
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -24,8 +25,12 @@ enum class Markup { html, markdown };
 /// pointer alone. {{{c}}} is the bare text, not escaped.
 ///
 /// A section is written for each element of a list, in it; once in an object; once, at the same place, for a number,
-/// a text or a yes. It is not written for null, no, a count of 0, and what is empty. {{#change=longer_above}} asks
-/// whether a text is that one.
+/// a text or a yes. It is not written for null, no, a count of 0, and what is empty.
+///
+/// A condition is written once, at the same place, or not: {{#change=longer_above}} where a text is that one,
+/// {{#change!=longer_above}} where it is another, {{#sign_run>1}} and {{#mu<0.3}} where a number is larger or smaller,
+/// {{#known c D}} where all these numbers are known, {{#any failures}} where a list is not empty, and {{#any variations
+/// known c D}} where any of these numbers is known in any of its elements.
 ///
 /// The overlay is JSON of the same shape and is looked up first. Its texts and numbers are plain ones without a span,
 /// its yes and no steer sections. An object with a "key" there stands for that place of summary.json, and with a "text"
@@ -67,6 +72,8 @@ class PageScope : public TemplateScope {
   Place look_up(const std::string& name) const;
   Place known(const std::string& name) const;
   Place element(const Place& list, std::size_t i) const;
+  /// Whether what `name` says holds; nothing if it is no condition.
+  std::optional<bool> condition(const std::string& name, Missing missing) const;
   const PageScope& root() const;
 
   Place here_;

@@ -51,12 +51,11 @@ bool ends_as_pdf(const std::string& bytes) {
 
 }  // namespace
 
-PdfOutcome pdf_report(const ReportData& data, const std::string& summary, const std::filesystem::path& run_folder,
-                      double timeout_seconds) {
+PdfOutcome pdf_report(const ReportData& data, const nlohmann::ordered_json& summary,
+                      const std::filesystem::path& run_folder, double timeout_seconds) {
   if (!find_program("weasyprint")) return failed(fmt::format("WeasyPrint is not installed; {}", install));
 
-  const auto numbers = nlohmann::ordered_json::parse(summary);
-  const std::string page = report_page(data, numbers, run_folder, PageMedium::print);
+  const std::string page = report_page(data, summary, run_folder, PageMedium::print);
   const ScratchFolder scratch(run_folder, "report-pdf");
   write_file(scratch.path() / "report.html", page);
   write_file(scratch.path() / "sitecustomize.py", hook_against_loading);  // Python runs it first

@@ -56,13 +56,14 @@ void set_aside_report(const std::filesystem::path& run_folder) {
 ReportFiles write_report(const ReportData& data, const std::filesystem::path& run_folder, PdfPolicy pdf) {
   ReportFiles files;
   const std::string summary = summary_json(data);
+  const nlohmann::ordered_json numbers = nlohmann::ordered_json::parse(summary);
   files.summary = run_folder / "summary.json";
   forget_report_of_others(run_folder, summary);
   write_file(files.summary, summary);
   files.claims = run_folder / "claims.xml";
   write_file(files.claims, junit_claims(data.analysis.claims, data.experiment_name));
   files.markdown = run_folder / "summary.md";
-  write_file(files.markdown, markdown_summary(data));
+  write_file(files.markdown, markdown_summary(data, numbers));
 
   // The PDF comes before the page, which says so if there is none.
   ReportData told = data;
@@ -70,7 +71,7 @@ ReportFiles write_report(const ReportData& data, const std::filesystem::path& ru
   if (pdf == PdfPolicy::none) {
     files.pdf_skipped = "report.pdf was not asked for.";
   } else {
-    outcome = pdf_report(data, summary, run_folder);
+    outcome = pdf_report(data, numbers, run_folder);
     files.pdf_skipped = outcome.failure;
   }
   if (!files.pdf_skipped.empty() && std::filesystem::exists(run_folder / "report.pdf")) {
@@ -78,7 +79,7 @@ ReportFiles write_report(const ReportData& data, const std::filesystem::path& ru
   }
   if (!files.pdf_skipped.empty()) told.skipped.push_back(files.pdf_skipped);
   files.html = run_folder / "report.html";
-  write_file(files.html, html_report(told, summary, run_folder));
+  write_file(files.html, html_report(told, numbers, run_folder));
   if (!outcome.bytes.empty()) {
     files.pdf = run_folder / "report.pdf";
     write_file(*files.pdf, outcome.bytes);
@@ -91,12 +92,12 @@ ReportFiles write_report(const ReportData& data, const std::filesystem::path& ru
   return files;
 }
 
-std::string html_report(const ReportData& data, const std::string& summary, const std::filesystem::path& run_folder) {
-  return report_page(data, nlohmann::ordered_json::parse(summary), run_folder, PageMedium::screen);
+std::string html_report(const ReportData& data, const nlohmann::ordered_json& summary,
+                        const std::filesystem::path& run_folder) {
+  return report_page(data, summary, run_folder, PageMedium::screen);
 }
 
-std::string markdown_summary(const ReportData& data) {
-  const auto summary = nlohmann::ordered_json::parse(summary_json(data));
+std::string markdown_summary(const ReportData& data, const nlohmann::ordered_json& summary) {
   nlohmann::ordered_json overlay = {{"title", title_of(data)}};
   add_results(overlay, summary);
   add_claims(overlay, summary);

@@ -39,12 +39,13 @@ void set_aside_report(const std::filesystem::path& run_folder);
 ReportFiles write_report(const ReportData& data, const std::filesystem::path& run_folder, PdfPolicy pdf);
 
 /// The report as one self-contained HTML page: no network, no scripts, pictures inside as data: URIs, light or dark by
-/// the reader's setting. Each number of the results carries data-key, a JSON pointer into `summary` (the text of
-/// summary.json), and is formatted from the value found there. Figures are read from `run_folder`.
-std::string html_report(const ReportData& data, const std::string& summary, const std::filesystem::path& run_folder);
+/// the reader's setting. Each number of the results carries data-key, a JSON pointer into `summary` (summary.json,
+/// parsed), and is formatted from the value found there. Figures are read from `run_folder`.
+std::string html_report(const ReportData& data, const nlohmann::ordered_json& summary,
+                        const std::filesystem::path& run_folder);
 
 /// The numbers that matter as Markdown, for a pull request or a terminal. User text is escaped.
-std::string markdown_summary(const ReportData& data);
+std::string markdown_summary(const ReportData& data, const nlohmann::ordered_json& summary);
 
 /// One JUnit test case for each claim; a case fails only if its verdict is not the expected one, and a claim without an
 /// expectation passes. One that is neither reproduced nor refuted, and not expected to be, is skipped. What is written

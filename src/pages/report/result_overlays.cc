@@ -58,16 +58,6 @@ bool is_rounding(const Json& result, const char* name) {
   return result.at("exact") == true && value.is_number() && std::abs(value.get<double>()) < rounding;
 }
 
-/// Whether any of the named estimates is known in any entry of a list.
-bool any_known(const Json& list, std::initializer_list<const char*> names) {
-  for (const Json& entry : list) {
-    for (const char* name : names) {
-      if (entry.at(name).at("value").is_number()) return true;
-    }
-  }
-  return false;
-}
-
 std::string greek(const std::string& name) { return name == "alpha" ? "α" : name == "beta" ? "β" : "γ"; }
 
 /// What the table of exponents says of one beside its fit.
@@ -160,7 +150,6 @@ void add_transport(Json& overlay, const Json& summary) {
   finish_notes(notes);
   finish_notes(variation_notes);
   overlay["results"] = rows;
-  overlay["has_results"] = !rows.empty();
   overlay["has_backgrounds"] = has_backgrounds;
   overlay["transport_notes"] = notes;
   overlay["variation_notes"] = variation_notes;
@@ -170,7 +159,7 @@ void add_transport(Json& overlay, const Json& summary) {
 }  // namespace
 
 void add_results(Json& overlay, const Json& summary) {
-  const Json &results = summary.at("results"), &scaling = summary.at("scaling");
+  const Json& results = summary.at("results");
   Json notes = Json::array();
   overlay["exponents"] =
       Json::array({exponent_row(summary, "beta", "D-of-mu", notes), exponent_row(summary, "gamma", "c-of-mu", notes),
@@ -178,18 +167,9 @@ void add_results(Json& overlay, const Json& summary) {
   add_other_exponent_reasons(notes, summary);
   finish_notes(notes);
   overlay["exponent_notes"] = notes;
-  // A table of unknown numbers alone says no more than the notes, which name them all.
-  overlay["has_scaling_variations"] = any_known(scaling.at("variations"), {"beta_shift", "gamma_shift", "alpha_shift"});
-  overlay["has_other_windows"] = any_known(scaling.at("other_windows"), {"beta", "gamma", "alpha"});
-  overlay["has_by_ratio"] = any_known(scaling.at("by_ratio"), {"beta", "gamma", "alpha"});
   add_transport(overlay, summary);
-  overlay["of_beads"] = summary.at("scan").at("model") == "frictional-beads";
   overlay["same_procedure"] = all_equal(results, "estimator") && all_equal(results, "law");
-  for (const char* estimator : {"point", "paired", "multiplexed", "fluctuation"}) {
-    overlay[std::string(estimator) + "_estimator"] =
-        all_equal(results, "estimator") && results[0].at("estimator") == estimator;
-  }
-  overlay["has_sign_run"] = overlay["multiplexed_estimator"] == true && results[0].at("sign_run") > 1;
+  overlay["procedure"] = all_equal(results, "estimator") ? results[0].at("estimator") : Json("");
 }
 
 namespace {
@@ -250,7 +230,6 @@ void add_numerics(Json& overlay, const Json& summary) {
   }
   overlay["chi2_scatter"] = chi2_scatter(results);
   overlay["failures"] = failures;
-  overlay["has_failures"] = !failures.empty();
   overlay["more_failures"] = more;
 }
 
@@ -330,10 +309,8 @@ void add_provenance(Json& overlay, const ReportData& data) {
                                    {"Operating system", from.operating_system},
                                    {"Hardware threads", std::to_string(from.hardware_threads)}});
   overlay["libraries"] = named_values(from.libraries);
-  overlay["has_libraries"] = !from.libraries.empty();
   overlay["environment"] = named_values(data.environment);
   overlay["timings"] = sums_of_timings(data.timings, data.analysis.scan->name);
-  overlay["has_timings"] = !data.timings.empty();
   overlay["reuse"] = data.reuse;
   // Line by line, so that what does not fit into one is seen to belong to it.
   Json lines = Json::array();

@@ -14,13 +14,24 @@
 #include "sampling/sampler_spec.h"
 #include "support/error.h"
 #include "support/files.h"
+#include "support/plain_text.h"
 
 namespace granuscope {
+namespace {
+
+/// Of a manifest but for this digest itself: what was changed by hand is not gone by.
+std::string digest_of(nlohmann::ordered_json manifest) {
+  manifest.erase("digest");
+  return cache_key(manifest.dump());
+}
+
+}  // namespace
+
 std::optional<FinishedRun> find_finished_run(const std::filesystem::path& run_folder, const std::string& made_from,
                                              const std::set<std::string>& stages) {
   try {
-    const auto manifest = nlohmann::ordered_json::parse(read_file(run_folder / "manifest.json"));
-    if (manifest.at("status").get<std::string>() != "done") return {};
+    const auto manifest = nlohmann::ordered_json::parse(shallow_json(read_file(run_folder / "manifest.json")));
+    if (manifest.at("status").get<std::string>() != "done" || manifest.at("digest") != digest_of(manifest)) return {};
     const FinishedRun run{manifest.at("made_from"), manifest.at("stages"), manifest.at("unexpected"),
                           manifest.at("pdf")};
     if (run.made_from != made_from) return {};
@@ -50,7 +61,8 @@ bool lies_in(const std::filesystem::path& run_folder, const std::filesystem::pat
 void require_results_of_last_run(const std::filesystem::path& run_folder, const std::string& stage) {
   std::error_code none;
   if (!std::filesystem::exists(run_folder / "manifest.json", none)) return;
-  const auto manifest = nlohmann::ordered_json::parse(read_file(run_folder / "manifest.json"), nullptr, false);
+  const auto manifest =
+      nlohmann::ordered_json::parse(shallow_json(read_file(run_folder / "manifest.json")), nullptr, false);
   const auto stages = manifest.is_object() ? manifest.value("stages", nlohmann::ordered_json::array())
                                            : nlohmann::ordered_json::array();
   if (std::find(stages.begin(), stages.end(), stage) != stages.end()) return;
@@ -61,20 +73,49 @@ void require_results_of_last_run(const std::filesystem::path& run_folder, const 
       run_folder.string(), stage));
 }
 
+std::string changed_since_run(const std::filesystem::path& run_folder, const std::string& begins,
+                              const std::string& ends) {
+  try {
+    const auto manifest = nlohmann::ordered_json::parse(shallow_json(read_file(run_folder / "manifest.json")));
+    for (const auto& file : manifest.at("files")) {
+      const std::string name = file.at("path");
+      if (!name.starts_with(begins) || !name.ends_with(ends) || name.ends_with(".gp") || !lies_in(run_folder, name) ||
+          !file.at("sha256").is_string())
+        continue;
+      std::error_code none;
+      if (!std::filesystem::exists(run_folder / name, none)) continue;  // who reads it says that it is missing
+      if (sha256_of_file(run_folder / name) != file.at("sha256")) return name;
+    }
+  } catch (const nlohmann::json::exception&) {  // NOLINT(bugprone-empty-catch): of an older program, or no manifest
+  } catch (const InputError&) {                 // NOLINT(bugprone-empty-catch): there is none
+  }
+  return "";
+}
+
+void require_unchanged(const std::filesystem::path& run_folder, const std::string& begins, const std::string& ends) {
+  const std::string changed = changed_since_run(run_folder, begins, ends);
+  if (changed.empty()) return;
+  throw InputError(fmt::format(
+      "{}: {} is not what the run left there, by the digest in manifest.json: it was changed or damaged since. Take it "
+      "from a backup, or make it again: granuscope run {}/experiment.toml --out {}",
+      run_folder.string(), changed, run_folder.string(), run_folder.string()));
+}
+
 namespace {
 
 using Json = nlohmann::ordered_json;
 
 constexpr const char* manifest_name = "manifest.json";
 
-Json to_json(const std::vector<std::pair<std::string, std::string>>& pairs) {
+Json object_of(const std::vector<std::pair<std::string, std::string>>& pairs) {
   Json json = Json::object();
   for (const auto& [name, value] : pairs) json[name] = value;
   return json;
 }
 
-Json to_json(const Provenance& provenance) {
-  Json json;
+}  // namespace
+
+void to_json(Json& json, const Provenance& provenance) {
   json["program"] = provenance.program_version;
   json["git_commit"] = provenance.git_commit;
   json["git_dirty"] = provenance.git_dirty;
@@ -82,29 +123,27 @@ Json to_json(const Provenance& provenance) {
   json["compiler"] = provenance.compiler;
   json["compiler_flags"] = provenance.compiler_flags;
   json["build_type"] = provenance.build_type;
-  json["libraries"] = to_json(provenance.libraries);
+  json["libraries"] = object_of(provenance.libraries);
   json["host_cpu"] = provenance.host_cpu;
   json["processor_features"] = provenance.processor_features;
   json["operating_system"] = provenance.operating_system;
   json["hardware_threads"] = provenance.hardware_threads;
-  return json;
 }
 
-Json to_json(const StageTiming& timing) {
-  Json stage;
+void to_json(Json& stage, const StageTiming& timing) {
   stage["stage"] = timing.stage;
   stage["seconds"] = finite_or_null(timing.seconds);
   stage["reused"] = timing.reused;
   if (timing.beads > 0) stage["beads"] = timing.beads;
-  return stage;
 }
 
+namespace {
+
 Json stages_json(const std::vector<StageTiming>& timings, const std::map<std::string, StageTiming>& earlier) {
-  Json json = Json::array();
-  for (const StageTiming& timing : timings) json.push_back(to_json(timing));
+  Json json = timings;
   for (const auto& [stage, told] : earlier) {
     const auto is_it = [&name = stage](const StageTiming& timing) { return timing.stage == name; };
-    if (std::none_of(timings.begin(), timings.end(), is_it)) json.push_back(to_json(told));
+    if (std::none_of(timings.begin(), timings.end(), is_it)) json.push_back(told);
   }
   return json;
 }
@@ -180,20 +219,21 @@ std::string manifest_json(const ReportData& data, const std::filesystem::path& r
     json["pdf"] = outcome.finished.pdf;
   }
   json["figure_files"] = outcome.figure_files;
-  json["provenance"] = to_json(data.provenance);
-  json["environment"] = to_json(data.environment);
+  json["provenance"] = data.provenance;
+  json["environment"] = object_of(data.environment);
   json["timings"] = stages_json(data.timings, outcome.earlier_timings);
   json["skipped"] = data.skipped;
   if (!data.reuse.empty()) json["skipped"].push_back(data.reuse);
   json["files"] = outcome.exit_code ? files_json(run_folder) : Json::array();
   clean_strings(json);
+  json["digest"] = digest_of(json);
   return json.dump(2) + "\n";
 }
 
 std::map<std::string, StageTiming> earlier_timings(const std::filesystem::path& run_folder) {
   std::map<std::string, StageTiming> earlier;
   try {
-    const Json manifest = Json::parse(read_file(run_folder / manifest_name));
+    const Json manifest = Json::parse(shallow_json(read_file(run_folder / manifest_name)));
     for (const Json& timing : manifest.at("timings")) {
       if (!timing.at("seconds").is_number()) continue;
       earlier[timing.at("stage")] = {timing.at("stage"), timing.at("seconds"), true,
@@ -207,7 +247,7 @@ std::map<std::string, StageTiming> earlier_timings(const std::filesystem::path& 
 
 std::optional<std::string> experiment_key_of_run(const std::filesystem::path& run_folder) {
   try {
-    const Json manifest = Json::parse(read_file(run_folder / manifest_name));
+    const Json manifest = Json::parse(shallow_json(read_file(run_folder / manifest_name)));
     if (!manifest.at("provenance").contains("sampling_version")) return {};
     return manifest.at("experiment_key").get<std::string>();
   } catch (const std::exception&) {
@@ -217,7 +257,7 @@ std::optional<std::string> experiment_key_of_run(const std::filesystem::path& ru
 
 std::set<std::string> earlier_figure_files(const std::filesystem::path& run_folder) {
   try {
-    return Json::parse(read_file(run_folder / manifest_name)).at("figure_files");
+    return Json::parse(shallow_json(read_file(run_folder / manifest_name))).at("figure_files");
   } catch (const std::exception&) {
     return {};
   }

@@ -29,6 +29,14 @@ bool lies_in(const std::filesystem::path& run_folder, const std::filesystem::pat
 /// come to this stage, so that what is there is of an earlier one. A folder without a manifest is let through.
 void require_results_of_last_run(const std::filesystem::path& run_folder, const std::string& stage);
 
+/// The first file of a run whose path begins so and ends so, and that is not what its manifest lists; "" if there is
+/// none. Scripts are meant to be edited, and are passed over.
+std::string changed_since_run(const std::filesystem::path& run_folder, const std::string& begins = "",
+                              const std::string& ends = "");
+/// Throws InputError if there is one.
+void require_unchanged(const std::filesystem::path& run_folder, const std::string& begins,
+                       const std::string& ends = "");
+
 /// How a run ended.
 struct RunOutcome {
   std::string status = "done";       ///< "done", "failed", "interrupted", or "unfinished": at work, or killed since

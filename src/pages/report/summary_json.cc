@@ -7,27 +7,22 @@
 
 namespace granuscope {
 
-namespace {
-
 using Json = nlohmann::ordered_json;
 
-Json to_json(const FailedSample& failed) {
-  Json json;
+void to_json(Json& json, const FailedSample& failed) {
   json["sample"] = failed.sample;
   json["layer"] = failed.layer;
   json["replay"] = failed.replay;
-  return json;
 }
 
-Json to_json(const DepthFit& fit) {
-  Json json;
+void to_json(Json& json, const DepthFit& fit) {
   json["layer"] = fit.layer;
   json["z"] = fit.z;
-  json["peak_position"] = to_json(fit.peak_position);
-  json["width"] = to_json(fit.width);
-  json["width_squared"] = to_json(fit.width_squared);
-  json["thrust_ratio"] = to_json(fit.thrust_ratio);
-  json["peak_height"] = to_json(fit.peak_height);
+  json["peak_position"] = fit.peak_position;
+  json["width"] = fit.width;
+  json["width_squared"] = fit.width_squared;
+  json["thrust_ratio"] = fit.thrust_ratio;
+  json["peak_height"] = fit.peak_height;
   json["two_peaks"]["delta_chi2_one_gaussian"] = finite_or_null(fit.evidence.against_one_gaussian);
   json["two_peaks"]["delta_chi2_one_peak"] = finite_or_null(fit.evidence.for_two_peaks);
   if (!std::isfinite(fit.evidence.for_two_peaks)) {
@@ -35,62 +30,41 @@ Json to_json(const DepthFit& fit) {
   }
   json["chi2_per_dof"] = finite_or_null(fit.degrees_of_freedom > 0 ? fit.chi2_per_dof : std::nan(""));
   json["degrees_of_freedom"] = fit.degrees_of_freedom;
-  json["fitted_area"] = to_json(fit.fitted_area);
-  json["centre_background"] = to_json(fit.centre_background);
+  json["fitted_area"] = fit.fitted_area;
+  json["centre_background"] = fit.centre_background;
   json["misfit"] = fit.misfit;
   json["misfit_at_least"] = fit.misfit_at_least;
   json["identifiable"] = fit.identifiable;
   if (!fit.identifiable || json["chi2_per_dof"].is_null()) {
     json["reason"] = fit.reason.empty() ? "nothing was fitted at this depth" : fit.reason;
   }
-  return json;
 }
 
-Json to_json(const FitVariation& variation);
-Json to_json(const ScalingVariation& variation);
-Json to_json(const Transport& result);
-Json to_json(const ScalingFits& fits);
-Json to_json(const RatioScaling& ratios);
-Json to_json(const Claim& claim);
-Json to_json(const Figure& figure);
-
-template <typename Item>
-Json list_of(const std::vector<Item>& items) {
-  Json json = Json::array();
-  for (const Item& item : items) json.push_back(to_json(item));
-  return json;
+void to_json(Json& json, const Exponents& exponents) {
+  json["position"] = exponents.position;
+  json["width_squared"] = exponents.width;
+  json["amplitude"] = exponents.amplitude;
+  json["noise"] = exponents.noise;
 }
 
-Json to_json(const Exponents& exponents) {
-  Json json;
-  json["position"] = to_json(exponents.position);
-  json["width_squared"] = to_json(exponents.width);
-  json["amplitude"] = to_json(exponents.amplitude);
-  json["noise"] = to_json(exponents.noise);
-  return json;
-}
-
-Json to_json(const FitVariation& variation) {
-  Json json;
+void to_json(Json& json, const FitVariation& variation) {
   json["change"] = variation.change;
   if (variation.depths > 0) json["window_layers"] = variation.layers;
   json["depths"] = variation.depths;
-  json["c"] = to_json(variation.c);
-  json["D"] = to_json(variation.D);
-  json["c_shift"] = to_json(variation.c_shift);
-  json["D_shift"] = to_json(variation.D_shift);
-  return json;
+  json["c"] = variation.c;
+  json["D"] = variation.D;
+  json["c_shift"] = variation.c_shift;
+  json["D_shift"] = variation.D_shift;
 }
 
-Json to_json(const Transport& result) {
-  Json json;
+void to_json(Json& json, const Transport& result) {
   const SamplerSpec& sampler = result.spec.sampler;
   if (sampler.model.has_contacts()) json["mu"] = sampler.mu;
   json[result.scan->name] = result.scanned();
   json["law"] = law_of(sampler);
-  json.update(granuscope::to_json(result.spec.response));
+  json.update(Json(result.spec.response));
   json["samples"] = result.samples;
-  json["failed"] = list_of(result.failed);
+  json["failed"] = result.failed;
   json["exact"] = result.exact;
   if (result.precision.asked) {
     json["precision"]["c"] = result.precision.c > 0 ? Json(result.precision.c) : Json(nullptr);
@@ -100,82 +74,73 @@ Json to_json(const Transport& result) {
         result.precision.reason.empty() ? "a null was not asked for" : result.precision.reason;
     if (result.precision.reached && result.precision.c > 0 && result.precision.D > 0) json["precision"].erase("reason");
   }
-  json["c"] = to_json(result.c);
-  json["D"] = to_json(result.D);
-  json["alpha_thrust"] = to_json(result.alpha_thrust);
-  json["c_thrust"] = to_json(result.c_thrust);
-  json["c_minus_c_thrust"] = to_json(result.c_minus_c_thrust);
-  json["position_offset"] = to_json(result.position_offset);
-  json["width_offset"] = to_json(result.width_offset);
-  json["peak_separation"] = to_json(result.peak_separation);
-  json["exponents"] = to_json(result.exponents);
-  json["position_line"] = to_json(result.position_line);
-  json["width_line"] = to_json(result.width_line);
+  json["c"] = result.c;
+  json["D"] = result.D;
+  json["alpha_thrust"] = result.alpha_thrust;
+  json["c_thrust"] = result.c_thrust;
+  json["c_minus_c_thrust"] = result.c_minus_c_thrust;
+  json["position_offset"] = result.position_offset;
+  json["width_offset"] = result.width_offset;
+  json["peak_separation"] = result.peak_separation;
+  json["exponents"] = result.exponents;
+  json["position_line"] = result.position_line;
+  json["width_line"] = result.width_line;
   json["window_layers"] = result.window_layers;
   json["depths_in_window"] = result.depths_in_window;
-  json["variations"] = list_of(result.variations);
-  json["fitted_area"] = to_json(result.fitted_area);
-  json["centre_background"] = to_json(result.centre_background);
-  json["c_beside_background"] = to_json(result.c_beside);
-  json["D_beside_background"] = to_json(result.D_beside);
+  json["variations"] = result.variations;
+  json["fitted_area"] = result.fitted_area;
+  json["centre_background"] = result.centre_background;
+  json["c_beside_background"] = result.c_beside;
+  json["D_beside_background"] = result.D_beside;
   json["chi2_per_dof"] = finite_or_null(result.chi2_per_dof);
   json["chi2_beside_background_per_dof"] = finite_or_null(result.chi2_beside_per_dof);
   json["largest_misfit"] = result.largest_misfit;
-  json["depths"] = list_of(result.depths);
+  json["depths"] = result.depths;
   json["sampler"]["draws_per_bead"] = finite_or_null(result.draws_per_bead);
   json["sampler"]["repaired_per_bead"] = finite_or_null(result.repaired_per_bead);
   json["sampler"]["backtracked_per_bead"] = finite_or_null(result.backtracked_per_bead);
   json["sampler"]["rounded_per_bead"] = finite_or_null(result.rounded_per_bead);
   if (result.chained) {
-    json["sampler"]["effective_samples"] = to_json(result.effective_samples);
+    json["sampler"]["effective_samples"] = result.effective_samples;
     json["sampler"]["burn_in"] = result.burn_in;
     json["sampler"]["thinning"] = result.thinning;
   }
   if (json["sampler"]["draws_per_bead"].is_null()) json["sampler"]["reason"] = "no pile was completed";
-  return json;
 }
 
-Json to_json(const ScalingFit& fit) {
-  Json json = to_json(fit.exponent);
+void to_json(Json& json, const ScalingFit& fit) {
+  json = fit.exponent;
   json["window"] = fit.window;
   json["points"] = fit.points;
-  json["about_law"] = to_json(fit.scatter);
+  json["about_law"] = fit.scatter;
   json["power_law"] = fit.exponent.known() ? Json(!fit.misses_the_points()) : Json(nullptr);
-  json["ln_prefactor"] = to_json(fit.intercept);
-  json["running"] = to_json(fit.running);
-  return json;
+  json["ln_prefactor"] = fit.intercept;
+  json["running"] = fit.running;
 }
 
-Json to_json(const ScalingFits& fits) {
-  Json json;
-  json["beta"] = to_json(fits.beta);
-  json["gamma"] = to_json(fits.gamma);
-  json["alpha"] = to_json(fits.alpha);
-  return json;
+void to_json(Json& json, const ScalingFits& fits) {
+  json["beta"] = fits.beta;
+  json["gamma"] = fits.gamma;
+  json["alpha"] = fits.alpha;
 }
 
-Json to_json(const ScalingVariation& variation) {
-  Json json;
+void to_json(Json& json, const ScalingVariation& variation) {
   json["change"] = variation.change;
-  json.update(to_json(variation.fits));
-  json["beta_shift"] = to_json(variation.beta_shift);
-  json["gamma_shift"] = to_json(variation.gamma_shift);
-  json["alpha_shift"] = to_json(variation.alpha_shift);
-  return json;
+  json.update(Json(variation.fits));
+  json["beta_shift"] = variation.beta_shift;
+  json["gamma_shift"] = variation.gamma_shift;
+  json["alpha_shift"] = variation.alpha_shift;
 }
 
-Json to_json(const RatioScaling& ratios) {
-  Json json;
+void to_json(Json& json, const RatioScaling& ratios) {
   json["layer"] = ratios.layer;
   json["z"] = ratios.z;
-  json.update(to_json(ratios.fits));
-  json["from_load"] = to_json(ratios.from_load);
-  return json;
+  json.update(Json(ratios.fits));
+  json["from_load"] = ratios.from_load;
 }
 
-Json to_json(const Claim& claim) {
+void to_json(Json& json, const Claim& claim) {
   const bool paper_known = std::isfinite(claim.paper);
-  Json json;
   json["id"] = claim.id;
   json["statement"] = claim.statement;
   json["verdict"] = claim.verdict;
@@ -203,19 +168,14 @@ Json to_json(const Claim& claim) {
   }
   json["explanation"] = claim.explanation;
   json["remarks"] = claim.remarks;
-  return json;
 }
 
-Json to_json(const Figure& figure) {
-  Json json;
+void to_json(Json& json, const Figure& figure) {
   json["id"] = figure.id;
   json["title"] = figure.title;
   json["caption"] = figure.caption;
   json["details"] = figure.details;
-  return json;
 }
-
-}  // namespace
 
 std::string summary_json(const ReportData& data) {
   Json json;
@@ -240,16 +200,16 @@ std::string summary_json(const ReportData& data) {
                      {"depths", "1/z^2"},
                      {"exponents", "equal"},
                      {"varied_to", {{"modes", "equal"}}}};
-  json["results"] = list_of(data.analysis.results);
-  json["mean_exponents"] = to_json(data.analysis.mean_exponents);
-  json["mean_position_offset"] = to_json(data.analysis.mean_position_offset);
-  json["scaling"] = to_json(data.analysis.scaling);
-  json["scaling"]["variations"] = list_of(data.analysis.variations);
-  json["scaling"]["other_windows"] = list_of(data.analysis.other_windows);
-  json["scaling"]["by_ratio"] = list_of(data.analysis.by_ratio);
+  json["results"] = data.analysis.results;
+  json["mean_exponents"] = data.analysis.mean_exponents;
+  json["mean_position_offset"] = data.analysis.mean_position_offset;
+  json["scaling"] = data.analysis.scaling;
+  json["scaling"]["variations"] = data.analysis.variations;
+  json["scaling"]["other_windows"] = data.analysis.other_windows;
+  json["scaling"]["by_ratio"] = data.analysis.by_ratio;
   json["studies"] = data.studies;
-  json["claims"] = list_of(data.analysis.claims);
-  json["figures"] = list_of(data.figures);
+  json["claims"] = data.analysis.claims;
+  json["figures"] = data.figures;
   clean_strings(json);
   return json.dump(2) + "\n";
 }

@@ -174,7 +174,7 @@ Json case_json(const AccuracyCase& c) {
                {"law", name_of(curve.spec.sampler.law)},
                {"columns", curve.spec.lattice.columns},
                {"layers", curve.spec.lattice.layers}};
-  json.update(to_json(curve.spec.response));
+  json.update(Json(curve.spec.response));
   if (c.thrust_alone()) json["estimator"] = "thrust";
   json.update(Json{{"samples", samples},
                    {"seconds", seconds / repetitions},
@@ -182,11 +182,11 @@ Json case_json(const AccuracyCase& c) {
                    {"stderr_c", of_one(curve.c)},
                    {"stderr_D", of_one(curve.D)},
                    {"stderr_c_thrust", of_one(c_thrust)},
-                   {"c", to_json(curve.c)},
-                   {"D", to_json(curve.D)},
-                   {"c_thrust", to_json(c_thrust)},
-                   {"slope_c", to_json(curve.slope_c)},
-                   {"slope_D", to_json(curve.slope_D)}});
+                   {"c", curve.c},
+                   {"D", curve.D},
+                   {"c_thrust", c_thrust},
+                   {"slope_c", curve.slope_c},
+                   {"slope_D", curve.slope_D}});
   json["curve"] = Json::array();
   for (const ErrorPoint& p : curve.points) {
     json["curve"].push_back({{"samples", p.samples},
@@ -219,7 +219,7 @@ std::string accuracy_json(const AccuracyTable& table) {
                     {"D", finite_or_null(s.D)},
                     {"c_peaks", finite_or_null(s.c_peaks)},
                     {"c_thrust", finite_or_null(s.c_thrust)}};
-    speedup.update(to_json(s.response));
+    speedup.update(Json(s.response));
     if (s.stated) json["speedup_at_equal_error"]["mu=" + exact(s.mu)] = speedup;
     json["speedup_by_options"].push_back(speedup);
   }

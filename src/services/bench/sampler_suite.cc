@@ -16,6 +16,7 @@
 #include "sampling/layer_kernels.h"
 #include "sampling/sampler.h"
 #include "support/error.h"
+#include "support/machine.h"
 #include "support/progress.h"
 
 namespace granuscope {
@@ -296,8 +297,7 @@ SamplerBench run_sampler_suite(const SamplerBenchOptions& options, const std::fu
   say("scaling with threads");
   bench.scaling_mu = scaling_mu;
   bench.scaling_lattice = scaling_lattice;
-  const int machine = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
-  bench.scaling = time_threads(options.threads > 0 ? options.threads : machine);
+  bench.scaling = time_threads(worker_count(options.threads));
   add_ratios(bench, options);
   return bench;
 }

@@ -7,6 +7,8 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cctype>
+#include <cerrno>
+#include <filesystem>
 #include <new>
 #include <stdexcept>
 #include <string>
@@ -23,6 +25,37 @@
 #include "support/templates.h"
 
 namespace granuscope {
+
+StandardOutput::int_type StandardOutput::overflow(int_type letter) {
+  if (letter == traits_type::eof()) return 0;
+  const char one = traits_type::to_char_type(letter);
+  return xsputn(&one, 1) == 1 ? letter : traits_type::eof();
+}
+
+std::streamsize StandardOutput::xsputn(const char* text, std::streamsize size) {
+  constexpr std::size_t enough = std::size_t{1} << 16;
+  text_.append(text, static_cast<std::size_t>(size));
+  return text_.size() < enough || put_out() ? size : 0;
+}
+
+bool StandardOutput::put_out() {
+  std::string_view left = text_;
+  bool good = true;
+  while (good && !left.empty()) {
+    const ssize_t written = ::write(STDOUT_FILENO, left.data(), left.size());
+    if (written >= 0) {
+      left.remove_prefix(static_cast<std::size_t>(written));
+    } else if (errno == EAGAIN) {
+      pollfd output = {STDOUT_FILENO, POLLOUT, 0};
+      (void)::poll(&output, 1, -1);
+    } else {
+      good = errno == EINTR;
+    }
+  }
+  text_.clear();
+  return good;
+}
+
 namespace {
 
 constexpr const char* exit_codes =
@@ -207,6 +240,9 @@ int run_command_line(int argc, const char* const* argv, std::ostream& out, std::
                                 error.what())
                   : fmt::format("a file in {} cannot stand in for a template: {}; compare it with that of templates/",
                                 templates_folder().string(), error.what());
+  } catch (const std::filesystem::filesystem_error& error) {  // where nobody had more to say
+    message = fmt::format("{}: {} Check TMPDIR, too, where it is set.", error.path1().string(),
+                          system_reason(error.code().value()));
   } catch (const std::exception& error) {
     message = lacks_threads(error)
                   ? fmt::format(

@@ -1,7 +1,24 @@
 #pragma once
 #include <ostream>
+#include <streambuf>
+#include <string>
 
 namespace granuscope {
+/// Standard output that waits for its reader where the parent has made it non-blocking (runners in node do), instead of
+/// giving up in the midst of a text. What is in it when it ends is written.
+class StandardOutput : public std::streambuf {
+ public:
+  ~StandardOutput() override { (void)put_out(); }
+
+ protected:
+  int_type overflow(int_type letter) override;
+  std::streamsize xsputn(const char* text, std::streamsize size) override;
+  int sync() override { return put_out() ? 0 : -1; }
+
+ private:
+  bool put_out();
+  std::string text_;
+};
 
 class Crew;
 

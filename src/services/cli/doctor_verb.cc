@@ -14,6 +14,7 @@
 #include "report/clean_json.h"
 #include "support/error.h"
 #include "support/files.h"
+#include "support/machine.h"
 #include "support/plain_text.h"
 #include "support/process.h"
 #include "support/provenance.h"
@@ -33,6 +34,23 @@ Finding look_for_program(const std::string& name, const std::string& needed_for,
     return {name, fmt::format("{} does not start: {}", program->path.string(), program->failure), false, package};
   }
   return {name, fmt::format("{}, {}", program->version, program->path.string())};
+}
+
+/// An old gnuplot starts and yet plots none of the scripts: it is asked for one point.
+Finding look_for_gnuplot() {
+  Finding finding = look_for_program("gnuplot", "no plots can be made", "gnuplot-nox");
+  if (!finding.good) return finding;
+  ProcessSpec process;
+  process.arguments = {"gnuplot", "-d", "-e",
+                       "set encoding utf8; set minussign; set terminal svg; plot '+' using (0):(0) notitle"};
+  process.environment = {{"LC_ALL", "C.UTF-8"}, {"HOME", "/"}};
+  const ProcessResult result = run_process(process);
+  if (result.exit_code == 0 && result.standard_output.find("</svg>") != std::string::npos) return finding;
+  finding.good = false;
+  finding.package = "gnuplot-nox";
+  finding.text += fmt::format(", does not plot a point: it {} {}; version 5.4 is needed", describe_end(result),
+                              single_line(result.standard_error));
+  return finding;
 }
 
 Finding look_for_opengl() {
@@ -94,9 +112,10 @@ ExitCode examine(const std::string& out_folder, bool json, VerbContext& context)
       {"system", provenance.operating_system},
       {"machine", fmt::format("{}, {} threads, {:.1f} GB of memory", provenance.host_cpu, provenance.hardware_threads,
                               usable_memory() / 1e9)},
+      {"processors", find_processors().reason},
       look_for_opengl(),
       look_for_fonts(),
-      look_for_program("gnuplot", "no plots can be made", "gnuplot-nox"),
+      look_for_gnuplot(),
       look_for_program("weasyprint", "report.pdf is left out, and --require-pdf fails", "weasyprint"),
       look_at_output(out_folder),
   };

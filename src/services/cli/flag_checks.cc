@@ -1,60 +1,53 @@
 #include "cli/flag_checks.h"
 
 #include <fmt/core.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <charconv>
 #include <cstdint>
 #include <cstdlib>
-#include <fstream>
 #include <limits>
 #include <string>
 #include <system_error>
-#include <thread>
 
 #include "support/error.h"
 #include "support/files.h"
+#include "support/machine.h"
 #include "support/plain_text.h"
 
 namespace granuscope {
-namespace {
-
-/// How a text reads as a whole number.
-std::errc read_whole(const std::string& text, std::int64_t& number) {
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  return error == std::errc() && end != text.data() + text.size() ? std::errc::invalid_argument : error;
+CLI::Option* add_key(CLI::App& verb, const Key& key, const std::string& about) {
+  const std::string flag = flag_of(key);
+  const std::string told =
+      key.unit.empty() || !about.empty() ? key.meaning : fmt::format("{} [{}]", key.meaning, key.unit);
+  const auto read = [key, flag](const std::string& text) {
+    try {
+      key.read(text);
+    } catch (const InputError& error) {
+      throw CLI::ValidationError(flag, error.what());
+    }
+  };
+  const KeyValue like = key.get();
+  if (std::holds_alternative<bool>(like))
+    return verb.add_flag_callback(
+        flag, [read] { read("true"); }, told);
+  return verb.add_option_function<std::string>(flag, read, about.empty() ? told : about)
+      ->default_str(key.text())
+      ->type_name(std::holds_alternative<std::int64_t>(like) ? "INT"
+                  : std::holds_alternative<double>(like)     ? "FLOAT"
+                                                             : "TEXT");
 }
-
-}  // namespace
 
 CLI::Validator whole_number() {
   return CLI::Validator(
       [](const std::string& text) -> std::string {
-        std::uint64_t number = 0;
-        const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-        if (error == std::errc() && end == text.data() + text.size()) return "";
-        if (!text.empty() && text[0] == '-') return single_line(text) + " is negative; give 0 or more";
-        if (error == std::errc::result_out_of_range) {
-          return fmt::format("{} is too large; give at most {}", single_line(text),
-                             std::numeric_limits<std::uint64_t>::max());
+        try {
+          std::uint64_t number = 0;
+          key_fields::from_text(number, text);
+        } catch (const InputError& error) {
+          return error.what();
         }
-        return single_line(text) + " is not a whole number; write it in digits";
-      },
-      "", "");
-}
-
-CLI::Validator lattice_side() {
-  return CLI::Validator(
-      [](const std::string& text) -> std::string {
-        std::int64_t number = 0;
-        const std::errc error = read_whole(text, number);
-        if (error == std::errc::invalid_argument)
-          return single_line(text) + " is not a whole number; write it in digits";
-        if (error == std::errc() && number <= std::numeric_limits<int>::max()) return "";  // too few: the lattice says
-        const double beads = std::strtod(text.c_str(), nullptr);
-        return fmt::format("{} beads in a row would need about {} of memory for a single row; give fewer",
-                           single_line(text), describe_bytes(beads * bytes_per_bead));
+        return "";
       },
       "", "");
 }
@@ -82,49 +75,6 @@ void OutputFile::write(std::string_view bytes, const std::vector<std::filesystem
 CLI::Option* add_output(CLI::App& verb, const std::string& names, OutputFile& file, const std::string& about) {
   verb.add_flag("--force", file.force, "replace a file that granuscope has not written");
   return verb.add_option(names, file.path, about)->check(output_file());
-}
-
-namespace {
-
-namespace fs = std::filesystem;
-
-/// The number in a file, if there is one: a group without limit says "max".
-void lower_to_limit_in(const fs::path& file, double& memory) {
-  std::ifstream in(file);
-  double limit = 0;
-  if (in >> limit && limit > 0) memory = std::min(memory, limit);
-}
-
-/// Lowers `memory` to the limits of a control group and of all above it. Where the group's own name is not mounted, as
-/// in most containers, what is mounted is its own.
-void lower_to_group(const fs::path& mount, const fs::path& group, const char* limit_file, double& memory) {
-  for (fs::path at = group.relative_path();; at = at.parent_path()) {
-    lower_to_limit_in(mount / at / limit_file, memory);
-    if (at.empty()) return;
-  }
-}
-
-}  // namespace
-
-double usable_memory(const fs::path& root) {
-  double memory = static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
-  const fs::path mount = root / "sys/fs/cgroup";
-  // Lines "0::/group" (version 2) and "4:memory:/group" (version 1).
-  std::ifstream groups(root / "proc/self/cgroup");
-  for (std::string line; std::getline(groups, line);) {
-    const std::size_t first = line.find(':');
-    const std::size_t second = first == std::string::npos ? first : line.find(':', first + 1);
-    if (second == std::string::npos) continue;
-    const std::string controllers = line.substr(first + 1, second - first - 1);
-    const fs::path group = line.substr(second + 1);
-    if (controllers.empty()) lower_to_group(mount, group, "memory.max", memory);
-    if (controllers == "memory") lower_to_group(mount / "memory", group, "memory.limit_in_bytes", memory);
-  }
-  return memory;
-}
-
-int worker_count(int threads) {
-  return threads > 0 ? threads : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }
 
 void require_memory(double bytes) {

@@ -6,13 +6,15 @@
 #include <string_view>
 #include <vector>
 
-namespace granuscope {
-/// A count from 0 to 2^64 - 1, written in digits: CLI11's own conversion silently takes the largest number for a larger
-/// one.
-CLI::Validator whole_number();
+#include "support/key.h"
 
-/// Beads along one side of a lattice. One too large for any memory is answered with the memory that it would need.
-CLI::Validator lattice_side();
+namespace granuscope {
+/// The flag of a key: it says what the key means, or `about`, and a whole number beyond its field is refused, which
+/// CLI11's own conversion silently takes for the largest one.
+CLI::Option* add_key(CLI::App& verb, const Key& key, const std::string& about = "");
+
+/// A count from 0 to 2^64 - 1, written in digits.
+CLI::Validator whole_number();
 
 /// A file to be written. "-" would make a file of that name where a stream may have been meant.
 CLI::Validator output_file();
@@ -31,13 +33,6 @@ struct OutputFile {
 
 /// Adds the option that names the file, and --force.
 CLI::Option* add_output(CLI::App& verb, const std::string& names, OutputFile& file, const std::string& about);
-
-/// Threads that --threads asks for; 0 means all the machine has.
-int worker_count(int threads);
-
-/// Memory that this process may use, in bytes: the machine's, or less if its container (control group) is given less.
-/// `root` is where the system's folders are looked for (tests).
-double usable_memory(const std::filesystem::path& root = "/");
 
 /// Throws EnvironmentError if the usable memory is smaller than `bytes`: the system would only kill the program
 /// half way instead of refusing the memory.

@@ -103,7 +103,7 @@ ExitCode history(const HistoryVerbOptions& given, VerbContext& context) {
     forget_night(given.folder, given.night);
     return ExitCode::done;
   }
-  const NightBook book(given.folder);
+  const NightBook book(given.folder, DatabaseUse::read);
   if (given.action == "list") {
     for (const Night& night : book.last(0)) context.out << describe(night) << '\n';
   } else if (given.action == "show") {

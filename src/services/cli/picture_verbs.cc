@@ -3,6 +3,7 @@
 #include <fmt/ranges.h>
 #include <CLI/CLI.hpp>
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <chrono>
@@ -14,6 +15,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "cli/flag_checks.h"
@@ -41,6 +43,8 @@ struct FigureOptions {
   std::string folder, id, width, font_size, templates;
   OutputFile file;
   FigureStyle style;
+
+  FigureOptions() { style.format.clear(); }
 };
 
 struct Unit {
@@ -73,6 +77,32 @@ double points(const std::string& text) {
   throw InputError(fmt::format("--font-size {} is no size of text; write 8pt or 8", text));
 }
 
+/// The suffix of the file says the format where no flag does; both are to say the same.
+void choose_format(FigureOptions& options) {
+  if (!options.file.asked()) {
+    if (options.style.format.empty()) options.style.format = "pdf";
+    options.file.path = options.id + "." + options.style.format;
+    return;
+  }
+  const std::string suffix = CLI::detail::to_lower(std::filesystem::path(options.file.path).extension().string());
+  constexpr std::array<std::pair<std::string_view, const char*>, 7> known = {{{".pdf", "pdf"},
+                                                                              {".svg", "svg"},
+                                                                              {".eps", "eps"},
+                                                                              {".ps", "eps"},
+                                                                              {".png", "png"},
+                                                                              {".tikz", "tikz"},
+                                                                              {".tex", "tikz"}}};
+  const auto* told = std::find_if(known.begin(), known.end(), [&](const auto& one) { return one.first == suffix; });
+  std::string& format = options.style.format;
+  if (format.empty() && told != known.end()) format = told->second;
+  if (format.empty() || (told != known.end() && format != told->second) || (told == known.end() && !suffix.empty())) {
+    throw InputError(
+        fmt::format("the name {} does not fit the format {}; let it end with .pdf, .svg, .eps, .png, .tikz or .tex, as "
+                    "--format says",
+                    options.file.path, format.empty() ? "that is to be chosen by it" : format));
+  }
+}
+
 ExitCode plot_figure_again(FigureOptions options, VerbContext& context) {
   if (!options.templates.empty()) use_templates(options.templates);
   if (!options.width.empty()) options.style.width_mm = millimetres(options.width);
@@ -83,8 +113,11 @@ ExitCode plot_figure_again(FigureOptions options, VerbContext& context) {
     return ExitCode::done;
   }
   require_results_of_last_run(options.folder, "plot");
+  for (const char* ends : {".csv", ".json"}) {
+    if (!options.style.trust_script) require_unchanged(options.folder, "figures/" + options.id, ends);
+  }
+  choose_format(options);
   const PlottedFigure plotted = plot_again(figures, options.id, options.style);
-  if (!options.file.asked()) options.file.path = options.id + "." + options.style.format;
   options.file.write(plotted.bytes, {options.folder});
   if (plotted.other_script) {
     context.err << fmt::format(
@@ -107,8 +140,8 @@ void add_figure_verb(CLI::App& app, VerbContext& context) {
   verb->add_option("ID", options->id,
                    "which figure: the name of its files, for example scaling-with-friction (a list if not given)");
   verb->add_option("--format", options->style.format,
-                   "pdf, svg, eps, png (300 dpi), or tikz, with TeX's own mathematics")
-      ->capture_default_str();
+                   "pdf, svg, eps, png (300 dpi), or tikz, with TeX's own mathematics (by the file's suffix, or pdf)")
+      ->transform(CLI::detail::to_lower);
   verb->add_option(
       "--width", options->width,
       "86mm, 8.6cm or 3.37in; panels stand one above the other where it is narrow (as in the report, 170mm)");
@@ -184,13 +217,6 @@ std::array<double, 2> parse_range(std::string_view text) {
       "--range {} is not LOW,HIGH; give the two ends of the colour scale, as in --range=0,1.5 or --range=-1,1", text));
 }
 
-/// The value of a line "key=value" of an ensemble's configuration.
-double configured(const std::string& configuration, const std::string& key) {
-  const std::string lines = "\n" + configuration;
-  const std::size_t at = lines.find("\n" + key + "=");
-  return at == std::string::npos ? 0 : std::atof(lines.c_str() + at + key.size() + 2);
-}
-
 /// The configuration of an ensemble; "" for a file that is none, which is then read, or refused, as a pile.
 std::string configuration_if_ensemble(const std::string& file) {
   try {
@@ -228,9 +254,18 @@ SceneStatistics render_ensemble(const RenderOptions& options, const std::string&
   MeasuredEnsemble ensemble;
   ensemble.record = open_ensemble(options.pile_file);
   const std::vector<int>& layers = ensemble.record.sums.layers;
-  ensemble.spec.lattice.columns = static_cast<int>(configured(configuration, "columns"));
-  ensemble.spec.lattice.layers = layers.empty() ? 1 : layers.back() + 1;
-  ensemble.spec.response.overload = configured(configuration, "overload");
+  ensemble.spec = ensemble_configured(configuration);
+  const auto& quantities = ensemble.record.sums.quantities;
+  const auto response = quantities.find(quantities.contains("response") ? "response" : "weight");
+  const int shown = layers.empty() ? 1 : layers.back() + 1;
+  if (response == quantities.end() || response->second.width != ensemble.spec.lattice.columns ||
+      ensemble.spec.lattice.layers < shown || ensemble.spec.lattice.columns < 2) {
+    throw InputError(fmt::format(
+        "{}: it has no response of as many columns and layers as its configuration says, so that there is nothing to "
+        "be shown; name an ensemble of an estimator with loads, or make the file again",
+        options.pile_file));
+  }
+  ensemble.spec.lattice.layers = shown;
   const Field field = response_field(ensemble, {});
   return render_scene(build_field_scene(field, options.scene), options.scene, options.image.path,
                       metadata_for(options, "mean response"));
@@ -277,10 +312,13 @@ ExitCode render_film(RenderOptions options, VerbContext& context) {
     throw Interrupted("stopped on request: each frame that is there is whole, and the same command renders them all");
   }
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  const bool odd = options.scene.width_px % 2 != 0 || options.film.height_px % 2 != 0;  // no yuv420p has such sides
   context.err << fmt::format("wrote {} frames of {} layers each to {} ({:.0f} a second); a video of them:\n",
                              film.frames(), film.layers_seen(), options.film_folder,
                              static_cast<double>(film.frames()) / seconds)
-              << "  ffmpeg -framerate 25 -i " << (folder / "frame-%05d.png").string() << " -pix_fmt yuv420p film.mp4\n";
+              << fmt::format("  ffmpeg -framerate 25 -i {} {}-pix_fmt yuv420p film.mp4\n",
+                             shell_word(CLI::detail::find_and_replace(folder.string(), "%", "%%") + "/frame-%05d.png"),
+                             odd ? "-vf 'pad=ceil(iw/2)*2:ceil(ih/2)*2' " : "");
   return ExitCode::done;
 }
 
@@ -340,7 +378,8 @@ void add_render_verb(CLI::App& app, VerbContext& context) {
                    "LOW,HIGH: ends of the colour scale, so that pictures compare (from what is shown if not given)");
   scene.colour_map.clear();
   verb->add_option("--colour-map", scene.colour_map,
-                   "grey, viridis or cividis; diverging for the scene response (the scene's own if not given)");
+                   "grey, viridis or cividis; diverging for the scene response (the scene's own if not given)")
+      ->transform(CLI::detail::to_lower);
   verb->add_option("--backend", scene.backend,
                    "how OpenGL is reached: auto, osmesa or egl; none: the processor paints, to the same pixels")
       ->capture_default_str();

@@ -17,6 +17,7 @@
 #include "report/run_files.h"
 #include "storage/pile_file.h"
 #include "support/files.h"
+#include "support/plain_text.h"
 
 namespace granuscope {
 namespace {
@@ -72,7 +73,7 @@ void add_merge_verb(CLI::App& app, VerbContext& context) {
       const std::filesystem::path out = options->out.empty() ? options->folders.front() : options->out;
       merge_folders({options->folders.begin(), options->folders.end()}, out, ProgressStyle::automatic);
       context.err << fmt::format("merged into {}; granuscope run {} --out {} goes on to the report\n", out.string(),
-                                 (out / "experiment.toml").string(), out.string());
+                                 shell_word((out / "experiment.toml").string()), shell_word(out.string()));
       return ExitCode::done;
     };
   });
@@ -82,20 +83,25 @@ void add_numbers_verb(CLI::App& app, VerbContext& context) {
   CLI::App* verb = app.add_subcommand("numbers", "Print every number of a finished run, for the text of a paper");
   const auto folder = std::make_shared<std::string>();
   const auto format = std::make_shared<std::string>("tex");
-  verb->add_option("OUT", *folder, "folder of the run")->required();
+  verb->add_option("OUT", *folder, "folder of the run, or its summary.json")->required();
   verb->add_option("--format", *format, "tex (\\granuscope{beta} writes 2.522(50)), csv or json")
+      ->transform(CLI::detail::to_lower)
       ->capture_default_str();
   const auto target = std::make_shared<OutputFile>();
   add_output(*verb, "-o,--out", *target, "file to write (standard output if not given)");
   verb->callback([folder, format, target, &context] {
     context.action = [folder, format, target, &context] {
+      std::error_code none;
+      if (std::filesystem::path(*folder).filename() == "summary.json" &&
+          std::filesystem::is_regular_file(*folder, none))
+        *folder = (std::filesystem::path(*folder).parent_path() / ".").string();  // as compare takes it
       require_results_of_last_run(*folder, "report");
       const auto file = std::filesystem::path(*folder) / "summary.json";
-      std::error_code none;
       if (!std::filesystem::is_regular_file(file, none)) {
         throw InputError(file.string() +
                          ": there is no such file, and so no numbers; name the folder of a finished run");
       }
+      require_unchanged(*folder, "summary.json");
       const std::string list = list_numbers(read_file(file), *format);
       if (!target->asked()) {
         context.out << list;

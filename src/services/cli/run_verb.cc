@@ -20,6 +20,7 @@
 #include "sampling/sampler_spec.h"
 #include "support/error.h"
 #include "support/files.h"
+#include "support/machine.h"
 #include "support/progress.h"
 #include "support/templates.h"
 
@@ -43,7 +44,7 @@ struct RunVerbOptions {
   bool force = false;
   std::vector<std::string> overrides;
 
-  bool from_standard_input() const { return config == "-"; }
+  bool from_standard_input() const { return config == "-" || is_open_already(config); }
 };
 
 void print_plan(const Experiment& experiment, const RunOptions& options, const std::vector<PlannedStep>& plan,
@@ -122,8 +123,8 @@ std::string environment_variable(const char* name) {
 
 ExitCode run(const RunVerbOptions& given, VerbContext& context) {
   if (!given.templates.empty()) use_templates(given.templates);
-  const Experiment experiment = given.from_standard_input() ? read_experiment(std::cin, given.overrides)
-                                                            : read_experiment(given.config, given.overrides);
+  const Experiment experiment =
+      given.config == "-" ? read_experiment(std::cin, given.overrides) : read_experiment(given.config, given.overrides);
   const bool only_told = given.print_config || given.print_key;
   if (given.from_standard_input() && given.folder.empty() && !only_told) {
     throw InputError(

@@ -22,6 +22,7 @@
 #include "sampling/polytope.h"
 #include "sampling/sampler.h"
 #include "storage/pile_file.h"
+#include "support/machine.h"
 #include "support/progress.h"
 
 namespace granuscope {
@@ -29,11 +30,7 @@ namespace {
 
 struct SampleOptions {
   EnsembleSpec spec;
-  std::string model = name_of(ModelName::frictional_beads);
-  std::string law = name_of(Law::granusolve);
   std::string load = name_of(Load::uniform);
-  std::string layer_order = name_of(LayerOrder::random);
-  std::string repair_rules = name_of(RepairRules::all);
   int threads = 0;
   bool statistics = false;
   OutputFile file;
@@ -84,18 +81,18 @@ void check_flags(EnsembleSpec spec) {
   auto found = find_problem(spec);
   if (!found) return;
   found->key.erase(0, found->key.find('.') + 1);  // the table of a model
-  std::replace(found->key.begin(), found->key.end(), '_', '-');
-  found->key.insert(0, "--");
+  Key named;
+  named.name = found->key;
+  found->key = flag_of(named);
   refuse(found);
 }
 
 ExitCode sample(SampleOptions options, VerbContext& context) {
   EnsembleSpec& spec = options.spec;
-  spec.sampler.model.name = model_named(options.model);
   if (!spec.sampler.model.has_contacts()) {
     throw InputError(fmt::format(
         "piles of the model {} have no contacts that could be stored; measure them by granuscope run, or give {} or {}",
-        options.model, name_of(ModelName::frictional_beads), name_of(ModelName::diluted_beads)));
+        name_of(spec.sampler.model.name), name_of(ModelName::frictional_beads), name_of(ModelName::diluted_beads)));
   }
   const DilutedBeadsSpec &diluted = spec.sampler.model.diluted_beads, usual;
   if (spec.sampler.model.is_beads() && (diluted.share != usual.share || diluted.least_slack != usual.least_slack)) {
@@ -103,10 +100,7 @@ ExitCode sample(SampleOptions options, VerbContext& context) {
         "--opened-share and --least-slack belong to --model diluted-beads and would change nothing; leave them out, or "
         "give that model");
   }
-  spec.sampler.law = law_named(options.law);
   set_load(options, spec);
-  spec.sampler.order = layer_order_named(options.layer_order);
-  spec.sampler.rules = repair_rules_named(options.repair_rules);
   check_flags(spec);
   if (!options.statistics && !options.file.asked()) {
     throw InputError(
@@ -138,87 +132,34 @@ void add_sample_verb(CLI::App& app, VerbContext& context) {
   const auto options = std::make_shared<SampleOptions>();
   options->spec.response.samples = 256;
   EnsembleSpec& spec = options->spec;
-  verb->add_option("--mu", spec.sampler.mu, "friction coefficient, 0 <= mu < sqrt(3)")->capture_default_str();
-  verb->add_option("--columns", spec.lattice.columns, "beads per layer, periodic, at least 4")
-      ->capture_default_str()
-      ->check(lattice_side());
-  verb->add_option("--layers", spec.lattice.layers, "layers, 0 is the top one")
-      ->capture_default_str()
-      ->check(lattice_side());
-  verb->add_option("--model", options->model, "frictional-beads, or diluted-beads (small piles with opened contacts)")
-      ->capture_default_str();
-  verb->add_option("--opened-share", spec.sampler.model.diluted_beads.share,
-                   "diluted-beads: of the contacts below the top layer")
-      ->capture_default_str();
-  verb->add_option("--least-slack", spec.sampler.model.diluted_beads.least_slack,
-                   "diluted-beads: smallest N - |T|/mu that all closed contacts must be able to have at once")
-      ->capture_default_str();
-  verb->add_option(
-          "--law", options->law,
-          "what a random pile means: granusolve, polytope (small piles), or eloy-clement and rejection (tiny piles)")
-      ->capture_default_str();
-  verb->add_option("--load", options->load,
-                   "uniform: 1 on every top bead; point: 1 + overload on the middle one; paired, multiplexed: the pile "
-                   "that an ensemble of this estimator draws, to follow what it names as failed")
-      ->capture_default_str();
-  verb->add_option("--load-angle", spec.sampler.load_angle,
-                   "of the load on every top bead from the vertical, in degrees, to the right > 0: a tilted pile")
-      ->capture_default_str();
-  verb->add_option("--load-offset", spec.sampler.load_offset,
-                   "how far to the right of their centres the loads act on the top beads, in bead radii: a torque")
-      ->capture_default_str();
-  verb->add_option("--bead-weight", spec.sampler.bead_weight,
-                   "of every bead by itself, in loads of one top bead: gravity")
-      ->capture_default_str();
-  verb->add_option("--overload", spec.response.overload,
-                   "extra force of --load point or paired, in loads of one top bead")
-      ->capture_default_str();
-  verb->add_option("--epsilon", spec.response.epsilon,
-                   "--load multiplexed: by how much each top load is raised or lowered")
-      ->capture_default_str();
-  verb->add_flag("--opposite", spec.response.opposite,
-                 "--load multiplexed: the pile with all variations reversed, too");
-  verb->add_option("--sign-run", spec.response.sign_run, "--load multiplexed: neighbouring top beads varied alike")
-      ->capture_default_str();
-  verb->add_option("--samples", spec.response.samples,
-                   "how many piles --statistics draws; 64 or more give standard errors")
-      ->capture_default_str()
-      ->check(whole_number());
-  verb->add_option("--seed", spec.sampler.seed, "with the sample's number the key of every random number")
-      ->capture_default_str()
-      ->check(whole_number());
-  verb->add_option("--effort", spec.sampler.effort,
-                   "granusolve, eloy-clement: a pile fails after so many bead solutions per bead")
-      ->capture_default_str();
-  verb->add_option("--max-tries", spec.sampler.max_tries, "rejection: a pile fails after so many tries")
-      ->capture_default_str()
-      ->check(whole_number());
-  verb->add_option("--lambda", spec.sampler.lambda,
-                   "polytope: piles have the density of the product of length^-lambda, 0 to 1")
-      ->capture_default_str();
-  verb->add_option("--burn-in", spec.sampler.burn_in,
-                   "polytope: sweeps before the first of eight piles; 0: four measured autocorrelation times")
-      ->capture_default_str()
-      ->check(whole_number());
-  verb->add_option("--thinning", spec.sampler.thinning,
-                   "polytope: sweeps from one of them to the next; 0: half a measured autocorrelation time")
-      ->capture_default_str()
-      ->check(whole_number());
-  verb->add_option("--layer-order", options->layer_order,
-                   "granusolve: random, or fixed (breaks the mirror symmetry: for comparison only)")
-      ->capture_default_str();
-  verb->add_option("--repair-rules", options->repair_rules,
-                   "granusolve: all, or no-pair, no-arcs, backtrack-only (other laws: for comparison only)")
-      ->capture_default_str();
+  for (const Key& key : keys_of(spec.sampler.model)) {
+    if (key.table == "model" || key.table == "model.diluted_beads")
+      (key.name == "name"
+           ? verb->add_option_function<std::string>(
+                     "--model", [&spec](const std::string& name) { spec.sampler.model.name = model_named(name); },
+                     "frictional-beads, or diluted-beads (small piles with opened contacts)")
+                 ->default_str(key.text())
+           : add_key(*verb, key));
+  }
+  for (const Key& key : keys_of(spec)) {
+    if (key.only.elsewhere == Elsewhere::left_out || key.name == "estimator" || key.name == "blocks") continue;
+    if (key.name == "load") {
+      verb->add_option("--load", options->load,
+                       "uniform: 1 on every top bead; point: 1 + overload on the middle one; paired, multiplexed: the "
+                       "pile that an ensemble of this estimator draws, to follow what it names as failed")
+          ->capture_default_str();
+    } else {
+      add_key(*verb, key,
+              key.name == "samples" ? "how many piles --statistics draws; 64 or more give standard errors" : "");
+    }
+  }
   verb->add_option("-j,--threads", options->threads, "threads, 0 for all; never changes a number")
       ->capture_default_str()
       ->check(CLI::Range(0, 4096));
   verb->add_flag("--statistics", options->statistics,
                  "print one JSON object on standard output and nothing else there");
   add_output(*verb, "-o,--out", options->file, "store one pile in this file (HDF5)");
-  verb->add_option("--sample", options->sample, "which pile --out stores")
-      ->capture_default_str()
-      ->check(whole_number());
+  add_key(*verb, make_key("sample", "sample", "", "which pile --out stores", options->sample));
   verb->callback([options, &context] { context.action = [options, &context] { return sample(*options, context); }; });
 }
 

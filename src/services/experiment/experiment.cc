@@ -333,8 +333,7 @@ Problem find_picture_problem(const Experiment& e) {
 
 /// Ranges of all keys of one table, or of those of all tables ("").
 Problem find_range_problem(const Experiment& e, const std::string& table) {
-  Experiment copy = e;  // keys could set what they check
-  for (const Key& key : keys_of(copy)) {
+  for (const Key& key : keys_to_read(e)) {
     if (!table.empty() && key.table != table) continue;
     if (auto found = find_range_problem(key)) return found;
   }

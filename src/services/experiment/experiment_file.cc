@@ -26,6 +26,8 @@
 #include <toml++/toml.h>
 
 #include <algorithm>
+#include <cmath>
+#include <fstream>
 #include <istream>
 #include <list>
 #include <map>
@@ -38,6 +40,7 @@
 #include "experiment/experiment_keys.h"
 #include "support/error.h"
 #include "support/files.h"
+#include "support/plain_text.h"
 #include "support/templates.h"
 
 namespace granuscope {
@@ -51,13 +54,23 @@ std::optional<double> to_number(const toml::node& node) {
   return {};
 }
 
+/// 1e3 and 64.0 are whole, too.
+std::optional<std::int64_t> to_whole_number(const toml::node& node) {
+  constexpr double most = 9007199254740992;  // 2^53: beyond it a double does not tell one number from the next
+  if (const auto* number = node.as_integer()) return number->get();
+  const auto* number = node.as_floating_point();
+  if (number == nullptr || !(std::abs(number->get()) <= most) || std::trunc(number->get()) != number->get()) return {};
+  return static_cast<std::int64_t>(number->get());
+}
+
 std::optional<std::vector<std::int64_t>> to_whole_numbers(const toml::node& node) {
   const auto* array = node.as_array();
   if (array == nullptr) return {};
   std::vector<std::int64_t> numbers;
   for (const toml::node& element : *array) {
-    if (!element.is_integer()) return {};
-    numbers.push_back(element.as_integer()->get());
+    const auto number = to_whole_number(element);
+    if (!number) return {};
+    numbers.push_back(*number);
   }
   return numbers;
 }
@@ -94,13 +107,13 @@ struct NodeReader {
   static std::optional<KeyValue> from(const Node* found) {
     return found == nullptr ? std::nullopt : std::optional<KeyValue>(Plain(found->get()));
   }
-  template <class List>
-  static std::optional<KeyValue> from(const std::optional<List>& found) {
+  template <class Found>
+  static std::optional<KeyValue> from(const std::optional<Found>& found) {
     return found ? std::optional<KeyValue>(*found) : std::nullopt;
   }
 
   std::optional<KeyValue> operator()(bool) const { return from<bool>(node.as_boolean()); }
-  std::optional<KeyValue> operator()(std::int64_t) const { return from<std::int64_t>(node.as_integer()); }
+  std::optional<KeyValue> operator()(std::int64_t) const { return from(to_whole_number(node)); }
   std::optional<KeyValue> operator()(double) const { return from(to_number(node)); }
   std::optional<KeyValue> operator()(const std::string&) const { return from<std::string>(node.as_string()); }
   std::optional<KeyValue> operator()(const std::vector<std::int64_t>&) const { return from(to_whole_numbers(node)); }
@@ -111,6 +124,33 @@ struct NodeReader {
 /// The node as the same alternative that `like` holds.
 std::optional<KeyValue> to_value(const toml::node& node, const KeyValue& like) {
   return std::visit(NodeReader{node}, like);
+}
+
+/// What people write in numbers that TOML does not know; "" if nothing is found.
+std::string odd_sign_in(std::string_view line) {
+  if (line.find("\u2212") != std::string_view::npos) return "there is the sign U+2212 in it; write - for minus";
+  const std::string_view value = line.substr(line.find('=') + 1);
+  const auto digit = [&](std::size_t at) { return at < value.size() && value[at] >= '0' && value[at] <= '9'; };
+  for (std::size_t comma = value.find(','); comma != std::string_view::npos; comma = value.find(',', comma + 1)) {
+    if (comma > 0 && digit(comma - 1) && digit(comma + 1) && value.find_first_of("\"'[.") == std::string_view::npos)
+      return "there is a decimal comma in it; write a point";
+  }
+  return "";
+}
+
+/// What a text that is no TOML may be: in another encoding, or with signs of other places in its line (from 1 on).
+std::string likely_reason(std::string_view text, std::size_t line) {
+  if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF") || text.find('\0') != std::string_view::npos)
+    return "the file seems to be in UTF-16; save it as UTF-8";
+  std::string unix_ends(text);
+  std::erase(unix_ends, '\r');
+  constexpr std::string_view replacement = "\xEF\xBF\xBD";
+  const bool has_high = std::ranges::any_of(text, [](char c) { return static_cast<unsigned char>(c) >= 0x80; });
+  if (has_high && text.find(replacement) == std::string_view::npos &&
+      clean_text(unix_ends).find(replacement) != std::string::npos)
+    return "the file is not in UTF-8 but perhaps in Latin-1; save it as UTF-8";
+  for (; line > 1; --line) text.remove_prefix(std::min(text.find('\n'), text.size() - 1) + 1);
+  return odd_sign_in(text.substr(0, text.find('\n')));
 }
 
 void sort(KeyValue& list) {
@@ -178,16 +218,22 @@ class Reader {
       throw InputError(
           fmt::format("--set {}: this sets no key; write --set response.samples=1024, for example", assignment));
     }
+    if (std::count(assignment.begin(), assignment.end(), '.') > 100) {
+      throw InputError("--set: a key or value of so many parts is none; correct it");
+    }
     const std::string value = assignment.substr(equals + 1);
-    const bool word = !value.empty() && value.find_first_of("\"'[]{}#") == std::string::npos;
+    const bool word = !value.empty() && std::string_view("\"'[{").find(value[0]) == std::string_view::npos;
     try {
       return toml::parse(fmt::format("{} = {}", key, value));
     } catch (const toml::parse_error& error) {
       if (!word)
-        throw InputError(fmt::format("--set {}: not valid TOML: {}; correct it", assignment, error.description()));
+        throw InputError(fmt::format("--set {}: not valid TOML: {}; correct it, or put a text into double quotes",
+                                     assignment, error.description()));
     }
+    std::string escaped;
+    for (const char c : value) escaped += (c == '"' || c == '\\' ? "\\" : "") + std::string(1, c);
     try {
-      return toml::parse(fmt::format("{} = '{}'", key, value));
+      return toml::parse(fmt::format("{} = \"{}\"", key, escaped));
     } catch (const toml::parse_error& error) {
       throw InputError(fmt::format("--set {}: not valid TOML: {}; correct it", assignment, error.description()));
     }
@@ -219,8 +265,9 @@ class Reader {
     auto value = to_value(node, like);
     if (!value) {
       const std::string range = granuscope::describe(key.range, like);
-      throw InputError(fmt::format("{}: {} must be {} but is {}; {}{}", at(position), key.path(), kind_of(like),
-                                   describe(node), key.meaning,
+      const std::string text = node.is_string() ? odd_sign_in(node.as_string()->get()) : "";
+      throw InputError(fmt::format("{}: {} must be {} but is {}{}; {}{}", at(position), key.path(), kind_of(like),
+                                   describe(node), text.empty() ? "" : " (" + text + ")", key.meaning,
                                    range.empty() || !key.range.names.empty() ? "" : " (" + range + ")"));
     }
     try {
@@ -253,21 +300,8 @@ class Reader {
     positions_[fmt::format("{}.{}", expected_verdicts_table, claim)] = at(position);
   }
 
-  /// What a key or a table that older files have under this path is called now; empty if there was none.
-  std::string present_name(const std::string& path) const {
-    for (const Key& key : all_keys_) {
-      if (key.formerly == path || key.formerly == path.substr(path.rfind('.') + 1)) return key.path();
-      if (key.formerly.starts_with(path + ".")) return fmt::format("[{}]", key.table);
-    }
-    return {};
-  }
-
   [[noreturn]] void refuse(const std::string& table, const std::string& name, const toml::source_position& position) {
     const std::string path = table.empty() ? name : table + "." + name;
-    if (const std::string now = present_name(path); !now.empty()) {
-      throw InputError(
-          fmt::format("{}: {} has another name now; write {}, its values mean the same", at(position), path, now));
-    }
     std::vector<std::string> known(tables_.begin(), tables_.end());
     std::vector<std::string> siblings;
     std::optional<std::string> meant;
@@ -320,15 +354,46 @@ void require_sensible_size(std::uintmax_t bytes, const std::string& file) {
 
 }  // namespace
 
+namespace {
+
+/// The parser goes down a level for each part of a key: throws InputError where one has more parts than any.
+void require_shallow_toml(std::string_view text, const std::string& file) {
+  constexpr int most_parts = 100;
+  int parts = 0;
+  for (std::size_t at = 0; at < text.size(); ++at) {
+    const char c = text[at];
+    if (c == '#') at = std::min(text.find('\n', at), text.size()) - 1;
+    if (c == '"' || c == '\'') {
+      const bool lines = text.substr(at, 3) == std::string(3, c);
+      const std::string_view end = text.substr(at, lines ? 3 : 1);
+      for (at += end.size(); at < text.size() && text.substr(at, end.size()) != end; ++at) {
+        if (text[at] == '\\' && c == '"') ++at;
+        if (at < text.size() && text[at] == '\n' && !lines) break;  // not closed, which the parser tells
+      }
+      at += end.size() - 1;
+    } else if (std::string_view("\n=,[]{}").find(c) != std::string_view::npos) {
+      parts = 0;
+    } else if (c == '.' && ++parts > most_parts) {
+      throw InputError(
+          fmt::format("{}: a key has more than {} parts, which no key has; correct the file", file, most_parts));
+    }
+  }
+}
+
+}  // namespace
+
 Experiment parse_experiment(std::string_view text, const std::string& file, const std::vector<std::string>& overrides,
                             EmptyFile empty) {
   require_sensible_size(text.size(), file);
+  require_shallow_toml(text, file);
   Reader reader(file);
   try {
     reader.read(toml::parse(text, file));
   } catch (const toml::parse_error& error) {
-    throw InputError(fmt::format("{}:{}:{}: not valid TOML: {}; correct the file", file, error.source().begin.line,
-                                 error.source().begin.column, error.description()));
+    const std::string reason = likely_reason(text, error.source().begin.line);
+    throw InputError(fmt::format("{}:{}:{}: not valid TOML: {}; {}", file, error.source().begin.line,
+                                 error.source().begin.column, error.description(),
+                                 reason.empty() ? "correct the file" : reason));
   }
   if (empty == EmptyFile::refused && reader.has_read_nothing()) {
     throw InputError(fmt::format(
@@ -340,11 +405,18 @@ Experiment parse_experiment(std::string_view text, const std::string& file, cons
   return reader.checked();
 }
 
-Experiment read_experiment(std::istream& in, const std::vector<std::string>& overrides) {
+Experiment read_experiment(std::istream& in, const std::vector<std::string>& overrides, const std::string& name) {
   std::string text(most_bytes + 1, '\0');
   in.read(text.data(), static_cast<std::streamsize>(text.size()));
   text.resize(static_cast<std::size_t>(in.gcount()));
-  return parse_experiment(text, "standard input", overrides, EmptyFile::refused);
+  return parse_experiment(text, name, overrides, EmptyFile::refused);
+}
+
+bool is_open_already(const std::filesystem::path& file) {
+  const std::string name = file.string();
+  std::error_code none;
+  return (name == "/dev/stdin" || name.starts_with("/dev/fd/") || name.starts_with("/proc/self/fd/")) &&
+         !std::filesystem::is_regular_file(file, none) && !std::filesystem::is_directory(file, none);
 }
 
 Experiment read_experiment(const std::filesystem::path& file, const std::vector<std::string>& overrides) {
@@ -358,6 +430,10 @@ Experiment read_experiment(const std::filesystem::path& file, const std::vector<
         "{}: there is no such file; {}", file.string(),
         built_in ? fmt::format("granuscope example {0} >{0}.toml writes the built-in one of that name", name)
                  : "give the path of an experiment file (TOML)"));
+  }
+  if (!std::filesystem::is_regular_file(status) && is_open_already(file)) {
+    std::ifstream in(file);
+    return read_experiment(in, overrides, file.string());
   }
   if (!std::filesystem::is_regular_file(status)) {
     throw InputError(

@@ -18,8 +18,12 @@ enum class EmptyFile { refused, allowed };
 /// contradict each other (check_experiment).
 Experiment read_experiment(const std::filesystem::path& file, const std::vector<std::string>& overrides = {});
 
-/// The same from standard input.
-Experiment read_experiment(std::istream& in, const std::vector<std::string>& overrides);
+/// Whether this names what the shell has opened for the program: /dev/stdin, or a pipe /dev/fd/63, as `<(…)` makes it.
+bool is_open_already(const std::filesystem::path& file);
+
+/// The same from a stream, which messages call `name`.
+Experiment read_experiment(std::istream& in, const std::vector<std::string>& overrides,
+                           const std::string& name = "standard input");
 
 /// The same from text; `file` is only what messages call it.
 Experiment parse_experiment(std::string_view text, const std::string& file,

@@ -24,34 +24,22 @@ namespace {
 
 /// Whether a figure or picture is made.
 Key show_key(const std::string& table, std::string meaning, bool& field) {
-  return make_key(table, "show", "", std::move(meaning), field).formerly_at(table + ".draw");
+  return make_key(table, "show", "", std::move(meaning), field);
 }
 
-std::vector<Key> keys_of_main_line(Experiment& e) {
-  const std::string lattice = "lattice";
-  const std::string sampling = "sampling";
-  const std::string response = "response";
-  const std::string fit = "fit";
-  const std::string claims = "claims";
-  const std::string precision = "precision";
-  const std::string parameters = fmt::format("{}", fmt::join(names_of_scan_parameters(), ", "));
-  const std::string profiles = "figures.response_profiles";
-  KeyRange frictions = friction_range();
-  frictions.fewest = 1;
-  frictions.longest = most_friction_values;
-  const KeyRange standard_error =
-      KeyRange{.or_zero = true, .why = "it is no standard error to draw for"}.within(1e-9, 1);
+std::vector<Key> keys_of_texts(Experiment& e) {
   return {
       make_key("experiment", "name", "", "title of the report, one line", e.name),
       make_key("experiment", "description", "", "a paragraph for the reader of the report", e.description),
+  };
+}
 
-      make_key(lattice, "columns", "beads", "beads per layer, periodic in x; even or odd", e.lattice.columns,
-               KeyRange{}.within(fewest_columns, most_columns)),
-      make_key(lattice, "layers", "layers",
-               "layers computed; the lowest 20 of beads (5 of diluted ones) follow another law, since no failure below "
-               "reaches up into them, and are not used",
-               e.lattice.layers, KeyRange{}.within(4, most_layers)),
-
+/// What differs from main ensemble to main ensemble.
+std::vector<Key> keys_of_scan(Experiment& e) {
+  KeyRange frictions = friction_range();
+  frictions.fewest = 1;
+  frictions.longest = most_friction_values;
+  return {
       make_key("friction", "mu", "", "friction coefficients of the contacts of beads", e.mu, frictions),
 
       make_key(
@@ -62,106 +50,14 @@ std::vector<Key> keys_of_main_line(Experiment& e) {
           e.scan.parameter),
       make_key("scan", "values", "", "its values; none: friction.mu, or the one that the model's table has",
                e.scan.values, KeyRange{.least = 0, .longest = most_friction_values, .ascending = true}),
+  };
+}
 
-      make_name_key(
-          sampling, "law",
-          "what a random pile means: granusolve, polytope (small piles), or eloy-clement and rejection (tiny piles)",
-          e.sampling.law, law_named),
-      make_key(sampling, "seed", "", "together with the sample's number the key of every random number",
-               e.sampling.seed, KeyRange{.least = 0}),
-      make_key(sampling, "load_angle", "degrees",
-               "of the load on every top bead from the vertical, to the right > 0: a tilted pile; responses are still "
-               "averaged over mirror images",
-               e.sampling.load_angle, KeyRange{}.above(-load_angle_limit).below(load_angle_limit)),
-      make_key(sampling, "load_offset", "bead radii",
-               "how far to the right of their centres the loads act on the top beads: a torque, handed down with "
-               "alternating sign",
-               e.sampling.load_offset, KeyRange{}.within(-2, 2)),
-      make_key(sampling, "bead_weight", "loads of one top bead",
-               "of every bead by itself: gravity, so that the mean weight grows with depth; responses are those to a "
-               "load at the top, as without it",
-               e.sampling.bead_weight, KeyRange{}.within(0, most_bead_weight)),
-      make_key(sampling, "effort", "solutions per bead",
-               "granusolve, eloy-clement: a pile counts as failed, by name, after this many bead solutions per bead",
-               e.sampling.effort, KeyRange{}.within(least_effort, most_effort)),
-      make_key(sampling, "max_tries", "piles", "rejection: a pile counts as failed, by name, after this many tries",
-               e.sampling.max_tries, KeyRange{}.within(1, most_tries)),
-      make_key(
-          sampling, "lambda", "",
-          "polytope: piles have the density of the product of length^-lambda over the intervals of all beads; 0 is the "
-          "flat measure, 1 the law rejection",
-          e.sampling.lambda, KeyRange{}.within(0, 1)),
-      make_key(
-          sampling, "burn_in", "sweeps",
-          "polytope: from the start of a chain to the first of its eight piles; 0: four times the autocorrelation time "
-          "that a pilot chain measures",
-          e.sampling.burn_in, KeyRange{}.within(0, most_sweeps)),
-      make_key(sampling, "thinning", "sweeps",
-               "polytope: from one of the eight piles of a chain to the next; 0: half that time", e.sampling.thinning,
-               KeyRange{}.within(0, most_sweeps)),
-      make_name_key(
-          sampling, "layer_order",
-          "random start and direction in each layer, or fixed (breaks the mirror symmetry: for comparison only)",
-          e.sampling.order, layer_order_named),
-      make_name_key(sampling, "repair_rules",
-                    "granusolve: all, or without some of the rules that repair a failing bead (no-pair, no-arcs, "
-                    "backtrack-only: other laws, for comparison only)",
-                    e.sampling.rules, repair_rules_named)
-          .formerly_at("sampling.mending_rules"),
-
-      make_name_key(
-          response, "estimator",
-          "point: overloaded piles minus the uniform load; paired: each pile solved with and without the overload, "
-          "keeping its random numbers; multiplexed: all top loads varied at random, the linear response by "
-          "correlation; "
-          "fluctuation: no load, the linear response from how fluctuations travel down (needs deeper piles)",
-          e.response.estimator, estimator_named),
-      make_key(response, "overload", "loads of one top bead", "extra force on the middle top bead (point, paired)",
-               e.response.overload, KeyRange{}.within(least_overload, most_overload)),
-      make_key(response, "epsilon", "loads of one top bead",
-               "by how much each top load is raised or lowered (multiplexed)", e.response.epsilon,
-               KeyRange{}.within(least_epsilon, epsilon_limit).below(epsilon_limit)),
-      make_key(
-          response, "opposite", "",
-          "multiplexed: draw each pile once more with all variations reversed, from the same random numbers, and take "
-          "half the difference; twice the work, and worth it at small epsilon or mu",
-          e.response.opposite),
-      make_key(response, "sign_run", "beads",
-               "multiplexed: so many neighbouring top beads, or one more, are raised or lowered together (1: each by "
-               "itself); 2 or 3 measure peaks wider than a bead better",
-               e.response.sign_run, KeyRange{.least = 1}),
-      make_key(
-          response, "reference_lag", "layers",
-          "fluctuation: layers from a base layer down to the reference layer, from which the deeper ones are followed",
-          e.response.reference_lag, KeyRange{}.within(0, most_reference_lag)),
-      make_key(response, "first_base", "layer",
-               "fluctuation: shallowest base layer; 0: where fluctuations are saturated, 0.6/mu^2, at least 60 and at "
-               "most 2000, or of three legs that push twice the deepest lag",
-               e.response.first_base, KeyRange{}.within(0, most_first_base)),
-      make_key(response, "base_step", "layers", "fluctuation: distance of the base layers", e.response.base_step,
-               KeyRange{}.within(1, most_base_step)),
-      make_key(response, "samples", "piles", "piles per friction coefficient, at least eight per block",
-               e.response.samples, KeyRange{}.within(group_size * min_blocks, most_samples)),
-      make_key(response, "blocks", "blocks", "blocks of the jackknife, each of whole groups of eight piles",
-               e.response.blocks, KeyRange{}.within(min_blocks, most_blocks)),
-
-      make_key(fit, "first_layer", "layer", "first layer of the window over which the slopes c and D are taken",
-               e.fit.first_layer, KeyRange{.least = 0}),
-      make_key(fit, "last_layer", "layer", "last layer of that window, at most lattice.layers - 21", e.fit.last_layer,
-               KeyRange{.least = 0}),
-      make_key(fit, "layer_step", "layers",
-               "distance of the fitted layers; an odd one alternates the two kinds of rows", e.fit.layer_step,
-               KeyRange{.least = 1}),
-      make_key(fit, "shallow_layer", "layer", "from here down to the window layers are fitted for the figures only",
-               e.fit.shallow_layer, KeyRange{.least = 0}),
-      make_key(fit, "min_identifiable_width", "bead diameters", "below it the size of a bead hides the width of a peak",
-               e.fit.min_identifiable_width, KeyRange{}.within(least_identifiable_width, most_identifiable_width)),
-      make_key(fit, "scaling_window", "",
-               "range of mu, or of what is scanned, both ends included, of the exponents beta, gamma and alpha",
-               e.fit.scaling_window, KeyRange{.least = 0}),
-      make_key(fit, "other_scaling_windows", "", "further ranges of mu whose exponents are shown beside it",
-               e.fit.other_scaling_windows, KeyRange{.least = 0}),
-
+std::vector<Key> keys_of_results(Experiment& e) {
+  const std::string claims = "claims", precision = "precision", profiles = "figures.response_profiles";
+  const KeyRange standard_error =
+      KeyRange{.or_zero = true, .why = "it is no standard error to draw for"}.within(1e-9, 1);
+  return {
       make_key(
           precision, "c", "",
           "largest standard error wanted of the slope c: at each mu response.samples is multiplied by 3/2 until it "
@@ -267,15 +163,15 @@ std::vector<Key> keys_of_scenes(Experiment& e) {
 std::vector<Key> keys_of(Experiment& experiment) {
   std::vector<Key> all;
   const auto append = [&all](std::vector<Key> keys) { std::move(keys.begin(), keys.end(), std::back_inserter(all)); };
-  append(keys_of_main_line(experiment));
+  append(keys_of_texts(experiment));
+  append(keys_of(experiment.lattice));
+  append(keys_of_scan(experiment));
+  append(keys_of(experiment.sampling));
+  append(keys_of(experiment.response));
+  append(keys_of(experiment.fit));
+  append(keys_of_results(experiment));
   append(keys_of(experiment.sampling.model));
-  for (const auto& study : experiment.studies) {
-    std::vector<Key> keys = study->keys();
-    for (Key& key : keys) {  // where all of them stood before they were called studies
-      if (key.formerly.empty()) key.formerly = fmt::format("figures.{}.{}", study->id(), key.name);
-    }
-    append(std::move(keys));
-  }
+  for (const auto& study : experiment.studies) append(study->keys());
   append(keys_of_scenes(experiment));
   return all;
 }
@@ -367,10 +263,9 @@ std::string escape_table_cell(std::string_view text) {
 std::string print_experiment(const Experiment& experiment) {
   std::string text;
   std::string table;
-  Experiment copy = experiment;  // keys could set what they print
-  std::vector<Key> keys = keys_of(copy);
+  std::vector<Key> keys = keys_to_read(experiment);
   for (const auto& [name, picture] : experiment.pictures) {
-    for (Key& key : picture_keys(copy, name)) keys.push_back(std::move(key));
+    for (Key& key : picture_keys(const_cast<Experiment&>(experiment), name)) keys.push_back(std::move(key));
   }
   for (const Key& key : keys) {
     if (key.table != table) {

@@ -9,6 +9,10 @@ namespace granuscope {
 /// Every key of this experiment, in the order in which they are printed; the keys of one table stand together. They are
 /// bound to its fields: it must outlive them and stay where it is.
 std::vector<Key> keys_of(Experiment& experiment);
+/// The same of one that is only read: none of them may be set.
+inline std::vector<Key> keys_to_read(const Experiment& experiment) {
+  return keys_of(const_cast<Experiment&>(experiment));
+}
 
 /// The table whose tables are pictures, each under a free name, and the keys of one of them, which the experiment must
 /// have.

@@ -14,6 +14,7 @@
 #include "history/run_record.h"
 #include "report/clean_json.h"
 #include "report/page_scope.h"
+#include "report/run_files.h"
 #include "storage/ensemble_file.h"
 #include "support/error.h"
 #include "support/plain_text.h"
@@ -130,8 +131,11 @@ std::map<std::string, std::string> keys_in_summary(const Json& summary) {
     if (!result.is_object()) continue;
     const std::string scanned = scanned_in(summary);
     const std::string value = result.contains(scanned) ? result.at(scanned).dump() : "?";
-    for (const char* name : {"law", "estimator", "epsilon", "opposite", "sign_run"}) {
-      add(result, name, fmt::format("{} at {} = {}", name, scanned, value));
+    ResponseSpec response;
+    add(result, "law", fmt::format("law at {} = {}", scanned, value));
+    for (const Key& key : keys_of(response)) {
+      if (key.name == "samples" || key.name == "blocks") continue;
+      add(result, key.name.c_str(), fmt::format("{} at {} = {}", key.name, scanned, value));
     }
     // Those that failed are the same samples, too.
     const std::uint64_t begun =
@@ -169,23 +173,17 @@ const MovedNumber* largest_of(const std::vector<MovedNumber>& numbers) {
   return found == numbers.end() ? nullptr : &*found;
 }
 
-Json to_json(const KnownNumber& number) { return {{"value", number.value}, {"stderr", number.standard_error}}; }
+}  // namespace
 
-Json to_json(const std::vector<MovedNumber>& numbers) {
-  Json list = Json::array();
-  for (const MovedNumber& one : numbers) {
-    list.push_back({{"name", one.name},
-                    {"before", to_json(one.before)},
-                    {"after", to_json(one.after)},
-                    {"z", finite_or_null(one.z)},
-                    {"p", one.p},
-                    {"moved", one.moved}});
-    if (!std::isfinite(one.z)) list.back()["reason"] = "exact numbers differ";
-  }
-  return list;
+void to_json(Json& json, const KnownNumber& number) {
+  json = {{"value", number.value}, {"stderr", number.standard_error}};
 }
 
-}  // namespace
+void to_json(Json& json, const MovedNumber& one) {
+  json = {{"name", one.name},           {"before", one.before}, {"after", one.after},
+          {"z", finite_or_null(one.z)}, {"p", one.p},           {"moved", one.moved}};
+  if (!std::isfinite(one.z)) json["reason"] = "exact numbers differ";
+}
 
 std::string name_of(Likeness likeness) {
   switch (likeness) {
@@ -249,11 +247,26 @@ Comparison compare_runs(const RunRecord& before, const RunRecord& after) {
   if (!figure.empty()) comparison.place = figure;
   comparison.causes_known = before.manifest.has_value() && after.manifest.has_value();
   if (comparison.causes_known) comparison.causes = causes_of(before, after);
+  for (const RunRecord* run : {&before, &after}) {
+    if (run->folder.empty()) continue;
+    const std::string changed = changed_since_run(run->folder);
+    if (changed.empty()) continue;
+    comparison.causes.push_back(fmt::format("{}: changed or damaged since its run, by the digest in manifest.json",
+                                            (run->folder / changed).string()));
+  }
   return comparison;
 }
 
 Comparison compare_runs(const fs::path& before, const fs::path& after) {
-  return compare_runs(read_run(before), read_run(after));
+  const RunRecord one = read_run(before), other = read_run(after);
+  try {
+    return compare_runs(one, other);
+  } catch (const Json::exception& error) {
+    throw InputError(fmt::format(
+        "{} or {}: a summary.json or manifest.json is not as granuscope writes it ({}), so that nothing can "
+        "be compared; make the run again",
+        before.string(), after.string(), error.what()));
+  }
 }
 
 std::vector<std::string> describe(const Comparison& comparison) {
@@ -320,8 +333,8 @@ std::string json_text(const Comparison& comparison) {
     keys.push_back({{"key", one.key}, {"before", one.before}, {"after", one.after}});
   }
   json["keys"] = keys;
-  json["numbers"] = to_json(comparison.numbers);
-  json["depths"] = to_json(comparison.depths);
+  json["numbers"] = comparison.numbers;
+  json["depths"] = comparison.depths;
   clean_strings(json);
   return json.dump(2) + "\n";
 }

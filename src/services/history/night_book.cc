@@ -2,14 +2,17 @@
 
 #include <fmt/format.h>
 #include <sqlite3.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <system_error>
 #include <utility>
 
 #include "support/error.h"
 #include "support/plain_text.h"
+#include "support/progress.h"
 
 namespace granuscope {
 namespace {
@@ -43,7 +46,8 @@ constexpr const char* columns = "SELECT night, date, report, status, samples, ex
 
 }  // namespace
 
-NightBook::NightBook(const std::filesystem::path& folder) : database_(folder / "history.sqlite", schema, version) {}
+NightBook::NightBook(const std::filesystem::path& folder, DatabaseUse use)
+    : database_(folder / "history.sqlite", schema, version, use) {}
 
 void NightBook::keep_state(const std::map<std::string, std::string>& state) const {
   Statement put(database_, "INSERT INTO state VALUES(?, ?) ON CONFLICT(name) DO UPDATE SET value = excluded.value");
@@ -242,29 +246,84 @@ std::string Statement::text(int column) const {
              : std::string(bytes, static_cast<std::size_t>(sqlite3_column_bytes(statement_.get(), column)));
 }
 
-Database::Database(std::filesystem::path file, const std::string& schema, int version)
-    : file_(std::move(file)), handle_(nullptr, sqlite3_close) {
+namespace {
+
+constexpr int open_to_change = SQLITE_OPEN_READWRITE;
+
+int look_at_interruption(void* /*unused*/) { return interruption_requested() ? 1 : 0; }
+
+}  // namespace
+
+/// SQLite keeps two files beside a database in WAL mode, and makes them even to read. Who may not write there reads
+/// those of whoever is at work, or the database by itself, which nobody then changes.
+int Database::open_to_read(sqlite3** handle) const {
+  std::error_code none;
+  const std::string log = file_.string() + "-wal", index = file_.string() + "-shm";
+  if (::access(file_.c_str(), W_OK) == 0 && ::access(file_.parent_path().c_str(), W_OK) == 0) {
+    return sqlite3_open_v2(file_.c_str(), handle, open_to_change, nullptr);
+  }
+  const bool at_work = std::filesystem::exists(index, none) && std::filesystem::file_size(log, none) > 0 && !none;
+  if (at_work) return sqlite3_open_v2(file_.c_str(), handle, SQLITE_OPEN_READONLY, nullptr);
+  std::string uri = "file:";
+  for (const char c : std::filesystem::absolute(file_).string()) {
+    uri += c == '?' || c == '#' || c == '%' ? fmt::format("%{:02X}", static_cast<unsigned>(c)) : std::string(1, c);
+  }
+  return sqlite3_open_v2((uri + "?immutable=1").c_str(), handle, SQLITE_OPEN_READONLY | SQLITE_OPEN_URI, nullptr);
+}
+
+Database::Database(std::filesystem::path file, const std::string& schema, int version, DatabaseUse use)
+    : file_(std::move(file)), use_(use), handle_(nullptr, sqlite3_close) {
   sqlite3* handle = nullptr;
-  const int code = sqlite3_open_v2(file_.c_str(), &handle, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE, nullptr);
+  const int code =
+      use == DatabaseUse::read
+          ? open_to_read(&handle)
+          : sqlite3_open_v2(file_.c_str(), &handle,
+                            open_to_change | (use == DatabaseUse::create ? SQLITE_OPEN_CREATE : 0), nullptr);
   handle_.reset(handle);
   if (code != SQLITE_OK) fail(code);
-  constexpr int patience_milliseconds = 10'000;
+  constexpr int patience_milliseconds = 10'000, steps_between_looks = 10'000;
   sqlite3_busy_timeout(handle, patience_milliseconds);
+  sqlite3_progress_handler(handle, steps_between_looks, look_at_interruption, nullptr);
+  // A file may come from elsewhere: nothing in it is run, and nothing writes past its tables.
+  sqlite3_db_config(handle, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
+  sqlite3_db_config(handle, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
+  if (use == DatabaseUse::read) {
+    run("PRAGMA query_only = ON");
+    require_schema(schema, version);
+    return;
+  }
   run("PRAGMA journal_mode = WAL");
   run("PRAGMA synchronous = FULL");
   run("PRAGMA foreign_keys = ON");
   transaction([&] {
-    Statement ask(*this, "PRAGMA user_version");
-    ask.step();
-    const std::int64_t there = ask.integer(0);
-    if (there == 0) {
+    Statement empty(*this, "SELECT count(*) FROM sqlite_master");
+    empty.step();
+    if (use == DatabaseUse::create && empty.integer(0) == 0) {
       run(schema);
       run(fmt::format("PRAGMA user_version = {}", version));
-    } else if (there != version) {
-      throw InputError(fmt::format("{}: this history has version {} where {} is known; use the program that wrote it",
-                                   file_.string(), there, version));
     }
+    require_schema(schema, version);
   });
+}
+
+void Database::require_schema(const std::string& schema, int version) const {
+  Statement ask(*this, "PRAGMA user_version");
+  ask.step();
+  if (const std::int64_t there = ask.integer(0); there == 0) {
+    throw InputError(fmt::format("{}: this is no history, or an empty one; take it from a backup", file_.string()));
+  } else if (there != version) {
+    throw InputError(fmt::format("{}: this history has version {} where {} is known; use the program that wrote it",
+                                 file_.string(), there, version));
+  }
+  if (schema.empty()) return;
+  for (Statement rows(*this, "SELECT type, name, sql FROM sqlite_master"); rows.step();) {
+    const bool own = rows.text(0) == "table" && schema.find(rows.text(2)) != std::string::npos;
+    if (own || (rows.text(0) == "table" && rows.text(1).starts_with("sqlite_")) || rows.text(2).empty()) continue;
+    throw InputError(
+        fmt::format("{}: this history holds the {} '{}', which no history has, so that what it tells may be made up; "
+                    "take it from a backup",
+                    file_.string(), single_line(rows.text(0)), single_line(rows.text(1))));
+  }
 }
 
 void Database::run(const std::string& sql) const {
@@ -288,10 +347,22 @@ std::int64_t Database::last_row() const { return sqlite3_last_insert_rowid(handl
 
 void Database::fail(int code) const {
   const std::string said = single_line(handle_ ? sqlite3_errmsg(handle_.get()) : sqlite3_errstr(code));
-  if (code == SQLITE_NOTADB || code == SQLITE_CORRUPT) {
+  const int kind = code & 0xff;  // without what an extended code adds
+  if (kind == SQLITE_INTERRUPT) throw_if_interrupted();
+  if (kind == SQLITE_NOTADB || kind == SQLITE_CORRUPT || kind == SQLITE_ERROR) {
     throw InputError(
         fmt::format("{}: this is no history, or it is damaged ({}); take it from a backup, or move it away "
                     "to begin a new one",
+                    file_.string(), said));
+  }
+  if (kind == SQLITE_BUSY || kind == SQLITE_LOCKED) {
+    throw BusyError(fmt::format("{}: another program has the history locked{}; wait for its end, and run again",
+                                file_.string(), use_ == DatabaseUse::read ? "" : ", so that nothing can be kept"));
+  }
+  if (use_ == DatabaseUse::read) {
+    throw EnvironmentError(
+        fmt::format("{}: the history cannot be read ({}); give yourself the permission to read it "
+                    "and what lies beside it",
                     file_.string(), said));
   }
   throw EnvironmentError(

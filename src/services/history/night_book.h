@@ -39,13 +39,17 @@ class Statement {
   std::unique_ptr<sqlite3_stmt, int (*)(sqlite3_stmt*)> statement_;
 };
 
+/// What a database is opened for. To be read it may lie where nothing can be written, or belong to somebody else.
+enum class DatabaseUse { create, change, read };
+
 /// An SQLite file in WAL mode with foreign keys, which a kill or a full disk leaves as it was before the transaction.
-/// Errors are EnvironmentError naming the file, for a file that is no database InputError.
+/// Errors are EnvironmentError naming the file, for a file that is no such database InputError, BusyError while
+/// somebody else has it locked, Interrupted.
 class Database {
  public:
-  /// Opens or makes it. `schema` makes the tables of a new one; its version stands in PRAGMA user_version, and a file
-  /// of another version is refused.
-  Database(std::filesystem::path file, const std::string& schema, int version);
+  /// Opens it, or makes it where that is asked for. `schema` makes the tables of a new one; its version stands in
+  /// PRAGMA user_version, and a file of another version, or with anything that the schema does not make, is refused.
+  Database(std::filesystem::path file, const std::string& schema, int version, DatabaseUse use = DatabaseUse::create);
 
   void run(const std::string& sql) const;
   /// All of `work` or nothing.
@@ -55,8 +59,11 @@ class Database {
  private:
   friend class Statement;
   [[noreturn]] void fail(int code) const;
+  int open_to_read(sqlite3** handle) const;
+  void require_schema(const std::string& schema, int version) const;
 
   std::filesystem::path file_;
+  DatabaseUse use_;
   std::unique_ptr<sqlite3, int (*)(sqlite3*)> handle_;
 };
 
@@ -102,7 +109,7 @@ struct Night {
 /// The history of nights: DIR/history.sqlite.
 class NightBook {
  public:
-  explicit NightBook(const std::filesystem::path& folder);
+  explicit NightBook(const std::filesystem::path& folder, DatabaseUse use = DatabaseUse::create);
 
   /// In one transaction with what the next night goes on from. Returns its number.
   std::int64_t add(const Night& night, const std::map<std::string, std::string>& state);

@@ -195,12 +195,13 @@ std::string badge(const Night& last) {
   const Json json = {{"schemaVersion", 1},
                      {"label", "granuscope nightly"},
                      {"message", alarms(last) ? fmt::format("alarm on {}", day_of(last))
-                                              : fmt::format("fine, {} samples", last.samples)},
+                                              : fmt::format("fine on {}, {} samples", day_of(last), last.samples)},
                      {"color", alarms(last) ? "critical" : "success"}};
   return json.dump(2) + "\n";
 }
 
-/// A link appears whole, too.
+/// A link appears whole, too. Where the file system has none, copies take its place; so do they in a copy of a history,
+/// where they are those of an older night.
 void point_latest_to(const fs::path& folder, const std::string& report) {
   const fs::path target = fs::path("reports") / report, link = folder / "latest", beside = folder / ".latest";
   std::error_code error;
@@ -208,8 +209,10 @@ void point_latest_to(const fs::path& folder, const std::string& report) {
     throw EnvironmentError(
         fmt::format("'{}' is a file where a link to the last report stands; move it away", link.string()));
   }
-  fs::remove(beside, error);
+  fs::remove_all(beside, error);
   fs::create_directory_symlink(target, beside, error);
+  if (error) fs::copy(folder / target, beside, fs::copy_options::recursive, error);
+  if (!error && fs::is_directory(fs::symlink_status(link))) remove_run(link);
   if (!error) fs::rename(beside, link, error);
   if (error) {
     throw EnvironmentError(fmt::format("'{}' cannot be made to point to the last report: {}; remove what is there",
@@ -220,9 +223,12 @@ void point_latest_to(const fs::path& folder, const std::string& report) {
 }  // namespace
 
 std::string describe(const Night& night) {
-  std::string text =
-      fmt::format("{} {} {}, {} samples", night.number, night.date, alarms(night) ? "alarm" : "fine", night.samples);
-  for (const Alarm& alarm : night.alarms) text += fmt::format("\n  {} ({}): {}", alarm.kind, alarm.state, alarm.what);
+  std::string text = fmt::format("{} {} {}, {} samples", night.number, single_line(night.date),
+                                 alarms(night) ? "alarm" : "fine", night.samples);
+  for (const Alarm& alarm : night.alarms) {
+    const std::string line = fmt::format("{} ({}): {}", alarm.kind, alarm.state, alarm.what);
+    text += "\n  " + single_line(line, line.size());
+  }
   return text;
 }
 
@@ -230,7 +236,8 @@ void write_pages(const fs::path& folder, const NightBook& book) {
   const std::vector<Night> nights = book.last(nights_in_trends);
   if (nights.empty()) return;
   const Json marks = marks_of(nights);
-  const std::set<std::string> kept = reports_in(folder);
+  std::set<std::string> kept = reports_in(folder);
+  std::erase_if(kept, [&](const std::string& name) { return !fs::exists(folder / "reports" / name / "report.html"); });
   Json numbers = Json::array(), times = Json::array(), rows = Json::array(), changes = Json::array();
   for (const Trend& trend : number_trends(nights)) numbers.push_back(drawn(trend, marks));
   for (const Trend& trend : time_trends(nights)) times.push_back(drawn(trend, marks));
@@ -313,9 +320,10 @@ std::string csv_text(const std::vector<Night>& nights) {
   std::string text = "night,date,status,samples,name,value,stderr,piece,piece_stderr,z\n";
   for (const Night& night : nights) {
     for (const NightNumber& number : night.numbers) {
-      text += fmt::format("{},{},{},{},{},{},{},{},{},{}\n", night.number, night.date, alarms(night) ? "alarm" : "fine",
-                          night.samples, number.name, cell(number.pool.value), cell(number.pool.standard_error),
-                          cell(number.piece), cell(number.piece_error), cell(number.z));
+      text +=
+          fmt::format("{},{},{},{},{},{},{},{},{},{}\n", night.number, csv_cell(night.date),
+                      alarms(night) ? "alarm" : "fine", night.samples, csv_cell(number.name), cell(number.pool.value),
+                      cell(number.pool.standard_error), cell(number.piece), cell(number.piece_error), cell(number.z));
     }
   }
   return text;

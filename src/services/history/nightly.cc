@@ -34,8 +34,8 @@ constexpr std::uint64_t canary_share = 8;
 // What the book says of folders, by settle_folders.
 constexpr const char *new_reference = "new_reference", *no_reference = "none", *pool_ends = "pool_ends",
                      *made_reference = "made_reference", *begun = "begun";
-constexpr const char* lost_canary = "lost";                 // kind of alarm: the reference is missing
-constexpr const char* frictionless_claim = "frictionless";  // holds exactly, whatever was drawn
+constexpr const char *lost_canary = "lost", *lost_pool = "pool";  // kinds of alarms: the reference, the pool is
+constexpr const char* frictionless_claim = "frictionless";        // holds exactly, whatever was drawn
 
 std::uint64_t round_of(const Experiment& experiment) {
   return group_size * static_cast<std::uint64_t>(experiment.response.blocks);
@@ -182,6 +182,13 @@ class NightRun {
     std::erase_if(before_, [](const Night& one) { return one.numbers.empty(); });  // it told nothing of the pool
     const std::string samples = book_.state("samples");
     night_.samples = samples.empty() ? 0 : std::stoull(samples);
+    const std::uint64_t room = most_samples - std::min(most_samples, night_.samples);
+    if (options.grow > room || samples_of_night(experiment, options.grow) > room) {
+      throw InputError(fmt::format(
+          "the pool has {} samples and would grow beyond {}, the most of one seed; give a smaller --grow, or begin "
+          "another --history with another sampling.seed",
+          night_.samples, most_samples));
+    }
   }
 
   Night go() {
@@ -195,8 +202,8 @@ class NightRun {
     if (book_.state("experiment").empty()) state["experiment"] = night_.experiment;
     night_.number = book_.add(night_, state);
     if (canary_alarmed_) move_folder(tonights_canary(), canary_folder() / fmt::format("alarm-{}", night_.number));
-    write_pages(options_.folder, book_);
     prune_reports(options_.folder, book_, options_.keep);
+    write_pages(options_.folder, book_);
     return night_;
   }
 
@@ -245,7 +252,8 @@ class NightRun {
     if (book_.state(begun).empty()) book_.keep({{begun, "yes"}});
   }
 
-  /// A run that breaks what always holds ends by logic_error: that is an alarm, not an end of the night.
+  /// A run that breaks what always holds ends by logic_error, and one that cannot use what earlier nights left by
+  /// InputError: those are alarms, not ends of the night.
   template <class Work>
   bool unbroken(const char* what, Work work) {
     try {
@@ -253,8 +261,10 @@ class NightRun {
       return true;
     } catch (const std::logic_error& broken) {
       alarm("broken", fmt::format("{}: {}", what, broken.what()));
-      return false;
+    } catch (const InputError& damage) {
+      alarm("damaged", fmt::format("{}: {}", what, damage.what()));
     }
+    return false;
   }
 
   bool canary_is_fine() {
@@ -262,6 +272,7 @@ class NightRun {
     remove_run(tonights_canary());
     if (!unbroken("the canary", [&] { run(canary_of(experiment_), tonights_canary(), "canary"); })) return false;
     const fs::path reference = canary_folder() / "reference";
+    if (book_.state("samples").empty()) remove_run(reference);  // of a first night that was killed, and never told
     if (!fs::exists(reference)) {
       if (!before_.empty() && book_.state(made_reference) == "yes") {
         alarm(lost_canary,
@@ -274,7 +285,13 @@ class NightRun {
       book_.keep({{made_reference, "yes"}});
       return true;
     }
-    const Comparison comparison = compare_runs(reference, tonights_canary());
+    Comparison comparison;
+    try {
+      comparison = compare_runs(reference, tonights_canary());
+    } catch (const InputError& damage) {
+      alarm(lost_canary, fmt::format("{}; or accept this night to take the next one's canary", damage.what()));
+      return false;
+    }
     if (comparison.likeness == Likeness::same || comparison.is_rounding() ||
         comparison.where == FirstDifference::plotting) {
       remove_run(tonights_canary());
@@ -286,20 +303,23 @@ class NightRun {
   }
 
   /// The pool's ensembles as they were before tonight, kept so that a night that is killed can be gone on with.
-  void keep_pool_before() {
+  /// False, with an alarm, if they are not there.
+  bool keep_pool_before() {
     const fs::path marker = before_folder() / "samples";
     std::error_code none;
-    if (fs::exists(marker, none) && read_file(marker) == std::to_string(night_.samples)) return;
+    if (fs::exists(marker, none) && read_file(marker) == std::to_string(night_.samples)) return true;
     remove_run(before_folder());
-    if (night_.samples == 0) return;
+    if (night_.samples == 0) return true;
     make_folder(before_folder());
     for (const PlannedEnsemble& planned : plan_ensembles(pool_of(experiment_, night_.samples), pool_folder())) {
       if (!planned.reusable) {
-        throw InputError(fmt::format(
-            "'{}' is not what the last night left there{}{}: the pool would be begun anew without a word. Put it back, "
-            "or begin another --history",
-            (pool_folder() / planned.file).string(), planned.replaces.empty() ? "" : ", ",
-            as_clause(planned.replaces)));
+        alarm(
+            lost_pool,
+            fmt::format("'{}' is not what the last night left there{}{}, and nothing was drawn: put it back, or accept "
+                        "this night to begin the pool anew",
+                        (pool_folder() / planned.file).string(), planned.replaces.empty() ? "" : ", ",
+                        as_clause(planned.replaces)));
+        return false;
       }
       try {
         (void)read_ensemble(pool_folder() / planned.file);  // the plan reads no further than the configuration
@@ -309,10 +329,11 @@ class NightRun {
       }
     }
     write_file(marker, std::to_string(night_.samples));
+    return true;
   }
 
   void grow_pool() {
-    keep_pool_before();
+    if (!keep_pool_before()) return;
     const std::uint64_t more = samples_of_night(experiment_, options_.grow);
     const Experiment pool = pool_of(experiment_, night_.samples + more);
     if (!unbroken("the pool", [&] { run(pool, pool_folder(), "pool"); })) return;
@@ -342,7 +363,7 @@ class NightRun {
   }
 
   void add_stage_times() {
-    const Json timings = Json::parse(read_file(pool_folder() / "timings.json"));
+    const Json timings = Json::parse(shallow_json(read_file(pool_folder() / "timings.json")));
     for (const Json& stage : timings.at("stages")) {
       if (stage.at("seconds").is_number())
         night_.seconds["pool: " + stage.at("stage").get<std::string>()] = stage.at("seconds");
@@ -384,7 +405,7 @@ class NightRun {
   /// The report of a night, whole or not at all.
   void keep_report() {
     if (!report_made_) return;
-    const std::set<std::string> taken = book_.last_reports(std::max<std::size_t>(1, options_.keep));
+    const std::set<std::string> taken = book_.last_reports(std::numeric_limits<std::int32_t>::max());
     const std::string day = night_.date.substr(0, night_.date.find('T'));
     night_.report = day;
     const fs::path reports = options_.folder / "reports";
@@ -423,7 +444,7 @@ Night run_night(const Experiment& experiment, const NightlyOptions& options) {
 
 void accept_night(const fs::path& folder, std::int64_t number) {
   const RunFolder lock(folder);
-  NightBook book(folder);
+  NightBook book(folder, DatabaseUse::change);
   settle_folders(folder, book);
   const Night night = book.night(number);
   const auto has = [&](const char* kind) {
@@ -449,6 +470,7 @@ void accept_night(const fs::path& folder, std::int64_t number) {
     if (compare_runs(folder / "canary/reference", other).where == FirstDifference::sampling) state["samples"] = "0";
   }
   if (has(lost_canary)) state[new_reference] = no_reference;
+  if (has(lost_pool)) state["samples"] = "0";
   if (has("experiment")) {
     state["experiment"] = night.experiment;
     state["samples"] = "0";
@@ -462,7 +484,7 @@ void accept_night(const fs::path& folder, std::int64_t number) {
 
 void forget_night(const fs::path& folder, std::int64_t number) {
   const RunFolder lock(folder);
-  NightBook book(folder);
+  NightBook book(folder, DatabaseUse::change);
   book.forget(number);
   write_pages(folder, book);
 }

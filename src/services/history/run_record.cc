@@ -23,7 +23,7 @@ using Json = nlohmann::ordered_json;
 
 Json parsed(const fs::path& file) {
   try {
-    return Json::parse(read_file(file));
+    return Json::parse(shallow_json(read_file(file)));
   } catch (const Json::exception& error) {
     throw InputError(fmt::format("{}: this is no JSON ({}), so that nothing can be compared; make the run again",
                                  file.string(), error.what()));

@@ -1,7 +1,6 @@
 #include "mpi/mpi_crew.h"
 
 #include <fmt/format.h>
-#include <sched.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -25,6 +24,7 @@
 #include "storage/block_sums.h"
 #include "support/error.h"
 #include "support/files.h"
+#include "support/machine.h"
 #include "support/progress.h"
 
 namespace granuscope {
@@ -68,12 +68,11 @@ std::string to_bytes(const Task& task) {
 /// itself; without, all ranks of a machine share it.
 int threads_of(const Ranks& ranks, int asked) {
   if (asked > 0) return asked;
-  cpu_set_t bound;
-  CPU_ZERO(&bound);
-  const int all = static_cast<int>(std::thread::hardware_concurrency());
-  const int mine = ::sched_getaffinity(0, sizeof bound, &bound) == 0 ? CPU_COUNT(&bound) : all;
-  const long online = ::sysconf(_SC_NPROCESSORS_ONLN);
-  return std::max(1, mine < online ? mine : static_cast<int>(online) / ranks.on_this_machine());
+  Processors mine = find_processors();
+  const int ranks_here = ranks.on_this_machine();
+  if (mine.task == 0 && mine.bound >= mine.machine) mine.bound = mine.machine / ranks_here;
+  mine.quota /= ranks_here;
+  return mine.usable();
 }
 
 /// Blocks between the thread that speaks MPI and those that draw.

@@ -9,7 +9,6 @@
 #include <memory>
 #include <mutex>
 #include <system_error>
-#include <thread>
 #include <utility>
 
 #include "ensemble/ensemble_runner.h"
@@ -18,6 +17,7 @@
 #include "storage/ensemble_file.h"
 #include "support/error.h"
 #include "support/files.h"
+#include "support/machine.h"
 
 namespace granuscope {
 namespace fs = std::filesystem;
@@ -97,8 +97,7 @@ std::optional<std::string> BlockFiles::fault(int block) const {
     if (header.configuration != configuration(block)) {
       return "it is of another experiment: " + describe_difference(header.configuration, configuration(block));
     }
-    if (header.sums.first_block != block || header.sums.blocks() != 1)
-      return "it holds other blocks than its name says";
+    require_shape(file(block), header, planned_.spec, block, 1);
     (void)reader.read_block(0);
   } catch (const InputError& damage) {
     return damage.what();
@@ -126,6 +125,7 @@ EnsembleRecord BlockFiles::beginning(int block, std::uint64_t& groups) const {
       const std::uint64_t drawn = found == settings.end() ? 0 : std::strtoull(found->second.c_str(), nullptr, 10);
       if (there == configuration(block) + fmt::format("groups_drawn={}\n", drawn)) {
         EnsembleRecord begun = read_ensemble(part(block));
+        require_shape(part(block), begun, planned_.spec, block, 1);
         groups = drawn;
         return begun;
       }
@@ -207,6 +207,7 @@ void BlockFiles::complete(int threads, ProgressStyle progress, const PartPolicy&
 
 void BlockFiles::join(ProgressStyle progress) const {
   if (!PlacedBlocks(planned_, run_folder_).finish()) copy_together();
+  (void)open_ensemble(run_folder_ / planned_.file);  // is whole on disk before its blocks are removed
   remove();
   log_line(progress, fmt::format("sampling {}: joined {} blocks", planned_.label, planned_.spec.response.blocks));
 }
@@ -215,9 +216,10 @@ void BlockFiles::copy_together() const {
   std::vector<EnsembleReader> blocks;
   for (int block = 0; block < planned_.spec.response.blocks; ++block) {
     const EnsembleRecord& header = blocks.emplace_back(file(block)).header();
-    if (header.configuration != configuration(block) || header.sums.first_block != block) {
+    if (header.configuration != configuration(block)) {
       throw InputError(fmt::format("'{}' is not block {} of {}", file(block).string(), block, planned_.label));
     }
+    require_shape(file(block), header, planned_.spec, block, 1);
   }
   const fs::path whole = run_folder_ / planned_.file;
   std::optional<EnsembleReader> smaller;
@@ -235,8 +237,7 @@ void draw_atoms(const std::vector<PlannedEnsemble>& ensembles, const fs::path& r
   };
   std::vector<std::unique_ptr<Measured>> measured;
   for (std::size_t i = 0; i < ensembles.size(); ++i) measured.push_back(std::make_unique<Measured>());
-  const auto workers = static_cast<std::size_t>(
-      threads > 0 ? threads : static_cast<int>(std::max(1U, std::thread::hardware_concurrency())));
+  const auto workers = static_cast<std::size_t>(worker_count(threads));
   std::atomic<bool> failed{false};
   for_each_index(workers, static_cast<int>(workers), [&](std::size_t) {
     while (!failed) {

@@ -124,7 +124,7 @@ bool is_there(const std::filesystem::path& run_folder, const std::filesystem::pa
   const std::filesystem::path file = run_folder / relative;
   const FileDescriptor opened(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
   if (opened.valid()) return true;
-  if (errno == ENOENT || errno == ENOTDIR) return false;
+  if (errno == ENOENT || errno == ENOTDIR || errno == ENAMETOOLONG) return false;  // then writing it says so
   throw EnvironmentError(fmt::format(
       "cannot open '{}', which may hold finished work that drawing it again would replace: {} Or remove it.",
       file.string(), system_reason(errno)));
@@ -159,7 +159,9 @@ EnsembleRecord beginning_of(const PlannedEnsemble& planned, const std::filesyste
   };
   if (planned.begun > 0) {
     try {
-      return go_on_from(read_ensemble(run_folder / part_file(planned)), planned.begun);
+      EnsembleRecord begun = read_ensemble(run_folder / part_file(planned));
+      require_shape(run_folder / part_file(planned), begun, planned.spec, 0, planned.spec.response.blocks);
+      return go_on_from(std::move(begun), planned.begun);
     } catch (const InputError&) {  // NOLINT(bugprone-empty-catch): the plan read no further than the configuration
     }
   }
@@ -363,7 +365,9 @@ PlannedEnsemble plan_ensemble(const StudyEnsemble& asked, const std::filesystem:
 std::optional<MeasuredEnsemble> reuse_ensemble(PlannedEnsemble& planned, const std::filesystem::path& run_folder) {
   if (!planned.reusable) return std::nullopt;
   try {
-    return MeasuredEnsemble{planned.spec, open_ensemble(run_folder / planned.file)};
+    MeasuredEnsemble there{planned.spec, open_ensemble(run_folder / planned.file)};
+    require_shape(run_folder / planned.file, there.record, planned.spec, 0, planned.spec.response.blocks);
+    return there;
   } catch (const InputError& damage) {
     // The plan read no further than the configuration.
     planned.reusable = false;

@@ -12,7 +12,7 @@
 #include "model/audit.h"
 #include "plot/bead_forces.h"
 #include "plot/figure_captions.h"
-#include "plot/plot_script.h"
+#include "plot/plot_texts.h"
 #include "plot/response_field.h"
 #include "render/gl_context.h"
 #include "render/render_pile.h"

@@ -2,13 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <sys/auxv.h>
+
 #include <algorithm>
 #include <exception>
 #include <map>
 #include <memory>
 #include <optional>
 #include <set>
-#include <thread>
 
 #include "analysis/analyse.h"
 #include "analysis/claims.h"
@@ -29,6 +30,7 @@
 #include "report/run_files.h"
 #include "support/error.h"
 #include "support/files.h"
+#include "support/machine.h"
 #include "support/plain_text.h"
 #include "support/process.h"
 #include "support/templates.h"
@@ -54,10 +56,20 @@ std::set<std::string> files_of(const Figure& figure) {
   return files;
 }
 
+/// Where /proc is not mounted (sandboxes, chroot), by the name under which the system has started it.
+std::filesystem::path own_program() {
+  std::error_code none;
+  const std::filesystem::path usual = "/proc/self/exe";
+  // NOLINTNEXTLINE(performance-no-int-to-ptr): the system hands the address over as a number
+  return std::filesystem::exists(usual, none)
+             ? usual
+             : std::filesystem::path(reinterpret_cast<const char*>(::getauxval(AT_EXECFN)));
+}
+
 /// One word for all that results depend on: the experiment, this program, its libraries, and the programs it runs.
 std::string key_of_all(const std::string& resolved_experiment, const Provenance& provenance) {
   std::string text =
-      resolved_experiment + templates_digest() + sha256_of_file("/proc/self/exe") + provenance.processor_features;
+      resolved_experiment + templates_digest() + sha256_of_file(own_program()) + provenance.processor_features;
   for (const auto& [name, version] : provenance.libraries) text += fmt::format("\n{} {}", name, version);
   for (const char* program : {"gnuplot", "weasyprint"}) text += "\n" + state_of(program);
   return cache_key(text);
@@ -226,8 +238,8 @@ class Run {
   void judge_studies() {
     for (const auto& study : studies_) {
       for (Claim& claim : study->claims(experiment_.claims)) data_.analysis.claims.push_back(std::move(claim));
-      const nlohmann::ordered_json& results = data_.studies[study->id()] = study->json();
-      for (ReportPart& part : study->parts(results)) {
+      data_.studies[study->id()] = study->json();
+      for (ReportPart& part : study->parts()) {
         if (part.place == ReportPart::Place::page_1 && !takes_page_1(study->id())) continue;
         data_.parts.push_back(std::move(part));
       }
@@ -472,8 +484,7 @@ class Run {
   std::vector<std::pair<std::string, std::string>> failures_;  ///< what could not be made, and why
   RunResult result_;
   RunProgress progress_{options_.progress};
-  int threads_ = options_.threads > 0 ? options_.threads
-                                      : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  int threads_ = worker_count(options_.threads);
   std::string made_from_;                               ///< one word for all that the results depend on
   std::map<std::string, StageTiming> earlier_timings_;  ///< by stage
   std::set<std::string> figure_files_;                  ///< of figures in the folder, of earlier runs, too

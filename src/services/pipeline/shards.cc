@@ -25,6 +25,7 @@
 #include "storage/ensemble_file.h"
 #include "support/error.h"
 #include "support/files.h"
+#include "support/plain_text.h"
 #include "support/progress.h"
 
 namespace granuscope {
@@ -60,7 +61,16 @@ std::optional<Place> place_in_array(const std::function<std::string(const char*)
   if (!place) return std::nullopt;
   const int first = number_in(variable("SLURM_ARRAY_TASK_MIN")).value_or(0);
   const int step = number_in(variable("SLURM_ARRAY_TASK_STEP")).value_or(1);
-  place->index = (place->index - first) / std::max(1, step);
+  const int last = number_in(variable("SLURM_ARRAY_TASK_MAX")).value_or(first + (place->count - 1) * std::max(1, step));
+  // A part of an array (--array=3,7, or one task again) would be taken for another, smaller one.
+  const bool even = step > 0 && (place->index - first) % step == 0 && last == first + (place->count - 1) * step;
+  if (!even || (place->count == 1 && first > 1)) {
+    throw InputError(fmt::format(
+        "--shard auto: task {} of an array of {} from {} to {} is no place in a whole array, which has "
+        "even steps and more than one task; submit all of it, or write --shard K/N with the N of the first submission",
+        place->index, place->count, first, last));
+  }
+  place->index = (place->index - first) / step;
   return place;
 }
 
@@ -103,15 +113,6 @@ int shards_seen(const fs::path& folder) {
     if (const auto shard = shard_in_name(at->path().filename().string())) most = std::max(most, shard->count);
   }
   return most;
-}
-
-std::string quoted(const std::string& word) {
-  const bool plain = word.find_first_not_of("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-./+,=@") ==
-                     std::string::npos;
-  if (plain && !word.empty()) return word;
-  std::string text = "'";
-  for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return text + "'";
 }
 
 }  // namespace
@@ -277,8 +278,8 @@ std::vector<std::string> commands_for(const std::vector<PlannedEnsemble>& ensemb
       folder = one;
     }
   }
-  const std::string run = fmt::format("granuscope run {}", quoted((folder / "experiment.toml").string()));
-  const std::string out = fmt::format(" --out {}", quoted(folder.string()));
+  const std::string run = fmt::format("granuscope run {}", shell_word((folder / "experiment.toml").string()));
+  const std::string out = fmt::format(" --out {}", shell_word(folder.string()));
   std::vector<std::string> commands;
   const std::size_t atoms = atoms_of(ensembles).size();
   if (count == 0 || static_cast<std::size_t>(count) > atoms) return {run + " --shard 1/1" + out};
@@ -342,8 +343,8 @@ void require_same(const PlannedEnsemble& planned, const Source& a, const Source&
                   a.file.string(), b.file.string(), block, planned.label));
 }
 
-std::shared_ptr<const Source> open(const fs::path& file, const std::string& configuration, int first_block,
-                                   int blocks) {
+std::shared_ptr<const Source> open(const PlannedEnsemble& planned, const fs::path& file,
+                                   const std::string& configuration, int first_block, int blocks) {
   auto source = std::make_shared<const Source>(Source{file, EnsembleReader(file)});
   const EnsembleRecord& header = source->reader.header();
   if (header.configuration != configuration) {
@@ -352,10 +353,7 @@ std::shared_ptr<const Source> open(const fs::path& file, const std::string& conf
         "leave it out, or merge it with those of its own",
         file.string(), describe_difference(header.configuration, configuration)));
   }
-  if (header.sums.first_block != first_block || header.sums.blocks() != blocks) {
-    throw InputError(fmt::format("'{}' holds other blocks than its name says, {} from {} on; draw them again",
-                                 file.string(), header.sums.blocks(), header.sums.first_block));
-  }
+  require_shape(file, header, planned.spec, first_block, blocks);
   return source;
 }
 
@@ -363,7 +361,7 @@ void look_into(const PlannedEnsemble& planned, const fs::path& folder, Found& fo
   std::error_code ignored;
   const int blocks = planned.spec.response.blocks;
   if (const fs::path file = folder / planned.file; fs::exists(file, ignored)) {
-    const auto whole = open(file, configuration_text(planned.spec) + planned.notes, 0, blocks);
+    const auto whole = open(planned, file, configuration_text(planned.spec) + planned.notes, 0, blocks);
     for (int block = 0; block < blocks && found.whole != nullptr; ++block) {
       require_same(planned, *found.whole, *whole, block);
     }
@@ -373,7 +371,7 @@ void look_into(const PlannedEnsemble& planned, const fs::path& folder, Found& fo
   for (int block = 0; block < blocks; ++block) {
     throw_if_interrupted();
     if (!fs::exists(files.file(block), ignored)) continue;
-    const auto source = open(files.file(block), block_configuration(planned, block), block, 1);
+    const auto source = open(planned, files.file(block), block_configuration(planned, block), block, 1);
     if (const auto [at, is_new] = found.single.emplace(block, source); !is_new) {
       require_same(planned, *at->second, *source, block);
     }
@@ -500,6 +498,7 @@ void merge_folders(const std::vector<fs::path>& folders, const fs::path& out, Pr
   for (std::size_t i = 0; i < ensembles.size(); ++i) {
     throw_if_interrupted();
     write_whole(ensembles[i], out / ensembles[i].file, found[i]);
+    (void)open_ensemble(out / ensembles[i].file);  // is whole on disk before its blocks are removed
     BlockFiles(ensembles[i], out).remove();
     log_line(progress, fmt::format("merged {}: {} blocks", ensembles[i].label, ensembles[i].spec.response.blocks));
   }

@@ -11,7 +11,7 @@
 #include "plot/axes.h"
 #include "plot/figure_captions.h"
 #include "plot/gnuplot.h"
-#include "plot/plot_script.h"
+#include "plot/plot.h"
 #include "studies/mode_coupling/theory.h"
 #include "support/error.h"
 #include "support/plain_text.h"
@@ -19,23 +19,10 @@
 namespace granuscope {
 namespace {
 
-std::string joined(const std::vector<std::string>& curves) {
-  return fmt::format("{}", fmt::join(curves, ", \\\n    "));
-}
-
-std::string colour_of(const std::string& style) { return style.substr(style.find("linecolor")); }
-
-std::string title_of(double mu, const std::string& style) {
-  return fmt::format("keyentry with points pointsize 0.6 {} title {}", style,
-                     gnuplot_string("μ = " + caption_number(mu)));
-}
-
-std::string line_title(const char* style, const char* title) {
-  return fmt::format("keyentry with lines {} linecolor rgb '{}' title '{}'", style, plot_colours().at("black"), title);
-}
-
 /// Point types of checks: open squares and circles.
 constexpr int wide_points = 4, loads_points = 6;
+
+std::string title_of(double mu) { return "μ = " + caption_number(mu); }
 
 std::string in_words(const Estimate& number) {
   return number.known() ? value_with_error(number.value, number.standard_error) : "unknown";
@@ -44,11 +31,12 @@ std::string in_words(const Estimate& number) {
 }  // namespace
 
 Figure plot_predicted_width(const std::vector<CoupledSpreading>& measured, const std::filesystem::path& run_folder) {
-  PlotPlan plan;
-  plan.id = "predicted-width";
-  plan.script = "studies/predicted_width";
-  plan.height = 3.6;
-  std::vector<std::string> curves, titles, ratios, words;
+  Plot plot;
+  plot.id = "predicted-width";
+  plot.height = 3.6;
+  plot.key = {.inches = 0.72, .lines = 3, .centred = true, .entries = {}};
+  Panel panel;
+  std::vector<std::string> ratios, words;
   std::map<std::string, int> checked;
   bool loads_predicted = false;
   Range z, spreading;
@@ -66,14 +54,12 @@ Figure plot_predicted_width(const std::vector<CoupledSpreading>& measured, const
       spreading.add(lag.width_squared.value / at);
       spreading.add(predicted[i] / at);
     }
-    const std::string file = fmt::format("{}-mu-{}.csv", plan.id, exact(one.mu)), style = series_style(titles.size());
-    plan.data[file] = table.text();
-    curves.push_back(fmt::format("'{}' using 1:4 with lines linewidth 1.2 {} notitle", file, colour_of(style)));
-    curves.push_back(
-        fmt::format("'{}' using 1:6 with lines linewidth 0.8 dashtype 2 {} notitle", file, colour_of(style)));
-    curves.push_back(
-        fmt::format("'{}' using 1:2:3 with yerrorbars linewidth 0.9 pointsize 0.6 {} notitle", file, style));
-    titles.push_back(title_of(one.mu, style));
+    const std::string file = plot.add_data("mu-" + exact(one.mu), table);
+    const Ink ink = ink_of_series(plot.key.entries.size());
+    panel.add(file, "1:4", ink.line(1.2));
+    panel.add(file, "1:6", ink.line(0.8, 2));
+    panel.add(file, "1:2:3", ink.bars(0.9, 0.6));
+    plot.add_key(title_of(one.mu), ink.points(0.6));
     for (const CheckedSpreading& check : one.checks) {
       const bool wide = check.response.by == DeepMeasurement::wide;
       CsvTable points({"z: bead diameters", "measured: bead diameters", "standard_error: bead diameters"});
@@ -82,7 +68,6 @@ Figure plot_predicted_width(const std::vector<CoupledSpreading>& measured, const
         points.add_row({lag.z, lag.width_squared.value / lag.z, lag.width_squared.standard_error / lag.z});
         spreading.add(lag.width_squared.value / lag.z);
       }
-      const std::string name = fmt::format("{}-{}-mu-{}.csv", plan.id, wide ? "wide" : "loads", exact(one.mu));
       if (!wide && !check.predicted.width_squared.empty()) {
         CsvTable line({"z: bead diameters", "predicted: bead diameters"});
         for (std::size_t i = 0; i < check.response.lags.size(); ++i) {
@@ -90,16 +75,11 @@ Figure plot_predicted_width(const std::vector<CoupledSpreading>& measured, const
           line.add_row({at, check.predicted.width_squared[i] / at});
           spreading.add(check.predicted.width_squared[i] / at);
         }
-        const std::string of_loads = fmt::format("{}-loads-predicted-mu-{}.csv", plan.id, exact(one.mu));
-        plan.data[of_loads] = line.text();
-        curves.push_back(
-            fmt::format("'{}' using 1:2 with lines linewidth 1.2 dashtype 3 {} notitle", of_loads, colour_of(style)));
+        panel.add(plot.add_data("loads-predicted-mu-" + exact(one.mu), line), "1:2", ink.line(1.2, 3));
         loads_predicted = true;
       }
-      plan.data[name] = points.text();
-      curves.push_back(
-          fmt::format("'{}' using 1:2:3 with yerrorbars linewidth 0.7 pointsize 1.1 pointtype {} {} notitle", name,
-                      wide ? wide_points : loads_points, colour_of(style)));
+      panel.add(plot.add_data(fmt::format("{}-mu-{}", wide ? "wide" : "loads", exact(one.mu)), points), "1:2:3",
+                Ink{ink.colour, wide ? wide_points : loads_points}.bars(0.7, 1.1));
       checked[wide ? "twice the columns" : "by loads (multiplexed)"] = wide ? wide_points : loads_points;
       words.push_back(fmt::format("{:.1f} at μ = {} {}", check.predicted.chi2, caption_number(one.mu),
                                   wide ? "in piles twice as wide" : "by loads"));
@@ -107,29 +87,19 @@ Figure plot_predicted_width(const std::vector<CoupledSpreading>& measured, const
     if (one.fit.strength.known())
       ratios.push_back(fmt::format("{} at μ = {}", in_words(one.fit.strength), caption_number(one.mu)));
   }
-  if (titles.empty()) {
+  if (panel.curves.empty()) {
     throw InputError(
         "the figure of the predicted widths has nothing to show: the response is not known at every lag of any "
         "friction coefficient; give the study more piles");
   }
-  plan.curves = static_cast<int>(curves.size());
-  for (const auto& [title, points] : checked) {
-    titles.push_back(fmt::format("keyentry with points pointsize 1.1 pointtype {} linecolor rgb '{}' title '{}'",
-                                 points, plot_colours().at("black"), title));
-  }
-  titles.push_back(line_title("linewidth 1.2", "predicted"));
-  titles.push_back(line_title("linewidth 0.8 dashtype 2", "without torque"));
-  if (loads_predicted) titles.push_back(line_title("linewidth 1.2 dashtype 3", "predicted, by loads"));
-  const Range axis = widened_by_factor(z, 1.4), widths = widened_by_factor(spreading, 1.3);
-  return plot_figure(plan,
-                     {{"curves", joined(curves)},
-                      {"titles", joined(titles)},
-                      {"left", exact(axis.low)},
-                      {"right", exact(axis.high)},
-                      {"z_ticks", log_ticks(axis)},
-                      {"low", exact(widths.low)},
-                      {"high", exact(widths.high)},
-                      {"ticks", log_ticks(widths)}},
+  for (const auto& [title, marker] : checked) plot.add_key(title, Ink{"black", marker}.points(1.1));
+  plot.add_key("predicted", {.width = 1.2});
+  plot.add_key("without torque", {.width = 0.8, .dash = 2});
+  if (loads_predicted) plot.add_key("predicted, by loads", {.width = 1.2, .dash = 3});
+  panel.x = log_axis("depth z  (bead diameters)", widened_by_factor(z, 1.4));
+  panel.y = log_axis("W²/z  (bead diameters)", widened_by_factor(spreading, 1.3));
+  plot.panels = {panel};
+  return plot_figure(plot,
                      {"studies/predicted_width.captions",
                       {{"strengths", enumeration(ratios)},
                        {"checks", words.empty() ? "" : enumeration(words)},
@@ -141,18 +111,19 @@ Figure plot_predicted_width(const std::vector<CoupledSpreading>& measured, const
 }
 
 Figure plot_coupling(const std::vector<CoupledSpreading>& measured, const std::filesystem::path& run_folder) {
-  PlotPlan plan;
-  plan.id = "coupling-of-fields";
-  plan.script = "studies/coupling_of_fields";
-  plan.height = 3;
-  std::vector<std::string> thrust, spectra, titles;
+  Plot plot;
+  plot.id = "coupling-of-fields";
+  plot.height = 3;
+  plot.key = {.inches = 0.72, .lines = 3, .centred = true, .entries = {}};
+  Panel thrust = left_panel(), spectra = right_panel();
   Range square, change, k, power;
   change.add(0);
   square.add(0);
   for (const CoupledSpreading& one : measured) {
-    const std::string style = series_style(titles.size()), mu = exact(one.mu);
+    const Ink ink = ink_of_series(plot.key.entries.size());
+    const std::string mu = exact(one.mu);
     const auto add_thrust = [&](const std::vector<LoadedPiles>& loaded, double LoadLine::*x, const char* name,
-                                const char* dashes) {
+                                int dash) {
       CsvTable table({"x_squared: dimensionless", "thrust_ratio_change: dimensionless", "standard_error: dimensionless",
                       fmt::format("{}: dimensionless", name), "thrust_ratio: dimensionless",
                       "thrust_error: dimensionless"});
@@ -165,14 +136,11 @@ Figure plot_coupling(const std::vector<CoupledSpreading>& measured, const std::f
         square.add(value * value);
         change.add(less.value);
       }
-      const std::string file = fmt::format("{}-{}-mu-{}.csv", plan.id, name, mu);
-      plan.data[file] = table.text();
-      thrust.push_back(fmt::format("'{}' using 1:2:3 with yerrorlines linewidth 0.9{} pointsize 0.55 {} notitle", file,
-                                   dashes, style));
+      thrust.add(plot.add_data(fmt::format("{}-mu-{}", name, mu), table), "1:2:3", ink.joined_bars(0.9, 0.55, dash));
     };
-    add_thrust(one.leaning, &LoadLine::slope, "slope", "");
-    add_thrust(one.turned, &LoadLine::offset, "offset", " dashtype 2");
-    titles.push_back(title_of(one.mu, style));
+    add_thrust(one.leaning, &LoadLine::slope, "slope", 0);
+    add_thrust(one.turned, &LoadLine::offset, "offset", 2);
+    plot.add_key(title_of(one.mu), ink.points(0.6));
     for (std::size_t layer = 0; layer < one.layers.size(); ++layer) {
       const LayerFluctuations& at = one.layers[layer];
       CsvTable spectrum({"k: 1/bead diameter", "C_torque: loads of one top bead squared",
@@ -190,39 +158,25 @@ Figure plot_coupling(const std::vector<CoupledSpreading>& measured, const std::f
         power.add(torque.value);
       }
       if (spectrum.empty()) continue;
-      const std::string spectrum_file = fmt::format("{}-layer-{}-mu-{}.csv", plan.id, at.layer, mu);
-      plan.data[spectrum_file] = spectrum.text();
-      spectra.push_back(fmt::format("'{}' using 1:2 with lines linewidth 0.9 dashtype {} {} notitle", spectrum_file,
-                                    one.layers.size() - layer, colour_of(style)));
+      spectra.add(plot.add_data(fmt::format("layer-{}-mu-{}", at.layer, mu), spectrum), "1:2",
+                  ink.line(0.9, static_cast<int>(one.layers.size() - layer)));
     }
   }
-  titles.push_back(line_title("linewidth 0.9", "slope"));
-  titles.push_back(line_title("linewidth 0.9 dashtype 2", "offset"));
-  plan.curves = static_cast<int>(thrust.size() + spectra.size());
+  plot.add_key("slope", {.width = 0.9});
+  plot.add_key("offset", {.width = 0.9, .dash = 2});
   std::vector<std::string> depths;
   const auto& layers = measured.front().layers;
   for (std::size_t layer = layers.size(); layer-- > 0;) {
-    titles.push_back(line_title(fmt::format("linewidth 0.9 dashtype {}", layers.size() - layer).c_str(),
-                                fmt::format("layer {}", layers[layer].layer).c_str()));
+    plot.add_key(fmt::format("layer {}", layers[layer].layer),
+                 {.width = 0.9, .dash = static_cast<int>(layers.size() - layer)});
     depths.push_back(std::to_string(layers[layer].layer));
   }
-  const Range k_axis = widened_by_factor(k, 1.2), power_axis = widened_by_factor(power, 1.4);
-  const double room = 0.06 * change.size();
-  return plot_figure(plan,
-                     {{"thrust", joined(thrust)},
-                      {"spectra", joined(spectra)},
-                      {"titles", joined(titles)},
-                      {"square_high", exact(1.05 * square.high)},
-                      {"square_ticks", linear_ticks(square, 4)},
-                      {"low", exact(change.low - room)},
-                      {"high", exact(change.high + room)},
-                      {"ticks", linear_ticks(change, 6)},
-                      {"k_low", exact(k_axis.low)},
-                      {"k_high", exact(k_axis.high)},
-                      {"k_ticks", log_ticks(k_axis)},
-                      {"C_low", exact(power_axis.low)},
-                      {"C_high", exact(power_axis.high)},
-                      {"C_ticks", log_ticks(power_axis)}},
+  thrust.x = linear_axis("square of the load’s slope or offset", {0, 1.05 * square.high, false}, 4, square);
+  thrust.y = linear_axis("κ − κ(0)", widened(change, 0.06), 6, change);
+  spectra.x = log_axis("wave number k  (1/bead diameter)", widened_by_factor(k, 1.2));
+  spectra.y = log_axis("C(k)", widened_by_factor(power, 1.4));
+  plot.panels = {thrust, spectra};
+  return plot_figure(plot,
                      {"studies/coupling_of_fields.captions",
                       {{"piles", std::to_string(measured.front().leaning.front().spec.response.samples)},
                        {"layers", enumeration({depths.rbegin(), depths.rend()})},
@@ -231,16 +185,18 @@ Figure plot_coupling(const std::vector<CoupledSpreading>& measured, const std::f
 }
 
 Figure plot_spectra(const std::vector<CoupledSpreading>& measured, const std::filesystem::path& run_folder) {
-  PlotPlan plan;
-  plan.id = "spectra-of-fields";
-  plan.script = "studies/spectra_of_fields";
-  plan.height = 3.6;
-  std::vector<std::string> spectra, dispersion, titles, layers, chi2;
+  Plot plot;
+  plot.id = "spectra-of-fields";
+  plot.height = 3.6;
+  plot.key = {.inches = 0.72, .lines = 3, .centred = true, .entries = {}};
+  Panel spectra = left_panel(), dispersion = right_panel();
+  std::vector<std::string> layers, chi2;
   Range k, power, waves, diffusion;
   for (const CoupledSpreading& one : measured) {
     const DiffusionOfWaves law(one.response.bands);
     if (one.predicted.D_of_bands.empty() || !law.known()) continue;
-    const std::string style = series_style(titles.size()), mu = exact(one.mu);
+    const Ink ink = ink_of_series(plot.key.entries.size());
+    const std::string mu = exact(one.mu);
     const double c_squared = one.plateau.c_thrust_squared.value;
     const double plateau = (one.plateau.of_w.value + one.plateau.of_H.value / c_squared) / 2;
     layers.clear();
@@ -264,16 +220,11 @@ Figure plot_spectra(const std::vector<CoupledSpreading>& measured, const std::fi
         const double at = first * std::pow(last / first, static_cast<double>(step) / steps);
         line.add_row({at, plateau * law.saturation(at, spectrum.z)});
       }
-      const std::string file = fmt::format("{}-layer-{}-mu-{}.csv", plan.id, spectrum.layer, mu),
-                        law_file = fmt::format("{}-law-{}-mu-{}.csv", plan.id, spectrum.layer, mu);
-      plan.data[file] = table.text();
-      plan.data[law_file] = line.text();
-      spectra.push_back(fmt::format("'{}' using 1:2 with lines linewidth 0.9 {} notitle", law_file, colour_of(style)));
-      spectra.push_back(
-          fmt::format("'{}' using 1:2:3 with yerrorbars linewidth 0.7 pointsize 0.45 {} notitle", file, style));
-      spectra.push_back(
-          fmt::format("'{}' using 1:4:5 with yerrorbars linewidth 0.7 pointsize 0.8 pointtype {} {} notitle", file,
-                      loads_points, colour_of(style)));
+      const std::string file = plot.add_data(fmt::format("layer-{}-mu-{}", spectrum.layer, mu), table),
+                        law_file = plot.add_data(fmt::format("law-{}-mu-{}", spectrum.layer, mu), line);
+      spectra.add(law_file, "1:2", ink.line(0.9));
+      spectra.add(file, "1:2:3", ink.bars(0.7, 0.45));
+      spectra.add(file, "1:4:5", Ink{ink.colour, loads_points}.bars(0.7, 0.8));
       layers.push_back(std::to_string(spectrum.layer));
     }
     CsvTable table({"k: 1/bead diameter", "D: bead diameters", "standard_error: bead diameters",
@@ -289,55 +240,36 @@ Figure plot_spectra(const std::vector<CoupledSpreading>& measured, const std::fi
       diffusion.add(band.D.value);
       diffusion.add(predicted.value);
     }
-    const std::string file = fmt::format("{}-dispersion-mu-{}.csv", plan.id, mu);
-    plan.data[file] = table.text();
-    dispersion.push_back(
-        fmt::format("'{}' using 1:4 with lines linewidth 0.9 dashtype 2 {} notitle", file, colour_of(style)));
-    dispersion.push_back(
-        fmt::format("'{}' using 1:2:3 with yerrorbars linewidth 0.8 pointsize 0.5 {} notitle", file, style));
-    titles.push_back(title_of(one.mu, style));
+    const std::string file = plot.add_data("dispersion-mu-" + mu, table);
+    dispersion.add(file, "1:4", ink.line(0.9, 2));
+    dispersion.add(file, "1:2:3", ink.bars(0.8, 0.5));
+    plot.add_key(title_of(one.mu), ink.points(0.6));
     chi2.push_back(fmt::format("{:.0f} at μ = {} ({} bands; with twice D: {:.0f})", one.saturation.chi2,
                                caption_number(one.mu), one.saturation.points, one.saturation.doubled_chi2));
   }
-  if (titles.empty()) {
+  if (plot.key.entries.empty()) {
     throw InputError(
         "the figure of the spectra has nothing to show: no diffusion coefficient is known of waves of one length; give "
         "the study more piles");
   }
-  plan.curves = static_cast<int>(spectra.size() + dispersion.size());
-  titles.push_back(
-      fmt::format("keyentry with points pointsize 0.8 pointtype {} linecolor rgb '{}' title 'from horizontal force'",
-                  loads_points, plot_colours().at("black")));
-  titles.push_back(line_title("linewidth 0.9", "law"));
-  titles.push_back(line_title("linewidth 0.9 dashtype 2", "predicted"));
-  const Range k_axis = widened_by_factor(k, 1.2), power_axis = widened_by_factor(power, 1.5),
-              wave_axis = widened_by_factor(waves, 1.2), D_axis = widened_by_factor(diffusion, 1.4);
+  plot.add_key("from horizontal force", Ink{"black", loads_points}.points(0.8));
+  plot.add_key("law", {.width = 0.9});
+  plot.add_key("predicted", {.width = 0.9, .dash = 2});
+  spectra.x = log_axis("wave number k  (1/bead diameter)", widened_by_factor(k, 1.2));
+  spectra.y = log_axis("C_w(k), C_H(k)/c²", widened_by_factor(power, 1.5));
+  dispersion.x = log_axis(spectra.x.label, widened_by_factor(waves, 1.2));
+  dispersion.y = log_axis("D(k)  (bead diameters)", widened_by_factor(diffusion, 1.4));
+  plot.panels = {spectra, dispersion};
   return plot_figure(
-      plan,
-      {{"spectra", joined(spectra)},
-       {"dispersion", joined(dispersion)},
-       {"titles", joined(titles)},
-       {"k_low", exact(k_axis.low)},
-       {"k_high", exact(k_axis.high)},
-       {"k_ticks", log_ticks(k_axis)},
-       {"C_low", exact(power_axis.low)},
-       {"C_high", exact(power_axis.high)},
-       {"C_ticks", log_ticks(power_axis)},
-       {"wave_low", exact(wave_axis.low)},
-       {"wave_high", exact(wave_axis.high)},
-       {"wave_ticks", log_ticks(wave_axis)},
-       {"D_low", exact(D_axis.low)},
-       {"D_high", exact(D_axis.high)},
-       {"D_ticks", log_ticks(D_axis)}},
-      {"studies/spectra_of_fields.captions", {{"layers", enumeration(layers)}, {"chi2", enumeration(chi2)}}},
+      plot, {"studies/spectra_of_fields.captions", {{"layers", enumeration(layers)}, {"chi2", enumeration(chi2)}}},
       run_folder);
 }
 
 Figure plot_peak_shape(const std::vector<CoupledSpreading>& measured, const std::filesystem::path& run_folder) {
-  PlotPlan plan;
-  plan.id = "peak-shape";
-  plan.script = "studies/peak_shape";
-  plan.height = 3;
+  Plot plot;
+  plot.id = "peak-shape";
+  plot.height = 3;
+  plot.key = {.inches = 0.55, .lines = 2, .centred = true, .entries = {}};
   const auto shown =
       std::find_if(measured.rbegin(), measured.rend(), [](const auto& one) { return !one.peaks.empty(); });
   if (shown == measured.rend()) {
@@ -354,8 +286,15 @@ Figure plot_peak_shape(const std::vector<CoupledSpreading>& measured, const std:
     shapes.add_row({x, std::exp(-x * x / 2) / std::sqrt(2 * std::numbers::pi),
                     root * kpz_peak().density[static_cast<std::size_t>(std::abs(i))]});
   }
-  plan.data["peak-shape-theory.csv"] = shapes.text();
-  std::vector<std::string> heights, excess, titles, words;
+  const std::string theory = plot.add_data("theory", shapes);
+  const Style gaussian{.width = 0.9, .dash = 2}, kpz{.width = 0.9, .dash = 3},
+      coupled{.colour = "vermilion", .width = 1.3};
+  Panel heights = left_panel(), excess = right_panel();
+  heights.add(theory, "1:2", gaussian);
+  heights.add(theory, "1:3", kpz);
+  excess.add(theory, "1:(0)", gaussian);
+  excess.add(theory, "1:($3-$2)", kpz);
+  std::vector<std::string> words;
   Range difference;
   for (std::size_t i = 0; i < shown->peaks.size(); ++i) {
     const ScaledPeak& peak = shown->peaks[i];
@@ -371,12 +310,11 @@ Figure plot_peak_shape(const std::vector<CoupledSpreading>& measured, const std:
       difference.add(above - peak.height[j].standard_error);
       difference.add(above + peak.height[j].standard_error);
     }
-    const std::string file = fmt::format("peak-shape-{}.csv", i + 1), style = series_style(i);
-    plan.data[file] = table.text();
-    heights.push_back(fmt::format("'{}' using 1:2 with points pointsize 0.4 {} notitle", file, style));
-    excess.push_back(
-        fmt::format("'{}' using 1:4:3 with yerrorbars linewidth 0.7 pointsize 0.4 {} notitle", file, style));
-    titles.push_back(fmt::format("keyentry with points pointsize 0.6 {} title 'z = {:.0f}'", style, peak.z));
+    const std::string file = plot.add_data(std::to_string(i + 1), table);
+    const Ink ink = ink_of_series(i);
+    heights.add(file, "1:2", ink.points(0.4));
+    excess.add(file, "1:4:3", ink.bars(0.7, 0.4));
+    plot.add_key(fmt::format("z = {:.0f}", peak.z), ink.points(0.6));
     const PeakShapeTest& test = shown->shapes[i];
     words.push_back(
         fmt::format("{:.0f}, {:.0f} and {:.0f} at z = {:.0f}", test.gaussian, test.kpz, test.coupled, test.z));
@@ -393,20 +331,18 @@ Figure plot_peak_shape(const std::vector<CoupledSpreading>& measured, const std:
     predicted.add_row({x, height, above});
     difference.add(above);
   }
-  plan.data["peak-shape-predicted.csv"] = predicted.text();
-  titles.push_back(fmt::format("keyentry with lines linewidth 1.3 linecolor rgb '{}' title 'predicted, z = {:.0f}'",
-                               plot_colours().at("vermilion"), shown->predicted_peak.z));
-  titles.push_back(line_title("linewidth 0.9 dashtype 2", "Gaussian"));
-  titles.push_back(line_title("linewidth 0.9 dashtype 3", "f_{KPZ}"));
-  plan.curves = static_cast<int>(heights.size() + excess.size()) + 6;
-  const double room = 0.06 * difference.size();
-  return plot_figure(plan,
-                     {{"heights", joined(heights)},
-                      {"excess", joined(excess)},
-                      {"titles", joined(titles)},
-                      {"low", exact(difference.low - room)},
-                      {"high", exact(difference.high + room)},
-                      {"ticks", linear_ticks(difference, 6)}},
+  const std::string file = plot.add_data("predicted", predicted);
+  heights.add(file, "1:2", coupled);
+  excess.add(file, "1:3", coupled);
+  plot.add_key(fmt::format("predicted, z = {:.0f}", shown->predicted_peak.z), coupled);
+  plot.add_key("Gaussian", gaussian);
+  plot.add_key("f_{KPZ}", kpz);
+  heights.x = excess.x = {"(x − xₚ)/W", -4, 4, false, {{"−4", -4}, {"−2", -2}, {"0", 0}, {"2", 2}, {"4", 4}}};
+  heights.y = linear_axis("2 W P(x)", {-0.02, 0.48, false}, 6);
+  excess.y = linear_axis("2 W P − Gaussian", widened(difference, 0.06), 6, difference);
+  excess.name = 0.51;
+  plot.panels = {heights, excess};
+  return plot_figure(plot,
                      {"studies/peak_shape.captions",
                       {{"mu", caption_number(shown->mu)},
                        {"chi2", enumeration(words)},

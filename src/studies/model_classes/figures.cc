@@ -12,7 +12,7 @@
 #include "plot/bead_forces.h"
 #include "plot/figure_captions.h"
 #include "plot/gnuplot.h"
-#include "plot/plot_script.h"
+#include "plot/plot.h"
 #include "studies/study.h"
 #include "support/error.h"
 #include "support/plain_text.h"
@@ -21,14 +21,14 @@ namespace granuscope {
 namespace {
 
 struct Panels {
-  std::vector<std::string> slowing, profiles, titles, exponents;
-  std::string theory;  ///< its entry in the key
+  Panel slowing = left_panel(), profiles = right_panel();
+  std::vector<std::string> exponents;
+  std::vector<KeyEntry> theory;
   Range D, c, height;
-  double reach = 0, shallowest = 0, deepest = 0;  ///< of the profiles
+  double shallowest = 0, deepest = 0;  ///< of the profiles
 };
 
-void add_slowing(PlotPlan& plan, Panels& panels, const ModelSeries& series, const std::string& file_stem,
-                 const std::string& style) {
+void add_slowing(Plot& plot, Panels& panels, const ModelSeries& series, const std::string& name, const Ink& ink) {
   CsvTable table({"D: bead diameters", "standard_error: bead diameters", "c0_minus_c: dimensionless",
                   "standard_error: dimensionless"});
   for (const ModelResponse& one : series.responses) {
@@ -40,11 +40,9 @@ void add_slowing(PlotPlan& plan, Panels& panels, const ModelSeries& series, cons
     panels.c.add(one.slowing.value);
   }
   if (table.empty()) return;
-  const std::string file = file_stem + ".csv";
-  plan.data[file] = table.text();
-  panels.slowing.push_back(
-      fmt::format("'{}' using 1:3:2:4 with xyerrorlines linewidth 1 pointsize 0.55 {} notitle", file, style));
-  ++plan.curves;
+  Style style = ink.joined_bars(1, 0.55);
+  style.with = "xyerrorlines";
+  panels.slowing.add(plot.add_data(name, table), "1:3:2:4", style);
   if (series.alpha.exponent.known()) {
     panels.exponents.push_back(fmt::format(
         "{} ({})", value_with_error(series.alpha.exponent.value, series.alpha.exponent.standard_error), series.name));
@@ -52,24 +50,18 @@ void add_slowing(PlotPlan& plan, Panels& panels, const ModelSeries& series, cons
 }
 
 /// c0 - c against D by the theory of the noise of a series, as far as the series goes.
-void add_theory(PlotPlan& plan, Panels& panels, const ModelSeries& series, const std::string& file_stem,
-                std::size_t colour) {
+void add_theory(Plot& plot, Panels& panels, const ModelSeries& series, const std::string& name, const Ink& ink) {
   CsvTable table({"D: bead diameters", "c0_minus_c: dimensionless"});
   for (const ModelResponse& one : series.responses) {
     if (!one.theory || one.theory->D0 > 0 || !one.slowing.known()) continue;
     table.add_row({one.D_expected, one.speed_without_disorder - one.c_expected});
   }
   if (table.empty()) return;
-  const std::string file = file_stem + "-theory.csv", style = series_style(colour);
-  plan.data[file] = table.text();
-  const std::string line = "lines linewidth 1.2 dashtype 2 " + style.substr(style.find("linecolor"));
-  panels.slowing.push_back(fmt::format("'{}' using 1:2 with {} notitle", file, line));
-  panels.theory = fmt::format("keyentry with {} title {}", line, gnuplot_string("theory of " + series.name));
-  ++plan.curves;
+  panels.slowing.add(plot.add_data(name + "-theory", table), "1:2", ink.line(1.2, 2));
+  panels.theory = {{"theory of " + series.name, ink.line(1.2, 2)}};
 }
 
-void add_profile(PlotPlan& plan, Panels& panels, const ModelResponse& one, const std::string& file_stem,
-                 std::size_t colour) {
+void add_profile(Plot& plot, Panels& panels, const ModelResponse& one, const std::string& name, const Ink& ink) {
   if (!one.profile) return;
   const ResponseProfile& profile = *one.profile;
   CsvTable table({"x_over_z: dimensionless", "z_response: dimensionless", "standard_error: dimensionless",
@@ -81,12 +73,7 @@ void add_profile(PlotPlan& plan, Panels& panels, const ModelResponse& one, const
         {x, profile.z * profile.pressure[i], profile.z * profile.standard_error[i], profile.x[i], profile.pressure[i]});
     panels.height.add(profile.z * profile.pressure[i]);
   }
-  const std::string file = file_stem + "-profile.csv";
-  plan.data[file] = table.text();
-  const std::string style = series_style(colour);
-  panels.profiles.push_back(
-      fmt::format("'{}' using 1:2 with lines linewidth 1.2 {} notitle", file, style.substr(style.find("linecolor"))));
-  ++plan.curves;
+  panels.profiles.add(plot.add_data(name + "-profile", table), "1:2", ink.line(1.2));
   panels.shallowest = panels.deepest == 0 ? profile.z : std::min(panels.shallowest, profile.z);
   panels.deepest = std::max(panels.deepest, profile.z);
 }
@@ -95,45 +82,43 @@ void add_profile(PlotPlan& plan, Panels& panels, const ModelResponse& one, const
 
 Figure plot_models(const std::vector<ModelSeries>& series, const std::string& study,
                    const std::filesystem::path& run_folder) {
-  PlotPlan plan;
-  plan.id = "model-classes";
-  plan.script = "studies/" + study;
-  plan.height = 3.3;
+  Plot plot;
+  plot.id = "model-classes";
+  plot.height = 3.3;
+  plot.key = {.inches = 0.72, .lines = 3, .entries = {}};
   Panels panels;
   panels.height.add(0);
   std::vector<std::string> shown;
   for (std::size_t k = 0; k < series.size(); ++k) {
     if (series[k].aside) continue;
-    const std::string stem = fmt::format("{}-{}", plan.id, k + 1), style = series_style(k);
-    add_slowing(plan, panels, series[k], stem, style);
-    add_theory(plan, panels, series[k], stem, k);
+    const std::string name = std::to_string(k + 1);
+    const Ink ink = ink_of_series(k);
+    add_slowing(plot, panels, series[k], name, ink);
+    add_theory(plot, panels, series[k], name, ink);
     const ModelResponse& last = series[k].responses.back();
-    add_profile(plan, panels, last, stem, k);
-    panels.titles.push_back(fmt::format("keyentry with linespoints linewidth 1 pointsize 0.55 {} title {}", style,
-                                        gnuplot_string(series[k].name)));
+    add_profile(plot, panels, last, name, ink);
+    plot.add_key(series[k].name, ink.joined(1, 0.55));
     shown.push_back(last.parameter.empty() ? last.series : fmt::format("{} at {}", last.series, last.parameter));
   }
-  if (panels.slowing.empty() || panels.profiles.empty()) {
+  if (panels.slowing.curves.empty() || panels.profiles.curves.empty()) {
     throw InputError(
         "the figure of the models has nothing to show, because no model with two peaks was measured; ask for "
         "parameters at which the width of the peaks can be told");
   }
-  if (!panels.theory.empty()) panels.titles.push_back(panels.theory);
-  const Range D = widened_by_factor(panels.D, 1.4), c = widened_by_factor(panels.c, 1.4);
-  return plot_figure(plan,
-                     {{"slowing", fmt::format("{}", fmt::join(panels.slowing, ", \\\n    "))},
-                      {"profiles", fmt::format("{}", fmt::join(panels.profiles, ", \\\n    "))},
-                      {"titles", fmt::format("{}", fmt::join(panels.titles, ", \\\n    "))},
-                      {"D_low", exact(D.low)},
-                      {"D_high", exact(D.high)},
-                      {"D_ticks", log_ticks(D)},
-                      {"c_low", exact(c.low)},
-                      {"c_high", exact(c.high)},
-                      {"c_ticks", log_ticks(c)},
-                      {"c0", exact(tan30)},
-                      {"height_low", exact(panels.height.low - 0.03 * panels.height.size())},
-                      {"height_high", exact(panels.height.high + 0.05 * panels.height.size())},
-                      {"height_ticks", linear_ticks(panels.height, 6)}},
+  plot.key.entries.insert(plot.key.entries.end(), panels.theory.begin(), panels.theory.end());
+  Panel &slowing = panels.slowing, &profiles = panels.profiles;
+  slowing.x = log_axis("D  (bead diameters)", widened_by_factor(panels.D, 1.4));
+  slowing.y = log_axis("c₀ − c", widened_by_factor(panels.c, 1.4));
+  profiles.left = 0.585;
+  profiles.x = {"x/z", -1, 1, false, {{"−1", -1}, {"−0.5", -0.5}, {"0", 0}, {"0.5", 0.5}, {"1", 1}}};
+  const Range& height = panels.height;
+  profiles.y = linear_axis("z P(x, z)", {height.low - 0.03 * height.size(), height.high + 0.05 * height.size(), false},
+                           6, height);
+  for (const double x : {tan30, -tan30}) {
+    profiles.arrows.push_back({x, 0, x, 1, "first", false, {.colour = "frame", .dash = 3}});
+  }
+  plot.panels = {slowing, profiles};
+  return plot_figure(plot,
                      {"studies/" + study + ".captions",
                       {{"shown", enumeration(shown)},
                        {"exponents", enumeration(panels.exponents)},
@@ -145,97 +130,75 @@ Figure plot_models(const std::vector<ModelSeries>& series, const std::string& st
 
 namespace {
 
-/// In the style of a series: its colour, and dashes for lines.
-std::string appearance(std::size_t colour, CurveKind kind) {
-  const std::string style = series_style(colour);
-  if (kind == CurveKind::points) return "points pointsize 0.6 linewidth 1 " + style;
-  if (kind == CurveKind::joined_points) return "linespoints pointsize 0.55 linewidth 1 " + style;
-  return "lines linewidth 1 " + style.substr(style.find("linecolor"));
-}
+/// A row of x, y and y's standard error (0 for lines).
+using CurveRows = std::vector<std::array<double, 3>>;
 
-void add_axis(TemplateVariables& variables, const std::string& name, Range range, bool logarithmic) {
-  const std::string ticks = logarithmic ? log_ticks(widened_by_factor(range, 1.3)) : linear_ticks(range, 6);
-  const double margin = range.size() > 0 ? 0.06 * range.size() : 0.5;
-  const Range shown = logarithmic ? widened_by_factor(range, 1.3)
-                                  : Range{range.low == 0 ? 0 : range.low - margin, range.high + margin, false};
-  variables[name + "_low"] = exact(shown.low);
-  variables[name + "_high"] = exact(shown.high);
-  variables[name + "_ticks"] = ticks;
-}
+/// A panel whose axes reach as far as its curves.
+struct GrowingPanel {
+  std::string x_label, y_label;
+  bool log_y = false;
+  Range x = {}, y = {};
+  Panel panel = {};
 
-void add_panel(TemplateVariables& variables, const std::string& side, const ModelPanel& panel) {
-  if (panel.curves.empty()) {
-    throw InputError(fmt::format(
-        "the panel of {} against {} has nothing to show, because nothing of it was measured well enough; ask for more "
-        "samples",
-        panel.y_label, panel.x_label));
-  }
-  variables[side + "_x"] = panel.x_label;
-  variables[side + "_y"] = panel.y_label;
-  variables[side + "_scale"] = !panel.log_x && !panel.log_y
-                                   ? ""
-                                   : fmt::format("set logscale {}{}", panel.log_x ? "x" : "", panel.log_y ? "y" : "");
-  variables[side + "_curves"] = fmt::format("{}", fmt::join(panel.curves, ", \\\n    "));
-  add_axis(variables, side + "_x", panel.x, panel.log_x);
-  add_axis(variables, side + "_y", panel.y, panel.log_y);
-}
-
-}  // namespace
-
-void add_curve(PlotPlan& plan, ModelPanel& panel, const std::string& name, const CurveRows& rows, CurveKind kind,
-               std::size_t colour, const std::string& x_column, const std::string& y_column) {
-  if (rows.empty()) return;
-  const bool line = kind == CurveKind::line;
-  const std::string unit = y_column.substr(y_column.find(':'));
-  CsvTable table(line ? std::vector<std::string>{x_column, y_column}
-                      : std::vector<std::string>{x_column, y_column, "standard_error" + unit});
-  for (const auto& [x, y, error] : rows) {
-    table.add_row(line ? std::vector<double>{x, y} : std::vector<double>{x, y, error});
-    panel.x.add(x);
-    // With its bar, where that is not the whole of a logarithmic axis.
-    for (const double end : {y - error, y, y + error}) {
-      if (end > 0 || !panel.log_y) panel.y.add(end);
+  /// Adds a curve, and its data file NAME.csv after the figure's id. Nothing is added for no rows.
+  void add(Plot& plot, const std::string& name, const CurveRows& rows, const Style& style, const std::string& x_column,
+           const std::string& y_column) {
+    if (rows.empty()) return;
+    const bool line = style.with == "lines";
+    std::vector<std::string> columns = {x_column, y_column};
+    if (!line) columns.push_back("standard_error" + y_column.substr(y_column.find(':')));
+    CsvTable table(columns);
+    for (const auto& row : rows) {
+      table.add_row({row.begin(), row.end() - (line ? 1 : 0)});
+      const auto& [at, value, error] = row;
+      x.add(at);
+      // With its bar, where that is not the whole of a logarithmic axis.
+      for (const double end : {value - error, value, value + error}) {
+        if (end > 0 || !log_y) y.add(end);
+      }
     }
+    panel.add(plot.add_data(name, table), line ? "1:2" : "1:2:3", style);
   }
-  const std::string file = fmt::format("{}-{}.csv", plan.id, name), with = appearance(colour, kind);
-  plan.data[file] = table.text();
-  if (!line) {
-    const std::string bars = kind == CurveKind::points ? "yerrorbars" : "yerrorlines";
-    panel.curves.push_back(
-        fmt::format("'{}' using 1:2:3 with {} {} notitle", file, bars, with.substr(with.find(' ') + 1)));
-  } else {
-    panel.curves.push_back(fmt::format("'{}' using 1:2 with {} notitle", file, with));
+
+  Panel whole(double left, double right, double name) const {
+    if (panel.curves.empty()) {
+      throw InputError(fmt::format(
+          "the panel of {} against {} has nothing to show, because nothing of it was measured well enough; ask for "
+          "more samples",
+          y_label, x_label));
+    }
+    const auto linear = [](const std::string& label, const Range& range) {
+      const double margin = range.size() > 0 ? 0.06 * range.size() : 0.5;
+      return linear_axis(label, {range.low == 0 ? 0 : range.low - margin, range.high + margin, false}, 6, range);
+    };
+    Panel filled = panel;
+    filled.left = left;
+    filled.right = right;
+    filled.name = name;
+    filled.x = linear(x_label, x);
+    filled.y = log_y ? log_axis(y_label, widened_by_factor(y, 1.3)) : linear(y_label, y);
+    return filled;
   }
-  ++plan.curves;
+};
+
+Style points(std::size_t colour) { return ink_of_series(colour).bars(1, 0.6); }
+Style joined_points(std::size_t colour) { return ink_of_series(colour).joined_bars(1, 0.55); }
+Style line(std::size_t colour) { return ink_of_series(colour).line(1); }
+
+Plot plot_of(const char* id) {
+  Plot plot;
+  plot.id = id;
+  plot.height = 3.2;
+  plot.key = {.inches = 0.72, .lines = 3, .entries = {}};
+  return plot;
 }
 
-std::string key_entry(const std::string& title, std::size_t colour, CurveKind kind) {
-  return fmt::format("keyentry with {} title {}", appearance(colour, kind), gnuplot_string(title));
-}
-
-Figure plot_panels(PlotPlan plan, const ModelPanel& left, const ModelPanel& right,
-                   const std::vector<std::string>& titles, const Wording& wording,
+Figure plot_panels(Plot& plot, const GrowingPanel& left, const GrowingPanel& right, TemplateVariables variables,
                    const std::filesystem::path& run_folder) {
-  plan.script = "studies/model_panels";
-  plan.height = 3.2;
-  TemplateVariables variables = {{"titles", fmt::format("{}", fmt::join(titles, ", \\\n    "))}};
-  add_panel(variables, "left", left);
-  add_panel(variables, "right", right);
-  return plot_figure(plan, variables, wording, run_folder);
-}
-
-namespace {
-
-PlotPlan plan_of(const char* id) {
-  PlotPlan plan;
-  plan.id = id;
-  return plan;
-}
-
-Wording wording_of(const PlotPlan& plan, TemplateVariables variables = {}) {
-  std::string file = plan.id;
+  plot.panels = {left.whole(0.115, 0.485, 0.014), right.whole(0.61, 0.985, 0.515)};
+  std::string file = plot.id;
   for (char& letter : file) letter = letter == '-' ? '_' : letter;
-  return {"studies/" + file + ".captions", std::move(variables)};
+  return plot_figure(plot, {"studies/" + file + ".captions", std::move(variables)}, run_folder);
 }
 
 }  // namespace
@@ -267,48 +230,40 @@ NoiseRows noise_rows(const ModelSeries& series) {
 }  // namespace
 
 Figure plot_noise(const std::vector<ModelSeries>& series, const std::filesystem::path& run_folder) {
-  PlotPlan plan = plan_of("model-noise");
-  ModelPanel loss{.x_label = "Δ²", .y_label = "1 − c²/c₀²", .x = {}, .y = {}, .curves = {}};
-  ModelPanel gain{.x_label = "Δ²", .y_label = "D − D₀  (bead diameters)", .x = {}, .y = {}, .curves = {}};
-  for (ModelPanel* panel : {&loss, &gain}) panel->x.add(0), panel->y.add(0);
-  std::vector<std::string> titles, factors;
+  Plot plot = plot_of("model-noise");
+  GrowingPanel loss{"Δ²", "1 − c²/c₀²"}, gain{"Δ²", "D − D₀  (bead diameters)"};
+  for (GrowingPanel* panel : {&loss, &gain}) panel->x.add(0), panel->y.add(0);
+  std::vector<std::string> factors;
   std::size_t colour = 0;
   for (const ModelSeries& one : series) {
     const NoiseRows rows = noise_rows(one);
     if (rows.thrust.size() < 2) continue;
     const double end = rows.thrust.back()[0];
-    const auto add = [&](ModelPanel& panel, const std::string& what, const CurveRows& points, double slope,
+    const auto add = [&](GrowingPanel& panel, const std::string& what, const CurveRows& rows_of_it, double slope,
                          const std::string& column) {
       const std::string name = fmt::format("{}-{}", colour, what), x = "disorder_squared: dimensionless";
-      add_curve(plan, panel, name, points, CurveKind::points, colour, x, column);
-      const CurveRows line = {{0, 0, 0}, {end, slope * end, 0}};
-      add_curve(plan, panel, name + "-theory", line, CurveKind::line, colour, x, column);
+      panel.add(plot, name, rows_of_it, points(colour), x, column);
+      panel.add(plot, name + "-theory", {{0, 0, 0}, {end, slope * end, 0}}, line(colour), x, column);
     };
     const NoiseShift& of_peaks = rows.narrow ? *rows.theory.narrow : rows.theory.wide;
     add(loss, "thrust", rows.thrust, rows.theory.wide.kappa, "thrust_loss: dimensionless");
-    titles.push_back(key_entry(one.name + ": thrust", colour, CurveKind::points));
+    plot.add_key(one.name + ": thrust", ink_of_series(colour).points(0.6));
     ++colour;
     add(loss, "speed", rows.speed, of_peaks.kappa, "speed_loss: dimensionless");
     add(gain, "spreading", rows.spreading, of_peaks.spreading, "D_gain: bead diameters");
-    titles.push_back(key_entry(one.name + ": peaks", colour, CurveKind::points));
+    plot.add_key(one.name + ": peaks", ink_of_series(colour).points(0.6));
     ++colour;
     factors.push_back(fmt::format("κ = {:.3g} for long waves, {:.3g} and D − D₀ = {:.3g} Δ² for these peaks ({})",
                                   rows.theory.wide.kappa, of_peaks.kappa, of_peaks.spreading, one.name));
   }
-  return plot_panels(plan, loss, gain, titles, wording_of(plan, {{"factors", enumeration(factors)}}), run_folder);
+  return plot_panels(plot, loss, gain, {{"factors", enumeration(factors)}}, run_folder);
 }
 
 Figure plot_middle(const std::vector<ModelSeries>& series, const std::vector<TractionDepth>& tractions,
                    const std::filesystem::path& run_folder) {
-  PlotPlan plan = plan_of("model-middle");
-  ModelPanel speed{.x_label = "mean share ⟨p⟩ of the middle leg", .y_label = "c", .x = {}, .y = {}, .curves = {}};
-  ModelPanel depth{.x_label = "mean share p of the middle leg",
-                   .y_label = "depth of tractions  (bead diameters)",
-                   .x = {},
-                   .y = {},
-                   .log_y = true,
-                   .curves = {}};
-  std::vector<std::string> titles;
+  Plot plot = plot_of("model-middle");
+  GrowingPanel speed{"mean share ⟨p⟩ of the middle leg", "c"},
+      depth{"mean share p of the middle leg", "depth of tractions  (bead diameters)", true};
   std::size_t colour = 0;
   const std::string middle = "mean_middle: dimensionless";
   for (const ModelSeries& one : series) {
@@ -319,17 +274,16 @@ Figure plot_middle(const std::vector<ModelSeries>& series, const std::vector<Tra
     }
     if (rows.empty()) continue;
     ++colour;
-    add_curve(plan, speed, fmt::format("{}-speed", colour), rows, CurveKind::points, colour, middle,
-              "c: dimensionless");
-    titles.push_back(key_entry(one.name, colour, CurveKind::points));
+    speed.add(plot, fmt::format("{}-speed", colour), rows, points(colour), middle, "c: dimensionless");
+    plot.add_key(one.name, ink_of_series(colour).points(0.6));
   }
   CurveRows mean_alone;
   for (int k = 0; k <= 40; ++k) {
     const double p = speed.x.low + speed.x.size() * k / 40;
     mean_alone.push_back({p, tan30 * std::sqrt(1 - p), 0});
   }
-  add_curve(plan, speed, "mean-alone", mean_alone, CurveKind::line, 0, middle, "c: dimensionless");
-  titles.push_back(key_entry("c₀ √(1 − ⟨p⟩)", 0, CurveKind::line));
+  speed.add(plot, "mean-alone", mean_alone, line(0), middle, "c: dimensionless");
+  plot.add_key("c₀ √(1 − ⟨p⟩)", line(0));
   std::map<int, CurveRows> by_noise;  // in per cent of the mean
   for (const TractionDepth& one : tractions) {
     if (!one.z.known()) continue;
@@ -338,12 +292,11 @@ Figure plot_middle(const std::vector<ModelSeries>& series, const std::vector<Tra
   }
   for (const auto& [noise, rows] : by_noise) {
     ++colour;
-    add_curve(plan, depth, fmt::format("tractions-{}", noise), rows, CurveKind::joined_points, colour,
-              "middle: dimensionless", "depth: bead diameters");
-    titles.push_back(key_entry(fmt::format("p ± {} %", noise), colour, CurveKind::joined_points));
+    depth.add(plot, fmt::format("tractions-{}", noise), rows, joined_points(colour), "middle: dimensionless",
+              "depth: bead diameters");
+    plot.add_key(fmt::format("p ± {} %", noise), ink_of_series(colour).joined(1, 0.55));
   }
-  return plot_panels(plan, speed, depth, titles,
-                     wording_of(plan, {{"columns", fmt::format("{}", tractions.front().columns)}}), run_folder);
+  return plot_panels(plot, speed, depth, {{"columns", fmt::format("{}", tractions.front().columns)}}, run_folder);
 }
 
 Figure render_pile_of(const ModelSeries& series, const std::filesystem::path& run_folder) {
@@ -378,15 +331,9 @@ Figure render_pile_of(const ModelSeries& series, const std::filesystem::path& ru
 }
 
 Figure plot_gravity(const std::vector<ModelSeries>& series, const std::filesystem::path& run_folder) {
-  PlotPlan plan = plan_of("model-gravity");
-  ModelPanel stress{.x_label = "depth z  (bead diameters)",
-                    .y_label = "stresses  (loads of one top bead)",
-                    .x = {},
-                    .y = {},
-                    .log_y = true,
-                    .curves = {}};
-  ModelPanel profile{.x_label = "x/z", .y_label = "z P(x, z)", .x = {}, .y = {}, .curves = {}};
-  std::vector<std::string> titles;
+  Plot plot = plot_of("model-gravity");
+  GrowingPanel stress{"depth z  (bead diameters)", "stresses  (loads of one top bead)", true},
+      profile{"x/z", "z P(x, z)"};
   const ModelResponse* light = nullptr;
   double deepest = 0;
   std::size_t colour = 0;
@@ -398,10 +345,9 @@ Figure plot_gravity(const std::vector<ModelSeries>& series, const std::filesyste
       vertical.push_back({at.z, at.weight, 0});
     }
     const std::string name = fmt::format("g-{}", exact(one.bead_weight)), z_column = "z: bead diameters";
-    add_curve(plan, stress, name + "-horizontal", horizontal, CurveKind::points, colour, z_column,
-              "three_sigma_xx: loads of one top bead");
-    add_curve(plan, stress, name + "-vertical", vertical, CurveKind::line, colour, z_column,
-              "sigma_zz: loads of one top bead");
+    stress.add(plot, name + "-horizontal", horizontal, points(colour), z_column,
+               "three_sigma_xx: loads of one top bead");
+    stress.add(plot, name + "-vertical", vertical, line(colour), z_column, "sigma_zz: loads of one top bead");
     // Where less is known of the peaks the response is lost in the noise of what beads weigh.
     constexpr double most_uncertain = 0.01;
     if (one.profile && one.c.known() && one.c.standard_error < most_uncertain) {
@@ -411,10 +357,10 @@ Figure plot_gravity(const std::vector<ModelSeries>& series, const std::filesyste
           response.push_back({one.profile->x[i] / z, z * one.profile->pressure[i], 0});
         }
       }
-      add_curve(plan, profile, name + "-response", response, CurveKind::line, colour, "x_over_z: dimensionless",
-                "z_response: dimensionless");
+      profile.add(plot, name + "-response", response, line(colour), "x_over_z: dimensionless",
+                  "z_response: dimensionless");
     }
-    titles.push_back(key_entry(fmt::format("g = {}", one.bead_weight), colour, CurveKind::joined_points));
+    plot.add_key(fmt::format("g = {}", one.bead_weight), ink_of_series(colour).joined(1, 0.55));
     ++colour;
   };
   for (const ModelSeries& one : series) {
@@ -428,10 +374,9 @@ Figure plot_gravity(const std::vector<ModelSeries>& series, const std::filesyste
       if (response.bead_weight > 0) add(response);
     }
   }
-  return plot_panels(
-      plan, stress, profile, titles,
-      wording_of(plan, {{"parameter", light == nullptr ? "" : light->parameter}, {"depth", caption_number(deepest)}}),
-      run_folder);
+  return plot_panels(plot, stress, profile,
+                     {{"parameter", light == nullptr ? "" : light->parameter}, {"depth", caption_number(deepest)}},
+                     run_folder);
 }
 
 }  // namespace granuscope

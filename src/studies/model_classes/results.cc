@@ -152,12 +152,13 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json exact_or_unknown(double value) {
-  return std::isfinite(value) ? granuscope::to_json(Estimate{.value = value, .standard_error = 0, .reason = ""})
-                              : granuscope::to_json(Estimate{.reason = "no exact value is known"});
+Estimate exact_or_unknown(double value) {
+  return std::isfinite(value) ? Estimate{.value = value, .standard_error = 0, .reason = ""}
+                              : Estimate{.reason = "no exact value is known"};
 }
 
-Json to_json(const std::optional<NoiseTheory>& theory, const ModelResponse& one) {
+Json noise_json(const ModelResponse& one) {
+  const std::optional<NoiseTheory>& theory = one.theory;
   if (!theory) return nullptr;
   const double squared = theory->disorder * theory->disorder;
   return {{"disorder", theory->disorder},
@@ -167,39 +168,37 @@ Json to_json(const std::optional<NoiseTheory>& theory, const ModelResponse& one)
           {"kappa", theory->wide.kappa},
           {"spreading", theory->wide.spreading},
           {"narrow", theory->narrow && one.width < theory->cell},
-          {"thrust_loss", granuscope::to_json(one.thrust_loss)},
+          {"thrust_loss", one.thrust_loss},
           {"thrust_loss_expected", theory->wide.kappa * squared},
-          {"speed_loss", granuscope::to_json(one.speed_loss)},
+          {"speed_loss", one.speed_loss},
           {"speed_loss_expected", theory->shift(one.width).kappa * squared},
-          {"spreading_gain", granuscope::to_json(one.spreading_gain)},
+          {"spreading_gain", one.spreading_gain},
           {"spreading_gain_expected", theory->shift(one.width).spreading * squared}};
 }
 
-Json to_json(const StressAtDepth& one) {
-  return {{"z", one.z},
+}  // namespace
+
+void to_json(Json& json, const StressAtDepth& one) {
+  json = {{"z", one.z},
           {"weight", one.weight},
-          {"thrust_ratio", granuscope::to_json(one.thrust_ratio)},
-          {"weight_variance", granuscope::to_json(one.weight_variance)}};
+          {"thrust_ratio", one.thrust_ratio},
+          {"weight_variance", one.weight_variance}};
 }
 
-Json to_json(const TractionDepth& one) {
-  return {{"middle", one.middle},
-          {"noise", one.noise},
-          {"columns", one.columns},
-          {"samples", one.samples},
-          {"z", granuscope::to_json(one.z)}};
+void to_json(Json& json, const TractionDepth& one) {
+  json = {
+      {"middle", one.middle}, {"noise", one.noise}, {"columns", one.columns}, {"samples", one.samples}, {"z", one.z}};
 }
 
-Json to_json(const DeepModel& one) {
-  Json json{{"series", one.series}, {"parameter", one.parameter}};
-  const Json spreading = spreading_json(one.response);
+void to_json(Json& json, const DeepModel& one) {
+  json = {{"series", one.series}, {"parameter", one.parameter}};
+  const Json spreading = one.response;
   for (const char* key : {"estimator", "columns", "layers", "samples", "lags", "octaves", "dispersion", "c_thrust"}) {
     json[key] = spreading.at(key);
   }
-  return json;
 }
 
-Json to_json(const ModelResponse& one) {
+void to_json(Json& json, const ModelResponse& one) {
   Json chi2 = Json::object();
   for (const ResponseShape shape : all_response_shapes) {
     chi2[name_of(shape)] = finite_or_null(one.fits[static_cast<std::size_t>(shape)].chi2);
@@ -208,7 +207,7 @@ Json to_json(const ModelResponse& one) {
   const double elastic = std::min(of(ResponseShape::isotropic), of(ResponseShape::orthotropic));
   const double gaussian = std::min(of(ResponseShape::one_gaussian), of(ResponseShape::two_gaussians));
   const std::size_t colon = std::min(one.verdict.find(": "), one.verdict.size());
-  return {{"series", one.series},
+  json = {{"series", one.series},
           {"model", one.model},
           {"parameter", one.parameter},
           {"bead_weight", one.bead_weight},
@@ -216,44 +215,38 @@ Json to_json(const ModelResponse& one) {
           {"window_layers", one.layers},
           {"window_z", one.z},
           {"peaks", one.peaks},
-          {"c", granuscope::to_json(one.c)},
+          {"c", one.c},
           {"c_expected", exact_or_unknown(one.c_expected)},
-          {"noise", to_json(one.theory, one)},
-          {"D", granuscope::to_json(one.D)},
+          {"noise", noise_json(one)},
+          {"D", one.D},
           {"D_expected", exact_or_unknown(one.D_expected)},
-          {"c0_minus_c", granuscope::to_json(one.slowing)},
-          {"c_thrust", granuscope::to_json(one.c_thrust)},
-          {"width_exponent", granuscope::to_json(one.width_exponent)},
+          {"c0_minus_c", one.slowing},
+          {"c_thrust", one.c_thrust},
+          {"width_exponent", one.width_exponent},
           {"shape", name_of(one.shape)},
           {"chi2", chi2},
           {"chi2_against_elastic", std::round(elastic - gaussian)},
           {"class", one.verdict.substr(0, colon)},
           {"why", colon < one.verdict.size() ? one.verdict.substr(colon + 2) : ""},
-          {"middle", granuscope::to_json(one.middle)},
-          {"c_of_middle", granuscope::to_json(one.c_of_middle)},
-          {"share_of_mean", granuscope::to_json(one.share_of_mean)},
-          {"traction", granuscope::to_json(one.traction)},
-          {"stress", list_of<StressAtDepth>(one.stress, to_json)}};
+          {"middle", one.middle},
+          {"c_of_middle", one.c_of_middle},
+          {"share_of_mean", one.share_of_mean},
+          {"traction", one.traction},
+          {"stress", one.stress}};
 }
-
-}  // namespace
 
 Json models_json(const MeasuredModels& measured) {
   Json responses = Json::array(), exponents = Json::array();
   for (const ModelSeries& series : measured.series) {
     for (const ModelResponse& one : series.responses) {
-      responses.push_back(to_json(one));
+      responses.push_back(one);
       responses.back()["aside"] = series.aside;
     }
     if (series.aside) continue;
-    exponents.push_back({{"series", series.name},
-                         {"points", series.alpha.points},
-                         {"alpha", granuscope::to_json(series.alpha.exponent)}});
+    exponents.push_back({{"series", series.name}, {"points", series.alpha.points}, {"alpha", series.alpha.exponent}});
   }
-  return {{"responses", responses},
-          {"exponents", exponents},
-          {"tractions", list_of<TractionDepth>(measured.tractions, to_json)},
-          {"deep", list_of<DeepModel>(measured.deep, to_json)}};
+  return {
+      {"responses", responses}, {"exponents", exponents}, {"tractions", measured.tractions}, {"deep", measured.deep}};
 }
 
 Json models_page_1(const Json& results) {

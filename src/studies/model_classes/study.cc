@@ -230,9 +230,9 @@ class ModelsStudy final : public CopiedStudy<ModelsStudy> {
 
   Json json() const override { return models_json(measured_); }
 
-  std::vector<ReportPart> parts(const Json& results) const override {
+  std::vector<ReportPart> parts() const override {
     const ReportPart tables = part(id(), "responses");
-    return measured_.series.empty() ? std::vector{tables} : std::vector{page_1(models_page_1(results)), tables};
+    return measured_.series.empty() ? std::vector{tables} : std::vector{page_1(models_page_1(json())), tables};
   }
 
   std::vector<FigurePlot> figures(const Analysis&) const override {

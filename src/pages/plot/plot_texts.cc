@@ -1,0 +1,124 @@
+#include "plot/plot_texts.h"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <functional>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "render/palette.h"
+#include "support/error.h"
+#include "support/plain_text.h"
+#include "support/provenance.h"
+#include "support/templates.h"
+
+namespace granuscope {
+
+TemplateVariables plot_colours() {
+  // The order in which Okabe and Ito list them.
+  constexpr std::array names = {"black",  "orange", "sky_blue",  "bluish_green",
+                                "yellow", "blue",   "vermilion", "reddish_purple"};
+  const Palette palette(template_file("palette.txt"), "templates/palette.txt");
+  const std::vector<Rgb>& okabe_ito = palette.colours("okabe-ito");
+  if (okabe_ito.size() != names.size()) throw std::logic_error("palette.txt: okabe-ito does not have eight colours");
+  TemplateVariables colours;
+  for (std::size_t i = 0; i < names.size(); ++i) colours[names[i]] = to_hex(okabe_ito[i]);
+  colours["frame"] = to_hex(palette.colour("frame"));
+  return colours;
+}
+
+namespace {
+
+struct Phrase {
+  std::string from, to;
+};
+
+struct Catalogue {
+  std::vector<Phrase> phrases;  ///< longest first
+  std::string decimal_point = ".";
+};
+
+Catalogue read_catalogue(std::string_view text) {
+  Catalogue catalogue;
+  constexpr std::string_view arrow = " -> ";
+  std::stringstream lines{std::string(text)};
+  for (std::string line; std::getline(lines, line);) {
+    if (line.empty() || line.front() == '#') continue;
+    const std::size_t at = line.find(arrow);
+    if (at == std::string::npos || at == 0 || at + arrow.size() == line.size()) {
+      throw InputError(
+          fmt::format("plot/labels.txt: \"{}\" is no phrase; write `phrase -> phrase`", single_line(line)));
+    }
+    const Phrase phrase{line.substr(0, at), line.substr(at + arrow.size())};
+    if (phrase.from == ".") {
+      catalogue.decimal_point = phrase.to;
+    } else {
+      catalogue.phrases.push_back(phrase);
+    }
+  }
+  std::stable_sort(catalogue.phrases.begin(), catalogue.phrases.end(),
+                   [](const Phrase& a, const Phrase& b) { return a.from.size() > b.from.size(); });
+  return catalogue;
+}
+
+bool is_letter(char c) { return std::isalpha(static_cast<unsigned char>(c)) != 0; }
+bool is_digit(char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; }
+
+std::string translated(const std::string& text, const Catalogue& catalogue) {
+  std::string result;
+  for (std::size_t at = 0; at < text.size();) {
+    const auto fits = [&](const Phrase& phrase) {
+      if (text.compare(at, phrase.from.size(), phrase.from) != 0) return false;
+      const std::size_t end = at + phrase.from.size();
+      const bool begins = at == 0 || !is_letter(text[at - 1]) || !is_letter(text[at]);
+      return begins && (end == text.size() || !is_letter(text[end]) || !is_letter(text[end - 1]));
+    };
+    const auto found = std::find_if(catalogue.phrases.begin(), catalogue.phrases.end(), fits);
+    if (found != catalogue.phrases.end()) {
+      result += found->to;
+      at += found->from.size();
+    } else if (text[at] == '.' && at > 0 && is_digit(text[at - 1]) && at + 1 < text.size() && is_digit(text[at + 1])) {
+      result += catalogue.decimal_point;
+      ++at;
+    } else {
+      result += text[at++];
+    }
+  }
+  return result;
+}
+
+}  // namespace
+
+std::string in_terms(const std::string& text, std::string_view catalogue_text) {
+  return catalogue_text.empty() ? text : translated(text, read_catalogue(catalogue_text));
+}
+
+std::string terms_of(const ScanParameter& parameter) {
+  if (&parameter == &friction_parameter()) return {};
+  const ScanParameter& friction = friction_parameter();
+  std::string terms = fmt::format("{} -> {}\n{} -> {}\n{} -> {}\n", friction.label(), parameter.label(),
+                                  friction.meaning, parameter.meaning, friction.name, parameter.name);
+  if (parameter.symbol != friction.symbol) {
+    terms += fmt::format("{} -> {}\n", friction.symbol, parameter.symbol);
+  }
+  return terms;
+}
+
+std::string_view catalogue_of(const std::string& language) {
+  if (language == "en") return "";
+  if (language == "fr" || language == "de") return template_file(language + "/plot/labels.txt");
+  throw InputError(
+      fmt::format("there is no language {} for figures; choose en, fr or de, or give a folder with "
+                  "plot/labels.txt by --templates",
+                  single_line(language)));
+}
+
+}  // namespace granuscope

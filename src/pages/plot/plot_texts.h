@@ -1,0 +1,28 @@
+#pragma once
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "plot/figure_captions.h"
+#include "plot/gnuplot.h"
+#include "sampling/sampler_spec.h"
+
+namespace granuscope {
+/// The categorical colours of templates/palette.txt (Okabe and Ito) by name, as "#rrggbb": black, orange, sky_blue,
+/// bluish_green, yellow, blue, vermilion, reddish_purple, and frame for decorations. Throws std::logic_error if the
+/// palette lacks one.
+TemplateVariables plot_colours();
+
+/// A text with the phrases of a catalogue (templates/plot/labels.txt has its form) replaced as whole words, a longer
+/// one before one that it holds, and its decimal points. Throws InputError for a line of the catalogue that is none.
+std::string in_terms(const std::string& text, std::string_view catalogue);
+
+/// The catalogue by which texts about friction speak of what else an experiment varies; empty for friction itself.
+std::string terms_of(const ScanParameter& parameter);
+
+/// The catalogue of a language that is built in: "en" (nothing changes), "fr", "de". Throws InputError for another.
+std::string_view catalogue_of(const std::string& language);
+
+}  // namespace granuscope
