@@ -42,10 +42,10 @@ struct HalfResponse {
   std::vector<double> x, y, count;
 };
 
-HalfResponse half_of(const std::vector<double>& response, int layer, const Lattice& lattice) {
+HalfResponse half_of(const std::vector<double>& response, int kind_of_row, const Lattice& lattice) {
   std::map<long, std::array<double, 2>> at;  // by 2|x|
   for (int bead = 0; bead < lattice.columns(); ++bead) {
-    std::array<double, 2>& sum = at[std::lround(2 * std::abs(lattice.x(layer, bead)))];
+    std::array<double, 2>& sum = at[std::lround(2 * std::abs(lattice.x(kind_of_row, bead)))];
     sum[0] += response[static_cast<std::size_t>(bead)];
     sum[1] += 1;
   }
@@ -140,9 +140,10 @@ Replicated without_value(std::size_t blocks) {
 /// Both readings at recorded layer number `row`; not numbers where a fit does not converge.
 DepthReading read_depth(const MeasuredEnsemble& ensemble, std::size_t row) {
   const BlockSums& sums = ensemble.record.sums;
-  const Lattice lattice(ensemble.spec.lattice);
+  const Lattice lattice({response_columns(ensemble.spec), 2});
   DepthReading result;
   result.layer = sums.layers[row];
+  const int kind_of_row = sums.rows.shifted(result.layer) ? 1 : 0;
   result.z = Lattice::depth(result.layer);
   const double overload = ensemble.spec.response.overload, columns = lattice.columns();
   const BlockMeans response = mean_response(sums, row, overload);
@@ -152,7 +153,7 @@ DepthReading read_depth(const MeasuredEnsemble& ensemble, std::size_t row) {
   if (spectrum.exact) {  // rays: nothing to fit, and no width
     double distance = 0;
     for (int bead = 0; bead < lattice.columns(); ++bead) {
-      distance += std::abs(lattice.x(result.layer, bead)) * response.whole[static_cast<std::size_t>(bead)];
+      distance += std::abs(lattice.x(kind_of_row, bead)) * response.whole[static_cast<std::size_t>(bead)];
     }
     result.peak = {distance, std::vector<double>(blocks, distance)};
     result.width_squared = {0, std::vector<double>(blocks, 0)};
@@ -160,13 +161,13 @@ DepthReading read_depth(const MeasuredEnsemble& ensemble, std::size_t row) {
   }
   const DoubleGaussian coarse = coarse_shape(spectrum, result.z);
   const auto whole =
-      read(half_of(response.whole, result.layer, lattice), {coarse.peak, std::max(coarse.width, 0.4)}, columns);
+      read(half_of(response.whole, kind_of_row, lattice), {coarse.peak, std::max(coarse.width, 0.4)}, columns);
   const auto inside = weighted_shape(spectrum, spectrum.modes(), ModeWeights::by_width, coarse);
   if (whole) result.peak.value = whole->peak, result.width_squared.value = whole->width * whole->width;
   if (inside) result.peak_inside.value = inside->peak, result.width_inside.value = inside->width * inside->width;
   for (std::size_t b = 0; b < blocks; ++b) {
     if (whole) {
-      if (const auto one = read(half_of(response.without_block[b], result.layer, lattice), *whole, columns)) {
+      if (const auto one = read(half_of(response.without_block[b], kind_of_row, lattice), *whole, columns)) {
         result.peak.without_block[b] = one->peak;
         result.width_squared.without_block[b] = one->width * one->width;
       }

@@ -40,17 +40,30 @@ constexpr int smoothing_half_width = 4;
 /// Below this share of all blocks' power of a mode a block's part of it is rounding.
 constexpr double no_power = 1e-12;
 
+constexpr const char* moved_weight = "moved_weight";
+
 /// For each block and mode a sum and what it is to be divided by, so that the response is the ratio of their totals.
 /// Shape [blocks, modes].
 struct BlockModes {
   Matrix numerator, denominator;
 };
 
-/// Means over samples: the denominator is their number.
+/// Means over samples: the denominator is their number. Of moved loads it is what layer 0 has of each mode, which is
+/// the loads.
 BlockModes modes_of_profiles(const BlockSums& sums, std::size_t row, double overload, int modes) {
   const ResponseQuantity response = response_quantity(sums, overload);
   const LayerSums layer = sums.layer(response.name, row);
   const int columns = static_cast<int>(layer.width()), blocks = sums.blocks();
+  if (holds_moved_weights(sums)) {
+    const LayerSums loads = load_spectrum_sums(sums);
+    const auto modes_in = [&](const LayerSums& of, bool half_shifted) -> Matrix {
+      Matrix rows(blocks, columns);
+      for (int b = 0; b < blocks; ++b)
+        rows.row(b) = Eigen::Map<const Eigen::RowVectorXd>(of.block(static_cast<std::size_t>(b)), columns);
+      return rows * cosine_matrix(Lattice({columns, 2}), half_shifted, modes);
+    };
+    return {modes_in(layer, sums.rows.shifted(sums.layers[row])), modes_in(loads, false)};
+  }
   // Rows: block sums. The uniform load only enters the mode m = 0.
   Matrix block_sums(blocks, columns), count(blocks, modes);
   for (int b = 0; b < blocks; ++b) {
@@ -254,13 +267,17 @@ std::vector<double> response_of(const std::vector<double>& correlation, const st
     // Entries 2m - 1 and 2m are the real and imaginary parts of the mode m, whose load spectrum is real.
     by_distance[at] = correlation[at] / loads[at == 0 ? 0 : (at - 1) / 2 * 2 + 1];
   }
+  // What the piles of a group share has been taken off, and with it the load; the response has the sum 1.
+  if (loads[0] <= no_power * loads[1]) by_distance[0] = 1;
   fourier.inverse(by_distance);
   for (std::size_t d = 0; d < columns; ++d) response[(d + columns / 2) % columns] = by_distance[d];
   return response;
 }
 
 BlockMeans mean_correlation(const BlockSums& sums, std::size_t row) {
-  const LayerSums correlations = sums.layer("correlation", row), load_spectra = load_spectrum_sums(sums);
+  const bool moved = holds_moved_weights(sums);
+  const LayerSums correlations = sums.layer(moved ? moved_weight : "correlation", row),
+                  load_spectra = load_spectrum_sums(sums);
   const std::size_t columns = correlations.width(), blocks = correlations.blocks();
   const RealSpectrum fourier(columns);
   const auto total = [&](std::size_t left_out) {
@@ -270,6 +287,12 @@ BlockMeans mean_correlation(const BlockSums& sums, std::size_t row) {
       const double* const c = correlations.block(b);
       const double* const l = load_spectra.block(b);
       for (std::size_t i = 0; i < columns; ++i) correlation[i] += c[i], loads[i] += l[i];
+    }
+    if (moved) {  // by place, not by mode
+      for (std::vector<double>* sum : {&correlation, &loads}) {
+        std::rotate(sum->begin(), sum->begin() + static_cast<std::ptrdiff_t>(columns / 2), sum->end());
+        fourier.transform(*sum);
+      }
     }
     return response_of(correlation, loads, fourier);
   };
@@ -284,15 +307,18 @@ BlockMeans mean_correlation(const BlockSums& sums, std::size_t row) {
 ResponseQuantity response_quantity(const BlockSums& sums, double overload) {
   if (sums.quantities.contains("response")) return {"response", 0, 1};
   if (sums.quantities.contains("weight")) return {"weight", 1, overload};
+  if (holds_moved_weights(sums)) return {moved_weight, 0, overload};
   throw InputError(
       "the ensemble holds numbers per layer only, so that there is no response to fit; draw it with its profiles "
       "recorded");
 }
 
+bool holds_moved_weights(const BlockSums& sums) { return sums.quantities.contains(moved_weight); }
+
 bool holds_correlations(const BlockSums& sums) { return sums.quantities.contains("correlation"); }
 
 std::size_t first_response(const BlockSums& sums) {
-  return holds_correlations(sums) || holds_propagation(sums) ? 1 : 0;
+  return holds_correlations(sums) || holds_propagation(sums) || holds_moved_weights(sums) ? 1 : 0;
 }
 
 LayerSums load_spectrum_sums(const BlockSums& sums) {
@@ -301,12 +327,12 @@ LayerSums load_spectrum_sums(const BlockSums& sums) {
         "the ensemble does not hold layer 0, and with it the spectrum of its loads, so that its response is not known; "
         "draw it again");
   }
-  return sums.layer("correlation", 0);
+  return sums.layer(holds_correlations(sums) ? "correlation" : moved_weight, 0);
 }
 
 BlockMeans mean_response(const BlockSums& sums, std::size_t row, double overload) {
   if (holds_propagation(sums)) return propagated_response(sums, row);
-  if (holds_correlations(sums)) return mean_correlation(sums, row);
+  if (holds_correlations(sums) || holds_moved_weights(sums)) return mean_correlation(sums, row);
   const ResponseQuantity response = response_quantity(sums, overload);
   BlockMeans means = block_means(sums, response.name, row);
   const auto take_response = [&](std::vector<double>& profile) {

@@ -72,22 +72,26 @@ struct ResponseQuantity {
   double background, scale;
 };
 
-/// "response" as it stands (estimator paired), or "weight" minus the uniform load of 1, divided by the overload.
+/// "response" as it stands (estimator paired), "weight" minus the uniform load of 1, divided by the overload, or
+/// "moved_weight".
 /// Throws InputError where the ensemble holds neither.
 ResponseQuantity response_quantity(const BlockSums& sums, double overload);
 
 /// Whether the sums are those of the estimator multiplexed: spectra of cross-correlations instead of profiles.
 bool holds_correlations(const BlockSums& sums);
-/// The first recorded layer that holds a response: layer 0 of the estimators multiplexed and fluctuation holds what the
-/// others are divided by.
+/// Or those of the estimator point whose loads are moved, on the ring of response_columns: layer 0 is what they are
+/// divided by, mode by mode.
+bool holds_moved_weights(const BlockSums& sums);
+/// The first recorded layer that holds a response: layer 0 of the estimators multiplexed and fluctuation, and of moved
+/// loads, holds what the others are divided by.
 std::size_t first_response(const BlockSums& sums);
 /// The realised spectrum of the loads, which is the correlation of layer 0: laid out as in
-/// ensemble/multiplexed_estimator.h. The response is the ratio of sums over blocks of the correlation and this. Throws
-/// InputError where layer 0 is not recorded.
+/// ensemble/multiplexed_estimator.h; of moved loads their correlation by place. The response is the ratio of sums over
+/// blocks of the correlation and this. Throws InputError where layer 0 is not recorded.
 LayerSums load_spectrum_sums(const BlockSums& sums);
 
 /// The mean response to a unit load at recorded layer number `row`, over the whole ensemble and without each block;
-/// entry i belongs to bead i, the loaded bead being Lattice::middle().
+/// entry i belongs to bead i of the response's ring, the loaded bead being its Lattice::middle().
 BlockMeans mean_response(const BlockSums& sums, std::size_t row, double overload);
 
 /// One ensemble handed to the analysis: what was drawn, and what came of it.

@@ -38,6 +38,12 @@ PrecisionLook look_at_precision(const PrecisionSpec& asked, const Transport& mea
   return look;
 }
 
+double worth_of_sample(const EnsembleSpec& spec) {
+  if (spec.response.opposite) return worth_of_opposite_pair;
+  const double variance = moves_loads(spec) && spec.response.coupled ? std::clamp(2 * spec.sampler.mu, 0.2, 1.0) : 1;
+  return overloads_of(spec) / variance;
+}
+
 ExpectedErrors expected_errors(double mu, bool multiplexed, double load, int columns, std::uint64_t samples) {
   constexpr double piles = 3461, wide = 500, worth_at_half = 90;
   double in_overloaded_piles = static_cast<double>(samples) * load * load;

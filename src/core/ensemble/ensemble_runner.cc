@@ -267,7 +267,8 @@ std::optional<SamplingFailure> replay(const EnsembleSpec& spec, std::uint64_t sa
     case EstimatorName::fluctuation:
       break;
   }
-  return make_sampler(spec.sampler, pile.lattice)->draw(sample, top_load(spec), pile);
+  return make_sampler(spec.sampler, pile.lattice)
+      ->draw(numbers_of(spec, sample), top_load(spec, overloaded_bead(spec, sample)), pile);
 }
 
 namespace {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <functional>
 #include <iterator>
 #include <numeric>
@@ -35,6 +36,7 @@ EstimatorName estimator_named(const std::string& name) { return named_in(estimat
 std::vector<Key> keys_of(ResponseSpec& spec) {
   const std::string table = "response", estimator = "estimator", multiplexed = name_of(EstimatorName::multiplexed),
                     fluctuation = name_of(EstimatorName::fluctuation);
+  const std::vector<std::string> point = {name_of(EstimatorName::point)};
   const std::vector<std::string> loaded = {name_of(EstimatorName::point), name_of(EstimatorName::paired)};
   return {
       make_name_key(
@@ -50,6 +52,15 @@ std::vector<Key> keys_of(ResponseSpec& spec) {
                                "paper has 1)"}
                    .within(1e-6, 1e6))
           .only_under(estimator, loaded, Elsewhere::ignored),
+      make_key(table, "overloads", "",
+               "point: so many top beads carry the overload, evenly spaced; 0: as many as stand far enough apart",
+               spec.overloads, KeyRange{}.within(0, most_overloads))
+          .only_under(estimator, point),
+      make_key(table, "coupled", "",
+               "point: the eight piles of a group share their random numbers, and what they share is taken off; their "
+               "overloads stand on different beads. The same expectation, from fewer piles",
+               spec.coupled)
+          .only_under(estimator, point),
       make_key(table, "epsilon", "loads of one top bead",
                "by how much each top load is raised or lowered (multiplexed)", spec.epsilon,
                KeyRange{.why = "some top beads carry 1 - epsilon, and one without load has no solution beside loaded "
@@ -133,7 +144,7 @@ std::vector<int> recorded_layers(const EnsembleSpec& spec) {
   if (layers.empty()) {
     layers.resize(static_cast<std::size_t>(spec.lattice.layers));
     std::iota(layers.begin(), layers.end(), 0);
-  } else if (!loads_one_bead(spec.response.estimator) && layers.front() != 0) {
+  } else if ((!loads_one_bead(spec.response.estimator) || moves_loads(spec)) && layers.front() != 0) {
     layers.insert(layers.begin(), 0);
   }
   return layers;
@@ -153,6 +164,52 @@ Problem find_fluctuation_problem(const EnsembleSpec& spec) {
       "{} of response and {} at the bottom need {}; each base beyond the first one takes {} more",
       spec.lattice.layers, plan.layers_needed - plan.reference - plan.lags.back() - unused - 1, plan.reference,
       plan.lags.back(), unused + 1, plan.layers_needed, spec.response.base_step);
+}
+
+constexpr double most_mu_of_several = 0.5;  ///< for which several overloads were held against one
+constexpr int beyond_cone = 32;             ///< beads that repairs carry influence beyond it
+
+/// The deepest layer in which a response is looked for.
+int deepest_response(const EnsembleSpec& spec) {
+  const int deepest = spec.lattice.layers - 1 - bottom_margin_of(spec.sampler.model);
+  return std::clamp(spec.layers.empty() ? deepest : spec.layers.back(), 0, std::max(0, deepest));
+}
+
+/// Columns that each of several overloads needs for itself.
+double columns_of_overload(const EnsembleSpec& spec) {
+  const int deepest = deepest_response(spec), cone = deepest + 1;
+  if (!spec.sampler.model.is_beads()) return std::max(1.0 * cone, columns_needed(spec.sampler, deepest));
+  return std::max(cone + 2.0 * beyond_cone, columns_needed(spec.sampler.mu, deepest));
+}
+
+bool may_have_several(const EnsembleSpec& spec) {
+  return spec.sampler.law == Law::granusolve && spec.sampler.mu <= most_mu_of_several;
+}
+
+Problem find_overload_problem(const EnsembleSpec& spec) {
+  const ResponseSpec& response = spec.response;
+  if (response.coupled && spec.sampler.law == Law::polytope) {
+    return problem("coupled", "a chain of the law polytope belongs to one load; leave coupled out");
+  }
+  if (!moves_loads(spec) || response.overloads <= 1) return {};
+  if (spec.lattice.columns % response.overloads != 0) {
+    return problem("overloads",
+                   "{} overloads do not stand evenly on {} columns; give a divisor, or 0 for as many as fit",
+                   response.overloads, spec.lattice.columns);
+  }
+  if (!may_have_several(spec)) {
+    return problem("overloads",
+                   "several overloads in a pile were held against one of the law granusolve up to mu = {} only; beyond "
+                   "it influence goes around the ring; give 1, or 0 for as many as fit",
+                   most_mu_of_several);
+  }
+  const double needed = columns_of_overload(spec);
+  if (response_columns(spec) >= needed) return {};
+  return problem(
+      "overloads",
+      "{} overloads on {} columns: down to layer {} each needs {:.0f} columns for itself, or their responses "
+      "meet; give 0 for as many as fit",
+      response.overloads, spec.lattice.columns, deepest_response(spec), std::ceil(needed));
 }
 
 /// What of the estimators makes no sense with a model other than the beads.
@@ -191,6 +248,7 @@ Problem find_problem(const EnsembleSpec& spec) {
   if (auto found = find_problem(spec.sampler)) return found;
   if (auto found = find_problem(spec.response, spec.lattice)) return found;
   if (auto found = find_model_problem(spec)) return found;
+  if (auto found = find_overload_problem(spec)) return found;
   const EstimatorName estimator = spec.response.estimator;
   if (estimator != EstimatorName::point && spec.load != Load::point) {
     return problem("load", "the estimator {} brings its own loads; leave the load at point", name_of(estimator));
@@ -220,6 +278,8 @@ bool is_tilt(const Key& key) {
   return key.name == "load_angle" || key.name == "load_offset" || key.name == "bead_weight";
 }
 
+bool is_of_moved_loads(const Key& key) { return key.name == "overloads" || key.name == "coupled"; }
+
 /// Counted up when the sums of an estimator came to hold more.
 std::string versions_of_sums(const EnsembleSpec& spec) {
   return std::string(spec.response.estimator == EstimatorName::paired ? "paired_sums=3\n" : "") +
@@ -230,12 +290,14 @@ std::string versions_of_sums(const EnsembleSpec& spec) {
 
 std::string configuration_text(const EnsembleSpec& spec) {
   EnsembleSpec copy = spec;  // keys could set what they print
+  copy.response.overloads = overloads_of(spec);
   const std::vector<Key> keys = keys_of(copy);
   std::string text = fmt::format("sampling_version={}\n{}", sampling_version, configuration_text(spec.sampler.model));
   for (const Key& key : keys) {
     const bool counting = counts(key, keys) && !(key.name == "overload" && spec.load != Load::point);
     if (!counting && key.only.elsewhere == Elsewhere::left_out) continue;
     if (is_tilt(key) && std::get<double>(key.get()) == 0) continue;
+    if (is_of_moved_loads(key) && !moves_loads(spec)) continue;
     if (key.name == "samples") text += versions_of_sums(spec);
     // What an estimator ignores changes no number.
     text += fmt::format("{}={}\n", key.name, !counting && key.only.elsewhere == Elsewhere::ignored ? "0" : key.text());
@@ -271,12 +333,61 @@ EnsembleSpec ensemble_configured(const std::string& configuration) {
   return spec;
 }
 
-std::vector<double> top_load(const EnsembleSpec& spec) {
-  const Lattice lattice(spec.lattice);
-  std::vector<double> load(static_cast<std::size_t>(lattice.columns()), 1.0);
-  if (spec.load == Load::point && loads_one_bead(spec.response.estimator))
-    load[static_cast<std::size_t>(lattice.middle())] += spec.response.overload;
+std::vector<double> top_load(const EnsembleSpec& spec, int bead) {
+  const int columns = spec.lattice.columns, overloads = overloads_of(spec);
+  std::vector<double> load(static_cast<std::size_t>(columns), 1.0);
+  if (spec.load != Load::point || !loads_one_bead(spec.response.estimator)) return load;
+  for (int n = 0; n < overloads; ++n) {
+    load[static_cast<std::size_t>((bead + n * (columns / overloads)) % columns)] += spec.response.overload;
+  }
   return load;
+}
+
+std::vector<double> top_load(const EnsembleSpec& spec) { return top_load(spec, Lattice(spec.lattice).middle()); }
+
+double expected_width(double mu, double z) { return std::sqrt(1 + 2.2 * std::pow(mu, 2.5) * z); }
+
+double expected_speed(double mu) { return mu > 1 ? tan30 + 0.8 * std::pow(mu - 1, 2) : tan30; }
+
+// Up to tan30 the peaks stay clear of each other by four widths each; where friction makes them faster, by two each:
+// the fit knows their images on the ring, but not which of two that coincide is which.
+double columns_needed(double mu, int layer) {
+  const double z = Lattice::depth(layer), width = expected_width(mu, z);
+  return std::max(2 * tan30 * z + 8 * width, 2 * expected_speed(mu) * z + 4 * width);
+}
+
+// Other models hand nothing on faster than c0, and are no wider than positive legs or the one peak of the q-model.
+double columns_needed(const SamplerSpec& sampler, int layer) {
+  if (sampler.model.has_contacts()) return columns_needed(sampler.mu, layer);
+  constexpr double widest = 0.3;
+  const double z = rows_of(sampler.model).depth(layer);
+  return 2 * tan30 * z + 8 * std::sqrt(widest * z + 1);
+}
+
+int overloads_of(const EnsembleSpec& spec) {
+  if (spec.response.estimator != EstimatorName::point) return 1;
+  if (spec.response.overloads > 0) return spec.response.overloads;
+  if (!may_have_several(spec)) return 1;
+  const int columns = spec.lattice.columns;
+  int overloads = std::clamp(static_cast<int>(columns / columns_of_overload(spec)), 1, most_overloads);
+  while (columns % overloads != 0) --overloads;
+  return overloads;
+}
+
+int response_columns(const EnsembleSpec& spec) { return spec.lattice.columns / overloads_of(spec); }
+
+bool moves_loads(const EnsembleSpec& spec) {
+  return spec.response.estimator == EstimatorName::point && spec.load == Load::point &&
+         (spec.response.coupled || overloads_of(spec) > 1);
+}
+
+std::uint64_t numbers_of(const EnsembleSpec& spec, std::uint64_t sample) {
+  return moves_loads(spec) && spec.response.coupled ? sample - sample % group_size : sample;
+}
+
+int overloaded_bead(const EnsembleSpec& spec, std::uint64_t sample) {
+  if (!moves_loads(spec) || !spec.response.coupled) return Lattice(spec.lattice).middle();
+  return RandomKey(spec.sampler.seed, sample).loaded_bead(response_columns(spec));
 }
 
 namespace {
@@ -294,6 +405,7 @@ std::string replay_command(const EnsembleSpec& spec, std::uint64_t sample) {
   constexpr std::array always = {"law", "mu", "columns", "layers", "seed"};
   constexpr std::array of_many = {"estimator", "samples", "blocks"};  // and not of one pile
   EnsembleSpec copy = spec, usual;                                    // keys could set what they print
+  copy.response.overloads = overloads_of(spec);
   const std::vector<Key> keys = keys_of(copy), usual_keys = keys_of(usual), of_model = keys_of(copy.sampler.model);
   std::string command = "granuscope sample";
   if (!spec.sampler.model.is_beads()) {  // of the models whose piles can fail

@@ -28,6 +28,7 @@ inline constexpr std::uint64_t group_size = 8;
 
 // Limits of ResponseSpec.
 inline constexpr double least_epsilon = 1e-6, epsilon_limit = 1;  ///< the latter is outside
+inline constexpr int most_overloads = 64;                         ///< of a pile
 inline constexpr int min_blocks = 8;                              ///< fewest that give a standard error
 inline constexpr int most_blocks = 10'000;                        ///< more give no better one
 inline constexpr std::uint64_t most_samples = 1'000'000'000;      ///< of one seed
@@ -39,6 +40,8 @@ int longest_run(const LatticeSpec& lattice);
 struct ResponseSpec {
   EstimatorName estimator = EstimatorName::point;
   double overload = 1.0;  ///< extra force on the middle top bead (point, paired)
+  int overloads = 1;      ///< point: so many top beads have it, evenly spaced; 0: as many as fit (overloads_of)
+  bool coupled = false;   ///< point: the piles of a group share their numbers, and their loads stand apart
   double epsilon = 0.25;  ///< share by which each top load is raised or lowered (multiplexed)
   bool opposite = false;  ///< multiplexed: each pile once more with all variations reversed, from the same numbers
   int sign_run = 1;       ///< multiplexed: neighbouring top beads varied alike, see multiplexed_estimator.h
@@ -138,8 +141,40 @@ std::uint64_t group_of_block(const EnsembleSpec& spec, int block, std::uint64_t 
 /// Samples of a block that are in the first `groups` groups of the ensemble.
 std::uint64_t samples_in_block(const EnsembleSpec& spec, int block, std::uint64_t groups);
 
-/// The load on every top bead of the estimator point, shape [columns].
+/// The load on every top bead of the estimator point, shape [columns], with its first overload on a bead; or on the
+/// middle one.
+std::vector<double> top_load(const EnsembleSpec& spec, int bead);
 std::vector<double> top_load(const EnsembleSpec& spec);
+
+/// Expected width W of a response peak in bead diameters at depth z, for making sure that the two peaks stay apart:
+/// W^2 = 1 + D z with D = 2.2 mu^2.5, which lies above every D measured on 500 x 200 beads up to mu = 0.5.
+double expected_width(double mu, double z);
+
+/// Expected speed x_p/z of a peak, for the same purpose: tan 30 degrees, which no peak exceeds up to mu = 1, and
+/// 0.8 (mu - 1)^2 more beyond. Lies above what 800 x 200 beads show: 0.61 at mu = 1.3, 0.68 at 1.5, 0.89 at 1.7.
+double expected_speed(double mu);
+
+/// Columns of a ring on which the two peaks of the response are still apart down to `layer`; of any model.
+double columns_needed(double mu, int layer);
+double columns_needed(const SamplerSpec& sampler, int layer);
+
+/// How many overloads a pile of the estimator point carries, a divisor of the columns. With overloads = 0 as many as
+/// stand so far apart that the response to each is the same as to one alone: beads of the law granusolve up to
+/// mu = 0.5, whose repairs carry hardly anything beyond the cone |x| <= layer/2, and 32 beads on either side of it.
+int overloads_of(const EnsembleSpec& spec);
+
+/// Columns of the ring that the response is one of: a pile of several overloads is as many such rings, laid on each
+/// other.
+int response_columns(const EnsembleSpec& spec);
+
+/// Whether the loads of the estimator point do not stand on the middle bead of every pile, so that its sums are
+/// "moved_weight" (point_estimator.h).
+bool moves_loads(const EnsembleSpec& spec);
+
+/// The random numbers that a sample of the estimator point is drawn from: those of the first one of its group if they
+/// are coupled; and the first of its overloaded beads.
+std::uint64_t numbers_of(const EnsembleSpec& spec, std::uint64_t sample);
+int overloaded_bead(const EnsembleSpec& spec, std::uint64_t sample);
 
 /// The command that draws one pile of the ensemble again.
 std::string replay_command(const EnsembleSpec& spec, std::uint64_t sample);

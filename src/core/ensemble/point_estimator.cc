@@ -8,20 +8,30 @@
 #include "sampling/pile_group.h"
 
 namespace granuscope {
+namespace {
+
+const char* quantity_of(const EnsembleSpec& spec) { return moves_loads(spec) ? "moved_weight" : "weight"; }
+
+}  // namespace
+
 std::vector<QuantityShape> PointEstimator::quantities(const EnsembleSpec& spec) {
   std::vector<QuantityShape> all = LayerObservables::quantities(spec);
-  if (spec.record_profiles) all.push_back({"weight", spec.lattice.columns});
+  if (spec.record_profiles) all.push_back({quantity_of(spec), response_columns(spec)});
   return all;
 }
 
 PointEstimator::PointEstimator(const EnsembleSpec& spec, Samplers samplers, BlockSums& sums, int block)
-    : load_(top_load(spec)),
-      loads_(piles_at_once(spec), load_),
+    : spec_(spec),
+      moves_(moves_loads(spec)),
+      // Whole groups, so that what one shares is known.
+      loads_(std::max(piles_at_once(spec), moves_ ? std::size_t{group_size} : 1), top_load(spec)),
+      beads_(loads_.size()),
+      shared_(static_cast<std::size_t>(spec.lattice.columns)),
       sampler_(samplers.first),
       layers_(sums.layers),
       observables_(spec, sums, block),
       profiles_(spec.record_profiles),
-      weight_(profiles_ ? BlockSlice(sums, "weight", block) : BlockSlice()) {}
+      weight_(profiles_ ? BlockSlice(sums, quantity_of(spec), block) : BlockSlice()) {}
 
 std::optional<SamplingFailure> PointEstimator::measure(std::uint64_t sample) {
   std::optional<SamplingFailure> failure;
@@ -29,15 +39,37 @@ std::optional<SamplingFailure> PointEstimator::measure(std::uint64_t sample) {
   return failure;
 }
 
-void PointEstimator::measure_samples(std::span<const std::uint64_t> samples,
-                                     std::span<std::optional<SamplingFailure>> failures) {
-  draw_alike(sampler_, loads_, samples, failures, [&](const PileGroup& group, auto of_group) { add(group, of_group); });
+void PointEstimator::choose_loads(std::span<const std::uint64_t> samples) {
+  numbers_.clear();
+  for (std::size_t k = 0; k < samples.size(); ++k) {
+    numbers_.push_back(numbers_of(spec_, samples[k]));
+    beads_[k] = overloaded_bead(spec_, samples[k]);
+    if (spec_.response.coupled) loads_[k] = top_load(spec_, beads_[k]);
+  }
 }
 
-void PointEstimator::add(const PileGroup& group, std::span<const std::optional<SamplingFailure>> failures) {
-  assert_identities(group, failures);
-  observables_.add(group, failures);
-  if (!profiles_) return;
+void PointEstimator::measure_samples(std::span<const std::uint64_t> samples,
+                                     std::span<std::optional<SamplingFailure>> failures) {
+  for (std::size_t done = 0; done < samples.size(); done += loads_.size()) {
+    const std::size_t count = std::min(loads_.size(), samples.size() - done);
+    choose_loads(samples.subspan(done, count));
+    const std::vector<std::span<const double>> loads(loads_.begin(),
+                                                     loads_.begin() + static_cast<std::ptrdiff_t>(count));
+    const auto of_these = failures.subspan(done, count);
+    const auto groups = sampler_.draw_groups(numbers_, loads, of_these);
+    std::size_t first = 0;
+    for (const PileGroup& group : groups) {
+      const auto of_group = of_these.subspan(first, group.piles);
+      assert_identities(group, of_group);
+      observables_.add(group, of_group);
+      if (profiles_ && !moves_) add_weights(group, of_group);
+      first += group.piles;
+    }
+    if (profiles_ && moves_) add_moved(groups, of_these);
+  }
+}
+
+void PointEstimator::add_weights(const PileGroup& group, Failures failures) {
   const auto columns = static_cast<std::size_t>(group.lattice.columns());
   for (std::size_t l = 0; l < layers_.size(); ++l) {
     const std::size_t row = group.row(layers_[l]);
@@ -45,6 +77,48 @@ void PointEstimator::add(const PileGroup& group, std::span<const std::optional<S
     for (std::size_t i = 0; i < columns; ++i) {
       for (std::size_t k = 0; k < group.piles; ++k) {
         if (!failures[k]) weight_.add(l, i, group.weight(row + i * group.stride + k) - of_beads);
+      }
+    }
+  }
+}
+
+void PointEstimator::add_moved(std::span<const PileGroup> groups, Failures failures) {
+  // The piles one after the other, and those that share their numbers.
+  struct Place {
+    const PileGroup* group;
+    std::size_t lane;
+  };
+  std::vector<Place> piles;
+  for (const PileGroup& group : groups) {
+    for (std::size_t k = 0; k < group.piles; ++k) piles.push_back({&group, k});
+  }
+  const std::size_t columns = shared_.size(), part = static_cast<std::size_t>(response_columns(spec_));
+  for (std::size_t begin = 0, end = 0; begin < piles.size(); begin = end) {
+    end = begin + 1;
+    while (end < piles.size() && numbers_[end] == numbers_[begin]) ++end;
+    const auto alive =
+        static_cast<double>(std::count(failures.begin() + static_cast<std::ptrdiff_t>(begin),
+                                       failures.begin() + static_cast<std::ptrdiff_t>(end), std::nullopt));
+    for (std::size_t l = 0; l < layers_.size(); ++l) {
+      // Calls body(i, weight of bead i) for the beads of the layer.
+      const auto for_each_weight = [&](std::size_t pile, auto body) {
+        const PileGroup& group = *piles[pile].group;
+        std::size_t entry = group.row(layers_[l]) + piles[pile].lane;
+        for (std::size_t i = 0; i < columns; ++i, entry += group.stride) body(i, group.weight(entry));
+      };
+      const double mean = mean_weight(spec_.sampler.bead_weight, layers_[l]);
+      std::fill(shared_.begin(), shared_.end(), spec_.response.coupled ? 0 : mean);
+      for (std::size_t pile = begin; spec_.response.coupled && pile < end; ++pile) {
+        if (!failures[pile]) for_each_weight(pile, [&](std::size_t i, double weight) { shared_[i] += weight / alive; });
+      }
+      for (std::size_t pile = begin; pile < end; ++pile) {
+        if (failures[pile]) continue;
+        // The overloaded bead comes to stand in the middle of the part.
+        std::size_t to = (part / 2 + part - static_cast<std::size_t>(beads_[pile]) % part) % part;
+        for_each_weight(pile, [&](std::size_t i, double weight) {
+          weight_.add(l, to, weight - shared_[i]);
+          if (++to == part) to = 0;
+        });
       }
     }
   }

@@ -9,6 +9,17 @@ namespace granuscope {
 /// bead less the mean of what beads weigh by themselves down to its layer, from which the analysis takes the uniform
 /// load away. Under a uniform load there is no response to measure; the numbers per layer alone then give the thrust
 /// ratio.
+///
+/// A pile of n overloads, columns/n apart, is a measurement of n responses, which are laid on each other. With
+/// `coupled` the piles of a group are drawn from the same random numbers and loaded on beads s_k that are drawn for
+/// each: what they have in common is noise, and its mean over the group is taken off. Instead of "weight" the sums are
+/// then
+///   "moved_weight"   sum over the n overloads of (w_k(s_k + x) - mean of w over the group, or of all beads),
+/// entry i of [columns/n] belonging to x = i - middle. Its expectation is the response convolved with that of layer 0,
+/// where w is the load: in a mode m of the ring it is P_m times the sum over piles of |load_k - mean of the loads|^2.
+/// The analysis divides by layer 0, and finds the P of a single overload without bias (analysis/mean_response.h).
+/// Against piles of their own numbers the variance of c was 0.26, 0.29, 0.40, 0.55, 0.87 at mu = 0.1, 0.15, 0.2, 0.3,
+/// 0.4; the numbers per layer see one pile for eight.
 class PointEstimator final : public Estimator {
  public:
   static std::vector<QuantityShape> quantities(const EnsembleSpec& spec);
@@ -18,10 +29,18 @@ class PointEstimator final : public Estimator {
                        std::span<std::optional<SamplingFailure>> failures) override;
 
  private:
-  void add(const PileGroup& group, std::span<const std::optional<SamplingFailure>> failures);
+  using Failures = std::span<const std::optional<SamplingFailure>>;
 
-  std::vector<double> load_;
-  std::vector<std::span<const double>> loads_;  ///< the same for each pile drawn at once
+  void choose_loads(std::span<const std::uint64_t> samples);
+  void add_weights(const PileGroup& group, Failures failures);
+  void add_moved(std::span<const PileGroup> groups, Failures failures);
+
+  EnsembleSpec spec_;
+  bool moves_;
+  std::vector<std::vector<double>> loads_;  ///< of each pile drawn at once
+  std::vector<int> beads_;                  ///< the first overloaded one of each
+  std::vector<std::uint64_t> numbers_;      ///< which they are drawn from
+  std::vector<double> shared_;              ///< [columns], of one layer
   Sampler& sampler_;
   const std::vector<int>& layers_;
   LayerObservables observables_;

@@ -91,8 +91,8 @@ std::span<const PileGroup> GranusolveSampler::draw_groups(std::span<const std::u
                                                           std::span<std::optional<SamplingFailure>> failures) {
   groups_.clear();
   drawn_alone_ = 0;
-  // Only eight samples from a multiple of eight on share the order of their layers; a part of them is drawn with empty
-  // lanes, a single one by itself.
+  // Only eight samples from a multiple of eight on share the order of their layers, or the same sample under several
+  // loads; a part of them is drawn with empty lanes, a single one by itself.
   struct Part {
     std::size_t begin, count;
     GranusolveGroup* together;
@@ -103,8 +103,9 @@ std::span<const PileGroup> GranusolveSampler::draw_groups(std::span<const std::u
   for (std::size_t done = 0; done < loads.size(); done += parts.back().count) {
     const std::uint64_t sample = samples[done];
     std::size_t count = 1;
-    while (done + count < samples.size() && samples[done + count] == sample + count &&
-           (sample + count) % group_lanes != 0) {
+    const bool same = done + 1 < samples.size() && samples[done + 1] == sample;
+    while (done + count < samples.size() && samples[done + count] == (same ? sample : sample + count) &&
+           (same ? count < group_lanes : (sample + count) % group_lanes != 0)) {
       ++count;
     }
     parts.push_back({done, count, nullptr});
@@ -114,7 +115,7 @@ std::span<const PileGroup> GranusolveSampler::draw_groups(std::span<const std::u
       together_.push_back(std::make_unique<GranusolveGroup>(spec_, lattice_, kept_layers_, *this));
     }
     parts.back().together = together_[together.size()].get();
-    parts.back().together->prepare(sample, loads.subspan(done, count), failures.subspan(done, count));
+    parts.back().together->prepare(sample, same, loads.subspan(done, count), failures.subspan(done, count));
     together.push_back(parts.back().together);
   }
   for (std::size_t g = 0; g < together.size(); g += 2) {

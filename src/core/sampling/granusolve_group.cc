@@ -100,7 +100,8 @@ GroupRow GranusolveGroup::row(int layer) const {
   return {V_R_.get() + at, V_L_.get() + at, H_.get() + at, H_R_.get() + at};
 }
 
-void GranusolveGroup::prepare(std::uint64_t first_sample, std::span<const std::span<const double>> loads,
+void GranusolveGroup::prepare(std::uint64_t first_sample, bool same_sample,
+                              std::span<const std::span<const double>> loads,
                               std::span<std::optional<SamplingFailure>> failures) {
   const auto columns = static_cast<std::size_t>(lattice_.columns());
   front_.times = PhaseTimes::current();
@@ -121,11 +122,11 @@ void GranusolveGroup::prepare(std::uint64_t first_sample, std::span<const std::s
   front_.failing = reinterpret_cast<std::uint8_t*>(failing_.get() + words_before);
   front_.changed = reinterpret_cast<std::uint8_t*>(changed_.get() + words_before);
   for (std::size_t k = 0; k < group_lanes; ++k) {
-    front_.sample[k] = static_cast<std::uint32_t>(first_sample + k);
+    front_.sample[k] = static_cast<std::uint32_t>(same_sample ? first_sample : first_sample + k);
     front_.pairs[k] = 0;
     const bool used = k < loads.size();
     solvers_[k]->take_counts();
-    if (used) solvers_[k]->begin_pile(first_sample + k, loads[k]);
+    if (used) solvers_[k]->begin_pile(front_.sample[k], loads[k]);
     for (std::size_t i = 0; i < columns; ++i) half_load_[i * group_lanes + k] = used ? loads[k][i] / 2 : 0.5;
   }
 }
@@ -183,7 +184,8 @@ PileGroup GranusolveGroup::piles() const {
           .mu = spec_.mu,
           .law = name_of(Law::granusolve),
           .seed = spec_.seed,
-          .first_sample = front_.sample[0]};
+          .first_sample = front_.sample[0],
+          .sample_step = loads_.size() > 1 ? front_.sample[1] - front_.sample[0] : 1U};
 }
 
 SamplerCounts GranusolveGroup::take_counts() {

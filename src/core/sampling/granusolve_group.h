@@ -52,8 +52,8 @@ class GranusolveGroup {
   static double memory(const Lattice& lattice, const KeptLayers* kept = nullptr);
 
   /// At most eight piles that share the order of their layers: what draw() of this group, or of two at once, is to
-  /// draw.
-  void prepare(std::uint64_t first_sample, std::span<const std::span<const double>> loads,
+  /// draw. They are consecutive samples, or the same one under several loads.
+  void prepare(std::uint64_t first_sample, bool same_sample, std::span<const std::span<const double>> loads,
                std::span<std::optional<SamplingFailure>> failures);
 
   /// Draws the piles last prepared.

@@ -73,7 +73,7 @@ Pile pile_of(const PileGroup& group, std::size_t k) {
   pile.mu = group.mu;
   pile.law = group.law;
   pile.seed = group.seed;
-  pile.sample = group.first_sample + k;
+  pile.sample = group.first_sample + group.sample_step * k;
   return pile;
 }
 
@@ -147,7 +147,8 @@ void assert_identities(const PileGroup& group, std::span<const std::optional<Sam
   if (group.residuals.empty()) found = identity_residuals(group);
   for (std::size_t k = 0; k < group.piles; ++k) {
     const IdentityResiduals& residuals = group.residuals.empty() ? found[k] : group.residuals[k];
-    if (!failures[k]) assert_identities(residuals, group.law, group.mu, group.seed, group.first_sample + k);
+    if (!failures[k])
+      assert_identities(residuals, group.law, group.mu, group.seed, group.first_sample + group.sample_step * k);
   }
 }
 

@@ -51,6 +51,7 @@ struct PileGroup {
   double mu = 0;
   std::string law;
   std::uint64_t seed = 0, first_sample = 0;
+  std::uint64_t sample_step = 1;  ///< from pile to pile; 0: one sample under several loads
 
   /// Entry of pile 0's first bead of a kept layer. Throws std::logic_error if the layer was not kept.
   std::size_t row(int layer) const { return lattice.index(place_of(layer), 0) * stride; }

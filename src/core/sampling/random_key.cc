@@ -9,7 +9,7 @@ namespace {
 
 // The low byte of the last counter word tells the streams apart, the other 24 bits are the attempt.
 // Stream 0 belongs to the first attempts (layer_kernels.cc), stream 1 to the later ones.
-enum Stream : std::uint32_t { order_stream = 2, chain_stream = 3, pilot_stream = 4, load_stream = 8 };
+enum Stream : std::uint32_t { order_stream = 2, chain_stream = 3, pilot_stream = 4, place_stream = 7, load_stream = 8 };
 
 r123::Philox4x32::ctr_type philox(std::uint64_t seed, std::uint32_t bead, int layer, std::uint32_t sample,
                                   std::uint32_t attempt, std::uint32_t stream) {
@@ -46,6 +46,11 @@ bool RandomKey::load_bit(int bead) const {
   const auto at = static_cast<std::uint32_t>(bead);
   const auto words = philox(seed_, at / 128, 0, sample_, 0, load_stream);
   return (words[at / 32 % 4] >> (at % 32) & 1) != 0;
+}
+
+int RandomKey::loaded_bead(int beads) const {
+  const auto words = philox(seed_, 0, 0, sample_, 0, place_stream);
+  return static_cast<int>(static_cast<std::uint64_t>(words[0]) * static_cast<std::uint64_t>(beads) >> 32);
 }
 
 std::optional<PairDraw> draw_truncated_pair(Interval A, Interval B, Interval D, double u_difference, double u_chord) {

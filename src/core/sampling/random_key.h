@@ -34,6 +34,8 @@ class RandomKey {
 
   /// A fair bit for each top bead, for loads that are themselves random.
   bool load_bit(int bead) const;
+  /// One of the first `beads` top beads, each as likely, for a load that stands anywhere.
+  int loaded_bead(int beads) const;
 
   /// The numbers of one move of the chain that belongs to this key, `bead` being any number the chain gives to a move.
   UniformPair chain_move(int layer, int bead, std::uint32_t sweep) const;

@@ -85,9 +85,11 @@ std::span<const PileGroup> RowModelSampler::draw_groups(std::span<const std::uin
   groups_.clear();
   std::fill(failures.begin(), failures.end(), std::nullopt);
   for (std::size_t done = 0, count = 0; done < samples.size(); done += count) {
-    // Runs of consecutive samples, so that two runs of the same ones make groups alike.
+    // Runs of consecutive samples, so that two runs of the same ones make groups alike; or of the same one.
     count = 1;
-    while (count < group_lanes && done + count < samples.size() && samples[done + count] == samples[done] + count) {
+    const std::uint64_t step = done + 1 < samples.size() && samples[done + 1] == samples[done] ? 0 : 1;
+    while (count < group_lanes && done + count < samples.size() &&
+           samples[done + count] == samples[done] + step * count) {
       ++count;
     }
     throw_if_interrupted();
@@ -109,7 +111,8 @@ std::span<const PileGroup> RowModelSampler::draw_groups(std::span<const std::uin
                        .mu = 0,
                        .law = name_of(spec_.model.name),
                        .seed = spec_.seed,
-                       .first_sample = samples[done]});
+                       .first_sample = samples[done],
+                       .sample_step = step});
     const auto rows = static_cast<std::uint64_t>(layers_.back()) + 1;
     counts_.tries += count;
     counts_.beads += count * rows * static_cast<std::uint64_t>(lattice_.columns());

@@ -41,6 +41,7 @@ constexpr const char *load_unit = "loads of one top bead", *squared_load = "squa
                      *pure = "dimensionless";
 constexpr QuantityMeaning meanings[] = {
     {"weight", load_unit, squared_load},
+    {"moved_weight", load_unit, squared_load, "distance from the overloaded bead, which is the middle one"},
     {"response", pure, pure},
     {"correlation", pure, pure, "mode"},
     {"correlation_H", pure, pure, "mode"},

@@ -67,9 +67,9 @@ void put_fit_on_the_right(Field& field, const Transport& transport) {
 }
 
 Field response_field(const MeasuredEnsemble& ensemble, const Transport& transport) {
-  const Lattice lattice(ensemble.spec.lattice);
+  const Lattice lattice({response_columns(ensemble.spec), 2});
   const RowGeometry rows = ensemble.record.sums.rows;
-  const auto columns = static_cast<std::size_t>(ensemble.spec.lattice.columns);
+  const auto columns = static_cast<std::size_t>(lattice.columns());
   Field field;
   field.key_title = label("field");
   const std::vector<int>& layers = ensemble.record.sums.layers;

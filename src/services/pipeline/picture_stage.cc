@@ -296,7 +296,7 @@ PictureOutcome render_response_field(const Experiment& experiment, Field field, 
   SceneSpec spec = experiment.force_chains.scene;
   spec.scene = "field";
   spec.colour_map = "grey";
-  const double last = field.rows.back().z, half = 0.5 * experiment.lattice.columns;
+  const double last = field.rows.back().z, half = 0.5 * static_cast<double>(field.rows.back().values.size());
   // A little more than the light cone of the frictionless pile; layers as the scene counts them.
   const double reach = std::min(half - 1, std::ceil(tan30 * last) + 10);
   const auto layer_at = [](double z) { return std::round((z - 0.5) / (sqrt3 / 2)); };

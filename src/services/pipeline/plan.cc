@@ -31,7 +31,7 @@ PlannedStep plan_growth(const Experiment& experiment, const RunOptions& options,
   Transport errors;
   const ExpectedErrors expected = expected_errors(
       spec.sampler.mu, multiplexed, multiplexed ? spec.response.epsilon : spec.response.overload, spec.lattice.columns,
-      spec.response.opposite ? worth_of_opposite_pair * spec.response.samples : spec.response.samples);
+      static_cast<std::uint64_t>(worth_of_sample(spec) * static_cast<double>(spec.response.samples)));
   errors.c = {0.5, expected.c, ""};
   errors.D = {0.1, expected.D, ""};
   const std::optional<MeasuredEnsemble> ensemble = reuse_ensemble(planned, options.folder);
