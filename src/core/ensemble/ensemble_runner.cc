@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "ensemble/estimator.h"
+#include "ensemble/fluctuation_estimator.h"
 #include "ensemble/multiplexed_estimator.h"
 #include "sampling/polytope.h"
 #include "support/error.h"
@@ -275,9 +276,10 @@ namespace {
 
 /// Piles drawn side by side by the law that gains most from it, in whole groups.
 constexpr std::uint64_t samples_at_once = 2 * group_size;
-/// Beads of a trial under the law granusolve: those of sixteen piles of the default size.
-constexpr double trial_beads = 1.6e6;
-constexpr int fewest_layers = 32;
+/// Beads of a trial under the law granusolve, for each second it is given.
+constexpr double trial_beads_per_second = 5e6;
+/// Of its piles: fewer cost more for each bead.
+constexpr int fewest_layers = 32, fewest_columns = 64;
 /// A trial shorter than this is not measured but noise.
 constexpr double shortest_trial = 2e-3;
 /// So many piles give the mean of an exponential distribution to a third.
@@ -285,25 +287,33 @@ constexpr std::uint64_t enough_piles = 8;
 /// Tries per pile, or solutions per bead, of the first trial.
 constexpr double first_tries = 64, first_effort = 16;
 
-/// The ensemble with fewer layers where that changes nothing but the amount of work.
-EnsembleSpec shallower(EnsembleSpec spec) {
-  if (spec.sampler.law != Law::granusolve) return spec;
-  if (spec.response.estimator == EstimatorName::fluctuation) return spec;  // what it records is no layer, but a lag
-  const int deepest = spec.lattice.layers;
-  const double wanted = trial_beads / static_cast<double>(samples_at_once) / spec.lattice.columns;
-  spec.lattice.layers =
-      static_cast<int>(std::clamp(wanted, std::min(1.0 * fewest_layers, 1.0 * deepest), 1.0 * deepest));
-  // The same share of the layers is recorded.
-  const double in_proportion = static_cast<double>(spec.lattice.layers) / deepest;
-  const std::vector<int> recorded = recorded_layers(spec);
-  const auto all = static_cast<double>(recorded.size());
-  const auto kept = static_cast<std::size_t>(std::max(1.0, std::round(all * in_proportion)));
-  spec.layers.clear();
-  for (std::size_t k = 0; k < kept; ++k) {
-    const int layer = static_cast<int>(in_proportion * recorded[k * recorded.size() / kept]);
-    if (spec.layers.empty() || layer > spec.layers.back()) spec.layers.push_back(layer);
+/// The ensemble with fewer layers, then fewer columns, where that changes nothing but the amount of work.
+EnsembleSpec smaller(const EnsembleSpec& spec, double seconds) {
+  if (spec.sampler.law != Law::granusolve || spec.sampler.model.name == ModelName::diluted_beads) return spec;
+  EnsembleSpec small = spec;
+  const double beads = trial_beads_per_second * seconds / static_cast<double>(samples_at_once);
+  const auto least = [&](int size, int other, int fewest) {
+    return static_cast<int>(std::clamp(beads / other, 1.0 * std::min(fewest, size), 1.0 * size));
+  };
+  if (spec.response.estimator == EstimatorName::fluctuation) {  // what it records is no layer, but a lag
+    const double enough = 2.0 * fluctuation_plan(spec).layers_needed;
+    small.lattice.layers = least(spec.lattice.layers, spec.lattice.columns, static_cast<int>(enough));
+  } else {
+    small.lattice.layers = least(spec.lattice.layers, spec.lattice.columns, fewest_layers);
+    // The same share of the layers is recorded.
+    const double in_proportion = 1.0 * small.lattice.layers / spec.lattice.layers;
+    const std::vector<int> recorded = recorded_layers(spec);
+    const auto all = static_cast<double>(recorded.size());
+    const auto kept = static_cast<std::size_t>(std::max(1.0, std::round(all * in_proportion)));
+    small.layers.clear();
+    for (std::size_t k = 0; k < kept; ++k) {
+      const int layer = static_cast<int>(in_proportion * recorded[k * recorded.size() / kept]);
+      if (small.layers.empty() || layer > small.layers.back()) small.layers.push_back(layer);
+    }
   }
-  return spec;
+  small.lattice.columns = least(spec.lattice.columns, small.lattice.layers, fewest_columns);
+  small.response.sign_run = std::min(spec.response.sign_run, longest_run(small.lattice));
+  return find_problem(small) ? spec : small;
 }
 
 /// At which a pile is given up, whatever the law counts.
@@ -369,8 +379,9 @@ TimeEstimate estimate_time_of_chains(const EnsembleSpec& spec, double seconds) {
 
 TimeEstimate estimate_time(const EnsembleSpec& spec, double seconds) {
   if (spec.sampler.law == Law::polytope && spec.sampler.mu > 0) return estimate_time_of_chains(spec, seconds);
-  EnsembleSpec trial_spec = shallower(spec);
-  const double in_proportion = static_cast<double>(spec.lattice.layers) / trial_spec.lattice.layers;
+  EnsembleSpec trial_spec = smaller(spec, seconds);
+  const auto beads = [](const LatticeSpec& lattice) { return 1.0 * lattice.columns * lattice.layers; };
+  const double in_proportion = beads(spec.lattice) / beads(trial_spec.lattice);
   const double full = limit_of(spec.sampler), start = processor_seconds();
   double limit = std::min(full, spec.sampler.law == Law::rejection ? first_tries : first_effort);
   for (;; limit = std::min(full, 2 * limit)) {

@@ -67,8 +67,8 @@ struct TimeEstimate {
 
 /// Draws the first piles of the ensemble and keeps nothing, or runs the beginning of the pilot of its chains: what a
 /// pile costs depends on the law, the friction, the size, the estimator and the machine, beyond any rule of thumb.
-/// Takes at most about so many seconds of processor time, beside the first few piles. Of deep piles of the law
-/// granusolve only the upper layers are drawn, since its work is linear in the layers. Piles of laws that draw again
+/// Takes at most about so many seconds of processor time, beside the first few piles. Of large piles of the law
+/// granusolve fewer layers and columns are drawn, since its work is linear in both. Piles of laws that draw again
 /// and again are given up after fewer tries than in the ensemble, and the mean is that of tries which forget the ones
 /// before.
 TimeEstimate estimate_time(const EnsembleSpec& spec, double seconds);

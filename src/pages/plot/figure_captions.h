@@ -52,8 +52,9 @@ struct Wording {
 };
 
 /// Fills `figure`'s title, caption, details, alternative and paper_says from its wording: headings in square
-/// brackets, each followed by its text, which becomes one paragraph. Throws std::logic_error if one is missing.
-void set_captions(Figure& figure, const Wording& wording);
+/// brackets, each followed by its text, which becomes one paragraph. Throws std::logic_error if one is missing. Numbers
+/// have the decimal sign of the catalogue of phrases; without one, of plot/labels.txt.
+void set_captions(Figure& figure, const Wording& wording, std::string_view catalogue = {});
 
 /// "a", "a and b", "a, b and c".
 std::string enumeration(const std::vector<std::string>& items);

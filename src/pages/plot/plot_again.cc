@@ -323,8 +323,10 @@ PlottedFigure plot_again(const fs::path& figures, const std::string& id, const F
   if (recipe && (other_templates || style.language != "en")) {
     Figure figure;
     filled(recipe_file, [&] {
-      set_captions(figure, {name_in_language(recipe->wording.captions, style.language), recipe->wording.variables,
-                            recipe->wording.terms});
+      const Wording& of_run = recipe->wording;
+      const std::string captions = name_in_language(of_run.captions, style.language);
+      set_captions(figure, {captions, of_run.variables, of_run.terms},
+                   captions == of_run.captions ? "" : catalogue_of(style.language));
     });
     plotted.title = figure.title;
     plotted.caption = figure.caption;

@@ -89,7 +89,10 @@ std::string translated(const std::string& text, const Catalogue& catalogue) {
       result += catalogue.decimal_point;
       ++at;
     } else {
-      result += text[at++];
+      const bool parts = text[at] == ',' && catalogue.decimal_point == "," && at > 0 && is_digit(text[at - 1]) &&
+                         at + 2 < text.size() && text[at + 1] == ' ' && is_digit(text[at + 2]);
+      result += parts ? ';' : text[at];
+      ++at;
     }
   }
   return result;
@@ -99,6 +102,12 @@ std::string translated(const std::string& text, const Catalogue& catalogue) {
 
 std::string in_terms(const std::string& text, std::string_view catalogue_text) {
   return catalogue_text.empty() ? text : translated(text, read_catalogue(catalogue_text));
+}
+
+TemplateVariables with_decimal_sign(TemplateVariables variables, std::string_view catalogue_text) {
+  const Catalogue sign{{}, read_catalogue(catalogue_text).decimal_point};
+  for (auto& [name, value] : variables) value = translated(value, sign);
+  return variables;
 }
 
 std::string terms_of(const ScanParameter& parameter) {

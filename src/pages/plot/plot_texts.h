@@ -19,6 +19,10 @@ TemplateVariables plot_colours();
 /// one before one that it holds, and its decimal points. Throws InputError for a line of the catalogue that is none.
 std::string in_terms(const std::string& text, std::string_view catalogue);
 
+/// What fills the places of captions, with the decimal sign of a catalogue; where that is a comma, numbers in a row are
+/// parted by semicolons.
+TemplateVariables with_decimal_sign(TemplateVariables variables, std::string_view catalogue);
+
 /// The catalogue by which texts about friction speak of what else an experiment varies; empty for friction itself.
 std::string terms_of(const ScanParameter& parameter);
 

@@ -150,19 +150,21 @@ ScaleBar scale_bar(const Scene& scene, const Paper& paper) {
 }
 
 /// Narrowest width of the colour scale: its title, or its numbers.
-int narrowest_scale(const std::string& key_title, const Font& font, const Paper& paper) {
-  return std::max(font.width(key_title), paper.mm(scale_minimum_mm));
+int narrowest_scale(const std::vector<std::string>& key_titles, const Font& font, const Paper& paper) {
+  int width = paper.mm(scale_minimum_mm);
+  for (const std::string& title : key_titles) width = std::max(width, font.width(title));
+  return width;
 }
 
 /// What the texts need in width, whatever stands below or beside them.
-int smallest_width(const SceneSpec& spec, const Extent& extent, const std::string& key_title, const Font& font,
-                   const Paper& paper) {
+int smallest_width(const SceneSpec& spec, const Extent& extent, const std::vector<std::string>& key_titles,
+                   const Font& font, const Paper& paper) {
   const Margins margins = side_margins(spec, extent, font, paper);
   // The scale bar is shorter than the window, and so has no more digits.
   const std::string digits(fmt::format("{:.0f}", extent.width()).size(), '0');
   const int title = font.width(fmt::format("{} {}", digits, label("diameters")));
   const int text =
-      std::max({title, font.width(label(x_title)), narrowest_scale(key_title, font, paper)}) + 2 * paper.mm(margin_mm);
+      std::max({title, font.width(label(x_title)), narrowest_scale(key_titles, font, paper)}) + 2 * paper.mm(margin_mm);
   return std::max(margins.left + paper.mm(smallest_plot_mm) + margins.right, text);
 }
 
@@ -178,10 +180,10 @@ double text_pixels(const SceneSpec& spec) {
   return text_points * spec.dpi / points_per_inch;
 }
 
-PlotSize plot_size(const SceneSpec& spec, const Extent& extent, const std::string& key_title) {
+PlotSize plot_size(const SceneSpec& spec, const Extent& extent, const std::vector<std::string>& key_titles) {
   const Font font(text_pixels(spec));
   const Paper paper(spec.dpi);
-  const int smallest = smallest_width(spec, extent, key_title, font, paper);
+  const int smallest = smallest_width(spec, extent, key_titles, font, paper);
   if (spec.width_px < smallest) {
     throw InputError(fmt::format(
         "an image {} pixels wide is too small for labels of {} pt at {} dpi; the smallest width is {} pixels",

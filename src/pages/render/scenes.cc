@@ -164,7 +164,7 @@ std::string key_title_of(const std::string& scene) { return label(kind_of(scene)
 void check_drawable(const Lattice& lattice, double mu, const SceneSpec& spec) {
   const Kind& kind = kind_of(spec.scene);
   const ColourScale colours(Palette::builtin(), spec.colour_map.empty() ? kind.colour_map : spec.colour_map, kind.sign);
-  plot_size(spec, extent_of(lattice, spec), label(kind.name));
+  plot_size(spec, extent_of(lattice, spec), {label(kind.name)});
   if (spec.range) checked_range(*spec.range, kind.sign);
   require_friction(kind, mu);
 }
@@ -186,7 +186,7 @@ Scene build_scene(const std::shared_ptr<PileLayers>& pile_layers, const std::sha
   scene.colour_map = spec.colour_map.empty() ? kind.colour_map : spec.colour_map;
   const ColourScale colours(Palette::builtin(), scene.colour_map, kind.sign);
   scene.extent = extent_of(pile.lattice, spec);
-  const PlotSize size = plot_size(spec, scene.extent, scene.key_title);
+  const PlotSize size = plot_size(spec, scene.extent, {scene.key_title});
   scene.plot_width_px = size.width_px;
   scene.plot_height_px = size.height_px;
   scene.pixels_per_diameter = size.pixels_per_diameter;
@@ -478,7 +478,7 @@ Scene build_field_scene(const Field& field, const SceneSpec& spec) {
   scene.colour_map = spec.colour_map.empty() ? "grey" : spec.colour_map;
   const ColourScale colours(Palette::builtin(), scene.colour_map);
   scene.extent = field_extent(field, spec);
-  const PlotSize size = plot_size(spec, scene.extent, scene.key_title);
+  const PlotSize size = plot_size(spec, scene.extent, {scene.key_title});
   scene.plot_width_px = size.width_px;
   scene.plot_height_px = size.height_px;
   scene.pixels_per_diameter = size.pixels_per_diameter;

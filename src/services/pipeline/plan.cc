@@ -131,17 +131,21 @@ std::vector<PlannedStep> plan_run(const Experiment& experiment, const RunOptions
 PlannedTime estimate_time(const std::vector<PlannedStep>& plan, int threads) {
   // Whether the pilot of a chain takes a second or an hour shows only when it has run for some time; of other laws the
   // first few piles tell enough.
-  constexpr double all_chains = 8, longest_chain = 3, shortest_chain = 0.1, other_law = 0.3;  // seconds
+  constexpr double all_chains = 8, longest_chain = 3, shortest_chain = 0.1, all_others = 4, longest_other = 0.3,
+                   shortest_other = 0.004;  // seconds
   const auto is_chain = [](const PlannedStep& step) { return step.spec.sampler.law == Law::polytope; };
   auto chains = static_cast<double>(std::count_if(plan.begin(), plan.end(), is_chain));
   double left = all_chains;
+  const auto is_other = [&](const PlannedStep& step) { return step.samples > 0 && !is_chain(step); };
+  const auto others = static_cast<double>(std::count_if(plan.begin(), plan.end(), is_other));
+  const double for_other = std::clamp(all_others / std::max(1.0, others), shortest_other, longest_other);
   PlannedTime planned;
   for (const PlannedStep& step : plan) {
     planned.seconds += step.parallel_seconds / threads + step.serial_seconds;
     if (step.samples == 0) continue;
     const double start = processor_seconds();
     const double share =
-        is_chain(step) ? std::clamp(left / std::max(1.0, chains), shortest_chain, longest_chain) : other_law;
+        is_chain(step) ? std::clamp(left / std::max(1.0, chains), shortest_chain, longest_chain) : for_other;
     const TimeEstimate one = estimate_time(step.spec, share);
     planned.seconds += one.on_threads(step.samples, threads);
     planned.at_least = planned.at_least || one.at_least;
