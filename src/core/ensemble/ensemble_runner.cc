@@ -287,6 +287,7 @@ constexpr double first_tries = 64, first_effort = 16;
 /// The ensemble with fewer layers where that changes nothing but the amount of work.
 EnsembleSpec shallower(EnsembleSpec spec) {
   if (spec.sampler.law != Law::granusolve) return spec;
+  if (spec.sampler.model.name == ModelName::diluted_beads) return spec;  // solved as a whole
   if (spec.response.estimator == EstimatorName::fluctuation) return spec;  // what it records is no layer, but a lag
   const int deepest = spec.lattice.layers;
   const double wanted = trial_beads / static_cast<double>(samples_at_once) / spec.lattice.columns;

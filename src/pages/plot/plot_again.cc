@@ -322,10 +322,12 @@ PlottedFigure plot_again(const fs::path& figures, const std::string& id, const F
   }
   if (recipe && (other_templates || style.language != "en")) {
     Figure figure;
-    filled(recipe_file, [&] {
-      set_captions(figure, {name_in_language(recipe->wording.captions, style.language), recipe->wording.variables,
-                            recipe->wording.terms});
-    });
+    Wording wording = recipe->wording;
+    wording.captions = name_in_language(wording.captions, style.language);
+    if (wording.captions != recipe->wording.captions) {  // what is filled in has its own numbers and words
+      for (auto& [name, value] : wording.variables) value = in_terms(value, catalogue_of(style.language));
+    }
+    filled(recipe_file, [&] { set_captions(figure, wording); });
     plotted.title = figure.title;
     plotted.caption = figure.caption;
   }
