@@ -94,6 +94,12 @@ class NonlinearityStudy final : public CopiedStudy<NonlinearityStudy> {
 
   bool asked() const override { return !mu_.empty(); }
 
+  void derive(MainLine& main, const IsOpen& open) override {
+    if (open(key("epsilons")) && std::ranges::count(epsilons_, main.response.epsilon) == 0)
+      epsilons_.insert(std::ranges::upper_bound(epsilons_, main.response.epsilon), main.response.epsilon);
+    Study::derive(main, open);
+  }
+
   Problem find_problem(const MainLine& main) const override {
     if (std::find(epsilons_.begin(), epsilons_.end(), main.response.epsilon) == epsilons_.end()) {
       return problem(key("epsilons"),

@@ -45,6 +45,14 @@ Studies& Studies::operator=(const Studies& other) {
   return *this;
 }
 
+void Study::derive(MainLine& main, const IsOpen& open) {
+  const auto least = static_cast<std::int64_t>(group_size) * main.response.blocks;
+  for (const Key& key : keys()) {
+    if (!key.name.ends_with("samples") || !open(key.path())) continue;
+    if (const auto found = find_problem(main); found && found->key == key.path()) key.set(least);
+  }
+}
+
 nlohmann::ordered_json enumerated(const std::vector<std::string>& pointers) {
   nlohmann::ordered_json places = nlohmann::ordered_json::array();
   for (std::size_t i = 0; i < pointers.size(); ++i) {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <string>
@@ -95,6 +96,9 @@ struct StudyEnsemble {
   int part = 0;  ///< which of the study's measurements it is for: the study's own numbers
 };
 
+/// Whether the experiment says nothing of the key of this path, so that its value follows from others.
+using IsOpen = std::function<bool(const std::string&)>;
+
 /// What an experiment measures beside its main line, all of it in one place: the keys that ask for it, the ensembles it
 /// needs, the numbers, and how the report tells them. Sampling, resuming, memory and time are left to the pipeline,
 /// which sees the ensembles only. A study holds its settings and, once it is measured, its results.
@@ -109,6 +113,9 @@ class Study {
   virtual std::vector<Key> keys() = 0;
   /// Whether the experiment asks for it. What is not asked for is checked for its ranges only.
   virtual bool asked() const = 0;
+  /// Gives its open keys, and those of the main line that it depends on, what follows from the others: by itself as
+  /// many samples as there are blocks to fill.
+  virtual void derive(MainLine&, const IsOpen&);
   /// What the ranges of the keys do not tell: rules across keys, those of the main line included.
   virtual Problem find_problem(const MainLine&) const { return {}; }
   /// What it needs, in the order in which it is drawn.

@@ -610,15 +610,21 @@ class ChainShareStudy final : public CopiedStudy<ChainShareStudy> {
 
   bool asked() const override { return samples_ > 0; }
 
+  void derive(MainLine& main, const IsOpen& open) override {
+    ForceChainSpec& chains = main.force_chains;
+    if (open("scenes.force_chains.columns"))
+      chains.columns = std::max(chains.columns, static_cast<int>(std::ceil(least_columns(chains))));
+    Study::derive(main, open);
+  }
+
   Problem find_problem(const MainLine& main) const override {
     if (auto found = find_samples_problem(key("samples"), samples_, main.response.blocks)) return found;
     const ForceChainSpec& chains = main.force_chains;
-    const double least = 2 * (tan30 * Lattice::depth(chains.layers - 1) + chain_half_width);
-    if (chains.columns >= least) return {};
+    if (chains.columns >= least_columns(chains)) return {};
     return problem("scenes.force_chains.columns",
                    "with {} columns the two rays of the response meet behind the ring above layer {}, so that {} would "
                    "count one for the other; give at least {} columns",
-                   chains.columns, chains.layers, table(), std::ceil(least));
+                   chains.columns, chains.layers, table(), std::ceil(least_columns(chains)));
   }
 
   std::vector<StudyEnsemble> ensembles(const MainLine& main) const override {
@@ -643,6 +649,11 @@ class ChainShareStudy final : public CopiedStudy<ChainShareStudy> {
   std::vector<ReportPart> parts() const override { return {part()}; }
 
  private:
+  /// So that the two rays of the response do not meet behind the ring.
+  static double least_columns(const ForceChainSpec& chains) {
+    return 2 * (tan30 * Lattice::depth(chains.layers - 1) + chain_half_width);
+  }
+
   std::uint64_t samples_ = 0;
   double least_share_ = 0.5;          ///< fixed beforehand
   std::uint64_t shown_sample_ = 0;    ///< of the picture

@@ -29,7 +29,7 @@ TEST_CASE("Help and version are results, on standard output, with status 0") {
     CHECK(result.code == 0);
     CHECK(result.err.empty());
     CHECK_THAT(result.out, Contains("Exit status: 0 all was made") && Contains("sample") && Contains("doctor"));
-    CHECK_THAT(result.out, !Contains("reference"));  // for maintainers
+    CHECK_THAT(result.out, Contains("reference") && Contains("new"));
   }
   CHECK_THAT(granuscope_command({"--version"}).out, StartsWith("granuscope 0."));
   for (const char* verb : {"run", "sample", "render", "audit", "doctor"}) {
@@ -77,7 +77,7 @@ TEST_CASE("Bad usage is status 2 with one message and no output") {
 
 TEST_CASE("A mistyped verb is answered with the nearest one") {
   CHECK_THAT(granuscope_command({"sampel"}).err, Contains("there is no verb \"sampel\"; did you mean sample?"));
-  CHECK_THAT(granuscope_command({"zzzzzzzzzz"}).err, Contains("the verbs are run, ") && Contains(", doctor, "));
+  CHECK_THAT(granuscope_command({"zzzzzzzzzz"}).err, Contains("the verbs are new, run, ") && Contains(", doctor, "));
   CHECK_THAT(granuscope_command({"help", "sampel"}).err, Contains("did you mean sample?"));
 }
 
@@ -138,7 +138,6 @@ TEST_CASE("The reference of verbs holds every flag that --help of a verb lists")
     }
     CHECK(flags > 0);
   }
-  CHECK_THAT(reference.out, !Contains("### granuscope reference"));
 }
 
 TEST_CASE("doctor names what it looked at") {

@@ -66,7 +66,8 @@ TEST_CASE("Only a near name is offered, and a flag of one letter is named") {
              Contains("has no flag --best;") && !Contains("did you mean"));
   CHECK_THAT(granuscope_command({"sample", "-x", "2"}).err, Contains("sample has no flag -x"));
   CHECK_THAT(granuscope_command({"run"}).err, Contains("granuscope example"));
-  CHECK_THAT(granuscope_command({"--verbose"}).err, Contains("no verb follows --verbose"));
+  CHECK_THAT(granuscope_command({"--xyzzy"}).err,
+             Contains("there is no flag --xyzzy; but for --help and --version"));
   for (const char* version : {"-v", "-version", "--versoin"}) {
     const auto result = granuscope_command({version});
     CHECK(result.code == 2);
@@ -359,4 +360,54 @@ TEST_CASE("A machine without OpenGL paints the same picture, and doctor says so"
   CHECK(status_of(without + render + "osmesa.png --backend osmesa 2>/dev/null") == 3);  // asked for by name
   CHECK(status_of(without + GRANUSCOPE_BINARY_DIR "/granuscope doctor >" + said) == 0);
   CHECK_THAT(text_of(said), Contains("the processor paints the same pixels"));
+}
+
+TEST_CASE("A flag without a verb is named, with the verbs that have it") {
+  CHECK_THAT(granuscope_command({"--dry-run"}).err, Contains("--dry-run stands behind a verb: run"));
+  CHECK_THAT(granuscope_command({"--dry-rum=1"}).err,
+             Contains("there is no flag --dry-rum=1; did you mean --dry-run of run?"));
+}
+
+TEST_CASE("A new experiment has what was asked for, its piles and its time, and writes over nothing") {
+  const test::TemporaryFolder folder;
+  const std::string file = (folder / "mine.toml").string();
+  const auto written =
+      granuscope_command({"new", "--mu", "0.2,0.3", "--error-of", "c=0.002", "--layers", "60", "-o", file});
+  CHECK(written.code == 0);
+  CHECK(written.err == "wrote " + file + "\n");
+  const std::string text = text_of(file);
+  CHECK_THAT(text, Contains("mine.toml --print-config") && Contains("60 beads, on this machine (") &&
+                       Contains("piles, mu = 0.2, for the precision asked"));
+  const Experiment experiment = read_experiment(file);
+  CHECK(experiment.name == "mine");
+  CHECK(experiment.mu == std::vector<double>{0.2, 0.3});
+  CHECK(experiment.precision.c == 0.002);
+  CHECK(experiment.lattice.layers == 60);
+  const auto again = granuscope_command({"new", "-o", file});
+  CHECK(again.code == 2);
+  CHECK_THAT(again.err, Contains("is there already"));
+  CHECK(text_of(file) == text);
+  CHECK_THAT(granuscope_command({"new", "--error-of", "x=1"}).err, Contains("write c=0.001 or D=0.01"));
+  CHECK_THAT(granuscope_command({"new", "--error-of", "c=much"}).err, Contains("much is not a number"));
+  CHECK_THAT(granuscope_command({"new", "--mu", "2"}).err, Contains("friction.mu: 2 is out of range"));
+  CHECK_THAT(granuscope_command({"new", "--estimator", "points"}).err, Contains("multiplexed"));
+}
+
+TEST_CASE("Each thing that is wrong with a file has a line of its own") {
+  const test::TemporaryFolder folder;
+  const std::string file = (folder / "mine.toml").string();
+  std::ofstream(file) << "[friction]\nmu = 3\n[lattice]\nlayer = 5\n";
+  const auto result = granuscope_command({"run", file, "--print-config"});
+  CHECK(result.code == 2);
+  CHECK_THAT(result.err, StartsWith("granuscope: " + file + ":2:1: friction.mu: 3 is out of range") &&
+                             Contains("\ngranuscope: " + file + ":4:1: unknown key lattice.layer"));
+}
+
+TEST_CASE("A picture that shows the lowest layers says what they are") {
+  const test::TemporaryFolder folder;
+  const std::string pile = (folder / "pile.h5").string(), image = (folder / "pile.png").string();
+  REQUIRE(granuscope_command({"sample", "--columns", "20", "--layers", "30", "--out", pile}).code == 0);
+  CHECK_THAT(granuscope_command({"render", pile, image}).err,
+             Contains("the lowest 20 layers follow another law") && Contains("--window=-10,10,0,9 leaves them out"));
+  CHECK_THAT(granuscope_command({"render", pile, image, "--window=-10,10,0,9"}).err, !Contains("another law"));
 }

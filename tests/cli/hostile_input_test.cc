@@ -112,7 +112,7 @@ TEST_CASE("Experiments that cannot be used are refused with their line and what 
       {"mu = [0.0, 0.3]", "mu = [0.3, 1.7320508075688772]", "less than 1.732050808"},
       {"mu = [0.0, 0.3]", "mu = [nan, 0.3]", "friction.mu: nan"},
       {"mu = [0.0, 0.3]", "mu = [0.3, inf]", "friction.mu: inf"},
-      {"mu = [0.0, 0.3]", "mu = 0.3", "friction.mu must be"},
+      {"mu = [0.0, 0.3]", "mu = \"0.3\"", "friction.mu must be"},
       {"mu = [0.0, 0.3]", "mu = []", "the list is empty"},
       {"last_layer = 26", "last_layer = 30", ":12:1: fit.last_layer: layer 30 lies beyond the last usable one, 29"},
       {"layers = [10, 20]", "layers = [10, 30]", ":18:1: figures.response_profiles.layers: layer 30"},

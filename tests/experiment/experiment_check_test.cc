@@ -258,11 +258,12 @@ TEST_CASE("Names must fit on one line and verdicts must be known") {
              Contains("gate.expect.D-of-nu: there is no such claim") && Contains("did you mean D-of-mu?"));
 }
 
-TEST_CASE("A contradiction names the line of the key that was written, or says that the default causes it") {
-  CHECK_THROWS_WITH(parse_experiment("[fit]\nlast_layer = 300\n", "x.toml"),
+TEST_CASE("A contradiction names the line of the key that was written, or says that its value follows") {
+  CHECK_THROWS_WITH(parse_experiment("[fit]\nlast_layer = 300\n[lattice]\nlayers = 200\n", "x.toml"),
                     Contains("x.toml:2:1: fit.last_layer: layer 300 lies beyond"));
-  CHECK_THROWS_WITH(parse_experiment("[lattice]\nlayers = 100\n", "x.toml"),
-                    Contains("x.toml: fit.last_layer (not in the file, default): layer 179 lies beyond"));
+  CHECK_THROWS_WITH(parse_experiment("[lattice]\nlayers = 500\n[model]\nname = \"diluted-beads\"\n", "x.toml"),
+                    Contains("x.toml: lattice.columns (which follows from what the file says): ") &&
+                        Contains("x 500 beads with opened contacts"));
 }
 
 TEST_CASE("A precision that means nothing is refused") {

@@ -412,7 +412,7 @@ TEST_CASE("A value of the wrong type is refused with what is expected") {
         "mine.toml:2:3: lattice.columns must be a whole number but is a number with a fraction; beads per layer, "
         "periodic in x; even or odd (4 to 1000000)");
   CHECK_THAT(refusal("[lattice]\ncolumns = \"500\"\n"), Contains("must be a whole number but is a string"));
-  CHECK_THAT(refusal("[friction]\nmu = 0.3\n"), Contains("must be a list of numbers but is a number with a fraction"));
+  CHECK_THAT(refusal("[friction]\nmu = true\n"), Contains("must be a list of numbers but is true or false"));
   CHECK_THAT(refusal("[friction]\nmu = [0.3, \"0.4\"]\n"), Contains("a list that holds something else"));
   CHECK_THAT(refusal("[friction]\nmu = 2024-01-01\n"), Contains("is a date or time"));
   CHECK_THAT(refusal("lattice = 3\n"), Contains("lattice must be a table but is a whole number; write [lattice]"));
@@ -420,7 +420,7 @@ TEST_CASE("A value of the wrong type is refused with what is expected") {
   CHECK_THAT(refusal("[lattice.columns]\nx = 3\n"), Contains("must be a whole number but is a table"));
   CHECK_THAT(refusal("[report]\npdf = 1\n"), Contains("must be true or false"));
   CHECK_THAT(refusal("[gate.expect]\nD-of-mu = 1\n"), Contains("gate.expect.D-of-mu must be a string"));
-  CHECK_THAT(refusal("[fit]\nother_scaling_windows = [0.1, 0.3]\n"), Contains("a list of pairs of numbers"));
+  CHECK_THAT(refusal("[fit]\nother_scaling_windows = [0.1, 0.3, 0.5]\n"), Contains("a list of pairs of numbers"));
   CHECK_THAT(refusal("[fit]\nscaling_window = [0.1, 0.2, 0.3]\n"), Contains("two ends but 3 numbers"));
   CHECK_THAT(refusal("[sampling]\nlaw = \"granulosve\"\n"), StartsWith("mine.toml:2:1: sampling.law: "));
   CHECK_THAT(refusal("[response]\nestimator = \"pont\"\n"), StartsWith("mine.toml:2:1: response.estimator: "));

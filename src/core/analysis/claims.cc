@@ -135,9 +135,11 @@ void leave_open(Claim& claim, const std::string& reason) {
   claim.measured = {};
   claim.measured.reason = reason;
   claim.explanation = reason + ".";
-  // Sentences begin with a capital; letters beyond ASCII (Greek) stay as they are.
+  // Sentences begin with a capital, symbols (c, D, c_thrust, Greek letters) stay as they are.
+  const std::string word = reason.substr(0, reason.find(' '));
+  const bool plain = std::ranges::all_of(word, [](char c) { return c >= 'a' && c <= 'z'; });
   char& first = claim.explanation.front();
-  if (first >= 'a' && first <= 'z') first = static_cast<char>(first - 'a' + 'A');
+  if (plain && (word.size() > 1 || word == "a")) first = static_cast<char>(first - 'a' + 'A');
 }
 
 void judge_by_number(Claim& claim, const Estimate& measured, const PaperNumber& paper,

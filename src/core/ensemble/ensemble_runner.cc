@@ -311,7 +311,7 @@ EnsembleSpec smaller(const EnsembleSpec& spec, double seconds) {
       if (small.layers.empty() || layer > small.layers.back()) small.layers.push_back(layer);
     }
   }
-  small.lattice.columns = least(spec.lattice.columns, small.lattice.layers, fewest_columns);
+  if (!moves_loads(spec)) small.lattice.columns = least(spec.lattice.columns, small.lattice.layers, fewest_columns);
   small.response.sign_run = std::min(spec.response.sign_run, longest_run(small.lattice));
   return find_problem(small) ? spec : small;
 }

@@ -67,12 +67,11 @@ Problem find_problem(const StochasticOslSpec& spec, const LatticeSpec& lattice) 
 }
 
 Problem find_diluted_problem(const LatticeSpec& lattice) {
-  constexpr int most_beads = 2048;
-  if (static_cast<double>(lattice.columns) * lattice.layers > most_beads) {
+  if (static_cast<double>(lattice.columns) * lattice.layers > most_diluted_beads) {
     return problem("columns",
                    "{} x {} beads with opened contacts are solved as a whole, in a time that grows as the third power "
                    "of their number; give at most {} beads",
-                   lattice.columns, lattice.layers, most_beads);
+                   lattice.columns, lattice.layers, most_diluted_beads);
   }
   return {};
 }

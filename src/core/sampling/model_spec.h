@@ -75,6 +75,9 @@ struct DilutedBeadsSpec {
                               ///< loads of one top bead, at once
 };
 
+/// Piles of these are solved as a whole, in a time that grows as the third power of the number of beads.
+inline constexpr int most_diluted_beads = 2048;
+
 struct ModelSpec {
   ModelName name = ModelName::frictional_beads;
   QModelSpec q_model;

@@ -1,9 +1,14 @@
 #include "support/error.h"
 
+#include <fmt/ranges.h>
+
 #include <cerrno>
 #include <system_error>
 
 namespace granuscope {
+InputError::InputError(std::vector<std::string> messages)
+    : Error(ExitCode::bad_input, fmt::format("{}", fmt::join(messages, "\n"))), messages_(std::move(messages)) {}
+
 Problem in_table(const std::string& table, Problem found) {
   if (found) found->key.insert(0, table + ".");
   return found;

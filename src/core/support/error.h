@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace granuscope {
 /// What the program's exit status tells its caller.
@@ -31,7 +32,13 @@ class Error : public std::runtime_error {
 /// The user's input (command line, experiment, file) cannot be used as it stands.
 class InputError : public Error {
  public:
-  explicit InputError(const std::string& message) : Error(ExitCode::bad_input, message) {}
+  explicit InputError(const std::string& message) : InputError(std::vector{message}) {}
+  /// Several things that are wrong, each a message of its own: what() has one a line.
+  explicit InputError(std::vector<std::string> messages);
+  const std::vector<std::string>& messages() const { return messages_; }
+
+ private:
+  std::vector<std::string> messages_;
 };
 
 /// The machine lacks something: a program, a GL context, space, permission.

@@ -20,8 +20,6 @@
 namespace granuscope {
 namespace {
 
-constexpr const char* depth_id = "transport-with-depth";
-
 bool shows(const DepthFit& fit) { return fit.identifiable && fit.peak_position.known() && fit.width_squared.known(); }
 
 bool has_depths(const Transport& result) { return std::any_of(result.depths.begin(), result.depths.end(), shows); }
@@ -171,7 +169,7 @@ Figure plot_transport_with_depth(const Analysis& analysis, const TransportWithDe
   }
 
   DepthPlot figure;
-  figure.plot.id = depth_id;
+  figure.plot.id = transport_with_depth_id;
   figure.plot.height = 4.3;
   figure.plot.key = {.inches = 0.5, .lines = 2, .sample = 1.8, .entries = {}};
   const double row = figure.plot.height - figure.plot.key.inches;

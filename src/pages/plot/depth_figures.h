@@ -6,6 +6,8 @@
 #include "plot/figure_captions.h"
 
 namespace granuscope {
+inline constexpr const char* transport_with_depth_id = "transport-with-depth";
+
 /// What the figure of c and D against depth shows in its two large panels.
 struct TransportWithDepthSpec {
   double mu = 0.3;  ///< the nearest one with fitted depths is plotted, and the caption says which

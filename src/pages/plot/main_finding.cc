@@ -165,7 +165,17 @@ class FindingPanel {
 
 }  // namespace
 
-bool has_main_finding(const Analysis& analysis) { return slopes_against_friction(analysis).points.size() > 1; }
+bool has_exponents(const Analysis& analysis) {
+  const auto any = [](const ScalingFits& fits) {
+    return fits.beta.exponent.known() || fits.gamma.exponent.known() || fits.alpha.exponent.known();
+  };
+  return any(analysis.scaling) ||
+         std::ranges::any_of(analysis.by_ratio, [&](const RatioScaling& one) { return any(one.fits); });
+}
+
+bool has_main_finding(const Analysis& analysis) {
+  return has_exponents(analysis) && slopes_against_friction(analysis).points.size() > 1;
+}
 
 Figure plot_main_finding(const Analysis& analysis, const std::filesystem::path& run_folder) {
   if (!has_main_finding(analysis)) {

@@ -268,7 +268,7 @@ PowerLawPanel law_panel(const Analysis& analysis) {
         {result.scanned(), result.D.value, result.D.standard_error, tan30 - result.c.value, result.c.standard_error});
   }
   panel.series.push_back(slopes);
-  panel.notes = {"this run: α = " + exponent_text(alpha), "", "the paper: α = 0.4"};
+  panel.notes = {alpha.exponent.known() ? "this run: α = " + exponent_text(alpha) : "", "", "the paper: α = 0.4"};
   return panel;
 }
 

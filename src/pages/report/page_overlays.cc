@@ -352,21 +352,25 @@ void add_causes(Json& overlay, const Json& summary) {
   overlay["has_causes"] = is_friction_of_beads(summary) && known(scaling.at("gamma")) && known(scaling.at("alpha"));
 }
 
-/// The first and the last result whose c and D are known; null if there are not two.
-Json ends_of_scan(const Json& summary, bool powers) {
+/// The first and the last result whose c and D are known, which may be one; null if there is none.
+Json ends_of_scan(const Json& summary, bool powers, bool of_friction) {
   const Json& results = summary.at("results");
   std::vector<std::size_t> told;
   for (std::size_t i = 0; i < results.size(); ++i) {
     if (known(results[i].at("c")) && known(results[i].at("D"))) told.push_back(i);
   }
-  if (told.size() < 2) return nullptr;
+  if (told.empty()) return nullptr;
   const auto end = [&](std::size_t i) {
     const std::string place = fmt::format("/results/{}", i);
     return Json{{"scanned", {{"key", place_of_scanned(summary, i)}}},
                 {"c", {{"key", place + "/c"}}},
                 {"D", {{"key", place + "/D"}}}};
   };
-  return {{"first", end(told.front())}, {"last", end(told.back())}, {"powers", powers}};
+  return {{"first", end(told.front())},
+          {"last", end(told.back())},
+          {"two", told.size() > 1},
+          {"powers", powers},
+          {"of_friction", of_friction}};
 }
 
 void add_headline(Json& overlay, const Json& summary, const std::string& own) {
@@ -387,7 +391,8 @@ void add_headline(Json& overlay, const Json& summary, const std::string& own) {
       {"ratio", ratio},
       {"explains", ratio && known(scaling.at("gamma")) && ratio_explains(scaling)},
       {"other_window", !scaling.at("other_windows").empty() && known(scaling.at("other_windows").at(0).at("beta"))}};
-  overlay["headline"]["scanned"] = own.empty() && !of_friction ? ends_of_scan(summary, powers) : Json(nullptr);
+  overlay["headline"]["scanned"] =
+      own.empty() && !generated ? ends_of_scan(summary, powers, of_friction) : Json(nullptr);
   overlay["has_headline"] = !own.empty() || generated || !overlay["headline"]["scanned"].is_null();
 }
 

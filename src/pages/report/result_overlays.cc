@@ -166,7 +166,12 @@ void add_results(Json& overlay, const Json& summary) {
                    exponent_row(summary, "alpha", "c-of-D", notes)});
   add_other_exponent_reasons(notes, summary);
   finish_notes(notes);
-  overlay["exponent_notes"] = notes;
+  const auto measured = std::ranges::count_if(results, [](const Json& one) { return one.at("exact") == false; });
+  overlay["any_exponent"] = std::ranges::any_of(overlay["exponents"], [&](const Json& row) {
+    return summary.at("scaling").at(row.at("name").get<std::string>()).at("value").is_number();
+  });
+  // Of a single value nobody asks for exponents.
+  overlay["exponent_notes"] = measured > 1 ? notes : Json::array();
   add_transport(overlay, summary);
   overlay["same_procedure"] = all_equal(results, "estimator") && all_equal(results, "law");
   overlay["procedure"] = all_equal(results, "estimator") ? results[0].at("estimator") : Json("");

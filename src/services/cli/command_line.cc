@@ -1,6 +1,6 @@
 #include "cli/command_line.h"
 
-#include <fmt/core.h>
+#include <fmt/ranges.h>
 #include <poll.h>
 #include <unistd.h>
 
@@ -9,6 +9,7 @@
 #include <cctype>
 #include <cerrno>
 #include <filesystem>
+#include <map>
 #include <new>
 #include <stdexcept>
 #include <string>
@@ -95,9 +96,9 @@ std::string find_unknown_flag(const CLI::App& verb, int argc, const char* const*
   return "";
 }
 
-/// A word that begins with a dash where a verb is expected, with the flag of the program that was probably meant.
+/// A word that begins with a dash where a verb is expected: a slip in a flag of the program, or a verb's flag.
 std::string name_unknown_flag(const CLI::App& app, const std::string& word) {
-  const std::string flag = word.substr(std::min(word.find_first_not_of('-'), word.size()));
+  const std::string flag = word.substr(0, word.find('=')).substr(std::min(word.find_first_not_of('-'), word.size()));
   const auto lower = [](const std::string& text) { return std::tolower(static_cast<unsigned char>(text[0])); };
   for (const CLI::Option* option : app.get_options()) {  // each has a letter and a name
     const std::string& letter = option->get_snames().front();
@@ -105,7 +106,18 @@ std::string name_unknown_flag(const CLI::App& app, const std::string& word) {
     if (!other_case && !nearest_name(flag, option->get_lnames())) continue;
     return fmt::format("there is no flag {}; did you mean -{} (--{})?", word, letter, option->get_lnames().front());
   }
-  return "";
+  std::map<std::string, std::vector<std::string>> verbs;  // by flag
+  for (const CLI::App* verb : app.get_subcommands([](const CLI::App* one) { return !one->get_group().empty(); })) {
+    for (const CLI::Option* option : verb->get_options()) {
+      for (const std::string& name : option->get_lnames()) verbs[name].push_back(verb->get_name());
+    }
+  }
+  std::vector<std::string> names;
+  for (const auto& [name, of] : verbs) names.push_back(name);
+  const auto meant = nearest_name(flag, names);
+  if (!meant) return fmt::format("there is no flag {}; but for --help and --version flags stand behind a verb", word);
+  if (*meant == flag) return fmt::format("{} stands behind a verb: {}", word, fmt::join(verbs[flag], ", "));
+  return fmt::format("there is no flag {}; did you mean --{} of {}?", word, *meant, fmt::join(verbs[*meant], ", "));
 }
 
 /// What is wrong with the command line, and where to look.
@@ -117,7 +129,6 @@ std::string explain(const CLI::ParseError& error, const CLI::App& app, int argc,
   }
   if (chosen.empty() && what == "A subcommand is required") {
     what = name_unknown_flag(app, argv[1]);
-    if (what.empty()) what = fmt::format("no verb follows {}", argv[1]);
   }
   if (what.starts_with("The following arguments were not expected: ")) {
     // CLI11 lists them all, the last one first.
@@ -175,6 +186,7 @@ ExitCode parse_and_act(int argc, const char* const* argv, std::ostream& out, std
   app.require_subcommand(1);
   app.set_version_flag("-V,--version", [] { return provenance_line(collect_provenance()); });
   VerbContext context{out, err, {}, crew};
+  add_new_verb(app, context);
   add_run_verb(app, context);
   add_merge_verb(app, context);
   add_sample_verb(app, context);
@@ -224,8 +236,12 @@ int run_command_line(int argc, const char* const* argv, std::ostream& out, std::
   // The one place where errors become an exit status.
   ExitCode code = ExitCode::environment;
   std::string message;
+  std::vector<std::string> messages;  // where there are several
   try {
     return static_cast<int>(parse_and_act(argc, argv, out, err, crew));
+  } catch (const InputError& error) {
+    code = error.exit_code();
+    messages = error.messages();
   } catch (const Error& error) {
     code = error.exit_code();
     message = error.what();
@@ -253,7 +269,8 @@ int run_command_line(int argc, const char* const* argv, std::ostream& out, std::
                                 error.what());
   }
   // Names of files and what other programs said may hold anything.
-  err << "granuscope: " << single_line(message, most_message_bytes) << '\n';
+  if (messages.empty()) messages.push_back(message);
+  for (const std::string& one : messages) err << "granuscope: " << single_line(one, most_message_bytes) << '\n';
   err.flush();
   return static_cast<int>(code);
 }

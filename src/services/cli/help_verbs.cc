@@ -95,9 +95,11 @@ std::string text_of_example(const std::string& name) {
 ExitCode print_example(std::string name, VerbContext& context) {
   const std::vector<std::string> names = names_of_examples();
   if (name.empty()) {
+    std::size_t width = 0;
+    for (const std::string& known : names) width = std::max(width, known.size());
     for (const std::string& known : names) {
-      const Experiment experiment = parse_experiment(text_of_example(known), known);
-      context.out << fmt::format("{:<16}{}\n", known, experiment.name);
+      const Experiment experiment = parse_experiment(text_of_example(known), known, {}, EmptyFile::allowed, known);
+      context.out << fmt::format("{:<{}}  {}\n", known, width, experiment.name);
     }
     context.err << "granuscope example quick >quick.toml    writes one of them, and\n"
                    "granuscope run quick.toml               makes its report in out/quick\n";
@@ -159,7 +161,6 @@ std::string describe_verbs(const CLI::App& app) {
 
 void add_reference_verb(CLI::App& app, VerbContext& context) {
   CLI::App* verb = app.add_subcommand("reference", "Print the table of experiment keys, docs/reference.md (Markdown)");
-  verb->group("");  // not listed: for maintainers
   const auto verbs = std::make_shared<bool>(false);
   const auto folder = std::make_shared<std::string>();
   verb->add_flag("--verbs", *verbs, "print every verb with its flags instead");
@@ -292,7 +293,7 @@ std::string experiment_page() {
   std::string text =
       title("granuscope experiment", 5) +
       ".SH NAME\ngranuscope\\-experiment \\- experiment files of granuscope\n.SH DESCRIPTION\n"
-      "An experiment is a TOML file. Every key has a default, and an unknown key is an error.\n"
+      "An experiment is a TOML file. What it does not say follows from what it says, and an unknown key is an error.\n"
       "\\fBgranuscope example\\fR prints experiments to start from, and \\fBgranuscope run\\fR \\fIFILE\\fR\n"
       "\\fB\\-\\-print\\-config\\fR one with every default resolved.\n.SH KEYS\n";
   std::istringstream rows(describe_experiment_keys());

@@ -322,6 +322,21 @@ ExitCode render_film(RenderOptions options, VerbContext& context) {
   return ExitCode::done;
 }
 
+/// What to know of the lowest layers of a pile, where the picture shows them; "" where it does not.
+std::string told_of_bottom(const RenderOptions& options) {
+  LatticeSpec size;
+  (void)read_pile_part(options.pile_file, [&size](const Lattice& lattice) {
+    size = {lattice.columns(), lattice.layers()};
+    return PileRange{0, 1, 0, 1};
+  });
+  const int kept = size.layers - bottom_margin;
+  if (kept <= 0 || (options.scene.window && (*options.scene.window)[3] < kept)) return "";
+  return fmt::format(
+      "the lowest {} layers follow another law, since no failure below reaches up into them; --window={:g},{:g},0,{} "
+      "leaves them out\n",
+      bottom_margin, -0.5 * size.columns, 0.5 * size.columns, kept - 1);
+}
+
 ExitCode render(RenderOptions options, VerbContext& context) {
   if (!options.window.empty()) options.scene.window = parse_window(options.window);
   if (!options.range.empty()) options.scene.range = parse_range(options.range);
@@ -333,9 +348,9 @@ ExitCode render(RenderOptions options, VerbContext& context) {
   }
 
   if (!options.image.force) require_replaceable(options.image.path);
-  const auto render_file = [&options] {
+  const std::string configuration = configuration_if_ensemble(options.pile_file);
+  const auto render_file = [&] {
     try {
-      const std::string configuration = configuration_if_ensemble(options.pile_file);
       if (!configuration.empty()) return render_ensemble(options, configuration);
       return render_pile_file({options.pile_file, options.minus_file, options.image.path}, options.scene,
                               metadata_for(options, options.scene.scene));
@@ -348,6 +363,7 @@ ExitCode render(RenderOptions options, VerbContext& context) {
                       ? fmt::format("wrote {} without OpenGL ({})\n", options.image.path, statistics.backend_reason)
                       : fmt::format("wrote {} with the OpenGL backend {} ({})\n", options.image.path,
                                     statistics.backend, statistics.renderer));
+  if (configuration.empty()) context.err << told_of_bottom(options);
   if (options.statistics) context.out << render_statistics_json(statistics);
   return ExitCode::done;
 }

@@ -26,6 +26,7 @@ const CLI::App& verb_named(const CLI::App& app, const std::string& name);
 
 /// Each adds one verb with its flags to the command line; if the user chose it, it sets context.action.
 void add_run_verb(CLI::App& app, VerbContext& context);
+void add_new_verb(CLI::App& app, VerbContext& context);
 void add_merge_verb(CLI::App& app, VerbContext& context);
 void add_sample_verb(CLI::App& app, VerbContext& context);
 void add_render_verb(CLI::App& app, VerbContext& context);
@@ -40,6 +41,6 @@ void add_numbers_verb(CLI::App& app, VerbContext& context);
 void add_pack_verb(CLI::App& app, VerbContext& context);
 void add_example_verb(CLI::App& app, VerbContext& context);
 void add_help_verb(CLI::App& app, VerbContext& context);       ///< and version
-void add_reference_verb(CLI::App& app, VerbContext& context);  ///< hidden: keys, man pages, completions
+void add_reference_verb(CLI::App& app, VerbContext& context);  ///< keys, man pages, completions
 
 }  // namespace granuscope

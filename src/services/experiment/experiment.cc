@@ -141,7 +141,10 @@ Problem find_scan_problem(const Experiment& e) {
   for (const double value : e.scan_values()) {
     const SamplerSpec sampler = e.sampler_at(value);
     Problem found = find_problem(sampler);
-    if (!found && !sampler.model.is_beads()) found = in_table("model", find_problem(sampler.model, e.lattice));
+    if (!found && !sampler.model.is_beads()) {
+      found = find_problem(sampler.model, e.lattice);
+      found = in_table(found && found->key == "columns" ? "lattice" : "model", found);
+    }
     if (!found) continue;
     if (e.scan.values.empty()) return found;
     return problem("scan.values", "with {} = {} no pile can be drawn: {}", scanned.name, value, found->message);
@@ -333,15 +336,6 @@ Problem find_picture_problem(const Experiment& e) {
   return {};
 }
 
-/// Ranges of all keys of one table, or of those of all tables ("").
-Problem find_range_problem(const Experiment& e, const std::string& table) {
-  for (const Key& key : keys_to_read(e)) {
-    if (!table.empty() && key.table != table) continue;
-    if (auto found = find_range_problem(key)) return found;
-  }
-  return {};
-}
-
 /// Rules across keys of the studies that are asked for.
 Problem find_study_problem(const Experiment& e) {
   for (const auto& study : e.studies) {
@@ -406,30 +400,77 @@ double estimate_memory(const Experiment& e) {
   return pile + sums_memory(e);
 }
 
-Problem find_problem(const Experiment& e) {
-  if (auto found = find_text_problem(e)) return found;
-  if (auto found = find_lattice_problem("lattice.columns", e.lattice.columns, "lattice.layers", e.lattice.layers,
-                                        bottom_margin_of(e.sampling.model) + 4,
-                                        pile_memory(e.lattice.columns, e.lattice.layers) + sums_memory(e))) {
-    return found;
+namespace {
+
+/// Problems in the order in which they are looked for; of each key the first.
+class Problems {
+ public:
+  /// Whether there was none.
+  bool add(Problem found) {
+    if (!found) return true;
+    const bool known = std::ranges::any_of(all, [&](const KeyProblem& one) { return one.key == found->key; });
+    if (!known) all.push_back(std::move(*found));
+    return false;
   }
-  if (auto found = find_range_problem(e, "friction")) return found;
-  if (auto found = find_range_problem(e, "scan")) return found;
+  /// The ranges of all keys of one table, or of those of all tables ("").
+  bool add_ranges(const Experiment& e, const std::string& table = "") {
+    bool good = true;
+    for (const Key& key : keys_to_read(e)) {
+      if (table.empty() || key.table == table) good = add(granuscope::find_range_problem(key)) && good;
+    }
+    return good;
+  }
+
+  std::vector<KeyProblem> all;
+};
+
+Problem find_size_problem(const Experiment& e) {
+  return find_lattice_problem("lattice.columns", e.lattice.columns, "lattice.layers", e.lattice.layers,
+                              bottom_margin_of(e.sampling.model) + 4,
+                              pile_memory(e.lattice.columns, e.lattice.layers) + sums_memory(e));
+}
+
+}  // namespace
+
+std::vector<KeyProblem> find_value_problems(const Experiment& e) {
+  Problems problems;
+  problems.add(find_size_problem(e));
+  problems.add_ranges(e);
+  return problems.all;
+}
+
+std::vector<KeyProblem> find_problems(const Experiment& e) {
+  Problems problems;
+  problems.add(find_text_problem(e));
+  bool good = problems.add(find_size_problem(e));
+  good = problems.add_ranges(e, "friction") && good;
+  good = problems.add_ranges(e, "scan") && good;
   // Where a room knows its limits, it says best what is wrong; then what is left.
-  if (auto found = find_sampling_problem(e)) return found;
-  if (auto found = find_response_problem(e)) return found;
-  if (auto found = find_scan_problem(e)) return found;
-  if (auto found = in_table("fit", find_problem(e.fit, e.lattice, bottom_margin_of(e.sampling.model)))) return found;
-  if (auto found = find_range_problem(e, "")) return found;
-  if (auto found = find_ensemble_problem(e)) return found;
-  if (auto found = find_precision_problem(e)) return found;
-  if (auto found = find_figure_problem(e)) return found;
-  if (auto found = find_study_problem(e)) return found;
-  if (auto found = find_ring_problem(e)) return found;
-  if (auto found = find_scene_problem(e)) return found;
-  if (auto found = find_picture_problem(e)) return found;
-  if (auto found = find_report_problem(e)) return found;
-  return find_gate_problem(e);
+  if (good) {
+    for (const auto find : {find_sampling_problem, find_response_problem, find_scan_problem}) {
+      good = problems.add(find(e)) && good;
+    }
+    good = problems.add(in_table("fit", find_problem(e.fit, e.lattice, bottom_margin_of(e.sampling.model)))) && good;
+  }
+  good = problems.add_ranges(e) && good;
+  if (good) good = problems.add(find_ensemble_problem(e));
+  problems.add(find_precision_problem(e));
+  if (good) {
+    const bool shown = problems.add(find_figure_problem(e));
+    problems.add(find_study_problem(e));
+    if (shown) problems.add(find_ring_problem(e));
+    problems.add(find_scene_problem(e));
+    problems.add(find_picture_problem(e));
+  }
+  problems.add(find_report_problem(e));
+  problems.add(find_gate_problem(e));
+  return problems.all;
+}
+
+Problem find_problem(const Experiment& e) {
+  std::vector<KeyProblem> all = find_problems(e);
+  if (all.empty()) return {};
+  return std::move(all.front());
 }
 
 void check_experiment(const Experiment& experiment) { refuse(find_problem(experiment)); }

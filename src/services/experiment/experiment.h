@@ -71,8 +71,15 @@ int edit_distance(std::string_view a, std::string_view b);
 /// The known name that a mistyped one most probably means, or nothing if none is near.
 std::optional<std::string> nearest_name(std::string_view mistyped, const std::vector<std::string>& known);
 
-/// The one place where the parameters of an experiment are checked against their ranges and against each other.
-/// Returns the first problem in the order of the keys, or nothing if the experiment can be run.
+/// The one place where the parameters of an experiment are checked against their ranges and against each other. All
+/// that is wrong in the order of the keys, of each key the first thing; rules across keys wait for values that make
+/// sense.
+std::vector<KeyProblem> find_problems(const Experiment& experiment);
+
+/// Those of single values: whether what is written makes sense by itself.
+std::vector<KeyProblem> find_value_problems(const Experiment& experiment);
+
+/// The first problem, or nothing if the experiment can be run.
 Problem find_problem(const Experiment& experiment);
 
 /// Throws InputError with the first problem, if there is one.

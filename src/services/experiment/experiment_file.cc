@@ -34,8 +34,11 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <tuple>
+#include <utility>
 #include <vector>
 
+#include "experiment/derived_values.h"
 #include "experiment/experiment.h"
 #include "experiment/experiment_keys.h"
 #include "support/error.h"
@@ -63,40 +66,27 @@ std::optional<std::int64_t> to_whole_number(const toml::node& node) {
   return static_cast<std::int64_t>(number->get());
 }
 
-std::optional<std::vector<std::int64_t>> to_whole_numbers(const toml::node& node) {
+std::optional<std::array<double, 2>> to_pair(const toml::node& node) {
   const auto* array = node.as_array();
-  if (array == nullptr) return {};
-  std::vector<std::int64_t> numbers;
-  for (const toml::node& element : *array) {
-    const auto number = to_whole_number(element);
-    if (!number) return {};
-    numbers.push_back(*number);
-  }
-  return numbers;
+  if (array == nullptr || array->size() != 2) return {};
+  const auto first = to_number((*array)[0]), second = to_number((*array)[1]);
+  return first && second ? std::optional(std::array{*first, *second}) : std::nullopt;
 }
 
-std::optional<std::vector<double>> to_numbers(const toml::node& node) {
+/// A list of what `read` takes; one that stands without brackets is a list of one.
+template <class Read>
+auto to_list(const toml::node& node, Read read)
+    -> std::optional<std::vector<typename decltype(read(node))::value_type>> {
+  if (const auto one = read(node)) return {{*one}};
   const auto* array = node.as_array();
   if (array == nullptr) return {};
-  std::vector<double> numbers;
+  std::vector<typename decltype(read(node))::value_type> list;
   for (const toml::node& element : *array) {
-    const auto number = to_number(element);
-    if (!number) return {};
-    numbers.push_back(*number);
+    const auto one = read(element);
+    if (!one) return {};
+    list.push_back(*one);
   }
-  return numbers;
-}
-
-std::optional<NumberPairs> to_pairs(const toml::node& node) {
-  const auto* array = node.as_array();
-  if (array == nullptr) return {};
-  NumberPairs pairs;
-  for (const toml::node& element : *array) {
-    const auto pair = to_numbers(element);
-    if (!pair || pair->size() != 2) return {};
-    pairs.push_back({(*pair)[0], (*pair)[1]});
-  }
-  return pairs;
+  return list;
 }
 
 /// Turns a node into the alternative it is called with; nothing if the node has another type.
@@ -116,9 +106,11 @@ struct NodeReader {
   std::optional<KeyValue> operator()(std::int64_t) const { return from(to_whole_number(node)); }
   std::optional<KeyValue> operator()(double) const { return from(to_number(node)); }
   std::optional<KeyValue> operator()(const std::string&) const { return from<std::string>(node.as_string()); }
-  std::optional<KeyValue> operator()(const std::vector<std::int64_t>&) const { return from(to_whole_numbers(node)); }
-  std::optional<KeyValue> operator()(const std::vector<double>&) const { return from(to_numbers(node)); }
-  std::optional<KeyValue> operator()(const NumberPairs&) const { return from(to_pairs(node)); }
+  std::optional<KeyValue> operator()(const std::vector<std::int64_t>&) const {
+    return from(to_list(node, to_whole_number));
+  }
+  std::optional<KeyValue> operator()(const std::vector<double>&) const { return from(to_list(node, to_number)); }
+  std::optional<KeyValue> operator()(const NumberPairs&) const { return from(to_list(node, to_pair)); }
 };
 
 /// The node as the same alternative that `like` holds.
@@ -183,27 +175,70 @@ class Reader {
     override_.clear();
   }
 
-  bool has_read_nothing() const { return positions_.empty(); }
+  bool has_read_nothing() const { return positions_.empty() && problems_.empty(); }
 
-  Experiment checked() {
+  /// `title`: what the report is called where the file does not say.
+  Experiment checked(const std::string& title) {
     if (experiment_.scan.parameter == friction_parameter().name && !experiment_.scan.values.empty()) {
       experiment_.mu = std::exchange(experiment_.scan, {}).values;  // what [friction] is the short form of
+      positions_.try_emplace("friction.mu", positions_.at("scan.values"));
     }
-    if (const auto problem = find_problem(experiment_)) {
-      const auto written = positions_.find(problem->key);
-      throw InputError(
-          written != positions_.end()
-              ? fmt::format("{}: {}: {}", written->second, problem->key, problem->message)
-              : fmt::format("{}: {} (not in the file, default): {}", file_, problem->key, problem->message));
+    if (!positions_.contains("experiment.name") && title.find_first_not_of(' ') != std::string::npos)
+      experiment_.name = title;
+    if (find_value_problems(experiment_).empty()) {
+      std::set<std::string> written;
+      for (const auto& [key, place] : positions_) written.insert(key);
+      derive_values(experiment_, written);
     }
+    std::vector<KeyProblem> of_derived;
+    for (KeyProblem& one : find_problems(experiment_)) {
+      if (const auto place = positions_.find(one.key); place != positions_.end()) {
+        add_problem(place->second, fmt::format("{}: {}", one.key, one.message));
+      } else {
+        of_derived.push_back(std::move(one));
+      }
+    }
+    // What nobody has written is worth a word only where nothing that is written explains it.
+    if (problems_.empty() && !of_derived.empty()) {
+      throw InputError(fmt::format("{}: {} (which follows from what the file says): {}", file_, of_derived.front().key,
+                                   of_derived.front().message));
+    }
+    if (!problems_.empty()) throw InputError(messages());
     return experiment_;
   }
 
  private:
+  /// Where a key stands: in the file, or behind a flag, which follows.
+  struct Place {
+    toml::source_position position;
+    std::string flag;
+  };
+  Place at(const toml::source_position& position) const { return {position, override_}; }
+
   /// "file:line:column", or the flag.
-  std::string at(const toml::source_position& position) const {
-    if (!override_.empty()) return fmt::format("--set {}", override_);
-    return fmt::format("{}:{}:{}", file_, position.line, position.column);
+  std::string describe(const Place& place) const {
+    if (!place.flag.empty()) return fmt::format("--set {}", place.flag);
+    return fmt::format("{}:{}:{}", file_, place.position.line, place.position.column);
+  }
+
+  void add_problem(const Place& place, const std::string& what) { problems_.emplace_back(place, what); }
+
+  /// In the order of the file.
+  std::vector<std::string> messages() {
+    constexpr std::size_t most = 20;
+    std::ranges::stable_sort(problems_, {}, [](const auto& problem) {
+      const auto& [position, flag] = problem.first;
+      return std::tuple(!flag.empty(), position.line, position.column);
+    });
+    std::vector<std::string> all;
+    for (const auto& [place, what] : problems_) {
+      if (all.size() == most) {
+        all.push_back(fmt::format("{}: {} more things are wrong; correct these first", file_, problems_.size() - most));
+        break;
+      }
+      all.push_back(fmt::format("{}: {}", describe(place), what));
+    }
+    return all;
   }
 
   /// KEY=VALUE as a document of one key. A word that is no TOML value is a text, so that a shell's user need not quote
@@ -248,8 +283,9 @@ class Reader {
         read_verdict(std::string(name.str()), node, position);
       } else if (tables_.count(child) != 0) {
         if (!node.is_table()) {
-          throw InputError(fmt::format("{}: {} must be a table but is {}; write [{}] on a line of its own",
-                                       at(position), child, describe(node), child));
+          add_problem(at(position), fmt::format("{} must be a table but is {}; write [{}] on a line of its own", child,
+                                                describe(node), child));
+          continue;
         }
         read_table(*node.as_table(), child);
       } else if (const auto known = keys_.find(child); known != keys_.end()) {
@@ -266,15 +302,17 @@ class Reader {
     if (!value) {
       const std::string range = granuscope::describe(key.range, like);
       const std::string text = node.is_string() ? odd_sign_in(node.as_string()->get()) : "";
-      throw InputError(fmt::format("{}: {} must be {} but is {}{}; {}{}", at(position), key.path(), kind_of(like),
-                                   describe(node), text.empty() ? "" : " (" + text + ")", key.meaning,
-                                   range.empty() || !key.range.names.empty() ? "" : " (" + range + ")"));
+      add_problem(at(position), fmt::format("{} must be {} but is {}{}; {}{}", key.path(), kind_of(like),
+                                            describe(node), text.empty() ? "" : " (" + text + ")", key.meaning,
+                                            range.empty() || !key.range.names.empty() ? "" : " (" + range + ")"));
+      return;
     }
     try {
       if (key.range.ascending) sort(*value);
       key.set(*value);
     } catch (const InputError& error) {
-      throw InputError(fmt::format("{}: {}: {}", at(position), key.path(), error.what()));
+      add_problem(at(position), fmt::format("{}: {}", key.path(), error.what()));
+      return;
     }
     positions_[key.path()] = at(position);
   }
@@ -293,14 +331,15 @@ class Reader {
   void read_verdict(const std::string& claim, const toml::node& node, const toml::source_position& position) {
     const auto* verdict = node.as_string();
     if (verdict == nullptr) {
-      throw InputError(fmt::format("{}: {}.{} must be a string but is {}; {}", at(position), expected_verdicts_table,
-                                   claim, describe(node), expected_verdicts_meaning));
+      add_problem(at(position), fmt::format("{}.{} must be a string but is {}; {}", expected_verdicts_table, claim,
+                                            describe(node), expected_verdicts_meaning));
+      return;
     }
     experiment_.expected_verdicts[claim] = verdict->get();
     positions_[fmt::format("{}.{}", expected_verdicts_table, claim)] = at(position);
   }
 
-  [[noreturn]] void refuse(const std::string& table, const std::string& name, const toml::source_position& position) {
+  void refuse(const std::string& table, const std::string& name, const toml::source_position& position) {
     const std::string path = table.empty() ? name : table + "." + name;
     std::vector<std::string> known(tables_.begin(), tables_.end());
     std::vector<std::string> siblings;
@@ -317,8 +356,8 @@ class Reader {
     std::string advice = meant ? fmt::format("did you mean {}?", *meant) : "";
     if (!meant && !siblings.empty()) advice = fmt::format("[{}] knows {}", table, fmt::join(siblings, ", "));
     if (!meant && siblings.empty()) advice = fmt::format("the tables are {}", fmt::join(tables_, ", "));
-    throw InputError(fmt::format("{}: unknown key {}: a mistyped key would silently keep its default; {}", at(position),
-                                 path, advice));
+    add_problem(at(position),
+                fmt::format("unknown key {}: a mistyped key would silently keep its default; {}", path, advice));
   }
 
   static std::string describe(const toml::node& node) {
@@ -337,8 +376,9 @@ class Reader {
   std::map<std::string, const Key*> keys_;
   std::list<Key> picture_keys_;  ///< of the pictures met so far; keys_ points to them
   std::set<std::string> tables_;
-  std::map<std::string, std::string> positions_;  ///< where each key was written, in words
-  std::string override_;                          ///< KEY=VALUE, while that is read
+  std::map<std::string, Place> positions_;  ///< where each key was written
+  std::vector<std::pair<Place, std::string>> problems_;
+  std::string override_;  ///< KEY=VALUE, while that is read
 };
 
 }  // namespace
@@ -383,7 +423,7 @@ void require_shallow_toml(std::string_view text, const std::string& file) {
 }  // namespace
 
 Experiment parse_experiment(std::string_view text, const std::string& file, const std::vector<std::string>& overrides,
-                            EmptyFile empty) {
+                            EmptyFile empty, const std::string& title) {
   require_sensible_size(text.size(), file);
   require_shallow_toml(text, file);
   Reader reader(file);
@@ -402,7 +442,7 @@ Experiment parse_experiment(std::string_view text, const std::string& file, cons
         file));
   }
   for (const std::string& assignment : overrides) reader.override_by(assignment);
-  return reader.checked();
+  return reader.checked(title);
 }
 
 Experiment read_experiment(std::istream& in, const std::vector<std::string>& overrides, const std::string& name) {
@@ -442,7 +482,9 @@ Experiment read_experiment(const std::filesystem::path& file, const std::vector<
   }
   const auto size = std::filesystem::file_size(file, code);
   if (!code) require_sensible_size(size, file.string());
-  return parse_experiment(read_file(file), file.string(), overrides, EmptyFile::refused);
+  constexpr std::size_t longest_title = 100;
+  const std::string title = single_line(file.stem().string(), longest_title);
+  return parse_experiment(read_file(file), file.string(), overrides, EmptyFile::refused, title);
 }
 
 }  // namespace granuscope

@@ -25,9 +25,10 @@ bool is_open_already(const std::filesystem::path& file);
 Experiment read_experiment(std::istream& in, const std::vector<std::string>& overrides,
                            const std::string& name = "standard input");
 
-/// The same from text; `file` is only what messages call it.
+/// The same from text; `file` is only what messages call it, `title` the name of an experiment that has none.
 Experiment parse_experiment(std::string_view text, const std::string& file,
-                            const std::vector<std::string>& overrides = {}, EmptyFile empty = EmptyFile::allowed);
+                            const std::vector<std::string>& overrides = {}, EmptyFile empty = EmptyFile::allowed,
+                            const std::string& title = {});
 
 /// The experiment as TOML with every key written out and commented. It reads back to an equal experiment, and the same
 /// experiment gives the same bytes.

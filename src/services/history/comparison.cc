@@ -223,13 +223,18 @@ Comparison compare_runs(const RunRecord& before, const RunRecord& after) {
                          : changed_keys(keys_in_summary(before.summary), keys_in_summary(after.summary));
   find_other_numbers(before, after, comparison);
   if (!comparison.keys.empty()) {
+    comparison.numbers =
+        hold_against(primary_numbers(before.summary), before.blocks, primary_numbers(after.summary), after.blocks);
     if (!only_other_samples(comparison.keys)) {
       comparison.likeness = Likeness::other_experiment;
+      // Exponents belong to windows and lists that may differ; what was measured at one value may be shown side by
+      // side.
+      std::erase_if(comparison.numbers,
+                    [](const MovedNumber& one) { return one.name.find(" at ") == std::string::npos; });
+      for (MovedNumber& one : comparison.numbers) one.moved = false;
       return comparison;
     }
     comparison.likeness = Likeness::other_samples;
-    comparison.numbers =
-        hold_against(primary_numbers(before.summary), before.blocks, primary_numbers(after.summary), after.blocks);
     comparison.depths =
         hold_against(depth_numbers(before.summary), before.blocks, depth_numbers(after.summary), after.blocks);
     for (MovedNumber& detail : comparison.depths) detail.moved = false;
@@ -310,6 +315,8 @@ std::vector<std::string> describe(const Comparison& comparison) {
     }
     case Likeness::other_experiment:
       lines.push_back("other experiments: " + in_words(comparison.keys));
+      if (!comparison.numbers.empty()) lines.emplace_back("what both measured, not judged, since it need not agree:");
+      for (const MovedNumber& one : comparison.numbers) lines.push_back(in_words(one));
   }
   return lines;
 }

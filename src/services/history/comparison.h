@@ -53,7 +53,7 @@ enum class Likeness {
   same,              ///< every value and error is equal, and so are the data of the figures (of one build: the figures)
   other_numbers,     ///< the same experiment, and other numbers: of another program or library, or not reproducible
   other_samples,     ///< the same experiment but for seed or samples: the numbers must agree within their errors
-  other_experiment,  ///< nothing to compare
+  other_experiment,  ///< nothing to judge: the numbers of what both measured stand side by side
 };
 
 std::string name_of(Likeness likeness);
@@ -71,11 +71,12 @@ struct Comparison {
   FirstDifference where = FirstDifference::none;  ///< other_numbers: at what stage,
   std::string place;                              ///< the file or number that differs first,
   double largest = 0;  ///< the largest difference in standard errors; infinite where an exact number differs
-  std::vector<std::string> causes;   ///< and what else differs: program, libraries, processor; none: not reproducible
-  bool causes_known = false;         ///< whether both runs tell what made them
-  std::vector<MovedNumber> numbers;  ///< other_samples: the primary numbers
-  std::vector<MovedNumber> depths;   ///< and, not judged, those of single depths
-  std::vector<ChangedKey> keys;      ///< the keys that differ
+  std::vector<std::string> causes;  ///< and what else differs: program, libraries, processor; none: not reproducible
+  bool causes_known = false;        ///< whether both runs tell what made them
+  std::vector<MovedNumber>
+      numbers;  ///< other_samples: the primary numbers; other_experiment: those of what both measured
+  std::vector<MovedNumber> depths;  ///< and, not judged, those of single depths
+  std::vector<ChangedKey> keys;     ///< the keys that differ
   std::string hash_before, hash_after;
 
   bool is_rounding() const { return where == FirstDifference::analysis && largest < rounding; }

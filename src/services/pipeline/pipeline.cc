@@ -358,9 +358,9 @@ class Run {
     data_.skipped.insert(data_.skipped.end(), picture.skipped.begin(), picture.skipped.end());
   }
 
-  void leave_out(const InputError& reason) {
-    data_.skipped.push_back(fmt::format("A figure is left out: {}.", reason.what()));
-    log_line(options_.progress, data_.skipped.back());
+  void leave_out(const std::string& sentence) {
+    data_.skipped.push_back(sentence);
+    log_line(options_.progress, sentence);
   }
 
   /// A figure with nothing to show (InputError) is left out with its reason: the numbers that are known, and the
@@ -370,7 +370,7 @@ class Run {
     try {
       make();
     } catch (const InputError& nothing_to_show) {
-      leave_out(nothing_to_show);
+      leave_out(fmt::format("A figure is left out: {}.", nothing_to_show.what()));
     }
   }
 
@@ -412,7 +412,9 @@ class Run {
         // The paper's Fig. 1 has this one on the left, the force chains on the right.
         if (data_.figures.size() > 1) std::rotate(data_.figures.begin(), data_.figures.end() - 1, data_.figures.end());
       }
-      const std::vector<FigurePlot> plots = main_figures(experiment_, data_.analysis);
+      std::vector<std::string> left_out;
+      const std::vector<FigurePlot> plots = main_figures(experiment_, data_.analysis, &left_out);
+      for (const std::string& sentence : left_out) leave_out(sentence);
       for (const FigurePlot& plot_one : plots) add_figure([&] { return plot_one(options_.folder); });
       for (const auto& study : studies_) {
         const std::size_t before = data_.figures.size();
@@ -441,7 +443,9 @@ class Run {
       data_.skipped.push_back(
           fmt::format("Page 1 has no figure: report.key_figure names {}, which this run does not make.", named));
     }
-    if (named.empty() && chosen == data_.figures.end()) chosen = find(first_of_study_);
+    for (const std::string& instead : {first_of_study_, std::string(transport_with_depth_id)}) {
+      if (named.empty() && chosen == data_.figures.end()) chosen = find(instead);
+    }
     if (chosen == data_.figures.end()) return;
     data_.key_figure = chosen->id;
     std::rotate(data_.figures.begin(), chosen, chosen + 1);
@@ -501,10 +505,29 @@ RunResult run_experiment(const Experiment& experiment, const RunOptions& options
   return Run(experiment, options).go();
 }
 
-std::vector<FigurePlot> main_figures(const Experiment& experiment, const Analysis& analysis) {
+std::vector<FigurePlot> main_figures(const Experiment& experiment, const Analysis& analysis,
+                                     std::vector<std::string>* left_out) {
   using Folder = const std::filesystem::path&;
-  const FigureSpec& asked = experiment.figures;
+  FigureSpec asked = experiment.figures;
   const auto clear = std::make_shared<const Analysis>(without_imprecise_points(analysis));
+  // One point tells nothing about how c and D depend on each other, or on what is scanned.
+  const auto values = std::ranges::count_if(
+      clear->results, [](const Transport& one) { return !one.exact && one.c.known() && one.D.known(); });
+  const auto leave_out = [&](std::initializer_list<bool*> figures, const std::string& why) {
+    const bool any = std::ranges::any_of(figures, [](const bool* one) { return *one; });
+    for (bool* one : figures) *one = false;
+    if (any && left_out != nullptr) left_out->push_back(why);
+  };
+  const std::string& symbol = experiment.scanned().symbol;
+  if (values < 2) {
+    leave_out(
+        {&asked.propagation_against_diffusion, &asked.propagation_and_thrust, &asked.scaling_with_friction},
+        fmt::format("The figures of c and D against {0} and each other are left out: both are measured at {1} {0}.",
+                    symbol, values == 0 ? "no" : "one"));
+  } else if (!has_exponents(*clear)) {
+    leave_out({&asked.scaling_with_friction},
+              fmt::format("The figure of the exponents is left out: {}.", clear->scaling.gamma.exponent.reason));
+  }
   std::vector<FigurePlot> figures;
   if (has_main_finding(*clear)) {
     figures.emplace_back([clear](Folder run) { return plot_main_finding(*clear, run); });

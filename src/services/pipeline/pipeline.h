@@ -73,7 +73,9 @@ struct RunResult {
 /// the caller. A figure that cannot be made ends nothing: the report says so in its place, and RunResult::failure.
 RunResult run_experiment(const Experiment& experiment, const RunOptions& options);
 
-/// The plots of the main line that the experiment asks for, in reading order. The analysis must outlive them.
-std::vector<FigurePlot> main_figures(const Experiment& experiment, const Analysis& analysis);
+/// The plots of the main line that the experiment asks for and that have something to show, in reading order; why
+/// others have not, in `left_out`. The analysis must outlive them.
+std::vector<FigurePlot> main_figures(const Experiment& experiment, const Analysis& analysis,
+                                     std::vector<std::string>* left_out = nullptr);
 
 }  // namespace granuscope

@@ -1,0 +1,115 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cli/flag_checks.h"
+#include "cli/verbs.h"
+#include "experiment/experiment_file.h"
+#include "pipeline/pipeline.h"
+#include "support/error.h"
+#include "support/files.h"
+#include "support/machine.h"
+#include "support/plain_text.h"
+#include "support/progress.h"
+
+namespace granuscope {
+namespace {
+
+struct NewOptions {
+  std::vector<double> mu = {0.1, 0.2, 0.3};
+  std::vector<std::string> errors;  ///< "c=0.001", "D=0.01"
+  int layers = LatticeSpec{}.layers;
+  std::string estimator = name_of(EstimatorName::multiplexed);
+  std::string file;
+};
+
+/// The commented file, without what it takes.
+std::string file_text(const NewOptions& options) {
+  std::string text = fmt::format(
+      "[friction]\nmu = [{}]  # friction coefficients, from 0 to below sqrt(3)\n\n"
+      "[lattice]  # of beads; columns, windows and depths follow where they are not written\n"
+      "layers = {}  # the lowest 20 follow another law and are not used\n\n"
+      "[response]\n"
+      "# multiplexed: all loads at the top vary a little at once, the linear response; point: one bead bears twice as\n"
+      "# much, the paper's procedure, which needs some twenty times the piles; fluctuation: no load at all\n"
+      "estimator = \"{}\"\n"
+      "samples = {}  # piles at each mu{}\n",
+      fmt::join(options.mu, ", "), options.layers, name_of(estimator_named(options.estimator)),
+      options.errors.empty() ? 1024 : 256, options.errors.empty() ? "" : " to begin with");
+  if (!options.errors.empty()) text += "\n[precision]  # piles are drawn until the standard errors are so small\n";
+  for (const std::string& one : options.errors) {
+    const std::size_t equals = one.find('=');
+    if (equals == std::string::npos || (one.substr(0, equals) != "c" && one.substr(0, equals) != "D")) {
+      throw InputError(fmt::format("--error-of {} asks for nothing; write c=0.001 or D=0.01", one));
+    }
+    double error = 0;
+    key_fields::from_text(error, one.substr(equals + 1));
+    text += fmt::format("{} = {}\n", one.substr(0, equals), error);
+  }
+  return text;
+}
+
+/// What a run of it does on this machine, as comments.
+std::string told_of(const std::string& text, const NewOptions& options) {
+  const std::string name = options.file.empty() ? "experiment.toml" : options.file;
+  const Experiment experiment = parse_experiment(text, "granuscope new");
+  RunOptions run;
+  run.folder = std::filesystem::path("out") / "none" / "yet";  // of which nothing is read but what is not there
+  const std::vector<PlannedStep> plan = plan_run(experiment, run);
+  const int threads = worker_count(0);
+  const PlannedTime time = estimate_time(plan, threads);
+  std::string told = fmt::format(
+      "# granuscope run {0}                  makes its report\n# granuscope run {0} --print-config   shows every key "
+      "with its value\n#\n# {1} × {2} beads, on this machine ({3}) roughly {4}{5}:\n",
+      shell_word(name), experiment.lattice.columns, experiment.lattice.layers,
+      threads == 1 ? "one thread" : fmt::format("{} threads", threads), describe_duration(time.seconds),
+      time.at_least ? " or more" : "");
+  for (const PlannedStep& step : plan) {
+    if (step.stage == Stage::sample) told += fmt::format("#   {}\n", step.what);
+  }
+  return told + "\n" + text;
+}
+
+ExitCode write_new(const NewOptions& options, VerbContext& context) {
+  std::error_code none;
+  if (!options.file.empty() && std::filesystem::exists(std::filesystem::symlink_status(options.file, none))) {
+    throw InputError(
+        fmt::format("{} is there already, and an experiment is never written over; name another file", options.file));
+  }
+  const std::string text = told_of(file_text(options), options);
+  if (options.file.empty()) {
+    context.out << text;
+    return ExitCode::done;
+  }
+  write_file(options.file, text);
+  context.err << fmt::format("wrote {}\n", options.file);
+  return ExitCode::done;
+}
+
+}  // namespace
+
+void add_new_verb(CLI::App& app, VerbContext& context) {
+  CLI::App* verb =
+      app.add_subcommand("new", "Write an experiment file with comments, the number of piles and the time they take");
+  const auto options = std::make_shared<NewOptions>();
+  verb->add_option("--mu", options->mu, "friction coefficients, as 0.2,0.3")->delimiter(',')->capture_default_str();
+  verb->add_option("--error-of", options->errors,
+                   "c=0.001 or D=0.01: the standard error wanted, for which piles are drawn; may be repeated")
+      ->delimiter(',');
+  verb->add_option("--layers", options->layers, "layers of the piles")->capture_default_str();
+  verb->add_option("--estimator", options->estimator, "multiplexed, point, paired or fluctuation")
+      ->capture_default_str();
+  verb->add_option("-o,--out", options->file, "file to write, which must not be there (default: standard output)")
+      ->check(output_file());
+  verb->callback(
+      [options, &context] { context.action = [options, &context] { return write_new(*options, context); }; });
+}
+
+}  // namespace granuscope

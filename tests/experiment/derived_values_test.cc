@@ -1,0 +1,165 @@
+#include "experiment/derived_values.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <string>
+#include <vector>
+
+#include "experiment/experiment.h"
+#include "experiment/experiment_file.h"
+#include "kit/temporary_folder.h"
+#include "support/error.h"
+#include "support/files.h"
+
+using namespace granuscope;
+using Catch::Matchers::Contains;
+
+namespace {
+
+std::string refusal(const std::string& text) {
+  try {
+    parse_experiment(text, "x.toml");
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "(accepted)";
+}
+
+int depths_of(const FitSpec& fit) { return (fit.last_layer - fit.first_layer) / fit.layer_step + 1; }
+
+}  // namespace
+
+TEST_CASE("Where nothing is written the defaults come out") {
+  const Experiment derived = parse_experiment("", "x.toml");
+  CHECK(print_experiment(derived) == print_experiment(Experiment{}));
+}
+
+TEST_CASE("What is derived reads back as it is") {
+  const Experiment derived = parse_experiment("[lattice]\nlayers = 120\n[friction]\nmu = 0.25\n", "x.toml");
+  const std::string text = print_experiment(derived);
+  CHECK(print_experiment(parse_experiment(text, "y.toml")) == text);
+}
+
+TEST_CASE("One line is an experiment, with brackets or without") {
+  for (const char* mu : {"0.25", "[0.25]"}) {
+    const Experiment e = parse_experiment(fmt::format("[friction]\nmu = {}\n", mu), "x.toml");
+    CHECK(e.mu == std::vector<double>{0.25});
+    CHECK(e.figures.profile_mu == 0.25);
+    CHECK(e.force_chains.mu == 0.25);
+  }
+  CHECK(parse_experiment("[fit]\nother_scaling_windows = [0.1, 0.4]\n", "x.toml").fit.other_scaling_windows ==
+        std::vector<std::array<double, 2>>{{0.1, 0.4}});
+  CHECK(parse_experiment("[figures.response_profiles]\nlayers = 100\n", "x.toml").figures.profile_layers ==
+        std::vector<int>{100});
+}
+
+TEST_CASE("Every friction, size, estimator and model runs, or says in one message why it cannot") {
+  const std::vector<std::string> frictions = {"0.25", "[0.2, 0.4]", "[0.1, 0.2, 0.3]", "[0, 0.05, 0.1, 0.3, 0.6, 1.2]",
+                                              "0"};
+  const std::vector<std::string> sizes = {"layers = 40", "layers = 120", "layers = 500", "layers = 2000\ncolumns = 64",
+                                          "columns = 40"};
+  const std::vector<std::string> estimators = {"point", "paired", "multiplexed", "fluctuation"};
+  const std::vector<std::string> models = {"frictional-beads", "q-model", "three-leg", "stochastic-osl",
+                                           "diluted-beads"};
+  int accepted = 0, refused = 0;
+  for (const std::string& model : models) {
+    for (const std::string& estimator : estimators) {
+      for (const std::string& size : sizes) {
+        for (const std::string& mu : frictions) {
+          const std::string text = fmt::format(
+              "[model]\nname = \"{}\"\n[response]\nestimator = \"{}\"\n[lattice]\n{}\n[friction]\nmu = {}\n", model,
+              estimator, size, mu);
+          CAPTURE(text);
+          try {
+            const Experiment e = parse_experiment(text, "x.toml");
+            CHECK_FALSE(find_problem(e));
+            CHECK(depths_of(e.fit) >= least_window_depths);
+            CHECK(e.fit.last_layer < e.lattice.layers);
+            CHECK((!e.sampling.model.has_contacts() || std::ranges::count(e.mu, e.force_chains.mu) == 1));
+            ++accepted;
+          } catch (const InputError& error) {
+            ++refused;
+            CHECK(error.messages().size() == 1);
+            const bool deep_enough = estimator != "fluctuation" || size.find("2000") != std::string::npos;
+            // The models without a split, the piles solved as a whole, and layers that are too few to fluctuate.
+            CHECK_THAT(error.what(), (Contains("x.toml:4:1: response.estimator: ") && Contains(model)) ||
+                                         (Contains("x.toml:6:1: lattice.layers: ") && Contains("too few")) ||
+                                         (Contains("lattice.") && Contains("opened contacts")) ||
+                                         (Contains("lattice.columns: ") && Contains("meet behind the ring")));
+            CHECK((model != "frictional-beads" || !deep_enough));
+          }
+        }
+      }
+    }
+  }
+  WARN(accepted << " accepted, " << refused << " refused");
+  CHECK(accepted > 350);
+}
+
+TEST_CASE("Laws of small piles get piles that they can complete") {
+  const Experiment e = parse_experiment("[sampling]\nlaw = \"polytope\"\n", "x.toml");
+  CHECK(e.lattice.columns * e.lattice.layers <= 4096);
+  CHECK(e.force_chains.columns * e.force_chains.computed_layers() <= 4096);
+  CHECK_THAT(refusal("[sampling]\nlaw = \"rejection\"\n"), Contains("x.toml:2:1: sampling.law: ") && Contains("256"));
+}
+
+TEST_CASE("Windows and figures follow the layers") {
+  const Experiment shallow = parse_experiment("[lattice]\nlayers = 120\n", "x.toml");
+  CHECK(shallow.fit.last_layer == 99);
+  CHECK(shallow.fit.first_layer == 32);
+  CHECK(shallow.figures.profile_layers == std::vector<int>{61, 94});
+  const Experiment deep = parse_experiment("[lattice]\nlayers = 2000\n", "x.toml");
+  CHECK(deep.fit.last_layer == 1979);
+  CHECK(deep.fit.layer_step % 2 == 1);
+  CHECK(depths_of(deep.fit) < 60);
+  CHECK(deep.lattice.columns > 2000);
+  const Experiment by_window = parse_experiment("[fit]\nlast_layer = 300\n", "x.toml");
+  CHECK(by_window.lattice.layers == 321);
+  const Experiment narrow = parse_experiment("[lattice]\ncolumns = 100\n", "x.toml");
+  CHECK(narrow.fit.last_layer < 100);
+  CHECK(narrow.lattice.layers == narrow.fit.last_layer + 21);
+  const Experiment of_friction = parse_experiment("[friction]\nmu = [0.4, 0.6, 0.8, 1]\n", "x.toml");
+  CHECK(of_friction.fit.scaling_window == std::array{0.4, 1.0});
+  CHECK(of_friction.figures.profile_mu == 0.4);
+}
+
+TEST_CASE("Samples and blocks follow each other") {
+  CHECK(parse_experiment("[response]\nblocks = 1000\n", "x.toml").response.samples == 8000);
+  CHECK(parse_experiment("[response]\nsamples = 100\n", "x.toml").response.blocks == 12);
+  CHECK_THAT(refusal("[response]\nsamples = 50\n"), Contains("x.toml:2:1: response.samples: "));
+  CHECK(parse_experiment("[response]\nsamples = 200000\n[precision]\nc = 1e-4\n", "x.toml").precision.most_samples ==
+        200000);
+  CHECK(refusal("[response]\nblocks = 500\n[studies.chain_share]\nsamples = 8000\n") == "(accepted)");
+}
+
+TEST_CASE("What is wrong in a file is told at once, in its order") {
+  try {
+    parse_experiment(
+        "[friction]\nmu = [0.3, 2.0]\n[response]\nsampels = 512\noverload = \"much\"\n[fit]\nlayer_step = 0\n",
+        "x.toml", {"report.pfd=false"});
+    FAIL("accepted");
+  } catch (const InputError& error) {
+    const std::vector<std::string>& all = error.messages();
+    REQUIRE(all.size() == 5);
+    CHECK_THAT(all[0], Contains("x.toml:2:1: friction.mu: 2 is out of range"));
+    CHECK_THAT(all[1], Contains("x.toml:4:1: unknown key response.sampels") && Contains("response.samples?"));
+    CHECK_THAT(all[2], Contains("x.toml:5:1: response.overload must be a number but is a string"));
+    CHECK_THAT(all[3], Contains("x.toml:7:1: fit.layer_step: 0 is out of range"));
+    CHECK_THAT(all[4], Contains("--set report.pfd=false: unknown key report.pfd"));
+  }
+  std::string many = "[lattice]\n";
+  for (int k = 0; k < 50; ++k) many += fmt::format("key_{} = 1\n", k);
+  CHECK_THAT(refusal(many), Contains("30 more things are wrong"));
+}
+
+TEST_CASE("An experiment without a name has that of its file") {
+  const test::TemporaryFolder scratch;
+  const auto file = scratch / "soft sand.toml";
+  write_file(file, "[friction]\nmu = 0.3\n");
+  CHECK(read_experiment(file).name == "soft sand");
+  write_file(scratch / " .toml", "[friction]\nmu = 0.3\n");
+  CHECK(read_experiment(scratch / " .toml").name == "experiment");
+  CHECK(read_experiment(file, {"experiment.name=other"}).name == "other");
+}
