@@ -9,6 +9,7 @@
 #include <numbers>
 #include <optional>
 
+#include "analysis/claims.h"
 #include "analysis/mean_response.h"
 #include "analysis/scaling.h"
 #include "analysis/shape_fit.h"
@@ -24,13 +25,19 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// The paper's exponents: c0 - c against mu, D against mu, c0 - c against D. `tolerance`: the error that it prints, or
-/// half a unit of the last digit where it says "about".
+/// The paper's exponents: c0 - c against mu, D against mu, c0 - c against D.
 struct PaperExponent {
-  const char* name;
-  double value, tolerance;
+  const char *name, *symbol;
+  PaperNumber number;
+  std::optional<Rival> rival;
+  ReplicatedPowerLaw ReplicatedFits::*fit;
+
+  const Estimate& of(const ReplicatedFits& found) const { return (found.*fit).fit.exponent; }
 };
-constexpr std::array<PaperExponent, 3> paper{{{"gamma", 1, 0}, {"beta", 2.5, 0.05}, {"alpha", 0.4, 0.01}}};
+const std::array<PaperExponent, 3> paper{
+    {{"gamma", "γ of xₚ/z", paper_gamma, second_order, &ReplicatedFits::gamma},
+     {"beta", "β of W²/z", paper_beta, std::nullopt, &ReplicatedFits::beta},
+     {"alpha", "α of xₚ/z against W²/z", paper_alpha, linear_in_D, &ReplicatedFits::alpha}}};
 
 /// x_p and W of one response, bead diameters.
 struct Reading {
@@ -114,11 +121,6 @@ std::optional<Reading> read(const HalfResponse& half, Reading start, double colu
   return {};
 }
 
-/// c and D at one depth, with replicates, read in one way.
-struct Coefficients {
-  Replicated c, D;
-};
-
 /// One friction coefficient at one depth.
 struct DepthReading {
   int layer = 0;
@@ -182,81 +184,69 @@ DepthReading read_depth(const MeasuredEnsemble& ensemble, std::size_t row) {
   return result;
 }
 
-/// The three exponents in the order of `paper`.
-using Exponents3 = std::array<ReplicatedPowerLaw, 3>;
-
-struct Point {
-  double mu;
-  Replicated c, D;
-};
-
-Exponents3 exponents_of(const std::vector<Point>& points, std::array<double, 2> window) {
-  std::vector<Replicated> mu, slowing, spreading;
-  for (const Point& point : points) {
-    if (point.mu < window[0] - 1e-9 || point.mu > window[1] + 1e-9) continue;
-    mu.push_back(transform([&](double) { return std::log(point.mu); }, point.c));
-    slowing.push_back(transform([](double c) { return std::log(tan30 - c); }, point.c));
-    spreading.push_back(transform([](double D) { return std::log(D); }, point.D));
-  }
-  return {fit_replicated_power_law(mu, slowing, window), fit_replicated_power_law(mu, spreading, window),
-          fit_replicated_power_law(spreading, slowing, window)};
-}
-
-/// Whether each of the paper's three numbers lies within two standard errors and its last digit.
-bool meets_the_paper(const Exponents3& found) {
-  for (std::size_t i = 0; i < paper.size(); ++i) {
-    const Estimate& one = found[i].fit.exponent;
-    if (!one.known() || std::abs(one.value - paper[i].value) > 2 * one.standard_error + paper[i].tolerance)
-      return false;
-  }
-  return true;
+/// Whether each of the paper's three numbers lies within two standard errors and its own.
+bool meets_the_paper(const ReplicatedFits& found) {
+  return std::all_of(paper.begin(), paper.end(), [&](const PaperExponent& one) {
+    const Estimate& read = one.of(found);
+    return read.known() && std::abs(read.value - one.number.value) <= 2 * read.standard_error + one.number.error;
+  });
 }
 
 /// Sum of the squared distances from the paper's numbers, in standard errors.
-double distance_from_paper(const Exponents3& found) {
+double distance_from_paper(const ReplicatedFits& found) {
   double sum = 0;
-  for (std::size_t i = 0; i < paper.size(); ++i) {
-    const Estimate& one = found[i].fit.exponent;
-    sum += std::pow((one.value - paper[i].value) / one.standard_error, 2);
+  for (const PaperExponent& one : paper) {
+    const Estimate& read = one.of(found);
+    sum += std::pow((read.value - one.number.value) / read.standard_error, 2);
   }
   return sum;
 }
 
-Json exponents_json(const Exponents3& found) {
+Json exponents_json(const ReplicatedFits& found) {
   Json json;
-  for (std::size_t i = 0; i < paper.size(); ++i) json[paper[i].name] = found[i].fit.exponent;
+  for (const PaperExponent& one : paper) {
+    const ScalingFit& fit = (found.*one.fit).fit;
+    json[one.name] = fit.exponent;
+    if (fit.exponent.known() && fit.misses_the_points())
+      json[one.name].update({{"power_law", false}, {"about_law", fit.scatter}});
+  }
   return json;
 }
+
+std::string in_words(const Estimate& one) { return value_with_error(one.value, one.standard_error); }
 
 /// One depth at which one may read.
 struct DepthExponents {
   int layer = 0;
   double z = 0;
-  Exponents3 literal, from_load;
+  ReplicatedFits literal, from_load;
   double ratio_without_friction = std::nan("");  ///< x_p/z at mu = 0, which the paper gives as tan 30 degrees
 };
 
-/// gamma and alpha, and beside them beta, against the depth at which c and D are read.
-Figure plot_literal_reading(const std::vector<DepthExponents>& depths, std::size_t best,
-                            const std::filesystem::path& run_folder) {
+/// gamma and alpha, and beside them beta, against the depth at which c and D are read. `met`: the depths of all three.
+Figure plot_literal_reading(const std::vector<DepthExponents>& depths, const DepthExponents& best,
+                            const std::vector<double>& met, const std::filesystem::path& run_folder) {
   Plot plot;
   plot.id = "literal-reading";
   plot.height = 2.7;
   plot.key.inches = 0.25;
   plot.key.horizontal = true;
   CsvTable table({"z: bead diameters", "gamma: dimensionless", "gamma_error: dimensionless", "beta: dimensionless",
-                  "beta_error: dimensionless", "alpha: dimensionless", "alpha_error: dimensionless"});
+                  "beta_error: dimensionless", "alpha: dimensionless", "alpha_error: dimensionless",
+                  "gamma_from_load: dimensionless"});
   Range z;
   std::array<Range, 2> shown;  // of gamma and alpha, and of beta
   for (const DepthExponents& depth : depths) {
     std::vector<double> row{depth.z};
     z.add(depth.z);
     for (std::size_t i = 0; i < paper.size(); ++i) {
-      const Estimate& one = depth.literal[i].fit.exponent;
+      const Estimate& one = paper[i].of(depth.literal);
       row.insert(row.end(), {one.value, one.standard_error});
       shown[i == 1].add(one.value - one.standard_error);
       shown[i == 1].add(one.value + one.standard_error);
     }
+    row.push_back(paper[0].of(depth.from_load).value);
+    shown[0].add(row.back());
     table.add_row(row);
   }
   const std::string file = plot.add_data("", table);
@@ -265,43 +255,33 @@ Figure plot_literal_reading(const std::vector<DepthExponents>& depths, std::size
   const Style of_paper{"lines", "black", 1.2, 3};
   for (std::size_t p = 0; p < panels.size(); ++p) {
     for (std::size_t i = 0; i < paper.size(); ++i) {
-      if ((i == 1) == (p == 1)) shown[p].add(paper[i].value);
+      if ((i == 1) == (p == 1)) shown[p].add(paper[i].number.value);
     }
     panels[p].x = linear_axis("depth z at which c and D are read", widened(z, 0.03), 6);
     panels[p].y = linear_axis(p == 0 ? "exponents γ and α" : "exponent β", widened(shown[p], 0.08), 6);
   }
   for (std::size_t i = 0; i < paper.size(); ++i) {
     Panel& panel = panels[i == 1];
-    panel.add_level(paper[i].value, of_paper);
+    panel.add_level(paper[i].number.value, of_paper);
     const Ink ink = ink_of_series(i);
     panel.add(file, fmt::format("1:{}:{}", 2 + 2 * i, 3 + 2 * i), ink.bars(0.8, 0.35));
     plot.add_key(symbols[i], ink.points(0.55));
   }
+  panels[0].add(file, "1:8", ink_of_series(0).line(0.9, 2));
+  plot.add_key("γ from z − ½", ink_of_series(0).line(0.9, 2));
   plot.add_key("the paper", of_paper);
   plot.panels.assign(panels.begin(), panels.end());
-  std::vector<double> met;
-  for (const DepthExponents& one : depths) {
-    if (meets_the_paper(one.literal)) met.push_back(one.z);
-  }
-  const auto in_words = [](const Estimate& one) { return value_with_error(one.value, one.standard_error); };
   return plot_figure(plot,
                      {"studies/literal_reading.captions",
-                      {{"gamma", in_words(depths[best].literal[0].fit.exponent)},
-                       {"beta", in_words(depths[best].literal[1].fit.exponent)},
-                       {"alpha", in_words(depths[best].literal[2].fit.exponent)},
-                       {"best", fmt::format("{:.1f}", depths[best].z)},
+                      {{"gamma", in_words(paper[0].of(best.literal))},
+                       {"beta", in_words(paper[1].of(best.literal))},
+                       {"alpha", in_words(paper[2].of(best.literal))},
+                       {"best", fmt::format("{:.1f}", best.z)},
                        {"met", met.empty() ? "" : "yes"},
                        {"from", met.empty() ? "" : fmt::format("{:.1f}", met.front())},
                        {"to", met.empty() ? "" : fmt::format("{:.1f}", met.back())}}},
                      run_folder);
 }
-
-/// The exponents at one depth with one choice changed, and by how much that moves them.
-struct ChangedReading {
-  std::string change;
-  Exponents3 found;
-  std::array<Estimate, 3> shift;
-};
 
 class LiteralReading final : public CopiedStudy<LiteralReading> {
  public:
@@ -335,32 +315,34 @@ class LiteralReading final : public CopiedStudy<LiteralReading> {
 
   void finish() override {
     if (readings_.empty()) return;
+    std::vector<std::size_t> rows;  // of each depth in depths_
     for (std::size_t k = 0; k < readings_.front().depths.size(); ++k) {
       DepthExponents depth;
       depth.layer = readings_.front().depths[k].layer;
       depth.z = readings_.front().depths[k].z;
-      depth.literal = exponents_of(points_at(k, depth.z), window_);
-      depth.from_load = exponents_of(points_at(k, depth.z - Lattice::depth(0)), window_);
+      depth.literal = fit_coefficients(points_at(k, depth.z), window_);
+      depth.from_load = fit_coefficients(points_at(k, depth.z - Lattice::depth(0)), window_);
       for (const FrictionReading& one : readings_) {
         if (one.mu == 0) depth.ratio_without_friction = one.depths[k].peak.value / depth.z;
       }
-      const bool known = depth.literal[0].fit.exponent.known() && depth.literal[1].fit.exponent.known();
-      if (known) depths_.push_back(std::move(depth));
-      if (known) rows_.push_back(k);
+      if (!paper[0].of(depth.literal).known() || !paper[1].of(depth.literal).known()) continue;
+      if (meets_the_paper(depth.literal)) met_.push_back(depth.z);
+      depths_.push_back(std::move(depth));
+      rows.push_back(k);
     }
     if (depths_.empty()) return;
-    best_ = static_cast<std::size_t>(std::min_element(depths_.begin(), depths_.end(),
-                                                      [](const DepthExponents& a, const DepthExponents& b) {
-                                                        return distance_from_paper(a.literal) <
-                                                               distance_from_paper(b.literal);
-                                                      }) -
-                                     depths_.begin());
+    const auto nearest = std::min_element(depths_.begin(), depths_.end(), [](const auto& a, const auto& b) {
+      return distance_from_paper(a.literal) < distance_from_paper(b.literal);
+    });
+    best_ = static_cast<std::size_t>(nearest - depths_.begin());
     const DepthExponents& best = depths_[best_];
-    const std::size_t k = rows_[best_];
+    const std::size_t k = rows[best_];
+    points_ = points_at(k, best.z);
     add_change("as_read", best.literal);
     add_change("depth_from_load", best.from_load);
-    std::vector<Point> integrated, smoothed;
-    for (const FrictionReading& one : with_friction()) {
+    std::vector<Coefficients> integrated, smoothed;
+    for (const FrictionReading& one : readings_) {
+      if (one.mu == 0) continue;
       const DepthReading& at = one.depths[k];
       integrated.push_back({one.mu, over(at.peak_inside, at.z), over(at.width_inside, at.z)});
       if (k == 0 || k + 1 >= one.depths.size()) continue;
@@ -371,14 +353,63 @@ class LiteralReading final : public CopiedStudy<LiteralReading> {
       }
       smoothed.push_back({one.mu, mean_of(c), mean_of(D)});
     }
-    add_change("integrated_over_a_bead", exponents_of(integrated, window_));
-    add_change("mean_of_three_depths", exponents_of(smoothed, window_));
-    std::vector<Point> points = points_at(k, best.z);
-    std::erase_if(points, [&](const Point& p) { return p.mu < window_[0] - 1e-9 || p.mu > window_[1] + 1e-9; });
+    add_change("integrated_over_a_bead", fit_coefficients(integrated, window_));
+    add_change("mean_of_three_depths", fit_coefficients(smoothed, window_));
+    std::vector<Coefficients> points = points_;
+    std::erase_if(points,
+                  [&](const auto& p) { return p.scanned < window_[0] - 1e-9 || p.scanned > window_[1] + 1e-9; });
     if (points.size() > static_cast<std::size_t>(min_power_law_points)) {
-      add_change("without_lowest_mu", exponents_of(points, {points[1].mu, window_[1]}));
-      add_change("without_highest_mu", exponents_of(points, {window_[0], points[points.size() - 2].mu}));
+      add_change("without_lowest_mu", fit_coefficients(points, {points[1].scanned, window_[1]}));
+      add_change("without_highest_mu", fit_coefficients(points, {window_[0], points[points.size() - 2].scanned}));
     }
+  }
+
+  std::vector<OtherReading> readings() const override {
+    if (depths_.empty()) return {};
+    const DepthExponents& best = depths_[best_];
+    OtherReading reading{"at_one_depth", fmt::format("at z = {:.1f}", best.z), {}, best.literal.shown()};
+    for (const Coefficients& one : points_) reading.points.push_back({one.scanned, estimate(one.c), estimate(one.D)});
+    return {reading};
+  }
+
+  // By the rule for numbers at the depth that comes nearest to the paper's three: the worst verdict counts, and of
+  // equal ones the number farthest off is shown. One of the three makes up for the choice of the depth.
+  std::vector<Claim> claims(const ClaimSpec&) const override {
+    if (!asked()) return {};
+    Claim claim = open_claim(
+        "c-of-mu-as-read", "c₀ − c ∝ μ as the paper reads it: c = xₚ/z and D = W²/z at one depth have its γ, β and α.",
+        paper[0].symbol);
+    if (depths_.empty()) {
+      leave_open(claim, "at no depth are c and D known at three friction coefficients of the window");
+      return {claim};
+    }
+    const DepthExponents& best = depths_[best_];
+    const auto rank = [](const Claim& one) {
+      const std::array<const char*, 4> worst_last{reproduced, not_decided, not_tested, not_reproduced};
+      const auto at = std::find(worst_last.begin(), worst_last.end(), one.verdict) - worst_last.begin();
+      return std::pair(at, std::abs(one.z_score));
+    };
+    for (const PaperExponent& one : paper) {
+      Claim tried = open_claim(claim.id, claim.statement, fmt::format("{}, z = {:.1f}", one.symbol, best.z));
+      judge_by_number(tried, one.of(best.literal), one.number, one.rival, one.symbol);
+      if (claim.verdict.empty() || rank(tried) > rank(claim)) claim = std::move(tried);
+    }
+    claim.explanation =
+        fmt::format("At z = {:.1f} γ is {}, β {} and α {}. ", best.z, in_words(paper[0].of(best.literal)),
+                    in_words(paper[1].of(best.literal)), in_words(paper[2].of(best.literal))) +
+        (met_.empty() ? "At no depth are all three within two errors of the paper’s numbers."
+                      : fmt::format("All three are within two errors of the paper’s numbers at {} of {} "
+                                    "depths, from z = {:.1f} to {:.1f}.",
+                                    met_.size(), depths_.size(), met_.front(), met_.back()));
+    add_sentence(claim,
+                 "The paper prints no depth for its exponents: this one was chosen by them, so that two of the three "
+                 "numbers test it.");
+    if (std::isfinite(best.ratio_without_friction)) {
+      add_sentence(claim, fmt::format("Against it speaks the paper’s own c = tan 30° = {:.4f} at μ = 0, where xₚ/z is "
+                                      "{:.4f} at this depth.",
+                                      tan30, best.ratio_without_friction));
+    }
+    return {claim};
   }
 
   std::vector<ReportPart> parts() const override {
@@ -388,7 +419,9 @@ class LiteralReading final : public CopiedStudy<LiteralReading> {
 
   std::vector<FigurePlot> figures(const Analysis&) const override {
     if (depths_.empty()) return {};
-    return {[this](const std::filesystem::path& folder) { return plot_literal_reading(depths_, best_, folder); }};
+    return {[this](const std::filesystem::path& folder) {
+      return plot_literal_reading(depths_, depths_[best_], met_, folder);
+    }};
   }
 
   Json json() const override {
@@ -406,19 +439,14 @@ class LiteralReading final : public CopiedStudy<LiteralReading> {
     }
     Json best = json["depths"][best_];
     json["best"] = std::move(best);
-    std::vector<double> met;
-    for (const DepthExponents& one : depths_) {
-      if (meets_the_paper(one.literal)) met.push_back(one.z);
-    }
-    json["met"] = {{"depths", met.size()}};
-    if (!met.empty()) json["met"]["z"] = {met.front(), met.back()};
+    json["met"] = {{"depths", met_.size()}};
+    if (!met_.empty()) json["met"]["z"] = {met_.front(), met_.back()};
     json["readings"] = Json::array();
-    for (const ChangedReading& one : changes_) {
-      Json changed = {{"change", one.change}};
-      changed.update(exponents_json(one.found));
-      for (std::size_t i = 0; i < paper.size(); ++i) {
-        changed[std::string(paper[i].name) + "_shift"] = one.shift[i];
-      }
+    for (const auto& [found, shown] : changes_) {
+      Json changed = {{"change", shown.change}};
+      changed.update(exponents_json(found));
+      changed.update(
+          {{"gamma_shift", shown.gamma_shift}, {"beta_shift", shown.beta_shift}, {"alpha_shift", shown.alpha_shift}});
       json["readings"].push_back(std::move(changed));
     }
     return json;
@@ -429,42 +457,27 @@ class LiteralReading final : public CopiedStudy<LiteralReading> {
     return transform([depth](double value) { return value / depth; }, number);
   }
 
-  std::vector<FrictionReading> with_friction() const {
-    std::vector<FrictionReading> all;
-    std::copy_if(readings_.begin(), readings_.end(), std::back_inserter(all),
-                 [](const FrictionReading& one) { return one.mu > 0; });
-    return all;
-  }
-
-  std::vector<Point> points_at(std::size_t k, double depth) const {
-    std::vector<Point> points;
+  std::vector<Coefficients> points_at(std::size_t k, double depth) const {
+    std::vector<Coefficients> points;
     for (const FrictionReading& one : readings_) {
-      if (one.mu <= 0) continue;
+      if (one.mu == 0) continue;
       points.push_back({one.mu, over(one.depths[k].peak, depth), over(one.depths[k].width_squared, depth)});
     }
     return points;
   }
 
-  void add_change(const char* change, const Exponents3& found) {
-    ChangedReading one{change, found, {}};
-    const Exponents3& read = depths_[best_].literal;
-    for (std::size_t i = 0; i < paper.size(); ++i) {
-      if (!found[i].fit.exponent.known()) {
-        one.shift[i].reason = found[i].fit.exponent.reason;
-        continue;
-      }
-      one.shift[i] = estimate(transform([](double a, double b) { return a - b; }, found[i].exponent, read[i].exponent));
-    }
-    changes_.push_back(std::move(one));
+  void add_change(const char* change, const ReplicatedFits& found) {
+    changes_.emplace_back(found, variation_of(depths_[best_].literal, change, found));
   }
 
   bool show_ = false;
   std::array<double, 2> window_{};
   std::vector<FrictionReading> readings_;  ///< ascending in mu, all with the same depths
   std::vector<DepthExponents> depths_;     ///< where exponents are known, from the top down
-  std::vector<std::size_t> rows_;          ///< of each, its place in FrictionReading::depths
+  std::vector<double> met_;                ///< z of those with all three numbers of the paper
   std::size_t best_ = 0;                   ///< the depth that comes nearest to the paper
-  std::vector<ChangedReading> changes_;    ///< there
+  std::vector<Coefficients> points_;       ///< c and D there
+  std::vector<std::pair<ReplicatedFits, ScalingVariation>> changes_;  ///< there, with one choice changed
 };
 
 }  // namespace

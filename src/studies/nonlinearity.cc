@@ -323,22 +323,6 @@ void LoadComparer::close_friction() {
   open_.clear();
 }
 
-/// The exponents of one load, over the friction coefficients given.
-struct LoadComparer::LawPair {
-  ReplicatedPowerLaw beta, gamma;
-
-  LawPair(const std::vector<double>& mu, const std::vector<const Slopes*>& points, std::array<double, 2> window) {
-    std::vector<Replicated> log_mu, log_D, log_slowing;
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      log_mu.push_back(transform([&](double) { return std::log(mu[i]); }, points[i]->D.replicates));
-      log_D.push_back(transform(logarithm, points[i]->D.replicates));
-      log_slowing.push_back(transform(log_of_slowing, points[i]->c.replicates));
-    }
-    beta = fit_replicated_power_law(log_mu, log_D, window);
-    gamma = fit_replicated_power_law(log_mu, log_slowing, window);
-  }
-};
-
 bool LoadComparer::has_logarithms(const Slopes& slopes) {
   return slopes.c.estimate.known() && slopes.D.estimate.known() &&
          estimate(transform(logarithm, slopes.D.replicates)).known() &&
@@ -349,23 +333,22 @@ bool LoadComparer::has_logarithms(const Slopes& slopes) {
 /// response over the same friction coefficients and layers: others could not be compared.
 LoadExponents LoadComparer::measure_exponents(std::size_t k) const {
   const std::array<double, 2> window = fit_.scaling_window;
-  std::vector<double> at_mu;
-  std::vector<const Slopes*> points, linear_points;
+  std::vector<Coefficients> points, linear_points;
   for (const std::vector<Measured>& loads : measured_) {
     const Measured& one = loads[k];
     const double mu = one.response.spec.sampler.mu;
     if (mu < window[0] - window_slack || mu > window[1] + window_slack) continue;
     if (!has_logarithms(one.slopes) || !has_logarithms(one.linear)) continue;
-    at_mu.push_back(mu);
-    points.push_back(&one.slopes);
-    linear_points.push_back(&one.linear);
+    points.push_back({mu, one.slopes.c.replicates, one.slopes.D.replicates});
+    linear_points.push_back({mu, one.linear.c.replicates, one.linear.D.replicates});
   }
-  const LawPair laws(at_mu, points, window), linear(at_mu, linear_points, window);
+  const ReplicatedFits laws = fit_coefficients(points, window), linear = fit_coefficients(linear_points, window);
   const LoadResponse& load = measured_.front()[k].response;
   LoadExponents exponents;
   exponents.response = load.spec.response;
   exponents.reference = load.reference;
-  exponents.window = {at_mu.empty() ? window[0] : at_mu.front(), at_mu.empty() ? window[1] : at_mu.back()};
+  exponents.window = {points.empty() ? window[0] : points.front().scanned,
+                      points.empty() ? window[1] : points.back().scanned};
   exponents.points = static_cast<int>(points.size());
   exponents.beta = laws.beta.fit.exponent;
   exponents.gamma = laws.gamma.fit.exponent;

@@ -12,6 +12,8 @@
 #include "analysis/mean_response.h"
 #include "analysis/results.h"
 #include "analysis/scaling.h"
+#include "analysis/transport.h"
+#include "ensemble/estimator.h"
 #include "model/lattice.h"
 #include "plot/figure_captions.h"
 #include "plot/gnuplot.h"
@@ -230,6 +232,23 @@ void to_json(Json& json, const SmallFriction& small) {
 
 namespace {
 
+/// Peaks are told from here on: narrower ones have c and D that the size of a bead biases.
+constexpr double least_peak_width = 0.8;  // bead diameters
+
+/// The layers over which c and D are slopes: from where the peaks of the smallest friction, of W^2 = 0.57 mu^2 z, are
+/// that wide to twice as deep, an odd step so that both row parities take part.
+FitSpec peak_window(const std::vector<double>& mu) {
+  constexpr double D_over_mu2 = 0.57;
+  FitSpec fit;
+  fit.layer_step = 17;
+  const double first = least_peak_width * least_peak_width / (D_over_mu2 * mu.front() * mu.front() * sqrt3 / 2);
+  fit.first_layer = fit.shallow_layer = static_cast<int>(std::min(first, 1e9 / 2));
+  fit.last_layer = fit.first_layer + fit.layer_step * (fit.first_layer / fit.layer_step);
+  fit.min_identifiable_width = least_peak_width;
+  fit.scaling_window = {mu.front(), mu.back()};
+  return fit;
+}
+
 class SmallFrictionStudy final : public CopiedStudy<SmallFrictionStudy> {
  public:
   std::string id() const override { return "small_friction"; }
@@ -245,10 +264,18 @@ class SmallFrictionStudy final : public CopiedStudy<SmallFrictionStudy> {
                  KeyRange{.why = "above 1 only are the fluctuations of the forces saturated, and more than 1000 show "
                                  "nothing new (4 is usual)"}
                      .within(1, 1000)),
-        make_key(table(), "samples", "piles", "piles per friction coefficient, at least eight per block", samples_)};
+        make_key(table(), "samples", "piles", "piles per friction coefficient, at least eight per block", samples_),
+        make_key(table(), "peaks_mu", "",
+                 "friction coefficients, three or more, at which c and D of the peaks are measured too, by the linear "
+                 "response (multiplexed, each pile and its opposite) of piles deep enough for the smallest; none: not "
+                 "at all",
+                 peaks_mu_, friction_range_above_zero()),
+        make_key(table(), "peaks_samples", "pairs", "pairs of these piles per friction coefficient", peaks_samples_,
+                 KeyRange{.why = "eight blocks of eight are the fewest that give a standard error"}.within(
+                     group_size * min_blocks, most_samples))};
   }
 
-  bool asked() const override { return !mu_.empty(); }
+  bool asked() const override { return !mu_.empty() || !peaks_mu_.empty(); }
 
   Problem find_problem(const MainLine& main) const override {
     for (const double mu : mu_) {
@@ -257,7 +284,14 @@ class SmallFrictionStudy final : public CopiedStudy<SmallFrictionStudy> {
         return found;
       }
     }
-    return find_samples_problem(key("samples"), samples_, main.response.blocks);
+    if (!peaks_mu_.empty()) {
+      const EnsembleSpec deep = peaks_spec(main, peaks_mu_.front());
+      if (auto found = find_lattice_problem(key("peaks_mu"), deep.lattice.columns, key("peaks_mu"), deep.lattice.layers,
+                                            2 * bottom_margin, drawing_memory(deep))) {
+        return found;
+      }
+    }
+    return mu_.empty() ? Problem() : find_samples_problem(key("samples"), samples_, main.response.blocks);
   }
 
   std::vector<StudyEnsemble> ensembles(const MainLine& main) const override {
@@ -269,24 +303,71 @@ class SmallFrictionStudy final : public CopiedStudy<SmallFrictionStudy> {
       spec.record_profiles = false;
       all.push_back({fmt::format("small friction, mu = {}", mu), fmt::format("small-friction-mu-{}", exact(mu)), spec});
     }
+    for (const double mu : peaks_mu_) {
+      all.push_back({fmt::format("peaks at small friction, mu = {}", mu),
+                     fmt::format("small-friction-peaks-mu-{}", exact(mu)), peaks_spec(main, mu), 1});
+    }
     return all;
   }
 
-  void add(const StudyEnsemble&, const MeasuredEnsemble& ensemble) override {
+  void begin(const MainLine&, int threads) override { threads_ = threads; }
+
+  void add(const StudyEnsemble& one, const MeasuredEnsemble& ensemble) override {
+    if (one.part == 1) {
+      peaks_.push_back(measure_transport(ensemble, peak_window(peaks_mu_), {}, threads_));
+      return;
+    }
     replicated_.push_back(measure_small_friction(ensemble));
     measured_.push_back(replicated_.back().result);
   }
 
-  void finish() override { scaling_ = fit_small_friction(replicated_); }
+  void finish() override {
+    scaling_ = fit_small_friction(replicated_);
+    if (!peaks_.empty()) peaks_scaling_ = fit_scaling(peaks_, peak_window(peaks_mu_).scaling_window);
+  }
+
+  std::vector<OtherReading> readings() const override {
+    if (peaks_.empty()) return {};
+    OtherReading reading{"small_friction", "small friction", {}, peaks_scaling_};
+    for (const MeasuredTransport& one : peaks_) {
+      reading.points.push_back({one.transport.scanned(), one.transport.c, one.transport.D});
+    }
+    return {reading};
+  }
 
   Json json() const override {
     Json json = {{"piles", measured_}};
-    if (measured_.empty()) return json;
-    json["exponent"] = scaling_.exponent;
-    json["exponent"]["window"] = scaling_.window;
-    json["exponent"]["points"] = scaling_.points;
-    json["exponent"]["running"] = scaling_.running;
+    if (!measured_.empty()) {
+      json["exponent"] = scaling_.exponent;
+      json["exponent"]["window"] = scaling_.window;
+      json["exponent"]["points"] = scaling_.points;
+      json["exponent"]["running"] = scaling_.running;
+    }
+    for (const MeasuredTransport& one : peaks_) {
+      const Transport& t = one.transport;
+      const double mu = t.scanned();
+      const auto slowing = [mu](double c) { return (tan30 - c) / (mu * mu); };
+      json["peaks"].push_back(
+          {{"mu", mu},
+           {"columns", t.spec.lattice.columns},
+           {"layers", t.spec.lattice.layers},
+           {"samples", t.samples},
+           {"window_layers", t.window_layers},
+           {"c", t.c},
+           {"D", t.D},
+           {"c_thrust", t.c_thrust},
+           {"slowing_over_mu_squared",
+            t.c.known() ? Estimate{slowing(t.c.value), t.c.standard_error / mu / mu, ""} : t.c},
+           {"thrust_slowing_over_mu_squared",
+            t.c_thrust.known() ? Estimate{slowing(t.c_thrust.value), t.c_thrust.standard_error / mu / mu, ""}
+                               : t.c_thrust}});
+    }
     return json;
+  }
+
+  std::vector<ReportPart> parts() const override {
+    if (peaks_.empty()) return {};
+    return {{.page = "studies/small_friction.table", .base = "/studies/small_friction", .needs = "peaks"}};
   }
 
   std::vector<FigurePlot> figures(const Analysis& main) const override {
@@ -302,6 +383,20 @@ class SmallFrictionStudy final : public CopiedStudy<SmallFrictionStudy> {
     return static_cast<int>(std::min(std::ceil(depth_ * saturation_layers(mu)) + bottom_margin, 2e9));
   }
 
+  EnsembleSpec peaks_spec(const MainLine& main, double mu) const {
+    const FitSpec fit = peak_window(peaks_mu_);
+    constexpr double room = 1.05;  // for the width of the two peaks, which must stay apart
+    const double reach = room * 2 * tan30 * Lattice::depth(fit.last_layer);
+    EnsembleSpec spec = main.ensemble_at(
+        mu, {20 * static_cast<int>(std::ceil(reach / 20)), fit.last_layer + bottom_margin + 1}, peaks_samples_);
+    spec.response = multiplexed_response(main.response.epsilon, true);
+    spec.response.samples = peaks_samples_;
+    spec.response.blocks = static_cast<int>(
+        std::min<std::uint64_t>(static_cast<std::uint64_t>(main.response.blocks), peaks_samples_ / group_size));
+    spec.layers = layers_to_record(fit, {});
+    return spec;
+  }
+
   std::vector<double> mu_;  ///< each above 0; empty: not measured
   int columns_ = 64;
   double depth_ = 4;             ///< in units of the saturation depth of 0.6/mu^2 layers
@@ -309,6 +404,11 @@ class SmallFrictionStudy final : public CopiedStudy<SmallFrictionStudy> {
   std::vector<MeasuredSmallFriction> replicated_;
   std::vector<SmallFriction> measured_;  ///< ascending in mu
   ScalingFit scaling_;                   ///< tan30 - c_thrust against mu, over all of them
+  std::vector<double> peaks_mu_;         ///< likewise, of the peaks
+  std::uint64_t peaks_samples_ = 64;
+  int threads_ = 0;
+  std::vector<MeasuredTransport> peaks_;
+  ScalingFits peaks_scaling_;
 };
 
 }  // namespace

@@ -274,6 +274,7 @@ Claim judge_stretch(const std::vector<DeepResponse>& measured, const ClaimSpec& 
                     const std::string& where, PowerOfDepth DeepResponse::*stretch, double from) {
   Claim claim =
       open_claim(id, fmt::format("The squared width W² grows linearly with z {}.", where), "power of z in W²");
+  claim.beyond_paper = true;
   const PaperNumber paper{.value = 1, .tolerance = spec.exponent_tolerance};
   const DeepResponse* farthest = nullptr;
   double farthest_z = 0;
@@ -296,6 +297,7 @@ Claim judge_stretch(const std::vector<DeepResponse>& measured, const ClaimSpec& 
   judge_by_number(claim, power.exponent, paper, {},
                   fmt::format("The power of z in W² from z = {:.0f} to {:.0f} at μ = {}, where it is farthest from 1,",
                               power.from, power.to, farthest->spec.sampler.mu));
+  claim.quantity += fmt::format(" at μ = {}, where it is farthest from 1", farthest->spec.sampler.mu);
   if (all.size() > 1) add_sentence(claim, fmt::format("All of them: {}.", fmt::join(all, ", ")));
   return claim;
 }

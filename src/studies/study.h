@@ -134,6 +134,8 @@ class Study {
   /// All ensembles are there.
   virtual void finish() {}
 
+  /// c and D as it reads them, beside the slopes of the main line, in figures and on page 1.
+  virtual std::vector<OtherReading> readings() const { return {}; }
   /// The claims of the paper that it decides; not tested, with what to ask for, where nothing is measured.
   virtual std::vector<Claim> claims(const ClaimSpec&) const { return {}; }
   /// Its results: what stands at /studies/<id> of summary.json.

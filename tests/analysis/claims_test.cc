@@ -37,7 +37,7 @@ KnownTransport straight_rays(double c, double D) {
 Analysis analysis_of(const KnownTransport& known, const SyntheticNoise& noise, double mu = 1.7) {
   MeasuredEnsemble ensemble = synthetic_ensemble(known, noise, columns, layers_to_record(window(), {}), 32, 100);
   ensemble.spec.sampler.mu = mu;
-  return analyse({measure_transport(ensemble, window(), {}, 2)}, window(), {}, {});
+  return analyse({measure_transport(ensemble, window(), {}, 2)}, window(), {});
 }
 
 std::string verdict(const Analysis& analysis, const std::string& id) { return claim(analysis.claims, id).verdict; }

@@ -246,17 +246,6 @@ TEST_CASE("an ensemble with an empty block is unknown, not a crash") {
   CHECK_FALSE(t.c_thrust.known());
 }
 
-TEST_CASE("ratios are position and squared width over depth") {
-  const MeasuredTransport measured = measure_transport(
-      synthetic_ensemble({}, {0.5, 7}, made_up_columns, layers_to_record(short_window(), {}), 32, 100), short_window(),
-      {120}, 1);
-  REQUIRE(measured.ratios.size() == 1);
-  const DepthFit& fit = measured.transport.depths.back();
-  CHECK(measured.ratios[0].layer == 120);
-  CHECK(measured.ratios[0].position.value == Approx(fit.peak_position.value / fit.z));
-  CHECK(estimate(measured.ratios[0].width_squared).standard_error == Approx(fit.width_squared.standard_error / fit.z));
-}
-
 TEST_CASE("profiles are mirror symmetric, sum to the overload and carry their fit") {
   const Transport t =
       measure(synthetic_ensemble({}, {0.5, 7}, made_up_columns, layers_to_record(short_window(), {}), 32, 100));

@@ -246,7 +246,8 @@ TEST_CASE("Numbers of a run are listed for a paper, and its figures plotted agai
   const test::TemporaryFolder folder;
   std::ofstream(folder / "summary.json")
       << R"({"schema": 2, "results": [{"mu": 0.3, "c": {"value": 0.5607, "stderr": 0.0005}, "samples": 3456}],
-             "scaling": {"beta": {"value": 2.522, "stderr": 0.05}, "gamma": {"value": null, "stderr": null, "reason": "x"}},
+             "scaling": {"beta": {"value": 2.522, "stderr": 0.05}, "gamma": {"value": null, "stderr": null, "reason": "x"},
+                         "alpha": {"value": 1.1, "stderr": 0.032, "power_law": false}},
              "claims": [{"id": "D-of-mu", "measured": -1.5, "stderr": 0.02}], "figures": [{"id": "f", "height": 3}]})";
   const std::string at = folder.path().string();
   const auto tex = granuscope_command({"numbers", at});
@@ -254,6 +255,7 @@ TEST_CASE("Numbers of a run are listed for a paper, and its figures plotted agai
   CHECK_THAT(tex.out,
              Contains("\\csname granuscope@\\detokenize{beta}\\endcsname{\\ensuremath{2.522(50)}}") &&
                  Contains("granuscope@\\detokenize{mu-0.3/c}\\endcsname{\\ensuremath{0.56070(50)}}") &&
+                 Contains("granuscope@\\detokenize{alpha}\\endcsname{\\ensuremath{1.1}}") &&
                  Contains("granuscope@\\detokenize{mu-0.3/samples}\\endcsname{\\ensuremath{3456}}") &&
                  Contains("granuscope@\\detokenize{claims/D-of-mu/measured}\\endcsname{\\ensuremath{-1.500(20)}}") &&
                  !Contains("gamma") && !Contains("height"));

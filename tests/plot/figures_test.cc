@@ -157,7 +157,7 @@ TEST_CASE("Transport with depth shows ratios and lines") {
   }
 }
 
-TEST_CASE("Where no slope is known the scaling shows no ratio") {
+TEST_CASE("Where no slope is known the scaling shows none") {
   const TemporaryFolder run;
   Analysis analysis = synthetic::analysis();
   Transport& last = analysis.results.back();
@@ -165,7 +165,7 @@ TEST_CASE("Where no slope is known the scaling shows no ratio") {
   last.c = last.D = synthetic::unknown("the noise leaves open whether there are two peaks");
   last.c_thrust = synthetic::known(0.9033, 0.0004);
   plot_scaling_with_friction(analysis, run.path());
-  for (const char* part : {"D-of-mu-ratios-inside", "D-of-mu-ratios-outside", "c-of-mu-ratios-outside"}) {
+  for (const char* part : {"D-of-mu-slopes-inside", "D-of-mu-slopes-outside", "c-of-mu-slopes-outside"}) {
     const std::filesystem::path file = run.path() / fmt::format("figures/scaling-with-friction-{}.csv", part);
     if (std::filesystem::exists(file)) CHECK_FALSE(contains(read_file(file), "\n1.7,"));
   }
@@ -240,7 +240,7 @@ TEST_CASE("c against D shows the fit, the paper's exponent, both kinds of points
   }
 }
 
-TEST_CASE("The scaling with friction shows slopes beside ratios, each with its exponent") {
+TEST_CASE("The scaling with friction shows slopes beside what is read at one depth, each with its exponent") {
   const TemporaryFolder run;
   const Analysis analysis = synthetic::analysis();
   const Figure figure = plot_scaling_with_friction(analysis, run.path());
@@ -249,21 +249,19 @@ TEST_CASE("The scaling with friction shows slopes beside ratios, each with its e
   CHECK(contains(figure.details, "γ = 1.743(92)"));
   CHECK(contains(figure.details, "at z = 95.8, with β = 2.790(70)"));
   const std::string svg = read_file(run.path() / figure.screen);
-  for (const char* label : {"slopes: β = 2.538(81)", "ratios at z = 95.8: β = 2.790(70)", "the paper: γ = 1",
-                            "over law", "open: outside the window"}) {
+  for (const char* label : {"slopes: β = 2.538(81)", "at z = 95.8: β = 2.790(70)", "the paper: γ = 1", "over law",
+                            "open: outside the window"}) {
     INFO(label);
     CHECK(contains(svg, label));
   }
-  // x_p/z at layer 110: the synthetic offset over z below the slope.
-  const std::string csv = read_file(run.path() / "figures/scaling-with-friction-c-of-mu-ratios-inside.csv");
-  CHECK(std::count(csv.begin(), csv.end(), '\n') == 2 + 5);  // their window is 0.15 to 0.6
-  CHECK_FALSE(contains(csv, "\n0,"));
+  const std::string csv = read_file(run.path() / "figures/scaling-with-friction-c-of-mu-at_one_depth-inside.csv");
+  CHECK(std::count(csv.begin(), csv.end(), '\n') == 2 + 4);  // of mu = 0.1 to 0.3
 }
 
-TEST_CASE("The scaling with friction can do without ratios and without laws") {
+TEST_CASE("The scaling with friction can do without readings and without laws") {
   const TemporaryFolder run;
   Analysis analysis = synthetic::analysis();
-  analysis.by_ratio.clear();
+  analysis.readings.clear();
   analysis.scaling.beta.exponent = analysis.scaling.gamma.exponent = synthetic::unknown("too few points");
   analysis.results.erase(analysis.results.begin() + 2, analysis.results.end());  // mu = 0 and 0.1
   const Figure figure = plot_scaling_with_friction(analysis, run.path());

@@ -63,10 +63,10 @@ TEST_CASE("At the widths of journals no text of a figure is clipped or covered, 
 TEST_CASE("The longest texts of exponents, where there is no power law, leave points and lines free") {
   const test::TemporaryFolder run;
   Analysis analysis = synthetic::analysis();
-  RatioScaling& ratio = analysis.by_ratio.front();
-  ratio.fits.gamma = synthetic::power_law(1.104, 0.02, -2.5, {0.1, 0.3});
+  ScalingFits &read = analysis.readings[0].fits, &small = analysis.readings[1].fits;
+  read.gamma = synthetic::power_law(1.104, 0.02, -2.5, {0.1, 0.3});
   for (ScalingFit* fit :
-       {&analysis.scaling.gamma, &analysis.scaling.alpha, &ratio.fits.gamma, &ratio.from_load.gamma}) {
+       {&analysis.scaling.gamma, &analysis.scaling.alpha, &read.gamma, &read.alpha, &small.gamma, &small.alpha}) {
     fit->scatter.chi2 = 123;
     fit->scatter.degrees_of_freedom = 4;
     REQUIRE(fit->misses_the_points());

@@ -235,7 +235,19 @@ inline Analysis analysis() {
   other.gamma.exponent = unknown("D is unknown at μ = 0.6");
   other.gamma.intercept = other.gamma.exponent;
   made.other_windows.push_back(other);
-  made.by_ratio = {{110, 95.763, other, made.scaling}, {170, 147.724, other, made.scaling}};
+  made.readings = {{"at_one_depth", "at z = 95.8", {}, made.scaling}, {"small_friction", "small friction", {}, {}}};
+  made.readings[0].fits.beta.exponent = known(2.79, 0.07);
+  made.readings[0].fits.gamma = power_law(0.98, 0.03, -2.7, {0.1, 0.3});
+  made.readings[0].fits.alpha = power_law(0.398, 0.018, -2.9, {0.1, 0.3});
+  for (const Row& row : rows()) {
+    made.readings[0].points.push_back(
+        {row.mu, known(tan30 - 0.067 * std::pow(row.mu, 0.98), 4e-4), known(row.D, 0.05 * row.D)});
+  }
+  made.readings[1].fits = {power_law(2.06, 0.07, -0.5, {0.05, 0.1}), power_law(1.95, 0.04, -1.5, {0.05, 0.1}),
+                           power_law(0.95, 0.03, -1, {0.05, 0.1})};
+  for (const double mu : {0.05, 0.07, 0.1}) {
+    made.readings[1].points.push_back({mu, known(tan30 - 0.26 * mu * mu, 2e-5), known(0.6 * mu * mu, 0.02 * mu * mu)});
+  }
   made.mean_position_offset = known(-0.2874, 0.0059);
   made.claims = claims();
   return made;

@@ -20,7 +20,7 @@ namespace {
 Analysis analysis_over(std::array<double, 2> window) {
   Analysis analysis = synthetic::analysis();
   analysis.scaling = synthetic::scaling(window);
-  for (RatioScaling& ratio : analysis.by_ratio) ratio.fits = synthetic::scaling(window);
+  for (OtherReading& reading : analysis.readings) reading.fits = synthetic::scaling(window);
   return analysis;
 }
 

@@ -75,7 +75,7 @@ TEST_CASE("Every keyed number of the page is the one in summary.json") {
     }
   }
   for (const char* name : {"/scaling/beta", "/scaling/gamma", "/scaling/alpha", "/scaling/beta/window/0",
-                           "/scaling/other_windows/0/alpha", "/scaling/by_ratio/1/gamma", "/claims/1/measured",
+                           "/scaling/other_windows/0/alpha", "/scaling/readings/1/gamma", "/claims/1/measured",
                            "/claims/1/stderr", "/claims/1/paper", "/claims/1/z_score", "/results/4/failed/0/replay",
                            "/results/1/exponents/noise", "/mean_exponents/position", "/figures/1/caption", "/seed"}) {
     INFO(name);

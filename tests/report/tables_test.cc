@@ -206,14 +206,12 @@ TEST_CASE("Exponents without a value leave no empty tables, and their reasons ar
   none.beta.exponent = none.gamma.exponent = none.alpha.exponent = missing;
   data.analysis.scaling = none;
   data.analysis.other_windows = {none};
-  data.analysis.by_ratio = {{110, 95.763, none, none}};
   const Page page(data);
   CHECK_FALSE(contains(page.html, "The same exponents"));
   CHECK(count(page.html, "one friction coefficient is no law") == 1);
-  CHECK(contains(page.html,
-                 "Unknown: β, γ and α; β, γ and α over μ = 0.1 to 0.3; β, γ and α from ratios at layer 110. Why: "));
+  CHECK(contains(page.html, "Unknown: β, γ and α; β, γ and α over μ = 0.1 to 0.3. Why: "));
   const Page usual(numbers());
-  CHECK(count(usual.html, "The same exponents") == 2);
+  CHECK(count(usual.html, "The same exponents") == 1);
 }
 
 TEST_CASE("Powers that could not be taken have their reason below the table") {
@@ -251,16 +249,23 @@ TEST_CASE("Page 1 counts what was not decided apart from what was not tested") {
   CHECK_FALSE(contains(html, "Not tested in this run"));
 }
 
-TEST_CASE("Page 1 tells where depth starts, and pulls beyond the strip end in an arrow") {
+TEST_CASE("Page 1 shows the exponents as they are read, as slopes and at small friction, and misses first") {
   ReportData data = numbers();
-  data.analysis.by_ratio[0].fits.gamma = synthetic::scaling({0.1, 0.3}).gamma;
-  data.analysis.by_ratio[0].fits.gamma.exponent = known(1.12, 0.02);
-  data.analysis.by_ratio[0].fits.gamma.scatter = {50.1, 2, 4, {}};
+  ScalingFit& gamma = data.analysis.readings[0].fits.gamma;
+  gamma.scatter = {50.1, 2, 4, {}};
   std::string html = Page(data).html;
-  CHECK(contains(html, "gives <span class=\"word\"><span data-key=\"/scaling/by_ratio/0/gamma\">1.12</span></span>"));
-  CHECK(contains(html, "no power law"));
-  CHECK(contains(html, "would follow from where <var>z</var> starts"));
-  CHECK(contains(html, "−0.2874(59)"));
+  // Without an error where there is no power law.
+  CHECK(contains(html, "<span data-key=\"/scaling/readings/0/gamma\">0.980</span>"));
+  CHECK(contains(html, "<span data-key=\"/scaling/readings/1/alpha\">0.950(30)</span>"));
+  CHECK(contains(html, "the discrepancy with the stochastic theory all but vanishes"));
+  CHECK(html.find("#claim-c-of-mu\"") < html.find("#claim-frictionless\""));
+  CHECK_FALSE(contains(html, "Beyond the paper"));
+  data.analysis.readings[1].fits.beta.exponent = known(2.5, 0.02);
+  data.analysis.claims[0].beyond_paper = true;
+  const std::string other = Page(data).html;
+  CHECK_FALSE(contains(other, "all but vanishes"));
+  CHECK(other.find("Beyond the paper") < other.find("#claim-frictionless\""));
+  CHECK(contains(other, "1 reproduced, 2 not reproduced"));
   CHECK(contains(html, "aria-label=\"pull 8.1\""));
   CHECK_FALSE(contains(html, "M9 -1L10.8 0L9 1Z"));
   data.analysis.claims[2].z_score = 17;
@@ -269,5 +274,5 @@ TEST_CASE("Page 1 tells where depth starts, and pulls beyond the strip end in an
   data.headline = "Nothing <b>was</b> found.";
   html = Page(data).html;
   CHECK(contains(html, "Nothing &lt;b&gt;was&lt;/b&gt; found."));
-  CHECK_FALSE(contains(html, "would follow from where <var>z</var> starts"));
+  CHECK_FALSE(contains(html, "class=\"regimes\""));
 }

@@ -35,9 +35,9 @@ MeasuredEnsemble piles(double mu, double c, double D, double offset = 0) {
   return ensemble;
 }
 
-/// What the study says of the friction coefficients 0.1 to 0.3 with c0 - c = 0.06 mu^gamma and D = `prefactor` mu^beta.
-nlohmann::ordered_json read(double gamma, double beta, double prefactor = 6) {
-  const auto study = literal_reading_study();
+/// The study of the friction coefficients 0.1 to 0.3 with c0 - c = 0.06 mu^gamma and D = `prefactor` mu^beta.
+std::unique_ptr<Study> study_of(double gamma, double beta, double prefactor = 6) {
+  auto study = literal_reading_study();
   MainLine main;
   main.fit.shallow_layer = 10;
   main.fit.scaling_window = {0.1, 0.3};
@@ -46,7 +46,18 @@ nlohmann::ordered_json read(double gamma, double beta, double prefactor = 6) {
   }
   study->begin(main, 1);
   study->finish();
-  return study->json();
+  return study;
+}
+
+nlohmann::ordered_json read(double gamma, double beta, double prefactor = 6) {
+  return study_of(gamma, beta, prefactor)->json();
+}
+
+/// The claim of a study that is asked for.
+Claim claim_of(double gamma, double beta) {
+  const auto study = study_of(gamma, beta);
+  for (const Key& key : study->keys()) key.set(true);
+  return study->claims({}).at(0);
 }
 
 }  // namespace
@@ -108,4 +119,17 @@ TEST_CASE("A depth that starts half a bead deeper is told from one that starts a
     CHECK(depth["from_load"]["gamma"]["value"].get<double>() == Approx(1).margin(1e-3));
     CHECK(depth["gamma"]["value"].get<double>() < 0.95);
   }
+}
+
+TEST_CASE("The exponents read at one depth are judged together, and the one that decides is shown") {
+  const Claim met = claim_of(1, 2.5);
+  CHECK(met.verdict == "reproduced");
+  const Claim missed = claim_of(1, 2);
+  CHECK(missed.verdict == "not reproduced");
+  CHECK(missed.quantity.starts_with("α"));
+  CHECK(missed.measured.value == Approx(0.5).margin(0.01));
+  const auto readings = study_of(1, 2.5)->readings();
+  REQUIRE(readings.size() == 1);
+  CHECK(readings[0].points.size() == 4);
+  CHECK(readings[0].fits.gamma.exponent.value == Approx(1).margin(1e-3));
 }

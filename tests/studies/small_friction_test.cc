@@ -4,6 +4,7 @@
 #include <cmath>
 #include <random>
 
+#include "ensemble/ensemble_runner.h"
 #include "kit/temporary_folder.h"
 #include "kit/text_parts.h"
 #include "model/lattice.h"
@@ -87,6 +88,58 @@ TEST_CASE("A thrust that falls as mu squared gives the exponent 2 within its err
   CHECK(fit.window == std::array<double, 2>{0.02, 0.1});
   CHECK(std::abs(fit.exponent.value - 2) < 4 * fit.exponent.standard_error);
   CHECK(fit.exponent.standard_error < 0.01);
+}
+
+// To leading order in mu the interval of the tangential forces is symmetric about 0, so that the mean thrust has no
+// term linear in mu. The ratios x_p/z of the paper have c0 - c = 0.06 mu.
+TEST_CASE("The thrust of saturated piles slows down with the square of friction, without a linear term") {
+  std::vector<Estimate> over_square;
+  const std::vector<double> friction{0.03, 0.1};
+  for (const double mu : friction) {
+    EnsembleSpec spec =
+        MainLine().ensemble_at(mu, {32, static_cast<int>(4 * saturation_layers(mu)) + bottom_margin}, 256);
+    spec.load = Load::uniform;
+    spec.layers = thrust_layers(spec.lattice.layers);
+    spec.record_profiles = false;
+    const Estimate slowing = measure_small_friction({spec, run_ensemble(spec, 0, nullptr)}).result.c0_minus_c;
+    over_square.push_back({slowing.value / mu / mu, slowing.standard_error / mu / mu, ""});
+    INFO(mu << ": " << over_square.back().value << " +- " << over_square.back().standard_error);
+    CHECK(std::abs(over_square.back().value - 0.258) < 5 * over_square.back().standard_error);
+  }
+  // (c0 - c)/mu^2 = quadratic + linear/mu.
+  const double lever = 1 / friction[0] - 1 / friction[1];
+  const double linear = (over_square[0].value - over_square[1].value) / lever;
+  const double error = std::hypot(over_square[0].standard_error, over_square[1].standard_error) / lever;
+  CHECK(std::abs(linear) < 5 * error);
+  CHECK(error < 0.06 / 100);
+}
+
+TEST_CASE("The peaks at small friction are measured where they are wide enough, with their exponents") {
+  const auto study = small_friction_study();
+  for (const Key& key : study->keys()) {
+    if (key.name == "peaks_mu") key.set(std::vector<double>{0.1, 0.15, 0.2});
+  }
+  const MainLine main;
+  const auto ensembles = study->ensembles(main);
+  REQUIRE(ensembles.size() == 3);
+  for (const StudyEnsemble& one : ensembles) {
+    CHECK(one.spec.response.estimator == EstimatorName::multiplexed);
+    CHECK(one.spec.response.blocks == 8);
+    CHECK(one.spec.lattice.columns > 2 * tan30 * Lattice::depth(one.spec.layers.back()));
+  }
+  study->begin(main, 0);
+  for (const StudyEnsemble& one : ensembles) study->add(one, {one.spec, run_ensemble(one.spec, 0, nullptr)});
+  study->finish();
+  const auto json = study->json();
+  REQUIRE(json["peaks"].size() == 3);
+  const double D = json["peaks"][0]["D"]["value"], error = json["peaks"][0]["D"]["stderr"];
+  CHECK(std::abs(D - 0.0061) < 5 * error);
+  CHECK(error < 0.001);
+  const OtherReading reading = study->readings().at(0);
+  CHECK(reading.id == "small_friction");
+  const Estimate& gamma = reading.fits.gamma.exponent;
+  REQUIRE(gamma.known());
+  CHECK(std::abs(gamma.value - 1.9) < 5 * gamma.standard_error);
 }
 
 TEST_CASE("Small friction shows saturation and the law that the deep piles follow") {

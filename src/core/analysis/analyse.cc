@@ -8,8 +8,7 @@
 
 namespace granuscope {
 
-Analysis analyse(std::vector<MeasuredTransport> measured, const FitSpec& fit, const ClaimSpec& claims,
-                 const std::vector<int>& ratio_layers) {
+Analysis analyse(std::vector<MeasuredTransport> measured, const FitSpec& fit, const ClaimSpec& claims) {
   std::sort(measured.begin(), measured.end(), [](const MeasuredTransport& a, const MeasuredTransport& b) {
     return a.transport.scanned() < b.transport.scanned();
   });
@@ -20,9 +19,6 @@ Analysis analyse(std::vector<MeasuredTransport> measured, const FitSpec& fit, co
   analysis.scaling = std::move(scaling.fits);
   analysis.variations = std::move(scaling.variations);
   for (const auto& window : fit.other_scaling_windows) analysis.other_windows.push_back(fit_scaling(measured, window));
-  for (const int layer : ratio_layers) {
-    analysis.by_ratio.push_back(fit_ratio_scaling(measured, layer, fit.scaling_window));
-  }
   analysis.mean_exponents = average_exponents(measured, claims.exponent_tolerance);
   analysis.mean_position_offset = average_position_offset(measured);
   analysis.claims = judge_claims(analysis, fit, claims);

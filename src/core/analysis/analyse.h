@@ -10,8 +10,6 @@
 namespace granuscope {
 
 /// From the measured ensembles, all of one scan, to exponents and claims. Results come out ascending in its parameter.
-/// `ratio_layers`: where exponents are also taken from ratios instead of slopes.
-Analysis analyse(std::vector<MeasuredTransport> measured, const FitSpec& fit, const ClaimSpec& claims,
-                 const std::vector<int>& ratio_layers);
+Analysis analyse(std::vector<MeasuredTransport> measured, const FitSpec& fit, const ClaimSpec& claims);
 
 }  // namespace granuscope

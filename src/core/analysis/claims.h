@@ -48,6 +48,12 @@ struct Rival {
   std::string name;
 };
 
+inline constexpr PaperNumber paper_gamma{.value = 1};                   ///< stated as a proportionality: exact
+inline constexpr PaperNumber paper_beta{.value = 2.5, .error = 0.05};   ///< "about 2.5": half a unit of its last digit
+inline constexpr PaperNumber paper_alpha{.value = 0.4, .error = 0.01};  ///< given with its error
+/// c0 - c in proportion to the variance of the disorder, as D, which grows as mu^2.
+inline const Rival second_order{2, "second order in μ"}, linear_in_D{1, "stochastic theory"};
+
 /// A number of the paper held against a measured one.
 struct NumberVerdict {
   std::string verdict;

@@ -161,12 +161,16 @@ struct ScalingFits {
   ScalingFit alpha;  ///< c0 - c against D
 };
 
-/// The exponents that come out if c and D are read as ratios at one depth instead of as slopes.
-struct RatioScaling {
-  int layer = 0;
-  double z = 0;           ///< bead diameters
-  ScalingFits fits;       ///< from x_p/z and W^2/z, as the paper's Fig. 3 draws them
-  ScalingFits from_load;  ///< from x_p/(z - 1/2) and W^2/(z - 1/2): depth below the centre of the loaded bead
+/// c and D read in another way than as slopes of the main line, or at another friction, with their exponents.
+struct OtherReading {
+  struct Point {
+    double mu = 0;
+    Estimate c, D;
+  };
+  std::string id;             ///< "at_one_depth", "small_friction": its name in summary.json and in files of figures
+  std::string label;          ///< "at z = 75.0": its name in figures
+  std::vector<Point> points;  ///< ascending in mu
+  ScalingFits fits;
 };
 
 /// The exponents from a choice beside that of the fit.
@@ -193,6 +197,7 @@ struct Claim {
   double rival_distance = 0;  ///< of `measured` from it in standard errors; NaN: none
   std::string explanation;    ///< why, in one sentence
   std::string remarks;        ///< further sentences, may be empty
+  bool beyond_paper = false;  ///< the paper prints no such number: the program's own test
 };
 
 /// What the analysis stage hands on.
@@ -202,7 +207,7 @@ struct Analysis {
   ScalingFits scaling;                                ///< over the primary window
   std::vector<ScalingVariation> variations;           ///< of the windows of depth and of mu
   std::vector<ScalingFits> other_windows;
-  std::vector<RatioScaling> by_ratio;  ///< over the primary window, at the layers of the response profiles
+  std::vector<OtherReading> readings;  ///< of studies, which the main line does not know
   Exponents mean_exponents;            ///< over all mu with scatter, see scaling.h
   Estimate mean_position_offset;       ///< x_0, likewise
   std::vector<Claim> claims;

@@ -21,19 +21,9 @@ struct Points {
   ReplicatedPowerLaw fit(std::array<double, 2> window) const { return fit_replicated_power_law(x, y, window); }
 };
 
-struct ReplicatedFits {
-  ReplicatedPowerLaw beta, gamma, alpha;
-  ScalingFits shown() const { return {beta.fit, gamma.fit, alpha.fit}; }
-};
+}  // namespace
 
-/// c and D of one ensemble, however they were read.
-struct Coefficients {
-  double scanned;
-  const Replicated& c;
-  const Replicated& D;
-};
-
-ReplicatedFits fit_all(const std::vector<Coefficients>& coefficients, std::array<double, 2> window) {
+ReplicatedFits fit_coefficients(const std::vector<Coefficients>& coefficients, std::array<double, 2> window) {
   Points beta, gamma, alpha;
   for (const Coefficients& one : coefficients) {
     if (one.scanned < window[0] - window_slack || one.scanned > window[1] + window_slack) continue;
@@ -47,6 +37,8 @@ ReplicatedFits fit_all(const std::vector<Coefficients>& coefficients, std::array
   }
   return {beta.fit(window), gamma.fit(window), alpha.fit(window)};
 }
+
+namespace {
 
 std::vector<Coefficients> slopes_of(const std::vector<MeasuredTransport>& results) {
   std::vector<Coefficients> slopes;
@@ -79,28 +71,28 @@ Estimate shift_between(const ReplicatedPowerLaw& moved, const ReplicatedPowerLaw
   return estimate(transform([](double a, double b) { return a - b; }, moved.exponent, from.exponent));
 }
 
-ScalingVariation variation_of(const ReplicatedFits& fits, const std::string& change, const ReplicatedFits& moved) {
-  return {change, moved.shown(), shift_between(moved.beta, fits.beta), shift_between(moved.gamma, fits.gamma),
-          shift_between(moved.alpha, fits.alpha)};
-}
-
 }  // namespace
 
+ScalingVariation variation_of(const ReplicatedFits& from, const std::string& change, const ReplicatedFits& moved) {
+  return {change, moved.shown(), shift_between(moved.beta, from.beta), shift_between(moved.gamma, from.gamma),
+          shift_between(moved.alpha, from.alpha)};
+}
+
 ScalingFits fit_scaling(const std::vector<MeasuredTransport>& results, std::array<double, 2> window) {
-  return fit_all(slopes_of(results), window).shown();
+  return fit_coefficients(slopes_of(results), window).shown();
 }
 
 ScalingWithVariations fit_scaling_with_variations(const std::vector<MeasuredTransport>& results,
                                                   std::array<double, 2> window) {
   const std::vector<Coefficients> slopes = slopes_of(results);
-  const ReplicatedFits fits = fit_all(slopes, window);
+  const ReplicatedFits fits = fit_coefficients(slopes, window);
   ScalingWithVariations all{fits.shown(), {}};
   const auto with_variations = std::find_if(results.begin(), results.end(),
                                             [](const MeasuredTransport& result) { return !result.variations.empty(); });
   if (with_variations != results.end()) {
     for (std::size_t k = 0; k < with_variations->variations.size(); ++k) {
-      all.variations.push_back(
-          variation_of(fits, with_variations->variations[k].shown.change, fit_all(varied_slopes(results, k), window)));
+      all.variations.push_back(variation_of(fits, with_variations->variations[k].shown.change,
+                                            fit_coefficients(varied_slopes(results, k), window)));
     }
   }
   std::vector<double> values;
@@ -109,9 +101,9 @@ ScalingWithVariations fit_scaling_with_variations(const std::vector<MeasuredTran
       values.push_back(one.scanned);
   }
   if (values.size() > min_power_law_points) {
-    all.variations.push_back(variation_of(fits, "without_lowest_mu", fit_all(slopes, {values[1], window[1]})));
+    all.variations.push_back(variation_of(fits, "without_lowest_mu", fit_coefficients(slopes, {values[1], window[1]})));
     all.variations.push_back(
-        variation_of(fits, "without_highest_mu", fit_all(slopes, {window[0], values[values.size() - 2]})));
+        variation_of(fits, "without_highest_mu", fit_coefficients(slopes, {window[0], values[values.size() - 2]})));
   }
   const auto spread_of = [&](Estimate ScalingVariation::*shift) {
     std::vector<Estimate> shifts;
@@ -122,26 +114,6 @@ ScalingWithVariations fit_scaling_with_variations(const std::vector<MeasuredTran
   all.fits.gamma.exponent.systematic = spread_of(&ScalingVariation::gamma_shift);
   all.fits.alpha.exponent.systematic = spread_of(&ScalingVariation::alpha_shift);
   return all;
-}
-
-RatioScaling fit_ratio_scaling(const std::vector<MeasuredTransport>& results, int layer, std::array<double, 2> window) {
-  // The load acts at the centre of a top bead, half a bead below the surface from which z counts.
-  const RowGeometry rows = results.empty() ? RowGeometry{} : rows_of(results.front().transport.spec.sampler.model);
-  const double z = rows.depth(layer), below_load = z - rows.depth(0);
-  const auto from_load = [&](double per_depth) { return per_depth * z / below_load; };
-  std::vector<MeasuredRatios> shifted;
-  std::vector<Coefficients> ratios, shifted_ratios;
-  shifted.reserve(results.size());
-  for (const MeasuredTransport& result : results) {
-    if (result.transport.exact) continue;
-    for (const MeasuredRatios& one : result.ratios) {
-      if (one.layer != layer) continue;
-      ratios.push_back({result.transport.scanned(), one.position, one.width_squared});
-      shifted.push_back({layer, transform(from_load, one.position), transform(from_load, one.width_squared)});
-      shifted_ratios.push_back({result.transport.scanned(), shifted.back().position, shifted.back().width_squared});
-    }
-  }
-  return {layer, z, fit_all(ratios, window).shown(), fit_all(shifted_ratios, window).shown()};
 }
 
 namespace {

@@ -25,9 +25,6 @@ struct ScalingWithVariations {
 ScalingWithVariations fit_scaling_with_variations(const std::vector<MeasuredTransport>& results,
                                                   std::array<double, 2> window);
 
-/// fit_scaling from the ratios at one layer, by both depths, where they were measured (MeasuredTransport::ratios).
-RatioScaling fit_ratio_scaling(const std::vector<MeasuredTransport>& results, int layer, std::array<double, 2> window);
-
 /// Fewest points from which an exponent is taken.
 inline constexpr int min_power_law_points = 3;
 
@@ -46,6 +43,23 @@ ScalingFit fit_power_law(const std::vector<Replicated>& log_x, const std::vector
 /// The same with the replicates that are needed to compare exponents.
 ReplicatedPowerLaw fit_replicated_power_law(const std::vector<Replicated>& log_x, const std::vector<Replicated>& log_y,
                                             std::array<double, 2> window);
+
+/// c and D of one ensemble, however they were read.
+struct Coefficients {
+  double scanned = 0;
+  Replicated c, D;
+};
+
+struct ReplicatedFits {
+  ReplicatedPowerLaw beta, gamma, alpha;
+  ScalingFits shown() const { return {beta.fit, gamma.fit, alpha.fit}; }
+};
+
+/// The power laws of fit_scaling through c and D that were read in whatever way.
+ReplicatedFits fit_coefficients(const std::vector<Coefficients>& coefficients, std::array<double, 2> window);
+
+/// The exponents of `moved` less those of `from`.
+ScalingVariation variation_of(const ReplicatedFits& from, const std::string& change, const ReplicatedFits& moved);
 
 /// "from 2.07(4) at μ = 0.014 to 1.94(1) at 0.1"; `of`: what the power is one of.
 std::string in_words(const RunningExponent& running, const char* of);

@@ -150,11 +150,15 @@ Claim judge_exponent(const Analysis& analysis, const ClaimSpec& spec, Claim clai
   }
   const std::string single = value_with_error(farthest_power.value, farthest_power.standard_error);
   if (std::abs(farthest_z) > outlier && claim.verdict != not_reproduced) {
+    // The number that decides is the one that is shown.
+    const Claim mean = claim;
+    claim.quantity += " at " + farthest;
+    judge_by_number(claim, farthest_power, paper, rival, what);
     claim.verdict = not_reproduced;
     claim.explanation = fmt::format(
         "{} is {} at {}, {} standard errors off, though the mean over {}, {}, lies only {} off.", what, single,
         farthest, significant(std::abs(farthest_z), 2), list_of_values(values, analysis.scan->symbol),
-        value_with_error(claim.measured.value, claim.measured.standard_error), significant(std::abs(claim.z_score), 2));
+        value_with_error(mean.measured.value, mean.measured.standard_error), significant(std::abs(mean.z_score), 2));
   } else if (std::abs(farthest_z) > outlier) {
     add_sentence(claim, fmt::format("At {} alone it is {}, {} standard errors off.", farthest, single,
                                     significant(std::abs(farthest_z), 2)));
@@ -198,6 +202,10 @@ Claim judge_diffusive_width(const Analysis& analysis, const ClaimSpec& spec) {
                                open_claim("diffusive-width", "The squared width W² of the peaks grows linearly with z.",
                                           "power of z in W² − w₀"),
                                &Exponents::width, 1, elastic_width, "The power of z in W² − w₀");
+  if (claim.verdict == reproduced) {
+    claim.quantity += fmt::format(", within ± {}", significant(total_error(claim.measured), 1));
+    add_sentence(claim, "Powers that differ from 1 by less than that are not seen here.");
+  }
   add_sentence(claim, line_sentence(analysis, &Transport::width_line));
   return claim;
 }

@@ -252,11 +252,6 @@ std::string refuse_pairs(const MeasuredEnsemble& ensemble, const FitSpec& spec, 
   return reason;
 }
 
-MeasuredRatios ratios_of(const MeasuredDepth& depth) {
-  const auto per_depth = [&](double value) { return value / depth.fit.z; };
-  return {depth.fit.layer, transform(per_depth, depth.peak), transform(per_depth, depth.width_squared)};
-}
-
 ResponseProfile response_profile(const MeasuredEnsemble& ensemble, std::size_t row, const MeasuredDepth& depth) {
   const BlockMeans means = mean_response(ensemble.record.sums, row, ensemble.spec.response.overload);
   const int layer = depth.fit.layer, columns = static_cast<int>(means.whole.size());
@@ -350,7 +345,6 @@ MeasuredTransport measure_transport(const MeasuredEnsemble& ensemble, const FitS
     t.depths.push_back(depths[i].fit);
     if (std::find(profile_layers.begin(), profile_layers.end(), depths[i].fit.layer) != profile_layers.end()) {
       t.profiles.push_back(response_profile(ensemble, i + first_row, depths[i]));
-      if (depths[i].fit.identifiable) result.ratios.push_back(ratios_of(depths[i]));
     }
   }
   return result;

@@ -82,12 +82,6 @@ std::vector<VariationSlopes> measure_variations(const FittedRun& run, const Repl
 /// errors account for: sqrt(max(0, <shift^2 - s^2>)). NaN if no shift is known.
 double systematic_spread(const std::vector<Estimate>& shifts);
 
-/// x_p/z and W^2/z at one layer, with replicates.
-struct MeasuredRatios {
-  int layer = 0;
-  Replicated position, width_squared;
-};
-
 /// Exponents with replicates; empty where unknown.
 struct ReplicatedExponents {
   Replicated position, width, amplitude, noise;
@@ -99,7 +93,6 @@ struct MeasuredTransport {
   Replicated c, D, position_offset;         ///< empty if unknown
   std::vector<VariationSlopes> variations;  ///< as Transport::variations
   ReplicatedExponents exponents;
-  std::vector<MeasuredRatios> ratios;  ///< at the identifiable ones of the profile layers
 };
 
 /// The layers that a FitSpec needs recorded, ascending, with `extra` (figures) merged in.

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "analysis/claims.h"
 #include "model/lattice.h"
 #include "plot/axes.h"
 #include "plot/figure_captions.h"
@@ -20,77 +21,32 @@ namespace granuscope {
 namespace {
 
 constexpr double height_inches = 72 / 25.4;
-constexpr double paper_gamma = 1, paper_alpha = 0.4, theory_alpha = 1;
-
-/// The points of a reading, and which friction coefficients have none, with the reason.
-struct PointsRead {
-  std::vector<PowerLawPoint> points;
-  std::vector<LeftOut> left_out;
-
-  void add(const PowerLawPoint& point, const std::string& reading) {
-    if (fits_log_axes(point)) {
-      points.push_back(point);
-    } else {
-      leave_out(point.mu, reading, "not above 0");
-    }
-  }
-  void leave_out(double mu, const std::string& reading, const std::string& why) {
-    left_out.push_back({fmt::format("μ = {}", caption_number(mu)), reading + why});
-  }
-};
 
 bool has_slopes(const Transport& result) { return !result.exact && result.c.known() && result.D.known(); }
 
-/// c_0 - c as the slope of the peak position.
-PointsRead slopes_against_friction(const Analysis& analysis) {
-  PointsRead curve;
-  for (const Transport& result : analysis.results) {
-    if (has_slopes(result)) {
-      curve.add({result.scanned(), result.scanned(), 0, tan30 - result.c.value, result.c.standard_error},
-                "c₀ − c of slopes ");
-    } else if (!result.exact) {
-      curve.leave_out(result.scanned(), "", "c or D unknown");
-    }
+/// c_0 - c of a reading against mu, or against D, as far as logarithmic axes show it.
+std::vector<PowerLawPoint> points_of(const OtherReading& reading, bool against_D) {
+  std::vector<PowerLawPoint> points;
+  for (const OtherReading::Point& one : reading.points) {
+    const PowerLawPoint point{one.mu, against_D ? one.D.value : one.mu, against_D ? one.D.standard_error : 0,
+                              tan30 - one.c.value, one.c.standard_error};
+    if (one.c.known() && one.D.known() && fits_log_axes(point)) points.push_back(point);
   }
-  return curve;
+  return points;
 }
 
-/// c_0 - c as the ratio of peak position to depth in one layer; depth counts from `below_surface`.
-PointsRead ratios_against_friction(const Analysis& analysis, const RatioScaling& ratio, double below_surface) {
-  PointsRead curve;
-  const std::string reading = below_surface > 0 ? "c₀ − xₚ/(z − ½) " : "c₀ − xₚ/z ";
+/// Friction coefficients of which the slopes have no point, with the reason.
+std::vector<LeftOut> left_out_of(const Analysis& analysis) {
+  std::vector<LeftOut> left_out;
   for (const Transport& result : analysis.results) {
-    if (!has_slopes(result)) continue;
-    const auto depth = std::find_if(result.depths.begin(), result.depths.end(),
-                                    [&](const DepthFit& fit) { return fit.layer == ratio.layer; });
-    if (depth == result.depths.end() || !depth->identifiable) {
-      if (below_surface == 0) {
-        curve.leave_out(result.scanned(), "", fmt::format("no peaks identified at z = {:.1f}, for ratios", ratio.z));
-      }
-      continue;
-    }
-    const double z = depth->z - below_surface;
-    curve.add({result.scanned(), result.scanned(), 0, tan30 - depth->peak_position.value / z,
-               depth->peak_position.standard_error / z},
-              reading);
+    if (result.exact) continue;
+    const char* const why = !has_slopes(result)       ? "c or D unknown"
+                            : result.c.value >= tan30 ? "c₀ − c of slopes not above 0"
+                            : result.D.value <= 0     ? "D not above 0"
+                                                      : nullptr;
+    if (why != nullptr) left_out.push_back({fmt::format("μ = {}", caption_number(result.scanned())), why});
   }
-  return curve;
-}
-
-/// The slopes again, against D.
-PointsRead slopes_against_diffusion(const Analysis& analysis) {
-  PointsRead curve;
-  for (const Transport& result : analysis.results) {
-    if (!has_slopes(result)) continue;
-    const PowerLawPoint point{result.scanned(), result.D.value, result.D.standard_error, tan30 - result.c.value,
-                              result.c.standard_error};
-    if (!(point.x > 0)) {
-      curve.leave_out(point.mu, "D ", "not above 0");
-    } else if (fits_log_axes(point)) {
-      curve.points.push_back(point);  // else named with the slopes against friction
-    }
-  }
-  return curve;
+  return left_out;
 }
 
 /// A panel as it is being filled.
@@ -138,10 +94,10 @@ class FindingPanel {
   }
 
   /// Whether there is a law.
-  bool add_law(const ScalingFit& fit, const WindowMiddle& middle) {
+  bool add_law(const ScalingFit& fit, const WindowMiddle& middle, const std::string& colour) {
     if (!fit.exponent.known() || !fit.intercept.known() || !(middle.extent.size() > 0)) return false;
     panel_.add_function(fmt::format("exp({}) * $1**{}", exact(fit.intercept.value), exact(fit.exponent.value)),
-                        middle.extent.low, middle.extent.high, {.colour = "blue", .width = 1.6});
+                        middle.extent.low, middle.extent.high, {.colour = colour, .width = 1.6});
     return true;
   }
 
@@ -170,11 +126,11 @@ bool has_exponents(const Analysis& analysis) {
     return fits.beta.exponent.known() || fits.gamma.exponent.known() || fits.alpha.exponent.known();
   };
   return any(analysis.scaling) ||
-         std::ranges::any_of(analysis.by_ratio, [&](const RatioScaling& one) { return any(one.fits); });
+         std::ranges::any_of(analysis.readings, [&](const OtherReading& one) { return any(one.fits); });
 }
 
 bool has_main_finding(const Analysis& analysis) {
-  return has_exponents(analysis) && slopes_against_friction(analysis).points.size() > 1;
+  return has_exponents(analysis) && points_of(slopes_of(analysis), false).size() > 1;
 }
 
 Figure plot_main_finding(const Analysis& analysis, const std::filesystem::path& run_folder) {
@@ -183,75 +139,68 @@ Figure plot_main_finding(const Analysis& analysis, const std::filesystem::path& 
         "the figure of c0 - c has nothing to show, because fewer than two friction coefficients have a c below c0; use "
         "more samples or deeper layers");
   }
-  const RatioScaling* ratio = analysis.by_ratio.empty() ? nullptr : &analysis.by_ratio.front();
-  const ScalingFits& scaling = analysis.scaling;
-  const PointsRead of_mu = slopes_against_friction(analysis), against_D = slopes_against_diffusion(analysis);
-  const PointsRead by_surface = ratio == nullptr ? PointsRead{} : ratios_against_friction(analysis, *ratio, 0);
-  const PointsRead by_load = ratio == nullptr
-                                 ? PointsRead{}
-                                 : ratios_against_friction(analysis, *ratio, analysis.results.front().rows().depth(0));
-  const auto &slopes = of_mu.points, &of_D = against_D.points, &ratios = by_surface.points, &from_load = by_load.points;
-  std::vector<LeftOut> left_out;
-  for (const PointsRead& curve : {of_mu, by_surface, by_load, against_D}) {
-    left_out.insert(left_out.end(), curve.left_out.begin(), curve.left_out.end());
+  // Reading at one depth lies above the slopes, small friction below them.
+  std::vector<std::pair<OtherReading, Ink>> readings{{slopes_of(analysis), {"blue", 7}}};
+  for (const OtherReading& one : analysis.readings) {
+    if (points_of(one, true).size() < 2) continue;
+    if (one.id == "at_one_depth") {
+      readings.insert(readings.begin(), {one, {"vermilion", 13}});
+    } else {
+      readings.push_back({one, {"bluish_green", 6}});
+    }
   }
+  const bool as_paper = readings.front().first.id == "at_one_depth";
   Plot plot;
   plot.id = main_finding_id;
   plot.height = height_inches;
-  const auto& window = scaling.gamma.window;
-  const ScalingFit none;
-  const ScalingFit &by_ratio = ratio == nullptr ? none : ratio->fits.gamma,
-                   &shifted = ratio == nullptr ? none : ratio->from_load.gamma;
   const Style dotted{.width = 1.4, .dash = 3}, dashed{.width = 1, .dash = 2};
+  const auto add_panel = [&](bool against_D, double edge) {
+    std::vector<std::vector<PowerLawPoint>> series;
+    for (const auto& [reading, ink] : readings) series.push_back(points_of(reading, against_D));
+    FindingPanel panel(plot, against_D ? "diffusion coefficient D (bead diameters)" : "friction coefficient μ",
+                       against_D ? "bead diameters" : "dimensionless", series, as_paper ? 0.1 : 0);
+    const auto fit_of = [&](const OtherReading& one) { return against_D ? one.fits.alpha : one.fits.gamma; };
+    const auto middle_of = [&](std::size_t i) { return middle_of_window(series[i], fit_of(readings[i].first).window); };
+    const char* const symbol = against_D ? "α" : "γ";
+    panel.add_guide(middle_of(0), against_D ? paper_alpha.value : paper_gamma.value, dotted);
+    if (against_D) panel.add_guide(middle_of(readings.size() - 1), linear_in_D.value, dashed);
+    // The names of the curves stand in the corners that rising curves leave free.
+    double above = 0.94, below = 0.07;
+    for (std::size_t i = readings.size(); i-- > 0;) {
+      const auto& [reading, ink] = readings[i];
+      panel.add_law(fit_of(reading), middle_of(i), ink.colour);
+      panel.add_points((against_D ? "alpha-" : "gamma-") + reading.id, series[i], ink, ink.marker == 7 ? 0.5 : 0.65);
+      const std::string name = fmt::format("{}: {} = {}", reading.label, symbol, exponent_text(fit_of(reading)));
+      if (as_paper && i == 0) {
+        panel.add_text(name, 0.03, above, ink.colour);
+        above -= 0.09;
+      } else {
+        panel.add_text(name, 0.98, below, ink.colour);
+        below += 0.09;
+      }
+    }
+    if (!middle_of(0).extent.empty) {
+      panel.add_text(against_D ? "dotted, the paper: α = 0.4" : "dotted, the paper: γ = 1", 0.03, above, "black");
+    }
+    if (against_D) panel.add_text("dashed, stochastic theory: α = 1", 0.98, below, "black");
+    panel.place(0.075 + edge, 0.485 + edge, 0.012 + edge);
+  };
+  add_panel(false, 0);
+  add_panel(true, 0.5);
 
-  // The names of the curves stand in the corners that rising curves leave free.
-  FindingPanel left(plot, "friction coefficient μ", "dimensionless", {slopes, ratios, from_load},
-                    ratios.empty() ? 0 : 0.1);
-  const WindowMiddle of_paper = middle_of_window(ratios.empty() ? slopes : ratios, window);
-  left.add_guide(of_paper, paper_gamma, dotted);
-  left.add_law(scaling.gamma, middle_of_window(slopes, window));
-  left.add_points("ratios", ratios, {"vermilion", 13}, 0.65);
-  left.add_points("slopes", slopes, {"blue", 7}, 0.5);
-  left.add_points("from_load", from_load, {"bluish_green", 6}, 0.8);
-  if (!ratios.empty()) {
-    left.add_text(fmt::format("xₚ/z at z = {:.1f}: γ = {}", ratio->z, exponent_text(by_ratio)), 0.03, 0.94,
-                  "vermilion");
+  TemplateVariables variables{{"left_out", with_reasons(left_out_of(analysis))}};
+  for (const auto& [reading, ink] : readings) {
+    const std::string name = reading.id + "_";
+    variables[name + "label"] = reading.label;
+    const ScalingFits& fits = reading.fits;
+    for (const auto& [symbol, fit] : {std::pair("gamma", &fits.gamma), {"beta", &fits.beta}, {"alpha", &fits.alpha}}) {
+      variables[name + symbol] = fit->exponent.known() ? exponent_text(*fit) : "";
+      variables[name + symbol + "_reason"] = fit->exponent.known() ? "" : fit->exponent.reason;
+    }
+    variables[name + "low"] = caption_number(fits.gamma.window[0]);
+    variables[name + "high"] = caption_number(fits.gamma.window[1]);
   }
-  left.add_text("slopes: γ = " + exponent_text(scaling.gamma), 0.98, 0.16, "blue");
-  if (!from_load.empty()) left.add_text("xₚ/(z − ½): γ = " + exponent_text(shifted), 0.98, 0.07, "bluish_green");
-  if (!of_paper.extent.empty) {
-    left.add_text("dotted, the paper: γ = 1", 0.03, ratios.empty() ? 0.94 : 0.85, "black");
-  }
-  left.place(0.075, 0.485, 0.012);
-
-  FindingPanel right(plot, "diffusion coefficient D (bead diameters)", "bead diameters", {of_D}, 0);
-  const WindowMiddle middle = middle_of_window(of_D, scaling.alpha.window);
-  right.add_guide(middle, paper_alpha, dotted);
-  right.add_guide(middle, theory_alpha, dashed);
-  if (right.add_law(scaling.alpha, middle)) {
-    right.add_text("slopes: α = " + exponent_text(scaling.alpha), 0.98, 0.07, "blue");
-  }
-  right.add_points("points", of_D, {"blue", 7}, 0.5);
-  if (!middle.extent.empty) {
-    right.add_text("dotted, the paper: α = 0.4", 0.98, 0.16, "black");
-    right.add_text("dashed, stochastic theory: α = 1", 0.98, 0.25, "black");
-  }
-  right.place(0.575, 0.985, 0.512);
-
-  const auto known = [](const ScalingFit& fit) { return fit.exponent.known() ? exponent_text(fit) : ""; };
-  return plot_figure(plot,
-                     {"plot/main_finding.captions",
-                      {{"gamma", known(scaling.gamma)},
-                       {"gamma_reason", scaling.gamma.exponent.known() ? "" : scaling.gamma.exponent.reason},
-                       {"ratio_gamma", ratios.empty() ? "" : known(by_ratio)},
-                       {"from_load_gamma", from_load.empty() ? "" : known(shifted)},
-                       {"alpha", known(scaling.alpha)},
-                       {"alpha_reason", scaling.alpha.exponent.known() ? "" : scaling.alpha.exponent.reason},
-                       {"low", caption_number(window[0])},
-                       {"high", caption_number(window[1])},
-                       {"left_out", with_reasons(left_out)}},
-                      terms_of(*analysis.scan)},
-                     run_folder);
+  return plot_figure(plot, {"plot/main_finding.captions", variables, terms_of(*analysis.scan)}, run_folder);
 }
 
 }  // namespace granuscope

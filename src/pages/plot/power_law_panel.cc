@@ -276,6 +276,14 @@ const Transport* nearest_result(const std::vector<Transport>& results, double mu
   return nearest;
 }
 
+OtherReading slopes_of(const Analysis& analysis) {
+  OtherReading slopes{"slopes", "slopes", {}, analysis.scaling};
+  for (const Transport& result : analysis.results) {
+    if (!result.exact) slopes.points.push_back({result.scanned(), result.c, result.D});
+  }
+  return slopes;
+}
+
 bool in_window(double mu, const std::array<double, 2>& window) {
   constexpr double rounding = 1e-9;
   return mu >= window[0] - rounding && mu <= window[1] + rounding;

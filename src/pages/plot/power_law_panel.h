@@ -19,6 +19,9 @@ const Transport* nearest_result(const std::vector<Transport>& results, double mu
 /// that points to the table of c and D, which tells it at length: each of these figures would tell it again.
 Analysis without_imprecise_points(const Analysis& analysis);
 
+/// c and D of the main line as slopes, like one reading among others; unknown ones included.
+OtherReading slopes_of(const Analysis& analysis);
+
 /// Whether mu lies in the closed window (with room for the rounding of decimal fractions).
 bool in_window(double mu, const std::array<double, 2>& window);
 

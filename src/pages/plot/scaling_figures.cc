@@ -22,53 +22,18 @@ namespace {
 
 constexpr const char* scaling_id = "scaling-with-friction";
 
-/// c and D of one friction coefficient, read in one of the two ways.
-struct Reading {
-  double mu;
-  Estimate c, D;
-};
-
-Estimate over(const Estimate& estimate, double z) {
-  Estimate ratio = estimate;
-  ratio.value /= z;
-  ratio.standard_error /= z;
-  return ratio;
-}
-
-std::vector<Reading> slope_readings(const std::vector<Transport>& results) {
-  std::vector<Reading> readings;
-  for (const Transport& result : results) {
-    if (!result.exact) readings.push_back({result.scanned(), result.c, result.D});
-  }
-  return readings;
-}
-
-std::vector<Reading> ratio_readings(const std::vector<Transport>& results, int layer) {
-  std::vector<Reading> readings;
-  for (const Transport& result : results) {
-    // Where no slope could be taken, a ratio at one depth means nothing either: its peaks were identified by chance.
-    if (result.exact || (!result.c.known() && !result.D.known())) continue;
-    for (const DepthFit& fit : result.depths) {
-      if (fit.layer != layer || !fit.identifiable) continue;
-      readings.push_back({result.scanned(), over(fit.peak_position, fit.z), over(fit.width_squared, fit.z)});
-    }
-  }
-  return readings;
-}
-
-std::vector<PowerLawPoint> diffusion_points(const std::vector<Reading>& readings) {
+std::vector<PowerLawPoint> diffusion_points(const OtherReading& reading) {
   std::vector<PowerLawPoint> points;
-  for (const Reading& reading : readings) {
-    if (reading.D.known()) points.push_back({reading.mu, reading.mu, 0, reading.D.value, reading.D.standard_error});
+  for (const auto& one : reading.points) {
+    if (one.D.known()) points.push_back({one.mu, one.mu, 0, one.D.value, one.D.standard_error});
   }
   return points;
 }
 
-std::vector<PowerLawPoint> slowing_points(const std::vector<Reading>& readings) {
+std::vector<PowerLawPoint> slowing_points(const OtherReading& reading) {
   std::vector<PowerLawPoint> points;
-  for (const Reading& reading : readings) {
-    if (!reading.c.known()) continue;
-    points.push_back({reading.mu, reading.mu, 0, tan30 - reading.c.value, reading.c.standard_error});
+  for (const auto& one : reading.points) {
+    if (one.c.known()) points.push_back({one.mu, one.mu, 0, tan30 - one.c.value, one.c.standard_error});
   }
   return points;
 }
@@ -84,11 +49,10 @@ std::string in_words(const ScalingFit& fit) {
 }  // namespace
 
 Figure plot_scaling_with_friction(const Analysis& analysis, const std::filesystem::path& run_folder) {
-  const RatioScaling* ratio = analysis.by_ratio.empty() ? nullptr : &analysis.by_ratio.front();
-  const std::vector<Reading> slopes = slope_readings(analysis.results);
-  const std::vector<Reading> ratios =
-      ratio == nullptr ? std::vector<Reading>{} : ratio_readings(analysis.results, ratio->layer);
-  const std::string ratio_name = ratio == nullptr ? "" : fmt::format("ratios at z = {:.1f}", ratio->z);
+  std::vector<OtherReading> readings{slopes_of(analysis)};
+  const auto second = std::find_if(analysis.readings.begin(), analysis.readings.end(),
+                                   [](const OtherReading& one) { return one.id == "at_one_depth"; });
+  if (second != analysis.readings.end()) readings.push_back(*second);
 
   PowerLawPanel D;
   D.id = "D-of-mu";
@@ -105,19 +69,14 @@ Figure plot_scaling_with_friction(const Analysis& analysis, const std::filesyste
   c.left = 0.60;
   c.right = 0.985;
   c.paper_exponent = "1";
-  D.series.push_back({"slopes", diffusion_points(slopes), analysis.scaling.beta});
-  c.series.push_back({"slopes", slowing_points(slopes), analysis.scaling.gamma});
-  D.notes = {note("slopes", "β", analysis.scaling.beta)};
-  c.notes = {note("slopes", "γ", analysis.scaling.gamma)};
-  if (ratio != nullptr) {
-    D.series.push_back({"ratios", diffusion_points(ratios), ratio->fits.beta});
-    c.series.push_back({"ratios", slowing_points(ratios), ratio->fits.gamma});
-    D.notes.push_back(note(ratio_name, "β", ratio->fits.beta));
-    c.notes.push_back(note(ratio_name, "γ", ratio->fits.gamma));
-  } else {
-    D.notes.emplace_back();
-    c.notes.emplace_back();
+  for (const OtherReading& one : readings) {
+    D.series.push_back({one.id, diffusion_points(one), one.fits.beta});
+    c.series.push_back({one.id, slowing_points(one), one.fits.gamma});
+    D.notes.push_back(note(one.label, "β", one.fits.beta));
+    c.notes.push_back(note(one.label, "γ", one.fits.gamma));
   }
+  D.notes.resize(2);  // the third has the colour of the guide
+  c.notes.resize(2);
   D.notes.emplace_back("the paper: β ≈ 2.5");
   c.notes.emplace_back("the paper: γ = 1");
 
@@ -135,23 +94,21 @@ Figure plot_scaling_with_friction(const Analysis& analysis, const std::filesyste
   const Ink blue{"blue", 7};
   plot.add_key("slopes over the depth window", blue.points(0.55));
   if (left.law || right.law) plot.add_key("power law fitted to them", blue.line(1.8));
-  if (left.second || right.second) plot.add_key(ratio_name, Ink{"vermilion", 13}.points(0.6));
+  if (left.second || right.second) plot.add_key(readings.back().label, Ink{"vermilion", 13}.points(0.6));
   plot.add_key("slope of the paper's exponent", {.width = 1.4, .dash = 3});
   if (left.outside || right.outside) plot.add_key("open: outside the window", Ink{"blue", 6}.points(0.55));
   std::vector<std::string> off_scale = {off_scale_in_words(left, "D"), off_scale_in_words(right, "c₀ − c")};
   std::erase(off_scale, "");
-  const ScalingFits none;
-  const ScalingFits& by_ratio = ratio == nullptr ? none : ratio->fits;
+  const ScalingFits& other = readings.back().fits;
   return plot_figure(plot,
                      {"plot/scaling_with_friction.captions",
                       {{"low", caption_number(analysis.scaling.beta.window[0])},
                        {"high", caption_number(analysis.scaling.beta.window[1])},
                        {"beta", in_words(analysis.scaling.beta)},
                        {"gamma", in_words(analysis.scaling.gamma)},
-                       {"ratios", left.second || right.second ? "yes" : ""},
-                       {"z", ratio == nullptr ? "" : fmt::format("{:.1f}", ratio->z)},
-                       {"ratio_beta", in_words(by_ratio.beta)},
-                       {"ratio_gamma", in_words(by_ratio.gamma)},
+                       {"ratios", left.second || right.second ? readings.back().label : ""},
+                       {"ratio_beta", in_words(other.beta)},
+                       {"ratio_gamma", in_words(other.gamma)},
                        {"off_scale", enumeration(off_scale)}},
                       terms_of(*analysis.scan)},
                      run_folder);

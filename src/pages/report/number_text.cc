@@ -51,6 +51,13 @@ int digits_of(std::string_view format) {
 
 }  // namespace
 
+namespace {
+
+/// An exponent whose points keep to no power law lies between those of parts of its window: its error says nothing.
+bool is_no_power(const Json& estimate) { return estimate.contains("power_law") && estimate["power_law"] == false; }
+
+}  // namespace
+
 std::string format_number(const Json& value, std::string_view format) {
   if (value.is_null()) return unknown;
   if (value.is_string()) return value.get<std::string>();
@@ -59,6 +66,7 @@ std::string format_number(const Json& value, std::string_view format) {
   if (estimate) {
     if (value["value"].is_null() || value["stderr"].is_null()) return unknown;
     const auto number = value["value"].get<double>(), error = value["stderr"].get<double>();
+    if (is_no_power(value)) return significant(number, 3);
     if (format == "plain") return plain_value_with_error(number, error);
     if (format.empty()) return value_with_error(number, error);
   } else if (format.starts_with("fixed ")) {
@@ -93,7 +101,7 @@ class NumberList {
 
   void add(const std::string& name, const Json& json) {
     if (json.is_object() && json.contains("value") && json.contains("stderr")) {
-      if (json["value"].is_number()) take(name, json["value"], json["stderr"]);
+      if (json["value"].is_number()) take(name, json["value"], is_no_power(json) ? Json(nullptr) : json["stderr"]);
     } else if (json.is_object()) {
       for (const auto& [key, inside] : json.items()) {
         if (key == "measured" && json.contains("stderr") && inside.is_number()) {

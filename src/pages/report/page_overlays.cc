@@ -57,7 +57,6 @@ std::string report_page(const ReportData& data, const Json& summary, const std::
     overlay["other_laws"].push_back({{"law", law}, {"sentences", sentences}});
   }
   add_results(overlay, summary);
-  add_exponent_texts(overlay, summary);
   add_headline(overlay, summary, data.headline);
   add_causes(overlay, summary);
   add_laws(overlay, summary);
@@ -129,36 +128,45 @@ std::string look_of(const std::string& verdict) {
 }
 
 void add_claims(Json& overlay, const Json& summary) {
-  Json rows = Json::array();
+  Json of_paper = Json::array(), beyond = Json::array();
   std::map<std::string, int> counts;
-  for (const Json& claim : summary.at("claims")) {
-    const auto verdict = claim.at("verdict").get<std::string>();
-    Json row = {{"look", look_of(verdict)},
-                {"pull", nullptr},
-                {"allowed", ""},
-                {"rival_off", claim.at("rival").is_object() && claim.at("rival").at("distance").is_number()
-                                  ? fmt::format("{:.1f}", std::abs(claim.at("rival").at("distance").get<double>()))
-                                  : ""},
-                {"excludes", claim.at("rival").is_object() && claim.at("paper").is_null()},
-                {"differs", claim.at("expected").is_string() && claim.at("expected") != verdict}};
-    add_measured(row, claim, fmt::format("/claims/{}", rows.size()));
-    add_pull(row, claim);
-    add_allowed(row, claim);
-    rows.push_back(row);
-    ++counts[verdict];
+  std::vector<std::string> untested;
+  const Json& claims = summary.at("claims");
+  // Misses first, then what is open; what was not tested last.
+  for (const std::string look : {"no", "open", "yes", "untested"}) {
+    for (std::size_t i = 0; i < claims.size(); ++i) {
+      const Json& claim = claims[i];
+      const auto verdict = claim.at("verdict").get<std::string>();
+      if (look_of(verdict) != look) continue;
+      const std::string pointer = fmt::format("/claims/{}", i);
+      const Json& rival = claim.at("rival");
+      Json row = {{"key", pointer},
+                  {"look", look},
+                  {"pull", nullptr},
+                  {"allowed", ""},
+                  {"rival_off", rival.is_object() && rival.at("distance").is_number()
+                                    ? fmt::format("{:.1f}", std::abs(rival.at("distance").get<double>()))
+                                    : ""},
+                  {"excludes", rival.is_object() && claim.at("paper").is_null()},
+                  {"differs", claim.at("expected").is_string() && claim.at("expected") != verdict}};
+      add_measured(row, claim, pointer);
+      add_pull(row, claim);
+      add_allowed(row, claim);
+      const bool own = claim.at("beyond_paper").get<bool>();
+      (own ? beyond : of_paper).push_back(row);
+      if (!own) ++counts[verdict];
+      if (verdict == "not tested") untested.push_back(claim.at("id"));
+    }
   }
-  overlay["claim_counts"] = {{"all", rows.size()},
+  overlay["claim_counts"] = {{"all", of_paper.size()},
                              {"reproduced", counts["reproduced"]},
                              {"not_reproduced", counts["not reproduced"]},
                              {"not_decided", counts["not decided"]},
                              {"not_tested", counts["not tested"]}};
-  std::vector<std::string> untested;
-  for (const Json& claim : summary.at("claims")) {
-    if (claim.at("verdict") == "not tested") untested.push_back(claim.at("id"));
-  }
-  overlay["any_tested"] = untested.size() < rows.size();
+  overlay["any_tested"] = untested.size() < claims.size();
   overlay["untested_list"] = fmt::format("{}", fmt::join(untested, ", "));
-  overlay["claims"] = rows;
+  overlay["any_beyond"] = !beyond.empty();
+  overlay["claim_groups"] = {{{"beyond", false}, {"claim_rows", of_paper}}, {{"beyond", true}, {"claim_rows", beyond}}};
 }
 
 namespace {
@@ -286,48 +294,7 @@ bool is_friction_of_beads(const Json& summary) {
 
 bool known(const Json& estimate) { return estimate.at("value").is_number(); }
 
-/// Exponents to which the points of the fit do not keep stand without an error.
-void add_exponents(Json& place, const Json& fits, const std::string& pointer) {
-  for (const char* name : {"beta", "gamma", "alpha"}) {
-    const Json& fit = fits.at(name);
-    if (fit.at("power_law") != false) continue;
-    place[name] = {{"key", fmt::format("{}/{}", pointer, name)},
-                   {"text", significant(fit.at("value").get<double>(), 3)}};
-  }
-}
-
-Json exponents_of(const Json& list, const std::string& pointer) {
-  Json places = Json::array();
-  for (const Json& fits : list) {
-    const std::string at = fmt::format("{}/{}", pointer, places.size());
-    Json place = Json::object();
-    add_exponents(place, fits, at);
-    if (fits.contains("from_load")) {
-      place["from_load"] = Json::object();
-      add_exponents(place["from_load"], fits.at("from_load"), at + "/from_load");
-    }
-    places.push_back(place);
-  }
-  return places;
-}
-
-/// Whether the ratio lies nearer to the paper's linear law than the slopes do.
-bool ratio_explains(const Json& scaling) {
-  const Json& ratio = scaling.at("by_ratio").at(0);
-  const auto off = [](const Json& fit) { return std::abs(fit.at("value").get<double>() - 1); };
-  return off(ratio.at("gamma")) < off(scaling.at("gamma")) / 2 &&
-         off(ratio.at("from_load").at("gamma")) > off(scaling.at("gamma")) / 2;
-}
-
 }  // namespace
-
-void add_exponent_texts(Json& overlay, const Json& summary) {
-  const Json& scaling = summary.at("scaling");
-  Json& place = overlay["scaling"] = Json::object();
-  add_exponents(place, scaling, "/scaling");
-  place["other_windows"] = exponents_of(scaling.at("other_windows"), "/scaling/other_windows");
-  place["by_ratio"] = exponents_of(scaling.at("by_ratio"), "/scaling/by_ratio");
-}
 
 void add_causes(Json& overlay, const Json& summary) {
   const Json& scaling = summary.at("scaling");
@@ -348,6 +315,9 @@ void add_causes(Json& overlay, const Json& summary) {
   bool moved = true;
   for (const char* name : {"beta", "gamma", "alpha"}) moved = moved && scaling.at(name).contains("systematic");
   overlay["overload_shift"] = shifts;
+  const Json& studies = summary.at("studies");
+  const bool literal = studies.contains("literal_reading") && studies.at("literal_reading").contains("best");
+  overlay["read_literally"] = literal ? Json{{"key", "/studies/literal_reading"}} : Json(nullptr);
   overlay["depth_window"] = moved ? Json{{"key", "/scaling"}} : Json(nullptr);
   overlay["has_causes"] = is_friction_of_beads(summary) && known(scaling.at("gamma")) && known(scaling.at("alpha"));
 }
@@ -373,23 +343,43 @@ Json ends_of_scan(const Json& summary, bool powers, bool of_friction) {
           {"of_friction", of_friction}};
 }
 
+/// Whether c0 - c and D grow as the square of mu at small friction, and in proportion to each other, within three
+/// errors.
+bool is_second_order(const Json& readings) {
+  for (const Json& reading : readings) {
+    if (reading.at("id") != "small_friction") continue;
+    const auto is = [&](const char* name, double expected) {
+      const Json& fit = reading.at(name);
+      return known(fit) && std::abs(fit.at("value").get<double>() - expected) <= 3 * fit.at("stderr").get<double>();
+    };
+    return is("gamma", 2) && is("beta", 2) && is("alpha", 1);
+  }
+  return false;
+}
+
 void add_headline(Json& overlay, const Json& summary, const std::string& own) {
   const Json& scaling = summary.at("scaling");
   const auto holds = [&](const char* id) { return verdict_of(summary, id) == "reproduced"; };
-  for (const char* id : {"c-of-mu", "D-of-mu", "c-of-D", "differs-from-theory"}) {
+  for (const char* id : {"c-of-mu", "c-of-mu-as-read", "D-of-mu", "c-of-D", "differs-from-theory"}) {
     overlay["verdicts"][id] = verdict_of(summary, id);
   }
-  const bool ratio = !scaling.at("by_ratio").empty() && known(scaling.at("by_ratio").at(0).at("gamma")) &&
-                     known(scaling.at("by_ratio").at(0).at("from_load").at("gamma"));
   const bool of_friction = is_friction_of_beads(summary);
   const bool powers = known(scaling.at("alpha")) && known(scaling.at("beta"));
   const bool generated = own.empty() && of_friction && known(scaling.at("gamma")) && known(scaling.at("beta"));
+  bool faster = false;
+  for (const Json& claim : summary.at("claims")) {
+    const auto id = claim.at("id").get<std::string>();
+    const bool of_width = id == "diffusive-width" || id.starts_with("spreading-");
+    faster = faster || (of_width && claim.at("verdict") == "not reproduced" && claim.at("z_score").is_number() &&
+                        claim.at("z_score").get<double>() > 0);
+  }
   overlay["headline"] = {
       {"own", own},
       {"generated", generated},
-      {"depth_holds", holds("linear-position") && holds("diffusive-width")},
-      {"ratio", ratio},
-      {"explains", ratio && known(scaling.at("gamma")) && ratio_explains(scaling)},
+      {"moves", holds("linear-position")},
+      {"diffuses", holds("diffusive-width") && !faster},
+      {"faster", faster},
+      {"second_order", is_second_order(scaling.at("readings"))},
       {"other_window", !scaling.at("other_windows").empty() && known(scaling.at("other_windows").at(0).at("beta"))}};
   overlay["headline"]["scanned"] =
       own.empty() && !generated ? ends_of_scan(summary, powers, of_friction) : Json(nullptr);

@@ -19,7 +19,6 @@ std::string report_page(const ReportData& data, const nlohmann::ordered_json& su
 void add_results(nlohmann::ordered_json& overlay, const nlohmann::ordered_json& summary);  ///< exponents, c and D
 void add_laws(nlohmann::ordered_json& overlay, const nlohmann::ordered_json& summary);     ///< notes on powers of depth
 void add_claims(nlohmann::ordered_json& overlay, const nlohmann::ordered_json& summary);
-void add_exponent_texts(nlohmann::ordered_json& overlay, const nlohmann::ordered_json& summary);
 /// The sentences of page 1: `own` of the experiment, or else what templates/headline.html makes of the numbers.
 void add_headline(nlohmann::ordered_json& overlay, const nlohmann::ordered_json& summary, const std::string& own);
 /// What makes the exponents differ from the paper's.

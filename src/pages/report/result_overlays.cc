@@ -65,11 +65,7 @@ Json exponent_row(const Json& summary, const char* name, const char* claim_id, J
   const std::string pointer = fmt::format("/scaling/{}", name);
   const Json& fit = summary.at("scaling").at(name);
   Json row = {{"key", pointer}, {"name", name}, {"symbol", greek(name)}};
-  if (fit.at("power_law") == false) {
-    row["text"] = significant(fit.at("value").get<double>(), 3);
-  } else {
-    add_systematic(row, "", fit, pointer);
-  }
+  if (fit.at("power_law") != false) add_systematic(row, "", fit, pointer);
   const Json& claims = summary.at("claims");
   for (std::size_t i = 0; i < claims.size(); ++i) {
     if (claims[i].at("id") != claim_id || row.contains("verdict")) continue;
@@ -83,22 +79,16 @@ Json exponent_row(const Json& summary, const char* name, const char* claim_id, J
   return row;
 }
 
-/// Exponents over other windows, and from ratios: the reasons of those that are unknown.
+/// Exponents over other windows: the reasons of those that are unknown.
 void add_other_exponent_reasons(Json& notes, const Json& summary) {
-  const auto add = [&](const char* list, std::size_t i, const std::string& place) {
-    for (const char* name : {"beta", "gamma", "alpha"}) {
-      add_reason(notes, summary, fmt::format("/scaling/{}/{}/{}", list, i, name), greek(name), place);
-    }
-  };
-  const Json &windows = summary.at("scaling").at("other_windows"), &depths = summary.at("scaling").at("by_ratio");
+  const Json& windows = summary.at("scaling").at("other_windows");
   for (std::size_t i = 0; i < windows.size(); ++i) {
     const Json& window = windows[i].at("beta").at("window");
-    add("other_windows", i,
-        fmt::format(" over {} = {} to {}", summary.at("scan").at("symbol").get<std::string>(), format_number(window[0]),
-                    format_number(window[1])));
-  }
-  for (std::size_t i = 0; i < depths.size(); ++i) {
-    add("by_ratio", i, " from ratios at layer " + format_number(depths[i].at("layer")));
+    for (const char* name : {"beta", "gamma", "alpha"}) {
+      add_reason(notes, summary, fmt::format("/scaling/other_windows/{}/{}", i, name), greek(name),
+                 fmt::format(" over {} = {} to {}", summary.at("scan").at("symbol").get<std::string>(),
+                             format_number(window[0]), format_number(window[1])));
+    }
   }
 }
 

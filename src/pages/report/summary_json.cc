@@ -132,17 +132,17 @@ void to_json(Json& json, const ScalingVariation& variation) {
   json["alpha_shift"] = variation.alpha_shift;
 }
 
-void to_json(Json& json, const RatioScaling& ratios) {
-  json["layer"] = ratios.layer;
-  json["z"] = ratios.z;
-  json.update(Json(ratios.fits));
-  json["from_load"] = ratios.from_load;
+void to_json(Json& json, const OtherReading& reading) {
+  json["id"] = reading.id;
+  json["label"] = reading.label;
+  json.update(Json(reading.fits));
 }
 
 void to_json(Json& json, const Claim& claim) {
   const bool paper_known = std::isfinite(claim.paper);
   json["id"] = claim.id;
   json["statement"] = claim.statement;
+  json["beyond_paper"] = claim.beyond_paper;
   json["verdict"] = claim.verdict;
   json["expected"] = claim.expected.empty() ? Json(nullptr) : Json(claim.expected);
   json["quantity"] = claim.quantity;
@@ -179,7 +179,7 @@ void to_json(Json& json, const Figure& figure) {
 
 std::string summary_json(const ReportData& data) {
   Json json;
-  json["schema"] = 3;
+  json["schema"] = 4;
   json["experiment"] = data.experiment_name;
   json["experiment_key"] = data.resolved_experiment_key;
   json["columns"] = data.columns;
@@ -206,7 +206,7 @@ std::string summary_json(const ReportData& data) {
   json["scaling"] = data.analysis.scaling;
   json["scaling"]["variations"] = data.analysis.variations;
   json["scaling"]["other_windows"] = data.analysis.other_windows;
-  json["scaling"]["by_ratio"] = data.analysis.by_ratio;
+  json["scaling"]["readings"] = data.analysis.readings;
   json["studies"] = data.studies;
   json["claims"] = data.analysis.claims;
   json["figures"] = data.figures;

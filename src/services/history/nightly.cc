@@ -392,7 +392,7 @@ class NightRun {
     }
     std::map<std::string, NightNumber> numbers;
     if (measured.empty() || before_.empty()) return numbers;
-    const Analysis analysis = analyse(std::move(measured), pool.fit, pool.claims, {});
+    const Analysis analysis = analyse(std::move(measured), pool.fit, pool.claims);
     std::vector<KnownNumber> known;
     for (const NightNumber& number : before_.back().numbers) known.push_back(number.pool);
     const int blocks = experiment_.response.blocks;

@@ -237,6 +237,7 @@ class Run {
 
   void judge_studies() {
     for (const auto& study : studies_) {
+      for (OtherReading& reading : study->readings()) data_.analysis.readings.push_back(std::move(reading));
       for (Claim& claim : study->claims(experiment_.claims)) data_.analysis.claims.push_back(std::move(claim));
       data_.studies[study->id()] = study->json();
       for (ReportPart& part : study->parts()) {
@@ -323,8 +324,7 @@ class Run {
     forget_shards(options_.folder);
     if (!needs(Stage::analyse)) return;
     timed(data_.timings, "analyse", [&] {
-      data_.analysis =
-          analyse(std::move(measured), experiment_.fit, experiment_.claims, experiment_.figures.profile_layers);
+      data_.analysis = analyse(std::move(measured), experiment_.fit, experiment_.claims);
       judge_studies();
     });
     log_line(options_.progress, "fitted c, D and the exponents");

@@ -330,6 +330,7 @@ class ModeCouplingStudy final : public CopiedStudy<ModeCouplingStudy> {
     Claim claim =
         open_claim("mode-coupling", "The peaks spread as the coupling of weight, horizontal force and torque predicts.",
                    "strength of the couplings that the spreading needs, over the predicted one");
+    claim.beyond_paper = true;
     const CoupledSpreading* farthest = nullptr;
     double farthest_z = 0;
     std::vector<std::string> all;
