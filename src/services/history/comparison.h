@@ -71,11 +71,12 @@ struct Comparison {
   FirstDifference where = FirstDifference::none;  ///< other_numbers: at what stage,
   std::string place;                              ///< the file or number that differs first,
   double largest = 0;  ///< the largest difference in standard errors; infinite where an exact number differs
-  std::vector<std::string> causes;   ///< and what else differs: program, libraries, processor; none: not reproducible
-  bool causes_known = false;         ///< whether both runs tell what made them
-  std::vector<MovedNumber> numbers;  ///< other_samples: the primary numbers
-  std::vector<MovedNumber> depths;   ///< and, not judged, those of single depths
-  std::vector<ChangedKey> keys;      ///< the keys that differ
+  std::vector<std::string> causes;    ///< and what else differs: program, libraries, processor; none: not reproducible
+  bool causes_known = false;          ///< whether both runs tell what made them
+  std::vector<MovedNumber> numbers;   ///< other_samples: the primary numbers
+  std::vector<MovedNumber> depths;    ///< and, not judged, those of single depths
+  std::vector<ChangedKey> keys;       ///< the keys that differ
+  std::vector<std::string> verdicts;  ///< "c-of-mu: reproduced where it was not decided"
   std::string hash_before, hash_after;
 
   bool is_rounding() const { return where == FirstDifference::analysis && largest < rounding; }
