@@ -179,10 +179,12 @@ Box box_around(double centre_x, int top, int width, int height) {
 
 }  // namespace
 
-Font font_of(const SceneSpec& spec) {
+double text_pixels(const SceneSpec& spec) {
   require_size(spec);
-  return Font(spec.text_points * spec.dpi / points_per_inch, spec.font_file);
+  return spec.text_points * spec.dpi / points_per_inch;
 }
+
+Font font_of(const SceneSpec& spec) { return Font(text_pixels(spec), spec.font_file); }
 
 PlotSize plot_size(const SceneSpec& spec, const Extent& extent, const std::string& key_title) {
   const Font font = font_of(spec);

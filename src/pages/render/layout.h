@@ -59,6 +59,7 @@ Layout lay_out(const SceneSpec& spec, const Scene& scene, const Font& font);
 
 /// The font of the labels, at the final pixel size for this dpi. Throws InputError if dpi or size is out of range.
 Font font_of(const SceneSpec& spec);
+double text_pixels(const SceneSpec& spec);  ///< its size
 
 /// The part of the plane that a specification asks for: whole beads, from the top of the first layer to the bottom of
 /// the last one. Throws InputError if the window is empty, holds no layer or leaves the pile.
