@@ -46,6 +46,10 @@ if(TARGET granuscope-mpi)
 endif()
 install(DIRECTORY ${share}/ DESTINATION ${CMAKE_INSTALL_DATADIR} COMPONENT program PATTERN done EXCLUDE)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/templates DESTINATION ${CMAKE_INSTALL_DATADIR}/granuscope COMPONENT program)
+# Scripts are no documents, which a small system leaves out.
+install(PROGRAMS ${PROJECT_SOURCE_DIR}/examples/python/force_chains.py
+        ${PROJECT_SOURCE_DIR}/examples/python/response_profile.py
+        DESTINATION ${CMAKE_INSTALL_DATADIR}/granuscope/python COMPONENT program)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/examples DESTINATION ${documents} COMPONENT program
         PATTERN "figures" EXCLUDE PATTERN "__pycache__" EXCLUDE)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/docs DESTINATION ${documents} COMPONENT program)

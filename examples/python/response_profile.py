@@ -29,7 +29,8 @@ def main():
         if settings["estimator"] != "point":
             sys.exit(f"the estimator of this ensemble is {settings['estimator']}, and not point")
         x, profile = response(file, int(sys.argv[2]))
-        print(f"x ({file['x'].attrs['units'].decode()}),response")
+        print("x,response")
+        print(f"#{file['x'].attrs['units'].decode()},per unit of the overload")
         for place, value in sorted(zip(x, profile)):
             print(f"{place:g},{value:.6g}")
 

@@ -208,8 +208,12 @@ std::string snakemake_command(const std::string& rule, const std::map<std::strin
     if (!inside || at == std::string::npos) continue;
     std::string command = line.substr(at + 8, line.rfind('"') - at - 8);
     for (const auto& [name, value] : values) {
-      for (std::size_t i = command.find("{" + name + "}"); i != std::string::npos; i = command.find("{" + name + "}")) {
-        command.replace(i, name.size() + 2, value);
+      // {NAME:q} is quoted for the shell.
+      for (const auto& [place, text] :
+           {std::pair("{" + name + "}", value), std::pair("{" + name + ":q}", "'" + value + "'")}) {
+        for (std::size_t i = command.find(place); i != std::string::npos; i = command.find(place)) {
+          command.replace(i, place.size(), text);
+        }
       }
     }
     return command;

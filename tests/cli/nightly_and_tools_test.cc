@@ -61,8 +61,11 @@ TEST_CASE("A night says nothing while all is well, alarms with 1, and is told by
   const CommandResult list = granuscope_command({"history", folder, "list"});
   CHECK(list.code == 0);
   CHECK_THAT(list.out, Contains("1 ") && Contains("fine, 256 samples") && Contains("experiment (open)"));
-  const auto shown = nlohmann::json::parse(granuscope_command({"history", folder, "show", "1"}).out);
+  const auto shown = nlohmann::json::parse(granuscope_command({"history", folder, "show", "1", "--json"}).out);
   CHECK(shown["nights"][0]["numbers"][0]["name"] == "c at mu = 0");
+  CHECK_THAT(granuscope_command({"history", folder, "show", "1"}).out,
+             Contains("number") && Contains("c_thrust at mu = 0.3  0.5") && Contains("/report.html"));
+  CHECK(nlohmann::json::parse(granuscope_command({"history", folder, "list", "--json"}).out)["nights"].size() == 2);
   const std::string csv = granuscope_command({"history", folder, "export", "--format", "csv"}).out;
   CHECK_THAT(csv, Contains("night,date,status,samples,name,value,stderr") && Contains("c_thrust at mu = 0.3"));
   CHECK(granuscope_command({"history", folder, "accept", "2"}).code == 0);
@@ -121,7 +124,8 @@ TEST_CASE("A night that is killed is gone on with by the next one, to the same p
     CHECK((read_file(killed / "nights/pool" / file) == read_file(whole / "nights/pool" / file)));
   }
   const auto numbers = [](const test::TemporaryFolder& scratch) {
-    auto json = nlohmann::json::parse(granuscope_command({"history", (scratch / "nights").string(), "show", "2"}).out);
+    auto json = nlohmann::json::parse(
+        granuscope_command({"history", (scratch / "nights").string(), "show", "2", "--json"}).out);
     return json["nights"][0]["numbers"];
   };
   CHECK(numbers(killed) == numbers(whole));

@@ -113,11 +113,14 @@ TEST_CASE("CSV keeps every bit and shows unknown numbers as NaN") {
   CHECK(table.empty());
   table.add_row({0.1, not_a_number});
   table.add_row({1.0 / 3, -2});
-  CHECK(table.text() == "x,y\nbeads,dimensionless\n0.1,NaN\n0.3333333333333333,-2\n");
+  CHECK(table.text() == "x,y\n#beads,dimensionless\n0.1,NaN\n0.3333333333333333,-2\n");
   CHECK(column_without_numbers(table.text()).empty());
   CHECK(column_without_numbers("x,y\n1,NaN\n2,NaN\n") == "y");
-  CHECK(column_without_numbers("x,y\nbeads,dimensionless\n") == "x");
-  CHECK_THROWS_AS(CsvTable({"x"}), std::logic_error);
+  CHECK(column_without_numbers("x,y\n#beads,dimensionless\n") == "x");
+  CHECK_THROWS_AS(CsvTable({"x", "y: beads"}), std::logic_error);
+  CsvTable texts({"name", "text"});
+  texts.add_cells({"a, \"b", "1.0(1)"});
+  CHECK(texts.text() == "name,text\n\"a, \"\"b\",1.0(1)\n");
 }
 
 TEST_CASE("Lists and counts in words") {

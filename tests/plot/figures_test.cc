@@ -44,6 +44,7 @@ void check_whole(const Figure& figure, const std::filesystem::path& run_folder) 
     std::getline(csv, units);
     std::getline(csv, numbers);
     CHECK(std::count(names.begin(), names.end(), ',') == std::count(units.begin(), units.end(), ','));
+    CHECK(units.starts_with('#'));
     CHECK((contains(units, "bead diameter") || contains(units, "dimensionless")));
     CHECK((std::isdigit(static_cast<unsigned char>(numbers.back())) != 0 || numbers.ends_with("NaN")));
   }
@@ -82,7 +83,7 @@ TEST_CASE("The response profiles explain the paper's depths") {
   CHECK(contains(svg, "χ²/dof = "));
   CHECK(contains(svg, "residual / σ"));
   const std::string csv = read_file(run.path() / "figures/response-profiles-layer-110.csv");
-  CHECK(csv.starts_with("x,P,standard_error,fit,residual_in_standard_errors\nbead diameters,1/bead diameter,"));
+  CHECK(csv.starts_with("x,P,standard_error,fit,residual_in_standard_errors\n#bead diameters,1/bead diameter,"));
 }
 
 TEST_CASE("Many depths are shown without close views") {

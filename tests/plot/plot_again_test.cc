@@ -178,7 +178,7 @@ TEST_CASE("A figure or style that cannot be is refused") {
   CHECK_THROWS_AS(plot_again(run / "figures", id, unknown), InputError);
   FigureStyle font;
   font.font = "No Such Font";
-  CHECK_THROWS_WITH(plot_again(run / "figures", id, font), Catch::Contains("there is no font No Such Font"));
+  CHECK(plot_again(run / "figures", id, font).substitute_font.size() > 3);
   CHECK_THROWS_WITH(plot_again(run / "elsewhere", id, {}),
                     Catch::Contains("name the folder that `granuscope run` wrote"));
 }

@@ -161,7 +161,7 @@ TEST_CASE("a picture wider than the driver's largest framebuffer is painted to i
   spec.width_px = 20000;
   const Scene scene = scene_of(pile, spec);
   const Image image = paint(scene, spec, context());
-  const Font font(text_pixels(spec));
+  const Font font = font_of(spec);
   const Box plot = lay_out(spec, scene, font).plot;
   // Uniform layers: ink in the last bead's width as in the first one's.
   for (const int left : {plot.left, plot.right() - 100}) {
@@ -214,7 +214,7 @@ TEST_CASE("a mirrored pile gives the mirrored plot area") {
   for (const auto& window : std::vector<std::optional<std::array<double, 4>>>{std::nullopt, {{-4.3, 4.3, 2, 8}}}) {
     spec.window = window;
     const Image image = painted(pile, spec), mirror = painted(mirrored(pile), spec);
-    const Font font(text_pixels(spec));
+    const Font font = font_of(spec);
     const Box plot = lay_out(spec, scene_of(pile, spec), font).plot;
     int different = 0;
     for (int y = plot.top; y < plot.bottom(); ++y) {
@@ -235,7 +235,7 @@ TEST_CASE("a contact across the seam is seen at both sides") {
   CHECK(scene.counts.drawn == 1);
   CHECK(elements_of(scene).size() == 2);
   const Image image = paint(scene, spec, context());
-  const Font font(text_pixels(spec));
+  const Font font = font_of(spec);
   const Box plot = lay_out(spec, scene, font).plot;
   const int row = plot.top + static_cast<int>(Lattice::depth(2) * scene.pixels_per_diameter);
   CHECK(image.at(plot.left, row).r < 100);

@@ -302,7 +302,7 @@ void check_clear(const Layout& layout) {
 }
 
 Layout layout_of(const Pile& pile, const SceneSpec& spec) {
-  const Font font(text_pixels(spec));
+  const Font font = font_of(spec);
   return lay_out(spec, scene_of(pile, spec), font);
 }
 

@@ -180,11 +180,44 @@ std::string shallow_json(std::string text) {
   return text;
 }
 
-std::string csv_cell(std::string_view text) {
-  if (text.find_first_of(",\"\r\n") == std::string_view::npos) return std::string(text);
-  std::string cell = "\"";
-  for (const char c : text) cell += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return cell + '"';
+std::string aligned(std::string_view text) {
+  const auto letters = [](std::string_view cell) {
+    return static_cast<std::size_t>(
+        std::count_if(cell.begin(), cell.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }));
+  };
+  std::string result;
+  std::vector<std::vector<std::string_view>> block;
+  const auto put = [&] {
+    std::vector<std::size_t> widths;
+    for (const auto& row : block) {
+      widths.resize(std::max(widths.size(), row.size()));
+      for (std::size_t k = 0; k < row.size(); ++k) widths[k] = std::max(widths[k], letters(row[k]));
+    }
+    for (const auto& row : block) {
+      std::string line;
+      for (std::size_t k = 0; k < row.size(); ++k) {
+        line += row[k];
+        if (k + 1 < row.size()) line.append(widths[k] - letters(row[k]) + 2, ' ');
+      }
+      result += line.substr(0, line.find_last_not_of(' ') + 1) + '\n';
+    }
+    block.clear();
+  };
+  while (!text.empty()) {
+    const std::string_view line = text.substr(0, text.find('\n'));
+    text.remove_prefix(std::min(line.size() + 1, text.size()));
+    std::vector<std::string_view> cells;
+    for (std::size_t from = 0; from <= line.size();) {
+      const std::size_t end = std::min(line.find('\t', from), line.size());
+      cells.push_back(line.substr(from, end - from));
+      from = end + 1;
+    }
+    if (cells.size() == 1) put();
+    block.push_back(std::move(cells));
+    if (block.back().size() == 1) put();
+  }
+  put();
+  return result;
 }
 
 std::string shell_word(const std::string& word) {

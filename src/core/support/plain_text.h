@@ -25,8 +25,9 @@ std::string single_line(std::string_view text, std::size_t most = 400);
 /// end in a signal where what was read is gone through.
 std::string shallow_json(std::string text);
 
-/// A cell of a CSV file: quoted where a comma, a quote or the end of a line would end it.
-std::string csv_cell(std::string_view text);
+/// Text in which tabs part columns, with each column of neighbouring lines as wide as its widest cell, for a terminal.
+std::string aligned(std::string_view text);
+
 /// Text as one word of a shell command that is printed to be pasted: in quotes where it needs them.
 std::string shell_word(const std::string& word);
 

@@ -5,7 +5,6 @@
 #include <zlib.h>
 
 #include <algorithm>
-#include <cassert>
 #include <cctype>
 #include <cerrno>
 #include <charconv>
@@ -206,28 +205,6 @@ int count_visible_curves(std::string_view svg) {
     }
   }
   return visible;
-}
-
-CsvTable::CsvTable(const std::vector<std::string>& columns) : columns_(columns.size()) {
-  std::string units;
-  for (const std::string& column : columns) {
-    const std::size_t at = column.find(": ");
-    if (at == std::string::npos) throw std::logic_error("the column " + column + " has no unit");
-    const char* const comma = units.empty() ? "" : ",";
-    text_ += comma + column.substr(0, at);
-    units += comma + column.substr(at + 2);
-  }
-  text_ += '\n' + units + '\n';
-}
-
-void CsvTable::add_row(const std::vector<double>& numbers) {
-  assert(numbers.size() == columns_);
-  for (std::size_t i = 0; i < numbers.size(); ++i) {
-    if (i > 0) text_ += ',';
-    text_ += std::isfinite(numbers[i]) ? exact(numbers[i]) : "NaN";
-  }
-  text_ += '\n';
-  ++rows_;
 }
 
 namespace {

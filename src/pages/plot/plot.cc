@@ -53,7 +53,7 @@ Panel right_panel() {
 }
 
 std::string Plot::add_data(const std::string& name, const CsvTable& table) {
-  const std::string file = id + (name.empty() ? "" : "-") + name + ".csv";
+  std::string file = id + (name.empty() ? "" : "-") + name + ".csv";
   data[file] = table.text();
   return file;
 }

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <filesystem>
 #include <optional>
 #include <stdexcept>
@@ -16,6 +15,7 @@
 #include "plot/gnuplot.h"
 #include "plot/plot.h"
 #include "plot/plot_texts.h"
+#include "render/font.h"
 #include "support/error.h"
 #include "support/files.h"
 #include "support/plain_text.h"
@@ -50,30 +50,6 @@ void require_possible(const FigureStyle& style) {
     throw InputError(fmt::format("text of {:g} pt cannot be read or fills the figure; give {:g} to {:g}",
                                  style.font_points, least_points, most_points));
   }
-}
-
-/// fontconfig puts another font in the place of one that it does not know, and gnuplot says nothing.
-void require_font(const std::string& name) {
-  ProcessSpec process;
-  process.arguments = {"fc-match", "--format=%{family}", name};
-  ProcessResult result;
-  try {
-    result = run_process(process);
-  } catch (const EnvironmentError&) {
-    return;  // no fc-match: nobody to ask
-  }
-  const auto lower = [](std::string text) {
-    for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    return text;
-  };
-  // Generic names stand for whatever is there.
-  for (const char* generic : {"sans", "serif", "sans-serif", "monospace", "mono"}) {
-    if (lower(name) == generic) return;
-  }
-  if (result.exit_code != 0 || lower(result.standard_output).find(lower(name)) != std::string::npos) return;
-  throw InputError(
-      fmt::format("there is no font {} here, {} would take its place; `fc-list : family` lists what there is",
-                  single_line(name), single_line(result.standard_output)));
 }
 
 /// What stands in the scripts as Unicode or as gnuplot's markup, in TeX's own mathematics.
@@ -289,7 +265,8 @@ std::string eps_by_tex(const std::string& tikz, const std::string& id, double po
 
 }  // namespace
 
-PlottedFigure plot_again(const fs::path& figures, const std::string& id, const FigureStyle& style) {
+PlottedFigure plot_again(const fs::path& figures, const std::string& id, const FigureStyle& asked) {
+  FigureStyle style = asked;
   require_possible(style);
   if (style.font == font_of_tex && style.format != "tikz") {
     if (style.format != "eps")
@@ -302,7 +279,11 @@ PlottedFigure plot_again(const fs::path& figures, const std::string& id, const F
     return plotted;
   }
   require_gnuplot();
-  if (style.format != "tikz") require_font(style.font);
+  PlottedFigure plotted;
+  // gnuplot would take the same font in the place of one that is not here, and say nothing.
+  if (const auto match = match_font(style.font); style.format != "tikz" && match && match->is_substitute) {
+    style.font = plotted.substitute_font = match->family;
+  }
   const std::vector<std::string> known = plots_in(figures);
   std::error_code none;
   if (id.find('/') != std::string::npos || !fs::is_regular_file(figures / (id + ".gp"), none)) {
@@ -315,7 +296,6 @@ PlottedFigure plot_again(const fs::path& figures, const std::string& id, const F
   const fs::path recipe_file = figures / (id + ".json");
   const std::optional<FigureRecipe> recipe = recipe_of_run(recipe_file, id, style.trust_script);
   const bool other_templates = !templates_folder().empty();
-  PlottedFigure plotted;
   if (recipe) {
     plotted.title = recipe->title;
     plotted.caption = recipe->caption;

@@ -103,6 +103,11 @@ void Decorations::paint(Image& rows, int top) const {
 
 namespace {
 
+std::string& language() {
+  static std::string name = "en";
+  return name;
+}
+
 constexpr const char* file_name = "pictures/labels.txt";
 constexpr std::string_view separator = " = ";
 
@@ -124,11 +129,14 @@ std::map<std::string, std::string, std::less<>> parse(std::string_view text) {
 
 }  // namespace
 
-const std::string& label(std::string_view name) {
-  static const auto labels = parse(template_file(file_name));
+std::string label(std::string_view name) {
+  const auto labels = parse(template_file(name_in_language(file_name, language())));
   const auto found = labels.find(name);
-  if (found == labels.end()) throw std::logic_error(fmt::format("templates/{} has no label '{}'", file_name, name));
-  return found->second;
+  if (found != labels.end()) return found->second;
+  if (name == "decimal point") return ".";  // of templates from before there was one
+  throw std::logic_error(fmt::format("templates/{} has no label '{}'", file_name, name));
 }
+
+void use_language_of_pictures(const std::string& name) { language() = name; }
 
 }  // namespace granuscope

@@ -35,6 +35,9 @@ class Decorations {
 
 /// What templates/pictures/labels.txt has under that name: the wording of axes, scale bar, arrow and colour scales.
 /// Throws std::logic_error if it has nothing: names of labels come from the program, not from the user.
-const std::string& label(std::string_view name);
+std::string label(std::string_view name);
+
+/// From now on it has the wording of this language, as name_in_language finds it.
+void use_language_of_pictures(const std::string& language);
 
 }  // namespace granuscope

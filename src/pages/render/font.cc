@@ -4,6 +4,8 @@
 #include <ft2build.h>
 
 #include <algorithm>
+#include <array>
+#include <cctype>
 #include <cmath>
 #include <cstdlib>
 #include <type_traits>
@@ -12,6 +14,7 @@
 #include FT_OUTLINE_H
 
 #include "support/error.h"
+#include "support/process.h"
 
 namespace granuscope {
 namespace {
@@ -26,11 +29,11 @@ constexpr double digit_height_em = 0.729;
 /// Whole numbers of 1/64 pixel, FreeType's unit.
 FT_Pos to_26_6(double pixels) { return static_cast<FT_Pos>(std::lround(pixels * 64)); }
 
-[[noreturn]] void fail(FT_Error error, const char* step) {
+[[noreturn]] void fail(FT_Error error, const char* step, const std::string& font = font_path) {
   throw EnvironmentError(
       fmt::format("FreeType cannot {} {} (error {}), so a picture would lack its labels; "
                   "install fonts-dejavu-core",
-                  step, font_path, error));
+                  step, font, error));
 }
 
 /// Code points of a UTF-8 text of our own making (labels): no checks beyond the length.
@@ -52,18 +55,22 @@ std::vector<FT_ULong> code_points(std::string_view text) {
 }  // namespace
 
 struct Font::Face {
-  Face() {
+  Face(const std::string& file, double size_px) {
     if (const FT_Error error = FT_Init_FreeType(&library); error != 0) fail(error, "start for");
-    if (const FT_Error error = FT_New_Face(library, font_path, 0, &face); error != 0) {
-      FT_Done_FreeType(library);
-      fail(error, "read");
-    }
+    open(face, file.empty() ? font_path : file, size_px);
+    if (!file.empty()) open(reserve, font_path, size_px);
   }
   Face(const Face&) = delete;
   Face& operator=(const Face&) = delete;
-  ~Face() {
-    FT_Done_Face(face);
+  ~Face() { FT_Done_FreeType(library); }  // and its faces
+
+  void open(FT_Face& one, const std::string& file, double size_px) const {
+    FT_Error error = FT_New_Face(library, file.c_str(), 0, &one);
+    // At 72 dpi a point is a pixel, so that the size need not be a whole number of either.
+    if (error == 0) error = FT_Set_Char_Size(one, 0, to_26_6(size_px), 72, 72);
+    if (error == 0) return;
     FT_Done_FreeType(library);
+    fail(error, "read", file);
   }
 
   /// Loads each glyph in turn and calls act(glyph slot, pen position in pixels). Positions are not rounded, so that the
@@ -73,29 +80,28 @@ struct Font::Face {
     double pen = 0;
     FT_UInt previous = 0;
     for (const FT_ULong point : code_points(text)) {
-      const FT_UInt glyph = FT_Get_Char_Index(face, point);
+      const bool lacks = reserve != nullptr && FT_Get_Char_Index(face, point) == 0;
+      const FT_Face used = lacks ? reserve : face;
+      const FT_UInt glyph = FT_Get_Char_Index(used, point);
       FT_Vector kerning = {0, 0};
-      if (previous != 0) FT_Get_Kerning(face, previous, glyph, FT_KERNING_UNFITTED, &kerning);
+      if (previous != 0 && !lacks) FT_Get_Kerning(face, previous, glyph, FT_KERNING_UNFITTED, &kerning);
       pen += static_cast<double>(kerning.x) / 64;
-      if (const FT_Error error = FT_Load_Glyph(face, glyph, FT_LOAD_TARGET_LIGHT | FT_LOAD_NO_BITMAP); error != 0) {
+      if (const FT_Error error = FT_Load_Glyph(used, glyph, FT_LOAD_TARGET_LIGHT | FT_LOAD_NO_BITMAP); error != 0) {
         fail(error, "load a glyph of");
       }
-      act(face->glyph, pen);
-      pen += static_cast<double>(face->glyph->linearHoriAdvance) / 65536;
-      previous = glyph;
+      act(used->glyph, pen);
+      pen += static_cast<double>(used->glyph->linearHoriAdvance) / 65536;
+      previous = lacks ? 0 : glyph;
     }
     return pen;
   }
 
   FT_Library library = nullptr;
   FT_Face face = nullptr;
+  FT_Face reserve = nullptr;  ///< for signs that the other one lacks
 };
 
-Font::Font(double size_px) : face_(std::make_unique<Face>()), size_px_(size_px) {
-  // At 72 dpi a point is a pixel, so that the size need not be a whole number of either.
-  const FT_Error error = FT_Set_Char_Size(face_->face, 0, to_26_6(size_px), 72, 72);
-  if (error != 0) fail(error, "scale");
-}
+Font::Font(double size_px, const std::string& file) : face_(std::make_unique<Face>(file, size_px)), size_px_(size_px) {}
 
 Font::~Font() = default;
 
@@ -212,6 +218,30 @@ CoverageMask Font::fill(const std::vector<Corner>& polygon, int width, int heigh
     fail(error, "fill a polygon beside");
   }
   return mask;
+}
+
+std::optional<FontMatch> match_font(const std::string& name) {
+  ProcessSpec process;
+  process.arguments = {"fc-match", "--format=%{family}\n%{file}", name};
+  ProcessResult result;
+  try {
+    result = run_process(process);
+  } catch (const EnvironmentError&) {
+    return std::nullopt;
+  }
+  const std::string& said = result.standard_output;
+  const std::size_t line = said.find('\n');
+  if (result.exit_code != 0 || line == std::string::npos) return std::nullopt;
+  FontMatch match{said.substr(0, std::min(said.find(','), line)), said.substr(line + 1)};
+  const auto lower = [](std::string text) {
+    for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return text;
+  };
+  // Generic names stand for whatever is there.
+  constexpr std::array generic = {"sans", "serif", "sans-serif", "monospace", "mono"};
+  match.is_substitute = lower(said.substr(0, line)).find(lower(name)) == std::string::npos &&
+                        std::find(generic.begin(), generic.end(), lower(name)) == generic.end();
+  return match;
 }
 
 std::string typesetter() {

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -29,11 +30,21 @@ struct PathStep {
 };
 using Path = std::vector<PathStep>;
 
-/// DejaVu Sans at one size, in final pixels, and a filler of polygons with the same rasteriser (exact coverage).
-/// Throws EnvironmentError if the font is not installed.
+/// What fontconfig has under a name.
+struct FontMatch {
+  std::string family, file;
+  bool is_substitute = false;  ///< of another name, because there is no such font here
+};
+
+/// Nothing where fontconfig's fc-match is missing, so that nobody can be asked.
+std::optional<FontMatch> match_font(const std::string& name);
+
+/// A font, DejaVu Sans if no file is named, at one size, in final pixels; DejaVu Sans has the signs that it lacks. And
+/// a filler of polygons with the same rasteriser (exact coverage). Throws EnvironmentError if the font is not
+/// installed.
 class Font {
  public:
-  explicit Font(double size_px);
+  explicit Font(double size_px, const std::string& file = "");
   Font(const Font&) = delete;
   Font& operator=(const Font&) = delete;
   ~Font();

@@ -54,9 +54,11 @@ class Paper {
   double dpi_;
 };
 
-/// A number on an axis: no trailing zeros, typographic minus.
+/// A number on an axis: no trailing zeros, typographic minus, the decimal point of the language.
 std::string number(double value) {
   std::string text = fmt::format("{:g}", std::abs(value));
+  if (const std::size_t point = text.find('.'); point != std::string::npos)
+    text.replace(point, 1, label("decimal point"));
   return value < 0 && text != "0" ? "\u2212" + text : text;
 }
 
@@ -127,6 +129,10 @@ void require_size(const SceneSpec& spec) {
     throw InputError(
         fmt::format("{} dpi is no resolution to render at; choose {} to {}", spec.dpi, least_dpi, most_dpi));
   }
+  if (!(spec.text_points >= 4 && spec.text_points <= 40)) {
+    throw InputError(
+        fmt::format("text of {:g} pt cannot be read or fills the picture; give 4 to 40", spec.text_points));
+  }
 }
 
 /// The scale bar: a length of 1, 2, 5, 10, ... bead diameters, 10 where that reads well.
@@ -177,17 +183,19 @@ Box box_around(double centre_x, int top, int width, int height) {
 
 double text_pixels(const SceneSpec& spec) {
   require_size(spec);
-  return text_points * spec.dpi / points_per_inch;
+  return spec.text_points * spec.dpi / points_per_inch;
 }
 
+Font font_of(const SceneSpec& spec) { return Font(text_pixels(spec), spec.font_file); }
+
 PlotSize plot_size(const SceneSpec& spec, const Extent& extent, const std::vector<std::string>& key_titles) {
-  const Font font(text_pixels(spec));
+  const Font font = font_of(spec);
   const Paper paper(spec.dpi);
   const int smallest = smallest_width(spec, extent, key_titles, font, paper);
   if (spec.width_px < smallest) {
     throw InputError(fmt::format(
         "an image {} pixels wide is too small for labels of {} pt at {} dpi; the smallest width is {} pixels",
-        spec.width_px, text_points, spec.dpi, smallest));
+        spec.width_px, spec.text_points, spec.dpi, smallest));
   }
   const Margins margins = side_margins(spec, extent, font, paper);
   PlotSize size;

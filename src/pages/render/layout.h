@@ -40,9 +40,6 @@ struct Layout {
   Box legend;                 ///< the colour scale, its low end on the left
 };
 
-/// Height of the labels, in points.
-inline constexpr double text_points = 8;
-
 /// Pixels per inch that a picture can have.
 inline constexpr double least_dpi = 10;
 inline constexpr double most_dpi = 4800;
@@ -60,8 +57,9 @@ PlotSize plot_size(const SceneSpec& spec, const Extent& extent, const std::vecto
 /// Places axes, ticks, labels, scale bar and legend around the plot area of `scene`. Throws InputError as plot_size().
 Layout lay_out(const SceneSpec& spec, const Scene& scene, const Font& font);
 
-/// The font of the labels, at the final pixel size for this dpi. Throws InputError if the dpi is out of range.
-double text_pixels(const SceneSpec& spec);
+/// The font of the labels, at the final pixel size for this dpi. Throws InputError if dpi or size is out of range.
+Font font_of(const SceneSpec& spec);
+double text_pixels(const SceneSpec& spec);  ///< its size
 
 /// The part of the plane that a specification asks for: whole beads, from the top of the first layer to the bottom of
 /// the last one. Throws InputError if the window is empty, holds no layer or leaves the pile.

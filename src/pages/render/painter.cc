@@ -39,7 +39,7 @@ struct Picture::Parts {
       : scene(scene_),
         spec(spec_),
         scale(Palette::builtin(), scene.colour_map, scene.values.sign),
-        font(text_pixels(spec)),
+        font(font_of(spec)),
         layout(lay_out(spec, scene, font)),
         decorations(scene, layout, Palette::builtin(), scale, font),
         table(level_table_of(scene, scale)) {}

@@ -19,6 +19,8 @@ struct SceneSpec {
   std::string scene = "forces";
   int width_px = 1600;  ///< of the whole image, axes and legend included
   double dpi = 300;     ///< mm = 25.4 px / dpi; text is laid out in points
+  double text_points = 8;
+  std::string font_file = {};  ///< of the text; empty: DejaVu Sans
   /// x0, x1 in bead diameters from the middle and first, last layer; both inclusive. None: the whole pile.
   std::optional<std::array<double, 4>> window;
   std::optional<std::array<double, 2>> range;  ///< ends of the colour scale; none: from what is shown

@@ -243,7 +243,7 @@ std::array<int, 2> write_vector(const std::filesystem::path& path, const Scene& 
   const Palette& palette = Palette::builtin();
   const ColourScale scale(palette, scene.colour_map, scene.values.sign);
   const LevelTable table = make_level_table(scale, scene.values, scene.glyph, 1e9);  // no samples, nothing is thinned
-  const Font font(text_pixels(spec));
+  const Font font = font_of(spec);
   const Layout layout = lay_out(spec, scene, font);
   std::unique_ptr<VectorPage> page;
   if (path.extension() == ".pdf") {

@@ -6,12 +6,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <set>
 #include <stdexcept>
 #include <string_view>
 #include <vector>
 
 #include "report/page_scope.h"
+#include "support/csv.h"
 #include "support/error.h"
 #include "support/plain_text.h"
 
@@ -197,37 +199,83 @@ std::string in_tex(std::string text) {
 
 }  // namespace
 
-std::string list_numbers(std::string_view summary, const std::string& format) {
+namespace {
+
+/// What a paper says of a run. `name` without what lies behind its first stroke is a result, a list or an exponent.
+bool is_quoted(const std::string& name, const std::string& scanned) {
+  const std::string first = name.substr(0, name.find('/')), last = name.substr(name.rfind('/') + 1);
+  const bool exponent = last == "beta" || last == "gamma" || last == "alpha";
+  if (first == name) return exponent;
+  if (first.starts_with(scanned + "-")) {
+    return name == first + '/' + last && (last == "c" || last == "D" || last == "c_thrust");
+  }
+  if (first == "claims") return last == "measured";
+  return first == "mean_exponents" || ((first == "other_windows" || first == "by_ratio") && exponent);
+}
+
+/// Whether one part of the name, or several that follow each other, is `part`.
+bool has_part(const std::string& name, const std::string& part) {
+  return ('/' + name + '/').find('/' + part + '/') != std::string::npos;
+}
+
+std::vector<NamedNumber> chosen(const std::vector<NamedNumber>& all, const NumberChoice& choice,
+                                const std::string& scanned) {
+  const auto some_of = [&all](const auto& holds) {
+    std::vector<NamedNumber> some;
+    std::copy_if(all.begin(), all.end(), std::back_inserter(some), holds);
+    return some;
+  };
+  const auto listed = [&](const NamedNumber& one) { return choice.all || is_quoted(one.name, scanned); };
+  if (choice.only.empty()) return some_of(listed);
+  std::set<std::string> names;
+  for (const std::string& part : choice.only) {
+    const auto has = [&part](const NamedNumber& one) { return has_part(one.name, part); };
+    std::vector<NamedNumber> found = some_of([&](const NamedNumber& one) { return listed(one) && has(one); });
+    if (found.empty()) found = some_of(has);
+    if (found.empty()) {
+      throw InputError(fmt::format("no number has the name {}; numbers --all --format csv lists all names", part));
+    }
+    for (const NamedNumber& one : found) names.insert(one.name);
+  }
+  return some_of([&names](const NamedNumber& one) { return names.contains(one.name); });
+}
+
+}  // namespace
+
+std::string list_numbers(std::string_view summary, const std::string& format, const NumberChoice& choice) {
   const Json json = Json::parse(shallow_json(std::string(summary)), nullptr, false);
   if (!json.is_object() || !json.contains("results")) {
     throw InputError("this is no summary.json of a run, so that it has no numbers; name the folder of a finished run");
   }
+  if (format != "tex" && format != "csv" && format != "json")
+    throw InputError(fmt::format("there is no format {}; choose tex, csv or json", format));
   NumberList list(scanned_in(json));
   for (const auto& [key, part] : json.items()) {
     if (key != "schema" && key != "figures") list.add(key, part);
   }
+  const std::vector<NamedNumber> numbers = chosen(list.numbers(), choice, scanned_in(json));
   if (format == "json") {
     Json all = Json::object();
-    for (const NamedNumber& number : list.numbers()) {
+    for (const NamedNumber& number : numbers) {
       all[number.name] = {{"value", number.value}, {"stderr", number.standard_error}, {"text", number.text}};
     }
     return all.dump(2) + "\n";
   }
   if (format == "csv") {
-    std::string text = "name,value,standard_error,text\n";
-    for (const NamedNumber& number : list.numbers()) {
-      text += fmt::format("{},{},{},{}\n", csv_cell(number.name), number.value.dump(),
-                          number.standard_error.is_null() ? "" : number.standard_error.dump(), csv_cell(number.text));
+    CsvTable table({"name", "value", "standard_error", "text"});
+    for (const NamedNumber& number : numbers) {
+      table.add_cells({number.name, number.value.dump(),
+                       number.standard_error.is_null() ? "" : number.standard_error.dump(), number.text});
     }
-    return text;
+    return table.text();
   }
-  if (format != "tex") throw InputError(fmt::format("there is no format {}; choose tex, csv or json", format));
   std::string text =
-      "% Every number of a run. \\granuscope{NAME} writes one with its standard error, in text and in formulae.\n"
+      "% Numbers of a run (all: numbers --all). \\granuscope{NAME} writes one with its standard error, in text and in "
+      "formulae.\n"
       "\\newcommand{\\granuscope}[1]{\\ifcsname granuscope@\\detokenize{#1}\\endcsname"
       "\\csname granuscope@\\detokenize{#1}\\endcsname\\else\n"
       "  \\errmessage{granuscope has no number of the name #1}\\fi}\n";
-  for (const NamedNumber& number : list.numbers()) {
+  for (const NamedNumber& number : numbers) {
     text += fmt::format("\\expandafter\\def\\csname granuscope@\\detokenize{{{}}}\\endcsname{{{}}}\n",
                         tex_name(number.name), in_tex(number.text));
   }

@@ -3,6 +3,7 @@
 
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace granuscope {
 /// How a value of summary.json is written in the report: {value, stderr} as 0.0792(41); an integer or a text as it
@@ -14,11 +15,19 @@ std::string format_number(const nlohmann::ordered_json& value, std::string_view 
 /// value_with_error without a power of ten, however small the number is.
 std::string plain_value_with_error(double value, double standard_error);
 
-/// Every number of a summary.json, with its standard error where it has one, for the text of a paper. `format`: "tex"
+/// Which numbers of a summary.json are listed.
+struct NumberChoice {
+  bool all = false;  ///< or those that a paper quotes: c, D, c_thrust, exponents, and what the claims are judged by
+  /// Of these: a name, or a part of it between strokes, as "c" or "mu-0.3"; of all numbers where none of those that a
+  /// paper quotes has it. Empty: no choice.
+  std::vector<std::string> only = {};
+};
+
+/// Numbers of a summary.json, with its standard error where one has it, for the text of a paper. `format`: "tex"
 /// (\\granuscope{beta} gives 2.414(73), and an unknown name is an error), "csv" (name, value, standard error, text) or
 /// "json". Names follow the places of summary.json: "beta", "mu-0.3/c", "claims/D-of-mu/measured". Throws InputError if
-/// the text is no summary or the format is not known.
-std::string list_numbers(std::string_view summary, const std::string& format);
+/// the text is no summary, the format is not known or no number has a name that is asked for.
+std::string list_numbers(std::string_view summary, const std::string& format, const NumberChoice& choice);
 
 /// Text that Markdown shows as it stands, on one line, also inside a table.
 std::string escape_markdown(std::string_view text);

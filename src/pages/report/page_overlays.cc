@@ -10,6 +10,8 @@
 #include <cstdlib>
 #include <map>
 #include <optional>
+#include <sstream>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -39,6 +41,27 @@ std::string written_parts(const std::vector<ReportPart>& parts, ReportPart::Plac
 
 }  // namespace
 
+std::vector<GlossaryEntry> glossary() {
+  std::vector<GlossaryEntry> entries;
+  std::istringstream lines{std::string(template_file("glossary.txt"))};
+  bool on_page = true;
+  for (std::string line; std::getline(lines, line);) {
+    on_page = on_page && !(line.starts_with('#') && !entries.empty());
+    const std::size_t equals = line.find(" = ");
+    if (line.empty() || line.starts_with('#')) continue;
+    if (equals == std::string::npos) {
+      throw std::logic_error(fmt::format("templates/glossary.txt: '{}' does not read `word, another = text`", line));
+    }
+    GlossaryEntry& entry = entries.emplace_back(GlossaryEntry{{}, line.substr(equals + 3), on_page});
+    for (std::size_t from = 0; from < equals;) {
+      const std::size_t end = std::min(line.find(", ", from), equals);
+      entry.names.push_back(line.substr(from, end - from));
+      from = end + 2;
+    }
+  }
+  return entries;
+}
+
 std::string report_page(const ReportData& data, const Json& summary, const std::filesystem::path& run_folder,
                         PageMedium medium) {
   const bool print = medium == PageMedium::print;
@@ -64,6 +87,16 @@ std::string report_page(const ReportData& data, const Json& summary, const std::
   add_numerics(overlay, summary);
   add_figures(overlay, data, run_folder, medium);
   add_provenance(overlay, data);
+
+  overlay["words"] = Json::array();
+  for (const GlossaryEntry& entry : glossary()) {
+    if (!entry.on_page) continue;
+    std::string anchor = entry.names.front();
+    std::replace(anchor.begin(), anchor.end(), ' ', '-');
+    overlay["words"].push_back({{"anchor", anchor},
+                                {"names", fmt::format("{}", fmt::join(entry.names, ", "))},
+                                {"meaning", entry.text}});
+  }
 
   const PageScope root(summary, overlay, Markup::html);
   // What the experiment is about has its own sentences on page 1; the experiment's own words come before all others.

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "report/report_data.h"
 
@@ -27,6 +28,14 @@ void add_numerics(nlohmann::ordered_json& overlay, const nlohmann::ordered_json&
 void add_provenance(nlohmann::ordered_json& overlay, const ReportData& data);
 void add_figures(nlohmann::ordered_json& overlay, const ReportData& data, const std::filesystem::path& run_folder,
                  PageMedium medium);
+
+/// What a word of the report means: templates/glossary.txt.
+struct GlossaryEntry {
+  std::vector<std::string> names;
+  std::string text;      ///< without a point behind it
+  bool on_page = false;  ///< in the first part of the file, whose words the report uses
+};
+std::vector<GlossaryEntry> glossary();
 
 /// "yes", "no" or "open": the class of a verdict for the style sheets.
 std::string look_of(const std::string& verdict);

@@ -152,6 +152,7 @@ std::string PageScope::text(const std::string& name) const {
   const Request request = request_of(name);
   const std::string raw = raw_text(name);
   if (markup_ == Markup::markdown) return escape_markdown(raw);
+  if (markup_ == Markup::plain) return single_line(raw, raw.size());
   std::string html = request.formulae ? unbroken_formulae(raw)
                      : request.words  ? unbroken_words(raw)
                                       : escape_markup(raw);

@@ -9,8 +9,8 @@
 #include "support/templates.h"
 
 namespace granuscope {
-/// In what language numbers and words are written.
-enum class Markup { html, markdown };
+/// In what language numbers and words are written; plain: for a terminal.
+enum class Markup { html, markdown, plain };
 
 /// Names in the report's templates: a place in summary.json, and beside it what is said there but does not stand in
 /// that file.

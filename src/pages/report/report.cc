@@ -105,6 +105,13 @@ std::string markdown_summary(const ReportData& data, const nlohmann::ordered_jso
   return fill_template_file("summary.md.mustache", PageScope(summary, overlay, Markup::markdown));
 }
 
+std::string found_text(const nlohmann::ordered_json& summary) {
+  nlohmann::ordered_json overlay;
+  add_results(overlay, summary);
+  add_claims(overlay, summary);
+  return aligned(fill_template_file("found.txt.mustache", PageScope(summary, overlay, Markup::plain)));
+}
+
 namespace {
 
 bool differs(const Claim& claim) { return !claim.expected.empty() && claim.verdict != claim.expected; }

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "plot/gnuplot.h"
 #include "report/clean_json.h"
 #include "sampling/sampler_spec.h"
 #include "support/error.h"
@@ -37,7 +38,7 @@ std::optional<FinishedRun> find_finished_run(const std::filesystem::path& run_fo
     if (run.made_from != made_from) return {};
     if (!std::includes(run.stages.begin(), run.stages.end(), stages.begin(), stages.end())) return {};
     for (const auto& file : manifest.at("files")) {
-      const std::string name = file.at("path");
+      std::string name = file.at("path");
       if (!lies_in(run_folder, name)) return {};
       const std::filesystem::path path = run_folder / name;
       if (std::filesystem::file_size(path) != file.at("bytes").get<std::uintmax_t>()) return {};
@@ -78,7 +79,7 @@ std::string changed_since_run(const std::filesystem::path& run_folder, const std
   try {
     const auto manifest = nlohmann::ordered_json::parse(shallow_json(read_file(run_folder / "manifest.json")));
     for (const auto& file : manifest.at("files")) {
-      const std::string name = file.at("path");
+      std::string name = file.at("path");
       if (!name.starts_with(begins) || !name.ends_with(ends) || name.ends_with(".gp") || !lies_in(run_folder, name) ||
           !file.at("sha256").is_string())
         continue;
@@ -90,6 +91,29 @@ std::string changed_since_run(const std::filesystem::path& run_folder, const std
   } catch (const InputError&) {                 // NOLINT(bugprone-empty-catch): there is none
   }
   return "";
+}
+
+std::vector<ListedFigure> list_figures(const std::filesystem::path& run_folder) {
+  std::vector<ListedFigure> list;
+  const std::vector<std::string> plots = plots_in(run_folder / "figures");
+  std::error_code none;
+  if (const auto file = run_folder / "summary.json"; std::filesystem::is_regular_file(file, none)) {
+    const auto summary = nlohmann::ordered_json::parse(shallow_json(read_file(file)), nullptr, false);
+    const auto figures = summary.is_object() ? summary.find("figures") : summary.end();
+    for (std::size_t i = 0; figures != summary.end() && figures->is_array() && i < figures->size(); ++i) {
+      const auto& one = (*figures)[i];
+      const auto text = [&one](const char* key) {
+        return one.is_object() && one.contains(key) && one[key].is_string() ? single_line(one[key].get<std::string>())
+                                                                            : std::string();
+      };
+      list.push_back({text("id"), text("title")});
+    }
+  }
+  for (const std::string& id : plots) {
+    if (std::none_of(list.begin(), list.end(), [&id](const ListedFigure& one) { return one.id == id; }))
+      list.push_back({id, ""});
+  }
+  return list;
 }
 
 void require_unchanged(const std::filesystem::path& run_folder, const std::string& begins, const std::string& ends) {

@@ -37,6 +37,15 @@ std::string changed_since_run(const std::filesystem::path& run_folder, const std
 void require_unchanged(const std::filesystem::path& run_folder, const std::string& begins,
                        const std::string& ends = "");
 
+/// A figure as the report numbers it, from 1 on.
+struct ListedFigure {
+  std::string id, title;  ///< the latter empty where no report tells it
+};
+
+/// The figures of a run's report in its order, then the plots in its folder that are not in it. Throws InputError if
+/// there is no folder of figures.
+std::vector<ListedFigure> list_figures(const std::filesystem::path& run_folder);
+
 /// How a run ended.
 struct RunOutcome {
   std::string status = "done";       ///< "done", "failed", "interrupted", or "unfinished": at work, or killed since

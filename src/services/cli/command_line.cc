@@ -201,6 +201,7 @@ ExitCode parse_and_act(int argc, const char* const* argv, std::ostream& out, std
   add_numbers_verb(app, context);
   add_pack_verb(app, context);
   add_example_verb(app, context);
+  add_explain_verb(app, context);
   add_help_verb(app, context);
   add_reference_verb(app, context);
   app.get_formatter()->label("SUBCOMMAND", "VERB");

@@ -17,6 +17,7 @@
 #include "cli/verbs.h"
 #include "experiment/experiment.h"
 #include "experiment/experiment_file.h"
+#include "report/page_overlays.h"
 #include "support/files.h"
 #include "support/provenance.h"
 #include "support/templates.h"
@@ -122,6 +123,65 @@ void add_example_verb(CLI::App& app, VerbContext& context) {
   const auto name = std::make_shared<std::string>();
   verb->add_option("NAME", *name, "which one, for example quick (a list if not given)");
   verb->callback([name, &context] { context.action = [name, &context] { return print_example(*name, context); }; });
+}
+
+namespace {
+
+std::string lower(std::string text) {
+  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return text;
+}
+
+/// The entries of a word: of that name as it is written, or but for small letters and a plural.
+std::vector<GlossaryEntry> entries_of(const std::string& word, const std::vector<GlossaryEntry>& all) {
+  std::vector<GlossaryEntry> exact, near;
+  for (const GlossaryEntry& entry : all) {
+    const auto is = [&](const auto& same) { return std::any_of(entry.names.begin(), entry.names.end(), same); };
+    const std::string small = lower(word), one = small.ends_with('s') ? small.substr(0, small.size() - 1) : small;
+    if (is([&](const std::string& name) { return name == word; })) exact.push_back(entry);
+    if (is([&](const std::string& name) { return lower(name) == small || lower(name) == one; })) near.push_back(entry);
+  }
+  return exact.empty() ? near : exact;
+}
+
+ExitCode explain_word(const std::string& word, VerbContext& context) {
+  const std::vector<GlossaryEntry> all = glossary();
+  if (word.empty()) {
+    std::vector<std::string> words;
+    for (const GlossaryEntry& entry : all) words.push_back(entry.names.front());
+    context.out << fmt::format("{}\n", fmt::join(words, "\n"));
+    return ExitCode::done;
+  }
+  const std::vector<GlossaryEntry> found = entries_of(word, all);
+  if (found.empty()) {
+    std::vector<std::string> names, holding;
+    for (const GlossaryEntry& entry : all) {
+      names.insert(names.end(), entry.names.begin(), entry.names.end());
+      const bool tells = lower(entry.text).find(lower(word)) != std::string::npos;
+      if (tells || lower(entry.names.front()).find(lower(word)) != std::string::npos) holding.push_back(entry.names[0]);
+    }
+    if (const auto meant = nearest_name(word, names)) holding.insert(holding.begin(), *meant);
+    throw InputError(fmt::format("the glossary has no word {}; {}", word,
+                                 holding.empty() ? "granuscope explain lists all that it has"
+                                                 : fmt::format("nearest are {}", fmt::join(holding, ", "))));
+  }
+  for (const GlossaryEntry& entry : found) {
+    context.out << fmt::format("{}: {}.\n", fmt::join(entry.names, ", "), entry.text);
+  }
+  if (const std::string law = "law/" + lower(word) + ".txt"; has_template(law)) context.out << template_file(law);
+  return ExitCode::done;
+}
+
+}  // namespace
+
+void add_explain_verb(CLI::App& app, VerbContext& context) {
+  CLI::App* verb =
+      app.add_subcommand("explain", "Say what a word of the report means, such as c_thrust, pull or block");
+  const auto word = std::make_shared<std::vector<std::string>>();
+  verb->add_option("WORD", *word, "which one (a list if not given)");
+  verb->callback([word, &context] {
+    context.action = [word, &context] { return explain_word(fmt::format("{}", fmt::join(*word, " ")), context); };
+  });
 }
 
 namespace {

@@ -1,4 +1,5 @@
 #include <fmt/core.h>
+#include <unistd.h>
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
@@ -39,7 +40,11 @@ ExitCode nightly(const NightlyVerbOptions& given, VerbContext& context) {
                                given.grow, samples_of_night(experiment, given.grow));
   }
   const Night night = run_night(experiment, options);
-  // cron mails what is printed: nothing, unless there is something to say.
+  // cron mails what is printed: nothing, unless there is something to say. Who sits before a terminal wants to look.
+  if (::isatty(STDERR_FILENO) != 0) {
+    context.err << fmt::format("{}the history is in {}\n", night.status == "fine" ? describe(night) + "; " : "",
+                               (std::filesystem::path(given.history) / "index.html").string());
+  }
   if (night.status == "fine") return ExitCode::done;
   context.out << "night " << describe(night) << '\n';
   // What the machine lacked says nothing against the numbers.
@@ -85,6 +90,7 @@ namespace {
 struct HistoryVerbOptions {
   std::string folder, action, format = "json";
   std::int64_t night = 0;
+  bool json = false;
 };
 
 ExitCode history(const HistoryVerbOptions& given, VerbContext& context) {
@@ -104,10 +110,12 @@ ExitCode history(const HistoryVerbOptions& given, VerbContext& context) {
     return ExitCode::done;
   }
   const NightBook book(given.folder, DatabaseUse::read);
-  if (given.action == "list") {
+  if (given.json && (given.action == "list" || given.action == "show")) {
+    context.out << json_text(given.action == "show" ? std::vector<Night>{book.night(given.night)} : book.last(0));
+  } else if (given.action == "list") {
     for (const Night& night : book.last(0)) context.out << describe(night) << '\n';
   } else if (given.action == "show") {
-    context.out << json_text({book.night(given.night)});
+    context.out << table_text(book.night(given.night));
   } else {
     context.out << (given.format == "csv" ? csv_text(book.last(0)) : json_text(book.last(0)));
   }
@@ -127,6 +135,7 @@ void add_history_verb(CLI::App& app, VerbContext& context) {
       ->required()
       ->check(CLI::IsMember({"list", "show", "export", "forget", "accept"}));
   verb->add_option("NIGHT", options->night, "number of a night");
+  verb->add_flag("--json", options->json, "of list and show: one JSON object instead of a table");
   verb->add_option("--format", options->format, "of export: csv (the primary numbers) or json (all)")
       ->capture_default_str()
       ->check(CLI::IsMember({"csv", "json"}));

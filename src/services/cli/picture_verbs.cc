@@ -7,6 +7,7 @@
 #include <array>
 #include <charconv>
 #include <chrono>
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <initializer_list>
@@ -22,7 +23,10 @@
 #include "cli/verbs.h"
 #include "ensemble/ensemble_runner.h"
 #include "plot/gnuplot.h"
+#include "plot/plot_texts.h"
 #include "plot/response_field.h"
+#include "render/decorations.h"
+#include "render/font.h"
 #include "render/render_pile.h"
 #include "render/scenes.h"
 #include "report/clean_json.h"
@@ -39,8 +43,30 @@
 namespace granuscope {
 namespace {
 
+/// How text and width of a picture on paper are given, the same to figure and render.
+struct PageOptions {
+  std::string width, font = "DejaVu Sans", font_size, language = "en";
+};
+
+void add_page_options(CLI::App& verb, PageOptions& page, const std::string& width_help, const std::string& fonts = "") {
+  verb.add_option("--width", page.width, width_help);
+  verb.add_option("--font", page.font,
+                  "of all text, as fontconfig names it; of one that is not here fontconfig's substitute is taken, and "
+                  "named" +
+                      fonts)
+      ->capture_default_str();
+  verb.add_option("--font-size", page.font_size, "8pt, or 8; room around the axes grows with it");
+  verb.add_option("--language", page.language, "of its texts and decimal point: en, fr or de")->capture_default_str();
+}
+
+void tell_substitute(const std::string& asked, const std::string& taken, VerbContext& context) {
+  context.err << fmt::format("there is no font {} here, {} takes its place (`fc-list : family` lists all)\n",
+                             single_line(asked), single_line(taken));
+}
+
 struct FigureOptions {
-  std::string folder, id, width, font_size, templates;
+  std::string folder, id, templates;
+  PageOptions page;
   OutputFile file;
   FigureStyle style;
 
@@ -69,6 +95,15 @@ double millimetres(const std::string& text) {
   const double width = measure_in(text, {{"mm", 1}, {"cm", 10}, {"in", 25.4}});
   if (width > 0) return width;
   throw InputError(fmt::format("--width {} is no width; write 86mm, 8.6cm or 3.37in", text));
+}
+
+/// Of a width on paper at so many pixels per inch, or the number of pixels itself. What no picture can have is clipped
+/// to what is refused later.
+int pixels(const std::string& text, double dpi) {
+  constexpr double most = 1e9;
+  const double width = measure_in(text, {{"px", 1}, {"mm", dpi / 25.4}, {"cm", dpi / 2.54}, {"in", dpi}});
+  if (width > 0) return static_cast<int>(std::lround(std::clamp(width, 1.0, most)));
+  throw InputError(fmt::format("--width {} is no width; write 1600 (pixels), 86mm, 8.6cm or 3.37in", text));
 }
 
 double points(const std::string& text) {
@@ -103,15 +138,32 @@ void choose_format(FigureOptions& options) {
   }
 }
 
+/// The id of the figure that the report gives this number; what is no number as it stands.
+std::string id_of_figure(const std::string& id, const std::string& folder) {
+  if (id.empty() || id.size() > 4 || id.find_first_not_of("0123456789") != std::string::npos) return id;
+  const std::vector<ListedFigure> figures = list_figures(folder);
+  const std::size_t number = std::stoul(id);
+  if (number >= 1 && number <= figures.size()) return figures[number - 1].id;
+  throw InputError(fmt::format("there is no figure {}; `granuscope figure {}` lists them, 1 to {}", id,
+                               shell_word(folder), figures.size()));
+}
+
 ExitCode plot_figure_again(FigureOptions options, VerbContext& context) {
   if (!options.templates.empty()) use_templates(options.templates);
-  if (!options.width.empty()) options.style.width_mm = millimetres(options.width);
-  if (!options.font_size.empty()) options.style.font_points = points(options.font_size);
+  options.style.font = options.page.font;
+  options.style.language = options.page.language;
+  if (!options.page.width.empty()) options.style.width_mm = millimetres(options.page.width);
+  if (!options.page.font_size.empty()) options.style.font_points = points(options.page.font_size);
   const auto figures = std::filesystem::path(options.folder) / "figures";
   if (options.id.empty()) {
-    for (const std::string& id : plots_in(figures)) context.out << id << '\n';
+    std::string list;
+    for (const ListedFigure& figure : list_figures(options.folder)) {
+      list += fmt::format("{}\t{}\t{}\n", std::count(list.begin(), list.end(), '\n') + 1, figure.id, figure.title);
+    }
+    context.out << aligned(list);
     return ExitCode::done;
   }
+  options.id = id_of_figure(options.id, options.folder);
   require_results_of_last_run(options.folder, "plot");
   for (const char* ends : {".csv", ".json"}) {
     if (!options.style.trust_script) require_unchanged(options.folder, "figures/" + options.id, ends);
@@ -125,6 +177,7 @@ ExitCode plot_figure_again(FigureOptions options, VerbContext& context) {
         "latter (--trust-script runs the script as it stands)\n",
         options.id);
   }
+  if (!plotted.substitute_font.empty()) tell_substitute(options.style.font, plotted.substitute_font, context);
   context.err << fmt::format("wrote {}\n", options.file.path);
   if (!plotted.caption.empty()) context.out << fmt::format("{}. {}\n", plotted.title, plotted.caption);
   return ExitCode::done;
@@ -138,22 +191,15 @@ void add_figure_verb(CLI::App& app, VerbContext& context) {
   const auto options = std::make_shared<FigureOptions>();
   verb->add_option("OUT", options->folder, "folder of the run")->required();
   verb->add_option("ID", options->id,
-                   "which figure: the name of its files, for example scaling-with-friction (a list if not given)");
+                   "which figure: its number in the report, or the name of its files, for example "
+                   "scaling-with-friction (a list with titles if not given)");
   verb->add_option("--format", options->style.format,
                    "pdf, svg, eps, png (300 dpi), or tikz, with TeX's own mathematics (by the file's suffix, or pdf)")
       ->transform(CLI::detail::to_lower);
-  verb->add_option(
-      "--width", options->width,
-      "86mm, 8.6cm or 3.37in; panels stand one above the other where it is narrow (as in the report, 170mm)");
-  verb->add_option("--font", options->style.font,
-                   "of all text, as fontconfig names it; TeX: set by TeX with its own mathematics, as eps (needs latex "
-                   "and dvips)")
-      ->capture_default_str();
-  verb->add_option("--font-size", options->font_size,
-                   fmt::format("8pt, or 8; room around the axes grows with it (as in the report, {:g}pt)",
-                               options->style.font_points));
-  verb->add_option("--language", options->style.language, "of its texts and decimal point: en, fr or de")
-      ->capture_default_str();
+  add_page_options(
+      *verb, options->page,
+      "86mm, 8.6cm or 3.37in; panels stand one above the other where it is narrow (as in the report, 170mm)",
+      "; TeX: set by TeX with its own mathematics, as eps (needs latex and dvips)");
   verb->add_option(
       "--templates", options->templates,
       "folder whose files stand in for those of the same name in templates/: plot scripts, labels, captions, palette");
@@ -177,6 +223,7 @@ struct RenderOptions {
   OutputFile image;
   std::string window;
   std::string range;
+  PageOptions page;
   bool transparent = false;
   bool no_skip = false;
   bool statistics = false;
@@ -236,6 +283,9 @@ ImageMetadata metadata_for(const RenderOptions& options, const std::string& show
                  ? std::string(" --image IMAGE")
                  : fmt::format(" --film DIR --height {} --step {}", options.film.height_px, options.film.step);
   command += fmt::format(" --scene {} --width {} --dpi {}", scene.scene, scene.width_px, exact(scene.dpi));
+  if (!scene.font_file.empty()) command += " --font " + shell_word(options.page.font);
+  if (!options.page.font_size.empty()) command += fmt::format(" --font-size {}", scene.text_points);
+  if (options.page.language != PageOptions().language) command += " --language " + options.page.language;
   if (!options.window.empty()) command += " --window=" + options.window;
   if (!options.range.empty()) command += " --range=" + options.range;
   if (!scene.colour_map.empty()) command += " --colour-map " + scene.colour_map;
@@ -337,7 +387,27 @@ std::string told_of_bottom(const RenderOptions& options) {
       bottom_margin, -0.5 * size.columns, 0.5 * size.columns, kept - 1);
 }
 
+/// Font, size and language of the text.
+void apply_page(RenderOptions& options, VerbContext& context) {
+  PageOptions& page = options.page;
+  SceneSpec& scene = options.scene;
+  if (!page.width.empty()) scene.width_px = pixels(page.width, scene.dpi);
+  if (!page.font_size.empty()) scene.text_points = points(page.font_size);
+  (void)catalogue_of(page.language);  // refuses a language that there is not
+  use_language_of_pictures(page.language);
+  if (page.font == PageOptions().font) return;
+  const auto match = match_font(page.font);
+  if (!match) {
+    throw EnvironmentError(
+        "fc-match, which finds a font by its name, is not here; install fontconfig or leave out --font");
+  }
+  if (match->is_substitute) tell_substitute(page.font, match->family, context);
+  page.font = match->family;
+  scene.font_file = match->file;
+}
+
 ExitCode render(RenderOptions options, VerbContext& context) {
+  apply_page(options, context);
   if (!options.window.empty()) options.scene.window = parse_window(options.window);
   if (!options.range.empty()) options.scene.range = parse_range(options.range);
   options.scene.skip_invisible = !options.no_skip;
@@ -384,8 +454,9 @@ void add_render_verb(CLI::App& app, VerbContext& context) {
              "the picture: .png, or .svg or .pdf where it has few enough elements");
   verb->add_option("--scene", scene.scene, fmt::format("what to show of the pile: {}", fmt::join(pile_scenes(), ", ")))
       ->capture_default_str();
-  verb->add_option("--width", scene.width_px, "width of the picture in pixels; mm = 25.4 px / dpi")
-      ->capture_default_str();
+  add_page_options(
+      *verb, options->page,
+      fmt::format("width of the picture: 1600 (pixels), 86mm, 8.6cm or 3.37in (default: {} pixels)", scene.width_px));
   verb->add_option("--dpi", scene.dpi, "pixels per inch; text is laid out in points")->capture_default_str();
   verb->add_option("--window", options->window,
                    "X0,X1,N0,N1: part shown, x in bead diameters from the middle, layers from 0; ends included "

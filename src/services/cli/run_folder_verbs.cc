@@ -80,17 +80,28 @@ void add_merge_verb(CLI::App& app, VerbContext& context) {
 }
 
 void add_numbers_verb(CLI::App& app, VerbContext& context) {
-  CLI::App* verb = app.add_subcommand("numbers", "Print every number of a finished run, for the text of a paper");
+  CLI::App* verb = app.add_subcommand(
+      "numbers", "Print the numbers of a finished run, with their standard errors, for the text of a paper");
   const auto folder = std::make_shared<std::string>();
   const auto format = std::make_shared<std::string>("tex");
   verb->add_option("OUT", *folder, "folder of the run, or its summary.json")->required();
   verb->add_option("--format", *format, "tex (\\granuscope{beta} writes 2.414(73)), csv or json")
       ->transform(CLI::detail::to_lower)
       ->capture_default_str();
+  const auto choice = std::make_shared<NumberChoice>();
+  verb->add_flag("--all", choice->all,
+                 "every number of the run, thousands of them; without it c, D, c_thrust, the exponents and what the "
+                 "claims are judged by");
+  verb->add_option(
+          "--only", choice->only,
+          "NAME,NAME: those of this name, or with it between the strokes of theirs, as c,D or mu-0.3/c or beta")
+      ->delimiter(',')
+      ->expected(1)
+      ->take_all();
   const auto target = std::make_shared<OutputFile>();
   add_output(*verb, "-o,--out", *target, "file to write (standard output if not given)");
-  verb->callback([folder, format, target, &context] {
-    context.action = [folder, format, target, &context] {
+  verb->callback([folder, format, choice, target, &context] {
+    context.action = [folder, format, choice, target, &context] {
       std::error_code none;
       if (std::filesystem::path(*folder).filename() == "summary.json" &&
           std::filesystem::is_regular_file(*folder, none))
@@ -102,7 +113,7 @@ void add_numbers_verb(CLI::App& app, VerbContext& context) {
                          ": there is no such file, and so no numbers; name the folder of a finished run");
       }
       require_unchanged(*folder, "summary.json");
-      const std::string list = list_numbers(read_file(file), *format);
+      const std::string list = list_numbers(read_file(file), *format, *choice);
       if (!target->asked()) {
         context.out << list;
       } else {

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <iostream>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -17,6 +18,7 @@
 #include "pipeline/pipeline.h"
 #include "pipeline/run_folder.h"
 #include "pipeline/shards.h"
+#include "report/report.h"
 #include "sampling/sampler_spec.h"
 #include "support/error.h"
 #include "support/files.h"
@@ -62,7 +64,9 @@ void print_plan(const Experiment& experiment, const RunOptions& options, const s
                      workers == 1 ? "one thread" : fmt::format("{} threads", workers));
 }
 
-void tell_files(const ReportFiles& files, std::ostream& err) {
+/// What was found, and where it is told at length.
+void tell_found(const ReportFiles& files, std::ostream& out, std::ostream& err) {
+  if (!files.summary.empty()) out << found_text(nlohmann::ordered_json::parse(read_file(files.summary))) << std::flush;
   for (const auto& file : {files.html, files.summary}) {
     if (!file.empty()) err << fmt::format("wrote {}\n", file.string());
   }
@@ -172,10 +176,12 @@ ExitCode run(const RunVerbOptions& given, VerbContext& context) {
   require_memory(memory_needed(experiment, options.folder, worker_count(options.threads)));
 
   const RunResult result = run_experiment(experiment, options);
-  if (!given.quiet) tell_files(result.files, context.err);
+  if (!given.quiet) tell_found(result.files, context.out, context.err);
+  if (given.gate || (!given.quiet && !environment_variable("CI").empty())) {
+    for (const std::string& sentence : result.unexpected) context.err << fmt::format("granuscope: {}\n", sentence);
+  }
   if (!result.failure.empty()) throw EnvironmentError(result.failure);
   if (!given.gate) return ExitCode::done;
-  for (const std::string& sentence : result.unexpected) context.err << fmt::format("granuscope: {}\n", sentence);
   return result.unexpected.empty() ? ExitCode::done : ExitCode::verdict_differs;
 }
 

@@ -262,10 +262,35 @@ Comparison compare_runs(const RunRecord& before, const RunRecord& after) {
   return comparison;
 }
 
+namespace {
+
+std::map<std::string, std::string> verdicts_of(const Json& summary) {
+  std::map<std::string, std::string> verdicts;
+  for (const Json& claim : summary.value("claims", Json::array())) {
+    if (claim.contains("id") && claim.contains("verdict")) verdicts[claim.at("id")] = claim.at("verdict");
+  }
+  return verdicts;
+}
+
+std::vector<std::string> changed_verdicts(const Json& before, const Json& after) {
+  const std::map<std::string, std::string> then = verdicts_of(before);
+  std::vector<std::string> changed;
+  for (const auto& [claim, verdict] : verdicts_of(after)) {
+    const auto was = then.find(claim);
+    if (was == then.end() || was->second == verdict) continue;
+    changed.push_back(fmt::format("{}: {} where it was {}", claim, verdict, was->second));
+  }
+  return changed;
+}
+
+}  // namespace
+
 Comparison compare_runs(const fs::path& before, const fs::path& after) {
   const RunRecord one = read_run(before), other = read_run(after);
   try {
-    return compare_runs(one, other);
+    Comparison comparison = compare_runs(one, other);
+    comparison.verdicts = changed_verdicts(one.summary, other.summary);
+    return comparison;
   } catch (const Json::exception& error) {
     throw InputError(fmt::format(
         "{} or {}: a summary.json or manifest.json is not as granuscope writes it ({}), so that nothing can "
@@ -318,6 +343,7 @@ std::vector<std::string> describe(const Comparison& comparison) {
       if (!comparison.numbers.empty()) lines.emplace_back("what both measured, not judged, since it need not agree:");
       for (const MovedNumber& one : comparison.numbers) lines.push_back(in_words(one));
   }
+  for (const std::string& changed : comparison.verdicts) lines.push_back("verdict changed: " + changed);
   return lines;
 }
 
@@ -340,6 +366,7 @@ std::string json_text(const Comparison& comparison) {
     keys.push_back({{"key", one.key}, {"before", one.before}, {"after", one.after}});
   }
   json["keys"] = keys;
+  json["changed_verdicts"] = comparison.verdicts;
   json["numbers"] = comparison.numbers;
   json["depths"] = comparison.depths;
   clean_strings(json);

@@ -75,8 +75,9 @@ struct Comparison {
   bool causes_known = false;        ///< whether both runs tell what made them
   std::vector<MovedNumber>
       numbers;  ///< other_samples: the primary numbers; other_experiment: those of what both measured
-  std::vector<MovedNumber> depths;  ///< and, not judged, those of single depths
-  std::vector<ChangedKey> keys;     ///< the keys that differ
+  std::vector<MovedNumber> depths;    ///< and, not judged, those of single depths
+  std::vector<ChangedKey> keys;       ///< the keys that differ
+  std::vector<std::string> verdicts;  ///< "c-of-mu: reproduced where it was not decided"
   std::string hash_before, hash_after;
 
   bool is_rounding() const { return where == FirstDifference::analysis && largest < rounding; }

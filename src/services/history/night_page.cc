@@ -14,6 +14,7 @@
 #include "pipeline/run_folder.h"
 #include "report/clean_json.h"
 #include "report/page_scope.h"
+#include "support/csv.h"
 #include "support/error.h"
 #include "support/files.h"
 #include "support/plain_text.h"
@@ -315,18 +316,33 @@ std::string json_text(const std::vector<Night>& nights) {
   return json.dump(2) + "\n";
 }
 
+std::string table_text(const Night& night) {
+  const auto text = [](double value, double error) {
+    return std::isfinite(value) ? value_with_error(value, error) : std::string("–");
+  };
+  std::string table = describe(night) + "\n\nnumber\tall piles\tof this night\tz\n";
+  for (const NightNumber& one : night.numbers) {
+    table += fmt::format("{}\t{}\t{}\t{}{}\n", one.name, text(one.pool.value, one.pool.standard_error),
+                         text(one.piece, one.piece_error), std::isfinite(one.z) ? significant(one.z, 2) : "–",
+                         one.moved ? ", moved" : "");
+  }
+  table += "\nclaim\tverdict\n";
+  for (const NightVerdict& one : night.verdicts) table += fmt::format("{}\t{}\n", one.claim, one.verdict);
+  if (!night.report.empty()) table += "\nreport: reports/" + single_line(night.report) + "/report.html\n";
+  return aligned(table);
+}
+
 std::string csv_text(const std::vector<Night>& nights) {
   const auto cell = [](double number) { return std::isfinite(number) ? exact(number) : ""; };
-  std::string text = "night,date,status,samples,name,value,stderr,piece,piece_stderr,z\n";
+  CsvTable table({"night", "date", "status", "samples", "name", "value", "stderr", "piece", "piece_stderr", "z"});
   for (const Night& night : nights) {
     for (const NightNumber& number : night.numbers) {
-      text +=
-          fmt::format("{},{},{},{},{},{},{},{},{},{}\n", night.number, csv_cell(night.date),
-                      alarms(night) ? "alarm" : "fine", night.samples, csv_cell(number.name), cell(number.pool.value),
-                      cell(number.pool.standard_error), cell(number.piece), cell(number.piece_error), cell(number.z));
+      table.add_cells({std::to_string(night.number), night.date, alarms(night) ? "alarm" : "fine",
+                       std::to_string(night.samples), number.name, cell(number.pool.value),
+                       cell(number.pool.standard_error), cell(number.piece), cell(number.piece_error), cell(number.z)});
     }
   }
-  return text;
+  return table.text();
 }
 
 namespace {

@@ -16,6 +16,9 @@ void prune_reports(const std::filesystem::path& folder, const NightBook& book, s
 /// "3 2026-01-31 fine, 8192 samples" and its alarms, for a list.
 std::string describe(const Night& night);
 
+/// One night as tables for a terminal: its numbers and verdicts.
+std::string table_text(const Night& night);
+
 /// One night or all of them as JSON, or a table of primary numbers as CSV (night, date, status, samples, name, ...).
 std::string json_text(const std::vector<Night>& nights);
 std::string csv_text(const std::vector<Night>& nights);

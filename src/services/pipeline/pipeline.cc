@@ -60,10 +60,9 @@ std::set<std::string> files_of(const Figure& figure) {
 std::filesystem::path own_program() {
   std::error_code none;
   const std::filesystem::path usual = "/proc/self/exe";
+  if (std::filesystem::exists(usual, none)) return usual;
   // NOLINTNEXTLINE(performance-no-int-to-ptr): the system hands the address over as a number
-  return std::filesystem::exists(usual, none)
-             ? usual
-             : std::filesystem::path(reinterpret_cast<const char*>(::getauxval(AT_EXECFN)));
+  return reinterpret_cast<const char*>(::getauxval(AT_EXECFN));
 }
 
 /// One word for all that results depend on: the experiment, this program, its libraries, and the programs it runs.

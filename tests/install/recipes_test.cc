@@ -1,0 +1,114 @@
+// docs/recipes.md: every block of commands runs, in its order, on the installed program, with fewer piles.
+#include <sys/wait.h>
+
+#include <catch2/catch.hpp>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "kit/temporary_folder.h"
+
+using namespace granuscope;
+namespace fs = std::filesystem;
+
+namespace {
+
+struct Block {
+  std::string needs;  ///< of its first line: "latex", or nothing
+  std::string commands;
+};
+
+std::string text_of(const fs::path& file) {
+  std::ostringstream text;
+  text << std::ifstream(file).rdbuf();
+  return text.str();
+}
+
+std::vector<Block> blocks_of(const std::string& page) {
+  std::vector<Block> blocks;
+  std::istringstream lines(page);
+  bool inside = false;
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with("```sh")) {
+      const std::string mark = "```sh needs ";
+      blocks.push_back({line.starts_with(mark) ? line.substr(mark.size()) : "", ""});
+      inside = true;
+    } else if (line == "```") {
+      inside = false;
+    } else if (inside) {
+      blocks.back().commands += line + '\n';
+    }
+  }
+  return blocks;
+}
+
+int status_of(const std::string& command) {
+  const int status = std::system(command.c_str());  // NOLINT(concurrency-mt-unsafe): nothing else runs
+  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+/// Whether what a block needs is here; Slurm and ffmpeg are looked at, but stand-ins take their places.
+bool is_there(const std::string& need) {
+  if (need == "matplotlib" || need == "h5py") {
+    return status_of("/usr/bin/python3 -c 'import numpy, " + need + "' 2>/dev/null") == 0;
+  }
+  return need != "latex" || status_of("command -v latex >/dev/null") == 0;
+}
+
+void write_program(const fs::path& file, const std::string& text) {
+  std::ofstream(file) << "#!/bin/sh\n" << text;
+  fs::permissions(file, fs::perms::owner_all);
+}
+
+}  // namespace
+
+TEST_CASE("Every block of the recipes runs, and leaves what they say", "[long]") {
+  const std::string page = text_of(GRANUSCOPE_SOURCE_DIR "/docs/recipes.md");
+  const std::vector<Block> blocks = blocks_of(page);
+  REQUIRE(blocks.size() > 12);
+  const test::TemporaryFolder folder;
+  const std::string at = folder.path().string(), prefix = at + "/prefix";
+  REQUIRE(status_of("cmake --install '" GRANUSCOPE_BINARY_DIR "' --prefix '" + prefix + "' >/dev/null") == 0);
+  fs::create_directories(folder / "stand-ins");
+  fs::create_directories(folder / "here");
+  // Fewer piles, no studies, no typesetting; all else as it stands.
+  write_program(folder / "stand-ins/granuscope",
+                "if [ \"$1 $2\" = 'example quick' ]; then\n" + prefix +
+                    "/bin/granuscope example quick | sed -e 's/^samples = .*/samples = 256/' -e '/^.studies/,/^$/d' -e '/^.gate/,$d' -e "
+                    "'s/^mu = .0.0.*/mu = [0.0, 0.1, 0.3]/'\n  printf '\\n[report]\\npdf = false\\n'\nelse\n  exec " +
+                    prefix + "/bin/granuscope \"$@\"\nfi\n");
+  write_program(folder / "stand-ins/ffmpeg", "test -f frames/frame-00000.png && touch film.mp4\n");
+  // A job is a line of arguments; the array has its first task only.
+  write_program(folder / "stand-ins/sbatch",
+                "test \"$#\" -ge 3 && for file in \"$@\"; do case $file in *.sbatch) sh -n \"$file\" || exit 1;; esac; "
+                "done\necho 7\n");
+  for (const Block& block : blocks) {
+    if (!is_there(block.needs)) {
+      WARN("no " << block.needs << " here: its block was not run");
+      continue;
+    }
+    std::string commands = block.commands;
+    for (std::size_t from = 0; (from = commands.find("/usr/share/", from)) != std::string::npos;) {
+      commands.replace(from, 4, prefix);
+    }
+    std::ofstream(folder / "block.sh") << commands;
+    const int status = status_of("cd '" + at + "/here' && env -u CI PATH='" + at + "/stand-ins:/usr/bin:/bin' HOME='" +
+                                 at + "' CMAKE_PREFIX_PATH='" + prefix + "' sh -e ../block.sh >../said 2>&1");
+    INFO(block.commands << text_of(folder / "said"));
+    REQUIRE(status == 0);
+    if (block.commands.find("numbers out/quick --only") != std::string::npos) {
+      CHECK(text_of(folder / "said").starts_with("name,value,standard_error,text\nmu-0.3/c,0.5"));
+    }
+  }
+  for (const char* file :
+       {"out/quick/report.html", "chains.png", "diffusion.pdf", "numbers.tex", "nights/index.html",
+        ".gitlab-ci.yml", "out/shards/report.html", "frames/frame-00050.png", "film.mp4", "middle.svg"}) {
+    INFO(file);
+    CHECK(fs::is_regular_file(folder / "here" / file));
+  }
+  if (is_there("latex")) CHECK(fs::is_regular_file(folder / "here/paper.dvi"));
+  if (is_there("matplotlib")) CHECK(fs::file_size(folder / "here/response.png") > 10'000);
+}
