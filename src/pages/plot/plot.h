@@ -132,7 +132,7 @@ struct Plot {
 nlohmann::ordered_json axis_json(const Axis& axis);
 
 /// All that a script and its captions are filled from, to be filled again from other templates.
-struct FigureRecipe {
+struct FigureRecipe {  // NOLINT(bugprone-exception-escape): ordered_json has a move that may throw
   std::string id;
   nlohmann::ordered_json plot;  ///< what the script is filled from
   Wording wording;
