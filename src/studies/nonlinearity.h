@@ -88,7 +88,6 @@ class LoadComparer {
     Slopes linear;  ///< of the linear response over the same layers
   };
 
-
   void close_friction();
   FitSpec starting_at(int first_layer) const;
   int first_common_layer(const std::vector<Measured>& measured) const;

@@ -69,8 +69,7 @@ TEST_CASE("Only a near name is offered, and a flag of one letter is named") {
              Contains("has no flag --best;") && !Contains("did you mean"));
   CHECK_THAT(granuscope_command({"sample", "-x", "2"}).err, Contains("sample has no flag -x"));
   CHECK_THAT(granuscope_command({"run"}).err, Contains("granuscope example"));
-  CHECK_THAT(granuscope_command({"--xyzzy"}).err,
-             Contains("there is no flag --xyzzy; but for --help and --version"));
+  CHECK_THAT(granuscope_command({"--xyzzy"}).err, Contains("there is no flag --xyzzy; but for --help and --version"));
   for (const char* version : {"-v", "-version", "--versoin"}) {
     const auto result = granuscope_command({version});
     CHECK(result.code == 2);
@@ -264,7 +263,8 @@ TEST_CASE("Numbers of a run are listed for a paper, and its figures plotted agai
     for (const auto& [name, number] : list.items()) found.push_back(name);
     return found;
   };
-  CHECK(names({}) == std::vector<std::string>{"mu-0.3/c", "beta", "alpha", "claims/D-of-mu/measured"});  // without the samples
+  CHECK(names({}) ==
+        std::vector<std::string>{"mu-0.3/c", "beta", "alpha", "claims/D-of-mu/measured"});  // without the samples
   CHECK(names({"--only", "c,beta"}) == std::vector<std::string>{"mu-0.3/c", "beta"});
   CHECK(names({"--only", "samples"}) == std::vector<std::string>{"mu-0.3/samples"});
   CHECK(names({"--all", "--only", "mu-0.3"}) == std::vector<std::string>{"mu-0.3/mu", "mu-0.3/c", "mu-0.3/samples"});

@@ -77,7 +77,8 @@ TEST_CASE("Every block of the recipes runs, and leaves what they say", "[long]")
   // Fewer piles, no studies, no typesetting; all else as it stands.
   write_program(folder / "stand-ins/granuscope",
                 "if [ \"$1 $2\" = 'example quick' ]; then\n" + prefix +
-                    "/bin/granuscope example quick | sed -e 's/^samples = .*/samples = 256/' -e '/^.studies/,/^$/d' -e '/^.gate/,$d' -e "
+                    "/bin/granuscope example quick | sed -e 's/^samples = .*/samples = 256/' -e '/^.studies/,/^$/d' -e "
+                    "'/^.gate/,$d' -e "
                     "'s/^mu = .0.0.*/mu = [0.0, 0.1, 0.3]/'\n  printf '\\n[report]\\npdf = false\\n'\nelse\n  exec " +
                     prefix + "/bin/granuscope \"$@\"\nfi\n");
   write_program(folder / "stand-ins/ffmpeg", "test -f frames/frame-00000.png && touch film.mp4\n");
@@ -104,8 +105,8 @@ TEST_CASE("Every block of the recipes runs, and leaves what they say", "[long]")
     }
   }
   for (const char* file :
-       {"out/quick/report.html", "chains.png", "diffusion.pdf", "numbers.tex", "nights/index.html",
-        ".gitlab-ci.yml", "out/shards/report.html", "frames/frame-00050.png", "film.mp4", "middle.svg"}) {
+       {"out/quick/report.html", "chains.png", "diffusion.pdf", "numbers.tex", "nights/index.html", ".gitlab-ci.yml",
+        "out/shards/report.html", "frames/frame-00050.png", "film.mp4", "middle.svg"}) {
     INFO(file);
     CHECK(fs::is_regular_file(folder / "here" / file));
   }

@@ -337,7 +337,7 @@ class LayoutMaker {
     const ScaleBar bar = scale_bar(scene_, paper_);
     const int bar_width = std::max(bar.length_px, font_.width(bar.text));
     const int left = layout_.plot.left, right = layout_.plot.right();
-    const int narrowest = narrowest_scale(scene_.key_title, font_, paper_), widest = paper_.mm(scale_length_mm);
+    const int narrowest = narrowest_scale({scene_.key_title}, font_, paper_), widest = paper_.mm(scale_length_mm);
     const int beside = right - left - bar_width - 2 * paper_.mm(block_gap_mm);
     const bool one_row = beside >= widest;
 

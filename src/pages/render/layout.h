@@ -46,8 +46,8 @@ inline constexpr double most_dpi = 4800;
 inline bool is_resolution(double dpi) { return dpi >= least_dpi && dpi <= most_dpi; }
 
 /// Size of the plot area for an image of this specification: width and height in pixels, and pixels per bead diameter.
-/// `key_titles`: of the colour scales of all pictures of this size. Throws InputError if the width or dpi is out of range, if the text leaves too
-/// little room (naming the smallest width), or if the picture would be too high.
+/// `key_titles`: of the colour scales of all pictures of this size. Throws InputError if the width or dpi is out of
+/// range, if the text leaves too little room (naming the smallest width), or if the picture would be too high.
 struct PlotSize {
   int width_px = 0, height_px = 0;
   double pixels_per_diameter = 0;

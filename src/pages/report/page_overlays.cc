@@ -93,9 +93,8 @@ std::string report_page(const ReportData& data, const Json& summary, const std::
     if (!entry.on_page) continue;
     std::string anchor = entry.names.front();
     std::replace(anchor.begin(), anchor.end(), ' ', '-');
-    overlay["words"].push_back({{"anchor", anchor},
-                                {"names", fmt::format("{}", fmt::join(entry.names, ", "))},
-                                {"meaning", entry.text}});
+    overlay["words"].push_back(
+        {{"anchor", anchor}, {"names", fmt::format("{}", fmt::join(entry.names, ", "))}, {"meaning", entry.text}});
   }
 
   const PageScope root(summary, overlay, Markup::html);
