@@ -440,7 +440,10 @@ class LiteralReading final : public CopiedStudy<LiteralReading> {
     Json best = json["depths"][best_];
     json["best"] = std::move(best);
     json["met"] = {{"depths", met_.size()}};
-    if (!met_.empty()) json["met"]["z"] = {met_.front(), met_.back()};
+    if (!met_.empty()) {
+      json["met"]["first_z"] = met_.front();
+      json["met"]["last_z"] = met_.back();
+    }
     json["readings"] = Json::array();
     for (const auto& [found, shown] : changes_) {
       Json changed = {{"change", shown.change}};

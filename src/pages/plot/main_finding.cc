@@ -142,7 +142,8 @@ Figure plot_main_finding(const Analysis& analysis, const std::filesystem::path& 
   // Reading at one depth lies above the slopes, small friction below them.
   std::vector<std::pair<OtherReading, Ink>> readings{{slopes_of(analysis), {"blue", 7}}};
   for (const OtherReading& one : analysis.readings) {
-    if (points_of(one, true).size() < 2) continue;
+    if (points_of(one, true).size() < 2 || !one.fits.gamma.exponent.known() || !one.fits.alpha.exponent.known())
+      continue;
     if (one.id == "at_one_depth") {
       readings.insert(readings.begin(), {one, {"vermilion", 13}});
     } else {
@@ -191,14 +192,16 @@ Figure plot_main_finding(const Analysis& analysis, const std::filesystem::path& 
   TemplateVariables variables{{"left_out", with_reasons(left_out_of(analysis))}};
   for (const auto& [reading, ink] : readings) {
     const std::string name = reading.id + "_";
-    variables[name + "label"] = reading.label;
-    const ScalingFits& fits = reading.fits;
-    for (const auto& [symbol, fit] : {std::pair("gamma", &fits.gamma), {"beta", &fits.beta}, {"alpha", &fits.alpha}}) {
+    const bool slopes = reading.id == "slopes", one_depth = reading.id == "at_one_depth";
+    if (!slopes) variables[name + "label"] = reading.label;
+    for (const auto& [symbol, fit] :
+         {std::pair("gamma", &reading.fits.gamma), std::pair("alpha", &reading.fits.alpha)}) {
       variables[name + symbol] = fit->exponent.known() ? exponent_text(*fit) : "";
-      variables[name + symbol + "_reason"] = fit->exponent.known() ? "" : fit->exponent.reason;
+      if (slopes) variables[name + symbol + "_reason"] = fit->exponent.reason;
     }
-    variables[name + "low"] = caption_number(fits.gamma.window[0]);
-    variables[name + "high"] = caption_number(fits.gamma.window[1]);
+    if (one_depth) continue;
+    variables[name + "low"] = caption_number(reading.fits.gamma.window[0]);
+    variables[name + "high"] = caption_number(reading.fits.gamma.window[1]);
   }
   return plot_figure(plot, {"plot/main_finding.captions", variables, terms_of(*analysis.scan)}, run_folder);
 }
