@@ -87,14 +87,15 @@ TEST_CASE("Every friction, size, estimator and model runs, or says in one messag
             CHECK_THAT(error.what(), (Contains("x.toml:4:1: response.estimator: ") && Contains(model)) ||
                                          (Contains("x.toml:6:1: lattice.layers: ") && Contains("too few")) ||
                                          (Contains("lattice.") && Contains("opened contacts")) ||
-                                         (Contains("lattice.columns: ") && Contains("meet behind the ring")));
+                                         (Contains("lattice.columns: ") && Contains("meet behind the ring")) ||
+                                         (Contains("x.toml:8:1: friction.mu: ") && Contains("give one")));
             CHECK((model != "frictional-beads" || !deep_enough));
           }
         }
       }
     }
   }
-  WARN(accepted << " accepted, " << refused << " refused");
+  INFO(accepted << " accepted, " << refused << " refused");
   CHECK(accepted > 350);
 }
 

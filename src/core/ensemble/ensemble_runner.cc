@@ -312,7 +312,7 @@ EnsembleSpec smaller(const EnsembleSpec& spec, double seconds) {
     }
   }
   if (!moves_loads(spec)) small.lattice.columns = least(spec.lattice.columns, small.lattice.layers, fewest_columns);
-  small.response.sign_run = std::min(spec.response.sign_run, longest_run(small.lattice));
+  small.response = on_ring(spec.response, small.lattice);
   return find_problem(small) ? spec : small;
 }
 

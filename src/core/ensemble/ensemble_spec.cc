@@ -432,6 +432,11 @@ std::string replay_command(const EnsembleSpec& spec, std::uint64_t sample) {
 
 int longest_run(const LatticeSpec& lattice) { return std::max(1, lattice.columns / 8); }
 
+ResponseSpec on_ring(ResponseSpec spec, const LatticeSpec& lattice) {
+  spec.sign_run = std::min(spec.sign_run, longest_run(lattice));
+  return spec;
+}
+
 Problem find_problem(const ResponseSpec& spec, const LatticeSpec& lattice) {
   ResponseSpec copy = spec, usual;  // keys could set what they check
   const std::vector<Key> keys = keys_of(copy);

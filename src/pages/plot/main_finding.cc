@@ -190,10 +190,16 @@ Figure plot_main_finding(const Analysis& analysis, const std::filesystem::path& 
   add_panel(true, 0.5);
 
   TemplateVariables variables{{"left_out", with_reasons(left_out_of(analysis))}};
+  for (const char* symbol : {"gamma", "alpha"}) {
+    for (const std::string id : {"at_one_depth", "limit"}) variables[id + "_" + symbol] = "";
+  }
+  for (const char* name : {"at_one_depth_label", "limit_low", "limit_high"}) {
+    variables[name] = "";
+  }
   for (const auto& [reading, ink] : readings) {
-    const std::string name = reading.id + "_";
     const bool slopes = reading.id == "slopes", one_depth = reading.id == "at_one_depth";
-    if (!slopes) variables[name + "label"] = reading.label;
+    const std::string name = slopes || one_depth ? reading.id + "_" : "limit_";  // of small friction
+    if (one_depth) variables[name + "label"] = reading.label;
     for (const auto& [symbol, fit] :
          {std::pair("gamma", &reading.fits.gamma), std::pair("alpha", &reading.fits.alpha)}) {
       variables[name + symbol] = fit->exponent.known() ? exponent_text(*fit) : "";

@@ -375,11 +375,11 @@ Json ends_of_scan(const Json& summary, bool powers, bool of_friction) {
           {"of_friction", of_friction}};
 }
 
-/// Whether c0 - c and D grow as the square of mu at small friction, and in proportion to each other, within three
-/// errors.
+/// Whether c0 - c and D grow as the square of mu where they are read at small friction, and in proportion to each
+/// other, within three errors.
 bool is_second_order(const Json& readings) {
   for (const Json& reading : readings) {
-    if (reading.at("id") != "small_friction") continue;
+    if (reading.at("id") == "at_one_depth") continue;
     const auto is = [&](const char* name, double expected) {
       const Json& fit = reading.at(name);
       return known(fit) && std::abs(fit.at("value").get<double>() - expected) <= 3 * fit.at("stderr").get<double>();

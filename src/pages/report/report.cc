@@ -105,7 +105,8 @@ std::string markdown_summary(const ReportData& data, const nlohmann::ordered_jso
   return fill_template_file("summary.md.mustache", PageScope(summary, overlay, Markup::markdown));
 }
 
-std::string found_text(const nlohmann::ordered_json& summary) {
+std::string found_text(const std::string& summary_json) {
+  const auto summary = nlohmann::ordered_json::parse(summary_json);
   nlohmann::ordered_json overlay;
   add_results(overlay, summary);
   add_claims(overlay, summary);

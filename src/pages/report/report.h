@@ -47,9 +47,9 @@ std::string html_report(const ReportData& data, const nlohmann::ordered_json& su
 /// The numbers that matter as Markdown, for a pull request or a terminal. User text is escaped.
 std::string markdown_summary(const ReportData& data, const nlohmann::ordered_json& summary);
 
-/// What was found, in a few lines for a terminal: c, D and c_thrust, exponents, verdicts. Throws as PageScope for what
-/// is no summary.json of this version.
-std::string found_text(const nlohmann::ordered_json& summary);
+/// What was found, in a few lines for a terminal: c, D and c_thrust, exponents, verdicts. `summary_json`: a
+/// summary.json that this version wrote; throws as PageScope for what is none.
+std::string found_text(const std::string& summary_json);
 
 /// One JUnit test case for each claim; a case fails only if its verdict is not the expected one, and a claim without an
 /// expectation passes. One that is neither reproduced nor refuted, and not expected to be, is skipped. What is written

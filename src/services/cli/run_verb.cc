@@ -6,7 +6,6 @@
 #include <filesystem>
 #include <iostream>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -66,7 +65,7 @@ void print_plan(const Experiment& experiment, const RunOptions& options, const s
 
 /// What was found, and where it is told at length.
 void tell_found(const ReportFiles& files, std::ostream& out, std::ostream& err) {
-  if (!files.summary.empty()) out << found_text(nlohmann::ordered_json::parse(read_file(files.summary))) << std::flush;
+  if (!files.summary.empty()) out << found_text(read_file(files.summary)) << std::flush;
   for (const auto& file : {files.html, files.summary}) {
     if (!file.empty()) err << fmt::format("wrote {}\n", file.string());
   }
