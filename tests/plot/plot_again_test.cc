@@ -334,7 +334,13 @@ TEST_CASE("A recipe with a variable that gnuplot could run, or a template that i
   check_refused(scaling, "colour", "#000000' . system('id') . '", "colour is ");
   check_refused(scaling, "label", "one\ntwo", "label is ");
   check_refused(scaling, "label", "\\write18{id}", "label is ");
-  check_refused(profiles, "x_in", "system('id')", "x_in is ");
+  {
+    const std::filesystem::path file = run / ("figures/" + scaling + ".json");
+    write_file(file,
+               std::regex_replace(read_file(file), std::regex("\"arrows\": \\[\\]"),
+                                  "\"arrows\": [{\n\"x_in\": \"graph\"\n}]", std::regex_constants::format_first_only));
+    check_refused(scaling, "x_in", "system('id')", "x_in is ");
+  }
   check_refused(scaling, "terms", "D -> '; system('id')\n", "terms is ");
   check_refused(scaling, "id", "|touch x", "id is ");
   check_refused(scaling, "id", "another", "another figure");
