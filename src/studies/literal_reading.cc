@@ -192,12 +192,12 @@ bool meets_the_paper(const ReplicatedFits& found) {
   });
 }
 
-/// Sum of the squared distances from the paper's numbers, in standard errors.
+/// Sum of the squared distances from the paper's numbers, in standard errors of both.
 double distance_from_paper(const ReplicatedFits& found) {
   double sum = 0;
   for (const PaperExponent& one : paper) {
     const Estimate& read = one.of(found);
-    sum += std::pow((read.value - one.number.value) / read.standard_error, 2);
+    sum += std::pow((read.value - one.number.value) / std::hypot(read.standard_error, one.number.error), 2);
   }
   return sum;
 }
@@ -325,7 +325,7 @@ class LiteralReading final : public CopiedStudy<LiteralReading> {
       for (const FrictionReading& one : readings_) {
         if (one.mu == 0) depth.ratio_without_friction = one.depths[k].peak.value / depth.z;
       }
-      if (!paper[0].of(depth.literal).known() || !paper[1].of(depth.literal).known()) continue;
+      if (!std::ranges::all_of(paper, [&](const auto& one) { return one.of(depth.literal).known(); })) continue;
       if (meets_the_paper(depth.literal)) met_.push_back(depth.z);
       depths_.push_back(std::move(depth));
       rows.push_back(k);
@@ -367,7 +367,7 @@ class LiteralReading final : public CopiedStudy<LiteralReading> {
   std::vector<OtherReading> readings() const override {
     if (depths_.empty()) return {};
     const DepthExponents& best = depths_[best_];
-    OtherReading reading{"at_one_depth", fmt::format("at z = {:.1f}", best.z), {}, best.literal.shown()};
+    OtherReading reading{"at_one_depth", fmt::format("z = {:.1f}", best.z), {}, best.literal.shown()};
     for (const Coefficients& one : points_) reading.points.push_back({one.scanned, estimate(one.c), estimate(one.D)});
     return {reading};
   }

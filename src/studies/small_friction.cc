@@ -285,6 +285,16 @@ class SmallFrictionStudy final : public CopiedStudy<SmallFrictionStudy> {
       }
     }
     if (!peaks_mu_.empty()) {
+      const FitSpec window = peak_window(peaks_mu_);
+      if (peaks_mu_.size() < 3 || window.last_layer - window.first_layer < 2 * window.layer_step) {
+        return problem(key("peaks_mu"),
+                       "exponents need three friction coefficients or more, and three depths at which the peaks of the "
+                       "smallest are wide enough; give three or more, the smallest below 0.19");
+      }
+      if (auto found = find_lattice_problem(key("peaks_mu"), main.lattice.columns, key("peaks_mu"), window.last_layer,
+                                            2 * bottom_margin, 0)) {
+        return found;
+      }
       const EnsembleSpec deep = peaks_spec(main, peaks_mu_.front());
       if (auto found = find_lattice_problem(key("peaks_mu"), deep.lattice.columns, key("peaks_mu"), deep.lattice.layers,
                                             2 * bottom_margin, drawing_memory(deep))) {
@@ -386,7 +396,8 @@ class SmallFrictionStudy final : public CopiedStudy<SmallFrictionStudy> {
   EnsembleSpec peaks_spec(const MainLine& main, double mu) const {
     const FitSpec fit = peak_window(peaks_mu_);
     constexpr double room = 1.05;  // for the width of the two peaks, which must stay apart
-    const double reach = room * 2 * tan30 * Lattice::depth(fit.last_layer);
+    const double reach =
+        std::max(room * 2 * tan30 * Lattice::depth(fit.last_layer), columns_needed(peaks_mu_.back(), fit.last_layer));
     EnsembleSpec spec = main.ensemble_at(
         mu, {20 * static_cast<int>(std::ceil(reach / 20)), fit.last_layer + bottom_margin + 1}, peaks_samples_);
     spec.response = multiplexed_response(main.response.epsilon, true);

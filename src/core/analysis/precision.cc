@@ -40,7 +40,9 @@ PrecisionLook look_at_precision(const PrecisionSpec& asked, const Transport& mea
 
 double worth_of_sample(const EnsembleSpec& spec) {
   if (spec.response.opposite) return worth_of_opposite_pair;
-  const double variance = moves_loads(spec) && spec.response.coupled ? std::clamp(2 * spec.sampler.mu, 0.2, 1.0) : 1;
+  const bool measured = spec.sampler.law == Law::granusolve && spec.sampler.model.is_beads();
+  const double variance =
+      measured && moves_loads(spec) && spec.response.coupled ? std::clamp(2 * spec.sampler.mu, 0.2, 1.0) : 1;
   return overloads_of(spec) / variance;
 }
 

@@ -168,7 +168,7 @@ struct OtherReading {
     Estimate c, D;
   };
   std::string id;     ///< "at_one_depth", "slopes", or of a study: its name in summary.json and in files of figures
-  std::string label;  ///< "at z = 75.0": its name in figures
+  std::string label;  ///< "z = 75.0": its name in figures
   std::vector<Point> points;  ///< ascending in mu
   ScalingFits fits;
 };

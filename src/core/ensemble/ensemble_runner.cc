@@ -268,8 +268,10 @@ std::optional<SamplingFailure> replay(const EnsembleSpec& spec, std::uint64_t sa
     case EstimatorName::fluctuation:
       break;
   }
-  return make_sampler(spec.sampler, pile.lattice)
-      ->draw(numbers_of(spec, sample), top_load(spec, overloaded_bead(spec, sample)), pile);
+  auto failure = make_sampler(spec.sampler, pile.lattice)
+                     ->draw(numbers_of(spec, sample), top_load(spec, overloaded_bead(spec, sample)), pile);
+  pile.sample = sample;  // whose load it has, whosever numbers
+  return failure;
 }
 
 namespace {

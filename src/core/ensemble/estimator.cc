@@ -59,6 +59,8 @@ double drawing_memory(const EnsembleSpec& spec) {
   const Lattice lattice(spec.lattice);
   const KeptLayers kept = layers_to_keep(spec);
   double memory = drawing_memory(spec.sampler, lattice, &kept);
+  // Drawn one by one, the piles of a group are kept until all are there.
+  if (moves_loads(spec) && piles_at_once(spec) == 1) memory *= static_cast<double>(group_size);
   if (spec.response.estimator == fluctuation) memory += FluctuationEstimator::memory(spec);
   if (piles_per_sample(spec) == 1) return memory;
   // A sampler that draws two groups at once holds one of each load; any other holds twice what it is handed otherwise.

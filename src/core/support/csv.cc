@@ -1,7 +1,6 @@
 #include "support/csv.h"
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 #include <stdexcept>
 
@@ -45,7 +44,7 @@ void CsvTable::add_row(const std::vector<double>& numbers) {
 }
 
 void CsvTable::add_cells(const std::vector<std::string>& cells) {
-  assert(cells.size() == columns_);
+  if (cells.size() != columns_) throw std::logic_error("a row of a table has other cells than it has columns");
   for (std::size_t i = 0; i < cells.size(); ++i) text_ += (i > 0 ? "," : "") + csv_cell(cells[i]);
   text_ += '\n';
   ++rows_;

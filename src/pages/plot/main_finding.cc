@@ -160,7 +160,9 @@ Figure plot_main_finding(const Analysis& analysis, const std::filesystem::path& 
     for (const auto& [reading, ink] : readings) series.push_back(points_of(reading, against_D));
     FindingPanel panel(plot, against_D ? "diffusion coefficient D (bead diameters)" : "friction coefficient μ",
                        against_D ? "bead diameters" : "dimensionless", series, as_paper ? 0.1 : 0);
-    const auto fit_of = [&](const OtherReading& one) { return against_D ? one.fits.alpha : one.fits.gamma; };
+    const auto fit_of = [&](const OtherReading& one) -> const ScalingFit& {
+      return against_D ? one.fits.alpha : one.fits.gamma;
+    };
     const auto middle_of = [&](std::size_t i) { return middle_of_window(series[i], fit_of(readings[i].first).window); };
     const char* const symbol = against_D ? "α" : "γ";
     panel.add_guide(middle_of(0), against_D ? paper_alpha.value : paper_gamma.value, dotted);
@@ -183,7 +185,9 @@ Figure plot_main_finding(const Analysis& analysis, const std::filesystem::path& 
     if (!middle_of(0).extent.empty) {
       panel.add_text(against_D ? "dotted, the paper: α = 0.4" : "dotted, the paper: γ = 1", 0.03, above, "black");
     }
-    if (against_D) panel.add_text("dashed, stochastic theory: α = 1", 0.98, below, "black");
+    if (against_D && !middle_of(readings.size() - 1).extent.empty) {
+      panel.add_text("dashed, stochastic theory: α = 1", 0.98, below, "black");
+    }
     panel.place(0.075 + edge, 0.485 + edge, 0.012 + edge);
   };
   add_panel(false, 0);

@@ -222,7 +222,7 @@ CoverageMask Font::fill(const std::vector<Corner>& polygon, int width, int heigh
 
 std::optional<FontMatch> match_font(const std::string& name) {
   ProcessSpec process;
-  process.arguments = {"fc-match", "--format=%{family}\n%{file}", name};
+  process.arguments = {"fc-match", "--format=%{family}\n%{file}", "--", name};
   ProcessResult result;
   try {
     result = run_process(process);

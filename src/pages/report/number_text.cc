@@ -210,7 +210,7 @@ bool is_quoted(const std::string& name, const std::string& scanned) {
     return name == first + '/' + last && (last == "c" || last == "D" || last == "c_thrust");
   }
   if (first == "claims") return last == "measured";
-  return first == "mean_exponents" || ((first == "other_windows" || first == "by_ratio") && exponent);
+  return first == "mean_exponents" || ((first == "other_windows" || first == "readings") && exponent);
 }
 
 /// Whether one part of the name, or several that follow each other, is `part`.

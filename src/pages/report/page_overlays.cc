@@ -376,13 +376,15 @@ Json ends_of_scan(const Json& summary, bool powers, bool of_friction) {
 }
 
 /// Whether c0 - c and D grow as the square of mu where they are read at small friction, and in proportion to each
-/// other, within three errors.
+/// other, within three errors that are small enough to tell.
 bool is_second_order(const Json& readings) {
   for (const Json& reading : readings) {
     if (reading.at("id") == "at_one_depth") continue;
     const auto is = [&](const char* name, double expected) {
       const Json& fit = reading.at(name);
-      return known(fit) && std::abs(fit.at("value").get<double>() - expected) <= 3 * fit.at("stderr").get<double>();
+      if (!known(fit)) return false;
+      const double error = fit.at("stderr").get<double>();
+      return error < 0.25 && std::abs(fit.at("value").get<double>() - expected) <= 3 * error;
     };
     return is("gamma", 2) && is("beta", 2) && is("alpha", 1);
   }
@@ -405,6 +407,10 @@ void add_headline(Json& overlay, const Json& summary, const std::string& own) {
     faster = faster || (of_width && claim.at("verdict") == "not reproduced" && claim.at("z_score").is_number() &&
                         claim.at("z_score").get<double>() > 0);
   }
+  const std::array<const char*, 3> of_slopes = {"c-of-mu", "D-of-mu", "c-of-D"};
+  const bool slopes_have = std::ranges::all_of(of_slopes, holds);
+  const bool slopes_miss =
+      std::ranges::any_of(of_slopes, [&](const char* id) { return verdict_of(summary, id) == "not reproduced"; });
   overlay["headline"] = {
       {"own", own},
       {"generated", generated},
@@ -412,6 +418,9 @@ void add_headline(Json& overlay, const Json& summary, const std::string& own) {
       {"diffuses", holds("diffusive-width") && !faster},
       {"faster", faster},
       {"second_order", is_second_order(scaling.at("readings"))},
+      {"slopes_have", slopes_have},
+      {"slopes_miss", slopes_miss},
+      {"slopes_open", !slopes_have && !slopes_miss},
       {"other_window", !scaling.at("other_windows").empty() && known(scaling.at("other_windows").at(0).at("beta"))}};
   overlay["headline"]["scanned"] =
       own.empty() && !generated ? ends_of_scan(summary, powers, of_friction) : Json(nullptr);

@@ -107,6 +107,7 @@ std::string markdown_summary(const ReportData& data, const nlohmann::ordered_jso
 
 std::string found_text(const std::string& summary_json) {
   const auto summary = nlohmann::ordered_json::parse(summary_json);
+  if (summary.at("results").empty()) return "";
   nlohmann::ordered_json overlay;
   add_results(overlay, summary);
   add_claims(overlay, summary);

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -35,19 +36,23 @@ std::string file_text(const NewOptions& options) {
   std::string text = fmt::format(
       "[friction]\nmu = [{}]  # friction coefficients, from 0 to below sqrt(3)\n\n"
       "[lattice]  # of beads; columns, windows and depths follow where they are not written\n"
-      "layers = {}  # the lowest 20 follow another law and are not used\n\n"
+      "layers = {}  # the lowest {} follow another law and are not used\n\n"
       "[response]\n"
       "# multiplexed: all loads at the top vary a little at once, the linear response; point: one bead bears twice as\n"
       "# much, the paper's procedure, which needs some twenty times the piles; fluctuation: no load at all\n"
       "estimator = \"{}\"\n"
       "samples = {}  # piles at each mu{}\n",
-      fmt::join(options.mu, ", "), options.layers, name_of(estimator_named(options.estimator)),
+      fmt::join(options.mu, ", "), options.layers, bottom_margin, name_of(estimator_named(options.estimator)),
       options.errors.empty() ? 1024 : 256, options.errors.empty() ? "" : " to begin with");
   if (!options.errors.empty()) text += "\n[precision]  # piles are drawn until the standard errors are so small\n";
+  std::set<std::string> asked;
   for (const std::string& one : options.errors) {
     const std::size_t equals = one.find('=');
     if (equals == std::string::npos || (one.substr(0, equals) != "c" && one.substr(0, equals) != "D")) {
       throw InputError(fmt::format("--error-of {} asks for nothing; write c=0.001 or D=0.01", one));
+    }
+    if (!asked.insert(one.substr(0, equals)).second) {
+      throw InputError(fmt::format("--error-of {}: its error was given before; give one of c and one of D", one));
     }
     double error = 0;
     key_fields::from_text(error, one.substr(equals + 1));

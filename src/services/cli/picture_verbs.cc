@@ -306,9 +306,13 @@ SceneStatistics render_ensemble(const RenderOptions& options, const std::string&
   const std::vector<int>& layers = ensemble.record.sums.layers;
   ensemble.spec = ensemble_configured(configuration);
   const auto& quantities = ensemble.record.sums.quantities;
-  const auto response = quantities.find(quantities.contains("response") ? "response" : "weight");
+  const bool moved = quantities.contains("moved_weight");
+  const auto response = quantities.find(quantities.contains("response") ? "response"
+                                        : moved                         ? "moved_weight"
+                                                                        : "weight");
   const int shown = layers.empty() ? 1 : layers.back() + 1;
-  if (response == quantities.end() || response->second.width != ensemble.spec.lattice.columns ||
+  if (response == quantities.end() ||
+      response->second.width != (moved ? response_columns(ensemble.spec) : ensemble.spec.lattice.columns) ||
       ensemble.spec.lattice.layers < shown || ensemble.spec.lattice.columns < 2) {
     throw InputError(fmt::format(
         "{}: it has no response of as many columns and layers as its configuration says, so that there is nothing to "

@@ -78,6 +78,7 @@ void set_load(const SampleOptions& options, EnsembleSpec& spec) {
 /// What no ensemble could be drawn with, by the name of the flag.
 void check_flags(EnsembleSpec spec) {
   spec.response.samples = group_size * static_cast<std::uint64_t>(spec.response.blocks);  // --samples may be fewer
+  spec.layers = {0};  // no response is looked for: overloads need no room of their own
   auto found = find_problem(spec);
   if (!found) return;
   found->key.erase(0, found->key.find('.') + 1);  // the table of a model
