@@ -164,6 +164,11 @@ void add_results(Json& overlay, const Json& summary) {
   overlay["exponent_notes"] = measured > 1 ? notes : Json::array();
   add_transport(overlay, summary);
   overlay["same_procedure"] = all_equal(results, "estimator") && all_equal(results, "law");
+  const auto has = [&results](const char* key, const auto& value) {
+    return std::ranges::any_of(results, [&](const Json& one) { return one.contains(key) && one.at(key) == value; });
+  };
+  overlay["coupled"] = has("coupled", true);
+  overlay["two_overloads"] = has("overloads", 2);
   overlay["procedure"] = all_equal(results, "estimator") ? results[0].at("estimator") : Json("");
 }
 

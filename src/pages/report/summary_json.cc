@@ -63,6 +63,7 @@ void to_json(Json& json, const Transport& result) {
   json[result.scan->name] = result.scanned();
   json["law"] = law_of(sampler);
   json.update(Json(result.spec.response));
+  if (json.contains("overloads")) json["overloads"] = overloads_of(result.spec);
   json["samples"] = result.samples;
   json["failed"] = result.failed;
   json["exact"] = result.exact;
