@@ -175,7 +175,7 @@ TEST_CASE("The unusual experiment exercises every key of the main line") {
         key.path() == "response.base_step" || key.path() == "figures.response_profiles.show" ||
         key.path() == "sampling.law" || key.path() == "sampling.load_offset" || key.path() == "sampling.bead_weight" ||
         key.path() == "response.estimator" || key.path() == "sampling.lambda" || key.path() == "sampling.burn_in" ||
-        key.path() == "sampling.thinning") {
+        key.path() == "sampling.thinning" || key.path() == "response.overloads" || key.path() == "response.coupled") {
       continue;  // its other value would make the rest meaningless or is tested below, or there is no other value
     }
     INFO(key.path());
@@ -190,6 +190,16 @@ TEST_CASE("The keys of the estimator fluctuation read back as they were printed"
   written.response.reference_lag = 30;
   written.response.first_base = 70;
   written.response.base_step = 9;
+  require_equal(parse_experiment(print_experiment(written), "printed.toml"), written);
+}
+
+TEST_CASE("The keys of the overloads read back as they were printed") {
+  Experiment written;
+  written.response.coupled = true;
+  written.response.overloads = 2;
+  written.mu = {0.1, 0.2, 0.3};
+  require_equal(parse_experiment(print_experiment(written), "printed.toml"), written);
+  written.response.overloads = 0;
   require_equal(parse_experiment(print_experiment(written), "printed.toml"), written);
 }
 

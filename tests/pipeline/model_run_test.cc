@@ -80,7 +80,7 @@ TEST_CASE("A scan of the free three-leg model finds its exact c and D, and tells
   const std::string script = read_file(folder.path() / "figures/scaling-with-friction.gp");
   CHECK(script.find("mean share of the middle leg p") != std::string::npos);
   CHECK(script.find("friction coefficient") == std::string::npos);
-  CHECK(read_file(folder.path() / "figures/main-finding-slopes.csv").find("middle") != std::string::npos);
+  CHECK(read_file(folder.path() / "figures/main-finding-gamma-slopes.csv").find("middle") != std::string::npos);
   const std::string page = read_file(folder.path() / "report.html");
   CHECK(page.find("mean share of the middle leg") != std::string::npos);
   CHECK(page.find("Coulomb’s condition") == std::string::npos);

@@ -157,6 +157,7 @@ Figure plot_main_finding(const Analysis& analysis, const std::filesystem::path& 
   const Style dotted{.width = 1.4, .dash = 3}, dashed{.width = 1, .dash = 2};
   const auto add_panel = [&](bool against_D, double edge) {
     std::vector<std::vector<PowerLawPoint>> series;
+    series.reserve(readings.size());
     for (const auto& [reading, ink] : readings) series.push_back(points_of(reading, against_D));
     FindingPanel panel(plot, against_D ? "diffusion coefficient D (bead diameters)" : "friction coefficient μ",
                        against_D ? "bead diameters" : "dimensionless", series, as_paper ? 0.1 : 0);

@@ -113,6 +113,7 @@ std::string name_unknown_flag(const CLI::App& app, const std::string& word) {
     }
   }
   std::vector<std::string> names;
+  names.reserve(verbs.size());
   for (const auto& [name, of] : verbs) names.push_back(name);
   const auto meant = nearest_name(flag, names);
   if (!meant) return fmt::format("there is no flag {}; but for --help and --version flags stand behind a verb", word);

@@ -148,6 +148,7 @@ ExitCode explain_word(const std::string& word, VerbContext& context) {
   const std::vector<GlossaryEntry> all = glossary();
   if (word.empty()) {
     std::vector<std::string> words;
+    words.reserve(all.size());
     for (const GlossaryEntry& entry : all) words.push_back(entry.names.front());
     context.out << fmt::format("{}\n", fmt::join(words, "\n"));
     return ExitCode::done;

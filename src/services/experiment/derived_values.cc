@@ -57,14 +57,15 @@ class Derivation {
   void derive_friction() {
     double& shown = e_.figures.profile_mu;
     const bool shown_open = open("figures.response_profiles.mu");
+    if (open("friction.mu") && !of_friction() && e_.sampling.model.has_contacts()) e_.mu = {usual_figures.profile_mu};
     if (open("friction.mu") && !shown_open && of_friction() && std::ranges::count(e_.mu, shown) == 0) {
       e_.mu.insert(std::ranges::upper_bound(e_.mu, shown), shown);
     }
     if (shown_open && of_friction()) shown = nearest_with_friction(e_.mu, usual_figures.profile_mu);
     std::vector<double> values = e_.scan_values();
     std::erase(values, 0.0);
-    const auto& [low, high] = usual_fit.scaling_window;
-    const auto inside = std::ranges::count_if(values, [&](double one) { return one >= low && one <= high; });
+    const std::array<double, 2>& usual = usual_fit.scaling_window;
+    const auto inside = std::ranges::count_if(values, [&](double one) { return one >= usual[0] && one <= usual[1]; });
     constexpr int fewest = 3;  // an exponent with a test of it
     if (open("fit.scaling_window") && inside < fewest && std::ssize(values) >= fewest) {
       fit_.scaling_window = {values.front(), values.back()};

@@ -59,7 +59,7 @@ std::set<std::string> files_of(const Figure& figure) {
 /// Where /proc is not mounted (sandboxes, chroot), by the name under which the system has started it.
 std::filesystem::path own_program() {
   std::error_code none;
-  const std::filesystem::path usual = "/proc/self/exe";
+  std::filesystem::path usual = "/proc/self/exe";
   if (std::filesystem::exists(usual, none)) return usual;
   // NOLINTNEXTLINE(performance-no-int-to-ptr): the system hands the address over as a number
   return reinterpret_cast<const char*>(::getauxval(AT_EXECFN));
