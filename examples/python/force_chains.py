@@ -1,7 +1,6 @@
-#!/usr/bin/env python3
 """Plot the contact forces of a pile with matplotlib.
 
-usage: force_chains.py PILE.h5 PICTURE.png
+usage: python3 force_chains.py PILE.h5 PICTURE.png
 
 Needs h5py and matplotlib (Debian: python3-h5py, python3-matplotlib). The pile is one that `granuscope sample --out` or
 `granuscope run` (in piles/) has written. Its own `render` is some seventy times as fast.

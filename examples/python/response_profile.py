@@ -1,7 +1,6 @@
-#!/usr/bin/env python3
 """Print the mean response below a point load, from an ensemble file of granuscope.
 
-usage: response_profile.py ENSEMBLE.h5 LAYER >profile.csv
+usage: python3 response_profile.py ENSEMBLE.h5 LAYER >profile.csv
 
 Needs h5py (Debian: python3-h5py). The ensemble is one that `granuscope run` leaves in ensembles/, of the estimator point:
 each bead's mean weight minus the 1 that it has under a uniform load, per unit of the overload.

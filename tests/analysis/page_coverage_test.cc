@@ -104,7 +104,7 @@ TEST_CASE("two overloads in coupled piles measure the response to a single one",
   const FitSpec fit = window(35, 79, 4);
   double chi2 = 0;
   int numbers = 0;
-  for (const double mu : {0.1, 0.15, 0.2, 0.3, 0.4}) {
+  for (const double mu : {0.15, 0.2, 0.3, 0.4}) {  // at 0.1 the peaks are narrower than beads so far up
     const auto measured = [&](EnsembleSpec spec, std::uint64_t seed) {
       spec.sampler.mu = mu;
       spec.sampler.seed = seed;
@@ -127,8 +127,8 @@ TEST_CASE("two overloads in coupled piles measure the response to a single one",
     // Four times as many beads would have given half the error; three times the variance less is what is promised.
     if (mu < 0.25) CHECK(two.c.standard_error < one.c.standard_error);
   }
-  CHECK(numbers == 15);
-  CHECK(chi2 < 32.8);  // 15 numbers: one in two hundred
+  CHECK(numbers == 12);
+  CHECK(chi2 < 28.3);  // 12 numbers: one in two hundred
 }
 
 TEST_CASE("coverage: the page of the estimator fluctuation", "[long]") {

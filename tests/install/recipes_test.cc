@@ -75,12 +75,13 @@ TEST_CASE("Every block of the recipes runs, and leaves what they say", "[long]")
   fs::create_directories(folder / "stand-ins");
   fs::create_directories(folder / "here");
   // Fewer piles, no studies, no typesetting; all else as it stands.
-  write_program(folder / "stand-ins/granuscope",
-                "if [ \"$1 $2\" = 'example quick' ]; then\n" + prefix +
-                    "/bin/granuscope example quick | sed -e 's/^samples = .*/samples = 256/' -e '/^.studies/,/^$/d' -e "
-                    "'/^.gate/,$d' -e "
-                    "'s/^mu = .0.0.*/mu = [0.0, 0.1, 0.3]/'\n  printf '\\n[report]\\npdf = false\\n'\nelse\n  exec " +
-                    prefix + "/bin/granuscope \"$@\"\nfi\n");
+  write_program(
+      folder / "stand-ins/granuscope",
+      "if [ \"$1 $2\" = 'example quick' ]; then\n" + prefix +
+          "/bin/granuscope example quick | sed -e 's/^samples = .*/samples = 256/' -e '/^.studies/,/^$/d' -e "
+          "'/^.gate/,$d' -e "
+          "'s/^mu = .0.0.*/mu = [0.0, 0.1, 0.2, 0.3]/'\n  printf '\\n[report]\\npdf = false\\n'\nelse\n  exec " +
+          prefix + "/bin/granuscope \"$@\"\nfi\n");
   write_program(folder / "stand-ins/ffmpeg", "test -f frames/frame-00000.png && touch film.mp4\n");
   // A job is a line of arguments; the array has its first task only.
   write_program(folder / "stand-ins/sbatch",

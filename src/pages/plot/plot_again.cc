@@ -250,7 +250,8 @@ std::string eps_by_tex(const std::string& tikz, const std::string& id, double po
     ProcessSpec process;
     process.arguments = arguments;
     process.working_folder = scratch.path();
-    process.environment = {{"HOME", scratch.path().string()}};
+    // TeX and dvips write the moment otherwise.
+    process.environment = {{"HOME", scratch.path().string()}, {"SOURCE_DATE_EPOCH", "0"}, {"FORCE_SOURCE_DATE", "1"}};
     const ProcessResult result = run_process(process);
     if (!result.timed_out && result.exit_code == 0) return;
     throw EnvironmentError(
