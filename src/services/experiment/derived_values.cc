@@ -64,8 +64,9 @@ class Derivation {
     if (shown_open && of_friction()) shown = nearest_with_friction(e_.mu, usual_figures.profile_mu);
     std::vector<double> values = e_.scan_values();
     std::erase(values, 0.0);
-    const std::array<double, 2>& usual = usual_fit.scaling_window;
-    const auto inside = std::ranges::count_if(values, [&](double one) { return one >= usual[0] && one <= usual[1]; });
+    const auto inside =
+        std::ranges::count_if(values, [first = usual_fit.scaling_window[0], last = usual_fit.scaling_window[1]](
+                                          double one) { return first <= one && one <= last; });
     constexpr int fewest = 3;  // an exponent with a test of it
     if (open("fit.scaling_window") && inside < fewest && std::ssize(values) >= fewest) {
       fit_.scaling_window = {values.front(), values.back()};
