@@ -215,8 +215,11 @@ double svg_width_mm(const std::string& svg) {
 }
 
 bool has_half_width(const Figure& figure, const std::filesystem::path& run_folder) {
-  if (figure.screen.extension() == ".png") return true;
-  return figure.is_there() && svg_width_mm(read_file(run_folder / figure.screen)) < half_width_mm;
+  if (!figure.is_there()) return figure.screen.extension() == ".png";
+  if (figure.screen.extension() == ".png") {
+    return png_width_mm(read_file(run_folder / figure.screen)).value_or(0) < half_width_mm;
+  }
+  return svg_width_mm(read_file(run_folder / figure.screen)) < half_width_mm;
 }
 
 std::string upper(std::string text) {
