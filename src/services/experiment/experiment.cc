@@ -298,12 +298,13 @@ Problem find_scene_problem(const Experiment& e) {
   try {
     const double half = 0.5 * chains.columns;
     const Extent extent{-half, half, 0, Lattice::depth(chains.layers - 1) + 0.5};
-    if (beads) plot_size(chains.scene, extent, {key_title_of("forces")});
     std::vector<std::string> titles;
+    if (beads) titles.push_back(key_title_of("forces"));
     if (chains.weight) titles.push_back(key_title_of("weight"));
     if (chains.friction) titles.push_back(key_title_of("friction"));
     if (chains.response && e.sampling.model.is_beads()) titles.push_back(key_title_of("response"));
-    plot_size(chains.scene_beside(), extent, titles);
+    plot_size(chains.scene_beside(), extent, titles);  // the narrower ones: one message for all
+    plot_size(chains.scene, extent, titles);
   } catch (const InputError& error) {
     return problem("scenes.force_chains.width_px", "{}", error.what());
   }
