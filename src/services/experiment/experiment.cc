@@ -197,7 +197,7 @@ Problem find_rejection_problem(const Experiment& e) {
     return problem(
         "sampling.law",
         "the law rejection completes at most {} beads, and a response needs more; take polytope, which draws "
-        "the same law on some thousand beads, or compare laws by studies.law_comparison or granuscope sample",
+        "the same law on some thousand beads, or look at small piles with granuscope sample",
         most_beads_by_rejection);
   }
   return {};
