@@ -49,11 +49,11 @@ Mean moment(const EnsembleRecord& record, std::size_t row, ForceMoment which, do
 }
 
 /// All blocks together.
-std::vector<double> counts_of(const EnsembleRecord& record, std::size_t row, int first, int bins) {
+std::vector<double> counts_of(const EnsembleRecord& record, std::size_t row, std::size_t first, std::size_t bins) {
   const LayerSums sums = record.sums.layer("force_counts", row);
-  std::vector<double> counts(static_cast<std::size_t>(bins));
+  std::vector<double> counts(bins);
   for (std::size_t b = 0; b < sums.blocks(); ++b) {
-    for (std::size_t i = 0; i < counts.size(); ++i) counts[i] += sums.block(b)[static_cast<std::size_t>(first) + i];
+    for (std::size_t i = 0; i < counts.size(); ++i) counts[i] += sums.block(b)[first + i];
   }
   return counts;
 }
@@ -80,9 +80,10 @@ TEST_CASE("forces of the top layers are those of uniform splits, in closed form"
   CHECK(counts.front() == 0);
   CHECK(counts.back() == 0);
   double chi2 = 0;
-  for (int i = 0; i < force_bins::mobilisations; ++i) {
-    const double low = 2.0 * i / force_bins::mobilisations - 1, high = low + 2.0 / force_bins::mobilisations;
-    const double expected = beads * (below(high) - below(low)), found = counts[static_cast<std::size_t>(i) + 1] / 2;
+  for (std::size_t i = 0; i < force_bins::mobilisations; ++i) {
+    const double low = 2 * static_cast<double>(i) / force_bins::mobilisations - 1,
+                 high = low + 2.0 / force_bins::mobilisations;
+    const double expected = beads * (below(high) - below(low)), found = counts[i + 1] / 2;
     chi2 += std::pow(found - expected, 2) / expected;
   }
   const double degrees = force_bins::mobilisations - 1;

@@ -7,13 +7,12 @@
 namespace granuscope {
 namespace {
 
-using namespace force_bins;
-
 constexpr auto moments = static_cast<std::size_t>(ForceMoment::count);
 
 /// The bin of `x` among so many of equal width from 0 on.
-std::size_t bin_of(double x, double bins_per_unit, int bins) {
-  return static_cast<std::size_t>(std::clamp(x * bins_per_unit, 0.0, bins - 1.0));
+std::size_t bin_of(double x, std::size_t bins_per_unit, std::size_t bins) {
+  const double bin = x * static_cast<double>(bins_per_unit);
+  return std::min(static_cast<std::size_t>(std::max(bin, 0.0)), bins - 1);
 }
 
 struct Sums {
@@ -31,7 +30,7 @@ struct Sums {
 }  // namespace
 
 std::vector<QuantityShape> ForceCounts::quantities() {
-  return {{"force_counts", width}, {"force_moments", static_cast<int>(moments)}};
+  return {{"force_counts", static_cast<int>(force_bins::width)}, {"force_moments", static_cast<int>(moments)}};
 }
 
 ForceCounts::ForceCounts(const EnsembleSpec& spec, BlockSums& sums, int block)
@@ -41,12 +40,11 @@ ForceCounts::ForceCounts(const EnsembleSpec& spec, BlockSums& sums, int block)
       moments_(sums, "force_moments", block) {}
 
 void ForceCounts::add(const PileGroup& group, std::span<const std::optional<SamplingFailure>> failures) const {
+  using namespace force_bins;
   const auto columns = static_cast<std::size_t>(group.lattice.columns());
   for (std::size_t l = 0; l < layers_.size(); ++l) {
     const double mean = mean_weight(group.bead_weight, layers_[l]);
-    const auto count = [&](int histogram, std::size_t bin) {
-      counts_.add(l, static_cast<std::size_t>(histogram) + bin, 1);
-    };
+    const auto count = [&](std::size_t histogram, std::size_t bin) { counts_.add(l, histogram + bin, 1); };
     Sums sums;
     // `outwards`: the horizontal force away from the bead.
     const auto add_contact = [&](double V, double outwards) {
