@@ -163,11 +163,17 @@ struct TailPoints {
   double scale(double k) const { return std::pow(-line(k).slope, -1 / k); }
   /// The power with the least chi^2, on ever finer grids; not a number where that is at an end.
   double best_power() const {
-    double best = least_power, least = test(best).chi2, low = least_power, high = most_power;
-    for (double step = 0.2; step > 1e-5; step /= 4, low = best - 4 * step, high = best + 4 * step) {
-      for (double k = low; k <= high; k += step) {
+    constexpr int grids = 8, around = 4;
+    double best = least_power, least = test(best).chi2, step = 0.2, low = least_power;
+    int points = static_cast<int>((most_power - least_power) / step) + 1;
+    for (int grid = 0; grid < grids; ++grid) {
+      for (int i = 0; i < points; ++i) {
+        const double k = low + i * step;
         if (const double found = test(k).chi2; found < least) least = found, best = k;
       }
+      step /= around;
+      low = best - around * step;
+      points = 2 * around + 1;
     }
     return best - least_power > 0.1 && most_power - best > 0.1 ? best : std::nan("");
   }
@@ -324,8 +330,9 @@ void add_tables(Plot& plot, const ForceStatistics& one) {
   CsvTable joint({"N: mean weights", "T_over_mu_N: dimensionless", "angle_from_vertical: degrees",
                   "density: per mean weight and unit of T_over_mu_N"});
   for (std::size_t i = 0; i < map_normals * map_mobilisations; ++i) {
-    const double N = (static_cast<double>(i / map_mobilisations) + 0.5) / map_per_unit;
-    const double mobilised_by = (2 * static_cast<double>(i % map_mobilisations) + 1) / map_mobilisations - 1;
+    const std::size_t row = i / map_mobilisations, column = i % map_mobilisations;
+    const double N = (static_cast<double>(row) + 0.5) / map_per_unit;
+    const double mobilised_by = (2 * static_cast<double>(column) + 1) / map_mobilisations - 1;
     const double angle = 30 + std::atan(one.spec.sampler.mu * mobilised_by) * 180 / std::numbers::pi;
     joint.add_row({N, mobilised_by, angle, one.bands.back().counts[map + i] / 4 * map_per_unit * map_mobilisations});
   }
