@@ -341,7 +341,7 @@ void add_tables(Plot& plot, const ForceStatistics& one) {
 
 Figure plot_force_statistics(const std::vector<ForceStatistics>& measured, const std::filesystem::path& run_folder) {
   Plot plot = two_panels("force-statistics");
-  GrowingPanel forces{"N/⟨N⟩", "P(N/⟨N⟩)", true}, friction{"|T|/(μN)", "P(|T|/(μN))"};
+  GrowingPanel forces{"N/⟨N⟩", "P(N/⟨N⟩)", true}, friction{"mobilised friction |T|/(μN)", "P(|T|/(μN))"};
   const std::string x = "N_over_mean: dimensionless", P = "density: dimensionless";
   friction.y.add(0);
   std::vector<std::string> sliding, powers;
