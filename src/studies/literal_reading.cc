@@ -216,8 +216,6 @@ Json exponents_json(const ReplicatedFits& found) {
   return json;
 }
 
-std::string in_words(const Estimate& one) { return value_with_error(one.value, one.standard_error); }
-
 /// One depth at which one may read.
 struct DepthExponents {
   int layer = 0;
