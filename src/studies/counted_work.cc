@@ -11,10 +11,6 @@
 
 #include "analysis/claims.h"
 #include "analysis/jackknife.h"
-#include "plot/axes.h"
-#include "plot/figure_captions.h"
-#include "plot/gnuplot.h"
-#include "plot/plot.h"
 #include "report/clean_json.h"
 #include "studies/study.h"
 #include "support/error.h"
@@ -25,8 +21,6 @@ namespace {
 
 /// Few, so that the largest piles need not be many.
 constexpr int blocks = 8;
-
-constexpr const char* figure_id = "counted-work";
 
 constexpr double paper_beads = 1e6;  ///< 1000 x 1000
 /// Ratio of the largest to the smallest number of beads from which a power is taken.
@@ -48,13 +42,6 @@ double power_of(const std::vector<const CountedWork*>& sizes) {
   const auto [smallest, largest] = std::minmax_element(log_beads.begin(), log_beads.end());
   if (*largest - *smallest < std::log(least_reach)) return std::nan("");
   return fit_line(log_beads, log_draws, std::vector<double>(log_beads.size(), 1.0)).slope;
-}
-
-/// Largest over smallest draws per bead among the sizes at one friction coefficient.
-double spread_of(const std::vector<const CountedWork*>& sizes) {
-  Range range;
-  for (const CountedWork* work : sizes) range.add(work->draws_per_bead);
-  return range.low > 0 ? range.high / range.low : std::nan("");
 }
 
 }  // namespace
@@ -152,64 +139,6 @@ Claim judge_linear_time(const std::vector<CountedWork>& measured, const ClaimSpe
   return claim;
 }
 
-Figure plot_counted_work(const std::vector<CountedWork>& work, const std::filesystem::path& run_folder) {
-  std::map<double, std::vector<const CountedWork*>> by_mu;
-  std::vector<std::string> incomplete;
-  Range beads, draws;
-  draws.add(0);
-  for (const CountedWork& one : work) {
-    if (one.failed > 0) {
-      incomplete.push_back(fmt::format("{} of {} piles of {} × {} beads at μ = {}", one.failed,
-                                       one.failed + one.samples, one.spec.lattice.columns, one.spec.lattice.layers,
-                                       caption_number(one.spec.sampler.mu)));
-    }
-    if (!std::isfinite(one.draws_per_bead)) continue;
-    by_mu[one.spec.sampler.mu].push_back(&one);
-    beads.add(beads_of(one));
-    draws.add(one.draws_per_bead);
-  }
-  if (by_mu.empty()) {
-    throw InputError(
-        "the figure of counted work has nothing to show, because no pile was drawn for it; list friction coefficients "
-        "in studies.counted_work.mu");
-  }
-
-  if (draws.high == 0) draws.add(1);  // without friction nothing is drawn, and an axis has two ends
-
-  Plot plot;
-  plot.id = figure_id;
-  plot.half_width = true;
-  plot.height = 2.15;
-  plot.key = {.inches = 0.34, .lines = 2, .horizontal = true, .centred = true, .sample = 2, .entries = {}};
-  Panel panel;
-  panel.name = 0.02;
-  double worst = 1;
-  std::size_t index = 0;
-  for (const auto& [mu, sizes] : by_mu) {
-    CsvTable table({"beads: beads", "columns: beads", "layers: layers", "piles: piles",
-                    "draws_per_bead: draws per bead", "repaired_per_bead: dimensionless",
-                    "backtracked_per_bead: dimensionless"});
-    for (const CountedWork* one : sizes) {
-      table.add_row({beads_of(*one), static_cast<double>(one->spec.lattice.columns),
-                     static_cast<double>(one->spec.lattice.layers), static_cast<double>(one->samples),
-                     one->draws_per_bead, one->repaired_per_bead, one->backtracked_per_bead});
-    }
-    const Style style = ink_of_series(index++).joined(1.2, 0.55);
-    panel.add(plot.add_data("mu-" + exact(mu), table), "1:5", style);
-    plot.add_key("μ = " + caption_number(mu), style);
-    if (const double spread = spread_of(sizes); std::isfinite(spread)) worst = std::max(worst, spread);
-  }
-  panel.x = log_axis("beads of a pile", widened_by_factor(beads, beads.high > 1.5 * beads.low ? 1.4 : 2));
-  panel.y = linear_axis("draws per bead", {0, 1.12 * draws.high, false}, 6, draws);
-  plot.panels = {panel};
-  return plot_figure(plot,
-                     {"studies/counted_work.captions",
-                      {{"spread", fmt::format("{:.2f}", worst)},
-                       {"piles", std::to_string(by_mu.begin()->second.front()->samples)},
-                       {"incomplete", enumeration(incomplete)}}},
-                     run_folder);
-}
-
 using Json = nlohmann::ordered_json;
 
 void to_json(Json& json, const CountedWork& work) {
@@ -275,10 +204,7 @@ class CountedWorkStudy final : public CopiedStudy<CountedWorkStudy> {
 
   Json json() const override { return measured_; }
 
-  std::vector<FigurePlot> figures(const Analysis&) const override {
-    if (measured_.empty()) return {};
-    return {[this](const std::filesystem::path& folder) { return plot_counted_work(measured_, folder); }};
-  }
+  std::vector<ReportPart> parts() const override { return {table_part()}; }
 
  private:
   std::vector<double> mu_;                       ///< empty: not measured

@@ -29,9 +29,6 @@ CountedWork counted_work(const MeasuredEnsemble& ensemble);
 /// there.
 Claim judge_linear_time(const std::vector<CountedWork>& measured, const ClaimSpec& spec);
 
-/// The figure: draws per bead against the number of beads. Throws InputError where no pile was completed.
-Figure plot_counted_work(const std::vector<CountedWork>& work, const std::filesystem::path& run_folder);
-
 /// The work of drawing piles of several sizes.
 std::unique_ptr<Study> counted_work_study();
 

@@ -15,6 +15,7 @@
 #include "analysis/shape_fit.h"
 #include "plot/axes.h"
 #include "plot/plot.h"
+#include "plot/power_law_panel.h"
 #include "report/clean_json.h"
 #include "studies/study.h"
 #include "support/error.h"
@@ -31,13 +32,15 @@ struct PaperExponent {
   PaperNumber number;
   std::optional<Rival> rival;
   ReplicatedPowerLaw ReplicatedFits::*fit;
+  const char* x;  ///< what it is a power of
 
-  const Estimate& of(const ReplicatedFits& found) const { return (found.*fit).fit.exponent; }
+  const ScalingFit& fit_of(const ReplicatedFits& found) const { return (found.*fit).fit; }
+  const Estimate& of(const ReplicatedFits& found) const { return fit_of(found).exponent; }
 };
 const std::array<PaperExponent, 3> paper{
-    {{"gamma", "γ of xₚ/z", paper_gamma, second_order, &ReplicatedFits::gamma},
-     {"beta", "β of W²/z", paper_beta, std::nullopt, &ReplicatedFits::beta},
-     {"alpha", "α of xₚ/z against W²/z", paper_alpha, linear_in_D, &ReplicatedFits::alpha}}};
+    {{"gamma", "γ of xₚ/z", paper_gamma, second_order, &ReplicatedFits::gamma, "μ"},
+     {"beta", "β of W²/z", paper_beta, std::nullopt, &ReplicatedFits::beta, "μ"},
+     {"alpha", "α of xₚ/z against W²/z", paper_alpha, linear_in_D, &ReplicatedFits::alpha, "D"}}};
 
 /// x_p and W of one response, bead diameters.
 struct Reading {
@@ -273,9 +276,9 @@ Figure plot_literal_reading(const std::vector<DepthExponents>& depths, const Dep
   plot.panels.assign(panels.begin(), panels.end());
   return plot_figure(plot,
                      {"studies/literal_reading.captions",
-                      {{"gamma", in_words(paper[0].of(best.literal))},
-                       {"beta", in_words(paper[1].of(best.literal))},
-                       {"alpha", in_words(paper[2].of(best.literal))},
+                      {{"gamma", exponent_text(paper[0].fit_of(best.literal))},
+                       {"beta", exponent_text(paper[1].fit_of(best.literal))},
+                       {"alpha", exponent_text(paper[2].fit_of(best.literal))},
                        {"best", fmt::format("{:.1f}", best.z)},
                        {"met", met.empty() ? "" : "yes"},
                        {"from", met.empty() ? "" : fmt::format("{:.1f}", met.front())},
@@ -392,15 +395,21 @@ class LiteralReading final : public CopiedStudy<LiteralReading> {
     for (const PaperExponent& one : paper) {
       Claim tried = open_claim(claim.id, claim.statement, fmt::format("{}, z = {:.1f}", one.symbol, best.z));
       judge_by_number(tried, one.of(best.literal), one.number, one.rival, one.symbol);
+      if (one.fit_of(best.literal).misses_the_points()) tried.quantity += ", on average over μ";
       if (claim.verdict.empty() || rank(tried) > rank(claim)) claim = std::move(tried);
     }
     claim.explanation =
-        fmt::format("At z = {:.1f} γ is {}, β {} and α {}. ", best.z, in_words(paper[0].of(best.literal)),
-                    in_words(paper[1].of(best.literal)), in_words(paper[2].of(best.literal))) +
+        fmt::format("At z = {:.1f} γ is {}, β {} and α {}. ", best.z, exponent_text(paper[0].fit_of(best.literal)),
+                    exponent_text(paper[1].fit_of(best.literal)), exponent_text(paper[2].fit_of(best.literal))) +
         (met_.empty() ? "At no depth are all three within two errors of the paper’s numbers."
                       : fmt::format("All three are within two errors of the paper’s numbers at {} of {} "
                                     "depths, from z = {:.1f} to {:.1f}.",
                                     met_.size(), depths_.size(), met_.front(), met_.back()));
+    for (const PaperExponent& one : paper) {
+      if (const std::string misfit = misfit_sentence(one.fit_of(best.literal), one.x); !misfit.empty()) {
+        add_sentence(claim, fmt::format("Of {} at this depth: {}", one.symbol, misfit));
+      }
+    }
     add_sentence(claim,
                  "The paper prints no depth for its exponents: this one was chosen by them, so that two of the three "
                  "numbers test it.");

@@ -19,7 +19,10 @@
 namespace granuscope {
 
 // A study of one file has no header.
-std::unique_ptr<Study> literal_reading_study();  // NOLINT(readability-redundant-declaration): where pieces are joined
+// NOLINTBEGIN(readability-redundant-declaration): where pieces are joined
+std::unique_ptr<Study> literal_reading_study();
+std::unique_ptr<Study> force_statistics_study();
+// NOLINTEND(readability-redundant-declaration)
 
 Studies::Studies() {
   all_.push_back(literal_reading_study());
@@ -29,6 +32,7 @@ Studies::Studies() {
   all_.push_back(deep_response_study());
   all_.push_back(mode_coupling_study());
   all_.push_back(chain_share_study());
+  all_.push_back(force_statistics_study());
   all_.push_back(numerical_stability_study());
   all_.push_back(error_against_time_study());
   all_.push_back(nonlinearity_study());

@@ -29,12 +29,18 @@ struct ForceChainSpec {
   int layers = 60;   ///< shown; bottom_margin more are computed, so that the shown ones follow the bulk law
   double mu = 0.1;
   std::uint64_t sample = 0;  ///< of the experiment's seed
-  /// 57 mm wide: two pictures share a row of the printed report, with text of 8 pt. Its window is ignored: columns and
-  /// layers above say what is shown.
-  SceneSpec scene{.width_px = 900, .dpi = 400, .window = {}, .range = {}};
-  bool weight = true;     ///< also the weights of the same pile's beads
+  /// 134 mm wide, with text of 8 pt. Its window is ignored: columns and layers above say what is shown.
+  SceneSpec scene{.width_px = 1580, .dpi = 300, .window = {}, .range = {}};
+  bool weight = false;    ///< also the weights of the same pile's beads
   bool friction = false;  ///< also how much of its friction each contact uses
   bool response = true;   ///< also how they change with the overload, every bead keeping its random number
+
+  /// Of the other pictures of that pile: at most 57 mm wide, since two share a row of the printed report.
+  SceneSpec scene_beside() const {
+    SceneSpec beside = scene;
+    beside.width_px = std::min(scene.width_px, static_cast<int>(2.25 * scene.dpi));
+    return beside;
+  }
 
   /// Saturates: what is absurd is refused, but only after it has been looked at.
   int computed_layers() const {

@@ -201,7 +201,7 @@ TEST_CASE("Loads, estimators and laws that cannot work are refused") {
           e.response.sign_run = 62;
         }) == "(none)");
   CHECK_THAT(problem_after([](Experiment& e) { e.sampling.law = Law::rejection; }),
-             Contains("sampling.law: ") && Contains("500 x 200"));
+             Contains("sampling.law: ") && Contains("at most 256 beads") && Contains("polytope"));
   CHECK_THAT(problem_after([](Experiment& e) { e.sampling.law = Law::polytope; }),
              Contains("sampling.law: ") && Contains("the 500 x 200 beads of [lattice]"));
   CHECK_THAT(problem_after([](Experiment& e) {

@@ -126,7 +126,7 @@ Experiment unusual_experiment() {
   e.force_chains.scene.colour_map = "viridis";
   e.force_chains.scene.backend = "osmesa";
   e.force_chains.scene.skip_invisible = false;
-  e.force_chains.weight = false;
+  e.force_chains.weight = true;
   e.force_chains.friction = true;
   e.force_chains.response = false;
   e.response_field.show = false;

@@ -168,7 +168,7 @@ TEST_CASE("the reports of the examples keep their budgets of bytes and pages, an
   for (const auto& [experiment, most_pages] :
        {Example{example_with_few_piles("quick",
                                        {few, "studies.deep_response.samples=256", "studies.chain_share.samples=256"}),
-                9},
+                11},
         Example{example_with_few_piles(
                     "paper", {few, "studies.nonlinearity.multiplexed_samples=256",
                               "studies.nonlinearity.point_samples=512", "studies.small_friction.samples=256",
@@ -183,7 +183,7 @@ TEST_CASE("the reports of the examples keep their budgets of bytes and pages, an
     CHECK(pages_of(folder.path()) <= most_pages);
     // As they were rendered, so that their text has its 8 pt.
     const std::vector<int> resolutions = resolutions_of(folder.path());
-    CHECK(resolutions.size() == 4);
+    CHECK(resolutions.size() == 3);
     for (const int resolution : resolutions) {
       CHECK(std::abs(resolution - experiment.force_chains.scene.dpi) <= 1);
     }

@@ -155,7 +155,8 @@ TEST_CASE("Diluted beads go through the main line, with their opened contacts in
                                          "figures.response_profiles.layers=[5, 6]",
                                          "scenes.force_chains.columns=16",
                                          "scenes.force_chains.layers=8",
-                                         "scenes.force_chains.mu=0.3"};
+                                         "scenes.force_chains.mu=0.3",
+                                         "scenes.weight.show=true"};
   const nlohmann::json summary =
       run("[model]\nname = \"diluted-beads\"\n[friction]\nmu = [0.3]\n[scan]\nvalues = [0.0, 0.06]\n", folder.path(),
           changes);

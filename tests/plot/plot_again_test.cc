@@ -73,7 +73,7 @@ TEST_CASE("The longest texts of exponents, where there is no power law, leave po
   }
   analysis.results.back().D = synthetic::known(0.46, 0.06);
   const Figure scaling = plot_scaling_with_friction(analysis, run.path());
-  CHECK(contains(scaling.details, "γ = 1.10 (χ² = 120 on 4)"));
+  CHECK(contains(scaling.details, "γ = 1.10 (χ² 120/4)"));
   for (const std::string& id : {plot_main_finding(analysis, run.path()).id, scaling.id,
                                 plot_propagation_against_diffusion(analysis, run.path()).id}) {
     check_at_widths_of_journals(run / "figures", id);

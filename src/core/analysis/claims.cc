@@ -254,7 +254,8 @@ std::string quantity_of(const char* symbol, const ScalingFit& fit) {
   return fmt::format("{} of slopes over μ = {} to {}", symbol, fit.window[0], fit.window[1]);
 }
 
-/// `of`: what the power is one of.
+}  // namespace
+
 std::string misfit_sentence(const ScalingFit& fit, const char* of) {
   if (!fit.exponent.known() || !fit.misses_the_points()) return "";
   std::string sentence = fmt::format(
@@ -267,6 +268,8 @@ std::string misfit_sentence(const ScalingFit& fit, const char* of) {
   }
   return sentence;
 }
+
+namespace {
 
 Claim judge_exponent(const char* id, const char* statement, const char* symbol, const ScalingFit& fit,
                      const PaperNumber& paper, const std::optional<Rival>& rival) {

@@ -90,6 +90,10 @@ void judge_by_exclusion(Claim& claim, const Estimate& measured, const PaperNumbe
 /// The first sentence added explains the verdict, further ones are remarks. An empty one adds nothing.
 void add_sentence(Claim& claim, const std::string& sentence);
 
+/// That the points of an exponent keep to no single power of what `of` names, and which changing one they keep to;
+/// empty where they do not say so.
+std::string misfit_sentence(const ScalingFit& fit, const char* of);
+
 /// How many times as many piles would set the paper's value apart from the rival: a clause such as "about 3 times as
 /// many piles would decide it", or one that says that more piles do not help.
 std::string cost_of_deciding(const Estimate& measured, const PaperNumber& paper, double rival);

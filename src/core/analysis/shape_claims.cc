@@ -203,7 +203,7 @@ Claim judge_diffusive_width(const Analysis& analysis, const ClaimSpec& spec) {
                                           "power of z in W² − w₀"),
                                &Exponents::width, 1, elastic_width, "The power of z in W² − w₀");
   if (claim.verdict == reproduced) {
-    claim.quantity += fmt::format(", within ± {}", significant(total_error(claim.measured), 1));
+    claim.quantity += fmt::format(", known to ± {}", significant(total_error(claim.measured), 1));
     add_sentence(claim, "Powers that differ from 1 by less than that are not seen here.");
   }
   add_sentence(claim, line_sentence(analysis, &Transport::width_line));
@@ -227,7 +227,7 @@ Claim judge_no_elastic_scaling(const Analysis& analysis, const ClaimSpec& spec) 
 }
 
 // The power of N in the rms residual about the fit, over sub-ensembles, against -1/2. A power nearer to 0 says that the
-// two Gaussians are not the exact shape, which is told beside the verdict.
+// two Gaussians are not the exact shape: then nothing is decided of the noise, and the remark says why.
 Claim judge_noise(const Analysis& analysis, const ClaimSpec& spec) {
   constexpr double paper = -0.5;
   Claim claim = judge_exponent(
@@ -243,6 +243,7 @@ Claim judge_noise(const Analysis& analysis, const ClaimSpec& spec) {
       std::any_of(analysis.results.begin(), analysis.results.end(),
                   [&](const Transport& result) { return above(result.exponents.noise, outlier); });
   if (another_shape) {
+    claim.verdict = not_decided;
     add_sentence(
         claim,
         "A power nearer to 0 than −1/2: the response has not exactly the shape of two Gaussians, and what they miss "
@@ -333,7 +334,7 @@ Claim judge_two_gaussians(const Analysis& analysis, const FitSpec& fit, const Cl
                          : worst->excess > -agreement ? "lies within three standard errors of it"
                                                       : "stays below it by more than three standard errors";
   add_sentence(claim, fmt::format("{} the share of the response that {} is worst with {} at μ = {}: up "
-                                  "to {} counts as well described, and this {}.",
+                                  "to ± {} counts as well described, and this {}.",
                                   mu.size() == 1 ? fmt::format("At μ = {}", mu.front()) : "Over " + list_of_values(mu),
                                   worst->what, value_with_error(worst->share.value, worst->share.standard_error),
                                   worst->mu, significant(spec.largest_remainder, 2), distance));

@@ -249,6 +249,10 @@ std::string refuse_pairs(const MeasuredEnsemble& ensemble, const FitSpec& spec, 
     depth.fit.identifiable = false;
     depth.fit.reason = reason;
   }
+  // Of another law, whatever its shape.
+  if (!reason.empty()) {
+    for (MeasuredDepth& depth : depths) depth.fit.misfit_at_least = 0;
+  }
   return reason;
 }
 

@@ -256,6 +256,9 @@ Problem find_problem(const EnsembleSpec& spec) {
   if (spec.record_H && (estimator != EstimatorName::multiplexed || is_scalar(spec.sampler.model))) {
     return problem("record_H", "the response of H is recorded by the estimator multiplexed, of models that have an H");
   }
+  if (spec.record_forces && (estimator != EstimatorName::point || spec.load != Load::uniform)) {
+    return problem("record_forces", "forces are counted by the estimator point, of piles under a uniform load");
+  }
   if (std::adjacent_find(spec.layers.begin(), spec.layers.end(), std::greater_equal<>()) != spec.layers.end()) {
     return problem("layers", "the recorded layers are not ascending: each may be named once, from the top down");
   }
@@ -283,7 +286,7 @@ bool is_of_moved_loads(const Key& key) { return key.name == "overloads" || key.n
 /// Counted up when the sums of an estimator came to hold more.
 std::string versions_of_sums(const EnsembleSpec& spec) {
   return std::string(spec.response.estimator == EstimatorName::paired ? "paired_sums=3\n" : "") +
-         (spec.record_H ? "multiplexed_sums=2\n" : "");
+         (spec.record_H ? "multiplexed_sums=2\n" : "") + (spec.record_forces ? "force_counts=1\n" : "");
 }
 
 }  // namespace
@@ -325,6 +328,8 @@ EnsembleSpec ensemble_configured(const std::string& configuration) {
         key_fields::from_text(spec.record_profiles, value);
       } else if (name == "multiplexed_sums") {
         spec.record_H = true;
+      } else if (name == "force_counts") {
+        spec.record_forces = true;
       }
     } catch (const InputError& error) {
       throw InputError(fmt::format("{}: {}", name, error.what()));

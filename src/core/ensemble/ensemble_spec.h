@@ -99,6 +99,9 @@ struct EnsembleSpec {
   /// tell twice as much with it; those of a window hand their noise on to each other with the response, and tell c and
   /// D as well without.
   bool record_H = false;
+  /// Of the estimator point under a uniform load: count how the forces of the recorded layers are distributed, see
+  /// force_counts.h.
+  bool record_forces = false;
 };
 
 /// What an ensemble is told by, but for its model and what is recorded, bound to the spec: the keys of its parts, and

@@ -34,7 +34,7 @@ std::vector<QuantityShape> quantities_of(const EnsembleSpec& spec) {
 KeptLayers layers_to_keep(const EnsembleSpec& spec) {
   if (spec.response.estimator == fluctuation) return FluctuationEstimator::layers_to_keep(spec);
   if (spec.response.estimator == multiplexed) return MultiplexedEstimator::layers_to_keep(spec);
-  return {recorded_layers(spec)};
+  return {recorded_layers(spec), false, spec.record_forces};
 }
 
 std::size_t piles_at_once(const EnsembleSpec& spec) {

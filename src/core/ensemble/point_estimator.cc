@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "ensemble/estimator.h"
 #include "model/audit.h"
@@ -17,6 +18,7 @@ const char* quantity_of(const EnsembleSpec& spec) { return moves_loads(spec) ? "
 std::vector<QuantityShape> PointEstimator::quantities(const EnsembleSpec& spec) {
   std::vector<QuantityShape> all = LayerObservables::quantities(spec);
   if (spec.record_profiles) all.push_back({quantity_of(spec), response_columns(spec)});
+  if (spec.record_forces) std::ranges::copy(ForceCounts::quantities(), std::back_inserter(all));
   return all;
 }
 
@@ -31,7 +33,9 @@ PointEstimator::PointEstimator(const EnsembleSpec& spec, Samplers samplers, Bloc
       layers_(sums.layers),
       observables_(spec, sums, block),
       profiles_(spec.record_profiles),
-      weight_(profiles_ ? BlockSlice(sums, quantity_of(spec), block) : BlockSlice()) {}
+      weight_(profiles_ ? BlockSlice(sums, quantity_of(spec), block) : BlockSlice()) {
+  if (spec.record_forces) forces_.emplace(spec, sums, block);
+}
 
 std::optional<SamplingFailure> PointEstimator::measure(std::uint64_t sample) {
   std::optional<SamplingFailure> failure;
@@ -62,6 +66,7 @@ void PointEstimator::measure_samples(std::span<const std::uint64_t> samples,
       const auto of_group = of_these.subspan(first, group.piles);
       assert_identities(group, of_group);
       observables_.add(group, of_group);
+      if (forces_) forces_->add(group, of_group);
       if (profiles_ && !moves_) add_weights(group, of_group);
       first += group.piles;
     }

@@ -2,6 +2,7 @@
 #include <vector>
 
 #include "ensemble/estimator.h"
+#include "ensemble/force_counts.h"
 #include "model/lattice.h"
 
 namespace granuscope {
@@ -46,6 +47,7 @@ class PointEstimator final : public Estimator {
   LayerObservables observables_;
   bool profiles_;
   BlockSlice weight_;
+  std::optional<ForceCounts> forces_;  ///< where they are recorded
 };
 
 /// The standard procedure: each sample is solved under the uniform load and again with the overload, every bead keeping

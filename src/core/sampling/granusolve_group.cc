@@ -33,8 +33,10 @@ bool GranusolveGroup::fits(const Lattice& lattice, const KeptLayers* kept) {
 }
 
 double GranusolveGroup::memory(const Lattice& lattice, const KeptLayers* kept) {
-  const double rows =
-      kept == nullptr ? lattice.layers() : static_cast<double>(kept->layers.size()) * (kept->horizontal ? 2 : 1);
+  const double rows = kept == nullptr ? lattice.layers()
+                                      : static_cast<double>(kept->layers.size()) * (kept->forces       ? 4
+                                                                                    : kept->horizontal ? 2
+                                                                                                       : 1);
   return static_cast<double>(group_lanes) *
          ((bytes_kept * rows + bytes_in_window * window + bytes_of_column) * static_cast<double>(lattice.columns()) +
           bytes_of_layer * static_cast<double>(lattice.layers()));
@@ -43,7 +45,7 @@ double GranusolveGroup::memory(const Lattice& lattice, const KeptLayers* kept) {
 GranusolveGroup::GranusolveGroup(const SamplerSpec& spec, const Lattice& lattice, const std::optional<KeptLayers>& kept,
                                  GranusolveSampler& alone)
     : alone_(alone),
-      keeps_forces_(!kept),
+      keeps_forces_(!kept || kept->forces),
       kept_(static_cast<std::size_t>(lattice.layers()), -1),
       cone_(spec.mu),
       spec_(spec),
@@ -60,15 +62,17 @@ GranusolveGroup::GranusolveGroup(const SamplerSpec& spec, const Lattice& lattice
   if (kept) {
     const std::vector<int>& layers = kept->layers;
     for (std::size_t l = 0; l < layers.size(); ++l) kept_[static_cast<std::size_t>(layers[l])] = static_cast<int>(l);
-    kept_weights_ = aligned_array<double>(layers.size() * layer);
-    if (kept->horizontal) kept_H_ = aligned_array<double>(layers.size() * layer);
+    if (!keeps_forces_) kept_weights_ = aligned_array<double>(layers.size() * layer);
+    if (!keeps_forces_ && kept->horizontal) kept_H_ = aligned_array<double>(layers.size() * layer);
   } else {
     std::iota(kept_.begin(), kept_.end(), 0);
-    for (AlignedArray<double>* forces : {&kept_V_R_, &kept_V_L_, &kept_H_R_, &kept_H_L_}) {
-      *forces = aligned_array<double>(kept_.size() * layer);
-    }
   }
   moments_.resize(kept ? kept->layers.size() : kept_.size());
+  if (keeps_forces_) {
+    for (AlignedArray<double>* forces : {&kept_V_R_, &kept_V_L_, &kept_H_R_, &kept_H_L_}) {
+      *forces = aligned_array<double>(moments_.size() * layer);
+    }
+  }
   first_uniform_ = aligned_array<double>(layer + group_lanes);
   half_load_ = aligned_array<double>(layer);
   const std::size_t words = (static_cast<std::size_t>(lattice.columns()) + 7) / 8 + 2 * words_before;

@@ -30,7 +30,8 @@ void gather(RowFacts& facts) {
 }
 
 void require_forces(const PileGroup& group) {
-  if (group.V_R == nullptr) throw std::logic_error("forces were to be read of a group that kept only what is measured");
+  if (group.V_R == nullptr || std::ranges::find(group.kept, -1) != group.kept.end())
+    throw std::logic_error("forces were to be read of a group that kept only what is measured");
 }
 
 }  // namespace

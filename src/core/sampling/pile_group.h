@@ -23,6 +23,7 @@ struct SamplingFailure {
 struct KeptLayers {
   std::vector<int> layers;
   bool horizontal = false;  ///< the horizontal force of each bead as well as its weight
+  bool forces = false;      ///< instead of both, all forces of its contacts, of a model that has them
 };
 
 /// Mean weight that leaves the beads of a layer under loads of mean 1.

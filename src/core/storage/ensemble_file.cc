@@ -39,6 +39,7 @@ struct QuantityMeaning {
 
 constexpr const char *load_unit = "loads of one top bead", *squared_load = "squared loads of one top bead",
                      *pure = "dimensionless";
+constexpr const char* bin_axis = "bin, see ensemble/force_counts.h";  ///< no place in x
 constexpr QuantityMeaning meanings[] = {
     {"weight", load_unit, squared_load},
     {"moved_weight", load_unit, squared_load, "distance from the overloaded bead, which is the middle one"},
@@ -55,7 +56,9 @@ constexpr QuantityMeaning meanings[] = {
     {"redrawn_together", "beads", "squared beads"},
     {"response_thrust", pure, pure},
     {"middle", pure, pure},
-    {"traction", pure, pure}};
+    {"traction", pure, pure},
+    {"force_counts", "beads, then contacts", "", bin_axis},
+    {"force_moments", "powers of the mean weight", "", bin_axis}};
 
 /// Null for a quantity that no estimator has.
 const QuantityMeaning* meaning_of(std::string_view quantity) {
@@ -156,7 +159,10 @@ void compose(Hdf5Writer& writer, const EnsembleRecord& header, const std::vector
   } else {
     describe_dataset(writer, "/layers", "number of the layer, 0 at the top", "layer");
     int columns = 0;
-    for (const auto& [quantity, numbers] : sums.quantities) columns = std::max(columns, numbers.width);
+    for (const auto& [quantity, numbers] : sums.quantities) {
+      const QuantityMeaning* const meaning = meaning_of(quantity);
+      if (meaning == nullptr || meaning->axis != bin_axis) columns = std::max(columns, numbers.width);
+    }
     places = write_lattice_axes(writer, columns, sums.layers, sums.rows);
   }
   writer.attribute("/", record_key, key_of_record(header, keys, places));

@@ -340,7 +340,7 @@ Range window_on_axis(const std::array<double, 2>& window, const Range& axis) {
 std::string exponent_text(const ScalingFit& fit) {
   if (!fit.exponent.known()) return "unknown";
   if (!fit.misses_the_points()) return value_with_error(fit.exponent.value, fit.exponent.standard_error);
-  return fmt::format("{} (χ² = {} on {})", significant(fit.exponent.value, 3), significant(fit.scatter.chi2, 2),
+  return fmt::format("{} (χ² {}/{})", significant(fit.exponent.value, 3), significant(fit.scatter.chi2, 2),
                      fit.scatter.degrees_of_freedom);
 }
 

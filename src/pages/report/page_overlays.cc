@@ -105,6 +105,7 @@ std::string report_page(const ReportData& data, const Json& summary, const std::
     overlay["has_headline"] = true;
     overlay["headline"]["generated"] = false;
     overlay["headline"]["scanned"] = nullptr;
+    overlay["headline"]["nothing"] = nullptr;
   }
   overlay["numbers_parts"] = written_parts(data.parts, ReportPart::Place::numbers, root);
   overlay["numerics_parts"] = written_parts(data.parts, ReportPart::Place::numerics, root);
@@ -215,8 +216,11 @@ double svg_width_mm(const std::string& svg) {
 }
 
 bool has_half_width(const Figure& figure, const std::filesystem::path& run_folder) {
-  if (figure.screen.extension() == ".png") return true;
-  return figure.is_there() && svg_width_mm(read_file(run_folder / figure.screen)) < half_width_mm;
+  if (!figure.is_there()) return figure.screen.extension() == ".png";
+  if (figure.screen.extension() == ".png") {
+    return png_width_mm(read_file(run_folder / figure.screen)).value_or(0) < half_width_mm;
+  }
+  return svg_width_mm(read_file(run_folder / figure.screen)) < half_width_mm;
 }
 
 std::string upper(std::string text) {
@@ -364,9 +368,11 @@ Json ends_of_scan(const Json& summary, bool powers, bool of_friction) {
   if (told.empty()) return nullptr;
   const auto end = [&](std::size_t i) {
     const std::string place = fmt::format("/results/{}", i);
-    return Json{{"scanned", {{"key", place_of_scanned(summary, i)}}},
-                {"c", {{"key", place + "/c"}}},
-                {"D", {{"key", place + "/D"}}}};
+    Json one{{"scanned", {{"key", place_of_scanned(summary, i)}}},
+             {"c", {{"key", place + "/c"}}},
+             {"D", {{"key", place + "/D"}}}};
+    if (is_rounding(results[i], "D")) one["D"]["text"] = "0";
+    return one;
   };
   return {{"first", end(told.front())},
           {"last", end(told.back())},
@@ -424,7 +430,15 @@ void add_headline(Json& overlay, const Json& summary, const std::string& own) {
       {"other_window", !scaling.at("other_windows").empty() && known(scaling.at("other_windows").at(0).at("beta"))}};
   overlay["headline"]["scanned"] =
       own.empty() && !generated ? ends_of_scan(summary, powers, of_friction) : Json(nullptr);
-  overlay["has_headline"] = !own.empty() || generated || !overlay["headline"]["scanned"].is_null();
+  const Json& results = summary.at("results");
+  const bool nothing = own.empty() && !generated && overlay["headline"]["scanned"].is_null() && !results.empty();
+  overlay["headline"]["nothing"] =
+      nothing && !known(results.back().at("c")) && results.back().at("c").contains("reason")
+          ? Json{{"scanned", {{"key", place_of_scanned(summary, results.size() - 1)}}},
+                 {"reason", {{"key", fmt::format("/results/{}/c/reason", results.size() - 1)}}}}
+          : Json(nullptr);
+  overlay["has_headline"] = !own.empty() || generated || !overlay["headline"]["scanned"].is_null() ||
+                            !overlay["headline"]["nothing"].is_null();
 }
 
 namespace {

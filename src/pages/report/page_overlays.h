@@ -20,6 +20,8 @@ std::string report_page(const ReportData& data, const nlohmann::ordered_json& su
 void add_results(nlohmann::ordered_json& overlay, const nlohmann::ordered_json& summary);  ///< exponents, c and D
 void add_laws(nlohmann::ordered_json& overlay, const nlohmann::ordered_json& summary);     ///< notes on powers of depth
 void add_claims(nlohmann::ordered_json& overlay, const nlohmann::ordered_json& summary);
+/// Whether an exact number of a result is nothing but the rounding of the sums it comes from: no number to show.
+bool is_rounding(const nlohmann::ordered_json& result, const char* name);
 /// The sentences of page 1: `own` of the experiment, or else what templates/headline.html makes of the numbers.
 void add_headline(nlohmann::ordered_json& overlay, const nlohmann::ordered_json& summary, const std::string& own);
 /// What makes the exponents differ from the paper's.

@@ -51,12 +51,15 @@ void add_systematic(Json& row, const std::string& name, const Json& estimate, co
                                                  {"text", beside ? significant(systematic, 2) : bracket}};
 }
 
-/// Exact results are exact up to the rounding of the sums they come from: that is no number to show.
+}  // namespace
+
 bool is_rounding(const Json& result, const char* name) {
   constexpr double rounding = 1e-12;
   const Json& value = result.at(name).at("value");
   return result.at("exact") == true && value.is_number() && std::abs(value.get<double>()) < rounding;
 }
+
+namespace {
 
 std::string greek(const std::string& name) { return name == "alpha" ? "α" : name == "beta" ? "β" : "γ"; }
 
@@ -134,7 +137,14 @@ void add_transport(Json& overlay, const Json& summary) {
     add_reason(notes, summary, pointer + "/D", "D", at);
     add_reason(notes, summary, pointer + "/c_thrust", "c from the thrust ratio", at);
     add_variation_reasons(variation_notes, summary, i, at.substr(1));
-    if (results[i].contains("precision") && asked.empty()) asked.push_back({{"key", pointer + "/precision"}});
+    if (results[i].contains("precision")) {
+      if (asked.empty())
+        asked.push_back({{"key", pointer + "/precision"}, {"missed", Json::array()}, {"any_missed", false}});
+      if (results[i].at("precision").at("reached") == false) {
+        asked[0]["any_missed"] = true;
+        asked[0]["missed"].push_back({{"scanned", {{"key", place_of_scanned(summary, i)}}}});
+      }
+    }
     rows.push_back(row);
   }
   finish_notes(notes);

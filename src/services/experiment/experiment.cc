@@ -191,6 +191,18 @@ Problem find_law_problem(const Experiment& e, const char* whose, int columns, in
   return {};
 }
 
+/// Before the sizes, which cannot be mended then.
+Problem find_rejection_problem(const Experiment& e) {
+  if (e.sampling.law == Law::rejection && e.sampling.model.has_contacts() && !e.mu.empty() && e.mu.back() > 0) {
+    return problem(
+        "sampling.law",
+        "the law rejection completes at most {} beads, and a response needs more; take polytope, which draws "
+        "the same law on some thousand beads, or look at small piles with granuscope sample",
+        most_beads_by_rejection);
+  }
+  return {};
+}
+
 Problem find_sampling_problem(const Experiment& e) {
   if (auto found = in_table("sampling", find_problem(e.sampling))) return found;
   if (!e.sampling.model.has_contacts()) return {};
@@ -303,6 +315,7 @@ Problem find_scene_problem(const Experiment& e) {
     if (chains.weight) titles.push_back(key_title_of("weight"));
     if (chains.friction) titles.push_back(key_title_of("friction"));
     if (chains.response && e.sampling.model.is_beads()) titles.push_back(key_title_of("response"));
+    plot_size(chains.scene_beside(), extent, titles);  // the narrower ones: one message for all
     plot_size(chains.scene, extent, titles);
   } catch (const InputError& error) {
     return problem("scenes.force_chains.width_px", "{}", error.what());
@@ -442,7 +455,9 @@ std::vector<KeyProblem> find_value_problems(const Experiment& e) {
 std::vector<KeyProblem> find_problems(const Experiment& e) {
   Problems problems;
   problems.add(find_text_problem(e));
-  bool good = problems.add(find_size_problem(e));
+  if (!problems.add(find_rejection_problem(e))) return problems.all;
+  const bool sized = problems.add(find_size_problem(e));
+  bool good = sized;
   good = problems.add_ranges(e, "friction") && good;
   good = problems.add_ranges(e, "scan") && good;
   // Where a room knows its limits, it says best what is wrong; then what is left.
@@ -450,6 +465,8 @@ std::vector<KeyProblem> find_problems(const Experiment& e) {
     for (const auto find : {find_sampling_problem, find_response_problem, find_scan_problem}) {
       good = problems.add(find(e)) && good;
     }
+  }
+  if (sized) {
     good = problems.add(in_table("fit", find_problem(e.fit, e.lattice, bottom_margin_of(e.sampling.model)))) && good;
   }
   good = problems.add_ranges(e) && good;

@@ -122,8 +122,10 @@ std::vector<Key> keys_of_scenes(Experiment& e) {
       make_key(chains, "mu", "", "friction coefficient of that pile", e.force_chains.mu, friction_range()),
       make_key(chains, "sample", "", "number of that pile under sampling.seed", e.force_chains.sample,
                KeyRange{.least = 0}),
-      make_key(chains, "width_px", "pixels", "width of the picture; mm = 25.4 width_px / dpi",
-               e.force_chains.scene.width_px, KeyRange{}.within(min_image_px, max_image_px)),
+      make_key(
+          chains, "width_px", "pixels",
+          "width of the picture of forces; mm = 25.4 width_px / dpi. The others of that pile are at most 57 mm wide",
+          e.force_chains.scene.width_px, KeyRange{}.within(min_image_px, max_image_px)),
       make_key(chains, "dpi", "pixels per inch", "resolution of the picture; its text is laid out in points",
                e.force_chains.scene.dpi, KeyRange{}.within(least_dpi, most_dpi)),
       make_key(chains, "colour_map", "", "colour map of the forces", e.force_chains.scene.colour_map),

@@ -24,9 +24,10 @@ using Json = nlohmann::ordered_json;
 Json parsed(const fs::path& file) {
   try {
     return Json::parse(shallow_json(read_file(file)));
-  } catch (const Json::exception& error) {
-    throw InputError(fmt::format("{}: this is no JSON ({}), so that nothing can be compared; make the run again",
-                                 file.string(), error.what()));
+  } catch (const Json::exception&) {
+    throw InputError(fmt::format(
+        "{}: this is no JSON, so that nothing can be compared; name the folder of a run or its summary.json{}",
+        file.string(), file.filename() == "summary.json" ? ", and make that run again" : ""));
   }
 }
 

@@ -214,7 +214,7 @@ PictureOutcome render_weights_of_model(const Experiment& experiment, const std::
                                    .pile = pile,
                                    .sample = chains.sample,
                                    .depth = Lattice::depth(chains.layers - 1),
-                                   .scene = chains.scene,
+                                   .scene = chains.scene_beside(),
                                    .wording = {"pictures/model_weights.captions", variables},
                                    .redraw = render_again},
                                   run_folder, statistics);
@@ -244,13 +244,13 @@ std::vector<PictureOutcome> render_pile_pictures(const Experiment& experiment, c
       significant(residuals.max_balance_residual, 2),
       residuals.max_cone_violation > 0 ? " by more than " + significant(residuals.max_cone_violation, 2) : ""));
   if (chains.weight) {
-    SceneSpec scene = chains.scene;
+    SceneSpec scene = chains.scene_beside();
     scene.scene = "weight";
     outcomes.push_back(
         pictures.render("bead-weights", "pictures/weight.captions", scene, pictures.pile(), nullptr, redraw));
   }
   if (chains.friction) {
-    SceneSpec scene = chains.scene;
+    SceneSpec scene = chains.scene_beside();
     scene.scene = "friction";
     scene.colour_map.clear();
     outcomes.push_back(
@@ -266,7 +266,7 @@ std::vector<PictureOutcome> render_pile_pictures(const Experiment& experiment, c
   const char* const redraw_pair = "granuscope render piles/overloaded.h5 --minus piles/uniform.h5";
   if (chains.response && experiment.sampling.model.is_beads()) {
     if (pair) {
-      SceneSpec scene = chains.scene;
+      SceneSpec scene = chains.scene_beside();
       scene.scene = "response";
       scene.colour_map.clear();
       outcomes.push_back(pictures.render("pile-response", "pictures/response.captions", scene, pair->second,
@@ -293,7 +293,7 @@ std::vector<PictureOutcome> render_pile_pictures(const Experiment& experiment, c
 
 PictureOutcome render_response_field(const Experiment& experiment, Field field, const Transport& transport,
                                      const std::filesystem::path& run_folder, const Provenance& provenance) {
-  SceneSpec spec = experiment.force_chains.scene;
+  SceneSpec spec = experiment.force_chains.scene_beside();
   spec.scene = "field";
   spec.colour_map = "grey";
   const double last = field.rows.back().z, half = 0.5 * static_cast<double>(field.rows.back().values.size());

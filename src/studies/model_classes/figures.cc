@@ -12,6 +12,7 @@
 #include "plot/bead_forces.h"
 #include "plot/figure_captions.h"
 #include "plot/gnuplot.h"
+#include "plot/growing_panel.h"
 #include "plot/plot.h"
 #include "studies/study.h"
 #include "support/error.h"
@@ -130,80 +131,9 @@ Figure plot_models(const std::vector<ModelSeries>& series, const std::string& st
 
 namespace {
 
-/// A row of x, y and y's standard error (0 for lines).
-using CurveRows = std::vector<std::array<double, 3>>;
-
-/// A panel whose axes reach as far as its curves.
-struct GrowingPanel {
-  std::string x_label, y_label;
-  bool log_y = false;
-  Range x = {}, y = {};
-  Panel panel = {};
-
-  /// Adds a curve, and its data file NAME.csv after the figure's id. Nothing is added for no rows.
-  void add(Plot& plot, const std::string& name, const CurveRows& rows, const Style& style, const std::string& x_column,
-           const std::string& y_column) {
-    if (rows.empty()) return;
-    const bool line = style.with == "lines";
-    std::vector<std::string> columns = {x_column, y_column};
-    if (!line) columns.push_back("standard_error" + y_column.substr(y_column.find(':')));
-    CsvTable table(columns);
-    for (const auto& row : rows) {
-      table.add_row({row.begin(), row.end() - (line ? 1 : 0)});
-      const auto& [at, value, error] = row;
-      x.add(at);
-      // With its bar, where that is not the whole of a logarithmic axis.
-      for (const double end : {value - error, value, value + error}) {
-        if (end > 0 || !log_y) y.add(end);
-      }
-    }
-    panel.add(plot.add_data(name, table), line ? "1:2" : "1:2:3", style);
-  }
-
-  Panel whole(double left, double right, double name) const {
-    if (panel.curves.empty()) {
-      throw InputError(fmt::format(
-          "the panel of {} against {} has nothing to show, because nothing of it was measured well enough; ask for "
-          "more samples",
-          y_label, x_label));
-    }
-    const auto linear = [](const std::string& label, const Range& range) {
-      const double margin = range.size() > 0 ? 0.06 * range.size() : 0.5;
-      return linear_axis(label, {range.low == 0 ? 0 : range.low - margin, range.high + margin, false}, 6, range);
-    };
-    Panel filled = panel;
-    filled.left = left;
-    filled.right = right;
-    filled.name = name;
-    filled.x = linear(x_label, x);
-    filled.y = log_y ? log_axis(y_label, widened_by_factor(y, 1.3)) : linear(y_label, y);
-    return filled;
-  }
-};
-
 Style points(std::size_t colour) { return ink_of_series(colour).bars(1, 0.6); }
 Style joined_points(std::size_t colour) { return ink_of_series(colour).joined_bars(1, 0.55); }
 Style line(std::size_t colour) { return ink_of_series(colour).line(1); }
-
-Plot plot_of(const char* id) {
-  Plot plot;
-  plot.id = id;
-  plot.height = 3.2;
-  plot.key = {.inches = 0.72, .lines = 3, .entries = {}};
-  return plot;
-}
-
-Figure plot_panels(Plot& plot, const GrowingPanel& left, const GrowingPanel& right, TemplateVariables variables,
-                   const std::filesystem::path& run_folder) {
-  plot.panels = {left.whole(0.115, 0.485, 0.014), right.whole(0.61, 0.985, 0.515)};
-  std::string file = plot.id;
-  for (char& letter : file) letter = letter == '-' ? '_' : letter;
-  return plot_figure(plot, {"studies/" + file + ".captions", std::move(variables)}, run_folder);
-}
-
-}  // namespace
-
-namespace {
 
 /// What one series adds to the figure of the noise.
 struct NoiseRows {
@@ -230,7 +160,7 @@ NoiseRows noise_rows(const ModelSeries& series) {
 }  // namespace
 
 Figure plot_noise(const std::vector<ModelSeries>& series, const std::filesystem::path& run_folder) {
-  Plot plot = plot_of("model-noise");
+  Plot plot = two_panels("model-noise");
   GrowingPanel loss{"Δ²", "1 − c²/c₀²"}, gain{"Δ²", "D − D₀  (bead diameters)"};
   for (GrowingPanel* panel : {&loss, &gain}) panel->x.add(0), panel->y.add(0);
   std::vector<std::string> factors;
@@ -261,7 +191,7 @@ Figure plot_noise(const std::vector<ModelSeries>& series, const std::filesystem:
 
 Figure plot_middle(const std::vector<ModelSeries>& series, const std::vector<TractionDepth>& tractions,
                    const std::filesystem::path& run_folder) {
-  Plot plot = plot_of("model-middle");
+  Plot plot = two_panels("model-middle");
   GrowingPanel speed{"mean share ⟨p⟩ of the middle leg", "c"},
       depth{"mean share p of the middle leg", "depth of tractions  (bead diameters)", true};
   std::size_t colour = 0;
@@ -331,7 +261,7 @@ Figure render_pile_of(const ModelSeries& series, const std::filesystem::path& ru
 }
 
 Figure plot_gravity(const std::vector<ModelSeries>& series, const std::filesystem::path& run_folder) {
-  Plot plot = plot_of("model-gravity");
+  Plot plot = two_panels("model-gravity");
   GrowingPanel stress{"depth z  (bead diameters)", "stresses  (loads of one top bead)", true},
       profile{"x/z", "z P(x, z)"};
   const ModelResponse* light = nullptr;
