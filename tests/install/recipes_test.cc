@@ -52,7 +52,7 @@ int status_of(const std::string& command) {
 
 /// Whether what a block needs is here; Slurm and ffmpeg are looked at, but stand-ins take their places.
 bool is_there(const std::string& need) {
-  if (need == "matplotlib" || need == "h5py") {
+  if (need == "matplotlib" || need == "h5py" || need == "networkx") {
     return status_of("/usr/bin/python3 -c 'import numpy, " + need + "' 2>/dev/null") == 0;
   }
   return need != "latex" || status_of("command -v latex >/dev/null") == 0;
@@ -105,9 +105,9 @@ TEST_CASE("Every block of the recipes runs, and leaves what they say", "[long]")
       CHECK(text_of(folder / "said").starts_with("name,value,standard_error,text\nmu-0.3/c,0.5"));
     }
   }
-  for (const char* file :
-       {"out/quick/report.html", "chains.png", "diffusion.pdf", "numbers.tex", "nights/index.html", ".gitlab-ci.yml",
-        "out/shards/report.html", "frames/frame-00050.png", "film.mp4", "middle.svg"}) {
+  for (const char* file : {"out/quick/report.html", "chains.png", "diffusion.pdf", "numbers.tex", "nights/index.html",
+                           ".gitlab-ci.yml", "out/shards/report.html", "frames/frame-00050.png", "film.mp4",
+                           "middle.svg", "pile.vtu", "beads.dump", "response.vti"}) {
     INFO(file);
     CHECK(fs::is_regular_file(folder / "here" / file));
   }

@@ -64,7 +64,8 @@ const std::map<std::string, std::set<std::string>>& rooms_below() {
     rooms["render"] = {"support", "model", "storage"};
     rooms["plot"] = {"support", "model", "storage", "sampling", "ensemble", "analysis", "render"};
     std::string previous = "plot";
-    for (const std::string room : {"report", "studies", "experiment", "pipeline", "history", "bench", "cli", "mpi"}) {
+    for (const std::string room :
+         {"export", "report", "studies", "experiment", "pipeline", "history", "bench", "cli", "mpi"}) {
       rooms[room] = rooms[previous];
       rooms[room].insert(previous);
       previous = room;

@@ -19,6 +19,20 @@ struct LayerResidual {
   double balance = 0, cone = 0;
 };
 
+/// A contact force in components normal (compression > 0) and tangential to the contact.
+struct ResolvedForce {
+  double N, T;
+};
+
+/// Contact towards the lower right: its direction is 30 degrees to the right of the vertical.
+inline ResolvedForce resolve_right(double V, double H) { return {(H + sqrt3 * V) / 2, (sqrt3 * H - V) / 2}; }
+/// Contact towards the lower left.
+inline ResolvedForce resolve_left(double V, double H) { return {(-H + sqrt3 * V) / 2, (sqrt3 * H + V) / 2}; }
+
+/// The largest residual of vertical, horizontal and torque balance of one bead, recomputed from N and T; not a number
+/// if a force is none. The view has the layer above the bead, too.
+double balance_residual(const PileView& pile, int layer, int bead);
+
 /// Recomputes every balance and every cone in normal and tangential components (N, T), which is not the form the
 /// samplers work in. Throws InputError if a force is not finite.
 AuditResult audit(const Pile& pile);

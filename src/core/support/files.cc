@@ -107,23 +107,42 @@ void rename_whole(const fs::path& whole, const fs::path& target) {
   if (folder.valid() && ::fsync(folder.get()) != 0 && errno != EINVAL && errno != EINTR) fail(target, errno);
 }
 
-void write_file(const fs::path& target, std::string_view bytes) {
-  AtomicFile output(target);
-  FileDescriptor file(::open(output.temporary_path().c_str(), O_WRONLY | O_CLOEXEC));
-  if (!file.valid()) fail(target, errno);
+StreamedFile::StreamedFile(fs::path target)
+    : target_(std::move(target)),
+      output_(target_),
+      file_(::open(output_.temporary_path().c_str(), O_WRONLY | O_CLOEXEC)) {
+  if (!file_.valid()) fail(target_, errno);
+}
+
+void StreamedFile::append(std::string_view bytes) {
+  put(end_, bytes);
+  end_ += bytes.size();
+}
+
+void StreamedFile::put(std::uint64_t at, std::string_view bytes) {
   // A full disk shows as a short count first and as an error on the next attempt.
   while (!bytes.empty()) {
-    const ssize_t written = ::write(file.get(), bytes.data(), bytes.size());
+    const ssize_t written = ::pwrite(file_.get(), bytes.data(), bytes.size(), static_cast<off_t>(at));
     if (written > 0) {
       bytes.remove_prefix(static_cast<std::size_t>(written));
+      at += static_cast<std::uint64_t>(written);
     } else if (written == 0) {
-      fail(target, EIO);
+      fail(target_, EIO);
     } else if (errno != EINTR) {
-      fail(target, errno);
+      fail(target_, errno);
     }
   }
-  sync_checked(file, target);
-  close_checked(file, target);
+}
+
+void StreamedFile::commit() {
+  sync_checked(file_, target_);
+  close_checked(file_, target_);
+  output_.commit();
+}
+
+void write_file(const fs::path& target, std::string_view bytes) {
+  StreamedFile output(target);
+  output.append(bytes);
   output.commit();
 }
 
@@ -147,11 +166,13 @@ void require_not_input(const fs::path& target, const std::vector<fs::path>& inpu
 
 void require_replaceable(const fs::path& target, std::string_view begins) {
   constexpr std::size_t told_apart = 30;  // bytes in which the beginnings of different texts differ
-  constexpr std::array<std::string_view, 6> marks = {"granuscope pile",    "granuscope ensemble",
-                                                     "granuscope 0.",      "granuscope figure ",
-                                                     "granuscope render ", "ro-crate-metadata.json"};
-  constexpr std::array<std::string_view, 7> formats = {"%PDF", "\x89PNG", "\x89HDF",   "<?xml",
-                                                       "<svg", "%!PS",    "PK\x03\x04"};
+  // A dump has no room for a name: the last columns of those that this program writes stand for it.
+  constexpr std::array<std::string_view, 8> marks = {
+      "granuscope pile",           "granuscope ensemble",   "granuscope 0.",
+      "granuscope figure ",        "granuscope render ",    "ro-crate-metadata.json",
+      "id1 id2 periodic fx fy fz", "radius weight residual"};
+  constexpr std::array<std::string_view, 8> formats = {"%PDF", "\x89PNG", "\x89HDF",    "<?xml",
+                                                       "<svg", "%!PS",    "PK\x03\x04", "ITEM: TIMESTEP"};
   constexpr std::size_t longest_mark = 32;
   std::error_code none;
   if (!fs::is_regular_file(target, none) || fs::file_size(target, none) == 0) return;

@@ -1,6 +1,7 @@
 #pragma once
 #include <unistd.h>
 
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <string>
@@ -9,55 +10,6 @@
 #include <vector>
 
 namespace granuscope {
-/// A file that appears whole or not at all: written beside its target, fsynced, then renamed onto it.
-/// The temporary file is removed if commit() is never reached; where a kill prevents that, the next one of the same
-/// target removes it. Errors are EnvironmentError naming the target.
-class AtomicFile {
- public:
-  explicit AtomicFile(std::filesystem::path target);
-  AtomicFile(const AtomicFile&) = delete;
-  AtomicFile& operator=(const AtomicFile&) = delete;
-  ~AtomicFile();
-
-  /// Where to write (any library may open it by name). Same folder as the target, so that the rename is atomic.
-  const std::filesystem::path& temporary_path() const { return temporary_; }
-  /// Flushes the temporary file to disk and renames it onto the target.
-  void commit();
-
- private:
-  std::filesystem::path target_;
-  std::filesystem::path temporary_;
-  bool committed_ = false;
-};
-
-/// Flushes a file that is whole to disk and renames it onto the target, which is in the same file system, and whose
-/// permissions it takes over.
-void rename_whole(const std::filesystem::path& whole, const std::filesystem::path& target);
-
-/// Writes `bytes` to `target` atomically. Throws EnvironmentError (disk full, no permission, no such folder).
-void write_file(const std::filesystem::path& target, std::string_view bytes);
-
-/// Throws as write_file would, but writes nothing: to be asked before the work that fills the file, not after.
-void require_writable(const std::filesystem::path& target);
-
-/// Throws InputError if `target` is one of the files that the same call reads, or a file that is there already in one
-/// of the folders of runs that it reads: writing it would lose what the run has left.
-void require_not_input(const std::filesystem::path& target, const std::vector<std::filesystem::path>& inputs);
-
-/// Throws InputError if something is at `target` that this program has not written: a text has to begin as the one does
-/// that would take its place (`begins`), a picture, an archive or an HDF5 file has to hold the program's mark.
-void require_replaceable(const std::filesystem::path& target, std::string_view begins = {});
-
-/// The whole file. Throws InputError if it cannot be read.
-std::string read_file(const std::filesystem::path& source);
-
-/// Makes the folder and its parents. Throws EnvironmentError naming the folder and the system's reason.
-void make_folder(const std::filesystem::path& folder);
-
-/// Hands the bytes of a file to `take`, piece by piece, so that no file need fit in memory. Throws InputError naming
-/// the file if it is missing, unreadable or no ordinary file, but a folder, say, or a pipe.
-void read_chunks(const std::filesystem::path& source, const std::function<void(std::string_view)>& take);
-
 /// Owns a POSIX file descriptor; -1 is none.
 class FileDescriptor {
  public:
@@ -85,6 +37,73 @@ class FileDescriptor {
  private:
   int number_ = -1;
 };
+
+/// A file that appears whole or not at all: written beside its target, fsynced, then renamed onto it.
+/// The temporary file is removed if commit() is never reached; where a kill prevents that, the next one of the same
+/// target removes it. Errors are EnvironmentError naming the target.
+class AtomicFile {
+ public:
+  explicit AtomicFile(std::filesystem::path target);
+  AtomicFile(const AtomicFile&) = delete;
+  AtomicFile& operator=(const AtomicFile&) = delete;
+  ~AtomicFile();
+
+  /// Where to write (any library may open it by name). Same folder as the target, so that the rename is atomic.
+  const std::filesystem::path& temporary_path() const { return temporary_; }
+  /// Flushes the temporary file to disk and renames it onto the target.
+  void commit();
+
+ private:
+  std::filesystem::path target_;
+  std::filesystem::path temporary_;
+  bool committed_ = false;
+};
+
+/// Flushes a file that is whole to disk and renames it onto the target, which is in the same file system, and whose
+/// permissions it takes over.
+void rename_whole(const std::filesystem::path& whole, const std::filesystem::path& target);
+
+/// Such a file, filled piece by piece in any order, so that no file need fit in memory.
+class StreamedFile {
+ public:
+  explicit StreamedFile(std::filesystem::path target);
+  /// Behind what has been appended so far.
+  void append(std::string_view bytes);
+  /// At a place, which append() does not look at.
+  void put(std::uint64_t at, std::string_view bytes);
+  /// The last call.
+  void commit();
+
+ private:
+  std::filesystem::path target_;
+  AtomicFile output_;
+  FileDescriptor file_;
+  std::uint64_t end_ = 0;
+};
+
+/// Writes `bytes` to `target` atomically. Throws EnvironmentError (disk full, no permission, no such folder).
+void write_file(const std::filesystem::path& target, std::string_view bytes);
+
+/// Throws as write_file would, but writes nothing: to be asked before the work that fills the file, not after.
+void require_writable(const std::filesystem::path& target);
+
+/// Throws InputError if `target` is one of the files that the same call reads, or a file that is there already in one
+/// of the folders of runs that it reads: writing it would lose what the run has left.
+void require_not_input(const std::filesystem::path& target, const std::vector<std::filesystem::path>& inputs);
+
+/// Throws InputError if something is at `target` that this program has not written: a text has to begin as the one does
+/// that would take its place (`begins`), a picture, an archive or an HDF5 file has to hold the program's mark.
+void require_replaceable(const std::filesystem::path& target, std::string_view begins = {});
+
+/// The whole file. Throws InputError if it cannot be read.
+std::string read_file(const std::filesystem::path& source);
+
+/// Makes the folder and its parents. Throws EnvironmentError naming the folder and the system's reason.
+void make_folder(const std::filesystem::path& folder);
+
+/// Hands the bytes of a file to `take`, piece by piece, so that no file need fit in memory. Throws InputError naming
+/// the file if it is missing, unreadable or no ordinary file, but a folder, say, or a pipe.
+void read_chunks(const std::filesystem::path& source, const std::function<void(std::string_view)>& take);
 
 /// Name for work in progress beside a file called `name`: hidden, with its last letters (programs look at the suffix),
 /// short enough for any file system, and telling which process on which machine made it. Different at each call.

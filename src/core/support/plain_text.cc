@@ -68,6 +68,12 @@ std::string clean_text(std::string_view bytes) {
   return text;
 }
 
+std::string xml_comment(std::string_view text) {
+  std::string said = clean_text(text);
+  for (std::size_t at = 0; (at = said.find("--", at)) != std::string::npos;) said.replace(at, 2, "- ");
+  return "<!-- " + said + " -->";
+}
+
 std::string escape_markup(std::string_view text) {
   std::string escaped;
   for (const char c : text) {

@@ -13,6 +13,9 @@ std::string clean_text(std::string_view bytes);
 /// Text for HTML and XML, in content or in a quoted attribute: & < > " ' escaped.
 std::string escape_markup(std::string_view text);
 
+/// Text as a comment of XML, in which no two hyphens may follow each other.
+std::string xml_comment(std::string_view text);
+
 /// Text as a PDF string: as it is where it is ASCII, else UTF-16.
 std::string pdf_string(std::string_view text);
 

@@ -1,5 +1,7 @@
 #include "plot/response_field.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -10,6 +12,8 @@
 #include "model/lattice.h"
 #include "plot/gnuplot.h"
 #include "render/decorations.h"
+#include "storage/ensemble_file.h"
+#include "support/error.h"
 
 namespace granuscope {
 
@@ -66,6 +70,37 @@ void put_fit_on_the_right(Field& field, const Transport& transport) {
   }
 }
 
+MeasuredEnsemble open_response(const std::string& file, const std::string& configuration) {
+  MeasuredEnsemble ensemble;
+  ensemble.record = open_ensemble(file);
+  const std::vector<int>& layers = ensemble.record.sums.layers;
+  ensemble.spec = ensemble_configured(configuration);
+  const auto& quantities = ensemble.record.sums.quantities;
+  const bool moved = quantities.contains("moved_weight");
+  const auto response = quantities.find(quantities.contains("response") ? "response"
+                                        : moved                         ? "moved_weight"
+                                                                        : "weight");
+  const int shown = layers.empty() ? 1 : layers.back() + 1;
+  if (response == quantities.end() ||
+      response->second.width != (moved ? response_columns(ensemble.spec) : ensemble.spec.lattice.columns) ||
+      ensemble.spec.lattice.layers < shown || ensemble.spec.lattice.columns < 2) {
+    throw InputError(fmt::format(
+        "{}: it has no response of as many columns and layers as its configuration says, so that there is nothing to "
+        "be shown; name an ensemble of an estimator with loads, or make the file again",
+        file));
+  }
+  ensemble.spec.lattice.layers = shown;
+  return ensemble;
+}
+
+int leftmost_bead(const Lattice& lattice, int row) {
+  int leftmost = 0;
+  for (int bead = 1; bead < lattice.columns(); ++bead) {
+    if (lattice.x(row, bead) < lattice.x(row, leftmost)) leftmost = bead;
+  }
+  return leftmost;
+}
+
 Field response_field(const MeasuredEnsemble& ensemble, const Transport& transport) {
   const Lattice lattice({response_columns(ensemble.spec), 2});
   const RowGeometry rows = ensemble.record.sums.rows;
@@ -78,12 +113,9 @@ Field response_field(const MeasuredEnsemble& ensemble, const Transport& transpor
     FieldRow cells;
     cells.z = rows.depth(layers[row]);
     const int kind_of_row = rows.shifted(layers[row]) ? 1 : 0;
-    std::size_t leftmost = 0;
-    for (std::size_t bead = 1; bead < columns; ++bead) {
-      const auto x = [&](std::size_t i) { return lattice.x(kind_of_row, static_cast<int>(i)); };
-      if (x(bead) < x(leftmost)) leftmost = bead;
-    }
-    cells.x0 = lattice.x(kind_of_row, static_cast<int>(leftmost)) - 0.5;
+    const int left = leftmost_bead(lattice, kind_of_row);
+    const auto leftmost = static_cast<std::size_t>(left);
+    cells.x0 = lattice.x(kind_of_row, left) - 0.5;
     for (std::size_t k = 0; k < columns; ++k) cells.values.push_back(response.whole[(leftmost + k) % columns]);
     field.rows.push_back(std::move(cells));
   }

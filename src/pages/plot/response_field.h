@@ -7,6 +7,13 @@
 
 namespace granuscope {
 
+/// An ensemble file, of this configuration, whose response can be shown over the plane: with all profiles left in the
+/// file, and as many layers as its last recorded one. Throws InputError as open_ensemble(), and where it has none.
+MeasuredEnsemble open_response(const std::string& file, const std::string& configuration);
+
+/// The bead of an even or odd row that lies furthest to the left (Lattice::x).
+int leftmost_bead(const Lattice& lattice, int row);
+
 /// The mean response at the recorded layers with the fitted rays x = +-(x_0 + c z) and, around each, +-W of
 /// W^2 = w_0 + D z.
 Field response_field(const MeasuredEnsemble& ensemble, const Transport& transport);

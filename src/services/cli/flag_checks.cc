@@ -10,6 +10,7 @@
 #include <string>
 #include <system_error>
 
+#include "storage/ensemble_file.h"
 #include "support/error.h"
 #include "support/files.h"
 #include "support/machine.h"
@@ -75,6 +76,14 @@ void OutputFile::write(std::string_view bytes, const std::vector<std::filesystem
 CLI::Option* add_output(CLI::App& verb, const std::string& names, OutputFile& file, const std::string& about) {
   verb.add_flag("--force", file.force, "replace a file that granuscope has not written");
   return verb.add_option(names, file.path, about)->check(output_file());
+}
+
+std::string configuration_if_ensemble(const std::string& file) {
+  try {
+    return read_ensemble_configuration(file);
+  } catch (const InputError&) {
+    return "";
+  }
 }
 
 void require_memory(double bytes) {

@@ -34,6 +34,9 @@ struct OutputFile {
 /// Adds the option that names the file, and --force.
 CLI::Option* add_output(CLI::App& verb, const std::string& names, OutputFile& file, const std::string& about);
 
+/// The configuration of an ensemble; "" for a file that is none, which is then read, or refused, as a pile.
+std::string configuration_if_ensemble(const std::string& file);
+
 /// Throws EnvironmentError if the usable memory is smaller than `bytes`: the system would only kill the program
 /// half way instead of refusing the memory.
 void require_memory(double bytes);

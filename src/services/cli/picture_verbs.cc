@@ -264,15 +264,6 @@ std::array<double, 2> parse_range(std::string_view text) {
       "--range {} is not LOW,HIGH; give the two ends of the colour scale, as in --range=0,1.5 or --range=-1,1", text));
 }
 
-/// The configuration of an ensemble; "" for a file that is none, which is then read, or refused, as a pile.
-std::string configuration_if_ensemble(const std::string& file) {
-  try {
-    return read_ensemble_configuration(file);
-  } catch (const InputError&) {
-    return "";
-  }
-}
-
 /// What the picture says of itself. It names no folder, nor its own file: the same picture is the same bytes anywhere.
 ImageMetadata metadata_for(const RenderOptions& options, const std::string& shown) {
   const auto name_of = [](const std::string& file) { return std::filesystem::path(file).filename().string(); };
@@ -301,26 +292,7 @@ SceneStatistics render_ensemble(const RenderOptions& options, const std::string&
         "{} is an ensemble, of which the mean response is shown and no scene of a pile; leave out --scene and --minus",
         options.pile_file));
   }
-  MeasuredEnsemble ensemble;
-  ensemble.record = open_ensemble(options.pile_file);
-  const std::vector<int>& layers = ensemble.record.sums.layers;
-  ensemble.spec = ensemble_configured(configuration);
-  const auto& quantities = ensemble.record.sums.quantities;
-  const bool moved = quantities.contains("moved_weight");
-  const auto response = quantities.find(quantities.contains("response") ? "response"
-                                        : moved                         ? "moved_weight"
-                                                                        : "weight");
-  const int shown = layers.empty() ? 1 : layers.back() + 1;
-  if (response == quantities.end() ||
-      response->second.width != (moved ? response_columns(ensemble.spec) : ensemble.spec.lattice.columns) ||
-      ensemble.spec.lattice.layers < shown || ensemble.spec.lattice.columns < 2) {
-    throw InputError(fmt::format(
-        "{}: it has no response of as many columns and layers as its configuration says, so that there is nothing to "
-        "be shown; name an ensemble of an estimator with loads, or make the file again",
-        options.pile_file));
-  }
-  ensemble.spec.lattice.layers = shown;
-  const Field field = response_field(ensemble, {});
+  const Field field = response_field(open_response(options.pile_file, configuration), {});
   return render_scene(build_field_scene(field, options.scene), options.scene, options.image.path,
                       metadata_for(options, "mean response"));
 }

@@ -1,0 +1,247 @@
+#include "export/pile_export.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <concepts>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string_view>
+#include <utility>
+
+#include "export/network.h"
+#include "export/vtu_file.h"
+#include "support/csv.h"
+#include "support/files.h"
+#include "support/plain_text.h"
+
+namespace granuscope {
+namespace {
+
+void put(std::string& text, std::string_view word) { text += word; }
+
+template <class Number>
+requires std::integral<Number> || std::floating_point<Number>
+void put(std::string& text, Number number) {
+  if constexpr (std::floating_point<Number>) {
+    if (!std::isfinite(number)) return put(text, std::string_view("NaN"));
+  }
+  std::array<char, 32> digits{};  // the shortest that reads back to the same double
+  text.append(digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), number).ptr);
+}
+
+/// A line of values with `between` between them.
+template <class First, class... More>
+void put_line(std::string& text, char between, const First& first, const More&... more) {
+  put(text, first);
+  ((text += between, put(text, more)), ...);
+  text += '\n';
+}
+
+/// One text format and part: what stands before and behind, and a line or more for a bead and for a contact.
+class TextFormat {
+ public:
+  virtual ~TextFormat() = default;
+  virtual std::string begin(const PileView&) const { return ""; }
+  virtual void add(std::string&, const PileView&, const NetworkBead&) const {}
+  virtual void add(std::string&, const PileView&, const NetworkContact&) const {}
+  virtual std::string end() const { return ""; }
+  /// Contacts come behind all beads: the pile is gone through twice.
+  virtual bool twice() const { return false; }
+};
+
+class CsvBeads : public TextFormat {
+  std::string begin(const PileView&) const override {
+    return CsvTable({"bead: dimensionless", "layer: dimensionless", "column: dimensionless", "x: bead diameters",
+                     "z: bead diameters", "radius: bead diameters", "weight: loads of one top bead",
+                     "residual: loads of one top bead"})
+        .text();
+  }
+  void add(std::string& text, const PileView&, const NetworkBead& one) const override {
+    put_line(text, ',', one.number, one.layer, one.column, one.x, one.z, bead_radius, one.weight, one.residual);
+  }
+};
+
+class CsvContacts : public TextFormat {
+  std::string begin(const PileView&) const override {
+    return CsvTable({"upper: dimensionless", "lower: dimensionless", "across_seam: dimensionless",
+                     "x_upper: bead diameters", "z_upper: bead diameters", "branch_x: bead diameters",
+                     "branch_z: bead diameters", "N: loads of one top bead", "T: loads of one top bead",
+                     "T_over_mu_N: dimensionless", "force_x: loads of one top bead", "force_z: loads of one top bead"})
+        .text();
+  }
+  void add(std::string& text, const PileView&, const NetworkContact& one) const override {
+    put_line(text, ',', one.upper, one.lower, int{one.across_seam}, one.x, one.z, one.branch_x, one.branch_z, one.N,
+             one.T, one.share, one.H, one.V);
+  }
+};
+
+/// The form of LAMMPS, doc of `dump` and its local style; OVITO reads it as such. Force: on the first bead, as
+/// `compute pair/gran/local` of LIGGGHTS has it, whose flag tells of an image across the seam.
+class Dump : public TextFormat {
+ public:
+  explicit Dump(NetworkPart part) : part_(part) {}
+  std::string begin(const PileView& pile) const override {
+    const Lattice& lattice = pile.lattice;
+    const bool beads = part_ == NetworkPart::beads;
+    const double half = 0.5 * lattice.columns();
+    return fmt::format(
+        "ITEM: TIMESTEP\n0\nITEM: NUMBER OF {}\n{}\nITEM: BOX BOUNDS pp ff pp\n{} {}\n{} 0\n{} {}\nITEM: {}\n",
+        beads ? "ATOMS" : "ENTRIES",
+        beads ? static_cast<std::int64_t>(lattice.beads()) : all_contacts(lattice) - contacts_on_floor(lattice),
+        exact(-half), exact(half), exact(-Lattice::depth(lattice.layers() - 1) - bead_radius), exact(-bead_radius),
+        exact(bead_radius),
+        beads ? "ATOMS id type x y z radius weight residual" : "ENTRIES x1 y1 z1 x2 y2 z2 id1 id2 periodic fx fy fz");
+  }
+  void add(std::string& text, const PileView&, const NetworkBead& one) const override {
+    if (part_ != NetworkPart::beads) return;
+    put_line(text, ' ', one.number + 1, 1, one.x, -one.z, 0, bead_radius, one.weight, one.residual);
+  }
+  void add(std::string& text, const PileView&, const NetworkContact& one) const override {
+    if (part_ != NetworkPart::contacts || one.lower == NetworkContact::floor) return;
+    put_line(text, ' ', one.x, -one.z, 0, one.x + one.branch_x, -one.z - one.branch_z, 0, one.upper + 1, one.lower + 1,
+             int{one.across_seam}, -one.H, one.V, 0);
+  }
+
+ private:
+  NetworkPart part_;
+};
+
+/// The tables that adjacencyMatrix.m (frame, bead, neighbour, tangential and normal force; -1 is a wall) and
+/// particleTrack.m (frame, bead, x, y, radius, edge: -2 upper, 2 lower) of PeGS2 write. Each contact is there from
+/// either side.
+class Pegs : public TextFormat {
+ public:
+  explicit Pegs(NetworkPart part) : part_(part) {}
+  void add(std::string& text, const PileView& pile, const NetworkBead& one) const override {
+    if (part_ != NetworkPart::beads) return;
+    const int edge = one.layer == 0 ? -2 : one.layer + 1 == pile.lattice.layers() ? 2 : 0;
+    put_line(text, ',', frame, one.number + 1, one.x, one.z, bead_radius, edge);
+  }
+  void add(std::string& text, const PileView&, const NetworkContact& one) const override {
+    if (part_ != NetworkPart::contacts) return;
+    const bool wall = one.lower == NetworkContact::floor;
+    put_line(text, ',', frame, one.upper + 1, wall ? -1 : one.lower + 1, one.T, one.N);
+    if (!wall) put_line(text, ',', frame, one.lower + 1, one.upper + 1, one.T, one.N);
+  }
+
+ private:
+  static constexpr int frame = 1;
+  NetworkPart part_;
+};
+
+class GraphMl : public TextFormat {
+ public:
+  explicit GraphMl(std::string comment) : comment_(std::move(comment)) {}
+  std::string begin(const PileView&) const override {
+    std::string keys;
+    for (std::size_t k = 0; k < of_node.size(); ++k) keys += key("node", of_node[k], k);
+    for (std::size_t k = 0; k < of_edge.size(); ++k) keys += key("edge", of_edge[k], of_node.size() + k);
+    return fmt::format(
+        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n{}\n"
+        "<graphml xmlns=\"http://graphml.graphdrawing.org/xmlns\">\n{}<graph id=\"pile\" edgedefault=\"undirected\">\n",
+        xml_comment(comment_), keys);
+  }
+  void add(std::string& text, const PileView&, const NetworkBead& one) const override {
+    put(text, "<node id=\"");
+    put(text, one.number);
+    put(text, "\">");
+    put_data(text, 0, one.layer, one.column, one.x, -one.z, bead_radius, one.weight, one.residual);
+    put(text, "</node>\n");
+  }
+  void add(std::string& text, const PileView&, const NetworkContact& one) const override {
+    if (one.lower == NetworkContact::floor) return;
+    put(text, "<edge source=\"");
+    put(text, one.upper);
+    put(text, "\" target=\"");
+    put(text, one.lower);
+    put(text, "\">");
+    put_data(text, of_node.size(), one.N, one.T, one.share, one.H, -one.V, one.branch_x, -one.branch_z,
+             int{one.across_seam});
+    put(text, "</edge>\n");
+  }
+  std::string end() const override { return "</graph>\n</graphml>\n"; }
+  bool twice() const override { return true; }
+
+ private:
+  struct Key {
+    const char *name, *type;
+  };
+  static constexpr std::array<Key, 7> of_node = {{{"layer", "int"},
+                                                  {"column", "int"},
+                                                  {"x", "double"},
+                                                  {"y", "double"},
+                                                  {"radius", "double"},
+                                                  {"weight", "double"},
+                                                  {"residual", "double"}}};
+  static constexpr std::array<Key, 8> of_edge = {{{"N", "double"},
+                                                  {"T", "double"},
+                                                  {"T_over_mu_N", "double"},
+                                                  {"force_x", "double"},
+                                                  {"force_y", "double"},
+                                                  {"branch_x", "double"},
+                                                  {"branch_y", "double"},
+                                                  {"across_seam", "int"}}};
+
+  static std::string key(const char* of, const Key& one, std::size_t id) {
+    return fmt::format("<key id=\"d{}\" for=\"{}\" attr.name=\"{}\" attr.type=\"{}\"/>\n", id, of, one.name, one.type);
+  }
+  template <class... Values>
+  static void put_data(std::string& text, std::size_t key, const Values&... values) {
+    ((put(text, "<data key=\"d"), put(text, key++), put(text, "\">"), put(text, values), put(text, "</data>")), ...);
+  }
+
+  std::string comment_;
+};
+
+std::unique_ptr<TextFormat> text_format(PileFormat format, NetworkPart part, const std::string& comment) {
+  const bool beads = part == NetworkPart::beads;
+  if (format == PileFormat::dump_local) return std::make_unique<Dump>(part);
+  if (format == PileFormat::pegs) return std::make_unique<Pegs>(part);
+  if (format == PileFormat::graphml) return std::make_unique<GraphMl>(comment);
+  if (beads) return std::make_unique<CsvBeads>();
+  return std::make_unique<CsvContacts>();
+}
+
+void write_text(PileLayers& pile, const TextFormat& format, const std::filesystem::path& target, const Accept& accept) {
+  const PileView about = pile.about();
+  StreamedFile file(target);
+  std::string text = format.begin(about);
+  bool accepted = false;
+  for (const bool second : {false, true}) {
+    if (second && !format.twice()) break;
+    for_each_piece(pile, [&](std::span<const NetworkBead> beads, std::span<const NetworkContact> contacts) {
+      if (!second) {
+        for (const NetworkBead& one : beads) format.add(text, about, one);
+      }
+      if (second || !format.twice()) {
+        for (const NetworkContact& one : contacts) format.add(text, about, one);
+      }
+      if (!accepted) accept(text);
+      accepted = true;
+      file.append(text);
+      text.clear();
+    });
+  }
+  file.append(format.end());
+  file.commit();
+}
+
+}  // namespace
+
+bool has_parts(PileFormat format) { return format != PileFormat::vtu && format != PileFormat::graphml; }
+
+void export_pile(PileLayers& pile, const PileExport& what, const std::filesystem::path& file, const Accept& accept) {
+  const std::string comment =
+      what.origin + "; lengths in bead diameters, y up, forces in loads of one top bead, pushed onto the lower bead";
+  if (what.format == PileFormat::vtu) {
+    accept("<?xml");
+    return write_vtu(pile, file, comment);
+  }
+  write_text(pile, *text_format(what.format, what.part, comment), file, accept);
+}
+
+}  // namespace granuscope

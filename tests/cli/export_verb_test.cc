@@ -1,0 +1,209 @@
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <cstdint>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "cli/in_process.h"
+#include "kit/temporary_folder.h"
+#include "support/files.h"
+
+using namespace granuscope;
+using Catch::Matchers::Contains;
+
+namespace {
+
+int status_of(const std::string& command) {
+  const int status = std::system(command.c_str());  // NOLINT(concurrency-mt-unsafe): nothing else runs
+  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+CommandResult exported(const std::filesystem::path& source, const std::filesystem::path& file,
+                       std::vector<std::string> more = {}) {
+  more.insert(more.begin(), {"export", source.string(), "--out", file.string()});
+  return granuscope_command(std::move(more));
+}
+
+void store_pile(const std::filesystem::path& file, const std::string& columns, const std::string& mu) {
+  REQUIRE(granuscope_command(
+              {"sample", "--mu", mu, "--columns", columns, "--layers", "5", "--load", "point", "--out", file.string()})
+              .code == 0);
+}
+
+/// A finished ensemble of few piles without friction, where the response stands on two lines of beads.
+std::string ensemble_in(const test::TemporaryFolder& folder) {
+  std::ofstream(folder / "e.toml") << "[lattice]\ncolumns = 64\nlayers = 64\n[friction]\nmu = [0.0]\n[response]\n"
+                                      "samples = 64\n[fit]\nfirst_layer = 24\nlast_layer = 42\n";
+  const std::string out = (folder / "out").string();
+  REQUIRE(granuscope_command({"run", (folder / "e.toml").string(), "--out", out, "--only", "sample"}).code == 0);
+  return out + "/ensembles/mu-0.h5";
+}
+
+/// Array number `which` of a file of VTK with raw appended data, all of 8 bytes an item.
+std::vector<double> appended_array(const std::string& file, std::size_t which) {
+  std::size_t at = file.find("<AppendedData encoding=\"raw\">\n_");
+  REQUIRE(at != std::string::npos);
+  at = file.find('_', at) + 1;
+  std::uint64_t bytes = 0;
+  for (std::size_t k = 0;; ++k) {
+    std::memcpy(&bytes, file.data() + at, sizeof bytes);
+    at += sizeof bytes;
+    if (k == which) break;
+    at += bytes;
+  }
+  std::vector<double> numbers(bytes / sizeof(double));
+  std::memcpy(numbers.data(), file.data() + at, bytes);
+  return numbers;
+}
+
+struct CsvRow {
+  double x, z, P, error;
+};
+
+std::vector<CsvRow> rows_of(const std::filesystem::path& csv) {
+  std::vector<CsvRow> rows;
+  std::ifstream in(csv);
+  for (std::string line; std::getline(in, line);) {
+    if (line[0] == '#' || line[0] == 'x') continue;
+    CsvRow row{};
+    REQUIRE(std::sscanf(line.c_str(), "%lf,%lf,%lf,%lf", &row.x, &row.z, &row.P, &row.error) == 4);
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+}  // namespace
+
+TEST_CASE("Every format of a pile says what the pile file says, to the programs that read it") {
+  const std::string python = "/usr/bin/python3";
+  if (status_of(python + " -c 'import numpy, h5py' 2>/dev/null") != 0) {
+    WARN("no " << python << " with h5py here: nothing was tested");
+    return;
+  }
+  // The smallest ring has each bead twice below another one; an odd ring; sliding contacts; none that slides.
+  for (const auto& [columns, mu] : {std::pair{"4", "0.1"}, {"7", "0.6"}, {"12", "0"}}) {
+    INFO(columns << " columns, mu " << mu);
+    const test::TemporaryFolder folder;
+    const auto pile = folder / "pile.h5";
+    store_pile(pile, columns, mu);
+    for (const char* name : {"pile.vtu", "pile.graphml", "pile.csv", "pile.local"}) {
+      const CommandResult result = exported(pile, folder / name);
+      INFO(result.err);
+      CHECK(result.code == 0);
+    }
+    CHECK(exported(pile, folder / "beads.csv", {"--part", "beads"}).code == 0);
+    CHECK(exported(pile, folder / "beads.dump", {"--part", "beads"}).code == 0);
+    CHECK(exported(pile, folder / "pile.txt", {"--format", "pegs"}).code == 0);
+    CHECK(exported(pile, folder / "beads.txt", {"--format", "pegs", "--part", "beads"}).code == 0);
+    const std::string at = folder.path().string();
+    const int status = status_of(python + " '" GRANUSCOPE_SOURCE_DIR "/tests/cli/read_exports.py' '" + pile.string() +
+                                 "' '" + at + "' >'" + at + "/readers' 2>&1");
+    const std::string readers = read_file(folder / "readers");
+    INFO(readers);
+    CHECK(status == 0);
+    if (status != 0) continue;
+    for (const char* reader : {"networkx", "meshio"}) {
+      if (readers.find(reader) == std::string::npos) WARN("without python3-" << reader << " its format is not read");
+    }
+  }
+}
+
+TEST_CASE("An export gives the same bytes again, and takes the place of nothing that it did not write") {
+  const test::TemporaryFolder folder;
+  const auto pile = folder / "pile.h5";
+  store_pile(pile, "8", "0.3");
+  const std::string before = read_file(pile);
+  for (const char* name : {"a.vtu", "a.graphml", "a.csv", "a.local"}) {
+    INFO(name);
+    REQUIRE(exported(pile, folder / name).code == 0);
+    const std::string first = read_file(folder / name);
+    REQUIRE(exported(pile, folder / name, {"--force"}).code == 0);
+    CHECK((read_file(folder / name) == first));
+    std::ofstream(folder / name) << "mine";
+    const CommandResult refused = exported(pile, folder / name);
+    CHECK(refused.code == 2);
+    CHECK(read_file(folder / name) == "mine");
+  }
+  const CommandResult itself = exported(pile, pile, {"--format", "csv", "--force"});
+  CHECK(itself.code == 2);
+  CHECK((read_file(pile) == before));
+}
+
+TEST_CASE("export refuses what cannot be, says what can, and leaves no file") {
+  const test::TemporaryFolder folder;
+  const auto pile = folder / "pile.h5";
+  store_pile(pile, "8", "0.3");
+  const std::string ensemble = ensemble_in(folder);
+  std::ofstream(folder / "text.h5") << "no pile";
+  struct Refused {
+    std::string source, file;
+    std::vector<std::string> more;
+    std::string said;
+  };
+  const std::vector<Refused> cases{
+      {pile.string(), "a.xyz", {}, "let it end with .vtu, .local, .graphml, .csv or .vti"},
+      {pile.string(), "a.csv", {"--format", "vtu"}, "let both say the same"},
+      {pile.string(), "a.vti", {}, "a pile, which can be exported as"},
+      {pile.string(), "a.csv", {"--format", "ovito"}, "ovito"},
+      {pile.string(), "a.vtu", {"--part", "beads"}, "leave out --part"},
+      {pile.string(), "a.csv", {"--part", "floors"}, "known are contacts and beads"},
+      {ensemble, "a.vtu", {}, "an ensemble, which can be exported as"},
+      {ensemble, "a.csv", {"--part", "beads"}, "leave out --part"},
+      {(folder / "text.h5").string(), "a.csv", {}, "text.h5"},
+      {(folder / "none.h5").string(), "a.csv", {}, "none.h5"},
+  };
+  for (const Refused& one : cases) {
+    const CommandResult result = exported(one.source, folder / one.file, one.more);
+    INFO(one.file << ": " << result.err);
+    CHECK(result.code == 2);
+    CHECK_THAT(result.err, Contains(one.said));
+    CHECK_FALSE(std::filesystem::exists(folder / one.file));
+  }
+  const CommandResult nowhere = exported(pile, folder / "none/a.csv");
+  INFO(nowhere.err);
+  CHECK(nowhere.code != 0);
+}
+
+TEST_CASE("The mean response of an ensemble is a field whose layers add up to the overload") {
+  const test::TemporaryFolder folder;
+  const std::string ensemble = ensemble_in(folder);
+  REQUIRE(exported(ensemble, folder / "P.csv").code == 0);
+  REQUIRE(exported(ensemble, folder / "P.vti").code == 0);
+  const std::vector<CsvRow> rows = rows_of(folder / "P.csv");
+  REQUIRE(rows.size() % 64 == 0);
+  const std::string vti = read_file(folder / "P.vti");
+  const std::vector<double> image = appended_array(vti, 0), errors = appended_array(vti, 1);
+  const std::size_t width = 2 * 64, height = image.size() / width;
+  REQUIRE(errors.size() == image.size());
+  const double lowest = rows.back().z, spacing = std::atof(vti.c_str() + vti.find("Spacing=\"0.5 ") + 13);
+  CHECK_THAT(vti, Contains("Origin=\"-32 "));
+  for (std::size_t first = 0; first < rows.size(); first += 64) {
+    double sum = 0;
+    for (std::size_t k = first; k < first + 64; ++k) {
+      const CsvRow& row = rows[k];
+      INFO(row.x << ' ' << row.z);
+      // Without friction half of the overload goes down each line of contacts, at 30 degrees; the first centre is at
+      // 0.5.
+      CHECK(row.P == Approx(std::abs(std::abs(row.x) - (row.z - 0.5) / std::sqrt(3.0)) < 0.01 ? 0.5 : 0).margin(1e-9));
+      sum += row.P;
+      // Both halves of the bead's cell, looked up by their middles as a program does that reads the image.
+      const auto image_row = static_cast<std::size_t>(std::lround((lowest - row.z) / spacing));
+      REQUIRE(image_row < height);
+      CHECK((lowest - row.z) / spacing == Approx(static_cast<double>(image_row)).margin(1e-6));
+      for (const double middle : {row.x - 0.25, row.x + 0.25}) {
+        const auto half = static_cast<std::size_t>(std::lround(std::floor(2 * (middle + 32) + width))) % width;
+        CHECK(image[image_row * width + half] == row.P);
+        CHECK(errors[image_row * width + half] == row.error);
+      }
+    }
+    CHECK(sum == Approx(1).margin(1e-6));
+  }
+}
