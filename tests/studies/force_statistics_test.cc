@@ -36,6 +36,7 @@ Json tails_of(double scale, double k) {
   const auto study = study_of({0.1}, 256, false);
   const StudyEnsemble one = study->ensembles(MainLine{}).at(0);
   MeasuredEnsemble made = made_up::ensemble_of(0.1, one.spec.lattice, one.spec.layers);
+  constexpr double piles_of_block = 32;  // so many that a wrong form is refused by a wide margin
   std::mt19937_64 random(3);
   double all = 0;
   const auto density = [&](std::size_t i) {
@@ -46,8 +47,8 @@ Json tails_of(double scale, double k) {
     const auto i = static_cast<std::size_t>(bin);
     if (i >= force_bins::mobilisation) return 0.0;
     const bool is_w = i < force_bins::normal;
-    const double expected = 8 * 200 * (is_w ? 1 : 2) * density(i % force_bins::values) / all;
-    return std::poisson_distribution<int>(expected)(random) / 8.0;
+    const double expected = piles_of_block * 200 * (is_w ? 1 : 2) * density(i % force_bins::values) / all;
+    return std::poisson_distribution<int>(expected)(random) / piles_of_block;
   });
   made_up::add_quantity(made.record.sums, "force_moments", static_cast<int>(ForceMoment::count),
                         [](int, int, int) { return 0; });
