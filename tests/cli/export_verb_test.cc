@@ -8,7 +8,9 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -206,4 +208,40 @@ TEST_CASE("The mean response of an ensemble is a field whose layers add up to th
     }
     CHECK(sum == Approx(1).margin(1e-6));
   }
+}
+
+TEST_CASE("What export writes, contacts reads again: the same forces, in balance") {
+  const test::TemporaryFolder folder;
+  const auto pile = folder / "pile.h5";
+  store_pile(pile, "9", "0.4");
+  for (const auto& [name, format, part] : {std::tuple{"a.csv", "csv", "contacts"},
+                                           {"beads.csv", "csv", "beads"},
+                                           {"a.local", "dump-local", "contacts"},
+                                           {"beads.dump", "dump-local", "beads"},
+                                           {"a.txt", "pegs", "contacts"},
+                                           {"beads.txt", "pegs", "beads"}}) {
+    REQUIRE(exported(pile, folder / name, {"--format", format, "--part", part}).code == 0);
+  }
+  const auto numbers = [&](const std::string& contacts, std::vector<std::string> more) {
+    more.insert(more.begin(), {"contacts", (folder / contacts).string(), "--json", "--mu", "0.4"});
+    const CommandResult result = granuscope_command(std::move(more));
+    INFO(result.err);
+    REQUIRE(result.code == 0);
+    return nlohmann::json::parse(result.out);
+  };
+  const auto beads = [&](const char* name) { return (folder / name).string(); };
+  const nlohmann::json table = numbers("a.csv", {"--particles", beads("beads.csv")});
+  const nlohmann::json pegs = numbers("a.txt", {"--particles", beads("beads.txt"), "--period-x", "9"});
+  CHECK(table["contacts"] == 2 * 9 * 5);
+  CHECK(table["cone_violations"] == 0);
+  CHECK(table["torque_max"].get<double>() < 1e-12);
+  CHECK(table["balance_median"].get<double>() < 1e-12);
+  for (const char* name : {"N_mean", "N2", "N3", "N_max", "T_over_N", "sliding", "coordination"}) {
+    INFO(name);
+    CHECK(table[name].get<double>() == Approx(pegs[name].get<double>()).epsilon(1e-12));
+  }
+  const nlohmann::json dump = numbers("a.local", {"--particles", beads("beads.dump")});
+  CHECK(dump["contacts"] == 2 * 9 * 4);  // without the floor
+  CHECK(dump["T_over_N_max"].get<double>() <= 0.4 * (1 + 1e-9));
+  CHECK(dump["stress_angle"].get<double>() == Approx(90).margin(20));
 }

@@ -107,7 +107,7 @@ TEST_CASE("Every block of the recipes runs, and leaves what they say", "[long]")
   }
   for (const char* file : {"out/quick/report.html", "chains.png", "diffusion.pdf", "numbers.tex", "nights/index.html",
                            ".gitlab-ci.yml", "out/shards/report.html", "frames/frame-00050.png", "film.mp4",
-                           "middle.svg", "pile.vtu", "beads.dump", "response.vti"}) {
+                           "middle.svg", "pile.vtu", "beads.dump", "response.vti", "contacts.svg"}) {
     INFO(file);
     CHECK(fs::is_regular_file(folder / "here" / file));
   }

@@ -65,7 +65,7 @@ const std::map<std::string, std::set<std::string>>& rooms_below() {
     rooms["plot"] = {"support", "model", "storage", "sampling", "ensemble", "analysis", "render"};
     std::string previous = "plot";
     for (const std::string room :
-         {"export", "report", "studies", "experiment", "pipeline", "history", "bench", "cli", "mpi"}) {
+         {"export", "packing", "report", "studies", "experiment", "pipeline", "history", "bench", "cli", "mpi"}) {
       rooms[room] = rooms[previous];
       rooms[room].insert(previous);
       previous = room;

@@ -36,8 +36,18 @@ constexpr double smallest_plot_mm = 12;  ///< plot areas narrower than this show
 constexpr double most_ticks = 16;        ///< of an axis, however large the paper
 constexpr double line_points = 0.5;      ///< frame and ticks
 
-constexpr const char* x_title = "x axis";                                                         ///< name of a label
-constexpr std::array<const char*, 3> z_titles = {"z axis", "z axis, short", "z axis, shortest"};  ///< names of labels
+/// Names of labels.
+struct Words {
+  const char* x_title;
+  std::array<const char*, 3> z_titles;
+  const char *one_diameter, *diameters;
+};
+constexpr Words words_of_pile = {
+    "x axis", {"z axis", "z axis, short", "z axis, shortest"}, "one diameter", "diameters"};
+constexpr Words words_of_packing = {
+    "x axis of a packing", {"y axis", "y axis", "y axis, short"}, "one mean diameter", "mean diameters"};
+
+const Words& words_of(const SceneSpec& spec) { return spec.axes == Axes::pile ? words_of_pile : words_of_packing; }
 
 /// Lengths on paper as pixels of this image.
 class Paper {
@@ -79,7 +89,9 @@ AxisRoom axis_room(const SceneSpec& spec, const Extent& extent, const Font& font
     if (range < short_range) text += ".0";                                        // as axis_ticks() allows
     return font.width(text);
   };
-  return {widest(std::max(extent.z1, spec.deepest_z), extent.height(), false),
+  const bool upwards = spec.axes == Axes::packing;  // y = -z
+  return {widest(std::max({std::abs(extent.z0), std::abs(extent.z1), spec.deepest_z}), extent.height(),
+                 upwards && extent.z1 > 0),
           widest(std::max(std::abs(extent.x0), std::abs(extent.x1)), extent.width(), extent.x0 < 0)};
 }
 
@@ -142,7 +154,7 @@ struct ScaleBar {
   std::string text;
 };
 
-ScaleBar scale_bar(const Scene& scene, const Paper& paper) {
+ScaleBar scale_bar(const SceneSpec& spec, const Scene& scene, const Paper& paper) {
   const double shortest = std::max(paper.exact_mm(3) / scene.pixels_per_diameter, scene.extent.width() / 20);
   const double longest = scene.extent.width() / 3;
   double length = 10;
@@ -151,7 +163,8 @@ ScaleBar scale_bar(const Scene& scene, const Paper& paper) {
   ScaleBar bar;
   bar.diameters = length;
   bar.length_px = std::max(1, static_cast<int>(std::lround(length * scene.pixels_per_diameter)));
-  bar.text = fmt::format("{} {}", number(length), label(length == 1 ? "one diameter" : "diameters"));
+  bar.text =
+      fmt::format("{} {}", number(length), label(length == 1 ? words_of(spec).one_diameter : words_of(spec).diameters));
   return bar;
 }
 
@@ -168,9 +181,10 @@ int smallest_width(const SceneSpec& spec, const Extent& extent, const std::vecto
   const Margins margins = side_margins(spec, extent, font, paper);
   // The scale bar is shorter than the window, and so has no more digits.
   const std::string digits(fmt::format("{:.0f}", extent.width()).size(), '0');
-  const int title = font.width(fmt::format("{} {}", digits, label("diameters")));
+  const int title = font.width(fmt::format("{} {}", digits, label(words_of(spec).diameters)));
   const int text =
-      std::max({title, font.width(label(x_title)), narrowest_scale(key_titles, font, paper)}) + 2 * paper.mm(margin_mm);
+      std::max({title, font.width(label(words_of(spec).x_title)), narrowest_scale(key_titles, font, paper)}) +
+      2 * paper.mm(margin_mm);
   return std::max(margins.left + paper.mm(smallest_plot_mm) + margins.right, text);
 }
 
@@ -296,12 +310,13 @@ class LayoutMaker {
          axis_ticks(scene_.extent.z0, scene_.extent.z1, scene_.pixels_per_diameter, line_height(), paper_)) {
       const double at = pixel_of_z(z);
       layout_.rules.push_back({{plot.left - t - length, line_start(at), length, t}, "frame"});
-      const std::string text = number(z);
+      const std::string text = number(spec_.axes == Axes::pile ? z : -z);
       const int width = font_.width(text);
       const int base = static_cast<int>(std::lround(at + 0.5 * font_.digit_height()));
       add_label(text, {number_right - width, base - font_.ascent(), width, line_height()});
     }
     const int title_left = paper_.mm(margin_mm);
+    const auto& z_titles = words_of(spec_).z_titles;
     for (const char* name : z_titles) {
       const std::string& title = label(name);
       const int length_px = font_.width(title);
@@ -325,16 +340,17 @@ class LayoutMaker {
       add_label(text, box_around(at, number_top, font_.width(text), line_height()));
     }
     const int title_top = number_top + line_height() + paper_.mm(gap_mm) / 2;
-    Box title = box_around(plot.left + 0.5 * plot.width, title_top, font_.width(label(x_title)), line_height());
+    const std::string& words = label(words_of(spec_).x_title);
+    Box title = box_around(plot.left + 0.5 * plot.width, title_top, font_.width(words), line_height());
     title.left = std::min(title.left, layout_.width - paper_.mm(margin_mm) - title.width);
-    add_label(label(x_title), title);
+    add_label(words, title);
     below_ = title.bottom();
   }
 
   /// Scale bar on the left, colour scale on the right, each a title above a bar. Where the image is too narrow for both
   /// at full length the axes alone say how long a diameter is.
   void add_legend() {
-    const ScaleBar bar = scale_bar(scene_, paper_);
+    const ScaleBar bar = scale_bar(spec_, scene_, paper_);
     const int bar_width = std::max(bar.length_px, font_.width(bar.text));
     const int left = layout_.plot.left, right = layout_.plot.right();
     const int narrowest = narrowest_scale({scene_.key_title}, font_, paper_), widest = paper_.mm(scale_length_mm);

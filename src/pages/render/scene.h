@@ -14,14 +14,20 @@
 namespace granuscope {
 enum class Background { page, transparent };
 
+/// What the axes count: x and depth z of a pile in bead diameters, or x and y, upwards, of other particles in mean
+/// ones.
+enum class Axes { pile, packing };
+
 /// What to render, and how large. Windows count from the overloaded bead, as x of a response does.
 struct SceneSpec {
   std::string scene = "forces";
+  Axes axes = Axes::pile;
   int width_px = 1600;  ///< of the whole image, axes and legend included
   double dpi = 300;     ///< mm = 25.4 px / dpi; text is laid out in points
   double text_points = 8;
   std::string font_file = {};  ///< of the text; empty: DejaVu Sans
-  /// x0, x1 in bead diameters from the middle and first, last layer; both inclusive. None: the whole pile.
+  /// x0, x1 in bead diameters from the middle and first, last layer, both inclusive; of a packing x0, x1, y0, y1. None:
+  /// all of it.
   std::optional<std::array<double, 4>> window;
   std::optional<std::array<double, 2>> range;  ///< ends of the colour scale; none: from what is shown
   std::string colour_map = "grey";             ///< empty: the scene's own

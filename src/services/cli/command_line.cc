@@ -193,6 +193,7 @@ ExitCode parse_and_act(int argc, const char* const* argv, std::ostream& out, std
   add_sample_verb(app, context);
   add_render_verb(app, context);
   add_export_verb(app, context);
+  add_contacts_verb(app, context);
   add_audit_verb(app, context);
   add_compare_verb(app, context);
   add_nightly_verb(app, context);

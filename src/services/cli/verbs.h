@@ -31,6 +31,7 @@ void add_merge_verb(CLI::App& app, VerbContext& context);
 void add_sample_verb(CLI::App& app, VerbContext& context);
 void add_render_verb(CLI::App& app, VerbContext& context);
 void add_export_verb(CLI::App& app, VerbContext& context);
+void add_contacts_verb(CLI::App& app, VerbContext& context);
 void add_audit_verb(CLI::App& app, VerbContext& context);
 void add_compare_verb(CLI::App& app, VerbContext& context);
 void add_nightly_verb(CLI::App& app, VerbContext& context);

@@ -1,0 +1,373 @@
+#include "packing/packing_file.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <initializer_list>
+#include <limits>
+#include <string_view>
+#include <unordered_map>
+#include <utility>
+
+#include "packing/number_table.h"
+#include "support/error.h"
+
+namespace granuscope {
+namespace {
+
+/// What a column may mean, with the names that say so; the first is the one that messages use.
+struct Meaning {
+  std::initializer_list<std::string_view> names;
+  bool down = false;  ///< counted downwards: y is its negative
+};
+
+namespace meaning {
+const Meaning first_id{{"id1", "upper", "i", "particle1", "first"}};
+const Meaning second_id{{"id2", "lower", "j", "particle2", "second"}};
+const Meaning x1{{"x1", "x_upper"}}, y1{{"y1"}}, down1{{"z_upper"}, true};
+const Meaning x2{{"x2"}}, y2{{"y2"}};
+const Meaning branch_x{{"branch_x", "bx"}}, branch_y{{"branch_y", "by"}}, branch_down{{"branch_z"}, true};
+const Meaning normal{{"n", "fn", "f_n", "normal", "normal_force", "fnormal"}};
+const Meaning tangential{{"t", "ft", "f_t", "tangential", "tangential_force", "shear"}};
+const Meaning force_x{{"fx", "force_x"}}, force_y{{"fy", "force_y"}}, force_down{{"force_z"}, true};
+const Meaning frame{{"frame", "step", "timestep"}};
+const Meaning particle_id{{"id", "bead", "number", "particle", "node"}};
+const Meaning x{{"x"}}, y{{"y"}}, down{{"z"}, true};
+const Meaning radius{{"radius", "r"}}, diameter{{"diameter", "d"}};
+}  // namespace meaning
+
+/// PeGS writes no header: adjacencyMatrix.m and particleTrack.m tell the order. Its y counts down, as in images.
+const std::vector<std::string> pegs_contacts{"frame", "id1", "id2", "T", "N"};
+const std::vector<std::string> pegs_particles{"frame", "id", "x", "y", "radius", "edge"};
+
+constexpr std::size_t none = static_cast<std::size_t>(-1);
+
+std::string lower_case(std::string text) {
+  for (char& c : text) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  return text;
+}
+
+/// A column of the table, and its sign.
+struct Column {
+  const NumberTable* table = nullptr;
+  std::size_t at = none;
+  double sign = 1;
+  explicit operator bool() const { return at != none; }
+  double operator()(std::size_t row) const { return sign * table->at(row, at); }
+};
+
+Column column_of(const NumberTable& table, std::initializer_list<const Meaning*> meanings) {
+  for (const Meaning* meaning : meanings) {
+    for (const std::string_view name : meaning->names) {
+      const auto found = std::find_if(table.columns.begin(), table.columns.end(),
+                                      [&](const std::string& column) { return lower_case(column) == name; });
+      if (found != table.columns.end()) {
+        return {&table, static_cast<std::size_t>(found - table.columns.begin()), meaning->down ? -1.0 : 1.0};
+      }
+    }
+  }
+  return {};
+}
+
+std::string columns_in(const NumberTable& table) {
+  if (!table.named) return fmt::format("its {} columns have no names", table.columns.size());
+  const bool computed = std::all_of(table.columns.begin(), table.columns.end(),
+                                    [](const std::string& name) { return name.starts_with("c_"); });
+  return fmt::format("its columns are {}{}", fmt::join(table.columns, ", "),
+                     computed && table.columns.size() == 12
+                         ? " (those of LIGGGHTS' `compute pair/gran/local pos id force` are "
+                           "x1,y1,z1,x2,y2,z2,id1,id2,periodic,fx,fy,fz)"
+                         : "");
+}
+
+/// Reads a table, and gives names to the columns of one that has the form of PeGS' files.
+NumberTable read_named(const std::filesystem::path& file, const std::vector<std::string>& columns,
+                       std::optional<double> step, const std::vector<std::string>& pegs, bool& upside_down,
+                       Packing& packing) {
+  NumberTable table = read_number_table(file, columns, step);
+  upside_down = false;
+  if (columns.empty() && !table.named && table.columns.size() == pegs.size()) {
+    table.columns = pegs;
+    upside_down = true;
+    packing.told.push_back(fmt::format("{} has no names of columns and is taken for a file of PeGS: {}; y counts down",
+                                       file.filename().string(), fmt::join(pegs, ",")));
+  }
+  return table;
+}
+
+/// Keeps the rows of one frame of a table that has several.
+std::vector<std::size_t> rows_of_frame(const NumberTable& table, const std::filesystem::path& file,
+                                       std::optional<double> wanted, std::optional<double>& taken, std::size_t& steps) {
+  std::vector<std::size_t> rows;
+  const Column frames = table.dump ? Column{} : column_of(table, {&meaning::frame});
+  std::vector<double> seen;
+  for (std::size_t row = 0; frames && row < table.rows(); ++row) {
+    if (seen.empty() || seen.back() != frames(row)) seen.push_back(frames(row));
+  }
+  std::sort(seen.begin(), seen.end());
+  seen.erase(std::unique(seen.begin(), seen.end()), seen.end());
+  taken = table.dump ? table.step : frames ? std::optional(wanted.value_or(seen.back())) : std::nullopt;
+  steps = frames ? seen.size() : table.steps;
+  if (wanted && !table.dump && (!frames || !std::binary_search(seen.begin(), seen.end(), *wanted))) {
+    throw InputError(frames ? fmt::format("{}: there is no frame {:g}; it has {:g} to {:g}", file.string(), *wanted,
+                                          seen.front(), seen.back())
+                            : fmt::format("{}: it has no column `frame`; leave out --step", file.string()));
+  }
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    if (!frames || frames(row) == *taken) rows.push_back(row);
+  }
+  return rows;
+}
+
+class PackingReader {
+ public:
+  explicit PackingReader(const PackingFiles& files) : files_(files) {}
+
+  Packing read() {
+    if (!files_.particles.empty()) read_particles();
+    read_contacts();
+    set_mean_diameter();
+    return std::move(packing_);
+  }
+
+ private:
+  void read_particles() {
+    const NumberTable table =
+        read_named(files_.particles, files_.particle_columns, files_.step, pegs_particles, upside_down_, packing_);
+    const Column ids = column_of(table, {&meaning::particle_id}), xs = column_of(table, {&meaning::x}),
+                 ys = column_of(table, {&meaning::y, &meaning::down});
+    const Column radii = column_of(table, {&meaning::radius}), diameters = column_of(table, {&meaning::diameter});
+    if (!ids || !xs || !ys) {
+      throw InputError(fmt::format("{}: {}, and id, x and y are needed; name them by --particle-columns",
+                                   files_.particles.string(), columns_in(table)));
+    }
+    periods_ = table.periods;
+    Problems problems(files_.particles);
+    std::optional<double> taken;
+    std::size_t steps = 1;
+    // Particles that stay in place are told once, for all steps.
+    const bool framed = static_cast<bool>(column_of(table, {&meaning::frame}));
+    const std::optional<double> wanted = framed ? files_.step : std::nullopt;
+    for (const std::size_t row : rows_of_frame(table, files_.particles, wanted, taken, steps)) {
+      Particle one;
+      one.x = xs(row);
+      one.y = upside_down_ ? -ys(row) : ys(row);
+      one.radius = radii ? radii(row) : diameters ? diameters(row) / 2 : 0;
+      const double id = ids(row);
+      if (!std::isfinite(one.x) || !std::isfinite(one.y) || !(one.radius >= 0) || !std::isfinite(one.radius)) {
+        problems.add(table.lines[row], "x, y or the radius is no number, or the radius is negative");
+      } else if (!is_id(id)) {
+        problems.add(table.lines[row], fmt::format("the id {:g} is no whole number from 0 on", id));
+      } else {
+        one.id = static_cast<std::int64_t>(id);
+        if (!places_.emplace(one.id, packing_.particles.size()).second) {
+          problems.add(table.lines[row], fmt::format("the particle {} stands twice", one.id));
+        }
+        packing_.particles.push_back(one);
+      }
+    }
+    problems.raise();
+  }
+
+  static bool is_id(double number) { return number >= 0 && number < 1e15 && number == std::floor(number); }
+
+  /// The place of a particle; a new one where contacts say where it is.
+  std::size_t place_of(std::int64_t id, bool placed, double at_x, double at_y) {
+    const auto found = places_.find(id);
+    if (found != places_.end()) return found->second;
+    if (!files_.particles.empty()) return PackingContact::wall;
+    places_.emplace(id, packing_.particles.size());
+    packing_.particles.push_back({id, placed ? at_x : std::nan(""), placed ? at_y : std::nan(""), 0});
+    return packing_.particles.size() - 1;
+  }
+
+  /// The shortest of the images of a branch.
+  double nearest(double length, std::size_t axis) const {
+    return periods_[axis] ? length - *periods_[axis] * std::round(length / *periods_[axis]) : length;
+  }
+
+  struct Columns {
+    Column id1, id2, x1, y1, x2, y2, branch_x, branch_y, N, T, fx, fy;
+    bool placed() const { return x1 && y1 && ((x2 && y2) || (branch_x && branch_y)); }
+    bool forces() const { return fx && fy; }
+  };
+
+  Columns columns_of(const NumberTable& table) const {
+    Columns c{column_of(table, {&meaning::first_id}), column_of(table, {&meaning::second_id}),
+              column_of(table, {&meaning::x1}),       column_of(table, {&meaning::y1, &meaning::down1}),
+              column_of(table, {&meaning::x2}),       column_of(table, {&meaning::y2}),
+              column_of(table, {&meaning::branch_x}), column_of(table, {&meaning::branch_y, &meaning::branch_down}),
+              column_of(table, {&meaning::normal}),   column_of(table, {&meaning::tangential}),
+              column_of(table, {&meaning::force_x}),  column_of(table, {&meaning::force_y, &meaning::force_down})};
+    const bool ids = c.id1 && c.id2;
+    if (!c.N && !(c.forces() && (c.placed() || !files_.particles.empty()))) {
+      throw InputError(
+          fmt::format("{}: {}; needed are the normal force N (and T), or fx and fy with places; name them by "
+                      "--columns, known are {}",
+                      files_.contacts.string(), columns_in(table), known_contact_columns()));
+    }
+    if (!ids && !c.placed()) {
+      throw InputError(
+          fmt::format("{}: {}; needed are id1 and id2, or x1, y1, x2 and y2; name them by --columns, known "
+                      "are {}",
+                      files_.contacts.string(), columns_in(table), known_contact_columns()));
+    }
+    return c;
+  }
+
+  void read_contacts() {
+    bool upside_down = false;
+    const NumberTable table =
+        read_named(files_.contacts, files_.columns, files_.step, pegs_contacts, upside_down, packing_);
+    for (const std::size_t axis : {0, 1}) {
+      if (table.periods[axis]) periods_[axis] = table.periods[axis];
+      if (files_.periods[axis]) periods_[axis] = files_.periods[axis];
+    }
+    const Columns c = columns_of(table);
+    packing_.directed = c.T || c.forces();
+    Problems problems(files_.contacts);
+    std::unordered_map<std::uint64_t, std::size_t> seen;
+    std::vector<std::size_t> lines;
+    for (const std::size_t row : rows_of_frame(table, files_.contacts, files_.step, packing_.step, packing_.steps)) {
+      PackingContact one;
+      const std::string wrong = contact_in(c, row, one);
+      if (!wrong.empty()) {
+        problems.add(table.lines[row], wrong);
+        continue;
+      }
+      if (c.id1 && c.id2 && one.first != PackingContact::wall && one.second != PackingContact::wall) {
+        const auto [low, high] = std::minmax(one.first, one.second);
+        const auto [at, is_new] = seen.emplace((std::uint64_t{high} << 32U) ^ low, packing_.contacts.size());
+        if (!is_new) {
+          const PackingContact& before = packing_.contacts[at->second];
+          const bool turned = before.first == one.second;
+          const double side = turned ? -1 : 1;
+          const bool same_place = !one.placed || (std::abs(one.branch_x - side * before.branch_x) < 1e-9 &&
+                                                  std::abs(one.branch_y - side * before.branch_y) < 1e-9);
+          if (same_place && (!turned || std::abs(one.N - before.N) > 1e-9 * std::abs(before.N))) {
+            problems.add(table.lines[row],
+                         fmt::format("the contact of {} and {} stands in line {}, too{}",
+                                     packing_.particles[one.first].id, packing_.particles[one.second].id,
+                                     lines[at->second], turned ? ", with another normal force" : ""));
+          }
+          if (same_place) {
+            ++packing_.twins;
+            continue;
+          }
+        }
+      }
+      packing_.contacts.push_back(one);
+      lines.push_back(table.lines[row]);
+    }
+    problems.raise();
+    if (packing_.contacts.empty())
+      throw InputError(fmt::format("{}: there is no contact in it", files_.contacts.string()));
+    point_away();
+    if (packing_.twins > 0) {
+      packing_.told.push_back(
+          fmt::format("{} lines tell a contact again from its other side, and count once", packing_.twins));
+    }
+  }
+
+  /// Fills a contact; what is wrong with it, or nothing.
+  std::string contact_in(const Columns& c, std::size_t row, PackingContact& one) {
+    std::int64_t ids[2] = {-1, -1};
+    for (const std::size_t k : {0, 1}) {
+      const Column& column = k == 0 ? c.id1 : c.id2;
+      if (!column) continue;
+      const double id = column(row);
+      if (!is_id(std::abs(id))) return fmt::format("the id {:g} of a particle is no whole number", id);
+      ids[k] = static_cast<std::int64_t>(id);
+    }
+    if (c.id1 && ids[0] < 0) return "the first particle is a wall; a wall, of a negative id, stands second";
+    if (c.id1 && ids[0] == ids[1]) return fmt::format("the particle {} touches itself", ids[0]);
+    one.placed = c.placed();
+    if (one.placed) {
+      one.x = c.x1(row);
+      one.y = c.y1(row);
+      one.branch_x = c.branch_x ? c.branch_x(row) : nearest(c.x2(row) - one.x, 0);
+      one.branch_y = c.branch_y ? c.branch_y(row) : nearest(c.y2(row) - one.y, 1);
+    }
+    if (c.id1) {
+      one.first = place_of(ids[0], one.placed, one.x, one.y);
+      if (one.first == PackingContact::wall) return fmt::format("there is no particle {}", ids[0]);
+      if (ids[1] >= 0) {
+        one.second = place_of(ids[1], one.placed, one.x + one.branch_x, one.y + one.branch_y);
+        if (one.second == PackingContact::wall) return fmt::format("there is no particle {}", ids[1]);
+      }
+    }
+    if (!one.placed && !files_.particles.empty() && one.second != PackingContact::wall) {
+      const Particle &a = packing_.particles[one.first], &b = packing_.particles[one.second];
+      one.placed = true;
+      one.x = a.x;
+      one.y = a.y;
+      one.branch_x = nearest(b.x - a.x, 0);
+      one.branch_y = nearest(b.y - a.y, 1);
+    }
+    const double length = std::hypot(one.branch_x, one.branch_y);
+    if (one.placed && !std::isfinite(one.x + one.y + length)) return "a place is no number";
+    if (one.placed && length == 0) return "both particles are at one place, so that the contact has no direction";
+    if (c.N) {
+      one.N = c.N(row);
+      one.T = c.T ? c.T(row) : 0;
+    } else if (!one.placed) {
+      return "a wall without a place, whose force has no normal part then; give N and T";
+    } else {
+      const double fx = c.fx(row), fy = c.fy(row);
+      one.N = (fx * one.branch_x + fy * one.branch_y) / length;
+      one.T = (fy * one.branch_x - fx * one.branch_y) / length;
+    }
+    if (!std::isfinite(one.N) || !std::isfinite(one.T)) return "a force is no number";
+    return "";
+  }
+
+  /// Programs write the force on either particle. Most contacts are compressed, which tells it.
+  void point_away() {
+    double sum = 0;
+    for (const PackingContact& one : packing_.contacts) sum += one.N;
+    if (sum >= 0) return;
+    for (PackingContact& one : packing_.contacts) {
+      one.N = -one.N;
+      one.T = -one.T;
+    }
+    packing_.told.emplace_back(
+        "forces are those on the first particle, or tension counts as positive: signs are turned");
+  }
+
+  void set_mean_diameter() {
+    double sum = 0;
+    std::size_t known = 0;
+    for (const Particle& one : packing_.particles) {
+      sum += 2 * one.radius;
+      known += one.radius > 0 ? 1 : 0;
+    }
+    std::vector<double> lengths;
+    for (const PackingContact& one : packing_.contacts) {
+      if (one.placed) lengths.push_back(std::hypot(one.branch_x, one.branch_y));
+    }
+    if (known > 0) {
+      packing_.mean_diameter = sum / static_cast<double>(known);
+    } else if (!lengths.empty()) {
+      const auto middle = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
+      std::nth_element(lengths.begin(), middle, lengths.end());
+      packing_.mean_diameter = *middle;
+    }
+  }
+
+  const PackingFiles& files_;
+  Packing packing_;
+  std::unordered_map<std::int64_t, std::size_t> places_;
+  std::array<std::optional<double>, 2> periods_{};
+  bool upside_down_ = false;
+};
+
+}  // namespace
+
+std::string known_contact_columns() { return "id1, id2, x1, y1, x2, y2, branch_x, branch_y, N, T, fx, fy, frame"; }
+std::string known_particle_columns() { return "id, x, y, radius, diameter, frame"; }
+
+Packing read_packing(const PackingFiles& files) { return PackingReader(files).read(); }
+
+}  // namespace granuscope

@@ -1,0 +1,176 @@
+#include "packing/packing_scene.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "render/decorations.h"
+#include "render/layout.h"
+#include "render/sample_grid.h"
+#include "render/scenes.h"
+#include "support/error.h"
+
+namespace granuscope {
+namespace {
+
+/// Particles, as pale as can be seen; contacts lie over them.
+constexpr std::uint8_t particle_level = 14;
+
+/// Elements sorted into strips of equal height, so that a band of the picture meets only what may reach into it.
+class Strips {
+ public:
+  Strips(std::vector<Element> elements, const Extent& extent)
+      : elements_(std::move(elements)), top_(extent.z0), height_(std::max(extent.height(), 1e-9) / strips) {
+    std::array<std::size_t, strips + 1> ends{};
+    for (const Element& one : elements_) {
+      for (std::size_t k = strip(upper(one)); k <= strip(lower(one)); ++k) ++ends[k + 1];
+    }
+    for (std::size_t k = 0; k < strips; ++k) ends[k + 1] += ends[k];
+    begins_ = ends;
+    places_.resize(ends[strips]);
+    for (std::size_t at = 0; at < elements_.size(); ++at) {
+      for (std::size_t k = strip(upper(elements_[at])); k <= strip(lower(elements_[at])); ++k) places_[ends[k]++] = at;
+    }
+  }
+
+  void visit(const Extent& region, const Scene::Visit& visit) const {
+    const std::size_t first = strip(region.z0), last = strip(region.z1);
+    for (std::size_t k = first; k <= last; ++k) {
+      for (std::size_t at = begins_[k]; at < begins_[k + 1]; ++at) {
+        const Element& one = elements_[places_[at]];
+        if (k > first && strip(upper(one)) < k) continue;  // met in a strip before
+        const double reach = 0.5 * one.width;
+        if (std::max(one.x0, one.x1) + reach < region.x0 || std::min(one.x0, one.x1) - reach > region.x1) continue;
+        visit(one);
+      }
+    }
+  }
+
+ private:
+  static constexpr std::size_t strips = 512;
+
+  std::size_t strip(double z) const {
+    return static_cast<std::size_t>(std::clamp((z - top_) / height_, 0.0, strips - 1.0));
+  }
+  static double upper(const Element& one) { return std::min(one.z0, one.z1) - 0.5 * one.width; }
+  static double lower(const Element& one) { return std::max(one.z0, one.z1) + 0.5 * one.width; }
+
+  std::vector<Element> elements_;
+  double top_, height_;
+  std::array<std::size_t, strips + 1> begins_{};
+  std::vector<std::size_t> places_;
+};
+
+/// All that is placed, or the window asked for; z = -y.
+Extent extent_of(const Packing& packing, const SceneSpec& spec) {
+  if (spec.window) {
+    const auto& [x0, x1, y0, y1] = *spec.window;
+    if (!(x1 - x0 >= 1) || !(y1 - y0 >= 1) || !std::isfinite(x1 - x0) || !std::isfinite(y1 - y0)) {
+      throw InputError("the window is empty; it is X0,X1,Y0,Y1 in mean particle diameters, at least one apart each");
+    }
+    return {x0, x1, -y1, -y0};
+  }
+  constexpr double far = std::numeric_limits<double>::infinity();
+  Extent extent{far, -far, far, -far};
+  const auto take = [&](double x, double y, double reach) {
+    extent = {std::min(extent.x0, x - reach), std::max(extent.x1, x + reach), std::min(extent.z0, -y - reach),
+              std::max(extent.z1, -y + reach)};
+  };
+  for (const PackingContact& one : packing.contacts) {
+    if (!one.placed) continue;
+    take(one.x, one.y, packing.mean_diameter / 2);
+    take(one.x + one.branch_x, one.y + one.branch_y, packing.mean_diameter / 2);
+  }
+  for (const Particle& one : packing.particles) {
+    if (std::isfinite(one.x) && one.radius > 0) take(one.x, one.y, one.radius);
+  }
+  if (!(extent.x1 > extent.x0)) {
+    throw InputError("no contact says where it is; give the file of the particles by --particles");
+  }
+  const double d = packing.mean_diameter;
+  return {extent.x0 / d, extent.x1 / d, extent.z0 / d, extent.z1 / d};
+}
+
+}  // namespace
+
+Scene build_packing_scene(const Packing& packing, double mu, const SceneSpec& spec) {
+  const bool friction = spec.scene == "friction";
+  if (!friction && spec.scene != "forces") {
+    throw InputError(fmt::format("there is no scene '{}' of a packing; choose forces or friction", spec.scene));
+  }
+  if (friction && !(mu > 0))
+    throw InputError("the scene 'friction' shows |T|/(μN); give the friction coefficient by --mu");
+  Scene scene;
+  scene.name = spec.scene;
+  scene.glyph = friction ? Glyph::even_bar : Glyph::force_bar;
+  scene.key_title = label(friction ? "friction" : "forces of a packing");
+  scene.colour_map = !spec.colour_map.empty() ? spec.colour_map : friction ? "viridis" : "grey";
+  const ColourScale colours(Palette::builtin(), scene.colour_map);
+  scene.extent = extent_of(packing, spec);
+  const PlotSize size = plot_size(spec, scene.extent, {scene.key_title});
+  scene.plot_width_px = size.width_px;
+  scene.plot_height_px = size.height_px;
+  scene.pixels_per_diameter = size.pixels_per_diameter;
+
+  double mean = 0;
+  for (const PackingContact& one : packing.contacts) mean += one.N / static_cast<double>(packing.contacts.size());
+  const auto value_of = [&](const PackingContact& one) {
+    if (friction) return one.N > 0 ? std::abs(one.T) / (mu * one.N) : 0;
+    return std::max(one.N / mean, 0.0);
+  };
+  MagnitudeHistogram seen;
+  for (const PackingContact& one : packing.contacts) {
+    if (!one.placed) continue;
+    const double value = value_of(one);
+    seen.add(value);
+    scene.value_max = std::max(scene.value_max, value);
+  }
+  const double top = seen.quantile(scale_quantile);
+  std::array<double, 2> ends{0, !friction && top > 0 ? round_up(top) : 1};
+  if (spec.range) ends = checked_range(*spec.range, Sign::one);
+  scene.values = {ends[0], ends[1], Sign::one, 255};
+
+  const double d = packing.mean_diameter;
+  const auto is_outside = [&](const Element& one) {
+    const double reach = 0.5 * one.width;
+    return std::max(one.x0, one.x1) + reach < scene.extent.x0 || std::min(one.x0, one.x1) - reach > scene.extent.x1 ||
+           std::max(one.z0, one.z1) + reach < scene.extent.z0 || std::min(one.z0, one.z1) - reach > scene.extent.z1;
+  };
+  std::vector<Element> elements;
+  for (const Particle& one : packing.particles) {
+    if (!std::isfinite(one.x) || !(one.radius > 0)) continue;
+    const Element disc{one.x / d, -one.y / d, one.x / d, -one.y / d, 2 * one.radius / d, particle_level, Outline::bar};
+    if (!is_outside(disc)) elements.push_back(disc);
+  }
+  for (const PackingContact& one : packing.contacts) {
+    if (!one.placed) {
+      ++scene.counts.outside;
+      continue;
+    }
+    const double share = one.second == PackingContact::wall ? 0.5 : 1;
+    Element bar{one.x / d, -one.y / d, (one.x + share * one.branch_x) / d, -(one.y + share * one.branch_y) / d};
+    bar.level = scene.values.level(value_of(one));
+    bar.width = width_of(scene.glyph, scene.values.strength(bar.level));
+    if (is_outside(bar)) {
+      ++scene.counts.outside;
+    } else if (bar.level == 0 && spec.skip_invisible) {
+      ++scene.counts.too_faint;
+    } else {
+      bar.level = std::max<std::uint8_t>(bar.level, particle_level + 1);
+      ++scene.counts.drawn;
+      elements.push_back(bar);
+    }
+  }
+  const auto strips = std::make_shared<const Strips>(std::move(elements), scene.extent);
+  scene.elements = [strips](const Extent& region, const Scene::Visit& visit) { strips->visit(region, visit); };
+  return scene;
+}
+
+}  // namespace granuscope

@@ -1,0 +1,167 @@
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cli/flag_checks.h"
+#include "cli/page_options.h"
+#include "cli/verbs.h"
+#include "packing/packing_file.h"
+#include "packing/packing_scene.h"
+#include "packing/packing_statistics.h"
+#include "render/render_pile.h"
+#include "support/csv.h"
+#include "support/error.h"
+#include "support/plain_text.h"
+#include "support/provenance.h"
+
+namespace granuscope {
+namespace {
+
+struct ContactsOptions {
+  std::string contacts, particles, columns, particle_columns, histogram, range, window;
+  std::optional<double> step, period_x, period_y;
+  double mu = std::numeric_limits<double>::quiet_NaN();
+  bool json = false, transparent = false;
+  OutputFile image;
+  PageOptions page;
+  SceneSpec scene;
+};
+
+std::vector<std::string> names_in(const std::string& list) {
+  std::vector<std::string> names;
+  for (std::size_t from = 0; !list.empty() && from <= list.size();) {
+    const std::size_t comma = std::min(list.find(',', from), list.size());
+    names.push_back(CLI::detail::trim_copy(list.substr(from, comma - from)));
+    from = comma + 1;
+  }
+  return names;
+}
+
+/// Counts as they are, all else to five digits.
+std::string in_words(double value) {
+  return value == std::floor(value) && std::abs(value) < 1e15 ? fmt::format("{:.0f}", value) : significant(value, 5);
+}
+
+std::string numbers_text(const std::vector<PackingNumber>& numbers, bool json) {
+  std::string text;
+  for (const PackingNumber& one : numbers) {
+    const bool known = std::isfinite(one.value);
+    if (json) {
+      text += fmt::format("{}\n  \"{}\": {}", text.empty() ? "{" : ",", one.name, known ? exact(one.value) : "null");
+    } else if (known) {
+      text += fmt::format("{}\t{}\t{}\n", one.name, in_words(one.value), one.about);
+    }
+  }
+  return json ? text + "\n}\n" : aligned(text);
+}
+
+void write_histogram(const Packing& packing, const ContactsOptions& options) {
+  CsvTable table({"from: <N>", "to: <N>", "density: 1/<N>", "standard_error: 1/<N>"});
+  for (const ForceBin& bin : normal_force_distribution(packing)) {
+    table.add_row({bin.from, bin.to, bin.density, bin.standard_error});
+  }
+  OutputFile{options.histogram, options.image.force}.write(table.text(), {options.contacts, options.particles});
+}
+
+void draw(const Packing& packing, const ContactsOptions& options, VerbContext& context) {
+  const auto name = std::filesystem::path(options.contacts).filename().string();
+  const ImageMetadata metadata{{"Title", "contacts of " + single_line(name)},
+                               {"Software", provenance_line(collect_provenance())},
+                               {"Description", fmt::format("{} contacts", packing.contacts.size())}};
+  const Scene scene = build_packing_scene(packing, options.mu, options.scene);
+  render_scene(scene, options.scene, options.image.path, metadata);
+  context.err << fmt::format("wrote {}: {} contacts drawn, {} outside or without a place, {} too faint to be seen\n",
+                             options.image.path, scene.counts.drawn, scene.counts.outside, scene.counts.too_faint);
+}
+
+ExitCode show_contacts(ContactsOptions options, VerbContext& context) {
+  SceneSpec& scene = options.scene;
+  scene.axes = Axes::packing;
+  apply_page(options.page, scene, context);
+  if (!options.range.empty()) scene.range = parse_range(options.range);
+  if (std::array<double, 4> window{}; !options.window.empty()) {
+    if (!parse_numbers(options.window, window)) {
+      throw InputError(fmt::format("--window {} is not X0,X1,Y0,Y1 in mean particle diameters", options.window));
+    }
+    scene.window = window;
+  }
+  if (options.transparent) scene.background = Background::transparent;
+  if (options.mu < 0) throw InputError("--mu is a friction coefficient: give 0 or more");
+  for (const auto& period : {options.period_x, options.period_y}) {
+    if (period && !(*period > 0)) throw InputError("a period of the box is a length above 0");
+  }
+  if (options.image.asked()) {
+    require_known_format(options.image.path);
+    options.image.require_free({options.contacts, options.particles});
+  }
+  const Packing packing = read_packing({options.contacts,
+                                        options.particles,
+                                        names_in(options.columns),
+                                        names_in(options.particle_columns),
+                                        options.step,
+                                        {options.period_x, options.period_y}});
+  for (const std::string& told : packing.told) context.err << single_line(told) << '\n';
+  if (packing.steps > 1 && packing.step) {
+    context.err << fmt::format("step {:g} is taken, of {}; --step takes another\n", *packing.step, packing.steps);
+  }
+  if (options.image.asked()) draw(packing, options, context);
+  if (!options.histogram.empty()) {
+    write_histogram(packing, options);
+    context.err << fmt::format("wrote {}\n", options.histogram);
+  }
+  context.out << numbers_text(packing_numbers(packing, options.mu), options.json);
+  return ExitCode::done;
+}
+
+}  // namespace
+
+void add_contacts_verb(CLI::App& app, VerbContext& context) {
+  CLI::App* verb = app.add_subcommand(
+      "contacts", "Tell the statistics of somebody's contact forces (LAMMPS, LIGGGHTS, PeGS, tables), and draw them");
+  const auto options = std::make_shared<ContactsOptions>();
+  verb->add_option(
+          "FILE", options->contacts,
+          "contacts: a `dump local` of LAMMPS or LIGGGHTS, a table with names of columns, or PeGS' adjacency list")
+      ->required();
+  add_output(*verb, "IMAGE,-o,--image", options->image, "draw the contacts, too: .png, .svg or .pdf");
+  verb->add_option(
+      "--particles", options->particles,
+      "particles, where contacts name them by number only or radii are to be seen: `dump custom`, a table, or "
+      "PeGS' positions");
+  verb->add_option("--columns", options->columns,
+                   "names of the columns of FILE, with commas between, where it has none or others; known are " +
+                       known_contact_columns() + "; any other name is left alone");
+  verb->add_option("--particle-columns", options->particle_columns,
+                   "the same of --particles; known are " + known_particle_columns());
+  verb->add_option("--step", options->step, "of a dump, or `frame` of a table (the last if not given)");
+  verb->add_option("--period-x", options->period_x, "of the box, where a dump does not say it, lengths of the file");
+  verb->add_option("--period-y", options->period_y, "the same in y");
+  verb->add_option("--mu", options->mu, "friction coefficient, for sliding contacts and violations of |T| <= mu N");
+  verb->add_flag("--json", options->json, "the numbers as one JSON object");
+  verb->add_option("--histogram", options->histogram, "CSV file to write: how often N/<N> has a value, with errors");
+  verb->add_option("--scene", options->scene.scene, "forces: N over its mean; friction: |T|/(mu N)")
+      ->capture_default_str();
+  add_page_options(*verb, options->page, "width of the picture: 1600 (pixels), 86mm, 8.6cm or 3.37in");
+  verb->add_option("--dpi", options->scene.dpi, "pixels per inch; text is laid out in points")->capture_default_str();
+  verb->add_option("--window", options->window, "X0,X1,Y0,Y1 in mean particle diameters (all if not given)");
+  verb->add_option("--range", options->range, "LOW,HIGH: ends of the colour scale (from the forces if not given)");
+  options->scene.colour_map.clear();
+  options->scene.backend = "none";
+  verb->add_option("--colour-map", options->scene.colour_map, "grey, viridis or cividis (the scene's own if not given)")
+      ->transform(CLI::detail::to_lower);
+  verb->add_option("--backend", options->scene.backend, "none: the processor paints, the quickest for thin bars; auto, osmesa or egl: to the same pixels")
+      ->capture_default_str();
+  verb->add_flag("--transparent", options->transparent, "no page behind the picture");
+  verb->callback(
+      [options, &context] { context.action = [options, &context] { return show_contacts(*options, context); }; });
+}
+
+}  // namespace granuscope

@@ -1,0 +1,114 @@
+#include "cli/page_options.h"
+
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdlib>
+#include <initializer_list>
+#include <string_view>
+
+#include "plot/plot_texts.h"
+#include "render/decorations.h"
+#include "render/font.h"
+#include "support/error.h"
+#include "support/plain_text.h"
+
+namespace granuscope {
+namespace {
+
+struct Unit {
+  std::string_view name;
+  double scale;
+};
+
+/// A number above 0 with a unit behind it, or without, which is the first one; 0 for any other text.
+double measure_in(const std::string& text, std::initializer_list<Unit> units) {
+  char* end = nullptr;
+  const double number = std::strtod(text.c_str(), &end);
+  if (end == text.c_str() || !(number > 0)) return 0;
+  const std::string_view unit = end;
+  if (unit.empty()) return number * units.begin()->scale;
+  for (const Unit& known : units) {
+    if (unit == known.name) return number * known.scale;
+  }
+  return 0;
+}
+
+/// Of a width on paper at so many pixels per inch, or the number of pixels itself. What no picture can have is clipped
+/// to what is refused later.
+int pixels(const std::string& text, double dpi) {
+  constexpr double most = 1e9;
+  const double width = measure_in(text, {{"px", 1}, {"mm", dpi / 25.4}, {"cm", dpi / 2.54}, {"in", dpi}});
+  if (width > 0) return static_cast<int>(std::lround(std::clamp(width, 1.0, most)));
+  throw InputError(fmt::format("--width {} is no width; write 1600 (pixels), 86mm, 8.6cm or 3.37in", text));
+}
+
+}  // namespace
+
+void add_page_options(CLI::App& verb, PageOptions& page, const std::string& width_help, const std::string& fonts) {
+  verb.add_option("--width", page.width, width_help);
+  verb.add_option("--font", page.font,
+                  "of all text, as fontconfig names it; of one that is not here fontconfig's substitute is taken, and "
+                  "named" +
+                      fonts)
+      ->capture_default_str();
+  verb.add_option("--font-size", page.font_size, "8pt, or 8; room around the axes grows with it");
+  verb.add_option("--language", page.language, "of its texts and decimal point: en, fr or de")->capture_default_str();
+}
+
+void tell_substitute(const std::string& asked, const std::string& taken, VerbContext& context) {
+  context.err << fmt::format("there is no font {} here, {} takes its place (`fc-list : family` lists all)\n",
+                             single_line(asked), single_line(taken));
+}
+
+double points(const std::string& text) {
+  const double size = measure_in(text, {{"pt", 1}});
+  if (size > 0) return size;
+  throw InputError(fmt::format("--font-size {} is no size of text; write 8pt or 8", text));
+}
+
+double millimetres(const std::string& text) {
+  const double width = measure_in(text, {{"mm", 1}, {"cm", 10}, {"in", 25.4}});
+  if (width > 0) return width;
+  throw InputError(fmt::format("--width {} is no width; write 86mm, 8.6cm or 3.37in", text));
+}
+
+bool parse_numbers(std::string_view text, std::span<double> numbers) {
+  for (std::size_t k = 0; k < numbers.size(); ++k) {
+    const std::size_t comma = text.find(',');
+    if ((comma == std::string_view::npos) != (k + 1 == numbers.size())) return false;
+    const std::string_view part = text.substr(0, comma);
+    const auto [end, error] = std::from_chars(part.data(), part.data() + part.size(), numbers[k]);
+    if (error != std::errc() || end != part.data() + part.size()) return false;
+    text.remove_prefix(comma == std::string_view::npos ? text.size() : comma + 1);
+  }
+  return true;
+}
+
+std::array<double, 2> parse_range(std::string_view text) {
+  std::array<double, 2> range{};
+  if (parse_numbers(text, range)) return range;
+  throw InputError(fmt::format(
+      "--range {} is not LOW,HIGH; give the two ends of the colour scale, as in --range=0,1.5 or --range=-1,1", text));
+}
+
+void apply_page(PageOptions& page, SceneSpec& scene, VerbContext& context) {
+  if (!page.width.empty()) scene.width_px = pixels(page.width, scene.dpi);
+  if (!page.font_size.empty()) scene.text_points = points(page.font_size);
+  (void)catalogue_of(page.language);  // refuses a language that there is not
+  use_language_of_pictures(page.language);
+  if (page.font == PageOptions().font) return;
+  const auto match = match_font(page.font);
+  if (!match) {
+    throw EnvironmentError(
+        "fc-match, which finds a font by its name, is not here; install fontconfig or leave out --font");
+  }
+  if (match->is_substitute) tell_substitute(page.font, match->family, context);
+  page.font = match->family;
+  scene.font_file = match->file;
+}
+
+}  // namespace granuscope

@@ -1,0 +1,246 @@
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <map>
+#include <random>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "kit/temporary_folder.h"
+#include "packing/packing_file.h"
+#include "packing/packing_scene.h"
+#include "packing/packing_statistics.h"
+#include "support/error.h"
+#include "support/files.h"
+
+using namespace granuscope;
+using Catch::Matchers::Contains;
+
+namespace {
+
+Packing packing_of(const test::TemporaryFolder& folder, const std::string& contacts, const std::string& particles = "",
+                   PackingFiles files = {}) {
+  write_file(folder / "contacts", contacts);
+  files.contacts = folder / "contacts";
+  if (!particles.empty()) {
+    write_file(folder / "particles", particles);
+    files.particles = folder / "particles";
+  }
+  return read_packing(files);
+}
+
+std::map<std::string, double> numbers_of(const Packing& packing, double mu = std::nan("")) {
+  std::map<std::string, double> numbers;
+  for (const PackingNumber& one : packing_numbers(packing, mu)) numbers[one.name] = one.value;
+  return numbers;
+}
+
+/// Three discs of radius 1/2 in a row, pressed together by 2 from either side, the right contact with friction 0.5.
+const std::string row_of_three =
+    "# made by hand\n"
+    "x1,y1,x2,y2,id1,id2,fx,fy\n"
+    "#m,m,m,m,-,-,N,N\n"
+    "0,0,1,0,1,2,2,0\n"
+    "1,0,2,0,2,3,2,0.5\n";
+const std::string three_discs = "id x y radius\n1 0 0 0.5\n2 1 0 0.5\n3 2 0 0.5\n4 9 9 0.5\n";
+
+}  // namespace
+
+TEST_CASE("Forces as vectors become normal and tangential parts, and the numbers are those of a small packing") {
+  const test::TemporaryFolder folder;
+  const Packing packing = packing_of(folder, row_of_three, three_discs);
+  REQUIRE(packing.contacts.size() == 2);
+  CHECK(packing.contacts[0].N == 2);
+  CHECK(packing.contacts[0].T == 0);
+  CHECK(packing.contacts[1].N == 2);
+  CHECK(packing.contacts[1].T == 0.5);  // to the left of +x is +y
+  std::map<std::string, double> numbers = numbers_of(packing, 0.25);
+  CHECK(numbers["particles"] == 4);
+  CHECK(numbers["contacts"] == 2);
+  CHECK(numbers["rattlers"] == 3);  // both ends, and the disc that nothing touches
+  CHECK(numbers["coordination"] == 4);
+  CHECK(numbers["mean_diameter"] == 1);
+  CHECK(numbers["N_mean"] == 2);
+  CHECK(numbers["N2"] == Approx(1));
+  CHECK(numbers["T_over_N"] == Approx(0.125));
+  CHECK(numbers["T_over_N_max"] == Approx(0.25));
+  CHECK(numbers["sliding"] == Approx(0.5));
+  CHECK(numbers["cone_violations"] == 0);
+  CHECK(numbers_of(packing, 0.2)["cone_violations"] == 1);
+  CHECK(std::isnan(numbers_of(packing)["sliding"]));
+  CHECK(numbers["fabric_anisotropy"] == Approx(1));  // all branches along x
+  CHECK(numbers["fabric_angle"] == Approx(0).margin(1e-12));
+  // The disc in the middle is pushed by 2 from the left, and by -2 and -0.5 from the right.
+  CHECK(numbers["balance_max"] == Approx(0.5 / std::hypot(2, 0.5)));
+  CHECK(numbers["torque_max"] == Approx(0.5 / std::hypot(2, 0.5)));
+}
+
+TEST_CASE("Every way of writing the same contacts is read as the same packing") {
+  const test::TemporaryFolder folder;
+  const Packing expected = packing_of(folder, row_of_three, three_discs);
+  const std::string dump =
+      "ITEM: TIMESTEP\n10\nITEM: NUMBER OF ENTRIES\n1\nITEM: BOX BOUNDS ff ff pp\n0 1\n0 1\n0 1\n"
+      "ITEM: ENTRIES x1 y1 z1 x2 y2 z2 id1 id2 periodic fx fy fz\n5 0 0 6 0 0 1 2 0 7 0 0\n"
+      "ITEM: TIMESTEP\n20\nITEM: NUMBER OF ENTRIES\n2\nITEM: BOX BOUNDS ff ff pp\n0 1\n0 1\n0 1\n"
+      "ITEM: ENTRIES x1 y1 z1 x2 y2 z2 id1 id2 periodic fx fy fz\n"
+      "0 0 0 1 0 0 1 2 0 -2 0 0\n1 0 0 2 0 0 2 3 0 -2 -0.5 0\n";  // forces on the first particle
+  const std::vector<std::pair<std::string, std::string>> files{
+      {dump, three_discs},
+      {"id1\tid2\tN\tT\r\n1\t2\t2\t0\r\n2\t3\t2\t0.5\r\n", three_discs},
+      {"\xef\xbb\xbfID1; ID2; \"Fn [N]\"; Ft (N)\n1; 2; 2.0; +0\n\n2; 3; 2e0; 5e-1\n", three_discs},
+      {"1,1,2,0,2\n1,2,1,0,2\n1,2,3,0.5,2\n1,3,2,0.5,2\n",
+       "1,1,0,0,0.5,0\n1,2,1,0,0.5,0\n1,3,2,0,0.5,0\n1,4,9,9,0.5,0\n"},
+      {"upper,lower,x_upper,z_upper,branch_x,branch_z,N,T\n1,2,0,0,1,0,2,0\n2,3,1,0,1,0,2,0.5\n", three_discs},
+      {"frame,id1,id2,N,T\n3,1,2,9,9\n7,1,2,2,0\n7,2,3,2,0.5\n", three_discs},
+  };
+  for (const auto& [contacts, particles] : files) {
+    INFO(contacts);
+    const Packing packing = packing_of(folder, contacts, particles);
+    REQUIRE(packing.contacts.size() == 2);
+    for (const std::size_t k : {0, 1}) {
+      CHECK(packing.contacts[k].N == expected.contacts[k].N);
+      CHECK(packing.contacts[k].T == expected.contacts[k].T);
+      CHECK(packing.contacts[k].branch_x == 1);
+      CHECK(packing.particles[packing.contacts[k].first].id == static_cast<int>(k) + 1);
+    }
+  }
+  PackingFiles first_step;
+  first_step.step = 10;
+  CHECK(packing_of(folder, dump, "", first_step).contacts[0].N == 7);
+  PackingFiles named;
+  named.columns = {"id1", "id2", "ignored", "N"};
+  CHECK(packing_of(folder, "1 2 5 2\n2 3 5 2\n", three_discs, named).contacts[1].N == 2);
+}
+
+TEST_CASE("A contact across the seam of a periodic box has the branch to the nearest image") {
+  const test::TemporaryFolder folder;
+  PackingFiles files;
+  files.periods = {3.0, std::nullopt};
+  const Packing packing = packing_of(folder, "id1 id2 N\n1 2 1\n2 3 1\n3 1 1\n", three_discs, files);
+  for (const PackingContact& one : packing.contacts) CHECK(one.branch_x == Approx(1));
+  CHECK(numbers_of(packing)["balance_max"] == Approx(0).margin(1e-14));
+}
+
+TEST_CASE("Each bad line of contacts is told with its number, all together, up to some") {
+  const test::TemporaryFolder folder;
+  struct Bad {
+    std::string contacts, particles;
+    std::vector<std::string> told;
+  };
+  const std::string head = "id1,id2,N,T\n1,2,1,0\n";
+  const std::vector<Bad> cases{
+      {head + "1,9,1,0\n2,3,nan,0\n3,3,1,0\n2,3,x,0\n",
+       three_discs,
+       {"line 3: there is no particle 9", "line 4: a force is no number", "line 5: the particle 3 touches itself",
+        "line 6: a force is no number"}},
+      {head + "2,3,1\n2,3,1,0,5\n", three_discs, {"line 3: 3 cells instead of 4", "line 4: 5 cells instead of 4"}},
+      {head + "1,2,1,0\n", three_discs, {"line 3: the contact of 1 and 2 stands in line 2, too"}},
+      {head + "2,1,3,0\n",
+       three_discs,
+       {"line 3: the contact of 2 and 1 stands in line 2, too, with another normal force"}},
+      {head + "1.5,2,1,0\n-4,2,1,0\n", three_discs, {"line 3: the id 1.5", "line 4: the first particle is a wall"}},
+      {"x1,y1,x2,y2,N\n0,0,0,0,1\n", "", {"line 2: both particles are at one place"}},
+      {"x1,y1,x2,y2,N\n0,0,inf,0,1\n", "", {"line 2: a place is no number"}},
+      {"id1,id2\n1,2\n", three_discs, {"its columns are id1, id2", "normal force N"}},
+      {"1 2 3\n4 5 6\n", "", {"its 3 columns have no names", "--columns"}},
+      {"N,T\n1,0\n", "", {"needed are id1 and id2, or x1, y1, x2 and y2"}},
+      {head, "id,x\n1,0\n", {"id, x and y are needed"}},
+      {head, "id,x,y\n1,0,0\n1,1,0\n2,nan,0\n", {"line 3: the particle 1 stands twice", "line 4: x, y or the radius"}},
+      {"", "", {"there is no line of numbers"}},
+      {"# nothing\n\n", "", {"there is no line of numbers"}},
+      {std::string("a\0b", 3), "", {"it is no text"}},
+      {"ITEM: TIMESTEP\n1\nITEM: NUMBER OF ENTRIES\n3\nITEM: ENTRIES id1 id2 N\n1 2 1\n",
+       three_discs,
+       {"of 3 lines that the step is to have, 1 are there"}},
+      {"ITEM: NOTHING\n", "", {"no ITEM: TIMESTEP"}},
+  };
+  for (const Bad& bad : cases) {
+    INFO(bad.contacts);
+    for (const std::string& told : bad.told) {
+      CHECK_THROWS_WITH(packing_of(folder, bad.contacts, bad.particles), Contains(told));
+    }
+  }
+  std::string many = head;
+  for (int k = 0; k < 100; ++k) many += "1,77,1,0\n";
+  CHECK_THROWS_WITH(packing_of(folder, many, three_discs), Contains("and 95 more lines"));
+  PackingFiles no_such_step;
+  no_such_step.step = 4;
+  CHECK_THROWS_WITH(packing_of(folder, "frame,id1,id2,N\n1,1,2,1\n", three_discs, no_such_step),
+                    Contains("no frame 4"));
+}
+
+TEST_CASE("A scene of a packing hands over each bar once, and all that reach into a region") {
+  Packing packing;
+  packing.mean_diameter = 2;
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> place(-40, 40), angle(0, 6.283);
+  for (int k = 0; k < 400; ++k) {
+    packing.particles.push_back({k, place(random), place(random), 0.6 + 0.001 * k});
+    PackingContact one;
+    one.first = static_cast<std::size_t>(k);
+    one.placed = k % 10 != 0;
+    one.x = packing.particles.back().x;
+    one.y = packing.particles.back().y;
+    const double along = angle(random);
+    one.branch_x = 2 * std::cos(along);
+    one.branch_y = 2 * std::sin(along);
+    one.N = 0.01 * k;
+    packing.contacts.push_back(one);
+  }
+  SceneSpec spec;
+  spec.axes = Axes::packing;
+  for (const bool windowed : {false, true}) {
+    if (windowed) spec.window = {{-5, 7, -3, 11}};
+    const Scene scene = build_packing_scene(packing, 0, spec);
+    const SceneCounts& counts = scene.counts;
+    CHECK(counts.drawn + counts.outside + counts.too_faint == 400);
+    std::vector<Element> all;
+    const Extent everything{-1e9, 1e9, -1e9, 1e9};
+    scene.elements(everything, [&](const Element& one) { all.push_back(one); });
+    std::size_t bars = 0;
+    for (const Element& one : all) bars += one.x0 != one.x1 || one.z0 != one.z1 ? 1 : 0;
+    CHECK(bars == counts.drawn);
+    if (windowed) CHECK(counts.outside > 40);
+    for (int trial = 0; trial < 50; ++trial) {
+      const double x = place(random) / 2, z = place(random) / 2;
+      const Extent region{x, x + 3, z, z + 0.5};
+      std::size_t wanted = 0, met = 0;
+      for (const Element& one : all) {
+        const double reach = one.width / 2;
+        wanted += std::max(one.x0, one.x1) + reach >= region.x0 && std::min(one.x0, one.x1) - reach <= region.x1 &&
+                          std::max(one.z0, one.z1) + reach >= region.z0 && std::min(one.z0, one.z1) - reach <= region.z1
+                      ? 1
+                      : 0;
+      }
+      scene.elements(region, [&](const Element& one) {
+        const double reach = one.width / 2;
+        met += std::max(one.z0, one.z1) + reach >= region.z0 && std::min(one.z0, one.z1) - reach <= region.z1 ? 1 : 0;
+      });
+      CHECK(met == wanted);
+    }
+  }
+  spec.scene = "friction";
+  CHECK_THROWS_WITH(build_packing_scene(packing, std::nan(""), spec), Contains("--mu"));
+  spec.scene = "weight";
+  CHECK_THROWS_WITH(build_packing_scene(packing, 0.3, spec), Contains("choose forces or friction"));
+}
+
+TEST_CASE("The distribution of normal forces adds up to one, and counts its errors") {
+  Packing packing;
+  std::mt19937 random(2);
+  std::exponential_distribution<double> force(0.25);
+  for (int k = 0; k < 20000; ++k) {
+    PackingContact one;
+    one.N = force(random);
+    packing.contacts.push_back(one);
+  }
+  double sum = 0, chi2 = 0;
+  for (const ForceBin& bin : normal_force_distribution(packing)) {
+    sum += bin.density * (bin.to - bin.from);
+    if (bin.to > 3.05) continue;
+    const double expected = (std::exp(-bin.from) - std::exp(-bin.to)) / (bin.to - bin.from);
+    chi2 += std::pow((bin.density - expected) / bin.standard_error, 2);
+  }
+  CHECK(sum == Approx(1).margin(1e-3));  // one in 22026 lies beyond ten means
+  CHECK(chi2 < 60);                      // 30 bins
+}
