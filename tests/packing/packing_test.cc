@@ -68,6 +68,11 @@ TEST_CASE("Forces as vectors become normal and tangential parts, and the numbers
   CHECK(numbers["cone_violations"] == 0);
   CHECK(numbers_of(packing, 0.2)["cone_violations"] == 1);
   CHECK(std::isnan(numbers_of(packing)["sliding"]));
+  std::map<std::string, double> normal_only =
+      numbers_of(packing_of(folder, "id1 id2 N\n1 2 2\n2 3 2\n", three_discs), 0.2);
+  for (const char* name : {"T_over_N", "T_over_N_max", "sliding", "cone_violations", "torque_max"}) {
+    CHECK(std::isnan(normal_only[name]));
+  }
   CHECK(numbers["fabric_anisotropy"] == Approx(1));  // all branches along x
   CHECK(numbers["fabric_angle"] == Approx(0).margin(1e-12));
   // The disc in the middle is pushed by 2 from the left, and by -2 and -0.5 from the right.
@@ -149,6 +154,7 @@ TEST_CASE("Each bad line of contacts is told with its number, all together, up t
       {"", "", {"there is no line of numbers"}},
       {"# nothing\n\n", "", {"there is no line of numbers"}},
       {std::string("a\0b", 3), "", {"it is no text"}},
+      {"\x89HDF\r\n", "", {"granuscope export"}},
       {"ITEM: TIMESTEP\n1\nITEM: NUMBER OF ENTRIES\n3\nITEM: ENTRIES id1 id2 N\n1 2 1\n",
        three_discs,
        {"of 3 lines that the step is to have, 1 are there"}},

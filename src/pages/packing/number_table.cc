@@ -251,6 +251,12 @@ void Problems::raise() const {
 NumberTable read_number_table(const std::filesystem::path& file, const std::vector<std::string>& columns,
                               std::optional<double> step) {
   const std::string text = read_file(file);
+  if (text.starts_with("\x89HDF")) {
+    throw InputError(
+        fmt::format("{}: it is HDF5; `granuscope export` writes the contacts of a pile as a table, and "
+                    "`granuscope audit` looks at one",
+                    file.string()));
+  }
   if (text.find('\0') != std::string::npos) {
     throw InputError(
         fmt::format("{}: it is no text; give a table, or a dump of LAMMPS or LIGGGHTS as text", file.string()));

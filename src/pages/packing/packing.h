@@ -29,7 +29,7 @@ struct PackingContact {
 struct Packing {
   std::vector<Particle> particles;
   std::vector<PackingContact> contacts;
-  bool directed = false;          ///< T has a sign, so that forces are vectors
+  bool tangential = false;        ///< the file has tangential forces
   std::size_t twins = 0;          ///< lines left out, since they tell a contact again from its other side
   std::optional<double> step;     ///< of the dump, or frame of the table, that was read
   std::size_t steps = 1;          ///< that the file has

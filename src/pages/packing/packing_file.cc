@@ -226,7 +226,7 @@ class PackingReader {
       if (files_.periods[axis]) periods_[axis] = files_.periods[axis];
     }
     const Columns c = columns_of(table);
-    packing_.directed = c.T || c.forces();
+    packing_.tangential = c.T || (c.forces() && !c.N);
     Problems problems(files_.contacts);
     std::unordered_map<std::uint64_t, std::size_t> seen;
     std::vector<std::size_t> lines;

@@ -53,7 +53,7 @@ std::vector<OfParticle> forces_on_particles(const Packing& packing) {
       sum.x += of_first ? -x : x;
       sum.y += of_first ? -y : y;
       // The point of contact lies a radius along the branch, seen from either side; so both arms turn alike.
-      sum.torque += radius > 0 ? -radius * one.T : unknown;
+      sum.torque += radius > 0 && packing.tangential ? -radius * one.T : unknown;
       sum.largest = std::max(sum.largest, force);
     }
   }
@@ -135,7 +135,7 @@ std::vector<PackingNumber> packing_numbers(const Packing& packing, double mu) {
   }
   const double bearing = static_cast<double>(sums.size()) - rattlers;
   const std::vector<std::size_t> clusters = strong_clusters(packing, mean);
-  const bool friction = std::isfinite(mu);
+  const bool friction = packing.tangential && std::isfinite(mu);
 
   std::vector<PackingNumber> numbers{
       {"particles", static_cast<double>(packing.particles.size()), "that the files name"},
@@ -150,8 +150,9 @@ std::vector<PackingNumber> packing_numbers(const Packing& packing, double mu) {
       {"N_max", largest, "largest normal force over the mean"},
       {"strong", strong / count, "share of contacts above the mean"},
       {"tension", tension, "contacts that pull"},
-      {"T_over_N", sum_T / (mean * count), "<|T|>/<N>"},
-      {"T_over_N_max", most_share, "largest |T|/N: the least friction coefficient that holds it"},
+      {"T_over_N", packing.tangential ? sum_T / (mean * count) : unknown, "<|T|>/<N>"},
+      {"T_over_N_max", packing.tangential ? most_share : unknown,
+       "largest |T|/N: the least friction coefficient that holds it"},
       {"sliding", friction ? sliding / count : unknown, "share of contacts with |T| = μN, to a thousandth"},
       {"cone_violations", friction ? violating : unknown, "contacts with |T| > μN"},
       {"fabric_anisotropy", fabric.difference, "difference of the eigenvalues of <n n>: 0 is isotropic"},

@@ -25,6 +25,9 @@
 namespace granuscope {
 namespace {
 
+/// What is kept of a byte of text: itself, its numbers, and contacts and particles made of them.
+constexpr double memory_of_text = 3;
+
 struct ContactsOptions {
   std::string contacts, particles, columns, particle_columns, histogram, range, window;
   std::optional<double> step, period_x, period_y;
@@ -102,6 +105,9 @@ ExitCode show_contacts(ContactsOptions options, VerbContext& context) {
     require_known_format(options.image.path);
     options.image.require_free({options.contacts, options.particles});
   }
+  std::error_code none;
+  const auto bytes = std::filesystem::file_size(options.contacts, none);
+  if (!none) require_memory(memory_of_text * static_cast<double>(bytes));
   const Packing packing = read_packing({options.contacts,
                                         options.particles,
                                         names_in(options.columns),
@@ -157,7 +163,8 @@ void add_contacts_verb(CLI::App& app, VerbContext& context) {
   options->scene.backend = "none";
   verb->add_option("--colour-map", options->scene.colour_map, "grey, viridis or cividis (the scene's own if not given)")
       ->transform(CLI::detail::to_lower);
-  verb->add_option("--backend", options->scene.backend, "none: the processor paints, the quickest for thin bars; auto, osmesa or egl: to the same pixels")
+  verb->add_option("--backend", options->scene.backend,
+                   "none: the processor paints, the quickest for thin bars; auto, osmesa or egl: to the same pixels")
       ->capture_default_str();
   verb->add_flag("--transparent", options->transparent, "no page behind the picture");
   verb->callback(
