@@ -1,8 +1,11 @@
 // The examples: the same files for every number of threads, within their budgets.
+#include <fmt/format.h>
+
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <filesystem>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
 #include <string>
@@ -12,6 +15,7 @@
 #include "kit/temporary_folder.h"
 #include "pipeline/quiet_run.h"
 #include "support/files.h"
+#include "support/plain_text.h"
 #include "support/process.h"
 
 using namespace granuscope;
@@ -187,5 +191,49 @@ TEST_CASE("the reports of the examples keep their budgets of bytes and pages, an
     for (const int resolution : resolutions) {
       CHECK(std::abs(resolution - experiment.force_chains.scene.dpi) <= 1);
     }
+  }
+}
+
+// What README and docs/results.md quote of examples/quick.toml is what it finds.
+
+namespace {
+
+std::string in_words(const nlohmann::json& number) {
+  if (!number.value("power_law", true)) {
+    const nlohmann::json& about = number.at("about_law");
+    return fmt::format("{}, χ² {}/{}", significant(number.at("value"), 3), significant(about.at("chi2"), 2),
+                       about.at("degrees_of_freedom").get<int>());
+  }
+  return value_with_error(number.at("value"), number.at("stderr"));
+}
+
+/// The row of a table of exponents.
+std::string exponents_row(const std::string& read, const std::string& window, const nlohmann::json& found) {
+  const double systematic = found.at("gamma").value("systematic", 0.0);
+  return fmt::format("| {} | {} | {}{} | {} | {} |", read, window, in_words(found.at("gamma")),
+                     systematic > 0 ? " ± " + significant(systematic, 1) : "", in_words(found.at("beta")),
+                     in_words(found.at("alpha")));
+}
+
+}  // namespace
+
+TEST_CASE("README and docs/results.md say what examples/quick.toml finds", "[long]") {
+  const TemporaryFolder folder;
+  const fs::path source = GRANUSCOPE_SOURCE_DIR;
+  run_experiment(read_experiment(source / "examples/quick.toml", {"report.pdf=false"}), quiet(folder.path()));
+  const nlohmann::json summary = nlohmann::json::parse(read_file(folder / "summary.json"));
+  const nlohmann::json& best = summary.at("studies").at("literal_reading").at("best");
+  const std::string readme = read_file(source / "README.md"), findings = read_file(source / "docs/results.md");
+  for (const std::string& row :
+       {exponents_row(fmt::format("x_p/z and W²/z at z = {}", significant(best.at("z"), 3)), "0.1–0.3", best),
+        exponents_row("slopes", "0.1–0.3", summary.at("scaling")),
+        exponents_row("small friction, linear response", "0.05–0.1", summary.at("scaling").at("readings").at(1))}) {
+    CHECK_THAT(readme, Catch::Matchers::Contains(row));
+  }
+  for (const nlohmann::json& one : summary.at("results")) {
+    const double mu = one.at("mu");
+    if (mu == 0 || mu == 0.15 || mu == 0.4) continue;  // rows of the record
+    CHECK_THAT(findings, Catch::Matchers::Contains(fmt::format("| {} | {} | {} | {} |", mu, in_words(one.at("c")),
+                                                               in_words(one.at("D")), in_words(one.at("c_thrust")))));
   }
 }
