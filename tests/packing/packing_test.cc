@@ -194,7 +194,7 @@ TEST_CASE("A scene of a packing hands over each bar once, and all that reach int
     packing.contacts.push_back(one);
   }
   SceneSpec spec;
-  spec.axes = Axes::packing;
+  spec.coordinates = Coordinates::packing;
   for (const bool windowed : {false, true}) {
     if (windowed) spec.window = {{-5, 7, -3, 11}};
     const Scene scene = build_packing_scene(packing, 0, spec);

@@ -47,7 +47,9 @@ constexpr Words words_of_pile = {
 constexpr Words words_of_packing = {
     "x axis of a packing", {"y axis", "y axis", "y axis, short"}, "one mean diameter", "mean diameters"};
 
-const Words& words_of(const SceneSpec& spec) { return spec.axes == Axes::pile ? words_of_pile : words_of_packing; }
+const Words& words_of(const SceneSpec& spec) {
+  return spec.coordinates == Coordinates::pile ? words_of_pile : words_of_packing;
+}
 
 /// Lengths on paper as pixels of this image.
 class Paper {
@@ -89,7 +91,7 @@ AxisRoom axis_room(const SceneSpec& spec, const Extent& extent, const Font& font
     if (range < short_range) text += ".0";                                        // as axis_ticks() allows
     return font.width(text);
   };
-  const bool upwards = spec.axes == Axes::packing;  // y = -z
+  const bool upwards = spec.coordinates == Coordinates::packing;  // y = -z
   return {widest(std::max({std::abs(extent.z0), std::abs(extent.z1), spec.deepest_z}), extent.height(),
                  upwards && extent.z1 > 0),
           widest(std::max(std::abs(extent.x0), std::abs(extent.x1)), extent.width(), extent.x0 < 0)};
@@ -310,7 +312,7 @@ class LayoutMaker {
          axis_ticks(scene_.extent.z0, scene_.extent.z1, scene_.pixels_per_diameter, line_height(), paper_)) {
       const double at = pixel_of_z(z);
       layout_.rules.push_back({{plot.left - t - length, line_start(at), length, t}, "frame"});
-      const std::string text = number(spec_.axes == Axes::pile ? z : -z);
+      const std::string text = number(spec_.coordinates == Coordinates::pile ? z : -z);
       const int width = font_.width(text);
       const int base = static_cast<int>(std::lround(at + 0.5 * font_.digit_height()));
       add_label(text, {number_right - width, base - font_.ascent(), width, line_height()});

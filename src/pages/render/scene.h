@@ -14,14 +14,14 @@
 namespace granuscope {
 enum class Background { page, transparent };
 
-/// What the axes count: x and depth z of a pile in bead diameters, or x and y, upwards, of other particles in mean
+/// What positions count: x and depth z of a pile in bead diameters, or x and y, upwards, of other particles in mean
 /// ones.
-enum class Axes { pile, packing };
+enum class Coordinates { pile, packing };
 
 /// What to render, and how large. Windows count from the overloaded bead, as x of a response does.
 struct SceneSpec {
   std::string scene = "forces";
-  Axes axes = Axes::pile;
+  Coordinates coordinates = Coordinates::pile;
   int width_px = 1600;  ///< of the whole image, axes and legend included
   double dpi = 300;     ///< mm = 25.4 px / dpi; text is laid out in points
   double text_points = 8;

@@ -87,7 +87,7 @@ void draw(const Packing& packing, const ContactsOptions& options, VerbContext& c
 
 ExitCode show_contacts(ContactsOptions options, VerbContext& context) {
   SceneSpec& scene = options.scene;
-  scene.axes = Axes::packing;
+  scene.coordinates = Coordinates::packing;
   apply_page(options.page, scene, context);
   if (!options.range.empty()) scene.range = parse_range(options.range);
   if (std::array<double, 4> window{}; !options.window.empty()) {
