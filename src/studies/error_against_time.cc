@@ -31,19 +31,19 @@ std::string in_words(const Estimate& number) {
 }
 
 /// One panel: c or D.
-struct Quantity {
+struct TimedQuantity {
   const char* name;
   double ErrorPoint::*scatter;
   Estimate ErrorCurve::*mean;
   Estimate ErrorCurve::*shift;
   Estimate ErrorCurve::*slope;
 };
-constexpr Quantity quantities[] = {
+constexpr TimedQuantity quantities[] = {
     {"c", &ErrorPoint::scatter_c, &ErrorCurve::c, &ErrorCurve::shift_c, &ErrorCurve::slope_c},
     {"D", &ErrorPoint::scatter_D, &ErrorCurve::D, &ErrorCurve::shift_D, &ErrorCurve::slope_D}};
 
 /// The scatter of one sample if it falls as samples^(-1/2), weighted as the points are known.
-double scatter_of_one_sample(const ErrorCurve& curve, const Quantity& quantity) {
+double scatter_of_one_sample(const ErrorCurve& curve, const TimedQuantity& quantity) {
   double weights = 0, sum = 0;
   for (const ErrorPoint& p : curve.points) {
     const double weight = p.repetitions - 1;
@@ -64,7 +64,7 @@ struct ErrorPanel {
 };
 
 /// `cost`: of one sample of the curve, on the axis.
-void add_curve(ErrorPanel& panel, Plot& plot, const ErrorCurve& curve, const Quantity& quantity, double cost,
+void add_curve(ErrorPanel& panel, Plot& plot, const ErrorCurve& curve, const TimedQuantity& quantity, double cost,
                std::size_t number) {
   CsvTable table({"cost: beads", "error: bead diameters", "error_low: bead diameters", "error_high: bead diameters",
                   "samples: piles", "repetitions: repetitions"});
@@ -92,7 +92,7 @@ void add_curve(ErrorPanel& panel, Plot& plot, const ErrorCurve& curve, const Qua
 
 /// How many times cheaper than the first curve (the paper's procedure) one reaches the same scatter.
 std::string gain_over(const ErrorCurve& first, double first_cost, const ErrorCurve& curve, double cost,
-                      const Quantity& quantity) {
+                      const TimedQuantity& quantity) {
   const double ratio = std::pow(scatter_of_one_sample(first, quantity) / scatter_of_one_sample(curve, quantity), 2);
   return caption_number(ratio * first_cost / cost, 2);
 }
@@ -132,7 +132,7 @@ Figure plot_error_against_time(const std::vector<ErrorCurve>& curves, const std:
     slopes_c.push_back(in_words(curve.slope_c));
     slopes_D.push_back(in_words(curve.slope_D));
     std::vector<std::string> shifts;
-    for (const Quantity& quantity : quantities) {
+    for (const TimedQuantity& quantity : quantities) {
       if (known_shift(curve.*quantity.shift) > 0) {
         shifts.push_back(fmt::format("{} by {}", quantity.name, in_words(curve.*quantity.shift)));
       }

@@ -43,7 +43,7 @@ const std::array<PaperExponent, 3> paper{
      {"alpha", "α of xₚ/z against W²/z", paper_alpha, linear_in_D, &ReplicatedFits::alpha, "D"}}};
 
 /// x_p and W of one response, bead diameters.
-struct Reading {
+struct PeakReading {
   double peak = 0, width = 1;
 };
 
@@ -73,7 +73,7 @@ HalfResponse half_of(const std::vector<double>& response, int kind_of_row, const
 struct Normal {
   double pp = 0, pw = 0, ww = 0, rp = 0, rw = 0, sum = 0;
 };
-Normal normal_at(const HalfResponse& half, const Reading& at, double columns) {
+Normal normal_at(const HalfResponse& half, const PeakReading& at, double columns) {
   Normal n;
   for (std::size_t i = 0; i < half.x.size(); ++i) {
     double g = 0, by_peak = 0, by_width = 0;
@@ -97,13 +97,13 @@ Normal normal_at(const HalfResponse& half, const Reading& at, double columns) {
 }
 
 /// Levenberg and Marquardt from `start`; none if it does not converge.
-std::optional<Reading> read(const HalfResponse& half, Reading start, double columns) {
+std::optional<PeakReading> read(const HalfResponse& half, PeakReading start, double columns) {
   Normal now = normal_at(half, start, columns);
   double damping = 1e-3;
   for (int step = 0; step < 200; ++step) {
     const double pp = now.pp * (1 + damping), ww = now.ww * (1 + damping), det = pp * ww - now.pw * now.pw;
-    const Reading next{start.peak + (ww * now.rp - now.pw * now.rw) / det,
-                       start.width + (pp * now.rw - now.pw * now.rp) / det};
+    const PeakReading next{start.peak + (ww * now.rp - now.pw * now.rw) / det,
+                           start.width + (pp * now.rw - now.pw * now.rp) / det};
     if (!std::isfinite(next.peak) || !(next.width > 0.1)) {
       damping *= 10;
       if (damping > 1e9) return {};

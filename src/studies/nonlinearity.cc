@@ -385,7 +385,7 @@ struct Series {
   std::vector<const LoadResponse*> loads;
 };
 
-struct Panels {
+struct NonlinearityPanels {
   Panel D = left_panel(), c = right_panel();
   Range load, D_range, c_range;
 };
@@ -395,7 +395,7 @@ void add(Range& range, const Estimate& shift, double scale) {
   range.add(scale * (shift.value + shift.standard_error));
 }
 
-void add_series(Plot& plot, Panels& panels, const Series& series, std::size_t colour) {
+void add_series(Plot& plot, NonlinearityPanels& panels, const Series& series, std::size_t colour) {
   CsvTable table({"load: loads of one top bead", "D_shift_percent: %", "standard_error: %",
                   "c_shift_thousandths: 0.001", "standard_error: 0.001", "D: bead diameters",
                   "standard_error: bead diameters", "c: dimensionless", "standard_error: dimensionless",
@@ -466,7 +466,7 @@ Figure plot_load_comparison(const LoadComparison& measured, const std::string& s
   plot.id = study;
   plot.height = 3.0;
   plot.key = {.inches = 0.5, .lines = 2, .entries = {}};
-  Panels panels;
+  NonlinearityPanels panels;
   panels.D_range.add(0);
   panels.c_range.add(0);
   for (const Series& series : all) add_series(plot, panels, series, colours.at(series.mu));

@@ -292,3 +292,67 @@ TEST_CASE("Nothing depends on where the project lies or on the machine that buil
     }
   }
 }
+
+// Rooms are compiled in large pieces, too, whose cut moves with every line. So a name at the outer level of a .cc file
+// means one type in its room, and is no type of a header.
+
+namespace {
+
+struct TypeName {
+  std::string name;
+  std::string alias;  ///< what a `using` says it is: the same twice is no clash
+  fs::path file;
+};
+
+/// Types that begin at the left margin.
+void add_types(const fs::path& file, std::vector<TypeName>& types) {
+  std::istringstream lines(text_of(file));
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream words(line);
+    std::string kind, name;
+    words >> kind >> name;
+    if (kind == "enum" && name == "class") words >> name;
+    if (line.empty() || line[0] == ' ' || line.back() == ';') {
+      if (!line.starts_with("using ") || name == "namespace") continue;
+      types.push_back({name, line, file});
+    } else if (kind == "struct" || kind == "class" || kind == "enum") {
+      types.push_back({name, "", file});
+    }
+  }
+}
+
+}  // namespace
+
+TEST_CASE("A type of a source file has a name of its own in its room, and among headers") {
+  // Compiled by themselves, once for each set of instructions.
+  const auto by_itself = [](const fs::path& file) {
+    const std::string text = text_of(file);
+    return text.find("foreach_target") != std::string::npos || text.find("hwy/") != std::string::npos;
+  };
+  std::map<std::string, std::vector<TypeName>> of_room;
+  std::vector<TypeName> of_headers;
+  for (const fs::path& file : sources_in(source_folder / "src")) {
+    if (by_itself(file)) continue;
+    if (file.extension() == ".h") {
+      add_types(file, of_headers);
+    } else {
+      add_types(file, of_room[room_of(file, source_folder / "src")]);
+    }
+  }
+  std::size_t looked_at = 0;
+  for (const auto& [room, types] : of_room) {
+    for (const TypeName& one : types) {
+      ++looked_at;
+      for (const TypeName& other : types) {
+        if (one.file >= other.file || one.name != other.name || (!one.alias.empty() && one.alias == other.alias))
+          continue;
+        FAIL_CHECK(one.name << " is a type in " << one.file << " and another one in " << other.file);
+      }
+      for (const TypeName& other : of_headers) {
+        const bool clash = one.name == other.name && (one.alias.empty() || one.alias != other.alias);
+        if (clash) FAIL_CHECK(one.name << " is a type in " << one.file << " and another one in " << other.file);
+      }
+    }
+  }
+  CHECK(looked_at > 200);
+}

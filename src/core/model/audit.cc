@@ -99,10 +99,10 @@ double worse(double worst, double residual) {
 
 /// Sum and largest entry of a row. Eight running values instead of one let the compiler use vectors: the check runs on
 /// every sampled pile.
-struct RowFacts {
+struct IdentityFacts {
   double sum, largest;
 };
-RowFacts facts(const std::vector<double>& row) {
+IdentityFacts facts(const std::vector<double>& row) {
   constexpr std::size_t lanes = 8;
   std::array<double, lanes> sums{}, maxima{};
   std::size_t i = 0;
@@ -112,7 +112,7 @@ RowFacts facts(const std::vector<double>& row) {
       maxima[lane] = maxima[lane] > row[i + lane] ? maxima[lane] : row[i + lane];
     }
   }
-  RowFacts result{0, 0};
+  IdentityFacts result{0, 0};
   for (; i < row.size(); ++i) result = {result.sum + row[i], std::max(result.largest, row[i])};
   for (std::size_t lane = 0; lane < lanes; ++lane) {
     result = {result.sum + sums[lane], std::max(result.largest, maxima[lane])};
@@ -141,7 +141,7 @@ IdentityResiduals identity_residuals(const Pile& pile) {
   for (int n = 0; n < lattice.layers(); ++n) {
     const std::size_t row = lattice.index(n, 0);
     add_rows(&pile.V_R[row], &pile.V_L[row], weight);
-    const RowFacts weights = facts(weight);
+    const IdentityFacts weights = facts(weight);
     const double total = total_load + pile.bead_weight * static_cast<double>(columns) * (n + 1);
     worst.weight_sum = worse(worst.weight_sum, std::abs(weights.sum - total) / total);
     if (n >= 2) {
@@ -153,7 +153,7 @@ IdentityResiduals identity_residuals(const Pile& pile) {
       for (std::size_t i = 0; i < columns; ++i) {
         residual[i] = std::abs(weight[i] - (above[i] + 2 * pile.bead_weight + sqrt3 * (ring[i] - ring[i + 1])));
       }
-      const RowFacts residuals = facts(residual);
+      const IdentityFacts residuals = facts(residual);
       const double largest = std::max({largest_above, largest_H, weights.largest});
       if (!std::isfinite(residuals.sum)) worst.wave_equation = std::numeric_limits<double>::infinity();
       if (largest > 0) worst.wave_equation = worse(worst.wave_equation, residuals.largest / largest);

@@ -232,16 +232,16 @@ class Reader {
   const std::filesystem::path& file_;
   std::string_view text_;
   const std::vector<std::string>& columns_;
-  Problems problems_;
+  LineProblems problems_;
 };
 
 }  // namespace
 
-void Problems::add(std::size_t line, std::string_view what) {
+void LineProblems::add(std::size_t line, std::string_view what) {
   if (++count_ <= told_problems) told_ += fmt::format("\n  line {}: {}", line, what);
 }
 
-void Problems::raise() const {
+void LineProblems::raise() const {
   if (count_ == 0) return;
   throw InputError(
       fmt::format("{} cannot be taken as it is:{}{}", file_.string(), told_,

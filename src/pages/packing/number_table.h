@@ -28,9 +28,9 @@ NumberTable read_number_table(const std::filesystem::path& file, const std::vect
                               std::optional<double> step);
 
 /// What is wrong in a file, told together: the first few in words, and how many there are.
-class Problems {
+class LineProblems {
  public:
-  explicit Problems(std::filesystem::path file) : file_(std::move(file)) {}
+  explicit LineProblems(std::filesystem::path file) : file_(std::move(file)) {}
   void add(std::size_t line, std::string_view what);
   /// Throws InputError if there are any.
   void raise() const;

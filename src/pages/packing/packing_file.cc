@@ -144,7 +144,7 @@ class PackingReader {
                                    files_.particles.string(), columns_in(table)));
     }
     periods_ = table.periods;
-    Problems problems(files_.particles);
+    LineProblems problems(files_.particles);
     std::optional<double> taken;
     std::size_t steps = 1;
     // Particles that stay in place are told once, for all steps.
@@ -227,7 +227,7 @@ class PackingReader {
     }
     const Columns c = columns_of(table);
     packing_.tangential = c.T || (c.forces() && !c.N);
-    Problems problems(files_.contacts);
+    LineProblems problems(files_.contacts);
     std::unordered_map<std::uint64_t, std::size_t> seen;
     std::vector<std::size_t> lines;
     for (const std::size_t row : rows_of_frame(table, files_.contacts, files_.step, packing_.step, packing_.steps)) {

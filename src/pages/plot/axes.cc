@@ -127,7 +127,7 @@ constexpr double air = 0.05;
 constexpr double longest_gap_without_line = 0.09;
 
 /// A rectangle in inches from the panel's lower left corner.
-struct Box {
+struct LabelBox {
   double left = 0, right = 0, bottom = 0, top = 0;
 };
 
@@ -135,12 +135,12 @@ struct Point {
   double x = 0, y = 0;
 };
 
-double distance(const Box& box, const Point& point) {
+double distance(const LabelBox& box, const Point& point) {
   return std::hypot(std::max({box.left - point.x, point.x - box.right, 0.0}),
                     std::max({box.bottom - point.y, point.y - box.top, 0.0}));
 }
 
-double overlap(const Box& a, const Box& b) {
+double overlap(const LabelBox& a, const LabelBox& b) {
   const double width = std::min(a.right, b.right) - std::max(a.left, b.left);
   const double height = std::min(a.top, b.top) - std::max(a.bottom, b.bottom);
   return width > 0 && height > 0 ? width * height : 0;
@@ -151,7 +151,7 @@ struct Segment {
 };
 
 /// Length of the part of `segment` inside `box`, in inches (Liang and Barsky's clipping).
-double length_inside(const Segment& segment, const Box& box) {
+double length_inside(const Segment& segment, const LabelBox& box) {
   const double dx = segment.to.x - segment.from.x, dy = segment.to.y - segment.from.y;
   double enter = 0, leave = 1;
   const double limits[4][2] = {{-dx, segment.from.x - box.left},
@@ -181,7 +181,7 @@ bool cross(const Segment& a, const Segment& b) {
 }
 
 struct Placed {
-  Box box;
+  LabelBox box;
   Segment line;
   double gap = 0;  ///< between point and box, inches
   bool with_line() const { return gap > longest_gap_without_line; }
@@ -240,20 +240,20 @@ class Placement {
     const double reach =
         std::min(half_width / std::max(std::abs(c), 1e-9), half_height / std::max(std::abs(s), 1e-9)) + gap;
     const Point middle{points_[i].x + reach * c, points_[i].y + reach * s};
-    const Box box{middle.x - half_width, middle.x + half_width, middle.y - half_height, middle.y + half_height};
+    const LabelBox box{middle.x - half_width, middle.x + half_width, middle.y - half_height, middle.y + half_height};
     const Point touch{std::clamp(points_[i].x, box.left, box.right), std::clamp(middle.y, box.bottom, box.top)};
     return {box, {points_[i], touch}, gap};
   }
 
   double cost(std::size_t i, const Placed& place, const std::vector<Placed>& others,
               const std::vector<bool>& known) const {
-    const Box& box = place.box;
+    const LabelBox& box = place.box;
     double sum = 2 * place.gap;
     const double own = distance(box, points_[i]);
     const double outside = std::max(
         {0.0, 0.03 - box.left, box.right - panel_.width + 0.03, 0.03 - box.bottom, box.top - panel_.height + 0.03});
     sum += 1000 * outside;
-    for (const Box& note : notes_) sum += 2000 * overlap(box, note);
+    for (const LabelBox& note : notes_) sum += 2000 * overlap(box, note);
     for (const Segment& bar : bars_) sum += 5 * length_inside(bar, box);
     for (const Segment& curve : curves_) sum += 1.5 * length_inside(curve, box);
     for (std::size_t j = 0; j < points_.size(); ++j) {
@@ -294,7 +294,7 @@ class Placement {
 
   const LabelledPanel& panel_;
   std::vector<Point> points_;
-  std::vector<Box> marks_, notes_;
+  std::vector<LabelBox> marks_, notes_;
   std::vector<double> sizes_;
   std::vector<Segment> bars_, curves_;
 };

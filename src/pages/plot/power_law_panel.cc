@@ -23,13 +23,13 @@ constexpr double note_height = 0.09;
 /// Room for the name of a point, likewise.
 constexpr double name_height = 0.08;
 
-struct Law {
+struct FittedPower {
   bool known = false;
   double exponent = 0, intercept = 0;
   double at(double x) const { return std::exp(intercept) * std::pow(x, exponent); }
 };
 
-Law law_of(const PowerLawSeries& series) {
+FittedPower law_of(const PowerLawSeries& series) {
   if (!series.fit.exponent.known() || !series.fit.intercept.known()) return {};
   return {true, series.fit.exponent.value, series.fit.intercept.value};
 }
@@ -40,23 +40,23 @@ struct Ratio {
   bool shown = false;
 };
 
-Ratio over_law(const PowerLawPoint& point, const Law& law) {
+Ratio over_law(const PowerLawPoint& point, const FittedPower& law) {
   if (!law.known) return {};
   const double value = point.y / law.at(point.x);
   const double error = value * std::hypot(point.y_error / point.y, law.exponent * point.x_error / point.x);
   return {value, error, value > lowest_ratio && value < highest_ratio};
 }
 
-struct Axes {
+struct PowerLawAxes {
   Range x, y, ratio;
 };
 
-Axes axes_of(const PowerLawPanel& panel) {
-  Axes axes;
+PowerLawAxes axes_of(const PowerLawPanel& panel) {
+  PowerLawAxes axes;
   axes.ratio.add(0.95);
   axes.ratio.add(1.05);
   for (const PowerLawSeries& series : panel.series) {
-    const Law law = law_of(series);
+    const FittedPower law = law_of(series);
     for (const PowerLawPoint& point : series.points) {
       if (!fits_log_axes(point)) continue;
       axes.x.add(point.x);
@@ -88,9 +88,9 @@ struct Points {
   CsvTable points, ratios;
 };
 
-Points points_of(const PowerLawPanel& panel, const PowerLawSeries& series, const Axes& axes, bool inside,
+Points points_of(const PowerLawPanel& panel, const PowerLawSeries& series, const PowerLawAxes& axes, bool inside,
                  const std::string& colour, PowerLawShown& shown, Panel& below) {
-  const Law law = law_of(series);
+  const FittedPower law = law_of(series);
   Points of{CsvTable(power_law_columns(panel.x_unit, panel.y_unit)),
             CsvTable({"mu: dimensionless", "x: " + panel.x_unit, "y_over_law: dimensionless", "low: dimensionless",
                       "high: dimensionless"})};
@@ -115,13 +115,13 @@ Points points_of(const PowerLawPanel& panel, const PowerLawSeries& series, const
 }
 
 /// Adds a series and its law; the last series added hides the others.
-void add_series(Plot& plot, const PowerLawPanel& panel, std::size_t index, const Axes& axes, PowerLawShown& shown,
-                Panel& upper, Panel& lower) {
+void add_series(Plot& plot, const PowerLawPanel& panel, std::size_t index, const PowerLawAxes& axes,
+                PowerLawShown& shown, Panel& upper, Panel& lower) {
   const PowerLawSeries& series = panel.series[index];
   const bool first = index == 0;
   const std::string colour = first ? "blue" : "vermilion";
   const WindowMiddle middle = middle_of_window(series.points, series.fit.window);
-  const Law law = law_of(series);
+  const FittedPower law = law_of(series);
   const bool with_law = law.known && !middle.extent.empty;
   if (with_law) {
     // Where a law was fitted: its window, or the reach of the window's points.
@@ -146,7 +146,7 @@ void add_series(Plot& plot, const PowerLawPanel& panel, std::size_t index, const
 }
 
 /// mu beside each point of the first series, off the law and the guide.
-void name_points(Panel& upper, const PowerLawPanel& panel, const Axes& axes) {
+void name_points(Panel& upper, const PowerLawPanel& panel, const PowerLawAxes& axes) {
   if (!panel.labels || panel.series.empty()) return;
   const PowerLawSeries& series = panel.series[0];
   const auto share = [](double value, const Range& axis) {
@@ -163,7 +163,7 @@ void name_points(Panel& upper, const PowerLawPanel& panel, const Axes& axes) {
     area.lines.push_back({{0, share(y * std::pow(axes.x.low / x, exponent), axes.y)},
                           {1, share(y * std::pow(axes.x.high / x, exponent), axes.y)}});
   };
-  const Law law = law_of(series);
+  const FittedPower law = law_of(series);
   if (law.known) add_power(1, law.at(1), law.exponent);
   const WindowMiddle middle = middle_of_window(series.points, series.fit.window);
   if (!middle.extent.empty && !panel.paper_exponent.empty()) {
@@ -221,7 +221,7 @@ void add_names(Panel& shown, const std::vector<NamedPoint>& points, const Labell
 
 PowerLawShown add_power_law_panel(Plot& plot, const PowerLawPanel& wanted) {
   PowerLawShown shown;
-  const Axes axes = axes_of(wanted);
+  const PowerLawAxes axes = axes_of(wanted);
   if (axes.x.empty) return shown;
   shown.shown = true;
   Panel upper, lower;

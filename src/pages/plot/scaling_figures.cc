@@ -126,12 +126,12 @@ bool fits_log_axes(const Transport& result) {
 
 std::string mu_text(const Transport& result) { return "μ = " + caption_number(result.scanned()); }
 
-struct Axes {
+struct ScalingAxes {
   Range D, c;
 };
 
-Axes make_axes(const std::vector<Transport>& results) {
-  Axes axes;
+ScalingAxes make_axes(const std::vector<Transport>& results) {
+  ScalingAxes axes;
   axes.c.add(tan30);
   axes.D.add(0);
   for (const Transport& result : results) {
@@ -160,7 +160,7 @@ Range share_of(double value, double error, const Range& axis) {
 constexpr double figure_height = 3.3, panel_height = 2.24, upper_panel_height = 1.61;
 
 /// "0.3" beside every point of the left panel.
-void name_points(Panel& shown, const std::vector<Transport>& results, const Axes& axes, const ScalingFit& alpha,
+void name_points(Panel& shown, const std::vector<Transport>& results, const ScalingAxes& axes, const ScalingFit& alpha,
                  const Range& window_D) {
   const double room = room_for_labels(shown.y.ticks, shown.left - shown.name);
   LabelledPanel panel{(shown.right - shown.left - room) * plot_width_inches, panel_height, {}, {}};
@@ -253,7 +253,7 @@ Figure plot_propagation_against_diffusion(const Analysis& analysis, const std::f
   for (const Transport& result : analysis.results) {
     if (fits_log_axes(result) && in_window(result.scanned(), alpha.window)) window_D.add(result.D.value);
   }
-  const Axes axes = make_axes(analysis.results);
+  const ScalingAxes axes = make_axes(analysis.results);
   const Ink blue{"blue", 7};
   Panel left = left_panel();
   left.right = 0.49;

@@ -416,7 +416,7 @@ double estimate_memory(const Experiment& e) {
 namespace {
 
 /// Problems in the order in which they are looked for; of each key the first.
-class Problems {
+class KeyProblems {
  public:
   /// Whether there was none.
   bool add(Problem found) {
@@ -446,14 +446,14 @@ Problem find_size_problem(const Experiment& e) {
 }  // namespace
 
 std::vector<KeyProblem> find_value_problems(const Experiment& e) {
-  Problems problems;
+  KeyProblems problems;
   problems.add(find_size_problem(e));
   problems.add_ranges(e);
   return problems.all;
 }
 
 std::vector<KeyProblem> find_problems(const Experiment& e) {
-  Problems problems;
+  KeyProblems problems;
   problems.add(find_text_problem(e));
   if (!problems.add(find_rejection_problem(e))) return problems.all;
   const bool sized = problems.add(find_size_problem(e));

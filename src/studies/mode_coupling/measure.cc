@@ -423,7 +423,7 @@ constexpr int first_lag = 16, last_lag = 64, base_step = 8, bases = 24;
 constexpr double least_k = 0.1, most_k = 0.35;
 constexpr int shortest_row = 8;  ///< of beads whose thrust is looked at
 
-enum Field { weight, horizontal, torque, fields };
+enum ConservedField { weight, horizontal, torque, fields };
 
 /// Of all modes m = 1, 2, ... of one block, summed over its piles.
 struct BlockSpectra {
@@ -450,7 +450,7 @@ class RowTransform {
   RealSpectrum spectrum_;
 };
 
-std::vector<Complex> modes_of(const Pile& pile, int layer, Field field, RowTransform& transform) {
+std::vector<Complex> modes_of(const Pile& pile, int layer, ConservedField field, RowTransform& transform) {
   const double sign = layer % 2 == 0 ? 1 : -1;
   for (int i = 0; i < pile.lattice.columns(); ++i) {
     const std::size_t at = pile.lattice.index(layer, i);
@@ -465,7 +465,7 @@ std::vector<Complex> modes_of(const Pile& pile, int layer, Field field, RowTrans
 
 void add_pile(const Pile& pile, const std::vector<int>& layers, RowTransform& transform, BlockSpectra& sums) {
   for (std::size_t l = 0; l < layers.size(); ++l) {
-    for (const Field field : {weight, horizontal, torque}) {
+    for (const ConservedField field : {weight, horizontal, torque}) {
       const std::vector<Complex> modes = modes_of(pile, layers[l], field, transform);
       std::vector<double>& power = sums.power[l][field];
       for (std::size_t m = 0; m < modes.size(); ++m) power[m] += std::norm(modes[m]) / pile.lattice.columns();
@@ -505,7 +505,7 @@ double decay(const std::vector<double>& k, const std::vector<double>& first, con
 }
 
 /// Mean over all blocks and without each.
-std::vector<Replicated> means(const std::vector<BlockSpectra>& blocks, std::size_t layer, Field field,
+std::vector<Replicated> means(const std::vector<BlockSpectra>& blocks, std::size_t layer, ConservedField field,
                               double samples_of_block) {
   const std::size_t modes = blocks.front().power[layer][field].size();
   const auto count = static_cast<double>(blocks.size());
@@ -557,7 +557,9 @@ Fluctuations measure_fluctuations(const FluctuationPiles& piles, int threads) {
   std::vector<double> k;
   for (std::size_t m = 1; m <= modes; ++m) k.push_back(2 * std::numbers::pi * static_cast<double>(m) / piles.columns);
   for (std::size_t l = 0; l < piles.layers.size(); ++l) {
-    const auto mean_of_field = [&](Field field) { return means(blocks, l, field, static_cast<double>(of_block)); };
+    const auto mean_of_field = [&](ConservedField field) {
+      return means(blocks, l, field, static_cast<double>(of_block));
+    };
     result.layers.push_back(
         {piles.layers[l], k, mean_of_field(weight), mean_of_field(horizontal), mean_of_field(torque)});
   }
