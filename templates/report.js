@@ -49,6 +49,7 @@ function claims(table, tools) {
   const orders = {look: (a, b) => a.index - b.index, pull: (a, b) => b.pull - a.pull, name: (a, b) => a.name.localeCompare(b.name)};
   const order = tools.querySelector('select');
   order.addEventListener('change', () => [...rows].sort(orders[order.value]).forEach((one) => one.row.parentNode.append(one.row)));
+  if (phone.matches && rows.some((one) => one.look === 'no')) show('no');
   tools.hidden = false;
 }
 if (byId('claim-tools')) claims(document.querySelector('table.claims'), byId('claim-tools'));
@@ -281,7 +282,7 @@ function explore(box, results) {
       if (now[number]) draw('circle', {class: 'now', cx: one.X(now.z), cy: one.Y(now[number].value), r: 6});
       return one;
     });
-    panels = {profile: [whole, top, bottom], grown, deepest, both, one};
+    panels = {response: [whole, top, bottom], grown, deepest, both, one};
   }
 
   function tell() {
@@ -336,7 +337,7 @@ function explore(box, results) {
     if (grown && (event.type === 'pointerdown' || event.buttons > 0)) {
       go(nearest((x - grown.area.x) / grown.area.width * panels.deepest));
     }
-    const shown = panels.profile.find((one) => one.inside(x, y));
+    const shown = panels.response.find((one) => one.inside(x, y));
     if (!shown) return;
     const bead = panels.both.reduce((best, one) => Math.abs(shown.X(one.x) - x) < Math.abs(shown.X(best.x) - x) ? one : best);
     if (bead.residual === null) return;
