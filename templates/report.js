@@ -260,7 +260,7 @@ function explore(box, results) {
     const off = near.filter((bead) => bead.residual !== null);
     const reach = Math.max(3.5, ...off.map((bead) => Math.abs(bead.residual) + 1.2));
     const bottom = panel({x: left, y: third, width: half, height: low}, across, [-reach, reach], words.residual, words.place);
-    draw('line', {class: 'fit', x1: left, x2: left + half, y1: bottom.Y(0), y2: bottom.Y(0)});
+    if (off.length) draw('line', {class: 'fit', x1: left, x2: left + half, y1: bottom.Y(0), y2: bottom.Y(0)});
     bars(off.map((bead) => [bottom.X(bead.x), bottom.Y(bead.residual - 1), bottom.Y(bead.residual + 1)]));
     dots(off.map((bead) => [bottom.X(bead.x), bottom.Y(bead.residual)]), 'dot');
 
