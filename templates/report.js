@@ -200,7 +200,7 @@ function explore(box, results) {
   const panel = (area, across, up, title, below) => {
     const X = (value) => area.x + (value - across[0]) / (across[1] - across[0]) * area.width;
     const Y = (value) => area.y + area.height - (value - up[0]) / (up[1] - up[0]) * area.height;
-    const xs = marks(...across, Math.max(3, area.width / 80)), ys = marks(...up, Math.max(4, area.height / 40));
+    const xs = marks(...across, Math.max(3, area.width / 80)), ys = marks(...up, Math.max(5, area.height / 40));
     for (const value of xs.found) {
       draw('line', {class: 'grid', x1: X(value), x2: X(value), y1: area.y, y2: area.y + area.height});
       if (below) draw('text', {x: X(value), y: area.y + area.height + 15, 'text-anchor': 'middle'}, label(value, xs.decimals));
