@@ -115,10 +115,11 @@ TEST_CASE("The page opens with what was found, then figures, causes, method, and
 TEST_CASE("The page is self-contained") {
   const MadePage page;
   for (const char* forbidden :
-       {"<script", "<link", "<iframe", "http:", "https:", "file:", "@import", "url(", "onload="}) {
+       {"<script src", "<link", "<iframe", "http:", "https:", "file:", "@import", "url(", "onload=", "onclick="}) {
     INFO(forbidden);
     CHECK_FALSE(contains(page.html, forbidden));
   }
+  CHECK(places(page.html, "<script").size() == 2);  // the depths as data, and the one that reads them
   for (const std::size_t at : places(page.html, "src=\"")) CHECK(page.html.substr(at, 16) == "src=\"data:image/");
   for (const std::size_t at : places(page.html, "srcset=\"")) {
     CHECK(page.html.substr(at, 19) == "srcset=\"data:image/");
@@ -183,12 +184,16 @@ TEST_CASE("Hostile text stays text everywhere") {
   data.timings.push_back({hostile, 1, false});
   data.analysis.results[6].D.reason = hostile;
   data.analysis.results[4].failed[0].replay = hostile;
+  data.analysis.results[1].depths[0].identifiable = false;
+  data.analysis.results[1].depths[0].reason = hostile;
   data.analysis.claims[0].statement = data.analysis.claims[0].explanation = hostile;
   Figure& figure = data.figures[0];
   figure.title = figure.caption = figure.alternative = figure.paper_says = figure.redraw = hostile;
   const std::string summary = summary_json(data);
   const std::string html = html_report(data, nlohmann::ordered_json::parse(summary), run.path());
-  CHECK_FALSE(contains(html, "<script"));
+  CHECK(places(html, "<script").size() == 2);
+  CHECK(places(html, "</script").size() == 2);
+  CHECK_FALSE(contains(html, "<script>alert"));
   CHECK_FALSE(contains(html, "\xff"));
   CHECK_FALSE(contains(html, "\x01"));
   CHECK(contains(html, "&lt;script&gt;alert(1)&lt;/script&gt; {{x}} {{{y}}} {{#z}}"));

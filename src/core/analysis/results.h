@@ -145,7 +145,7 @@ struct Transport {
   Estimate effective_samples;        ///< of the chains, see jackknife.h
 
   std::vector<DepthFit> depths;           ///< ascending, also shallower than the window
-  std::vector<ResponseProfile> profiles;  ///< the layers asked for by figures
+  std::vector<ResponseProfile> profiles;  ///< of the layers asked for
 
   const ScanParameter* scan = &friction_parameter();  ///< what differs from result to result
 

@@ -69,6 +69,7 @@ std::string report_page(const ReportData& data, const Json& summary, const std::
   Json overlay = {{"screen_style", print ? "" : template_file("screen.css")},
                   {"print_style", template_file("print.css")},
                   {"print", print},
+                  {"script", print ? "" : template_file("report.js")},
                   {"program", data.provenance.program_version},
                   {"title", title_of(data)},
                   {"description", data.description},
@@ -87,6 +88,7 @@ std::string report_page(const ReportData& data, const Json& summary, const std::
   add_numerics(overlay, summary);
   add_figures(overlay, data, run_folder, medium);
   add_provenance(overlay, data);
+  if (!print) add_explored_depths(overlay, data.analysis);
 
   overlay["words"] = Json::array();
   for (const GlossaryEntry& entry : glossary()) {

@@ -30,6 +30,9 @@ void add_numerics(nlohmann::ordered_json& overlay, const nlohmann::ordered_json&
 void add_provenance(nlohmann::ordered_json& overlay, const ReportData& data);
 void add_figures(nlohmann::ordered_json& overlay, const ReportData& data, const std::filesystem::path& run_folder,
                  PageMedium medium);
+/// The response at every recorded depth of every result that has scatter: "explored", null where there is none, else
+/// its "data" as JSON without a '<' and the "symbol" of what was scanned.
+void add_explored_depths(nlohmann::ordered_json& overlay, const Analysis& analysis);
 
 /// What a word of the report means: templates/glossary.txt.
 struct GlossaryEntry {

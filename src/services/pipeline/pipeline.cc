@@ -303,7 +303,7 @@ class Run {
       }
       timed(data_.timings, "analyse", [&] {
         measured.push_back(
-            measure_transport(ensemble, experiment_.fit, experiment_.figures.profile_layers, options_.threads));
+            measure_transport(ensemble, experiment_.fit, recorded_layers(ensemble.spec), options_.threads));
         measured.back().transport.precision = precision;
         measured.back().transport.scan = &experiment_.scanned();
         for (const auto& study : studies_) {
