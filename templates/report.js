@@ -220,9 +220,9 @@ function explore(box, results) {
   const bars = (points) => draw('path', {class: 'bar', d: points.map(([x, y, to]) => `M${x.toFixed(1)} ${y.toFixed(1)}V${to.toFixed(1)}`).join('')});
   const range = (from, to, step) => Array.from({length: Math.floor((to - from) / step) + 1}, (_, i) => from + i * step);
 
-  // First the middle one of those with most depths fitted.
+  // First the middle one of those with enough depths fitted.
   const fitted = (one) => one.depths.filter((depth) => depth.fitted).length;
-  const best = results.filter((one) => fitted(one) === Math.max(...results.map(fitted)));
+  const best = results.filter((one) => fitted(one) >= 0.7 * Math.max(...results.map(fitted)));
   let result = best[Math.floor((best.length - 1) / 2)], at = 0, panels = {};
 
   function plot() {
