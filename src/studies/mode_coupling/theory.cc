@@ -499,37 +499,37 @@ constexpr std::size_t order = 24;
 constexpr Real step_of_s = 0.125L, lowest = -7.5L;
 constexpr Real negligible = -45;  ///< log of what couples b to a at the start
 
-using Series = std::array<Real, order + 1>;
+using PowerSeries = std::array<Real, order + 1>;
 
 /// Coefficient n of the product of two series.
-Real product(const Series& one, const Series& other, std::size_t n) {
+Real product(const PowerSeries& one, const PowerSeries& other, std::size_t n) {
   Real sum = 0;
   for (std::size_t i = 0; i <= n; ++i) sum += one[i] * other[n - i];
   return sum;
 }
 
-Real value(const Series& series, Real at) {
+Real value(const PowerSeries& series, Real at) {
   Real sum = 0;
   for (std::size_t n = order + 1; n-- > 0;) sum = sum * at + series[n];
   return sum;
 }
 
-Series derivative(const Series& series) {
-  Series result{};
+PowerSeries derivative(const PowerSeries& series) {
+  PowerSeries result{};
   for (std::size_t n = 1; n <= order; ++n) result[n - 1] = static_cast<Real>(n) * series[n];
   return result;
 }
 
 /// The series that begins with `first`.
-Series antiderivative(const Series& series, Real first) {
-  Series result{first};
+PowerSeries antiderivative(const PowerSeries& series, Real first) {
+  PowerSeries result{first};
   for (std::size_t n = 1; n <= order; ++n) result[n] = series[n - 1] / static_cast<Real>(n);
   return result;
 }
 
 /// u around s.
-Series solution(Real s, Real u, Real slope) {
-  Series series{u, slope}, square{};
+PowerSeries solution(Real s, Real u, Real slope) {
+  PowerSeries series{u, slope}, square{};
   for (std::size_t n = 0; n + 2 <= order; ++n) {
     square[n] = product(series, series, n);
     const Real linear = s * series[n] + (n > 0 ? series[n - 1] : 0);
@@ -540,9 +540,9 @@ Series solution(Real s, Real u, Real slope) {
 
 /// a and b.
 struct Pair {
-  Series a{}, b{};
+  PowerSeries a{}, b{};
 };
-Pair pair_around(const Series& u, Real w, Real a, Real b) {
+Pair pair_around(const PowerSeries& u, Real w, Real a, Real b) {
   Pair pair{{a}, {b}};
   for (std::size_t n = 0; n < order; ++n) {
     const auto next = static_cast<Real>(n + 1);
@@ -578,15 +578,15 @@ double stationary_height_variance(double y) {
   Real variance = -(top - w * w) * (top - w * w);
   for (Real s = top; s > lowest;) {
     const Real step = std::min(step_of_s, s - lowest);
-    const Series u_here = solution(s, u, slope), u_slope = derivative(u_here);
+    const PowerSeries u_here = solution(s, u, slope), u_slope = derivative(u_here);
     const Pair plus = pair_around(u_here, w, a, b), minus = pair_around(u_here, -w, c, d);
-    Series square{}, density{};
+    PowerSeries square{}, density{};
     for (std::size_t n = 0; n <= order; ++n) {
       square[n] = product(u_here, u_here, n);
       density[n] = product(plus.a, minus.a, n);
     }
-    Series U_here = antiderivative(square, -U);  // V'
-    const Series V_here = antiderivative(U_here, V), g_here = antiderivative(density, g);
+    PowerSeries U_here = antiderivative(square, -U);  // V'
+    const PowerSeries V_here = antiderivative(U_here, V), g_here = antiderivative(density, g);
     for (const auto& [at, weight] : points) {
       variance += 2 * weight * step * std::exp(-value(V_here, -at * step)) * value(g_here, -at * step);
     }
