@@ -68,7 +68,7 @@ std::string file_text(const NewOptions& options) {
 /// not where that takes long.
 bool try_beginning(Experiment experiment, const std::filesystem::path& folder, int threads) {
   constexpr double longest_trial = 15;  // seconds
-  experiment.precision = {};
+  experiment.precision.most_samples = experiment.response.samples;
   RunOptions trial;
   trial.folder = folder;
   trial.only = {Stage::sample};

@@ -189,6 +189,7 @@ class Derivation {
     constexpr int shallow = 20;  // hardly any response to look at: rather fewer bases
     if (search_window(shallow) >= shallow || !room_for_overloads_) return;
     room_for_overloads_ = false;
+    further_bases_ = usual_bases;
     search_window(shallow);
   }
 
