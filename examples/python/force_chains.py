@@ -7,13 +7,17 @@ Needs h5py and matplotlib (Debian: python3-h5py, python3-matplotlib). The pile i
 """
 import sys
 
-import h5py
-import matplotlib
-import numpy as np
+try:
+    import h5py
+    import matplotlib
+    import numpy as np
 
-matplotlib.use("Agg")
-from matplotlib import pyplot
-from matplotlib.collections import LineCollection
+    matplotlib.use("Agg")
+    from matplotlib import pyplot
+    from matplotlib.collections import LineCollection
+except ImportError as missing:
+    print(f"{missing.name} is missing: apt-get install python3-h5py python3-matplotlib", file=sys.stderr)
+    sys.exit(2)
 
 
 def contacts(file):

@@ -8,7 +8,11 @@ each bead's mean weight minus the 1 that it has under a uniform load, per unit o
 import json
 import sys
 
-import h5py
+try:
+    import h5py
+except ImportError as missing:
+    print(f"{missing.name} is missing: apt-get install python3-h5py", file=sys.stderr)
+    sys.exit(2)
 
 
 def response(file, layer):

@@ -94,7 +94,7 @@ TEST_CASE("A night without gnuplot has its numbers, and ends with 3") {
   const test::SearchPath none((scratch / "no-programs").string());
   const CommandResult night = granuscope_command({"nightly", config, "--history", folder, "--grow", "10", "--verbose"});
   CHECK(night.code == 3);
-  CHECK_THAT(night.out, Contains("report (open): ") && Contains("gnuplot is not installed"));
+  CHECK_THAT(night.out, Contains("report (open): ") && Contains("gnuplot is not found in PATH"));
   CHECK_THAT(night.err, Contains("--grow 10 is rounded up to 256"));
   CHECK_THAT(granuscope_command({"history", folder, "show", "1"}).out, Contains("c at mu = 0.3"));
 }

@@ -311,9 +311,9 @@ TEST_CASE("run --keep-going loses only what the machine lacks") {
   CHECK_FALSE(fs::exists(scratch / "out/ensembles"));
   const CommandResult result = granuscope_command({"run", config, "--out", out, "--keep-going"});
   CHECK(result.code == 3);
-  CHECK_THAT(result.err, Contains("gnuplot is not installed"));
+  CHECK_THAT(result.err, Contains("gnuplot is not found in PATH"));
   CHECK(fs::exists(scratch / "out/summary.json"));
-  CHECK_THAT(read_file(scratch / "out/report.html"), Contains("gnuplot is not installed"));
+  CHECK_THAT(read_file(scratch / "out/report.html"), Contains("gnuplot is not found in PATH"));
 }
 
 // No verb writes over a file that it reads, nor over one that this program has not written, unless --force is given.

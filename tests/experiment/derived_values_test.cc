@@ -164,3 +164,27 @@ TEST_CASE("An experiment without a name has that of its file") {
   CHECK(read_experiment(scratch / " .toml").name == "experiment");
   CHECK(read_experiment(file, {"experiment.name=other"}).name == "other");
 }
+
+TEST_CASE("What a refusal advises is accepted, and a default is never its reason") {
+  const std::string shallow = "[friction]\nmu = [0.2, 0.3]\n[lattice]\nlayers = 60\n";
+  CHECK_THAT(refusal(shallow + "columns = 200\n[response]\noverloads = 4\n"),
+             Contains("response.overloads: 4 overloads on 200 columns: down to layer 39 they need 416 columns") &&
+                 Contains("give 0 for as many as fit, or lattice.columns = 416"));
+  CHECK(refusal(shallow + "columns = 416\n[response]\noverloads = 4\n") == "(accepted)");
+  CHECK(refusal(shallow + "columns = 200\n[response]\noverloads = 0\n") == "(accepted)");
+  CHECK(parse_experiment("[response]\noverloads = 3\n", "x.toml").lattice.columns % 3 == 0);
+  CHECK_THAT(refusal("[response]\nsamples = -5\n"), Contains("give 64 to 1000000000"));
+  CHECK(refusal("[response]\nsamples = 64\n") == "(accepted)");
+  const std::string studies = "[studies.small_friction]\nmu = [0.2, 0.3]\n";
+  CHECK(parse_experiment("[friction]\nmu = []\n" + studies, "x.toml").mu == std::vector<double>{0});
+  CHECK_THAT(refusal("[friction]\nmu = []\n"), Contains("friction.mu: the list is empty"));
+}
+
+TEST_CASE("What is wrong with report and gate is told at once") {
+  const std::string all = refusal(
+      "[report]\nabout = \"nonsense\"\nkey_figure = \"dispersoin\"\n[gate.expect]\nfoo = \"reproduced\"\nnoise = "
+      "\"maybe\"\n");
+  CHECK_THAT(all, Contains("x.toml:2:1: report.about: ") && Contains("x.toml:3:1: report.key_figure: ") &&
+                      Contains("did you mean dispersion?") && Contains("x.toml:5:1: gate.expect.foo: ") &&
+                      Contains("x.toml:6:1: gate.expect.noise: "));
+}

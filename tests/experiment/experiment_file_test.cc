@@ -133,7 +133,7 @@ Experiment unusual_experiment() {
   e.report.pdf = false;
   e.report.headline = "found: \"nothing\"";
   e.report.key_figure = "response-profiles";
-  e.report.about = "numerical_stability";
+  e.report.about = "deep_response";
   e.claims.largest_remainder = 0.1;
   e.expected_verdicts = {{"D-of-mu", "reproduced"}, {"c-of-mu", "not reproduced"}};
   return e;
@@ -435,8 +435,8 @@ TEST_CASE("A value of the wrong type is refused with what is expected") {
   CHECK_THAT(refusal("[sampling]\nlaw = \"granulosve\"\n"), StartsWith("mine.toml:2:1: sampling.law: "));
   CHECK_THAT(refusal("[response]\nestimator = \"pont\"\n"), StartsWith("mine.toml:2:1: response.estimator: "));
   CHECK_THAT(refusal("[sampling]\nlayer_order = \"left\"\n"), Contains("random and fixed"));
-  CHECK_THAT(refusal("[sampling]\nseed = -1\n"), Contains("-1 is negative"));
-  CHECK_THAT(refusal("[lattice]\ncolumns = 5000000000\n"), Contains("beyond what this key can hold"));
+  CHECK_THAT(refusal("[sampling]\nseed = -1\n"), Contains("-1 is out of range; give at least 0"));
+  CHECK_THAT(refusal("[lattice]\ncolumns = 5000000000\n"), Contains("give 4 to 1000000"));
 }
 
 TEST_CASE("A whole number may be written with a point or an exponent") {

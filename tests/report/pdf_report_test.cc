@@ -294,7 +294,7 @@ TEST_CASE("Without WeasyPrint everything else is written and the page says why t
     const ReportFiles files = write_report(data, run.path(), PdfPolicy::if_possible);
     CHECK_FALSE(files.pdf);
     CHECK(contains(files.pdf_skipped, "apt-get install weasyprint"));
-    CHECK(contains(read_file(files.html), "WeasyPrint is not installed"));
+    CHECK(contains(read_file(files.html), "weasyprint is not found in PATH"));
   }
   SECTION("required") {
     CHECK_THROWS_AS(write_report(data, run.path(), PdfPolicy::required), EnvironmentError);

@@ -21,6 +21,13 @@ struct Points {
   ReplicatedPowerLaw fit(std::array<double, 2> window) const { return fit_replicated_power_law(x, y, window); }
 };
 
+Replicated logarithm_of_D(const Coefficients& one) {
+  return transform([](double D) { return std::log(D); }, one.D);
+}
+Replicated logarithm_of_slowing(const Coefficients& one) {
+  return transform([](double c) { return std::log(tan30 - c); }, one.c);
+}
+
 }  // namespace
 
 ReplicatedFits fit_coefficients(const std::vector<Coefficients>& coefficients, std::array<double, 2> window) {
@@ -28,8 +35,7 @@ ReplicatedFits fit_coefficients(const std::vector<Coefficients>& coefficients, s
   for (const Coefficients& one : coefficients) {
     if (one.scanned < window[0] - window_slack || one.scanned > window[1] + window_slack) continue;
     const Replicated log_scanned = transform([&](double) { return std::log(one.scanned); }, one.c);
-    const Replicated log_D = transform([](double D) { return std::log(D); }, one.D);
-    const Replicated log_slowing = transform([](double c) { return std::log(tan30 - c); }, one.c);
+    const Replicated log_D = logarithm_of_D(one), log_slowing = logarithm_of_slowing(one);
     const bool D_usable = estimate(log_D).known(), slowing_usable = estimate(log_slowing).known();
     if (D_usable) beta.x.push_back(log_scanned), beta.y.push_back(log_D);
     if (slowing_usable) gamma.x.push_back(log_scanned), gamma.y.push_back(log_slowing);
@@ -71,6 +77,26 @@ Estimate shift_between(const ReplicatedPowerLaw& moved, const ReplicatedPowerLaw
   return estimate(transform([](double a, double b) { return a - b; }, moved.exponent, from.exponent));
 }
 
+/// "; fit.scaling_window = [0.2, 0.5] holds 4": the window nearest to one with too few values that holds one more than
+/// an exponent needs; "" where there are not even as many as it needs.
+std::string other_window(const std::vector<Coefficients>& slopes, std::array<double, 2> window) {
+  std::vector<double> usable;
+  for (const Coefficients& one : slopes) {
+    if (estimate(logarithm_of_D(one)).known() && estimate(logarithm_of_slowing(one)).known())
+      usable.push_back(one.scanned);
+  }
+  if (usable.size() < min_power_law_points) return "";
+  const std::size_t held = std::min<std::size_t>(usable.size(), min_power_law_points + 1);
+  const auto distance = [&](std::size_t first) {
+    return std::abs(usable[first] - window[0]) + std::abs(usable[first + held - 1] - window[1]);
+  };
+  std::size_t nearest = 0;
+  for (std::size_t first = 1; first + held <= usable.size(); ++first) {
+    if (distance(first) < distance(nearest)) nearest = first;
+  }
+  return fmt::format("; fit.scaling_window = [{}, {}] holds {}", usable[nearest], usable[nearest + held - 1], held);
+}
+
 }  // namespace
 
 ScalingVariation variation_of(const ReplicatedFits& from, const std::string& change, const ReplicatedFits& moved) {
@@ -87,6 +113,9 @@ ScalingWithVariations fit_scaling_with_variations(const std::vector<MeasuredTran
   const std::vector<Coefficients> slopes = slopes_of(results);
   const ReplicatedFits fits = fit_coefficients(slopes, window);
   ScalingWithVariations all{fits.shown(), {}};
+  for (ScalingFit* const one : {&all.fits.beta, &all.fits.gamma, &all.fits.alpha}) {
+    if (one->points < min_power_law_points) one->exponent.reason += other_window(slopes, window);
+  }
   const auto with_variations = std::find_if(results.begin(), results.end(),
                                             [](const MeasuredTransport& result) { return !result.variations.empty(); });
   if (with_variations != results.end()) {

@@ -186,6 +186,16 @@ bool may_have_several(const EnsembleSpec& spec) {
   return spec.sampler.law == Law::granusolve && spec.sampler.mu <= most_mu_of_several;
 }
 
+}  // namespace
+
+double columns_of_overloads(const EnsembleSpec& spec) {
+  const ResponseSpec& response = spec.response;
+  if (!moves_loads(spec) || response.overloads <= 1 || !may_have_several(spec)) return 0;
+  return response.overloads * std::ceil(columns_of_overload(spec));
+}
+
+namespace {
+
 Problem find_overload_problem(const EnsembleSpec& spec) {
   const ResponseSpec& response = spec.response;
   if (response.coupled && spec.sampler.law == Law::polytope) {
@@ -203,13 +213,13 @@ Problem find_overload_problem(const EnsembleSpec& spec) {
                    "it influence goes around the ring; give 1, or 0 for as many as fit",
                    most_mu_of_several);
   }
-  const double needed = columns_of_overload(spec);
-  if (response_columns(spec) >= needed) return {};
+  const double needed = columns_of_overloads(spec);
+  if (spec.lattice.columns >= needed) return {};
   return problem(
       "overloads",
-      "{} overloads on {} columns: down to layer {} each needs {:.0f} columns for itself, or their responses "
-      "meet; give 0 for as many as fit",
-      response.overloads, spec.lattice.columns, deepest_response(spec), std::ceil(needed));
+      "{} overloads on {} columns: down to layer {} they need {:.0f} columns, or their responses meet; give 0 "
+      "for as many as fit, or lattice.columns = {:.0f}",
+      response.overloads, spec.lattice.columns, deepest_response(spec), needed, needed);
 }
 
 /// What of the estimators makes no sense with a model other than the beads.

@@ -169,6 +169,10 @@ double columns_needed(const SamplerSpec& sampler, int layer);
 /// mu = 0.5, whose repairs carry hardly anything beyond the cone |x| <= layer/2, and 32 beads on either side of it.
 int overloads_of(const EnsembleSpec& spec);
 
+/// Columns that several overloads need, so that their responses do not meet down to the deepest layer recorded; 0 where
+/// there is one, or as many as fit.
+double columns_of_overloads(const EnsembleSpec& spec);
+
 /// Columns of the ring that the response is one of: a pile of several overloads is as many such rings, laid on each
 /// other.
 int response_columns(const EnsembleSpec& spec);

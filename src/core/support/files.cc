@@ -146,6 +146,14 @@ void write_file(const fs::path& target, std::string_view bytes) {
   output.commit();
 }
 
+void require_room(const fs::path& folder) {
+  constexpr std::size_t bytes = 1 << 16;
+  const fs::path probe = folder / scratch_name("room");
+  write_file(probe, std::string(bytes, 'x'));
+  std::error_code ignored;
+  fs::remove(probe, ignored);
+}
+
 void require_not_input(const fs::path& target, const std::vector<fs::path>& inputs) {
   std::error_code none;
   const fs::path real = fs::canonical(target, none);

@@ -84,6 +84,10 @@ class StreamedFile {
 /// Writes `bytes` to `target` atomically. Throws EnvironmentError (disk full, no permission, no such folder).
 void write_file(const std::filesystem::path& target, std::string_view bytes);
 
+/// Throws as write_file does where a folder, whose files another program has failed to write, cannot hold one more of
+/// 64 kB: its disk is full.
+void require_room(const std::filesystem::path& folder);
+
 /// Throws as write_file would, but writes nothing: to be asked before the work that fills the file, not after.
 void require_writable(const std::filesystem::path& target);
 

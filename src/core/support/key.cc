@@ -138,7 +138,11 @@ std::string describe(const KeyRange& range, const KeyValue& like) {
   return fmt::format("{} to {} values{}", range.fewest, range.longest, numbers.empty() ? "" : ", each " + numbers);
 }
 
-Problem find_range_problem(const Key& key) { return std::visit(RangeCheck{key.path(), key.range}, key.get()); }
+Problem find_range_problem(const Key& key) { return find_range_problem(key, key.get()); }
+
+Problem find_range_problem(const Key& key, const KeyValue& value) {
+  return std::visit(RangeCheck{key.path(), key.range}, value);
+}
 
 Problem find_range_problem(const std::vector<Key>& keys, std::initializer_list<std::string_view> but) {
   for (const Key& key : keys) {

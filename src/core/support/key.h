@@ -97,8 +97,9 @@ std::string flag_of(const Key& key);
 /// everything is allowed.
 std::string describe(const KeyRange& range, const KeyValue& like);
 
-/// The first value of the key that lies outside its range.
+/// The first value of the key that lies outside its range; or that would, if the key had this one.
 Problem find_range_problem(const Key& key);
+Problem find_range_problem(const Key& key, const KeyValue& value);
 /// Of all keys but those of these names, told by its name without the table.
 Problem find_range_problem(const std::vector<Key>& keys, std::initializer_list<std::string_view> but = {});
 

@@ -284,6 +284,16 @@ ProcessResult run_process(const ProcessSpec& spec) {
 
 std::optional<fs::path> find_program(const std::string& name) { return find_program_in(name, callers_path()); }
 
+std::optional<fs::path> find_outside_path(const std::string& name) {
+  return find_program(name) ? std::nullopt : find_program_in(name, default_path);
+}
+
+std::string missing_program(const std::string& name, const std::string& consequence, const std::string& install) {
+  const auto outside = find_outside_path(name);
+  return fmt::format("{} is not found in PATH ({}), so {}; {}", name, callers_path(), consequence,
+                     outside ? fmt::format("it is {}: add that folder to PATH", outside->string()) : install);
+}
+
 namespace {
 
 std::string first_line(const std::string& text) { return text.substr(0, text.find('\n')); }

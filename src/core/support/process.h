@@ -33,6 +33,12 @@ ProcessResult run_process(const ProcessSpec& spec);
 /// The program's full path, if PATH has it.
 std::optional<std::filesystem::path> find_program(const std::string& name);
 
+/// Where a program is that PATH does not have: in one of the usual folders.
+std::optional<std::filesystem::path> find_outside_path(const std::string& name);
+
+/// "gnuplot is not found in PATH (/opt), so `consequence`; `install`", or that the folder is to be added to PATH.
+std::string missing_program(const std::string& name, const std::string& consequence, const std::string& install);
+
 /// A program found in PATH and what it says of itself.
 struct InstalledProgram {
   std::filesystem::path path;

@@ -106,11 +106,31 @@ std::string narrow_svg(const std::string& stem) { return stem + "-narrow.svg"; }
 
 void require_gnuplot() {
   if (!find_program("gnuplot")) {
-    throw EnvironmentError(
-        "gnuplot is not installed, so no plot can be made; install it with "
-        "`apt-get install gnuplot-nox fonts-dejavu-core`");
+    throw EnvironmentError(missing_program("gnuplot", "no plot can be made",
+                                           "install it with `apt-get install gnuplot-nox fonts-dejavu-core`"));
   }
 }
+
+namespace {
+
+struct Plotted {
+  std::string svg, pdf, narrow;
+};
+
+Plotted plot_in(const std::filesystem::path& folder, const GnuplotJob& job, double timeout_seconds) {
+  write_file(folder / (job.stem + ".gp"), job.script);
+  for (const auto& [name, csv] : job.data) write_file(folder / name, csv);
+  run_script(job, folder, {}, timeout_seconds);
+  Plotted plotted{read_svg(job, folder), without_creation_date(read_plot(job, folder / (job.stem + ".pdf"), "%%EOF")),
+                  ""};
+  if (job.narrow_inches > 0) {
+    run_script(job, folder, {"-e", fmt::format("only = 'svg'; width = {}", job.narrow_inches)}, timeout_seconds);
+    plotted.narrow = read_svg(job, folder);
+  }
+  return plotted;
+}
+
+}  // namespace
 
 void plot_with_gnuplot(const GnuplotJob& job, const std::filesystem::path& folder, double timeout_seconds) {
   require_gnuplot();
@@ -121,18 +141,14 @@ void plot_with_gnuplot(const GnuplotJob& job, const std::filesystem::path& folde
   }
 
   const ScratchFolder scratch(folder, job.stem);
-  write_file(scratch.path() / (job.stem + ".gp"), job.script);
-  for (const auto& [name, csv] : job.data) write_file(scratch.path() / name, csv);
-
-  run_script(job, scratch.path(), {}, timeout_seconds);
-  std::string svg = read_svg(job, scratch.path());
-  std::string pdf = without_creation_date(read_plot(job, scratch.path() / (job.stem + ".pdf"), "%%EOF"));
-  std::string narrow;
-  if (job.narrow_inches > 0) {
-    run_script(job, scratch.path(), {"-e", fmt::format("only = 'svg'; width = {}", job.narrow_inches)},
-               timeout_seconds);
-    narrow = read_svg(job, scratch.path());
+  Plotted plotted;
+  try {
+    plotted = plot_in(scratch.path(), job, timeout_seconds);
+  } catch (const EnvironmentError&) {
+    require_room(scratch.path());  // of a full disk gnuplot says little
+    throw;
   }
+  auto& [svg, pdf, narrow] = plotted;
 
   if (job.label) {
     svg = labelled_svg(std::move(svg), *job.label);

@@ -32,7 +32,7 @@ sys.addaudithook(refuse)
 os.makedirs('loads-nothing', exist_ok=True)
 )";
 
-constexpr const char* install = "`apt-get install weasyprint fonts-dejavu-core` installs what it needs";
+constexpr const char* install = "install it with `apt-get install weasyprint fonts-dejavu-core`";
 
 PdfOutcome failed(const std::string& why) {
   return {"", fmt::format("report.pdf was not written: {}. report.html holds the same, and can be printed.", why)};
@@ -53,7 +53,7 @@ bool ends_as_pdf(const std::string& bytes) {
 
 PdfOutcome pdf_report(const ReportData& data, const nlohmann::ordered_json& summary,
                       const std::filesystem::path& run_folder, double timeout_seconds) {
-  if (!find_program("weasyprint")) return failed(fmt::format("WeasyPrint is not installed; {}", install));
+  if (!find_program("weasyprint")) return failed(missing_program("weasyprint", "nothing can be typeset", install));
 
   const std::string page = report_page(data, summary, run_folder, PageMedium::print);
   const ScratchFolder scratch(run_folder, "report-pdf");
@@ -80,6 +80,13 @@ PdfOutcome pdf_report(const ReportData& data, const nlohmann::ordered_json& summ
     result = run_process(process);
   } catch (const EnvironmentError& error) {
     return failed(error.what());
+  }
+  if (result.exit_code != 0) {
+    try {
+      require_room(scratch.path());  // of a full disk Python says little
+    } catch (const EnvironmentError& full) {
+      return failed(full.what());
+    }
   }
   if (result.timed_out) return failed(fmt::format("WeasyPrint was still running after {:.0f} s", timeout_seconds));
   if (result.exit_code != 0) {

@@ -173,6 +173,16 @@ void add_results(Json& overlay, const Json& summary) {
   // Of a single value nobody asks for exponents.
   overlay["exponent_notes"] = measured > 1 ? notes : Json::array();
   add_transport(overlay, summary);
+  // Of two values nobody asks for exponents either.
+  overlay["exponents_missed"] = measured > 2 ? notes : Json::array();
+  overlay["incomplete"] = Json::array();
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    const std::size_t failed = results[i].at("failed").size();
+    if (failed == 0) continue;
+    const std::size_t drawn = failed + results[i].at("samples").get<std::size_t>();
+    overlay["incomplete"].push_back(
+        {{"scanned", {{"key", place_of_scanned(summary, i)}}}, {"failed", failed}, {"drawn", drawn}});
+  }
   overlay["same_procedure"] = all_equal(results, "estimator") && all_equal(results, "law");
   const auto has = [&results](const char* key, const auto& value) {
     return std::ranges::any_of(results, [&](const Json& one) { return one.contains(key) && one.at(key) == value; });

@@ -29,6 +29,10 @@ constexpr std::uintmax_t least_free_bytes = 200'000'000;
 
 Finding look_for_program(const std::string& name, const std::string& needed_for, const std::string& package) {
   const auto program = find_installed_program(name);
+  if (const auto outside = find_outside_path(name)) {
+    return {name, fmt::format("{} is in no folder of PATH: {}; add it there", outside->string(), needed_for), false,
+            ""};
+  }
   if (!program) return {name, fmt::format("missing: {}", needed_for), false, package};
   if (!program->failure.empty()) {
     return {name, fmt::format("{} does not start: {}", program->path.string(), program->failure), false, package};

@@ -14,6 +14,7 @@
 #include "cli/verbs.h"
 #include "experiment/experiment_file.h"
 #include "pipeline/pipeline.h"
+#include "plot/gnuplot.h"
 #include "support/error.h"
 #include "support/files.h"
 #include "support/machine.h"
@@ -43,7 +44,9 @@ std::string file_text(const NewOptions& options) {
       "estimator = \"{}\"\n"
       "samples = {}  # piles at each mu{}\n",
       fmt::join(options.mu, ", "), options.layers, bottom_margin, name_of(estimator_named(options.estimator)),
-      options.errors.empty() ? 1024 : 256, options.errors.empty() ? "" : " to begin with");
+      options.errors.empty() ? 1024 : 256,
+      options.errors.empty() ? "; a usual number: --error-of c=0.001 takes as many as an error needs"
+                             : " to begin with");
   if (!options.errors.empty()) text += "\n[precision]  # piles are drawn until the standard errors are so small\n";
   std::set<std::string> asked;
   for (const std::string& one : options.errors) {
@@ -61,14 +64,30 @@ std::string file_text(const NewOptions& options) {
   return text;
 }
 
+/// Draws the first piles of each mu into a folder, so that the number that a precision takes follows from their errors;
+/// not where that takes long.
+bool try_beginning(Experiment experiment, const std::filesystem::path& folder, int threads) {
+  constexpr double longest_trial = 15;  // seconds
+  experiment.precision.most_samples = experiment.response.samples;
+  RunOptions trial;
+  trial.folder = folder;
+  trial.only = {Stage::sample};
+  trial.progress = ProgressStyle::silent;
+  if (!(estimate_time(plan_run(experiment, trial), threads).seconds <= longest_trial)) return false;
+  run_experiment(experiment, trial);
+  return true;
+}
+
 /// What a run of it does on this machine, as comments.
 std::string told_of(const std::string& text, const NewOptions& options) {
   const std::string name = options.file.empty() ? "experiment.toml" : options.file;
   const Experiment experiment = parse_experiment(text, "granuscope new");
-  RunOptions run;
-  run.folder = std::filesystem::path("out") / "none" / "yet";  // of which nothing is read but what is not there
-  const std::vector<PlannedStep> plan = plan_run(experiment, run);
   const int threads = worker_count(0);
+  const ScratchFolder scratch(std::filesystem::temp_directory_path(), "granuscope-new");
+  RunOptions run;
+  run.folder = scratch.path() / "trial";
+  run.of_trial = experiment.precision.asked() && try_beginning(experiment, run.folder, threads);
+  const std::vector<PlannedStep> plan = plan_run(experiment, run);
   const PlannedTime time = estimate_time(plan, threads);
   std::string told = fmt::format(
       "# granuscope run {0}                  makes its report\n# granuscope run {0} --print-config   shows every key "

@@ -138,7 +138,15 @@ class Derivation {
   }
 
   double columns_wanted() const {
-    return std::floor(columns_needed(e_.sampler_at(e_.scan_values().back()), deepest_used())) + 1;
+    double most = std::floor(columns_needed(e_.sampler_at(e_.scan_values().back()), deepest_used())) + 1;
+    if (!room_for_overloads_) return most;
+    for (const double value : e_.scan_values()) most = std::max(most, columns_of_overloads(e_.main_ensemble(value)));
+    return most;
+  }
+
+  /// Of a number of columns that nobody wrote: the cells of the model and the overloads stand evenly on it.
+  int unit_of_columns() const {
+    return std::lcm(cell(), e_.response.estimator == EstimatorName::point ? std::max(1, e_.response.overloads) : 1);
   }
 
   /// The window down to this layer, and the layers that figures show of it.
@@ -175,21 +183,31 @@ class Derivation {
     return !by_fluctuation() || layers_for_fluctuation() <= e_.lattice.layers;
   }
 
-  /// The deepest window that fits, or else the shallowest one, of which it is told why it cannot be.
+  /// The deepest window that fits, or else the shallowest one, of which it is told why it cannot be. Overloads that
+  /// leave no room for a window do not make it shallow: they are told of.
   void find_window() {
     constexpr int shallow = 20;  // hardly any response to look at: rather fewer bases
+    if (search_window(shallow) >= shallow || !room_for_overloads_) return;
+    room_for_overloads_ = false;
+    further_bases_ = usual_bases;
+    search_window(shallow);
+  }
+
+  /// Sets the window and returns its last layer.
+  int search_window(int shallow) {
     const int deepest = e_.lattice.layers - margin() - 1;
     const int least = std::max(4, open("fit.first_layer") ? 0 : fit_.first_layer + least_window_depths - 1);
     int low = std::min(least, deepest);
     for (; low < shallow && further_bases_ >= 0; further_bases_ -= usual_bases) {
       int high = deepest;
-      if (fits(high)) return;
+      if (fits(high)) return high;
       while (low + 1 < high) {
         const int middle = std::midpoint(low, high);
         (fits(middle) ? low : high) = middle;
       }
     }
     set_window(low);
+    return low;
   }
 
   void derive_lattice() {
@@ -220,7 +238,8 @@ class Derivation {
     const double by_number = most_beads() / e_.lattice.layers;
     const double columns = std::max(std::min<double>(usual.columns, by_number), columns_wanted());
     constexpr int handy = 20;  // for the Fourier transforms
-    const int unit = std::isfinite(by_number) ? cell() : std::lcm(cell(), columns > usual.columns ? handy : 1);
+    const int unit =
+        std::isfinite(by_number) ? cell() : std::lcm(unit_of_columns(), columns > usual.columns ? handy : 1);
     e_.lattice.columns = static_cast<int>(std::min(std::ceil(columns / unit) * unit, 2e9));
   }
 
@@ -245,6 +264,7 @@ class Derivation {
   const std::set<std::string>& written_;
   static constexpr int usual_bases = 3;
   int further_bases_ = usual_bases;  ///< of the estimator fluctuation, beyond the first one
+  bool room_for_overloads_ = e_.response.estimator == EstimatorName::point && e_.response.overloads > 1;
 };
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <filesystem>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -20,6 +21,7 @@
 #include "studies/study.h"
 #include "support/error.h"
 #include "support/plain_text.h"
+#include "support/templates.h"
 
 namespace granuscope {
 Experiment::Experiment() = default;
@@ -364,20 +366,45 @@ Problem find_study_problem(const Experiment& e) {
   return {};
 }
 
-Problem find_report_problem(const Experiment& e) {
+Problem find_about_problem(const Experiment& e) {
   if (e.report.about.empty()) return {};
-  std::vector<std::string> measured;
+  bool measured = false;
+  std::vector<std::string> tell;  // of those that are measured
   for (const auto& study : e.studies) {
-    if (study->asked()) measured.push_back(study->id());
+    if (!study->asked()) continue;
+    measured = measured || study->id() == e.report.about;
+    if (has_template(fmt::format("studies/{}.page_1.html", study->id()))) tell.push_back(study->id());
   }
-  if (std::find(measured.begin(), measured.end(), e.report.about) != measured.end()) return {};
-  return problem("report.about", "\"{}\" is no study of this experiment, so that page 1 would have nothing to tell; {}",
-                 e.report.about,
-                 measured.empty() ? "it has none: ask for one, or leave this empty"
-                                  : fmt::format("write one of {}, or leave it empty", fmt::join(measured, ", ")));
+  if (std::ranges::count(tell, e.report.about) > 0) return {};
+  return problem("report.about", "\"{}\" {}, so that page 1 would have nothing to tell; {}", e.report.about,
+                 measured ? "has a table and no sentence for page 1" : "is no study of this experiment",
+                 tell.empty() ? "leave this empty: no study of it tells anything there"
+                              : fmt::format("write one of {}, or leave it empty", fmt::join(tell, ", ")));
 }
 
-Problem find_gate_problem(const Experiment& e) {
+/// A figure that the program does not know. One that it knows and this run does not make is told in the report.
+Problem find_key_figure_problem(const Experiment& e) {
+  if (e.report.key_figure.empty()) return {};
+  // Where the id is not the name of the captions.
+  std::vector<std::string> known = {"bead-weights", "law-comparison", "mobilised-friction", "pile-response"};
+  for (const EmbeddedFile& file : embedded_files()) {
+    const std::filesystem::path path(file.name);
+    const auto folder = path.parent_path();
+    if (path.extension() != ".captions" || (folder != "plot" && folder != "pictures" && folder != "studies")) continue;
+    std::string id = path.stem().string();
+    std::ranges::replace(id, '_', '-');
+    if (id != "free") known.push_back(id);
+  }
+  for (const auto& [name, picture] : e.pictures) known.push_back("picture-" + name);
+  if (std::ranges::count(known, e.report.key_figure) > 0 || e.report.key_figure.starts_with("pile-of-")) return {};
+  const auto meant = nearest_name(e.report.key_figure, known);
+  return problem("report.key_figure", "there is no figure \"{}\", so that page 1 would have none; {}",
+                 e.report.key_figure,
+                 meant ? fmt::format("did you mean {}?", *meant) : fmt::format("known are {}", fmt::join(known, ", ")));
+}
+
+std::vector<KeyProblem> find_gate_problems(const Experiment& e) {
+  std::vector<KeyProblem> problems;
   std::vector<std::string> known = claim_ids();
   for (const auto& study : e.studies) {
     for (const Claim& claim : study->claims(e.claims)) known.push_back(claim.id);
@@ -385,17 +412,16 @@ Problem find_gate_problem(const Experiment& e) {
   for (const auto& [claim, verdict] : e.expected_verdicts) {
     if (std::find(known.begin(), known.end(), claim) == known.end()) {
       const auto meant = nearest_name(claim, known);
-      return KeyProblem{"gate.expect." + claim,
-                        fmt::format("there is no such claim, so that nothing would be held against it; {}",
-                                    meant ? fmt::format("did you mean {}?", *meant)
-                                          : fmt::format("known are {}", fmt::join(known, ", ")))};
-    }
-    if (std::find(all_verdicts.begin(), all_verdicts.end(), verdict) == all_verdicts.end()) {
-      return KeyProblem{"gate.expect." + claim, fmt::format("\"{}\" is not a verdict; write one of {}", verdict,
-                                                            fmt::join(all_verdicts, ", "))};
+      problems.push_back(
+          {"gate.expect." + claim, fmt::format("there is no such claim, so that nothing would be held against it; {}",
+                                               meant ? fmt::format("did you mean {}?", *meant)
+                                                     : fmt::format("known are {}", fmt::join(known, ", ")))});
+    } else if (std::find(all_verdicts.begin(), all_verdicts.end(), verdict) == all_verdicts.end()) {
+      problems.push_back({"gate.expect." + claim, fmt::format("\"{}\" is not a verdict; write one of {}", verdict,
+                                                              fmt::join(all_verdicts, ", "))});
     }
   }
-  return {};
+  return problems;
 }
 
 }  // namespace
@@ -479,8 +505,9 @@ std::vector<KeyProblem> find_problems(const Experiment& e) {
     problems.add(find_scene_problem(e));
     problems.add(find_picture_problem(e));
   }
-  problems.add(find_report_problem(e));
-  problems.add(find_gate_problem(e));
+  problems.add(find_about_problem(e));
+  problems.add(find_key_figure_problem(e));
+  for (KeyProblem& one : find_gate_problems(e)) problems.add(std::move(one));
   return problems.all;
 }
 

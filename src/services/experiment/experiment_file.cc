@@ -183,6 +183,9 @@ class Reader {
       experiment_.mu = std::exchange(experiment_.scan, {}).values;  // what [friction] is the short form of
       positions_.try_emplace("friction.mu", positions_.at("scan.values"));
     }
+    // Studies alone: piles without friction are all alike and cost next to nothing.
+    const bool any_study = std::ranges::any_of(experiment_.studies, [](const auto& one) { return one->asked(); });
+    if (any_study && experiment_.mu.empty()) experiment_.mu = {0};
     if (!positions_.contains("experiment.name") && title.find_first_not_of(' ') != std::string::npos)
       experiment_.name = title;
     if (find_value_problems(experiment_).empty()) {
@@ -311,7 +314,9 @@ class Reader {
       if (key.range.ascending) sort(*value);
       key.set(*value);
     } catch (const InputError& error) {
-      add_problem(at(position), fmt::format("{}: {}", key.path(), error.what()));
+      // The range says more than what the field can hold.
+      const Problem of_range = find_range_problem(key, *value);
+      add_problem(at(position), fmt::format("{}: {}", key.path(), of_range ? of_range->message : error.what()));
       return;
     }
     positions_[key.path()] = at(position);

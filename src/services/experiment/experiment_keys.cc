@@ -40,7 +40,10 @@ std::vector<Key> keys_of_scan(Experiment& e) {
   frictions.fewest = 1;
   frictions.longest = most_friction_values;
   return {
-      make_key("friction", "mu", "", "friction coefficients of the contacts of beads", e.mu, frictions),
+      make_key(
+          "friction", "mu", "",
+          "friction coefficients of the contacts of beads; [] where only studies are wanted: 0, which costs nothing",
+          e.mu, frictions),
 
       make_key(
           "scan", "parameter", "",

@@ -159,8 +159,8 @@ class Run {
     if (needs(Stage::plot)) require_gnuplot();
     if (needs(Stage::report) && options_.require_pdf && !find_program("weasyprint")) {
       throw EnvironmentError(
-          "WeasyPrint is not installed, so report.pdf, which is required, cannot be written; install it with `apt-get "
-          "install weasyprint`, or leave out --require-pdf");
+          missing_program("weasyprint", "report.pdf, which is required, cannot be written",
+                          "install it with `apt-get install weasyprint`, or leave out --require-pdf"));
     }
   }
 
@@ -243,6 +243,13 @@ class Run {
         if (part.place == ReportPart::Place::page_1 && !takes_page_1(study->id())) continue;
         data_.parts.push_back(std::move(part));
       }
+    }
+    const bool told = std::ranges::any_of(
+        data_.parts, [](const ReportPart& part) { return part.place == ReportPart::Place::page_1; });
+    if (!told && !experiment_.report.about.empty()) {
+      leave_out(
+          fmt::format("Page 1 is not about {}, as report.about says: nothing was measured that it could tell there.",
+                      experiment_.report.about));
     }
     expect_verdicts(data_.analysis.claims, experiment_.expected_verdicts);
   }
@@ -439,8 +446,7 @@ class Run {
     const std::string& named = experiment_.report.key_figure;
     auto chosen = find(!named.empty() ? named : about_.empty() ? main_finding_id : first_of_study_);
     if (!named.empty() && chosen == data_.figures.end()) {
-      data_.skipped.push_back(
-          fmt::format("Page 1 has no figure: report.key_figure names {}, which this run does not make.", named));
+      leave_out(fmt::format("Page 1 has no figure: report.key_figure names {}, which this run does not make.", named));
     }
     for (const std::string& instead : {first_of_study_, std::string(transport_with_depth_id)}) {
       if (named.empty() && chosen == data_.figures.end()) chosen = find(instead);

@@ -23,6 +23,8 @@ struct RunOptions {
   bool force = false;            ///< replace files of the same names that no run has written
   bool require_pdf = false;      ///< a missing PDF is an error rather than a skipped file
   bool keep_going = false;       ///< what the machine lacks is missed when it is needed, and costs its own results only
+  bool of_trial = false;         ///< of a plan: the ensembles in the folder were drawn to know their errors, and are no
+                                 ///< beginning
   ProgressStyle progress = ProgressStyle::automatic;
   Crew* crew = nullptr;  ///< processes that draw together with this one, if there are any
 };

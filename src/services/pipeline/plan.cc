@@ -47,10 +47,13 @@ PlannedStep plan_growth(const Experiment& experiment, const RunOptions& options,
     samples = next;
   }
   const bool enough = look.unattainable || static_cast<double>(samples) >= look.samples_needed;
-  const std::uint64_t drawn = there ? spec.response.samples : 0;
+  const std::uint64_t drawn = there && !options.of_trial ? spec.response.samples : 0;
   std::string what = fmt::format("about {} {}, {}, for the precision asked ({})", samples, kind_of(spec), planned.label,
-                                 there ? "by the errors so far" : "by a rule of thumb");
-  if (there) what += fmt::format(", {} of them there already", drawn);
+                                 !there             ? "by a rule of thumb"
+                                 : options.of_trial ? fmt::format("by the errors of {}", spec.response.samples)
+                                                    : "by the errors so far");
+  if (look.unattainable) what += ", which it does not reach: " + look.reason;
+  if (drawn > 0) what += fmt::format(", {} of them there already", drawn);
   if (!enough) what += fmt::format("; about {} would be needed", significant(look.samples_needed, 2));
   if (!planned.replaces.empty()) what += fmt::format("; replaces the file there: {}", planned.replaces);
   return {Stage::sample, what, samples == drawn, beads_of(spec, samples - drawn), spec, samples - drawn};
