@@ -115,7 +115,7 @@ class Reader {
       } else if (line.starts_with("ITEM: ")) {
         std::vector<std::string> names = names_in(line.substr(6), ' ');
         if (!names.empty()) names.erase(names.begin());  // ENTRIES, BONDS, ATOMS
-        set_columns(std::move(names), lines.number(), table);
+        set_columns(names, lines.number(), table);
         for (std::size_t row = 0; row < rows; ++row) {
           if (!lines.next(line) || line.starts_with("ITEM:")) {
             problems_.add(
@@ -157,7 +157,7 @@ class Reader {
         }
         table.named = !names.empty();
         if (names.empty()) names.resize(names_in(line, separator).size());
-        set_columns(std::move(names), lines.number(), table);
+        set_columns(names, lines.number(), table);
         if (!numbers) continue;
       }
       add_row(line, separator, lines.number(), table);
@@ -203,12 +203,12 @@ class Reader {
     }
   }
 
-  void set_columns(std::vector<std::string> names, std::size_t line, NumberTable& table) {
+  void set_columns(const std::vector<std::string>& names, std::size_t line, NumberTable& table) {
     if (!columns_.empty() && columns_.size() != names.size()) {
       throw InputError(fmt::format("{}, line {}: {} columns, and {} names are given: {}", file_.string(), line,
                                    names.size(), columns_.size(), fmt::join(columns_, ",")));
     }
-    table.columns = columns_.empty() ? std::move(names) : columns_;
+    table.columns = columns_.empty() ? names : columns_;
   }
 
   void add_row(std::string_view line, char separator, std::size_t number, NumberTable& table) {
