@@ -57,8 +57,8 @@ TEST_CASE("Forces as vectors become normal and tangential parts, and the numbers
   std::map<std::string, double> numbers = numbers_of(packing, 0.25);
   CHECK(numbers["particles"] == 4);
   CHECK(numbers["contacts"] == 2);
-  CHECK(numbers["rattlers"] == 3);  // both ends, and the disc that nothing touches
-  CHECK(numbers["coordination"] == 4);
+  CHECK(numbers["rattlers"] == 3);      // both ends, and the disc that nothing touches
+  CHECK(numbers["coordination"] == 2);  // of the one in the middle; ends on rattlers are not its
   CHECK(numbers["mean_diameter"] == 1);
   CHECK(numbers["N_mean"] == 2);
   CHECK(numbers["N2"] == Approx(1));
@@ -67,6 +67,7 @@ TEST_CASE("Forces as vectors become normal and tangential parts, and the numbers
   CHECK(numbers["sliding"] == Approx(0.5));
   CHECK(numbers["cone_violations"] == 0);
   CHECK(numbers_of(packing, 0.2)["cone_violations"] == 1);
+  CHECK(numbers_of(packing, 0.2)["sliding"] == 0.5);
   CHECK(std::isnan(numbers_of(packing)["sliding"]));
   std::map<std::string, double> normal_only =
       numbers_of(packing_of(folder, "id1 id2 N\n1 2 2\n2 3 2\n", three_discs), 0.2);
@@ -96,6 +97,7 @@ TEST_CASE("Every way of writing the same contacts is read as the same packing") 
       {"1,1,2,0,2\n1,2,1,0,2\n1,2,3,0.5,2\n1,3,2,0.5,2\n",
        "1,1,0,0,0.5,0\n1,2,1,0,0.5,0\n1,3,2,0,0.5,0\n1,4,9,9,0.5,0\n"},
       {"upper,lower,x_upper,z_upper,branch_x,branch_z,N,T\n1,2,0,0,1,0,2,0\n2,3,1,0,1,0,2,0.5\n", three_discs},
+      {"id1,id2,N,T\n\"1\",\"2\",\"2\",\"0\"\n2,3,2,0.5\n3,2,2.00001,0.5\n", three_discs},  // rounded on either side
       {"frame,id1,id2,N,T\n3,1,2,9,9\n7,1,2,2,0\n7,2,3,2,0.5\n", three_discs},
   };
   for (const auto& [contacts, particles] : files) {
@@ -126,6 +128,30 @@ TEST_CASE("A contact across the seam of a periodic box has the branch to the nea
   CHECK(numbers_of(packing)["balance_max"] == Approx(0).margin(1e-14));
 }
 
+TEST_CASE("Packings without forces, and those that only pull, have numbers and pictures") {
+  const test::TemporaryFolder folder;
+  SceneSpec spec;
+  spec.coordinates = Coordinates::packing;
+  const Packing still = packing_of(folder, "id1 id2 N T\n1 2 0 0\n2 3 0 0\n", three_discs);
+  CHECK(build_packing_scene(still, 0, spec).counts.too_faint == 2);
+  CHECK(normal_force_distribution(still).empty());
+  CHECK(std::isnan(numbers_of(still)["stress_angle"]));
+  const Packing mixed = packing_of(folder, "id1 id2 N T\n1 2 3 0\n2 3 -1 0\n", three_discs);
+  CHECK(numbers_of(mixed, 0.3)["tension"] == 1);
+  CHECK(numbers_of(mixed, 0.3)["cone_violations"] == 1);
+  CHECK(numbers_of(mixed, 0.3)["sliding"] == 0);
+  const Packing loose = packing_of(folder, "id1 id2 N T\n1 2 3 0\n2 3 0 1\n", three_discs);
+  CHECK(std::isnan(numbers_of(loose)["T_over_N_max"]));  // no friction holds what does not press
+  const Packing bare = packing_of(folder, "id1 id2 N\n1 2 3\n2 3 1\n");
+  CHECK(std::isnan(numbers_of(bare)["mean_diameter"]));
+  CHECK(std::isnan(numbers_of(bare)["fabric_angle"]));
+  // A box that is periodic and does not say so.
+  const Packing around =
+      packing_of(folder, "id1 id2 N\n1 2 1\n2 3 1\n3 1 1\n", "id x y radius\n1 0 0 0.5\n2 1 0 0.5\n3 7 0 0.5\n");
+  REQUIRE_FALSE(around.told.empty());
+  CHECK_THAT(around.told.back(), Contains("--period-x"));
+}
+
 TEST_CASE("Each bad line of contacts is told with its number, all together, up to some") {
   const test::TemporaryFolder folder;
   struct Bad {
@@ -151,6 +177,18 @@ TEST_CASE("Each bad line of contacts is told with its number, all together, up t
       {"N,T\n1,0\n", "", {"needed are id1 and id2, or x1, y1, x2 and y2"}},
       {head, "id,x\n1,0\n", {"id, x and y are needed"}},
       {head, "id,x,y\n1,0,0\n1,1,0\n2,nan,0\n", {"line 3: the particle 1 stands twice", "line 4: x, y or the radius"}},
+      {"id1,id2,N,n\n1,2,1,1\n", three_discs, {"two columns are named n"}},
+      {"id1;id2;N\n1;2;1,5\n", three_discs, {"line 2: a comma in a number"}},
+      {"ITEM: TIMESTEP\n1\nITEM: NUMBER OF ENTRIES\n1\nITEM: ENTRIES id1 id2 N\n1 2 1\n2 3 1\n",
+       three_discs,
+       {"line 7: the step is to have 1 lines, and goes on"}},
+      {"ITEM: TIMESTEP\n1\nITEM: NUMBER OF ENTRIES\n1\nITEM: BOX BOUNDS xy xz yz pp pp pp\n0 13 3\n0 9 0\n0 1 0\n"
+       "ITEM: ENTRIES id1 id2 N\n1 2 1\n",
+       three_discs,
+       {"line 6: the box is tilted"}},
+      {"ITEM: TIMESTEP\n8\nITEM: NUMBER OF ENTRIES\n0\nITEM: ENTRIES id1 id2 N\n",
+       three_discs,
+       {"step 8; --step takes"}},
       {"", "", {"there is no line of numbers"}},
       {"# nothing\n\n", "", {"there is no line of numbers"}},
       {std::string("a\0b", 3), "", {"it is no text"}},

@@ -69,6 +69,7 @@ char separator_of(std::string_view line) {
 
 /// Not a number where the cell is no number.
 double number_in(std::string_view cell) {
+  if (cell.size() > 1 && cell.starts_with('"') && cell.ends_with('"')) cell = cell.substr(1, cell.size() - 2);
   if (cell.starts_with('+')) cell.remove_prefix(1);
   double number = 0;
   const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), number);
@@ -124,6 +125,9 @@ class Reader {
             break;
           }
           add_row(line, ' ', lines.number(), table);
+        }
+        if (rows == table.lines.size() && lines.next(line) && !trimmed(line).empty() && !line.starts_with("ITEM:")) {
+          problems_.add(lines.number(), fmt::format("the step is to have {} lines, and goes on", rows));
         }
         break;
       }
@@ -197,7 +201,12 @@ class Reader {
       if (!lines.next(line)) return;
       std::vector<double> bounds;
       for_each_cell(line, ' ', [&](std::string_view cell) { bounds.push_back(number_in(cell)); });
-      if (axis < 2 && bounds.size() == 2 && flags.size() == 3 && flags[axis] == "pp") {
+      if (bounds.size() > 2 && bounds[2] != 0) {
+        throw InputError(fmt::format("{}, line {}: the box is tilted, which is not understood; unwrap the contacts",
+                                     file_.string(), lines.number()));
+      }
+      // Of a tilted form three names of tilts come before the flags.
+      if (axis < 2 && bounds.size() >= 2 && flags.size() >= 3 && flags[flags.size() - 3 + axis] == "pp") {
         table.periods[axis] = bounds[1] - bounds[0];
       }
     }
@@ -215,6 +224,11 @@ class Reader {
     if (number % 65536 == 0) throw_if_interrupted();
     const std::size_t before = table.numbers.size(), width = table.columns.size();
     for_each_cell(line, separator, [&](std::string_view cell) { table.numbers.push_back(number_in(cell)); });
+    if (separator != ',' && line.find(',') != std::string_view::npos) {
+      problems_.add(number, "a comma in a number: write a point for its decimals");
+      table.numbers.resize(before);
+      return;
+    }
     if (const std::size_t cells = table.numbers.size() - before; cells != width) {
       problems_.add(number, fmt::format("{} cells instead of {}", cells, width));
       table.numbers.resize(before);
@@ -225,7 +239,10 @@ class Reader {
 
   NumberTable finished(NumberTable table) const {
     problems_.raise();
-    if (table.lines.empty()) throw InputError(fmt::format("{}: there is no line of numbers in it", file_.string()));
+    if (table.lines.empty()) {
+      throw InputError(fmt::format("{}: there is no line of numbers in {}", file_.string(),
+                                   table.step ? fmt::format("step {:g}; --step takes another", *table.step) : "it"));
+    }
     return table;
   }
 

@@ -33,6 +33,7 @@ struct Packing {
   std::size_t twins = 0;          ///< lines left out, since they tell a contact again from its other side
   std::optional<double> step;     ///< of the dump, or frame of the table, that was read
   std::size_t steps = 1;          ///< that the file has
+  bool sized = false;             ///< mean_diameter is known
   double mean_diameter = 1;       ///< of the particles; of files without radii the median length of a branch
   std::vector<std::string> told;  ///< sentences on what was taken for what
 };

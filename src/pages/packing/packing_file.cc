@@ -42,6 +42,9 @@ const Meaning radius{{"radius", "r"}}, diameter{{"diameter", "d"}};
 const std::vector<std::string> pegs_contacts{"frame", "id1", "id2", "T", "N"};
 const std::vector<std::string> pegs_particles{"frame", "id", "x", "y", "radius", "edge"};
 
+/// Programs print some six digits: what differs by less, in shares, is the same.
+constexpr double rounded = 1e-4;
+
 constexpr std::size_t none = static_cast<std::size_t>(-1);
 
 std::string lower_case(std::string text) {
@@ -61,8 +64,11 @@ struct Column {
 Column column_of(const NumberTable& table, std::initializer_list<const Meaning*> meanings) {
   for (const Meaning* meaning : meanings) {
     for (const std::string_view name : meaning->names) {
-      const auto found = std::find_if(table.columns.begin(), table.columns.end(),
-                                      [&](const std::string& column) { return lower_case(column) == name; });
+      const auto is_it = [&](const std::string& column) { return lower_case(column) == name; };
+      const auto found = std::find_if(table.columns.begin(), table.columns.end(), is_it);
+      if (found != table.columns.end() && std::find_if(found + 1, table.columns.end(), is_it) != table.columns.end()) {
+        throw InputError(fmt::format("two columns are named {}, so that it is open which is meant; rename one", name));
+      }
       if (found != table.columns.end()) {
         return {&table, static_cast<std::size_t>(found - table.columns.begin()), meaning->down ? -1.0 : 1.0};
       }
@@ -129,6 +135,7 @@ class PackingReader {
     if (!files_.particles.empty()) read_particles();
     read_contacts();
     set_mean_diameter();
+    tell_of_long_branches();
     return std::move(packing_);
   }
 
@@ -159,7 +166,7 @@ class PackingReader {
       if (!std::isfinite(one.x) || !std::isfinite(one.y) || !(one.radius >= 0) || !std::isfinite(one.radius)) {
         problems.add(table.lines[row], "x, y or the radius is no number, or the radius is negative");
       } else if (!is_id(id)) {
-        problems.add(table.lines[row], fmt::format("the id {:g} is no whole number from 0 on", id));
+        problems.add(table.lines[row], fmt::format("the id {:g} is no whole number from 0 to 10^15", id));
       } else {
         one.id = static_cast<std::int64_t>(id);
         if (!places_.emplace(one.id, packing_.particles.size()).second) {
@@ -226,6 +233,9 @@ class PackingReader {
       if (files_.periods[axis]) periods_[axis] = files_.periods[axis];
     }
     const Columns c = columns_of(table);
+    if (c.branch_x && !c.placed() && files_.particles.empty()) {
+      packing_.told.emplace_back("branches without x1 and y1 are left alone; --particles says where they begin");
+    }
     packing_.tangential = c.T || (c.forces() && !c.N);
     LineProblems problems(files_.contacts);
     std::unordered_map<std::uint64_t, std::size_t> seen;
@@ -244,9 +254,10 @@ class PackingReader {
           const PackingContact& before = packing_.contacts[at->second];
           const bool turned = before.first == one.second;
           const double side = turned ? -1 : 1;
-          const bool same_place = !one.placed || (std::abs(one.branch_x - side * before.branch_x) < 1e-9 &&
-                                                  std::abs(one.branch_y - side * before.branch_y) < 1e-9);
-          if (same_place && (!turned || std::abs(one.N - before.N) > 1e-9 * std::abs(before.N))) {
+          const double near = rounded * std::hypot(before.branch_x, before.branch_y);
+          const bool same_place = !one.placed || (std::abs(one.branch_x - side * before.branch_x) <= near &&
+                                                  std::abs(one.branch_y - side * before.branch_y) <= near);
+          if (same_place && (!turned || std::abs(one.N - before.N) > rounded * std::abs(before.N))) {
             problems.add(table.lines[row],
                          fmt::format("the contact of {} and {} stands in line {}, too{}",
                                      packing_.particles[one.first].id, packing_.particles[one.second].id,
@@ -278,7 +289,7 @@ class PackingReader {
       const Column& column = k == 0 ? c.id1 : c.id2;
       if (!column) continue;
       const double id = column(row);
-      if (!is_id(std::abs(id))) return fmt::format("the id {:g} of a particle is no whole number", id);
+      if (!is_id(std::abs(id))) return fmt::format("the id {:g} of a particle is no whole number up to 10^15", id);
       ids[k] = static_cast<std::int64_t>(id);
     }
     if (c.id1 && ids[0] < 0) return "the first particle is a wall; a wall, of a negative id, stands second";
@@ -303,8 +314,8 @@ class PackingReader {
       one.placed = true;
       one.x = a.x;
       one.y = a.y;
-      one.branch_x = nearest(b.x - a.x, 0);
-      one.branch_y = nearest(b.y - a.y, 1);
+      one.branch_x = c.branch_x ? c.branch_x(row) : nearest(b.x - a.x, 0);
+      one.branch_y = c.branch_y ? c.branch_y(row) : nearest(b.y - a.y, 1);
     }
     const double length = std::hypot(one.branch_x, one.branch_y);
     if (one.placed && !std::isfinite(one.x + one.y + length)) return "a place is no number";
@@ -345,15 +356,36 @@ class PackingReader {
     }
     std::vector<double> lengths;
     for (const PackingContact& one : packing_.contacts) {
-      if (one.placed) lengths.push_back(std::hypot(one.branch_x, one.branch_y));
+      const bool of_wall = one.second == PackingContact::wall && one.first != PackingContact::wall;
+      if (one.placed && !of_wall) lengths.push_back(std::hypot(one.branch_x, one.branch_y));
     }
+    std::sort(lengths.begin(), lengths.end());
+    const std::size_t count = lengths.size();
+    packing_.sized = known > 0 || count > 0;
     if (known > 0) {
       packing_.mean_diameter = sum / static_cast<double>(known);
-    } else if (!lengths.empty()) {
-      const auto middle = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
-      std::nth_element(lengths.begin(), middle, lengths.end());
-      packing_.mean_diameter = *middle;
+    } else if (count > 0) {
+      packing_.mean_diameter = (lengths[(count - 1) / 2] + lengths[count / 2]) / 2;
     }
+  }
+
+  /// Across a periodic box of which the files do not tell, contacts look as long as the box.
+  void tell_of_long_branches() {
+    std::size_t count = 0;
+    for (const PackingContact& one : packing_.contacts) {
+      if (!one.placed) continue;
+      const auto radius = [&](std::size_t at) {
+        return at == PackingContact::wall ? 0 : packing_.particles[at].radius;
+      };
+      const double touching = radius(one.first) + radius(one.second);
+      const double longest = touching > 0 ? 1.5 * touching : 3 * packing_.mean_diameter;
+      count += std::hypot(one.branch_x, one.branch_y) > longest ? 1 : 0;
+    }
+    if (count == 0) return;
+    packing_.told.push_back(fmt::format(
+        "{} contacts are far longer than their particles, and count as they are; if the box is periodic give "
+        "--period-x or --period-y",
+        count));
   }
 
   const PackingFiles& files_;

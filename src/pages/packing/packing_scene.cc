@@ -106,7 +106,7 @@ Scene build_packing_scene(const Packing& packing, double mu, const SceneSpec& sp
     throw InputError(fmt::format("there is no scene '{}' of a packing; choose forces or friction", spec.scene));
   }
   if (friction && !(mu > 0))
-    throw InputError("the scene 'friction' shows |T|/(μN); give the friction coefficient by --mu");
+    throw InputError("the scene 'friction' shows |T|/(μN); give a friction coefficient above 0 by --mu");
   Scene scene;
   scene.name = spec.scene;
   scene.glyph = friction ? Glyph::even_bar : Glyph::force_bar;
@@ -123,7 +123,7 @@ Scene build_packing_scene(const Packing& packing, double mu, const SceneSpec& sp
   for (const PackingContact& one : packing.contacts) mean += one.N / static_cast<double>(packing.contacts.size());
   const auto value_of = [&](const PackingContact& one) {
     if (friction) return one.N > 0 ? std::abs(one.T) / (mu * one.N) : 0;
-    return std::max(one.N / mean, 0.0);
+    return mean > 0 ? std::max(one.N / mean, 0.0) : 0;
   };
   MagnitudeHistogram seen;
   for (const PackingContact& one : packing.contacts) {

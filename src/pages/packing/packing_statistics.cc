@@ -60,11 +60,14 @@ std::vector<OfParticle> forces_on_particles(const Packing& packing) {
   return sums;
 }
 
+/// The least number that this share of all do not exceed; of one half the mean of both such.
 double quantile(std::vector<double> numbers, double share) {
   if (numbers.empty()) return unknown;
-  const auto at = numbers.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(numbers.size() - 1));
-  std::nth_element(numbers.begin(), at, numbers.end());
-  return *at;
+  std::sort(numbers.begin(), numbers.end());
+  const double place = share * static_cast<double>(numbers.size());
+  const auto at = static_cast<std::size_t>(std::max(std::ceil(place - 1e-9) - 1, 0.0));
+  const bool between = place == std::floor(place) && at + 1 < numbers.size() && share == 0.5;
+  return between ? (numbers[at] + numbers[at + 1]) / 2 : numbers[at];
 }
 
 /// Groups of particles that contacts stronger than the mean hold together.
@@ -102,10 +105,11 @@ std::vector<PackingNumber> packing_numbers(const Packing& packing, double mu) {
     largest = std::max(largest, N);
     sum_T += T;
     if (one.N > 0) most_share = std::max(most_share, T / one.N);
+    if (one.N <= 0 && T > rounding * mean) most_share = unknown;  // nothing holds it; max() leaves it so
     strong += N > 1 ? 1 : 0;
     tension += one.N < 0 ? 1 : 0;
-    sliding += T >= mu * one.N * (1 - sliding_share) && T > 0 ? 1 : 0;
-    violating += T > mu * std::max(one.N, 0.0) * (1 + rounding) + rounding * mu * mean ? 1 : 0;
+    sliding += T >= mu * one.N * (1 - sliding_share) && T > rounding * mean ? 1 : 0;
+    violating += one.N < -rounding * mean || T > mu * one.N * (1 + rounding) + rounding * mean ? 1 : 0;
     walls += one.second == PackingContact::wall ? 1 : 0;
     if (!one.placed) continue;
     ++placed;
@@ -128,8 +132,8 @@ std::vector<PackingNumber> packing_numbers(const Packing& packing, double mu) {
   std::vector<double> residuals, torques;
   for (const OfParticle& sum : sums) {
     rattlers += sum.contacts < 2 ? 1 : 0;
-    of_particles += sum.contacts;
     if (sum.contacts < 2) continue;
+    of_particles += sum.contacts;
     if (const double rest = std::hypot(sum.x, sum.y) / sum.largest; std::isfinite(rest)) residuals.push_back(rest);
     if (std::isfinite(sum.torque)) torques.push_back(std::abs(sum.torque) / (sum.largest * packing.mean_diameter / 2));
   }
@@ -143,7 +147,8 @@ std::vector<PackingNumber> packing_numbers(const Packing& packing, double mu) {
       {"wall_contacts", walls, ""},
       {"rattlers", rattlers, "particles with fewer than two contacts"},
       {"coordination", of_particles / bearing, "contacts of a particle that is no rattler, on average"},
-      {"mean_diameter", packing.mean_diameter, "lengths of the file; without radii the median branch"},
+      {"mean_diameter", packing.sized ? packing.mean_diameter : unknown,
+       "lengths of the file; without radii the median branch"},
       {"N_mean", mean, "normal force, units of the file"},
       {"N2", square, "<N²>/<N>²"},
       {"N3", cube, "<N³>/<N>³"},
@@ -153,18 +158,18 @@ std::vector<PackingNumber> packing_numbers(const Packing& packing, double mu) {
       {"T_over_N", packing.tangential ? sum_T / (mean * count) : unknown, "<|T|>/<N>"},
       {"T_over_N_max", packing.tangential ? most_share : unknown,
        "largest |T|/N: the least friction coefficient that holds it"},
-      {"sliding", friction ? sliding / count : unknown, "share of contacts with |T| = μN, to a thousandth"},
-      {"cone_violations", friction ? violating : unknown, "contacts with |T| > μN"},
+      {"sliding", friction ? sliding / count : unknown, "share of contacts with |T| at μN or above, to a thousandth"},
+      {"cone_violations", friction ? violating : unknown, "contacts with |T| > μN, or that pull"},
       {"fabric_anisotropy", fabric.difference, "difference of the eigenvalues of <n n>: 0 is isotropic"},
-      {"fabric_angle", fabric.angle, "degrees from x, of most contacts"},
+      {"fabric_angle", placed > 0 ? fabric.angle : unknown, "degrees from x, of most contacts"},
       {"stress_anisotropy", stress.difference / (stress_xx + stress_yy), "deviator over pressure: (σ₁ - σ₂)/(σ₁ + σ₂)"},
-      {"stress_angle", stress.angle, "degrees from x, of the major stress"},
+      {"stress_angle", stress_xx + stress_yy != 0 ? stress.angle : unknown, "degrees from x, of the major stress"},
       {"clusters", static_cast<double>(clusters.size()), "of particles that contacts above the mean hold together"},
       {"largest_cluster",
        clusters.empty() ? 0 : static_cast<double>(*std::max_element(clusters.begin(), clusters.end())), "particles"},
       {"balance_median", quantile(residuals, 0.5),
        "sum of contact forces on a particle over its largest one; no weight"},
-      {"balance_90", quantile(residuals, 0.9), "nine of ten particles are below"},
+      {"balance_90", quantile(residuals, 0.9), "nine of ten particles have no more"},
       {"balance_max", quantile(residuals, 1), ""},
       {"torque_median", quantile(torques, 0.5), "sum of torques over largest force times mean radius"},
       {"torque_max", quantile(torques, 1), ""},
@@ -174,6 +179,7 @@ std::vector<PackingNumber> packing_numbers(const Packing& packing, double mu) {
 
 std::vector<ForceBin> normal_force_distribution(const Packing& packing) {
   const double mean = mean_force(packing);
+  if (!(mean > 0)) return {};
   std::vector<double> counts(static_cast<std::size_t>(std::lround(last_bin / bin_width)));
   double all = 0;
   for (const PackingContact& one : packing.contacts) {

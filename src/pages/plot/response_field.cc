@@ -86,7 +86,8 @@ MeasuredEnsemble open_response(const std::string& file, const std::string& confi
       ensemble.spec.lattice.layers < shown || ensemble.spec.lattice.columns < 2) {
     throw InputError(fmt::format(
         "{}: it has no response of as many columns and layers as its configuration says, so that there is nothing to "
-        "be shown; name an ensemble of an estimator with loads, or make the file again",
+        "be shown; name an ensemble of the estimators point or paired (others hold correlations), or make the file "
+        "again",
         file));
   }
   ensemble.spec.lattice.layers = shown;

@@ -32,7 +32,7 @@ struct ContactsOptions {
   std::string contacts, particles, columns, particle_columns, histogram, range, window;
   std::optional<double> step, period_x, period_y;
   double mu = std::numeric_limits<double>::quiet_NaN();
-  bool json = false, transparent = false;
+  bool json = false, transparent = false, has_mu = false;
   OutputFile image;
   PageOptions page;
   SceneSpec scene;
@@ -97,9 +97,14 @@ ExitCode show_contacts(ContactsOptions options, VerbContext& context) {
     scene.window = window;
   }
   if (options.transparent) scene.background = Background::transparent;
-  if (options.mu < 0) throw InputError("--mu is a friction coefficient: give 0 or more");
+  if (options.has_mu && !(options.mu >= 0 && std::isfinite(options.mu))) {
+    throw InputError("--mu is a friction coefficient: give a number from 0 on");
+  }
+  if (options.image.asked() && options.image.path == options.histogram) {
+    throw InputError("the picture and the histogram have one name; give them two");
+  }
   for (const auto& period : {options.period_x, options.period_y}) {
-    if (period && !(*period > 0)) throw InputError("a period of the box is a length above 0");
+    if (period && !(*period > 0 && std::isfinite(*period))) throw InputError("a period of the box is a length above 0");
   }
   if (options.image.asked()) {
     require_known_format(options.image.path);
@@ -142,9 +147,12 @@ void add_contacts_verb(CLI::App& app, VerbContext& context) {
       "--particles", options->particles,
       "particles, where contacts name them by number only or radii are to be seen: `dump custom`, a table, or "
       "PeGS' positions");
-  verb->add_option("--columns", options->columns,
-                   "names of the columns of FILE, with commas between, where it has none or others; known are " +
-                       known_contact_columns() + "; any other name is left alone");
+  verb->add_option(
+      "--columns", options->columns,
+      "names of the columns of FILE, with commas between, where it has none or others; known are " +
+          known_contact_columns() +
+          "; any other name is left alone. N > 0 presses; T > 0 turns the force on the second particle, pushed "
+          "along the line from the first, to the left (y up)");
   verb->add_option("--particle-columns", options->particle_columns,
                    "the same of --particles; known are " + known_particle_columns());
   verb->add_option("--step", options->step, "of a dump, or `frame` of a table (the last if not given)");
@@ -167,8 +175,10 @@ void add_contacts_verb(CLI::App& app, VerbContext& context) {
                    "none: the processor paints, the quickest for thin bars; auto, osmesa or egl: to the same pixels")
       ->capture_default_str();
   verb->add_flag("--transparent", options->transparent, "no page behind the picture");
-  verb->callback(
-      [options, &context] { context.action = [options, &context] { return show_contacts(*options, context); }; });
+  verb->callback([options, verb, &context] {
+    options->has_mu = verb->count("--mu") > 0;
+    context.action = [options, &context] { return show_contacts(*options, context); };
+  });
 }
 
 }  // namespace granuscope
