@@ -85,7 +85,7 @@ std::string changed_since_run(const std::filesystem::path& run_folder, const std
         continue;
       std::error_code none;
       if (!std::filesystem::exists(run_folder / name, none)) continue;  // who reads it says that it is missing
-      if (sha256_of_file(run_folder / name) != file.at("sha256")) return name;
+      if (sha256_of_file(run_folder / name) != file.at("sha256").get<std::string>()) return name;
     }
   } catch (const nlohmann::json::exception&) {  // NOLINT(bugprone-empty-catch): of an older program, or no manifest
   } catch (const InputError&) {                 // NOLINT(bugprone-empty-catch): there is none
