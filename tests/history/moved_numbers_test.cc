@@ -49,6 +49,17 @@ TEST_CASE("An exact number that changes has moved, whatever the others say") {
   CHECK_FALSE(named(hold_against(numbers(0.5, 0), 32, numbers(0.5, 0), 32), "c").moved);
 }
 
+TEST_CASE("What rounding leaves of an exact width has not moved") {
+  const auto widths = [](double W) {
+    return depth_numbers(
+        {{"scan", "mu"},
+         {"results", {{{"mu", 0.0}, {"depths", {{{"layer", 17}, {"width", {{"value", W}, {"stderr", 0.0}}}}}}}}}});
+  };
+  REQUIRE(widths(2.9e-7).size() == 1);
+  CHECK(hold_against(widths(2.9e-7), 32, widths(1.1e-6), 32)[0].z == 0);
+  CHECK(std::isinf(hold_against(widths(2.9e-7), 32, widths(1.1e-4), 32)[0].z));
+}
+
 TEST_CASE("Numbers that only one side knows are not compared") {
   std::vector<KnownNumber> fewer = numbers(0.5, 0.01);
   fewer.pop_back();

@@ -24,7 +24,7 @@ struct NumberChoice {
 };
 
 /// Numbers of a summary.json, with its standard error where one has it, for the text of a paper. `format`: "tex"
-/// (\\granuscope{beta} gives 2.414(73), and an unknown name is an error), "csv" (name, value, standard error, text) or
+/// (\\granuscope{mu-0.3/c} gives 0.56026(50), and an unknown name is an error), "csv" (name, value, standard error, text) or
 /// "json". Names follow the places of summary.json: "beta", "mu-0.3/c", "claims/D-of-mu/measured". Throws InputError if
 /// the text is no summary, the format is not known or no number has a name that is asked for.
 std::string list_numbers(std::string_view summary, const std::string& format, const NumberChoice& choice);

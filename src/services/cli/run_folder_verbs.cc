@@ -85,7 +85,7 @@ void add_numbers_verb(CLI::App& app, VerbContext& context) {
   const auto folder = std::make_shared<std::string>();
   const auto format = std::make_shared<std::string>("tex");
   verb->add_option("OUT", *folder, "folder of the run, or its summary.json")->required();
-  verb->add_option("--format", *format, "tex (\\granuscope{beta} writes 2.414(73)), csv or json")
+  verb->add_option("--format", *format, "tex (\\granuscope{mu-0.3/c} writes 0.56026(50)), csv or json")
       ->transform(CLI::detail::to_lower)
       ->capture_default_str();
   const auto choice = std::make_shared<NumberChoice>();

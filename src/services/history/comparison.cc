@@ -375,7 +375,8 @@ std::string json_text(const Comparison& comparison) {
 
 namespace {
 
-constexpr double tiny = 1e-12;  ///< of numbers that are exact without friction, as in claims.cc
+constexpr double tiny = 1e-12;       ///< of numbers that are exact without friction, as in claims.cc
+constexpr double tiny_width = 1e-5;  ///< the root of what rounding leaves of W^2
 
 void add_known(std::vector<KnownNumber>& numbers, const std::string& name, const Json& holder, const char* key) {
   const auto found = holder.find(key);
@@ -449,6 +450,7 @@ std::vector<KnownNumber> depth_numbers(const Json& summary) {
       for (const char* key : {"peak_position", "width", "thrust_ratio"}) {
         if (narrow && std::string_view(key) == "width") continue;  // the size of a bead hides it
         add_known(numbers, fmt::format("{} {}, layer {}", key, where, depth.at("layer").dump()), depth, key);
+        if (!numbers.empty() && std::abs(numbers.back().value) < tiny_width) numbers.back().value = 0;
       }
     }
   });
