@@ -188,7 +188,7 @@ EnsembleRecord run_few(const EnsembleSpec& spec) {
   EnsembleRecord record;
   record.sums.layers.resize(layers);
   std::iota(record.sums.layers.begin(), record.sums.layers.end(), 0);
-  record.sums.count = {0};
+  record.sums.count.assign(1, 0);
   QuantitySums& thrust = record.sums.quantities["thrust"];
   QuantitySums& variance = record.sums.quantities["weight_variance"];
   thrust.sum.assign(layers, 0);
