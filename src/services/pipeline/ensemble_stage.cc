@@ -72,10 +72,10 @@ SamplerSpec measure_sampler(const PlannedEnsemble& planned, ProgressStyle progre
   const SamplerSpec& sampler = planned.spec.sampler;
   const bool stated = sampler.burn_in > 0 && sampler.thinning > 0;
   if (sampler.law != Law::polytope || sampler.mu == 0 || stated) return sampler;
-  log_line(progress, fmt::format("sampling {}: measuring how many sweeps its chains need", planned.label));
+  log_line(progress, "sampling {}: measuring how many sweeps its chains need", planned.label);
   const SamplerSpec measured = measured_sampler(planned.spec);
-  log_line(progress, fmt::format("sampling {}: {} sweeps to the first of eight piles, {} to each other one",
-                                 planned.label, measured.burn_in, measured.thinning));
+  log_line(progress, "sampling {}: {} sweeps to the first of eight piles, {} to each other one", planned.label,
+           measured.burn_in, measured.thinning);
   return measured;
 }
 
@@ -125,9 +125,9 @@ bool is_there(const std::filesystem::path& run_folder, const std::filesystem::pa
   const FileDescriptor opened(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
   if (opened.valid()) return true;
   if (errno == ENOENT || errno == ENOTDIR || errno == ENAMETOOLONG) return false;  // then writing it says so
-  throw EnvironmentError(fmt::format(
+  throw EnvironmentError(
       "cannot open '{}', which may hold finished work that drawing it again would replace: {} Or remove it.",
-      file.string(), system_reason(errno)));
+      file.string(), system_reason(errno));
 }
 
 /// How many groups the run's folder holds of this ensemble; 0 where there is no part of it.
@@ -188,7 +188,7 @@ EnsembleRecord draw_whole(const PlannedEnsemble& planned, const std::filesystem:
   std::uint64_t done = 0;
   EnsembleRecord record = beginning_of(planned, run_folder, done);
   const std::uint64_t there = std::min(spec.response.samples, done * group_size);
-  if (done > 0) log_line(progress, fmt::format("sampling {}: going on after {} piles", planned.label, there));
+  if (done > 0) log_line(progress, "sampling {}: going on after {} piles", planned.label, there);
   const SamplerSpec sampler = measure_sampler(planned, progress);
   Progress shown(fmt::format("sampling {}", planned.label), spec.response.samples - there, progress);
   draw_in_pieces(spec, sampler, done, record, threads, &shown, parts, [&](std::uint64_t groups) {
@@ -407,15 +407,14 @@ void forget_unfinished(const PlannedEnsemble& planned, const std::filesystem::pa
 MeasuredEnsemble obtain_ensemble(PlannedEnsemble& planned, const std::filesystem::path& run_folder, int threads,
                                  ProgressStyle progress, const PartPolicy& parts) {
   if (std::optional<MeasuredEnsemble> there = reuse_ensemble(planned, run_folder)) {
-    log_line(progress,
-             fmt::format("sampling {}: {} piles already there", planned.label, planned.spec.response.samples));
+    log_line(progress, "sampling {}: {} piles already there", planned.label, planned.spec.response.samples);
     forget_unfinished(planned, run_folder);
     return *std::move(there);
   }
   const std::filesystem::path file = run_folder / planned.file;
   if (!planned.replaces.empty()) {
-    log_line(progress, fmt::format("sampling {}: {} is drawn again and replaced once the new one is whole: {}",
-                                   planned.label, planned.file.string(), planned.replaces));
+    log_line(progress, "sampling {}: {} is drawn again and replaced once the new one is whole: {}", planned.label,
+             planned.file.string(), planned.replaces);
   }
   // What would be lost in the end is missed before anything is drawn.
   make_folder(file.parent_path());
