@@ -6,6 +6,8 @@
 #include <array>
 #include <filesystem>
 #include <optional>
+#include <sstream>
+#include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -63,53 +65,14 @@ std::string in_tex(std::string text) {
     text.replace(at, (group ? end + 1 : end) - at, tex);
     at += tex.size();
   }
-  constexpr std::pair<std::string_view, std::string_view> signs[] = {{"{/:Italic ", "\\textit{"},
-                                                                     {"α", "\\ensuremath{\\alpha}"},
-                                                                     {"β", "\\ensuremath{\\beta}"},
-                                                                     {"γ", "\\ensuremath{\\gamma}"},
-                                                                     {"δ", "\\ensuremath{\\delta}"},
-                                                                     {"Δ", "\\ensuremath{\\Delta}"},
-                                                                     {"ε", "\\ensuremath{\\varepsilon}"},
-                                                                     {"μ", "\\ensuremath{\\mu}"},
-                                                                     {"σ", "\\ensuremath{\\sigma}"},
-                                                                     {"τ", "\\ensuremath{\\tau}"},
-                                                                     {"χ", "\\ensuremath{\\chi}"},
-                                                                     {"θ", "\\ensuremath{\\theta}"},
-                                                                     {"φ", "\\ensuremath{\\varphi}"},
-                                                                     {"λ", "\\ensuremath{\\lambda}"},
-                                                                     {"₀", "\\ensuremath{_0}"},
-                                                                     {"₁", "\\ensuremath{_1}"},
-                                                                     {"₂", "\\ensuremath{_2}"},
-                                                                     {"₃", "\\ensuremath{_3}"},
-                                                                     {"₄", "\\ensuremath{_4}"},
-                                                                     {"ₚ", "\\ensuremath{_p}"},
-                                                                     {"²", "\\ensuremath{^2}"},
-                                                                     {"³", "\\ensuremath{^3}"},
-                                                                     {"⁰", "\\ensuremath{^0}"},
-                                                                     {"¹", "\\ensuremath{^1}"},
-                                                                     {"⁴", "\\ensuremath{^4}"},
-                                                                     {"⁵", "\\ensuremath{^5}"},
-                                                                     {"⁶", "\\ensuremath{^6}"},
-                                                                     {"⁷", "\\ensuremath{^7}"},
-                                                                     {"⁸", "\\ensuremath{^8}"},
-                                                                     {"⁹", "\\ensuremath{^9}"},
-                                                                     {"⁻", "\\ensuremath{^-}"},
-                                                                     {"|", "\\ensuremath{|}"},
-                                                                     {"½", "\\ensuremath{{}^1\\!/_2}"},
-                                                                     {"≈", "\\ensuremath{\\approx}"},
-                                                                     {"−", "\\ensuremath{-}"},
-                                                                     {"±", "\\ensuremath{\\pm}"},
-                                                                     {"≤", "\\ensuremath{\\le}"},
-                                                                     {"≥", "\\ensuremath{\\ge}"},
-                                                                     {"×", "\\ensuremath{\\times}"},
-                                                                     {"√", "\\ensuremath{\\surd}"},
-                                                                     {"°", "\\ensuremath{^\\circ}"},
-                                                                     {"–", "--"},
-                                                                     {"’", "'"},
-                                                                     {"∝", "\\ensuremath{\\propto}"},
-                                                                     {"⟨", "\\ensuremath{\\langle}"},
-                                                                     {"⟩", "\\ensuremath{\\rangle}"},
-                                                                     {"κ", "\\ensuremath{\\kappa}"}};
+  std::vector<std::pair<std::string, std::string>> signs = {{"{/:Italic ", "\\textit{"}, {"–", "--"}, {"’", "'"}};
+  std::istringstream mathematics(
+      "α \\alpha β \\beta γ \\gamma δ \\delta Δ \\Delta ε \\varepsilon μ \\mu σ \\sigma τ \\tau χ \\chi "
+      "θ \\theta φ \\varphi λ \\lambda ₀ _0 ₁ _1 ₂ _2 ₃ _3 ₄ _4 ₚ _p ² ^2 ³ ^3 ⁰ ^0 ¹ ^1 ⁴ ^4 ⁵ ^5 ⁶ ^6 "
+      "⁷ ^7 ⁸ ^8 ⁹ ^9 ⁻ ^- | | ½ {}^1\\!/_2 ≈ \\approx − - ± \\pm ≤ \\le ≥ \\ge × \\times √ \\surd "
+      "° ^\\circ ∝ \\propto ⟨ \\langle ⟩ \\rangle κ \\kappa");
+  for (std::string sign, tex; mathematics >> sign >> tex;)
+    signs.emplace_back(sign, fmt::format("\\ensuremath{{{}}}", tex));
   for (const auto& [sign, tex] : signs) {
     for (std::size_t at = text.find(sign); at != std::string::npos; at = text.find(sign, at + tex.size())) {
       text.replace(at, sign.size(), tex);

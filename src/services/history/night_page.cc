@@ -36,6 +36,26 @@ bool was_told(const Alarm& alarm) { return alarm.state == "open" || alarm.state 
 
 bool alarms(const Night& night) { return std::ranges::any_of(night.alarms, was_told); }
 
+}  // namespace
+
+void to_json(Json& json, const Alarm& one) { json = {{"kind", one.kind}, {"what", one.what}, {"state", one.state}}; }
+
+void to_json(Json& json, const NightVerdict& one) {
+  json = {{"claim", one.claim}, {"verdict", one.verdict}, {"z", finite_or_null(one.z)}};
+}
+
+void to_json(Json& json, const NightNumber& one) {
+  json = {{"name", one.name},
+          {"value", one.pool.value},
+          {"stderr", one.pool.standard_error},
+          {"piece", finite_or_null(one.piece)},
+          {"piece_stderr", finite_or_null(one.piece_error)},
+          {"z", finite_or_null(one.z)},
+          {"moved", one.moved}};
+}
+
+namespace {
+
 /// A quantity over the nights; NaN where a night has none.
 struct Trend {
   std::string name, last;
@@ -161,10 +181,6 @@ std::vector<Trend> time_trends(const std::vector<Night>& nights) {
 }
 
 Json row_of(const Night& night, const std::set<std::string>& kept) {
-  Json alarms_of_it = Json::array();
-  for (const Alarm& alarm : night.alarms) {
-    alarms_of_it.push_back({{"kind", alarm.kind}, {"what", alarm.what}, {"state", alarm.state}});
-  }
   std::map<std::string, int> verdicts;
   for (const NightVerdict& one : night.verdicts) ++verdicts[one.verdict];
   std::vector<std::string> counted;
@@ -177,7 +193,7 @@ Json row_of(const Night& night, const std::set<std::string>& kept) {
           {"status", alarms(night) ? "alarm" : "fine"},
           {"look", alarms(night) ? "no" : "yes"},
           {"verdicts", fmt::format("{}", fmt::join(counted, ", "))},
-          {"alarms", alarms_of_it},
+          {"alarms", night.alarms},
           {"report", report},
           {"has_report", !report.empty()}};
 }
@@ -286,25 +302,9 @@ std::string json_text(const std::vector<Night>& nights) {
   for (const Night& night : nights) {
     Json one = {{"night", night.number},     {"date", night.date},       {"status", alarms(night) ? "alarm" : "fine"},
                 {"samples", night.samples},  {"report", night.report},   {"environment", night.environment},
-                {"seconds", Json::object()}, {"numbers", Json::array()}, {"verdicts", Json::array()},
-                {"alarms", Json::array()}};
+                {"seconds", Json::object()}, {"numbers", night.numbers}, {"verdicts", night.verdicts},
+                {"alarms", night.alarms}};
     for (const auto& [stage, seconds] : night.seconds) one["seconds"][stage] = finite_or_null(seconds);
-    for (const NightNumber& number : night.numbers) {
-      one["numbers"].push_back({{"name", number.name},
-                                {"value", number.pool.value},
-                                {"stderr", number.pool.standard_error},
-                                {"piece", finite_or_null(number.piece)},
-                                {"piece_stderr", finite_or_null(number.piece_error)},
-                                {"z", finite_or_null(number.z)},
-                                {"moved", number.moved}});
-    }
-    for (const NightVerdict& verdict : night.verdicts) {
-      one["verdicts"].push_back(
-          {{"claim", verdict.claim}, {"verdict", verdict.verdict}, {"z", finite_or_null(verdict.z)}});
-    }
-    for (const Alarm& alarm : night.alarms) {
-      one["alarms"].push_back({{"kind", alarm.kind}, {"what", alarm.what}, {"state", alarm.state}});
-    }
     list.push_back(std::move(one));
   }
   Json json = {{"schema", 1}, {"nights", list}};
