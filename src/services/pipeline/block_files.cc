@@ -119,9 +119,7 @@ EnsembleRecord BlockFiles::beginning(int block, std::uint64_t& groups) const {
   if (fs::exists(part(block), ignored)) {
     try {
       const std::string there = read_ensemble_configuration(part(block));
-      const auto settings = settings_of(there);
-      const auto found = settings.find("groups_drawn");
-      const std::uint64_t drawn = found == settings.end() ? 0 : std::strtoull(found->second.c_str(), nullptr, 10);
+      const std::uint64_t drawn = count_in(there, "groups_drawn");
       if (there == configuration(block) + fmt::format("groups_drawn={}\n", drawn)) {
         EnsembleRecord begun = read_ensemble(part(block));
         require_shape(part(block), begun, planned_.spec, block, 1);

@@ -9,6 +9,7 @@
 #include <chrono>
 #include <cstdlib>
 #include <limits>
+#include <map>
 #include <numeric>
 #include <sstream>
 #include <system_error>
@@ -21,7 +22,9 @@
 #include "support/plain_text.h"
 
 namespace granuscope {
+namespace {
 
+/// Lines "key=value" of a configuration text.
 std::map<std::string, std::string> settings_of(const std::string& configuration) {
   std::map<std::string, std::string> settings;
   std::istringstream lines(configuration);
@@ -30,6 +33,12 @@ std::map<std::string, std::string> settings_of(const std::string& configuration)
     if (equals != std::string::npos) settings[line.substr(0, equals)] = line.substr(equals + 1);
   }
   return settings;
+}
+
+}  // namespace
+
+std::uint64_t count_in(const std::string& configuration, const std::string& key) {
+  return std::strtoull(settings_of(configuration)[key].c_str(), nullptr, 10);
 }
 
 std::string describe_difference(const std::string& there, const std::string& wanted) {
@@ -57,9 +66,8 @@ namespace {
 
 bool only_more_samples(const std::string& there, const std::string& wanted) {
   std::map<std::string, std::string> before = settings_of(there), after = settings_of(wanted);
-  const std::string fewer = before["samples"], more = after["samples"];
-  before["samples"] = more;
-  return before == after && std::strtoull(fewer.c_str(), nullptr, 10) < std::strtoull(more.c_str(), nullptr, 10);
+  before["samples"] = after["samples"];
+  return before == after && count_in(there, "samples") < count_in(wanted, "samples");
 }
 
 }  // namespace
@@ -136,10 +144,7 @@ std::uint64_t groups_begun(const PlannedEnsemble& planned, const std::filesystem
   const std::filesystem::path file = run_folder / part_file(planned);
   try {
     const std::string there = read_ensemble_configuration(file);
-    const std::map<std::string, std::string> settings = settings_of(there);
-    const auto found = settings.find("groups_drawn");
-    if (found == settings.end()) return 0;
-    const std::uint64_t groups = std::strtoull(found->second.c_str(), nullptr, 10);
+    const std::uint64_t groups = count_in(there, "groups_drawn");
     const bool usable = groups < groups_of(planned.spec) && there == part_configuration(planned.spec, groups);
     return usable ? groups : 0;
   } catch (const InputError&) {
@@ -283,19 +288,15 @@ void look_for_smaller(PlannedEnsemble& planned, const PrecisionSpec& asked, cons
 void look_for_beginning(PlannedEnsemble& planned, const std::filesystem::path& run_folder) {
   if (planned.reusable || !is_there(run_folder, planned.file)) return;
   try {
-    const std::map<std::string, std::string> there =
-        settings_of(read_ensemble_configuration(run_folder / planned.file));
-    const auto samples = there.find("samples");
-    if (samples == there.end()) return;
+    const std::uint64_t samples = count_in(read_ensemble_configuration(run_folder / planned.file), "samples");
+    if (samples == 0 || samples >= planned.spec.response.samples || samples % group_size != 0) return;
     PlannedEnsemble beginning = planned;
-    beginning.spec.response.samples = std::strtoull(samples->second.c_str(), nullptr, 10);
-    if (beginning.spec.response.samples >= planned.spec.response.samples) return;
-    if (beginning.spec.response.samples % group_size != 0) return;
+    beginning.spec.response.samples = samples;
     look_for(beginning, run_folder);
     std::optional<MeasuredEnsemble> found = reuse_ensemble(beginning, run_folder);
     if (!found) return;
     planned.smaller = std::make_shared<const EnsembleRecord>(std::move(found->record));
-    planned.groups_before = beginning.spec.response.samples / group_size;
+    planned.groups_before = samples / group_size;
     planned.replaces.clear();
   } catch (const InputError&) {  // NOLINT(bugprone-empty-catch): look_for has said why it cannot be used
   }
@@ -384,10 +385,7 @@ void forget_unfinished(const PlannedEnsemble& planned, const std::filesystem::pa
   const auto goes_on = [&](const std::filesystem::path& file) {
     if (planned.grows_from == 0) return false;
     try {
-      const auto settings = settings_of(read_ensemble_configuration(file));
-      const auto samples = settings.find("samples");
-      return samples != settings.end() &&
-             std::strtoull(samples->second.c_str(), nullptr, 10) > planned.spec.response.samples;
+      return count_in(read_ensemble_configuration(file), "samples") > planned.spec.response.samples;
     } catch (const InputError&) {
       return false;
     }
