@@ -10,8 +10,8 @@
 #include "analysis/scaling.h"
 #include "analysis/transport.h"
 #include "ensemble/ensemble_runner.h"
-#include "kit/linear_response.h"
 #include "kit/same_bytes.h"
+#include "kit/linear_response.h"
 #include "kit/temporary_folder.h"
 #include "model/lattice.h"
 #include "sampling/simple_laws.h"
@@ -32,12 +32,7 @@ namespace {
 constexpr int made_up_columns = 300;
 
 FitSpec short_window() {
-  FitSpec spec;
-  spec.first_layer = 60;
-  spec.last_layer = 120;
-  spec.layer_step = 5;
-  spec.shallow_layer = 40;
-  return spec;
+  return {.first_layer = 60, .last_layer = 120, .layer_step = 5, .shallow_layer = 40, .other_scaling_windows = {}};
 }
 
 Transport measure(const MeasuredEnsemble& ensemble, int threads = 2) {

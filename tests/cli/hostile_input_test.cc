@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <fstream>
-#include <functional>
 #include <map>
 #include <string>
 #include <vector>
@@ -213,9 +212,12 @@ TEST_CASE("Titles reach no shell, no plot command and no page unescaped") {
   const std::string trap = (scratch / "trap").string();
   const std::string title =
       "`touch " + trap + "` $(touch " + trap + ") 'q' <script>alert(1)</script> {{law}} {{{x}}} ]]>";
+  // One figure by the script that figures share, one by a script of its own.
+  const std::string figures = replaced(replaced(one_plot_text, "pdf = false", "pdf = true"),
+                                       "[figures.transport_with_depth]\nshow = false", "");
   const fs::path file =
       config(scratch,
-             replaced(small, "name = \"small\"",
+             replaced(figures, "name = \"small\"",
                       "name = \"" + title + "\"\ndescription = \"\\n<img src=x onerror=alert(2)>\\n{{#results}}\\n\""));
   // The folder's name reaches gnuplot and WeasyPrint.
   const fs::path out = scratch / "`touch trap` 'q' \"d\" <b> {{x}} $(y)\nline";
