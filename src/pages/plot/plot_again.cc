@@ -66,6 +66,7 @@ std::string in_tex(std::string text) {
     at += tex.size();
   }
   std::vector<std::pair<std::string, std::string>> signs = {{"{/:Italic ", "\\textit{"}, {"–", "--"}, {"’", "'"}};
+  // Each sign before what the mathematics of TeX calls it.
   std::istringstream mathematics(
       "α \\alpha β \\beta γ \\gamma δ \\delta Δ \\Delta ε \\varepsilon μ \\mu σ \\sigma τ \\tau χ \\chi "
       "θ \\theta φ \\varphi λ \\lambda ₀ _0 ₁ _1 ₂ _2 ₃ _3 ₄ _4 ₚ _p ² ^2 ³ ^3 ⁰ ^0 ¹ ^1 ⁴ ^4 ⁵ ^5 ⁶ ^6 "
