@@ -39,7 +39,7 @@ double power_of(const std::vector<const CountedWork*>& sizes) {
     log_draws.push_back(std::log(work->draws_per_bead * beads_of(*work)));
   }
   if (log_beads.empty()) return std::nan("");
-  const auto [smallest, largest] = std::minmax_element(log_beads.begin(), log_beads.end());
+  const auto [smallest, largest] = std::ranges::minmax_element(log_beads);
   if (*largest - *smallest < std::log(least_reach)) return std::nan("");
   return fit_line(log_beads, log_draws, std::vector<double>(log_beads.size(), 1.0)).slope;
 }
@@ -104,7 +104,7 @@ Claim judge_linear_time(const std::vector<CountedWork>& measured, const ClaimSpe
     claim.z_score = judge_number(claim.measured, paper).z_score;
     const auto fewer = [](const CountedWork* a, const CountedWork* b) { return beads_of(*a) < beads_of(*b); };
     const auto& sizes = by_mu[farthest_mu];
-    const auto [smallest, largest] = std::minmax_element(sizes.begin(), sizes.end(), fewer);
+    const auto [smallest, largest] = std::ranges::minmax_element(sizes, fewer);
     of_power = fmt::format(
         "The number of draws grows as the power {} of the number of beads at μ = {}, where it is farthest from 1 among "
         "{}: {} draws per bead with {} × {} beads, {} with {} × {}.",

@@ -35,10 +35,7 @@ void add_curve(Panel& panel, const std::string& file, int value, const Ink& ink,
   panel.add(file, fmt::format("1:{}:{}", value, value + 1), ink.bars(0.9, 0.55));
 }
 
-void reach(Range& range, const Estimate& one) {
-  range.add(one.value - one.standard_error);
-  range.add(one.value + one.standard_error);
-}
+void reach(Range& range, const Estimate& one) { range.add(one.value, one.standard_error); }
 
 /// Lines of checks are dashed.
 int dashes(DeepMeasurement by) { return by == DeepMeasurement::fluctuations ? 0 : by == DeepMeasurement::wide ? 2 : 3; }
@@ -261,9 +258,8 @@ class DeepResponseStudy final : public CopiedStudy<DeepResponseStudy> {
   }
 
   void finish() override {
-    std::stable_sort(measured_.begin(), measured_.end(), [](const DeepResponse& a, const DeepResponse& b) {
-      return a.spec.sampler.mu < b.spec.sampler.mu;
-    });
+    std::ranges::stable_sort(
+        measured_, [](const DeepResponse& a, const DeepResponse& b) { return a.spec.sampler.mu < b.spec.sampler.mu; });
   }
 
   std::vector<Claim> claims(const ClaimSpec& spec) const override {

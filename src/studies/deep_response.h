@@ -1,7 +1,5 @@
 #pragma once
-#include <cstdint>
 #include <memory>
-#include <string>
 #include <vector>
 
 #include "analysis/mean_response.h"

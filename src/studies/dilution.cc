@@ -69,16 +69,15 @@ Json page_1_overlay(const DilutedPiles& measured) {
   Json overlay = Json::object();
   if (!measured.largest.empty()) {
     // Of the largest piles, at the smallest and at the largest friction.
-    const auto smallest_mu =
-        std::count_if(measured.largest.begin(), measured.largest.end(),
-                      [&](const LargestShare& one) { return one.mu == measured.largest.front().mu; });
+    const auto smallest_mu = std::ranges::count_if(
+        measured.largest, [&](const LargestShare& one) { return one.mu == measured.largest.front().mu; });
     overlay["reach"] = {{"least", place("largest", static_cast<std::size_t>(smallest_mu) - 1)},
                         {"most", place("largest", measured.largest.size() - 1)}};
   }
   const auto& all = measured.responses;
   if (all.size() < 2) return overlay;
   const auto peaks = [&](int count) {
-    return std::all_of(all.begin(), all.end(), [&](const DilutedResponse& one) { return one.peaks == count; });
+    return std::ranges::all_of(all, [&](const DilutedResponse& one) { return one.peaks == count; });
   };
   overlay["stay"] = peaks(2);
   overlay["merge"] = all.front().peaks == 2 && all.back().peaks == 1;
@@ -101,10 +100,9 @@ class DilutionStudy final : public CopiedStudy<DilutionStudy> {
                           .below(0.25);
     opened.ascending = true;
     opened.longest = 20;
-    KeyRange sides = KeyRange{.why =
-                                  "below 4 there is no ring, and a linear programme of more than 32 x 32 beads takes "
-                                  "seconds"}
-                         .within(fewest_columns, 32);
+    KeyRange sides =
+        KeyRange{.why = "below 4 there is no ring, and a linear programme of more than 32 x 32 beads takes seconds"}
+            .within(fewest_columns, 32);
     sides.ascending = true;
     sides.longest = 8;
     KeyRange slack = KeyRange{}.within(0, tan30).above(0).below(tan30);
@@ -119,16 +117,14 @@ class DilutionStudy final : public CopiedStudy<DilutionStudy> {
                  shares_, opened),
         make_key(table(), "piles", "piles", "piles of each friction, size and share", piles_,
                  KeyRange{}.within(8, 100'000)),
-        make_key(
-            table(), "stepwise_piles", "piles",
-            "piles of each friction and size of which contacts are opened one after the other, as long as they stay "
-            "solvable; 0: none",
-            stepwise_piles_, KeyRange{.or_zero = true}.within(4, 100'000)),
-        make_key(
-            table(), "least_slack", "loads of one top bead",
-            "smallest N - |T|/mu that all contacts must be able to have at once where contacts are opened one after "
-            "the other",
-            least_slack_, slack),
+        make_key(table(), "stepwise_piles", "piles",
+                 "piles of each friction and size of which contacts are opened one after the other, as long as they "
+                 "stay solvable; 0: none",
+                 stepwise_piles_, KeyRange{.or_zero = true}.within(4, 100'000)),
+        make_key(table(), "least_slack", "loads of one top bead",
+                 "smallest N - |T|/mu that all contacts must be able to have at once where contacts are opened one "
+                 "after the other",
+                 least_slack_, slack),
         make_key(table(), "response_mu", "",
                  "friction coefficients at which the response is measured; none: not at all", response_mu_,
                  friction_range_above_zero()),
@@ -150,9 +146,9 @@ class DilutionStudy final : public CopiedStudy<DilutionStudy> {
 
   Problem find_problem(const MainLine& main) const override {
     if (sizes_.empty() != mu_.empty()) {
-      return problem(key(mu_.empty() ? "mu" : "sizes"),
-                     "piles are tried at each friction and of each size, and one of the two lists is empty; fill both, "
-                     "or none");
+      return problem(
+          key(mu_.empty() ? "mu" : "sizes"),
+          "piles are tried at each friction and of each size, and one of the two lists is empty; fill both, or none");
     }
     if (response_mu_.empty()) return {};
     if (response_shares_.empty()) {
@@ -377,7 +373,7 @@ DilutedResponse measure_diluted_response(const MeasuredEnsemble& ensemble, const
   response.share = ensemble.spec.sampler.model.diluted_beads.share;
   response.columns = ensemble.spec.lattice.columns;
   response.layers = ensemble.spec.lattice.layers;
-  response.samples = std::accumulate(sums.count.begin(), sums.count.end(), std::uint64_t{0});
+  response.samples = sums.samples();
   response.failed = ensemble.record.failed.size();
   const Transport transport = measure_transport(ensemble, fit, {fit.last_layer}, threads).transport;
   response.c = transport.c;
@@ -437,9 +433,7 @@ Figure plot_solvable_shares(const DilutedPiles& measured, const std::filesystem:
     if (head.mu == most_mu) add(by_size, fmt::format("left: {0} × {0} beads", head.size), true);
     if (head.size == least_size) add(by_friction, fmt::format("right: μ = {}", caption_number(head.mu)), false);
   }
-  Range shares;
-  shares.add(0);
-  shares.add(std::max(most_share, 0.01));
+  Range shares = range_of(0, std::max(most_share, 0.01));
   by_size.left = 0.095;
   by_friction.left = 0.59;
   for (Panel* panel : {&by_size, &by_friction}) {

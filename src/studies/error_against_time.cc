@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -25,10 +24,6 @@ constexpr const char* figure_id = "error-against-time";
 /// How far beyond the measured points the total error is plotted, so that floors show.
 constexpr double outlook = 300;
 constexpr double significant_shift = 3;  // standard errors
-
-std::string in_words(const Estimate& number) {
-  return number.known() ? value_with_error(number.value, number.standard_error) : "unknown";
-}
 
 /// One panel: c or D.
 struct TimedQuantity {

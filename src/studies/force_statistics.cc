@@ -6,7 +6,6 @@
 #include <gsl/gsl_cdf.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
@@ -431,7 +430,7 @@ class ForceStatisticsStudy final : public CopiedStudy<ForceStatisticsStudy> {
     const BlockSums& sums = ensemble.record.sums;
     one.name["pile"] = one.has_contacts() ? fmt::format("μ = {}", ensemble.spec.sampler.mu) : "q-model";
     one.name["columns"] = ensemble.spec.lattice.columns;
-    one.name["samples"] = std::accumulate(sums.count.begin(), sums.count.end(), std::uint64_t{0});
+    one.name["samples"] = sums.samples();
     const auto thickness = static_cast<std::size_t>(thickness_);
     for (std::size_t row = 0; row < sums.layers.size(); row += thickness) {
       Json name = one.name;

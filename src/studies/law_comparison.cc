@@ -7,7 +7,6 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <numeric>
 #include <string>
 #include <utility>
 
@@ -94,14 +93,14 @@ class LawComparisonStudy final : public CopiedStudy<LawComparisonStudy> {
                  "friction coefficients at which the work of eloy-clement is counted against size, beside granusolve; "
                  "none: not at all",
                  cost_mu_,
-                 range_of_mu("without friction nothing fails, and above 0.6 eloy-clement takes for ever even on 6 x 6 "
-                             "beads")),
-        make_key(table(), "cost_sizes", "beads", "columns and layers of the square piles for it", cost_sizes_,
-                 KeyRange{.fewest = 1,
-                          .ascending = true,
-                          .why = "the narrowest ring has 4 beads, and at 40 nothing that eloy-clement begins is "
-                                 "finished"}
-                     .within(4, most_cost_columns))};
+                 range_of_mu(
+                     "without friction nothing fails, and above 0.6 eloy-clement takes for ever even on 6 x 6 beads")),
+        make_key(
+            table(), "cost_sizes", "beads", "columns and layers of the square piles for it", cost_sizes_,
+            KeyRange{.fewest = 1,
+                     .ascending = true,
+                     .why = "the narrowest ring has 4 beads, and at 40 nothing that eloy-clement begins is finished"}
+                .within(4, most_cost_columns))};
   }
 
   bool asked() const override { return samples_ > 0 || response_samples_ > 0 || !cost_mu_.empty(); }
@@ -176,10 +175,10 @@ class LawComparisonStudy final : public CopiedStudy<LawComparisonStudy> {
 
   Problem find_response_problem(const MainLine& main) const {
     if (samples_ == 0) {
-      return problem(key("response_samples"),
-                     "{} piles for c and D, but {} is 0, so that there is no table to put them into; set both or "
-                     "neither",
-                     response_samples_, key("samples"));
+      return problem(
+          key("response_samples"),
+          "{} piles for c and D, but {} is 0, so that there is no table to put them into; set both or neither",
+          response_samples_, key("samples"));
     }
     if (auto found = find_samples_problem(key("response_samples"), response_samples_, main.response.blocks)) {
       return found;
@@ -305,7 +304,7 @@ LawOnPiles measure_law(const MeasuredEnsemble& ensemble) {
   };
   LawOnPiles result;
   set_law(spec, counts, result);
-  result.samples = std::accumulate(sums.count.begin(), sums.count.end(), std::uint64_t{0});
+  result.samples = sums.samples();
   result.failed = record.failed.size();
   result.effective_samples = effective_samples(sums);
   result.draws_per_bead = per_bead(counts.uniforms);
@@ -506,10 +505,6 @@ namespace {
 constexpr const char* thrust_id = "law-comparison";
 constexpr const char* cost_id = "law-cost";
 
-std::string in_words(const Estimate& number) {
-  return number.known() ? value_with_error(number.value, number.standard_error) : "unknown";
-}
-
 std::string name_in_words(const LawOnPiles& one) {
   const SamplerSpec& law = one.spec.sampler;
   const LatticeSpec& lattice = one.spec.lattice;
@@ -550,8 +545,7 @@ Figure plot_laws(const std::vector<LawOnPiles>& laws, const std::filesystem::pat
       table.add_row({static_cast<double>(depth.layer), alpha, error, depth.weight_variance.value,
                      depth.weight_variance.standard_error});
       layers.add(depth.layer);
-      alphas.add(alpha - error);
-      alphas.add(alpha + error);
+      alphas.add(alpha, error);
     }
     if (one.failed > 0) {
       failed.push_back(fmt::format("{} of {} piles of {}", one.failed, one.failed + one.samples, name_in_words(one)));
@@ -566,19 +560,17 @@ Figure plot_laws(const std::vector<LawOnPiles>& laws, const std::filesystem::pat
         {name, ink.points(0.6),
          fmt::format("{},  var w = {},  {} draws per bead", name, in_words(one.weight_variance), work)});
     if (one.spec.sampler.law == Law::granusolve && one.spec.sampler.rules == RepairRules::all) {
-      repaired.push_back(fmt::format(
-          "on {} × {} beads the pair rule gave {:.2f} %, arcs and rings {:.3f} % and backtracks {:.3f} % of the beads "
-          "their "
-          "value",
-          one.spec.lattice.columns, one.spec.lattice.layers, 100 * one.pair_per_bead, 100 * one.arc_per_bead,
-          100 * one.backtracked_per_bead));
+      repaired.push_back(
+          fmt::format("on {} × {} beads the pair rule gave {:.2f} %, arcs and rings {:.3f} % and backtracks {:.3f} % "
+                      "of the beads their value",
+                      one.spec.lattice.columns, one.spec.lattice.layers, 100 * one.pair_per_bead,
+                      100 * one.arc_per_bead, 100 * one.backtracked_per_bead));
     }
   }
   if (panel.curves.empty()) {
     throw InputError(
         "the comparison of laws has nothing to show, because no pile of it was completed; give it smaller piles or "
-        "less "
-        "friction");
+        "less friction");
   }
   const std::size_t lines = plot.key.entries.size();
   plot.key.lines = static_cast<int>(lines);

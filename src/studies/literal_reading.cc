@@ -189,7 +189,7 @@ DepthReading read_depth(const MeasuredEnsemble& ensemble, std::size_t row) {
 
 /// Whether each of the paper's three numbers lies within two standard errors and its own.
 bool meets_the_paper(const ReplicatedFits& found) {
-  return std::all_of(paper.begin(), paper.end(), [&](const PaperExponent& one) {
+  return std::ranges::all_of(paper, [&](const PaperExponent& one) {
     const Estimate& read = one.of(found);
     return read.known() && std::abs(read.value - one.number.value) <= 2 * read.standard_error + one.number.error;
   });
@@ -243,8 +243,7 @@ Figure plot_literal_reading(const std::vector<DepthExponents>& depths, const Dep
     for (std::size_t i = 0; i < paper.size(); ++i) {
       const Estimate& one = paper[i].of(depth.literal);
       row.insert(row.end(), {one.value, one.standard_error});
-      shown[i == 1].add(one.value - one.standard_error);
-      shown[i == 1].add(one.value + one.standard_error);
+      shown[i == 1].add(one.value, one.standard_error);
     }
     row.push_back(paper[0].of(depth.from_load).value);
     shown[0].add(row.back());
@@ -332,7 +331,7 @@ class LiteralReading final : public CopiedStudy<LiteralReading> {
       rows.push_back(k);
     }
     if (depths_.empty()) return;
-    const auto nearest = std::min_element(depths_.begin(), depths_.end(), [](const auto& a, const auto& b) {
+    const auto nearest = std::ranges::min_element(depths_, [](const auto& a, const auto& b) {
       return distance_from_paper(a.literal) < distance_from_paper(b.literal);
     });
     best_ = static_cast<std::size_t>(nearest - depths_.begin());
@@ -387,7 +386,7 @@ class LiteralReading final : public CopiedStudy<LiteralReading> {
     const DepthExponents& best = depths_[best_];
     const auto rank = [](const Claim& one) {
       const std::array<const char*, 4> worst_last{reproduced, not_decided, not_tested, not_reproduced};
-      const auto at = std::find(worst_last.begin(), worst_last.end(), one.verdict) - worst_last.begin();
+      const auto at = std::ranges::find(worst_last, one.verdict) - worst_last.begin();
       return std::pair(at, std::abs(one.z_score));
     };
     for (const PaperExponent& one : paper) {
@@ -400,21 +399,21 @@ class LiteralReading final : public CopiedStudy<LiteralReading> {
         fmt::format("At z = {:.1f} γ is {}, β {} and α {}. ", best.z, exponent_text(paper[0].fit_of(best.literal)),
                     exponent_text(paper[1].fit_of(best.literal)), exponent_text(paper[2].fit_of(best.literal))) +
         (met_.empty() ? "At no depth are all three within two errors of the paper’s numbers."
-                      : fmt::format("All three are within two errors of the paper’s numbers at {} of {} "
-                                    "depths, from z = {:.1f} to {:.1f}.",
+                      : fmt::format("All three are within two errors of the paper’s numbers at {} of {} depths, from z "
+                                    "= {:.1f} to {:.1f}.",
                                     met_.size(), depths_.size(), met_.front(), met_.back()));
     for (const PaperExponent& one : paper) {
       if (const std::string misfit = misfit_sentence(one.fit_of(best.literal), one.x); !misfit.empty()) {
-        add_sentence(claim, fmt::format("Of {} at this depth: {}", one.symbol, misfit));
+        add_sentence(claim, "Of {} at this depth: {}", one.symbol, misfit);
       }
     }
     add_sentence(claim,
                  "The paper prints no depth for its exponents: this one was chosen by them, so that two of the three "
                  "numbers test it.");
     if (std::isfinite(best.ratio_without_friction)) {
-      add_sentence(claim, fmt::format("Against it speaks the paper’s own c = tan 30° = {:.4f} at μ = 0, where xₚ/z is "
-                                      "{:.4f} at this depth.",
-                                      tan30, best.ratio_without_friction));
+      add_sentence(
+          claim, "Against it speaks the paper’s own c = tan 30° = {:.4f} at μ = 0, where xₚ/z is {:.4f} at this depth.",
+          tan30, best.ratio_without_friction);
     }
     return {claim};
   }

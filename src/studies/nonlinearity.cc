@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numeric>
 #include <optional>
 #include <set>
 
@@ -101,7 +100,7 @@ class NonlinearityStudy final : public CopiedStudy<NonlinearityStudy> {
   }
 
   Problem find_problem(const MainLine& main) const override {
-    if (std::find(epsilons_.begin(), epsilons_.end(), main.response.epsilon) == epsilons_.end()) {
+    if (std::ranges::find(epsilons_, main.response.epsilon) == epsilons_.end()) {
       return problem(key("epsilons"),
                      "response.epsilon = {} is not among [{}], but the linear response is measured with it and the "
                      "others are compared with that; add it",
@@ -204,9 +203,7 @@ constexpr double window_slack = 1e-9;  ///< both ends of [0.1, 0.3] are inside
 double logarithm(double number) { return std::log(number); }
 double log_of_slowing(double c) { return std::log(tan30 - c); }
 
-bool has_empty_block(const BlockSums& sums) {
-  return std::find(sums.count.begin(), sums.count.end(), 0) != sums.count.end();
-}
+bool has_empty_block(const BlockSums& sums) { return std::ranges::find(sums.count, 0) != sums.count.end(); }
 
 Replicated difference(const Replicated& one, const Replicated& other) {
   return transform([](double a, double b) { return a - b; }, one, other);
@@ -241,7 +238,7 @@ LoadComparer::Measured LoadComparer::measure(const MeasuredEnsemble& ensemble, c
   response.spec = ensemble.spec;
   const ResponseSpec& load = ensemble.spec.response;
   response.reference = load.estimator == EstimatorName::multiplexed && load.epsilon == reference_epsilon_;
-  response.samples = std::accumulate(sums.count.begin(), sums.count.end(), std::uint64_t{0});
+  response.samples = sums.samples();
   response.failed = ensemble.record.failed.size();
   response.first_layer = fit.first_layer;
   response.last_layer = fit.last_layer;
@@ -391,8 +388,7 @@ struct NonlinearityPanels {
 };
 
 void add(Range& range, const Estimate& shift, double scale) {
-  range.add(scale * (shift.value - shift.standard_error));
-  range.add(scale * (shift.value + shift.standard_error));
+  range.add(scale * shift.value, scale * shift.standard_error);
 }
 
 void add_series(Plot& plot, NonlinearityPanels& panels, const Series& series, std::size_t colour) {

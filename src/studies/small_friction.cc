@@ -6,7 +6,6 @@
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <numeric>
 #include <set>
 
 #include "analysis/mean_response.h"
@@ -67,8 +66,7 @@ void add_saturation(Plot& plot, Saturation& all, const SmallFriction& one) {
     const double error = depth.weight_variance.standard_error / deep;
     table.add_row({x, y, error, last, depth.weight_variance.value});
     all.depth.add(x);
-    all.variance.add(y - error);
-    all.variance.add(y + error);
+    all.variance.add(y, error);
   }
   if (table.empty()) return;
   const Ink ink = ink_of_series(all.panel.curves.size());
@@ -78,10 +76,6 @@ void add_saturation(Plot& plot, Saturation& all, const SmallFriction& one) {
 
 PowerLawPoint point_of(double mu, const Estimate& slowing) {
   return {mu, mu, 0, slowing.value, slowing.standard_error};
-}
-
-std::string in_words(const Estimate& exponent) {
-  return exponent.known() ? value_with_error(exponent.value, exponent.standard_error) : "unknown";
 }
 
 }  // namespace
@@ -106,7 +100,7 @@ MeasuredSmallFriction measure_small_friction(const MeasuredEnsemble& ensemble) {
   SmallFriction& result = measured.result;
   result.spec = ensemble.spec;
   const int layers = ensemble.spec.lattice.layers;
-  result.samples = std::accumulate(sums.count.begin(), sums.count.end(), std::uint64_t{0});
+  result.samples = sums.samples();
   result.depth_over_saturation = layers / saturation_layers(ensemble.spec.sampler.mu);
   result.first_layer = first_deep_layer(layers);
   result.last_layer = sums.layers.back();
@@ -254,25 +248,24 @@ class SmallFrictionStudy final : public CopiedStudy<SmallFrictionStudy> {
   std::string id() const override { return "small_friction"; }
 
   std::vector<Key> keys() override {
-    return {
-        make_key(table(), "mu", "",
-                 "friction coefficients followed by the thrust of narrow deep piles; none: not at all", mu_,
-                 friction_range_above_zero()),
-        make_key(table(), "columns", "beads", "beads per layer of these piles", columns_),
-        make_key(table(), "depth", "0.6/mu^2 layers",
-                 "their depth in units of that over which the fluctuations saturate", depth_,
-                 KeyRange{.why = "above 1 only are the fluctuations of the forces saturated, and more than 1000 show "
-                                 "nothing new (4 is usual)"}
-                     .within(1, 1000)),
-        make_key(table(), "samples", "piles", "piles per friction coefficient, at least eight per block", samples_),
-        make_key(table(), "peaks_mu", "",
-                 "friction coefficients, three or more, at which c and D of the peaks are measured too, by the linear "
-                 "response (multiplexed, each pile and its opposite) of piles deep enough for the smallest; none: not "
-                 "at all",
-                 peaks_mu_, friction_range_above_zero()),
-        make_key(table(), "peaks_samples", "pairs", "pairs of these piles per friction coefficient", peaks_samples_,
-                 KeyRange{.why = "eight blocks of eight are the fewest that give a standard error"}.within(
-                     group_size * min_blocks, most_samples))};
+    return {make_key(table(), "mu", "",
+                     "friction coefficients followed by the thrust of narrow deep piles; none: not at all", mu_,
+                     friction_range_above_zero()),
+            make_key(table(), "columns", "beads", "beads per layer of these piles", columns_),
+            make_key(table(), "depth", "0.6/mu^2 layers",
+                     "their depth in units of that over which the fluctuations saturate", depth_,
+                     KeyRange{.why = "above 1 only are the fluctuations of the forces saturated, and more than 1000 "
+                                     "show nothing new (4 is usual)"}
+                         .within(1, 1000)),
+            make_key(table(), "samples", "piles", "piles per friction coefficient, at least eight per block", samples_),
+            make_key(table(), "peaks_mu", "",
+                     "friction coefficients, three or more, at which c and D of the peaks are measured too, by the "
+                     "linear response (multiplexed, each pile and its opposite) of piles deep enough for the smallest; "
+                     "none: not at all",
+                     peaks_mu_, friction_range_above_zero()),
+            make_key(table(), "peaks_samples", "pairs", "pairs of these piles per friction coefficient", peaks_samples_,
+                     KeyRange{.why = "eight blocks of eight are the fewest that give a standard error"}.within(
+                         group_size * min_blocks, most_samples))};
   }
 
   bool asked() const override { return !mu_.empty() || !peaks_mu_.empty(); }

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
 #include "analysis/claims.h"
 #include "analysis/double_gaussian.h"
@@ -66,13 +65,12 @@ Key first_lag_key(const std::string& table, int& first_lag) {
 }
 
 Key loaded_run_key(const std::string& table, int& run) {
-  return make_key(
-      table, "loaded_run", "beads",
-      "by loads: so many neighbouring top beads, or one more, are raised or lowered together; as many as a "
-      "peak is wide make errors several times smaller down there, and larger where peaks are narrower; epsilon² "
-      "times this is what long waves of the loads carry, and must not exceed what those of piles carry by "
-      "themselves (C_w, some 0.1 to 0.3), or else the loads spread the peaks",
-      run, KeyRange{.least = 1});
+  return make_key(table, "loaded_run", "beads",
+                  "by loads: so many neighbouring top beads, or one more, are raised or lowered together; as many as a "
+                  "peak is wide make errors several times smaller down there, and larger where peaks are narrower; "
+                  "epsilon² times this is what long waves of the loads carry, and must not exceed what those of piles "
+                  "carry by themselves (C_w, some 0.1 to 0.3), or else the loads spread the peaks",
+                  run, KeyRange{.least = 1});
 }
 
 Problem find_run_problem(const std::string& key, int run, int columns) {
@@ -93,11 +91,11 @@ Problem find_ring_problem(const std::string& columns_key, int columns, const std
                           const std::vector<int>& lags) {
   for (const double one : mu) {
     if (columns_apart({one}, lags, columns) == columns) continue;
-    return problem(columns_key,
-                   "{} columns: at mu = {} the two peaks meet on the ring at one of the depths that are measured, so "
-                   "that their position and width could not be told apart; give {} columns, or another number of "
-                   "octaves",
-                   columns, one, columns_apart(mu, lags, columns));
+    return problem(
+        columns_key,
+        "{} columns: at mu = {} the two peaks meet on the ring at one of the depths that are measured, so that their "
+        "position and width could not be told apart; give {} columns, or another number of octaves",
+        columns, one, columns_apart(mu, lags, columns));
   }
   return {};
 }
@@ -123,7 +121,7 @@ DeepResponse measure_spreading(const MeasuredEnsemble& ensemble, DeepMeasurement
   DeepResponse response;
   response.by = by;
   response.spec = ensemble.spec;
-  response.samples = std::accumulate(sums.count.begin(), sums.count.end(), std::uint64_t{0});
+  response.samples = sums.samples();
   FitSpec fit;
   fit.min_identifiable_width = least_width;
   std::vector<MeasuredDepth> depths(sums.layers.size() - first);
@@ -282,8 +280,7 @@ Claim judge_stretch(const std::vector<DeepResponse>& measured, const ClaimSpec& 
   for (const DeepResponse& one : measured) {
     const Estimate& power = (one.*stretch).exponent;
     if (!power.known() || one.by != DeepMeasurement::fluctuations || (one.*stretch).from < from) continue;
-    all.push_back(
-        fmt::format("{} at μ = {}", value_with_error(power.value, power.standard_error), one.spec.sampler.mu));
+    all.push_back(fmt::format("{} at μ = {}", value_with_error(power), one.spec.sampler.mu));
     const double z = std::abs(judge_number(power, paper).z_score);
     if (farthest != nullptr && z <= farthest_z) continue;
     farthest = &one;
@@ -298,7 +295,7 @@ Claim judge_stretch(const std::vector<DeepResponse>& measured, const ClaimSpec& 
                   fmt::format("The power of z in W² from z = {:.0f} to {:.0f} at μ = {}, where it is farthest from 1,",
                               power.from, power.to, farthest->spec.sampler.mu));
   claim.quantity += fmt::format(" at μ = {}, where it is farthest from 1", farthest->spec.sampler.mu);
-  if (all.size() > 1) add_sentence(claim, fmt::format("All of them: {}.", fmt::join(all, ", ")));
+  if (all.size() > 1) add_sentence(claim, "All of them: {}.", fmt::join(all, ", "));
   return claim;
 }
 

@@ -89,7 +89,7 @@ std::vector<double> MainLine::scan_values() const {
 
 double MainLine::shown_value(double wanted) const {
   const std::vector<double> values = scan_values();
-  const bool has_it = std::find(values.begin(), values.end(), wanted) != values.end();
+  const bool has_it = std::ranges::find(values, wanted) != values.end();
   return has_it || &scanned() == &friction_parameter() ? wanted : values.back();
 }
 
@@ -131,8 +131,8 @@ KeyRange friction_range() {
 KeyRange friction_range_above_zero() {
   KeyRange range = friction_range();
   range.why =
-      "at 0 nothing is random, so that there is nothing to measure here, and at sqrt(3) = 1.7320 the cone "
-      "reaches the horizontal";
+      "at 0 nothing is random, so that there is nothing to measure here, and at sqrt(3) = 1.7320 the cone reaches the "
+      "horizontal";
   return std::move(range).above(0);
 }
 
@@ -144,10 +144,9 @@ double pile_memory(double columns, double layers) {
 Problem find_lattice_problem(const std::string& columns_key, int columns, const std::string& layers_key, int layers,
                              int least_layers, double memory) {
   if (columns < fewest_columns) {
-    return problem(columns_key,
-                   "{} columns are too few: on a ring of fewer than 4 a bead meets its neighbour twice; "
-                   "give at least 4",
-                   columns);
+    return problem(
+        columns_key,
+        "{} columns are too few: on a ring of fewer than 4 a bead meets its neighbour twice; give at least 4", columns);
   }
   if (layers < least_layers) {
     return problem(layers_key, "{} layers are too few; give at least {}", layers, least_layers);
@@ -159,11 +158,11 @@ Problem find_lattice_problem(const std::string& columns_key, int columns, const 
                    describe_bytes(memory), describe_bytes(most_memory));
   }
   if (columns > most_columns || layers > most_layers) {
-    return problem(
-        wide ? columns_key : layers_key,
-        "{} x {} beads are more than {} {}, of which a slip of the keyboard is the likelier cause (they would "
-        "need about {} of memory); make the pile smaller",
-        columns, layers, wide ? most_columns : most_layers, wide ? "columns" : "layers", describe_bytes(memory));
+    return problem(wide ? columns_key : layers_key,
+                   "{} x {} beads are more than {} {}, of which a slip of the keyboard is the likelier cause (they "
+                   "would need about {} of memory); make the pile smaller",
+                   columns, layers, wide ? most_columns : most_layers, wide ? "columns" : "layers",
+                   describe_bytes(memory));
   }
   return {};
 }
@@ -178,7 +177,7 @@ Problem find_samples_problem(const std::string& key, std::uint64_t samples, int 
 Problem find_check_problem(const std::string& key, const std::vector<double>& checked, const std::string& measured_key,
                            const std::vector<double>& measured) {
   for (const double mu : checked) {
-    if (std::find(measured.begin(), measured.end(), mu) != measured.end()) continue;
+    if (std::ranges::find(measured, mu) != measured.end()) continue;
     return problem(key, "{} is not in {}, so that nothing would be there to hold it against; add it there", mu,
                    measured_key);
   }

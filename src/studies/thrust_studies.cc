@@ -40,7 +40,7 @@ RejectionThrust measure_rejection_thrust(const MeasuredEnsemble& ensemble, int m
   const double mu = spec.sampler.mu;
   RejectionThrust result;
   result.spec = spec;
-  result.samples = std::accumulate(sums.count.begin(), sums.count.end(), std::uint64_t{0});
+  result.samples = sums.samples();
   result.failed = record.failed.size();
   result.first_layer = margin;
   result.last_layer = result.spec.lattice.layers - margin - 1;
@@ -99,18 +99,16 @@ class RejectionThrustStudy final : public CopiedStudy<RejectionThrustStudy> {
   std::string id() const override { return "rejection_thrust"; }
 
   std::vector<Key> keys() override {
-    return {
-        make_key(
-            table(), "mu", "",
-            "friction coefficients, at most 0.3, at which the thrust ratio under the law rejection is taken "
-            "from piles of several widths and depths; none: not at all",
-            mu_,
-            KeyRange{.ascending = true,
-                     .why = "without friction the thrust ratio is 1 by definition, and above 0.3 rejection takes for "
-                            "ever on piles deep enough to have a bulk"}
-                .within(0, 0.3)
-                .above(0)),
-        make_key(table(), "samples", "piles", "piles of each of these sizes", samples_)};
+    return {make_key(table(), "mu", "",
+                     "friction coefficients, at most 0.3, at which the thrust ratio under the law rejection is taken "
+                     "from piles of several widths and depths; none: not at all",
+                     mu_,
+                     KeyRange{.ascending = true,
+                              .why = "without friction the thrust ratio is 1 by definition, and above 0.3 rejection "
+                                     "takes for ever on piles deep enough to have a bulk"}
+                         .within(0, 0.3)
+                         .above(0)),
+            make_key(table(), "samples", "piles", "piles of each of these sizes", samples_)};
   }
 
   bool asked() const override { return !mu_.empty(); }
@@ -140,7 +138,7 @@ class RejectionThrustStudy final : public CopiedStudy<RejectionThrustStudy> {
 
   std::vector<ReportPart> parts() const override {
     ReportPart thrust = part();
-    thrust.overlay["exact_below_one"] = std::all_of(measured_.begin(), measured_.end(), settles_below_one);
+    thrust.overlay["exact_below_one"] = std::ranges::all_of(measured_, settles_below_one);
     return {thrust};
   }
 
@@ -235,15 +233,15 @@ RedrawnBeads measure_redrawn_beads(const MeasuredEnsemble& ensemble) {
   if (usable == 0 || !sums.quantities.contains("redrawn") || sums.layers.size() < static_cast<std::size_t>(usable) ||
       sums.layers[static_cast<std::size_t>(usable) - 1] != usable - 1) {
     throw InputError(
-        fmt::format("the ensemble does not hold the redrawn beads of all usable layers, so that their share is not "
-                    "known; draw it with the estimator paired, more than {} layers, and all of them recorded",
-                    bottom_margin));
+        "the ensemble does not hold the redrawn beads of all usable layers, so that their share is not known; draw it "
+        "with the estimator paired, more than {} layers, and all of them recorded",
+        bottom_margin);
   }
   RedrawnBeads result;
   result.spec = spec;
   result.failed = record.failed.size();
-  for (const std::uint64_t count : sums.count) result.samples += count;
-  if (std::find(sums.count.begin(), sums.count.end(), 0) != sums.count.end()) {
+  result.samples = sums.samples();
+  if (std::ranges::find(sums.count, 0) != sums.count.end()) {
     for (Estimate* one :
          {&result.whole_pile, &result.below_overload, &result.force, &result.relative_force, &result.together}) {
       one->reason = "a block of the ensemble holds no completed pair of piles";
@@ -276,9 +274,8 @@ Claim judge_redraw_share(const std::vector<RedrawnBeads>& measured) {
   bool failed = false, open = false;
   double farthest = 0;
   for (const StatedShare& one : stated_shares) {
-    const auto found = std::find_if(measured.begin(), measured.end(), [&](const RedrawnBeads& beads) {
-      return std::abs(beads.spec.sampler.mu - one.mu) < 1e-9;
-    });
+    const auto found = std::ranges::find_if(
+        measured, [&](const RedrawnBeads& beads) { return std::abs(beads.spec.sampler.mu - one.mu) < 1e-9; });
     if (found == measured.end()) {
       missing.push_back(one.mu);
       continue;
@@ -305,19 +302,17 @@ Claim judge_redraw_share(const std::vector<RedrawnBeads>& measured) {
   }
   if (!claim.measured.known()) {
     leave_open(claim, clauses.empty()
-                          ? "nothing was measured with the standard procedure: set studies.redrawn_beads.mu = "
-                            "[0.1, 0.3]; a few hundred pairs of piles are enough"
+                          ? "nothing was measured with the standard procedure: set studies.redrawn_beads.mu = [0.1, "
+                            "0.3]; a few hundred pairs of piles are enough"
                           : fmt::format("studies.redrawn_beads has no share: {}", fmt::join(clauses, "; ")));
     return claim;
   }
   claim.verdict = failed ? not_reproduced : !missing.empty() ? not_tested : open ? not_decided : reproduced;
-  add_sentence(claim, fmt::format("{}; up to a factor of {} counts as of that order.", fmt::join(clauses, "; "),
-                                  same_order_up_to));
+  add_sentence(claim, "{}; up to a factor of {} counts as of that order.", fmt::join(clauses, "; "), same_order_up_to);
   if (!missing.empty()) {
-    add_sentence(claim, fmt::format("The other number of the paper needs {} in studies.redrawn_beads.mu.",
-                                    list_of_values(missing)));
+    add_sentence(claim, "The other number of the paper needs {} in studies.redrawn_beads.mu.", list_of_values(missing));
   }
-  if (!below.empty()) add_sentence(claim, fmt::format("Of the beads with |x| ≤ z it is {}.", below));
+  if (!below.empty()) add_sentence(claim, "Of the beads with |x| ≤ z it is {}.", below);
   return claim;
 }
 
@@ -340,10 +335,9 @@ Claim judge_rearrangements(const std::vector<RedrawnBeads>& measured, double mos
     failed = failed || heavy > agreement || large > agreement;
     open = open || above(one.relative_force, preference) > -agreement || large > -agreement;
     clauses.push_back(fmt::format("{} times the mean ({} of the overload) in rearrangements of {} beads at μ = {}",
-                                  value_with_error(one.relative_force.value, one.relative_force.standard_error),
+                                  value_with_error(one.relative_force),
                                   significant(one.force.value / one.spec.response.overload, 2),
-                                  value_with_error(one.together.value, one.together.standard_error),
-                                  one.spec.sampler.mu));
+                                  value_with_error(one.together), one.spec.sampler.mu));
     if (claim.measured.known() && one.relative_force.value < claim.measured.value) continue;
     claim.measured = one.relative_force;
     claim.quantity = fmt::format("force of such a bead over the mean at μ = {}", one.spec.sampler.mu);
@@ -358,15 +352,15 @@ Claim judge_rearrangements(const std::vector<RedrawnBeads>& measured, double mos
     return claim;
   }
   claim.verdict = failed ? not_reproduced : open ? not_decided : reproduced;
-  add_sentence(claim, fmt::format("Before the overload acts the smaller force that a bead which draws again hands down "
-                                  "is {}; the mean is that of all beads at its depth, and up to {} beads that touch "
-                                  "count as local.",
-                                  fmt::join(clauses, ", "), most_together));
   add_sentence(claim,
-               fmt::format("Against the mean of all beads the weakest preference is {} %; the paper does not say "
-                           "how strong, and from {} % on it counts as one here.",
-                           significant(100 * (no_preference - claim.measured.value), 2),
-                           significant(100 * (no_preference - preference), 2)));
+               "Before the overload acts the smaller force that a bead which draws again hands down is {}; the mean is "
+               "that of all beads at its depth, and up to {} beads that touch count as local.",
+               fmt::join(clauses, ", "), most_together);
+  add_sentence(claim,
+               "Against the mean of all beads the weakest preference is {} %; the paper does not say how strong, and "
+               "from {} % on it counts as one here.",
+               significant(100 * (no_preference - claim.measured.value), 2),
+               significant(100 * (no_preference - preference), 2));
   return claim;
 }
 
@@ -481,7 +475,7 @@ ChainShare measure_chain_share(const MeasuredEnsemble& ensemble) {
   ChainShare result;
   result.spec = ensemble.spec;
   result.layers = static_cast<int>(sums.layers.size());
-  result.samples = std::accumulate(sums.count.begin(), sums.count.end(), std::uint64_t{0});
+  result.samples = sums.samples();
   result.half_width = chain_half_width;
 
   const Replicated c = thrust_speed(sums, 0);
@@ -544,15 +538,15 @@ Claim judge_force_chains(const std::vector<ChainShare>& measured, double least_s
                            "share of the response along the rays");
   if (measured.empty()) {
     leave_open(claim,
-               "the share of the response along the rays was not measured: set studies.chain_share.samples; a "
-               "few hundred piles of 70 × 60 beads are enough");
+               "the share of the response along the rays was not measured: set studies.chain_share.samples; a few "
+               "hundred piles of 70 × 60 beads are enough");
     return claim;
   }
   const ChainShare& chains = measured.front();
   claim.statement = fmt::format("The picture of {} × {} beads at μ = {} shows two oblique force chains.",
                                 chains.spec.lattice.columns, chains.layers, chains.spec.sampler.mu);
   if (!chains.shown.known()) {
-    leave_open(claim, fmt::format("the share of the response along the rays is unknown: {}", chains.shown.reason));
+    leave_open(claim, "the share of the response along the rays is unknown: {}", chains.shown.reason);
     return claim;
   }
   claim.measured.value = chains.shown.value;  // of one picture: without an error
@@ -561,11 +555,10 @@ Claim judge_force_chains(const std::vector<ChainShare>& measured, double least_s
   claim.explanation = fmt::format(
       "In the pile shown a share of {} of the response lies within {} beads of the rays x = ±c z, c = {} by the thrust "
       "ratio of such piles; spread evenly between the rays it would be {}, and more than {} is asked for.",
-      significant(chains.shown.value, 2), chains.half_width, value_with_error(chains.c.value, chains.c.standard_error),
+      significant(chains.shown.value, 2), chains.half_width, value_with_error(chains.c),
       significant(chains.even_share, 2), significant(needed, 2));
-  add_sentence(claim, fmt::format("The mean over {} piles is {}; single piles scatter by {}.", chains.samples,
-                                  value_with_error(chains.share.value, chains.share.standard_error),
-                                  significant(scatter_of_piles(chains), 2)));
+  add_sentence(claim, "The mean over {} piles is {}; single piles scatter by {}.", chains.samples,
+               value_with_error(chains.share), significant(scatter_of_piles(chains), 2));
   return claim;
 }
 

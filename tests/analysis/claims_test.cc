@@ -19,13 +19,7 @@ namespace {
 constexpr int columns = 300;
 
 FitSpec window() {
-  FitSpec spec;
-  spec.first_layer = 50;
-  spec.last_layer = 130;
-  spec.layer_step = 5;
-  spec.shallow_layer = 50;
-  spec.scaling_window = {0.1, 0.3};
-  return spec;
+  return {.first_layer = 50, .last_layer = 130, .layer_step = 5, .shallow_layer = 50, .other_scaling_windows = {}};
 }
 
 /// x_p = c z and W^2 = D z.

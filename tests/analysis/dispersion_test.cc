@@ -3,7 +3,6 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
-#include <utility>
 
 #include "analysis/dispersion.h"
 #include "analysis/linear_model.h"

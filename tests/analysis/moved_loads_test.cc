@@ -8,7 +8,6 @@
 #include "ensemble/ensemble_runner.h"
 #include "ensemble/small_ensemble.h"
 #include "sampling/random_key.h"
-#include "support/error.h"
 
 using namespace granuscope;
 

@@ -319,12 +319,7 @@ TEST_CASE("c and D do not jump with the first depth that is wide enough", "[unsa
 namespace {
 
 FitSpec window_with_depths_above() {
-  FitSpec spec;
-  spec.first_layer = 60;
-  spec.last_layer = 120;
-  spec.layer_step = 5;
-  spec.shallow_layer = 30;
-  return spec;
+  return {.first_layer = 60, .last_layer = 120, .layer_step = 5, .shallow_layer = 30, .other_scaling_windows = {}};
 }
 
 Transport measure(const KnownTransport& known, double noise) {

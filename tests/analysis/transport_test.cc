@@ -32,12 +32,7 @@ namespace {
 constexpr int made_up_columns = 300;
 
 FitSpec short_window() {
-  FitSpec spec;
-  spec.first_layer = 60;
-  spec.last_layer = 120;
-  spec.layer_step = 5;
-  spec.shallow_layer = 40;
-  return spec;
+  return {.first_layer = 60, .last_layer = 120, .layer_step = 5, .shallow_layer = 40, .other_scaling_windows = {}};
 }
 
 Transport measure(const MeasuredEnsemble& ensemble, int threads = 2) {

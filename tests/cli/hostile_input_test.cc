@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <fstream>
-#include <functional>
 #include <map>
 #include <string>
 #include <vector>
@@ -34,6 +33,12 @@ std::string replaced(std::string text, const std::string& old, const std::string
   const std::size_t at = text.find(old);
   REQUIRE(at != std::string::npos);
   return text.replace(at, old.size(), by);
+}
+
+/// One figure by the script that figures share, one by a script of its own, and a PDF.
+std::string two_plots() {
+  return replaced(replaced(one_plot_text, "pdf = false", "pdf = true"), "[figures.transport_with_depth]\nshow = false",
+                  "");
 }
 
 fs::path config(const test::TemporaryFolder& scratch, const std::string& text, const std::string& name = "e.toml") {
@@ -215,7 +220,7 @@ TEST_CASE("Titles reach no shell, no plot command and no page unescaped") {
       "`touch " + trap + "` $(touch " + trap + ") 'q' <script>alert(1)</script> {{law}} {{{x}}} ]]>";
   const fs::path file =
       config(scratch,
-             replaced(small, "name = \"small\"",
+             replaced(two_plots(), "name = \"small\"",
                       "name = \"" + title + "\"\ndescription = \"\\n<img src=x onerror=alert(2)>\\n{{#results}}\\n\""));
   // The folder's name reaches gnuplot and WeasyPrint.
   const fs::path out = scratch / "`touch trap` 'q' \"d\" <b> {{x}} $(y)\nline";
@@ -284,7 +289,7 @@ TEST_CASE("A run meets what is in its folder already") {
 
 TEST_CASE("Helpers that fail cost nothing that was there") {
   const test::TemporaryFolder scratch;
-  const fs::path file = config(scratch, small);
+  const fs::path file = config(scratch, two_plots());
   const fs::path out = scratch / "out";
   REQUIRE(run(file, out).code == 0);
   const auto before = contents_of(out);

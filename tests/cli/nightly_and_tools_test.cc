@@ -10,7 +10,6 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "cli/flag_checks.h"
 #include "cli/in_process.h"
 #include "kit/file_size_limit.h"
 #include "kit/png_image.h"

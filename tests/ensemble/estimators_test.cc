@@ -1,5 +1,4 @@
 // What each estimator sums up.
-#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>

@@ -1,11 +1,9 @@
 #include "history/comparison.h"
 
 #include <catch2/catch.hpp>
-#include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "history/run_record.h"
 #include "kit/small_experiment.h"
 #include "kit/temporary_folder.h"
 #include "pipeline/quiet_run.h"

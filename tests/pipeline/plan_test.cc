@@ -1,6 +1,5 @@
 // What a run estimates of itself: beads to draw, and the memory for it.
 #include <catch2/catch.hpp>
-#include <string>
 
 #include "ensemble/ensemble_runner.h"
 #include "ensemble/estimator.h"

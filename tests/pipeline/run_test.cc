@@ -21,7 +21,6 @@
 #include "pipeline/pipeline.h"
 #include "pipeline/quiet_run.h"
 #include "quiet_run.h"
-#include "storage/ensemble_file.h"
 #include "storage/pile_file.h"
 #include "support/error.h"
 #include "support/files.h"
@@ -223,7 +222,7 @@ TEST_CASE("the pile of the picture is the one its command draws again") {
 }
 
 TEST_CASE("The ensembles of studies are drawn, kept, reused and reported") {
-  Experiment experiment = without_pdf(small_experiment());
+  Experiment experiment = unplotted(small_experiment());
   set_key(experiment, "studies.small_friction.mu", numbers({0.15, 0.2, 0.3}));
   set_key(experiment, "studies.small_friction.columns", std::int64_t{16});
   set_key(experiment, "studies.small_friction.depth", 2.0);

@@ -2,7 +2,6 @@
 #include <filesystem>
 #include <map>
 #include <string>
-#include <utility>
 
 #include "kit/small_experiment.h"
 #include "pipeline/shards.h"

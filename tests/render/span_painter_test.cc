@@ -1,10 +1,7 @@
-#include "render/span_painter.h"
 
-#include <algorithm>
 #include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>

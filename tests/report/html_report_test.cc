@@ -10,6 +10,7 @@
 #include "kit/temporary_folder.h"
 #include "kit/text_parts.h"
 #include "report/fixture.h"
+#include "report/made_page.h"
 #include "report/page_reader.h"
 #include "report/summary_json.h"
 #include "support/error.h"
@@ -26,13 +27,6 @@ std::vector<std::size_t> places(const std::string& text, const std::string& part
   for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) found.push_back(at);
   return found;
 }
-
-struct MadePage {
-  test::TemporaryFolder run;
-  ReportData data = synthetic::report_data(run.path());
-  std::string summary = summary_json(data);
-  std::string html = html_report(data, nlohmann::ordered_json::parse(summary), run.path());
-};
 
 double channel(const std::string& hex, std::size_t at) {
   const double value = std::stoi(hex.substr(at, 2), nullptr, 16) / 255.0;
@@ -60,7 +54,7 @@ std::map<std::string, std::string> custom_colours(const std::string& css) {
 }  // namespace
 
 TEST_CASE("Every keyed number of the page is the one in summary.json") {
-  const MadePage page;
+  const MadePage& page = made_page();
   for (const std::string& line : synthetic::differences(page.html, page.summary)) FAIL_CHECK(line);
 
   std::set<std::string> keys;
@@ -84,7 +78,7 @@ TEST_CASE("Every keyed number of the page is the one in summary.json") {
 }
 
 TEST_CASE("The comparison of page and summary sees a wrong digit") {
-  const MadePage page;
+  const MadePage& page = made_page();
   std::string altered = page.summary;
   altered.replace(altered.find("\"value\": 2.538"), 14, "\"value\": 2.548");
   CHECK_FALSE(synthetic::differences(page.html, altered).empty());
@@ -94,7 +88,7 @@ TEST_CASE("The comparison of page and summary sees a wrong digit") {
 }
 
 TEST_CASE("The page opens with what was found, then figures, causes, method, and the appendices last") {
-  const MadePage page;
+  const MadePage& page = made_page();
   std::size_t at = 0;
   for (const char* id : {"class=\"headline\"", "id=\"claims\"", "id=\"figures\"", "id=\"fig-force-chains\"",
                          "id=\"fig-scaling-with-friction\"", "id=\"causes\"", "id=\"method\"", "id=\"numbers\"",
@@ -113,7 +107,7 @@ TEST_CASE("The page opens with what was found, then figures, causes, method, and
 }
 
 TEST_CASE("The page is self-contained") {
-  const MadePage page;
+  const MadePage& page = made_page();
   for (const char* forbidden :
        {"<script src", "<link", "<iframe", "http:", "https:", "file:", "@import", "url(", "onload=", "onclick="}) {
     INFO(forbidden);
@@ -131,7 +125,7 @@ TEST_CASE("The page is self-contained") {
 }
 
 TEST_CASE("The page is accessible") {
-  const MadePage page;
+  const MadePage& page = made_page();
   CHECK(contains(page.html, "<html lang=\"en\">"));
   CHECK(contains(page.html, "name=\"viewport\""));
   CHECK(places(page.html, "<img").size() == places(page.html, " alt=\"").size());

@@ -12,6 +12,7 @@
 #include "kit/temporary_folder.h"
 #include "kit/text_parts.h"
 #include "report/fixture.h"
+#include "report/made_page.h"
 #include "report/page_reader.h"
 #include "report/report.h"
 #include "report/summary_json.h"
@@ -25,13 +26,6 @@ using test::contains;
 using test::count;
 
 namespace {
-
-struct MadePage {
-  test::TemporaryFolder run;
-  ReportData data = synthetic::report_data(run.path());
-  std::string summary = summary_json(data);
-  std::string html = html_report(data, Json::parse(summary), run.path());
-};
 
 constexpr const char* tools = R"(
 const one = (what) => document.querySelector(what), lines = [];
@@ -115,7 +109,7 @@ std::string keyed_numbers(const std::vector<std::string>& fields, const Json& su
 }  // namespace
 
 TEST_CASE("Arrow keys and pointers go through depths and friction, and the numbers shown are those of summary.json") {
-  const MadePage page;
+  const MadePage& page = made_page();
   const Json summary = Json::parse(page.summary);
   const std::vector<std::string> lines = driven(page.html, R"(
     tell('first');
@@ -166,7 +160,7 @@ TEST_CASE("Arrow keys and pointers go through depths and friction, and the numbe
 }
 
 TEST_CASE("Claims are filtered and ordered, pictures looked at closely, and sections fold on a phone alone") {
-  const MadePage page;
+  const MadePage& page = made_page();
   const std::string driver = R"(
     const rows = () => [...document.querySelectorAll('table.claims tbody tr:not(.group)')].filter((row) => row.offsetParent)
       .map((row) => row.querySelector('.statement').textContent.slice(0, 12).trim()).join(', ');
@@ -195,7 +189,7 @@ TEST_CASE("Claims are filtered and ordered, pictures looked at closely, and sect
 }
 
 TEST_CASE("Without scripts the page has every table and number, open, and says where the figures are") {
-  const MadePage page;
+  const MadePage& page = made_page();
   std::string still = page.html;
   for (std::size_t at = still.find("<script"); at != std::string::npos; at = still.find("<script")) {
     still.erase(at, still.find("</script>", at) + 9 - at);

@@ -2,7 +2,6 @@
 #include <catch2/catch.hpp>
 #include <cstring>
 #include <string>
-#include <vector>
 
 #include "kit/same_bytes.h"
 #include "model/pile.h"

@@ -7,7 +7,6 @@
 
 #include "analysis/claims.h"
 #include "analysis/linear_model.h"
-#include "analysis/transport.h"
 #include "ensemble/ensemble_runner.h"
 #include "kit/temporary_folder.h"
 #include "kit/text_parts.h"

@@ -3,11 +3,9 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <complex>
-#include <nlohmann/json.hpp>
 #include <numbers>
 #include <random>
 
-#include "analysis/transport.h"
 #include "ensemble/ensemble_runner.h"
 #include "kit/temporary_folder.h"
 #include "plot/figure_texts.h"

@@ -12,7 +12,6 @@
 #include "plot/figure_texts.h"
 #include "plot/synthetic_analysis.h"
 #include "studies/model_classes/results.h"
-#include "studies/spreading.h"
 #include "studies/study_page.h"
 #include "support/error.h"
 #include "support/files.h"

@@ -4,7 +4,6 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <complex>
-#include <vector>
 
 #include "ensemble/ensemble_runner.h"
 #include "studies/model_classes/measure.h"

@@ -26,13 +26,7 @@ namespace {
 constexpr int columns = 200;
 
 FitSpec window() {
-  FitSpec fit;
-  fit.first_layer = 60;
-  fit.last_layer = 120;
-  fit.layer_step = 5;
-  fit.shallow_layer = 60;
-  fit.scaling_window = {0.1, 0.3};
-  return fit;
+  return {.first_layer = 60, .last_layer = 120, .layer_step = 5, .shallow_layer = 60, .other_scaling_windows = {}};
 }
 
 /// D = 0.9 mu^2 (1 - drop), c = tan30 - 0.3 mu^2 + c_shift.

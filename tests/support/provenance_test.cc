@@ -1,6 +1,5 @@
 #include "support/provenance.h"
 
-#include <algorithm>
 #include <catch2/catch.hpp>
 #include <set>
 

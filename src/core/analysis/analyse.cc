@@ -9,7 +9,7 @@
 namespace granuscope {
 
 Analysis analyse(std::vector<MeasuredTransport> measured, const FitSpec& fit, const ClaimSpec& claims) {
-  std::sort(measured.begin(), measured.end(), [](const MeasuredTransport& a, const MeasuredTransport& b) {
+  std::ranges::sort(measured, [](const MeasuredTransport& a, const MeasuredTransport& b) {
     return a.transport.scanned() < b.transport.scanned();
   });
   Analysis analysis;

@@ -19,8 +19,8 @@ Claim of_friction(const Analysis& analysis, const Claim& claim) {
   const SamplerSpec sampler = analysis.results.empty() ? SamplerSpec{} : analysis.results.front().spec.sampler;
   if (analysis.scan == &friction_parameter() && sampler.model.is_beads()) return claim;
   Claim open = open_claim(claim.id, claim.statement, claim.quantity);
-  leave_open(open, fmt::format("it is about the friction of beads, and this experiment varies the {} of the model {}",
-                               analysis.scan->label(), name_of(sampler.model.name)));
+  leave_open(open, "it is about the friction of beads, and this experiment varies the {} of the model {}",
+             analysis.scan->label(), name_of(sampler.model.name));
   return open;
 }
 
@@ -92,7 +92,7 @@ Rival detectable_deviation(const PaperNumber& paper, double measured) {
 }
 
 std::string number_in_words(const Estimate& measured) {
-  std::string number = value_with_error(measured.value, measured.standard_error);
+  std::string number = value_with_error(measured);
   if (measured.systematic > 0 && measured.standard_error > 0) {
     number += fmt::format(" with a systematic error of {}", significant(measured.systematic, 2));
   }
@@ -228,8 +228,7 @@ constexpr double rounding = 1e-12;  ///< of sums over some hundred layers
 Claim judge_frictionless(const Analysis& analysis) {
   Claim claim = open_claim("frictionless", "Without friction c = tan 30\u00b0 and D = 0.", "c at \u03bc = 0");
   claim.paper = tan30;
-  const auto result = std::find_if(analysis.results.begin(), analysis.results.end(),
-                                   [](const Transport& t) { return t.scanned() == 0; });
+  const auto result = std::ranges::find_if(analysis.results, [](const Transport& t) { return t.scanned() == 0; });
   if (result == analysis.results.end()) {
     leave_open(claim, "the experiment does not contain \u03bc = 0: add it to friction.mu, it costs next to nothing");
     return claim;
@@ -243,8 +242,8 @@ Claim judge_frictionless(const Analysis& analysis) {
   const bool holds = result->exact && c_error <= rounding && D_error <= rounding;
   claim.verdict = holds ? reproduced : not_reproduced;
   claim.explanation = fmt::format(
-      "A check of the program, since the rays are exact on this lattice: c differs from tan 30\u00b0 by {} and D "
-      "from 0 by {}; up to {} is rounding.",
+      "A check of the program, since the rays are exact on this lattice: c differs from tan 30\u00b0 by {} and D from "
+      "0 by {}; up to {} is rounding.",
       significant(c_error, 2), significant(D_error, 2), significant(rounding, 1));
   return claim;
 }
@@ -299,8 +298,7 @@ std::string turning_sentence(const Analysis& analysis) {
   return fmt::format(
       "Of the friction coefficients measured the speed that follows from the thrust ratio is least at μ = {}, {}, and "
       "grows beyond it, to {} at μ = {}.",
-      lowest->scanned(), value_with_error(least.value, least.standard_error),
-      value_with_error(end.value, end.standard_error), last->scanned());
+      lowest->scanned(), value_with_error(least), value_with_error(end), last->scanned());
 }
 
 }  // namespace
@@ -329,8 +327,8 @@ Claim judge_c_of_D(const Analysis& analysis) {
   if (!claim.measured.known()) return claim;
   const ScalingFits& fits = analysis.scaling;
   if (fits.gamma.exponent.known() && fits.beta.exponent.known()) {
-    add_sentence(claim, fmt::format("It is no third fact beside β and γ: γ/β is {}.",
-                                    significant(fits.gamma.exponent.value / fits.beta.exponent.value, 3)));
+    add_sentence(claim, "It is no third fact beside β and γ: γ/β is {}.",
+                 significant(fits.gamma.exponent.value / fits.beta.exponent.value, 3));
   }
   add_sentence(claim, misfit_sentence(fits.alpha, "D"));
   return claim;

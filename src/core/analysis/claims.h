@@ -1,8 +1,11 @@
 #pragma once
+#include <fmt/core.h>
+
 #include <array>
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "analysis/fit_spec.h"
@@ -76,6 +79,10 @@ Claim open_claim(const std::string& id, const std::string& statement, const std:
 
 /// Sets a claim to "not tested" for want of a measurement: `reason` is a clause without a full stop.
 void leave_open(Claim& claim, const std::string& reason);
+template <class First, class... Rest>
+void leave_open(Claim& claim, fmt::format_string<First, Rest...> reason, First&& first, Rest&&... rest) {
+  leave_open(claim, fmt::format(reason, std::forward<First>(first), std::forward<Rest>(rest)...));
+}
 
 /// Sets verdict, numbers and a sentence about `what` by judge_number.
 void judge_by_number(Claim& claim, const Estimate& measured, const PaperNumber& paper,
@@ -89,6 +96,10 @@ void judge_by_exclusion(Claim& claim, const Estimate& measured, const PaperNumbe
 
 /// The first sentence added explains the verdict, further ones are remarks. An empty one adds nothing.
 void add_sentence(Claim& claim, const std::string& sentence);
+template <class First, class... Rest>
+void add_sentence(Claim& claim, fmt::format_string<First, Rest...> sentence, First&& first, Rest&&... rest) {
+  add_sentence(claim, fmt::format(sentence, std::forward<First>(first), std::forward<Rest>(rest)...));
+}
 
 /// That the points of an exponent keep to no single power of what `of` names, and which changing one they keep to;
 /// empty where they do not say so.

@@ -73,7 +73,7 @@ std::vector<double> half_octave_bands(int columns) {
     edge /= std::numbers::sqrt2;
     edges.push_back(edge);
   } while (edge > first);
-  std::reverse(edges.begin(), edges.end());
+  std::ranges::reverse(edges);
   return edges;
 }
 
@@ -213,8 +213,7 @@ PropagatedModes propagated_modes(const BlockSums& sums, std::size_t row) {
   if (sums.layers.empty() || sums.layers.front() != 0) {
     throw InputError(
         "the ensemble does not hold the lag 0, and with it what its other lags are referred to, so that its response "
-        "is "
-        "not known; draw it again");
+        "is not known; draw it again");
   }
   PropagatedModes modes;
   const LayerSums lag = propagation_at(sums, row), reference = propagation_at(sums, 0);

@@ -293,8 +293,8 @@ bool are_apart(double mu, int layer, int ring) {
 template <class Suits>
 int fewest_columns_that_suit(const std::vector<double>& mu, const std::vector<int>& layers, int columns, Suits suits) {
   const auto suits_all = [&](int ring) {
-    return std::all_of(mu.begin(), mu.end(), [&](double one) {
-      return std::all_of(layers.begin(), layers.end(), [&](int layer) { return suits(one, layer, ring); });
+    return std::ranges::all_of(mu, [&](double one) {
+      return std::ranges::all_of(layers, [&](int layer) { return suits(one, layer, ring); });
     });
   };
   while (!suits_all(columns)) ++columns;

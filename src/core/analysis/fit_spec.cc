@@ -83,7 +83,7 @@ std::vector<std::size_t> identifiable_depths(std::span<const DepthUse> depths) {
     const bool deeper_was_used = i + 1 == depths.size() || depths[i + 1] == DepthUse::fitted;
     if (depths[i] == DepthUse::unidentified || !deeper_was_used) break;
   }
-  std::reverse(run.begin(), run.end());
+  std::ranges::reverse(run);
   return run;
 }
 

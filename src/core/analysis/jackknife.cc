@@ -9,9 +9,14 @@
 #include <numeric>
 #include <stdexcept>
 
-#include "ensemble/ensemble_runner.h"
+#include "ensemble/ensemble_spec.h"
+#include "support/plain_text.h"
 
 namespace granuscope {
+std::string value_with_error(const Estimate& number) { return value_with_error(number.value, number.standard_error); }
+
+std::string in_words(const Estimate& number) { return number.known() ? value_with_error(number) : "unknown"; }
+
 Estimate estimate(const Replicated& number, const std::string& reason_if_unknown) {
   const auto blocks = static_cast<double>(number.without_block.size());
   // Summing distances from one entry keeps the spread of equal entries exactly 0.
@@ -175,7 +180,7 @@ Estimate effective_samples(const BlockSums& sums) {
     result.reason = "too few blocks tell how far the piles depend on each other";
     return result;
   }
-  const auto count = static_cast<double>(std::accumulate(sums.count.begin(), sums.count.end(), std::uint64_t{0}));
+  const auto count = static_cast<double>(sums.samples());
   double least = std::numeric_limits<double>::infinity();
   for (const char* name : {"thrust", "weight_variance"}) {
     least = std::min(least, effective_by(sums, sums.quantities.at(name), count));

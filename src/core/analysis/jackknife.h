@@ -22,6 +22,11 @@ struct Estimate {
   bool known() const { return std::isfinite(value); }
 };
 
+/// As the function of this name in support/plain_text.h writes it; "n/a" if unknown.
+std::string value_with_error(const Estimate& number);
+/// The same, but "unknown" if unknown.
+std::string in_words(const Estimate& number);
+
 /// A number computed from the whole ensemble, and again from the ensemble without each of its blocks. Whatever is
 /// computed from such numbers goes through `transform`, so that its error knows all correlations.
 struct Replicated {

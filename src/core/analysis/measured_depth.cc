@@ -58,8 +58,8 @@ FittedShapes fit_replicates(const LayerSpectrum& spectrum, ModeWeights weights, 
 }
 
 bool all_known(const Replicated& number) {
-  return std::isfinite(number.value) && std::all_of(number.without_block.begin(), number.without_block.end(),
-                                                    [](double value) { return std::isfinite(value); });
+  return std::isfinite(number.value) &&
+         std::ranges::all_of(number.without_block, [](double value) { return std::isfinite(value); });
 }
 
 /// Nothing is fitted, for `reason` unless there is one already.

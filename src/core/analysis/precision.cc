@@ -77,7 +77,7 @@ struct Values {
   std::vector<double> c, D;
   bool all_known() const {
     const auto known = [](double number) { return std::isfinite(number); };
-    return std::all_of(c.begin(), c.end(), known) && std::all_of(D.begin(), D.end(), known);
+    return std::ranges::all_of(c, known) && std::ranges::all_of(D, known);
   }
 };
 
@@ -158,11 +158,11 @@ ErrorCurve measure_error_curve(const MeasuredEnsemble& ensemble, const FitSpec& 
   ErrorCurve curve;
   curve.spec = spec;
   curve.failed = record.failed.size();
-  for (const std::uint64_t count : record.sums.count) curve.samples += count;
+  curve.samples = record.sums.samples();
   curve.beads = record.counts.beads;
   curve.c = curve.D = curve.slope_c = curve.slope_D = unknown("the repetitions have no fit of two peaks");
   curve.shift_c = curve.shift_D = unknown("there is no linear response to compare with");
-  if (std::find(record.sums.count.begin(), record.sums.count.end(), 0) != record.sums.count.end()) return curve;
+  if (std::ranges::find(record.sums.count, 0) != record.sums.count.end()) return curve;
 
   std::vector<EnsembleRecord> records;
   const auto repetitions = static_cast<std::size_t>(record.sums.blocks() / repetition_blocks);

@@ -116,8 +116,8 @@ ScalingWithVariations fit_scaling_with_variations(const std::vector<MeasuredTran
   for (ScalingFit* const one : {&all.fits.beta, &all.fits.gamma, &all.fits.alpha}) {
     if (one->points < min_power_law_points) one->exponent.reason += other_window(slopes, window);
   }
-  const auto with_variations = std::find_if(results.begin(), results.end(),
-                                            [](const MeasuredTransport& result) { return !result.variations.empty(); });
+  const auto with_variations =
+      std::ranges::find_if(results, [](const MeasuredTransport& result) { return !result.variations.empty(); });
   if (with_variations != results.end()) {
     for (std::size_t k = 0; k < with_variations->variations.size(); ++k) {
       all.variations.push_back(variation_of(fits, with_variations->variations[k].shown.change,
@@ -156,8 +156,8 @@ Line fit_alike(const std::vector<double>& x, const std::vector<double>& y) {
 
 std::vector<double> values(const std::vector<Replicated>& numbers, std::size_t block, bool whole) {
   std::vector<double> result(numbers.size());
-  std::transform(numbers.begin(), numbers.end(), result.begin(),
-                 [&](const Replicated& number) { return whole ? number.value : number.without_block[block]; });
+  std::ranges::transform(numbers, result.begin(),
+                         [&](const Replicated& number) { return whole ? number.value : number.without_block[block]; });
   return result;
 }
 
@@ -182,7 +182,7 @@ RunningExponent fit_running_exponent(std::vector<Replicated> log_x, const std::v
     return running;
   }
   const std::vector<double> at = values(log_x, 0, true);
-  const auto [low, high] = std::minmax_element(at.begin(), at.end());
+  const auto [low, high] = std::ranges::minmax_element(at);
   running.low = std::exp(*low);
   running.high = std::exp(*high);
   const double middle = (*low + *high) / 2, half = (*high - *low) / 2;
@@ -247,9 +247,8 @@ ScalingFit fit_power_law(const std::vector<Replicated>& log_x, const std::vector
 }
 
 std::string in_words(const RunningExponent& running, const char* of) {
-  const auto text = [](const Estimate& exponent) { return value_with_error(exponent.value, exponent.standard_error); };
-  return fmt::format("from {} at {} = {} to {} at {}", text(running.at_low), of, significant(running.low, 2),
-                     text(running.at_high), significant(running.high, 2));
+  return fmt::format("from {} at {} = {} to {} at {}", value_with_error(running.at_low), of,
+                     significant(running.low, 2), value_with_error(running.at_high), significant(running.high, 2));
 }
 
 namespace {

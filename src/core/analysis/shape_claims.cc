@@ -81,34 +81,30 @@ Claim judge_double_peak(const Analysis& analysis, const FitSpec& fit, const Clai
                   : !far_enough                      ? not_tested
                   : open.empty() && unfitted.empty() ? reproduced
                                                      : not_decided;
-  if (!merged.empty())
-    add_sentence(claim, fmt::format("Over the window the peaks have merged at {}.", list_of_values(merged)));
-  if (one.depths > 0) add_sentence(claim, fmt::format("One peak is found at {}.", one.in_words()));
+  if (!merged.empty()) add_sentence(claim, "Over the window the peaks have merged at {}.", list_of_values(merged));
+  if (one.depths > 0) add_sentence(claim, "One peak is found at {}.", one.in_words());
   if (!far_enough && !one_peak) {
     add_sentence(claim,
-                 fmt::format("The experiment ends at μ = {}: whether the peaks merge up to {} needs that value in "
-                             "friction.mu, one more ensemble.",
-                             reached, spec.highest_mu));
+                 "The experiment ends at μ = {}: whether the peaks merge up to {} needs that value in friction.mu, one "
+                 "more ensemble.",
+                 reached, spec.highest_mu);
   }
   if (!open.empty()) {
-    add_sentence(claim,
-                 fmt::format("One peak or two is open at {}: {}.", list_of_values(open),
-                             std::isfinite(needed) ? more_piles(needed) : "they stand exactly where peaks merge"));
+    add_sentence(claim, "One peak or two is open at {}: {}.", list_of_values(open),
+                 std::isfinite(needed) ? more_piles(needed) : "they stand exactly where peaks merge");
   }
   if (!unfitted.empty()) {
-    add_sentence(claim,
-                 fmt::format("One peak or two is unknown at {}: no depth could be fitted.", list_of_values(unfitted)));
+    add_sentence(claim, "One peak or two is unknown at {}: no depth could be fitted.", list_of_values(unfitted));
   }
-  if (!two.empty()) add_sentence(claim, fmt::format("Two peaks are found at {}.", list_of_values(two)));
+  if (!two.empty()) add_sentence(claim, "Two peaks are found at {}.", list_of_values(two));
   if (claim.measured.known()) {
     add_sentence(claim,
-                 fmt::format("The mean xₚ over the mean W of the window is least at μ = {}, {}; the peaks merge at "
-                             "1, and a distance of {} standard errors is required.",
-                             least_mu, value_with_error(claim.measured.value, claim.measured.standard_error),
-                             significant(decisive, 2)));
+                 "The mean xₚ over the mean W of the window is least at μ = {}, {}; the peaks merge at 1, and a "
+                 "distance of {} standard errors is required.",
+                 least_mu, value_with_error(claim.measured), significant(decisive, 2));
   }
   if (shallow.depths > 0) {
-    add_sentence(claim, fmt::format("Above the window of the fits one peak is found at {}.", shallow.in_words()));
+    add_sentence(claim, "Above the window of the fits one peak is found at {}.", shallow.in_words());
   }
   return claim;
 }
@@ -148,7 +144,7 @@ Claim judge_exponent(const Analysis& analysis, const ClaimSpec& spec, Claim clai
     claim.explanation = fmt::format("No power could be taken: {}.", claim.measured.reason);
     return claim;
   }
-  const std::string single = value_with_error(farthest_power.value, farthest_power.standard_error);
+  const std::string single = value_with_error(farthest_power);
   if (std::abs(farthest_z) > outlier && claim.verdict != not_reproduced) {
     // The number that decides is the one that is shown.
     const Claim mean = claim;
@@ -158,12 +154,12 @@ Claim judge_exponent(const Analysis& analysis, const ClaimSpec& spec, Claim clai
     claim.explanation = fmt::format(
         "{} is {} at {}, {} standard errors off, though the mean over {}, {}, lies only {} off.", what, single,
         farthest, significant(std::abs(farthest_z), 2), list_of_values(values, analysis.scan->symbol),
-        value_with_error(mean.measured.value, mean.measured.standard_error), significant(std::abs(mean.z_score), 2));
+        value_with_error(mean.measured), significant(std::abs(mean.z_score), 2));
   } else if (std::abs(farthest_z) > outlier) {
-    add_sentence(claim, fmt::format("At {} alone it is {}, {} standard errors off.", farthest, single,
-                                    significant(std::abs(farthest_z), 2)));
+    add_sentence(claim, "At {} alone it is {}, {} standard errors off.", farthest, single,
+                 significant(std::abs(farthest_z), 2));
   } else if (values.size() > 1) {
-    add_sentence(claim, fmt::format("The single value farthest off is {} at {}.", single, farthest));
+    add_sentence(claim, "The single value farthest off is {} at {}.", single, farthest);
   }
   return claim;
 }
@@ -239,15 +235,14 @@ Claim judge_noise(const Analysis& analysis, const ClaimSpec& spec) {
     return power.known() && judge_number(power, {paper, 0, spec.exponent_tolerance}).z_score > allowed;
   };
   const bool another_shape =
-      above(claim.measured, agreement) ||
-      std::any_of(analysis.results.begin(), analysis.results.end(),
-                  [&](const Transport& result) { return above(result.exponents.noise, outlier); });
+      above(claim.measured, agreement) || std::ranges::any_of(analysis.results, [&](const Transport& result) {
+        return above(result.exponents.noise, outlier);
+      });
   if (another_shape) {
     claim.verdict = not_decided;
-    add_sentence(
-        claim,
-        "A power nearer to 0 than −1/2: the response has not exactly the shape of two Gaussians, and what they miss "
-        "stays however many piles are averaged. Of the noise itself that says nothing.");
+    add_sentence(claim,
+                 "A power nearer to 0 than −1/2: the response has not exactly the shape of two Gaussians, and what "
+                 "they miss stays however many piles are averaged. Of the noise itself that says nothing.");
   }
   return claim;
 }
@@ -317,8 +312,8 @@ Claim judge_two_gaussians(const Analysis& analysis, const FitSpec& fit, const Cl
     }
   }
   if (!other_shape.empty()) {
-    add_sentence(claim, fmt::format("At most depths of {} the response has another shape than two Gaussians.",
-                                    list_of_values(other_shape)));
+    add_sentence(claim, "At most depths of {} the response has another shape than two Gaussians.",
+                 list_of_values(other_shape));
     claim.verdict = not_reproduced;
     claim.measured.reason = "two Gaussians do not fit";
   }
@@ -333,13 +328,13 @@ Claim judge_two_gaussians(const Analysis& analysis, const FitSpec& fit, const Cl
   const char* distance = failed                       ? "exceeds it by more than three standard errors"
                          : worst->excess > -agreement ? "lies within three standard errors of it"
                                                       : "stays below it by more than three standard errors";
-  add_sentence(claim, fmt::format("{} the share of the response that {} is worst with {} at μ = {}: up "
-                                  "to ± {} counts as well described, and this {}.",
-                                  mu.size() == 1 ? fmt::format("At μ = {}", mu.front()) : "Over " + list_of_values(mu),
-                                  worst->what, value_with_error(worst->share.value, worst->share.standard_error),
-                                  worst->mu, significant(spec.largest_remainder, 2), distance));
+  add_sentence(claim,
+               "{} the share of the response that {} is worst with {} at μ = {}: up to ± {} counts as well described, "
+               "and this {}.",
+               mu.size() == 1 ? fmt::format("At μ = {}", mu.front()) : "Over " + list_of_values(mu), worst->what,
+               value_with_error(worst->share), worst->mu, significant(spec.largest_remainder, 2), distance);
   if (!unknown.empty()) {
-    add_sentence(claim, fmt::format("Not known at {}, where no fit tells the peaks.", list_of_values(unknown)));
+    add_sentence(claim, "Not known at {}, where no fit tells the peaks.", list_of_values(unknown));
   }
   const Transport* larger = nullptr;
   for (const Transport& result : analysis.results) {
@@ -349,10 +344,8 @@ Claim judge_two_gaussians(const Analysis& analysis, const FitSpec& fit, const Cl
     if (larger == nullptr || share.value > larger->centre_background.value) larger = &result;
   }
   if (larger != nullptr) {
-    add_sentence(
-        claim, fmt::format("At larger friction the share between the peaks exceeds that: {} at μ = {}.",
-                           value_with_error(larger->centre_background.value, larger->centre_background.standard_error),
-                           larger->scanned()));
+    add_sentence(claim, "At larger friction the share between the peaks exceeds that: {} at μ = {}.",
+                 value_with_error(larger->centre_background), larger->scanned());
   }
   return claim;
 }
@@ -380,16 +373,14 @@ Claim judge_closer_and_wider(const Analysis& analysis, const FitSpec& fit) {
   claim.verdict = reversed != small.end() ? not_reproduced : overall ? reproduced : not_decided;
   const double fall = -growth(first.c, last.c), rise = growth(first.D, last.D);
   add_sentence(claim,
-               fmt::format("From μ = {} to {} c falls from {} to {}, by {} standard errors, and D grows from {} to "
-                           "{}, by {}; at least {} are required.",
-                           first.scanned(), last.scanned(), value_with_error(first.c.value, first.c.standard_error),
-                           value_with_error(last.c.value, last.c.standard_error), significant(fall, 2),
-                           value_with_error(first.D.value, first.D.standard_error),
-                           value_with_error(last.D.value, last.D.standard_error), significant(rise, 2),
-                           significant(agreement, 2)));
+               "From μ = {} to {} c falls from {} to {}, by {} standard errors, and D grows from {} to {}, by {}; at "
+               "least {} are required.",
+               first.scanned(), last.scanned(), value_with_error(first.c), value_with_error(last.c),
+               significant(fall, 2), value_with_error(first.D), value_with_error(last.D), significant(rise, 2),
+               significant(agreement, 2));
   if (reversed != small.end()) {
-    add_sentence(claim, fmt::format("Between μ = {} and {} one of them goes the other way by more than that.",
-                                    (*reversed)->scanned(), (*(reversed + 1))->scanned()));
+    add_sentence(claim, "Between μ = {} and {} one of them goes the other way by more than that.",
+                 (*reversed)->scanned(), (*(reversed + 1))->scanned());
   }
   return claim;
 }

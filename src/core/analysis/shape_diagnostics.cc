@@ -164,8 +164,7 @@ std::string reason_against_two_gaussians(const ShapeFit& fit) {
   if (!(chi2_excess(fit) > largest_chi2_excess && fit.misfit_at_least > largest)) return {};
   return fmt::format(
       "two Gaussians miss {:.0f} % of the response, more than {:.0f} % and more than its noise explains: it has "
-      "another "
-      "shape",
+      "another shape",
       100 * fit.misfit, 100 * largest);
 }
 

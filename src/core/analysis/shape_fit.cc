@@ -9,7 +9,6 @@
 #include <memory>
 #include <new>
 #include <numbers>
-#include <span>
 #include <vector>
 
 #include "model/lattice.h"

@@ -1,6 +1,5 @@
 #pragma once
 #include <optional>
-#include <string>
 
 #include "analysis/double_gaussian.h"
 #include "analysis/mean_response.h"

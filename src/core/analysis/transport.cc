@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <optional>
 #include <span>
 
 #include "analysis/fit_spec.h"
@@ -26,8 +25,8 @@ constexpr std::size_t min_depths = least_window_depths;
 constexpr std::size_t min_depths_of_a_law = 4;  ///< fewest from which a curvature is
 
 bool all_exact(const std::vector<MeasuredDepth>& depths) {
-  return std::all_of(depths.begin(), depths.end(),
-                     [](const MeasuredDepth& d) { return d.fit.degrees_of_freedom == 0 && d.fit.identifiable; });
+  return std::ranges::all_of(
+      depths, [](const MeasuredDepth& d) { return d.fit.degrees_of_freedom == 0 && d.fit.identifiable; });
 }
 
 /// Everything that follows from slopes.
@@ -48,7 +47,7 @@ void fit_exponents(const std::vector<const MeasuredDepth*>& used, const DepthSer
   Transport& t = result.transport;
   const auto all = {&t.exponents.position, &t.exponents.width, &t.exponents.amplitude, &t.exponents.noise};
   std::string reason;
-  if (std::any_of(used.begin(), used.end(), [](const MeasuredDepth* d) { return !d->inside; })) {
+  if (std::ranges::any_of(used, [](const MeasuredDepth* d) { return !d->inside; })) {
     reason = "an exact profile has no scatter to test an exponent with";
   } else if (used.size() < min_depths_of_a_law || peaks.z.back() < least_reach * peaks.z.front()) {
     reason = fmt::format("{} depths from z = {:.1f} to {:.1f} can be fitted; a power of z needs {} over a factor of {}",
@@ -266,8 +265,7 @@ ResponseProfile response_profile(const MeasuredEnsemble& ensemble, std::size_t r
   profile.z = depth.fit.z;
   std::vector<int> order(means.whole.size());
   for (int i = 0; i < columns; ++i) order[static_cast<std::size_t>(i)] = i;
-  std::sort(order.begin(), order.end(),
-            [&](int a, int b) { return lattice.x(kind_of_row, a) < lattice.x(kind_of_row, b); });
+  std::ranges::sort(order, [&](int a, int b) { return lattice.x(kind_of_row, a) < lattice.x(kind_of_row, b); });
   // Bead at -x, on the ring: x = i - middle + shift, so the mirror image of i is 2 middle - i - twice the shift.
   const auto mirror = [&](int i) {
     const int image = 2 * lattice.middle() - i - kind_of_row;
@@ -297,7 +295,7 @@ std::vector<int> layers_to_record(const FitSpec& spec, const std::vector<int>& e
   for (int layer = spec.last_layer; layer >= std::min(spec.first_layer, spec.shallow_layer); layer -= spec.layer_step) {
     layers.push_back(layer);
   }
-  std::sort(layers.begin(), layers.end());
+  std::ranges::sort(layers);
   layers.erase(std::unique(layers.begin(), layers.end()), layers.end());
   return layers;
 }
@@ -327,7 +325,7 @@ MeasuredTransport measure_transport(const MeasuredEnsemble& ensemble, const FitS
   }
 
   // A block all of whose piles failed leaves nothing to average.
-  if (std::find(record.sums.count.begin(), record.sums.count.end(), 0) != record.sums.count.end()) {
+  if (std::ranges::find(record.sums.count, 0) != record.sums.count.end()) {
     const std::string reason = "a block of the ensemble holds no completed pile";
     set_unknown(t, reason);
     t.alpha_thrust.reason = t.c_thrust.reason = reason;
@@ -347,7 +345,7 @@ MeasuredTransport measure_transport(const MeasuredEnsemble& ensemble, const FitS
   measure_thrust(depths, spec, result);
   for (std::size_t i = 0; i < depths.size(); ++i) {
     t.depths.push_back(depths[i].fit);
-    if (std::find(profile_layers.begin(), profile_layers.end(), depths[i].fit.layer) != profile_layers.end()) {
+    if (std::ranges::find(profile_layers, depths[i].fit.layer) != profile_layers.end()) {
       t.profiles.push_back(response_profile(ensemble, i + first_row, depths[i]));
     }
   }

@@ -1,7 +1,5 @@
 #include "ensemble/ensemble_runner.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <atomic>
 #include <cmath>
@@ -94,16 +92,16 @@ void require_shape(const std::filesystem::path& file, const EnsembleRecord& reco
     counted += there.count[at];
   }
   // A command to be pasted into a shell: nothing but flags and numbers.
-  same = same && std::all_of(record.failed.begin(), record.failed.end(), [](const FailedSample& one) {
+  same = same && std::ranges::all_of(record.failed, [](const FailedSample& one) {
            return one.replay.starts_with("granuscope sample ") &&
                   one.replay.find_first_not_of(
                       "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789 .=+-_") == std::string::npos;
          });
   if (same && counted <= spec.response.samples) return;
   throw InputError(
-      fmt::format("'{}' holds other blocks, layers, quantities, samples or failures than its configuration says: it is "
-                  "damaged, or another program wrote it; make the file again",
-                  file.string()));
+      "'{}' holds other blocks, layers, quantities, samples or failures than its configuration says: it is damaged, or "
+      "another program wrote it; make the file again",
+      file.string());
 }
 
 SamplerSpec measured_sampler(const EnsembleSpec& spec) {
@@ -162,8 +160,8 @@ void add_groups(const EnsembleSpec& spec, const SamplerSpec& measured, std::uint
     record.counts += counts[b];
     record.failed.insert(record.failed.end(), failed[b].begin(), failed[b].end());
   }
-  std::sort(record.failed.begin(), record.failed.end(),
-            [](const FailedSample& one, const FailedSample& other) { return one.sample < other.sample; });
+  std::ranges::sort(record.failed,
+                    [](const FailedSample& one, const FailedSample& other) { return one.sample < other.sample; });
 }
 
 EnsembleRecord run_ensemble(const EnsembleSpec& spec, int threads, Progress* progress) {
@@ -351,7 +349,7 @@ Trial draw_some(const EnsembleSpec& spec, double seconds) {
   for (std::uint64_t first = 0; first + samples.size() <= spec.response.samples; first += samples.size()) {
     throw_if_interrupted();
     std::iota(samples.begin(), samples.end(), first);
-    std::fill(failures.begin(), failures.end(), std::nullopt);
+    std::ranges::fill(failures, std::nullopt);
     const double before = processor_seconds();
     estimator->measure_samples(samples, failures);
     if (first == samples.size() && trial.seconds < seconds / 4) trial = {};

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <functional>
 #include <iterator>
 #include <numeric>
 #include <sstream>
@@ -15,7 +14,6 @@
 #include "sampling/random_key.h"
 #include "support/error.h"
 #include "support/names.h"
-#include "support/plain_text.h"
 
 namespace granuscope {
 namespace {
@@ -39,18 +37,18 @@ std::vector<Key> keys_of(ResponseSpec& spec) {
   const std::vector<std::string> point = {name_of(EstimatorName::point)};
   const std::vector<std::string> loaded = {name_of(EstimatorName::point), name_of(EstimatorName::paired)};
   return {
-      make_name_key(
-          table, estimator,
-          "point: overloaded piles minus the uniform load; paired: each pile solved with and without the overload, "
-          "keeping its random numbers; multiplexed: all top loads varied at random, the linear response by "
-          "correlation; "
-          "fluctuation: no load, the linear response from how fluctuations travel down (needs deeper piles)",
-          spec.estimator, estimator_named),
-      make_key(table, "overload", "loads of one top bead", "extra force on the middle top bead (point, paired)",
-               spec.overload,
-               KeyRange{.why = "the response is divided by the overload, and the load of its neighbours is 1 (the "
-                               "paper has 1)"}
-                   .within(1e-6, 1e6))
+      make_name_key(table, estimator,
+                    "point: overloaded piles minus the uniform load; paired: each pile solved with and without the "
+                    "overload, keeping its random numbers; multiplexed: all top loads varied at random, the linear "
+                    "response by correlation; fluctuation: no load, the linear response from how fluctuations travel "
+                    "down (needs deeper piles)",
+                    spec.estimator, estimator_named),
+      make_key(
+          table, "overload", "loads of one top bead", "extra force on the middle top bead (point, paired)",
+          spec.overload,
+          KeyRange{.why =
+                       "the response is divided by the overload, and the load of its neighbours is 1 (the paper has 1)"}
+              .within(1e-6, 1e6))
           .only_under(estimator, loaded, Elsewhere::ignored),
       make_key(table, "overloads", "",
                "point: so many top beads carry the overload, evenly spaced; 0: as many as stand far enough apart",
@@ -68,11 +66,10 @@ std::vector<Key> keys_of(ResponseSpec& spec) {
                    .within(least_epsilon, epsilon_limit)
                    .below(epsilon_limit))
           .only_under(estimator, {multiplexed}, Elsewhere::ignored),
-      make_key(
-          table, "opposite", "",
-          "multiplexed: draw each pile once more with all variations reversed, from the same random numbers, and take "
-          "half the difference; twice the work, and worth it at small epsilon or mu",
-          spec.opposite)
+      make_key(table, "opposite", "",
+               "multiplexed: draw each pile once more with all variations reversed, from the same random numbers, and "
+               "take half the difference; twice the work, and worth it at small epsilon or mu",
+               spec.opposite)
           .only_under(estimator, {multiplexed}),
       make_key(table, "sign_run", "beads",
                "multiplexed: so many neighbouring top beads, or one more, are raised or lowered together (1: each by "
@@ -94,10 +91,11 @@ std::vector<Key> keys_of(ResponseSpec& spec) {
           .only_under(estimator, {fluctuation}, Elsewhere::left_out),
       make_key(table, "samples", "piles", "piles per friction coefficient, at least eight per block", spec.samples,
                KeyRange{}.within(group_size * min_blocks, most_samples)),
-      make_key(table, "blocks", "blocks", "blocks of the jackknife, each of whole groups of eight piles", spec.blocks,
-               KeyRange{.why = "fewer than 8 give no reliable standard error, and more than 10000 no better one (32 is "
-                               "usual)"}
-                   .within(min_blocks, most_blocks)),
+      make_key(
+          table, "blocks", "blocks", "blocks of the jackknife, each of whole groups of eight piles", spec.blocks,
+          KeyRange{.why =
+                       "fewer than 8 give no reliable standard error, and more than 10000 no better one (32 is usual)"}
+              .within(min_blocks, most_blocks)),
   };
 }
 
@@ -158,12 +156,11 @@ Problem find_fluctuation_problem(const EnsembleSpec& spec) {
   if (plan.lags.size() < 2) return problem("layers", "there is no lag to measure; name layers beside layer 0");
   if (!plan.bases.empty()) return {};
   const int unused = bottom_margin_of(spec.sampler.model);
-  return problem(
-      "layers",
-      "{} layers are too few for the estimator fluctuation: {} of saturated fluctuations, a reference of {}, "
-      "{} of response and {} at the bottom need {}; each base beyond the first one takes {} more",
-      spec.lattice.layers, plan.layers_needed - plan.reference - plan.lags.back() - unused - 1, plan.reference,
-      plan.lags.back(), unused + 1, plan.layers_needed, spec.response.base_step);
+  return problem("layers",
+                 "{} layers are too few for the estimator fluctuation: {} of saturated fluctuations, a reference of "
+                 "{}, {} of response and {} at the bottom need {}; each base beyond the first one takes {} more",
+                 spec.lattice.layers, plan.layers_needed - plan.reference - plan.lags.back() - unused - 1,
+                 plan.reference, plan.lags.back(), unused + 1, plan.layers_needed, spec.response.base_step);
 }
 
 constexpr double most_mu_of_several = 0.5;  ///< for which several overloads were held against one
@@ -215,11 +212,10 @@ Problem find_overload_problem(const EnsembleSpec& spec) {
   }
   const double needed = columns_of_overloads(spec);
   if (spec.lattice.columns >= needed) return {};
-  return problem(
-      "overloads",
-      "{} overloads on {} columns: down to layer {} they need {:.0f} columns, or their responses meet; give 0 "
-      "for as many as fit, or lattice.columns = {:.0f}",
-      response.overloads, spec.lattice.columns, deepest_response(spec), needed, needed);
+  return problem("overloads",
+                 "{} overloads on {} columns: down to layer {} they need {:.0f} columns, or their responses meet; give "
+                 "0 for as many as fit, or lattice.columns = {:.0f}",
+                 response.overloads, spec.lattice.columns, deepest_response(spec), needed, needed);
 }
 
 /// What of the estimators makes no sense with a model other than the beads.
@@ -342,7 +338,7 @@ EnsembleSpec ensemble_configured(const std::string& configuration) {
         spec.record_forces = true;
       }
     } catch (const InputError& error) {
-      throw InputError(fmt::format("{}: {}", name, error.what()));
+      throw InputError("{}: {}", name, error.what());
     }
   }
   return spec;
@@ -428,9 +424,7 @@ std::string replay_command(const EnsembleSpec& spec, std::uint64_t sample) {
     for (const char* name : {"opened_share", "least_slack"}) command += flag_with_value(*find_key(of_model, name));
   }
   for (const Key& key : keys) {
-    const auto one_of = [&](const auto& names) {
-      return std::find(names.begin(), names.end(), key.name) != names.end();
-    };
+    const auto one_of = [&](const auto& names) { return std::ranges::find(names, key.name) != names.end(); };
     if (key.name == "load") {
       command +=
           " --load " + (spec.response.estimator == EstimatorName::point         ? name_of(spec.load)
@@ -458,11 +452,10 @@ Problem find_problem(const ResponseSpec& spec, const LatticeSpec& lattice) {
   if (auto found = find_range_problem(keys, {"samples"})) return found;
   if (auto found = find_idle_problem(keys, keys_of(usual))) return found;
   if (spec.sign_run > longest_run(lattice)) {
-    return problem(
-        "sign_run",
-        "{} beads: a run has at least one, and where fewer than eight runs fit into a ring of {} columns the "
-        "long waves meet hardly any load that differs; give 1 to {} (1 to 3 is usual)",
-        spec.sign_run, lattice.columns, longest_run(lattice));
+    return problem("sign_run",
+                   "{} beads: a run has at least one, and where fewer than eight runs fit into a ring of {} columns "
+                   "the long waves meet hardly any load that differs; give 1 to {} (1 to 3 is usual)",
+                   spec.sign_run, lattice.columns, longest_run(lattice));
   }
   const std::uint64_t least = group_size * static_cast<std::uint64_t>(spec.blocks - 1) + 1;
   if (spec.samples > most_samples) {

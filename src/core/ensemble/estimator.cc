@@ -1,14 +1,11 @@
 #include "ensemble/estimator.h"
 
-#include <fmt/format.h>
-
 #include <map>
 #include <numeric>
 
 #include "ensemble/fluctuation_estimator.h"
 #include "ensemble/multiplexed_estimator.h"
 #include "ensemble/point_estimator.h"
-#include "support/error.h"
 
 namespace granuscope {
 namespace {

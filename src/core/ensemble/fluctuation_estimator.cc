@@ -15,7 +15,7 @@ constexpr std::size_t of_mode = correlation_parts * group_lanes;
 constexpr std::size_t most_memory = std::size_t{8} << 20;  // bytes
 
 std::size_t most_modes(const FluctuationPlan& plan) {
-  return static_cast<std::size_t>(*std::max_element(plan.modes.begin(), plan.modes.end()));
+  return static_cast<std::size_t>(*std::ranges::max_element(plan.modes));
 }
 
 /// Layers whose modes are held at once: at least those of one base, at most all.
@@ -231,7 +231,7 @@ std::vector<int> layers_of(const FluctuationPlan& plan) {
   for (const int base : plan.bases) {
     for (const int lag : plan.lags) layers.push_back(base + plan.reference + lag);
   }
-  std::sort(layers.begin(), layers.end());
+  std::ranges::sort(layers);
   layers.erase(std::unique(layers.begin(), layers.end()), layers.end());
   return layers;
 }

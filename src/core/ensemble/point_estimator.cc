@@ -112,7 +112,7 @@ void PointEstimator::add_moved(std::span<const PileGroup> groups, Failures failu
         for (std::size_t i = 0; i < columns; ++i, entry += group.stride) body(i, group.weight(entry));
       };
       const double mean = mean_weight(spec_.sampler.bead_weight, layers_[l]);
-      std::fill(shared_.begin(), shared_.end(), spec_.response.coupled ? 0 : mean);
+      std::ranges::fill(shared_, spec_.response.coupled ? 0 : mean);
       for (std::size_t pile = begin; spec_.response.coupled && pile < end; ++pile) {
         if (!failures[pile]) for_each_weight(pile, [&](std::size_t i, double weight) { shared_[i] += weight / alive; });
       }

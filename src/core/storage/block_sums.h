@@ -4,6 +4,7 @@
 #include <cstring>
 #include <map>
 #include <memory>
+#include <numeric>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -82,6 +83,7 @@ struct BlockSums {
   /// The sums of a quantity at recorded layer number `row`, wherever they are.
   LayerSums layer(const std::string& quantity, std::size_t row) const;
   int blocks() const { return static_cast<int>(count.size()); }
+  std::uint64_t samples() const { return std::accumulate(count.begin(), count.end(), std::uint64_t{0}); }
 };
 
 /// The same with all numbers in memory.

@@ -428,9 +428,9 @@ BlockSums EnsembleReader::read_block(std::size_t at, const RawDataFile& numbers)
   }
   if (key_of_block(sums, 0) != keys_.at(at)) {
     throw InputError(
-        fmt::format("cannot read '{}' as {}: the numbers of its block {} are not those it was written with: the file "
-                    "is damaged. Make the file again.",
-                    file_.string(), kind, sums.first_block));
+        "cannot read '{}' as {}: the numbers of its block {} are not those it was written with: the file is damaged. "
+        "Make the file again.",
+        file_.string(), kind, sums.first_block);
   }
   return sums;
 }

@@ -81,7 +81,7 @@ std::optional<std::string> find_not_finite(const std::string& dataset, const std
   bool found = false;
   for (const double value : values) found |= (std::bit_cast<std::uint64_t>(value) & exponent) == exponent;
   if (!found) return std::nullopt;
-  const auto wrong = std::find_if_not(values.begin(), values.end(), [](double value) { return std::isfinite(value); });
+  const auto wrong = std::ranges::find_if_not(values, [](double value) { return std::isfinite(value); });
   return fmt::format("'{}' at {} is {}, not a finite number", dataset,
                      position(first + static_cast<std::size_t>(wrong - values.begin()), shape),
                      std::isnan(*wrong) ? "nan" : "infinite");
@@ -93,7 +93,7 @@ RawDataFile::RawDataFile(std::filesystem::path source, std::string kind)
 }
 
 void RawDataFile::fail(const std::string& reason) const {
-  throw InputError(fmt::format("cannot read '{}' as {}: {}", source_.string(), kind_, reason));
+  throw InputError("cannot read '{}' as {}: {}", source_.string(), kind_, reason);
 }
 
 void RawDataFile::read(const RawData& numbers, std::size_t first, std::span<double> target) const {
@@ -110,8 +110,8 @@ void RawDataFile::read(const RawData& numbers, std::size_t first, std::span<doub
       if (got < 0) fail(system_reason(errno));
       if (got == 0) {
         fail(
-            fmt::format("its dataset '{}' is cut short, or the file changed while it was read. Make the file again "
-                        "or name another one.",
+            fmt::format("its dataset '{}' is cut short, or the file changed while it was read. Make the file again or "
+                        "name another one.",
                         numbers.dataset));
       }
       bytes += got;
@@ -342,9 +342,9 @@ class Reader {
 
 [[noreturn]] void give_up(const std::filesystem::path& source, const std::string& kind, const std::string& what) {
   throw InputError(
-      fmt::format("cannot read '{}' as {}: the HDF5 library {}, so the file is damaged, or made to do so. Make the "
-                  "file again or name another one.",
-                  source.string(), kind, what));
+      "cannot read '{}' as {}: the HDF5 library {}, so the file is damaged, or made to do so. Make the file again or "
+      "name another one.",
+      source.string(), kind, what);
 }
 
 }  // namespace
@@ -359,8 +359,8 @@ std::string read_in_child(const std::filesystem::path& source, const std::string
   }
 
   const auto no_child = [&](int error_number) {
-    throw EnvironmentError(fmt::format("cannot read '{}': a process for it cannot be started: {}", source.string(),
-                                       system_reason(error_number)));
+    throw EnvironmentError("cannot read '{}': a process for it cannot be started: {}", source.string(),
+                           system_reason(error_number));
   };
   std::array<int, 2> ends = {};
   if (::pipe2(ends.data(), O_CLOEXEC) != 0) no_child(errno);

@@ -81,14 +81,14 @@ void Hdf5Reader::require_unlocked() const {
   const FileDescriptor file(::open(source_.c_str(), O_RDONLY | O_CLOEXEC));
   if (file.valid() && ::flock(file.get(), LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
     throw EnvironmentError(
-        fmt::format("cannot read '{}' as {}: another program has it locked, and HDF5_USE_FILE_LOCKING asks to heed "
-                    "that; wait for its end, or set HDF5_USE_FILE_LOCKING=FALSE",
-                    source_.string(), kind_));
+        "cannot read '{}' as {}: another program has it locked, and HDF5_USE_FILE_LOCKING asks to heed that; wait for "
+        "its end, or set HDF5_USE_FILE_LOCKING=FALSE",
+        source_.string(), kind_);
   }
 }
 
 void Hdf5Reader::fail(const std::string& reason) const {
-  throw InputError(fmt::format("cannot read '{}' as {}: {}", source_.string(), kind_, reason));
+  throw InputError("cannot read '{}' as {}: {}", source_.string(), kind_, reason);
 }
 
 void Hdf5Reader::fail_with_library_reason(const std::string& what) const {
@@ -167,10 +167,8 @@ Hdf5Reader::OpenDataset Hdf5Reader::open_dataset(const std::string& path, const 
   const H5D_layout_t layout = H5Pget_layout(creation.get());
   if ((layout != H5D_COMPACT && layout != H5D_CONTIGUOUS && layout != H5D_CHUNKED) ||
       H5Pget_external_count(creation.get()) > 0) {
-    fail(
-        fmt::format("its dataset '{}' keeps its numbers in other files, which is not supported. Copy them into one "
-                    "file.",
-                    path));
+    fail(fmt::format(
+        "its dataset '{}' keeps its numbers in other files, which is not supported. Copy them into one file.", path));
   }
 
   // The size is a claim until the file is seen to be large enough for it.

@@ -71,15 +71,15 @@ Hdf5Writer::Hdf5Writer(std::filesystem::path target)
 }
 
 void Hdf5Writer::fail(int error_number) const {
-  throw EnvironmentError(fmt::format("cannot write '{}': {}", target_.string(), system_reason(error_number)));
+  throw EnvironmentError("cannot write '{}': {}", target_.string(), system_reason(error_number));
 }
 
 Hdf5Id Hdf5Writer::check(Hdf5Id status) const {
   if (status < 0) {
     const std::string reason = hdf5_reason();
     throw EnvironmentError(
-        fmt::format("cannot write '{}': the HDF5 library cannot compose it ({}). Free some memory and try again.",
-                    target_.string(), reason.empty() ? "no reason given" : reason));
+        "cannot write '{}': the HDF5 library cannot compose it ({}). Free some memory and try again.", target_.string(),
+        reason.empty() ? "no reason given" : reason);
   }
   return status;
 }

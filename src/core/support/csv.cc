@@ -1,6 +1,5 @@
 #include "support/csv.h"
 
-#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 

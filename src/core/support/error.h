@@ -19,7 +19,7 @@ enum class ExitCode : int {
 };
 
 /// Base of every error the program raises on purpose. A message reads: what is wrong, why that is a problem, what to
-/// do.
+/// do. It is handed over as a text, or as a format with its arguments.
 class Error : public std::runtime_error {
  public:
   Error(ExitCode code, const std::string& message) : std::runtime_error(message), code_(code) {}
@@ -33,6 +33,9 @@ class Error : public std::runtime_error {
 class InputError : public Error {
  public:
   explicit InputError(const std::string& message) : InputError(std::vector{message}) {}
+  template <class First, class... Rest>
+  InputError(fmt::format_string<First, Rest...> text, First&& first, Rest&&... rest)
+      : InputError(fmt::format(text, std::forward<First>(first), std::forward<Rest>(rest)...)) {}
   /// Several things that are wrong, each a message of its own: what() has one a line.
   explicit InputError(std::vector<std::string> messages);
   const std::vector<std::string>& messages() const { return messages_; }
@@ -45,12 +48,18 @@ class InputError : public Error {
 class EnvironmentError : public Error {
  public:
   explicit EnvironmentError(const std::string& message) : Error(ExitCode::environment, message) {}
+  template <class First, class... Rest>
+  EnvironmentError(fmt::format_string<First, Rest...> text, First&& first, Rest&&... rest)
+      : EnvironmentError(fmt::format(text, std::forward<First>(first), std::forward<Rest>(rest)...)) {}
 };
 
 /// Another run is at work where this one would be: nothing is wrong, and later it can be.
 class BusyError : public Error {
  public:
   explicit BusyError(const std::string& message) : Error(ExitCode::busy, message) {}
+  template <class First, class... Rest>
+  BusyError(fmt::format_string<First, Rest...> text, First&& first, Rest&&... rest)
+      : BusyError(fmt::format(text, std::forward<First>(first), std::forward<Rest>(rest)...)) {}
 };
 
 /// The user or the system asked to stop; what was finished is on disk.

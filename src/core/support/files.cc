@@ -28,7 +28,7 @@ namespace fs = std::filesystem;
 namespace {
 
 [[noreturn]] void fail(const fs::path& target, const std::string& reason) {
-  throw EnvironmentError(fmt::format("cannot write '{}': {}", target.string(), reason));
+  throw EnvironmentError("cannot write '{}': {}", target.string(), reason);
 }
 
 [[noreturn]] void fail(const fs::path& target, int error_number) { fail(target, system_reason(error_number)); }
@@ -166,9 +166,8 @@ void require_not_input(const fs::path& target, const std::vector<fs::path>& inpu
                          !real.lexically_relative(read).empty() && *real.lexically_relative(read).begin() != "..");
     if (!lost) continue;
     throw InputError(
-        fmt::format("{} is read by this command or lies in the run that it reads, and would be lost; name "
-                    "another file to write",
-                    target.string()));
+        "{} is read by this command or lies in the run that it reads, and would be lost; name another file to write",
+        target.string());
   }
 }
 
@@ -189,16 +188,16 @@ void require_replaceable(const fs::path& target, std::string_view begins) {
   read_chunks(target, [&](std::string_view chunk) {
     if (head.size() < told_apart) head.append(chunk.substr(0, told_apart));
     tail.append(chunk);
-    marked = marked || std::any_of(marks.begin(), marks.end(),
-                                   [&](std::string_view mark) { return tail.find(mark) != std::string::npos; });
+    marked = marked ||
+             std::ranges::any_of(marks, [&](std::string_view mark) { return tail.find(mark) != std::string::npos; });
     tail.erase(0, tail.size() - std::min(tail.size(), longest_mark));  // a mark may lie across two chunks
   });
-  const bool has_format = std::any_of(formats.begin(), formats.end(), [&](auto one) { return head.starts_with(one); });
+  const bool has_format = std::ranges::any_of(formats, [&](auto one) { return head.starts_with(one); });
   if (has_format ? marked : !begins.empty() && head.starts_with(begins.substr(0, told_apart))) return;
   throw InputError(
-      fmt::format("{} is there already, and granuscope has not written it, so that it would be lost; name "
-                  "another file, or give --force to replace it",
-                  target.string()));
+      "{} is there already, and granuscope has not written it, so that it would be lost; name another file, or give "
+      "--force to replace it",
+      target.string());
 }
 
 std::string read_file(const fs::path& source) {
@@ -218,7 +217,7 @@ void make_folder(const fs::path& folder) {
     reason = "A link of that name, or one on its path, leads nowhere. Make what it leads to, or remove it.";
   }
   if (folder.empty()) reason = "It has no name. Name a folder.";
-  throw EnvironmentError(fmt::format("cannot make the folder '{}': {}", folder.string(), reason));
+  throw EnvironmentError("cannot make the folder '{}': {}", folder.string(), reason);
 }
 
 void require_writable(const fs::path& target) { const AtomicFile probe(target); }
@@ -228,7 +227,7 @@ namespace {
 constexpr std::size_t chunk_bytes = std::size_t{1} << 18;
 
 [[noreturn]] void cannot_read(const std::filesystem::path& source, const std::string& reason) {
-  throw InputError(fmt::format("cannot read '{}': {}", source.string(), reason));
+  throw InputError("cannot read '{}': {}", source.string(), reason);
 }
 
 [[noreturn]] void cannot_read(const std::filesystem::path& source, int error_number) {

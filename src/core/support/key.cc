@@ -18,10 +18,10 @@ int to_int(std::int64_t number) {
   if (number < std::numeric_limits<int>::min() || number > std::numeric_limits<int>::max()) {
     constexpr double bytes_per_bead = 96;  // four forces, and what a solver keeps beside them
     throw InputError(
-        fmt::format("{} is beyond what this key can hold ({} at most; so many beads in a row would need {} of memory); "
-                    "give a smaller number",
-                    number, std::numeric_limits<int>::max(),
-                    describe_bytes(bytes_per_bead * std::abs(static_cast<double>(number)))));
+        "{} is beyond what this key can hold ({} at most; so many beads in a row would need {} of memory); give a "
+        "smaller number",
+        number, std::numeric_limits<int>::max(),
+        describe_bytes(bytes_per_bead * std::abs(static_cast<double>(number))));
   }
   return static_cast<int>(number);
 }
@@ -82,7 +82,7 @@ struct RangeCheck {
   Problem operator()(std::int64_t number) const { return find_number_problem(key, static_cast<double>(number), range); }
   Problem operator()(double number) const { return find_number_problem(key, number, range); }
   Problem operator()(const std::string& name) const {
-    if (range.names.empty() || std::find(range.names.begin(), range.names.end(), name) != range.names.end()) return {};
+    if (range.names.empty() || std::ranges::find(range.names, name) != range.names.end()) return {};
     return problem(key, "\"{}\" is none of its names{}; write one of {}", name, because(range),
                    fmt::join(range.names, ", "));
   }
@@ -146,20 +146,20 @@ Problem find_range_problem(const Key& key, const KeyValue& value) {
 
 Problem find_range_problem(const std::vector<Key>& keys, std::initializer_list<std::string_view> but) {
   for (const Key& key : keys) {
-    if (std::find(but.begin(), but.end(), key.name) != but.end()) continue;
+    if (std::ranges::find(but, key.name) != but.end()) continue;
     if (auto found = std::visit(RangeCheck{key.name, key.range}, key.get())) return found;
   }
   return {};
 }
 
 const Key* find_key(const std::vector<Key>& keys, std::string_view name) {
-  const auto found = std::find_if(keys.begin(), keys.end(), [&](const Key& key) { return key.name == name; });
+  const auto found = std::ranges::find_if(keys, [&](const Key& key) { return key.name == name; });
   return found == keys.end() ? nullptr : &*found;
 }
 
 bool counts(const Key& key, const std::vector<Key>& keys) {
   const std::vector<std::string>& names = key.only.names;
-  return names.empty() || std::find(names.begin(), names.end(), find_key(keys, key.only.of)->text()) != names.end();
+  return names.empty() || std::ranges::find(names, find_key(keys, key.only.of)->text()) != names.end();
 }
 
 Problem find_idle_problem(const std::vector<Key>& keys, const std::vector<Key>& usual) {
@@ -188,7 +188,7 @@ void from_value(int& field, const KeyValue& value) { field = to_int(std::get<std
 
 void from_value(std::uint64_t& field, const KeyValue& value) {
   const auto number = std::get<std::int64_t>(value);
-  if (number < 0) throw InputError(fmt::format("{} is negative; give 0 or more", number));
+  if (number < 0) throw InputError("{} is negative; give 0 or more", number);
   field = static_cast<std::uint64_t>(number);
 }
 
@@ -206,8 +206,7 @@ void from_value(std::vector<int>& field, const KeyValue& value) {
 void from_value(std::array<double, 2>& field, const KeyValue& value) {
   const auto& numbers = std::get<std::vector<double>>(value);
   if (numbers.size() != 2) {
-    throw InputError(
-        fmt::format("a window needs two ends but {} numbers are given; write [low, high]", numbers.size()));
+    throw InputError("a window needs two ends but {} numbers are given; write [low, high]", numbers.size());
   }
   field = {numbers[0], numbers[1]};
 }
@@ -226,8 +225,8 @@ Number read_number(const std::string& text, const char* kind) {
   const std::string shown = single_line(text);
   if (std::is_unsigned_v<Number> && text.starts_with('-')) throw InputError(shown + " is negative; give 0 or more");
   if (error == std::errc::result_out_of_range)
-    throw InputError(fmt::format("{} is too large; give at most {}", shown, std::numeric_limits<Number>::max()));
-  throw InputError(fmt::format("{} is not {}; write it in digits", shown, kind));
+    throw InputError("{} is too large; give at most {}", shown, std::numeric_limits<Number>::max());
+  throw InputError("{} is not {}; write it in digits", shown, kind);
 }
 
 }  // namespace

@@ -36,7 +36,7 @@ Choice named_in(const Names<Choice, count>& names, const std::string& wanted, co
   for (const auto& [one, name] : names) {
     if (name == wanted) return one;
   }
-  throw InputError(fmt::format("there is no {} \"{}\": known are {}; choose one", what, wanted, all_names(names)));
+  throw InputError("there is no {} \"{}\": known are {}; choose one", what, wanted, all_names(names));
 }
 
 }  // namespace granuscope

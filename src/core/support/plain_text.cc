@@ -102,7 +102,7 @@ std::string escape_markup(std::string_view text) {
 
 std::string pdf_string(std::string_view bytes) {
   const std::string text = clean_text(bytes);
-  const bool plain = std::all_of(text.begin(), text.end(), [](char c) { return c >= ' ' && c <= '~'; });
+  const bool plain = std::ranges::all_of(text, [](char c) { return c >= ' ' && c <= '~'; });
   if (plain) {
     std::string string = "(";
     for (const char c : text) {
@@ -177,10 +177,9 @@ std::string shallow_json(std::string text) {
     if (c == ']' || c == '}') --level;
     if ((c == '[' || c == '{') && ++level > most_levels) {
       throw InputError(
-          fmt::format("JSON that nests deeper than {} levels is none that granuscope writes; take the file from a "
-                      "backup, or make it "
-                      "again",
-                      most_levels));
+          "JSON that nests deeper than {} levels is none that granuscope writes; take the file from a backup, or make "
+          "it again",
+          most_levels);
     }
   }
   return text;
@@ -189,7 +188,7 @@ std::string shallow_json(std::string text) {
 std::string aligned(std::string_view text) {
   const auto letters = [](std::string_view cell) {
     return static_cast<std::size_t>(
-        std::count_if(cell.begin(), cell.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }));
+        std::ranges::count_if(cell, [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }));
   };
   std::string result;
   std::vector<std::vector<std::string_view>> block;

@@ -16,7 +16,6 @@
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
-#include <limits>
 #include <string_view>
 
 #include "support/error.h"
@@ -62,7 +61,7 @@ std::optional<fs::path> find_program_in(const std::string& name, std::string_vie
 }
 
 [[noreturn]] void fail_to_start(const std::string& program, const std::string& reason) {
-  throw EnvironmentError(fmt::format("cannot start '{}': {}", program, reason));
+  throw EnvironmentError("cannot start '{}': {}", program, reason);
 }
 
 struct Pipe {
@@ -217,8 +216,8 @@ void drain(FileDescriptor& pipe, std::string& text, const std::string& program) 
     if (got > 0) {
       text.append(chunk.data(), static_cast<std::size_t>(got));
       if (text.size() > max_output_bytes) {
-        throw EnvironmentError(fmt::format("'{}' wrote more than {} MiB of messages and was stopped: check its input",
-                                           program, max_output_bytes >> 20));
+        throw EnvironmentError("'{}' wrote more than {} MiB of messages and was stopped: check its input", program,
+                               max_output_bytes >> 20);
       }
     } else if (got < 0 && errno == EINTR) {
       continue;
@@ -259,10 +258,8 @@ ProcessResult run_process(const ProcessSpec& spec) {
   while (!child.ended()) {
     if (interruption_requested()) {
       child.kill_and_reap();
-      throw Interrupted(
-          fmt::format("stopped on request while '{}' was running: the same command goes on from the last "
-                      "finished part",
-                      program));
+      throw Interrupted(fmt::format(
+          "stopped on request while '{}' was running: the same command goes on from the last finished part", program));
     }
     const double left = spec.timeout_seconds - seconds_since_start();
     if (left <= 0) {

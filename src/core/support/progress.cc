@@ -13,7 +13,6 @@
 #include <cstring>
 #include <ctime>
 #include <exception>
-#include <initializer_list>
 #include <utility>
 
 #include "support/error.h"
@@ -200,8 +199,7 @@ void throw_if_interrupted() {
   if (interruption_requested()) {
     throw Interrupted(
         "stopped on request: every finished ensemble (one friction coefficient) is kept, and the same command goes on "
-        "with "
-        "the next");
+        "with the next");
   }
 }
 

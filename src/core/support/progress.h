@@ -1,9 +1,12 @@
 #pragma once
+#include <fmt/core.h>
+
 #include <atomic>
 #include <chrono>
 #include <cstdint>
 #include <mutex>
 #include <string>
+#include <utility>
 
 namespace granuscope {
 /// How progress is shown on stderr.
@@ -41,6 +44,10 @@ class Progress {
 
 /// One line on stderr, unless silent. The only way libraries speak is through objects they are handed.
 void log_line(ProgressStyle style, const std::string& line);
+template <class First, class... Rest>
+void log_line(ProgressStyle style, fmt::format_string<First, Rest...> line, First&& first, Rest&&... rest) {
+  log_line(style, fmt::format(line, std::forward<First>(first), std::forward<Rest>(rest)...));
+}
 
 /// "41 s", "3 min 12 s", "2 h 05 min".
 std::string describe_duration(double seconds);

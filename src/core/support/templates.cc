@@ -220,9 +220,9 @@ void use_templates(const fs::path& folder) {
   std::error_code error;
   if (!folder.empty() && !fs::is_directory(folder, error)) {
     throw InputError(
-        fmt::format("{}: there is no such folder to take templates from; name one that holds files as templates/ of "
-                    "the project does",
-                    folder.string()));
+        "{}: there is no such folder to take templates from; name one that holds files as templates/ of the project "
+        "does",
+        folder.string());
   }
   auto at = folder.empty() ? fs::recursive_directory_iterator() : fs::recursive_directory_iterator(folder, error);
   for (; !error && at != fs::recursive_directory_iterator(); at.increment(error)) {
@@ -230,15 +230,15 @@ void use_templates(const fs::path& folder) {
     if (!at->is_regular_file(error) || at->path().filename().string().starts_with('.')) continue;
     if (find_embedded(name) == nullptr && !is_script_of_figure(name)) {
       throw InputError(
-          fmt::format("{}: the program has no template {}, so that this file would change nothing; give it the path of "
-                      "one of templates/, or take it away",
-                      at->path().string(), name));
+          "{}: the program has no template {}, so that this file would change nothing; give it the path of one of "
+          "templates/, or take it away",
+          at->path().string(), name);
     }
     given.files.emplace(name, read_file(at->path()));
   }
   if (error) {
-    throw InputError(fmt::format("{}: cannot be read ({}), and so no template there; correct its permissions",
-                                 folder.string(), error.message()));
+    throw InputError("{}: cannot be read ({}), and so no template there; correct its permissions", folder.string(),
+                     error.message());
   }
   stand_ins() = std::move(given);
 }

@@ -226,8 +226,8 @@ class Placement {
  private:
   static double text_width(const std::string& text) {
     // UTF-8: bytes that go on with a character do not widen the text.
-    const auto characters = std::count_if(text.begin(), text.end(),
-                                          [](char byte) { return (static_cast<unsigned char>(byte) & 0xC0) != 0x80; });
+    const auto characters =
+        std::ranges::count_if(text, [](char byte) { return (static_cast<unsigned char>(byte) & 0xC0) != 0x80; });
     return character_width * static_cast<double>(characters);
   }
 

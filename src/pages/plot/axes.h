@@ -10,8 +10,20 @@ struct Range {
   bool empty = true;
 
   void add(double number);  ///< numbers that are not finite are ignored
+  /// Both ends of an error bar.
+  void add(double number, double error) {
+    add(number - error);
+    add(number + error);
+  }
   double size() const { return high - low; }
 };
+
+inline Range range_of(double one, double other) {
+  Range range;
+  range.add(one);
+  range.add(other);
+  return range;
+}
 
 /// A mark on an axis. An empty label: none.
 struct Tick {

@@ -19,7 +19,6 @@
 #include "sampling/sampler.h"
 #include "support/error.h"
 #include "support/files.h"
-#include "support/plain_text.h"
 #include "support/provenance.h"
 
 namespace granuscope {
@@ -133,9 +132,9 @@ nlohmann::ordered_json fields_of(const FourContacts& contacts) {
 Figure plot_bead_forces(const Pile& pile, const BeadForcesSpec& spec, const std::filesystem::path& run_folder) {
   if (spec.layer < 1 || spec.layer >= pile.lattice.layers()) {
     throw InputError(
-        fmt::format("the figure of one bead's forces has nothing to show, because the pile has no layer {} with "
-                    "contacts above and below; plot it from a deeper pile, or switch the figure off",
-                    spec.layer));
+        "the figure of one bead's forces has nothing to show, because the pile has no layer {} with contacts above and "
+        "below; plot it from a deeper pile, or switch the figure off",
+        spec.layer);
   }
   const int bead = choose_bead(pile, spec.layer);
   const FourContacts contacts = contacts_of(pile, spec.layer, bead);
@@ -200,8 +199,8 @@ Field weights_of(const WeightsPicture& picture) {
   std::array<std::optional<SamplingFailure>, 1> failures;
   const PileGroup pile = sampler->draw_groups(samples, loads, failures).front();
   if (failures.front()) {
-    throw InputError(fmt::format("the pile of the picture {} could not be completed: the effort ran out in layer {}",
-                                 picture.id, failures.front()->layer));
+    throw InputError("the pile of the picture {} could not be completed: the effort ran out in layer {}", picture.id,
+                     failures.front()->layer);
   }
   const RowGeometry rows = rows_of(picture.pile.sampler.model);
   Field field;

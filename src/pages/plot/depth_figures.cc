@@ -22,7 +22,7 @@ namespace {
 
 bool shows(const DepthFit& fit) { return fit.identifiable && fit.peak_position.known() && fit.width_squared.known(); }
 
-bool has_depths(const Transport& result) { return std::any_of(result.depths.begin(), result.depths.end(), shows); }
+bool has_depths(const Transport& result) { return std::ranges::any_of(result.depths, shows); }
 
 Range with_margins(const Range& data) {
   const double margin = 0.08 * (data.size() > 0 ? data.size() : 1);
@@ -67,21 +67,17 @@ void add_depths(DepthPlot& figure, const Transport& result) {
     const double shift = fit.peak_position.value - tan30 * fit.z;
     positions.add_row({fit.z, position, position_error, shift, fit.peak_position.standard_error});
     widths.add_row({fit.z, width, width_error, fit.width_squared.value, fit.width_squared.standard_error});
-    for (const int sign : {-1, 1}) {
-      shift_range.add(shift + sign * fit.peak_position.standard_error);
-      square_range.add(fit.width_squared.value + sign * fit.width_squared.standard_error);
-      position_range.add(position + sign * position_error);
-      width_range.add(width + sign * width_error);
-    }
+    shift_range.add(shift, fit.peak_position.standard_error);
+    square_range.add(fit.width_squared.value, fit.width_squared.standard_error);
+    position_range.add(position, position_error);
+    width_range.add(width, width_error);
   }
   shift_range.add((result.c_thrust.value - tan30) * z_range.high);
   figure.position.y = linear_axis("position over depth  xₚ/z", with_margins(position_range), 5);
   figure.width.y = linear_axis("width² over depth  W²/z", with_margins(width_range), 5);
   figure.shift.y = linear_axis("peak position  xₚ − c₀ z", with_margins(shift_range), 5);
   figure.square.y = linear_axis("squared width W²", with_margins(square_range), 5);
-  Range z_axis;
-  z_axis.add(0);
-  z_axis.add(10 * std::ceil((z_range.high + 1) / 10));
+  const Range z_axis = range_of(0, 10 * std::ceil((z_range.high + 1) / 10));
   for (Panel* panel : {&figure.position, &figure.width, &figure.shift, &figure.square}) {
     panel->x = linear_axis("depth z  (bead diameters)", z_axis, 5);
   }
@@ -121,10 +117,9 @@ bool add_slope(DepthPlot& figure, const std::string& name, const Estimate& slope
 /// The speed that follows from the thrust ratio, beside the slope c, and what is told of both. Whether it is shown.
 bool add_thrust(DepthPlot& figure, const Transport& result) {
   // Plotted over the window, of which something must be on the axis.
-  const bool known =
-      result.c_thrust.known() && std::any_of(result.depths.begin(), result.depths.end(), [&](const DepthFit& fit) {
-        return shows(fit) && fit.layer > result.window_layers[0];
-      });
+  const bool known = result.c_thrust.known() && std::ranges::any_of(result.depths, [&](const DepthFit& fit) {
+                       return shows(fit) && fit.layer > result.window_layers[0];
+                     });
   const bool with_c = result.c.known() && result.position_offset.known();
   const Range& window = figure.position.band;
   if (known) {
@@ -140,8 +135,8 @@ bool add_thrust(DepthPlot& figure, const Transport& result) {
   const double top = !result.c.known() || result.c.value < tan30 ? 0.84 : 0.33;
   const auto tell = [&](const std::string& what, const Estimate& number, double below, const char* colour) {
     if (!number.known()) return;
-    figure.shift.texts.push_back({fmt::format("{} {}", what, value_with_error(number.value, number.standard_error)),
-                                  0.95, top - below, "right", colour});
+    figure.shift.texts.push_back(
+        {fmt::format("{} {}", what, value_with_error(number)), 0.95, top - below, "right", colour});
   };
   if (with_c) tell("slope c =", result.c, 0, "blue");
   tell("c from thrust", result.c_thrust, 0.11, "bluish_green");
@@ -164,8 +159,7 @@ Figure plot_transport_with_depth(const Analysis& analysis, const TransportWithDe
   if (result == nullptr) {
     throw InputError(
         "the figure of c and D against depth has nothing to show, because the fit identified the peaks at no depth; "
-        "use "
-        "more samples or deeper layers, or switch the figure off");
+        "use more samples or deeper layers, or switch the figure off");
   }
 
   DepthPlot figure;
@@ -189,8 +183,7 @@ Figure plot_transport_with_depth(const Analysis& analysis, const TransportWithDe
   const bool with_c = add_slope(figure, "c", result->c, result->position_offset, figure.position, figure.shift, tan30);
   const bool with_D = add_slope(figure, "D", result->D, result->width_offset, figure.width, figure.square, 0);
   if (with_D) {
-    figure.square.texts.push_back(
-        {"slope D = " + value_with_error(result->D.value, result->D.standard_error), 0.05, 0.91, "left", "blue"});
+    figure.square.texts.push_back({"slope D = " + value_with_error(result->D), 0.05, 0.91, "left", "blue"});
   }
   figure.plot.panels = {figure.position, figure.width, figure.shift, figure.square};
   figure.plot.add_key("measured", Ink{"vermilion", 7}.points(0.5));
@@ -215,10 +208,9 @@ struct ProfilePanel {
 };
 
 const ResponseProfile& nearest_profile(const Transport& result, int layer) {
-  return *std::min_element(result.profiles.begin(), result.profiles.end(),
-                           [layer](const ResponseProfile& a, const ResponseProfile& b) {
-                             return std::abs(a.layer - layer) < std::abs(b.layer - layer);
-                           });
+  return *std::ranges::min_element(result.profiles, [layer](const ResponseProfile& a, const ResponseProfile& b) {
+    return std::abs(a.layer - layer) < std::abs(b.layer - layer);
+  });
 }
 
 ProfilePanel make_panel(const Transport& result, const ResponseProfile& profile) {
@@ -229,8 +221,8 @@ ProfilePanel make_panel(const Transport& result, const ResponseProfile& profile)
   }
   // A profile without errors is exact, and whatever curve rounding may give it says nothing.
   const std::vector<double>& errors = profile.standard_error;
-  panel.has_curve = std::any_of(profile.fit.begin(), profile.fit.end(), [](double g) { return std::isfinite(g); }) &&
-                    std::any_of(errors.begin(), errors.end(), [](double error) { return error > 0; });
+  panel.has_curve = std::ranges::any_of(profile.fit, [](double g) { return std::isfinite(g); }) &&
+                    std::ranges::any_of(errors, [](double error) { return error > 0; });
   return panel;
 }
 
@@ -292,8 +284,7 @@ Range heights(const std::vector<ProfilePanel>& panels, double half_width) {
     const ResponseProfile& profile = *panel.profile;
     for (std::size_t i = 0; i < profile.x.size(); ++i) {
       if (std::abs(profile.x[i]) > half_width) continue;
-      range.add(profile.pressure[i] - profile.standard_error[i]);
-      range.add(profile.pressure[i] + profile.standard_error[i]);
+      range.add(profile.pressure[i], profile.standard_error[i]);
       if (panel.has_curve) range.add(profile.fit[i]);
     }
   }
@@ -341,10 +332,9 @@ std::string head_of(const ProfilePanel& panel, int layers_computed) {
 
 std::string note_of(const ProfilePanel& panel) {
   if (panel.fit == nullptr) return "peaks not identified by the fit";
-  std::string note =
-      "xₚ = " + value_with_error(panel.fit->peak_position.value, panel.fit->peak_position.standard_error);
+  std::string note = "xₚ = " + value_with_error(panel.fit->peak_position);
   if (panel.fit->width.known()) {
-    note += ",  W = " + value_with_error(panel.fit->width.value, panel.fit->width.standard_error);
+    note += ",  W = " + value_with_error(panel.fit->width);
   }
   return note;
 }
@@ -353,10 +343,8 @@ std::string note_of(const ProfilePanel& panel) {
 nlohmann::ordered_json fields_of(const std::vector<ProfilePanel>& panels, int layers_computed, double close_view) {
   nlohmann::ordered_json all = nlohmann::ordered_json::array();
   for (const ProfilePanel& panel : panels) {
-    Range close;
-    close.add(centre_of(panel) - close_view);
-    close.add(centre_of(panel) + close_view);
-    const Axis axis = linear_axis("", close, 5);
+    const double centre = centre_of(panel);
+    const Axis axis = linear_axis("", range_of(centre - close_view, centre + close_view), 5);
     all.push_back({{"number", all.size() + 1},
                    {"file", fmt::format("{}-layer-{}.csv", profiles_id, panel.profile->layer)},
                    {"head", head_of(panel, layers_computed)},
@@ -402,9 +390,7 @@ Figure plot_response_profiles(const std::vector<Transport>& results, const Respo
   const bool detailed = panels.size() <= 2;
   const double reach = residual_reach(panels, close_view);
   const Range range = heights(panels, shown);
-  Range x_axis;
-  x_axis.add(-shown);
-  x_axis.add(shown);
+  const Range x_axis = range_of(-shown, shown);
   const double room = range.size() > 0 ? range.size() : 1;
 
   Plot plot;

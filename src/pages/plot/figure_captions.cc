@@ -68,8 +68,7 @@ std::string enumeration(const std::vector<std::string>& items) {
 std::string with_reasons(const std::vector<LeftOut>& items) {
   std::vector<std::pair<std::string, std::vector<std::string>>> groups;
   for (const LeftOut& item : items) {
-    auto group =
-        std::find_if(groups.begin(), groups.end(), [&item](const auto& known) { return known.first == item.why; });
+    auto group = std::ranges::find_if(groups, [&item](const auto& known) { return known.first == item.why; });
     if (group == groups.end()) group = groups.insert(groups.end(), {item.why, {}});
     const bool repeated = !group->second.empty() && group->second.front().starts_with(mu_equals);
     group->second.push_back(repeated && item.what.starts_with(mu_equals) ? item.what.substr(mu_equals.size())

@@ -13,7 +13,6 @@
 #include <cstring>
 #include <map>
 #include <sstream>
-#include <stdexcept>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -44,9 +43,9 @@ bool ends_with_mark(std::string_view text, std::string_view mark) {
 
 [[noreturn]] void fail(const GnuplotJob& job, const std::string& what) {
   throw EnvironmentError(
-      fmt::format("gnuplot did not plot {}: {}; the figure would be missing or wrong. Run `granuscope doctor` to see "
-                  "whether gnuplot-nox and fonts-dejavu-core are as expected",
-                  job.stem, what));
+      "gnuplot did not plot {}: {}; the figure would be missing or wrong. Run `granuscope doctor` to see whether "
+      "gnuplot-nox and fonts-dejavu-core are as expected",
+      job.stem, what);
 }
 
 std::string read_plot(const GnuplotJob& job, const std::filesystem::path& file, std::string_view end) {
@@ -262,10 +261,9 @@ constexpr std::string_view command_key = "Command: ", program_key = "Program: ";
 
 [[noreturn]] void refuse_plot(const std::string& what) {
   throw EnvironmentError(
-      fmt::format("a plot made by gnuplot {} where Debian 12's gnuplot 5.4 and cairo 1.16 have one, so that it cannot "
-                  "say what it is, nor have the same bytes each time; run `granuscope doctor` to see which gnuplot is "
-                  "installed",
-                  what));
+      "a plot made by gnuplot {} where Debian 12's gnuplot 5.4 and cairo 1.16 have one, so that it cannot say what it "
+      "is, nor have the same bytes each time; run `granuscope doctor` to see which gnuplot is installed",
+      what);
 }
 
 /// What stands between two marks, the first time; npos if it does not.
@@ -441,8 +439,8 @@ ScratchFolder::ScratchFolder(const std::filesystem::path& parent, const std::str
   make_folder(parent);
   std::string pattern = (parent / (scratch_name(name) + "-XXXXXX")).string();
   if (mkdtemp(pattern.data()) == nullptr) {
-    throw EnvironmentError(fmt::format("cannot make a working folder in {}: {}; free space or choose another --out",
-                                       parent.string(), std::strerror(errno)));
+    throw EnvironmentError("cannot make a working folder in {}: {}; free space or choose another --out",
+                           parent.string(), std::strerror(errno));
   }
   path_ = pattern;
 }

@@ -1,7 +1,5 @@
 #include "plot/growing_panel.h"
 
-#include <fmt/format.h>
-
 #include <utility>
 
 #include "plot/gnuplot.h"
@@ -31,10 +29,10 @@ void GrowingPanel::add(Plot& plot, const std::string& name, const CurveRows& row
 
 Panel GrowingPanel::whole(double left, double right, double name) const {
   if (panel.curves.empty()) {
-    throw InputError(fmt::format(
-        "the panel of {} against {} has nothing to show, because nothing of it was measured well enough; ask for "
-        "more samples",
-        y_label, x_label));
+    throw InputError(
+        "the panel of {} against {} has nothing to show, because nothing of it was measured well enough; ask for more "
+        "samples",
+        y_label, x_label);
   }
   const auto linear = [](const std::string& label, const Range& range) {
     const double margin = range.size() > 0 ? 0.06 * range.size() : 0.5;

@@ -136,8 +136,8 @@ Json to_json(const Plot& plot) {
     entries.push_back(one);
   }
   const PlotKey& key = plot.key;
-  const bool halves = std::any_of(plot.panels.begin(), plot.panels.end(),
-                                  [](const Panel& panel) { return panel.left >= 0.5 || panel.right <= 0.5; });
+  const bool halves =
+      std::ranges::any_of(plot.panels, [](const Panel& panel) { return panel.left >= 0.5 || panel.right <= 0.5; });
   Json json = {{"height", plot.height},
                {"half_width", plot.half_width},
                {"columns", halves ? 2 : 1},
@@ -159,7 +159,7 @@ Json to_json(const Plot& plot) {
 bool is_technical(std::string_view key) {
   constexpr std::array<std::string_view, 8> technical = {"file",   "columns", "function", "with",
                                                          "colour", "align",   "x_in",     "stem"};
-  return std::find(technical.begin(), technical.end(), key) != technical.end();
+  return std::ranges::find(technical, key) != technical.end();
 }
 
 /// Calls `see` with every text of the JSON and the key of the field in which it stands.
@@ -204,7 +204,7 @@ void add_words(Json& json, const TemplateVariables& colours) {
 
 int letters_of(const std::string& text) {
   return static_cast<int>(
-      std::count_if(text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U; }));
+      std::ranges::count_if(text, [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U; }));
 }
 
 /// The fields of a JSON object, and of those around it: a text between quotes that nothing inside can leave ({{x}}), or
@@ -335,7 +335,7 @@ namespace {
 bool is_plain_text(std::string_view text) {
   return text.find_first_of("\"`\\@<") == std::string_view::npos &&
          text.substr(std::min(text.find_first_not_of(' '), text.size())).substr(0, 1) != "|" &&
-         std::none_of(text.begin(), text.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20; });
+         std::ranges::none_of(text, [](char c) { return static_cast<unsigned char>(c) < 0x20; });
 }
 
 /// Numbers, columns and what is calculated from them.
@@ -356,7 +356,7 @@ bool is_formula(std::string_view text) {
 }
 
 bool is_file_name(std::string_view text) {
-  return std::all_of(text.begin(), text.end(), [](char c) {
+  return std::ranges::all_of(text, [](char c) {
     return std::isalnum(static_cast<unsigned char>(c)) != 0 ||
            std::string_view("._+-").find(c) != std::string_view::npos;
   });
@@ -365,7 +365,7 @@ bool is_file_name(std::string_view text) {
 bool is_harmless(const std::string& key, const std::string& text) {
   if (key == "file" || key == "stem") return is_file_name(text);
   if (key == "columns" || key == "function") return is_formula(text);
-  if (key == "with") return std::find(plot_styles.begin(), plot_styles.end(), text) != plot_styles.end();
+  if (key == "with") return std::ranges::find(plot_styles, text) != plot_styles.end();
   if (key == "colour") return plot_colours().contains(text);
   if (key == "align") return text == "left" || text == "right" || text == "center";
   if (key == "x_in") return text == "first" || text == "graph";
@@ -376,10 +376,10 @@ bool is_harmless(const std::string& key, const std::string& text) {
 /// A recipe may come from anywhere, and gnuplot runs what is filled from it.
 void require_harmless(const FigureRecipe& recipe, const std::string& source) {
   const auto refuse = [&source](const std::string& name, const std::string& text) {
-    throw InputError(fmt::format(
-        "{}: {} is \"{}\", which holds more than texts, numbers and curves, and gnuplot might run it as a command; "
-        "run the experiment again",
-        source, single_line(name), single_line(text.substr(0, 200))));
+    throw InputError(
+        "{}: {} is \"{}\", which holds more than texts, numbers and curves, and gnuplot might run it as a command; run "
+        "the experiment again",
+        source, single_line(name), single_line(text.substr(0, 200)));
   };
   if (!is_file_name(recipe.id)) refuse("id", recipe.id);
   // Phrases take the place of others inside of quotes.
@@ -388,8 +388,8 @@ void require_harmless(const FigureRecipe& recipe, const std::string& source) {
     if (!is_harmless(key, text.get<std::string>())) refuse(key, text.get<std::string>());
   });
   if (has_template(recipe.wording.captions)) return;
-  throw InputError(fmt::format("{}: the program has no template {}; run the experiment again with this version", source,
-                               single_line(recipe.wording.captions)));
+  throw InputError("{}: the program has no template {}; run the experiment again with this version", source,
+                   single_line(recipe.wording.captions));
 }
 
 }  // namespace
@@ -419,10 +419,10 @@ FigureRecipe read_recipe(const std::string& json, const std::string& source) {
     read.at("captions").at("variables").get_to(recipe.wording.variables);
     recipe.wording.terms = read.at("captions").value("terms", "");
   } catch (const Json::exception& error) {
-    throw InputError(fmt::format(
+    throw InputError(
         "{}: this is no recipe of a figure ({}), so that its script cannot be filled from other templates; run the "
         "experiment again",
-        source, error.what()));
+        source, error.what());
   }
   require_harmless(recipe, source);
   return recipe;

@@ -6,7 +6,8 @@
 #include <array>
 #include <filesystem>
 #include <optional>
-#include <stdexcept>
+#include <sstream>
+#include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -37,18 +38,16 @@ constexpr double least_width_mm = 60, most_width_mm = 1000, least_points = 4, mo
 
 void require_possible(const FigureStyle& style) {
   const auto known = [&style](const auto& format) { return format.first == style.format; };
-  if (std::none_of(ends_of_formats.begin(), ends_of_formats.end(), known)) {
-    throw InputError(
-        fmt::format("there is no format {} for a figure; choose pdf, svg, eps, png or tikz", style.format));
+  if (std::ranges::none_of(ends_of_formats, known)) {
+    throw InputError("there is no format {} for a figure; choose pdf, svg, eps, png or tikz", style.format);
   }
   if (style.width_mm != 0 && !(style.width_mm >= least_width_mm && style.width_mm <= most_width_mm)) {
-    throw InputError(
-        fmt::format("a figure {:g} mm wide has no room for its text, or none on any page; give {:g} to {:g}",
-                    style.width_mm, least_width_mm, most_width_mm));
+    throw InputError("a figure {:g} mm wide has no room for its text, or none on any page; give {:g} to {:g}",
+                     style.width_mm, least_width_mm, most_width_mm);
   }
   if (!(style.font_points >= least_points && style.font_points <= most_points)) {
-    throw InputError(fmt::format("text of {:g} pt cannot be read or fills the figure; give {:g} to {:g}",
-                                 style.font_points, least_points, most_points));
+    throw InputError("text of {:g} pt cannot be read or fills the figure; give {:g} to {:g}", style.font_points,
+                     least_points, most_points);
   }
 }
 
@@ -66,53 +65,15 @@ std::string in_tex(std::string text) {
     text.replace(at, (group ? end + 1 : end) - at, tex);
     at += tex.size();
   }
-  constexpr std::pair<std::string_view, std::string_view> signs[] = {{"{/:Italic ", "\\textit{"},
-                                                                     {"α", "\\ensuremath{\\alpha}"},
-                                                                     {"β", "\\ensuremath{\\beta}"},
-                                                                     {"γ", "\\ensuremath{\\gamma}"},
-                                                                     {"δ", "\\ensuremath{\\delta}"},
-                                                                     {"Δ", "\\ensuremath{\\Delta}"},
-                                                                     {"ε", "\\ensuremath{\\varepsilon}"},
-                                                                     {"μ", "\\ensuremath{\\mu}"},
-                                                                     {"σ", "\\ensuremath{\\sigma}"},
-                                                                     {"τ", "\\ensuremath{\\tau}"},
-                                                                     {"χ", "\\ensuremath{\\chi}"},
-                                                                     {"θ", "\\ensuremath{\\theta}"},
-                                                                     {"φ", "\\ensuremath{\\varphi}"},
-                                                                     {"λ", "\\ensuremath{\\lambda}"},
-                                                                     {"₀", "\\ensuremath{_0}"},
-                                                                     {"₁", "\\ensuremath{_1}"},
-                                                                     {"₂", "\\ensuremath{_2}"},
-                                                                     {"₃", "\\ensuremath{_3}"},
-                                                                     {"₄", "\\ensuremath{_4}"},
-                                                                     {"ₚ", "\\ensuremath{_p}"},
-                                                                     {"²", "\\ensuremath{^2}"},
-                                                                     {"³", "\\ensuremath{^3}"},
-                                                                     {"⁰", "\\ensuremath{^0}"},
-                                                                     {"¹", "\\ensuremath{^1}"},
-                                                                     {"⁴", "\\ensuremath{^4}"},
-                                                                     {"⁵", "\\ensuremath{^5}"},
-                                                                     {"⁶", "\\ensuremath{^6}"},
-                                                                     {"⁷", "\\ensuremath{^7}"},
-                                                                     {"⁸", "\\ensuremath{^8}"},
-                                                                     {"⁹", "\\ensuremath{^9}"},
-                                                                     {"⁻", "\\ensuremath{^-}"},
-                                                                     {"|", "\\ensuremath{|}"},
-                                                                     {"½", "\\ensuremath{{}^1\\!/_2}"},
-                                                                     {"≈", "\\ensuremath{\\approx}"},
-                                                                     {"−", "\\ensuremath{-}"},
-                                                                     {"±", "\\ensuremath{\\pm}"},
-                                                                     {"≤", "\\ensuremath{\\le}"},
-                                                                     {"≥", "\\ensuremath{\\ge}"},
-                                                                     {"×", "\\ensuremath{\\times}"},
-                                                                     {"√", "\\ensuremath{\\surd}"},
-                                                                     {"°", "\\ensuremath{^\\circ}"},
-                                                                     {"–", "--"},
-                                                                     {"’", "'"},
-                                                                     {"∝", "\\ensuremath{\\propto}"},
-                                                                     {"⟨", "\\ensuremath{\\langle}"},
-                                                                     {"⟩", "\\ensuremath{\\rangle}"},
-                                                                     {"κ", "\\ensuremath{\\kappa}"}};
+  std::vector<std::pair<std::string, std::string>> signs = {{"{/:Italic ", "\\textit{"}, {"–", "--"}, {"’", "'"}};
+  // Each sign before what the mathematics of TeX calls it.
+  std::istringstream mathematics(
+      "α \\alpha β \\beta γ \\gamma δ \\delta Δ \\Delta ε \\varepsilon μ \\mu σ \\sigma τ \\tau χ \\chi "
+      "θ \\theta φ \\varphi λ \\lambda ₀ _0 ₁ _1 ₂ _2 ₃ _3 ₄ _4 ₚ _p ² ^2 ³ ^3 ⁰ ^0 ¹ ^1 ⁴ ^4 ⁵ ^5 ⁶ ^6 "
+      "⁷ ^7 ⁸ ^8 ⁹ ^9 ⁻ ^- | | ½ {}^1\\!/_2 ≈ \\approx − - ± \\pm ≤ \\le ≥ \\ge × \\times √ \\surd "
+      "° ^\\circ ∝ \\propto ⟨ \\langle ⟩ \\rangle κ \\kappa");
+  for (std::string sign, tex; mathematics >> sign >> tex;)
+    signs.emplace_back(sign, fmt::format("\\ensuremath{{{}}}", tex));
   for (const auto& [sign, tex] : signs) {
     for (std::size_t at = text.find(sign); at != std::string::npos; at = text.find(sign, at + tex.size())) {
       text.replace(at, sign.size(), tex);
@@ -176,16 +137,16 @@ std::optional<FigureRecipe> recipe_of_run(const fs::path& file, const std::strin
   std::error_code none;
   if (!fs::is_regular_file(file, none)) {
     if (trust_script) return std::nullopt;
-    throw InputError(fmt::format(
-        "{}: there is no such file, from which the script of the figure could be filled again, and a script "
-        "that stands in a folder can run any command; run the experiment again with this version, or give "
-        "--trust-script if you trust {}.gp",
-        file.string(), id));
+    throw InputError(
+        "{}: there is no such file, from which the script of the figure could be filled again, and a script that "
+        "stands in a folder can run any command; run the experiment again with this version, or give --trust-script if "
+        "you trust {}.gp",
+        file.string(), id);
   }
   FigureRecipe recipe = read_recipe(read_file(file), file.string());
   if (recipe.id == id) return recipe;
-  throw InputError(fmt::format("{}: this is the recipe of another figure, {}; run the experiment again", file.string(),
-                               single_line(recipe.id)));
+  throw InputError("{}: this is the recipe of another figure, {}; run the experiment again", file.string(),
+                   single_line(recipe.id));
 }
 
 /// What `fill` makes of a recipe; templates that lack one of its variables, or ask for more, are no mistake of this
@@ -197,10 +158,8 @@ auto filled(const fs::path& file, const Fill& fill) {
   } catch (const Error&) {
     throw;
   } catch (const std::exception& error) {  // of the templates, or of fields that are none
-    throw InputError(
-        fmt::format("{}: this recipe does not fit the templates ({}); run the experiment again with this "
-                    "version",
-                    file.string(), single_line(error.what())));
+    throw InputError("{}: this recipe does not fit the templates ({}); run the experiment again with this version",
+                     file.string(), single_line(error.what()));
   }
 }
 
@@ -215,14 +174,14 @@ std::optional<FileLabel> label_of_run(const fs::path& svg) {
 std::vector<std::string> plots_in(const fs::path& figures) {
   std::error_code none;
   if (!fs::is_directory(figures, none)) {
-    throw InputError(fmt::format(
-        "there is no folder {}, so no figure of a run; name the folder that `granuscope run` wrote", figures.string()));
+    throw InputError("there is no folder {}, so no figure of a run; name the folder that `granuscope run` wrote",
+                     figures.string());
   }
   std::vector<std::string> known;
   for (const auto& entry : fs::directory_iterator(figures, none)) {
     if (entry.path().extension() == ".gp") known.push_back(entry.path().stem().string());
   }
-  std::sort(known.begin(), known.end());
+  std::ranges::sort(known);
   return known;
 }
 
@@ -233,19 +192,16 @@ namespace {
 std::string eps_by_tex(const std::string& tikz, const std::string& id, double points) {
   const ScratchFolder scratch(fs::temp_directory_path(), id);
   write_file(scratch.path() / "figure.tikz", tikz);
-  write_file(
-      scratch.path() / "figure.tex",
-      fmt::format(
-          "\\documentclass{{article}}\n\\usepackage{{fix-cm}}\n\\usepackage{{tikz,gnuplot-lua-tikz}}\n"
-          "\\pagestyle{{empty}}\n\\parindent=0pt\n\\hoffset=-1in\n\\voffset=-1in\n\\textwidth=1200mm\n\\textheight="
-          "1200mm\n"
-          "\\begin{{document}}\n\\fontsize{{{0}}}{{{1}}}\\selectfont\n"
-          "\\setbox0=\\hbox{{\\input{{figure.tikz}}}}\n\\def\\hair{{\\hbox{{\\color{{white}}\\vrule width 0.01pt "
-          "height 0.01pt depth "
-          "0pt}}}}\n"
-          "\\hbox{{\\rlap{{\\lower\\dp0\\hair}}\\rlap{{\\raise\\ht0\\hair}}\\rlap{{\\kern\\wd0\\raise\\ht0\\hair}}"
-          "\\copy0}}\n\\end{{document}}\n",
-          points, 1.2 * points));
+  write_file(scratch.path() / "figure.tex",
+             fmt::format("\\documentclass{{article}}\n\\usepackage{{fix-cm}}\n\\usepackage{{tikz,gnuplot-lua-tikz}}\n"
+                         "\\pagestyle{{empty}}\n\\parindent=0pt\n\\hoffset=-1in\n\\voffset=-1in\n\\textwidth="
+                         "1200mm\n\\textheight=1200mm\n"
+                         "\\begin{{document}}\n\\fontsize{{{0}}}{{{1}}}\\selectfont\n"
+                         "\\setbox0=\\hbox{{\\input{{figure.tikz}}}}\n\\def\\hair{{\\hbox{{\\color{{white}}\\vrule "
+                         "width 0.01pt height 0.01pt depth 0pt}}}}\n"
+                         "\\hbox{{\\rlap{{\\lower\\dp0\\hair}}\\rlap{{\\raise\\ht0\\hair}}\\rlap{{"
+                         "\\kern\\wd0\\raise\\ht0\\hair}}\\copy0}}\n\\end{{document}}\n",
+                         points, 1.2 * points));
   const auto run = [&](const std::vector<std::string>& arguments) {
     ProcessSpec process;
     process.arguments = arguments;
@@ -255,9 +211,9 @@ std::string eps_by_tex(const std::string& tikz, const std::string& id, double po
     const ProcessResult result = run_process(process);
     if (!result.timed_out && result.exit_code == 0) return;
     throw EnvironmentError(
-        fmt::format("{} did not set {}: {} {}; the font TeX needs latex with TikZ and dvips (Debian: "
-                    "texlive-latex-base, texlive-pictures)",
-                    arguments.front(), id, describe_end(result), single_line(result.standard_error)));
+        "{} did not set {}: {} {}; the font TeX needs latex with TikZ and dvips (Debian: texlive-latex-base, "
+        "texlive-pictures)",
+        arguments.front(), id, describe_end(result), single_line(result.standard_error));
   };
   run({"latex", "-no-shell-escape", "-interaction=batchmode", "-halt-on-error", "figure.tex"});
   run({"dvips", "-q", "-E", "-o", "figure.eps", "figure.dvi"});
@@ -271,8 +227,7 @@ PlottedFigure plot_again(const fs::path& figures, const std::string& id, const F
   require_possible(style);
   if (style.font == font_of_tex && style.format != "tikz") {
     if (style.format != "eps")
-      throw InputError(
-          fmt::format("the font TeX is what TeX sets, as tikz or eps, not as {}; choose one of them", style.format));
+      throw InputError("the font TeX is what TeX sets, as tikz or eps, not as {}; choose one of them", style.format);
     FigureStyle tikz = style;
     tikz.format = "tikz";
     PlottedFigure plotted = plot_again(figures, id, tikz);
@@ -289,10 +244,10 @@ PlottedFigure plot_again(const fs::path& figures, const std::string& id, const F
   std::error_code none;
   if (id.find('/') != std::string::npos || !fs::is_regular_file(figures / (id + ".gp"), none)) {
     const bool picture = fs::is_regular_file(figures / (id + ".png"), none);
-    throw InputError(fmt::format(
+    throw InputError(
         "{}: {}; the plots there are: {}", figures.string(),
         picture ? id + " is a picture of beads, which granuscope render makes at any size" : "there is no plot " + id,
-        known.empty() ? "none" : fmt::format("{}", fmt::join(known, ", "))));
+        known.empty() ? "none" : fmt::format("{}", fmt::join(known, ", ")));
   }
   const fs::path recipe_file = figures / (id + ".json");
   const std::optional<FigureRecipe> recipe = recipe_of_run(recipe_file, id, style.trust_script);
@@ -337,9 +292,8 @@ PlottedFigure plot_again(const fs::path& figures, const std::string& id, const F
       {"LC_ALL", "C.UTF-8"}, {"HOME", scratch.path().string()}, {"XDG_CACHE_HOME", scratch.path().string()}};
   const ProcessResult result = run_process(process);
   const auto fail = [&](const std::string& what) {
-    throw EnvironmentError(fmt::format(
-        "gnuplot did not plot {}: {}; run `granuscope doctor` to see whether gnuplot and the font are there", id,
-        what));
+    throw EnvironmentError(
+        "gnuplot did not plot {}: {}; run `granuscope doctor` to see whether gnuplot and the font are there", id, what);
   };
   if (result.timed_out || result.exit_code != 0) fail(describe_end(result) + " " + single_line(result.standard_error));
   if (is_complaint(result.standard_error)) fail("it complained: " + single_line(result.standard_error));

@@ -6,18 +6,15 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <functional>
 #include <sstream>
 #include <stdexcept>
 #include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 #include "render/palette.h"
 #include "support/error.h"
 #include "support/plain_text.h"
-#include "support/provenance.h"
 #include "support/templates.h"
 
 namespace granuscope {
@@ -54,8 +51,7 @@ Catalogue read_catalogue(std::string_view text) {
     if (line.empty() || line.front() == '#') continue;
     const std::size_t at = line.find(arrow);
     if (at == std::string::npos || at == 0 || at + arrow.size() == line.size()) {
-      throw InputError(
-          fmt::format("plot/labels.txt: \"{}\" is no phrase; write `phrase -> phrase`", single_line(line)));
+      throw InputError("plot/labels.txt: \"{}\" is no phrase; write `phrase -> phrase`", single_line(line));
     }
     const Phrase phrase{line.substr(0, at), line.substr(at + arrow.size())};
     if (phrase.from == ".") {
@@ -64,8 +60,8 @@ Catalogue read_catalogue(std::string_view text) {
       catalogue.phrases.push_back(phrase);
     }
   }
-  std::stable_sort(catalogue.phrases.begin(), catalogue.phrases.end(),
-                   [](const Phrase& a, const Phrase& b) { return a.from.size() > b.from.size(); });
+  std::ranges::stable_sort(catalogue.phrases,
+                           [](const Phrase& a, const Phrase& b) { return a.from.size() > b.from.size(); });
   return catalogue;
 }
 
@@ -81,7 +77,7 @@ std::string translated(const std::string& text, const Catalogue& catalogue) {
       const bool begins = at == 0 || !is_letter(text[at - 1]) || !is_letter(text[at]);
       return begins && (end == text.size() || !is_letter(text[end]) || !is_letter(text[end - 1]));
     };
-    const auto found = std::find_if(catalogue.phrases.begin(), catalogue.phrases.end(), fits);
+    const auto found = std::ranges::find_if(catalogue.phrases, fits);
     if (found != catalogue.phrases.end()) {
       result += found->to;
       at += found->from.size();
@@ -125,9 +121,8 @@ std::string_view catalogue_of(const std::string& language) {
   if (language == "en") return "";
   if (language == "fr" || language == "de") return template_file(language + "/plot/labels.txt");
   throw InputError(
-      fmt::format("there is no language {} for figures; choose en, fr or de, or give a folder with "
-                  "plot/labels.txt by --templates",
-                  single_line(language)));
+      "there is no language {} for figures; choose en, fr or de, or give a folder with plot/labels.txt by --templates",
+      single_line(language));
 }
 
 }  // namespace granuscope

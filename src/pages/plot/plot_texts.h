@@ -1,9 +1,6 @@
 #pragma once
-#include <cstddef>
-#include <filesystem>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "plot/figure_captions.h"
 #include "plot/gnuplot.h"

@@ -9,7 +9,6 @@
 
 #include "plot/axes.h"
 #include "plot/figure_captions.h"
-#include "plot/gnuplot.h"
 #include "support/plain_text.h"
 
 namespace granuscope {
@@ -153,10 +152,7 @@ void name_points(Panel& upper, const PowerLawPanel& panel, const PowerLawAxes& a
     return std::log(value / axis.low) / std::log(axis.high / axis.low);
   };
   const auto bar = [&share](double value, double error, const Range& axis) {
-    Range reach;
-    reach.add(std::max(share(std::max(value - error, axis.low), axis), 0.0));
-    reach.add(share(value + error, axis));
-    return reach;
+    return range_of(std::max(share(std::max(value - error, axis.low), axis), 0.0), share(value + error, axis));
   };
   LabelledPanel area{(panel.right - panel.left) * plot_width_inches, panel.height, {}, {}};
   const auto add_power = [&](double x, double y, double exponent) {
@@ -169,10 +165,7 @@ void name_points(Panel& upper, const PowerLawPanel& panel, const PowerLawAxes& a
   if (!middle.extent.empty && !panel.paper_exponent.empty()) {
     add_power(middle.x, middle.y, std::stod(panel.paper_exponent));
   }
-  Range notes;
-  notes.add(1 - note_height * static_cast<double>(panel.notes.size()));
-  notes.add(1);
-  area.notes_y.push_back(notes);
+  area.notes_y.push_back(range_of(1 - note_height * static_cast<double>(panel.notes.size()), 1));
   std::vector<NamedPoint> points;
   for (const PowerLawPoint& point : series.points) {
     if (!fits_log_axes(point)) continue;
@@ -189,7 +182,7 @@ void name_points(Panel& upper, const PowerLawPanel& panel, const PowerLawAxes& a
 std::string off_scale_in_words(const PowerLawShown& panel, const std::string& what) {
   std::vector<std::string> series, places;
   for (const auto& [name, mu] : panel.off_scale) {
-    if (std::find(series.begin(), series.end(), name) == series.end()) series.push_back(name);
+    if (std::ranges::find(series, name) == series.end()) series.push_back(name);
   }
   for (const std::string& one : series) {
     std::vector<std::string> all;
@@ -295,8 +288,7 @@ Analysis without_imprecise_points(const Analysis& analysis) {
   const auto drop_if_imprecise = [](Estimate& estimate, double share) {
     if (!estimate.known()) estimate.reason = "why stands under the table of c and D";
     if (!estimate.known() || estimate.standard_error <= share * std::abs(estimate.value)) return;
-    estimate.reason =
-        fmt::format("too uncertain for a point: {}", value_with_error(estimate.value, estimate.standard_error));
+    estimate.reason = fmt::format("too uncertain for a point: {}", value_with_error(estimate));
     estimate.value = estimate.standard_error = std::numeric_limits<double>::quiet_NaN();
   };
   Analysis clear = analysis;
@@ -331,15 +323,12 @@ WindowMiddle middle_of_window(const std::vector<PowerLawPoint>& points, const st
 }
 
 Range window_on_axis(const std::array<double, 2>& window, const Range& axis) {
-  Range part;
-  part.add(std::clamp(window[0], axis.low, axis.high));
-  part.add(std::clamp(window[1], axis.low, axis.high));
-  return part;
+  return range_of(std::clamp(window[0], axis.low, axis.high), std::clamp(window[1], axis.low, axis.high));
 }
 
 std::string exponent_text(const ScalingFit& fit) {
   if (!fit.exponent.known()) return "unknown";
-  if (!fit.misses_the_points()) return value_with_error(fit.exponent.value, fit.exponent.standard_error);
+  if (!fit.misses_the_points()) return value_with_error(fit.exponent);
   return fmt::format("{} (χ² {}/{})", significant(fit.exponent.value, 3), significant(fit.scatter.chi2, 2),
                      fit.scatter.degrees_of_freedom);
 }

@@ -1,7 +1,5 @@
 #include "plot/response_field.h"
 
-#include <fmt/format.h>
-
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -10,9 +8,9 @@
 #include "analysis/double_gaussian.h"
 #include "analysis/mean_response.h"
 #include "model/lattice.h"
-#include "plot/gnuplot.h"
 #include "render/decorations.h"
 #include "storage/ensemble_file.h"
+#include "support/csv.h"
 #include "support/error.h"
 
 namespace granuscope {
@@ -84,11 +82,11 @@ MeasuredEnsemble open_response(const std::string& file, const std::string& confi
   if (response == quantities.end() ||
       response->second.width != (moved ? response_columns(ensemble.spec) : ensemble.spec.lattice.columns) ||
       ensemble.spec.lattice.layers < shown || ensemble.spec.lattice.columns < 2) {
-    throw InputError(fmt::format(
+    throw InputError(
         "{}: it has no response of as many columns and layers as its configuration says, so that there is nothing to "
         "be shown; name an ensemble of the estimators point or paired (others hold correlations), or make the file "
         "again",
-        file));
+        file);
   }
   ensemble.spec.lattice.layers = shown;
   return ensemble;

@@ -50,8 +50,8 @@ std::string in_words(const ScalingFit& fit) {
 
 Figure plot_scaling_with_friction(const Analysis& analysis, const std::filesystem::path& run_folder) {
   std::vector<OtherReading> readings{slopes_of(analysis)};
-  const auto second = std::find_if(analysis.readings.begin(), analysis.readings.end(),
-                                   [](const OtherReading& one) { return one.id == "at_one_depth"; });
+  const auto second =
+      std::ranges::find_if(analysis.readings, [](const OtherReading& one) { return one.id == "at_one_depth"; });
   if (second != analysis.readings.end()) readings.push_back(*second);
 
   PowerLawPanel D;
@@ -88,8 +88,7 @@ Figure plot_scaling_with_friction(const Analysis& analysis, const std::filesyste
   if (!left.shown && !right.shown) {
     throw InputError(
         "the figure of D and c0 - c against mu has nothing to show, because no friction coefficient has a positive "
-        "one; "
-        "use more samples or deeper layers, or switch the figure off");
+        "one; use more samples or deeper layers, or switch the figure off");
   }
   const Ink blue{"blue", 7};
   plot.add_key("slopes over the depth window", blue.points(0.55));
@@ -136,10 +135,8 @@ ScalingAxes make_axes(const std::vector<Transport>& results) {
   axes.D.add(0);
   for (const Transport& result : results) {
     if (!has_both(result)) continue;
-    for (const int sign : {-1, 1}) {
-      axes.D.add(result.D.value + sign * result.D.standard_error);
-      axes.c.add(result.c.value + sign * result.c.standard_error);
-    }
+    axes.D.add(result.D.value, result.D.standard_error);
+    axes.c.add(result.c.value, result.c.standard_error);
   }
   const double D_size = std::max(axes.D.size(), 0.001), c_size = std::max(axes.c.size(), 0.001);
   axes.D.low -= 0.05 * D_size;
@@ -150,10 +147,7 @@ ScalingAxes make_axes(const std::vector<Transport>& results) {
 }
 
 Range share_of(double value, double error, const Range& axis) {
-  Range share;
-  share.add((value - error - axis.low) / axis.size());
-  share.add((value + error - axis.low) / axis.size());
-  return share;
+  return range_of((value - error - axis.low) / axis.size(), (value + error - axis.low) / axis.size());
 }
 
 /// The height of both panels together, in inches, as the script lays them out.
@@ -300,11 +294,11 @@ bool has_both_speeds(const Transport& result) {
   return result.c.known() && result.c_thrust.known() && result.c_minus_c_thrust.known();
 }
 
-/// An axis with a margin at both ends, and `room` of its size more at the top.
-Range with_margins(Range data, double least, double room = 0) {
+/// An axis with a margin at both ends.
+Range with_margins(Range data, double least) {
   const double size = std::max(data.size(), least);
   data.low -= 0.07 * size;
-  data.high += (0.07 + room) * size;
+  data.high += 0.07 * size;
   return data;
 }
 
@@ -332,11 +326,9 @@ Figure plot_propagation_and_thrust(const Analysis& analysis, const std::filesyst
                    result.c_thrust.standard_error, gap.value, gap.standard_error});
     mu.add(result.scanned());
     if (std::abs(gap.value) > 3 * gap.standard_error && !result.exact) beyond_three.push_back(mu_text);
-    for (const int sign : {-1, 1}) {
-      speed.add(result.c.value + sign * result.c.standard_error);
-      speed.add(result.c_thrust.value);
-      difference.add(gap.value + sign * gap.standard_error);
-    }
+    speed.add(result.c.value, result.c.standard_error);
+    speed.add(result.c_thrust.value);
+    difference.add(gap.value, gap.standard_error);
   }
   if (table.empty()) {
     throw InputError(

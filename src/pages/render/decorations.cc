@@ -72,10 +72,10 @@ void Decorations::add_colour_scale(const Scene& scene, const Box& box, const Col
 
 void Decorations::add_arrow(const Layout& layout, Rgb colour, const Font& font) {
   if (layout.arrow.empty()) return;
-  const auto [left, right] = std::minmax_element(layout.arrow.begin(), layout.arrow.end(),
-                                                 [](const Corner& a, const Corner& b) { return a.x < b.x; });
-  const auto [top, bottom] = std::minmax_element(layout.arrow.begin(), layout.arrow.end(),
-                                                 [](const Corner& a, const Corner& b) { return a.y < b.y; });
+  const auto [left, right] =
+      std::ranges::minmax_element(layout.arrow, [](const Corner& a, const Corner& b) { return a.x < b.x; });
+  const auto [top, bottom] =
+      std::ranges::minmax_element(layout.arrow, [](const Corner& a, const Corner& b) { return a.y < b.y; });
   const double x = std::floor(left->x), y = std::floor(top->y);
   std::vector<Corner> corners;
   for (const Corner& corner : layout.arrow) corners.push_back({corner.x - x, corner.y - y});

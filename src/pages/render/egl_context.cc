@@ -4,7 +4,6 @@
 #include <EGL/egl.h>
 #include <EGL/eglext.h>
 #include <dlfcn.h>
-#include <fmt/format.h>
 
 #include <array>
 #include <cstring>
@@ -32,15 +31,14 @@ EglLibrary open_library() {
   void* const handle = ::dlopen("libEGL.so.1", RTLD_NOW | RTLD_LOCAL);
   if (handle == nullptr) {
     const char* reason = ::dlerror();
-    throw EnvironmentError(
-        fmt::format("EGL cannot be loaded ({}), and without it this backend cannot render; install libegl1",
-                    reason == nullptr ? "no reason given" : reason));
+    throw EnvironmentError("EGL cannot be loaded ({}), and without it this backend cannot render; install libegl1",
+                           reason == nullptr ? "no reason given" : reason);
   }
   EglLibrary library;
   const auto fetch = [&]<typename Function>(Function& function, const char* name) {
     function = reinterpret_cast<Function>(::dlsym(handle, name));
     if (function == nullptr) {
-      throw EnvironmentError(fmt::format("the EGL found here has no {}; install libegl1 of EGL 1.5", name));
+      throw EnvironmentError("the EGL found here has no {}; install libegl1 of EGL 1.5", name);
     }
   };
   fetch(library.bind_api, "eglBindAPI");
@@ -63,9 +61,9 @@ struct EglDisplay {
 
   [[noreturn]] void fail(const char* step) const {
     throw EnvironmentError(
-        fmt::format("EGL cannot {} (error {:#x}), so this backend cannot render; install "
-                    "libegl-mesa0 and libgl1-mesa-dri, or use --backend osmesa",
-                    step, egl.get_error()));
+        "EGL cannot {} (error {:#x}), so this backend cannot render; install libegl-mesa0 and libgl1-mesa-dri, or use "
+        "--backend osmesa",
+        step, egl.get_error());
   }
 
   EglDisplay() {

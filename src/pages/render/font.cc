@@ -7,7 +7,6 @@
 #include <array>
 #include <cctype>
 #include <cmath>
-#include <cstdlib>
 #include <type_traits>
 #include <utility>
 #include FT_FREETYPE_H
@@ -31,9 +30,8 @@ FT_Pos to_26_6(double pixels) { return static_cast<FT_Pos>(std::lround(pixels * 
 
 [[noreturn]] void fail(FT_Error error, const char* step, const std::string& font = font_path) {
   throw EnvironmentError(
-      fmt::format("FreeType cannot {} {} (error {}), so a picture would lack its labels; "
-                  "install fonts-dejavu-core",
-                  step, font, error));
+      "FreeType cannot {} {} (error {}), so a picture would lack its labels; install fonts-dejavu-core", step, font,
+      error);
 }
 
 /// Code points of a UTF-8 text of our own making (labels): no checks beyond the length.
@@ -240,7 +238,7 @@ std::optional<FontMatch> match_font(const std::string& name) {
   // Generic names stand for whatever is there.
   constexpr std::array generic = {"sans", "serif", "sans-serif", "monospace", "mono"};
   match.is_substitute = lower(said.substr(0, line)).find(lower(name)) == std::string::npos &&
-                        std::find(generic.begin(), generic.end(), lower(name)) == generic.end();
+                        std::ranges::find(generic, lower(name)) == generic.end();
   return match;
 }
 

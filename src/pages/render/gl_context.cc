@@ -36,8 +36,8 @@ void GlContext::load(Lookup lookup) {
   const auto fetch = [&]<typename Function>(Function& function, const char* gl_name) {
     function = reinterpret_cast<Function>(lookup(gl_name));
     if (function == nullptr) {
-      throw EnvironmentError(
-          fmt::format("the {} driver lacks {}, so it cannot render a picture; OpenGL 3.3 is needed", name(), gl_name));
+      throw EnvironmentError("the {} driver lacks {}, so it cannot render a picture; OpenGL 3.3 is needed", name(),
+                             gl_name);
     }
   };
 #define GRANUSCOPE_FETCH(function) fetch(gl_.function, "gl" #function);
@@ -67,7 +67,7 @@ void require_known_backend(const std::string& backend) {
   for (const char* known : {"auto", "osmesa", "egl", "none"}) {
     if (backend == known) return;
   }
-  throw InputError(fmt::format("there is no backend '{}' to render with; choose auto, osmesa, egl or none", backend));
+  throw InputError("there is no backend '{}' to render with; choose auto, osmesa, egl or none", backend);
 }
 
 std::unique_ptr<GlContext> make_gl_context(const std::string& backend) {
@@ -75,7 +75,7 @@ std::unique_ptr<GlContext> make_gl_context(const std::string& backend) {
   if (backend == "osmesa") return with_reason(make_osmesa_context(), "OSMesa was asked for by name");
   if (backend == "egl") return with_reason(make_egl_context(), "EGL was asked for by name");
   if (backend != "auto") {
-    throw InputError(fmt::format("the backend '{}' has no OpenGL; choose auto, osmesa or egl", backend));
+    throw InputError("the backend '{}' has no OpenGL; choose auto, osmesa or egl", backend);
   }
   std::string without_osmesa;
   try {
@@ -87,7 +87,7 @@ std::unique_ptr<GlContext> make_gl_context(const std::string& backend) {
   try {
     return with_reason(make_egl_context(), fmt::format("EGL stands in, without a display: {}", without_osmesa));
   } catch (const EnvironmentError& error) {
-    throw EnvironmentError(fmt::format("{}; nor can EGL stand in: {}", without_osmesa, error.what()));
+    throw EnvironmentError("{}; nor can EGL stand in: {}", without_osmesa, error.what());
   }
 }
 
@@ -107,8 +107,8 @@ void check_gl(const GlContext& context, const char* step) {
   // One call may note several; the list is emptied so that the next check starts clean.
   for (int i = 0; i < 16 && context.gl().GetError() != GL_NO_ERROR; ++i) {
   }
-  throw EnvironmentError(fmt::format("OpenGL reported {} while it was {}, so the picture would be wrong ({}, {})",
-                                     name_of(error), step, context.renderer(), context.version()));
+  throw EnvironmentError("OpenGL reported {} while it was {}, so the picture would be wrong ({}, {})", name_of(error),
+                         step, context.renderer(), context.version());
 }
 
 }  // namespace granuscope

@@ -10,8 +10,8 @@ namespace granuscope {
 namespace {
 
 [[noreturn]] void fail(const GlContext& context, const std::string& what, const std::string& log) {
-  throw EnvironmentError(fmt::format("the driver {} ({}) cannot {}, so no picture can be rendered: {}",
-                                     context.renderer(), context.version(), what, log));
+  throw EnvironmentError("the driver {} ({}) cannot {}, so no picture can be rendered: {}", context.renderer(),
+                         context.version(), what, log);
 }
 
 /// A compiled shader, needed only until its program is linked.

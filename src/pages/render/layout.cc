@@ -136,16 +136,14 @@ std::vector<double> axis_ticks(double low, double high, double pixels_per_diamet
 
 void require_size(const SceneSpec& spec) {
   if (spec.width_px < min_image_px || spec.width_px > max_image_px) {
-    throw InputError(fmt::format("an image cannot be {} pixels wide; choose a width from {} to {}", spec.width_px,
-                                 min_image_px, max_image_px));
+    throw InputError("an image cannot be {} pixels wide; choose a width from {} to {}", spec.width_px, min_image_px,
+                     max_image_px);
   }
   if (!is_resolution(spec.dpi)) {
-    throw InputError(
-        fmt::format("{} dpi is no resolution to render at; choose {} to {}", spec.dpi, least_dpi, most_dpi));
+    throw InputError("{} dpi is no resolution to render at; choose {} to {}", spec.dpi, least_dpi, most_dpi);
   }
   if (!(spec.text_points >= 4 && spec.text_points <= 40)) {
-    throw InputError(
-        fmt::format("text of {:g} pt cannot be read or fills the picture; give 4 to 40", spec.text_points));
+    throw InputError("text of {:g} pt cannot be read or fills the picture; give 4 to 40", spec.text_points);
   }
 }
 
@@ -209,9 +207,9 @@ PlotSize plot_size(const SceneSpec& spec, const Extent& extent, const std::vecto
   const Paper paper(spec.dpi);
   const int smallest = smallest_width(spec, extent, key_titles, font, paper);
   if (spec.width_px < smallest) {
-    throw InputError(fmt::format(
+    throw InputError(
         "an image {} pixels wide is too small for labels of {} pt at {} dpi; the smallest width is {} pixels",
-        spec.width_px, spec.text_points, spec.dpi, smallest));
+        spec.width_px, spec.text_points, spec.dpi, smallest);
   }
   const Margins margins = side_margins(spec, extent, font, paper);
   PlotSize size;
@@ -219,10 +217,10 @@ PlotSize plot_size(const SceneSpec& spec, const Extent& extent, const std::vecto
   size.pixels_per_diameter = size.width_px / extent.width();
   const double height = std::max(1.0, std::round(size.pixels_per_diameter * extent.height()));
   if (height > max_image_px) {
-    throw InputError(fmt::format(
+    throw InputError(
         "the picture of this window would be {:.0f} pixels high, and at most {} can be rendered; choose a smaller "
         "width or fewer layers",
-        height, max_image_px));
+        height, max_image_px);
   }
   size.height_px = static_cast<int>(height);
   return size;
@@ -255,9 +253,9 @@ class LayoutMaker {
     layout_.height = std::max(spec_.height_px, below_ + paper_.mm(margin_mm));
     if (layout_.height > max_image_px) {
       throw InputError(
-          fmt::format("the picture of this window would be {} pixels high, and at most {} can be rendered; choose "
-                      "a smaller width or fewer layers",
-                      layout_.height, max_image_px));
+          "the picture of this window would be {} pixels high, and at most {} can be rendered; choose a smaller width "
+          "or fewer layers",
+          layout_.height, max_image_px);
     }
     return std::move(layout_);
   }
@@ -461,7 +459,7 @@ Extent extent_of(const Lattice& lattice, const SceneSpec& spec) {
   if (spec.window) {
     const auto& window = *spec.window;
     const std::string given = fmt::format("the window {},{},{},{}", window[0], window[1], window[2], window[3]);
-    if (!std::all_of(window.begin(), window.end(), [](double value) { return std::isfinite(value); })) {
+    if (!std::ranges::all_of(window, [](double value) { return std::isfinite(value); })) {
       throw InputError(given + " is not made of numbers; give X0,X1 in bead diameters and N0,N1 as layers");
     }
     x0 = window[0];
@@ -478,14 +476,13 @@ Extent extent_of(const Lattice& lattice, const SceneSpec& spec) {
       throw InputError(given + " cuts through a layer; N0 and N1 are whole numbers, counted from 0 at the top");
     }
     if (n0 < 0 || n1 >= lattice.layers()) {
-      throw InputError(fmt::format("{} asks for layers that the pile does not have; it has the layers 0 to {}", given,
-                                   lattice.layers() - 1));
+      throw InputError("{} asks for layers that the pile does not have; it has the layers 0 to {}", given,
+                       lattice.layers() - 1);
     }
     if (x0 < -half || x1 > half) {
       throw InputError(
-          fmt::format("{} reaches around the ring of {} columns and would show beads twice; keep X0 and X1 "
-                      "between {} and {}",
-                      given, lattice.columns(), -half, half));
+          "{} reaches around the ring of {} columns and would show beads twice; keep X0 and X1 between {} and {}",
+          given, lattice.columns(), -half, half);
     }
   }
   // Whole beads: from the top of the first layer to the bottom of the last one.

@@ -5,7 +5,6 @@
 #if __has_include(<GL/osmesa.h>)
 #include <GL/osmesa.h>
 #include <dlfcn.h>
-#include <fmt/format.h>
 
 #include <array>
 #include <cstdlib>
@@ -34,15 +33,14 @@ OsMesaLibrary open_library() {
   if (handle == nullptr) {
     const char* reason = ::dlerror();
     throw EnvironmentError(
-        fmt::format("OSMesa cannot be loaded ({}), and without it this backend cannot render; install libosmesa6",
-                    reason == nullptr ? "no reason given" : reason));
+        "OSMesa cannot be loaded ({}), and without it this backend cannot render; install libosmesa6",
+        reason == nullptr ? "no reason given" : reason);
   }
   OsMesaLibrary library;
   const auto fetch = [&]<typename Function>(Function& function, const char* name) {
     function = reinterpret_cast<Function>(::dlsym(handle, name));
     if (function == nullptr) {
-      throw EnvironmentError(
-          fmt::format("the OSMesa found here has no {}; install libosmesa6 of Mesa 12 to 25.0", name));
+      throw EnvironmentError("the OSMesa found here has no {}; install libosmesa6 of Mesa 12 to 25.0", name);
     }
   };
   fetch(library.create, "OSMesaCreateContextAttribs");
@@ -60,10 +58,10 @@ void require_known_driver() {
   for (const std::string_view known : {"", "llvmpipe", "softpipe"}) {
     if (driver == known) return;
   }
-  throw EnvironmentError(fmt::format(
+  throw EnvironmentError(
       "GALLIUM_DRIVER={} names a driver that OSMesa does not have, so no picture can be rendered; unset it, or "
       "set it to llvmpipe",
-      single_line(driver, 40)));
+      single_line(driver, 40));
 }
 
 class OsMesaContext : public GlContext {

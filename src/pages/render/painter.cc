@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <span>
@@ -113,10 +112,10 @@ Image paint(const Scene& scene, const SceneSpec& spec, GlContext& context, const
 ImageMetadata describe(const Scene& scene) {
   const SceneCounts& counts = scene.counts;
   return {{"Scene",
-           fmt::format("{}; x {:g} to {:g}, z {:g} to {:g} bead diameters; {} from {:g} to {:g}, values from {:g} to "
-                       "{:g}; {}",
-                       scene.name, scene.extent.x0, scene.extent.x1, scene.extent.z0, scene.extent.z1, scene.key_title,
-                       scene.values.low, scene.values.high, scene.value_min, scene.value_max, scene.colour_map)},
+           fmt::format(
+               "{}; x {:g} to {:g}, z {:g} to {:g} bead diameters; {} from {:g} to {:g}, values from {:g} to {:g}; {}",
+               scene.name, scene.extent.x0, scene.extent.x1, scene.extent.z0, scene.extent.z1, scene.key_title,
+               scene.values.low, scene.values.high, scene.value_min, scene.value_max, scene.colour_map)},
           {"Elements", fmt::format("{} drawn, {} outside, {} too faint, {} aggregated", counts.drawn, counts.outside,
                                    counts.too_faint, counts.aggregated)}};
 }
@@ -259,10 +258,10 @@ std::size_t batch_size_of(ElementProgram& program, const GlContext& context, int
   for (const std::size_t size : batch_sizes) {
     if (program.draws_whole_batch(size, tile_samples)) return size;
   }
-  throw EnvironmentError(fmt::format(
+  throw EnvironmentError(
       "the driver {} ({}) leaves out what it is told to paint, so a picture would be wrong; choose another by "
       "--backend, and unset GALLIUM_DRIVER if it is set",
-      context.renderer(), context.version()));
+      context.renderer(), context.version());
 }
 
 /// Where the elements of a tile may lie. A tile at the edge of the plot area also takes what lies beyond.
@@ -286,9 +285,9 @@ void paint_plot_area(const Scene& scene, const LevelTable& table, Background bac
   tile_px = std::min(tile_px, std::max(scene.plot_width_px, scene.plot_height_px));
   const int tile_samples = tile_px * samples;
   if (tile_px < 1 || tile_samples > context.max_size()) {
-    throw EnvironmentError(fmt::format(
+    throw EnvironmentError(
         "a tile of {} samples is more than {} can paint ({}), and the rest would stay blank; use smaller tiles",
-        tile_samples, context.renderer(), context.max_size()));
+        tile_samples, context.renderer(), context.max_size());
   }
   const int tile_columns = (scene.plot_width_px + tile_px - 1) / tile_px;
   const int tile_rows = (scene.plot_height_px + tile_px - 1) / tile_px;

@@ -6,7 +6,6 @@
 #include <bit>
 #include <charconv>
 #include <cmath>
-#include <functional>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -53,7 +52,7 @@ Palette::Palette(std::string_view text, const std::string& source) : source_(sou
     if (line.empty() || line.front() == '#') continue;
 
     const auto refuse = [&](const std::string& reason) {
-      throw InputError(fmt::format("{}:{}: {}; a line reads `name = #rrggbb #rrggbb ...`", source, number, reason));
+      throw InputError("{}:{}: {}; a line reads `name = #rrggbb #rrggbb ...`", source, number, reason);
     };
     const auto equals = line.find('=');
     if (equals == std::string_view::npos) refuse("no '=' between a name and its colours");
@@ -78,7 +77,7 @@ const std::vector<Rgb>& Palette::colours(const std::string& name) const {
   if (found == entries_.end()) {
     std::string known;
     for (const auto& [key, value] : entries_) known += (known.empty() ? "" : ", ") + key;
-    throw InputError(fmt::format("no colour is called '{}' in {}; it has {}", name, source_, known));
+    throw InputError("no colour is called '{}' in {}; it has {}", name, source_, known);
   }
   return found->second;
 }
@@ -86,7 +85,7 @@ const std::vector<Rgb>& Palette::colours(const std::string& name) const {
 Rgb Palette::colour(const std::string& name) const {
   const auto& all = colours(name);
   if (all.size() != 1) {
-    throw InputError(fmt::format("'{}' in {} has {} colours where one is needed", name, source_, all.size()));
+    throw InputError("'{}' in {} has {} colours where one is needed", name, source_, all.size());
   }
   return all.front();
 }
@@ -103,13 +102,13 @@ std::uint8_t to_byte(double value) { return static_cast<std::uint8_t>(std::lroun
 std::vector<Rgb> anchors_of(const Palette& palette, const std::string& map, Sign sign, Rgb page) {
   const bool one_signed = map == "grey" || map == "viridis" || map == "cividis";
   if (sign == Sign::one && !one_signed) {
-    throw InputError(fmt::format(
+    throw InputError(
         "'{}' is not a colour map for a quantity of one sign, as this scene shows; choose grey, viridis or cividis",
-        map));
+        map);
   }
   if (sign == Sign::both && map != "diverging") {
-    throw InputError(fmt::format(
-        "'{}' is not a colour map for a quantity of both signs, as this scene shows; choose diverging", map));
+    throw InputError("'{}' is not a colour map for a quantity of both signs, as this scene shows; choose diverging",
+                     map);
   }
   std::vector<Rgb> colours = palette.colours(map);
   if (sign == Sign::both) {
@@ -118,7 +117,7 @@ std::vector<Rgb> anchors_of(const Palette& palette, const std::string& map, Sign
     }
     return colours;
   }
-  if (lightness(colours.front()) < lightness(colours.back())) std::reverse(colours.begin(), colours.end());
+  if (lightness(colours.front()) < lightness(colours.back())) std::ranges::reverse(colours);
   if (colours.front() != page) colours.insert(colours.begin(), page);
   return colours;
 }

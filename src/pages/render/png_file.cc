@@ -115,12 +115,12 @@ void pack(const std::uint8_t* pixels, int width, Channels channels, png_bytep ro
 }
 
 void require_keyword(const std::string& keyword) {
-  const bool printable = std::all_of(keyword.begin(), keyword.end(), [](char c) { return c >= ' ' && c <= '~'; });
+  const bool printable = std::ranges::all_of(keyword, [](char c) { return c >= ' ' && c <= '~'; });
   if (keyword.empty() || keyword.size() > 79 || !printable || keyword.front() == ' ' || keyword.back() == ' ') {
     throw InputError(
-        fmt::format("'{}' cannot be a keyword of a PNG: it must be 1 to 79 printable ASCII characters that "
-                    "neither start nor end with a blank",
-                    keyword));
+        "'{}' cannot be a keyword of a PNG: it must be 1 to 79 printable ASCII characters that neither start nor end "
+        "with a blank",
+        keyword);
   }
 }
 
@@ -137,9 +137,8 @@ struct PngWriter::State {
   [[noreturn]] void fail() const {
     const int reason = errno;
     throw_if_interrupted();
-    throw EnvironmentError(
-        fmt::format("cannot write '{}': {} Nothing was left behind.", path.string(),
-                    reason != 0 ? system_reason(reason) : fmt::format("{}.", encoder.error.message.data())));
+    throw EnvironmentError("cannot write '{}': {} Nothing was left behind.", path.string(),
+                           reason != 0 ? system_reason(reason) : fmt::format("{}.", encoder.error.message.data()));
   }
 
   std::filesystem::path path;
@@ -152,11 +151,11 @@ struct PngWriter::State {
 
 PngWriter::PngWriter(const std::filesystem::path& path, const Form& form, const ImageMetadata& metadata) {
   if (form.width < 1 || form.height < 1) {
-    throw InputError(fmt::format("an image of {} x {} pixels cannot be written to {}: it is empty", form.width,
-                                 form.height, path.string()));
+    throw InputError("an image of {} x {} pixels cannot be written to {}: it is empty", form.width, form.height,
+                     path.string());
   }
   if (!(form.dpi > 0) || !std::isfinite(form.dpi)) {
-    throw InputError(fmt::format("{} dpi is no resolution for an image", form.dpi));
+    throw InputError("{} dpi is no resolution for an image", form.dpi);
   }
   ImageMetadata texts_owned = metadata;  // libpng asks for pointers it could write through
   std::vector<png_text> texts;
@@ -171,8 +170,8 @@ PngWriter::PngWriter(const std::filesystem::path& path, const Form& form, const 
   }
   state_ = std::make_unique<State>(path, form);
   if (state_->file == nullptr) {
-    throw EnvironmentError(fmt::format("cannot write {}: {}; choose a folder that exists and may be written to",
-                                       path.string(), std::generic_category().message(errno)));
+    throw EnvironmentError("cannot write {}: {}; choose a folder that exists and may be written to", path.string(),
+                           std::generic_category().message(errno));
   }
   errno = 0;
   if (!encode_header(&state_->encoder, state_->file.get(), &form, texts.data(), static_cast<int>(texts.size()))) {

@@ -7,7 +7,6 @@
 #include <chrono>
 #include <cmath>
 #include <memory>
-#include <string>
 #include <utility>
 
 #include "model/pile.h"
@@ -66,9 +65,9 @@ SceneStatistics draw_layers(const std::shared_ptr<PileLayers>& pile, const std::
 void require_known_format(const std::filesystem::path& image) {
   const std::filesystem::path ending = image.extension();
   if (ending == ".png" || ending == ".svg" || ending == ".pdf") return;
-  throw InputError(fmt::format(
+  throw InputError(
       "'{}' ends neither in .png nor in .svg or .pdf, and no other format can be written; name a file ending so",
-      image.string()));
+      image.string());
 }
 
 SceneStatistics render_scene(const Scene& scene, const SceneSpec& spec, const std::filesystem::path& image_path,
@@ -137,8 +136,8 @@ SceneStatistics render_pile_file(const PictureFiles& files, const SceneSpec& spe
   for (const std::filesystem::path& pile : {files.pile, files.minus}) {
     std::error_code none;
     if (pile.empty() || !std::filesystem::equivalent(pile, files.image, none) || none) continue;
-    throw InputError(fmt::format("'{}' is the pile to be rendered, which the picture would replace; name another image",
-                                 files.image.string()));
+    throw InputError("'{}' is the pile to be rendered, which the picture would replace; name another image",
+                     files.image.string());
   }
   Lap lap;
   const std::shared_ptr<PileLayers> layers =
@@ -193,15 +192,15 @@ Film::Film(const Pile& pile, const Pile* minus, const FilmSpec& spec, ImageMetad
   layers_seen_ = 1 + static_cast<int>(std::floor((seen - 1) / (sqrt3 / 2)));
   if (seen < 1) {
     throw InputError(
-        fmt::format("a frame {} pixels high has no room for a layer of beads {:.1f} pixels wide beside its {} pixels "
-                    "of axes and colour scale; give a larger --height, a wider --window or a smaller --dpi",
-                    spec.height_px, low.pixels_per_diameter, around));
+        "a frame {} pixels high has no room for a layer of beads {:.1f} pixels wide beside its {} pixels of axes and "
+        "colour scale; give a larger --height, a wider --window or a smaller --dpi",
+        spec.height_px, low.pixels_per_diameter, around);
   }
   if (layers_seen_ > last_layer_ - first_layer_) {
     throw InputError(
-        fmt::format("the first frame would show all layers from {} to {}, so that nothing is left to slide over; give "
-                    "a narrower --window, or render a picture instead of a film",
-                    first_layer_, last_layer_));
+        "the first frame would show all layers from {} to {}, so that nothing is left to slide over; give a narrower "
+        "--window, or render a picture instead of a film",
+        first_layer_, last_layer_);
   }
   scene_spec.height_px = spec.height_px;
   frames_ = static_cast<std::size_t>((last_layer_ - first_layer_ + 1 - layers_seen_) / spec.step) + 1;

@@ -37,11 +37,10 @@ constexpr std::array<Kind, 4> kinds = {{{"forces", Quantity::force, Glyph::force
                                         {"response", Quantity::response, Glyph::bead, Sign::both, "diverging"}}};
 
 const Kind& kind_of(const std::string& scene) {
-  const auto* const found =
-      std::find_if(kinds.begin(), kinds.end(), [&](const Kind& kind) { return scene == kind.name; });
+  const auto* const found = std::ranges::find_if(kinds, [&](const Kind& kind) { return scene == kind.name; });
   if (found == kinds.end()) {
-    throw InputError(fmt::format("there is no scene '{}' to render of a pile; choose one of {}", scene,
-                                 fmt::join(pile_scenes(), ", ")));
+    throw InputError("there is no scene '{}' to render of a pile; choose one of {}", scene,
+                     fmt::join(pile_scenes(), ", "));
   }
   return *found;
 }
@@ -50,9 +49,9 @@ void require_pair(const PileView& pile, const PileView* minus, const Kind& kind)
   if (kind.quantity != Quantity::response) {
     if (minus == nullptr) return;
     throw InputError(
-        fmt::format("the scene '{}' shows one pile, so a second one would not be seen; the difference of two is the "
-                    "scene 'response'",
-                    kind.name));
+        "the scene '{}' shows one pile, so a second one would not be seen; the difference of two is the scene "
+        "'response'",
+        kind.name);
   }
   if (minus == nullptr) {
     throw InputError(
@@ -60,10 +59,10 @@ void require_pair(const PileView& pile, const PileView* minus, const Kind& kind)
         "of the same seed and sample, by --minus");
   }
   const auto refuse = [](const std::string& what) {
-    throw InputError(fmt::format(
-        "the two piles {}, so their difference would show chance and not a response; draw both with the same "
-        "command except for the load",
-        what));
+    throw InputError(
+        "the two piles {}, so their difference would show chance and not a response; draw both with the same command "
+        "except for the load",
+        what);
   };
   const Lattice &a = pile.lattice, &b = minus->lattice;
   if (a.columns() != b.columns() || a.layers() != b.layers()) {
@@ -87,8 +86,8 @@ void require_friction(const Kind& kind, double mu) {
 void require_finite_loads(const PileView& pile) {
   for (std::size_t bead = 0; bead < pile.load.size(); ++bead) {
     if (std::isfinite(pile.load[bead])) continue;
-    throw InputError(fmt::format(
-        "the load on bead {} is not a finite number, so the pile cannot be rendered; make the file again", bead));
+    throw InputError("the load on bead {} is not a finite number, so the pile cannot be rendered; make the file again",
+                     bead);
   }
 }
 
@@ -98,8 +97,8 @@ std::optional<Overload> find_overload(const PileView& pile, const Extent& extent
   if (load.size() < 3 || extent.z0 > 0) return std::nullopt;
   const double ordinary = load[0] == load[1] ? load[0] : load[2];
   const auto differs = [ordinary](double value) { return value != ordinary; };
-  if (std::count_if(load.begin(), load.end(), differs) != 1) return std::nullopt;
-  const auto bead = std::find_if(load.begin(), load.end(), differs) - load.begin();
+  if (std::ranges::count_if(load, differs) != 1) return std::nullopt;
+  const auto bead = std::ranges::find_if(load, differs) - load.begin();
   const double x = pile.lattice.x(0, static_cast<int>(bead));
   if (x < extent.x0 || x > extent.x1) return std::nullopt;
   return Overload{x, load[static_cast<std::size_t>(bead)] - (added ? ordinary : 0), added};
@@ -121,10 +120,10 @@ void walk_window(const LatticeValues& values, const Extent& extent, const VisitR
       values.values(layer, side, places.first, row);
       for (std::size_t k = 0; k < row.size(); ++k) {
         if (std::isfinite(row[k])) continue;
-        throw InputError(fmt::format(
-            "a force of bead {} in layer {} is not a finite number, so the pile cannot be rendered; make the "
-            "file again",
-            values.bead_at(places.first + static_cast<int>(k)), layer));
+        throw InputError(
+            "a force of bead {} in layer {} is not a finite number, so the pile cannot be rendered; make the file "
+            "again",
+            values.bead_at(places.first + static_cast<int>(k)), layer);
       }
       visit(row);
     }
@@ -137,8 +136,7 @@ std::array<double, 2> scale_ends(const Kind& kind, const SceneSpec& spec, const 
   if (spec.range) return checked_range(*spec.range, kind.sign);
   if (kind.quantity == Quantity::mobilisation) return {0, 1};
   double top = seen.quantile(scale_quantile);
-  if (kind.quantity == Quantity::force)
-    top = std::max(top, *std::max_element(pile.load.begin(), pile.load.end()) / sqrt3);
+  if (kind.quantity == Quantity::force) top = std::max(top, *std::ranges::max_element(pile.load) / sqrt3);
   const double high = std::isfinite(top) && top > 0 ? round_up(top) : 1;
   return {kind.sign == Sign::both ? -high : 0, high};
 }
@@ -423,7 +421,7 @@ void require_rows(const Field& field) {
 Extent field_extent(const Field& field, const SceneSpec& spec) {
   if (spec.window) {
     const auto& window = *spec.window;
-    const bool finite = std::all_of(window.begin(), window.end(), [](double value) { return std::isfinite(value); });
+    const bool finite = std::ranges::all_of(window, [](double value) { return std::isfinite(value); });
     if (!finite || window[1] - window[0] < 1 || window[2] > window[3] || window[2] < 0 || window[3] > 1e9) {
       throw InputError("the window of the field is empty; it needs X0 < X1, a bead diameter apart, and N0 <= N1");
     }

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
-#include <span>
 #include <vector>
 
 #include "render/sample_grid.h"

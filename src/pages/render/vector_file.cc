@@ -3,10 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <memory>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "render/font.h"
@@ -168,8 +166,7 @@ void paint_elements(const Scene& scene, const Layout& layout, const LevelTable& 
   scene.elements(scene.extent, [&](const Element& element) {
     if (table.visible[element.level]) elements.push_back(element);
   });
-  std::stable_sort(elements.begin(), elements.end(),
-                   [](const Element& a, const Element& b) { return a.level < b.level; });
+  std::ranges::stable_sort(elements, [](const Element& a, const Element& b) { return a.level < b.level; });
   const double scale = scene.pixels_per_diameter;
   const auto across = [&](double x) { return layout.plot.left + (x - scene.extent.x0) * scale; };
   const auto down = [&](double z) { return layout.plot.top + (z - scene.extent.z0) * scale; };
@@ -235,10 +232,10 @@ std::array<int, 2> write_vector(const std::filesystem::path& path, const Scene& 
                                 const ImageMetadata& metadata) {
   const std::uint64_t elements = scene.counts.drawn + scene.counts.aggregated;
   if (elements > most_vector_elements) {
-    throw InputError(fmt::format(
+    throw InputError(
         "the scene has {} elements, and a vector picture of more than {} is slow to open; choose a window, or write a "
         "PNG",
-        elements, most_vector_elements));
+        elements, most_vector_elements);
   }
   const Palette& palette = Palette::builtin();
   const ColourScale scale(palette, scene.colour_map, scene.values.sign);

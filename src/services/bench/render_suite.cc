@@ -70,9 +70,8 @@ void make_pile(const RenderCase& picture, const std::filesystem::path& file) {
   }
   int status = 0;
   if (::waitpid(child, &status, 0) != child || !WIFEXITED(status) || WEXITSTATUS(status) != 0) {
-    throw EnvironmentError(
-        fmt::format("a pile of {} x {} beads could not be made in {}; see whether there is memory and space",
-                    picture.columns, picture.layers, file.parent_path().string()));
+    throw EnvironmentError("a pile of {} x {} beads could not be made in {}; see whether there is memory and space",
+                           picture.columns, picture.layers, file.parent_path().string());
   }
 }
 
@@ -130,9 +129,8 @@ RenderTiming time_once(const RenderCase& picture, const std::filesystem::path& p
 }
 
 const RenderTiming* find(const RenderBench& bench, const std::string& name) {
-  const auto found = std::find_if(bench.timings.begin(), bench.timings.end(), [&](const RenderTiming& timing) {
-    return timing.picture.name == name && timing.failure.empty();
-  });
+  const auto found = std::ranges::find_if(
+      bench.timings, [&](const RenderTiming& timing) { return timing.picture.name == name && timing.failure.empty(); });
   return found == bench.timings.end() ? nullptr : &*found;
 }
 

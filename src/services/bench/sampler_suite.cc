@@ -17,6 +17,7 @@
 #include "sampling/sampler.h"
 #include "support/error.h"
 #include "support/machine.h"
+#include "support/names.h"
 #include "support/progress.h"
 
 namespace granuscope {
@@ -86,7 +87,7 @@ class Piles {
 
   void draw(SamplerEngine engine, std::uint64_t group) {
     const std::uint64_t first = group * piles_together;
-    std::fill(failures_.begin(), failures_.end(), std::nullopt);
+    std::ranges::fill(failures_, std::nullopt);
     if (engine == SamplerEngine::batch) {
       std::iota(samples_.begin(), samples_.end(), first);
       const std::size_t at_once = piles_at_once(spec_, lattice_);
@@ -213,7 +214,7 @@ std::vector<ThreadScaling> time_threads(int most) {
           seconds_on_threads(counts[c], [&](int thread) { ends[static_cast<std::size_t>(thread)] = compute(); }).wall);
     }
   }
-  if (!std::all_of(ends.begin(), ends.end(), [](double end) { return std::isfinite(end); })) {
+  if (!std::ranges::all_of(ends, [](double end) { return std::isfinite(end); })) {
     throw std::logic_error("the arithmetic loop left its interval");
   }
   std::vector<ThreadScaling> scaling;
@@ -226,7 +227,7 @@ std::vector<ThreadScaling> time_threads(int most) {
 }
 
 const SamplerCase* find(const SamplerBench& bench, double mu, const LatticeSpec& lattice, SamplerEngine engine) {
-  const auto found = std::find_if(bench.cases.begin(), bench.cases.end(), [&](const SamplerCase& c) {
+  const auto found = std::ranges::find_if(bench.cases, [&](const SamplerCase& c) {
     return c.mu == mu && c.lattice.columns == lattice.columns && c.lattice.layers == lattice.layers &&
            c.engine == engine;
   });
@@ -265,17 +266,11 @@ void add_ratios(SamplerBench& bench, const SamplerBenchOptions& options) {
 }  // namespace
 
 std::string name_of(SamplerEngine engine) {
-  switch (engine) {
-    case SamplerEngine::scalar:
-      return "scalar";
-    case SamplerEngine::beads:
-      return "beads";
-    case SamplerEngine::batch:
-      return "batch";
-    case SamplerEngine::no_rejection:
-      return "no-rejection";
-  }
-  return {};
+  static constexpr Names<SamplerEngine, 4> names{{{SamplerEngine::scalar, "scalar"},
+                                                  {SamplerEngine::beads, "beads"},
+                                                  {SamplerEngine::batch, "batch"},
+                                                  {SamplerEngine::no_rejection, "no-rejection"}}};
+  return name_in(names, engine);
 }
 
 SamplerBench run_sampler_suite(const SamplerBenchOptions& options, const std::function<void(const std::string&)>& say) {
@@ -355,8 +350,7 @@ std::string sampler_bench_json(const SamplerBench& bench) {
   return fmt::format(
       "{{\n  \"suite\": \"sampler\",\n  \"lanes\": {},\n  \"instruction_set\": \"{}\",\n  \"cases\": [\n{}\n  ],\n"
       "  \"batch_ns_per_bead_by_phase\": [\n{}\n  ],\n  \"scaling\": [\n{}\n  ],\n  \"memory\": {},\n  \"ratios\": "
-      "{{\n{}\n  }},\n  "
-      "\"targets\": [\n{}\n  ]\n}}\n",
+      "{{\n{}\n  }},\n  \"targets\": [\n{}\n  ]\n}}\n",
       group_lanes, bench.instruction_set, fmt::join(cases, ",\n"), fmt::join(where, ",\n"), fmt::join(scaling, ",\n"),
       memory, fmt::join(ratios, ",\n"), fmt::join(targets, ",\n"));
 }

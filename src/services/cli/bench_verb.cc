@@ -62,8 +62,7 @@ ExitCode bench_render(const BenchOptions& options, VerbContext& context) {
       options.folder.empty() ? std::filesystem::temp_directory_path(none) : std::filesystem::path(options.folder);
   if (none) {
     throw EnvironmentError(
-        "there is no folder for temporary files (TMPDIR), and so no place for the piles; name one "
-        "with --folder");
+        "there is no folder for temporary files (TMPDIR), and so no place for the piles; name one with --folder");
   }
   remove_leftovers(folder);
   const ScratchFolder scratch(folder, "bench");
@@ -99,8 +98,8 @@ std::string names_of_suites(bool with_descriptions) {
 /// A flag that belongs to another suite would change nothing.
 void refuse_foreign_flags(const BenchOptions& options) {
   const auto refuse = [&](const char* flag, const char* owner) {
-    throw InputError(fmt::format("{} belongs to the suite {} and would change nothing in {}; leave it out", flag, owner,
-                                 options.suite));
+    throw InputError("{} belongs to the suite {} and would change nothing in {}; leave it out", flag, owner,
+                     options.suite);
   };
   const AccuracyOptions usual;
   if (options.suite == "sampler" && options.quick) refuse("--quick", "render or accuracy");
@@ -125,7 +124,7 @@ ExitCode bench(const BenchOptions& options, VerbContext& context) {
       throw Interrupted("stopped on request: a suite measured half tells nothing, so nothing was written; start again");
     }
   }
-  throw InputError(fmt::format("there is no suite '{}' to run; known are {}", options.suite, names_of_suites(false)));
+  throw InputError("there is no suite '{}' to run; known are {}", options.suite, names_of_suites(false));
 }
 
 }  // namespace

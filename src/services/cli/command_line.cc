@@ -88,7 +88,7 @@ std::string find_unknown_flag(const CLI::App& verb, int argc, const char* const*
       return fmt::format("{} has no flag {}", verb.get_name(), word.substr(0, 2));
     }
     const std::string flag = word.substr(2, word.find('=') - 2);
-    if (std::find(known.begin(), known.end(), flag) != known.end()) continue;
+    if (std::ranges::find(known, flag) != known.end()) continue;
     const auto meant = nearest_name(flag, known);
     return fmt::format("{} has no flag --{}{}", verb.get_name(), flag,
                        meant ? fmt::format("; did you mean --{}?", *meant) : "");
@@ -137,8 +137,8 @@ std::string explain(const CLI::ParseError& error, const CLI::App& app, int argc,
     if (!words.empty()) what = fmt::format("\"{}\" is one word more than is expected here", words.front());
   }
   if (what == "CONFIG is required") {
-    return "an experiment file is needed, since it says what to run; name one, or take a built-in one: "
-           "granuscope example lists them";
+    return "an experiment file is needed, since it says what to run; name one, or take a built-in one: granuscope "
+           "example lists them";
   }
   constexpr std::string_view unconverted = "Could not convert: ";
   if (what.starts_with(unconverted)) {
@@ -153,8 +153,7 @@ void require_values(const CLI::App& verb) {
   for (const CLI::Option* option : verb.get_options()) {
     for (const std::string& value : option->results()) {
       if (value.empty()) {
-        throw InputError(
-            fmt::format("{} is empty, which names nothing; give it a value or leave it out", option->get_name()));
+        throw InputError("{} is empty, which names nothing; give it a value or leave it out", option->get_name());
       }
     }
   }
@@ -180,8 +179,8 @@ bool lacks_threads(const std::exception& error) {
 
 ExitCode parse_and_act(int argc, const char* const* argv, std::ostream& out, std::ostream& err, Crew* crew) {
   CLI::App app{
-      "Random force networks of frictional beads: how a point load spreads through them, in numbers, pictures and "
-      "one report.",
+      "Random force networks of frictional beads: how a point load spreads through them, in numbers, pictures and one "
+      "report.",
       "granuscope"};
   app.footer(exit_codes);
   app.require_subcommand(1);
@@ -266,8 +265,8 @@ int run_command_line(int argc, const char* const* argv, std::ostream& out, std::
   } catch (const std::exception& error) {
     message = lacks_threads(error)
                   ? fmt::format(
-                        "no thread can be started ({}), and without one nothing is drawn; raise the limit on "
-                        "processes (ulimit -u, or that of the container)",
+                        "no thread can be started ({}), and without one nothing is drawn; raise the limit on processes "
+                        "(ulimit -u, or that of the container)",
                         error.what())
                   : fmt::format("a fault of the program, not of the input: {}; please report it with the command line",
                                 error.what());

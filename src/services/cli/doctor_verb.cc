@@ -1,6 +1,5 @@
 #include <fmt/core.h>
 #include <fmt/ranges.h>
-#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
@@ -8,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "cli/flag_checks.h"
 #include "cli/verbs.h"
 #include "render/gl_context.h"
 #include "report/clean_json.h"

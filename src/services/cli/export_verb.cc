@@ -51,13 +51,12 @@ std::string format_of(const ExportOptions& options) {
   }
   if (options.format.empty() && told.empty()) {
     throw InputError(
-        fmt::format("the name {} does not say a format; let it end with .vtu, .local, .graphml, .csv or .vti, or give "
-                    "--format",
-                    options.file.path));
+        "the name {} does not say a format; let it end with .vtu, .local, .graphml, .csv or .vti, or give --format",
+        options.file.path);
   }
   if (!options.format.empty() && !told.empty() && options.format != told) {
-    throw InputError(fmt::format("the name {} says {} and --format says {}; let both say the same", options.file.path,
-                                 told, options.format));
+    throw InputError("the name {} says {} and --format says {}; let both say the same", options.file.path, told,
+                     options.format);
   }
   return options.format.empty() ? told : options.format;
 }
@@ -68,8 +67,7 @@ Format chosen(const Names<Format, count>& formats, const std::string& format, co
   for (const auto& [one, name] : formats) {
     if (name == format) return one;
   }
-  throw InputError(
-      fmt::format("{} is {}, which can be exported as {}, not as {}", file, kind, all_names(formats), format));
+  throw InputError("{} is {}, which can be exported as {}, not as {}", file, kind, all_names(formats), format);
 }
 
 /// What the file says of itself. It names no folder: the same pile gives the same bytes anywhere.
@@ -82,8 +80,7 @@ void export_ensemble(const ExportOptions& options, const std::string& format, co
                      const Accept& accept) {
   const FieldFormat wanted = chosen(field_formats, format, options.source, "an ensemble");
   if (!options.part.empty()) {
-    throw InputError(
-        fmt::format("{} is an ensemble, which has neither beads nor contacts; leave out --part", options.source));
+    throw InputError("{} is an ensemble, which has neither beads nor contacts; leave out --part", options.source);
   }
   export_field(open_response(options.source, configuration), wanted, options.file.path, origin_of(options.source),
                accept);
@@ -97,7 +94,7 @@ void export_pile_file(const ExportOptions& options, const std::string& format, c
   what.format = chosen(pile_formats, format, options.source, "a pile");
   if (!options.part.empty()) what.part = named_in(parts, options.part, "part");
   if (!options.part.empty() && !has_parts(what.format)) {
-    throw InputError(fmt::format("a file of the format {} has beads and contacts; leave out --part", format));
+    throw InputError("a file of the format {} has beads and contacts; leave out --part", format);
   }
   what.origin = fmt::format("{}: {} columns x {} layers, mu {}, law {}, seed {}, sample {}", origin_of(options.source),
                             pile.lattice.columns(), pile.lattice.layers(), exact(pile.mu), single_line(pile.law),
@@ -135,10 +132,9 @@ void add_export_verb(CLI::App& app, VerbContext& context) {
                    "of a pile: vtu (ParaView), dump-local (LAMMPS, LIGGGHTS, OVITO), pegs (PeGS2), graphml (NetworkX, "
                    "Gephi) or csv; of an ensemble: vti (ParaView) or csv (by the file's suffix if not given)")
       ->transform(CLI::detail::to_lower);
-  verb->add_option(
-      "--part", options->part,
-      "contacts or beads: what a file of the formats dump-local, pegs and csv holds, which keep them apart "
-      "(contacts if not given)");
+  verb->add_option("--part", options->part,
+                   "contacts or beads: what a file of the formats dump-local, pegs and csv holds, which keep them "
+                   "apart (contacts if not given)");
   add_output(*verb, "-o,--out", options->file, "file to write")->required();
   verb->callback(
       [options, &context] { context.action = [options, &context] { return export_file(*options, context); }; });

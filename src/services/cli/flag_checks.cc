@@ -2,13 +2,8 @@
 
 #include <fmt/core.h>
 
-#include <algorithm>
-#include <charconv>
 #include <cstdint>
-#include <cstdlib>
-#include <limits>
 #include <string>
-#include <system_error>
 
 #include "storage/ensemble_file.h"
 #include "support/error.h"
@@ -90,9 +85,9 @@ void require_memory(double bytes) {
   const double memory = usable_memory();
   if (!(bytes > memory)) return;
   throw EnvironmentError(
-      fmt::format("about {} of memory are needed but this machine, or its container, has {}; make the pile smaller or "
-                  "use fewer --threads",
-                  describe_bytes(bytes), describe_bytes(memory)));
+      "about {} of memory are needed but this machine, or its container, has {}; make the pile smaller or use fewer "
+      "--threads",
+      describe_bytes(bytes), describe_bytes(memory));
 }
 
 }  // namespace granuscope

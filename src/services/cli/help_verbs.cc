@@ -48,7 +48,7 @@ const CLI::App& verb_named(const CLI::App& app, const std::string& name) {
     const auto meant = nearest_name(name, verbs);
     return meant ? fmt::format("did you mean {}?", *meant) : fmt::format("the verbs are {}", fmt::join(verbs, ", "));
   };
-  throw InputError(fmt::format("there is no verb \"{}\"; {}", name, told()));
+  throw InputError("there is no verb \"{}\"; {}", name, told());
 }
 
 void add_help_verb(CLI::App& app, VerbContext& context) {
@@ -107,10 +107,10 @@ ExitCode print_example(std::string name, VerbContext& context) {
     return ExitCode::done;
   }
   if (name.ends_with(extension)) name.resize(name.size() - extension.size());
-  if (std::find(names.begin(), names.end(), name) == names.end()) {
+  if (std::ranges::find(names, name) == names.end()) {
     const auto meant = nearest_name(name, names);
-    throw InputError(fmt::format("there is no example {}; {}built in are {}", name,
-                                 meant ? fmt::format("did you mean {}? ", *meant) : "", fmt::join(names, ", ")));
+    throw InputError("there is no example {}; {}built in are {}", name,
+                     meant ? fmt::format("did you mean {}? ", *meant) : "", fmt::join(names, ", "));
   }
   context.out << text_of_example(name);
   return ExitCode::done;
@@ -136,7 +136,7 @@ std::string lower(std::string text) {
 std::vector<GlossaryEntry> entries_of(const std::string& word, const std::vector<GlossaryEntry>& all) {
   std::vector<GlossaryEntry> exact, near;
   for (const GlossaryEntry& entry : all) {
-    const auto is = [&](const auto& same) { return std::any_of(entry.names.begin(), entry.names.end(), same); };
+    const auto is = [&](const auto& same) { return std::ranges::any_of(entry.names, same); };
     const std::string small = lower(word), one = small.ends_with('s') ? small.substr(0, small.size() - 1) : small;
     if (is([&](const std::string& name) { return name == word; })) exact.push_back(entry);
     if (is([&](const std::string& name) { return lower(name) == small || lower(name) == one; })) near.push_back(entry);
@@ -162,9 +162,9 @@ ExitCode explain_word(const std::string& word, VerbContext& context) {
       if (tells || lower(entry.names.front()).find(lower(word)) != std::string::npos) holding.push_back(entry.names[0]);
     }
     if (const auto meant = nearest_name(word, names)) holding.insert(holding.begin(), *meant);
-    throw InputError(fmt::format("the glossary has no word {}; {}", word,
-                                 holding.empty() ? "granuscope explain lists all that it has"
-                                                 : fmt::format("nearest are {}", fmt::join(holding, ", "))));
+    throw InputError("the glossary has no word {}; {}", word,
+                     holding.empty() ? "granuscope explain lists all that it has"
+                                     : fmt::format("nearest are {}", fmt::join(holding, ", ")));
   }
   for (const GlossaryEntry& entry : found) {
     context.out << fmt::format("{}: {}.\n", fmt::join(entry.names, ", "), entry.text);

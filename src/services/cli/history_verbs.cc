@@ -48,8 +48,8 @@ ExitCode nightly(const NightlyVerbOptions& given, VerbContext& context) {
   if (night.status == "fine") return ExitCode::done;
   context.out << "night " << describe(night) << '\n';
   // What the machine lacked says nothing against the numbers.
-  const bool machine_only = std::all_of(night.alarms.begin(), night.alarms.end(),
-                                        [](const Alarm& one) { return one.state != "open" || one.kind == lacking; });
+  const bool machine_only =
+      std::ranges::all_of(night.alarms, [](const Alarm& one) { return one.state != "open" || one.kind == lacking; });
   return machine_only ? ExitCode::environment : ExitCode::verdict_differs;
 }
 
@@ -65,15 +65,14 @@ void add_nightly_verb(CLI::App& app, VerbContext& context) {
   verb->add_option("EXPERIMENT", options->config, "experiment file (TOML)")->required();
   verb->add_option("--history", options->history, "folder of the history")->required();
   verb->add_option("--keep", options->keep, "reports kept")->capture_default_str()->check(CLI::Range(1, 100000));
-  verb->add_option(
-          "--grow", options->grow,
-          "samples by which the pool grows, at least 1, rounded up to whole rounds of eight for each block (default: "
-          "response.samples)")
+  verb->add_option("--grow", options->grow,
+                   "samples by which the pool grows, at least 1, rounded up to whole rounds of eight for each block "
+                   "(default: response.samples)")
       ->check(whole_number())
       ->check([](const std::string& text) {
-        return text.find_first_not_of('0') == std::string::npos ? "a pool that does not grow is no measurement; give 1 "
-                                                                  "or more"
-                                                                : "";
+        return text.find_first_not_of('0') == std::string::npos
+                   ? "a pool that does not grow is no measurement; give 1 or more"
+                   : "";
       });
   verb->add_option("--set", options->overrides, "KEY=VALUE in the place of what EXPERIMENT says; may be repeated")
       ->expected(1)

@@ -2,10 +2,8 @@
 #include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <filesystem>
 #include <memory>
-#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -52,10 +50,10 @@ std::string file_text(const NewOptions& options) {
   for (const std::string& one : options.errors) {
     const std::size_t equals = one.find('=');
     if (equals == std::string::npos || (one.substr(0, equals) != "c" && one.substr(0, equals) != "D")) {
-      throw InputError(fmt::format("--error-of {} asks for nothing; write c=0.001 or D=0.01", one));
+      throw InputError("--error-of {} asks for nothing; write c=0.001 or D=0.01", one);
     }
     if (!asked.insert(one.substr(0, equals)).second) {
-      throw InputError(fmt::format("--error-of {}: its error was given before; give one of c and one of D", one));
+      throw InputError("--error-of {}: its error was given before; give one of c and one of D", one);
     }
     double error = 0;
     key_fields::from_text(error, one.substr(equals + 1));
@@ -104,8 +102,7 @@ std::string told_of(const std::string& text, const NewOptions& options) {
 ExitCode write_new(const NewOptions& options, VerbContext& context) {
   std::error_code none;
   if (!options.file.empty() && std::filesystem::exists(std::filesystem::symlink_status(options.file, none))) {
-    throw InputError(
-        fmt::format("{} is there already, and an experiment is never written over; name another file", options.file));
+    throw InputError("{} is there already, and an experiment is never written over; name another file", options.file);
   }
   const std::string text = told_of(file_text(options), options);
   if (options.file.empty()) {

@@ -43,17 +43,17 @@ int pixels(const std::string& text, double dpi) {
   constexpr double most = 1e9;
   const double width = measure_in(text, {{"px", 1}, {"mm", dpi / 25.4}, {"cm", dpi / 2.54}, {"in", dpi}});
   if (width > 0) return static_cast<int>(std::lround(std::clamp(width, 1.0, most)));
-  throw InputError(fmt::format("--width {} is no width; write 1600 (pixels), 86mm, 8.6cm or 3.37in", text));
+  throw InputError("--width {} is no width; write 1600 (pixels), 86mm, 8.6cm or 3.37in", text);
 }
 
 }  // namespace
 
 void add_page_options(CLI::App& verb, PageOptions& page, const std::string& width_help, const std::string& fonts) {
   verb.add_option("--width", page.width, width_help);
-  verb.add_option("--font", page.font,
-                  "of all text, as fontconfig names it; of one that is not here fontconfig's substitute is taken, and "
-                  "named" +
-                      fonts)
+  verb.add_option(
+          "--font", page.font,
+          "of all text, as fontconfig names it; of one that is not here fontconfig's substitute is taken, and named" +
+              fonts)
       ->capture_default_str();
   verb.add_option("--font-size", page.font_size, "8pt, or 8; room around the axes grows with it");
   verb.add_option("--language", page.language, "of its texts and decimal point: en, fr or de")->capture_default_str();
@@ -67,13 +67,13 @@ void tell_substitute(const std::string& asked, const std::string& taken, VerbCon
 double points(const std::string& text) {
   const double size = measure_in(text, {{"pt", 1}});
   if (size > 0) return size;
-  throw InputError(fmt::format("--font-size {} is no size of text; write 8pt or 8", text));
+  throw InputError("--font-size {} is no size of text; write 8pt or 8", text);
 }
 
 double millimetres(const std::string& text) {
   const double width = measure_in(text, {{"mm", 1}, {"cm", 10}, {"in", 25.4}});
   if (width > 0) return width;
-  throw InputError(fmt::format("--width {} is no width; write 86mm, 8.6cm or 3.37in", text));
+  throw InputError("--width {} is no width; write 86mm, 8.6cm or 3.37in", text);
 }
 
 bool parse_numbers(std::string_view text, std::span<double> numbers) {
@@ -91,8 +91,8 @@ bool parse_numbers(std::string_view text, std::span<double> numbers) {
 std::array<double, 2> parse_range(std::string_view text) {
   std::array<double, 2> range{};
   if (parse_numbers(text, range)) return range;
-  throw InputError(fmt::format(
-      "--range {} is not LOW,HIGH; give the two ends of the colour scale, as in --range=0,1.5 or --range=-1,1", text));
+  throw InputError(
+      "--range {} is not LOW,HIGH; give the two ends of the colour scale, as in --range=0,1.5 or --range=-1,1", text);
 }
 
 void apply_page(PageOptions& page, SceneSpec& scene, VerbContext& context) {

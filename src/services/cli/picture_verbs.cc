@@ -5,15 +5,10 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <chrono>
-#include <cmath>
-#include <cstdlib>
 #include <filesystem>
-#include <initializer_list>
 #include <memory>
 #include <optional>
-#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -24,7 +19,6 @@
 #include "cli/verbs.h"
 #include "ensemble/ensemble_runner.h"
 #include "plot/gnuplot.h"
-#include "plot/plot_texts.h"
 #include "plot/response_field.h"
 #include "render/decorations.h"
 #include "render/font.h"
@@ -32,7 +26,6 @@
 #include "render/scenes.h"
 #include "report/clean_json.h"
 #include "report/run_files.h"
-#include "storage/ensemble_file.h"
 #include "storage/pile_file.h"
 #include "support/error.h"
 #include "support/files.h"
@@ -68,14 +61,14 @@ void choose_format(FigureOptions& options) {
                                                                               {".png", "png"},
                                                                               {".tikz", "tikz"},
                                                                               {".tex", "tikz"}}};
-  const auto* told = std::find_if(known.begin(), known.end(), [&](const auto& one) { return one.first == suffix; });
+  const auto* told = std::ranges::find_if(known, [&](const auto& one) { return one.first == suffix; });
   std::string& format = options.style.format;
   if (format.empty() && told != known.end()) format = told->second;
   if (format.empty() || (told != known.end() && format != told->second) || (told == known.end() && !suffix.empty())) {
     throw InputError(
-        fmt::format("the name {} does not fit the format {}; let it end with .pdf, .svg, .eps, .png, .tikz or .tex, as "
-                    "--format says",
-                    options.file.path, format.empty() ? "that is to be chosen by it" : format));
+        "the name {} does not fit the format {}; let it end with .pdf, .svg, .eps, .png, .tikz or .tex, as --format "
+        "says",
+        options.file.path, format.empty() ? "that is to be chosen by it" : format);
   }
 }
 
@@ -85,8 +78,8 @@ std::string id_of_figure(const std::string& id, const std::string& folder) {
   const std::vector<ListedFigure> figures = list_figures(folder);
   const std::size_t number = std::stoul(id);
   if (number >= 1 && number <= figures.size()) return figures[number - 1].id;
-  throw InputError(fmt::format("there is no figure {}; `granuscope figure {}` lists them, 1 to {}", id,
-                               shell_word(folder), figures.size()));
+  throw InputError("there is no figure {}; `granuscope figure {}` lists them, 1 to {}", id, shell_word(folder),
+                   figures.size());
 }
 
 ExitCode plot_figure_again(FigureOptions options, VerbContext& context) {
@@ -99,7 +92,7 @@ ExitCode plot_figure_again(FigureOptions options, VerbContext& context) {
   if (options.id.empty()) {
     std::string list;
     for (const ListedFigure& figure : list_figures(options.folder)) {
-      list += fmt::format("{}\t{}\t{}\n", std::count(list.begin(), list.end(), '\n') + 1, figure.id, figure.title);
+      list += fmt::format("{}\t{}\t{}\n", std::ranges::count(list, '\n') + 1, figure.id, figure.title);
     }
     context.out << aligned(list);
     return ExitCode::done;
@@ -178,10 +171,10 @@ struct RenderOptions {
 std::array<double, 4> parse_window(std::string_view text) {
   std::array<double, 4> window{};
   if (parse_numbers(text, window)) return window;
-  throw InputError(fmt::format(
+  throw InputError(
       "--window {} is not X0,X1,N0,N1; give two positions in bead diameters from the middle and two layers, as in "
       "--window=-20,20,0,40",
-      text));
+      text);
 }
 
 /// What the picture says of itself. It names no folder, nor its own file: the same picture is the same bytes anywhere.
@@ -208,9 +201,9 @@ ImageMetadata metadata_for(const RenderOptions& options, const std::string& show
 /// The mean response of an ensemble over the plane.
 SceneStatistics render_ensemble(const RenderOptions& options, const std::string& configuration) {
   if (options.scene.scene != SceneSpec().scene || !options.minus_file.empty()) {
-    throw InputError(fmt::format(
+    throw InputError(
         "{} is an ensemble, of which the mean response is shown and no scene of a pile; leave out --scene and --minus",
-        options.pile_file));
+        options.pile_file);
   }
   const Field field = response_field(open_response(options.pile_file, configuration), {});
   return render_scene(build_field_scene(field, options.scene), options.scene, options.image.path,
@@ -228,16 +221,15 @@ void require_no_other_frames(const std::filesystem::path& folder, std::size_t fr
       continue;
     }
     throw InputError(
-        fmt::format("{}: this is a frame of another film, which would be mixed with the {} frames of this "
-                    "one; take it away or choose another --film",
-                    entry.path().string(), frames));
+        "{}: this is a frame of another film, which would be mixed with the {} frames of this one; take it away or "
+        "choose another --film",
+        entry.path().string(), frames);
   }
 }
 
 ExitCode render_film(RenderOptions options, VerbContext& context) {
   if (!configuration_if_ensemble(options.pile_file).empty()) {
-    throw InputError(
-        fmt::format("{} is an ensemble, of which there is one picture; a film slides down a pile", options.pile_file));
+    throw InputError("{} is an ensemble, of which there is one picture; a film slides down a pile", options.pile_file);
   }
   const Pile pile = read_pile(options.pile_file);
   std::optional<Pile> minus;
@@ -336,8 +328,8 @@ void add_render_verb(CLI::App& app, VerbContext& context) {
       fmt::format("width of the picture: 1600 (pixels), 86mm, 8.6cm or 3.37in (default: {} pixels)", scene.width_px));
   verb->add_option("--dpi", scene.dpi, "pixels per inch; text is laid out in points")->capture_default_str();
   verb->add_option("--window", options->window,
-                   "X0,X1,N0,N1: part shown, x in bead diameters from the middle, layers from 0; ends included "
-                   "(the whole pile if not given)");
+                   "X0,X1,N0,N1: part shown, x in bead diameters from the middle, layers from 0; ends included (the "
+                   "whole pile if not given)");
   verb->add_option("--range", options->range,
                    "LOW,HIGH: ends of the colour scale, so that pictures compare (from what is shown if not given)");
   scene.colour_map.clear();
@@ -364,10 +356,9 @@ void add_render_verb(CLI::App& app, VerbContext& context) {
     if (!options->film_folder.empty()) {
       for (const char* flag : {"--image", "--statistics", "--backend"}) {
         if (verb->count(flag) == 0) continue;
-        throw CLI::ValidationError(
-            fmt::format("{} has no meaning for a film, whose frames go to --film and are painted "
-                        "by the processor; leave it out",
-                        flag));
+        throw CLI::ValidationError(fmt::format(
+            "{} has no meaning for a film, whose frames go to --film and are painted by the processor; leave it out",
+            flag));
       }
       if (verb->count("--width") == 0) options->scene.width_px = film_width_px;
       if (verb->count("--dpi") == 0) options->scene.dpi = film_dpi;

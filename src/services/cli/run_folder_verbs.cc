@@ -40,9 +40,9 @@ ExitCode audit_file(const std::string& file, bool json, VerbContext& context) {
     return ExitCode::done;
   }
   throw InputError(
-      fmt::format("{}: this is no equilibrium of frictional beads, since a residual exceeds {:g}; whatever "
-                  "wrote the file is wrong, or the file was changed",
-                  file, audit_tolerance));
+      "{}: this is no equilibrium of frictional beads, since a residual exceeds {:g}; whatever wrote the file is "
+      "wrong, or the file was changed",
+      file, audit_tolerance);
 }
 
 }  // namespace
@@ -194,10 +194,9 @@ void add_compare_verb(CLI::App& app, VerbContext& context) {
   verb->add_option("OLD", options->before, "folder of a run, or its summary.json")->required();
   verb->add_option("NEW", options->after, "folder of another run, or its summary.json")->required();
   add_output(*verb, "--json", options->json, "file for the answer as JSON, every number with it");
-  verb->add_flag(
-      "--gate", options->gate,
-      "end with status 1 if the same experiment has other numbers beyond rounding, if a number moved between "
-      "samples, or if the experiments cannot be compared");
+  verb->add_flag("--gate", options->gate,
+                 "end with status 1 if the same experiment has other numbers beyond rounding, if a number moved "
+                 "between samples, or if the experiments cannot be compared");
   verb->callback([options, &context] { context.action = [options, &context] { return compare(*options, context); }; });
 }
 

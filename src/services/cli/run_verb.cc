@@ -78,15 +78,14 @@ void require_kept(const std::string& config, const std::filesystem::path& resolv
   std::error_code none;
   if (!std::filesystem::equivalent(config, resolved_file, none) || none || read_file(config) == resolved) return;
   throw InputError(
-      fmt::format("{}: the run would leave the experiment there with every default resolved, and this file with its "
-                  "comments would be lost; rename it or choose another --out",
-                  config));
+      "{}: the run would leave the experiment there with every default resolved, and this file with its comments would "
+      "be lost; rename it or choose another --out",
+      config);
 }
 
 /// One shard draws its blocks and does nothing else.
 void require_shard_alone(const RunVerbOptions& given) {
-  const bool more =
-      std::any_of(given.only.begin(), given.only.end(), [](const auto& stage) { return stage != "sample"; });
+  const bool more = std::ranges::any_of(given.only, [](const auto& stage) { return stage != "sample"; });
   if (!more && !given.gate && !given.require_pdf) return;
   throw InputError(
       "--shard draws some blocks of the ensembles and comes to no other stage, so that --only, --gate and "
@@ -114,9 +113,9 @@ void require_no_history(const std::filesystem::path& folder) {
   std::error_code none;
   if (!std::filesystem::exists(folder / "history.sqlite", none)) return;
   throw InputError(
-      fmt::format("{}: this is the folder of a history (granuscope nightly), and a run's files would be mixed with it; "
-                  "choose another --out",
-                  folder.string()));
+      "{}: this is the folder of a history (granuscope nightly), and a run's files would be mixed with it; choose "
+      "another --out",
+      folder.string());
 }
 
 std::string environment_variable(const char* name) {
@@ -144,12 +143,12 @@ ExitCode run(const RunVerbOptions& given, VerbContext& context) {
   options.require_pdf = given.require_pdf;
   for (const std::string& stage : given.only) options.only.push_back(stage_named(stage));
   if (given.require_pdf && !experiment.report.pdf) {
-    throw InputError(fmt::format("{}: report.pdf = false contradicts --require-pdf; drop one of them", given.config));
+    throw InputError("{}: report.pdf = false contradicts --require-pdf; drop one of them", given.config);
   }
   if (given.gate && !stages_needed(options.only).contains(Stage::analyse)) {
     throw InputError(
-        "--gate compares verdicts, but the stages of --only reach none, so that it would always be content; "
-        "add --only analyse or drop one of them");
+        "--gate compares verdicts, but the stages of --only reach none, so that it would always be content; add --only "
+        "analyse or drop one of them");
   }
   if (given.print_key) {
     context.out << fmt::format("{}-{}\n", cache_key(print_experiment(experiment)), sampling_version);

@@ -17,6 +17,7 @@
 #include "report/run_files.h"
 #include "storage/ensemble_file.h"
 #include "support/error.h"
+#include "support/names.h"
 #include "support/plain_text.h"
 
 namespace granuscope {
@@ -43,7 +44,7 @@ bool same_sums(const BlockSums& one, const BlockSums& other) {
   if (one.layers != other.layers || one.count != other.count || one.quantities.size() != other.quantities.size()) {
     return false;
   }
-  return std::all_of(one.quantities.begin(), one.quantities.end(), [&](const auto& named) {
+  return std::ranges::all_of(one.quantities, [&](const auto& named) {
     const auto found = other.quantities.find(named.first);
     return found != other.quantities.end() && found->second.sum == named.second.sum &&
            found->second.sum_of_squares == named.second.sum_of_squares;
@@ -64,7 +65,7 @@ bool sums_differ(const fs::path& before, const fs::path& after) {
 bool same_build(const RunRecord& before, const RunRecord& after) {
   if (!before.manifest || !after.manifest) return false;
   auto one = environment_of(*before.manifest), other = environment_of(*after.manifest);
-  return std::all_of(build_keys.begin(), build_keys.end(), [&](const char* key) { return one[key] == other[key]; });
+  return std::ranges::all_of(build_keys, [&](const char* key) { return one[key] == other[key]; });
 }
 
 /// The first file of such a folder whose hashes differ; "" if there is none.
@@ -167,9 +168,8 @@ std::string in_words(const MovedNumber& number) {
 }
 
 const MovedNumber* largest_of(const std::vector<MovedNumber>& numbers) {
-  const auto found = std::max_element(numbers.begin(), numbers.end(), [](const MovedNumber& a, const MovedNumber& b) {
-    return std::abs(a.z) < std::abs(b.z);
-  });
+  const auto found = std::ranges::max_element(
+      numbers, [](const MovedNumber& a, const MovedNumber& b) { return std::abs(a.z) < std::abs(b.z); });
   return found == numbers.end() ? nullptr : &*found;
 }
 
@@ -186,34 +186,24 @@ void to_json(Json& json, const MovedNumber& one) {
 }
 
 std::string name_of(Likeness likeness) {
-  switch (likeness) {
-    case Likeness::same:
-      return "same";
-    case Likeness::other_numbers:
-      return "other numbers";
-    case Likeness::other_samples:
-      return "other samples";
-    default:
-      return "other experiment";
-  }
+  static constexpr Names<Likeness, 4> names{{{Likeness::same, "same"},
+                                             {Likeness::other_numbers, "other numbers"},
+                                             {Likeness::other_samples, "other samples"},
+                                             {Likeness::other_experiment, "other experiment"}}};
+  return name_in(names, likeness);
 }
 
 std::string name_of(FirstDifference where) {
-  switch (where) {
-    case FirstDifference::sampling:
-      return "sampling";
-    case FirstDifference::analysis:
-      return "analysis";
-    case FirstDifference::plotting:
-      return "plotting";
-    default:
-      return "none";
-  }
+  static constexpr Names<FirstDifference, 4> names{{{FirstDifference::none, "none"},
+                                                    {FirstDifference::sampling, "sampling"},
+                                                    {FirstDifference::analysis, "analysis"},
+                                                    {FirstDifference::plotting, "plotting"}}};
+  return name_in(names, where);
 }
 
 bool Comparison::alarms() const {
   if (likeness == Likeness::other_numbers) return !is_rounding();
-  return std::any_of(numbers.begin(), numbers.end(), [](const MovedNumber& one) { return one.moved; });
+  return std::ranges::any_of(numbers, [](const MovedNumber& one) { return one.moved; });
 }
 
 Comparison compare_runs(const RunRecord& before, const RunRecord& after) {
@@ -292,10 +282,10 @@ Comparison compare_runs(const fs::path& before, const fs::path& after) {
     comparison.verdicts = changed_verdicts(one.summary, other.summary);
     return comparison;
   } catch (const Json::exception& error) {
-    throw InputError(fmt::format(
-        "{} or {}: a summary.json or manifest.json is not as granuscope writes it ({}), so that nothing can "
-        "be compared; make the run again",
-        before.string(), after.string(), error.what()));
+    throw InputError(
+        "{} or {}: a summary.json or manifest.json is not as granuscope writes it ({}), so that nothing can be "
+        "compared; make the run again",
+        before.string(), after.string(), error.what());
   }
 }
 
@@ -322,8 +312,7 @@ std::vector<std::string> describe(const Comparison& comparison) {
       for (const std::string& cause : comparison.causes) lines.push_back("differs: " + cause);
       break;
     case Likeness::other_samples: {
-      const auto moved = std::count_if(comparison.numbers.begin(), comparison.numbers.end(),
-                                       [](const MovedNumber& one) { return one.moved; });
+      const auto moved = std::ranges::count_if(comparison.numbers, [](const MovedNumber& one) { return one.moved; });
       lines.push_back(fmt::format("same experiment but for {}: {} of {} primary numbers moved",
                                   in_words(comparison.keys), moved, comparison.numbers.size()));
       for (const MovedNumber& one : comparison.numbers) {
@@ -466,8 +455,7 @@ std::vector<MovedNumber> hold_against(const std::vector<KnownNumber>& before, in
                                       const std::vector<KnownNumber>& after, int blocks_after) {
   std::vector<MovedNumber> numbers;
   for (const KnownNumber& old : before) {
-    const auto found =
-        std::find_if(after.begin(), after.end(), [&](const KnownNumber& one) { return one.name == old.name; });
+    const auto found = std::ranges::find_if(after, [&](const KnownNumber& one) { return one.name == old.name; });
     if (found == after.end()) continue;
     MovedNumber number{old.name, old, *found};
     const double difference = found->value - old.value;
@@ -485,8 +473,7 @@ std::vector<MovedNumber> hold_against(const std::vector<KnownNumber>& before, in
   // Holm: the smallest chance against rate/n, the next against rate/(n - 1), up to the first that is large enough.
   std::vector<std::size_t> order(numbers.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::size_t a, std::size_t b) { return numbers[a].p < numbers[b].p; });
+  std::ranges::stable_sort(order, [&](std::size_t a, std::size_t b) { return numbers[a].p < numbers[b].p; });
   for (std::size_t k = 0; k < order.size(); ++k) {
     if (numbers[order[k]].p > false_alarm_rate / static_cast<double>(order.size() - k)) break;
     numbers[order[k]].moved = true;

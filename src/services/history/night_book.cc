@@ -114,8 +114,8 @@ Night NightBook::read(Statement& row) const {
   for (Statement rows = of_night("SELECT stage, seconds FROM seconds WHERE night = ?"); rows.step();) {
     night.seconds[rows.text(0)] = rows.number(1);
   }
-  for (Statement rows = of_night("SELECT name, value, stderr, piece, piece_stderr, z, moved FROM numbers "
-                                 "WHERE night = ? ORDER BY position");
+  for (Statement rows = of_night(
+           "SELECT name, value, stderr, piece, piece_stderr, z, moved FROM numbers WHERE night = ? ORDER BY position");
        rows.step();) {
     const std::string name = rows.text(0);
     night.numbers.push_back({name,
@@ -143,7 +143,7 @@ std::vector<Night> NightBook::last(std::size_t how_many) const {
   for (Statement rows(database_, std::string(columns) + "ORDER BY night DESC" + limit); rows.step();) {
     nights.push_back(read(rows));
   }
-  std::reverse(nights.begin(), nights.end());
+  std::ranges::reverse(nights);
   return nights;
 }
 
@@ -151,8 +151,7 @@ Night NightBook::night(std::int64_t number) const {
   Statement row(database_, std::string(columns) + "WHERE night = ?");
   row.bind(1, number);
   if (!row.step()) {
-    throw InputError(
-        fmt::format("there is no night {} in this history; `granuscope history DIR list` shows them", number));
+    throw InputError("there is no night {} in this history; `granuscope history DIR list` shows them", number);
   }
   return read(row);
 }
@@ -310,19 +309,19 @@ void Database::require_schema(const std::string& schema, int version) const {
   Statement ask(*this, "PRAGMA user_version");
   ask.step();
   if (const std::int64_t there = ask.integer(0); there == 0) {
-    throw InputError(fmt::format("{}: this is no history, or an empty one; take it from a backup", file_.string()));
+    throw InputError("{}: this is no history, or an empty one; take it from a backup", file_.string());
   } else if (there != version) {
-    throw InputError(fmt::format("{}: this history has version {} where {} is known; use the program that wrote it",
-                                 file_.string(), there, version));
+    throw InputError("{}: this history has version {} where {} is known; use the program that wrote it", file_.string(),
+                     there, version);
   }
   if (schema.empty()) return;
   for (Statement rows(*this, "SELECT type, name, sql FROM sqlite_master"); rows.step();) {
     const bool own = rows.text(0) == "table" && schema.find(rows.text(2)) != std::string::npos;
     if (own || (rows.text(0) == "table" && rows.text(1).starts_with("sqlite_")) || rows.text(2).empty()) continue;
     throw InputError(
-        fmt::format("{}: this history holds the {} '{}', which no history has, so that what it tells may be made up; "
-                    "take it from a backup",
-                    file_.string(), single_line(rows.text(0)), single_line(rows.text(1))));
+        "{}: this history holds the {} '{}', which no history has, so that what it tells may be made up; take it from "
+        "a backup",
+        file_.string(), single_line(rows.text(0)), single_line(rows.text(1)));
   }
 }
 
@@ -351,24 +350,22 @@ void Database::fail(int code) const {
   if (kind == SQLITE_INTERRUPT) throw_if_interrupted();
   if (kind == SQLITE_NOTADB || kind == SQLITE_CORRUPT || kind == SQLITE_ERROR) {
     throw InputError(
-        fmt::format("{}: this is no history, or it is damaged ({}); take it from a backup, or move it away "
-                    "to begin a new one",
-                    file_.string(), said));
+        "{}: this is no history, or it is damaged ({}); take it from a backup, or move it away to begin a new one",
+        file_.string(), said);
   }
   if (kind == SQLITE_BUSY || kind == SQLITE_LOCKED) {
-    throw BusyError(fmt::format("{}: another program has the history locked{}; wait for its end, and run again",
-                                file_.string(), use_ == DatabaseUse::read ? "" : ", so that nothing can be kept"));
+    throw BusyError("{}: another program has the history locked{}; wait for its end, and run again", file_.string(),
+                    use_ == DatabaseUse::read ? "" : ", so that nothing can be kept");
   }
   if (use_ == DatabaseUse::read) {
     throw EnvironmentError(
-        fmt::format("{}: the history cannot be read ({}); give yourself the permission to read it "
-                    "and what lies beside it",
-                    file_.string(), said));
+        "{}: the history cannot be read ({}); give yourself the permission to read it and what lies beside it",
+        file_.string(), said);
   }
   throw EnvironmentError(
-      fmt::format("{}: the history cannot be read or written ({}), so that nothing of this night is "
-                  "kept; free space or permission, and run again",
-                  file_.string(), said));
+      "{}: the history cannot be read or written ({}), so that nothing of this night is kept; free space or "
+      "permission, and run again",
+      file_.string(), said);
 }
 
 }  // namespace granuscope

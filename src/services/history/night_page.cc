@@ -34,7 +34,27 @@ std::string day_of(const Night& night) { return night.date.substr(0, night.date.
 
 bool was_told(const Alarm& alarm) { return alarm.state == "open" || alarm.state == "passed"; }
 
-bool alarms(const Night& night) { return std::any_of(night.alarms.begin(), night.alarms.end(), was_told); }
+bool alarms(const Night& night) { return std::ranges::any_of(night.alarms, was_told); }
+
+}  // namespace
+
+void to_json(Json& json, const Alarm& one) { json = {{"kind", one.kind}, {"what", one.what}, {"state", one.state}}; }
+
+void to_json(Json& json, const NightVerdict& one) {
+  json = {{"claim", one.claim}, {"verdict", one.verdict}, {"z", finite_or_null(one.z)}};
+}
+
+void to_json(Json& json, const NightNumber& one) {
+  json = {{"name", one.name},
+          {"value", one.pool.value},
+          {"stderr", one.pool.standard_error},
+          {"piece", finite_or_null(one.piece)},
+          {"piece_stderr", finite_or_null(one.piece_error)},
+          {"z", finite_or_null(one.z)},
+          {"moved", one.moved}};
+}
+
+namespace {
 
 /// A quantity over the nights; NaN where a night has none.
 struct Trend {
@@ -112,8 +132,7 @@ std::vector<Trend> number_trends(const std::vector<Night>& nights) {
   std::vector<Trend> trends;
   for (std::size_t i = 0; i < nights.size(); ++i) {
     for (const NightNumber& number : nights[i].numbers) {
-      auto trend =
-          std::find_if(trends.begin(), trends.end(), [&](const Trend& one) { return one.name == number.name; });
+      auto trend = std::ranges::find_if(trends, [&](const Trend& one) { return one.name == number.name; });
       if (trend == trends.end()) {
         const std::vector<double> none(nights.size(), unknown);
         trend = trends.insert(trends.end(), {number.name, "", none, none});
@@ -139,11 +158,9 @@ std::vector<Trend> number_trends(const std::vector<Night>& nights) {
   }
   // What is exact, and has been so on every night, is no trend.
   std::erase_if(trends, [](const Trend& trend) {
-    const bool exact_each_night =
-        std::all_of(trend.error.begin(), trend.error.end(), [](double e) { return !(e > 0); });
-    const auto first = std::find_if(trend.value.begin(), trend.value.end(), [](double v) { return std::isfinite(v); });
-    return exact_each_night &&
-           std::all_of(trend.value.begin(), trend.value.end(), [&](double v) { return std::isnan(v) || v == *first; });
+    const bool exact_each_night = std::ranges::all_of(trend.error, [](double e) { return !(e > 0); });
+    const auto first = std::ranges::find_if(trend.value, [](double v) { return std::isfinite(v); });
+    return exact_each_night && std::ranges::all_of(trend.value, [&](double v) { return std::isnan(v) || v == *first; });
   });
   return trends;
 }
@@ -164,10 +181,6 @@ std::vector<Trend> time_trends(const std::vector<Night>& nights) {
 }
 
 Json row_of(const Night& night, const std::set<std::string>& kept) {
-  Json alarms_of_it = Json::array();
-  for (const Alarm& alarm : night.alarms) {
-    alarms_of_it.push_back({{"kind", alarm.kind}, {"what", alarm.what}, {"state", alarm.state}});
-  }
   std::map<std::string, int> verdicts;
   for (const NightVerdict& one : night.verdicts) ++verdicts[one.verdict];
   std::vector<std::string> counted;
@@ -180,7 +193,7 @@ Json row_of(const Night& night, const std::set<std::string>& kept) {
           {"status", alarms(night) ? "alarm" : "fine"},
           {"look", alarms(night) ? "no" : "yes"},
           {"verdicts", fmt::format("{}", fmt::join(counted, ", "))},
-          {"alarms", alarms_of_it},
+          {"alarms", night.alarms},
           {"report", report},
           {"has_report", !report.empty()}};
 }
@@ -207,8 +220,7 @@ void point_latest_to(const fs::path& folder, const std::string& report) {
   const fs::path target = fs::path("reports") / report, link = folder / "latest", beside = folder / ".latest";
   std::error_code error;
   if (fs::is_regular_file(fs::symlink_status(link, error))) {
-    throw EnvironmentError(
-        fmt::format("'{}' is a file where a link to the last report stands; move it away", link.string()));
+    throw EnvironmentError("'{}' is a file where a link to the last report stands; move it away", link.string());
   }
   fs::remove_all(beside, error);
   fs::create_directory_symlink(target, beside, error);
@@ -216,8 +228,8 @@ void point_latest_to(const fs::path& folder, const std::string& report) {
   if (!error && fs::is_directory(fs::symlink_status(link))) remove_run(link);
   if (!error) fs::rename(beside, link, error);
   if (error) {
-    throw EnvironmentError(fmt::format("'{}' cannot be made to point to the last report: {}; remove what is there",
-                                       link.string(), error.message()));
+    throw EnvironmentError("'{}' cannot be made to point to the last report: {}; remove what is there", link.string(),
+                           error.message());
   }
 }
 
@@ -290,25 +302,9 @@ std::string json_text(const std::vector<Night>& nights) {
   for (const Night& night : nights) {
     Json one = {{"night", night.number},     {"date", night.date},       {"status", alarms(night) ? "alarm" : "fine"},
                 {"samples", night.samples},  {"report", night.report},   {"environment", night.environment},
-                {"seconds", Json::object()}, {"numbers", Json::array()}, {"verdicts", Json::array()},
-                {"alarms", Json::array()}};
+                {"seconds", Json::object()}, {"numbers", night.numbers}, {"verdicts", night.verdicts},
+                {"alarms", night.alarms}};
     for (const auto& [stage, seconds] : night.seconds) one["seconds"][stage] = finite_or_null(seconds);
-    for (const NightNumber& number : night.numbers) {
-      one["numbers"].push_back({{"name", number.name},
-                                {"value", number.pool.value},
-                                {"stderr", number.pool.standard_error},
-                                {"piece", finite_or_null(number.piece)},
-                                {"piece_stderr", finite_or_null(number.piece_error)},
-                                {"z", finite_or_null(number.z)},
-                                {"moved", number.moved}});
-    }
-    for (const NightVerdict& verdict : night.verdicts) {
-      one["verdicts"].push_back(
-          {{"claim", verdict.claim}, {"verdict", verdict.verdict}, {"z", finite_or_null(verdict.z)}});
-    }
-    for (const Alarm& alarm : night.alarms) {
-      one["alarms"].push_back({{"kind", alarm.kind}, {"what", alarm.what}, {"state", alarm.state}});
-    }
     list.push_back(std::move(one));
   }
   Json json = {{"schema", 1}, {"nights", list}};
@@ -351,7 +347,7 @@ constexpr double edge = 3, edge_width = 1;  // standard errors
 
 template <class Item, class Is>
 const Item* find(const std::vector<Item>& items, Is is) {
-  const auto found = std::find_if(items.begin(), items.end(), is);
+  const auto found = std::ranges::find_if(items, is);
   return found == items.end() ? nullptr : &*found;
 }
 

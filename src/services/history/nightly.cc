@@ -5,9 +5,7 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <limits>
-#include <optional>
 #include <stdexcept>
 #include <system_error>
 
@@ -88,14 +86,12 @@ const fs::path& require_history(const fs::path& folder) {
     other = true;
   }
   if (!other) return folder;
-  throw InputError(
-      pool ? fmt::format(
-                 "{}: history.sqlite is missing or empty, which alone knows of the nights whose pool and reports "
-                 "are there; put it back, or begin another --history",
-                 folder.string())
-           : fmt::format("{}: this folder is neither empty nor a history, and a history would replace and remove files "
-                         "in it; name an empty folder",
-                         folder.string()));
+  throw InputError(pool ? fmt::format("{}: history.sqlite is missing or empty, which alone knows of the nights whose "
+                                      "pool and reports are there; put it back, or begin another --history",
+                                      folder.string())
+                        : fmt::format("{}: this folder is neither empty nor a history, and a history would replace and "
+                                      "remove files in it; name an empty folder",
+                                      folder.string()));
 }
 
 void move_folder(const fs::path& from, const fs::path& to) {
@@ -103,8 +99,8 @@ void move_folder(const fs::path& from, const fs::path& to) {
   std::error_code error;
   fs::rename(from, to, error);
   if (error) {
-    throw EnvironmentError(fmt::format("cannot move '{}' to '{}': {}; make room or check the permissions",
-                                       from.string(), to.string(), error.message()));
+    throw EnvironmentError("cannot move '{}' to '{}': {}; make room or check the permissions", from.string(),
+                           to.string(), error.message());
   }
 }
 
@@ -128,8 +124,7 @@ EnsembleRecord piece_between(const EnsembleRecord& before, EnsembleRecord after)
     subtract(quantity.sum_of_squares, then.sum_of_squares);
   }
   std::erase_if(after.failed, [&](const FailedSample& failed) {
-    return std::any_of(before.failed.begin(), before.failed.end(),
-                       [&](const FailedSample& old) { return old.sample == failed.sample; });
+    return std::ranges::any_of(before.failed, [&](const FailedSample& old) { return old.sample == failed.sample; });
   });
   return after;
 }
@@ -152,9 +147,9 @@ void settle_folders(const fs::path& folder, NightBook& book) {
                            reference.find_first_not_of("0123456789", 6) == std::string::npos;
   if (!reference.empty() && reference != no_reference && !kept_canary) {
     throw InputError(
-        fmt::format("{}: the history names '{}' where a canary that it has kept would stand, so that a folder of "
-                    "somebody else would be moved; take the history from a backup",
-                    folder.string(), single_line(reference)));
+        "{}: the history names '{}' where a canary that it has kept would stand, so that a folder of somebody else "
+        "would be moved; take the history from a backup",
+        folder.string(), single_line(reference));
   }
   const fs::path canary = folder / "canary";
   if (reference == no_reference) {
@@ -184,18 +179,17 @@ class NightRun {
     night_.samples = samples.empty() ? 0 : std::stoull(samples);
     const std::uint64_t room = most_samples - std::min(most_samples, night_.samples);
     if (options.grow > room || samples_of_night(experiment, options.grow) > room) {
-      throw InputError(fmt::format(
+      throw InputError(
           "the pool has {} samples and would grow beyond {}, the most of one seed; give a smaller --grow, or begin "
           "another --history with another sampling.seed",
-          night_.samples, most_samples));
+          night_.samples, most_samples);
     }
   }
 
   Night go() {
     if (!experiment_changed() && canary_is_fine()) grow_pool();
     add_soft_alarms(night_, before_);
-    const bool alarm =
-        std::any_of(night_.alarms.begin(), night_.alarms.end(), [](const Alarm& one) { return one.state == "open"; });
+    const bool alarm = std::ranges::any_of(night_.alarms, [](const Alarm& one) { return one.state == "open"; });
     night_.status = alarm ? "alarm" : "fine";
     keep_report();
     std::map<std::string, std::string> state = {{"samples", std::to_string(night_.samples)}};
@@ -244,10 +238,10 @@ class NightRun {
     std::error_code none;
     if (book_.count() == 0 && book_.state("samples").empty() && book_.state(begun).empty() &&
         (fs::exists(options_.folder / "pool", none) || fs::exists(options_.folder / "reports", none))) {
-      throw InputError(fmt::format(
-          "{}: history.sqlite knows of no night, and yet there are a pool or reports of nights; put back the "
-          "one that belongs to them, or begin another --history",
-          options_.folder.string()));
+      throw InputError(
+          "{}: history.sqlite knows of no night, and yet there are a pool or reports of nights; put back the one that "
+          "belongs to them, or begin another --history",
+          options_.folder.string());
     }
     if (book_.state(begun).empty()) book_.keep({{begun, "yes"}});
   }
@@ -275,10 +269,9 @@ class NightRun {
     if (book_.state("samples").empty()) remove_run(reference);  // of a first night that was killed, and never told
     if (!fs::exists(reference)) {
       if (!before_.empty() && book_.state(made_reference) == "yes") {
-        alarm(lost_canary,
-              fmt::format("'{}' is missing, which the same samples are held against each night; put it back, or accept "
-                          "this night to take the next one's",
-                          reference.string()));
+        alarm(lost_canary, fmt::format("'{}' is missing, which the same samples are held against each night; put it "
+                                       "back, or accept this night to take the next one's",
+                                       reference.string()));
         return false;
       }
       move_folder(tonights_canary(), reference);
@@ -313,12 +306,10 @@ class NightRun {
     make_folder(before_folder());
     for (const PlannedEnsemble& planned : plan_ensembles(pool_of(experiment_, night_.samples), pool_folder())) {
       if (!planned.reusable) {
-        alarm(
-            lost_pool,
-            fmt::format("'{}' is not what the last night left there{}{}, and nothing was drawn: put it back, or accept "
-                        "this night to begin the pool anew",
-                        (pool_folder() / planned.file).string(), planned.replaces.empty() ? "" : ", ",
-                        as_clause(planned.replaces)));
+        alarm(lost_pool, fmt::format("'{}' is not what the last night left there{}{}, and nothing was drawn: put it "
+                                     "back, or accept this night to begin the pool anew",
+                                     (pool_folder() / planned.file).string(), planned.replaces.empty() ? "" : ", ",
+                                     as_clause(planned.replaces)));
         return false;
       }
       try {
@@ -448,22 +439,21 @@ void accept_night(const fs::path& folder, std::int64_t number) {
   settle_folders(folder, book);
   const Night night = book.night(number);
   const auto has = [&](const char* kind) {
-    return std::any_of(night.alarms.begin(), night.alarms.end(),
-                       [&](const Alarm& one) { return one.kind == kind && one.state != "accepted"; });
+    return std::ranges::any_of(night.alarms,
+                               [&](const Alarm& one) { return one.kind == kind && one.state != "accepted"; });
   };
-  if (std::all_of(night.alarms.begin(), night.alarms.end(), [](const Alarm& one) { return one.state == "accepted"; })) {
-    throw InputError(
-        fmt::format("night {} has no alarm that is not accepted yet, so that there is nothing to accept", number));
+  if (std::ranges::all_of(night.alarms, [](const Alarm& one) { return one.state == "accepted"; })) {
+    throw InputError("night {} has no alarm that is not accepted yet, so that there is nothing to accept", number);
   }
   std::map<std::string, std::string> state;
   if (has("canary")) {
     const std::string kept = fmt::format("alarm-{}", number);
     const fs::path other = folder / "canary" / kept;
     if (!fs::exists(other)) {
-      throw InputError(fmt::format(
-          "the canary of night {} is not kept any more, so that nothing could be held against it; accept the "
-          "last night that alarmed",
-          number));
+      throw InputError(
+          "the canary of night {} is not kept any more, so that nothing could be held against it; accept the last "
+          "night that alarmed",
+          number);
     }
     state[new_reference] = kept;
     // What was drawn by another law cannot be averaged with what comes.

@@ -25,9 +25,9 @@ Json parsed(const fs::path& file) {
   try {
     return Json::parse(shallow_json(read_file(file)));
   } catch (const Json::exception&) {
-    throw InputError(fmt::format(
+    throw InputError(
         "{}: this is no JSON, so that nothing can be compared; name the folder of a run or its summary.json{}",
-        file.string(), file.filename() == "summary.json" ? ", and make that run again" : ""));
+        file.string(), file.filename() == "summary.json" ? ", and make that run again" : "");
   }
 }
 
@@ -56,8 +56,8 @@ RunRecord read_run(const fs::path& path) {
   RunRecord run;
   run.path = path;
   if (!fs::exists(path, none)) {
-    throw InputError(fmt::format(
-        "{}: there is neither a run nor a summary; name the folder of a run or its summary.json", path.string()));
+    throw InputError("{}: there is neither a run nor a summary; name the folder of a run or its summary.json",
+                     path.string());
   }
   if (fs::is_directory(path, none)) {
     run.folder = path;
@@ -66,14 +66,12 @@ RunRecord read_run(const fs::path& path) {
   const fs::path summary = run.folder.empty() ? path : run.folder / "summary.json";
   if (!run.folder.empty() && !fs::exists(summary, none)) {
     throw InputError(
-        fmt::format("{}: there is no summary.json in this folder, so that it is no finished run; run the "
-                    "experiment to its end",
-                    path.string()));
+        "{}: there is no summary.json in this folder, so that it is no finished run; run the experiment to its end",
+        path.string());
   }
   run.summary = parsed(summary);
   if (!run.summary.is_object() || !run.summary.contains("results")) {
-    throw InputError(
-        fmt::format("{}: this is no summary of a run (it has no results); name a summary.json", summary.string()));
+    throw InputError("{}: this is no summary of a run (it has no results); name a summary.json", summary.string());
   }
   if (run.folder.empty()) return run;
   if (fs::exists(run.folder / "manifest.json", none)) {
@@ -133,8 +131,7 @@ constexpr std::array sample_keys = {"sampling.seed", "response.samples", "precis
 /// Layers of the profiles are fitted beside the others, so that they are in the summary.
 bool is_told_only(const std::string& key) {
   if (key == "figures.response_profiles.mu" || key == "figures.response_profiles.layers") return false;
-  return std::any_of(untold_tables.begin(), untold_tables.end(),
-                     [&](const char* table) { return key.starts_with(table); });
+  return std::ranges::any_of(untold_tables, [&](const char* table) { return key.starts_with(table); });
 }
 
 }  // namespace
@@ -172,9 +169,8 @@ std::vector<ChangedKey> changed_keys(const std::map<std::string, std::string>& b
 }
 
 bool only_other_samples(const std::vector<ChangedKey>& changed) {
-  return std::all_of(changed.begin(), changed.end(), [](const ChangedKey& one) {
-    return std::find(sample_keys.begin(), sample_keys.end(), one.key) != sample_keys.end();
-  });
+  return std::ranges::all_of(
+      changed, [](const ChangedKey& one) { return std::ranges::find(sample_keys, one.key) != sample_keys.end(); });
 }
 
 std::string in_words(const std::vector<ChangedKey>& changed) {

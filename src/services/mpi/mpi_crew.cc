@@ -161,10 +161,10 @@ void wait_for(const fs::path& file) {
   while (!fs::exists(file, ignored)) {
     throw_if_interrupted();
     if (std::chrono::steady_clock::now() > deadline) {
-      throw EnvironmentError(fmt::format(
+      throw EnvironmentError(
           "'{}' was made by rank 0 and is not seen by another rank, so that the ranks do not share the folder; choose "
           "an --out that all machines see",
-          file.string()));
+          file.string());
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(200));
   }
@@ -235,8 +235,7 @@ std::vector<std::vector<BlockNote>> notes_of_all(const std::vector<PlannedEnsemb
     }
   }
   for (auto& of_one : notes) {
-    std::sort(of_one.begin(), of_one.end(),
-              [](const BlockNote& one, const BlockNote& other) { return one.block < other.block; });
+    std::ranges::sort(of_one, [](const BlockNote& one, const BlockNote& other) { return one.block < other.block; });
   }
   return notes;
 }
@@ -253,7 +252,7 @@ void MpiCrew::draw(const Experiment& experiment, const RunOptions& options,
   std::vector<PlannedEnsemble> wanted;
   for (const PlannedEnsemble& planned : ensembles) {
     if (planned.reusable || PlacedBlocks(planned, options.folder).complete()) continue;
-    const auto same = std::find_if(all.begin(), all.end(), [&](const auto& one) { return one.file == planned.file; });
+    const auto same = std::ranges::find_if(all, [&](const auto& one) { return one.file == planned.file; });
     task.sizes.push_back(
         {static_cast<std::uint64_t>(same - all.begin()), planned.spec.response.samples, planned.groups_before});
     wanted.push_back(planned);

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <atomic>
 #include <charconv>
-#include <map>
 #include <memory>
 #include <mutex>
 #include <system_error>
@@ -73,7 +72,7 @@ std::string BlockFiles::configuration(int block) const { return block_configurat
 int BlockFiles::count() const {
   if (run_folder_.empty()) return 0;
   const std::vector<fs::path> files = there();
-  return static_cast<int>(std::count_if(files.begin(), files.end(), [&](const fs::path& file) {
+  return static_cast<int>(std::ranges::count_if(files, [&](const fs::path& file) {
     const std::optional<int> block = block_named(file.filename().string(), ".h5");
     return block && *block < planned_.spec.response.blocks;
   }));
@@ -108,8 +107,8 @@ std::optional<std::string> BlockFiles::fault(int block) const {
 bool BlockFiles::has(int block, ProgressStyle progress) const {
   const std::optional<std::string> found = fault(block);
   if (found && !found->empty()) {
-    log_line(progress, fmt::format("sampling {}: '{}' is drawn again and replaced: {}", planned_.label,
-                                   file(block).string(), *found));
+    log_line(progress, "sampling {}: '{}' is drawn again and replaced: {}", planned_.label, file(block).string(),
+             *found);
   }
   return found && found->empty();
 }
@@ -120,9 +119,7 @@ EnsembleRecord BlockFiles::beginning(int block, std::uint64_t& groups) const {
   if (fs::exists(part(block), ignored)) {
     try {
       const std::string there = read_ensemble_configuration(part(block));
-      const auto settings = settings_of(there);
-      const auto found = settings.find("groups_drawn");
-      const std::uint64_t drawn = found == settings.end() ? 0 : std::strtoull(found->second.c_str(), nullptr, 10);
+      const std::uint64_t drawn = count_in(there, "groups_drawn");
       if (there == configuration(block) + fmt::format("groups_drawn={}\n", drawn)) {
         EnsembleRecord begun = read_ensemble(part(block));
         require_shape(part(block), begun, planned_.spec, block, 1);
@@ -163,9 +160,8 @@ void BlockFiles::draw_missing(int threads, ProgressStyle progress, const PartPol
   for (int block = 0; block < planned_.spec.response.blocks; ++block) {
     if (!has(block, progress)) missing.push_back(block);
   }
-  log_line(progress, fmt::format("sampling {}: {} of {} blocks are there already", planned_.label,
-                                 planned_.spec.response.blocks - static_cast<int>(missing.size()),
-                                 planned_.spec.response.blocks));
+  log_line(progress, "sampling {}: {} of {} blocks are there already", planned_.label,
+           planned_.spec.response.blocks - static_cast<int>(missing.size()), planned_.spec.response.blocks);
   if (missing.empty()) return;
   Progress shown(
       fmt::format("sampling {}", planned_.label),
@@ -209,7 +205,7 @@ void BlockFiles::join(ProgressStyle progress) const {
   if (!PlacedBlocks(planned_, run_folder_).finish()) copy_together();
   (void)open_ensemble(run_folder_ / planned_.file);  // is whole on disk before its blocks are removed
   remove();
-  log_line(progress, fmt::format("sampling {}: joined {} blocks", planned_.label, planned_.spec.response.blocks));
+  log_line(progress, "sampling {}: joined {} blocks", planned_.label, planned_.spec.response.blocks);
 }
 
 void BlockFiles::copy_together() const {
@@ -217,7 +213,7 @@ void BlockFiles::copy_together() const {
   for (int block = 0; block < planned_.spec.response.blocks; ++block) {
     const EnsembleRecord& header = blocks.emplace_back(file(block)).header();
     if (header.configuration != configuration(block)) {
-      throw InputError(fmt::format("'{}' is not block {} of {}", file(block).string(), block, planned_.label));
+      throw InputError("'{}' is not block {} of {}", file(block).string(), block, planned_.label);
     }
     require_shape(file(block), header, planned_.spec, block, 1);
   }
@@ -288,8 +284,8 @@ EnsembleRecord header_of(const PlannedEnsemble& planned, const std::vector<Block
     header.counts += block.counts;
     header.failed.insert(header.failed.end(), block.failed.begin(), block.failed.end());
   }
-  std::sort(header.failed.begin(), header.failed.end(),
-            [](const FailedSample& one, const FailedSample& other) { return one.sample < other.sample; });
+  std::ranges::sort(header.failed,
+                    [](const FailedSample& one, const FailedSample& other) { return one.sample < other.sample; });
   return header;
 }
 

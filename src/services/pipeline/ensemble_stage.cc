@@ -9,6 +9,7 @@
 #include <chrono>
 #include <cstdlib>
 #include <limits>
+#include <map>
 #include <numeric>
 #include <sstream>
 #include <system_error>
@@ -21,7 +22,9 @@
 #include "support/plain_text.h"
 
 namespace granuscope {
+namespace {
 
+/// Lines "key=value" of a configuration text.
 std::map<std::string, std::string> settings_of(const std::string& configuration) {
   std::map<std::string, std::string> settings;
   std::istringstream lines(configuration);
@@ -30,6 +33,12 @@ std::map<std::string, std::string> settings_of(const std::string& configuration)
     if (equals != std::string::npos) settings[line.substr(0, equals)] = line.substr(equals + 1);
   }
   return settings;
+}
+
+}  // namespace
+
+std::uint64_t count_in(const std::string& configuration, const std::string& key) {
+  return std::strtoull(settings_of(configuration)[key].c_str(), nullptr, 10);
 }
 
 std::string describe_difference(const std::string& there, const std::string& wanted) {
@@ -57,9 +66,8 @@ namespace {
 
 bool only_more_samples(const std::string& there, const std::string& wanted) {
   std::map<std::string, std::string> before = settings_of(there), after = settings_of(wanted);
-  const std::string fewer = before["samples"], more = after["samples"];
-  before["samples"] = more;
-  return before == after && std::strtoull(fewer.c_str(), nullptr, 10) < std::strtoull(more.c_str(), nullptr, 10);
+  before["samples"] = after["samples"];
+  return before == after && count_in(there, "samples") < count_in(wanted, "samples");
 }
 
 }  // namespace
@@ -72,10 +80,10 @@ SamplerSpec measure_sampler(const PlannedEnsemble& planned, ProgressStyle progre
   const SamplerSpec& sampler = planned.spec.sampler;
   const bool stated = sampler.burn_in > 0 && sampler.thinning > 0;
   if (sampler.law != Law::polytope || sampler.mu == 0 || stated) return sampler;
-  log_line(progress, fmt::format("sampling {}: measuring how many sweeps its chains need", planned.label));
+  log_line(progress, "sampling {}: measuring how many sweeps its chains need", planned.label);
   const SamplerSpec measured = measured_sampler(planned.spec);
-  log_line(progress, fmt::format("sampling {}: {} sweeps to the first of eight piles, {} to each other one",
-                                 planned.label, measured.burn_in, measured.thinning));
+  log_line(progress, "sampling {}: {} sweeps to the first of eight piles, {} to each other one", planned.label,
+           measured.burn_in, measured.thinning);
   return measured;
 }
 
@@ -125,9 +133,9 @@ bool is_there(const std::filesystem::path& run_folder, const std::filesystem::pa
   const FileDescriptor opened(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
   if (opened.valid()) return true;
   if (errno == ENOENT || errno == ENOTDIR || errno == ENAMETOOLONG) return false;  // then writing it says so
-  throw EnvironmentError(fmt::format(
+  throw EnvironmentError(
       "cannot open '{}', which may hold finished work that drawing it again would replace: {} Or remove it.",
-      file.string(), system_reason(errno)));
+      file.string(), system_reason(errno));
 }
 
 /// How many groups the run's folder holds of this ensemble; 0 where there is no part of it.
@@ -136,10 +144,7 @@ std::uint64_t groups_begun(const PlannedEnsemble& planned, const std::filesystem
   const std::filesystem::path file = run_folder / part_file(planned);
   try {
     const std::string there = read_ensemble_configuration(file);
-    const std::map<std::string, std::string> settings = settings_of(there);
-    const auto found = settings.find("groups_drawn");
-    if (found == settings.end()) return 0;
-    const std::uint64_t groups = std::strtoull(found->second.c_str(), nullptr, 10);
+    const std::uint64_t groups = count_in(there, "groups_drawn");
     const bool usable = groups < groups_of(planned.spec) && there == part_configuration(planned.spec, groups);
     return usable ? groups : 0;
   } catch (const InputError&) {
@@ -188,7 +193,7 @@ EnsembleRecord draw_whole(const PlannedEnsemble& planned, const std::filesystem:
   std::uint64_t done = 0;
   EnsembleRecord record = beginning_of(planned, run_folder, done);
   const std::uint64_t there = std::min(spec.response.samples, done * group_size);
-  if (done > 0) log_line(progress, fmt::format("sampling {}: going on after {} piles", planned.label, there));
+  if (done > 0) log_line(progress, "sampling {}: going on after {} piles", planned.label, there);
   const SamplerSpec sampler = measure_sampler(planned, progress);
   Progress shown(fmt::format("sampling {}", planned.label), spec.response.samples - there, progress);
   draw_in_pieces(spec, sampler, done, record, threads, &shown, parts, [&](std::uint64_t groups) {
@@ -283,19 +288,15 @@ void look_for_smaller(PlannedEnsemble& planned, const PrecisionSpec& asked, cons
 void look_for_beginning(PlannedEnsemble& planned, const std::filesystem::path& run_folder) {
   if (planned.reusable || !is_there(run_folder, planned.file)) return;
   try {
-    const std::map<std::string, std::string> there =
-        settings_of(read_ensemble_configuration(run_folder / planned.file));
-    const auto samples = there.find("samples");
-    if (samples == there.end()) return;
+    const std::uint64_t samples = count_in(read_ensemble_configuration(run_folder / planned.file), "samples");
+    if (samples == 0 || samples >= planned.spec.response.samples || samples % group_size != 0) return;
     PlannedEnsemble beginning = planned;
-    beginning.spec.response.samples = std::strtoull(samples->second.c_str(), nullptr, 10);
-    if (beginning.spec.response.samples >= planned.spec.response.samples) return;
-    if (beginning.spec.response.samples % group_size != 0) return;
+    beginning.spec.response.samples = samples;
     look_for(beginning, run_folder);
     std::optional<MeasuredEnsemble> found = reuse_ensemble(beginning, run_folder);
     if (!found) return;
     planned.smaller = std::make_shared<const EnsembleRecord>(std::move(found->record));
-    planned.groups_before = beginning.spec.response.samples / group_size;
+    planned.groups_before = samples / group_size;
     planned.replaces.clear();
   } catch (const InputError&) {  // NOLINT(bugprone-empty-catch): look_for has said why it cannot be used
   }
@@ -384,10 +385,7 @@ void forget_unfinished(const PlannedEnsemble& planned, const std::filesystem::pa
   const auto goes_on = [&](const std::filesystem::path& file) {
     if (planned.grows_from == 0) return false;
     try {
-      const auto settings = settings_of(read_ensemble_configuration(file));
-      const auto samples = settings.find("samples");
-      return samples != settings.end() &&
-             std::strtoull(samples->second.c_str(), nullptr, 10) > planned.spec.response.samples;
+      return count_in(read_ensemble_configuration(file), "samples") > planned.spec.response.samples;
     } catch (const InputError&) {
       return false;
     }
@@ -407,15 +405,14 @@ void forget_unfinished(const PlannedEnsemble& planned, const std::filesystem::pa
 MeasuredEnsemble obtain_ensemble(PlannedEnsemble& planned, const std::filesystem::path& run_folder, int threads,
                                  ProgressStyle progress, const PartPolicy& parts) {
   if (std::optional<MeasuredEnsemble> there = reuse_ensemble(planned, run_folder)) {
-    log_line(progress,
-             fmt::format("sampling {}: {} piles already there", planned.label, planned.spec.response.samples));
+    log_line(progress, "sampling {}: {} piles already there", planned.label, planned.spec.response.samples);
     forget_unfinished(planned, run_folder);
     return *std::move(there);
   }
   const std::filesystem::path file = run_folder / planned.file;
   if (!planned.replaces.empty()) {
-    log_line(progress, fmt::format("sampling {}: {} is drawn again and replaced once the new one is whole: {}",
-                                   planned.label, planned.file.string(), planned.replaces));
+    log_line(progress, "sampling {}: {} is drawn again and replaced once the new one is whole: {}", planned.label,
+             planned.file.string(), planned.replaces);
   }
   // What would be lost in the end is missed before anything is drawn.
   make_folder(file.parent_path());

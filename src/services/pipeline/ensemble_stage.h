@@ -1,7 +1,6 @@
 #pragma once
 #include <filesystem>
 #include <functional>
-#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -37,8 +36,8 @@ std::uint64_t samples_there(const PlannedEnsemble& planned);
 /// Where an ensemble is kept while it is being drawn, so that a kill loses little of it: relative to the run's folder.
 std::filesystem::path part_file(const PlannedEnsemble& planned);
 
-/// Lines "key=value" of a configuration text.
-std::map<std::string, std::string> settings_of(const std::string& configuration);
+/// The count in the line "key=count" of a configuration text; 0 if there is none.
+std::uint64_t count_in(const std::string& configuration, const std::string& key);
 
 /// The first settings in which two configurations differ: "seed = 2 where 1 is there, samples = ...".
 std::string describe_difference(const std::string& there, const std::string& wanted);

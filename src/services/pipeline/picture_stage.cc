@@ -71,8 +71,7 @@ EnsembleSpec pile_spec(const Experiment& experiment, double mu) {
 
 bool needs_pair(const Experiment& experiment) {
   return (experiment.force_chains.response && experiment.sampling.model.is_beads()) ||
-         std::any_of(experiment.pictures.begin(), experiment.pictures.end(),
-                     [](const auto& one) { return needs_two_piles(one.second.scene); });
+         std::ranges::any_of(experiment.pictures, [](const auto& one) { return needs_two_piles(one.second.scene); });
 }
 
 void require_backend(const ForceChainSpec& chains) {

@@ -92,8 +92,8 @@ class Run {
     describe();
     const RunFolder folder(options_.folder);
     if (folder.leftovers_removed() > 0) {
-      log_line(options_.progress, fmt::format("removed {} half-written files and folders of a run that was killed",
-                                              folder.leftovers_removed()));
+      log_line(options_.progress, "removed {} half-written files and folders of a run that was killed",
+               folder.leftovers_removed());
     }
     if (reuse_all()) return std::move(result_);
     earlier_timings_ = earlier_timings(options_.folder);
@@ -392,7 +392,7 @@ class Run {
   }
 
   void note_failure(const std::string& what, const std::string& why) {
-    log_line(options_.progress, fmt::format("{} could not be made: {}", what, why));
+    log_line(options_.progress, "{} could not be made: {}", what, why);
     failures_.emplace_back(what, why);
   }
 
@@ -441,7 +441,7 @@ class Run {
   /// about, or what the main line found, or else the first of a study.
   void choose_key_figure() {
     const auto find = [&](const std::string& id) {
-      return std::find_if(data_.figures.begin(), data_.figures.end(), [&](const Figure& one) { return one.id == id; });
+      return std::ranges::find_if(data_.figures, [&](const Figure& one) { return one.id == id; });
     };
     const std::string& named = experiment_.report.key_figure;
     auto chosen = find(!named.empty() ? named : about_.empty() ? main_finding_id : first_of_study_);

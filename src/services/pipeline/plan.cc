@@ -137,10 +137,10 @@ PlannedTime estimate_time(const std::vector<PlannedStep>& plan, int threads) {
   constexpr double all_chains = 8, longest_chain = 3, shortest_chain = 0.1, all_others = 4, longest_other = 0.3,
                    shortest_other = 0.004;  // seconds
   const auto is_chain = [](const PlannedStep& step) { return step.spec.sampler.law == Law::polytope; };
-  auto chains = static_cast<double>(std::count_if(plan.begin(), plan.end(), is_chain));
+  auto chains = static_cast<double>(std::ranges::count_if(plan, is_chain));
   double left = all_chains;
   const auto is_other = [&](const PlannedStep& step) { return step.samples > 0 && !is_chain(step); };
-  const auto others = static_cast<double>(std::count_if(plan.begin(), plan.end(), is_other));
+  const auto others = static_cast<double>(std::ranges::count_if(plan, is_other));
   const double for_other = std::clamp(all_others / std::max(1.0, others), shortest_other, longest_other);
   PlannedTime planned;
   for (const PlannedStep& step : plan) {

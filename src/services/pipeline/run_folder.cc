@@ -45,7 +45,7 @@ const std::set<std::string> own_extensions = {".h5", ".notes", ".svg", ".pdf", "
 
 template <class Names>
 bool among(const Names& names, const fs::path& name) {
-  return std::any_of(names.begin(), names.end(), [&](const char* one) { return name == one; });
+  return std::ranges::any_of(names, [&](const char* one) { return name == one; });
 }
 
 std::string list_of(const std::vector<fs::path>& paths) {
@@ -79,9 +79,9 @@ void require_no_links(const fs::path& folder) {
   for (const char* name : history_entries) walk(folder / name, look_for_links);
   if (links.empty()) return;
   throw InputError(
-      fmt::format("{} {}, and what is written or removed there would be elsewhere; put the files themselves in {} "
-                  "place, or name a folder on another disk as a whole",
-                  list_of(links), links.size() == 1 ? "is a link" : "are links", links.size() == 1 ? "its" : "their"));
+      "{} {}, and what is written or removed there would be elsewhere; put the files themselves in {} place, or name a "
+      "folder on another disk as a whole",
+      list_of(links), links.size() == 1 ? "is a link" : "are links", links.size() == 1 ? "its" : "their");
 }
 
 /// Whether this file is a resolved experiment as this program prints it, the one to be run or another, and no text of a
@@ -105,9 +105,9 @@ RunFolder::RunFolder(std::filesystem::path folder, FolderUse use) : path_(std::m
   if (lock_.valid() && ::flock(lock_.get(), (use == FolderUse::shared ? LOCK_SH : LOCK_EX) | LOCK_NB) != 0 &&
       errno == EWOULDBLOCK) {
     throw BusyError(
-        fmt::format("another run{} is working in '{}', and both would write the same files; wait for its end or choose "
-                    "another folder",
-                    use == FolderUse::shared ? "" : " or shard", path_.string()));
+        "another run{} is working in '{}', and both would write the same files; wait for its end or choose another "
+        "folder",
+        use == FolderUse::shared ? "" : " or shard", path_.string());
   }
   if (use != FolderUse::read) require_no_links(path_);
   if (use != FolderUse::alone) return;
@@ -133,10 +133,10 @@ void require_own_results(const fs::path& folder, const std::string& resolved) {
   }
   if (foreign.empty()) return;
   throw InputError(
-      fmt::format("{}: no run of granuscope left {} there, and the results would take {} place; choose another --out, "
-                  "move {} away, or run with --force",
-                  list_of(foreign), foreign.size() == 1 ? "this file" : "these files",
-                  foreign.size() == 1 ? "its" : "their", foreign.size() == 1 ? "it" : "them"));
+      "{}: no run of granuscope left {} there, and the results would take {} place; choose another --out, move {} "
+      "away, or run with --force",
+      list_of(foreign), foreign.size() == 1 ? "this file" : "these files", foreign.size() == 1 ? "its" : "their",
+      foreign.size() == 1 ? "it" : "them");
 }
 
 bool remove_own_files(const fs::path& folder, const std::function<bool(std::string_view)>& ours) {
@@ -170,19 +170,18 @@ void remove_run(const fs::path& folder) {
     if (!ours) foreign.push_back(path);
   });
   if (!foreign.empty()) {
-    throw InputError(fmt::format(
-        "{}: no run of granuscope leaves this in '{}', which is to be removed, so that nothing was; move it "
-        "away and start again",
-        list_of(foreign), folder.string()));
+    throw InputError(
+        "{}: no run of granuscope leaves this in '{}', which is to be removed, so that nothing was; move it away and "
+        "start again",
+        list_of(foreign), folder.string());
   }
-  std::reverse(all.begin(), all.end());  // what is in a folder before the folder
+  std::ranges::reverse(all);  // what is in a folder before the folder
   for (const fs::path& path : all) {
     std::error_code error;
     fs::remove(path, error);
     if (error) {
-      throw EnvironmentError(
-          fmt::format("cannot remove '{}': {}; tonight's results would be mixed with it. Remove it by hand",
-                      path.string(), error.message()));
+      throw EnvironmentError("cannot remove '{}': {}; tonight's results would be mixed with it. Remove it by hand",
+                             path.string(), error.message());
     }
   }
 }

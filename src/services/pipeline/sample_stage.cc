@@ -29,8 +29,8 @@ MeasuredEnsemble SampleStage::obtain(PlannedEnsemble& planned) {
   const std::uint64_t there = samples_there(planned);
   timed(data_.timings, "sample " + planned.label,
         [&] { ensemble = obtain_ensemble(planned, options_.folder, options_.threads, options_.progress); });
-  StageTiming& timing = *std::find_if(data_.timings.begin(), data_.timings.end(),
-                                      [&](const StageTiming& one) { return one.stage == "sample " + planned.label; });
+  StageTiming& timing = *std::ranges::find_if(
+      data_.timings, [&](const StageTiming& one) { return one.stage == "sample " + planned.label; });
   const bool reused = planned.reusable && !drawn_by_crew_.contains(planned.file);
   if (reused) {
     const auto earlier = earlier_.find(timing.stage);
@@ -43,11 +43,10 @@ MeasuredEnsemble SampleStage::obtain(PlannedEnsemble& planned) {
     drawn_();
   }
   if (const auto& failed = ensemble.record.failed; !failed.empty()) {
-    log_line(
-        options_.progress,
-        fmt::format("{}: {} of {} piles could not be completed and enter no average; this command meets the first of "
-                    "these failures: {}",
-                    planned.label, failed.size(), planned.spec.response.samples, failed.front().replay));
+    log_line(options_.progress,
+             "{}: {} of {} piles could not be completed and enter no average; this command meets the first of these "
+             "failures: {}",
+             planned.label, failed.size(), planned.spec.response.samples, failed.front().replay);
   }
   ++obtained_;
   if (reused) ++reused_;
@@ -85,11 +84,9 @@ PrecisionOutcome SampleStage::reach_precision(PlannedEnsemble& planned, Measured
       break;
     }
     const std::uint64_t stop = expected_samples(planned, asked, look.samples_needed);
-    log_line(
-        options_.progress,
-        fmt::format("{}: c ± {}, D ± {} after {} piles; about {} in all are needed, {} with whole steps{}",
-                    planned.label, significant(measured.c.standard_error, 2), significant(measured.D.standard_error, 2),
-                    samples, significant(look.samples_needed, 2), stop, time_for(planned.spec, stop - samples)));
+    log_line(options_.progress, "{}: c ± {}, D ± {} after {} piles; about {} in all are needed, {} with whole steps{}",
+             planned.label, significant(measured.c.standard_error, 2), significant(measured.D.standard_error, 2),
+             samples, significant(look.samples_needed, 2), stop, time_for(planned.spec, stop - samples));
     if (options_.crew != nullptr) {
       draw_by_crew({planned});
       look_for(planned, options_.folder);
@@ -121,8 +118,7 @@ void SampleStage::tell_rounding(const SamplerCounts& counts) {
                 "Rounding carried none of the {} beads of the main ensembles out of the interval that has a solution.",
                 beads)
           : fmt::format("Rounding carried {1} of the {0} beads of the main ensembles out of the interval that has a "
-                        "solution; they "
-                        "were put onto its end.",
+                        "solution; they were put onto its end.",
                         beads, counts.rounded));
 }
 

@@ -9,7 +9,6 @@
 #include <atomic>
 #include <cerrno>
 #include <charconv>
-#include <cmath>
 #include <cstring>
 #include <map>
 #include <memory>
@@ -65,10 +64,10 @@ std::optional<Place> place_in_array(const std::function<std::string(const char*)
   // A part of an array (--array=3,7, or one task again) would be taken for another, smaller one.
   const bool even = step > 0 && (place->index - first) % step == 0 && last == first + (place->count - 1) * step;
   if (!even || (place->count == 1 && first > 1)) {
-    throw InputError(fmt::format(
-        "--shard auto: task {} of an array of {} from {} to {} is no place in a whole array, which has "
-        "even steps and more than one task; submit all of it, or write --shard K/N with the N of the first submission",
-        place->index, place->count, first, last));
+    throw InputError(
+        "--shard auto: task {} of an array of {} from {} to {} is no place in a whole array, which has even steps and "
+        "more than one task; submit all of it, or write --shard K/N with the N of the first submission",
+        place->index, place->count, first, last);
   }
   place->index = (place->index - first) / step;
   return place;
@@ -88,9 +87,9 @@ FileDescriptor lock_shard(const fs::path& folder, Shard shard) {
   FileDescriptor lock(::open(name.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666));
   if (lock.valid() && ::flock(lock.get(), LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
     throw BusyError(
-        fmt::format("shard {}/{} is at work in '{}' already, and both would draw the same blocks; wait for its end, or "
-                    "give each process a number of its own (--shard auto)",
-                    shard.number, shard.count, folder.string()));
+        "shard {}/{} is at work in '{}' already, and both would draw the same blocks; wait for its end, or give each "
+        "process a number of its own (--shard auto)",
+        shard.number, shard.count, folder.string());
   }
   return lock;
 }
@@ -129,9 +128,9 @@ Shard shard_named(const std::string& text, const std::function<std::string(const
     const Shard shard{outer.index * inner.count + inner.index + 1, outer.count * inner.count};
     if (shard.number < 1 || shard.number > shard.count || shard.count > most_shards) {
       throw InputError(
-          fmt::format("--shard auto: the environment says {} of {} (array {} of {}, task {} of {}), which is none of "
-                      "them; write --shard K/N",
-                      shard.number, shard.count, outer.index, outer.count, inner.index, inner.count));
+          "--shard auto: the environment says {} of {} (array {} of {}, task {} of {}), which is none of them; write "
+          "--shard K/N",
+          shard.number, shard.count, outer.index, outer.count, inner.index, inner.count);
     }
     return shard;
   }
@@ -139,8 +138,7 @@ Shard shard_named(const std::string& text, const std::function<std::string(const
   const auto number = slash == std::string::npos ? std::nullopt : number_in(text.substr(0, slash));
   const auto count = slash == std::string::npos ? std::nullopt : number_in(text.substr(slash + 1));
   if (!number || !count || *number < 1 || *number > *count || *count > most_shards) {
-    throw InputError(
-        fmt::format("--shard {}: this names no shard; write K/N with K from 1 to N, such as 3/16, or auto", text));
+    throw InputError("--shard {}: this names no shard; write K/N with K from 1 to N, such as 3/16, or auto", text);
   }
   return {*number, *count};
 }
@@ -174,7 +172,7 @@ std::vector<Atom> atoms_of(const std::vector<PlannedEnsemble>& ensembles) {
   for (const PlannedEnsemble& planned : ensembles) cost.push_back(relative_cost(planned.spec));
   std::vector<std::size_t> order(ensembles.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return cost[a] > cost[b]; });
+  std::ranges::stable_sort(order, [&](std::size_t a, std::size_t b) { return cost[a] > cost[b]; });
   std::vector<Atom> atoms;
   for (const std::size_t ensemble : order) {
     for (int block = 0; block < ensembles[ensemble].spec.response.blocks; ++block) atoms.push_back({ensemble, block});
@@ -186,10 +184,9 @@ std::vector<std::vector<Atom>> deal(const std::vector<PlannedEnsemble>& ensemble
   const std::vector<Atom> atoms = atoms_of(ensembles);
   if (atoms.size() < static_cast<std::size_t>(count)) {
     throw InputError(
-        fmt::format("{} shards are more than the {} blocks of this experiment, and a block is what one of them draws; "
-                    "raise response.blocks (with response.samples, eight piles for each block at least), or use fewer "
-                    "shards",
-                    count, atoms.size()));
+        "{} shards are more than the {} blocks of this experiment, and a block is what one of them draws; raise "
+        "response.blocks (with response.samples, eight piles for each block at least), or use fewer shards",
+        count, atoms.size());
   }
   // Longest first, each to the shard that has least to do: blocks of one ensemble are alike, so they go round.
   std::vector<std::vector<Atom>> hands(static_cast<std::size_t>(count));
@@ -209,10 +206,10 @@ void keep_experiment(const fs::path& folder, const std::string& resolved) {
   std::error_code ignored;
   if (fs::exists(file, ignored)) {
     if (read_file(file) == resolved) return;
-    throw InputError(fmt::format(
-        "'{}' is another experiment than this one, and the blocks of both would be mixed up; choose another "
-        "--out, or remove that folder",
-        file.string()));
+    throw InputError(
+        "'{}' is another experiment than this one, and the blocks of both would be mixed up; choose another --out, or "
+        "remove that folder",
+        file.string());
   }
   write_file(file, resolved);
 }
@@ -255,9 +252,8 @@ void run_shard(const Experiment& experiment, const RunOptions& options, Shard sh
     missing.push_back(atom);
     samples += samples_in_block(planned.spec, atom.block, groups_of(planned.spec));
   }
-  log_line(options.progress,
-           fmt::format("shard {}/{}: {} of the {} blocks of this experiment, {} of them to draw", shard.number,
-                       shard.count, hand.size(), atoms_of(ensembles).size(), missing.size()));
+  log_line(options.progress, "shard {}/{}: {} of the {} blocks of this experiment, {} of them to draw", shard.number,
+           shard.count, hand.size(), atoms_of(ensembles).size(), missing.size());
   if (missing.empty()) return;
   Progress progress(fmt::format("shard {}/{}", shard.number, shard.count), samples, options.progress);
   std::atomic<std::size_t> taken{0};
@@ -285,9 +281,9 @@ std::vector<std::string> commands_for(const std::vector<PlannedEnsemble>& ensemb
   if (count == 0 || static_cast<std::size_t>(count) > atoms) return {run + " --shard 1/1" + out};
   const auto hands = deal(ensembles, count);
   for (std::size_t k = 0; k < hands.size(); ++k) {
-    const bool wanted = std::any_of(missing.begin(), missing.end(), [&](const Atom& atom) {
-      return std::any_of(hands[k].begin(), hands[k].end(),
-                         [&](const Atom& held) { return held.ensemble == atom.ensemble && held.block == atom.block; });
+    const bool wanted = std::ranges::any_of(missing, [&](const Atom& atom) {
+      return std::ranges::any_of(
+          hands[k], [&](const Atom& held) { return held.ensemble == atom.ensemble && held.block == atom.block; });
     });
     if (wanted) commands.push_back(fmt::format("{} --shard {}/{}{}", run, k + 1, count, out));
   }
@@ -338,9 +334,9 @@ void require_same(const PlannedEnsemble& planned, const Source& a, const Source&
   require_sound(a, block);
   require_sound(b, block);
   throw InputError(
-      fmt::format("'{}' and '{}' hold block {} of {} with different numbers, though of one experiment and sampling "
-                  "version, so that at least one of them is wrong; draw it again, and remove the file that differs",
-                  a.file.string(), b.file.string(), block, planned.label));
+      "'{}' and '{}' hold block {} of {} with different numbers, though of one experiment and sampling version, so "
+      "that at least one of them is wrong; draw it again, and remove the file that differs",
+      a.file.string(), b.file.string(), block, planned.label);
 }
 
 std::shared_ptr<const Source> open(const PlannedEnsemble& planned, const fs::path& file,
@@ -348,10 +344,10 @@ std::shared_ptr<const Source> open(const PlannedEnsemble& planned, const fs::pat
   auto source = std::make_shared<const Source>(Source{file, EnsembleReader(file)});
   const EnsembleRecord& header = source->reader.header();
   if (header.configuration != configuration) {
-    throw InputError(fmt::format(
+    throw InputError(
         "'{}' is of another experiment than the one to be merged, so that their piles do not belong together: {}; "
         "leave it out, or merge it with those of its own",
-        file.string(), describe_difference(header.configuration, configuration)));
+        file.string(), describe_difference(header.configuration, configuration));
   }
   require_shape(file, header, planned.spec, first_block, blocks);
   return source;
@@ -389,9 +385,9 @@ void require_known(const std::vector<PlannedEnsemble>& ensembles, const fs::path
        at.increment(ignored)) {
     if (at->path().extension() == ".blocks" && !known.contains(at->path().filename().string())) {
       throw InputError(
-          fmt::format("'{}' holds blocks of an ensemble that the experiment to be merged does not have; leave that "
-                      "folder out, or merge it with those of its own",
-                      at->path().string()));
+          "'{}' holds blocks of an ensemble that the experiment to be merged does not have; leave that folder out, or "
+          "merge it with those of its own",
+          at->path().string());
     }
   }
 }
@@ -423,25 +419,24 @@ void require_complete(const std::vector<PlannedEnsemble>& ensembles, const std::
     words.push_back(fmt::format("of {}: {}", ensembles[i].label, ranges_of(blocks)));
   }
   if (missing.empty()) return;
-  throw InputError(fmt::format("{} blocks are missing, so that nothing was merged ({}); draw them by: {}",
-                               missing.size(), fmt::join(words, "; "),
-                               fmt::join(commands_for(ensembles, missing, folders), "; ")));
+  throw InputError("{} blocks are missing, so that nothing was merged ({}); draw them by: {}", missing.size(),
+                   fmt::join(words, "; "), fmt::join(commands_for(ensembles, missing, folders), "; "));
 }
 
 Experiment experiment_of(const std::vector<fs::path>& folders) {
   std::error_code ignored;
   for (const fs::path& folder : folders) {
     if (!fs::is_directory(folder, ignored)) {
-      throw InputError(fmt::format("'{}' is no folder; name folders in which shards have worked", folder.string()));
+      throw InputError("'{}' is no folder; name folders in which shards have worked", folder.string());
     }
   }
   for (const fs::path& folder : folders) {
     if (fs::exists(folder / "experiment.toml", ignored)) return read_experiment(folder / "experiment.toml");
   }
   throw InputError(
-      fmt::format("'{}' holds no experiment.toml, so that nobody knows what to merge; name folders in "
-                  "which shards (run --shard) have worked",
-                  folders.front().string()));
+      "'{}' holds no experiment.toml, so that nobody knows what to merge; name folders in which shards (run --shard) "
+      "have worked",
+      folders.front().string());
 }
 
 /// While blocks are still being drawn, those that are missing are no fault. Each folder once, however it is named; that
@@ -500,7 +495,7 @@ void merge_folders(const std::vector<fs::path>& folders, const fs::path& out, Pr
     write_whole(ensembles[i], out / ensembles[i].file, found[i]);
     (void)open_ensemble(out / ensembles[i].file);  // is whole on disk before its blocks are removed
     BlockFiles(ensembles[i], out).remove();
-    log_line(progress, fmt::format("merged {}: {} blocks", ensembles[i].label, ensembles[i].spec.response.blocks));
+    log_line(progress, "merged {}: {} blocks", ensembles[i].label, ensembles[i].spec.response.blocks);
   }
   forget_shards(out);
 }

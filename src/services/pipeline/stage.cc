@@ -1,7 +1,5 @@
 #include "pipeline/stage.h"
 
-#include <fmt/format.h>
-
 #include "support/error.h"
 
 namespace granuscope {
@@ -48,7 +46,7 @@ Stage stage_named(const std::string& name) {
   for (const StageRule& rule : rules()) {
     if (name == rule.name) return rule.stage;
   }
-  throw InputError(fmt::format("there is no stage \"{}\": known are sample, analyse, render, plot and report", name));
+  throw InputError("there is no stage \"{}\": known are sample, analyse, render, plot and report", name);
 }
 
 std::set<Stage> stages_needed(const std::vector<Stage>& asked_for) {

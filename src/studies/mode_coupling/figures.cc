@@ -24,10 +24,6 @@ constexpr int wide_points = 4, loads_points = 6;
 
 std::string title_of(double mu) { return "μ = " + caption_number(mu); }
 
-std::string in_words(const Estimate& number) {
-  return number.known() ? value_with_error(number.value, number.standard_error) : "unknown";
-}
-
 }  // namespace
 
 Figure plot_predicted_width(const std::vector<CoupledSpreading>& measured, const std::filesystem::path& run_folder) {
@@ -307,8 +303,7 @@ Figure plot_peak_shape(const std::vector<CoupledSpreading>& measured, const std:
       next = x + 0.16;
       const double above = peak.height[j].value - std::exp(-x * x / 2) / std::sqrt(2 * std::numbers::pi);
       table.add_row({x, peak.height[j].value, peak.height[j].standard_error, above});
-      difference.add(above - peak.height[j].standard_error);
-      difference.add(above + peak.height[j].standard_error);
+      difference.add(above, peak.height[j].standard_error);
     }
     const std::string file = plot.add_data(std::to_string(i + 1), table);
     const Ink ink = ink_of_series(i);

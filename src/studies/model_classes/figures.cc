@@ -45,8 +45,7 @@ void add_slowing(Plot& plot, Panels& panels, const ModelSeries& series, const st
   style.with = "xyerrorlines";
   panels.slowing.add(plot.add_data(name, table), "1:3:2:4", style);
   if (series.alpha.exponent.known()) {
-    panels.exponents.push_back(fmt::format(
-        "{} ({})", value_with_error(series.alpha.exponent.value, series.alpha.exponent.standard_error), series.name));
+    panels.exponents.push_back(fmt::format("{} ({})", value_with_error(series.alpha.exponent), series.name));
   }
 }
 

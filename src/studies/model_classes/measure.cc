@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -135,7 +134,7 @@ MeasuredModel measure_model(const MeasuredEnsemble& ensemble, const FitSpec& fit
   response.sampler = ensemble.spec.sampler;
   response.model = name_of(model.name);
   response.bead_weight = ensemble.spec.sampler.bead_weight;
-  response.samples = std::accumulate(sums.count.begin(), sums.count.end(), std::uint64_t{0});
+  response.samples = sums.samples();
   response.speed_without_disorder = speed_without_disorder(model);
   response.layers = {fit.first_layer, fit.last_layer};
   response.z = {sums.rows.depth(fit.first_layer), sums.rows.depth(fit.last_layer)};
@@ -164,8 +163,7 @@ MeasuredModel measure_model(const MeasuredEnsemble& ensemble, const FitSpec& fit
     ++best[static_cast<std::size_t>(best_shape(response.fits))];
     deepest = row;
   }
-  response.shape =
-      all_response_shapes[static_cast<std::size_t>(std::max_element(best.begin(), best.end()) - best.begin())];
+  response.shape = all_response_shapes[static_cast<std::size_t>(std::ranges::max_element(best) - best.begin())];
   response.width = response.fits[static_cast<std::size_t>(ResponseShape::two_gaussians)].width;
   set_expected(model, response);
   if (response.theory) compare_with_theory(transport, response);
@@ -182,7 +180,7 @@ TractionDepth measure_traction(const MeasuredEnsemble& ensemble) {
   TractionDepth depth;
   depth.middle = legs.middle;
   depth.noise = legs.noise;
-  depth.samples = std::accumulate(sums.count.begin(), sums.count.end(), std::uint64_t{0});
+  depth.samples = sums.samples();
   std::vector<Replicated> shares;
   std::vector<double> z;
   for (std::size_t row = 0; row < sums.layers.size(); ++row) {

@@ -108,8 +108,7 @@ void judge_scaling(const std::vector<ModelSeries>& series, std::vector<Claim>& c
                        "The exponent");
     if (osl != nullptr && osl->alpha.exponent.known()) {
       const Estimate& alpha = osl->alpha.exponent;
-      add_sentence(claim, fmt::format("Stochastic OSL itself has {} by the same fits.",
-                                      value_with_error(alpha.value, alpha.standard_error)));
+      add_sentence(claim, "Stochastic OSL itself has {} by the same fits.", value_with_error(alpha));
     }
   }
   claims.push_back(std::move(claim));
@@ -129,9 +128,8 @@ void judge_mean(const std::vector<ModelSeries>& series, std::vector<Claim>& clai
     judge_by_number(claim, widest->share_of_mean, {.value = 1, .tolerance = nearly_all}, Rival{0, "fluctuations alone"},
                     fmt::format("The share in the three-leg model whose legs push, {},", widest->parameter));
     if (widest->c.known()) {
-      add_sentence(claim, fmt::format("There c = {}, and c₀ √(1 − ⟨p⟩) = {}.",
-                                      value_with_error(widest->c.value, widest->c.standard_error),
-                                      value_with_error(widest->c_of_middle.value, widest->c_of_middle.standard_error)));
+      add_sentence(claim, "There c = {}, and c₀ √(1 − ⟨p⟩) = {}.", value_with_error(widest->c),
+                   value_with_error(widest->c_of_middle));
     }
   }
   claims.push_back(std::move(claim));

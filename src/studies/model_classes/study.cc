@@ -65,12 +65,11 @@ class ModelsStudy final : public CopiedStudy<ModelsStudy> {
         make_key(table(), "three_leg_noise", "",
                  "three_leg_free and _clipped: the share is uniform on the mean plus and minus so much of it", noise_,
                  KeyRange{.why = "a share is never negative"}.within(0, 1)),
-        make_key(
-            table(), "three_leg_cells", "",
-            "three-leg model, noise alike in cells: standard deviations of the share of the middle leg, whose mean "
-            "is 0.3",
-            three_leg_cells_,
-            list(KeyRange{}.within(0, middle_of_cells / sqrt3).above(0), "a uniform share would fall below 0")),
+        make_key(table(), "three_leg_cells", "",
+                 "three-leg model, noise alike in cells: standard deviations of the share of the middle leg, whose "
+                 "mean is 0.3",
+                 three_leg_cells_,
+                 list(KeyRange{}.within(0, middle_of_cells / sqrt3).above(0), "a uniform share would fall below 0")),
         make_key(table(), "traction_noise", "",
                  "at which depth legs of three_leg_free begin to pull under a uniform load, with the share uniform on "
                  "the mean plus and minus so much of it",
@@ -84,11 +83,10 @@ class ModelsStudy final : public CopiedStudy<ModelsStudy> {
                  "stochastic OSL: other grids to measure the largest disorder with, which show how far the scheme has "
                  "converged",
                  coarser_grids_, KeyRange{.longest = 8, .ascending = true}.within(1, 16)),
-        make_key(
-            table(), "osl_cells", "bead diameters, rows",
-            "stochastic OSL and three_leg_cells: width and height of the cells within which noise is the same; must "
-            "divide the columns",
-            cells_, KeyRange{}.within(1, 64)),
+        make_key(table(), "osl_cells", "bead diameters, rows",
+                 "stochastic OSL and three_leg_cells: width and height of the cells within which noise is the same; "
+                 "must divide the columns",
+                 cells_, KeyRange{}.within(1, 64)),
         make_key(table(), "columns", "beads", "beads per layer", columns_,
                  KeyRange{}.within(fewest_columns, most_columns)),
         make_key(table(), "depth", "bead diameters", "deepest layer that is measured; the fits begin at a third of it",
@@ -240,15 +238,14 @@ class ModelsStudy final : public CopiedStudy<ModelsStudy> {
     using Folder = const std::filesystem::path&;
     std::vector<FigurePlot> all = {[this](Folder folder) { return plot_models(measured_.series, id(), folder); }};
     const auto some = [this](const auto& fits) {
-      return std::any_of(measured_.series.begin(), measured_.series.end(), [&](const ModelSeries& series) {
-        return std::any_of(series.responses.begin(), series.responses.end(), fits);
-      });
+      return std::ranges::any_of(
+          measured_.series, [&](const ModelSeries& series) { return std::ranges::any_of(series.responses, fits); });
     };
     if (some([](const ModelResponse& one) { return one.theory && one.speed_loss.known(); })) {
       all.emplace_back([this](Folder folder) { return plot_noise(measured_.series, folder); });
     }
     const auto appears = [](const TractionDepth& one) { return one.z.known(); };
-    if (std::any_of(measured_.tractions.begin(), measured_.tractions.end(), appears) &&
+    if (std::ranges::any_of(measured_.tractions, appears) &&
         some([](const ModelResponse& one) { return one.middle.known() && one.c.known(); })) {
       all.emplace_back([this](Folder folder) { return plot_middle(measured_.series, measured_.tractions, folder); });
     }
