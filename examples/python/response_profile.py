@@ -3,13 +3,15 @@
 usage: python3 response_profile.py ENSEMBLE.h5 LAYER >profile.csv
 
 Needs h5py (Debian: python3-h5py). The ensemble is one that `granuscope run` leaves in ensembles/, of the estimator point:
-each bead's mean weight minus the 1 that it has under a uniform load, per unit of the overload.
+each bead's mean weight minus the 1 that it has under a uniform load, per unit of the overload. With `coupled = true` the
+file holds the response to several known loads, which layer 0 shows, so that each mode of it is divided by theirs.
 """
 import json
 import sys
 
 try:
     import h5py
+    import numpy
 except ImportError as missing:
     print(f"{missing.name} is missing: apt-get install python3-h5py", file=sys.stderr)
     sys.exit(2)
@@ -20,8 +22,14 @@ def response(file, layer):
     layers = list(file["layers"])
     if layer not in layers:
         sys.exit(f"layer {layer} was not recorded; there are {layers}")
-    mean = file["weight/sum"][:, layers.index(layer), :].sum(axis=0) / file["count"][...].sum()
-    return file["x"][layer % 2], mean - 1
+    x = file["x"][layer % 2]
+    if "weight" in file:
+        return x, file["weight/sum"][:, layers.index(layer), :].sum(axis=0) / file["count"][...].sum() - 1
+    moved, loads = (file["moved_weight/sum"][:, layers.index(row), :].sum(axis=0) for row in (layer, 0))
+    # Not mode 0, which is 1: no load is lost. Nor the last one of an even number, whose sine no column sees.
+    k = 2 * numpy.pi * numpy.arange(1, (len(x) + 1) // 2) / len(x)
+    modes = numpy.exp(-1j * numpy.outer(k, x)) @ moved / (numpy.cos(numpy.outer(k, file["x"][0])) @ loads)
+    return x, (1 + 2 * (numpy.exp(1j * numpy.outer(x, k)) @ modes).real) / len(x)
 
 
 def main():
