@@ -24,9 +24,9 @@ struct NumberChoice {
 };
 
 /// Numbers of a summary.json, with its standard error where one has it, for the text of a paper. `format`: "tex"
-/// (\\granuscope{mu-0.3/c} gives 0.56026(50), and an unknown name is an error), "csv" (name, value, standard error, text) or
-/// "json". Names follow the places of summary.json: "beta", "mu-0.3/c", "claims/D-of-mu/measured". Throws InputError if
-/// the text is no summary, the format is not known or no number has a name that is asked for.
+/// (\\granuscope{mu-0.3/c} gives 0.56026(50), and an unknown name is an error), "csv" (name, value, standard error,
+/// text) or "json". Names follow the places of summary.json: "beta", "mu-0.3/c", "claims/D-of-mu/measured". Throws
+/// InputError if the text is no summary, the format is not known or no number has a name that is asked for.
 std::string list_numbers(std::string_view summary, const std::string& format, const NumberChoice& choice);
 
 /// Text that Markdown shows as it stands, on one line, also inside a table.
