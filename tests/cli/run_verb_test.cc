@@ -71,7 +71,7 @@ TEST_CASE("run leaves the documented files, the same numbers for every number of
   }
   CHECK(parse_experiment(read_file(scratch / "one" / "experiment.toml"), "resolved").lattice.columns == 120);
   const json summary = json::parse(read_file(scratch / "one" / "summary.json"));
-  CHECK(summary["schema"] == 4);
+  CHECK(summary["schema"] == 5);
   CHECK(summary["experiment"] == "small");
   REQUIRE(summary["results"].size() == 4);
   CHECK(summary["results"][1]["samples"] == 256);

@@ -76,7 +76,7 @@ Experiment reduced_quick() {
                                                    "studies.mode_coupling.columns=160",
                                                    "studies.mode_coupling.samples=256",
                                                    "studies.mode_coupling.loaded_samples=256",
-                                                   "studies.mode_coupling.fluctuation_layers=[64, 256]",
+                                                   "studies.mode_coupling.fluctuation_layer=256",
                                                    "studies.mode_coupling.fluctuation_samples=256",
                                                    "studies.redrawn_beads.samples=256",
                                                    "studies.counted_work.mu=[]",

@@ -35,7 +35,7 @@ ReportData numbers_only() {
 TEST_CASE("The summary has the fields others rely on") {
   const std::string text = summary_json(numbers_only());
   const Json json = Json::parse(text);
-  CHECK(text.starts_with("{\n  \"schema\": 4,\n  \"experiment\": \"quick\","));
+  CHECK(text.starts_with("{\n  \"schema\": 5,\n  \"experiment\": \"quick\","));
   CHECK(json["seed"] == 18446744073709551615ULL);
   const Json& result = json["results"][4];
   CHECK(result["mu"] == 0.3);

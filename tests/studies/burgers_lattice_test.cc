@@ -1,5 +1,5 @@
-// Controls of the mode-coupling equation and of the power of z on a system whose answers are known: the stochastic
-// Burgers lattice, conserved fields u with the flux
+// Controls of the power of z on a system whose answer is known: the stochastic Burgers lattice, conserved fields u with
+// the flux
 //   (lambda/6)(u_j^2 + u_j u_(j+1) + u_(j+1)^2) - (D/2)(u_(j+1) - u_j) + noise,
 // whose stationary state is white of variance 1 whatever lambda is (Sasamoto and Spohn, J. Stat. Phys. 137, 917
 // (2009)). Its kernel is lambda^2/2 f^2. Time stands for depth.
@@ -14,7 +14,6 @@
 
 #include "analysis/shape_fit.h"
 #include "ensemble/multiplexed_estimator.h"
-#include "studies/mode_coupling/theory.h"
 
 using namespace granuscope;
 
@@ -116,31 +115,6 @@ class FollowedRings {
     for (std::size_t ring = 0; ring < sums_.size(); ++ring) power.without_block.push_back(without(ring));
     return power;
   }
-  /// What is left of mode m over times[i].
-  Replicated correlation(std::size_t i, std::size_t m) const {
-    Replicated left;
-    for (std::size_t left_out = 0; left_out <= sums_.size(); ++left_out) {
-      double there = 0, first = 0;
-      for (std::size_t ring = 0; ring < sums_.size(); ++ring) {
-        if (ring == left_out) continue;
-        there += sums_[ring][i + 1][m - 1];
-        first += sums_[ring][0][m - 1];
-      }
-      if (left_out < sums_.size()) left.without_block.push_back(there / first);
-      if (left_out == sums_.size()) left.value = there / first;
-    }
-    return left;
-  }
-  /// The same of the equation, by the same fit.
-  double predicted_power(const CoupledPeak& solved, std::size_t i) const {
-    const auto W2 = [&](int time) {
-      const auto step = static_cast<std::size_t>(std::lround(time / solved.spec.step));
-      std::vector<double> there;
-      for (std::size_t m = 1; m <= modes_; ++m) there.push_back(solved.modes[step][m].real());
-      return width_squared(there, time);
-    };
-    return std::log2(W2(following_.times[i + 1]) / W2(following_.times[i]));
-  }
 
  private:
   /// Of the peak as it looks where it moves with the speed 1, as sound in piles does.
@@ -178,46 +152,15 @@ class FollowedRings {
 
 }  // namespace
 
-TEST_CASE("The equation holds for a lattice that is known to carry itself along", "[long]") {
-  constexpr int size = 256;
-  constexpr double D = 0.5, dt = 0.02, t = 64;
-  for (const double lambda : {0.0, 0.7}) {
-    const FollowedRings rings({size, D, lambda, dt}, {120, 8, 16, {static_cast<int>(t)}}, 1000);
-    const auto solved = [&](double of_itself) {
-      return solve_coupled_peak({.D = D, .to_itself = of_itself, .depth = t, .step = 0.5, .ring = size});
-    };
-    const CoupledPeak peak = solved(lambda * lambda / 2), twice = solved(lambda * lambda);
-    double chi2 = 0, chi2_twice = 0;
-    for (std::size_t m = 2; m <= 8; m += 2) {
-      const Estimate left = estimate(rings.correlation(0, m));
-      const double expected = peak.modes.back()[m].real(), with_twice = twice.modes.back()[m].real();
-      const double k = 2 * std::numbers::pi * static_cast<double>(m) / size, diffusion = std::exp(-D / 2 * k * k * t);
-      CAPTURE(lambda, m, left.value, left.standard_error, expected, with_twice, diffusion);
-      // One loop is an approximation: it decays a little less than the lattice.
-      const double error = std::hypot(left.standard_error, lambda > 0 ? 0.02 : 0.003);
-      CHECK(std::abs(left.value - expected) < 4 * error);
-      if (lambda > 0 && m <= 6) CHECK(diffusion - left.value > 4 * left.standard_error);
-      chi2 += std::pow((left.value - expected) / error, 2);
-      chi2_twice += std::pow((left.value - with_twice) / error, 2);
-    }
-    CAPTURE(lambda, chi2, chi2_twice);
-    if (lambda > 0) CHECK(chi2_twice > chi2 + 25);
-  }
-}
-
 TEST_CASE("Fits as those of piles find the power 4/3 of the Burgers lattice, and 1 without its coupling", "[long]") {
   // Coupled so strongly it is past diffusion at once.
   for (const auto& [spec, power] :
        {std::pair(BurgersSpec{512, 2.0, 0.0, 0.05}, 1.0), std::pair(BurgersSpec{512, 0.5, 2.0, 0.005}, 4.0 / 3)}) {
     const FollowedRings rings(spec, {30, 40, 16, {8, 16, 32}}, 700);
-    const CoupledPeak solved = solve_coupled_peak(
-        {.D = spec.D, .to_itself = spec.lambda * spec.lambda / 2, .depth = 32, .step = 0.25, .ring = spec.size});
     for (std::size_t octave = 0; octave < 2; ++octave) {
       const Estimate found = estimate(rings.power(octave));
-      const double by_equation = rings.predicted_power(solved, octave);
-      CAPTURE(spec.lambda, octave, found.value, found.standard_error, by_equation);
+      CAPTURE(spec.lambda, octave, found.value, found.standard_error);
       CHECK(found.standard_error < 0.06);
-      CHECK(std::abs(found.value - by_equation) < 3 * found.standard_error);
       CHECK(std::abs(found.value - power) < 3 * found.standard_error);
     }
   }
@@ -243,11 +186,8 @@ TEST_CASE("Errors of the power of the Burgers lattice cover it, with and without
       stated += one.standard_error * one.standard_error / ensembles;
     }
     CAPTURE(spec.lambda, mean, std::sqrt(squares), std::sqrt(stated), covered);
-    const CoupledPeak solved = solve_coupled_peak(
-        {.D = spec.D, .to_itself = spec.lambda * spec.lambda / 2, .depth = 16, .step = 0.25, .ring = spec.size});
-    const FollowedRings one(spec, {1, 1, 16, {8, 16}}, 1);
-    CAPTURE(one.predicted_power(solved, 0));
-    CHECK(std::abs(mean - one.predicted_power(solved, 0)) < 0.05);
+    // With coupling so early a power is a little above the one that it comes to.
+    CHECK(std::abs(mean - (spec.lambda > 0 ? 4.0 / 3 : 1)) < (spec.lambda > 0 ? 0.08 : 0.05));
     // 68 %, known to 3.8 %; 16 blocks make it 1.5 % less.
     CHECK(covered > ensembles * (0.68 - 0.11));
     CHECK(covered < ensembles * (0.68 + 0.11));

@@ -1,0 +1,113 @@
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "analysis/jackknife.h"
+#include "analysis/mean_response.h"
+#include "sampling/sampler_spec.h"
+#include "studies/mode_coupling/sound_form.h"
+#include "studies/spreading.h"
+
+namespace granuscope {
+/// How much better another shape of the peaks describes one lag than Gaussians do.
+struct PeakShapeTest {
+  double z = 0;
+  int degrees_of_freedom = 0;
+  double gaussian = 0, kpz = 0, levy = 0;  ///< chi^2 with x_p and W free; levy: of the form of sound
+};
+
+/// Holds the modes of one lag against the three shapes, each with the x_p and W that suit it best.
+PeakShapeTest test_shape(const LayerSpectrum& spectrum, const LagResponse& lag, const SoundForm& form);
+
+/// One of the two peaks, scaled by its own x_p and W to variance and area 1.
+struct ScaledPeak {
+  double z = 0;
+  std::vector<double> x;         ///< (x - x_p)/W
+  std::vector<Estimate> height;  ///< 2 W P
+};
+
+/// By cosines and sines, which know the one peak from the other, however near that is on the ring.
+ScaledPeak scaled_peak(const LayerSpectrum& spectrum, const LagResponse& lag);
+ScaledPeak scaled_peak(const SoundForm& form, double z, int columns);
+
+/// The fluctuations of layers of uniformly loaded piles, by wave number: <|x_k|^2> per bead, w = 1 on the mean. The
+/// torque of a layer n is t = (-1)^n (T_R + T_L) of its beads, T the tangential forces of the contacts that leave them:
+/// contacts turn beads like gears, so that torque balance makes it a conserved field, the third one beside w and H.
+struct LayerFluctuations {
+  int layer = 0;          ///< the shallowest
+  std::vector<double> k;  ///< radians per bead diameter
+  std::vector<Replicated> of_w, of_H, of_torque;
+  Replicated D_torque;  ///< a peak of torque has the variance D_torque z; bead diameters
+};
+
+/// What is drawn for it.
+struct FluctuationPiles {
+  SamplerSpec sampler;
+  int columns = 0, layer = 0;
+  std::uint64_t samples = 0;
+  int blocks = 0;
+};
+
+/// Layers that a pile of them has.
+int layers_needed(const FluctuationPiles& piles);
+
+/// Draws the piles, each by itself; threads change no number. Throws InputError if one could not be completed.
+LayerFluctuations measure_fluctuations(const FluctuationPiles& piles, int threads);
+
+/// Uniformly loaded piles whose loads lean, or act beside the centres of the beads.
+struct LoadedPiles {
+  EnsembleSpec spec;
+  LoadLine line;
+  Replicated thrust;  ///< kappa = 3 sigma_xx / w where fluctuations are saturated
+};
+
+/// How the thrust ratio kappa depends on one of the two: kappa(0) + kappa'' x^2/2 + ... x^4.
+struct ThrustCurvature {
+  Estimate at_zero, curvature;
+  LineTest test;  ///< of that form
+};
+
+/// Means over a band of modes that are saturated and long against beads.
+struct Plateau {
+  int layer = 0;
+  double k_from = 0, k_to = 0;
+  Estimate of_w, of_H, of_torque;
+  Estimate ratio;  ///< C_H/C_w; that of sound is c_thrust^2
+};
+
+/// How weight, horizontal force and torque couple at one friction coefficient, and how peaks spread beside the form
+/// that follows.
+struct CoupledSpreading {
+  double mu = 0;
+  DeepResponse response;
+  std::vector<LoadedPiles> leaning, turned;  ///< upright first, ascending in slope, in offset
+  ThrustCurvature by_slope, by_torque;
+  Plateau plateau;
+  Estimate D_torque;
+  Estimate to_itself,
+      to_torque;                  ///< couplings m of the peak: kappa_hh^2 C_H/144 and kappa_tt^2 C_t^2/(36 C_H)
+  Estimate B;                     ///< that to_torque gives
+  SoundForm form;                 ///< with that B, and D of the first octave
+  FormTest predicted;             ///< by it
+  FormFit of_widths;              ///< D and B that describe W^2 best
+  Estimate strength;              ///< B of them over the predicted one
+  FormFit of_waves;               ///< D and B of D(k)
+  FormTest from_waves;            ///< by them
+  SpeedTest speeds;               ///< likewise c(k)
+  double diffusion_chi2 = 0;      ///< of one D in all octaves
+  std::vector<ScaledPeak> peaks;  ///< of the deepest lags
+  std::vector<PeakShapeTest> shapes;
+};
+
+/// Of an ensemble with the lag 0 recorded.
+LoadedPiles measure_loaded(const MeasuredEnsemble& ensemble);
+
+/// Of piles that are alike but for one number of their line of load, `x` of it. Piles of equal sample share their
+/// random numbers, which their replicates know.
+ThrustCurvature fit_thrust(const std::vector<LoadedPiles>& piles, double LoadLine::*x, Replicated* curvature = nullptr);
+
+/// All of it, from an ensemble as measure_spreading takes it and what else has been measured.
+CoupledSpreading measure_coupling(const MeasuredEnsemble& deep, std::vector<LoadedPiles> leaning,
+                                  std::vector<LoadedPiles> turned, const LayerFluctuations& layer, int threads);
+
+}  // namespace granuscope
