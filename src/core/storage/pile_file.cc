@@ -25,7 +25,7 @@ namespace {
 constexpr const char* kind = "a pile file";
 constexpr const char* format_name = "granuscope pile";
 constexpr std::uint64_t format_version = 1;
-constexpr const char* units =
+constexpr const char* pile_units =
     "lengths in bead diameters, forces in units of the load on one ordinary top bead; V down, H right, pushed onto the "
     "lower bead";
 
@@ -221,7 +221,7 @@ void write_pile(const std::filesystem::path& file, const Pile& pile) {
   Hdf5Writer writer(file);
   writer.attribute("/", "format", format_name);
   writer.attribute("/", "format_version", format_version);
-  writer.attribute("/", "units", units);
+  writer.attribute("/", "units", pile_units);
   writer.attribute("/", "mu", pile.mu);
   writer.attribute("/", "law", pile.law);
   writer.attribute("/", "seed", pile.seed);

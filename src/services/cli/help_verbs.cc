@@ -76,21 +76,21 @@ void add_help_verb(CLI::App& app, VerbContext& context) {
 
 namespace {
 
-constexpr std::string_view folder = "examples/";
+constexpr std::string_view examples_folder = "examples/";
 constexpr std::string_view extension = ".toml";
 
 std::vector<std::string> names_of_examples() {
   std::vector<std::string> names;
   for (const EmbeddedFile& file : embedded_files()) {
-    if (!file.name.starts_with(folder)) continue;
-    const std::string_view name = file.name.substr(folder.size());
+    if (!file.name.starts_with(examples_folder)) continue;
+    const std::string_view name = file.name.substr(examples_folder.size());
     names.emplace_back(name.substr(0, name.size() - extension.size()));
   }
   return names;
 }
 
 std::string text_of_example(const std::string& name) {
-  return std::string(template_file(fmt::format("{}{}{}", folder, name, extension)));
+  return std::string(template_file(fmt::format("{}{}{}", examples_folder, name, extension)));
 }
 
 ExitCode print_example(std::string name, VerbContext& context) {

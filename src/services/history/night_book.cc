@@ -17,8 +17,8 @@
 namespace granuscope {
 namespace {
 
-constexpr int version = 1;
-constexpr const char* schema = R"sql(
+constexpr int history_version = 1;
+constexpr const char* history_schema = R"sql(
 CREATE TABLE nights(
   night INTEGER PRIMARY KEY AUTOINCREMENT, date TEXT NOT NULL, report TEXT NOT NULL, status TEXT NOT NULL,
   samples INTEGER NOT NULL, experiment TEXT NOT NULL);
@@ -47,7 +47,7 @@ constexpr const char* columns = "SELECT night, date, report, status, samples, ex
 }  // namespace
 
 NightBook::NightBook(const std::filesystem::path& folder, DatabaseUse use)
-    : database_(folder / "history.sqlite", schema, version, use) {}
+    : database_(folder / "history.sqlite", history_schema, history_version, use) {}
 
 void NightBook::keep_state(const std::map<std::string, std::string>& state) const {
   Statement put(database_, "INSERT INTO state VALUES(?, ?) ON CONFLICT(name) DO UPDATE SET value = excluded.value");
