@@ -8,6 +8,7 @@
 #include <catch2/catch.hpp>
 #include <cerrno>
 #include <chrono>
+#include <fstream>
 #include <string>
 #include <thread>
 
@@ -34,10 +35,9 @@ bool ends(pid_t pid) {
   for (int i = 0; i < 200; ++i) {
     if (::kill(pid, 0) != 0 && errno == ESRCH) return true;
     // An orphan whose new parent has not yet reaped it has ended, too.
-    const std::string status = fs::exists("/proc/" + std::to_string(pid) + "/stat")
-                                   ? read_file("/proc/" + std::to_string(pid) + "/stat")
-                                   : std::string(") Z");
-    if (status.find(") Z") != std::string::npos) return true;
+    std::ifstream status("/proc/" + std::to_string(pid) + "/stat");
+    std::string line;
+    if (!std::getline(status, line) || line.find(") Z") != std::string::npos) return true;
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
   return false;

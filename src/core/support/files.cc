@@ -15,6 +15,7 @@
 #include <fstream>
 #include <limits>
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -394,6 +395,15 @@ std::string sha256_of_file(const std::filesystem::path& file) {
   Sha256 hash;
   read_chunks(file, [&hash](std::string_view chunk) { hash.add(chunk); });
   return hash.hexadecimal();
+}
+
+std::string base64(std::string_view bytes) {
+  if (bytes.size() > std::numeric_limits<int>::max() / 2) throw std::length_error("too long for OpenSSL's base64");
+  std::string text((bytes.size() + 2) / 3 * 4 + 1, '\0');  // OpenSSL writes a final zero
+  EVP_EncodeBlock(reinterpret_cast<unsigned char*>(text.data()), reinterpret_cast<const unsigned char*>(bytes.data()),
+                  static_cast<int>(bytes.size()));
+  text.pop_back();
+  return text;
 }
 
 std::string cache_key(std::string_view bytes) { return sha256(bytes).substr(0, 16); }

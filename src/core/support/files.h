@@ -81,6 +81,9 @@ class StreamedFile {
   std::uint64_t end_ = 0;
 };
 
+/// RFC 4648, with padding.
+std::string base64(std::string_view bytes);
+
 /// Writes `bytes` to `target` atomically. Throws EnvironmentError (disk full, no permission, no such folder).
 void write_file(const std::filesystem::path& target, std::string_view bytes);
 

@@ -2,17 +2,19 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "support/files.h"
 
 namespace granuscope {
-/// A file of VTK's XML formats whose arrays stand behind the text as they are in memory ("appended", raw), so that they
-/// can be filled piece by piece in any order and take no memory. What is written is the format of VTK 1.0 with 64-bit
-/// lengths, little-endian.
+/// A file of VTK's XML formats whose arrays stand in base64 where they are declared ("binary"), a form that all readers
+/// have: meshio reads raw bytes behind the text no more since Python 3.13. Arrays can be filled piece by piece in any
+/// order and take no memory. What is written is the format of VTK 1.0 with 64-bit lengths, little-endian.
 class VtkFile {
  public:
   /// `type`: "UnstructuredGrid", "ImageData".
@@ -35,16 +37,22 @@ class VtkFile {
 
  private:
   struct Room {
-    std::uint64_t offset = 0;  ///< of its length, behind the mark of appended data
-    std::uint64_t bytes = 0, bytes_of_item = 0;
+    std::uint64_t place = 0;                     ///< in the file
+    std::uint64_t bytes = 0, bytes_of_item = 0;  ///< without the length, which stands before
+  };
+  /// Three bytes that make four letters, between two pieces.
+  struct Triple {
+    std::string bytes = std::string(3, '\0');
+    std::size_t known = 0;
   };
 
   void put_bytes(std::size_t array, std::uint64_t first, const void* numbers, std::size_t bytes);
+  void encode(std::size_t array, std::uint64_t from, std::string_view bytes);
 
   StreamedFile file_;
   std::string type_;
   std::vector<Room> rooms_;
-  std::uint64_t data_begin_ = 0, data_bytes_ = 0;
+  std::map<std::pair<std::size_t, std::uint64_t>, Triple> begun_;  ///< by array and place
 };
 
 }  // namespace granuscope

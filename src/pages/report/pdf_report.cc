@@ -1,11 +1,9 @@
 #include "report/pdf_report.h"
 
 #include <fmt/format.h>
-#include <openssl/evp.h>
 #include <nlohmann/json.hpp>
 
 #include <cstdint>
-#include <limits>
 #include <stdexcept>
 #include <string_view>
 #include <system_error>
@@ -106,15 +104,6 @@ PdfOutcome pdf_report(const ReportData& data, const nlohmann::ordered_json& summ
   outcome.bytes = read_file(scratch.path() / "report.pdf");
   if (!ends_as_pdf(outcome.bytes)) return failed("WeasyPrint left a file that is cut off");
   return outcome;
-}
-
-std::string base64(std::string_view bytes) {
-  if (bytes.size() > std::numeric_limits<int>::max() / 2) throw std::length_error("too long for OpenSSL's base64");
-  std::string text((bytes.size() + 2) / 3 * 4 + 1, '\0');  // OpenSSL writes a final zero
-  EVP_EncodeBlock(reinterpret_cast<unsigned char*>(text.data()), reinterpret_cast<const unsigned char*>(bytes.data()),
-                  static_cast<int>(bytes.size()));
-  text.pop_back();
-  return text;
 }
 
 std::string data_uri(const std::string& media_type, std::string_view bytes) {

@@ -19,9 +19,6 @@ struct PdfOutcome {
 PdfOutcome pdf_report(const ReportData& data, const nlohmann::ordered_json& summary,
                       const std::filesystem::path& run_folder, double timeout_seconds = 300);
 
-/// RFC 4648, with padding.
-std::string base64(std::string_view bytes);
-
 /// "data:<media type>;base64,...", which a page can hold instead of a link to a file.
 std::string data_uri(const std::string& media_type, std::string_view bytes);
 
