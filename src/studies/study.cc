@@ -22,6 +22,7 @@ namespace granuscope {
 // NOLINTBEGIN(readability-redundant-declaration): where pieces are joined
 std::unique_ptr<Study> literal_reading_study();
 std::unique_ptr<Study> force_statistics_study();
+std::unique_ptr<Study> tensor_response_study();
 // NOLINTEND(readability-redundant-declaration)
 
 Studies::Studies() {
@@ -33,6 +34,7 @@ Studies::Studies() {
   all_.push_back(mode_coupling_study());
   all_.push_back(chain_share_study());
   all_.push_back(force_statistics_study());
+  all_.push_back(tensor_response_study());
   all_.push_back(numerical_stability_study());
   all_.push_back(error_against_time_study());
   all_.push_back(nonlinearity_study());

@@ -1,0 +1,177 @@
+// Stresses below a point load: made-up waves that a closure relation makes, an elastic half plane, and the balance that
+// sigma_xx is found by, against contacts.
+#include <array>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <complex>
+#include <memory>
+#include <numbers>
+
+#include "ensemble/ensemble_runner.h"
+#include "kit/temporary_folder.h"
+#include "model/lattice.h"
+#include "model/pile.h"
+#include "plot/figure_texts.h"
+#include "sampling/sampler.h"
+#include "studies/made_up_ensemble.h"
+#include "studies/study.h"
+
+namespace granuscope {
+std::unique_ptr<Study> tensor_response_study();  // as src/studies/study.cc declares it
+}
+
+using namespace granuscope;
+using namespace granuscope::made_up;
+
+namespace {
+
+constexpr int columns = 240;
+const std::vector<int> lags{0, 32, 33, 64, 65};
+
+/// The parts ww, HH, wH, Hw of a mode of wave number k at a depth in layers.
+using Parts = std::array<double, 4>;
+
+template <typename Propagator>
+nlohmann::ordered_json measured(Propagator parts_at, double kappa) {
+  MeasuredEnsemble ensemble = ensemble_of(0.3, {columns, 200}, lags);
+  add_quantity(ensemble.record.sums, "thrust", 1, [&](int, int, int) { return kappa; });
+  add_quantity(ensemble.record.sums, "propagation", 2 * columns, [&](int block, int row, int i) {
+    const int mode = i / 4 + 1;
+    if (mode > 40) return 0.0;
+    const Parts parts = parts_at(2 * std::numbers::pi * mode / columns, lags[static_cast<std::size_t>(row)]);
+    return parts[static_cast<std::size_t>(i % 4)] * (1 + 1e-9 * (block % 3 - 1));
+  });
+  const auto study = tensor_response_study();
+  study->add({}, ensemble);
+  study->finish();
+  return study->json().at(0);
+}
+
+/// Waves of sigma_xx = eta sigma_zz - nu d/dx sigma_xz and sigma_zx = sigma_xz, handed down layer by layer.
+nlohmann::ordered_json closed(double eta, double nu) {
+  return measured(
+      [&](double k, int layers) {
+        using Complex = std::complex<double>;
+        const Complex i(0, 1);
+        const double cosine = std::cos(k / 2), sine = sqrt3 * std::sin(k / 2), slope = 2 * std::sin(k / 2);
+        std::array<std::array<Complex, 2>, 2> fields{{{1, 0}, {0, 1}}};  // w and H of either load
+        for (int n = 0; n < layers; ++n) {
+          for (auto& [w, H] : fields) {
+            const Complex xx = eta * w - nu * i * slope * H;
+            const Complex next = cosine * w - i * sine * H;
+            H = cosine * H - i * sine * xx;
+            w = next;
+          }
+        }
+        return Parts{fields[0][0].real(), fields[1][1].real(), fields[1][0].imag(), fields[0][1].imag()};
+      },
+      3 * eta);
+}
+
+/// 0 for a share that is no more than noise.
+double value(const nlohmann::ordered_json& depth, const char* name) {
+  const auto& number = depth.at(name);
+  return number.contains("reason") && number.at("reason") == "no more than noise" ? 0
+                                                                                  : number.at("value").get<double>();
+}
+
+}  // namespace
+
+TEST_CASE("Waves that one ratio closes are told by that ratio, and nothing is missed") {
+  const auto one = closed(0.31, 0);
+  REQUIRE(one.at("depths").size() == 2);
+  CHECK(value(one, "c_thrust_squared") == Approx(0.31).epsilon(1e-9));
+  for (const auto& depth : one.at("depths")) {
+    INFO(depth.dump());
+    CHECK(value(depth, "eta") == Approx(0.31).epsilon(1e-6));
+    CHECK(value(depth, "missed") < 1e-5);
+    CHECK(value(depth, "missed_horizontal") < 1e-5);
+    CHECK(std::abs(value(depth, "nu")) < 1e-6);
+    // What the lattice damps: D = (1 - 3 eta)/(2 sqrt(3)) of long waves.
+    CHECK(value(depth, "D_from_nu") == Approx(0.07 / (2 * sqrt3)).epsilon(1e-4));
+    CHECK(value(depth, "D") == Approx(0.07 / (2 * sqrt3)).epsilon(0.1));
+  }
+  CHECK(one.at("depths")[0].at("z") == Approx(32.5 * sqrt3 / 2));
+}
+
+TEST_CASE("A gradient beside the ratio is found with its coefficient, and is what damps the waves") {
+  for (const double nu : {0.05, 0.2}) {
+    const auto one = closed(0.3, nu);
+    for (const auto& depth : one.at("depths")) {
+      INFO(depth.dump());
+      CHECK(value(depth, "eta_beside_gradient") == Approx(0.3).epsilon(1e-6));
+      CHECK(value(depth, "nu") == Approx(nu).epsilon(1e-5));
+      CHECK(value(depth, "missed_beside_gradient") < 1e-4);
+      CHECK(value(depth, "missed") > 10 * value(depth, "missed_beside_gradient"));
+      CHECK(value(depth, "D") == Approx(value(depth, "D_from_nu")).epsilon(0.1));
+    }
+  }
+}
+
+TEST_CASE("An elastic half plane is closed by no ratio: the best one misses sqrt(4/5) of sigma_xx") {
+  const auto one = measured(
+      [](double k, int layers) {
+        const double kz = k * layers * sqrt3 / 2, decay = std::exp(-kz);
+        return Parts{(1 + kz) * decay, (1 - kz) * decay, -kz * decay, -kz * decay};
+      },
+      3);
+  // Deep enough that the modes, of steps 2 pi/240, make up the integral over k: but for a share of some k.
+  CHECK(value(one.at("depths")[0], "missed") == Approx(std::sqrt(0.8)).epsilon(0.04));
+  CHECK(value(one.at("depths")[0], "missed_beside_gradient") > 0.1);
+}
+
+TEST_CASE("The balance that sigma_xx is found by holds in every pile: its contacts say the same") {
+  SamplerSpec spec;
+  spec.mu = 0.4;
+  const Lattice lattice({60, 40});
+  std::vector<double> load(60, 1.0);
+  load[30] = 2;
+  Pile pile(lattice);
+  REQUIRE_FALSE(make_sampler(spec, lattice)->draw(7, load, pile));
+  using Complex = std::complex<double>;
+  const auto mode = [&](int layer, double k, double of_left) {
+    Complex sum = 0;
+    for (int bead = 0; bead < 60; ++bead) {
+      const std::size_t at = static_cast<std::size_t>(layer) * 60 + static_cast<std::size_t>(bead);
+      sum += (pile.H_R[at] + of_left * pile.H_L[at]) * std::polar(1.0, -k * lattice.x(layer, bead));
+    }
+    return sum;
+  };
+  for (int m = 1; m < 30; ++m) {
+    const double k = 2 * std::numbers::pi * m / 60;
+    for (int layer = 0; layer < 39; ++layer) {
+      const Complex xx = mode(layer, k, -1) / sqrt3;
+      const Complex told = std::cos(k / 2) * mode(layer, k, 1) - Complex(0, sqrt3 * std::sin(k / 2)) * xx;
+      CHECK(std::abs(mode(layer + 1, k, 1) - told) < 1e-11);
+    }
+  }
+}
+
+TEST_CASE("Stresses of real piles: few beads miss little of the closure, and what is told is plotted") {
+  const auto study = tensor_response_study();
+  MainLine main;
+  for (const Key& key : study->keys()) {
+    if (key.name == "mu") key.set(std::vector<double>{0.3});
+    if (key.name == "octaves") key.set(std::int64_t{1});
+    if (key.name == "columns") key.set(std::int64_t{120});
+    if (key.name == "samples") key.set(std::int64_t{512});
+  }
+  REQUIRE_FALSE(study->find_problem(main));
+  const auto ensembles = study->ensembles(main);
+  REQUIRE(ensembles.size() == 1);
+  CHECK(ensembles[0].spec.layers == std::vector<int>{16, 17, 32, 33});
+  study->add(ensembles[0], {ensembles[0].spec, run_ensemble(ensembles[0].spec, 0, nullptr)});
+  study->finish();
+  const auto json = study->json();
+  const auto& depth = json.at(0).at("depths").at(1);
+  INFO(json.dump(1));
+  const double c2 = value(json.at(0), "c_thrust_squared");
+  CHECK(c2 == Approx(0.309).margin(0.002));
+  CHECK(std::abs(value(depth, "eta") / c2 - 1) < 0.05);
+  CHECK(value(depth, "missed") < 0.4);
+  CHECK(value(depth, "missed_beside_gradient") < value(depth, "missed"));
+  CHECK(value(depth, "D_from_nu") == Approx(value(depth, "D")).epsilon(0.25));
+  const test::TemporaryFolder folder;
+  const Figure figure = study->figures({}).at(0)(folder.path());
+  CHECK(figure.id == "tensor-response");
+}
