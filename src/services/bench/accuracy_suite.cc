@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ostream.h>
 
+#include <chrono>
 #include <cmath>
 #include <ctime>
 #include <nlohmann/json.hpp>
@@ -81,8 +82,10 @@ AccuracyCase measure(EnsembleSpec spec, const std::string& no_peaks, const Accur
   spec.sampler = measured_sampler(spec);  // the length of a chain is known before the clock starts
   AccuracyCase done;
   const double start = seconds_of_all_threads();
+  const auto before = std::chrono::steady_clock::now();
   const MeasuredEnsemble ensemble{spec, run_ensemble(spec, options.threads, nullptr)};
   done.seconds = seconds_of_all_threads() - start;
+  done.wall = options.threads * std::chrono::duration<double>(std::chrono::steady_clock::now() - before).count();
   fmt::print(messages, "mu = {}: {}, {} on {} x {} beads, {} x {} samples, {:.3f} s each time{}\n", spec.sampler.mu,
              name_of(spec.sampler.law), spec.load == Load::uniform ? "thrust" : in_words(spec.response),
              spec.lattice.columns, spec.lattice.layers, options.repetitions, samples,
@@ -163,7 +166,7 @@ void measure_small_laws(double mu, const AccuracyOptions& options, std::ostream&
 }
 
 Json case_json(const AccuracyCase& c) {
-  const auto& [curve, seconds, c_thrust] = c;
+  const auto& [curve, seconds, wall, c_thrust] = c;
   const int repetitions = c.repetitions();
   const auto of_one = [&](const Estimate& number) {
     return finite_or_null(number.standard_error * std::sqrt(repetitions));
@@ -180,6 +183,7 @@ Json case_json(const AccuracyCase& c) {
   if (c.thrust_alone()) json["estimator"] = "thrust";
   json.update(Json{{"samples", samples},
                    {"seconds", seconds / repetitions},
+                   {"wall_seconds", wall / repetitions},
                    {"repetitions", repetitions},
                    {"stderr_c", of_one(curve.c)},
                    {"stderr_D", of_one(curve.D)},

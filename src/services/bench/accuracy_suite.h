@@ -17,6 +17,7 @@ struct AccuracyOptions {
 struct AccuracyCase {
   ErrorCurve curve;    ///< no points and no c and D where peaks were not measured; their reason says why
   double seconds = 0;  ///< processor time of drawing and summing all repetitions
+  double wall = 0;     ///< by the clock, times the threads: more where others use the processors, too
   Estimate c_thrust;   ///< of all samples
 
   int repetitions() const { return curve.spec.response.blocks / repetition_blocks; }
