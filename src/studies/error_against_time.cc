@@ -133,7 +133,7 @@ Figure plot_error_against_time(const std::vector<ErrorCurve>& curves, const std:
       }
     }
     if (!shifts.empty()) floors.push_back(fmt::format("{} ({})", in_words(curve.spec.response), enumeration(shifts)));
-    if (curve.spec.response.estimator == EstimatorName::point) {
+    if (curve.spec.response.estimator == EstimatorName::point && !curve.spec.response.coupled) {
       point = &curve;
       point_cost = cost;
     } else if (point != nullptr) {
@@ -250,31 +250,23 @@ class ErrorAgainstTimeStudy final : public CopiedStudy<ErrorAgainstTimeStudy> {
   /// Small repetitions of noisy estimators have no fit, so that these need more piles each time.
   std::vector<StudyEnsemble> ensembles(const MainLine& main) const override {
     std::vector<StudyEnsemble> all;
-    const auto add_curve = [&](const std::string& name, const EnsembleSpec& spec) {
+    const auto add_curve = [&](const std::string& name, const ResponseSpec& response, std::uint64_t samples_each_time) {
+      EnsembleSpec spec = main.ensemble_at(mu_, lattice_, 0);
+      spec.response = response;
+      spec.response.samples = samples_each_time * static_cast<std::uint64_t>(repetitions_);
+      spec.response.blocks = repetition_blocks * repetitions_;
+      spec.layers = layers_to_record(error_curve_fit(lattice_), {});
+      if (response.estimator == EstimatorName::fluctuation) spec.lattice = unloaded_piles(spec);
       all.push_back({fmt::format("error against time, {}", name), fmt::format("error-{}", name), spec});
     };
-    EnsembleSpec spec = curve_of(main, 256);
-    spec.response.estimator = EstimatorName::point;
-    add_curve("point", spec);
-    spec = curve_of(main, 128);
-    spec.response.estimator = EstimatorName::paired;
-    add_curve("paired", spec);
-    for (const auto& [name, response] : {std::pair{"multiplexed-0.1", multiplexed_response(0.1)},
-                                         {"multiplexed-0.25", multiplexed_response(0.25)},
-                                         {"multiplexed-0.5", multiplexed_response(0.5)},
-                                         {"multiplexed-0.25-opposite-runs-2", multiplexed_response(0.25, true, 2)},
-                                         {"multiplexed-0.1-opposite-runs-2", multiplexed_response(0.1, true, 2)}}) {
-      spec = curve_of(main, 64);
-      const ResponseSpec all_of_them = spec.response;
-      spec.response = response;
-      spec.response.samples = all_of_them.samples;
-      spec.response.blocks = all_of_them.blocks;
-      add_curve(name, spec);
-    }
-    spec = curve_of(main, 64);
-    spec.response.estimator = EstimatorName::fluctuation;
-    spec.lattice = unloaded_piles(spec);
-    add_curve("fluctuation", spec);
+    add_curve("point", {}, 256);
+    add_curve("point-coupled", {.overloads = 0, .coupled = true}, 256);
+    add_curve("multiplexed-0.1", multiplexed_response(0.1), 64);
+    add_curve("multiplexed-0.25", multiplexed_response(0.25), 64);
+    add_curve("multiplexed-0.5", multiplexed_response(0.5), 64);
+    add_curve("multiplexed-0.25-opposite-runs-2", multiplexed_response(0.25, true, 2), 64);
+    add_curve("multiplexed-0.1-opposite-runs-2", multiplexed_response(0.1, true, 2), 64);
+    add_curve("fluctuation", {.estimator = EstimatorName::fluctuation}, 64);
     return all;
   }
 
@@ -296,14 +288,6 @@ class ErrorAgainstTimeStudy final : public CopiedStudy<ErrorAgainstTimeStudy> {
   static LatticeSpec unloaded_piles(const EnsembleSpec& spec) {
     constexpr int times_deeper = 2;
     return {spec.lattice.columns, times_deeper * fluctuation_plan(spec).layers_needed};
-  }
-
-  EnsembleSpec curve_of(const MainLine& main, std::uint64_t samples_each_time) const {
-    EnsembleSpec spec = main.ensemble_at(mu_, lattice_, samples_each_time * static_cast<std::uint64_t>(repetitions_));
-    spec.response.overload = ResponseSpec{}.overload;
-    spec.response.blocks = repetition_blocks * repetitions_;
-    spec.layers = layers_to_record(error_curve_fit(spec.lattice), {});
-    return spec;
   }
 
   int repetitions_ = 0;  ///< independent ones of each estimator; 0: not measured

@@ -28,7 +28,7 @@ TEST_CASE("the accuracy table is JSON with a case per estimator, unknown numbers
   thrust.c_thrust = {0.56, 2e-6, {}};
   thrust.curve.c.reason = "too small";
   table.cases = {point, thrust};
-  table.speedups = {{0.3, multiplexed_response(0.25), 20, 25, 2000},
+  table.speedups = {{0.3, {.overloads = 0, .coupled = true}, 5, 6, 2000},
                     {0.3, multiplexed_response(0.5, true, 2), 70, 75, 2000, true}};
   const auto json = nlohmann::json::parse(accuracy_json(table));
   REQUIRE(json.at("cases").size() == 2);
@@ -55,7 +55,10 @@ TEST_CASE("the accuracy table is JSON with a case per estimator, unknown numbers
   CHECK(speedup.at("c_thrust") == 2000);
   CHECK(speedup.at("opposite") == true);
   CHECK(speedup.at("sign_run") == 2);
-  CHECK(json.at("speedup_by_options").size() == 2);
+  REQUIRE(json.at("speedup_by_options").size() == 2);
+  CHECK(json.at("speedup_by_options")[0].at("estimator") == "point");
+  CHECK(json.at("speedup_by_options")[0].at("coupled") == true);
+  CHECK(first.at("coupled") == false);
 }
 
 TEST_CASE("the linear response is many times cheaper than the paper's procedure at equal error", "[long]") {
@@ -79,6 +82,8 @@ TEST_CASE("the linear response is many times cheaper than the paper's procedure 
       }));
     }
   }
+  CHECK_FALSE(table.cases.front().curve.spec.response.coupled);
+  CHECK(table.speedups.size() == 2 * 9 + 3 * 4);
   for (const AccuracyCase& c : table.cases) {
     CHECK(c.curve.points.empty() != c.curve.c.reason.empty());
     CHECK(c.seconds > 0);

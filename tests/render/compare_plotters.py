@@ -1,21 +1,24 @@
 #!/usr/bin/env python3
-"""Draws the force chains of one pile with granuscope, matplotlib and gnuplot and compares the times.
+"""Draws the force chains of one pile with granuscope, Cairo, matplotlib and gnuplot and compares the times.
 
     tests/render/compare_plotters.py build/release/granuscope [--columns 1000] [--layers 1000] [--width 2000] [--json FILE]
 
-All three start from the same pile file and end with a PNG on disk: the same bars, as wide and as dark, the stronger ones
+All start from the same pile file and end with a PNG on disk: the same bars, as wide and as dark, the stronger ones
 on top, on a plot area of the same number of pixels. Each is run three times, or once if it takes long, and the shortest
 counts. granuscope is timed as a whole process; matplotlib without starting Python and importing it; gnuplot as a whole
-process, reading a binary table that is written beforehand. The mean grey of the plot areas is printed too: it tells
+process, reading a binary table that is written beforehand, and so is Cairo, by a program of thirty lines that strokes
+contact by contact. Processor seconds of a whole process are compared with granuscope's own painter, everything drawn. The
+mean grey of the plot areas is printed too: it tells
 whether the pictures are the same.
 
 h5py, numpy and matplotlib are needed (Debian: python3-h5py, python3-matplotlib), gnuplot is compared where it is
-installed. The exit status is 1 if granuscope is not at least 20 times as fast as matplotlib at 1000 x 1000 beads or more.
+installed, Cairo where libcairo.so.2 and a C compiler are. The exit status is 1 if granuscope is not at least 20 times as fast as matplotlib at 1000 x 1000 beads or more.
 """
 import argparse
 import json
 import math
 import os
+import resource
 import shutil
 import subprocess
 import sys
@@ -109,6 +112,70 @@ def prepare_gnuplot(pile_file, folder, width):
                      "plot " + ", \\\n  ".join(curves) + "\n")
 
 
+CAIRO = r"""
+#include <dlfcn.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <time.h>
+#define USE(result, name, ...) result (*name)(__VA_ARGS__) = (result (*)(__VA_ARGS__))dlsym(cairo, "cairo_" #name)
+int main(int count, char** names) {
+  void* cairo = dlopen("libcairo.so.2", RTLD_NOW);
+  if (count < 3 || !cairo) return 2;
+  USE(void*, image_surface_create, int, int, int);
+  USE(int, surface_write_to_png, void*, const char*);
+  USE(void*, create, void*);
+  USE(void, paint, void*);
+  USE(void, stroke, void*);
+  USE(void, set_line_cap, void*, int);
+  USE(void, set_line_width, void*, double);
+  USE(void, set_source_rgb, void*, double, double, double);
+  USE(void, move_to, void*, double, double);
+  USE(void, line_to, void*, double, double);
+  FILE* file = fopen(names[1], "rb");
+  double head[3], bar[6];
+  if (!file || fread(head, 8, 3, file) != 3) return 2;
+  void* surface = image_surface_create(1, head[0], head[1]); /* RGB24 */
+  void* on = create(surface);
+  set_source_rgb(on, 1, 1, 1), paint(on), set_line_cap(on, 1);
+  double* bars = malloc(48 * (size_t)head[2]);
+  size_t bars_there = fread(bars, 48, head[2], file);
+  clock_t start = clock();
+  for (double* b = bars; b < bars + 6 * bars_there; b += 6) {
+    set_source_rgb(on, b[5], b[5], b[5]), set_line_width(on, b[4]);
+    move_to(on, b[0], b[1]), line_to(on, b[2], b[3]), stroke(on);
+  }
+  printf("%g\n", (double)(clock() - start) / CLOCKS_PER_SEC);
+  return surface_write_to_png(surface, names[2]);
+}
+"""
+
+
+def prepare_cairo(pile_file, folder, width):
+    """The program and its table; False where there is no Cairo or no compiler."""
+    import numpy
+
+    program = os.path.join(folder, "cairo")
+    compiled = shutil.which("cc") and subprocess.run(["cc", "-O2", "-x", "c", "-", "-o", program, "-ldl"], input=CAIRO,
+                                                     text=True, capture_output=True).returncode == 0
+    if not compiled or subprocess.run([program], capture_output=True).returncode != 2:
+        return False
+    ends, strengths, columns, layers = contacts_of(pile_file)
+    scale = width / columns
+    height = round(scale * (1 + (layers - 1) * math.sqrt(3) / 2))
+    ends[:, [0, 2]] += columns / 2
+    table = numpy.column_stack([ends * scale, strengths * WIDEST_BAR * scale, 1 - strengths]).astype("<f8")
+    with open(os.path.join(folder, "cairo.bin"), "wb") as out:
+        out.write(numpy.array([width, height, len(table)], "<f8").tobytes() + table.tobytes())
+    return True
+
+
+def processor_seconds(run):
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    run()
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+
 def mean_grey(image, plot_width, plot_height):
     """Of the picture's plot area, which stands at the right below the upper edge where there is decorations."""
     import matplotlib.image
@@ -149,6 +216,11 @@ def main():
                             f"--range=0,{SCALE_END}", *flags], check=True, capture_output=True)
 
         seconds = {"granuscope": shortest(render), "granuscope, all drawn": shortest(lambda: render("--no-skip"))}
+
+        def spans():
+            render("--no-skip", "--backend", "none")
+
+        seconds["granuscope, its own painter, all drawn"] = shortest(spans)
         render()
         # The others get the pixels of its plot area, without axes and legend around it.
         pixels = matplotlib.image.imread(image)
@@ -167,6 +239,20 @@ def main():
             seconds["gnuplot"] = shortest(
                 lambda: subprocess.run(["gnuplot", "-d", "plot.gp"], cwd=folder, check=True, capture_output=True))
             grey["gnuplot"] = mean_grey(os.path.join(folder, "gnuplot.png"), plot_width, plot_height)
+        if prepare_cairo(pile, folder, plot_width):
+            strokes = []
+
+            def cairo():
+                strokes.append(float(subprocess.run(["./cairo", "cairo.bin", "cairo.png"], cwd=folder, check=True,
+                                                    capture_output=True, text=True).stdout))
+
+            seconds["Cairo"] = shortest(cairo)
+            grey["Cairo"] = mean_grey(os.path.join(folder, "cairo.png"), plot_width, plot_height)
+            pairs = [(processor_seconds(spans), processor_seconds(cairo)) for _ in range(REPETITIONS)]
+            own, others = (min(side) for side in zip(*pairs))
+            contacts = 2 * options.columns * options.layers
+            print(f"processor seconds, everything drawn: granuscope's own painter {own:.3f}, Cairo {others:.3f}, of which "
+                  f"strokes {min(strokes):.3f} ({1e9 * min(strokes) / contacts:.0f} ns a contact)")
 
     print(f"{options.columns} x {options.layers} beads, plot area {plot_width} x {plot_height} pixels, "
           f"matplotlib {matplotlib.__version__}")

@@ -106,6 +106,34 @@ TEST_CASE("Errors of fluctuations stand beside those of loads, counted in the be
   CHECK(contains(read_file(run.path() / figure.screen), "fluctuation:  c = 0.5600(10)"));
 }
 
+TEST_CASE("The coupled form of the paper's procedure is held against the literal one, wherever it stands") {
+  const TemporaryFolder run;
+  std::vector<ErrorCurve> curves = three_curves();
+  curves[1] = curve(EstimatorName::point, 0, 0.01, 0.1);
+  curves[1].spec.response.coupled = true;
+  const Figure figure = plot_error_against_time(curves, run.path());
+  CHECK(contains(figure.details, "16 for c and 4 for D (point, coupled) and 400 for c and 100 for D (multiplexed"));
+  CHECK(contains(read_file(run.path() / figure.screen), "point, coupled:  c = 0.5600(10)"));
+}
+
+TEST_CASE("Errors are measured of the literal form, whatever the main line takes") {
+  const auto study = error_against_time_study();
+  for (const Key& key : study->keys()) {
+    if (key.name == "repetitions") key.set(std::int64_t{8});
+  }
+  MainLine main;
+  main.response = {.overload = 0.5, .overloads = 0, .coupled = true};
+  const auto ensembles = study->ensembles(main);
+  REQUIRE(ensembles.size() == 8);
+  CHECK(configuration_text(ensembles[0].spec) == configuration_text(study->ensembles(MainLine{})[0].spec));
+  CHECK(ensembles[0].spec.response.overload == 1);
+  for (const StudyEnsemble& one : ensembles) {
+    CHECK(moves_loads(one.spec) == (one.file == "error-point-coupled"));
+    CHECK(one.spec.response.blocks == 8 * repetition_blocks);
+    CHECK(one.spec.response.samples % (8 * repetition_blocks * group_size) == 0);
+  }
+}
+
 TEST_CASE("Without shifts no error against beads levels off") {
   const TemporaryFolder run;
   std::vector<ErrorCurve> curves = three_curves();

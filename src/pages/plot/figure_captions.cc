@@ -97,7 +97,7 @@ std::string caption_number(double value, int digits) {
 
 std::string in_words(const ResponseSpec& response) {
   std::string name = name_of(response.estimator);
-  if (response.estimator != EstimatorName::multiplexed) return name;
+  if (response.estimator != EstimatorName::multiplexed) return name + (response.coupled ? ", coupled" : "");
   return fmt::format("{}, ε = {}{}{}", name, caption_number(response.epsilon), response.opposite ? ", opposite" : "",
                      response.sign_run > 1 ? fmt::format(", runs of {}", response.sign_run) : "");
 }

@@ -25,7 +25,7 @@ int rows_of_band(const Scene& scene, int samples) {
 /// The rows of samples of one band.
 class SampleBand {
  public:
-  SampleBand(int width, int rows) : width_(width), rows_(rows), levels_(size()) {}
+  SampleBand(int width, int rows) : width_(width), rows_(rows), levels_(size() + at_once) {}
 
   /// From sample row `first` on.
   void begin(int first) {
@@ -44,26 +44,32 @@ class SampleBand {
     if (from > to) return;
     std::uint8_t* out = levels_.data() + place(row) + from;
     auto left = static_cast<std::size_t>(to - from + 1);
-    for (; left >= 16; left -= 16, out += 16) raise<16>(out, level);
-    if (left >= 8) {  // the second half may overlap the first, which changes nothing
-      raise<8>(out, level);
-      raise<8>(out + left - 8, level);
-    } else {
-      for (std::size_t k = 0; k < left; ++k) out[k] = std::max(out[k], level);
-    }
+    for (; left > at_once; left -= at_once, out += at_once) raise(out, level, at_once);
+    raise(out, level, left);
   }
 
  private:
   std::size_t size() const { return static_cast<std::size_t>(width_) * static_cast<std::size_t>(rows_); }
   std::size_t place(int row) const { return static_cast<std::size_t>(row - first_) * static_cast<std::size_t>(width_); }
 
-  /// Through copies, which cannot overlap, so that the compiler takes all at once.
-  template <std::size_t Count>
-  static void raise(std::uint8_t* out, std::uint8_t level) {
-    std::array<std::uint8_t, Count> seen;  // NOLINT(cppcoreguidelines-pro-type-member-init): filled next
-    std::memcpy(seen.data(), out, Count);
-    for (std::uint8_t& one : seen) one = std::max(one, level);
-    std::memcpy(out, seen.data(), Count);
+  static constexpr std::size_t at_once = 16;
+  using Samples = std::array<std::uint8_t, at_once>;
+
+  /// The first `count` samples of those at once; level 0 leaves the others as they are. Through copies, which cannot
+  /// overlap, so that the compiler takes all at once.
+  static void raise(std::uint8_t* out, std::uint8_t level, std::size_t count) {
+    static constexpr auto these = [] {
+      std::array<std::uint8_t, 2 * at_once> ones_and_zeros{};
+      std::fill_n(ones_and_zeros.begin(), at_once, std::uint8_t{0xFF});
+      return ones_and_zeros;
+    }();
+    Samples seen, mask;  // NOLINT(cppcoreguidelines-pro-type-member-init): filled next
+    std::memcpy(seen.data(), out, at_once);
+    std::memcpy(mask.data(), these.data() + at_once - count, at_once);
+    for (std::size_t k = 0; k < at_once; ++k) {
+      seen[k] = std::max(seen[k], static_cast<std::uint8_t>(mask[k] & level));
+    }
+    std::memcpy(out, seen.data(), at_once);
   }
 
   int width_, rows_, first_ = 0;

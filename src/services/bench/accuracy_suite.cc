@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ostream.h>
 
+#include <chrono>
 #include <cmath>
 #include <ctime>
 #include <nlohmann/json.hpp>
@@ -30,7 +31,7 @@ std::vector<ResponseSpec> multiplexings() {
           multiplexed_response(0.5, true, 2)};
 }
 
-/// Those of them that a quick look measures: the best ones at small friction and at larger one.
+/// Those of them that are measured everywhere: the best ones at small friction and at larger one.
 std::vector<ResponseSpec> best_multiplexings() {
   return {multiplexed_response(0.25, true), multiplexed_response(0.25, true, 2)};
 }
@@ -81,8 +82,10 @@ AccuracyCase measure(EnsembleSpec spec, const std::string& no_peaks, const Accur
   spec.sampler = measured_sampler(spec);  // the length of a chain is known before the clock starts
   AccuracyCase done;
   const double start = seconds_of_all_threads();
+  const auto before = std::chrono::steady_clock::now();
   const MeasuredEnsemble ensemble{spec, run_ensemble(spec, options.threads, nullptr)};
   done.seconds = seconds_of_all_threads() - start;
+  done.wall = options.threads * std::chrono::duration<double>(std::chrono::steady_clock::now() - before).count();
   fmt::print(messages, "mu = {}: {}, {} on {} x {} beads, {} x {} samples, {:.3f} s each time{}\n", spec.sampler.mu,
              name_of(spec.sampler.law), spec.load == Load::uniform ? "thrust" : in_words(spec.response),
              spec.lattice.columns, spec.lattice.layers, options.repetitions, samples,
@@ -104,7 +107,8 @@ double cost(const AccuracyCase& c, const Estimate& number) {
   return c.seconds * number.standard_error * number.standard_error;
 }
 
-void measure_peaks(double mu, const AccuracyOptions& options, std::ostream& messages, AccuracyTable& table) {
+/// `all`: of the estimators, and not only the best.
+void measure_peaks(double mu, bool all, const AccuracyOptions& options, std::ostream& messages, AccuracyTable& table) {
   EnsembleSpec spec;
   spec.sampler.mu = mu;
   spec.layers = layers_to_record(bench_fit(), {});
@@ -114,10 +118,11 @@ void measure_peaks(double mu, const AccuracyOptions& options, std::ostream& mess
     spec.response.samples = samples;
     cases.push_back(measure(spec, no_peaks, options, messages));
   };
-  add({}, 1024);
-  if (!options.quick) add({.estimator = EstimatorName::paired}, 256);
-  const std::size_t first_linear = cases.size();
-  for (const ResponseSpec& response : options.quick ? best_multiplexings() : multiplexings()) {
+  add({}, 256);
+  if (all) add({.estimator = EstimatorName::paired}, 256);
+  const std::size_t first_compared = cases.size();
+  add({.overloads = 0, .coupled = true}, 256);
+  for (const ResponseSpec& response : all ? multiplexings() : best_multiplexings()) {
     add(response, 256);
   }
   const LatticeSpec loaded_piles = std::exchange(spec.lattice, unloaded_piles);
@@ -135,7 +140,7 @@ void measure_peaks(double mu, const AccuracyOptions& options, std::ostream& mess
 
   const AccuracyCase &point = cases.front(), &thrust = cases.back();
   const double of_c = cost(point, point.curve.c), of_D = cost(point, point.curve.D);
-  for (std::size_t k = first_linear; k + 1 < cases.size(); ++k) {
+  for (std::size_t k = first_compared; k + 1 < cases.size(); ++k) {
     const AccuracyCase& c = cases[k];
     const ResponseSpec& response = c.curve.spec.response;
     table.speedups.push_back({mu, response, of_D / cost(c, c.curve.D), of_c / cost(c, c.curve.c),
@@ -161,7 +166,7 @@ void measure_small_laws(double mu, const AccuracyOptions& options, std::ostream&
 }
 
 Json case_json(const AccuracyCase& c) {
-  const auto& [curve, seconds, c_thrust] = c;
+  const auto& [curve, seconds, wall, c_thrust] = c;
   const int repetitions = c.repetitions();
   const auto of_one = [&](const Estimate& number) {
     return finite_or_null(number.standard_error * std::sqrt(repetitions));
@@ -178,6 +183,7 @@ Json case_json(const AccuracyCase& c) {
   if (c.thrust_alone()) json["estimator"] = "thrust";
   json.update(Json{{"samples", samples},
                    {"seconds", seconds / repetitions},
+                   {"wall_seconds", wall / repetitions},
                    {"repetitions", repetitions},
                    {"stderr_c", of_one(curve.c)},
                    {"stderr_D", of_one(curve.D)},
@@ -204,9 +210,10 @@ Json case_json(const AccuracyCase& c) {
 
 AccuracyTable measure_accuracy(const AccuracyOptions& options, std::ostream& messages) {
   AccuracyTable table;
-  for (const double mu : {0.1, 0.3}) {
-    measure_peaks(mu, options, messages, table);
-    if (!options.quick) measure_small_laws(mu, options, messages, table);
+  for (const double mu : {0.1, 0.15, 0.2, 0.3, 0.4}) {
+    const bool main = mu == 0.1 || mu == 0.3, all = main && !options.quick;
+    if (main || !options.quick) measure_peaks(mu, all, options, messages, table);
+    if (all) measure_small_laws(mu, options, messages, table);
   }
   return table;
 }
