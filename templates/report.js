@@ -140,9 +140,9 @@ function explore(box, results) {
   // "53.374(61)" as value and error.
   const numberOf = (text) => {
     if (text === null) return null;
-    const [, value, error] = /^([−\d.]+)(?:\(([\d.]+)\))?$/.exec(text);
-    const decimals = (value.split('.')[1] || '').length;
-    return {value: Number(value.replace('−', '-')), error: !error ? 0 : error.includes('.') ? Number(error) : error / 10 ** decimals};
+    const [, value, error, power] = /^([−\d.]+)(?:\(([\d.]+)\))?(?: × 10(.+))?$/.exec(text) || [text, 'NaN'];
+    const decimals = (value.split('.')[1] || '').length, unit = power ? 10 ** [...power].map((c) => '-0123456789'['⁻⁰¹²³⁴⁵⁶⁷⁸⁹'.indexOf(c)]).join('') : 1;
+    return {value: Number(value.replace('−', '-')) * unit, error: unit * (!error ? 0 : error.includes('.') ? Number(error) : error / 10 ** decimals)};
   };
   // Abramowitz and Stegun 7.1.26: within 1.5e-7.
   const erf = (x) => {

@@ -97,7 +97,7 @@ void add_explored_depths(Json& overlay, const Analysis& analysis) {
   Json data = Json::array();
   for (const Transport& result : analysis.results) {
     const double unit = unit_of(result);
-    if (unit == 0) continue;
+    if (result.exact || unit == 0) continue;  // rounding is no scatter
     const auto line = [](const Estimate& slope, const Estimate& offset) {
       return slope.known() && offset.known() ? Json{offset.value, slope.value} : Json(nullptr);
     };
