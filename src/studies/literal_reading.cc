@@ -392,15 +392,16 @@ class LiteralReading final : public CopiedStudy<LiteralReading> {
     for (const PaperExponent& one : paper) {
       Claim tried = open_claim(claim.id, claim.statement, fmt::format("{}, z = {:.1f}", one.symbol, best.z));
       judge_by_number(tried, one.of(best.literal), one.number, one.rival, one.symbol);
-      if (one.fit_of(best.literal).misses_the_points()) tried.quantity += ", on average over μ";
+      tried.power_law = !one.fit_of(best.literal).misses_the_points();
+      if (!tried.power_law) tried.quantity += ", on average over μ";
       if (claim.verdict.empty() || rank(tried) > rank(claim)) claim = std::move(tried);
     }
     claim.explanation =
         fmt::format("At z = {:.1f} γ is {}, β {} and α {}. ", best.z, exponent_text(paper[0].fit_of(best.literal)),
                     exponent_text(paper[1].fit_of(best.literal)), exponent_text(paper[2].fit_of(best.literal))) +
         (met_.empty() ? "At no depth are all three within two errors of the paper’s numbers."
-                      : fmt::format("All three are within two errors of the paper’s numbers at {} of {} depths, from z "
-                                    "= {:.1f} to {:.1f}.",
+                      : fmt::format("All three are within two errors of the paper’s numbers at {} of {} depths, "
+                                    "between z = {:.1f} and {:.1f}.",
                                     met_.size(), depths_.size(), met_.front(), met_.back()));
     for (const PaperExponent& one : paper) {
       if (const std::string misfit = misfit_sentence(one.fit_of(best.literal), one.x); !misfit.empty()) {

@@ -21,12 +21,14 @@ namespace granuscope {
 // A study of one file has no header.
 // NOLINTBEGIN(readability-redundant-declaration): where pieces are joined
 std::unique_ptr<Study> literal_reading_study();
+std::unique_ptr<Study> open_choices_study();
 std::unique_ptr<Study> force_statistics_study();
 std::unique_ptr<Study> tensor_response_study();
 // NOLINTEND(readability-redundant-declaration)
 
 Studies::Studies() {
   all_.push_back(literal_reading_study());
+  all_.push_back(open_choices_study());
   all_.push_back(redrawn_beads_study());
   all_.push_back(counted_work_study());
   all_.push_back(small_friction_study());

@@ -242,8 +242,8 @@ RedrawnBeads measure_redrawn_beads(const MeasuredEnsemble& ensemble) {
   result.failed = record.failed.size();
   result.samples = sums.samples();
   if (std::ranges::find(sums.count, 0) != sums.count.end()) {
-    for (Estimate* one :
-         {&result.whole_pile, &result.below_overload, &result.force, &result.relative_force, &result.together}) {
+    for (Estimate* one : {&result.whole_pile, &result.below_overload, &result.failing, &result.force,
+                          &result.relative_force, &result.together}) {
       one->reason = "a block of the ensemble holds no completed pair of piles";
     }
     return result;
@@ -253,6 +253,7 @@ RedrawnBeads measure_redrawn_beads(const MeasuredEnsemble& ensemble) {
   };
   const Replicated redrawn = in_pile("redrawn");
   result.whole_pile = estimate(redrawn);
+  result.failing = estimate(block_mean(sums, "failing_again", 0));
   const char* const none = "no bead of some block was redrawn";
   const Replicated force = in_pile("redrawn_force");
   result.force = estimate(ratio_of(force, redrawn), none);
@@ -289,9 +290,11 @@ Claim judge_redraw_share(const std::vector<RedrawnBeads>& measured) {
     failed = failed || factor_at_least(share, one.share, agreement) > same_order_up_to;
     open = open || factor_between(share, one.share, agreement) > same_order_up_to;
     const double factor = factor_between(share, one.share, 0);
-    clauses.push_back(fmt::format("{} of the beads draw again at μ = {}, {} times {} the paper’s {} %", percent(share),
-                                  one.mu, significant(factor, 3), share.value > one.share ? "as many as" : "fewer than",
-                                  100 * one.share));
+    const std::string failing =
+        found->failing.known() ? fmt::format(" ({} find no solution)", percent(found->failing)) : "";
+    clauses.push_back(fmt::format("{} of the beads draw again{} at μ = {}, {} times {} the paper’s {} %",
+                                  percent(share), failing, one.mu, significant(factor, 3),
+                                  share.value > one.share ? "as many as" : "fewer than", 100 * one.share));
     say_below(below, *found);
     if (factor > farthest) {
       farthest = factor;
@@ -373,6 +376,7 @@ void to_json(Json& json, const RedrawnBeads& redrawn) {
           {"failed", redrawn.failed},
           {"whole_pile", redrawn.whole_pile},
           {"below_overload", redrawn.below_overload},
+          {"failing", redrawn.failing},
           {"force", redrawn.force},
           {"relative_force", redrawn.relative_force},
           {"together", redrawn.together}};
@@ -390,6 +394,10 @@ class RedrawnBeadsStudy final : public CopiedStudy<RedrawnBeadsStudy> {
                      friction_range_above_zero()),
             make_key(table(), "samples", "pairs of piles", "pairs per friction coefficient, at least eight per block",
                      samples_),
+            make_key(table(), "other_layers", "layers", "also in piles of so many layers, beside the experiment's own",
+                     other_layers_,
+                     KeyRange{.why = "the shares are those of the layers above the last 20"}.within(
+                         bottom_margin + 1, std::numeric_limits<int>::max())),
             make_key(table(), "most_together", "beads",
                      "claim local-rearrangements: beads that touch and draw again, on average over such beads, up to "
                      "which a rearrangement counts as local",
@@ -410,34 +418,44 @@ class RedrawnBeadsStudy final : public CopiedStudy<RedrawnBeadsStudy> {
 
   std::vector<StudyEnsemble> ensembles(const MainLine& main) const override {
     std::vector<StudyEnsemble> all;
-    for (const double mu : mu_) {
-      EnsembleSpec spec = main.ensemble_at(mu, main.lattice, samples_);
+    for (std::size_t k = 0; k < mu_.size() * (1 + other_layers_.size()); ++k) {
+      const double mu = mu_[k % mu_.size()];
+      LatticeSpec lattice = main.lattice;
+      if (k >= mu_.size()) lattice.layers = other_layers_[k / mu_.size() - 1];
+      EnsembleSpec spec = main.ensemble_at(mu, lattice, samples_);
       spec.response.estimator = EstimatorName::paired;
       spec.layers.resize(static_cast<std::size_t>(Lattice(spec.lattice).usable_layers()));
       std::iota(spec.layers.begin(), spec.layers.end(), 0);
       spec.record_profiles = false;
-      all.push_back({fmt::format("redrawn beads, mu = {}", mu), fmt::format("redrawn-beads-mu-{}", exact(mu)), spec});
+      const std::string size = k < mu_.size() ? "" : fmt::format("-layers-{}", lattice.layers);
+      all.push_back({fmt::format("redrawn beads{}, mu = {}", size, mu),
+                     fmt::format("redrawn-beads{}-mu-{}", size, exact(mu)), spec, size.empty() ? 0 : 1});
     }
     return all;
   }
 
-  void add(const StudyEnsemble&, const MeasuredEnsemble& ensemble) override {
-    measured_.push_back(measure_redrawn_beads(ensemble));
+  void add(const StudyEnsemble& one, const MeasuredEnsemble& ensemble) override {
+    (one.part == 0 ? measured_ : other_sizes_).push_back(measure_redrawn_beads(ensemble));
   }
 
   std::vector<Claim> claims(const ClaimSpec&) const override {
     return {judge_redraw_share(measured_), judge_rearrangements(measured_, most_together_)};
   }
 
-  Json json() const override { return measured_; }
+  Json json() const override {
+    std::vector<RedrawnBeads> all = measured_;
+    all.insert(all.end(), other_sizes_.begin(), other_sizes_.end());
+    return all;
+  }
 
   std::vector<ReportPart> parts() const override { return {table_part()}; }
 
  private:
-  std::vector<double> mu_;              ///< empty: not measured
-  std::uint64_t samples_ = 512;         ///< pairs of piles per friction coefficient
-  double most_together_ = 10;           ///< chosen before it was measured
-  std::vector<RedrawnBeads> measured_;  ///< ascending in mu
+  std::vector<double> mu_;       ///< empty: not measured
+  std::uint64_t samples_ = 512;  ///< pairs of piles per friction coefficient
+  double most_together_ = 10;    ///< chosen before it was measured
+  std::vector<int> other_layers_;
+  std::vector<RedrawnBeads> measured_, other_sizes_;  ///< ascending in mu; claims look at the former
 };
 
 }  // namespace

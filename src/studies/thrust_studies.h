@@ -48,6 +48,7 @@ struct RedrawnBeads {
   std::uint64_t failed = 0;   ///< pairs that could not be completed
   Estimate whole_pile;        ///< share of all beads of the usable layers
   Estimate below_overload;    ///< share of those with |x| <= z
+  Estimate failing;           ///< share of all beads of the pile that found no solution; others change with them
   Estimate force;             ///< before the overload acts: mean of the smaller force that these beads hand down
   Estimate relative_force;    ///< that over the mean of all beads at the same depths
   Estimate together;          ///< beads of the rearrangement that a redrawn bead belongs to, its mean over these beads

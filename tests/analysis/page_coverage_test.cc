@@ -6,6 +6,7 @@
 #include <cmath>
 #include <random>
 
+#include "analysis/mean_response.h"
 #include "analysis/transport.h"
 #include "coverage_table.h"
 #include "ensemble/ensemble_runner.h"
@@ -129,6 +130,24 @@ TEST_CASE("two overloads in coupled piles measure the response to a single one",
   }
   CHECK(numbers == 12);
   CHECK(chi2 < 28.3);  // 12 numbers: one in two hundred
+}
+
+TEST_CASE("coverage: c_thrust at strong friction", "[long]") {
+  test::CoverageTable table;
+  for (const double mu : {0.6, 1.0, 1.7}) {
+    std::vector<Estimate> by_ensemble(static_cast<std::size_t>(coverage_ensembles(200)));
+    double mean = 0;
+    for (std::size_t r = 0; r < by_ensemble.size(); ++r) {
+      EnsembleSpec spec = piles_of({100, 100}, point_response(1), 256);
+      spec.sampler.mu = mu;
+      spec.sampler.seed = 40'000 + r;
+      spec.record_profiles = false;
+      by_ensemble[r] = estimate(thrust_speed(run_ensemble(spec, 0, nullptr).sums, 40));
+      mean += by_ensemble[r].value / static_cast<double>(by_ensemble.size());
+    }
+    table.add("c_thrust", by_ensemble, mean);
+  }
+  table.check();
 }
 
 TEST_CASE("coverage: the page of the estimator fluctuation", "[long]") {

@@ -104,6 +104,7 @@ Experiment unusual_experiment() {
   set_key(e, "studies.numerical_stability.layers", std::int64_t{400});
   set_key(e, "studies.numerical_stability.columns", std::int64_t{24});
   e.sampling.rules = RepairRules::no_arcs;
+  e.sampling.drawn = DrawnVariable::ratio;
   set_key(e, "studies.error_against_time.repetitions", std::int64_t{24});
   set_key(e, "studies.error_against_time.mu", 0.25);
   set_key(e, "studies.error_against_time.columns", std::int64_t{300});
@@ -434,7 +435,7 @@ TEST_CASE("A value of the wrong type is refused with what is expected") {
   CHECK_THAT(refusal("[fit]\nscaling_window = [0.1, 0.2, 0.3]\n"), Contains("two ends but 3 numbers"));
   CHECK_THAT(refusal("[sampling]\nlaw = \"granulosve\"\n"), StartsWith("mine.toml:2:1: sampling.law: "));
   CHECK_THAT(refusal("[response]\nestimator = \"pont\"\n"), StartsWith("mine.toml:2:1: response.estimator: "));
-  CHECK_THAT(refusal("[sampling]\nlayer_order = \"left\"\n"), Contains("random and fixed"));
+  CHECK_THAT(refusal("[sampling]\nlayer_order = \"left\"\n"), Contains("random, rightwards and fixed"));
   CHECK_THAT(refusal("[sampling]\nseed = -1\n"), Contains("-1 is out of range; give at least 0"));
   CHECK_THAT(refusal("[lattice]\ncolumns = 5000000000\n"), Contains("give 4 to 1000000"));
 }

@@ -7,6 +7,8 @@
 #include "ensemble/ensemble_runner.h"
 #include "ensemble/point_estimator.h"
 #include "kit/estimates.h"
+#include "sampling/sampler.h"
+#include "studies/study.h"
 #include "support/error.h"
 
 namespace granuscope {
@@ -28,6 +30,49 @@ EnsembleSpec paired(double mu) {
 }
 
 }  // namespace
+
+TEST_CASE(
+    "Beads that fail when a pile is solved again are those that the sampler repairs, and fewer than those that "
+    "change") {
+  const EnsembleSpec spec = paired(0.3);
+  const RedrawnBeads measured = measure_redrawn_beads({spec, run_ensemble(spec, 0, nullptr)});
+  const Lattice lattice(spec.lattice);
+  const auto sampler = make_sampler(spec.sampler, lattice);
+  const std::vector<double> uniform(80, 1.0);
+  std::vector<double> overloaded = uniform;
+  overloaded[static_cast<std::size_t>(lattice.middle())] += spec.response.overload;
+  Pile before(lattice), after(lattice);
+  std::uint64_t repaired = 0;
+  for (std::uint64_t sample = 0; sample < 128; ++sample) {
+    REQUIRE(!sampler->draw(sample, uniform, before));
+    sampler->take_counts();
+    REQUIRE(!sampler->draw_again(sample, overloaded, before, after));
+    const SamplerCounts counts = sampler->take_counts();
+    repaired += counts.repaired_by_pair + counts.repaired_by_arc + counts.repaired_by_ring + counts.backtracked;
+  }
+  CHECK(measured.failing.value == Approx(static_cast<double>(repaired) / (128.0 * 80 * 60)).epsilon(1e-12));
+  CHECK(measured.failing.standard_error > 0);
+  CHECK(measured.failing.value < measured.whole_pile.value);
+}
+
+TEST_CASE("Shares in piles of other depths stand beside those of the experiment, which alone decide the claims") {
+  const auto study = redrawn_beads_study();
+  for (const Key& key : study->keys()) {
+    if (key.name == "mu") key.set(std::vector<double>{0.1, 0.3});
+    if (key.name == "other_layers") key.set(std::vector<std::int64_t>{40});
+    if (key.name == "samples") key.set(std::int64_t{64});
+  }
+  MainLine main;
+  main.lattice = {60, 60};
+  main.response.blocks = 8;
+  for (const StudyEnsemble& one : study->ensembles(main))
+    study->add(one, {one.spec, run_ensemble(one.spec, 0, nullptr)});
+  const auto json = study->json();
+  REQUIRE(json.size() == 4);
+  CHECK(json[3]["layers"] == 40);
+  CHECK(json[3]["whole_pile"]["value"] < json[1]["whole_pile"]["value"]);
+  CHECK(study->claims({}).at(0).measured.value == json[1]["whole_pile"]["value"]);
+}
 
 TEST_CASE("shares of redrawn beads are the means over the usable layers") {
   const EnsembleSpec spec = paired(0.3);

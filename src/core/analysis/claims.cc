@@ -160,9 +160,11 @@ void judge_by_number(Claim& claim, const Estimate& measured, const PaperNumber& 
   claim.rival = judged.rival.value;
   claim.rival_name = judged.rival.name;
   claim.rival_distance = judged.rival_distance;
-  claim.explanation = fmt::format("{} is {}, in standard errors {} {} the paper’s value and {}", what,
-                                  number_in_words(measured), significant(std::abs(judged.z_score), 2),
-                                  judged.z_score > 0 ? "above" : "below", rival_in_words(claim));
+  const std::string held_against =
+      claim.beyond_paper ? "the " + significant(paper.value, 2) + " of this test" : "the paper’s value";
+  claim.explanation = fmt::format("{} is {}, in standard errors {} {} {} and {}", what, number_in_words(measured),
+                                  significant(std::abs(judged.z_score), 2), judged.z_score > 0 ? "above" : "below",
+                                  held_against, rival_in_words(claim));
   claim.explanation +=
       claim.verdict == not_decided ? fmt::format("; {}.", cost_of_deciding(measured, paper, claim.rival)) : ".";
 }
@@ -281,6 +283,7 @@ Claim judge_exponent(const char* id, const char* statement, const char* symbol, 
   std::string what = over_window(symbol, fit);
   what.front() = 'T';
   judge_by_number(claim, fit.exponent, paper, rival, what);
+  claim.power_law = !fit.misses_the_points();
   return claim;
 }
 
@@ -341,7 +344,21 @@ Claim judge_differs_from_theory(const Analysis& analysis) {
                  quantity_of("α", analysis.scaling.alpha));
   judge_by_exclusion(claim, analysis.scaling.alpha.exponent, paper_alpha, linear_in_D,
                      "T" + over_window("α", analysis.scaling.alpha).substr(1));
+  claim.power_law = !analysis.scaling.alpha.misses_the_points();
   return claim;
+}
+
+void add_small_friction(Analysis& analysis) {
+  for (Claim& claim : analysis.claims) {
+    if (claim.id != "differs-from-theory") continue;
+    for (const OtherReading& reading : analysis.readings) {
+      const ScalingFit& alpha = reading.fits.alpha;
+      if (reading.id != "small_friction" || !alpha.exponent.known()) continue;
+      add_sentence(claim, "That is α of this window: at small friction, over μ = {} to {}, it is {}.", alpha.window[0],
+                   alpha.window[1],
+                   alpha.misses_the_points() ? significant(alpha.exponent.value, 3) : value_with_error(alpha.exponent));
+    }
+  }
 }
 
 }  // namespace granuscope

@@ -198,6 +198,7 @@ struct Claim {
   std::string explanation;    ///< why, in one sentence
   std::string remarks;        ///< further sentences, may be empty
   bool beyond_paper = false;  ///< the paper prints no such number: the program's own test
+  bool power_law = true;      ///< false: `measured` averages over powers that differ, and its error says nothing
 };
 
 /// What the analysis stage hands on.

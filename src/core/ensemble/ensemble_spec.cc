@@ -291,7 +291,7 @@ bool is_of_moved_loads(const Key& key) { return key.name == "overloads" || key.n
 
 /// Counted up when the sums of an estimator came to hold more.
 std::string versions_of_sums(const EnsembleSpec& spec) {
-  return std::string(spec.response.estimator == EstimatorName::paired ? "paired_sums=3\n" : "") +
+  return std::string(spec.response.estimator == EstimatorName::paired ? "paired_sums=4\n" : "") +
          (spec.record_H ? "multiplexed_sums=2\n" : "") + (spec.record_forces ? "force_counts=1\n" : "");
 }
 
@@ -306,6 +306,7 @@ std::string configuration_text(const EnsembleSpec& spec) {
     const bool counting = counts(key, keys) && !(key.name == "overload" && spec.load != Load::point);
     if (!counting && key.only.elsewhere == Elsewhere::left_out) continue;
     if (is_tilt(key) && std::get<double>(key.get()) == 0) continue;
+    if (key.name == "drawn" && spec.sampler.drawn == DrawnVariable::force) continue;
     if (is_of_moved_loads(key) && !moves_loads(spec)) continue;
     if (key.name == "samples") text += versions_of_sums(spec);
     // What an estimator ignores changes no number.

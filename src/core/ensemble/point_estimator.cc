@@ -150,6 +150,7 @@ std::vector<QuantityShape> PairedEstimator::quantities(const EnsembleSpec& spec)
   all.push_back({"least_force", 1});
   all.push_back({"redrawn_force", 1});
   all.push_back({"redrawn_together", 1});
+  all.push_back({"failing_again", 1});
   all.push_back({"response_thrust", 1});
   if (spec.record_profiles) all.push_back({"response", spec.lattice.columns});
   return all;
@@ -169,15 +170,28 @@ PairedEstimator::PairedEstimator(const EnsembleSpec& spec, Samplers samplers, Bl
       least_force_(sums, "least_force", block),
       redrawn_force_(sums, "redrawn_force", block),
       redrawn_together_(sums, "redrawn_together", block),
+      failing_again_(sums, "failing_again", block),
       response_thrust_(sums, "response_thrust", block),
       profiles_(spec.record_profiles),
       response_(profiles_ ? BlockSlice(sums, "response", block) : BlockSlice()) {
   overloaded_[static_cast<std::size_t>(before_.lattice.middle())] += overload_;
 }
 
+namespace {
+
+/// Those whose parents had to change, or that had to backtrack.
+std::uint64_t repaired_beads(const SamplerCounts& counts) {
+  return counts.repaired_by_pair + counts.repaired_by_arc + counts.repaired_by_ring + counts.backtracked;
+}
+
+}  // namespace
+
 std::optional<SamplingFailure> PairedEstimator::draw(std::uint64_t sample) {
   if (const auto failure = samplers_.first.draw(sample, uniform_load_, before_)) return failure;
-  return samplers_.second.draw_again(sample, overloaded_, before_, after_);
+  const std::uint64_t so_far = repaired_beads(samplers_.second.counts());
+  const auto failure = samplers_.second.draw_again(sample, overloaded_, before_, after_);
+  failed_again_ = repaired_beads(samplers_.second.counts()) - so_far;
+  return failure;
 }
 
 std::optional<SamplingFailure> PairedEstimator::measure(std::uint64_t sample) {
@@ -216,6 +230,7 @@ void PairedEstimator::add_redrawn() {
     least_force_.add(l, force / lattice.columns());
     redrawn_force_.add(l, of_redrawn / lattice.columns());
     redrawn_together_.add(l, together / lattice.columns());
+    failing_again_.add(l, static_cast<double>(failed_again_) / static_cast<double>(lattice.beads()));
   }
 }
 

@@ -59,6 +59,9 @@ class PointEstimator final : public Estimator {
 ///                              layer's beads;
 ///   "redrawn_force"            the same, summed over the redrawn beads, by the layer's beads;
 ///   "redrawn_together"         likewise, of how many beads that touch each other the rearrangement of a bead consists;
+///   "failing_again"            share of the pile's beads that found no solution when it was solved again; of every
+///   layer
+///                              the same;
 ///   "response_thrust"          sqrt(3) sum(H_R - H_L) with the overload, minus the same without, over the overload:
 ///                              the thrust ratio of the response itself. Its second moment grows with it, and in piles
 ///                              of one law it is the thrust ratio of the piles (see analysis/scaling.h);
@@ -79,11 +82,13 @@ class PairedEstimator final : public Estimator {
   std::vector<double> uniform_load_, overloaded_;
   Samplers samplers_;
   Pile before_, after_;
+  std::uint64_t failed_again_ = 0;  ///< beads of the last pair
   std::vector<unsigned char> beads_redrawn_;
   std::vector<int> rearranged_;
   const std::vector<int>& layers_;
   LayerObservables observables_;
-  BlockSlice redrawn_, redrawn_below_, least_force_, redrawn_force_, redrawn_together_, response_thrust_;
+  BlockSlice redrawn_, redrawn_below_, least_force_, redrawn_force_, redrawn_together_, failing_again_,
+      response_thrust_;
   bool profiles_;
   BlockSlice response_;
 };

@@ -109,8 +109,7 @@ std::span<const PileGroup> GranusolveSampler::draw_groups(std::span<const std::u
       ++count;
     }
     parts.push_back({done, count, nullptr});
-    // Groups repair by the pair rule.
-    if (count < 2 || spec_.rules != RepairRules::all || !GranusolveGroup::fits(lattice_, kept)) continue;
+    if (count < 2 || !drawn_side_by_side(spec_) || !GranusolveGroup::fits(lattice_, kept)) continue;
     if (together.size() == together_.size()) {
       together_.push_back(std::make_unique<GranusolveGroup>(spec_, lattice_, kept_layers_, *this));
     }

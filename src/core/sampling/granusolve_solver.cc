@@ -33,7 +33,7 @@ std::uint32_t GranusolveDraws::begin_pile(std::uint64_t sample, const Pile* firs
   key_ = RandomKey(key_.seed(), sample);
   first_ = first;
   if (first != nullptr) read_split_uniforms(*first, first_numbers_);
-  eight_at_once_ = first == nullptr && !PlainKernels::in_use();
+  eight_at_once_ = first == nullptr && state_.drawn() == DrawnVariable::force && !PlainKernels::in_use();
   return first == nullptr ? 0 : attempts_before_solving_again;
 }
 
@@ -48,6 +48,7 @@ void GranusolveDraws::begin_layer(int layer) {
   draw_in_bulk(layer);
   find_failing(slack_.data(), slack_.size(), arrays.failing);
   if (first_ != nullptr) keep_splits(layer);
+  if (first_ == nullptr && state_.drawn() != DrawnVariable::force) draw_other_variable(layer);
   work_.solutions += columns;
   if (first_ == nullptr) work_.counts.uniforms += columns;
 }
@@ -113,6 +114,16 @@ void GranusolveDraws::keep_splits(int layer) {
   }
 }
 
+/// The splits of another variable than the force, with the numbers that the layer was drawn in bulk with.
+void GranusolveDraws::draw_other_variable(int layer) {
+  for (int bead = 0; bead < state_.lattice().columns(); ++bead) {
+    if (slack_[static_cast<std::size_t>(bead)] < 0) continue;
+    state_.set_split(
+        layer, bead,
+        state_.split_on(layer, bead, state_.interval_of(layer, bead), state_.arrays().first_uniform[state_.at(bead)]));
+  }
+}
+
 inline double GranusolveDraws::choose_split(int layer, int bead, Outgoing out, Interval interval) {
   const std::size_t here = state_.at(layer, bead);
   if (first_ != nullptr && state_.arrays().unsolved[here] != top_of_backtrack) {
@@ -120,9 +131,9 @@ inline double GranusolveDraws::choose_split(int layer, int bead, Outgoing out, I
   }
   // At the front nobody has seen what came of the bead's first number.
   if (first_ == nullptr && layer == state_.front()) {
-    return point_at(interval, state_.arrays().first_uniform[state_.at(bead)]);
+    return state_.split_on(layer, bead, interval, state_.arrays().first_uniform[state_.at(bead)]);
   }
-  return point_at(interval, next_uniforms(layer, bead, 1).first);
+  return state_.split_on(layer, bead, interval, next_uniforms(layer, bead, 1).first);
 }
 
 bool GranusolveDraws::try_draw(int layer, int bead) {
@@ -209,6 +220,19 @@ bool GranusolveRules::change_parents(int layer, int bead, bool no_pair) {
   return repair_by_ring(layer, bead);
 }
 
+/// Whether splits that were drawn uniformly for both parents are kept, so that each has the density of its own law.
+bool GranusolveRules::keeps_pair(int layer, int bead, const PairDraw& pair) {
+  const GranusolveArrays& arrays = state_.arrays();
+  const auto share = [&](int parent, double H_R) {
+    const std::size_t at = state_.at(layer - 1, parent);
+    return kept_share(state_.drawn(), {arrays.V_R[at], arrays.V_L[at]}, arrays.H[at],
+                      state_.interval_of(layer - 1, parent), H_R);
+  };
+  const UniformPair u = draws_.next_uniforms(layer, bead, 2);
+  return u.first < share(state_.lattice().upper_left(layer, bead), pair.a) &&
+         u.second < share(state_.lattice().upper_right(layer, bead), pair.b);
+}
+
 bool GranusolveRules::repair_by_pair(int layer, int bead) {
   const Lattice& lattice = state_.lattice();
   const int A = lattice.upper_left(layer, bead), B = lattice.upper_right(layer, bead);
@@ -231,9 +255,12 @@ bool GranusolveRules::repair_by_pair(int layer, int bead) {
   if (a.empty() || b.empty() || std::max(band.low, a.low - b.high) > std::min(band.high, a.high - b.low)) {
     return false;
   }
-  const UniformPair u = draws_.next_uniforms(layer, bead, 2);
-  const auto drawn = draw_truncated_pair(a, b, band, u.first, u.second);
-  if (!drawn) return false;
+  std::optional<PairDraw> drawn;
+  do {
+    const UniformPair u = draws_.next_uniforms(layer, bead, 2);
+    drawn = draw_truncated_pair(a, b, band, u.first, u.second);
+    if (!drawn) return false;
+  } while (state_.drawn() != DrawnVariable::force && !keeps_pair(layer, bead, *drawn));
   ++work_.counts.pairs;
   state_.set_split(layer - 1, A, drawn->a);
   state_.set_split(layer - 1, B, drawn->b);
@@ -504,12 +531,13 @@ Interval GranusolveRules::step_band(const ParentArc& arc, int k, int failed) con
 
 /// Given split_[from], draws split_[from - 1] .. split_[to], each uniformly on what the filter and the one drawn before
 /// leave.
-void GranusolveRules::draw_backwards(int from, int to) {
+void GranusolveRules::draw_backwards(const ParentArc& arc, int from, int to) {
   for (int k = from - 1; k >= to; --k) {
     const auto here = static_cast<std::size_t>(k);
     const Interval reach{split_[here + 1] + bands_[here].low, split_[here + 1] + bands_[here].high};
     // The filter holds a solution; only rounding can leave none. The bead below is then within rounding of its band.
-    split_[here] = point_at(closed(intersection(filter_[here], reach)), numbers_[here]);
+    split_[here] =
+        state_.split_on(arc.layer - 1, parent(arc, k), closed(intersection(filter_[here], reach)), numbers_[here]);
   }
 }
 
@@ -566,9 +594,9 @@ GranusolveRules::ArcOutcome GranusolveRules::repair_by_arc(int layer, int bead, 
   }
   ++work_.counts.arcs;
   draws_.next_numbers(arc, 0, numbers_);
-  split_[static_cast<std::size_t>(last)] =
-      point_at(filter_[static_cast<std::size_t>(last)], numbers_[static_cast<std::size_t>(last)]);
-  draw_backwards(last, 0);
+  split_[static_cast<std::size_t>(last)] = state_.split_on(
+      layer - 1, parent(arc, last), filter_[static_cast<std::size_t>(last)], numbers_[static_cast<std::size_t>(last)]);
+  draw_backwards(arc, last, 0);
   set_splits(arc, bead, GranusolveRule::arc);
   return ArcOutcome::repaired;
 }
@@ -603,7 +631,8 @@ bool GranusolveRules::repair_by_ring(int layer, int bead) {
     if (own_[wrap(k)].empty()) return false;
   }
   // One parent is drawn; the others are an arc that starts and ends at it.
-  const double pinned = point_at(own_[0], draws_.next_uniforms(layer - 1, parent(ring, 0), 1).first);
+  const double pinned =
+      state_.split_on(layer - 1, parent(ring, 0), own_[0], draws_.next_uniforms(layer - 1, parent(ring, 0), 1).first);
   filter_[0] = {pinned, pinned};
   for (int k = 1; k < columns; ++k) {
     filter_[wrap(k)] = intersection(own_[wrap(k)], {filter_[wrap(k - 1)].low - bands_[wrap(k - 1)].high,
@@ -618,8 +647,8 @@ bool GranusolveRules::repair_by_ring(int layer, int bead) {
   ++work_.counts.rings;
   split_[0] = pinned;
   draws_.next_numbers(ring, 1, numbers_);
-  split_[wrap(last)] = point_at(filter_[wrap(last)], numbers_[wrap(last)]);
-  draw_backwards(last, 1);
+  split_[wrap(last)] = state_.split_on(layer - 1, parent(ring, last), filter_[wrap(last)], numbers_[wrap(last)]);
+  draw_backwards(ring, last, 1);
   set_splits(ring, bead, GranusolveRule::ring);
   return true;
 }

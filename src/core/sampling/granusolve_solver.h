@@ -60,6 +60,7 @@ class GranusolveDraws {
  private:
   void draw_in_bulk(int layer);
   void keep_splits(int layer);
+  void draw_other_variable(int layer);
   double choose_split(int layer, int bead, Outgoing out, Interval interval);
 
   GranusolveState& state_;
@@ -103,6 +104,7 @@ class GranusolveRules {
   enum class ArcOutcome : std::uint8_t { repaired, too_narrow, infeasible };
 
   bool repair_by_pair(int layer, int bead);
+  bool keeps_pair(int layer, int bead, const PairDraw& pair);
   bool infeasible_alone(int layer, int bead) const;
   ArcOutcome repair_by_arc(int layer, int bead, int parents);
   bool repair_by_ring(int layer, int bead);
@@ -110,7 +112,7 @@ class GranusolveRules {
   int parent(const ParentArc& arc, int k) const { return parent_of(state_.lattice(), arc, k); }
   int child_after(const ParentArc& arc, int k) const;
   Interval step_band(const ParentArc& arc, int k, int failed) const;
-  void draw_backwards(int from, int to);
+  void draw_backwards(const ParentArc& arc, int from, int to);
   void set_splits(const ParentArc& arc, int bead, GranusolveRule rule);
 
   bool pairs_, arcs_;  ///< which rules are in use

@@ -32,6 +32,7 @@ void BeadRun::include(int other, int others, int columns) {
 GranusolveState::GranusolveState(const SamplerSpec& spec, const Lattice& lattice)
     : lattice_(lattice),
       cone_(spec.mu),
+      drawn_(spec.drawn),
       order_(static_cast<std::size_t>(lattice.layers())),
       pending_(static_cast<std::size_t>(lattice.layers())),
       load_line_(granuscope::load_line(spec)),
@@ -43,8 +44,10 @@ void GranusolveState::begin_pile(const RandomKey& key, LayerOrder order, std::sp
   attempts_at_first_ = attempts_at_first;
   std::fill(pending_.begin(), pending_.end(), BeadRun{});
   for (int layer = 0; layer < lattice_.layers(); ++layer) {
-    order_[static_cast<std::size_t>(layer)] =
-        order == LayerOrder::random ? key.layer_order(layer, lattice_.columns()) : RandomKey::Order{0, 1};
+    RandomKey::Order& here = order_[static_cast<std::size_t>(layer)] = {0, 1};
+    if (order == LayerOrder::fixed) continue;
+    here = key.layer_order(layer, lattice_.columns());
+    if (order == LayerOrder::rightwards) here.direction = 1;
   }
   watch_pending();
 }

@@ -6,6 +6,7 @@
 
 #include "model/equilibrium.h"
 #include "model/lattice.h"
+#include "sampling/drawn_variable.h"
 #include "sampling/random_key.h"
 #include "sampling/sampler_spec.h"
 
@@ -87,6 +88,7 @@ class GranusolveState {
 
   const Lattice& lattice() const { return lattice_; }
   const FrictionCone& cone() const { return cone_; }
+  DrawnVariable drawn() const { return drawn_; }
   const GranusolveArrays& arrays() const { return arrays_; }
   void use(const GranusolveArrays& arrays) {
     arrays_ = arrays;
@@ -148,6 +150,12 @@ class GranusolveState {
   /// Band of H_R(P) - H_R(Q) that keeps the bead solvable, P and Q being its upper-left and upper-right parents: its
   /// H = H_R(P) + H(Q) - H_R(Q), while its V_UL and V_UR do not depend on the splits.
   Interval difference_band(int layer, int bead) const;
+  /// H_R of a bead whose other forces are set, at a number of [0, 1), on its interval or a part of it.
+  double split_on(int layer, int bead, Interval interval, double uniform) const {
+    if (drawn_ == DrawnVariable::force) return point_at(interval, uniform);
+    const std::size_t here = at(layer, bead);
+    return split_at(drawn_, {arrays_.V_R[here], arrays_.V_L[here]}, arrays_.H[here], interval, uniform);
+  }
   void set_split(int layer, int bead, double H_R) {
     const std::size_t here = at(layer, bead);
     arrays_.H_R[here] = H_R;
@@ -189,6 +197,7 @@ class GranusolveState {
 
   Lattice lattice_;
   FrictionCone cone_;
+  DrawnVariable drawn_;
   GranusolveArrays arrays_;
   int layer_mask_ = every_layer - 1;
   std::span<const double> load_;

@@ -144,9 +144,7 @@ std::size_t piles_at_once(const SamplerSpec& spec, const Lattice& lattice, const
   // Where few beads fail, two groups at once hide less waiting than they cost memory traffic in wide piles.
   constexpr double least_mu_for_two = 0.15;
   if (!spec.model.is_beads()) return group_lanes;
-  if (spec.law != Law::granusolve || spec.rules != RepairRules::all || !(spec.mu > 0) ||
-      !GranusolveGroup::fits(lattice, kept))
-    return 1;
+  if (!drawn_side_by_side(spec) || !(spec.mu > 0) || !GranusolveGroup::fits(lattice, kept)) return 1;
   return spec.mu >= least_mu_for_two ? 2 * group_lanes : group_lanes;
 }
 

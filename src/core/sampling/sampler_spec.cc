@@ -19,7 +19,10 @@ constexpr Names<Law, all_laws.size()> law_names{{{Law::granusolve, "granusolve"}
                                                  {Law::eloy_clement, "eloy-clement"},
                                                  {Law::rejection, "rejection"},
                                                  {Law::polytope, "polytope"}}};
-constexpr Names<LayerOrder, 2> order_names{{{LayerOrder::random, "random"}, {LayerOrder::fixed, "fixed"}}};
+constexpr Names<LayerOrder, 3> order_names{
+    {{LayerOrder::random, "random"}, {LayerOrder::rightwards, "rightwards"}, {LayerOrder::fixed, "fixed"}}};
+constexpr Names<DrawnVariable, 3> drawn_names{
+    {{DrawnVariable::force, "force"}, {DrawnVariable::angle, "angle"}, {DrawnVariable::ratio, "ratio"}}};
 constexpr Names<RepairRules, 4> rules_names{{{RepairRules::all, "all"},
                                              {RepairRules::no_pair, "no-pair"},
                                              {RepairRules::no_arcs, "no-arcs"},
@@ -72,11 +75,13 @@ Problem find_load_problem(const SamplerSpec& spec) {
 std::string name_of(Law law) { return name_in(law_names, law); }
 std::string name_of(LayerOrder order) { return name_in(order_names, order); }
 std::string name_of(RepairRules rules) { return name_in(rules_names, rules); }
+std::string name_of(DrawnVariable drawn) { return name_in(drawn_names, drawn); }
 
 std::string law_of(const SamplerSpec& spec) { return spec.model.is_beads() ? name_of(spec.law) : law_of(spec.model); }
 
 Law law_named(const std::string& name) { return named_in(law_names, name, "law"); }
 LayerOrder layer_order_named(const std::string& name) { return named_in(order_names, name, "layer order"); }
+DrawnVariable drawn_named(const std::string& name) { return named_in(drawn_names, name, "drawn variable"); }
 RepairRules repair_rules_named(const std::string& name) { return named_in(rules_names, name, "set of repair rules"); }
 
 std::vector<Key> keys_of(SamplerSpec& spec) {
@@ -133,8 +138,15 @@ std::vector<Key> keys_of(SamplerSpec& spec) {
           .only_under("law", {polytope}),
       make_name_key(
           table, "layer_order",
-          "random start and direction in each layer, or fixed (breaks the mirror symmetry: for comparison only)",
+          "random start and direction in each layer, rightwards from a random start, or fixed (both break the mirror "
+          "symmetry: for comparison only)",
           spec.order, layer_order_named),
+      make_name_key(
+          table, "drawn",
+          "granusolve: what each bead draws uniformly: a force, or the angle or T/N (ratio) of one of its two "
+          "lower contacts, each half of the time (other laws, several times slower)",
+          spec.drawn, drawn_named)
+          .only_under("law", {name_of(Law::granusolve)}),
       make_name_key(table, "repair_rules",
                     "granusolve: all, or without some of the rules that repair a failing bead (no-pair, no-arcs, "
                     "backtrack-only: other laws, for comparison only)",
@@ -157,6 +169,10 @@ Problem find_problem(const SamplerSpec& spec) {
 
 LoadLine load_line(const SamplerSpec& spec) {
   return {std::tan(spec.load_angle * std::numbers::pi / 180), spec.load_offset};
+}
+
+bool drawn_side_by_side(const SamplerSpec& spec) {
+  return spec.law == Law::granusolve && spec.rules == RepairRules::all && spec.drawn == DrawnVariable::force;
 }
 
 void validate(const SamplerSpec& spec) { refuse(find_problem(spec)); }

@@ -28,8 +28,17 @@ inline constexpr std::uint64_t most_polytope_beads = 4096;
 
 /// How the beads of one layer are ordered while it is solved.
 enum class LayerOrder {
-  random,  ///< a random first bead and a random direction for each layer: the law
-  fixed,   ///< always from bead 0 rightwards: breaks mirror symmetry, kept to show that the tests would see it
+  random,      ///< a random first bead and a random direction for each layer: the law
+  rightwards,  ///< a random first bead, always rightwards: a reading of the paper's words; breaks mirror symmetry
+  fixed,       ///< always from bead 0 rightwards: kept to show that the tests would see it
+};
+
+/// Which number of a bead is uniform on what friction allows. Of the affine choices (any component of any of its
+/// contact forces) all are one law. The others are no law of both contacts at once: each bead draws one of the two.
+enum class DrawnVariable {
+  force,  ///< the law
+  angle,  ///< the angle that the force of one lower contact makes with it
+  ratio,  ///< T/N of one lower contact
 };
 
 /// Which of its rules granusolve repairs a failing bead by; backtracks are always left to it. Anything but `all` is
@@ -51,7 +60,8 @@ struct SamplerSpec {
   double effort = 200;     ///< granusolve, eloy-clement: a pile fails by name after this many bead solutions per bead
   std::uint64_t max_tries = 1'000'000;  ///< rejection: a pile fails by name after this many tries
   LayerOrder order = LayerOrder::random;
-  RepairRules rules = RepairRules::all;  ///< granusolve
+  DrawnVariable drawn = DrawnVariable::force;  ///< granusolve
+  RepairRules rules = RepairRules::all;        ///< granusolve
   double lambda = 1;           ///< polytope: the density is the product of length^-lambda over all beads, 0 to 1
   std::uint64_t burn_in = 0;   ///< polytope: sweeps before the first of eight piles; 0: from the autocorrelation
   std::uint64_t thinning = 0;  ///< polytope: sweeps from one of them to the next; 0: from the autocorrelation
@@ -82,9 +92,17 @@ std::string law_of(const SamplerSpec& spec);
 /// Throws InputError naming the known laws.
 Law law_named(const std::string& name);
 
-/// "random", "fixed".
+/// Whether piles are drawn by the kernels of eight side by side, which know the law as it is by default.
+bool drawn_side_by_side(const SamplerSpec& spec);
+
+/// "force", "angle", "ratio".
+std::string name_of(DrawnVariable drawn);
+/// Throws InputError naming the known ones.
+DrawnVariable drawn_named(const std::string& name);
+
+/// "random", "rightwards", "fixed".
 std::string name_of(LayerOrder order);
-/// Throws InputError naming both.
+/// Throws InputError naming them.
 LayerOrder layer_order_named(const std::string& name);
 
 /// "all", "no-pair", "no-arcs", "backtrack-only".

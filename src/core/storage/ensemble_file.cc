@@ -54,6 +54,7 @@ constexpr QuantityMeaning meanings[] = {
     {"least_force", load_unit, squared_load},
     {"redrawn_force", load_unit, squared_load},
     {"redrawn_together", "beads", "squared beads"},
+    {"failing_again", pure, pure},
     {"response_thrust", pure, pure},
     {"middle", pure, pure},
     {"traction", pure, pure},

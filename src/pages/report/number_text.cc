@@ -107,7 +107,7 @@ class NumberList {
     } else if (json.is_object()) {
       for (const auto& [key, inside] : json.items()) {
         if (key == "measured" && json.contains("stderr") && inside.is_number()) {
-          take(below(name, key), inside, json["stderr"]);
+          take(below(name, key), inside, is_no_power(json) ? Json(nullptr) : json["stderr"]);
         } else if (key != "stderr" || !json.contains("measured")) {
           add(below(name, key), inside);
         }

@@ -144,6 +144,7 @@ void to_json(Json& json, const Claim& claim) {
   json["id"] = claim.id;
   json["statement"] = claim.statement;
   json["beyond_paper"] = claim.beyond_paper;
+  if (!claim.power_law) json["power_law"] = false;
   json["verdict"] = claim.verdict;
   json["expected"] = claim.expected.empty() ? Json(nullptr) : Json(claim.expected);
   json["quantity"] = claim.quantity;
