@@ -67,7 +67,10 @@ Problem find_list_problem(const std::string& key, const std::vector<Number>& num
     if (auto found = find_number_problem(key, static_cast<double>(numbers[k]), range)) return found;
     if (range.ascending && k > 0 && numbers[k] <= numbers[k - 1]) {
       return numbers[k] == numbers[k - 1]
-                 ? problem(key, "{} stands in the list twice; remove one", numbers[k])
+                 ? problem(key, "{} stands in the list twice; remove one{}", numbers[k],
+                           std::is_same_v<Number, double> && std::fmod(numbers[k], 1) == 0
+                               ? ", or write points where these are decimal commas"
+                               : "")
                  : problem(key, "{} follows {}, but the list must ascend; sort it", numbers[k], numbers[k - 1]);
     }
   }

@@ -82,8 +82,8 @@ class Derivation {
           std::clamp<std::uint64_t>(groups, min_blocks, static_cast<std::uint64_t>(ResponseSpec{}.blocks)));
     }
     if (samples_open) {
-      response.samples = std::max(response.samples, group_size * static_cast<std::uint64_t>(response.blocks));
       if (!open("precision.most_samples")) response.samples = std::min(response.samples, e_.precision.most_samples);
+      response.samples = std::max(response.samples, group_size * static_cast<std::uint64_t>(response.blocks));
     }
     if (open("precision.most_samples"))
       e_.precision.most_samples = std::max(e_.precision.most_samples, response.samples);

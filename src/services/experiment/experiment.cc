@@ -258,8 +258,8 @@ Problem find_figure_problem(const Experiment& e) {
     if (layer <= last_usable) continue;
     return problem("figures.response_profiles.layers",
                    "layer {} is not usable: with lattice.layers = {} the usable ones are 0 to {}; choose among them or "
-                   "compute more layers",
-                   layer, e.lattice.layers, last_usable);
+                   "compute {} layers",
+                   layer, e.lattice.layers, last_usable, std::int64_t{layer} + e.lattice.layers - last_usable);
   }
   return {};
 }
@@ -276,13 +276,14 @@ Problem find_ring_problem(const Experiment& e) {
   int layer = deepest;
   while (layer > 0 && e.lattice.columns <= needed(layer - 1)) --layer;
   const bool by_figure = deepest > e.fit.last_layer;
+  const int shallowest = e.fit.first_layer + (least_window_depths - 1) * e.fit.layer_step;
   return problem("lattice.columns",
                  "with {} columns the two peaks of the response at {} = {} meet behind the ring from "
                  "layer {} on, but layer {} is used ({}), and the fit would take one for the other; give more than {} "
-                 "columns or stop at layer {}",
+                 "columns{}",
                  e.lattice.columns, e.scanned().name, e.scan_values().back(), layer, deepest,
                  by_figure ? "figures.response_profiles.layers" : "fit.last_layer", std::floor(needed(deepest)),
-                 std::max(0, layer - 1));
+                 layer > (by_figure ? 0 : shallowest) ? fmt::format(" or stop at layer {}", layer - 1) : "");
 }
 
 Problem find_scene_problem(const Experiment& e) {
@@ -385,15 +386,20 @@ Problem find_about_problem(const Experiment& e) {
 /// A figure that the program does not know. One that it knows and this run does not make is told in the report.
 Problem find_key_figure_problem(const Experiment& e) {
   if (e.report.key_figure.empty()) return {};
-  // Where the id is not the name of the captions.
-  std::vector<std::string> known = {"bead-weights", "law-comparison", "mobilised-friction", "pile-response"};
+  // Where the id is not the name of the captions; "": that of none.
+  const std::map<std::string, std::string> other = {
+      {"weight", "bead-weights"},         {"law-thrust", "law-comparison"},
+      {"response", "pile-response"},      {"free", ""},
+      {"friction", "mobilised-friction"}, {"model-pile", ""}};
+  std::vector<std::string> known;
   for (const EmbeddedFile& file : embedded_files()) {
     const std::filesystem::path path(file.name);
     const auto folder = path.parent_path();
     if (path.extension() != ".captions" || (folder != "plot" && folder != "pictures" && folder != "studies")) continue;
     std::string id = path.stem().string();
     std::ranges::replace(id, '_', '-');
-    if (id != "free") known.push_back(id);
+    if (const auto found = other.find(id); found != other.end()) id = found->second;
+    if (!id.empty()) known.push_back(id);
   }
   for (const auto& [name, picture] : e.pictures) known.push_back("picture-" + name);
   if (std::ranges::count(known, e.report.key_figure) > 0 || e.report.key_figure.starts_with("pile-of-")) return {};
@@ -464,6 +470,11 @@ class KeyProblems {
 };
 
 Problem find_size_problem(const Experiment& e) {
+  if (e.lattice.columns < fewest_columns) {
+    return problem("lattice.columns",
+                   "{} columns are too few for two peaks; leave this out: as many as the window needs are taken then",
+                   e.lattice.columns);
+  }
   return find_lattice_problem("lattice.columns", e.lattice.columns, "lattice.layers", e.lattice.layers,
                               bottom_margin_of(e.sampling.model) + 4,
                               pile_memory(e.lattice.columns, e.lattice.layers) + sums_memory(e));
@@ -496,10 +507,10 @@ std::vector<KeyProblem> find_problems(const Experiment& e) {
     good = problems.add(in_table("fit", find_problem(e.fit, e.lattice, bottom_margin_of(e.sampling.model)))) && good;
   }
   good = problems.add_ranges(e) && good;
-  if (good) good = problems.add(find_ensemble_problem(e));
+  const bool shown = good && problems.add(find_figure_problem(e));
+  if (shown) good = problems.add(find_ensemble_problem(e));  // it records the layers of figures
   problems.add(find_precision_problem(e));
   if (good) {
-    const bool shown = problems.add(find_figure_problem(e));
     problems.add(find_study_problem(e));
     if (shown) problems.add(find_ring_problem(e));
     problems.add(find_scene_problem(e));

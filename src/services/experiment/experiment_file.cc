@@ -300,6 +300,11 @@ class Reader {
   }
 
   void read_key(const Key& key, const toml::node& node, const toml::source_position& position) {
+    if (!override_.empty()) {  // what the file says of it does not count
+      std::erase_if(problems_, [&](const auto& one) {
+        return one.second.starts_with(key.path() + ": ") || one.second.starts_with(key.path() + " must ");
+      });
+    }
     const KeyValue like = key.get();
     auto value = to_value(node, like);
     if (!value) {
@@ -438,7 +443,10 @@ Experiment parse_experiment(std::string_view text, const std::string& file, cons
     const std::string reason = likely_reason(text, error.source().begin.line);
     throw InputError(fmt::format("{}:{}:{}: not valid TOML: {}; {}", file, error.source().begin.line,
                                  error.source().begin.column, error.description(),
-                                 reason.empty() ? "correct the file" : reason));
+                                 reason.empty()
+                                     ? "numbers are written as 0.3 or 1000, texts as \"text\", switches as true or "
+                                       "false, lists as [0.2, 0.3]; correct the line"
+                                     : reason));
   }
   if (empty == EmptyFile::refused && reader.has_read_nothing()) {
     throw InputError(fmt::format(

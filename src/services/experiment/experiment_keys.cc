@@ -170,6 +170,7 @@ std::vector<Key> keys_of(Experiment& experiment) {
   const auto append = [&all](std::vector<Key> keys) { std::move(keys.begin(), keys.end(), std::back_inserter(all)); };
   append(keys_of_texts(experiment));
   append(keys_of(experiment.lattice));
+  all.back().range.least = bottom_margin_of(experiment.sampling.model) + 4;
   append(keys_of_scan(experiment));
   append(keys_of(experiment.sampling));
   append(keys_of(experiment.response));
@@ -202,18 +203,29 @@ std::vector<Key> picture_keys(Experiment& e, const std::string& name) {
 
 namespace {
 
-/// A TOML basic string on one line.
+/// How many bytes at the beginning are a control character or a mark that turns the direction of text; 0: none.
+std::size_t hidden_bytes(std::string_view text) {
+  for (std::size_t bytes = 1; bytes <= std::min<std::size_t>(3, text.size()) && text[0] != ' '; ++bytes) {
+    if (single_line(text.substr(0, bytes)).empty()) return bytes;
+  }
+  return 0;
+}
+
+/// A TOML basic string on one line, in which nothing is hidden.
 std::string quote(std::string_view text) {
   std::string quoted = "\"";
-  for (const char c : text) {
-    const auto byte = static_cast<unsigned char>(c);
+  for (std::size_t at = 0; at < text.size(); ++at) {
+    const char c = text[at];
+    const std::size_t hidden = hidden_bytes(text.substr(at));
     if (c == '"' || c == '\\') {
       quoted += '\\';
       quoted += c;
     } else if (c == '\n') {
       quoted += "\\n";
-    } else if (byte < 0x20 || byte == 0x7f) {
-      quoted += fmt::format("\\u{:04X}", static_cast<unsigned>(byte));
+    } else if (hidden > 0) {
+      unsigned code = static_cast<unsigned char>(c) & (hidden == 1 ? 0x7FU : hidden == 2 ? 0x1FU : 0x0FU);
+      for (std::size_t k = 1; k < hidden; ++k) code = (code << 6U) | (static_cast<unsigned char>(text[++at]) & 0x3FU);
+      quoted += fmt::format("\\u{:04X}", code);
     } else {
       quoted += c;
     }
