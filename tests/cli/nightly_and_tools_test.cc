@@ -262,6 +262,16 @@ TEST_CASE("A packed run is a research object: hashes, authors, licence, command 
   std::string crate = run_process(unzip).standard_output;
   CHECK_THAT(crate, Contains("licenses/MIT") && Contains("licenses/Apache-2.0") && !Contains("No licence is stated") &&
                         Contains("\"carol\"") && Contains("https://orcid.org/0000-0001-2345-6789"));
+  // Persons by what they have, a number of the archive among several, a link for a DOI, an empty licence.
+  std::ofstream(scratch / "CITATION.cff") << "license: \"\"\nidentifiers:\n  - type: swh\n    value: swh:1\n"
+                                             "  - type: doi\n    value: https://doi.org/10.5281/zenodo.1\nauthors:\n"
+                                             "  - email: dora@example.org\n  - family-names: Davis\n"
+                                             "    given-names: Sammy\n    name-suffix: Jr.\n  - alias: carol\n";
+  REQUIRE(packed(again).code == 0);
+  crate = run_process(unzip).standard_output;
+  CHECK_THAT(crate, Contains("\"https://doi.org/10.5281/zenodo.1\"") && Contains("No licence is stated") &&
+                        Contains("\"dora@example.org\"") && Contains("\"Sammy Davis Jr.\"") &&
+                        !Contains("\"Organization\"") && !Contains("licenses/\""));
   std::ofstream(scratch / "CITATION.cff") << "license-url: https://example.org/own\nauthors:\n  - name: The group\n";
   REQUIRE(packed(again).code == 0);
   crate = run_process(unzip).standard_output;

@@ -35,13 +35,15 @@ Author author_from(const YAML::Node& told) {
     author.family_name = particle + " " + author.family_name;
   }
   author.given_name = text_of(told, "given-names");
-  author.is_person = !author.family_name.empty() || !author.given_name.empty();
   author.name = text_of(told, "name");
-  if (author.is_person) {
-    const bool both = !author.given_name.empty() && !author.family_name.empty();
-    author.name = author.given_name + (both ? " " : "") + author.family_name;
+  author.is_person = author.name.empty();  // the format has names of this key for groups only, and asks for them there
+  for (const std::string& part : {author.given_name, author.family_name, text_of(told, "name-suffix")}) {
+    if (author.is_person && !part.empty()) author.name += (author.name.empty() ? "" : " ") + part;
   }
-  if (author.name.empty()) author.name = text_of(told, "alias");
+  // Persons need none of their names.
+  for (const char* instead : {"alias", "orcid", "email", "website", "affiliation"}) {
+    if (author.name.empty()) author.name = text_of(told, instead);
+  }
   author.orcid = text_of(told, "orcid");
   if (!author.orcid.empty() && author.orcid.find('/') == std::string::npos)
     author.orcid = "https://orcid.org/" + author.orcid;
@@ -63,8 +65,15 @@ Citation read_citation(const std::filesystem::path& file) {
     const YAML::Node root = YAML::Load(read_file(file));
     if (!root.IsMap()) refuse("this is no citation file");
     citation = {text_of(root, "title"), {}, text_of(root, "license-url"), text_of(root, "doi"), {}};
-    const YAML::Node licenses = root["license"];  // one, or a list of which any may be chosen
-    if (licenses && licenses.IsScalar()) citation.licenses.push_back(licenses.Scalar());
+    if (const YAML::Node identifiers = root["identifiers"];
+        identifiers && citation.doi.empty() && identifiers.IsSequence()) {
+      for (const YAML::Node& one : identifiers) {
+        if (citation.doi.empty() && text_of(one, "type") == "doi") citation.doi = text_of(one, "value");
+      }
+    }
+    citation.doi.erase(0, citation.doi.find("10."));  // some write it as a link
+    const YAML::Node licenses = root["license"];      // one, or a list of which any may be chosen
+    if (const std::string one = text_of(root, "license"); !one.empty()) citation.licenses.push_back(one);
     if (licenses && licenses.IsSequence()) {
       for (const YAML::Node& one : licenses) citation.licenses.push_back(one.as<std::string>());
     }
