@@ -417,6 +417,73 @@ TEST_CASE("a figure has the format that its name says") {
   CHECK(figure("plot", {"--format", "pdf"}) == 0);
   for (const std::string name : {"f.jpg", "f", "f.d/plot"}) CHECK(figure(name) == 2);
   CHECK(figure("f.svg", {"--format", "pdf"}) == 2);
+  CHECK(figure("f.jpg", {"--format", "pdf"}) == 2);
+}
+
+TEST_CASE("every file that is written has the format that its name says") {
+  const test::TemporaryFolder folder;
+  make_run_and_pile(folder);
+  const std::string run = (folder / "run").string();
+  const auto numbers = [&](const std::string& name, const std::vector<std::string>& more = {}) {
+    std::vector<std::string> arguments = {"numbers", run, "--out", (folder / name).string()};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return granuscope_command(arguments).code;
+  };
+  CHECK(numbers("n.csv") == 0);
+  CHECK(read_file(folder / "n.csv").starts_with("name,value,"));
+  CHECK(numbers("n.JSON") == 0);
+  CHECK(read_file(folder / "n.JSON").starts_with("{"));
+  CHECK(numbers("n.tex") == 0);
+  CHECK_THAT(read_file(folder / "n.tex"), Contains("\\newcommand{\\granuscope}"));
+  CHECK(numbers("n.sty", {"--format", "tex"}) == 0);
+  CHECK(numbers("n.csv", {"--format", "tex", "--force"}) == 2);
+  CHECK(numbers("n.tsv") == 2);
+  for (const std::vector<std::string>& other :
+       std::vector<std::vector<std::string>>{{"pack", run, "--out", "r.tar.gz"},
+                                             {"compare", run, run, "--json", "c.csv"},
+                                             {"sample", "--columns", "20", "--layers", "10", "--out", "p.vtu"},
+                                             {"new", "--mu", "0.3", "--out", "e.json"},
+                                             {"contacts", (folder / "none.csv").string(), "--histogram", "h.png"}}) {
+    const CommandResult refused = granuscope_command(other);
+    CHECK(refused.code == 2);
+    CHECK_THAT(refused.err, Contains(other.back()) && Contains("let it end with ."));
+    CHECK_FALSE(fs::exists(other.back()));
+  }
+}
+
+TEST_CASE("the name of a file that is written moves no cursor") {
+  const test::TemporaryFolder folder;
+  const std::string file = (folder /
+                            "a\x1b[31mb\xe2\x80\xae"
+                            "c.h5")
+                               .string();
+  const CommandResult stored = granuscope_command({"sample", "--columns", "20", "--layers", "10", "--out", file});
+  CHECK(stored.code == 0);
+  CHECK(fs::exists(file));
+  CHECK_THAT(stored.err, Contains("wrote ") && Contains("a [31mb c.h5\n") && !Contains("\x1b"));
+}
+
+TEST_CASE("what a wrapper of fontconfig prints is no font") {
+  const test::TemporaryFolder folder;
+  make_run_and_pile(folder);
+  const test::FakePrograms fakes(folder / "bin");
+  fakes.only("fc-match", "echo 'module fontconfig loaded'\nexec /usr/bin/fc-match \"$@\"");
+  const CommandResult drawn =
+      granuscope_command({"render", (folder / "pile.h5").string(), (folder / "p.png").string(), "--font", "DejaVu Sans",
+                          "--font-size", "8 PT", "--width", "90 MM", "--language", "FR"});
+  CHECK(drawn.code == 0);
+  CHECK_THAT(drawn.err, !Contains("module"));
+}
+
+TEST_CASE("--set stands in for what the file has wrong") {
+  const test::TemporaryFolder folder;
+  const fs::path config = folder / "wrong.toml";
+  write_file(config, "[friction]\nmu = \"much\"\n[response]\nestimator = \"Point\"\n");
+  CHECK(granuscope_command({"run", config.string(), "--print-key"}).code == 2);
+  CHECK(granuscope_command({"run", config.string(), "--print-key", "--set", "friction.mu=0.3"}).code == 2);
+  CHECK(granuscope_command(
+            {"run", config.string(), "--print-key", "--set", "friction.mu=0.3", "--set", "response.estimator=point"})
+            .code == 0);
 }
 
 TEST_CASE("what is read of a run is of its last experiment") {

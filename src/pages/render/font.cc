@@ -220,16 +220,19 @@ CoverageMask Font::fill(const std::vector<Corner>& polygon, int width, int heigh
 
 std::optional<FontMatch> match_font(const std::string& name) {
   ProcessSpec process;
-  process.arguments = {"fc-match", "--format=%{family}\n%{file}", "--", name};
+  const std::string begins = "granuscope takes ";  // a wrapper may print notes before
+  process.arguments = {"fc-match", "--format=" + begins + "%{family}\n%{file}", "--", name};
   ProcessResult result;
   try {
     result = run_process(process);
   } catch (const EnvironmentError&) {
     return std::nullopt;
   }
-  const std::string& said = result.standard_output;
+  std::string said = result.standard_output;
+  const std::size_t told = said.find(begins);
+  if (result.exit_code != 0 || told == std::string::npos) return std::nullopt;
+  said.erase(0, told + begins.size());
   const std::size_t line = said.find('\n');
-  if (result.exit_code != 0 || line == std::string::npos) return std::nullopt;
   FontMatch match{said.substr(0, std::min(said.find(','), line)), said.substr(line + 1)};
   const auto lower = [](std::string text) {
     for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));

@@ -44,7 +44,7 @@ ExitCode bench_accuracy(const BenchOptions& options, VerbContext& context) {
     context.out << json;
   } else {
     options.json_file.write(json);
-    context.err << fmt::format("wrote {}\n", options.json_file.path);
+    context.wrote(options.json_file.path);
   }
   return ExitCode::done;
 }

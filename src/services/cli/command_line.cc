@@ -27,6 +27,17 @@
 
 namespace granuscope {
 
+namespace {
+
+/// Longer than any message that means something.
+constexpr std::size_t most_message_bytes = 4000;
+
+}  // namespace
+
+void VerbContext::wrote(const std::string& file, const std::string& how) const {
+  err << "wrote " << single_line(file + how, most_message_bytes) << '\n';
+}
+
 StandardOutput::int_type StandardOutput::overflow(int_type letter) {
   if (letter == traits_type::eof()) return 0;
   const char one = traits_type::to_char_type(letter);
@@ -43,11 +54,11 @@ bool StandardOutput::put_out() {
   std::string_view left = text_;
   bool good = true;
   while (good && !left.empty()) {
-    const ssize_t written = ::write(STDOUT_FILENO, left.data(), left.size());
+    const ssize_t written = ::write(descriptor_, left.data(), left.size());
     if (written >= 0) {
       left.remove_prefix(static_cast<std::size_t>(written));
     } else if (errno == EAGAIN) {
-      pollfd output = {STDOUT_FILENO, POLLOUT, 0};
+      pollfd output = {descriptor_, POLLOUT, 0};
       (void)::poll(&output, 1, -1);
     } else {
       good = errno == EINTR;
@@ -65,9 +76,6 @@ constexpr const char* exit_codes =
     "interrupted:\n"
     "the same command goes on; 5 another run is at work in the folder. Lengths are in bead diameters, forces in loads "
     "of one top bead.";
-
-/// Longer than any message that means something.
-constexpr std::size_t most_message_bytes = 4000;
 
 /// The first flag on the command line that the verb does not have, with the one that was probably meant; "" if there is
 /// none. CLI11 lists words without saying which of them is wrong.

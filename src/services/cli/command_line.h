@@ -4,10 +4,11 @@
 #include <string>
 
 namespace granuscope {
-/// Standard output that waits for its reader where the parent has made it non-blocking (runners in node do), instead of
-/// giving up in the midst of a text. What is in it when it ends is written.
+/// Standard output, or standard error, that waits for its reader where the parent has made it non-blocking (runners in
+/// node do), instead of giving up in the midst of a text. What is in it when it ends is written.
 class StandardOutput : public std::streambuf {
  public:
+  explicit StandardOutput(int descriptor = 1) : descriptor_(descriptor) {}
   ~StandardOutput() override { (void)put_out(); }
 
  protected:
@@ -17,6 +18,7 @@ class StandardOutput : public std::streambuf {
 
  private:
   bool put_out();
+  int descriptor_;
   std::string text_;
 };
 

@@ -81,8 +81,9 @@ void draw(const Packing& packing, const ContactsOptions& options, VerbContext& c
                                {"Description", fmt::format("{} contacts", packing.contacts.size())}};
   const Scene scene = build_packing_scene(packing, options.mu, options.scene);
   render_scene(scene, options.scene, options.image.path, metadata);
-  context.err << fmt::format("wrote {}: {} contacts drawn, {} outside or without a place, {} too faint to be seen\n",
-                             options.image.path, scene.counts.drawn, scene.counts.outside, scene.counts.too_faint);
+  context.wrote(options.image.path,
+                fmt::format(": {} contacts drawn, {} outside or without a place, {} too faint to be seen",
+                            scene.counts.drawn, scene.counts.outside, scene.counts.too_faint));
 }
 
 ExitCode show_contacts(ContactsOptions options, VerbContext& context) {
@@ -106,6 +107,7 @@ ExitCode show_contacts(ContactsOptions options, VerbContext& context) {
   for (const auto& period : {options.period_x, options.period_y}) {
     if (period && !(*period > 0 && std::isfinite(*period))) throw InputError("a period of the box is a length above 0");
   }
+  require_suffix(options.histogram, ".csv");
   if (options.image.asked()) {
     require_known_format(options.image.path);
     options.image.require_free({options.contacts, options.particles});
@@ -126,7 +128,7 @@ ExitCode show_contacts(ContactsOptions options, VerbContext& context) {
   if (options.image.asked()) draw(packing, options, context);
   if (!options.histogram.empty()) {
     write_histogram(packing, options);
-    context.err << fmt::format("wrote {}\n", options.histogram);
+    context.wrote(options.histogram);
   }
   context.out << numbers_text(packing_numbers(packing, options.mu), options.json);
   return ExitCode::done;

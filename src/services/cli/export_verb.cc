@@ -30,36 +30,17 @@ constexpr Names<FieldFormat, 2> field_formats = {{{FieldFormat::vti, "vti"}, {Fi
 constexpr Names<NetworkPart, 2> parts = {{{NetworkPart::contacts, "contacts"}, {NetworkPart::beads, "beads"}}};
 
 /// Suffixes that stand for a format; those of tables for PeGS2 (.txt) do not.
-constexpr std::array<std::pair<std::string_view, const char*>, 6> suffixes = {{{".vtu", "vtu"},
-                                                                               {".local", "dump-local"},
-                                                                               {".dump", "dump-local"},
-                                                                               {".graphml", "graphml"},
-                                                                               {".csv", "csv"},
-                                                                               {".vti", "vti"}}};
+constexpr std::array<SuffixOfFormat, 6> suffixes = {{{".vtu", "vtu"},
+                                                     {".local", "dump-local"},
+                                                     {".dump", "dump-local"},
+                                                     {".graphml", "graphml"},
+                                                     {".csv", "csv"},
+                                                     {".vti", "vti"}}};
 
 struct ExportOptions {
   std::string source, format, part;
   OutputFile file;
 };
-
-/// By --format, or by the suffix of the file where there is none; both are to say the same.
-std::string format_of(const ExportOptions& options) {
-  const std::string suffix = CLI::detail::to_lower(std::filesystem::path(options.file.path).extension().string());
-  std::string told;
-  for (const auto& [known, format] : suffixes) {
-    if (suffix == known) told = format;
-  }
-  if (options.format.empty() && told.empty()) {
-    throw InputError(
-        "the name {} does not say a format; let it end with .vtu, .local, .graphml, .csv or .vti, or give --format",
-        options.file.path);
-  }
-  if (!options.format.empty() && !told.empty() && options.format != told) {
-    throw InputError("the name {} says {} and --format says {}; let both say the same", options.file.path, told,
-                     options.format);
-  }
-  return options.format.empty() ? told : options.format;
-}
 
 template <class Format, std::size_t count>
 Format chosen(const Names<Format, count>& formats, const std::string& format, const std::string& file,
@@ -103,7 +84,7 @@ void export_pile_file(const ExportOptions& options, const std::string& format, c
 }
 
 ExitCode export_file(const ExportOptions& options, VerbContext& context) {
-  const std::string format = format_of(options);
+  const std::string format = format_by_name(options.file.path, options.format, suffixes, true);
   const Accept accept = [&](std::string_view begins) { options.file.require_free({options.source}, begins); };
   try {
     const std::string configuration = configuration_if_ensemble(options.source);
@@ -115,7 +96,7 @@ ExitCode export_file(const ExportOptions& options, VerbContext& context) {
   } catch (const Interrupted&) {
     throw Interrupted("stopped on request: no file was written, and the same command writes it from the start");
   }
-  context.err << fmt::format("wrote {}\n", options.file.path);
+  context.wrote(options.file.path);
   return ExitCode::done;
 }
 

@@ -1,8 +1,11 @@
 #include "cli/flag_checks.h"
 
-#include <fmt/core.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
+#include <array>
 #include <cstdint>
+#include <ranges>
 #include <string>
 
 #include "storage/ensemble_file.h"
@@ -56,6 +59,38 @@ CLI::Validator output_file() {
                "that name";
       },
       "", "");
+}
+
+namespace {
+
+std::string suffix_of(const std::string& file) {
+  return CLI::detail::to_lower(std::filesystem::path(file).extension().string());
+}
+
+}  // namespace
+
+std::string format_by_name(const std::string& file, const std::string& asked, std::span<const SuffixOfFormat> known,
+                           bool others) {
+  const std::string suffix = suffix_of(file);
+  const auto told = std::ranges::find(known, suffix, &SuffixOfFormat::first);
+  if (told == known.end() && (asked.empty() || (!others && !suffix.empty()))) {
+    throw InputError("the name {} does not say {}; let it end with {}{}", file,
+                     asked.empty() ? "a format" : "the format " + asked, fmt::join(known | std::views::keys, ", "),
+                     asked.empty() ? ", or give --format" : "");
+  }
+  if (told != known.end() && !asked.empty() && told->second != asked) {
+    throw InputError("the name {} says {} and --format says {}; let both say the same", file, told->second, asked);
+  }
+  return told == known.end() ? asked : std::string(told->second);
+}
+
+void require_suffix(const std::string& file, std::string_view own) {
+  constexpr std::array<std::string_view, 24> well_known = {
+      ".csv", ".eps", ".gz",  ".h5",  ".hdf5", ".html", ".jpg", ".json", ".md",  ".npz", ".pdf", ".png",
+      ".svg", ".tar", ".tex", ".tgz", ".toml", ".txt",  ".vtk", ".vtu",  ".xml", ".xz",  ".zip", ".7z"};
+  const std::string suffix = suffix_of(file);
+  if (suffix == own || (own == ".h5" && suffix == ".hdf5") || std::ranges::count(well_known, suffix) == 0) return;
+  throw InputError("the name {} says another format than the one that is written; let it end with {}", file, own);
 }
 
 void OutputFile::require_free(const std::vector<std::filesystem::path>& inputs, std::string_view begins) const {

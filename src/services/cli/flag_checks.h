@@ -2,8 +2,10 @@
 #include <CLI/CLI.hpp>
 
 #include <filesystem>
+#include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "support/key.h"
@@ -18,6 +20,17 @@ CLI::Validator whole_number();
 
 /// A file to be written. "-" would make a file of that name where a stream may have been meant.
 CLI::Validator output_file();
+
+/// The suffix of a name, in lower case with its point, and the format that it says.
+using SuffixOfFormat = std::pair<std::string_view, std::string_view>;
+
+/// The format of a file to be written: what --format says (`asked`), or the suffix where it says nothing; both are to
+/// say the same. `others`: with --format a name may have another suffix. Throws InputError.
+std::string format_by_name(const std::string& file, const std::string& asked, std::span<const SuffixOfFormat> known,
+                           bool others = false);
+
+/// Throws InputError if the name says another format than the one that is written, whose suffix is `own`.
+void require_suffix(const std::string& file, std::string_view own);
 
 /// A file that a verb leaves, and whether it may take the place of one that this program has not written.
 struct OutputFile {

@@ -100,6 +100,7 @@ std::string told_of(const std::string& text, const NewOptions& options) {
 }
 
 ExitCode write_new(const NewOptions& options, VerbContext& context) {
+  require_suffix(options.file, ".toml");
   std::error_code none;
   if (!options.file.empty() && std::filesystem::exists(std::filesystem::symlink_status(options.file, none))) {
     throw InputError("{} is there already, and an experiment is never written over; name another file", options.file);
@@ -110,7 +111,7 @@ ExitCode write_new(const NewOptions& options, VerbContext& context) {
     return ExitCode::done;
   }
   write_file(options.file, text);
-  context.err << fmt::format("wrote {}\n", options.file);
+  context.wrote(options.file);
   return ExitCode::done;
 }
 

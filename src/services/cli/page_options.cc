@@ -29,7 +29,7 @@ double measure_in(const std::string& text, std::initializer_list<Unit> units) {
   char* end = nullptr;
   const double number = std::strtod(text.c_str(), &end);
   if (end == text.c_str() || !(number > 0)) return 0;
-  const std::string_view unit = end;
+  const std::string unit = CLI::detail::to_lower(CLI::detail::trim_copy(end));
   if (unit.empty()) return number * units.begin()->scale;
   for (const Unit& known : units) {
     if (unit == known.name) return number * known.scale;
@@ -56,7 +56,9 @@ void add_page_options(CLI::App& verb, PageOptions& page, const std::string& widt
               fonts)
       ->capture_default_str();
   verb.add_option("--font-size", page.font_size, "8pt, or 8; room around the axes grows with it");
-  verb.add_option("--language", page.language, "of its texts and decimal point: en, fr or de")->capture_default_str();
+  verb.add_option("--language", page.language, "of its texts and decimal point: en, fr or de")
+      ->transform(CLI::detail::to_lower)
+      ->capture_default_str();
 }
 
 void tell_substitute(const std::string& asked, const std::string& taken, VerbContext& context) {

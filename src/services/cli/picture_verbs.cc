@@ -53,23 +53,14 @@ void choose_format(FigureOptions& options) {
     options.file.path = options.id + "." + options.style.format;
     return;
   }
-  const std::string suffix = CLI::detail::to_lower(std::filesystem::path(options.file.path).extension().string());
-  constexpr std::array<std::pair<std::string_view, const char*>, 7> known = {{{".pdf", "pdf"},
-                                                                              {".svg", "svg"},
-                                                                              {".eps", "eps"},
-                                                                              {".ps", "eps"},
-                                                                              {".png", "png"},
-                                                                              {".tikz", "tikz"},
-                                                                              {".tex", "tikz"}}};
-  const auto* told = std::ranges::find_if(known, [&](const auto& one) { return one.first == suffix; });
-  std::string& format = options.style.format;
-  if (format.empty() && told != known.end()) format = told->second;
-  if (format.empty() || (told != known.end() && format != told->second) || (told == known.end() && !suffix.empty())) {
-    throw InputError(
-        "the name {} does not fit the format {}; let it end with .pdf, .svg, .eps, .png, .tikz or .tex, as --format "
-        "says",
-        options.file.path, format.empty() ? "that is to be chosen by it" : format);
-  }
+  constexpr std::array<SuffixOfFormat, 7> known = {{{".pdf", "pdf"},
+                                                    {".svg", "svg"},
+                                                    {".eps", "eps"},
+                                                    {".ps", "eps"},
+                                                    {".png", "png"},
+                                                    {".tikz", "tikz"},
+                                                    {".tex", "tikz"}}};
+  options.style.format = format_by_name(options.file.path, options.style.format, known);
 }
 
 /// The id of the figure that the report gives this number; what is no number as it stands.
@@ -112,7 +103,7 @@ ExitCode plot_figure_again(FigureOptions options, VerbContext& context) {
         options.id);
   }
   if (!plotted.substitute_font.empty()) tell_substitute(options.style.font, plotted.substitute_font, context);
-  context.err << fmt::format("wrote {}\n", options.file.path);
+  context.wrote(options.file.path);
   if (!plotted.caption.empty()) context.out << fmt::format("{}. {}\n", plotted.title, plotted.caption);
   return ExitCode::done;
 }
@@ -251,10 +242,9 @@ ExitCode render_film(RenderOptions options, VerbContext& context) {
   }
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   const bool odd = options.scene.width_px % 2 != 0 || options.film.height_px % 2 != 0;  // no yuv420p has such sides
-  context.err << fmt::format("wrote {} frames of {} layers each to {} ({:.0f} a second); a video of them:\n",
-                             film.frames(), film.layers_seen(), options.film_folder,
-                             static_cast<double>(film.frames()) / seconds)
-              << fmt::format("  ffmpeg -framerate 25 -i {} {}-pix_fmt yuv420p film.mp4\n",
+  context.wrote(fmt::format("{} frames of {} layers each to {} ({:.0f} a second); a video of them:", film.frames(),
+                            film.layers_seen(), options.film_folder, static_cast<double>(film.frames()) / seconds));
+  context.err << fmt::format("  ffmpeg -framerate 25 -i {} {}-pix_fmt yuv420p film.mp4\n",
                              shell_word(CLI::detail::find_and_replace(folder.string(), "%", "%%") + "/frame-%05d.png"),
                              odd ? "-vf 'pad=ceil(iw/2)*2:ceil(ih/2)*2' " : "");
   return ExitCode::done;
@@ -298,10 +288,10 @@ ExitCode render(RenderOptions options, VerbContext& context) {
     }
   };
   const SceneStatistics statistics = render_file();
-  context.err << (statistics.backend == "none"
-                      ? fmt::format("wrote {} without OpenGL ({})\n", options.image.path, statistics.backend_reason)
-                      : fmt::format("wrote {} with the OpenGL backend {} ({})\n", options.image.path,
-                                    statistics.backend, statistics.renderer));
+  context.wrote(options.image.path,
+                statistics.backend == "none"
+                    ? fmt::format(" without OpenGL ({})", statistics.backend_reason)
+                    : fmt::format(" with the OpenGL backend {} ({})", statistics.backend, statistics.renderer));
   if (configuration.empty()) context.err << told_of_bottom(options);
   if (options.statistics) context.out << render_statistics_json(statistics);
   return ExitCode::done;

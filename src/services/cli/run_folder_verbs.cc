@@ -1,6 +1,7 @@
 #include <fmt/core.h>
 #include <CLI/CLI.hpp>
 
+#include <array>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -72,8 +73,9 @@ void add_merge_verb(CLI::App& app, VerbContext& context) {
     context.action = [options, &context] {
       const std::filesystem::path out = options->out.empty() ? options->folders.front() : options->out;
       merge_folders({options->folders.begin(), options->folders.end()}, out, ProgressStyle::automatic);
-      context.err << fmt::format("merged into {}; granuscope run {} --out {} goes on to the report\n", out.string(),
-                                 shell_word((out / "experiment.toml").string()), shell_word(out.string()));
+      context.err << fmt::format("merged into {}; granuscope run {} --out {} goes on to the report\n",
+                                 single_line(out.string()), shell_word((out / "experiment.toml").string()),
+                                 shell_word(out.string()));
       return ExitCode::done;
     };
   });
@@ -83,11 +85,11 @@ void add_numbers_verb(CLI::App& app, VerbContext& context) {
   CLI::App* verb = app.add_subcommand(
       "numbers", "Print the numbers of a finished run, with their standard errors, for the text of a paper");
   const auto folder = std::make_shared<std::string>();
-  const auto format = std::make_shared<std::string>("tex");
+  const auto format = std::make_shared<std::string>();
   verb->add_option("OUT", *folder, "folder of the run, or its summary.json")->required();
-  verb->add_option("--format", *format, "tex (\\granuscope{mu-0.3/c} writes 0.56026(50)), csv or json")
-      ->transform(CLI::detail::to_lower)
-      ->capture_default_str();
+  verb->add_option("--format", *format,
+                   "tex (\\granuscope{mu-0.3/c} writes 0.56026(50)), csv or json (by the file's suffix, or tex)")
+      ->transform(CLI::detail::to_lower);
   const auto choice = std::make_shared<NumberChoice>();
   verb->add_flag("--all", choice->all,
                  "every number of the run, thousands of them; without it c, D, c_thrust, the exponents and what the "
@@ -102,6 +104,9 @@ void add_numbers_verb(CLI::App& app, VerbContext& context) {
   add_output(*verb, "-o,--out", *target, "file to write (standard output if not given)");
   verb->callback([folder, format, choice, target, &context] {
     context.action = [folder, format, choice, target, &context] {
+      constexpr std::array<SuffixOfFormat, 3> known = {{{".tex", "tex"}, {".csv", "csv"}, {".json", "json"}}};
+      if (target->asked()) *format = format_by_name(target->path, *format, known, true);
+      if (format->empty()) *format = "tex";
       std::error_code none;
       if (std::filesystem::path(*folder).filename() == "summary.json" &&
           std::filesystem::is_regular_file(*folder, none))
@@ -118,7 +123,7 @@ void add_numbers_verb(CLI::App& app, VerbContext& context) {
         context.out << list;
       } else {
         target->write(list, {*folder});
-        context.err << "wrote " << target->path << '\n';
+        context.wrote(target->path);
       }
       return ExitCode::done;
     };
@@ -134,6 +139,7 @@ struct PackVerbOptions {
 };
 
 ExitCode pack(const PackVerbOptions& given, VerbContext& context) {
+  require_suffix(given.archive.path, ".zip");
   given.archive.require_free({given.folder, given.citation});
   PackOptions options;
   options.with_ensembles = given.with_ensembles;
@@ -147,7 +153,7 @@ ExitCode pack(const PackVerbOptions& given, VerbContext& context) {
     context.err << "there is no CITATION.cff here, so that the archive names no authors and no licence (--citation)\n";
   }
   const std::size_t files = pack_run(given.folder, given.archive.path, options);
-  context.err << fmt::format("wrote {} with {} files\n", given.archive.path, files);
+  context.wrote(given.archive.path, fmt::format(" with {} files", files));
   return ExitCode::done;
 }
 
@@ -175,6 +181,7 @@ struct CompareVerbOptions {
 };
 
 ExitCode compare(const CompareVerbOptions& given, VerbContext& context) {
+  require_suffix(given.json.path, ".json");
   if (given.json.asked()) require_writable(given.json.path);
   const Comparison comparison = compare_runs(given.before, given.after);
   for (const std::string& line : describe(comparison)) context.out << line << '\n';

@@ -22,6 +22,7 @@
 #include "support/error.h"
 #include "support/files.h"
 #include "support/machine.h"
+#include "support/plain_text.h"
 #include "support/progress.h"
 #include "support/templates.h"
 
@@ -64,13 +65,12 @@ void print_plan(const Experiment& experiment, const RunOptions& options, const s
 }
 
 /// What was found, and where it is told at length.
-void tell_found(const ReportFiles& files, std::ostream& out, std::ostream& err) {
-  if (!files.summary.empty()) out << found_text(read_file(files.summary)) << std::flush;
-  for (const auto& file : {files.html, files.summary}) {
-    if (!file.empty()) err << fmt::format("wrote {}\n", file.string());
+void tell_found(const ReportFiles& files, VerbContext& context) {
+  if (!files.summary.empty()) context.out << found_text(read_file(files.summary)) << std::flush;
+  for (const auto& file : {files.html, files.summary, files.pdf.value_or("")}) {
+    if (!file.empty()) context.wrote(file.string());
   }
-  if (files.pdf) err << fmt::format("wrote {}\n", files.pdf->string());
-  if (!files.pdf_skipped.empty()) err << fmt::format("{}\n", files.pdf_skipped);
+  if (!files.pdf_skipped.empty()) context.err << single_line(files.pdf_skipped) << '\n';
 }
 
 /// The run leaves the resolved experiment in its folder: not in the place of the user's own file and its comments.
@@ -174,7 +174,7 @@ ExitCode run(const RunVerbOptions& given, VerbContext& context) {
   require_memory(memory_needed(experiment, options.folder, worker_count(options.threads)));
 
   const RunResult result = run_experiment(experiment, options);
-  if (!given.quiet) tell_found(result.files, context.out, context.err);
+  if (!given.quiet) tell_found(result.files, context);
   if (given.gate || (!given.quiet && !environment_variable("CI").empty())) {
     for (const std::string& sentence : result.unexpected) context.err << fmt::format("granuscope: {}\n", sentence);
   }

@@ -54,7 +54,7 @@ void store_sample(const SampleOptions& options, VerbContext& context) {
                     options.sample, failure->layer));
   }
   write_pile(options.file.path, pile);
-  context.err << fmt::format("wrote {}\n", options.file.path);
+  context.wrote(options.file.path);
 }
 
 /// The loads of the estimators that vary them are there for one pile at a time: what an ensemble names as failed.
@@ -109,6 +109,7 @@ ExitCode sample(SampleOptions options, VerbContext& context) {
   }
   if (options.statistics && spec.response.samples < 1)
     throw InputError("--samples 0 measures nothing; give at least 1");
+  require_suffix(options.file.path, ".h5");
   if (options.file.asked()) options.file.require_free({});
   const FrictionCone cone(spec.sampler.mu);  // refuses a mu outside the model before any memory is taken
   const Lattice lattice(spec.lattice);

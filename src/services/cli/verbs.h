@@ -19,6 +19,9 @@ struct VerbContext {
   std::ostream& err;  ///< messages
   std::function<ExitCode()> action;
   Crew* crew = nullptr;  ///< other processes that draw with this one (granuscope-mpi)
+
+  /// Says that a file is there, on one line that moves no cursor whatever its name holds; `how`: what follows.
+  void wrote(const std::string& file, const std::string& how = "") const;
 };
 
 /// The listed verb of that name. Throws InputError, with what was probably meant, if there is none.
