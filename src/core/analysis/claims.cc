@@ -348,12 +348,12 @@ Claim judge_differs_from_theory(const Analysis& analysis) {
   return claim;
 }
 
-void add_small_friction(Analysis& analysis) {
+void tell_smaller_friction(Analysis& analysis) {
   for (Claim& claim : analysis.claims) {
     if (claim.id != "differs-from-theory") continue;
     for (const OtherReading& reading : analysis.readings) {
       const ScalingFit& alpha = reading.fits.alpha;
-      if (reading.id != "small_friction" || !alpha.exponent.known()) continue;
+      if (!alpha.exponent.known() || alpha.window[1] > analysis.scaling.alpha.window[0]) continue;
       add_sentence(claim, "That is α of this window: at small friction, over μ = {} to {}, it is {}.", alpha.window[0],
                    alpha.window[1],
                    alpha.misses_the_points() ? significant(alpha.exponent.value, 3) : value_with_error(alpha.exponent));

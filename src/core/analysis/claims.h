@@ -15,8 +15,8 @@ namespace granuscope {
 /// Decides the claims of the paper about the main line from what was measured (all of `analysis` but its claims).
 std::vector<Claim> judge_claims(const Analysis& analysis, const FitSpec& fit, const ClaimSpec& spec);
 
-/// Adds to the claim against the stochastic theory what the reading at small friction has, once the studies gave it.
-void add_small_friction(Analysis& analysis);
+/// Adds to the claim against the stochastic theory what readings below the window have, once the studies gave them.
+void tell_smaller_friction(Analysis& analysis);
 
 /// Notes with each claim the verdict that the experiment expects of it; `expected` maps claim ids to verdicts.
 void expect_verdicts(std::vector<Claim>& claims, const std::map<std::string, std::string>& expected);

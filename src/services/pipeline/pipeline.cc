@@ -251,7 +251,7 @@ class Run {
           fmt::format("Page 1 is not about {}, as report.about says: nothing was measured that it could tell there.",
                       experiment_.report.about));
     }
-    add_small_friction(data_.analysis);
+    tell_smaller_friction(data_.analysis);
     expect_verdicts(data_.analysis.claims, experiment_.expected_verdicts);
   }
 
