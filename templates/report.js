@@ -54,15 +54,201 @@ function claims(table, tools) {
 }
 if (byId('claim-tools')) claims(document.querySelector('table.claims'), byId('claim-tools'));
 
+// A number with its standard error in the last digits, as the page has it: 0.0773(33).
+const sign = (text) => text.replace(/^-/, '−');
+const measured = (value, error) => {
+  if (!(error > 0)) return sign(String(Number(value.toPrecision(6))));
+  const two = Number(error.toPrecision(2)), largest = Math.max(Math.abs(value), two);
+  if (largest < 1e-3 || largest >= 1e6) {
+    const power = Math.floor(Math.log10(largest));
+    return `${measured(value / 10 ** power, error / 10 ** power)} × 10${[...String(power)].map((c) => '⁻⁰¹²³⁴⁵⁶⁷⁸⁹'['-0123456789'.indexOf(c)]).join('')}`;
+  }
+  const decimals = Math.max(0, 1 - Math.floor(Math.log10(two)));
+  return `${sign(value.toFixed(decimals))}(${two < 1 ? Math.round(two * 10 ** decimals) : two.toFixed(decimals)})`;
+};
+
+// Points of plots tell their numbers. A plot names the data of each curve and the ends of its axes (figure.gp.mustache),
+// so that its marks are the rows that lie inside, one after the other.
+const tip = byId('point-tip'), ring = byId('point-ring');
+const points = (() => {
+  const decoded = (link) => new TextDecoder().decode(Uint8Array.from(atob(link.split(',')[1]), (c) => c.charCodeAt(0)));
+  const words = {mu: 'μ', chi2_per_dof: 'χ²/dof'};
+  const told = (name) => words[name] || name.replaceAll('x_p', 'xₚ').replaceAll('c0', 'c₀').replaceAll('^2', '²').replaceAll('*', ' ');
+  const known = new Map();
+  const read = (image) => {
+    const article = image.closest('article'), source = image.currentSrc || image.src, found = {width: 1, height: 1, points: []};
+    if (!source.startsWith('data:image/svg')) return found;
+    const svg = new DOMParser().parseFromString(decoded(source), 'image/svg+xml');
+    [found.width, found.height] = svg.documentElement.getAttribute('viewBox').split(' ').slice(2).map(Number);
+    const redraw = article.querySelector('.redraw code'), files = {};
+    for (const group of svg.querySelectorAll('g[id^=gnuplot_plot_]')) {
+      const [data, ...axes] = group.querySelector('title').textContent.split(' | '), [word, file, columns, style, ...ends] = data.split(' ');
+      const link = word === 'data' && article.querySelector(`a[download="${file}"][href^=data]`);
+      if (!link) continue;
+      files[file] = files[file] || decoded(link.getAttribute('href')).trim().split('\n').map((line) => line.split(','));
+      const names = files[file][0], used = columns.split(':').map((one) => Number(one) - 1), [low, high, below, above] = ends.map(Number);
+      const rows = files[file].map((cells, i) => ({line: i + 1, of: cells.map(Number)})).filter(({of}) =>
+        of[used[0]] >= low && of[used[0]] <= high && of[used[1]] >= below && of[used[1]] <= above);
+      const marks = all('use:not([color="#FFFFFF"])', group).map((one) => /translate\(([-\d.]+),([-\d.]+)/.exec(one.getAttribute('transform')).slice(1).map(Number));
+      if (marks.length !== rows.length) continue;
+      // The columns of the bars, of x and of y; of two ends the upper one counts, since axes cut the lower one.
+      const bars = {yerrorbars3: [0, [2]], yerrorlines3: [0, [2]], yerrorbars4: [0, [2, 3]], xyerrorbars4: [[2], [3]], xyerrorbars6: [[2, 3], [4, 5]]}[style + used.length] || [0, 0];
+      const bar = (of, k) => !bars[k] ? 0 : bars[k].length === 1 ? of[used[bars[k][0]]] : of[used[bars[k][1]]] - of[used[k]];
+      rows.forEach(({line, of}, i) => {
+        const own = names.map((name, k) => k).filter((k) => /^(mu|z|layer|chi2_per_dof|samples)$/.test(names[k]) && ![of[used[0]], of[used[1]], 0].includes(of[k]) && Number.isFinite(of[k]));
+        found.points.push({x: marks[i][0], y: marks[i][1], where: `figures/${file}:${line}`, command: redraw ? redraw.textContent : '',
+          text: [0, 1].map((k) => `${axes[k] && axes[k].split('  ')[0].replace(/ \(.*/, '') || told(names[used[k]])} = ${measured(of[used[k]], bar(of, k))}`)
+            .concat(own.map((k) => `${told(names[k])} = ${measured(of[k])}`)).join(', ')});
+      });
+    }
+    return found;
+  };
+  const of = (image, picture = image) => {
+    const source = picture.currentSrc || picture.src;
+    if (!known.has(source)) known.set(source, read(picture));
+    return known.get(source);
+  };
+  const place = (image, plot, point) => {
+    const box = image.getBoundingClientRect(), style = getComputedStyle(image), edge = parseFloat(style.paddingLeft) + parseFloat(style.borderLeftWidth);
+    return [box.x + edge + point.x / plot.width * (box.width - 2 * edge), box.y + edge + point.y / plot.height * (box.height - 2 * edge)];
+  };
+  const hide = () => { tip.hidden = ring.hidden = true; };
+  // What there is to be told of a place of the window, inside `layer`.
+  const say = (layer, x, y, {text, where, command}) => {
+    layer.append(ring, tip);
+    tip.querySelector('b').textContent = text;
+    tip.querySelector('span').textContent = where;
+    tip.querySelector('code').textContent = command;
+    tip.hidden = ring.hidden = false;
+    ring.style.transform = `translate(${x}px,${y}px)`;
+    const [w, h] = [tip.offsetWidth, tip.offsetHeight];
+    tip.style.transform = `translate(${clamp(x - w / 2, 4, Math.max(4, document.documentElement.clientWidth - w - 4))}px,${y > h + 20 ? y - h - 14 : y + 14}px)`;
+  };
+  const show = (image, plot, point) => say(image.closest('dialog') || document.body, ...place(image, plot, point), point);
+  addEventListener('scroll', hide, {passive: true});
+  addEventListener('keydown', (event) => { if (event.key === 'Escape') hide(); });
+  return {
+    hide,
+    say,
+    // The point nearest to a place of the window, if it is near; whether there was one.
+    look(image, clientX, clientY, reach, picture) {
+      const plot = of(image, picture);
+      let best = null, least = reach;
+      for (const point of plot.points) {
+        const [x, y] = place(image, plot, point), away = Math.hypot(x - clientX, y - clientY);
+        if (away < least) [best, least] = [point, away];
+      }
+      if (best) show(image, plot, best);
+      else hide();
+      return best !== null;
+    },
+    // One point on or back, from left to right.
+    step(image, by) {
+      const plot = of(image), order = [...plot.points].sort((a, b) => a.x - b.x || a.y - b.y);
+      if (!order.length) return;
+      image.dataset.point = (Number(image.dataset.point || (by > 0 ? -1 : 0)) + by + order.length) % order.length;
+      show(image, plot, order[image.dataset.point]);
+    }};
+})();
+for (const link of all('.picture a')) {
+  const image = link.querySelector('img');
+  link.addEventListener('pointermove', (event) => { if (event.pointerType !== 'touch') points.look(image, event.clientX, event.clientY, 14); });
+  link.addEventListener('pointerleave', (event) => { if (event.pointerType !== 'touch') points.hide(); });
+  link.addEventListener('blur', points.hide);
+  link.addEventListener('keydown', (event) => {
+    if (event.key !== 'ArrowRight' && event.key !== 'ArrowLeft') return;
+    event.preventDefault();
+    points.step(image, event.key === 'ArrowRight' ? 1 : -1);
+  });
+}
+// A plot is saved as the page holds it, without the folder of the run.
+for (const link of all('a[data-plot]')) link.addEventListener('click', () => { link.href = link.closest('article').querySelector('.picture img').src; });
+
+// A pile to move about in: forces as bars, their friction as colours, weights or the response of beads as discs.
+function pileScene(article, chips) {
+  const pile = JSON.parse(article.querySelector('script.pile').textContent), step = Math.sqrt(3) / 2;
+  const label3 = (value) => sign(String(Number(value.toPrecision(3)))), number = (value) => label3(value / 1000);
+  const command = article.querySelector('.redraw code').textContent;
+  const wide = pile.columns + 1, tall = pile.layers * step + 1, half = pile.columns / 2;
+  const xOf = (n, i) => { const x = pile.x0 + i + (n % 2) / 2; return x >= half ? x - pile.columns : x; };
+  const mix = (from, to, share) => from.map((one, k) => Math.round(one + (to[k] - one) * share)).join();
+  const grey = (() => { const sorted = pile.force.toSorted((a, b) => a - b); return sorted[Math.floor(0.97 * sorted.length)] || 1; })();
+  const heavy = 3 * grey;
+  return {
+    width: wide, height: tall,
+    paint(context, x, y, scale, W, H) {
+      const on = Object.fromEntries(all('input', chips).map((one) => [one.value, one.checked]));
+      const ink = getComputedStyle(chips).color.match(/\d+/g).slice(0, 3).map(Number);
+      const circle = (X, Y) => { context.beginPath(); context.arc(X, Y, 0.46 * scale, 0, 7); context.fill(); };
+      const each = (paint) => {
+        for (let n = Math.max(0, Math.floor((-y / scale - 1.5) / step)); n < pile.layers; ++n) {
+          const Y = y + (0.5 + n * step) * scale;
+          if (Y > H + scale) break;
+          for (let i = 0; i < pile.columns; ++i) {
+            const X = x + (xOf(n, i) + half + 0.5) * scale;
+            if (X > -scale && X < W + scale) paint(n * pile.columns + i, X, Y);
+          }
+        }
+      };
+      if (on.weight || on.response) each((k, X, Y) => {
+        const share = on.response ? clamp(Math.abs(pile.response[k] || 0) / 500, 0, 1) : clamp(pile.weight[k] / heavy, 0, 1);
+        if (share < 0.02) return;
+        context.fillStyle = `rgba(${on.response ? pile.response[k] > 0 ? '214,58,47' : '43,116,196' : ink},${on.response ? share : 0.75 * share})`;
+        circle(X, Y);
+      });
+      if (on.force || on.friction) each((k, X, Y) => {
+        for (const side of [0, 1]) {
+          const force = clamp(pile.force[2 * k + side] / grey, 0, 1);
+          if (force < 0.01) continue;
+          context.lineWidth = scale * (on.force ? 0.04 + 0.36 * force : 0.16);
+          context.strokeStyle = on.friction ? `rgb(${mix([0, 92, 190], [240, 160, 30], pile.friction[2 * k + side] / 1000)})` : `rgba(${ink},${force})`;
+          context.beginPath();
+          context.moveTo(X, Y);
+          context.lineTo(X + (side - 0.5) * scale, Y + step * scale);
+          context.stroke();
+        }
+      });
+      const X = x + (half + 0.5) * scale;
+      context.fillStyle = `rgb(${ink})`;
+      context.beginPath();
+      context.moveTo(X, y + 0.1 * scale);
+      context.lineTo(X - 0.3 * scale, y - 0.5 * scale);
+      context.lineTo(X + 0.3 * scale, y - 0.5 * scale);
+      context.fill();
+    },
+    // The bead at a place, in bead diameters from the upper left corner: where it is, and what it says.
+    at(across, down) {
+      const n = Math.round((down - 0.5) / step);
+      if (n < 0 || n >= pile.layers) return null;
+      const i = [...Array(pile.columns).keys()].find((one) => Math.abs(xOf(n, one) + half + 0.5 - across) <= 0.5);
+      if (i === undefined) return null;
+      const k = n * pile.columns + i, both = (list) => `${number(list[2 * k])} and ${number(list[2 * k + 1])}`;
+      return {x: xOf(n, i) + half + 0.5, y: 0.5 + n * step, command,
+        text: `x = ${label3(xOf(n, i))}, z = ${(0.5 + n * step).toFixed(2)}: weight ${number(pile.weight[k])}${pile.response.length ? `, response ${number(pile.response[k])}` : ''}`,
+        where: `Contacts to the lower left and right: forces ${both(pile.force)}, |T|/μN ${both(pile.friction)}; layer ${n}.`};
+    }};
+}
+
 // A picture over the whole window: drag or pinch, wheel, + and −, arrow keys; Escape closes.
 function closeLook(dialog) {
-  const view = dialog.querySelector('.view'), image = view.appendChild(document.createElement('img')), fingers = new Map();
-  let scale = 1, smallest = 1, x = 0, y = 0;
+  const view = dialog.querySelector('.view'), image = view.appendChild(document.createElement('img')), canvas = view.appendChild(document.createElement('canvas'));
+  const chips = dialog.querySelector('.layers'), fingers = new Map();
+  let scale = 1, smallest = 1, x = 0, y = 0, shown = image, pressed = null, pile = null;
+  const size = () => pile ? [pile.width, pile.height] : [image.naturalWidth, image.naturalHeight];
+  const paint = () => {
+    const sharp = devicePixelRatio || 1, context = canvas.getContext('2d');
+    canvas.width = view.clientWidth * sharp;
+    canvas.height = view.clientHeight * sharp;
+    context.setTransform(sharp, 0, 0, sharp, 0, 0);
+    pile.paint(context, x, y, scale, view.clientWidth, view.clientHeight);
+  };
   const place = () => {
-    const [w, h] = [image.naturalWidth * scale, image.naturalHeight * scale], [W, H] = [view.clientWidth, view.clientHeight];
+    points.hide();
+    const [w, h] = size().map((one) => one * scale), [W, H] = [view.clientWidth, view.clientHeight];
     x = w < W ? (W - w) / 2 : clamp(x, W - w, 0);
     y = h < H ? (H - h) / 2 : clamp(y, H - h, 0);
-    image.style.transform = `translate(${x}px,${y}px) scale(${scale})`;
+    if (pile) paint();
+    else image.style.transform = `translate(${x}px,${y}px) scale(${scale})`;
   };
   const zoom = (factor, atX = view.clientWidth / 2, atY = view.clientHeight / 2) => {
     const now = clamp(scale * factor, smallest, 20 * smallest);
@@ -71,24 +257,47 @@ function closeLook(dialog) {
     scale = now;
     place();
   };
+  const look = (event, reach) => {
+    if (!pile) return points.look(image, event.clientX, event.clientY, reach, shown);
+    const bead = pile.at((event.clientX - x) / scale, (event.clientY - y) / scale);
+    if (bead) points.say(dialog, x + bead.x * scale, y + bead.y * scale, bead);
+    else points.hide();
+  };
   const open = (picture, fractionX, fractionY) => {
-    image.className = picture.className;
-    image.alt = picture.alt;
-    image.src = picture.currentSrc || picture.src;
+    const article = picture.closest('article');
+    shown = picture;
+    pile = article.querySelector('script.pile') ? pileScene(article, chips) : null;
+    chips.hidden = canvas.hidden = !pile;
+    image.hidden = Boolean(pile);
+    if (!pile) {
+      image.className = picture.className;
+      image.alt = picture.alt;
+      image.src = picture.currentSrc || picture.src;
+    }
     dialog.showModal();
-    image.decode().catch(() => {}).then(() => {
-      const [across, down] = [view.clientWidth / image.naturalWidth, view.clientHeight / image.naturalHeight];
+    const fit = () => {
+      const [w, h] = size(), [across, down] = [view.clientWidth / w, view.clientHeight / h];
       smallest = Math.min(across, down);
       scale = clamp(Math.max(across, down), 1.5 * smallest, 4 * smallest);
-      x = view.clientWidth / 2 - fractionX * image.naturalWidth * scale;
-      y = view.clientHeight / 2 - fractionY * image.naturalHeight * scale;
+      x = view.clientWidth / 2 - fractionX * w * scale;
+      y = view.clientHeight / 2 - fractionY * h * scale;
       place();
-    });
+    };
+    if (pile) fit();
+    else image.decode().catch(() => {}).then(fit);
   };
+  chips.addEventListener('change', paint);
+  for (const tool of all('.touch')) {
+    tool.hidden = false;
+    tool.querySelector('button').addEventListener('click', () => open(tool.closest('article').querySelector('.picture img'), 0.5, 0));
+  }
   all('.picture a').forEach((link) => link.addEventListener('click', (event) => {
     if (event.ctrlKey || event.metaKey || event.shiftKey || event.altKey) return;
     event.preventDefault();
-    const picture = link.querySelector('img'), box = picture.getBoundingClientRect();
+    const picture = link.querySelector('img');
+    if (event.pointerType === 'touch' && points.look(picture, event.clientX, event.clientY, 24)) return;
+    points.hide();
+    const box = picture.getBoundingClientRect();
     const byKey = event.detail === 0;  // Enter has no place
     open(picture, byKey ? 0.5 : (event.clientX - box.x) / box.width, byKey ? 0.5 : (event.clientY - box.y) / box.height);
   }));
@@ -96,11 +305,15 @@ function closeLook(dialog) {
   const spread = ([a, b]) => b ? Math.hypot(a.clientX - b.clientX, a.clientY - b.clientY) : 1;
   view.addEventListener('pointerdown', (event) => {
     fingers.set(event.pointerId, event);
+    pressed = event;
     try { view.setPointerCapture(event.pointerId); } catch { /* of a pointer that is gone already */ }
     event.preventDefault();
   });
   view.addEventListener('pointermove', (event) => {
-    if (!fingers.has(event.pointerId)) return;
+    if (!fingers.has(event.pointerId)) {
+      look(event, 14);
+      return;
+    }
     const before = [...fingers.values()];
     fingers.set(event.pointerId, event);
     const after = [...fingers.values()], [fromX, fromY] = middle(before), [toX, toY] = middle(after);
@@ -108,7 +321,10 @@ function closeLook(dialog) {
     y += toY - fromY;
     zoom(spread(after) / Math.max(spread(before), 1), toX, toY);
   });
-  for (const end of ['pointerup', 'pointercancel']) view.addEventListener(end, (event) => fingers.delete(event.pointerId));
+  for (const end of ['pointerup', 'pointercancel']) view.addEventListener(end, (event) => {
+    const still = pressed && Math.hypot(event.clientX - pressed.clientX, event.clientY - pressed.clientY) < 6;
+    if (fingers.delete(event.pointerId) && still) look(event, 24);
+  });
   view.addEventListener('wheel', (event) => {
     event.preventDefault();
     zoom(Math.exp(-event.deltaY / 300), event.clientX, event.clientY);
@@ -123,7 +339,7 @@ function closeLook(dialog) {
     y += 60 * step[event.key][1];
     place();
   });
-  dialog.addEventListener('close', () => { fingers.clear(); image.removeAttribute('src'); });
+  dialog.addEventListener('close', () => { points.hide(); fingers.clear(); image.removeAttribute('src'); });
   dialog.querySelector('[data-do=in]').addEventListener('click', () => zoom(1.5));
   dialog.querySelector('[data-do=out]').addEventListener('click', () => zoom(1 / 1.5));
   dialog.querySelector('[data-do=close]').addEventListener('click', () => dialog.close());
@@ -301,6 +517,8 @@ function explore(box, results) {
     depthInput.setAttribute('aria-valuetext', `z = ${text.z}, x_p = ${text.x_p || '–'}, W = ${text.W || '–'}`);
     if (text.reason) note.textContent = note.dataset.unfitted.replace('{}', text.reason);
     else note.innerHTML = told;
+    const command = byId('explore-command');
+    if (command) command.textContent = command.dataset.words.replace('{scanned}', result.scanned).replace('{layer}', text.layer);
   }
 
   const go = (to) => {
@@ -342,7 +560,7 @@ function explore(box, results) {
     const bead = panels.both.reduce((best, one) => Math.abs(shown.X(one.x) - x) < Math.abs(shown.X(best.x) - x) ? one : best);
     if (bead.residual === null) return;
     const digits = Math.max(0, 1 - Math.floor(Math.log10(bead.error)));
-    const numbers = {x: label(bead.x, bead.x % 1 ? 1 : 0), P: label(bead.P, digits), error: label(bead.error, digits), fit: label(bead.fit, digits), residual: label(bead.residual, 1)};
+    const numbers = {x: label(bead.x, bead.x % 1 ? 1 : 0), P: measured(bead.P, bead.error), fit: label(bead.fit, digits), residual: label(bead.residual, 1)};
     note.textContent = note.dataset.bead.replace(/\{(\w+)\}/g, (_, name) => numbers[name]);
   };
   for (const name of ['pointerdown', 'pointermove']) svg.addEventListener(name, touched);

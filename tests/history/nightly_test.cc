@@ -227,12 +227,14 @@ TEST_CASE("An alarm has passed once a night is fine, and a number that is gone s
   night.date = "2026-01-01T02:00:00Z";
   night.numbers = {{"c", {"c", 0.55, 0.01}}, {"D", {"D", 0.07, 0.01}}};
   night.alarms = {{"damaged", "a file", "open"}};
+  night.verdicts = {{"settled", "reproduced", 1}, {"young", "not decided", 2}};
   book.add(night, {});
   CHECK(book.night(1).alarms[0].state == "open");
   night = {};
   night.status = "fine";
   night.date = "2026-01-02T02:00:00Z";
   night.numbers = {{"D", {"D", 0.07, 0.01}}};
+  night.verdicts = {{"settled", "reproduced", 1}, {"young", "reproduced", 2}};
   book.add(night, {});
   CHECK(book.night(1).alarms[0].state == "passed");
   CHECK_THAT(describe(book.night(1)), Contains("alarm") && Contains("damaged (passed)"));
@@ -240,6 +242,9 @@ TEST_CASE("An alarm has passed once a night is fine, and a number that is gone s
   const std::string page = read_file(history / "index.html");
   CHECK_THAT(page, Contains("c: 0.550(10) on 2026-01-01, none since"));
   CHECK(page.find("<h3>D: 0.070(10)</h3>") < page.find("<h3>c: "));
+  CHECK_THAT(page, Contains("<title>2026-01-01, night 1, 0 samples: 0.550(10)</title>") &&
+                       Contains("<span>2026-01-01</span>") && Contains("<span>2026-01-02</span>"));
+  CHECK_THAT(page, Contains("<td>young: not decided → reproduced</td>") && !Contains("settled:"));
 }
 
 TEST_CASE("An accepted experiment is the one that is run from then on", "[long]") {

@@ -251,6 +251,36 @@ TEST_CASE("A script of an author's own stands in for the common one, and is fill
   CHECK(count_visible_curves(svg) == 3);
 }
 
+TEST_CASE("Points of the run before lie in grey behind those of this one, also where none is on the axes") {
+  const test::TemporaryFolder run;
+  const Analysis analysis = synthetic::analysis();
+  const Figure first = plot_propagation_and_thrust(analysis, run.path());
+  CHECK_FALSE(contains(first.caption, "Grey"));
+  const std::string table = read_file(run / first.data.at(0));
+  write_file(run / "figures/last-propagation-and-thrust.csv", table);
+  const Figure second = plot_propagation_and_thrust(analysis, run.path());
+  CHECK(second.failure.empty());
+  CHECK(contains(second.caption, "Grey: the run before."));
+  REQUIRE(second.data.size() == 2);
+  CHECK(read_file(run / second.data.at(0)) == table);
+  const std::string svg = read_file(run / second.screen);
+  const auto marks_of = [&](const std::string& curve) {
+    const std::size_t at = svg.find("<title>data " + curve);
+    REQUIRE(at != std::string::npos);
+    return test::count(svg.substr(at, svg.find("</g>", at) - at), "<use");
+  };
+  CHECK(marks_of("behind-propagation-and-thrust.csv 1:2:3 yerrorbars ") ==
+        marks_of("propagation-and-thrust.csv 1:2:3 yerrorbars "));
+  CHECK(marks_of("propagation-and-thrust.csv 1:2:3 yerrorbars ") > 0);
+  CHECK(count_visible_curves(svg) == 5);
+  std::string far = table.substr(0, table.find('\n', table.find('#')) + 1) + "90,90,1,90,1,90,1\n";
+  write_file(run / "figures/last-propagation-and-thrust.csv", far);
+  CHECK(plot_propagation_and_thrust(analysis, run.path()).failure.empty());
+  FigureStyle style;
+  style.format = "svg";
+  CHECK(contains(plot_again(run / "figures", second.id, style).bytes, "data behind-"));
+}
+
 TEST_CASE("A script that stands in a received folder is not run, unless it is trusted") {
   const test::TemporaryFolder run;
   const std::string id = plot_propagation_and_thrust(synthetic::analysis(), run.path()).id;

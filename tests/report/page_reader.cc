@@ -107,6 +107,8 @@ std::string difference(const Json& summary, const std::string& key, const std::s
   } else if (key.ends_with("/systematic") && text.find('\xC3') == std::string::npos &&
              text.find("0.0") == std::string::npos) {
     expected = in_last_digits(summary.at(pointer.parent_pointer()).at("stderr"), value);
+  } else if (value.is_number() && key.ends_with("/measured") && text.find('(') != std::string::npos) {
+    expected = value_and_error(value, summary.at(pointer.parent_pointer()).at("stderr"));  // of a claim
   } else if (value.is_number()) {
     if (shows(text, value.get<double>())) return "";
     expected = value.dump();

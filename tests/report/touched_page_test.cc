@@ -2,6 +2,9 @@
 // events and writes down what the page then says.
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -16,6 +19,8 @@
 #include "report/page_reader.h"
 #include "report/report.h"
 #include "report/summary_json.h"
+#include "report/touched_pile.h"
+#include "sampling/sampler.h"
 #include "support/files.h"
 #include "support/process.h"
 #include "support/templates.h"
@@ -39,7 +44,8 @@ const point = (type, to, x, y) =>
 )";
 
 /// The lines that a driver has written in a window of that size; none where there is no Chromium.
-std::vector<std::string> driven(const std::string& html, const std::string& driver, const std::string& size) {
+std::vector<std::string> driven(const std::string& html, const std::string& driver, const std::string& size,
+                                bool dark = false) {
   if (!find_program("chromium")) {
     WARN("no chromium here: the page was not touched");
     return {};
@@ -56,6 +62,7 @@ std::vector<std::string> driven(const std::string& html, const std::string& driv
                        "--headless",
                        "--no-sandbox",
                        "--disable-gpu",
+                       dark ? "--force-dark-mode" : "--disable-features=WebContentsForceDark",
                        "--user-data-dir=" + (folder / "profile").string(),
                        "--window-size=" + size,
                        "--virtual-time-budget=5000",
@@ -188,6 +195,54 @@ TEST_CASE("Claims are filtered and ordered, pictures looked at closely, and sect
   CHECK(phone == std::vector<std::string>{misses, hits, by_name, "true", "false", "0", all, "0", "1", "true"});
 }
 
+TEST_CASE("Who cannot see or point finds names, an order of headings and contrasts, light and dark, wide and narrow") {
+  // What axe-core, which Debian does not package, asks of a page, as far as this page has it.
+  const std::string driver = R"(
+    document.querySelectorAll('details').forEach((one) => { one.open = true; });
+    const shown = [...document.body.querySelectorAll('*')].filter((one) => one.getClientRects().length);
+    const say = (what, one) => lines.push(what + ': ' + one.outerHTML.slice(0, 120));
+    const ids = [...document.querySelectorAll('[id]')].map((one) => one.id);
+    ids.filter((id, i) => ids.indexOf(id) !== i).forEach((id) => lines.push('twice: ' + id));
+    for (const link of document.querySelectorAll('a[href^="#"], [aria-labelledby]')) {
+      const to = link.getAttribute('aria-labelledby') || decodeURIComponent(link.getAttribute('href').slice(1));
+      if (!document.getElementById(to)) say('leads nowhere', link);
+    }
+    let level = 0;
+    for (const heading of shown.filter((one) => /^H[1-6]$/.test(one.tagName))) {
+      if (Number(heading.tagName[1]) > level + 1) say('skips a level', heading);
+      level = Number(heading.tagName[1]);
+    }
+    for (const one of shown) {
+      const named = one.textContent.trim() || one.getAttribute('aria-label') || one.title || (one.labels && one.labels.length);
+      if (['A', 'BUTTON', 'INPUT', 'SELECT', 'SUMMARY'].includes(one.tagName) && !named && !one.querySelector('img[alt]')) say('has no name', one);
+      if (one.tagName === 'IMG' && !one.alt) say('has no text', one);
+      if (one.getAttribute('role') === 'img' && !one.getAttribute('aria-label')) say('has no text', one);
+      if (one.scrollWidth > one.clientWidth + 1 && getComputedStyle(one).overflowX === 'auto' && one.tabIndex < 0) say('scrolls for pointers alone', one);
+    }
+    const colour = (text) => { const [r, g, b, a = 1] = text.match(/[\d.]+/g).map(Number); return {rgb: [r, g, b], a}; };
+    const light = ({rgb}) => rgb.map((v) => v / 255).map((v) => v <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4)
+      .reduce((sum, v, i) => sum + v * [0.2126, 0.7152, 0.0722][i], 0);
+    let texts = 0;
+    for (const one of shown) {
+      if (one.closest('svg') || ![...one.childNodes].some((node) => node.nodeType === 3 && node.data.trim())) continue;
+      let ground = one;
+      while (ground && colour(getComputedStyle(ground).backgroundColor).a < 1) ground = ground.parentElement;
+      const [a, b] = [light(colour(getComputedStyle(one).color)), light(colour(getComputedStyle(ground || document.body).backgroundColor))];
+      if ((Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05) < 4.5) say('is hard to read', one);
+      ++texts;
+    }
+    lines.push(matchMedia('(prefers-color-scheme: dark)').matches + ' ' + (texts > 300));
+  )";
+  for (const char* size : {"1280,900", "500,844"}) {
+    for (const bool dark : {false, true}) {
+      const std::vector<std::string> lines = driven(made_page().html, driver, size, dark);
+      if (lines.empty()) return;
+      INFO(size << (dark ? ", dark" : ", light"));
+      CHECK(lines == std::vector<std::string>{dark ? "true true" : "false true"});
+    }
+  }
+}
+
 TEST_CASE("Without scripts the page has every table and number, open, and says where the figures are") {
   const MadePage& page = made_page();
   std::string still = page.html;
@@ -198,12 +253,132 @@ TEST_CASE("Without scripts the page has every table and number, open, and says w
   CHECK(count(still, "<table") == count(page.html, "<table"));
   CHECK(count(still, "class=\"fold") == count(still, "class=\"fold\" open") + count(still, "class=\"fold lead\" open"));
   CHECK(count(still, "<noscript>") == 1);
-  // What only scripts fill is not there without them: the depths and the choices of claims, without a table in them.
-  CHECK(count(still, " hidden>") == 2);
+  // What only scripts fill is not there without them: the depths, the choices of claims, what a point says, its ring,
+  // and the layers of a pile, without a table in them.
+  CHECK(count(still, " hidden>") == 5);
   const std::size_t depths = still.find("id=\"explore\" hidden"), claims = still.find("<table class=\"claims\"");
   REQUIRE(depths < claims);
   CHECK_FALSE(contains(still.substr(depths, claims - depths), "<table"));
   CHECK(template_file("report.js").size() < 60'000);
+}
+
+TEST_CASE("A point of a plot says the numbers of its row, where the row stands, and the command that draws it") {
+  const MadePage& page = made_page();
+  const std::vector<std::string> lines = driven(page.html, R"(
+    for (const link of document.querySelectorAll('.picture a')) {
+      const image = link.querySelector('img'), source = image.currentSrc || image.src, box = image.getBoundingClientRect();
+      if (!source.startsWith('data:image/svg')) continue;
+      const svg = new DOMParser().parseFromString(atob(source.split(',')[1]), 'image/svg+xml'), edge = parseFloat(getComputedStyle(image).paddingLeft) + 1;
+      const [, , width, height] = svg.documentElement.getAttribute('viewBox').split(' ').map(Number);
+      for (const mark of svg.querySelectorAll('g[id^=gnuplot_plot_] use')) {
+        const title = mark.closest('[id^=gnuplot]').querySelector('title').textContent;
+        if (!title.startsWith('data ')) continue;
+        const [x, y] = /translate\(([^,]*),([^)]*)/.exec(mark.getAttribute('transform')).slice(1).map(Number);
+        point('pointermove', link, box.x + edge + x / width * (box.width - 2 * edge), box.y + edge + y / height * (box.height - 2 * edge));
+        lines.push([title.split(' | ')[0], ...['b', 'span', 'code'].map((part) => one('#point-tip ' + part).textContent)].join('|'));
+      }
+      link.focus();
+      link.dispatchEvent(new KeyboardEvent('keydown', {key: 'ArrowRight', bubbles: true}));
+      lines.push('key|' + !one('#point-tip').hidden);
+      link.dispatchEvent(new PointerEvent('pointerleave'));
+      lines.push('left|' + one('#point-tip').hidden);
+    }
+  )",
+                                                "1280,900");
+  if (lines.empty()) return;
+  std::map<std::string, std::size_t> told;
+  for (const std::string& line : lines) {
+    INFO(line);
+    const std::vector<std::string> fields = fields_of(line);
+    if (fields[0] == "key" || fields[0] == "left") {
+      CHECK(fields.at(1) == "true");
+      continue;
+    }
+    REQUIRE(fields.size() == 4);
+    // "figures/NAME.csv:7", and each number shown is one of that line, or half of what lies between two of them.
+    const std::size_t colon = fields[2].find(':');
+    std::istringstream table(read_file(page.run / fields[2].substr(0, colon)));
+    std::string row;
+    for (int k = std::stoi(fields[2].substr(colon + 1)); k > 0; --k) REQUIRE(std::getline(table, row));
+    std::vector<double> cells;
+    std::istringstream values(row);
+    for (std::string cell; std::getline(values, cell, ',');) cells.push_back(std::atof(cell.c_str()));
+    for (std::size_t at = fields[1].find("= "); at != std::string::npos; at = fields[1].find("= ", at + 1)) {
+      std::string number = fields[1].substr(at + 2);
+      const bool negative = number.starts_with("\xE2\x88\x92");
+      if (negative) number.erase(0, 3);
+      const double shown = (negative ? -1 : 1) * std::atof(number.c_str());
+      const std::size_t power = number.substr(0, number.find(", ")).find("× 10");
+      const auto shows = [&](double cell) {
+        const double unit = power == std::string::npos ? 1 : std::pow(10, std::floor(std::log10(std::abs(cell))));
+        const std::size_t end = number.find_first_not_of("0123456789."), point = number.substr(0, end).find('.');
+        const double decimals = point == std::string::npos ? 0 : static_cast<double>(end - point) - 1;
+        return std::abs(cell / unit - shown) <= std::max(0.51 * std::pow(10, -decimals), 1e-5 * std::abs(shown));
+      };
+      CHECK(std::ranges::any_of(cells, shows));
+    }
+    CHECK(contains(fields[3], "gnuplot -d "));
+    ++told[fields[0]];
+  }
+  CHECK(told.size() >= 8);
+}
+
+TEST_CASE("A pile is looked at in layers, and a bead says its weight, its response and its contacts") {
+  const MadePage& page = made_page();
+  SamplerSpec spec;
+  spec.mu = 0.3;
+  const Lattice lattice({20, 30});
+  Pile pile(lattice), loaded(lattice);
+  const auto sampler = make_sampler(spec, lattice);
+  std::vector<double> load(20, 1.0);
+  REQUIRE_FALSE(sampler->draw(3, load, pile));
+  load[10] = 2;
+  REQUIRE_FALSE(sampler->draw_again(3, load, pile, loaded));
+  ReportData data = page.data;
+  for (Figure& figure : data.figures) {
+    if (figure.id == "force-chains") figure.touched = touched_pile(loaded, &loaded, &pile, 10);
+  }
+  const std::vector<std::string> lines = driven(html_report(data, Json::parse(page.summary), page.run.path()), R"(
+    one('.touch button').click();
+    const canvas = one('#close-look canvas'), box = canvas.getBoundingClientRect();
+    const seen = () => { let sum = 0; canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data.forEach((v, i) => { sum = (sum * 31 + v) % 1e9; }); return sum; };
+    const looks = [seen()];
+    for (const layer of document.querySelectorAll('#close-look .layers input')) {
+      layer.checked = !layer.checked; layer.dispatchEvent(new Event('change', {bubbles: true}));
+      looks.push(seen());
+    }
+    lines.push(one('#close-look').open, new Set(looks).size);
+    for (const part of [0.5, 0.6, 0.7]) {
+      point('pointermove', one('#close-look .view'), box.x + part * box.width, box.y + part * box.height);
+      lines.push(one('#point-tip b').textContent + ' ' + one('#point-tip span').textContent);
+    }
+  )",
+                                                "1280,900");
+  if (lines.empty()) return;
+  REQUIRE(lines.size() == 5);
+  CHECK(lines[0] == "true");
+  CHECK(lines[1] == "5");
+  for (const std::size_t k : {2, 3, 4}) {
+    INFO(lines[k]);
+    double x = 0, z = 0, weight = 0, response = 0;
+    std::string plain = lines[k];
+    for (std::size_t at = plain.find("\xE2\x88\x92"); at != std::string::npos; at = plain.find("\xE2\x88\x92"))
+      plain.replace(at, 3, "-");
+    REQUIRE(std::sscanf(plain.c_str(), "x = %lf, z = %lf: weight %lf, response %lf", &x, &z, &weight, &response) == 4);
+    const int layer = static_cast<int>(std::lround((z - 0.5) / 0.8660254));
+    int bead = 0;
+    while (bead < 20 && lattice.x(layer, bead) != x) ++bead;
+    REQUIRE(bead < 20);
+    const std::size_t i = lattice.index(layer, bead);
+    CHECK(weight == Approx(loaded.V_R[i] + loaded.V_L[i]).margin(0.006));
+    CHECK(response == Approx(loaded.V_R[i] + loaded.V_L[i] - pile.V_R[i] - pile.V_L[i]).margin(0.006));
+  }
+}
+
+TEST_CASE("Piles beyond what a page has room for are not looked at in it") {
+  const Pile pile{Lattice({200, 100})};
+  CHECK(touched_pile(pile, nullptr, nullptr, 51).empty());
+  CHECK_FALSE(touched_pile(pile, nullptr, nullptr, 50).empty());
 }
 
 TEST_CASE("A run in which nothing has scatter has no depths to go through") {

@@ -43,9 +43,10 @@ constexpr double lower_row = 2.2;  ///< inches
 
 void add_depths(DepthPlot& figure, const Transport& result) {
   CsvTable positions({"z: bead diameters", "x_p/z: dimensionless", "standard_error: dimensionless",
-                      "x_p-c0*z: bead diameters", "standard_error: bead diameters"});
+                      "x_p-c0*z: bead diameters", "standard_error: bead diameters", "chi2_per_dof: dimensionless"});
   CsvTable widths({"z: bead diameters", "W^2/z: bead diameters", "standard_error: bead diameters",
-                   "W^2: bead diameters squared", "standard_error: bead diameters squared"});
+                   "W^2: bead diameters squared", "standard_error: bead diameters squared",
+                   "chi2_per_dof: dimensionless"});
   Range position_range, width_range, z_range, shift_range, square_range;
   shift_range.add(0);
   square_range.add(0);
@@ -65,23 +66,24 @@ void add_depths(DepthPlot& figure, const Transport& result) {
     const double width = fit.width_squared.value / fit.z;
     const double width_error = fit.width_squared.standard_error / fit.z;
     const double shift = fit.peak_position.value - tan30 * fit.z;
-    positions.add_row({fit.z, position, position_error, shift, fit.peak_position.standard_error});
-    widths.add_row({fit.z, width, width_error, fit.width_squared.value, fit.width_squared.standard_error});
+    const double chi2 = fit.degrees_of_freedom > 0 ? fit.chi2_per_dof : 0;
+    positions.add_row({fit.z, position, position_error, shift, fit.peak_position.standard_error, chi2});
+    widths.add_row({fit.z, width, width_error, fit.width_squared.value, fit.width_squared.standard_error, chi2});
     shift_range.add(shift, fit.peak_position.standard_error);
     square_range.add(fit.width_squared.value, fit.width_squared.standard_error);
     position_range.add(position, position_error);
     width_range.add(width, width_error);
   }
   shift_range.add((result.c_thrust.value - tan30) * z_range.high);
-  figure.position.y = linear_axis("position over depth  xₚ/z", with_margins(position_range), 5);
-  figure.width.y = linear_axis("width² over depth  W²/z", with_margins(width_range), 5);
-  figure.shift.y = linear_axis("peak position  xₚ − c₀ z", with_margins(shift_range), 5);
-  figure.square.y = linear_axis("squared width W²", with_margins(square_range), 5);
+  figure.position.y = linear_axis("xₚ/z", with_margins(position_range), 5);
+  figure.width.y = linear_axis("W²/z", with_margins(width_range), 5);
+  figure.shift.y = linear_axis("xₚ − c₀ z", with_margins(shift_range), 5);
+  figure.square.y = linear_axis("W²", with_margins(square_range), 5);
   const Range z_axis = range_of(0, 10 * std::ceil((z_range.high + 1) / 10));
   for (Panel* panel : {&figure.position, &figure.width, &figure.shift, &figure.square}) {
     panel->x = linear_axis("depth z  (bead diameters)", z_axis, 5);
   }
-  const Style measured = Ink{"vermilion", 7}.bars(0.8, 0.4), level{.colour = "frame", .width = 1, .dash = 3};
+  const Style measured = Ink{"blue", 7}.bars(0.8, 0.4), level{.colour = "frame", .width = 1, .dash = 3};
   const std::string of_position = figure.plot.add_data("position", positions),
                     of_width = figure.plot.add_data("width", widths);
   figure.position.add_level(tan30, level);
@@ -104,7 +106,7 @@ bool add_slope(DepthPlot& figure, const std::string& name, const Estimate& slope
   figure.caption[name] = known ? "known" : "";
   figure.caption[name + "_reason"] = known ? "" : slope.known() ? offset.reason : slope.reason;
   if (!known) return false;
-  const Style line{.colour = "blue", .width = 1.6};
+  const Style line{.colour = "black", .width = 1.2};
   const Range& window = figure.position.band;
   above.curves.insert(
       above.curves.begin(),
@@ -138,7 +140,7 @@ bool add_thrust(DepthPlot& figure, const Transport& result) {
     figure.shift.texts.push_back(
         {fmt::format("{} {}", what, value_with_error(number)), 0.95, top - below, "right", colour});
   };
-  if (with_c) tell("slope c =", result.c, 0, "blue");
+  if (with_c) tell("slope c =", result.c, 0, "black");
   tell("c from thrust", result.c_thrust, 0.11, "bluish_green");
   if (known) tell("difference", result.c_minus_c_thrust, 0.22, "black");
   return known;
@@ -183,12 +185,12 @@ Figure plot_transport_with_depth(const Analysis& analysis, const TransportWithDe
   const bool with_c = add_slope(figure, "c", result->c, result->position_offset, figure.position, figure.shift, tan30);
   const bool with_D = add_slope(figure, "D", result->D, result->width_offset, figure.width, figure.square, 0);
   if (with_D) {
-    figure.square.texts.push_back({"slope D = " + value_with_error(result->D), 0.05, 0.91, "left", "blue"});
+    figure.square.texts.push_back({"slope D = " + value_with_error(result->D), 0.05, 0.91, "left", "black"});
   }
   figure.plot.panels = {figure.position, figure.width, figure.shift, figure.square};
-  figure.plot.add_key("measured", Ink{"vermilion", 7}.points(0.5));
+  figure.plot.add_key("measured", Ink{"blue", 7}.points(0.5));
   if (with_c || with_D) {
-    figure.plot.add_key("c and D fitted below: above c + x₀/z, D + w₀/z", {.colour = "blue", .width = 1.6});
+    figure.plot.add_key("c and D fitted below: above c + x₀/z, D + w₀/z", {.colour = "black", .width = 1.2});
   }
   figure.plot.add_key("c₀ = tan 30°", {.colour = "frame", .width = 1, .dash = 3});
   if (thrust) figure.plot.add_key("c from thrust", {.colour = "bluish_green", .width = 1.6});
@@ -417,7 +419,7 @@ Figure plot_response_profiles(const std::vector<Transport>& results, const Respo
   plot.key = {.inches = 0.3, .horizontal = true, .centred = true, .small = false, .entries = {}};
   plot.add_key("±1 standard error", {.with = "filledcurves", .colour = "sky_blue"});
   plot.add_key("measured mean", {.colour = "blue", .width = 0.7});
-  plot.add_key("fitted double Gaussian", {.colour = "vermilion", .width = 2.2});
+  plot.add_key("fitted double Gaussian", {.colour = "black", .width = 1.4});
   const EstimatorName estimator = result->spec.response.estimator;
   return plot_figure(plot,
                      {"plot/response_profiles.captions",

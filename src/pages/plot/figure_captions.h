@@ -23,6 +23,7 @@ struct Figure {
   std::filesystem::path script;             ///< gnuplot script, empty for a rendered picture
   std::filesystem::path recipe;             ///< JSON that fills the script again, empty for a rendered picture
   std::vector<std::filesystem::path> data;  ///< CSV
+  std::string touched = {};                 ///< JSON of a pile to be looked at in the page (report/touched_pile.h)
   std::string redraw;                       ///< the command that makes it again
   std::string failure = {};                 ///< why it could not be made in this run; empty if it was
 

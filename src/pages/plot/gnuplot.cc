@@ -206,12 +206,15 @@ std::string without_creation_date(std::string pdf) {
 
 int count_visible_curves(std::string_view svg) {
   constexpr std::string_view curve_start = "<g id=\"gnuplot_plot_";
-  constexpr std::string_view untitled = "<title>gnuplot_plot_";
+  constexpr std::string_view untitled = "<title>gnuplot_plot_", with_data = "<title>data ";
   int visible = 0;
   for (std::size_t start = svg.find(curve_start); start != std::string_view::npos;
        start = svg.find(curve_start, start + curve_start.size())) {
     const std::string_view curve = svg.substr(start, group_length(svg.substr(start)));
-    if (curve.find(untitled) == std::string_view::npos) continue;
+    const std::size_t data = curve.find(with_data);
+    if (data == std::string_view::npos ? curve.find(untitled) == std::string_view::npos
+                                       : curve.substr(data + with_data.size()).starts_with(behind))
+      continue;
     for (const std::string_view mark : {"<path", "<polygon", "<polyline", "<use", "<circle", "<rect"}) {
       if (curve.find(mark) != std::string_view::npos) {
         ++visible;

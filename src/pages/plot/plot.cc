@@ -11,6 +11,7 @@
 
 #include "plot/plot_texts.h"
 #include "support/error.h"
+#include "support/files.h"
 #include "support/plain_text.h"
 #include "support/provenance.h"
 #include "support/templates.h"
@@ -293,12 +294,39 @@ std::string fill_script(const FigureRecipe& recipe, std::string_view catalogue) 
   return fill_template_file(has_template(own) ? own : "plot/figure.gp.mustache", JsonScope(plot));
 }
 
-Figure plot_figure(const Plot& plot, const Wording& wording, const std::filesystem::path& run_folder) {
+namespace {
+
+/// Puts the points of the run before, which lie beside as last-NAME.csv, in grey behind those of this one. Whether
+/// there are any. Those beyond the axes are cut off.
+bool add_last_run(Plot& plot, const std::filesystem::path& figures) {
+  bool any = false;
+  for (Panel& panel : plot.panels) {
+    std::vector<Curve> curves;
+    for (Curve curve : panel.curves) {
+      const std::filesystem::path last = figures / ("last-" + curve.file);
+      if (curve.style.size == 0 || !std::filesystem::is_regular_file(last)) continue;
+      curve.file = std::string(behind) + curve.file;
+      curve.style.colour = "frame";
+      plot.data[curve.file] = read_file(last);
+      curves.push_back(curve);
+    }
+    any = any || !curves.empty();
+    panel.curves.insert(panel.curves.begin(), curves.begin(), curves.end());
+  }
+  return any;
+}
+
+}  // namespace
+
+Figure plot_figure(const Plot& of_this_run, const Wording& wording, const std::filesystem::path& run_folder) {
   const std::filesystem::path folder = "figures";
+  Plot plot = of_this_run;
+  const bool with_last = add_last_run(plot, run_folder / folder);
   Figure figure;
   figure.id = plot.id;
   figure.redraw = fmt::format("cd figures && gnuplot -d {}.gp", plot.id);
   set_captions(figure, wording);
+  if (with_last) figure.caption += " Grey: the run before.";
 
   const FigureRecipe recipe{plot.id, to_json(plot), wording, figure.title, figure.caption};
   GnuplotJob job;
@@ -312,7 +340,7 @@ Figure plot_figure(const Plot& plot, const Wording& wording, const std::filesyst
   job.recipe = recipe_json(recipe);
   job.label = FileLabel{figure.title, figure.redraw, provenance_line(collect_provenance())};
   job.curves = plot.other_curves;
-  for (const Panel& panel : plot.panels) job.curves += static_cast<int>(panel.curves.size());
+  for (const Panel& panel : of_this_run.panels) job.curves += static_cast<int>(panel.curves.size());
   job.narrow_inches = plot.half_width ? 0 : narrow_plot_width_inches;
   try {
     plot_with_gnuplot(job, run_folder / folder);

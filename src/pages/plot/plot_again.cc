@@ -278,7 +278,7 @@ PlottedFigure plot_again(const fs::path& figures, const std::string& id, const F
         script = filled(recipe_file, [&] { return fill_script(*recipe, catalogue_of(style.language)); });
       }
       write_file(scratch.path() / name, script);
-    } else if (name.starts_with(id) && name.ends_with(".csv")) {
+    } else if ((name.starts_with(id) || name.starts_with(std::string(behind) + id)) && name.ends_with(".csv")) {
       write_file(scratch.path() / name, read_file(entry.path()));
     }
   }

@@ -114,7 +114,10 @@ void add_explored_depths(Json& overlay, const Analysis& analysis) {
   for (std::size_t at = text.find('<'); at != std::string::npos; at = text.find('<', at)) {
     text.replace(at, 1, "\\u003c");  // nothing in it ends the element in which it stands
   }
-  overlay["explored"] = data.empty() ? Json(nullptr) : Json{{"data", text}, {"symbol", analysis.scan->symbol}};
+  overlay["explored"] =
+      data.empty()
+          ? Json(nullptr)
+          : Json{{"data", text}, {"symbol", analysis.scan->symbol}, {"figures_of_mu", analysis.scan->symbol == "μ"}};
 }
 
 }  // namespace granuscope

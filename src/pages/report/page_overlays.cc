@@ -116,7 +116,7 @@ std::string report_page(const ReportData& data, const Json& summary, const std::
 
 namespace {
 
-/// A claim keeps its number and the standard error side by side: two cells, the number with the decimals of its error.
+/// A claim keeps its number and the standard error side by side; the page has them as any other number.
 void add_measured(Json& row, const Json& claim, const std::string& pointer) {
   if (!claim.at("measured").is_number() || !claim.at("stderr").is_number()) return;
   const auto value = claim.at("measured").get<double>(), error = claim.at("stderr").get<double>();
@@ -125,13 +125,7 @@ void add_measured(Json& row, const Json& claim, const std::string& pointer) {
     row["measured"] = {{"key", pointer + "/measured"}, {"text", significant(value, 3)}};
     return;
   }
-  const std::string both = plain_value_with_error(value, error);  // "2.538(81)"
-  const std::string number = both.substr(0, both.find('('));
-  const std::size_t point = number.find('.');
-  const std::size_t decimals = point == std::string::npos ? 0 : number.size() - point - 1;
-  row["measured"] = {{"key", pointer + "/measured"}, {"text", number}};
-  row["error"] = {{"key", pointer + "/stderr"},
-                  {"text", format_number(claim.at("stderr"), fmt::format("fixed {}", decimals))}};
+  row["measured"] = {{"key", pointer + "/measured"}, {"text", plain_value_with_error(value, error)}};
 }
 
 }  // namespace
@@ -154,7 +148,7 @@ void add_pull(Json& row, const Json& claim) {
 void add_allowed(Json& row, const Json& claim) {
   if (!claim.at("paper").is_number()) return;
   const double allowed = std::hypot(claim.at("paper_stderr").get<double>(), claim.at("tolerance").get<double>());
-  if (allowed > 0) row["allowed"] = significant(allowed, 2);
+  if (allowed > 0) row["allowed"] = caption_number(allowed, 2);
 }
 
 }  // namespace
@@ -250,13 +244,14 @@ std::string embedded(const Figure& figure, const std::filesystem::path& image, c
 
 constexpr std::size_t most_embedded = 100'000;  ///< bytes of data files of one figure
 
-std::string link(const std::string& to, const std::string& file_name, const std::string& text) {
-  return fmt::format("<a href=\"{}\" download=\"{}\">{}</a>", escape_markup(to), escape_markup(file_name),
+std::string link(const std::string& to, const std::string& file_name, const std::string& text, const char* more = "") {
+  return fmt::format("<a href=\"{}\" download=\"{}\"{}>{}</a>", escape_markup(to), escape_markup(file_name), more,
                      escape_markup(text));
 }
 
-/// Links to the figure's files beside the page. The data stand in the page itself, as long as they are short, so that
-/// they come along where it is sent alone. On paper only the names.
+/// Links to the figure's files beside the page. Script and data stand in the page itself, as long as they are short, so
+/// that they come along where it is sent alone; so does the SVG, which its script takes from the picture. On paper only
+/// the names.
 std::string links_to_files(const Figure& figure, const std::filesystem::path& run_folder, PageMedium medium) {
   const std::string stem = figure.screen.stem().generic_string();
   if (medium == PageMedium::print) return fmt::format("Files: figures/{}.*.", escape_markup(stem));
@@ -266,7 +261,10 @@ std::string links_to_files(const Figure& figure, const std::filesystem::path& ru
   std::string links;
   for (const auto& [unused, file] : files) {
     const std::string kind = file.extension().string();
-    links += link(file.generic_string(), file.filename().string(), kind == ".gp" ? "gnuplot" : upper(kind.substr(1))) +
+    const bool script = kind == ".gp" && std::filesystem::exists(run_folder / file);
+    links += link(script ? data_uri("text/plain", read_file(run_folder / file)) : file.generic_string(),
+                  file.filename().string(), kind == ".gp" ? "gnuplot" : upper(kind.substr(1)),
+                  kind == ".svg" ? " data-plot" : "") +
              " · ";
   }
   std::size_t embedded = 0;
@@ -314,8 +312,15 @@ void add_figures(Json& overlay, const ReportData& data, const std::filesystem::p
          {"width_mm", width ? fmt::format("{:.2f}", std::min(*width, text_width_mm)) : ""},
          {"alternative", figure.alternative},
          {"paper_says", figure.paper_says},
+         {"touched", medium == PageMedium::screen ? figure.touched : ""},
          {"redraw", figure.redraw},
          {"links", figure.is_there() ? links_to_files(figure, run_folder, medium) : ""}});
+  }
+  // A narrow one without another beside it has its caption there.
+  for (std::size_t i = 0, in_row = 0; i < rows.size(); ++i) {
+    in_row = rows[i]["half"] == true ? in_row + 1 : 0;
+    const bool last = i + 1 == rows.size() || rows[i + 1]["half"] == false;
+    rows[i]["alone"] = in_row % 2 == 1 && last;
   }
   overlay["figures"] = rows;
 }

@@ -34,6 +34,16 @@ std::string day_of(const Night& night) { return night.date.substr(0, night.date.
 
 bool was_told(const Alarm& alarm) { return alarm.state == "open" || alarm.state == "passed"; }
 
+template <class Item, class Is>
+const Item* find(const std::vector<Item>& items, Is is) {
+  const auto found = std::ranges::find_if(items, is);
+  return found == items.end() ? nullptr : &*found;
+}
+
+const NightVerdict* verdict_of(const Night& night, const std::string& claim) {
+  return find(night.verdicts, [&](const NightVerdict& one) { return one.claim == claim; });
+}
+
 bool alarms(const Night& night) { return std::ranges::any_of(night.alarms, was_told); }
 
 }  // namespace
@@ -60,6 +70,10 @@ namespace {
 struct Trend {
   std::string name, last;
   std::vector<double> value, error;
+
+  std::string text(std::size_t i) const {
+    return error[i] > 0 ? value_with_error(value[i], error[i]) : significant(value[i], 5);
+  }
 };
 
 struct Scale {
@@ -79,13 +93,14 @@ double place_of(std::size_t i, std::size_t nights) {
                     : margin + static_cast<double>(i) / static_cast<double>(nights - 1) * (width - 2 * margin);
 }
 
-Json drawn(const Trend& trend, const Json& marks) {
+Json drawn(const Trend& trend, const std::vector<Night>& nights, const Json& marks) {
   Scale scale;
   for (std::size_t i = 0; i < trend.value.size(); ++i) {
     scale.add(trend.value[i] - trend.error[i]);
     scale.add(trend.value[i] + trend.error[i]);
   }
   std::string line, upper, lower;
+  Json points = Json::array();
   for (std::size_t i = 0; i < trend.value.size(); ++i) {
     if (!std::isfinite(trend.value[i])) continue;
     const double x = place_of(i, trend.value.size());
@@ -93,8 +108,14 @@ Json drawn(const Trend& trend, const Json& marks) {
     line += point(trend.value[i]);
     upper += point(trend.value[i] + trend.error[i]);
     lower.insert(0, point(trend.value[i] - trend.error[i]));
+    points.push_back({{"x", fmt::format("{:.1f}", x)},
+                      {"y", fmt::format("{:.1f}", scale.place(trend.value[i]))},
+                      {"text", fmt::format("{}, night {}, {} samples: {}", day_of(nights[i]), nights[i].number,
+                                           nights[i].samples, trend.text(i))}});
   }
   return {{"name", trend.name},
+          {"points", points},
+          {"radius", nights.size() > 60 ? "3" : "6"},
           {"last", trend.last},
           {"line", line},
           {"band", upper + lower},
@@ -180,7 +201,18 @@ std::vector<Trend> time_trends(const std::vector<Night>& nights) {
   return trends;
 }
 
-Json row_of(const Night& night, const std::set<std::string>& kept) {
+/// "c-of-mu: not decided → reproduced", of claims whose verdict was another one the night before.
+std::string changed_claims(const Night* before, const Night& now) {
+  std::vector<std::string> changed;
+  for (const NightVerdict& one : now.verdicts) {
+    const NightVerdict* then = before == nullptr ? nullptr : verdict_of(*before, one.claim);
+    if (then != nullptr && then->verdict != one.verdict)
+      changed.push_back(fmt::format("{}: {} → {}", one.claim, then->verdict, one.verdict));
+  }
+  return fmt::format("{}", fmt::join(changed, "; "));
+}
+
+Json row_of(const Night& night, const Night* before, const std::set<std::string>& kept) {
   std::map<std::string, int> verdicts;
   for (const NightVerdict& one : night.verdicts) ++verdicts[one.verdict];
   std::vector<std::string> counted;
@@ -193,6 +225,7 @@ Json row_of(const Night& night, const std::set<std::string>& kept) {
           {"status", alarms(night) ? "alarm" : "fine"},
           {"look", alarms(night) ? "no" : "yes"},
           {"verdicts", fmt::format("{}", fmt::join(counted, ", "))},
+          {"changed", changed_claims(before, night)},
           {"alarms", night.alarms},
           {"report", report},
           {"has_report", !report.empty()}};
@@ -252,10 +285,10 @@ void write_pages(const fs::path& folder, const NightBook& book) {
   std::set<std::string> kept = reports_in(folder);
   std::erase_if(kept, [&](const std::string& name) { return !fs::exists(folder / "reports" / name / "report.html"); });
   Json numbers = Json::array(), times = Json::array(), rows = Json::array(), changes = Json::array();
-  for (const Trend& trend : number_trends(nights)) numbers.push_back(drawn(trend, marks));
-  for (const Trend& trend : time_trends(nights)) times.push_back(drawn(trend, marks));
+  for (const Trend& trend : number_trends(nights)) numbers.push_back(drawn(trend, nights, marks));
+  for (const Trend& trend : time_trends(nights)) times.push_back(drawn(trend, nights, marks));
   for (std::size_t i = nights.size(); i > 0 && rows.size() < nights_in_table; --i)
-    rows.push_back(row_of(nights[i - 1], kept));
+    rows.push_back(row_of(nights[i - 1], i > 1 ? &nights[i - 2] : nullptr, kept));
   const Night& last = nights.back();
   const auto latest =
       std::find_if(nights.rbegin(), nights.rend(), [&](const Night& one) { return kept.contains(one.report); });
@@ -267,7 +300,8 @@ void write_pages(const fs::path& folder, const NightBook& book) {
                         {"nights", rows},
                         {"count", std::to_string(book.count())},
                         {"first", day_of(nights.front())},
-                        {"last", row_of(last, kept)},
+                        {"to", day_of(last)},
+                        {"last", row_of(last, nights.size() > 1 ? &nights[nights.size() - 2] : nullptr, kept)},
                         {"has_alarms", alarms(last)},
                         {"has_latest", latest != nights.rend()}};
   const Json summary = Json::object();
@@ -344,16 +378,6 @@ std::string csv_text(const std::vector<Night>& nights) {
 namespace {
 
 constexpr double edge = 3, edge_width = 1;  // standard errors
-
-template <class Item, class Is>
-const Item* find(const std::vector<Item>& items, Is is) {
-  const auto found = std::ranges::find_if(items, is);
-  return found == items.end() ? nullptr : &*found;
-}
-
-const NightVerdict* verdict_of(const Night& night, const std::string& claim) {
-  return find(night.verdicts, [&](const NightVerdict& one) { return one.claim == claim; });
-}
 
 /// A growing pool decides more and more; only from one decision to the other is a change of what was found.
 bool decides(const NightVerdict& one) {

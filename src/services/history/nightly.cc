@@ -16,6 +16,7 @@
 #include "history/run_record.h"
 #include "pipeline/ensemble_stage.h"
 #include "pipeline/run_folder.h"
+#include "plot/gnuplot.h"
 #include "storage/ensemble_file.h"
 #include "support/error.h"
 #include "support/files.h"
@@ -327,6 +328,7 @@ class NightRun {
     if (!keep_pool_before()) return;
     const std::uint64_t more = samples_of_night(experiment_, options_.grow);
     const Experiment pool = pool_of(experiment_, night_.samples + more);
+    keep_last_points();
     if (!unbroken("the pool", [&] { run(pool, pool_folder(), "pool"); })) return;
     std::map<std::string, NightNumber> pieces = measure_pieces(pool);
     const RunRecord record = read_run(pool_folder());
@@ -351,6 +353,20 @@ class NightRun {
     add_stage_times();
     night_.samples += more;
     report_made_ = true;
+  }
+
+  /// Tonight's figures have the points of the last night behind theirs.
+  void keep_last_points() {
+    const fs::path figures = pool_folder() / "figures";
+    std::vector<fs::path> tables;
+    std::error_code none;
+    for (const auto& entry : fs::directory_iterator(figures, none)) {
+      const std::string name = entry.path().filename();
+      if (name.starts_with("last-")) fs::remove(entry.path(), none);
+      if (entry.path().extension() == ".csv" && !name.starts_with("last-") && !name.starts_with(behind))
+        tables.push_back(entry.path());
+    }
+    for (const fs::path& table : tables) keep_copy(table, figures / ("last-" + table.filename().string()));
   }
 
   void add_stage_times() {

@@ -17,6 +17,7 @@
 #include "render/gl_context.h"
 #include "render/render_pile.h"
 #include "render/scenes.h"
+#include "report/touched_pile.h"
 #include "sampling/sampler.h"
 #include "storage/pile_file.h"
 #include "support/error.h"
@@ -261,6 +262,8 @@ std::vector<PictureOutcome> render_pile_pictures(const Experiment& experiment, c
     pictures.keep("uniform", pair->first);
     pictures.keep("overloaded", pair->second);
   }
+  outcomes.front().figure.touched =
+      touched_pile(pictures.pile(), pair ? &pair->second : nullptr, pair ? &pair->first : nullptr, chains.layers);
   outcomes.front().not_kept = pictures.not_kept();
   const char* const redraw_pair = "granuscope render piles/overloaded.h5 --minus piles/uniform.h5";
   if (chains.response && experiment.sampling.model.is_beads()) {

@@ -350,6 +350,8 @@ class Run {
           add_picture(render_response_field(experiment_, field_, *field_transport_, options_.folder, data_.provenance));
         });
       }
+      // The force chains, a page wide, behind the narrow ones, which fill the page before.
+      if (data_.figures.size() > 1) std::rotate(data_.figures.begin(), data_.figures.begin() + 1, data_.figures.end());
     });
     log_line(options_.progress, "rendered the pictures");
     progress_.finish(seconds_for_pictures);
