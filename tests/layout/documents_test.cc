@@ -96,7 +96,7 @@ TEST_CASE("Documents keep to their budgets of words") {
     CHECK(words_in(text_of(name)) <= static_cast<std::size_t>(most));
   }
   CHECK(words_in(prose_of(text_of("docs/performance.md"))) <= 900);
-  CHECK(words_in(text_of("templates/docs/results.md")) <= 1000);
+  CHECK(words_in(text_of("templates/docs/results.md")) <= 1200);
 }
 
 TEST_CASE("Sentences of documents have at most 22 words on average") {
