@@ -225,11 +225,14 @@ TEST_CASE("What export writes, contacts reads again: the same forces, in balance
   store_pile(pile, "9", "0.4");
   for (const auto& [name, format, part] : {std::tuple{"a.csv", "csv", "contacts"},
                                            {"beads.csv", "csv", "beads"},
+                                           {"a.vtu", "vtu", ""},
                                            {"a.local", "dump-local", "contacts"},
                                            {"beads.dump", "dump-local", "beads"},
                                            {"a.txt", "pegs", "contacts"},
                                            {"beads.txt", "pegs", "beads"}}) {
-    REQUIRE(exported(pile, folder / name, {"--format", format, "--part", part}).code == 0);
+    std::vector<std::string> more{"--format", format};
+    if (*part != '\0') more.insert(more.end(), {"--part", part});
+    REQUIRE(exported(pile, folder / name, more).code == 0);
   }
   const auto numbers = [&](const std::string& contacts, std::vector<std::string> more) {
     more.insert(more.begin(), {"contacts", (folder / contacts).string(), "--json", "--mu", "0.4"});
@@ -253,4 +256,58 @@ TEST_CASE("What export writes, contacts reads again: the same forces, in balance
   CHECK(dump["contacts"] == 2 * 9 * 4);  // without the floor
   CHECK(dump["T_over_N_max"].get<double>() <= 0.4 * (1 + 1e-9));
   CHECK(dump["stress_angle"].get<double>() == Approx(90).margin(20));
+
+  // All that a vtu file says of itself; the picture is that of the table, too.
+  const nlohmann::json vtu = numbers("a.vtu", {"-o", beads("vtu.svg")});
+  for (const auto& [name, value] : table.items()) {
+    INFO(name);
+    if (value.is_number()) CHECK(vtu[name].get<double>() == Approx(value.get<double>()).epsilon(1e-12).margin(1e-13));
+  }
+  (void)numbers("a.csv", {"--particles", beads("beads.csv"), "-o", beads("csv.svg")});
+  const auto drawn = [&](const char* name) {
+    const std::string svg = read_file(folder / name);
+    return svg.substr(svg.find("<path"));
+  };
+  CHECK((drawn("vtu.svg") == drawn("csv.svg")));
+}
+
+TEST_CASE("contacts reads what VTK writes in each of its encodings") {
+  const std::string python = "/usr/bin/python3";
+  if (status_of(python + " -c 'import vtkmodules' 2>/dev/null") != 0) {
+    WARN("no python3-vtk9 here: nothing was tested");
+    return;
+  }
+  const test::TemporaryFolder folder;
+  store_pile(folder / "pile.h5", "9", "0.4");
+  REQUIRE(exported(folder / "pile.h5", folder / "pile.vtu").code == 0);
+  const std::string at = folder.path().string();
+  const auto numbers = [&](const std::string& file) {
+    const CommandResult result = granuscope_command({"contacts", at + "/" + file, "--json", "--mu", "0.4"});
+    INFO(file << result.err);
+    CHECK(result.code == 0);
+    return nlohmann::json::parse(result.out.empty() ? "{}" : result.out);
+  };
+  REQUIRE(status_of(python + " '" GRANUSCOPE_SOURCE_DIR "/tests/cli/write_vtk.py' '" + at + "/pile.vtu' '" + at +
+                    "' >'" + at + "/written'") == 0);
+  const nlohmann::json expected = numbers("pile.vtu");
+  std::ifstream written(folder / "written");
+  std::size_t files = 0;
+  for (std::string name; std::getline(written, name); ++files) {
+    const nlohmann::json found = numbers(name);
+    REQUIRE(found.size() == expected.size());
+    const bool rounded = name.find("legacy-False") == 0;  // plain text of VTK's legacy files has some six digits
+    for (const auto& [key, value] : expected.items()) {
+      INFO(name << ' ' << key);
+      if (!value.is_number()) continue;
+      CHECK(found[key].get<double>() ==
+            Approx(value.get<double>()).epsilon(rounded ? 1e-4 : 1e-12).margin(rounded ? 1e-8 : 1e-12));
+    }
+    // Half of any of them is told to be cut, whatever is missing.
+    const std::string whole = read_file(folder / name);
+    write_file(folder / "cut.vtk", whole.substr(0, whole.size() / 2));
+    const CommandResult cut = granuscope_command({"contacts", at + "/cut.vtk"});
+    INFO(name << ": " << cut.err);
+    CHECK(cut.code == 2);
+  }
+  CHECK(files == 40);
 }

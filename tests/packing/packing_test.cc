@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <map>
@@ -190,6 +191,9 @@ TEST_CASE("Each bad line of contacts is told with its number, all together, up t
        three_discs,
        {"step 8; --step takes"}},
       {"", "", {"there is no line of numbers"}},
+      {"x1,y1,x2,y2,N,T,fx,fy\n0,0,1,0,3,4,5,0\n0,1,1,1,3,4,0,6\n",
+       "",
+       {"line 3: N and T make a force of 5, fx and fy"}},
       {"# nothing\n\n", "", {"there is no line of numbers"}},
       {std::string("a\0b", 3), "", {"it is no text"}},
       {"\x89HDF\r\n", "", {"granuscope export"}},
@@ -263,10 +267,110 @@ TEST_CASE("A scene of a packing hands over each bar once, and all that reach int
       CHECK(met == wanted);
     }
   }
+  spec.window = {{100, 110, 0, 10}};
+  CHECK_THROWS_WITH(build_packing_scene(packing, 0, spec), Contains("beside the packing, which reaches from -2"));
   spec.scene = "friction";
   CHECK_THROWS_WITH(build_packing_scene(packing, std::nan(""), spec), Contains("--mu"));
   spec.scene = "weight";
   CHECK_THROWS_WITH(build_packing_scene(packing, 0.3, spec), Contains("choose forces or friction"));
+}
+
+TEST_CASE("A film has one window and one colour scale over all steps that have contacts") {
+  const test::TemporaryFolder folder;
+  std::string dump;
+  const auto add_step = [&](int step, const std::vector<std::string>& lines) {
+    dump += "ITEM: TIMESTEP\n" + std::to_string(step) + "\nITEM: NUMBER OF ENTRIES\n" + std::to_string(lines.size()) +
+            "\nITEM: BOX BOUNDS ff ff ff\n0 1\n0 1\n0 1\nITEM: ENTRIES x1 y1 z1 x2 y2 z2 id1 id2 periodic fx fy fz\n";
+    for (const std::string& line : lines) dump += line + '\n';
+  };
+  add_step(0, {});
+  add_step(100, {"0 0 0 1 0 0 1 2 0 1 0 0"});
+  add_step(200, {"0 0 0 1.1 0 0 1 2 0 3 0 0", "1.1 0 0 5 0 0 2 3 0 8 0 0"});
+  write_file(folder / "dump", dump);
+  const PackingSource source(
+      {.contacts = folder / "dump", .particles = {}, .columns = {}, .particle_columns = {}, .step = {}});
+  CHECK(source.steps() == std::vector<double>{100, 200});
+  SceneSpec spec;
+  spec.coordinates = Coordinates::packing;
+  const PackingFilm film(source, std::nan(""), spec);
+  REQUIRE(film.frames() == 2);
+  const Scene first = film.scene(0), second = film.scene(1);
+  CHECK(first.extent.x1 == second.extent.x1);
+  CHECK(first.extent.x1 == 5.5);  // in diameters of the first step
+  CHECK(first.plot_height_px == second.plot_height_px);
+  CHECK(first.values.high == second.values.high);
+  CHECK(second.value_max == 2);  // 8 over the mean of 1, 3 and 8
+  std::vector<std::uint8_t> levels;
+  for (const Scene& scene : {first, second}) {
+    scene.elements({-9, 9, -9, 9}, [&](const Element& one) { levels.push_back(one.level); });
+  }
+  REQUIRE(levels.size() == 3);
+  std::sort(levels.begin() + 1, levels.end());  // thick bars may be met first
+  CHECK(levels[0] < levels[1]);
+  CHECK(levels[1] < levels[2]);
+  CHECK_THAT(second.key_title, Contains("step 200"));
+  write_file(folder / "table", "frame,x1,y1,x2,y2,N\n2,0,0,1,0,1\n7,0,0,1,0,2\n");
+  CHECK(PackingFilm(
+            PackingSource(
+                {.contacts = folder / "table", .particles = {}, .columns = {}, .particle_columns = {}, .step = {}}),
+            0, spec)
+            .frames() == 2);
+  write_file(folder / "table", "x1,y1,x2,y2,N\n0,0,1,0,1\n");
+  CHECK_THROWS_WITH(
+      PackingFilm(
+          PackingSource(
+              {.contacts = folder / "table", .particles = {}, .columns = {}, .particle_columns = {}, .step = {}}),
+          0, spec),
+      Contains("one step"));
+}
+
+TEST_CASE("Lines of VTK are contacts, whose points are the particles") {
+  const test::TemporaryFolder folder;
+  const std::string legacy =
+      "# vtk DataFile Version 3.0\nby hand\nASCII\nDATASET POLYDATA\nPOINTS 5 float\n"
+      "0 0 0 1 0 0 1 0 0 2 0 0 7 7 7\nLINES 2 6\n2 0 1\n2 2 3\nCELL_DATA 2\n"
+      "SCALARS forceN float 1\nLOOKUP_TABLE default\n2 2\nVECTORS force float\n2 0 0 2 0.5 0\n"
+      "FIELD more 1\nabsForceT 1 2 float\n0 0.5\n";
+  const Packing packing = packing_of(folder, legacy);
+  REQUIRE(packing.contacts.size() == 2);
+  CHECK(packing.contacts[1].N == 2);
+  CHECK(packing.contacts[1].T == 0.5);
+  CHECK(numbers_of(packing)["particles"] == 3);  // two of the points are at one place
+  CHECK(numbers_of(packing)["rattlers"] == 2);
+  // Upright, and with a name of its own for the normal force.
+  PackingFiles named;
+  named.columns = {"N=press"};
+  const std::string upright =
+      "<VTKFile type=\"PolyData\" byte_order=\"LittleEndian\"><PolyData><Piece NumberOfPoints=\"2\" "
+      "NumberOfLines=\"1\">"
+      "<Points><DataArray type=\"Float32\" NumberOfComponents=\"3\" format=\"ascii\">0 5 0 0 5 1</DataArray></Points>"
+      "<CellData><DataArray type=\"Float32\" Name=\"press\" format=\"ascii\">4</DataArray></CellData><Lines>"
+      "<DataArray type=\"Int32\" Name=\"connectivity\" format=\"ascii\">0 1</DataArray>"
+      "<DataArray type=\"Int32\" Name=\"offsets\" format=\"ascii\">2</DataArray></Lines></Piece></PolyData></VTKFile>";
+  const Packing standing = packing_of(folder, upright, "", named);
+  REQUIRE(standing.contacts.size() == 1);
+  CHECK(standing.contacts[0].branch_y == 1);
+  CHECK(standing.contacts[0].N == 4);
+  const auto changed = [](std::string text, const std::string& from, const std::string& to) {
+    return text.replace(text.find(from), from.size(), to);
+  };
+  for (const auto& [text, told] : std::vector<std::pair<std::string, std::string>>{
+           {changed(legacy, "2 2\nVECTORS", "2 nan\nVECTORS"), "cell 1: a force is no number"},
+           {changed(legacy, "2 2\nVECTORS", "2 x\nVECTORS"), "forcen has fewer numbers"},
+           {changed(legacy, "2 2\nVECTORS", "2 9\nVECTORS"), "cell 1: N and T make a force of 9.01388"},
+           {changed(legacy, "2 2 3", "2 2 9"), "cell 1 has a point 9 of 5"},
+           {changed(legacy, "2 2 3", "2 2 2"), "cell 1: the particle 1 touches itself"},
+           {changed(legacy, "LINES 2 6\n2 0 1\n2 2 3", "VERTICES 2 4\n1 0\n1 1"), "no line of two points"},
+           {changed(legacy, "POLYDATA", "RECTILINEAR_GRID"), "'rectilinear_grid' is not known"},
+           {changed(upright, "PolyData", "ImageData"), "it is ImageData of VTK"},
+           {changed(upright, ">4<", "><"), "press has 0 numbers for 1 cells"},
+           {upright, "needed are the normal force N"}}) {
+    INFO(text);
+    CHECK_THROWS_WITH(packing_of(folder, text), Contains(told));
+  }
+  PackingFiles unknown;
+  unknown.columns = {"N=pressure"};
+  CHECK_THROWS_WITH(packing_of(folder, upright, "", unknown), Contains("of the columns x1, y1") && Contains("press"));
 }
 
 TEST_CASE("The distribution of normal forces adds up to one, and counts its errors") {

@@ -7,6 +7,7 @@
 #include <charconv>
 #include <limits>
 
+#include "packing/vtk_table.h"
 #include "support/error.h"
 #include "support/files.h"
 #include "support/plain_text.h"
@@ -20,7 +21,7 @@ constexpr std::size_t told_problems = 5;
 /// Goes through a text line by line, without the ends of lines of any system.
 class Lines {
  public:
-  explicit Lines(std::string_view text) : rest_(text) {}
+  explicit Lines(std::string_view text, std::size_t before = 0) : rest_(text), number_(before) {}
   bool next(std::string_view& line) {
     if (rest_.empty()) return false;
     const std::size_t end = std::min(rest_.find('\n'), rest_.size());
@@ -31,10 +32,11 @@ class Lines {
     return true;
   }
   std::size_t number() const { return number_; }
+  std::size_t left() const { return rest_.size(); }
 
  private:
   std::string_view rest_;
-  std::size_t number_ = 0;
+  std::size_t number_;
 };
 
 bool is_space(char c) { return c == ' ' || c == '\t'; }
@@ -76,7 +78,8 @@ double number_in(std::string_view cell) {
   return error == std::errc() && end == cell.data() + cell.size() ? number : std::numeric_limits<double>::quiet_NaN();
 }
 
-/// A name of a column without quotes, its unit ("x: m", "x [m]", "x (m)") and capitals.
+}  // namespace
+
 std::string plain_name(std::string_view cell) {
   std::string name;
   for (const char c :
@@ -87,22 +90,44 @@ std::string plain_name(std::string_view cell) {
   return std::string(trimmed(name));
 }
 
+namespace {
+
 std::vector<std::string> names_in(std::string_view line, char separator) {
   std::vector<std::string> names;
   for_each_cell(line, separator, [&](std::string_view cell) { names.push_back(plain_name(cell)); });
   return names;
 }
 
+/// Whether names are given for some columns only: "N=normal_force".
+bool renames(const std::vector<std::string>& given) {
+  return std::ranges::any_of(given, [](const std::string& one) { return one.find('=') != std::string::npos; });
+}
+
+/// Gives the names of "NAME=COLUMN"; a column that had the name loses it.
+void rename(const std::filesystem::path& file, const std::vector<std::string>& given, NumberTable& table) {
+  if (!renames(given)) return;
+  const std::vector<std::string> found = table.columns;
+  for (const std::string& one : given) {
+    const std::size_t equals = one.find('=');
+    const std::string name = plain_name(one.substr(0, equals)),
+                      of = plain_name(one.substr(std::min(equals, one.size() - 1) + 1));
+    const auto at = std::ranges::find(found, of);
+    if (equals == std::string::npos || name.empty() || at == found.end()) {
+      throw InputError(fmt::format("{}: {} names no column; give NAME=COLUMN, of the columns {}", file.string(), one,
+                                   fmt::join(found, ", ")));
+    }
+    std::ranges::replace(table.columns, name, "_" + name);
+    table.columns[static_cast<std::size_t>(at - found.begin())] = name;
+  }
+}
+
 class Reader {
  public:
-  Reader(const std::filesystem::path& file, std::string_view text, const std::vector<std::string>& columns)
-      : file_(file), text_(text), columns_(columns), problems_(file) {}
+  Reader(const std::filesystem::path& file, const ColumnNames& names) : file_(file), names_(names), problems_(file) {}
 
-  NumberTable dump(std::optional<double> wanted) {
-    NumberTable table;
+  /// `lines`: behind the first two of the step.
+  NumberTable dump(Lines lines, NumberTable table) {
     table.dump = table.named = true;
-    const Lines begin = step_at(wanted, table);
-    Lines lines = begin;
     std::string_view line;
     std::size_t rows = 0;
     while (lines.next(line)) {
@@ -135,9 +160,9 @@ class Reader {
     return finished(std::move(table));
   }
 
-  NumberTable plain() {
+  NumberTable plain(std::string_view text) {
     NumberTable table;
-    Lines lines(text_);
+    Lines lines(text);
     char separator = 0;
     std::string_view comment;  // the last one before the numbers, which may hold the names
     for (std::string_view line; lines.next(line);) {
@@ -170,30 +195,6 @@ class Reader {
   }
 
  private:
-  /// Behind the line ITEM: TIMESTEP of the step that is wanted.
-  Lines step_at(std::optional<double> wanted, NumberTable& table) {
-    Lines lines(text_), found(text_);
-    table.steps = 0;
-    std::string steps;
-    bool there = false;
-    for (std::string_view line; lines.next(line);) {
-      if (!line.starts_with("ITEM: TIMESTEP") || !lines.next(line)) continue;
-      const double step = number_in(trimmed(line));
-      if (table.steps++ < told_problems) steps += fmt::format(" {:g}", step);
-      if (wanted && step != *wanted) continue;
-      there = true;
-      found = lines;
-      table.step = step;
-    }
-    if (!there) {
-      throw InputError(
-          wanted ? fmt::format("{}: there is no step {:g} among its {}:{}{}; give one of them", file_.string(), *wanted,
-                               table.steps, steps, table.steps > told_problems ? " ..." : "")
-                 : fmt::format("{}: it begins as a dump of LAMMPS and has no ITEM: TIMESTEP", file_.string()));
-    }
-    return found;
-  }
-
   void read_box(std::string_view header, Lines& lines, NumberTable& table) const {
     std::vector<std::string> flags = names_in(header.substr(16), ' ');
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -212,12 +213,19 @@ class Reader {
     }
   }
 
-  void set_columns(const std::vector<std::string>& names, std::size_t line, NumberTable& table) {
-    if (!columns_.empty() && columns_.size() != names.size()) {
-      throw InputError(fmt::format("{}, line {}: {} columns, and {} names are given: {}", file_.string(), line,
-                                   names.size(), columns_.size(), fmt::join(columns_, ",")));
+  void set_columns(const std::vector<std::string>& found, std::size_t line, NumberTable& table) const {
+    const std::vector<std::string>& given = names_.given;
+    table.columns = found;
+    if (!table.named && given.empty() && found.size() == names_.usual.size()) {
+      table.columns = names_.usual;
+      table.usual = true;
     }
-    table.columns = columns_.empty() ? names : columns_;
+    if (given.empty() || renames(given)) return;
+    if (given.size() != found.size()) {
+      throw InputError(fmt::format("{}, line {}: {} columns, and {} names are given: {}", file_.string(), line,
+                                   found.size(), given.size(), fmt::join(given, ",")));
+    }
+    table.columns = given;
   }
 
   void add_row(std::string_view line, char separator, std::size_t number, NumberTable& table) {
@@ -247,39 +255,90 @@ class Reader {
   }
 
   const std::filesystem::path& file_;
-  std::string_view text_;
-  const std::vector<std::string>& columns_;
+  const ColumnNames& names_;
   LineProblems problems_;
 };
 
 }  // namespace
 
 void LineProblems::add(std::size_t line, std::string_view what) {
-  if (++count_ <= told_problems) told_ += fmt::format("\n  line {}: {}", line, what);
+  if (++count_ <= told_problems) told_ += fmt::format("\n  {} {}: {}", row_name_, line, what);
 }
 
 void LineProblems::raise() const {
   if (count_ == 0) return;
   throw InputError(
       fmt::format("{} cannot be taken as it is:{}{}", file_.string(), told_,
-                  count_ > told_problems ? fmt::format("\n  and {} more lines", count_ - told_problems) : ""));
+                  count_ > told_problems ? fmt::format("\n  and {} more {}s", count_ - told_problems, row_name_) : ""));
 }
 
-NumberTable read_number_table(const std::filesystem::path& file, const std::vector<std::string>& columns,
-                              std::optional<double> step) {
-  const std::string text = read_file(file);
-  if (text.starts_with("\x89HDF")) {
+NumberFile::NumberFile(std::filesystem::path file, ColumnNames names, TableOf part)
+    : file_(std::move(file)), names_(std::move(names)), text_(read_file(file_)) {
+  if (text_.starts_with("ITEM:")) {
+    Lines lines(text_);
+    for (std::string_view line; lines.next(line);) {
+      if (line.starts_with("ITEM: NUMBER OF ") && !steps_.empty() && lines.next(line)) {
+        steps_.back().empty = number_in(trimmed(line)) == 0;
+      }
+      if (!line.starts_with("ITEM: TIMESTEP") || !lines.next(line)) continue;
+      steps_.push_back({number_in(trimmed(line)), text_.size() - lines.left(), lines.number()});
+    }
+    if (!steps_.empty()) return;
+    throw InputError(fmt::format("{}: it begins as a dump of LAMMPS and has no ITEM: TIMESTEP", file_.string()));
+  }
+  if (text_.starts_with("\x89HDF")) {
     throw InputError(
         fmt::format("{}: it is HDF5; `granuscope export` writes the contacts of a pile as a table, and "
                     "`granuscope audit` looks at one",
-                    file.string()));
+                    file_.string()));
   }
-  if (text.find('\0') != std::string::npos) {
-    throw InputError(
-        fmt::format("{}: it is no text; give a table, or a dump of LAMMPS or LIGGGHTS as text", file.string()));
+  NumberTable table;
+  if (is_vtk(text_)) {
+    if (!names_.given.empty() && !renames(names_.given)) {
+      throw InputError(fmt::format("{}: arrays of VTK have names; give NAME=ARRAY for those to be read under another",
+                                   file_.string()));
+    }
+    table = read_vtk_table(file_, text_, part);
+  } else if (text_.find('\0') != std::string::npos) {
+    throw InputError(fmt::format("{}: it is no text; give a table, a dump of LAMMPS or LIGGGHTS as text, or vtu or vtk",
+                                 file_.string()));
+  } else {
+    table = Reader(file_, names_).plain(text_);
   }
-  Reader reader(file, text, columns);
-  return text.starts_with("ITEM:") ? reader.dump(step) : reader.plain();
+  rename(file_, names_.given, table);
+  table_ = std::make_shared<const NumberTable>(std::move(table));
+  text_.clear();
+  text_.shrink_to_fit();
+}
+
+NumberTable NumberFile::dump(std::optional<double> wanted) const {
+  const auto found =
+      std::find_if(steps_.rbegin(), steps_.rend(), [&](const Step& one) { return !wanted || one.step == *wanted; });
+  if (found == steps_.rend()) {
+    std::string told;
+    for (std::size_t k = 0; k < std::min(steps_.size(), told_problems); ++k)
+      told += fmt::format(" {:g}", steps_[k].step);
+    throw InputError(fmt::format("{}: there is no step {:g} among its {}:{}{}; give one of them", file_.string(),
+                                 *wanted, steps_.size(), told, steps_.size() > told_problems ? " ..." : ""));
+  }
+  NumberTable table;
+  table.step = found->step;
+  table.steps = steps_.size();
+  table = Reader(file_, names_).dump(Lines(std::string_view(text_).substr(found->at), found->line), std::move(table));
+  rename(file_, names_.given, table);
+  return table;
+}
+
+std::shared_ptr<const NumberTable> NumberFile::read(std::optional<double> step) const {
+  return table_ != nullptr ? table_ : std::make_shared<const NumberTable>(dump(step));
+}
+
+std::vector<double> NumberFile::steps() const {
+  std::vector<double> steps;
+  for (const Step& one : steps_) {
+    if (!one.empty) steps.push_back(one.step);
+  }
+  return steps;
 }
 
 }  // namespace granuscope

@@ -35,6 +35,7 @@ struct Packing {
   std::size_t steps = 1;          ///< that the file has
   bool sized = false;             ///< mean_diameter is known
   double mean_diameter = 1;       ///< of the particles; of files without radii the median length of a branch
+  double force_unit = 0;          ///< of pictures; 0: the mean normal force
   std::vector<std::string> told;  ///< sentences on what was taken for what
 };
 

@@ -11,8 +11,8 @@
 #include <unordered_map>
 #include <utility>
 
-#include "packing/number_table.h"
 #include "support/error.h"
+#include "support/plain_text.h"
 
 namespace granuscope {
 namespace {
@@ -26,14 +26,15 @@ struct Meaning {
 namespace meaning {
 const Meaning first_id{{"id1", "upper", "i", "particle1", "first"}};
 const Meaning second_id{{"id2", "lower", "j", "particle2", "second"}};
+const Meaning first_point{{"point1"}}, second_point{{"point2"}};  // of VTK's lines
 const Meaning x1{{"x1", "x_upper"}}, y1{{"y1"}}, down1{{"z_upper"}, true};
 const Meaning x2{{"x2"}}, y2{{"y2"}};
 const Meaning branch_x{{"branch_x", "bx"}}, branch_y{{"branch_y", "by"}}, branch_down{{"branch_z"}, true};
-const Meaning normal{{"n", "fn", "f_n", "normal", "normal_force", "fnormal"}};
-const Meaning tangential{{"t", "ft", "f_t", "tangential", "tangential_force", "shear"}};
+const Meaning normal{{"n", "fn", "f_n", "normal", "normal_force", "fnormal", "forcen"}};
+const Meaning tangential{{"t", "ft", "f_t", "tangential", "tangential_force", "shear", "absforcet"}};
 const Meaning force_x{{"fx", "force_x"}}, force_y{{"fy", "force_y"}}, force_down{{"force_z"}, true};
 const Meaning frame{{"frame", "step", "timestep"}};
-const Meaning particle_id{{"id", "bead", "number", "particle", "node"}};
+const Meaning particle_id{{"id", "bead", "number", "particle", "node", "point"}};
 const Meaning x{{"x"}}, y{{"y"}}, down{{"z"}, true};
 const Meaning radius{{"radius", "r"}}, diameter{{"diameter", "d"}};
 }  // namespace meaning
@@ -88,25 +89,15 @@ std::string columns_in(const NumberTable& table) {
                          : "");
 }
 
-/// Reads a table, and gives names to the columns of one that has the form of PeGS' files.
-NumberTable read_named(const std::filesystem::path& file, const std::vector<std::string>& columns,
-                       std::optional<double> step, const std::vector<std::string>& pegs, bool& upside_down,
-                       Packing& packing) {
-  NumberTable table = read_number_table(file, columns, step);
-  upside_down = false;
-  if (columns.empty() && !table.named && table.columns.size() == pegs.size()) {
-    table.columns = pegs;
-    upside_down = true;
-    packing.told.push_back(fmt::format("{} has no names of columns and is taken for a file of PeGS: {}; y counts down",
-                                       file.filename().string(), fmt::join(pegs, ",")));
-  }
-  return table;
+/// What was taken for what in a file whose columns have no names.
+void tell_of_usual_names(const NumberTable& table, const std::filesystem::path& file, Packing& packing) {
+  if (!table.usual) return;
+  packing.told.push_back(fmt::format("{} has no names of columns and is taken for a file of PeGS: {}; y counts down",
+                                     file.filename().string(), fmt::join(table.columns, ",")));
 }
 
-/// Keeps the rows of one frame of a table that has several.
-std::vector<std::size_t> rows_of_frame(const NumberTable& table, const std::filesystem::path& file,
-                                       std::optional<double> wanted, std::optional<double>& taken, std::size_t& steps) {
-  std::vector<std::size_t> rows;
+/// The frames of a table that has several, ascending.
+std::vector<double> frames_of(const NumberTable& table) {
   const Column frames = table.dump ? Column{} : column_of(table, {&meaning::frame});
   std::vector<double> seen;
   for (std::size_t row = 0; frames && row < table.rows(); ++row) {
@@ -114,6 +105,15 @@ std::vector<std::size_t> rows_of_frame(const NumberTable& table, const std::file
   }
   std::sort(seen.begin(), seen.end());
   seen.erase(std::unique(seen.begin(), seen.end()), seen.end());
+  return seen;
+}
+
+/// Keeps the rows of one frame of a table that has several.
+std::vector<std::size_t> rows_of_frame(const NumberTable& table, const std::filesystem::path& file,
+                                       std::optional<double> wanted, std::optional<double>& taken, std::size_t& steps) {
+  std::vector<std::size_t> rows;
+  const Column frames = table.dump ? Column{} : column_of(table, {&meaning::frame});
+  const std::vector<double> seen = frames_of(table);
   taken = table.dump ? table.step : frames ? std::optional(wanted.value_or(seen.back())) : std::nullopt;
   steps = frames ? seen.size() : table.steps;
   if (wanted && !table.dump && (!frames || !std::binary_search(seen.begin(), seen.end(), *wanted))) {
@@ -129,20 +129,23 @@ std::vector<std::size_t> rows_of_frame(const NumberTable& table, const std::file
 
 class PackingReader {
  public:
-  explicit PackingReader(const PackingFiles& files) : files_(files) {}
+  /// `particles`: null where the contacts say where they are. `step` is the one to be read.
+  PackingReader(const PackingFiles& files, const NumberTable& contacts, const NumberTable* particles,
+                std::optional<double> step)
+      : files_(files), contacts_(contacts), particles_(particles), step_(step) {}
 
   Packing read() {
-    if (!files_.particles.empty()) read_particles();
-    read_contacts();
+    if (particles_ != nullptr) read_particles(*particles_);
+    read_contacts(contacts_);
     set_mean_diameter();
     tell_of_long_branches();
     return std::move(packing_);
   }
 
  private:
-  void read_particles() {
-    const NumberTable table =
-        read_named(files_.particles, files_.particle_columns, files_.step, pegs_particles, upside_down_, packing_);
+  void read_particles(const NumberTable& table) {
+    tell_of_usual_names(table, files_.particles, packing_);
+    const bool upside_down = table.usual;
     const Column ids = column_of(table, {&meaning::particle_id}), xs = column_of(table, {&meaning::x}),
                  ys = column_of(table, {&meaning::y, &meaning::down});
     const Column radii = column_of(table, {&meaning::radius}), diameters = column_of(table, {&meaning::diameter});
@@ -151,16 +154,16 @@ class PackingReader {
                                    files_.particles.string(), columns_in(table)));
     }
     periods_ = table.periods;
-    LineProblems problems(files_.particles);
+    LineProblems problems(files_.particles.empty() ? files_.contacts : files_.particles, table.row_name);
     std::optional<double> taken;
     std::size_t steps = 1;
     // Particles that stay in place are told once, for all steps.
     const bool framed = static_cast<bool>(column_of(table, {&meaning::frame}));
-    const std::optional<double> wanted = framed ? files_.step : std::nullopt;
+    const std::optional<double> wanted = framed ? step_ : std::nullopt;
     for (const std::size_t row : rows_of_frame(table, files_.particles, wanted, taken, steps)) {
       Particle one;
       one.x = xs(row);
-      one.y = upside_down_ ? -ys(row) : ys(row);
+      one.y = upside_down ? -ys(row) : ys(row);
       one.radius = radii ? radii(row) : diameters ? diameters(row) / 2 : 0;
       const double id = ids(row);
       if (!std::isfinite(one.x) || !std::isfinite(one.y) || !(one.radius >= 0) || !std::isfinite(one.radius)) {
@@ -184,7 +187,7 @@ class PackingReader {
   std::size_t place_of(std::int64_t id, bool placed, double at_x, double at_y) {
     const auto found = places_.find(id);
     if (found != places_.end()) return found->second;
-    if (!files_.particles.empty()) return PackingContact::wall;
+    if (particles_ != nullptr) return PackingContact::wall;
     places_.emplace(id, packing_.particles.size());
     packing_.particles.push_back({id, placed ? at_x : std::nan(""), placed ? at_y : std::nan(""), 0});
     return packing_.particles.size() - 1;
@@ -208,8 +211,13 @@ class PackingReader {
               column_of(table, {&meaning::branch_x}), column_of(table, {&meaning::branch_y, &meaning::branch_down}),
               column_of(table, {&meaning::normal}),   column_of(table, {&meaning::tangential}),
               column_of(table, {&meaning::force_x}),  column_of(table, {&meaning::force_y, &meaning::force_down})};
+    // Points of VTK's lines are its particles, unless others say what the particles are.
+    if (!(c.id1 && c.id2) && particles_ == nullptr) {
+      c.id1 = column_of(table, {&meaning::first_point});
+      c.id2 = column_of(table, {&meaning::second_point});
+    }
     const bool ids = c.id1 && c.id2;
-    if (!c.N && !(c.forces() && (c.placed() || !files_.particles.empty()))) {
+    if (!c.N && !(c.forces() && (c.placed() || particles_ != nullptr))) {
       throw InputError(
           fmt::format("{}: {}; needed are the normal force N (and T), or fx and fy with places; name them by "
                       "--columns, known are {}",
@@ -224,23 +232,21 @@ class PackingReader {
     return c;
   }
 
-  void read_contacts() {
-    bool upside_down = false;
-    const NumberTable table =
-        read_named(files_.contacts, files_.columns, files_.step, pegs_contacts, upside_down, packing_);
+  void read_contacts(const NumberTable& table) {
+    tell_of_usual_names(table, files_.contacts, packing_);
     for (const std::size_t axis : {0, 1}) {
       if (table.periods[axis]) periods_[axis] = table.periods[axis];
       if (files_.periods[axis]) periods_[axis] = files_.periods[axis];
     }
     const Columns c = columns_of(table);
-    if (c.branch_x && !c.placed() && files_.particles.empty()) {
+    if (c.branch_x && !c.placed() && particles_ == nullptr) {
       packing_.told.emplace_back("branches without x1 and y1 are left alone; --particles says where they begin");
     }
     packing_.tangential = c.T || (c.forces() && !c.N);
-    LineProblems problems(files_.contacts);
+    LineProblems problems(files_.contacts, table.row_name);
     std::unordered_map<std::uint64_t, std::size_t> seen;
     std::vector<std::size_t> lines;
-    for (const std::size_t row : rows_of_frame(table, files_.contacts, files_.step, packing_.step, packing_.steps)) {
+    for (const std::size_t row : rows_of_frame(table, files_.contacts, step_, packing_.step, packing_.steps)) {
       PackingContact one;
       const std::string wrong = contact_in(c, row, one);
       if (!wrong.empty()) {
@@ -259,9 +265,9 @@ class PackingReader {
                                                   std::abs(one.branch_y - side * before.branch_y) <= near);
           if (same_place && (!turned || std::abs(one.N - before.N) > rounded * std::abs(before.N))) {
             problems.add(table.lines[row],
-                         fmt::format("the contact of {} and {} stands in line {}, too{}",
+                         fmt::format("the contact of {} and {} stands in {} {}, too{}",
                                      packing_.particles[one.first].id, packing_.particles[one.second].id,
-                                     lines[at->second], turned ? ", with another normal force" : ""));
+                                     table.row_name, lines[at->second], turned ? ", with another normal force" : ""));
           }
           if (same_place) {
             ++packing_.twins;
@@ -309,7 +315,7 @@ class PackingReader {
         if (one.second == PackingContact::wall) return fmt::format("there is no particle {}", ids[1]);
       }
     }
-    if (!one.placed && !files_.particles.empty() && one.second != PackingContact::wall) {
+    if (!one.placed && particles_ != nullptr && one.second != PackingContact::wall) {
       const Particle &a = packing_.particles[one.first], &b = packing_.particles[one.second];
       one.placed = true;
       one.x = a.x;
@@ -323,6 +329,14 @@ class PackingReader {
     if (c.N) {
       one.N = c.N(row);
       one.T = c.T ? c.T(row) : 0;
+      // Signs are those of either particle; of a force without a column for T no more than its size is known.
+      if (const double force = std::hypot(one.N, one.T); c.forces()) {
+        const double told = std::hypot(c.fx(row), c.fy(row));
+        if (force > told * (1 + rounded) || (c.T && force < told * (1 - rounded))) {
+          return fmt::format("N and T make a force of {:g}, fx and fy one of {:g}; leave out two of these columns",
+                             force, told);
+        }
+      }
     } else if (!one.placed) {
       return "a wall without a place, whose force has no normal part then; give N and T";
     } else {
@@ -378,7 +392,8 @@ class PackingReader {
         return at == PackingContact::wall ? 0 : packing_.particles[at].radius;
       };
       const double touching = radius(one.first) + radius(one.second);
-      const double longest = touching > 0 ? 1.5 * touching : 3 * packing_.mean_diameter;
+      const double longest =
+          touching > 0 && one.second != PackingContact::wall ? 1.5 * touching : 3 * packing_.mean_diameter;
       count += std::hypot(one.branch_x, one.branch_y) > longest ? 1 : 0;
     }
     if (count == 0) return;
@@ -389,10 +404,12 @@ class PackingReader {
   }
 
   const PackingFiles& files_;
+  const NumberTable& contacts_;
+  const NumberTable* particles_;
+  std::optional<double> step_;
   Packing packing_;
   std::unordered_map<std::int64_t, std::size_t> places_;
   std::array<std::optional<double>, 2> periods_{};
-  bool upside_down_ = false;
 };
 
 }  // namespace
@@ -400,6 +417,26 @@ class PackingReader {
 std::string known_contact_columns() { return "id1, id2, x1, y1, x2, y2, branch_x, branch_y, N, T, fx, fy, frame"; }
 std::string known_particle_columns() { return "id, x, y, radius, diameter, frame"; }
 
-Packing read_packing(const PackingFiles& files) { return PackingReader(files).read(); }
+PackingSource::PackingSource(PackingFiles files)
+    : files_(std::move(files)), contacts_(files_.contacts, {files_.columns, pegs_contacts}, TableOf::contacts) {
+  if (!files_.particles.empty()) {
+    particles_.emplace(files_.particles, ColumnNames{files_.particle_columns, pegs_particles}, TableOf::particles);
+  } else if (contacts_.steps().empty() && contacts_.read({})->row_name == "cell") {
+    NumberFile points(files_.contacts, {files_.particle_columns, {}}, TableOf::particles);
+    if (column_of(*points.read({}), {&meaning::radius, &meaning::diameter})) particles_.emplace(std::move(points));
+  }
+}
+
+std::vector<double> PackingSource::steps() const {
+  std::vector<double> steps = contacts_.steps();
+  return steps.empty() ? frames_of(*contacts_.read({})) : steps;
+}
+
+Packing PackingSource::read(std::optional<double> step) const {
+  const auto contacts = contacts_.read(step), particles = particles_ ? particles_->read(step) : nullptr;
+  return PackingReader(files_, *contacts, particles.get(), step).read();
+}
+
+Packing read_packing(const PackingFiles& files) { return PackingSource(files).read(files.step); }
 
 }  // namespace granuscope

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "packing/number_table.h"
 #include "packing/packing.h"
 
 namespace granuscope {
@@ -12,7 +13,8 @@ namespace granuscope {
 struct PackingFiles {
   std::filesystem::path contacts;
   std::filesystem::path particles;                 ///< empty: none, contacts say where they are
-  std::vector<std::string> columns;                ///< names of the columns of `contacts`; empty: as its header says
+  std::vector<std::string> columns;                ///< names of the columns of `contacts`, or NAME=COLUMN for some;
+                                                   ///< empty: as its header says
   std::vector<std::string> particle_columns;       ///< the same of `particles`
   std::optional<double> step;                      ///< of a dump, or frame of a table; none: the last one
   std::array<std::optional<double>, 2> periods{};  ///< of the box in x and y; none: as a dump says, or no period
@@ -22,9 +24,25 @@ struct PackingFiles {
 std::string known_contact_columns();
 std::string known_particle_columns();
 
-/// Reads contacts from `dump local` of LAMMPS or LIGGGHTS, from a table with names of columns (commas, semicolons, tabs
-/// or spaces; a line of units or comments begins with #), or from PeGS' adjacency list, which has none; particles from
-/// `dump custom`, a table, or PeGS' positions. Throws InputError that names up to some lines and what each lacks.
+/// Contacts from `dump local` of LAMMPS or LIGGGHTS, from a table with names of columns (commas, semicolons, tabs or
+/// spaces; a line of units or comments begins with #), from PeGS' adjacency list, which has none, or from VTK (vtu,
+/// vtp, vtk: its lines of two points, whose ends are particles unless arrays of cells name them); particles from `dump
+/// custom`, a table, PeGS' positions, or points of VTK, those of the contacts' file where they have a radius. Files are
+/// read once. All functions throw InputError that names up to some lines and what each lacks.
+class PackingSource {
+ public:
+  explicit PackingSource(PackingFiles files);
+  /// Of a dump, or frames of a table; empty where there is but one.
+  std::vector<double> steps() const;
+  Packing read(std::optional<double> step) const;
+
+ private:
+  PackingFiles files_;
+  NumberFile contacts_;
+  std::optional<NumberFile> particles_;
+};
+
+/// The step of `files`.
 Packing read_packing(const PackingFiles& files);
 
 }  // namespace granuscope

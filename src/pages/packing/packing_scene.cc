@@ -11,11 +11,13 @@
 #include <utility>
 #include <vector>
 
+#include "packing/packing_statistics.h"
 #include "render/decorations.h"
 #include "render/layout.h"
 #include "render/sample_grid.h"
 #include "render/scenes.h"
 #include "support/error.h"
+#include "support/progress.h"
 
 namespace granuscope {
 namespace {
@@ -68,15 +70,8 @@ class Strips {
   std::vector<std::size_t> places_;
 };
 
-/// All that is placed, or the window asked for; z = -y.
+/// All that is placed, or the window asked for, which has to show some of it; z = -y.
 Extent extent_of(const Packing& packing, const SceneSpec& spec) {
-  if (spec.window) {
-    const auto& [x0, x1, y0, y1] = *spec.window;
-    if (!(x1 - x0 >= 1) || !(y1 - y0 >= 1) || !std::isfinite(x1 - x0) || !std::isfinite(y1 - y0)) {
-      throw InputError("the window is empty; it is X0,X1,Y0,Y1 in mean particle diameters, at least one apart each");
-    }
-    return {x0, x1, -y1, -y0};
-  }
   constexpr double far = std::numeric_limits<double>::infinity();
   Extent extent{far, -far, far, -far};
   const auto take = [&](double x, double y, double reach) {
@@ -95,7 +90,19 @@ Extent extent_of(const Packing& packing, const SceneSpec& spec) {
     throw InputError("no contact says where it is; give the file of the particles by --particles");
   }
   const double d = packing.mean_diameter;
-  return {extent.x0 / d, extent.x1 / d, extent.z0 / d, extent.z1 / d};
+  extent = {extent.x0 / d, extent.x1 / d, extent.z0 / d, extent.z1 / d};
+  if (!spec.window) return extent;
+  const auto& [x0, x1, y0, y1] = *spec.window;
+  if (!(x1 - x0 >= 1) || !(y1 - y0 >= 1) || !std::isfinite(x1 - x0) || !std::isfinite(y1 - y0)) {
+    throw InputError("the window is empty; it is X0,X1,Y0,Y1 in mean particle diameters, at least one apart each");
+  }
+  if (x1 < extent.x0 || x0 > extent.x1 || -y0 < extent.z0 || -y1 > extent.z1) {
+    throw InputError(
+        fmt::format("the window lies beside the packing, which reaches from {:.4g} to {:.4g} in x and from {:.4g} to "
+                    "{:.4g} in y, in mean particle diameters ({:.4g} in the file)",
+                    extent.x0, extent.x1, -extent.z1, -extent.z0, d));
+  }
+  return {x0, x1, -y1, -y0};
 }
 
 }  // namespace
@@ -119,8 +126,7 @@ Scene build_packing_scene(const Packing& packing, double mu, const SceneSpec& sp
   scene.plot_height_px = size.height_px;
   scene.pixels_per_diameter = size.pixels_per_diameter;
 
-  double mean = 0;
-  for (const PackingContact& one : packing.contacts) mean += one.N / static_cast<double>(packing.contacts.size());
+  const double mean = packing.force_unit > 0 ? packing.force_unit : mean_force(packing);
   const auto value_of = [&](const PackingContact& one) {
     if (friction) return one.N > 0 ? std::abs(one.T) / (mu * one.N) : 0;
     return mean > 0 ? std::max(one.N / mean, 0.0) : 0;
@@ -170,6 +176,51 @@ Scene build_packing_scene(const Packing& packing, double mu, const SceneSpec& sp
   }
   const auto strips = std::make_shared<const Strips>(std::move(elements), scene.extent);
   scene.elements = [strips](const Extent& region, const Scene::Visit& visit) { strips->visit(region, visit); };
+  return scene;
+}
+
+PackingFilm::PackingFilm(const PackingSource& source, double mu, SceneSpec spec)
+    : source_(source), mu_(mu), spec_(std::move(spec)), steps_(source.steps()) {
+  if (steps_.size() < 2) {
+    throw InputError(
+        "the file has one step, and a film shows several; leave out --film, or join the files of all steps");
+  }
+  Extent all;
+  double sum = 0, contacts = 0, top = 0;
+  for (std::size_t k = 0; k < steps_.size(); ++k) {
+    throw_if_interrupted();
+    const Packing packing = read(k);
+    if (k == 0) diameter_ = packing.mean_diameter;
+    const double mean = mean_force(packing), count = static_cast<double>(packing.contacts.size());
+    const Extent here = extent_of(packing, spec_);
+    all = k == 0 ? here
+                 : Extent{std::min(all.x0, here.x0), std::max(all.x1, here.x1), std::min(all.z0, here.z0),
+                          std::max(all.z1, here.z1)};
+    const Scene scene = build_packing_scene(packing, mu, spec_);
+    sum += mean * count;
+    contacts += count;
+    const double unit = spec_.scene == "friction" ? 1 : mean;
+    top = std::max(top, scene.values.high * unit);
+    value_max_ = std::max(value_max_, scene.value_max * unit);
+  }
+  force_unit_ = sum / contacts;
+  spec_.window = {{all.x0, all.x1, -all.z1, -all.z0}};
+  if (spec_.scene == "friction") return;
+  value_max_ /= force_unit_;
+  if (!spec_.range && force_unit_ > 0) spec_.range = {{0, round_up(top / force_unit_)}};
+}
+
+Packing PackingFilm::read(std::size_t frame) const {
+  Packing packing = source_.read(steps_[frame]);
+  if (diameter_ > 0) packing.mean_diameter = diameter_;
+  packing.force_unit = force_unit_;
+  return packing;
+}
+
+Scene PackingFilm::scene(std::size_t frame) const {
+  Scene scene = build_packing_scene(read(frame), mu_, spec_);
+  scene.value_max = value_max_;
+  scene.key_title += fmt::format(", {} {:g}", label("step"), steps_[frame]);
   return scene;
 }
 

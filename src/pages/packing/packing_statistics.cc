@@ -14,12 +14,6 @@ constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 constexpr double sliding_share = 1e-3, rounding = 1e-6;
 constexpr double bin_width = 0.1, last_bin = 10;
 
-double mean_force(const Packing& packing) {
-  double sum = 0;
-  for (const PackingContact& one : packing.contacts) sum += one.N;
-  return sum / static_cast<double>(packing.contacts.size());
-}
-
 /// The largest eigenvalue of [[xx, xy], [xy, yy]] minus the other, and the angle of its direction from x, degrees.
 struct Anisotropy {
   double difference = 0, angle = 0;
@@ -92,6 +86,12 @@ std::vector<std::size_t> strong_clusters(const Packing& packing, double mean) {
 }
 
 }  // namespace
+
+double mean_force(const Packing& packing) {
+  double sum = 0;
+  for (const PackingContact& one : packing.contacts) sum += one.N;
+  return sum / static_cast<double>(packing.contacts.size());
+}
 
 std::vector<PackingNumber> packing_numbers(const Packing& packing, double mu) {
   const double mean = mean_force(packing), count = static_cast<double>(packing.contacts.size());

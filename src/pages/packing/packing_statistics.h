@@ -13,6 +13,9 @@ struct PackingNumber {
   std::string about;  ///< what it is, with its unit
 };
 
+/// Of the normal forces.
+double mean_force(const Packing& packing);
+
 /// What readers of force networks look at first. `mu`: friction coefficient, not a number if it is not known.
 std::vector<PackingNumber> packing_numbers(const Packing& packing, double mu);
 

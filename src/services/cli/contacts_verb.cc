@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "cli/flag_checks.h"
@@ -36,6 +37,7 @@ struct ContactsOptions {
   OutputFile image;
   PageOptions page;
   SceneSpec scene;
+  FilmOptions film;
 };
 
 std::vector<std::string> names_in(const std::string& list) {
@@ -74,16 +76,32 @@ void write_histogram(const Packing& packing, const ContactsOptions& options) {
   OutputFile{options.histogram, options.image.force}.write(table.text(), {options.contacts, options.particles});
 }
 
-void draw(const Packing& packing, const ContactsOptions& options, VerbContext& context) {
+ImageMetadata metadata_of(const ContactsOptions& options) {
   const auto name = std::filesystem::path(options.contacts).filename().string();
-  const ImageMetadata metadata{{"Title", "contacts of " + single_line(name)},
-                               {"Software", provenance_line(collect_provenance())},
-                               {"Description", fmt::format("{} contacts", packing.contacts.size())}};
+  return {{"Title", "contacts of " + single_line(name)}, {"Software", provenance_line(collect_provenance())}};
+}
+
+void draw(const Packing& packing, const ContactsOptions& options, VerbContext& context) {
+  ImageMetadata metadata = metadata_of(options);
+  metadata.emplace_back("Description", fmt::format("{} contacts", packing.contacts.size()));
   const Scene scene = build_packing_scene(packing, options.mu, options.scene);
   render_scene(scene, options.scene, options.image.path, metadata);
   context.wrote(options.image.path,
                 fmt::format(": {} contacts drawn, {} outside or without a place, {} too faint to be seen",
                             scene.counts.drawn, scene.counts.outside, scene.counts.too_faint));
+}
+
+void draw_film(const PackingSource& source, ContactsOptions options, VerbContext& context) {
+  options.scene.backend = "none";
+  options.film.force = options.image.force;
+  const PackingFilm film(source, options.mu, options.scene);
+  write_film(
+      options.film, film.frames(), false, fmt::format("{} frames", film.frames()),
+      [&](std::size_t frame) {
+        render_scene(film.scene(frame), film.spec(), std::filesystem::path(options.film.folder) / Film::name_of(frame),
+                     metadata_of(options));
+      },
+      context);
 }
 
 ExitCode show_contacts(ContactsOptions options, VerbContext& context) {
@@ -115,12 +133,17 @@ ExitCode show_contacts(ContactsOptions options, VerbContext& context) {
   std::error_code none;
   const auto bytes = std::filesystem::file_size(options.contacts, none);
   if (!none) require_memory(memory_of_text * static_cast<double>(bytes));
-  const Packing packing = read_packing({options.contacts,
-                                        options.particles,
-                                        names_in(options.columns),
-                                        names_in(options.particle_columns),
-                                        options.step,
-                                        {options.period_x, options.period_y}});
+  const PackingSource source({options.contacts,
+                              options.particles,
+                              names_in(options.columns),
+                              names_in(options.particle_columns),
+                              options.step,
+                              {options.period_x, options.period_y}});
+  if (!options.film.folder.empty()) {
+    draw_film(source, std::move(options), context);
+    return ExitCode::done;
+  }
+  const Packing packing = source.read(options.step);
   for (const std::string& told : packing.told) context.err << single_line(told) << '\n';
   if (packing.steps > 1 && packing.step) {
     context.err << fmt::format("step {:g} is taken, of {}; --step takes another\n", *packing.step, packing.steps);
@@ -138,20 +161,23 @@ ExitCode show_contacts(ContactsOptions options, VerbContext& context) {
 
 void add_contacts_verb(CLI::App& app, VerbContext& context) {
   CLI::App* verb = app.add_subcommand(
-      "contacts", "Tell the statistics of somebody's contact forces (LAMMPS, LIGGGHTS, PeGS, tables), and draw them");
+      "contacts",
+      "Tell the statistics of somebody's contact forces (LAMMPS, LIGGGHTS, YADE, PeGS, VTK, tables), and draw them");
   const auto options = std::make_shared<ContactsOptions>();
-  verb->add_option(
-          "FILE", options->contacts,
-          "contacts: a `dump local` of LAMMPS or LIGGGHTS, a table with names of columns, or PeGS' adjacency list")
+  verb->add_option("FILE", options->contacts,
+                   "contacts: a `dump local` of LAMMPS or LIGGGHTS, a table with names of columns, PeGS' adjacency "
+                   "list, or lines "
+                   "with arrays of cells in a file of VTK (.vtu, .vtp, .vtk)")
       ->required();
   add_output(*verb, "IMAGE,-o,--image", options->image, "draw the contacts, too: .png, .svg or .pdf");
   verb->add_option(
       "--particles", options->particles,
-      "particles, where contacts name them by number only or radii are to be seen: `dump custom`, a table, or "
-      "PeGS' positions");
+      "particles, where contacts name them by number only or radii are to be seen: `dump custom`, a table, PeGS' "
+      "positions, or points in a file of VTK");
   verb->add_option(
       "--columns", options->columns,
-      "names of the columns of FILE, with commas between, where it has none or others; known are " +
+      "names of the columns of FILE, with commas between, where it has none or others, or NAME=COLUMN for some; known "
+      "are " +
           known_contact_columns() +
           "; any other name is left alone. N > 0 presses; T > 0 turns the force on the second particle, pushed "
           "along the line from the first, to the left (y up)");
@@ -177,7 +203,21 @@ void add_contacts_verb(CLI::App& app, VerbContext& context) {
                    "none: the processor paints, the quickest for thin bars; auto, osmesa or egl: to the same pixels")
       ->capture_default_str();
   verb->add_flag("--transparent", options->transparent, "no page behind the picture");
+  verb->add_option("--film", options->film.folder,
+                   "folder: instead of all else a picture of each step, in one window with one colour scale");
+  verb->add_option("-j,--threads", options->film.threads, "of a film: threads, 0 for all; never changes a pixel")
+      ->capture_default_str()
+      ->check(CLI::Range(0, 4096));
   verb->callback([options, verb, &context] {
+    if (!options->film.folder.empty()) {
+      for (const char* flag : {"--image", "--histogram", "--json", "--step", "--backend"}) {
+        if (verb->count(flag) == 0) continue;
+        throw CLI::ValidationError(
+            fmt::format("{} has no meaning for a film, which shows all steps; leave it out", flag));
+      }
+      if (verb->count("--width") == 0) options->scene.width_px = film_width_px;
+      if (verb->count("--dpi") == 0) options->scene.dpi = film_dpi;
+    }
     options->has_mu = verb->count("--mu") > 0;
     context.action = [options, &context] { return show_contacts(*options, context); };
   });

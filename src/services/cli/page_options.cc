@@ -5,16 +5,22 @@
 
 #include <algorithm>
 #include <charconv>
+#include <chrono>
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
 #include <initializer_list>
 #include <string_view>
 
+#include "ensemble/ensemble_runner.h"
 #include "plot/plot_texts.h"
 #include "render/decorations.h"
 #include "render/font.h"
+#include "render/render_pile.h"
 #include "support/error.h"
+#include "support/files.h"
 #include "support/plain_text.h"
+#include "support/progress.h"
 
 namespace granuscope {
 namespace {
@@ -111,6 +117,49 @@ void apply_page(PageOptions& page, SceneSpec& scene, VerbContext& context) {
   if (match->is_substitute) tell_substitute(page.font, match->family, context);
   page.font = match->family;
   scene.font_file = match->file;
+}
+
+namespace {
+
+/// Frames of another film would be taken for some of this one.
+void require_no_other_frames(const std::filesystem::path& folder, std::size_t frames, bool force) {
+  std::error_code none;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, none)) {
+    const std::string name = entry.path().filename().string();
+    if (!name.starts_with("frame-") || entry.path().extension() != ".png") continue;
+    if (name < Film::name_of(frames).string()) {
+      if (!force) require_replaceable(entry.path());
+      continue;
+    }
+    throw InputError(
+        "{}: this is a frame of another film, which would be mixed with the {} frames of this one; take it away or "
+        "choose another --film",
+        entry.path().string(), frames);
+  }
+}
+
+}  // namespace
+
+void write_film(const FilmOptions& options, std::size_t frames, bool even, const std::string& what,
+                const std::function<void(std::size_t)>& frame, VerbContext& context) {
+  const std::filesystem::path folder = options.folder;
+  make_folder(folder);
+  require_no_other_frames(folder, frames, options.force);
+  const auto start = std::chrono::steady_clock::now();
+  try {
+    for_each_index(frames, options.threads, [&](std::size_t one) {
+      throw_if_interrupted();
+      frame(one);
+    });
+  } catch (const Interrupted&) {
+    throw Interrupted("stopped on request: each frame that is there is whole, and the same command renders them all");
+  }
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  context.wrote(fmt::format("{} to {} ({:.0f} a second); a video of them:", what, options.folder,
+                            static_cast<double>(frames) / seconds));
+  context.err << fmt::format("  ffmpeg -framerate 25 -i {} {}-pix_fmt yuv420p film.mp4\n",
+                             shell_word(CLI::detail::find_and_replace(folder.string(), "%", "%%") + "/frame-%05d.png"),
+                             even ? "" : "-vf 'pad=ceil(iw/2)*2:ceil(ih/2)*2' ");  // no yuv420p has odd sides
 }
 
 }  // namespace granuscope

@@ -1,5 +1,7 @@
 #pragma once
 #include <array>
+#include <cstddef>
+#include <functional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -27,6 +29,21 @@ bool parse_numbers(std::string_view text, std::span<double> numbers);
 
 /// "LOW,HIGH" of a colour scale.
 std::array<double, 2> parse_range(std::string_view text);
+
+/// Of a film, unless asked for otherwise: what a screen shows, with text to be read there.
+inline constexpr int film_width_px = 1280;
+inline constexpr double film_dpi = 110;
+
+/// Where the frames of a film go, and by how many threads.
+struct FilmOptions {
+  std::string folder;
+  int threads = 0;
+  bool force = false;
+};
+/// Lets `frame` write each frame, and tells `what` was written and how a video is made of it, of any size or of one
+/// with `even` sides. Throws InputError if the folder has frames of another film, Interrupted.
+void write_film(const FilmOptions& options, std::size_t frames, bool even, const std::string& what,
+                const std::function<void(std::size_t)>& frame, VerbContext& context);
 
 /// Width, font, size and language of the text of a picture.
 void apply_page(PageOptions& page, SceneSpec& scene, VerbContext& context);

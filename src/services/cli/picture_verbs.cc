@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -138,10 +137,6 @@ void add_figure_verb(CLI::App& app, VerbContext& context) {
 
 namespace {
 
-/// Of a film, unless asked for otherwise: what a screen shows, with text to be read there.
-constexpr int film_width_px = 1280;
-constexpr double film_dpi = 110;
-
 struct RenderOptions {
   std::string pile_file;
   std::string minus_file;
@@ -153,9 +148,8 @@ struct RenderOptions {
   bool no_skip = false;
   bool statistics = false;
   SceneSpec scene;
-  std::string film_folder;
   FilmSpec film;
-  int threads = 0;
+  FilmOptions frames;
 };
 
 /// "X0,X1,N0,N1".
@@ -174,7 +168,7 @@ ImageMetadata metadata_for(const RenderOptions& options, const std::string& show
   const SceneSpec& scene = options.scene;
   std::string command = "granuscope render " + name_of(options.pile_file);
   if (!options.minus_file.empty()) command += " --minus " + name_of(options.minus_file);
-  command += options.film_folder.empty()
+  command += options.frames.folder.empty()
                  ? std::string(" --image IMAGE")
                  : fmt::format(" --film DIR --height {} --step {}", options.film.height_px, options.film.step);
   command += fmt::format(" --scene {} --width {} --dpi {}", scene.scene, scene.width_px, exact(scene.dpi));
@@ -201,23 +195,6 @@ SceneStatistics render_ensemble(const RenderOptions& options, const std::string&
                       metadata_for(options, "mean response"));
 }
 
-/// Frames of another film would be taken for some of this one.
-void require_no_other_frames(const std::filesystem::path& folder, std::size_t frames, bool force) {
-  std::error_code none;
-  for (const auto& entry : std::filesystem::directory_iterator(folder, none)) {
-    const std::string name = entry.path().filename().string();
-    if (!name.starts_with("frame-") || entry.path().extension() != ".png") continue;
-    if (name < Film::name_of(frames).string()) {
-      if (!force) require_replaceable(entry.path());
-      continue;
-    }
-    throw InputError(
-        "{}: this is a frame of another film, which would be mixed with the {} frames of this one; take it away or "
-        "choose another --film",
-        entry.path().string(), frames);
-  }
-}
-
 ExitCode render_film(RenderOptions options, VerbContext& context) {
   if (!configuration_if_ensemble(options.pile_file).empty()) {
     throw InputError("{} is an ensemble, of which there is one picture; a film slides down a pile", options.pile_file);
@@ -228,25 +205,11 @@ ExitCode render_film(RenderOptions options, VerbContext& context) {
   options.film.scene = options.scene;
   options.image.path = Film::name_of(0);
   const Film film(pile, minus ? &*minus : nullptr, options.film, metadata_for(options, options.scene.scene));
-  const std::filesystem::path folder = options.film_folder;
-  make_folder(folder);
-  require_no_other_frames(folder, film.frames(), options.image.force);
-  const auto start = std::chrono::steady_clock::now();
-  try {
-    for_each_index(film.frames(), options.threads, [&](std::size_t frame) {
-      throw_if_interrupted();
-      film.render(frame, folder);
-    });
-  } catch (const Interrupted&) {
-    throw Interrupted("stopped on request: each frame that is there is whole, and the same command renders them all");
-  }
-  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  const bool odd = options.scene.width_px % 2 != 0 || options.film.height_px % 2 != 0;  // no yuv420p has such sides
-  context.wrote(fmt::format("{} frames of {} layers each to {} ({:.0f} a second); a video of them:", film.frames(),
-                            film.layers_seen(), options.film_folder, static_cast<double>(film.frames()) / seconds));
-  context.err << fmt::format("  ffmpeg -framerate 25 -i {} {}-pix_fmt yuv420p film.mp4\n",
-                             shell_word(CLI::detail::find_and_replace(folder.string(), "%", "%%") + "/frame-%05d.png"),
-                             odd ? "-vf 'pad=ceil(iw/2)*2:ceil(ih/2)*2' " : "");
+  options.frames.force = options.image.force;
+  write_film(
+      options.frames, film.frames(), options.scene.width_px % 2 == 0 && options.film.height_px % 2 == 0,
+      fmt::format("{} frames of {} layers each", film.frames(), film.layers_seen()),
+      [&](std::size_t frame) { film.render(frame, options.frames.folder); }, context);
   return ExitCode::done;
 }
 
@@ -271,7 +234,7 @@ ExitCode render(RenderOptions options, VerbContext& context) {
   if (!options.range.empty()) options.scene.range = parse_range(options.range);
   options.scene.skip_invisible = !options.no_skip;
   if (options.transparent) options.scene.background = Background::transparent;
-  if (!options.film_folder.empty()) return render_film(options, context);
+  if (!options.frames.folder.empty()) return render_film(options, context);
   if (!options.image.asked()) {
     throw InputError("no picture is named; give IMAGE.png after the pile, or --film DIR for a film");
   }
@@ -329,13 +292,13 @@ void add_render_verb(CLI::App& app, VerbContext& context) {
   verb->add_option("--backend", scene.backend,
                    "how OpenGL is reached: auto, osmesa or egl; none: the processor paints, to the same pixels")
       ->capture_default_str();
-  verb->add_option("--film", options->film_folder,
+  verb->add_option("--film", options->frames.folder,
                    "folder: instead of a picture, numbered frames of a window that slides down the pile (--window: all "
                    "that is seen; 1280 pixels wide and 110 dpi unless given)");
   verb->add_option("--height", options->film.height_px, "of a film: height of a frame in pixels")
       ->capture_default_str();
   verb->add_option("--step", options->film.step, "of a film: layers from frame to frame")->capture_default_str();
-  verb->add_option("-j,--threads", options->threads, "of a film: threads, 0 for all; never changes a pixel")
+  verb->add_option("-j,--threads", options->frames.threads, "of a film: threads, 0 for all; never changes a pixel")
       ->capture_default_str()
       ->check(CLI::Range(0, 4096));
   verb->add_flag("--transparent", options->transparent, "no page behind the picture");
@@ -343,7 +306,7 @@ void add_render_verb(CLI::App& app, VerbContext& context) {
   verb->add_flag("--statistics", options->statistics,
                  "print one JSON object on standard output and nothing else there");
   verb->callback([options, verb, &context] {
-    if (!options->film_folder.empty()) {
+    if (!options->frames.folder.empty()) {
       for (const char* flag : {"--image", "--statistics", "--backend"}) {
         if (verb->count(flag) == 0) continue;
         throw CLI::ValidationError(fmt::format(
