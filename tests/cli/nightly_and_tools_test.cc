@@ -203,7 +203,23 @@ def referred(value):
         for one in value: yield from referred(one)
 for id in referred(crate['@graph']): assert id in graph or id.startswith('https://w3id.org/'), id
 run, program = graph['#run'], graph['#granuscope']
-assert run['instrument'] == {'@id': '#granuscope'} and run['object'] == {'@id': 'experiment.toml'}
+assert run['instrument'] == {'@id': '#granuscope'} and run['object'] == [{'@id': 'experiment.toml'}]
+# Process Run Crate 0.5
+assert root['conformsTo'] == {'@id': 'https://w3id.org/ro/wfrun/process/0.5'}
+assert graph[root['conformsTo']['@id']]['version'] == '0.5'
+assert run['@type'] == 'CreateAction' and run['actionStatus'] == 'http://schema.org/CompletedActionStatus'
+assert '2020' < run['startTime'] <= run['endTime']
+assert run.get('agent') == root.get('author')
+assert ('version' in program) + ('softwareVersion' in program) == 1
+# codecheck.yml names each figure once, with its data, and all of it is there.
+codecheck = archive.read('codecheck.yml').decode()
+assert codecheck.startswith('---\n')
+named = [line.split('file: ')[1] for line in codecheck.splitlines() if 'file: ' in line]
+assert set(named) <= set(names) and len(named) == len(set(named)), named
+figures = {name.rsplit('.', 1)[0] for name in names if name.startswith('figures/') and not name.endswith('-narrow.svg')
+           and name.endswith(('.svg', '.png'))}
+assert all(any(one.startswith(figure + '.') for one in named) for figure in figures), (figures, named)
+assert {name for name in names if name.endswith('.csv')} <= set(named) and 'summary.json' in named
 print(root['name'], '|', root['license']['@id'], '|', [graph[one['@id']] for one in root.get('author', [])])
 print(run['description'], '|', program['softwareVersion'], '|', len([n for n in names if n.startswith('ensembles/')]))
 )";
@@ -244,7 +260,7 @@ TEST_CASE("A packed run is a research object: hashes, authors, licence, command 
   CHECK_THAT(told, Contains("'givenName': 'Ada', 'familyName': 'Müller', 'affiliation': 'Institute of Sand'"));
   CHECK_THAT(told, Contains("'@id': 'https://orcid.org/0000-0001-2345-6789', '@type': 'Person', 'name': 'Ada Müller'"));
   CHECK_THAT(told, Contains("'@type': 'Organization', 'name': 'The pile group'"));
-  CHECK_THAT(told, Contains("granuscope run experiment.toml --out . | commit ") && Contains(" | 0\n"));
+  CHECK_THAT(told, Contains("granuscope run experiment.toml --out . | 0.1.0 (commit ") && Contains(" | 0\n"));
   REQUIRE(packed(again).code == 0);
   CHECK((read_file(archive) == read_file(again)));
   REQUIRE(packed(again, {"--with-ensembles"}).code == 0);
@@ -276,6 +292,27 @@ TEST_CASE("A packed run is a research object: hashes, authors, licence, command 
   REQUIRE(packed(again).code == 0);
   crate = run_process(unzip).standard_output;
   CHECK_THAT(crate, Contains("https://example.org/own") && !Contains("No licence is stated"));
+
+  // Sources are those of the commit that made the run, or none.
+  const CommandResult elsewhere = packed(again, {"--with-sources", scratch.path().string()});
+  CHECK(elsewhere.code == 2);
+  CHECK_THAT(elsewhere.err, Contains("git finds no commit"));
+  const std::string commit = nlohmann::json::parse(read_file(out / "manifest.json"))["provenance"]["git_commit"];
+  ProcessSpec known;
+  known.arguments = {"git", "-C", GRANUSCOPE_SOURCE_DIR, "cat-file", "-e", commit};
+  if (run_process(known).exit_code == 0) {
+    REQUIRE(packed(again, {"--with-sources", GRANUSCOPE_SOURCE_DIR}).code == 0);
+    (void)told_by(again);
+    ProcessSpec list;
+    list.arguments = {"python3", "-c",
+                      "import io, sys, tarfile, zipfile; print(tarfile.open(fileobj=io.BytesIO(zipfile.ZipFile("
+                      "sys.argv[1]).read('sources.tar.gz'))).getnames())",
+                      again.string()};
+    CHECK_THAT(run_process(list).standard_output,
+               Contains("granuscope-" + commit.substr(0, 12) + "/src/pages/report/citation.cc"));
+  } else {
+    WARN("the program's commit is not in the repository: no sources were packed");
+  }
 
   const auto refused = [&](const std::string& words) {
     const CommandResult result = packed(again);
@@ -311,6 +348,51 @@ TEST_CASE("A packed run is a research object: hashes, authors, licence, command 
   fs::remove(out / "manifest.json");
   refused("no manifest.json");
   CHECK((read_file(archive) != read_file(again)));  // what was there is not lost by what is refused
+}
+
+TEST_CASE("An article has title, numbers and figures of its run, and LaTeX sets it") {
+  const test::TemporaryFolder scratch;
+  const fs::path out = finished_run(scratch), target = scratch / "article";
+  write_file(scratch / "CITATION.cff",
+             "authors:\n  - name: \"A & B_C: \\\"50%\\\" 漢\"\n    orcid: 0000-0001-2345-6789\n");
+  const auto article = [&] {
+    return granuscope_command(
+        {"article", out.string(), "-o", target.string(), "--citation", (scratch / "CITATION.cff").string()});
+  };
+  const CommandResult written = article();
+  INFO(written.err);
+  REQUIRE(written.code == 0);
+  CHECK(article().code == 2);  // the folder has files by now
+  const auto summary = nlohmann::json::parse(read_file(out / "summary.json"));
+  bool failed = false;
+  for (const auto& claim : summary["claims"]) {
+    failed = failed || (claim["verdict"] == "not reproduced" && claim["beyond_paper"] == false);
+  }
+  const std::string metadata = read_file(target / "metadata.yaml"), content = read_file(target / "content.tex");
+  CHECK_THAT(metadata, Contains(failed ? "title: \"[¬Re] Stress" : "title: \"[Re] Stress"));
+  CHECK_THAT(metadata, Contains("name: \"A & B_C: \\\"50%\\\" 漢\"") && Contains("orcid: \"0000-0001-2345-6789\""));
+  for (const auto& figure : summary["figures"]) {
+    CHECK_THAT(content, Contains("{figures/" + figure["id"].get<std::string>() + "."));
+  }
+  for (const auto& claim : summary["claims"]) {
+    if (!claim["measured"].is_null()) {
+      CHECK_THAT(content, Contains("\\granuscope{claims/" + claim["id"].get<std::string>() + "/measured}"));
+    }
+  }
+  ProcessSpec latex;
+  latex.arguments = {"pdflatex", "-interaction=nonstopmode", "-halt-on-error", "article.tex"};
+  latex.working_folder = target;
+  if (!find_program("pdflatex")) {
+    WARN("no pdflatex here: the article was not set");
+    return;
+  }
+  for (int pass = 0; pass < 2; ++pass) {
+    const ProcessResult set = run_process(latex);
+    INFO(set.standard_output);
+    REQUIRE(set.exit_code == 0);
+    if (pass == 1) CHECK_THAT(set.standard_output, !Contains("undefined"));
+  }
+  CHECK(fs::file_size(target / "article.pdf") > 20'000);
 }
 
 TEST_CASE("An archive appears whole or not at all") {

@@ -93,6 +93,9 @@ std::vector<std::string> plots_in(const std::filesystem::path& figures);
 /// recipe that is not there or a style that cannot be, EnvironmentError as plot_with_gnuplot does.
 PlottedFigure plot_again(const std::filesystem::path& figures, const std::string& id, const FigureStyle& style);
 
+/// Text with the Greek letters, raised figures and other signs of this program's texts in TeX's own mathematics.
+std::string signs_in_tex(std::string text);
+
 /// Text as a gnuplot string that nothing inside can leave: in single quotes, ' doubled, line breaks and other control
 /// characters made spaces (and a space put before a leading '). To be set with noenhanced.
 std::string gnuplot_string(std::string_view text);

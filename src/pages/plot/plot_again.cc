@@ -51,21 +51,10 @@ void require_possible(const FigureStyle& style) {
   }
 }
 
-/// What stands in the scripts as Unicode or as gnuplot's markup, in TeX's own mathematics.
-std::string in_tex(std::string text) {
-  // gnuplot's own marks of what stands lower or higher: a sign or a group in braces.
-  for (std::size_t at = text.find_first_of("_^"); at != std::string::npos; at = text.find_first_of("_^", at)) {
-    const bool group = at + 1 < text.size() && text[at + 1] == '{';
-    std::size_t end = group ? text.find('}', at) : at + 2;
-    if (end == std::string::npos) break;
-    while (!group && end < text.size() && (static_cast<unsigned char>(text[end]) & 0xC0) == 0x80) ++end;  // of one sign
-    const std::string inside = group ? text.substr(at + 2, end - at - 2) : text.substr(at + 1, end - at - 1);
-    const std::string tex = group ? fmt::format("\\ensuremath{{{}\\mathrm{{{}}}}}", text[at], inside)
-                                  : fmt::format("\\ensuremath{{{}{}}}", text[at], inside);
-    text.replace(at, (group ? end + 1 : end) - at, tex);
-    at += tex.size();
-  }
-  std::vector<std::pair<std::string, std::string>> signs = {{"{/:Italic ", "\\textit{"}, {"–", "--"}, {"’", "'"}};
+}  // namespace
+
+std::string signs_in_tex(std::string text) {
+  std::vector<std::pair<std::string, std::string>> signs = {{"–", "--"}, {"’", "'"}};
   // Each sign before what the mathematics of TeX calls it.
   std::istringstream mathematics(
       "α \\alpha β \\beta γ \\gamma δ \\delta Δ \\Delta ε \\varepsilon μ \\mu σ \\sigma τ \\tau χ \\chi "
@@ -82,6 +71,30 @@ std::string in_tex(std::string text) {
   return text;
 }
 
+namespace {
+
+constexpr const char* italic = "{/:Italic ";
+
+/// What stands in the scripts as Unicode or as gnuplot's markup, in TeX's own mathematics.
+std::string script_in_tex(std::string text) {
+  // gnuplot's own marks of what stands lower or higher: a sign or a group in braces.
+  for (std::size_t at = text.find_first_of("_^"); at != std::string::npos; at = text.find_first_of("_^", at)) {
+    const bool group = at + 1 < text.size() && text[at + 1] == '{';
+    std::size_t end = group ? text.find('}', at) : at + 2;
+    if (end == std::string::npos) break;
+    while (!group && end < text.size() && (static_cast<unsigned char>(text[end]) & 0xC0) == 0x80) ++end;  // of one sign
+    const std::string inside = group ? text.substr(at + 2, end - at - 2) : text.substr(at + 1, end - at - 1);
+    const std::string tex = group ? fmt::format("\\ensuremath{{{}\\mathrm{{{}}}}}", text[at], inside)
+                                  : fmt::format("\\ensuremath{{{}{}}}", text[at], inside);
+    text.replace(at, (group ? end + 1 : end) - at, tex);
+    at += tex.size();
+  }
+  for (std::size_t at = text.find(italic); at != std::string::npos; at = text.find(italic, at)) {
+    text.replace(at, std::string_view(italic).size(), "\\textit{");
+  }
+  return signs_in_tex(std::move(text));
+}
+
 /// gnuplot's TikZ writes a text into the last pair of braces of a line that begins with \node, as it stands; and the
 /// moment into a comment.
 std::string with_tex_texts(const std::string& tikz) {
@@ -95,7 +108,7 @@ std::string with_tex_texts(const std::string& tikz) {
     if (line.starts_with("\\node") && at != std::string::npos && open != std::string::npos) {
       std::string text = line.substr(open);
       for (std::size_t i = text.find('%'); i != std::string::npos; i = text.find('%', i + 2)) text.insert(i, "\\");
-      line = line.substr(0, open) + in_tex(text);
+      line = line.substr(0, open) + script_in_tex(text);
     }
     if (!line.starts_with("%% ") || line.starts_with("%% generated")) result += line;
   }

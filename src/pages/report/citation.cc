@@ -10,14 +10,17 @@
 #include <cstdio>
 #include <ctime>
 #include <memory>
+#include <set>
 #include <utility>
 #include <vector>
 
+#include "plot/gnuplot.h"
 #include "report/clean_json.h"
 #include "report/run_files.h"
 #include "support/error.h"
 #include "support/files.h"
 #include "support/plain_text.h"
+#include "support/process.h"
 #include "support/progress.h"
 
 namespace granuscope {
@@ -155,11 +158,13 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 constexpr const char* metadata_name = "ro-crate-metadata.json";
-constexpr const char* manifest_name = "manifest.json";
+constexpr const char *manifest_name = "manifest.json", *experiment_name = "experiment.toml";
+constexpr const char *codecheck_name = "codecheck.yml", *sources_name = "sources.tar.gz";
+constexpr const char* process_run = "https://w3id.org/ro/wfrun/process/0.5";
 // Identifiers within the crate.
 constexpr const char *of_run = "#run", *of_program = "#granuscope", *of_licence = "#licence";
 
-constexpr std::array<std::pair<const char*, const char*>, 10> formats = {{{".json", "application/json"},
+constexpr std::array<std::pair<const char*, const char*>, 12> formats = {{{".json", "application/json"},
                                                                           {".toml", "application/toml"},
                                                                           {".html", "text/html"},
                                                                           {".pdf", "application/pdf"},
@@ -168,10 +173,12 @@ constexpr std::array<std::pair<const char*, const char*>, 10> formats = {{{".jso
                                                                           {".csv", "text/csv"},
                                                                           {".xml", "application/xml"},
                                                                           {".md", "text/markdown"},
+                                                                          {".yml", "application/yaml"},
+                                                                          {".gz", "application/gzip"},
                                                                           {".h5", "application/x-hdf5"}}};
 
 /// What the files at the top of a run's folder are; the others are told by their folder.
-constexpr std::array<std::pair<const char*, const char*>, 12> descriptions = {
+constexpr std::array<std::pair<const char*, const char*>, 14> descriptions = {
     {{"experiment.toml", "The experiment, with every default resolved"},
      {"manifest.json", "Provenance, environment and hashes of the run"},
      {"timings.json", "Wall times of its stages"},
@@ -180,6 +187,8 @@ constexpr std::array<std::pair<const char*, const char*>, 12> descriptions = {
      {"claims.xml", "The verdicts as test results (JUnit)"},
      {"report.html", "The report"},
      {"report.pdf", "The report in print"},
+     {codecheck_name, "Which figures and tables a codechecker is to make again"},
+     {sources_name, "Sources of the program, of the commit that made the run"},
      {"figures/", "Figure, its script or its data"},
      {"piles/", "Contact forces of a pile"},
      {"ensembles/", "Sums over the piles that were drawn"},
@@ -262,8 +271,8 @@ Json program_entity(const Json& provenance) {
   Json program = {{"@id", of_program},
                   {"@type", "SoftwareApplication"},
                   {"name", told.substr(0, space)},
-                  {"version", space == std::string::npos ? "" : told.substr(space + 1)},
-                  {"softwareVersion", fmt::format("commit {}{}, sampling {}", commit,
+                  {"softwareVersion", fmt::format("{} (commit {}{}, sampling {})",
+                                                  space == std::string::npos ? "" : told.substr(space + 1), commit,
                                                   provenance.at("git_dirty") == true ? " with uncommitted changes" : "",
                                                   provenance.at("sampling_version").get<std::string>())},
                   {"identifier", commit}};
@@ -271,6 +280,77 @@ Json program_entity(const Json& provenance) {
     program["softwareRequirements"].push_back(fmt::format("{} {}", library, version.get<std::string>()));
   }
   return program;
+}
+
+/// Throws InputError unless `clone` has the commit that the program was built from.
+std::string sources_of(const fs::path& clone, const Json& provenance) {
+  const std::string commit = provenance.at("git_commit");
+  const ScratchFolder scratch(fs::temp_directory_path(), "sources");
+  const fs::path archive = scratch.path() / sources_name;
+  const auto result =
+      run_process({.arguments = {"git", "-C", clone.string(), "archive", "--format=tar.gz",
+                                 "--prefix=granuscope-" + commit.substr(0, 12) + "/", "-o", archive.string(), commit},
+                   .working_folder = {},
+                   .environment = {}});
+  if (result.exit_code != 0) {
+    throw InputError(
+        fmt::format("{}: git finds no commit {} there ({}), so that the sources would not be those of the "
+                    "program; give a clone that has it",
+                    clone.string(), commit, single_line(result.standard_error)));
+  }
+  return read_file(archive);
+}
+
+/// codecheck.yml (configuration 1.0): all figures of the report in its order, each with its data, and the tables. Who
+/// checks, and where the certificate is, is left to be filled in.
+std::string codecheck(const fs::path& folder, const Json& manifest, const Json& files, const PackOptions& options) {
+  std::set<std::string> packed;
+  for (const Json& file : files) packed.insert(file.at("name"));
+  YAML::Emitter yaml;
+  const auto entry = [&](const std::string& file, const std::string& comment) {
+    if (packed.erase(file) == 0) return;
+    yaml << YAML::BeginMap << YAML::Key << "file" << YAML::Value << file << YAML::Key << "comment" << YAML::Value
+         << YAML::DoubleQuoted << comment << YAML::EndMap;
+  };
+  yaml << YAML::BeginDoc << YAML::BeginMap << YAML::Key << "version" << YAML::Value
+       << "https://codecheck.org.uk/spec/config/1.0/" << YAML::Key << "paper" << YAML::BeginMap << YAML::Key << "title"
+       << YAML::Value << YAML::DoubleQuoted
+       << (options.citation && !options.citation->title.empty() ? options.citation->title
+                                                                : manifest.at("experiment").get<std::string>());
+  if (options.citation) {
+    yaml << YAML::Key << "authors" << YAML::BeginSeq;
+    for (const Author& author : options.citation->authors) {
+      yaml << YAML::BeginMap << YAML::Key << "name" << YAML::Value << YAML::DoubleQuoted << author.name;
+      if (const std::size_t id = author.orcid.rfind('/'); id != std::string::npos) {
+        yaml << YAML::Key << "ORCID" << YAML::Value << author.orcid.substr(id + 1);
+      }
+      yaml << YAML::EndMap;
+    }
+    yaml << YAML::EndSeq;
+    if (!options.citation->doi.empty()) {
+      yaml << YAML::Key << "reference" << YAML::Value << "https://doi.org/" + options.citation->doi;
+    }
+  }
+  yaml << YAML::EndMap << YAML::Key << "manifest" << YAML::BeginSeq;
+  entry("summary.json", "All numbers with their standard errors, and the verdicts");
+  entry("summary.md", "Tables of the claims and of c and D");
+  std::size_t number = 0;
+  for (const ListedFigure& figure : list_figures(folder)) {
+    const std::string stem = "figures/" + figure.id, name = fmt::format("Figure {}", ++number);
+    for (const char* suffix : {".pdf", ".png", ".svg"}) entry(stem + suffix, name + ": " + figure.title);
+    const std::set<std::string> left = packed;
+    for (const std::string& file : left) {
+      const bool of_it = file == stem + ".csv" || file.starts_with(stem + "-");
+      if (of_it && file.ends_with(".csv")) entry(file, "Table: data of " + name);
+    }
+  }
+  const std::set<std::string> left = packed;
+  for (const std::string& file : left) {
+    if (file.ends_with(".csv")) entry(file, "Table");
+  }
+  yaml << YAML::EndSeq << YAML::EndMap;
+  return std::string(yaml.c_str()) +
+         "\n# To be added by whoever checks the run: codechecker, check_time, certificate.\n";
 }
 
 /// The research object: its graph has first the crate itself, then what is in it, then who and what made it.
@@ -287,6 +367,7 @@ std::string metadata(const Json& manifest, const Json& files, const PackOptions&
       {"description", told.empty() ? "Response of piles of frictional beads to a load, by granuscope: numbers, "
                                      "figures, verdicts and report"
                                    : told},
+      {"conformsTo", reference(process_run)},
       {"datePublished", manifest.at("finished").get<std::string>().substr(0, 10)},
       {"hasPart", parts},
       {"mentions", reference(of_run)}};
@@ -297,15 +378,25 @@ std::string metadata(const Json& manifest, const Json& files, const PackOptions&
                  {"conformsTo", reference("https://w3id.org/ro/crate/1.1")},
                  {"about", reference("./")}},
                 work};
-  for (const Json& file : files) graph.push_back(file);
-  graph.push_back({{"@id", of_run},
-                   {"@type", "CreateAction"},
-                   {"name", fmt::format("Run of the experiment {}", name)},
-                   {"description", "granuscope run experiment.toml --out ."},
-                   {"endTime", manifest.at("finished")},
-                   {"instrument", reference(of_program)},
-                   {"object", reference("experiment.toml")},
-                   {"result", parts}});
+  graph.push_back({{"@id", process_run}, {"@type", "CreativeWork"}, {"name", "Process Run Crate"}, {"version", "0.5"}});
+  Json results = Json::array();
+  for (const Json& file : files) {
+    graph.push_back(file);
+    const std::string id = file.at("@id");
+    if (id != experiment_name && id != codecheck_name && id != sources_name) results.push_back(reference(id));
+  }
+  Json run = {{"@id", of_run},
+              {"@type", "CreateAction"},
+              {"name", fmt::format("Run of the experiment {}", name)},
+              {"description", "granuscope run experiment.toml --out ."},
+              {"actionStatus", "http://schema.org/CompletedActionStatus"},
+              {"endTime", manifest.at("finished")},
+              {"instrument", reference(of_program)},
+              {"object", Json::array({reference(experiment_name)})},
+              {"result", results}};
+  if (manifest.contains("started")) run["startTime"] = manifest.at("started");
+  if (work.contains("author")) run["agent"] = work.at("author");
+  graph.push_back(run);
   graph.push_back(program_entity(manifest.at("provenance")));
   for (const Json& one : people) graph.push_back(one);
   Json crate = {{"@context", {"https://w3id.org/ro/crate/1.1/context", {{"sha256", "https://schema.org/sha256"}}}},
@@ -354,6 +445,16 @@ std::size_t pack_run(const fs::path& run_folder, const fs::path& archive, const 
       const std::string digest = there ? sha256_of_file(run_folder / path) : "";
       if (!there || file.at("sha256") != digest) refuse(run_folder, path + (there ? " has changed" : " is missing"));
       add(path, digest);
+    }
+    const auto add_made = [&](const char* name, std::string bytes) {
+      files.push_back(file_entity(name, bytes.size(), sha256(bytes)));
+      entries.push_back({name, "", std::move(bytes)});
+    };
+    add_made(codecheck_name, codecheck(run_folder, manifest, files, options));
+    const Json& provenance = manifest.at("provenance");
+    if (!options.sources.empty()) {
+      add_made(sources_name, sources_of(options.sources, provenance));
+      if (provenance.at("git_dirty") == true) files.back()["description"] = "Sources without uncommitted changes";
     }
     entries.insert(entries.begin(), {metadata_name, "", metadata(manifest, files, options)});
   } catch (const Json::exception& damage) {

@@ -4,13 +4,16 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <array>
 #include <functional>
 #include <iterator>
 #include <map>
 #include <sstream>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
+#include "plot/gnuplot.h"
 #include "report/number_text.h"
 #include "sampling/sampler_spec.h"
 #include "support/plain_text.h"
@@ -92,6 +95,38 @@ const std::string* text_of(const Json* overlay) {
 
 }  // namespace
 
+std::string escape_tex(std::string_view text) {
+  constexpr std::array<std::pair<char, const char*>, 12> acting{{{'\\', "\\textbackslash{}"},
+                                                                 {'^', "\\textasciicircum{}"},
+                                                                 {'~', "\\textasciitilde{}"},
+                                                                 {'{', "\\{"},
+                                                                 {'}', "\\}"},
+                                                                 {'$', "\\$"},
+                                                                 {'&', "\\&"},
+                                                                 {'#', "\\#"},
+                                                                 {'%', "\\%"},
+                                                                 {'_', "\\_"},
+                                                                 {'<', "\\ensuremath{<}"},
+                                                                 {'>', "\\ensuremath{>}"}}};
+  std::string escaped;
+  for (const char c : single_line(text, text.size())) {
+    const auto* found = std::ranges::find(acting, c, &std::pair<char, const char*>::first);
+    escaped += found == acting.end() ? std::string(1, c) : found->second;
+  }
+  std::string known;
+  for (const char c : signs_in_tex(std::move(escaped))) {
+    const auto byte = static_cast<unsigned char>(c);
+    const auto before = known.empty() ? 0U : static_cast<unsigned char>(known.back());
+    const bool continues = byte >= 0x80 && byte < 0xC0;
+    if (byte < 0x80 || byte == 0xC3 || (continues && before == 0xC3)) {  // ASCII, and letters of Latin-1
+      known += c;
+    } else if (!continues) {
+      known += '?';
+    }
+  }
+  return known;
+}
+
 bool PageScope::Place::is_overlaid() const {
   return overlay != nullptr && (summary == nullptr || !overlay->is_structured());
 }
@@ -152,6 +187,7 @@ std::string PageScope::text(const std::string& name) const {
   const Request request = request_of(name);
   const std::string raw = raw_text(name);
   if (markup_ == Markup::markdown) return escape_markdown(raw);
+  if (markup_ == Markup::tex) return escape_tex(raw);
   if (markup_ == Markup::plain) return single_line(raw, raw.size());
   std::string html = request.formulae ? unbroken_formulae(raw)
                      : request.words  ? unbroken_words(raw)

@@ -10,7 +10,10 @@
 
 namespace granuscope {
 /// In what language numbers and words are written; plain: for a terminal.
-enum class Markup { html, markdown, plain };
+enum class Markup { html, markdown, tex, plain };
+
+/// Text as TeX (inputenc, utf8) sets it as it stands; signs that it has not are question marks.
+std::string escape_tex(std::string_view text);
 
 /// Names in the report's templates: a place in summary.json, and beside it what is said there but does not stand in
 /// that file.

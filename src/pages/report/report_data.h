@@ -55,6 +55,7 @@ struct ReportData {
   std::vector<Figure> figures;           ///< in reading order
   std::vector<ReportPart> parts;         ///< in reading order of each place
   Provenance provenance;
+  std::string started;                                           ///< when this run began, as current_time() tells it
   std::vector<std::pair<std::string, std::string>> environment;  ///< GL renderer, gnuplot, WeasyPrint versions
   std::vector<StageTiming> timings;
   std::vector<std::string> checks;   ///< sentences: what was checked on the way, and how it came out

@@ -233,6 +233,7 @@ std::string manifest_json(const ReportData& data, const std::filesystem::path& r
   json["status"] = outcome.status;
   json["exit_code"] = outcome.exit_code ? Json(*outcome.exit_code) : Json(nullptr);
   json["error"] = outcome.error.empty() ? Json(nullptr) : Json(outcome.error);
+  json["started"] = data.started;
   json["finished"] = current_time();
   json["seed"] = data.seed;
   json["experiment_key"] = data.resolved_experiment_key;

@@ -210,6 +210,7 @@ ExitCode parse_and_act(int argc, const char* const* argv, std::ostream& out, std
   add_figure_verb(app, context);
   add_numbers_verb(app, context);
   add_pack_verb(app, context);
+  add_article_verb(app, context);
   add_example_verb(app, context);
   add_explain_verb(app, context);
   add_help_verb(app, context);

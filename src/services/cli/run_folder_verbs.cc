@@ -4,6 +4,7 @@
 #include <array>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,7 @@
 #include "history/comparison.h"
 #include "model/audit.h"
 #include "pipeline/shards.h"
+#include "report/article.h"
 #include "report/citation.h"
 #include "report/clean_json.h"
 #include "report/number_text.h"
@@ -132,8 +134,19 @@ void add_numbers_verb(CLI::App& app, VerbContext& context) {
 
 namespace {
 
+/// Of the file that is named, or of the one in this folder; none where neither is.
+std::optional<Citation> citation_in(const std::string& file, const char* what, VerbContext& context) {
+  constexpr const char* beside = "CITATION.cff";
+  std::error_code none;
+  if (!file.empty()) return read_citation(file);
+  if (std::filesystem::is_regular_file(beside, none)) return read_citation(beside);
+  context.err << fmt::format("there is no CITATION.cff here, so that {} names no authors and no licence (--citation)\n",
+                             what);
+  return {};
+}
+
 struct PackVerbOptions {
-  std::string folder, citation;
+  std::string folder, citation, sources;
   OutputFile archive;
   bool with_ensembles = false;
 };
@@ -143,15 +156,8 @@ ExitCode pack(const PackVerbOptions& given, VerbContext& context) {
   given.archive.require_free({given.folder, given.citation});
   PackOptions options;
   options.with_ensembles = given.with_ensembles;
-  constexpr const char* beside = "CITATION.cff";
-  std::error_code none;
-  if (!given.citation.empty()) {
-    options.citation = read_citation(given.citation);
-  } else if (std::filesystem::is_regular_file(beside, none)) {
-    options.citation = read_citation(beside);
-  } else {
-    context.err << "there is no CITATION.cff here, so that the archive names no authors and no licence (--citation)\n";
-  }
+  options.sources = given.sources;
+  options.citation = citation_in(given.citation, "the archive", context);
   const std::size_t files = pack_run(given.folder, given.archive.path, options);
   context.wrote(given.archive.path, fmt::format(" with {} files", files));
   return ExitCode::done;
@@ -161,7 +167,7 @@ ExitCode pack(const PackVerbOptions& given, VerbContext& context) {
 
 void add_pack_verb(CLI::App& app, VerbContext& context) {
   CLI::App* verb = app.add_subcommand(
-      "pack", "Pack a finished run into one archive, a research object (RO-Crate 1.1) to be kept and passed on");
+      "pack", "Pack a finished run into one archive, a research object (Process Run Crate) to be kept and passed on");
   const auto options = std::make_shared<PackVerbOptions>();
   verb->add_option("OUT", options->folder, "folder of the run")->required();
   add_output(*verb, "-o,--out", options->archive, "archive to write (zip)")->required();
@@ -169,7 +175,30 @@ void add_pack_verb(CLI::App& app, VerbContext& context) {
                    "CITATION.cff whose authors and licence the archive is to name (default: the one in this folder)");
   verb->add_flag("--with-ensembles", options->with_ensembles,
                  "with all that was drawn, so that whoever unpacks it can go on from there");
+  verb->add_option("--with-sources", options->sources,
+                   "a clone of the program's repository: with the sources of the commit that made the run");
   verb->callback([options, &context] { context.action = [options, &context] { return pack(*options, context); }; });
+}
+
+void add_article_verb(CLI::App& app, VerbContext& context) {
+  struct Options {
+    std::string folder, target, citation;
+  };
+  CLI::App* verb = app.add_subcommand(
+      "article",
+      "Write the skeleton of an article that replicates the paper (ReScience C) from a finished run, in LaTeX");
+  const auto options = std::make_shared<Options>();
+  verb->add_option("OUT", options->folder, "folder of the run")->required();
+  verb->add_option("-o,--out", options->target, "new folder for the article")->required();
+  verb->add_option("--citation", options->citation,
+                   "CITATION.cff whose authors the article is to name (default: the one in this folder)");
+  verb->callback([options, &context] {
+    context.action = [options, &context] {
+      write_article(options->folder, options->target, citation_in(options->citation, "the article", context));
+      context.err << fmt::format("wrote {0}: cd {0} && pdflatex article.tex sets it\n", shell_word(options->target));
+      return ExitCode::done;
+    };
+  });
 }
 
 namespace {

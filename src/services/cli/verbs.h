@@ -44,6 +44,7 @@ void add_doctor_verb(CLI::App& app, VerbContext& context);
 void add_figure_verb(CLI::App& app, VerbContext& context);
 void add_numbers_verb(CLI::App& app, VerbContext& context);
 void add_pack_verb(CLI::App& app, VerbContext& context);
+void add_article_verb(CLI::App& app, VerbContext& context);
 void add_example_verb(CLI::App& app, VerbContext& context);
 void add_explain_verb(CLI::App& app, VerbContext& context);
 void add_help_verb(CLI::App& app, VerbContext& context);       ///< and version

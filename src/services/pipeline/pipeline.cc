@@ -165,6 +165,7 @@ class Run {
   }
 
   void describe() {
+    data_.started = current_time();
     data_.experiment_name = experiment_.name;
     data_.description = experiment_.description;
     data_.columns = experiment_.lattice.columns;
