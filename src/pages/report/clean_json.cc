@@ -94,6 +94,7 @@ std::string sample_statistics_json(const SampleStatistics& statistics) {
     per_layer.push_back({{"layer", layer.layer},
                          {"alpha", estimate_json(layer.alpha)},
                          {"weight_variance", estimate_json(layer.weight_variance)}});
+    for (const auto& [name, number] : layer.forces) per_layer.back()[name] = estimate_json(number);
   }
   ordered_json audit{{"max_balance_residual", finite_or_null(statistics.audit.max_balance_residual)},
                      {"max_cone_violation", finite_or_null(statistics.audit.max_cone_violation)}};

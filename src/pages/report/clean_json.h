@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "analysis/jackknife.h"
@@ -43,6 +44,8 @@ struct LayerStatistics {
   int layer = 0;
   Estimate alpha;            ///< thrust ratio of the contacts leaving the layer
   Estimate weight_variance;  ///< of the weights entering its beads, about the known mean 1
+  /// Of the contacts leaving it, where they were asked for: by name.
+  std::vector<std::pair<std::string, Estimate>> forces = {};
 };
 
 /// What `granuscope sample --statistics` prints.

@@ -18,6 +18,7 @@
 #include "cli/flag_checks.h"
 #include "cli/verbs.h"
 #include "ensemble/ensemble_runner.h"
+#include "ensemble/force_counts.h"
 #include "model/lattice.h"
 #include "sampling/polytope.h"
 #include "sampling/sampler.h"
@@ -27,6 +28,8 @@
 
 namespace granuscope {
 namespace {
+
+constexpr int usual_blocks = 32;
 
 struct SampleOptions {
   EnsembleSpec spec;
@@ -107,6 +110,9 @@ ExitCode sample(SampleOptions options, VerbContext& context) {
     throw InputError(
         "nothing is asked for; give --out FILE.h5 to store one pile, --statistics to measure many, or both");
   }
+  if (spec.record_forces && (!options.statistics || spec.response.samples < fewest_samples_with_errors)) {
+    throw InputError("--forces belongs to --statistics of at least {} --samples", fewest_samples_with_errors);
+  }
   if (options.statistics && spec.response.samples < 1)
     throw InputError("--samples 0 measures nothing; give at least 1");
   require_suffix(options.file.path, ".h5");
@@ -114,7 +120,8 @@ ExitCode sample(SampleOptions options, VerbContext& context) {
   const FrictionCone cone(spec.sampler.mu);  // refuses a mu outside the model before any memory is taken
   const Lattice lattice(spec.lattice);
   const int workers = worker_count(options.threads);
-  require_memory(options.statistics ? workers * drawing_memory(spec.sampler, lattice)
+  const double of_forces = spec.record_forces ? 8.0 * force_bins::width * usual_blocks * lattice.layers() : 0;
+  require_memory(options.statistics ? workers * drawing_memory(spec.sampler, lattice) + of_forces
                                     : bytes_per_bead * static_cast<double>(lattice.beads()));
 
   if (options.file.asked()) store_sample(options, context);
@@ -160,6 +167,10 @@ void add_sample_verb(CLI::App& app, VerbContext& context) {
       ->check(CLI::Range(0, 4096));
   verb->add_flag("--statistics", options->statistics,
                  "print one JSON object on standard output and nothing else there");
+  verb->add_flag(
+      "--forces", spec.record_forces,
+      "with --statistics: also how normal forces scatter and how much friction is mobilised, by layer (uniform "
+      "load, 64 samples or more)");
   add_output(*verb, "-o,--out", options->file, "store one pile in this file (HDF5)");
   add_key(*verb, make_key("sample", "sample", "", "which pile --out stores", options->sample));
   verb->callback([options, &context] { context.action = [options, &context] { return sample(*options, context); }; });
@@ -169,7 +180,6 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr int usual_blocks = 32;
 // Beyond this many beads the audit would take longer than a few seconds; then only some piles are audited.
 constexpr double most_audited_beads = 5e7;
 
@@ -224,6 +234,27 @@ Estimate layer_estimate(const BlockSums& sums, const std::string& quantity, std:
                              ? fmt::format("a standard error needs at least {} samples", fewest_samples_with_errors)
                              : "no pile could be completed";
   return without_error;
+}
+
+/// How the forces of the contacts leaving a layer are distributed, in units of the mean weight that leaves a bead.
+std::vector<std::pair<std::string, Estimate>> forces_of_layer(const EnsembleRecord& record, int columns,
+                                                              std::size_t row) {
+  const BlockMeans means = block_means(record.sums, "force_moments", row);
+  const auto measured = [&](const auto& number) {
+    Replicated all{number(means.whole), {}};
+    for (const auto& without : means.without_block) all.without_block.push_back(number(without));
+    return estimate(all, "no pile, or a whole block without any, could be completed");
+  };
+  const auto mean_of = [&](const auto& moments, ForceMoment which, std::size_t further = 0) {
+    return moments[static_cast<std::size_t>(which) + further] / (2.0 * columns);
+  };
+  return {{"normal_mean", measured([&](const auto& all) { return tan30 + mean_of(all, ForceMoment::N); })},
+          {"normal_variance", measured([&](const auto& all) {
+             const double shift = mean_of(all, ForceMoment::N), mean = tan30 + shift;
+             return (mean_of(all, ForceMoment::N, 1) - shift * shift) / (mean * mean);
+           })},
+          {"mobilisation", measured([&](const auto& all) { return mean_of(all, ForceMoment::mobilisation); })},
+          {"sliding", measured([&](const auto& all) { return mean_of(all, ForceMoment::sliding); })}};
 }
 
 /// Draws the completed piles again, all or evenly spaced ones, and returns the worst of their audits.
@@ -307,6 +338,9 @@ SampleStatistics measure_samples(EnsembleSpec spec, int threads, std::ostream& m
   for (std::size_t n = 0; n < record.sums.layers.size(); ++n) {
     statistics.per_layer.push_back({record.sums.layers[n], layer_estimate(record.sums, "thrust", n),
                                     layer_estimate(record.sums, "weight_variance", n)});
+    if (spec.record_forces) {
+      statistics.per_layer.back().forces = forces_of_layer(record, spec.lattice.columns, n);
+    }
   }
   statistics.audit = audit_samples(spec, record.failed, messages);
   return statistics;
