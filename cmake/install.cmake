@@ -48,6 +48,7 @@ install(DIRECTORY ${share}/ DESTINATION ${CMAKE_INSTALL_DATADIR} COMPONENT progr
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/templates DESTINATION ${CMAKE_INSTALL_DATADIR}/granuscope COMPONENT program)
 # Scripts are no documents, which a small system leaves out.
 install(FILES ${PROJECT_SOURCE_DIR}/examples/python/force_chains.py
+        ${PROJECT_SOURCE_DIR}/examples/python/paraview_tubes.py
         ${PROJECT_SOURCE_DIR}/examples/python/response_profile.py
         DESTINATION ${CMAKE_INSTALL_DATADIR}/granuscope/python COMPONENT program)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/examples DESTINATION ${documents} COMPONENT program

@@ -236,10 +236,16 @@ TEST_CASE("The Python examples read an ensemble and a pile") {
   CHECK(std::filesystem::file_size(folder / "field.png") > 1000);
   CHECK(granuscope_command({"render", at + "/out/ensembles/mu-0.h5", at + "/x.png", "--scene", "weight"}).code == 2);
 
-  if (python_with("matplotlib").empty()) return;
   REQUIRE(
       granuscope_command({"sample", "--mu", "0.3", "--columns", "20", "--layers", "12", "--out", at + "/p.h5"}).code ==
       0);
+  if (!python_with("vtkmodules").empty()) {  // tubes of the contacts between beads, as wide as their forces
+    REQUIRE(granuscope_command({"export", at + "/p.h5", "-o", at + "/p.vtu"}).code == 0);
+    REQUIRE(status_of(python + " " + scripts + "paraview_tubes.py " + at + "/p.vtu " + at + "/t.vtp") == 0);
+    CHECK_THAT(text_of(folder / "t.vtp"),
+               Contains("Name=\"N\"") && Contains("NumberOfStrips=\"" + std::to_string(2 * 20 * 11 * 8) + "\""));
+  }
+  if (python_with("matplotlib").empty()) return;
   REQUIRE(status_of("MPLCONFIGDIR=" + at + " " + python + " " + scripts + "force_chains.py " + at + "/p.h5 " + at +
                     "/c.png 2>/dev/null") == 0);
   CHECK(text_of(folder / "c.png").substr(1, 3) == "PNG");

@@ -52,7 +52,7 @@ int status_of(const std::string& command) {
 
 /// Whether what a block needs is here; Slurm and ffmpeg are looked at, but stand-ins take their places.
 bool is_there(const std::string& need) {
-  if (need == "matplotlib" || need == "h5py" || need == "networkx") {
+  if (need == "matplotlib" || need == "h5py" || need == "networkx" || need == "vtkmodules") {
     return status_of("/usr/bin/python3 -c 'import numpy, " + need + "' 2>/dev/null") == 0;
   }
   return need != "latex" || status_of("command -v latex >/dev/null") == 0;
@@ -107,10 +107,13 @@ TEST_CASE("Every block of the recipes runs, and leaves what they say", "[long]")
   }
   for (const char* file : {"out/quick/report.html", "chains.png", "diffusion.pdf", "numbers.tex", "nights/index.html",
                            ".gitlab-ci.yml", "out/shards/report.html", "frames/frame-00050.png", "film.mp4",
-                           "middle.svg", "pile.vtu", "beads.dump", "response.vti", "contacts.svg"}) {
+                           "middle.svg", "pile.vtu", "beads.dump", "response.vti", "contacts.svg",
+                           "steps/frame-00001.png", "run.zip", "article/metadata.yaml"}) {
     INFO(file);
     CHECK(fs::is_regular_file(folder / "here" / file));
   }
   if (is_there("latex")) CHECK(fs::is_regular_file(folder / "here/paper.dvi"));
+  if (is_there("latex")) CHECK(fs::is_regular_file(folder / "here/article/article.pdf"));
+  if (is_there("vtkmodules")) CHECK(fs::is_regular_file(folder / "here/tubes.vtp"));
   if (is_there("matplotlib")) CHECK(fs::file_size(folder / "here/response.png") > 10'000);
 }

@@ -195,7 +195,7 @@ void add_article_verb(CLI::App& app, VerbContext& context) {
   verb->callback([options, &context] {
     context.action = [options, &context] {
       write_article(options->folder, options->target, citation_in(options->citation, "the article", context));
-      context.err << fmt::format("wrote {0}: cd {0} && pdflatex article.tex sets it\n", shell_word(options->target));
+      context.wrote(options->target, ", where pdflatex article.tex sets the article");
       return ExitCode::done;
     };
   });
