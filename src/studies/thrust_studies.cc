@@ -396,8 +396,8 @@ class RedrawnBeadsStudy final : public CopiedStudy<RedrawnBeadsStudy> {
                      samples_),
             make_key(table(), "other_layers", "layers", "also in piles of so many layers, beside the experiment's own",
                      other_layers_,
-                     KeyRange{.why = "the shares are those of the layers above the last 20"}.within(
-                         bottom_margin + 1, std::numeric_limits<int>::max())),
+                     KeyRange{.why = "the shares are those of the layers above the last 20"}.within(bottom_margin + 1,
+                                                                                                    100'000)),
             make_key(table(), "most_together", "beads",
                      "claim local-rearrangements: beads that touch and draw again, on average over such beads, up to "
                      "which a rearrangement counts as local",

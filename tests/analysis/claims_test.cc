@@ -144,6 +144,10 @@ TEST_CASE("A verdict names both distances, and what it would cost if there is no
   judge_by_number(near, known(0.41, 0.03), {.value = 0.4, .error = 0.01}, {}, "The exponent");
   CHECK(near.verdict == not_decided);
   CHECK_THAT(near.explanation, Contains("0.32 above the paper’s value and 2.3 from 0.48 (20 % off); about"));
+  Claim own;
+  own.beyond_paper = true;
+  judge_by_number(own, known(1.18, 0.02), {.value = 1}, {}, "The power");
+  CHECK_THAT(own.explanation, Contains("9.0 above the 1.0 of this test"));
 }
 
 namespace {

@@ -116,3 +116,15 @@ TEST_CASE("Numbers of the report are written from the summary") {
   CHECK(format_number(summary["none"], "fixed 1") == "n/a");
   CHECK_THROWS_AS(format_number(summary["list"]), std::logic_error);
 }
+
+TEST_CASE("Exponents that no power law has are exported without an error, those that claims are judged by, too") {
+  const Json summary = {{"results", Json::array()},
+                        {"scaling", {{"gamma", {{"value", 1.65}, {"stderr", 0.03}, {"power_law", false}}}}},
+                        {"claims",
+                         {{{"id", "c-of-mu"}, {"measured", 1.65}, {"stderr", 0.03}, {"power_law", false}},
+                          {{"id", "D-of-mu"}, {"measured", 2.54}, {"stderr", 0.04}}}}};
+  const Json numbers = Json::parse(list_numbers(summary.dump(), "json", {}));
+  CHECK(numbers["gamma"]["stderr"].is_null());
+  CHECK(numbers["claims/c-of-mu/measured"]["stderr"].is_null());
+  CHECK(numbers["claims/D-of-mu/measured"]["stderr"] == 0.04);
+}
