@@ -78,7 +78,7 @@ class RunProgress {
 };
 
 /// Rules of thumb, by what runs on one core of a cloud machine took, in seconds.
-inline constexpr double seconds_for_pictures = 0.4, seconds_for_figures = 1, seconds_for_report = 3;
+inline constexpr double seconds_for_pictures = 0.4, seconds_for_figures = 1, seconds_for_report = 5;
 
 /// Drawing what is missing of an ensemble, on so many threads.
 double seconds_to_draw(const PlannedEnsemble& planned, int threads);
