@@ -267,7 +267,7 @@ TEST_CASE("Points of the run before lie in grey behind those of this one, also w
   const auto marks_of = [&](const std::string& curve) {
     const std::size_t at = svg.find("<title>data " + curve);
     REQUIRE(at != std::string::npos);
-    return test::count(svg.substr(at, svg.find("</g>", at) - at), "<use");
+    return test::count(svg.substr(at, svg.find("\n\t</g>", at) - at), "<use");
   };
   CHECK(marks_of("behind-propagation-and-thrust.csv 1:2:3 yerrorbars ") ==
         marks_of("propagation-and-thrust.csv 1:2:3 yerrorbars "));
