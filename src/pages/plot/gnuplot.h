@@ -109,8 +109,8 @@ inline constexpr std::string_view behind = "behind-";
 
 /// Plot elements of a gnuplot SVG that hold at least one visible mark (line, area, point). Those with a title do not
 /// count, because their sample in the key is a mark whatever became of the curve: a script names its curves by
-/// keyentry. A title that names the data ("data FILE COLUMNS STYLE X0 X1 Y0 Y1 | X | Y", ends and names of the axes) is for the
-/// page, which reads the points' numbers by it, and stands in no key. The run before does not count.
+/// keyentry. A title that names the data ("data FILE COLUMNS STYLE X0 X1 Y0 Y1 | X | Y", ends and names of the axes) is
+/// for the page, which reads the points' numbers by it, and stands in no key. The run before does not count.
 int count_visible_curves(std::string_view svg);
 
 /// A hidden folder for work in progress, removed with everything in it when it goes out of scope
