@@ -174,7 +174,7 @@ class PilePictures {
       variables["too_faint"] = std::to_string(statistics.counts.too_faint);
       variables["outside"] = std::to_string(statistics.counts.outside);
     }
-    set_captions(figure, {captions, variables});
+    set_captions(figure, {captions, variables, terms_of(friction_parameter(), spec_.lattice.angle)});
     if (!figure.is_there()) return outcome;
     outcome.environment = {{"OpenGL", statistics.renderer},
                            {"GL backend", statistics.backend + ": " + statistics.backend_reason}};
