@@ -232,7 +232,7 @@ class ErrorAgainstTimeStudy final : public CopiedStudy<ErrorAgainstTimeStudy> {
                      "set repetitions = 0 or change the law",
                      name_of(main.sampling.law));
     }
-    const auto& [columns, layers] = lattice_;
+    const int columns = lattice_.columns, layers = lattice_.layers;
     constexpr int least_layers = bottom_margin + 40;
     if (auto found = find_lattice_problem(key("columns"), columns, key("layers"), layers, least_layers,
                                           pile_memory(columns, layers))) {

@@ -183,7 +183,7 @@ class LawComparisonStudy final : public CopiedStudy<LawComparisonStudy> {
     if (auto found = find_samples_problem(key("response_samples"), response_samples_, main.response.blocks)) {
       return found;
     }
-    const auto& [columns, layers] = response_lattice_;
+    const int columns = response_lattice_.columns, layers = response_lattice_.layers;
     const FitSpec fit = law_response_fit(response_lattice_);
     constexpr int least_depths = 3;
     const int least_layers = fit.first_layer + least_depths + bottom_margin;
@@ -325,7 +325,8 @@ LawOnPiles measure_law(const MeasuredEnsemble& ensemble) {
   }
   const Replicated alpha = mean_of(thrusts);
   result.alpha_thrust = estimate(alpha, "no pile was completed");
-  result.c_thrust = estimate(transform(speed_from_thrust, alpha), "the mean thrust ratio is unknown");
+  result.c_thrust = estimate(transform([](double kappa) { return speed_from_thrust(kappa); }, alpha),
+                             "the mean thrust ratio is unknown");
   result.weight_variance = estimate(mean_of(variances), "no pile was completed");
   return result;
 }

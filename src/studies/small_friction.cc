@@ -113,7 +113,7 @@ MeasuredSmallFriction measure_small_friction(const MeasuredEnsemble& ensemble) {
     if (layer >= result.first_layer) deep.push_back(thrust);
   }
   const Replicated alpha = mean_of(deep);
-  const Replicated c = transform(speed_from_thrust, alpha);
+  const Replicated c = transform([](double kappa) { return speed_from_thrust(kappa); }, alpha);
   measured.c0_minus_c = transform([](double speed) { return tan30 - speed; }, c);
   result.alpha_thrust = estimate(alpha);
   result.c_thrust = estimate(c, "the mean thrust ratio is negative");

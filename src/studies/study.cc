@@ -24,6 +24,7 @@ std::unique_ptr<Study> literal_reading_study();
 std::unique_ptr<Study> open_choices_study();
 std::unique_ptr<Study> force_statistics_study();
 std::unique_ptr<Study> tensor_response_study();
+std::unique_ptr<Study> contact_angle_study();
 // NOLINTEND(readability-redundant-declaration)
 
 Studies::Studies() {
@@ -37,6 +38,7 @@ Studies::Studies() {
   all_.push_back(chain_share_study());
   all_.push_back(force_statistics_study());
   all_.push_back(tensor_response_study());
+  all_.push_back(contact_angle_study());
   all_.push_back(numerical_stability_study());
   all_.push_back(error_against_time_study());
   all_.push_back(nonlinearity_study());

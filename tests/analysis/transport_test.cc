@@ -5,6 +5,7 @@
 #include <random>
 #include <string>
 
+#include "analysis/claims.h"
 #include "analysis/fit_spec.h"
 #include "analysis/mean_response.h"
 #include "analysis/scaling.h"
@@ -96,6 +97,34 @@ TEST_CASE("a noiseless response gives back its c and D") {
   CHECK(t.window_layers[0] == 60);
   CHECK(t.window_layers[1] == 120);
   CHECK_FALSE(t.exact);
+}
+
+TEST_CASE("at another angle of the contacts the same peaks are read in bead diameters, and claims stay open") {
+  MeasuredEnsemble ensemble =
+      synthetic_ensemble({}, {1e-7, 1}, made_up_columns, layers_to_record(short_window(), {}), 32, 100);
+  const Transport usual = measure(ensemble);
+  for (const double angle : {20.0, 45.0, 60.0}) {
+    CAPTURE(angle);
+    const BeadGeometry geometry(angle);
+    ensemble.spec.lattice.angle = angle;
+    ensemble.record.sums.rows = rows_of({}, angle);
+    const Transport t = measure(ensemble);
+    // From columns and layers of 30 degrees to those of another lattice.
+    const double across = geometry.twice_sine, down = geometry.twice_cosine / sqrt3;
+    CHECK(t.c0() == Approx(geometry.tangent));
+    CHECK(t.c.value == Approx(usual.c.value * across / down).margin(1e-7));
+    CHECK(t.D.value == Approx(usual.D.value * across * across / down).margin(1e-6));
+    CHECK(t.c_thrust.value / t.c0() == Approx(usual.c_thrust.value / tan30));
+    REQUIRE(t.profiles.size() == usual.profiles.size());
+    for (std::size_t i = 0; i < t.profiles[1].x.size(); ++i) {
+      REQUIRE(t.profiles[1].x[i] == Approx(across * usual.profiles[1].x[i]));
+      REQUIRE(t.profiles[1].pressure[i] == Approx(usual.profiles[1].pressure[i] / across));
+      REQUIRE(t.profiles[1].fit[i] == Approx(usual.profiles[1].fit[i] / across).margin(1e-7));
+    }
+    Analysis analysis;
+    analysis.results = {t};
+    for (const Claim& claim : judge_claims(analysis, {}, {})) CHECK(claim.verdict == not_tested);
+  }
 }
 
 TEST_CASE("on a ring just wide enough no image of a peak is taken for it") {

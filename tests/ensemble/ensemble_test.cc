@@ -52,6 +52,10 @@ TEST_CASE("ensembles that would mean nothing are refused before a pile is drawn"
   };
   refused([](EnsembleSpec& s) { s.response.blocks = 7; });
   refused([](EnsembleSpec& s) { s.response.blocks = -1; });
+  refused([](EnsembleSpec& s) { s.lattice.angle = 61; });
+  refused([](EnsembleSpec& s) { s.lattice.angle = 60, s.sampler.mu = 0.6; });  // beyond 1/tan(angle)
+  refused([](EnsembleSpec& s) { s.lattice.angle = 45, s.sampler.load_angle = 2; });
+  refused([](EnsembleSpec& s) { s.lattice.angle = 45, s.sampler.model.name = ModelName::q_model; });
   refused([](EnsembleSpec& s) { s.response.samples = 56; });  // seven groups for eight blocks
   refused([](EnsembleSpec& s) { s.response.samples = 0; });
   refused([](EnsembleSpec& s) { s.response.samples = (std::uint64_t{1} << 32) + 1; });  // more than one seed names
@@ -157,6 +161,7 @@ TEST_CASE("the configuration tells apart whatever changes the numbers, and nothi
   variant([](EnsembleSpec& s) { s.sampler.order = LayerOrder::fixed; });
   variant([](EnsembleSpec& s) { s.lattice.columns = 9; });
   variant([](EnsembleSpec& s) { s.lattice.layers = 7; });
+  variant([](EnsembleSpec& s) { s.lattice.angle = 45; });
   variant([](EnsembleSpec& s) { s.load = Load::uniform; });
   variant([](EnsembleSpec& s) { s.response.overload = 0.5; });
   variant([](EnsembleSpec& s) { s.response.samples = 81; });

@@ -198,7 +198,7 @@ TEST_CASE("the law rejection has the forces of piles that are drawn bead by bead
     for (int layer = 0; layer < 4; ++layer) {
       for (int bead = 0; bead < 4; ++bead) {
         const Incoming in = incoming(pile, layer, bead);
-        const Outgoing out = balance(in);
+        const Outgoing out = balance(cone, in);
         const Interval interval = split_interval(cone, out, in.H);
         if (out.V_R < 0 || out.V_L < 0 || interval.empty()) return false;
         const std::size_t at = pile.lattice.index(layer, bead);

@@ -174,9 +174,10 @@ TEST_CASE("The unusual experiment exercises every key of the main line") {
     if (key.table.starts_with("studies.") || key.table == "scan" || key.table.starts_with("model")) continue;
     if (key.path() == "response.reference_lag" || key.path() == "response.first_base" ||
         key.path() == "response.base_step" || key.path() == "figures.response_profiles.show" ||
-        key.path() == "sampling.law" || key.path() == "sampling.load_offset" || key.path() == "sampling.bead_weight" ||
-        key.path() == "response.estimator" || key.path() == "sampling.lambda" || key.path() == "sampling.burn_in" ||
-        key.path() == "sampling.thinning" || key.path() == "response.overloads" || key.path() == "response.coupled") {
+        key.path() == "lattice.angle" || key.path() == "sampling.law" || key.path() == "sampling.load_offset" ||
+        key.path() == "sampling.bead_weight" || key.path() == "response.estimator" || key.path() == "sampling.lambda" ||
+        key.path() == "sampling.burn_in" || key.path() == "sampling.thinning" || key.path() == "response.overloads" ||
+        key.path() == "response.coupled") {
       continue;  // its other value would make the rest meaningless or is tested below, or there is no other value
     }
     INFO(key.path());
@@ -192,6 +193,30 @@ TEST_CASE("The keys of the estimator fluctuation read back as they were printed"
   written.response.first_base = 70;
   written.response.base_step = 9;
   require_equal(parse_experiment(print_experiment(written), "printed.toml"), written);
+}
+
+TEST_CASE("The angle of the contacts reads back as it was printed, and bounds friction, studies and loads") {
+  Experiment written;
+  written.lattice.angle = 45;
+  require_equal(parse_experiment(print_experiment(written), "printed.toml"), written);
+  const auto key_of_problem = [&](auto change) {
+    Experiment changed = written;
+    change(changed);
+    const Problem found = find_problem(changed);
+    return found ? found->key : std::string();
+  };
+  CHECK(key_of_problem([](Experiment&) {}).empty());
+  CHECK(key_of_problem([](Experiment& e) { e.mu.back() = 1; }) == "friction.mu");
+  CHECK(key_of_problem([](Experiment& e) { e.force_chains.mu = 1; }) == "scenes.force_chains.mu");
+  CHECK(key_of_problem([](Experiment& e) { e.sampling.load_angle = 2; }) == "sampling.load_angle");
+  CHECK(key_of_problem([](Experiment& e) { e.lattice.angle = 61; }) == "lattice.angle");
+  CHECK(key_of_problem([](Experiment& e) {
+          for (const auto& study : e.studies) {
+            for (const Key& key : study->keys()) {
+              if (key.path() == "studies.force_statistics.mu") key.set(std::vector<double>{0.3});
+            }
+          }
+        }).starts_with("studies."));
 }
 
 TEST_CASE("The keys of the overloads read back as they were printed") {
@@ -408,7 +433,7 @@ TEST_CASE("An unknown key is refused with file, line, column and the nearest kno
   // The right key in the wrong table.
   CHECK_THAT(refusal("[response]\nseed = 3\n"), Contains("did you mean sampling.seed?"));
   CHECK_THAT(refusal("[figures.response_profile]\nmu = 0.3\n"), Contains("did you mean figures.response_profiles?"));
-  CHECK_THAT(refusal("[lattice]\nqqqqqqqqqqq = 3\n"), Contains("[lattice] knows columns, layers"));
+  CHECK_THAT(refusal("[lattice]\nqqqqqqqqqqq = 3\n"), Contains("[lattice] knows angle, columns, layers"));
   CHECK_THAT(refusal("zzzzzzzzzzzzzzz = 3\n"), Contains("the tables are claims, experiment,"));
   CHECK_THAT(refusal("seed = 3\n"), Contains("did you mean sampling.seed?"));
   // Where several tables have it, the one that is meant most often.

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <numbers>
 #include <random>
 #include <vector>
 
@@ -19,10 +20,11 @@ class NaiveRejection {
     std::vector<double> V_R, V_L, H_R, H_L;
   };
 
-  NaiveRejection(double mu, int columns, std::uint64_t seed, double bead_weight = 0)
+  NaiveRejection(double mu, int columns, std::uint64_t seed, double bead_weight = 0, double angle = 30)
       : columns_(static_cast<std::size_t>(columns)),
-        flat_(std::tan(std::atan(1 / std::sqrt(3.0)) - std::atan(mu))),
-        steep_(std::tan(std::atan(1 / std::sqrt(3.0)) + std::atan(mu))),
+        cot_(1 / std::tan(angle * std::numbers::pi / 180)),
+        flat_(std::tan(std::atan(1 / cot_) - std::atan(mu))),
+        steep_(std::tan(std::atan(1 / cot_) + std::atan(mu))),
         bead_weight_(bead_weight),
         engine_(seed) {}
 
@@ -39,7 +41,7 @@ class NaiveRejection {
         V_UL = above->V_R[j], V_UR = above->V_L[right], H = above->H_R[j] + above->H_L[right];
       }
       V_UL += bead_weight_ / 2, V_UR += bead_weight_ / 2;
-      const double V_R = V_UR + std::sqrt(3.0) * H, V_L = V_UL - std::sqrt(3.0) * H;
+      const double V_R = V_UR + cot_ * H, V_L = V_UL - cot_ * H;
       const double low = std::max(flat_ * V_R, flat_ * V_L + H), high = std::min(steep_ * V_R, steep_ * V_L + H);
       if (!(low <= high)) return false;
       layer.V_R[j] = V_R, layer.V_L[j] = V_L;
@@ -48,11 +50,11 @@ class NaiveRejection {
     }
     return true;
   }
-  /// Mean of sqrt(3) (H_R - H_L) over the layer: 1 without friction.
+  /// Mean of cot (H_R - H_L) over the layer: 1 without friction.
   double thrust_ratio(const Layer& layer) const {
     double sum = 0;
     for (std::size_t j = 0; j < columns_; ++j) sum += layer.H_R[j] - layer.H_L[j];
-    return std::sqrt(3.0) * sum / static_cast<double>(columns_);
+    return cot_ * sum / static_cast<double>(columns_);
   }
   /// Mean of (w - 1)^2 over the layer.
   double weight_variance(const Layer& layer) const {
@@ -65,7 +67,7 @@ class NaiveRejection {
 
  private:
   std::size_t columns_;
-  double flat_, steep_, bead_weight_;
+  double cot_, flat_, steep_, bead_weight_;
   std::mt19937_64 engine_;
   std::uniform_real_distribution<double> unit_{0, 1};
 };
@@ -78,8 +80,8 @@ struct NaiveRejectionMoments {
 
 /// By its definition: a pile in which any bead has no solution is thrown away whole.
 inline NaiveRejectionMoments naive_rejection_moments(double mu, int columns, std::size_t layers, int accepted,
-                                                     std::uint64_t seed) {
-  NaiveRejection law(mu, columns, seed);
+                                                     std::uint64_t seed, double angle = 30) {
+  NaiveRejection law(mu, columns, seed, 0, angle);
   NaiveRejectionMoments moments{std::vector<RunningMean>(layers), std::vector<RunningMean>(layers), {}};
   std::vector<NaiveRejection::Layer> pile(layers, law.empty_layer());
   double tries = 0;

@@ -120,6 +120,7 @@ Resolved resolve(double V, double H, double angle) {
 }
 
 constexpr double right = std::numbers::pi / 6, left = -std::numbers::pi / 6;
+constexpr double some_angles[] = {20, 30, 45, 60};  // degrees
 
 TEST_CASE("outgoing forces balance force and torque, whatever the split") {
   const unsigned seed = 20020417;
@@ -129,8 +130,8 @@ TEST_CASE("outgoing forces balance force and torque, whatever the split") {
   double worst = 0;
   for (int k = 0; k < 100'000; ++k) {
     const double V_UL = force(engine), V_UR = force(engine), H_UL = sideways(engine), H_UR = sideways(engine);
-    const double H = H_UL + H_UR;
-    const Outgoing out = balance({V_UL, V_UR, H});
+    const double H = H_UL + H_UR, angle = some_angles[k % 4], right = angle * std::numbers::pi / 180, left = -right;
+    const Outgoing out = balance(FrictionCone(0, BeadGeometry(angle)), {V_UL, V_UR, H});
     const double H_R = sideways(engine), H_L = H - H_R;
     // The contact to the upper left has the direction of the one to the lower right.
     const Resolved UL = resolve(V_UL, H_UL, right), UR = resolve(V_UR, H_UR, left);
@@ -151,7 +152,9 @@ TEST_CASE("the split interval is Coulomb's cone on both lower contacts") {
   std::uniform_real_distribution<double> force(0, 1), sideways(-1, 1), friction(0, 1.7);
   int inside = 0, outside = 0, wrong = 0;
   for (int k = 0; k < random_beads / 4; ++k) {
-    const FrictionCone cone(friction(engine));
+    const BeadGeometry geometry(some_angles[k % 4]);
+    const double right = geometry.angle * std::numbers::pi / 180, left = -right;
+    const FrictionCone cone(std::min(1.0, geometry.cotangent / 1.733) * friction(engine), geometry);
     const double H = 0.5 * sideways(engine), H_R = sideways(engine);
     const Outgoing out{force(engine), force(engine)};
     const Interval interval = split_interval(cone, out, H);
@@ -176,7 +179,8 @@ TEST_CASE("a bead is solvable exactly where its H lies in the band, and the band
   std::uniform_real_distribution<double> unit(0, 1);
   int solvable = 0, unsolvable = 0, wrong = 0, empty_bands = 0, negative = 0;
   for (int k = 0; k < random_beads; ++k) {
-    const FrictionCone cone(1.731 * unit(engine));
+    const BeadGeometry geometry(some_angles[k % 4]);
+    const FrictionCone cone(0.9994 * geometry.cotangent * unit(engine), geometry);
     // Half of the beads with forces over six orders of magnitude, one in ten with a contact that carries nothing.
     const auto force = [&] { return unit(engine) < 0.5 ? unit(engine) : std::pow(10, -6 * unit(engine)); };
     const double V_UL = unit(engine) < 0.1 ? 0 : force(), V_UR = unit(engine) < 0.1 ? 0 : force();
@@ -186,7 +190,7 @@ TEST_CASE("a bead is solvable exactly where its H lies in the band, and the band
     const double rounding = 32 * epsilon * scale * (1 + cone.t_plus());
     empty_bands += band.low > band.high + rounding;
     const double H = (1.5 * unit(engine) - 0.25) * (band.high - band.low) + band.low;
-    const Outgoing out = balance({V_UL, V_UR, H});
+    const Outgoing out = balance(cone, {V_UL, V_UR, H});
     const Interval interval = split_interval(cone, out, H);
     if (!interval.empty()) negative += out.V_R < -rounding || out.V_L < -rounding;
     const double distance = std::min(H - band.low, band.high - H);
@@ -205,7 +209,7 @@ TEST_CASE("a bead is solvable exactly where its H lies in the band, and the band
 
 TEST_CASE("one bead by hand") {
   // Two vertical halves, no H: both contacts carry 1/2, and without friction H_R = tan(30 deg)/2.
-  const Outgoing out = balance({0.5, 0.5, 0});
+  const Outgoing out = balance(FrictionCone(0), {0.5, 0.5, 0});
   CHECK(out.V_R == 0.5);
   CHECK(out.V_L == 0.5);
   const Interval frictionless = split_interval(FrictionCone(0), out, 0);
@@ -216,7 +220,7 @@ TEST_CASE("one bead by hand") {
   CHECK(std::abs(wide.low) < 4 * epsilon);
   CHECK(wide.high == Approx(sqrt3 / 2).epsilon(1e-15));
   // All the force on the upper-left contact, along it: it runs straight through to the lower right.
-  const Outgoing straight = balance({1, 0, tan30});
+  const Outgoing straight = balance(FrictionCone(0), {1, 0, tan30});
   CHECK(straight.V_R == Approx(1).epsilon(1e-15));
   CHECK(std::abs(straight.V_L) < 4 * epsilon);
 }
@@ -247,6 +251,43 @@ TEST_CASE("the cone's edges are the tangents of 30 degrees minus and plus the an
     CHECK(cone.k() == Approx(sqrt3 * (cone.t_minus() + cone.t_plus()) - 1).epsilon(1e-15));
     CHECK(cone.k() > 0);
   }
+}
+
+TEST_CASE("the geometry of 30 degrees is that of literal numbers, to the bit, and of others their sines and cosines") {
+  const BeadGeometry usual(30), none;
+  for (const double BeadGeometry::*number :
+       {&BeadGeometry::tangent, &BeadGeometry::cotangent, &BeadGeometry::twice_sine, &BeadGeometry::twice_cosine}) {
+    CHECK(usual.*number == none.*number);
+  }
+  CHECK((none.tangent == tan30 && none.cotangent == sqrt3 && none.twice_sine == 1 && none.twice_cosine == sqrt3));
+  CHECK(BeadGeometry(45).tangent == 1);
+  for (const double angle : some_angles) {
+    INFO(angle);
+    const double radians = angle * std::numbers::pi / 180;
+    const BeadGeometry geometry(angle);
+    CHECK(geometry.tangent == Approx(std::sin(radians) / std::cos(radians)).epsilon(1e-15));
+    CHECK(geometry.tangent * geometry.cotangent == Approx(1).epsilon(1e-15));
+    CHECK(geometry.twice_sine == Approx(2 * std::sin(radians)).epsilon(1e-15));
+    CHECK(geometry.twice_cosine == Approx(2 * std::cos(radians)).epsilon(1e-15));
+    const double share = 0.3 * geometry.cotangent, phi = std::atan(share);
+    const FrictionCone cone(share, geometry);
+    CHECK(cone.t_minus() == Approx(std::tan(radians - phi)).epsilon(1e-14));
+    CHECK(cone.t_plus() == Approx(std::tan(radians + phi)).epsilon(1e-14));
+    // As wide a cone at 30 degrees, whose edges reach no less far.
+    const FrictionCone like(cone.mu_at_30());
+    CHECK(like.t_plus() >= cone.t_plus() * tan30 / geometry.tangent - tangent_tolerance);
+    CHECK(like.t_minus() <= cone.t_minus() * tan30 / geometry.tangent + tangent_tolerance);
+    CHECK(FrictionCone(1e-6, geometry).mu_at_30() == Approx(1e-6 * sqrt3 / 2 / std::sin(2 * radians)).epsilon(1e-5));
+    // Lattice and rows have the same depths.
+    const Lattice lattice({.columns = 4, .layers = 9, .angle = angle});
+    CHECK(RowGeometry{.spacing = lattice.spacing(), .pitch = lattice.pitch()}.depth(8) == lattice.z(8));
+    CHECK(RowGeometry{.spacing = lattice.spacing(), .pitch = lattice.pitch()}.ray() ==
+          Approx(geometry.tangent).epsilon(1e-15));
+    CHECK_THROWS_AS(FrictionCone(geometry.cotangent, geometry), InputError);
+  }
+  CHECK(FrictionCone(0.3).mu_at_30() == 0.3);
+  CHECK(Lattice({.columns = 4, .layers = 200}).z(110) == Lattice::depth(110));
+  for (const double angle : {19.9, 60.1, std::nan("")}) CHECK_THROWS_AS(Lattice({4, 4, angle}), InputError);
 }
 
 TEST_CASE("special friction coefficients") {

@@ -64,6 +64,7 @@ double product_of_lengths(const Pile& pile) {
 struct Size {
   int columns, layers;
   double mu;
+  double angle = 30;
 };
 
 SamplerSpec spec_of(Law law, double mu, double lambda = 1) {
@@ -77,7 +78,7 @@ SamplerSpec spec_of(Law law, double mu, double lambda = 1) {
 
 /// Means over groups of eight: groups are independent under every law.
 std::vector<RunningMean> measure(const Size& size, const SamplerSpec& spec, std::uint64_t groups) {
-  const Lattice lattice({.columns = size.columns, .layers = size.layers});
+  const Lattice lattice({.columns = size.columns, .layers = size.layers, .angle = size.angle});
   const auto sampler = make_sampler(spec, lattice);
   const std::vector<double> load(static_cast<std::size_t>(size.columns), 1.0);
   Pile pile(lattice);
@@ -164,11 +165,13 @@ TEST_CASE("the chain at lambda = 0 draws the flat measure: rejection piles rewei
 
 TEST_CASE("the chain at lambda = 1 meets a second implementation of the law rejection on 6 x 6 beads",
           "[unsanitized]") {
-  const auto expected = test::naive_rejection_moments(0.3, 6, 6, 200'000 / test::share_of_samples, 7);
-  const auto means = measure({6, 6, 0.3}, spec_of(Law::polytope, 0.3), test::sanitized ? 100 : 200);
+  const double angle = GENERATE(30.0, 45.0), cot = 1 / std::tan(angle * std::numbers::pi / 180);
+  CAPTURE(angle);
+  const auto expected = test::naive_rejection_moments(0.3, 6, 6, 200'000 / test::share_of_samples, 7, angle);
+  const auto means = measure({6, 6, 0.3, angle}, spec_of(Law::polytope, 0.3), test::sanitized ? 100 : 200);
   for (std::size_t n = 0; n < 6; ++n) {
     const auto thrust = means[4 * n].estimate(), squares = means[4 * n + 1].estimate();
-    const test::Estimated alpha = {std::sqrt(3.0) * thrust.value / 6, std::sqrt(3.0) * thrust.error / 6};
+    const test::Estimated alpha = {cot * thrust.value / 6, cot * thrust.error / 6};
     const test::Estimated variance = {squares.value / 6 - 1, squares.error / 6};
     const auto expected_alpha = expected.thrust_ratio[n].estimate();
     const auto expected_variance = expected.weight_variance[n].estimate();

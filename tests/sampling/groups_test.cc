@@ -105,6 +105,42 @@ TEST_CASE("piles drawn side by side are those drawn one by one, at every frictio
   });
 }
 
+TEST_CASE("piles drawn side by side are those drawn one by one, with contacts at any angle, and pass the audit") {
+  for_each_instruction_set([] {
+    for (const double angle : {20.0, 45.0, 60.0}) {
+      const BeadGeometry geometry(angle);
+      for (const double share : {0.1, 0.3, 0.6, 0.99}) {  // of the largest friction
+        CAPTURE(angle, share);
+        SamplerSpec spec;
+        spec.mu = share * geometry.cotangent;
+        spec.seed = 7;
+        auto loads = even_loads(65);
+        loads[1][1] += 1;
+        check_group(spec, {65, 40, angle}, 8, 8, loads);
+      }
+    }
+  });
+  // Balances and cones by N and T, from forces that were drawn by V and H.
+  for (const Law law : {Law::granusolve, Law::eloy_clement, Law::rejection, Law::polytope}) {
+    for (const double angle : {20.0, 45.0, 60.0}) {
+      SamplerSpec spec;
+      spec.law = law;
+      spec.mu = 0.3;
+      spec.effort = 1e5;  // of which the law eloy-clement needs many
+      const bool large = law == Law::granusolve;
+      const Lattice lattice({large ? 100 : 6, large ? 200 : 4, angle});
+      Pile pile(lattice);
+      const std::vector<double> load(static_cast<std::size_t>(lattice.columns()), 1.0);
+      CAPTURE(name_of(law), angle);
+      REQUIRE_FALSE(make_sampler(spec, lattice)->draw(3, load, pile).has_value());
+      const AuditResult found = audit(pile);
+      CHECK(found.max_balance_residual < 1e-12);
+      CHECK(found.max_cone_violation < 1e-12);
+      CHECK_NOTHROW(assert_identities(pile));
+    }
+  }
+}
+
 TEST_CASE("piles drawn side by side are those drawn one by one in a fixed order and where the effort runs out") {
   SamplerSpec spec;
   spec.mu = 0.3;

@@ -31,6 +31,7 @@ using test::RunningMean;
 struct Setting {
   double mu;
   std::array<double, 4> load;
+  double angle = 30;
 };
 
 constexpr int coarse_cells = test::sanitized ? 10 : 14, fine_cells = 2 * coarse_cells;
@@ -56,17 +57,18 @@ void add_moments(const double* H_R, std::vector<test::RunningMean>& measured) {
 
 TEST_CASE("pairs on four columns and two layers follow the enumerated law", "[unsanitized]") {
   const std::vector<Setting> settings = {
-      {0.3, {1, 1, 1, 1}},         {1.0, {1, 1, 1, 1}},         {0.3, {1, 2, 1, 1}},
-      {0.6, {0.3, 1.8, 0.5, 1.4}}, {0.8, {0.3, 1.8, 0.5, 1.4}},
+      {0.3, {1, 1, 1, 1}},         {1.0, {1, 1, 1, 1}},     {0.3, {1, 2, 1, 1}},     {0.6, {0.3, 1.8, 0.5, 1.4}},
+      {0.8, {0.3, 1.8, 0.5, 1.4}}, {0.5, {1, 1, 1, 1}, 45}, {0.3, {1, 2, 1, 1}, 60}, {0.3, {1, 1, 1, 1}, 20},
   };
   for (const Setting& setting : settings) {
     const std::vector<double> load(setting.load.begin(), setting.load.end());
-    const test::TwoLayerMoments on_fine = test::TwoLayerLaw(setting.mu, setting.load, fine_cells).moments();
+    const test::TwoLayerMoments on_fine =
+        test::TwoLayerLaw(setting.mu, setting.load, fine_cells, setting.angle).moments();
     const std::vector<double> expected_coarse =
-        listed(test::TwoLayerLaw(setting.mu, setting.load, coarse_cells).moments());
+        listed(test::TwoLayerLaw(setting.mu, setting.load, coarse_cells, setting.angle).moments());
     const std::vector<double> expected_fine = listed(on_fine);
 
-    const Lattice lattice({.columns = 4, .layers = 2});
+    const Lattice lattice({.columns = 4, .layers = 2, .angle = setting.angle});
     SamplerSpec spec;
     spec.mu = setting.mu;
     spec.seed = 2;
@@ -181,6 +183,7 @@ struct LoadedPile {
   double mu;
   int layers;
   std::array<double, 4> load;
+  double angle = 30;
 };
 
 constexpr std::array<double, 4> even = {1, 1, 1, 1}, uneven = {0.6, 1.5, 0.8, 1.1};
@@ -523,7 +526,9 @@ TEST_CASE("a pile that rejection cannot find within its tries is a named failure
 TEST_CASE("an overload splits into two halves that run straight down, exactly") {
   for (const Law law : {Law::granusolve, Law::rejection}) {
     for (const int columns : {4, 5, 40, 41}) {
-      const Lattice lattice({.columns = columns, .layers = 60});
+      const double angle = columns > 5 ? 30 : 45, tangent = columns > 5 ? tan30 : 1;
+      const Lattice lattice({.columns = columns, .layers = 60, .angle = angle});
+      CHECK(59 * 0.5 * lattice.pitch() / (lattice.z(59) - lattice.z(0)) == Approx(tangent).epsilon(1e-14));  // c
       SamplerSpec spec;
       spec.law = law;
       spec.mu = 0;
@@ -536,14 +541,14 @@ TEST_CASE("an overload splits into two halves that run straight down, exactly") 
         for (int i = 0; i < columns; ++i) {
           // After n layers the halves stand at x = +n/2 and x = -n/2, wrapped around the ring.
           const auto meets = [&](double position) {
-            const double distance = lattice.x(n, i) - position;
+            const double distance = lattice.x(n, i) / lattice.pitch() - position;
             return std::abs(distance - columns * std::round(distance / columns)) < 0.25;
           };
           const std::size_t at = lattice.index(n, i);
           REQUIRE(pile.V_R[at] == (meets(0.5 * n) ? 1.0 : 0.5));
           REQUIRE(pile.V_L[at] == (meets(-0.5 * n) ? 1.0 : 0.5));
-          REQUIRE(pile.H_R[at] == pile.V_R[at] * tan30);
-          REQUIRE(pile.H_L[at] == -pile.V_L[at] * tan30);
+          REQUIRE(pile.H_R[at] == pile.V_R[at] * tangent);
+          REQUIRE(pile.H_L[at] == -pile.V_L[at] * tangent);
         }
       }
       CHECK(pile.mu == 0);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace granuscope::test {
 namespace {
@@ -21,27 +22,26 @@ RingForces top_layer(const std::array<double, 4>& load) {
   return forces;
 }
 
-double right_of(const RingForces& received, std::size_t i) { return received.V_UR[i] + std::sqrt(3.0) * received.H[i]; }
-double left_of(const RingForces& received, std::size_t i) { return received.V_UL[i] - std::sqrt(3.0) * received.H[i]; }
-
 }  // namespace
 
-TwoLayerLaw::TwoLayerLaw(double mu, const std::array<double, 4>& load, int cells)
-    : TwoLayerLaw(mu, top_layer(load), cells) {}
+TwoLayerLaw::TwoLayerLaw(double mu, const std::array<double, 4>& load, int cells, double angle)
+    : TwoLayerLaw(mu, top_layer(load), cells, angle) {}
 
-TwoLayerLaw::TwoLayerLaw(double mu, const RingForces& received, int cells)
-    : n_(static_cast<std::size_t>(cells)), cells_(cells), received_(received) {
-  const double thirty_degrees = std::atan(1 / std::sqrt(3.0));
-  const double flat = std::tan(thirty_degrees - std::atan(mu)), steep = std::tan(thirty_degrees + std::atan(mu));
-  const double k = std::sqrt(3.0) * (flat + steep) - 1;
+TwoLayerLaw::TwoLayerLaw(double mu, const RingForces& received, int cells, double angle)
+    : n_(static_cast<std::size_t>(cells)),
+      cells_(cells),
+      tan_(std::tan(angle * std::numbers::pi / 180)),
+      received_(received) {
+  const double flat = std::tan(std::atan(tan_) - std::atan(mu)), steep = std::tan(std::atan(tan_) + std::atan(mu));
+  const double k = (flat + steep) / tan_ - 1;
   for (std::size_t i = 0; i < 4; ++i) {
     const std::size_t next = (i + 1) % 4;
     const double V_R = right_of(received, i), V_L = left_of(received, i), H = received.H[i];
     own_[i] = {std::max(flat * V_R, flat * V_L + H), std::min(steep * V_R, steep * V_L + H)};
     // The bead between i and its neighbour receives H = a_i + H_next - a_next.
     const double V_UL = V_R, V_UR = left_of(received, next), H_next = received.H[next];
-    band_[i] = {std::max(-V_UR / std::sqrt(3.0), -(steep * V_UR - flat * V_UL) / k) - H_next,
-                std::min(V_UL / std::sqrt(3.0), (steep * V_UL - flat * V_UR) / k) - H_next};
+    band_[i] = {std::max(-V_UR * tan_, -(steep * V_UR - flat * V_UL) / k) - H_next,
+                std::min(V_UL * tan_, (steep * V_UL - flat * V_UR) / k) - H_next};
   }
   for (std::size_t i = 0; i < 4; ++i) {
     const Range X = own_[i], Y = own_[(i + 1) % 4];

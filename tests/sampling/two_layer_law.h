@@ -20,9 +20,9 @@ struct TwoLayerMoments {
 /// backtracks.
 class TwoLayerLaw {
  public:
-  TwoLayerLaw(double mu, const std::array<double, 4>& load, int cells);
+  TwoLayerLaw(double mu, const std::array<double, 4>& load, int cells, double angle = 30);
   /// The same for a layer that stands lower and receives any forces.
-  TwoLayerLaw(double mu, const RingForces& received, int cells);
+  TwoLayerLaw(double mu, const RingForces& received, int cells, double angle = 30);
   /// A bead of the upper layer has no interval: the splits above it were not admissible.
   bool solvable() const;
   TwoLayerMoments moments();
@@ -57,8 +57,12 @@ class TwoLayerLaw {
 
   bool admits(const std::array<double, 4>& splits) const;
 
+  double right_of(const RingForces& received, std::size_t i) const { return received.V_UR[i] + received.H[i] / tan_; }
+  double left_of(const RingForces& received, std::size_t i) const { return received.V_UL[i] - received.H[i] / tan_; }
+
   std::size_t n_;
   int cells_;
+  double tan_;  ///< of the contacts' angle
   RingForces received_;
   std::array<Range, 4> own_;   ///< of each upper bead's split
   std::array<Range, 4> band_;  ///< of a_j - a_{j+1}, for lower bead j

@@ -39,6 +39,17 @@ TEST_CASE("a pile comes back bit by bit") {
   CHECK(folder.contents() == std::vector<std::string>{"pile.h5"});
 }
 
+TEST_CASE("a pile file keeps the angle of the contacts, and has no word of it at 30 degrees") {
+  const TemporaryFolder folder;
+  for (const double angle : {30.0, 45.0}) {
+    Pile pile = awkward_pile(3, 5);
+    pile.lattice = Lattice({.columns = 5, .layers = 3, .angle = angle});
+    write_pile(folder / "pile.h5", pile);
+    CHECK(read_pile(folder / "pile.h5").lattice.geometry().angle == angle);
+    CHECK((read_file(folder / "pile.h5").find("contact_angle") == std::string::npos) == (angle == 30));
+  }
+}
+
 TEST_CASE("a part of a pile is read alone, and without its horizontal forces where they are not asked for") {
   const TemporaryFolder folder;
   const Pile pile = awkward_pile(6, 7);

@@ -27,6 +27,15 @@ Claim of_friction(const Analysis& analysis, const Claim& claim) {
 }  // namespace
 
 std::vector<Claim> judge_claims(const Analysis& analysis, const FitSpec& fit, const ClaimSpec& spec) {
+  if (analysis.angle() != usual_angle) {
+    std::vector<Claim> claims = judge_claims({}, fit, spec);
+    for (Claim& claim : claims) {
+      claim = open_claim(claim.id, claim.statement, claim.quantity);
+      leave_open(claim, "it is about contacts at {} degrees, and those of this experiment stand at {}", usual_angle,
+                 analysis.angle());
+    }
+    return claims;
+  }
   return {of_friction(analysis, judge_frictionless(analysis)),
           of_friction(analysis, judge_double_peak(analysis, fit, spec)),
           of_friction(analysis, judge_two_gaussians(analysis, fit, spec)),

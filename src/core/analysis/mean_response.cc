@@ -203,7 +203,7 @@ Replicated thrust_speed(const BlockSums& sums, int first_layer) {
   for (std::size_t row = 0; row < sums.layers.size(); ++row) {
     if (sums.layers[row] >= first_layer) ratios.push_back(block_mean(sums, "thrust", row));
   }
-  return transform(speed_from_thrust, mean_of(ratios));
+  return transform([&](double kappa) { return speed_from_thrust(kappa, sums.rows.ray()); }, mean_of(ratios));
 }
 
 namespace {
@@ -215,6 +215,8 @@ LayerSpectrum spectrum_of_propagation(const BlockSums& sums, std::size_t row) {
   LayerSpectrum spectrum;
   spectrum.columns = sums.quantities.at("propagation").width / 2;
   spectrum.half_shifted = sums.rows.shifted(sums.layers[row]);
+  spectrum.pitch = sums.rows.pitch;
+  spectrum.ray = sums.rows.ray();
   Row variance(static_cast<Eigen::Index>(modes.whole.size()));
   for (std::size_t m = 0; m < modes.whole.size(); ++m) {
     Replicated mode{modes.whole[m], {}};
@@ -236,6 +238,8 @@ LayerSpectrum layer_spectrum(const BlockSums& sums, std::size_t row, double over
   LayerSpectrum spectrum;
   spectrum.columns = columns_of_response(sums, overload);
   spectrum.half_shifted = sums.rows.shifted(sums.layers[row]);
+  spectrum.pitch = sums.rows.pitch;
+  spectrum.ray = sums.rows.ray();
   BlockMeans cosines = ratios(block);
   spectrum.whole = std::move(cosines.whole);
   spectrum.without_block = std::move(cosines.without_block);

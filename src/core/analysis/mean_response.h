@@ -30,8 +30,9 @@ struct ResponseModes {
 /// Cosines alone are the mirror symmetrisation x -> -x.
 struct LayerSpectrum {
   int columns = 0;
-  bool half_shifted = false;  ///< beads at half-integer x
-  std::vector<double> whole;  ///< from the whole ensemble, entry m-1 for mode m
+  bool half_shifted = false;      ///< beads at half-integer x
+  double pitch = 1, ray = tan30;  ///< of its rows; all else is in columns
+  std::vector<double> whole;      ///< from the whole ensemble, entry m-1 for mode m
   std::vector<std::vector<double>> without_block;
   /// Standard deviation of each entry of `whole`, from the scatter of the block means, smoothed over neighbouring
   /// modes. Noise is nearly invariant under translation, so its modes are nearly uncorrelated and this is its

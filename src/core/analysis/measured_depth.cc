@@ -73,7 +73,7 @@ constexpr const char* no_fit = "the fit of the double Gaussian did not converge"
 
 /// The verdict on the shape, chi^2 by the noise of this layer. None if nothing fits.
 std::optional<ShapeFit> judge_shape(const LayerSpectrum& spectrum, const FitSpec& spec, MeasuredDepth& depth) {
-  const auto whole = fit_shape(spectrum, coarse_shape(spectrum, depth.fit.z));
+  const auto whole = fit_shape(spectrum, coarse_shape(spectrum, depth.fit.z / spectrum.pitch));
   if (!whole) {
     set_unknown(no_fit, spectrum, depth);
     return whole;
@@ -114,6 +114,20 @@ MeasuredDepth depth_of(const MeasuredEnsemble& ensemble, std::size_t row) {
   return depth;
 }
 
+/// From columns to bead diameters.
+void scale(double pitch, MeasuredDepth& depth) {
+  if (pitch == 1) return;
+  const auto by = [](double factor, std::initializer_list<Replicated*> numbers) {
+    for (Replicated* number : numbers) *number = transform([&](double value) { return factor * value; }, *number);
+  };
+  by(pitch, {&depth.peak, &depth.width, &depth.peak_by_equal});
+  by(pitch * pitch, {&depth.width_squared, &depth.width_squared_by_equal});
+  if (!depth.inside) return;
+  by(1 / pitch, {&depth.inside->height});
+  by(pitch, {&depth.inside->diagnostics.peak});
+  by(pitch * pitch, {&depth.inside->diagnostics.width_squared});
+}
+
 constexpr const char* nothing_fluctuates =
     "piles without friction are all alike, so that there are no fluctuations to follow";
 
@@ -137,6 +151,7 @@ MeasuredDepth measure_depth(const MeasuredEnsemble& ensemble, const FitSpec& spe
                     spectrum.half_shifted ? 1 : 0, depth.peak, depth.width);
     depth.inside->noise = residual_noise(spectrum, depth.peak, depth.width);
   }
+  scale(spectrum.pitch, depth);
   depth.fit.peak_position = estimate(depth.peak, depth.fit.reason);
   depth.fit.width = estimate(depth.width, depth.fit.reason);
   depth.fit.width_squared = estimate(depth.width_squared, depth.fit.reason);
@@ -158,6 +173,7 @@ MeasuredDepth measure_depth_values(const MeasuredEnsemble& ensemble, const FitSp
   LayerSpectrum spectrum = layer_spectrum(ensemble.record.sums, row, overload);
   if (spectrum.exact) {
     measure_exactly(ensemble.record, row, overload, depth);
+    scale(spectrum.pitch, depth);
     return depth;
   }
   spectrum.without_block.clear();
@@ -169,6 +185,7 @@ MeasuredDepth measure_depth_values(const MeasuredEnsemble& ensemble, const FitSp
     depth.width_squared = shapes.width_squared;
     depth.fit.identifiable = depth.fit.reason.empty() && std::isfinite(shapes.peak.value);
   }
+  scale(spectrum.pitch, depth);
   return depth;
 }
 

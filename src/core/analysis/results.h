@@ -73,6 +73,7 @@ struct ResponseProfile {
   std::vector<double> pressure;  ///< P(x, z), mirror symmetrised, unit overload
   std::vector<double> standard_error;
   std::vector<double> fit;  ///< the fitted G, integrated over the bead width
+  double c0 = tan30;        ///< of its lattice
 };
 
 /// The exponents of depth, and of the number of piles, for which the paper has values, from the depths of the fit
@@ -114,7 +115,7 @@ struct Transport {
   Estimate position_offset;            ///< x_0 of x_p = x_0 + c z
   Estimate width_offset;               ///< w_0 of W^2 = w_0 + D z
   Estimate alpha_thrust;               ///< mean thrust ratio over the window
-  Estimate c_thrust;                   ///< tan30 * sqrt(alpha_thrust)
+  Estimate c_thrust;                   ///< c0 * sqrt(alpha_thrust)
   Estimate c_minus_c_thrust;           ///< their difference, with its own (correlated) error
   std::array<int, 2> window_layers{};  ///< first and last layer of the fit window
   int depths_in_window = 0;
@@ -149,7 +150,8 @@ struct Transport {
 
   const ScanParameter* scan = &friction_parameter();  ///< what differs from result to result
 
-  RowGeometry rows() const { return rows_of(spec.sampler.model); }
+  RowGeometry rows() const { return rows_of(spec.sampler.model, spec.lattice.angle); }
+  double c0() const { return rows().ray(); }
   double scanned() const { return scan->value(spec.sampler); }
   std::string at() const { return scan->at(spec.sampler); }  ///< "μ = 0.3"
   bool is_frictionless() const { return spec.sampler.model.has_contacts() && spec.sampler.mu == 0; }
@@ -171,6 +173,7 @@ struct OtherReading {
   std::string label;  ///< "z = 75.0": its name in figures
   std::vector<Point> points;  ///< ascending in mu
   ScalingFits fits;
+  double c0 = tan30;
 };
 
 /// The exponents from a choice beside that of the fit.
@@ -212,10 +215,13 @@ struct Analysis {
   Exponents mean_exponents;            ///< over all mu with scatter, see scaling.h
   Estimate mean_position_offset;       ///< x_0, likewise
   std::vector<Claim> claims;
+
+  double c0() const { return results.empty() ? tan30 : results.front().c0(); }
+  double angle() const { return results.empty() ? usual_angle : results.front().spec.lattice.angle; }
 };
 
-/// The propagation coefficient that follows from the thrust ratio alone: c = tan 30 degrees sqrt(kappa).
-inline double speed_from_thrust(double kappa) { return tan30 * std::sqrt(kappa); }
+/// The propagation coefficient that follows from the thrust ratio alone: c = c0 sqrt(kappa), at 30 degrees by default.
+inline double speed_from_thrust(double kappa, double c0 = tan30) { return c0 * std::sqrt(kappa); }
 
 /// The thrust ratio of uniformly loaded piles at one recorded layer.
 struct ThrustAtDepth {

@@ -25,7 +25,7 @@ Replicated logarithm_of_D(const Coefficients& one) {
   return transform([](double D) { return std::log(D); }, one.D);
 }
 Replicated logarithm_of_slowing(const Coefficients& one) {
-  return transform([](double c) { return std::log(tan30 - c); }, one.c);
+  return transform([&](double c) { return std::log(one.c0 - c); }, one.c);
 }
 
 }  // namespace
@@ -50,7 +50,7 @@ std::vector<Coefficients> slopes_of(const std::vector<MeasuredTransport>& result
   std::vector<Coefficients> slopes;
   for (const MeasuredTransport& result : results) {
     const Transport& t = result.transport;
-    if (!t.exact && t.c.known() && t.D.known()) slopes.push_back({t.scanned(), result.c, result.D});
+    if (!t.exact && t.c.known() && t.D.known()) slopes.push_back({t.scanned(), result.c, result.D, t.c0()});
   }
   return slopes;
 }
@@ -63,9 +63,9 @@ std::vector<Coefficients> varied_slopes(const std::vector<MeasuredTransport>& re
     if (t.exact || !t.c.known() || !t.D.known()) continue;
     const VariationSlopes* const variation = k < result.variations.size() ? &result.variations[k] : nullptr;
     if (variation != nullptr && variation->shown.c.known() && variation->shown.D.known()) {
-      slopes.push_back({t.scanned(), variation->c, variation->D});
+      slopes.push_back({t.scanned(), variation->c, variation->D, t.c0()});
     } else {
-      slopes.push_back({t.scanned(), result.c, result.D});
+      slopes.push_back({t.scanned(), result.c, result.D, t.c0()});
     }
   }
   return slopes;

@@ -48,6 +48,7 @@ ReplicatedPowerLaw fit_replicated_power_law(const std::vector<Replicated>& log_x
 struct Coefficients {
   double scanned = 0;
   Replicated c, D;
+  double c0 = tan30;
 };
 
 struct ReplicatedFits {

@@ -123,7 +123,7 @@ DoubleGaussian coarse_shape(const LayerSpectrum& spectrum, double z) {
   std::vector<double> chi2_without_shape(modes + 1, 0.0);
   for (std::size_t i = modes; i-- > 0;) chi2_without_shape[i] = chi2_without_shape[i + 1] + target[i] * target[i];
   // Beyond the far side of the ring a peak is the image of one on this side.
-  const double farthest = std::min(2 * tan30 * z, 0.5 * spectrum.columns);
+  const double farthest = std::min(2 * spectrum.ray * z, 0.5 * spectrum.columns);
   double width = narrowest_start;
   while (width < 0.5 * z) {
     // The modes without their aliases: near enough for a start, and then one exponential serves every position.

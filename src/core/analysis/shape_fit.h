@@ -21,7 +21,7 @@ struct ShapeFit {
 /// given. None if it does not converge.
 std::optional<ShapeFit> fit_shape(const LayerSpectrum& spectrum, DoubleGaussian start);
 
-/// The best shape on a coarse grid of positions up to 2 tan30 z, or half the ring, and widths: a start that no local
+/// The best shape on a coarse grid of positions up to 2 c0 z, or half the ring, and widths: a start that no local
 /// minimum can fool.
 DoubleGaussian coarse_shape(const LayerSpectrum& spectrum, double z);
 

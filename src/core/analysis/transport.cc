@@ -151,7 +151,7 @@ FittedRun fitted_run(const std::vector<MeasuredDepth>& depths, const FitSpec& sp
   run.window_start = run.layers.size() - used.size();
   if (!exact && used.size() >= min_depths) {
     const double reach = rows.depth(spec.layer_step) - rows.depth(0);
-    run.edge = edge_of(run, spec.min_identifiable_width, reach);
+    run.edge = edge_of(run, spec.min_identifiable_width * rows.pitch, reach);
   }
   return run;
 }
@@ -159,7 +159,7 @@ FittedRun fitted_run(const std::vector<MeasuredDepth>& depths, const FitSpec& sp
 void fit_slopes(const std::vector<MeasuredDepth>& depths, const FitSpec& spec, MeasuredTransport& result) {
   Transport& t = result.transport;
   std::vector<const MeasuredDepth*> used;
-  const FittedRun run = fitted_run(depths, spec, rows_of(t.spec.sampler.model), t.exact, used);
+  const FittedRun run = fitted_run(depths, spec, t.rows(), t.exact, used);
   t.depths_in_window = static_cast<int>(used.size());
   if (used.size() < min_depths) {
     const std::string how_many = used.empty() ? "no depth" : used.size() == 1 ? "one depth" : "two depths";
@@ -207,7 +207,7 @@ void measure_thrust(const std::vector<MeasuredDepth>& depths, const FitSpec& spe
     return;
   }
   const Replicated alpha = mean_of(ratios);
-  const Replicated c_thrust = transform(speed_from_thrust, alpha);
+  const Replicated c_thrust = transform([&](double kappa) { return speed_from_thrust(kappa, t.c0()); }, alpha);
   t.alpha_thrust = estimate(alpha);
   t.c_thrust = estimate(c_thrust, "the mean thrust ratio is negative");
   if (t.c.known()) {
@@ -260,9 +260,11 @@ ResponseProfile response_profile(const MeasuredEnsemble& ensemble, std::size_t r
   const int layer = depth.fit.layer, columns = static_cast<int>(means.whole.size());
   const Lattice lattice({columns, 2});
   const int kind_of_row = ensemble.record.sums.rows.shifted(layer) ? 1 : 0;
+  const double pitch = ensemble.record.sums.rows.pitch;
   ResponseProfile profile;
   profile.layer = layer;
   profile.z = depth.fit.z;
+  profile.c0 = ensemble.record.sums.rows.ray();
   std::vector<int> order(means.whole.size());
   for (int i = 0; i < columns; ++i) order[static_cast<std::size_t>(i)] = i;
   std::ranges::sort(order, [&](int a, int b) { return lattice.x(kind_of_row, a) < lattice.x(kind_of_row, b); });
@@ -283,7 +285,11 @@ ResponseProfile response_profile(const MeasuredEnsemble& ensemble, std::size_t r
     profile.standard_error.push_back(estimate(pressure).standard_error);
   }
   if (depth.fit.peak_position.known() && depth.fit.width.value > 0) {
-    profile.fit = evaluate({depth.fit.peak_position.value, depth.fit.width.value}, profile.x, columns);
+    profile.fit = evaluate({depth.fit.peak_position.value / pitch, depth.fit.width.value / pitch}, profile.x, columns);
+  }
+  for (double& x : profile.x) x *= pitch;
+  for (auto* densities : {&profile.pressure, &profile.standard_error, &profile.fit}) {
+    for (double& density : *densities) density /= pitch;
   }
   return profile;
 }

@@ -27,7 +27,7 @@ namespace {
 BlockSums empty_sums(const EnsembleSpec& spec, int first_block, int blocks) {
   BlockSums shapes;
   shapes.layers = recorded_layers(spec);
-  shapes.rows = rows_of(spec.sampler.model);
+  shapes.rows = rows_of(spec.sampler.model, spec.lattice.angle);
   for (const QuantityShape& quantity : quantities_of(spec)) shapes.quantities[quantity.name].width = quantity.width;
   return zero_sums(shapes, first_block, static_cast<std::size_t>(blocks));
 }

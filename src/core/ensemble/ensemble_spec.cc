@@ -175,12 +175,12 @@ int deepest_response(const EnsembleSpec& spec) {
 /// Columns that each of several overloads needs for itself.
 double columns_of_overload(const EnsembleSpec& spec) {
   const int deepest = deepest_response(spec), cone = deepest + 1;
-  if (!spec.sampler.model.is_beads()) return std::max(1.0 * cone, columns_needed(spec.sampler, deepest));
-  return std::max(cone + 2.0 * beyond_cone, columns_needed(spec.sampler.mu, deepest));
+  if (!spec.sampler.model.is_beads()) return std::max(1.0 * cone, columns_needed(like_at_30(spec), deepest));
+  return std::max(cone + 2.0 * beyond_cone, columns_needed(like_at_30(spec), deepest));
 }
 
 bool may_have_several(const EnsembleSpec& spec) {
-  return spec.sampler.law == Law::granusolve && spec.sampler.mu <= most_mu_of_several;
+  return spec.sampler.law == Law::granusolve && like_at_30(spec).mu <= most_mu_of_several;
 }
 
 }  // namespace
@@ -249,8 +249,37 @@ Problem find_gravity_problem(const SamplerSpec& sampler, const ResponseSpec& res
                  sampler.bead_weight);
 }
 
+namespace {
+
+/// What other angles than 30 degrees do not go with.
+Problem find_angle_problem(const EnsembleSpec& spec) {
+  const SamplerSpec& sampler = spec.sampler;
+  const double angle = spec.lattice.angle, limit = BeadGeometry(angle).cotangent;
+  if (angle == usual_angle) return {};
+  if (!sampler.model.is_beads()) {
+    return problem("angle", "the model {} is made for 30 degrees only; leave lattice.angle at that",
+                   name_of(sampler.model.name));
+  }
+  if (sampler.load_angle != 0 || sampler.load_offset != 0) {
+    return problem("load_angle",
+                   "loads that lean or act beside the centres have their limits at 30 degrees only; leave load_angle "
+                   "and load_offset at 0, or lattice.angle at 30");
+  }
+  if (sampler.drawn != DrawnVariable::force) {
+    return problem("drawn", "what else than a force is drawn is known at 30 degrees only; leave it at force");
+  }
+  if (sampler.mu < limit) return {};
+  return problem("mu",
+                 "mu = {} with contacts at {} degrees: at 1/tan(angle) = {:.4g} the cone of admissible forces reaches "
+                 "the horizontal; give less",
+                 sampler.mu, angle, limit);
+}
+
+}  // namespace
+
 Problem find_problem(const EnsembleSpec& spec) {
   if (auto found = find_problem(spec.lattice)) return found;
+  if (auto found = find_angle_problem(spec)) return found;
   if (auto found = find_problem(spec.sampler)) return found;
   if (auto found = find_problem(spec.response, spec.lattice)) return found;
   if (auto found = find_model_problem(spec)) return found;
@@ -307,6 +336,7 @@ std::string configuration_text(const EnsembleSpec& spec) {
     if (!counting && key.only.elsewhere == Elsewhere::left_out) continue;
     if (is_tilt(key) && std::get<double>(key.get()) == 0) continue;
     if (key.name == "drawn" && spec.sampler.drawn == DrawnVariable::force) continue;
+    if (key.name == "angle" && spec.lattice.angle == usual_angle) continue;
     if (is_of_moved_loads(key) && !moves_loads(spec)) continue;
     if (key.name == "samples") text += versions_of_sums(spec);
     // What an estimator ignores changes no number.
@@ -374,6 +404,12 @@ double columns_needed(const SamplerSpec& sampler, int layer) {
   constexpr double widest = 0.3;
   const double z = rows_of(sampler.model).depth(layer);
   return 2 * tan30 * z + 8 * std::sqrt(widest * z + 1);
+}
+
+SamplerSpec like_at_30(SamplerSpec sampler, double angle) {
+  const BeadGeometry geometry(angle);
+  if (sampler.mu >= 0 && sampler.mu < geometry.cotangent) sampler.mu = FrictionCone(sampler.mu, geometry).mu_at_30();
+  return sampler;
 }
 
 int overloads_of(const EnsembleSpec& spec) {

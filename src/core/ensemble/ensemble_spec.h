@@ -164,6 +164,10 @@ double expected_speed(double mu);
 double columns_needed(double mu, int layer);
 double columns_needed(const SamplerSpec& sampler, int layer);
 
+/// The sampler with the friction at 30 degrees that suits as many columns and layers (FrictionCone::mu_at_30).
+SamplerSpec like_at_30(SamplerSpec sampler, double angle);
+inline SamplerSpec like_at_30(const EnsembleSpec& spec) { return like_at_30(spec.sampler, spec.lattice.angle); }
+
 /// How many overloads a pile of the estimator point carries, a divisor of the columns. With overloads = 0 as many as
 /// stand so far apart that the response to each is the same as to one alone: beads of the law granusolve up to
 /// mu = 0.5, whose repairs carry hardly anything beyond the cone |x| <= layer/2, and 32 beads on either side of it.

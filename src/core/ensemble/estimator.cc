@@ -96,7 +96,7 @@ LayerMoments LayerObservables::of_layer(const PileGroup& group, int layer) {
   for (std::size_t k = 0; k < group.piles; ++k) {
     const double total =
         std::accumulate(group.loads[k].begin(), group.loads[k].end(), 0.0) + columns * group.weight_of_beads(layer);
-    observables.thrust[k] = sqrt3 * observables.thrust[k] / total;
+    observables.thrust[k] = group.lattice.geometry().cotangent * observables.thrust[k] / total;
     observables.variance[k] /= columns * (mean * mean);
   }
   return observables;

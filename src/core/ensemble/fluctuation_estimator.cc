@@ -55,7 +55,7 @@ FluctuationEstimator::FluctuationEstimator(const EnsembleSpec& spec, Samplers sa
       modes_(most_modes(plan_)),
       room_(layers_at_once(plan_)),
       parts_(is_scalar(spec.sampler.model) ? 1 : correlation_parts),
-      rows_(rows_of(spec.sampler.model)),
+      rows_(rows_of(spec.sampler.model, spec.lattice.angle)),
       load_(top_load(spec)),
       loads_(piles_at_once(spec), load_),
       sampler_(samplers.first),
@@ -240,11 +240,12 @@ std::vector<int> layers_of(const FluctuationPlan& plan) {
 
 FluctuationPlan fluctuation_plan(const EnsembleSpec& spec) {
   const ResponseSpec& response = spec.response;
+  const SamplerSpec sampler = like_at_30(spec);
   FluctuationPlan plan;
   plan.lags = recorded_layers(spec);
   const int spacing = spacing_of(plan.lags), last = plan.lags.back();
   const int step = (response.base_step + spacing - 1) / spacing * spacing;
-  const int first = response.first_base > 0 ? response.first_base : saturated_layer(spec.sampler, last);
+  const int first = response.first_base > 0 ? response.first_base : saturated_layer(sampler, last);
   // The deepest lag then falls on a layer as far from a base as lags are apart.
   plan.reference = response.reference_lag;
   while ((plan.reference + last) % spacing != 0) ++plan.reference;
@@ -256,7 +257,7 @@ FluctuationPlan fluctuation_plan(const EnsembleSpec& spec) {
   for (const int lag : plan.lags) {
     // The reference serves every lag.
     const int shallowest = lag == 0 && plan.lags.size() > 1 ? plan.lags[1] : lag;
-    plan.modes.push_back(weighty_modes(spec.sampler, spec.lattice.columns, shallowest, plan.reference));
+    plan.modes.push_back(weighty_modes(sampler, spec.lattice.columns, shallowest, plan.reference));
   }
   plan.layers = layers_of(plan);
   return plan;

@@ -42,13 +42,15 @@ ForceCounts::ForceCounts(const EnsembleSpec& spec, BlockSums& sums, int block)
 void ForceCounts::add(const PileGroup& group, std::span<const std::optional<SamplingFailure>> failures) const {
   using namespace force_bins;
   const auto columns = static_cast<std::size_t>(group.lattice.columns());
+  const BeadGeometry& to = group.lattice.geometry();
   for (std::size_t l = 0; l < layers_.size(); ++l) {
     const double mean = mean_weight(group.bead_weight, layers_[l]);
     const auto count = [&](std::size_t histogram, std::size_t bin) { counts_.add(l, histogram + bin, 1); };
     Sums sums;
     // `outwards`: the horizontal force away from the bead.
     const auto add_contact = [&](double V, double outwards) {
-      const double N = (outwards + sqrt3 * V) / (2 * mean), T = (sqrt3 * outwards - V) / (2 * mean);
+      const double N = (to.twice_sine * outwards + to.twice_cosine * V) / (2 * mean);
+      const double T = (to.twice_cosine * outwards - to.twice_sine * V) / (2 * mean);
       const double mobilised = mu_ > 0 && N > 0 ? std::clamp(T / (mu_ * N), -1.0, 1.0) : 0;
       const bool slides = std::abs(mobilised) >= 1 - sliding;
       count(normal, bin_of(N, per_unit, values));

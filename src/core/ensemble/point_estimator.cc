@@ -132,7 +132,7 @@ void PointEstimator::add_moved(std::span<const PileGroup> groups, Failures failu
 namespace {
 
 bool below_overload(const Lattice& lattice, int layer, int bead) {
-  return std::abs(lattice.x(layer, bead)) <= Lattice::depth(layer);
+  return std::abs(lattice.x(layer, bead)) <= lattice.z(layer);
 }
 
 }  // namespace
@@ -242,7 +242,7 @@ void PairedEstimator::add_response_thrust() {
     for (std::size_t i = row; i < row + columns; ++i) {
       difference += (after_.H_R[i] - after_.H_L[i]) - (before_.H_R[i] - before_.H_L[i]);
     }
-    response_thrust_.add(l, sqrt3 * difference / overload_);
+    response_thrust_.add(l, after_.lattice.geometry().cotangent * difference / overload_);
   }
 }
 

@@ -17,32 +17,42 @@ namespace granuscope {
 namespace {
 
 // Back to Cartesian components, from N and T only, so that the balances below never see the sampler's V and H.
-double vertical_right(ResolvedForce f) { return (sqrt3 * f.N - f.T) / 2; }
-double vertical_left(ResolvedForce f) { return (sqrt3 * f.N + f.T) / 2; }
-double horizontal_right(ResolvedForce f) { return (f.N + sqrt3 * f.T) / 2; }
-double horizontal_left(ResolvedForce f) { return (-f.N + sqrt3 * f.T) / 2; }
+double vertical_right(const BeadGeometry& to, ResolvedForce f) {
+  return (to.twice_cosine * f.N - to.twice_sine * f.T) / 2;
+}
+double vertical_left(const BeadGeometry& to, ResolvedForce f) {
+  return (to.twice_cosine * f.N + to.twice_sine * f.T) / 2;
+}
+double horizontal_right(const BeadGeometry& to, ResolvedForce f) {
+  return (to.twice_sine * f.N + to.twice_cosine * f.T) / 2;
+}
+double horizontal_left(const BeadGeometry& to, ResolvedForce f) {
+  return (-to.twice_sine * f.N + to.twice_cosine * f.T) / 2;
+}
 
 }  // namespace
 
 double balance_residual(const PileView& pile, int layer, int bead) {
+  const BeadGeometry& to = pile.lattice.geometry();
   const std::size_t at = pile.index(layer, bead);
-  const ResolvedForce R = resolve_right(pile.V_R[at], pile.H_R[at]);
-  const ResolvedForce L = resolve_left(pile.V_L[at], pile.H_L[at]);
+  const ResolvedForce R = resolve_right(to, pile.V_R[at], pile.H_R[at]);
+  const ResolvedForce L = resolve_left(to, pile.V_L[at], pile.H_L[at]);
   ResolvedForce UL, UR;
   if (layer == 0) {
     // The load enters through both upper contacts; how they divide its horizontal part changes no balance.
     const Incoming load = top_load(pile.load[static_cast<std::size_t>(bead)], pile.load_line);
-    UL = resolve_right(load.V_UL, load.H / 2);
-    UR = resolve_left(load.V_UR, load.H / 2);
+    UL = resolve_right(to, load.V_UL, load.H / 2);
+    UR = resolve_left(to, load.V_UR, load.H / 2);
   } else {
     const std::size_t a = pile.index(layer - 1, pile.lattice.upper_left(layer, bead));
     const std::size_t b = pile.index(layer - 1, pile.lattice.upper_right(layer, bead));
-    UL = resolve_right(pile.V_R[a], pile.H_R[a]);
-    UR = resolve_left(pile.V_L[b], pile.H_L[b]);
+    UL = resolve_right(to, pile.V_R[a], pile.H_R[a]);
+    UR = resolve_left(to, pile.V_L[b], pile.H_L[b]);
   }
   const double vertical =
-      vertical_right(UL) + vertical_left(UR) + pile.bead_weight - vertical_right(R) - vertical_left(L);
-  const double horizontal = horizontal_right(UL) + horizontal_left(UR) - horizontal_right(R) - horizontal_left(L);
+      vertical_right(to, UL) + vertical_left(to, UR) + pile.bead_weight - vertical_right(to, R) - vertical_left(to, L);
+  const double horizontal =
+      horizontal_right(to, UL) + horizontal_left(to, UR) - horizontal_right(to, R) - horizontal_left(to, L);
   const double torque = UL.T + UR.T + L.T + R.T;
   if (!std::isfinite(vertical + horizontal + torque)) return std::numeric_limits<double>::quiet_NaN();
   return std::max({std::abs(vertical), std::abs(horizontal), std::abs(torque)});
@@ -50,7 +60,8 @@ double balance_residual(const PileView& pile, int layer, int bead) {
 
 std::vector<LayerResidual> audit_layers(const Pile& pile) {
   const Lattice& lattice = pile.lattice;
-  const FrictionCone cone(pile.mu);
+  const BeadGeometry& to = lattice.geometry();
+  const FrictionCone cone(pile.mu, to);
   const PileView view = view_of(pile);
   std::vector<LayerResidual> layers;
   layers.reserve(static_cast<std::size_t>(lattice.layers()));
@@ -67,7 +78,7 @@ std::vector<LayerResidual> audit_layers(const Pile& pile) {
       balance = std::max(balance, residual);
       const std::size_t at = lattice.index(n, i);
       for (const ResolvedForce& f :
-           {resolve_right(pile.V_R[at], pile.H_R[at]), resolve_left(pile.V_L[at], pile.H_L[at])}) {
+           {resolve_right(to, pile.V_R[at], pile.H_R[at]), resolve_left(to, pile.V_L[at], pile.H_L[at])}) {
         largest = std::max(largest, std::hypot(f.N, f.T));
         violation = std::max({violation, std::abs(f.T) - cone.mu() * f.N, -f.N});
       }
@@ -151,7 +162,8 @@ IdentityResiduals identity_residuals(const Pile& pile) {
       std::rotate_copy(H.begin(), H.begin() + first, H.end(), ring.begin());
       ring.back() = ring.front();
       for (std::size_t i = 0; i < columns; ++i) {
-        residual[i] = std::abs(weight[i] - (above[i] + 2 * pile.bead_weight + sqrt3 * (ring[i] - ring[i + 1])));
+        residual[i] = std::abs(
+            weight[i] - (above[i] + 2 * pile.bead_weight + lattice.geometry().cotangent * (ring[i] - ring[i + 1])));
       }
       const IdentityFacts residuals = facts(residual);
       const double largest = std::max({largest_above, largest_H, weights.largest});

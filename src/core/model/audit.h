@@ -24,10 +24,14 @@ struct ResolvedForce {
   double N, T;
 };
 
-/// Contact towards the lower right: its direction is 30 degrees to the right of the vertical.
-inline ResolvedForce resolve_right(double V, double H) { return {(H + sqrt3 * V) / 2, (sqrt3 * H - V) / 2}; }
+/// Contact towards the lower right.
+inline ResolvedForce resolve_right(const BeadGeometry& to, double V, double H) {
+  return {(to.twice_sine * H + to.twice_cosine * V) / 2, (to.twice_cosine * H - to.twice_sine * V) / 2};
+}
 /// Contact towards the lower left.
-inline ResolvedForce resolve_left(double V, double H) { return {(-H + sqrt3 * V) / 2, (sqrt3 * H + V) / 2}; }
+inline ResolvedForce resolve_left(const BeadGeometry& to, double V, double H) {
+  return {(-to.twice_sine * H + to.twice_cosine * V) / 2, (to.twice_cosine * H + to.twice_sine * V) / 2};
+}
 
 /// The largest residual of vertical, horizontal and torque balance of one bead, recomputed from N and T; not a number
 /// if a force is none. The view has the layer above the bead, too.
@@ -44,7 +48,7 @@ std::vector<LayerResidual> audit_layers(const Pile& pile);
 struct IdentityResiduals {
   /// Each layer's sum of w against that of the loads and of the weights g of the beads down to it, relative to these.
   double weight_sum = 0;
-  double wave_equation = 0;  ///< w_{n+1}(x) = w_{n-1}(x) + 2 g + sqrt(3) [H_n(x - 1/2) - H_n(x + 1/2)], bead by bead
+  double wave_equation = 0;  ///< w_{n+1}(x) = w_{n-1}(x) + 2 g + cot [H_n(x - 1/2) - H_n(x + 1/2)], bead by bead
 };
 
 /// Largest rounding error of an identity that a correct pile shows. 500 columns x 1000 layers stay below 1e-13.

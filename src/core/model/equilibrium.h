@@ -23,7 +23,8 @@ using scalar::unsolvable;
 
 /// What enters a top bead: its load through two upper contacts, whose friction is the load's torque. With contacts like
 /// gears, T_R + T_L = -(T_UL + T_UR) at every bead, or V_R - V_L = 2 sqrt(3) H - (V_UL - V_UR): a load through the
-/// centres (offset 0) is borne by all layers alike, any other torque goes down with alternating sign.
+/// centres (offset 0) is borne by all layers alike, any other torque goes down with alternating sign. Of 30 degrees,
+/// the only angle at which loads may lean or act beside the centres.
 inline Incoming top_load(double load, const LoadLine& line) {
   const double half = load / 2, lean = sqrt3 * line.slope - 2 * line.offset;
   return {half * (1 + lean), half * (1 - lean), line.slope * load};

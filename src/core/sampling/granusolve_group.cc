@@ -47,7 +47,7 @@ GranusolveGroup::GranusolveGroup(const SamplerSpec& spec, const Lattice& lattice
     : alone_(alone),
       keeps_forces_(!kept || kept->forces),
       kept_(static_cast<std::size_t>(lattice.layers()), -1),
-      cone_(spec.mu),
+      cone_(spec.mu, lattice.geometry()),
       spec_(spec),
       lattice_(lattice) {
   const std::size_t layer = static_cast<std::size_t>(lattice.columns()) * group_lanes, all = window * layer;

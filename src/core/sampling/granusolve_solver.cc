@@ -139,13 +139,13 @@ inline double GranusolveDraws::choose_split(int layer, int bead, Outgoing out, I
 bool GranusolveDraws::try_draw(int layer, int bead) {
   const FrictionCone& cone = state_.cone();
   Incoming in = state_.incoming(layer, bead);
-  Outgoing out = balance(in);
+  Outgoing out = balance(cone, in);
   Interval interval = split_interval(cone, out, in.H);
   if (unsolvable(out, interval)) {
     if (!misses_by_rounding(cone, in)) return false;
     in.H = nearest_solvable(cone, in);
     ++work_.counts.rounded;
-    out = balance(in);
+    out = balance(cone, in);
     interval = closed(split_interval(cone, out, in.H));
   }
   const GranusolveArrays& arrays = state_.arrays();
@@ -486,7 +486,7 @@ SolveResult GranusolveSolver::redraw_row(int layer) {
       const std::size_t b = above + (static_cast<std::size_t>(lattice.upper_right(layer, bead)) * arrays.stride);
       const Incoming in =
           with_weight({arrays.V_R[a], arrays.V_L[b], arrays.H_R[a] + (arrays.H[b] - arrays.H_R[b])}, half_weight);
-      const Outgoing out = balance(in);
+      const Outgoing out = balance(cone, in);
       const Interval interval = split_interval(cone, out, in.H);
       if (unsolvable(out, interval)) {
         if (const SolveResult result = solve_one_pending(layer, bead); result != SolveResult::solved) return result;

@@ -31,7 +31,7 @@ void BeadRun::include(int other, int others, int columns) {
 
 GranusolveState::GranusolveState(const SamplerSpec& spec, const Lattice& lattice)
     : lattice_(lattice),
-      cone_(spec.mu),
+      cone_(spec.mu, lattice.geometry()),
       drawn_(spec.drawn),
       order_(static_cast<std::size_t>(lattice.layers())),
       pending_(static_cast<std::size_t>(lattice.layers())),
@@ -207,7 +207,7 @@ void GranusolveState::check_balance(int layer, int bead) const {
   const Incoming handed = incoming(layer, bead);
   const double allowance = ulps * (handed.V_UL + handed.V_UR + std::abs(handed.H));
   require(std::abs(arrays_.H[here] - handed.H) <= allowance, "its parents hand down another force", layer, bead);
-  const Outgoing out = balance({handed.V_UL, handed.V_UR, arrays_.H[here]});
+  const Outgoing out = balance(cone_, {handed.V_UL, handed.V_UR, arrays_.H[here]});
   require(out.V_R == arrays_.V_R[here] && out.V_L == arrays_.V_L[here], "its vertical forces do not balance", layer,
           bead);
 }

@@ -49,7 +49,7 @@ HWY_INLINE V horizontal(const double* H_R, const double* H_L, std::size_t i) {
 template <bool totals>
 std::size_t CheckSome(const CheckedBeads& beads, std::size_t entries, RowFacts& facts) {
   const std::size_t whole = entries - entries % group_lanes, lanes = hn::Lanes(d);
-  const V root3 = hn::Set(d, sqrt3), gain = hn::Set(d, beads.gain);
+  const V cotangent = hn::Set(d, beads.cotangent), gain = hn::Set(d, beads.gain);
   for (std::size_t k = 0; k < group_lanes; k += lanes) {
     V weight_sum = hn::Load(d, facts.weight_sum.data() + k), finite_sum = hn::Load(d, facts.finite_sum.data() + k);
     V largest_weight = hn::Load(d, facts.largest_weight.data() + k);
@@ -60,7 +60,8 @@ std::size_t CheckSome(const CheckedBeads& beads, std::size_t entries, RowFacts& 
       const V above = hn::Add(hn::LoadU(d, beads.V_R_above + i), hn::LoadU(d, beads.V_L_above + i));
       const V left = horizontal<totals>(beads.H_R_left, beads.H_L_left, i);
       const V right = horizontal<totals>(beads.H_R_right, beads.H_L_right, i);
-      const V residual = hn::Abs(hn::Sub(weight, hn::Add(hn::Add(above, gain), hn::Mul(root3, hn::Sub(left, right)))));
+      const V residual =
+          hn::Abs(hn::Sub(weight, hn::Add(hn::Add(above, gain), hn::Mul(cotangent, hn::Sub(left, right)))));
       weight_sum = hn::Add(weight_sum, weight);
       const V H = hn::Abs(hn::LoadU(d, beads.H_R + i));
       finite_sum = hn::Add(finite_sum, hn::Add(residual, H));
@@ -110,7 +111,7 @@ void check_beads(const CheckedBeads& beads, std::size_t entries, RowFacts& facts
     const double weight = beads.V_R[i] + beads.V_L[i];
     const double left = beads.H_R_left[i] + beads.H_L_left[i], right = beads.H_R_right[i] + beads.H_L_right[i];
     const double residual =
-        std::abs(weight - (beads.V_R_above[i] + beads.V_L_above[i] + beads.gain + sqrt3 * (left - right)));
+        std::abs(weight - (beads.V_R_above[i] + beads.V_L_above[i] + beads.gain + beads.cotangent * (left - right)));
     facts.weight_sum[k] += weight;
     facts.finite_sum[k] += residual + std::abs(beads.H_R[i]);
     facts.largest_weight[k] = std::max(facts.largest_weight[k], weight);

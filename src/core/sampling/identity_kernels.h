@@ -2,6 +2,7 @@
 #include <array>
 #include <cstddef>
 
+#include "model/lattice.h"
 #include "sampling/group_lanes.h"
 
 namespace granuscope {
@@ -27,9 +28,10 @@ struct CheckedBeads {
   const double *H_R_right, *H_L_right;  ///< leaving the upper-right parent
   double gain = 0;                      ///< of weight in two layers: what two beads weigh by themselves
   bool totals = false;                  ///< instead of H_L both parents give H_R + H_L, and H_R is not read
+  double cotangent = sqrt3;
 };
 
-/// The same, and the residuals |w - (w two layers up + gain + sqrt(3) (H of the left parent - H of the right parent))|.
+/// The same, and the residuals |w - (w two layers up + gain + cot (H of the left parent - H of the right parent))|.
 /// For a run that is a whole number of eights, or the row's last.
 void check_beads(const CheckedBeads& beads, std::size_t entries, RowFacts& facts);
 

@@ -78,10 +78,11 @@ Problem find_diluted_problem(const LatticeSpec& lattice) {
 
 }  // namespace
 
-RowGeometry rows_of(const ModelSpec& model) {
+RowGeometry rows_of(const ModelSpec& model, double angle) {
   if (model.name == ModelName::three_leg) return {.spacing = sqrt3, .staggered = false};
   if (model.name == ModelName::stochastic_osl) return {.spacing = sqrt3 / 2, .staggered = false};
-  return {};
+  const BeadGeometry geometry(angle);
+  return {.spacing = geometry.twice_cosine / 2, .pitch = geometry.twice_sine};
 }
 
 int bottom_margin_of(const ModelSpec& model) {

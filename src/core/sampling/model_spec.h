@@ -103,8 +103,8 @@ std::span<const ModelParameter> model_parameters();
 /// [model] and the tables of its models, bound to the spec.
 std::vector<Key> keys_of(ModelSpec& model);
 
-/// Where its rows lie.
-RowGeometry rows_of(const ModelSpec& model);
+/// Where its rows lie; of beads with contacts at this angle.
+RowGeometry rows_of(const ModelSpec& model, double angle = usual_angle);
 
 /// Layers at the bottom that are computed and not used: failures below would reach up into those of beads; a floor that
 /// bears whatever it is given lets the lowest layers of piles that are solved as a whole be freer than others. Models

@@ -104,9 +104,10 @@ void GroupIdentities::add_layer(const ForceRow& here, const ForceRow& above, con
     const std::size_t first = layer_ % 2 == 0 ? 1 : 0, seam = layer_ % 2 == 0 ? 0 : columns - 1;
     const auto run = [&](std::size_t bead, std::size_t left, std::size_t right, std::size_t beads) {
       const std::size_t at = bead * stride_, l = left * stride_, r = right * stride_;
-      check_beads({here.V_R + at, here.V_L + at, here.H_R + at, two_above.V_R + at, two_above.V_L + at, above.H_R + l,
-                   above.H_L + l, above.H_R + r, above.H_L + r, 2 * bead_weight_, above.totals},
-                  beads * stride_, facts);
+      check_beads(
+          {here.V_R + at, here.V_L + at, here.H_R + at, two_above.V_R + at, two_above.V_L + at, above.H_R + l,
+           above.H_L + l, above.H_R + r, above.H_L + r, 2 * bead_weight_, above.totals, lattice_.geometry().cotangent},
+          beads * stride_, facts);
     };
     run(first, 0, 1, columns - 1);
     run(seam, columns - 1, 0, 1);
@@ -166,7 +167,7 @@ struct BeadInterval {
 
 BeadInterval interval_of(const FrictionCone& cone, const Pile& pile, int layer, int bead) {
   const Incoming in = incoming(pile, layer, bead);
-  Interval interval = split_interval(cone, balance(in), in.H);
+  Interval interval = split_interval(cone, balance(cone, in), in.H);
   const double scale = std::max({std::abs(interval.low), std::abs(interval.high), in.V_UL + in.V_UR, std::abs(in.H)});
   if (interval.empty()) interval.low = interval.high = interval.low + (interval.high - interval.low) / 2;
   return {interval, kept_ulps * std::numeric_limits<double>::epsilon() * scale};
@@ -188,7 +189,7 @@ double number_of(const BeadInterval& bead, double H_R) {
 
 void read_split_uniforms(const Pile& pile, std::vector<double>& numbers) {
   numbers.resize(pile.lattice.beads());
-  const FrictionCone cone(pile.mu);
+  const FrictionCone cone(pile.mu, pile.lattice.geometry());
   for_each_bead(pile.lattice, [&](int layer, int bead, std::size_t at) {
     numbers[at] = number_of(interval_of(cone, pile, layer, bead), pile.H_R[at]);
   });
@@ -196,7 +197,7 @@ void read_split_uniforms(const Pile& pile, std::vector<double>& numbers) {
 
 void find_redrawn(const Pile& first, const Pile& again, std::vector<unsigned char>& redrawn) {
   redrawn.resize(first.lattice.beads());
-  const FrictionCone cone(first.mu);
+  const FrictionCone cone(first.mu, first.lattice.geometry());
   for_each_bead(first.lattice, [&](int layer, int bead, std::size_t at) {
     const BeadInterval before = interval_of(cone, first, layer, bead), after = interval_of(cone, again, layer, bead);
     const double kept =

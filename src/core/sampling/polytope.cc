@@ -26,7 +26,7 @@ PolytopeSampler::PolytopeSampler(const SamplerSpec& spec, const Lattice& lattice
       spec_(spec),
       measured_(spec),
       start_(std::make_unique<GranusolveSampler>(start_of_chain(spec), lattice)),
-      chain_(FrictionCone(spec.mu), lattice, spec.lambda) {}
+      chain_(FrictionCone(spec.mu, lattice.geometry()), lattice, spec.lambda) {}
 
 std::optional<SamplingFailure> PolytopeSampler::draw(std::uint64_t sample, std::span<const double> load, Pile& pile) {
   const bool same_load = std::equal(load.begin(), load.end(), load_.begin(), load_.end());
@@ -97,10 +97,10 @@ PolytopeChain::PolytopeChain(const FrictionCone& cone, const Lattice& lattice, d
       pile_(lattice),
       H_(lattice.beads()),
       length_(lattice.beads()),
-      per_V_low_(1 / (sqrt3 * cone.t_minus())),
-      per_V_high_(1 / (sqrt3 * cone.t_plus())),
-      per_both_low_(1 / (1 - sqrt3 * cone.t_minus())),
-      per_both_high_(1 / (sqrt3 * cone.t_plus() - 1)) {}
+      per_V_low_(1 / (cone.cotangent() * cone.t_minus())),
+      per_V_high_(1 / (cone.cotangent() * cone.t_plus())),
+      per_both_low_(1 / (1 - cone.cotangent() * cone.t_minus())),
+      per_both_high_(1 / (cone.cotangent() * cone.t_plus() - 1)) {}
 
 double PolytopeChain::length(double V_R, double V_L, double H) const {
   const Interval interval = split_interval(cone_, {V_R, V_L}, H);
@@ -120,7 +120,7 @@ void PolytopeChain::store(Pile& pile) {
     for (int i = 0; i < lattice_.columns(); ++i) {
       const std::size_t here = lattice_.index(n, i);
       const Incoming in = incoming(pile_, n, i);
-      const Outgoing out = balance(in);
+      const Outgoing out = balance(cone_, in);
       pile_.V_R[here] = out.V_R;
       pile_.V_L[here] = out.V_L;
       H_[here] = in.H;
@@ -142,9 +142,9 @@ PolytopeChain::Neighbourhood PolytopeChain::around(int layer, int bead) const {
 
 // Three kinds of contact bound t. With h the outward horizontal force, t- V <= h <= t+ V:
 //   h += t                  (o, llr, lrr)        -(h - t- V) <= t <= t+ V - h
-//   V += sqrt3 t            (outer ones of l, r, ll, rr)
-//                                    -(t+ V - h)/(sqrt3 t+) <= t, and t <= (h - t- V)/(sqrt3 t-) or, where t- < 0, >=
-//   h -= t, V -= sqrt3 t    (inner ones of l, r; lr)  t <= (h - t- V)/(1 - sqrt3 t-), t <= (t+ V - h)/(sqrt3 t+ - 1)
+//   V += cot t            (outer ones of l, r, ll, rr)
+//                                    -(t+ V - h)/(cot t+) <= t, and t <= (h - t- V)/(cot t-) or, where t- < 0, >=
+//   h -= t, V -= cot t    (inner ones of l, r; lr)  t <= (h - t- V)/(1 - cot t-), t <= (t+ V - h)/(cot t+ - 1)
 void PolytopeChain::null_move(int layer, int bead, UniformPair u) {
   ++moves_;
   const Neighbourhood at = around(layer, bead);
@@ -174,7 +174,7 @@ void PolytopeChain::null_move(int layer, int bead, UniformPair u) {
     if (cone_.t_minus() < 0) low = std::max(low, of_V.low * per_V_low_);
   }
   if (!(low < high)) return;  // a corner of the set, or one that rounding has made
-  const double t = point_at({low, high}, u.first), shift = sqrt3 * t;
+  const double t = point_at({low, high}, u.first), shift = cone_.cotangent() * t;
 
   std::array<double, 7> lengths;
   double ratio = 1;
@@ -330,7 +330,7 @@ class Pilot {
  public:
   Pilot(const SamplerSpec& spec, const Lattice& lattice, std::span<const double> load)
       : spec_(spec),
-        chain_(FrictionCone(spec.mu), lattice, 0),
+        chain_(FrictionCone(spec.mu, lattice.geometry()), lattice, 0),
         observables_(lattice, std::accumulate(load.begin(), load.end(), 0.0)),
         key_(spec.seed, 0) {
     Pile start(lattice);

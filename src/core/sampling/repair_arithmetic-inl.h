@@ -119,17 +119,21 @@ template <class X>
 class ConeOf {
  public:
   explicit HWY_INLINE ConeOf(const FrictionCone& cone)
-      : t_minus_(number<X>(cone.t_minus())),
+      : tangent_(number<X>(cone.tangent())),
+        cotangent_(number<X>(cone.cotangent())),
+        t_minus_(number<X>(cone.t_minus())),
         t_plus_(number<X>(cone.t_plus())),
         t_minus_over_k_(number<X>(cone.t_minus_over_k())),
         t_plus_over_k_(number<X>(cone.t_plus_over_k())) {}
+  HWY_INLINE X tangent() const { return tangent_; }
+  HWY_INLINE X cotangent() const { return cotangent_; }
   HWY_INLINE X t_minus() const { return t_minus_; }
   HWY_INLINE X t_plus() const { return t_plus_; }
   HWY_INLINE X t_minus_over_k() const { return t_minus_over_k_; }
   HWY_INLINE X t_plus_over_k() const { return t_plus_over_k_; }
 
  private:
-  X t_minus_, t_plus_, t_minus_over_k_, t_plus_over_k_;
+  X tangent_, cotangent_, t_minus_, t_plus_, t_minus_over_k_, t_plus_over_k_;
 };
 
 /// A bead under its load: what leaves it, and where its split may lie.
@@ -143,7 +147,7 @@ struct Bead {
 
 template <class X>
 HWY_INLINE Bead<X> bead_under(const ConeOf<X>& cone, IncomingOf<X> in) {
-  const OutgoingOf<X> out = balance(in);
+  const OutgoingOf<X> out = balance(cone, in);
   return {out, in.H, split_interval(cone, out, in.H)};
 }
 

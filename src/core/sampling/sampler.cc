@@ -13,6 +13,7 @@
 #include "sampling/row_model.h"
 #include "sampling/simple_laws.h"
 #include "support/error.h"
+#include "support/plain_text.h"
 
 namespace granuscope {
 namespace {
@@ -103,9 +104,10 @@ class CheckedSampler final : public Sampler {
       if (load[i] == 0 && takes_zero_) continue;
       if (load[i] == 0) {
         throw InputError(fmt::format(
-            "there is no load on top bead {}: while the friction angle is below 30 degrees (mu < 1/sqrt(3)) "
+            "there is no load on top bead {}: while the friction angle is below {} degrees (mu < {}) "
             "a force next to an unloaded bead can only go straight on; load every top bead",
-            i));
+            i, lattice_.geometry().angle,
+            lattice_.geometry().angle == usual_angle ? "1/sqrt(3)" : significant(lattice_.geometry().tangent, 4)));
       }
       throw InputError(
           fmt::format("the load {} on top bead {} is not a positive finite number: a top bead can only be pressed "
@@ -170,7 +172,7 @@ std::unique_ptr<Sampler> make_sampler(const SamplerSpec& spec, const Lattice& la
     }
     return std::make_unique<CheckedSampler>(std::make_unique<RowModelSampler>(spec, lattice), lattice, true);
   }
-  const FrictionCone cone(spec.mu);
+  const FrictionCone cone(spec.mu, lattice.geometry());
   std::unique_ptr<Sampler> sampler;
   if (cone.mu() == 0) {
     sampler = std::make_unique<FrictionlessSampler>(spec, lattice);

@@ -35,7 +35,7 @@ bool bears(const FrictionCone& cone, const LoadLine& line) {
   if (std::isnan(line.offset)) return false;
   for (const double offset : {line.offset, -line.offset}) {
     const Incoming in = top_load(1, {line.slope, offset});
-    const Outgoing out = balance(in);
+    const Outgoing out = balance(cone, in);
     if (unsolvable(out, split_interval(cone, out, in.H))) return false;
   }
   return true;

@@ -24,7 +24,7 @@ int try_pile(const FrictionCone& cone, Pile& pile, ChooseSplit choose_split) {
 }  // namespace
 
 RejectionSampler::RejectionSampler(const SamplerSpec& spec, const Lattice& lattice)
-    : Sampler(lattice), cone_(spec.mu), spec_(spec) {}
+    : Sampler(lattice), cone_(spec.mu, lattice.geometry()), spec_(spec) {}
 
 void RejectionSampler::begin_pile(std::uint64_t sample, std::span<const double> load, Pile& pile) const {
   pile.mu = spec_.mu;
@@ -82,7 +82,7 @@ std::optional<SamplingFailure> RejectionSampler::draw_again(std::uint64_t sample
 
 EloyClementSampler::EloyClementSampler(const SamplerSpec& spec, const Lattice& lattice)
     : Sampler(lattice),
-      cone_(spec.mu),
+      cone_(spec.mu, lattice.geometry()),
       spec_(spec),
       max_solutions_(static_cast<std::uint64_t>(spec.effort * static_cast<double>(lattice.beads()))),
       failures_(static_cast<std::size_t>(lattice.layers())),
@@ -137,8 +137,8 @@ void fill_frictionless(std::span<const double> load, Pile& pile) {
                                            : pile.V_R[lattice.index(n - 1, lattice.upper_left(n, i))]);
       pile.V_L[at] = half_weight + (n == 0 ? top_load(load[at], pile.load_line).V_UR
                                            : pile.V_L[lattice.index(n - 1, lattice.upper_right(n, i))]);
-      pile.H_R[at] = pile.V_R[at] * tan30;
-      pile.H_L[at] = -pile.V_L[at] * tan30;
+      pile.H_R[at] = pile.V_R[at] * lattice.geometry().tangent;
+      pile.H_L[at] = -pile.V_L[at] * lattice.geometry().tangent;
     }
   }
 }

@@ -51,7 +51,7 @@ class EloyClementSampler final : public Sampler {
   std::vector<std::uint32_t> attempts_;  ///< per layer
 };
 
-/// The one pile without friction: every force lies along its contact, H_R = V_R/sqrt(3), H_L = -V_L/sqrt(3), and each
+/// The one pile without friction: every force lies along its contact, H_R = V_R tan, H_L = -V_L tan, and each
 /// half of a load, and of the weight of a bead, runs straight down its lattice row; pile.load_line tells how unequal
 /// those of a load are, pile.bead_weight what a bead adds. Exact under every law at mu = 0; draws nothing.
 void fill_frictionless(std::span<const double> load, Pile& pile);
@@ -63,7 +63,7 @@ template <typename ChooseSplit>
 bool fill_layer(const FrictionCone& cone, int layer, Pile& pile, ChooseSplit choose_split) {
   for (int bead = 0; bead < pile.lattice.columns(); ++bead) {
     const Incoming in = incoming(pile, layer, bead);
-    const Outgoing out = balance(in);
+    const Outgoing out = balance(cone, in);
     const Interval interval = split_interval(cone, out, in.H);
     if (unsolvable(out, interval)) return false;
     const std::size_t at = pile.lattice.index(layer, bead);

@@ -125,6 +125,7 @@ std::string key_of_record(const EnsembleRecord& header, const std::vector<std::s
   writer.put(header.sampling_version);
   writer.put(header.sums.rows.spacing);
   writer.put(header.sums.rows.staggered);
+  if (header.sums.rows.pitch != 1) writer.put(header.sums.rows.pitch);
   writer.put(header.counts);
   for (const std::string& key : keys) writer.put(key);
   for (const FailedSample& one : header.failed) {
@@ -170,6 +171,7 @@ void compose(Hdf5Writer& writer, const EnsembleRecord& header, const std::vector
   if (sums.rows != RowGeometry{}) {  // those of the beads go without saying
     writer.attribute("/", row_spacing, exact(sums.rows.spacing));
     writer.attribute("/", rows_staggered, sums.rows.staggered ? "yes" : "no");
+    if (sums.rows.pitch != 1) writer.attribute("/", row_pitch, exact(sums.rows.pitch));
   }
   for (const auto& [quantity, numbers] : sums.quantities) {
     const Shape shape = {blocks, layers, static_cast<std::uint64_t>(numbers.width)};
@@ -298,12 +300,16 @@ int read_first_block(const Hdf5Reader& reader) {
 RowGeometry read_rows(const Hdf5Reader& reader) {
   RowGeometry rows;
   if (!reader.has_attribute("/", row_spacing)) return rows;
-  const std::string spacing = reader.text("/", row_spacing);
   rows.staggered = reader.text("/", rows_staggered) == "yes";
-  const auto [end, error] = std::from_chars(spacing.data(), spacing.data() + spacing.size(), rows.spacing);
-  if (error != std::errc{} || end != spacing.data() + spacing.size() || !(rows.spacing > 0)) {
-    reader.fail(fmt::format("its rows are '{}' apart, which is no distance. Make the file again.", spacing));
-  }
+  const auto read = [&](const char* name, double& distance) {
+    const std::string text = reader.text("/", name);
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), distance);
+    if (error != std::errc{} || end != text.data() + text.size() || !(distance > 0)) {
+      reader.fail(fmt::format("its rows are '{}' apart, which is no distance. Make the file again.", text));
+    }
+  };
+  read(row_spacing, rows.spacing);
+  if (reader.has_attribute("/", row_pitch)) read(row_pitch, rows.pitch);
   return rows;
 }
 

@@ -11,7 +11,7 @@ inline constexpr std::uint64_t version = 4;
 inline constexpr std::uint64_t most_blocks = 1'000'000;
 
 /// Where the rows lie, if not as those of beads: a number in full, and "yes" or "no".
-inline constexpr const char *row_spacing = "row_spacing", *rows_staggered = "rows_staggered";
+inline constexpr const char *row_spacing = "row_spacing", *row_pitch = "row_pitch", *rows_staggered = "rows_staggered";
 
 /// The digest of all that is in no block. Files of before have none.
 inline constexpr const char* record_key = "record_key";

@@ -90,6 +90,10 @@ PileDescription describe(const std::filesystem::path& file) {
   if (reader.has_attribute("/load", "slope")) {
     found.load_line = {reader.number("/load", "slope"), reader.number("/load", "offset")};
   }
+  if (reader.has_attribute("/", "contact_angle")) {
+    found.lattice.angle = reader.number("/", "contact_angle");
+    if (const Problem wrong = find_problem(found.lattice)) reader.fail(wrong->message + ". Make the file again.");
+  }
   if (reader.has_attribute("/", "bead_weight")) found.bead_weight = reader.number("/", "bead_weight");
   found.mu = reader.number("/", "mu");
   found.law = reader.text("/", "law");
@@ -218,6 +222,8 @@ class StoredLayers : public PileLayers {
 void write_pile(const std::filesystem::path& file, const Pile& pile) {
   const auto layers = static_cast<std::uint64_t>(pile.lattice.layers());
   const auto columns = static_cast<std::uint64_t>(pile.lattice.columns());
+  const double angle = pile.lattice.geometry().angle;
+  const bool tilted = angle != usual_angle;
   Hdf5Writer writer(file);
   writer.attribute("/", "format", format_name);
   writer.attribute("/", "format_version", format_version);
@@ -226,10 +232,12 @@ void write_pile(const std::filesystem::path& file, const Pile& pile) {
   writer.attribute("/", "law", pile.law);
   writer.attribute("/", "seed", pile.seed);
   writer.attribute("/", "sample", pile.sample);
-  writer.attribute("/", "configuration_json",
-                   configuration_json(fmt::format("law={}\nmu={}\nseed={}\nsample={}\ncolumns={}\nlayers={}\n",
-                                                  pile.law, exact(pile.mu), pile.seed, pile.sample,
-                                                  pile.lattice.columns(), pile.lattice.layers())));
+  writer.attribute(
+      "/", "configuration_json",
+      configuration_json(fmt::format("law={}\nmu={}\nseed={}\nsample={}\ncolumns={}\nlayers={}\n{}", pile.law,
+                                     exact(pile.mu), pile.seed, pile.sample, pile.lattice.columns(),
+                                     pile.lattice.layers(), tilted ? fmt::format("angle={}\n", exact(angle)) : "")));
+  if (tilted) writer.attribute("/", "contact_angle", angle);
   constexpr const char* force_unit = "loads of one top bead";
   for (const ForceArray& array : force_arrays) {
     writer.dataset(array.path, {layers, columns}, pile.*(array.in_pile));
@@ -245,7 +253,8 @@ void write_pile(const std::filesystem::path& file, const Pile& pile) {
   if (pile.bead_weight != 0) writer.attribute("/", "bead_weight", pile.bead_weight);
   std::vector<int> all_layers(layers);
   std::iota(all_layers.begin(), all_layers.end(), 0);
-  write_lattice_axes(writer, pile.lattice.columns(), all_layers);
+  write_lattice_axes(writer, pile.lattice.columns(), all_layers,
+                     {.spacing = pile.lattice.spacing(), .pitch = pile.lattice.pitch()});
   writer.commit();
 }
 
@@ -290,7 +299,7 @@ std::vector<double> write_lattice_axes(Hdf5Writer& writer, int columns, std::spa
   if (columns < fewest_columns) return z;  // nothing by columns is stored
   const Lattice lattice({.columns = columns, .layers = 2});
   for (const int parity : {0, 1}) {
-    for (int bead = 0; bead < columns; ++bead) x.push_back(lattice.x(rows.shifted(parity) ? 1 : 0, bead));
+    for (int bead = 0; bead < columns; ++bead) x.push_back(rows.pitch * lattice.x(rows.shifted(parity) ? 1 : 0, bead));
   }
   writer.dataset("/x", {2, static_cast<std::uint64_t>(columns)}, x);
   describe_dataset(writer, "/x", "bead diameters", "layer modulo 2, column");

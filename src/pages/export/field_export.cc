@@ -22,7 +22,7 @@ namespace {
 
 /// P of one recorded layer from the left end of the ring on, with standard errors, [columns] each.
 struct FieldLine {
-  double x = 0;  ///< of the first one
+  double x = 0;  ///< of the first one, in columns
   std::vector<double> values, errors;
 };
 
@@ -38,8 +38,8 @@ FieldLine line_at(const MeasuredEnsemble& ensemble, std::size_t row) {
     const auto bead = static_cast<std::size_t>((leftmost + k) % lattice.columns());
     Replicated one{response.whole[bead], {}};
     for (const std::vector<double>& block : response.without_block) one.without_block.push_back(block[bead]);
-    line.values.push_back(one.value);
-    line.errors.push_back(estimate(one).standard_error);
+    line.values.push_back(one.value / sums.rows.pitch);
+    line.errors.push_back(estimate(one).standard_error / sums.rows.pitch);
   }
   return line;
 }
@@ -56,7 +56,7 @@ void write_csv(const MeasuredEnsemble& ensemble, const std::filesystem::path& ta
     std::string text;
     const auto cell = [](double number) { return std::isfinite(number) ? exact(number) : std::string("NaN"); };
     for (std::size_t k = 0; k < line.values.size(); ++k) {
-      text += fmt::format("{},{},{},{}\n", exact(line.x + static_cast<double>(k)),
+      text += fmt::format("{},{},{},{}\n", exact(sums.rows.pitch * (line.x + static_cast<double>(k))),
                           exact(sums.rows.depth(sums.layers[row])), cell(line.values[k]), cell(line.errors[k]));
     }
     file.append(text);
@@ -78,9 +78,10 @@ void write_vti(const MeasuredEnsemble& ensemble, const std::filesystem::path& ta
   VtkFile vtk(target, "ImageData");
   const std::string extent = fmt::format("0 {} 0 {} 0 0", halves, rows);
   std::string inside = fmt::format(
-      "<ImageData WholeExtent=\"{0}\" Origin=\"{1} {2} 0\" Spacing=\"0.5 {3} 1\">\n<Piece Extent=\"{0}\">\n"
+      "<ImageData WholeExtent=\"{0}\" Origin=\"{1} {2} 0\" Spacing=\"{4} {3} 1\">\n<Piece Extent=\"{0}\">\n"
       "<PointData/>\n<CellData Scalars=\"P\">\n",
-      extent, exact(-0.5 * columns), exact(-sums.rows.depth(layers.back()) - height / 2), exact(height));
+      extent, exact(-0.5 * columns * sums.rows.pitch), exact(-sums.rows.depth(layers.back()) - height / 2),
+      exact(height), exact(0.5 * sums.rows.pitch));
   for (const char* name : {"P", "standard_error"}) inside += vtk.array(name, "Float64", 1, halves * rows);
   vtk.begin(comment, inside + "</CellData>\n</Piece>\n</ImageData>\n");
 

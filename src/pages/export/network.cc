@@ -15,16 +15,17 @@ constexpr std::size_t enough = 8192;
 
 NetworkContact contact_of(const PileView& pile, const NetworkBead& bead, bool right) {
   const Lattice& lattice = pile.lattice;
+  const BeadGeometry& to = lattice.geometry();
   const std::size_t at = pile.index(bead.layer, bead.column);
   NetworkContact contact;
   contact.upper = bead.number;
   contact.x = bead.x;
   contact.z = bead.z;
-  contact.branch_x = right ? 0.5 : -0.5;
-  contact.branch_z = sqrt3 / 2;
+  contact.branch_x = (right ? 0.5 : -0.5) * lattice.pitch();
+  contact.branch_z = lattice.spacing();
   contact.V = right ? pile.V_R[at] : pile.V_L[at];
   contact.H = right ? pile.H_R[at] : pile.H_L[at];
-  const ResolvedForce force = right ? resolve_right(contact.V, contact.H) : resolve_left(contact.V, contact.H);
+  const ResolvedForce force = right ? resolve_right(to, contact.V, contact.H) : resolve_left(to, contact.V, contact.H);
   contact.N = force.N;
   contact.T = force.T;
   const double most = pile.mu * force.N;
@@ -32,7 +33,7 @@ NetworkContact contact_of(const PileView& pile, const NetworkBead& bead, bool ri
   if (bead.layer + 1 == lattice.layers()) return contact;
   const int below = right ? lattice.lower_right(bead.layer, bead.column) : lattice.lower_left(bead.layer, bead.column);
   contact.lower = static_cast<std::int64_t>(lattice.index(bead.layer + 1, below));
-  contact.across_seam = std::abs(lattice.x(bead.layer + 1, below) - bead.x) > 1;
+  contact.across_seam = std::abs(lattice.x(bead.layer + 1, below) - bead.x) > lattice.pitch();
   return contact;
 }
 
@@ -49,8 +50,8 @@ void for_each_piece(PileLayers& pile,
     for (int column = 0; column < lattice.columns(); ++column) {
       const std::size_t at = view.index(layer, column);
       const auto number = static_cast<std::int64_t>(lattice.index(layer, column));
-      beads.push_back({number, layer, column, lattice.x(layer, column), Lattice::depth(layer),
-                       view.V_R[at] + view.V_L[at], balance_residual(view, layer, column)});
+      beads.push_back({number, layer, column, lattice.x(layer, column), lattice.z(layer), view.V_R[at] + view.V_L[at],
+                       balance_residual(view, layer, column)});
       for (const bool right : {false, true}) contacts.push_back(contact_of(view, beads.back(), right));
     }
     if (beads.size() < enough && layer + 1 < lattice.layers()) continue;

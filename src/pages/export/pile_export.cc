@@ -87,12 +87,12 @@ class Dump : public TextFormat {
   std::string begin(const PileView& pile) const override {
     const Lattice& lattice = pile.lattice;
     const bool beads = part_ == NetworkPart::beads;
-    const double half = 0.5 * lattice.columns();
+    const double half = lattice.half_width();
     return fmt::format(
         "ITEM: TIMESTEP\n0\nITEM: NUMBER OF {}\n{}\nITEM: BOX BOUNDS pp ff pp\n{} {}\n{} 0\n{} {}\nITEM: {}\n",
         beads ? "ATOMS" : "ENTRIES",
         beads ? static_cast<std::int64_t>(lattice.beads()) : all_contacts(lattice) - contacts_on_floor(lattice),
-        exact(-half), exact(half), exact(-Lattice::depth(lattice.layers() - 1) - bead_radius), exact(-bead_radius),
+        exact(-half), exact(half), exact(-lattice.z(lattice.layers() - 1) - bead_radius), exact(-bead_radius),
         exact(bead_radius),
         beads ? "ATOMS id type x y z radius weight residual" : "ENTRIES x1 y1 z1 x2 y2 z2 id1 id2 periodic fx fy fz");
   }

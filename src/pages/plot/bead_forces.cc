@@ -15,6 +15,7 @@
 #include "plot/figure_captions.h"
 #include "plot/gnuplot.h"
 #include "plot/plot.h"
+#include "plot/plot_texts.h"
 #include "render/scenes.h"
 #include "sampling/sampler.h"
 #include "support/error.h"
@@ -45,18 +46,18 @@ struct PushedDown {
   bool right;
 };
 
-ContactForce contact_force(PushedDown force, bool from_above) {
-  constexpr double half_sqrt3 = sqrt3 / 2;
+ContactForce contact_force(const BeadGeometry& to, PushedDown force, bool from_above) {
   // A right contact seen from its lower bead lies to the upper left.
   const double side = force.right == from_above ? -1 : 1;
   const double sign = from_above ? 1 : -1;
   ContactForce contact{};
-  contact.x = 0.25 * side;
-  contact.z = from_above ? -half_sqrt3 / 2 : half_sqrt3 / 2;
+  contact.x = 0.25 * side * to.twice_sine;
+  contact.z = (from_above ? -to.twice_cosine : to.twice_cosine) / 4;
   contact.fx = sign * force.H;
   contact.fz = sign * force.V;
-  contact.N = half_sqrt3 * force.V + (force.right ? 0.5 : -0.5) * force.H;
-  contact.T = half_sqrt3 * force.H + (force.right ? -0.5 : 0.5) * force.V;
+  const double sine = (force.right ? 0.5 : -0.5) * to.twice_sine, cosine = to.twice_cosine / 2;
+  contact.N = cosine * force.V + sine * force.H;
+  contact.T = cosine * force.H - sine * force.V;
   return contact;
 }
 
@@ -68,10 +69,11 @@ FourContacts contacts_of(const Pile& pile, int layer, int bead) {
   const std::size_t here = lattice.index(layer, bead);
   const std::size_t left = lattice.index(layer - 1, lattice.upper_left(layer, bead));
   const std::size_t right = lattice.index(layer - 1, lattice.upper_right(layer, bead));
-  return {contact_force({pile.V_R[left], pile.H_R[left], true}, true),
-          contact_force({pile.V_L[right], pile.H_L[right], false}, true),
-          contact_force({pile.V_R[here], pile.H_R[here], true}, false),
-          contact_force({pile.V_L[here], pile.H_L[here], false}, false)};
+  const BeadGeometry& to = lattice.geometry();
+  return {contact_force(to, {pile.V_R[left], pile.H_R[left], true}, true),
+          contact_force(to, {pile.V_L[right], pile.H_L[right], false}, true),
+          contact_force(to, {pile.V_R[here], pile.H_R[here], true}, false),
+          contact_force(to, {pile.V_L[here], pile.H_L[here], false}, false)};
 }
 
 bool shows_four_forces(const FourContacts& contacts) {
@@ -97,11 +99,11 @@ int choose_bead(const Pile& pile, int layer) {
 }
 
 /// Centres of the beads around the chosen one that lie in the picture, itself left out.
-CsvTable surrounding_beads() {
+CsvTable surrounding_beads(const Lattice& lattice) {
   CsvTable beads({"x: bead diameters", "z: bead diameters"});
   for (int row = -1; row <= 1; ++row) {
     for (int column = -3; column <= 3; ++column) {
-      const double x = column + (row % 2 == 0 ? 0.0 : 0.5), z = row * sqrt3 / 2;
+      const double x = lattice.pitch() * (column + (row % 2 == 0 ? 0.0 : 0.5)), z = row * lattice.spacing();
       const bool in_sight = std::abs(x) - 0.5 < shown_width && std::abs(z) - 0.5 < shown_depth;
       if (in_sight && (row != 0 || column != 0)) beads.add_row({x, z});
     }
@@ -159,7 +161,7 @@ Figure plot_bead_forces(const Pile& pile, const BeadForcesSpec& spec, const std:
   plot.id = figure_id;
   plot.height = 3.05;
   plot.add_data("contacts", table);
-  plot.add_data("beads", surrounding_beads());
+  plot.add_data("beads", surrounding_beads(pile.lattice));
   plot.other_curves = 6;
   plot.own = {{"mu", pile.mu},
               {"layer", spec.layer},
@@ -184,7 +186,8 @@ Figure plot_bead_forces(const Pile& pile, const BeadForcesSpec& spec, const std:
                        {"layers", std::to_string(pile.lattice.layers())},
                        {"sample", std::to_string(pile.sample)},
                        {"seed", std::to_string(pile.seed)},
-                       {"rule", shows_four_forces(contacts) ? "yes" : ""}}},
+                       {"rule", shows_four_forces(contacts) ? "yes" : ""}},
+                      terms_of(friction_parameter(), pile.lattice.geometry().angle)},
                      run_folder);
 }
 

@@ -50,7 +50,7 @@ void add_depths(DepthPlot& figure, const Transport& result) {
   Range position_range, width_range, z_range, shift_range, square_range;
   shift_range.add(0);
   square_range.add(0);
-  position_range.add(tan30);
+  position_range.add(result.c0());
   width_range.add(0);
   int shown = 0;
   std::size_t unidentified = 0;
@@ -65,7 +65,7 @@ void add_depths(DepthPlot& figure, const Transport& result) {
     const double position_error = fit.peak_position.standard_error / fit.z;
     const double width = fit.width_squared.value / fit.z;
     const double width_error = fit.width_squared.standard_error / fit.z;
-    const double shift = fit.peak_position.value - tan30 * fit.z;
+    const double shift = fit.peak_position.value - result.c0() * fit.z;
     const double chi2 = fit.degrees_of_freedom > 0 ? fit.chi2_per_dof : 0;
     positions.add_row({fit.z, position, position_error, shift, fit.peak_position.standard_error, chi2});
     widths.add_row({fit.z, width, width_error, fit.width_squared.value, fit.width_squared.standard_error, chi2});
@@ -74,7 +74,7 @@ void add_depths(DepthPlot& figure, const Transport& result) {
     position_range.add(position, position_error);
     width_range.add(width, width_error);
   }
-  shift_range.add((result.c_thrust.value - tan30) * z_range.high);
+  shift_range.add((result.c_thrust.value - result.c0()) * z_range.high);
   figure.position.y = linear_axis("xₚ/z", with_margins(position_range), 5);
   figure.width.y = linear_axis("W²/z", with_margins(width_range), 5);
   figure.shift.y = linear_axis("xₚ − c₀ z", with_margins(shift_range), 5);
@@ -86,7 +86,7 @@ void add_depths(DepthPlot& figure, const Transport& result) {
   const Style measured = Ink{"blue", 7}.bars(0.8, 0.4), level{.colour = "frame", .width = 1, .dash = 3};
   const std::string of_position = figure.plot.add_data("position", positions),
                     of_width = figure.plot.add_data("width", widths);
-  figure.position.add_level(tan30, level);
+  figure.position.add_level(result.c0(), level);
   figure.position.add(of_position, "1:2:3", measured);
   figure.width.add(of_width, "1:2:3", measured);
   figure.shift.add_level(0, level);
@@ -125,7 +125,7 @@ bool add_thrust(DepthPlot& figure, const Transport& result) {
   const bool with_c = result.c.known() && result.position_offset.known();
   const Range& window = figure.position.band;
   if (known) {
-    const double slope = result.c_thrust.value - tan30;
+    const double slope = result.c_thrust.value - result.c0();
     // It meets the line of c where the window begins.
     const double offset =
         with_c ? result.position_offset.value + (result.c.value - result.c_thrust.value) * window.low : 0;
@@ -134,7 +134,7 @@ bool add_thrust(DepthPlot& figure, const Transport& result) {
   }
   figure.caption["thrust"] = known ? exact(result.c_thrust.value) : "";
   // The lines fall where the peaks are slower than without friction: the numbers stand where they do not pass.
-  const double top = !result.c.known() || result.c.value < tan30 ? 0.84 : 0.33;
+  const double top = !result.c.known() || result.c.value < result.c0() ? 0.84 : 0.33;
   const auto tell = [&](const std::string& what, const Estimate& number, double below, const char* colour) {
     if (!number.known()) return;
     figure.shift.texts.push_back(
@@ -182,7 +182,8 @@ Figure plot_transport_with_depth(const Analysis& analysis, const TransportWithDe
   figure.caption["window_bottom"] = caption_number(window.high);
   add_depths(figure, *result);
   const bool thrust = add_thrust(figure, *result);
-  const bool with_c = add_slope(figure, "c", result->c, result->position_offset, figure.position, figure.shift, tan30);
+  const bool with_c =
+      add_slope(figure, "c", result->c, result->position_offset, figure.position, figure.shift, result->c0());
   const bool with_D = add_slope(figure, "D", result->D, result->width_offset, figure.width, figure.square, 0);
   if (with_D) {
     figure.square.texts.push_back({"slope D = " + value_with_error(result->D), 0.05, 0.91, "left", "black"});
@@ -194,7 +195,8 @@ Figure plot_transport_with_depth(const Analysis& analysis, const TransportWithDe
   }
   figure.plot.add_key("c₀ = tan 30°", {.colour = "frame", .width = 1, .dash = 3});
   if (thrust) figure.plot.add_key("c from thrust", {.colour = "bluish_green", .width = 1.6});
-  return plot_figure(figure.plot, {"plot/transport_with_depth.captions", figure.caption, terms_of(*analysis.scan)},
+  return plot_figure(figure.plot,
+                     {"plot/transport_with_depth.captions", figure.caption, terms_of(*analysis.scan, analysis.angle())},
                      run_folder);
 }
 
@@ -295,7 +297,7 @@ Range heights(const std::vector<ProfilePanel>& panels, double half_width) {
 
 /// The right-hand peak, seen closely: where the fit puts it, or where it would stand without friction.
 double centre_of(const ProfilePanel& panel) {
-  return panel.fit != nullptr ? panel.fit->peak_position.value : tan30 * panel.profile->z;
+  return panel.fit != nullptr ? panel.fit->peak_position.value : panel.profile->c0 * panel.profile->z;
 }
 
 /// Half the width of that view, the same in every panel: six widths of the widest peak.
@@ -437,7 +439,7 @@ Figure plot_response_profiles(const std::vector<Transport>& results, const Respo
                        {"unfitted", enumeration(unfitted)},
                        {"nearest", fmt::format("{}", fmt::join(nearest, ". "))},
                        {"paper_depths", shows_the_papers_layers(panels, spec.layers_computed) ? "yes" : ""}},
-                      terms_of(*result->scan)},
+                      terms_of(*result->scan, result->spec.lattice.angle)},
                      run_folder);
 }
 

@@ -28,7 +28,7 @@ std::vector<PowerLawPoint> points_of(const OtherReading& reading, bool against_D
   std::vector<PowerLawPoint> points;
   for (const OtherReading::Point& one : reading.points) {
     const PowerLawPoint point{one.mu, against_D ? one.D.value : one.mu, against_D ? one.D.standard_error : 0,
-                              tan30 - one.c.value, one.c.standard_error};
+                              reading.c0 - one.c.value, one.c.standard_error};
     if (one.c.known() && one.D.known() && fits_log_axes(point)) points.push_back(point);
   }
   return points;
@@ -39,10 +39,10 @@ std::vector<LeftOut> left_out_of(const Analysis& analysis) {
   std::vector<LeftOut> left_out;
   for (const Transport& result : analysis.results) {
     if (result.exact) continue;
-    const char* const why = !has_slopes(result)       ? "c or D unknown"
-                            : result.c.value >= tan30 ? "c₀ − c of slopes not above 0"
-                            : result.D.value <= 0     ? "D not above 0"
-                                                      : nullptr;
+    const char* const why = !has_slopes(result)             ? "c or D unknown"
+                            : result.c.value >= result.c0() ? "c₀ − c of slopes not above 0"
+                            : result.D.value <= 0           ? "D not above 0"
+                                                            : nullptr;
     if (why != nullptr) left_out.push_back({fmt::format("μ = {}", caption_number(result.scanned())), why});
   }
   return left_out;
@@ -213,7 +213,8 @@ Figure plot_main_finding(const Analysis& analysis, const std::filesystem::path& 
     variables[name + "low"] = caption_number(reading.fits.gamma.window[0]);
     variables[name + "high"] = caption_number(reading.fits.gamma.window[1]);
   }
-  return plot_figure(plot, {"plot/main_finding.captions", variables, terms_of(*analysis.scan)}, run_folder);
+  return plot_figure(plot, {"plot/main_finding.captions", variables, terms_of(*analysis.scan, analysis.angle())},
+                     run_folder);
 }
 
 }  // namespace granuscope

@@ -106,11 +106,12 @@ TemplateVariables with_decimal_sign(TemplateVariables variables, std::string_vie
   return variables;
 }
 
-std::string terms_of(const ScanParameter& parameter) {
-  if (&parameter == &friction_parameter()) return {};
+std::string terms_of(const ScanParameter& parameter, double angle) {
+  std::string terms = angle == usual_angle ? "" : fmt::format("30° -> {0}°\n30 degrees -> {0} degrees\n", angle);
+  if (&parameter == &friction_parameter()) return terms;
   const ScanParameter& friction = friction_parameter();
-  std::string terms = fmt::format("{} -> {}\n{} -> {}\n{} -> {}\n", friction.label(), parameter.label(),
-                                  friction.meaning, parameter.meaning, friction.name, parameter.name);
+  terms += fmt::format("{} -> {}\n{} -> {}\n{} -> {}\n", friction.label(), parameter.label(), friction.meaning,
+                       parameter.meaning, friction.name, parameter.name);
   if (parameter.symbol != friction.symbol) {
     terms += fmt::format("{} -> {}\n", friction.symbol, parameter.symbol);
   }

@@ -20,8 +20,9 @@ std::string in_terms(const std::string& text, std::string_view catalogue);
 /// parted by semicolons.
 TemplateVariables with_decimal_sign(TemplateVariables variables, std::string_view catalogue);
 
-/// The catalogue by which texts about friction speak of what else an experiment varies; empty for friction itself.
-std::string terms_of(const ScanParameter& parameter);
+/// The catalogue by which texts about friction speak of what else an experiment varies, and those about contacts at 30
+/// degrees of another angle; empty for these.
+std::string terms_of(const ScanParameter& parameter, double angle = usual_angle);
 
 /// The catalogue of a language that is built in: "en" (nothing changes), "fr", "de". Throws InputError for another.
 std::string_view catalogue_of(const std::string& language);

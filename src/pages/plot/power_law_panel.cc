@@ -270,7 +270,7 @@ const Transport* nearest_result(const std::vector<Transport>& results, double mu
 }
 
 OtherReading slopes_of(const Analysis& analysis) {
-  OtherReading slopes{"slopes", "slopes", {}, analysis.scaling};
+  OtherReading slopes{"slopes", "slopes", {}, analysis.scaling, analysis.c0()};
   for (const Transport& result : analysis.results) {
     if (!result.exact) slopes.points.push_back({result.scanned(), result.c, result.D});
   }

@@ -26,13 +26,17 @@ std::optional<DoubleGaussian> fitted_at(const Transport& transport, double z) {
   return DoubleGaussian{transport.position_offset.value + transport.c.value * z, std::sqrt(square)};
 }
 
+double middle_of(const FieldRow& row, std::size_t k) { return row.left_of(k) + 0.5 * row.cell; }
+
 /// What the fit makes of a row; nothing if it makes nothing of it.
 std::vector<double> fitted_row(const FieldRow& row, const Transport& transport) {
   const auto shape = fitted_at(transport, row.z);
   if (!shape) return {};
   std::vector<double> x;
-  for (std::size_t k = 0; k < row.values.size(); ++k) x.push_back(row.x0 + 0.5 + static_cast<double>(k));
-  return evaluate(*shape, x, static_cast<int>(x.size()));
+  for (std::size_t k = 0; k < row.values.size(); ++k) x.push_back(middle_of(row, k) / row.cell);
+  std::vector<double> fit = evaluate({shape->peak / row.cell, shape->width / row.cell}, x, static_cast<int>(x.size()));
+  for (double& one : fit) one /= row.cell;
+  return fit;
 }
 
 }  // namespace
@@ -42,8 +46,8 @@ std::string response_field_csv(const Field& measured, const Transport& transport
   for (const FieldRow& row : measured.rows) {
     const std::vector<double> fit = fitted_row(row, transport);
     for (std::size_t k = 0; k < row.values.size(); ++k) {
-      table.add_row({row.x0 + 0.5 + static_cast<double>(k), row.z, row.values[k],
-                     fit.empty() ? std::numeric_limits<double>::quiet_NaN() : fit[k]});
+      table.add_row(
+          {middle_of(row, k), row.z, row.values[k], fit.empty() ? std::numeric_limits<double>::quiet_NaN() : fit[k]});
     }
   }
   return table.text();
@@ -56,14 +60,14 @@ void put_fit_on_the_right(Field& field, const Transport& transport) {
     const double gap = field.rows[1].z - first.z;
     std::vector<FieldRow> above;
     for (int k = 1; first.z - k * gap > 0; ++k) {
-      above.push_back({first.z - k * gap, first.x0, std::vector<double>(first.values.size(), 0.0)});
+      above.push_back({first.z - k * gap, first.x0, std::vector<double>(first.values.size(), 0.0), first.cell});
     }
     field.rows.insert(field.rows.begin(), above.rbegin(), above.rend());
   }
   for (FieldRow& row : field.rows) {
     const std::vector<double> fit = fitted_row(row, transport);
     for (std::size_t k = 0; k < fit.size(); ++k) {
-      if (row.x0 + 0.5 + static_cast<double>(k) > 0) row.values[k] = fit[k];
+      if (middle_of(row, k) > 0) row.values[k] = fit[k];
     }
   }
 }
@@ -114,8 +118,10 @@ Field response_field(const MeasuredEnsemble& ensemble, const Transport& transpor
     const int kind_of_row = rows.shifted(layers[row]) ? 1 : 0;
     const int left = leftmost_bead(lattice, kind_of_row);
     const auto leftmost = static_cast<std::size_t>(left);
-    cells.x0 = lattice.x(kind_of_row, left) - 0.5;
-    for (std::size_t k = 0; k < columns; ++k) cells.values.push_back(response.whole[(leftmost + k) % columns]);
+    cells.cell = rows.pitch;
+    cells.x0 = (lattice.x(kind_of_row, left) - 0.5) * rows.pitch;
+    for (std::size_t k = 0; k < columns; ++k)
+      cells.values.push_back(response.whole[(leftmost + k) % columns] / rows.pitch);
     field.rows.push_back(std::move(cells));
   }
   if (field.rows.empty()) return field;

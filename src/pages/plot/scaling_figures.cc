@@ -33,7 +33,7 @@ std::vector<PowerLawPoint> diffusion_points(const OtherReading& reading) {
 std::vector<PowerLawPoint> slowing_points(const OtherReading& reading) {
   std::vector<PowerLawPoint> points;
   for (const auto& one : reading.points) {
-    if (one.c.known()) points.push_back({one.mu, one.mu, 0, tan30 - one.c.value, one.c.standard_error});
+    if (one.c.known()) points.push_back({one.mu, one.mu, 0, reading.c0 - one.c.value, one.c.standard_error});
   }
   return points;
 }
@@ -109,7 +109,7 @@ Figure plot_scaling_with_friction(const Analysis& analysis, const std::filesyste
                        {"ratio_beta", in_words(other.beta)},
                        {"ratio_gamma", in_words(other.gamma)},
                        {"off_scale", enumeration(off_scale)}},
-                      terms_of(*analysis.scan)},
+                      terms_of(*analysis.scan, analysis.angle())},
                      run_folder);
 }
 
@@ -120,18 +120,20 @@ constexpr const char* diffusion_id = "propagation-against-diffusion";
 bool has_both(const Transport& result) { return result.c.known() && result.D.known(); }
 
 bool fits_log_axes(const Transport& result) {
-  return has_both(result) && !result.exact && result.D.value > 0 && result.c.value < tan30;
+  return has_both(result) && !result.exact && result.D.value > 0 && result.c.value < result.c0();
 }
 
 std::string mu_text(const Transport& result) { return "μ = " + caption_number(result.scanned()); }
 
 struct ScalingAxes {
   Range D, c;
+  double c0 = tan30;
 };
 
 ScalingAxes make_axes(const std::vector<Transport>& results) {
   ScalingAxes axes;
-  axes.c.add(tan30);
+  if (!results.empty()) axes.c0 = results.front().c0();
+  axes.c.add(axes.c0);
   axes.D.add(0);
   for (const Transport& result : results) {
     if (!has_both(result)) continue;
@@ -162,10 +164,10 @@ void name_points(Panel& shown, const std::vector<Transport>& results, const Scal
   const auto place = [&axes](double D, double c) {
     return PanelPlace{(D - axes.D.low) / axes.D.size(), (c - axes.c.low) / axes.c.size()};
   };
-  panel.lines.push_back({place(axes.D.low, tan30), place(axes.D.high, tan30)});
+  panel.lines.push_back({place(axes.D.low, axes.c0), place(axes.D.high, axes.c0)});
   if (alpha.exponent.known() && alpha.intercept.known() && window_D.size() > 0) {
     const auto law = [&](double D) {
-      return place(D, tan30 - std::exp(alpha.intercept.value) * std::pow(D, alpha.exponent.value));
+      return place(D, axes.c0 - std::exp(alpha.intercept.value) * std::pow(D, alpha.exponent.value));
     };
     constexpr int pieces = 16;
     for (int k = 0; k < pieces; ++k) {
@@ -215,8 +217,8 @@ PowerLawPanel law_panel(const Analysis& analysis) {
   PowerLawSeries slopes{"slopes", {}, alpha};
   for (const Transport& result : analysis.results) {
     if (!fits_log_axes(result)) continue;
-    slopes.points.push_back(
-        {result.scanned(), result.D.value, result.D.standard_error, tan30 - result.c.value, result.c.standard_error});
+    slopes.points.push_back({result.scanned(), result.D.value, result.D.standard_error, result.c0() - result.c.value,
+                             result.c.standard_error});
   }
   panel.series.push_back(slopes);
   panel.notes = {alpha.exponent.known() ? "this run: α = " + exponent_text(alpha) : "", "", "the paper: α = 0.4"};
@@ -254,7 +256,7 @@ Figure plot_propagation_against_diffusion(const Analysis& analysis, const std::f
   left.x = linear_axis("diffusion coefficient D  (bead diameters)", axes.D, 6);
   left.y = linear_axis("propagation coefficient c", axes.c, 7);
   name_points(left, analysis.results, axes, alpha, window_D);
-  left.add_level(tan30, {.colour = "frame", .width = 0.8});
+  left.add_level(axes.c0, {.colour = "frame", .width = 0.8});
   left.add(plot.add_data("points", table), "2:4:3:5", blue.both_bars(0.8, 0.5));
   plot.panels.push_back(left);
   const PowerLawShown law = add_power_law_panel(plot, law_panel(analysis));
@@ -262,7 +264,7 @@ Figure plot_propagation_against_diffusion(const Analysis& analysis, const std::f
   if (with_law) {
     std::vector<Curve>& curves = plot.panels.front().curves;
     curves.insert(curves.begin(), {"", "",
-                                   fmt::format("{} - exp({}) * $1**{}", exact(tan30), exact(alpha.intercept.value),
+                                   fmt::format("{} - exp({}) * $1**{}", exact(axes.c0), exact(alpha.intercept.value),
                                                exact(alpha.exponent.value)),
                                    window_D.low, window_D.high, blue.line(1.8)});
   }
@@ -282,7 +284,7 @@ Figure plot_propagation_against_diffusion(const Analysis& analysis, const std::f
         {"alpha_high", caption_number(alpha.window[1])},
         {"alpha_reason", alpha.exponent.known() ? "fewer than two points lie in its window" : alpha.exponent.reason},
         {"off_scale", off_scale_in_words(law, "")}},
-       terms_of(*analysis.scan)},
+       terms_of(*analysis.scan, analysis.angle())},
       run_folder);
 }
 
@@ -310,7 +312,7 @@ Figure plot_propagation_and_thrust(const Analysis& analysis, const std::filesyst
                   "difference_standard_error: dimensionless"});
   Range mu, speed, difference;
   mu.add(0);
-  speed.add(tan30);
+  speed.add(analysis.c0());
   difference.add(0);
   std::vector<LeftOut> unknown;
   std::vector<std::string> beyond_three;
@@ -345,7 +347,7 @@ Figure plot_propagation_and_thrust(const Analysis& analysis, const std::filesyst
   Panel left = left_panel(), right = right_panel();
   left.x = right.x = linear_axis("friction coefficient μ", with_margins(mu, 0.01), 6);
   left.y = linear_axis("speed", with_margins(speed, 0.002), 6);
-  left.add_level(tan30, level);
+  left.add_level(analysis.c0(), level);
   left.add(file, "1:4:5", thrust.bars(0.9, 0.7));
   left.add(file, "1:2:3", peaks.bars(0.9, 0.5));
   right.left = 0.605;
@@ -362,7 +364,7 @@ Figure plot_propagation_and_thrust(const Analysis& analysis, const std::filesyst
                      {"plot/propagation_and_thrust.captions",
                       {{"unknown", with_reasons(unknown)},
                        {"beyond_three", beyond_three.empty() ? "" : "μ = " + enumeration(beyond_three)}},
-                      terms_of(*analysis.scan)},
+                      terms_of(*analysis.scan, analysis.angle())},
                      run_folder);
 }
 

@@ -454,7 +454,7 @@ Layout lay_out(const SceneSpec& spec, const Scene& scene, const Font& font) {
 }
 
 Extent extent_of(const Lattice& lattice, const SceneSpec& spec) {
-  const double half = 0.5 * lattice.columns();
+  const double half = lattice.half_width();
   double x0 = -half, x1 = half, n0 = 0, n1 = lattice.layers() - 1;
   if (spec.window) {
     const auto& window = *spec.window;
@@ -486,7 +486,7 @@ Extent extent_of(const Lattice& lattice, const SceneSpec& spec) {
     }
   }
   // Whole beads: from the top of the first layer to the bottom of the last one.
-  return {x0, x1, Lattice::depth(static_cast<int>(n0)) - 0.5, Lattice::depth(static_cast<int>(n1)) + 0.5};
+  return {x0, x1, lattice.z(static_cast<int>(n0)) - 0.5, lattice.z(static_cast<int>(n1)) + 0.5};
 }
 
 PileRange range_needed(const Lattice& lattice, const SceneSpec& spec) {
@@ -499,7 +499,8 @@ PileRange range_needed(const Lattice& lattice, const SceneSpec& spec) {
     range.first_layer = std::max(static_cast<int>((*spec.window)[2]) - 1, 0);
     range.layers = std::min(static_cast<int>((*spec.window)[3]) + 2, lattice.layers()) - range.first_layer;
   }
-  const int left = static_cast<int>(std::floor(extent.x0)) - 1, right = static_cast<int>(std::ceil(extent.x1)) + 1;
+  const int left = static_cast<int>(std::floor(extent.x0 / lattice.pitch())) - 1;
+  const int right = static_cast<int>(std::ceil(extent.x1 / lattice.pitch())) + 1;
   if (right - left + 1 < lattice.columns()) {
     range.beads = right - left + 1;
     range.first_bead = ((left + lattice.middle()) % lattice.columns() + lattice.columns()) % lattice.columns();

@@ -172,7 +172,7 @@ Film::Film(const Pile& pile, const Pile* minus, const FilmSpec& spec, ImageMetad
   if (spec.step < 1) throw InputError("a film needs a step of at least one layer from frame to frame");
   SceneSpec& scene_spec = spec_.scene;
   scene_spec.backend = "none";  // a frame is painted before OpenGL would have started
-  const double half = std::min(0.5 * pile.lattice.columns(), 0.5 * usual_width);
+  const double half = std::min(pile.lattice.half_width(), 0.5 * usual_width);
   if (!scene_spec.window) scene_spec.window = {{-half, half, 0, pile.lattice.layers() - 1.0}};
   const Scene whole = scene_of(scene_spec);
   scene_spec.range = std::array{whole.values.low, whole.values.high};
@@ -189,7 +189,7 @@ Film::Film(const Pile& pile, const Pile* minus, const FilmSpec& spec, ImageMetad
   const Scene low = scene_of(one_layer);
   const int around = Picture(low, one_layer).height() - low.plot_height_px;
   const double seen = (spec.height_px - around - 1) / low.pixels_per_diameter;  // bead diameters
-  layers_seen_ = 1 + static_cast<int>(std::floor((seen - 1) / (sqrt3 / 2)));
+  layers_seen_ = 1 + static_cast<int>(std::floor((seen - 1) / pile.lattice.spacing()));
   if (seen < 1) {
     throw InputError(
         "a frame {} pixels high has no room for a layer of beads {:.1f} pixels wide beside its {} pixels of axes and "

@@ -55,7 +55,7 @@ inline constexpr int min_image_px = 1;
 inline constexpr int max_image_px = 32768;
 
 /// The part of the plane that is rendered, in bead diameters: x from the overloaded bead, z down from the surface (the
-/// top of layer 0, so that layer n has its centres at Lattice::depth(n)).
+/// top of layer 0, so that layer n has its centres at Lattice::z(n)).
 struct Extent {
   double x0 = 0, x1 = 0, z0 = 0, z1 = 0;
   double width() const { return x1 - x0; }

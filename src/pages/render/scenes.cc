@@ -68,6 +68,7 @@ void require_pair(const PileView& pile, const PileView* minus, const Kind& kind)
   if (a.columns() != b.columns() || a.layers() != b.layers()) {
     refuse(fmt::format("have {} x {} and {} x {} beads", a.columns(), a.layers(), b.columns(), b.layers()));
   }
+  if (a.geometry().angle != b.geometry().angle) refuse("have contacts at different angles");
   if (pile.mu != minus->mu) refuse(fmt::format("have the friction coefficients {} and {}", pile.mu, minus->mu));
   if (pile.law != minus->law) refuse(fmt::format("follow the laws {} and {}", pile.law, minus->law));
   if (pile.seed != minus->seed || pile.sample != minus->sample) {
@@ -136,7 +137,8 @@ std::array<double, 2> scale_ends(const Kind& kind, const SceneSpec& spec, const 
   if (spec.range) return checked_range(*spec.range, kind.sign);
   if (kind.quantity == Quantity::mobilisation) return {0, 1};
   double top = seen.quantile(scale_quantile);
-  if (kind.quantity == Quantity::force) top = std::max(top, *std::ranges::max_element(pile.load) / sqrt3);
+  if (kind.quantity == Quantity::force)
+    top = std::max(top, *std::ranges::max_element(pile.load) / pile.lattice.geometry().twice_cosine);
   const double high = std::isfinite(top) && top > 0 ? round_up(top) : 1;
   return {kind.sign == Sign::both ? -high : 0, high};
 }
@@ -210,7 +212,9 @@ Scene build_scene(const std::shared_ptr<PileLayers>& pile_layers, const std::sha
   const double samples_per_diameter = scene.pixels_per_diameter * samples_per_axis(scene.pixels_per_diameter);
   const LevelTable table = make_level_table(colours, scene.values, kind.glyph, samples_per_diameter);
   const bool skip = spec.skip_invisible;
-  const bool detail = skip && scene.pixels_per_diameter < detail_pixels_per_diameter;
+  // Its samples lie on rows of 30 degrees.
+  const bool detail =
+      skip && scene.pixels_per_diameter < detail_pixels_per_diameter && pile.lattice.geometry().angle == usual_angle;
 
   SceneCounts& counts = scene.counts;
   std::uint64_t shown = 0;
@@ -231,7 +235,8 @@ Scene build_scene(const std::shared_ptr<PileLayers>& pile_layers, const std::sha
     const auto [first, last] = levels->layers(region);
     levels->values().hold(first, last);
     for (int layer = first; layer <= last; ++layer) {
-      const double z = Lattice::depth(layer);
+      const Lattice& lattice = levels->values().lattice();
+      const double z = lattice.z(layer), pitch = lattice.pitch();
       const double share = layer + 1 < levels->values().lattice().layers() ? 1 : 0.5;
       for (int side = 0; side < levels->values().sides(); ++side) {
         const Places places = levels->places(layer, side, region);
@@ -242,11 +247,11 @@ Scene build_scene(const std::shared_ptr<PileLayers>& pile_layers, const std::sha
           Element element;
           element.level = row[k];
           element.width = width_of(glyph, values.strength(row[k]));
-          element.x0 = element.x1 = places.first + static_cast<int>(k) + 0.5 * (layer % 2);
+          element.x0 = element.x1 = pitch * (places.first + static_cast<int>(k) + 0.5 * (layer % 2));
           element.z0 = element.z1 = z;
           if (glyph != Glyph::bead) {
-            element.x1 += (side == 0 ? -0.5 : 0.5) * share;
-            element.z1 += share * (sqrt3 / 2);
+            element.x1 += (side == 0 ? -0.5 : 0.5) * share * pitch;
+            element.z1 += share * lattice.spacing();
           }
           visit(element);
         }
@@ -264,10 +269,12 @@ double force(const PileView& pile, int side, std::size_t i) {
   return std::sqrt(V * V + H * H);
 }
 
-/// Normal and tangential parts: N_R = (H_R + sqrt3 V_R)/2, T_R = (sqrt3 H_R - V_R)/2, and mirrored on the left.
+/// Of the normal and tangential parts (model/audit.h), mirrored on the left.
 double mobilisation(const PileView& pile, int side, std::size_t i) {
   const double V = side == 1 ? pile.V_R[i] : pile.V_L[i], H = side == 1 ? pile.H_R[i] : -pile.H_L[i];
-  const double normal = 0.5 * (H + sqrt3 * V), tangential = 0.5 * std::abs(sqrt3 * H - V);
+  const BeadGeometry& to = pile.lattice.geometry();
+  const double normal = 0.5 * (to.twice_sine * H + to.twice_cosine * V);
+  const double tangential = 0.5 * std::abs(to.twice_cosine * H - to.twice_sine * V);
   return normal > 0 ? tangential / (pile.mu * normal) : 0;
 }
 
@@ -325,27 +332,30 @@ Extent LatticeValues::reach(int layer, int side) const {
   if (!shows_contacts(quantity_)) return {-half_width_, half_width_, -half_width_, half_width_};
   // Contacts that leave the lowest layer end at the contact point, half way to a bead that is not there.
   const double share = layer + 1 < lattice().layers() ? 1 : 0.5;
-  const double down = share * (sqrt3 / 2), sideways = share * 0.5;
+  const double down = share * lattice().spacing(), sideways = share * 0.5 * lattice().pitch();
   return {side == 0 ? -sideways - half_width_ : -half_width_, side == 0 ? half_width_ : sideways + half_width_,
           -half_width_, down + half_width_};
 }
 
 Places LatticeValues::places(int layer, int side, const Extent& region) const {
   const Extent around = reach(layer, side);
-  const double z = Lattice::depth(layer);
+  const double z = lattice().z(layer);
   if (z + around.z1 <= region.z0 || z + around.z0 >= region.z1) return {};
   const double shift = 0.5 * (layer % 2);
   // place + shift + around.x1 > region.x0 and place + shift + around.x0 < region.x1; two turns of the ring suffice.
   const double far = 2.0 * lattice().columns();
-  const double first = std::clamp(region.x0 - shift - around.x1, -far, far);
-  const double last = std::clamp(region.x1 - shift - around.x0, -far, far);
+  const double pitch = lattice().pitch();
+  const double first = std::clamp(region.x0 / pitch - shift - around.x1 / pitch, -far, far);
+  const double last = std::clamp(region.x1 / pitch - shift - around.x0 / pitch, -far, far);
   return {static_cast<int>(std::floor(first)) + 1, static_cast<int>(std::ceil(last)) - 1};
 }
 
 std::array<int, 2> LatticeValues::layers(const Extent& region) const {
   const double most = lattice().layers() - 1;
   const PileRange& range = pile_->about().range;
-  const auto layer_at = [most](double z) { return std::clamp(std::floor((z - 0.5) / (sqrt3 / 2)), -2.0, most + 2); };
+  const auto layer_at = [most, spacing = lattice().spacing()](double z) {
+    return std::clamp(std::floor((z - 0.5) / spacing), -2.0, most + 2);
+  };
   return {std::max(static_cast<int>(layer_at(region.z0)) - 1, range.first_layer),
           std::min(static_cast<int>(layer_at(region.z1)) + 1, range.first_layer + range.layers - 1)};
 }
@@ -432,7 +442,7 @@ Extent field_extent(const Field& field, const SceneSpec& spec) {
                 edges_of(field, field.rows.size() - 1, longest_reach(field)).bottom};
   for (const FieldRow& row : field.rows) {
     extent.x0 = std::min(extent.x0, row.x0);
-    extent.x1 = std::max(extent.x1, row.x0 + static_cast<double>(row.values.size()));
+    extent.x1 = std::max(extent.x1, row.left_of(row.values.size()));
   }
   return extent;
 }
@@ -490,9 +500,10 @@ Scene build_field_scene(const Field& field, const SceneSpec& spec) {
   for (std::size_t row = 0; row < field.rows.size(); ++row) {
     const Edges edges = edges_of(field, row, longest);
     for (std::size_t k = 0; k < field.rows[row].values.size(); ++k) {
-      const double value = field.rows[row].values[k], x = field.rows[row].x0 + static_cast<double>(k);
+      const double value = field.rows[row].values[k], x = field.rows[row].left_of(k),
+                   right = field.rows[row].left_of(k + 1);
       if (!std::isfinite(value)) throw InputError("the field holds numbers that are not finite; measure it again");
-      if (x >= scene.extent.x1 || x + 1 <= scene.extent.x0 || edges.top >= scene.extent.z1 ||
+      if (x >= scene.extent.x1 || right <= scene.extent.x0 || edges.top >= scene.extent.z1 ||
           edges.bottom <= scene.extent.z0) {
         ++scene.counts.outside;
         continue;
@@ -500,7 +511,7 @@ Scene build_field_scene(const Field& field, const SceneSpec& spec) {
       scene.value_min = std::min(scene.value_min, value);
       scene.value_max = std::max(scene.value_max, value);
       seen.add(std::abs(value));
-      elements.push_back({x, edges.top, x + 1, edges.bottom, 1, 0, Outline::box});
+      elements.push_back({x, edges.top, right, edges.bottom, 1, 0, Outline::box});
       values.push_back(value);
     }
   }

@@ -121,11 +121,14 @@ class LatticeLevels {
   bool inside_only_;
 };
 
-/// Values on cells of width 1 side by side at one depth.
+/// Values on cells side by side at one depth.
 struct FieldRow {
   double z = 0;   ///< of the cells' middle
   double x0 = 0;  ///< left edge of the first cell
   std::vector<double> values;
+  double cell = 1;  ///< width of each
+
+  double left_of(std::size_t k) const { return x0 + static_cast<double>(k) * cell; }
 };
 
 /// A quantity over the plane, such as the mean response P(x, z) of an ensemble, and lines over it.

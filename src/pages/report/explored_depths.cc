@@ -21,7 +21,7 @@ constexpr std::size_t most_points = 65'000, most_points_of_a_depth = 160;
 /// Beads on the right of the overload, as far as anything of the response arrives: no peak is faster than without
 /// friction. The left half of a profile mirrors them.
 std::vector<std::size_t> shown_beads(const ResponseProfile& profile, const DepthFit& fit) {
-  const double reach = tan30 * profile.z + 5 * (fit.width.known() ? fit.width.value : 1) + 5;
+  const double reach = profile.c0 * profile.z + 5 * (fit.width.known() ? fit.width.value : 1) + 5;
   std::vector<std::size_t> beads;
   for (std::size_t i = 0; i < profile.x.size(); ++i) {
     if (profile.x[i] >= 0 && profile.x[i] <= reach) beads.push_back(i);

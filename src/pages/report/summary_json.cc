@@ -61,6 +61,8 @@ void to_json(Json& json, const Transport& result) {
   const SamplerSpec& sampler = result.spec.sampler;
   if (sampler.model.has_contacts()) json["mu"] = sampler.mu;
   json[result.scan->name] = result.scanned();
+  if (result.spec.lattice.angle != usual_angle)
+    json.update({{"angle", result.spec.lattice.angle}, {"c0", result.c0()}});
   json["law"] = law_of(sampler);
   json.update(Json(result.spec.response));
   if (json.contains("overloads")) json["overloads"] = overloads_of(result.spec);

@@ -14,7 +14,8 @@ std::string touched_pile(const Pile& pile, const Pile* overloaded, const Pile* u
   using Json = nlohmann::ordered_json;
   const Lattice& lattice = pile.lattice;
   const std::size_t beads = lattice.index(layers - 1, lattice.columns() - 1) + 1;
-  if (beads > most_beads) return {};
+  if (beads > most_beads || lattice.geometry().angle != usual_angle)
+    return {};  // the page lays beads out at 30 degrees
   const auto thousandths = [](double value) { return std::llround(1000 * value); };
   const auto weight = [](const Pile& of, std::size_t i) { return of.V_R[i] + of.V_L[i]; };
   Json force = Json::array(), friction = Json::array(), weights = Json::array(), response = Json::array();

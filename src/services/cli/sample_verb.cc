@@ -117,7 +117,8 @@ ExitCode sample(SampleOptions options, VerbContext& context) {
     throw InputError("--samples 0 measures nothing; give at least 1");
   require_suffix(options.file.path, ".h5");
   if (options.file.asked()) options.file.require_free({});
-  const FrictionCone cone(spec.sampler.mu);  // refuses a mu outside the model before any memory is taken
+  const FrictionCone cone(
+      spec.sampler.mu, BeadGeometry(spec.lattice.angle));  // refuses a mu outside the model before any memory is taken
   const Lattice lattice(spec.lattice);
   const int workers = worker_count(options.threads);
   const double of_forces = spec.record_forces ? 8.0 * force_bins::width * usual_blocks * lattice.layers() : 0;
@@ -216,7 +217,7 @@ EnsembleRecord run_few(const EnsembleSpec& spec) {
       const double total = total_load + (mean - 1) * static_cast<double>(columns);
       for (std::size_t b = n * columns; b < (n + 1) * columns; ++b) {
         const double excess = (pile.V_R[b] + pile.V_L[b] - mean) / mean;
-        thrust.sum[n] += sqrt3 * (pile.H_R[b] - pile.H_L[b]) / total;
+        thrust.sum[n] += lattice.geometry().cotangent * (pile.H_R[b] - pile.H_L[b]) / total;
         variance.sum[n] += excess * excess / static_cast<double>(columns);
       }
     }

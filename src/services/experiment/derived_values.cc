@@ -138,7 +138,7 @@ class Derivation {
   }
 
   double columns_wanted() const {
-    double most = std::floor(columns_needed(e_.sampler_at(e_.scan_values().back()), deepest_used())) + 1;
+    double most = std::floor(columns_needed(like_at_30(e_.main_ensemble(e_.scan_values().back())), deepest_used())) + 1;
     if (!room_for_overloads_) return most;
     for (const double value : e_.scan_values()) most = std::max(most, columns_of_overloads(e_.main_ensemble(value)));
     return most;

@@ -36,12 +36,12 @@ EnsembleSpec Experiment::main_ensemble(double value) const {
   return spec;
 }
 
-SceneSpec PictureSpec::scene_like(const ForceChainSpec& chains) const {
+SceneSpec PictureSpec::scene_like(const ForceChainSpec& chains, double angle) const {
   SceneSpec spec = chains.scene;
   spec.scene = scene;
   spec.colour_map = colour_map;
   spec.width_px = width_px;
-  const double half = 0.5 * chains.columns;
+  const double half = 0.5 * chains.columns * BeadGeometry(angle).twice_sine;
   spec.window = {{-half, half, 0.0, static_cast<double>(chains.layers - 1)}};
   if (!window.empty()) {
     if (window.size() != 4) {
@@ -168,7 +168,12 @@ Problem find_ensemble_problem(const Experiment& e) {
     const Problem found = find_problem(spec);
     if (!found) continue;
     // The layers of the window are lags of the estimator fluctuation.
-    return problem(found->key == "layers" ? "lattice.layers" : "response." + found->key, "{}", found->message);
+    const bool of_lattice = found->key == "layers" || found->key == "angle";
+    const char* const table = of_lattice                   ? "lattice."
+                              : found->key == "mu"         ? "friction."
+                              : found->key == "load_angle" || found->key == "drawn" ? "sampling."
+                                                           : "response.";
+    return problem(table + found->key, "{}", found->message);
   }
   return {};
 }
@@ -270,7 +275,7 @@ Problem find_figure_problem(const Experiment& e) {
 Problem find_ring_problem(const Experiment& e) {
   int deepest = e.fit.last_layer;
   if (e.figures.response_profiles) deepest = std::max(deepest, e.figures.profile_layers.back());
-  const SamplerSpec widest = e.sampler_at(e.scan_values().back());
+  const SamplerSpec widest = like_at_30(e.sampler_at(e.scan_values().back()), e.lattice.angle);
   const auto needed = [&](int layer) { return columns_needed(widest, layer); };
   if (e.lattice.columns > needed(deepest)) return {};
   int layer = deepest;
@@ -311,8 +316,9 @@ Problem find_scene_problem(const Experiment& e) {
     return problem("scenes.force_chains.colour_map", "{}", error.what());
   }
   try {
-    const double half = 0.5 * chains.columns;
-    const Extent extent{-half, half, 0, Lattice::depth(chains.layers - 1) + 0.5};
+    const Lattice lattice({chains.columns, chains.layers, e.lattice.angle});
+    const double half = lattice.half_width();
+    const Extent extent{-half, half, 0, lattice.z(chains.layers - 1) + 0.5};
     std::vector<std::string> titles;
     if (beads) titles.push_back(key_title_of("forces"));
     if (chains.weight) titles.push_back(key_title_of("weight"));
@@ -343,13 +349,30 @@ Problem find_picture_problem(const Experiment& e) {
                         "true there, or leave this table out"};
     }
     try {
-      check_drawable(Lattice({e.force_chains.columns, e.force_chains.computed_layers()}), e.force_chains.mu,
-                     picture.scene_like(e.force_chains));
+      check_drawable(Lattice({e.force_chains.columns, e.force_chains.computed_layers(), e.lattice.angle}),
+                     e.force_chains.mu, picture.scene_like(e.force_chains, e.lattice.angle));
     } catch (const InputError& error) {
       return KeyProblem{table, error.what()};
     }
   }
   return {};
+}
+
+/// What other angles than 30 degrees do not go with, beside what their ensembles do not.
+Problem find_angle_problem(const Experiment& e) {
+  if (e.lattice.angle == usual_angle) return {};
+  for (const auto& study : e.studies) {
+    if (!study->asked()) continue;
+    return problem("studies." + study->id(),
+                   "studies are made for contacts at 30 degrees, and lattice.angle = {}; leave the study out, or the "
+                   "angle at 30",
+                   e.lattice.angle);
+  }
+  const double limit = BeadGeometry(e.lattice.angle).cotangent;
+  if (!e.force_chains.show || e.force_chains.mu < limit) return {};
+  return problem("scenes.force_chains.mu",
+                 "{} with contacts at {} degrees, where friction stays below {:.4g}; give less", e.force_chains.mu,
+                 e.lattice.angle, limit);
 }
 
 /// Rules across keys of the studies that are asked for.
@@ -509,6 +532,7 @@ std::vector<KeyProblem> find_problems(const Experiment& e) {
   good = problems.add_ranges(e) && good;
   const bool shown = good && problems.add(find_figure_problem(e));
   if (shown) good = problems.add(find_ensemble_problem(e));  // it records the layers of figures
+  if (good) good = problems.add(find_angle_problem(e));
   problems.add(find_precision_problem(e));
   if (good) {
     problems.add(find_study_problem(e));

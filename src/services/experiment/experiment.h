@@ -32,7 +32,7 @@ struct PictureSpec {
 
   /// What is to be rendered, with the rest as the force-chain picture has it. Throws InputError if a list does not have
   /// as many numbers as it needs.
-  SceneSpec scene_like(const ForceChainSpec& chains) const;
+  SceneSpec scene_like(const ForceChainSpec& chains, double angle) const;
 };
 
 /// The mean response of an ensemble over the plane, with the fitted rays and widths.

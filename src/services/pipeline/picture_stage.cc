@@ -64,7 +64,7 @@ EnsembleSpec pile_spec(const Experiment& experiment, double mu) {
   spec.sampler = experiment.sampling.model.is_beads()
                      ? experiment.sampler_for(mu)
                      : experiment.sampler_at(experiment.shown_value(experiment.figures.profile_mu));
-  spec.lattice = {experiment.force_chains.columns, experiment.force_chains.computed_layers()};
+  spec.lattice = {experiment.force_chains.columns, experiment.force_chains.computed_layers(), experiment.lattice.angle};
   spec.load = Load::point;
   spec.response.overload = experiment.response.overload;
   return spec;
@@ -135,7 +135,8 @@ class PilePictures {
   PictureOutcome render(const std::string& id, const char* captions, SceneSpec scene, const Pile& pile,
                         const Pile* minus, const std::string& redraw) const {
     if (!scene.window) {
-      scene.window = {{-0.5 * chains_.columns, 0.5 * chains_.columns, 0.0, static_cast<double>(chains_.layers - 1)}};
+      const double half = pile_.lattice.half_width();
+      scene.window = {{-half, half, 0.0, static_cast<double>(chains_.layers - 1)}};
     }
     PictureOutcome outcome;
     Figure& figure = outcome.figure;
@@ -173,7 +174,7 @@ class PilePictures {
       variables["too_faint"] = std::to_string(statistics.counts.too_faint);
       variables["outside"] = std::to_string(statistics.counts.outside);
     }
-    set_captions(figure, {captions, variables});
+    set_captions(figure, {captions, variables, terms_of(friction_parameter(), spec_.lattice.angle)});
     if (!figure.is_there()) return outcome;
     outcome.environment = {{"OpenGL", statistics.renderer},
                            {"GL backend", statistics.backend + ": " + statistics.backend_reason}};
@@ -279,7 +280,7 @@ std::vector<PictureOutcome> render_pile_pictures(const Experiment& experiment, c
     }
   }
   for (const auto& [name, picture] : experiment.pictures) {
-    const SceneSpec scene = picture.scene_like(chains);
+    const SceneSpec scene = picture.scene_like(chains, experiment.lattice.angle);
     const std::string id = std::string(free_prefix) + name;
     if (!needs_two_piles(scene.scene)) {
       outcomes.push_back(pictures.render(id, free_captions, scene, pictures.pile(), nullptr, redraw));
@@ -298,9 +299,10 @@ PictureOutcome render_response_field(const Experiment& experiment, Field field, 
   SceneSpec spec = experiment.force_chains.scene_beside();
   spec.scene = "field";
   spec.colour_map = "grey";
-  const double last = field.rows.back().z, half = 0.5 * static_cast<double>(field.rows.back().values.size());
+  const double last = field.rows.back().z,
+               half = 0.5 * (field.rows.back().left_of(field.rows.back().values.size()) - field.rows.back().x0);
   // A little more than the light cone of the frictionless pile; layers as the scene counts them.
-  const double reach = std::min(half - 1, std::ceil(tan30 * last) + 10);
+  const double reach = std::min(half - 1, std::ceil(transport.c0() * last) + 10);
   const auto layer_at = [](double z) { return std::round((z - 0.5) / (sqrt3 / 2)); };
   spec.window = {{-reach, reach, 0, layer_at(last)}};
   PictureOutcome outcome;
@@ -323,7 +325,7 @@ PictureOutcome render_response_field(const Experiment& experiment, Field field, 
                         {{"mu", caption_number(transport.scanned())},
                          {"samples", std::to_string(transport.samples)},
                          {"estimator", name_of(transport.spec.response.estimator)}},
-                        terms_of(*transport.scan)});
+                        terms_of(*transport.scan, transport.spec.lattice.angle)});
   if (figure.is_there())
     outcome.environment = {{"OpenGL", statistics.renderer},
                            {"GL backend", statistics.backend + ": " + statistics.backend_reason}};
