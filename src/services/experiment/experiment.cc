@@ -169,10 +169,10 @@ Problem find_ensemble_problem(const Experiment& e) {
     if (!found) continue;
     // The layers of the window are lags of the estimator fluctuation.
     const bool of_lattice = found->key == "layers" || found->key == "angle";
-    const char* const table = of_lattice                   ? "lattice."
-                              : found->key == "mu"         ? "friction."
+    const char* const table = of_lattice                                            ? "lattice."
+                              : found->key == "mu"                                  ? "friction."
                               : found->key == "load_angle" || found->key == "drawn" ? "sampling."
-                                                           : "response.";
+                                                                                    : "response.";
     return problem(table + found->key, "{}", found->message);
   }
   return {};
