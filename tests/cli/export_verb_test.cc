@@ -51,7 +51,8 @@ std::string ensemble_in(const test::TemporaryFolder& folder) {
 /// Array number `which` of a file of VTK, all of 8 bytes an item, by decoding each letter of its base64.
 std::vector<double> array_of(const std::string& file, std::size_t which) {
   std::size_t at = 0;
-  for (std::size_t k = 0; k <= which; ++k) at = file.find("format=\"binary\">\n", at) + 18;
+  const std::string before = "format=\"binary\">\n";
+  for (std::size_t k = 0; k <= which; ++k) at = file.find(before, at) + before.size();
   const std::string text = file.substr(at, file.find('\n', at) - at);
   const std::string letters = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
   std::string bytes;

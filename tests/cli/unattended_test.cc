@@ -136,8 +136,11 @@ TEST_CASE("A picture does not replace the pile it is drawn of") {
   const test::TemporaryFolder scratch;
   const std::string pile = (scratch / "pile.png").string(), other = (scratch / "uniform.h5").string();
   const std::string link = (scratch / "link.png").string();
-  REQUIRE(granuscope_command({"sample", "--columns", "30", "--layers", "20", "--load", "point", "--out", pile}).code ==
-          0);
+  const std::string sampled = (scratch / "pile.h5").string();
+  REQUIRE(
+      granuscope_command({"sample", "--columns", "30", "--layers", "20", "--load", "point", "--out", sampled}).code ==
+      0);
+  fs::rename(sampled, pile);
   REQUIRE(granuscope_command({"sample", "--columns", "30", "--layers", "20", "--out", other}).code == 0);
   fs::create_symlink("uniform.h5", link);
   const std::string before = read_file(pile), uniform = read_file(other);

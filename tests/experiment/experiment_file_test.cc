@@ -206,7 +206,7 @@ TEST_CASE("The angle of the contacts reads back as it was printed, and bounds fr
     return found ? found->key : std::string();
   };
   CHECK(key_of_problem([](Experiment&) {}).empty());
-  CHECK(key_of_problem([](Experiment& e) { e.mu.back() = 1; }) == "friction.mu");
+  CHECK(key_of_problem([](Experiment& e) { e.mu.push_back(1); }) == "friction.mu");
   CHECK(key_of_problem([](Experiment& e) { e.force_chains.mu = 1; }) == "scenes.force_chains.mu");
   CHECK(key_of_problem([](Experiment& e) { e.sampling.load_angle = 2; }) == "sampling.load_angle");
   CHECK(key_of_problem([](Experiment& e) { e.lattice.angle = 61; }) == "lattice.angle");
@@ -294,7 +294,7 @@ void change(const Key& key) {
     std::vector<KeyValue> operator()(double number) const { return {number + 0.125}; }
     std::vector<KeyValue> operator()(const std::string& text) const {
       return {"rejection", "eloy-clement", "multiplexed", "point",    "fixed",    "no-pair", "osmesa",
-              "q-model",   "critical",     "free",        "positive", "gaussian", text + "x"};
+              "q-model",   "critical",     "free",        "positive", "gaussian", "angle",   text + "x"};
     }
     std::vector<KeyValue> operator()(std::vector<std::int64_t> list) const {
       list.push_back(7);

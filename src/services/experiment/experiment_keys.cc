@@ -169,8 +169,9 @@ std::vector<Key> keys_of(Experiment& experiment) {
   std::vector<Key> all;
   const auto append = [&all](std::vector<Key> keys) { std::move(keys.begin(), keys.end(), std::back_inserter(all)); };
   append(keys_of_texts(experiment));
-  append(keys_of(experiment.lattice));
-  all.back().range.least = bottom_margin_of(experiment.sampling.model) + 4;
+  std::vector<Key> lattice = keys_of(experiment.lattice);
+  std::ranges::find(lattice, "layers", &Key::name)->range.least = bottom_margin_of(experiment.sampling.model) + 4;
+  append(std::move(lattice));
   append(keys_of_scan(experiment));
   append(keys_of(experiment.sampling));
   append(keys_of(experiment.response));
