@@ -409,8 +409,8 @@ class LiteralReading final : public CopiedStudy<LiteralReading> {
       }
     }
     add_sentence(claim,
-                 "The paper prints no depth for its exponents: this one was chosen by them, so that two of the three "
-                 "numbers test it.");
+                 "The paper prints no depth for its exponents: this one was chosen by them. Since α follows from the "
+                 "other two, one number is left that tests it.");
     if (std::isfinite(best.ratio_without_friction)) {
       add_sentence(
           claim, "Against it speaks the paper’s own c = tan 30° = {:.4f} at μ = 0, where xₚ/z is {:.4f} at this depth.",

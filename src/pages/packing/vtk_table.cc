@@ -157,16 +157,16 @@ class VtkBytes {
   }
 
  private:
-  static constexpr std::int8_t padding = -1, blank = -2, not_base64 = -3;
-  static constexpr std::array<std::int8_t, 256> values = [] {
-    std::array<std::int8_t, 256> all{};
+  static constexpr int padding = -1, blank = -2, not_base64 = -3;
+  static constexpr std::array<int, 256> values = [] {
+    std::array<int, 256> all{};
     all.fill(not_base64);
     constexpr std::string_view letters = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     for (std::size_t k = 0; k < letters.size(); ++k) {
-      all[static_cast<std::size_t>(letters[k])] = static_cast<std::int8_t>(k);
+      all[static_cast<unsigned char>(letters[k])] = static_cast<int>(k);
     }
     all['='] = padding;
-    for (const char c : {' ', '\n', '\t', '\r'}) all[static_cast<std::size_t>(c)] = blank;
+    for (const char c : {' ', '\n', '\t', '\r'}) all[static_cast<unsigned char>(c)] = blank;
     return all;
   }();
 

@@ -28,13 +28,13 @@ Json article_overlay(const Json& summary, const Json& provenance, const std::fil
   Json overlay, claims = Json::array();
   const Json& all = summary.at("claims");
   for (std::size_t i = 0; i < all.size(); ++i) {
+    if (all[i].at("beyond_paper") == true) continue;
     claims.push_back({{"key", fmt::format("/claims/{}", i)},
                       {"macro", macro(fmt::format("claims/{}/measured", all[i].at("id").get<std::string>()))}});
-    if (all[i].at("beyond_paper") == true) continue;
     ++(all[i].at("verdict") == "reproduced" ? reproduced : all[i].at("verdict") == "not reproduced" ? failed : open);
   }
   overlay["claims_list"] = claims;
-  overlay["claims"] = fmt::format("{} are reproduced, {} are not, and {} are open", reproduced, failed, open);
+  overlay["claims"] = fmt::format("{} reproduced, {} not reproduced, {} open", reproduced, failed, open);
   overlay["failed"] = failed > 0;
   overlay["program"] = fmt::format("{}, commit {}", provenance.at("program").get<std::string>(),
                                    provenance.at("git_commit").get<std::string>().substr(0, 12));

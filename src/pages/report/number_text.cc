@@ -145,9 +145,13 @@ class NumberList {
     std::string unique = name;
     for (int copy = 2; !names_.insert(unique).second; ++copy) unique = fmt::format("{}/{}", name, copy);
     const bool with_error = standard_error.is_number();
+    constexpr double rounding = 1e-12;  // of what does not scatter
+    const bool is_rounding =
+        with_error && std::max(std::abs(value.get<double>()), standard_error.get<double>()) < rounding;
     numbers_.push_back({unique, value, with_error ? standard_error : Json(nullptr),
-                        with_error ? plain_value_with_error(value.get<double>(), standard_error.get<double>())
-                                   : format_number(value, "plain")});
+                        is_rounding  ? "0"
+                        : with_error ? plain_value_with_error(value.get<double>(), standard_error.get<double>())
+                                     : format_number(value, "plain")});
   }
 
   std::string scanned_;

@@ -228,7 +228,7 @@ Json chi2_scatter(const Json& results) {
       const auto degrees = depths[k].at("degrees_of_freedom").get<int>();
       if (degrees <= 0) continue;
       const std::string pointer = fmt::format("/results/{}/depths/{}/degrees_of_freedom", i, k);
-      return {{"scatter", significant(std::sqrt(2.0 / degrees), 1)}, {"degrees_of_freedom", {{"key", pointer}}}};
+      return {{"scatter", significant(std::sqrt(2.0 / degrees), 2)}, {"degrees_of_freedom", {{"key", pointer}}}};
     }
   }
   return Json::object();

@@ -302,17 +302,25 @@ class NightRun {
     const fs::path marker = before_folder() / "samples";
     std::error_code none;
     if (fs::exists(marker, none) && read_file(marker) == std::to_string(night_.samples)) return true;
+    // What earlier nights left there goes only once there is something to take its place.
+    const std::vector<PlannedEnsemble> plan = night_.samples == 0
+                                                  ? std::vector<PlannedEnsemble>()
+                                                  : plan_ensembles(pool_of(experiment_, night_.samples), pool_folder());
+    for (const PlannedEnsemble& planned : plan) {
+      if (planned.reusable) continue;
+      const fs::path file = pool_folder() / planned.file;
+      alarm(lost_pool, fmt::format("'{}' {}{}{}, and nothing was drawn: put it back, or accept this night to begin the "
+                                   "pool anew",
+                                   file.string(),
+                                   fs::exists(file, none) ? "is not what the last night left there"
+                                                          : "is missing, which the last night left there",
+                                   planned.replaces.empty() ? "" : ", ", as_clause(planned.replaces)));
+      return false;
+    }
     remove_run(before_folder());
     if (night_.samples == 0) return true;
     make_folder(before_folder());
-    for (const PlannedEnsemble& planned : plan_ensembles(pool_of(experiment_, night_.samples), pool_folder())) {
-      if (!planned.reusable) {
-        alarm(lost_pool, fmt::format("'{}' is not what the last night left there{}{}, and nothing was drawn: put it "
-                                     "back, or accept this night to begin the pool anew",
-                                     (pool_folder() / planned.file).string(), planned.replaces.empty() ? "" : ", ",
-                                     as_clause(planned.replaces)));
-        return false;
-      }
+    for (const PlannedEnsemble& planned : plan) {
       try {
         (void)read_ensemble(pool_folder() / planned.file);  // the plan reads no further than the configuration
         keep_copy(pool_folder() / planned.file, before_folder() / planned.file.filename());
