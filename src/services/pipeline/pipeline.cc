@@ -529,10 +529,10 @@ std::vector<FigurePlot> main_figures(const Experiment& experiment, const Analysi
   };
   const std::string& symbol = experiment.scanned().symbol;
   if (values < 2) {
-    leave_out(
-        {&asked.propagation_against_diffusion, &asked.propagation_and_thrust, &asked.scaling_with_friction},
-        fmt::format("The figures of c and D against {0} and each other are left out: both are precise enough at {1} {0}.",
-                    symbol, values == 0 ? "no" : "one"));
+    leave_out({&asked.propagation_against_diffusion, &asked.propagation_and_thrust, &asked.scaling_with_friction},
+              fmt::format(
+                  "The figures of c and D against {0} and each other are left out: both are precise enough at {1} {0}.",
+                  symbol, values == 0 ? "no" : "one"));
   } else if (!has_exponents(*clear)) {
     leave_out({&asked.scaling_with_friction},
               fmt::format("The figure of the exponents is left out: {}.", clear->scaling.gamma.exponent.reason));
