@@ -338,13 +338,13 @@ std::string codecheck(const fs::path& folder, const Json& manifest, const Json& 
   for (const ListedFigure& figure : list_figures(folder)) {
     const std::string stem = "figures/" + figure.id, name = fmt::format("Figure {}", ++number);
     for (const char* suffix : {".pdf", ".png", ".svg"}) entry(stem + suffix, name + ": " + figure.title);
-    const std::set<std::string> left = packed;
+    const std::vector<std::string> left(packed.begin(), packed.end());  // entry() takes from packed
     for (const std::string& file : left) {
       const bool of_it = file == stem + ".csv" || file.starts_with(stem + "-");
       if (of_it && file.ends_with(".csv")) entry(file, "Table: data of " + name);
     }
   }
-  const std::set<std::string> left = packed;
+  const std::vector<std::string> left(packed.begin(), packed.end());  // entry() takes from packed
   for (const std::string& file : left) {
     if (file.ends_with(".csv")) entry(file, "Table");
   }
