@@ -5,8 +5,9 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
-#include <ranges>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "storage/ensemble_file.h"
 #include "support/error.h"
@@ -74,8 +75,10 @@ std::string format_by_name(const std::string& file, const std::string& asked, st
   const std::string suffix = suffix_of(file);
   const auto told = std::ranges::find(known, suffix, &SuffixOfFormat::first);
   if (told == known.end() && (asked.empty() || (!others && !suffix.empty()))) {
+    std::vector<std::string_view> suffixes;
+    for (const SuffixOfFormat& one : known) suffixes.push_back(one.first);
     throw InputError("the name {} does not say {}; let it end with {}{}", file,
-                     asked.empty() ? "a format" : "the format " + asked, fmt::join(known | std::views::keys, ", "),
+                     asked.empty() ? "a format" : "the format " + asked, fmt::join(suffixes, ", "),
                      asked.empty() ? ", or give --format" : "");
   }
   if (told != known.end() && !asked.empty() && told->second != asked) {
