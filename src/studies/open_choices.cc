@@ -77,7 +77,8 @@ class OpenChoicesStudy final : public CopiedStudy<OpenChoicesStudy> {
 
   Problem find_problem(const MainLine& main) const override {
     if (mu_.size() < 3) return problem(key("mu"), "a power needs three friction coefficients; give more, or none");
-    if (main.lattice.columns / 4 * 2 < columns_needed(mu_.back(), main.fit.last_layer)) {
+    const int half = main.lattice.columns / 4 * 2;
+    if (half < columns_needed(mu_.back(), main.fit.last_layer)) {
       return problem(key("mu"),
                      "one of the choices is a pile half as wide, on which the peaks of layer {} are not apart; give "
                      "lattice.columns of at least {}",
