@@ -257,8 +257,8 @@ TEST_CASE("Numbers of a run are listed for a paper, and its figures plotted agai
   std::ofstream(folder / "summary.json")
       << R"({"schema": 2, "results": [{"mu": 0.3, "c": {"value": 0.5607, "stderr": 0.0005}, "samples": 3456}],
              "scaling": {"beta": {"value": 2.522, "stderr": 0.05}, "gamma": {"value": null, "stderr": null, "reason": "x"},
-                         "alpha": {"value": 1.1, "stderr": 0.032, "power_law": false}},
-             "claims": [{"id": "D-of-mu", "measured": -1.5, "stderr": 0.02}], "figures": [{"id": "b", "title": "Forces of a bead", "height": 3}]})";
+                         "alpha": {"value": 1.10437, "stderr": 0.032, "power_law": false}},
+             "claims": [{"id": "D-of-mu", "measured": -1.5, "stderr": 0.02}], "figures": [{"id": "b", "title": "Forces of a bead", "height": 3}, {"id": "piles", "title": "Piles"}]})";
   const std::string at = folder.path().string();
   const auto tex = granuscope_command({"numbers", at, "--all"});
   CHECK(tex.code == 0);
@@ -278,7 +278,7 @@ TEST_CASE("Numbers of a run are listed for a paper, and its figures plotted agai
   CHECK_THAT(tex.out,
              Contains("\\csname granuscope@\\detokenize{beta}\\endcsname{\\ensuremath{2.522(50)}}") &&
                  Contains("granuscope@\\detokenize{mu-0.3/c}\\endcsname{\\ensuremath{0.56070(50)}}") &&
-                 Contains("granuscope@\\detokenize{alpha}\\endcsname{\\ensuremath{1.1}}") &&
+                 Contains("granuscope@\\detokenize{alpha}\\endcsname{\\ensuremath{1.10}}% no power law\n") &&
                  Contains("granuscope@\\detokenize{mu-0.3/samples}\\endcsname{\\ensuremath{3456}}") &&
                  Contains("granuscope@\\detokenize{claims/D-of-mu/measured}\\endcsname{\\ensuremath{-1.500(20)}}") &&
                  !Contains("gamma") && !Contains("height"));
@@ -295,9 +295,11 @@ TEST_CASE("Numbers of a run are listed for a paper, and its figures plotted agai
   std::filesystem::create_directories(folder / "figures");
   std::ofstream(folder / "figures/b.gp") << "x";
   std::ofstream(folder / "figures/a.gp") << "x";
-  CHECK(granuscope_command({"figure", at}).out == "1  b  Forces of a bead\n2  a\n");
-  CHECK_THAT(granuscope_command({"figure", at, "3"}).err, Contains("there is no figure 3") && Contains("1 to 2"));
-  CHECK_THAT(granuscope_command({"figure", at, "2"}).err, Contains("a.json"));
+  CHECK(granuscope_command({"figure", at}).out ==
+        "1  b      Forces of a bead\n2  piles  Piles (a picture: granuscope render)\n3  a\n");
+  CHECK_THAT(granuscope_command({"figure", at, "4"}).err, Contains("there is no figure 4") && Contains("1 to 3"));
+  CHECK_THAT(granuscope_command({"figure", at, "3"}).err, Contains("a.json"));
+  CHECK_THAT(granuscope_command({"figure", at, "pile"}).err, Contains("did you mean piles?"));
   CHECK_THAT(granuscope_command({"run", "no-such-folder/quick"}).err,
              Contains("granuscope example quick >quick.toml writes the built-in one"));
   CHECK_THAT(granuscope_command({"figure", at, "beta", "--width", "wide"}).err,
@@ -435,6 +437,11 @@ TEST_CASE("A new experiment has what was asked for, its piles and its time, and 
   CHECK(text_of(file) == text);
   CHECK_THAT(granuscope_command({"new", "--error-of", "x=1"}).err, Contains("write c=0.001 or D=0.01"));
   CHECK_THAT(granuscope_command({"new", "--error-of", "c=much"}).err, Contains("much is not a number"));
+  CHECK_THAT(granuscope_command({"new", "--error-of", "c=0,001"}).err, Contains("decimal comma"));
+  for (const char* friction : {"0,1", "0,3"})
+    CHECK_THAT(granuscope_command({"new", "--mu", friction}).err, Contains("decimal comma"));
+  CHECK_THAT(granuscope_command({"new", "--mu", "0.1;0.2"}).err, Contains("0.1;0.2 is not a number"));
+  CHECK(granuscope_command({"new", "--mu", "0.0,1"}).code == 0);
   CHECK_THAT(granuscope_command({"new", "--mu", "2"}).err, Contains("friction.mu: 2 is out of range"));
   CHECK_THAT(granuscope_command({"new", "--estimator", "points"}).err, Contains("multiplexed"));
 }

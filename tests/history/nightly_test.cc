@@ -370,6 +370,7 @@ TEST_CASE("A history begins in an empty folder, and what it has lost is not begu
   fs::rename(history / "history.sqlite", history / "database");
   for (const char* more : {"history.sqlite-wal", "history.sqlite-shm"}) fs::remove(history / more);
   CHECK_THROWS_WITH(run_night(experiment(), options), Contains("history.sqlite is missing or empty"));
+  CHECK_THROWS_WITH(require_no_lost_history(history.path()), Contains("history.sqlite is missing or empty"));
   write_file(history / "history.sqlite", "");
   CHECK_THROWS_WITH(run_night(experiment(), options), Contains("history.sqlite is missing or empty"));
   fs::remove(history / "history.sqlite");

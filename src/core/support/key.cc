@@ -229,7 +229,8 @@ Number read_number(const std::string& text, const char* kind) {
   if (std::is_unsigned_v<Number> && text.starts_with('-')) throw InputError(shown + " is negative; give 0 or more");
   if (error == std::errc::result_out_of_range)
     throw InputError("{} is too large; give at most {}", shown, std::numeric_limits<Number>::max());
-  throw InputError("{} is not {}; write it in digits", shown, kind);
+  throw InputError("{} is not {}; write it {}", shown, kind,
+                   has_decimal_comma(shown) ? "with a decimal point" : "in digits");
 }
 
 }  // namespace

@@ -165,6 +165,14 @@ std::string single_line(std::string_view text, std::size_t most) {
   return line;
 }
 
+bool has_decimal_comma(std::string_view text) {
+  const auto digit = [&](std::size_t at) { return at < text.size() && text[at] >= '0' && text[at] <= '9'; };
+  for (std::size_t comma = text.find(','); comma != std::string_view::npos; comma = text.find(',', comma + 1)) {
+    if (comma > 0 && digit(comma - 1) && digit(comma + 1)) return true;
+  }
+  return false;
+}
+
 std::string shallow_json(std::string text) {
   constexpr int most_levels = 100;
   int level = 0;

@@ -24,6 +24,9 @@ std::string pdf_string(std::string_view text);
 /// cursor; after `most` bytes it is cut off with an ellipsis, between two characters.
 std::string single_line(std::string_view text, std::size_t most = 400);
 
+/// Whether a comma stands between two digits, as in 0,25.
+bool has_decimal_comma(std::string_view text);
+
 /// The same text, to be parsed as JSON: throws InputError if it nests deeper than any file of this program, which would
 /// end in a signal where what was read is gone through.
 std::string shallow_json(std::string text);

@@ -94,6 +94,7 @@ struct NamedNumber {
   std::string name;
   Json value, standard_error;  ///< the latter null where there is none
   std::string text;
+  bool no_power = false;  ///< its points keep to no power law
 };
 
 class NumberList {
@@ -103,11 +104,11 @@ class NumberList {
 
   void add(const std::string& name, const Json& json) {
     if (json.is_object() && json.contains("value") && json.contains("stderr")) {
-      if (json["value"].is_number()) take(name, json["value"], is_no_power(json) ? Json(nullptr) : json["stderr"]);
+      if (json["value"].is_number()) take(name, json["value"], json["stderr"], is_no_power(json));
     } else if (json.is_object()) {
       for (const auto& [key, inside] : json.items()) {
         if (key == "measured" && json.contains("stderr") && inside.is_number()) {
-          take(below(name, key), inside, is_no_power(json) ? Json(nullptr) : json["stderr"]);
+          take(below(name, key), inside, json["stderr"], is_no_power(json));
         } else if (key != "stderr" || !json.contains("measured")) {
           add(below(name, key), inside);
         }
@@ -141,17 +142,19 @@ class NumberList {
     return std::to_string(index + 1);
   }
 
-  void take(std::string name, const Json& value, const Json& standard_error) {
+  void take(const std::string& name, const Json& value, const Json& standard_error, bool no_power = false) {
     std::string unique = name;
     for (int copy = 2; !names_.insert(unique).second; ++copy) unique = fmt::format("{}/{}", name, copy);
-    const bool with_error = standard_error.is_number();
+    const bool with_error = standard_error.is_number() && !no_power;
     constexpr double rounding = 1e-12;  // of what does not scatter
     const bool is_rounding =
         with_error && std::max(std::abs(value.get<double>()), standard_error.get<double>()) < rounding;
     numbers_.push_back({unique, value, with_error ? standard_error : Json(nullptr),
                         is_rounding  ? "0"
                         : with_error ? plain_value_with_error(value.get<double>(), standard_error.get<double>())
-                                     : format_number(value, "plain")});
+                        : no_power   ? significant(value.get<double>(), 3)
+                                     : format_number(value, "plain"),
+                        no_power});
   }
 
   std::string scanned_;
@@ -280,8 +283,8 @@ std::string list_numbers(std::string_view summary, const std::string& format, co
       "\\csname granuscope@\\detokenize{#1}\\endcsname\\else\n"
       "  \\errmessage{granuscope has no number of the name #1}\\fi}\n";
   for (const NamedNumber& number : numbers) {
-    text += fmt::format("\\expandafter\\def\\csname granuscope@\\detokenize{{{}}}\\endcsname{{{}}}\n",
-                        tex_name(number.name), in_tex(number.text));
+    text += fmt::format("\\expandafter\\def\\csname granuscope@\\detokenize{{{}}}\\endcsname{{{}}}{}\n",
+                        tex_name(number.name), in_tex(number.text), number.no_power ? "% no power law" : "");
   }
   return text;
 }

@@ -67,11 +67,12 @@ void require_results_of_last_run(const std::filesystem::path& run_folder, const 
   const auto stages = manifest.is_object() ? manifest.value("stages", nlohmann::ordered_json::array())
                                            : nlohmann::ordered_json::array();
   if (std::find(stages.begin(), stages.end(), stage) != stages.end()) return;
+  const bool earlier = std::filesystem::exists(run_folder / "summary.json", none);
   throw InputError(fmt::format(
-      "{0}: the last run in this folder did not come to its {1}, so that summary.json and the figures are of "
-      "an earlier one and experiment.toml of another; go on with it: granuscope run {0}/experiment.toml "
+      "{0}: the last run in this folder did not come to its {1}{2}; go on with it: granuscope run {0}/experiment.toml "
       "--out {0}",
-      run_folder.string(), stage));
+      run_folder.string(), stage,
+      earlier ? ", so that summary.json and the figures are of an earlier one and experiment.toml of another" : ""));
 }
 
 std::string changed_since_run(const std::filesystem::path& run_folder, const std::string& begins,
@@ -106,12 +107,12 @@ std::vector<ListedFigure> list_figures(const std::filesystem::path& run_folder) 
         return one.is_object() && one.contains(key) && one[key].is_string() ? single_line(one[key].get<std::string>())
                                                                             : std::string();
       };
-      list.push_back({text("id"), text("title")});
+      list.push_back({text("id"), text("title"), std::ranges::count(plots, text("id")) > 0});
     }
   }
   for (const std::string& id : plots) {
     if (std::none_of(list.begin(), list.end(), [&id](const ListedFigure& one) { return one.id == id; }))
-      list.push_back({id, ""});
+      list.push_back({id, "", true});
   }
   return list;
 }

@@ -40,6 +40,7 @@ void require_unchanged(const std::filesystem::path& run_folder, const std::strin
 /// A figure as the report numbers it, from 1 on.
 struct ListedFigure {
   std::string id, title;  ///< the latter empty where no report tells it
+  bool plotted = true;    ///< otherwise a picture of beads
 };
 
 /// The figures of a run's report in its order, then the plots in its folder that are not in it. Throws InputError if

@@ -151,6 +151,7 @@ std::string explain(const CLI::ParseError& error, const CLI::App& app, int argc,
   constexpr std::string_view unconverted = "Could not convert: ";
   if (what.starts_with(unconverted)) {
     what = what.substr(unconverted.size()) + " is not a value that this flag can take";
+    if (has_decimal_comma(what)) what += "; write a decimal point";
   }
   return fmt::format("{}; granuscope{} --help lists what can be written here", what,
                      chosen.empty() ? "" : " " + chosen.front()->get_name());

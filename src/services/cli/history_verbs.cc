@@ -98,6 +98,7 @@ ExitCode history(const HistoryVerbOptions& given, VerbContext& context) {
     throw InputError(given.action + " needs the number of a night; `granuscope history DIR list` shows them");
   }
   if (!std::filesystem::exists(std::filesystem::path(given.folder) / "history.sqlite")) {
+    require_no_lost_history(given.folder);
     throw InputError(given.folder + ": there is no history in this folder; `granuscope nightly` makes one");
   }
   if (given.action == "accept") {

@@ -23,12 +23,27 @@ namespace granuscope {
 namespace {
 
 struct NewOptions {
-  std::vector<double> mu = {0.1, 0.2, 0.3};
+  std::vector<std::string> mu = {"0.1", "0.2", "0.3"};
   std::vector<std::string> errors;  ///< "c=0.001", "D=0.01"
   int layers = LatticeSpec{}.layers;
   std::string estimator = name_of(EstimatorName::multiplexed);
   std::string file;
 };
+
+/// The friction coefficients, with what is wrong with them told of the flag, since nobody has written the file yet.
+std::vector<double> friction_of(const NewOptions& options) {
+  std::vector<double> friction(options.mu.size());
+  bool whole = true;
+  for (std::size_t k = 0; k < friction.size(); ++k) {
+    key_fields::from_text(friction[k], options.mu[k]);
+    whole = whole && options.mu[k].find('.') == std::string::npos;
+  }
+  if (friction.size() > 1 && whole && options.mu[0] == "0") {
+    throw InputError("--mu {0} may have a decimal comma; write 0.{1}, or 0.0,{1} for two coefficients",
+                     fmt::join(options.mu, ","), options.mu[1]);
+  }
+  return friction;
+}
 
 /// The commented file, without what it takes.
 std::string file_text(const NewOptions& options) {
@@ -41,13 +56,14 @@ std::string file_text(const NewOptions& options) {
       "# much, the paper's procedure, which needs some twenty times the piles; fluctuation: no load at all\n"
       "estimator = \"{}\"\n"
       "samples = {}  # piles at each mu{}\n",
-      fmt::join(options.mu, ", "), options.layers, bottom_margin, name_of(estimator_named(options.estimator)),
+      fmt::join(friction_of(options), ", "), options.layers, bottom_margin, name_of(estimator_named(options.estimator)),
       options.errors.empty() ? 1024 : 256,
       options.errors.empty() ? "; a usual number: --error-of c=0.001 takes as many as an error needs"
                              : " to begin with");
   if (!options.errors.empty()) text += "\n[precision]  # piles are drawn until the standard errors are so small\n";
   std::set<std::string> asked;
   for (const std::string& one : options.errors) {
+    if (has_decimal_comma(one)) throw InputError("--error-of {}: there is a decimal comma in it; write a point", one);
     const std::size_t equals = one.find('=');
     if (equals == std::string::npos || (one.substr(0, equals) != "c" && one.substr(0, equals) != "D")) {
       throw InputError("--error-of {} asks for nothing; write c=0.001 or D=0.01", one);
@@ -123,8 +139,7 @@ void add_new_verb(CLI::App& app, VerbContext& context) {
   const auto options = std::make_shared<NewOptions>();
   verb->add_option("--mu", options->mu, "friction coefficients, as 0.2,0.3")->delimiter(',')->capture_default_str();
   verb->add_option("--error-of", options->errors,
-                   "c=0.001 or D=0.01: the standard error wanted, for which piles are drawn; may be repeated")
-      ->delimiter(',');
+                   "c=0.001 or D=0.01: the standard error wanted, for which piles are drawn; may be repeated");
   verb->add_option("--layers", options->layers, "layers of the piles")->capture_default_str();
   verb->add_option("--estimator", options->estimator, "multiplexed, point, paired or fluctuation")
       ->capture_default_str();

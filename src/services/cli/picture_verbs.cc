@@ -17,6 +17,7 @@
 #include "cli/page_options.h"
 #include "cli/verbs.h"
 #include "ensemble/ensemble_runner.h"
+#include "experiment/experiment.h"
 #include "plot/gnuplot.h"
 #include "plot/response_field.h"
 #include "render/decorations.h"
@@ -64,8 +65,14 @@ void choose_format(FigureOptions& options) {
 
 /// The id of the figure that the report gives this number; what is no number as it stands.
 std::string id_of_figure(const std::string& id, const std::string& folder) {
-  if (id.empty() || id.size() > 4 || id.find_first_not_of("0123456789") != std::string::npos) return id;
   const std::vector<ListedFigure> figures = list_figures(folder);
+  if (id.size() > 4 || id.find_first_not_of("0123456789") != std::string::npos) {
+    std::vector<std::string> ids(figures.size());
+    std::ranges::transform(figures, ids.begin(), &ListedFigure::id);
+    if (const auto meant = nearest_name(id, ids); meant && *meant != id)
+      throw InputError("there is no plot {}; did you mean {}?", id, *meant);
+    return id;
+  }
   const std::size_t number = std::stoul(id);
   if (number >= 1 && number <= figures.size()) return figures[number - 1].id;
   throw InputError("there is no figure {}; `granuscope figure {}` lists them, 1 to {}", id, shell_word(folder),
@@ -82,7 +89,8 @@ ExitCode plot_figure_again(FigureOptions options, VerbContext& context) {
   if (options.id.empty()) {
     std::string list;
     for (const ListedFigure& figure : list_figures(options.folder)) {
-      list += fmt::format("{}\t{}\t{}\n", std::ranges::count(list, '\n') + 1, figure.id, figure.title);
+      list += fmt::format("{}\t{}\t{}{}\n", std::ranges::count(list, '\n') + 1, figure.id, figure.title,
+                          figure.plotted ? "" : " (a picture: granuscope render)");
     }
     context.out << aligned(list);
     return ExitCode::done;

@@ -122,11 +122,8 @@ std::optional<KeyValue> to_value(const toml::node& node, const KeyValue& like) {
 std::string odd_sign_in(std::string_view line) {
   if (line.find("\u2212") != std::string_view::npos) return "there is the sign U+2212 in it; write - for minus";
   const std::string_view value = line.substr(line.find('=') + 1);
-  const auto digit = [&](std::size_t at) { return at < value.size() && value[at] >= '0' && value[at] <= '9'; };
-  for (std::size_t comma = value.find(','); comma != std::string_view::npos; comma = value.find(',', comma + 1)) {
-    if (comma > 0 && digit(comma - 1) && digit(comma + 1) && value.find_first_of("\"'[.") == std::string_view::npos)
-      return "there is a decimal comma in it; write a point";
-  }
+  if (has_decimal_comma(value) && value.find_first_of("\"'[.") == std::string_view::npos)
+    return "there is a decimal comma in it; write a point";
   return "";
 }
 

@@ -73,26 +73,20 @@ std::string as_clause(std::string sentence) {
   return sentence;
 }
 
-/// A history begins in an empty folder, and one that has lost its database is not begun anew: nothing else knows of its
-/// nights. Returns the folder.
+/// A history begins in an empty folder, and one that has lost its database is not begun anew. Returns the folder.
 const fs::path& require_history(const fs::path& folder) {
   std::error_code none;
-  const fs::path database = folder / "history.sqlite";
-  if (fs::file_size(database, none) > 0 && !none) return folder;
-  bool pool = false, other = false;
+  if (const fs::path database = folder / "history.sqlite"; fs::file_size(database, none) > 0 && !none) return folder;
+  require_no_lost_history(folder);
   for (auto at = fs::directory_iterator(folder, none); !none && at != fs::directory_iterator(); at.increment(none)) {
     const std::string name = at->path().filename().string();
     if (name.starts_with("history.sqlite") || name.starts_with(".granuscope-")) continue;
-    pool = pool || name == "pool" || name == "canary" || name == "reports" || name == "before";
-    other = true;
+    throw InputError(
+        "{}: this folder is neither empty nor a history, and a history would replace and remove files in it; name an "
+        "empty folder",
+        folder.string());
   }
-  if (!other) return folder;
-  throw InputError(pool ? fmt::format("{}: history.sqlite is missing or empty, which alone knows of the nights whose "
-                                      "pool and reports are there; put it back, or begin another --history",
-                                      folder.string())
-                        : fmt::format("{}: this folder is neither empty nor a history, and a history would replace and "
-                                      "remove files in it; name an empty folder",
-                                      folder.string()));
+  return folder;
 }
 
 void move_folder(const fs::path& from, const fs::path& to) {
@@ -501,6 +495,17 @@ void forget_night(const fs::path& folder, std::int64_t number) {
   NightBook book(folder, DatabaseUse::change);
   book.forget(number);
   write_pages(folder, book);
+}
+
+void require_no_lost_history(const std::filesystem::path& folder) {
+  for (const char* part : {"pool", "canary", "reports", "before"}) {
+    std::error_code none;
+    if (!std::filesystem::exists(folder / part, none)) continue;
+    throw InputError(
+        "{}: history.sqlite is missing or empty, which alone knows of the nights whose pool and reports are there; put "
+        "it back, or begin another --history",
+        folder.string());
+  }
 }
 
 }  // namespace granuscope
