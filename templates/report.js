@@ -71,7 +71,7 @@ const measured = (value, error) => {
 // so that its marks are the rows that lie inside, one after the other.
 const tip = byId('point-tip'), ring = byId('point-ring');
 const points = (() => {
-  const decoded = (link) => new TextDecoder().decode(Uint8Array.from(atob(link.split(',')[1]), (c) => c.charCodeAt(0)));
+  const decoded = (link) => decodeURIComponent(link.slice(link.indexOf(',') + 1));
   const words = {mu: 'μ', chi2_per_dof: 'χ²/dof'};
   const told = (name) => words[name] || name.replaceAll('x_p', 'xₚ').replaceAll('c0', 'c₀').replaceAll('^2', '²').replaceAll('*', ' ');
   const known = new Map();

@@ -59,6 +59,7 @@ TEST_CASE("Base64 follows RFC 4648") {
   CHECK(base64("foobar") == "Zm9vYmFy");
   CHECK(base64("\xFF\xFE") == "//4=");
   CHECK(data_uri("image/png", "f") == "data:image/png;base64,Zg==");
+  CHECK(text_uri("text/csv", "μ,50% \"a#b\"\n<&:\t'") == "data:text/csv,μ,50%25%20%22a%23b%22%0A%3C%26%3A%09'");
 }
 
 TEST_CASE("The width of a PNG follows from its pixels and its resolution") {

@@ -268,7 +268,7 @@ TEST_CASE("A point of a plot says the numbers of its row, where the row stands, 
     for (const link of document.querySelectorAll('.picture a')) {
       const image = link.querySelector('img'), source = image.currentSrc || image.src, box = image.getBoundingClientRect();
       if (!source.startsWith('data:image/svg')) continue;
-      const svg = new DOMParser().parseFromString(atob(source.split(',')[1]), 'image/svg+xml'), edge = parseFloat(getComputedStyle(image).paddingLeft) + 1;
+      const svg = new DOMParser().parseFromString(decodeURIComponent(source.slice(source.indexOf(',') + 1)), 'image/svg+xml'), edge = parseFloat(getComputedStyle(image).paddingLeft) + 1;
       const [, , width, height] = svg.documentElement.getAttribute('viewBox').split(' ').map(Number);
       for (const mark of svg.querySelectorAll('g[id^=gnuplot_plot_] use')) {
         const title = mark.closest('[id^=gnuplot]').querySelector('title').textContent;

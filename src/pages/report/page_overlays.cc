@@ -228,6 +228,20 @@ std::string upper(std::string text) {
   return text;
 }
 
+/// Each end of a line, with the blanks beside it, as one blank.
+std::string on_one_line(std::string_view text) {
+  std::string line;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t end = std::min(text.find_first_not_of(" \t\n", at), text.size());
+    const std::string_view blanks = text.substr(at, end - at);
+    line += blanks.find('\n') == std::string_view::npos ? blanks : std::string_view(" ");
+    const std::size_t next = std::min(text.find_first_of(" \t\n", end), text.size());
+    line += text.substr(end, next - end);
+    at = next;
+  }
+  return line;
+}
+
 /// The image of a file: SVG in both media, since a PDF cannot stand in a page, and an SVG stays vector in print as
 /// well.
 std::string embedded(const Figure& figure, const std::filesystem::path& image, const std::filesystem::path& run_folder,
@@ -235,9 +249,8 @@ std::string embedded(const Figure& figure, const std::filesystem::path& image, c
   const std::string extension = image.extension().string();
   const std::string bytes = read_file(run_folder / image);
   if (extension == ".png") return data_uri("image/png", bytes);
-  if (extension == ".svg") {
-    return data_uri("image/svg+xml", medium == PageMedium::print ? svg_for_weasyprint(bytes) : bytes);
-  }
+  if (extension == ".svg" && medium == PageMedium::print) return data_uri("image/svg+xml", svg_for_weasyprint(bytes));
+  if (extension == ".svg") return text_uri("image/svg+xml", on_one_line(bytes));
   throw InputError(fmt::format("figure {} is neither SVG nor PNG ({}), so the report cannot hold it; make it again",
                                figure.id, image.string()));
 }
@@ -262,7 +275,7 @@ std::string links_to_files(const Figure& figure, const std::filesystem::path& ru
   for (const auto& [unused, file] : files) {
     const std::string kind = file.extension().string();
     const bool script = kind == ".gp" && std::filesystem::exists(run_folder / file);
-    links += link(script ? data_uri("text/plain", read_file(run_folder / file)) : file.generic_string(),
+    links += link(script ? text_uri("text/plain", read_file(run_folder / file)) : file.generic_string(),
                   file.filename().string(), kind == ".gp" ? "gnuplot" : upper(kind.substr(1)),
                   kind == ".svg" ? " data-plot" : "") +
              " · ";
@@ -275,7 +288,7 @@ std::string links_to_files(const Figure& figure, const std::filesystem::path& ru
     embedded += bytes.size();
     const bool inside = !bytes.empty() && embedded <= most_embedded;
     const std::string shown = name.starts_with(stem + "-") ? name.substr(stem.size() + 1) : name;
-    data += link(inside ? data_uri("text/csv", bytes) : file.generic_string(), name, shown) + " ";
+    data += link(inside ? text_uri("text/csv", bytes) : file.generic_string(), name, shown) + " ";
   }
   if (figure.data.empty() || figure.data.size() > 2) links.erase(links.size() - std::string_view(" · ").size());
   if (figure.data.size() > 2) {

@@ -110,6 +110,16 @@ std::string data_uri(const std::string& media_type, std::string_view bytes) {
   return "data:" + media_type + ";base64," + base64(bytes);
 }
 
+std::string text_uri(const std::string& media_type, std::string_view text) {
+  std::string uri = "data:" + media_type + ",";
+  for (const char c : text) {
+    const bool plain =
+        static_cast<unsigned char>(c) > ' ' && std::string_view("\"#%&:<\x7f").find(c) == std::string_view::npos;
+    uri += plain ? std::string(1, c) : fmt::format("%{:02X}", static_cast<unsigned char>(c));
+  }
+  return uri;
+}
+
 namespace {
 
 std::uint32_t big_endian(std::string_view bytes) {

@@ -22,6 +22,10 @@ PdfOutcome pdf_report(const ReportData& data, const nlohmann::ordered_json& summ
 /// "data:<media type>;base64,...", which a page can hold instead of a link to a file.
 std::string data_uri(const std::string& media_type, std::string_view bytes);
 
+/// The same of a text in UTF-8 with %20 for what ends a URL, an attribute or a candidate of srcset: a quarter shorter.
+/// Not for WeasyPrint.
+std::string text_uri(const std::string& media_type, std::string_view text);
+
 /// How wide a PNG is at its own resolution (chunks IHDR and pHYs), so that text laid out in points stays that large on
 /// paper. Nothing if it states no resolution or is no PNG.
 std::optional<double> png_width_mm(std::string_view png);
