@@ -100,8 +100,13 @@ Rival detectable_deviation(const PaperNumber& paper, double measured) {
   return {paper.value + off, fmt::format("{} % off", significant(100 * deviation_to_detect, 2))};
 }
 
-std::string number_in_words(const Estimate& measured) {
-  std::string number = value_with_error(measured);
+/// An exponent of points that keep to no power has the same digits everywhere, and its error a word of warning.
+std::string number_in_words(const Claim& claim) {
+  const Estimate& measured = claim.measured;
+  std::string number = claim.power_law
+                           ? value_with_error(measured)
+                           : fmt::format("{} (the scatter of the piles alone: ± {})", significant(measured.value, 3),
+                                         significant(measured.standard_error, 2));
   if (measured.systematic > 0 && measured.standard_error > 0) {
     number += fmt::format(" with a systematic error of {}", significant(measured.systematic, 2));
   }
@@ -171,7 +176,7 @@ void judge_by_number(Claim& claim, const Estimate& measured, const PaperNumber& 
   claim.rival_distance = judged.rival_distance;
   const std::string held_against =
       claim.beyond_paper ? "the " + significant(paper.value, 2) + " of this test" : "the paper’s value";
-  claim.explanation = fmt::format("{} is {}, in standard errors {} {} {} and {}", what, number_in_words(measured),
+  claim.explanation = fmt::format("{} is {}, in standard errors {} {} {} and {}", what, number_in_words(claim),
                                   significant(std::abs(judged.z_score), 2), judged.z_score > 0 ? "above" : "below",
                                   held_against, rival_in_words(claim));
   claim.explanation +=
@@ -192,7 +197,7 @@ void judge_by_exclusion(Claim& claim, const Estimate& measured, const PaperNumbe
                   : std::abs(from_paper) > agreement         ? not_reproduced
                                                              : not_decided;
   claim.explanation =
-      fmt::format("{} is {}, in standard errors {}", what, number_in_words(measured), rival_in_words(claim));
+      fmt::format("{} is {}, in standard errors {}", what, number_in_words(claim), rival_in_words(claim));
   claim.explanation +=
       claim.verdict == not_decided ? fmt::format("; {}.", cost_of_deciding(measured, paper, claim.rival)) : ".";
 }
@@ -291,8 +296,8 @@ Claim judge_exponent(const char* id, const char* statement, const char* symbol, 
   Claim claim = open_claim(id, statement, quantity_of(symbol, fit));
   std::string what = over_window(symbol, fit);
   what.front() = 'T';
-  judge_by_number(claim, fit.exponent, paper, rival, what);
   claim.power_law = !fit.misses_the_points();
+  judge_by_number(claim, fit.exponent, paper, rival, what);
   return claim;
 }
 
@@ -351,9 +356,9 @@ Claim judge_differs_from_theory(const Analysis& analysis) {
   Claim claim =
       open_claim("differs-from-theory", "c₀ − c is not proportional to D, as the stochastic theory has it at small D.",
                  quantity_of("α", analysis.scaling.alpha));
+  claim.power_law = !analysis.scaling.alpha.misses_the_points();
   judge_by_exclusion(claim, analysis.scaling.alpha.exponent, paper_alpha, linear_in_D,
                      "T" + over_window("α", analysis.scaling.alpha).substr(1));
-  claim.power_law = !analysis.scaling.alpha.misses_the_points();
   return claim;
 }
 
