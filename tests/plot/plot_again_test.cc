@@ -279,6 +279,8 @@ TEST_CASE("Points of the run before lie in grey behind those of this one, also w
   FigureStyle style;
   style.format = "svg";
   CHECK(contains(plot_again(run / "figures", second.id, style).bytes, "data behind-"));
+  style.language = "fr";
+  CHECK(contains(plot_again(run / "figures", second.id, style).caption, "En gris : le calcul précédent."));
 }
 
 TEST_CASE("A script that stands in a received folder is not run, unless it is trusted") {

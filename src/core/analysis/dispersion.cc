@@ -232,12 +232,21 @@ BlockMeans propagated_response(const BlockSums& sums, std::size_t row) {
   const int columns = sums.quantities.at(quantity).width / 2, layer = sums.layers[row];
   const Lattice lattice({columns, 2});
   const int kind_of_row = sums.rows.shifted(layer) ? 1 : 0;
+  // Places are multiples of a half, so that all phases are multiples of half a turn over the columns.
+  std::vector<double> cosine(static_cast<std::size_t>(2 * columns));
+  for (std::size_t k = 0; k < cosine.size(); ++k)
+    cosine[k] = std::cos(std::numbers::pi * static_cast<double>(k) / columns);
   const auto in_x = [&](const std::vector<double>& modes) {
     std::vector<double> response(static_cast<std::size_t>(columns));
     for (int i = 0; i < columns; ++i) {
-      const double angle = 2 * std::numbers::pi * lattice.x(kind_of_row, i) / columns;
+      const auto step = static_cast<std::size_t>(std::abs(std::lround(2 * lattice.x(kind_of_row, i))));
       double sum = 1;
-      for (std::size_t m = 0; m < modes.size(); ++m) sum += 2 * modes[m] * std::cos(angle * static_cast<double>(m + 1));
+      std::size_t phase = step;
+      for (const double mode : modes) {
+        sum += 2 * mode * cosine[phase];
+        phase += step;
+        if (phase >= cosine.size()) phase -= cosine.size();
+      }
       response[static_cast<std::size_t>(i)] = sum / columns;
     }
     return response;

@@ -106,6 +106,8 @@ std::string without_creation_date(std::string pdf);
 
 /// Begins the name of a file of the run before, plotted behind.
 inline constexpr std::string_view behind = "behind-";
+/// Ends the caption where there are such points.
+inline constexpr std::string_view behind_in_words = "Grey: the run before.";
 
 /// Plot elements of a gnuplot SVG that hold at least one visible mark (line, area, point). Those with a title do not
 /// count, because their sample in the key is a mark whatever became of the curve: a script names its curves by

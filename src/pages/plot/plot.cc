@@ -326,7 +326,7 @@ Figure plot_figure(const Plot& of_this_run, const Wording& wording, const std::f
   figure.id = plot.id;
   figure.redraw = fmt::format("cd figures && gnuplot -d {}.gp", plot.id);
   set_captions(figure, wording);
-  if (with_last) figure.caption += " Grey: the run before.";
+  if (with_last) figure.caption += fmt::format(" {}", behind_in_words);
 
   const FigureRecipe recipe{plot.id, to_json(plot), wording, figure.title, figure.caption};
   GnuplotJob job;

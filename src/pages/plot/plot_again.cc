@@ -279,6 +279,8 @@ PlottedFigure plot_again(const fs::path& figures, const std::string& id, const F
     });
     plotted.title = figure.title;
     plotted.caption = figure.caption;
+    if (recipe->caption.ends_with(behind_in_words))
+      plotted.caption += ' ' + in_terms(std::string(behind_in_words), catalogue_of(style.language));
   }
   const ScratchFolder scratch(fs::temp_directory_path(), id);
   for (const auto& entry : fs::directory_iterator(figures)) {
