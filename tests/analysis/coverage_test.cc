@@ -175,7 +175,7 @@ TEST_CASE("coverage: errors and values of precise ensembles, whose peaks are not
   spec.response.sign_run = 2;
   spec.sampler.mu = 0.3;
   spec.response.samples = 1024;
-  spec.lattice = {300, 140};
+  spec.lattice = {200, 140};
   FitSpec fit = short_window(41, 119);
   fit.layer_step = 3;
   spec.layers = layers_to_record(fit, {});
