@@ -1,12 +1,15 @@
 #include "support/files.h"
 
+#include <fcntl.h>
 #include <signal.h>  // NOLINT(modernize-deprecated-headers): kill is POSIX
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <catch2/catch.hpp>
 #include <cerrno>
+#include <chrono>
 #include <fstream>
 #include <thread>
 
@@ -243,4 +246,27 @@ TEST_CASE("a file that is closed to others stays so when it is replaced") {
   fs::permissions(folder / "private", fs::perms::owner_read | fs::perms::owner_write);
   write_file(folder / "private", "new");
   CHECK(fs::status(folder / "private").permissions() == (fs::perms::owner_read | fs::perms::owner_write));
+}
+
+TEST_CASE("A lock is waited for as long as a killed process may take to leave it, and no longer") {
+  const TemporaryFolder folder;
+  write_file(folder / "file", "");
+  const auto opened = [&] { return FileDescriptor(::open((folder / "file").c_str(), O_RDWR | O_CLOEXEC)); };
+  const FileDescriptor one = opened(), other = opened();
+  CHECK(lock_file(one, true));
+  CHECK(lock_file(other, true));
+  CHECK_FALSE(lock_file(opened(), false));
+  {
+    FileDescriptor alone = opened();
+    std::thread leaves([&] {
+      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+      ::flock(one.get(), LOCK_UN);
+      ::flock(other.get(), LOCK_UN);
+    });
+    CHECK(lock_file(alone, false));
+    leaves.join();
+    CHECK_FALSE(lock_file(one, true));
+  }
+  CHECK(lock_file(one, true));
+  CHECK(lock_file(FileDescriptor(), false));  // what cannot be opened cannot be locked
 }

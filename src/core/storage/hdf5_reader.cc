@@ -3,7 +3,6 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <hdf5.h>
-#include <sys/file.h>
 #include <sys/stat.h>
 
 #include <algorithm>
@@ -79,7 +78,7 @@ void Hdf5Reader::require_unlocked() const {
       std::string_view("TRUE 1 BEST_EFFORT").find(asked) == std::string_view::npos)
     return;
   const FileDescriptor file(::open(source_.c_str(), O_RDONLY | O_CLOEXEC));
-  if (file.valid() && ::flock(file.get(), LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+  if (!lock_file(file, true)) {
     throw EnvironmentError(
         "cannot read '{}' as {}: another program has it locked, and HDF5_USE_FILE_LOCKING asks to heed that; wait for "
         "its end, or set HDF5_USE_FILE_LOCKING=FALSE",

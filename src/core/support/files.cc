@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <openssl/evp.h>
 #include <signal.h>  // NOLINT(modernize-deprecated-headers): kill is POSIX
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -12,6 +13,7 @@
 #include <atomic>
 #include <cerrno>
 #include <charconv>
+#include <chrono>
 #include <fstream>
 #include <limits>
 #include <memory>
@@ -19,6 +21,7 @@
 #include <string>
 #include <string_view>
 #include <system_error>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -78,6 +81,16 @@ void sync_checked(const FileDescriptor& file, const fs::path& target) {
 }
 
 }  // namespace
+
+bool lock_file(const FileDescriptor& file, bool shared) {
+  constexpr int times = 25;
+  for (int attempt = 0; file.valid() && ::flock(file.get(), (shared ? LOCK_SH : LOCK_EX) | LOCK_NB) != 0; ++attempt) {
+    if (errno != EWOULDBLOCK) return true;
+    if (attempt == times) return false;
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  return true;
+}
 
 AtomicFile::AtomicFile(fs::path target) : target_(resolve(std::move(target))), temporary_(create_beside(target_)) {}
 

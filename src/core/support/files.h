@@ -38,6 +38,11 @@ class FileDescriptor {
   int number_ = -1;
 };
 
+/// Locks a file or folder for as long as it is open, for this process alone or with others that share it (flock). False
+/// if another process has it; asks for a quarter of a second, since the lock of a process that was killed may outlive
+/// it by a moment. Where locks are unknown it is as if nobody had one.
+bool lock_file(const FileDescriptor& file, bool shared);
+
 /// A file that appears whole or not at all: written beside its target, fsynced, then renamed onto it.
 /// The temporary file is removed if commit() is never reached; where a kill prevents that, the next one of the same
 /// target removes it. Errors are EnvironmentError naming the target.

@@ -3,11 +3,9 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <sys/file.h>
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <optional>
 #include <set>
 #include <system_error>
@@ -102,8 +100,7 @@ RunFolder::RunFolder(std::filesystem::path folder, FolderUse use) : path_(std::m
   // The folder itself is locked, so that no file is left behind; the system drops the lock with the process, however it
   // ends. Some network folders know no locks: there nothing holds two runs apart.
   lock_ = FileDescriptor(::open(path_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (lock_.valid() && ::flock(lock_.get(), (use == FolderUse::shared ? LOCK_SH : LOCK_EX) | LOCK_NB) != 0 &&
-      errno == EWOULDBLOCK) {
+  if (!lock_file(lock_, use == FolderUse::shared)) {
     throw BusyError(
         "another run{} is working in '{}', and both would write the same files; wait for its end or choose another "
         "folder",

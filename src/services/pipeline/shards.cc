@@ -3,11 +3,9 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <sys/file.h>
 
 #include <algorithm>
 #include <atomic>
-#include <cerrno>
 #include <charconv>
 #include <cstring>
 #include <map>
@@ -85,7 +83,7 @@ FileDescriptor lock_shard(const fs::path& folder, Shard shard) {
   make_folder(folder / shards_folder);
   const fs::path name = folder / shards_folder / fmt::format("{}-of-{}", shard.number, shard.count);
   FileDescriptor lock(::open(name.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666));
-  if (lock.valid() && ::flock(lock.get(), LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+  if (!lock_file(lock, false)) {
     throw BusyError(
         "shard {}/{} is at work in '{}' already, and both would draw the same blocks; wait for its end, or give each "
         "process a number of its own (--shard auto)",
