@@ -80,9 +80,9 @@ void Hdf5Reader::require_unlocked() const {
   const FileDescriptor file(::open(source_.c_str(), O_RDONLY | O_CLOEXEC));
   if (!lock_file(file, true)) {
     throw EnvironmentError(
-        "cannot read '{}' as {}: another program has it locked, and HDF5_USE_FILE_LOCKING asks to heed that; wait for "
-        "its end, or set HDF5_USE_FILE_LOCKING=FALSE",
-        source_.string(), kind_);
+        "cannot read '{}': another program has it locked, and HDF5_USE_FILE_LOCKING asks to heed that; wait for its "
+        "end, or set HDF5_USE_FILE_LOCKING=FALSE",
+        source_.string());
   }
 }
 

@@ -170,7 +170,7 @@ std::vector<PackingNumber> packing_numbers(const Packing& packing, double mu) {
       {"balance_median", quantile(residuals, 0.5),
        "sum of contact forces on a particle over its largest one; no weight"},
       {"balance_90", quantile(residuals, 0.9), "nine of ten particles have no more"},
-      {"balance_max", quantile(residuals, 1), ""},
+      {"balance_max", quantile(residuals, 1), "1 and more where a wall or what the file leaves out bears a part"},
       {"torque_median", quantile(torques, 0.5), "sum of torques over largest force times mean radius"},
       {"torque_max", quantile(torques, 1), ""},
   };
