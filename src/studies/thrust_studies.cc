@@ -320,10 +320,10 @@ Claim judge_redraw_share(const std::vector<RedrawnBeads>& measured) {
 }
 
 Claim judge_rearrangements(const std::vector<RedrawnBeads>& measured, double most_together) {
-  Claim claim =
-      open_claim("local-rearrangements",
-                 "The beads that change their random number are few together, and preferably those of small forces.",
-                 "force of such a bead over the mean");
+  Claim claim = open_claim("local-rearrangements",
+                           "The beads that change their random number are few together, and preferably those of forces "
+                           "small beside the overload.",
+                           "force of such a bead over the mean");
   // A preference is told from none by its size, not by how sharply it is known: as much as must be detected elsewhere.
   constexpr double no_preference = 1, preference = no_preference - deviation_to_detect;
   bool failed = false, open = false;

@@ -176,7 +176,7 @@ void judge_by_number(Claim& claim, const Estimate& measured, const PaperNumber& 
   claim.rival_distance = judged.rival_distance;
   const std::string held_against =
       claim.beyond_paper ? "the " + significant(paper.value, 2) + " of this test" : "the paper’s value";
-  claim.explanation = fmt::format("{} is {}, in standard errors {} {} {} and {}", what, number_in_words(claim),
+  claim.explanation = fmt::format("{} is {}, in combined errors {} {} {} and {}", what, number_in_words(claim),
                                   significant(std::abs(judged.z_score), 2), judged.z_score > 0 ? "above" : "below",
                                   held_against, rival_in_words(claim));
   claim.explanation +=
@@ -197,7 +197,7 @@ void judge_by_exclusion(Claim& claim, const Estimate& measured, const PaperNumbe
                   : std::abs(from_paper) > agreement         ? not_reproduced
                                                              : not_decided;
   claim.explanation =
-      fmt::format("{} is {}, in standard errors {}", what, number_in_words(claim), rival_in_words(claim));
+      fmt::format("{} is {}, in combined errors {}", what, number_in_words(claim), rival_in_words(claim));
   claim.explanation +=
       claim.verdict == not_decided ? fmt::format("; {}.", cost_of_deciding(measured, paper, claim.rival)) : ".";
 }

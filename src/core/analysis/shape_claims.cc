@@ -152,11 +152,11 @@ Claim judge_exponent(const Analysis& analysis, const ClaimSpec& spec, Claim clai
     judge_by_number(claim, farthest_power, paper, rival, what);
     claim.verdict = not_reproduced;
     claim.explanation = fmt::format(
-        "{} is {} at {}, {} standard errors off, though the mean over {}, {}, lies only {} off.", what, single,
+        "{} is {} at {}, {} combined errors off, though the mean over {}, {}, lies only {} off.", what, single,
         farthest, significant(std::abs(farthest_z), 2), list_of_values(values, analysis.scan->symbol),
         value_with_error(mean.measured), significant(std::abs(mean.z_score), 2));
   } else if (std::abs(farthest_z) > outlier) {
-    add_sentence(claim, "At {} alone it is {}, {} standard errors off.", farthest, single,
+    add_sentence(claim, "At {} alone it is {}, {} combined errors off.", farthest, single,
                  significant(std::abs(farthest_z), 2));
   } else if (values.size() > 1) {
     add_sentence(claim, "The single value farthest off is {} at {}.", single, farthest);
@@ -289,7 +289,7 @@ bool of_another_shape(const Transport& result, const FitSpec& fit) {
 // because most depths have another shape. The number shown is the one nearest to failing, in standard errors.
 Claim judge_two_gaussians(const Analysis& analysis, const FitSpec& fit, const ClaimSpec& spec) {
   Claim claim = open_claim("two-gaussians", "Two symmetrical Gaussians describe the profile well.",
-                           "share of the response that they leave out, largest");
+                           "share of the response between the peaks, largest");
   struct Remainder {
     Estimate share;
     double mu = 0, excess = 0;  ///< the latter in standard errors

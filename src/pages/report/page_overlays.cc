@@ -430,12 +430,14 @@ void add_headline(Json& overlay, const Json& summary, const std::string& own) {
   const bool of_friction = is_friction_of_beads(summary);
   const bool powers = known(scaling.at("alpha")) && known(scaling.at("beta"));
   const bool generated = own.empty() && of_friction && known(scaling.at("gamma")) && known(scaling.at("beta"));
-  bool faster = false;
+  bool faster = false, deeper = true;
   for (const Json& claim : summary.at("claims")) {
     const auto id = claim.at("id").get<std::string>();
     const bool of_width = id == "diffusive-width" || id.starts_with("spreading-");
-    faster = faster || (of_width && claim.at("verdict") == "not reproduced" && claim.at("z_score").is_number() &&
-                        claim.at("z_score").get<double>() > 0);
+    const bool too_wide = of_width && claim.at("verdict") == "not reproduced" && claim.at("z_score").is_number() &&
+                          claim.at("z_score").get<double>() > 0;
+    faster = faster || too_wide;
+    deeper = deeper && !(too_wide && id == "diffusive-width");
   }
   const std::array<const char*, 3> of_slopes = {"c-of-mu", "D-of-mu", "c-of-D"};
   const bool slopes_have = std::ranges::all_of(of_slopes, holds);
@@ -447,6 +449,7 @@ void add_headline(Json& overlay, const Json& summary, const std::string& own) {
       {"moves", holds("linear-position")},
       {"diffuses", holds("diffusive-width") && !faster},
       {"faster", faster},
+      {"deeper", deeper},
       {"second_order", is_second_order(scaling.at("readings"))},
       {"slopes_have", slopes_have},
       {"slopes_miss", slopes_miss},
