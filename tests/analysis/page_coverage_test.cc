@@ -74,13 +74,13 @@ TEST_CASE("coverage: the page of the estimator multiplexed", "[long]") {
 
 TEST_CASE("coverage: the page of the estimator multiplexed where peaks are narrow", "[long]") {
   measure_coverage({piles_of({240, 200}, multiplexed_response(0.25, true), 256), window(98, 178, 8), {0.1}, 20'000},
-                   coverage_ensembles(400))
+                   coverage_ensembles(240))
       .check();
 }
 
 TEST_CASE("coverage: the page of the estimator point", "[long]") {
   measure_coverage({piles_of({120, 70}, point_response(1), 2048), window(25, 49, 4), {0.3}, 500},
-                   coverage_ensembles(400))
+                   coverage_ensembles(240))
       .check();
 }
 
