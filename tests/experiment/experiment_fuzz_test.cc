@@ -13,6 +13,7 @@
 
 #include "experiment/experiment.h"
 #include "experiment/experiment_file.h"
+#include "kit/sanitized.h"
 #include "support/error.h"
 #include "support/files.h"
 
@@ -123,7 +124,7 @@ TEST_CASE("experiments changed at random are read or refused") {
 }
 
 TEST_CASE("experiments changed again and again", "[fuzz]") {
-  constexpr double seconds = 40;
+  constexpr double seconds = test::sanitized ? 40 : 12;
   const char* given = std::getenv("GRANUSCOPE_FUZZ_SEED");  // NOLINT(concurrency-mt-unsafe): no threads here
   const std::uint64_t seed = given != nullptr ? std::strtoull(given, nullptr, 10) : std::random_device()();
   const std::vector<std::string> texts = corpus();

@@ -100,7 +100,7 @@ name = "q-model"
   CHECK(std::filesystem::exists(folder.path() / "report.html"));
 }
 
-TEST_CASE("Stochastic OSL is slowed down by its noise, and its report has pictures") {
+TEST_CASE("Stochastic OSL is slowed down by its noise, and its report has pictures", "[unsanitized]") {
   const TemporaryFolder folder;
   const nlohmann::json summary =
       run(R"(

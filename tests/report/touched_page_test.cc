@@ -115,7 +115,8 @@ std::string keyed_numbers(const std::vector<std::string>& fields, const Json& su
 
 }  // namespace
 
-TEST_CASE("Arrow keys and pointers go through depths and friction, and the numbers shown are those of summary.json") {
+TEST_CASE("Arrow keys and pointers go through depths and friction, and the numbers shown are those of summary.json",
+          "[unsanitized]") {
   const MadePage& page = made_page();
   const Json summary = Json::parse(page.summary);
   const std::vector<std::string> lines = driven(page.html, R"(
@@ -166,7 +167,8 @@ TEST_CASE("Arrow keys and pointers go through depths and friction, and the numbe
   CHECK(contains(lines.back(), "x = "));
 }
 
-TEST_CASE("Claims are filtered and ordered, pictures looked at closely, and sections fold on a phone alone") {
+TEST_CASE("Claims are filtered and ordered, pictures looked at closely, and sections fold on a phone alone",
+          "[unsanitized]") {
   const MadePage& page = made_page();
   const std::string driver = R"(
     const rows = () => [...document.querySelectorAll('table.claims tbody tr:not(.group)')].filter((row) => row.offsetParent)
@@ -195,7 +197,8 @@ TEST_CASE("Claims are filtered and ordered, pictures looked at closely, and sect
   CHECK(phone == std::vector<std::string>{misses, hits, by_name, "true", "false", "0", all, "0", "1", "true"});
 }
 
-TEST_CASE("Who cannot see or point finds names, an order of headings and contrasts, light and dark, wide and narrow") {
+TEST_CASE("Who cannot see or point finds names, an order of headings and contrasts, light and dark, wide and narrow",
+          "[unsanitized]") {
   // What axe-core, which Debian does not package, asks of a page, as far as this page has it.
   const std::string driver = R"(
     document.querySelectorAll('details').forEach((one) => { one.open = true; });
@@ -243,7 +246,8 @@ TEST_CASE("Who cannot see or point finds names, an order of headings and contras
   }
 }
 
-TEST_CASE("Without scripts the page has every table and number, open, and says where the figures are") {
+TEST_CASE("Without scripts the page has every table and number, open, and says where the figures are",
+          "[unsanitized]") {
   const MadePage& page = made_page();
   std::string still = page.html;
   for (std::size_t at = still.find("<script"); at != std::string::npos; at = still.find("<script")) {
@@ -262,7 +266,8 @@ TEST_CASE("Without scripts the page has every table and number, open, and says w
   CHECK(template_file("report.js").size() < 60'000);
 }
 
-TEST_CASE("A point of a plot says the numbers of its row, where the row stands, and the command that draws it") {
+TEST_CASE("A point of a plot says the numbers of its row, where the row stands, and the command that draws it",
+          "[unsanitized]") {
   const MadePage& page = made_page();
   const std::vector<std::string> lines = driven(page.html, R"(
     for (const link of document.querySelectorAll('.picture a')) {
@@ -323,7 +328,7 @@ TEST_CASE("A point of a plot says the numbers of its row, where the row stands, 
   CHECK(told.size() >= 8);
 }
 
-TEST_CASE("A pile is looked at in layers, and a bead says its weight, its response and its contacts") {
+TEST_CASE("A pile is looked at in layers, and a bead says its weight, its response and its contacts", "[unsanitized]") {
   const MadePage& page = made_page();
   SamplerSpec spec;
   spec.mu = 0.3;

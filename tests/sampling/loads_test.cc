@@ -52,7 +52,7 @@ std::vector<double> uniform(int columns) { return std::vector<double>(static_cas
 
 }  // namespace
 
-TEST_CASE("The weight of beads goes down whole, under every law, and the audit finds every balance") {
+TEST_CASE("The weight of beads goes down whole, under every law, and the audit finds every balance", "[unsanitized]") {
   struct Case {
     Law law;
     LatticeSpec size;
@@ -254,7 +254,7 @@ double thrust(const Pile& pile) {
 
 }  // namespace
 
-TEST_CASE("Weight, horizontal force and alternating torque are handed down whole, under every law") {
+TEST_CASE("Weight, horizontal force and alternating torque are handed down whole, under every law", "[unsanitized]") {
   struct Case {
     Law law;
     LatticeSpec size;

@@ -19,6 +19,7 @@
 #include <string>
 #include <vector>
 
+#include "kit/sanitized.h"
 #include "kit/temporary_folder.h"
 #include "storage/ensemble_file.h"
 #include "storage/foreign_pile.h"
@@ -186,7 +187,7 @@ TEST_CASE("damaged piles of other programs are refused or harmless") {
 }
 
 TEST_CASE("files damaged again and again", "[fuzz]") {
-  constexpr double seconds = 12;
+  constexpr double seconds = test::sanitized ? 12 : 4;
   constexpr int least = 150;  // fewer would mean nothing; about half of them or more are refused
   const TemporaryFolder folder;
   write_pile(folder / "pile.h5", awkward_pile(3, 5));

@@ -41,7 +41,8 @@ struct Asked {
 
 }  // namespace
 
-TEST_CASE("The deep response is followed over lags that double, and its slopes and exponents belong to them") {
+TEST_CASE("The deep response is followed over lags that double, and its slopes and exponents belong to them",
+          "[unsanitized]") {
   Asked asked(320);
   REQUIRE_FALSE(asked.study->find_problem(asked.main));
   const std::vector<StudyEnsemble> ensembles = asked.study->ensembles(asked.main);
@@ -332,7 +333,8 @@ TEST_CASE("Exponents by loads have errors one can bet on", "[long]") {
   CHECK(of_all == Approx(0.675).margin(0.075));
 }
 
-TEST_CASE("The deep response is checked in wide piles and by loads, at friction coefficients that it has") {
+TEST_CASE("The deep response is checked in wide piles and by loads, at friction coefficients that it has",
+          "[unsanitized]") {
   Asked asked(320);
   asked.set("wide_mu", std::vector<double>{0.3});
   asked.set("loaded_mu", std::vector<double>{0.3});

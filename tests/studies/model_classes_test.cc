@@ -147,7 +147,7 @@ TEST_CASE("the theory of noise has the limits of the wave-number dependent one, 
   CHECK_THROWS_AS(noise_theory(model), std::logic_error);
 }
 
-TEST_CASE("noise in cells slows long waves as its theory says, in both models") {
+TEST_CASE("noise in cells slows long waves as its theory says, in both models", "[unsanitized]") {
   ModelSpec model;
   model.name = ModelName::three_leg;
   model.three_leg = {.middle = 0.3, .noise = 0.2, .cell_columns = 4, .cell_rows = 4};

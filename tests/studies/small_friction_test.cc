@@ -92,7 +92,8 @@ TEST_CASE("A thrust that falls as mu squared gives the exponent 2 within its err
 
 // To leading order in mu the interval of the tangential forces is symmetric about 0, so that the mean thrust has no
 // term linear in mu. The ratios x_p/z of the paper have c0 - c = 0.06 mu.
-TEST_CASE("The thrust of saturated piles slows down with the square of friction, without a linear term") {
+TEST_CASE("The thrust of saturated piles slows down with the square of friction, without a linear term",
+          "[unsanitized]") {
   std::vector<Estimate> over_square;
   const std::vector<double> friction{0.03, 0.1};
   for (const double mu : friction) {
