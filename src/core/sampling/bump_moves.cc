@@ -72,14 +72,14 @@ BumpMoves::Shape BumpMoves::shape(int radius, int parity) const {
       if (amount > 0) NullMove(around, n, i).add_to(growth, amount, amount);
     }
   }
-  const auto add = [this](Contacts& contacts, int down, int right, double V, double h) {
+  const auto add = [this](Contacts& contacts, Place place, double V, double h) {
     if (V == 0 && h == 0) return;
     V *= cone_.cotangent();
-    contacts.changes.push_back({down, right, V, h});
+    contacts.changes.push_back({place, V, h});
     const auto keep_positive = [&](double of_V, double of_h) {  // the slack of_V V + of_h h
       const double grows = of_V * V + of_h * h, size = std::abs(grows);
       if (size < rounding * (std::abs(V) + std::abs(h))) return;
-      (grows < 0 ? contacts.upwards : contacts.downwards).push_back({down, right, of_V / size, of_h / size});
+      (grows < 0 ? contacts.upwards : contacts.downwards).push_back({place, of_V / size, of_h / size});
     };
     keep_positive(-cone_.t_minus(), 1);
     keep_positive(cone_.t_plus(), -1);
@@ -88,25 +88,24 @@ BumpMoves::Shape BumpMoves::shape(int radius, int parity) const {
   for (int n = 0; n < around.layers(); ++n) {
     for (int i = 0; i < around.columns(); ++i) {
       const std::size_t k = around.index(n, i);
-      const int down = n - centre, right = (i - middle + around.columns()) % around.columns();
-      add(shape.right, down, right, growth.V_R[k], growth.H_R[k]);
-      add(shape.left, down, right, growth.V_L[k], -growth.H_L[k]);
+      const int right = (i - middle + around.columns()) % around.columns();
+      const Place place{(n - centre) * around.columns() + right, right};
+      add(shape.right, place, growth.V_R[k], growth.H_R[k]);
+      add(shape.left, place, growth.V_L[k], -growth.H_L[k]);
     }
   }
   return shape;
 }
 
 bool BumpMoves::move(Pile& pile, const Shape& shape, int layer, int column, double u) const {
-  const int columns = lattice_.columns(), lowest = lattice_.layers() - 1 - layer;
-  const auto place = [&](const auto& contact) {
-    const int i = column + contact.right;
-    return lattice_.index(layer + contact.down, i < columns ? i : i - columns);
-  };
+  const int columns = lattice_.columns(), wraps = columns - column, below = (lattice_.layers() - layer) * columns;
+  const std::ptrdiff_t centre = static_cast<std::ptrdiff_t>(layer) * columns + column;
+  const auto bead = [&](Place place) { return centre + place.index - (place.right < wraps ? 0 : columns); };
   const auto reach = [&](const std::vector<Bound>& bounds, const double* V, const double* H, double outwards) {
     double least = std::numeric_limits<double>::infinity();
     for (const Bound& bound : bounds) {
-      if (bound.down > lowest) break;
-      const std::size_t k = place(bound);
+      if (bound.place.index >= below) break;
+      const std::ptrdiff_t k = bead(bound.place);
       least = std::min(least, bound.of_V * V[k] + bound.of_h * (outwards * H[k]));
     }
     return least;
@@ -120,8 +119,8 @@ bool BumpMoves::move(Pile& pile, const Shape& shape, int layer, int column, doub
   const double t = point_at(allowed, u);
   const auto add = [&](const std::vector<Change>& changes, double* V, double* H, double outwards) {
     for (const Change& change : changes) {
-      if (change.down > lowest) break;
-      const std::size_t k = place(change);
+      if (change.place.index >= below) break;
+      const std::ptrdiff_t k = bead(change.place);
       V[k] += t * change.V;
       H[k] += t * (outwards * change.h);
     }

@@ -77,14 +77,19 @@ class BumpMoves {
   static constexpr int least_radius = 4;
   static int largest_radius(const Lattice& lattice) { return std::min((lattice.columns() - 4) / 2, lattice.layers()); }
 
-  /// A contact that a bump changes: of the bead so many layers below and so many beads to the right of the centre.
+  /// A bead so many columns to the right of the centre, around the ring; index: what it has above the centre's, with no
+  /// regard to the ring's end.
+  struct Place {
+    int index, right;
+  };
+  /// Of a contact of that bead; h is the horizontal force outwards, H_R or -H_L.
   struct Change {
-    int down, right;
-    double V, h;  ///< growth at t = 1; h is the horizontal force outwards, H_R or -H_L
+    Place place;
+    double V, h;  ///< growth at t = 1
   };
   /// of_V V + of_h h is how far t may go.
   struct Bound {
-    int down, right;
+    Place place;
     double of_V, of_h;
   };
   /// What changes in right or in left contacts, from the top down, and what bounds t from either side.
