@@ -48,6 +48,8 @@ void NullMove::add_to(Pile& forces, double t, double shift) const {
 
 namespace {
 
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
 /// A slack that grows by less than this part of the forces does so by rounding only.
 constexpr double rounding = 1e-13;
 
@@ -72,26 +74,27 @@ BumpMoves::Shape BumpMoves::shape(int radius, int parity) const {
       if (amount > 0) NullMove(around, n, i).add_to(growth, amount, amount);
     }
   }
-  const auto add = [this](Contacts& contacts, Place place, double V, double h) {
-    if (V == 0 && h == 0) return;
-    V *= cone_.cotangent();
-    contacts.changes.push_back({place, V, h});
-    const auto keep_positive = [&](double of_V, double of_h) {  // the slack of_V V + of_h h
-      const double grows = of_V * V + of_h * h, size = std::abs(grows);
-      if (size < rounding * (std::abs(V) + std::abs(h))) return;
-      (grows < 0 ? contacts.upwards : contacts.downwards).push_back({place, of_V / size, of_h / size});
-    };
-    keep_positive(-cone_.t_minus(), 1);
-    keep_positive(cone_.t_plus(), -1);
-  };
+  const auto per_slack = [](double grows, double size) { return std::abs(grows) < rounding * size ? 0 : 1 / grows; };
   Shape shape;
+  const auto add = [&](bool right, double V, double H, Place place) {
+    if (V == 0 && H == 0) return;
+    V *= cone_.cotangent();
+    auto edge =
+        std::ranges::find_if(shape, [&](const Edge& one) { return one.right == right && one.V == V && one.H == H; });
+    if (edge == shape.end()) {
+      const double h = right ? H : -H, size = std::abs(V) + std::abs(H);
+      edge = shape.insert(
+          edge, {right, V, H, per_slack(h - cone_.t_minus() * V, size), per_slack(cone_.t_plus() * V - h, size), {}});
+    }
+    edge->places.push_back(place);
+  };
   for (int n = 0; n < around.layers(); ++n) {
     for (int i = 0; i < around.columns(); ++i) {
       const std::size_t k = around.index(n, i);
       const int right = (i - middle + around.columns()) % around.columns();
       const Place place{(n - centre) * around.columns() + right, right};
-      add(shape.right, place, growth.V_R[k], growth.H_R[k]);
-      add(shape.left, place, growth.V_L[k], -growth.H_L[k]);
+      add(true, growth.V_R[k], growth.H_R[k], place);
+      add(false, growth.V_L[k], growth.H_L[k], place);
     }
   }
   return shape;
@@ -100,33 +103,41 @@ BumpMoves::Shape BumpMoves::shape(int radius, int parity) const {
 bool BumpMoves::move(Pile& pile, const Shape& shape, int layer, int column, double u) const {
   const int columns = lattice_.columns(), wraps = columns - column, below = (lattice_.layers() - layer) * columns;
   const std::ptrdiff_t centre = static_cast<std::ptrdiff_t>(layer) * columns + column;
-  const auto bead = [&](Place place) { return centre + place.index - (place.right < wraps ? 0 : columns); };
-  const auto reach = [&](const std::vector<Bound>& bounds, const double* V, const double* H, double outwards) {
-    double least = std::numeric_limits<double>::infinity();
-    for (const Bound& bound : bounds) {
-      if (bound.place.index >= below) break;
-      const std::ptrdiff_t k = bead(bound.place);
-      least = std::min(least, bound.of_V * V[k] + bound.of_h * (outwards * H[k]));
-    }
-    return least;
-  };
-  double *const V_R = pile.V_R.data(), *const V_L = pile.V_L.data();
-  double *const H_R = pile.H_R.data(), *const H_L = pile.H_L.data();
-  const Interval allowed{
-      -std::min(reach(shape.right.downwards, V_R, H_R, 1), reach(shape.left.downwards, V_L, H_L, -1)),
-      std::min(reach(shape.right.upwards, V_R, H_R, 1), reach(shape.left.upwards, V_L, H_L, -1))};
-  if (!(allowed.low < allowed.high)) return false;  // as in a corner of the set
-  const double t = point_at(allowed, u);
-  const auto add = [&](const std::vector<Change>& changes, double* V, double* H, double outwards) {
-    for (const Change& change : changes) {
-      if (change.place.index >= below) break;
-      const std::ptrdiff_t k = bead(change.place);
-      V[k] += t * change.V;
-      H[k] += t * (outwards * change.h);
+  const auto for_each_bead = [&](const Edge& edge, const auto& f) {
+    for (const Place& place : edge.places) {
+      if (place.index >= below) break;
+      f(centre + place.index - (place.right < wraps ? 0 : columns));
     }
   };
-  add(shape.right.changes, V_R, H_R, 1);
-  add(shape.left.changes, V_L, H_L, -1);
+  const double t_minus = cone_.t_minus(), t_plus = cone_.t_plus();
+  double up = infinity, down = infinity;
+  const auto bound = [&](double slack, double per_slack) {
+    if (per_slack < 0) up = std::min(up, -per_slack * slack);
+    if (per_slack > 0) down = std::min(down, per_slack * slack);
+  };
+  for (const Edge& edge : shape) {
+    const double *const V = (edge.right ? pile.V_R : pile.V_L).data(), *const H =
+                                                                           (edge.right ? pile.H_R : pile.H_L).data();
+    const double outwards = edge.right ? 1 : -1;
+    double low = infinity, high = infinity;
+    for_each_bead(edge, [&](std::ptrdiff_t k) {
+      const double h = outwards * H[k];
+      low = std::min(low, h - t_minus * V[k]);
+      high = std::min(high, t_plus * V[k] - h);
+    });
+    bound(low, edge.per_low);
+    bound(high, edge.per_high);
+  }
+  if (!(-down < up)) return false;  // as in a corner of the set
+  const double t = point_at({-down, up}, u);
+  for (const Edge& edge : shape) {
+    double *const V = (edge.right ? pile.V_R : pile.V_L).data(), *const H = (edge.right ? pile.H_R : pile.H_L).data();
+    const double of_V = t * edge.V, of_H = t * edge.H;
+    for_each_bead(edge, [&](std::ptrdiff_t k) {
+      V[k] += of_V;
+      H[k] += of_H;
+    });
+  }
   return true;
 }
 

@@ -82,24 +82,14 @@ class BumpMoves {
   struct Place {
     int index, right;
   };
-  /// Of a contact of that bead; h is the horizontal force outwards, H_R or -H_L.
-  struct Change {
-    Place place;
-    double V, h;  ///< growth at t = 1
+  /// Right or left contacts that change alike, from the top down.
+  struct Edge {
+    bool right;
+    double V, H;                ///< growth of their forces at t = 1
+    double per_low, per_high;   ///< 1/(growth of h - t- V and of t+ V - h), h being outwards; 0 where neither grows
+    std::vector<Place> places;  ///< of their beads
   };
-  /// of_V V + of_h h is how far t may go.
-  struct Bound {
-    Place place;
-    double of_V, of_h;
-  };
-  /// What changes in right or in left contacts, from the top down, and what bounds t from either side.
-  struct Contacts {
-    std::vector<Change> changes;
-    std::vector<Bound> upwards, downwards;
-  };
-  struct Shape {
-    Contacts right, left;
-  };
+  using Shape = std::vector<Edge>;
   struct Scale {
     std::array<Shape, 2> shapes;  ///< for centres in even and in odd layers
     int highest, lowest;          ///< layers where centres may lie, some of them below the last one
