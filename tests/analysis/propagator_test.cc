@@ -270,8 +270,8 @@ TEST_CASE("fluctuations under another law than granusolve travel as its thrust h
     EnsembleSpec spec = real_piles(0.3, {32, 72}, 256);
     spec.sampler.law = Law::polytope;
     spec.sampler.lambda = lambda;
-    spec.sampler.burn_in = 2000;
-    spec.sampler.thinning = 200;
+    spec.sampler.burn_in = lambda == 0 ? 400 : 2000;
+    spec.sampler.thinning = lambda == 0 ? 50 : 200;
     spec.response.first_base = 16;
     spec.response.reference_lag = 8;
     spec.response.base_step = 1;

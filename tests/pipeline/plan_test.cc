@@ -159,7 +159,7 @@ TEST_CASE("the pilot of a chain is part of the time of a plan, and a long one ma
   PlannedStep chains{Stage::sample, "chains"};
   chains.spec = pairs(EstimatorName::point, false, Law::polytope, 0.3);
   chains.spec.lattice = {40, 40};
-  chains.spec.sampler.lambda = 0;
+  chains.spec.sampler.lambda = 0.1;
   chains.samples = 8;
   const PlannedTime on_many = estimate_time({chains}, 64);
   CHECK(on_many.at_least);

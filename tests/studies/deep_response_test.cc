@@ -220,8 +220,8 @@ TEST_CASE("Under the flat law W² grows much faster than z, beyond that of rows 
     asked.main.sampling.law = law;
     if (law == Law::polytope) {
       asked.main.sampling.lambda = 0;
-      asked.main.sampling.burn_in = 8192;
-      asked.main.sampling.thinning = 2048;
+      asked.main.sampling.burn_in = 256;
+      asked.main.sampling.thinning = 64;
     }
     REQUIRE_FALSE(asked.study->find_problem(asked.main));
     const EnsembleSpec spec = asked.study->ensembles(asked.main)[0].spec;

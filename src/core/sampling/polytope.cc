@@ -100,7 +100,9 @@ PolytopeChain::PolytopeChain(const FrictionCone& cone, const Lattice& lattice, d
       per_V_low_(1 / (cone.cotangent() * cone.t_minus())),
       per_V_high_(1 / (cone.cotangent() * cone.t_plus())),
       per_both_low_(1 / (1 - cone.cotangent() * cone.t_minus())),
-      per_both_high_(1 / (cone.cotangent() * cone.t_plus() - 1)) {}
+      per_both_high_(1 / (cone.cotangent() * cone.t_plus() - 1)) {
+  if (lambda == 0 && cone.mu() > 0 && BumpMoves::fit(lattice)) bumps_.emplace(cone, lattice);
+}
 
 double PolytopeChain::length(double V_R, double V_L, double H) const {
   const Interval interval = split_interval(cone_, {V_R, V_L}, H);
@@ -109,10 +111,14 @@ double PolytopeChain::length(double V_R, double V_L, double H) const {
 
 void PolytopeChain::set(const Pile& pile) {
   pile_ = pile;
-  for (std::size_t k = 0; k < lattice_.beads(); ++k) {
-    H_[k] = pile_.H_R[k] + pile_.H_L[k];
-    length_[k] = length(pile_.V_R[k], pile_.V_L[k], H_[k]);
-  }
+  for (std::size_t k = 0; k < lattice_.beads(); ++k) H_[k] = pile_.H_R[k] + pile_.H_L[k];
+  set_lambda(lambda_);
+}
+
+void PolytopeChain::set_lambda(double lambda) {
+  lambda_ = lambda;
+  if (lambda_ == 0) return;
+  for (std::size_t k = 0; k < lattice_.beads(); ++k) length_[k] = length(pile_.V_R[k], pile_.V_L[k], H_[k]);
 }
 
 void PolytopeChain::store(Pile& pile) {
@@ -131,15 +137,6 @@ void PolytopeChain::store(Pile& pile) {
   pile = pile_;
 }
 
-PolytopeChain::Neighbourhood PolytopeChain::around(int layer, int bead) const {
-  const int previous = lattice_.previous(bead), next = lattice_.next(bead);
-  const int left = layer % 2 == 0 ? previous : bead, right = layer % 2 == 0 ? bead : next;
-  const int below = std::min(3, lattice_.layers() - 1 - layer);
-  const auto at = [&](int down, int column) { return lattice_.index(layer + (down <= below ? down : 0), column); };
-  return {at(0, bead), at(1, left),  at(1, right), at(2, previous), at(2, bead), at(2, next),
-          at(3, left), at(3, right), below};
-}
-
 // Three kinds of contact bound t. With h the outward horizontal force, t- V <= h <= t+ V:
 //   h += t                  (o, llr, lrr)        -(h - t- V) <= t <= t+ V - h
 //   V += cot t            (outer ones of l, r, ll, rr)
@@ -147,7 +144,7 @@ PolytopeChain::Neighbourhood PolytopeChain::around(int layer, int bead) const {
 //   h -= t, V -= cot t    (inner ones of l, r; lr)  t <= (h - t- V)/(1 - cot t-), t <= (t+ V - h)/(cot t+ - 1)
 void PolytopeChain::null_move(int layer, int bead, UniformPair u) {
   ++moves_;
-  const Neighbourhood at = around(layer, bead);
+  const NullMove at(lattice_, layer, bead);
   struct Slack {
     double low, high;
   };
@@ -176,12 +173,27 @@ void PolytopeChain::null_move(int layer, int bead, UniformPair u) {
   if (!(low < high)) return;  // a corner of the set, or one that rounding has made
   const double t = point_at({low, high}, u.first), shift = cone_.cotangent() * t;
 
+  if (lambda_ > 0 && !accept_lengths(at, t, shift, u.second)) return;
+  ++accepted_;
+  at.add_to(pile_, t, shift);
+  if (at.layers_below >= 1) {
+    H_[at.l] -= t;
+    H_[at.r] += t;
+  }
+  if (at.layers_below == 3) {
+    H_[at.llr] += t;
+    H_[at.lrr] -= t;
+  }
+}
+
+// Accepts by the lengths of the seven beads, and keeps the new ones.
+bool PolytopeChain::accept_lengths(const NullMove& at, double t, double shift, double u) {
   std::array<double, 7> lengths;
   double ratio = 1;
-  int changed = 0;
+  std::size_t changed = 0;
   const auto change = [&](std::size_t k, double V_R, double V_L, double H) {
     const double now = length(pile_.V_R[k] + V_R, pile_.V_L[k] + V_L, H_[k] + H);
-    lengths[static_cast<std::size_t>(changed++)] = now;
+    lengths[changed++] = now;
     ratio *= length_[k] / now;
   };
   if (at.layers_below >= 1) {
@@ -197,38 +209,12 @@ void PolytopeChain::null_move(int layer, int bead, UniformPair u) {
     change(at.llr, 0, 0, t);
     change(at.lrr, 0, 0, -t);
   }
-  if (lambda_ > 0) {
-    if (std::any_of(lengths.begin(), lengths.begin() + changed, [](double one) { return !(one > 0); })) return;
-    // A length that rounding has made vanish (ratio 0 or less) is left at once.
-    if (ratio > 0 && ratio < 1 && !(u.second < portable_power(ratio, lambda_))) return;
-  }
-
-  ++accepted_;
+  if (std::any_of(lengths.data(), lengths.data() + changed, [](double one) { return !(one > 0); })) return false;
+  // A length that rounding has made vanish (ratio 0 or less) is left at once.
+  if (ratio > 0 && ratio < 1 && !(u < portable_power(ratio, lambda_))) return false;
   const std::array<std::size_t, 7> beads = {at.l, at.r, at.ll, at.lr, at.rr, at.llr, at.lrr};
-  for (std::size_t k = 0; k < static_cast<std::size_t>(changed); ++k) length_[beads[k]] = lengths[k];
-  pile_.H_R[at.o] += t;
-  pile_.H_L[at.o] -= t;
-  if (at.layers_below == 0) return;
-  pile_.H_R[at.l] -= t;
-  H_[at.l] -= t;
-  pile_.V_R[at.l] -= shift;
-  pile_.V_L[at.l] += shift;
-  pile_.H_L[at.r] += t;
-  H_[at.r] += t;
-  pile_.V_L[at.r] -= shift;
-  pile_.V_R[at.r] += shift;
-  if (at.layers_below == 1) return;
-  pile_.H_R[at.lr] -= t;
-  pile_.H_L[at.lr] += t;
-  pile_.V_R[at.lr] -= shift;
-  pile_.V_L[at.lr] -= shift;
-  pile_.V_R[at.ll] += shift;
-  pile_.V_L[at.rr] += shift;
-  if (at.layers_below == 2) return;
-  pile_.H_R[at.llr] += t;
-  H_[at.llr] += t;
-  pile_.H_L[at.lrr] -= t;
-  H_[at.lrr] -= t;
+  for (std::size_t k = 0; k < changed; ++k) length_[beads[k]] = lengths[k];
+  return true;
 }
 
 void PolytopeChain::ring_move(int layer, double u) {
@@ -257,11 +243,12 @@ constexpr double pilot_times = 100;
 constexpr double times_of_estimates = 20;
 
 /// Below which the autocorrelation time hardly is, for telling a pilot that is too short to have seen the slow waves of
-/// weight around the ring from one that has: within a factor of two of what pilots measured at lambda = 0 on 6 x 6 to
-/// 24 x 30 beads, and a third of it at lambda = 1. It grows with the fourth power of the length of the wave, which is
-/// not longer than the pile is deep.
+/// weight around the ring from one that has: within a factor of two of what pilots measured at lambda = 0 on 12 x 10 to
+/// 72 x 56 beads with bumps and on fewer beads without; a third of it at lambda = 1. It grows with the length of the
+/// wave, without bumps with its fourth power; the wave is not longer than the pile is deep.
 double shortest_time_expected(const SamplerSpec& spec, const Lattice& lattice) {
   const double wave = std::min(lattice.columns(), lattice.layers());
+  if (spec.lambda == 0 && BumpMoves::fit(lattice)) return 1.5 * wave;
   return 0.02 * wave * wave * wave * wave * (1 + 15 * spec.lambda * spec.mu);
 }
 constexpr int observed_layers = 8;
@@ -330,7 +317,7 @@ class Pilot {
  public:
   Pilot(const SamplerSpec& spec, const Lattice& lattice, std::span<const double> load)
       : spec_(spec),
-        chain_(FrictionCone(spec.mu, lattice.geometry()), lattice, 0),
+        chain_(FrictionCone(spec.mu, lattice.geometry()), lattice, spec.lambda),
         observables_(lattice, std::accumulate(load.begin(), load.end(), 0.0)),
         key_(spec.seed, 0) {
     Pile start(lattice);
@@ -340,6 +327,7 @@ class Pilot {
                       "completed under this load (it got stuck in layer {}); raise the effort or take a more even load",
                       failure->layer));
     }
+    chain_.set_lambda(0);
     chain_.set(start);
   }
 

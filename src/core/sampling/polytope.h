@@ -7,6 +7,7 @@
 
 #include "model/lattice.h"
 #include "model/pile.h"
+#include "sampling/bump_moves.h"
 #include "sampling/random_key.h"
 #include "sampling/sampler.h"
 #include "sampling/sampler_spec.h"
@@ -15,18 +16,14 @@ namespace granuscope {
 /// A Markov chain on the admissible piles under one load, with density prod length^-lambda over all beads, length being
 /// that of the interval of a bead's split. lambda = 0: every admissible pile alike; lambda = 1: the law "rejection".
 ///
-/// The null move of bead o = (n, i) changes 12 contacts by t such that every balance still holds (l, r: its lower-left
-/// and lower-right neighbour, products compose; what would lie below the last layer is left out):
-///
-///   H_R: +t of o, -t of l, -t of lr, +t of llr          H_L: -t of o, +t of r, +t of lr, -t of lrr
-///   V_R: sqrt3 t (+ of r, - of l, - of lr, + of ll)     V_L: sqrt3 t (- of r, + of l, + of rr, - of lr)
-///
-/// t is drawn uniformly on the interval that the 12 cones allow, and accepted with prod (old/new length)^lambda over
-/// the seven beads l, r, ll, lr, rr, llr, lrr. The ring move adds t to every H_R of a layer and takes it from every
-/// H_L: no V, no total H and no length changes, so that it is always accepted. Without it the thrust of a layer is
-/// slow.
+/// A null move (bump_moves.h) is drawn uniformly on the interval that its 12 cones allow, and accepted with prod
+/// (old/new length)^lambda over the seven beads l, r, ll, lr, rr, llr, lrr. The ring move adds t to every H_R of a
+/// layer and takes it from every H_L: no V, no total H and no length changes, so that it is always accepted. Without it
+/// the thrust of a layer is slow. Where the chain is made for lambda = 0, bumps move many beads together, without which
+/// long waves are slow.
 class PolytopeChain {
  public:
+  /// `lambda` is that of the law: 0 adds bumps.
   PolytopeChain(const FrictionCone& cone, const Lattice& lattice, double lambda);
 
   /// Starts, or goes on, from an admissible pile.
@@ -35,17 +32,24 @@ class PolytopeChain {
   /// chain itself goes on from them.
   void store(Pile& pile);
 
-  /// One null move for each bead and one ring move for each layer. Uniform(layer, bead) returns a pair of numbers in
-  /// [0, 1); `bead` = columns stands for the ring. `lambda` of this sweep: 0 leaves corners of vanishing length at
-  /// once.
+  /// One null move for each bead and one ring move for each layer, then the bumps. Uniforms(layer, bead) returns a pair
+  /// of numbers in [0, 1); `bead` = columns stands for the ring, and beyond it `layer` is the number of a radius and
+  /// `bead` = columns + 1 + number that of a bump (BumpMoves::sweep).
   template <class Uniforms>
   void sweep(const Uniforms& uniforms) {
     for (int layer = 0; layer < lattice_.layers(); ++layer) {
       for (int bead = 0; bead < lattice_.columns(); ++bead) null_move(layer, bead, uniforms(layer, bead));
       ring_move(layer, uniforms(layer, lattice_.columns()).first);
     }
+    if (!bumps_) return;
+    const auto of_bumps = [&](int radius, int number) { return uniforms(radius, lattice_.columns() + 1 + number); };
+    const BumpMoves::Counts counts = bumps_->sweep(pile_, of_bumps);
+    moves_ += counts.moves;
+    accepted_ += counts.accepted;
+    for (std::size_t k = 0; k < lattice_.beads(); ++k) H_[k] = pile_.H_R[k] + pile_.H_L[k];
   }
-  void set_lambda(double lambda) { lambda_ = lambda; }
+  /// Of the sweeps that follow: 0 leaves corners of vanishing length at once.
+  void set_lambda(double lambda);
 
   const Pile& pile() const { return pile_; }
   std::uint64_t moves() const { return moves_; }
@@ -55,14 +59,9 @@ class PolytopeChain {
   struct Contact {
     double V, h;  ///< h: the horizontal force outwards, H_R or -H_L
   };
-  /// The beads that a null move reaches, as indices; layers below the last one hold no_bead.
-  struct Neighbourhood {
-    std::size_t o, l, r, ll, lr, rr, llr, lrr;
-    int layers_below;  ///< 0 to 3 of the three below the bead
-  };
 
-  Neighbourhood around(int layer, int bead) const;
   void null_move(int layer, int bead, UniformPair u);
+  bool accept_lengths(const NullMove& at, double t, double shift, double u);
   void ring_move(int layer, double u);
   double length(double V_R, double V_L, double H) const;
 
@@ -73,8 +72,9 @@ class PolytopeChain {
   Lattice lattice_;
   double lambda_;
   Pile pile_;
-  std::vector<double> H_;       ///< total horizontal force entering each bead
-  std::vector<double> length_;  ///< of each bead's interval
+  std::vector<double> H_;           ///< total horizontal force entering each bead
+  std::vector<double> length_;      ///< of each bead's interval; kept while lambda > 0
+  std::optional<BumpMoves> bumps_;  ///< where the law has lambda = 0
   // Reciprocal speeds at which the slack of a contact shrinks with t: see null_move.
   double per_V_low_, per_V_high_, per_both_low_, per_both_high_;
   std::uint64_t moves_ = 0, accepted_ = 0;

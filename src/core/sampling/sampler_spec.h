@@ -111,7 +111,7 @@ std::string name_of(RepairRules rules);
 RepairRules repair_rules_named(const std::string& name);
 
 /// Changes whenever the same key gives another pile; part of every ensemble's configuration.
-inline constexpr const char* sampling_version = "6";
+inline constexpr const char* sampling_version = "7";
 
 /// A number of a sampler that an experiment varies from ensemble to ensemble: how strong the disorder of its piles is.
 struct ScanParameter {
