@@ -72,7 +72,8 @@ TEST_CASE("A night says nothing while all is well, alarms with 1, and is told by
   CHECK(granuscope_command({"history", folder, "forget", "2"}).code == 0);
   CHECK(granuscope_command({"history", folder, "show", "2"}).code == 2);
   CHECK(granuscope_command({"history", folder, "show"}).code == 2);
-  CHECK_THAT(granuscope_command({"history", scratch.path().string(), "list"}).err, Contains("no history in this folder"));
+  CHECK_THAT(granuscope_command({"history", scratch.path().string(), "list"}).err,
+             Contains("no history in this folder"));
 
   const int lock = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   REQUIRE(::flock(lock, LOCK_EX | LOCK_NB) == 0);
