@@ -153,7 +153,7 @@ TEST_CASE("coverage: c_thrust at strong friction", "[long]") {
 TEST_CASE("coverage: the page of the estimator fluctuation", "[long]") {
   ResponseSpec response;
   response.estimator = EstimatorName::fluctuation;
-  measure_coverage({piles_of({160, 360}, response, 256), window(35, 79, 4), {0.15, 0.2, 0.25, 0.3}, 30'000},
+  measure_coverage({piles_of({160, 600}, response, 256), window(35, 79, 4), {0.15, 0.2, 0.25, 0.3}, 30'000},
                    coverage_ensembles(120))
       .check();
 }
