@@ -343,9 +343,7 @@ Trial draw_some(const EnsembleSpec& spec, double seconds) {
   sampler->keep_layers(layers_to_keep(spec));
   const auto second = needs_two_samplers(spec) ? make_sampler(spec.sampler, Lattice(spec.lattice)) : nullptr;
   const auto estimator = make_estimator(spec, {*sampler, second ? *second : *sampler}, record.sums, 0);
-  // Diluted beads are solved pile by pile, in up to seconds each.
-  const std::uint64_t at_once = spec.sampler.model.name == ModelName::diluted_beads ? 1 : samples_at_once;
-  std::vector<std::uint64_t> samples(std::min(at_once, spec.response.samples));
+  std::vector<std::uint64_t> samples(std::min(samples_at_once, spec.response.samples));
   std::vector<std::optional<SamplingFailure>> failures(samples.size());
   Trial trial;
   for (std::uint64_t first = 0; first + samples.size() <= spec.response.samples; first += samples.size()) {
