@@ -37,8 +37,8 @@ std::uint64_t samples_of_night(const Experiment& experiment, std::uint64_t grow)
 /// InputError and Interrupted as a run does: such a night is not kept, and the next one goes on from there.
 Night run_night(const Experiment& experiment, const NightlyOptions& options);
 
-/// Throws InputError if pool or reports of a history are in this folder. Call it where its database is not: nothing else
-/// knows of its nights.
+/// Throws InputError if pool or reports of a history are in this folder. Call it where its database is not: nothing
+/// else knows of its nights.
 void require_no_lost_history(const std::filesystem::path& folder);
 
 /// The alarms of a night become the new normal: the next canary is held against that night's, the experiment of that
