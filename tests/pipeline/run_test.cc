@@ -1,6 +1,9 @@
 // What a run leaves, and what it finds, makes anew and says when it fails.
+#include <sys/inotify.h>
 #include <sys/stat.h>
 #include <unistd.h>
+
+#include <array>
 #include <catch2/catch.hpp>
 #include <chrono>
 #include <filesystem>
@@ -90,6 +93,22 @@ TEST_CASE("a run leaves everything it promises, and a second one repeats no samp
   CHECK(fs::last_write_time(folder.path() / "ensembles/mu-0.3.h5") == drawn_at);
   CHECK(read_file(folder.path() / "summary.json") == summary);
   CHECK(read_file(folder.path() / "figures/force-chains.png") == picture);
+}
+
+TEST_CASE("the first file of a run tells whose folder it is, so that a kill after it loses nothing") {
+  const TemporaryFolder folder;
+  const FileDescriptor watch(::inotify_init1(IN_NONBLOCK | IN_CLOEXEC));
+  REQUIRE(::inotify_add_watch(watch.get(), folder.path().c_str(), IN_MOVED_TO) >= 0);
+  const Experiment experiment = small_experiment();
+  run_experiment(experiment, quiet(folder.path(), {Stage::render}));
+  alignas(inotify_event) std::array<char, 4096> events{};
+  REQUIRE(::read(watch.get(), events.data(), events.size()) > 0);
+  const std::string first = events.data() + sizeof(inotify_event);
+  CHECK(first == "manifest.json");
+  for (const char* path : {"experiment.toml", "timings.json", "piles", "figures"}) {
+    fs::remove_all(folder.path() / path);
+  }
+  CHECK_NOTHROW(run_experiment(experiment, quiet(folder.path(), {Stage::render})));
 }
 
 TEST_CASE("only what is asked for is made") {

@@ -298,7 +298,8 @@ std::string timings_json(const ReportData& data, const RunOutcome& outcome) {
 }
 
 void write_manifest(const ReportData& data, const std::filesystem::path& run_folder, const RunOutcome& outcome) {
-  write_file(run_folder / "timings.json", timings_json(data, outcome));
+  // The first file of a run is the one that tells whose folder it is: a run may be killed after any of them.
+  if (outcome.status != "unfinished") write_file(run_folder / "timings.json", timings_json(data, outcome));
   write_file(run_folder / manifest_name, manifest_json(data, run_folder, outcome));
 }
 

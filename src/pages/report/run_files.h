@@ -77,7 +77,8 @@ std::set<std::string> earlier_figure_files(const std::filesystem::path& run_fold
 /// The wall times of the stages: timings.json.
 std::string timings_json(const ReportData& data, const RunOutcome& outcome);
 
-/// timings_json into timings.json, and manifest_json into manifest.json, each atomically. Call it last.
+/// manifest_json into manifest.json, and before it, once the run has ended, timings_json into timings.json, each
+/// atomically. Call it before anything else is written, and last.
 void write_manifest(const ReportData& data, const std::filesystem::path& run_folder, const RunOutcome& outcome);
 
 }  // namespace granuscope
