@@ -212,7 +212,7 @@ set bmargin at screen 0.15
         script += (f"set lmargin at screen {0.09 + 0.5 * q}\nset rmargin at screen {0.48 + 0.5 * q}\n"
                    f"set ylabel 'processor seconds for 1 % of {quantity}'\n"
                    f"paper = {PAPER_PILES * PAPER_SECONDS_PER_BEAD * BEADS:g}\n"
-                   "set label 1 'its 3461 piles' at 0.415,paper/3 right textcolor rgb '#7f7f7f'\n"
+                   "set label 1 'the paper: 3461 piles' at 0.415,paper*2.6 right textcolor rgb '#7f7f7f'\n"
                    "plot " + ", ".join(curves[q]) + ", paper with lines lc rgb '#7f7f7f' dt 2 notitle\nunset key\n")
     svg = subprocess.run(["gnuplot", "-d"], input=script, check=True, capture_output=True, text=True).stdout
     pathlib.Path(FIGURE).write_text(svg, encoding="utf-8")
