@@ -17,19 +17,27 @@ except ImportError as missing:
     sys.exit(2)
 
 
-def response(file, layer):
-    """x and the mean response of each bead of that layer."""
+def response(file, layer, overload):
+    """x of each bead of that layer, and the mean response of it and of its mirror image, as in the figures."""
     layers = list(file["layers"])
     if layer not in layers:
         sys.exit(f"layer {layer} was not recorded; there are {layers}")
     x = file["x"][layer % 2]
     if "weight" in file:
-        return x, file["weight/sum"][:, layers.index(layer), :].sum(axis=0) / file["count"][...].sum() - 1
-    moved, loads = (file["moved_weight/sum"][:, layers.index(row), :].sum(axis=0) for row in (layer, 0))
-    # Not mode 0, which is 1: no load is lost. Nor the last one of an even number, whose sine no column sees.
-    k = 2 * numpy.pi * numpy.arange(1, (len(x) + 1) // 2) / len(x)
-    modes = numpy.exp(-1j * numpy.outer(k, x)) @ moved / (numpy.cos(numpy.outer(k, file["x"][0])) @ loads)
-    return x, (1 + 2 * (numpy.exp(1j * numpy.outer(x, k)) @ modes).real) / len(x)
+        profile = file["weight/sum"][:, layers.index(layer), :].sum(axis=0) / file["count"][...].sum()
+        profile = (profile - 1) / overload
+    else:
+        # By distance from the overloaded bead, which stands in the middle.
+        moved, loads = (
+            numpy.fft.rfft(numpy.fft.ifftshift(file["moved_weight/sum"][:, layers.index(row), :].sum(axis=0)))
+            for row in (layer, 0)
+        )
+        modes = moved / numpy.where(loads.real > 1e-12 * loads.real[1], loads.real, numpy.inf)
+        if loads.real[0] <= 1e-12 * loads.real[1]:  # it went with what piles share; no load is lost
+            modes[0] = 1
+        profile = numpy.fft.fftshift(numpy.fft.irfft(modes, len(x)))
+    mirror = (len(x) // 2 * 2 - numpy.arange(len(x)) - layer % 2) % len(x)
+    return x, (profile + profile[mirror]) / 2
 
 
 def main():
@@ -39,9 +47,9 @@ def main():
         settings = json.loads(file.attrs["configuration_json"])
         if settings["estimator"] != "point":
             sys.exit(f"the estimator of this ensemble is {settings['estimator']}, and not point")
-        x, profile = response(file, int(sys.argv[2]))
-        print("x,response")
-        print(f"#{file['x'].attrs['units'].decode()},per unit of the overload")
+        x, profile = response(file, int(sys.argv[2]), settings["overload"])
+        print("x,P")
+        print("#bead diameters,1/bead diameter")
         for place, value in sorted(zip(x, profile)):
             print(f"{place:g},{value:.6g}")
 

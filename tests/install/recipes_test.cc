@@ -7,6 +7,7 @@
 #include <fstream>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "kit/temporary_folder.h"
@@ -43,6 +44,19 @@ std::vector<Block> blocks_of(const std::string& page) {
     }
   }
   return blocks;
+}
+
+/// The first two numbers of each row below the names and units.
+std::vector<std::pair<double, double>> first_columns(const fs::path& csv) {
+  std::vector<std::pair<double, double>> rows;
+  std::ifstream lines(csv);
+  std::string line;
+  for (int row = 0; std::getline(lines, line); ++row) {
+    char comma = 0;
+    double x = 0, y = 0;
+    if (row >= 2 && std::istringstream(line) >> x >> comma >> y) rows.emplace_back(x, y);
+  }
+  return rows;
 }
 
 int status_of(const std::string& command) {
@@ -115,5 +129,15 @@ TEST_CASE("Every block of the recipes runs, and leaves what they say", "[long]")
   if (is_there("latex")) CHECK(fs::is_regular_file(folder / "here/paper.dvi"));
   if (is_there("latex")) CHECK(fs::is_regular_file(folder / "here/article/article.pdf"));
   if (is_there("vtkmodules")) CHECK(fs::is_regular_file(folder / "here/tubes.vtp"));
+  if (is_there("h5py")) {  // the profile that others' tools make of an ensemble is the one of the figure
+    const auto theirs = first_columns(folder / "here/profile.csv");
+    const auto ours = first_columns(folder / "here/out/quick/figures/response-profiles-layer-110.csv");
+    REQUIRE(ours.size() == 250);
+    REQUIRE(theirs.size() == ours.size());
+    for (std::size_t i = 0; i < ours.size(); ++i) {
+      CHECK(theirs[i].first == ours[i].first);
+      CHECK(theirs[i].second == Approx(ours[i].second).epsilon(1e-5).margin(1e-9));
+    }
+  }
   if (is_there("matplotlib")) CHECK(fs::file_size(folder / "here/response.png") > 10'000);
 }

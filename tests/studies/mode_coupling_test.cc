@@ -11,8 +11,7 @@
 #include "plot/figure_texts.h"
 #include "sampling/sampler.h"
 #include "studies/mode_coupling/fields.h"
-#include "studies/mode_coupling/kpz_peak.h"
-#include "studies/mode_coupling/study.h"
+#include "studies/mode_coupling/sound_form.h"
 #include "support/files.h"
 
 using namespace granuscope;

@@ -1,5 +1,5 @@
 // Source of the expected numbers: what is known exactly of the models, and made-up responses.
-#include "studies/model_classes/study.h"
+#include "studies/model_classes/results.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -11,7 +11,6 @@
 #include "kit/text_parts.h"
 #include "plot/figure_texts.h"
 #include "plot/synthetic_analysis.h"
-#include "studies/model_classes/results.h"
 #include "studies/study_page.h"
 #include "support/error.h"
 #include "support/files.h"

@@ -62,7 +62,10 @@ Hdf5Reader::Hdf5Reader(std::filesystem::path source, std::string kind)
   }
 
   require_unlocked();
-  if (H5Fis_hdf5(source_.c_str()) <= 0) fail(fmt::format("it is not an HDF5 file. Name {}.", kind_));
+  if (H5Fis_hdf5(source_.c_str()) <= 0) {
+    fail(fmt::format("it is not an HDF5 file. Name {}; contact forces of other programs are for `granuscope contacts`.",
+                     kind_));
+  }
   const Hdf5Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   // Files appear whole, by rename, so there is nothing to lock out; and some network folders know no locks.
   H5Pset_file_locking(access.get(), false, true);

@@ -15,7 +15,6 @@
 #include "ensemble/multiplexed_estimator.h"
 #include "model/lattice.h"
 #include "sampling/sampler.h"
-#include "studies/mode_coupling/kpz_peak.h"
 #include "studies/mode_coupling/sound_form.h"
 #include "support/error.h"
 

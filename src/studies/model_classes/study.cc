@@ -1,4 +1,3 @@
-#include "studies/model_classes/study.h"
 
 #include <fmt/format.h>
 
